@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+namespace faultlab::core {
+
+/// What an estimate may be used for.
+enum class EstimateStatus : std::uint8_t {
+  kExcited,     ///< full rank and well conditioned: use it
+  kWeak,        ///< standard errors above the declared tolerance: report with its error
+  kNotExcited,  ///< the input says nothing: theta is the last usable one, age_samples says how old
+  kInvalid,     ///< a non-finite sample lies in the window, or the window is not yet full
+};
+
+constexpr std::string_view Name(EstimateStatus status) {
+  switch (status) {
+    case EstimateStatus::kExcited:
+      return "excited";
+    case EstimateStatus::kWeak:
+      return "weak";
+    case EstimateStatus::kNotExcited:
+      return "not_excited";
+    case EstimateStatus::kInvalid:
+      return "invalid";
+  }
+  return "?";
+}
+
+/// P parameters with what is known of their error.
+template <int P>
+struct Estimate {
+  std::array<double, P> theta{};  ///< SWA: b0d.. (volt/volt) then a1d..; SIA: b0.. (s^i) then a1..
+  std::array<double, P> sigma{};  ///< standard errors, NaN when not excited
+  double sse = 0.0;               ///< sum of squared equation errors in the window (V^2 or (V s)^2)
+  double condition = 0.0;         ///< condition number of the normal matrix; huge when singular
+  EstimateStatus status = EstimateStatus::kInvalid;
+  std::int32_t age_samples = 0;  ///< samples since theta was last computed, 0 = this sample
+};
+
+}  // namespace faultlab::core

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "core/types/component.h"
+
+namespace faultlab::core {
+
+enum class FaultKind {
+  kAbrupt,        ///< jumps to `value` at `at_s`
+  kDrift,         ///< linear from nominal at `at_s` to `value` at `until_s`, then stays
+  kIntermittent,  ///< `value` during [at_s, until_s), nominal again after
+};
+
+/// One scheduled change of a component. A fault acts from the first sample whose time is >= at_s.
+struct Fault {
+  Component component = Component::kR1;
+  double value = 1.0;  ///< SI unit of the component, > 0
+  double at_s = 10.0;
+  FaultKind kind = FaultKind::kAbrupt;
+  double until_s = 0.0;  ///< end of drift or of the interval; unused for kAbrupt
+};
+
+}  // namespace faultlab::core

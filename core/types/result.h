@@ -1,0 +1,68 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "core/types/check.h"
+
+namespace faultlab::core {
+
+/// Kinds of expected refusal. One switch in server/api gives the HTTP status.
+enum class ErrorCode {
+  kInvalid,       ///< the request breaks a rule; `field` names the part
+  kNotFound,      ///< no such thing, or not yours to see
+  kConflict,      ///< the state changed under you
+  kUnauthorized,  ///< sign in first
+  kForbidden,     ///< signed in, but not allowed
+  kBusy,          ///< try again later; nothing was lost
+  kTooLarge,      ///< more than a stated limit
+  kUnavailable,   ///< a rig, disk or database does not answer
+  kStale,         ///< an epoch or version older than the current one
+};
+
+/// An expected refusal: what is wrong and what to do, for a person.
+struct Error {
+  ErrorCode code = ErrorCode::kInvalid;
+  std::string message;
+  std::string field;  ///< JSON pointer or column name; empty if the whole request is meant
+};
+
+/// A value or an Error. value() of an error is a bug and throws ContractError.
+template <typename T>
+class [[nodiscard]] Result {
+ public:
+  Result(T value) : state_(std::move(value)) {}      // NOLINT(google-explicit-constructor)
+  Result(Error error) : state_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
+
+  bool ok() const { return std::holds_alternative<T>(state_); }
+  explicit operator bool() const { return ok(); }
+
+  const T& value() const& {
+    LAB_CHECK(ok(), error_text());
+    return std::get<T>(state_);
+  }
+  T& value() & {
+    LAB_CHECK(ok(), error_text());
+    return std::get<T>(state_);
+  }
+  T&& value() && {
+    LAB_CHECK(ok(), error_text());
+    return std::get<T>(std::move(state_));
+  }
+  const Error& error() const {
+    LAB_CHECK(!ok());
+    return std::get<Error>(state_);
+  }
+
+ private:
+  std::string error_text() const { return ok() ? std::string() : std::get<Error>(state_).message; }
+
+  std::variant<T, Error> state_;
+};
+
+/// The success of an operation that returns nothing else.
+struct Done {};
+using Status = Result<Done>;
+
+}  // namespace faultlab::core

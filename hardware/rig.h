@@ -1,0 +1,115 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "core/types/component.h"
+#include "core/types/result.h"
+#include "core/types/sample.h"
+#include "hardware/run_plan.h"
+
+namespace faultlab::hardware {
+
+/// Rises by one with every new holder of a rig. Whatever carries an older epoch is refused here,
+/// below everything that could have a bug about who may use the rig.
+enum class Epoch : std::uint64_t {};
+
+enum class RigKind { kBench, kSimulated, kReplay, kRemote };
+
+/// What a rig is and can do. Fixed while the rig lives.
+struct RigDescription {
+  std::string id;         ///< "sim-1"
+  std::string rig_class;  ///< interchangeable rigs share it: "bench-sim"
+  RigKind kind = RigKind::kSimulated;
+  bool has_ua = true;
+  bool has_ia = true;
+  bool has_n = true;
+  /// Component values the rig accepts. Relay boards take core::RelayValues() alone; a simulator
+  /// takes any positive value of any component.
+  bool any_value = false;
+  bool motor_faults = false;  ///< Ra, J, B can be changed (simulators)
+  double uc_v_min = 0.0;
+  double uc_v_max = 5.0;
+  double delta_s = 0.0095;  ///< DAC edge of uc(k) to ADC sample um(k)
+};
+
+enum class RigState { kOffline, kIdle, kArmed, kRunning, kStopping, kTripped };
+
+enum class RigEventKind {
+  kStarted,
+  kFaultCommanded,  ///< accepted; acts at `index`
+  kRelayConfirmed,  ///< read back from the board (or the plant of a simulator)
+  kRefused,         ///< with the reason in `text`
+  kTrip,            ///< an interlock acted; `text` names it, `value` is what it saw
+  kOverrun,         ///< a tick came late by `value` seconds
+  kGap,             ///< samples [index, index + value) were lost on the way
+  kFinished,        ///< the plan was played to its end
+  kStopped,         ///< safe stop before the end; `text` says why
+};
+
+struct RigEvent {
+  RigEventKind kind = RigEventKind::kStarted;
+  std::int64_t index = 0;  ///< the sample on which it acted
+  core::Component component = core::Component::kR1;
+  double value = 0.0;
+  std::string text;
+};
+
+/// What a rig says, in order: samples and events share one stream.
+using RigMessage = std::variant<core::Sample, RigEvent>;
+
+struct RigCommand {
+  enum class Kind { kSetComponent, kAllNominal, kClearTrip };
+  Kind kind = Kind::kAllNominal;
+  core::Component component = core::Component::kR1;
+  double value = 0.0;
+};
+
+struct SelfTestPosition {
+  core::Component component;
+  double value;
+  std::string line;  ///< "Do17"
+  bool ok;
+  std::string text;
+};
+
+struct SelfTestReport {
+  std::vector<SelfTestPosition> positions;
+  bool ok = false;
+};
+
+enum class ReadStatus { kMore, kEnded };
+
+/// One bench, near or far. A rig paces itself (its own thread or process); its holder drains it.
+/// Thread-safe: one thread may Read while another commands or stops. Destruction is a safe stop.
+class Rig {
+ public:
+  virtual ~Rig() = default;
+
+  virtual const RigDescription& description() const = 0;
+  virtual RigState state() const = 0;
+
+  /// Takes the lease's epoch and the whole plan; refuses a plan outside the envelope by naming
+  /// what.
+  virtual core::Status Arm(RunPlan plan, Epoch epoch) = 0;
+  virtual core::Status Start(Epoch epoch) = 0;
+  /// Acts at the next tick; the answering events name the sample.
+  virtual core::Status Command(Epoch epoch, const RigCommand& command) = 0;
+  /// The holder is alive. Without Command, Read or KeepAlive for 500 ms the rig goes safe by
+  /// itself.
+  virtual void KeepAlive(Epoch epoch) = 0;
+  /// Appends what has come since the last call; waits up to `patience` if that is nothing.
+  /// kEnded after the last message of a run.
+  virtual ReadStatus Read(std::vector<RigMessage>& out, std::chrono::milliseconds patience) = 0;
+  /// Drive 0, relays nominal. Never fails upward, may be called at any time, any number of times.
+  virtual void SafeStop(std::string_view reason) = 0;
+  /// Walks all 16 relay positions with read-back. Contract: state() is kIdle.
+  virtual SelfTestReport SelfTest() = 0;
+};
+
+}  // namespace faultlab::hardware
