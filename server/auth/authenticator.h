@@ -1,0 +1,48 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "core/types/result.h"
+#include "server/auth/principal.h"
+#include "server/storage/wall_time.h"
+
+namespace faultlab::server {
+
+inline constexpr std::string_view kSessionCookieName = "faultlab_session";
+inline constexpr std::string_view kCsrfHeaderName = "X-CSRF-Token";
+
+/// The parts of a request that say who asks. Views into the request; empty = header absent.
+struct RequestCredentials {
+  std::string_view cookie;         ///< Cookie
+  std::string_view authorization;  ///< Authorization: Bearer flk_..
+  std::string_view csrf_token;     ///< X-CSRF-Token
+  std::string_view origin;         ///< Origin
+  std::string_view host;           ///< Host
+  std::string_view
+      remote_address;          ///< of the client; X-Forwarded-For only when the peer is loopback
+  bool changes_state = false;  ///< method is neither GET nor HEAD
+};
+
+/// Says who sent a request. Thread-safe; may touch the database but never hashes a password.
+class Authenticator {
+ public:
+  virtual ~Authenticator() = default;
+
+  /// No credentials: the guest. Wrong, expired or revoked ones: kUnauthorized, never the guest.
+  /// A cookie on a state-changing request without the right CSRF token, or from a foreign Origin:
+  /// kForbidden.
+  virtual core::Result<Principal> Authenticate(const RequestCredentials& credentials,
+                                               WallTime now) = 0;
+};
+
+/// Everyone is the guest: a server on loopback without accounts.
+class GuestAuthenticator : public Authenticator {
+ public:
+  core::Result<Principal> Authenticate(const RequestCredentials&, WallTime) override {
+    return Principal{};
+  }
+};
+
+}  // namespace faultlab::server

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <string_view>
+
+#include "core/types/result.h"
+#include "server/auth/principal.h"
+
+namespace faultlab::server {
+
+/// Everything that the API can be asked to do. An endpoint names exactly one.
+enum class Operation {
+  kReadPublic,  ///< health, description, own identity
+  kListRigs,    ///< rigs, their state, availability
+  kStartRun,    ///< on a rig that the lab grants
+  kReadRun,     ///< record, samples, plots, export, live stream
+  kChangeRun,   ///< rename, stop, command
+  kDeleteRun,
+  kUploadRecording,
+  kManageOwnAccount,  ///< password, API keys of one's own
+  kManageUsers,
+  kReadCourse,
+  kManageCourse,  ///< create, enrol
+  kUseTicket,     ///< ask for a place in the queue, accept, leave
+  kUseBooking,
+  kUseSession,  ///< extend, end, offer control
+  kTakeOverSession,
+  kSpectate,
+  kSubmitJob,
+  kReadFaultSet,
+  kManageFaultSet,
+  kOperateRig,  ///< outages, quarantine, self-test, maintenance
+  kReadAudit,
+  kReadMetrics,
+};
+inline constexpr int kOperationCount = 22;
+std::string_view Name(Operation operation);
+
+/// Whose object it is, seen from the caller.
+enum class Ownership {
+  kNone,     ///< a collection or a new object
+  kOwn,      ///< the caller's
+  kCourse,   ///< of somebody in a course that the caller teaches (or, for fault sets, attends)
+  kForeign,  ///< somebody else's
+};
+inline constexpr int kOwnershipCount = 4;
+
+/// The authorization matrix: role x operation x ownership, in one table (authorization.cc).
+bool Allowed(Role role, Operation operation, Ownership ownership);
+/// The scope that an API key needs for an operation; empty when every key has it.
+std::string_view ScopeOf(Operation operation);
+
+/// Matrix and, for API keys, scope. Guests who are refused get kUnauthorized ("sign in first"),
+/// others kForbidden; a foreign object that the caller may not even read is kNotFound, so that ids
+/// cannot be probed.
+core::Status Authorize(const Principal& principal, Operation operation, Ownership ownership);
+
+}  // namespace faultlab::server

@@ -1,0 +1,26 @@
+#include "server/auth/principal.h"
+
+#include <array>
+
+namespace faultlab::server {
+namespace {
+constexpr std::array<std::string_view, kRoleCount> kNames = {
+    "guest", "student", "instructor", "operator", "admin", "service"};
+}  // namespace
+
+std::string_view Name(Role role) {
+  return kNames[static_cast<std::size_t>(role)];
+}
+
+std::optional<Role> ParseRole(std::string_view name) {
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    if (kNames[i] == name) return static_cast<Role>(i);
+  }
+  return std::nullopt;
+}
+
+std::string Principal::owner_key() const {
+  return signed_in() ? "user:" + std::to_string(user_id) : "guest";
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,1 @@
+#include "server/storage/chunk_codec.h"

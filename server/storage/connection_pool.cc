@@ -1,0 +1,1 @@
+#include "server/storage/connection_pool.h"

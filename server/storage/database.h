@@ -1,0 +1,114 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "core/types/result.h"
+
+namespace soci {
+class session;
+}
+
+namespace faultlab::server {
+
+enum class Engine { kSqlite, kPostgresql };
+
+/// How much a commit promises.
+enum class Durability {
+  kPromise,    ///< on the disk before the call returns: bookings, sessions, finished runs
+  kTelemetry,  ///< a power cut may lose the last moments, never the order: samples of a live run
+};
+
+struct DatabaseOptions {
+  /// A file path (SQLite), or a PostgreSQL connection string: "postgresql://user@host/name" or
+  /// "postgresql:host=/run/pg dbname=lab".
+  std::string location;
+  /// How long a caller waits for the writer's turn or a free connection before kBusy.
+  std::chrono::milliseconds patience{5000};
+  /// SQLite: refuse to grow beyond this, 0 = no limit. A full quota answers like a full disk.
+  std::int64_t bytes_max = 0;
+  int connections_max = 6;
+};
+
+/// One open transaction on one connection. Ends in Commit(); anything else rolls back.
+/// SQLite: writers start with BEGIN IMMEDIATE, so a body never finds half-way that it must wait.
+class Transaction {
+ public:
+  Transaction(soci::session& session, Engine engine, bool writes, Durability durability);
+  ~Transaction();
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+
+  /// For statements of SOCI, `tx.sql() << "select ..", soci::into(x), soci::use(y)`.
+  soci::session& sql() { return session_; }
+  Engine engine() const { return engine_; }
+  void Commit();
+
+ private:
+  soci::session& session_;
+  Engine engine_;
+  bool open_ = false;
+};
+
+/// The one door to SQLite or PostgreSQL. Thread-safe. Creates and migrates the schema on opening.
+///
+/// A body runs inside one transaction: when it returns a value the transaction is committed, when
+/// it returns an Error or throws it is rolled back. Database exceptions never leave: a full disk, a
+/// locked or corrupt file, a lost server become an Error that says what to do. A body must not
+/// keep references to the transaction, nor start another one on the same Database.
+class Database {
+ public:
+  static core::Result<std::unique_ptr<Database>> Open(DatabaseOptions options);
+  ~Database();
+
+  template <typename Body>
+  std::invoke_result_t<Body, Transaction&> Write(Durability durability, Body&& body) {
+    return Run(true, durability, std::forward<Body>(body));
+  }
+  template <typename Body>
+  std::invoke_result_t<Body, Transaction&> Read(Body&& body) {
+    return Run(false, Durability::kTelemetry, std::forward<Body>(body));
+  }
+
+  Engine engine() const;
+  const DatabaseOptions& options() const;
+  int schema_version() const;
+
+  /// Asks the engine to verify itself (SQLite: integrity_check; PostgreSQL: reads every table) and
+  /// the foreign keys. An Error names the first damage.
+  core::Status Check();
+  /// A consistent copy of the whole database into a new file (SQLite), while others go on working.
+  /// PostgreSQL is backed up by pg_dump; the Error says so.
+  core::Status BackupTo(const std::string& path);
+
+ private:
+  struct Impl;
+  explicit Database(std::unique_ptr<Impl> impl);
+  core::Status RunErased(bool writes,
+                         Durability durability,
+                         const std::function<core::Status(Transaction&)>& body);
+
+  template <typename Body>
+  std::invoke_result_t<Body, Transaction&> Run(bool writes, Durability durability, Body&& body) {
+    using Outcome = std::invoke_result_t<Body, Transaction&>;
+    std::optional<Outcome> outcome;
+    const core::Status status =
+        RunErased(writes, durability, [&](Transaction& transaction) -> core::Status {
+          outcome.emplace(body(transaction));
+          if (!outcome->ok()) return outcome->error();
+          return core::Done{};
+        });
+    if (!status.ok()) return status.error();
+    return std::move(*outcome);
+  }
+
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace faultlab::server

@@ -1,0 +1,1 @@
+#include "server/storage/recording_store.h"
