@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -11,6 +12,7 @@
 #include "core/types/component.h"
 #include "core/types/result.h"
 #include "core/types/sample.h"
+#include "hardware/loop_quality.h"
 #include "hardware/run_plan.h"
 
 namespace faultlab::hardware {
@@ -20,6 +22,10 @@ namespace faultlab::hardware {
 enum class Epoch : std::uint64_t {};
 
 enum class RigKind { kBench, kSimulated, kReplay, kRemote };
+
+/// How the amplifier board is strapped (paper section 2.1.2).
+enum class AmplifierMode { kVoltageToVoltage, kVoltageToCurrent };
+enum class AmplifierQuadrants { kTwo, kFour };
 
 /// What a rig is and can do. Fixed while the rig lives.
 struct RigDescription {
@@ -36,9 +42,27 @@ struct RigDescription {
   double uc_v_min = 0.0;
   double uc_v_max = 5.0;
   double delta_s = 0.0095;  ///< DAC edge of uc(k) to ADC sample um(k)
+  std::string profile;      ///< "bench" or "multisim" for a simulator, empty otherwise
+  AmplifierMode amplifier_mode = AmplifierMode::kVoltageToVoltage;
+  AmplifierQuadrants amplifier_quadrants = AmplifierQuadrants::kTwo;
 };
 
 enum class RigState { kOffline, kIdle, kArmed, kRunning, kStopping, kTripped };
+
+/// "offline", "idle", "armed", "running", "stopping", "tripped".
+std::string_view Name(RigState state);
+/// "bench", "simulated", "replay", "remote".
+std::string_view Name(RigKind kind);
+
+/// An interlock that acted. It latches: the rig refuses to arm until kClearTrip.
+struct Trip {
+  std::string name;        ///< "over_current", "stall", .. : the table in hardware/README.md
+  double value = 0.0;      ///< what was seen, unit by name
+  double limit = 0.0;      ///< what it was held against, same unit
+  std::int64_t index = 0;  ///< sample of the run
+  double t_s = 0.0;        ///< run time
+  std::string text;        ///< one sentence for a person
+};
 
 enum class RigEventKind {
   kStarted,
@@ -59,6 +83,10 @@ struct RigEvent {
   double value = 0.0;
   std::string text;
 };
+
+/// "started", "fault_commanded", "relay_confirmed", "refused", "trip", "overrun", "gap",
+/// "finished", "stopped": the words of the stream and of recordings.
+std::string_view Name(RigEventKind kind);
 
 /// What a rig says, in order: samples and events share one stream.
 using RigMessage = std::variant<core::Sample, RigEvent>;
@@ -106,10 +134,18 @@ class Rig {
   /// Appends what has come since the last call; waits up to `patience` if that is nothing.
   /// kEnded after the last message of a run.
   virtual ReadStatus Read(std::vector<RigMessage>& out, std::chrono::milliseconds patience) = 0;
+  /// Raises the fence: from now on everything with an older epoch is refused, and a run of an
+  /// older epoch is stopped. An epoch that is not newer changes nothing.
+  virtual void Fence(Epoch epoch) = 0;
   /// Drive 0, relays nominal. Never fails upward, may be called at any time, any number of times.
   virtual void SafeStop(std::string_view reason) = 0;
   /// Walks all 16 relay positions with read-back. Contract: state() is kIdle.
   virtual SelfTestReport SelfTest() = 0;
+
+  /// The interlock that holds the rig in kTripped, if one does.
+  virtual std::optional<Trip> trip() const = 0;
+  /// Lateness of the loop since the rig was made: for /metrics, and by difference for a recording.
+  virtual LoopQuality loop_quality() const = 0;
 };
 
 }  // namespace faultlab::hardware

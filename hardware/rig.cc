@@ -1,0 +1,61 @@
+#include "hardware/rig.h"
+
+namespace faultlab::hardware {
+
+std::string_view Name(RigState state) {
+  switch (state) {
+    case RigState::kOffline:
+      return "offline";
+    case RigState::kIdle:
+      return "idle";
+    case RigState::kArmed:
+      return "armed";
+    case RigState::kRunning:
+      return "running";
+    case RigState::kStopping:
+      return "stopping";
+    case RigState::kTripped:
+      return "tripped";
+  }
+  return "?";
+}
+
+std::string_view Name(RigKind kind) {
+  switch (kind) {
+    case RigKind::kBench:
+      return "bench";
+    case RigKind::kSimulated:
+      return "simulated";
+    case RigKind::kReplay:
+      return "replay";
+    case RigKind::kRemote:
+      return "remote";
+  }
+  return "?";
+}
+
+std::string_view Name(RigEventKind kind) {
+  switch (kind) {
+    case RigEventKind::kStarted:
+      return "started";
+    case RigEventKind::kFaultCommanded:
+      return "fault_commanded";
+    case RigEventKind::kRelayConfirmed:
+      return "relay_confirmed";
+    case RigEventKind::kRefused:
+      return "refused";
+    case RigEventKind::kTrip:
+      return "trip";
+    case RigEventKind::kOverrun:
+      return "overrun";
+    case RigEventKind::kGap:
+      return "gap";
+    case RigEventKind::kFinished:
+      return "finished";
+    case RigEventKind::kStopped:
+      return "stopped";
+  }
+  return "?";
+}
+
+}  // namespace faultlab::hardware

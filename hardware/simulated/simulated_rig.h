@@ -1,0 +1,38 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <memory>
+#include <string>
+
+#include "hardware/rig.h"
+
+namespace faultlab::hardware {
+
+enum class SimulatedProfile { kBench, kMultisim };
+
+/// A simulated bench. The defaults are the paper's bench in real time.
+struct SimulatedRigOptions {
+  std::string id = "sim-1";
+  std::string rig_class = "bench-sim";
+  SimulatedProfile profile = SimulatedProfile::kBench;
+  /// 1 = real time: a reader that lets the queue fill fails the run, as on a bench.
+  /// Other factors are paced by the clock too, but wait for a slow reader.
+  /// 0 = as fast as the reader drains.
+  double speed = 1.0;
+  /// Silence of the holder after which the rig goes safe; real time. Ignored for speed 0.
+  std::chrono::milliseconds watchdog{500};
+  std::size_t queue_messages = 4096;  ///< bound of the queue between the rig and its reader
+  AmplifierMode amplifier_mode = AmplifierMode::kVoltageToVoltage;
+  AmplifierQuadrants amplifier_quadrants = AmplifierQuadrants::kTwo;
+  /// Speed as pulses counted over one period (quantum 1.6 rpm, mean over the period) instead of
+  /// the frequency of the last pulses.
+  bool gated_speed = false;
+};
+
+/// A BenchRig whose converters, relay lines and encoder are answered by core's plant. The same
+/// plan, seed and commands (at the same samples) give the same samples, whatever the speed.
+/// Errors of the options throw core::ContractError.
+std::unique_ptr<Rig> MakeSimulatedRig(SimulatedRigOptions options);
+
+}  // namespace faultlab::hardware
