@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/diagnosis/calibration.h"
+#include "core/diagnosis/paper_methods.h"
+#include "core/types/sample.h"
+#include "core/types/verdict.h"
+
+namespace faultlab::core {
+
+/// Values that a component may take: what relays can connect, or anything positive.
+enum class ValuePrior { kNone, kTable2 };
+
+/// What the isolation may assume about the rig.
+struct IsolationOptions {
+  Channels channels = Channels::kAll;
+  ValuePrior values = ValuePrior::kNone;
+  bool motor_faults = true;  ///< false: Ra, J, B cannot be switched on this rig
+  double period_s = kSamplePeriodSeconds;
+  double um_rail_v = 10.0;
+};
+
+/// How the winning parameter moves inside the fitted stretch.
+enum class FaultShape { kAbrupt, kDrift };
+
+/// Work that Pipeline hands out because it takes milliseconds: learning the rig, or fitting the
+/// hypotheses. A self-contained value: move it to any thread and call Solve.
+struct IsolationTask {
+  enum class Kind { kCalibrate, kIsolate };
+  Kind kind = Kind::kIsolate;
+  std::uint64_t id = 0;          ///< IsolationResult carries it back
+  std::vector<Sample> samples;   ///< kCalibrate: the stretch; kIsolate: history and post-alarm
+  std::size_t alarm_at = 0;      ///< first sample of `samples` at or after the alarm
+  std::size_t healthy_from = 0;  ///< samples before this one belong to the model `reference`
+  CalibrationOptions calibration_options;
+  std::shared_ptr<const Calibration> calibration;
+  IsolationOptions options;
+  std::vector<Candidate> reference;  ///< faults present before this alarm (empty: nominal)
+  double alarm_t_s = 0.0;
+  std::string detector;
+  bool settled = false;  ///< last task of this alarm's schedule
+};
+
+struct IsolationResult {
+  IsolationTask::Kind kind = IsolationTask::Kind::kIsolate;
+  std::uint64_t id = 0;
+  std::shared_ptr<const Calibration> calibration;  ///< kCalibrate: null when refused
+  std::optional<Error> refusal;                    ///< kCalibrate: which check failed
+  Verdict verdict;                                 ///< kIsolate
+  FaultShape shape = FaultShape::kAbrupt;
+  bool returned_to_nominal = false;  ///< the record after the alarm is explained without fault
+  /// The faults that the model must carry from here on to predict the record (one, or two).
+  std::vector<Candidate> present;
+  double explained = 0.0;  ///< score of the best hypothesis: 1 explains everything
+};
+
+/// Pure function of the task; any thread. kIsolate <= 20 ms for 2000 samples (Release).
+IsolationResult Solve(const IsolationTask& task);
+
+}  // namespace faultlab::core

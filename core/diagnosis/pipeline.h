@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "core/diagnosis/calibration.h"
+#include "core/diagnosis/diagnosis.h"
+#include "core/diagnosis/isolation.h"
+#include "core/types/frame.h"
+#include "core/types/plant_parameters.h"
+#include "core/types/sample.h"
+#include "core/types/verdict.h"
+
+namespace faultlab::core {
+
+struct PipelineConfig {
+  PlantParameters nominal;                 ///< data sheet of the rig
+  std::optional<Calibration> calibration;  ///< stored with the rig; else learnt in the run
+  double healthy_from_s = 0.5;  ///< [from, to) is taken as fault-free when nothing is stored
+  double healthy_to_s = 5.0;
+  Channels channels = Channels::kAll;
+  ValuePrior values = ValuePrior::kNone;
+  bool motor_faults = true;  ///< can Ra, J, B change on this rig?
+  double period_s = kSamplePeriodSeconds;
+  double false_alarms_per_day = 1.0;
+  double um_rail_v = 10.0;
+};
+
+/// The diagnosis of one run, sample by sample: six estimators, detection, verdict.
+///
+///   rig --Sample--> Push --Frame--> viewers, recorder
+///                    |  TakeTask --IsolationTask--> Solve (any thread) --IsolationResult--> Accept
+///                    +--> verdict()
+///
+/// Push costs about a microsecond and allocates nothing between alarms. Whatever takes longer
+/// (calibration, fits) leaves as a task; a run whose tasks nobody takes still detects once it is
+/// calibrated. At most one task is out; a task not yet taken is replaced by a newer one.
+/// The estimates depend on the samples alone; verdicts also on when results were accepted.
+/// Not thread-safe: Push, TakeTask and Accept belong to one thread.
+class Pipeline {
+ public:
+  explicit Pipeline(PipelineConfig config);
+  ~Pipeline();
+  Pipeline(Pipeline&&) noexcept;
+  Pipeline& operator=(Pipeline&&) noexcept;
+
+  /// The returned frame lives until the next Push.
+  const Frame& Push(const Sample& sample);
+
+  const Verdict& verdict() const;
+  /// Rises whenever verdict() changes.
+  std::uint64_t verdict_version() const;
+
+  /// Work for another thread, if there is any.
+  std::optional<IsolationTask> TakeTask();
+  void Accept(IsolationResult result);
+
+  /// Null until known; the stored one if the config had one.
+  std::shared_ptr<const Calibration> calibration() const;
+
+  /// The diagnosis so far, with paper methods for display: a view of the run while it lasts.
+  Diagnosis Snapshot() const;
+  /// Solves what is still open, in place, with all data, and returns the diagnosis of the run.
+  Diagnosis Finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace faultlab::core
