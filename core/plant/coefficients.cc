@@ -1,0 +1,1 @@
+#include "core/plant/coefficients.h"

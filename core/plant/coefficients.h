@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "core/types/component.h"
+#include "core/types/plant_parameters.h"
+
+namespace faultlab::core {
+
+/// First-order model of the amplifier with its motor, paper Eq. (3)-(7), armature inductance
+/// neglected, second order reduced to first:
+///   Um = (b1 s + b0)/(a1 s + 1) Uc - b02/(a12 s + 1) Mc
+///   D = B (Ra+R1) + Ke KT, N = B Ra + Ke KT, k = Re2/Re1
+///   b0 = k N/D,  b1 = k (J Ra + C8 R5 N)/D,  a1 = (J (Ra+R1) + C8 (R5+Re2) D)/D
+///   b02 = R1 Ke/D,  a12 = J (Ra+R1)/D
+struct ContinuousCoefficients {
+  double b0 = 0.0;   ///< V/V
+  double b1 = 0.0;   ///< s
+  double a1 = 0.0;   ///< s
+  double b02 = 0.0;  ///< V/Nm
+  double a12 = 0.0;  ///< s
+};
+
+/// y(k) = b0d u(k) + b1d u(k-1) - a1d y(k-1), paper Eq. (8).
+struct DiscreteCoefficients {
+  double b0d = 0.0;
+  double b1d = 0.0;
+  double a1d = 0.0;
+};
+
+/// Eq. (4), (5). Contract: all parameters positive.
+ContinuousCoefficients MakeContinuous(const PlantParameters& parameters);
+
+/// Exact sampling of (b1 s + b0)/(a1 s + 1) behind a hold of period T, the output read delta after
+/// the edge of its own input, 0 <= delta < T:
+///   e = exp(-T/a1),  a1d = -e,  b0d = b0 - (b0 - b1/a1) exp(-delta/a1),  b1d = b0 (1-e) - b0d
+/// delta = 0 is the paper's Eq. (9). Contract: a1 > 0, T > 0.
+DiscreteCoefficients Discretise(const ContinuousCoefficients& c, double period_s, double delta_s);
+
+/// The exact inverse of Discretise:
+///   a1 = -T/ln(-a1d),  b0 = (b0d+b1d)/(1+a1d),  b1 = a1 (b0 - (b0-b0d) exp(delta/a1))
+/// b02 and a12 are 0: the pair (u, y) does not tell them.
+/// Nothing when -a1d is not inside (0, 1): no stable first-order system samples to it.
+std::optional<ContinuousCoefficients> MakeContinuous(const DiscreteCoefficients& d,
+                                                     double period_s,
+                                                     double delta_s);
+
+/// Rows b0, b1, a1; columns in the order of kAllComponents (paper Eq. (36)).
+using CoefficientJacobian = Eigen::Matrix<double, 3, kComponentCount>;
+
+/// d(b0, b1, a1)/d(R1, R9, R12, C8, Ra, J, B) of Eq. (4), closed form.
+/// The paper prints it as Eq. (40), (41) with errors: see core/README.md, errata.
+CoefficientJacobian ContinuousJacobian(const PlantParameters& parameters);
+
+/// Rows b0d, b1d, a1d: the chain rule through Discretise.
+CoefficientJacobian DiscreteJacobian(const PlantParameters& parameters,
+                                     double period_s,
+                                     double delta_s);
+
+}  // namespace faultlab::core

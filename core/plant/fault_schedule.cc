@@ -1,0 +1,1 @@
+#include "core/plant/fault_schedule.h"

@@ -1,0 +1,1 @@
+#include "core/plant/model_fit.h"

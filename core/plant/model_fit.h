@@ -1,0 +1,51 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/plant/coefficients.h"
+#include "core/plant/sampled_model.h"
+#include "core/types/plant_parameters.h"
+
+namespace faultlab::core {
+
+/// MATLAB's compare: 100 (1 - |y - yhat| / |y - mean y|) in percent; may be negative.
+/// NaN when y is constant, has a non-finite sample or sizes differ or are 0.
+double FitPercent(std::span<const double> measured, std::span<const double> simulated);
+
+/// A simulated output with the initial state that suits the measurement best.
+struct ModelFit {
+  double fit_percent = 0.0;
+  std::vector<double> simulated_v;
+};
+
+/// Simulated output (never one step ahead) of y(k) = b0d u(k) + b1d u(k-1) - a1d y(k-1), the
+/// initial state x1 with y(0) = b0d u(0) + x1 by least squares.
+ModelFit FitDiscrete(const DiscreteCoefficients& model,
+                     std::span<const double> uc_v,
+                     std::span<const double> um_v);
+
+/// Same, of the continuous model, whose output is read `delta_s` after the edge of its input
+/// (delta = 0 is the paper's own use of an SIA estimate).
+ModelFit FitContinuous(const ContinuousCoefficients& model,
+                       std::span<const double> uc_v,
+                       std::span<const double> um_v,
+                       double period_s,
+                       double delta_s);
+
+/// Eq. (3): transfer function from Uc minus the friction channel b02/(a12 s + 1) with constant Mc.
+/// Both initial states by least squares.
+ModelFit FitFriction(const ContinuousCoefficients& model,
+                     double mc_nm,
+                     std::span<const double> uc_v,
+                     std::span<const double> um_v,
+                     double period_s,
+                     double delta_s);
+
+/// The exact sampled plant with constant Mc, three initial states by least squares.
+ModelFit FitSampled(const SampledModel& model,
+                    double mc_nm,
+                    std::span<const double> uc_v,
+                    std::span<const double> um_v);
+
+}  // namespace faultlab::core

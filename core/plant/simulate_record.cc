@@ -1,0 +1,1 @@
+#include "core/plant/simulate_record.h"

@@ -1,0 +1,1 @@
+#include "core/signals/prbs.h"
