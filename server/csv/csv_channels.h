@@ -1,0 +1,28 @@
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "core/types/sample.h"
+
+namespace faultlab::server {
+
+/// One column of a recording and where its number lives.
+struct CsvChannel {
+  std::string_view name;
+  double core::Sample::*member;
+  bool required;  ///< the file must have it
+  bool finite;    ///< and every row must have a number in it
+};
+
+/// Canonical order: time, command, then what the converters read.
+inline constexpr std::array<CsvChannel, 6> kCsvChannelTable = {{
+    {"t_s", &core::Sample::t_s, true, true},
+    {"uc_v", &core::Sample::uc_v, true, true},
+    {"um_v", &core::Sample::um_v, true, false},
+    {"ua_v", &core::Sample::ua_v, false, false},
+    {"ia_a", &core::Sample::ia_a, false, false},
+    {"n_rpm", &core::Sample::n_rpm, false, false},
+}};
+
+}  // namespace faultlab::server

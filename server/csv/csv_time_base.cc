@@ -1,0 +1,145 @@
+#include "server/csv/csv_time_base.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace faultlab::server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+/// How late a paced loop may be and still own its tick: just under half a period.
+constexpr double kGridTolerance = 0.45;
+/// A step belongs to another time base when it differs from the median by more than this ..
+constexpr double kStepTolerance = 0.25;
+/// .. and the next ones differ alike: that many in a row are no accident of lost rows.
+constexpr std::size_t kSameStepsMax = 10;
+constexpr double kAlike = 0.05;
+constexpr std::size_t kGapNotesMax = 3;
+constexpr double kMicrosecondsPerSecond = 1e6;
+
+std::string Seconds(double value) {
+  std::array<char, 32> text;
+  constexpr int kDigits = 9;
+  const std::to_chars_result end = std::to_chars(
+      text.data(), text.data() + text.size(), value, std::chars_format::general, kDigits);
+  return std::string(text.data(), end.ptr) + " s";
+}
+
+double MedianStep(std::span<const core::Sample> samples) {
+  std::vector<double> steps;
+  steps.reserve(samples.size() - 1);
+  for (std::size_t row = 1; row < samples.size(); ++row) {
+    steps.push_back(samples[row].t_s - samples[row - 1].t_s);
+  }
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return *middle;
+}
+
+/// First row of a stretch whose steps agree with each other but not with `period`.
+std::optional<std::size_t> OtherTimeBase(std::span<const core::Sample> samples, double period) {
+  std::size_t same = 0;
+  double previous = period;
+  for (std::size_t row = 1; row < samples.size(); ++row) {
+    const double step = samples[row].t_s - samples[row - 1].t_s;
+    const bool foreign = std::abs(step - period) > kStepTolerance * period;
+    const bool alike = same > 0 && std::abs(step - previous) <= kAlike * previous;
+    same = !foreign ? 0 : alike ? same + 1 : 1;
+    previous = step;
+    if (same == kSameStepsMax) {
+      return row + 1 - kSameStepsMax;
+    }
+  }
+  return std::nullopt;
+}
+
+double RefinePeriod(std::span<const core::Sample> samples, double median) {
+  double periods = 0.0;
+  for (std::size_t row = 1; row < samples.size(); ++row) {
+    const double steps = (samples[row].t_s - samples[row - 1].t_s) / median;
+    const double whole = std::round(steps);
+    // A late row makes a long and a short step: taken as they are, the two add up to whole ones.
+    periods += std::abs(steps - whole) < kStepTolerance ? whole : steps;
+  }
+  periods = std::max(1.0, std::round(periods));
+  const double refined = (samples.back().t_s - samples.front().t_s) / periods;
+  const double round = std::round(refined * kMicrosecondsPerSecond) / kMicrosecondsPerSecond;
+  constexpr double kEndAgreement = 0.1;  // periods by which the rounded grid may miss the last row
+  return round > 0.0 && std::abs(round - refined) * periods < kEndAgreement * refined ? round
+                                                                                      : refined;
+}
+
+}  // namespace
+
+Error CsvError(std::string_view name,
+               std::uint32_t line,
+               std::string_view column,
+               const std::string& message) {
+  const std::string where = std::string(name) + ":" + std::to_string(line) + ": ";
+  const std::string what = column.empty() ? "" : "column " + std::string(column) + ": ";
+  return {ErrorCode::kInvalid, where + what + message, std::string(column)};
+}
+
+std::optional<Error> AssignTimeBase(CsvRecord& record,
+                                    std::span<const std::uint32_t> line_of,
+                                    std::string_view name) {
+  std::vector<core::Sample>& samples = record.samples;
+  LAB_CHECK(samples.size() >= 2 && line_of.size() == samples.size());
+  const auto fail = [&](std::size_t row, const std::string& message) {
+    return CsvError(name, line_of[row], "t_s", message);
+  };
+  for (std::size_t row = 1; row < samples.size(); ++row) {
+    const double before = samples[row - 1].t_s;
+    if (!(samples[row].t_s > before)) {
+      const bool same = samples[row].t_s == before;
+      return fail(row,
+                  std::string("time ") + (same ? "repeats " : "goes back from ") + Seconds(before) +
+                      (same ? "" : " to " + Seconds(samples[row].t_s)) +
+                      ", expected it to rise by one period in each row");
+    }
+  }
+  const double median = MedianStep(samples);
+  if (const std::optional<std::size_t> row = OtherTimeBase(samples, median)) {
+    return fail(*row,
+                "two time bases: the step is " +
+                    Seconds(samples[*row].t_s - samples[*row - 1].t_s) +
+                    " from here on, expected " + Seconds(median) + " as in most of the file");
+  }
+  record.period_s = RefinePeriod(samples, median);
+  const double start = samples.front().t_s;
+  std::size_t gaps = 0;
+  for (std::size_t row = 1; row < samples.size(); ++row) {
+    const double place = (samples[row].t_s - start) / record.period_s;
+    const double step = samples[row].t_s - samples[row - 1].t_s;
+    const std::int64_t before = samples[row - 1].index;
+    const double index = std::round(place);
+    if (std::abs(place - index) > kGridTolerance || index <= static_cast<double>(before)) {
+      return fail(row,
+                  "step of " + Seconds(step) + ", expected " + Seconds(record.period_s) +
+                      " or a whole multiple where rows are missing");
+    }
+    if (index - static_cast<double>(row) > static_cast<double>(samples.size())) {
+      return fail(row,
+                  "time jumps by " + Seconds(step) + ": more rows missing than present, expected " +
+                      Seconds(record.period_s) + " between rows");
+    }
+    samples[row].index = static_cast<std::int64_t>(index);
+    const std::int64_t missing = samples[row].index - before - 1;
+    if (missing > 0 && ++gaps <= kGapNotesMax) {
+      record.notes.push_back(std::string(name) + ":" + std::to_string(line_of[row]) + ": " +
+                             std::to_string(missing) + " rows missing before this line");
+    }
+    record.missing_samples += missing;
+  }
+  if (gaps > kGapNotesMax) {
+    record.notes.push_back(std::string(name) + ": " + std::to_string(gaps) + " gaps in all, " +
+                           std::to_string(record.missing_samples) + " rows missing");
+  }
+  return std::nullopt;
+}
+
+}  // namespace faultlab::server

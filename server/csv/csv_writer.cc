@@ -1,0 +1,69 @@
+#include "server/csv/csv_writer.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+
+#include "server/csv/csv_channels.h"
+#include "server/csv/file_io.h"
+
+namespace faultlab::server {
+namespace {
+
+void AppendNumber(std::string& out, double value) {
+  if (std::isnan(value)) {
+    return;  // a lost reading is an empty cell
+  }
+  std::array<char, 32> text;
+  const std::to_chars_result end = std::to_chars(text.data(), text.data() + text.size(), value);
+  out.append(text.data(), end.ptr);
+}
+
+void AppendComment(std::string& out, std::string comment) {
+  std::replace_if(
+      comment.begin(), comment.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  out += "# " + comment + '\n';
+}
+
+}  // namespace
+
+std::string FormatCsv(std::span<const core::Sample> samples, const CsvWriteOptions& options) {
+  std::vector<const CsvChannel*> channels;
+  for (const CsvChannel& channel : kCsvChannelTable) {
+    const auto holds_number = [&](const core::Sample& sample) {
+      return !std::isnan(sample.*channel.member);
+    };
+    if (channel.required || std::any_of(samples.begin(), samples.end(), holds_number)) {
+      channels.push_back(&channel);
+    }
+  }
+  std::string out;
+  constexpr std::size_t kTypicalCellBytes = 10;
+  out.reserve((samples.size() + 1) * channels.size() * kTypicalCellBytes);
+  for (const std::string& comment : options.comments) {
+    AppendComment(out, comment);
+  }
+  const auto end_cell = [&](const CsvChannel* channel) {
+    out += channel == channels.back() ? '\n' : ',';
+  };
+  for (const CsvChannel* channel : channels) {
+    out += channel->name;
+    end_cell(channel);
+  }
+  for (const core::Sample& sample : samples) {
+    for (const CsvChannel* channel : channels) {
+      AppendNumber(out, sample.*channel->member);
+      end_cell(channel);
+    }
+  }
+  return out;
+}
+
+core::Status WriteCsv(const std::string& path,
+                      std::span<const core::Sample> samples,
+                      const CsvWriteOptions& options) {
+  return WriteFile(path, FormatCsv(samples, options));
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace faultlab::server {
+
+/// A drawing as data: what is shown, not how. The OpenCV renderer makes the PNG of it, the browser
+/// draws the same thing from ToJson(). Text may hold subscripts as "b_{0d}"; PlainText() drops the
+/// mark-up for renderers that do not know it.
+enum class Ink { kBlue, kVermilion, kGreen, kSky, kPurple, kOrange, kBlack, kGrey };
+enum class Dash { kSolid, kDashed, kDotted };
+
+struct Axis {
+  std::string label;  ///< "U_{m}"
+  std::string unit;   ///< "V"; empty for a pure number
+  /// Fixed range; without it the renderer takes that of the data, with a margin.
+  std::optional<std::pair<double, double>> range;
+};
+
+/// x ascending; NaN in y breaks the line.
+struct Series {
+  std::string name;  ///< legend entry; empty keeps it out of the legend
+  Ink ink = Ink::kBlue;
+  Dash dash = Dash::kSolid;
+  double width = 1.6;         ///< points at scale 1
+  bool stair = false;         ///< holds its value to the next x (a control voltage)
+  std::optional<bool> scale;  ///< false: does not widen the automatic y range (default true)
+  std::vector<double> x;
+  std::vector<double> y;
+};
+
+/// A horizontal reference, such as a nominal value.
+struct Level {
+  double y = 0.0;
+  std::string label;  ///< written at the right edge of the panel
+  Ink ink = Ink::kGrey;
+};
+
+/// A shaded rectangle; an open side reaches the edge of the panel.
+struct Band {
+  std::optional<double> x_from, x_to, y_from, y_to;
+  std::string name;  ///< legend entry
+  Ink ink = Ink::kGrey;
+};
+
+/// A part of the panel's own series, magnified in a corner.
+struct Inset {
+  double x_from = 0.0;
+  double x_to = 1.0;
+  std::string title;
+};
+
+enum class MarkKind { kFault, kDetected, kIsolated, kReturned };
+
+/// An instant, drawn through all panels: shape, dash and label differ, not colour alone.
+struct Mark {
+  MarkKind kind = MarkKind::kFault;
+  double x = 0.0;
+  std::string label;
+};
+
+struct Panel {
+  Axis y;
+  std::vector<Series> series;
+  std::vector<Level> levels;
+  std::vector<Band> bands;
+  std::optional<Inset> inset;
+  double weight = 1.0;  ///< share of the height
+};
+
+/// A matrix as coloured cells (isolability). Replaces the panels when rows is not empty.
+struct CellMatrix {
+  std::vector<std::string> rows;
+  std::vector<std::string> columns;
+  std::vector<double> value;      ///< [rows x columns], 0 = pale .. 1 = full colour; NaN = empty
+  std::vector<std::string> text;  ///< [rows x columns], written in the cell
+  std::string row_title;
+  std::string column_title;
+};
+
+struct Figure {
+  std::string title;
+  std::string subtitle;
+  Axis x;
+  std::vector<Panel> panels;
+  std::vector<Mark> marks;
+  CellMatrix matrix;
+  std::string footer;  ///< where it comes from: rig, run, version
+};
+
+/// "b_{0d}" -> "b0d".
+std::string PlainText(const std::string& text);
+
+}  // namespace faultlab::server

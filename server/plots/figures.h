@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/types/fault.h"
+#include "core/types/frame.h"
+#include "core/types/sample.h"
+#include "core/types/verdict.h"
+#include "server/plots/figure.h"
+
+namespace faultlab::server {
+
+/// What every figure of one recording shares.
+struct FigureContext {
+  std::string name;                 ///< "R1 = 100 Ω at 10 s", a run's name or a file's
+  std::string footer;               ///< rig, run id, version
+  std::vector<core::Fault> faults;  ///< what was injected, if it may be shown
+  std::optional<core::Verdict> verdict;
+  /// Horizontal reference lines of the estimates, {b0d, b1d, a1d} and {b0, b1, a1}; from the
+  /// calibration of the rig, or from the paper's nominal values.
+  std::optional<std::array<double, 3>> nominal_swa;
+  std::optional<std::array<double, 3>> nominal_sia;
+};
+
+/// Paper Figures 14-16: Uc with a magnified part, Um, and Ia and n where the recording has them.
+Figure MakeSignalsFigure(std::span<const core::Sample> samples, const FigureContext& context);
+
+enum class EstimatorFamily { kSwa, kSia };
+
+/// Paper Figures 17-20: b0 alone above, b1 and a1 together below; the three windows of the family,
+/// nominal lines, markers, and the transient after the fault ((K-1)T or (K+m-1)T) shaded.
+/// An estimate that is invalid, not excited or older than its sample is a gap in the line.
+Figure MakeEstimatesFigure(std::span<const core::Frame> frames,
+                           EstimatorFamily family,
+                           const FigureContext& context);
+
+/// One model's simulated output beside the measurement.
+struct ModelOutput {
+  std::string name;  ///< "SWA", "Eq. 3, M_{c} = 0.33 mNm"
+  double fit_percent = 0.0;
+  std::vector<double> um_v;  ///< one value per sample of the stretch
+};
+
+struct ModelComparison {
+  std::vector<double> t_s;   ///< the stretch that was simulated
+  std::vector<double> um_v;  ///< measured
+  std::vector<ModelOutput> models;
+};
+
+/// Paper Figure 23: measured Um against the models, the fit in the legend, residuals below.
+/// Shows at most `shown_s` seconds of the stretch, from its start; the fits are of the whole.
+Figure MakeModelsFigure(const ModelComparison& comparison,
+                        const FigureContext& context,
+                        double shown_s = 2.0);
+
+/// Paper Figures 15-16: one quantity of several recordings in one panel.
+struct OverlayTrace {
+  std::string name;  ///< "R_{1} = 10 Ω"
+  std::vector<double> t_s;
+  std::vector<double> um_v;
+};
+struct OverlayPanel {
+  std::string title;  ///< "(a) R_{1}"
+  std::vector<OverlayTrace> traces;
+};
+Figure MakeOverlayFigure(const std::vector<OverlayPanel>& panels, const FigureContext& context);
+
+/// "signals", "swa", "sia", "models": the names that the command line and the HTTP interface take.
+inline constexpr std::string_view kFigureNames[] = {"signals", "swa", "sia", "models"};
+
+}  // namespace faultlab::server
