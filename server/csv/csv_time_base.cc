@@ -58,14 +58,18 @@ std::optional<std::size_t> OtherTimeBase(std::span<const core::Sample> samples, 
 }
 
 double RefinePeriod(std::span<const core::Sample> samples, double median) {
+  // A late row makes a long and a short step: what rounding left over of one is handed to the next,
+  // but fades, for the median itself is a little off and would add up.
+  constexpr double kFade = 0.5;
   double periods = 0.0;
+  double left_over = 0.0;
   for (std::size_t row = 1; row < samples.size(); ++row) {
-    const double steps = (samples[row].t_s - samples[row - 1].t_s) / median;
+    const double steps = (samples[row].t_s - samples[row - 1].t_s) / median + kFade * left_over;
     const double whole = std::round(steps);
-    // A late row makes a long and a short step: taken as they are, the two add up to whole ones.
-    periods += std::abs(steps - whole) < kStepTolerance ? whole : steps;
+    left_over = steps - whole;
+    periods += whole;
   }
-  periods = std::max(1.0, std::round(periods));
+  periods = std::max(1.0, periods);
   const double refined = (samples.back().t_s - samples.front().t_s) / periods;
   const double round = std::round(refined * kMicrosecondsPerSecond) / kMicrosecondsPerSecond;
   constexpr double kEndAgreement = 0.1;  // periods by which the rounded grid may miss the last row
