@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/plant/profile.h"
 #include "core/types/component.h"
 #include "core/types/result.h"
 #include "core/types/sample.h"
@@ -22,10 +23,6 @@ namespace faultlab::hardware {
 enum class Epoch : std::uint64_t {};
 
 enum class RigKind { kBench, kSimulated, kReplay, kRemote };
-
-/// How the amplifier board is strapped (paper section 2.1.2).
-enum class AmplifierMode { kVoltageToVoltage, kVoltageToCurrent };
-enum class AmplifierQuadrants { kTwo, kFour };
 
 /// What a rig is and can do. Fixed while the rig lives.
 struct RigDescription {
@@ -43,8 +40,8 @@ struct RigDescription {
   double uc_v_max = 5.0;
   double delta_s = 0.0095;  ///< DAC edge of uc(k) to ADC sample um(k)
   std::string profile;      ///< "bench" or "multisim" for a simulator, empty otherwise
-  AmplifierMode amplifier_mode = AmplifierMode::kVoltageToVoltage;
-  AmplifierQuadrants amplifier_quadrants = AmplifierQuadrants::kTwo;
+  core::AmplifierMode amplifier_mode = core::AmplifierMode::kVoltage;
+  core::Quadrants amplifier_quadrants = core::Quadrants::kTwo;
 };
 
 enum class RigState { kOffline, kIdle, kArmed, kRunning, kStopping, kTripped };

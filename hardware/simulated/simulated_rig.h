@@ -23,8 +23,8 @@ struct SimulatedRigOptions {
   /// Silence of the holder after which the rig goes safe; real time. Ignored for speed 0.
   std::chrono::milliseconds watchdog{500};
   std::size_t queue_messages = 4096;  ///< bound of the queue between the rig and its reader
-  AmplifierMode amplifier_mode = AmplifierMode::kVoltageToVoltage;
-  AmplifierQuadrants amplifier_quadrants = AmplifierQuadrants::kTwo;
+  core::AmplifierMode amplifier_mode = core::AmplifierMode::kVoltage;
+  core::Quadrants amplifier_quadrants = core::Quadrants::kTwo;
   /// Speed as pulses counted over one period (quantum 1.6 rpm, mean over the period) instead of
   /// the frequency of the last pulses.
   bool gated_speed = false;

@@ -1,0 +1,367 @@
+#include "hardware/paced_rig.h"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include "core/types/check.h"
+
+namespace faultlab::hardware {
+namespace {
+
+core::Error Conflict(std::string message) {
+  return {.code = core::ErrorCode::kConflict, .message = std::move(message), .field = {}};
+}
+
+double Seconds(Nanoseconds time) {
+  return std::chrono::duration<double>(time).count();
+}
+
+}  // namespace
+
+PacedRig::PacedRig(std::unique_ptr<RigMachine> machine, PacedRigOptions options)
+    : machine_(std::move(machine)), options_(std::move(options)), queue_(options_.queue_messages) {
+  LAB_CHECK(machine_ && options_.clock && options_.wall && options_.runner);
+  LAB_CHECK(options_.queue_messages >= 1);
+}
+
+PacedRig::~PacedRig() {
+  SafeStop("the rig was closed");
+  loop_.reset();
+}
+
+RigState PacedRig::state() const {
+  const std::lock_guard lock(mutex_);
+  return state_;
+}
+
+std::optional<Trip> PacedRig::trip() const {
+  const std::lock_guard lock(mutex_);
+  return trip_;
+}
+
+LoopQuality PacedRig::loop_quality() const {
+  const std::lock_guard lock(mutex_);
+  LoopQuality quality = quality_;
+  quality.fifo = options_.runner->fifo();
+  return quality;
+}
+
+core::Status PacedRig::CheckEpoch(Epoch epoch) const {
+  if (epoch >= epoch_) return core::Done{};
+  return core::Error{.code = core::ErrorCode::kStale,
+                     .message = "epoch " + std::to_string(static_cast<std::uint64_t>(epoch)) +
+                                " is older than the rig's " +
+                                std::to_string(static_cast<std::uint64_t>(epoch_)) +
+                                ": the lease has gone to somebody else",
+                     .field = "epoch"};
+}
+
+core::Status PacedRig::Arm(RunPlan plan, Epoch epoch) {
+  const std::lock_guard machine_lock(machine_mutex_);
+  {
+    const std::lock_guard lock(mutex_);
+    if (auto fresh = CheckEpoch(epoch); !fresh) return fresh;
+    if (state_ == RigState::kTripped) {
+      return Conflict("the interlock " + trip_->name + " holds the rig: clear it first");
+    }
+    if (state_ != RigState::kIdle && state_ != RigState::kArmed) {
+      return Conflict("the rig is " + std::string(Name(state_)));
+    }
+    if (auto good = machine_->Check(plan); !good) return good;
+    epoch_ = epoch;
+  }
+  loop_.reset();  // the loop of the run before has ended: its state said so
+  try {
+    machine_->Prepare(plan);
+  } catch (const std::exception& error) {
+    const std::string unsafe = machine_->MakeSafe();
+    return core::Error{.code = core::ErrorCode::kUnavailable,
+                       .message = std::string("the rig does not get ready: ") + error.what() +
+                                  (unsafe.empty() ? "" : "; " + unsafe),
+                       .field = {}};
+  }
+  const std::lock_guard lock(mutex_);
+  queue_.Reopen();
+  commands_.clear();
+  stop_reason_.reset();
+  stop_asked_ = false;
+  period_ = Nanoseconds(static_cast<std::int64_t>(plan.period_s * 1e9 + 0.5));
+  planned_ = shift_ = Nanoseconds(0);
+  next_index_ = 0;
+  consecutive_overruns_ = 0;
+  first_step_ = true;
+  state_ = RigState::kArmed;
+  return core::Done{};
+}
+
+core::Status PacedRig::Start(Epoch epoch) {
+  const std::lock_guard machine_lock(machine_mutex_);
+  {
+    const std::lock_guard lock(mutex_);
+    if (auto fresh = CheckEpoch(epoch); !fresh) return fresh;
+    if (state_ != RigState::kArmed) {
+      return Conflict("the rig is " + std::string(Name(state_)) + ", not armed");
+    }
+    state_ = RigState::kRunning;
+  }
+  HeardFrom();
+  loop_ = options_.runner->Launch(*this);
+  return core::Done{};
+}
+
+core::Status PacedRig::Command(Epoch epoch, const RigCommand& command) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (auto fresh = CheckEpoch(epoch); !fresh) return fresh;
+    HeardFrom();
+    if (command.kind != RigCommand::Kind::kClearTrip && state_ == RigState::kRunning) {
+      if (auto good = machine_->Check(command); !good) return good;
+      if (commands_.size() >= kCommandsMax) {
+        return core::Error{.code = core::ErrorCode::kBusy,
+                           .message = "too many commands for one tick: try again",
+                           .field = {}};
+      }
+      commands_.push_back(command);
+      return core::Done{};
+    }
+    if (command.kind == RigCommand::Kind::kSetComponent || state_ == RigState::kRunning ||
+        state_ == RigState::kStopping) {
+      return Conflict("the rig is " + std::string(Name(state_)) +
+                      ": components are set while it runs");
+    }
+  }
+  // Idle, armed or tripped: all nominal, and with kClearTrip the latch opened if that worked.
+  const std::lock_guard machine_lock(machine_mutex_);
+  const std::string unsafe = machine_->MakeSafe();
+  if (!unsafe.empty()) {
+    return core::Error{
+        .code = core::ErrorCode::kUnavailable, .message = "not safe: " + unsafe, .field = {}};
+  }
+  const std::lock_guard lock(mutex_);
+  if (command.kind == RigCommand::Kind::kClearTrip && state_ == RigState::kTripped) {
+    machine_->ClearTrip();
+    trip_.reset();
+    state_ = RigState::kIdle;
+  }
+  return core::Done{};
+}
+
+void PacedRig::HeardFrom() {
+  heard_at_ns_.store(options_.wall->Now().count(), std::memory_order_relaxed);
+}
+
+bool PacedRig::HolderIsSilent() const {
+  if (options_.watchdog.count() == 0 || readers_ > 0) return false;
+  const Nanoseconds heard_at(heard_at_ns_.load(std::memory_order_relaxed));
+  return options_.wall->Now() - heard_at > options_.watchdog;
+}
+
+void PacedRig::KeepAlive(Epoch epoch) {
+  const std::lock_guard lock(mutex_);
+  if (CheckEpoch(epoch)) HeardFrom();
+}
+
+ReadStatus PacedRig::Read(std::vector<RigMessage>& out, std::chrono::milliseconds patience) {
+  ++readers_;
+  HeardFrom();
+  const bool open = queue_.TakeAll(out, patience);
+  HeardFrom();
+  --readers_;
+  return open ? ReadStatus::kMore : ReadStatus::kEnded;
+}
+
+void PacedRig::Fence(Epoch epoch) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (epoch <= epoch_) return;
+    epoch_ = epoch;
+  }
+  SafeStop("the lease was revoked");
+}
+
+void PacedRig::SafeStop(std::string_view reason) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!stop_reason_) stop_reason_ = std::string(reason);
+    stop_asked_ = true;
+  }
+  {
+    // At once, whatever the loop waits for; it does the same again when it sees the request.
+    const std::lock_guard machine_lock(machine_mutex_);
+    const std::string unsafe = machine_->MakeSafe();
+    const std::lock_guard lock(mutex_);
+    if (state_ == RigState::kArmed) {
+      state_ = RigState::kIdle;
+      queue_.Close();
+    }
+    if (!unsafe.empty() && state_ == RigState::kIdle) {
+      Latch({.name = "unsafe", .text = unsafe});
+      state_ = RigState::kTripped;
+    }
+  }
+  queue_.Wake();
+  std::unique_lock lock(mutex_);
+  state_changed_.wait(
+      lock, [this] { return state_ != RigState::kRunning && state_ != RigState::kStopping; });
+}
+
+SelfTestReport PacedRig::SelfTest() {
+  const std::lock_guard machine_lock(machine_mutex_);
+  LAB_CHECK(state() == RigState::kIdle, Name(state()));
+  SelfTestReport report;
+  try {
+    report = machine_->SelfTest();
+  } catch (const std::exception& error) {
+    report.ok = false;
+    report.positions.push_back({.component = core::Component::kR1,
+                                .value = 0.0,
+                                .line = "",
+                                .ok = false,
+                                .text = error.what()});
+  }
+  if (!machine_->MakeSafe().empty()) report.ok = false;
+  return report;
+}
+
+void PacedRig::Latch(Trip trip) {
+  if (!trip_) trip_ = std::move(trip);
+}
+
+void PacedRig::CountTick(const Wake& wake, std::vector<RigMessage>& out) {
+  std::int64_t missed = 0;
+  if (wake.lateness >= period_) {
+    // The periods that have passed are not caught up in a rush: the grid moves on.
+    missed = wake.lateness / period_;
+    shift_ += missed * period_;
+    ++consecutive_overruns_;
+    out.emplace_back(RigEvent{.kind = RigEventKind::kOverrun,
+                              .index = next_index_,
+                              .value = Seconds(wake.lateness),
+                              .text = "the tick came late"});
+  } else {
+    consecutive_overruns_ = 0;
+  }
+  const std::lock_guard lock(mutex_);
+  quality_.Count(Seconds(wake.wall_lateness));
+  quality_.missed_ticks += static_cast<std::uint64_t>(missed);
+  if (wake.wall_lateness >= period_) ++quality_.overruns;
+}
+
+std::string PacedRig::TakeStopReason() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (stop_reason_) return *stop_reason_;
+  }
+  if (HolderIsSilent()) return "watchdog: no word from the holder";
+  if (consecutive_overruns_ >= options_.consecutive_overruns_max) {
+    return "overrun: " + std::to_string(consecutive_overruns_) + " ticks in a row came late";
+  }
+  return {};
+}
+
+/// @returns empty, or why the messages could not be handed on.
+std::string PacedRig::Deliver(std::vector<RigMessage>& messages) {
+  for (RigMessage& message : messages) {
+    if (queue_.TryPush(std::move(message))) continue;
+    if (!options_.wait_for_reader) return "queue full: nobody reads the samples";
+    constexpr auto kForever = std::chrono::hours(24 * 365);
+    const auto deadline =
+        std::chrono::steady_clock::now() +
+        (options_.watchdog.count() == 0 ? Nanoseconds(kForever) : options_.watchdog);
+    if (queue_.PushUntil(std::move(message), deadline, [this] { return stop_asked_.load(); })) {
+      continue;
+    }
+    if (!stop_asked_) return "watchdog: no word from the holder";
+    queue_.PushLast(std::move(message));
+  }
+  return {};
+}
+
+std::optional<Nanoseconds> PacedRig::Step(const Wake& wake) noexcept {
+  std::string reason;
+  bool finished = false;
+  messages_.clear();
+  try {
+    if (first_step_) {
+      first_step_ = false;
+      started_at_ = options_.clock->Now();
+      messages_.emplace_back(RigEvent{.kind = RigEventKind::kStarted, .index = 0, .text = ""});
+    } else {
+      CountTick(wake, messages_);
+    }
+    reason = TakeStopReason();
+    if (reason.empty()) {
+      taken_.clear();
+      std::optional<Nanoseconds> next;
+      bool tripped = false;
+      {
+        const std::lock_guard machine_lock(machine_mutex_);
+        // Asked again under the lock: a SafeStop that has made the rig safe must be the last word.
+        if (!stop_asked_) {
+          {
+            const std::lock_guard lock(mutex_);
+            taken_.swap(commands_);
+          }
+          const StepTime time{.planned = planned_, .actual = options_.clock->Now() - started_at_};
+          next = machine_->Step(time, taken_, messages_);
+          tripped = machine_->trip().has_value();
+        } else {
+          next = planned_;
+        }
+      }
+      if (!messages_.empty()) {
+        if (const auto* sample = std::get_if<core::Sample>(&messages_.back())) {
+          next_index_ = sample->index + 1;
+        }
+      }
+      reason = Deliver(messages_);
+      if (reason.empty() && !tripped && next) {
+        planned_ = *next;
+        return started_at_ + planned_ + shift_;
+      }
+      finished = reason.empty() && !tripped;
+    } else {
+      Deliver(messages_);
+    }
+  } catch (const IoError& error) {
+    reason = std::string("io_error: ") + error.what();
+    const std::lock_guard lock(mutex_);
+    Latch({.name = "io_error", .index = next_index_, .text = error.what()});
+  } catch (const std::exception& error) {
+    reason = std::string("internal: ") + error.what();
+    const std::lock_guard lock(mutex_);
+    Latch({.name = "internal", .index = next_index_, .text = error.what()});
+  }
+  Finish(std::move(reason), finished);
+  return std::nullopt;
+}
+
+void PacedRig::Finish(std::string reason, bool finished) {
+  {
+    const std::lock_guard lock(mutex_);
+    state_ = RigState::kStopping;
+  }
+  std::optional<Trip> machine_trip;
+  std::string unsafe;
+  {
+    const std::lock_guard machine_lock(machine_mutex_);
+    unsafe = machine_->MakeSafe();
+    machine_trip = machine_->trip();
+  }
+  if (machine_trip) reason = machine_trip->name + ": " + machine_trip->text;
+  if (!unsafe.empty()) reason += (reason.empty() ? "unsafe: " : "; unsafe: ") + unsafe;
+  const bool tripped = machine_trip || !unsafe.empty();
+  const std::lock_guard lock(mutex_);
+  if (machine_trip) Latch(*machine_trip);
+  if (!unsafe.empty()) Latch({.name = "unsafe", .index = next_index_, .text = unsafe});
+  queue_.PushLast(
+      RigEvent{.kind = finished && !tripped ? RigEventKind::kFinished : RigEventKind::kStopped,
+               .index = next_index_,
+               .text = std::move(reason)});
+  queue_.Close();
+  state_ = trip_ ? RigState::kTripped : RigState::kIdle;
+  state_changed_.notify_all();
+}
+
+}  // namespace faultlab::hardware

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hardware/bounded_queue.h"
+#include "hardware/clock.h"
+#include "hardware/rig.h"
+#include "hardware/rig_machine.h"
+#include "hardware/run_loop.h"
+
+namespace faultlab::hardware {
+
+struct PacedRigOptions {
+  std::shared_ptr<Clock> clock;        ///< the run's time
+  std::shared_ptr<Clock> wall;         ///< time of the watchdog
+  std::shared_ptr<LoopRunner> runner;  ///< where the loop runs
+  std::size_t queue_messages = 4096;
+  /// A full queue makes the loop wait (simulators) instead of failing the run.
+  bool wait_for_reader = false;
+  Nanoseconds watchdog = std::chrono::milliseconds(500);  ///< 0 = none
+  int consecutive_overruns_max = 5;  ///< the run stops at this many late ticks in a row
+};
+
+/// The paced half of every rig that lives in this process: lease fence, state, queue, watchdog,
+/// overruns, and the safe stop on every way out. What is done at each tick is the machine's.
+///
+///   Arm -> kArmed -> Start -> kRunning -> (end | SafeStop | trip | error) -> kIdle or kTripped
+///
+/// Whatever ends the loop, the machine is safe before the last message is readable.
+class PacedRig final : public Rig, private LoopTask {
+ public:
+  PacedRig(std::unique_ptr<RigMachine> machine, PacedRigOptions options);
+  ~PacedRig() override;
+  PacedRig(const PacedRig&) = delete;
+  PacedRig& operator=(const PacedRig&) = delete;
+
+  const RigDescription& description() const override { return machine_->description(); }
+  RigState state() const override;
+  core::Status Arm(RunPlan plan, Epoch epoch) override;
+  core::Status Start(Epoch epoch) override;
+  core::Status Command(Epoch epoch, const RigCommand& command) override;
+  void KeepAlive(Epoch epoch) override;
+  ReadStatus Read(std::vector<RigMessage>& out, std::chrono::milliseconds patience) override;
+  void Fence(Epoch epoch) override;
+  void SafeStop(std::string_view reason) override;
+  SelfTestReport SelfTest() override;
+  std::optional<Trip> trip() const override;
+  LoopQuality loop_quality() const override;
+
+ private:
+  static constexpr std::size_t kCommandsMax = 16;
+
+  Clock& clock() override { return *options_.clock; }
+  std::optional<Nanoseconds> Step(const Wake& wake) noexcept override;
+
+  core::Status CheckEpoch(Epoch epoch) const;
+  void HeardFrom();
+  bool HolderIsSilent() const;
+  void CountTick(const Wake& wake, std::vector<RigMessage>& out);
+  std::string Deliver(std::vector<RigMessage>& messages);
+  std::string TakeStopReason();
+  void Finish(std::string reason, bool finished);
+  void Latch(Trip trip);
+
+  const std::unique_ptr<RigMachine> machine_;
+  const PacedRigOptions options_;
+  BoundedQueue<RigMessage> queue_;
+
+  /// Guards the machine: held during each of its calls. Taken before mutex_.
+  std::mutex machine_mutex_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable state_changed_;
+  RigState state_ = RigState::kIdle;
+  Epoch epoch_{0};
+  std::vector<RigCommand> commands_;
+  std::optional<std::string> stop_reason_;
+  std::optional<Trip> trip_;
+  LoopQuality quality_;
+  Nanoseconds period_{0};
+
+  std::atomic<std::int64_t> heard_at_ns_{0};
+  std::atomic<int> readers_{0};
+  std::atomic<bool> stop_asked_{false};
+
+  // Of the loop alone.
+  Nanoseconds started_at_{0};
+  Nanoseconds planned_{0};
+  Nanoseconds shift_{0};
+  std::int64_t next_index_ = 0;
+  int consecutive_overruns_ = 0;
+  bool first_step_ = true;
+  std::vector<RigMessage> messages_;
+  std::vector<RigCommand> taken_;
+
+  std::unique_ptr<LoopRunner::Handle> loop_;  ///< last: its end needs all of the above
+};
+
+}  // namespace faultlab::hardware
