@@ -3,6 +3,7 @@
 #include <array>
 #include <memory>
 
+#include "core/estimators/sample_intake.h"
 #include "core/estimators/sia_mode.h"
 #include "core/types/estimate.h"
 #include "core/types/frame.h"
@@ -14,8 +15,9 @@ namespace faultlab::core {
 struct EstimatorBankOptions {
   double period_s = kSamplePeriodSeconds;
   SiaMode sia_mode = SiaMode::kExact;
-  double delta_s = 9.5e-3;    ///< DAC edge to ADC sample, [0, period_s]; used by SiaMode::kExact
-  double um_limit_v = 9.999;  ///< readings at or beyond the converter's rail are left out
+  double delta_s = 9.5e-3;  ///< DAC edge to ADC sample, [0, period_s]; used by SiaMode::kExact
+  double um_limit_v =
+      kConverterRail_v;  ///< readings at or beyond the converter's rail are left out
 };
 
 /// The six first-order estimators of kEstimatorShapes, fed with one sample after another.

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cmath>
+
+#include "core/estimators/sliding_moments.h"
+
+namespace faultlab::core {
+
+/// A reading beyond this is no voltage of any converter: treated as non-finite, so that squares of
+/// garbage never enter a sum.
+inline constexpr double kPlausibleMax_v = 1e6;
+
+inline bool IsPlausible(double reading_v) {
+  return std::abs(reading_v) < kPlausibleMax_v;  // false for NaN
+}
+
+/// Says what the row of the newest sample is worth when rows reach `reach` samples back: valid only
+/// if these reach + 1 samples were all good and consecutive, invalid if one of them was non-finite.
+class RowHistory {
+ public:
+  explicit RowHistory(int reach_samples)
+      : reach_(reach_samples), since_invalid_(reach_samples + 1) {}
+
+  RowKind PushGood() {
+    since_invalid_ += since_invalid_ <= reach_;
+    since_break_ += since_break_ <= reach_;
+    return Kind();
+  }
+  /// A sample that is there but must not be used (clipped).
+  RowKind PushUnusable() {
+    since_invalid_ += since_invalid_ <= reach_;
+    since_break_ = 0;
+    return Kind();
+  }
+  RowKind PushInvalid() {
+    since_invalid_ = since_break_ = 0;
+    return RowKind::kInvalid;
+  }
+  /// Samples are missing between the last one and the next.
+  void Break() { since_break_ = 0; }
+
+ private:
+  RowKind Kind() const {
+    if (since_invalid_ <= reach_) {
+      return RowKind::kInvalid;
+    }
+    return since_break_ > reach_ ? RowKind::kValid : RowKind::kEmpty;
+  }
+
+  int reach_;
+  int since_invalid_;    ///< good samples since an invalid one, at most reach + 1
+  int since_break_ = 0;  ///< consecutive good samples, at most reach + 1
+};
+
+}  // namespace faultlab::core

@@ -1,0 +1,48 @@
+#include "core/estimators/sia_report.h"
+
+#include <cmath>
+#include <limits>
+
+namespace faultlab::core {
+
+bool SiaExactMap::Apply(const double* inverse,
+                        double variance,
+                        double* theta,
+                        double* sigma) const {
+  const double t = period_s;
+  const double b0 = theta[0];
+  const double b1p = theta[1];
+  const double a1p = theta[2];
+  if (!(a1p > t)) {
+    const double reach = a1p + sigma[2];
+    theta[1] = theta[2] = 0.0;
+    sigma[1] = std::numeric_limits<double>::infinity();
+    sigma[2] = reach > t ? -t / std::log1p(-t / reach) : 0.0;
+    return false;
+  }
+  const double ratio = t / a1p;                // 1 - exp(-T/a1)
+  const double log_pole = std::log1p(-ratio);  // -T/a1
+  const double a1 = -t / log_pole;
+  const double b0d = b1p / a1p;
+  const double growth = std::exp(delta_s / a1);
+  const double b1 = a1 * (b0 - (b0 - b0d) * growth);
+  // d a1 / d a1' = (a1/a1')^2 / (1 - T/a1');  d growth / d a1 = -growth delta / a1^2.
+  const double da1 = (a1 / a1p) * (a1 / a1p) / (1.0 - ratio);
+  const double db1_db0 = a1 * (1.0 - growth);
+  const double db1_db1p = a1 * growth / a1p;
+  const double db1_da1 = b1 / a1 + (b0 - b0d) * growth * delta_s / a1;
+  const double db1_da1p = db1_da1 * da1 - a1 * growth * b0d / a1p;
+  // Packed inverse: (0,0) (1,0) (1,1) (2,0) (2,1) (2,2).
+  const double b1_variance =
+      variance * (db1_db0 * db1_db0 * inverse[0] + db1_db1p * db1_db1p * inverse[2] +
+                  db1_da1p * db1_da1p * inverse[5] +
+                  2.0 * (db1_db0 * db1_db1p * inverse[1] + db1_db0 * db1_da1p * inverse[3] +
+                         db1_db1p * db1_da1p * inverse[4]));
+  theta[1] = b1;
+  theta[2] = a1;
+  sigma[1] = std::sqrt(b1_variance > 0.0 ? b1_variance : 0.0);
+  sigma[2] *= da1;
+  return true;
+}
+
+}  // namespace faultlab::core
