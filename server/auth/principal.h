@@ -1,75 +1,37 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <set>
 #include <string>
 #include <string_view>
-#include <vector>
-
-#include "core/types/result.h"
-#include "server/net/http.h"
 
 namespace faultlab::server {
 
 enum class Role : std::uint8_t { kGuest, kStudent, kInstructor, kOperator, kAdmin, kService };
+inline constexpr int kRoleCount = 6;
+/// "guest", "student", "instructor", "operator", "admin", "service".
+std::string_view Name(Role role);
+std::optional<Role> ParseRole(std::string_view name);
 
-constexpr std::string_view Name(Role role) {
-  switch (role) {
-    case Role::kGuest:
-      return "guest";
-    case Role::kStudent:
-      return "student";
-    case Role::kInstructor:
-      return "instructor";
-    case Role::kOperator:
-      return "operator";
-    case Role::kAdmin:
-      return "admin";
-    case Role::kService:
-      return "service";
-  }
-  return "?";
-}
+/// How the caller proved who they are.
+enum class Proof : std::uint8_t { kNone, kSessionCookie, kApiKey };
 
-/// Who asks.
+/// Who asks. An ordinary value: made once per request by the Authenticator, passed along.
 struct Principal {
+  std::int64_t user_id = 0;  ///< 0 for the guest
+  std::string login = "guest";
+  std::string name = "guest";  ///< as shown to others
   Role role = Role::kGuest;
-  std::string id;    ///< stable; "guest" for guests
-  std::string name;  ///< for people
-  std::vector<std::string> scopes;  ///< of an API key; empty for people
-  bool by_cookie = false;           ///< unsafe requests then need the CSRF defence
-};
+  Proof proof = Proof::kNone;
+  std::int64_t api_key_id = 0;     ///< > 0 when proof is kApiKey
+  std::set<std::string> scopes;    ///< of the API key: "runs:read", "runs:write", "jobs", "lab", ..
+  std::string csrf_token;          ///< to be shown to the page by GET auth/me; empty for keys
+  std::string session_token_hash;  ///< identifies the sign-in for logout; empty for keys
 
-/// What a route needs. The table role x permission is in one place: the Authorizer.
-enum class Permission : std::uint8_t {
-  kPublic,         ///< no question asked; the Authenticator is not even called
-  kSignedIn,       ///< anybody the Authenticator lets in, guests included
-  kReadRuns,       ///< runs, recordings, plots, exports that the principal may see
-  kStartRuns,      ///< start and stop runs
-  kUpload,         ///< upload recordings
-  kReadRigs,
-  kOperateRigs,
-  kTeach,
-  kAdminister,
-};
-
-/// The seam where accounts enter. Called on a pool thread, so it may ask the database.
-class Authenticator {
- public:
-  virtual ~Authenticator() = default;
-  /// kUnauthorized when credentials are needed or wrong.
-  virtual core::Result<Principal> Authenticate(const HttpRequest& request) = 0;
-};
-
-class Authorizer {
- public:
-  virtual ~Authorizer() = default;
-  /// kForbidden with a sentence when the role lacks the permission.
-  virtual core::Status MayUse(const Principal& who, Permission permission) const = 0;
-  /// May `who` see or change something that belongs to principal `owner_id`? kNotFound when it
-  /// must look absent.
-  virtual core::Status MayTouch(const Principal& who,
-                                std::string_view owner_id,
-                                bool change) const = 0;
+  /// Stored as `owner` of runs and other objects: "guest", "user:7". A key owns as its user.
+  std::string owner_key() const;
+  bool signed_in() const { return user_id != 0; }
 };
 
 }  // namespace faultlab::server

@@ -1,1 +1,112 @@
 #include "server/storage/connection_pool.h"
+
+#include <soci/postgresql/soci-postgresql.h>
+#include <soci/soci.h>
+#include <soci/sqlite3/soci-sqlite3.h>
+
+#include <algorithm>
+#include <string>
+
+#include "server/storage/database_error.h"
+
+namespace faultlab::server {
+namespace {
+
+constexpr std::int64_t kPageBytes = 4096;
+
+std::string QuotedForSoci(const std::string& path) {
+  return "dbname=\"" + path + "\"";
+}
+
+std::unique_ptr<soci::session> ConnectSqlite(const DatabaseOptions& options) {
+  auto session =
+      std::make_unique<soci::session>(*soci::factory_sqlite3(), QuotedForSoci(options.location));
+  *session << "PRAGMA busy_timeout = " + std::to_string(options.patience.count());
+  std::string mode;
+  *session << "PRAGMA journal_mode = WAL", soci::into(mode);
+  *session << "PRAGMA foreign_keys = ON";
+  if (options.bytes_max > 0) {
+    const std::int64_t pages = std::max<std::int64_t>(options.bytes_max / kPageBytes, 1);
+    std::int64_t set = 0;
+    *session << "PRAGMA max_page_count = " + std::to_string(pages), soci::into(set);
+  }
+  return session;
+}
+
+std::string PostgresString(const std::string& location) {
+  constexpr std::string_view kPrefix = "postgresql:";
+  if (location.starts_with("postgresql://")) return location;
+  return location.substr(kPrefix.size());
+}
+
+std::unique_ptr<soci::session> ConnectPostgres(const DatabaseOptions& options) {
+  auto session = std::make_unique<soci::session>(*soci::factory_postgresql(),
+                                                 PostgresString(options.location));
+  const std::string patience = std::to_string(options.patience.count());
+  *session << "SET lock_timeout = " + patience;
+  *session << "SET client_min_messages = warning";
+  *session << "SET timezone = 'UTC'";
+  return session;
+}
+
+}  // namespace
+
+ConnectionPool::ConnectionPool(Engine engine, DatabaseOptions options)
+    : engine_(engine), options_(std::move(options)) {
+  leased_max_ = {options_.connections_max,
+                 engine == Engine::kSqlite ? 1 : options_.connections_max};
+}
+
+ConnectionPool::~ConnectionPool() = default;
+
+std::unique_ptr<soci::session> ConnectionPool::Connect() const {
+  return engine_ == Engine::kSqlite ? ConnectSqlite(options_) : ConnectPostgres(options_);
+}
+
+ConnectionPool::Lease ConnectionPool::Acquire(bool writes) {
+  const std::size_t kind = writes ? 1 : 0;
+  std::unique_ptr<soci::session> session;
+  {
+    std::unique_lock lock(mutex_);
+    const bool free =
+        freed_.wait_for(lock, options_.patience, [&] { return leased_[kind] < leased_max_[kind]; });
+    if (!free) throw PoolTimeout("the database is busy with other requests; try again");
+    ++leased_[kind];
+    if (!idle_[kind].empty()) {
+      session = std::move(idle_[kind].back());
+      idle_[kind].pop_back();
+    }
+  }
+  if (session == nullptr) {
+    try {
+      session = Connect();
+    } catch (...) {
+      Return(static_cast<int>(kind), nullptr);
+      throw;
+    }
+  }
+  return Lease(*this, static_cast<int>(kind), std::move(session));
+}
+
+void ConnectionPool::Return(int kind, std::unique_ptr<soci::session> session) {
+  const auto index = static_cast<std::size_t>(kind);
+  {
+    const std::lock_guard lock(mutex_);
+    --leased_[index];
+    if (session != nullptr) idle_[index].push_back(std::move(session));
+  }
+  freed_.notify_all();
+}
+
+ConnectionPool::Lease::Lease(ConnectionPool& pool, int kind, std::unique_ptr<soci::session> session)
+    : pool_(pool), kind_(kind), session_(std::move(session)) {}
+
+ConnectionPool::Lease::~Lease() {
+  pool_.Return(kind_, std::move(session_));
+}
+
+void ConnectionPool::Lease::Discard() {
+  session_.reset();
+}
+
+}  // namespace faultlab::server

@@ -1,1 +1,164 @@
 #include "server/storage/database.h"
+
+#include <soci/soci.h>
+
+#include <vector>
+
+#include "server/storage/connection_pool.h"
+#include "server/storage/database_error.h"
+#include "server/storage/migrations.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+const char* BeginStatement(Engine engine, bool writes) {
+  if (engine == Engine::kSqlite) return writes ? "BEGIN IMMEDIATE" : "BEGIN";
+  return writes ? "BEGIN" : "BEGIN READ ONLY";
+}
+
+std::vector<std::string> TableNames(Transaction& tx) {
+  const std::string query =
+      tx.engine() == Engine::kSqlite
+          ? "SELECT name FROM sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'"
+          : "SELECT tablename FROM pg_tables WHERE schemaname = current_schema()";
+  const soci::rowset<std::string> rows = (tx.sql().prepare << query);
+  return {rows.begin(), rows.end()};
+}
+
+}  // namespace
+
+Transaction::Transaction(soci::session& session, Engine engine, bool writes, Durability durability)
+    : session_(session), engine_(engine) {
+  const bool promise = durability == Durability::kPromise;
+  if (engine == Engine::kSqlite && writes) {
+    session_ << (promise ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = NORMAL");
+  }
+  session_ << BeginStatement(engine, writes);
+  open_ = true;
+  if (engine == Engine::kPostgresql && writes && !promise) {
+    session_ << "SET LOCAL synchronous_commit = off";
+  }
+}
+
+Transaction::~Transaction() {
+  if (!open_) return;
+  try {
+    session_ << "ROLLBACK";
+  } catch (const std::exception&) {
+    // The engine has rolled back by itself (full disk, lost connection): nothing is left to undo.
+  }
+}
+
+void Transaction::Commit() {
+  session_ << "COMMIT";
+  open_ = false;
+}
+
+struct Database::Impl {
+  Impl(Engine the_engine, const DatabaseOptions& the_options)
+      : engine(the_engine), options(the_options), pool(the_engine, the_options) {}
+  const Engine engine;
+  const DatabaseOptions options;
+  ConnectionPool pool;
+  int schema_version = 0;
+};
+
+Database::Database(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Database::~Database() = default;
+
+core::Result<std::unique_ptr<Database>> Database::Open(DatabaseOptions options) {
+  if (options.location.empty()) {
+    return Error{ErrorCode::kInvalid, "no database given: name a file or postgresql://..", ""};
+  }
+  const bool postgres = options.location.starts_with("postgresql:");
+  if (!postgres && options.location.find('"') != std::string::npos) {
+    return Error{ErrorCode::kInvalid, "a database path cannot hold a double quote", ""};
+  }
+  const Engine engine = postgres ? Engine::kPostgresql : Engine::kSqlite;
+  auto impl = std::make_unique<Impl>(engine, options);
+  try {
+    auto lease = impl->pool.Acquire(/*writes=*/true);
+    const auto version = Migrate(lease.session(), engine, AllMigrations().back().version);
+    if (!version.ok()) return version.error();
+    impl->schema_version = version.value();
+  } catch (const std::exception& exception) {
+    return TranslateDatabaseError(exception).error;
+  }
+  return std::unique_ptr<Database>(new Database(std::move(impl)));
+}
+
+Engine Database::engine() const {
+  return impl_->engine;
+}
+const DatabaseOptions& Database::options() const {
+  return impl_->options;
+}
+int Database::schema_version() const {
+  return impl_->schema_version;
+}
+
+core::Status Database::RunErased(bool writes,
+                                 Durability durability,
+                                 const std::function<core::Status(Transaction&)>& body) {
+  try {
+    auto lease = impl_->pool.Acquire(writes);
+    try {
+      Transaction tx(lease.session(), impl_->engine, writes, durability);
+      const core::Status status = body(tx);
+      if (status.ok()) tx.Commit();
+      return status;
+    } catch (const core::ContractError&) {
+      throw;
+    } catch (const std::exception& exception) {
+      const TranslatedError translated = TranslateDatabaseError(exception);
+      if (translated.connection_lost) lease.Discard();
+      return translated.error;
+    }
+  } catch (const core::ContractError&) {
+    throw;
+  } catch (const std::exception& exception) {
+    return TranslateDatabaseError(exception).error;
+  }
+}
+
+core::Status Database::Check() {
+  return Read([](Transaction& tx) -> core::Status {
+    if (tx.engine() == Engine::kPostgresql) {
+      for (const auto& table : TableNames(tx)) {
+        long long rows = 0;
+        tx.sql() << "SELECT COUNT(*) FROM (SELECT t::text FROM " + table + " t) everything",
+            soci::into(rows);
+      }
+      return core::Done{};
+    }
+    std::string finding;
+    tx.sql() << "PRAGMA integrity_check(1)", soci::into(finding);
+    if (finding != "ok") {
+      return Error{ErrorCode::kUnavailable, "the database is damaged: " + finding, ""};
+    }
+    std::string table;
+    tx.sql() << "PRAGMA foreign_key_check", soci::into(table);
+    if (tx.sql().got_data()) {
+      return Error{ErrorCode::kUnavailable, "a row of " + table + " points to nothing", ""};
+    }
+    return core::Done{};
+  });
+}
+
+core::Status Database::BackupTo(const std::string& path) {
+  if (impl_->engine == Engine::kPostgresql) {
+    return Error{ErrorCode::kInvalid, "back up PostgreSQL with pg_dump -Fc; see deploy", ""};
+  }
+  try {
+    auto lease = impl_->pool.Acquire(/*writes=*/false);
+    lease.session() << "VACUUM INTO :path", soci::use(path, "path");
+  } catch (const std::exception& exception) {
+    return TranslateDatabaseError(exception).error;
+  }
+  return core::Done{};
+}
+
+}  // namespace faultlab::server

@@ -1,1 +1,25 @@
 #pragma once
+
+#include <exception>
+#include <stdexcept>
+
+#include "core/types/result.h"
+
+namespace faultlab::server {
+
+/// No connection became free in time.
+class PoolTimeout : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct TranslatedError {
+  core::Error error;
+  bool connection_lost = false;  ///< the connection must not be used again
+};
+
+/// What a database exception means for the caller and what to do about it.
+/// A constraint violation is kConflict, a lock kBusy, disk and damage kUnavailable.
+TranslatedError TranslateDatabaseError(const std::exception& exception);
+
+}  // namespace faultlab::server

@@ -1,1 +1,72 @@
 #include "server/storage/migrations.h"
+
+#include <soci/soci.h>
+
+#include <string_view>
+
+namespace faultlab::server {
+namespace {
+
+/// Any constant: servers on one PostgreSQL that start together migrate one after the other.
+constexpr const char* kMigrationLock = "SELECT pg_advisory_xact_lock(7170281)";
+
+std::string ForEngine(std::string statement, Engine engine) {
+  const bool sqlite = engine == Engine::kSqlite;
+  const auto replace = [&](std::string_view word, std::string_view by) {
+    for (std::size_t at = statement.find(word); at != std::string::npos;
+         at = statement.find(word, at + by.size())) {
+      statement.replace(at, word.size(), by);
+    }
+  };
+  replace("$ID", sqlite ? "INTEGER PRIMARY KEY AUTOINCREMENT" : "BIGSERIAL PRIMARY KEY");
+  replace("$BLOB", sqlite ? "BLOB" : "BYTEA");
+  return statement;
+}
+
+int CurrentVersion(Transaction& tx) {
+  int version = 0;
+  soci::indicator indicator = soci::i_null;
+  tx.sql() << "SELECT MAX(version) FROM schema_version", soci::into(version, indicator);
+  return indicator == soci::i_ok ? version : 0;
+}
+
+void Apply(Transaction& tx, const Migration& step) {
+  const auto& extra =
+      tx.engine() == Engine::kSqlite ? step.sqlite_statements : step.postgres_statements;
+  for (const auto& statement : step.statements) tx.sql() << ForEngine(statement, tx.engine());
+  for (const auto& statement : extra) tx.sql() << ForEngine(statement, tx.engine());
+  tx.sql() << "INSERT INTO schema_version (version, description) VALUES (:v, :d)",
+      soci::use(step.version, "v"), soci::use(step.description, "d");
+}
+
+}  // namespace
+
+core::Result<int> Migrate(soci::session& session, Engine engine, int target) {
+  const int newest = AllMigrations().back().version;
+  int version = 0;
+  do {
+    Transaction tx(session, engine, /*writes=*/true, Durability::kPromise);
+    if (engine == Engine::kPostgresql) session << kMigrationLock;
+    session << "CREATE TABLE IF NOT EXISTS schema_version ("
+               "version INTEGER PRIMARY KEY, description TEXT NOT NULL)";
+    version = CurrentVersion(tx);
+    if (version > newest) {
+      return core::Error{core::ErrorCode::kUnavailable,
+                         "the database has schema " + std::to_string(version) +
+                             ", this program knows up to " + std::to_string(newest) +
+                             "; start a newer faultlab",
+                         ""};
+    }
+    for (const auto& step : AllMigrations()) {
+      if (step.version == version + 1 && step.version <= target) {
+        Apply(tx, step);
+        ++version;
+        break;
+      }
+    }
+    tx.Commit();
+  } while (version < target);
+  return version;
+}
+
+}  // namespace faultlab::server

@@ -1,1 +1,27 @@
 #pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/types/result.h"
+#include "server/storage/database.h"
+
+namespace faultlab::server {
+
+/// One step of the schema, forward only. A released step never changes; a change is a new step.
+/// Written once for both engines: $ID = auto-numbered key, $BLOB = bytes.
+struct Migration {
+  int version;
+  std::string description;
+  std::vector<std::string> statements;           ///< both engines
+  std::vector<std::string> sqlite_statements;    ///< then these, on SQLite
+  std::vector<std::string> postgres_statements;  ///< or these, on PostgreSQL
+};
+
+const std::vector<Migration>& AllMigrations();
+
+/// Applies what is missing up to `target`, each step in one transaction, and returns the version
+/// reached. Safe when two servers start at once. Refuses a schema newer than this program.
+core::Result<int> Migrate(soci::session& session, Engine engine, int target);
+
+}  // namespace faultlab::server

@@ -1,1 +1,383 @@
 #include "server/storage/recording_store.h"
+
+#include <soci/soci.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <utility>
+
+#include "core/types/check.h"
+#include "server/storage/blob_store.h"
+#include "server/storage/chunk_codec.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+using soci::into;
+using soci::use;
+
+constexpr int kPageMax = 500;
+constexpr std::array<std::string_view, 5> kStateNames = {
+    "running", "finished", "stopped", "failed", "interrupted"};
+constexpr const char* kColumns =
+    "id, name, owner, rig, source, server_id, epoch, period_s, plan_json, state, created_ms, "
+    "ended_ms, samples, diagnosis_json, verdict ";
+
+Error NotFound() {
+  return {ErrorCode::kNotFound, "there is no such run", ""};
+}
+
+/// The row of kColumns, and how it becomes a record.
+struct Row {
+  RunRecord record;
+  std::int64_t epoch = 0;
+  std::string state;
+  std::int64_t created_ms = 0;
+  std::int64_t ended_ms = 0;
+  soci::indicator ended_indicator = soci::i_null;
+
+  template <typename Statement>
+  void BindInto(Statement& statement) {
+    statement.exchange(into(record.id));
+    statement.exchange(into(record.name));
+    statement.exchange(into(record.owner));
+    statement.exchange(into(record.rig));
+    statement.exchange(into(record.source));
+    statement.exchange(into(record.server_id));
+    statement.exchange(into(epoch));
+    statement.exchange(into(record.period_s));
+    statement.exchange(into(record.plan_json));
+    statement.exchange(into(state));
+    statement.exchange(into(created_ms));
+    statement.exchange(into(ended_ms, ended_indicator));
+    statement.exchange(into(record.samples));
+    statement.exchange(into(record.diagnosis_json));
+    statement.exchange(into(record.verdict));
+  }
+
+  RunRecord ToRecord() const {
+    RunRecord out = record;
+    out.epoch = static_cast<std::uint64_t>(epoch);
+    const auto parsed = ParseRunState(state);
+    LAB_CHECK(parsed.has_value(), state);
+    out.state = *parsed;
+    out.created_at = FromMilliseconds(created_ms);
+    if (ended_indicator == soci::i_ok) out.ended_at = FromMilliseconds(ended_ms);
+    return out;
+  }
+};
+
+struct Progress {
+  std::string state;
+  std::int64_t samples = 0;
+  std::int64_t next_index = 0;
+};
+
+/// Reads the row for an update; on PostgreSQL other writers of this run wait until we commit.
+std::optional<Progress> LockRun(Transaction& tx, const std::string& run_id) {
+  Progress progress;
+  std::string query = "SELECT state, samples, next_index FROM recording WHERE id = :id";
+  if (tx.engine() == Engine::kPostgresql) query += " FOR UPDATE";
+  tx.sql() << query, into(progress.state), into(progress.samples), into(progress.next_index),
+      use(run_id, "id");
+  if (!tx.sql().got_data()) return std::nullopt;
+  return progress;
+}
+
+std::string ChunkOwner(const std::string& run_id) {
+  return "recording:" + run_id;
+}
+
+void CheckOrder(std::int64_t first_index, std::span<const core::Sample> samples) {
+  LAB_CHECK(samples.front().index == first_index, samples.front().index, first_index);
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    LAB_CHECK(samples[i].index > samples[i - 1].index, samples[i].index);
+  }
+}
+
+struct Cursor {
+  std::int64_t created_ms = 0;
+  std::string id;
+};
+
+/// "1763688460000.run-abc": time and id of the last item, newest first.
+std::optional<Cursor> ParseCursor(const std::string& text) {
+  Cursor cursor;
+  const auto [end, error] =
+      std::from_chars(text.data(), text.data() + text.size(), cursor.created_ms);
+  if (error != std::errc{} || end == text.data() + text.size() || *end != '.') return std::nullopt;
+  cursor.id.assign(end + 1, text.data() + text.size());
+  if (cursor.id.empty()) return std::nullopt;
+  return cursor;
+}
+
+}  // namespace
+
+std::string_view Name(RunState state) {
+  return kStateNames[static_cast<std::size_t>(state)];
+}
+
+std::optional<RunState> ParseRunState(std::string_view name) {
+  const auto* found = std::find(kStateNames.begin(), kStateNames.end(), name);
+  if (found == kStateNames.end()) return std::nullopt;
+  return static_cast<RunState>(found - kStateNames.begin());
+}
+
+core::Status RecordingStore::Begin(const RunRecord& record) {
+  LAB_CHECK(!record.id.empty());
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const auto epoch = static_cast<std::int64_t>(record.epoch);
+    const std::string state(Name(record.state));
+    const std::int64_t created_ms = ToMilliseconds(record.created_at);
+    const std::int64_t none = 0;
+    tx.sql() << "INSERT INTO recording (id, name, owner, rig, source, server_id, epoch, period_s, "
+                "plan_json, state, created_ms, samples, next_index, diagnosis_json, verdict) "
+                "VALUES (:id, :name, :owner, :rig, :source, :server, :epoch, :period, :plan, "
+                ":state, :created, :samples, :next, :diagnosis, :verdict)",
+        use(record.id, "id"), use(record.name, "name"), use(record.owner, "owner"),
+        use(record.rig, "rig"), use(record.source, "source"), use(record.server_id, "server"),
+        use(epoch, "epoch"), use(record.period_s, "period"), use(record.plan_json, "plan"),
+        use(state, "state"), use(created_ms, "created"), use(none, "samples"), use(none, "next"),
+        use(record.diagnosis_json, "diagnosis"), use(record.verdict, "verdict");
+    return Done{};
+  });
+}
+
+core::Status RecordingStore::AppendChunk(const std::string& run_id,
+                                         std::int64_t first_index,
+                                         std::span<const core::Sample> samples) {
+  if (samples.empty()) return Done{};
+  CheckOrder(first_index, samples);
+  const Bytes bytes = EncodeChunk(samples);
+  return database_.Write(Durability::kTelemetry, [&](Transaction& tx) -> core::Status {
+    const auto progress = LockRun(tx, run_id);
+    if (!progress) return NotFound();
+    if (progress->state != Name(RunState::kRunning)) {
+      return Error{ErrorCode::kConflict, "the run has ended: " + progress->state, ""};
+    }
+    if (first_index < progress->next_index) {
+      return Error{ErrorCode::kConflict,
+                   "samples from " + std::to_string(first_index) +
+                       " overlap what is stored up to " + std::to_string(progress->next_index),
+                   ""};
+    }
+    blob_store::Put(tx, ChunkOwner(run_id), first_index, bytes);
+    const std::int64_t count = progress->samples + static_cast<std::int64_t>(samples.size());
+    const std::int64_t next = samples.back().index + 1;
+    tx.sql() << "UPDATE recording SET samples = :samples, next_index = :next WHERE id = :id",
+        use(count, "samples"), use(next, "next"), use(run_id, "id");
+    return Done{};
+  });
+}
+
+core::Status RecordingStore::AppendEvent(const std::string& run_id, const RecordedEvent& event) {
+  return AppendEvents(run_id, {&event, 1});
+}
+
+core::Status RecordingStore::AppendEvents(const std::string& run_id,
+                                          std::span<const RecordedEvent> events) {
+  if (events.empty()) return Done{};
+  return database_.Write(Durability::kTelemetry, [&](Transaction& tx) -> core::Status {
+    if (!LockRun(tx, run_id)) return NotFound();
+    std::int64_t seq = 0;
+    tx.sql() << "SELECT COALESCE(MAX(seq), -1) + 1 FROM recording_event WHERE recording_id = :id",
+        into(seq), use(run_id, "id");
+    for (const auto& event : events) {
+      tx.sql() << "INSERT INTO recording_event (recording_id, seq, sample_index, kind, json) "
+                  "VALUES (:id, :seq, :index, :kind, :json)",
+          use(run_id, "id"), use(seq, "seq"), use(event.index, "index"), use(event.kind, "kind"),
+          use(event.json, "json");
+      ++seq;
+    }
+    return Done{};
+  });
+}
+
+core::Status RecordingStore::Finish(const std::string& run_id,
+                                    RunState state,
+                                    WallTime ended_at,
+                                    const std::string& diagnosis_json,
+                                    const std::string& verdict) {
+  LAB_CHECK(state != RunState::kRunning);
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const auto progress = LockRun(tx, run_id);
+    if (!progress) return NotFound();
+    if (progress->state != Name(RunState::kRunning)) {
+      return Error{ErrorCode::kConflict, "the run has ended already: " + progress->state, ""};
+    }
+    const std::string name(Name(state));
+    const std::int64_t ended_ms = ToMilliseconds(ended_at);
+    tx.sql() << "UPDATE recording SET state = :state, ended_ms = :ended, diagnosis_json = :json, "
+                "verdict = :verdict WHERE id = :id",
+        use(name, "state"), use(ended_ms, "ended"), use(diagnosis_json, "json"),
+        use(verdict, "verdict"), use(run_id, "id");
+    return Done{};
+  });
+}
+
+core::Status RecordingStore::ReplaceDiagnosis(const std::string& run_id,
+                                              const std::string& diagnosis_json,
+                                              const std::string& verdict) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const auto progress = LockRun(tx, run_id);
+    if (!progress) return NotFound();
+    if (progress->state == Name(RunState::kRunning)) {
+      return Error{ErrorCode::kConflict, "the run has not ended yet", ""};
+    }
+    tx.sql() << "UPDATE recording SET diagnosis_json = :json, verdict = :verdict WHERE id = :id",
+        use(diagnosis_json, "json"), use(verdict, "verdict"), use(run_id, "id");
+    return Done{};
+  });
+}
+
+core::Status RecordingStore::Rename(const std::string& run_id, const std::string& name) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    if (!LockRun(tx, run_id)) return NotFound();
+    tx.sql() << "UPDATE recording SET name = :name WHERE id = :id", use(name, "name"),
+        use(run_id, "id");
+    return Done{};
+  });
+}
+
+core::Status RecordingStore::Delete(const std::string& run_id) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const auto progress = LockRun(tx, run_id);
+    if (!progress) return NotFound();
+    if (progress->state == Name(RunState::kRunning)) {
+      return Error{ErrorCode::kConflict, "stop the run before deleting it", ""};
+    }
+    blob_store::Erase(tx, ChunkOwner(run_id));
+    tx.sql() << "DELETE FROM recording WHERE id = :id", use(run_id, "id");
+    return Done{};
+  });
+}
+
+core::Result<RunRecord> RecordingStore::Get(const std::string& run_id) {
+  return database_.Read([&](Transaction& tx) -> core::Result<RunRecord> {
+    Row row;
+    soci::statement statement(tx.sql());
+    row.BindInto(statement);
+    statement.exchange(use(run_id, "id"));
+    statement.alloc();
+    statement.prepare(std::string("SELECT ") + kColumns + "FROM recording WHERE id = :id");
+    statement.define_and_bind();
+    if (!statement.execute(true)) return NotFound();
+    return row.ToRecord();
+  });
+}
+
+core::Result<RunPage> RecordingStore::List(const std::string& cursor,
+                                           int limit,
+                                           const RunFilter& filter) {
+  if (limit < 1 || limit > kPageMax) {
+    return Error{ErrorCode::kInvalid, "limit must be 1 to 500", "limit"};
+  }
+  const auto after = ParseCursor(cursor);
+  if (!cursor.empty() && !after) {
+    return Error{ErrorCode::kInvalid, "this cursor does not come from this list", "cursor"};
+  }
+  return database_.Read([&](Transaction& tx) -> core::Result<RunPage> {
+    std::string query = std::string("SELECT ") + kColumns + "FROM recording WHERE 1 = 1";
+    const int fetch = limit + 1;
+    Row row;
+    soci::statement statement(tx.sql());
+    row.BindInto(statement);
+    if (filter.owner) {
+      query += " AND owner = :owner";
+      statement.exchange(use(*filter.owner, "owner"));
+    }
+    if (filter.source) {
+      query += " AND source = :source";
+      statement.exchange(use(*filter.source, "source"));
+    }
+    if (after) {
+      query += " AND (created_ms < :before OR (created_ms = :same AND id < :id))";
+      statement.exchange(use(after->created_ms, "before"));
+      statement.exchange(use(after->created_ms, "same"));
+      statement.exchange(use(after->id, "id"));
+    }
+    query += " ORDER BY created_ms DESC, id DESC LIMIT :fetch";
+    statement.exchange(use(fetch, "fetch"));
+    statement.alloc();
+    statement.prepare(query);
+    statement.define_and_bind();
+    statement.execute(false);
+    RunPage page;
+    while (statement.fetch()) page.items.push_back(row.ToRecord());
+    if (page.items.size() > static_cast<std::size_t>(limit)) {
+      page.items.pop_back();
+      const RunRecord& last = page.items.back();
+      page.next_cursor = std::to_string(ToMilliseconds(last.created_at)) + "." + last.id;
+    }
+    return page;
+  });
+}
+
+core::Result<std::vector<core::Sample>> RecordingStore::LoadSamples(const std::string& run_id,
+                                                                    std::int64_t from,
+                                                                    std::int64_t to) {
+  using Samples = std::vector<core::Sample>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Samples> {
+    long long known = 0;
+    tx.sql() << "SELECT COUNT(*) FROM recording WHERE id = :id", into(known), use(run_id, "id");
+    if (known == 0) return NotFound();
+    Samples out;
+    core::Status status = Done{};
+    const std::string owner = ChunkOwner(run_id);
+    const std::int64_t first = blob_store::SequenceAtOrBefore(tx, owner, from).value_or(from);
+    blob_store::ForEach(tx, owner, first, to, [&](std::int64_t, const Bytes& bytes) {
+      auto chunk = DecodeChunk(bytes);
+      if (!chunk.ok()) {
+        status = chunk.error();
+        return false;
+      }
+      for (const auto& sample : chunk.value()) {
+        if (sample.index >= from && sample.index < to) out.push_back(sample);
+      }
+      return true;
+    });
+    if (!status.ok()) return status.error();
+    return out;
+  });
+}
+
+core::Result<std::vector<RecordedEvent>> RecordingStore::LoadEvents(const std::string& run_id) {
+  using Events = std::vector<RecordedEvent>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Events> {
+    RecordedEvent event;
+    soci::statement statement =
+        (tx.sql().prepare << "SELECT sample_index, kind, json FROM recording_event "
+                             "WHERE recording_id = :id ORDER BY seq",
+         into(event.index),
+         into(event.kind),
+         into(event.json),
+         use(run_id, "id"));
+    statement.execute(false);
+    Events out;
+    while (statement.fetch()) out.push_back(event);
+    return out;
+  });
+}
+
+core::Result<std::vector<std::string>> RecordingStore::MarkInterrupted(const std::string& server_id,
+                                                                       WallTime now) {
+  using Ids = std::vector<std::string>;
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Ids> {
+    const soci::rowset<std::string> rows =
+        (tx.sql().prepare
+             << "SELECT id FROM recording WHERE state = 'running' AND server_id = :server",
+         use(server_id, "server"));
+    Ids ids(rows.begin(), rows.end());
+    const std::int64_t now_ms = ToMilliseconds(now);
+    tx.sql() << "UPDATE recording SET state = 'interrupted', ended_ms = :now "
+                "WHERE state = 'running' AND server_id = :server",
+        use(now_ms, "now"), use(server_id, "server");
+    return ids;
+  });
+}
+
+}  // namespace faultlab::server

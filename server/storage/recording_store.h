@@ -10,6 +10,7 @@
 #include "core/types/result.h"
 #include "core/types/sample.h"
 #include "server/storage/database.h"
+#include "server/storage/ids.h"
 #include "server/storage/wall_time.h"
 
 namespace faultlab::server {
@@ -54,9 +55,6 @@ struct RunPage {
   std::vector<RunRecord> items;  ///< newest first
   std::string next_cursor;       ///< empty on the last page
 };
-
-/// A random id that nobody guesses: prefix + "-" + 20 characters of [0-9a-z] (100 bits).
-std::string NewId(std::string_view prefix);
 
 /// Recordings: run record, samples in chunks, events, final diagnosis. Thread-safe, stateless:
 /// every call is one transaction. Nothing is dropped silently: a failed append answers with an
