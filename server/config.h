@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/types/result.h"
+
+namespace faultlab::server {
+
+/// A rig that lives beside a bench and speaks LCM.
+struct RemoteRigConfig {
+  std::string id;
+  std::string key_file;  ///< secret of the command authentication
+};
+
+/// All settings of a server; every one has a default that works on a laptop.
+struct Config {
+  std::string listen = "127.0.0.1:8080";
+  std::string data_dir = "data";
+  std::string database_url;  ///< "postgresql://.."; empty: SQLite in data_dir
+  std::vector<std::string> allowed_hosts;
+  std::string log_level = "info";
+
+  int sim_rigs = 4;
+  std::string sim_profile = "bench";  ///< bench | multisim
+  double sim_speed = 1.0;
+  int runs_max = 32;  ///< at the same time
+  std::optional<std::uint64_t> fixture_seed;
+
+  std::string lcm_url;
+  std::vector<RemoteRigConfig> remote_rigs;
+
+  int viewers_max = 4096;
+  int connections_max = 4096;
+  int pool_threads = 4;
+};
+
+/// Reads a TOML text. An unknown key, a wrong kind or a value out of range is refused as
+/// "file:line: key: what was expected".
+core::Result<Config> ParseConfig(std::string_view text, const std::string& file_name);
+core::Result<Config> LoadConfig(const std::string& path);
+
+}  // namespace faultlab::server

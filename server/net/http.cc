@@ -1,0 +1,224 @@
+#include "server/net/http.h"
+
+#include <algorithm>
+#include <array>
+
+#include "core/types/check.h"
+
+namespace faultlab::server {
+namespace {
+
+char Lower(char c) {
+  return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
+
+bool EqualNoCase(std::string_view a, std::string_view b) {
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
+           return Lower(x) == Lower(y);
+         });
+}
+
+int HexDigit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+std::string_view Trim(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  return text;
+}
+
+/// Cuts the part before `separator` off the front of `rest`.
+std::string_view TakeUntil(std::string_view& rest, char separator) {
+  const std::size_t end = rest.find(separator);
+  const std::string_view part = rest.substr(0, end);
+  rest = end == std::string_view::npos ? std::string_view() : rest.substr(end + 1);
+  return part;
+}
+
+}  // namespace
+
+std::string_view Name(HttpMethod method) {
+  constexpr std::array<std::string_view, 7> kNames = {
+      "GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OTHER"};
+  return kNames[static_cast<std::size_t>(method)];
+}
+
+std::string_view HttpRequest::Header(std::string_view name) const {
+  for (const auto& [key, value] : headers) {
+    if (EqualNoCase(key, name)) return value;
+  }
+  return {};
+}
+
+std::vector<std::pair<std::string, std::string>> HttpRequest::QueryAll() const {
+  std::vector<std::pair<std::string, std::string>> all;
+  std::string_view rest = query;
+  while (!rest.empty()) {
+    std::string_view value = TakeUntil(rest, '&');
+    if (value.empty()) continue;
+    const std::string_view key = TakeUntil(value, '=');
+    // A broken escape stays as it was sent: it then names nothing that exists.
+    all.emplace_back(PercentDecode(key, true).value_or(std::string(key)),
+                     PercentDecode(value, true).value_or(std::string(value)));
+  }
+  return all;
+}
+
+std::optional<std::string> HttpRequest::Query(std::string_view name) const {
+  for (auto& [key, value] : QueryAll()) {
+    if (key == name) return value;
+  }
+  return std::nullopt;
+}
+
+const std::string& HttpRequest::PathParameter(std::string_view name) const {
+  for (const auto& [key, value] : path_parameters) {
+    if (key == name) return value;
+  }
+  LAB_CHECK(false, "no path parameter", name);
+  return path_parameters.front().second;
+}
+
+std::string_view HttpRequest::Cookie(std::string_view name) const {
+  std::string_view rest = Header("Cookie");
+  while (!rest.empty()) {
+    std::string_view value = Trim(TakeUntil(rest, ';'));
+    if (TakeUntil(value, '=') == name) return value;
+  }
+  return {};
+}
+
+std::optional<std::string> PercentDecode(std::string_view text, bool plus_is_space) {
+  std::string out;
+  out.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '%') {
+      if (i + 2 >= text.size()) return std::nullopt;
+      const int high = HexDigit(text[i + 1]);
+      const int low = HexDigit(text[i + 2]);
+      if (high < 0 || low < 0 || (high == 0 && low == 0)) return std::nullopt;
+      out.push_back(static_cast<char>(high * 16 + low));
+      i += 2;
+    } else {
+      out.push_back(plus_is_space && text[i] == '+' ? ' ' : text[i]);
+    }
+  }
+  return out;
+}
+
+void AppendJsonString(std::string& out, std::string_view text) {
+  constexpr std::string_view kHex = "0123456789abcdef";
+  out.push_back('"');
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      out.push_back('\\');
+      out.push_back(c);
+    } else if (byte < 0x20) {
+      out.append("\\u00");
+      out.push_back(kHex[byte >> 4]);
+      out.push_back(kHex[byte & 15]);
+    } else {
+      out.push_back(c);
+    }
+  }
+  out.push_back('"');
+}
+
+HttpResponse Problem(int status,
+                     std::string_view type,
+                     std::string_view title,
+                     std::string_view detail,
+                     std::string_view field) {
+  HttpResponse response;
+  response.status = status;
+  response.content_type = "application/problem+json";
+  std::string& body = response.body;
+  body.append("{\"type\":");
+  AppendJsonString(body, "/problems/" + std::string(type));
+  body.append(",\"title\":");
+  AppendJsonString(body, title);
+  body.append(",\"status\":").append(std::to_string(status)).append(",\"detail\":");
+  AppendJsonString(body, detail);
+  if (!field.empty()) {
+    body.append(",\"field\":");
+    AppendJsonString(body, field);
+  }
+  body.push_back('}');
+  return response;
+}
+
+std::string_view ReasonPhrase(int status) {
+  switch (status) {
+    case 200:
+      return "OK";
+    case 201:
+      return "Created";
+    case 202:
+      return "Accepted";
+    case 204:
+      return "No Content";
+    case 302:
+      return "Found";
+    case 303:
+      return "See Other";
+    case 304:
+      return "Not Modified";
+    case 400:
+      return "Bad Request";
+    case 401:
+      return "Unauthorized";
+    case 403:
+      return "Forbidden";
+    case 404:
+      return "Not Found";
+    case 405:
+      return "Method Not Allowed";
+    case 406:
+      return "Not Acceptable";
+    case 408:
+      return "Request Timeout";
+    case 409:
+      return "Conflict";
+    case 410:
+      return "Gone";
+    case 411:
+      return "Length Required";
+    case 412:
+      return "Precondition Failed";
+    case 413:
+      return "Content Too Large";
+    case 415:
+      return "Unsupported Media Type";
+    case 417:
+      return "Expectation Failed";
+    case 421:
+      return "Misdirected Request";
+    case 422:
+      return "Unprocessable Content";
+    case 426:
+      return "Upgrade Required";
+    case 428:
+      return "Precondition Required";
+    case 429:
+      return "Too Many Requests";
+    case 431:
+      return "Request Header Fields Too Large";
+    case 500:
+      return "Internal Server Error";
+    case 501:
+      return "Not Implemented";
+    case 503:
+      return "Service Unavailable";
+    case 507:
+      return "Insufficient Storage";
+    default:
+      return status < 400 ? "OK" : "Error";
+  }
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace faultlab::server {
+
+enum class HttpMethod : std::uint8_t { kGet, kHead, kPost, kPut, kPatch, kDelete, kOther };
+
+std::string_view Name(HttpMethod method);
+
+/// A whole request as a handler sees it. Every view lives until the handler returns.
+struct HttpRequest {
+  HttpMethod method = HttpMethod::kGet;
+  std::string_view target;  ///< as sent: "/api/v1/runs?limit=5"
+  std::string_view path;    ///< target up to '?'
+  std::string_view query;   ///< target behind '?', still encoded
+  std::vector<std::pair<std::string_view, std::string_view>> headers;
+  std::string_view body;
+  /// Who asks: the peer, or the last X-Forwarded-For entry when the peer is on loopback.
+  std::string_view remote_address;
+  bool peer_is_loopback = false;  ///< the TCP peer itself (a proxy counts as loopback)
+  bool forwarded = false;         ///< came through a proxy on loopback
+  bool https = false;             ///< X-Forwarded-Proto of a proxy on loopback
+  /// What the pattern's {names} matched, in order, percent-decoded.
+  std::vector<std::pair<std::string_view, std::string>> path_parameters;
+
+  /// Value of a header, any case of `name`; empty if absent.
+  std::string_view Header(std::string_view name) const;
+  /// First value of a query parameter, decoded ("+" is a space). nullopt if absent.
+  std::optional<std::string> Query(std::string_view name) const;
+  /// Every query parameter, decoded, in order.
+  std::vector<std::pair<std::string, std::string>> QueryAll() const;
+  /// Value of {name} in the pattern. Contract: the pattern has it.
+  const std::string& PathParameter(std::string_view name) const;
+  /// Value of a cookie; empty if absent.
+  std::string_view Cookie(std::string_view name) const;
+};
+
+struct HttpResponse {
+  int status = 200;
+  std::string_view content_type = "application/json";  ///< static lifetime
+  std::vector<std::pair<std::string, std::string>> headers;
+  std::string body;
+  /// Sent instead of `body` when not empty: bytes that live as long as the process.
+  std::string_view static_body;
+
+  std::string_view payload() const {
+    return static_body.empty() ? std::string_view(body) : static_body;
+  }
+};
+
+/// RFC 9457 problem+json. `type` becomes "/problems/<type>", a stable word per kind of refusal.
+HttpResponse Problem(int status,
+                     std::string_view type,
+                     std::string_view title,
+                     std::string_view detail,
+                     std::string_view field = {});
+
+std::string_view ReasonPhrase(int status);
+
+/// Decodes %XX; with `plus_is_space` also '+'. nullopt on a broken escape or a NUL.
+std::optional<std::string> PercentDecode(std::string_view text, bool plus_is_space);
+/// Appends `text` as a JSON string with its quotes.
+void AppendJsonString(std::string& out, std::string_view text);
+
+}  // namespace faultlab::server

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "core/types/result.h"
+#include "server/net/http.h"
+#include "server/net/router.h"
+
+namespace faultlab::server {
+
+struct HttpLimits {
+  std::size_t header_bytes_max = 16 << 10;
+  std::size_t connections_max = 4096;
+  std::size_t pool_waiting_max = 256;  ///< requests waiting for a pool thread; more are 503
+  int pool_threads = 4;
+  std::chrono::milliseconds header_deadline{
+      10'000};  ///< first byte of a request to its last header
+  std::chrono::milliseconds body_deadline{120'000};
+  std::chrono::milliseconds write_deadline{60'000};
+  std::chrono::milliseconds idle_deadline{75'000};  ///< kept-alive connection between requests
+};
+
+struct HttpServerOptions {
+  std::string listen = "127.0.0.1:8080";  ///< "host:port", "[::1]:0"; port 0 = any free one
+  HttpLimits limits;
+  /// Host names a request may carry besides IP literals of this listener and "localhost" (DNS
+  /// rebinding is refused by this). Empty and not on loopback: any.
+  std::vector<std::string> allowed_hosts;
+  /// Told of handlers that threw and of sockets that could not be accepted. Any thread.
+  std::function<void(std::string_view)> on_error;
+};
+
+/// A socket that has switched to the WebSocket protocol, 101 already sent.
+struct UpgradedSocket {
+  int fd = -1;          ///< non-blocking; the taker owns it
+  std::string pending;  ///< bytes the client sent behind its handshake
+};
+
+/// Answer to a request to become a WebSocket: a refusal, or who takes the socket.
+using UpgradeDecision = std::variant<HttpResponse, std::function<void(UpgradedSocket)>>;
+
+struct HttpCounters {
+  std::uint64_t connections_accepted = 0;
+  std::uint64_t connections_refused = 0;
+  std::uint64_t connections_open = 0;
+  std::uint64_t requests = 0;
+  std::uint64_t answers_by_class[6] = {};  ///< [2] = 2xx ..
+  std::uint64_t deadlines_missed = 0;
+  std::uint64_t pool_refused = 0;
+};
+
+/// HTTP/1.1 on one network thread. Deadlines on every read and write, limits that hold before a
+/// byte of the body is stored, keep-alive, HEAD, security headers on each answer.
+/// Handlers marked kPool run on a small pool; the network thread never waits for them.
+class HttpServer {
+ public:
+  /// `router` must outlive the server. `upgrade` decides on GETs that ask for a WebSocket; it runs
+  /// on the network thread and must not block.
+  HttpServer(HttpServerOptions options,
+             const Router& router,
+             std::function<UpgradeDecision(const HttpRequest&)> upgrade);
+  ~HttpServer();  ///< Stop()
+  HttpServer(const HttpServer&) = delete;
+  HttpServer& operator=(const HttpServer&) = delete;
+
+  /// Binds and starts the threads. Refuses with a sentence naming the address.
+  core::Status Start();
+  /// The real port, after Start().
+  int port() const;
+  std::string address() const;  ///< "127.0.0.1:40123", "[::1]:40123"
+  /// True when only this machine can reach the listener.
+  bool on_loopback() const;
+  /// Stops accepting, lets running handlers finish (their answers are sent within a second), joins.
+  void Stop();
+
+  HttpCounters counters() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace faultlab::server

@@ -1,0 +1,77 @@
+#include "server/net/listen_address.h"
+
+#include <arpa/inet.h>
+
+#include <algorithm>
+#include <charconv>
+
+namespace faultlab::server {
+namespace {
+
+core::Error BadAddress(std::string_view text) {
+  return {core::ErrorCode::kInvalid,
+          "'" + std::string(text) +
+              "' is not an address to listen on: write HOST:PORT, for example 127.0.0.1:8080",
+          "listen"};
+}
+
+}  // namespace
+
+bool IsIpLiteral(std::string_view host) {
+  const std::string text(host);
+  in6_addr address{};
+  return inet_pton(AF_INET, text.c_str(), &address) == 1 ||
+         inet_pton(AF_INET6, text.c_str(), &address) == 1;
+}
+
+bool IsLoopbackHost(std::string_view host) {
+  if (host == "localhost" || host == "::1") return true;
+  const std::string text(host);
+  in_addr address{};
+  return inet_pton(AF_INET, text.c_str(), &address) == 1 && (ntohl(address.s_addr) >> 24) == 127;
+}
+
+core::Result<ListenAddress> ParseListenAddress(std::string_view text) {
+  std::string_view host = "127.0.0.1";
+  std::string_view port = text;
+  if (const std::size_t colon = text.rfind(':'); colon != std::string_view::npos) {
+    host = text.substr(0, colon);
+    port = text.substr(colon + 1);
+    if (host.empty()) host = "0.0.0.0";
+    if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
+      host = host.substr(1, host.size() - 2);
+    }
+    if (host == "localhost") host = "127.0.0.1";
+  }
+  ListenAddress address;
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), address.port);
+  if (error != std::errc() || end != port.data() + port.size() || !IsIpLiteral(host)) {
+    return BadAddress(text);
+  }
+  address.host = std::string(host);
+  return address;
+}
+
+std::string_view HostName(std::string_view host_header) {
+  if (host_header.starts_with('[')) {
+    return host_header.substr(1, host_header.find(']') - 1);
+  }
+  return host_header.substr(0, host_header.find(':'));
+}
+
+bool HostAllowed(std::string_view host_header,
+                 const std::vector<std::string>& allowed_hosts,
+                 bool listener_on_loopback) {
+  const std::string_view name = HostName(host_header);
+  if (name == "localhost" || IsIpLiteral(name)) return true;
+  if (allowed_hosts.empty()) return !listener_on_loopback;
+  return std::find(allowed_hosts.begin(), allowed_hosts.end(), name) != allowed_hosts.end();
+}
+
+bool OriginAllowed(std::string_view origin_header, std::string_view host_header) {
+  if (origin_header.empty()) return true;
+  const std::size_t scheme = origin_header.find("://");
+  return scheme != std::string_view::npos && origin_header.substr(scheme + 3) == host_header;
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "server/net/http.h"
+
+namespace faultlab::server {
+
+inline constexpr std::size_t kJsonBodyBytesMax = 1 << 20;
+inline constexpr std::size_t kUploadBytesMax = 20 << 20;
+
+/// Where a handler runs. Nothing that touches disk, database or a picture may be kInline.
+enum class RunsOn { kInline, kPool };
+
+struct Route {
+  HttpMethod method = HttpMethod::kGet;
+  std::string pattern;  ///< "/api/v1/runs/{id}/plots/{figure}.png"; "/*" at the end takes any rest
+  RunsOn runs_on = RunsOn::kPool;
+  std::size_t body_bytes_max = 0;
+  std::function<HttpResponse(const HttpRequest&)> handle;
+};
+
+/// Finds the route of a request. Literal segments win over {names}, both over "/*".
+/// Immutable while the server runs, so any thread may ask.
+class Router {
+ public:
+  void Add(Route route);
+
+  struct Match {
+    const Route* route = nullptr;  ///< nullptr: no such path (404) or method (405)
+    std::string allow;             ///< for 405: "GET, HEAD"; empty for 404
+  };
+  /// Fills request.path_parameters. HEAD is answered by the GET route.
+  Match Find(HttpRequest& request) const;
+
+  const std::vector<Route>& routes() const { return routes_; }
+
+ private:
+  std::vector<Route> routes_;
+  std::unordered_map<std::string, std::size_t> literal_gets_;  ///< patterns without {names}
+};
+
+}  // namespace faultlab::server

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "core/types/result.h"
+#include "server/clock.h"
+#include "server/net/http_server.h"
+#include "server/stream/client_message.h"
+#include "server/stream/frame_codec.h"
+
+namespace faultlab::server {
+
+enum class ViewerId : std::uint64_t {};
+
+struct StreamHubOptions {
+  std::size_t viewers_max = 4096;
+  std::size_t ring_messages = 64;           ///< per viewer, behind a full socket
+  std::size_t inbox_messages_max = 8192;    ///< between the runs and the hub
+  std::size_t history_rows_max = 60'000;    ///< per channel, 100 bytes each
+  int socket_send_buffer_bytes = 64 << 10;  ///< bounds how old the bytes in the kernel can be
+  std::chrono::milliseconds ping_interval{15'000};
+  std::chrono::milliseconds silence_max{45'000};  ///< no byte from a viewer for this long: closed
+  std::chrono::milliseconds linger{30'000};       ///< a finished channel closes its viewers then
+  int client_messages_per_s_max = 100;
+};
+
+struct StreamCounters {
+  std::uint64_t viewers_open = 0;
+  std::uint64_t viewers_total = 0;
+  std::uint64_t channels_open = 0;
+  std::uint64_t messages_sent = 0;
+  std::uint64_t bytes_sent = 0;
+  std::uint64_t messages_dropped = 0;  ///< by full viewer rings
+  std::uint64_t inbox_refused = 0;     ///< messages that found the inbox full
+  std::uint64_t protocol_errors = 0;
+};
+
+/// Receives what viewers ask of a run. Called on the hub's thread: must not block.
+using CommandHandler = std::function<void(ViewerId viewer, const CommandMessage& command)>;
+
+struct ChannelOptions {
+  std::string run;
+  MonotonicTime started;  ///< t_server of frames and pongs counts from here
+  CommandHandler on_command;
+};
+
+/// Live view: one thread, one epoll set, all viewers of all runs.
+///
+///   run thread --Publish--> inbox --> [hub thread] --send(MSG_DONTWAIT)--> viewers
+///                                       |  history of each channel, for `resume`
+///
+/// A batch is framed once and the same bytes go to every viewer. A viewer whose socket is full gets
+/// a ring of at most `ring_messages`; then its oldest frames are dropped and it is told how many.
+/// Nothing a viewer does can delay a run: Publish copies into a bounded inbox and returns.
+/// All public functions are thread-safe.
+class StreamHub {
+ public:
+  StreamHub(StreamHubOptions options, const Clock& clock);
+  ~StreamHub();
+  StreamHub(const StreamHub&) = delete;
+  StreamHub& operator=(const StreamHub&) = delete;
+
+  core::Status Start();
+  void Stop();  ///< closes every viewer with 1001, joins
+
+  /// @param hello  members of the hello message that the run knows, as JSON without braces:
+  ///               `"run":"r1","state":"running",..`
+  void OpenChannel(ChannelOptions options, std::string hello);
+  /// Rows follow each other without a hole; `first_index` of the next call is this one's end.
+  void Publish(std::string_view run, std::int64_t first_index, std::span<const StreamRow> rows);
+  /// A JSON text to every viewer; later viewers get `hello` instead (empty: unchanged).
+  void PublishText(std::string_view run, std::string text, std::string hello = {});
+  /// A JSON text to one viewer.
+  void Reply(ViewerId viewer, std::string text);
+  /// The last text of the run; viewers are closed with 1000 once drained and `linger` has passed.
+  void CloseChannel(std::string_view run, std::string end_text, std::string hello);
+
+  /// Takes the socket over. Unknown run: closed with 1008.
+  void Adopt(UpgradedSocket socket, std::string_view run, bool can_command);
+
+  StreamCounters counters() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace faultlab::server

@@ -1,0 +1,63 @@
+#include "server/stream/stream_tokens.h"
+
+#include <sys/random.h>
+
+#include <array>
+#include <vector>
+
+#include "core/types/check.h"
+
+namespace faultlab::server {
+
+std::string RandomCode(int bytes) {
+  constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyz234567";
+  std::vector<unsigned char> random(static_cast<std::size_t>(bytes));
+  const ssize_t got = getrandom(random.data(), random.size(), 0);
+  LAB_CHECK(got == static_cast<ssize_t>(random.size()), got);
+  std::string out;
+  unsigned int bits = 0;
+  int held = 0;
+  for (const unsigned char byte : random) {
+    bits = (bits << 8) | byte;
+    held += 8;
+    while (held >= 5) {
+      held -= 5;
+      out.push_back(kLetters[(bits >> held) & 31]);
+    }
+  }
+  if (held > 0) out.push_back(kLetters[(bits << (5 - held)) & 31]);
+  return out;
+}
+
+void StreamTokens::DropExpired(MonotonicTime now) {
+  std::erase_if(entries_, [now](const auto& entry) { return entry.second.expires <= now; });
+}
+
+std::string StreamTokens::Issue(StreamGrant grant) {
+  std::string code = RandomCode(16);
+  const std::lock_guard lock(mutex_);
+  const MonotonicTime now = clock_.Monotonic();
+  if (entries_.size() >= kTokensMax / 2) DropExpired(now);
+  if (entries_.size() >= kTokensMax) {
+    auto oldest = entries_.begin();
+    for (auto it = entries_.begin(); it != entries_.end(); ++it) {
+      if (it->second.expires < oldest->second.expires) oldest = it;
+    }
+    entries_.erase(oldest);
+  }
+  entries_.emplace(code, Entry{std::move(grant), now + kStreamTokenLife});
+  return code;
+}
+
+std::optional<StreamGrant> StreamTokens::Redeem(std::string_view code) {
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(std::string(code));
+  if (entry == entries_.end()) return std::nullopt;
+  const bool alive = clock_.Monotonic() < entry->second.expires;
+  StreamGrant grant = std::move(entry->second.grant);
+  entries_.erase(entry);
+  if (!alive) return std::nullopt;
+  return grant;
+}
+
+}  // namespace faultlab::server

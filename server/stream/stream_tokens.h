@@ -1,0 +1,50 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+
+#include "server/clock.h"
+
+namespace faultlab::server {
+
+inline constexpr std::chrono::seconds kStreamTokenLife{30};
+
+/// What a one-time code opens.
+struct StreamGrant {
+  std::string run;
+  std::string principal;
+  bool can_command = false;
+};
+
+/// One-time codes for /ws, so that no credential stands in an address. Thread-safe.
+class StreamTokens {
+ public:
+  explicit StreamTokens(const Clock& clock) : clock_(clock) {}
+
+  /// A fresh code of 128 random bits. At most `kTokensMax` live codes; the oldest give way.
+  std::string Issue(StreamGrant grant);
+  /// The grant, once, within its life.
+  std::optional<StreamGrant> Redeem(std::string_view code);
+
+ private:
+  static constexpr std::size_t kTokensMax = 20'000;
+  struct Entry {
+    StreamGrant grant;
+    MonotonicTime expires;
+  };
+  void DropExpired(MonotonicTime now);
+
+  const Clock& clock_;
+  std::mutex mutex_;
+  std::unordered_map<std::string, Entry> entries_;
+};
+
+/// `bytes` random bytes from the kernel as lower-case base32 (RFC 4648 letters, no padding).
+std::string RandomCode(int bytes);
+
+}  // namespace faultlab::server
