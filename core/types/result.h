@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 
@@ -20,6 +21,31 @@ enum class ErrorCode {
   kUnavailable,   ///< a rig, disk or database does not answer
   kStale,         ///< an epoch or version older than the current one
 };
+
+/// "invalid", "not_found", ..: the word that stands in problem+json and in command answers.
+constexpr std::string_view Name(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::kInvalid:
+      return "invalid";
+    case ErrorCode::kNotFound:
+      return "not_found";
+    case ErrorCode::kConflict:
+      return "conflict";
+    case ErrorCode::kUnauthorized:
+      return "unauthorized";
+    case ErrorCode::kForbidden:
+      return "forbidden";
+    case ErrorCode::kBusy:
+      return "busy";
+    case ErrorCode::kTooLarge:
+      return "too_large";
+    case ErrorCode::kUnavailable:
+      return "unavailable";
+    case ErrorCode::kStale:
+      return "stale";
+  }
+  return "?";
+}
 
 /// An expected refusal: what is wrong and what to do, for a person.
 struct Error {

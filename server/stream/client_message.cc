@@ -4,6 +4,8 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "server/net/http.h"
+
 namespace faultlab::server {
 namespace {
 
@@ -137,6 +139,21 @@ core::Result<ClientMessage> ParseClientMessage(std::string_view text) {
     return ClientMessage(ResumeMessage{static_cast<std::int64_t>(*since)});
   }
   return Expected("type", "'command', 'ping' or 'resume'");
+}
+
+std::string AckText(const CommandMessage& command, const core::Status& outcome) {
+  std::string text = "{\"type\":\"ack\",\"id\":";
+  if (command.id_is_number) {
+    text.append(command.id);
+  } else {
+    AppendJsonString(text, command.id);
+  }
+  if (outcome.ok()) return text.append(",\"ok\":true}");
+  text.append(",\"ok\":false,\"error\":{\"code\":");
+  AppendJsonString(text, Name(outcome.error().code));
+  text.append(",\"message\":");
+  AppendJsonString(text, outcome.error().message);
+  return text.append("}}");
 }
 
 }  // namespace faultlab::server

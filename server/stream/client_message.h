@@ -44,4 +44,7 @@ using ClientMessage = std::variant<CommandMessage, PingMessage, ResumeMessage>;
 /// and non-finite numbers are refused by name; any bytes may come in.
 core::Result<ClientMessage> ParseClientMessage(std::string_view text);
 
+/// {"type":"ack","id":..,"ok":..,"error":{"code","message"}?}
+std::string AckText(const CommandMessage& command, const core::Status& outcome);
+
 }  // namespace faultlab::server

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/clock.h"
+#include "server/net/websocket.h"
+#include "server/stream/client_message.h"
+
+namespace faultlab::server {
+
+/// Bytes of one WebSocket frame, shared by every viewer it goes to.
+using SharedBytes = std::shared_ptr<const std::string>;
+
+/// One socket of a browser, as the hub's thread sees it: what waits to be sent, and what is known
+/// of the peer. Owns the descriptor.
+///
+///   Send -> empty queue: send(MSG_DONTWAIT) at once  -> all gone: done
+///        -> socket full: queue of at most `ring_messages`, oldest frames dropped and counted
+class Viewer {
+ public:
+  enum class Sent { kAll, kQueued, kBroken };
+
+  Viewer(std::uint64_t id, int fd, std::size_t ring_messages);
+  ~Viewer();
+  Viewer(const Viewer&) = delete;
+  Viewer& operator=(const Viewer&) = delete;
+
+  /// @param samples  > 0: a signal frame, which may be dropped; 0: a message that may not.
+  /// kBroken: the peer is gone, or has not taken a ringful of messages that may not be dropped.
+  Sent Send(const SharedBytes& bytes, int samples);
+  /// After the socket became writable. kAll: the queue is empty.
+  Sent Flush();
+
+  std::uint64_t id() const { return id_; }
+  int fd() const { return fd_; }
+  bool drained() const { return queue_.empty(); }
+
+  /// Samples dropped since the last call; the peer is then told.
+  std::int64_t TakeDropped();
+  std::uint64_t dropped_messages() const { return dropped_messages_; }
+
+  // State that the hub keeps beside the socket.
+  websocket::FrameReader reader{kClientMessageBytesMax};
+  std::size_t channel = 0;     ///< slot in the hub
+  std::int64_t catch_up = -1;  ///< next index of history to send; -1: live
+  MonotonicTime last_heard{};
+  MonotonicTime last_ping{};
+  MonotonicTime rate_window{};
+  std::optional<MonotonicTime> close_by;  ///< a close frame is on its way
+  int messages_in_window = 0;
+  int refusals = 0;
+  bool can_command = false;
+  bool waits_for_write = false;  ///< registered for EPOLLOUT
+  bool broken = false;           ///< to be removed by the hub
+
+ private:
+  struct Waiting {
+    SharedBytes bytes;
+    int samples;
+  };
+  bool MakeRoom();
+  /// Bytes of `text` that the socket took; -1 when it is broken.
+  std::ptrdiff_t Write(const char* data, std::size_t size) const;
+
+  std::uint64_t id_;
+  int fd_;
+  std::size_t ring_messages_;
+  std::vector<Waiting> queue_;
+  std::size_t front_sent_ = 0;  ///< bytes of queue_.front() already gone
+  std::int64_t dropped_samples_ = 0;
+  std::uint64_t dropped_messages_ = 0;
+};
+
+}  // namespace faultlab::server
