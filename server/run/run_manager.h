@@ -1,0 +1,124 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/diagnosis/pipeline.h"
+#include "core/types/result.h"
+#include "hardware/rig.h"
+#include "hardware/run_plan.h"
+#include "server/clock.h"
+#include "server/run/rig_bay.h"
+#include "server/storage/recording_store.h"
+#include "server/stream/stream_hub.h"
+
+namespace faultlab::server {
+
+/// Publishes what a run sees to somebody besides the viewers (the LCM tap). Called on the run's
+/// thread: must not block.
+class RunTap {
+ public:
+  virtual ~RunTap() = default;
+  virtual void OnFrame(std::string_view run, const core::Frame& frame) = 0;
+  virtual void OnEvent(std::string_view run, const hardware::RigEvent& event) = 0;
+};
+
+/// One experiment, validated and resolved.
+struct RunRequest {
+  std::string name;
+  std::string owner;      ///< Principal::owner_key()
+  std::string plan_json;  ///< the resolved plan as the API shows it, one JSON object
+  hardware::RunPlan plan;
+  /// A lease that the caller already holds; otherwise `rig` is leased ("": any free simulated one).
+  std::optional<RigLease> lease;
+  std::string rig;
+  /// Expected nominal parameters, channels, value prior; period and motor faults come from the rig.
+  core::PipelineConfig pipeline;
+};
+
+/// What is known of a run while it lives.
+struct RunSnapshot {
+  std::string id;
+  std::string name;
+  std::string owner;
+  std::string rig;
+  hardware::Epoch epoch{};
+  RunState state = RunState::kRunning;
+  std::string plan_json;
+  WallTime created_at{};
+  std::int64_t samples = 0;
+  double period_s = 0.01;
+  std::vector<RecordedEvent> events;
+  std::string verdict;         ///< word
+  std::string diagnosis_json;  ///< so far
+};
+
+struct RunManagerOptions {
+  int runs_max = 32;
+  std::string server_id = "local";
+  double speed = 1.0;  ///< of the simulated rigs: frames are batched to 20 a second of wall time
+};
+
+struct RunCounters {
+  std::uint64_t started = 0;
+  std::uint64_t ended[5] = {};  ///< by RunState
+  std::uint64_t samples = 0;
+  std::uint64_t overruns = 0;
+  std::uint64_t gaps = 0;
+  std::uint64_t solver_tasks = 0;
+};
+
+/// Runs experiments: plan -> rig -> its own drain thread -> pipeline -> viewers and recording.
+///
+///   rig thread --RigMessage--> [run thread] Pipeline.Push --Frame--> StreamHub
+///                                   |  samples, events --> [recorder thread] --> RecordingStore
+///                                   +-- isolation tasks --> [solver thread]
+///
+/// Whatever ends a run (plan played, stop, trip, a full queue, a bug) ends in SafeStop and in a
+/// stored state. A viewer that is slow, dead or hostile does not reach the run thread at all.
+class RunManager {
+ public:
+  RunManager(RunManagerOptions options,
+             RigBay& bay,
+             RecordingStore& store,
+             StreamHub& hub,
+             const Clock& clock,
+             std::function<void(std::string_view)> log);
+  ~RunManager();
+  RunManager(const RunManager&) = delete;
+  RunManager& operator=(const RunManager&) = delete;
+
+  /// May be null. Before the first Start.
+  void SetTap(RunTap* tap);
+
+  /// Leases, arms, records, starts. kBusy when no rig is free or `runs_max` run.
+  core::Result<RunSnapshot> Start(RunRequest request);
+  /// The rig goes safe; the run ends as `stopped` within a moment. kNotFound, kConflict when over.
+  core::Status Stop(std::string_view id, std::string_view reason);
+  /// Acts at the rig's next tick. kStale when the epoch is not the run's.
+  core::Status Command(std::string_view id,
+                       hardware::Epoch epoch,
+                       const hardware::RigCommand& command);
+
+  /// A running run, or one that ended a moment ago. Ended runs live in the RecordingStore.
+  std::optional<RunSnapshot> Find(std::string_view id) const;
+  std::vector<RunSnapshot> Running() const;
+  /// Blocks until the run has ended and is stored. For tests and jobs.
+  void Wait(std::string_view id);
+  /// Stops every run and waits for their recordings.
+  void Shutdown();
+
+  RunCounters counters() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace faultlab::server
