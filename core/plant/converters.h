@@ -37,7 +37,8 @@ double MotorRadPerS(double gear_rpm);
 /// White Gaussian noise on each channel, seeded.
 class MeasurementNoise {
  public:
-  MeasurementNoise(const NoiseLevels& levels, std::uint64_t seed);
+  MeasurementNoise(const NoiseLevels& levels, std::uint64_t seed)
+      : levels_(levels), random_(seed) {}
 
   /// The noisy reading before the converters.
   double um_v(double clean_v) { return clean_v + levels_.um_v * random_.Normal(); }

@@ -13,7 +13,8 @@ namespace faultlab::core {
 /// intermittent); `field` is the member.
 Status Validate(const Fault& fault);
 
-/// Plays faults on a plant. A fault acts from the first sample whose time is >= at_s.
+/// Plays faults on a plant. A fault acts from the first sample whose time is >= at_s. Touches the
+/// plant only when the scheduled value of a component changes, so that live commands stay.
 class FaultSchedule {
  public:
   /// `nominal` gives the values that drifts start from and intermittent faults return to.
@@ -27,6 +28,7 @@ class FaultSchedule {
  private:
   std::vector<Fault> faults_;
   PlantParameters nominal_;
+  PlantParameters scheduled_;  ///< what was last asked of the plant
 };
 
 }  // namespace faultlab::core

@@ -1,1 +1,147 @@
 #include "core/plant/model_fit.h"
+
+#include <Eigen/QR>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "core/types/check.h"
+
+namespace faultlab::core {
+namespace {
+
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
+// Free responses that are this much alike cannot be told apart; the smallest state is taken.
+constexpr double kRankTolerance = 1e-9;
+
+/// forced + columns * c closest to measured.
+ModelFit FitInitialStates(std::vector<double> forced,
+                          const Eigen::MatrixXd& columns,
+                          std::span<const double> measured) {
+  const auto rows = static_cast<Eigen::Index>(forced.size());
+  Eigen::Map<Eigen::VectorXd> simulated(forced.data(), rows);
+  const Eigen::Map<const Eigen::VectorXd> target(measured.data(), rows);
+  ModelFit fit;
+  if (rows == 0 || !simulated.allFinite() || !columns.allFinite() || !target.allFinite()) {
+    fit.fit_percent = kNotANumber;
+    fit.simulated_v.assign(measured.size(), kNotANumber);
+    return fit;
+  }
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr;
+  qr.setThreshold(kRankTolerance);
+  qr.compute(columns);
+  simulated += columns * qr.solve(target - simulated);
+  fit.simulated_v = std::move(forced);
+  fit.fit_percent = FitPercent(measured, fit.simulated_v);
+  return fit;
+}
+
+/// y(k) of the discrete model from x(0) = 0: y = b0d u + x, x(k+1) = b1d u(k) - a1d y(k).
+std::vector<double> Forced(const DiscreteCoefficients& model, std::span<const double> uc_v) {
+  std::vector<double> y(uc_v.size());
+  double x = 0.0;
+  for (std::size_t k = 0; k < uc_v.size(); ++k) {
+    y[k] = model.b0d * uc_v[k] + x;
+    x = model.b1d * uc_v[k] - model.a1d * y[k];
+  }
+  return y;
+}
+
+/// base^k, k = 0 .. rows-1.
+Eigen::VectorXd Powers(double base, std::size_t rows) {
+  Eigen::VectorXd powers(static_cast<Eigen::Index>(rows));
+  double power = 1.0;
+  for (double& value : powers) {
+    value = power;
+    power *= base;
+  }
+  return powers;
+}
+
+ModelFit NoFit(std::size_t samples) {
+  return {.fit_percent = kNotANumber, .simulated_v = std::vector<double>(samples, kNotANumber)};
+}
+
+}  // namespace
+
+double FitPercent(std::span<const double> measured, std::span<const double> simulated) {
+  if (measured.empty() || measured.size() != simulated.size()) {
+    return kNotANumber;
+  }
+  const double mean =
+      std::accumulate(measured.begin(), measured.end(), 0.0) / static_cast<double>(measured.size());
+  double error = 0.0;
+  double variation = 0.0;
+  for (std::size_t k = 0; k < measured.size(); ++k) {
+    error += (measured[k] - simulated[k]) * (measured[k] - simulated[k]);
+    variation += (measured[k] - mean) * (measured[k] - mean);
+  }
+  if (!(variation > 0.0) || !std::isfinite(error)) {
+    return kNotANumber;
+  }
+  return 100.0 * (1.0 - std::sqrt(error / variation));
+}
+
+ModelFit FitDiscrete(const DiscreteCoefficients& model,
+                     std::span<const double> uc_v,
+                     std::span<const double> um_v) {
+  LAB_CHECK(uc_v.size() == um_v.size(), uc_v.size(), um_v.size());
+  return FitInitialStates(Forced(model, uc_v), Powers(-model.a1d, uc_v.size()), um_v);
+}
+
+ModelFit FitContinuous(const ContinuousCoefficients& model,
+                       std::span<const double> uc_v,
+                       std::span<const double> um_v,
+                       double period_s,
+                       double delta_s) {
+  if (!(model.a1 > 0.0)) {
+    return NoFit(um_v.size());
+  }
+  return FitDiscrete(Discretise(model, period_s, delta_s), uc_v, um_v);
+}
+
+ModelFit FitFriction(const ContinuousCoefficients& model,
+                     double mc_nm,
+                     std::span<const double> uc_v,
+                     std::span<const double> um_v,
+                     double period_s,
+                     double delta_s) {
+  LAB_CHECK(uc_v.size() == um_v.size(), uc_v.size(), um_v.size());
+  if (!(model.a1 > 0.0 && model.a12 > 0.0)) {
+    return NoFit(um_v.size());
+  }
+  const DiscreteCoefficients discrete = Discretise(model, period_s, delta_s);
+  std::vector<double> forced = Forced(discrete, uc_v);
+  for (double& y : forced) {
+    y -= model.b02 * mc_nm;
+  }
+  Eigen::MatrixXd columns(static_cast<Eigen::Index>(uc_v.size()), 2);
+  columns.col(0) = Powers(-discrete.a1d, uc_v.size());
+  columns.col(1) = Powers(std::exp(-period_s / model.a12), uc_v.size());
+  return FitInitialStates(std::move(forced), columns, um_v);
+}
+
+ModelFit FitSampled(const SampledModel& model,
+                    double mc_nm,
+                    std::span<const double> uc_v,
+                    std::span<const double> um_v) {
+  LAB_CHECK(uc_v.size() == um_v.size(), uc_v.size(), um_v.size());
+  std::vector<double> forced(uc_v.size());
+  SimulateUm(model, uc_v, mc_nm, Eigen::Vector3d::Zero(), forced);
+  Eigen::MatrixXd columns(static_cast<Eigen::Index>(uc_v.size()), 3);
+  Eigen::RowVector3d row = model.c.row(0);
+  for (Eigen::Index k = 0; k < columns.rows(); ++k) {
+    columns.row(k) = row;
+    const Eigen::RowVector3d next = row * model.phi;
+    row = next;
+  }
+  for (Eigen::Index j = 0; j < 3; ++j) {  // unit free: volts by volt, ampere and rad/s alike
+    const double norm = columns.col(j).norm();
+    if (norm > 0.0) {
+      columns.col(j) /= norm;
+    }
+  }
+  return FitInitialStates(std::move(forced), columns, um_v);
+}
+
+}  // namespace faultlab::core

@@ -58,23 +58,37 @@ class Plant {
  private:
   enum class AmplifierState { kLinear, kClampedHigh, kClampedLow };
 
+  double high_limit_v() const { return amplifier_.output_max_v; }
   double low_limit_v() const;
-  double clamp_v() const;
-  /// Output voltage that the amplifier wants; more than the supply gives when clamped.
-  double wanted_output_v(const Eigen::Vector3d& x) const;
-  double output_v(const Eigen::Vector3d& x) const;
-  double torque_nm(double omega_rad_s) const;
-  bool follows_current() const;
+  double current_reference_a() const;
+  bool drives_current() const { return amplifier_.mode == AmplifierMode::kCurrent; }
+  LinearRegime regime() const;
+  double drive() const;
 
-  void UpdateAmplifier();
-  void UpdateDirection();
-  double Step(double remaining_s);
-  Eigen::Vector3d Propagate(const Eigen::Vector3d& x,
-                            double torque_nm,
-                            double step_s,
-                            double* angle);
-  Eigen::Vector3d Midpoint(double step_s, double* angle);
-  bool Valid(const Eigen::Vector3d& x) const;
+  /// Output voltage that the amplifier would need to do its work.
+  double WantedOutput(const Eigen::Vector3d& x) const;
+  double Output(const Eigen::Vector3d& x) const;
+  double FrictionTorque(double omega_rad_s) const;
+  double BreakawayTorque() const;
+  bool StribeckActs(const Eigen::Vector3d& x) const;
+
+  void UpdateFrictionNoise(double seconds);
+  void ResolveAmplifier();
+  void ResolveMotion();
+  /// True when x cannot belong to the present regime: an event lies before it.
+  bool AmplifierLeaves(const Eigen::Vector3d& x) const;
+  bool MotionLeaves(const Eigen::Vector3d& x) const;
+
+  struct Reached {
+    Eigen::Vector3d x;
+    double angle_rad;
+  };
+  Reached Apply(const Propagator& propagator, const Eigen::Vector3d& x, double torque_nm) const;
+  /// One step in the present regime, Stribeck term by the midpoint rule.
+  Reached StepTo(double step_s, bool remember);
+  bool TryWholeStep(double seconds);
+  void StepWithEvents(double step_s);
+  void Accept(const Reached& reached);
 
   PlantParameters parameters_;
   FrictionModel friction_;
@@ -85,7 +99,8 @@ class Plant {
   double uc_v_ = 0.0;
   double angle_rad_ = 0.0;
   double friction_noise_nm_ = 0.0;
-  int direction_ = 0;  ///< sense of rotation, 0 = standing
+  double stribeck_speed_max_rad_s_ = 0.0;  ///< above it the term is below double's notice
+  int direction_ = 0;                      ///< sense of rotation, 0 = standing
   AmplifierState amplifier_state_ = AmplifierState::kLinear;
 };
 

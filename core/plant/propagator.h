@@ -47,8 +47,10 @@ class PropagatorCache {
  public:
   /// Forgets everything: the parameters changed.
   void Reset(const PlantParameters& parameters, double gain_error);
-  /// Valid until the next call.
+  /// Remembered: for the few step lengths that come again and again. Valid until the next call.
   const Propagator& Get(LinearRegime regime, double step_s);
+  /// Not remembered: for the step to or from an event.
+  Propagator Once(LinearRegime regime, double step_s) const;
   /// Complex poles: w may overshoot between the ends of a long step.
   bool oscillates() const { return oscillates_; }
 

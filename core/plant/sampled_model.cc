@@ -1,1 +1,56 @@
 #include "core/plant/sampled_model.h"
+
+#include <Eigen/LU>
+
+#include "core/plant/propagator.h"
+#include "core/types/check.h"
+
+namespace faultlab::core {
+
+Eigen::Vector3d SampledModel::SteadyState(double uc_v, double mc_nm) const {
+  const Eigen::Matrix3d system = Eigen::Matrix3d::Identity() - phi;
+  return system.partialPivLu().solve(gamma_u * uc_v + gamma_m * mc_nm);
+}
+
+SampledModel MakeSampledModel(const PlantParameters& p, double period_s, double delta_s) {
+  LAB_CHECK(delta_s >= 0.0 && delta_s < period_s, delta_s, period_s);
+  const LinearSystem system = MakeLinearSystem(p, 0.0, LinearRegime{});
+  const Propagator whole = MakePropagator(system, period_s);
+  const Propagator part = MakePropagator(system, delta_s);
+
+  // Outputs (um, ia, w) at one instant: um = Uout - R1 i, Uout as in MakeLinearSystem.
+  const double parallel = p.re2_ohm() * p.r5_ohm / (p.re2_ohm() + p.r5_ohm);
+  Eigen::Matrix3d instant;
+  instant << parallel / p.r5_ohm, -p.r1_ohm, 0.0,  //
+      0.0, 1.0, 0.0,                               //
+      0.0, 0.0, 1.0;
+
+  SampledModel model;
+  model.phi = whole.phi;
+  model.gamma_u = whole.gamma_u;
+  model.gamma_m = whole.gamma_m;
+  model.c = instant * part.phi;
+  model.d_u = instant * part.gamma_u;
+  model.d_u(0) += parallel / p.re1_ohm();
+  model.d_m = instant * part.gamma_m;
+  return model;
+}
+
+Eigen::Vector3d SimulateUm(const SampledModel& model,
+                           std::span<const double> uc_v,
+                           double mc_nm,
+                           const Eigen::Vector3d& x0,
+                           std::span<double> um_v) {
+  LAB_CHECK(uc_v.size() == um_v.size(), uc_v.size(), um_v.size());
+  Eigen::Vector3d x = x0;
+  const Eigen::Vector3d from_friction = model.gamma_m * mc_nm;
+  const double um_from_friction = model.d_m(0) * mc_nm;
+  for (std::size_t k = 0; k < uc_v.size(); ++k) {
+    um_v[k] = model.c.row(0).dot(x) + model.d_u(0) * uc_v[k] + um_from_friction;
+    const Eigen::Vector3d next = model.phi * x + model.gamma_u * uc_v[k] + from_friction;
+    x = next;
+  }
+  return x;
+}
+
+}  // namespace faultlab::core

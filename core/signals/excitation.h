@@ -19,7 +19,7 @@ struct StepSpec {
 
 /// offset + amplitude * x(t), x = sum of `lines` cosines of equal power on the harmonics 1..lines
 /// of 1/base_period_s with Schroeder phases -pi h (h-1) / lines, scaled to max |x| = 1.
-/// The seed shifts the start within the base period (seed 0: no shift).
+/// At most 500 lines. The seed shifts the start within the base period (seed 0: no shift).
 struct MultisineSpec {
   double offset_v = 2.5;
   double amplitude_v = 0.5;
