@@ -47,7 +47,7 @@ struct Band {
   Ink ink = Ink::kGrey;
 };
 
-/// A part of the panel's own series, magnified in a corner.
+/// A part of the panel's own series, magnified above them; leave room for it in Axis::range.
 struct Inset {
   double x_from = 0.0;
   double x_to = 1.0;
@@ -64,6 +64,7 @@ struct Mark {
 };
 
 struct Panel {
+  std::string title;  ///< "(a) R_{1}", above the panel; usually empty
   Axis y;
   std::vector<Series> series;
   std::vector<Level> levels;

@@ -6,7 +6,8 @@
 
 namespace faultlab::server {
 
-/// The figure for the browser: {"title","subtitle","x":{"label","unit","range"},"panels":[{"y",
+/// The figure for the browser:
+/// {"title","subtitle","x":{"label","unit","range"},"panels":[{"title","y",
 /// "weight","series":[{"name","ink","dash","stair","x":[],"y":[]}],"levels":[],"bands":[],
 /// "inset"}],"marks":[{"kind","x","label"}],"matrix"?,"footer"}. Text is plain; NaN is null.
 boost::json::object ToJson(const Figure& figure);

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/plots/figures.h"
+
+namespace faultlab::server {
+
+/// Marks of what was injected and of what the diagnosis saw.
+std::vector<Mark> MakeMarks(const FigureContext& context);
+
+/// Where the first change lies: the injected one, else the estimated onset; nothing if neither.
+std::optional<double> FirstChange(const FigureContext& context);
+
+/// Name, time axis, marks and footer that every figure of a recording has.
+Figure MakeFigureOf(const std::string& title, const FigureContext& context);
+
+/// t_s and one channel of a recording; a missing sample leaves a NaN so that the line breaks.
+Series MakeChannelSeries(std::span<const core::Sample> samples,
+                         double core::Sample::*channel,
+                         Ink ink);
+
+}  // namespace faultlab::server

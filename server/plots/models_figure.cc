@@ -1,0 +1,81 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/types/check.h"
+#include "server/plots/figure_parts.h"
+#include "server/plots/figures.h"
+#include "server/plots/ticks.h"
+
+namespace faultlab::server {
+namespace {
+
+/// One look for each model; the measurement is black.
+struct Look {
+  Ink ink;
+  Dash dash;
+};
+constexpr Look kLooks[] = {{Ink::kBlue, Dash::kSolid},
+                           {Ink::kVermilion, Dash::kSolid},
+                           {Ink::kSky, Dash::kDashed},
+                           {Ink::kGreen, Dash::kDashed},
+                           {Ink::kPurple, Dash::kDashed},
+                           {Ink::kOrange, Dash::kSolid}};
+
+}  // namespace
+
+Figure MakeModelsFigure(const ModelComparison& comparison,
+                        const FigureContext& context,
+                        double shown_s) {
+  LAB_CHECK(comparison.t_s.size() == comparison.um_v.size());
+  Figure figure = MakeFigureOf("Measured and simulated output", context);
+  figure.marks.clear();  // the stretch lies behind the fault
+  std::size_t shown = comparison.t_s.size();
+  if (shown > 0) {
+    const double end = comparison.t_s.front() + shown_s;
+    shown = static_cast<std::size_t>(
+        std::upper_bound(comparison.t_s.begin(), comparison.t_s.end(), end) -
+        comparison.t_s.begin());
+  }
+  const auto cut = [shown](const std::vector<double>& values) {
+    return std::vector<double>(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(shown));
+  };
+  const std::vector<double> t = cut(comparison.t_s);
+
+  Panel output;
+  output.y = {"U_{m}", "V", std::nullopt};
+  output.weight = 2.0;
+  Panel residual;
+  residual.y = {"Residual", "V", std::nullopt};
+  residual.levels.push_back({0.0, "", Ink::kGrey});
+
+  Series measured;
+  measured.name = "measured";
+  measured.ink = Ink::kBlack;
+  measured.width = 2.4;
+  measured.x = t;
+  measured.y = cut(comparison.um_v);
+  output.series.push_back(std::move(measured));
+  std::size_t i = 0;
+  for (const ModelOutput& model : comparison.models) {
+    LAB_CHECK(model.um_v.size() == comparison.t_s.size(), model.name, model.um_v.size());
+    Series series;
+    const Look& look = kLooks[i++ % std::size(kLooks)];
+    series.name = model.name + "  " + FormatNumber(model.fit_percent, 1) + " %";
+    series.ink = look.ink;
+    series.dash = look.dash;
+    series.x = t;
+    series.y = cut(model.um_v);
+    Series error = series;
+    error.name.clear();
+    for (std::size_t k = 0; k < shown; ++k) {
+      error.y[k] = comparison.um_v[k] - model.um_v[k];
+    }
+    output.series.push_back(std::move(series));
+    residual.series.push_back(std::move(error));
+  }
+  figure.panels.push_back(std::move(output));
+  figure.panels.push_back(std::move(residual));
+  return figure;
+}
+
+}  // namespace faultlab::server

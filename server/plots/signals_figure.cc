@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <cmath>
+
+#include "server/plots/figure_parts.h"
+#include "server/plots/figures.h"
+
+namespace faultlab::server {
+namespace {
+
+constexpr double kLineWidth = 1.0;        // 2000 points on 1400 pixels: a finer line shows more
+constexpr double kLensSeconds = 1.0;      // what the magnified part shows
+constexpr double kLensRoom = 1.9;         // free space above the data, in heights of the data
+constexpr double kLensPlaceShare = 0.42;  // of the recording, so that it stays clear of the middle
+
+bool HoldsNumbers(const Series& series) {
+  return std::any_of(
+      series.y.begin(), series.y.end(), [](double value) { return std::isfinite(value); });
+}
+
+Panel MakePanel(const std::string& label, const std::string& unit, double weight) {
+  Panel panel;
+  panel.y = {label, unit, std::nullopt};
+  panel.weight = weight;
+  return panel;
+}
+
+/// The control voltage, with a magnified second of it (paper Fig. 14).
+Panel MakeInputPanel(std::span<const core::Sample> samples) {
+  Panel panel = MakePanel("U_{c}", "V", 1.35);
+  Series series = MakeChannelSeries(samples, &core::Sample::uc_v, Ink::kBlue);
+  series.stair = true;
+  series.width = kLineWidth;
+  if (!samples.empty()) {
+    const auto [low, high] = std::minmax_element(
+        samples.begin(), samples.end(), [](const core::Sample& a, const core::Sample& b) {
+          return a.uc_v < b.uc_v;
+        });
+    const double span = high->uc_v - low->uc_v;
+    const double start = samples.front().t_s;
+    const double length = samples.back().t_s - start;
+    if (span > 0.0 && length > 4 * kLensSeconds) {
+      const double from = start + std::floor(kLensPlaceShare * length);
+      panel.inset = Inset{from, from + kLensSeconds, "magnified"};
+      panel.y.range = {low->uc_v - 0.15 * span, high->uc_v + kLensRoom * span};
+    }
+  }
+  panel.series.push_back(std::move(series));
+  return panel;
+}
+
+}  // namespace
+
+Figure MakeSignalsFigure(std::span<const core::Sample> samples, const FigureContext& context) {
+  Figure figure = MakeFigureOf("Measured signals", context);
+  figure.panels.push_back(MakeInputPanel(samples));
+
+  Panel output = MakePanel("U_{m}", "V", 1.0);
+  Series ua = MakeChannelSeries(samples, &core::Sample::ua_v, Ink::kSky);
+  ua.width = kLineWidth;
+  Series um = MakeChannelSeries(samples, &core::Sample::um_v, Ink::kBlue);
+  um.width = kLineWidth;
+  if (HoldsNumbers(ua)) {
+    output.y.label = "U_{m}, U_{a}";
+    ua.name = "U_{a}, before R_{1}";
+    um.name = "U_{m}, over the motor";
+    output.series.push_back(std::move(ua));
+  }
+  output.series.push_back(std::move(um));
+  figure.panels.push_back(std::move(output));
+
+  struct Optional {
+    double core::Sample::*channel;
+    const char* label;
+    const char* unit;
+    Ink ink;
+  };
+  for (const Optional& one : {Optional{&core::Sample::ia_a, "I_{a}", "A", Ink::kVermilion},
+                              Optional{&core::Sample::n_rpm, "n", "rpm", Ink::kGreen}}) {
+    Series series = MakeChannelSeries(samples, one.channel, one.ink);
+    if (HoldsNumbers(series)) {
+      series.width = kLineWidth;
+      Panel panel = MakePanel(one.label, one.unit, 0.9);
+      panel.series.push_back(std::move(series));
+      figure.panels.push_back(std::move(panel));
+    }
+  }
+  return figure;
+}
+
+Figure MakeOverlayFigure(const std::vector<OverlayPanel>& panels, const FigureContext& context) {
+  constexpr Ink kInks[] = {Ink::kBlue, Ink::kVermilion, Ink::kGreen, Ink::kPurple, Ink::kOrange};
+  Figure figure = MakeFigureOf("Amplifier output voltage", context);
+  for (const OverlayPanel& overlay : panels) {
+    Panel panel = MakePanel("U_{m}", "V", 1.0);
+    panel.title = overlay.title;
+    std::size_t i = 0;
+    for (const OverlayTrace& trace : overlay.traces) {
+      Series series;
+      series.name = trace.name;
+      series.ink = kInks[i++ % std::size(kInks)];
+      series.width = kLineWidth;
+      series.x = trace.t_s;
+      series.y = trace.um_v;
+      panel.series.push_back(std::move(series));
+    }
+    figure.panels.push_back(std::move(panel));
+  }
+  return figure;
+}
+
+}  // namespace faultlab::server
