@@ -95,7 +95,8 @@ bool OrdinaryTheta(const SlidingMoments<6>& moments, Vector& theta) {
           moments, kColumns[static_cast<std::size_t>(i)], kColumns[static_cast<std::size_t>(j)]);
     }
   }
-  const LeastSquaresSolution<kP> solution = SolveNormalEquations<kP>(sums);
+  LeastSquaresSolution<kP> solution;
+  SolveNormalEquations<kP>(sums, solution);
   theta = solution.theta;
   return solution.regular && solution.condition < kConditionMax;
 }

@@ -17,11 +17,11 @@ bool SiaExactMap::Apply(const double* inverse,
     const double reach = a1p + sigma[2];
     theta[1] = theta[2] = 0.0;
     sigma[1] = std::numeric_limits<double>::infinity();
-    sigma[2] = reach > t ? -t / std::log1p(-t / reach) : 0.0;
+    sigma[2] = reach > t ? -t / std::log(1.0 - t / reach) : 0.0;
     return false;
   }
   const double ratio = t / a1p;                // 1 - exp(-T/a1)
-  const double log_pole = std::log1p(-ratio);  // -T/a1
+  const double log_pole = std::log(1.0 - ratio);  // -T/a1
   const double a1 = -t / log_pole;
   const double b0d = b1p / a1p;
   const double growth = std::exp(delta_s / a1);

@@ -99,14 +99,22 @@ class SlidingLeastSquares {
       estimate_.condition = std::numeric_limits<double>::infinity();
       return Hold(EstimateStatus::kInvalid);
     }
-    const LeastSquaresSolution<P> solution =
-        noise_ ? SolveCompensated(rows) : SolveNormalEquations<P>(moments_.sums());
+    LeastSquaresSolution<P> solution;
+    if (noise_) {
+      SolveCompensated(rows, solution);
+    } else {
+      SolveNormalEquations<P>(moments_.sums(), solution);
+    }
     estimate_.sse = solution.sse;
     estimate_.condition = solution.condition;
     if (!solution.regular || !(solution.condition < gate_.condition_max)) {
       return Hold(EstimateStatus::kNotExcited);
     }
-    const bool resolved = report_(solution, solution.sse / (rows - P), estimate_);
+    if (rows != scaled_rows_) {
+      scaled_rows_ = rows;
+      per_freedom_ = 1.0 / (rows - P);
+    }
+    const bool resolved = report_(solution, solution.sse * per_freedom_, estimate_);
     estimate_.age_samples = 0;
     estimate_.status = resolved && gate_.Accepts(estimate_.theta, estimate_.sigma)
                            ? EstimateStatus::kExcited
@@ -127,13 +135,13 @@ class SlidingLeastSquares {
     return estimate_;
   }
 
-  LeastSquaresSolution<P> SolveCompensated(int rows) const {
+  void SolveCompensated(int rows, LeastSquaresSolution<P>& solution) const {
     const typename Moments::Packed& sums = moments_.sums();
     typename Moments::Packed compensated = sums;
     for (std::size_t p = 0; p < compensated.size(); ++p) {
       compensated[p] -= rows * (*noise_)[p];
     }
-    LeastSquaresSolution<P> solution = SolveNormalEquations<P>(compensated);
+    SolveNormalEquations<P>(compensated, solution);
     // The residuals that this theta leaves, noise included: c' S c with c = [theta, -1].
     double sse = sums[PackedIndex(P, P)];
     for (int i = 0; i < P; ++i) {
@@ -145,7 +153,6 @@ class SlidingLeastSquares {
       }
     }
     solution.sse = sse > 0.0 ? sse : 0.0;
-    return solution;
   }
 
   Moments moments_;
@@ -153,6 +160,8 @@ class SlidingLeastSquares {
   Report report_;
   std::optional<typename Moments::Packed> noise_;
   Estimate<P> estimate_;
+  int scaled_rows_ = 0;       ///< the rows that per_freedom_ was computed for
+  double per_freedom_ = 0.0;  ///< 1 / (rows - P)
 };
 
 }  // namespace faultlab::core

@@ -41,35 +41,36 @@ class SlidingMoments {
   explicit SlidingMoments(int window) : slots_(CheckedSize(window)), kinds_(slots_.size()) {}
 
   void Push(const Row& row) {
-    const Row& leaving = slots_[at_];
-    for (int i = 0, p = 0; i < Q; ++i) {
-      for (int j = 0; j <= i; ++j, ++p) {
-        const auto n = static_cast<std::size_t>(p);
-        const double entering = row[Size(i)] * row[Size(j)];
-        sums_[n] += entering - leaving[Size(i)] * leaving[Size(j)];
-        shadow_[n] += entering;
+    Packed entering;
+    std::size_t p = 0;
+    for (std::size_t i = 0; i < Q; ++i) {
+      for (std::size_t j = 0; j <= i; ++j) {
+        entering[p++] = row[i] * row[j];
       }
     }
-    slots_[at_] = row;
+    Packed& slot = slots_[at_];
+    for (std::size_t n = 0; n < entering.size(); ++n) {
+      sums_[n] += entering[n] - slot[n];
+      shadow_[n] += entering[n];
+      slot[n] = entering[n];
+    }
     Advance(RowKind::kValid);
   }
 
   /// A slot without a row: kEmpty or kInvalid.
   void PushEmpty(RowKind kind) {
-    const Row& leaving = slots_[at_];
-    for (int i = 0, p = 0; i < Q; ++i) {
-      for (int j = 0; j <= i; ++j, ++p) {
-        sums_[static_cast<std::size_t>(p)] -= leaving[Size(i)] * leaving[Size(j)];
-      }
+    Packed& slot = slots_[at_];
+    for (std::size_t n = 0; n < slot.size(); ++n) {
+      sums_[n] -= slot[n];
     }
-    slots_[at_] = Row{};
+    slot = Packed{};
     Advance(kind);
   }
 
   /// As if nothing had been pushed yet.
   void Clear() {
     sums_ = shadow_ = Packed{};
-    slots_.assign(slots_.size(), Row{});
+    slots_.assign(slots_.size(), Packed{});
     kinds_.assign(kinds_.size(), RowKind::kEmpty);
     at_ = 0;
     rows_ = invalid_ = 0;
@@ -83,7 +84,6 @@ class SlidingMoments {
   bool full() const { return seen_ == window(); }
 
  private:
-  static constexpr std::size_t Size(int i) { return static_cast<std::size_t>(i); }
   static std::size_t CheckedSize(int window) {
     LAB_CHECK(window >= 1, window);
     return static_cast<std::size_t>(window);
@@ -104,7 +104,7 @@ class SlidingMoments {
 
   Packed sums_{};
   Packed shadow_{};
-  std::vector<Row> slots_;
+  std::vector<Packed> slots_;  ///< products, not rows: they leave as exactly as they came
   std::vector<RowKind> kinds_;
   std::size_t at_ = 0;
   int rows_ = 0;
