@@ -1,0 +1,33 @@
+#include "core/types/plant_parameters.h"
+
+#include <gtest/gtest.h>
+
+#include "core/types/check.h"
+
+namespace faultlab::core {
+namespace {
+
+TEST(PlantParameters, NominalGainIsTwelveFifths) {
+  EXPECT_DOUBLE_EQ(PlantParameters{}.gain(), 12.0 / 5.0);  // paper section 2.1.2
+}
+
+TEST(PlantParameters, SetChangesOneComponentAlone) {
+  for (const Component changed : kAllComponents) {
+    PlantParameters parameters;
+    parameters.Set(changed, 2.0 * parameters.Get(changed));
+    for (const Component component : kAllComponents) {
+      const double factor = component == changed ? 2.0 : 1.0;
+      EXPECT_DOUBLE_EQ(parameters.Get(component), factor * PlantParameters{}.Get(component))
+          << Name(changed) << " " << Name(component);
+    }
+  }
+}
+
+TEST(PlantParameters, RefusesWhatIsNotPositive) {
+  PlantParameters parameters;
+  EXPECT_THROW(parameters.Set(Component::kJ, 0.0), ContractError);
+  EXPECT_THROW(parameters.Set(Component::kJ, -1.0), ContractError);
+}
+
+}  // namespace
+}  // namespace faultlab::core
