@@ -2,20 +2,14 @@
 
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "hardware/clock.h"
+#include "hardware/io_error.h"
 #include "hardware/rig.h"
 
 namespace faultlab::hardware {
-
-/// A device that does not do what it was asked. Ends the run in a safe stop.
-class IoError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// When a step was due and when it happens, both since the start of the run. `planned` is the
 /// machine's own schedule; `actual` holds the overruns too.

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+
+#include "hardware/io_error.h"
+
+namespace faultlab::hardware {
+
+/// Volts at the input terminals, read together.
+struct AnalogReading {
+  double um_v = 0.0;
+  double ua_v = 0.0;
+  double ia_v = 0.0;
+};
+
+/// The converter, relay and counter lines of one bench: as thin as the drivers allow, terminal
+/// volts and line levels, no meaning. Calls never overlap. A call that fails throws IoError.
+class Daq {
+ public:
+  virtual ~Daq() = default;
+
+  /// Volt at the output terminal from now on. @returns what the converter makes of it.
+  virtual double WriteDrive(double terminal_v) = 0;
+  virtual AnalogReading ReadAnalog() = 0;
+
+  /// Levels of the relay lines: bit i is line Do<i>.
+  virtual void WriteRelayLines(std::uint32_t levels) = 0;
+  /// Read back from the port, not from memory.
+  virtual std::uint32_t ReadRelayLines() = 0;
+
+  /// Frequency of the encoder's pulses, hertz, 0 at standstill; negative backwards if the counter
+  /// knows the sense.
+  virtual double ReadPulseFrequencyHz() = 0;
+  /// Pulses counted since the counter was set up; wraps at 2^32.
+  virtual std::uint32_t ReadPulseCount() = 0;
+
+  /// Sets up what must be set up before each run. Must leave drive and relays as they are.
+  virtual void Prepare() = 0;
+  /// Tells the board's own watchdog that the loop lives; nothing on boards without one.
+  virtual void FeedWatchdog() = 0;
+  /// True when the board itself goes to a safe state if its program dies.
+  virtual bool has_watchdog() const = 0;
+};
+
+}  // namespace faultlab::hardware

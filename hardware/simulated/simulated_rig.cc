@@ -1,0 +1,67 @@
+#include "hardware/simulated/simulated_rig.h"
+
+#include <utility>
+
+#include "core/types/check.h"
+#include "hardware/bench_rig.h"
+#include "hardware/simulated/simulated_daq.h"
+#include "hardware/simulated/simulated_machine.h"
+
+namespace faultlab::hardware {
+namespace {
+
+/// Both halves of a 10 ms tick pass on one wake-up, for either profile's delta.
+constexpr Nanoseconds kGrain = std::chrono::microseconds(6000);
+
+}  // namespace
+
+BenchConfig SimulatedBenchConfig(const SimulatedRigOptions& options) {
+  BenchConfig config;
+  RigDescription& description = config.description;
+  description.id = options.id;
+  description.rig_class = options.rig_class;
+  description.kind = RigKind::kSimulated;
+  description.any_value = true;
+  description.motor_faults = true;
+  const bool bench = options.profile == SimulatedProfile::kBench;
+  const core::BenchProfile profile =
+      bench ? core::BenchProfileBench() : core::BenchProfileMultisim();
+  description.delta_s = profile.delta_s;
+  description.profile = profile.name;
+  description.amplifier_mode = options.amplifier_mode;
+  description.amplifier_quadrants = options.amplifier_quadrants;
+  if (options.amplifier_quadrants == core::Quadrants::kFour) config.limits.uc_v_min = -5.0;
+  if (options.gated_speed) config.scaling.speed = SpeedMethod::kGatedCount;
+  config.timing = {.gap = Nanoseconds(0), .settle = Nanoseconds(0)};  // ideal contacts
+  return config;
+}
+
+std::unique_ptr<RigMachine> MakeSimulatedMachine(const SimulatedRigOptions& options,
+                                                 BenchConfig config,
+                                                 std::shared_ptr<const Clock> clock) {
+  core::BenchProfile profile = options.profile == SimulatedProfile::kBench
+                                   ? core::BenchProfileBench()
+                                   : core::BenchProfileMultisim();
+  profile.amplifier.mode = options.amplifier_mode;
+  profile.amplifier.quadrants = options.amplifier_quadrants;
+  auto daq = std::make_unique<SimulatedDaq>(
+      std::move(profile), config.scaling, config.wiring, std::move(clock));
+  SimulatorPort* port = daq.get();
+  return MakeBenchMachine(std::move(config), std::move(daq), port, nullptr);
+}
+
+std::unique_ptr<Rig> MakeSimulatedRig(SimulatedRigOptions options) {
+  LAB_CHECK(options.speed >= 0.0, options.speed);
+  const double speed = options.speed;
+  const std::shared_ptr<Clock> clock = MakeSimulatedClock(speed, kGrain);
+  PacedRigOptions paced{.clock = clock,
+                        .wall = MakeSteadyClock(),
+                        .runner = MakeThreadRunner(0),
+                        .queue_messages = options.queue_messages,
+                        .wait_for_reader = speed != 1.0,
+                        .watchdog = speed > 0.0 ? Nanoseconds(options.watchdog) : Nanoseconds(0)};
+  return std::make_unique<PacedRig>(
+      MakeSimulatedMachine(options, SimulatedBenchConfig(options), clock), std::move(paced));
+}
+
+}  // namespace faultlab::hardware
