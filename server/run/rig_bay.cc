@@ -1,0 +1,113 @@
+#include "server/run/rig_bay.h"
+
+#include <utility>
+
+namespace faultlab::server {
+
+RigLease& RigLease::operator=(RigLease&& other) noexcept {
+  if (this == &other) return *this;
+  Release();
+  bay_ = std::exchange(other.bay_, nullptr);
+  slot_ = other.slot_;
+  rig_ = std::move(other.rig_);
+  epoch_ = other.epoch_;
+  return *this;
+}
+
+void RigLease::Release() {
+  if (rig_ == nullptr) return;
+  rig_->SafeStop("the lease has ended");
+  rig_.reset();
+  if (RigBay* bay = std::exchange(bay_, nullptr)) bay->Return(slot_);
+}
+
+void RigBay::Add(hardware::RigDescription description,
+                 std::string profile,
+                 hardware::Epoch last_epoch,
+                 Factory make) {
+  const std::lock_guard lock(mutex_);
+  slots_.push_back(
+      {std::move(description), std::move(profile), std::move(make), nullptr, last_epoch, false});
+}
+
+core::Result<RigLease> RigBay::Acquire(std::string_view id) {
+  std::size_t chosen = 0;
+  Factory make;
+  hardware::Epoch epoch{};
+  {
+    const std::lock_guard lock(mutex_);
+    bool known = false;
+    for (chosen = 0; chosen < slots_.size(); ++chosen) {
+      const Slot& slot = slots_[chosen];
+      const bool fits = id.empty() ? slot.description.kind == hardware::RigKind::kSimulated
+                                   : slot.description.id == id;
+      known = known || fits;
+      if (fits && !slot.leased) break;
+    }
+    if (!known) {
+      return core::Error{core::ErrorCode::kNotFound,
+                         id.empty() ? std::string("This server has no simulated rig.")
+                                    : "There is no rig '" + std::string(id) + "'.",
+                         "/rig"};
+    }
+    if (chosen == slots_.size()) {
+      return core::Error{core::ErrorCode::kBusy,
+                         id.empty() ? std::string("Every simulated rig is in use; try again soon.")
+                                    : "Rig '" + std::string(id) + "' is in use.",
+                         "/rig"};
+    }
+    Slot& slot = slots_[chosen];
+    slot.leased = true;
+    slot.epoch = hardware::Epoch{static_cast<std::uint64_t>(slot.epoch) + 1};
+    epoch = slot.epoch;
+    make = slot.make;
+  }
+  // Building a rig may take a moment (a remote one answers over a network): not under the lock.
+  std::shared_ptr<hardware::Rig> rig;
+  try {
+    rig = make();
+  } catch (...) {
+    Return(chosen);
+    throw;
+  }
+  const std::lock_guard lock(mutex_);
+  slots_[chosen].rig = rig;
+  return RigLease(this, chosen, std::move(rig), epoch);
+}
+
+void RigBay::Return(std::size_t slot) {
+  std::shared_ptr<hardware::Rig> rig;  // outlives the lock: the end of a rig is a safe stop
+  const std::lock_guard lock(mutex_);
+  rig.swap(slots_[slot].rig);
+  slots_[slot].leased = false;
+}
+
+RigStatus RigBay::Describe(const Slot& slot) {
+  RigStatus status;
+  status.description = slot.description;
+  status.profile = slot.profile;
+  status.state = slot.rig != nullptr ? slot.rig->state() : hardware::RigState::kIdle;
+  status.epoch = slot.epoch;
+  status.leased = slot.leased;
+  return status;
+}
+
+core::Result<RigStatus> RigBay::Find(std::string_view id) const {
+  const std::lock_guard lock(mutex_);
+  for (const Slot& slot : slots_) {
+    const bool fits = id.empty() ? slot.description.kind == hardware::RigKind::kSimulated
+                                 : slot.description.id == id;
+    if (fits) return Describe(slot);
+  }
+  return core::Error{
+      core::ErrorCode::kNotFound, "There is no rig '" + std::string(id) + "'.", "/rig"};
+}
+
+std::vector<RigStatus> RigBay::List() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<RigStatus> out;
+  for (const Slot& slot : slots_) out.push_back(Describe(slot));
+  return out;
+}
+
+}  // namespace faultlab::server

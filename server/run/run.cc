@@ -1,0 +1,342 @@
+#include "server/run/run.h"
+
+#include <algorithm>
+#include <boost/json.hpp>
+#include <cmath>
+#include <exception>
+#include <utility>
+#include <variant>
+
+#include "server/diagnosis_json/diagnosis_json.h"
+
+namespace faultlab::server {
+namespace {
+
+constexpr std::chrono::milliseconds kReadPatience{20};
+constexpr std::chrono::milliseconds kReadoutInterval{200};
+constexpr std::chrono::milliseconds kSaveInterval{1000};  ///< a crash costs at most this
+constexpr double kChunkSeconds = 1.0;
+constexpr int kRowsPerFrameMax = 250;
+constexpr std::size_t kEventsShownMax = 1000;
+
+bool IsRealTime(const hardware::RigDescription& description, double speed) {
+  const bool paced_here = description.kind == hardware::RigKind::kSimulated ||
+                          description.kind == hardware::RigKind::kReplay;
+  return !paced_here || speed == 1.0;
+}
+
+/// 20 frames a second of wall time, whatever the speed.
+int RowsPerFrame(double speed) {
+  if (speed <= 0.0) return kRowsPerFrameMax;
+  const double rows = std::round(kLiveSamplesPerFrame * speed);
+  return std::clamp(static_cast<int>(rows), 1, kRowsPerFrameMax);
+}
+
+std::string DiagnosisText(const core::Diagnosis& diagnosis, std::int64_t samples, double period_s) {
+  boost::json::object object = ToJson(diagnosis);
+  object["samples"] = samples;
+  object["period_s"] = period_s;
+  return boost::json::serialize(object);
+}
+
+}  // namespace
+
+Run::Run(RunServices services,
+         RunRequest request,
+         RigLease lease,
+         RunRecord record,
+         CommandHandler on_command)
+    : services_(std::move(services)),
+      request_(std::move(request)),
+      lease_(std::move(lease)),
+      rig_(lease_.shared_rig()),
+      epoch_(lease_.epoch()),
+      on_command_(std::move(on_command)),
+      pipeline_(request_.pipeline),
+      id_(record.id),
+      real_time_(IsRealTime(rig_->description(), services_.speed)),
+      rows_per_frame_(RowsPerFrame(real_time_ ? 1.0 : services_.speed)),
+      samples_per_chunk_(
+          std::max(1, static_cast<int>(std::lround(kChunkSeconds / record.period_s)))),
+      box_(std::make_shared<SolverBox>()),
+      positions_(NominalPositions(request_.pipeline.nominal)) {
+  state_.id = record.id;
+  state_.name = record.name;
+  state_.owner = record.owner;
+  state_.rig = record.rig;
+  state_.epoch = epoch_;
+  state_.plan_json = record.plan_json;
+  state_.created_at = record.created_at;
+  state_.period_s = record.period_s;
+  state_.verdict = core::Name(pipeline_.verdict().kind);
+  verdict_text_ = VerdictText(pipeline_.verdict());
+  state_.diagnosis_json = verdict_text_;
+}
+
+Run::~Run() {
+  Stop("the server forgets the run");
+  if (thread_.joinable()) thread_.join();
+}
+
+core::Status Run::Start() {
+  const core::Status started = rig_->Start(epoch_);
+  if (!started.ok()) return started;
+  services_.hub.OpenChannel({id_, services_.clock.Monotonic(), on_command_}, Hello());
+  thread_ = std::thread([this] { Main(); });
+  return core::Done{};
+}
+
+void Run::Stop(std::string_view reason) {
+  const std::lock_guard lock(control_mutex_);
+  if (ended_) return;
+  stopped_by_us_ = true;
+  rig_->SafeStop(reason);
+}
+
+core::Status Run::Command(hardware::Epoch epoch, const hardware::RigCommand& command) {
+  const std::lock_guard lock(control_mutex_);
+  if (ended_) return core::Error{core::ErrorCode::kConflict, "The run has ended.", {}};
+  return rig_->Command(epoch, command);
+}
+
+RunSnapshot Run::Snapshot() const {
+  const std::lock_guard lock(mutex_);
+  return state_;
+}
+
+std::string Run::Hello() {
+  std::vector<RecordedEvent> events;
+  RunState state = RunState::kRunning;
+  {
+    const std::lock_guard lock(mutex_);
+    events = state_.events;
+    state = state_.state;
+  }
+  return HelloMembers({id_,
+                       state,
+                       epoch_,
+                       1.0 / state_.period_s,
+                       state_.plan_json,
+                       positions_,
+                       events,
+                       verdict_text_,
+                       request_.pipeline.nominal,
+                       rig_->description().delta_s});
+}
+
+void Run::Main() {
+  try {
+    Drain();
+  } catch (const std::exception& error) {
+    Fail(std::string("The server made a mistake: ") + error.what());
+  }
+  rig_->SafeStop("the run has ended");
+  try {
+    Finish();
+  } catch (const std::exception& error) {
+    services_.log("run " + id_ + ": could not be finished: " + error.what());
+    services_.hub.CloseChannel(id_, EndText(RunState::kFailed), {});
+    const std::lock_guard lock(mutex_);
+    state_.state = RunState::kFailed;
+  }
+  {
+    const std::lock_guard lock(control_mutex_);
+    lease_.Release();
+    ended_ = true;
+  }
+  ended_.notify_all();
+}
+
+void Run::Drain() {
+  std::vector<hardware::RigMessage> messages;
+  bool rig_told = false;
+  for (;;) {
+    messages.clear();
+    const hardware::ReadStatus status = rig_->Read(messages, kReadPatience);
+    for (const hardware::RigMessage& message : messages) {
+      if (const auto* sample = std::get_if<core::Sample>(&message)) {
+        OnSample(*sample);
+      } else {
+        OnRigEvent(std::get<hardware::RigEvent>(message));
+      }
+    }
+    const MonotonicTime now = services_.clock.Monotonic();
+    if (now - last_readout_ >= kReadoutInterval) {
+      last_readout_ = now;
+      PublishReadout();
+      FollowVerdict();
+    }
+    if (now - last_save_ >= kSaveInterval) {
+      last_save_ = now;
+      FlushRecording(true);
+    }
+    if (status == hardware::ReadStatus::kEnded) return;
+    if (!failure_.empty() && !rig_told) {
+      rig_told = true;
+      rig_->SafeStop(failure_);
+    }
+  }
+}
+
+void Run::OnSample(const core::Sample& sample) {
+  ExchangeTasks();
+  const core::Frame& frame = pipeline_.Push(sample);
+  last_frame_ = frame;
+  const std::int64_t expected = rows_first_ + static_cast<std::int64_t>(rows_.size());
+  if (!rows_.empty() && sample.index != expected) FlushRows();
+  if (rows_.empty()) rows_first_ = sample.index;
+  rows_.push_back(MakeRow(frame));
+  unsaved_samples_.push_back(sample);
+  if (services_.tap != nullptr) services_.tap->OnFrame(id_, frame);
+  if (static_cast<int>(rows_.size()) >= rows_per_frame_) FlushRows();
+  if (static_cast<int>(unsaved_samples_.size()) >= samples_per_chunk_) FlushRecording(false);
+  if (pipeline_.verdict_version() != verdict_seen_) FollowVerdict();
+}
+
+void Run::ExchangeTasks() {
+  if (auto result = box_->Take()) pipeline_.Accept(std::move(*result));
+  while (auto task = pipeline_.TakeTask()) {
+    if (real_time_) {
+      services_.solver.Submit(std::move(*task), box_);
+      return;
+    }
+    // Simulated time stands still meanwhile, so that verdicts fall on the same samples each time.
+    pipeline_.Accept(core::Solve(*task));
+  }
+}
+
+void Run::FollowVerdict() {
+  const core::Verdict& verdict = pipeline_.verdict();
+  if (pipeline_.verdict_version() != verdict_seen_) {
+    verdict_seen_ = pipeline_.verdict_version();
+    const double period_s = state_.period_s;
+    const std::int64_t now = last_frame_ ? last_frame_->sample.index : 0;
+    verdict_text_ = VerdictText(verdict);
+    {
+      const std::lock_guard lock(mutex_);
+      state_.verdict = core::Name(verdict.kind);
+      state_.diagnosis_json = verdict_text_;
+    }
+    if (verdict.detected_at_s && verdict.detected_at_s != detected_at_s_) {
+      const auto index = static_cast<std::int64_t>(std::llround(*verdict.detected_at_s / period_s));
+      AddEvent(MakeDiagnosisEvent("detected", index, period_s, nullptr, verdict.detector));
+      isolated_.reset();
+    }
+    if (detected_at_s_ && !verdict.detected_at_s && verdict.kind == core::VerdictKind::kNominal) {
+      AddEvent(MakeDiagnosisEvent("returned", now, period_s, nullptr, "back to nominal"));
+      isolated_.reset();
+    }
+    detected_at_s_ = verdict.detected_at_s;
+    if (verdict.kind == core::VerdictKind::kFault && !verdict.candidates.empty() &&
+        isolated_ != verdict.candidates.front().component) {
+      isolated_ = verdict.candidates.front().component;
+      AddEvent(MakeDiagnosisEvent(
+          "isolated", now, period_s, &verdict.candidates.front(), verdict.reason));
+    }
+  }
+  const MonotonicTime now = services_.clock.Monotonic();
+  if (verdict_sent_ != verdict_seen_ && now - verdict_sent_at_ >= kReadoutInterval) {
+    verdict_sent_ = verdict_seen_;
+    verdict_sent_at_ = now;
+    services_.hub.PublishText(id_, verdict_text_, Hello());
+  }
+}
+
+void Run::OnRigEvent(const hardware::RigEvent& event) {
+  Follow(positions_, event, request_.pipeline.nominal);
+  if (event.kind == hardware::RigEventKind::kTrip) {
+    if (failure_.empty()) failure_ = "Interlock: " + event.text;
+  } else if (event.kind == hardware::RigEventKind::kFinished) {
+    finished_ = true;
+  } else if (event.kind == hardware::RigEventKind::kStopped && !stopped_by_us_ &&
+             failure_.empty()) {
+    failure_ = event.text;
+  } else if (event.kind == hardware::RigEventKind::kOverrun) {
+    ++services_.counters->overruns;
+  } else if (event.kind == hardware::RigEventKind::kGap) {
+    ++services_.counters->gaps;
+  }
+  if (services_.tap != nullptr) services_.tap->OnEvent(id_, event);
+  AddEvent(MakeEvent(event, state_.period_s));
+}
+
+void Run::AddEvent(RecordedEvent event) {
+  FlushRows();  // a viewer has the samples before it hears what happened on them
+  std::string text = event.json;
+  unsaved_events_.push_back(event);
+  {
+    const std::lock_guard lock(mutex_);
+    if (state_.events.size() < kEventsShownMax) state_.events.push_back(std::move(event));
+  }
+  services_.hub.PublishText(id_, std::move(text), Hello());
+}
+
+void Run::FlushRows() {
+  if (rows_.empty()) return;
+  services_.hub.Publish(id_, rows_first_, rows_);
+  services_.counters->samples += rows_.size();
+  {
+    const std::lock_guard lock(mutex_);
+    state_.samples += static_cast<std::int64_t>(rows_.size());
+  }
+  rows_.clear();
+}
+
+void Run::FlushRecording(bool all) {
+  if (recording_broken_) return;
+  const auto when_full = real_time_ ? Recorder::WhenFull::kFail : Recorder::WhenFull::kWait;
+  bool ok = true;
+  if (all || static_cast<int>(unsaved_samples_.size()) >= samples_per_chunk_) {
+    ok = services_.recorder.Append(id_, std::exchange(unsaved_samples_, {}), when_full);
+  }
+  if (ok) ok = services_.recorder.Append(id_, std::exchange(unsaved_events_, {}), when_full);
+  if (ok) return;
+  recording_broken_ = true;
+  Fail("The recording could not be written, so the run was stopped.");
+}
+
+void Run::PublishReadout() {
+  if (last_frame_) services_.hub.PublishText(id_, ReadoutText(*last_frame_));
+}
+
+void Run::Fail(const std::string& reason) {
+  if (!failure_.empty()) return;
+  failure_ = reason;
+  services_.log("run " + id_ + " fails: " + reason);
+}
+
+void Run::Finish() {
+  FlushRows();
+  PublishReadout();
+  if (auto result = box_->Take()) pipeline_.Accept(std::move(*result));
+  const core::Diagnosis diagnosis = pipeline_.Finish();
+  FollowVerdict();
+  verdict_text_ = VerdictText(diagnosis.verdict);
+
+  FlushRecording(true);
+  const core::Status recorded = services_.recorder.Drain(id_);
+  if (!recorded.ok()) Fail(recorded.error().message);
+  RunState state = RunState::kFailed;
+  if (failure_.empty() && finished_) state = RunState::kFinished;
+  if (failure_.empty() && !finished_ && stopped_by_us_) state = RunState::kStopped;
+  const std::int64_t samples = Snapshot().samples;
+  const std::string text = DiagnosisText(diagnosis, samples, state_.period_s);
+  const core::Status stored = services_.store.Finish(
+      id_, state, services_.clock.Wall(), text, std::string(core::Name(diagnosis.verdict.kind)));
+  if (!stored.ok()) {
+    services_.log("run " + id_ + ": its end could not be stored: " + stored.error().message);
+    state = RunState::kFailed;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    state_.state = state;
+    state_.verdict = core::Name(diagnosis.verdict.kind);
+    state_.diagnosis_json = text;
+  }
+  ++services_.counters->ended[static_cast<std::size_t>(state)];
+  const std::string hello = Hello();
+  services_.hub.PublishText(id_, verdict_text_, hello);
+  services_.hub.CloseChannel(id_, EndText(state), hello);
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/diagnosis/pipeline.h"
+#include "hardware/rig.h"
+#include "server/clock.h"
+#include "server/run/recorder.h"
+#include "server/run/run_manager.h"
+#include "server/run/run_messages.h"
+#include "server/run/solver.h"
+#include "server/stream/stream_hub.h"
+
+namespace faultlab::server {
+
+/// Counted by run threads, read by /metrics.
+struct SharedRunCounters {
+  std::atomic<std::uint64_t> started{0}, samples{0}, overruns{0}, gaps{0};
+  std::array<std::atomic<std::uint64_t>, 5> ended{};
+};
+
+/// What every run shares.
+struct RunServices {
+  RecordingStore& store;
+  Recorder& recorder;
+  Solver& solver;
+  StreamHub& hub;
+  const Clock& clock;
+  SharedRunCounters* counters;
+  RunTap* tap = nullptr;
+  double speed = 1.0;
+  std::function<void(std::string_view)> log;
+};
+
+/// One experiment from its start to its stored end, on a thread of its own. The rig is safe before
+/// the run says that it has ended, whatever ended it.
+class Run {
+ public:
+  /// `lease` holds an armed rig; the record has been begun.
+  Run(RunServices services,
+      RunRequest request,
+      RigLease lease,
+      RunRecord record,
+      CommandHandler on_command);
+  ~Run();  ///< stops and waits
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
+
+  core::Status Start();
+  void Stop(std::string_view reason);
+  core::Status Command(hardware::Epoch epoch, const hardware::RigCommand& command);
+  RunSnapshot Snapshot() const;
+  bool ended() const { return ended_.load(); }
+  void Wait() const { ended_.wait(false); }
+
+ private:
+  void Main();
+  void Drain();  ///< until the end of the rig's stream
+  void OnSample(const core::Sample& sample);
+  void OnRigEvent(const hardware::RigEvent& event);
+  void ExchangeTasks();
+  void FollowVerdict();
+  void AddEvent(RecordedEvent event);
+  void FlushRows();
+  void FlushRecording(bool all);
+  void PublishReadout();
+  void Fail(const std::string& reason);
+  void Finish();
+  std::string Hello();
+
+  RunServices services_;
+  RunRequest request_;
+  RigLease lease_;  ///< of the run's thread once that is started
+  const std::shared_ptr<hardware::Rig> rig_;
+  const hardware::Epoch epoch_;
+  CommandHandler on_command_;
+  core::Pipeline pipeline_;
+  const std::string id_;
+  const bool real_time_;  ///< a reader that is slow fails the run; otherwise the rig waits
+  const int rows_per_frame_;
+  const int samples_per_chunk_;
+
+  // Of the run's thread.
+  std::vector<StreamRow> rows_;
+  std::int64_t rows_first_ = 0;
+  std::vector<core::Sample> unsaved_samples_;
+  std::vector<RecordedEvent> unsaved_events_;
+  std::optional<core::Frame> last_frame_;
+  MonotonicTime last_readout_{};
+  MonotonicTime last_save_{};
+  std::uint64_t verdict_seen_ = 0;
+  std::uint64_t verdict_sent_ = 0;
+  MonotonicTime verdict_sent_at_{};
+  std::optional<double> detected_at_s_;
+  std::optional<core::Component> isolated_;
+  std::shared_ptr<SolverBox> box_;
+  std::string failure_;  ///< why the run fails; empty while it does not
+  bool finished_ = false;
+  bool recording_broken_ = false;
+  Positions positions_;
+  std::string verdict_text_;
+
+  mutable std::mutex mutex_;  ///< guards state_
+  RunSnapshot state_;
+  /// Held while somebody else's word goes to the rig: after the end it may be another's.
+  std::mutex control_mutex_;
+  std::atomic<bool> stopped_by_us_{false};
+  std::atomic<bool> ended_{false};
+  std::thread thread_;
+};
+
+}  // namespace faultlab::server

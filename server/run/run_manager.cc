@@ -1,0 +1,265 @@
+#include "server/run/run_manager.h"
+
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include "server/run/run.h"
+#include "server/run/worker.h"
+#include "server/storage/ids.h"
+
+namespace faultlab::server {
+namespace {
+
+constexpr std::size_t kCommandsWaitingMax = 256;
+
+hardware::RigCommand ToRigCommand(const CommandMessage& message) {
+  hardware::RigCommand command;
+  command.kind = message.action == ViewerAction::kSet ? hardware::RigCommand::Kind::kSetComponent
+                                                      : hardware::RigCommand::Kind::kAllNominal;
+  command.component = message.component;
+  command.value = message.value;
+  return command;
+}
+
+}  // namespace
+
+class RunManager::Impl {
+ public:
+  Impl(RunManagerOptions options,
+       RigBay& bay,
+       RecordingStore& store,
+       StreamHub& hub,
+       const Clock& clock,
+       std::function<void(std::string_view)> log)
+      : options_(std::move(options)),
+        bay_(bay),
+        store_(store),
+        hub_(hub),
+        clock_(clock),
+        log_(std::move(log)),
+        recorder_(store) {}
+
+  core::Result<RunSnapshot> Start(RunRequest request);
+  core::Status Obey(const std::string& run, const CommandMessage& message);
+  std::shared_ptr<Run> Find(std::string_view id) const;
+  void DropEnded();
+
+  RunManagerOptions options_;
+  RigBay& bay_;
+  RecordingStore& store_;
+  StreamHub& hub_;
+  const Clock& clock_;
+  std::function<void(std::string_view)> log_;
+  RunTap* tap_ = nullptr;
+  SharedRunCounters counters_;
+  Recorder recorder_;
+  Solver solver_;
+  mutable std::mutex mutex_;
+  int starting_ = 0;
+  bool closed_ = false;
+  std::map<std::string, std::shared_ptr<Run>, std::less<>> runs_;
+  Worker commands_{kCommandsWaitingMax};  ///< goes first: its work refers to the rest
+};
+
+std::shared_ptr<Run> RunManager::Impl::Find(std::string_view id) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = runs_.find(id);
+  return found == runs_.end() ? nullptr : found->second;
+}
+
+void RunManager::Impl::DropEnded() {
+  std::vector<std::shared_ptr<Run>> ended;  // joined outside the lock
+  const std::lock_guard lock(mutex_);
+  for (auto it = runs_.begin(); it != runs_.end();) {
+    if (!it->second->ended()) {
+      ++it;
+      continue;
+    }
+    ended.push_back(std::move(it->second));
+    it = runs_.erase(it);
+  }
+}
+
+core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
+  DropEnded();
+  {
+    const std::lock_guard lock(mutex_);
+    if (closed_) {
+      return core::Error{core::ErrorCode::kUnavailable, "The server is stopping.", {}};
+    }
+    if (static_cast<int>(runs_.size()) + starting_ >= options_.runs_max) {
+      return core::Error{
+          core::ErrorCode::kBusy, "As many runs as this server allows are running.", {}};
+    }
+    ++starting_;
+  }
+  const std::shared_ptr<void> starting(nullptr, [this](void*) {
+    const std::lock_guard lock(mutex_);
+    --starting_;
+  });
+
+  RigLease lease;
+  if (request.lease) {
+    lease = std::move(*request.lease);
+    request.lease.reset();
+  } else {
+    auto acquired = bay_.Acquire(request.rig);
+    if (!acquired) return acquired.error();
+    lease = std::move(acquired).value();
+  }
+  const hardware::RigDescription& description = lease.rig().description();
+  request.pipeline.period_s = request.plan.period_s;
+  request.pipeline.motor_faults = description.motor_faults;
+  const core::Status armed = lease.rig().Arm(request.plan, lease.epoch());
+  if (!armed.ok()) return armed.error();
+
+  RunRecord record;
+  record.id = NewId("run");
+  record.name = request.name;
+  record.owner = request.owner;
+  record.rig = description.id;
+  record.source = "run";
+  record.server_id = options_.server_id;
+  record.epoch = static_cast<std::uint64_t>(lease.epoch());
+  record.period_s = request.plan.period_s;
+  record.plan_json = request.plan_json;
+  record.created_at = clock_.Wall();
+  const core::Status begun = store_.Begin(record);
+  if (!begun.ok()) return begun.error();
+
+  RunServices services{
+      store_, recorder_, solver_, hub_, clock_, &counters_, tap_, options_.speed, log_};
+  const std::string id = record.id;
+  auto run = std::make_shared<Run>(
+      std::move(services),
+      std::move(request),
+      std::move(lease),
+      record,
+      [this, id](ViewerId viewer, const CommandMessage& message) {
+        const bool queued = commands_.Submit([this, id, viewer, message] {
+          hub_.Reply(viewer, AckText(message, Obey(id, message)));
+        });
+        if (queued) return;
+        hub_.Reply(
+            viewer,
+            AckText(message, core::Error{core::ErrorCode::kBusy, "Too many commands wait.", {}}));
+      });
+  const core::Status started = run->Start();
+  if (!started.ok()) {
+    const core::Status ended = store_.Finish(id, RunState::kFailed, clock_.Wall(), "", "");
+    if (!ended.ok()) log_("run " + id + ": " + ended.error().message);
+    return started.error();
+  }
+  ++counters_.started;
+  const std::lock_guard lock(mutex_);
+  runs_.emplace(id, run);
+  return run->Snapshot();
+}
+
+core::Status RunManager::Impl::Obey(const std::string& id, const CommandMessage& message) {
+  const std::shared_ptr<Run> run = Find(id);
+  if (run == nullptr || run->ended()) {
+    return core::Error{core::ErrorCode::kConflict, "The run has ended.", {}};
+  }
+  if (message.epoch != run->Snapshot().epoch) {
+    return core::Error{core::ErrorCode::kStale,
+                       "The control of this rig has changed hands; reload the page.",
+                       "epoch"};
+  }
+  if (message.action == ViewerAction::kStop) {
+    run->Stop("stopped by a person");
+    return core::Done{};
+  }
+  return run->Command(message.epoch, ToRigCommand(message));
+}
+
+RunManager::RunManager(RunManagerOptions options,
+                       RigBay& bay,
+                       RecordingStore& store,
+                       StreamHub& hub,
+                       const Clock& clock,
+                       std::function<void(std::string_view)> log)
+    : impl_(std::make_unique<Impl>(std::move(options), bay, store, hub, clock, std::move(log))) {}
+
+RunManager::~RunManager() {
+  Shutdown();
+}
+
+void RunManager::SetTap(RunTap* tap) {
+  impl_->tap_ = tap;
+}
+
+core::Result<RunSnapshot> RunManager::Start(RunRequest request) {
+  return impl_->Start(std::move(request));
+}
+
+core::Status RunManager::Stop(std::string_view id, std::string_view reason) {
+  const std::shared_ptr<Run> run = impl_->Find(id);
+  if (run == nullptr) {
+    return core::Error{core::ErrorCode::kNotFound, "There is no such run in progress.", {}};
+  }
+  if (run->ended()) return core::Error{core::ErrorCode::kConflict, "The run has ended.", {}};
+  run->Stop(reason);
+  return core::Done{};
+}
+
+core::Status RunManager::Command(std::string_view id,
+                                 hardware::Epoch epoch,
+                                 const hardware::RigCommand& command) {
+  const std::shared_ptr<Run> run = impl_->Find(id);
+  if (run == nullptr) {
+    return core::Error{core::ErrorCode::kNotFound, "There is no such run in progress.", {}};
+  }
+  return run->Command(epoch, command);
+}
+
+std::optional<RunSnapshot> RunManager::Find(std::string_view id) const {
+  const std::shared_ptr<Run> run = impl_->Find(id);
+  if (run == nullptr) return std::nullopt;
+  return run->Snapshot();
+}
+
+std::vector<RunSnapshot> RunManager::Running() const {
+  impl_->DropEnded();
+  std::vector<std::shared_ptr<Run>> all;
+  {
+    const std::lock_guard lock(impl_->mutex_);
+    for (const auto& [id, run] : impl_->runs_) all.push_back(run);
+  }
+  std::vector<RunSnapshot> out;
+  for (const auto& run : all) out.push_back(run->Snapshot());
+  return out;
+}
+
+void RunManager::Wait(std::string_view id) {
+  if (const std::shared_ptr<Run> run = impl_->Find(id)) run->Wait();
+}
+
+void RunManager::Shutdown() {
+  std::vector<std::shared_ptr<Run>> all;
+  {
+    const std::lock_guard lock(impl_->mutex_);
+    impl_->closed_ = true;
+    for (const auto& [id, run] : impl_->runs_) all.push_back(run);
+  }
+  for (const auto& run : all) run->Stop("the server stops");
+  for (const auto& run : all) run->Wait();
+  all.clear();
+  impl_->DropEnded();
+}
+
+RunCounters RunManager::counters() const {
+  RunCounters out;
+  out.started = impl_->counters_.started;
+  out.samples = impl_->counters_.samples;
+  out.overruns = impl_->counters_.overruns;
+  out.gaps = impl_->counters_.gaps;
+  for (std::size_t i = 0; i < impl_->counters_.ended.size(); ++i) {
+    out.ended[i] = impl_->counters_.ended[i];
+  }
+  out.solver_tasks = impl_->solver_.solved();
+  return out;
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,194 @@
+#include "server/run/run_messages.h"
+
+#include <array>
+#include <boost/json.hpp>
+#include <cmath>
+
+#include "core/plant/coefficients.h"
+#include "server/diagnosis_json/diagnosis_json.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using hardware::RigEventKind;
+
+bool NamesComponent(RigEventKind kind) {
+  return kind == RigEventKind::kFaultCommanded || kind == RigEventKind::kRelayConfirmed ||
+         kind == RigEventKind::kRefused;
+}
+
+bool HasValue(RigEventKind kind) {
+  return NamesComponent(kind) || kind == RigEventKind::kTrip || kind == RigEventKind::kOverrun ||
+         kind == RigEventKind::kGap;
+}
+
+json::value Finite(double value) {
+  return std::isfinite(value) ? json::value(value) : json::value(nullptr);
+}
+
+json::object EventObject(std::string_view kind, std::int64_t index, double period_s) {
+  return {{"type", "event"},
+          {"kind", kind},
+          {"index", index},
+          {"t_s", static_cast<double>(index) * period_s}};
+}
+
+RecordedEvent Recorded(std::string_view kind, std::int64_t index, const json::object& object) {
+  return {index, std::string(kind), json::serialize(object)};
+}
+
+template <std::size_t N>
+json::array Numbers(const std::array<double, N>& values) {
+  json::array out;
+  for (const double value : values) out.push_back(Finite(value));
+  return out;
+}
+
+}  // namespace
+
+std::optional<RigEventKind> ParseRigEventKind(std::string_view name) {
+  for (int i = 0; i <= static_cast<int>(RigEventKind::kStopped); ++i) {
+    const auto kind = static_cast<RigEventKind>(i);
+    if (hardware::Name(kind) == name) return kind;
+  }
+  return std::nullopt;
+}
+
+RecordedEvent MakeEvent(const hardware::RigEvent& event, double period_s) {
+  json::object object = EventObject(hardware::Name(event.kind), event.index, period_s);
+  if (NamesComponent(event.kind)) object["component"] = core::Name(event.component);
+  if (HasValue(event.kind)) object["value"] = Finite(event.value);
+  if (!event.text.empty()) object["text"] = event.text;
+  return Recorded(hardware::Name(event.kind), event.index, object);
+}
+
+RecordedEvent MakeDiagnosisEvent(std::string_view kind,
+                                 std::int64_t index,
+                                 double period_s,
+                                 const core::Candidate* candidate,
+                                 std::string_view text) {
+  json::object object = EventObject(kind, index, period_s);
+  if (candidate != nullptr) {
+    object["component"] = core::Name(candidate->component);
+    object["value"] = Finite(candidate->value);
+  }
+  if (!text.empty()) object["text"] = text;
+  return Recorded(kind, index, object);
+}
+
+std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& recorded) {
+  const auto kind = ParseRigEventKind(recorded.kind);
+  if (!kind) return std::nullopt;
+  boost::system::error_code ec;
+  const json::value parsed = json::parse(recorded.json, ec);
+  const json::object* object = ec ? nullptr : parsed.if_object();
+  if (object == nullptr) return std::nullopt;
+  hardware::RigEvent event;
+  event.kind = *kind;
+  event.index = recorded.index;
+  if (const auto* value = object->if_contains("value"); value != nullptr && value->is_number()) {
+    event.value = value->to_number<double>();
+  }
+  if (const auto* text = object->if_contains("text"); text != nullptr && text->is_string()) {
+    event.text = std::string(text->get_string());
+  }
+  if (const auto* name = object->if_contains("component"); name != nullptr && name->is_string()) {
+    if (const auto component = core::ParseComponent(std::string_view(name->get_string()))) {
+      event.component = *component;
+    }
+  }
+  return event;
+}
+
+std::string ReadoutText(const core::Frame& frame) {
+  json::array estimators;
+  for (std::size_t i = 0; i < frame.estimates.size(); ++i) {
+    const core::Estimate<3>& estimate = frame.estimates[i];
+    const bool known = estimate.status != core::EstimateStatus::kInvalid;
+    json::object entry;
+    entry["name"] = core::kEstimatorShapes[i].name;
+    entry["theta"] = known ? json::value(Numbers(estimate.theta)) : json::value(nullptr);
+    entry["sigma"] = known ? json::value(Numbers(estimate.sigma)) : json::value(nullptr);
+    entry["condition"] = known ? Finite(estimate.condition) : json::value(nullptr);
+    entry["status"] = core::Name(estimate.status);
+    entry["age"] = estimate.age_samples;
+    estimators.push_back(std::move(entry));
+  }
+  return json::serialize(json::object{
+      {"type", "readout"}, {"index", frame.sample.index}, {"estimators", std::move(estimators)}});
+}
+
+std::string VerdictText(const core::Verdict& verdict) {
+  json::object object = ToJson(verdict);
+  object["type"] = "verdict";
+  return json::serialize(object);
+}
+
+std::string EndText(RunState state) {
+  return json::serialize(json::object{{"type", "end"}, {"state", Name(state)}});
+}
+
+Positions NominalPositions(const core::PlantParameters& nominal) {
+  Positions positions;
+  for (const core::Component component : core::kAllComponents) {
+    positions[component] = {nominal.Get(component), "confirmed"};
+  }
+  return positions;
+}
+
+void Follow(Positions& positions,
+            const hardware::RigEvent& event,
+            const core::PlantParameters& nominal) {
+  switch (event.kind) {
+    case RigEventKind::kFaultCommanded:
+      positions[event.component].state = "commanded";
+      break;
+    case RigEventKind::kRelayConfirmed:
+      positions[event.component] = {event.value, "confirmed"};
+      break;
+    case RigEventKind::kRefused:
+      positions[event.component].state = "refused";
+      break;
+    case RigEventKind::kTrip:
+    case RigEventKind::kStopped:
+    case RigEventKind::kFinished:
+      positions = NominalPositions(nominal);  // every way out leaves the relays nominal
+      break;
+    default:
+      break;
+  }
+}
+
+std::string HelloMembers(const HelloParts& parts) {
+  json::object object;
+  object["run"] = parts.run;
+  object["state"] = Name(parts.state);
+  object["epoch"] = static_cast<std::uint64_t>(parts.epoch);
+  object["rate_hz"] = parts.rate_hz;
+  json::object positions;
+  for (const auto& [component, position] : parts.positions) {
+    positions[core::Name(component)] =
+        json::object{{"value", position.value}, {"state", position.state}};
+  }
+  object["positions"] = std::move(positions);
+  const core::ContinuousCoefficients continuous = core::MakeContinuous(parts.nominal);
+  const core::DiscreteCoefficients discrete =
+      core::Discretise(continuous, 1.0 / parts.rate_hz, parts.delta_s);
+  object["nominal"] =
+      json::object{{"swa", json::array{discrete.b0d, discrete.b1d, discrete.a1d}},
+                   {"sia", json::array{continuous.b0, continuous.b1, continuous.a1}}};
+  std::string text = json::serialize(object);
+  // Plan, events and verdict are JSON already.
+  std::string out = text.substr(1, text.size() - 2);
+  out.append(",\"plan\":").append(parts.plan_json.empty() ? "{}" : parts.plan_json);
+  out.append(",\"events\":[");
+  for (std::size_t i = 0; i < parts.events.size(); ++i) {
+    if (i > 0) out.push_back(',');
+    out.append(parts.events[i].json);
+  }
+  out.append("],\"verdict\":").append(parts.verdict_text.empty() ? "null" : parts.verdict_text);
+  return out;
+}
+
+}  // namespace faultlab::server

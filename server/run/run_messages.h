@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/types/frame.h"
+#include "core/types/plant_parameters.h"
+#include "core/types/verdict.h"
+#include "hardware/rig.h"
+#include "server/storage/recording_store.h"
+
+namespace faultlab::server {
+
+/// Back from the word of the contract: "started", "fault_commanded", "relay_confirmed", ..
+std::optional<hardware::RigEventKind> ParseRigEventKind(std::string_view name);
+
+/// {"type":"event","kind","index","t_s","component"?,"value"?,"text"?}
+RecordedEvent MakeEvent(const hardware::RigEvent& event, double period_s);
+/// An event of the diagnosis: "detected", "isolated", "returned".
+RecordedEvent MakeDiagnosisEvent(std::string_view kind,
+                                 std::int64_t index,
+                                 double period_s,
+                                 const core::Candidate* candidate,
+                                 std::string_view text);
+/// Back from a recording. nullopt for events of the diagnosis.
+std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& event);
+
+/// {"type":"readout","index","estimators":[{"name","theta","sigma","condition","status","age"}]}
+std::string ReadoutText(const core::Frame& frame);
+
+/// {"type":"verdict", ..verdict object}
+std::string VerdictText(const core::Verdict& verdict);
+
+/// {"type":"end","state":..}
+std::string EndText(RunState state);
+
+/// Value and state of each component, as the rig has confirmed it.
+struct ComponentPosition {
+  double value = 0.0;
+  std::string_view state = "confirmed";  ///< "commanded" | "confirmed" | "refused"
+};
+using Positions = std::map<core::Component, ComponentPosition>;
+Positions NominalPositions(const core::PlantParameters& nominal);
+void Follow(Positions& positions,
+            const hardware::RigEvent& event,
+            const core::PlantParameters& nominal);
+
+/// Members of hello that the run knows, without braces.
+struct HelloParts {
+  std::string_view run;
+  RunState state = RunState::kRunning;
+  hardware::Epoch epoch{};
+  double rate_hz = 100.0;
+  std::string_view plan_json;
+  const Positions& positions;
+  const std::vector<RecordedEvent>& events;
+  std::string_view verdict_text;  ///< of VerdictText
+  core::PlantParameters nominal;
+  double delta_s = 0.0;
+};
+std::string HelloMembers(const HelloParts& parts);
+
+}  // namespace faultlab::server

@@ -1,0 +1,64 @@
+#include "server/run/solver.h"
+
+#include <exception>
+
+namespace faultlab::server {
+
+void SolverBox::Put(core::IsolationResult result) {
+  const std::lock_guard lock(mutex_);
+  result_ = std::move(result);
+}
+
+std::optional<core::IsolationResult> SolverBox::Take() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(result_, std::nullopt);
+}
+
+Solver::Solver() : thread_([this] { Loop(); }) {}
+
+Solver::~Solver() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void Solver::Submit(core::IsolationTask task, std::shared_ptr<SolverBox> box) {
+  {
+    const std::lock_guard lock(mutex_);
+    queue_.emplace_back(std::move(task), std::move(box));
+  }
+  changed_.notify_all();
+}
+
+std::uint64_t Solver::solved() const {
+  const std::lock_guard lock(mutex_);
+  return solved_;
+}
+
+void Solver::Loop() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [this] { return stop_ || !queue_.empty(); });
+    if (stop_) return;
+    auto [task, box] = std::move(queue_.front());
+    queue_.pop_front();
+    lock.unlock();
+    core::IsolationResult result;
+    try {
+      result = core::Solve(task);
+    } catch (const std::exception& error) {
+      // A bug in one fit must not end the others: the pipeline learns that this one has no answer.
+      result.kind = task.kind;
+      result.refusal = core::Error{core::ErrorCode::kInvalid, error.what(), "solver"};
+    }
+    result.id = task.id;
+    box->Put(std::move(result));
+    lock.lock();
+    ++solved_;
+  }
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "core/diagnosis/isolation.h"
+
+namespace faultlab::server {
+
+/// Where the result of a run's task arrives; the run looks in between two samples.
+class SolverBox {
+ public:
+  void Put(core::IsolationResult result);
+  std::optional<core::IsolationResult> Take();
+
+ private:
+  std::mutex mutex_;
+  std::optional<core::IsolationResult> result_;
+};
+
+/// One thread for the fits of all runs: a fit never delays a sample. A pipeline has at most one
+/// task out, so the queue is no longer than the number of runs.
+class Solver {
+ public:
+  Solver();
+  ~Solver();  ///< forgets what is queued
+  Solver(const Solver&) = delete;
+  Solver& operator=(const Solver&) = delete;
+
+  void Submit(core::IsolationTask task, std::shared_ptr<SolverBox> box);
+  std::uint64_t solved() const;
+
+ private:
+  void Loop();
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::pair<core::IsolationTask, std::shared_ptr<SolverBox>>> queue_;
+  std::uint64_t solved_ = 0;
+  bool stop_ = false;
+  std::thread thread_;
+};
+
+}  // namespace faultlab::server

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+namespace faultlab::server {
+
+/// One thread that does things in the order given: live commands, so that neither the network nor
+/// the hub waits for a rig.
+class Worker {
+ public:
+  explicit Worker(std::size_t waiting_max);
+  ~Worker();  ///< does what is queued
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+  /// False when `waiting_max` wait already.
+  bool Submit(std::function<void()> work);
+
+ private:
+  void Loop();
+
+  const std::size_t waiting_max_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::function<void()>> queue_;
+  bool stop_ = false;
+  std::thread thread_;
+};
+
+}  // namespace faultlab::server
