@@ -23,19 +23,27 @@ class PostgresQuery {
                 const char* statement,
                 std::span<const char* const> values,
                 std::span<const int> lengths,
-                std::span<const int> formats)
-      : session_(*static_cast<soci::postgresql_session_backend*>(tx.sql().get_backend())),
-        result_(session_,
-                PQexecParams(session_.conn_,
-                             statement,
-                             static_cast<int>(values.size()),
-                             nullptr,
-                             values.data(),
-                             lengths.data(),
-                             formats.data(),
-                             /*resultFormat=*/1)) {
-    result_.check_for_data("blob");
+                std::span<const int> formats) {
+    auto* backend = static_cast<soci::postgresql_session_backend*>(tx.sql().get_backend());
+    result_ = PQexecParams(backend->conn_,
+                           statement,
+                           static_cast<int>(values.size()),
+                           nullptr,
+                           values.data(),
+                           lengths.data(),
+                           formats.data(),
+                           /*resultFormat=*/1);
+    const ExecStatusType status = PQresultStatus(result_);
+    if (status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK) return;
+    const char* field = PQresultErrorField(result_, PG_DIAG_SQLSTATE);
+    const std::string state = field != nullptr ? field : "08006";
+    PQclear(result_);
+    throw soci::postgresql_soci_error(PQerrorMessage(backend->conn_), state.c_str());
   }
+  ~PostgresQuery() { PQclear(result_); }
+  PostgresQuery(const PostgresQuery&) = delete;
+  PostgresQuery& operator=(const PostgresQuery&) = delete;
+
   int rows() const { return PQntuples(result_); }
   std::int64_t Integer(int column) const {
     LAB_CHECK(PQgetlength(result_, 0, column) == 8);
@@ -50,8 +58,7 @@ class PostgresQuery {
   }
 
  private:
-  soci::postgresql_session_backend& session_;
-  soci::details::postgresql_result result_;
+  PGresult* result_ = nullptr;
 };
 
 void PutPostgres(Transaction& tx,
@@ -98,7 +105,7 @@ Found NextSqlite(Transaction& tx, const std::string& owner, std::int64_t from, s
   if (!tx.sql().got_data()) return std::nullopt;
   Bytes bytes(blob.get_len());
   if (!bytes.empty()) {
-    blob.read_from_start(reinterpret_cast<char*>(bytes.data()), bytes.size());
+    blob.read(0, reinterpret_cast<char*>(bytes.data()), bytes.size());
   }
   return std::make_pair(sequence, std::move(bytes));
 }
@@ -124,7 +131,7 @@ void Put(Transaction& tx,
     return;
   }
   soci::blob blob(tx.sql());
-  blob.write_from_start(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  blob.write(0, reinterpret_cast<const char*>(bytes.data()), bytes.size());
   tx.sql() << "INSERT INTO blob_store (owner, seq, bytes) VALUES (:owner, :seq, :bytes)",
       soci::use(owner, "owner"), soci::use(sequence, "seq"), soci::use(blob, "bytes");
 }

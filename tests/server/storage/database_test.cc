@@ -1,0 +1,210 @@
+#include "server/storage/database.h"
+
+#include <gmock/gmock.h>
+#include <soci/soci.h>
+#include <sqlite3.h>
+
+#include <fstream>
+#include <stdexcept>
+#include <thread>
+
+#include "server/storage/blob_store.h"
+#include "tests/support/engines.h"
+#include "tests/support/postgres_cluster.h"
+#include "tests/support/test_database.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Done;
+using core::ErrorCode;
+using core::Status;
+using testing::HasSubstr;
+
+Status PutBytes(Database& database, std::int64_t sequence, std::size_t size) {
+  return database.Write(Durability::kPromise, [&](Transaction& tx) -> Status {
+    blob_store::Put(tx, "bytes", sequence, Bytes(size, std::byte{1}));
+    return Done{};
+  });
+}
+
+std::int64_t CountBlobs(Database& database) {
+  return database
+      .Read([](Transaction& tx) -> core::Result<std::int64_t> {
+        std::int64_t count = 0;
+        tx.sql() << "SELECT COUNT(*) FROM blob_store", soci::into(count);
+        return count;
+      })
+      .value();
+}
+
+class DatabaseOnBoth : public testing::TestWithParam<Engine> {
+ protected:
+  tests::TestDatabase database_{GetParam()};
+};
+
+TEST_P(DatabaseOnBoth, RollsBackWhenTheBodyThrows) {
+  const Status status = database_->Write(Durability::kPromise, [](Transaction& tx) -> Status {
+    blob_store::Put(tx, "bytes", 1, Bytes(3));
+    throw std::runtime_error("in the middle");
+  });
+  ASSERT_FALSE(status.ok());
+  EXPECT_THAT(status.error().message, HasSubstr("in the middle"));
+  EXPECT_EQ(CountBlobs(*database_), 0);
+}
+
+TEST_P(DatabaseOnBoth, KeepsWhatWasCommittedOverAReopen) {
+  ASSERT_TRUE(PutBytes(*database_, 1, 10).ok());
+  database_.Reopen();
+  EXPECT_EQ(CountBlobs(*database_), 1);
+}
+
+TEST_P(DatabaseOnBoth, LetsManyWritersTakeTurnsWithoutLosingOne) {
+  constexpr int kWriters = 8;
+  constexpr int kEach = 20;
+  auto second_server = database_.OpenAnother();
+  std::vector<std::thread> writers;
+  std::atomic<int> failed = 0;
+  for (int w = 0; w < kWriters; ++w) {
+    writers.emplace_back([&, w] {
+      Database& database = w % 2 == 0 ? *database_ : *second_server;
+      for (int i = 0; i < kEach; ++i) {
+        if (!PutBytes(database, w * 1000 + i, 100).ok()) ++failed;
+      }
+    });
+  }
+  for (auto& writer : writers) writer.join();
+  EXPECT_EQ(failed, 0);
+  EXPECT_EQ(CountBlobs(*database_), kWriters * kEach);
+}
+
+TEST_P(DatabaseOnBoth, FindsNoDamageInAHealthyDatabase) {
+  ASSERT_TRUE(PutBytes(*database_, 1, 100000).ok());
+  const Status status = database_->Check();
+  EXPECT_TRUE(status.ok()) << status.error().message;
+}
+
+INSTANTIATE_TEST_SUITE_P(Engines, DatabaseOnBoth, tests::kBothEngines, tests::EngineName);
+
+TEST(SqliteDatabase, SaysThatTheDiskIsFullAndKeepsEverythingBefore) {
+  tests::TempFolder folder;
+  auto database =
+      Database::Open({.location = folder.File("small.db"), .bytes_max = 400 << 10}).value();
+  std::int64_t stored = 0;
+  Status status = Done{};
+  while (status.ok() && stored < 1000) {
+    status = PutBytes(*database, stored, 10000);
+    if (status.ok()) ++stored;
+  }
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(status.error().message, HasSubstr("full"));
+  EXPECT_GT(stored, 10);
+  EXPECT_EQ(CountBlobs(*database), stored);
+  EXPECT_TRUE(database->Check().ok());
+  ASSERT_TRUE(database
+                  ->Write(Durability::kPromise,
+                          [](Transaction& tx) -> Status {
+                            blob_store::Erase(tx, "bytes");
+                            return Done{};
+                          })
+                  .ok());
+  EXPECT_TRUE(PutBytes(*database, 1, 10000).ok()) << "works again once there is space";
+}
+
+TEST(SqliteDatabase, SaysThatAnotherProgramHoldsTheLock) {
+  tests::TempFolder folder;
+  const std::string file = folder.File("locked.db");
+  auto database =
+      Database::Open({.location = file, .patience = std::chrono::milliseconds(20)}).value();
+  sqlite3* intruder = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &intruder), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(intruder, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
+  const Status locked = PutBytes(*database, 1, 10);
+  EXPECT_EQ(CountBlobs(*database), 0) << "readers go on";
+  sqlite3_close(intruder);
+  ASSERT_FALSE(locked.ok());
+  EXPECT_EQ(locked.error().code, ErrorCode::kBusy);
+  EXPECT_THAT(locked.error().message, HasSubstr("locked"));
+  EXPECT_TRUE(PutBytes(*database, 1, 10).ok());
+}
+
+TEST(SqliteDatabase, SaysThatAFileIsNoDatabase) {
+  tests::TempFolder folder;
+  std::ofstream(folder.File("text.db")) << std::string(8192, 'x');
+  const auto opened = Database::Open({.location = folder.File("text.db")});
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(opened.error().message, HasSubstr("damaged"));
+}
+
+TEST(SqliteDatabase, FindsDamageInTheMiddleOfAFile) {
+  tests::TempFolder folder;
+  const std::string file = folder.File("damaged.db");
+  {
+    auto database = Database::Open({.location = file}).value();
+    for (int i = 0; i < 50; ++i) ASSERT_TRUE(PutBytes(*database, i, 3000).ok());
+  }
+  {
+    std::fstream raw(file, std::ios::in | std::ios::out | std::ios::binary);
+    const std::string garbage(4096 * 12, '\x5a');
+    raw.seekp(4096 * 10);
+    raw.write(garbage.data(), static_cast<std::streamsize>(garbage.size()));
+  }
+  auto database = Database::Open({.location = file});
+  if (!database.ok()) {
+    EXPECT_THAT(database.error().message, HasSubstr("damaged"));
+    return;
+  }
+  const Status status = database.value()->Check();
+  ASSERT_FALSE(status.ok());
+  EXPECT_THAT(status.error().message, HasSubstr("damaged"));
+}
+
+TEST(SqliteDatabase, SaysThatTheFolderDoesNotExist) {
+  const auto opened = Database::Open({.location = "/nonexistent/folder/lab.db"});
+  ASSERT_FALSE(opened.ok());
+  EXPECT_THAT(opened.error().message, HasSubstr("cannot be opened"));
+}
+
+TEST(SqliteDatabase, CopiesItselfWhileOthersWrite) {
+  tests::TempFolder folder;
+  auto database = Database::Open({.location = folder.File("a.db")}).value();
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(PutBytes(*database, i, 1000).ok());
+  ASSERT_TRUE(database->BackupTo(folder.File("b.db")).ok());
+  ASSERT_TRUE(PutBytes(*database, 99, 1000).ok());
+  auto copy = Database::Open({.location = folder.File("b.db")}).value();
+  EXPECT_EQ(CountBlobs(*copy), 20);
+  EXPECT_TRUE(copy->Check().ok());
+  EXPECT_FALSE(database->BackupTo(folder.File("b.db")).ok()) << "never overwrites";
+}
+
+TEST(PostgresDatabase, ComesBackAfterTheServerDroppedEveryConnection) {
+  tests::TestDatabase database(Engine::kPostgresql);
+  ASSERT_TRUE(PutBytes(*database, 1, 10).ok());
+  tests::PostgresCluster::Instance().KillConnections();
+  const Status lost = PutBytes(*database, 2, 10);
+  ASSERT_FALSE(lost.ok());
+  EXPECT_EQ(lost.error().code, ErrorCode::kUnavailable);
+  EXPECT_TRUE(PutBytes(*database, 2, 10).ok());
+  EXPECT_EQ(CountBlobs(*database), 2);
+}
+
+TEST(PostgresDatabase, RefusesToWriteInARead) {
+  tests::TestDatabase database(Engine::kPostgresql);
+  const Status status = database->Read([](Transaction& tx) -> Status {
+    blob_store::Put(tx, "bytes", 1, Bytes(3));
+    return Done{};
+  });
+  EXPECT_FALSE(status.ok());
+  EXPECT_EQ(CountBlobs(*database), 0);
+}
+
+TEST(PostgresDatabase, SaysThatThereIsNoServer) {
+  const auto opened = Database::Open({.location = "postgresql:host=/nonexistent dbname=x"});
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kUnavailable);
+}
+
+}  // namespace
+}  // namespace faultlab::server

@@ -1,0 +1,100 @@
+#include "server/storage/migrations.h"
+
+#include <gmock/gmock.h>
+#include <soci/postgresql/soci-postgresql.h>
+#include <soci/soci.h>
+#include <soci/sqlite3/soci-sqlite3.h>
+
+#include <set>
+
+#include "tests/support/engines.h"
+#include "tests/support/postgres_cluster.h"
+#include "tests/support/temp_folder.h"
+
+namespace faultlab::server {
+namespace {
+
+class Migrations : public testing::TestWithParam<Engine> {
+ protected:
+  std::string NewLocation() {
+    if (GetParam() == Engine::kSqlite) return folder_.File("m" + std::to_string(++count_) + ".db");
+    return tests::PostgresCluster::Instance().CreateDatabase();
+  }
+  soci::session Raw(const std::string& location) const {
+    if (GetParam() == Engine::kSqlite) return {*soci::factory_sqlite3(), location};
+    return {*soci::factory_postgresql(), location.substr(std::string("postgresql:").size())};
+  }
+  /// Every column of every table, as the engine sees it.
+  std::set<std::string> Shape(const std::string& location) const {
+    const char* query =
+        GetParam() == Engine::kSqlite
+            ? "SELECT type || ' ' || name || ' ' || COALESCE(sql, '') FROM sqlite_master"
+            : "SELECT table_name || '.' || column_name || ' ' || data_type || ' ' || is_nullable "
+              "FROM information_schema.columns WHERE table_schema = 'public' UNION ALL "
+              "SELECT indexdef FROM pg_indexes WHERE schemaname = 'public' UNION ALL "
+              "SELECT conname || ' ' || pg_get_constraintdef(oid) FROM pg_constraint "
+              "WHERE connamespace = 'public'::regnamespace";
+    soci::session session = Raw(location);
+    const soci::rowset<std::string> rows = (session.prepare << query);
+    return {rows.begin(), rows.end()};
+  }
+  tests::TempFolder folder_;
+  int count_ = 0;
+};
+
+TEST_P(Migrations, AreNumberedWithoutHoles) {
+  int expected = 1;
+  for (const auto& step : AllMigrations()) EXPECT_EQ(step.version, expected++);
+}
+
+TEST_P(Migrations, LeadFromEveryEarlierSchemaToTheSameNewestOneAndKeepItsRows) {
+  const int newest = AllMigrations().back().version;
+  const std::string fresh = NewLocation();
+  ASSERT_TRUE(Database::Open({.location = fresh}).ok());
+  const auto wanted = Shape(fresh);
+  ASSERT_GT(wanted.size(), 5u);
+  for (int from = 1; from < newest; ++from) {
+    const std::string location = NewLocation();
+    {
+      soci::session session = Raw(location);
+      ASSERT_EQ(Migrate(session, GetParam(), from).value(), from);
+      session << "INSERT INTO recording (id, name, owner, rig, source, server_id, epoch, period_s, "
+                 "plan_json, state, created_ms, samples, next_index, diagnosis_json, verdict) "
+                 "VALUES ('run-old', 'old', 'guest', 'sim-1', 'run', 's', 3, 0.01, '{}', "
+                 "'finished', 1, 0, 0, '', '')";
+    }
+    auto database = Database::Open({.location = location});
+    ASSERT_TRUE(database.ok()) << "from " << from << ": " << database.error().message;
+    EXPECT_EQ(database.value()->schema_version(), newest);
+    EXPECT_EQ(Shape(location), wanted) << "from " << from;
+    soci::session session = Raw(location);
+    std::string name;
+    session << "SELECT name FROM recording WHERE id = 'run-old'", soci::into(name);
+    EXPECT_EQ(name, "old");
+  }
+}
+
+TEST_P(Migrations, DoNothingTheSecondTime) {
+  const std::string location = NewLocation();
+  ASSERT_TRUE(Database::Open({.location = location}).ok());
+  const auto before = Shape(location);
+  ASSERT_TRUE(Database::Open({.location = location}).ok());
+  EXPECT_EQ(Shape(location), before);
+}
+
+TEST_P(Migrations, RefuseASchemaFromTheFuture) {
+  const std::string location = NewLocation();
+  ASSERT_TRUE(Database::Open({.location = location}).ok());
+  {
+    soci::session session = Raw(location);
+    session << "INSERT INTO schema_version (version, description) VALUES (9999, 'future')";
+  }
+  const auto opened = Database::Open({.location = location});
+  ASSERT_FALSE(opened.ok());
+  EXPECT_THAT(opened.error().message, testing::HasSubstr("newer faultlab"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Engines, Migrations, tests::kBothEngines, tests::EngineName);
+
+}  // namespace
+}  // namespace faultlab::server
