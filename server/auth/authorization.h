@@ -17,6 +17,7 @@ enum class Operation {
   kDeleteRun,
   kUploadRecording,
   kManageOwnAccount,  ///< password, API keys of one's own
+  kReadUsers,
   kManageUsers,
   kReadCourse,
   kManageCourse,  ///< create, enrol
@@ -32,7 +33,7 @@ enum class Operation {
   kReadAudit,
   kReadMetrics,
 };
-inline constexpr int kOperationCount = 22;
+inline constexpr int kOperationCount = 23;
 std::string_view Name(Operation operation);
 
 /// Whose object it is, seen from the caller.
