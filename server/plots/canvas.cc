@@ -109,6 +109,12 @@ void Canvas::Fill(const PixelRect& rect, Rgb colour) {
   image_(Inside(rect, image_)).setTo(Pen(colour));
 }
 
+void Canvas::Shade(const PixelRect& rect, Rgb colour, double share) {
+  cv::Mat part = image_(Inside(rect, image_));
+  part.convertTo(part, -1, 1.0 - share);
+  part += Pen(colour) * share;
+}
+
 void Canvas::Frame(const PixelRect& rect, const Stroke& stroke) {
   cv::rectangle(image_,
                 cv::Rect(rect.left, rect.top, rect.width, rect.height),

@@ -57,6 +57,8 @@ class Canvas {
   Canvas(int width, int height, Typeface& type);
 
   void Fill(const PixelRect& rect, Rgb colour);
+  /// Lays `share` of the colour over what is there; overlapping shades darken.
+  void Shade(const PixelRect& rect, Rgb colour, double share);
   void Frame(const PixelRect& rect, const Stroke& stroke);
   void Line(PixelPoint from, PixelPoint to, const Stroke& stroke);
   /// Joined line through `points`; what lies outside `clip` is not drawn.

@@ -43,6 +43,16 @@ int SettlingSamples(const core::EstimatorShape& shape) {
   return shape.window_samples + shape.integral_samples - 1;
 }
 
+/// Computed from this very sample, and with known errors: a bound without a value is no point.
+bool IsUsable(const core::Estimate<3>& estimate) {
+  const bool computed = estimate.status == core::EstimateStatus::kExcited ||
+                        estimate.status == core::EstimateStatus::kWeak;
+  return computed && estimate.age_samples == 0 &&
+         std::all_of(estimate.sigma.begin(), estimate.sigma.end(), [](double sigma) {
+           return std::isfinite(sigma);
+         });
+}
+
 Series MakeEstimateSeries(
     std::span<const core::Frame> frames, int estimator, int parameter, Ink ink, Dash dash) {
   Series series;
@@ -52,12 +62,9 @@ Series MakeEstimateSeries(
   series.y.reserve(frames.size());
   for (const core::Frame& frame : frames) {
     const core::Estimate<3>& estimate = frame.estimates[static_cast<std::size_t>(estimator)];
-    const bool usable = (estimate.status == core::EstimateStatus::kExcited ||
-                         estimate.status == core::EstimateStatus::kWeak) &&
-                        estimate.age_samples == 0;
     series.x.push_back(frame.sample.t_s);
-    series.y.push_back(usable ? estimate.theta[static_cast<std::size_t>(parameter)]
-                              : core::kAbsent);
+    series.y.push_back(IsUsable(estimate) ? estimate.theta[static_cast<std::size_t>(parameter)]
+                                          : core::kAbsent);
   }
   return series;
 }
@@ -102,18 +109,14 @@ std::optional<std::pair<double, double>> BulkRange(const Panel& panel) {
 }
 
 void AddSettlingBands(Panel& panel, double change_s, double period_s, int first, bool named) {
-  constexpr Ink kInks[] = {Ink::kBlue, Ink::kVermilion, Ink::kGreen};
-  // The longest first, so that the shorter ones lie over it.
-  for (int i = kFamilySize - 1; i >= 0; --i) {
+  for (int i = 0; i < kFamilySize; ++i) {
     const core::EstimatorShape& shape = core::kEstimatorShapes[static_cast<std::size_t>(first + i)];
     Band band;
     band.x_from = change_s;
     band.x_to = change_s + SettlingSamples(shape) * period_s;
-    band.ink = i == kFamilySize - 1 ? Ink::kGrey : kInks[i];
-    if (named && i == kFamilySize - 1) {
+    if (named && i == 0) {
       band.name = "windows settling";
     }
-    band.ink = Ink::kGrey;
     panel.bands.push_back(band);
   }
 }
@@ -130,6 +133,9 @@ Figure MakeEstimatesFigure(std::span<const core::Frame> frames,
       swa ? context.nominal_swa : context.nominal_sia;
   Figure figure = MakeFigureOf(names.title, context);
 
+  if (frames.size() > 1) {
+    figure.x.range = WholeTime(frames.front().sample, frames.back().sample);
+  }
   Panel upper;
   upper.y = {names.parameters[kB0], names.unit_b0, std::nullopt};
   Panel lower;
@@ -169,9 +175,7 @@ Figure MakeEstimatesFigure(std::span<const core::Frame> frames,
     lower.levels.push_back(level(kA1));
   }
   if (const std::optional<double> change = FirstChange(context); change && frames.size() > 1) {
-    const core::Sample& first = frames.front().sample;
-    const core::Sample& last = frames.back().sample;
-    const double period_s = (last.t_s - first.t_s) / static_cast<double>(last.index - first.index);
+    const double period_s = MeanPeriod(frames.front().sample, frames.back().sample);
     AddSettlingBands(upper, *change, period_s, names.first, true);
     AddSettlingBands(lower, *change, period_s, names.first, false);
   }

@@ -51,7 +51,6 @@ struct Band {
 struct Inset {
   double x_from = 0.0;
   double x_to = 1.0;
-  std::string title;
 };
 
 enum class MarkKind { kFault, kDetected, kIsolated, kReturned };

@@ -121,9 +121,7 @@ json::object ToJson(const Panel& panel) {
   }
   json::value inset = nullptr;
   if (panel.inset) {
-    inset = json::object{{"x_from", panel.inset->x_from},
-                         {"x_to", panel.inset->x_to},
-                         {"title", PlainText(panel.inset->title)}};
+    inset = json::object{{"x_from", panel.inset->x_from}, {"x_to", panel.inset->x_to}};
   }
   return {{"title", PlainText(panel.title)},
           {"y", ToJson(panel.y)},

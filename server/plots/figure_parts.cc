@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/types/check.h"
 #include "server/plots/ticks.h"
 #include "server/plots/value_text.h"
 
@@ -76,6 +77,15 @@ Figure MakeFigureOf(const std::string& title, const FigureContext& context) {
   figure.marks = MakeMarks(context);
   figure.footer = context.footer;
   return figure;
+}
+
+double MeanPeriod(const core::Sample& first, const core::Sample& last) {
+  LAB_CHECK(last.index > first.index, first.index, last.index);
+  return (last.t_s - first.t_s) / static_cast<double>(last.index - first.index);
+}
+
+std::pair<double, double> WholeTime(const core::Sample& first, const core::Sample& last) {
+  return {first.t_s, last.t_s + MeanPeriod(first, last)};
 }
 
 Series MakeChannelSeries(std::span<const core::Sample> samples,

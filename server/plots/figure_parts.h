@@ -16,6 +16,11 @@ std::optional<double> FirstChange(const FigureContext& context);
 /// Name, time axis, marks and footer that every figure of a recording has.
 Figure MakeFigureOf(const std::string& title, const FigureContext& context);
 
+double MeanPeriod(const core::Sample& first, const core::Sample& last);
+
+/// From the first sample to the end of the last one's period, so that 20 s end at 20, not 19.99.
+std::pair<double, double> WholeTime(const core::Sample& first, const core::Sample& last);
+
 /// t_s and one channel of a recording; a missing sample leaves a NaN so that the line breaks.
 Series MakeChannelSeries(std::span<const core::Sample> samples,
                          double core::Sample::*channel,

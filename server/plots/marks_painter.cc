@@ -106,7 +106,7 @@ void DrawMarkLabels(Canvas& canvas,
     const bool crowded = i + 1 < shown.size() && scale.ToX(shown[i + 1].x) < line + width + 2 * gap;
     // The first of close neighbours stands left of its line, with the symbol at the line.
     const bool to_the_left = crowded && line - width - gap > taken;
-    const double start = to_the_left ? line - width + half : std::max(line - half, taken);
+    const double start = to_the_left ? line - width : std::max(line, taken);
     if (to_the_left) {
       canvas.Text(mark.label, start, y, style.legend_px, ColourOf(mark.kind));
       DrawSymbol(canvas, mark.kind, line - half, y, half);

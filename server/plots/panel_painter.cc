@@ -7,14 +7,14 @@
 namespace faultlab::server {
 namespace {
 
-constexpr double kBandTint = 0.13;
+constexpr double kBandShare = 0.09;
 constexpr double kSwatch = 34;    // length of a legend line
 constexpr double kSwatchGap = 8;  // between the line and its text
 constexpr double kEntryGap = 26;  // between entries
 constexpr double kLegendRow = 28;
 constexpr double kTickLength = 6;
 constexpr double kLabelGap = 10;
-constexpr double kPixelsPerTick = 44;
+constexpr double kPixelsPerTick = 34;
 
 /// Spreads label heights so that neighbours keep `distance`; ascending order is kept.
 void SpreadApart(std::vector<double>& places, double distance, double lowest, double highest) {
@@ -136,7 +136,7 @@ void PanelPainter::DrawGround() {
     const int right = band.x_to ? x(*band.x_to) : plot.right();
     const int top = band.y_to ? y(*band.y_to) : plot.top;
     const int bottom = band.y_from ? y(*band.y_from) : plot.bottom();
-    canvas_.Fill({left, top, right - left, bottom - top}, Tint(ColourOf(band.ink), kBandTint));
+    canvas_.Shade({left, top, right - left, bottom - top}, ColourOf(band.ink), kBandShare);
   }
   const Stroke grid = {kGridColour, style_.scale};
   for (const double at : x_ticks_.at) {
@@ -287,7 +287,7 @@ void PanelPainter::DrawLegendEntry(const LegendEntry& entry, double x, double y)
     const int height = style_.Px(16);
     const PixelRect box = {
         static_cast<int>(x), static_cast<int>(y) - height / 2, static_cast<int>(swatch), height};
-    canvas_.Fill(box, Tint(ColourOf(entry.band->ink), kBandTint));
+    canvas_.Fill(box, Tint(ColourOf(entry.band->ink), 2 * kBandShare));
     canvas_.Frame(box, {Tint(ColourOf(entry.band->ink), 0.5), style_.scale});
   }
   canvas_.Text(entry.text, x + swatch + style_.Px(kSwatchGap), y, style_.legend_px, kTextColour);
@@ -334,10 +334,10 @@ void PanelPainter::DrawInset(const Inset& inset) {
   }
   const double data_top = scale_.ToY(high);
   const double room = data_top - plot.top;  // the builder left it free above the data
-  const PixelRect box = {plot.left + static_cast<int>(0.28 * plot.width),
-                         plot.top + static_cast<int>(0.10 * room),
+  const PixelRect box = {plot.left + static_cast<int>(0.03 * plot.width),
+                         plot.top + static_cast<int>(0.12 * room) + style_.inset_px,
                          static_cast<int>(0.44 * plot.width),
-                         static_cast<int>(0.52 * room)};
+                         static_cast<int>(0.72 * room) - style_.inset_px};
   const Stroke thin = {kQuietColour, style_.scale};
   const double x_from = scale_.ToX(inset.x_from);
   const double x_to = scale_.ToX(inset.x_to);
@@ -363,18 +363,13 @@ void PanelPainter::DrawInset(const Inset& inset) {
     canvas_.Line({x, box.top + 0.5}, {x, box.bottom() + 0.5}, {kGridColour, style_.scale});
     canvas_.Text(ticks.labels[i],
                  x,
-                 box.bottom() + 0.85 * style_.inset_px,
+                 box.top - 0.75 * style_.inset_px,
                  style_.inset_px,
                  kQuietColour,
                  Align::kCentre);
   }
   DrawSeriesOn(magnified, style_.Px(4));
   canvas_.Frame(box, thin);
-  canvas_.Text(inset.title,
-               box.right() + style_.Px(kLabelGap),
-               box.top + 0.5 * box.height,
-               style_.inset_px,
-               kQuietColour);
 }
 
 }  // namespace faultlab::server

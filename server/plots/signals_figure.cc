@@ -40,7 +40,7 @@ Panel MakeInputPanel(std::span<const core::Sample> samples) {
     const double length = samples.back().t_s - start;
     if (span > 0.0 && length > 4 * kLensSeconds) {
       const double from = start + std::floor(kLensPlaceShare * length);
-      panel.inset = Inset{from, from + kLensSeconds, "magnified"};
+      panel.inset = Inset{from, from + kLensSeconds};
       panel.y.range = {low->uc_v - 0.15 * span, high->uc_v + kLensRoom * span};
     }
   }
@@ -52,6 +52,9 @@ Panel MakeInputPanel(std::span<const core::Sample> samples) {
 
 Figure MakeSignalsFigure(std::span<const core::Sample> samples, const FigureContext& context) {
   Figure figure = MakeFigureOf("Measured signals", context);
+  if (samples.size() > 1) {
+    figure.x.range = WholeTime(samples.front(), samples.back());
+  }
   figure.panels.push_back(MakeInputPanel(samples));
 
   Panel output = MakePanel("U_{m}", "V", 1.0);
