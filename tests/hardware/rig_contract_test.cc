@@ -183,9 +183,12 @@ TEST_P(RigContract, NamesThePartOfAPlanThatItRefuses) {
   EXPECT_EQ(rig_->state(), RigState::kIdle);
 }
 
-INSTANTIATE_TEST_SUITE_P(Rigs, RigContract, testing::ValuesIn(kKinds), [](const testing::TestParamInfo<Kind>& kind) {
-  return std::string(kind.param.name);
-});
+INSTANTIATE_TEST_SUITE_P(Rigs,
+                         RigContract,
+                         testing::ValuesIn(kKinds),
+                         [](const testing::TestParamInfo<Kind>& kind) {
+                           return std::string(kind.param.name);
+                         });
 
 }  // namespace
 }  // namespace faultlab::hardware

@@ -1,0 +1,92 @@
+#include "hardware/lcm/message_codec.h"
+
+#include <array>
+
+namespace faultlab::hardware {
+namespace {
+
+constexpr std::array kEventKinds = {RigEventKind::kStarted,
+                                    RigEventKind::kFaultCommanded,
+                                    RigEventKind::kRelayConfirmed,
+                                    RigEventKind::kRefused,
+                                    RigEventKind::kTrip,
+                                    RigEventKind::kOverrun,
+                                    RigEventKind::kGap,
+                                    RigEventKind::kFinished,
+                                    RigEventKind::kStopped};
+
+bool NamesComponent(RigEventKind kind) {
+  return kind == RigEventKind::kFaultCommanded || kind == RigEventKind::kRelayConfirmed ||
+         kind == RigEventKind::kRefused;
+}
+
+}  // namespace
+
+void Encode(const core::Sample& sample, faultlab_msgs::sample_t& out) {
+  out.index = sample.index;
+  out.t_s = sample.t_s;
+  out.uc_v = sample.uc_v;
+  out.um_v = sample.um_v;
+  out.ua_v = sample.ua_v;
+  out.ia_a = sample.ia_a;
+  out.n_rpm = sample.n_rpm;
+}
+
+core::Sample Decode(const faultlab_msgs::sample_t& in) {
+  return {.index = in.index,
+          .t_s = in.t_s,
+          .uc_v = in.uc_v,
+          .um_v = in.um_v,
+          .ua_v = in.ua_v,
+          .ia_a = in.ia_a,
+          .n_rpm = in.n_rpm};
+}
+
+void Encode(const core::Frame& frame, faultlab_msgs::estimates_t& out) {
+  out.index = frame.sample.index;
+  out.t_s = frame.sample.t_s;
+  out.count = core::kEstimatorCount;
+  out.estimates.resize(core::kEstimatorCount);
+  for (std::size_t i = 0; i < core::kEstimatorCount; ++i) {
+    const core::Estimate<3>& from = frame.estimates[i];
+    faultlab_msgs::estimate_t& to = out.estimates[i];
+    to.estimator = core::kEstimatorShapes[i].name;
+    to.status = static_cast<std::int8_t>(from.status);
+    to.age_samples = from.age_samples;
+    for (std::size_t p = 0; p < 3; ++p) {
+      to.theta[p] = from.theta[p];
+      to.sigma[p] = from.sigma[p];
+    }
+    to.sse = from.sse;
+    to.condition = from.condition;
+  }
+}
+
+void Encode(const RigEvent& event, faultlab_msgs::event_t& out) {
+  out.index = event.index;
+  out.kind = Name(event.kind);
+  out.component = NamesComponent(event.kind) ? core::Name(event.component) : "";
+  out.value = event.value;
+  out.text = event.text;
+}
+
+std::optional<RigEvent> Decode(const faultlab_msgs::event_t& in) {
+  RigEvent event;
+  event.index = in.index;
+  event.value = in.value;
+  event.text = in.text;
+  if (!in.component.empty()) {
+    const std::optional<core::Component> component = core::ParseComponent(in.component);
+    if (!component) return std::nullopt;
+    event.component = *component;
+  }
+  for (const RigEventKind kind : kEventKinds) {
+    if (Name(kind) == in.kind) {
+      event.kind = kind;
+      return event;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace faultlab::hardware

@@ -1,0 +1,132 @@
+#include "hardware/lcm/lcm_tap.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "hardware/lcm/lcm_log.h"
+#include "hardware/replay_rig.h"
+#include "hardware/simulated/simulated_rig.h"
+#include "tests/hardware/rig_runs.h"
+
+namespace faultlab::hardware {
+namespace {
+
+class LcmLog : public testing::Test {
+ protected:
+  LcmLog()
+      : path_(testing::TempDir() + "/" +
+              testing::UnitTest::GetInstance()->current_test_info()->name() + ".lcm") {
+    std::filesystem::remove(path_);
+  }
+  ~LcmLog() override { std::filesystem::remove(path_); }
+
+  const std::string path_;
+};
+
+RunLog SomeRun() {
+  SimulatedRigOptions options;
+  options.speed = 0.0;
+  const auto rig = MakeSimulatedRig(options);
+  RunPlan plan = SquarePlan(200);
+  plan.faults = {{.component = core::Component::kR1, .value = 56.0, .at_s = 1.0}};
+  EXPECT_TRUE(rig->Arm(plan, Epoch{1}).ok());
+  EXPECT_TRUE(rig->Start(Epoch{1}).ok());
+  return Drain(*rig);
+}
+
+void ExpectSame(const std::vector<core::Sample>& a, const std::vector<core::Sample>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    EXPECT_EQ(a[k].index, b[k].index);
+    EXPECT_EQ(a[k].t_s, b[k].t_s);
+    EXPECT_EQ(a[k].uc_v, b[k].uc_v);
+    EXPECT_EQ(a[k].um_v, b[k].um_v);
+    EXPECT_EQ(a[k].ia_a, b[k].ia_a);
+    EXPECT_EQ(a[k].n_rpm, b[k].n_rpm);
+  }
+}
+
+TEST_F(LcmLog, OfATapGivesTheRunBackBitEqual) {
+  const RunLog run = SomeRun();
+  {
+    auto tap = LcmTap::Open("file://" + path_ + "?mode=w");
+    ASSERT_TRUE(tap.ok());
+    LcmTap::Stream stream(*tap.value(), "sim-1", "run-7", Epoch{3});
+    for (const RigEvent& event : run.events) stream.Publish(event, 0.0);
+    for (const core::Sample& sample : run.samples) {
+      core::Frame frame{.sample = sample, .estimates = {}};
+      frame.estimates[2].theta = {2.1, -1.1, -0.57};
+      stream.Publish(frame);
+    }
+    EXPECT_EQ(tap.value()->published(), run.events.size() + 2 * run.samples.size());
+    EXPECT_EQ(tap.value()->failed(), 0u);
+  }
+  const core::Result<LcmRecord> record = ReadLcmLog(path_, "");
+  ASSERT_TRUE(record.ok());
+  EXPECT_EQ(record.value().rig, "sim-1");
+  EXPECT_EQ(record.value().run, "run-7");
+  EXPECT_EQ(record.value().lost_samples, 0);
+  ExpectSame(record.value().samples, run.samples);
+  ASSERT_EQ(record.value().events.size(), run.events.size());
+  for (std::size_t i = 0; i < run.events.size(); ++i) {
+    EXPECT_EQ(record.value().events[i].kind, run.events[i].kind);
+    EXPECT_EQ(record.value().events[i].index, run.events[i].index);
+    EXPECT_EQ(record.value().events[i].value, run.events[i].value);
+  }
+}
+
+TEST_F(LcmLog, OfARecordingReplaysThroughTheReplayRig) {
+  const RunLog run = SomeRun();
+  LcmRecord record{.rig = "bench-2",
+                   .run = "r",
+                   .samples = run.samples,
+                   .events = run.events,
+                   .lost_samples = 0};
+  ASSERT_TRUE(WriteLcmLog(path_, record, 1'700'000'000'000'000).ok());
+  core::Result<LcmRecord> read = ReadLcmLog(path_, "r");
+  ASSERT_TRUE(read.ok());
+  ReplayRigOptions options;
+  options.speed = 0.0;
+  const auto rig = MakeReplayRig(read.value().samples, options);
+  ASSERT_TRUE(rig->Arm(ReplayPlan(0.01), Epoch{1}).ok());
+  ASSERT_TRUE(rig->Start(Epoch{1}).ok());
+  ExpectSame(Drain(*rig).samples, run.samples);
+}
+
+TEST_F(LcmLog, CountsTheSamplesThatTheBusLost) {
+  const RunLog run = SomeRun();
+  const LcmRecord whole{
+      .rig = "sim-1", .run = "x", .samples = run.samples, .events = {}, .lost_samples = 0};
+  ASSERT_TRUE(WriteLcmLog(path_, whole, 0).ok());
+  // Drop what lies between two marks of the file: a log cut in its middle.
+  std::ifstream in(path_, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(in)), {});
+  const std::size_t event_bytes = bytes.size() / run.samples.size();
+  ASSERT_EQ(event_bytes * run.samples.size(), bytes.size());
+  std::ofstream(path_, std::ios::binary | std::ios::trunc)
+      << bytes.substr(0, 50 * event_bytes) << bytes.substr(60 * event_bytes);
+  const core::Result<LcmRecord> record = ReadLcmLog(path_, "x");
+  ASSERT_TRUE(record.ok());
+  EXPECT_EQ(record.value().samples.size(), run.samples.size() - 10);
+  EXPECT_EQ(record.value().lost_samples, 10);
+}
+
+TEST_F(LcmLog, ThatIsMissingOrOfSomethingElseSaysSo) {
+  EXPECT_EQ(ReadLcmLog(path_ + ".no", "").error().code, core::ErrorCode::kNotFound);
+  std::ofstream(path_) << "not an LCM log at all";
+  EXPECT_EQ(ReadLcmLog(path_, "").error().code, core::ErrorCode::kNotFound);
+}
+
+TEST(LcmTap, ThatDoesNotOpenSaysWhatToDo) {
+  const auto tap = LcmTap::Open("nonsense://");
+  ASSERT_FALSE(tap.ok());
+  EXPECT_EQ(tap.error().code, core::ErrorCode::kUnavailable);
+  EXPECT_THAT(tap.error().message, testing::HasSubstr("multicast"));
+}
+
+}  // namespace
+}  // namespace faultlab::hardware
