@@ -1,0 +1,229 @@
+#include "server/diagnosis_json/diagnosis_json.h"
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::array<std::string_view, 3> kSwaNames = {"b0d", "b1d", "a1d"};
+constexpr std::array<std::string_view, 3> kSiaNames = {"b0", "b1", "a1"};
+
+json::value Number(const std::optional<double>& value) {
+  return value ? server::Number(*value) : json::value(nullptr);
+}
+
+json::array Numbers(std::span<const double> values) {
+  json::array out;
+  for (const double value : values) {
+    out.push_back(server::Number(value));
+  }
+  return out;
+}
+
+json::array Names(std::span<const core::Component> components) {
+  json::array out;
+  for (const core::Component component : components) {
+    out.emplace_back(core::Name(component));
+  }
+  return out;
+}
+
+json::value Bound(char bound) {
+  return bound == 0 ? json::value(nullptr) : json::value(json::string(1, bound));
+}
+
+json::array Candidates(std::span<const core::Candidate> candidates) {
+  json::array out;
+  for (const core::Candidate& candidate : candidates) {
+    out.emplace_back(json::object{{"component", core::Name(candidate.component)},
+                                  {"value", server::Number(candidate.value)},
+                                  {"sigma", server::Number(candidate.sigma)},
+                                  {"unit", core::Unit(candidate.component)},
+                                  {"bound", Bound(candidate.bound)},
+                                  {"score", server::Number(candidate.score)},
+                                  {"margin", server::Number(candidate.margin)}});
+  }
+  return out;
+}
+
+json::array Path(std::span<const core::PathStep> path) {
+  json::array out;
+  for (const core::PathStep& step : path) {
+    out.emplace_back(json::object{{"question", step.question},
+                                  {"answer", step.answer},
+                                  {"value", server::Number(step.value)},
+                                  {"threshold", server::Number(step.threshold)},
+                                  {"leads_to", step.leads_to}});
+  }
+  return out;
+}
+
+json::object Theta(const core::ContinuousTheta& theta) {
+  json::object out;
+  for (std::size_t i = 0; i < theta.size(); ++i) {
+    out[kSiaNames[i]] = server::Number(theta[i]);
+  }
+  return out;
+}
+
+json::array Inverse(std::span<const core::InverseSolution> solutions) {
+  json::array out;
+  for (const core::InverseSolution& solution : solutions) {
+    const double value = solution.exists ? solution.value : core::kAbsent;
+    out.emplace_back(json::object{{"component", core::Name(solution.component)},
+                                  {"value", server::Number(value)},
+                                  {"unit", core::Unit(solution.component)},
+                                  {"mismatch", server::Number(solution.mismatch)}});
+  }
+  return out;
+}
+
+json::array Episodes(std::span<const core::FaultEpisode> episodes) {
+  json::array out;
+  for (const core::FaultEpisode& episode : episodes) {
+    json::object one = ToJson(episode.verdict);
+    one["shape"] = episode.shape == core::FaultShape::kDrift ? "drift" : "abrupt";
+    one["ended_at_s"] = Number(episode.ended_at_s);
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
+json::object Error(const core::Error& error) {
+  return {{"check", error.field}, {"message", error.message}};
+}
+
+}  // namespace
+
+json::value Number(double value) {
+  return std::isfinite(value) ? json::value(value) : json::value(nullptr);
+}
+
+json::object ToJson(const core::Verdict& verdict) {
+  return {{"verdict", core::Name(verdict.kind)},
+          {"detected_at_s", Number(verdict.detected_at_s)},
+          {"onset_s", Number(verdict.onset_s)},
+          {"detector", verdict.detector},
+          {"group", Names(verdict.group)},
+          {"candidates", Candidates(verdict.candidates)},
+          {"path", Path(verdict.path)},
+          {"settled", verdict.settled},
+          {"reason", verdict.reason}};
+}
+
+json::object ToJson(const core::Calibration& calibration) {
+  json::object nominal;
+  for (const core::Component component : core::kAllComponents) {
+    nominal[core::Name(component)] = calibration.nominal.Get(component);
+  }
+  json::array quantities;
+  for (const core::CalibratedQuantity& quantity : calibration.quantities) {
+    quantities.emplace_back(json::object{{"name", quantity.name},
+                                         {"unit", quantity.unit},
+                                         {"value", Number(quantity.value)},
+                                         {"sigma", Number(quantity.sigma)},
+                                         {"prior_value", Number(quantity.prior_value)},
+                                         {"prior_sigma", Number(quantity.prior_sigma)},
+                                         {"from_data", quantity.from_data}});
+  }
+  json::array checks;
+  for (const core::CalibrationCheck& check : calibration.checks) {
+    checks.emplace_back(json::object{{"name", check.name},
+                                     {"sentence", check.sentence},
+                                     {"value", Number(check.value)},
+                                     {"limit", Number(check.limit)},
+                                     {"passed", check.passed}});
+  }
+  const core::DetectionThresholds& thresholds = calibration.thresholds;
+  return {{"version", calibration.version},
+          {"dated", calibration.dated},
+          {"from_s", Number(calibration.from_s)},
+          {"to_s", Number(calibration.to_s)},
+          {"samples", calibration.samples},
+          {"used_ia", calibration.used_ia},
+          {"used_n", calibration.used_n},
+          {"delta_s", Number(calibration.delta_s)},
+          {"gain_factor", Number(calibration.gain_factor)},
+          {"nominal", std::move(nominal)},
+          {"mc_nm", Number(calibration.mc_nm)},
+          {"mc_sigma_nm", Number(calibration.mc_sigma_nm)},
+          {"um_noise_v", Number(calibration.um_noise_v)},
+          {"ia_noise_a", Number(calibration.ia_noise_a)},
+          {"n_noise_rpm", Number(calibration.n_noise_rpm)},
+          {"friction_noise_nm", Number(calibration.friction_noise_nm)},
+          {"quantities", std::move(quantities)},
+          {"checks", std::move(checks)},
+          {"thresholds",
+           json::object{{"false_alarms_per_day", Number(thresholds.false_alarms_per_day)},
+                        {"residual", Number(thresholds.residual)},
+                        {"cusum", Number(thresholds.cusum)},
+                        {"glr_25", Number(thresholds.glr_short)},
+                        {"glr_100", Number(thresholds.glr_long)}}}};
+}
+
+json::object ToJson(core::EstimatorId id, const core::Estimate<3>& estimate) {
+  const core::EstimatorShape& shape = core::kEstimatorShapes[static_cast<std::size_t>(id)];
+  json::array names;
+  for (const std::string_view name : shape.integral_samples == 0 ? kSwaNames : kSiaNames) {
+    names.emplace_back(name);
+  }
+  const bool has_value = estimate.status != core::EstimateStatus::kInvalid;
+  const std::array<double, 3> nothing = {core::kAbsent, core::kAbsent, core::kAbsent};
+  return {{"names", std::move(names)},
+          {"theta", Numbers(has_value ? estimate.theta : nothing)},
+          {"sigma", Numbers(has_value ? estimate.sigma : nothing)},
+          {"condition", Number(estimate.condition)},
+          {"status", core::Name(estimate.status)},
+          {"age", estimate.age_samples}};
+}
+
+json::object ToJson(const core::PaperMethods& paper) {
+  json::object full_values;
+  for (const core::Component component : core::kAllComponents) {
+    full_values[core::Name(component)] =
+        Number(paper.full_jacobian_values[static_cast<std::size_t>(core::Index(component))]);
+  }
+  return {{"nominal", Theta(paper.nominal)},
+          {"estimate", Theta(paper.estimate)},
+          {"band", Theta(paper.band)},
+          {"path", Path(paper.path)},
+          {"named", Names(paper.named)},
+          {"single_column", Inverse(paper.single_column)},
+          {"exact", Inverse(paper.exact)},
+          {"full_jacobian",
+           json::object{{"rank", paper.full_jacobian_rank},
+                        {"condition", Number(paper.full_jacobian_condition)},
+                        {"pseudo_inverse_values", std::move(full_values)}}}};
+}
+
+json::object ToJson(const core::Diagnosis& diagnosis) {
+  json::object out = ToJson(diagnosis.verdict);
+  out["calibration"] =
+      diagnosis.calibration ? json::value(ToJson(*diagnosis.calibration)) : json::value(nullptr);
+  if (diagnosis.calibration_refusal) {
+    out["calibration_refusal"] = Error(*diagnosis.calibration_refusal);
+  }
+  json::object estimates;
+  for (std::size_t i = 0; i < core::kEstimatorCount; ++i) {
+    json::object one = ToJson(static_cast<core::EstimatorId>(i), diagnosis.estimates[i]);
+    one["nominal"] = Numbers(diagnosis.nominal_estimates[i]);
+    estimates[core::kEstimatorShapes[i].name] = std::move(one);
+  }
+  out["estimates"] = std::move(estimates);
+  json::object fits;
+  for (const core::FitPercent& fit : diagnosis.fit_percent) {
+    fits[fit.model] = Number(fit.percent);
+  }
+  out["fit_percent"] = std::move(fits);
+  out["paper"] = ToJson(diagnosis.paper);
+  out["episodes"] = Episodes(diagnosis.episodes);
+  return out;
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
+#include <string>
+
+#include "core/diagnosis/diagnosis.h"
+#include "core/types/estimate.h"
+#include "core/types/frame.h"
+#include "core/types/verdict.h"
+
+namespace faultlab::server {
+
+/// The one place that turns a diagnosis into JSON, for the command line, HTTP and the live stream.
+/// A number that does not exist (NaN, infinity, nothing) is null.
+
+/// {"verdict","detected_at_s","onset_s","detector","group":[..],"candidates":[{"component","value",
+/// "sigma","unit","bound","score","margin"}],"path":[{"question","answer","value","threshold",
+/// "leads_to"}],"settled","reason"}
+boost::json::object ToJson(const core::Verdict& verdict);
+
+/// The verdict's members, then "calibration" (null when refused), "calibration_refusal"?,
+/// "estimates":{"swa_50":{..}, ..}, "fit_percent":{"nominal":..}, "paper":{..}, "episodes":[..].
+/// "file", "samples", "period_s" and "channels" are put in front by whoever read the record.
+boost::json::object ToJson(const core::Diagnosis& diagnosis);
+
+/// {"dated","from_s","to_s","samples","delta_s","gain_factor","nominal":{"R1":..},"mc_nm",..,
+/// "quantities":[..],"checks":[..],"thresholds":{..},"covariance":[..]}
+boost::json::object ToJson(const core::Calibration& calibration);
+
+/// {"names":["b0d","b1d","a1d"],"theta","sigma","condition","status","age","nominal"?}
+boost::json::object ToJson(core::EstimatorId id, const core::Estimate<3>& estimate);
+
+/// {"nominal","estimate","band":{"b0","b1","a1"},"path","named","single_column","exact",
+/// "full_jacobian"}
+boost::json::object ToJson(const core::PaperMethods& paper);
+
+/// null unless finite.
+boost::json::value Number(double value);
+
+/// One diagnosis as a person reads it: several lines, each ended. `name` is the record.
+std::string ToText(const core::Diagnosis& diagnosis, const std::string& name);
+
+}  // namespace faultlab::server

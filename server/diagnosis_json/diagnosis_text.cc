@@ -1,0 +1,167 @@
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <sstream>
+#include <string_view>
+
+#include "server/diagnosis_json/diagnosis_json.h"
+
+namespace faultlab::server {
+namespace {
+
+constexpr int kIndent = 12;
+
+std::string Digits(double value, int digits) {
+  if (!std::isfinite(value)) {
+    return "unknown";
+  }
+  std::array<char, 40> text;
+  const std::to_chars_result end = std::to_chars(
+      text.data(), text.data() + text.size(), value, std::chars_format::general, digits);
+  return {text.data(), end.ptr};
+}
+
+std::string Seconds(double value) {
+  std::array<char, 40> text;
+  constexpr int kDecimals = 2;
+  const std::to_chars_result end = std::to_chars(
+      text.data(), text.data() + text.size(), value, std::chars_format::fixed, kDecimals);
+  return std::string(text.data(), end.ptr) + " s";
+}
+
+std::string Label(std::string_view label) {
+  std::string out = "  " + std::string(label);
+  out.resize(kIndent, ' ');
+  return out;
+}
+
+/// "R1 = 99.8 +- 0.4 ohm", "J < 1e-07 kg m^2".
+std::string CandidateText(const core::Candidate& candidate) {
+  std::string text(core::Name(candidate.component));
+  if (candidate.bound != 0) {
+    text += std::string(" ") + candidate.bound + " " + Digits(candidate.value, 4);
+  } else {
+    text += " = " + Digits(candidate.value, 4) + " +- " + Digits(candidate.sigma, 2);
+  }
+  return text + " " + std::string(core::Unit(candidate.component));
+}
+
+std::string Joined(const std::vector<core::Component>& components) {
+  std::string text;
+  for (const core::Component component : components) {
+    text += (text.empty() ? "" : "/") + std::string(core::Name(component));
+  }
+  return text;
+}
+
+bool InGroup(const core::Verdict& verdict, core::Component component) {
+  for (const core::Component one : verdict.group) {
+    if (one == component) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void AppendVerdict(std::ostringstream& out, const core::Verdict& verdict) {
+  if (verdict.detected_at_s) {
+    out << Label("detected") << "at " << Seconds(*verdict.detected_at_s);
+    if (verdict.onset_s) {
+      out << ", began at about " << Seconds(*verdict.onset_s);
+    }
+    out << (verdict.detector.empty() ? "" : " (" + verdict.detector + ")") << '\n';
+  }
+  if (verdict.kind == core::VerdictKind::kFault) {
+    out << Label("component") << Joined(verdict.group)
+        << (verdict.group.size() > 1 ? "  (these sensors cannot tell them apart)" : "") << '\n';
+    const core::Candidate* runner_up = nullptr;
+    for (const core::Candidate& candidate : verdict.candidates) {
+      if (InGroup(verdict, candidate.component)) {
+        out << Label("value") << CandidateText(candidate) << '\n';
+      } else if (runner_up == nullptr) {
+        runner_up = &candidate;
+      }
+    }
+    if (runner_up != nullptr) {
+      out << Label("runner-up") << CandidateText(*runner_up) << ", explains the record "
+          << Digits(runner_up->margin, 3) << " worse (best "
+          << Digits(verdict.candidates[0].score, 3) << ", 1 explains all)\n";
+    }
+  }
+  if (!verdict.reason.empty()) {
+    out << Label("reason") << verdict.reason << '\n';
+  }
+}
+
+void AppendPath(std::ostringstream& out, const std::vector<core::PathStep>& path) {
+  std::string_view label = "path";
+  for (const core::PathStep& step : path) {
+    out << Label(label) << step.question << (step.answer ? " yes" : " no") << " ("
+        << Digits(step.value, 4) << ", limit " << Digits(step.threshold, 4) << ")";
+    if (!step.leads_to.empty()) {
+      out << " -> " << step.leads_to;
+    }
+    out << '\n';
+    label = "";
+  }
+}
+
+void AppendCalibration(std::ostringstream& out, const core::Diagnosis& diagnosis) {
+  if (diagnosis.calibration_refusal) {
+    out << Label("calibration") << "refused: " << diagnosis.calibration_refusal->message << '\n';
+  }
+  if (!diagnosis.calibration) {
+    return;
+  }
+  const core::Calibration& calibration = *diagnosis.calibration;
+  constexpr double kMilli = 1e3;
+  out << Label("calibrated") << "on " << Seconds(calibration.from_s) << " to "
+      << Seconds(calibration.to_s) << ": delay " << Digits(kMilli * calibration.delta_s, 3)
+      << " ms, Mc " << Digits(kMilli * calibration.mc_nm, 3) << " +- "
+      << Digits(kMilli * calibration.mc_sigma_nm, 1) << " mNm, noise "
+      << Digits(kMilli * calibration.um_noise_v, 3) << " mV, "
+      << Digits(calibration.thresholds.false_alarms_per_day, 3) << " false alarm a day\n";
+}
+
+void AppendFits(std::ostringstream& out, const std::vector<core::FitPercent>& fits) {
+  if (fits.empty()) {
+    return;
+  }
+  out << Label("fit");
+  std::string_view gap = "";
+  for (const core::FitPercent& fit : fits) {
+    out << gap << fit.model << ' ' << Digits(fit.percent, 4) << " %";
+    gap = ", ";
+  }
+  out << '\n';
+}
+
+}  // namespace
+
+std::string ToText(const core::Diagnosis& diagnosis, const std::string& name) {
+  std::ostringstream out;
+  const core::Verdict& verdict = diagnosis.verdict;
+  std::string kind(core::Name(verdict.kind));
+  for (char& letter : kind) {
+    letter = letter == '_' ? ' ' : letter;
+  }
+  out << name << ": " << kind << '\n';
+  AppendVerdict(out, verdict);
+  if (diagnosis.episodes.size() > 1) {
+    out << Label("episodes") << diagnosis.episodes.size() << ", the last one is shown above\n";
+    for (const core::FaultEpisode& episode : diagnosis.episodes) {
+      out << Label("") << Seconds(episode.verdict.detected_at_s.value_or(0.0)) << ": "
+          << core::Name(episode.verdict.kind) << ' ' << Joined(episode.verdict.group);
+      if (episode.ended_at_s) {
+        out << ", until " << Seconds(*episode.ended_at_s);
+      }
+      out << '\n';
+    }
+  }
+  AppendPath(out, verdict.path.empty() ? diagnosis.paper.path : verdict.path);
+  AppendCalibration(out, diagnosis);
+  AppendFits(out, diagnosis.fit_percent);
+  return out.str();
+}
+
+}  // namespace faultlab::server
