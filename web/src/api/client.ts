@@ -1,0 +1,81 @@
+import type { Diagnosis, Me, Page, Problem, Recording, Rig, Run, RunRequest } from "./types";
+
+/** A refusal by the server, in its own words (RFC 9457). */
+export class ApiError extends Error {
+  constructor(
+    readonly status: number,
+    readonly problem: Partial<Problem>,
+  ) {
+    super(problem.detail ?? problem.title ?? `HTTP ${status}`);
+    this.name = "ApiError";
+  }
+}
+
+const base = "/api/v1";
+
+async function request(path: string, init: RequestInit = {}): Promise<Response> {
+  const response = await fetch(base + path, { credentials: "same-origin", ...init });
+  if (response.ok) return response;
+  const text = await response.text();
+  let problem: Partial<Problem> = { title: response.statusText };
+  try {
+    problem = JSON.parse(text) as Problem;
+  } catch {
+    if (text) problem.detail = text.slice(0, 300);
+  }
+  throw new ApiError(response.status, problem);
+}
+
+export async function get<T>(path: string, signal?: AbortSignal): Promise<T> {
+  return (await request(path, { signal })).json() as Promise<T>;
+}
+
+export async function send<T>(
+  method: "POST" | "PUT" | "PATCH" | "DELETE",
+  path: string,
+  body?: unknown,
+  headers: Record<string, string> = {},
+): Promise<T> {
+  const init: RequestInit = { method, headers };
+  if (body !== undefined) {
+    init.body = JSON.stringify(body);
+    init.headers = { "Content-Type": "application/json", ...headers };
+  }
+  const text = await (await request(path, init)).text();
+  return (text ? JSON.parse(text) : {}) as T;
+}
+
+const id = encodeURIComponent;
+
+export const api = {
+  me: () => get<Me>("/auth/me"),
+  rigs: async () => (await get<Page<Rig>>("/rigs")).items,
+
+  startRun: (plan: RunRequest) => send<Run>("POST", "/runs", plan),
+  runs: (cursor?: string, limit = 30) =>
+    get<Page<Run>>(`/runs?limit=${limit}${cursor ? `&cursor=${id(cursor)}` : ""}`),
+  run: (run: string) => get<Run>(`/runs/${id(run)}`),
+  stopRun: (run: string) => send<unknown>("POST", `/runs/${id(run)}/stop`),
+  streamToken: (run: string) =>
+    send<{ code: string; expires_in_s: number }>("POST", `/runs/${id(run)}/stream-token`),
+  diagnosis: (run: string) => get<Diagnosis>(`/runs/${id(run)}/diagnosis`),
+  figure: <T>(run: string, figure: string) => get<T>(`/runs/${id(run)}/figures/${figure}`),
+  /** The binary frames of a recorded run, each preceded by its length (see stream/frame). */
+  frames: (run: string, from = 0, signal?: AbortSignal) =>
+    request(`/runs/${id(run)}/frames?from=${from}`, { signal }),
+
+  recordings: async () => (await get<Page<Recording>>("/recordings")).items,
+  uploadRecording: async (csv: Blob, name: string) => {
+    const response = await request(`/recordings?name=${id(name)}`, {
+      method: "POST",
+      body: csv,
+      headers: { "Content-Type": "text/csv" },
+    });
+    return (await response.json()) as Recording;
+  },
+};
+
+export const exportUrl = (run: string, format: "csv" | "mat" | "json") =>
+  `${base}/runs/${id(run)}/export.${format}`;
+export const plotUrl = (run: string, figure: string, scale: 1 | 2) =>
+  `${base}/runs/${id(run)}/plots/${figure}.png?scale=${scale}`;

@@ -1,0 +1,65 @@
+/** What the page needs of a chart, whoever draws it. */
+
+export interface TraceStyle {
+  label: string;
+  color: string;
+  dash?: number[];
+  /** Hold the value until the next sample, as a converter does. */
+  stepped?: boolean;
+}
+
+export interface Marker {
+  kind: "fault" | "detected" | "isolated" | "planned" | "cursorA" | "cursorB" | "trip";
+  timeS: number;
+  label: string;
+}
+
+/** What lies behind and over the traces. */
+export interface Decoration {
+  markers: Marker[];
+  /** Horizontal lines: the nominal parameter. */
+  levels: number[];
+  /** Where a healthy estimate stays. */
+  band: [number, number] | null;
+  /** Time in which the estimators still hold samples from before the fault. */
+  settling: [number, number] | null;
+  /** Times without samples. */
+  gaps: [number, number][];
+  /** Shaded to the right of the newest sample: not yet measured. */
+  labels: boolean;
+}
+
+export interface ChartColors {
+  text: string;
+  grid: string;
+  surface: string;
+  fault: string;
+  detect: string;
+  nominal: string;
+  band: string;
+  settle: string;
+  gap: string;
+}
+
+export interface ChartOptions {
+  traces: TraceStyle[];
+  colors: ChartColors;
+  fonts: { axis: string; label: string };
+  /** Pointer moved over the chart: run time under it, null when it left. */
+  onHover?: (timeS: number | null) => void;
+  /** A time span was dragged out. */
+  onSelect?: (fromS: number, toS: number) => void;
+  /** A click without drag. */
+  onPick?: (timeS: number) => void;
+}
+
+export type Columns = [Float64Array, ...Float32Array[]];
+
+export interface ChartPort {
+  resize(width: number, height: number): void;
+  /** Draws `columns` (time first) in the given ranges. */
+  draw(columns: Columns, x: [number, number], y: [number, number], decoration: Decoration): void;
+  destroy(): void;
+}
+
+export type ChartFactory = (host: HTMLElement, options: ChartOptions) => ChartPort;

@@ -1,0 +1,41 @@
+/** A range that ends on round numbers and leaves a little air around [low, high]. */
+export function niceRange(low: number, high: number): [number, number] {
+  const span = Math.max(high - low, Math.abs(high) * 1e-3, 1e-9);
+  const pad = span * 0.12;
+  const step = niceStep((span + 2 * pad) / 5);
+  return [Math.floor((low - pad) / step) * step, Math.ceil((high + pad) / step) * step];
+}
+
+function niceStep(rough: number): number {
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const digit = rough / power;
+  return power * (digit <= 1 ? 1 : digit <= 2 ? 2 : digit <= 2.5 ? 2.5 : digit <= 5 ? 5 : 10);
+}
+
+/** Lowest and highest of the central `share` of the finite values in `columns`[from, to). */
+export function spread(
+  columns: Float32Array[],
+  from: number,
+  to: number,
+  share = 0.98,
+): [number, number] | null {
+  const values: number[] = [];
+  const step = Math.max(1, Math.floor((to - from) / 2000));
+  for (const column of columns) {
+    for (let slot = from; slot < to; slot += step) {
+      const value = column[slot] as number;
+      if (Number.isFinite(value)) values.push(value);
+    }
+  }
+  if (values.length === 0) return null;
+  values.sort((a, b) => a - b);
+  const tail = (1 - share) / 2;
+  const at = (p: number) => values[Math.round(p * (values.length - 1))] as number;
+  return [at(tail), at(1 - tail)];
+}
+
+/** Grows `range` to hold [low, high]; a range never shrinks by itself. */
+export function grown(range: [number, number], low: number, high: number): [number, number] {
+  if (low >= range[0] && high <= range[1]) return range;
+  return niceRange(Math.min(range[0], low), Math.max(range[1], high));
+}

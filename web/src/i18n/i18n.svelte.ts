@@ -1,0 +1,52 @@
+import { toCyrillic } from "./cyrillic";
+import { type Catalogue, en, type Key } from "./en";
+
+export type Locale = "en" | "sr-Latn" | "sr-Cyrl";
+export const LOCALES: Record<Locale, string> = {
+  en: "English",
+  "sr-Latn": "Srpski",
+  "sr-Cyrl": "Српски",
+};
+const KEY = "faultlab.locale";
+
+export async function loadCatalogue(locale: Locale): Promise<Catalogue> {
+  if (locale === "en") return en;
+  const { srLatn } = await import("./sr_latn");
+  const script = locale === "sr-Cyrl" ? toCyrillic : (text: string) => text;
+  // `back ticks` in the catalogue keep words out of the change of script
+  return Object.fromEntries(
+    Object.entries(srLatn).map(([key, text]) => [key, script(text).replaceAll("`", "")]),
+  ) as Catalogue;
+}
+
+class I18n {
+  locale = $state<Locale>("en");
+  private catalogue = $state.raw<Catalogue>(en);
+
+  async start(): Promise<void> {
+    const stored = localStorage.getItem(KEY);
+    if (stored && stored in LOCALES) await this.set(stored as Locale);
+  }
+
+  async set(locale: Locale): Promise<void> {
+    this.catalogue = await loadCatalogue(locale);
+    this.locale = locale;
+    localStorage.setItem(KEY, locale);
+    document.documentElement.lang = locale;
+  }
+
+  text(key: Key): string {
+    return this.catalogue[key];
+  }
+}
+
+export const i18n = new I18n();
+
+/** The text of `key` in the language in force, with {name} replaced. */
+export function t(key: Key, values: Record<string, string | number> = {}): string {
+  return fill(i18n.text(key), values);
+}
+
+export function fill(text: string, values: Record<string, string | number>): string {
+  return text.replace(/\{(\w+)\}/g, (whole, name: string) => String(values[name] ?? whole));
+}

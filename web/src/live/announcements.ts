@@ -1,0 +1,33 @@
+import type { Diagnosis, RunEvent } from "../api/types";
+import { t } from "../i18n/i18n.svelte";
+import { formatQuantity } from "../plant/quantity";
+
+/** What is said aloud about an event, if anything. */
+export function announcementOf(
+  event: RunEvent,
+  verdict: Diagnosis | null,
+  period: number,
+): string | null {
+  const component = event.component ?? "";
+  const time = (event.index * period).toFixed(2);
+  const value =
+    event.component && event.value !== undefined
+      ? formatQuantity(event.component, event.value)
+      : "";
+  switch (event.kind) {
+    case "started":
+      return t("say_started");
+    case "relay_confirmed":
+      return t("say_confirmed", { component, value, time });
+    case "refused":
+      return t("say_refused", { component, reason: event.text ?? "" });
+    case "detected":
+      return t("say_detected", { time });
+    case "isolated":
+      return t("say_isolated", { component: component || (verdict?.group ?? []).join(", "), time });
+    case "trip":
+      return t("say_trip", { reason: event.text ?? "" });
+    default:
+      return null;
+  }
+}

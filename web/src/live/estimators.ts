@@ -1,0 +1,73 @@
+import type { EstimatorName } from "../api/types";
+
+export type Family = "swa" | "sia";
+
+export interface EstimatorShape {
+  name: EstimatorName;
+  family: Family;
+  /** First of its three columns among the stream's channels. */
+  column: number;
+  window: number; // K
+  integral: number; // m, 0 for SWA
+  /** Seconds until no sample from before a change is left in the window. */
+  settleS: number;
+}
+
+const PERIOD_S = 0.01;
+
+function swa(window: number, column: number): EstimatorShape {
+  return {
+    name: `swa_${window}` as EstimatorName,
+    family: "swa",
+    column,
+    window,
+    integral: 0,
+    settleS: (window - 1) * PERIOD_S,
+  };
+}
+
+function sia(window: number, integral: number, column: number): EstimatorShape {
+  return {
+    name: `sia_${window}_${integral}` as EstimatorName,
+    family: "sia",
+    column,
+    window,
+    integral,
+    settleS: (window + integral - 1) * PERIOD_S,
+  };
+}
+
+export const ESTIMATORS: EstimatorShape[] = [
+  swa(50, 5),
+  swa(100, 8),
+  swa(200, 11),
+  sia(20, 5, 14),
+  sia(100, 20, 17),
+  sia(500, 20, 20),
+];
+
+export const PARAMETERS: Record<Family, [string, string, string]> = {
+  swa: ["b0d", "b1d", "a1d"],
+  sia: ["b0", "b1", "a1"],
+};
+
+export function ofFamily(family: Family): EstimatorShape[] {
+  return ESTIMATORS.filter((estimator) => estimator.family === family);
+}
+
+export function windowLabel(estimator: EstimatorShape): string {
+  return estimator.family === "swa"
+    ? `K=${estimator.window}`
+    : `(${estimator.window},${estimator.integral})`;
+}
+
+/** The one that tables and bands use: the paper's best, K = 100, if shown, else the first shown. */
+export function primaryOf(family: Family, shown: Set<EstimatorName>): EstimatorShape {
+  const all = ofFamily(family);
+  const visible = all.filter((estimator) => shown.has(estimator.name));
+  return (
+    visible.find((estimator) => estimator.window === 100) ??
+    visible[0] ??
+    (all[1] as EstimatorShape)
+  );
+}

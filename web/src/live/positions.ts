@@ -1,0 +1,68 @@
+import type { Component, Position, RunEvent } from "../api/types";
+import { NOMINAL, sameValue } from "../plant/components";
+
+export type SettingState = "nominal" | "planned" | "commanded" | "confirmed" | "refused";
+
+/** What is known of one component's setting: where the rig says it is, and what was asked of it. */
+export interface Setting {
+  actual: number;
+  asked: number | null;
+  state: SettingState;
+  reason: string;
+  /** Run time of the confirmation or refusal. */
+  atS: number | null;
+}
+
+export type Settings = Partial<Record<Component, Setting>>;
+
+export function settingAt(component: Component, value: number): Setting {
+  const state = sameValue(value, NOMINAL[component]) ? "nominal" : "confirmed";
+  return { actual: value, asked: null, state, reason: "", atS: null };
+}
+
+export function settingsFrom(positions: Partial<Record<Component, Position>>): Settings {
+  const settings: Settings = {};
+  for (const [name, position] of Object.entries(positions)) {
+    const component = name as Component;
+    settings[component] = settingAt(component, position.value);
+  }
+  return settings;
+}
+
+/** The user asked for `value`: hollow until the rig answers. */
+export function asked(settings: Settings, component: Component, value: number): Settings {
+  const before = settings[component] ?? settingAt(component, NOMINAL[component]);
+  return {
+    ...settings,
+    [component]: { ...before, asked: value, state: "commanded", reason: "" },
+  };
+}
+
+export function refused(settings: Settings, component: Component, reason: string): Settings {
+  const before = settings[component] ?? settingAt(component, NOMINAL[component]);
+  return { ...settings, [component]: { ...before, asked: null, state: "refused", reason } };
+}
+
+/** What an event of the rig says about the settings. The rig's word alone makes one "confirmed". */
+export function applied(settings: Settings, event: RunEvent, period: number): Settings {
+  const { component, value } = event;
+  if (!component) return settings;
+  if (event.kind === "refused") {
+    return refused(settings, component, event.text ?? "");
+  }
+  if (value === undefined) return settings;
+  if (event.kind === "fault_commanded") return asked(settings, component, value);
+  if (event.kind === "relay_confirmed" || event.kind === "returned") {
+    const setting = settingAt(component, value);
+    setting.atS = event.t_s ?? event.index * period;
+    return { ...settings, [component]: setting };
+  }
+  return settings;
+}
+
+export function faultyComponents(settings: Settings): Component[] {
+  return (Object.keys(settings) as Component[]).filter((component) => {
+    const setting = settings[component] as Setting;
+    return !sameValue(setting.asked ?? setting.actual, NOMINAL[component]);
+  });
+}

@@ -1,0 +1,97 @@
+export interface Actions {
+  pause(): void;
+  pan(share: number): void;
+  zoom(factor: number): void;
+  live(): void;
+  fit(): void;
+  nominal(): void;
+  stop(): void;
+  marker(): void;
+  table(): void;
+  cursor(which: "A" | "B"): void;
+  help(): void;
+}
+
+const KEY = "faultlab.shortcuts";
+
+/** Single-key shortcuts can be switched off (WCAG 2.1.4); Esc always stops. */
+export const shortcutPreference = {
+  get on(): boolean {
+    return localStorage.getItem(KEY) !== "off";
+  },
+  set on(value: boolean) {
+    localStorage.setItem(KEY, value ? "on" : "off");
+  },
+};
+
+const TEXT = 'input:not([type="range"], [type="checkbox"], [type="radio"]), textarea, select';
+const ARROWS = 'input[type="range"], [role="slider"], .scroll-x';
+const PRESSABLE = "button, a[href], summary, input";
+
+/** Listens for the keys of the live page; the answer stops listening. */
+export function shortcuts(actions: Actions): () => void {
+  const onKey = (event: KeyboardEvent) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
+    const target = event.target as Element;
+    if (document.querySelector("dialog[open]")) return;
+    if (event.key === "Escape") {
+      if (target.closest("details[open]")) return;
+      actions.stop();
+      return;
+    }
+    if (!shortcutPreference.on || target.closest(TEXT)) return;
+    const done = act(event.key, target, actions);
+    if (done) event.preventDefault();
+  };
+  addEventListener("keydown", onKey);
+  return () => removeEventListener("keydown", onKey);
+}
+
+function act(key: string, target: Element, actions: Actions): boolean {
+  const onSlider = target.closest(ARROWS) !== null;
+  if (key === " ") {
+    if (target.closest(PRESSABLE)) return false;
+    actions.pause();
+  } else if (key === "ArrowLeft" || key === "ArrowRight") {
+    if (onSlider) return false;
+    actions.pan(key === "ArrowLeft" ? -0.1 : 0.1);
+  } else if (key === "ArrowUp" || key === "ArrowDown") {
+    return zoomKey(key, onSlider, actions);
+  } else if (key === "+" || key === "=") actions.zoom(0.5);
+  else if (key === "-") actions.zoom(2);
+  else if (key === "0") actions.nominal();
+  else if (key === "?") actions.help();
+  else {
+    switch (key.toLowerCase()) {
+      case "l":
+        actions.live();
+        break;
+      case "f":
+        actions.fit();
+        break;
+      case "m":
+        actions.marker();
+        break;
+      case "t":
+        actions.table();
+        break;
+      case "a":
+        actions.cursor("A");
+        break;
+      case "b":
+        actions.cursor("B");
+        break;
+      default:
+        return false;
+    }
+  }
+  return true;
+}
+
+function zoomKey(key: string, onSlider: boolean, actions: Actions): boolean {
+  // Up and down scroll the page where it is longer than the screen.
+  const scrolls = document.documentElement.scrollHeight > innerHeight + 4;
+  if (onSlider || scrolls) return false;
+  actions.zoom(key === "ArrowUp" ? 0.5 : 2);
+  return true;
+}

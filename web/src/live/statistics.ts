@@ -1,0 +1,42 @@
+import type { Slide } from "../stream/slide";
+
+export interface Moments {
+  mean: number;
+  deviation: number;
+  count: number;
+}
+
+/** Mean and standard deviation of a channel over run time [from, to), NaN left out. */
+export function moments(slide: Slide, channel: number, fromS: number, toS: number): Moments | null {
+  const first = Math.max(slide.first, Math.ceil(fromS / slide.period - 1e-9));
+  const last = Math.min(slide.end, Math.ceil(toS / slide.period - 1e-9));
+  let count = 0;
+  let mean = 0;
+  let squares = 0;
+  for (let index = first; index < last; index++) {
+    const value = slide.value(channel, index);
+    if (!Number.isFinite(value)) continue;
+    count++;
+    const step = value - mean;
+    mean += step / count;
+    squares += step * (value - mean);
+  }
+  if (count === 0) return null;
+  return { mean, deviation: count > 1 ? Math.sqrt(squares / (count - 1)) : 0, count };
+}
+
+/** Spans of run time without samples. */
+export function gapSpans(slide: Slide): [number, number][] {
+  const spans: [number, number][] = [];
+  if (slide.missing === 0) return spans;
+  let from = -1;
+  for (let index = slide.first; index <= slide.end; index++) {
+    const missing = index < slide.end && slide.isMissing(slide.slot(index));
+    if (missing && from < 0) from = index;
+    if (!missing && from >= 0) {
+      spans.push([(from - 1) * slide.period, index * slide.period]);
+      from = -1;
+    }
+  }
+  return spans;
+}

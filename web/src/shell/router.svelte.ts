@@ -1,0 +1,34 @@
+/** Where the page is: a path, and whoever shows it. History API, no library. */
+class Router {
+  path = $state(location.pathname);
+  query = $state(new URLSearchParams(location.search));
+
+  start(): void {
+    addEventListener("popstate", () => this.read());
+    document.addEventListener("click", (event) => {
+      if (event.defaultPrevented || event.button !== 0) return;
+      if (event.metaKey || event.ctrlKey || event.shiftKey || event.altKey) return;
+      const anchor = (event.target as Element | null)?.closest?.("a[href]");
+      if (!(anchor instanceof HTMLAnchorElement)) return;
+      if (anchor.target || anchor.hasAttribute("download")) return;
+      if (anchor.origin !== location.origin || anchor.pathname.startsWith("/api/")) return;
+      if (anchor.hash && anchor.pathname === location.pathname) return;
+      event.preventDefault();
+      this.go(anchor.pathname + anchor.search);
+    });
+  }
+
+  go(path: string, replace = false): void {
+    if (replace) history.replaceState(null, "", path);
+    else history.pushState(null, "", path);
+    this.read();
+    scrollTo(0, 0);
+  }
+
+  private read(): void {
+    this.path = location.pathname;
+    this.query = new URLSearchParams(location.search);
+  }
+}
+
+export const router = new Router();

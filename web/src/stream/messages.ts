@@ -1,0 +1,59 @@
+import type {
+  Component,
+  Diagnosis,
+  EstimatorName,
+  Position,
+  RunEvent,
+  RunPlan,
+  RunState,
+} from "../api/types";
+
+/** JSON messages of /ws. */
+export interface Hello {
+  type: "hello";
+  run: string;
+  state: RunState;
+  epoch: number;
+  first_index: number;
+  next_index: number;
+  rate_hz: number;
+  channels: string[];
+  estimators: EstimatorName[];
+  nominal: { swa: number[]; sia: number[] };
+  plan: RunPlan;
+  positions: Partial<Record<Component, Position>>;
+  can_command: boolean;
+  events: RunEvent[];
+  verdict: Diagnosis | null;
+}
+
+export interface Readout {
+  name: EstimatorName;
+  theta: (number | null)[];
+  sigma: (number | null)[];
+  condition: number | null;
+  status: string;
+  age: number;
+}
+
+export type ServerMessage =
+  | Hello
+  | ({ type: "event" } & RunEvent)
+  | ({ type: "verdict" } & Diagnosis)
+  | { type: "readout"; index: number; estimators: Readout[] }
+  | { type: "ack"; id: number; ok: boolean; error?: { code: string; message: string } }
+  | { type: "pong"; t: number; server_t: number }
+  | { type: "error"; message: string }
+  | { type: "end"; state: RunState };
+
+export type ClientMessage =
+  | {
+      type: "command";
+      epoch: number;
+      id: number;
+      action: "set" | "nominal" | "stop";
+      component?: Component;
+      value?: number;
+    }
+  | { type: "ping"; t: number }
+  | { type: "resume"; since: number };

@@ -1,0 +1,44 @@
+/** Frames wait this long before they are drawn, so that jitter on the way does not show. */
+export const PLAYOUT_DELAY_S = 0.1;
+const FORGET_PER_S = 0.002;
+
+/**
+ * Run time as the charts show it: the server's clock less the playout delay.
+ * The offset between the clocks is that of the quickest frame seen, forgotten slowly (2 ms a second),
+ * so that one early frame does not fix it for ever.
+ */
+export class PlayoutClock {
+  private offset = Number.NaN;
+  private observedAt = 0;
+  private frozenAt = Number.NaN;
+
+  /** A frame sent at run time `serverTime` arrived at local time `now` (seconds). */
+  observe(serverTime: number, now: number): void {
+    const offset = serverTime - now;
+    const held = this.offset - FORGET_PER_S * (now - this.observedAt);
+    this.offset = Number.isNaN(this.offset) || offset > held ? offset : held;
+    this.observedAt = now;
+    this.frozenAt = Number.NaN;
+  }
+
+  /** The run ended: time stands at its last sample. */
+  freeze(runTime: number): void {
+    this.frozenAt = runTime;
+  }
+
+  get started(): boolean {
+    return !Number.isNaN(this.offset) || !Number.isNaN(this.frozenAt);
+  }
+
+  /** Run time to draw up to, at local time `now`. */
+  time(now: number): number {
+    if (!Number.isNaN(this.frozenAt)) return this.frozenAt;
+    return Number.isNaN(this.offset) ? 0 : now + this.offset - PLAYOUT_DELAY_S;
+  }
+
+  /** Run time at the rig, without the playout delay. */
+  rigTime(now: number): number {
+    if (!Number.isNaN(this.frozenAt)) return this.frozenAt;
+    return Number.isNaN(this.offset) ? 0 : now + this.offset;
+  }
+}

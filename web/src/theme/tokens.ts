@@ -1,0 +1,111 @@
+/**
+ * Every colour of the page, once: CSS gets them as custom properties, the charts read them here, and
+ * a unit test holds their contrast (text >= 4.5:1, lines >= 3:1 on their surface).
+ * Trace colours are Okabe and Ito's, darkened or lightened where a theme needs it.
+ */
+export interface Tokens {
+  page: string;
+  surface: string;
+  raised: string;
+  border: string;
+  control: string;
+  text: string;
+  muted: string;
+  accent: string;
+  onAccent: string;
+  danger: string;
+  onDanger: string;
+  good: string;
+  warn: string;
+  fault: string;
+  detect: string;
+  grid: string;
+  nominal: string;
+  band: string;
+  settle: string;
+  gap: string;
+  uc: string;
+  um: string;
+  ua: string;
+  ia: string;
+  n: string;
+  short: string;
+  medium: string;
+  long: string;
+}
+
+export const light: Tokens = {
+  page: "#eef1f4",
+  surface: "#ffffff",
+  raised: "#f6f8fa",
+  border: "#d3dae1",
+  control: "#7b8794",
+  text: "#14202b",
+  muted: "#52606d",
+  accent: "#005a8f",
+  onAccent: "#ffffff",
+  danger: "#a8071a",
+  onDanger: "#ffffff",
+  good: "#0a6b3d",
+  warn: "#8a5300",
+  fault: "#b3001b",
+  detect: "#005a8f",
+  grid: "#e6eaee",
+  nominal: "#3a4652",
+  band: "rgba(0, 114, 178, 0.13)",
+  settle: "rgba(230, 159, 0, 0.17)",
+  gap: "rgba(90, 100, 110, 0.25)",
+  uc: "#0072b2",
+  um: "#d55e00",
+  ua: "#008a64",
+  ia: "#aa4499",
+  n: "#1f7fb8",
+  short: "#008a64",
+  medium: "#0063b0",
+  long: "#b0339a",
+};
+
+export const dark: Tokens = {
+  page: "#0d1319",
+  surface: "#151d25",
+  raised: "#1c2630",
+  border: "#2c3945",
+  control: "#7f8e9d",
+  text: "#e8eef4",
+  muted: "#a3b1be",
+  accent: "#6cc0f5",
+  onAccent: "#06202f",
+  danger: "#ff8087",
+  onDanger: "#2b0206",
+  good: "#5bd697",
+  warn: "#f2b84b",
+  fault: "#ff7078",
+  detect: "#7cc9f8",
+  grid: "#23303b",
+  nominal: "#c3ced8",
+  band: "rgba(86, 180, 233, 0.16)",
+  settle: "rgba(240, 190, 70, 0.15)",
+  gap: "rgba(160, 175, 190, 0.22)",
+  uc: "#56b4e9",
+  um: "#ff9a52",
+  ua: "#2fc796",
+  ia: "#e08ad2",
+  n: "#7cc7f2",
+  short: "#2fc796",
+  medium: "#63b3ff",
+  long: "#f08ce0",
+};
+
+/** WCAG relative luminance of "#rrggbb". */
+function luminance(hex: string): number {
+  const channel = (at: number) => {
+    const c = Number.parseInt(hex.slice(at, at + 2), 16) / 255;
+    return c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
+  };
+  return 0.2126 * channel(1) + 0.7152 * channel(3) + 0.0722 * channel(5);
+}
+
+export function contrast(a: string, b: string): number {
+  const [low, high] = [luminance(a), luminance(b)].sort((x, y) => x - y) as [number, number];
+  return (high + 0.05) / (low + 0.05);
+}

@@ -1,0 +1,92 @@
+import { describe, expect, it } from "vitest";
+import { CHANNELS, decodeFrame, encodeFrame, FrameError } from "../src/stream/frame";
+import { FrameReader } from "../src/stream/frame_reader";
+import { block, random } from "./support/blocks";
+
+describe("frame decoder", () => {
+  it("reads what the encoder wrote, at any alignment", () => {
+    const written = block(1234, 5, (channel, index) => channel * 1000 + index);
+    const bytes = new Uint8Array(encodeFrame(written));
+    for (let shift = 0; shift < 4; shift++) {
+      const padded = new Uint8Array(bytes.length + shift);
+      padded.set(bytes, shift);
+      const read = decodeFrame(padded.buffer, shift);
+      expect(read.firstIndex).toBe(1234);
+      expect(read.count).toBe(5);
+      expect(read.serverTime).toBe(written.serverTime);
+      expect([...read.values]).toEqual([...written.values]);
+      expect([...read.status]).toEqual([...written.status]);
+    }
+  });
+
+  it("is 516 bytes for five samples, as the contract says", () => {
+    expect(encodeFrame(block(0, 5, () => 0)).byteLength).toBe(16 + 5 * CHANNELS * 4 + 5 * 8);
+  });
+
+  it("refuses every truncation of a frame and every extension", () => {
+    const bytes = encodeFrame(block(0, 3, () => 1));
+    for (let length = 0; length < bytes.byteLength; length++) {
+      expect(() => decodeFrame(bytes.slice(0, length))).toThrow(FrameError);
+    }
+    const longer = new Uint8Array(bytes.byteLength + 1);
+    longer.set(new Uint8Array(bytes));
+    expect(() => decodeFrame(longer.buffer)).toThrow(FrameError);
+  });
+
+  it("refuses or reads random bytes, and never breaks otherwise", () => {
+    const next = random(7);
+    for (let round = 0; round < 3000; round++) {
+      const bytes = new Uint8Array(Math.floor(next() * 300));
+      for (let at = 0; at < bytes.length; at++) bytes[at] = Math.floor(next() * 256);
+      if (round % 2 === 0 && bytes.length > 4) bytes.set([1, 1, Math.floor(next() * 4), 0]);
+      try {
+        const read = decodeFrame(bytes.buffer);
+        expect(read.values.length).toBe(read.count * CHANNELS);
+      } catch (error) {
+        expect(error).toBeInstanceOf(FrameError);
+      }
+    }
+  });
+});
+
+describe("frame reader", () => {
+  function recorded(frames: ArrayBuffer[]): Uint8Array {
+    const parts = frames.flatMap((frame) => {
+      const length = new Uint8Array(4);
+      new DataView(length.buffer).setUint32(0, frame.byteLength, true);
+      return [length, new Uint8Array(frame)];
+    });
+    const all = new Uint8Array(parts.reduce((sum, part) => sum + part.length, 0));
+    let at = 0;
+    for (const part of parts) {
+      all.set(part, at);
+      at += part.length;
+    }
+    return all;
+  }
+
+  it("finds the same frames however the bytes are cut", () => {
+    const frames = [0, 5, 10].map((first) => encodeFrame(block(first, 5, (c, i) => c + i)));
+    const bytes = recorded(frames);
+    for (const size of [1, 3, 7, 100, 517, 4096]) {
+      const reader = new FrameReader();
+      const firsts: number[] = [];
+      for (let at = 0; at < bytes.length; at += size) {
+        reader.push(bytes.slice(at, at + size), (read) => firsts.push(read.firstIndex));
+      }
+      reader.end();
+      expect(firsts).toEqual([0, 5, 10]);
+    }
+  });
+
+  it("says when the bytes end inside a frame", () => {
+    const reader = new FrameReader();
+    reader.push(recorded([encodeFrame(block(0, 5, () => 0))]).slice(0, -1), () => {});
+    expect(() => reader.end()).toThrow(FrameError);
+  });
+
+  it("refuses an absurd length instead of waiting for it", () => {
+    const reader = new FrameReader();
+    expect(() => reader.push(new Uint8Array([0, 0, 0, 255]), () => {})).toThrow(FrameError);
+  });
+});
