@@ -1,0 +1,59 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/types/result.h"
+#include "hardware/rig.h"
+
+namespace faultlab::hardware {
+
+/// How well we hear a far rig.
+enum class LinkState {
+  kBack,  ///< heard within the last 500 ms
+  kLate,  ///< silent for more than 500 ms
+  kLost,  ///< silent for more than 2 s
+};
+std::string_view Name(LinkState state);  ///< "back", "late", "lost"
+
+/// What a far rig says about itself, and we about the way to it.
+struct RemoteRigInfo {
+  RigDescription description;
+  RigKind behind = RigKind::kBench;  ///< what the agent drives: bench or simulated
+  RigState state = RigState::kOffline;
+  LinkState link = LinkState::kLost;
+  std::string health;  ///< empty = well; else the trip or what else is wrong
+  std::string holder;  ///< who leases it, empty = nobody
+  bool held_by_us = false;
+  bool key_known = false;                ///< without its key we only watch
+  std::string calibration;               ///< date and version, as the agent has it
+  std::optional<double> clock_offset_s;  ///< agent's unix time minus ours, while we lease it
+  double round_trip_s = 0.0;
+  std::int64_t gaps_refilled = 0;  ///< messages of runs that came by refill
+  LoopQuality loop;                ///< of the agent's loop
+};
+
+struct RigFinderOptions {
+  std::string lcm_url;
+  std::string key_directory;  ///< ID.key files; empty: $HOME/.faultlab/keys
+  std::string server_name;    ///< shown to other servers as the holder
+};
+
+/// Finds the agents on a bus by itself and makes a Rig of each. Thread-safe; own thread.
+class RigFinder {
+ public:
+  virtual ~RigFinder() = default;
+  /// Every rig ever heard, by id.
+  virtual std::vector<RemoteRigInfo> List() const = 0;
+  /// A Rig (kind kRemote) like any other: Arm leases it, the end of the object gives it back.
+  /// Null for an id never heard. The same object for the same id.
+  virtual std::shared_ptr<Rig> Find(const std::string& id) = 0;
+};
+
+/// kUnavailable when the bus does not open.
+core::Result<std::unique_ptr<RigFinder>> OpenRigFinder(const RigFinderOptions& options);
+
+}  // namespace faultlab::hardware
