@@ -20,8 +20,11 @@ struct RemoteRigConfig {
 struct Config {
   std::string listen = "127.0.0.1:8080";
   std::string data_dir = "data";
-  std::string database_url;  ///< "postgresql://.."; empty: SQLite in data_dir
-  std::vector<std::string> allowed_hosts;
+  std::string database_url;                ///< "postgresql://.."; empty: SQLite in data_dir
+  std::string server_id = "local";         ///< of the servers that share one database
+  std::vector<std::string> allowed_hosts;  ///< names a Host header may carry; see HttpServerOptions
+  /// From where the experiment may be used without an account: loopback | everywhere | never.
+  std::string guests = "loopback";
   std::string log_level = "info";
 
   int sim_rigs = 4;

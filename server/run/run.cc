@@ -71,6 +71,7 @@ Run::Run(RunServices services,
   state_.verdict = core::Name(pipeline_.verdict().kind);
   verdict_text_ = VerdictText(pipeline_.verdict());
   state_.diagnosis_json = verdict_text_;
+  if (services_.tap != nullptr) tap_ = services_.tap->Open(record.rig, id_, epoch_);
 }
 
 Run::~Run() {
@@ -187,7 +188,7 @@ void Run::OnSample(const core::Sample& sample) {
   if (rows_.empty()) rows_first_ = sample.index;
   rows_.push_back(MakeRow(frame));
   unsaved_samples_.push_back(sample);
-  if (services_.tap != nullptr) services_.tap->OnFrame(id_, frame);
+  if (tap_ != nullptr) tap_->OnFrame(frame);
   if (static_cast<int>(rows_.size()) >= rows_per_frame_) FlushRows();
   if (static_cast<int>(unsaved_samples_.size()) >= samples_per_chunk_) FlushRecording(false);
   if (pipeline_.verdict_version() != verdict_seen_) FollowVerdict();
@@ -256,7 +257,9 @@ void Run::OnRigEvent(const hardware::RigEvent& event) {
   } else if (event.kind == hardware::RigEventKind::kGap) {
     ++services_.counters->gaps;
   }
-  if (services_.tap != nullptr) services_.tap->OnEvent(id_, event);
+  if (tap_ != nullptr) {
+    tap_->OnEvent(event, static_cast<double>(event.index) * state_.period_s);
+  }
   AddEvent(MakeEvent(event, state_.period_s));
 }
 

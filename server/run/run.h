@@ -89,6 +89,7 @@ class Run {
   const int samples_per_chunk_;
 
   // Of the run's thread.
+  std::unique_ptr<RunTapStream> tap_;  ///< may be null
   std::vector<StreamRow> rows_;
   std::int64_t rows_first_ = 0;
   std::vector<core::Sample> unsaved_samples_;

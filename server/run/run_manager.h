@@ -20,13 +20,21 @@
 
 namespace faultlab::server {
 
-/// Publishes what a run sees to somebody besides the viewers (the LCM tap). Called on the run's
-/// thread: must not block.
+/// One run's way to somebody besides the viewers (the LCM tap). Called on the run's thread: must
+/// not block.
+class RunTapStream {
+ public:
+  virtual ~RunTapStream() = default;
+  virtual void OnFrame(const core::Frame& frame) = 0;
+  virtual void OnEvent(const hardware::RigEvent& event, double t_s) = 0;
+};
+
 class RunTap {
  public:
   virtual ~RunTap() = default;
-  virtual void OnFrame(std::string_view run, const core::Frame& frame) = 0;
-  virtual void OnEvent(std::string_view run, const hardware::RigEvent& event) = 0;
+  virtual std::unique_ptr<RunTapStream> Open(const std::string& rig,
+                                             const std::string& run,
+                                             hardware::Epoch epoch) = 0;
 };
 
 /// One experiment, validated and resolved.

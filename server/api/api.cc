@@ -1,0 +1,196 @@
+#include "server/api/api.h"
+
+#include <algorithm>
+#include <array>
+#include <boost/json.hpp>
+#include <charconv>
+#include <ctime>
+
+namespace faultlab::server {
+namespace {
+
+constexpr int kPageDefault = 50;
+constexpr int kPageMax = 200;
+
+HttpResponse Serve(ApiContext& api, const ApiRoute& route, const HttpRequest& http) {
+  Principal who;
+  if (route.guard != Guard::kOpen) {
+    const RequestCredentials credentials{
+        http.Header("Cookie"),
+        http.Header("Authorization"),
+        http.Header(kCsrfHeaderName),
+        http.Header("Origin"),
+        http.Header("Host"),
+        http.remote_address,
+        http.method != HttpMethod::kGet && http.method != HttpMethod::kHead};
+    auto principal = api.authenticator.Authenticate(credentials, api.clock.Wall());
+    if (!principal) return ProblemOf(principal.error());
+    who = std::move(principal).value();
+  }
+  if (route.guard == Guard::kRole) {
+    const core::Status allowed = Authorize(who, route.operation, Ownership::kNone);
+    if (!allowed.ok()) return ProblemOf(allowed.error());
+  }
+  const bool json_body = route.body_bytes_max == kJsonBodyBytesMax && !http.body.empty();
+  if (json_body && !http.Header("Content-Type").starts_with("application/json")) {
+    return Problem(415,
+                   "unsupported_media_type",
+                   "Unsupported media type",
+                   "Send the body as Content-Type: application/json.");
+  }
+  const core::Result<HttpResponse> answer = route.handler(api, {http, who});
+  return answer.ok() ? answer.value() : ProblemOf(answer.error());
+}
+
+}  // namespace
+
+void AddRoutes(Router& router, ApiContext& api, const std::vector<ApiRoute>& routes) {
+  for (const ApiRoute& route : routes) {
+    router.Add({route.method,
+                std::string(route.pattern),
+                route.guard == Guard::kOpen ? RunsOn::kInline : RunsOn::kPool,
+                route.body_bytes_max,
+                [&api, route](const HttpRequest& http) { return Serve(api, route, http); }});
+  }
+}
+
+UpgradeDecision DecideUpgrade(ApiContext& api, const HttpRequest& request) {
+  if (request.path != "/ws") {
+    return Problem(404, "not_found", "Not found", "WebSockets are at /ws.");
+  }
+  const auto code = request.Query("code");
+  auto grant = code ? api.tokens.Redeem(*code) : std::nullopt;
+  if (!grant) {
+    return Problem(403,
+                   "bad_code",
+                   "Code not accepted",
+                   "The code is unknown, used or older than 30 s; ask for a new stream token.",
+                   "code");
+  }
+  return [&api, grant = std::move(*grant)](UpgradedSocket socket) {
+    api.hub.Adopt(std::move(socket), grant.run, grant.can_command);
+  };
+}
+
+HttpResponse JsonResponse(const boost::json::value& value, int status) {
+  HttpResponse response;
+  response.status = status;
+  response.body = boost::json::serialize(value);
+  return response;
+}
+
+int HttpStatus(core::ErrorCode code) {
+  switch (code) {
+    case core::ErrorCode::kInvalid:
+      return 400;
+    case core::ErrorCode::kNotFound:
+      return 404;
+    case core::ErrorCode::kConflict:
+    case core::ErrorCode::kStale:
+      return 409;
+    case core::ErrorCode::kUnauthorized:
+      return 401;
+    case core::ErrorCode::kForbidden:
+      return 403;
+    case core::ErrorCode::kBusy:
+      return 503;
+    case core::ErrorCode::kTooLarge:
+      return 413;
+    case core::ErrorCode::kUnavailable:
+      return 503;
+  }
+  return 500;
+}
+
+HttpResponse ProblemOf(const core::Error& error) {
+  const int status = HttpStatus(error.code);
+  HttpResponse response =
+      Problem(status, Name(error.code), ReasonPhrase(status), error.message, error.field);
+  if (status == 503) response.headers.emplace_back("Retry-After", "2");
+  if (status == 401) response.headers.emplace_back("WWW-Authenticate", "Bearer");
+  return response;
+}
+
+std::string Iso8601(WallTime time) {
+  const std::int64_t milliseconds = time.time_since_epoch().count();
+  const std::time_t seconds = milliseconds / 1000;
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  std::array<char, 40> text;
+  const int size = std::snprintf(text.data(),
+                                 text.size(),
+                                 "%04d-%02d-%02dT%02d:%02d:%02d.%03dZ",
+                                 parts.tm_year + 1900,
+                                 parts.tm_mon + 1,
+                                 parts.tm_mday,
+                                 parts.tm_hour,
+                                 parts.tm_min,
+                                 parts.tm_sec,
+                                 static_cast<int>(milliseconds % 1000));
+  return {text.data(), static_cast<std::size_t>(size)};
+}
+
+HttpResponse Download(std::string bytes, std::string_view content_type, std::string file_name) {
+  for (char& c : file_name) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '-' || c == '_' || c == '.';
+    if (!plain) c = '_';
+  }
+  HttpResponse response;
+  response.content_type = content_type;
+  response.body = std::move(bytes);
+  response.headers.emplace_back("Content-Disposition",
+                                "attachment; filename=\"" + file_name + "\"");
+  return response;
+}
+
+core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
+                                        std::string_view name,
+                                        std::int64_t fallback,
+                                        std::int64_t lo,
+                                        std::int64_t hi) {
+  const auto text = request.Query(name);
+  if (!text) return fallback;
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), value);
+  if (error == std::errc() && end == text->data() + text->size() && value >= lo && value <= hi) {
+    return value;
+  }
+  return core::Error{core::ErrorCode::kInvalid,
+                     "'" + std::string(name) + "' must be a whole number from " +
+                         std::to_string(lo) + " to " + std::to_string(hi) + ".",
+                     std::string(name)};
+}
+
+core::Result<int> PageLimit(const HttpRequest& request) {
+  auto limit = QueryInteger(request, "limit", kPageDefault, 1, kPageMax);
+  if (!limit) return limit.error();
+  return static_cast<int>(limit.value());
+}
+
+core::Status OnlyQuery(const HttpRequest& request, std::initializer_list<std::string_view> known) {
+  for (const auto& [name, value] : request.QueryAll()) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    return core::Error{core::ErrorCode::kInvalid,
+                       "Unknown query parameter '" + name.substr(0, 64) + "'.",
+                       name.substr(0, 64)};
+  }
+  return core::Done{};
+}
+
+Ownership OwnershipOf(const Principal& who, std::string_view owner_key) {
+  return owner_key == who.owner_key() ? Ownership::kOwn : Ownership::kForeign;
+}
+
+core::Result<RunRecord> AuthorizedRun(ApiContext& api,
+                                      const ApiRequest& request,
+                                      Operation operation) {
+  auto record = api.store.Get(request.http.PathParameter("id"));
+  if (!record) return record.error();
+  const core::Status allowed =
+      Authorize(request.who, operation, OwnershipOf(request.who, record.value().owner));
+  if (!allowed.ok()) return allowed.error();
+  return record;
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/types/result.h"
+#include "server/auth/authenticator.h"
+#include "server/auth/authorization.h"
+#include "server/auth/principal.h"
+#include "server/clock.h"
+#include "server/net/http_server.h"
+#include "server/net/router.h"
+#include "server/run/rig_bay.h"
+#include "server/run/run_manager.h"
+#include "server/storage/recording_store.h"
+#include "server/stream/stream_hub.h"
+#include "server/stream/stream_tokens.h"
+
+namespace faultlab::server {
+
+/// What the endpoints work on. Outlives the HTTP server.
+struct ApiContext {
+  RunManager& runs;
+  RigBay& bay;
+  RecordingStore& store;
+  StreamHub& hub;
+  StreamTokens& tokens;
+  Authenticator& authenticator;
+  const Clock& clock;
+  double speed = 1.0;  ///< of simulated and replayed rigs
+  std::uint64_t default_seed = 1;
+  std::string_view openapi{};  ///< server/api/openapi.json, embedded
+  std::function<HttpCounters()> http_counters{};
+  std::function<core::Status()> database_check{};  ///< cheap: for /readyz
+  MonotonicTime started{};
+};
+
+struct ApiRequest {
+  const HttpRequest& http;
+  const Principal& who;
+};
+
+using ApiHandler = core::Result<HttpResponse> (*)(ApiContext&, const ApiRequest&);
+
+/// Who may call: everybody; whoever the matrix allows; or the handler asks about the object itself.
+enum class Guard { kOpen, kRole, kObject };
+
+struct ApiRoute {
+  HttpMethod method;
+  std::string_view pattern;
+  Operation operation;
+  Guard guard;
+  ApiHandler handler;
+  std::size_t body_bytes_max = 0;
+};
+
+/// The table of issue-2 endpoints: routes.cc. Later groups have a table of their own each.
+std::vector<ApiRoute> ExperimentRoutes();
+
+/// Puts a table into the router: authenticates, asks the matrix, turns refusals into problem+json.
+/// kOpen routes run on the network thread, the others on the pool.
+void AddRoutes(Router& router, ApiContext& api, const std::vector<ApiRoute>& routes);
+
+/// Decides about GET /ws?code=..
+UpgradeDecision DecideUpgrade(ApiContext& api, const HttpRequest& request);
+
+// For handlers.
+
+HttpResponse JsonResponse(const boost::json::value& value, int status = 200);
+HttpResponse ProblemOf(const core::Error& error);
+int HttpStatus(core::ErrorCode code);
+/// "2026-11-21T01:02:03.456Z"
+std::string Iso8601(WallTime time);
+/// A file to save: Content-Disposition with a safe name.
+HttpResponse Download(std::string bytes, std::string_view content_type, std::string file_name);
+/// ?limit=, 1..200, default 50.
+core::Result<int> PageLimit(const HttpRequest& request);
+/// A whole-number query parameter.
+core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
+                                        std::string_view name,
+                                        std::int64_t fallback,
+                                        std::int64_t lo,
+                                        std::int64_t hi);
+/// Refuses query parameters that are not in `known`, by name.
+core::Status OnlyQuery(const HttpRequest& request, std::initializer_list<std::string_view> known);
+
+Ownership OwnershipOf(const Principal& who, std::string_view owner_key);
+/// The run of the path's {id}, if `who` may do `operation` on it.
+core::Result<RunRecord> AuthorizedRun(ApiContext& api,
+                                      const ApiRequest& request,
+                                      Operation operation);
+
+}  // namespace faultlab::server

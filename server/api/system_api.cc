@@ -1,0 +1,156 @@
+#include <boost/json.hpp>
+#include <cmath>
+
+#include "server/api/handlers.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+json::object RigToJson(const RigStatus& rig) {
+  const hardware::RigDescription& about = rig.description;
+  const core::PlantParameters nominal;
+  json::object nominal_values;
+  json::object relay_values;
+  for (const core::Component component : core::kAllComponents) {
+    const bool relay = core::IsRelaySwitched(component);
+    if (!relay && !about.motor_faults) continue;
+    nominal_values[core::Name(component)] = nominal.Get(component);
+    if (!relay) continue;
+    json::array values;
+    for (const double value : core::RelayValues(component)) values.push_back(value);
+    relay_values[core::Name(component)] = std::move(values);
+  }
+  return {{"id", about.id},
+          {"class", about.rig_class},
+          {"kind", hardware::Name(about.kind)},
+          {"profile", rig.profile},
+          {"state", hardware::Name(rig.state)},
+          {"in_use", rig.leased},
+          {"epoch", static_cast<std::uint64_t>(rig.epoch)},
+          {"capabilities",
+           {{"ua", about.has_ua},
+            {"ia", about.has_ia},
+            {"n", about.has_n},
+            {"any_value", about.any_value},
+            {"motor_faults", about.motor_faults},
+            {"uc_v_min", about.uc_v_min},
+            {"uc_v_max", about.uc_v_max}}},
+          {"nominal", std::move(nominal_values)},
+          {"relay_values", std::move(relay_values)}};
+}
+
+/// One line of the Prometheus text format, with its TYPE line when the name is new.
+class MetricsText {
+ public:
+  void Add(const char* name,
+           const char* type,
+           std::uint64_t value,
+           const std::string& labels = {}) {
+    if (last_ != name) {
+      text_.append("# TYPE ").append(name).append(" ").append(type).append("\n");
+      last_ = name;
+    }
+    text_.append(name).append(labels).append(" ").append(std::to_string(value)).append("\n");
+  }
+  std::string Take() { return std::move(text_); }
+
+ private:
+  std::string text_;
+  std::string last_;
+};
+
+std::string Label(const char* name, std::string_view value) {
+  return "{" + std::string(name) + "=\"" + std::string(value) + "\"}";
+}
+
+}  // namespace
+
+core::Result<HttpResponse> Healthz(ApiContext&, const ApiRequest&) {
+  HttpResponse response;
+  response.static_body = R"({"status":"ok","service":"faultlab"})";
+  return response;
+}
+
+core::Result<HttpResponse> Readyz(ApiContext& api, const ApiRequest&) {
+  const core::Status database = api.database_check();
+  if (!database.ok()) return database.error();
+  HttpResponse response;
+  response.static_body = R"({"status":"ready"})";
+  return response;
+}
+
+core::Result<HttpResponse> Metrics(ApiContext& api, const ApiRequest&) {
+  MetricsText out;
+  const HttpCounters http = api.http_counters();
+  out.Add("faultlab_http_connections_total", "counter", http.connections_accepted);
+  out.Add("faultlab_http_connections_refused_total", "counter", http.connections_refused);
+  out.Add("faultlab_http_connections_open", "gauge", http.connections_open);
+  out.Add("faultlab_http_requests_total", "counter", http.requests);
+  for (std::size_t i = 1; i <= 5; ++i) {
+    out.Add("faultlab_http_answers_total",
+            "counter",
+            http.answers_by_class[i],
+            Label("class", std::to_string(i) + "xx"));
+  }
+  out.Add("faultlab_http_deadlines_missed_total", "counter", http.deadlines_missed);
+  out.Add("faultlab_http_pool_refused_total", "counter", http.pool_refused);
+
+  const StreamCounters stream = api.hub.counters();
+  out.Add("faultlab_viewers_open", "gauge", stream.viewers_open);
+  out.Add("faultlab_viewers_total", "counter", stream.viewers_total);
+  out.Add("faultlab_stream_channels", "gauge", stream.channels_open);
+  out.Add("faultlab_stream_messages_total", "counter", stream.messages_sent);
+  out.Add("faultlab_stream_bytes_total", "counter", stream.bytes_sent);
+  out.Add("faultlab_stream_messages_dropped_total", "counter", stream.messages_dropped);
+  out.Add("faultlab_stream_inbox_refused_total", "counter", stream.inbox_refused);
+  out.Add("faultlab_stream_protocol_errors_total", "counter", stream.protocol_errors);
+
+  const RunCounters runs = api.runs.counters();
+  out.Add("faultlab_runs_started_total", "counter", runs.started);
+  for (std::size_t i = 1; i < 5; ++i) {
+    out.Add("faultlab_runs_ended_total",
+            "counter",
+            runs.ended[i],
+            Label("state", Name(static_cast<RunState>(i))));
+  }
+  out.Add("faultlab_runs_running", "gauge", api.runs.Running().size());
+  out.Add("faultlab_samples_total", "counter", runs.samples);
+  out.Add("faultlab_rig_overruns_total", "counter", runs.overruns);
+  out.Add("faultlab_rig_gaps_total", "counter", runs.gaps);
+  out.Add("faultlab_isolation_tasks_total", "counter", runs.solver_tasks);
+  const auto up =
+      std::chrono::duration_cast<std::chrono::seconds>(api.clock.Monotonic() - api.started);
+  out.Add("faultlab_uptime_seconds", "gauge", static_cast<std::uint64_t>(up.count()));
+
+  HttpResponse response;
+  response.content_type = "text/plain; version=0.0.4; charset=utf-8";
+  response.body = out.Take();
+  return response;
+}
+
+core::Result<HttpResponse> OpenApi(ApiContext& api, const ApiRequest&) {
+  HttpResponse response;
+  response.static_body = api.openapi;
+  return response;
+}
+
+core::Result<HttpResponse> Me(ApiContext&, const ApiRequest& request) {
+  const Principal& who = request.who;
+  json::array scopes;
+  for (const std::string& scope : who.scopes) scopes.push_back(json::value(scope));
+  return JsonResponse(json::object{{"role", Name(who.role)},
+                                   {"name", who.name},
+                                   {"login", who.login},
+                                   {"owner", who.owner_key()},
+                                   {"scopes", std::move(scopes)}});
+}
+
+core::Result<HttpResponse> ListRigs(ApiContext& api, const ApiRequest&) {
+  json::array items;
+  for (const RigStatus& rig : api.bay.List()) items.push_back(RigToJson(rig));
+  return JsonResponse(json::object{{"items", std::move(items)}});
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,192 @@
+#include "server/app/laboratory.h"
+
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <utility>
+
+#include "hardware/simulated/simulated_rig.h"
+#include "server/api/api.h"
+#include "server/app/guests.h"
+#include "server/app/lcm_run_tap.h"
+#include "server/app/static_files.h"
+#include "server/run/rig_bay.h"
+#include "server/storage/database.h"
+#include "server/stream/stream_tokens.h"
+
+namespace faultlab::server {
+namespace {
+
+core::Result<std::unique_ptr<Database>> OpenDatabase(const Config& config) {
+  DatabaseOptions options;
+  options.location = config.database_url;
+  if (options.location.empty()) {
+    std::error_code ec;
+    std::filesystem::create_directories(config.data_dir, ec);
+    if (ec) {
+      return core::Error{core::ErrorCode::kUnavailable,
+                         "cannot create the data folder '" + config.data_dir + "': " + ec.message(),
+                         "data_dir"};
+    }
+    options.location = (std::filesystem::path(config.data_dir) / "faultlab.db").string();
+  }
+  return Database::Open(std::move(options));
+}
+
+void AddSimulatedRigs(RigBay& bay, const Config& config) {
+  for (int i = 1; i <= config.sim_rigs; ++i) {
+    hardware::SimulatedRigOptions options;
+    options.id = "sim-" + std::to_string(i);
+    options.speed = config.sim_speed;
+    if (config.sim_profile == "multisim") {
+      options.profile = hardware::SimulatedProfile::kMultisim;
+    }
+    const hardware::RigDescription description = hardware::MakeSimulatedRig(options)->description();
+    bay.Add(description, config.sim_profile, hardware::Epoch{0}, [options] {
+      return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
+    });
+  }
+}
+
+}  // namespace
+
+/// Everything that lives as long as the server, in the order of construction.
+class Laboratory::Impl {
+ public:
+  Impl(const Config& config, std::unique_ptr<Database> database)
+      : config_(config),
+        database_(std::move(database)),
+        store_(*database_),
+        hub_(HubOptions(config), clock_),
+        tokens_(clock_),
+        guests_(config.guests),
+        runs_(RunOptions(config),
+              bay_,
+              store_,
+              hub_,
+              clock_,
+              [](std::string_view text) { spdlog::warn("{}", text); }),
+        api_{runs_, bay_, store_, hub_, tokens_, guests_, clock_} {
+    AddSimulatedRigs(bay_, config);
+    api_.speed = config.sim_speed;
+    api_.default_seed = config.fixture_seed.value_or(1);
+    api_.openapi = EmbeddedOpenApi();
+    api_.http_counters = [this] { return http_ ? http_->counters() : HttpCounters{}; };
+    api_.database_check = [this]() -> core::Status {
+      auto page = store_.List("", 1, {});
+      if (!page) return page.error();
+      return core::Done{};
+    };
+    api_.started = clock_.Monotonic();
+    AddRoutes(router_, api_, ExperimentRoutes());
+    AddStaticRoutes(router_, EmbeddedFiles());
+    http_ = std::make_unique<HttpServer>(
+        NetOptions(config), router_, [this](const HttpRequest& request) {
+          return DecideUpgrade(api_, request);
+        });
+  }
+
+  core::Status Start() {
+    auto interrupted = store_.MarkInterrupted(config_.server_id, clock_.Wall());
+    if (!interrupted) return interrupted.error();
+    for (const std::string& id : interrupted.value()) {
+      spdlog::warn("run {} was interrupted; what was recorded of it is there", id);
+    }
+    if (!config_.lcm_url.empty()) {
+      auto tap = OpenLcmRunTap(config_.lcm_url);
+      if (!tap) return tap.error();
+      tap_ = std::move(tap).value();
+      runs_.SetTap(tap_.get());
+    }
+    const core::Status streaming = hub_.Start();
+    if (!streaming.ok()) return streaming;
+    return http_->Start();
+  }
+
+  void Stop() {
+    if (std::exchange(stopped_, true)) return;
+    http_->Stop();
+    runs_.Shutdown();
+    hub_.Stop();
+  }
+
+  RunManager& runs() { return runs_; }
+  RecordingStore& store() { return store_; }
+  StreamHub& hub() { return hub_; }
+  const HttpServer& http() const { return *http_; }
+
+ private:
+  static StreamHubOptions HubOptions(const Config& config) {
+    StreamHubOptions options;
+    options.viewers_max = static_cast<std::size_t>(config.viewers_max);
+    return options;
+  }
+  static RunManagerOptions RunOptions(const Config& config) {
+    return {config.runs_max, config.server_id, config.sim_speed};
+  }
+  static HttpServerOptions NetOptions(const Config& config) {
+    HttpServerOptions options;
+    options.listen = config.listen;
+    options.allowed_hosts = config.allowed_hosts;
+    options.limits.connections_max = static_cast<std::size_t>(config.connections_max);
+    options.limits.pool_threads = config.pool_threads;
+    options.on_error = [](std::string_view text) { spdlog::error("{}", text); };
+    return options;
+  }
+
+  const Config config_;
+  bool stopped_ = false;
+  SystemClock clock_;
+  std::unique_ptr<Database> database_;
+  RecordingStore store_;
+  RigBay bay_;
+  std::unique_ptr<RunTap> tap_;
+  StreamHub hub_;
+  StreamTokens tokens_;
+  GuestsOnly guests_;
+  RunManager runs_;
+  ApiContext api_;
+  Router router_;
+  std::unique_ptr<HttpServer> http_;
+};
+
+core::Result<std::unique_ptr<Laboratory>> Laboratory::Open(const Config& config) {
+  auto database = OpenDatabase(config);
+  if (!database) return database.error();
+  auto impl = std::make_unique<Impl>(config, std::move(database).value());
+  const core::Status started = impl->Start();
+  if (!started.ok()) return started.error();
+  return std::unique_ptr<Laboratory>(new Laboratory(std::move(impl)));
+}
+
+Laboratory::Laboratory(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Laboratory::~Laboratory() {
+  Stop();
+}
+
+void Laboratory::Stop() {
+  impl_->Stop();
+}
+
+std::string Laboratory::address() const {
+  return impl_->http().address();
+}
+
+int Laboratory::port() const {
+  return impl_->http().port();
+}
+
+RunManager& Laboratory::runs() {
+  return impl_->runs();
+}
+
+RecordingStore& Laboratory::store() {
+  return impl_->store();
+}
+
+StreamHub& Laboratory::hub() {
+  return impl_->hub();
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,83 @@
+#include "server/app/serve.h"
+
+#include <pthread.h>
+#include <signal.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <cstdio>
+#include <string>
+#include <utility>
+
+#include "server/app/laboratory.h"
+
+namespace faultlab::server {
+namespace {
+
+constexpr int kStarted = 0;
+constexpr int kCannotStart = 1;
+constexpr int kBadConfig = 2;
+
+core::Result<Config> Settings(const ServeOptions& options) {
+  Config config;
+  if (!options.config_path.empty()) {
+    auto loaded = LoadConfig(options.config_path);
+    if (!loaded) return loaded.error();
+    config = std::move(loaded).value();
+  }
+  if (options.listen) config.listen = *options.listen;
+  if (options.data_dir) config.data_dir = *options.data_dir;
+  if (options.lcm_url) config.lcm_url = *options.lcm_url;
+  if (options.sim_rigs) config.sim_rigs = *options.sim_rigs;
+  if (options.sim_speed) config.sim_speed = *options.sim_speed;
+  if (options.fixture_seed) config.fixture_seed = *options.fixture_seed;
+  if (options.log_level) config.log_level = *options.log_level;
+  return config;
+}
+
+/// Every viewer is a descriptor; Debian's soft limit is 1024.
+void RaiseDescriptorLimit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  if (setrlimit(RLIMIT_NOFILE, &limit) != 0) spdlog::warn("cannot raise the descriptor limit");
+}
+
+}  // namespace
+
+int Serve(const ServeOptions& options) {
+  auto settings = Settings(options);
+  if (!settings) {
+    std::fprintf(stderr, "faultlab: %s\n", settings.error().message.c_str());
+    return kBadConfig;
+  }
+  const Config& config = settings.value();
+  spdlog::set_default_logger(spdlog::stderr_color_mt("faultlab"));
+  spdlog::set_level(spdlog::level::from_str(config.log_level));
+
+  // Every thread inherits the mask: signals come to sigwait alone.
+  sigset_t ends;
+  sigemptyset(&ends);
+  sigaddset(&ends, SIGTERM);
+  sigaddset(&ends, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &ends, nullptr);
+  signal(SIGPIPE, SIG_IGN);
+  RaiseDescriptorLimit();
+
+  auto laboratory = Laboratory::Open(config);
+  if (!laboratory) {
+    std::fprintf(stderr, "faultlab: %s\n", laboratory.error().message.c_str());
+    return kCannotStart;
+  }
+  std::printf("faultlab listening on http://%s\n", laboratory.value()->address().c_str());
+  std::fflush(stdout);
+
+  int signal_number = 0;
+  sigwait(&ends, &signal_number);
+  spdlog::info("stopping");
+  laboratory.value()->Stop();
+  return kStarted;
+}
+
+}  // namespace faultlab::server
