@@ -32,7 +32,7 @@ ModelFit FitInitialStates(std::vector<double> forced,
   qr.compute(columns);
   simulated += columns * qr.solve(target - simulated);
   fit.simulated_v = std::move(forced);
-  fit.fit_percent = FitPercent(measured, fit.simulated_v);
+  fit.fit_percent = CompareFit(measured, fit.simulated_v);
   return fit;
 }
 
@@ -64,7 +64,7 @@ ModelFit NoFit(std::size_t samples) {
 
 }  // namespace
 
-double FitPercent(std::span<const double> measured, std::span<const double> simulated) {
+double CompareFit(std::span<const double> measured, std::span<const double> simulated) {
   if (measured.empty() || measured.size() != simulated.size()) {
     return kNotANumber;
   }

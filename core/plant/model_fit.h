@@ -11,7 +11,7 @@ namespace faultlab::core {
 
 /// MATLAB's compare: 100 (1 - |y - yhat| / |y - mean y|) in percent; may be negative.
 /// NaN when y is constant, has a non-finite sample or sizes differ or are 0.
-double FitPercent(std::span<const double> measured, std::span<const double> simulated);
+double CompareFit(std::span<const double> measured, std::span<const double> simulated);
 
 /// A simulated output with the initial state that suits the measurement best.
 struct ModelFit {

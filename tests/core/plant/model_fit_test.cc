@@ -16,23 +16,23 @@ constexpr double kPerfect = 1e-6;  // percent: rounding of a least squares over 
 
 TEST(FitPercent, IsTheFormulaOfMatlabsCompare) {
   // y = 1, 2, 3, 4: |y - mean| = sqrt 5; yhat off by 0.5 everywhere: |e| = 1.
-  EXPECT_NEAR(FitPercent(std::vector{1.0, 2.0, 3.0, 4.0}, std::vector{1.5, 2.5, 3.5, 4.5}),
+  EXPECT_NEAR(CompareFit(std::vector{1.0, 2.0, 3.0, 4.0}, std::vector{1.5, 2.5, 3.5, 4.5}),
               100.0 * (1.0 - 1.0 / std::sqrt(5.0)),
               1e-12);
 }
 
 TEST(FitPercent, PerfectIsHundredMeanIsZeroWorseIsNegative) {
   const std::vector<double> y = {1.0, 2.0, 3.0};
-  EXPECT_EQ(FitPercent(y, y), 100.0);
-  EXPECT_NEAR(FitPercent(y, std::vector{2.0, 2.0, 2.0}), 0.0, 1e-12);
-  EXPECT_LT(FitPercent(y, std::vector{3.0, 2.0, 1.0}), 0.0);
+  EXPECT_EQ(CompareFit(y, y), 100.0);
+  EXPECT_NEAR(CompareFit(y, std::vector{2.0, 2.0, 2.0}), 0.0, 1e-12);
+  EXPECT_LT(CompareFit(y, std::vector{3.0, 2.0, 1.0}), 0.0);
 }
 
 TEST(FitPercent, SaysSoWhenThereIsNoAnswer) {
-  EXPECT_TRUE(std::isnan(FitPercent(std::vector{1.0, 1.0}, std::vector{1.0, 2.0})));
-  EXPECT_TRUE(std::isnan(FitPercent(std::vector{1.0, 2.0}, std::vector{1.0})));
-  EXPECT_TRUE(std::isnan(FitPercent(std::vector<double>{}, std::vector<double>{})));
-  EXPECT_TRUE(std::isnan(FitPercent(std::vector{1.0, std::nan("")}, std::vector{1.0, 2.0})));
+  EXPECT_TRUE(std::isnan(CompareFit(std::vector{1.0, 1.0}, std::vector{1.0, 2.0})));
+  EXPECT_TRUE(std::isnan(CompareFit(std::vector{1.0, 2.0}, std::vector{1.0})));
+  EXPECT_TRUE(std::isnan(CompareFit(std::vector<double>{}, std::vector<double>{})));
+  EXPECT_TRUE(std::isnan(CompareFit(std::vector{1.0, std::nan("")}, std::vector{1.0, 2.0})));
 }
 
 TEST(ModelFit, FindsTheInitialStateOfADiscreteModel) {
