@@ -70,6 +70,9 @@ struct Calibration {
   double friction_tau_s = 0.5;     ///< its correlation time (Ornstein-Uhlenbeck)
 
   std::vector<CalibratedQuantity> quantities;
+  /// Posterior covariance of the coordinates (k, R1, Ra, J, B, Ke: logarithms; Mc: 0.1 mNm; delta:
+  /// ms), 8 x 8, row-major.
+  std::vector<double> covariance;
   std::vector<CalibrationCheck> checks;
   DetectionThresholds thresholds;
 };

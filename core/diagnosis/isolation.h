@@ -33,10 +33,10 @@ enum class FaultShape { kAbrupt, kDrift };
 struct IsolationTask {
   enum class Kind { kCalibrate, kIsolate };
   Kind kind = Kind::kIsolate;
-  std::uint64_t id = 0;          ///< IsolationResult carries it back
-  std::vector<Sample> samples;   ///< kCalibrate: the stretch; kIsolate: history and post-alarm
-  std::size_t alarm_at = 0;      ///< first sample of `samples` at or after the alarm
-  std::size_t healthy_from = 0;  ///< samples before this one belong to the model `reference`
+  std::uint64_t id = 0;         ///< IsolationResult carries it back
+  std::vector<Sample> samples;  ///< kCalibrate: the stretch; kIsolate: history and post-alarm
+  std::size_t alarm_at = 0;     ///< first sample of `samples` at or after the alarm
+  std::size_t fit_from = 0;     ///< first sample that surely belongs to the fault
   CalibrationOptions calibration_options;
   std::shared_ptr<const Calibration> calibration;
   IsolationOptions options;

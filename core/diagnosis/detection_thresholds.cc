@@ -1,0 +1,49 @@
+#include "core/diagnosis/detection_thresholds.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace faultlab::core {
+namespace {
+
+// level(rate) = at_day + per_decade * log10(alarms per 24 h at 100 Hz of this test alone).
+// Fitted to long simulations of the bank on white innovations: tests/bench/detection_levels.
+struct Level {
+  double at_day;
+  double per_decade;
+};
+constexpr double kReferenceRateHz = 100.0;
+constexpr double kTests = 4.0;
+
+double LevelAt(const Level& level, double alarms) {
+  return level.at_day + level.per_decade * std::log10(alarms);
+}
+
+}  // namespace
+
+DetectionThresholds MakeThresholds(double false_alarms_per_day,
+                                   double rate_hz,
+                                   unsigned mask,
+                                   int calibration_samples) {
+  const bool several = std::popcount(mask) > 1;
+  const Level residual_squared = several ? Level{30.5, -4.55} : Level{28.2, -4.55};
+  const Level cusum = several ? Level{12.6, -1.35} : Level{12.4, -1.35};
+  const Level glr_short = Level{30.0, -4.6};
+  const Level glr_long = Level{28.5, -4.6};
+  // Share of one test, at the reference rate.
+  const double alarms =
+      std::max(1e-6, false_alarms_per_day / kTests * kReferenceRateHz / std::max(1e-3, rate_hz));
+  // Noise levels that rest on n readings may be low by 1/sqrt(2 n): allow twice that.
+  const double readings = std::max(50, calibration_samples);
+  const double widen = 1.0 + 2.0 * std::sqrt(2.0 / readings);
+  DetectionThresholds t;
+  t.false_alarms_per_day = false_alarms_per_day;
+  t.residual = std::sqrt(LevelAt(residual_squared, alarms) * widen);
+  t.cusum = LevelAt(cusum, alarms) * widen;
+  t.glr_short = LevelAt(glr_short, alarms) * widen;
+  t.glr_long = LevelAt(glr_long, alarms) * widen;
+  return t;
+}
+
+}  // namespace faultlab::core

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/diagnosis/calibration.h"
+#include "core/diagnosis/innovation_filter.h"
+
+namespace faultlab::core {
+
+/// An alarm of the detection bank.
+struct Alarm {
+  const char* detector = "";  ///< "residual", "cusum", "glr_25", "glr_100"
+  double statistic = 0.0;
+  double threshold = 0.0;
+  int samples_ago = 0;  ///< estimated onset, before the alarm's sample
+  bool sharp = false;   ///< the alarm's own sample is far off: the fault is surely in it
+};
+
+/// The detection bank around one reference model (nominal, or nominal with known faults).
+///   z = whitened innovations of the reference's settled Kalman filter, um then ia then w: white,
+///       unit variance, friction's slow noise included in the model
+///   residual: |z| of a channel;   CUSUM: g+ = max(0, g + sum z^2/4 - ln(2)/2), a doubled variance
+///   GLR over W = 25 and 100: per direction j  (sum s_j z)^2 / (sum s_j^2), s_j = response of z to
+///   a
+///       change of one component (a filter of the changed model beside the reference's), and the
+///       sum over a calibration of n samples widened by 1 + W/n
+/// Cost: about 0.3 us a sample with all channels; no allocation after construction.
+class Detector {
+ public:
+  /// @param mask  channels in use; @param reference_samples  what the reference rests on.
+  Detector(const RigParameters& reference,
+           const NoiseLevel& noise,
+           double period_s,
+           unsigned mask,
+           const DetectionThresholds& thresholds,
+           int reference_samples);
+
+  std::optional<Alarm> Push(const Observation& observation);
+  Detector(const Detector&) = delete;
+  Detector& operator=(const Detector&) = delete;
+
+  /// Largest statistic of each test since construction, over its threshold; for display.
+  double stress() const { return stress_; }
+
+  static constexpr int kDirections = 7;  ///< gain, R1, C8, Ra, J, B, Mc
+  static constexpr int kShort = 25;
+  static constexpr int kLong = 100;
+
+ private:
+  struct Model {
+    PredictionModel model;
+    Eigen::Vector4d x = Eigen::Vector4d::Zero();
+  };
+  struct Cell {
+    std::array<float, kDirections> cross{};
+    std::array<float, kDirections> square{};
+  };
+
+  void Restart(const Observation& observation);
+  /// Whitened innovations of all models; z[0] is the reference's.
+  const ChannelGains& Gains(unsigned use);
+  void Step(const Observation& observation,
+            const ChannelGains& gains,
+            std::array<std::array<double, kOutputCount>, kDirections + 1>& z,
+            unsigned use);
+  int OnsetSamplesAgo() const;
+
+  std::array<Model, kDirections + 1> models_;
+  ChannelGains settled_;
+  /// While the state is still being found after a start or a gap; then `settled_` serves.
+  GainRecursion recursion_;
+  ChannelGains finding_;
+  int finding_samples_ = 0;
+  DetectionThresholds thresholds_;
+  double widen_short_;
+  double widen_long_;
+  double cusum_ = 0.0;
+  int cusum_age_ = 0;
+  double stress_ = 0.0;
+  std::vector<Cell> ring_;
+  int head_ = 0;
+  int filled_ = 0;
+  std::array<double, kDirections> short_cross_{};
+  std::array<double, kDirections> short_square_{};
+  std::array<double, kDirections> long_cross_{};
+  std::array<double, kDirections> long_square_{};
+};
+
+}  // namespace faultlab::core

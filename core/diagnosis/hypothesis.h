@@ -1,0 +1,62 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/diagnosis/isolation.h"
+#include "core/diagnosis/map_fit.h"
+
+namespace faultlab::core {
+
+/// Everything that the hypotheses about one stretch share.
+struct FitContext {
+  RigParameters rig;  ///< calibrated, with the faults that are known already
+  NoiseLevel noise;
+  GaussianPrior calibration;  ///< of the eight coordinates around `rig`
+  std::span<const Observation> stretch;
+  double period_s = kSamplePeriodSeconds;
+};
+
+/// One component alone has changed: what it must be, and how well that explains the stretch.
+struct HypothesisFit {
+  Component component = Component::kR1;
+  bool exists = false;  ///< false: no value of it comes near
+  double value = 0.0;
+  double log_sigma = 0.0;  ///< standard error of log(value), calibration's uncertainty included
+  char bound = 0;          ///< '<' or '>': only a bound can be told
+  double chi2 = 0.0;
+  int count = 0;
+  double cost = 0.0;         ///< -2 log posterior, up to what all hypotheses share
+  Eigen::VectorXd nuisance;  ///< the eight coordinates, as the fit moved them
+};
+
+RigParameters WithComponent(const RigParameters& rig, Component component, double value);
+
+/// The stretch under the rig as it is, nuisances fitted.
+HypothesisFit FitNothing(const FitContext& context);
+
+/// Scans `component` over its range, refines in one dimension, then fits it together with the
+/// calibration's coordinates under the calibration's posterior.
+HypothesisFit FitComponent(const FitContext& context, Component component);
+
+/// The same at one given value (a relay position): nothing is scanned.
+HypothesisFit FitComponentAt(const FitContext& context, Component component, double value);
+
+/// What the stretch prefers when all coordinates are set free around a hypothesis: its cost, and
+/// how far the coordinates went. A hypothesis that leaves much to gain here is not the whole truth.
+struct FreeFit {
+  double cost = 0.0;
+  Eigen::VectorXd point;  ///< the eight coordinates
+  Eigen::VectorXd sigma;
+};
+FreeFit FitFree(const FitContext& context, const HypothesisFit& from);
+
+/// Sum over the stretch of the squared difference between two hypotheses' whitened predictions,
+/// per sample: zero if no amount of data of this kind can tell them apart.
+double PredictionDistance(const FitContext& context,
+                          const HypothesisFit& a,
+                          const HypothesisFit& b);
+
+}  // namespace faultlab::core

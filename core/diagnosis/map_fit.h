@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <span>
+
+#include "core/diagnosis/innovation_filter.h"
+
+namespace faultlab::core {
+
+/// What is known of coordinates before the stretch: N(mean, information^-1). A zero row and column
+/// of `information` is a flat prior.
+struct GaussianPrior {
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd information;
+};
+
+/// The rig that a point in coordinates means.
+using RigAt = std::function<RigParameters(const Eigen::VectorXd&)>;
+
+struct MapFit {
+  Eigen::VectorXd point;
+  Eigen::MatrixXd covariance;   ///< posterior, Gauss-Newton
+  Eigen::MatrixXd information;  ///< of the data alone
+  InnovationSummary innovations;
+  double prior_cost = 0.0;  ///< (point - mean)' information (point - mean)
+  int iterations = 0;
+  bool converged = false;
+
+  double cost() const { return innovations.cost() + prior_cost; }
+};
+
+struct MapFitOptions {
+  int iterations_max = 12;
+  /// Converged when a step is shorter than this in units of the posterior standard error.
+  double step_tolerance = 0.02;
+  /// Longest step of one coordinate; coordinates are logarithms or have unit scales of order one.
+  double step_max = 0.7;
+};
+
+/// argmin over q of  chi2(q) + log det S(q) + (q - mean)' information (q - mean)
+/// by damped Gauss-Newton on the whitened innovations, sensitivities by forward differences.
+/// Cost: (size + 2) filter runs an iteration.
+MapFit FitMap(const RigAt& rig_at,
+              const NoiseLevel& noise,
+              double period_s,
+              std::span<const Observation> stretch,
+              const GaussianPrior& prior,
+              const Eigen::VectorXd& start,
+              const MapFitOptions& options = {});
+
+}  // namespace faultlab::core

@@ -1,0 +1,416 @@
+#include "core/diagnosis/pipeline.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/diagnosis/detector.h"
+#include "core/diagnosis/observation.h"
+#include "core/diagnosis/verdict_text.h"
+#include "core/estimators/estimator_bank.h"
+#include "core/plant/coefficients.h"
+
+namespace faultlab::core {
+namespace {
+
+// Samples after the alarm at which the hypotheses are fitted; later ones every kSolveEvery.
+constexpr std::array<std::size_t, 6> kSolveAt = {25, 50, 100, 200, 500, 1000};
+constexpr std::size_t kSolveEvery = 500;
+// From here on a fit is taken for settled: the paper's SWA window.
+constexpr std::size_t kSettledAfter = 100;
+// History kept before an alarm, and data kept after it.
+constexpr std::size_t kHistory = 150;
+constexpr std::size_t kSegmentMax = 2000;
+// Samples that wait for the calibration to come back; more than a fit can take on any machine.
+constexpr std::size_t kBacklogMax = 3000;
+// The samples behind a fault's fitted value widen the tests around it less than a calibration's.
+constexpr std::size_t kEstimatorForPath = static_cast<std::size_t>(EstimatorId::kSia100x20);
+
+}  // namespace
+
+struct Pipeline::State {
+  enum class Phase { kWaiting, kLearning, kCalibrating, kRefused, kWatching, kAlarmed };
+
+  explicit State(PipelineConfig c)
+      : config(std::move(c)),
+        bank(EstimatorBankOptions{.period_s = config.period_s}),
+        builder(config.channels, config.period_s, config.um_rail_v) {
+    history.reserve(2 * kHistory);
+    if (config.calibration) {
+      calibration = std::make_shared<const Calibration>(*config.calibration);
+      phase = Phase::kWatching;
+      StartWatching({}, calibration->samples);
+      SetNominal();
+    }
+  }
+
+  PipelineConfig config;
+  EstimatorBank bank;
+  ObservationBuilder builder;
+  Phase phase = Phase::kWaiting;
+  Frame frame;
+  Verdict verdict;
+  std::uint64_t version = 1;
+  std::shared_ptr<const Calibration> calibration;
+  std::optional<Error> refusal;
+
+  std::vector<Sample> learning;
+  std::vector<Sample> backlog;  // since the end of the healthy stretch, until calibrated
+  std::vector<Sample> history;  // newest samples while watching
+  std::vector<Sample> segment;  // history and everything since the alarm
+  std::size_t alarm_at = 0;     // in `segment`
+  std::size_t fit_from = 0;
+  std::size_t since_alarm = 0;
+  std::size_t next_solve = 0;
+  std::optional<Detector> detector;
+  bool detector_fresh = false;
+  std::optional<IsolationTask> pending;
+  std::uint64_t next_id = 1;
+  std::uint64_t oldest_valid_id = 1;
+  std::vector<Candidate> reference;  // faults carried by the model before the present alarm
+  double alarm_t_s = 0.0;
+  double onset_t_s = 0.0;
+  std::string alarm_detector;
+  std::vector<FaultEpisode> episodes;
+  bool episode_open = false;
+
+  // ---- verdicts
+  void Publish(Verdict next) {
+    verdict = std::move(next);
+    ++version;
+  }
+
+  void SetNominal() {
+    Verdict next;
+    next.kind = VerdictKind::kNominal;
+    next.settled = true;
+    next.reason = "the record fits the calibrated rig";
+    Publish(std::move(next));
+  }
+
+  // ---- calibration
+  IsolationTask CalibrationTask() {
+    IsolationTask task;
+    task.kind = IsolationTask::Kind::kCalibrate;
+    task.id = next_id++;
+    task.samples = learning;
+    task.calibration_options.data_sheet = config.nominal;
+    task.calibration_options.channels = config.channels;
+    task.calibration_options.period_s = config.period_s;
+    task.calibration_options.false_alarms_per_day = config.false_alarms_per_day;
+    task.calibration_options.um_rail_v = config.um_rail_v;
+    return task;
+  }
+
+  void Refuse(const Error& error) {
+    refusal = error;
+    phase = Phase::kRefused;
+    Verdict next;
+    const bool poor = error.field == "excitation" || error.field == "length";
+    next.kind = poor ? VerdictKind::kNotExcited : VerdictKind::kCalibrating;
+    next.settled = true;
+    next.reason = error.message;
+    Publish(std::move(next));
+  }
+
+  void Calibrated(std::shared_ptr<const Calibration> learnt) {
+    calibration = std::move(learnt);
+    phase = Phase::kWatching;
+    StartWatching({}, calibration->samples);
+    SetNominal();
+    // The healthy stretch itself warms the detector up and is judged by it no more.
+    const std::vector<Sample> missed = std::move(backlog);
+    backlog.clear();
+    builder = ObservationBuilder(config.channels, config.period_s, config.um_rail_v);
+    for (const Sample& sample : missed) Watch(sample);
+  }
+
+  // ---- watching
+  unsigned Mask() const {
+    return 1U | (calibration->used_ia ? 2U : 0U) | (calibration->used_n ? 4U : 0U);
+  }
+
+  RigParameters ReferenceRig(const std::vector<Candidate>& faults) const {
+    RigParameters rig = ParametersOf(*calibration);
+    for (const Candidate& fault : faults) rig.plant.Set(fault.component, fault.value);
+    return rig;
+  }
+
+  void StartWatching(const std::vector<Candidate>& faults, int samples) {
+    detector.emplace(ReferenceRig(faults),
+                     NoiseOf(*calibration),
+                     config.period_s,
+                     Mask(),
+                     calibration->thresholds,
+                     samples);
+    detector_fresh = true;
+    reference = faults;
+  }
+
+  void Watch(const Sample& sample) {
+    Observation observation;
+    if (!builder.Push(sample, observation)) return;
+    if (phase == Phase::kAlarmed) {
+      segment.push_back(sample);
+      ++since_alarm;
+    } else {
+      if (history.size() == 2 * kHistory) {
+        history.erase(history.begin(), history.begin() + kHistory);
+      }
+      history.push_back(sample);
+    }
+    if (detector) {
+      if (detector_fresh) observation.restart = true;
+      detector_fresh = false;
+      if (const std::optional<Alarm> alarm = detector->Push(observation)) {
+        OnAlarm(*alarm, sample);
+        return;
+      }
+    }
+    if (phase == Phase::kAlarmed && since_alarm >= next_solve) {
+      EmitIsolation();
+      const auto later = std::find_if(
+          kSolveAt.begin(), kSolveAt.end(), [&](std::size_t at) { return at > since_alarm; });
+      next_solve = later != kSolveAt.end() ? *later : since_alarm + kSolveEvery;
+    }
+  }
+
+  void OnAlarm(const Alarm& alarm, const Sample& sample) {
+    std::vector<Sample>& past = phase == Phase::kAlarmed ? segment : history;
+    const std::size_t keep = std::min(past.size(), kHistory);
+    std::vector<Sample> recent(past.end() - static_cast<std::ptrdiff_t>(keep), past.end());
+    segment = std::move(recent);
+    segment.reserve(kSegmentMax + kHistory);
+    history.clear();
+    alarm_at = segment.size() - 1;
+    const auto ago = std::min(alarm_at, static_cast<std::size_t>(std::max(0, alarm.samples_ago)));
+    fit_from = alarm.sharp ? alarm_at : alarm_at - ago;
+    onset_t_s = segment[alarm_at - ago].t_s;
+    since_alarm = 0;
+    next_solve = kSolveAt.front();
+    alarm_t_s = sample.t_s;
+    alarm_detector = alarm.detector;
+    oldest_valid_id = next_id;
+    pending.reset();
+    detector.reset();
+    if (episode_open) CloseEpisode(sample.t_s);
+    phase = Phase::kAlarmed;
+    Verdict next;
+    next.kind = VerdictKind::kFault;
+    next.detected_at_s = alarm_t_s;
+    next.onset_s = onset_t_s;
+    next.detector = alarm_detector;
+    next.reason = "something has changed; what, is being worked out";
+    episodes.push_back({next, FaultShape::kAbrupt, std::nullopt});
+    episode_open = true;
+    Publish(std::move(next));
+  }
+
+  void CloseEpisode(double t_s) {
+    if (!episodes.empty()) episodes.back().ended_at_s = t_s;
+    episode_open = false;
+  }
+
+  void EmitIsolation() { pending = MakeIsolation(); }
+
+  IsolationTask MakeIsolation() {
+    if (segment.size() > kSegmentMax + kHistory) {
+      const std::size_t drop = segment.size() - kSegmentMax;
+      segment.erase(segment.begin(), segment.begin() + static_cast<std::ptrdiff_t>(drop));
+      alarm_at -= std::min(alarm_at, drop);
+      fit_from -= std::min(fit_from, drop);
+    }
+    IsolationTask task;
+    task.kind = IsolationTask::Kind::kIsolate;
+    task.id = next_id++;
+    task.samples = segment;
+    task.alarm_at = alarm_at;
+    task.fit_from = fit_from;
+    task.calibration = calibration;
+    task.options = {
+        config.channels, config.values, config.motor_faults, config.period_s, config.um_rail_v};
+    task.reference = reference;
+    task.alarm_t_s = alarm_t_s;
+    task.detector = alarm_detector;
+    task.settled = since_alarm >= kSettledAfter;
+    return task;
+  }
+
+  void AcceptIsolation(IsolationResult&& result) {
+    if (result.id < oldest_valid_id || phase != Phase::kAlarmed) return;
+    Verdict next = std::move(result.verdict);
+    if (!next.onset_s) next.onset_s = onset_t_s;
+    next.path = Paper().path;
+    if (result.returned_to_nominal) {
+      if (!next.settled) return;  // wait for more: a small fault needs more than a glimpse
+      ReturnToNominal(next);
+      return;
+    }
+    episodes.back().verdict = next;
+    episodes.back().shape = result.shape;
+    const bool watchable = next.settled && next.kind == VerdictKind::kFault &&
+                           result.shape == FaultShape::kAbrupt && !result.present.empty();
+    if (watchable) {
+      StartWatching(result.present, static_cast<int>(since_alarm));
+    }
+    Publish(std::move(next));
+  }
+
+  void ReturnToNominal(const Verdict& last) {
+    const double now = segment.empty() ? alarm_t_s : segment.back().t_s;
+    // An alarm that nothing came of is no episode.
+    if (reference.empty() && !episodes.empty()) {
+      episodes.pop_back();
+      episode_open = false;
+    } else {
+      CloseEpisode(alarm_t_s);
+    }
+    history.assign(segment.end() - static_cast<std::ptrdiff_t>(std::min(segment.size(), kHistory)),
+                   segment.end());
+    segment.clear();
+    phase = Phase::kWatching;
+    StartWatching({}, calibration->samples);
+    Verdict next;
+    next.kind = VerdictKind::kNominal;
+    next.settled = true;
+    next.reason = last.reason;
+    (void)now;
+    Publish(std::move(next));
+  }
+
+  // ---- views
+  PaperMethods Paper() const {
+    PaperMethods none;
+    if (!calibration) return none;
+    const Estimate<3>& sia = frame.estimates[kEstimatorForPath];
+    if (sia.status == EstimateStatus::kInvalid) return none;
+    const ContinuousTheta nominal = FirstOrderTheta(calibration->nominal, calibration->gain_factor);
+    // Four standard errors, and never less than what the reduction to first order costs (1 %).
+    ContinuousTheta band{};
+    for (std::size_t i = 0; i < band.size(); ++i) {
+      const double sigma = std::isfinite(sia.sigma[i]) ? sia.sigma[i] : 0.0;
+      band[i] = std::max(4.0 * sigma, 0.02 * std::abs(nominal[i]));
+    }
+    return RunPaperMethods(
+        calibration->nominal, nominal, {sia.theta[0], sia.theta[1], sia.theta[2]}, band);
+  }
+
+  Diagnosis View() const {
+    Diagnosis diagnosis;
+    diagnosis.verdict = verdict;
+    if (calibration) diagnosis.calibration = *calibration;
+    diagnosis.calibration_refusal = refusal;
+    diagnosis.estimates = frame.estimates;
+    const PlantParameters plant = calibration ? calibration->nominal : config.nominal;
+    const double gain_factor = calibration ? calibration->gain_factor : 1.0;
+    const double delta_s = calibration ? calibration->delta_s : 0.0;
+    const ContinuousTheta theta = FirstOrderTheta(plant, gain_factor);
+    ContinuousCoefficients coefficients = MakeContinuous(plant);
+    coefficients.b0 = theta[0];
+    coefficients.b1 = theta[1];
+    const DiscreteCoefficients discrete = Discretise(coefficients, config.period_s, delta_s);
+    for (std::size_t e = 0; e < kEstimatorCount; ++e) {
+      diagnosis.nominal_estimates[e] =
+          kEstimatorShapes[e].integral_samples > 0
+              ? theta
+              : ContinuousTheta{discrete.b0d, discrete.b1d, discrete.a1d};
+    }
+    diagnosis.paper = Paper();
+    diagnosis.episodes = episodes;
+    return diagnosis;
+  }
+};
+
+Pipeline::Pipeline(PipelineConfig config) : state_(std::make_unique<State>(std::move(config))) {}
+Pipeline::~Pipeline() = default;
+Pipeline::Pipeline(Pipeline&&) noexcept = default;
+Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
+
+const Frame& Pipeline::Push(const Sample& sample) {
+  State& s = *state_;
+  s.frame.sample = sample;
+  s.bank.Push(sample, s.frame.estimates);
+  using Phase = State::Phase;
+  switch (s.phase) {
+    case Phase::kWaiting:
+    case Phase::kLearning:
+      if (sample.t_s < s.config.healthy_from_s) break;
+      if (sample.t_s < s.config.healthy_to_s) {
+        s.phase = Phase::kLearning;
+        s.learning.push_back(sample);
+        break;
+      }
+      s.phase = Phase::kCalibrating;
+      s.pending = s.CalibrationTask();
+      // The tail of the healthy stretch lets the detector settle before its first judgement.
+      s.backlog.assign(s.learning.end() - static_cast<std::ptrdiff_t>(
+                                              std::min(s.learning.size(), std::size_t{50})),
+                       s.learning.end());
+      s.backlog.push_back(sample);
+      break;
+    case Phase::kCalibrating:
+      if (s.backlog.size() < kBacklogMax) s.backlog.push_back(sample);
+      break;
+    case Phase::kRefused:
+      break;
+    case Phase::kWatching:
+    case Phase::kAlarmed:
+      if (sample.t_s >= s.config.healthy_from_s) s.Watch(sample);
+      break;
+  }
+  return s.frame;
+}
+
+const Verdict& Pipeline::verdict() const {
+  return state_->verdict;
+}
+
+std::uint64_t Pipeline::verdict_version() const {
+  return state_->version;
+}
+
+std::optional<IsolationTask> Pipeline::TakeTask() {
+  std::optional<IsolationTask> task = std::move(state_->pending);
+  state_->pending.reset();
+  return task;
+}
+
+void Pipeline::Accept(IsolationResult result) {
+  State& s = *state_;
+  if (result.kind == IsolationTask::Kind::kCalibrate) {
+    if (s.phase != State::Phase::kCalibrating) return;
+    if (result.calibration != nullptr) {
+      s.Calibrated(std::move(result.calibration));
+    } else {
+      s.Refuse(result.refusal.value_or(Error{ErrorCode::kInvalid, "calibration refused", ""}));
+    }
+    return;
+  }
+  s.AcceptIsolation(std::move(result));
+}
+
+std::shared_ptr<const Calibration> Pipeline::calibration() const {
+  return state_->calibration;
+}
+
+Diagnosis Pipeline::Snapshot() const {
+  return state_->View();
+}
+
+Diagnosis Pipeline::Finish() {
+  State& s = *state_;
+  if (s.phase == State::Phase::kWaiting || s.phase == State::Phase::kLearning) {
+    // The run ended inside the healthy stretch: what there is may still calibrate.
+    s.phase = State::Phase::kCalibrating;
+    s.pending = s.CalibrationTask();
+  }
+  while (std::optional<IsolationTask> task = TakeTask()) Accept(Solve(*task));
+  if (s.phase == State::Phase::kAlarmed && s.since_alarm > 0) {
+    IsolationTask last = s.MakeIsolation();
+    last.settled = true;
+    Accept(Solve(last));
+  }
+  return s.View();
+}
+
+}  // namespace faultlab::core
