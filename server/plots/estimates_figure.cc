@@ -43,14 +43,14 @@ int SettlingSamples(const core::EstimatorShape& shape) {
   return shape.window_samples + shape.integral_samples - 1;
 }
 
-/// Computed from this very sample, and with known errors: a bound without a value is no point.
-bool IsUsable(const core::Estimate<3>& estimate) {
+/// Computed from this very sample, with a known error. b1 and a1 come from one pole: when that is
+/// only bounded (sigma infinite), neither is a point to draw.
+bool IsUsable(const core::Estimate<3>& estimate, int parameter) {
   const bool computed = estimate.status == core::EstimateStatus::kExcited ||
                         estimate.status == core::EstimateStatus::kWeak;
   return computed && estimate.age_samples == 0 &&
-         std::all_of(estimate.sigma.begin(), estimate.sigma.end(), [](double sigma) {
-           return std::isfinite(sigma);
-         });
+         (parameter == kB0 ? std::isfinite(estimate.sigma[kB0])
+                           : std::isfinite(estimate.sigma[kB1] + estimate.sigma[kA1]));
 }
 
 Series MakeEstimateSeries(
@@ -63,8 +63,9 @@ Series MakeEstimateSeries(
   for (const core::Frame& frame : frames) {
     const core::Estimate<3>& estimate = frame.estimates[static_cast<std::size_t>(estimator)];
     series.x.push_back(frame.sample.t_s);
-    series.y.push_back(IsUsable(estimate) ? estimate.theta[static_cast<std::size_t>(parameter)]
-                                          : core::kAbsent);
+    series.y.push_back(IsUsable(estimate, parameter)
+                           ? estimate.theta[static_cast<std::size_t>(parameter)]
+                           : core::kAbsent);
   }
   return series;
 }

@@ -1,0 +1,126 @@
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/plant/coefficients.h"
+#include "core/plant/model_fit.h"
+#include "core/plant/sampled_model.h"
+#include "server/plots/record_figure.h"
+#include "server/plots/ticks.h"
+
+namespace faultlab::server {
+namespace {
+
+constexpr double kStretchSecondsMin = 2.0;
+constexpr double kStretchSecondsMax = 10.0;  // as the paper's: from the fault at 10 s to 20 s
+/// Delay of a rig that no calibration knows: the paper's own loop.
+constexpr double kUsualDeltaPeriods = 0.95;
+constexpr double kPaperMcMillis[] = {0.0, 0.33, 0.48};  // mNm, paper Tables 13-20
+
+struct Stretch {
+  std::vector<double> t_s, uc_v, um_v;
+};
+
+/// From the fault (or the middle of the record) to its end, at most kStretchSecondsMax, without a
+/// gap and without a lost reading; the last such piece wins.
+Stretch FindStretch(std::span<const core::Sample> samples, double from_s, double period_s) {
+  std::size_t begin = 0;
+  std::size_t best_begin = 0;
+  std::size_t best_end = 0;
+  const auto usable = [&](std::size_t k) {
+    return samples[k].t_s >= from_s && std::isfinite(samples[k].uc_v) &&
+           std::isfinite(samples[k].um_v);
+  };
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (!usable(k)) {
+      begin = k + 1;
+      continue;
+    }
+    if (k > 0 && samples[k].index != samples[k - 1].index + 1) {
+      begin = k;
+    }
+    if (static_cast<double>(k + 1 - begin) * period_s >= kStretchSecondsMin) {
+      best_begin = begin;
+      best_end = k + 1;
+    }
+  }
+  const auto most = static_cast<std::size_t>(kStretchSecondsMax / period_s);
+  best_end = std::min(best_end, best_begin + most);
+  Stretch stretch;
+  for (std::size_t k = best_begin; k < best_end; ++k) {
+    stretch.t_s.push_back(samples[k].t_s);
+    stretch.uc_v.push_back(samples[k].uc_v);
+    stretch.um_v.push_back(samples[k].um_v);
+  }
+  return stretch;
+}
+
+bool IsUsable(const core::Estimate<3>& estimate) {
+  return estimate.status == core::EstimateStatus::kExcited ||
+         estimate.status == core::EstimateStatus::kWeak;
+}
+
+}  // namespace
+
+ModelComparison CompareModels(std::span<const core::Sample> samples,
+                              const core::DiagnoseOptions& options,
+                              const core::Diagnosis& diagnosis) {
+  ModelComparison comparison;
+  if (samples.empty()) {
+    return comparison;
+  }
+  const core::Verdict& verdict = diagnosis.verdict;
+  const double middle = 0.5 * (samples.front().t_s + samples.back().t_s);
+  const double from_s = verdict.onset_s ? *verdict.onset_s : verdict.detected_at_s.value_or(middle);
+  Stretch stretch = FindStretch(samples, from_s, options.period_s);
+  comparison.t_s = stretch.t_s;
+  comparison.um_v = stretch.um_v;
+  if (stretch.t_s.empty()) {
+    return comparison;
+  }
+  const auto add = [&](const std::string& name, core::ModelFit fit) {
+    comparison.models.push_back({name, fit.fit_percent, std::move(fit.simulated_v)});
+  };
+  const double delta_s = diagnosis.calibration ? diagnosis.calibration->delta_s
+                                               : kUsualDeltaPeriods * options.period_s;
+  const auto estimate = [&](core::EstimatorId id) -> const core::Estimate<3>& {
+    return diagnosis.estimates[static_cast<std::size_t>(id)];
+  };
+  const core::Estimate<3>& swa = estimate(core::EstimatorId::kSwa100);
+  if (IsUsable(swa)) {
+    add("SWA",
+        core::FitDiscrete({swa.theta[0], swa.theta[1], swa.theta[2]}, stretch.uc_v, stretch.um_v));
+  }
+  const core::Estimate<3>& sia = estimate(core::EstimatorId::kSia100x20);
+  if (IsUsable(sia) && sia.theta[2] > 0.0) {
+    const core::ContinuousCoefficients model = {sia.theta[0], sia.theta[1], sia.theta[2], 0.0, 0.0};
+    add("SIA", core::FitContinuous(model, stretch.uc_v, stretch.um_v, options.period_s, delta_s));
+  }
+  const bool fault = verdict.kind == core::VerdictKind::kFault && !verdict.candidates.empty();
+  const auto with_fault = [&](core::PlantParameters plant) {
+    if (fault) {
+      plant.Set(verdict.candidates.front().component, verdict.candidates.front().value);
+    }
+    return plant;
+  };
+  const core::ContinuousCoefficients eq3 = core::MakeContinuous(with_fault(options.nominal));
+  for (const double mc_millis : kPaperMcMillis) {
+    add("M_{c} " + FormatNumber(mc_millis, mc_millis == 0.0 ? 0 : 2) + " mNm",
+        core::FitFriction(
+            eq3, 1e-3 * mc_millis, stretch.uc_v, stretch.um_v, options.period_s, delta_s));
+  }
+  if (diagnosis.calibration) {
+    const core::Calibration& calibration = *diagnosis.calibration;
+    core::PlantParameters plant = with_fault(calibration.nominal);
+    // The sampled plant knows no gain factor of the amplifier: R12 carries it.
+    plant.r12_ohm = calibration.gain_factor * plant.re2_ohm() - plant.r14_ohm - plant.r15_ohm;
+    add("faultlab",
+        core::FitSampled(core::MakeSampledModel(plant, options.period_s, delta_s),
+                         calibration.mc_nm,
+                         stretch.uc_v,
+                         stretch.um_v));
+  }
+  return comparison;
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "core/diagnosis/diagnosis.h"
+#include "core/types/result.h"
+#include "core/types/sample.h"
+#include "server/plots/figures.h"
+
+namespace faultlab::server {
+
+/// The figure of a whole recording by its name (kFigureNames), for the command line and HTTP alike.
+/// Replays the record through the diagnosis of a live run, so the estimates drawn are bit-equal to
+/// those that were streamed. Verdict and nominal lines that `context` lacks come from that replay.
+/// Errors: kNotFound for an unknown name; kInvalid for a record of fewer than two samples.
+/// Cost: about 3 us a sample and the fits of the diagnosis.
+core::Result<Figure> MakeFigure(std::string_view name,
+                                std::span<const core::Sample> samples,
+                                const core::DiagnoseOptions& options,
+                                FigureContext context);
+
+/// Simulated outputs beside the measurement behind the fault (paper Tables 13-20): the last SWA and
+/// SIA estimates, Eq. 3 with Mc = 0, 0.33, 0.48 mNm at the value found, and the calibrated sampled
+/// plant at that value. Empty when the record has no unbroken stretch of 2 s there.
+ModelComparison CompareModels(std::span<const core::Sample> samples,
+                              const core::DiagnoseOptions& options,
+                              const core::Diagnosis& diagnosis);
+
+}  // namespace faultlab::server
