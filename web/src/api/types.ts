@@ -120,6 +120,7 @@ export interface Run {
   epoch?: number;
   plan?: RunPlan;
   created_at?: string;
+  period_s?: number;
   samples?: number;
   events?: RunEvent[];
   verdict?: string | Diagnosis | null;
@@ -162,7 +163,7 @@ export interface Diagnosis {
   reason?: string;
   path?: PathStep[];
   fit_percent?: Record<string, number | null>;
-  calibration?: Record<string, unknown>;
+  calibration?: { delta_s?: number | null } | null;
   estimates?: Record<string, unknown>;
   models?: Record<string, unknown>;
 }

@@ -55,7 +55,7 @@ export class ChartDesk {
 
   /** Run time up to which samples are drawn now. */
   edge(nowS = performance.now() / 1000): number {
-    return this.view.pausedAt ?? Math.max(0, this.model.clock.time(nowS));
+    return this.view.pausedAt ?? this.model.shownTime(nowS);
   }
 
   get family(): Family {
@@ -144,6 +144,8 @@ export class ChartDesk {
         markers.push({ kind: "detected", timeS, label: t("mark_detected") + since });
       } else if (event.kind === "isolated") {
         markers.push({ kind: "isolated", timeS, label: t("mark_isolated") });
+      } else if (event.kind === "returned") {
+        markers.push({ kind: "isolated", timeS, label: t("mark_returned") });
       } else if (event.kind === "trip") {
         markers.push({ kind: "trip", timeS, label: t("mark_trip") });
       }

@@ -46,13 +46,14 @@ export function refused(settings: Settings, component: Component, reason: string
 /** What an event of the rig says about the settings. The rig's word alone makes one "confirmed". */
 export function applied(settings: Settings, event: RunEvent, period: number): Settings {
   const { component, value } = event;
+  if (event.kind === "trip") return settingsFrom({}); // every interlock leaves the relays nominal
   if (!component) return settings;
   if (event.kind === "refused") {
     return refused(settings, component, event.text ?? "");
   }
   if (value === undefined) return settings;
   if (event.kind === "fault_commanded") return asked(settings, component, value);
-  if (event.kind === "relay_confirmed" || event.kind === "returned") {
+  if (event.kind === "relay_confirmed") {
     const setting = settingAt(component, value);
     setting.atS = event.t_s ?? event.index * period;
     return { ...settings, [component]: setting };

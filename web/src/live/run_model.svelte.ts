@@ -1,7 +1,8 @@
 import { ApiError, api } from "../api/client";
-import type { Component, Diagnosis, EventKind, Run, RunEvent, RunState } from "../api/types";
+import type { Component, Diagnosis, Run, RunEvent, RunState } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
 import { NOMINAL } from "../plant/components";
+import { continuousModel, discreteModel } from "../plant/model";
 import { formatQuantity } from "../plant/quantity";
 import { announcer } from "../shell/announcer.svelte";
 import { readFrames } from "../stream/frame_reader";
@@ -24,6 +25,8 @@ const TICK_MS = 200;
 const STALE_AFTER_S = 0.5;
 const SAMPLES_MAX = 60_000;
 const COUNTDOWN_S = 3;
+const BENCH_DELAY_S = 0.0095;
+const LAG_MAX_S = 0.5;
 
 export type Phase = "loading" | "live" | "review" | "missing" | "failed";
 
@@ -38,6 +41,13 @@ export interface Injection {
   component: Component;
   value: number;
   atS: number;
+}
+
+/** The nominal parameters of a recorded run: Eq. 4, sampled with the delay that the rig showed. */
+function nominalFor(delayS: number | null | undefined, period: number) {
+  const { b0, b1, a1 } = continuousModel();
+  const { b0d, b1d, a1d } = discreteModel({ b0, b1, a1 }, period, delayS ?? BENCH_DELAY_S);
+  return { swa: [b0d, b1d, a1d], sia: [b0, b1, a1] };
 }
 
 const now = () => performance.now() / 1000;
@@ -80,7 +90,7 @@ export class RunModel {
   constructor(readonly id: string) {}
 
   get period(): number {
-    return this.run?.plan?.period_s ?? 0.01;
+    return this.run?.plan?.period_s ?? this.run?.period_s ?? 0.01;
   }
 
   get duration(): number {
@@ -166,8 +176,13 @@ export class RunModel {
     this.injection = null;
   }
 
-  eventOf(kind: EventKind): RunEvent | undefined {
-    return this.events.find((event) => event.kind === kind);
+  /**
+   * Run time to draw up to: the playout clock's, but never beyond the newest sample (a cut link
+   * freezes the charts) nor far behind it (a simulator may run faster than time).
+   */
+  shownTime(nowS: number): number {
+    const newest = (this.slide?.end ?? 0) * this.period;
+    return Math.min(newest, Math.max(this.clock.time(nowS), newest - LAG_MAX_S, 0));
   }
 
   timeOf(event: RunEvent): number {
@@ -320,6 +335,7 @@ export class RunModel {
       this.run = run;
       this.state = run.state;
       this.verdict = diagnosis;
+      this.nominal ??= nominalFor(diagnosis.calibration?.delta_s, this.period);
       if (run.events && run.events.length >= this.events.length) this.events = run.events;
     } catch (error) {
       if (!(error instanceof ApiError)) throw error; // no diagnosis of an interrupted run

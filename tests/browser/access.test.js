@@ -1,0 +1,185 @@
+import assert from "node:assert/strict";
+import { after, before, describe, it } from "node:test";
+import {
+  axe,
+  launchBrowser,
+  openPage,
+  START,
+  startPaperRun,
+  startServer,
+  waitForReview,
+} from "./support.js";
+
+const SPEED = 10;
+
+describe("access", { timeout: 240_000 }, () => {
+  let server;
+  let browser;
+  let run;
+
+  before(async () => {
+    server = await startServer({ speed: SPEED });
+    browser = await launchBrowser();
+    const { page, close } = await openPage(browser, server.url);
+    run = await startPaperRun(page);
+    await waitForReview(page);
+    await close();
+  });
+  after(async () => {
+    await browser?.close();
+    await server?.stop();
+  });
+
+  const pages = () => ["/", "/runs", `/runs/${run}`, "/help", "/status", "/nowhere"];
+
+  for (const colorScheme of ["light", "dark"]) {
+    it(`axe finds nothing on any page, ${colorScheme}`, async () => {
+      const found = [];
+      for (const path of pages()) {
+        const { page, close } = await openPage(browser, server.url + path, { colorScheme });
+        await page.waitForLoadState("networkidle");
+        for (const line of await axe(page)) found.push(`${path}: ${line}`);
+        await close();
+      }
+      assert.deepEqual(found, []);
+    });
+  }
+
+  it("axe finds nothing while a run is live, with menu, table and key list open", async () => {
+    const { page, close } = await openPage(browser, server.url);
+    await page.getByLabel("Duration, s").fill("200");
+    await page.getByRole("button", { name: "Run this experiment" }).click();
+    await page.locator("#set-R1:not([disabled])").waitFor();
+    await page.keyboard.press("t");
+    await page.getByRole("region", { name: "Samples as a table" }).waitFor();
+    await page.locator("summary", { hasText: "Download" }).click();
+    assert.deepEqual(await axe(page), []);
+    await page.keyboard.press("Escape");
+    await page.getByRole("button", { name: "Keys" }).click();
+    await page.getByRole("dialog").waitFor();
+    assert.deepEqual(await axe(page), []);
+    await page.keyboard.press("Escape");
+    await page.keyboard.press("Escape");
+    await waitForReview(page);
+    await close();
+  });
+
+  it("no page is wider than a telephone of 390 px", async () => {
+    for (const path of pages()) {
+      const { page, close } = await openPage(browser, server.url + path, {
+        viewport: { width: 390, height: 844 },
+      });
+      await page.waitForLoadState("networkidle");
+      const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      assert.equal(over, 0, path);
+      await close();
+    }
+  });
+
+  it("text of 200 % on a small screen still needs no sideways scrolling", async () => {
+    for (const path of pages()) {
+      const { page, close } = await openPage(browser, server.url + path, {
+        viewport: { width: 640, height: 450 },
+        deviceScaleFactor: 2,
+      });
+      await page.waitForLoadState("networkidle");
+      const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      assert.equal(over, 0, path);
+      await close();
+    }
+  });
+
+  it("the whole way can be gone by keyboard: start, fault, read, stop, download", async () => {
+    const { page, close } = await openPage(browser, server.url);
+    await page.getByRole("button", { name: START }).waitFor();
+    const focusOn = async (matches) => {
+      for (let press = 0; press < 80; press++) {
+        await page.keyboard.press("Tab");
+        const here = await page.evaluate(() => {
+          const element = document.activeElement;
+          return `${element.tagName} ${element.id} ${element.textContent.trim().slice(0, 60)}`;
+        });
+        if (matches.test(here)) return;
+      }
+      assert.fail(`never reached ${matches}`);
+    };
+    await focusOn(/BUTTON {2}Run the paper/);
+    await page.keyboard.press("Enter");
+    await page.waitForURL(/\/lab\/.+/);
+    await page.locator("#set-R12:not([disabled])").waitFor();
+    await page.keyboard.press("Space");
+    await page.getByRole("button", { name: /Resume/ }).waitFor();
+    await page.keyboard.press("l");
+    await page.getByRole("button", { name: /Pause/ }).waitFor();
+    await focusOn(/INPUT set-R12/);
+    await page.keyboard.press("ArrowRight");
+    await page.locator(".slider:not(.nominal) #set-R12").waitFor();
+    await page.keyboard.press("Escape");
+    await waitForReview(page);
+    await focusOn(/SUMMARY .*Download/);
+    await page.keyboard.press("Enter");
+    await focusOn(/A {2}CSV/);
+    const waiting = page.waitForEvent("download");
+    await page.keyboard.press("Enter");
+    assert.match((await waiting).suggestedFilename(), /\.csv$/);
+    await close();
+  });
+
+  it("a screen reader hears the start, the fault and the end, at most one message in 2 s", async () => {
+    const { page, close } = await openPage(browser, server.url);
+    await page.evaluate(() => {
+      const region = document.querySelector('[role="status"]');
+      globalThis.heard = [];
+      new MutationObserver(() => {
+        globalThis.heard.push({ at: performance.now(), text: region.textContent });
+      }).observe(region, { childList: true, characterData: true, subtree: true });
+    });
+    await startPaperRun(page);
+    await waitForReview(page);
+    await page.waitForFunction(() => globalThis.heard.some((entry) => /The run is over/.test(entry.text)));
+    const heard = await page.evaluate(() => globalThis.heard);
+    assert.ok(heard.some((entry) => /R1 is now 100 Ω/.test(entry.text)), JSON.stringify(heard));
+    assert.ok(heard.some((entry) => /Fault detected/.test(entry.text)), JSON.stringify(heard));
+    for (let at = 1; at < heard.length; at++) {
+      assert.ok(heard[at].at - heard[at - 1].at > 1900, "messages keep their distance");
+    }
+    await close();
+  });
+
+  it("Serbian in both scripts is chosen, kept over a reload, and the page says its language", async () => {
+    const { page, close } = await openPage(browser, server.url);
+    const choose = (name) => page.locator("header select").first().selectOption({ label: name });
+    await choose("Srpski");
+    await page.getByRole("button", { name: "Pokreni ogled iz rada" }).waitFor();
+    await choose("Српски");
+    await page.getByRole("button", { name: "Покрени оглед из рада" }).waitFor();
+    await page.reload();
+    await page.getByRole("button", { name: "Покрени оглед из рада" }).waitFor();
+    assert.equal(await page.evaluate(() => document.documentElement.lang), "sr-Cyrl");
+    assert.deepEqual(await axe(page), []);
+    await close();
+  });
+
+  it("the policy is sealed: nothing inline, nothing from elsewhere", async () => {
+    const { page, close } = await openPage(browser, server.url);
+    const answer = await page.request.get(server.url);
+    const policy = answer.headers()["content-security-policy"];
+    assert.match(policy, /default-src 'self'/);
+    assert.doesNotMatch(policy, /unsafe|\*|data:/);
+    const ran = await page.evaluate(() => {
+      const script = document.createElement("script");
+      script.textContent = "globalThis.inlineRan = true";
+      let blocked = false;
+      document.addEventListener("securitypolicyviolation", () => {
+        blocked = true;
+      });
+      document.head.append(script);
+      return new Promise((resolve) => {
+        setTimeout(() => resolve({ blocked, ran: globalThis.inlineRan === true }), 200);
+      });
+    });
+    assert.deepEqual(ran, { blocked: true, ran: false });
+    await page.context().close();
+    void close;
+  });
+});
