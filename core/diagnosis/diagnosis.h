@@ -24,7 +24,7 @@ struct FaultEpisode {
 };
 
 /// How well a model's simulated output follows um, in percent, as MATLAB's compare.
-struct NamedFit {
+struct FitPercent {
   std::string model;  ///< "nominal", "isolated"; server adds "swa", "sia", "model_mc_.."
   double percent = 0.0;
 };
@@ -37,7 +37,7 @@ struct Diagnosis {
   std::optional<Error> calibration_refusal;  ///< why there is none
   std::array<Estimate<3>, kEstimatorCount> estimates;                ///< at the end of the record
   std::array<ContinuousTheta, kEstimatorCount> nominal_estimates{};  ///< what a healthy rig gives
-  std::vector<NamedFit> fit_percent;
+  std::vector<FitPercent> fit_percent;
   PaperMethods paper;                  ///< from the sliding integrals (100, 20), exact mode
   std::vector<FaultEpisode> episodes;  ///< in time order
 };
