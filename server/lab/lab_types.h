@@ -1,0 +1,223 @@
+#pragma once
+
+#include <chrono>
+#include <compare>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/storage/wall_time.h"
+
+namespace faultlab::server::lab {
+
+using Milliseconds = std::chrono::milliseconds;
+using RigId = std::string;
+
+enum class UserId : std::int64_t {};
+enum class TicketId : std::int64_t {};
+enum class BookingId : std::int64_t {};
+enum class SessionId : std::int64_t {};
+enum class OutageId : std::int64_t {};
+
+template <typename Id>
+constexpr std::int64_t Number(Id id) {
+  return static_cast<std::int64_t>(id);
+}
+
+/// Half-open: [start, end).
+struct Interval {
+  WallTime start{};
+  WallTime end{};
+  bool Overlaps(const Interval& other) const { return start < other.end && other.start < end; }
+  Milliseconds length() const { return end - start; }
+  friend auto operator<=>(const Interval&, const Interval&) = default;
+};
+
+enum class RigStatus : std::uint8_t {
+  kOffline,
+  kReady,
+  kLeased,
+  kCleaning,
+  kQuarantined,
+  kMaintenance
+};
+std::string_view Name(RigStatus status);
+
+/// A bench or simulator as the scheduler knows it.
+struct Rig {
+  RigId id;
+  std::string rig_class;
+  bool elastic = false;  ///< a simulator: a request is granted at once while one is free
+  RigStatus status = RigStatus::kOffline;
+  std::uint64_t epoch = 0;  ///< rises with every holder and every cleaning
+  WallTime cleaning_due{};  ///< kCleaning: fails closed when this passes
+  Milliseconds wear{};      ///< time under sessions
+  std::string reason;       ///< why it is not ready, for people
+  friend bool operator==(const Rig&, const Rig&) = default;
+};
+
+/// A planned time without a rig.
+struct Outage {
+  OutageId id{};
+  RigId rig;
+  Interval during;
+  std::string reason;
+  friend bool operator==(const Outage&, const Outage&) = default;
+};
+
+enum class TicketState : std::uint8_t { kWaiting, kOffered, kClaimed, kExpired, kLeft };
+std::string_view Name(TicketState state);
+enum class TicketKind : std::uint8_t { kPerson, kJob };
+
+/// A place in the queue of a rig class.
+struct Ticket {
+  TicketId id{};
+  UserId user{};
+  std::string rig_class;
+  TicketKind kind = TicketKind::kPerson;
+  std::string job;      ///< kJob: what to run
+  double weight = 0.0;  ///< class weight of the order, see FairScore
+  Milliseconds min{};   ///< shortest useful session
+  Milliseconds want{};  ///< longest asked for
+  WallTime created{};
+  TicketState state = TicketState::kWaiting;
+  SessionId offered{};  ///< kOffered, kClaimed: the session that holds the rig
+  int offers_missed = 0;
+  int place = 0;                     ///< 1 = next; 0 when not waiting
+  std::optional<WallTime> expected;  ///< newest estimate of the start; nullopt: no rig in sight
+  std::optional<WallTime> first_expected;  ///< the first one told to the user
+  friend bool operator==(const Ticket&, const Ticket&) = default;
+};
+
+enum class BookingState : std::uint8_t {
+  kBooked,
+  kHeld,  ///< due: a rig is held, the user has the grace time
+  kClaimed,
+  kNoShow,
+  kCancelled,
+  kUnfulfilled,  ///< no rig could be given; credited
+  kDone
+};
+std::string_view Name(BookingState state);
+
+/// A promised session on a rig of a class. `rig` is the plan and may change until the start.
+struct Booking {
+  BookingId id{};
+  UserId user{};
+  std::string rig_class;
+  Interval during;
+  BookingState state = BookingState::kBooked;
+  RigId rig;
+  SessionId session{};
+  std::int64_t version = 1;
+  std::string note;  ///< why it moved or fell, for the user
+  friend bool operator==(const Booking&, const Booking&) = default;
+};
+
+enum class SessionState : std::uint8_t { kHeld, kActive, kClosed };
+std::string_view Name(SessionState state);
+enum class EndReason : std::uint8_t {
+  kNone,
+  kEnded,  ///< by the user
+  kExpired,
+  kIdle,
+  kNoShow,       ///< booking not claimed in the grace time
+  kOfferMissed,  ///< offer not accepted in time
+  kRigFailed,
+  kOperator
+};
+std::string_view Name(EndReason reason);
+
+/// A lease of one rig. kHeld: reserved for a due booking or an offered ticket, no command possible.
+struct Session {
+  SessionId id{};
+  UserId user{};
+  RigId rig;
+  std::string rig_class;
+  std::uint64_t epoch = 0;  ///< carried by every command; 0 while held
+  BookingId booking{};
+  TicketId ticket{};
+  TicketKind kind = TicketKind::kPerson;
+  SessionState state = SessionState::kHeld;
+  WallTime start{};
+  WallTime hard_end{};
+  WallTime claim_until{};  ///< kHeld
+  WallTime last_control{};
+  WallTime charged_from{};
+  bool run_in_progress = false;
+  int warning_stage = 0;  ///< 0 none, 1 = 5 min, 2 = 1 min, 3 = 30 s
+  std::optional<WallTime> idle_answer_until;
+  UserId offered_to{};  ///< hand-over on offer
+  EndReason end_reason = EndReason::kNone;
+  std::string end_text;
+  friend bool operator==(const Session&, const Session&) = default;
+};
+
+/// Past use of one user, decaying with the policy's half-life.
+struct Usage {
+  UserId user{};
+  double seconds = 0.0;
+  WallTime at{};
+  friend bool operator==(const Usage&, const Usage&) = default;
+};
+
+/// What the world around must do after the transition is stored. Repeating one is harmless.
+enum class EffectKind : std::uint8_t {
+  kGrant,          ///< tell the rig: epoch `epoch` may command
+  kRevoke,         ///< tell the rig: nothing below `epoch` may command; end runs of the session
+  kStartCleaning,  ///< begin the check between users; answer with CleaningDone(rig, epoch, ..)
+  kStartJob,       ///< ticket `ticket` has a session: run its job
+  kNotify          ///< tell `user`: `topic`, `text`
+};
+
+struct Effect {
+  EffectKind kind = EffectKind::kNotify;
+  RigId rig;
+  std::uint64_t epoch = 0;
+  SessionId session{};
+  TicketId ticket{};
+  BookingId booking{};
+  UserId user{};
+  std::string topic;  ///< "offer", "place", "warning", "extended", "idle", "ended", "no_show", ..
+  std::string text;
+};
+
+struct Policy {
+  Milliseconds offer{45'000};
+  Milliseconds grace{180'000};
+  Milliseconds cleaning{30'000};       ///< reserved on the timeline behind every session
+  Milliseconds cleaning_max{120'000};  ///< longer than this: quarantine
+  Milliseconds extend_step{600'000};
+  Milliseconds idle{180'000};
+  Milliseconds idle_answer{60'000};
+  Milliseconds session_min{300'000};
+  Milliseconds session_max{7'200'000};  ///< of one ticket; extensions come on top
+  Milliseconds booking_min{300'000};
+  Milliseconds booking_max{14'400'000};
+  Milliseconds booking_ahead{std::chrono::hours(24 * 60)};
+  Milliseconds heal_ahead{900'000};
+  Milliseconds half_life{std::chrono::hours(24 * 7)};
+  Milliseconds no_show_charge{600'000};
+  int live_bookings_max = 3;
+  int waiting_jobs_max = 64;  ///< per user and class
+  double age_weight_per_s = 1.0;
+  double fresh_user_bonus_s = 1800.0;  ///< a user without past use stands this much ahead
+  double use_quota_s = 7200.0;         ///< past use at which the bonus has halved
+};
+
+/// Everything that is alive. Ended things leave after TakeChanges().
+struct LabState {
+  std::map<RigId, Rig> rigs;
+  std::map<OutageId, Outage> outages;
+  std::map<TicketId, Ticket> tickets;
+  std::map<BookingId, Booking> bookings;
+  std::map<SessionId, Session> sessions;
+  std::map<UserId, Usage> usage;
+  std::int64_t next_id = 1;
+  friend bool operator==(const LabState&, const LabState&) = default;
+};
+
+}  // namespace faultlab::server::lab

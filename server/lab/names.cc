@@ -1,0 +1,44 @@
+#include <array>
+
+#include "server/lab/lab_types.h"
+
+namespace faultlab::server::lab {
+namespace {
+
+template <typename Enum, std::size_t N>
+std::string_view Pick(const std::array<std::string_view, N>& names, Enum value) {
+  return names.at(static_cast<std::size_t>(value));
+}
+
+}  // namespace
+
+std::string_view Name(RigStatus status) {
+  static constexpr std::array<std::string_view, 6> kNames = {
+      "offline", "ready", "leased", "cleaning", "quarantined", "maintenance"};
+  return Pick(kNames, status);
+}
+
+std::string_view Name(TicketState state) {
+  static constexpr std::array<std::string_view, 5> kNames = {
+      "waiting", "offered", "claimed", "expired", "left"};
+  return Pick(kNames, state);
+}
+
+std::string_view Name(BookingState state) {
+  static constexpr std::array<std::string_view, 7> kNames = {
+      "booked", "held", "claimed", "no_show", "cancelled", "unfulfilled", "done"};
+  return Pick(kNames, state);
+}
+
+std::string_view Name(SessionState state) {
+  static constexpr std::array<std::string_view, 3> kNames = {"held", "active", "closed"};
+  return Pick(kNames, state);
+}
+
+std::string_view Name(EndReason reason) {
+  static constexpr std::array<std::string_view, 8> kNames = {
+      "", "ended", "expired", "idle", "no_show", "offer_missed", "rig_failed", "operator"};
+  return Pick(kNames, reason);
+}
+
+}  // namespace faultlab::server::lab

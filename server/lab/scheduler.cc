@@ -1,0 +1,313 @@
+#include "server/lab/scheduler.h"
+
+#include <algorithm>
+
+#include "core/types/check.h"
+#include "server/lab/fair_order.h"
+
+namespace faultlab::server::lab {
+namespace {
+
+template <typename Map, typename Ids, typename Ended, typename Out>
+void Collect(Map& map, Ids& ids, Out& out, const Ended& ended) {
+  for (const auto& id : ids) {
+    const auto found = map.find(id);
+    if (found == map.end()) continue;
+    out.push_back(found->second);
+    if (ended(found->second)) map.erase(found);
+  }
+  ids.clear();
+}
+
+bool Ended(const Ticket& ticket) {
+  return ticket.state != TicketState::kWaiting && ticket.state != TicketState::kOffered;
+}
+bool Ended(const Booking& booking) {
+  return booking.state != BookingState::kBooked && booking.state != BookingState::kHeld &&
+         booking.state != BookingState::kClaimed;
+}
+bool Ended(const Session& session) {
+  return session.state == SessionState::kClosed;
+}
+
+}  // namespace
+
+bool Changes::empty() const {
+  return rigs.empty() && outages.empty() && ended_outages.empty() && tickets.empty() &&
+         bookings.empty() && sessions.empty() && usage.empty();
+}
+
+Scheduler::Scheduler(Policy policy, LabState state) : policy_(policy), state_(std::move(state)) {}
+
+Rig* Scheduler::FindRig(const RigId& id) {
+  const auto found = state_.rigs.find(id);
+  return found == state_.rigs.end() ? nullptr : &found->second;
+}
+
+Session* Scheduler::FindLive(SessionId id) {
+  const auto found = state_.sessions.find(id);
+  if (found == state_.sessions.end() || Ended(found->second)) return nullptr;
+  return &found->second;
+}
+
+Session* Scheduler::LiveSessionOn(const RigId& rig) {
+  for (auto& [id, session] : state_.sessions) {
+    if (!Ended(session) && session.rig == rig) return &session;
+  }
+  return nullptr;
+}
+
+Session* Scheduler::LiveSessionOf(UserId user, const std::string& rig_class) {
+  for (auto& [id, session] : state_.sessions) {
+    const bool person = session.kind == TicketKind::kPerson;
+    if (!Ended(session) && person && session.user == user && session.rig_class == rig_class) {
+      return &session;
+    }
+  }
+  return nullptr;
+}
+
+Ticket* Scheduler::LiveTicketOf(UserId user, const std::string& rig_class) {
+  for (auto& [id, ticket] : state_.tickets) {
+    const bool person = ticket.kind == TicketKind::kPerson;
+    if (!Ended(ticket) && person && ticket.user == user && ticket.rig_class == rig_class) {
+      return &ticket;
+    }
+  }
+  return nullptr;
+}
+
+bool Scheduler::SomebodyWaits(const std::string& rig_class) const {
+  return std::any_of(state_.tickets.begin(), state_.tickets.end(), [&](const auto& entry) {
+    return entry.second.state == TicketState::kWaiting && entry.second.rig_class == rig_class;
+  });
+}
+
+void Scheduler::Notify(UserId user, std::string topic, std::string text, SessionId session) {
+  Effect effect;
+  effect.kind = EffectKind::kNotify;
+  effect.user = user;
+  effect.session = session;
+  effect.topic = std::move(topic);
+  effect.text = std::move(text);
+  effects_.push_back(std::move(effect));
+}
+
+Session& Scheduler::Hold(
+    Rig& rig, UserId user, WallTime hard_end, Milliseconds claim_time, WallTime now) {
+  LAB_CHECK(rig.status == RigStatus::kReady, rig.id, Name(rig.status));
+  Session session;
+  session.id = SessionId{NewNumber()};
+  session.user = user;
+  session.rig = rig.id;
+  session.rig_class = rig.rig_class;
+  session.start = now;
+  session.hard_end = hard_end;
+  session.claim_until = now + claim_time;
+  session.last_control = now;
+  session.charged_from = now;
+  rig.status = RigStatus::kLeased;
+  Touch(rig);
+  Touch(session);
+  return state_.sessions[session.id] = session;
+}
+
+void Scheduler::Activate(Session& session, WallTime now) {
+  Rig& rig = *FindRig(session.rig);
+  session.epoch = ++rig.epoch;
+  session.state = SessionState::kActive;
+  session.last_control = now;
+  session.charged_from = now;
+  effects_.push_back({.kind = EffectKind::kGrant,
+                      .rig = rig.id,
+                      .epoch = rig.epoch,
+                      .session = session.id,
+                      .user = session.user,
+                      .topic = {},
+                      .text = {}});
+  Touch(rig);
+  Touch(session);
+}
+
+void Scheduler::Charge(UserId user, Milliseconds use, WallTime now) {
+  Usage& usage = state_.usage[user];
+  const double past = DecayedUse(usage, now, policy_);
+  usage = {user, past + std::max(0.0, std::chrono::duration<double>(use).count()), now};
+  touched_users_.insert(user);
+}
+
+void Scheduler::StartCleaning(Rig& rig, WallTime now) {
+  rig.status = RigStatus::kCleaning;
+  rig.cleaning_due = now + policy_.cleaning_max;
+  rig.reason = "being checked";
+  ++rig.epoch;
+  for (const EffectKind kind : {EffectKind::kRevoke, EffectKind::kStartCleaning}) {
+    effects_.push_back({.kind = kind, .rig = rig.id, .epoch = rig.epoch, .topic = {}, .text = {}});
+  }
+  Touch(rig);
+}
+
+void Scheduler::ToMaintenance(Rig& rig, const std::string& reason) {
+  rig.status = RigStatus::kMaintenance;
+  rig.reason = reason;
+  Touch(rig);
+}
+
+void Scheduler::Close(Session& session, EndReason reason, const std::string& text, WallTime now) {
+  Rig& rig = *FindRig(session.rig);
+  const bool was_active = session.state == SessionState::kActive;
+  const bool failed = reason == EndReason::kRigFailed;
+  session.state = SessionState::kClosed;
+  session.run_in_progress = false;
+  session.end_reason = reason;
+  session.end_text = text;
+  Touch(session);
+  const auto booking = state_.bookings.find(session.booking);
+  if (booking != state_.bookings.end()) {
+    Booking& b = booking->second;
+    ++b.version;
+    Touch(b);
+    if (was_active) {
+      b.state = BookingState::kDone;
+    } else if (reason == EndReason::kNoShow) {
+      b.state = BookingState::kNoShow;
+    } else if (failed) {
+      b.state = BookingState::kBooked;
+      b.session = {};
+      b.rig.clear();  // the next tick finds another one
+    } else {
+      b.state = BookingState::kCancelled;
+    }
+  }
+  const auto ticket = state_.tickets.find(session.ticket);
+  if (ticket != state_.tickets.end() && ticket->second.state == TicketState::kOffered) {
+    Ticket& t = ticket->second;
+    t.offered = {};
+    const bool last_chance = reason == EndReason::kOfferMissed && ++t.offers_missed > 1;
+    const bool given_back = reason == EndReason::kEnded;
+    t.state = given_back    ? TicketState::kLeft
+              : last_chance ? TicketState::kExpired
+                            : TicketState::kWaiting;
+    Touch(t);
+  }
+  if (was_active) {
+    if (!failed) Charge(session.user, now - session.charged_from, now);
+    rig.wear += std::max(Milliseconds{0}, now - session.start);
+    StartCleaning(rig, now);
+  } else {
+    rig.status = RigStatus::kReady;
+    rig.reason.clear();
+    Touch(rig);
+  }
+  Notify(session.user, std::string(Name(reason)), text, session.id);
+}
+
+void Scheduler::SwitchController(Session& session, UserId to, WallTime now) {
+  Charge(session.user, now - session.charged_from, now);
+  if (Ticket* waiting = LiveTicketOf(to, session.rig_class)) {
+    if (waiting->state == TicketState::kWaiting) waiting->state = TicketState::kLeft;
+    Touch(*waiting);
+  }
+  Notify(session.user, "control", "the control went to somebody else", session.id);
+  session.user = to;
+  session.offered_to = {};
+  session.idle_answer_until.reset();
+  effects_.push_back({.kind = EffectKind::kRevoke,
+                      .rig = session.rig,
+                      .epoch = FindRig(session.rig)->epoch + 1,
+                      .session = session.id,
+                      .topic = {},
+                      .text = {}});
+  Activate(session, now);
+  Notify(to, "control", "you have the control", session.id);
+}
+
+core::Status Scheduler::CheckCommand(const RigId& rig, std::uint64_t epoch, UserId user) const {
+  for (const auto& [id, session] : state_.sessions) {
+    if (session.rig != rig || session.state != SessionState::kActive) continue;
+    if (session.epoch != epoch) {
+      return core::Error{core::ErrorCode::kStale, "your session on this rig has ended", ""};
+    }
+    if (session.user != user) {
+      return core::Error{core::ErrorCode::kForbidden, "somebody else has the control", ""};
+    }
+    return core::Done{};
+  }
+  return core::Error{core::ErrorCode::kStale, "nobody has a session on this rig", ""};
+}
+
+std::vector<Effect> Scheduler::TakeEffects() {
+  return std::exchange(effects_, {});
+}
+
+Changes Scheduler::TakeChanges() {
+  Changes changes;
+  const auto stays = [](const auto&) { return false; };
+  Collect(state_.rigs, touched_rigs_, changes.rigs, stays);
+  Collect(state_.outages, touched_outages_, changes.outages, stays);
+  const auto ended = [](const auto& entity) { return Ended(entity); };
+  Collect(state_.tickets, touched_tickets_, changes.tickets, ended);
+  Collect(state_.bookings, touched_bookings_, changes.bookings, ended);
+  Collect(state_.sessions, touched_sessions_, changes.sessions, ended);
+  Collect(state_.usage, touched_users_, changes.usage, stays);
+  changes.ended_outages = std::exchange(ended_outages_, {});
+  changes.next_id = state_.next_id;
+  return changes;
+}
+
+void Scheduler::ClockJumped(Milliseconds delta) {
+  for (auto& [id, rig] : state_.rigs) {
+    rig.cleaning_due += delta;
+    Touch(rig);
+  }
+  for (auto& [id, session] : state_.sessions) {
+    session.start += delta;
+    session.hard_end += delta;
+    session.claim_until += delta;
+    session.last_control += delta;
+    session.charged_from += delta;
+    if (session.idle_answer_until) *session.idle_answer_until += delta;
+    Touch(session);
+  }
+  for (auto& [id, ticket] : state_.tickets) {
+    ticket.created += delta;
+    if (ticket.expected) *ticket.expected += delta;
+    if (ticket.first_expected) *ticket.first_expected += delta;
+    Touch(ticket);
+  }
+  for (auto& [user, usage] : state_.usage) {
+    usage.at += delta;
+    touched_users_.insert(user);
+  }
+}
+
+void Scheduler::Recover(WallTime now) {
+  for (auto& [id, session] : state_.sessions) {
+    if (session.state != SessionState::kActive) continue;
+    if (session.run_in_progress) {
+      session.run_in_progress = false;
+      session.charged_from = now;  // the interrupted run is charged back
+      Notify(session.user, "interrupted", "the server restarted; your run was cut", id);
+    }
+    Touch(session);
+    effects_.push_back({.kind = EffectKind::kGrant,
+                        .rig = session.rig,
+                        .epoch = session.epoch,
+                        .session = id,
+                        .user = session.user,
+                        .topic = {},
+                        .text = {}});
+  }
+  for (auto& [id, rig] : state_.rigs) {
+    if (rig.status == RigStatus::kCleaning) {
+      StartCleaning(rig, now);
+      continue;
+    }
+    const Session* session = LiveSessionOn(id);
+    if (session != nullptr && session->state == SessionState::kActive) continue;
+    effects_.push_back(
+        {.kind = EffectKind::kRevoke, .rig = id, .epoch = rig.epoch, .topic = {}, .text = {}});
+  }
+}
+
+}  // namespace faultlab::server::lab

@@ -1,0 +1,163 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/types/result.h"
+#include "server/lab/lab_types.h"
+
+namespace faultlab::server::lab {
+
+struct TicketRequest {
+  UserId user{};
+  std::string rig_class;
+  TicketKind kind = TicketKind::kPerson;
+  std::string job;
+  double weight = 0.0;
+  Milliseconds min{std::chrono::minutes(10)};
+  Milliseconds want{std::chrono::minutes(30)};
+};
+
+/// What a request for a rig gives: one's own live session (rule 4), or a ticket.
+using TicketAnswer = std::variant<Session, Ticket>;
+
+/// What has changed since the last TakeChanges(), to be stored in one transaction. Ended things
+/// appear here once, in their last state.
+struct Changes {
+  std::vector<Rig> rigs;
+  std::vector<Outage> outages;
+  std::vector<OutageId> ended_outages;
+  std::vector<Ticket> tickets;
+  std::vector<Booking> bookings;
+  std::vector<Session> sessions;
+  std::vector<Usage> usage;
+  std::int64_t next_id = 1;
+  bool empty() const;
+};
+
+/// The lab's rules as a state machine (design: lab, rules 1-12). Pure: no clock, no randomness, no
+/// I/O; `now` comes with every input and only rises, except by ClockJumped. The world's duties
+/// come out as effects. A refused input changes nothing.
+class Scheduler {
+ public:
+  explicit Scheduler(Policy policy = {}, LabState state = {});
+
+  const LabState& state() const { return state_; }
+  const Policy& policy() const { return policy_; }
+
+  // Rigs. A rig enters as kOffline; RigOnline starts its cleaning, only a passed one gives kReady.
+  core::Status AddRig(const RigId& id, const std::string& rig_class, bool elastic);
+  core::Status RigOnline(const RigId& rig, WallTime now);
+  core::Status RigOffline(const RigId& rig, const std::string& reason, WallTime now);
+  /// kStale when `epoch` is not that of the running cleaning.
+  core::Status CleaningDone(
+      const RigId& rig, std::uint64_t epoch, bool passed, const std::string& detail, WallTime now);
+  core::Status Quarantine(const RigId& rig, const std::string& reason, WallTime now);
+  /// Out of quarantine or maintenance: into cleaning.
+  core::Status Release(const RigId& rig, WallTime now);
+  core::Result<Outage> AddOutage(const RigId& rig,
+                                 const Interval& during,
+                                 const std::string& reason,
+                                 WallTime now);
+  core::Status RemoveOutage(OutageId id, WallTime now);
+
+  // Queue. Asking twice gives the same ticket.
+  core::Result<TicketAnswer> RequestTicket(const TicketRequest& request, WallTime now);
+  core::Result<Session> AcceptTicket(TicketId id, UserId user, WallTime now);
+  core::Status LeaveTicket(TicketId id, WallTime now);
+
+  // Calendar.
+  core::Result<Booking> Book(UserId user,
+                             const std::string& rig_class,
+                             const Interval& during,
+                             WallTime now);
+  /// `version` as last seen by the caller: kStale when the booking has changed since.
+  core::Status CancelBooking(BookingId id, std::int64_t version, WallTime now);
+  core::Result<Session> ClaimBooking(BookingId id, UserId user, WallTime now);
+
+  // Sessions.
+  core::Status ControlActivity(SessionId id, std::uint64_t epoch, WallTime now);
+  core::Status StillThere(SessionId id, WallTime now);
+  core::Status RunStarted(SessionId id, WallTime now);
+  core::Status RunEnded(SessionId id, WallTime now);
+  core::Result<Session> Extend(SessionId id, WallTime now);
+  core::Status EndSession(SessionId id, EndReason reason, const std::string& text, WallTime now);
+  core::Status OfferControl(SessionId id, UserId to, WallTime now);
+  core::Result<Session> AcceptControl(SessionId id, UserId user, WallTime now);
+  core::Result<Session> TakeOver(SessionId id,
+                                 UserId instructor,
+                                 const std::string& reason,
+                                 WallTime now);
+  /// May a command with this epoch go to this rig, from this user? The server's own check, before
+  /// the hardware layer makes its own.
+  core::Status CheckCommand(const RigId& rig, std::uint64_t epoch, UserId user) const;
+
+  /// Time passes: heal, bind due bookings, no-shows, ends, idle, warnings, offers, estimates.
+  void Tick(WallTime now);
+  /// The wall clock was set: leases and waits keep their length, the calendar keeps its dates.
+  void ClockJumped(Milliseconds delta);
+  /// After a restart: repeats what the world must know (grants, cleanings); runs have ended.
+  void Recover(WallTime now);
+
+  std::vector<Effect> TakeEffects();
+  Changes TakeChanges();
+
+ private:
+  Rig* FindRig(const RigId& id);
+  Session* FindLive(SessionId id);
+  Session* LiveSessionOn(const RigId& rig);
+  Session* LiveSessionOf(UserId user, const std::string& rig_class);
+  Ticket* LiveTicketOf(UserId user, const std::string& rig_class);
+  bool SomebodyWaits(const std::string& rig_class) const;
+
+  Session& Hold(Rig& rig, UserId user, WallTime hard_end, Milliseconds claim_time, WallTime now);
+  void Activate(Session& session, WallTime now);
+  void Close(Session& session, EndReason reason, const std::string& text, WallTime now);
+  void StartCleaning(Rig& rig, WallTime now);
+  void ToMaintenance(Rig& rig, const std::string& reason);
+  void Charge(UserId user, Milliseconds use, WallTime now);
+  void SwitchController(Session& session, UserId to, WallTime now);
+  void ReplanBookings(const std::string& rig_class, WallTime horizon, WallTime now);
+  void Unfulfil(Booking& booking, const std::string& why);
+  Rig* RigForDueBooking(const Booking& booking, WallTime now);
+  void MergeBooking(Booking& booking, Session& own, WallTime now);
+  WallTime NextCommitmentBut(const RigId& rig, WallTime from, BookingId without) const;
+
+  void TickRigs(WallTime now);
+  void TickBookings(WallTime now);
+  void TickSessions(WallTime now);
+  void TickIdle(Session& session, WallTime now);
+  void TickEnd(Session& session, WallTime now);
+  bool ExtendIfFree(Session& session, WallTime now);
+  void Dispatch(WallTime now);
+  bool OfferTo(Ticket& ticket, WallTime now);
+  void Estimate(WallTime now);
+
+  void Notify(UserId user, std::string topic, std::string text, SessionId session = {});
+  void Touch(const Rig& rig) { touched_rigs_.insert(rig.id); }
+  void Touch(const Ticket& ticket) { touched_tickets_.insert(ticket.id); }
+  void Touch(const Booking& booking) { touched_bookings_.insert(booking.id); }
+  void Touch(const Session& session) { touched_sessions_.insert(session.id); }
+  std::int64_t NewNumber() { return state_.next_id++; }
+
+  Policy policy_;
+  LabState state_;
+  std::vector<Effect> effects_;
+  std::set<RigId> touched_rigs_;
+  std::set<TicketId> touched_tickets_;
+  std::set<BookingId> touched_bookings_;
+  std::set<SessionId> touched_sessions_;
+  std::set<OutageId> touched_outages_;
+  std::vector<OutageId> ended_outages_;
+  std::set<UserId> touched_users_;
+};
+
+/// The first broken promise in a state, or empty: two sessions on a rig, two of one user in a
+/// class, a lease without its rig, a ready rig with a holder, an offer without its ticket.
+std::string FindBrokenInvariant(const LabState& state);
+
+}  // namespace faultlab::server::lab

@@ -1,0 +1,250 @@
+// Rules 2, 5 and 8: bookings on the common timeline, no-shows, healing.
+#include <algorithm>
+
+#include "server/lab/scheduler.h"
+#include "server/lab/timeline.h"
+
+namespace faultlab::server::lab {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+
+bool Live(const Booking& booking) {
+  return booking.state == BookingState::kBooked || booking.state == BookingState::kHeld ||
+         booking.state == BookingState::kClaimed;
+}
+
+Error Invalid(const char* message, const char* field) {
+  return {ErrorCode::kInvalid, message, field};
+}
+
+}  // namespace
+
+core::Result<Booking> Scheduler::Book(UserId user,
+                                      const std::string& rig_class,
+                                      const Interval& during,
+                                      WallTime now) {
+  const bool known = std::any_of(state_.rigs.begin(), state_.rigs.end(), [&](const auto& entry) {
+    return entry.second.rig_class == rig_class;
+  });
+  if (!known) return Error{ErrorCode::kNotFound, "there is no such rig class", "rig_class"};
+  if (during.start < now) return Invalid("a booking cannot start in the past", "start");
+  if (during.start > now + policy_.booking_ahead) {
+    return Invalid("too far ahead: 60 days at most", "start");
+  }
+  if (during.end <= during.start) return Invalid("a booking ends after it starts", "end");
+  if (during.length() < policy_.booking_min) return Invalid("5 minutes at least", "end");
+  if (during.length() > policy_.booking_max) return Invalid("4 hours at most", "end");
+  int live = 0;
+  for (const auto& [id, other] : state_.bookings) {
+    if (other.user != user || !Live(other)) continue;
+    ++live;
+    if (other.during.Overlaps(during)) {
+      return Error{ErrorCode::kConflict, "you have another booking at that time", "start"};
+    }
+  }
+  if (live >= policy_.live_bookings_max) {
+    return Error{ErrorCode::kConflict,
+                 "you have " + std::to_string(live) + " bookings already; use or cancel one",
+                 ""};
+  }
+  Booking booking;
+  booking.id = BookingId{state_.next_id};
+  booking.user = user;
+  booking.rig_class = rig_class;
+  booking.during = during;
+  if (const Rig* rig = FindFreeRig(state_, rig_class, during, now, policy_, "")) {
+    booking.rig = rig->id;
+  } else {
+    const auto plan = PlanAll(state_, rig_class, booking, now, policy_);
+    if (!plan) return Error{ErrorCode::kConflict, "no rig of this class is free then", "start"};
+    booking.rig = plan->at(booking.id);
+    for (auto& [id, other] : state_.bookings) {
+      const auto moved = plan->find(id);
+      if (moved == plan->end() || moved->second == other.rig) continue;
+      other.rig = moved->second;
+      Touch(other);
+    }
+  }
+  NewNumber();
+  state_.bookings[booking.id] = booking;
+  Touch(booking);
+  Tick(now);
+  const auto stored = state_.bookings.find(booking.id);
+  return stored->second;
+}
+
+core::Status Scheduler::CancelBooking(BookingId id, std::int64_t version, WallTime now) {
+  const auto found = state_.bookings.find(id);
+  if (found == state_.bookings.end() || !Live(found->second)) {
+    return Error{ErrorCode::kNotFound, "there is no such booking, or it is over", ""};
+  }
+  Booking& booking = found->second;
+  if (booking.version != version) {
+    return Error{ErrorCode::kStale, "the booking has changed; look at it again", ""};
+  }
+  if (booking.state == BookingState::kClaimed) {
+    return Error{ErrorCode::kConflict, "its session runs; end the session", ""};
+  }
+  if (booking.state == BookingState::kHeld) {
+    Close(*FindLive(booking.session), EndReason::kEnded, "cancelled", now);
+  } else {
+    booking.state = BookingState::kCancelled;
+    ++booking.version;
+  }
+  Touch(booking);
+  Tick(now);
+  return Done{};
+}
+
+core::Result<Session> Scheduler::ClaimBooking(BookingId id, UserId user, WallTime now) {
+  const auto found = state_.bookings.find(id);
+  if (found == state_.bookings.end() || found->second.user != user || !Live(found->second)) {
+    return Error{ErrorCode::kNotFound, "there is no such booking, or it is over", ""};
+  }
+  Tick(now);
+  const auto due = state_.bookings.find(id);
+  if (due == state_.bookings.end()) {
+    return Error{ErrorCode::kNotFound, "this booking is over", ""};
+  }
+  Booking& booking = due->second;
+  if (booking.state == BookingState::kBooked) {
+    return Error{ErrorCode::kBusy,
+                 now < booking.during.start ? "this booking has not begun yet"
+                                            : "your rig is not ready yet; it is yours next",
+                 ""};
+  }
+  Session* session = FindLive(booking.session);
+  if (session == nullptr) return Error{ErrorCode::kNotFound, "this booking is over", ""};
+  if (booking.state == BookingState::kHeld) {
+    booking.state = BookingState::kClaimed;
+    ++booking.version;
+    Activate(*session, now);
+    Touch(booking);
+  }
+  return *session;
+}
+
+void Scheduler::Unfulfil(Booking& booking, const std::string& why) {
+  booking.state = BookingState::kUnfulfilled;
+  booking.note = why;
+  ++booking.version;
+  Touch(booking);
+  Notify(booking.user, "unfulfilled", "your booking fell, nothing is charged: " + why);
+}
+
+/// Bookings that start before `horizon` on a rig that will not be there move to an equal one.
+void Scheduler::ReplanBookings(const std::string& rig_class, WallTime horizon, WallTime now) {
+  for (auto& [id, booking] : state_.bookings) {
+    if (booking.state != BookingState::kBooked || booking.rig_class != rig_class) continue;
+    if (booking.during.start > horizon || booking.during.end <= now) continue;
+    const Rig* rig = FindRig(booking.rig);
+    if (rig != nullptr && Promising(state_, *rig, now)) continue;
+    const std::string why = rig == nullptr ? "the rig is gone" : rig->id + ": " + rig->reason;
+    const Interval rest{std::max(booking.during.start, now), booking.during.end};
+    const Rig* other = FindFreeRig(state_, rig_class, rest, now, policy_, "", id);
+    if (other != nullptr) {
+      booking.rig = other->id;
+      booking.note = "moved: " + why;
+      ++booking.version;
+      Touch(booking);
+      Notify(booking.user, "moved", "your booking moved to an equal rig: " + why);
+    } else if (booking.during.start <= now) {
+      Unfulfil(booking, why);
+    }
+  }
+}
+
+void Scheduler::TickBookings(WallTime now) {
+  std::vector<std::string> classes;
+  for (const auto& [id, booking] : state_.bookings) {
+    if (booking.state == BookingState::kBooked) classes.push_back(booking.rig_class);
+  }
+  std::sort(classes.begin(), classes.end());
+  classes.erase(std::unique(classes.begin(), classes.end()), classes.end());
+  for (const auto& rig_class : classes) ReplanBookings(rig_class, now + policy_.heal_ahead, now);
+
+  std::vector<Booking*> due;
+  for (auto& [id, booking] : state_.bookings) {
+    if (booking.state == BookingState::kBooked && booking.during.start <= now) {
+      due.push_back(&booking);
+    }
+  }
+  std::sort(due.begin(), due.end(), [](const Booking* a, const Booking* b) {
+    return std::tie(a->during.start, a->id) < std::tie(b->during.start, b->id);
+  });
+  for (Booking* booking : due) {
+    if (booking->during.end <= now) {
+      Unfulfil(*booking, "no rig became free in its time");
+      continue;
+    }
+    if (Session* own = LiveSessionOf(booking->user, booking->rig_class)) {
+      MergeBooking(*booking, *own, now);
+      continue;
+    }
+    if (Rig* rig = RigForDueBooking(*booking, now)) {
+      Session& session = Hold(*rig, booking->user, booking->during.end, policy_.grace, now);
+      session.booking = booking->id;
+      booking->state = BookingState::kHeld;
+      booking->rig = rig->id;
+      booking->session = session.id;
+      ++booking->version;
+      Touch(*booking);
+      Notify(booking->user, "due", "your rig is ready; claim it within 3 minutes", session.id);
+    }
+  }
+}
+
+Rig* Scheduler::RigForDueBooking(const Booking& booking, WallTime now) {
+  Rig* planned = FindRig(booking.rig);
+  if (planned != nullptr && planned->status == RigStatus::kReady) return planned;
+  Rig* best = nullptr;
+  for (auto& [id, rig] : state_.rigs) {
+    if (rig.rig_class != booking.rig_class || rig.status != RigStatus::kReady) continue;
+    if (NextCommitment(state_, id, now) < booking.during.end + policy_.cleaning) continue;
+    if (best == nullptr || rig.wear < best->wear) best = &rig;
+  }
+  return best;
+}
+
+/// The user already works on a rig of the class when the booking begins: the session goes on to
+/// the booking's end if its rig is free so long; else it ends, and the booking takes its own rig.
+void Scheduler::MergeBooking(Booking& booking, Session& own, WallTime now) {
+  const WallTime end = std::max(own.hard_end, booking.during.end);
+  const bool claimed = own.state == SessionState::kActive;
+  const bool free = NextCommitmentBut(own.rig, own.hard_end, booking.id) >= end + policy_.cleaning;
+  if (claimed && free) {
+    own.hard_end = end;
+    own.warning_stage = 0;
+    const auto before = state_.bookings.find(own.booking);
+    if (before != state_.bookings.end()) {
+      before->second.state = BookingState::kDone;
+      Touch(before->second);
+    }
+    own.booking = booking.id;
+    booking.state = BookingState::kClaimed;
+    booking.rig = own.rig;
+    booking.session = own.id;
+    ++booking.version;
+    Touch(booking);
+    Touch(own);
+  } else if (claimed) {
+    Close(own, EndReason::kEnded, "your booking begins on another rig", now);
+  }
+}
+
+WallTime Scheduler::NextCommitmentBut(const RigId& rig, WallTime from, BookingId without) const {
+  WallTime next = WallTime::max();
+  for (const auto& [id, booking] : state_.bookings) {
+    if (id == without || booking.state != BookingState::kBooked || booking.rig != rig) continue;
+    next = std::min(next, booking.during.start);
+  }
+  for (const auto& [id, outage] : state_.outages) {
+    if (outage.rig == rig && outage.during.end > from) next = std::min(next, outage.during.start);
+  }
+  return next;
+}
+
+}  // namespace faultlab::server::lab

@@ -1,0 +1,233 @@
+// Rules 3, 4, 11 and 12: one fair queue per class, elastic simulators, jobs in gaps.
+#include <algorithm>
+
+#include "server/lab/fair_order.h"
+#include "server/lab/scheduler.h"
+#include "server/lab/timeline.h"
+
+namespace faultlab::server::lab {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+
+/// Estimates are told in steps of 10 s, so that a queue that only ages writes nothing.
+constexpr Milliseconds kEstimateGrid{10'000};
+constexpr WallTime kNever = WallTime::max();
+
+WallTime RoundUp(WallTime time) {
+  const auto beyond = time.time_since_epoch() % kEstimateGrid;
+  return beyond == Milliseconds{0} ? time : time + (kEstimateGrid - beyond);
+}
+
+/// One rig's future while estimating: busy intervals in order, and from when it is free.
+struct Lane {
+  WallTime free_at{};
+  std::vector<Interval> busy;
+};
+
+/// The first time at which `length` and the cleaning behind it fit into the lane.
+WallTime FirstFit(const Lane& lane, Milliseconds length, Milliseconds cleaning) {
+  WallTime start = lane.free_at;
+  for (const Interval& busy : lane.busy) {
+    if (busy.end <= start) continue;
+    if (busy.start >= start + length + cleaning) break;
+    start = busy.end;
+  }
+  return start;
+}
+
+}  // namespace
+
+core::Result<TicketAnswer> Scheduler::RequestTicket(const TicketRequest& request, WallTime now) {
+  const bool known = std::any_of(state_.rigs.begin(), state_.rigs.end(), [&](const auto& entry) {
+    return entry.second.rig_class == request.rig_class;
+  });
+  if (!known) return Error{ErrorCode::kNotFound, "there is no such rig class", "rig_class"};
+  const bool person = request.kind == TicketKind::kPerson;
+  if (request.min <= Milliseconds{0} || (person && request.min < policy_.session_min)) {
+    return Error{ErrorCode::kInvalid, "5 minutes at least", "min_minutes"};
+  }
+  if (request.want < request.min || request.want > policy_.session_max) {
+    return Error{ErrorCode::kInvalid, "from the shortest useful time to 2 hours", "want_minutes"};
+  }
+  if (person) {
+    const Session* own = LiveSessionOf(request.user, request.rig_class);
+    if (own != nullptr && own->ticket == TicketId{}) return TicketAnswer{*own};
+    if (own != nullptr && own->state == SessionState::kActive) return TicketAnswer{*own};
+    if (const Ticket* live = LiveTicketOf(request.user, request.rig_class)) {
+      return TicketAnswer{*live};
+    }
+  } else {
+    int waiting = 0;
+    for (const auto& [id, ticket] : state_.tickets) {
+      if (ticket.kind != TicketKind::kJob || ticket.user != request.user) continue;
+      if (ticket.job == request.job) return TicketAnswer{ticket};
+      if (ticket.rig_class == request.rig_class) ++waiting;
+    }
+    if (waiting >= policy_.waiting_jobs_max) {
+      return Error{ErrorCode::kBusy, "your quota of waiting jobs is used; wait for one", ""};
+    }
+  }
+  Ticket ticket;
+  ticket.id = TicketId{NewNumber()};
+  ticket.user = request.user;
+  ticket.rig_class = request.rig_class;
+  ticket.kind = request.kind;
+  ticket.job = request.job;
+  ticket.weight = request.weight;
+  ticket.min = request.min;
+  ticket.want = request.want;
+  ticket.created = now;
+  state_.tickets[ticket.id] = ticket;
+  Touch(ticket);
+  Tick(now);
+  const Ticket& placed = state_.tickets.at(ticket.id);
+  if (placed.state == TicketState::kClaimed) {
+    return TicketAnswer{state_.sessions.at(placed.offered)};
+  }
+  return TicketAnswer{placed};
+}
+
+core::Result<Session> Scheduler::AcceptTicket(TicketId id, UserId user, WallTime now) {
+  Tick(now);
+  const auto found = state_.tickets.find(id);
+  if (found == state_.tickets.end() || found->second.user != user) {
+    return Error{ErrorCode::kNotFound, "there is no such ticket, or it has ended", ""};
+  }
+  Ticket& ticket = found->second;
+  Session* session = FindLive(ticket.offered);
+  if (ticket.state == TicketState::kClaimed && session != nullptr) return *session;
+  if (ticket.state != TicketState::kOffered || session == nullptr) {
+    return Error{ErrorCode::kConflict, "no rig is offered to this ticket now", ""};
+  }
+  ticket.state = TicketState::kClaimed;
+  Touch(ticket);
+  Activate(*session, now);
+  return *session;
+}
+
+core::Status Scheduler::LeaveTicket(TicketId id, WallTime now) {
+  const auto found = state_.tickets.find(id);
+  if (found == state_.tickets.end()) {
+    return Error{ErrorCode::kNotFound, "there is no such ticket, or it has ended", ""};
+  }
+  Ticket& ticket = found->second;
+  if (ticket.state == TicketState::kOffered) {
+    Close(*FindLive(ticket.offered), EndReason::kEnded, "the offer was declined", now);
+  } else if (ticket.state == TicketState::kWaiting) {
+    ticket.state = TicketState::kLeft;
+    ticket.place = 0;
+    Touch(ticket);
+  } else {
+    return Error{ErrorCode::kConflict, "this ticket has ended", ""};
+  }
+  Tick(now);
+  return Done{};
+}
+
+bool Scheduler::OfferTo(Ticket& ticket, WallTime now) {
+  // The user may have come by a session in another way (hand-over, booking): rule 4.
+  const bool person = ticket.kind == TicketKind::kPerson;
+  if (person && LiveSessionOf(ticket.user, ticket.rig_class) != nullptr) return false;
+  Rig* best = nullptr;
+  WallTime best_end{};
+  for (auto& [id, rig] : state_.rigs) {
+    if (rig.rig_class != ticket.rig_class || rig.status != RigStatus::kReady) continue;
+    const Milliseconds claim = person && !rig.elastic ? policy_.offer : Milliseconds{0};
+    const WallTime next = NextCommitment(state_, id, now);
+    const WallTime limit = next == kNever ? kNever : next - policy_.cleaning;
+    if (limit < now + claim + ticket.min) continue;
+    if (best != nullptr && best->wear <= rig.wear) continue;
+    best = &rig;
+    best_end = std::min(now + claim + ticket.want, limit);
+  }
+  if (best == nullptr) return false;
+  const bool at_once = !person || best->elastic;
+  Session& session = Hold(*best, ticket.user, best_end, policy_.offer, now);
+  session.ticket = ticket.id;
+  session.kind = ticket.kind;
+  ticket.offered = session.id;
+  ticket.place = 0;
+  ticket.state = at_once ? TicketState::kClaimed : TicketState::kOffered;
+  Touch(ticket);
+  if (at_once) Activate(session, now);
+  if (!person) {
+    effects_.push_back({.kind = EffectKind::kStartJob,
+                        .rig = session.rig,
+                        .epoch = session.epoch,
+                        .session = session.id,
+                        .ticket = ticket.id,
+                        .user = ticket.user,
+                        .topic = {},
+                        .text = ticket.job});
+  } else if (!at_once) {
+    Notify(ticket.user, "offer", "a rig is yours: accept within 45 seconds", session.id);
+  }
+  return true;
+}
+
+void Scheduler::Dispatch(WallTime now) {
+  std::vector<std::string> classes;
+  for (const auto& [id, rig] : state_.rigs) {
+    if (rig.status == RigStatus::kReady) classes.push_back(rig.rig_class);
+  }
+  std::sort(classes.begin(), classes.end());
+  classes.erase(std::unique(classes.begin(), classes.end()), classes.end());
+  for (const auto& rig_class : classes) {
+    for (const TicketId id : QueueOrder(state_, rig_class, now, policy_)) {
+      OfferTo(state_.tickets.at(id), now);
+    }
+  }
+}
+
+void Scheduler::Estimate(WallTime now) {
+  std::vector<std::string> classes;
+  for (const auto& [id, ticket] : state_.tickets) {
+    if (ticket.state == TicketState::kWaiting) classes.push_back(ticket.rig_class);
+  }
+  std::sort(classes.begin(), classes.end());
+  classes.erase(std::unique(classes.begin(), classes.end()), classes.end());
+  for (const auto& rig_class : classes) {
+    std::vector<Lane> lanes;
+    for (const auto& [id, rig] : state_.rigs) {
+      if (rig.rig_class != rig_class || !Promising(state_, rig, now)) continue;
+      Lane lane{now, BusyIntervals(state_, id, policy_)};
+      if (rig.status == RigStatus::kCleaning) lane.free_at = now + policy_.cleaning;
+      // A check is expected to take its usual time, not its limit.
+      std::erase_if(lane.busy, [&](const Interval& busy) {
+        return rig.status == RigStatus::kCleaning && busy.end == rig.cleaning_due;
+      });
+      lanes.push_back(std::move(lane));
+    }
+    int place = 0;
+    for (const TicketId id : QueueOrder(state_, rig_class, now, policy_)) {
+      Ticket& ticket = state_.tickets.at(id);
+      Lane* best = nullptr;
+      WallTime start = kNever;
+      for (Lane& lane : lanes) {
+        const WallTime fit = FirstFit(lane, ticket.min + policy_.offer, policy_.cleaning);
+        if (fit < start) {
+          start = fit;
+          best = &lane;
+        }
+      }
+      std::optional<WallTime> expected;
+      if (best != nullptr) {
+        expected = RoundUp(start);
+        best->free_at = start + ticket.want + policy_.cleaning;
+      }
+      ++place;
+      if (ticket.place == place && ticket.expected == expected) continue;
+      const bool moved = ticket.place != place;
+      ticket.place = place;
+      ticket.expected = expected;
+      if (!ticket.first_expected) ticket.first_expected = expected;
+      Touch(ticket);
+      if (moved) Notify(ticket.user, "place", std::to_string(place));
+    }
+  }
+}
+
+}  // namespace faultlab::server::lab

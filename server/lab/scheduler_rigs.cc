@@ -1,0 +1,180 @@
+// Rules 7 and 8: a rig is handed on only after a passed check; health is part of allocation.
+#include <algorithm>
+
+#include "server/lab/scheduler.h"
+#include "server/lab/timeline.h"
+
+namespace faultlab::server::lab {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+
+constexpr Milliseconds kLastMinute{60'000};
+
+Error NoRig() {
+  return {ErrorCode::kNotFound, "there is no such rig", ""};
+}
+
+}  // namespace
+
+core::Status Scheduler::AddRig(const RigId& id, const std::string& rig_class, bool elastic) {
+  if (id.empty() || rig_class.empty()) {
+    return Error{ErrorCode::kInvalid, "a rig needs an id and a class", "id"};
+  }
+  const auto [entry, added] = state_.rigs.try_emplace(id);
+  Rig& rig = entry->second;
+  if (added) rig.reason = "not seen yet";
+  rig.id = id;
+  rig.rig_class = rig_class;
+  rig.elastic = elastic;
+  Touch(rig);
+  return Done{};
+}
+
+core::Status Scheduler::RigOnline(const RigId& id, WallTime now) {
+  Rig* rig = FindRig(id);
+  if (rig == nullptr) return NoRig();
+  if (rig->status == RigStatus::kOffline) StartCleaning(*rig, now);
+  return Done{};
+}
+
+core::Status Scheduler::RigOffline(const RigId& id, const std::string& reason, WallTime now) {
+  Rig* rig = FindRig(id);
+  if (rig == nullptr) return NoRig();
+  if (rig->status == RigStatus::kOffline || rig->status == RigStatus::kQuarantined) return Done{};
+  if (Session* session = LiveSessionOn(id)) {
+    Close(*session, EndReason::kRigFailed, "the rig failed: " + reason, now);
+  }
+  rig->status = RigStatus::kOffline;
+  rig->reason = reason;
+  Touch(*rig);
+  Tick(now);
+  return Done{};
+}
+
+core::Status Scheduler::CleaningDone(
+    const RigId& id, std::uint64_t epoch, bool passed, const std::string& detail, WallTime now) {
+  Rig* rig = FindRig(id);
+  if (rig == nullptr) return NoRig();
+  if (rig->status != RigStatus::kCleaning || rig->epoch != epoch) {
+    return Error{ErrorCode::kStale, "this check is not the newest one", ""};
+  }
+  rig->status = passed ? RigStatus::kReady : RigStatus::kQuarantined;
+  rig->reason = passed ? "" : "the check between users failed: " + detail;
+  Touch(*rig);
+  Tick(now);
+  return Done{};
+}
+
+core::Status Scheduler::Quarantine(const RigId& id, const std::string& reason, WallTime now) {
+  Rig* rig = FindRig(id);
+  if (rig == nullptr) return NoRig();
+  if (Session* session = LiveSessionOn(id)) {
+    Close(*session, EndReason::kRigFailed, "the rig was taken out: " + reason, now);
+  }
+  ++rig->epoch;
+  rig->status = RigStatus::kQuarantined;
+  rig->reason = reason;
+  effects_.push_back(
+      {.kind = EffectKind::kRevoke, .rig = id, .epoch = rig->epoch, .topic = {}, .text = {}});
+  Touch(*rig);
+  Tick(now);
+  return Done{};
+}
+
+core::Status Scheduler::Release(const RigId& id, WallTime now) {
+  Rig* rig = FindRig(id);
+  if (rig == nullptr) return NoRig();
+  if (rig->status != RigStatus::kQuarantined) {
+    return Error{
+        ErrorCode::kConflict,
+        "only a quarantined rig is released; this one is " + std::string(Name(rig->status)),
+        ""};
+  }
+  StartCleaning(*rig, now);
+  return Done{};
+}
+
+core::Result<Outage> Scheduler::AddOutage(const RigId& id,
+                                          const Interval& during,
+                                          const std::string& reason,
+                                          WallTime now) {
+  if (FindRig(id) == nullptr) return NoRig();
+  if (during.end <= during.start) {
+    return Error{ErrorCode::kInvalid, "an outage ends after it starts", "end"};
+  }
+  if (during.end <= now) return Error{ErrorCode::kInvalid, "this outage is over already", "end"};
+  if (during.end > now + policy_.booking_ahead) {
+    return Error{ErrorCode::kInvalid, "too far ahead; quarantine the rig instead", "end"};
+  }
+  const Outage outage{OutageId{NewNumber()}, id, during, reason};
+  state_.outages[outage.id] = outage;
+  touched_outages_.insert(outage.id);
+  if (Session* session = LiveSessionOn(id)) {
+    const WallTime latest = std::max(now + kLastMinute, during.start - policy_.cleaning);
+    if (session->hard_end > latest && during.start < session->hard_end + policy_.cleaning) {
+      session->hard_end = latest;
+      Touch(*session);
+      Notify(session->user, "shortened", "planned outage: " + reason, session->id);
+    }
+  }
+  // Bookings that lay there move now, or their users learn today that they fell.
+  for (auto& [booking_id, booking] : state_.bookings) {
+    const Interval taken{booking.during.start, booking.during.end + policy_.cleaning};
+    if (booking.state != BookingState::kBooked || booking.rig != id) continue;
+    if (!taken.Overlaps(during)) continue;
+    const Rig* other = FindFreeRig(
+        state_, booking.rig_class, booking.during, now, policy_, booking.rig, booking_id);
+    if (other == nullptr) {
+      Unfulfil(booking, "planned outage: " + reason);
+    } else if (other->id != booking.rig) {
+      booking.rig = other->id;
+      ++booking.version;
+      Touch(booking);
+    }
+  }
+  Tick(now);
+  return outage;
+}
+
+core::Status Scheduler::RemoveOutage(OutageId id, WallTime now) {
+  if (state_.outages.erase(id) == 0) {
+    return Error{ErrorCode::kNotFound, "there is no such outage", ""};
+  }
+  touched_outages_.erase(id);
+  ended_outages_.push_back(id);
+  Tick(now);
+  return Done{};
+}
+
+void Scheduler::TickRigs(WallTime now) {
+  for (auto entry = state_.outages.begin(); entry != state_.outages.end();) {
+    if (entry->second.during.end <= now) {
+      touched_outages_.erase(entry->first);
+      ended_outages_.push_back(entry->first);
+      entry = state_.outages.erase(entry);
+    } else {
+      ++entry;
+    }
+  }
+  for (auto& [id, rig] : state_.rigs) {
+    const auto outage =
+        std::find_if(state_.outages.begin(), state_.outages.end(), [&](const auto& o) {
+          return o.second.rig == id && o.second.during.start <= now;
+        });
+    const bool out = outage != state_.outages.end();
+    if (rig.status == RigStatus::kCleaning && now >= rig.cleaning_due) {
+      rig.status = RigStatus::kQuarantined;
+      rig.reason = "the check between users did not end in time";
+      Touch(rig);
+    } else if (rig.status == RigStatus::kReady && out) {
+      ToMaintenance(rig, outage->second.reason);
+    } else if (rig.status == RigStatus::kMaintenance && !out) {
+      StartCleaning(rig, now);
+    }
+  }
+}
+
+}  // namespace faultlab::server::lab

@@ -1,0 +1,211 @@
+#include "server/lab/timeline.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "core/types/check.h"
+
+namespace faultlab::server::lab {
+namespace {
+
+constexpr Milliseconds kStartGrid{std::chrono::minutes(5)};
+constexpr std::size_t kSlotsMax = 2000;
+
+bool IsFree(const std::vector<Interval>& busy, const Interval& during) {
+  return std::none_of(
+      busy.begin(), busy.end(), [&](const Interval& b) { return b.Overlaps(during); });
+}
+
+using BusyByRig = std::map<RigId, std::vector<Interval>>;
+
+/// Sessions, cleaning and outages only: what a new plan cannot move.
+BusyByRig FixedBusy(const LabState& state,
+                    const std::string& rig_class,
+                    WallTime now,
+                    const Policy& policy,
+                    bool with_bookings) {
+  BusyByRig busy;
+  for (const auto& [id, rig] : state.rigs) {
+    if (rig.rig_class != rig_class || !Promising(state, rig, now)) continue;
+    busy[id];
+    if (rig.status == RigStatus::kCleaning) busy[id].push_back({now, rig.cleaning_due});
+  }
+  const auto add = [&](const RigId& rig, const Interval& during) {
+    const auto found = busy.find(rig);
+    if (found != busy.end()) found->second.push_back(during);
+  };
+  for (const auto& [id, session] : state.sessions) {
+    if (session.state == SessionState::kClosed) continue;
+    add(session.rig, {session.start, std::max(session.hard_end, now) + policy.cleaning});
+  }
+  for (const auto& [id, outage] : state.outages) add(outage.rig, outage.during);
+  if (with_bookings) {
+    for (const auto& [id, booking] : state.bookings) {
+      if (booking.state != BookingState::kBooked) continue;
+      add(booking.rig, {booking.during.start, booking.during.end + policy.cleaning});
+    }
+  }
+  return busy;
+}
+
+}  // namespace
+
+std::vector<Interval> BusyIntervals(const LabState& state,
+                                    const RigId& rig,
+                                    const Policy& policy,
+                                    std::optional<BookingId> without) {
+  std::vector<Interval> busy;
+  const auto found = state.rigs.find(rig);
+  if (found != state.rigs.end() && found->second.status == RigStatus::kCleaning) {
+    const WallTime due = found->second.cleaning_due;
+    busy.push_back({due - policy.cleaning_max, due});
+  }
+  for (const auto& [id, session] : state.sessions) {
+    if (session.state == SessionState::kClosed || session.rig != rig) continue;
+    busy.push_back({session.start, session.hard_end + policy.cleaning});
+  }
+  for (const auto& [id, booking] : state.bookings) {
+    if (booking.state != BookingState::kBooked || booking.rig != rig || without == id) continue;
+    busy.push_back({booking.during.start, booking.during.end + policy.cleaning});
+  }
+  for (const auto& [id, outage] : state.outages) {
+    if (outage.rig == rig) busy.push_back(outage.during);
+  }
+  std::sort(busy.begin(), busy.end());
+  return busy;
+}
+
+bool Promising(const LabState& state, const Rig& rig, WallTime now) {
+  switch (rig.status) {
+    case RigStatus::kReady:
+    case RigStatus::kLeased:
+    case RigStatus::kCleaning:
+      return true;
+    case RigStatus::kMaintenance:
+      return std::any_of(state.outages.begin(), state.outages.end(), [&](const auto& entry) {
+        const Outage& outage = entry.second;
+        return outage.rig == rig.id && outage.during.start <= now && now < outage.during.end;
+      });
+    case RigStatus::kOffline:
+    case RigStatus::kQuarantined:
+      return false;
+  }
+  return false;
+}
+
+WallTime NextCommitment(const LabState& state, const RigId& rig, WallTime from) {
+  WallTime next = WallTime::max();
+  for (const auto& [id, booking] : state.bookings) {
+    if (booking.state != BookingState::kBooked || booking.rig != rig) continue;
+    // A booking whose start has passed without a rig still wants this one: nothing fits before it.
+    next = std::min(next, std::max(booking.during.start, from));
+  }
+  for (const auto& [id, outage] : state.outages) {
+    if (outage.rig != rig || outage.during.end <= from) continue;
+    next = std::min(next, std::max(outage.during.start, from));
+  }
+  return next;
+}
+
+const Rig* FindFreeRig(const LabState& state,
+                       const std::string& rig_class,
+                       const Interval& during,
+                       WallTime now,
+                       const Policy& policy,
+                       const RigId& preferred,
+                       std::optional<BookingId> without) {
+  const Rig* best = nullptr;
+  const Interval with_cleaning{during.start, during.end + policy.cleaning};
+  const auto rank = [&](const Rig& rig) {
+    return std::make_tuple(rig.id != preferred, rig.wear, rig.id);
+  };
+  for (const auto& [id, rig] : state.rigs) {
+    if (rig.rig_class != rig_class || !Promising(state, rig, now)) continue;
+    if (best != nullptr && rank(*best) < rank(rig)) continue;
+    if (IsFree(BusyIntervals(state, id, policy, without), with_cleaning)) best = &rig;
+  }
+  return best;
+}
+
+std::optional<std::map<BookingId, RigId>> PlanAll(const LabState& state,
+                                                  const std::string& rig_class,
+                                                  const std::optional<Booking>& extra,
+                                                  WallTime now,
+                                                  const Policy& policy) {
+  BusyByRig busy = FixedBusy(state, rig_class, now, policy, /*with_bookings=*/false);
+  std::vector<const Booking*> bookings;
+  for (const auto& [id, booking] : state.bookings) {
+    if (booking.state == BookingState::kBooked && booking.rig_class == rig_class) {
+      bookings.push_back(&booking);
+    }
+  }
+  if (extra) bookings.push_back(&*extra);
+  std::sort(bookings.begin(), bookings.end(), [](const Booking* a, const Booking* b) {
+    return std::tie(a->during.start, a->id) < std::tie(b->during.start, b->id);
+  });
+  std::map<BookingId, RigId> plan;
+  for (const Booking* booking : bookings) {
+    const Interval wanted{booking->during.start, booking->during.end + policy.cleaning};
+    const RigId* chosen = nullptr;
+    for (const auto& [id, intervals] : busy) {
+      if (!IsFree(intervals, wanted)) continue;
+      if (chosen == nullptr || id == booking->rig) chosen = &id;
+    }
+    if (chosen == nullptr) return std::nullopt;
+    plan[booking->id] = *chosen;
+    busy[*chosen].push_back(wanted);
+  }
+  return plan;
+}
+
+std::vector<Slot> Availability(const LabState& state,
+                               const std::string& rig_class,
+                               const Interval& range,
+                               Milliseconds step,
+                               WallTime now,
+                               const Policy& policy) {
+  LAB_CHECK(step > Milliseconds{0}, step.count());
+  const BusyByRig busy = FixedBusy(state, rig_class, now, policy, /*with_bookings=*/true);
+  std::vector<Slot> slots;
+  for (WallTime start = range.start; start < range.end && slots.size() < kSlotsMax; start += step) {
+    Slot slot{{start, start + step}, 0};
+    for (const auto& [id, intervals] : busy) {
+      if (slot.during.start >= now && IsFree(intervals, slot.during)) ++slot.free;
+    }
+    slots.push_back(slot);
+  }
+  return slots;
+}
+
+std::vector<WallTime> NextFree(const LabState& state,
+                               const std::string& rig_class,
+                               const Interval& range,
+                               Milliseconds length,
+                               int count,
+                               WallTime now,
+                               const Policy& policy) {
+  const BusyByRig busy = FixedBusy(state, rig_class, now, policy, /*with_bookings=*/true);
+  // A free stretch begins at the range's start or where something ends: no other start is earlier.
+  std::vector<WallTime> candidates = {std::max(range.start, now)};
+  for (const auto& [id, intervals] : busy) {
+    for (const auto& interval : intervals) candidates.push_back(interval.end);
+  }
+  const std::size_t ends = candidates.size();
+  for (std::size_t i = 0; i < ends; ++i) {
+    for (int k = 1; k < count; ++k) candidates.push_back(candidates[i] + k * kStartGrid);
+  }
+  std::sort(candidates.begin(), candidates.end());
+  std::vector<WallTime> starts;
+  for (const WallTime start : candidates) {
+    if (static_cast<int>(starts.size()) == count || start + length > range.end) break;
+    if (start < range.start || start < now) continue;
+    if (!starts.empty() && start < starts.back() + kStartGrid) continue;
+    const Interval wanted{start, start + length + policy.cleaning};
+    const bool fits = std::any_of(
+        busy.begin(), busy.end(), [&](const auto& entry) { return IsFree(entry.second, wanted); });
+    if (fits) starts.push_back(start);
+  }
+  return starts;
+}
+
+}  // namespace faultlab::server::lab

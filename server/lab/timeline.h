@@ -1,0 +1,68 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/lab/lab_types.h"
+
+namespace faultlab::server::lab {
+
+/// Everything that occupies one rig from `now` on, cleaning included, ordered by start: live
+/// session, running cleaning, bookings planned on it, outages. Claimed and held bookings count as
+/// sessions.
+std::vector<Interval> BusyIntervals(const LabState& state,
+                                    const RigId& rig,
+                                    const Policy& policy,
+                                    std::optional<BookingId> without = std::nullopt);
+
+/// Works now, or will by itself: ready, leased, cleaning, or in a planned outage that ends.
+bool Promising(const LabState& state, const Rig& rig, WallTime now);
+
+/// The start of the first planned thing (booking or outage) on the rig at or after `from`;
+/// WallTime::max() when there is none.
+WallTime NextCommitment(const LabState& state, const RigId& rig, WallTime from);
+
+/// The rig of the class that can take [start, end) and the cleaning behind it, or nullptr. Prefers
+/// `preferred`, then the least worn, then the lowest id.
+const Rig* FindFreeRig(const LabState& state,
+                       const std::string& rig_class,
+                       const Interval& during,
+                       WallTime now,
+                       const Policy& policy,
+                       const RigId& preferred,
+                       std::optional<BookingId> without = std::nullopt);
+
+/// Places every kBooked booking of a class anew, with one more if given, each on one rig for its
+/// whole time. nullopt when greedy placing by start finds no room for all.
+std::optional<std::map<BookingId, RigId>> PlanAll(const LabState& state,
+                                                  const std::string& rig_class,
+                                                  const std::optional<Booking>& extra,
+                                                  WallTime now,
+                                                  const Policy& policy);
+
+/// How many rigs of the class are free for a whole slot, for a week grid.
+struct Slot {
+  Interval during;
+  int free = 0;
+};
+/// Slots of `step` from `from` to `to`; at most 2000.
+std::vector<Slot> Availability(const LabState& state,
+                               const std::string& rig_class,
+                               const Interval& range,
+                               Milliseconds step,
+                               WallTime now,
+                               const Policy& policy);
+
+/// The first `count` starts (5 min apart at least) at which a booking of `length` fits within
+/// `range`.
+std::vector<WallTime> NextFree(const LabState& state,
+                               const std::string& rig_class,
+                               const Interval& range,
+                               Milliseconds length,
+                               int count,
+                               WallTime now,
+                               const Policy& policy);
+
+}  // namespace faultlab::server::lab
