@@ -10,6 +10,7 @@
 #include "server/app/guests.h"
 #include "server/app/lcm_run_tap.h"
 #include "server/app/static_files.h"
+#include "server/plots/record_figure.h"
 #include "server/run/rig_bay.h"
 #include "server/storage/database.h"
 #include "server/stream/stream_tokens.h"
@@ -122,7 +123,7 @@ class Laboratory::Impl {
     return options;
   }
   static RunManagerOptions RunOptions(const Config& config) {
-    return {config.runs_max, config.server_id, config.sim_speed};
+    return {config.runs_max, config.server_id, config.sim_speed, AddModelFits};
   }
   static HttpServerOptions NetOptions(const Config& config) {
     HttpServerOptions options;

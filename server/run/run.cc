@@ -18,6 +18,7 @@ constexpr std::chrono::milliseconds kSaveInterval{1000};  ///< a crash costs at 
 constexpr double kChunkSeconds = 1.0;
 constexpr int kRowsPerFrameMax = 250;
 constexpr std::size_t kEventsShownMax = 1000;
+constexpr std::int64_t kIndexMax = 1'000'000'000;
 
 bool IsRealTime(const hardware::RigDescription& description, double speed) {
   const bool paced_here = description.kind == hardware::RigKind::kSimulated ||
@@ -308,17 +309,31 @@ void Run::Fail(const std::string& reason) {
   services_.log("run " + id_ + " fails: " + reason);
 }
 
+void Run::Complete(core::Diagnosis& diagnosis) {
+  if (!services_.complete) return;
+  const auto samples = services_.store.LoadSamples(id_, 0, kIndexMax);
+  if (!samples.ok()) return;  // already told by Drain
+  core::DiagnoseOptions options;
+  options.nominal = request_.pipeline.nominal;
+  options.channels = request_.pipeline.channels;
+  options.values = request_.pipeline.values;
+  options.motor_faults = request_.pipeline.motor_faults;
+  options.period_s = request_.pipeline.period_s;
+  services_.complete(samples.value(), options, diagnosis);
+}
+
 void Run::Finish() {
   FlushRows();
   PublishReadout();
   if (auto result = box_->Take()) pipeline_.Accept(std::move(*result));
-  const core::Diagnosis diagnosis = pipeline_.Finish();
+  core::Diagnosis diagnosis = pipeline_.Finish();
   FollowVerdict();
   verdict_text_ = VerdictText(diagnosis.verdict);
 
   FlushRecording(true);
   const core::Status recorded = services_.recorder.Drain(id_);
   if (!recorded.ok()) Fail(recorded.error().message);
+  Complete(diagnosis);
   RunState state = RunState::kFailed;
   if (failure_.empty() && finished_) state = RunState::kFinished;
   if (failure_.empty() && !finished_ && stopped_by_us_) state = RunState::kStopped;

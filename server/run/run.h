@@ -38,6 +38,7 @@ struct RunServices {
   RunTap* tap = nullptr;
   double speed = 1.0;
   std::function<void(std::string_view)> log;
+  decltype(RunManagerOptions::complete) complete;
 };
 
 /// One experiment from its start to its stored end, on a thread of its own. The rig is safe before
@@ -74,6 +75,7 @@ class Run {
   void PublishReadout();
   void Fail(const std::string& reason);
   void Finish();
+  void Complete(core::Diagnosis& diagnosis);
   std::string Hello();
 
   RunServices services_;

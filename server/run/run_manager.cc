@@ -128,8 +128,16 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   const core::Status begun = store_.Begin(record);
   if (!begun.ok()) return begun.error();
 
-  RunServices services{
-      store_, recorder_, solver_, hub_, clock_, &counters_, tap_, options_.speed, log_};
+  RunServices services{store_,
+                       recorder_,
+                       solver_,
+                       hub_,
+                       clock_,
+                       &counters_,
+                       tap_,
+                       options_.speed,
+                       log_,
+                       options_.complete};
   const std::string id = record.id;
   auto run = std::make_shared<Run>(
       std::move(services),

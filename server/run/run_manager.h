@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -71,6 +72,10 @@ struct RunManagerOptions {
   int runs_max = 32;
   std::string server_id = "local";
   double speed = 1.0;  ///< of the simulated rigs: frames are batched to 20 a second of wall time
+  /// Adds to the diagnosis of an ended run what needs the whole recording (fits of models). May be
+  /// empty. Called on the run's thread.
+  std::function<void(std::span<const core::Sample>, const core::DiagnoseOptions&, core::Diagnosis&)>
+      complete;
 };
 
 struct RunCounters {
