@@ -1,0 +1,96 @@
+#pragma once
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "server/lab/scheduler.h"
+
+namespace faultlab::server::lab {
+
+using std::chrono::hours;
+using std::chrono::minutes;
+using std::chrono::seconds;
+
+inline constexpr WallTime kNoon{Milliseconds{1'770'033'600'000}};
+inline constexpr UserId kAnn{1};
+inline constexpr UserId kBob{2};
+inline constexpr UserId kCem{3};
+inline constexpr UserId kTeacher{9};
+
+/// A scheduler at noon, whose checks between users pass when the test says so.
+class LabFixture : public testing::Test {
+ protected:
+  void AddReadyRigs(int count, const std::string& rig_class = "bench", bool elastic = false) {
+    for (int i = 0; i < count; ++i) {
+      const RigId id = rig_class + "-" + std::to_string(i + 1);
+      ASSERT_TRUE(lab_.AddRig(id, rig_class, elastic).ok());
+      ASSERT_TRUE(lab_.RigOnline(id, now_).ok());
+    }
+    PassChecks();
+  }
+  void PassChecks() {
+    const LabState state = lab_.state();
+    for (const auto& [id, rig] : state.rigs) {
+      if (rig.status != RigStatus::kCleaning) continue;
+      ASSERT_TRUE(lab_.CleaningDone(id, rig.epoch, true, "", now_).ok());
+    }
+  }
+  void Pass(Milliseconds time) {
+    now_ += time;
+    lab_.Tick(now_);
+    EXPECT_EQ(FindBrokenInvariant(lab_.state()), "");
+  }
+  Ticket Ask(UserId user, Milliseconds min = minutes(10), Milliseconds want = minutes(30)) {
+    TicketRequest request;
+    request.user = user;
+    request.rig_class = "bench";
+    request.min = min;
+    request.want = want;
+    const auto answer = lab_.RequestTicket(request, now_);
+    EXPECT_TRUE(answer.ok());
+    return std::get<Ticket>(answer.value());
+  }
+  Session Start(UserId user, Milliseconds want = minutes(30)) {
+    const Ticket ticket = Ask(user, minutes(10), want);
+    const auto session = lab_.AcceptTicket(ticket.id, user, now_);
+    EXPECT_TRUE(session.ok()) << session.error().message;
+    return session.value();
+  }
+  Booking Book(UserId user, Milliseconds in, Milliseconds length) {
+    const auto booking = lab_.Book(user, "bench", {now_ + in, now_ + in + length}, now_);
+    EXPECT_TRUE(booking.ok()) << booking.error().message;
+    return booking.value();
+  }
+  RigStatus Status(const RigId& rig) const { return lab_.state().rigs.at(rig).status; }
+  const Session* Live(SessionId id) const {
+    const auto found = lab_.state().sessions.find(id);
+    if (found == lab_.state().sessions.end()) return nullptr;
+    return found->second.state == SessionState::kClosed ? nullptr : &found->second;
+  }
+  /// Topics told to a user since the last call of this.
+  std::vector<std::string> Told(UserId user) {
+    for (Effect& effect : lab_.TakeEffects()) seen_.push_back(std::move(effect));
+    std::vector<std::string> topics;
+    for (const Effect& effect : seen_) {
+      if (effect.kind == EffectKind::kNotify && effect.user == user) topics.push_back(effect.topic);
+    }
+    seen_.clear();
+    return topics;
+  }
+  std::vector<Effect> Effects(EffectKind kind) {
+    std::vector<Effect> wanted;
+    for (Effect& effect : lab_.TakeEffects()) {
+      if (effect.kind == kind) wanted.push_back(effect);
+    }
+    return wanted;
+  }
+
+  Scheduler lab_;
+  WallTime now_ = kNoon;
+  std::vector<Effect> seen_;
+};
+
+}  // namespace faultlab::server::lab

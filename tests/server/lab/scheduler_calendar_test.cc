@@ -1,0 +1,166 @@
+#include "tests/server/lab/lab_fixture.h"
+
+namespace faultlab::server::lab {
+namespace {
+
+using core::ErrorCode;
+using testing::Contains;
+
+class Calendar : public LabFixture {};
+
+TEST_F(Calendar, GivesABookedRigAtItsHour) {
+  AddReadyRigs(1);
+  const Booking booking = Book(kAnn, hours(1), minutes(30));
+  EXPECT_EQ(lab_.ClaimBooking(booking.id, kAnn, now_).error().code, ErrorCode::kBusy);
+  Pass(hours(1));
+  const auto session = lab_.ClaimBooking(booking.id, kAnn, now_);
+  ASSERT_TRUE(session.ok());
+  EXPECT_EQ(session.value().hard_end, booking.during.end);
+  const auto again = lab_.ClaimBooking(booking.id, kAnn, now_);
+  ASSERT_TRUE(again.ok()) << "claiming twice is claiming once";
+  EXPECT_EQ(again.value().epoch, session.value().epoch);
+}
+
+TEST_F(Calendar, ANoShowLosesTheSlotToTheQueueInTheSameStep) {
+  AddReadyRigs(1);
+  const Booking booking = Book(kAnn, hours(1), hours(1));
+  Pass(hours(1));
+  const Ticket bob = Ask(kBob);
+  EXPECT_EQ(bob.state, TicketState::kWaiting);
+  Pass(lab_.policy().grace - Milliseconds{1});
+  EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kHeld);
+  Pass(Milliseconds{1});
+  EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kNoShow);
+  EXPECT_EQ(lab_.state().tickets.at(bob.id).state, TicketState::kOffered);
+  EXPECT_GT(lab_.state().usage.at(kAnn).seconds, 0.0) << "it costs";
+}
+
+TEST_F(Calendar, TheGraceTimeRunsOnlyFromWhenTheRigIsReady) {
+  AddReadyRigs(1);
+  const Booking booking = Book(kAnn, hours(1), hours(1));
+  Start(kBob, minutes(59));
+  Pass(minutes(59));
+  Pass(minutes(1));
+  // Bob's check takes a minute longer than planned.
+  EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kBooked);
+  now_ += minutes(1);
+  PassChecks();
+  EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kHeld);
+  Pass(lab_.policy().grace - Milliseconds{1});
+  EXPECT_TRUE(lab_.ClaimBooking(booking.id, kAnn, now_).ok());
+}
+
+TEST_F(Calendar, RacersForTheLastRigGetOneBookingAndOneRefusal) {
+  AddReadyRigs(2);
+  Book(kAnn, hours(1), hours(1));
+  Book(kBob, hours(1), hours(1));
+  const auto third = lab_.Book(kCem, "bench", {now_ + minutes(90), now_ + hours(3)}, now_);
+  ASSERT_FALSE(third.ok());
+  EXPECT_EQ(third.error().code, ErrorCode::kConflict);
+}
+
+TEST_F(Calendar, BookingsAreHalfOpenWithTheCheckBetween) {
+  AddReadyRigs(1);
+  const Booking first = Book(kAnn, hours(1), hours(1));
+  EXPECT_FALSE(
+      lab_.Book(kBob, "bench", {first.during.end, first.during.end + hours(1)}, now_).ok());
+  const WallTime clean = first.during.end + lab_.policy().cleaning;
+  EXPECT_TRUE(lab_.Book(kBob, "bench", {clean, clean + hours(1)}, now_).ok());
+}
+
+TEST_F(Calendar, MovesPlansAmongEqualRigsToFitOneMore) {
+  AddReadyRigs(2);
+  const Booking a = Book(kAnn, hours(1), hours(1));
+  const Booking b = Book(kBob, hours(3), hours(1));
+  ASSERT_EQ(a.rig, b.rig) << "first fit puts both on one rig";
+  const Booking c = Book(kCem, hours(3), hours(1));
+  EXPECT_NE(b.rig, c.rig);
+  // Ann's rig is free at 14:00, Cem's is not, but a plan exists for a long one if somebody moves.
+  const auto d = lab_.Book(kTeacher, "bench", {now_ + minutes(130), now_ + minutes(175)}, now_);
+  EXPECT_TRUE(d.ok()) << d.error().message;
+}
+
+TEST_F(Calendar, RefusesPastTimesEmptyTimesAndTenYears) {
+  AddReadyRigs(1);
+  const auto field = [&](Milliseconds from, Milliseconds to) {
+    const auto booking = lab_.Book(kAnn, "bench", {now_ + from, now_ + to}, now_);
+    return booking.ok() ? std::string("ok") : booking.error().field;
+  };
+  EXPECT_EQ(field(minutes(-1), minutes(30)), "start");
+  EXPECT_EQ(field(hours(1), hours(1)), "end");
+  EXPECT_EQ(field(hours(1), minutes(30)), "end");
+  EXPECT_EQ(field(hours(1), hours(1) + seconds(1)), "end");
+  EXPECT_EQ(field(hours(1), hours(24 * 3650)), "end");
+  EXPECT_EQ(field(hours(24 * 3650), hours(24 * 3650 + 1)), "start");
+  EXPECT_TRUE(lab_.state().bookings.empty());
+}
+
+TEST_F(Calendar, BoundsTheBookingsOfOneUserAndRefusesTwoAtOnce) {
+  AddReadyRigs(2);
+  Book(kAnn, hours(1), hours(1));
+  EXPECT_EQ(lab_.Book(kAnn, "bench", {now_ + minutes(90), now_ + hours(3)}, now_).error().code,
+            ErrorCode::kConflict);
+  Book(kAnn, hours(3), hours(1));
+  Book(kAnn, hours(5), hours(1));
+  EXPECT_EQ(lab_.Book(kAnn, "bench", {now_ + hours(7), now_ + hours(8)}, now_).error().code,
+            ErrorCode::kConflict);
+}
+
+TEST_F(Calendar, ACancellationNeedsTheVersionThatTheUserSaw) {
+  AddReadyRigs(1);
+  const Booking booking = Book(kAnn, hours(1), hours(1));
+  EXPECT_EQ(lab_.CancelBooking(booking.id, booking.version + 1, now_).error().code,
+            ErrorCode::kStale);
+  ASSERT_TRUE(lab_.CancelBooking(booking.id, booking.version, now_).ok());
+  EXPECT_TRUE(lab_.Book(kBob, "bench", booking.during, now_).ok()) << "its time is free again";
+}
+
+TEST_F(Calendar, AHeldBookingCanBeCancelledAndTheRigIsFree) {
+  AddReadyRigs(1);
+  const Booking booking = Book(kAnn, hours(1), hours(1));
+  Pass(hours(1));
+  const std::int64_t version = lab_.state().bookings.at(booking.id).version;
+  ASSERT_TRUE(lab_.CancelBooking(booking.id, version, now_).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kReady);
+  EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kCancelled);
+}
+
+TEST_F(Calendar, AUserWhoAlreadyWorksKeepsTheRigThroughTheBooking) {
+  AddReadyRigs(2);
+  const Booking booking = Book(kAnn, hours(1), hours(1));
+  Pass(minutes(40));
+  const Session session = Start(kAnn, minutes(15));
+  Pass(minutes(10));
+  Pass(minutes(10));
+  EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kClaimed);
+  ASSERT_NE(Live(session.id), nullptr);
+  EXPECT_EQ(Live(session.id)->hard_end, booking.during.end);
+}
+
+TEST_F(Calendar, AClockSetForwardAnHourNeitherCutsLeasesNorDoublesThem) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn, minutes(30));
+  const Booking booking = Book(kBob, minutes(45), hours(2));
+  now_ += hours(1);
+  lab_.ClockJumped(hours(1));
+  Pass(Milliseconds{0});
+  ASSERT_NE(Live(session.id), nullptr) << "half an hour was promised";
+  EXPECT_EQ(Live(session.id)->hard_end, session.hard_end + hours(1));
+  EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kBooked) << "waits, not lost";
+  ASSERT_TRUE(lab_.EndSession(session.id, EndReason::kEnded, "", now_).ok());
+  PassChecks();
+  EXPECT_TRUE(lab_.ClaimBooking(booking.id, kBob, now_).ok());
+}
+
+TEST_F(Calendar, AClockSetBackAnHourDoesNotLengthenLeases) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn, minutes(30));
+  Ask(kBob);
+  now_ -= hours(1);
+  lab_.ClockJumped(-hours(1));
+  Pass(minutes(31));
+  EXPECT_EQ(Live(session.id), nullptr);
+}
+
+}  // namespace
+}  // namespace faultlab::server::lab

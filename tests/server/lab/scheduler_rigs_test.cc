@@ -1,0 +1,190 @@
+#include "tests/server/lab/lab_fixture.h"
+
+namespace faultlab::server::lab {
+namespace {
+
+using core::ErrorCode;
+using testing::Contains;
+using testing::HasSubstr;
+
+class Rigs : public LabFixture {};
+
+TEST_F(Rigs, OnlyAPassedCheckGivesReady) {
+  ASSERT_TRUE(lab_.AddRig("bench-1", "bench", false).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kOffline);
+  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
+  PassChecks();
+  EXPECT_EQ(Status("bench-1"), RigStatus::kReady);
+}
+
+TEST_F(Rigs, AFailedCheckQuarantinesAndNobodyGetsTheRig) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn);
+  Ask(kBob);
+  ASSERT_TRUE(lab_.EndSession(session.id, EndReason::kEnded, "", now_).ok());
+  const std::uint64_t epoch = lab_.state().rigs.at("bench-1").epoch;
+  ASSERT_TRUE(lab_.CleaningDone("bench-1", epoch, false, "R9 sticks at 27 kohm", now_).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kQuarantined);
+  EXPECT_THAT(lab_.state().rigs.at("bench-1").reason, HasSubstr("R9 sticks"));
+  Pass(hours(2));
+  EXPECT_EQ(Status("bench-1"), RigStatus::kQuarantined);
+  EXPECT_TRUE(lab_.state().sessions.empty() || Live(SessionId{}) == nullptr);
+}
+
+TEST_F(Rigs, ACheckThatNeverAnswersFailsClosed) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn);
+  ASSERT_TRUE(lab_.EndSession(session.id, EndReason::kEnded, "", now_).ok());
+  Pass(lab_.policy().cleaning_max - Milliseconds{1});
+  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
+  Pass(Milliseconds{1});
+  EXPECT_EQ(Status("bench-1"), RigStatus::kQuarantined);
+}
+
+TEST_F(Rigs, AnAnswerToAnOlderCheckIsStale) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn);
+  ASSERT_TRUE(lab_.EndSession(session.id, EndReason::kEnded, "", now_).ok());
+  const std::uint64_t epoch = lab_.state().rigs.at("bench-1").epoch;
+  EXPECT_EQ(lab_.CleaningDone("bench-1", epoch - 1, true, "", now_).error().code,
+            ErrorCode::kStale);
+  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
+}
+
+TEST_F(Rigs, EveryHolderAndEveryCheckRaisesTheEpochAndRevokesTheOneBefore) {
+  AddReadyRigs(1);
+  const Session ann = Start(kAnn);
+  EXPECT_TRUE(lab_.CheckCommand("bench-1", ann.epoch, kAnn).ok());
+  (void)lab_.TakeEffects();
+  ASSERT_TRUE(lab_.EndSession(ann.id, EndReason::kEnded, "", now_).ok());
+  const auto revoked = Effects(EffectKind::kRevoke);
+  ASSERT_EQ(revoked.size(), 1u);
+  EXPECT_GT(revoked[0].epoch, ann.epoch);
+  EXPECT_EQ(lab_.CheckCommand("bench-1", ann.epoch, kAnn).error().code, ErrorCode::kStale);
+  PassChecks();
+  const Session bob = Start(kBob);
+  EXPECT_GT(bob.epoch, revoked[0].epoch);
+  EXPECT_EQ(lab_.CheckCommand("bench-1", ann.epoch, kAnn).error().code, ErrorCode::kStale);
+  EXPECT_EQ(lab_.CheckCommand("bench-1", bob.epoch, kAnn).error().code, ErrorCode::kForbidden);
+}
+
+TEST_F(Rigs, ADeadRigEndsItsSessionUnchargedAndComesBackThroughACheck) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn);
+  Pass(minutes(10));
+  ASSERT_TRUE(lab_.RigOffline("bench-1", "no heartbeat", now_).ok());
+  EXPECT_EQ(Live(session.id), nullptr);
+  EXPECT_EQ(Status("bench-1"), RigStatus::kOffline);
+  EXPECT_THAT(Told(kAnn), Contains("rig_failed"));
+  EXPECT_FALSE(lab_.state().usage.contains(kAnn));
+  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
+}
+
+TEST_F(Rigs, ADeadRigIsOfferedToNobody) {
+  AddReadyRigs(1);
+  ASSERT_TRUE(lab_.RigOffline("bench-1", "no heartbeat", now_).ok());
+  const Ticket ticket = Ask(kAnn);
+  EXPECT_EQ(ticket.state, TicketState::kWaiting);
+  EXPECT_EQ(ticket.expected, std::nullopt) << "no rig in sight: no promise";
+}
+
+TEST_F(Rigs, QuarantineOutlivesALostLinkAndNeedsARelease) {
+  AddReadyRigs(1);
+  ASSERT_TRUE(lab_.Quarantine("bench-1", "smells", now_).ok());
+  ASSERT_TRUE(lab_.RigOffline("bench-1", "unplugged", now_).ok());
+  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kQuarantined);
+  ASSERT_TRUE(lab_.Release("bench-1", now_).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
+  EXPECT_EQ(lab_.Release("bench-1", now_).error().code, ErrorCode::kConflict);
+}
+
+TEST_F(Rigs, BookingsOfADeadRigMoveToAnEqualOne) {
+  AddReadyRigs(2);
+  const Booking booking = Book(kAnn, minutes(10), minutes(30));
+  ASSERT_TRUE(lab_.RigOffline(booking.rig, "no heartbeat", now_).ok());
+  const Booking moved = lab_.state().bookings.at(booking.id);
+  EXPECT_EQ(moved.state, BookingState::kBooked);
+  EXPECT_NE(moved.rig, booking.rig);
+  EXPECT_GT(moved.version, booking.version);
+  EXPECT_THAT(Told(kAnn), Contains("moved"));
+}
+
+TEST_F(Rigs, ABookingWithoutAnyRigFallsUnchargedAtItsStartAndSaysWhy) {
+  AddReadyRigs(1);
+  const Booking booking = Book(kAnn, minutes(10), minutes(30));
+  ASSERT_TRUE(lab_.RigOffline("bench-1", "no heartbeat", now_).ok());
+  Pass(minutes(9));
+  EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kBooked);
+  Pass(minutes(1));
+  const Changes changes = lab_.TakeChanges();
+  ASSERT_EQ(changes.bookings.size(), 1u);
+  EXPECT_EQ(changes.bookings[0].state, BookingState::kUnfulfilled);
+  EXPECT_THAT(changes.bookings[0].note, HasSubstr("no heartbeat"));
+  EXPECT_FALSE(lab_.state().usage.contains(kAnn));
+}
+
+TEST_F(Rigs, AnOutageTakesTheRigAndGivesItBackThroughACheck) {
+  AddReadyRigs(1);
+  ASSERT_TRUE(
+      lab_.AddOutage("bench-1", {now_ + hours(1), now_ + hours(2)}, "new brushes", now_).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kReady);
+  Pass(hours(1));
+  EXPECT_EQ(Status("bench-1"), RigStatus::kMaintenance);
+  Pass(hours(1));
+  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
+}
+
+TEST_F(Rigs, AnOutageShortensTheSessionAndMovesOrCancelsBookings) {
+  AddReadyRigs(2);
+  const Booking moves = Book(kBob, hours(2), minutes(30));
+  const Session session = Start(kAnn, hours(1));
+  ASSERT_TRUE(
+      lab_.AddOutage(session.rig, {now_ + minutes(20), now_ + hours(4)}, "works", now_).ok());
+  EXPECT_LE(Live(session.id)->hard_end, now_ + minutes(20));
+  const Booking moved = lab_.state().bookings.at(moves.id);
+  EXPECT_EQ(moved.state, BookingState::kBooked);
+  EXPECT_NE(moved.rig, session.rig);
+  ASSERT_TRUE(lab_.AddOutage(moved.rig, {now_ + hours(1), now_ + hours(4)}, "works", now_).ok());
+  const Changes changes = lab_.TakeChanges();
+  EXPECT_THAT(changes.bookings,
+              Contains(testing::Field(&Booking::state, BookingState::kUnfulfilled)));
+}
+
+TEST_F(Rigs, RefusesOutagesThatAreNoneOrOverOrTenYearsLong) {
+  AddReadyRigs(1);
+  const auto refuse = [&](Milliseconds from, Milliseconds to) {
+    return lab_.AddOutage("bench-1", {now_ + from, now_ + to}, "", now_).error().code;
+  };
+  EXPECT_EQ(refuse(hours(1), hours(1)), ErrorCode::kInvalid);
+  EXPECT_EQ(refuse(-hours(2), -hours(1)), ErrorCode::kInvalid);
+  EXPECT_EQ(refuse(hours(1), hours(24 * 3650)), ErrorCode::kInvalid);
+}
+
+TEST_F(Rigs, AfterARestartGrantsAreRepeatedChecksBeginAnewAndCutRunsAreNotCharged) {
+  AddReadyRigs(2);
+  const Session ann = Start(kAnn);
+  const Session bob = Start(kBob);
+  ASSERT_TRUE(lab_.RunStarted(ann.id, now_).ok());
+  Pass(minutes(5));
+  ASSERT_TRUE(lab_.EndSession(bob.id, EndReason::kEnded, "", now_).ok());
+  const std::uint64_t check = lab_.state().rigs.at(bob.rig).epoch;
+  Scheduler restarted(lab_.policy(), lab_.state());
+  restarted.Recover(now_);
+  bool granted = false;
+  std::uint64_t new_check = 0;
+  for (const Effect& effect : restarted.TakeEffects()) {
+    granted = granted || (effect.kind == EffectKind::kGrant && effect.session == ann.id &&
+                          effect.epoch == ann.epoch);
+    if (effect.kind == EffectKind::kStartCleaning) new_check = effect.epoch;
+  }
+  EXPECT_TRUE(granted);
+  EXPECT_GT(new_check, check);
+  ASSERT_TRUE(restarted.EndSession(ann.id, EndReason::kEnded, "", now_).ok());
+  EXPECT_DOUBLE_EQ(restarted.state().usage.at(kAnn).seconds, 0.0);
+}
+
+}  // namespace
+}  // namespace faultlab::server::lab

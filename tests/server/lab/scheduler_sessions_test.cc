@@ -1,0 +1,154 @@
+#include "tests/server/lab/lab_fixture.h"
+
+namespace faultlab::server::lab {
+namespace {
+
+using core::ErrorCode;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Not;
+
+class Sessions : public LabFixture {};
+
+TEST_F(Sessions, EndByThemselvesWhenSomebodyWaitsAfterThreeWarnings) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn, minutes(30));
+  Ask(kBob);
+  (void)Told(kAnn);
+  int warnings = 0;
+  while (Live(session.id) != nullptr) {
+    ASSERT_TRUE(lab_.ControlActivity(session.id, session.epoch, now_).ok());
+    Pass(seconds(5));
+    for (const auto& topic : Told(kAnn)) warnings += topic == "warning" ? 1 : 0;
+    ASSERT_LT(now_, kNoon + hours(1));
+  }
+  EXPECT_EQ(warnings, 3);
+  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
+  EXPECT_GE(now_, session.hard_end);
+  EXPECT_LE(now_, session.hard_end + seconds(5));
+}
+
+TEST_F(Sessions, GoOnByThemselvesWhileNobodyWaits) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn, minutes(30));
+  for (int i = 0; i < 180; ++i) Pass(minutes(1));
+  ASSERT_NE(Live(session.id), nullptr);
+  EXPECT_GT(Live(session.id)->hard_end, now_);
+  EXPECT_THAT(Told(kAnn), Not(Contains("warning")));
+}
+
+TEST_F(Sessions, AreNotExtendedIntoABooking) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn, minutes(30));
+  const Booking booking = Book(kBob, minutes(40), minutes(20));
+  for (int i = 0; i < 40; ++i) Pass(minutes(1));
+  EXPECT_EQ(Live(session.id), nullptr);
+  PassChecks();
+  EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kHeld);
+}
+
+TEST_F(Sessions, AnExtensionAskedForIsRefusedWithTheReasonWhenSomebodyWaits) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn);
+  EXPECT_TRUE(lab_.Extend(session.id, now_).ok());
+  Ask(kBob);
+  EXPECT_EQ(lab_.Extend(session.id, now_).error().code, ErrorCode::kBusy);
+}
+
+TEST_F(Sessions, IdleIsAskedOnlyWhenSomebodyWaitsAndEndsUnansweredAfterAMinute) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn, hours(1));
+  Pass(minutes(10));
+  EXPECT_THAT(Told(kAnn), Not(Contains("idle"))) << "nobody waits";
+  Ask(kBob);
+  Pass(seconds(1));
+  EXPECT_THAT(Told(kAnn), Contains("idle"));
+  Pass(lab_.policy().idle_answer - seconds(1) - Milliseconds{1});  // asked when Bob came
+  ASSERT_NE(Live(session.id), nullptr);
+  Pass(Milliseconds{1});
+  EXPECT_EQ(Live(session.id), nullptr);
+}
+
+TEST_F(Sessions, AnAnswerOrACommandOrARunKeepsAnIdleSession) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn, hours(1));
+  Ask(kBob);
+  Pass(lab_.policy().idle);
+  ASSERT_TRUE(lab_.StillThere(session.id, now_).ok());
+  Pass(lab_.policy().idle);
+  ASSERT_TRUE(lab_.ControlActivity(session.id, session.epoch, now_).ok());
+  ASSERT_TRUE(lab_.RunStarted(session.id, now_).ok());
+  Pass(minutes(20));
+  ASSERT_NE(Live(session.id), nullptr) << "a run in progress is work";
+  ASSERT_TRUE(lab_.RunEnded(session.id, now_).ok());
+  Pass(lab_.policy().idle);
+  Pass(lab_.policy().idle_answer);
+  EXPECT_EQ(Live(session.id), nullptr);
+}
+
+TEST_F(Sessions, ControlGoesByOfferAndAcceptAndTheOldEpochDies) {
+  AddReadyRigs(1);
+  const Session ann = Start(kAnn);
+  EXPECT_EQ(lab_.AcceptControl(ann.id, kBob, now_).error().code, ErrorCode::kForbidden);
+  ASSERT_TRUE(lab_.OfferControl(ann.id, kBob, now_).ok());
+  EXPECT_TRUE(lab_.CheckCommand(ann.rig, ann.epoch, kAnn).ok()) << "an offer changes nothing yet";
+  EXPECT_EQ(lab_.AcceptControl(ann.id, kCem, now_).error().code, ErrorCode::kForbidden);
+  const auto bob = lab_.AcceptControl(ann.id, kBob, now_);
+  ASSERT_TRUE(bob.ok());
+  EXPECT_GT(bob.value().epoch, ann.epoch);
+  EXPECT_EQ(lab_.CheckCommand(ann.rig, ann.epoch, kAnn).error().code, ErrorCode::kStale);
+  EXPECT_TRUE(lab_.CheckCommand(ann.rig, bob.value().epoch, kBob).ok());
+  EXPECT_EQ(lab_.ControlActivity(ann.id, ann.epoch, now_).error().code, ErrorCode::kStale);
+}
+
+TEST_F(Sessions, AnInstructorTakesOverOnlyWithAReason) {
+  AddReadyRigs(1);
+  const Session ann = Start(kAnn);
+  EXPECT_EQ(lab_.TakeOver(ann.id, kTeacher, "", now_).error().field, "reason");
+  const auto taken = lab_.TakeOver(ann.id, kTeacher, "the motor screams", now_);
+  ASSERT_TRUE(taken.ok());
+  EXPECT_EQ(taken.value().user, kTeacher);
+  EXPECT_EQ(lab_.CheckCommand(ann.rig, ann.epoch, kAnn).error().code, ErrorCode::kStale);
+  EXPECT_THAT(Told(kAnn), Contains("taken_over"));
+}
+
+TEST_F(Sessions, UseIsChargedToWhoeverHadTheControl) {
+  AddReadyRigs(1);
+  const Session ann = Start(kAnn, hours(1));
+  Pass(minutes(10));
+  ASSERT_TRUE(lab_.OfferControl(ann.id, kBob, now_).ok());
+  ASSERT_TRUE(lab_.AcceptControl(ann.id, kBob, now_).ok());
+  Pass(minutes(5));
+  ASSERT_TRUE(lab_.EndSession(ann.id, EndReason::kEnded, "", now_).ok());
+  EXPECT_NEAR(lab_.state().usage.at(kAnn).seconds, 600.0, 1.0);
+  EXPECT_NEAR(lab_.state().usage.at(kBob).seconds, 300.0, 1.0);
+}
+
+TEST_F(Sessions, AnEndedSessionAnswersNothing) {
+  AddReadyRigs(1);
+  const Session ann = Start(kAnn);
+  ASSERT_TRUE(lab_.EndSession(ann.id, EndReason::kEnded, "", now_).ok());
+  EXPECT_EQ(lab_.EndSession(ann.id, EndReason::kEnded, "", now_).error().code,
+            ErrorCode::kNotFound);
+  EXPECT_EQ(lab_.Extend(ann.id, now_).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(lab_.OfferControl(ann.id, kBob, now_).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(lab_.RunStarted(ann.id, now_).error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(Sessions, ChangesHoldEachEndedThingOnceAndThenNothing) {
+  AddReadyRigs(1);
+  const Session ann = Start(kAnn);
+  ASSERT_TRUE(lab_.EndSession(ann.id, EndReason::kEnded, "done", now_).ok());
+  const Changes changes = lab_.TakeChanges();
+  ASSERT_EQ(changes.sessions.size(), 1u);
+  EXPECT_EQ(changes.sessions[0].state, SessionState::kClosed);
+  EXPECT_EQ(changes.sessions[0].end_text, "done");
+  ASSERT_EQ(changes.tickets.size(), 1u);
+  EXPECT_EQ(changes.tickets[0].state, TicketState::kClaimed);
+  EXPECT_TRUE(lab_.TakeChanges().empty());
+  EXPECT_THAT(lab_.state().sessions, IsEmpty());
+}
+
+}  // namespace
+}  // namespace faultlab::server::lab
