@@ -39,12 +39,24 @@ GaussianPrior DataSheetPrior() {
   return prior;
 }
 
-RigAt AroundDataSheet(const RigParameters& base, double period_s) {
-  return [base, period_s](const Eigen::VectorXd& q) {
-    Coordinates coordinates;
-    for (int i = 0; i < kCoordinateCount; ++i) coordinates[static_cast<std::size_t>(i)] = q(i);
-    return Moved(base, coordinates, period_s);
+// The rig at coordinates around `base`.
+RigParameters RigAt(const RigParameters& base, const Eigen::VectorXd& q, double period_s) {
+  Coordinates coordinates;
+  for (int i = 0; i < kCoordinateCount; ++i) coordinates[static_cast<std::size_t>(i)] = q(i);
+  return Moved(base, coordinates, period_s);
+}
+
+MapFit FitRig(const RigParameters& base,
+              const NoiseLevel& noise,
+              double period_s,
+              std::span<const Observation> stretch,
+              const GaussianPrior& prior,
+              const Eigen::VectorXd& start) {
+  const auto run = [&](const Eigen::VectorXd& q, InnovationTrace* trace) {
+    return RunInnovations(
+        MakePredictionModel(RigAt(base, q, period_s), noise, period_s), stretch, trace);
   };
+  return FitMap(run, prior, start);
 }
 
 double* NoiseOfChannel(NoiseLevel& noise, std::size_t channel) {
@@ -158,24 +170,19 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
   for (double share : kDeltaStartShares) {
     RigParameters started = base;
     started.delta_s = share * period_s;
-    MapFit fit = FitMap(AroundDataSheet(started, period_s),
-                        noise,
-                        period_s,
-                        stretch,
-                        prior,
-                        Eigen::VectorXd::Zero(kCoordinateCount));
+    MapFit fit =
+        FitRig(started, noise, period_s, stretch, prior, Eigen::VectorXd::Zero(kCoordinateCount));
     if (!have || fit.cost() < best.cost()) {
       have = true;
       best = fit;
       base = started;
     }
   }
-  const RigAt rig_at = AroundDataSheet(base, period_s);
   for (int round = 0; round < kNoiseRounds; ++round) {
-    FitNoise(rig_at(best.point), period_s, stretch, mask, noise);
-    best = FitMap(rig_at, noise, period_s, stretch, prior, best.point);
+    FitNoise(RigAt(base, best.point, period_s), period_s, stretch, mask, noise);
+    best = FitRig(base, noise, period_s, stretch, prior, best.point);
   }
-  const RigParameters rig = rig_at(best.point);
+  const RigParameters rig = RigAt(base, best.point, period_s);
 
   calibration.nominal = rig.plant;
   calibration.gain_factor = rig.gain_factor;

@@ -25,17 +25,20 @@ constexpr std::array<Range, kComponentCount> kRanges = {{
     {3e-9, 1e-3, 24},
     {1e-8, 1e-2, 22},
 }};
-constexpr std::size_t kScanSamples = 150;
-constexpr int kRefinements = 14;
+// The scan needs no more to see where the valley is, the section search no more to get near.
+constexpr std::size_t kScanSamples = 120;
+constexpr std::size_t kRefineSamples = 300;
+constexpr int kRefinements = 12;
 // Log standard error above which a value may be no more than a bound.
 constexpr double kBoundLogSigma = 0.3;
 // Rise of the cost that a bound must reach: two standard deviations.
 constexpr double kBoundCost = 4.0;
+// A drifting value is held for this many samples; the filter does not resolve finer steps.
+constexpr std::size_t kDriftBlock = 5;
 // Prior of a released coordinate: a factor of e either way.
 constexpr double kFreeSd = 1.0;
 
-double McCoordinateVariance(const FitContext& context) {
-  // Marginal variance of Mc: invert the information once per context is not worth a cache.
+double McVariance(const FitContext& context) {
   Eigen::MatrixXd information = context.calibration.information;
   information.diagonal().array() += 1e-9;
   const Eigen::MatrixXd covariance =
@@ -44,48 +47,79 @@ double McCoordinateVariance(const FitContext& context) {
   return covariance(mc, mc) * kMcUnitNm * kMcUnitNm;
 }
 
-// Cost with Mc, which enters linearly, at its best under its marginal prior.
-double QuickCost(const FitContext& context,
-                 const RigParameters& rig,
-                 std::span<const Observation> stretch,
-                 double mc_variance) {
-  const InnovationSummary sum =
-      RunInnovations(MakePredictionModel(rig, context.noise, context.period_s), stretch);
-  const double gain = sum.mc_cross * sum.mc_cross / (sum.mc_square + 1.0 / mc_variance);
-  const double cost = sum.cost() - gain;
-  return std::isfinite(cost) ? cost : std::numeric_limits<double>::max();
+// Cost along one component, with Mc, which enters linearly, at its best under its marginal prior.
+class QuickCost {
+ public:
+  QuickCost(const FitContext& context, Component component)
+      : context_(context), component_(component), mc_variance_(McVariance(context)) {}
+
+  double At(double log_value,
+            std::span<const Observation> stretch,
+            InnovationSummary* out = nullptr) const {
+    const RigParameters rig = WithComponent(context_.rig, component_, std::exp(log_value));
+    const InnovationSummary sum =
+        RunInnovations(MakePredictionModel(rig, context_.noise, context_.period_s), stretch);
+    const double gain = sum.mc_cross * sum.mc_cross / (sum.mc_square + 1.0 / mc_variance_);
+    if (out != nullptr) *out = sum;
+    const double cost = sum.cost() - gain;
+    return std::isfinite(cost) ? cost : std::numeric_limits<double>::max();
+  }
+
+ private:
+  const FitContext& context_;
+  Component component_;
+  double mc_variance_;
+};
+
+// A flat cost: how far does it stay flat, and which way?
+void FindBound(const FitContext& context, const Range& range, HypothesisFit& h) {
+  const QuickCost quick(context, h.component);
+  const double low = std::log(range.low);
+  const double high = std::log(range.high);
+  const double floor = quick.At(std::log(h.value), context.stretch);
+  const bool open_low = quick.At(low, context.stretch) - floor < kBoundCost;
+  const bool open_high = quick.At(high, context.stretch) - floor < kBoundCost;
+  if (open_low == open_high) return;
+  double inside = std::log(h.value);
+  double outside = open_low ? high : low;
+  for (int i = 0; i < kRefinements; ++i) {
+    const double middle = 0.5 * (inside + outside);
+    (quick.At(middle, context.stretch) - floor < kBoundCost ? inside : outside) = middle;
+  }
+  h.value = std::exp(inside);
+  h.bound = open_low ? '<' : '>';
 }
 
-RigAt ComponentAndNuisance(const FitContext& context, Component component) {
-  return [&context, component](const Eigen::VectorXd& q) {
-    Coordinates nuisance;
-    for (int i = 0; i < kCoordinateCount; ++i) nuisance[static_cast<std::size_t>(i)] = q(i + 1);
-    return WithComponent(Moved(context.rig, nuisance, context.period_s), component, std::exp(q(0)));
-  };
+RigParameters MovedBy(const FitContext& context,
+                      const RigParameters& rig,
+                      const Eigen::VectorXd& q) {
+  Coordinates nuisance;
+  for (int i = 0; i < kCoordinateCount; ++i) nuisance[static_cast<std::size_t>(i)] = q(i);
+  return Moved(rig, nuisance, context.period_s);
 }
 
-RigAt NuisanceAt(const FitContext& context,
-                 const RigParameters& rig,
-                 Component* component,
-                 double value) {
-  const std::optional<Component> fixed =
-      component != nullptr ? std::optional<Component>(*component) : std::nullopt;
-  return [&context, rig, fixed, value](const Eigen::VectorXd& q) {
-    Coordinates nuisance;
-    for (int i = 0; i < kCoordinateCount; ++i) nuisance[static_cast<std::size_t>(i)] = q(i);
-    const RigParameters moved = Moved(rig, nuisance, context.period_s);
-    return fixed ? WithComponent(moved, *fixed, value) : moved;
-  };
+InnovationSummary Run(const FitContext& context, const RigParameters& rig, InnovationTrace* trace) {
+  return RunInnovations(
+      MakePredictionModel(rig, context.noise, context.period_s), context.stretch, trace);
+}
+
+// The calibration's prior behind `extra` flat coordinates of a hypothesis.
+GaussianPrior WithFlat(const GaussianPrior& calibration, int extra) {
+  GaussianPrior prior;
+  prior.mean = Eigen::VectorXd::Zero(extra + kCoordinateCount);
+  prior.mean.tail(kCoordinateCount) = calibration.mean;
+  prior.information = Eigen::MatrixXd::Zero(extra + kCoordinateCount, extra + kCoordinateCount);
+  prior.information.bottomRightCorner(kCoordinateCount, kCoordinateCount) = calibration.information;
+  return prior;
 }
 
 // The eight nuisances under the calibration, with component (if any) fixed.
-HypothesisFit FitNuisance(const FitContext& context, Component* component, double value) {
-  const MapFit fit = FitMap(NuisanceAt(context, context.rig, component, value),
-                            context.noise,
-                            context.period_s,
-                            context.stretch,
-                            context.calibration,
-                            context.calibration.mean);
+HypothesisFit FitNuisance(const FitContext& context, const Component* component, double value) {
+  const auto run = [&](const Eigen::VectorXd& q, InnovationTrace* trace) {
+    const RigParameters rig = MovedBy(context, context.rig, q);
+    return Run(context, component != nullptr ? WithComponent(rig, *component, value) : rig, trace);
+  };
+  const MapFit fit = FitMap(run, context.calibration, context.calibration.mean);
   HypothesisFit h;
   if (component != nullptr) h.component = *component;
   h.exists = true;
@@ -113,87 +147,114 @@ HypothesisFit FitComponentAt(const FitContext& context, Component component, dou
   return FitNuisance(context, &component, value);
 }
 
-HypothesisFit FitComponent(const FitContext& context, Component component) {
+HypothesisFit ScanComponent(const FitContext& context, Component component) {
   const Range& range = kRanges[static_cast<std::size_t>(component)];
-  const double mc_variance = McCoordinateVariance(context);
   const auto scan = context.stretch.first(std::min(kScanSamples, context.stretch.size()));
+  const auto refine = context.stretch.first(std::min(kRefineSamples, context.stretch.size()));
   const double low = std::log(range.low);
   const double step = (std::log(range.high) - low) / (range.points - 1);
-  std::vector<double> costs(static_cast<std::size_t>(range.points));
-  const auto quick = [&](double x, std::span<const Observation> stretch) {
-    return QuickCost(
-        context, WithComponent(context.rig, component, std::exp(x)), stretch, mc_variance);
-  };
+  QuickCost quick(context, component);
+  int best = 0;
+  double best_cost = std::numeric_limits<double>::max();
   for (int i = 0; i < range.points; ++i) {
-    costs[static_cast<std::size_t>(i)] = quick(low + i * step, scan);
+    const double cost = quick.At(low + i * step, scan);
+    if (cost < best_cost) {
+      best_cost = cost;
+      best = i;
+    }
   }
-  const auto best = static_cast<int>(std::min_element(costs.begin(), costs.end()) - costs.begin());
-
-  // Golden section between the neighbours, on the whole stretch.
+  // Golden section between the neighbours.
   constexpr double kGolden = 0.6180339887498949;
   double a = low + std::max(0, best - 1) * step;
   double b = low + std::min(range.points - 1, best + 1) * step;
   double x1 = b - kGolden * (b - a);
   double x2 = a + kGolden * (b - a);
-  double f1 = quick(x1, context.stretch);
-  double f2 = quick(x2, context.stretch);
+  double f1 = quick.At(x1, refine);
+  double f2 = quick.At(x2, refine);
   for (int i = 0; i < kRefinements; ++i) {
     if (f1 < f2) {
       b = x2;
       x2 = x1;
       f2 = f1;
       x1 = b - kGolden * (b - a);
-      f1 = quick(x1, context.stretch);
+      f1 = quick.At(x1, refine);
     } else {
       a = x1;
       x1 = x2;
       f1 = f2;
       x2 = a + kGolden * (b - a);
-      f2 = quick(x2, context.stretch);
+      f2 = quick.At(x2, refine);
     }
   }
-
-  GaussianPrior prior;
-  prior.mean = Eigen::VectorXd::Zero(kCoordinateCount + 1);
-  prior.mean.tail(kCoordinateCount) = context.calibration.mean;
-  prior.information = Eigen::MatrixXd::Zero(kCoordinateCount + 1, kCoordinateCount + 1);
-  prior.information.bottomRightCorner(kCoordinateCount, kCoordinateCount) =
-      context.calibration.information;
-  Eigen::VectorXd start = prior.mean;
-  start(0) = f1 < f2 ? x1 : x2;
-  const MapFit fit = FitMap(ComponentAndNuisance(context, component),
-                            context.noise,
-                            context.period_s,
-                            context.stretch,
-                            prior,
-                            start);
+  const double x = f1 < f2 ? x1 : x2;
   HypothesisFit h;
   h.component = component;
-  h.value = std::exp(std::clamp(fit.point(0), low, std::log(range.high)));
-  h.exists = std::isfinite(fit.cost());
+  h.exists = true;
+  h.value = std::exp(x);
+  h.log_sigma = std::numeric_limits<double>::quiet_NaN();
+  h.nuisance = context.calibration.mean;
+  InnovationSummary sum;
+  h.cost = quick.At(x, context.stretch, &sum);
+  h.chi2 = sum.chi2;
+  h.count = sum.count;
+  return h;
+}
+
+void RefineComponent(const FitContext& context, HypothesisFit& h) {
+  const Range& range = kRanges[static_cast<std::size_t>(h.component)];
+  const GaussianPrior prior = WithFlat(context.calibration, 1);
+  Eigen::VectorXd start = prior.mean;
+  start(0) = std::log(h.value);
+  const auto run = [&](const Eigen::VectorXd& q, InnovationTrace* trace) {
+    const RigParameters rig = MovedBy(context, context.rig, q.tail(kCoordinateCount));
+    return Run(context, WithComponent(rig, h.component, std::exp(q(0))), trace);
+  };
+  const MapFit fit = FitMap(run, prior, start);
+  h.value = std::clamp(std::exp(fit.point(0)), range.low, range.high);
   h.log_sigma = std::sqrt(std::max(0.0, fit.covariance(0, 0)));
   h.chi2 = fit.innovations.chi2;
   h.count = fit.innovations.count;
   h.cost = fit.cost();
   h.nuisance = fit.point.tail(kCoordinateCount);
+  if (h.log_sigma > kBoundLogSigma) FindBound(context, range, h);
+}
 
-  if (h.log_sigma > kBoundLogSigma) {
-    // The cost is flat: how far does it stay flat, and which way?
-    const double floor = quick(std::log(h.value), context.stretch);
-    const bool open_low = quick(low, context.stretch) - floor < kBoundCost;
-    const bool open_high = quick(std::log(range.high), context.stretch) - floor < kBoundCost;
-    if (open_low != open_high) {
-      double inside = std::log(h.value);
-      double outside = open_low ? std::log(range.high) : low;
-      for (int i = 0; i < kRefinements; ++i) {
-        const double middle = 0.5 * (inside + outside);
-        (quick(middle, context.stretch) - floor < kBoundCost ? inside : outside) = middle;
-      }
-      h.value = std::exp(inside);
-      h.bound = open_low ? '<' : '>';
+DriftFit FitDrift(const FitContext& context, const HypothesisFit& from) {
+  const std::size_t n = context.stretch.size();
+  const std::size_t blocks = (n + kDriftBlock - 1) / kDriftBlock;
+  std::vector<PredictionModel> models(blocks);
+  std::vector<ModelSegment> segments(blocks);
+  for (std::size_t b = 0; b < blocks; ++b) segments[b] = {b * kDriftBlock, &models[b]};
+  const auto run = [&](const Eigen::VectorXd& q, InnovationTrace* trace) {
+    const RigParameters rig = MovedBy(context, context.rig, q.tail(kCoordinateCount));
+    const double first = std::exp(q(0));
+    const double last = std::exp(q(1));
+    for (std::size_t b = 0; b < blocks; ++b) {
+      const double share = (static_cast<double>(b) + 0.5) / static_cast<double>(blocks);
+      models[b] =
+          MakePredictionModel(WithComponent(rig, from.component, first + (last - first) * share),
+                              context.noise,
+                              context.period_s);
     }
-  }
-  return h;
+    return RunInnovations(segments, context.stretch, trace);
+  };
+  const GaussianPrior prior = WithFlat(context.calibration, 2);
+  Eigen::VectorXd start = prior.mean;
+  start(0) = std::log(from.value);
+  start(1) = start(0);
+  start.tail(kCoordinateCount) = from.nuisance;
+  const MapFit fit = FitMap(run, prior, start);
+  DriftFit drift;
+  drift.first_value = std::exp(fit.point(0));
+  drift.fit = from;
+  drift.fit.value = std::exp(fit.point(1));
+  drift.fit.log_sigma = std::sqrt(std::max(0.0, fit.covariance(1, 1)));
+  drift.fit.bound = 0;
+  drift.fit.chi2 = fit.innovations.chi2;
+  drift.fit.count = fit.innovations.count;
+  drift.fit.cost = fit.cost();
+  drift.fit.nuisance = fit.point.tail(kCoordinateCount);
+  return drift;
 }
 
 FreeFit FitFree(const FitContext& context, const HypothesisFit& from) {
@@ -211,12 +272,10 @@ FreeFit FitFree(const FitContext& context, const HypothesisFit& from) {
   const auto mc = static_cast<Eigen::Index>(Coordinate::kMc);
   prior.information(mc, mc) = 1.0 / (10.0 * 10.0);
   const RigParameters around = WithComponent(context.rig, from.component, from.value);
-  const MapFit fit = FitMap(NuisanceAt(context, around, nullptr, 0.0),
-                            context.noise,
-                            context.period_s,
-                            context.stretch,
-                            prior,
-                            Eigen::VectorXd::Zero(kCoordinateCount));
+  const auto run = [&](const Eigen::VectorXd& q, InnovationTrace* trace) {
+    return Run(context, MovedBy(context, around, q), trace);
+  };
+  const MapFit fit = FitMap(run, prior, from.nuisance);
   FreeFit free;
   free.cost = fit.innovations.cost();
   free.point = fit.point;

@@ -37,12 +37,23 @@ RigParameters WithComponent(const RigParameters& rig, Component component, doubl
 /// The stretch under the rig as it is, nuisances fitted.
 HypothesisFit FitNothing(const FitContext& context);
 
-/// Scans `component` over its range, refines in one dimension, then fits it together with the
-/// calibration's coordinates under the calibration's posterior.
-HypothesisFit FitComponent(const FitContext& context, Component component);
+/// Looks for the value of `component` along its whole range: one dimension, the calibration's
+/// coordinates held (Mc apart, which enters linearly). Cost and value are rough.
+HypothesisFit ScanComponent(const FitContext& context, Component component);
+
+/// Fits value and the calibration's coordinates together under the calibration's posterior, from
+/// what a scan found; tells a bound when the value is not determined.
+void RefineComponent(const FitContext& context, HypothesisFit& fit);
 
 /// The same at one given value (a relay position): nothing is scanned.
 HypothesisFit FitComponentAt(const FitContext& context, Component component, double value);
+
+/// A value that moves linearly through the stretch.
+struct DriftFit {
+  double first_value = 0.0;  ///< at the beginning of the stretch
+  HypothesisFit fit;         ///< value: at its end
+};
+DriftFit FitDrift(const FitContext& context, const HypothesisFit& from);
 
 /// What the stretch prefers when all coordinates are set free around a hypothesis: its cost, and
 /// how far the coordinates went. A hypothesis that leaves much to gain here is not the whole truth.

@@ -40,7 +40,8 @@ struct IsolationTask {
   CalibrationOptions calibration_options;
   std::shared_ptr<const Calibration> calibration;
   IsolationOptions options;
-  std::vector<Candidate> reference;  ///< faults present before this alarm (empty: nominal)
+  std::vector<Candidate> reference;     ///< faults present before this alarm (empty: nominal)
+  std::vector<double> reference_shift;  ///< coordinates of the calibration as that fit moved them
   double alarm_t_s = 0.0;
   std::string detector;
   bool settled = false;  ///< last task of this alarm's schedule
@@ -56,7 +57,8 @@ struct IsolationResult {
   bool returned_to_nominal = false;  ///< the record after the alarm is explained without fault
   /// The faults that the model must carry from here on to predict the record (one, or two).
   std::vector<Candidate> present;
-  double explained = 0.0;  ///< score of the best hypothesis: 1 explains everything
+  std::vector<double> shift;  ///< how far that fit moved the calibration's coordinates (8, or none)
+  double explained = 0.0;     ///< score of the best hypothesis: 1 explains everything
 };
 
 /// Pure function of the task; any thread. kIsolate <= 20 ms for 2000 samples (Release).

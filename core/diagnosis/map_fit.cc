@@ -19,18 +19,12 @@ double PriorCost(const GaussianPrior& prior, const Eigen::VectorXd& q) {
 
 }  // namespace
 
-MapFit FitMap(const RigAt& rig_at,
-              const NoiseLevel& noise,
-              double period_s,
-              std::span<const Observation> stretch,
+MapFit FitMap(const InnovationsAt& run,
               const GaussianPrior& prior,
               const Eigen::VectorXd& start,
               const MapFitOptions& options) {
   const Eigen::Index n = start.size();
   LAB_CHECK(prior.mean.size() == n && prior.information.rows() == n, n);
-  const auto run = [&](const Eigen::VectorXd& q, InnovationTrace* trace) {
-    return RunInnovations(MakePredictionModel(rig_at(q), noise, period_s), stretch, trace);
-  };
   MapFit fit;
   fit.point = start;
   InnovationTrace base;

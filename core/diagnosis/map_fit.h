@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <functional>
-#include <span>
 
 #include "core/diagnosis/innovation_filter.h"
 
@@ -15,8 +14,8 @@ struct GaussianPrior {
   Eigen::MatrixXd information;
 };
 
-/// The rig that a point in coordinates means.
-using RigAt = std::function<RigParameters(const Eigen::VectorXd&)>;
+/// The innovations of the model that a point in coordinates means, over one stretch.
+using InnovationsAt = std::function<InnovationSummary(const Eigen::VectorXd&, InnovationTrace*)>;
 
 struct MapFit {
   Eigen::VectorXd point;
@@ -40,11 +39,8 @@ struct MapFitOptions {
 
 /// argmin over q of  chi2(q) + log det S(q) + (q - mean)' information (q - mean)
 /// by damped Gauss-Newton on the whitened innovations, sensitivities by forward differences.
-/// Cost: (size + 2) filter runs an iteration.
-MapFit FitMap(const RigAt& rig_at,
-              const NoiseLevel& noise,
-              double period_s,
-              std::span<const Observation> stretch,
+/// Cost: (size + 2) calls of `innovations` an iteration.
+MapFit FitMap(const InnovationsAt& innovations,
               const GaussianPrior& prior,
               const Eigen::VectorXd& start,
               const MapFitOptions& options = {});

@@ -39,7 +39,7 @@ struct Pipeline::State {
     if (config.calibration) {
       calibration = std::make_shared<const Calibration>(*config.calibration);
       phase = Phase::kWatching;
-      StartWatching({}, calibration->samples);
+      StartWatching({}, {}, calibration->samples);
       SetNominal();
     }
   }
@@ -68,11 +68,13 @@ struct Pipeline::State {
   std::uint64_t next_id = 1;
   std::uint64_t oldest_valid_id = 1;
   std::vector<Candidate> reference;  // faults carried by the model before the present alarm
+  std::vector<Candidate> watched;    // faults carried by the detector's model
   double alarm_t_s = 0.0;
   double onset_t_s = 0.0;
   std::string alarm_detector;
   std::vector<FaultEpisode> episodes;
   bool episode_open = false;
+  bool alarm_merged = false;  // the present alarm was the last episode's going on
 
   // ---- verdicts
   void Publish(Verdict next) {
@@ -116,7 +118,7 @@ struct Pipeline::State {
   void Calibrated(std::shared_ptr<const Calibration> learnt) {
     calibration = std::move(learnt);
     phase = Phase::kWatching;
-    StartWatching({}, calibration->samples);
+    StartWatching({}, {}, calibration->samples);
     SetNominal();
     // The healthy stretch itself warms the detector up and is judged by it no more.
     const std::vector<Sample> missed = std::move(backlog);
@@ -130,21 +132,29 @@ struct Pipeline::State {
     return 1U | (calibration->used_ia ? 2U : 0U) | (calibration->used_n ? 4U : 0U);
   }
 
-  RigParameters ReferenceRig(const std::vector<Candidate>& faults) const {
+  RigParameters ReferenceRig(const std::vector<Candidate>& faults,
+                             const std::vector<double>& shift) const {
     RigParameters rig = ParametersOf(*calibration);
+    if (shift.size() == static_cast<std::size_t>(kCoordinateCount)) {
+      Coordinates coordinates;
+      std::copy(shift.begin(), shift.end(), coordinates.begin());
+      rig = Moved(rig, coordinates, config.period_s);
+    }
     for (const Candidate& fault : faults) rig.plant.Set(fault.component, fault.value);
     return rig;
   }
 
-  void StartWatching(const std::vector<Candidate>& faults, int samples) {
-    detector.emplace(ReferenceRig(faults),
+  void StartWatching(const std::vector<Candidate>& faults,
+                     const std::vector<double>& shift,
+                     int samples) {
+    detector.emplace(ReferenceRig(faults, shift),
                      NoiseOf(*calibration),
                      config.period_s,
                      Mask(),
                      calibration->thresholds,
                      samples);
     detector_fresh = true;
-    reference = faults;
+    watched = faults;
   }
 
   void Watch(const Sample& sample) {
@@ -191,8 +201,10 @@ struct Pipeline::State {
     alarm_t_s = sample.t_s;
     alarm_detector = alarm.detector;
     oldest_valid_id = next_id;
+    reference = watched;
     pending.reset();
     detector.reset();
+    alarm_merged = false;
     if (episode_open) CloseEpisode(sample.t_s);
     phase = Phase::kAlarmed;
     Verdict next;
@@ -246,35 +258,54 @@ struct Pipeline::State {
       ReturnToNominal(next);
       return;
     }
+    if (ContinuesLastEpisode(next)) {
+      // The same component again: it moves on, or the first fit was not the last word.
+      const Verdict& first = episodes[episodes.size() - 2].verdict;
+      next.detected_at_s = first.detected_at_s;
+      next.onset_s = first.onset_s;
+      next.detector = first.detector;
+      episodes.pop_back();
+      episodes.back().ended_at_s.reset();
+      alarm_merged = true;
+    }
+    if (alarm_merged) {
+      next.detected_at_s = episodes.back().verdict.detected_at_s;
+      next.onset_s = episodes.back().verdict.onset_s;
+      next.detector = episodes.back().verdict.detector;
+    }
     episodes.back().verdict = next;
     episodes.back().shape = result.shape;
     const bool watchable = next.settled && next.kind == VerdictKind::kFault &&
                            result.shape == FaultShape::kAbrupt && !result.present.empty();
     if (watchable) {
-      StartWatching(result.present, static_cast<int>(since_alarm));
+      StartWatching(result.present, result.shift, static_cast<int>(since_alarm));
     }
     Publish(std::move(next));
   }
 
+  bool ContinuesLastEpisode(const Verdict& next) const {
+    if (alarm_merged || episodes.size() < 2 || next.kind != VerdictKind::kFault) return false;
+    const FaultEpisode& last = episodes[episodes.size() - 2];
+    if (!last.ended_at_s || *last.ended_at_s != alarm_t_s) return false;
+    const std::vector<Component>& then = last.verdict.group;
+    return std::any_of(next.group.begin(), next.group.end(), [&](Component component) {
+      return std::find(then.begin(), then.end(), component) != then.end();
+    });
+  }
+
   void ReturnToNominal(const Verdict& last) {
-    const double now = segment.empty() ? alarm_t_s : segment.back().t_s;
     // An alarm that nothing came of is no episode.
-    if (reference.empty() && !episodes.empty()) {
-      episodes.pop_back();
-      episode_open = false;
-    } else {
-      CloseEpisode(alarm_t_s);
-    }
+    episodes.pop_back();
+    episode_open = false;
     history.assign(segment.end() - static_cast<std::ptrdiff_t>(std::min(segment.size(), kHistory)),
                    segment.end());
     segment.clear();
     phase = Phase::kWatching;
-    StartWatching({}, calibration->samples);
+    StartWatching({}, {}, calibration->samples);
     Verdict next;
     next.kind = VerdictKind::kNominal;
     next.settled = true;
     next.reason = last.reason;
-    (void)now;
     Publish(std::move(next));
   }
 

@@ -1,49 +1,48 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <string>
 
-#include "core/diagnosis/hypothesis.h"
+#include "core/diagnosis/fit_set.h"
 #include "core/diagnosis/isolation.h"
+#include "core/diagnosis/onset.h"
 #include "core/diagnosis/verdict_text.h"
+#include "core/types/check.h"
 
 namespace faultlab::core {
 namespace {
 
-// Gain in -2 log p over "nothing changed" that a fault must bring, scan of seven included.
+// Gain in -2 log p over "nothing changed" that a fault must bring, the choice among seven included.
 constexpr double kFaultGain = 20.0;
 // Hypotheses this close to the best are not excluded: three standard deviations.
 constexpr double kNotExcludedCost = 9.0;
 // Per-sample squared distance of whitened predictions below which an hour of data would not tell
 // two hypotheses apart (3.6e5 samples x 2e-5 = 7).
 constexpr double kSamePrediction = 2e-5;
-// What the freed coordinates may gain when the hypothesis is right: chi-square with about seven
-// degrees of freedom (99.9999 % at 41), and what the model leaves out.
-constexpr double kFreeGainMax = 45.0;
-// A second change below this share is the model's error, not a fault.
-constexpr double kFreeShareMin = 0.03;
-constexpr double kScoreMax = 1.6;
-constexpr int kCountForUnknown = 60;
+// A fault on top of another one has one more thing to explain with than a fault alone.
+constexpr double kSecondFaultCost = 20.0;
+// Longest stretch that is fitted: what is newest counts.
+constexpr std::size_t kStretchMax = 1000;
+// When one value does not explain the stretch, its newest part may still have one, or a slope.
+constexpr std::size_t kLateSamples = 200;
+constexpr std::size_t kDriftSamples = 100;
+constexpr std::size_t kLateMin = 60;
+constexpr std::size_t kDriftHypotheses = 3;
+// History in which the onset is looked for.
+constexpr std::size_t kOnsetHistory = 120;
 
 GaussianPrior PriorOf(const Calibration& calibration) {
-  GaussianPrior prior;
-  prior.mean = Eigen::VectorXd::Zero(kCoordinateCount);
   LAB_CHECK(calibration.covariance.size() ==
                 static_cast<std::size_t>(kCoordinateCount * kCoordinateCount),
             calibration.covariance.size());
-  const Eigen::Map<const Eigen::Matrix<double, kCoordinateCount, kCoordinateCount>> covariance(
-      calibration.covariance.data());
-  const Eigen::MatrixXd regular =
-      covariance + 1e-12 * Eigen::MatrixXd::Identity(kCoordinateCount, kCoordinateCount);
-  prior.information =
-      regular.ldlt().solve(Eigen::MatrixXd::Identity(kCoordinateCount, kCoordinateCount));
+  using Square = Eigen::Matrix<double, kCoordinateCount, kCoordinateCount>;
+  const Eigen::Map<const Square> covariance(calibration.covariance.data());
+  const Square regular = covariance + 1e-12 * Square::Identity();
+  GaussianPrior prior;
+  prior.mean = Eigen::VectorXd::Zero(kCoordinateCount);
+  prior.information = regular.ldlt().solve(Square::Identity());
   return prior;
-}
-
-bool MayChange(const IsolationOptions& options, Component component) {
-  return IsRelaySwitched(component) || options.motor_faults;
 }
 
 Candidate ToCandidate(const HypothesisFit& fit, double best_score) {
@@ -58,13 +57,12 @@ Candidate ToCandidate(const HypothesisFit& fit, double best_score) {
   return candidate;
 }
 
-std::vector<HypothesisFit> FitRelayValues(const FitContext& context, Component component) {
-  std::vector<HypothesisFit> fits;
-  const auto& values = RelayValues(component);
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    fits.push_back(FitComponentAt(context, component, values[i]));
+std::vector<Component> Changeable(const IsolationOptions& options) {
+  std::vector<Component> components;
+  for (Component component : kAllComponents) {
+    if (IsRelaySwitched(component) || options.motor_faults) components.push_back(component);
   }
-  return fits;
+  return components;
 }
 
 IsolationResult SolveCalibration(const IsolationTask& task) {
@@ -80,118 +78,178 @@ IsolationResult SolveCalibration(const IsolationTask& task) {
   return result;
 }
 
-// What moved when everything was set free, for the sentence of an unknown fault.
-std::string LargestMoves(const FreeFit& free) {
-  constexpr std::array<const char*, kCoordinateCount> kLabels = {
-      "gain", "R1", "Ra", "J", "B", "Ke", "friction torque", "delta"};
-  std::string text;
-  for (int i = 0; i < kCoordinateCount; ++i) {
-    if (std::abs(free.point(i)) < 5.0 * free.sigma(i)) continue;
-    if (std::abs(free.point(i)) < kFreeShareMin) continue;
-    if (!text.empty()) text += ", ";
-    text += kLabels[static_cast<std::size_t>(i)];
+// One answer about the stretch after the alarm.
+struct Explanation {
+  FitContext context;
+  FitSet set;
+  Adequacy adequacy;
+  FaultShape shape = FaultShape::kAbrupt;
+};
+
+class Isolation {
+ public:
+  explicit Isolation(const IsolationTask& task)
+      : task_(task),
+        observations_(MakeObservations(
+            task.samples, task.options.channels, task.options.period_s, task.options.um_rail_v)) {
+    nominal_.rig = ParametersOf(*task.calibration);
+    nominal_.noise = NoiseOf(*task.calibration);
+    nominal_.calibration = PriorOf(*task.calibration);
+    nominal_.period_s = task.options.period_s;
+    const std::size_t n = observations_.size();
+    const std::size_t from = std::max(std::min(task.fit_from, n), n - std::min(n, kStretchMax));
+    nominal_.stretch = std::span<const Observation>(observations_).subspan(from);
   }
-  return text;
-}
+
+  IsolationResult Run() {
+    IsolationResult result;
+    result.id = task_.id;
+    Verdict& verdict = result.verdict;
+    verdict.detected_at_s = task_.alarm_t_s;
+    verdict.detector = task_.detector;
+    verdict.settled = task_.settled;
+    if (nominal_.stretch.size() < 2) {
+      result.returned_to_nominal = true;
+      verdict.kind = VerdictKind::kNominal;
+      verdict.settled = false;
+      verdict.reason = "too few samples after the alarm";
+      return result;
+    }
+    Explanation explanation = ExplainFrom(nominal_);
+    bool second = false;
+    if (!task_.reference.empty() && explanation.set.gain() >= kFaultGain) {
+      FitContext on_top = nominal_;
+      for (const Candidate& fault : task_.reference) {
+        on_top.rig.plant.Set(fault.component, fault.value);
+      }
+      Explanation added = ExplainFrom(on_top);
+      if (added.set.best().cost + kSecondFaultCost < explanation.set.best().cost) {
+        explanation = std::move(added);
+        second = true;
+      }
+    }
+    Tell(explanation, second, result);
+    return result;
+  }
+
+ private:
+  FitSet Fit(const FitContext& context) const {
+    return FitComponents(context, Changeable(task_.options), task_.options.values);
+  }
+
+  static FitContext Newest(const FitContext& context, std::size_t samples) {
+    FitContext late = context;
+    late.stretch = context.stretch.last(std::min(samples, context.stretch.size()));
+    return late;
+  }
+
+  // The whole stretch by one value; else its newest part by one value; else by a slope.
+  Explanation ExplainFrom(const FitContext& context) const {
+    Explanation whole{context, Fit(context), {}, FaultShape::kAbrupt};
+    whole.adequacy = Judge(context, whole.set.best());
+    const std::size_t n = context.stretch.size();
+    if (whole.adequacy.adequate || n < kLateMin) return whole;
+    if (n > kLateSamples) {
+      const FitContext late = Newest(context, kLateSamples);
+      Explanation newest{late, Fit(late), {}, FaultShape::kDrift};
+      newest.adequacy = Judge(late, newest.set.best());
+      if (newest.adequacy.adequate) return newest;
+    }
+    const FitContext slope = Newest(context, kDriftSamples);
+    Explanation drift{slope, Fit(slope), {}, FaultShape::kDrift};
+    std::vector<HypothesisFit>& fits = drift.set.fits;
+    const double constant_cost = drift.set.best().cost;
+    for (std::size_t i = 0; i < std::min(kDriftHypotheses, fits.size()); ++i) {
+      fits[i] = FitDrift(slope, fits[i]).fit;
+    }
+    std::sort(fits.begin(), fits.end(), [](const HypothesisFit& a, const HypothesisFit& b) {
+      return a.cost < b.cost;
+    });
+    drift.adequacy = JudgeScore(fits.front());
+    if (drift.adequacy.adequate && constant_cost - fits.front().cost > kFaultGain) return drift;
+    return whole;
+  }
+
+  void Tell(const Explanation& explanation, bool second, IsolationResult& result) const {
+    Verdict& verdict = result.verdict;
+    const FitSet& set = explanation.set;
+    const HypothesisFit& best = set.best();
+    const double score = best.chi2 / std::max(1, best.count);
+    result.explained = score;
+    result.shape = explanation.shape;
+    if (set.gain() < kFaultGain) {
+      result.returned_to_nominal = true;
+      verdict.kind = VerdictKind::kNominal;
+      verdict.reason = "what follows the alarm fits the nominal rig";
+      return;
+    }
+    for (const HypothesisFit& fit : set.fits) {
+      verdict.candidates.push_back(ToCandidate(fit, score));
+      const bool close = fit.cost - best.cost < kNotExcludedCost;
+      const bool same = task_.options.values == ValuePrior::kNone && fit.cost - best.cost < 1e3 &&
+                        PredictionDistance(explanation.context, best, fit) < kSamePrediction;
+      if (&fit == &best || close || same) verdict.group.push_back(fit.component);
+    }
+    result.shift.assign(best.nuisance.data(), best.nuisance.data() + best.nuisance.size());
+    if (second) result.present = task_.reference;
+    result.present.push_back(verdict.candidates.front());
+
+    if (!explanation.adequacy.adequate) {
+      verdict.kind = VerdictKind::kUnknownFault;
+      verdict.group.clear();
+      verdict.reason = "no single component explains the record";
+      if (!explanation.adequacy.moved.empty()) {
+        verdict.reason +=
+            ": beside " + std::string(Name(best.component)) + " also " + explanation.adequacy.moved;
+      }
+      return;
+    }
+    verdict.kind = VerdictKind::kFault;
+    verdict.reason = FaultSentence(verdict);
+    if (explanation.shape == FaultShape::kDrift) verdict.reason += " and moving";
+    if (second) verdict.reason += ", on top of " + ValueText(task_.reference.front());
+    if (set.off_list && explanation.shape == FaultShape::kAbrupt) {
+      verdict.reason += "; no relay position has this value";
+    }
+    if (!task_.calibration->used_ia || !task_.calibration->used_n) {
+      verdict.reason += "; with um alone a double fault cannot be excluded";
+    }
+    if (explanation.shape == FaultShape::kAbrupt) FindOnset(explanation, verdict);
+  }
+
+  void FindOnset(const Explanation& explanation, Verdict& verdict) const {
+    const std::size_t alarm = std::min(task_.alarm_at, observations_.size() - 1);
+    const std::size_t begin = alarm - std::min(alarm, kOnsetHistory);
+    RigParameters before = nominal_.rig;
+    for (const Candidate& fault : task_.reference) {
+      before.plant.Set(fault.component, fault.value);
+    }
+    const HypothesisFit& best = explanation.set.best();
+    Coordinates shift;
+    std::copy(best.nuisance.begin(), best.nuisance.end(), shift.begin());
+    const RigParameters after = WithComponent(
+        Moved(explanation.context.rig, shift, nominal_.period_s), best.component, best.value);
+    const std::size_t onset =
+        begin + EstimateOnset(before,
+                              after,
+                              nominal_.noise,
+                              nominal_.period_s,
+                              std::span<const Observation>(observations_).subspan(begin),
+                              alarm - begin);
+    verdict.onset_s = task_.samples[std::min(onset, task_.samples.size() - 1)].t_s;
+  }
+
+  const IsolationTask& task_;
+  std::vector<Observation> observations_;
+  FitContext nominal_;
+};
 
 }  // namespace
 
 IsolationResult Solve(const IsolationTask& task) {
   if (task.kind == IsolationTask::Kind::kCalibrate) return SolveCalibration(task);
   LAB_CHECK(task.calibration != nullptr);
-  const Calibration& calibration = *task.calibration;
-  IsolationResult result;
-  result.id = task.id;
-  Verdict& verdict = result.verdict;
-  verdict.detected_at_s = task.alarm_t_s;
-  verdict.detector = task.detector;
-  verdict.settled = task.settled;
-
-  const std::vector<Observation> observations = MakeObservations(
-      task.samples, task.options.channels, task.options.period_s, task.options.um_rail_v);
-  FitContext context;
-  context.rig = ParametersOf(calibration);
-  context.noise = NoiseOf(calibration);
-  context.calibration = PriorOf(calibration);
-  context.period_s = task.options.period_s;
-  context.stretch = std::span<const Observation>(observations)
-                        .subspan(std::min(task.fit_from, observations.size()));
-
-  const HypothesisFit nothing = FitNothing(context);
-  std::vector<HypothesisFit> fits;
-  for (Component component : kAllComponents) {
-    if (MayChange(task.options, component)) fits.push_back(FitComponent(context, component));
-  }
-  const auto by_cost = [](const HypothesisFit& a, const HypothesisFit& b) {
-    return a.cost < b.cost;
-  };
-  std::sort(fits.begin(), fits.end(), by_cost);
-
-  bool off_list = false;
-  if (task.options.values == ValuePrior::kTable2) {
-    std::vector<HypothesisFit> listed;
-    for (const HypothesisFit& fit : fits) {
-      if (!IsRelaySwitched(fit.component)) {
-        listed.push_back(fit);
-        continue;
-      }
-      if (fit.cost > fits.front().cost + 1e3) continue;
-      std::vector<HypothesisFit> at = FitRelayValues(context, fit.component);
-      HypothesisFit best = *std::min_element(at.begin(), at.end(), by_cost);
-      best.log_sigma = 0.0;
-      listed.push_back(best);
-    }
-    std::sort(listed.begin(), listed.end(), by_cost);
-    off_list = listed.empty() || listed.front().cost > fits.front().cost + kFreeGainMax;
-    if (!off_list) {
-      for (const HypothesisFit& fit : fits) {
-        const bool there = std::any_of(listed.begin(), listed.end(), [&](const HypothesisFit& l) {
-          return l.component == fit.component;
-        });
-        if (!there) listed.push_back(fit);
-      }
-      fits = std::move(listed);
-    }
-  }
-
-  const HypothesisFit& best = fits.front();
-  const double score = best.chi2 / std::max(1, best.count);
-  result.explained = score;
-  if (nothing.cost - best.cost < kFaultGain) {
-    result.returned_to_nominal = true;
-    verdict.kind = VerdictKind::kNominal;
-    verdict.reason =
-        "nothing has changed that lasts: the record after the alarm fits the nominal rig";
-    return result;
-  }
-  for (const HypothesisFit& fit : fits) {
-    if (!fit.exists) continue;
-    verdict.candidates.push_back(ToCandidate(fit, score));
-    const bool close = fit.cost - best.cost < kNotExcludedCost;
-    const bool same = fit.cost - best.cost < 1e3 && task.options.values == ValuePrior::kNone &&
-                      PredictionDistance(context, best, fit) < kSamePrediction;
-    if (&fit == &best || close || same) verdict.group.push_back(fit.component);
-  }
-  result.present = {verdict.candidates.front()};
-  verdict.kind = VerdictKind::kFault;
-  verdict.reason = FaultSentence(verdict);
-  if (off_list) verdict.reason += "; no relay position has this value";
-
-  if (best.count >= kCountForUnknown) {
-    const FreeFit free = FitFree(context, best);
-    const std::string moves = LargestMoves(free);
-    const bool structural = best.cost - free.cost > kFreeGainMax && !moves.empty();
-    if (structural || score > kScoreMax) {
-      verdict.kind = VerdictKind::kUnknownFault;
-      verdict.group.clear();
-      verdict.reason = "no single component explains the record";
-      if (!moves.empty())
-        verdict.reason += ": beside " + std::string(Name(best.component)) + " also " + moves;
-    } else if (calibration.used_ia == false || calibration.used_n == false) {
-      verdict.reason += "; with um alone a double fault cannot be excluded";
-    }
-  }
-  return result;
+  return Isolation(task).Run();
 }
 
 }  // namespace faultlab::core

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "core/diagnosis/hypothesis.h"
+
+namespace faultlab::core {
+
+/// First sample of the fault: the switch from `before` to `after` that makes `stretch` likeliest,
+/// the state carried over. Candidates are samples 1 .. `last`. Cost: `last` filter runs over at
+/// most `last` + 20 samples.
+std::size_t EstimateOnset(const RigParameters& before,
+                          const RigParameters& after,
+                          const NoiseLevel& noise,
+                          double period_s,
+                          std::span<const Observation> stretch,
+                          std::size_t last);
+
+}  // namespace faultlab::core
