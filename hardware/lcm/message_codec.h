@@ -3,6 +3,7 @@
 // The one place where LCM types and ours meet.
 #include <cstdint>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -32,15 +33,21 @@ std::vector<std::uint8_t> ToBytes(const Message& message) {
   return bytes;
 }
 
-/// Nothing when the bytes are not one whole message of this type.
+/// Nothing when the bytes are not one whole message of this type. Without a checked mac only for
+/// types without arrays of variable length: their decoders allocate what the bytes say.
 template <typename Message>
 std::optional<Message> FromBytes(const void* data, std::uint64_t size) {
   Message message;
-  if (size > 1u << 24 ||
-      message.decode(data, 0, static_cast<int>(size)) != static_cast<int>(size)) {
-    return std::nullopt;
+  constexpr std::uint64_t kSizeMax = 1u << 24;
+  try {
+    if (size <= kSizeMax &&
+        message.decode(data, 0, static_cast<int>(size)) == static_cast<int>(size)) {
+      return message;
+    }
+  } catch (const std::length_error&) {
+    // A string of no length: LCM's decoder takes 1 from it.
   }
-  return message;
+  return std::nullopt;
 }
 
 }  // namespace faultlab::hardware

@@ -1,0 +1,131 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "faultlab_msgs/rig_announce_t.hpp"
+#include "faultlab_msgs/rig_command_t.hpp"
+#include "faultlab_msgs/rig_reply_t.hpp"
+#include "hardware/bounded_queue.h"
+#include "hardware/clock.h"
+#include "hardware/lcm/message_bus.h"
+#include "hardware/lcm/rig_finder.h"
+#include "hardware/lcm/rig_key.h"
+#include "hardware/rig.h"
+
+namespace faultlab::hardware {
+
+struct RemoteRigSettings {
+  std::string holder;         ///< our name, unique among all servers and starts
+  std::optional<RigKey> key;  ///< none: watch only
+  Nanoseconds retry = std::chrono::milliseconds(100);
+  Nanoseconds give_up = std::chrono::seconds(2);  ///< of one request
+  Nanoseconds lease_linger = std::chrono::seconds(5);
+  /// A run whose rig stays silent this long is over.
+  Nanoseconds lost_for_good = std::chrono::seconds(90);
+  std::size_t queue_messages = 1u << 16;
+};
+
+/// A far rig as a Rig: leases it, uploads the plan, puts its stream in order, asks again for what
+/// was lost. Rig's calls come from any thread; the On..s and Poll from the bus thread, which they
+/// never wait for.
+///
+///   Arm -> "lease" (new epoch at the agent) -> "plan".. -> "arm"      each asked until answered
+///   stream -> by sequence number -> queue -> Read;  hole -> "refill" until it is closed
+///
+/// The lease is given back when nobody has used the rig for lease_linger after a run.
+class RemoteRig final : public Rig {
+ public:
+  RemoteRig(std::string id,
+            std::shared_ptr<MessageBus> bus,
+            RemoteRigSettings settings,
+            std::function<Nanoseconds()> now,
+            std::function<std::int64_t()> unix_ns);
+  ~RemoteRig() override;
+
+  const RigDescription& description() const override { return description_; }
+  RigState state() const override;
+  core::Status Arm(RunPlan plan, Epoch epoch) override;
+  core::Status Start(Epoch epoch) override;
+  core::Status Command(Epoch epoch, const RigCommand& command) override;
+  void KeepAlive(Epoch epoch) override;
+  ReadStatus Read(std::vector<RigMessage>& out, std::chrono::milliseconds patience) override;
+  void Fence(Epoch epoch) override;
+  void SafeStop(std::string_view reason) override;
+  SelfTestReport SelfTest() override;
+  std::optional<Trip> trip() const override;
+  LoopQuality loop_quality() const override;
+
+  RemoteRigInfo info() const;
+
+  /// Messages of this rig, as the bus gives them.
+  void OnAnnounce(MessageBus::Bytes bytes);
+  void OnReply(MessageBus::Bytes bytes);
+  void OnStream(MessageBus::Bytes bytes);
+  /// Keepalive, refill, lost rigs. Every few milliseconds.
+  void Poll();
+
+ private:
+  using Message = faultlab_msgs::rig_command_t;
+  using Reply = faultlab_msgs::rig_reply_t;
+
+  Message NewCommand(const std::string& action) const;
+  void Send(Message& message);
+  core::Result<Reply> Ask(Message message);
+  core::Status Lease();
+  core::Status CheckLocalEpoch(Epoch epoch) const;
+  LinkState Link() const;
+  void DeliverInOrder();
+  void AskRefill();
+  void EndRun(RigMessage last);
+  void EndRun(const std::string& reason);
+  core::Status Upload(const RunPlan& plan);
+
+  const std::string id_;
+  const std::shared_ptr<MessageBus> bus_;
+  const RemoteRigSettings settings_;
+  const std::function<Nanoseconds()> now_;
+  const std::function<std::int64_t()> unix_ns_;
+
+  std::mutex control_mutex_;  ///< one Arm, Start or self-test at a time; taken before mutex_
+  mutable std::mutex mutex_;
+  std::condition_variable answered_;  ///< a reply came, or the run ended
+  RigDescription description_;
+  bool described_ = false;
+  std::optional<faultlab_msgs::rig_announce_t> announced_;
+  Nanoseconds heard_at_{-1};
+  std::int64_t boot_ = 0;
+
+  std::int64_t counter_ = 0;
+  std::int64_t next_request_ = 0;
+  std::map<std::int64_t, std::optional<Reply>> waiting_;
+  std::optional<double> offset_s_;
+  double round_trip_s_ = 0.0;
+
+  Epoch local_epoch_{0};
+  Epoch leased_for_{0};            ///< the local epoch that the lease serves
+  std::int64_t agent_epoch_ = -1;  ///< of our lease, -1 = none
+  Nanoseconds holder_word_at_{-1};
+  std::atomic<int> readers_{0};
+  Nanoseconds alive_sent_at_{-1};
+
+  RigState run_state_ = RigState::kIdle;
+  std::int64_t run_ = -1;
+  std::int64_t next_seq_ = 0;
+  std::int64_t seen_end_seq_ = 0;  ///< one past the highest that we know of
+  std::int64_t next_index_ = 0;
+  std::map<std::int64_t, RigMessage> early_;
+  Nanoseconds refill_asked_at_{-1};
+  std::int64_t refilled_ = 0;
+  BoundedQueue<RigMessage> queue_;
+};
+
+}  // namespace faultlab::hardware

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "faultlab_msgs/rig_command_t.hpp"
+#include "faultlab_msgs/rig_item_t.hpp"
+#include "faultlab_msgs/rig_reply_t.hpp"
+#include "hardware/clock.h"
+#include "hardware/lcm/message_bus.h"
+#include "hardware/lcm/rig_key.h"
+#include "hardware/rig.h"
+
+namespace faultlab::hardware {
+
+struct RigAgentSettings {
+  RigKey key{};
+  std::string calibration;  ///< told to whoever listens
+  /// Silence of the lease holder after which a run is stopped.
+  Nanoseconds watchdog = std::chrono::milliseconds(500);
+  /// Length of a lease; each word of its holder renews it. Longer than the watchdog.
+  Nanoseconds lease = std::chrono::seconds(5);
+  std::size_t ring_items = 1u << 14;  ///< of a run, kept for refills: 160 s at 100 Hz
+};
+
+/// What was refused, by reason; for /metrics and tests.
+struct RigAgentCounts {
+  std::uint64_t accepted = 0;
+  std::uint64_t forged = 0;    ///< no message, or not with the rig's key
+  std::uint64_t replayed = 0;  ///< counter not above the last, or for another boot
+  std::uint64_t stale = 0;     ///< of another epoch
+  std::uint64_t not_holder = 0;
+  std::uint64_t stream_messages = 0;
+  std::uint64_t stream_bytes = 0;
+  std::uint64_t refilled_items = 0;
+};
+
+/// The bench's side of a remote rig: obeys the lease holder, streams the run, keeps it in a ring.
+///
+///   command -> key? -> boot, counter? -> lease and epoch? -> rig -> reply
+///   rig.Read -> ring -> stream;  "refill" -> stream from the ring
+///
+/// A lease is granted when nobody holds one; every grant raises the epoch. One thread: Poll, which
+/// the handlers of the bus run in, too.
+class RigAgent {
+ public:
+  RigAgent(Rig& rig,
+           MessageBus& bus,
+           RigAgentSettings settings,
+           std::function<Nanoseconds()> now,
+           std::function<std::int64_t()> unix_ns);
+  ~RigAgent();
+
+  /// Streams what the rig said, announces, minds lease and watchdog. Every few milliseconds.
+  void Poll();
+  /// What the bus heard on FAULTLAB.<rig>.COMMAND; subscribed by the constructor.
+  void OnCommand(MessageBus::Bytes bytes);
+
+  const RigAgentCounts& counts() const { return counts_; }
+  Epoch epoch() const { return epoch_; }
+  std::int64_t boot() const { return boot_; }
+
+ private:
+  using Command = faultlab_msgs::rig_command_t;
+  using Reply = faultlab_msgs::rig_reply_t;
+
+  bool Leased() const { return !holder_.empty() && now_() < lease_until_; }
+  void EndLease(std::string_view reason);
+  void Obey(const Command& command, Reply& reply);
+  void Lease(const Command& command, Reply& reply);
+  void TakePlan(const Command& command, Reply& reply);
+  void Arm(const Command& command, Reply& reply);
+  void Refill(std::int64_t from, std::int64_t to);
+  void SelfTest(Reply& reply);
+  void Send(Reply& reply);
+  void StreamRun();
+  void PublishItems(std::int64_t from, std::int64_t to);
+  void Announce();
+
+  Rig& rig_;
+  MessageBus& bus_;
+  const RigAgentSettings settings_;
+  const std::function<Nanoseconds()> now_;
+  const std::function<std::int64_t()> unix_ns_;
+  const std::string id_;
+  const std::int64_t boot_;
+
+  Epoch epoch_{0};
+  std::string holder_;
+  Nanoseconds lease_until_{0};
+  Nanoseconds heard_at_{0};
+  std::map<std::string, std::int64_t> counters_;  ///< last of each holder
+  std::deque<Reply> replies_;                     ///< the last few, for repeated requests
+
+  std::map<std::int64_t, std::vector<double>> plan_chunks_;
+  std::int64_t run_ = 0;
+  std::deque<faultlab_msgs::rig_item_t> ring_;
+  std::int64_t ring_first_seq_ = 0;
+  std::int64_t announce_seq_ = 0;
+  Nanoseconds announced_at_{-1};
+  RigState announced_state_ = RigState::kOffline;
+  std::vector<RigMessage> messages_;
+  RigAgentCounts counts_;
+};
+
+}  // namespace faultlab::hardware
