@@ -2,10 +2,12 @@ import { mount } from "svelte";
 import "./theme/app.css";
 import App from "./App.svelte";
 import { i18n } from "./i18n/i18n.svelte";
+import { account } from "./shell/account.svelte";
 import { router } from "./shell/router.svelte";
 import { theme } from "./theme/theme.svelte";
 
 theme.start();
 router.start();
+void account.load();
 await i18n.start();
 mount(App, { target: document.getElementById("app") as HTMLElement });

@@ -1,10 +1,12 @@
 import { describe, expect, it } from "vitest";
 import { toCyrillic } from "../src/i18n/cyrillic";
-import { en } from "../src/i18n/en";
+import { en as first } from "../src/i18n/en";
+import { enMore } from "../src/i18n/en_more";
 import { fill, loadCatalogue } from "../src/i18n/i18n.svelte";
 import { srLatn } from "../src/i18n/sr_latn";
 
 const places = (text: string) => [...text.matchAll(/\{(\w+)\}/g)].map((match) => match[1]).sort();
+const en = { ...first, ...enMore };
 const keys = Object.keys(en) as (keyof typeof en)[];
 
 describe("catalogues", () => {
@@ -40,5 +42,27 @@ describe("catalogues", () => {
   });
   it("fill their places", () => {
     expect(fill("{a} of {b}", { a: 1 })).toBe("1 of {b}");
+  });
+});
+
+describe("keys", () => {
+  it("stand in one of the two English parts only", () => {
+    expect(Object.keys(first).filter((key) => key in enMore)).toEqual([]);
+  });
+  it("are all used by the page", () => {
+    const sources = import.meta.glob("../src/**/*.{svelte,ts}", {
+      query: "?raw",
+      import: "default",
+      eager: true,
+    }) as Record<string, string>;
+    const text = Object.entries(sources)
+      .filter(([path]) => !path.includes("/i18n/"))
+      .map(([, source]) => source)
+      .join("\n");
+    const topics = [...text.matchAll(/"(\w+)"/g)].map((match) => match[1]);
+    const used = (key: string) =>
+      text.includes(`"${key}"`) ||
+      topics.some((topic) => key === `help_${topic}` || key === `help_${topic}_text`);
+    expect(keys.filter((key) => !used(key))).toEqual([]);
   });
 });

@@ -12,9 +12,17 @@ export class ApiError extends Error {
 }
 
 const base = "/api/v1";
+let csrfToken = "";
+
+/** Sent with everything that changes something, once the page has signed in. */
+export function useCsrfToken(token: string): void {
+  csrfToken = token;
+}
 
 async function request(path: string, init: RequestInit = {}): Promise<Response> {
-  const response = await fetch(base + path, { credentials: "same-origin", ...init });
+  const headers = new Headers(init.headers);
+  if (csrfToken && init.method && init.method !== "GET") headers.set("X-CSRF-Token", csrfToken);
+  const response = await fetch(base + path, { credentials: "same-origin", ...init, headers });
   if (response.ok) return response;
   const text = await response.text();
   let problem: Partial<Problem> = { title: response.statusText };

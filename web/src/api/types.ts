@@ -17,9 +17,13 @@ export interface Problem {
   field?: string;
 }
 
+export type Role = "guest" | "student" | "instructor" | "operator" | "admin" | "service";
+
 export interface Me {
-  role: string;
+  role: Role;
   name: string;
+  login?: string;
+  csrf_token?: string;
 }
 
 export interface Rig {

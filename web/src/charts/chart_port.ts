@@ -22,7 +22,7 @@ export interface Decoration {
   /** Where a healthy estimate stays. */
   band: [number, number] | null;
   /** Time in which the estimators still hold samples from before the fault. */
-  settling: [number, number] | null;
+  settling: [number, number][];
   /** Times without samples. */
   gaps: [number, number][];
   /** Shaded to the right of the newest sample: not yet measured. */

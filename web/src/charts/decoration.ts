@@ -41,9 +41,7 @@ export function drawBehind(
 ): void {
   context.save();
   clip(context, area);
-  if (decoration.settling) {
-    fillSpan(context, area, decoration.settling, colors.settle);
-  }
+  for (const span of decoration.settling) fillSpan(context, area, span, colors.settle);
   for (const gap of decoration.gaps) hatchSpan(context, area, gap, colors.gap);
   if (decoration.band) {
     const top = area.y(decoration.band[1]);

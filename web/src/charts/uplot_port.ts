@@ -7,7 +7,7 @@ const EMPTY: Decoration = {
   markers: [],
   levels: [],
   band: null,
-  settling: null,
+  settling: [],
   gaps: [],
   labels: true,
 };

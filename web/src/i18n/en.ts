@@ -1,3 +1,4 @@
+/** English, as the start page and the live page need it; the rest is in en_more. */
 export const en = {
   skip_to_content: "Skip to content",
   page_not_loaded: "This page could not be loaded. Check the connection and reload.",
@@ -20,7 +21,6 @@ export const en = {
   yes: "yes",
   no: "no",
   or: "or",
-
   hero_title: "Break a DC motor's amplifier. Watch the estimators find out what broke.",
   hero_lead:
     "A remote laboratory for fault diagnosis: an amplifier and a motor are driven by a pseudo-random voltage, a component is switched while they run, and two parameter estimators say which one it was, and by how much.",
@@ -73,7 +73,6 @@ export const en = {
   data: "Data",
   a_recording: "a recording",
   no_fault: "no fault",
-
   live_title: "Live experiment",
   controls: "Controls",
   measurements: "Measurements",
@@ -119,7 +118,6 @@ export const en = {
   unit_rpm_gear: "rpm, behind the gear",
   overview: "Whole run, visible part",
   table_of_samples: "Samples as a table",
-
   faults: "Fault injection",
   set_nominal: "nominal",
   set_planned: "planned",
@@ -143,7 +141,6 @@ export const en = {
   circuit_nominal: "All parts nominal.",
   circuit_moves: "{component} = {value} moves {terms}.",
   relay: "relay",
-
   verdict: "Verdict",
   fault: "Fault",
   unknown_fault: "Unknown fault",
@@ -194,9 +191,7 @@ export const en = {
   mark_returned: "healthy again",
   mark_trip: "interlock",
   models_after_run: "Models are compared with the measurement when the run is over.",
-  model: "Model",
-  fit_percent: "Fit, %",
-
+  fit_of: "Fit, {model}",
   download: "Download",
   download_data: "Data",
   download_plots: "Plots",
@@ -209,7 +204,6 @@ export const en = {
   figure_swa: "SWA estimates",
   figure_sia: "SIA estimates",
   figure_models: "Models and measurement",
-
   keyboard_help: "Keys",
   key_pause: "pause the display, the recording goes on",
   key_pan: "earlier, later",
@@ -224,7 +218,6 @@ export const en = {
   key_stop: "stop the run",
   key_help: "this list",
   shortcuts_on: "single-key shortcuts (Esc always stops)",
-
   say_connected: "Connected to the run.",
   say_started: "The run has started.",
   say_finished: "The run is over. All data are on the page.",
@@ -234,36 +227,19 @@ export const en = {
   say_isolated: "Fault isolated: {component}, at {time} seconds.",
   say_trip: "Interlock: {reason}",
   say_countdown: "{component} goes to {value} in three seconds.",
-
-  help_run: "Running an experiment",
-  help_run_text:
-    "The large button runs the paper's experiment on a simulator. Your own experiment takes another excitation, duration or fault. A run goes on without the browser: close the page, come back, and it is there. Stop, or Esc, brings the rig to its safe state at any time.",
-  help_charts: "Reading the charts",
-  help_charts_text:
-    "The upper charts are the measured signals. Drag over a chart to look closer, L returns. A red line is a fault confirmed by the rig, a dashed blue line its detection, a dotted one its isolation. Hatched time has no samples: it is never bridged.",
-  help_faults: "Switching faults",
-  help_faults_text:
-    "A slider's hollow thumb means commanded, a solid one that the rig has read the relay back. A refusal says why. Ra, J and B are the motor's own parameters and can be changed on simulators only.",
-  help_estimates: "The estimates",
-  help_estimates_text:
-    "SWA fits the discrete model over the last K samples, SIA the continuous one by sliding integrals of length m within K samples. The dotted line is the nominal value, the band three standard deviations of the healthy part. The shaded time after a fault is when the window still holds samples from before it.",
-  help_verdict: "The verdict",
-  help_verdict_text:
-    "A fault is detected by the residual of the rig's own healthy model and isolated by the component whose change explains the record best; its value comes with a standard error. R9 and R12 change only the gain, and no sensor tells them apart: then both are named. The decision path is the paper's own way, with the number that decided each step.",
-  help_link: "The link",
-  help_link_text:
-    "The chip shows the round trip and samples that have not arrived. After a cut the page reconnects by itself and fetches what it missed. The recording on the server does not depend on it.",
-  help_data: "Data and plots",
-  help_data_text:
-    "Every run can be downloaded as CSV, MAT or JSON, its figures as PNG at one and two times the size. The REST interface under /api/v1 gives the same data.",
-  help_paper:
-    "Method and values: Antić et al., Detection, Isolation, and Identification of Multiplicative Faults in a DC Motor and Amplifier Using Parameter Estimation Techniques, Applied Sciences 15 (2025) 8322.",
-  server: "Server",
-  metrics: "Metrics, for Prometheus",
-  status_ready: "ready",
-  status_not_ready: "answers, but is not ready ({code})",
-  status_silent: "does not answer",
+  nav_api: "API",
+  compare: "Compare",
+  compare_run: "Compare run {run}",
+  compare_chosen: "Compare {count} runs",
+  print: "Print this run",
+  sign_in: "Sign in",
+  my_lab: "My lab",
+  nav_book: "Book",
+  time: "Time",
+  fault_sets: "Fault sets",
+  name: "Name",
+  value: "Value",
+  operate: "Operate",
+  role: "Role",
+  who: "Who",
 };
-
-export type Key = keyof typeof en;
-export type Catalogue = Record<Key, string>;

@@ -1,5 +1,5 @@
-import { toCyrillic } from "./cyrillic";
-import { type Catalogue, en, type Key } from "./en";
+import type { Catalogue, Key } from "./catalogue";
+import { en } from "./en";
 
 export type Locale = "en" | "sr-Latn" | "sr-Cyrl";
 export const LOCALES: Record<Locale, string> = {
@@ -10,8 +10,11 @@ export const LOCALES: Record<Locale, string> = {
 const KEY = "faultlab.locale";
 
 export async function loadCatalogue(locale: Locale): Promise<Catalogue> {
-  if (locale === "en") return en;
-  const { srLatn } = await import("./sr_latn");
+  if (locale === "en") return { ...en, ...(await import("./en_more")).enMore };
+  const [{ srLatn }, { toCyrillic }] = await Promise.all([
+    import("./sr_latn"),
+    import("./cyrillic"),
+  ]);
   const script = locale === "sr-Cyrl" ? toCyrillic : (text: string) => text;
   // `back ticks` in the catalogue keep words out of the change of script
   return Object.fromEntries(
@@ -21,7 +24,7 @@ export async function loadCatalogue(locale: Locale): Promise<Catalogue> {
 
 class I18n {
   locale = $state<Locale>("en");
-  private catalogue = $state.raw<Catalogue>(en);
+  private catalogue = $state.raw<Partial<Catalogue>>(en);
 
   async start(): Promise<void> {
     const stored = localStorage.getItem(KEY);
@@ -35,8 +38,13 @@ class I18n {
     document.documentElement.lang = locale;
   }
 
+  /** Brings the texts of pages other than the first; they are all there in another language. */
+  async loadAll(): Promise<void> {
+    if (this.locale === "en") this.catalogue = await loadCatalogue("en");
+  }
+
   text(key: Key): string {
-    return this.catalogue[key];
+    return this.catalogue[key] ?? "";
   }
 }
 

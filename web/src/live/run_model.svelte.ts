@@ -84,6 +84,7 @@ export class RunModel {
   private linkPhase: LinkPhase = "connecting";
   private tick: ReturnType<typeof setInterval> | undefined;
   private timer: ReturnType<typeof setTimeout> | undefined;
+  private refill = false;
   private seenMissing = -1;
   private countedDown = new Set<string>();
 
@@ -213,6 +214,7 @@ export class RunModel {
           this.slide?.append(block);
           if (block.serverTime > 0) this.clock.observe(block.serverTime, at);
           this.lastBlockAt = at;
+          this.refillGap();
         },
         message: (message) => this.onMessage(message),
         phase: (phase) => {
@@ -226,6 +228,13 @@ export class RunModel {
       },
     });
     void this.socket.connect();
+  }
+
+  /** Asks again for samples that the server dropped because this page was too slow for them. */
+  private refillGap(): void {
+    if (!this.refill || (this.slide?.missing ?? 0) === 0) return;
+    this.refill = false;
+    this.socket?.send({ type: "resume", since: this.firstMissing() });
   }
 
   /** Where to resume: the first sample that is not here. */
@@ -262,6 +271,9 @@ export class RunModel {
         break;
       case "readout":
         this.readouts = message.estimators;
+        break;
+      case "dropped":
+        this.refill = true;
         break;
       case "ack":
         this.onAck(message.id, message.ok, message.error?.message ?? "");

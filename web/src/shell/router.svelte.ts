@@ -11,7 +11,7 @@ class Router {
       const anchor = (event.target as Element | null)?.closest?.("a[href]");
       if (!(anchor instanceof HTMLAnchorElement)) return;
       if (anchor.target || anchor.hasAttribute("download")) return;
-      if (anchor.origin !== location.origin || anchor.pathname.startsWith("/api/")) return;
+      if (anchor.origin !== location.origin || /^\/(api\/|metrics)/.test(anchor.pathname)) return;
       if (anchor.hash && anchor.pathname === location.pathname) return;
       event.preventDefault();
       this.go(anchor.pathname + anchor.search);

@@ -44,6 +44,7 @@ export type ServerMessage =
   | { type: "ack"; id: number; ok: boolean; error?: { code: string; message: string } }
   | { type: "pong"; t: number; server_t: number }
   | { type: "error"; message: string }
+  | { type: "dropped"; samples: number }
   | { type: "end"; state: RunState };
 
 export type ClientMessage =

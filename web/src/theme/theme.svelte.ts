@@ -1,3 +1,4 @@
+import { flushSync } from "svelte";
 import { dark, light, type Tokens } from "./tokens";
 
 export type ThemeChoice = "auto" | "light" | "dark";
@@ -49,8 +50,10 @@ class Theme {
     }
   }
 
+  /** Paper is light, whatever the screen is. */
   private print(on: boolean): void {
     this.printing = on;
+    flushSync();
     this.apply();
   }
 }

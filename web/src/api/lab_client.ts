@@ -1,0 +1,85 @@
+import { get, send } from "./client";
+import type {
+  AuditEntry,
+  Availability,
+  Booking,
+  FaultSet,
+  LabEvent,
+  RigClass,
+  Session,
+  Span,
+  Ticket,
+  User,
+} from "./lab_types";
+import type { Me, Page } from "./types";
+
+type Id = string | number;
+const at = (id: Id) => encodeURIComponent(String(id));
+const items = async <T>(path: string) => (await get<Page<T>>(path)).items;
+const ifMatch = (version: number) => ({ "If-Match": `"${version}"` });
+
+export const lab = {
+  login: (login: string, password: string) => send<Me>("POST", "/auth/login", { login, password }),
+  logout: () => send<unknown>("POST", "/auth/logout", {}),
+  changePassword: (old: string, fresh: string) =>
+    send<unknown>("POST", "/auth/password", { old, new: fresh }),
+  resetPassword: (token: string, password: string) =>
+    send<unknown>("POST", "/auth/reset", { token, password }),
+
+  rigClasses: () => items<RigClass>("/rig-classes"),
+  availability: (rigClass: string, span: Span) =>
+    get<Availability>(
+      `/rig-classes/${at(rigClass)}/availability?from=${at(span.start)}&to=${at(span.end)}`,
+    ),
+
+  tickets: () => items<Ticket>("/tickets"),
+  askForRig: (rigClass: string, minS: number, wantS: number) =>
+    send<{ ticket?: Ticket; session?: Session }>("POST", "/tickets", {
+      rig_class: rigClass,
+      min_s: minS,
+      want_s: wantS,
+    }),
+  acceptTicket: (id: Id) => send<Session>("POST", `/tickets/${at(id)}/accept`, {}),
+  leaveTicket: (id: Id) => send<unknown>("POST", `/tickets/${at(id)}/leave`, {}),
+
+  bookings: () => items<Booking>("/bookings"),
+  book: (rigClass: string, span: Span) =>
+    send<Booking>("POST", "/bookings", { rig_class: rigClass, ...span }),
+  cancelBooking: (booking: Booking) =>
+    send<unknown>("DELETE", `/bookings/${at(booking.id)}`, undefined, ifMatch(booking.version)),
+  claimBooking: (id: Id) => send<Session>("POST", `/bookings/${at(id)}/claim`, {}),
+
+  sessions: () => items<Session>("/sessions"),
+  extend: (id: Id) => send<Session>("POST", `/sessions/${at(id)}/extend`, {}),
+  endSession: (id: Id) => send<unknown>("POST", `/sessions/${at(id)}/end`, {}),
+  stillThere: (id: Id) => send<unknown>("POST", `/sessions/${at(id)}/still-there`, {}),
+  handOver: (id: Id, to: string) => send<unknown>("POST", `/sessions/${at(id)}/handover`, { to }),
+  acceptHandOver: (id: Id) => send<Session>("POST", `/sessions/${at(id)}/handover/accept`, {}),
+
+  events: (since: number) => get<{ items: LabEvent[]; next: number }>(`/events?since=${since}`),
+
+  faultSets: () => items<FaultSet>("/fault-sets"),
+  saveFaultSet: (set: Partial<FaultSet>) =>
+    set.id === undefined
+      ? send<FaultSet>("POST", "/fault-sets", set)
+      : send<FaultSet>(
+          "PUT",
+          `/fault-sets/${at(set.id)}`,
+          { name: set.name, visible: set.visible, faults: set.faults },
+          ifMatch(set.version ?? 1),
+        ),
+  deleteFaultSet: (set: FaultSet) =>
+    send<unknown>("DELETE", `/fault-sets/${at(set.id)}`, undefined, ifMatch(set.version)),
+
+  users: () => items<User>("/users"),
+  createUser: (user: { login: string; name: string; role: string }) =>
+    send<User & { link?: string }>("POST", "/users", user),
+  resetLink: (id: Id) => send<{ link: string }>("POST", `/users/${at(id)}/reset-link`, {}),
+  quarantine: (rig: string, reason: string) =>
+    send<unknown>("POST", `/rigs/${at(rig)}/quarantine`, { reason }),
+  release: (rig: string) => send<unknown>("POST", `/rigs/${at(rig)}/release`, {}),
+  outage: (rig: string, span: Span, reason: string) =>
+    send<unknown>("POST", `/rigs/${at(rig)}/outages`, { ...span, reason }),
+  selfTest: (rig: string) => send<unknown>("POST", `/rigs/${at(rig)}/self-test`, {}),
+  audit: () => items<AuditEntry>("/audit"),
+};

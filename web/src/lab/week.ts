@@ -1,0 +1,63 @@
+import type { Availability, Span } from "../api/lab_types";
+
+export const SLOT_MINUTES = 30;
+export const FIRST_HOUR = 7;
+export const LAST_HOUR = 22;
+const DAYS = 7;
+
+export type SlotState = "free" | "taken" | "mine" | "outage" | "past";
+
+export interface Slot {
+  start: Date;
+  end: Date;
+  state: SlotState;
+}
+
+/** Monday 00:00, local time, of the week that holds `day`. */
+export function weekStart(day: Date): Date {
+  const start = new Date(day.getFullYear(), day.getMonth(), day.getDate());
+  start.setDate(start.getDate() - ((start.getDay() + 6) % 7));
+  return start;
+}
+
+/** Calendar days are added, not hours: a day of a clock change has 23 or 25 of them. */
+export function addDays(day: Date, days: number): Date {
+  return new Date(day.getFullYear(), day.getMonth(), day.getDate() + days);
+}
+
+export function weekSpan(start: Date): Span {
+  return { start: start.toISOString(), end: addDays(start, DAYS).toISOString() };
+}
+
+/** The week as seven columns of slots between FIRST_HOUR and LAST_HOUR, local time. */
+export function weekSlots(start: Date, availability: Availability, now: Date): Slot[][] {
+  const busy = availability.busy.map((span) => ({
+    kind: span.kind,
+    from: Date.parse(span.start),
+    to: Date.parse(span.end),
+  }));
+  return Array.from({ length: DAYS }, (_, day) => {
+    const date = addDays(start, day);
+    const slots: Slot[] = [];
+    for (let minute = FIRST_HOUR * 60; minute < LAST_HOUR * 60; minute += SLOT_MINUTES) {
+      const at = (minutes: number) =>
+        new Date(date.getFullYear(), date.getMonth(), date.getDate(), 0, minutes);
+      const [from, to] = [at(minute), at(minute + SLOT_MINUTES)];
+      slots.push({ start: from, end: to, state: stateOf(from, to, busy, now) });
+    }
+    return slots;
+  });
+}
+
+function stateOf(
+  from: Date,
+  to: Date,
+  busy: { kind: string; from: number; to: number }[],
+  now: Date,
+): SlotState {
+  if (from.getTime() < now.getTime()) return "past";
+  const hits = busy.filter((span) => span.from < to.getTime() && from.getTime() < span.to);
+  if (hits.some((span) => span.kind === "mine")) return "mine";
+  if (hits.some((span) => span.kind === "outage")) return "outage";
+  return hits.length > 0 ? "taken" : "free";
+}

@@ -1,0 +1,66 @@
+import { api } from "../api/client";
+import type { Run, RunEvent } from "../api/types";
+import type { Aligned } from "../figures/figure";
+import { moments } from "../live/statistics";
+import { NOMINAL, sameValue } from "../plant/components";
+import { readFrames } from "../stream/frame_reader";
+import { Slide } from "../stream/slide";
+
+/** One recorded run, ready to be laid over others. */
+export interface ComparedRun {
+  run: Run;
+  label: string;
+  slide: Slide;
+  durationS: number;
+  /** Run time of its first fault, 0 without one. */
+  onsetS: number;
+  verdict: string;
+  lastMean(channel: number): number | null;
+}
+
+export function firstFault(events: RunEvent[]): RunEvent | undefined {
+  return events.find(
+    (event) =>
+      event.kind === "relay_confirmed" &&
+      event.component !== undefined &&
+      event.value !== undefined &&
+      !sameValue(event.value, NOMINAL[event.component]),
+  );
+}
+
+export async function loadCompared(id: string): Promise<ComparedRun> {
+  const run = await api.run(id);
+  const period = run.plan?.period_s ?? run.period_s ?? 0.01;
+  const slide = new Slide(Math.max(run.samples ?? 0, 1), period);
+  await readFrames(await api.frames(id), (block) => slide.append(block));
+  const fault = firstFault(run.events ?? []);
+  const durationS = slide.end * period;
+  return {
+    run,
+    label: run.name || run.id,
+    slide,
+    durationS,
+    onsetS: fault ? fault.index * period : 0,
+    verdict: typeof run.verdict === "string" ? run.verdict : (run.verdict?.verdict ?? ""),
+    lastMean: (channel) => moments(slide, channel, durationS - 1, durationS)?.mean ?? null,
+  };
+}
+
+/** A channel of several runs on one axis: time since the start, or since each run's fault. */
+export function overlay(runs: ComparedRun[], channel: number, onFault: boolean): Aligned {
+  const period = Math.min(...runs.map((run) => run.slide.period));
+  const shift = (run: ComparedRun) => (onFault ? run.onsetS : 0);
+  const from = Math.min(...runs.map((run) => Math.round(-shift(run) / period)));
+  const to = Math.max(...runs.map((run) => Math.round((run.durationS - shift(run)) / period)));
+  const count = Math.max(0, to - from);
+  const x = Float64Array.from({ length: count }, (_, at) => (from + at) * period);
+  const y = runs.map((run) => {
+    const column = new Float32Array(count).fill(Number.NaN);
+    for (let index = run.slide.first; index < run.slide.end; index++) {
+      const at = Math.round((index * run.slide.period - shift(run)) / period) - from;
+      if (at >= 0 && at < count) column[at] = run.slide.value(channel, index);
+    }
+    return column;
+  });
+  return { x, y };
+}

@@ -1,0 +1,52 @@
+import { api, useCsrfToken } from "../api/client";
+import { lab } from "../api/lab_client";
+import type { Me, Role } from "../api/types";
+
+const RANK: Record<Role, number> = {
+  guest: 0,
+  student: 1,
+  service: 1,
+  instructor: 2,
+  operator: 3,
+  admin: 4,
+};
+
+/** Who is using the page. The server decides what they may do; this only hides what they may not. */
+class Account {
+  me = $state.raw<Me>({ role: "guest", name: "guest" });
+  loaded = $state(false);
+
+  get signedIn(): boolean {
+    return this.me.role !== "guest";
+  }
+
+  atLeast(role: Role): boolean {
+    return RANK[this.me.role] >= RANK[role];
+  }
+
+  async load(): Promise<void> {
+    try {
+      this.take(await api.me());
+    } catch {
+      this.take({ role: "guest", name: "guest" }); // an expired cookie is a guest who may sign in
+    }
+    this.loaded = true;
+  }
+
+  async signIn(login: string, password: string): Promise<void> {
+    this.take(await lab.login(login, password));
+    if (!this.me.csrf_token) await this.load();
+  }
+
+  async signOut(): Promise<void> {
+    await lab.logout();
+    this.take({ role: "guest", name: "guest" });
+  }
+
+  private take(me: Me): void {
+    this.me = me;
+    useCsrfToken(me.csrf_token ?? "");
+  }
+}
+
+export const account = new Account();
