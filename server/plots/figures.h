@@ -41,7 +41,8 @@ Figure MakeEstimatesFigure(std::span<const core::Frame> frames,
 
 /// One model's simulated output beside the measurement.
 struct ModelOutput {
-  std::string name;  ///< "SWA", "Eq. 3, M_{c} = 0.33 mNm"
+  std::string key;   ///< "swa", "sia", "model_mc_0.33mNm", "faultlab"
+  std::string name;  ///< "SWA", "M_{c} 0.33 mNm"
   double fit_percent = 0.0;
   std::vector<double> um_v;  ///< one value per sample of the stretch
 };

@@ -78,8 +78,8 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
   if (stretch.t_s.empty()) {
     return comparison;
   }
-  const auto add = [&](const std::string& name, core::ModelFit fit) {
-    comparison.models.push_back({name, fit.fit_percent, std::move(fit.simulated_v)});
+  const auto add = [&](const std::string& key, const std::string& name, core::ModelFit fit) {
+    comparison.models.push_back({key, name, fit.fit_percent, std::move(fit.simulated_v)});
   };
   const double delta_s = diagnosis.calibration ? diagnosis.calibration->delta_s
                                                : kUsualDeltaPeriods * options.period_s;
@@ -88,13 +88,16 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
   };
   const core::Estimate<3>& swa = estimate(core::EstimatorId::kSwa100);
   if (IsUsable(swa)) {
-    add("SWA",
+    add("swa",
+        "SWA",
         core::FitDiscrete({swa.theta[0], swa.theta[1], swa.theta[2]}, stretch.uc_v, stretch.um_v));
   }
   const core::Estimate<3>& sia = estimate(core::EstimatorId::kSia100x20);
   if (IsUsable(sia) && sia.theta[2] > 0.0) {
     const core::ContinuousCoefficients model = {sia.theta[0], sia.theta[1], sia.theta[2], 0.0, 0.0};
-    add("SIA", core::FitContinuous(model, stretch.uc_v, stretch.um_v, options.period_s, delta_s));
+    add("sia",
+        "SIA",
+        core::FitContinuous(model, stretch.uc_v, stretch.um_v, options.period_s, delta_s));
   }
   const bool fault = verdict.kind == core::VerdictKind::kFault && !verdict.candidates.empty();
   const auto with_fault = [&](core::PlantParameters plant) {
@@ -105,7 +108,9 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
   };
   const core::ContinuousCoefficients eq3 = core::MakeContinuous(with_fault(options.nominal));
   for (const double mc_millis : kPaperMcMillis) {
-    add("M_{c} " + FormatNumber(mc_millis, mc_millis == 0.0 ? 0 : 2) + " mNm",
+    const std::string mc = FormatNumber(mc_millis, mc_millis == 0.0 ? 0 : 2);
+    add("model_mc_" + mc + (mc_millis == 0.0 ? "" : "mNm"),
+        "M_{c} " + mc + " mNm",
         core::FitFriction(
             eq3, 1e-3 * mc_millis, stretch.uc_v, stretch.um_v, options.period_s, delta_s));
   }
@@ -115,12 +120,21 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
     // The sampled plant knows no gain factor of the amplifier: R12 carries it.
     plant.r12_ohm = calibration.gain_factor * plant.re2_ohm() - plant.r14_ohm - plant.r15_ohm;
     add("faultlab",
+        "faultlab",
         core::FitSampled(core::MakeSampledModel(plant, options.period_s, delta_s),
                          calibration.mc_nm,
                          stretch.uc_v,
                          stretch.um_v));
   }
   return comparison;
+}
+
+void AddModelFits(std::span<const core::Sample> samples,
+                  const core::DiagnoseOptions& options,
+                  core::Diagnosis& diagnosis) {
+  for (const ModelOutput& model : CompareModels(samples, options, diagnosis).models) {
+    diagnosis.fit_percent.push_back({model.key, model.fit_percent});
+  }
 }
 
 }  // namespace faultlab::server

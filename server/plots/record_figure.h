@@ -27,4 +27,9 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
                               const core::DiagnoseOptions& options,
                               const core::Diagnosis& diagnosis);
 
+/// Puts the fit of each of CompareModels' models into diagnosis.fit_percent under its key.
+void AddModelFits(std::span<const core::Sample> samples,
+                  const core::DiagnoseOptions& options,
+                  core::Diagnosis& diagnosis);
+
 }  // namespace faultlab::server

@@ -1,0 +1,29 @@
+#include "server/cli/console.h"
+
+#include <cstdio>
+#include <string>
+
+#include "server/csv/file_io.h"
+
+namespace faultlab::server {
+
+void PrintError(std::string_view message) {
+  const std::string line = "faultlab: " + std::string(message) + "\n";
+  std::fwrite(line.data(), 1, line.size(), stderr);
+}
+
+int Fail(const core::Error& error, int exit_code) {
+  PrintError(error.message);
+  return exit_code;
+}
+
+int Print(std::string_view text) {
+  const core::Status written = WriteFile("-", text);
+  return written ? kExitOk : Fail(written.error(), kExitFailure);
+}
+
+std::string_view Version() {
+  return FAULTLAB_VERSION;
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string_view>
+
+#include "core/types/result.h"
+
+namespace faultlab::server {
+
+/// What a subcommand returns to the shell.
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitFailure = 1;  ///< an output could not be written, a part is missing
+inline constexpr int kExitBadInput =
+    2;  ///< an option, a file or a value is wrong: stderr says which
+
+/// "faultlab: message" on stderr.
+void PrintError(std::string_view message);
+/// Prints the error and returns `exit_code`.
+int Fail(const core::Error& error, int exit_code);
+/// Writes to the standard output, at once; kExitFailure when that does not take it all.
+int Print(std::string_view text);
+
+/// "0.1.0"
+std::string_view Version();
+
+}  // namespace faultlab::server

@@ -1,0 +1,142 @@
+#include "server/cli/excitation_text.h"
+
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "server/csv/csv_record.h"
+#include "server/csv/number_text.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+using core::ExcitationSpec;
+using core::Result;
+
+/// A named number of a spec.
+struct Setting {
+  std::string_view name;
+  std::function<void(double)> set;
+  bool whole = false;
+};
+
+Setting Real(std::string_view name, double& target) {
+  return {name, [&target](double value) { target = value; }};
+}
+
+template <typename Integer>
+Setting Whole(std::string_view name, Integer& target) {
+  return {name, [&target](double value) { target = static_cast<Integer>(value); }, true};
+}
+
+/// "a=1,b=2" into the settings.
+core::Status Apply(std::string_view text, const std::vector<Setting>& settings) {
+  const auto refuse = [](const std::string& what) {
+    return Error{ErrorCode::kInvalid, "excitation: " + what, "excitation"};
+  };
+  while (!text.empty()) {
+    const std::size_t comma = text.find(',');
+    const std::string_view part = text.substr(0, comma);
+    text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
+    const std::size_t equals = part.find('=');
+    const std::string_view name = part.substr(0, equals);
+    const Setting* found = nullptr;
+    std::string names;
+    for (const Setting& setting : settings) {
+      names += (names.empty() ? "" : ", ") + std::string(setting.name);
+      found = setting.name == name ? &setting : found;
+    }
+    if (found == nullptr || equals == std::string_view::npos) {
+      return refuse("'" + std::string(part) + "' is not NAME=NUMBER with one of " + names);
+    }
+    const std::optional<double> value = ParseNumber(part.substr(equals + 1));
+    constexpr double kWholeMax = 1e15;
+    if (!value ||
+        (found->whole && (std::floor(*value) != *value || *value < 0.0 || *value > kWholeMax))) {
+      return refuse(std::string(name) + " must be a " + (found->whole ? "whole number" : "number") +
+                    ", found '" + std::string(part.substr(equals + 1)) + "'");
+    }
+    found->set(*value);
+  }
+  return core::Done{};
+}
+
+template <typename Spec>
+Result<ExcitationSpec> Filled(Spec& spec,
+                              std::string_view rest,
+                              const std::vector<Setting>& settings) {
+  const core::Status applied = Apply(rest, settings);
+  if (!applied) {
+    return applied.error();
+  }
+  return ExcitationSpec(spec);
+}
+
+Result<ExcitationSpec> FromRecording(std::string_view path) {
+  Result<CsvRecord> record = ReadCsv(std::string(path));
+  if (!record) {
+    return record.error();
+  }
+  core::SamplesSpec spec;
+  for (const core::Sample& sample : record.value().samples) {
+    spec.uc_v.push_back(sample.uc_v);
+  }
+  return ExcitationSpec(std::move(spec));
+}
+
+}  // namespace
+
+Result<ExcitationSpec> ParseExcitation(std::string_view text, std::uint64_t seed) {
+  const std::size_t colon = text.find(':');
+  const std::string_view kind = text.substr(0, colon);
+  const std::string_view rest =
+      colon == std::string_view::npos ? std::string_view() : text.substr(colon + 1);
+  if (kind == "prbs") {
+    core::PrbsSpec spec;
+    spec.seed = seed;
+    return Filled(spec,
+                  rest,
+                  {Real("low", spec.low_v),
+                   Real("high", spec.high_v),
+                   Real("clock", spec.clock_s),
+                   Whole("order", spec.order),
+                   Whole("seed", spec.seed)});
+  }
+  if (kind == "step") {
+    core::StepSpec spec;
+    return Filled(
+        spec, rest, {Real("low", spec.low_v), Real("high", spec.high_v), Real("at", spec.at_s)});
+  }
+  if (kind == "multisine") {
+    core::MultisineSpec spec;
+    spec.seed = seed;
+    return Filled(spec,
+                  rest,
+                  {Real("offset", spec.offset_v),
+                   Real("amplitude", spec.amplitude_v),
+                   Whole("lines", spec.lines),
+                   Real("base", spec.base_period_s),
+                   Whole("seed", spec.seed)});
+  }
+  if (kind == "chirp") {
+    core::ChirpSpec spec;
+    return Filled(spec,
+                  rest,
+                  {Real("offset", spec.offset_v),
+                   Real("amplitude", spec.amplitude_v),
+                   Real("from", spec.from_hz),
+                   Real("to", spec.to_hz)});
+  }
+  if (kind == "file" && !rest.empty()) {
+    return FromRecording(rest);
+  }
+  return Error{ErrorCode::kInvalid,
+               "excitation '" + std::string(text) +
+                   "' is not known, expected prbs, step, multisine, chirp or file:RECORDING.csv",
+               "excitation"};
+}
+
+}  // namespace faultlab::server
