@@ -274,11 +274,11 @@ FaultIsolability Judge(const Analysis& analysis,
       analysis.MeanRecord(analysis.ModelWith(fault.component, fault.value));
   judged.kl_nominal_nats = analysis.Distance(record, analysis.healthy());
   judged.visible = judged.kl_nominal_nats >= limits.kl_visible_nats;
+  judged.group.push_back(fault.component);
   for (Component rival : kAllComponents) {
     NearestRival& nearest = judged.rival[static_cast<std::size_t>(Index(rival))];
     if (rival == fault.component) {
       nearest = {0.0, fault.value};
-      judged.group.push_back(rival);
       continue;
     }
     const LogRange range = RangeOf(rival, options.rig.plant.Get(rival));

@@ -60,7 +60,7 @@ struct FaultIsolability {
   double kl_nominal_nats = 0.0;  ///< distance from the healthy rig
   bool visible = false;
   std::array<NearestRival, kComponentCount> rival;  ///< own component: zero at its own value
-  std::vector<Component> group;                     ///< itself and all that it can be taken for
+  std::vector<Component> group;  ///< itself first, then all that it can be taken for
 };
 
 /// A fault set on one rig, judged. Distances are the mean part of the Kullback-Leibler divergence
