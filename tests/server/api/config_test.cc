@@ -1,0 +1,82 @@
+#include "server/config.h"
+
+#include <gtest/gtest.h>
+
+namespace faultlab::server {
+namespace {
+
+TEST(Config, ReadsEverySetting) {
+  const auto parsed = ParseConfig(R"(
+listen = "0.0.0.0:80"
+data_dir = "/var/lib/faultlab"
+server_id = "a"
+allowed_hosts = ["lab.example"]
+guests = "never"
+log_level = "debug"
+[database]
+url = "postgresql://lab@db/lab"
+[simulators]
+count = 2
+profile = "multisim"
+speed = 20
+seed = 7
+[limits]
+runs = 5
+viewers = 100
+connections = 200
+pool_threads = 2
+[lcm]
+url = "memq://"
+[[lcm.rigs]]
+id = "bench-1"
+key_file = "/etc/key"
+)",
+                                  "f.toml");
+  ASSERT_TRUE(parsed.ok()) << parsed.error().message;
+  const Config& config = parsed.value();
+  EXPECT_EQ(config.listen, "0.0.0.0:80");
+  EXPECT_EQ(config.allowed_hosts, std::vector<std::string>{"lab.example"});
+  EXPECT_EQ(config.guests, "never");
+  EXPECT_EQ(config.database_url, "postgresql://lab@db/lab");
+  EXPECT_EQ(config.sim_rigs, 2);
+  EXPECT_EQ(config.sim_profile, "multisim");
+  EXPECT_EQ(config.sim_speed, 20.0);
+  EXPECT_EQ(config.fixture_seed, 7u);
+  EXPECT_EQ(config.runs_max, 5);
+  EXPECT_EQ(config.pool_threads, 2);
+  ASSERT_EQ(config.remote_rigs.size(), 1u);
+  EXPECT_EQ(config.remote_rigs[0].key_file, "/etc/key");
+}
+
+TEST(Config, NeedsNoFileAtAll) {
+  EXPECT_TRUE(ParseConfig("", "f.toml").ok());
+}
+
+TEST(Config, NamesFileLineAndSetting) {
+  const struct {
+    const char* text;
+    const char* start;
+  } cases[] = {
+      {"listen = 80\n", "f.toml:1: listen must be a text"},
+      {"\nlisten_on = \"x\"\n", "f.toml:2: listen_on must be absent"},
+      {"[limits]\nruns = 0\n", "f.toml:2: limits.runs must be a whole number from 1 to 1000"},
+      {"guests = \"all\"\n", "f.toml:1: guests must be one of"},
+      {"[simulators]\nspeed = -1\n", "f.toml:2: simulators.speed must be"},
+      {"[lcm]\nrigs = 3\n", "f.toml:2: lcm.rigs must be a list of tables"},
+      {"a = [1\n", "f.toml:"},
+  };
+  for (const auto& wrong : cases) {
+    const auto parsed = ParseConfig(wrong.text, "f.toml");
+    ASSERT_FALSE(parsed.ok()) << wrong.text;
+    EXPECT_TRUE(parsed.error().message.starts_with(wrong.start)) << parsed.error().message;
+  }
+}
+
+TEST(Config, SaysThatAFileIsNotThere) {
+  const auto loaded = LoadConfig("/no/such/file.toml");
+  ASSERT_FALSE(loaded.ok());
+  EXPECT_NE(loaded.error().message.find("/no/such/file.toml"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace faultlab::server

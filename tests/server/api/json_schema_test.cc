@@ -1,0 +1,56 @@
+#include "tests/support/json_schema.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+
+namespace faultlab::tests {
+namespace {
+
+constexpr const char* kDescription = R"({
+ "paths": {"/a": {"get": {"responses": {"200": {"content": {"application/json":
+   {"schema": {"$ref": "#/components/schemas/A"}}}}}}}},
+ "components": {"schemas": {
+   "A": {"type": "object", "required": ["n"], "additionalProperties": false,
+         "properties": {"n": {"type": "integer", "minimum": 1},
+                        "list": {"type": "array", "items": {"type": ["number", "null"]}},
+                        "word": {"enum": ["x", "y"]},
+                        "kind": {"oneOf": [{"const": 1}, {"const": 2}]}}},
+   "Odd": {"type": "object", "unheard": 1}}}})";
+
+class JsonSchemaTest : public ::testing::Test {
+ protected:
+  bool Fits(const char* text) {
+    return !description_.CheckAnswer("GET", "/a", 200, "application/json; charset=x", text);
+  }
+  ApiDescription description_{kDescription};
+};
+
+TEST_F(JsonSchemaTest, AcceptsWhatFits) {
+  EXPECT_TRUE(Fits(R"({"n":1,"list":[1,2.5,null],"word":"y","kind":2})"));
+}
+
+TEST_F(JsonSchemaTest, FindsEachKindOfMisfit) {
+  EXPECT_FALSE(Fits(R"({})"));
+  EXPECT_FALSE(Fits(R"({"n":0})"));
+  EXPECT_FALSE(Fits(R"({"n":1.5})"));
+  EXPECT_FALSE(Fits(R"({"n":1,"more":1})"));
+  EXPECT_FALSE(Fits(R"({"n":1,"list":["a"]})"));
+  EXPECT_FALSE(Fits(R"({"n":1,"word":"z"})"));
+  EXPECT_FALSE(Fits(R"({"n":1,"kind":3})"));
+  EXPECT_FALSE(Fits("not json"));
+}
+
+TEST_F(JsonSchemaTest, FindsWhatIsNotDescribed) {
+  EXPECT_TRUE(description_.CheckAnswer("POST", "/a", 200, "application/json", "{}"));
+  EXPECT_TRUE(description_.CheckAnswer("GET", "/a", 404, "application/json", "{}"));
+  EXPECT_TRUE(description_.CheckAnswer("GET", "/a", 200, "text/html", "{}"));
+}
+
+TEST_F(JsonSchemaTest, RefusesAKeywordThatItWouldIgnore) {
+  const auto schema = boost::json::parse(R"({"$ref":"#/components/schemas/Odd"})");
+  EXPECT_TRUE(description_.CheckSchema(boost::json::object{}, schema));
+}
+
+}  // namespace
+}  // namespace faultlab::tests

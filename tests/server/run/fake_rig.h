@@ -1,0 +1,97 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "hardware/rig.h"
+
+namespace faultlab::tests {
+
+/// A rig that says what a test gives it, and remembers what it was told.
+class FakeRig : public hardware::Rig {
+ public:
+  explicit FakeRig(std::string id = "fake-1") { description_.id = std::move(id); }
+
+  void Say(hardware::RigMessage message) {
+    const std::lock_guard lock(mutex_);
+    messages_.push_back(std::move(message));
+    changed_.notify_all();
+  }
+  void End() {
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+    changed_.notify_all();
+  }
+  /// The next Read throws.
+  void BreakRead() {
+    const std::lock_guard lock(mutex_);
+    broken_ = true;
+    changed_.notify_all();
+  }
+  std::vector<std::string> stops() const {
+    const std::lock_guard lock(mutex_);
+    return stops_;
+  }
+  std::vector<hardware::RigCommand> commands() const {
+    const std::lock_guard lock(mutex_);
+    return commands_;
+  }
+
+  const hardware::RigDescription& description() const override { return description_; }
+  hardware::RigState state() const override { return hardware::RigState::kIdle; }
+  core::Status Arm(hardware::RunPlan, hardware::Epoch epoch) override {
+    epoch_ = epoch;
+    return arm_answer_;
+  }
+  core::Status Start(hardware::Epoch) override { return core::Done{}; }
+  core::Status Command(hardware::Epoch epoch, const hardware::RigCommand& command) override {
+    if (epoch != epoch_) return core::Error{core::ErrorCode::kStale, "old epoch", "epoch"};
+    const std::lock_guard lock(mutex_);
+    commands_.push_back(command);
+    return core::Done{};
+  }
+  void KeepAlive(hardware::Epoch) override {}
+  void Fence(hardware::Epoch epoch) override { epoch_ = epoch; }
+  std::optional<hardware::Trip> trip() const override { return std::nullopt; }
+  hardware::LoopQuality loop_quality() const override { return {}; }
+  hardware::ReadStatus Read(std::vector<hardware::RigMessage>& out,
+                            std::chrono::milliseconds patience) override {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, patience, [this] { return !messages_.empty() || ended_ || broken_; });
+    if (std::exchange(broken_, false)) throw core::ContractError("the rig's code is broken");
+    out.insert(out.end(), messages_.begin(), messages_.end());
+    messages_.clear();
+    return ended_ ? hardware::ReadStatus::kEnded : hardware::ReadStatus::kMore;
+  }
+  void SafeStop(std::string_view reason) override {
+    const std::lock_guard lock(mutex_);
+    stops_.emplace_back(reason);
+    if (!ended_) {
+      hardware::RigEvent stopped;
+      stopped.kind = hardware::RigEventKind::kStopped;
+      stopped.text = std::string(reason);
+      messages_.push_back(stopped);
+    }
+    ended_ = true;
+    changed_.notify_all();
+  }
+  hardware::SelfTestReport SelfTest() override { return {}; }
+
+  core::Status arm_answer_ = core::Done{};
+  hardware::RigDescription description_;
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<hardware::RigMessage> messages_;
+  std::vector<std::string> stops_;
+  std::vector<hardware::RigCommand> commands_;
+  hardware::Epoch epoch_{};
+  bool ended_ = false;
+  bool broken_ = false;
+};
+
+}  // namespace faultlab::tests

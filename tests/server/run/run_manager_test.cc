@@ -1,0 +1,341 @@
+#include "server/run/run_manager.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+#include <cmath>
+
+#include "core/signals/excitation.h"
+#include "hardware/replay_rig.h"
+#include "hardware/simulated/simulated_rig.h"
+#include "server/run/recorder.h"
+#include "server/run/run_messages.h"
+#include "server/storage/database.h"
+#include "tests/server/run/fake_rig.h"
+#include "tests/support/temp_folder.h"
+
+namespace faultlab::server {
+namespace {
+
+using tests::FakeRig;
+
+class RunManagerTest : public ::testing::Test {
+ protected:
+  RunManagerTest() {
+    DatabaseOptions options;
+    options.location = folder_.File("test.db");
+    database_ = std::move(Database::Open(options)).value();
+    store_ = std::make_unique<RecordingStore>(*database_);
+    hub_ = std::make_unique<StreamHub>(StreamHubOptions{}, clock_);
+    EXPECT_TRUE(hub_->Start().ok());
+    hardware::SimulatedRigOptions simulator;
+    simulator.speed = 0.0;
+    bay_.Add(hardware::MakeSimulatedRig(simulator)->description(),
+             "bench",
+             hardware::Epoch{0},
+             [simulator] {
+               return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(simulator));
+             });
+    Manage(0.0);
+  }
+
+  void Manage(double speed, int runs_max = 4) {
+    RunManagerOptions options;
+    options.speed = speed;
+    options.runs_max = runs_max;
+    manager_ = std::make_unique<RunManager>(
+        options, bay_, *store_, *hub_, clock_, [this](std::string_view text) {
+          log_.append(text).append("\n");
+        });
+  }
+
+  /// The paper's experiment, R1 = 100 ohm at 10 s.
+  static RunRequest Paper(double duration_s = 20.0) {
+    RunRequest request;
+    request.owner = "guest";
+    request.plan.uc_v = core::Generate(core::PrbsSpec{}, duration_s, 0.01).value();
+    if (duration_s > 10.0) {
+      request.plan.faults = {{core::Component::kR1, 100.0, 10.0, core::FaultKind::kAbrupt, 0.0}};
+    }
+    return request;
+  }
+  /// A run on a rig that says what the test tells it.
+  RunRequest Scripted(const std::shared_ptr<FakeRig>& rig) {
+    RunRequest request;
+    request.owner = "guest";
+    request.plan.uc_v.assign(1000, 2.0);
+    request.lease = RigLease(nullptr, 0, rig, hardware::Epoch{1});
+    return request;
+  }
+  static core::Sample SampleAt(std::int64_t index) {
+    core::Sample sample;
+    sample.index = index;
+    sample.t_s = static_cast<double>(index) * 0.01;
+    sample.uc_v = 2.0;
+    sample.um_v = 4.8;
+    return sample;
+  }
+  RunRecord RunToEnd(RunRequest request) {
+    auto started = manager_->Start(std::move(request));
+    EXPECT_TRUE(started.ok()) << started.error().message;
+    manager_->Wait(started.value().id);
+    return store_->Get(started.value().id).value();
+  }
+  std::vector<std::string> Kinds(const std::string& id) {
+    std::vector<std::string> kinds;
+    const auto events = store_->LoadEvents(id);
+    for (const RecordedEvent& event : events.value()) kinds.push_back(event.kind);
+    return kinds;
+  }
+  bool Happened(const std::string& id, std::string_view kind) {
+    const auto kinds = Kinds(id);
+    return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+  }
+
+  tests::TempFolder folder_;
+  ManualClock clock_;
+  std::unique_ptr<Database> database_;
+  std::unique_ptr<RecordingStore> store_;
+  std::unique_ptr<StreamHub> hub_;
+  RigBay bay_;
+  std::string log_;
+  std::unique_ptr<RunManager> manager_;
+};
+
+TEST_F(RunManagerTest, RecordsThePapersExperimentAndNamesTheFault) {
+  const RunRecord record = RunToEnd(Paper());
+  EXPECT_EQ(record.state, RunState::kFinished) << log_;
+  EXPECT_EQ(record.samples, 2000);
+  EXPECT_EQ(record.verdict, "fault");
+  EXPECT_EQ(record.rig, "sim-1");
+  const auto diagnosis = boost::json::parse(record.diagnosis_json).as_object();
+  EXPECT_EQ(diagnosis.at("candidates").at(0).at("component"), "R1");
+  EXPECT_NEAR(diagnosis.at("candidates").at(0).at("value").to_number<double>(), 100.0, 5.0);
+  EXPECT_EQ(diagnosis.at("samples"), 2000);
+  for (const char* kind :
+       {"started", "fault_commanded", "relay_confirmed", "detected", "isolated", "finished"}) {
+    EXPECT_TRUE(Happened(record.id, kind)) << kind;
+  }
+  for (const RecordedEvent& event : store_->LoadEvents(record.id).value()) {
+    if (event.kind == "detected") {
+      EXPECT_GE(event.index, 1000);
+      EXPECT_LE(event.index, 1010) << "within 10 samples of the fault";
+    }
+  }
+}
+
+TEST_F(RunManagerTest, GivesTheSameSamplesAndVerdictsForTheSameSeed) {
+  const RunRecord first = RunToEnd(Paper());
+  const RunRecord second = RunToEnd(Paper());
+  const auto a = store_->LoadSamples(first.id, 0, 5000).value();
+  const auto b = store_->LoadSamples(second.id, 0, 5000).value();
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) ASSERT_EQ(a[i].um_v, b[i].um_v) << i;
+  EXPECT_EQ(first.diagnosis_json, second.diagnosis_json);
+  EXPECT_EQ(Kinds(first.id), Kinds(second.id));
+}
+
+TEST_F(RunManagerTest, ReplaysARecordingToTheSameBits) {
+  const RunRecord original = RunToEnd(Paper());
+  const auto samples = store_->LoadSamples(original.id, 0, 5000).value();
+  hardware::ReplayRigOptions options;
+  options.speed = 0.0;
+  RunRequest replay;
+  replay.owner = "guest";
+  replay.plan = hardware::ReplayPlan(original.period_s);
+  replay.lease =
+      RigLease(nullptr, 0, hardware::MakeReplayRig(samples, options), hardware::Epoch{1});
+  const RunRecord again = RunToEnd(std::move(replay));
+  EXPECT_EQ(again.state, RunState::kFinished) << log_;
+  const auto replayed = store_->LoadSamples(again.id, 0, 5000).value();
+  ASSERT_EQ(replayed.size(), samples.size());
+  core::Pipeline one{core::PipelineConfig{}};
+  core::Pipeline two{core::PipelineConfig{}};
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const core::Frame a = one.Push(samples[i]);
+    const core::Frame& b = two.Push(replayed[i]);
+    for (std::size_t e = 0; e < a.estimates.size(); ++e) {
+      ASSERT_EQ(a.estimates[e].status, b.estimates[e].status) << i;
+      if (a.estimates[e].status == core::EstimateStatus::kInvalid) continue;
+      ASSERT_EQ(a.estimates[e].theta, b.estimates[e].theta) << i;
+    }
+  }
+}
+
+TEST_F(RunManagerTest, StoresAStoppedRunWhole) {
+  auto rig = std::make_shared<FakeRig>();
+  auto started = manager_->Start(Scripted(rig));
+  ASSERT_TRUE(started.ok());
+  for (int i = 0; i < 150; ++i) rig->Say(SampleAt(i));
+  EXPECT_TRUE(manager_->Stop(started.value().id, "enough").ok());
+  manager_->Wait(started.value().id);
+  const RunRecord record = store_->Get(started.value().id).value();
+  EXPECT_EQ(record.state, RunState::kStopped);
+  EXPECT_EQ(record.samples, 150);
+  EXPECT_EQ(rig->stops().front(), "enough");
+  EXPECT_FALSE(manager_->Stop(started.value().id, "again").ok());
+}
+
+TEST_F(RunManagerTest, FailsTheRunOfATrippedRigAndKeepsItsSamples) {
+  auto rig = std::make_shared<FakeRig>();
+  auto started = manager_->Start(Scripted(rig));
+  ASSERT_TRUE(started.ok());
+  for (int i = 0; i < 20; ++i) rig->Say(SampleAt(i));
+  hardware::RigEvent trip;
+  trip.kind = hardware::RigEventKind::kTrip;
+  trip.index = 19;
+  trip.value = 2.5;
+  trip.text = "over-current";
+  rig->Say(trip);
+  manager_->Wait(started.value().id);
+  const RunRecord record = store_->Get(started.value().id).value();
+  EXPECT_EQ(record.state, RunState::kFailed);
+  EXPECT_EQ(record.samples, 20);
+  EXPECT_TRUE(Happened(record.id, "trip"));
+  EXPECT_FALSE(rig->stops().empty());
+}
+
+TEST_F(RunManagerTest, MakesTheRigSafeWhenItsOwnCodeBreaks) {
+  auto rig = std::make_shared<FakeRig>();
+  auto started = manager_->Start(Scripted(rig));
+  ASSERT_TRUE(started.ok());
+  rig->BreakRead();
+  manager_->Wait(started.value().id);
+  EXPECT_EQ(store_->Get(started.value().id).value().state, RunState::kFailed);
+  EXPECT_FALSE(rig->stops().empty());
+  EXPECT_NE(log_.find("the rig's code is broken"), std::string::npos);
+}
+
+TEST_F(RunManagerTest, FailsTheRunWhenTheRecordingCannotBeWritten) {
+  auto rig = std::make_shared<FakeRig>();
+  auto started = manager_->Start(Scripted(rig));
+  ASSERT_TRUE(started.ok());
+  // Ended behind the run's back: the store refuses every further chunk.
+  ASSERT_TRUE(store_->Finish(started.value().id, RunState::kFailed, clock_.Wall(), "", "").ok());
+  for (int i = 0; i < 150; ++i) rig->Say(SampleAt(i));
+  for (int i = 150; i < 300; ++i) rig->Say(SampleAt(i));
+  rig->End();
+  manager_->Wait(started.value().id);
+  EXPECT_NE(log_.find("fails"), std::string::npos) << log_;
+  EXPECT_FALSE(rig->stops().empty());
+}
+
+TEST_F(RunManagerTest, RefusesAPlanThatTheRigRefusesAndGivesTheRigBack) {
+  RunRequest request = Paper(5.0);
+  request.plan.uc_v[100] = 9.0;
+  const auto refused = manager_->Start(std::move(request));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, core::ErrorCode::kInvalid);
+  EXPECT_TRUE(manager_->Start(Paper(1.0)).ok());
+}
+
+TEST_F(RunManagerTest, RefusesMoreRunsThanItsNumber) {
+  Manage(0.0, 1);
+  auto rig = std::make_shared<FakeRig>();
+  auto first = manager_->Start(Scripted(rig));
+  ASSERT_TRUE(first.ok());
+  const auto second = manager_->Start(Scripted(std::make_shared<FakeRig>()));
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().code, core::ErrorCode::kBusy);
+}
+
+TEST_F(RunManagerTest, StopsEveryRunWhenTheServerStops) {
+  auto rig = std::make_shared<FakeRig>();
+  auto started = manager_->Start(Scripted(rig));
+  ASSERT_TRUE(started.ok());
+  manager_->Shutdown();
+  EXPECT_EQ(store_->Get(started.value().id).value().state, RunState::kStopped);
+  EXPECT_FALSE(manager_->Start(Paper(1.0)).ok());
+}
+
+TEST_F(RunManagerTest, LetsCommandsOfTheEpochThroughToTheRig) {
+  auto rig = std::make_shared<FakeRig>();
+  auto started = manager_->Start(Scripted(rig));
+  ASSERT_TRUE(started.ok());
+  const std::string id = started.value().id;
+  hardware::RigCommand command;
+  command.kind = hardware::RigCommand::Kind::kSetComponent;
+  command.value = 56.0;
+  EXPECT_TRUE(manager_->Command(id, hardware::Epoch{1}, command).ok());
+  EXPECT_EQ(manager_->Command(id, hardware::Epoch{0}, command).error().code,
+            core::ErrorCode::kStale);
+  ASSERT_EQ(rig->commands().size(), 1u);
+  EXPECT_EQ(rig->commands()[0].value, 56.0);
+}
+
+TEST(Recorder, KeepsEverythingOrSaysThatItCannot) {
+  tests::TempFolder folder;
+  DatabaseOptions options;
+  options.location = folder.File("r.db");
+  auto database = std::move(Database::Open(options)).value();
+  RecordingStore store(*database);
+  RunRecord record;
+  record.id = "run-a";
+  ASSERT_TRUE(store.Begin(record).ok());
+  Recorder recorder(store);
+  for (std::int64_t i = 0; i < 200; ++i) {
+    core::Sample sample;
+    sample.index = i;
+    ASSERT_TRUE(
+        recorder.Append("run-a", std::vector<core::Sample>{sample}, Recorder::WhenFull::kWait));
+  }
+  EXPECT_TRUE(recorder.Drain("run-a").ok());
+  EXPECT_EQ(store.LoadSamples("run-a", 0, 1000).value().size(), 200u);
+  recorder.Append("run-unknown", std::vector<core::Sample>(1), Recorder::WhenFull::kWait);
+  EXPECT_FALSE(recorder.Drain("run-unknown").ok());
+}
+
+TEST(RunMessages, EventsComeBackFromARecording) {
+  hardware::RigEvent event;
+  event.kind = hardware::RigEventKind::kRelayConfirmed;
+  event.index = 1000;
+  event.component = core::Component::kC8;
+  event.value = 1e-6;
+  const RecordedEvent recorded = MakeEvent(event, 0.01);
+  EXPECT_EQ(recorded.kind, "relay_confirmed");
+  const auto json = boost::json::parse(recorded.json).as_object();
+  EXPECT_EQ(json.at("t_s").to_number<double>(), 10.0);
+  const auto back = ToRigEvent(recorded);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->index, 1000);
+  EXPECT_EQ(back->component, core::Component::kC8);
+  EXPECT_EQ(back->value, 1e-6);
+  EXPECT_FALSE(ToRigEvent(MakeDiagnosisEvent("detected", 5, 0.01, nullptr, "glr")));
+}
+
+TEST(RunMessages, PositionsFollowTheRigAndNotTheWish) {
+  const core::PlantParameters nominal;
+  Positions positions = NominalPositions(nominal);
+  hardware::RigEvent event;
+  event.component = core::Component::kR1;
+  event.value = 100.0;
+  event.kind = hardware::RigEventKind::kFaultCommanded;
+  Follow(positions, event, nominal);
+  EXPECT_EQ(positions[core::Component::kR1].value, 1.0);
+  EXPECT_EQ(positions[core::Component::kR1].state, "commanded");
+  event.kind = hardware::RigEventKind::kRelayConfirmed;
+  Follow(positions, event, nominal);
+  EXPECT_EQ(positions[core::Component::kR1].value, 100.0);
+  EXPECT_EQ(positions[core::Component::kR1].state, "confirmed");
+  event.kind = hardware::RigEventKind::kStopped;
+  Follow(positions, event, nominal);
+  EXPECT_EQ(positions[core::Component::kR1].value, 1.0);
+}
+
+TEST(RunMessages, ReadoutHasNullsForWhatIsNotKnown) {
+  core::Frame frame;
+  frame.sample.index = 12;
+  frame.estimates[1].status = core::EstimateStatus::kNotExcited;
+  frame.estimates[1].theta = {1.0, 2.0, 3.0};
+  frame.estimates[1].sigma = {std::nan(""), std::nan(""), std::nan("")};
+  frame.estimates[1].age_samples = 40;
+  const auto json = boost::json::parse(ReadoutText(frame)).as_object();
+  EXPECT_EQ(json.at("index"), 12);
+  EXPECT_TRUE(json.at("estimators").at(0).at("theta").is_null());
+  EXPECT_EQ(json.at("estimators").at(1).at("theta").at(2).to_number<double>(), 3.0);
+  EXPECT_TRUE(json.at("estimators").at(1).at("sigma").at(0).is_null());
+  EXPECT_EQ(json.at("estimators").at(1).at("age"), 40);
+}
+
+}  // namespace
+}  // namespace faultlab::server

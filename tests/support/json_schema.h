@@ -1,0 +1,47 @@
+#pragma once
+
+#include <boost/json/value.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace faultlab::tests {
+
+/// Checks values against an OpenAPI 3.1 description: the part of JSON Schema that it uses ($ref
+/// into components, type, enum, const, properties, required, additionalProperties, items, oneOf,
+/// minimum, maximum, exclusiveMinimum, maxLength, maxItems, pattern).
+/// An unknown keyword is an error too, so that nothing in the description goes unchecked.
+class ApiDescription {
+ public:
+  explicit ApiDescription(std::string_view openapi_json);
+
+  /// What is wrong, with the path of the value; nullopt when it fits.
+  std::optional<std::string> CheckSchema(const boost::json::value& value,
+                                         const boost::json::value& schema,
+                                         const std::string& at = "") const;
+  /// An answer of `method path-pattern`: status, content type and (for JSON) body.
+  std::optional<std::string> CheckAnswer(std::string_view method,
+                                         std::string_view pattern,
+                                         int status,
+                                         std::string_view content_type,
+                                         std::string_view body) const;
+  /// A JSON request body.
+  std::optional<std::string> CheckRequest(std::string_view method,
+                                          std::string_view pattern,
+                                          std::string_view body) const;
+
+  const boost::json::object& document() const { return document_; }
+
+ private:
+  const boost::json::value* Operation(std::string_view method, std::string_view pattern) const;
+  std::optional<std::string> CheckObject(const boost::json::object& value,
+                                         const boost::json::object& schema,
+                                         const std::string& at) const;
+  std::optional<std::string> CheckOneOf(const boost::json::value& value,
+                                        const boost::json::array& schemas,
+                                        const std::string& at) const;
+
+  boost::json::object document_;
+};
+
+}  // namespace faultlab::tests
