@@ -32,6 +32,9 @@ export interface Rig {
   kind: "simulated" | "replay" | "remote" | "bench";
   profile?: string;
   state: string;
+  in_use?: boolean;
+  /** Why it is not ready, for people. */
+  reason?: string;
   epoch: number;
   capabilities: {
     ua: boolean;
@@ -77,6 +80,8 @@ export interface RunRequest {
   faults?: Fault[];
   seed?: number;
   recording?: string;
+  /** A saved schedule of faults, instead of `faults`. */
+  fault_set?: string | number;
   name?: string;
 }
 

@@ -20,6 +20,8 @@ export class PlanModel {
   lines = $state(20);
   seed = $state(1);
   name = $state("");
+  /** Id of a saved fault set; the sliders are not used then. */
+  faultSet = $state("");
 
   static paper(): PlanModel {
     const plan = new PlanModel();
@@ -69,7 +71,7 @@ export class PlanModel {
       ...(this.rig ? { rig: this.rig } : {}),
       excitation: this.excitationRequest(),
       duration_s: this.durationS,
-      faults: this.faults,
+      ...(this.faultSet ? { fault_set: this.faultSet } : { faults: this.faults }),
       seed: this.seed,
       ...(this.name ? { name: this.name } : {}),
     };

@@ -1,0 +1,78 @@
+import { afterAll, beforeAll, describe, expect, it } from "vitest";
+import { timeLeft } from "../src/lab/times";
+import { addDays, weekSlots, weekSpan, weekStart } from "../src/lab/week";
+
+const zone = process.env.TZ;
+const slotsPerDay = 30;
+
+describe("week of slots", () => {
+  beforeAll(() => {
+    process.env.TZ = "Europe/Belgrade";
+  });
+  afterAll(() => {
+    process.env.TZ = zone;
+  });
+
+  it("begins on Monday", () => {
+    expect(weekStart(new Date(2026, 10, 22, 23, 59)).toDateString()).toBe("Mon Nov 16 2026");
+    expect(weekStart(new Date(2026, 10, 16, 0, 0)).toDateString()).toBe("Mon Nov 16 2026");
+  });
+
+  it("spans 167 and 169 hours in the weeks of a clock change", () => {
+    const hours = (day: Date) => {
+      const span = weekSpan(weekStart(day));
+      return (Date.parse(span.end) - Date.parse(span.start)) / 3_600_000;
+    };
+    expect(hours(new Date(2026, 2, 29))).toBe(167);
+    expect(hours(new Date(2026, 9, 25))).toBe(169);
+    expect(hours(new Date(2026, 10, 16))).toBe(168);
+  });
+
+  it("shows the same local hours on the day of a clock change", () => {
+    const days = weekSlots(
+      weekStart(new Date(2026, 2, 29)),
+      { busy: [], next_free: [] },
+      new Date(0),
+    );
+    for (const day of days) {
+      expect(day.length).toBe(slotsPerDay);
+      expect(day[0]?.start.getHours()).toBe(7);
+      expect(day.at(-1)?.end.getHours()).toBe(22);
+    }
+  });
+
+  it("knows what is past, taken, out of order and one's own; intervals are half-open", () => {
+    const monday = weekStart(new Date(2026, 10, 23));
+    const at = (day: number, hour: number) =>
+      new Date(addDays(monday, day).setHours(hour)).toISOString();
+    const days = weekSlots(
+      monday,
+      {
+        busy: [
+          { kind: "booking", start: at(1, 9), end: at(1, 10) },
+          { kind: "outage", start: at(2, 7), end: at(2, 22) },
+          { kind: "mine", start: at(3, 8), end: at(3, 9) },
+        ],
+        next_free: [],
+      },
+      new Date(at(0, 12)),
+    );
+    const state = (day: number, hour: number) =>
+      days[day]?.find((slot) => slot.start.getHours() === hour && slot.start.getMinutes() === 0)
+        ?.state;
+    expect(state(0, 11)).toBe("past");
+    expect(state(0, 12)).toBe("free");
+    expect(state(1, 8)).toBe("free");
+    expect(state(1, 9)).toBe("taken");
+    expect(state(1, 10)).toBe("free");
+    expect(state(2, 15)).toBe("outage");
+    expect(state(3, 8)).toBe("mine");
+  });
+
+  it("counts down to zero and no further", () => {
+    const end = new Date(3_700_000).toISOString();
+    expect(timeLeft(end, 0)).toBe("1:01:40");
+    expect(timeLeft(end, 3_640_000)).toBe("1:00");
+    expect(timeLeft(end, 9_000_000)).toBe("0:00");
+  });
+});
