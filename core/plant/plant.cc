@@ -33,7 +33,7 @@ Plant::Plant(const PlantParameters& parameters, const BenchProfile& profile, std
   LAB_CHECK(friction_.stribeck_speed_rad_s > 0.0 && friction_.noise_tau_s > 0.0);
   LAB_CHECK(amplifier_.output_max_v > 0.0);
   SetFriction(friction_.mc_nm, friction_.ms_nm);
-  propagators_.Reset(parameters_, amplifier_.gain_error);
+  ParametersChanged();
   friction_noise_nm_ =
       friction_.noise_rms_nm > 0.0 ? friction_.noise_rms_nm * random_.Normal() : 0.0;
 }
@@ -51,7 +51,7 @@ void Plant::Set(Component component, double value) {
   if (component == Component::kC8) {
     x_(0) = 0.0;
   }
-  propagators_.Reset(parameters_, amplifier_.gain_error);
+  ParametersChanged();
 }
 
 void Plant::Drift(Component component, double value) {
@@ -63,7 +63,15 @@ void Plant::Drift(Component component, double value) {
   if (component == Component::kC8) {
     x_(0) *= before / value;
   }
+  ParametersChanged();
+}
+
+void Plant::ParametersChanged() {
   propagators_.Reset(parameters_, amplifier_.gain_error);
+  const double re2 = parameters_.re2_ohm();
+  const double parallel = re2 * parameters_.r5_ohm / (re2 + parameters_.r5_ohm);
+  output_per_uc_ = parallel * (1.0 + amplifier_.gain_error) / parameters_.re1_ohm();
+  output_per_vc8_ = parallel / parameters_.r5_ohm;
 }
 
 void Plant::SetFriction(double mc_nm, double ms_nm) {
@@ -127,10 +135,7 @@ double Plant::WantedOutput(const Eigen::Vector3d& x) const {
   if (drives_current()) {
     return (parameters_.r1_ohm + parameters_.ra_ohm) * x(1) + parameters_.ke_v_per_rad_s * x(2);
   }
-  const double re2 = parameters_.re2_ohm();
-  const double parallel = re2 * parameters_.r5_ohm / (re2 + parameters_.r5_ohm);
-  return parallel * (uc_v_ * (1.0 + amplifier_.gain_error) / parameters_.re1_ohm() +
-                     x(0) / parameters_.r5_ohm);
+  return output_per_uc_ * uc_v_ + output_per_vc8_ * x(0);
 }
 
 double Plant::Output(const Eigen::Vector3d& x) const {

@@ -72,6 +72,7 @@ class Plant {
   double BreakawayTorque() const;
   bool StribeckActs(const Eigen::Vector3d& x) const;
 
+  void ParametersChanged();
   void UpdateFrictionNoise(double seconds);
   void ResolveAmplifier();
   void ResolveMotion();
@@ -99,6 +100,8 @@ class Plant {
   double uc_v_ = 0.0;
   double angle_rad_ = 0.0;
   double friction_noise_nm_ = 0.0;
+  double output_per_uc_ = 0.0;  ///< Uout = output_per_uc uc + output_per_vc8 vC8 (voltage mode)
+  double output_per_vc8_ = 0.0;
   double stribeck_speed_max_rad_s_ = 0.0;  ///< above it the term is below double's notice
   int direction_ = 0;                      ///< sense of rotation, 0 = standing
   AmplifierState amplifier_state_ = AmplifierState::kLinear;

@@ -196,6 +196,8 @@ struct Erratum {
 constexpr std::array kErrata = {
     Erratum{3, Component::kR9, 0.0, "a1d", "carries the noise bias of the paper's own record"},
     Erratum{5, Component::kJ, 1.43e-4, "a1d", "-1 is rounding: the exact value is -0.9945"},
+    Erratum{5, Component::kJ, 1.43e-8, "b1d", "0.2 ms is invisible at T = 10 ms: b1d, a1d near 0"},
+    Erratum{5, Component::kJ, 1.43e-8, "a1d", "0.2 ms is invisible at T = 10 ms: b1d, a1d near 0"},
     Erratum{7, Component::kR9, 33e3, "", "row exchanged in print with 100 kohm; compared with it"},
     Erratum{7, Component::kR9, 100e3, "", "row exchanged in print with 33 kohm; compared with it"},
     Erratum{

@@ -25,7 +25,7 @@ struct TableRow {
   /// exact coefficients) and "isolation fit" (ours, from the record); 13-20 "swa", "sia", "mc_0",
   /// "mc_0.48mNm", "mc_0.33mNm".
   std::string name;
-  double paper = 0.0;  ///< as printed, errata included
+  double paper = 0.0;  ///< as printed; Table 7's two exchanged rows stand with their own fault
   double ours = 0.0;
   std::optional<double> truth;  ///< what the simulated rig really had (Tables 11, 12)
   std::string erratum;          ///< why this printed number should not be trusted; empty mostly

@@ -7,6 +7,7 @@
 #include "core/signals/prbs.h"
 #include "core/types/check.h"
 #include "tests/core/plant/oracle.h"
+#include "tests/support/heap_guard.h"
 
 namespace faultlab::core {
 namespace {
@@ -76,20 +77,20 @@ struct OracleCase {
   int shape;
 };
 
-class PlantOracle : public testing::TestWithParam<OracleCase> {};
+class PlantOracle : public ::testing::TestWithParam<OracleCase> {};
 INSTANTIATE_TEST_SUITE_P(Faults,
                          PlantOracle,
-                         testing::Values(OracleCase{"nominal", Component::kR1, 1.0, 2},
-                                         OracleCase{"Tustin", Component::kR1, 1.0, 1},
-                                         OracleCase{"R1_100", Component::kR1, 100.0, 2},
-                                         OracleCase{"R9_56k", Component::kR9, 56e3, 2},
-                                         OracleCase{"C8_1u", Component::kC8, 1e-6, 2},
-                                         OracleCase{"C8_47u", Component::kC8, 47e-6, 1},
-                                         OracleCase{"Ra_74", Component::kRa, 74.1, 2},
-                                         OracleCase{"J_small", Component::kJ, 1.43e-8, 2},
-                                         OracleCase{"J_small_Tustin", Component::kJ, 1.43e-8, 1},
-                                         OracleCase{"J_large", Component::kJ, 1.43e-4, 2},
-                                         OracleCase{"B_large", Component::kB, 1.8e-4, 2}),
+                         ::testing::Values(OracleCase{"nominal", Component::kR1, 1.0, 2},
+                                           OracleCase{"Tustin", Component::kR1, 1.0, 1},
+                                           OracleCase{"R1_100", Component::kR1, 100.0, 2},
+                                           OracleCase{"R9_56k", Component::kR9, 56e3, 2},
+                                           OracleCase{"C8_1u", Component::kC8, 1e-6, 2},
+                                           OracleCase{"C8_47u", Component::kC8, 47e-6, 1},
+                                           OracleCase{"Ra_74", Component::kRa, 74.1, 2},
+                                           OracleCase{"J_small", Component::kJ, 1.43e-8, 2},
+                                           OracleCase{"J_small_Tustin", Component::kJ, 1.43e-8, 1},
+                                           OracleCase{"J_large", Component::kJ, 1.43e-4, 2},
+                                           OracleCase{"B_large", Component::kB, 1.8e-4, 2}),
                          [](const auto& one) { return one.param.name; });
 
 // From rest through break-away, the Stribeck region, running, coasting to standstill and away
@@ -307,6 +308,20 @@ TEST(Plant, CopyGoesOnWithTheSameNumbers) {
   plant.Advance(0.2);
   copy.Advance(0.2);
   EXPECT_EQ(plant.state(), copy.state());
+}
+
+TEST(Plant, AdvanceAllocatesNothingThroughStartRunAndStop) {
+  Plant plant(PlantParameters{}, BenchProfileBench(), 1);
+  const faultlab::testing::HeapGuard guard;
+  for (const double uc : {0.1, 3.0, 2.0, 0.0, 0.0, 2.5}) {
+    plant.SetInput(uc);
+    plant.Set(Component::kR1, 1.0 + uc);
+    for (int k = 0; k < 30; ++k) {
+      plant.Advance(kDeltaS);
+      plant.Advance(kPeriodS - kDeltaS);
+    }
+  }
+  EXPECT_EQ(guard.allocations(), 0);
 }
 
 TEST(Plant, ContractsAreHeld) {

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/estimators/estimator_variant.h"
+#include "core/types/result.h"
+#include "core/types/sample.h"
+
+namespace faultlab::core {
+
+/// Mean and spread of one parameter over the settled part of a stretch.
+struct Spread {
+  double mean = 0.0;
+  double standard_deviation = 0.0;
+  double reported_sigma = 0.0;  ///< root mean square of the standard errors that came with it
+};
+
+/// What one window or data length makes of a record (paper Figures 17-20): a short one settles
+/// sooner, a long one spreads less.
+struct WindowStudyRow {
+  VariantSpec spec;
+  std::string name;                     ///< "swa_100", "sia_500_20", ..
+  std::vector<std::string> parameters;  ///< names, in the order of the spreads
+  std::vector<Spread> before;           ///< [start, change)
+  std::vector<Spread> after;            ///< [change + transient, end)
+  int transient_samples = 0;            ///< rows that mix both sides: K, SIA K + m
+  /// Samples from the change until every parameter stays inside the range that it spans once
+  /// settled: at most transient_samples; 0 when nothing changed; -1 without a change.
+  int settling_samples = -1;
+  double unexcited_share = 0.0;            ///< of settled samples whose status is not `excited`
+  std::vector<VariantEstimate> estimates;  ///< one for each sample: the curves
+};
+
+/// The paper's six: SWA K = 50, 100, 200 and SIA (20, 5), (100, 20), (500, 20), in its own rule.
+std::vector<VariantSpec> PaperVariants();
+
+/// Runs all variants over one record in one call.
+/// @param start   first sample to use (the motor's start-up lies before)
+/// @param change  sample at which the fault acts; samples.size() when there is none
+/// Refuses (field) variants that do not exist and stretches with no settled sample.
+Result<std::vector<WindowStudyRow>> StudyWindows(std::span<const Sample> samples,
+                                                 std::size_t start,
+                                                 std::size_t change,
+                                                 std::span<const VariantSpec> variants);
+
+}  // namespace faultlab::core
