@@ -1,0 +1,40 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "core/types/result.h"
+#include "hardware/bench_rig.h"
+#include "hardware/comedi/comedi_daq.h"
+#include "hardware/nidaqmx/nidaqmx_daq.h"
+#include "hardware/simulated/simulated_rig.h"
+
+namespace faultlab::hardware {
+
+/// A bench's configuration file (TOML): what hardware/README.md explains key by key.
+struct BenchFile {
+  enum class Driver { kSimulated, kNiDaqmx, kComedi };
+
+  Driver driver = Driver::kSimulated;
+  BenchConfig config;  ///< scaling, relays, limits, description
+  SimulatedRigOptions simulated;
+  NiDaqmxChannels nidaqmx;
+  ComediChannels comedi;
+  std::string calibration;
+  double ride_through_s = 0.0;
+  int fifo_priority = 50;
+  int late_ticks_max = 5;
+};
+
+/// Every key is checked for type and range, unknown ones are refused. An Error's message begins
+/// "NAME:LINE: "; its field is the dotted key.
+core::Result<BenchFile> ParseBenchFile(std::string_view text, std::string_view name);
+core::Result<BenchFile> LoadBenchFile(const std::string& path);
+
+/// The board itself, opened. Throws IoError. Contract: driver is not kSimulated.
+std::unique_ptr<Daq> OpenDaq(const BenchFile& file);
+/// The rig that the file describes, paced by real time. Throws IoError, core::ContractError.
+std::unique_ptr<Rig> OpenRig(const BenchFile& file);
+
+}  // namespace faultlab::hardware

@@ -1,0 +1,219 @@
+#include "hardware/lcm/rig_agent_program.h"
+
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <utility>
+
+#include "hardware/config/bench_file.h"
+#include "hardware/lcm/message_bus.h"
+#include "hardware/lcm/rig_agent.h"
+#include "hardware/lcm/rig_key.h"
+#include "hardware/supervisor.h"
+
+namespace faultlab::hardware {
+namespace {
+
+constexpr int kFine = 0;
+constexpr int kUnsafe = 1;
+constexpr int kBadOptions = 2;
+constexpr int kNoBus = 3;
+
+volatile std::sig_atomic_t end_asked = 0;
+
+void AskEnd(int) {
+  end_asked = 1;
+}
+
+void Say(const std::string& text) {
+  std::fprintf(stderr, "faultlab rig: %s\n", text.c_str());
+}
+
+std::string JsonText(const std::string& text) {
+  std::string json = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      json += '\\';
+      json += c;
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      char escape[8];
+      std::snprintf(escape, sizeof escape, "\\u%04x", static_cast<unsigned>(c));
+      json += escape;
+    } else {
+      json += c;
+    }
+  }
+  return json + "\"";
+}
+
+void PrintJson(const SelfTestReport& report) {
+  std::string json = "{\"positions\":[";
+  for (std::size_t i = 0; i < report.positions.size(); ++i) {
+    const SelfTestPosition& position = report.positions[i];
+    char value[32];
+    std::snprintf(value, sizeof value, "%.9g", position.value);
+    json += std::string(i == 0 ? "" : ",") +
+            "{\"component\":" + JsonText(std::string(core::Name(position.component))) +
+            ",\"value\":" + value + ",\"line\":" + JsonText(position.line) +
+            ",\"ok\":" + (position.ok ? "true" : "false") +
+            (position.text.empty() ? "" : ",\"text\":" + JsonText(position.text)) + "}";
+  }
+  json += std::string("],\"ok\":") + (report.ok ? "true" : "false") + "}";
+  std::printf("%s\n", json.c_str());
+}
+
+void PrintTable(const SelfTestReport& report) {
+  for (const SelfTestPosition& position : report.positions) {
+    const std::string name(core::Name(position.component));
+    const std::string unit(core::Unit(position.component));
+    std::printf("%-4s %10.4g %-6s %-5s %s %s\n",
+                name.c_str(),
+                position.value,
+                unit.c_str(),
+                position.line.c_str(),
+                position.ok ? "ok" : "FAILED",
+                position.text.c_str());
+  }
+  std::printf("%s\n", report.ok ? "all positions answer" : "SELF-TEST FAILED");
+}
+
+core::Result<BenchFile> FileOf(const RigAgentOptions& options) {
+  if (!IsRigName(options.id)) {
+    return core::Error{.code = core::ErrorCode::kInvalid,
+                       .message = "--id needs a name of 1 to 40 letters, digits, - and _",
+                       .field = "id"};
+  }
+  BenchFile file;
+  if (!options.config_file.empty()) {
+    core::Result<BenchFile> loaded = LoadBenchFile(options.config_file);
+    if (!loaded) return loaded;
+    file = std::move(loaded).value();
+    const std::string& id = file.config.description.id;
+    if (!id.empty() && id != options.id) {
+      return core::Error{
+          .code = core::ErrorCode::kInvalid,
+          .message = options.config_file + " is of rig " + id + ", not of " + options.id,
+          .field = "id"};
+    }
+  } else {
+    const core::Result<core::BenchProfile> profile = core::FindBenchProfile(options.profile);
+    if (!profile) return profile.error();
+    file.simulated.profile =
+        options.profile == "multisim" ? SimulatedProfile::kMultisim : SimulatedProfile::kBench;
+    file.simulated.speed = options.speed;
+    file.config.description.rig_class = "bench-sim";
+    file.simulated.rig_class = "bench-sim";
+  }
+  file.config.description.id = options.id;
+  // A slow poll must not end a run: samples wait in this queue, not on the bus.
+  file.simulated.queue_messages = 1u << 16;
+  if (options.ride_through_s > 0.0) file.ride_through_s = options.ride_through_s;
+  return file;
+}
+
+int SelfTest(const BenchFile& file, bool json) {
+  const std::unique_ptr<Rig> rig = OpenRig(file);
+  const SelfTestReport report = rig->SelfTest();
+  if (json) {
+    PrintJson(report);
+  } else {
+    PrintTable(report);
+  }
+  return report.ok ? kFine : kUnsafe;
+}
+
+int Serve(const RigAgentOptions& options, const BenchFile& file, const RigKey& key) {
+  struct sigaction end = {};
+  end.sa_handler = AskEnd;
+  sigaction(SIGTERM, &end, nullptr);
+  sigaction(SIGINT, &end, nullptr);
+  core::Result<std::unique_ptr<MessageBus>> bus = OpenLcmBus(options.lcm_url);
+  if (!bus) {
+    Say(bus.error().message);
+    return kNoBus;
+  }
+  const std::unique_ptr<Rig> rig = OpenRig(file);
+  rig->SafeStop("the agent begins");  // in whatever state the bench was found
+  RigAgentSettings settings;
+  settings.key = key;
+  settings.calibration = file.calibration;
+  const auto ride_through = Nanoseconds(static_cast<std::int64_t>(file.ride_through_s * 1e9));
+  settings.watchdog = std::max(settings.watchdog, ride_through);
+  settings.lease += ride_through;
+  const std::shared_ptr<Clock> clock = MakeSteadyClock();
+  RigAgent agent(
+      *rig,
+      *bus.value(),
+      settings,
+      [clock] { return clock->Now(); },
+      [] {
+        return std::chrono::duration_cast<std::chrono::nanoseconds>(
+                   std::chrono::system_clock::now().time_since_epoch())
+            .count();
+      });
+  Say(options.id + " is on " + options.lcm_url);
+  while (end_asked == 0) {
+    bus.value()->Handle(std::chrono::milliseconds(2));
+    agent.Poll();
+  }
+  rig->SafeStop("the agent was asked to end");
+  agent.Poll();  // its last words
+  const bool unsafe = rig->state() == RigState::kTripped;
+  Say(unsafe ? "ends, but not safely: " + rig->trip()->text : "ends, bench safe");
+  return unsafe ? kUnsafe : kFine;
+}
+
+/// In the supervising process, after the agent died without a word.
+void MakeBenchSafe(const BenchFile& file) {
+  if (file.driver == BenchFile::Driver::kSimulated) {
+    Say("the agent was killed; its simulated bench died with it");
+    return;
+  }
+  try {
+    const std::shared_ptr<Clock> wall = MakeSteadyClock();
+    const std::string unsafe =
+        MakeBenchMachine(file.config, OpenDaq(file), nullptr, wall)->MakeSafe();
+    Say(unsafe.empty() ? "the agent was killed: drive 0, relays nominal"
+                       : "the agent was killed and the bench is NOT safe: " + unsafe);
+  } catch (const std::exception& error) {
+    Say(std::string("the agent was killed and the bench does NOT answer: ") + error.what());
+  }
+}
+
+}  // namespace
+
+int RunRigAgent(const RigAgentOptions& options) {
+  const core::Result<BenchFile> file = FileOf(options);
+  if (!file) {
+    Say(file.error().message);
+    return kBadOptions;
+  }
+  if (!options.self_test && options.lcm_url.empty()) {
+    Say("--lcm URL is needed, for example udpm://239.255.76.67:7667?ttl=1");
+    return kBadOptions;
+  }
+  const auto guarded = [](const std::function<int()>& work) {
+    try {
+      return work();
+    } catch (const std::exception& error) {
+      Say(error.what());
+      return kUnsafe;
+    }
+  };
+  if (options.self_test) {
+    return guarded([&] { return SelfTest(file.value(), options.json); });
+  }
+  const core::Result<RigKey> key = LoadOrMakeRigKey(options.key_directory, options.id);
+  if (!key) {
+    Say(key.error().message);
+    return kBadOptions;
+  }
+  const auto work = [&] {
+    return guarded([&] { return Serve(options, file.value(), key.value()); });
+  };
+  if (!options.supervise) return work();
+  return Supervise(work, [&] { MakeBenchSafe(file.value()); });
+}
+
+}  // namespace faultlab::hardware
