@@ -136,10 +136,18 @@ describe("access", { timeout: 240_000 }, () => {
     });
     await startPaperRun(page);
     await waitForReview(page);
-    await page.waitForFunction(() => globalThis.heard.some((entry) => /The run is over/.test(entry.text)));
+    await page.waitForFunction(() =>
+      globalThis.heard.some((entry) => /The run is over/.test(entry.text)),
+    );
     const heard = await page.evaluate(() => globalThis.heard);
-    assert.ok(heard.some((entry) => /R1 is now 100 Ω/.test(entry.text)), JSON.stringify(heard));
-    assert.ok(heard.some((entry) => /Fault detected/.test(entry.text)), JSON.stringify(heard));
+    assert.ok(
+      heard.some((entry) => /R1 is now 100 Ω/.test(entry.text)),
+      JSON.stringify(heard),
+    );
+    assert.ok(
+      heard.some((entry) => /Fault detected/.test(entry.text)),
+      JSON.stringify(heard),
+    );
     for (let at = 1; at < heard.length; at++) {
       assert.ok(heard[at].at - heard[at - 1].at > 1900, "messages keep their distance");
     }

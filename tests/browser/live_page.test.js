@@ -150,7 +150,10 @@ describe("live page", { timeout: 240_000 }, () => {
       mimeType: "text/csv",
       buffer: await csv.body(),
     });
-    await page.locator("li", { hasText: "bench.csv" }).getByRole("button", { name: "Play" }).click();
+    await page
+      .locator("li", { hasText: "bench.csv" })
+      .getByRole("button", { name: "Play" })
+      .click();
     await page.waitForURL(/\/lab\/.+/);
     await waitForReview(page);
     assert.match(await page.locator(".heading").innerText(), /Fault: R1 ↑/);

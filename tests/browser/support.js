@@ -154,7 +154,8 @@ export async function axe(page) {
   const result = await page.evaluate(() => globalThis.axe.run(document));
   assert.ok(result.passes.length > 10, "axe must have looked at a real page");
   return result.violations.map(
-    (violation) => `${violation.id}: ${violation.nodes.map((node) => node.target.join(" ")).join(", ")}`,
+    (violation) =>
+      `${violation.id}: ${violation.nodes.map((node) => node.target.join(" ")).join(", ")}`,
   );
 }
 
