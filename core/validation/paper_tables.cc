@@ -53,7 +53,7 @@ constexpr std::array<const char*, kPaperTableLast - kPaperTableFirst + 1> kTitle
 
 }  // namespace
 
-const std::array<PaperFault, kPaperFaultCount>& PaperFaults() {
+const std::array<PaperFault, kPaperFaultCount>& PrintedFaults() {
   return kFaults;
 }
 

@@ -33,7 +33,7 @@ struct PaperFault {
 
 inline constexpr int kPaperFaultCount = 18;
 /// In the paper's order: R1, R9, R12, C8, Ra, J, B.
-const std::array<PaperFault, kPaperFaultCount>& PaperFaults();
+const std::array<PaperFault, kPaperFaultCount>& PrintedFaults();
 /// Table 13: before any fault.
 const PaperFits& PaperNominalFits();
 

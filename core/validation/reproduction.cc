@@ -300,7 +300,7 @@ class Tables {
 const Theta& PrintedSia(const PaperFault& fault) {
   if (fault.component == Component::kR9) {
     const double partner = fault.value == 33e3 ? 100e3 : fault.value == 100e3 ? 33e3 : fault.value;
-    for (const PaperFault& other : PaperFaults()) {
+    for (const PaperFault& other : PrintedFaults()) {
       if (other.component == fault.component && other.value == partner) {
         return other.sia;
       }
@@ -383,7 +383,7 @@ Reproduction Reproduce(const ReproductionOptions& options) {
   reproduction.fits.push_back(healthy.fit);
   reproduction.fits.back().paper_percent = std::max(PaperNominalFits().swa, PaperNominalFits().sia);
 
-  for (const PaperFault& paper : PaperFaults()) {
+  for (const PaperFault& paper : PrintedFaults()) {
     const TableFault fault{paper.component, paper.value};
     const Outcome outcome = RunRepeated(fault, options);
     AddFault(tables, paper, outcome);

@@ -310,6 +310,33 @@ TEST(Plant, CopyGoesOnWithTheSameNumbers) {
   EXPECT_EQ(plant.state(), copy.state());
 }
 
+// Whatever a simulator is asked for, within four decades either way of every component.
+TEST(Plant, StaysFiniteAndInsideTheSupplyForAnyComponentValues) {
+  Random random(17);
+  for (int i = 0; i < 60; ++i) {
+    PlantParameters p;
+    for (const Component component : kAllComponents) {
+      p.Set(component, p.Get(component) * std::pow(10.0, random.Uniform(-4.0, 4.0)));
+    }
+    BenchProfile profile = BenchProfileBench();
+    profile.amplifier.quadrants = i % 2 == 0 ? Quadrants::kTwo : Quadrants::kFour;
+    profile.friction.stribeck_shape = 1 + i % 2;
+    Plant plant(p, profile, static_cast<std::uint64_t>(i));
+    for (int k = 0; k < 20; ++k) {
+      plant.SetInput(random.Uniform(-5.0, 5.0));
+      plant.Advance(kDeltaS);
+      const PlantOutputs out = plant.outputs();
+      ASSERT_TRUE(std::isfinite(out.um_v) && std::isfinite(out.omega_rad_s) &&
+                  std::isfinite(out.ia_a) && std::isfinite(out.angle_rad))
+          << i;
+      EXPECT_LE(std::abs(out.ua_v), 15.0);
+      // No torque but KT i drives it: the current cannot pass what 15 V and back EMF give.
+      EXPECT_LE(std::abs(out.omega_rad_s), 1.5 * 2.0 * 15.0 / p.ke_v_per_rad_s) << i;
+      plant.Advance(kPeriodS - kDeltaS);
+    }
+  }
+}
+
 TEST(Plant, AdvanceAllocatesNothingThroughStartRunAndStop) {
   Plant plant(PlantParameters{}, BenchProfileBench(), 1);
   const faultlab::testing::HeapGuard guard;

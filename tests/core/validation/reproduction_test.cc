@@ -116,11 +116,11 @@ TEST(Reproduce, SameSeedGivesTheSameNumbersOtherSeedsOthers) {
 }
 
 TEST(PaperTables, HoldTheFaultsOfThePaperAndItsKnownNumbers) {
-  EXPECT_EQ(PaperFaults().front().component, Component::kR1);
-  EXPECT_EQ(PaperFaults().back().component, Component::kB);
-  EXPECT_EQ(PaperFaults()[2].fits.mc_0, -150.2);  // Table 14, R1 = 100 ohm
-  EXPECT_EQ(PaperFaults()[13].identified, 64.4);  // Table 12, Ra = 74.1 ohm
-  EXPECT_EQ(PaperNominalFits().sia, 98.59);       // Table 13
+  EXPECT_EQ(PrintedFaults().front().component, Component::kR1);
+  EXPECT_EQ(PrintedFaults().back().component, Component::kB);
+  EXPECT_EQ(PrintedFaults()[2].fits.mc_0, -150.2);  // Table 14, R1 = 100 ohm
+  EXPECT_EQ(PrintedFaults()[13].identified, 64.4);  // Table 12, Ra = 74.1 ohm
+  EXPECT_EQ(PaperNominalFits().sia, 98.59);         // Table 13
 }
 
 }  // namespace
