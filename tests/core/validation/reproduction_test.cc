@@ -101,15 +101,14 @@ TEST(Reproduce, ErrataAreMarkedWhereTheyTouchANumber) {
   EXPECT_LT(Ours().summary.rows_with_erratum, 40);
 }
 
-TEST(Reproduce, SameSeedGivesTheSameNumbersOtherSeedsOthers) {
+TEST(Reproduce, SameOptionsGiveTheSameNumbersAndMoreRecordsOthers) {
   const Reproduction first = Reproduce({.repetitions = 1});
   const Reproduction again = Reproduce({.repetitions = 1});
-  const Reproduction other = Reproduce({.seed = 2, .repetitions = 1});
   int different = 0;
   for (std::size_t t = 0; t < again.tables.size(); ++t) {
     for (std::size_t r = 0; r < again.tables[t].rows.size(); ++r) {
       EXPECT_EQ(again.tables[t].rows[r].ours, first.tables[t].rows[r].ours);
-      different += other.tables[t].rows[r].ours != first.tables[t].rows[r].ours;
+      different += Ours().tables[t].rows[r].ours != first.tables[t].rows[r].ours;
     }
   }
   EXPECT_GT(different, 100);
