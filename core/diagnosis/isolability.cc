@@ -359,7 +359,7 @@ Status Check(const IsolabilityOptions& options) {
 
 }  // namespace
 
-std::span<const FaultSize> PaperFaults() {
+std::span<const FaultSize> PaperFaultSizes() {
   static constexpr std::array<FaultSize, 18> kFaults = {{{Component::kR1, 10.0},
                                                          {Component::kR1, 56.0},
                                                          {Component::kR1, 100.0},
@@ -398,7 +398,7 @@ Result<Isolability> AnalyseIsolability(const IsolabilityOptions& options) {
   FillFisher(analysis, options, out);
   FillSmallest(analysis, options, out);
   const std::span<const FaultSize> faults =
-      options.faults.empty() ? PaperFaults() : std::span<const FaultSize>(options.faults);
+      options.faults.empty() ? PaperFaultSizes() : std::span<const FaultSize>(options.faults);
   for (const FaultSize& fault : faults) {
     out.faults.push_back(Judge(analysis, options, fault, out));
   }

@@ -21,7 +21,7 @@ struct FaultSize {
 };
 
 /// The 18 faults of the paper (Tables 3-10).
-std::span<const FaultSize> PaperFaults();
+std::span<const FaultSize> PaperFaultSizes();
 
 /// What a fault set is judged on: a rig, an input, its noise, and how long one waits.
 struct IsolabilityOptions {
@@ -34,7 +34,7 @@ struct IsolabilityOptions {
   double false_alarms_per_day = 1.0;    ///< of one test at every sample
   double detection_probability = 0.9;   ///< what "visible" asks for, (0.5, 1)
   double confusion_probability = 0.01;  ///< at most, for two faults to count as told apart
-  std::vector<FaultSize> faults;        ///< empty: PaperFaults()
+  std::vector<FaultSize> faults;        ///< empty: PaperFaultSizes()
 };
 
 /// The smallest fault of one component that the window shows.

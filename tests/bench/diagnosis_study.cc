@@ -380,7 +380,7 @@ void PrintRobustness(std::FILE* out, const Settings& settings) {
     std::fflush(out);
   };
   for (const Case& setting : cases) {
-    row(setting, PaperFaults());
+    row(setting, PaperFaultSizes());
   }
   // Gains that drive um beyond the converter's +-10 V at the upper level of the input.
   const std::vector<FaultSize> clipping = {{Component::kR12, 18e3}, {Component::kR9, 5e3}};
@@ -427,7 +427,7 @@ int Run(const Settings& settings) {
     std::fflush(out);
   }
   if (settings.trials > 0) {
-    PrintFaultTable(out, settings, PaperFaults(), false);
+    PrintFaultTable(out, settings, PaperFaultSizes(), false);
     const std::vector<FaultSize> small = {{Component::kR1, 1.3},
                                           {Component::kR9, 1.1},
                                           {Component::kR9, 0.9},
