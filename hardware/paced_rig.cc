@@ -355,6 +355,12 @@ void PacedRig::Finish(std::string reason, bool finished) {
   const std::lock_guard lock(mutex_);
   if (machine_trip) Latch(*machine_trip);
   if (!unsafe.empty()) Latch({.name = "unsafe", .index = next_index_, .text = unsafe});
+  if (trip_) {
+    queue_.PushLast(RigEvent{.kind = RigEventKind::kTrip,
+                             .index = trip_->index,
+                             .value = trip_->value,
+                             .text = trip_->name + ": " + trip_->text});
+  }
   queue_.PushLast(
       RigEvent{.kind = finished && !tripped ? RigEventKind::kFinished : RigEventKind::kStopped,
                .index = next_index_,

@@ -1,0 +1,277 @@
+// The real drivers' code against stand-ins with the real signatures.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "hardware/config/bench_file.h"
+#include "hardware/daq/shared_library.h"
+#include "hardware/supervisor.h"
+#include "tests/hardware/rig_runs.h"
+#include "tests/hardware/stand_in.h"
+#include "tests/hardware/test_bench.h"
+
+namespace faultlab::hardware {
+namespace {
+
+using testing::HasSubstr;
+
+std::string NiConfig(const std::string& method) {
+  return std::string("driver = \"nidaqmx\"\n[nidaqmx]\nlibrary = \"") + STAND_IN_NIDAQMX +
+         "\"\n[encoder]\nmethod = \"" + method + "\"\n";
+}
+
+std::string ComediConfig() {
+  return std::string("driver = \"comedi\"\n[comedi]\nlibrary = \"") + STAND_IN_COMEDI +
+         "\"\ncounter = 3\nreference = \"diff\"\n";
+}
+
+BenchFile Parsed(const std::string& text) {
+  core::Result<BenchFile> file = ParseBenchFile(text, "bench.toml");
+  EXPECT_TRUE(file.ok()) << (file.ok() ? "" : file.error().message);
+  BenchFile bench = std::move(file).value();
+  bench.config.description.id = "bench-1";
+  return bench;
+}
+
+struct Driver {
+  const char* name;
+  const char* library;
+  std::string config;
+  bool counts;
+};
+
+class RealDriver : public testing::TestWithParam<Driver> {
+ protected:
+  RealDriver() : library_(GetParam().library), bench_(Parsed(GetParam().config)) {
+    StandInControlFunction* function = nullptr;
+    library_.Find("stand_in_control", function);
+    control_ = function();
+    *control_ = StandInControl{};
+    control_->begin_run = true;
+  }
+  ~RealDriver() override {
+    EXPECT_EQ(control_->open_handles, 0);
+    EXPECT_EQ(control_->misuses, 0) << control_->misuse;
+  }
+
+  /// Steps a machine through a plan by hand, the stand-in's time with it.
+  RunLog Play(RigMachine& machine, const RunPlan& plan) {
+    RunLog log;
+    std::vector<RigMessage> messages;
+    machine.Prepare(plan);
+    std::optional<Nanoseconds> next = Nanoseconds(0);
+    while (next) {
+      control_->now_ns = next->count();
+      next = machine.Step({.planned = *next, .actual = *next}, {}, messages);
+    }
+    for (RigMessage& message : messages) {
+      if (auto* sample = std::get_if<core::Sample>(&message)) {
+        log.samples.push_back(*sample);
+      } else {
+        log.events.push_back(std::get<RigEvent>(message));
+      }
+    }
+    return log;
+  }
+
+  SharedLibrary library_;  // keeps the stand-in and its state loaded
+  BenchFile bench_;
+  StandInControl* control_ = nullptr;
+};
+
+TEST_P(RealDriver, ReadsTheSameBenchAsTheSimulatedRig) {
+  const auto machine =
+      MakeBenchMachine(bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
+  RunPlan plan = SquarePlan(300);
+  plan.faults = {{.component = core::Component::kR12, .value = 3300.0, .at_s = 1.0}};
+  const RunLog log = Play(*machine, plan);
+  SimulatedRigOptions options;
+  options.speed = 0.0;
+  options.gated_speed = GetParam().counts;
+  const auto rig = MakeSimulatedRig(options);
+  ASSERT_TRUE(rig->Arm(plan, Epoch{1}).ok());
+  ASSERT_TRUE(rig->Start(Epoch{1}).ok());
+  const RunLog expected = Drain(*rig);
+  ASSERT_EQ(log.samples.size(), expected.samples.size());
+  for (std::size_t k = 0; k < 100; ++k) {
+    ASSERT_EQ(log.samples[k].um_v, expected.samples[k].um_v) << k;
+    ASSERT_EQ(log.samples[k].ia_a, expected.samples[k].ia_a) << k;
+    ASSERT_NEAR(log.samples[k].n_rpm, expected.samples[k].n_rpm, 1e-9) << k;
+  }
+  // From the fault on the contacts travel for 3 ms here, and for none there.
+  EXPECT_NEAR(log.samples[250].ua_v, expected.samples[250].ua_v, 0.1);
+  ASSERT_EQ(log.Of(RigEventKind::kRelayConfirmed).size(), 1u);
+  EXPECT_EQ(machine->MakeSafe(), "");
+  EXPECT_EQ(control_->drive_v, 0.0);
+}
+
+TEST_P(RealDriver, ReportsTheDriversOwnWordsAtEachCallThatFails) {
+  int calls = 0;
+  {
+    const auto machine =
+        MakeBenchMachine(bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
+    (void)Play(*machine, SquarePlan(3));
+    calls = control_->calls;
+  }
+  ASSERT_GT(calls, 20);
+  int reported = 0;
+  for (int n = 0; n < calls; ++n) {
+    *control_ = StandInControl{};
+    control_->begin_run = true;
+    control_->fail_at = n;
+    try {
+      const auto machine = MakeBenchMachine(
+          bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
+      (void)Play(*machine, SquarePlan(3));
+    } catch (const IoError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("the stand-in was told to fail")) << n;
+      ++reported;
+    }
+    ASSERT_LE(control_->open_handles, 1) << "only a failed clear may leave a task: call " << n;
+    control_->open_handles = 0;
+  }
+  EXPECT_GT(reported, calls / 2);  // safe stops retry, clearing has nobody to tell
+}
+
+TEST_P(RealDriver, WalksAllSixteenPositions) {
+  const auto machine =
+      MakeBenchMachine(bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
+  const SelfTestReport report = machine->SelfTest();
+  EXPECT_TRUE(report.ok);
+  EXPECT_EQ(report.positions.size(), 16u);
+}
+
+TEST_P(RealDriver, IsMadeSafeByTheSupervisorWhenItsAgentIsKilled) {
+  const std::string state = testing::TempDir() + "/stand_in_state_" + GetParam().name;
+  ASSERT_EQ(setenv("STAND_IN_STATE", state.c_str(), 1), 0);
+  const int status = Supervise(
+      [&] {
+        const std::unique_ptr<Daq> daq = OpenDaq(bench_);
+        daq->WriteRelayLines(~((1u << 0) | (1u << 19) | (1u << 21) | (1u << 6)));  // R1 = 100
+        daq->WriteDrive(3.0);
+        kill(getpid(), SIGKILL);
+        return 0;
+      },
+      [&] {
+        double drive_v = 0.0;
+        std::ifstream(state) >> drive_v;
+        EXPECT_NEAR(drive_v, 3.0, 1e-3) << "the board holds what it was told last";
+        const auto machine = MakeBenchMachine(
+            bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
+        EXPECT_EQ(machine->MakeSafe(), "");
+      });
+  unsetenv("STAND_IN_STATE");
+  EXPECT_EQ(status, 1);
+  double drive_v = -1.0;
+  std::uint32_t levels = 0;
+  std::ifstream(state) >> drive_v >> levels;
+  EXPECT_EQ(drive_v, 0.0);
+  EXPECT_EQ(levels, ~((1u << 17) | (1u << 19) | (1u << 21) | (1u << 6)));
+  std::filesystem::remove(state);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Boards,
+    RealDriver,
+    testing::Values(Driver{"NiFrequency", STAND_IN_NIDAQMX, NiConfig("frequency"), false},
+                    Driver{"NiCount", STAND_IN_NIDAQMX, NiConfig("count"), true},
+                    Driver{"Comedi", STAND_IN_COMEDI, ComediConfig(), true}),
+    [](const testing::TestParamInfo<Driver>& driver) { return std::string(driver.param.name); });
+
+TEST(Supervisor, HandsOnTheStatusOfAnAgentThatEnds) {
+  bool made_safe = false;
+  EXPECT_EQ(Supervise([] { return 7; }, [&] { made_safe = true; }), 7);
+  EXPECT_FALSE(made_safe);
+}
+
+// ---- configuration ------------------------------------------------------------------------------
+
+std::string RefusalOf(const std::string& text) {
+  const core::Result<BenchFile> file = ParseBenchFile(text, "bench.toml");
+  return file.ok() ? "accepted" : file.error().message;
+}
+
+TEST(BenchFile, OfNothingIsTheSimulatedPaperBench) {
+  const core::Result<BenchFile> file = ParseBenchFile("", "bench.toml");
+  ASSERT_TRUE(file.ok());
+  EXPECT_EQ(file.value().driver, BenchFile::Driver::kSimulated);
+  EXPECT_EQ(file.value().config.wiring.line[0][0], 17);
+  EXPECT_EQ(file.value().config.limits.current_continuous_a, 0.629);
+}
+
+TEST(BenchFile, TakesEveryKeyOfTheManual) {
+  const core::Result<BenchFile> file = ParseBenchFile(R"(
+id = "bench-7"
+class = "amax"
+calibration = "2026-11-20 v3"
+driver = "nidaqmx"
+[nidaqmx]
+drive = "Mod2/ao1"
+terminal = "diff"
+[scaling]
+um_v_per_v = 0.25
+ia_v_per_a = 2.0
+ia_offset_v = 0.01
+[encoder]
+pulses_per_revolution = 512
+method = "count"
+[relays]
+inverted = false
+R1 = [1, 2, 3, 4]
+gap_ms = 4
+settle_ms = 4.5
+rest_ms = 200
+[limits]
+uc_max_v = 4.0
+current_continuous_a = 0.5
+[amplifier]
+mode = "current"
+quadrants = 2
+[loop]
+delta_ms = 9.0
+fifo_priority = 80
+[link]
+ride_through_s = 30
+)",
+                                                      "bench.toml");
+  // R1 takes Do2, Do3 and Do4, which Table 2 gives to other boards.
+  ASSERT_FALSE(file.ok());
+  EXPECT_THAT(file.error().message, HasSubstr("in use already"));
+  EXPECT_EQ(file.error().field, "relays.R9");
+}
+
+TEST(BenchFile, RefusesWithLineAndKey) {
+  EXPECT_EQ(RefusalOf("a = \n").rfind("bench.toml:1: ", 0), 0u);
+  EXPECT_EQ(RefusalOf("\n\n[limits]\nuc_max_v = \"5\"\n"),
+            "bench.toml:4: limits.uc_max_v must be a number");
+  EXPECT_EQ(RefusalOf("[limits]\ncurrent_peak_a = -1\n"),
+            "bench.toml:2: limits.current_peak_a must lie between 0.01 and 100");
+  EXPECT_EQ(RefusalOf("[loop]\n\nspeed = 3\n"),
+            "bench.toml:3: loop.speed is not a key of this table");
+  EXPECT_EQ(RefusalOf("driver = \"usb\"\n"),
+            "bench.toml:1: driver must be one of simulated, nidaqmx, comedi");
+  EXPECT_EQ(RefusalOf("[relays]\nR1 = [1, 2, 3]\n"),
+            "bench.toml:2: relays.R1 must be the four lines of its positions, nominal first");
+  EXPECT_EQ(RefusalOf("[relays]\nR1 = [17, 16, 15, 32]\n"),
+            "bench.toml:2: relays.R1 has a line that is not 0 to 31");
+  EXPECT_EQ(RefusalOf("[scaling]\num_v_per_v = 0\n").rfind("bench.toml:1", 0), 0u);
+  EXPECT_THAT(RefusalOf("driver = \"comedi\"\n[encoder]\nmethod = \"frequency\"\n"),
+              HasSubstr("must be \"count\""));
+  EXPECT_THAT(RefusalOf("driver = \"nidaqmx\"\n[loop]\ndelta_ms = 5\n"), HasSubstr("relays move"));
+  EXPECT_THAT(RefusalOf("[amplifier]\nquadrants = 3\n"), HasSubstr("2 or 4"));
+  EXPECT_THAT(RefusalOf("limits = 3\n"), HasSubstr("[limits]"));
+}
+
+TEST(BenchFile, ThatIsMissingOrADriverThatIsMissingSaysSo) {
+  EXPECT_EQ(LoadBenchFile("/nowhere/bench.toml").error().code, core::ErrorCode::kNotFound);
+  BenchFile bench = Parsed("driver = \"nidaqmx\"\n[nidaqmx]\nlibrary = \"/nowhere/libni.so\"\n");
+  EXPECT_THROW(OpenDaq(bench), IoError);
+}
+
+}  // namespace
+}  // namespace faultlab::hardware

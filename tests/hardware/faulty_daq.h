@@ -1,0 +1,78 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hardware/daq/daq.h"
+#include "hardware/io_error.h"
+
+namespace faultlab::hardware {
+
+/// What happened at the terminals, and what is to go wrong.
+struct DaqJournal {
+  int calls = 0;
+  int fail_at = -1;             ///< this call throws (0 = the first) ..
+  int failures = 1;             ///< .. and so many after it
+  std::uint32_t stuck_low = 0;  ///< relay lines that read 0 whatever is written
+  std::vector<std::uint32_t> levels;
+  double drive_v = -1.0;
+};
+
+/// A Daq that fails at the n-th call.
+class FaultyDaq final : public Daq {
+ public:
+  FaultyDaq(std::unique_ptr<Daq> inner, DaqJournal& journal)
+      : inner_(std::move(inner)), journal_(journal) {}
+
+  double WriteDrive(double terminal_v) override {
+    Count("WriteDrive");
+    journal_.drive_v = terminal_v;
+    return inner_->WriteDrive(terminal_v);
+  }
+  AnalogReading ReadAnalog() override {
+    Count("ReadAnalog");
+    return inner_->ReadAnalog();
+  }
+  void WriteRelayLines(std::uint32_t levels) override {
+    Count("WriteRelayLines");
+    journal_.levels.push_back(levels);
+    inner_->WriteRelayLines(levels);
+  }
+  std::uint32_t ReadRelayLines() override {
+    Count("ReadRelayLines");
+    return inner_->ReadRelayLines() & ~journal_.stuck_low;
+  }
+  double ReadPulseFrequencyHz() override {
+    Count("ReadPulseFrequencyHz");
+    return inner_->ReadPulseFrequencyHz();
+  }
+  std::uint32_t ReadPulseCount() override {
+    Count("ReadPulseCount");
+    return inner_->ReadPulseCount();
+  }
+  void Prepare() override {
+    Count("Prepare");
+    inner_->Prepare();
+  }
+  void FeedWatchdog() override {
+    Count("FeedWatchdog");
+    inner_->FeedWatchdog();
+  }
+  bool has_watchdog() const override { return false; }
+
+ private:
+  void Count(const char* what) {
+    const int call = journal_.calls++;
+    if (journal_.fail_at >= 0 && call >= journal_.fail_at &&
+        call < journal_.fail_at + journal_.failures) {
+      throw IoError(std::string(what) + " was made to fail");
+    }
+  }
+
+  const std::unique_ptr<Daq> inner_;
+  DaqJournal& journal_;
+};
+
+}  // namespace faultlab::hardware
