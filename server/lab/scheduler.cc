@@ -281,9 +281,10 @@ void Scheduler::ClockJumped(Milliseconds delta) {
   }
 }
 
-void Scheduler::Recover(WallTime now) {
+void Scheduler::Recover(WallTime now, const std::set<RigId>* own) {
+  const auto ours = [&](const RigId& rig) { return own == nullptr || own->contains(rig); };
   for (auto& [id, session] : state_.sessions) {
-    if (session.state != SessionState::kActive) continue;
+    if (session.state != SessionState::kActive || !ours(session.rig)) continue;
     if (session.run_in_progress) {
       session.run_in_progress = false;
       session.charged_from = now;  // the interrupted run is charged back
@@ -299,7 +300,8 @@ void Scheduler::Recover(WallTime now) {
                         .text = {}});
   }
   for (auto& [id, rig] : state_.rigs) {
-    if (rig.status == RigStatus::kCleaning) {
+    if (!ours(id)) continue;
+    if (rig.status == RigStatus::kCleaning || rig.status == RigStatus::kReady) {
       StartCleaning(rig, now);
       continue;
     }

@@ -59,6 +59,8 @@ class Scheduler {
   core::Status Quarantine(const RigId& rig, const std::string& reason, WallTime now);
   /// Out of quarantine or maintenance: into cleaning.
   core::Status Release(const RigId& rig, WallTime now);
+  /// The check between users once more, of a ready rig.
+  core::Status Recheck(const RigId& rig, WallTime now);
   core::Result<Outage> AddOutage(const RigId& rig,
                                  const Interval& during,
                                  const std::string& reason,
@@ -100,8 +102,9 @@ class Scheduler {
   void Tick(WallTime now);
   /// The wall clock was set: leases and waits keep their length, the calendar keeps its dates.
   void ClockJumped(Milliseconds delta);
-  /// After a restart: repeats what the world must know (grants, cleanings); runs have ended.
-  void Recover(WallTime now);
+  /// After a restart of the server of these rigs (nullptr: all): repeats what the world must know
+  /// (grants, cleanings), their runs have ended, what was ready is checked anew.
+  void Recover(WallTime now, const std::set<RigId>* own = nullptr);
 
   std::vector<Effect> TakeEffects();
   Changes TakeChanges();

@@ -97,6 +97,18 @@ core::Status Scheduler::Release(const RigId& id, WallTime now) {
   return Done{};
 }
 
+core::Status Scheduler::Recheck(const RigId& id, WallTime now) {
+  Rig* rig = FindRig(id);
+  if (rig == nullptr) return NoRig();
+  if (rig->status != RigStatus::kReady) {
+    return Error{ErrorCode::kConflict,
+                 "only a ready rig is tested; this one is " + std::string(Name(rig->status)),
+                 ""};
+  }
+  StartCleaning(*rig, now);
+  return Done{};
+}
+
 core::Result<Outage> Scheduler::AddOutage(const RigId& id,
                                           const Interval& during,
                                           const std::string& reason,

@@ -26,10 +26,124 @@ Migration Recordings() {
           .postgres_statements = {}};
 }
 
+Migration Accounts() {
+  return {
+      .version = 2,
+      .description = "accounts: users, sign-ins, keys, links, courses, audit log",
+      .statements =
+          {"CREATE TABLE account (id $ID, login TEXT NOT NULL UNIQUE, name TEXT NOT NULL, "
+           "role TEXT NOT NULL, password_hash TEXT NOT NULL, disabled BIGINT NOT NULL, "
+           "created_ms BIGINT NOT NULL, version BIGINT NOT NULL)",
+           "CREATE TABLE sign_in (token_hash TEXT PRIMARY KEY, "
+           "account_id BIGINT NOT NULL REFERENCES account (id), csrf TEXT NOT NULL, "
+           "created_ms BIGINT NOT NULL, expires_ms BIGINT NOT NULL, address TEXT NOT NULL)",
+           "CREATE TABLE api_key (id $ID, account_id BIGINT NOT NULL REFERENCES account (id), "
+           "name TEXT NOT NULL, key_hash TEXT NOT NULL UNIQUE, scopes TEXT NOT NULL, "
+           "created_ms BIGINT NOT NULL, expires_ms BIGINT NOT NULL, revoked BIGINT NOT NULL)",
+           "CREATE TABLE one_time_link (token_hash TEXT PRIMARY KEY, "
+           "account_id BIGINT NOT NULL REFERENCES account (id), expires_ms BIGINT NOT NULL, "
+           "used BIGINT NOT NULL)",
+           "CREATE TABLE course (id $ID, name TEXT NOT NULL, created_ms BIGINT NOT NULL)",
+           "CREATE TABLE enrolment (course_id BIGINT NOT NULL REFERENCES course (id), "
+           "account_id BIGINT NOT NULL REFERENCES account (id), teaches BIGINT NOT NULL, "
+           "PRIMARY KEY (course_id, account_id))",
+           "CREATE TABLE audit_log (seq $ID, at_ms BIGINT NOT NULL, actor TEXT NOT NULL, "
+           "verb TEXT NOT NULL, object TEXT NOT NULL, detail TEXT NOT NULL)"},
+      .sqlite_statements = {"CREATE TRIGGER audit_log_is_append_only_1 BEFORE UPDATE ON audit_log "
+                            "BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END",
+                            "CREATE TRIGGER audit_log_is_append_only_2 BEFORE DELETE ON audit_log "
+                            "BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END"},
+      .postgres_statements = {
+          "CREATE FUNCTION refuse_change() RETURNS trigger LANGUAGE plpgsql AS "
+          "$body$ BEGIN RAISE EXCEPTION 'the audit log is append-only'; END $body$",
+          "CREATE TRIGGER audit_log_is_append_only BEFORE UPDATE OR DELETE ON audit_log "
+          "FOR EACH ROW EXECUTE FUNCTION refuse_change()"}};
+}
+
+Migration Lab() {
+  return {
+      .version = 3,
+      .description = "lab: rigs, queue, calendar, sessions, events",
+      .statements =
+          {"CREATE TABLE lab_meta (id BIGINT PRIMARY KEY, version BIGINT NOT NULL, "
+           "next_id BIGINT NOT NULL)",
+           "INSERT INTO lab_meta (id, version, next_id) VALUES (1, 0, 1)",
+           "CREATE TABLE lab_rig (id TEXT PRIMARY KEY, rig_class TEXT NOT NULL, "
+           "elastic BIGINT NOT NULL, status BIGINT NOT NULL, epoch BIGINT NOT NULL, "
+           "cleaning_due_ms BIGINT NOT NULL, wear_ms BIGINT NOT NULL, reason TEXT NOT NULL)",
+           "CREATE TABLE lab_outage (id BIGINT PRIMARY KEY, rig TEXT NOT NULL, "
+           "start_ms BIGINT NOT NULL, end_ms BIGINT NOT NULL, reason TEXT NOT NULL)",
+           "CREATE TABLE lab_ticket (id BIGINT PRIMARY KEY, user_id BIGINT NOT NULL, "
+           "rig_class TEXT NOT NULL, kind BIGINT NOT NULL, job TEXT NOT NULL, "
+           "weight DOUBLE PRECISION NOT NULL, min_ms BIGINT NOT NULL, want_ms BIGINT NOT NULL, "
+           "created_ms BIGINT NOT NULL, state BIGINT NOT NULL, offered BIGINT NOT NULL, "
+           "offers_missed BIGINT NOT NULL, place BIGINT NOT NULL, expected_ms BIGINT NOT NULL, "
+           "first_expected_ms BIGINT NOT NULL)",
+           "CREATE UNIQUE INDEX one_live_ticket ON lab_ticket (user_id, rig_class) "
+           "WHERE kind = 0 AND state < 2",
+           "CREATE TABLE lab_booking (id BIGINT PRIMARY KEY, user_id BIGINT NOT NULL, "
+           "rig_class TEXT NOT NULL, start_ms BIGINT NOT NULL, end_ms BIGINT NOT NULL, "
+           "state BIGINT NOT NULL, rig TEXT NOT NULL, session BIGINT NOT NULL, "
+           "version BIGINT NOT NULL, note TEXT NOT NULL)",
+           "CREATE TABLE lab_session (id BIGINT PRIMARY KEY, user_id BIGINT NOT NULL, "
+           "rig TEXT NOT NULL, rig_class TEXT NOT NULL, epoch BIGINT NOT NULL, "
+           "booking BIGINT NOT NULL, ticket BIGINT NOT NULL, kind BIGINT NOT NULL, "
+           "state BIGINT NOT NULL, start_ms BIGINT NOT NULL, hard_end_ms BIGINT NOT NULL, "
+           "claim_until_ms BIGINT NOT NULL, last_control_ms BIGINT NOT NULL, "
+           "charged_from_ms BIGINT NOT NULL, run_in_progress BIGINT NOT NULL, "
+           "warning_stage BIGINT NOT NULL, idle_answer_ms BIGINT NOT NULL, "
+           "offered_to BIGINT NOT NULL, end_reason BIGINT NOT NULL, end_text TEXT NOT NULL)",
+           "CREATE UNIQUE INDEX one_live_session ON lab_session (rig) WHERE state < 2",
+           "CREATE TABLE lab_usage (user_id BIGINT PRIMARY KEY, seconds DOUBLE PRECISION NOT NULL, "
+           "at_ms BIGINT NOT NULL)",
+           "CREATE TABLE lab_event (seq $ID, user_id BIGINT NOT NULL, at_ms BIGINT NOT NULL, "
+           "topic TEXT NOT NULL, text TEXT NOT NULL, session BIGINT NOT NULL)",
+           "CREATE INDEX lab_event_by_user ON lab_event (user_id, seq)"},
+      .sqlite_statements =
+          {"CREATE TRIGGER booking_overlap_1 BEFORE INSERT ON lab_booking "
+           "WHEN NEW.state = 0 AND NEW.rig <> '' AND EXISTS (SELECT 1 FROM lab_booking b "
+           "WHERE b.rig = NEW.rig AND b.state = 0 AND b.id <> NEW.id "
+           "AND b.start_ms < NEW.end_ms AND NEW.start_ms < b.end_ms) "
+           "BEGIN SELECT RAISE(ABORT, 'two bookings on one rig'); END",
+           "CREATE TRIGGER booking_overlap_2 BEFORE UPDATE ON lab_booking "
+           "WHEN NEW.state = 0 AND NEW.rig <> '' AND EXISTS (SELECT 1 FROM lab_booking b "
+           "WHERE b.rig = NEW.rig AND b.state = 0 AND b.id <> NEW.id "
+           "AND b.start_ms < NEW.end_ms AND NEW.start_ms < b.end_ms) "
+           "BEGIN SELECT RAISE(ABORT, 'two bookings on one rig'); END"},
+      .postgres_statements = {
+          "CREATE EXTENSION IF NOT EXISTS btree_gist",
+          "ALTER TABLE lab_booking ADD CONSTRAINT booking_overlap EXCLUDE USING gist "
+          "(rig WITH =, int8range(start_ms, end_ms) WITH &&) WHERE (state = 0 AND rig <> '')"}};
+}
+
+Migration JobsAndFaultSets() {
+  return {
+      .version = 4,
+      .description = "jobs, fault sets, remembered answers",
+      .statements =
+          {"CREATE TABLE job (id TEXT PRIMARY KEY, owner TEXT NOT NULL, account_id BIGINT NOT "
+           "NULL, "
+           "batch TEXT NOT NULL, name TEXT NOT NULL, body TEXT NOT NULL, state TEXT NOT NULL, "
+           "run_id TEXT NOT NULL, error TEXT NOT NULL, created_ms BIGINT NOT NULL, "
+           "started_ms BIGINT NOT NULL, ended_ms BIGINT NOT NULL, server_id TEXT NOT NULL, "
+           "lease_until_ms BIGINT NOT NULL, attempts BIGINT NOT NULL)",
+           "CREATE INDEX job_waiting ON job (state, created_ms, id)",
+           "CREATE INDEX job_by_owner ON job (owner, created_ms, id)",
+           "CREATE TABLE fault_set (id $ID, course_id BIGINT NOT NULL, "
+           "account_id BIGINT NOT NULL, name TEXT NOT NULL, version BIGINT NOT NULL, "
+           "visible BIGINT NOT NULL, faults TEXT NOT NULL, used BIGINT NOT NULL, "
+           "deleted BIGINT NOT NULL, replaces BIGINT NOT NULL, created_ms BIGINT NOT NULL)",
+           "CREATE TABLE remembered_answer (owner TEXT NOT NULL, idempotency_key TEXT NOT NULL, "
+           "request_hash TEXT NOT NULL, status BIGINT NOT NULL, body TEXT NOT NULL, "
+           "at_ms BIGINT NOT NULL, PRIMARY KEY (owner, idempotency_key))"},
+      .sqlite_statements = {},
+      .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
-  static const std::vector<Migration> kAll = {Recordings()};
+  static const std::vector<Migration> kAll = {Recordings(), Accounts(), Lab(), JobsAndFaultSets()};
   return kAll;
 }
 

@@ -1,0 +1,275 @@
+// Accounts: users, API keys, audit log.
+#include "server/auth/accounts.h"
+
+#include <algorithm>
+
+#include "server/auth/account_rows.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+using soci::into;
+using soci::use;
+
+constexpr std::size_t kNameBytesMax = 200;
+constexpr auto kKeyLivesMax = std::chrono::hours(24 * 400);
+
+core::Status CheckName(const std::string& name) {
+  if (name.empty() || name.size() > kNameBytesMax) {
+    return Error{ErrorCode::kInvalid, "a name has 1 to 200 bytes", "name"};
+  }
+  return Done{};
+}
+
+}  // namespace
+
+core::Result<std::string> NormalLogin(std::string_view login) {
+  std::string out(login);
+  std::transform(out.begin(), out.end(), out.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  const bool plain =
+      out.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789._@-") == std::string::npos;
+  if (out.size() < 3 || out.size() > 64 || !plain) {
+    return Error{
+        ErrorCode::kInvalid, "a login has 3 to 64 of the letters a-z, 0-9, . _ @ -", "login"};
+  }
+  return out;
+}
+
+core::Result<Account> Accounts::Create(const std::string& login,
+                                       const std::string& name,
+                                       Role role,
+                                       WallTime now) {
+  const auto normal = NormalLogin(login);
+  if (!normal.ok()) return normal.error();
+  if (const auto good = CheckName(name); !good.ok()) return good.error();
+  if (role == Role::kGuest || role == Role::kService) {
+    return Error{ErrorCode::kInvalid, "student, instructor, operator or admin", "role"};
+  }
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Account> {
+    if (account_rows::Find(tx, "login = :value", normal.value())) {
+      return Error{ErrorCode::kConflict, "this login is taken", "login"};
+    }
+    const std::string role_name(Name(role));
+    const std::int64_t now_ms = ToMilliseconds(now);
+    tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
+                "version) VALUES (:login, :name, :role, '', 0, :now, 1)",
+        use(normal.value(), "login"), use(name, "name"), use(role_name, "role"), use(now_ms, "now");
+    return account_rows::Find(tx, "login = :value", normal.value())->ToAccount();
+  });
+}
+
+core::Result<Account> Accounts::Change(std::int64_t id,
+                                       std::int64_t version,
+                                       const std::optional<std::string>& name,
+                                       std::optional<Role> role,
+                                       std::optional<bool> disabled) {
+  if (name) {
+    if (const auto good = CheckName(*name); !good.ok()) return good.error();
+  }
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Account> {
+    const auto row = account_rows::Find(tx, "id = :value", id);
+    if (!row) return account_rows::NoAccount();
+    const Account before = row->ToAccount();
+    const std::string new_name = name.value_or(before.name);
+    const std::string new_role(Name(role.value_or(before.role)));
+    const std::int64_t new_disabled = disabled.value_or(before.disabled) ? 1 : 0;
+    soci::statement change = (tx.sql().prepare << "UPDATE account SET name = :name, role = :role, "
+                                                  "disabled = :disabled, version = version + 1 "
+                                                  "WHERE id = :id AND version = :version",
+                              use(new_name, "name"),
+                              use(new_role, "role"),
+                              use(new_disabled, "disabled"),
+                              use(id, "id"),
+                              use(version, "version"));
+    change.execute(true);
+    if (change.get_affected_rows() != 1) {
+      return Error{ErrorCode::kStale, "the account has changed; look at it again", ""};
+    }
+    if (new_disabled != 0) {
+      tx.sql() << "DELETE FROM sign_in WHERE account_id = :id", use(id, "id");
+      tx.sql() << "UPDATE api_key SET revoked = 1 WHERE account_id = :id", use(id, "id");
+    }
+    return account_rows::Find(tx, "id = :value", id)->ToAccount();
+  });
+}
+
+core::Result<Account> Accounts::Get(std::int64_t id) {
+  return database_.Read([&](Transaction& tx) -> core::Result<Account> {
+    const auto row = account_rows::Find(tx, "id = :value", id);
+    if (!row) return account_rows::NoAccount();
+    return row->ToAccount();
+  });
+}
+
+core::Result<Account> Accounts::GetByLogin(const std::string& login) {
+  const auto normal = NormalLogin(login);
+  if (!normal.ok()) return normal.error();
+  return database_.Read([&](Transaction& tx) -> core::Result<Account> {
+    const auto row = account_rows::Find(tx, "login = :value", normal.value());
+    if (!row) return account_rows::NoAccount();
+    return row->ToAccount();
+  });
+}
+
+core::Result<std::vector<Account>> Accounts::List(std::int64_t after, int limit) {
+  using Found = std::vector<Account>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Found> {
+    account_rows::Row row;
+    soci::statement statement =
+        (tx.sql().prepare << std::string("SELECT ") + account_rows::kColumns +
+                                 " FROM account WHERE id > :after ORDER BY id LIMIT :count",
+         into(row.account.id),
+         into(row.account.login),
+         into(row.account.name),
+         into(row.role),
+         into(row.password_hash),
+         into(row.disabled),
+         into(row.created_ms),
+         into(row.account.version),
+         use(after, "after"),
+         use(limit, "count"));
+    statement.execute(false);
+    Found out;
+    while (statement.fetch()) out.push_back(row.ToAccount());
+    return out;
+  });
+}
+
+core::Result<Accounts::NewKey> Accounts::CreateKey(const Principal& who,
+                                                   const std::string& name,
+                                                   const std::set<std::string>& scopes,
+                                                   WallTime expires_at,
+                                                   WallTime now) {
+  if (const auto good = CheckName(name); !good.ok()) return good.error();
+  if (scopes.empty()) return Error{ErrorCode::kInvalid, "name at least one scope", "scopes"};
+  std::string joined;
+  for (const auto& scope : scopes) {
+    if (std::find(kScopes.begin(), kScopes.end(), scope) == kScopes.end()) {
+      return Error{ErrorCode::kInvalid,
+                   "scopes are runs:read, runs:write, jobs, lab; not " + scope,
+                   "scopes"};
+    }
+    joined += (joined.empty() ? "" : " ") + scope;
+  }
+  if (expires_at <= now || expires_at > now + kKeyLivesMax) {
+    return Error{ErrorCode::kInvalid, "a key lives up to 400 days from now", "expires_at"};
+  }
+  NewKey out;
+  out.secret = NewSecret("flk_");
+  out.key = {0, who.user_id, name, scopes, now, expires_at, false};
+  const auto stored = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const std::string hash = HashSecret(out.secret);
+    const std::int64_t now_ms = ToMilliseconds(now);
+    const std::int64_t expires_ms = ToMilliseconds(expires_at);
+    tx.sql() << "INSERT INTO api_key (account_id, name, key_hash, scopes, created_ms, expires_ms, "
+                "revoked) VALUES (:account, :name, :hash, :scopes, :now, :expires, 0)",
+        use(who.user_id, "account"), use(name, "name"), use(hash, "hash"), use(joined, "scopes"),
+        use(now_ms, "now"), use(expires_ms, "expires");
+    tx.sql() << "SELECT id FROM api_key WHERE key_hash = :hash", into(out.key.id),
+        use(hash, "hash");
+    return Done{};
+  });
+  if (!stored.ok()) return stored.error();
+  return out;
+}
+
+core::Result<std::vector<ApiKey>> Accounts::ListKeys(std::int64_t account_id) {
+  using Keys = std::vector<ApiKey>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Keys> {
+    ApiKey key;
+    std::string scopes;
+    std::int64_t created_ms = 0;
+    std::int64_t expires_ms = 0;
+    std::int64_t revoked = 0;
+    soci::statement statement =
+        (tx.sql().prepare << "SELECT id, account_id, name, scopes, created_ms, expires_ms, revoked "
+                             "FROM api_key WHERE account_id = :account ORDER BY id",
+         into(key.id),
+         into(key.account_id),
+         into(key.name),
+         into(scopes),
+         into(created_ms),
+         into(expires_ms),
+         into(revoked),
+         use(account_id, "account"));
+    statement.execute(false);
+    Keys out;
+    while (statement.fetch()) {
+      key.scopes.clear();
+      for (const auto scope : kScopes) {
+        if ((" " + scopes + " ").find(" " + std::string(scope) + " ") != std::string::npos) {
+          key.scopes.insert(std::string(scope));
+        }
+      }
+      key.created_at = FromMilliseconds(created_ms);
+      key.expires_at = FromMilliseconds(expires_ms);
+      key.revoked = revoked != 0;
+      out.push_back(key);
+    }
+    return out;
+  });
+}
+
+core::Status Accounts::RevokeKey(std::int64_t account_id, std::int64_t key_id) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    soci::statement change =
+        (tx.sql().prepare
+             << "UPDATE api_key SET revoked = 1 WHERE id = :id AND account_id = :account",
+         use(key_id, "id"),
+         use(account_id, "account"));
+    change.execute(true);
+    if (change.get_affected_rows() != 1) {
+      return Error{ErrorCode::kNotFound, "you have no such key", ""};
+    }
+    return Done{};
+  });
+}
+
+core::Status Accounts::Audit(const std::string& actor,
+                             const std::string& verb,
+                             const std::string& object,
+                             const std::string& detail,
+                             WallTime now) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const std::int64_t now_ms = ToMilliseconds(now);
+    tx.sql() << "INSERT INTO audit_log (at_ms, actor, verb, object, detail) "
+                "VALUES (:at, :actor, :verb, :object, :detail)",
+        use(now_ms, "at"), use(actor, "actor"), use(verb, "verb"), use(object, "object"),
+        use(detail, "detail");
+    return Done{};
+  });
+}
+
+core::Result<std::vector<AuditEntry>> Accounts::ListAudit(std::int64_t before, int limit) {
+  using Entries = std::vector<AuditEntry>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Entries> {
+    AuditEntry entry;
+    std::int64_t at_ms = 0;
+    soci::statement statement =
+        (tx.sql().prepare << "SELECT seq, at_ms, actor, verb, object, detail FROM audit_log "
+                             "WHERE seq < :before OR :all = 0 ORDER BY seq DESC LIMIT :count",
+         into(entry.seq),
+         into(at_ms),
+         into(entry.actor),
+         into(entry.verb),
+         into(entry.object),
+         into(entry.detail),
+         use(before, "before"),
+         use(before, "all"),
+         use(limit, "count"));
+    statement.execute(false);
+    Entries out;
+    while (statement.fetch()) {
+      entry.at = FromMilliseconds(at_ms);
+      out.push_back(entry);
+    }
+    return out;
+  });
+}
+
+}  // namespace faultlab::server

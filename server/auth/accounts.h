@@ -1,0 +1,163 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/types/result.h"
+#include "server/auth/authenticator.h"
+#include "server/auth/authorization.h"
+#include "server/auth/secrets.h"
+#include "server/auth/throttle.h"
+#include "server/storage/database.h"
+#include "server/storage/wall_time.h"
+
+namespace faultlab::server {
+
+struct Account {
+  std::int64_t id = 0;
+  std::string login;  ///< lower case, unique
+  std::string name;   ///< any script
+  Role role = Role::kStudent;
+  bool disabled = false;
+  bool has_password = false;
+  std::int64_t version = 1;
+  WallTime created_at{};
+};
+
+struct ApiKey {
+  std::int64_t id = 0;
+  std::int64_t account_id = 0;
+  std::string name;
+  std::set<std::string> scopes;
+  WallTime created_at{};
+  WallTime expires_at{};
+  bool revoked = false;
+};
+
+struct Course {
+  std::int64_t id = 0;
+  std::string name;
+  bool teaches = false;  ///< the asking account teaches it
+  int members = 0;
+};
+
+struct AuditEntry {
+  std::int64_t seq = 0;
+  WallTime at{};
+  std::string actor;  ///< Principal::owner_key(), "system"
+  std::string verb;
+  std::string object;
+  std::string detail;
+};
+
+struct SignedIn {
+  Principal principal;
+  std::string cookie_secret;  ///< value of the session cookie, stored only as a hash
+};
+
+/// Who a request without credentials is.
+enum class GuestAccess { kNever, kLoopback, kEverywhere };
+
+/// Accounts, sign-ins, API keys, links, courses, audit log. Thread-safe. SignIn, ChangePassword and
+/// UseLink compute argon2id and block for 100 ms or more: on the pool only.
+class Accounts : public Authenticator {
+ public:
+  Accounts(Database& database, GuestAccess guests);
+
+  core::Result<Principal> Authenticate(const RequestCredentials& credentials,
+                                       WallTime now) override;
+
+  /// Wrong login and wrong password give the same answer after the same time. Throttled by account
+  /// and by address (kBusy).
+  core::Result<SignedIn> SignIn(const std::string& login,
+                                const std::string& password,
+                                const std::string& address,
+                                WallTime now);
+  core::Status SignOut(const Principal& who);
+  /// Ends every other sign-in of the account.
+  core::Status ChangePassword(const Principal& who,
+                              const std::string& old_password,
+                              const std::string& new_password,
+                              WallTime now);
+
+  /// A one-time secret (24 h) that sets the password of an account: the admin hands it on.
+  core::Result<std::string> CreateLink(std::int64_t account_id, WallTime now);
+  core::Status UseLink(const std::string& secret, const std::string& new_password, WallTime now);
+  /// While no admin has a password: the account `admin` and a fresh link for it. Else nullopt.
+  core::Result<std::optional<std::string>> FirstStartLink(WallTime now);
+
+  core::Result<Account> Create(const std::string& login,
+                               const std::string& name,
+                               Role role,
+                               WallTime now);
+  /// kStale when `version` is not the stored one. Disabling ends sign-ins and keys.
+  core::Result<Account> Change(std::int64_t id,
+                               std::int64_t version,
+                               const std::optional<std::string>& name,
+                               std::optional<Role> role,
+                               std::optional<bool> disabled);
+  core::Result<Account> Get(std::int64_t id);
+  core::Result<Account> GetByLogin(const std::string& login);
+  /// By id, after `after`.
+  core::Result<std::vector<Account>> List(std::int64_t after, int limit);
+
+  /// The key itself is in the answer once and never again. Scopes: kScopes; at most 400 days.
+  struct NewKey {
+    ApiKey key;
+    std::string secret;
+  };
+  core::Result<NewKey> CreateKey(const Principal& who,
+                                 const std::string& name,
+                                 const std::set<std::string>& scopes,
+                                 WallTime expires_at,
+                                 WallTime now);
+  core::Result<std::vector<ApiKey>> ListKeys(std::int64_t account_id);
+  core::Status RevokeKey(std::int64_t account_id, std::int64_t key_id);
+
+  core::Result<Course> CreateCourse(const std::string& name, std::int64_t teacher, WallTime now);
+  core::Result<std::vector<Course>> ListCourses(std::int64_t account_id, bool all);
+  core::Status Enrol(std::int64_t course_id, std::int64_t account_id, bool teaches);
+  core::Result<std::vector<Account>> Members(std::int64_t course_id);
+  /// login,name per line (header optional, any line end): creates missing students, enrols all.
+  /// Nothing happens when a line is wrong; the Error names it. At most 5 000 lines.
+  core::Result<int> EnrolCsv(std::int64_t course_id, std::string_view csv, WallTime now);
+  /// kOwn when `who` is the account, kCourse when `who` teaches a course of it, else kForeign.
+  core::Result<Ownership> Relation(const Principal& who, std::int64_t account_id);
+  core::Result<bool> Teaches(std::int64_t account_id, std::int64_t course_id);
+  core::Result<bool> Attends(std::int64_t account_id, std::int64_t course_id);
+
+  core::Status Audit(const std::string& actor,
+                     const std::string& verb,
+                     const std::string& object,
+                     const std::string& detail,
+                     WallTime now);
+  /// Newest first, below `before` (0 = from the newest).
+  core::Result<std::vector<AuditEntry>> ListAudit(std::int64_t before, int limit);
+
+ private:
+  core::Result<Principal> BySession(std::string_view secret,
+                                    const RequestCredentials& credentials,
+                                    WallTime now);
+  core::Result<Principal> ByKey(std::string_view secret, WallTime now);
+
+  Database& database_;
+  const GuestAccess guests_;
+  PasswordHasher hasher_;
+  Throttle by_account_{5};
+  Throttle by_address_{20};
+};
+
+/// The scopes that a key may have.
+inline constexpr std::array<std::string_view, 4> kScopes = {
+    "runs:read", "runs:write", "jobs", "lab"};
+
+/// 3 to 64 of [a-z0-9._@-] after lowering; kInvalid names the field.
+core::Result<std::string> NormalLogin(std::string_view login);
+core::Status CheckPasswordRules(std::string_view password);
+
+}  // namespace faultlab::server

@@ -1,0 +1,223 @@
+// Accounts: courses and enrolment.
+#include <algorithm>
+
+#include "server/auth/account_rows.h"
+#include "server/auth/accounts.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+using soci::into;
+using soci::use;
+
+constexpr std::size_t kCsvLinesMax = 5000;
+
+Error NoCourse() {
+  return {ErrorCode::kNotFound, "there is no such course", ""};
+}
+
+bool CourseExists(Transaction& tx, std::int64_t id) {
+  std::int64_t count = 0;
+  tx.sql() << "SELECT COUNT(*) FROM course WHERE id = :id", into(count), use(id, "id");
+  return count == 1;
+}
+
+void PutEnrolment(Transaction& tx, std::int64_t course, std::int64_t account, bool teaches) {
+  const std::int64_t flag = teaches ? 1 : 0;
+  tx.sql() << "INSERT INTO enrolment (course_id, account_id, teaches) "
+              "VALUES (:course, :account, :teaches) "
+              "ON CONFLICT (course_id, account_id) DO NOTHING",
+      use(course, "course"), use(account, "account"), use(flag, "teaches");
+}
+
+struct CsvLine {
+  std::string login;
+  std::string name;
+};
+
+std::string_view Trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r')) {
+    text.remove_suffix(1);
+  }
+  return text;
+}
+
+std::string_view Field(std::string_view text) {
+  text = Trimmed(text);
+  const bool quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
+  return quoted ? text.substr(1, text.size() - 2) : text;
+}
+
+core::Result<std::vector<CsvLine>> ParseCsv(std::string_view csv) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (csv.starts_with(kByteOrderMark)) csv.remove_prefix(kByteOrderMark.size());
+  std::vector<CsvLine> lines;
+  std::size_t number = 0;
+  while (!csv.empty()) {
+    const std::size_t end = std::min(csv.find('\n'), csv.size());
+    const std::string_view line = Trimmed(csv.substr(0, end));
+    csv.remove_prefix(std::min(end + 1, csv.size()));
+    ++number;
+    const auto refuse = [&](const std::string& what) {
+      return Error{ErrorCode::kInvalid, "line " + std::to_string(number) + ": " + what, ""};
+    };
+    if (line.empty()) continue;
+    const std::size_t comma = line.find(',');
+    if (comma == std::string_view::npos) return refuse("expected login,name");
+    const std::string_view login = Field(line.substr(0, comma));
+    const std::string_view name = Field(line.substr(comma + 1));
+    if (number == 1 && login == "login") continue;
+    const auto normal = NormalLogin(login);
+    if (!normal.ok()) return refuse(normal.error().message);
+    if (name.empty() || name.size() > 200) return refuse("a name has 1 to 200 bytes");
+    if (lines.size() == kCsvLinesMax) {
+      return Error{ErrorCode::kTooLarge, "5000 lines at most; split the file", ""};
+    }
+    lines.push_back({normal.value(), std::string(name)});
+  }
+  if (lines.empty()) return Error{ErrorCode::kInvalid, "no line holds login,name", ""};
+  return lines;
+}
+
+core::Result<bool> Enrolled(Database& database,
+                            std::int64_t account,
+                            std::int64_t course,
+                            std::int64_t teaches) {
+  return database.Read([&](Transaction& tx) -> core::Result<bool> {
+    std::int64_t count = 0;
+    tx.sql() << "SELECT COUNT(*) FROM enrolment WHERE account_id = :account "
+                "AND course_id = :course AND teaches >= :teaches",
+        into(count), use(account, "account"), use(course, "course"), use(teaches, "teaches");
+    return count > 0;
+  });
+}
+
+}  // namespace
+
+core::Result<Course> Accounts::CreateCourse(const std::string& name,
+                                            std::int64_t teacher,
+                                            WallTime now) {
+  if (name.empty() || name.size() > 200) {
+    return Error{ErrorCode::kInvalid, "a name has 1 to 200 bytes", "name"};
+  }
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Course> {
+    Course course;
+    course.name = name;
+    course.teaches = true;
+    course.members = 1;
+    const std::int64_t now_ms = ToMilliseconds(now);
+    tx.sql() << "INSERT INTO course (name, created_ms) VALUES (:name, :now)", use(name, "name"),
+        use(now_ms, "now");
+    tx.sql() << "SELECT MAX(id) FROM course", into(course.id);
+    PutEnrolment(tx, course.id, teacher, /*teaches=*/true);
+    return course;
+  });
+}
+
+core::Result<std::vector<Course>> Accounts::ListCourses(std::int64_t account_id, bool all) {
+  using Courses = std::vector<Course>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Courses> {
+    Course course;
+    std::int64_t teaches = 0;
+    const std::int64_t everything = all ? 1 : 0;
+    soci::statement statement =
+        (tx.sql().prepare
+             << "SELECT c.id, c.name, COALESCE(mine.teaches, 0), (SELECT COUNT(*) FROM enrolment "
+                "e WHERE e.course_id = c.id) FROM course c LEFT JOIN enrolment mine "
+                "ON mine.course_id = c.id AND mine.account_id = :account "
+                "WHERE mine.account_id IS NOT NULL OR :all = 1 ORDER BY c.id",
+         into(course.id),
+         into(course.name),
+         into(teaches),
+         into(course.members),
+         use(account_id, "account"),
+         use(everything, "all"));
+    statement.execute(false);
+    Courses out;
+    while (statement.fetch()) {
+      course.teaches = teaches != 0;
+      out.push_back(course);
+    }
+    return out;
+  });
+}
+
+core::Status Accounts::Enrol(std::int64_t course_id, std::int64_t account_id, bool teaches) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    if (!CourseExists(tx, course_id)) return NoCourse();
+    if (!account_rows::Find(tx, "id = :value", account_id)) return account_rows::NoAccount();
+    PutEnrolment(tx, course_id, account_id, teaches);
+    return Done{};
+  });
+}
+
+core::Result<std::vector<Account>> Accounts::Members(std::int64_t course_id) {
+  using Found = std::vector<Account>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Found> {
+    if (!CourseExists(tx, course_id)) return NoCourse();
+    account_rows::Row row;
+    soci::statement statement =
+        (tx.sql().prepare << "SELECT a.id, login, name, role, password_hash, disabled, created_ms, "
+                             "version FROM account a JOIN enrolment e ON e.account_id = a.id "
+                             "WHERE e.course_id = :course ORDER BY a.login",
+         into(row.account.id),
+         into(row.account.login),
+         into(row.account.name),
+         into(row.role),
+         into(row.password_hash),
+         into(row.disabled),
+         into(row.created_ms),
+         into(row.account.version),
+         use(course_id, "course"));
+    statement.execute(false);
+    Found out;
+    while (statement.fetch()) out.push_back(row.ToAccount());
+    return out;
+  });
+}
+
+core::Result<int> Accounts::EnrolCsv(std::int64_t course_id, std::string_view csv, WallTime now) {
+  const auto lines = ParseCsv(csv);
+  if (!lines.ok()) return lines.error();
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<int> {
+    if (!CourseExists(tx, course_id)) return NoCourse();
+    const std::int64_t now_ms = ToMilliseconds(now);
+    for (const CsvLine& line : lines.value()) {
+      tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
+                  "version) VALUES (:login, :name, 'student', '', 0, :now, 1) "
+                  "ON CONFLICT (login) DO NOTHING",
+          use(line.login, "login"), use(line.name, "name"), use(now_ms, "now");
+      std::int64_t account_id = 0;
+      tx.sql() << "SELECT id FROM account WHERE login = :login", into(account_id),
+          use(line.login, "login");
+      PutEnrolment(tx, course_id, account_id, /*teaches=*/false);
+    }
+    return static_cast<int>(lines.value().size());
+  });
+}
+
+core::Result<Ownership> Accounts::Relation(const Principal& who, std::int64_t account_id) {
+  if (who.user_id == account_id) return Ownership::kOwn;
+  return database_.Read([&](Transaction& tx) -> core::Result<Ownership> {
+    std::int64_t common = 0;
+    tx.sql() << "SELECT COUNT(*) FROM enrolment mine JOIN enrolment theirs "
+                "ON mine.course_id = theirs.course_id WHERE mine.account_id = :me "
+                "AND mine.teaches = 1 AND theirs.account_id = :they",
+        into(common), use(who.user_id, "me"), use(account_id, "they");
+    return common > 0 ? Ownership::kCourse : Ownership::kForeign;
+  });
+}
+
+core::Result<bool> Accounts::Teaches(std::int64_t account_id, std::int64_t course_id) {
+  return Enrolled(database_, account_id, course_id, 1);
+}
+
+core::Result<bool> Accounts::Attends(std::int64_t account_id, std::int64_t course_id) {
+  return Enrolled(database_, account_id, course_id, 0);
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "core/types/result.h"
+
+namespace faultlab::server {
+
+/// prefix + 32 random bytes as base64url: session cookies, API keys, links.
+std::string NewSecret(std::string_view prefix);
+/// BLAKE2b-256 as hex: what the database keeps of a secret.
+std::string HashSecret(std::string_view secret);
+/// In constant time.
+bool SameSecret(std::string_view a, std::string_view b);
+
+/// argon2id (libsodium, interactive limits: 64 MiB, about 100 ms), never more than `parallel_max`
+/// at once; who cannot start within `patience` is told kBusy. Blocks its caller: never on a network
+/// thread.
+class PasswordHasher {
+ public:
+  explicit PasswordHasher(int parallel_max = 2,
+                          std::chrono::milliseconds patience = std::chrono::seconds(5));
+
+  core::Result<std::string> Hash(std::string_view password);
+  /// With an empty hash (no such account) it works as long and says no.
+  core::Result<bool> Verify(const std::string& hash, std::string_view password);
+
+ private:
+  class Turn;
+  const int parallel_max_;
+  const std::chrono::milliseconds patience_;
+  std::mutex mutex_;
+  std::condition_variable freed_;
+  int running_ = 0;
+};
+
+}  // namespace faultlab::server

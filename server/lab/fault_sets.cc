@@ -1,0 +1,144 @@
+#include "server/lab/fault_sets.h"
+
+#include <soci/soci.h>
+
+#include <optional>
+
+namespace faultlab::server::lab {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+using soci::into;
+using soci::use;
+
+constexpr const char* kColumns =
+    "id, course_id, account_id, name, version, visible, faults, used, replaces, created_ms";
+
+struct Row {
+  FaultSet set;
+  std::int64_t visible = 0;
+  std::int64_t used = 0;
+  std::int64_t created_ms = 0;
+  FaultSet ToSet() const {
+    FaultSet out = set;
+    out.visible = visible != 0;
+    out.used = used != 0;
+    out.created_at = FromMilliseconds(created_ms);
+    return out;
+  }
+};
+
+Error NoSet() {
+  return {ErrorCode::kNotFound, "there is no such fault set", ""};
+}
+Error Changed() {
+  return {ErrorCode::kStale, "the fault set has changed; look at it again", ""};
+}
+
+template <typename Each>
+void ForEachRow(Transaction& tx, const std::string& condition, const Each& each) {
+  Row row;
+  soci::statement statement =
+      (tx.sql().prepare << std::string("SELECT ") + kColumns + " FROM fault_set WHERE " + condition,
+       into(row.set.id),
+       into(row.set.course_id),
+       into(row.set.author),
+       into(row.set.name),
+       into(row.set.version),
+       into(row.visible),
+       into(row.set.faults_json),
+       into(row.used),
+       into(row.set.replaces),
+       into(row.created_ms));
+  statement.execute(false);
+  while (statement.fetch()) each(row.ToSet());
+}
+
+std::optional<FaultSet> Find(Transaction& tx, std::int64_t id) {
+  std::optional<FaultSet> found;
+  ForEachRow(
+      tx, "deleted = 0 AND id = " + std::to_string(id), [&](const FaultSet& set) { found = set; });
+  return found;
+}
+
+FaultSet Insert(Transaction& tx, const FaultSet& set) {
+  const std::int64_t visible = set.visible ? 1 : 0;
+  const std::int64_t created_ms = ToMilliseconds(set.created_at);
+  tx.sql() << "INSERT INTO fault_set (course_id, account_id, name, version, visible, faults, used, "
+              "deleted, replaces, created_ms) VALUES (:course, :author, :name, :version, :visible, "
+              ":faults, 0, 0, :replaces, :created)",
+      use(set.course_id, "course"), use(set.author, "author"), use(set.name, "name"),
+      use(set.version, "version"), use(visible, "visible"), use(set.faults_json, "faults"),
+      use(set.replaces, "replaces"), use(created_ms, "created");
+  FaultSet out = set;
+  out.used = false;
+  tx.sql() << "SELECT MAX(id) FROM fault_set", into(out.id);
+  return out;
+}
+
+}  // namespace
+
+core::Result<FaultSet> FaultSets::Create(FaultSet set) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<FaultSet> {
+    return Insert(tx, set);
+  });
+}
+
+core::Result<FaultSet> FaultSets::Change(const FaultSet& set, std::int64_t version) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<FaultSet> {
+    const auto before = Find(tx, set.id);
+    if (!before) return NoSet();
+    if (before->version != version) return Changed();
+    FaultSet next = set;
+    next.version = version + 1;
+    if (before->used) {
+      next.replaces = before->id;
+      tx.sql() << "UPDATE fault_set SET deleted = 1 WHERE id = :id", use(set.id, "id");
+      return Insert(tx, next);
+    }
+    const std::int64_t visible = set.visible ? 1 : 0;
+    tx.sql() << "UPDATE fault_set SET name = :name, visible = :visible, faults = :faults, "
+                "version = :version WHERE id = :id",
+        use(next.name, "name"), use(visible, "visible"), use(next.faults_json, "faults"),
+        use(next.version, "version"), use(next.id, "id");
+    return *Find(tx, set.id);
+  });
+}
+
+core::Status FaultSets::Delete(std::int64_t id, std::int64_t version) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const auto before = Find(tx, id);
+    if (!before) return NoSet();
+    if (before->version != version) return Changed();
+    tx.sql() << "UPDATE fault_set SET deleted = 1 WHERE id = :id", use(id, "id");
+    return Done{};
+  });
+}
+
+core::Result<FaultSet> FaultSets::Get(std::int64_t id) {
+  return database_.Read([&](Transaction& tx) -> core::Result<FaultSet> {
+    const auto found = Find(tx, id);
+    if (!found) return NoSet();
+    return *found;
+  });
+}
+
+core::Result<std::vector<FaultSet>> FaultSets::List() {
+  using Sets = std::vector<FaultSet>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Sets> {
+    Sets out;
+    ForEachRow(tx, "deleted = 0 ORDER BY id", [&](const FaultSet& set) { out.push_back(set); });
+    return out;
+  });
+}
+
+core::Status FaultSets::MarkUsed(std::int64_t id) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "UPDATE fault_set SET used = 1 WHERE id = :id", use(id, "id");
+    return Done{};
+  });
+}
+
+}  // namespace faultlab::server::lab

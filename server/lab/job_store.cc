@@ -1,0 +1,235 @@
+#include "server/lab/job_store.h"
+
+#include <soci/soci.h>
+
+namespace faultlab::server::lab {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+using soci::into;
+using soci::use;
+
+constexpr const char* kColumns =
+    "id, owner, account_id, batch, name, body, state, run_id, error, created_ms, started_ms, "
+    "ended_ms, attempts";
+
+struct Row {
+  Job job;
+  std::int64_t created_ms = 0;
+  std::int64_t started_ms = 0;
+  std::int64_t ended_ms = 0;
+
+  void BindInto(soci::statement& statement) {
+    statement.exchange(into(job.id));
+    statement.exchange(into(job.owner));
+    statement.exchange(into(job.account_id));
+    statement.exchange(into(job.batch));
+    statement.exchange(into(job.name));
+    statement.exchange(into(job.body));
+    statement.exchange(into(job.state));
+    statement.exchange(into(job.run_id));
+    statement.exchange(into(job.error));
+    statement.exchange(into(created_ms));
+    statement.exchange(into(started_ms));
+    statement.exchange(into(ended_ms));
+    statement.exchange(into(job.attempts));
+  }
+  Job ToJob() const {
+    Job out = job;
+    out.created_at = FromMilliseconds(created_ms);
+    if (started_ms != 0) out.started_at = FromMilliseconds(started_ms);
+    if (ended_ms != 0) out.ended_at = FromMilliseconds(ended_ms);
+    return out;
+  }
+};
+
+std::optional<Job> FindJob(Transaction& tx, const std::string& id) {
+  Row row;
+  soci::statement statement(tx.sql());
+  row.BindInto(statement);
+  statement.exchange(use(id, "id"));
+  statement.alloc();
+  statement.prepare(std::string("SELECT ") + kColumns + " FROM job WHERE id = :id");
+  statement.define_and_bind();
+  if (!statement.execute(true)) return std::nullopt;
+  return row.ToJob();
+}
+
+Error NoJob() {
+  return {ErrorCode::kNotFound, "there is no such job", ""};
+}
+
+}  // namespace
+
+core::Status JobStore::Add(const std::vector<Job>& jobs) {
+  if (jobs.empty()) return Error{ErrorCode::kInvalid, "no runs", "/runs"};
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    std::int64_t waiting = 0;
+    tx.sql() << "SELECT COUNT(*) FROM job WHERE owner = :owner AND state = 'waiting'",
+        into(waiting), use(jobs.front().owner, "owner");
+    if (waiting + static_cast<std::int64_t>(jobs.size()) > kWaitingMax) {
+      return Error{ErrorCode::kBusy, "your quota of 1000 waiting jobs is used; wait for some", ""};
+    }
+    for (const Job& job : jobs) {
+      const std::int64_t created_ms = ToMilliseconds(job.created_at);
+      tx.sql()
+          << "INSERT INTO job (id, owner, account_id, batch, name, body, state, run_id, error, "
+             "created_ms, started_ms, ended_ms, server_id, lease_until_ms, attempts) VALUES "
+             "(:id, :owner, :account, :batch, :name, :body, 'waiting', '', '', :created, 0, "
+             "0, '', 0, 0)",
+          use(job.id, "id"), use(job.owner, "owner"), use(job.account_id, "account"),
+          use(job.batch, "batch"), use(job.name, "name"), use(job.body, "body"),
+          use(created_ms, "created");
+    }
+    return Done{};
+  });
+}
+
+core::Result<Job> JobStore::Get(const std::string& id) {
+  return database_.Read([&](Transaction& tx) -> core::Result<Job> {
+    const auto job = FindJob(tx, id);
+    if (!job) return NoJob();
+    return *job;
+  });
+}
+
+core::Result<std::vector<Job>> JobStore::List(const std::string& owner,
+                                              const std::string& batch,
+                                              std::int64_t before_ms,
+                                              const std::string& before_id,
+                                              int limit) {
+  using Jobs = std::vector<Job>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Jobs> {
+    Row row;
+    soci::statement statement(tx.sql());
+    row.BindInto(statement);
+    std::string query = std::string("SELECT ") + kColumns + " FROM job WHERE 1 = 1";
+    if (!owner.empty()) {
+      query += " AND owner = :owner";
+      statement.exchange(use(owner, "owner"));
+    }
+    if (!batch.empty()) {
+      query += " AND batch = :batch";
+      statement.exchange(use(batch, "batch"));
+    }
+    if (!before_id.empty()) {
+      query += " AND (created_ms < :before OR (created_ms = :same AND id < :id))";
+      statement.exchange(use(before_ms, "before"));
+      statement.exchange(use(before_ms, "same"));
+      statement.exchange(use(before_id, "id"));
+    }
+    statement.exchange(use(limit, "count"));
+    statement.alloc();
+    statement.prepare(query + " ORDER BY created_ms DESC, id DESC LIMIT :count");
+    statement.define_and_bind();
+    statement.execute(false);
+    Jobs out;
+    while (statement.fetch()) out.push_back(row.ToJob());
+    return out;
+  });
+}
+
+core::Result<std::optional<Job>> JobStore::Claim(const std::string& server_id,
+                                                 WallTime now,
+                                                 WallTime lease_until) {
+  using MaybeJob = std::optional<Job>;
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<MaybeJob> {
+    std::string id;
+    std::string query =
+        "SELECT id FROM job j WHERE state = 'waiting' ORDER BY (SELECT COUNT(*) FROM job r "
+        "WHERE r.owner = j.owner AND r.state = 'running'), created_ms, id LIMIT 1";
+    if (tx.engine() == Engine::kPostgresql) query += " FOR UPDATE OF j SKIP LOCKED";
+    tx.sql() << query, into(id);
+    if (!tx.sql().got_data()) return MaybeJob{};
+    const std::int64_t now_ms = ToMilliseconds(now);
+    const std::int64_t lease_ms = ToMilliseconds(lease_until);
+    tx.sql() << "UPDATE job SET state = 'running', server_id = :server, started_ms = :now, "
+                "lease_until_ms = :lease, attempts = attempts + 1 WHERE id = :id",
+        use(server_id, "server"), use(now_ms, "now"), use(lease_ms, "lease"), use(id, "id");
+    return FindJob(tx, id);
+  });
+}
+
+core::Status JobStore::Renew(const std::string& id,
+                             const std::string& server_id,
+                             WallTime lease_until) {
+  return database_.Write(Durability::kTelemetry, [&](Transaction& tx) -> core::Status {
+    const std::int64_t lease_ms = ToMilliseconds(lease_until);
+    tx.sql() << "UPDATE job SET lease_until_ms = :lease WHERE id = :id AND server_id = :server "
+                "AND state = 'running'",
+        use(lease_ms, "lease"), use(id, "id"), use(server_id, "server");
+    return Done{};
+  });
+}
+
+core::Status JobStore::SetRun(const std::string& id, const std::string& run_id) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "UPDATE job SET run_id = :run WHERE id = :id", use(run_id, "run"), use(id, "id");
+    return Done{};
+  });
+}
+
+core::Status JobStore::Finish(const std::string& id,
+                              const std::string& state,
+                              const std::string& error,
+                              WallTime now) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const std::int64_t now_ms = ToMilliseconds(now);
+    tx.sql() << "UPDATE job SET state = :state, error = :error, ended_ms = :now WHERE id = :id "
+                "AND state = 'running'",
+        use(state, "state"), use(error, "error"), use(now_ms, "now"), use(id, "id");
+    return Done{};
+  });
+}
+
+core::Status JobStore::GiveBack(const std::string& id) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "UPDATE job SET state = 'waiting', started_ms = 0, attempts = attempts - 1 "
+                "WHERE id = :id AND state = 'running'",
+        use(id, "id");
+    return Done{};
+  });
+}
+
+core::Status JobStore::Cancel(const std::string& id, WallTime now) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const std::int64_t now_ms = ToMilliseconds(now);
+    soci::statement change =
+        (tx.sql().prepare << "UPDATE job SET state = 'cancelled', ended_ms = :now "
+                             "WHERE id = :id AND state = 'waiting'",
+         use(now_ms, "now"),
+         use(id, "id"));
+    change.execute(true);
+    if (change.get_affected_rows() == 1) return Done{};
+    if (!FindJob(tx, id)) return NoJob();
+    return Error{ErrorCode::kConflict, "the job has begun; stop its run instead", ""};
+  });
+}
+
+core::Result<int> JobStore::Reap(WallTime now, const std::string& own_server_id) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<int> {
+    const std::int64_t now_ms = ToMilliseconds(now);
+    soci::statement failed =
+        (tx.sql().prepare << "UPDATE job SET state = 'failed', ended_ms = :now, "
+                             "error = 'the server died three times on this job' WHERE "
+                             "state = 'running' AND attempts >= :most AND "
+                             "(lease_until_ms < :limit OR server_id = :server)",
+         use(now_ms, "now"),
+         use(kAttemptsMax, "most"),
+         use(now_ms, "limit"),
+         use(own_server_id, "server"));
+    failed.execute(true);
+    soci::statement again =
+        (tx.sql().prepare << "UPDATE job SET state = 'waiting', started_ms = 0 WHERE "
+                             "state = 'running' AND (lease_until_ms < :limit OR "
+                             "server_id = :server)",
+         use(now_ms, "limit"),
+         use(own_server_id, "server"));
+    again.execute(true);
+    return static_cast<int>(failed.get_affected_rows() + again.get_affected_rows());
+  });
+}
+
+}  // namespace faultlab::server::lab

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/types/result.h"
+#include "server/storage/database.h"
+#include "server/storage/wall_time.h"
+
+namespace faultlab::server::lab {
+
+/// A run that a machine asked for. States: waiting, running, finished, failed, cancelled.
+struct Job {
+  std::string id;
+  std::string owner;  ///< Principal::owner_key()
+  std::int64_t account_id = 0;
+  std::string batch;  ///< jobs of one request share it
+  std::string name;
+  std::string body;  ///< a POST runs body
+  std::string state = "waiting";
+  std::string run_id;
+  std::string error;
+  WallTime created_at{};
+  std::optional<WallTime> started_at;
+  std::optional<WallTime> ended_at;
+  int attempts = 0;
+};
+
+/// The queue of jobs, shared by all servers of a database. A claim is a lease that its server keeps
+/// alive; when the server dies the lease runs out and the job waits again, three times at most.
+/// Thread-safe, stateless.
+class JobStore {
+ public:
+  explicit JobStore(Database& database) : database_(database) {}
+
+  static constexpr int kAttemptsMax = 3;
+  /// Refuses (kBusy) when the owner would have more than this many waiting.
+  static constexpr int kWaitingMax = 1000;
+
+  /// All or none.
+  core::Status Add(const std::vector<Job>& jobs);
+  core::Result<Job> Get(const std::string& id);
+  /// Newest first; cursor as in RecordingStore::List. Empty batch: all of the owner.
+  core::Result<std::vector<Job>> List(const std::string& owner,
+                                      const std::string& batch,
+                                      std::int64_t before_ms,
+                                      const std::string& before_id,
+                                      int limit);
+  /// The next waiting job, now leased to this server; the owner with the fewest running goes first.
+  /// SKIP LOCKED on PostgreSQL: no two servers get the same. nullopt: nothing waits.
+  core::Result<std::optional<Job>> Claim(const std::string& server_id,
+                                         WallTime now,
+                                         WallTime lease_until);
+  core::Status Renew(const std::string& id, const std::string& server_id, WallTime lease_until);
+  core::Status SetRun(const std::string& id, const std::string& run_id);
+  core::Status Finish(const std::string& id,
+                      const std::string& state,
+                      const std::string& error,
+                      WallTime now);
+  /// Back to waiting, for a rig was not free. Does not count as an attempt.
+  core::Status GiveBack(const std::string& id);
+  /// Only a waiting job (kConflict).
+  core::Status Cancel(const std::string& id, WallTime now);
+  /// Leases that ran out, and at start those of this very server.
+  core::Result<int> Reap(WallTime now, const std::string& own_server_id);
+
+ private:
+  Database& database_;
+};
+
+}  // namespace faultlab::server::lab

@@ -1,0 +1,180 @@
+#include "server/lab/lab_service.h"
+
+#include <utility>
+
+namespace faultlab::server::lab {
+namespace {
+
+/// Smaller differences between the clocks are drift, not somebody setting the time.
+constexpr Milliseconds kJump{2000};
+constexpr std::size_t kRequestsMax = 10'000;
+
+std::vector<LabEvent> ToEvents(const std::vector<Effect>& effects, WallTime now) {
+  std::vector<LabEvent> events;
+  for (const Effect& effect : effects) {
+    if (effect.kind != EffectKind::kNotify || effect.user == UserId{}) continue;
+    events.push_back({0, effect.user, now, effect.topic, effect.text, effect.session});
+  }
+  return events;
+}
+
+}  // namespace
+
+LabService::LabService(Database& database,
+                       const Clock& clock,
+                       RigDuties& duties,
+                       LabServiceOptions options)
+    : database_(database),
+      clock_(clock),
+      duties_(duties),
+      options_(std::move(options)),
+      scheduler_(options_.policy),
+      last_wall_(clock.Wall()),
+      last_monotonic_(clock.Monotonic()) {}
+
+core::Result<std::unique_ptr<LabService>> LabService::Open(Database& database,
+                                                           const Clock& clock,
+                                                           RigDuties& duties,
+                                                           LabServiceOptions options) {
+  auto service =
+      std::unique_ptr<LabService>(new LabService(database, clock, duties, std::move(options)));
+  std::deque<Request> none;
+  const core::Status loaded = service->Transact(none, /*recover=*/true);
+  if (!loaded.ok()) return loaded.error();
+  service->DoDuties();
+  service->thread_ = std::thread([raw = service.get()] { raw->Main(); });
+  return service;
+}
+
+LabService::~LabService() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+core::Status LabService::Submit(Input input) {
+  std::future<core::Status> stored;
+  {
+    const std::lock_guard lock(mutex_);
+    if (stopping_) return core::Error{core::ErrorCode::kUnavailable, "the server stops", ""};
+    if (requests_.size() >= kRequestsMax) {
+      return core::Error{core::ErrorCode::kBusy, "too many requests at once; try again", ""};
+    }
+    requests_.push_back({std::move(input), {}});
+    stored = requests_.back().stored.get_future();
+  }
+  wake_.notify_one();
+  return stored.get();
+}
+
+core::Status LabService::TickNow() {
+  return Submit([](Scheduler& scheduler, WallTime now) { scheduler.Tick(now); });
+}
+
+core::Status LabService::CleaningDone(const RigId& rig,
+                                      std::uint64_t epoch,
+                                      bool passed,
+                                      const std::string& detail) {
+  return Do([&](Scheduler& scheduler, WallTime now) {
+    return scheduler.CleaningDone(rig, epoch, passed, detail, now);
+  });
+}
+
+std::shared_ptr<const LabState> LabService::state() const {
+  const std::lock_guard lock(mutex_);
+  return published_;
+}
+
+core::Result<std::vector<LabEvent>> LabService::EventsSince(UserId user,
+                                                            std::int64_t since,
+                                                            int limit) {
+  using Events = std::vector<LabEvent>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Events> {
+    return lab_store::EventsSince(tx, user, since, limit);
+  });
+}
+
+void LabService::Main() {
+  while (true) {
+    std::deque<Request> requests;
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait_for(lock, options_.tick, [&] { return stopping_ || !requests_.empty(); });
+      requests.swap(requests_);
+      if (stopping_ && requests.empty()) return;
+    }
+    Turn(std::move(requests));
+  }
+}
+
+void LabService::Turn(std::deque<Request> requests) {
+  const core::Status stored = Transact(requests, /*recover=*/false);
+  for (Request& request : requests) request.stored.set_value(stored);
+  DoDuties();
+}
+
+void LabService::NoticeClockJump(Scheduler& next) {
+  const WallTime wall = clock_.Wall();
+  const MonotonicTime monotonic = clock_.Monotonic();
+  const auto passed = std::chrono::duration_cast<Milliseconds>(
+      monotonic - std::exchange(last_monotonic_, monotonic));
+  const Milliseconds jump = wall - std::exchange(last_wall_, wall) - passed;
+  // Servers that share a database would each shift what the other has shifted: there the machines'
+  // clocks are kept by NTP.
+  if (database_.engine() == Engine::kPostgresql) return;
+  if (jump > kJump || jump < -kJump) next.ClockJumped(jump);
+}
+
+core::Status LabService::Transact(std::deque<Request>& requests, bool recover) {
+  std::optional<Scheduler> next;
+  std::int64_t version = 0;
+  const core::Status stored =
+      database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+        version = lab_store::LockVersion(tx);
+        next.emplace(version == version_ ? scheduler_
+                                         : Scheduler(options_.policy, lab_store::Load(tx)));
+        NoticeClockJump(*next);
+        const WallTime now = clock_.Wall();
+        if (recover) next->Recover(now, &options_.own_rigs);
+        for (Request& request : requests) request.input(*next, now);
+        next->Tick(now);
+        const std::vector<LabEvent> events = ToEvents(next->TakeEffects(), now);
+        const Changes changes = next->TakeChanges();
+        if (changes.empty() && events.empty()) return core::Done{};
+        lab_store::Save(tx, changes, ++version);
+        lab_store::AddEvents(tx, events);
+        return core::Done{};
+      });
+  if (!stored.ok()) {
+    version_ = -1;  // whatever happened, the next turn starts from the disk
+    return stored;
+  }
+  Publish(std::move(*next), version);
+  return stored;
+}
+
+void LabService::Publish(Scheduler next, std::int64_t version) {
+  scheduler_ = std::move(next);
+  version_ = version;
+  auto snapshot = std::make_shared<const LabState>(scheduler_.state());
+  const std::lock_guard lock(mutex_);
+  published_ = std::move(snapshot);
+}
+
+/// Duties follow from the stored state, not from who changed it: so they survive a crash, and a
+/// server does its own rigs' when another one ended the session.
+void LabService::DoDuties() {
+  for (const auto& [id, rig] : scheduler_.state().rigs) {
+    if (!options_.own_rigs.contains(id)) continue;
+    std::uint64_t& done = done_epochs_[id];
+    if (rig.epoch == done) continue;
+    done = rig.epoch;
+    duties_.Revoke(id, rig.epoch);
+    if (rig.status == RigStatus::kCleaning) duties_.StartCleaning(id, rig.epoch);
+  }
+}
+
+}  // namespace faultlab::server::lab

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <future>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <thread>
+#include <type_traits>
+
+#include "server/clock.h"
+#include "server/lab/lab_store.h"
+#include "server/lab/scheduler.h"
+#include "server/storage/database.h"
+
+namespace faultlab::server::lab {
+
+/// What this server does for its own rigs when the lab says so. Called on the service's thread,
+/// never with a lock held; must not block and must not call back into the service from the same
+/// stack.
+class RigDuties {
+ public:
+  virtual ~RigDuties() = default;
+  /// Nothing below `epoch` may command this rig any more: stop what still runs on it.
+  virtual void Revoke(const RigId& rig, std::uint64_t epoch) = 0;
+  /// Begin the check between users; answer later by LabService::CleaningDone.
+  virtual void StartCleaning(const RigId& rig, std::uint64_t epoch) = 0;
+};
+
+struct LabServiceOptions {
+  Policy policy;
+  Milliseconds tick{1000};
+  std::set<RigId> own_rigs;  ///< of this server; the duties of others are theirs
+};
+
+/// The scheduler with its disk, clock and thread. Inputs that come at the same time share one
+/// transaction, each is refused or accepted by itself, and everybody is answered after the commit.
+/// Two servers on one PostgreSQL take turns on the row of the version and reload when it moved.
+class LabService {
+ public:
+  static core::Result<std::unique_ptr<LabService>> Open(Database& database,
+                                                        const Clock& clock,
+                                                        RigDuties& duties,
+                                                        LabServiceOptions options);
+  ~LabService();
+  LabService(const LabService&) = delete;
+  LabService& operator=(const LabService&) = delete;
+
+  /// Runs `input(scheduler, now)` on the newest state; blocks until it is stored.
+  template <typename Input>
+  std::invoke_result_t<Input, Scheduler&, WallTime> Do(Input input) {
+    using Outcome = std::invoke_result_t<Input, Scheduler&, WallTime>;
+    std::optional<Outcome> outcome;
+    const core::Status stored =
+        Submit([&](Scheduler& scheduler, WallTime now) { outcome.emplace(input(scheduler, now)); });
+    if (!stored.ok()) return stored.error();
+    return std::move(*outcome);
+  }
+  /// Time passes now, without waiting for the next tick.
+  core::Status TickNow();
+  core::Status CleaningDone(const RigId& rig,
+                            std::uint64_t epoch,
+                            bool passed,
+                            const std::string& detail);
+
+  /// The last stored state. Immutable, shared.
+  std::shared_ptr<const LabState> state() const;
+  core::Result<std::vector<LabEvent>> EventsSince(UserId user, std::int64_t since, int limit);
+  WallTime Now() const { return clock_.Wall(); }
+  const Policy& policy() const { return options_.policy; }
+
+ private:
+  using Input = std::function<void(Scheduler&, WallTime)>;
+  struct Request {
+    Input input;
+    std::promise<core::Status> stored;
+  };
+
+  LabService(Database& database, const Clock& clock, RigDuties& duties, LabServiceOptions options);
+  core::Status Submit(Input input);
+  void Main();
+  void Turn(std::deque<Request> requests);
+  core::Status Transact(std::deque<Request>& requests, bool recover);
+  void NoticeClockJump(Scheduler& next);
+  void Publish(Scheduler next, std::int64_t version);
+  void DoDuties();
+
+  Database& database_;
+  const Clock& clock_;
+  RigDuties& duties_;
+  const LabServiceOptions options_;
+
+  // Of the thread.
+  Scheduler scheduler_;
+  std::int64_t version_ = -1;
+  std::map<RigId, std::uint64_t> done_epochs_;  ///< duties done for this epoch
+  WallTime last_wall_{};
+  MonotonicTime last_monotonic_{};
+
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Request> requests_;
+  std::shared_ptr<const LabState> published_;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace faultlab::server::lab

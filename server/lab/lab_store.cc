@@ -1,0 +1,339 @@
+#include "server/lab/lab_store.h"
+
+#include <soci/soci.h>
+
+#include <deque>
+#include <functional>
+#include <string>
+#include <type_traits>
+
+namespace faultlab::server::lab::lab_store {
+namespace {
+
+using soci::into;
+using soci::use;
+
+// One list of columns per table, used to write and to read.
+
+template <typename Visit>
+void Fields(Rig& rig, Visit&& visit) {
+  visit("id", rig.id);
+  visit("rig_class", rig.rig_class);
+  visit("elastic", rig.elastic);
+  visit("status", rig.status);
+  visit("epoch", rig.epoch);
+  visit("cleaning_due_ms", rig.cleaning_due);
+  visit("wear_ms", rig.wear);
+  visit("reason", rig.reason);
+}
+
+template <typename Visit>
+void Fields(Outage& outage, Visit&& visit) {
+  visit("id", outage.id);
+  visit("rig", outage.rig);
+  visit("start_ms", outage.during.start);
+  visit("end_ms", outage.during.end);
+  visit("reason", outage.reason);
+}
+
+template <typename Visit>
+void Fields(Ticket& ticket, Visit&& visit) {
+  visit("id", ticket.id);
+  visit("user_id", ticket.user);
+  visit("rig_class", ticket.rig_class);
+  visit("kind", ticket.kind);
+  visit("job", ticket.job);
+  visit("weight", ticket.weight);
+  visit("min_ms", ticket.min);
+  visit("want_ms", ticket.want);
+  visit("created_ms", ticket.created);
+  visit("state", ticket.state);
+  visit("offered", ticket.offered);
+  visit("offers_missed", ticket.offers_missed);
+  visit("place", ticket.place);
+  visit("expected_ms", ticket.expected);
+  visit("first_expected_ms", ticket.first_expected);
+}
+
+template <typename Visit>
+void Fields(Booking& booking, Visit&& visit) {
+  visit("id", booking.id);
+  visit("user_id", booking.user);
+  visit("rig_class", booking.rig_class);
+  visit("start_ms", booking.during.start);
+  visit("end_ms", booking.during.end);
+  visit("state", booking.state);
+  visit("rig", booking.rig);
+  visit("session", booking.session);
+  visit("version", booking.version);
+  visit("note", booking.note);
+}
+
+template <typename Visit>
+void Fields(Session& session, Visit&& visit) {
+  visit("id", session.id);
+  visit("user_id", session.user);
+  visit("rig", session.rig);
+  visit("rig_class", session.rig_class);
+  visit("epoch", session.epoch);
+  visit("booking", session.booking);
+  visit("ticket", session.ticket);
+  visit("kind", session.kind);
+  visit("state", session.state);
+  visit("start_ms", session.start);
+  visit("hard_end_ms", session.hard_end);
+  visit("claim_until_ms", session.claim_until);
+  visit("last_control_ms", session.last_control);
+  visit("charged_from_ms", session.charged_from);
+  visit("run_in_progress", session.run_in_progress);
+  visit("warning_stage", session.warning_stage);
+  visit("idle_answer_ms", session.idle_answer_until);
+  visit("offered_to", session.offered_to);
+  visit("end_reason", session.end_reason);
+  visit("end_text", session.end_text);
+}
+
+template <typename Visit>
+void Fields(Usage& usage, Visit&& visit) {
+  visit("user_id", usage.user);
+  visit("seconds", usage.seconds);
+  visit("at_ms", usage.at);
+}
+
+// Whole numbers stand for ids, enums, flags and times; 0 for an absent time.
+
+template <typename Value>
+std::int64_t ToNumber(const Value& value) {
+  return static_cast<std::int64_t>(value);
+}
+std::int64_t ToNumber(const WallTime& time) {
+  return ToMilliseconds(time);
+}
+std::int64_t ToNumber(const Milliseconds& duration) {
+  return duration.count();
+}
+std::int64_t ToNumber(const std::optional<WallTime>& time) {
+  return time ? ToMilliseconds(*time) : 0;
+}
+template <typename Value>
+void FromNumber(std::int64_t number, Value& value) {
+  value = static_cast<Value>(number);
+}
+void FromNumber(std::int64_t number, bool& value) {
+  value = number != 0;
+}
+void FromNumber(std::int64_t number, WallTime& time) {
+  time = FromMilliseconds(number);
+}
+void FromNumber(std::int64_t number, Milliseconds& duration) {
+  duration = Milliseconds{number};
+}
+void FromNumber(std::int64_t number, std::optional<WallTime>& time) {
+  time = number == 0 ? std::nullopt : std::optional(FromMilliseconds(number));
+}
+
+/// Binds the fields of one value to `:name` parameters.
+class Writer {
+ public:
+  explicit Writer(soci::statement& statement) : statement_(statement) {}
+  void operator()(const char* name, std::string& text) {
+    statement_.exchange(use(text, name));
+    Name(name);
+  }
+  void operator()(const char* name, double& number) {
+    statement_.exchange(use(number, name));
+    Name(name);
+  }
+  template <typename Value>
+  void operator()(const char* name, Value& value) {
+    numbers_.push_back(ToNumber(value));
+    statement_.exchange(use(numbers_.back(), name));
+    Name(name);
+  }
+  /// The first field is the key.
+  std::string Upsert(const std::string& table) const {
+    return "INSERT INTO " + table + " (" + columns_ + ") VALUES (" + places_ + ") ON CONFLICT (" +
+           key_ + ") DO UPDATE SET " + updates_;
+  }
+
+ private:
+  void Name(const std::string& name) {
+    if (key_.empty()) {
+      key_ = name;
+      columns_ = name;
+      places_ = ":" + name;
+      return;
+    }
+    columns_ += ", " + name;
+    places_ += ", :" + name;
+    updates_ += (updates_.empty() ? "" : ", ") + name + " = excluded." + name;
+  }
+  soci::statement& statement_;
+  std::deque<std::int64_t> numbers_;
+  std::string key_;
+  std::string columns_;
+  std::string places_;
+  std::string updates_;
+};
+
+/// Binds the fields of one value to the columns of a result.
+class Reader {
+ public:
+  explicit Reader(soci::statement& statement) : statement_(statement) {}
+  void operator()(const char* name, std::string& text) {
+    statement_.exchange(into(text));
+    Name(name);
+  }
+  void operator()(const char* name, double& number) {
+    statement_.exchange(into(number));
+    Name(name);
+  }
+  template <typename Value>
+  void operator()(const char* name, Value& value) {
+    std::int64_t& number = numbers_.emplace_back();
+    statement_.exchange(into(number));
+    setters_.emplace_back([&number, &value] { FromNumber(number, value); });
+    Name(name);
+  }
+  const std::string& columns() const { return columns_; }
+  void Finish() const {
+    for (const auto& set : setters_) set();
+  }
+
+ private:
+  void Name(const char* name) { columns_ += (columns_.empty() ? "" : ", ") + std::string(name); }
+  soci::statement& statement_;
+  std::deque<std::int64_t> numbers_;
+  std::vector<std::function<void()>> setters_;
+  std::string columns_;
+};
+
+template <typename Entity>
+void Put(Transaction& tx, const std::string& table, Entity entity) {
+  soci::statement statement(tx.sql());
+  Writer writer(statement);
+  Fields(entity, writer);
+  statement.alloc();
+  statement.prepare(writer.Upsert(table));
+  statement.define_and_bind();
+  statement.execute(true);
+}
+
+template <typename Entity, typename Each>
+void ForEachRow(Transaction& tx, const std::string& table_and_condition, const Each& each) {
+  Entity entity;
+  soci::statement statement(tx.sql());
+  Reader reader(statement);
+  Fields(entity, reader);
+  statement.alloc();
+  statement.prepare("SELECT " + reader.columns() + " FROM " + table_and_condition);
+  statement.define_and_bind();
+  statement.execute(false);
+  while (statement.fetch()) {
+    reader.Finish();
+    each(entity);
+  }
+}
+
+}  // namespace
+
+std::int64_t LockVersion(Transaction& tx) {
+  std::int64_t version = 0;
+  std::string query = "SELECT version FROM lab_meta WHERE id = 1";
+  if (tx.engine() == Engine::kPostgresql) query += " FOR UPDATE";
+  tx.sql() << query, into(version);
+  return version;
+}
+
+LabState Load(Transaction& tx) {
+  LabState state;
+  tx.sql() << "SELECT next_id FROM lab_meta WHERE id = 1", into(state.next_id);
+  ForEachRow<Rig>(tx, "lab_rig", [&](const Rig& rig) { state.rigs[rig.id] = rig; });
+  ForEachRow<Outage>(tx, "lab_outage", [&](const Outage& o) { state.outages[o.id] = o; });
+  ForEachRow<Ticket>(
+      tx, "lab_ticket WHERE state < 2", [&](const Ticket& t) { state.tickets[t.id] = t; });
+  ForEachRow<Booking>(
+      tx, "lab_booking WHERE state < 3", [&](const Booking& b) { state.bookings[b.id] = b; });
+  ForEachRow<Session>(
+      tx, "lab_session WHERE state < 2", [&](const Session& s) { state.sessions[s.id] = s; });
+  ForEachRow<Usage>(tx, "lab_usage", [&](const Usage& u) { state.usage[u.user] = u; });
+  return state;
+}
+
+void Save(Transaction& tx, const Changes& changes, std::int64_t version) {
+  for (const Rig& rig : changes.rigs) Put(tx, "lab_rig", rig);
+  for (const Outage& outage : changes.outages) Put(tx, "lab_outage", outage);
+  for (const OutageId id : changes.ended_outages) {
+    const std::int64_t number = Number(id);
+    tx.sql() << "DELETE FROM lab_outage WHERE id = :id", use(number, "id");
+  }
+  // Ended tickets and sessions first: the unique indexes allow one live of each.
+  for (const bool ended : {true, false}) {
+    for (const Ticket& ticket : changes.tickets) {
+      const bool is_live =
+          ticket.state == TicketState::kWaiting || ticket.state == TicketState::kOffered;
+      if (is_live != ended) Put(tx, "lab_ticket", ticket);
+    }
+    for (const Session& session : changes.sessions) {
+      if ((session.state == SessionState::kClosed) == ended) Put(tx, "lab_session", session);
+    }
+  }
+  // Bookings that swap rigs would overlap half-way: all leave their rigs before any takes one.
+  for (Booking booking : changes.bookings) {
+    booking.rig.clear();
+    Put(tx, "lab_booking", booking);
+  }
+  for (const Booking& booking : changes.bookings) Put(tx, "lab_booking", booking);
+  for (const Usage& usage : changes.usage) Put(tx, "lab_usage", usage);
+  tx.sql() << "UPDATE lab_meta SET version = :version, next_id = :next WHERE id = 1",
+      use(version, "version"), use(changes.next_id, "next");
+}
+
+void AddEvents(Transaction& tx, const std::vector<LabEvent>& events) {
+  for (const LabEvent& event : events) {
+    const std::int64_t user = Number(event.user);
+    const std::int64_t at_ms = ToMilliseconds(event.at);
+    const std::int64_t session = Number(event.session);
+    tx.sql() << "INSERT INTO lab_event (user_id, at_ms, topic, text, session) "
+                "VALUES (:user, :at, :topic, :text, :session)",
+        use(user, "user"), use(at_ms, "at"), use(event.topic, "topic"), use(event.text, "text"),
+        use(session, "session");
+  }
+}
+
+std::vector<LabEvent> EventsSince(Transaction& tx, UserId user, std::int64_t since, int limit) {
+  LabEvent event;
+  std::int64_t at_ms = 0;
+  std::int64_t session = 0;
+  const std::int64_t user_id = Number(user);
+  soci::statement statement =
+      (tx.sql().prepare << "SELECT seq, at_ms, topic, text, session FROM lab_event "
+                           "WHERE user_id = :user AND seq > :since ORDER BY seq LIMIT :count",
+       into(event.seq),
+       into(at_ms),
+       into(event.topic),
+       into(event.text),
+       into(session),
+       use(user_id, "user"),
+       use(since, "since"),
+       use(limit, "count"));
+  statement.execute(false);
+  std::vector<LabEvent> out;
+  while (statement.fetch()) {
+    event.user = user;
+    event.at = FromMilliseconds(at_ms);
+    event.session = SessionId{session};
+    out.push_back(event);
+  }
+  return out;
+}
+
+std::int64_t NewestEvent(Transaction& tx, UserId user) {
+  std::int64_t newest = 0;
+  const std::int64_t user_id = Number(user);
+  tx.sql() << "SELECT COALESCE(MAX(seq), 0) FROM lab_event WHERE user_id = :user", into(newest),
+      use(user_id, "user");
+  return newest;
+}
+
+}  // namespace faultlab::server::lab::lab_store

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "server/lab/scheduler.h"
+#include "server/storage/database.h"
+
+namespace faultlab::server::lab {
+
+/// One line of what a user was told.
+struct LabEvent {
+  std::int64_t seq = 0;
+  UserId user{};
+  WallTime at{};
+  std::string topic;
+  std::string text;
+  SessionId session{};
+};
+
+/// The scheduler's state in tables. Every function takes part in the caller's transaction and
+/// throws what the database throws.
+namespace lab_store {
+
+/// Rises with every stored transition. On PostgreSQL the row stays locked until the transaction
+/// ends, so that servers change the lab one after the other.
+std::int64_t LockVersion(Transaction& tx);
+/// Everything that is alive.
+LabState Load(Transaction& tx);
+/// Stores the changes and the next version. Ended things stay as history.
+void Save(Transaction& tx, const Changes& changes, std::int64_t version);
+void AddEvents(Transaction& tx, const std::vector<LabEvent>& events);
+/// Events of one user after `since`, oldest first.
+std::vector<LabEvent> EventsSince(Transaction& tx, UserId user, std::int64_t since, int limit);
+/// The newest sequence number of a user, 0 when there is none.
+std::int64_t NewestEvent(Transaction& tx, UserId user);
+
+}  // namespace lab_store
+}  // namespace faultlab::server::lab

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/types/result.h"
+#include "server/storage/database.h"
+#include "server/storage/wall_time.h"
+
+namespace faultlab::server::lab {
+
+/// Answers by (owner, Idempotency-Key), kept for a day. Thread-safe, stateless.
+class RememberedAnswers {
+ public:
+  explicit RememberedAnswers(Database& database) : database_(database) {}
+
+  struct Answer {
+    int status = 0;
+    std::string body;
+  };
+  /// The answer of the same request before, or nullopt: do it now, then Finish or Forget.
+  /// kConflict: another request had this key. kBusy: the first one is still being done; after ten
+  /// minutes without an end it counts as dead (the server crashed) and may be done again.
+  core::Result<std::optional<Answer>> Begin(const std::string& owner,
+                                            const std::string& key,
+                                            const std::string& request_hash,
+                                            WallTime now);
+  core::Status Finish(const std::string& owner,
+                      const std::string& key,
+                      int status,
+                      const std::string& body);
+  core::Status Forget(const std::string& owner, const std::string& key);
+
+ private:
+  Database& database_;
+};
+
+}  // namespace faultlab::server::lab

@@ -1,0 +1,267 @@
+#include "server/auth/accounts.h"
+
+#include <gtest/gtest.h>
+#include <soci/soci.h>
+
+#include "tests/support/engines.h"
+#include "tests/support/test_database.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::ErrorCode;
+using std::chrono::hours;
+using std::chrono::minutes;
+using std::chrono::seconds;
+
+constexpr WallTime kNow{std::chrono::milliseconds{1'770'000'000'000}};
+const std::string kPassword = "correct horse battery";
+
+class AccountsTest : public testing::TestWithParam<Engine> {
+ protected:
+  Account Person(const std::string& login, Role role, bool password = false) {
+    const auto account = accounts_.Create(login, "Ünï 名 " + login, role, kNow);
+    EXPECT_TRUE(account.ok());
+    if (password) {
+      const auto link = accounts_.CreateLink(account.value().id, kNow);
+      EXPECT_TRUE(accounts_.UseLink(link.value(), kPassword, kNow).ok());
+    }
+    return account.value();
+  }
+  core::Result<SignedIn> SignIn(const std::string& login,
+                                const std::string& password,
+                                WallTime now = kNow) {
+    return accounts_.SignIn(login, password, "192.0.2.1", now);
+  }
+  RequestCredentials WithCookie(const std::string& secret) {
+    cookie_ = "a=b; faultlab_session=" + secret + "; c=d";
+    RequestCredentials credentials;
+    credentials.cookie = cookie_;
+    credentials.remote_address = "192.0.2.1";
+    credentials.host = "lab.example";
+    return credentials;
+  }
+  tests::TestDatabase database_{GetParam()};
+  Accounts accounts_{*database_, GuestAccess::kLoopback};
+  std::string cookie_;
+};
+
+TEST_P(AccountsTest, FirstStartGivesAnAdminLinkOnceAndNoDefaultPassword) {
+  const auto link = accounts_.FirstStartLink(kNow).value();
+  ASSERT_TRUE(link.has_value());
+  EXPECT_EQ(SignIn("admin", "").error().code, ErrorCode::kUnauthorized);
+  EXPECT_EQ(SignIn("admin", "admin").error().code, ErrorCode::kUnauthorized);
+  ASSERT_TRUE(accounts_.UseLink(*link, kPassword, kNow).ok());
+  EXPECT_EQ(accounts_.UseLink(*link, "another password", kNow).error().code, ErrorCode::kForbidden);
+  EXPECT_EQ(SignIn("ADMIN", kPassword).value().principal.role, Role::kAdmin);
+  EXPECT_FALSE(accounts_.FirstStartLink(kNow).value().has_value());
+}
+
+TEST_P(AccountsTest, ALinkDiesAfterADayAndWhenANewerOneIsMade) {
+  const Account ann = Person("ann", Role::kStudent);
+  const auto first = accounts_.CreateLink(ann.id, kNow).value();
+  const auto second = accounts_.CreateLink(ann.id, kNow).value();
+  EXPECT_FALSE(accounts_.UseLink(first, kPassword, kNow).ok());
+  EXPECT_FALSE(accounts_.UseLink(second, kPassword, kNow + hours(25)).ok());
+  EXPECT_EQ(accounts_.UseLink(second, "short", kNow).error().field, "password");
+  EXPECT_TRUE(accounts_.UseLink(second, kPassword, kNow).ok());
+}
+
+TEST_P(AccountsTest, ACookieSignsInUntilItEndsAndNothingSecretIsStored) {
+  Person("ann", Role::kStudent, true);
+  const SignedIn in = SignIn("ann", kPassword).value();
+  const auto who = accounts_.Authenticate(WithCookie(in.cookie_secret), kNow);
+  ASSERT_TRUE(who.ok());
+  EXPECT_EQ(who.value().login, "ann");
+  EXPECT_EQ(who.value().proof, Proof::kSessionCookie);
+  EXPECT_EQ(accounts_.Authenticate(WithCookie(in.cookie_secret), kNow + hours(13)).error().code,
+            ErrorCode::kUnauthorized);
+  EXPECT_EQ(accounts_.Authenticate(WithCookie(in.cookie_secret + "x"), kNow).error().code,
+            ErrorCode::kUnauthorized)
+      << "a wrong cookie is never the guest";
+  std::int64_t leaks = -1;
+  ASSERT_TRUE(database_
+                  ->Read([&](Transaction& tx) -> core::Status {
+                    tx.sql() << "SELECT (SELECT COUNT(*) FROM sign_in WHERE token_hash = :s) + "
+                                "(SELECT COUNT(*) FROM account WHERE password_hash = :p)",
+                        soci::into(leaks), soci::use(in.cookie_secret, "s"),
+                        soci::use(kPassword, "p");
+                    return core::Done{};
+                  })
+                  .ok());
+  EXPECT_EQ(leaks, 0);
+  ASSERT_TRUE(accounts_.SignOut(who.value()).ok());
+  EXPECT_FALSE(accounts_.Authenticate(WithCookie(in.cookie_secret), kNow).ok());
+}
+
+TEST_P(AccountsTest, AChangeByCookieNeedsTheCsrfTokenAndTheOwnOrigin) {
+  Person("ann", Role::kStudent, true);
+  const SignedIn in = SignIn("ann", kPassword).value();
+  RequestCredentials credentials = WithCookie(in.cookie_secret);
+  credentials.changes_state = true;
+  EXPECT_EQ(accounts_.Authenticate(credentials, kNow).error().code, ErrorCode::kForbidden);
+  credentials.csrf_token = "guess";
+  EXPECT_EQ(accounts_.Authenticate(credentials, kNow).error().code, ErrorCode::kForbidden);
+  credentials.csrf_token = in.principal.csrf_token;
+  EXPECT_TRUE(accounts_.Authenticate(credentials, kNow).ok());
+  credentials.origin = "https://evil.example";
+  EXPECT_EQ(accounts_.Authenticate(credentials, kNow).error().code, ErrorCode::kForbidden);
+  credentials.origin = "https://lab.example";
+  EXPECT_TRUE(accounts_.Authenticate(credentials, kNow).ok());
+}
+
+TEST_P(AccountsTest, GuestsAreLetInFromLoopbackOnly) {
+  RequestCredentials credentials;
+  credentials.remote_address = "127.0.0.1";
+  EXPECT_EQ(accounts_.Authenticate(credentials, kNow).value().role, Role::kGuest);
+  credentials.remote_address = "192.0.2.1";
+  EXPECT_EQ(accounts_.Authenticate(credentials, kNow).error().code, ErrorCode::kUnauthorized);
+}
+
+TEST_P(AccountsTest, GuessingIsSlowedDownAndForgottenAfterAnHour) {
+  Person("ann", Role::kStudent, true);
+  int refused_as_wrong = 0;
+  while (SignIn("ann", "wrong password").error().code == ErrorCode::kUnauthorized) {
+    ASSERT_LT(++refused_as_wrong, 10);
+  }
+  EXPECT_EQ(refused_as_wrong, 5);
+  EXPECT_EQ(SignIn("ann", kPassword).error().code, ErrorCode::kBusy) << "even with the right one";
+  EXPECT_TRUE(SignIn("ann", kPassword, kNow + seconds(2)).ok());
+}
+
+TEST_P(AccountsTest, AChangedPasswordEndsTheOtherSignIns) {
+  Person("ann", Role::kStudent, true);
+  const SignedIn here = SignIn("ann", kPassword).value();
+  const SignedIn elsewhere = SignIn("ann", kPassword).value();
+  EXPECT_EQ(
+      accounts_.ChangePassword(here.principal, "wrong one!", "new password!", kNow).error().field,
+      "old");
+  ASSERT_TRUE(accounts_.ChangePassword(here.principal, kPassword, "new password!", kNow).ok());
+  EXPECT_TRUE(accounts_.Authenticate(WithCookie(here.cookie_secret), kNow).ok());
+  EXPECT_FALSE(accounts_.Authenticate(WithCookie(elsewhere.cookie_secret), kNow).ok());
+  EXPECT_FALSE(SignIn("ann", kPassword).ok());
+  EXPECT_TRUE(SignIn("ann", "new password!").ok());
+}
+
+TEST_P(AccountsTest, AnApiKeyWorksUntilItExpiresOrIsRevokedAndIsKeptAsAHashOnly) {
+  const Account ann = Person("ann", Role::kStudent);
+  Principal who;
+  who.user_id = ann.id;
+  const auto key =
+      accounts_.CreateKey(who, "bench robot", {"runs:read", "jobs"}, kNow + hours(24), kNow);
+  ASSERT_TRUE(key.ok()) << key.error().message;
+  const std::string header = "Bearer " + key.value().secret;
+  RequestCredentials credentials;
+  credentials.authorization = header;
+  credentials.changes_state = true;  // a key is no cookie: no CSRF token needed
+  const Principal service = accounts_.Authenticate(credentials, kNow).value();
+  EXPECT_EQ(service.role, Role::kService);
+  EXPECT_EQ(service.user_id, ann.id);
+  EXPECT_EQ(service.scopes, (std::set<std::string>{"runs:read", "jobs"}));
+  EXPECT_FALSE(accounts_.Authenticate(credentials, kNow + hours(24)).ok());
+  const auto listed = accounts_.ListKeys(ann.id).value();
+  ASSERT_EQ(listed.size(), 1u);
+  EXPECT_EQ(listed[0].scopes, service.scopes);
+  EXPECT_EQ(accounts_.RevokeKey(ann.id + 1, listed[0].id).error().code, ErrorCode::kNotFound);
+  ASSERT_TRUE(accounts_.RevokeKey(ann.id, listed[0].id).ok());
+  EXPECT_FALSE(accounts_.Authenticate(credentials, kNow).ok());
+}
+
+TEST_P(AccountsTest, RefusesKeysWithUnknownScopesOrForTenYears) {
+  Principal who;
+  who.user_id = Person("ann", Role::kStudent).id;
+  const auto field = [&](const std::set<std::string>& scopes, WallTime until) {
+    return accounts_.CreateKey(who, "k", scopes, until, kNow).error().field;
+  };
+  EXPECT_EQ(field({"root"}, kNow + hours(1)), "scopes");
+  EXPECT_EQ(field({}, kNow + hours(1)), "scopes");
+  EXPECT_EQ(field({"jobs"}, kNow), "expires_at");
+  EXPECT_EQ(field({"jobs"}, kNow + hours(24 * 3650)), "expires_at");
+}
+
+TEST_P(AccountsTest, ADisabledAccountLosesSignInsAndKeysAtOnce) {
+  const Account ann = Person("ann", Role::kStudent, true);
+  const SignedIn in = SignIn("ann", kPassword).value();
+  const auto key = accounts_.CreateKey(in.principal, "k", {"jobs"}, kNow + hours(1), kNow).value();
+  EXPECT_EQ(accounts_.Change(ann.id, 99, std::nullopt, std::nullopt, true).error().code,
+            ErrorCode::kStale);
+  ASSERT_TRUE(accounts_.Change(ann.id, ann.version, std::nullopt, std::nullopt, true).ok());
+  EXPECT_FALSE(accounts_.Authenticate(WithCookie(in.cookie_secret), kNow).ok());
+  const std::string header = "Bearer " + key.secret;
+  RequestCredentials credentials;
+  credentials.authorization = header;
+  EXPECT_FALSE(accounts_.Authenticate(credentials, kNow).ok());
+  EXPECT_EQ(SignIn("ann", kPassword).error().code, ErrorCode::kUnauthorized);
+}
+
+TEST_P(AccountsTest, RefusesLoginsThatAreTakenOrUnreadable) {
+  Person("ann", Role::kStudent);
+  EXPECT_EQ(accounts_.Create("Ann", "x", Role::kStudent, kNow).error().code, ErrorCode::kConflict);
+  for (const char* bad : {"", "ab", "with space", "näme", "a\nb", "x'; DROP TABLE account; --"}) {
+    EXPECT_EQ(accounts_.Create(bad, "x", Role::kStudent, kNow).error().field, "login") << bad;
+  }
+  EXPECT_EQ(accounts_.Create("service", "x", Role::kService, kNow).error().field, "role");
+}
+
+TEST_P(AccountsTest, ACsvEnrolsAllOrNobodyAndNamesTheWrongLine) {
+  const Account teacher = Person("teacher", Role::kInstructor);
+  const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
+  const std::string csv =
+      "\xEF\xBB\xBFlogin,name\r\nann,Ann Ångström\r\n\r\n\"bob\",\"山田 太郎\"\r\n";
+  EXPECT_EQ(accounts_.EnrolCsv(course.id, csv, kNow).value(), 2);
+  EXPECT_EQ(accounts_.EnrolCsv(course.id, csv, kNow).value(), 2) << "twice changes nothing";
+  EXPECT_EQ(accounts_.Members(course.id).value().size(), 3u);
+  EXPECT_EQ(accounts_.GetByLogin("bob").value().name, "山田 太郎");
+  const auto wrong = accounts_.EnrolCsv(course.id, "cem,Cem\nno comma here\n", kNow);
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_NE(wrong.error().message.find("line 2"), std::string::npos);
+  EXPECT_EQ(accounts_.GetByLogin("cem").error().code, ErrorCode::kNotFound);
+  std::string million;
+  for (int i = 0; i < 1'000'000; ++i) million += "u" + std::to_string(1000000 + i) + ",x\n";
+  EXPECT_EQ(accounts_.EnrolCsv(course.id, million, kNow).error().code, ErrorCode::kTooLarge);
+}
+
+TEST_P(AccountsTest, AnInstructorIsRelatedToTheStudentsOfOwnCoursesOnly) {
+  const Account teacher = Person("teacher", Role::kInstructor);
+  const Account other = Person("other", Role::kInstructor);
+  const Account ann = Person("ann", Role::kStudent);
+  const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
+  ASSERT_TRUE(accounts_.Enrol(course.id, ann.id, false).ok());
+  const auto relation = [&](const Account& who) {
+    Principal principal;
+    principal.user_id = who.id;
+    return accounts_.Relation(principal, ann.id).value();
+  };
+  EXPECT_EQ(relation(teacher), Ownership::kCourse);
+  EXPECT_EQ(relation(other), Ownership::kForeign);
+  EXPECT_EQ(relation(ann), Ownership::kOwn);
+  EXPECT_TRUE(accounts_.Teaches(teacher.id, course.id).value());
+  EXPECT_FALSE(accounts_.Teaches(ann.id, course.id).value());
+  EXPECT_TRUE(accounts_.Attends(ann.id, course.id).value());
+  EXPECT_EQ(accounts_.ListCourses(ann.id, false).value().size(), 1u);
+  EXPECT_TRUE(accounts_.ListCourses(other.id, false).value().empty());
+  EXPECT_EQ(accounts_.Enrol(999, ann.id, false).error().code, ErrorCode::kNotFound);
+}
+
+TEST_P(AccountsTest, TheAuditLogOnlyGrows) {
+  ASSERT_TRUE(accounts_.Audit("user:1", "quarantine", "rig bench-1", "smells", kNow).ok());
+  ASSERT_TRUE(accounts_.Audit("user:2", "release", "rig bench-1", "", kNow).ok());
+  const auto log = accounts_.ListAudit(0, 10).value();
+  ASSERT_EQ(log.size(), 2u);
+  EXPECT_EQ(log[0].verb, "release");
+  EXPECT_EQ(accounts_.ListAudit(log[0].seq, 10).value().size(), 1u);
+  for (const char* change : {"UPDATE audit_log SET actor = 'nobody'", "DELETE FROM audit_log"}) {
+    const auto refused =
+        database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+          tx.sql() << change;
+          return core::Done{};
+        });
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().message.find("append-only"), std::string::npos);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Engines, AccountsTest, tests::kBothEngines, tests::EngineName);
+
+}  // namespace
+}  // namespace faultlab::server
