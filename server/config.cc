@@ -63,12 +63,6 @@ class TableReader {
     if (!node->is_table()) Refuse(key, *node, "a table");
     return node->as_table();
   }
-  const toml::array* Tables(std::string_view key) {
-    const toml::node* node = Find(key);
-    if (node == nullptr) return nullptr;
-    if (!node->is_array_of_tables()) Refuse(key, *node, "a list of tables");
-    return node->as_array();
-  }
   void Take(const std::optional<core::Error>& error) {
     if (!error_) error_ = error;
   }
@@ -114,16 +108,7 @@ void ReadLcm(TableReader& in, const std::string& file, Config& config) {
   if (table == nullptr) return;
   TableReader lcm(*table, "lcm.", file);
   lcm.Text("url", config.lcm_url);
-  if (const toml::array* rigs = lcm.Tables("rigs")) {
-    for (const toml::node& node : *rigs) {
-      TableReader rig(*node.as_table(), "lcm.rigs.", file);
-      RemoteRigConfig remote;
-      rig.Text("id", remote.id);
-      rig.Text("key_file", remote.key_file);
-      lcm.Take(rig.Finish());
-      config.remote_rigs.push_back(std::move(remote));
-    }
-  }
+  lcm.Text("keys", config.lcm_keys);
   in.Take(lcm.Finish());
 }
 

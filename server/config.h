@@ -10,12 +10,6 @@
 
 namespace faultlab::server {
 
-/// A rig that lives beside a bench and speaks LCM.
-struct RemoteRigConfig {
-  std::string id;
-  std::string key_file;  ///< secret of the command authentication
-};
-
 /// All settings of a server; every one has a default that works on a laptop.
 struct Config {
   std::string listen = "127.0.0.1:8080";
@@ -33,8 +27,8 @@ struct Config {
   int runs_max = 32;  ///< at the same time
   std::optional<std::uint64_t> fixture_seed;
 
-  std::string lcm_url;
-  std::vector<RemoteRigConfig> remote_rigs;
+  std::string lcm_url;   ///< live tap and remote rigs; empty: neither
+  std::string lcm_keys;  ///< folder of ID.key files; empty: the finder's own
 
   int viewers_max = 4096;
   int connections_max = 4096;

@@ -14,7 +14,7 @@ constexpr int kPageMax = 200;
 
 HttpResponse Serve(ApiContext& api, const ApiRoute& route, const HttpRequest& http) {
   Principal who;
-  if (route.guard != Guard::kOpen) {
+  if (route.guard != Guard::kOpen && route.guard != Guard::kAnybody) {
     const RequestCredentials credentials{
         http.Header("Cookie"),
         http.Header("Authorization"),

@@ -23,6 +23,8 @@
 
 namespace faultlab::server {
 
+struct LabApi;
+
 /// What the endpoints work on. Outlives the HTTP server.
 struct ApiContext {
   RunManager& runs;
@@ -38,6 +40,9 @@ struct ApiContext {
   std::function<HttpCounters()> http_counters{};
   std::function<core::Status()> database_check{};  ///< cheap: for /readyz
   MonotonicTime started{};
+  LabApi* lab = nullptr;  ///< accounts, queue, calendar, jobs; null: guests only
+  /// May this person run on this rig now? Rigs that need a session ask the lab. May be empty.
+  std::function<core::Status(const Principal&, std::string_view rig)> may_use_rig{};
 };
 
 struct ApiRequest {
@@ -48,7 +53,8 @@ struct ApiRequest {
 using ApiHandler = core::Result<HttpResponse> (*)(ApiContext&, const ApiRequest&);
 
 /// Who may call: everybody; whoever the matrix allows; or the handler asks about the object itself.
-enum class Guard { kOpen, kRole, kObject };
+/// kAnybody is kOpen for handlers that touch the disk: nobody is asked, but on the pool.
+enum class Guard { kOpen, kRole, kObject, kAnybody };
 
 struct ApiRoute {
   HttpMethod method;

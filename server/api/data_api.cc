@@ -8,8 +8,10 @@
 #include "core/diagnosis/diagnosis.h"
 #include "server/api/handlers.h"
 #include "server/api/replay_frames.h"
+#include "server/api/run_body.h"
 #include "server/csv/csv_writer.h"
 #include "server/diagnosis_json/diagnosis_json.h"
+#include "server/export/recording_export.h"
 #include "server/stream/frame_codec.h"
 
 namespace faultlab::server {
@@ -261,6 +263,27 @@ core::Result<HttpResponse> ExportJson(ApiContext& api, const ApiRequest& request
   out.append(record.diagnosis_json.empty() ? "null" : record.diagnosis_json);
   out.append(SampleColumns(recording.value().samples)).append("}");
   return Download(std::move(out), "application/json", FileName(record, ".json"));
+}
+
+core::Result<HttpResponse> ExportMat(ApiContext& api, const ApiRequest& request) {
+  auto recording = Load(api, request, 0, kIndexMax);
+  if (!recording) return recording.error();
+  const RunRecord& record = recording.value().record;
+  std::vector<core::Frame> frames;
+  frames.reserve(recording.value().samples.size());
+  ReplayFrames(recording.value().samples, record.period_s, [&](const core::Frame& frame) {
+    frames.push_back(frame);
+  });
+  RecordingExport all;
+  all.name = record.name;
+  all.origin = "faultlab run " + record.id + ", rig " + record.rig;
+  all.period_s = record.period_s;
+  all.samples = recording.value().samples;
+  all.frames = frames;
+  all.faults = FaultsOfPlan(record.plan_json);
+  boost::system::error_code ec;
+  all.diagnosis = json::parse(record.diagnosis_json, ec);
+  return Download(server::ExportMat(all), "application/x-matlab-data", FileName(record, ".mat"));
 }
 
 }  // namespace faultlab::server

@@ -27,6 +27,7 @@ std::vector<ApiRoute> ExperimentRoutes() {
       {kGet, "/api/v1/runs/{id}/estimates", kReadRun, kObject, GetEstimates},
       {kGet, "/api/v1/runs/{id}/diagnosis", kReadRun, kObject, GetDiagnosis},
       {kGet, "/api/v1/runs/{id}/export.csv", kReadRun, kObject, ExportCsv},
+      {kGet, "/api/v1/runs/{id}/export.mat", kReadRun, kObject, ExportMat},
       {kGet, "/api/v1/runs/{id}/export.json", kReadRun, kObject, ExportJson},
       {kGet, "/api/v1/runs/{id}/plots/{figure}.png", kReadRun, kObject, GetPlot},
       {kGet, "/api/v1/runs/{id}/figures/{figure}", kReadRun, kObject, GetFigure},

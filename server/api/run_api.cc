@@ -4,6 +4,7 @@
 #include "hardware/replay_rig.h"
 #include "server/api/handlers.h"
 #include "server/api/json_reader.h"
+#include "server/api/lab_api.h"
 #include "server/api/run_body.h"
 #include "server/run/run_messages.h"
 
@@ -126,8 +127,14 @@ core::Result<RunRequest> ExperimentOf(ApiContext& api, const RunBody& body) {
 }  // namespace
 
 core::Result<HttpResponse> CreateRun(ApiContext& api, const ApiRequest& request) {
-  auto body = ParseRunBody(request.http.body, api.default_seed);
+  auto text = ExpandFaultSet(api, request.who, request.http.body);
+  if (!text) return text.error();
+  auto body = ParseRunBody(text.value(), api.default_seed);
   if (!body) return body.error();
+  if (api.may_use_rig && !body.value().rig.empty()) {
+    const core::Status allowed = api.may_use_rig(request.who, body.value().rig);
+    if (!allowed.ok()) return allowed.error();
+  }
   auto run = body.value().recording.empty() ? ExperimentOf(api, body.value())
                                             : ReplayOf(api, request, body.value());
   if (!run) return run.error();

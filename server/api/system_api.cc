@@ -140,11 +140,13 @@ core::Result<HttpResponse> Me(ApiContext&, const ApiRequest& request) {
   const Principal& who = request.who;
   json::array scopes;
   for (const std::string& scope : who.scopes) scopes.push_back(json::value(scope));
-  return JsonResponse(json::object{{"role", Name(who.role)},
-                                   {"name", who.name},
-                                   {"login", who.login},
-                                   {"owner", who.owner_key()},
-                                   {"scopes", std::move(scopes)}});
+  json::object out{{"role", Name(who.role)},
+                   {"name", who.name},
+                   {"login", who.login},
+                   {"owner", who.owner_key()},
+                   {"scopes", std::move(scopes)}};
+  if (!who.csrf_token.empty()) out["csrf_token"] = who.csrf_token;
+  return JsonResponse(out);
 }
 
 core::Result<HttpResponse> ListRigs(ApiContext& api, const ApiRequest&) {

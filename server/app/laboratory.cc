@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "hardware/lcm/rig_finder.h"
 #include "hardware/simulated/simulated_rig.h"
 #include "server/api/api.h"
 #include "server/app/guests.h"
@@ -98,6 +99,8 @@ class Laboratory::Impl {
       if (!tap) return tap.error();
       tap_ = std::move(tap).value();
       runs_.SetTap(tap_.get());
+      const core::Status finding = FindRemoteRigs();
+      if (!finding.ok()) return finding;
     }
     const core::Status streaming = hub_.Start();
     if (!streaming.ok()) return streaming;
@@ -117,6 +120,33 @@ class Laboratory::Impl {
   const HttpServer& http() const { return *http_; }
 
  private:
+  core::Status FindRemoteRigs() {
+    hardware::RigFinderOptions options;
+    options.lcm_url = config_.lcm_url;
+    options.key_directory = config_.lcm_keys;
+    options.server_name = config_.server_id;
+    auto finder = hardware::OpenRigFinder(options);
+    if (!finder) return finder.error();
+    finder_ = std::move(finder).value();
+    // Epochs of a far rig must rise over our restarts too: seconds do.
+    const auto first = hardware::Epoch{
+        static_cast<std::uint64_t>(clock_.Wall().time_since_epoch().count() / 1000)};
+    bay_.SetFinder([this, first] {
+      std::vector<RigBay::Found> found;
+      for (const hardware::RemoteRigInfo& info : finder_->List()) {
+        RigStatus status;
+        status.description = info.description;
+        status.profile = info.description.profile;
+        status.state =
+            info.link == hardware::LinkState::kLost ? hardware::RigState::kOffline : info.state;
+        status.epoch = first;
+        found.push_back(
+            {std::move(status), [this, id = info.description.id] { return finder_->Find(id); }});
+      }
+      return found;
+    });
+    return core::Done{};
+  }
   static StreamHubOptions HubOptions(const Config& config) {
     StreamHubOptions options;
     options.viewers_max = static_cast<std::size_t>(config.viewers_max);
@@ -140,6 +170,7 @@ class Laboratory::Impl {
   SystemClock clock_;
   std::unique_ptr<Database> database_;
   RecordingStore store_;
+  std::unique_ptr<hardware::RigFinder> finder_;
   RigBay bay_;
   std::unique_ptr<RunTap> tap_;
   StreamHub hub_;

@@ -44,7 +44,7 @@ constexpr std::size_t kInlineBodyBytes = 8 << 10;  ///< copied behind the head: 
 constexpr std::size_t kDiscardBytesMax = 4 << 20;  ///< read away so that a refusal is not reset
 
 constexpr std::string_view kSecurityHeaders =
-    "Content-Security-Policy: default-src 'self'; img-src 'self' data:; object-src 'none'; "
+    "Content-Security-Policy: default-src 'self'; object-src 'none'; "
     "base-uri 'none'; form-action 'self'; frame-ancestors 'none'\r\n"
     "X-Content-Type-Options: nosniff\r\n"
     "Referrer-Policy: no-referrer\r\n"

@@ -1,5 +1,6 @@
 #include "server/run/rig_bay.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace faultlab::server {
@@ -26,11 +27,45 @@ void RigBay::Add(hardware::RigDescription description,
                  hardware::Epoch last_epoch,
                  Factory make) {
   const std::lock_guard lock(mutex_);
-  slots_.push_back(
-      {std::move(description), std::move(profile), std::move(make), nullptr, last_epoch, false});
+  slots_.push_back({std::move(description),
+                    std::move(profile),
+                    std::move(make),
+                    nullptr,
+                    last_epoch,
+                    false,
+                    hardware::RigState::kIdle});
+}
+
+void RigBay::SetFinder(Finder finder) {
+  const std::lock_guard lock(mutex_);
+  finder_ = std::move(finder);
+}
+
+void RigBay::LookAround() const {
+  if (!finder_) return;
+  std::vector<Found> found = finder_();
+  const std::lock_guard lock(mutex_);
+  for (Found& rig : found) {
+    const auto known = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) {
+      return slot.description.id == rig.status.description.id;
+    });
+    if (known != slots_.end()) {
+      known->state = rig.status.state;
+      if (!known->leased) known->description = rig.status.description;
+      continue;
+    }
+    slots_.push_back({std::move(rig.status.description),
+                      std::move(rig.status.profile),
+                      std::move(rig.make),
+                      nullptr,
+                      rig.status.epoch,
+                      false,
+                      rig.status.state});
+  }
 }
 
 core::Result<RigLease> RigBay::Acquire(std::string_view id) {
+  LookAround();
   std::size_t chosen = 0;
   Factory make;
   hardware::Epoch epoch{};
@@ -70,6 +105,11 @@ core::Result<RigLease> RigBay::Acquire(std::string_view id) {
     Return(chosen);
     throw;
   }
+  if (rig == nullptr) {
+    Return(chosen);
+    return core::Error{
+        core::ErrorCode::kUnavailable, "Rig '" + std::string(id) + "' does not answer.", "/rig"};
+  }
   const std::lock_guard lock(mutex_);
   slots_[chosen].rig = rig;
   return RigLease(this, chosen, std::move(rig), epoch);
@@ -86,13 +126,14 @@ RigStatus RigBay::Describe(const Slot& slot) {
   RigStatus status;
   status.description = slot.description;
   status.profile = slot.profile;
-  status.state = slot.rig != nullptr ? slot.rig->state() : hardware::RigState::kIdle;
+  status.state = slot.rig != nullptr ? slot.rig->state() : slot.state;
   status.epoch = slot.epoch;
   status.leased = slot.leased;
   return status;
 }
 
 core::Result<RigStatus> RigBay::Find(std::string_view id) const {
+  LookAround();
   const std::lock_guard lock(mutex_);
   for (const Slot& slot : slots_) {
     const bool fits = id.empty() ? slot.description.kind == hardware::RigKind::kSimulated
@@ -104,6 +145,7 @@ core::Result<RigStatus> RigBay::Find(std::string_view id) const {
 }
 
 std::vector<RigStatus> RigBay::List() const {
+  LookAround();
   const std::lock_guard lock(mutex_);
   std::vector<RigStatus> out;
   for (const Slot& slot : slots_) out.push_back(Describe(slot));

@@ -60,6 +60,14 @@ class RigBay {
            hardware::Epoch last_epoch,
            Factory make);
 
+  /// Where rigs turn up by themselves (agents on a bus). Asked at each look at the bay.
+  struct Found {
+    RigStatus status;  ///< epoch: the last one that may have been given out
+    Factory make;
+  };
+  using Finder = std::function<std::vector<Found>()>;
+  void SetFinder(Finder finder);
+
   /// `id` empty: any free simulated rig. kNotFound, or kBusy when it is held.
   core::Result<RigLease> Acquire(std::string_view id);
   /// The description of that rig, or of the first simulated one when `id` is empty.
@@ -75,12 +83,15 @@ class RigBay {
     std::shared_ptr<hardware::Rig> rig;  ///< while leased
     hardware::Epoch epoch{};
     bool leased = false;
+    hardware::RigState state = hardware::RigState::kIdle;  ///< as found, while not leased
   };
   static RigStatus Describe(const Slot& slot);
   void Return(std::size_t slot);
+  void LookAround() const;
 
+  Finder finder_;
   mutable std::mutex mutex_;
-  std::vector<Slot> slots_;
+  mutable std::vector<Slot> slots_;
 };
 
 }  // namespace faultlab::server

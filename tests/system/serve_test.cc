@@ -178,6 +178,7 @@ TEST_F(ServeTest, AnswersEveryReadOfARunAsItsDescriptionSays) {
   const HttpAnswer csv = CallRun("GET", "/export.csv", id);
   EXPECT_NE(csv.body.find("t_s,uc_v,um_v"), std::string::npos);
   EXPECT_EQ(csv.Header("Content-Disposition"), "attachment; filename=\"" + id + ".csv\"");
+  EXPECT_TRUE(CallRun("GET", "/export.mat", id).body.starts_with("MATLAB 5.0 MAT-file"));
   EXPECT_EQ(Object(CallRun("GET", "/export.json", id)).at("um_v").as_array().size(), 2000u);
   const json::object page = Object(Call("GET", "/api/v1/runs", "/api/v1/runs?limit=5"));
   EXPECT_EQ(page.at("items").as_array().size(), 1u);

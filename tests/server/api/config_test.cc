@@ -27,9 +27,7 @@ connections = 200
 pool_threads = 2
 [lcm]
 url = "memq://"
-[[lcm.rigs]]
-id = "bench-1"
-key_file = "/etc/key"
+keys = "/etc/faultlab/keys"
 )",
                                   "f.toml");
   ASSERT_TRUE(parsed.ok()) << parsed.error().message;
@@ -44,8 +42,7 @@ key_file = "/etc/key"
   EXPECT_EQ(config.fixture_seed, 7u);
   EXPECT_EQ(config.runs_max, 5);
   EXPECT_EQ(config.pool_threads, 2);
-  ASSERT_EQ(config.remote_rigs.size(), 1u);
-  EXPECT_EQ(config.remote_rigs[0].key_file, "/etc/key");
+  EXPECT_EQ(config.lcm_keys, "/etc/faultlab/keys");
 }
 
 TEST(Config, NeedsNoFileAtAll) {
@@ -62,7 +59,7 @@ TEST(Config, NamesFileLineAndSetting) {
       {"[limits]\nruns = 0\n", "f.toml:2: limits.runs must be a whole number from 1 to 1000"},
       {"guests = \"all\"\n", "f.toml:1: guests must be one of"},
       {"[simulators]\nspeed = -1\n", "f.toml:2: simulators.speed must be"},
-      {"[lcm]\nrigs = 3\n", "f.toml:2: lcm.rigs must be a list of tables"},
+      {"lcm = 3\n", "f.toml:1: lcm must be a table"},
       {"a = [1\n", "f.toml:"},
   };
   for (const auto& wrong : cases) {

@@ -1,0 +1,166 @@
+#include <boost/json.hpp>
+#include <charconv>
+
+#include "server/api/json_reader.h"
+#include "server/api/lab_api.h"
+#include "server/auth/secrets.h"
+#include "server/lab/remembered_answers.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+constexpr std::size_t kIdempotencyKeyMax = 200;
+
+bool TakeNumber(std::string_view& text, std::size_t digits, int& out) {
+  if (text.size() < digits) return false;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + digits, out);
+  if (error != std::errc() || end != text.data() + digits) return false;
+  text.remove_prefix(digits);
+  return true;
+}
+
+bool TakeChar(std::string_view& text, char wanted) {
+  if (text.empty() || text.front() != wanted) return false;
+  text.remove_prefix(1);
+  return true;
+}
+
+}  // namespace
+
+core::Result<LabApi*> LabOf(ApiContext& api) {
+  if (api.lab != nullptr) return api.lab;
+  return Error{ErrorCode::kNotFound, "This server has no accounts and no queue.", ""};
+}
+
+core::Result<std::int64_t> PathNumber(const ApiRequest& request, std::string_view name) {
+  const std::string& text = request.http.PathParameter(name);
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error == std::errc() && end == text.data() + text.size() && number > 0) return number;
+  return Error{ErrorCode::kNotFound, "There is no such thing.", ""};
+}
+
+core::Result<std::int64_t> RequiredVersion(const ApiRequest& request) {
+  std::string_view text = request.http.Header("If-Match");
+  if (text.starts_with("W/")) text.remove_prefix(2);
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') {
+    text = text.substr(1, text.size() - 2);
+  }
+  std::int64_t version = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), version);
+  if (!text.empty() && error == std::errc() && end == text.data() + text.size()) return version;
+  return Error{ErrorCode::kInvalid,
+               "Send If-Match with the version that you saw, for example If-Match: \"3\".",
+               "If-Match"};
+}
+
+core::Status NoBody(const ApiRequest& request) {
+  auto body = ParseJsonObject(request.http.body);
+  if (!body) return body.error();
+  ObjectReader in(body.value(), "");
+  if (auto error = in.Finish()) return *error;
+  return core::Done{};
+}
+
+core::Result<WallTime> ParseIso8601(std::string_view text, const std::string& field) {
+  const Error refused{ErrorCode::kInvalid,
+                      "Give a time as 2026-11-21T10:00:00Z or with an offset as +01:00.",
+                      field};
+  int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0;
+  if (!TakeNumber(text, 4, year) || !TakeChar(text, '-') || !TakeNumber(text, 2, month) ||
+      !TakeChar(text, '-') || !TakeNumber(text, 2, day) || !TakeChar(text, 'T') ||
+      !TakeNumber(text, 2, hour) || !TakeChar(text, ':') || !TakeNumber(text, 2, minute)) {
+    return refused;
+  }
+  int milliseconds = 0;
+  if (TakeChar(text, ':')) {
+    if (!TakeNumber(text, 2, second)) return refused;
+    if (TakeChar(text, '.')) {
+      int scale = 100;
+      int digits = 0;
+      for (; !text.empty() && text.front() >= '0' && text.front() <= '9'; ++digits) {
+        milliseconds += (text.front() - '0') * scale;
+        scale /= 10;
+        text.remove_prefix(1);
+      }
+      if (digits == 0 || digits > 9) return refused;
+    }
+  }
+  const std::chrono::year_month_day date{std::chrono::year{year},
+                                         std::chrono::month{static_cast<unsigned>(month)},
+                                         std::chrono::day{static_cast<unsigned>(day)}};
+  if (!date.ok() || hour > 23 || minute > 59 || second > 59) return refused;
+  std::chrono::minutes offset{0};
+  if (!TakeChar(text, 'Z')) {
+    const bool east = TakeChar(text, '+');
+    if (!east && !TakeChar(text, '-')) return refused;
+    int offset_hour = 0, offset_minute = 0;
+    if (!TakeNumber(text, 2, offset_hour) || !TakeChar(text, ':') ||
+        !TakeNumber(text, 2, offset_minute) || offset_hour > 14 || offset_minute > 59) {
+      return refused;
+    }
+    offset = std::chrono::hours(offset_hour) + std::chrono::minutes(offset_minute);
+    if (!east) offset = -offset;
+  }
+  if (!text.empty()) return refused;
+  const auto local = std::chrono::sys_days(date) + std::chrono::hours(hour) +
+                     std::chrono::minutes(minute) + std::chrono::seconds(second) +
+                     std::chrono::milliseconds(milliseconds);
+  return WallTime{
+      std::chrono::duration_cast<std::chrono::milliseconds>((local - offset).time_since_epoch())};
+}
+
+HttpResponse NoContent() {
+  HttpResponse response;
+  response.status = 204;
+  return response;
+}
+
+void Audit(ApiContext& api,
+           const Principal& who,
+           const std::string& verb,
+           const std::string& object,
+           const std::string& detail) {
+  // The deed is done and stored; if the log cannot take it, the next request meets the same disk.
+  (void)api.lab->accounts.Audit(who.owner_key(), verb, object, detail, api.clock.Wall());
+}
+
+core::Result<HttpResponse> Remembered(ApiContext& api,
+                                      const ApiRequest& request,
+                                      ApiHandler handler) {
+  const std::string_view key = request.http.Header("Idempotency-Key");
+  if (key.empty() || api.lab == nullptr || !request.who.signed_in()) return handler(api, request);
+  if (key.size() > kIdempotencyKeyMax) {
+    return Error{ErrorCode::kInvalid, "At most 200 bytes.", "Idempotency-Key"};
+  }
+  lab::RememberedAnswers& answers = api.lab->answers;
+  const std::string owner = request.who.owner_key();
+  const std::string hash =
+      HashSecret(std::string(Name(request.http.method)) + " " + std::string(request.http.target) +
+                 "\n" + std::string(request.http.body));
+  auto before = answers.Begin(owner, std::string(key), hash, api.clock.Wall());
+  if (!before) return before.error();
+  if (before.value()) {
+    HttpResponse response;
+    response.status = before.value()->status;
+    response.body = before.value()->body;
+    if (response.status >= 400) response.content_type = "application/problem+json";
+    response.headers.emplace_back("Idempotency-Replayed", "true");
+    return response;
+  }
+  const core::Result<HttpResponse> answer = handler(api, request);
+  const HttpResponse response = answer.ok() ? answer.value() : ProblemOf(answer.error());
+  // What may go better next time is not remembered.
+  const core::Status kept =
+      response.status >= 500
+          ? answers.Forget(owner, std::string(key))
+          : answers.Finish(
+                owner, std::string(key), response.status, std::string(response.payload()));
+  if (!kept.ok()) return kept.error();
+  return response;
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,273 @@
+// tickets, bookings, calendar.ics, events.
+#include <boost/json.hpp>
+
+#include "server/api/json_reader.h"
+#include "server/api/lab_api.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using lab::BookingId;
+using lab::TicketId;
+using lab::UserId;
+
+constexpr std::int64_t kDaySeconds = 86'400;
+
+json::value TimeOrNull(const std::optional<WallTime>& time) {
+  if (!time) return nullptr;
+  return json::value(Iso8601(*time));
+}
+
+json::object TicketToJson(const lab::Ticket& ticket) {
+  json::object out{{"id", Number(ticket.id)},
+                   {"rig_class", ticket.rig_class},
+                   {"state", Name(ticket.state)},
+                   {"place", ticket.place},
+                   {"expected", TimeOrNull(ticket.expected)},
+                   {"first_expected", TimeOrNull(ticket.first_expected)},
+                   {"min_s", ticket.min.count() / 1000},
+                   {"want_s", ticket.want.count() / 1000},
+                   {"created", Iso8601(ticket.created)}};
+  if (ticket.offered != lab::SessionId{}) out["session"] = Number(ticket.offered);
+  return out;
+}
+
+json::object BookingToJson(const lab::Booking& booking) {
+  json::object out{{"id", Number(booking.id)},
+                   {"rig_class", booking.rig_class},
+                   {"rig", booking.rig},
+                   {"start", Iso8601(booking.during.start)},
+                   {"end", Iso8601(booking.during.end)},
+                   {"state", Name(booking.state)},
+                   {"version", booking.version},
+                   {"note", booking.note}};
+  if (booking.session != lab::SessionId{}) out["session"] = Number(booking.session);
+  return out;
+}
+
+HttpResponse BookingResponse(const lab::Booking& booking, int status) {
+  HttpResponse response = JsonResponse(BookingToJson(booking), status);
+  response.headers.emplace_back("ETag", "\"" + std::to_string(booking.version) + "\"");
+  return response;
+}
+
+/// A signed-in person's tickets and bookings are theirs; operators may act on others'.
+template <typename Map, typename Id>
+core::Status MayUse(const Map& map, Id id, const Principal& who, Operation operation) {
+  const auto found = map.find(id);
+  if (found == map.end()) {
+    return core::Error{core::ErrorCode::kNotFound, "There is no such thing, or it is over.", ""};
+  }
+  const bool own = found->second.user == UserId{who.user_id};
+  return Authorize(who, operation, own ? Ownership::kOwn : Ownership::kForeign);
+}
+
+/// Local clock values without a zone do not exist in this feed: everything is UTC.
+std::string CalendarTime(WallTime time) {
+  std::string text;
+  for (const char c : Iso8601(time).substr(0, 19)) {
+    if (c != '-' && c != ':') text += c;
+  }
+  return text + "Z";
+}
+
+std::string CalendarText(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == ',' || c == ';' || c == '\\') out += '\\';
+    if (c == '\n') {
+      out += "\\n";
+    } else if (static_cast<unsigned char>(c) >= 0x20) {
+      out += c;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+core::Result<HttpResponse> ListTickets(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  const auto state = lab.value()->service.state();
+  json::array items;
+  for (const auto& [id, ticket] : state->tickets) {
+    if (ticket.user == UserId{request.who.user_id}) items.push_back(TicketToJson(ticket));
+  }
+  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+}
+
+core::Result<HttpResponse> CreateTicket(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto body = ParseJsonObject(request.http.body);
+  if (!body) return body.error();
+  ObjectReader in(body.value(), "");
+  lab::TicketRequest wanted;
+  wanted.user = UserId{request.who.user_id};
+  wanted.rig_class = in.Text("rig_class", 64);
+  wanted.min = std::chrono::seconds(in.IntegerOr("min_s", 600, 1, kDaySeconds));
+  wanted.want = std::chrono::seconds(in.IntegerOr("want_s", 1800, 1, kDaySeconds));
+  if (auto error = in.Finish()) return *error;
+  auto answer = lab.value()->service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.RequestTicket(wanted, now);
+  });
+  if (!answer) return answer.error();
+  if (const auto* session = std::get_if<lab::Session>(&answer.value())) {
+    return JsonResponse(json::object{{"session", SessionToJson(*lab.value(), *session)}}, 201);
+  }
+  return JsonResponse(json::object{{"ticket", TicketToJson(std::get<lab::Ticket>(answer.value()))}},
+                      201);
+}
+
+core::Result<HttpResponse> AcceptTicket(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  if (const core::Status empty = NoBody(request); !empty.ok()) return empty.error();
+  auto session = lab.value()->service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.AcceptTicket(TicketId{id.value()}, UserId{request.who.user_id}, now);
+  });
+  if (!session) return session.error();
+  return JsonResponse(SessionToJson(*lab.value(), session.value()));
+}
+
+core::Result<HttpResponse> LeaveTicket(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  if (const core::Status empty = NoBody(request); !empty.ok()) return empty.error();
+  const core::Status left =
+      lab.value()->service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+        const core::Status allowed = MayUse(
+            scheduler.state().tickets, TicketId{id.value()}, request.who, Operation::kUseTicket);
+        if (!allowed.ok()) return allowed;
+        return scheduler.LeaveTicket(TicketId{id.value()}, now);
+      });
+  if (!left.ok()) return left.error();
+  return NoContent();
+}
+
+core::Result<HttpResponse> ListBookings(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  const auto state = lab.value()->service.state();
+  json::array items;
+  for (const auto& [id, booking] : state->bookings) {
+    if (booking.user == UserId{request.who.user_id}) items.push_back(BookingToJson(booking));
+  }
+  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+}
+
+core::Result<HttpResponse> CreateBooking(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto body = ParseJsonObject(request.http.body);
+  if (!body) return body.error();
+  ObjectReader in(body.value(), "");
+  const std::string rig_class = in.Text("rig_class", 64);
+  const std::string start_text = in.Text("start", 40);
+  const std::string end_text = in.Text("end", 40);
+  if (auto error = in.Finish()) return *error;
+  auto start = ParseIso8601(start_text, "/start");
+  if (!start) return start.error();
+  auto end = ParseIso8601(end_text, "/end");
+  if (!end) return end.error();
+  auto booking = lab.value()->service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.Book(
+        UserId{request.who.user_id}, rig_class, {start.value(), end.value()}, now);
+  });
+  if (!booking) {
+    core::Error error = booking.error();
+    if (!error.field.empty()) error.field = "/" + error.field;
+    return error;
+  }
+  HttpResponse response = BookingResponse(booking.value(), 201);
+  response.headers.emplace_back("Location",
+                                "/api/v1/bookings/" + std::to_string(Number(booking.value().id)));
+  return response;
+}
+
+core::Result<HttpResponse> DeleteBooking(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  auto version = RequiredVersion(request);
+  if (!version) return version.error();
+  const core::Status cancelled =
+      lab.value()->service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+        const core::Status allowed = MayUse(
+            scheduler.state().bookings, BookingId{id.value()}, request.who, Operation::kUseBooking);
+        if (!allowed.ok()) return allowed;
+        return scheduler.CancelBooking(BookingId{id.value()}, version.value(), now);
+      });
+  if (!cancelled.ok()) return cancelled.error();
+  return NoContent();
+}
+
+core::Result<HttpResponse> ClaimBooking(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  if (const core::Status empty = NoBody(request); !empty.ok()) return empty.error();
+  auto session = lab.value()->service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.ClaimBooking(BookingId{id.value()}, UserId{request.who.user_id}, now);
+  });
+  if (!session) return session.error();
+  return JsonResponse(SessionToJson(*lab.value(), session.value()));
+}
+
+core::Result<HttpResponse> GetCalendar(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  const auto state = lab.value()->service.state();
+  const std::string stamp = CalendarTime(api.clock.Wall());
+  std::string out =
+      "BEGIN:VCALENDAR\r\nVERSION:2.0\r\nPRODID:-//faultlab//bookings//EN\r\n"
+      "CALSCALE:GREGORIAN\r\n";
+  for (const auto& [id, booking] : state->bookings) {
+    if (booking.user != UserId{request.who.user_id}) continue;
+    out += "BEGIN:VEVENT\r\nUID:booking-" + std::to_string(Number(id)) +
+           "@faultlab\r\nDTSTAMP:" + stamp + "\r\nDTSTART:" + CalendarTime(booking.during.start) +
+           "\r\nDTEND:" + CalendarTime(booking.during.end) +
+           "\r\nSEQUENCE:" + std::to_string(booking.version) +
+           "\r\nSUMMARY:" + CalendarText("Lab: " + booking.rig_class + " (" + booking.rig + ")") +
+           "\r\nEND:VEVENT\r\n";
+  }
+  HttpResponse response;
+  response.content_type = "text/calendar; charset=utf-8";
+  response.body = out + "END:VCALENDAR\r\n";
+  return response;
+}
+
+core::Result<HttpResponse> ListLabEvents(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  const core::Status known = OnlyQuery(request.http, {"since", "limit"});
+  if (!known.ok()) return known.error();
+  auto since = QueryInteger(request.http, "since", 0, 0, INT64_MAX);
+  if (!since) return since.error();
+  auto limit = PageLimit(request.http);
+  if (!limit) return limit.error();
+  auto events =
+      lab.value()->service.EventsSince(UserId{request.who.user_id}, since.value(), limit.value());
+  if (!events) return events.error();
+  std::int64_t next = since.value();
+  json::array items;
+  for (const lab::LabEvent& event : events.value()) {
+    next = event.seq;
+    items.push_back(json::object{{"id", event.seq},
+                                 {"topic", event.topic},
+                                 {"text", event.text},
+                                 {"session", Number(event.session)},
+                                 {"at", Iso8601(event.at)}});
+  }
+  return JsonResponse(json::object{{"items", std::move(items)}, {"next", next}});
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,263 @@
+// rig-classes, availability, and what operators do with rigs.
+#include <boost/json.hpp>
+#include <map>
+
+#include "server/api/json_reader.h"
+#include "server/api/lab_api.h"
+#include "server/lab/timeline.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using lab::Interval;
+using lab::LabState;
+
+constexpr auto kRangeMax = std::chrono::hours(24 * 62);
+
+json::object IntervalToJson(const Interval& during, std::string_view kind) {
+  return {{"start", Iso8601(during.start)}, {"end", Iso8601(during.end)}, {"kind", kind}};
+}
+
+json::object RigToJson(const lab::Rig& rig) {
+  return {{"id", rig.id},
+          {"rig_class", rig.rig_class},
+          {"status", Name(rig.status)},
+          {"reason", rig.reason},
+          {"epoch", rig.epoch},
+          {"wear_s", rig.wear.count() / 1000}};
+}
+
+/// Runs one operator's input on a rig and logs it.
+template <typename Input>
+core::Result<HttpResponse> OnRig(ApiContext& api,
+                                 const ApiRequest& request,
+                                 const std::string& verb,
+                                 const std::string& detail,
+                                 const Input& input) {
+  const std::string& id = request.http.PathParameter("id");
+  const core::Status done =
+      api.lab->service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+        return input(scheduler, id, now);
+      });
+  if (!done.ok()) return done.error();
+  Audit(api, request.who, verb, "rig:" + id, detail);
+  return JsonResponse(RigToJson(api.lab->service.state()->rigs.at(id)));
+}
+
+core::Result<WallTime> QueryTime(const ApiRequest& request,
+                                 std::string_view name,
+                                 WallTime fallback) {
+  const auto text = request.http.Query(name);
+  if (!text) return fallback;
+  return ParseIso8601(*text, std::string(name));
+}
+
+}  // namespace
+
+core::Result<HttpResponse> ListRigClasses(ApiContext& api, const ApiRequest&) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  const auto state = lab.value()->service.state();
+  std::map<std::string, json::object> classes;
+  for (const auto& [id, rig] : state->rigs) {
+    json::object& entry = classes[rig.rig_class];
+    if (entry.empty()) {
+      entry = {{"id", rig.rig_class},
+               {"rigs", 0},
+               {"ready", 0},
+               {"waiting", 0},
+               {"elastic", rig.elastic},
+               {"members", json::array()}};
+    }
+    entry["rigs"] = entry["rigs"].as_int64() + 1;
+    if (rig.status == lab::RigStatus::kReady) entry["ready"] = entry["ready"].as_int64() + 1;
+    entry["members"].as_array().push_back(RigToJson(rig));
+  }
+  for (const auto& [id, ticket] : state->tickets) {
+    const auto found = classes.find(ticket.rig_class);
+    if (found == classes.end() || ticket.state != lab::TicketState::kWaiting) continue;
+    found->second["waiting"] = found->second["waiting"].as_int64() + 1;
+  }
+  json::array items;
+  for (auto& [name, entry] : classes) items.push_back(std::move(entry));
+  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+}
+
+core::Result<HttpResponse> GetAvailability(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  const core::Status known = OnlyQuery(request.http, {"from", "to", "minutes"});
+  if (!known.ok()) return known.error();
+  const WallTime now = api.clock.Wall();
+  auto from = QueryTime(request, "from", now);
+  if (!from) return from.error();
+  auto to = QueryTime(request, "to", from.value() + std::chrono::hours(24 * 7));
+  if (!to) return to.error();
+  if (to.value() <= from.value() || to.value() - from.value() > kRangeMax) {
+    return core::Error{core::ErrorCode::kInvalid, "'to' lies up to 62 days after 'from'.", "to"};
+  }
+  auto minutes = QueryInteger(request.http, "minutes", 30, 5, 240);
+  if (!minutes) return minutes.error();
+  const std::string& rig_class = request.http.PathParameter("class");
+  const auto state = lab.value()->service.state();
+  const lab::Policy& policy = lab.value()->service.policy();
+  const Interval range{from.value(), to.value()};
+
+  bool class_known = false;
+  json::array busy;
+  const lab::UserId me{request.who.user_id};
+  for (const auto& [id, rig] : state->rigs) {
+    if (rig.rig_class != rig_class) continue;
+    class_known = true;
+    for (const auto& [outage_id, outage] : state->outages) {
+      if (outage.rig != id || !outage.during.Overlaps(range)) continue;
+      json::object item = IntervalToJson(outage.during, "outage");
+      item["rig"] = id;
+      busy.push_back(std::move(item));
+    }
+  }
+  if (!class_known) {
+    return core::Error{core::ErrorCode::kNotFound, "There is no such rig class.", ""};
+  }
+  for (const auto& [id, booking] : state->bookings) {
+    if (booking.rig_class != rig_class || !booking.during.Overlaps(range)) continue;
+    json::object item = IntervalToJson(
+        booking.during, booking.user == me && me != lab::UserId{} ? "mine" : "booking");
+    item["rig"] = booking.rig;
+    busy.push_back(std::move(item));
+  }
+  for (const auto& [id, session] : state->sessions) {
+    const Interval during{session.start, session.hard_end};
+    const bool shown = session.rig_class == rig_class && session.booking == lab::BookingId{} &&
+                       session.state != lab::SessionState::kClosed && during.Overlaps(range);
+    if (!shown) continue;
+    json::object item =
+        IntervalToJson(during, session.user == me && me != lab::UserId{} ? "mine" : "booking");
+    item["rig"] = session.rig;
+    busy.push_back(std::move(item));
+  }
+  const auto length = std::chrono::minutes(minutes.value());
+  json::array next_free;
+  for (const WallTime start : lab::NextFree(*state, rig_class, range, length, 10, now, policy)) {
+    next_free.push_back(json::object{{"start", Iso8601(start)}, {"end", Iso8601(start + length)}});
+  }
+  json::array slots;
+  for (const lab::Slot& slot : lab::Availability(*state, rig_class, range, length, now, policy)) {
+    slots.push_back(json::object{{"start", Iso8601(slot.during.start)}, {"free", slot.free}});
+  }
+  return JsonResponse(json::object{
+      {"busy", std::move(busy)}, {"next_free", std::move(next_free)}, {"slots", std::move(slots)}});
+}
+
+core::Result<HttpResponse> GetRigHealth(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  const auto state = lab.value()->service.state();
+  const auto rig = state->rigs.find(request.http.PathParameter("id"));
+  if (rig == state->rigs.end()) {
+    return core::Error{core::ErrorCode::kNotFound, "There is no such rig.", ""};
+  }
+  json::object out = RigToJson(rig->second);
+  json::array outages;
+  for (const auto& [id, outage] : state->outages) {
+    if (outage.rig != rig->first) continue;
+    json::object item = IntervalToJson(outage.during, "outage");
+    item["id"] = Number(id);
+    item["reason"] = outage.reason;
+    outages.push_back(std::move(item));
+  }
+  out["outages"] = std::move(outages);
+  return JsonResponse(out);
+}
+
+core::Result<HttpResponse> QuarantineRig(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto body = ParseJsonObject(request.http.body);
+  if (!body) return body.error();
+  ObjectReader in(body.value(), "");
+  const std::string reason = in.Text("reason", 500);
+  if (auto error = in.Finish()) return *error;
+  return OnRig(api,
+               request,
+               "quarantine",
+               reason,
+               [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) {
+                 return scheduler.Quarantine(id, reason, now);
+               });
+}
+
+core::Result<HttpResponse> ReleaseRig(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  if (const core::Status empty = NoBody(request); !empty.ok()) return empty.error();
+  return OnRig(api,
+               request,
+               "release",
+               "",
+               [](lab::Scheduler& scheduler, const std::string& id, WallTime now) {
+                 return scheduler.Release(id, now);
+               });
+}
+
+core::Result<HttpResponse> TestRig(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  if (const core::Status empty = NoBody(request); !empty.ok()) return empty.error();
+  return OnRig(api,
+               request,
+               "self_test",
+               "",
+               [](lab::Scheduler& scheduler, const std::string& id, WallTime now) {
+                 return scheduler.Recheck(id, now);
+               });
+}
+
+core::Result<HttpResponse> CreateOutage(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto body = ParseJsonObject(request.http.body);
+  if (!body) return body.error();
+  ObjectReader in(body.value(), "");
+  const std::string start_text = in.Text("start", 40);
+  const std::string end_text = in.Text("end", 40);
+  const std::string reason = in.TextOr("reason", "", 500);
+  if (auto error = in.Finish()) return *error;
+  auto start = ParseIso8601(start_text, "/start");
+  if (!start) return start.error();
+  auto end = ParseIso8601(end_text, "/end");
+  if (!end) return end.error();
+  const std::string& id = request.http.PathParameter("id");
+  auto outage = lab.value()->service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.AddOutage(id, {start.value(), end.value()}, reason, now);
+  });
+  if (!outage) return outage.error();
+  Audit(api, request.who, "outage", "rig:" + id, start_text + " " + end_text + " " + reason);
+  json::object out = IntervalToJson(outage.value().during, "outage");
+  out["id"] = Number(outage.value().id);
+  out["rig"] = id;
+  out["reason"] = reason;
+  return JsonResponse(out, 201);
+}
+
+core::Result<HttpResponse> DeleteOutage(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto outage = PathNumber(request, "outage");
+  if (!outage) return outage.error();
+  const std::string& rig = request.http.PathParameter("id");
+  const auto state = lab.value()->service.state();
+  const auto found = state->outages.find(lab::OutageId{outage.value()});
+  if (found == state->outages.end() || found->second.rig != rig) {
+    return core::Error{core::ErrorCode::kNotFound, "There is no such outage.", ""};
+  }
+  const core::Status done = lab.value()->service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.RemoveOutage(lab::OutageId{outage.value()}, now);
+  });
+  if (!done.ok()) return done.error();
+  Audit(api, request.who, "remove_outage", "rig:" + rig, std::to_string(outage.value()));
+  return NoContent();
+}
+
+}  // namespace faultlab::server

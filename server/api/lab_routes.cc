@@ -1,0 +1,71 @@
+#include "server/api/lab_api.h"
+
+namespace faultlab::server {
+
+std::vector<ApiRoute> LabRoutes() {
+  using enum HttpMethod;
+  using enum Operation;
+  using enum Guard;
+  constexpr std::size_t kJson = kJsonBodyBytesMax;
+  // One byte less than JSON's limit: the body is CSV, and the content type is not asked for.
+  constexpr std::size_t kCsv = kJsonBodyBytesMax - 1;
+  return {
+      {kPost, "/api/v1/auth/login", kReadPublic, kAnybody, SignIn, kJson},
+      {kPost, "/api/v1/auth/reset", kReadPublic, kAnybody, UseResetLink, kJson},
+      {kPost, "/api/v1/auth/logout", kManageOwnAccount, kRole, SignOut, kJson},
+      {kPost, "/api/v1/auth/password", kManageOwnAccount, kRole, ChangePassword, kJson},
+      {kGet, "/api/v1/api-keys", kManageOwnAccount, kRole, ListApiKeys},
+      {kPost, "/api/v1/api-keys", kManageOwnAccount, kRole, CreateApiKey, kJson},
+      {kDelete, "/api/v1/api-keys/{id}", kManageOwnAccount, kRole, RevokeApiKey},
+
+      {kGet, "/api/v1/users", kReadUsers, kRole, ListUsers},
+      {kPost, "/api/v1/users", kManageUsers, kRole, Once<CreateUser>, kJson},
+      {kPatch, "/api/v1/users/{id}", kManageUsers, kRole, ChangeUser, kJson},
+      {kPost, "/api/v1/users/{id}/reset-link", kManageUsers, kRole, CreateResetLink, kJson},
+      {kGet, "/api/v1/courses", kReadCourse, kRole, ListCourses},
+      {kPost, "/api/v1/courses", kManageCourse, kRole, Once<CreateCourse>, kJson},
+      {kGet, "/api/v1/courses/{id}/members", kReadCourse, kRole, ListMembers},
+      {kPost, "/api/v1/courses/{id}/members", kReadCourse, kRole, EnrolMembers, kCsv},
+      {kGet, "/api/v1/audit", kReadAudit, kRole, ListAuditLog},
+
+      {kGet, "/api/v1/rig-classes", kListRigs, kRole, ListRigClasses},
+      {kGet, "/api/v1/rig-classes/{class}/availability", kListRigs, kRole, GetAvailability},
+      {kGet, "/api/v1/rigs/{id}/health", kListRigs, kRole, GetRigHealth},
+      {kPost, "/api/v1/rigs/{id}/quarantine", kOperateRig, kRole, Once<QuarantineRig>, kJson},
+      {kPost, "/api/v1/rigs/{id}/release", kOperateRig, kRole, Once<ReleaseRig>, kJson},
+      {kPost, "/api/v1/rigs/{id}/self-test", kOperateRig, kRole, Once<TestRig>, kJson},
+      {kPost, "/api/v1/rigs/{id}/outages", kOperateRig, kRole, Once<CreateOutage>, kJson},
+      {kDelete, "/api/v1/rigs/{id}/outages/{outage}", kOperateRig, kRole, DeleteOutage},
+
+      {kGet, "/api/v1/tickets", kUseTicket, kRole, ListTickets},
+      {kPost, "/api/v1/tickets", kUseTicket, kRole, Once<CreateTicket>, kJson},
+      {kPost, "/api/v1/tickets/{id}/accept", kUseTicket, kRole, AcceptTicket, kJson},
+      {kPost, "/api/v1/tickets/{id}/leave", kUseTicket, kRole, LeaveTicket, kJson},
+      {kGet, "/api/v1/bookings", kUseBooking, kRole, ListBookings},
+      {kPost, "/api/v1/bookings", kUseBooking, kRole, Once<CreateBooking>, kJson},
+      {kDelete, "/api/v1/bookings/{id}", kUseBooking, kRole, DeleteBooking},
+      {kPost, "/api/v1/bookings/{id}/claim", kUseBooking, kRole, ClaimBooking, kJson},
+      {kGet, "/api/v1/calendar.ics", kUseBooking, kRole, GetCalendar},
+      {kGet, "/api/v1/events", kUseTicket, kRole, ListLabEvents},
+
+      {kGet, "/api/v1/sessions", kUseSession, kRole, ListSessions},
+      {kPost, "/api/v1/sessions/{id}/extend", kUseSession, kRole, ExtendSession, kJson},
+      {kPost, "/api/v1/sessions/{id}/end", kUseSession, kRole, EndSession, kJson},
+      {kPost, "/api/v1/sessions/{id}/still-there", kUseSession, kRole, StillThere, kJson},
+      {kPost, "/api/v1/sessions/{id}/handover", kUseSession, kRole, OfferControl, kJson},
+      {kPost, "/api/v1/sessions/{id}/handover/accept", kUseSession, kRole, AcceptControl, kJson},
+      {kPost, "/api/v1/sessions/{id}/take-over", kSpectate, kRole, TakeOverSession, kJson},
+
+      {kGet, "/api/v1/jobs", kSubmitJob, kRole, ListJobs},
+      {kPost, "/api/v1/jobs", kSubmitJob, kRole, Once<CreateJobs>, kJson},
+      {kGet, "/api/v1/jobs/{id}", kSubmitJob, kRole, GetJob},
+      {kDelete, "/api/v1/jobs/{id}", kSubmitJob, kRole, CancelJob},
+
+      {kGet, "/api/v1/fault-sets", kReadFaultSet, kRole, ListFaultSets},
+      {kPost, "/api/v1/fault-sets", kManageFaultSet, kRole, Once<CreateFaultSet>, kJson},
+      {kPut, "/api/v1/fault-sets/{id}", kManageFaultSet, kRole, ChangeFaultSet, kJson},
+      {kDelete, "/api/v1/fault-sets/{id}", kManageFaultSet, kRole, DeleteFaultSet},
+  };
+}
+
+}  // namespace faultlab::server

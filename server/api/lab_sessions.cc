@@ -1,0 +1,211 @@
+// sessions: the lease one works in.
+#include <boost/json.hpp>
+
+#include "server/api/json_reader.h"
+#include "server/api/lab_api.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using lab::SessionId;
+using lab::SessionState;
+using lab::UserId;
+
+std::string LoginOf(LabApi& lab, UserId user) {
+  const auto account = lab.accounts.Get(Number(user));
+  return account.ok() ? account.value().login : "?";
+}
+
+const lab::Session* FindLive(const lab::LabState& state, std::int64_t id) {
+  const auto found = state.sessions.find(SessionId{id});
+  if (found == state.sessions.end() || found->second.state == SessionState::kClosed) return nullptr;
+  return &found->second;
+}
+
+core::Error NoSession() {
+  return {core::ErrorCode::kNotFound, "There is no such session, or it has ended.", ""};
+}
+
+/// Runs `input` on the session of the path as its user (or whom the matrix allows).
+template <typename Input>
+core::Result<HttpResponse> OnSession(ApiContext& api, const ApiRequest& request, Input input) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  const core::Status done =
+      lab.value()->service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+        const lab::Session* session = FindLive(scheduler.state(), id.value());
+        if (session == nullptr) return NoSession();
+        const bool own = session->user == UserId{request.who.user_id};
+        const core::Status allowed = Authorize(
+            request.who, Operation::kUseSession, own ? Ownership::kOwn : Ownership::kForeign);
+        if (!allowed.ok()) return allowed;
+        return input(scheduler, *session, now);
+      });
+  if (!done.ok()) return done.error();
+  const auto state = lab.value()->service.state();
+  const lab::Session* session = FindLive(*state, id.value());
+  if (session == nullptr) return NoContent();
+  return JsonResponse(SessionToJson(*lab.value(), *session));
+}
+
+}  // namespace
+
+json::object SessionToJson(LabApi& lab, const lab::Session& session) {
+  json::object out{{"id", Number(session.id)},
+                   {"rig", session.rig},
+                   {"rig_class", session.rig_class},
+                   {"epoch", session.epoch},
+                   {"state", Name(session.state)},
+                   {"user", LoginOf(lab, session.user)},
+                   {"start", Iso8601(session.start)},
+                   {"hard_end", Iso8601(session.hard_end)},
+                   {"run_in_progress", session.run_in_progress}};
+  if (session.state == SessionState::kHeld) out["claim_until"] = Iso8601(session.claim_until);
+  if (session.idle_answer_until) out["still_there_until"] = Iso8601(*session.idle_answer_until);
+  if (session.offered_to != UserId{}) out["offered_to"] = LoginOf(lab, session.offered_to);
+  if (session.booking != lab::BookingId{}) out["booking"] = Number(session.booking);
+  if (session.ticket != lab::TicketId{}) out["ticket"] = Number(session.ticket);
+  return out;
+}
+
+core::Result<HttpResponse> ListSessions(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  const core::Status known = OnlyQuery(request.http, {"all"});
+  if (!known.ok()) return known.error();
+  const bool all = request.http.Query("all").value_or("") == "1";
+  if (all) {
+    const core::Status allowed =
+        Authorize(request.who, Operation::kUseSession, Ownership::kForeign);
+    if (!allowed.ok()) {
+      return core::Error{core::ErrorCode::kForbidden, "Only operators see everybody's.", "all"};
+    }
+  }
+  const auto state = lab.value()->service.state();
+  const UserId me{request.who.user_id};
+  json::array items;
+  for (const auto& [id, session] : state->sessions) {
+    if (session.state == SessionState::kClosed) continue;
+    // Whoever is offered the control must see what to accept.
+    if (all || session.user == me || session.offered_to == me) {
+      items.push_back(SessionToJson(*lab.value(), session));
+    }
+  }
+  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+}
+
+core::Result<HttpResponse> ExtendSession(ApiContext& api, const ApiRequest& request) {
+  if (const core::Status empty = NoBody(request); !empty.ok()) return empty.error();
+  return OnSession(
+      api,
+      request,
+      [](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
+        const auto extended = scheduler.Extend(session.id, now);
+        if (!extended.ok()) {
+          return core::Error{core::ErrorCode::kConflict, extended.error().message, ""};
+        }
+        return core::Done{};
+      });
+}
+
+core::Result<HttpResponse> EndSession(ApiContext& api, const ApiRequest& request) {
+  if (const core::Status empty = NoBody(request); !empty.ok()) return empty.error();
+  bool foreign = false;
+  auto ended = OnSession(
+      api,
+      request,
+      [&](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
+        foreign = session.user != UserId{request.who.user_id};
+        const auto reason = foreign ? lab::EndReason::kOperator : lab::EndReason::kEnded;
+        const char* text = foreign ? "ended by an operator" : "ended";
+        return scheduler.EndSession(session.id, reason, text, now);
+      });
+  if (ended.ok() && foreign) {
+    Audit(api, request.who, "end_session", "session:" + request.http.PathParameter("id"), "");
+  }
+  return ended;
+}
+
+core::Result<HttpResponse> StillThere(ApiContext& api, const ApiRequest& request) {
+  if (const core::Status empty = NoBody(request); !empty.ok()) return empty.error();
+  return OnSession(
+      api,
+      request,
+      [](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
+        return scheduler.StillThere(session.id, now);
+      });
+}
+
+core::Result<HttpResponse> OfferControl(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto body = ParseJsonObject(request.http.body);
+  if (!body) return body.error();
+  ObjectReader in(body.value(), "");
+  const std::string to = in.Text("to", 64);
+  if (auto error = in.Finish()) return *error;
+  auto account = lab.value()->accounts.GetByLogin(to);
+  if (!account) {
+    return core::Error{core::ErrorCode::kInvalid, "Nobody here has this login.", "/to"};
+  }
+  const UserId target{account.value().id};
+  return OnSession(
+      api,
+      request,
+      [&](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
+        return scheduler.OfferControl(session.id, target, now);
+      });
+}
+
+core::Result<HttpResponse> AcceptControl(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  if (const core::Status empty = NoBody(request); !empty.ok()) return empty.error();
+  const UserId me{request.who.user_id};
+  auto session = lab.value()->service.Do(
+      [&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
+        const lab::Session* live = FindLive(scheduler.state(), id.value());
+        // A session that was not offered looks as if it were not there.
+        if (live == nullptr || live->offered_to != me) return NoSession();
+        return scheduler.AcceptControl(live->id, me, now);
+      });
+  if (!session) return session.error();
+  return JsonResponse(SessionToJson(*lab.value(), session.value()));
+}
+
+core::Result<HttpResponse> TakeOverSession(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  auto body = ParseJsonObject(request.http.body);
+  if (!body) return body.error();
+  ObjectReader in(body.value(), "");
+  const std::string reason = in.Text("reason", 500);
+  if (auto error = in.Finish()) return *error;
+  const auto state = lab.value()->service.state();
+  const lab::Session* live = FindLive(*state, id.value());
+  if (live == nullptr) return NoSession();
+  const UserId holder = live->user;
+  auto relation = lab.value()->accounts.Relation(request.who, Number(holder));
+  if (!relation) return relation.error();
+  const core::Status allowed =
+      Authorize(request.who, Operation::kTakeOverSession, relation.value());
+  if (!allowed.ok()) return allowed.error();
+  auto taken = lab.value()->service.Do(
+      [&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
+        const lab::Session* current = FindLive(scheduler.state(), id.value());
+        if (current == nullptr || current->user != holder) return NoSession();
+        return scheduler.TakeOver(current->id, UserId{request.who.user_id}, reason, now);
+      });
+  if (!taken) return taken.error();
+  Audit(api, request.who, "take_over", "session:" + std::to_string(id.value()), reason);
+  return JsonResponse(SessionToJson(*lab.value(), taken.value()));
+}
+
+}  // namespace faultlab::server
