@@ -40,6 +40,7 @@ using Steady = std::chrono::steady_clock;
 
 constexpr std::size_t kReadBytes = 4096;
 constexpr std::size_t kBodyReadBytes = 64 << 10;
+constexpr std::size_t kIdleBufferBytesMax = 16 << 10;
 constexpr std::size_t kInlineBodyBytes = 8 << 10;  ///< copied behind the head: one buffer, one send
 constexpr std::size_t kDiscardBytesMax = 4 << 20;  ///< read away so that a refusal is not reset
 
@@ -523,6 +524,8 @@ asio::awaitable<HttpServer::Impl::Session::Next> HttpServer::Impl::Session::Serv
 asio::awaitable<void> HttpServer::Impl::Session::Run() {
   for (;;) {
     idle_ = buffer_.size() == 0;
+    // A connection that waits keeps neither the last body nor the buffer it came through.
+    if (idle_ && buffer_.capacity() > kIdleBufferBytesMax) buffer_.shrink_to_fit();
     reading_request_ = false;
     Deadline(server_.options_.limits.idle_deadline);
     if (!co_await ReadHeader()) co_return;

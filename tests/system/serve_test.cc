@@ -399,6 +399,14 @@ TEST_F(ServeTest, ServesThePageOrSaysHowToBuildIt) {
   EXPECT_EQ(page.Header("Content-Security-Policy").find("unsafe-inline"), std::string::npos);
 }
 
+TEST_F(ServeTest, RunsWithALiveTapOnABus) {
+  config_.lcm_url = "memq://";
+  laboratory_.reset();
+  Open();
+  const std::string id = Finished(R"({"duration_s":2})");
+  EXPECT_EQ(Object(CallRun("GET", "", id)).at("state"), "finished");
+}
+
 TEST_F(ServeTest, LetsNoGuestInFromAnotherMachine) {
   const HttpAnswer answer = tests::Get(port(), "/api/v1/rigs", "X-Forwarded-For: 203.0.113.7\r\n");
   EXPECT_EQ(answer.status, 401);
