@@ -21,6 +21,7 @@ export default defineConfig({
       "/ws": { target: backend, ws: true },
     },
   },
+  preview: { strictPort: true },
   resolve: process.env.VITEST ? { conditions: ["browser"] } : {},
   test: { include: ["tests/**/*.test.ts"], environment: "node" },
 });

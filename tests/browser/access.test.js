@@ -5,6 +5,7 @@ import {
   launchBrowser,
   openPage,
   START,
+  settled,
   startPaperRun,
   startServer,
   waitForReview,
@@ -37,7 +38,7 @@ describe("access", { timeout: 240_000 }, () => {
       const found = [];
       for (const path of pages()) {
         const { page, close } = await openPage(browser, server.url + path, { colorScheme });
-        await page.waitForLoadState("networkidle");
+        await settled(page);
         for (const line of await axe(page)) found.push(`${path}: ${line}`);
         await close();
       }
@@ -69,7 +70,7 @@ describe("access", { timeout: 240_000 }, () => {
       const { page, close } = await openPage(browser, server.url + path, {
         viewport: { width: 390, height: 844 },
       });
-      await page.waitForLoadState("networkidle");
+      await settled(page);
       const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       assert.equal(over, 0, path);
       await close();
@@ -82,7 +83,7 @@ describe("access", { timeout: 240_000 }, () => {
         viewport: { width: 640, height: 450 },
         deviceScaleFactor: 2,
       });
-      await page.waitForLoadState("networkidle");
+      await settled(page);
       const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       assert.equal(over, 0, path);
       await close();

@@ -148,6 +148,14 @@ export async function openPage(browser, url, { allow = /^$/, ...options } = {}) 
   };
 }
 
+/** Waits until the page has its heading and nothing on it is still loading. */
+export async function settled(page) {
+  await page.locator("main h1").first().waitFor({ state: "attached" });
+  await page.waitForFunction(
+    () => !/^(Loading|Loading the run)$/m.test(document.querySelector("main").innerText),
+  );
+}
+
 /** Violations that axe finds, as short lines. */
 export async function axe(page) {
   await page.evaluate(axeSource);

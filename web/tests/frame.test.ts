@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { CHANNELS, decodeFrame, encodeFrame, FrameError } from "../src/stream/frame";
-import { FrameReader } from "../src/stream/frame_reader";
+import { decodeFrames } from "../src/stream/frame_reader";
 import { block, random } from "./support/blocks";
 
 describe("frame decoder", () => {
@@ -49,7 +49,7 @@ describe("frame decoder", () => {
   });
 });
 
-describe("frame reader", () => {
+describe("recorded frames", () => {
   function recorded(frames: ArrayBuffer[]): Uint8Array {
     const parts = frames.flatMap((frame) => {
       const length = new Uint8Array(4);
@@ -64,29 +64,25 @@ describe("frame reader", () => {
     }
     return all;
   }
+  const frames = [0, 5, 10].map((first) => encodeFrame(block(first, 5, (c, i) => c + i)));
+  const bytes = recorded(frames);
 
-  it("finds the same frames however the bytes are cut", () => {
-    const frames = [0, 5, 10].map((first) => encodeFrame(block(first, 5, (c, i) => c + i)));
-    const bytes = recorded(frames);
-    for (const size of [1, 3, 7, 100, 517, 4096]) {
-      const reader = new FrameReader();
-      const firsts: number[] = [];
-      for (let at = 0; at < bytes.length; at += size) {
-        reader.push(bytes.slice(at, at + size), (read) => firsts.push(read.firstIndex));
-      }
-      reader.end();
-      expect(firsts).toEqual([0, 5, 10]);
+  it("are read one after the other", () => {
+    const firsts: number[] = [];
+    decodeFrames(bytes.buffer as ArrayBuffer, (read) => firsts.push(read.firstIndex));
+    expect(firsts).toEqual([0, 5, 10]);
+  });
+
+  it("are refused when they end anywhere inside a frame or a length", () => {
+    const whole = bytes.length / frames.length;
+    for (let length = 1; length < bytes.length; length++) {
+      if (length % whole === 0) continue;
+      const cut = bytes.slice(0, length).buffer as ArrayBuffer;
+      expect(() => decodeFrames(cut, () => {}), `${length} bytes`).toThrow(FrameError);
     }
   });
 
-  it("says when the bytes end inside a frame", () => {
-    const reader = new FrameReader();
-    reader.push(recorded([encodeFrame(block(0, 5, () => 0))]).slice(0, -1), () => {});
-    expect(() => reader.end()).toThrow(FrameError);
-  });
-
-  it("refuses an absurd length instead of waiting for it", () => {
-    const reader = new FrameReader();
-    expect(() => reader.push(new Uint8Array([0, 0, 0, 255]), () => {})).toThrow(FrameError);
+  it("are refused when a length is absurd", () => {
+    expect(() => decodeFrames(new Uint8Array([0, 0, 0, 255]).buffer, () => {})).toThrow(FrameError);
   });
 });

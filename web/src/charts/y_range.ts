@@ -34,8 +34,15 @@ export function spread(
   return [at(tail), at(1 - tail)];
 }
 
-/** Grows `range` to hold [low, high]; a range never shrinks by itself. */
+/** What may stick out of a range, as a share of it, before the range grows. */
+const TOLERANCE = 0.03;
+
+/** Grows `range` on the side that [low, high] leaves; a range never shrinks by itself. */
 export function grown(range: [number, number], low: number, high: number): [number, number] {
-  if (low >= range[0] && high <= range[1]) return range;
-  return niceRange(Math.min(range[0], low), Math.max(range[1], high));
+  const slack = TOLERANCE * (range[1] - range[0]);
+  const below = low < range[0] - slack;
+  const above = high > range[1] + slack;
+  if (!below && !above) return range;
+  const [from, to] = niceRange(Math.min(range[0], low), Math.max(range[1], high));
+  return [below ? from : range[0], above ? to : range[1]];
 }
