@@ -1,14 +1,11 @@
 #include "server/cli/plot.h"
 
-#include <boost/json/serialize.hpp>
 #include <utility>
 
 #include "server/cli/console.h"
+#include "server/cli/figure_file.h"
 #include "server/cli/recording_source.h"
-#include "server/csv/file_io.h"
-#include "server/plots/figure_json.h"
 #include "server/plots/record_figure.h"
-#include "server/plots/render.h"
 
 namespace faultlab::server {
 
@@ -35,21 +32,12 @@ int RunPlot(const PlotOptions& options) {
   if (!figure) {
     return Fail(figure.error(), kExitBadInput);
   }
-  std::string bytes;
-  if (options.output.ends_with(".json")) {
-    bytes = boost::json::serialize(ToJson(figure.value())) + "\n";
-  } else {
-    RenderOptions render;
-    render.scale = options.scale;
-    core::Result<std::string> png = RenderPng(figure.value(), render);
-    if (!png) {
-      const bool ours = png.error().code == core::ErrorCode::kUnavailable;
-      return Fail(png.error(), ours ? kExitFailure : kExitBadInput);
-    }
-    bytes = std::move(png).value();
+  const core::Status written = WriteFigure(figure.value(), options.output, options.scale);
+  if (written) {
+    return kExitOk;
   }
-  const core::Status written = WriteFile(options.output, bytes);
-  return written ? kExitOk : Fail(written.error(), kExitFailure);
+  const bool theirs = written.error().code == core::ErrorCode::kInvalid;  // scale
+  return Fail(written.error(), theirs ? kExitBadInput : kExitFailure);
 }
 
 }  // namespace faultlab::server
