@@ -9,6 +9,7 @@
 #include "server/cli/admin.h"
 #include "server/cli/console.h"
 #include "server/cli/diagnose.h"
+#include "server/cli/isolability.h"
 #include "server/cli/plot.h"
 #include "server/cli/reproduce.h"
 #include "server/cli/simulate.h"
@@ -297,6 +298,32 @@ int main(int argc, char** argv) {
       "  faultlab reproduce | less\n"
       "  faultlab reproduce --json | jq .summary\n"
       "  faultlab reproduce --plots figures");
+
+  server::IsolabilityCommandOptions isolability_options;
+  CLI::App& isolability = AddCommand(app,
+                                     "isolability",
+                                     "Which faults of a set can be seen and told apart",
+                                     isolability_options,
+                                     &server::RunIsolability,
+                                     chosen);
+  isolability.add_option("--fault",
+                         isolability_options.faults,
+                         "COMPONENT=VALUE, repeatable; without it the paper's 18 faults");
+  isolability.add_option("--channels", isolability_options.channels, "um or all")
+      ->capture_default_str();
+  isolability.add_option("--window", isolability_options.window_samples, "Samples of the fault")
+      ->capture_default_str();
+  isolability.add_option("--profile", isolability_options.profile, "bench or multisim")
+      ->capture_default_str();
+  isolability.add_option("--excitation", isolability_options.excitation, "As of simulate")
+      ->capture_default_str();
+  isolability.add_flag("--json", isolability_options.json, "One JSON object");
+  isolability.add_option("-o,--output", isolability_options.output, "The matrix as FILE.png");
+  isolability.footer(
+      "From the model alone, no noise is simulated: distances between the records of two rigs.\n\n"
+      "Examples:\n"
+      "  faultlab isolability -o paper.png\n"
+      "  faultlab isolability --channels all --window 25 --fault R1=10 --fault Ra=10 --json");
 
   hardware::RigAgentOptions rig_options;
   CLI::App& rig = AddCommand(app,

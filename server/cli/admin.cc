@@ -1,0 +1,333 @@
+#include "server/cli/admin.h"
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <utility>
+
+#include "server/auth/accounts.h"
+#include "server/cli/console.h"
+#include "server/csv/file_io.h"
+#include "server/lab/rehearsal.h"
+#include "server/storage/database.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace fs = std::filesystem;
+using core::Error;
+using core::ErrorCode;
+using core::Result;
+using core::Status;
+
+WallTime Now() {
+  return std::chrono::time_point_cast<std::chrono::milliseconds>(std::chrono::system_clock::now());
+}
+
+fs::path DatabaseFile(const AdminTarget& target) {
+  return fs::path(target.data_dir) / "faultlab.db";
+}
+
+/// Opens what is there; never makes a new database by accident.
+Result<std::unique_ptr<Database>> OpenExisting(const AdminTarget& target) {
+  if (!target.database_url.empty()) {
+    return Database::Open({.location = target.database_url});
+  }
+  const fs::path file = DatabaseFile(target);
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) {
+    return Error{ErrorCode::kNotFound,
+                 "there is no database at " + file.string() +
+                     "; name its folder with --data, or start the server once",
+                 "data"};
+  }
+  return Database::Open({.location = file.string()});
+}
+
+int ExitCodeOf(const Error& error) {
+  const bool theirs = error.code != ErrorCode::kUnavailable && error.code != ErrorCode::kBusy;
+  return theirs ? kExitBadInput : kExitFailure;
+}
+
+/// Runs `work` on the accounts and prints its text.
+int WithAccounts(const AdminTarget& target,
+                 const std::function<Result<std::string>(Accounts&)>& work) {
+  const Result<std::unique_ptr<Database>> database = OpenExisting(target);
+  if (!database) {
+    return Fail(database.error(), ExitCodeOf(database.error()));
+  }
+  Accounts accounts(*database.value(), GuestAccess::kNever);
+  const Result<std::string> text = work(accounts);
+  return text ? Print(text.value()) : Fail(text.error(), ExitCodeOf(text.error()));
+}
+
+std::string Line(const Account& account) {
+  return std::to_string(account.id) + "\t" + account.login + "\t" +
+         std::string(Name(account.role)) + "\t" +
+         (account.disabled       ? "disabled"
+          : account.has_password ? "active"
+                                 : "no password yet") +
+         "\t" + account.name + "\n";
+}
+
+std::string LinkText(const std::string& login, const std::string& secret) {
+  return "One-time link for " + login +
+         ", good for 24 hours: open the page of the laboratory, \n"
+         "choose \"set password\" and enter\n  " +
+         secret + "\n";
+}
+
+int SetDisabled(const UserOptions& options, bool disabled) {
+  return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
+    const Result<Account> account = accounts.GetByLogin(options.login);
+    if (!account) {
+      return account.error();
+    }
+    const Result<Account> changed = accounts.Change(
+        account.value().id, account.value().version, std::nullopt, std::nullopt, disabled);
+    if (!changed) {
+      return changed.error();
+    }
+    (void)accounts.Audit(
+        "system", disabled ? "disable" : "enable", options.login, "faultlab admin", Now());
+    return Line(changed.value());
+  });
+}
+
+/// A principal that stands for the account itself: the command line is trusted with the file.
+Principal Standing(const Account& account) {
+  Principal principal;
+  principal.user_id = account.id;
+  principal.login = account.login;
+  principal.name = account.name;
+  principal.role = account.role;
+  principal.proof = Proof::kSessionCookie;
+  return principal;
+}
+
+}  // namespace
+
+int RunUserList(const AdminTarget& target) {
+  return WithAccounts(target, [](Accounts& accounts) -> Result<std::string> {
+    constexpr int kPage = 200;
+    std::string text;
+    std::int64_t after = 0;
+    for (;;) {
+      const Result<std::vector<Account>> page = accounts.List(after, kPage);
+      if (!page) {
+        return page.error();
+      }
+      if (page.value().empty()) {
+        return text;
+      }
+      for (const Account& account : page.value()) {
+        text += Line(account);
+        after = account.id;
+      }
+    }
+  });
+}
+
+int RunUserAdd(const UserOptions& options) {
+  const std::optional<Role> role = ParseRole(options.role);
+  if (!role || *role == Role::kGuest) {
+    PrintError("--role '" + options.role +
+               "': expected student, instructor, operator, admin or service");
+    return kExitBadInput;
+  }
+  return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
+    const std::string& name = options.name.empty() ? options.login : options.name;
+    const Result<Account> account = accounts.Create(options.login, name, *role, Now());
+    if (!account) {
+      return account.error();
+    }
+    (void)accounts.Audit("system", "create", account.value().login, "faultlab admin", Now());
+    const Result<std::string> link = accounts.CreateLink(account.value().id, Now());
+    if (!link) {
+      return link.error();
+    }
+    return Line(account.value()) + LinkText(account.value().login, link.value());
+  });
+}
+
+int RunUserLink(const UserOptions& options) {
+  return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
+    const Result<Account> account = accounts.GetByLogin(options.login);
+    if (!account) {
+      return account.error();
+    }
+    const Result<std::string> link = accounts.CreateLink(account.value().id, Now());
+    if (!link) {
+      return link.error();
+    }
+    (void)accounts.Audit("system", "link", options.login, "faultlab admin", Now());
+    return LinkText(account.value().login, link.value());
+  });
+}
+
+int RunUserDisable(const UserOptions& options) {
+  return SetDisabled(options, true);
+}
+
+int RunUserEnable(const UserOptions& options) {
+  return SetDisabled(options, false);
+}
+
+int RunKeyAdd(const KeyOptions& options) {
+  constexpr int kDaysMax = 400;
+  if (options.days < 1 || options.days > kDaysMax) {
+    PrintError("--days must be 1 to " + std::to_string(kDaysMax));
+    return kExitBadInput;
+  }
+  return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
+    const Result<Account> account = accounts.GetByLogin(options.login);
+    if (!account) {
+      return account.error();
+    }
+    const WallTime now = Now();
+    const Result<Accounts::NewKey> key =
+        accounts.CreateKey(Standing(account.value()),
+                           options.name,
+                           {options.scopes.begin(), options.scopes.end()},
+                           now + std::chrono::days(options.days),
+                           now);
+    if (!key) {
+      return key.error();
+    }
+    return "Key " + std::to_string(key.value().key.id) + " of " + account.value().login +
+           ", shown this once: send it as `Authorization: Bearer ..`\n  " + key.value().secret +
+           "\n";
+  });
+}
+
+int RunKeyList(const KeyOptions& options) {
+  return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
+    const Result<Account> account = accounts.GetByLogin(options.login);
+    if (!account) {
+      return account.error();
+    }
+    const Result<std::vector<ApiKey>> keys = accounts.ListKeys(account.value().id);
+    if (!keys) {
+      return keys.error();
+    }
+    std::string text;
+    for (const ApiKey& key : keys.value()) {
+      const bool expired = key.expires_at <= Now();
+      text += std::to_string(key.id) + "\t" +
+              (key.revoked ? "revoked"
+               : expired   ? "expired"
+                           : "good") +
+              "\t" + key.name + "\t";
+      for (const std::string& scope : key.scopes) {
+        text += scope + " ";
+      }
+      text += "\n";
+    }
+    return text;
+  });
+}
+
+int RunKeyRevoke(const KeyOptions& options) {
+  return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
+    const Result<Account> account = accounts.GetByLogin(options.login);
+    if (!account) {
+      return account.error();
+    }
+    const Status revoked = accounts.RevokeKey(account.value().id, options.id);
+    if (!revoked) {
+      return revoked.error();
+    }
+    return "Key " + std::to_string(options.id) + " is revoked\n";
+  });
+}
+
+int RunBackup(const BackupOptions& options) {
+  std::error_code ignored;
+  if (fs::exists(options.file, ignored)) {
+    PrintError("cannot write " + options.file + ": it exists; a backup never replaces a file");
+    return kExitBadInput;
+  }
+  const Result<std::unique_ptr<Database>> database = OpenExisting(options.target);
+  if (!database) {
+    return Fail(database.error(), ExitCodeOf(database.error()));
+  }
+  const Status saved = database.value()->BackupTo(options.file);
+  return saved ? Print("Saved to " + options.file + "\n") : Fail(saved.error(), kExitFailure);
+}
+
+int RunRestore(const BackupOptions& options) {
+  const fs::path target = DatabaseFile(options.target);
+  std::error_code error;
+  if (!options.target.database_url.empty()) {
+    PrintError("restore a PostgreSQL database with pg_restore");
+    return kExitBadInput;
+  }
+  if (fs::exists(target, error)) {
+    PrintError("there is a database at " + target.string() +
+               "; stop the server and move it away first");
+    return kExitBadInput;
+  }
+  if (!fs::exists(options.file, error)) {
+    PrintError("cannot read " + options.file + ": no such file");
+    return kExitBadInput;
+  }
+  // Opening may migrate: the backup itself stays as it is, a copy is checked and put in place.
+  fs::create_directories(options.target.data_dir, error);
+  const fs::path copy = target.string() + ".part";
+  fs::copy_file(options.file, copy, fs::copy_options::overwrite_existing, error);
+  if (error) {
+    PrintError("cannot write " + copy.string() + ": " + error.message());
+    return kExitFailure;
+  }
+  Status good = core::Done{};
+  {
+    const Result<std::unique_ptr<Database>> database = Database::Open({.location = copy.string()});
+    good = database ? database.value()->Check() : Status(database.error());
+  }
+  for (const char* suffix : {"-wal", "-shm"}) {
+    fs::remove(copy.string() + suffix, error);
+  }
+  if (!good) {
+    fs::remove(copy, error);
+    PrintError(options.file + " is no sound backup: " + good.error().message);
+    return kExitBadInput;
+  }
+  fs::rename(copy, target, error);
+  if (error) {
+    PrintError("cannot write " + target.string() + ": " + error.message());
+    return kExitFailure;
+  }
+  return Print("Restored to " + target.string() + "\n");
+}
+
+int RunCheck(const AdminTarget& target) {
+  const Result<std::unique_ptr<Database>> database = OpenExisting(target);
+  if (!database) {
+    return Fail(database.error(), ExitCodeOf(database.error()));
+  }
+  const Status sound = database.value()->Check();
+  return sound ? Print("The database is sound\n") : Fail(sound.error(), kExitFailure);
+}
+
+int RunRehearse(const RehearseOptions& options) {
+  constexpr std::int64_t kStepsMax = 1'000'000'000;
+  if (options.steps < 1 || options.steps > kStepsMax || options.weeks < 0) {
+    PrintError("--steps must be 1 to " + std::to_string(kStepsMax) + " and --weeks 0 or more");
+    return kExitBadInput;
+  }
+  const lab::RehearsalReport report =
+      lab::Rehearse({.steps = options.steps, .seed = options.seed, .weeks = options.weeks});
+  const bool held = report.double_allocations == 0 && report.stale_commands_accepted == 0 &&
+                    report.broken_invariants == 0;
+  std::string text = lab::ToJson(report) + "\n";
+  if (!options.json) {
+    text = std::to_string(report.steps) + " steps, " + std::to_string(report.sessions) +
+           " sessions, " + std::to_string(report.crashes) + " crashes: " +
+           (held ? std::string("every rule held") : "broken: " + report.first_broken) + "\n" + text;
+  }
+  const int printed = Print(text);
+  return held ? printed : kExitFailure;
+}
+
+}  // namespace faultlab::server

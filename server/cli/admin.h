@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace faultlab::server {
+
+/// Which database an admin command works on.
+struct AdminTarget {
+  std::string data_dir = "data";  ///< holds faultlab.db
+  std::string database_url;       ///< "postgresql://.."; empty: SQLite in data_dir
+};
+
+struct UserOptions {
+  AdminTarget target;
+  std::string login;
+  std::string name;  ///< as shown to others; empty: the login
+  std::string role = "student";
+};
+
+struct KeyOptions {
+  AdminTarget target;
+  std::string login;
+  std::string name = "key";
+  std::vector<std::string> scopes = {"runs:read"};
+  int days = 90;
+  std::int64_t id = 0;  ///< of the key to revoke
+};
+
+struct BackupOptions {
+  AdminTarget target;
+  std::string file;
+};
+
+struct RehearseOptions {
+  std::int64_t steps = 1'000'000;
+  std::uint64_t seed = 1;
+  int weeks = 2;
+  bool json = false;
+};
+
+/// All print to the standard output and return an exit status (console.h).
+int RunUserList(const AdminTarget& target);
+/// Makes the account and prints a one-time link secret (24 h) that sets its password.
+int RunUserAdd(const UserOptions& options);
+int RunUserLink(const UserOptions& options);
+int RunUserDisable(const UserOptions& options);
+int RunUserEnable(const UserOptions& options);
+
+/// Prints the key, once.
+int RunKeyAdd(const KeyOptions& options);
+int RunKeyList(const KeyOptions& options);
+int RunKeyRevoke(const KeyOptions& options);
+
+/// A consistent copy while the server works. The file must not exist.
+int RunBackup(const BackupOptions& options);
+/// Puts a checked backup into an empty data folder; refuses where a database is.
+int RunRestore(const BackupOptions& options);
+/// The engine's own integrity check.
+int RunCheck(const AdminTarget& target);
+
+/// The real scheduler on a fake clock; kExitFailure when a rule broke.
+int RunRehearse(const RehearseOptions& options);
+
+}  // namespace faultlab::server

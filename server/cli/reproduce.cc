@@ -1,0 +1,101 @@
+#include "server/cli/reproduce.h"
+
+#include <boost/json/array.hpp>
+#include <boost/json/serialize.hpp>
+#include <cmath>
+#include <utility>
+
+#include "server/cli/console.h"
+#include "server/cli/paper_pictures.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+json::value Number(double value) {
+  return std::isfinite(value) ? json::value(value) : json::value(nullptr);
+}
+
+json::value FaultJson(const std::optional<core::TableFault>& fault) {
+  if (!fault) {
+    return nullptr;
+  }
+  return json::object{{"component", core::Name(fault->component)}, {"value", fault->value}};
+}
+
+json::object RowJson(const core::TableRow& row) {
+  json::object out = {{"fault", FaultJson(row.fault)},
+                      {"name", row.name},
+                      {"paper", Number(row.paper)},
+                      {"ours", Number(row.ours)}};
+  if (row.truth) {
+    out["truth"] = Number(*row.truth);
+  }
+  if (!row.erratum.empty()) {
+    out["erratum"] = row.erratum;
+  }
+  out["compared"] = row.compared;
+  return out;
+}
+
+}  // namespace
+
+json::object ToJson(const core::Reproduction& reproduction) {
+  json::array tables;
+  for (const core::PaperTable& table : reproduction.tables) {
+    json::array rows;
+    for (const core::TableRow& row : table.rows) {
+      rows.emplace_back(RowJson(row));
+    }
+    tables.emplace_back(json::object{{"table", table.table},
+                                     {"title", table.title},
+                                     {"unit", table.unit},
+                                     {"profile", table.profile},
+                                     {"settings", table.settings},
+                                     {"rows", std::move(rows)},
+                                     {"mean_relative_error", Number(table.mean_relative_error)},
+                                     {"mean_difference", Number(table.mean_difference)}});
+  }
+  json::array fits;
+  for (const core::FitRow& fit : reproduction.fits) {
+    fits.emplace_back(json::object{{"fault", FaultJson(fit.fault)},
+                                   {"paper_percent", Number(fit.paper_percent)},
+                                   {"ours_percent", Number(fit.ours_percent)},
+                                   {"truth_percent", Number(fit.truth_percent)}});
+  }
+  const core::ReproductionSummary& summary = reproduction.summary;
+  return {{"tables", std::move(tables)},
+          {"fits", std::move(fits)},
+          {"summary",
+           json::object{
+               {"tables_7_8_mean_relative_error", Number(summary.tables_7_8_mean_relative_error)},
+               {"tables_5_6_mean_relative_error", Number(summary.tables_5_6_mean_relative_error)},
+               {"nominal_fit_swa_percent", Number(summary.nominal_fit_swa_percent)},
+               {"nominal_fit_sia_percent", Number(summary.nominal_fit_sia_percent)},
+               {"rows", summary.rows},
+               {"rows_with_erratum", summary.rows_with_erratum}}}};
+}
+
+int RunReproduce(const ReproduceOptions& options) {
+  if (options.repetitions < 1 || options.repetitions > 1000) {
+    PrintError("--repetitions must be 1 to 1000");
+    return kExitBadInput;
+  }
+  core::ReproductionOptions settings;
+  settings.seed = options.seed;
+  settings.repetitions = options.repetitions;
+  const core::Reproduction reproduction = core::Reproduce(settings);
+  const std::string text =
+      options.json ? json::serialize(ToJson(reproduction)) + "\n" : ToText(reproduction);
+  if (Print(text) != kExitOk) {
+    return kExitFailure;
+  }
+  if (options.plots_dir.empty()) {
+    return kExitOk;
+  }
+  const core::Status drawn = DrawPaperPictures(options.plots_dir, options.seed);
+  return drawn ? kExitOk : Fail(drawn.error(), kExitFailure);
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,138 @@
+#include "server/diagnosis_json/isolability_json.h"
+
+#include <algorithm>
+#include <array>
+#include <boost/json/array.hpp>
+#include <cmath>
+#include <cstdio>
+#include <span>
+
+#include "server/diagnosis_json/diagnosis_json.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::size_t kNameWidth = 26;
+
+json::array Names(std::span<const core::Component> components) {
+  json::array out;
+  for (const core::Component component : components) {
+    out.emplace_back(core::Name(component));
+  }
+  return out;
+}
+
+template <typename Matrix>
+json::array Rows(const Matrix& matrix) {
+  json::array rows;
+  for (int r = 0; r < matrix.rows(); ++r) {
+    json::array row;
+    for (int c = 0; c < matrix.cols(); ++c) {
+      row.push_back(Number(matrix(r, c)));
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+json::value NumberOrNull(const std::optional<double>& value) {
+  return value ? Number(*value) : json::value(nullptr);
+}
+
+json::object FaultJson(const core::FaultIsolability& fault) {
+  json::array rivals;
+  for (const core::Component component : core::kAllComponents) {
+    const core::NearestRival& rival = fault.rival[static_cast<std::size_t>(core::Index(component))];
+    rivals.emplace_back(json::object{{"component", core::Name(component)},
+                                     {"kl", Number(rival.kl_nats)},
+                                     {"value", Number(rival.value)}});
+  }
+  return {{"component", core::Name(fault.fault.component)},
+          {"value", fault.fault.value},
+          {"unit", core::Unit(fault.fault.component)},
+          {"kl_nominal", Number(fault.kl_nominal_nats)},
+          {"visible", fault.visible},
+          {"rivals", std::move(rivals)},
+          {"group", Names(fault.group)}};
+}
+
+std::string Digits(double value) {
+  std::array<char, 40> text;
+  std::snprintf(text.data(), text.size(), "%.3g", value);
+  return text.data();
+}
+
+std::string Padded(std::string text) {
+  text.resize(std::max(text.size() + 1, kNameWidth), ' ');
+  return text;
+}
+
+}  // namespace
+
+json::object ToJson(const core::Isolability& isolability) {
+  json::array smallest;
+  for (const core::SmallestVisible& one : isolability.smallest) {
+    smallest.emplace_back(json::object{{"component", core::Name(one.component)},
+                                       {"nominal", one.nominal},
+                                       {"unit", core::Unit(one.component)},
+                                       {"below", NumberOrNull(one.below)},
+                                       {"above", NumberOrNull(one.above)},
+                                       {"relative_sigma", Number(one.relative_sigma)}});
+  }
+  json::array faults;
+  for (const core::FaultIsolability& fault : isolability.faults) {
+    faults.emplace_back(FaultJson(fault));
+  }
+  json::array ambiguous;
+  for (const std::vector<core::Component>& group : isolability.ambiguous) {
+    ambiguous.emplace_back(Names(group));
+  }
+  return {{"components", Names(core::kAllComponents)},
+          {"fisher", Rows(isolability.fisher)},
+          {"overlap", Rows(isolability.overlap)},
+          {"smallest", std::move(smallest)},
+          {"faults", std::move(faults)},
+          {"ambiguous", std::move(ambiguous)},
+          {"kl_visible", Number(isolability.kl_visible_nats)},
+          {"kl_separable", Number(isolability.kl_separable_nats)}};
+}
+
+std::string ToText(const core::Isolability& isolability) {
+  std::string out = Padded("Fault") + Padded("seen") + "can be taken for\n";
+  for (const core::FaultIsolability& fault : isolability.faults) {
+    const std::string name = std::string(core::Name(fault.fault.component)) + " = " +
+                             Digits(fault.fault.value) + " " +
+                             std::string(core::Unit(fault.fault.component));
+    std::string rivals;
+    for (std::size_t i = 1; i < fault.group.size(); ++i) {
+      rivals += (rivals.empty() ? "" : ", ") + std::string(core::Name(fault.group[i]));
+    }
+    const std::string seen =
+        (fault.visible ? "yes, " : "no, ") + Digits(fault.kl_nominal_nats) + " nats";
+    out += Padded(name) + Padded(seen) + (rivals.empty() ? "nothing else" : rivals) + "\n";
+  }
+  out += "\n" + Padded("Smallest visible fault") + "below nominal    above nominal    best error\n";
+  for (const core::SmallestVisible& one : isolability.smallest) {
+    constexpr double kPercent = 100.0;
+    const auto value = [](const std::optional<double>& limit) {
+      std::string text = limit ? Digits(*limit) : "none";
+      text.resize(17, ' ');
+      return text;
+    };
+    out +=
+        Padded(std::string(core::Name(one.component)) + " (nominal " + Digits(one.nominal) + ")") +
+        value(one.below) + value(one.above) + Digits(kPercent * one.relative_sigma) + " %\n";
+  }
+  for (const std::vector<core::Component>& group : isolability.ambiguous) {
+    out += "No amount of this data tells apart:";
+    for (const core::Component component : group) {
+      out += " " + std::string(core::Name(component));
+    }
+    out += "\n";
+  }
+  return out;
+}
+
+}  // namespace faultlab::server
