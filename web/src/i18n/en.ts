@@ -202,7 +202,6 @@ export const en = {
   mark_returned: "healthy again",
   mark_trip: "interlock",
   models_after_run: "Models are compared with the measurement when the run is over.",
-  fit_of: "Fit, {model}",
   download: "Download",
   download_data: "Data",
   download_plots: "Plots",

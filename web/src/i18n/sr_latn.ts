@@ -207,7 +207,6 @@ export const srLatn: Catalogue = {
   mark_returned: "opet ispravno",
   mark_trip: "zaštita",
   models_after_run: "Modeli se porede sa merenjem kada se ogled završi.",
-  fit_of: "Poklapanje, {model}",
 
   download: "Preuzmi",
   download_data: "Podaci",
