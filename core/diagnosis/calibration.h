@@ -42,6 +42,7 @@ struct DetectionThresholds {
   double cusum = 0.0;                 ///< CUSUM of the squared whitened residual
   double glr_short = 0.0;             ///< W = 25 samples
   double glr_long = 0.0;              ///< W = 100 samples
+  double glr_slow = 0.0;              ///< exponential window, 500 samples
 };
 
 /// What a fault-free stretch says about one rig. A plain value: store it, print it, load it.

@@ -14,7 +14,7 @@ struct Level {
   double per_decade;
 };
 constexpr double kReferenceRateHz = 100.0;
-constexpr double kTests = 4.0;
+constexpr double kTests = 5.0;
 
 double LevelAt(const Level& level, double alarms) {
   return level.at_day + level.per_decade * std::log10(alarms);
@@ -27,22 +27,24 @@ DetectionThresholds MakeThresholds(double false_alarms_per_day,
                                    unsigned mask,
                                    int calibration_samples) {
   const bool several = std::popcount(mask) > 1;
-  const Level residual_squared = several ? Level{30.5, -4.55} : Level{28.2, -4.55};
-  const Level cusum = several ? Level{12.6, -1.35} : Level{12.4, -1.35};
-  const Level glr_short = Level{30.0, -4.6};
-  const Level glr_long = Level{28.5, -4.6};
+  const Level residual_squared = several ? Level{29.6, -4.5} : Level{28.1, -4.5};
+  const Level cusum = several ? Level{14.2, -1.9} : Level{13.7, -1.9};
+  const Level glr_short = Level{29.8, -4.3};
+  const Level glr_long = Level{26.8, -4.2};
+  const Level glr_slow = Level{26.0, -4.2};
   // Share of one test, at the reference rate.
   const double alarms =
       std::max(1e-6, false_alarms_per_day / kTests * kReferenceRateHz / std::max(1e-3, rate_hz));
-  // Noise levels that rest on n readings may be low by 1/sqrt(2 n): allow twice that.
+  // A variance that rests on n readings has a standard error of sqrt(2/n): allow 1.5 of it.
   const double readings = std::max(50, calibration_samples);
-  const double widen = 1.0 + 2.0 * std::sqrt(2.0 / readings);
+  const double widen = 1.0 + 1.5 * std::sqrt(2.0 / readings);
   DetectionThresholds t;
   t.false_alarms_per_day = false_alarms_per_day;
   t.residual = std::sqrt(LevelAt(residual_squared, alarms) * widen);
   t.cusum = LevelAt(cusum, alarms) * widen;
   t.glr_short = LevelAt(glr_short, alarms) * widen;
   t.glr_long = LevelAt(glr_long, alarms) * widen;
+  t.glr_slow = LevelAt(glr_slow, alarms) * widen;
   return t;
 }
 

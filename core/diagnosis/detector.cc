@@ -9,7 +9,8 @@ namespace faultlab::core {
 namespace {
 
 // Finite changes whose responses are the directions: about the smallest fault of each component
-// that matters. C8 has no slope at 47 pF, so its direction is the secant to 1 uF.
+// that matters. C8 has no slope at 47 pF, so its direction is the secant to 1 uF; large changes of
+// Ra and J look too little like small ones, so they have secants of their own.
 RigParameters Changed(const RigParameters& reference, int direction) {
   RigParameters changed = reference;
   switch (direction) {
@@ -31,6 +32,12 @@ RigParameters Changed(const RigParameters& reference, int direction) {
     case 5:
       changed.plant.b_nm_per_rad_s *= 3.0;
       break;
+    case 6:
+      changed.plant.ra_ohm *= 0.15;
+      break;
+    case 7:
+      changed.plant.j_kg_m2 *= 10.0;
+      break;
     default:
       changed.mc_nm += 1e-4;
       break;
@@ -41,6 +48,11 @@ RigParameters Changed(const RigParameters& reference, int direction) {
 // Samples for which the gains are computed step by step after a start or a gap: three times the
 // slowest settling, that of the friction's deviation.
 constexpr int kFindingSamples = 150;
+// log likelihood ratio of one innovation between variance 4 and variance 1. What changes the
+// variance by less is left to the GLRs, which know its shape.
+constexpr double kCusumSlope = 0.5 * (1.0 - 1.0 / 4.0);
+constexpr double kCusumCost = std::numbers::ln2;
+constexpr double kForget = 1.0 - 1.0 / Detector::kSlow;
 // A |z| beyond this in the alarm's own sample means that the sample is faulty by itself.
 constexpr double kSharp = 5.0;
 
@@ -59,9 +71,9 @@ Detector::Detector(const RigParameters& reference,
         MakePredictionModel(Changed(reference, j), noise, period_s);
   }
   settled_ = Settle(models_[0].model, mask);
-  const double n = std::max(50, reference_samples);
-  widen_short_ = 1.0 + kShort / n;
-  widen_long_ = 1.0 + kLong / n;
+  reference_samples_ = std::max(50, reference_samples);
+  widen_short_ = 1.0 + kShort / reference_samples_;
+  widen_long_ = 1.0 + kLong / reference_samples_;
 }
 
 void Detector::Restart(const Observation& observation) {
@@ -82,6 +94,10 @@ void Detector::Restart(const Observation& observation) {
   short_square_.fill(0.0);
   long_cross_.fill(0.0);
   long_square_.fill(0.0);
+  slow_cross_.fill(0.0);
+  slow_square_.fill(0.0);
+  slow_weight_ = 0.0;
+  slow_weight_square_ = 0.0;
 }
 
 const ChannelGains& Detector::Gains(unsigned use) {
@@ -142,7 +158,7 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
     if ((use & (1U << c)) == 0U) continue;
     const double r = z[0][c];
     largest = std::max(largest, std::abs(r));
-    step += 0.25 * r * r - 0.5 * std::numbers::ln2;
+    step += kCusumSlope * r * r - kCusumCost;
     for (std::size_t j = 0; j < kDirections; ++j) {
       const double s = r - z[j + 1][c];
       cell.cross[j] += static_cast<float>(s * r);
@@ -159,13 +175,18 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
     long_square_[j] += static_cast<double>(cell.square[j]) - oldest.square[j];
     short_cross_[j] += static_cast<double>(cell.cross[j]) - leaving_short.cross[j];
     short_square_[j] += static_cast<double>(cell.square[j]) - leaving_short.square[j];
+    slow_cross_[j] = kForget * slow_cross_[j] + static_cast<double>(cell.cross[j]);
+    slow_square_[j] = kForget * kForget * slow_square_[j] + static_cast<double>(cell.square[j]);
   }
+  slow_weight_ = kForget * slow_weight_ + 1.0;
+  slow_weight_square_ = kForget * kForget * slow_weight_square_ + 1.0;
   oldest = cell;
   head_ = (head_ + 1) % kLong;
   filled_ = std::min(filled_ + 1, kLong);
 
   double glr_short = 0.0;
   double glr_long = 0.0;
+  double glr_slow = 0.0;
   for (std::size_t j = 0; j < kDirections; ++j) {
     if (short_square_[j] > 0.0) {
       glr_short = std::max(glr_short, short_cross_[j] * short_cross_[j] / short_square_[j]);
@@ -173,14 +194,14 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
     if (long_square_[j] > 0.0) {
       glr_long = std::max(glr_long, long_cross_[j] * long_cross_[j] / long_square_[j]);
     }
+    if (slow_square_[j] > 0.0) {
+      glr_slow = std::max(glr_slow, slow_cross_[j] * slow_cross_[j] / slow_square_[j]);
+    }
   }
   glr_short /= widen_short_;
   glr_long /= widen_long_;
-  stress_ = std::max({stress_,
-                      largest / thresholds_.residual,
-                      cusum_ / thresholds_.cusum,
-                      glr_short / thresholds_.glr_short,
-                      glr_long / thresholds_.glr_long});
+  glr_slow /= 1.0 + slow_weight_ * slow_weight_ / (slow_weight_square_ * reference_samples_);
+  statistics_ = {largest, cusum_, glr_short, glr_long, glr_slow};
 
   Alarm alarm;
   if (largest > thresholds_.residual) {
@@ -191,6 +212,8 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
     alarm = {"glr_25", glr_short, thresholds_.glr_short, 0, false};
   } else if (glr_long > thresholds_.glr_long) {
     alarm = {"glr_100", glr_long, thresholds_.glr_long, 0, false};
+  } else if (glr_slow > thresholds_.glr_slow) {
+    alarm = {"glr_500", glr_slow, thresholds_.glr_slow, 0, false};
   } else {
     return std::nullopt;
   }

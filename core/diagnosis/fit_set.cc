@@ -27,10 +27,6 @@ constexpr double kScoreMargin = 1.35;
 constexpr double kScoreSigmas = 5.0;
 constexpr int kCountForJudgement = 60;
 
-bool ByCost(const HypothesisFit& a, const HypothesisFit& b) {
-  return a.cost < b.cost;
-}
-
 HypothesisFit BestListed(const FitContext& context, Component component) {
   HypothesisFit best;
   const auto& values = RelayValues(component);
@@ -49,7 +45,7 @@ FitSet FitComponents(const FitContext& context,
   FitSet set;
   set.nothing = FitNothing(context);
   for (Component component : components) set.fits.push_back(ScanComponent(context, component));
-  std::sort(set.fits.begin(), set.fits.end(), ByCost);
+  std::sort(set.fits.begin(), set.fits.end(), LikelierFirst);
   const double best_scan = set.fits.front().cost;
   double best_full = best_scan;
   for (std::size_t i = 0; i < set.fits.size(); ++i) {
@@ -59,7 +55,7 @@ FitSet FitComponents(const FitContext& context,
     RefineComponent(context, fit);
     best_full = std::min(best_full, fit.cost);
   }
-  std::sort(set.fits.begin(), set.fits.end(), ByCost);
+  std::sort(set.fits.begin(), set.fits.end(), LikelierFirst);
 
   if (values == ValuePrior::kTable2) {
     std::vector<HypothesisFit> listed;
@@ -68,7 +64,7 @@ FitSet FitComponents(const FitContext& context,
       listed.push_back(
           IsRelaySwitched(fit.component) && !hopeless ? BestListed(context, fit.component) : fit);
     }
-    std::sort(listed.begin(), listed.end(), ByCost);
+    std::sort(listed.begin(), listed.end(), LikelierFirst);
     if (listed.front().cost <= set.fits.front().cost + kListedCost) {
       set.fits = std::move(listed);
     } else {

@@ -29,8 +29,6 @@ constexpr std::array<Range, kComponentCount> kRanges = {{
 constexpr std::size_t kScanSamples = 120;
 constexpr std::size_t kRefineSamples = 300;
 constexpr int kRefinements = 12;
-// Log standard error above which a value may be no more than a bound.
-constexpr double kBoundLogSigma = 0.3;
 // Rise of the cost that a bound must reach: two standard deviations.
 constexpr double kBoundCost = 4.0;
 // A drifting value is held for this many samples; the filter does not resolve finer steps.
@@ -71,9 +69,24 @@ class QuickCost {
   double mc_variance_;
 };
 
-// A flat cost: how far does it stay flat, and which way?
+RigParameters MovedBy(const FitContext& context,
+                      const RigParameters& rig,
+                      const Eigen::VectorXd& q) {
+  Coordinates nuisance;
+  for (int i = 0; i < kCoordinateCount; ++i) nuisance[static_cast<std::size_t>(i)] = q(i);
+  return Moved(rig, nuisance, context.period_s);
+}
+
+InnovationSummary Run(const FitContext& context, const RigParameters& rig, InnovationTrace* trace) {
+  return RunInnovations(
+      MakePredictionModel(rig, context.noise, context.period_s), context.stretch, trace);
+}
+
+// Is the cost flat towards one end of the range? Then the value is no more than a bound.
 void FindBound(const FitContext& context, const Range& range, HypothesisFit& h) {
-  const QuickCost quick(context, h.component);
+  FitContext moved = context;
+  moved.rig = MovedBy(context, context.rig, h.nuisance);
+  const QuickCost quick(moved, h.component);
   const double low = std::log(range.low);
   const double high = std::log(range.high);
   const double floor = quick.At(std::log(h.value), context.stretch);
@@ -90,17 +103,13 @@ void FindBound(const FitContext& context, const Range& range, HypothesisFit& h) 
   h.bound = open_low ? '<' : '>';
 }
 
-RigParameters MovedBy(const FitContext& context,
-                      const RigParameters& rig,
-                      const Eigen::VectorXd& q) {
-  Coordinates nuisance;
-  for (int i = 0; i < kCoordinateCount; ++i) nuisance[static_cast<std::size_t>(i)] = q(i);
-  return Moved(rig, nuisance, context.period_s);
-}
-
-InnovationSummary Run(const FitContext& context, const RigParameters& rig, InnovationTrace* trace) {
-  return RunInnovations(
-      MakePredictionModel(rig, context.noise, context.period_s), context.stretch, trace);
+// (log of the change / log 10)^2: a part is rather ten times off than a hundred times. C8 has no
+// size below 1 uF that matters.
+double SizeCost(const PlantParameters& plant, const HypothesisFit& h) {
+  constexpr double kLeastVisibleC8 = 1e-6;
+  const double from = h.component == Component::kC8 ? kLeastVisibleC8 : plant.Get(h.component);
+  const double decades = std::log10(h.value / from);
+  return decades * decades;
 }
 
 // The calibration's prior behind `extra` flat coordinates of a hypothesis.
@@ -129,6 +138,22 @@ HypothesisFit FitNuisance(const FitContext& context, const Component* component,
   h.cost = fit.cost();
   h.nuisance = fit.point;
   return h;
+}
+
+// d log(value) / d log(k) of the amplifier's parts: a rig whose gain is off its data sheet by
+// gain_factor has a part that is off, and nobody can see which; the value of another part is known
+// no better than that.
+double GainShare(const PlantParameters& plant, const HypothesisFit& h) {
+  switch (h.component) {
+    case Component::kR9:
+      return (h.value + plant.r10_ohm) / plant.r10_ohm;
+    case Component::kR12:
+      return (h.value + plant.r14_ohm + plant.r15_ohm) / h.value;
+    case Component::kC8:
+      return 1.0;
+    default:
+      return 0.0;
+  }
 }
 
 }  // namespace
@@ -193,6 +218,7 @@ HypothesisFit ScanComponent(const FitContext& context, Component component) {
   h.value = std::exp(x);
   h.log_sigma = std::numeric_limits<double>::quiet_NaN();
   h.nuisance = context.calibration.mean;
+  h.size_cost = SizeCost(context.rig.plant, h);
   InnovationSummary sum;
   h.cost = quick.At(x, context.stretch, &sum);
   h.chi2 = sum.chi2;
@@ -211,12 +237,14 @@ void RefineComponent(const FitContext& context, HypothesisFit& h) {
   };
   const MapFit fit = FitMap(run, prior, start);
   h.value = std::clamp(std::exp(fit.point(0)), range.low, range.high);
-  h.log_sigma = std::sqrt(std::max(0.0, fit.covariance(0, 0)));
+  h.log_sigma = std::sqrt(std::max(0.0, fit.covariance(0, 0))) +
+                GainShare(context.rig.plant, h) * std::abs(std::log(context.rig.gain_factor));
   h.chi2 = fit.innovations.chi2;
   h.count = fit.innovations.count;
   h.cost = fit.cost();
   h.nuisance = fit.point.tail(kCoordinateCount);
-  if (h.log_sigma > kBoundLogSigma) FindBound(context, range, h);
+  FindBound(context, range, h);
+  h.size_cost = SizeCost(context.rig.plant, h);
 }
 
 DriftFit FitDrift(const FitContext& context, const HypothesisFit& from) {

@@ -28,9 +28,17 @@ struct HypothesisFit {
   char bound = 0;          ///< '<' or '>': only a bound can be told
   double chi2 = 0.0;
   int count = 0;
-  double cost = 0.0;         ///< -2 log posterior, up to what all hypotheses share
+  double cost = 0.0;  ///< -2 log posterior, up to what all hypotheses share
+  /// What the size of the change costs: weak, it only orders what the data do not.
+  double size_cost = 0.0;
   Eigen::VectorXd nuisance;  ///< the eight coordinates, as the fit moved them
+
+  double rank_cost() const { return cost + size_cost; }
 };
+
+inline bool LikelierFirst(const HypothesisFit& a, const HypothesisFit& b) {
+  return a.rank_cost() < b.rank_cost();
+}
 
 RigParameters WithComponent(const RigParameters& rig, Component component, double value);
 

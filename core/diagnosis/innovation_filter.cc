@@ -88,7 +88,9 @@ InnovationSummary RunInnovations(std::span<const ModelSegment> segments,
   for (std::size_t k = 0; k < stretch.size(); ++k) {
     const Observation& now = stretch[k];
     if (next_segment < segments.size() && segments[next_segment].from == k) {
-      current = segments[next_segment++].model;
+      current = segments[next_segment].model;
+      if (segments[next_segment].uncharged) x(0) = 0.0;
+      ++next_segment;
       recursion.SetModel(*current);
       settled = false;
       quiet = 0;

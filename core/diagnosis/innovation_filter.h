@@ -33,6 +33,7 @@ struct InnovationTrace {
 struct ModelSegment {
   std::size_t from = 0;
   const PredictionModel* model = nullptr;
+  bool uncharged = false;  ///< C8 is switched in, and comes without charge: z = 0
 };
 
 /// Runs the Kalman filter of `model` over a stretch from an unknown state (only the friction's

@@ -8,12 +8,13 @@
 namespace faultlab::core {
 
 /// First sample of the fault: the switch from `before` to `after` that makes `stretch` likeliest,
-/// the state carried over. Candidates are samples 1 .. `last`. Cost: `last` filter runs over at
-/// most `last` + 20 samples.
+/// the state carried over (C8 `uncharged`, if it is the part that was switched). Candidates are
+/// samples 1 .. `last`. Cost: `last` filter runs over at most `last` + 20 samples.
 std::size_t EstimateOnset(const RigParameters& before,
                           const RigParameters& after,
                           const NoiseLevel& noise,
                           double period_s,
+                          bool uncharged,
                           std::span<const Observation> stretch,
                           std::size_t last);
 

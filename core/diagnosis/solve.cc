@@ -162,9 +162,7 @@ class Isolation {
     for (std::size_t i = 0; i < std::min(kDriftHypotheses, fits.size()); ++i) {
       fits[i] = FitDrift(slope, fits[i]).fit;
     }
-    std::sort(fits.begin(), fits.end(), [](const HypothesisFit& a, const HypothesisFit& b) {
-      return a.cost < b.cost;
-    });
+    std::sort(fits.begin(), fits.end(), LikelierFirst);
     drift.adequacy = JudgeScore(fits.front());
     if (drift.adequacy.adequate && constant_cost - fits.front().cost > kFaultGain) return drift;
     return whole;
@@ -185,7 +183,7 @@ class Isolation {
     }
     for (const HypothesisFit& fit : set.fits) {
       verdict.candidates.push_back(ToCandidate(fit, score));
-      const bool close = fit.cost - best.cost < kNotExcludedCost;
+      const bool close = fit.rank_cost() - best.rank_cost() < kNotExcludedCost;
       const bool same = task_.options.values == ValuePrior::kNone && fit.cost - best.cost < 1e3 &&
                         PredictionDistance(explanation.context, best, fit) < kSamePrediction;
       if (&fit == &best || close || same) verdict.group.push_back(fit.component);
@@ -234,6 +232,7 @@ class Isolation {
                               after,
                               nominal_.noise,
                               nominal_.period_s,
+                              best.component == Component::kC8,
                               std::span<const Observation>(observations_).subspan(begin),
                               alarm - begin);
     verdict.onset_s = task_.samples[std::min(onset, task_.samples.size() - 1)].t_s;

@@ -1,0 +1,290 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "core/diagnosis/pipeline.h"
+#include "tests/core/diagnosis/diagnosis_records.h"
+
+namespace faultlab::core {
+namespace {
+
+struct PaperFault {
+  Component component;
+  double value;
+  double tolerance;  // relative; 0: a bound is right
+};
+
+// The 18 faults of the paper's Tables 3 to 10. Ra x 10 and C8 at 1 uF move um least.
+const std::vector<PaperFault>& AllPaperFaults() {
+  static const std::vector<PaperFault> faults = {{Component::kR1, 10.0, 0.02},
+                                                 {Component::kR1, 56.0, 0.02},
+                                                 {Component::kR1, 100.0, 0.02},
+                                                 {Component::kR9, 33e3, 0.02},
+                                                 {Component::kR9, 56e3, 0.02},
+                                                 {Component::kR9, 100e3, 0.03},
+                                                 {Component::kR12, 2e3, 0.02},
+                                                 {Component::kR12, 3.3e3, 0.02},
+                                                 {Component::kR12, 5.6e3, 0.02},
+                                                 {Component::kC8, 1e-6, 0.02},
+                                                 {Component::kC8, 10e-6, 0.02},
+                                                 {Component::kC8, 47e-6, 0.02},
+                                                 {Component::kRa, 0.741, 0.12},
+                                                 {Component::kRa, 74.1, 0.10},
+                                                 {Component::kJ, 1.43e-4, 0.12},
+                                                 {Component::kJ, 1.43e-8, 0.0},
+                                                 {Component::kB, 1.8e-4, 0.05},
+                                                 {Component::kB, 1.8e-5, 0.05}};
+  return faults;
+}
+
+void ExpectAllPaperFaultsNamed(Channels channels, double delay_max_s) {
+  std::uint64_t seed = 21;
+  for (const PaperFault& fault : AllPaperFaults()) {
+    const auto record = BenchRecord({AbruptFault(fault.component, fault.value)}, ++seed);
+    const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(channels));
+    const Verdict& verdict = diagnosis.verdict;
+    SCOPED_TRACE(std::string(Name(fault.component)) + " = " + std::to_string(fault.value) + ": " +
+                 verdict.reason);
+    ASSERT_EQ(verdict.kind, VerdictKind::kFault);
+    EXPECT_TRUE(Names(verdict, fault.component));
+    ASSERT_TRUE(verdict.detected_at_s.has_value());
+    EXPECT_GE(*verdict.detected_at_s, 10.0);
+    EXPECT_LE(*verdict.detected_at_s, 10.0 + delay_max_s);
+    if (fault.tolerance > 0.0) {
+      EXPECT_NEAR(ValueOf(verdict, fault.component), fault.value, fault.tolerance * fault.value);
+    } else {
+      EXPECT_LT(ValueOf(verdict, fault.component), 2e-7);
+    }
+  }
+}
+
+TEST(DiagnoseRecord, NamesAndSizesEveryFaultOfThePaperFromUmAlone) {
+  ExpectAllPaperFaultsNamed(Channels::kUmOnly, 0.3);
+}
+
+TEST(DiagnoseRecord, NamesEveryFaultOfThePaperWithinThreeSamplesFromAllChannels) {
+  ExpectAllPaperFaultsNamed(Channels::kAll, 0.03);
+}
+
+TEST(DiagnoseRecord, SaysNominalOfAHealthyRig) {
+  for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
+    const Diagnosis diagnosis = DiagnoseRecord(BenchRecord({}, 5), FreeValues(channels));
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
+    EXPECT_FALSE(diagnosis.verdict.detected_at_s.has_value());
+    EXPECT_TRUE(diagnosis.episodes.empty());
+  }
+}
+
+TEST(DiagnoseRecord, CannotTellR9FromR12AndSaysBothValues) {
+  const Diagnosis diagnosis = DiagnoseRecord(BenchRecord({AbruptFault(Component::kR9, 33e3)}, 6),
+                                             FreeValues(Channels::kAll));
+  EXPECT_EQ(diagnosis.verdict.group.size(), 2U);
+  EXPECT_NEAR(ValueOf(diagnosis.verdict, Component::kR9), 33e3, 300.0);
+  EXPECT_NEAR(ValueOf(diagnosis.verdict, Component::kR12), 5818.0, 30.0);
+}
+
+TEST(DiagnoseRecord, ResolvesR9AndR12ByTheValuesThatRelaysCanConnect) {
+  DiagnoseOptions options = FreeValues(Channels::kUmOnly);
+  options.values = ValuePrior::kTable2;
+  const Diagnosis r9 = DiagnoseRecord(BenchRecord({AbruptFault(Component::kR9, 33e3)}, 7), options);
+  EXPECT_EQ(r9.verdict.group, std::vector<Component>{Component::kR9}) << r9.verdict.reason;
+  EXPECT_DOUBLE_EQ(r9.verdict.candidates.front().value, 33e3);
+  const Diagnosis r12 =
+      DiagnoseRecord(BenchRecord({AbruptFault(Component::kR12, 5.6e3)}, 8), options);
+  EXPECT_EQ(r12.verdict.group, std::vector<Component>{Component::kR12}) << r12.verdict.reason;
+}
+
+TEST(DiagnoseRecord, KnowsThatAGainBelowHalfCanOnlyBeR12) {
+  const Diagnosis diagnosis = DiagnoseRecord(BenchRecord({AbruptFault(Component::kR12, 2e3)}, 9),
+                                             FreeValues(Channels::kUmOnly));
+  EXPECT_EQ(diagnosis.verdict.group, std::vector<Component>{Component::kR12});
+}
+
+TEST(DiagnoseRecord, GivesABoundForAnInertiaTooSmallToSize) {
+  const Diagnosis diagnosis = DiagnoseRecord(BenchRecord({AbruptFault(Component::kJ, 1.43e-8)}, 10),
+                                             FreeValues(Channels::kAll));
+  ASSERT_FALSE(diagnosis.verdict.candidates.empty());
+  const Candidate& best = diagnosis.verdict.candidates.front();
+  EXPECT_EQ(best.component, Component::kJ);
+  EXPECT_EQ(best.bound, '<');
+  EXPECT_LT(best.value, 3e-7);
+  EXPECT_TRUE(std::isnan(best.sigma));
+}
+
+TEST(DiagnoseRecord, FollowsADrift) {
+  Fault drift = AbruptFault(Component::kR9, 18e3, 6.0);
+  drift.kind = FaultKind::kDrift;
+  drift.until_s = 16.0;
+  for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
+    const Diagnosis diagnosis = DiagnoseRecord(BenchRecord({drift}, 11), FreeValues(channels));
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kFault) << diagnosis.verdict.reason;
+    EXPECT_TRUE(Names(diagnosis.verdict, Component::kR9)) << diagnosis.verdict.reason;
+    EXPECT_NEAR(ValueOf(diagnosis.verdict, Component::kR9), 18e3, 400.0);
+    EXPECT_LT(*diagnosis.verdict.detected_at_s, 7.0);
+    EXPECT_EQ(diagnosis.episodes.size(), 1U);
+  }
+}
+
+TEST(DiagnoseRecord, CallsADoubleFaultUnknown) {
+  const Diagnosis diagnosis = DiagnoseRecord(
+      BenchRecord({AbruptFault(Component::kR1, 5.0), AbruptFault(Component::kJ, 4e-6)}, 12),
+      FreeValues(Channels::kAll));
+  EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kUnknownFault) << diagnosis.verdict.reason;
+  EXPECT_TRUE(diagnosis.verdict.group.empty());
+}
+
+TEST(DiagnoseRecord, SeesTheReturnToNominal) {
+  Fault spell = AbruptFault(Component::kR1, 10.0, 8.0);
+  spell.kind = FaultKind::kIntermittent;
+  spell.until_s = 14.0;
+  const Diagnosis diagnosis =
+      DiagnoseRecord(BenchRecord({spell}, 13), FreeValues(Channels::kUmOnly));
+  EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
+  ASSERT_EQ(diagnosis.episodes.size(), 1U);
+  EXPECT_TRUE(Names(diagnosis.episodes[0].verdict, Component::kR1));
+  ASSERT_TRUE(diagnosis.episodes[0].ended_at_s.has_value());
+  EXPECT_NEAR(*diagnosis.episodes[0].ended_at_s, 14.0, 0.3);
+}
+
+TEST(DiagnoseRecord, SeesASecondFaultAfterTheFirst) {
+  const Diagnosis diagnosis = DiagnoseRecord(
+      BenchRecord(
+          {AbruptFault(Component::kR1, 10.0, 8.0), AbruptFault(Component::kR12, 5.6e3, 14.0)}, 14),
+      FreeValues(Channels::kAll));
+  ASSERT_EQ(diagnosis.episodes.size(), 2U);
+  EXPECT_TRUE(Names(diagnosis.episodes[0].verdict, Component::kR1));
+  EXPECT_TRUE(Names(diagnosis.episodes[1].verdict, Component::kR12))
+      << diagnosis.episodes[1].verdict.reason;
+  EXPECT_NEAR(ValueOf(diagnosis.episodes[1].verdict, Component::kR12), 5.6e3, 60.0);
+}
+
+TEST(DiagnoseRecord, LearnsARigThatIsOffItsDataSheet) {
+  PlantParameters rig;
+  rig.r1_ohm *= 1.05;
+  rig.r12_ohm *= 0.96;
+  rig.ra_ohm *= 0.95;
+  rig.j_kg_m2 *= 1.05;
+  for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
+    const Diagnosis diagnosis = DiagnoseRecord(
+        BenchRecord({AbruptFault(Component::kJ, 4e-6)}, 15, 20.0, rig), FreeValues(channels));
+    EXPECT_EQ(diagnosis.verdict.group, std::vector<Component>{Component::kJ})
+        << diagnosis.verdict.reason;
+    EXPECT_NEAR(ValueOf(diagnosis.verdict, Component::kJ), 4e-6, 0.2e-6);
+  }
+}
+
+TEST(DiagnoseRecord, LivesWithMissingRepeatedAndBrokenSamples) {
+  std::vector<Sample> record = BenchRecord({AbruptFault(Component::kR1, 10.0)}, 16);
+  std::vector<Sample> damaged;
+  for (const Sample& sample : record) {
+    if (sample.index % 97 == 50) continue;  // lost
+    damaged.push_back(sample);
+    if (sample.index % 89 == 20) damaged.push_back(sample);  // said twice
+    if (sample.index % 61 == 7) damaged.back().um_v = std::numeric_limits<double>::quiet_NaN();
+    if (sample.index % 127 == 9) damaged.back().uc_v = std::numeric_limits<double>::infinity();
+  }
+  for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
+    const Diagnosis diagnosis = DiagnoseRecord(damaged, FreeValues(channels));
+    EXPECT_EQ(diagnosis.verdict.group, std::vector<Component>{Component::kR1})
+        << diagnosis.verdict.reason;
+    EXPECT_NEAR(ValueOf(diagnosis.verdict, Component::kR1), 10.0, 0.3);
+    EXPECT_GE(*diagnosis.verdict.detected_at_s, 10.0);
+  }
+}
+
+TEST(DiagnoseRecord, TakesAReadingAtTheRailForABound) {
+  // k = 4.0: 12 V at 3 V input, the converter ends at 10 V.
+  const std::vector<Sample> record = BenchRecord({AbruptFault(Component::kR12, 18e3)}, 17);
+  for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
+    const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(channels));
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kFault) << diagnosis.verdict.reason;
+    EXPECT_TRUE(Names(diagnosis.verdict, Component::kR12)) << diagnosis.verdict.reason;
+    EXPECT_NEAR(ValueOf(diagnosis.verdict, Component::kR12), 18e3, 400.0);
+  }
+}
+
+TEST(DiagnoseRecord, SaysNotExcitedUnderAConstantInput) {
+  std::vector<double> uc(2000, 2.5);
+  const auto record = SimulateRecord(BenchProfileBench(), {}, uc, {}, 18);
+  const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(Channels::kAll));
+  EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNotExcited);
+  ASSERT_TRUE(diagnosis.calibration_refusal.has_value());
+  EXPECT_EQ(diagnosis.calibration_refusal->field, "excitation");
+}
+
+TEST(DiagnoseRecord, RefusesARecordShorterThanTheWindow) {
+  const auto record = BenchRecord({}, 19, 1.0);
+  const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(Channels::kAll));
+  ASSERT_TRUE(diagnosis.calibration_refusal.has_value());
+  EXPECT_EQ(diagnosis.calibration_refusal->field, "length");
+  EXPECT_FALSE(diagnosis.calibration.has_value());
+  EXPECT_FALSE(DiagnoseRecord({}, FreeValues(Channels::kAll)).calibration.has_value());
+}
+
+TEST(DiagnoseRecord, RefusesAHealthyStretchThatHoldsAFault) {
+  const auto record = BenchRecord({AbruptFault(Component::kR1, 10.0, 3.0)}, 20);
+  for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
+    const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(channels));
+    ASSERT_TRUE(diagnosis.calibration_refusal.has_value());
+    EXPECT_NE(diagnosis.verdict.kind, VerdictKind::kNominal);
+  }
+}
+
+TEST(Pipeline, SaysTheSameAsARecordWhenItsTasksComeBackAtOnce) {
+  const auto record = BenchRecord({AbruptFault(Component::kR1, 100.0)}, 31);
+  PipelineConfig config;
+  config.channels = Channels::kUmOnly;
+  Pipeline pipeline(config);
+  std::uint64_t version = pipeline.verdict_version();
+  bool named_within_a_second = false;
+  for (const Sample& sample : record) {
+    pipeline.Push(sample);
+    while (auto task = pipeline.TakeTask()) pipeline.Accept(Solve(*task));
+    EXPECT_GE(pipeline.verdict_version(), version);
+    version = pipeline.verdict_version();
+    if (sample.t_s < 11.05 && Names(pipeline.verdict(), Component::kR1)) {
+      named_within_a_second = true;
+    }
+  }
+  EXPECT_TRUE(named_within_a_second);
+  const Diagnosis live = pipeline.Finish();
+  const Diagnosis offline = DiagnoseRecord(record, FreeValues(Channels::kUmOnly));
+  ASSERT_FALSE(live.verdict.candidates.empty());
+  EXPECT_EQ(live.verdict.candidates.front().value, offline.verdict.candidates.front().value);
+}
+
+TEST(Pipeline, DetectsEvenWhenNobodySolvesItsTasksInTime) {
+  const auto record = BenchRecord({AbruptFault(Component::kR12, 5.6e3)}, 32);
+  PipelineConfig config;
+  Pipeline pipeline(config);
+  std::optional<IsolationTask> late;
+  for (const Sample& sample : record) {
+    pipeline.Push(sample);
+    auto task = pipeline.TakeTask();
+    if (!task) continue;
+    if (task->kind == IsolationTask::Kind::kCalibrate) {
+      late = std::move(task);  // comes back three seconds late
+    }
+    if (late && sample.t_s > 8.0) {
+      pipeline.Accept(Solve(*late));
+      late.reset();
+    }
+  }
+  if (late) pipeline.Accept(Solve(*late));
+  EXPECT_TRUE(pipeline.verdict().detected_at_s.has_value());
+  EXPECT_NEAR(*pipeline.verdict().detected_at_s, 10.0, 0.031);
+}
+
+TEST(Pipeline, UsesAStoredCalibrationFromTheFirstSampleOn) {
+  const Diagnosis first = DiagnoseRecord(BenchRecord({}, 33), FreeValues(Channels::kAll));
+  ASSERT_TRUE(first.calibration.has_value());
+  DiagnoseOptions options = FreeValues(Channels::kAll);
+  options.calibration = first.calibration;
+  const Diagnosis second =
+      DiagnoseRecord(BenchRecord({AbruptFault(Component::kC8, 10e-6, 2.0)}, 34, 6.0), options);
+  EXPECT_EQ(second.verdict.group, std::vector<Component>{Component::kC8}) << second.verdict.reason;
+  EXPECT_NEAR(*second.verdict.onset_s, 2.0, 0.02);
+}
+
+}  // namespace
+}  // namespace faultlab::core
