@@ -9,7 +9,7 @@
 namespace faultlab::server {
 namespace {
 
-constexpr int kIndent = 12;
+constexpr int kIndent = 14;
 
 std::string Digits(double value, int digits) {
   if (!std::isfinite(value)) {

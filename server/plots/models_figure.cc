@@ -28,7 +28,12 @@ Figure MakeModelsFigure(const ModelComparison& comparison,
                         double shown_s) {
   LAB_CHECK(comparison.t_s.size() == comparison.um_v.size());
   Figure figure = MakeFigureOf("Measured and simulated output", context);
-  figure.marks.clear();  // the stretch lies behind the fault
+  for (const Mark& mark : figure.marks) {  // the stretch lies behind the fault: say which
+    if (mark.kind == MarkKind::kFault) {
+      figure.subtitle += (figure.subtitle.empty() ? "" : ", ") + mark.label;
+    }
+  }
+  figure.marks.clear();
   std::size_t shown = comparison.t_s.size();
   if (shown > 0) {
     const double end = comparison.t_s.front() + shown_s;
