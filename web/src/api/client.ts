@@ -49,7 +49,21 @@ export async function send<T>(
     init.body = JSON.stringify(body);
     init.headers = { "Content-Type": "application/json", ...headers };
   }
-  const text = await (await request(path, init)).text();
+  return parsed<T>(await request(path, init));
+}
+
+/** Sends a body that is not JSON. */
+export async function sendText<T>(
+  method: "POST" | "PUT",
+  path: string,
+  body: string,
+  type: string,
+): Promise<T> {
+  return parsed<T>(await request(path, { method, body, headers: { "Content-Type": type } }));
+}
+
+async function parsed<T>(response: Response): Promise<T> {
+  const text = await response.text();
   return (text ? JSON.parse(text) : {}) as T;
 }
 
@@ -63,6 +77,7 @@ export const api = {
   runs: (cursor?: string, limit = 30) =>
     get<Page<Run>>(`/runs?limit=${limit}${cursor ? `&cursor=${id(cursor)}` : ""}`),
   run: (run: string) => get<Run>(`/runs/${id(run)}`),
+  deleteRun: (run: string) => send<unknown>("DELETE", `/runs/${id(run)}`),
   stopRun: (run: string) => send<unknown>("POST", `/runs/${id(run)}/stop`),
   streamToken: (run: string) =>
     send<{ code: string; expires_in_s: number }>("POST", `/runs/${id(run)}/stream-token`),

@@ -1,17 +1,21 @@
-import { get, send } from "./client";
+import { get, send, sendText } from "./client";
 import type {
+  ApiKey,
   AuditEntry,
   Availability,
   Booking,
+  Course,
   FaultSet,
+  Job,
   LabEvent,
   RigClass,
+  RigHealth,
   Session,
   Span,
   Ticket,
   User,
 } from "./lab_types";
-import type { Me, Page } from "./types";
+import type { Me, Page, RunRequest } from "./types";
 
 type Id = string | number;
 const at = (id: Id) => encodeURIComponent(String(id));
@@ -73,7 +77,9 @@ export const lab = {
 
   users: () => items<User>("/users"),
   createUser: (user: { login: string; name: string; role: string }) =>
-    send<User & { link?: string }>("POST", "/users", user),
+    send<User>("POST", "/users", user),
+  changeUser: (user: User, change: { role?: string; disabled?: boolean }) =>
+    send<User>("PATCH", `/users/${at(user.id)}`, change, ifMatch(user.version)),
   resetLink: (id: Id) => send<{ link: string }>("POST", `/users/${at(id)}/reset-link`, {}),
   quarantine: (rig: string, reason: string) =>
     send<unknown>("POST", `/rigs/${at(rig)}/quarantine`, { reason }),
@@ -81,5 +87,28 @@ export const lab = {
   outage: (rig: string, span: Span, reason: string) =>
     send<unknown>("POST", `/rigs/${at(rig)}/outages`, { ...span, reason }),
   selfTest: (rig: string) => send<unknown>("POST", `/rigs/${at(rig)}/self-test`, {}),
+  removeOutage: (rig: string, id: number) =>
+    send<unknown>("DELETE", `/rigs/${at(rig)}/outages/${at(id)}`),
+  health: (rig: string) => get<RigHealth>(`/rigs/${at(rig)}/health`),
+  allSessions: () => items<Session>("/sessions?all=1"),
+  takeOver: (id: Id, reason: string) =>
+    send<Session>("POST", `/sessions/${at(id)}/take-over`, { reason }),
+
+  courses: () => items<Course>("/courses"),
+  createCourse: (name: string) => send<Course>("POST", "/courses", { name }),
+  members: (course: number) => items<User>(`/courses/${at(course)}/members`),
+  enrol: (course: number, csv: string) =>
+    sendText<{ enrolled: number }>("POST", `/courses/${at(course)}/members`, csv, "text/csv"),
+
+  keys: () => items<ApiKey>("/api-keys"),
+  createKey: (key: { name: string; scopes: string[]; expires_at: string }) =>
+    send<ApiKey>("POST", "/api-keys", key),
+  revokeKey: (id: number) => send<unknown>("DELETE", `/api-keys/${at(id)}`),
+
+  jobs: () => items<Job>("/jobs?limit=50"),
+  submitJobs: (name: string, runs: RunRequest[]) =>
+    send<{ batch: string; items: Job[] }>("POST", "/jobs", { name, runs }),
+  cancelJob: (id: string) => send<unknown>("DELETE", `/jobs/${at(id)}`),
+
   audit: () => items<AuditEntry>("/audit"),
 };

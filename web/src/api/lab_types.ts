@@ -7,6 +7,8 @@ export interface RigClass {
   rigs?: number;
   ready?: number;
   elastic?: boolean;
+  waiting?: number;
+  members?: LabRig[];
 }
 
 export interface Span {
@@ -68,16 +70,58 @@ export interface User {
   login: string;
   name: string;
   role: string;
-  disabled?: boolean;
+  disabled: boolean;
+  version: number;
 }
 
 export interface AuditEntry {
-  id: string | number;
+  id: number;
   at: string;
-  who: string;
-  what: string;
-  object?: string;
-  detail?: string;
+  actor: string;
+  verb: string;
+  object: string;
+  detail: string;
+}
+
+export interface Course {
+  id: number;
+  name: string;
+  teaches: boolean;
+  members: number;
+}
+
+export interface ApiKey {
+  id: number;
+  name: string;
+  scopes: string[];
+  expires_at: string;
+  revoked: boolean;
+  /** Shown once, when the key is made. */
+  key?: string;
+}
+
+export interface Job {
+  id: string;
+  batch: string;
+  name: string;
+  state: string;
+  run: string | null;
+  error: string | null;
+  progress: number;
+  created_at: string;
+}
+
+/** A rig as the lab sees it: may it be handed out? */
+export interface LabRig {
+  id: string;
+  rig_class: string;
+  status: string;
+  reason: string;
+  wear_s: number;
+}
+
+export interface RigHealth extends LabRig {
+  outages: (Span & { id: number; reason: string })[];
 }
 
 export interface LabEvent {

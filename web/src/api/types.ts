@@ -81,7 +81,7 @@ export interface RunRequest {
   seed?: number;
   recording?: string;
   /** A saved schedule of faults, instead of `faults`. */
-  fault_set?: string | number;
+  fault_set?: number;
   name?: string;
 }
 

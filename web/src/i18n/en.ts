@@ -252,4 +252,7 @@ export const en = {
   operate: "Operate",
   role: "Role",
   who: "Who",
+  delete_run: "Delete run {run}",
+  delete_run_sure: "Delete run {run} with all its data?",
+  jobs: "Jobs",
 };

@@ -71,7 +71,7 @@ export class PlanModel {
       ...(this.rig ? { rig: this.rig } : {}),
       excitation: this.excitationRequest(),
       duration_s: this.durationS,
-      ...(this.faultSet ? { fault_set: this.faultSet } : { faults: this.faults }),
+      ...(this.faultSet ? { fault_set: Number(this.faultSet) } : { faults: this.faults }),
       seed: this.seed,
       ...(this.name ? { name: this.name } : {}),
     };
