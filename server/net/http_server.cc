@@ -313,9 +313,14 @@ asio::awaitable<bool> HttpServer::Impl::Session::ReadBody(std::size_t bytes_max)
   }
   reading_request_ = true;
   Deadline(server_.options_.limits.body_deadline);
+  parser_->eager(true);
   while (!parser_->is_done()) {
     error_code ec;
-    if (buffer_.size() > 0) buffer_.consume(parser_->put(buffer_.data(), ec));
+    std::size_t used = 0;
+    if (buffer_.size() > 0) {
+      used = parser_->put(buffer_.data(), ec);
+      buffer_.consume(used);
+    }
     if (ec == beast::http::error::body_limit) {
       co_await Refuse(too_large());
       co_return false;
@@ -324,7 +329,8 @@ asio::awaitable<bool> HttpServer::Impl::Session::ReadBody(std::size_t bytes_max)
       co_await Refuse(Problem(400, "bad_request", "Bad body", "Bad body: " + ec.message() + "."));
       co_return false;
     }
-    if (!parser_->is_done() && !co_await ReadMore(kBodyReadBytes)) co_return false;
+    if (parser_->is_done() || used > 0) continue;
+    if (!co_await ReadMore(kBodyReadBytes)) co_return false;
   }
   co_return true;
 }
@@ -667,6 +673,7 @@ HttpCounters HttpServer::Impl::counters() const {
   out.requests = counters_.requests;
   out.deadlines_missed = counters_.deadlines;
   out.pool_refused = counters_.pool_refused;
+  out.pool_waiting = pool_waiting_;
   for (std::size_t i = 0; i < counters_.answers.size(); ++i) {
     out.answers_by_class[i] = counters_.answers[i];
   }

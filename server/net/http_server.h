@@ -55,6 +55,7 @@ struct HttpCounters {
   std::uint64_t answers_by_class[6] = {};  ///< [2] = 2xx ..
   std::uint64_t deadlines_missed = 0;
   std::uint64_t pool_refused = 0;
+  std::uint64_t pool_waiting = 0;
 };
 
 /// HTTP/1.1 on one network thread. Deadlines on every read and write, limits that hold before a

@@ -96,7 +96,7 @@ TEST(RunBody, NamesTheFieldThatIsWrong) {
       {R"({"faults":[{"component":"R2","value":1}]})", "/faults/0/component"},
       {R"({"faults":[{"component":"R1"}]})", "/faults/0/value"},
       {R"({"faults":[{"component":"R1","value":0}]})", "/faults/0/value"},
-      {R"({"faults":[{"component":"R1","value":1e400}]})", "body"},
+      {R"({"faults":[{"component":"R1","value":1e400}]})", "/faults/0/value"},
       {R"({"faults":[{"component":"R1","value":10,"at_s":20}]})", "/faults/0/at_s"},
       {R"({"faults":[{"component":"R1","value":10,"at_s":-1}]})", "/faults/0/at_s"},
       {R"({"faults":[{"component":"R1","value":10,"kind":"sudden"}]})", "/faults/0/kind"},

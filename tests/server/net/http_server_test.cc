@@ -250,10 +250,11 @@ TEST_F(HttpServerTest, AnswersOthersWhileEveryPoolThreadIsBusy) {
   gate_.WaitForInside(2);
   RawClient waits(port);
   waits.Send(wait);
+  while (server_->counters().pool_waiting == 0) std::this_thread::yield();
   EXPECT_EQ(Get(port, "/hello").status, 200);
   // One may wait for a thread; the next is told to come back.
-  HttpAnswer refused;
-  while (refused.status != 503) refused = Get(port, "/wait");
+  const HttpAnswer refused = Get(port, "/wait");
+  EXPECT_EQ(refused.status, 503);
   EXPECT_EQ(refused.Header("Retry-After"), "1");
   gate_.Open();
   EXPECT_EQ(a.ReadAnswer().status, 200);
