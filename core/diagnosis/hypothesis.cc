@@ -32,7 +32,14 @@ constexpr int kRefinements = 12;
 // Rise of the cost that a bound must reach: two standard deviations.
 constexpr double kBoundCost = 4.0;
 // A drifting value is held for this many samples; the filter does not resolve finer steps.
-constexpr std::size_t kDriftBlock = 5;
+constexpr std::size_t kDriftBlock = 10;
+// From a constant to a slope is a short way; what needs more steps is no slope.
+constexpr int kDriftIterations = 6;
+// When a stretch before an alarm counts as healthy: its energy, and how far it moves what is known
+// (chi-square with 8 degrees of freedom, 99.99 % at 31).
+constexpr double kHealthySigmas = 4.0;
+constexpr double kHealthyMargin = 0.15;
+constexpr double kHealthyPriorCost = 31.0;
 // Prior of a released coordinate: a factor of e either way.
 constexpr double kFreeSd = 1.0;
 
@@ -164,6 +171,20 @@ RigParameters WithComponent(const RigParameters& rig, Component component, doubl
   return changed;
 }
 
+GaussianPrior LearnMore(const FitContext& context) {
+  const auto run = [&](const Eigen::VectorXd& q, InnovationTrace* trace) {
+    return Run(context, MovedBy(context, context.rig, q), trace);
+  };
+  const MapFit fit = FitMap(run, context.calibration, context.calibration.mean);
+  const double n = std::max(1, fit.innovations.count);
+  const bool healthy =
+      fit.converged &&
+      fit.innovations.chi2 / n < 1.0 + kHealthySigmas * std::sqrt(2.0 / n) + kHealthyMargin &&
+      fit.prior_cost < kHealthyPriorCost;
+  if (!healthy) return context.calibration;
+  return {fit.point, context.calibration.information + fit.information};
+}
+
 HypothesisFit FitNothing(const FitContext& context) {
   return FitNuisance(context, nullptr, 0.0);
 }
@@ -271,7 +292,9 @@ DriftFit FitDrift(const FitContext& context, const HypothesisFit& from) {
   start(0) = std::log(from.value);
   start(1) = start(0);
   start.tail(kCoordinateCount) = from.nuisance;
-  const MapFit fit = FitMap(run, prior, start);
+  MapFitOptions options;
+  options.iterations_max = kDriftIterations;
+  const MapFit fit = FitMap(run, prior, start, options);
   DriftFit drift;
   drift.first_value = std::exp(fit.point(0));
   drift.fit = from;

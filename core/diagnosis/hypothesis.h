@@ -42,6 +42,10 @@ inline bool LikelierFirst(const HypothesisFit& a, const HypothesisFit& b) {
 
 RigParameters WithComponent(const RigParameters& rig, Component component, double value);
 
+/// What is known of the coordinates after one more healthy stretch. `calibration` itself when the
+/// stretch does not fit the rig.
+GaussianPrior LearnMore(const FitContext& context);
+
 /// The stretch under the rig as it is, nuisances fitted.
 HypothesisFit FitNothing(const FitContext& context);
 

@@ -58,6 +58,7 @@ struct IsolationResult {
   /// The faults that the model must carry from here on to predict the record (one, or two).
   std::vector<Candidate> present;
   std::vector<double> shift;  ///< how far that fit moved the calibration's coordinates (8, or none)
+  double gain = 0.0;          ///< what a fault explains better than no fault, in -2 log probability
   double explained = 0.0;     ///< score of the best hypothesis: 1 explains everything
 };
 

@@ -19,7 +19,12 @@ constexpr std::size_t kSolveEvery = 500;
 // From here on a fit is taken for settled: the paper's SWA window.
 constexpr std::size_t kSettledAfter = 100;
 // History kept before an alarm, and data kept after it.
-constexpr std::size_t kHistory = 150;
+constexpr std::size_t kHistory = 600;
+constexpr std::size_t kHistoryBlock = 100;  // dropped at once
+// An alarm that no fault explains is withdrawn; one that a fault explains a little may be a small
+// fault, which needs more data.
+constexpr double kWithdrawGain = 8.0;
+constexpr std::size_t kWithdrawAfter = 500;
 constexpr std::size_t kSegmentMax = 2000;
 // Samples that wait for the calibration to come back; more than a fit can take on any machine.
 constexpr std::size_t kBacklogMax = 3000;
@@ -35,7 +40,7 @@ struct Pipeline::State {
       : config(std::move(c)),
         bank(EstimatorBankOptions{.period_s = config.period_s}),
         builder(config.channels, config.period_s, config.um_rail_v) {
-    history.reserve(2 * kHistory);
+    history.reserve(kHistory + kHistoryBlock);
     if (config.calibration) {
       calibration = std::make_shared<const Calibration>(*config.calibration);
       phase = Phase::kWatching;
@@ -164,8 +169,8 @@ struct Pipeline::State {
       segment.push_back(sample);
       ++since_alarm;
     } else {
-      if (history.size() == 2 * kHistory) {
-        history.erase(history.begin(), history.begin() + kHistory);
+      if (history.size() == kHistory + kHistoryBlock) {
+        history.erase(history.begin(), history.begin() + kHistoryBlock);
       }
       history.push_back(sample);
     }
@@ -254,7 +259,9 @@ struct Pipeline::State {
     if (!next.onset_s) next.onset_s = onset_t_s;
     next.path = Paper().path;
     if (result.returned_to_nominal) {
-      if (!next.settled) return;  // wait for more: a small fault needs more than a glimpse
+      // A small fault needs more than a glimpse.
+      if (!next.settled) return;
+      if (result.gain > kWithdrawGain && since_alarm < kWithdrawAfter) return;
       ReturnToNominal(next);
       return;
     }

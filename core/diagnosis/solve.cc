@@ -14,7 +14,7 @@ namespace faultlab::core {
 namespace {
 
 // Gain in -2 log p over "nothing changed" that a fault must bring, the choice among seven included.
-constexpr double kFaultGain = 20.0;
+constexpr double kFaultGain = 14.0;
 // Hypotheses this close to the best are not excluded: three standard deviations.
 constexpr double kNotExcludedCost = 9.0;
 // Per-sample squared distance of whitened predictions below which an hour of data would not tell
@@ -22,15 +22,21 @@ constexpr double kNotExcludedCost = 9.0;
 constexpr double kSamePrediction = 2e-5;
 // A fault on top of another one has one more thing to explain with than a fault alone.
 constexpr double kSecondFaultCost = 20.0;
-// Longest stretch that is fitted: what is newest counts.
-constexpr std::size_t kStretchMax = 1000;
+// Readings that are fitted at most (the newest): enough for every target, and it bounds the time.
+constexpr std::size_t kReadingsMax = 1200;
 // When one value does not explain the stretch, its newest part may still have one, or a slope.
 constexpr std::size_t kLateSamples = 200;
 constexpr std::size_t kDriftSamples = 100;
 constexpr std::size_t kLateMin = 60;
 constexpr std::size_t kDriftHypotheses = 3;
+// A constant value this much worse than another component's is no drift of the first.
+constexpr double kDriftWorthCost = 3000.0;
+// History that teaches: not too short, and not too near to what may be the fault's beginning.
+constexpr std::size_t kHistoryMin = 100;
+constexpr std::size_t kHistoryGap = 50;
 // History in which the onset is looked for.
 constexpr std::size_t kOnsetHistory = 120;
+constexpr std::size_t kAllAlong = 10;
 
 GaussianPrior PriorOf(const Calibration& calibration) {
   LAB_CHECK(calibration.covariance.size() ==
@@ -97,8 +103,12 @@ class Isolation {
     nominal_.calibration = PriorOf(*task.calibration);
     nominal_.period_s = task.options.period_s;
     const std::size_t n = observations_.size();
-    const std::size_t from = std::max(std::min(task.fit_from, n), n - std::min(n, kStretchMax));
+    const std::size_t channels =
+        1U + (task.calibration->used_ia ? 1U : 0U) + (task.calibration->used_n ? 1U : 0U);
+    const std::size_t from =
+        std::max(std::min(task.fit_from, n), n - std::min(n, kReadingsMax / channels));
     nominal_.stretch = std::span<const Observation>(observations_).subspan(from);
+    LearnFromHistory(std::min(task.fit_from, n));
   }
 
   IsolationResult Run() {
@@ -133,6 +143,14 @@ class Isolation {
   }
 
  private:
+  // The record before the alarm is healthy too, and longer than the calibration's stretch at times.
+  void LearnFromHistory(std::size_t fit_from) {
+    if (!task_.reference.empty() || fit_from < kHistoryMin + kHistoryGap) return;
+    FitContext history = nominal_;
+    history.stretch = std::span<const Observation>(observations_).first(fit_from - kHistoryGap);
+    nominal_.calibration = LearnMore(history);
+  }
+
   FitSet Fit(const FitContext& context) const {
     return FitComponents(context, Changeable(task_.options), task_.options.values);
   }
@@ -160,6 +178,7 @@ class Isolation {
     std::vector<HypothesisFit>& fits = drift.set.fits;
     const double constant_cost = drift.set.best().cost;
     for (std::size_t i = 0; i < std::min(kDriftHypotheses, fits.size()); ++i) {
+      if (fits[i].cost - constant_cost > kDriftWorthCost) break;
       fits[i] = FitDrift(slope, fits[i]).fit;
     }
     std::sort(fits.begin(), fits.end(), LikelierFirst);
@@ -174,6 +193,7 @@ class Isolation {
     const HypothesisFit& best = set.best();
     const double score = best.chi2 / std::max(1, best.count);
     result.explained = score;
+    result.gain = set.gain();
     result.shape = explanation.shape;
     if (set.gain() < kFaultGain) {
       result.returned_to_nominal = true;
@@ -212,10 +232,19 @@ class Isolation {
     if (!task_.calibration->used_ia || !task_.calibration->used_n) {
       verdict.reason += "; with um alone a double fault cannot be excluded";
     }
-    if (explanation.shape == FaultShape::kAbrupt) FindOnset(explanation, verdict);
+    if (explanation.shape != FaultShape::kAbrupt) return;
+    const bool all_along = FindOnset(explanation, verdict);
+    if (second && all_along) {
+      // It was there as far back as the history goes: it came together with the other one.
+      verdict.kind = VerdictKind::kUnknownFault;
+      verdict.reason = "two components have changed together: " + FaultSentence(verdict) + " and " +
+                       ValueText(task_.reference.front());
+      verdict.group.clear();
+    }
   }
 
-  void FindOnset(const Explanation& explanation, Verdict& verdict) const {
+  // True when the fault seems to have been there since before the history begins.
+  bool FindOnset(const Explanation& explanation, Verdict& verdict) const {
     const std::size_t alarm = std::min(task_.alarm_at, observations_.size() - 1);
     const std::size_t begin = alarm - std::min(alarm, kOnsetHistory);
     RigParameters before = nominal_.rig;
@@ -236,6 +265,7 @@ class Isolation {
                               std::span<const Observation>(observations_).subspan(begin),
                               alarm - begin);
     verdict.onset_s = task_.samples[std::min(onset, task_.samples.size() - 1)].t_s;
+    return onset - begin <= kAllAlong;
   }
 
   const IsolationTask& task_;
