@@ -246,6 +246,7 @@ TEST_F(HttpServerTest, AnswersOthersWhileEveryPoolThreadIsBusy) {
   RawClient a(port);
   RawClient b(port);
   a.Send(wait);
+  gate_.WaitForInside(1);
   b.Send(wait);
   gate_.WaitForInside(2);
   RawClient waits(port);
