@@ -15,7 +15,7 @@ export default defineConfig({
   },
   server: {
     proxy: {
-      "/api": backend,
+      "/api/v1": backend,
       "/healthz": backend,
       "/readyz": backend,
       "/ws": { target: backend, ws: true },

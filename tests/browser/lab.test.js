@@ -1,0 +1,115 @@
+import assert from "node:assert/strict";
+import { after, before, describe, it } from "node:test";
+import { axe, launchBrowser, openPage, settled, startServer, waitForReview } from "./support.js";
+
+const PASSWORD = "correct horse battery";
+
+describe("lab", { timeout: 240_000 }, () => {
+  let server;
+  let browser;
+
+  before(async () => {
+    server = await startServer({ speed: 20 });
+    browser = await launchBrowser();
+  });
+  after(async () => {
+    await browser?.close();
+    await server?.stop();
+  });
+
+  async function setPassword(page, url) {
+    await page.goto(url);
+    await page.getByLabel("New password").fill(PASSWORD);
+    await page.getByLabel("Once more").fill(PASSWORD);
+    await page.getByRole("button", { name: "Save" }).click();
+    await page.getByRole("heading", { name: "Sign in" }).waitFor();
+  }
+
+  async function signIn(page, login) {
+    await page.getByLabel("Login").fill(login);
+    await page.getByLabel("Password").fill(PASSWORD);
+    await page.getByRole("main").getByRole("button", { name: "Sign in" }).click();
+    await page.getByRole("heading", { name: "My lab" }).waitFor();
+  }
+
+  it("first link, admin, new instructor, fault set, run with it, sweep as jobs, key, sign out", async () => {
+    const token = /reset\?token=([\w-]+)/.exec(server.output())?.[1];
+    assert.ok(token, `the first start prints a link:\n${server.output()}`);
+    const { page, close } = await openPage(browser, server.url);
+    await setPassword(page, `${server.url}/reset?token=${token}`);
+    await signIn(page, "admin");
+
+    await page.getByRole("link", { name: "Operate" }).click();
+    await page.getByRole("heading", { name: "Users" }).waitFor();
+    await page.getByLabel("Login", { exact: true }).fill("teacher");
+    await page.getByLabel("Name", { exact: true }).fill("A Teacher");
+    await page.getByLabel("Role", { exact: true }).selectOption("instructor");
+    await page.getByRole("button", { name: "Add user" }).click();
+    const link = await page.locator("code").innerText();
+    await page.getByRole("cell", { name: "teacher", exact: true }).waitFor();
+    assert.deepEqual(await axe(page), []);
+    await page.getByRole("link", { name: "admin" }).click();
+    await page.getByRole("button", { name: "Sign out" }).click();
+    await page.getByRole("link", { name: "Sign in" }).waitFor();
+
+    await setPassword(page, link);
+    await signIn(page, "teacher");
+    assert.equal(await page.getByRole("link", { name: "Operate" }).count(), 0);
+    assert.deepEqual(await axe(page), []);
+
+    await page.getByRole("link", { name: "Fault sets" }).click();
+    await page.getByLabel("Name").first().fill("Gain faults");
+    await page.getByLabel("Component").selectOption("R12");
+    await page.getByRole("button", { name: "Save" }).click();
+    await page.getByText("R12 → 5.6 kΩ @ 10 s").waitFor();
+    assert.deepEqual(await axe(page), []);
+
+    await page.getByRole("link", { name: "Lab", exact: true }).click();
+    await page.getByLabel("Fault set").selectOption({ label: "Gain faults" });
+    await page.getByRole("button", { name: "Run this experiment" }).click();
+    await waitForReview(page);
+    assert.match(await page.locator(".heading").innerText(), /R12/);
+
+    await page.getByRole("link", { name: "Jobs" }).click();
+    await page.getByRole("button", { name: "Submit 3 runs" }).click();
+    await page.getByRole("cell", { name: "sweep" }).nth(2).waitFor();
+    assert.deepEqual(await axe(page), []);
+
+    await page.getByRole("link", { name: "A Teacher" }).click();
+    await page.getByLabel("Name").fill("script");
+    await page.getByRole("button", { name: "New key" }).click();
+    const key = await page.locator("code").innerText();
+    const me = await fetch(`${server.url}/api/v1/auth/me`, {
+      headers: { Authorization: `Bearer ${key}` },
+    });
+    assert.equal((await me.json()).login, "teacher");
+    assert.deepEqual(await axe(page), []);
+    await page.getByRole("button", { name: "Sign out" }).click();
+    await page.getByRole("link", { name: "Sign in" }).waitFor();
+    await close();
+  });
+
+  it("a wrong password is refused in words, and nobody is signed in", async () => {
+    const { page, close } = await openPage(browser, `${server.url}/signin`, {
+      allow: /status of 401/,
+    });
+    await page.getByLabel("Login").fill("admin");
+    await page.getByLabel("Password").fill("wrong wrong wrong");
+    await page.getByRole("main").getByRole("button", { name: "Sign in" }).click();
+    await page.getByRole("alert").waitFor();
+    assert.ok((await page.getByRole("alert").innerText()).length > 10);
+    assert.equal(await page.getByRole("link", { name: "My lab" }).count(), 0);
+    await close();
+  });
+
+  it("a guest who opens the lab's pages is asked to sign in, and nothing breaks", async () => {
+    for (const path of ["/my", "/book", "/teach", "/admin", "/jobs", "/account"]) {
+      const { page, close } = await openPage(browser, server.url + path, {
+        allow: /status of 40[13]/,
+      });
+      await settled(page);
+      assert.deepEqual(await axe(page), [], path);
+      await close();
+    }
+  });
+});
