@@ -1,0 +1,110 @@
+#include <gtest/gtest.h>
+
+#include <boost/json/parse.hpp>
+#include <set>
+#include <string>
+
+#include "tests/server/cli/child_program.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+constexpr char kRecording[] = FAULTLAB_TEST_DATA "/r1_33ohm.csv.gz";
+
+class CliPlot : public ChildProgram {};
+
+int BigEndian(const std::string& bytes, std::size_t at) {
+  int value = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    value = value * 256 + static_cast<unsigned char>(bytes[at + i]);
+  }
+  return value;
+}
+
+TEST_F(CliPlot, DrawsEveryFigureOfARecording) {
+  for (const std::string figure : {"signals", "swa", "sia", "models"}) {
+    const Finished run =
+        Run("plot " + std::string(kRecording) + " --figure " + figure + " -o " + figure + ".png");
+    ASSERT_EQ(run.exit_code, 0) << figure << ": " << run.err;
+    const std::string png = Read(figure + ".png");
+    ASSERT_GT(png.size(), 10'000u);
+    EXPECT_EQ(png.substr(1, 3), "PNG");
+    EXPECT_EQ(BigEndian(png, 16), 1600);
+    EXPECT_EQ(BigEndian(png, 20), 900);
+  }
+}
+
+TEST_F(CliPlot, MarksTheFaultThatTheFileNames) {
+  ASSERT_EQ(Run("simulate --fault C8=10u@10 -o run.csv").exit_code, 0);
+  ASSERT_EQ(Run("plot run.csv -o figure.json").exit_code, 0);
+  const json::value figure = json::parse(Read("figure.json"));
+  EXPECT_EQ(figure.at("marks").at(0).at("kind"), "fault");
+  EXPECT_EQ(figure.at("marks").at(0).at("x"), 10.0);
+  EXPECT_EQ(figure.at("marks").at(0).at("label"), "C8 = 10 µF");
+}
+
+TEST_F(CliPlot, RefusesWhatItCannotDrawAndKeepsTheOldFile) {
+  Write("old.png", "old");
+  Finished run = Run("plot " + std::string(kRecording) + " --figure spectrum -o old.png");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.err,
+            "faultlab: unknown figure 'spectrum', expected one of signals, swa, sia, models\n");
+  run = Run("plot " + std::string(kRecording) + " --scale 5 -o old.png");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.err, "faultlab: scale must be 1 or 2\n");
+  run = Run("plot run-1234 -o old.png");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.err,
+            "faultlab: 'run-1234' is no CSV file, and there is no database of runs at "
+            "data/faultlab.db; name a file or the folder with --data\n");
+  run = Run("plot " + std::string(kRecording) + " -o old.png", "FAULTLAB_FONT=/none.ttf");
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_NE(run.err.find("fonts-dejavu-core"), std::string::npos);
+  EXPECT_EQ(Read("old.png"), "old");
+  EXPECT_EQ(Listing(), "old.png");
+}
+
+using CliReproduce = ChildProgram;
+
+TEST_F(CliReproduce, HoldsEveryTableOfThePaperBesideOurs) {
+  const Finished run = Run("reproduce --json --repetitions 1");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json::value answer = json::parse(run.out);
+  std::set<std::int64_t> tables;
+  for (const json::value& table : answer.at("tables").as_array()) {
+    tables.insert(table.at("table").to_number<std::int64_t>());
+    EXPECT_FALSE(table.at("rows").as_array().empty());
+  }
+  EXPECT_EQ(tables.size(), 18u);
+  EXPECT_EQ(*tables.begin(), 3);
+  EXPECT_EQ(*tables.rbegin(), 20);
+  const json::value& row = answer.at("tables").at(4).at("rows").at(0);
+  EXPECT_EQ(row.at("fault").at("component"), "R1");
+  EXPECT_EQ(row.at("name"), "b0");
+  EXPECT_EQ(row.at("paper"), 2.306);
+  EXPECT_NEAR(row.at("ours").to_number<double>(), 2.306, 0.1);
+  const Finished text = Run("reproduce --repetitions 1");
+  EXPECT_NE(text.out.find("Table 20"), std::string::npos);
+  EXPECT_NE(text.out.find("Summary"), std::string::npos);
+}
+
+using CliAdmin = ChildProgram;
+
+TEST_F(CliAdmin, NeverMakesADatabaseByAccident) {
+  const Finished run = Run("admin check --data lab");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_EQ(run.err,
+            "faultlab: there is no database at lab/faultlab.db; name its folder with --data, or "
+            "start the server once\n");
+  EXPECT_EQ(Listing(), "");
+}
+
+TEST_F(CliAdmin, RehearsesTheScheduler) {
+  const Finished run = Run("admin rehearse --steps 2000 --weeks 0 --json");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(json::parse(run.out).at("double_allocations"), 0);
+}
+
+}  // namespace
+}  // namespace faultlab::server

@@ -1,0 +1,141 @@
+#include "server/export/recording_export.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <matio.h>
+
+#include <unistd.h>
+
+#include <boost/json/parse.hpp>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "core/types/check.h"
+#include "server/csv/csv_record.h"
+#include "server/export/mat_file.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace fs = std::filesystem;
+namespace json = boost::json;
+
+/// Three samples, the middle one without a current; estimates that tell sample and parameter.
+class RecordingExportTest : public ::testing::Test {
+ protected:
+  RecordingExportTest() {
+    for (int k = 0; k < 3; ++k) {
+      core::Frame frame;
+      frame.sample.index = k;
+      frame.sample.t_s = 0.01 * k;
+      frame.sample.uc_v = 2.0 + k;
+      frame.sample.um_v = 0.1 + 1.0 / (k + 3);
+      frame.sample.ia_a = k == 1 ? core::kAbsent : 0.25 * k;
+      for (core::Estimate<3>& estimate : frame.estimates) {
+        estimate.status = core::EstimateStatus::kExcited;
+        estimate.theta = {10.0 * k, 10.0 * k + 1, 10.0 * k + 2};
+        estimate.sigma = {0.5, 0.6, 0.7};
+      }
+      frame.estimates[0].status =
+          k == 0 ? core::EstimateStatus::kInvalid : core::EstimateStatus::kWeak;
+      frames_.push_back(frame);
+      samples_.push_back(frame.sample);
+    }
+    recording_.name = "R1 = 100 Ω";
+    recording_.origin = "rig sim-1";
+    recording_.period_s = 0.01;
+    recording_.samples = samples_;
+    recording_.frames = frames_;
+    recording_.faults = {{core::Component::kR9, 18000, 5, core::FaultKind::kDrift, 17}};
+    recording_.diagnosis = json::object{{"verdict", "fault"}};
+  }
+
+  std::vector<core::Sample> samples_;
+  std::vector<core::Frame> frames_;
+  RecordingExport recording_;
+};
+
+TEST_F(RecordingExportTest, WritesACsvThatReadsBackWithItsFaultInAComment) {
+  const core::Result<CsvRecord> read = ParseCsv(ExportCsv(recording_), "export");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_THAT(read.value().comments,
+              ::testing::ElementsAre("R1 = 100 Ω", "rig sim-1", "fault R9=18000@5..17"));
+  ASSERT_EQ(read.value().samples.size(), 3u);
+  EXPECT_EQ(read.value().samples[2].um_v, samples_[2].um_v);
+}
+
+TEST_F(RecordingExportTest, WritesJsonWithNullForALostNumber) {
+  const json::value read = json::parse(ExportJson(recording_));
+  EXPECT_EQ(read.at("name"), "R1 = 100 Ω");
+  EXPECT_TRUE(read.at("samples").at("ia_a").at(1).is_null());
+  EXPECT_EQ(read.at("samples").at("um_v").at(2).as_double(), samples_[2].um_v);
+  EXPECT_EQ(read.at("faults").at(0).at("until_s"), 17.0);
+  EXPECT_TRUE(read.at("estimates").at("swa_50").at("theta").at(0).at(0).is_null())
+      << "an invalid estimate is no number";
+  EXPECT_EQ(read.at("estimates").at("sia_500_20").at("theta").at(2).at(1), 21.0);
+  EXPECT_EQ(read.at("diagnosis").at("verdict"), "fault");
+}
+
+/// A variable as libmatio reads it.
+class MatVariable {
+ public:
+  MatVariable(mat_t* file, const char* name) : variable_(Mat_VarRead(file, name)) {}
+  MatVariable(const MatVariable&) = delete;
+  MatVariable& operator=(const MatVariable&) = delete;
+  ~MatVariable() { Mat_VarFree(variable_); }
+  const matvar_t* operator->() const { return variable_; }
+  bool ok() const { return variable_ != nullptr; }
+  double at(std::size_t i) const { return static_cast<const double*>(variable_->data)[i]; }
+
+ private:
+  matvar_t* variable_;
+};
+
+TEST_F(RecordingExportTest, WritesAMatFileThatLibmatioReads) {
+  const fs::path path = fs::temp_directory_path() / ("faultlab-" + std::to_string(::getpid()));
+  std::ofstream(path, std::ios::binary) << ExportMat(recording_);
+  mat_t* file = Mat_Open(path.c_str(), MAT_ACC_RDONLY);
+  fs::remove(path);
+  ASSERT_NE(file, nullptr);
+  EXPECT_EQ(Mat_GetVersion(file), MAT_FT_MAT5);
+  {
+    const MatVariable um(file, "um_v");
+    ASSERT_TRUE(um.ok());
+    ASSERT_EQ(um->dims[0], 3u);
+    ASSERT_EQ(um->dims[1], 1u);
+    EXPECT_EQ(um.at(2), samples_[2].um_v);
+    const MatVariable ia(file, "ia_a");
+    ASSERT_TRUE(ia.ok());
+    EXPECT_TRUE(std::isnan(ia.at(1)));
+    const MatVariable period(file, "period_s");
+    ASSERT_TRUE(period.ok());
+    EXPECT_EQ(period.at(0), 0.01);
+    const MatVariable swa(file, "swa_100");
+    ASSERT_TRUE(swa.ok());
+    ASSERT_EQ(swa->dims[0], 3u);
+    ASSERT_EQ(swa->dims[1], 3u);
+    EXPECT_EQ(swa.at(2), 20.0) << "column-major: b0d of the third sample";
+    EXPECT_EQ(swa.at(3), 1.0) << "b1d of the first sample";
+    const MatVariable invalid(file, "swa_50");
+    ASSERT_TRUE(invalid.ok());
+    EXPECT_TRUE(std::isnan(invalid.at(0)));
+    const MatVariable name(file, "name");
+    ASSERT_TRUE(name.ok());
+    EXPECT_EQ(name->class_type, MAT_C_CHAR);
+    EXPECT_EQ(name->dims[1], 10u) << "letters, not bytes";
+  }
+  Mat_Close(file);
+}
+
+TEST(MatFile, RefusesANameThatMatlabCannotHave) {
+  MatFile file("");
+  EXPECT_THROW(file.AddScalar("1st", 0.0), core::ContractError);
+  EXPECT_THROW(file.AddScalar("a b", 0.0), core::ContractError);
+  EXPECT_THROW(file.AddScalar(std::string(64, 'a'), 0.0), core::ContractError);
+  EXPECT_THROW(file.AddMatrix("m", {}, 1, 1), core::ContractError);
+}
+
+}  // namespace
+}  // namespace faultlab::server
