@@ -362,6 +362,9 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     const bool asked = error.get_exit_code() == EXIT_SUCCESS;  // --help, --version
+    if (!asked && argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty()) {
+      server::PrintError("unknown command '" + std::string(argv[1]) + "'");
+    }
     app.exit(error);
     return asked ? server::kExitOk : server::kExitBadInput;
   }

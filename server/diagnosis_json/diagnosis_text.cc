@@ -124,16 +124,15 @@ void AppendCalibration(std::ostringstream& out, const core::Diagnosis& diagnosis
 }
 
 void AppendFits(std::ostringstream& out, const std::vector<core::FitPercent>& fits) {
-  if (fits.empty()) {
-    return;
-  }
-  out << Label("fit");
-  std::string_view gap = "";
+  std::string text;
   for (const core::FitPercent& fit : fits) {
-    out << gap << fit.model << ' ' << Digits(fit.percent, 4) << " %";
-    gap = ", ";
+    if (std::isfinite(fit.percent)) {
+      text += (text.empty() ? "" : ", ") + fit.model + ' ' + Digits(fit.percent, 4) + " %";
+    }
   }
-  out << '\n';
+  if (!text.empty()) {
+    out << Label("fit") << text << '\n';
+  }
 }
 
 }  // namespace
