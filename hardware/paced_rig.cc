@@ -106,7 +106,17 @@ core::Status PacedRig::Start(Epoch epoch) {
     state_ = RigState::kRunning;
   }
   HeardFrom();
-  loop_ = options_.runner->Launch(*this);
+  try {
+    loop_ = options_.runner->Launch(*this);
+  } catch (const std::exception& error) {
+    const std::lock_guard lock(mutex_);
+    state_ = RigState::kIdle;
+    queue_.Close();
+    state_changed_.notify_all();
+    return core::Error{.code = core::ErrorCode::kUnavailable,
+                       .message = std::string("no loop for the rig: ") + error.what(),
+                       .field = {}};
+  }
   return core::Done{};
 }
 

@@ -17,6 +17,7 @@ constexpr Nanoseconds kLost = std::chrono::seconds(2);
 constexpr Nanoseconds kAliveEvery = std::chrono::milliseconds(100);
 constexpr Nanoseconds kHolderSilent = std::chrono::milliseconds(500);
 constexpr Nanoseconds kRefillEvery = std::chrono::milliseconds(100);
+constexpr int kHolesAtOnce = 32;
 constexpr int kUploadRounds = 20;
 /// Pieces of a plan sent at once: well inside a default socket buffer.
 constexpr int kUploadBurst = 32;
@@ -600,11 +601,21 @@ void RemoteRig::AskRefill() {
   const Nanoseconds now = now_();
   if (refill_asked_at_.count() >= 0 && now - refill_asked_at_ < kRefillEvery) return;
   refill_asked_at_ = now;
-  Message message = NewCommand("refill");
-  message.request = next_request_++;
-  message.from = next_seq_;
-  message.to = early_.empty() ? seen_end_seq_ : early_.begin()->first;
-  Send(message);
+  // Each hole by itself: what lies between them is here already.
+  std::int64_t from = next_seq_;
+  auto known = early_.begin();
+  for (int hole = 0; hole < kHolesAtOnce && from < seen_end_seq_; ++hole) {
+    Message message = NewCommand("refill");
+    message.request = next_request_++;
+    message.from = from;
+    message.to = known == early_.end() ? seen_end_seq_ : known->first;
+    Send(message);
+    from = message.to;
+    while (known != early_.end() && known->first == from) {
+      ++known;
+      ++from;
+    }
+  }
 }
 
 void RemoteRig::Poll() {

@@ -1,0 +1,408 @@
+// Far rigs over real UDP multicast, in a network namespace of this process alone.
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <thread>
+
+#include "hardware/clock.h"
+#include "hardware/lcm/lcm_log.h"
+#include "hardware/lcm/lcm_tap.h"
+#include "hardware/lcm/message_bus.h"
+#include "hardware/lcm/rig_agent.h"
+#include "hardware/lcm/rig_agent_program.h"
+#include "hardware/lcm/rig_finder.h"
+#include "hardware/simulated/simulated_rig.h"
+#include "tests/hardware/rig_runs.h"
+#include "tests/system/network/udp_relay.h"
+
+namespace faultlab::hardware {
+namespace {
+
+constexpr Epoch kEpoch{1};
+constexpr int kAgentPort = 7667;
+constexpr int kServerPort = 7668;  // the other side of the relay
+
+std::string Url(int port) {
+  return "udpm://239.255.76.67:" + std::to_string(port) + "?ttl=0";
+}
+
+/// One folder for this process and the ones that it forks.
+const std::string& KeyFolder() {
+  static const std::string folder =
+      testing::TempDir() + "/network_keys_" + std::to_string(getpid());
+  return folder;
+}
+
+/// An agent with a simulated bench on the real bus, in this process: its counts can be seen.
+class AgentHere {
+ public:
+  AgentHere(const std::string& id, double speed, double ride_through_s)
+      : bus_(OpenLcmBus(Url(kAgentPort)).value()) {
+    SimulatedRigOptions options;
+    options.id = id;
+    options.speed = speed;
+    options.queue_messages = 1u << 16;
+    rig_ = MakeSimulatedRig(options);
+    RigAgentSettings settings;
+    settings.key = LoadOrMakeRigKey(KeyFolder(), id).value();
+    const auto ride = Nanoseconds(static_cast<std::int64_t>(ride_through_s * 1e9));
+    settings.watchdog = std::max(settings.watchdog, ride);
+    settings.lease += ride;
+    agent_ = std::make_unique<RigAgent>(
+        *rig_,
+        *bus_,
+        settings,
+        [clock = MakeSteadyClock()] { return clock->Now(); },
+        [] { return std::chrono::system_clock::now().time_since_epoch().count(); });
+    thread_ = std::thread([this] {
+      while (!stop_) {
+        bus_->Handle(std::chrono::milliseconds(2));
+        agent_->Poll();
+      }
+    });
+  }
+  ~AgentHere() { Stop(); }
+  /// Ends the thread; the counts may be read then.
+  const RigAgentCounts& Stop() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+    return agent_->counts();
+  }
+  Rig& rig() { return *rig_; }
+
+ private:
+  std::unique_ptr<MessageBus> bus_;
+  std::unique_ptr<Rig> rig_;
+  std::unique_ptr<RigAgent> agent_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+std::unique_ptr<RigFinder> Finder(int port, const std::string& name) {
+  return OpenRigFinder({.lcm_url = Url(port), .key_directory = KeyFolder(), .server_name = name})
+      .value();
+}
+
+RemoteRigInfo InfoOf(const RigFinder& finder, const std::string& id) {
+  for (const RemoteRigInfo& info : finder.List()) {
+    if (info.description.id == id) return info;
+  }
+  return {};
+}
+
+std::shared_ptr<Rig> WaitFor(RigFinder& finder, const std::string& id) {
+  while (InfoOf(finder, id).link != LinkState::kBack) std::this_thread::yield();
+  return finder.Find(id);
+}
+
+void ExpectEveryIndex(const RunLog& log, std::size_t samples) {
+  ASSERT_EQ(log.samples.size(), samples);
+  for (std::size_t k = 0; k < samples; ++k) {
+    ASSERT_EQ(log.samples[k].index, static_cast<std::int64_t>(k));
+  }
+  EXPECT_TRUE(log.Of(RigEventKind::kGap).empty());
+}
+
+/// `faultlab rig` as a process.
+pid_t ForkAgent(const std::string& id) {
+  const pid_t pid = fork();
+  if (pid != 0) return pid;
+  RigAgentOptions options;
+  options.id = id;
+  options.lcm_url = Url(kAgentPort);
+  options.key_directory = KeyFolder();
+  options.supervise = false;
+  _exit(RunRigAgent(options));
+}
+
+int StatusOf(pid_t pid) {
+  int status = 0;
+  waitpid(pid, &status, 0);
+  return status;
+}
+
+/// An empty frame at the pace of a run: lcm-logger's small socket buffer loses a flood.
+void PublishPaced(LcmTap::Stream& stream) {
+  const auto clock = MakeSteadyClock();
+  (void)clock->SleepUntil(clock->Now() + std::chrono::milliseconds(5));
+  stream.Publish(core::Frame{});
+}
+
+/// lcm-logger as a process; ends with this object.
+class Logger {
+ public:
+  explicit Logger(const std::string& file) {
+    std::filesystem::remove(file);
+    pid_ = fork();
+    if (pid_ == 0) {
+      const std::string url = "--lcm-url=" + Url(kAgentPort);
+      execlp("lcm-logger",
+             "lcm-logger",
+             "-q",
+             "-f",
+             url.c_str(),
+             file.c_str(),
+             static_cast<char*>(nullptr));
+      _exit(127);
+    }
+  }
+  ~Logger() {
+    if (!runs()) return;
+    kill(pid_, SIGINT);
+    (void)StatusOf(pid_);
+  }
+  bool runs() {
+    if (pid_ > 0 && waitpid(pid_, nullptr, WNOHANG) != 0) pid_ = 0;
+    return pid_ > 0;
+  }
+
+ private:
+  pid_t pid_ = 0;
+};
+
+TEST(Network, AStormLosesNoSample) {
+  AgentHere agent("net-1", 2.0, 30.0);
+  UdpRelay relay(kAgentPort,
+                 kServerPort,
+                 {.loss = 0.15, .duplicate = 0.05, .reorder = 0.1, .delay_ms = 20},
+                 1);
+  const auto finder = Finder(kServerPort, "here");
+  const auto rig = WaitFor(*finder, "net-1");
+  const core::Status armed = rig->Arm(SquarePlan(600), kEpoch);
+  ASSERT_TRUE(armed.ok()) << armed.error().message;
+  ASSERT_TRUE(rig->Start(kEpoch).ok());
+  ExpectEveryIndex(Drain(*rig), 600);
+  EXPECT_GT(relay.lost(), 50u);
+}
+
+TEST(Network, ACutOfFiveSecondsLosesNoSample) {
+  AgentHere agent("net-2", 1.0, 30.0);
+  UdpRelay relay(kAgentPort, kServerPort, {}, 2);
+  const auto finder = Finder(kServerPort, "here");
+  const auto rig = WaitFor(*finder, "net-2");
+  ASSERT_TRUE(rig->Arm(SquarePlan(800), kEpoch).ok());
+  ASSERT_TRUE(rig->Start(kEpoch).ok());
+  std::thread mender;
+  std::vector<LinkState> seen;
+  const RunLog log = Drain(*rig, [&](const core::Sample& sample) {
+    if (sample.index != 100) return;
+    relay.SetCut(true);
+    mender = std::thread([&] {
+      const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+      while (std::chrono::steady_clock::now() < until) {
+        const LinkState link = InfoOf(*finder, "net-2").link;
+        if (seen.empty() || seen.back() != link) seen.push_back(link);
+        std::this_thread::yield();
+      }
+      relay.SetCut(false);
+    });
+  });
+  mender.join();
+  ExpectEveryIndex(log, 800);
+  EXPECT_EQ(log.events.back().kind, RigEventKind::kFinished);
+  EXPECT_GT(InfoOf(*finder, "net-2").gaps_refilled, 300);
+  EXPECT_EQ(seen, (std::vector{LinkState::kBack, LinkState::kLate, LinkState::kLost}));
+}
+
+TEST(Network, SixtySecondsOfARunThatWereNotHeardAreRefilled) {
+  AgentHere agent("net-3", 20.0, 30.0);  // 60 s of the run pass in 3 s
+  UdpRelay relay(kAgentPort, kServerPort, {}, 3);
+  const auto finder = Finder(kServerPort, "here");
+  const auto rig = WaitFor(*finder, "net-3");
+  ASSERT_TRUE(rig->Arm(SquarePlan(8000), kEpoch).ok());
+  ASSERT_TRUE(rig->Start(kEpoch).ok());
+  std::thread mender;
+  const RunLog log = Drain(*rig, [&](const core::Sample& sample) {
+    if (sample.index != 500) return;
+    relay.SetCut(true);
+    mender = std::thread([&] {
+      const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(3);
+      while (std::chrono::steady_clock::now() < until) std::this_thread::yield();
+      relay.SetCut(false);
+    });
+  });
+  mender.join();
+  ExpectEveryIndex(log, 8000);
+  EXPECT_GT(InfoOf(*finder, "net-3").gaps_refilled, 5000);
+}
+
+TEST(Network, AKilledAgentIsLostAndItsNextStartIsFound) {
+  pid_t agent = ForkAgent("net-4");
+  const auto finder = Finder(kAgentPort, "here");
+  auto key = LoadRigKey(KeyFolder(), "net-4");
+  while (!key.ok() || !key.value()) key = LoadRigKey(KeyFolder(), "net-4");
+  const auto rig = WaitFor(*finder, "net-4");
+  ASSERT_TRUE(rig->Arm(SquarePlan(5000), kEpoch).ok());
+  ASSERT_TRUE(rig->Start(kEpoch).ok());
+  std::vector<RigMessage> first;
+  while (first.empty()) (void)rig->Read(first, std::chrono::milliseconds(100));
+  kill(agent, SIGKILL);
+  EXPECT_TRUE(WIFSIGNALED(StatusOf(agent)));
+  std::thread reviver([&] {
+    while (InfoOf(*finder, "net-4").link != LinkState::kLost) std::this_thread::yield();
+    agent = ForkAgent("net-4");
+  });
+  EXPECT_EQ(Drain(*rig).last_text(), "the agent started anew");
+  reviver.join();
+  EXPECT_EQ(InfoOf(*finder, "net-4").link, LinkState::kBack);
+  ASSERT_TRUE(rig->Arm(SquarePlan(20), kEpoch).ok());
+  ASSERT_TRUE(rig->Start(kEpoch).ok());
+  ExpectEveryIndex(Drain(*rig), 20);
+  kill(agent, SIGTERM);
+  const int status = StatusOf(agent);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "SIGTERM ends in a safe stop";
+}
+
+TEST(Network, AKilledServerStopsTheRunAndTheNextOneGetsTheRig) {
+  AgentHere agent("net-5", 1.0, 0.0);
+  const pid_t server = fork();
+  if (server == 0) {
+    const auto finder = Finder(kAgentPort, "doomed");
+    const auto rig = WaitFor(*finder, "net-5");
+    if (!rig->Arm(SquarePlan(50'000), kEpoch).ok() || !rig->Start(kEpoch).ok()) _exit(1);
+    std::vector<RigMessage> some;
+    while (some.size() < 50) (void)rig->Read(some, std::chrono::milliseconds(100));
+    kill(getpid(), SIGKILL);
+  }
+  EXPECT_TRUE(WIFSIGNALED(StatusOf(server)));
+  const auto killed_at = std::chrono::steady_clock::now();
+  while (agent.rig().state() == RigState::kRunning) std::this_thread::yield();
+  const std::chrono::duration<double> silence = std::chrono::steady_clock::now() - killed_at;
+  std::printf("drive 0 %.0f ms after the server's death\n", silence.count() * 1e3);
+  const auto finder = Finder(kAgentPort, "next");
+  const auto rig = WaitFor(*finder, "net-5");
+  core::Status armed = rig->Arm(SquarePlan(20), kEpoch);
+  while (!armed.ok() && armed.error().code == core::ErrorCode::kBusy) {
+    armed = rig->Arm(SquarePlan(20), kEpoch);
+  }
+  ASSERT_TRUE(armed.ok()) << armed.error().message;
+  ASSERT_TRUE(rig->Start(kEpoch).ok());
+  ExpectEveryIndex(Drain(*rig), 20);
+}
+
+TEST(Network, AnImpostorChangesNothing) {
+  AgentHere agent("net-6", 2.0, 30.0);
+  const auto finder = Finder(kAgentPort, "here");
+  const auto rig = WaitFor(*finder, "net-6");
+  RunLog log;
+  std::uint64_t sent = 0;
+  {
+    UdpImpostor impostor(kAgentPort, 6);
+    ASSERT_TRUE(rig->Arm(SquarePlan(600), kEpoch).ok());
+    ASSERT_TRUE(rig->Start(kEpoch).ok());
+    log = Drain(*rig);
+    sent = impostor.sent();
+  }
+  ExpectEveryIndex(log, 600);
+  EXPECT_TRUE(log.Of(RigEventKind::kFaultCommanded).empty());
+  const RigAgentCounts& counts = agent.Stop();
+  std::printf("%lu datagrams of the impostor: %lu forged, %lu replayed, 0 accepted\n",
+              static_cast<unsigned long>(sent),
+              static_cast<unsigned long>(counts.forged),
+              static_cast<unsigned long>(counts.replayed));
+  EXPECT_GT(counts.replayed, 0u);
+}
+
+TEST(Network, SeveralAgentsAndTwoServersFindEachOther) {
+  AgentHere one("net-7a", 1.0, 0.0);
+  AgentHere two("net-7b", 1.0, 0.0);
+  const auto first = Finder(kAgentPort, "first");
+  const auto second = Finder(kAgentPort, "second");
+  const auto mine = WaitFor(*first, "net-7a");
+  const auto theirs = WaitFor(*second, "net-7a");
+  (void)WaitFor(*second, "net-7b");
+  EXPECT_EQ(first->Find("net-7c"), nullptr);
+  ASSERT_TRUE(mine->Arm(SquarePlan(50), kEpoch).ok());
+  EXPECT_EQ(theirs->Arm(SquarePlan(10), kEpoch).error().code, core::ErrorCode::kBusy);
+  ASSERT_TRUE(second->Find("net-7b")->Arm(SquarePlan(10), kEpoch).ok());
+  ASSERT_TRUE(mine->Start(kEpoch).ok());
+  ExpectEveryIndex(Drain(*mine), 50);
+}
+
+TEST(Network, ATappedRunIsRecordedByLcmLoggerAndPlayedByLcmLogplayer) {
+  const std::string path = testing::TempDir() + "/network_tap.lcm";
+  const std::string again = testing::TempDir() + "/network_tap_again.lcm";
+  auto tap = LcmTap::Open(Url(kAgentPort));
+  ASSERT_TRUE(tap.ok());
+  auto logger = std::make_unique<Logger>(path);
+  const auto has_bytes = [](const std::string& file) {
+    std::error_code none;
+    return std::filesystem::exists(file, none) && std::filesystem::file_size(file, none) > 0;
+  };
+  {
+    // Until the logger listens: its file grows.
+    LcmTap::Stream hello(*tap.value(), "net-8", "hello", kEpoch);
+    while (!has_bytes(path)) {
+      PublishPaced(hello);
+      ASSERT_TRUE(logger->runs()) << "lcm-logger (liblcm-bin) does not run";
+    }
+  }
+  LcmTap::Stream stream(*tap.value(), "net-8", "run", kEpoch);
+  SimulatedRigOptions options;
+  options.speed = 2.0;
+  const auto rig = MakeSimulatedRig(options);
+  ASSERT_TRUE(rig->Arm(SquarePlan(200), kEpoch).ok());
+  ASSERT_TRUE(rig->Start(kEpoch).ok());
+  const RunLog run = Drain(*rig, [&](const core::Sample& sample) {
+    stream.Publish(core::Frame{.sample = sample, .estimates = {}});
+  });
+  // lcm-logger writes every 100 ms; a marker behind the run tells that all of it is there.
+  LcmTap::Stream marker(*tap.value(), "net-8", "marker", kEpoch);
+  while (!ReadLcmLog(path, "marker").ok()) PublishPaced(marker);
+  logger.reset();
+  const auto record = ReadLcmLog(path, "run");
+  ASSERT_TRUE(record.ok()) << record.error().message;
+  ASSERT_EQ(record.value().samples.size(), 200u);
+  EXPECT_EQ(record.value().samples[199].um_v, run.samples[199].um_v);
+
+  LcmRecord export_record = record.value();
+  export_record.run = "exported";
+  ASSERT_TRUE(WriteLcmLog(path, export_record, 1'000'000).ok());
+  logger = std::make_unique<Logger>(again);
+  {
+    LcmTap::Stream hello(*tap.value(), "net-8", "hello", kEpoch);
+    while (!has_bytes(again)) {
+      PublishPaced(hello);
+      ASSERT_TRUE(logger->runs()) << "lcm-logger (liblcm-bin) does not run";
+    }
+  }
+  const std::string play =
+      "lcm-logplayer --lcm-url='" + Url(kAgentPort) + "' " + path + " > /dev/null";
+  ASSERT_EQ(std::system(play.c_str()), 0);
+  while (!ReadLcmLog(again, "marker").ok()) PublishPaced(marker);
+  logger.reset();
+  const auto played = ReadLcmLog(again, "exported");
+  ASSERT_TRUE(played.ok()) << played.error().message;
+  ASSERT_EQ(played.value().samples.size(), 200u);
+  EXPECT_EQ(played.value().samples[199].um_v, run.samples[199].um_v);
+}
+
+}  // namespace
+}  // namespace faultlab::hardware
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  constexpr int kSkip = 77;
+  if (geteuid() != 0 || unshare(CLONE_NEWNET) != 0) {
+    std::puts("skipped: a private network namespace needs root (CAP_SYS_ADMIN)");
+    return kSkip;
+  }
+  if (std::system("ip link set lo up && ip link set lo multicast on && "
+                  "ip route add 239.255.76.67/32 dev lo") != 0) {
+    std::puts("skipped: this namespace takes no multicast route (is iproute2 installed?)");
+    return kSkip;
+  }
+  (void)faultlab::hardware::KeyFolder();  // named before the first fork
+  const int status = RUN_ALL_TESTS();
+  std::error_code ignored;
+  std::filesystem::remove_all(faultlab::hardware::KeyFolder(), ignored);
+  return status;
+}
