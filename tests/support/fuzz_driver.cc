@@ -2,6 +2,7 @@
 // the corpus folders given, then on seeded mutations of them. A crash or a sanitizer's complaint
 // fails the test; the input is left in ./crash-input.
 //   target [-runs=N] [-seed=S] CORPUS..
+#include <csignal>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -15,14 +16,30 @@
 #include <vector>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
+/// There when the program was built with a sanitizer.
+extern "C" __attribute__((weak)) void __sanitizer_set_death_callback(void (*callback)());
 
 namespace {
 
 constexpr std::size_t kBytesMax = 1 << 16;
 
+const std::string* running = nullptr;
+
+/// The input that was running when the program died.
+void KeepCrashInput() {
+  if (running != nullptr) std::ofstream("crash-input", std::ios::binary) << *running;
+}
+
+void OnSignal(int number) {
+  KeepCrashInput();
+  std::signal(number, SIG_DFL);
+  std::raise(number);
+}
+
 void Run(const std::string& input) {
-  std::ofstream("crash-input", std::ios::binary) << input;
+  running = &input;
   LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(input.data()), input.size());
+  running = nullptr;
 }
 
 std::vector<std::string> ReadCorpus(const std::vector<std::string>& folders) {
@@ -105,11 +122,14 @@ int main(int argc, char** argv) {
       folders.emplace_back(argument);
     }
   }
+  for (const int number : {SIGABRT, SIGSEGV, SIGFPE, SIGILL, SIGBUS}) {
+    std::signal(number, OnSignal);
+  }
+  if (__sanitizer_set_death_callback != nullptr) __sanitizer_set_death_callback(KeepCrashInput);
   const std::vector<std::string> corpus = ReadCorpus(folders);
   for (const std::string& input : corpus) Run(input);
   Mutator mutator(seed, corpus);
   for (std::uint64_t i = 0; i < runs; ++i) Run(mutator.Next());
-  std::filesystem::remove("crash-input");
   std::printf("%zu inputs of the corpus, %llu mutations, seed %llu: no complaint\n",
               corpus.size(),
               static_cast<unsigned long long>(runs),
