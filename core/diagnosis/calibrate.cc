@@ -103,7 +103,7 @@ void FitNoise(const RigParameters& rig,
   constexpr std::array<double, kOutputCount> kFloor = {
       kNoiseFloorUmV, kNoiseFloorIaA, kNoiseFloorSpeed};
   double best = cost(noise);
-  for (double factor : {2.0, 1.4, 1.15, 1.05}) {
+  for (double factor : {2.0, 1.4, 1.15, 1.05, 1.015}) {
     for (int pass = 0; pass < 4; ++pass) {
       bool improved = false;
       for (std::size_t c = 0; c <= kOutputCount; ++c) {

@@ -29,8 +29,8 @@ constexpr std::array<Range, kComponentCount> kRanges = {{
 constexpr std::size_t kScanSamples = 120;
 constexpr std::size_t kRefineSamples = 300;
 constexpr int kRefinements = 12;
-// Rise of the cost that a bound must reach: two standard deviations.
-constexpr double kBoundCost = 4.0;
+// Rise of the cost that a bound must reach: three standard deviations.
+constexpr double kBoundCost = 9.0;
 // A drifting value is held for this many samples; the filter does not resolve finer steps.
 constexpr std::size_t kDriftBlock = 10;
 // From a constant to a slope is a short way; what needs more steps is no slope.
@@ -119,13 +119,19 @@ double SizeCost(const PlantParameters& plant, const HypothesisFit& h) {
   return decades * decades;
 }
 
-// The calibration's prior behind `extra` flat coordinates of a hypothesis.
-GaussianPrior WithFlat(const GaussianPrior& calibration, int extra) {
+// The calibration's prior behind `extra` logarithms of values. They are as good as free around
+// where the scan found them; the little that is known keeps a flat cost from being a singular one.
+constexpr double kValueLogSd = 4.0;
+GaussianPrior WithValues(const GaussianPrior& calibration, int extra, double log_value) {
   GaussianPrior prior;
   prior.mean = Eigen::VectorXd::Zero(extra + kCoordinateCount);
   prior.mean.tail(kCoordinateCount) = calibration.mean;
   prior.information = Eigen::MatrixXd::Zero(extra + kCoordinateCount, extra + kCoordinateCount);
   prior.information.bottomRightCorner(kCoordinateCount, kCoordinateCount) = calibration.information;
+  for (int i = 0; i < extra; ++i) {
+    prior.mean(i) = log_value;
+    prior.information(i, i) = 1.0 / (kValueLogSd * kValueLogSd);
+  }
   return prior;
 }
 
@@ -249,9 +255,8 @@ HypothesisFit ScanComponent(const FitContext& context, Component component) {
 
 void RefineComponent(const FitContext& context, HypothesisFit& h) {
   const Range& range = kRanges[static_cast<std::size_t>(h.component)];
-  const GaussianPrior prior = WithFlat(context.calibration, 1);
-  Eigen::VectorXd start = prior.mean;
-  start(0) = std::log(h.value);
+  const GaussianPrior prior = WithValues(context.calibration, 1, std::log(h.value));
+  const Eigen::VectorXd start = prior.mean;
   const auto run = [&](const Eigen::VectorXd& q, InnovationTrace* trace) {
     const RigParameters rig = MovedBy(context, context.rig, q.tail(kCoordinateCount));
     return Run(context, WithComponent(rig, h.component, std::exp(q(0))), trace);
@@ -287,10 +292,8 @@ DriftFit FitDrift(const FitContext& context, const HypothesisFit& from) {
     }
     return RunInnovations(segments, context.stretch, trace);
   };
-  const GaussianPrior prior = WithFlat(context.calibration, 2);
+  const GaussianPrior prior = WithValues(context.calibration, 2, std::log(from.value));
   Eigen::VectorXd start = prior.mean;
-  start(0) = std::log(from.value);
-  start(1) = start(0);
   start.tail(kCoordinateCount) = from.nuisance;
   MapFitOptions options;
   options.iterations_max = kDriftIterations;

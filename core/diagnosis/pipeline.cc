@@ -153,7 +153,7 @@ struct Pipeline::State {
                      const std::vector<double>& shift,
                      int samples) {
     detector.emplace(ReferenceRig(faults, shift),
-                     NoiseOf(*calibration),
+                     DetectionNoiseOf(*calibration),
                      config.period_s,
                      Mask(),
                      calibration->thresholds,

@@ -33,4 +33,15 @@ NoiseLevel NoiseOf(const Calibration& calibration) {
           calibration.friction_tau_s};
 }
 
+NoiseLevel DetectionNoiseOf(const Calibration& calibration) {
+  constexpr double kReadingAllowance = 1.03;
+  constexpr double kFrictionAllowance = 1.4;
+  NoiseLevel noise = NoiseOf(calibration);
+  noise.um_v *= kReadingAllowance;
+  noise.ia_a *= kReadingAllowance;
+  noise.w_rad_s *= kReadingAllowance;
+  noise.friction_nm *= kFrictionAllowance;
+  return noise;
+}
+
 }  // namespace faultlab::core

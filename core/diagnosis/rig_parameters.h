@@ -45,5 +45,8 @@ inline constexpr double kRadPerSecondOfRpm = 2.0 * 3.14159265358979323846 / 60.0
 
 RigParameters ParametersOf(const Calibration& calibration);
 NoiseLevel NoiseOf(const Calibration& calibration);
+/// What detection must allow for: a few seconds hold some nine independent values of the friction's
+/// slow noise (its rms may be 40 % low) and some hundreds of a reading's (3 %).
+NoiseLevel DetectionNoiseOf(const Calibration& calibration);
 
 }  // namespace faultlab::core
