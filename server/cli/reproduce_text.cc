@@ -9,16 +9,17 @@
 namespace faultlab::server {
 namespace {
 
-constexpr std::size_t kFaultWidth = 24;
+constexpr std::size_t kFaultWidth = 28;
 constexpr std::size_t kCellWidth = 10;
 constexpr int kDigits = 4;
+constexpr int kValueDigits = 6;  // "33000", not "3.3e+04"
 
-std::string Digits(double value) {
+std::string Digits(double value, int digits = kDigits) {
   if (!std::isfinite(value)) {
     return "-";
   }
   std::array<char, 40> text;
-  std::snprintf(text.data(), text.size(), "%.*g", kDigits, value);
+  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
   return text.data();
 }
 
@@ -35,8 +36,8 @@ std::string FaultText(const std::optional<core::TableFault>& fault) {
   if (!fault) {
     return "no fault";
   }
-  return std::string(core::Name(fault->component)) + " = " + Digits(fault->value) + " " +
-         std::string(core::Unit(fault->component));
+  return std::string(core::Name(fault->component)) + " = " + Digits(fault->value, kValueDigits) +
+         " " + std::string(core::Unit(fault->component));
 }
 
 bool SameFault(const std::optional<core::TableFault>& a, const std::optional<core::TableFault>& b) {

@@ -15,6 +15,7 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::size_t kNameWidth = 26;
+constexpr int kValueDigits = 6;  // "33000", not "3.3e+04"
 
 json::array Names(std::span<const core::Component> components) {
   json::array out;
@@ -58,9 +59,9 @@ json::object FaultJson(const core::FaultIsolability& fault) {
           {"group", Names(fault.group)}};
 }
 
-std::string Digits(double value) {
+std::string Digits(double value, int digits = 3) {
   std::array<char, 40> text;
-  std::snprintf(text.data(), text.size(), "%.3g", value);
+  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
   return text.data();
 }
 
@@ -103,7 +104,7 @@ std::string ToText(const core::Isolability& isolability) {
   std::string out = Padded("Fault") + Padded("seen") + "can be taken for\n";
   for (const core::FaultIsolability& fault : isolability.faults) {
     const std::string name = std::string(core::Name(fault.fault.component)) + " = " +
-                             Digits(fault.fault.value) + " " +
+                             Digits(fault.fault.value, kValueDigits) + " " +
                              std::string(core::Unit(fault.fault.component));
     std::string rivals;
     for (std::size_t i = 1; i < fault.group.size(); ++i) {
@@ -117,13 +118,16 @@ std::string ToText(const core::Isolability& isolability) {
   for (const core::SmallestVisible& one : isolability.smallest) {
     constexpr double kPercent = 100.0;
     const auto value = [](const std::optional<double>& limit) {
-      std::string text = limit ? Digits(*limit) : "none";
+      std::string text = limit ? Digits(*limit, kValueDigits) : "none";
       text.resize(17, ' ');
       return text;
     };
-    out +=
-        Padded(std::string(core::Name(one.component)) + " (nominal " + Digits(one.nominal) + ")") +
-        value(one.below) + value(one.above) + Digits(kPercent * one.relative_sigma) + " %\n";
+    out += Padded(std::string(core::Name(one.component)) + " (nominal " +
+                  Digits(one.nominal, kValueDigits) + ")") +
+           value(one.below) + value(one.above) +
+           (std::isfinite(one.relative_sigma) ? Digits(kPercent * one.relative_sigma) + " %"
+                                              : "none") +
+           "\n";
   }
   for (const std::vector<core::Component>& group : isolability.ambiguous) {
     out += "No amount of this data tells apart:";

@@ -24,8 +24,19 @@ std::string DistanceText(double distance) {
   if (!std::isfinite(distance)) {
     return "∞";
   }
+  constexpr double kNothing = 0.005;  // less cannot be seen in two decimals
+  constexpr double kLong = 1e4;
+  if (distance < kNothing) {
+    return "0";
+  }
   std::array<char, 40> text;
-  std::snprintf(text.data(), text.size(), distance < 100.0 ? "%.2g" : "%.0f", distance);
+  if (distance < kLong) {
+    const int digits = distance < 100.0 ? 2 : 4;
+    std::snprintf(text.data(), text.size(), "%.*g", digits, distance);
+    return text.data();
+  }
+  const int power = static_cast<int>(std::floor(std::log10(distance)));
+  std::snprintf(text.data(), text.size(), "%.1f·10^{%d}", distance / std::pow(10.0, power), power);
   return text.data();
 }
 

@@ -60,7 +60,7 @@ PixelRect DrawHeading(Canvas& canvas, const PlotStyle& style, const Figure& figu
                 style.footer_px,
                 kQuietColour,
                 Align::kRight);
-    bottom -= style.footer_px;
+    bottom -= style.footer_px + style.Px(6);
   }
   return {margin, top, canvas.width() - 2 * margin, bottom - top};
 }

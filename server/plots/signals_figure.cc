@@ -104,6 +104,10 @@ Figure MakeOverlayFigure(const std::vector<OverlayPanel>& panels, const FigureCo
       series.width = kLineWidth;
       series.x = trace.t_s;
       series.y = trace.um_v;
+      if (series.x.size() > 1 && !figure.x.range) {
+        const double period_s = series.x[1] - series.x[0];
+        figure.x.range = {series.x.front(), series.x.back() + period_s};
+      }
       panel.series.push_back(std::move(series));
     }
     figure.panels.push_back(std::move(panel));
