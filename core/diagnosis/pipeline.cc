@@ -28,7 +28,7 @@ constexpr std::size_t kWithdrawAfter = 500;
 constexpr std::size_t kSegmentMax = 2000;
 // Samples that wait for the calibration to come back; more than a fit can take on any machine.
 constexpr std::size_t kBacklogMax = 3000;
-// The samples behind a fault's fitted value widen the tests around it less than a calibration's.
+// The estimate that the paper's methods are shown with.
 constexpr std::size_t kEstimatorForPath = static_cast<std::size_t>(EstimatorId::kSia100x20);
 
 }  // namespace

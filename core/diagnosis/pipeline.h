@@ -33,11 +33,11 @@ struct PipelineConfig {
 ///                    |  TakeTask --IsolationTask--> Solve (any thread) --IsolationResult--> Accept
 ///                    +--> verdict()
 ///
-/// Push costs about a microsecond and allocates nothing between alarms. Whatever takes longer
-/// (calibration, fits) leaves as a task; a run whose tasks nobody takes still detects once it is
-/// calibrated. At most one task is out; a task not yet taken is replaced by a newer one.
-/// The estimates depend on the samples alone; verdicts also on when results were accepted.
-/// Not thread-safe: Push, TakeTask and Accept belong to one thread.
+/// Push costs one to two microseconds and, once calibrated, allocates nothing between alarms.
+/// Whatever takes longer (calibration, fits) leaves as a task; a run whose tasks nobody takes still
+/// detects once it is calibrated. At most one task is out; a task not yet taken is replaced by a
+/// newer one. The estimates depend on the samples alone; verdicts also on when results were
+/// accepted. Not thread-safe: Push, TakeTask and Accept belong to one thread.
 class Pipeline {
  public:
   explicit Pipeline(PipelineConfig config);
