@@ -99,6 +99,7 @@ class Finder final : public RigFinder {
             std::move(settings),
             [clock = clock_] { return clock->Now(); },
             UnixNs);
+        made->OnAnnounce(bytes);  // described before anybody can find it
         found = rigs_.emplace(said->rig, std::move(made)).first;
       }
       rig = found->second;

@@ -240,7 +240,7 @@ void Bus() {
     }
   }
   mender.join();
-  std::printf("cut of 5 s: whole again %.2f s after its end, %zu samples of 1000, %ld by refill\n",
+  std::printf("cut of 5 s: whole again %.3f s after its end, %zu samples of 1000, %ld by refill\n",
               recovery_s,
               samples + std::count_if(messages.begin(),
                                       messages.end(),
