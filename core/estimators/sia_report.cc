@@ -20,18 +20,26 @@ bool SiaExactMap::Apply(const double* inverse,
     sigma[2] = reach > t ? -t / std::log(1.0 - t / reach) : 0.0;
     return false;
   }
-  const double ratio = t / a1p;                // 1 - exp(-T/a1)
-  const double log_pole = std::log(1.0 - ratio);  // -T/a1
+  // Divisions are what this costs beside log and exp: reciprocals are shared.
+  const double per_a1p = 1.0 / a1p;
+  const double pole = 1.0 - t * per_a1p;  // exp(-T/a1)
+  const double log_pole = std::log(pole);
+  if (!(log_pole < 0.0)) {
+    return false;  // a1' beyond 1e14 T: an integrator to these numbers, theta' is all there is
+  }
   const double a1 = -t / log_pole;
-  const double b0d = b1p / a1p;
-  const double growth = std::exp(delta_s / a1);
-  const double b1 = a1 * (b0 - (b0 - b0d) * growth);
+  const double rate = -log_pole / t;  // 1/a1
+  const double b0d = b1p * per_a1p;
+  const double growth = delta_s == 0.0 ? 1.0 : std::exp(delta_s * rate);
+  const double grown = (b0 - b0d) * growth;
+  const double b1_over_a1 = b0 - grown;
+  const double b1 = a1 * b1_over_a1;
   // d a1 / d a1' = (a1/a1')^2 / (1 - T/a1');  d growth / d a1 = -growth delta / a1^2.
-  const double da1 = (a1 / a1p) * (a1 / a1p) / (1.0 - ratio);
+  const double share = a1 * per_a1p;
+  const double da1 = share * share / pole;
   const double db1_db0 = a1 * (1.0 - growth);
-  const double db1_db1p = a1 * growth / a1p;
-  const double db1_da1 = b1 / a1 + (b0 - b0d) * growth * delta_s / a1;
-  const double db1_da1p = db1_da1 * da1 - a1 * growth * b0d / a1p;
+  const double db1_db1p = share * growth;
+  const double db1_da1p = (b1_over_a1 + grown * delta_s * rate) * da1 - db1_db1p * b0d;
   // Packed inverse: (0,0) (1,0) (1,1) (2,0) (2,1) (2,2).
   const double b1_variance =
       variance * (db1_db0 * db1_db0 * inverse[0] + db1_db1p * db1_db1p * inverse[2] +
