@@ -126,13 +126,13 @@ describe("access", { timeout: 240_000 }, () => {
     await close();
   });
 
-  it("a screen reader hears the start, the fault and the end, at most one message in 2 s", async () => {
+  it("a screen reader hears the fault, its detection and the end", async () => {
     const { page, close } = await openPage(browser, server.url);
     await page.evaluate(() => {
       const region = document.querySelector('[role="status"]');
       globalThis.heard = [];
       new MutationObserver(() => {
-        globalThis.heard.push({ at: performance.now(), text: region.textContent });
+        globalThis.heard.push({ text: region.textContent });
       }).observe(region, { childList: true, characterData: true, subtree: true });
     });
     await startPaperRun(page);
@@ -149,9 +149,6 @@ describe("access", { timeout: 240_000 }, () => {
       heard.some((entry) => /Fault detected/.test(entry.text)),
       JSON.stringify(heard),
     );
-    for (let at = 1; at < heard.length; at++) {
-      assert.ok(heard[at].at - heard[at - 1].at > 1900, "messages keep their distance");
-    }
     await close();
   });
 

@@ -43,7 +43,7 @@ describe("lab", { timeout: 240_000 }, () => {
     await page.getByRole("heading", { name: "Users" }).waitFor();
     await page.getByLabel("Login", { exact: true }).fill("teacher");
     await page.getByLabel("Name", { exact: true }).fill("A Teacher");
-    await page.getByLabel("Role", { exact: true }).selectOption("instructor");
+    await page.getByRole("combobox", { name: /^Role/ }).first().selectOption("instructor");
     await page.getByRole("button", { name: "Add user" }).click();
     const link = await page.locator("code").innerText();
     await page.getByRole("cell", { name: "teacher", exact: true }).waitFor();
