@@ -133,6 +133,11 @@ Config ReadAll(TableReader& in, const std::string& file) {
     simulators.Seed("seed", config.fixture_seed);
     in.Take(simulators.Finish());
   }
+  if (const toml::table* table = in.Table("lab")) {
+    TableReader lab(*table, "lab.", file);
+    lab.Integer("benches", config.lab_benches, 0, 64);
+    in.Take(lab.Finish());
+  }
   if (const toml::table* table = in.Table("limits")) {
     TableReader limits(*table, "limits.", file);
     limits.Integer("runs", config.runs_max, 1, 1000);

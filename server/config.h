@@ -22,6 +22,7 @@ struct Config {
   std::string log_level = "info";
 
   int sim_rigs = 4;
+  int lab_benches = 0;                ///< simulated benches that need a session
   std::string sim_profile = "bench";  ///< bench | multisim
   double sim_speed = 1.0;
   int runs_max = 32;  ///< at the same time

@@ -1,7 +1,9 @@
 #include <boost/json.hpp>
 #include <cmath>
+#include <map>
 
 #include "server/api/handlers.h"
+#include "server/api/lab_api.h"
 
 namespace faultlab::server {
 namespace {
@@ -96,6 +98,7 @@ core::Result<HttpResponse> Metrics(ApiContext& api, const ApiRequest&) {
   }
   out.Add("faultlab_http_deadlines_missed_total", "counter", http.deadlines_missed);
   out.Add("faultlab_http_pool_refused_total", "counter", http.pool_refused);
+  out.Add("faultlab_http_pool_waiting", "gauge", http.pool_waiting);
 
   const StreamCounters stream = api.hub.counters();
   out.Add("faultlab_viewers_open", "gauge", stream.viewers_open);
@@ -120,6 +123,18 @@ core::Result<HttpResponse> Metrics(ApiContext& api, const ApiRequest&) {
   out.Add("faultlab_rig_overruns_total", "counter", runs.overruns);
   out.Add("faultlab_rig_gaps_total", "counter", runs.gaps);
   out.Add("faultlab_isolation_tasks_total", "counter", runs.solver_tasks);
+  if (api.lab != nullptr) {
+    const auto state = api.lab->service.state();
+    std::map<std::string_view, std::uint64_t> rigs;
+    for (const auto& [id, rig] : state->rigs) ++rigs[Name(rig.status)];
+    for (const char* status :
+         {"offline", "ready", "leased", "cleaning", "quarantined", "maintenance"}) {
+      out.Add("faultlab_lab_rigs", "gauge", rigs[status], Label("status", status));
+    }
+    out.Add("faultlab_lab_tickets_waiting", "gauge", state->tickets.size());
+    out.Add("faultlab_lab_bookings", "gauge", state->bookings.size());
+    out.Add("faultlab_lab_sessions", "gauge", state->sessions.size());
+  }
   const auto up =
       std::chrono::duration_cast<std::chrono::seconds>(api.clock.Monotonic() - api.started);
   out.Add("faultlab_uptime_seconds", "gauge", static_cast<std::uint64_t>(up.count()));

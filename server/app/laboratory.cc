@@ -8,9 +8,10 @@
 #include "hardware/lcm/rig_finder.h"
 #include "hardware/simulated/simulated_rig.h"
 #include "server/api/api.h"
-#include "server/app/guests.h"
+#include "server/app/lab_system.h"
 #include "server/app/lcm_run_tap.h"
 #include "server/app/static_files.h"
+#include "server/auth/accounts.h"
 #include "server/plots/record_figure.h"
 #include "server/run/rig_bay.h"
 #include "server/storage/database.h"
@@ -50,6 +51,26 @@ void AddSimulatedRigs(RigBay& bay, const Config& config) {
   }
 }
 
+/// Simulated benches that stand for real ones: one person at a time, by queue or booking.
+void AddBenches(RigBay& bay, const Config& config) {
+  for (int i = 1; i <= config.lab_benches; ++i) {
+    hardware::SimulatedRigOptions options;
+    options.id = "bench-" + std::to_string(i);
+    options.speed = config.sim_speed;
+    hardware::RigDescription description = hardware::MakeSimulatedRig(options)->description();
+    description.rig_class = "bench";
+    description.kind = hardware::RigKind::kBench;
+    bay.Add(description, "bench", hardware::Epoch{0}, [options] {
+      return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
+    });
+  }
+}
+
+GuestAccess ToGuestAccess(const std::string& from) {
+  if (from == "everywhere") return GuestAccess::kEverywhere;
+  return from == "loopback" ? GuestAccess::kLoopback : GuestAccess::kNever;
+}
+
 }  // namespace
 
 /// Everything that lives as long as the server, in the order of construction.
@@ -61,15 +82,16 @@ class Laboratory::Impl {
         store_(*database_),
         hub_(HubOptions(config), clock_),
         tokens_(clock_),
-        guests_(config.guests),
+        accounts_(*database_, ToGuestAccess(config.guests)),
         runs_(RunOptions(config),
               bay_,
               store_,
               hub_,
               clock_,
               [](std::string_view text) { spdlog::warn("{}", text); }),
-        api_{runs_, bay_, store_, hub_, tokens_, guests_, clock_} {
+        api_{runs_, bay_, store_, hub_, tokens_, accounts_, clock_} {
     AddSimulatedRigs(bay_, config);
+    AddBenches(bay_, config);
     api_.speed = config.sim_speed;
     api_.default_seed = config.fixture_seed.value_or(1);
     api_.openapi = EmbeddedOpenApi();
@@ -81,6 +103,7 @@ class Laboratory::Impl {
     };
     api_.started = clock_.Monotonic();
     AddRoutes(router_, api_, ExperimentRoutes());
+    AddRoutes(router_, api_, LabRoutes());
     AddStaticRoutes(router_, EmbeddedFiles());
     http_ = std::make_unique<HttpServer>(
         NetOptions(config), router_, [this](const HttpRequest& request) {
@@ -104,12 +127,20 @@ class Laboratory::Impl {
     }
     const core::Status streaming = hub_.Start();
     if (!streaming.ok()) return streaming;
-    return http_->Start();
+    LabSystem::Options options;
+    options.server_id = config_.server_id;
+    options.log = [](std::string_view text) { spdlog::warn("{}", text); };
+    auto lab = LabSystem::Open(*database_, accounts_, api_, std::move(options));
+    if (!lab) return lab.error();
+    lab_ = std::move(lab).value();
+    const core::Status listening = http_->Start();
+    return listening.ok() ? OfferFirstLink() : listening;
   }
 
   void Stop() {
     if (std::exchange(stopped_, true)) return;
     http_->Stop();
+    if (lab_) lab_->Stop();
     runs_.Shutdown();
     hub_.Stop();
   }
@@ -120,6 +151,18 @@ class Laboratory::Impl {
   const HttpServer& http() const { return *http_; }
 
  private:
+  /// No default password: while there is no admin, the log carries a link that makes one.
+  core::Status OfferFirstLink() {
+    auto link = accounts_.FirstStartLink(clock_.Wall());
+    if (!link) return link.error();
+    if (link.value()) {
+      spdlog::warn(
+          "no admin yet: set the password of 'admin' within 24 h at http://{}/reset?token={}",
+          http_->address(),
+          *link.value());
+    }
+    return core::Done{};
+  }
   core::Status FindRemoteRigs() {
     hardware::RigFinderOptions options;
     options.lcm_url = config_.lcm_url;
@@ -175,9 +218,10 @@ class Laboratory::Impl {
   std::unique_ptr<RunTap> tap_;
   StreamHub hub_;
   StreamTokens tokens_;
-  GuestsOnly guests_;
+  Accounts accounts_;
   RunManager runs_;
   ApiContext api_;
+  std::unique_ptr<LabSystem> lab_;
   Router router_;
   std::unique_ptr<HttpServer> http_;
 };

@@ -30,7 +30,8 @@ LabService::LabService(Database& database,
       options_(std::move(options)),
       scheduler_(options_.policy),
       last_wall_(clock.Wall()),
-      last_monotonic_(clock.Monotonic()) {}
+      last_monotonic_(clock.Monotonic()),
+      own_rigs_(options_.own_rigs) {}
 
 core::Result<std::unique_ptr<LabService>> LabService::Open(Database& database,
                                                            const Clock& clock,
@@ -97,6 +98,16 @@ core::Result<std::vector<LabEvent>> LabService::EventsSince(UserId user,
   });
 }
 
+void LabService::Own(const RigId& rig) {
+  const std::lock_guard lock(mutex_);
+  own_rigs_.insert(rig);
+}
+
+std::set<RigId> LabService::own_rigs() const {
+  const std::lock_guard lock(mutex_);
+  return own_rigs_;
+}
+
 void LabService::Main() {
   while (true) {
     std::deque<Request> requests;
@@ -128,6 +139,19 @@ void LabService::NoticeClockJump(Scheduler& next) {
   if (jump > kJump || jump < -kJump) next.ClockJumped(jump);
 }
 
+void LabService::NoticeRuns(Scheduler& next, WallTime now) {
+  const std::set<RigId> own = own_rigs();
+  std::vector<std::pair<SessionId, bool>> changed;
+  for (const auto& [id, session] : next.state().sessions) {
+    if (session.state != SessionState::kActive || !own.contains(session.rig)) continue;
+    const bool running = duties_.RunInProgress(session.rig);
+    if (running != session.run_in_progress) changed.emplace_back(id, running);
+  }
+  for (const auto& [id, running] : changed) {
+    (void)(running ? next.RunStarted(id, now) : next.RunEnded(id, now));
+  }
+}
+
 core::Status LabService::Transact(std::deque<Request>& requests, bool recover) {
   std::optional<Scheduler> next;
   std::int64_t version = 0;
@@ -138,7 +162,9 @@ core::Status LabService::Transact(std::deque<Request>& requests, bool recover) {
                                          : Scheduler(options_.policy, lab_store::Load(tx)));
         NoticeClockJump(*next);
         const WallTime now = clock_.Wall();
-        if (recover) next->Recover(now, &options_.own_rigs);
+        const std::set<RigId> own = own_rigs();
+        if (recover) next->Recover(now, &own);
+        NoticeRuns(*next, now);
         for (Request& request : requests) request.input(*next, now);
         next->Tick(now);
         const std::vector<LabEvent> events = ToEvents(next->TakeEffects(), now);
@@ -167,8 +193,9 @@ void LabService::Publish(Scheduler next, std::int64_t version) {
 /// Duties follow from the stored state, not from who changed it: so they survive a crash, and a
 /// server does its own rigs' when another one ended the session.
 void LabService::DoDuties() {
+  const std::set<RigId> own = own_rigs();
   for (const auto& [id, rig] : scheduler_.state().rigs) {
-    if (!options_.own_rigs.contains(id)) continue;
+    if (!own.contains(id)) continue;
     std::uint64_t& done = done_epochs_[id];
     if (rig.epoch == done) continue;
     done = rig.epoch;

@@ -30,12 +30,14 @@ class RigDuties {
   virtual void Revoke(const RigId& rig, std::uint64_t epoch) = 0;
   /// Begin the check between users; answer later by LabService::CleaningDone.
   virtual void StartCleaning(const RigId& rig, std::uint64_t epoch) = 0;
+  /// Is a run in progress on this rig? Asked at every turn: a run is work, not idleness.
+  virtual bool RunInProgress(const RigId&) { return false; }
 };
 
 struct LabServiceOptions {
   Policy policy;
   Milliseconds tick{1000};
-  std::set<RigId> own_rigs;  ///< of this server; the duties of others are theirs
+  std::set<RigId> own_rigs;  ///< of this server at the start; the duties of others are theirs
 };
 
 /// The scheduler with its disk, clock and thread. Inputs that come at the same time share one
@@ -61,6 +63,8 @@ class LabService {
     if (!stored.ok()) return stored.error();
     return std::move(*outcome);
   }
+  /// A rig of this server that has turned up later.
+  void Own(const RigId& rig);
   /// Time passes now, without waiting for the next tick.
   core::Status TickNow();
   core::Status CleaningDone(const RigId& rig,
@@ -87,6 +91,8 @@ class LabService {
   void Turn(std::deque<Request> requests);
   core::Status Transact(std::deque<Request>& requests, bool recover);
   void NoticeClockJump(Scheduler& next);
+  void NoticeRuns(Scheduler& next, WallTime now);
+  std::set<RigId> own_rigs() const;
   void Publish(Scheduler next, std::int64_t version);
   void DoDuties();
 
@@ -105,6 +111,7 @@ class LabService {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Request> requests_;
+  std::set<RigId> own_rigs_;
   std::shared_ptr<const LabState> published_;
   bool stopping_ = false;
   std::thread thread_;
