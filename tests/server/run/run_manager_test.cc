@@ -116,7 +116,8 @@ TEST_F(RunManagerTest, RecordsThePapersExperimentAndNamesTheFault) {
        {"started", "fault_commanded", "relay_confirmed", "detected", "isolated", "finished"}) {
     EXPECT_TRUE(Happened(record.id, kind)) << kind;
   }
-  for (const RecordedEvent& event : store_->LoadEvents(record.id).value()) {
+  const auto events = store_->LoadEvents(record.id).value();
+  for (const RecordedEvent& event : events) {
     if (event.kind == "detected") {
       EXPECT_GE(event.index, 1000);
       EXPECT_LE(event.index, 1010) << "within 10 samples of the fault";
