@@ -315,7 +315,7 @@ TEST_F(ServeTest, FollowsALiveCommandToTheRelay) {
   const json::object event = json::parse(*confirmed).as_object();
   EXPECT_EQ(event.at("component"), "R1");
   EXPECT_EQ(event.at("value").to_number<double>(), 56.0);
-  laboratory_->runs().Stop(id, "test is over");
+  EXPECT_TRUE(laboratory_->runs().Stop(id, "test is over").ok());
 }
 
 TEST_F(ServeTest, OpensTheStreamOnceForEachCode) {
