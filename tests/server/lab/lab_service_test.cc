@@ -30,6 +30,14 @@ class Bench : public RigDuties {
     const std::lock_guard lock(mutex_);
     checks_[rig] = epoch;
   }
+  bool RunInProgress(const RigId& rig) override {
+    const std::lock_guard lock(mutex_);
+    return rig == running_;
+  }
+  void SetRunning(const RigId& rig) {
+    const std::lock_guard lock(mutex_);
+    running_ = rig;
+  }
   void PassChecks(LabService& service) {
     std::map<RigId, std::uint64_t> checks;
     {
@@ -49,6 +57,7 @@ class Bench : public RigDuties {
   std::mutex mutex_;
   std::map<RigId, std::uint64_t> fences_;
   std::map<RigId, std::uint64_t> checks_;
+  RigId running_;
 };
 
 class LabServiceTest : public testing::TestWithParam<Engine> {
@@ -162,6 +171,22 @@ TEST_P(LabServiceTest, AfterARestartTheQueueKeepsItsOrderAndReadyRigsAreCheckedA
   EXPECT_EQ(state->sessions.at(session.id).epoch, session.epoch);
   EXPECT_EQ(FindBrokenInvariant(*state), "");
   EXPECT_EQ(bench_->fence("bench-1"), session.epoch) << "older epochs are dead on the bench too";
+}
+
+TEST_P(LabServiceTest, ARunInProgressKeepsASessionFromBeingIdle) {
+  const Session session = Start(*service_, 1).value();
+  ASSERT_TRUE(Start(*service_, 2).ok());
+  ASSERT_TRUE(Ask(*service_, 3).ok());  // somebody waits
+  bench_->SetRunning(session.rig);
+  for (int i = 0; i < 10; ++i) {
+    clock_.Advance(minutes(1));
+    ASSERT_TRUE(service_->TickNow().ok());
+  }
+  EXPECT_TRUE(service_->state()->sessions.contains(session.id));
+  bench_->SetRunning("");
+  clock_.Advance(minutes(3));
+  ASSERT_TRUE(service_->TickNow().ok());
+  EXPECT_FALSE(service_->state()->sessions.at(session.id).run_in_progress);
 }
 
 TEST_P(LabServiceTest, ARefusedInputChangesNothingForTheOthersInItsTransaction) {
