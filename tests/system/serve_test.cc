@@ -260,6 +260,7 @@ TEST_F(ServeTest, MarksARunThatACrashCutOff) {
   RunRecord record;
   record.id = "run-cut";
   record.owner = "guest";
+  record.source = "run";
   record.server_id = config_.server_id;
   ASSERT_TRUE(laboratory_->store().Begin(record).ok());
   std::vector<core::Sample> samples(100);
