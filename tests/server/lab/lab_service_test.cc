@@ -4,6 +4,8 @@
 #include <soci/soci.h>
 
 #include <atomic>
+#include <condition_variable>
+#include <mutex>
 #include <thread>
 
 #include "tests/support/engines.h"
@@ -27,8 +29,11 @@ class Bench : public RigDuties {
     fences_[rig] = epoch;
   }
   void StartCleaning(const RigId& rig, std::uint64_t epoch) override {
-    const std::lock_guard lock(mutex_);
-    checks_[rig] = epoch;
+    {
+      const std::lock_guard lock(mutex_);
+      checks_[rig] = epoch;
+    }
+    asked_.notify_all();
   }
   bool RunInProgress(const RigId& rig) override {
     const std::lock_guard lock(mutex_);
@@ -37,6 +42,11 @@ class Bench : public RigDuties {
   void SetRunning(const RigId& rig) {
     const std::lock_guard lock(mutex_);
     running_ = rig;
+  }
+  /// The service asks for a check after it has answered who caused it: wait for the question.
+  void AwaitChecks(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    EXPECT_TRUE(asked_.wait_for(lock, seconds(20), [&] { return checks_.size() >= count; }));
   }
   void PassChecks(LabService& service) {
     std::map<RigId, std::uint64_t> checks;
@@ -55,6 +65,7 @@ class Bench : public RigDuties {
 
  private:
   std::mutex mutex_;
+  std::condition_variable asked_;
   std::map<RigId, std::uint64_t> fences_;
   std::map<RigId, std::uint64_t> checks_;
   RigId running_;
@@ -73,6 +84,7 @@ class LabServiceTest : public testing::TestWithParam<Engine> {
                       return Done{};
                     })
                     .ok());
+    bench_->AwaitChecks(2);
     bench_.PassChecks(*service_);
   }
   std::unique_ptr<LabService> OpenService(Database& database, Bench& bench) {
@@ -269,6 +281,8 @@ TEST(TwoServers, ShareOneQueueAndOneSetOfRigs) {
   };
   ASSERT_TRUE(add(*server_a, "a-1").ok());
   ASSERT_TRUE(add(*server_b, "b-1").ok());
+  bench_a.AwaitChecks(1);
+  bench_b.AwaitChecks(1);
   bench_a.PassChecks(*server_a);
   bench_b.PassChecks(*server_b);
   // Forty users race on both servers for two rigs.
