@@ -50,6 +50,7 @@ describe("access", { timeout: 240_000 }, () => {
     const { page, close } = await openPage(browser, server.url);
     await page.getByLabel("Duration, s").fill("200");
     await page.getByRole("button", { name: "Run this experiment" }).click();
+    await page.waitForURL(/\/lab\/.+/);
     await page.locator("#set-R1:not([disabled])").waitFor();
     await page.keyboard.press("t");
     await page.getByRole("region", { name: "Samples as a table" }).waitFor();
