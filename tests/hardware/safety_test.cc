@@ -93,8 +93,8 @@ TEST(SafeStop, FollowsSilenceOfTheHolder) {
   EXPECT_EQ(bench.rig->state(), RigState::kRunning);
   bench.wall->Advance(std::chrono::milliseconds(101));
   while (bench.rig->state() == RigState::kRunning) std::this_thread::yield();
-  EXPECT_TRUE(bench.IsSafe());
   EXPECT_THAT(Drain(*bench.rig).last_text(), HasSubstr("watchdog"));
+  EXPECT_TRUE(bench.IsSafe());
 }
 
 TEST(SafeStop, FollowsAFullQueue) {
@@ -106,8 +106,8 @@ TEST(SafeStop, FollowsAFullQueue) {
   ASSERT_TRUE(bench.rig->Arm(SquarePlan(100), kEpoch).ok());
   ASSERT_TRUE(bench.rig->Start(kEpoch).ok());
   while (bench.rig->state() == RigState::kRunning) std::this_thread::yield();
+  const RunLog log = Drain(*bench.rig);  // ends after the rig was made safe
   EXPECT_TRUE(bench.IsSafe());
-  const RunLog log = Drain(*bench.rig);
   EXPECT_THAT(log.last_text(), HasSubstr("queue full"));
   EXPECT_EQ(log.samples.size(), 7u);  // kStarted is the eighth
 }
