@@ -1,10 +1,19 @@
 import assert from "node:assert/strict";
-import { after, before, describe, it } from "node:test";
-import { axe, launchBrowser, openPage, settled, startServer, waitForReview } from "./support.js";
+import { after, before, describe } from "node:test";
+import {
+  axe,
+  launchBrowser,
+  openPage,
+  SUITE_MS,
+  settled,
+  startServer,
+  story,
+  waitForReview,
+} from "./support.js";
 
 const PASSWORD = "correct horse battery";
 
-describe("lab", { timeout: 240_000 }, () => {
+describe("lab", { timeout: SUITE_MS }, () => {
   let server;
   let browser;
 
@@ -32,64 +41,67 @@ describe("lab", { timeout: 240_000 }, () => {
     await page.getByRole("heading", { name: "My lab" }).waitFor();
   }
 
-  it("first link, admin, new instructor, fault set, run with it, sweep as jobs, key, sign out", async () => {
-    const token = /reset\?token=([\w-]+)/.exec(server.output())?.[1];
-    assert.ok(token, `the first start prints a link:\n${server.output()}`);
-    const { page, close } = await openPage(browser, server.url);
-    await setPassword(page, `${server.url}/reset?token=${token}`);
-    await signIn(page, "admin");
+  story(
+    "first link, admin, new instructor, fault set, run with it, sweep as jobs, key, sign out",
+    async () => {
+      const token = /reset\?token=([\w-]+)/.exec(server.output())?.[1];
+      assert.ok(token, `the first start prints a link:\n${server.output()}`);
+      const { page, close } = await openPage(browser, server.url);
+      await setPassword(page, `${server.url}/reset?token=${token}`);
+      await signIn(page, "admin");
 
-    await page.getByRole("link", { name: "Operate" }).click();
-    await page.getByRole("heading", { name: "Users" }).waitFor();
-    await page.getByLabel("Login", { exact: true }).fill("teacher");
-    await page.getByLabel("Name", { exact: true }).fill("A Teacher");
-    await page.getByRole("combobox", { name: /^Role/ }).first().selectOption("instructor");
-    await page.getByRole("button", { name: "Add user" }).click();
-    const link = await page.locator("code").innerText();
-    await page.getByRole("cell", { name: "teacher", exact: true }).waitFor();
-    assert.deepEqual(await axe(page), []);
-    await page.getByRole("link", { name: "admin" }).click();
-    await page.getByRole("button", { name: "Sign out" }).click();
-    await page.getByRole("link", { name: "Sign in" }).waitFor();
+      await page.getByRole("link", { name: "Operate" }).click();
+      await page.getByRole("heading", { name: "Users" }).waitFor();
+      await page.getByLabel("Login", { exact: true }).fill("teacher");
+      await page.getByLabel("Name", { exact: true }).fill("A Teacher");
+      await page.getByRole("combobox", { name: /^Role/ }).first().selectOption("instructor");
+      await page.getByRole("button", { name: "Add user" }).click();
+      const link = await page.locator("code").innerText();
+      await page.getByRole("cell", { name: "teacher", exact: true }).waitFor();
+      assert.deepEqual(await axe(page), []);
+      await page.getByRole("link", { name: "admin" }).click();
+      await page.getByRole("button", { name: "Sign out" }).click();
+      await page.getByRole("link", { name: "Sign in" }).waitFor();
 
-    await setPassword(page, link);
-    await signIn(page, "teacher");
-    assert.equal(await page.getByRole("link", { name: "Operate" }).count(), 0);
-    assert.deepEqual(await axe(page), []);
+      await setPassword(page, link);
+      await signIn(page, "teacher");
+      assert.equal(await page.getByRole("link", { name: "Operate" }).count(), 0);
+      assert.deepEqual(await axe(page), []);
 
-    await page.getByRole("link", { name: "Fault sets" }).click();
-    await page.getByLabel("Name").first().fill("Gain faults");
-    await page.getByLabel("Component").selectOption("R12");
-    await page.getByRole("button", { name: "Save" }).click();
-    await page.getByText("R12 → 5.6 kΩ @ 10 s").waitFor();
-    assert.deepEqual(await axe(page), []);
+      await page.getByRole("link", { name: "Fault sets" }).click();
+      await page.getByLabel("Name").first().fill("Gain faults");
+      await page.getByLabel("Component").selectOption("R12");
+      await page.getByRole("button", { name: "Save" }).click();
+      await page.getByText("R12 → 5.6 kΩ @ 10 s").waitFor();
+      assert.deepEqual(await axe(page), []);
 
-    await page.getByRole("link", { name: "Lab", exact: true }).click();
-    await page.getByLabel("Fault set").selectOption({ label: "Gain faults" });
-    await page.getByRole("button", { name: "Run this experiment" }).click();
-    await waitForReview(page);
-    assert.match(await page.locator(".heading").innerText(), /R12/);
+      await page.getByRole("link", { name: "Lab", exact: true }).click();
+      await page.getByLabel("Fault set").selectOption({ label: "Gain faults" });
+      await page.getByRole("button", { name: "Run this experiment" }).click();
+      await waitForReview(page);
+      assert.match(await page.locator(".heading").innerText(), /R12/);
 
-    await page.getByRole("link", { name: "Jobs" }).click();
-    await page.getByRole("button", { name: "Submit 3 runs" }).click();
-    await page.getByRole("cell", { name: "sweep" }).nth(2).waitFor();
-    assert.deepEqual(await axe(page), []);
+      await page.getByRole("link", { name: "Jobs" }).click();
+      await page.getByRole("button", { name: "Submit 3 runs" }).click();
+      await page.getByRole("cell", { name: "sweep" }).nth(2).waitFor();
+      assert.deepEqual(await axe(page), []);
 
-    await page.getByRole("link", { name: "A Teacher" }).click();
-    await page.getByLabel("Name").fill("script");
-    await page.getByRole("button", { name: "New key" }).click();
-    const key = await page.locator("code").innerText();
-    const me = await fetch(`${server.url}/api/v1/auth/me`, {
-      headers: { Authorization: `Bearer ${key}` },
-    });
-    assert.equal((await me.json()).login, "teacher");
-    assert.deepEqual(await axe(page), []);
-    await page.getByRole("button", { name: "Sign out" }).click();
-    await page.getByRole("link", { name: "Sign in" }).waitFor();
-    await close();
-  });
+      await page.getByRole("link", { name: "A Teacher" }).click();
+      await page.getByLabel("Name").fill("script");
+      await page.getByRole("button", { name: "New key" }).click();
+      const key = await page.locator("code").innerText();
+      const me = await fetch(`${server.url}/api/v1/auth/me`, {
+        headers: { Authorization: `Bearer ${key}` },
+      });
+      assert.equal((await me.json()).login, "teacher");
+      assert.deepEqual(await axe(page), []);
+      await page.getByRole("button", { name: "Sign out" }).click();
+      await page.getByRole("link", { name: "Sign in" }).waitFor();
+      await close();
+    },
+  );
 
-  it("a wrong password is refused in words, and nobody is signed in", async () => {
+  story("a wrong password is refused in words, and nobody is signed in", async () => {
     const { page, close } = await openPage(browser, `${server.url}/signin`, {
       allow: /status of 401/,
     });
@@ -102,7 +114,7 @@ describe("lab", { timeout: 240_000 }, () => {
     await close();
   });
 
-  it("a guest who opens the lab's pages is asked to sign in, and nothing breaks", async () => {
+  story("a guest who opens the lab's pages is asked to sign in, and nothing breaks", async () => {
     for (const path of ["/my", "/book", "/teach", "/admin", "/jobs", "/account"]) {
       const { page, close } = await openPage(browser, server.url + path, {
         allow: /status of 40[13]/,

@@ -1,25 +1,28 @@
 import assert from "node:assert/strict";
-import { after, before, describe, it } from "node:test";
+import { after, before, describe } from "node:test";
 import {
-  inkOf,
   launchBrowser,
   openPage,
   readDownload,
+  SUITE_MS,
   startPaperRun,
   startServer,
   startWire,
+  story,
+  waitForDrawings,
   waitForReview,
+  waitForRunTime,
 } from "./support.js";
 
 const CHART = ".plot canvas";
 const PNG_MAGIC = "89504e470d0a1a0a";
 
-describe("live page", { timeout: 240_000 }, () => {
+describe("live page", { timeout: SUITE_MS }, () => {
   let server;
   let browser;
 
   before(async () => {
-    server = await startServer({ speed: 4 });
+    server = await startServer({ speed: 2 });
     browser = await launchBrowser();
   });
   after(async () => {
@@ -27,54 +30,54 @@ describe("live page", { timeout: 240_000 }, () => {
     await server?.stop();
   });
 
-  it("one press shows the experiment, the verdict R1 near 100 ohm, and gives PNG and CSV", async () => {
-    const { page, close } = await openPage(browser, server.url);
-    const id = await startPaperRun(page);
-    await page.locator(CHART).first().waitFor();
-    const inks = new Set();
-    for (let look = 0; look < 5; look++) {
-      await page.waitForTimeout(400);
-      inks.add(await inkOf(page, CHART));
-    }
-    assert.ok(inks.size >= 4, "the charts move while the run goes on");
-    await waitForReview(page);
+  story(
+    "one press shows the experiment, the verdict R1 near 100 ohm, and gives PNG and CSV",
+    async () => {
+      const { page, close } = await openPage(browser, server.url);
+      const id = await startPaperRun(page);
+      await page.locator(CHART).first().waitFor();
+      await waitForDrawings(page, CHART, 5); // the charts move while the run goes on
+      await waitForReview(page);
 
-    const verdict = page.locator(".verdict");
-    assert.match(await verdict.locator(".heading").innerText(), /Fault: R1 ↑/);
-    const sized = await verdict.locator(".value b").first().innerText();
-    const [, value, sigma] = /^([\d.]+) ± ([\d.]+) Ω$/.exec(sized) ?? [];
-    assert.ok(Math.abs(Number(value) - 100) < 3, sized);
-    assert.ok(Number(sigma) > 0, sized);
-    assert.ok((await page.locator("ol .step").count()) >= 2, "the decision path is shown");
+      const verdict = page.locator(".verdict");
+      assert.match(await verdict.locator(".heading").innerText(), /Fault: R1 ↑/);
+      const sized = await verdict.locator(".value b").first().innerText();
+      const [, value, sigma] = /^([\d.]+) ± ([\d.]+) Ω$/.exec(sized) ?? [];
+      assert.ok(Math.abs(Number(value) - 100) < 3, sized);
+      assert.ok(Number(sigma) > 0, sized);
+      assert.ok((await page.locator("ol .step").count()) >= 2, "the decision path is shown");
 
-    const events = await (await page.request.get(`${server.url}/api/v1/runs/${id}/events`)).json();
-    const of = (kind) => events.items.find((event) => event.kind === kind);
-    assert.equal(of("relay_confirmed").index, 1000, "the fault acts on its sample");
-    assert.ok(of("detected").index >= 1000 && of("detected").index <= 1010);
+      const events = await (
+        await page.request.get(`${server.url}/api/v1/runs/${id}/events`)
+      ).json();
+      const of = (kind) => events.items.find((event) => event.kind === kind);
+      assert.equal(of("relay_confirmed").index, 1000, "the fault acts on its sample");
+      assert.ok(of("detected").index >= 1000 && of("detected").index <= 1010);
 
-    await page.locator("summary", { hasText: "Download" }).click();
-    const csvWaiting = page.waitForEvent("download");
-    await page.getByRole("link", { name: /^CSV/ }).click();
-    const csv = (await readDownload(await csvWaiting)).toString();
-    const lines = csv.split(/\r?\n/).filter((line) => line && !line.startsWith("#"));
-    assert.match(lines[0], /^t_s,uc_v,um_v/);
-    assert.equal(lines.length, 2001);
-    for (const [figure, scale] of [
-      ["Signals", 1],
-      ["SWA estimates", 1],
-      ["SIA estimates", 2],
-      ["Models and measurement", 2],
-    ]) {
-      const pngWaiting = page.waitForEvent("download");
-      await page.getByRole("link", { name: `PNG ${scale}×, ${figure}` }).click();
-      const png = await readDownload(await pngWaiting);
-      assert.equal(png.subarray(0, 8).toString("hex"), PNG_MAGIC, figure);
-      assert.ok(png.length > 10_000, `${figure} has ${png.length} bytes`);
-    }
-    await close();
-  });
+      await page.locator("summary", { hasText: "Download" }).click();
+      const csvWaiting = page.waitForEvent("download");
+      await page.getByRole("link", { name: /^CSV/ }).click();
+      const csv = (await readDownload(await csvWaiting)).toString();
+      const lines = csv.split(/\r?\n/).filter((line) => line && !line.startsWith("#"));
+      assert.match(lines[0], /^t_s,uc_v,um_v/);
+      assert.equal(lines.length, 2001);
+      for (const [figure, scale] of [
+        ["Signals", 1],
+        ["SWA estimates", 1],
+        ["SIA estimates", 2],
+        ["Models and measurement", 2],
+      ]) {
+        const pngWaiting = page.waitForEvent("download");
+        await page.getByRole("link", { name: `PNG ${scale}×, ${figure}` }).click();
+        const png = await readDownload(await pngWaiting);
+        assert.equal(png.subarray(0, 8).toString("hex"), PNG_MAGIC, figure);
+        assert.ok(png.length > 10_000, `${figure} has ${png.length} bytes`);
+      }
+      await close();
+    },
+  );
 
-  it("a slider is hollow until the rig confirms, and the rig's value is shown", async () => {
+  story("a slider is hollow until the rig confirms, and the rig's value is shown", async () => {
     const { page, close } = await openPage(browser, server.url);
     await page.getByLabel("Duration, s").fill("60");
     await page.locator("#set-R1").focus();
@@ -104,10 +107,10 @@ describe("live page", { timeout: 240_000 }, () => {
     await close();
   });
 
-  it("reload in the middle returns to the run with everything from its start", async () => {
+  story("reload in the middle returns to the run with everything from its start", async () => {
     const { page, close } = await openPage(browser, server.url);
     await startPaperRun(page);
-    await page.waitForTimeout(1500);
+    await waitForRunTime(page, 3);
     await page.reload();
     await page.locator(CHART).first().waitFor();
     await waitForReview(page);
@@ -117,29 +120,32 @@ describe("live page", { timeout: 240_000 }, () => {
     await close();
   });
 
-  it("a cut link says so, locks the controls but not Stop, and comes back without a gap", async () => {
-    const wire = await startWire(server.url);
-    const { page, close } = await openPage(browser, wire.url, { allow: /ERR_|WebSocket/ });
-    await page.getByLabel("Duration, s").fill("60");
-    await page.getByRole("button", { name: "Run this experiment" }).click();
-    await page.waitForURL(/\/lab\/.+/);
-    await page.locator("#set-R1:not([disabled])").waitFor();
-    await page.waitForTimeout(700);
-    wire.cut();
-    await page.getByText("reconnecting").waitFor();
-    await page.locator("#set-R1[disabled]").waitFor();
-    assert.equal(await page.getByRole("button", { name: /^Stop/ }).isDisabled(), false);
-    await page.waitForTimeout(1200);
-    wire.mend();
-    await page.locator("#set-R1:not([disabled])").waitFor({ timeout: 15_000 });
-    await page.getByText("· 0 missing").waitFor({ timeout: 10_000 });
-    await page.keyboard.press("Escape");
-    await waitForReview(page);
-    await close();
-    wire.close();
-  });
+  story(
+    "a cut link says so, locks the controls but not Stop, and comes back without a gap",
+    async () => {
+      const wire = await startWire(server.url);
+      const { page, close } = await openPage(browser, wire.url, { allow: /ERR_|WebSocket/ });
+      await page.getByLabel("Duration, s").fill("60");
+      await page.getByRole("button", { name: "Run this experiment" }).click();
+      await page.waitForURL(/\/lab\/.+/);
+      await page.locator("#set-R1:not([disabled])").waitFor();
+      await waitForRunTime(page, 2);
+      wire.cut();
+      await page.getByText("reconnecting").waitFor();
+      await page.locator("#set-R1[disabled]").waitFor();
+      assert.equal(await page.getByRole("button", { name: /^Stop/ }).isDisabled(), false);
+      await wire.refusals(2);
+      wire.mend();
+      await page.locator("#set-R1:not([disabled])").waitFor();
+      await page.getByText("· 0 missing").waitFor();
+      await page.keyboard.press("Escape");
+      await waitForReview(page);
+      await close();
+      wire.close();
+    },
+  );
 
-  it("a recording uploaded as CSV plays through the live page with its verdict", async () => {
+  story("a recording uploaded as CSV plays through the live page with its verdict", async () => {
     const { page, close } = await openPage(browser, server.url);
     const id = await startPaperRun(page);
     await waitForReview(page);
@@ -160,7 +166,7 @@ describe("live page", { timeout: 240_000 }, () => {
     await close();
   });
 
-  it("a CSV without a needed column is refused by name", async () => {
+  story("a CSV without a needed column is refused by name", async () => {
     const { page, close } = await openPage(browser, server.url, { allow: /status of 4/ });
     await page.setInputFiles('input[type="file"]', {
       name: "bad.csv",
@@ -171,7 +177,7 @@ describe("live page", { timeout: 240_000 }, () => {
     await close();
   });
 
-  it("an unknown run says so and leads back", async () => {
+  story("an unknown run says so and leads back", async () => {
     const { page, close } = await openPage(browser, `${server.url}/runs/no-such-run`, {
       allow: /status of 404/,
     });

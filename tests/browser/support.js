@@ -7,6 +7,7 @@ import { createRequire } from "node:module";
 import { connect, createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
+import { it } from "node:test";
 
 const require = createRequire(new URL("../../web/package.json", import.meta.url));
 const { chromium } = require("playwright-core");
@@ -21,15 +22,40 @@ const FLAGS = [
   "--disable-component-update",
   "--disable-sync",
 ];
-const START_MS = 20_000;
+// Generous in time, exact in content: the same tests run beside a compiler on an old laptop.
+export const PATIENCE_MS = 120_000;
+export const SUITE_MS = 1_200_000;
 
 export function temporaryDirectory() {
   const path = mkdtempSync(join(tmpdir(), "faultlab-browser-"));
   return { path, remove: () => rmSync(path, { recursive: true, force: true }) };
 }
 
+const servers = new Set();
+const pages = new Set();
+
+/** A test that, when it fails, also says what its pages showed and what the server wrote. */
+export function story(name, body) {
+  it(name, async (context) => {
+    try {
+      await body(context);
+    } catch (error) {
+      for (const page of pages) {
+        const text = await page.innerText("body", { timeout: 2000 }).catch(() => "(no answer)");
+        error.message += `\n--- ${page.url()}\n${text.slice(0, 1500)}`;
+      }
+      for (const server of servers)
+        error.message += `\n--- server\n${server.output().slice(-1500)}`;
+      throw error;
+    } finally {
+      for (const page of pages) await page.context().close();
+      pages.clear();
+    }
+  });
+}
+
 /** Starts `faultlab serve` on a free port. `speed` is simulated seconds per second. */
-export async function startServer({ speed = 1, data, args = [] } = {}) {
+export async function startServer({ speed = 1, data, listen = "127.0.0.1:0", args = [] } = {}) {
   const binary = process.env.FAULTLAB_BIN;
   assert.ok(binary, "set FAULTLAB_BIN to the faultlab program");
   const own = data ? null : temporaryDirectory();
@@ -38,7 +64,7 @@ export async function startServer({ speed = 1, data, args = [] } = {}) {
     [
       "serve",
       "--listen",
-      "127.0.0.1:0",
+      listen,
       "--data",
       data ?? own.path,
       "--sim-speed",
@@ -49,7 +75,7 @@ export async function startServer({ speed = 1, data, args = [] } = {}) {
   );
   let output = "";
   const url = await new Promise((resolve, reject) => {
-    const timer = setTimeout(() => reject(new Error(`no answer:\n${output}`)), START_MS);
+    const timer = setTimeout(() => reject(new Error(`no answer:\n${output}`)), PATIENCE_MS);
     const read = (data) => {
       output += data;
       const found = /listening on (http:\/\/[\d.]+:\d+)/.exec(output);
@@ -62,15 +88,18 @@ export async function startServer({ speed = 1, data, args = [] } = {}) {
     child.on("exit", (code) => reject(new Error(`server ended with ${code}:\n${output}`)));
   });
   const ended = new Promise((resolve) => child.on("exit", resolve));
-  return {
+  const server = {
     url,
     output: () => output,
-    async stop() {
-      child.kill("SIGTERM");
+    async stop(signal = "SIGTERM") {
+      servers.delete(server);
+      child.kill(signal);
       await ended;
       own?.remove();
     },
   };
+  servers.add(server);
+  return server;
 }
 
 /** A wire to the server that can be cut: everything through it breaks off, new calls are refused. */
@@ -78,8 +107,15 @@ export async function startWire(url) {
   const target = new URL(url);
   const sockets = new Set();
   let open = true;
+  let refused = 0;
+  const waiting = [];
   const server = createServer((near) => {
-    if (!open) return near.destroy();
+    if (!open) {
+      near.destroy();
+      refused++;
+      for (const each of waiting) if (refused >= each.count) each.resolve();
+      return;
+    }
     const far = connect(Number(target.port), target.hostname);
     for (const [a, b] of [
       [near, far],
@@ -100,6 +136,10 @@ export async function startWire(url) {
     cut() {
       open = false;
       for (const socket of sockets) socket.destroy();
+    },
+    /** Resolves when `count` more calls have been refused since now. */
+    refusals(count) {
+      return new Promise((resolve) => waiting.push({ count: refused + count, resolve }));
     },
     mend() {
       open = true;
@@ -124,6 +164,8 @@ export async function openPage(browser, url, { allow = /^$/, ...options } = {}) 
     ...options,
   });
   const page = await context.newPage();
+  page.setDefaultTimeout(PATIENCE_MS);
+  pages.add(page);
   const complaints = [];
   const origin = new URL(url).origin;
   page.on("console", (message) => {
@@ -142,6 +184,7 @@ export async function openPage(browser, url, { allow = /^$/, ...options } = {}) 
     context,
     complaints,
     async close() {
+      pages.delete(page);
       await context.close();
       assert.deepEqual(complaints, []);
     },
@@ -167,16 +210,6 @@ export async function axe(page) {
   );
 }
 
-/** Sum over the pixels of a canvas; changes when anything is drawn. */
-export function inkOf(page, selector) {
-  return page.$eval(selector, (canvas) => {
-    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-    let sum = 0;
-    for (let at = 0; at < data.length; at += 16) sum = (sum * 31 + data[at]) >>> 0;
-    return sum;
-  });
-}
-
 export const START = "Run the paper's experiment";
 
 /** Presses the button; the run's id. */
@@ -186,8 +219,35 @@ export async function startPaperRun(page) {
   return decodeURIComponent(new URL(page.url()).pathname.split("/")[2]);
 }
 
-export async function waitForReview(page, timeout = 60_000) {
-  await page.getByText("REVIEW", { exact: true }).waitFor({ timeout });
+export async function waitForReview(page) {
+  await page.getByText("REVIEW", { exact: true }).waitFor();
+}
+
+/** Waits until the page shows at least `seconds` of run time. */
+export async function waitForRunTime(page, seconds) {
+  await page.waitForFunction((least) => {
+    const [, minutes, rest] =
+      /(\d+):([\d.]+)/.exec(document.querySelector(".state")?.textContent) ?? [];
+    return Number(minutes) * 60 + Number(rest) >= least;
+  }, seconds);
+}
+
+/** Waits until a canvas has been drawn in `count` different ways. */
+export async function waitForDrawings(page, selector, count) {
+  await page.waitForFunction(
+    ([selector, count]) => {
+      const canvas = document.querySelector(selector);
+      if (!canvas?.width) return false;
+      const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+      let sum = 0;
+      for (let at = 0; at < data.length; at += 16) sum = (sum * 31 + data[at]) >>> 0;
+      globalThis.drawings ??= new Set();
+      globalThis.drawings.add(sum);
+      return globalThis.drawings.size >= count;
+    },
+    [selector, count],
+    { polling: "raf" },
+  );
 }
 
 export async function readDownload(download) {

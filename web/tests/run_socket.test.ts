@@ -29,6 +29,7 @@ class Wire {
   }
 }
 
+let clockMs = 1000;
 const hello = { type: "hello", state: "running", epoch: 1 };
 
 function make(address = async () => "ws://host/ws?code=1") {
@@ -47,7 +48,7 @@ function make(address = async () => "ws://host/ws?code=1") {
     isFatal: (error) => (error as Error).message === "404",
     events,
     open: (url) => new Wire(url) as unknown as WebSocket,
-    now: () => 1000,
+    now: () => clockMs,
     random: () => 1,
   });
   return { socket, events, setEnd: (index: number) => (end = index) };
@@ -58,6 +59,7 @@ describe("RunSocket", () => {
   beforeEach(() => {
     vi.useFakeTimers();
     Wire.made = [];
+    clockMs = 1000;
   });
   afterEach(() => vi.useRealTimers());
 
@@ -88,6 +90,41 @@ describe("RunSocket", () => {
       await vi.advanceTimersByTimeAsync(1);
       expect(tries).toBe(at + 2);
     }
+    socket.close();
+  });
+
+  it("takes a link on which nothing comes any more for dead, though the socket says nothing", async () => {
+    const { socket, events, setEnd } = make();
+    await socket.connect();
+    wire(0).say(hello);
+    for (let second = 0; second < 8; second += 2) {
+      clockMs += 2000;
+      await vi.advanceTimersByTimeAsync(2000);
+    }
+    expect(Wire.made.length).toBe(1);
+    clockMs += 2000;
+    await vi.advanceTimersByTimeAsync(2000);
+    expect(events.phase).toHaveBeenLastCalledWith("waiting");
+    expect(wire(0).readyState).toBe(3);
+    setEnd(12);
+    await vi.advanceTimersByTimeAsync(250);
+    wire(1).say(hello);
+    expect(wire(1).sent).toContain('{"type":"resume","since":12}');
+    socket.close();
+  });
+
+  it("tries at once when the network comes back, and only while it waits", async () => {
+    const { socket } = make();
+    await socket.connect();
+    wire(0).say(hello);
+    socket.wake();
+    expect(Wire.made.length).toBe(1);
+    wire(0).cut();
+    socket.wake();
+    await vi.advanceTimersByTimeAsync(0);
+    expect(Wire.made.length).toBe(2);
+    await vi.advanceTimersByTimeAsync(250);
+    expect(Wire.made.length).toBe(2);
     socket.close();
   });
 

@@ -1,6 +1,6 @@
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 import { timeLeft } from "../src/lab/times";
-import { addDays, weekSlots, weekSpan, weekStart } from "../src/lab/week";
+import { addDays, NOTHING_KNOWN, weekSlots, weekSpan, weekStart } from "../src/lab/week";
 
 const zone = process.env.TZ;
 const slotsPerDay = 30;
@@ -29,11 +29,7 @@ describe("week of slots", () => {
   });
 
   it("shows the same local hours on the day of a clock change", () => {
-    const days = weekSlots(
-      weekStart(new Date(2026, 2, 29)),
-      { busy: [], next_free: [] },
-      new Date(0),
-    );
+    const days = weekSlots(weekStart(new Date(2026, 2, 29)), NOTHING_KNOWN, new Date(0));
     for (const day of days) {
       expect(day.length).toBe(slotsPerDay);
       expect(day[0]?.start.getHours()).toBe(7);
@@ -49,11 +45,22 @@ describe("week of slots", () => {
       monday,
       {
         busy: [
-          { kind: "booking", start: at(1, 9), end: at(1, 10) },
-          { kind: "outage", start: at(2, 7), end: at(2, 22) },
-          { kind: "mine", start: at(3, 8), end: at(3, 9) },
+          { kind: "booking", rig: "bench-1", start: at(1, 9), end: at(1, 10) },
+          { kind: "booking", rig: "bench-2", start: at(1, 12), end: at(1, 13) },
+          { kind: "outage", rig: "bench-1", start: at(2, 7), end: at(2, 22) },
+          { kind: "mine", rig: "bench-1", start: at(3, 8), end: at(3, 9) },
         ],
         next_free: [],
+        slots: [
+          { start: at(0, 11), free: 1 },
+          { start: at(0, 12), free: 2 },
+          { start: at(1, 8), free: 1 },
+          { start: at(1, 9), free: 0 },
+          { start: at(1, 10), free: 2 },
+          { start: at(1, 12), free: 1 },
+          { start: at(2, 15), free: 0 },
+          { start: at(3, 8), free: 1 },
+        ],
       },
       new Date(at(0, 12)),
     );
@@ -65,6 +72,7 @@ describe("week of slots", () => {
     expect(state(1, 8)).toBe("free");
     expect(state(1, 9)).toBe("taken");
     expect(state(1, 10)).toBe("free");
+    expect(state(1, 12)).toBe("free"); // the class has another rig
     expect(state(2, 15)).toBe("outage");
     expect(state(3, 8)).toBe("mine");
   });

@@ -71,6 +71,8 @@ const id = encodeURIComponent;
 
 export const api = {
   me: () => get<Me>("/auth/me"),
+  login: (login: string, password: string) => send<Me>("POST", "/auth/login", { login, password }),
+  logout: () => send<unknown>("POST", "/auth/logout", {}),
   rigs: async () => (await get<Page<Rig>>("/rigs")).items,
 
   startRun: (plan: RunRequest) => send<Run>("POST", "/runs", plan),

@@ -8,6 +8,7 @@ import type {
   FaultSet,
   Job,
   LabEvent,
+  NewApiKey,
   RigClass,
   RigHealth,
   Session,
@@ -15,7 +16,7 @@ import type {
   Ticket,
   User,
 } from "./lab_types";
-import type { Me, Page, RunRequest } from "./types";
+import type { Page, RunRequest } from "./types";
 
 type Id = string | number;
 const at = (id: Id) => encodeURIComponent(String(id));
@@ -23,8 +24,6 @@ const items = async <T>(path: string) => (await get<Page<T>>(path)).items;
 const ifMatch = (version: number) => ({ "If-Match": `"${version}"` });
 
 export const lab = {
-  login: (login: string, password: string) => send<Me>("POST", "/auth/login", { login, password }),
-  logout: () => send<unknown>("POST", "/auth/logout", {}),
   changePassword: (old: string, fresh: string) =>
     send<unknown>("POST", "/auth/password", { old, new: fresh }),
   resetPassword: (token: string, password: string) =>
@@ -102,7 +101,7 @@ export const lab = {
 
   keys: () => items<ApiKey>("/api-keys"),
   createKey: (key: { name: string; scopes: string[]; expires_at: string }) =>
-    send<ApiKey>("POST", "/api-keys", key),
+    send<NewApiKey>("POST", "/api-keys", key),
   revokeKey: (id: number) => send<unknown>("DELETE", `/api-keys/${at(id)}`),
 
   jobs: () => items<Job>("/jobs?limit=50"),

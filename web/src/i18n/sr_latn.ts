@@ -96,7 +96,6 @@ export const srLatn: Catalogue = {
   run_missing_why: "Ogled {id} ne postoji na ovom serveru ili nemate pravo da ga vidite.",
   run_not_loaded: "Ogled nije učitan",
   loading_run: "Učitavanje ogleda",
-  state_queued: "čeka",
   state_running: "u toku",
   state_finished: "završen",
   state_stopped: "zaustavljen",
@@ -237,6 +236,7 @@ export const srLatn: Catalogue = {
   shortcuts_on: "prečice jednim tasterom (Esc uvek zaustavlja)",
 
   say_connected: "Povezano sa ogledom.",
+  say_link_lost: "Veza je prekinuta. Ogled teče dalje, a strana se sama ponovo povezuje.",
   say_started: "Ogled je počeo.",
   say_finished: "Ogled je završen. Svi podaci su na stranici.",
   say_confirmed: "{component} je sada {value}, potvrđeno u {time} sekundi.",

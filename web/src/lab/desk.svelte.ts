@@ -37,10 +37,9 @@ export class LabDesk {
         lab.bookings(),
         lab.rigClasses(),
       ]);
-      const live = sessions.filter((session) => session.state !== "closed");
       const mine = (session: Session) => session.offered_to !== this.login();
-      this.session = live.find(mine) ?? null;
-      this.offeredToMe = live.find((session) => !mine(session)) ?? null;
+      this.session = sessions.find(mine) ?? null;
+      this.offeredToMe = sessions.find((session) => !mine(session)) ?? null;
       this.tickets = tickets.filter((each) => each.state === "waiting" || each.state === "offered");
       this.bookings = bookings.filter((booking) => Date.parse(booking.end) > Date.now());
       this.classes = classes;

@@ -29,6 +29,8 @@ export function weekSpan(start: Date): Span {
   return { start: start.toISOString(), end: addDays(start, DAYS).toISOString() };
 }
 
+export const NOTHING_KNOWN: Availability = { busy: [], next_free: [], slots: [] };
+
 /** The week as seven columns of slots between FIRST_HOUR and LAST_HOUR, local time. */
 export function weekSlots(start: Date, availability: Availability, now: Date): Slot[][] {
   const busy = availability.busy.map((span) => ({
@@ -36,6 +38,7 @@ export function weekSlots(start: Date, availability: Availability, now: Date): S
     from: Date.parse(span.start),
     to: Date.parse(span.end),
   }));
+  const free = new Map(availability.slots.map((slot) => [Date.parse(slot.start), slot.free]));
   return Array.from({ length: DAYS }, (_, day) => {
     const date = addDays(start, day);
     const slots: Slot[] = [];
@@ -43,7 +46,11 @@ export function weekSlots(start: Date, availability: Availability, now: Date): S
       const at = (minutes: number) =>
         new Date(date.getFullYear(), date.getMonth(), date.getDate(), 0, minutes);
       const [from, to] = [at(minute), at(minute + SLOT_MINUTES)];
-      slots.push({ start: from, end: to, state: stateOf(from, to, busy, now) });
+      slots.push({
+        start: from,
+        end: to,
+        state: stateOf(from, to, busy, free.get(from.getTime()) ?? 0, now),
+      });
     }
     return slots;
   });
@@ -53,11 +60,12 @@ function stateOf(
   from: Date,
   to: Date,
   busy: { kind: string; from: number; to: number }[],
+  free: number,
   now: Date,
 ): SlotState {
   if (from.getTime() < now.getTime()) return "past";
   const hits = busy.filter((span) => span.from < to.getTime() && from.getTime() < span.to);
   if (hits.some((span) => span.kind === "mine")) return "mine";
-  if (hits.some((span) => span.kind === "outage")) return "outage";
-  return hits.length > 0 ? "taken" : "free";
+  if (free > 0) return "free"; // of several rigs one suffices
+  return hits.some((span) => span.kind === "outage") ? "outage" : "taken";
 }

@@ -10,10 +10,7 @@ export function announcementOf(
 ): string | null {
   const component = event.component ?? "";
   const time = (event.index * period).toFixed(2);
-  const value =
-    event.component && event.value !== undefined
-      ? formatQuantity(event.component, event.value)
-      : "";
+  const value = event.component ? formatQuantity(event.component, event.value) : "";
   switch (event.kind) {
     case "started":
       return t("say_started");

@@ -113,7 +113,7 @@ export class ChartDesk {
       (event) =>
         event.kind === "relay_confirmed" &&
         event.component !== undefined &&
-        event.value !== undefined &&
+        typeof event.value === "number" &&
         !sameValue(event.value, NOMINAL[event.component]),
     );
   }
@@ -153,9 +153,13 @@ export class ChartDesk {
     for (const fault of model.running ? (model.run?.plan?.faults ?? []) : []) {
       if (acted.has(fault.component)) continue;
       const value = formatQuantity(fault.component, fault.value);
-      markers.push({ kind: "planned", timeS: fault.at_s, label: `${fault.component} → ${value}` });
+      markers.push({
+        kind: "planned",
+        timeS: fault.at_s ?? 0,
+        label: `${fault.component} → ${value}`,
+      });
     }
-    const armed = model.injection;
+    const armed = model.faults.injection;
     if (armed) {
       const value = formatQuantity(armed.component, armed.value);
       markers.push({ kind: "planned", timeS: armed.atS, label: `${armed.component} → ${value}` });

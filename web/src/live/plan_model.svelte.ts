@@ -34,7 +34,7 @@ export class PlanModel {
     const fault = source?.faults?.[0];
     for (const each of source?.faults ?? []) plan.set(each.component, each.value);
     if (fault) {
-      plan.atS = fault.at_s;
+      plan.atS = fault.at_s ?? 0;
       plan.kind = fault.kind ?? "abrupt";
       if (fault.until_s) plan.untilS = fault.until_s;
     }

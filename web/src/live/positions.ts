@@ -51,7 +51,7 @@ export function applied(settings: Settings, event: RunEvent, period: number): Se
   if (event.kind === "refused") {
     return refused(settings, component, event.text ?? "");
   }
-  if (value === undefined) return settings;
+  if (value === undefined || value === null) return settings;
   if (event.kind === "fault_commanded") return asked(settings, component, value);
   if (event.kind === "relay_confirmed") {
     const setting = settingAt(component, value);

@@ -1,9 +1,7 @@
 import { ApiError, api } from "../api/client";
-import type { Component, Diagnosis, Run, RunEvent, RunState } from "../api/types";
+import type { Diagnosis, Run, RunEvent, RunState } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
-import { NOMINAL } from "../plant/components";
 import { continuousModel, discreteModel } from "../plant/model";
-import { formatQuantity } from "../plant/quantity";
 import { announcer } from "../shell/announcer.svelte";
 import { readFrames } from "../stream/frame_reader";
 import type { Hello, Readout, ServerMessage } from "../stream/messages";
@@ -11,20 +9,13 @@ import { PlayoutClock } from "../stream/playout_clock";
 import { type LinkPhase, RunSocket } from "../stream/run_socket";
 import { Slide } from "../stream/slide";
 import { announcementOf } from "./announcements";
-import {
-  applied,
-  asked,
-  faultyComponents,
-  refused,
-  type Settings,
-  settingsFrom,
-} from "./positions";
+import { Countdown } from "./countdown";
+import { FaultCommands, type Injection } from "./fault_commands.svelte";
 import { gapSpans } from "./statistics";
 
 const TICK_MS = 200;
 const STALE_AFTER_S = 0.5;
 const SAMPLES_MAX = 60_000;
-const COUNTDOWN_S = 3;
 const BENCH_DELAY_S = 0.0095;
 const LAG_MAX_S = 0.5;
 
@@ -37,11 +28,8 @@ export interface LinkState {
   gaps: number;
 }
 
-export interface Injection {
-  component: Component;
-  value: number;
-  atS: number;
-}
+/** The run ended while the link was cut: there is no stream any more, only the recording. */
+class RunOver extends Error {}
 
 /** The nominal parameters of a recorded run: Eq. 4, sampled with the delay that the rig showed. */
 function nominalFor(delayS: number | null | undefined, period: number) {
@@ -65,28 +53,22 @@ export class RunModel {
   verdict = $state.raw<Diagnosis | null>(null);
   readouts = $state.raw<Readout[]>([]);
   nominal = $state.raw<{ swa: number[]; sia: number[] } | null>(null);
-  settings = $state.raw<Settings>({});
-  canCommand = $state(false);
   link = $state.raw<LinkState>({ phase: "connecting", roundTripS: null, ageS: null, gaps: 0 });
   /** Run time of the newest sample, five times a second. */
   elapsed = $state(0);
   gaps = $state.raw<[number, number][]>([]);
-  injection = $state<Injection | null>(null);
   slide = $state.raw<Slide | null>(null);
 
   readonly clock = new PlayoutClock();
+  readonly faults = new FaultCommands((message) => this.socket?.send(message) ?? false);
+  private readonly countdown = new Countdown();
   private socket: RunSocket | null = null;
-  private epoch = 0;
-  private nextCommand = 1;
-  private readonly sent = new Map<number, Component>();
   private lastBlockAt = 0;
   private roundTripS: number | null = null;
   private linkPhase: LinkPhase = "connecting";
   private tick: ReturnType<typeof setInterval> | undefined;
-  private timer: ReturnType<typeof setTimeout> | undefined;
   private refill = false;
   private seenMissing = -1;
-  private countedDown = new Set<string>();
 
   constructor(readonly id: string) {}
 
@@ -109,72 +91,46 @@ export class RunModel {
   }
 
   get locked(): boolean {
-    return !this.running || !this.canCommand || this.stale || this.link.phase !== "open";
+    return !this.running || !this.faults.canCommand || this.stale || this.link.phase !== "open";
   }
 
   async open(): Promise<void> {
+    this.phase = "loading"; // whoever shows the old samples lets go of them
     try {
       this.run = await api.run(this.id);
       this.state = this.run.state;
       this.slide = new Slide(this.sampleCount(), this.period);
-      if (this.state === "running" || this.state === "queued") this.goLive();
+      if (this.state === "running") this.goLive();
       else await this.load();
     } catch (error) {
       this.fail(error);
     }
   }
 
+  /** The network or the tab came back. */
+  wake(): void {
+    this.socket?.wake();
+  }
+
   close(): void {
     this.socket?.close();
     clearInterval(this.tick);
-    clearTimeout(this.timer);
+    this.faults.cancelInjection();
   }
 
   async stop(): Promise<void> {
-    this.cancelInjection();
+    this.faults.cancelInjection();
     try {
       await api.stopRun(this.id);
     } catch (error) {
-      if (!this.command("stop")) throw error;
+      if (!this.faults.stop()) throw error;
     }
-  }
-
-  set(component: Component, value: number): void {
-    if (this.command("set", component, value)) {
-      this.settings = asked(this.settings, component, value);
-    }
-  }
-
-  allNominal(): void {
-    this.cancelInjection();
-    if (!this.command("nominal")) return;
-    for (const component of faultyComponents(this.settings)) {
-      this.settings = asked(this.settings, component, NOMINAL[component]);
-    }
-  }
-
-  refuse(component: Component, reason: string): void {
-    this.settings = refused(this.settings, component, reason);
-    announcer.say("refused", reason);
   }
 
   /** Sends the command when the rig's clock reaches `atS`. */
   inject(injection: Injection): void {
-    this.cancelInjection();
     const wait = injection.atS - this.clock.rigTime(now()) - (this.roundTripS ?? 0) / 2;
-    this.injection = injection;
-    this.timer = setTimeout(
-      () => {
-        this.injection = null;
-        this.set(injection.component, injection.value);
-      },
-      Math.max(0, wait * 1000),
-    );
-  }
-
-  cancelInjection(): void {
-    clearTimeout(this.timer);
-    this.injection = null;
+    this.faults.inject(injection, wait);
   }
 
   /**
@@ -199,14 +155,22 @@ export class RunModel {
     this.phase = "live";
     this.lastBlockAt = now();
     this.tick = setInterval(() => this.refresh(), TICK_MS);
+    let first = true;
     this.socket = new RunSocket({
       address: async () => {
+        if (!first && (await api.run(this.id)).state !== "running") throw new RunOver();
+        first = false;
         const { code } = await api.streamToken(this.id);
         const scheme = location.protocol === "https:" ? "wss" : "ws";
         return `${scheme}://${location.host}/ws?code=${encodeURIComponent(code)}`;
       },
       nextIndex: () => this.firstMissing(),
-      isFatal: (error) => error instanceof ApiError && error.status >= 400 && error.status < 500,
+      isFatal: (error) =>
+        error instanceof RunOver ||
+        (error instanceof ApiError &&
+          error.status >= 400 &&
+          error.status < 500 &&
+          error.status !== 429),
       events: {
         hello: (message) => this.onHello(message),
         block: (block) => {
@@ -218,6 +182,9 @@ export class RunModel {
         },
         message: (message) => this.onMessage(message),
         phase: (phase) => {
+          if (phase === "waiting" && this.linkPhase === "open") {
+            announcer.say("link", t("say_link_lost"));
+          }
           this.linkPhase = phase;
           this.refresh();
         },
@@ -249,13 +216,11 @@ export class RunModel {
   }
 
   private onHello(hello: Hello): void {
-    this.epoch = hello.epoch;
+    this.faults.take(hello);
     this.state = hello.state;
     this.nominal = hello.nominal;
-    this.canCommand = hello.can_command;
     this.events = hello.events ?? [];
     if (hello.verdict) this.verdict = hello.verdict;
-    this.settings = settingsFrom(hello.positions ?? {});
     if (hello.plan && this.run)
       this.run = { ...this.run, plan: { ...this.run.plan, ...hello.plan } };
     announcer.say("link", t("say_connected"));
@@ -276,7 +241,7 @@ export class RunModel {
         this.refill = true;
         break;
       case "ack":
-        this.onAck(message.id, message.ok, message.error?.message ?? "");
+        this.faults.answered(message.id, message.ok, message.error?.message ?? "");
         break;
       case "end":
         this.state = message.state;
@@ -289,59 +254,45 @@ export class RunModel {
 
   private onEvent(event: RunEvent): void {
     this.events = [...this.events, event];
-    this.settings = applied(this.settings, event, this.period);
+    this.faults.apply(event, this.period);
     const words = announcementOf(event, this.verdict, this.period);
     if (words) announcer.say(event.kind, words);
-  }
-
-  private onAck(id: number, ok: boolean, reason: string): void {
-    const component = this.sent.get(id);
-    this.sent.delete(id);
-    if (!ok && component) this.refuse(component, reason);
-  }
-
-  private command(
-    action: "set" | "nominal" | "stop",
-    component?: Component,
-    value?: number,
-  ): boolean {
-    const id = this.nextCommand++;
-    const epoch = this.epoch;
-    const sent =
-      this.socket?.send({ type: "command", epoch, id, action, component, value }) ?? false;
-    if (sent && component) this.sent.set(id, component);
-    return sent;
   }
 
   /** The run ended while we watched: nothing is thrown away, the page turns to review. */
   private async finish(): Promise<void> {
     clearInterval(this.tick);
-    this.cancelInjection();
+    this.faults.cancelInjection();
     this.refresh();
-    const end = (this.slide?.end ?? 0) * this.period;
-    this.clock.freeze(end);
-    this.elapsed = end;
+    this.standStill();
+    await this.loadResults();
     this.phase = "review";
     announcer.say("end", t("say_finished"));
-    await this.loadResults();
   }
 
   /** A run that was over when the page came. */
   private async load(): Promise<void> {
     const slide = this.slide as Slide;
     this.events = this.run?.events ?? [];
-    if (this.run?.verdict && typeof this.run.verdict === "object") this.verdict = this.run.verdict;
-    await readFrames(await api.frames(this.id), (block) => slide.append(block));
-    const end = slide.end * this.period;
-    this.clock.freeze(end);
-    this.elapsed = end;
+    const frames = api
+      .frames(this.id)
+      .then((answer) => readFrames(answer, (block) => slide.append(block)));
+    await Promise.all([frames, this.loadResults()]);
+    this.standStill();
     this.gaps = gapSpans(slide);
-    for (const event of this.events) this.settings = applied(this.settings, event, this.period);
+    for (const event of this.events) this.faults.apply(event, this.period);
     this.phase = "review";
-    await this.loadResults();
   }
 
-  private async loadResults(): Promise<void> {
+  private standStill(): void {
+    const end = (this.slide?.end ?? 0) * this.period;
+    this.clock.freeze(end);
+    this.elapsed = end;
+  }
+
+  /** What the server made of the whole run. A failure is shown and can be tried again. */
+  async loadResults(): Promise<void> {
+    this.failure = "";
     try {
       const [run, diagnosis] = await Promise.all([api.run(this.id), api.diagnosis(this.id)]);
       this.run = run;
@@ -350,7 +301,8 @@ export class RunModel {
       this.nominal ??= nominalFor(diagnosis.calibration?.delta_s, this.period);
       if (run.events && run.events.length >= this.events.length) this.events = run.events;
     } catch (error) {
-      if (!(error instanceof ApiError)) throw error; // no diagnosis of an interrupted run
+      // a run that was interrupted early has no diagnosis, and that is no failure
+      if (!(error instanceof ApiError)) this.failure = String(error);
     }
   }
 
@@ -375,20 +327,7 @@ export class RunModel {
       this.seenMissing = slide.missing;
       this.gaps = gapSpans(slide);
     }
-    this.countDown();
-  }
-
-  /** Says once, three seconds before, that a planned fault is coming. */
-  private countDown(): void {
-    const planned = (this.run?.plan?.faults ?? []).map((fault) => ({ ...fault, atS: fault.at_s }));
-    for (const fault of this.injection ? [...planned, this.injection] : planned) {
-      const left = fault.atS - this.elapsed;
-      const key = `${fault.component}@${fault.atS}`;
-      if (left <= 0 || left > COUNTDOWN_S || this.countedDown.has(key)) continue;
-      this.countedDown.add(key);
-      const value = formatQuantity(fault.component, fault.value);
-      announcer.say("countdown", t("say_countdown", { component: fault.component, value }));
-    }
+    this.countdown.at(this.elapsed, this.run?.plan?.faults ?? [], this.faults.injection);
   }
 
   private fail(error: unknown): void {

@@ -23,7 +23,7 @@ export function firstFault(events: RunEvent[]): RunEvent | undefined {
     (event) =>
       event.kind === "relay_confirmed" &&
       event.component !== undefined &&
-      event.value !== undefined &&
+      typeof event.value === "number" &&
       !sameValue(event.value, NOMINAL[event.component]),
   );
 }
@@ -41,7 +41,7 @@ export async function loadCompared(id: string): Promise<ComparedRun> {
     slide,
     durationS,
     onsetS: fault ? fault.index * period : 0,
-    verdict: typeof run.verdict === "string" ? run.verdict : (run.verdict?.verdict ?? ""),
+    verdict: run.verdict ?? "",
     lastMean: (channel) => moments(slide, channel, durationS - 1, durationS)?.mean ?? null,
   };
 }

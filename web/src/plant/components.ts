@@ -37,8 +37,9 @@ export function isMotor(component: Component): boolean {
   return MOTOR_COMPONENTS.includes(component);
 }
 
-/** Same setting, as far as float32 and JSON can say. */
-export function sameValue(a: number, b: number): boolean {
+/** Same setting, as far as float32 and JSON can say; no value is like none. */
+export function sameValue(a: number | null | undefined, b: number): boolean {
+  if (a === null || a === undefined) return false;
   return Math.abs(a - b) <= 1e-6 * Math.max(Math.abs(a), Math.abs(b));
 }
 

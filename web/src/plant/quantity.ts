@@ -33,8 +33,12 @@ export function unitOf(component: Component): string {
 const usesPrefix = (component: Component) => component !== "J" && component !== "B";
 
 /** "5.6 kΩ", "47 pF", "1.43·10⁻⁶ kg·m²". */
-export function formatQuantity(component: Component, value: number, digits = 3): string {
-  if (!Number.isFinite(value)) return "–";
+export function formatQuantity(
+  component: Component,
+  value: number | null | undefined,
+  digits = 3,
+): string {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (!usesPrefix(component)) return `${scientific(value, digits)} ${unitOf(component)}`;
   const [scale, prefix] = prefixOf(value);
   return `${plain(value / scale, digits)} ${prefix}${unitOf(component)}`;
@@ -43,10 +47,16 @@ export function formatQuantity(component: Component, value: number, digits = 3):
 /** "99.6 ± 0.4 Ω": the value to the digits that its standard error leaves. */
 export function formatWithSigma(
   component: Component,
-  value: number,
+  value: number | null,
   sigma: number | null | undefined,
 ): string {
-  if (sigma === null || sigma === undefined || !Number.isFinite(sigma) || sigma <= 0) {
+  if (
+    value === null ||
+    sigma === null ||
+    sigma === undefined ||
+    !Number.isFinite(sigma) ||
+    sigma <= 0
+  ) {
     return formatQuantity(component, value);
   }
   const unit = unitOf(component);

@@ -1,5 +1,4 @@
 import { api, useCsrfToken } from "../api/client";
-import { lab } from "../api/lab_client";
 import type { Me, Role } from "../api/types";
 
 const RANK: Record<Role, number> = {
@@ -34,12 +33,12 @@ class Account {
   }
 
   async signIn(login: string, password: string): Promise<void> {
-    this.take(await lab.login(login, password));
+    this.take(await api.login(login, password));
     if (!this.me.csrf_token) await this.load();
   }
 
   async signOut(): Promise<void> {
-    await lab.logout();
+    await api.logout();
     this.take({ role: "guest", name: "guest" });
   }
 

@@ -4,6 +4,8 @@ import type { ClientMessage, Hello, ServerMessage } from "./messages";
 const FIRST_RETRY_MS = 250;
 const LAST_RETRY_MS = 8000;
 const PING_EVERY_MS = 2000;
+/** Pings are answered at once: after this silence the link is dead, whatever the socket says. */
+const SILENCE_MAX_MS = 8000;
 
 export type LinkPhase = "connecting" | "open" | "waiting" | "closed";
 
@@ -37,6 +39,7 @@ export interface RunSocketOptions {
 export class RunSocket {
   private socket: WebSocket | null = null;
   private attempts = 0;
+  private heardAt = 0;
   private done = false;
   private retry: ReturnType<typeof setTimeout> | undefined;
   private pings: ReturnType<typeof setInterval> | undefined;
@@ -71,11 +74,16 @@ export class RunSocket {
     this.socket = socket;
     socket.onmessage = (event: MessageEvent) => this.receive(event.data);
     socket.onclose = () => {
-      if (this.socket !== socket) return;
-      this.socket = null;
-      clearInterval(this.pings);
-      this.retryLater();
+      if (this.socket === socket) this.lost();
     };
+  }
+
+  /** The network or the tab is back: a pause before the next attempt ends now. */
+  wake(): void {
+    if (this.done || this.retry === undefined) return;
+    clearTimeout(this.retry);
+    this.retry = undefined;
+    void this.connect();
   }
 
   send(message: ClientMessage): boolean {
@@ -95,6 +103,7 @@ export class RunSocket {
   }
 
   private receive(data: ArrayBuffer | string): void {
+    this.heardAt = this.now();
     if (typeof data !== "string") {
       this.options.events.block(decodeFrame(data));
       return;
@@ -118,7 +127,19 @@ export class RunSocket {
   }
 
   private ping(): void {
+    if (this.now() - this.heardAt > SILENCE_MAX_MS) {
+      const socket = this.socket;
+      this.lost();
+      socket?.close();
+      return;
+    }
     this.send({ type: "ping", t: this.now() });
+  }
+
+  private lost(): void {
+    this.socket = null;
+    clearInterval(this.pings);
+    this.retryLater();
   }
 
   private retryLater(): void {
@@ -126,6 +147,12 @@ export class RunSocket {
     this.options.events.phase("waiting");
     const pause = Math.min(LAST_RETRY_MS, FIRST_RETRY_MS * 2 ** this.attempts);
     this.attempts++;
-    this.retry = setTimeout(() => void this.connect(), pause * (0.5 + this.random() / 2));
+    this.retry = setTimeout(
+      () => {
+        this.retry = undefined;
+        void this.connect();
+      },
+      pause * (0.5 + this.random() / 2),
+    );
   }
 }

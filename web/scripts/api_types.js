@@ -1,0 +1,13 @@
+// Writes generated/api.d.ts from the server's OpenAPI description, so that `check` holds the page
+// to the contract. Touches the file only when the contract changed.
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import openapiTS, { astToString } from "openapi-typescript";
+
+const source = new URL("../../server/api/openapi.json", import.meta.url);
+const target = new URL("../generated/api.d.ts", import.meta.url);
+
+const text = `// From server/api/openapi.json, by scripts/api_types.js.\n${astToString(await openapiTS(source))}`;
+if (!existsSync(target) || readFileSync(target, "utf8") !== text) {
+  mkdirSync(new URL(".", target), { recursive: true });
+  writeFileSync(target, text);
+}

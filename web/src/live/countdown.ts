@@ -1,0 +1,28 @@
+import type { Fault } from "../api/types";
+import { t } from "../i18n/i18n.svelte";
+import { formatQuantity } from "../plant/quantity";
+import { announcer } from "../shell/announcer.svelte";
+import type { Injection } from "./fault_commands.svelte";
+
+const COUNTDOWN_S = 3;
+
+/** Says once, three seconds before, that a planned fault is coming. */
+export class Countdown {
+  private readonly said = new Set<string>();
+
+  at(elapsedS: number, faults: readonly Fault[], injection: Injection | null): void {
+    const planned = faults.map(({ component, value, at_s = 0 }) => ({
+      component,
+      value,
+      atS: at_s,
+    }));
+    for (const fault of injection ? [...planned, injection] : planned) {
+      const left = fault.atS - elapsedS;
+      const key = `${fault.component}@${fault.atS}`;
+      if (left <= 0 || left > COUNTDOWN_S || this.said.has(key)) continue;
+      this.said.add(key);
+      const value = formatQuantity(fault.component, fault.value);
+      announcer.say("countdown", t("say_countdown", { component: fault.component, value }));
+    }
+  }
+}

@@ -1,0 +1,117 @@
+import type { Component, RunEvent } from "../api/types";
+import { NOMINAL } from "../plant/components";
+import { announcer } from "../shell/announcer.svelte";
+import type { ClientMessage, Hello } from "../stream/messages";
+import {
+  applied,
+  asked,
+  faultyComponents,
+  refused,
+  type Settings,
+  settingsFrom,
+} from "./positions";
+
+export interface Injection {
+  component: Component;
+  value: number;
+  atS: number;
+}
+
+/** Sends to the rig; false when there is no link to send over. */
+export type SendToRig = (message: ClientMessage) => boolean;
+
+/**
+ * What this page asks of the rig, and what the rig says about it. A setting is "commanded" from the
+ * request on and "confirmed" by the rig's event alone; each command carries the epoch of the lease.
+ */
+export class FaultCommands {
+  settings = $state.raw<Settings>({});
+  canCommand = $state(false);
+  injection = $state<Injection | null>(null);
+  /** Why the newest command for no single component (all nominal) was refused. */
+  refusal = $state("");
+  private epoch = 0;
+  private nextId = 1;
+  private readonly sent = new Map<number, Component | null>();
+  private timer: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(private readonly send: SendToRig) {}
+
+  /** The stream (re)opened: the rig's own word replaces what was here. */
+  take(hello: Hello): void {
+    this.epoch = hello.epoch;
+    this.canCommand = hello.can_command;
+    this.settings = settingsFrom(hello.positions ?? {});
+    this.sent.clear();
+    this.refusal = "";
+  }
+
+  apply(event: RunEvent, period: number): void {
+    this.settings = applied(this.settings, event, period);
+  }
+
+  set(component: Component, value: number): void {
+    if (this.command("set", component, value)) {
+      this.settings = asked(this.settings, component, value);
+    }
+  }
+
+  allNominal(): void {
+    this.cancelInjection();
+    if (!this.command("nominal")) return;
+    for (const component of faultyComponents(this.settings)) {
+      this.settings = asked(this.settings, component, NOMINAL[component]);
+    }
+  }
+
+  stop(): boolean {
+    return this.command("stop");
+  }
+
+  refuse(component: Component, reason: string): void {
+    this.settings = refused(this.settings, component, reason);
+    announcer.say("refused", reason);
+  }
+
+  answered(id: number, ok: boolean, reason: string): void {
+    const component = this.sent.get(id);
+    this.sent.delete(id);
+    if (ok) {
+      this.refusal = "";
+    } else if (component) {
+      this.refuse(component, reason);
+    } else if (component === null) {
+      this.refusal = reason;
+      announcer.say("refused", reason);
+    }
+  }
+
+  /** Sends the setting after `waitS` seconds. */
+  inject(injection: Injection, waitS: number): void {
+    this.cancelInjection();
+    this.injection = injection;
+    this.timer = setTimeout(
+      () => {
+        this.injection = null;
+        this.set(injection.component, injection.value);
+      },
+      Math.max(0, waitS * 1000),
+    );
+  }
+
+  cancelInjection(): void {
+    clearTimeout(this.timer);
+    this.injection = null;
+  }
+
+  private command(
+    action: "set" | "nominal" | "stop",
+    component?: Component,
+    value?: number,
+  ): boolean {
+    const id = this.nextId++;
+    const sent = this.send({ type: "command", epoch: this.epoch, id, action, component, value });
+    if (sent) this.sent.set(id, component ?? null);
+    return sent;
+  }
+}
