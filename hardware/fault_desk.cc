@@ -210,7 +210,7 @@ void FaultDesk::Act(std::int64_t index, double t_s, std::vector<RigMessage>& out
                               .index = index,
                               .component = component,
                               .value = value,
-                              .text = p.live       ? "live"
+                              .text = p.live       ? std::string(kLiveText)
                                       : p.drifting ? "drift"
                                                    : "scheduled"});
     p.unconfirmed = value;

@@ -84,6 +84,7 @@ core::Status PacedRig::Arm(RunPlan plan, Epoch epoch) {
   const std::lock_guard lock(mutex_);
   queue_.Reopen();
   commands_.clear();
+  asked_at_.fill(kNotAsked);
   stop_reason_.reset();
   stop_asked_ = false;
   period_ = Nanoseconds(static_cast<std::int64_t>(plan.period_s * 1e9 + 0.5));
@@ -133,6 +134,9 @@ core::Status PacedRig::Command(Epoch epoch, const RigCommand& command) {
                            .field = {}};
       }
       commands_.push_back(command);
+      if (command.kind == RigCommand::Kind::kSetComponent) {
+        asked_at_[static_cast<std::size_t>(command.component)] = options_.wall->Now();
+      }
       return core::Done{};
     }
     if (command.kind == RigCommand::Kind::kSetComponent || state_ == RigState::kRunning ||
@@ -253,9 +257,22 @@ void PacedRig::CountTick(const Wake& wake, std::vector<RigMessage>& out) {
     consecutive_overruns_ = 0;
   }
   const std::lock_guard lock(mutex_);
-  quality_.Count(Seconds(wake.wall_lateness));
+  quality_.lateness.Count(Seconds(wake.wall_lateness));
   quality_.missed_ticks += static_cast<std::uint64_t>(missed);
   if (wake.wall_lateness >= period_) ++quality_.overruns;
+}
+
+void PacedRig::CountActuation(const std::vector<RigMessage>& said) {
+  const Nanoseconds now = options_.wall->Now();
+  const std::lock_guard lock(mutex_);
+  for (const RigMessage& message : said) {
+    const auto* event = std::get_if<RigEvent>(&message);
+    if (event == nullptr || event->kind != RigEventKind::kFaultCommanded) continue;
+    if (event->text != kLiveText) continue;
+    Nanoseconds& asked_at = asked_at_[static_cast<std::size_t>(event->component)];
+    if (asked_at == kNotAsked) continue;
+    quality_.actuation.Count(Seconds(now - std::exchange(asked_at, kNotAsked)));
+  }
 }
 
 std::string PacedRig::TakeStopReason() {
@@ -320,6 +337,7 @@ std::optional<Nanoseconds> PacedRig::Step(const Wake& wake) noexcept {
           next = planned_;
         }
       }
+      CountActuation(messages_);
       if (!messages_.empty()) {
         if (const auto* sample = std::get_if<core::Sample>(&messages_.back())) {
           next_index_ = sample->index + 1;

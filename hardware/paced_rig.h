@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <condition_variable>
 #include <memory>
@@ -55,6 +56,7 @@ class PacedRig final : public Rig, private LoopTask {
 
  private:
   static constexpr std::size_t kCommandsMax = 16;
+  static constexpr Nanoseconds kNotAsked{-1};
 
   Clock& clock() override { return *options_.clock; }
   std::optional<Nanoseconds> Step(const Wake& wake) noexcept override;
@@ -63,6 +65,7 @@ class PacedRig final : public Rig, private LoopTask {
   void HeardFrom();
   bool HolderIsSilent() const;
   void CountTick(const Wake& wake, std::vector<RigMessage>& out);
+  void CountActuation(const std::vector<RigMessage>& said);
   std::string Deliver(std::vector<RigMessage>& messages);
   std::string TakeStopReason();
   void Finish(std::string reason, bool finished);
@@ -80,6 +83,8 @@ class PacedRig final : public Rig, private LoopTask {
   RigState state_ = RigState::kIdle;
   Epoch epoch_{0};
   std::vector<RigCommand> commands_;
+  /// When the newest command for a component came that has not acted yet.
+  std::array<Nanoseconds, core::kComponentCount> asked_at_{};
   std::optional<std::string> stop_reason_;
   std::optional<Trip> trip_;
   LoopQuality quality_;

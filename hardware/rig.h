@@ -81,6 +81,9 @@ struct RigEvent {
   std::string text;
 };
 
+/// Text of a kFaultCommanded that a Command caused, not the plan.
+inline constexpr std::string_view kLiveText = "live";
+
 /// "started", "fault_commanded", "relay_confirmed", "refused", "trip", "overrun", "gap",
 /// "finished", "stopped": the words of the stream and of recordings.
 std::string_view Name(RigEventKind kind);

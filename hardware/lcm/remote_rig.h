@@ -4,7 +4,6 @@
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -12,13 +11,13 @@
 #include <vector>
 
 #include "faultlab_msgs/rig_announce_t.hpp"
-#include "faultlab_msgs/rig_command_t.hpp"
-#include "faultlab_msgs/rig_reply_t.hpp"
 #include "hardware/bounded_queue.h"
 #include "hardware/clock.h"
+#include "hardware/lcm/agent_line.h"
 #include "hardware/lcm/message_bus.h"
 #include "hardware/lcm/rig_finder.h"
 #include "hardware/lcm/rig_key.h"
+#include "hardware/lcm/run_assembly.h"
 #include "hardware/rig.h"
 
 namespace faultlab::hardware {
@@ -39,7 +38,7 @@ struct RemoteRigSettings {
 /// never wait for.
 ///
 ///   Arm -> "lease" (new epoch at the agent) -> "plan".. -> "arm"      each asked until answered
-///   stream -> by sequence number -> queue -> Read;  hole -> "refill" until it is closed
+///   stream -> RunAssembly -> queue -> Read;  hole -> "refill" until it is closed
 ///
 /// The lease is given back when nobody has used the rig for lease_linger after a run.
 class RemoteRig final : public Rig {
@@ -74,57 +73,39 @@ class RemoteRig final : public Rig {
   void Poll();
 
  private:
-  using Message = faultlab_msgs::rig_command_t;
-  using Reply = faultlab_msgs::rig_reply_t;
-
-  Message NewCommand(const std::string& action) const;
-  void Send(Message& message);
-  core::Result<Reply> Ask(Message message);
   core::Status Lease();
+  core::Status Upload(const RunPlan& plan, std::int64_t& run);
+  core::Result<AgentLine::Reply> Ask(AgentLine::Message message);
   core::Status CheckLocalEpoch(Epoch epoch) const;
   LinkState Link() const;
-  void DeliverInOrder();
-  void AskRefill();
+  void FollowTrip(const RigEvent& event);
+  void Deliver(std::vector<RigMessage> messages);
   void EndRun(RigMessage last);
   void EndRun(const std::string& reason);
-  core::Status Upload(const RunPlan& plan);
+  void GiveLeaseBack();
 
   const std::string id_;
-  const std::shared_ptr<MessageBus> bus_;
   const RemoteRigSettings settings_;
   const std::function<Nanoseconds()> now_;
-  const std::function<std::int64_t()> unix_ns_;
+  AgentLine line_;
 
   std::mutex control_mutex_;  ///< one Arm, Start or self-test at a time; taken before mutex_
-  mutable std::mutex mutex_;
-  std::condition_variable answered_;  ///< a reply came, or the run ended
+  mutable std::mutex mutex_;  ///< taken before the line's own
+  std::condition_variable run_ended_;
   RigDescription description_;
   bool described_ = false;
   std::optional<faultlab_msgs::rig_announce_t> announced_;
   Nanoseconds heard_at_{-1};
-  std::int64_t boot_ = 0;
-
-  std::int64_t counter_ = 0;
-  std::int64_t next_request_ = 0;
-  std::map<std::int64_t, std::optional<Reply>> waiting_;
-  std::optional<double> offset_s_;
-  double round_trip_s_ = 0.0;
 
   Epoch local_epoch_{0};
-  Epoch leased_for_{0};            ///< the local epoch that the lease serves
-  std::int64_t agent_epoch_ = -1;  ///< of our lease, -1 = none
+  Epoch leased_for_{0};  ///< the local epoch that the lease serves
   Nanoseconds holder_word_at_{-1};
   std::atomic<int> readers_{0};
   Nanoseconds alive_sent_at_{-1};
 
   RigState run_state_ = RigState::kIdle;
-  std::int64_t run_ = -1;
-  std::int64_t next_seq_ = 0;
-  std::int64_t seen_end_seq_ = 0;  ///< one past the highest that we know of
-  std::int64_t next_index_ = 0;
-  std::map<std::int64_t, RigMessage> early_;
+  RunAssembly assembly_;
   Nanoseconds refill_asked_at_{-1};
-  std::int64_t refilled_ = 0;
   BoundedQueue<RigMessage> queue_;
 };
 

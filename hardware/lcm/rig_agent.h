@@ -1,19 +1,18 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <map>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "faultlab_msgs/rig_command_t.hpp"
-#include "faultlab_msgs/rig_item_t.hpp"
 #include "faultlab_msgs/rig_reply_t.hpp"
 #include "hardware/clock.h"
+#include "hardware/lcm/command_gate.h"
 #include "hardware/lcm/message_bus.h"
 #include "hardware/lcm/rig_key.h"
+#include "hardware/lcm/run_ring.h"
 #include "hardware/rig.h"
 
 namespace faultlab::hardware {
@@ -37,13 +36,13 @@ struct RigAgentCounts {
   std::uint64_t not_holder = 0;
   std::uint64_t stream_messages = 0;
   std::uint64_t stream_bytes = 0;
-  std::uint64_t refilled_items = 0;
+  std::uint64_t refill_messages = 0;  ///< of the stream messages
 };
 
 /// The bench's side of a remote rig: obeys the lease holder, streams the run, keeps it in a ring.
 ///
-///   command -> key? -> boot, counter? -> lease and epoch? -> rig -> reply
-///   rig.Read -> ring -> stream;  "refill" -> stream from the ring
+///   command -> CommandGate (key, boot, counter) -> lease and epoch? -> rig -> reply
+///   rig.Read -> RunRing -> stream;  "refill" -> stream from the ring
 ///
 /// A lease is granted when nobody holds one; every grant raises the epoch. One thread: Poll, which
 /// the handlers of the bus run in, too.
@@ -71,15 +70,16 @@ class RigAgent {
 
   bool Leased() const { return !holder_.empty() && now_() < lease_until_; }
   void EndLease(std::string_view reason);
+  Reply Answer(const Command& command, std::int64_t received_ns);
   void Obey(const Command& command, Reply& reply);
   void Lease(const Command& command, Reply& reply);
   void TakePlan(const Command& command, Reply& reply);
   void Arm(const Command& command, Reply& reply);
   void Refill(std::int64_t from, std::int64_t to);
   void SelfTest(Reply& reply);
-  void Send(Reply& reply);
+  void Send(Reply reply);
   void StreamRun();
-  void PublishItems(std::int64_t from, std::int64_t to);
+  void PublishPieces(std::int64_t from, std::int64_t to);
   void Announce();
 
   Rig& rig_;
@@ -94,13 +94,11 @@ class RigAgent {
   std::string holder_;
   Nanoseconds lease_until_{0};
   Nanoseconds heard_at_{0};
-  std::map<std::string, std::int64_t> counters_;  ///< last of each holder
-  std::deque<Reply> replies_;                     ///< the last few, for repeated requests
+  CommandGate gate_;
 
   std::map<std::int64_t, std::vector<double>> plan_chunks_;
   std::int64_t run_ = 0;
-  std::deque<faultlab_msgs::rig_item_t> ring_;
-  std::int64_t ring_first_seq_ = 0;
+  RunRing ring_;
   std::int64_t announce_seq_ = 0;
   Nanoseconds announced_at_{-1};
   RigState announced_state_ = RigState::kOffline;

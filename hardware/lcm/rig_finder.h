@@ -25,15 +25,16 @@ struct RemoteRigInfo {
   RigKind behind = RigKind::kBench;  ///< what the agent drives: bench or simulated
   RigState state = RigState::kOffline;
   LinkState link = LinkState::kLost;
-  std::string health;  ///< empty = well; else the trip or what else is wrong
-  std::string holder;  ///< who leases it, empty = nobody
+  double silent_s = 0.0;     ///< since it was heard last
+  std::optional<Trip> trip;  ///< the interlock that holds it
+  std::string holder;        ///< who leases it, empty = nobody
   bool held_by_us = false;
   bool key_known = false;                ///< without its key we only watch
   std::string calibration;               ///< date and version, as the agent has it
   std::optional<double> clock_offset_s;  ///< agent's unix time minus ours, while we lease it
   double round_trip_s = 0.0;
   std::int64_t gaps_refilled = 0;  ///< messages of runs that came by refill
-  LoopQuality loop;                ///< of the agent's loop
+  LoopQuality loop;                ///< of the agent's loop, since the agent started
 };
 
 struct RigFinderOptions {

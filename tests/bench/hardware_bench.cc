@@ -100,14 +100,19 @@ void Farm(int count) {
       count / (rig_share + pipeline_share));
 }
 
-void PrintLateness(const char* name, const LoopQuality& quality) {
-  std::printf("%-28s p50 <= %.0f us, p99 <= %.0f us, worst %.0f us, %lu overruns of %lu%s\n",
+void PrintTimes(const char* name, const TimeHistogram& times) {
+  std::printf("%-34s p50 <= %.0f us, p99 <= %.0f us, worst %.0f us, n = %lu",
               name,
-              quality.QuantileBound(0.5) * 1e6,
-              quality.QuantileBound(0.99) * 1e6,
-              quality.lateness_worst_s * 1e6,
+              times.QuantileBound(0.5) * 1e6,
+              times.QuantileBound(0.99) * 1e6,
+              times.worst_s * 1e6,
+              static_cast<unsigned long>(times.count()));
+}
+
+void PrintLateness(const char* name, const LoopQuality& quality) {
+  PrintTimes(name, quality.lateness);
+  std::printf(", %lu overruns%s\n",
               static_cast<unsigned long>(quality.overruns),
-              static_cast<unsigned long>(quality.ticks),
               quality.fifo ? " (SCHED_FIFO)" : "");
 }
 
@@ -120,7 +125,7 @@ class TickTask final : public LoopTask {
     if (next_.count() == 0) {
       next_ = clock_->Now();
     } else {
-      quality.Count(static_cast<double>(wake.lateness.count()) * 1e-9);
+      quality.lateness.Count(static_cast<double>(wake.lateness.count()) * 1e-9);
       if (wake.lateness >= std::chrono::milliseconds(10)) ++quality.overruns;
     }
     if (left_-- == 0) return std::nullopt;

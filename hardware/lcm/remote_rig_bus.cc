@@ -1,0 +1,160 @@
+// What the bus says of a far rig, and what must be done about it again and again.
+#include <algorithm>
+#include <utility>
+
+#include "faultlab_msgs/rig_stream_t.hpp"
+#include "hardware/lcm/remote_rig.h"
+#include "hardware/lcm/rig_codec.h"
+
+namespace faultlab::hardware {
+namespace {
+
+constexpr Nanoseconds kAliveEvery = std::chrono::milliseconds(100);
+constexpr Nanoseconds kHolderSilent = std::chrono::milliseconds(500);
+constexpr Nanoseconds kRefillEvery = std::chrono::milliseconds(100);
+constexpr std::size_t kHolesAtOnce = 32;
+
+bool EndsRun(const RigMessage& message) {
+  const auto* event = std::get_if<RigEvent>(&message);
+  return event != nullptr &&
+         (event->kind == RigEventKind::kFinished || event->kind == RigEventKind::kStopped);
+}
+
+}  // namespace
+
+void RemoteRig::OnAnnounce(MessageBus::Bytes bytes) {
+  // Without its key a rig can be watched, but not believed.
+  std::optional<faultlab_msgs::rig_announce_t> said =
+      settings_.key ? Verified<faultlab_msgs::rig_announce_t>(bytes, *settings_.key)
+                    : FromBytes<faultlab_msgs::rig_announce_t>(bytes.data(), bytes.size());
+  if (!said || said->rig != id_) return;
+  const std::lock_guard lock(mutex_);
+  // An old announcement of this or another start is no word of life.
+  if (announced_ && (said->boot == announced_->boot ? said->seq <= announced_->seq
+                                                    : said->sent_ns <= announced_->sent_ns)) {
+    return;
+  }
+  if (!announced_ || said->boot != announced_->boot) {
+    line_.SetBoot(said->boot);
+    if (run_state_ == RigState::kRunning || run_state_ == RigState::kArmed) {
+      EndRun("the agent started anew");
+    }
+  }
+  heard_at_ = now_();
+  if (!described_) {
+    described_ = true;  // fixed while the rig lives: readers hold a reference
+    Decode(*said, description_);
+  }
+  if (run_state_ == RigState::kRunning && said->run == assembly_.run()) {
+    assembly_.Expect(said->run_next_seq);
+  }
+  announced_ = std::move(said);
+}
+
+void RemoteRig::OnReply(MessageBus::Bytes bytes) {
+  if (!line_.OnReply(bytes)) return;
+  const std::lock_guard lock(mutex_);
+  heard_at_ = now_();
+}
+
+void RemoteRig::OnStream(MessageBus::Bytes bytes) {
+  if (!settings_.key) return;
+  const std::optional<faultlab_msgs::rig_stream_t> piece =
+      Verified<faultlab_msgs::rig_stream_t>(bytes, *settings_.key);
+  if (!piece || piece->rig != id_) return;
+  const std::lock_guard lock(mutex_);
+  if (!announced_ || piece->boot != announced_->boot) return;
+  heard_at_ = now_();
+  if (run_state_ != RigState::kRunning) return;
+  std::vector<RigMessage> messages;
+  assembly_.Take(*piece, messages);
+  Deliver(std::move(messages));
+}
+
+/// Call with mutex_ held.
+void RemoteRig::Deliver(std::vector<RigMessage> messages) {
+  for (RigMessage& message : messages) {
+    if (EndsRun(message)) {
+      EndRun(std::move(message));
+      return;
+    }
+    if (const auto* event = std::get_if<RigEvent>(&message)) FollowTrip(*event);
+    if (!queue_.TryPush(std::move(message))) {
+      line_.Tell(line_.NewCommand("stop"));
+      EndRun("queue full: nobody reads the samples");
+      return;
+    }
+  }
+}
+
+/// A trip is known before the next announcement tells its limit and time, too.
+void RemoteRig::FollowTrip(const RigEvent& event) {
+  if (event.kind != RigEventKind::kTrip || !announced_) return;
+  const std::size_t colon = event.text.find(": ");
+  const bool named = colon != std::string::npos;
+  Encode(Trip{.name = event.text.substr(0, colon),
+              .value = event.value,
+              .index = event.index,
+              .text = named ? event.text.substr(colon + 2) : event.text},
+         *announced_);
+}
+
+/// Call with mutex_ held.
+void RemoteRig::EndRun(const std::string& reason) {
+  EndRun(RigEvent{.kind = RigEventKind::kStopped, .index = assembly_.next_index(), .text = reason});
+}
+
+/// Call with mutex_ held.
+void RemoteRig::EndRun(RigMessage last) {
+  queue_.PushLast(std::move(last));
+  queue_.Close();
+  run_state_ = RigState::kIdle;
+  if (announced_) {
+    // The next announcement will say so, too.
+    announced_->state = Name(announced_->trip.empty() ? RigState::kIdle : RigState::kTripped);
+  }
+  run_ended_.notify_all();
+}
+
+/// Call with mutex_ held.
+void RemoteRig::GiveLeaseBack() {
+  line_.Tell(line_.NewCommand("release"));
+  line_.DropLease();
+  if (run_state_ == RigState::kArmed) {
+    run_state_ = RigState::kIdle;
+    queue_.Close();
+  }
+}
+
+void RemoteRig::Poll() {
+  const std::lock_guard lock(mutex_);
+  if (!settings_.key) return;
+  const Nanoseconds now = now_();
+  const bool running = run_state_ == RigState::kRunning;
+  if (running && now - heard_at_ > settings_.lost_for_good) {
+    EndRun("the rig was lost");
+    return;
+  }
+  // A refill needs no lease: after a long cut ours is gone, but the recording is to be whole.
+  if (running && !assembly_.whole() &&
+      (refill_asked_at_.count() < 0 || now - refill_asked_at_ >= kRefillEvery)) {
+    refill_asked_at_ = now;
+    for (const RunAssembly::Hole& hole : assembly_.Holes(kHolesAtOnce)) {
+      AgentLine::Message message = line_.NewCommand("refill");
+      message.from = hole.from;
+      message.to = hole.to;
+      line_.Tell(std::move(message));
+    }
+  }
+  if (!line_.leased()) return;
+  const bool wanted = running ? readers_ > 0 || now - holder_word_at_ <= kHolderSilent
+                              : now - holder_word_at_ <= settings_.lease_linger;
+  if (!running && !wanted) {
+    GiveLeaseBack();
+  } else if (wanted && (alive_sent_at_.count() < 0 || now - alive_sent_at_ >= kAliveEvery)) {
+    alive_sent_at_ = now;
+    line_.Tell(line_.NewCommand("alive"));
+  }
+}
+
+}  // namespace faultlab::hardware

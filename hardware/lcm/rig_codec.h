@@ -1,0 +1,39 @@
+#pragma once
+
+// What rigs, agents and servers tell each other: the types of types/rig_*.lcm and ours.
+#include <optional>
+
+#include "core/types/fault.h"
+#include "faultlab_msgs/fault_t.hpp"
+#include "faultlab_msgs/rig_announce_t.hpp"
+#include "faultlab_msgs/rig_item_t.hpp"
+#include "faultlab_msgs/rig_position_t.hpp"
+#include "hardware/rig.h"
+
+namespace faultlab::hardware {
+
+/// Fields of the lease, the run and the sender are the caller's.
+void Encode(const RigDescription& description, faultlab_msgs::rig_announce_t& out);
+/// All but id and kind, which are the receiver's own.
+void Decode(const faultlab_msgs::rig_announce_t& in, RigDescription& out);
+
+void Encode(const std::optional<Trip>& trip, faultlab_msgs::rig_announce_t& out);
+std::optional<Trip> DecodeTrip(const faultlab_msgs::rig_announce_t& in);
+
+void Encode(const LoopQuality& loop, faultlab_msgs::rig_announce_t& out);
+LoopQuality DecodeLoop(const faultlab_msgs::rig_announce_t& in);
+
+std::optional<RigState> ParseRigState(std::string_view name);
+
+faultlab_msgs::rig_item_t ToItem(const RigMessage& message);
+/// A kind that this version does not know becomes a kRefused that names it.
+RigMessage FromItem(const faultlab_msgs::rig_item_t& item);
+
+faultlab_msgs::rig_position_t ToPosition(const SelfTestPosition& position);
+SelfTestPosition FromPosition(const faultlab_msgs::rig_position_t& in);
+
+faultlab_msgs::fault_t ToMessage(const core::Fault& fault);
+/// Nothing for a component or kind that this version does not know.
+std::optional<core::Fault> FromMessage(const faultlab_msgs::fault_t& in);
+
+}  // namespace faultlab::hardware

@@ -1,0 +1,38 @@
+#include "hardware/lcm/run_ring.h"
+
+#include <algorithm>
+
+#include "hardware/lcm/channels.h"
+#include "hardware/lcm/rig_codec.h"
+
+namespace faultlab::hardware {
+
+void RunRing::Begin() {
+  items_.clear();
+  first_seq_ = 0;
+}
+
+void RunRing::Push(const RigMessage& message) {
+  items_.push_back(ToItem(message));
+  if (items_.size() <= items_max_) return;
+  items_.pop_front();
+  ++first_seq_;
+}
+
+std::vector<faultlab_msgs::rig_stream_t> RunRing::Pieces(std::int64_t from, std::int64_t to) const {
+  from = std::clamp(from, first_seq_, next_seq());
+  to = std::clamp(to, from, std::min(next_seq(), from + kRefillItemsMax));
+  std::vector<faultlab_msgs::rig_stream_t> pieces;
+  do {
+    const std::int64_t end = std::min<std::int64_t>(from + kRefillItems, to);
+    faultlab_msgs::rig_stream_t& piece = pieces.emplace_back();
+    piece.first_seq = from;
+    piece.oldest_seq = first_seq_;
+    piece.items.assign(items_.begin() + (from - first_seq_), items_.begin() + (end - first_seq_));
+    piece.count = static_cast<std::int32_t>(piece.items.size());
+    from = end;
+  } while (from < to);
+  return pieces;
+}
+
+}  // namespace faultlab::hardware
