@@ -17,6 +17,8 @@
 
 namespace faultlab::server {
 
+class HubLoop;
+
 enum class ViewerId : std::uint64_t {};
 
 struct StreamHubOptions {
@@ -88,8 +90,7 @@ class StreamHub {
   StreamCounters counters() const;
 
  private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<HubLoop> loop_;
 };
 
 }  // namespace faultlab::server

@@ -1,0 +1,407 @@
+#include "server/net/connection.h"
+
+#include <sys/socket.h>
+
+#include <boost/asio/post.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
+#include <exception>
+#include <utility>
+#include <variant>
+
+#include "server/net/listen_address.h"
+#include "server/net/response_head.h"
+#include "server/net/websocket.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+using asio::ip::tcp;
+using boost::system::error_code;
+using Steady = std::chrono::steady_clock;
+
+constexpr std::size_t kReadBytes = 4096;
+constexpr std::size_t kBodyReadBytes = 64 << 10;
+constexpr std::size_t kIdleBufferBytesMax = 16 << 10;
+constexpr std::size_t kInlineBodyBytes = 8 << 10;  ///< copied behind the head: one buffer, one send
+constexpr std::size_t kDiscardBytesMax = 4 << 20;  ///< read away so that a refusal is not reset
+
+HttpMethod ToMethod(beast::http::verb verb) {
+  switch (verb) {
+    case beast::http::verb::get:
+      return HttpMethod::kGet;
+    case beast::http::verb::head:
+      return HttpMethod::kHead;
+    case beast::http::verb::post:
+      return HttpMethod::kPost;
+    case beast::http::verb::put:
+      return HttpMethod::kPut;
+    case beast::http::verb::patch:
+      return HttpMethod::kPatch;
+    case beast::http::verb::delete_:
+      return HttpMethod::kDelete;
+    default:
+      return HttpMethod::kOther;
+  }
+}
+
+std::string_view View(beast::string_view text) {
+  return {text.data(), text.size()};
+}
+
+std::string_view LastListEntry(std::string_view list) {
+  const std::size_t comma = list.rfind(',');
+  std::string_view entry = comma == std::string_view::npos ? list : list.substr(comma + 1);
+  while (entry.starts_with(' ')) entry.remove_prefix(1);
+  return entry;
+}
+
+HttpResponse InternalProblem() {
+  return Problem(500,
+                 "internal",
+                 "Internal error",
+                 "The server made a mistake; it is logged. Nothing was changed by this request.");
+}
+
+}  // namespace
+
+Connection::Connection(ConnectionHost& host, tcp::socket socket)
+    : host_(host), socket_(std::move(socket)) {
+  host_.connections.insert(this);
+  ++host_.counters.open;
+  error_code ec;
+  socket_.set_option(tcp::no_delay(true), ec);
+  socket_.non_blocking(true, ec);
+  const auto peer = socket_.remote_endpoint(ec);
+  if (!ec) {
+    const auto address = peer.address();
+    peer_address_ = address.to_string();
+    peer_is_loopback_ = address.is_loopback();
+  }
+}
+
+Connection::~Connection() {
+  host_.connections.erase(this);
+  --host_.counters.open;
+}
+
+void Connection::Close() {
+  error_code ec;
+  socket_.close(ec);
+}
+
+void Connection::CloseIfLate() {
+  if (host_.now < deadline_) return;
+  ++host_.counters.deadlines;
+  if (reading_request_) {
+    // Best effort: a socket that takes no bytes now is closed without them.
+    const HttpResponse late = Problem(
+        408, "timeout", "Request timeout", "The request did not arrive in time; send it faster.");
+    const std::string bytes = EncodeResponseHead(late, host_.date, false, true);
+    error_code ec;
+    socket_.write_some(asio::buffer(bytes), ec);
+  }
+  Close();
+}
+
+void Connection::CloseIfIdle() {
+  last_request_ = true;
+  if (idle_) Close();
+}
+
+asio::awaitable<bool> Connection::ReadMore(std::size_t bytes) {
+  error_code ec;
+  const std::size_t got = co_await socket_.async_read_some(
+      buffer_.prepare(bytes), asio::redirect_error(asio::use_awaitable, ec));
+  if (ec || got == 0) co_return false;
+  buffer_.commit(got);
+  co_return true;
+}
+
+asio::awaitable<bool> Connection::ReadHeader() {
+  request_.method = HttpMethod::kGet;  // until known: a refusal then carries its body
+  parser_.emplace();
+  parser_->header_limit(static_cast<std::uint32_t>(host_.options.limits.header_bytes_max));
+  // The limit of the body depends on the route: checked by Serve before a byte of it is taken.
+  parser_->body_limit(boost::none);
+  for (;;) {
+    if (buffer_.size() > 0) {
+      error_code ec;
+      buffer_.consume(parser_->put(buffer_.data(), ec));
+      if (parser_->is_header_done()) co_return true;
+      if (ec == beast::http::error::header_limit) {
+        co_await Refuse(Problem(431,
+                                "header_too_large",
+                                "Header too large",
+                                "Request line and headers together may have at most " +
+                                    std::to_string(host_.options.limits.header_bytes_max) +
+                                    " bytes."));
+        co_return false;
+      }
+      if (ec && ec != beast::http::error::need_more) {
+        co_await Refuse(
+            Problem(400, "bad_request", "Not HTTP/1.1", "Bad request: " + ec.message() + "."));
+        co_return false;
+      }
+      if (!reading_request_) {
+        reading_request_ = true;
+        Deadline(host_.options.limits.header_deadline);
+      }
+    }
+    if (!co_await ReadMore(kReadBytes)) co_return false;
+    idle_ = false;
+  }
+}
+
+asio::awaitable<bool> Connection::ReadBody(std::size_t bytes_max) {
+  const auto too_large = [bytes_max] {
+    return Problem(413,
+                   "too_large",
+                   "Body too large",
+                   "This address takes a body of at most " + std::to_string(bytes_max) + " bytes.");
+  };
+  if (parser_->content_length().value_or(0) > bytes_max) {
+    co_await Refuse(too_large());
+    co_return false;
+  }
+  if (parser_->is_done()) co_return true;
+  parser_->body_limit(bytes_max);
+  if (View(parser_->get()[beast::http::field::expect]) == "100-continue") {
+    if (!co_await SendBytes("HTTP/1.1 100 Continue\r\n\r\n")) co_return false;
+  }
+  reading_request_ = true;
+  Deadline(host_.options.limits.body_deadline);
+  parser_->eager(true);
+  while (!parser_->is_done()) {
+    error_code ec;
+    std::size_t used = 0;
+    if (buffer_.size() > 0) {
+      used = parser_->put(buffer_.data(), ec);
+      buffer_.consume(used);
+    }
+    if (ec == beast::http::error::body_limit) {
+      co_await Refuse(too_large());
+      co_return false;
+    }
+    if (ec && ec != beast::http::error::need_more) {
+      co_await Refuse(Problem(400, "bad_request", "Bad body", "Bad body: " + ec.message() + "."));
+      co_return false;
+    }
+    if (parser_->is_done() || used > 0) continue;
+    if (!co_await ReadMore(kBodyReadBytes)) co_return false;
+  }
+  co_return true;
+}
+
+void Connection::FillRequest() {
+  const auto& message = parser_->get();
+  request_.method = ToMethod(message.method());
+  request_.target = View(message.target());
+  const std::size_t mark = request_.target.find('?');
+  request_.path = request_.target.substr(0, mark);
+  request_.query =
+      mark == std::string_view::npos ? std::string_view() : request_.target.substr(mark + 1);
+  request_.headers.clear();
+  for (const auto& field : message) {
+    request_.headers.emplace_back(View(field.name_string()), View(field.value()));
+  }
+  request_.path_parameters.clear();
+  request_.body = {};
+  request_.peer_is_loopback = peer_is_loopback_;
+  request_.remote_address = peer_address_;
+  request_.forwarded = false;
+  request_.https = false;
+  if (!peer_is_loopback_) return;
+  if (const std::string_view list = request_.Header("X-Forwarded-For"); !list.empty()) {
+    request_.remote_address = LastListEntry(list);
+    request_.forwarded = true;
+    request_.https = request_.Header("X-Forwarded-Proto") == "https";
+  }
+}
+
+HttpResponse Connection::Handle(const Route& route) const {
+  try {
+    return route.handle(request_);
+  } catch (const std::exception& error) {
+    host_.Report(std::string("handler of ") + route.pattern + ": " + error.what());
+    return InternalProblem();
+  }
+}
+
+asio::awaitable<HttpResponse> Connection::RunOnPool(const Route& route) {
+  if (host_.pool_waiting >= host_.options.limits.pool_waiting_max) {
+    ++host_.counters.pool_refused;
+    HttpResponse busy =
+        Problem(503, "busy", "Busy", "Too many requests are waiting; try again in a second.");
+    busy.headers.emplace_back("Retry-After", "1");
+    co_return busy;
+  }
+  ++host_.pool_waiting;
+  co_return co_await asio::async_initiate<const asio::use_awaitable_t<>, void(HttpResponse)>(
+      [this, &route](auto handler) {
+        asio::post(*host_.pool, [this, &route, handler = std::move(handler)]() mutable {
+          --host_.pool_waiting;
+          HttpResponse response = Handle(route);
+          asio::post(host_.io,
+                     [handler = std::move(handler), response = std::move(response)]() mutable {
+                       std::move(handler)(std::move(response));
+                     });
+        });
+      },
+      asio::use_awaitable);
+}
+
+asio::awaitable<bool> Connection::SendBytes(std::string_view bytes) {
+  error_code ec;
+  const std::size_t sent = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), ec);
+  if (!ec && sent == bytes.size()) co_return true;
+  if (ec && ec != asio::error::would_block) co_return false;
+  const std::size_t done = ec ? 0 : sent;
+  ec = {};
+  Deadline(host_.options.limits.write_deadline);
+  co_await asio::async_write(socket_,
+                             asio::buffer(bytes.data() + done, bytes.size() - done),
+                             asio::redirect_error(asio::use_awaitable, ec));
+  co_return !ec;
+}
+
+asio::awaitable<bool> Connection::Send(const HttpResponse& response, bool keep_alive) {
+  ++host_.counters.answers[static_cast<std::size_t>(response.status / 100) % 6];
+  const std::string_view payload = response.payload();
+  const bool bodyless =
+      request_.method == HttpMethod::kHead || response.status == 304 || response.status == 204;
+  const bool joined = !bodyless && payload.size() <= kInlineBodyBytes;
+  const std::string head = EncodeResponseHead(response, host_.date, keep_alive, joined);
+  if (!co_await SendBytes(head)) co_return false;
+  if (joined || bodyless) co_return true;
+  co_return co_await SendBytes(payload);
+}
+
+/// Answers and ends the connection without a reset: what the client still sends is read away for a
+/// while, for a reset would take the answer from under its eyes.
+asio::awaitable<void> Connection::Refuse(HttpResponse response) {
+  reading_request_ = false;
+  if (!co_await Send(response, false)) co_return;
+  error_code ec;
+  socket_.shutdown(tcp::socket::shutdown_send, ec);
+  if (ec) co_return;
+  Deadline(std::chrono::milliseconds(2000));
+  std::array<char, 16 << 10> waste;
+  for (std::size_t total = 0; total < kDiscardBytesMax;) {
+    const std::size_t got = co_await socket_.async_read_some(
+        asio::buffer(waste), asio::redirect_error(asio::use_awaitable, ec));
+    if (ec) co_return;
+    total += got;
+  }
+}
+
+asio::awaitable<Connection::Next> Connection::Upgrade() {
+  const auto refuse = [this](HttpResponse response) -> asio::awaitable<Next> {
+    co_await Refuse(std::move(response));
+    co_return Next::kClose;
+  };
+  if (request_.Header("Sec-WebSocket-Version") != "13") {
+    HttpResponse response =
+        Problem(426, "upgrade_required", "Wrong version", "Only WebSocket version 13 is spoken.");
+    response.headers.emplace_back("Sec-WebSocket-Version", "13");
+    co_return co_await refuse(std::move(response));
+  }
+  const std::string_view key = request_.Header("Sec-WebSocket-Key");
+  if (!websocket::IsValidKey(key) || request_.method != HttpMethod::kGet) {
+    co_return co_await refuse(Problem(
+        400, "bad_handshake", "Bad handshake", "Sec-WebSocket-Key is not 16 bytes in base64."));
+  }
+  if (!OriginAllowed(request_.Header("Origin"), request_.Header("Host"))) {
+    co_return co_await refuse(Problem(
+        403, "foreign_origin", "Foreign origin", "A page of another site may not connect here."));
+  }
+  UpgradeDecision decision = host_.upgrade(request_);
+  if (auto* refusal = std::get_if<HttpResponse>(&decision)) {
+    co_return co_await refuse(std::move(*refusal));
+  }
+  const std::string answer =
+      "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+      "Sec-WebSocket-Accept: " +
+      websocket::AcceptKey(key) + "\r\n\r\n";
+  if (!co_await SendBytes(answer)) co_return Next::kClose;
+  UpgradedSocket upgraded;
+  upgraded.pending.assign(static_cast<const char*>(buffer_.data().data()), buffer_.size());
+  error_code ec;
+  upgraded.fd = socket_.release(ec);
+  if (ec) co_return Next::kClose;
+  ++host_.counters.answers[1];
+  std::get<1>(decision)(std::move(upgraded));
+  co_return Next::kUpgraded;
+}
+
+asio::awaitable<Connection::Next> Connection::Serve() {
+  FillRequest();
+  ++host_.counters.requests;
+  const std::string_view host = request_.Header("Host");
+  if (!HostAllowed(host, host_.options.allowed_hosts, host_.on_loopback)) {
+    co_await Refuse(Problem(421,
+                            "unknown_host",
+                            "Unknown host",
+                            "This server does not answer to the name in the Host header; add it to "
+                            "allowed_hosts."));
+    co_return Next::kClose;
+  }
+  if (!request_.Header("Upgrade").empty() && request_.Header("Upgrade") == "websocket") {
+    co_return co_await Upgrade();
+  }
+  const bool safe = request_.method == HttpMethod::kGet || request_.method == HttpMethod::kHead;
+  if (!safe && !OriginAllowed(request_.Header("Origin"), host)) {
+    co_await Refuse(Problem(
+        403, "foreign_origin", "Foreign origin", "A page of another site may not do this here."));
+    co_return Next::kClose;
+  }
+  const Router::Match match = host_.router.Find(request_);
+  if (!co_await ReadBody(match.route != nullptr ? match.route->body_bytes_max : 0)) {
+    co_return Next::kClose;
+  }
+  reading_request_ = false;
+  deadline_ = Steady::time_point::max();  // the handler's time is ours, not the client's
+  request_.body = parser_->get().body();
+  const bool keep_alive = parser_->get().keep_alive() && !last_request_;
+  HttpResponse response;
+  if (match.route != nullptr) {
+    if (match.route->runs_on == RunsOn::kInline) {
+      response = Handle(*match.route);
+    } else {
+      response = co_await RunOnPool(*match.route);
+    }
+  } else if (!match.allow.empty()) {
+    response = Problem(405,
+                       "method_not_allowed",
+                       "Method not allowed",
+                       "This address answers to " + match.allow + ".");
+    response.headers.emplace_back("Allow", match.allow);
+  } else {
+    response = Problem(404, "not_found", "Not found", "There is nothing at this address.");
+  }
+  Deadline(host_.options.limits.write_deadline);
+  if (!co_await Send(response, keep_alive)) co_return Next::kClose;
+  co_return keep_alive ? Next::kKeepAlive : Next::kClose;
+}
+
+asio::awaitable<void> Connection::Run() {
+  for (;;) {
+    idle_ = buffer_.size() == 0;
+    // A connection that waits keeps neither the last body nor the buffer it came through.
+    if (idle_ && buffer_.capacity() > kIdleBufferBytesMax) buffer_.shrink_to_fit();
+    reading_request_ = false;
+    Deadline(host_.options.limits.idle_deadline);
+    if (!co_await ReadHeader()) co_return;
+    idle_ = false;
+    const Next next = co_await Serve();
+    if (next == Next::kUpgraded) co_return;
+    if (next == Next::kClose || last_request_) break;
+  }
+  error_code ec;
+  socket_.shutdown(tcp::socket::shutdown_both, ec);
+}
+
+}  // namespace faultlab::server
