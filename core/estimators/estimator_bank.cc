@@ -1,5 +1,6 @@
 #include "core/estimators/estimator_bank.h"
 
+#include "core/estimators/first_order_windows.h"
 #include "core/estimators/sample_intake.h"
 #include "core/estimators/sia.h"
 #include "core/estimators/swa.h"
@@ -8,51 +9,62 @@
 namespace faultlab::core {
 namespace {
 
+/// Which of the three kinds of rows each estimator takes.
+constexpr std::array<std::size_t, kEstimatorCount> kRowOf = {0, 0, 0, 1, 2, 2};
+
 const EstimatorShape& ShapeOf(EstimatorId id) {
   return kEstimatorShapes[static_cast<std::size_t>(id)];
 }
 
-Swa<1> MakeSwa(EstimatorId id) {
-  SwaOptions<1> options;
-  options.window_samples = ShapeOf(id).window_samples;
-  return Swa<1>(options);
+std::array<ExcitationGate<3>, kEstimatorCount> Gates() {
+  std::array<ExcitationGate<3>, kEstimatorCount> gates;
+  for (std::size_t i = 0; i < gates.size(); ++i) {
+    gates[i] = kEstimatorShapes[i].integral_samples == 0 ? SwaGate<1>() : SiaGate<1>();
+  }
+  return gates;
 }
 
-Sia<1> MakeSia(EstimatorId id, const EstimatorBankOptions& bank) {
-  SiaOptions<1> options;
-  options.window_samples = ShapeOf(id).window_samples;
-  options.integral_samples = ShapeOf(id).integral_samples;
-  options.period_s = bank.period_s;
-  options.mode = bank.sia_mode;
-  options.delta_s = bank.delta_s;
-  return Sia<1>(options);
+SiaRows<1> RowsOf(EstimatorId id, double period_s) {
+  return {ShapeOf(id).integral_samples, period_s};
 }
 
 }  // namespace
 
+/// Three kinds of rows feed six windows: those of SWA, and of SIA with either integral.
 struct EstimatorBank::Windows {
   explicit Windows(const EstimatorBankOptions& options)
       : intake(options.period_s, options.um_limit_v),
-        swa{MakeSwa(EstimatorId::kSwa50),
-            MakeSwa(EstimatorId::kSwa100),
-            MakeSwa(EstimatorId::kSwa200)},
-        sia{MakeSia(EstimatorId::kSia20x5, options),
-            MakeSia(EstimatorId::kSia100x20, options),
-            MakeSia(EstimatorId::kSia500x20, options)} {}
+        sia_short(RowsOf(EstimatorId::kSia20x5, options.period_s)),
+        sia_long(RowsOf(EstimatorId::kSia100x20, options.period_s)),
+        least_squares(Gates(), {options.sia_mode, {options.period_s, options.delta_s}}) {}
 
-  template <typename Action>
-  void ForEach(Action action) {
-    for (Swa<1>& estimator : swa) {
-      action(estimator);
-    }
-    for (Sia<1>& estimator : sia) {
-      action(estimator);
-    }
+  void Skip(int samples) {
+    swa.Break();
+    sia_short.Break();
+    sia_long.Break();
+    least_squares.Skip(samples);
+  }
+
+  void Push(double u_v, double y_v) {
+    rows[0].kind = swa.Push(u_v, y_v, rows[0].value);
+    rows[1].kind = sia_short.Push(u_v, y_v, rows[1].value);
+    rows[2].kind = sia_long.Push(u_v, y_v, rows[2].value);
+    least_squares.Push(rows, kRowOf);
+  }
+
+  void PushUnusable() {
+    rows[0].kind = swa.PushUnusable();
+    rows[1].kind = sia_short.PushUnusable();
+    rows[2].kind = sia_long.PushUnusable();
+    least_squares.Push(rows, kRowOf);
   }
 
   SampleIntake intake;
-  std::array<Swa<1>, 3> swa;
-  std::array<Sia<1>, 3> sia;
+  SwaRows<1> swa;
+  SiaRows<1> sia_short;
+  SiaRows<1> sia_long;
+  FirstOrderWindows least_squares;
+  std::array<FirstOrderWindows::Row, 3> rows;
 };
 
 EstimatorBank::EstimatorBank(const EstimatorBankOptions& options) : options_(options) {
@@ -67,11 +79,8 @@ EstimatorBank& EstimatorBank::operator=(EstimatorBank&&) noexcept = default;
 
 void EstimatorBank::Push(const Sample& sample, std::array<Estimate<3>, kEstimatorCount>& out) {
   const SampleStep step = windows_->intake.Take(sample);
-  std::size_t at = 0;
-  windows_->ForEach([&](auto& estimator) {
-    Feed(step, sample, estimator);
-    out[at++] = estimator.estimate();
-  });
+  Feed(step, sample, *windows_);
+  out = windows_->least_squares.estimates();
 }
 
 }  // namespace faultlab::core

@@ -98,7 +98,7 @@ bool OrdinaryTheta(const SlidingMoments<6>& moments, Vector& theta) {
   LeastSquaresSolution<kP> solution;
   SolveNormalEquations<kP>(sums, solution);
   theta = solution.theta;
-  return solution.regular && solution.condition < kConditionMax;
+  return solution.condition < kConditionMax;
 }
 
 }  // namespace

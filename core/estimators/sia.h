@@ -7,8 +7,8 @@
 #include "core/estimators/sia_mode.h"
 #include "core/estimators/sia_report.h"
 #include "core/estimators/sliding_integral.h"
-#include "core/estimators/sliding_least_squares.h"
 #include "core/estimators/swa.h"
+#include "core/estimators/window_estimator.h"
 #include "core/types/plant_parameters.h"
 
 namespace faultlab::core {
@@ -41,54 +41,29 @@ struct SiaOptions {
   double noise_sigma_v = 0.0;  ///< > 0: white noise of y, subtracted from the normal equations
 };
 
-/// Sliding Integral Algorithm: n nested sliding integrals of length m turn the differential
-/// equation
-///   y + a1 y' + .. + an y(n) = b0 u + b1 u' + .. + bn u(n)  (+ offset)
-/// into rows free of derivatives and initial states, solved by least squares over K rows:
-///   rho0 y(k) = [rho0 u .. rhon u  -rho1 y .. -rhon y  ((T m)^n)] [b0 .. bn  a1 .. an  (offset)]'
-///   rhoj = T^(n-j) Q^(n-j) (1 - z^-m)^j,   Q = z^-1 + .. + z^-m
-/// theta: b_i, a_i in s^i, offset in V. Standard errors take the rows' errors as white, as the
-/// paper's least squares does; integrals overlap, so they are a guide (see README).
-/// A row exists once n m + 1 consecutive good samples are there.
-/// Source: paper Eq. (17)-(31); the limited data window K is the paper's modification.
+/// SIA's rows: [rho0 u .. rhon u  -rho1 y .. -rhon y  ((T m)^n)], rho0 y. A row exists once n m + 1
+/// consecutive good samples are there.
 template <int Order, RowForm Form = RowForm::kPlain>
-class Sia {
+class SiaRows {
  public:
   static_assert(Order >= 1);
   static constexpr int kParameters = kSiaParameters<Order, Form>;
-  using Options = SiaOptions<Order, Form>;
+  using Row = std::array<double, kParameters + 1>;
 
-  explicit Sia(const Options& options)
-      : u_(options.integral_samples, options.period_s),
-        y_(options.integral_samples, options.period_s),
-        one_(IntegralOfOne(options)),
-        history_(Order * options.integral_samples),
-        least_squares_(options.window_samples,
-                       options.gate,
-                       SiaReport<kParameters>{options.mode, {options.period_s, options.delta_s}}) {
-    LAB_CHECK(options.integral_samples < options.window_samples,
-              options.integral_samples,
-              options.window_samples);
-    LAB_CHECK(Order == 1 || options.mode == SiaMode::kPaper);
-    if (options.noise_sigma_v > 0.0) {
-      CompensateNoise(options);
-    }
-  }
+  SiaRows(int integral_samples, double period_s)
+      : u_(integral_samples, period_s),
+        y_(integral_samples, period_s),
+        one_(IntegralOfOne(integral_samples, period_s)),
+        history_(Order * integral_samples) {}
 
-  /// The next consecutive sample. Non-finite values make the window invalid.
-  const Estimate<kParameters>& Push(double u_v, double y_v) {
+  RowKind Push(double u_v, double y_v, Row& row) {
     if (!IsPlausible(u_v) || !IsPlausible(y_v)) {
       u_.Push(0.0);
       y_.Push(0.0);
-      return least_squares_.PushEmpty(history_.PushInvalid());
+      return history_.PushInvalid();
     }
-    const RowKind kind = history_.PushGood();
     const std::array<double, Order + 1> u = u_.Push(u_v);
     const std::array<double, Order + 1> y = y_.Push(y_v);
-    if (kind != RowKind::kValid) {
-      return least_squares_.PushEmpty(kind);
-    }
-    typename Kernel::Row row;
     for (std::size_t j = 0; j <= Order; ++j) {
       row[j] = u[j];
     }
@@ -99,40 +74,68 @@ class Sia {
       row[kParameters - 1] = one_;
     }
     row[kParameters] = y[0];
-    return least_squares_.Push(row);
+    return history_.PushGood();
   }
 
-  /// A sample whose y is there but must not be used (clipped at the converter's rail).
-  const Estimate<kParameters>& PushUnusable() {
+  RowKind PushUnusable() {
     u_.Push(0.0);
     y_.Push(0.0);
-    return least_squares_.PushEmpty(history_.PushUnusable());
+    return history_.PushUnusable();
   }
 
-  /// `samples` were lost before the next one.
-  void Skip(int samples) {
-    history_.Break();
-    least_squares_.Skip(samples);
-  }
-
-  const Estimate<kParameters>& estimate() const { return least_squares_.estimate(); }
+  void Break() { history_.Break(); }
 
  private:
-  using Kernel = SlidingLeastSquares<kParameters, SiaReport<kParameters>>;
-
-  static double IntegralOfOne(const Options& options) {
+  static double IntegralOfOne(int integral_samples, double period_s) {
     double value = 1.0;
     for (int j = 0; j < Order; ++j) {
-      value *= options.period_s * options.integral_samples;
+      value *= period_s * integral_samples;
     }
     return value;
   }
 
+  NestedIntegrals<Order> u_;
+  NestedIntegrals<Order> y_;
+  double one_;
+  RowHistory history_;
+};
+
+/// Sliding Integral Algorithm: n nested sliding integrals of length m turn the differential
+/// equation
+///   y + a1 y' + .. + an y(n) = b0 u + b1 u' + .. + bn u(n)  (+ offset)
+/// into rows free of derivatives and initial states, solved by least squares over K rows:
+///   rho0 y(k) = [rho0 u .. rhon u  -rho1 y .. -rhon y  ((T m)^n)] [b0 .. bn  a1 .. an  (offset)]'
+///   rhoj = T^(n-j) Q^(n-j) (1 - z^-m)^j,   Q = z^-1 + .. + z^-m
+/// theta: b_i, a_i in s^i, offset in V. Standard errors take the rows' errors as white, as the
+/// paper's least squares does; integrals overlap, so they are a guide (see README).
+/// Source: paper Eq. (17)-(31); the limited data window K is the paper's modification.
+template <int Order, RowForm Form = RowForm::kPlain>
+class Sia : public WindowEstimator<SiaRows<Order, Form>, SiaReport<kSiaParameters<Order, Form>>> {
+ public:
+  using Base = WindowEstimator<SiaRows<Order, Form>, SiaReport<kSiaParameters<Order, Form>>>;
+  using Options = SiaOptions<Order, Form>;
+
+  explicit Sia(const Options& options)
+      : Base({options.integral_samples, options.period_s},
+             options.window_samples,
+             options.gate,
+             {options.mode, {options.period_s, options.delta_s}}) {
+    LAB_CHECK(options.integral_samples < options.window_samples,
+              options.integral_samples,
+              options.window_samples);
+    LAB_CHECK(Order == 1 || options.mode == SiaMode::kPaper);
+    if (options.noise_sigma_v > 0.0) {
+      CompensateNoise(options);
+    }
+  }
+
+ private:
   /// White noise of y enters -rho1 y .. -rhon y and rho0 y together: the covariances of these
   /// sequences per row, from the coefficients of rhoj, which are its answer to a unit impulse.
   void CompensateNoise(const Options& options) {
+    constexpr int kY = Base::kParameters;
     NestedIntegrals<Order> impulse(options.integral_samples, options.period_s);
-    typename Kernel::Moments::Packed per_row{};
+    typename Base::Kernel::Moments::Packed per_row{};
     for (int k = 0; k <= impulse.reach_samples(); ++k) {
       const std::array<double, Order + 1> rho = impulse.Push(k == 0 ? options.noise_sigma_v : 0.0);
       for (int i = 1; i <= Order; ++i) {
@@ -140,18 +143,12 @@ class Sia {
         for (int j = 1; j <= i; ++j) {
           per_row[PackedIndex(Order + i, Order + j)] -= entry_i * rho[static_cast<std::size_t>(j)];
         }
-        per_row[PackedIndex(kParameters, Order + i)] += entry_i * rho[0];
+        per_row[PackedIndex(kY, Order + i)] += entry_i * rho[0];
       }
-      per_row[PackedIndex(kParameters, kParameters)] += rho[0] * rho[0];
+      per_row[PackedIndex(kY, kY)] += rho[0] * rho[0];
     }
-    least_squares_.CompensateNoise(per_row);
+    Base::CompensateNoise(per_row);
   }
-
-  NestedIntegrals<Order> u_;
-  NestedIntegrals<Order> y_;
-  double one_;
-  RowHistory history_;
-  Kernel least_squares_;
 };
 
 }  // namespace faultlab::core

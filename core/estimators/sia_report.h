@@ -26,7 +26,7 @@ struct SiaExactMap {
     return Apply(inverse, variance, estimate.theta.data(), estimate.sigma.data());
   }
 
- private:
+  /// The same on plain arrays: theta and sigma of theta' in, of theta out.
   bool Apply(const double* inverse, double variance, double* theta, double* sigma) const;
 };
 

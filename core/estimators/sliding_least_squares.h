@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -17,6 +18,12 @@ namespace faultlab::core {
 /// fewer, the window no longer stands for the time span in its name.
 inline constexpr double kFillMin = 0.5;
 
+/// The fewest rows of a window of `slots` that answer for P parameters.
+template <int P>
+int RowsMin(int slots) {
+  return std::max(P + 1, static_cast<int>(std::ceil(kFillMin * slots)));
+}
+
 /// Reports theta and its standard errors as the least squares gave them.
 template <int P>
 struct ReportAsSolved {
@@ -32,6 +39,22 @@ struct ReportAsSolved {
     return true;
   }
 };
+
+/// `samples` more since theta was computed.
+template <int P>
+void AgeEstimate(std::int32_t samples, Estimate<P>& estimate) {
+  constexpr std::int32_t kAgeMax = std::numeric_limits<std::int32_t>::max();
+  estimate.age_samples =
+      estimate.age_samples > kAgeMax - samples ? kAgeMax : estimate.age_samples + samples;
+}
+
+/// One more sample without an answer: theta stays, with its age and without an error.
+template <int P>
+void HoldEstimate(EstimateStatus status, Estimate<P>& estimate) {
+  estimate.sigma.fill(std::numeric_limits<double>::quiet_NaN());
+  estimate.status = status;
+  AgeEstimate(1, estimate);
+}
 
 /// Least squares over the newest `window` slots.
 ///   y_k = phi_k' theta + e_k,   k = n-window+1 .. n,   e_k zero-mean, white
@@ -54,7 +77,7 @@ class SlidingLeastSquares {
   using Row = typename Moments::Row;  ///< phi_1 .. phi_P, y
 
   SlidingLeastSquares(int window, const ExcitationGate<P>& gate, const Report& report = Report())
-      : moments_(window), gate_(gate), report_(report) {
+      : moments_(window), gate_(gate), report_(report), rows_min_(RowsMin<P>(window)) {
     LAB_CHECK(window > P, window, P);
     estimate_.theta.fill(std::numeric_limits<double>::quiet_NaN());
     estimate_.sigma.fill(std::numeric_limits<double>::quiet_NaN());
@@ -84,7 +107,7 @@ class SlidingLeastSquares {
         moments_.PushEmpty(RowKind::kEmpty);
       }
     }
-    Age(samples);
+    AgeEstimate(samples, estimate_);
   }
 
   const Estimate<P>& estimate() const { return estimate_; }
@@ -93,8 +116,7 @@ class SlidingLeastSquares {
  private:
   const Estimate<P>& Update() {
     const int rows = moments_.rows();
-    if (moments_.invalid() != 0 || !moments_.full() || rows <= P ||
-        rows < kFillMin * moments_.window()) {
+    if (moments_.invalid() != 0 || !moments_.full() || rows < rows_min_) {
       estimate_.sse = 0.0;
       estimate_.condition = std::numeric_limits<double>::infinity();
       return Hold(EstimateStatus::kInvalid);
@@ -107,7 +129,7 @@ class SlidingLeastSquares {
     }
     estimate_.sse = solution.sse;
     estimate_.condition = solution.condition;
-    if (!solution.regular || !(solution.condition < gate_.condition_max)) {
+    if (!(solution.condition < gate_.condition_max)) {
       return Hold(EstimateStatus::kNotExcited);
     }
     if (rows != scaled_rows_) {
@@ -122,16 +144,8 @@ class SlidingLeastSquares {
     return estimate_;
   }
 
-  void Age(std::int32_t samples) {
-    constexpr std::int32_t kAgeMax = std::numeric_limits<std::int32_t>::max();
-    estimate_.age_samples =
-        estimate_.age_samples > kAgeMax - samples ? kAgeMax : estimate_.age_samples + samples;
-  }
-
   const Estimate<P>& Hold(EstimateStatus status) {
-    estimate_.sigma.fill(std::numeric_limits<double>::quiet_NaN());
-    estimate_.status = status;
-    Age(1);
+    HoldEstimate(status, estimate_);
     return estimate_;
   }
 
@@ -160,6 +174,7 @@ class SlidingLeastSquares {
   Report report_;
   std::optional<typename Moments::Packed> noise_;
   Estimate<P> estimate_;
+  int rows_min_;              ///< fewer make the window invalid
   int scaled_rows_ = 0;       ///< the rows that per_freedom_ was computed for
   double per_freedom_ = 0.0;  ///< 1 / (rows - P)
 };

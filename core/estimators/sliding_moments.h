@@ -38,7 +38,8 @@ class SlidingMoments {
   using Packed = std::array<double, PackedSize(Q)>;
 
   /// Throws ContractError unless window >= 1.
-  explicit SlidingMoments(int window) : slots_(CheckedSize(window)), kinds_(slots_.size()) {}
+  explicit SlidingMoments(int window)
+      : slots_(CheckedSize(window)), kinds_(slots_.size()), unseen_(window) {}
 
   void Push(const Row& row) {
     Packed entering;
@@ -48,11 +49,14 @@ class SlidingMoments {
         entering[p++] = row[i] * row[j];
       }
     }
-    Packed& slot = slots_[at_];
+    // Copies and one loop each: nothing aliases, so they run in pairs.
+    const Packed leaving = slots_[at_];
+    slots_[at_] = entering;
     for (std::size_t n = 0; n < entering.size(); ++n) {
-      sums_[n] += entering[n] - slot[n];
+      sums_[n] += entering[n] - leaving[n];
+    }
+    for (std::size_t n = 0; n < entering.size(); ++n) {
       shadow_[n] += entering[n];
-      slot[n] = entering[n];
     }
     Advance(RowKind::kValid);
   }
@@ -74,14 +78,14 @@ class SlidingMoments {
     kinds_.assign(kinds_.size(), RowKind::kEmpty);
     at_ = 0;
     rows_ = invalid_ = 0;
-    seen_ = 0;
+    unseen_ = window();
   }
 
   const Packed& sums() const { return sums_; }
   int window() const { return static_cast<int>(slots_.size()); }
   int rows() const { return rows_; }        ///< valid rows in the window
   int invalid() const { return invalid_; }  ///< invalid slots in the window
-  bool full() const { return seen_ == window(); }
+  bool full() const { return unseen_ == 0; }
 
  private:
   static std::size_t CheckedSize(int window) {
@@ -91,10 +95,12 @@ class SlidingMoments {
 
   void Advance(RowKind entering) {
     const RowKind leaving = kinds_[at_];
-    kinds_[at_] = entering;
-    rows_ += (entering == RowKind::kValid) - (leaving == RowKind::kValid);
-    invalid_ += (entering == RowKind::kInvalid) - (leaving == RowKind::kInvalid);
-    seen_ += seen_ < window();
+    if (entering != leaving) {
+      kinds_[at_] = entering;
+      rows_ += (entering == RowKind::kValid) - (leaving == RowKind::kValid);
+      invalid_ += (entering == RowKind::kInvalid) - (leaving == RowKind::kInvalid);
+    }
+    unseen_ -= unseen_ > 0;
     if (++at_ == slots_.size()) {
       at_ = 0;
       sums_ = shadow_;
@@ -109,7 +115,7 @@ class SlidingMoments {
   std::size_t at_ = 0;
   int rows_ = 0;
   int invalid_ = 0;
-  int seen_ = 0;
+  int unseen_;  ///< slots that no sample has reached yet
 };
 
 }  // namespace faultlab::core

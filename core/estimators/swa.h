@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "core/estimators/row_history.h"
-#include "core/estimators/sliding_least_squares.h"
+#include "core/estimators/window_estimator.h"
 
 namespace faultlab::core {
 
@@ -35,35 +35,20 @@ struct SwaOptions {
   double noise_sigma_v = 0.0;  ///< > 0: white noise of y, subtracted from the normal equations
 };
 
-/// Sliding Window Algorithm: least squares of the discrete model over the newest K rows,
-///   y(k) = [u(k) .. u(k-v)  -y(k-1) .. -y(k-v)  (1)] [b0d .. bvd  a1d .. avd  (offset)]'
-/// v = Order >= 1, u = uc (V), y = um (V); theta in V/V, offset in V.
-/// Noise of y biases a1d and b1d toward zero by about 2.5 % at 1.4 % noise, for every K; a known
-/// noise_sigma_v removes it to first order.
-/// A row exists once v + 1 consecutive good samples are there. For the rest see
-/// SlidingLeastSquares. Source: paper Eq. (10)-(16).
+/// SWA's rows: [u(k) .. u(k-v)  -y(k-1) .. -y(k-v)  (1)], y(k). A row exists once v + 1 consecutive
+/// good samples are there.
 template <int Order, RowForm Form = RowForm::kPlain>
-class Swa {
+class SwaRows {
  public:
   static_assert(Order >= 1);
   static constexpr int kParameters = kSwaParameters<Order, Form>;
-  using Options = SwaOptions<Order, Form>;
+  using Row = std::array<double, kParameters + 1>;
 
-  explicit Swa(const Options& options)
-      : history_(Order), least_squares_(options.window_samples, options.gate) {
-    if (options.noise_sigma_v > 0.0) {
-      CompensateNoise(options.noise_sigma_v * options.noise_sigma_v);
-    }
-  }
-
-  /// The next consecutive sample. Non-finite values make the window invalid.
-  const Estimate<kParameters>& Push(double u_v, double y_v) {
+  RowKind Push(double u_v, double y_v, Row& row) {
     if (!IsPlausible(u_v) || !IsPlausible(y_v)) {
       Remember(0.0, 0.0);
-      return least_squares_.PushEmpty(history_.PushInvalid());
+      return history_.PushInvalid();
     }
-    const RowKind kind = history_.PushGood();
-    typename Kernel::Row row;
     row[0] = u_v;
     for (std::size_t j = 0; j < Order; ++j) {
       row[1 + j] = past_u_[j];
@@ -74,26 +59,17 @@ class Swa {
     }
     row[kParameters] = y_v;
     Remember(u_v, y_v);
-    return kind == RowKind::kValid ? least_squares_.Push(row) : least_squares_.PushEmpty(kind);
+    return history_.PushGood();
   }
 
-  /// A sample whose y is there but must not be used (clipped at the converter's rail).
-  const Estimate<kParameters>& PushUnusable() {
+  RowKind PushUnusable() {
     Remember(0.0, 0.0);
-    return least_squares_.PushEmpty(history_.PushUnusable());
+    return history_.PushUnusable();
   }
 
-  /// `samples` were lost before the next one.
-  void Skip(int samples) {
-    history_.Break();
-    least_squares_.Skip(samples);
-  }
-
-  const Estimate<kParameters>& estimate() const { return least_squares_.estimate(); }
+  void Break() { history_.Break(); }
 
  private:
-  using Kernel = SlidingLeastSquares<kParameters>;
-
   void Remember(double u_v, double y_v) {
     for (std::size_t j = Order - 1; j > 0; --j) {
       past_u_[j] = past_u_[j - 1];
@@ -103,19 +79,34 @@ class Swa {
     past_y_[0] = y_v;
   }
 
-  void CompensateNoise(double variance) {
-    typename Kernel::Moments::Packed per_row{};
-    for (int j = 0; j < Order; ++j) {
-      per_row[PackedIndex(1 + Order + j, 1 + Order + j)] = variance;
-    }
-    per_row[PackedIndex(kParameters, kParameters)] = variance;
-    least_squares_.CompensateNoise(per_row);
-  }
-
   std::array<double, Order> past_u_{};
   std::array<double, Order> past_y_{};
-  RowHistory history_;
-  Kernel least_squares_;
+  RowHistory history_{Order};
+};
+
+/// Sliding Window Algorithm: least squares of the discrete model over the newest K rows,
+///   y(k) = [u(k) .. u(k-v)  -y(k-1) .. -y(k-v)  (1)] [b0d .. bvd  a1d .. avd  (offset)]'
+/// v = Order >= 1, u = uc (V), y = um (V); theta in V/V, offset in V.
+/// Noise of y biases a1d and b1d toward zero by about 2.5 % at 1.4 % noise, for every K; a known
+/// noise_sigma_v removes it to first order.
+/// For statuses and gaps see SlidingLeastSquares. Source: paper Eq. (10)-(16).
+template <int Order, RowForm Form = RowForm::kPlain>
+class Swa : public WindowEstimator<SwaRows<Order, Form>> {
+ public:
+  using Base = WindowEstimator<SwaRows<Order, Form>>;
+  using Options = SwaOptions<Order, Form>;
+
+  explicit Swa(const Options& options) : Base({}, options.window_samples, options.gate) {
+    if (options.noise_sigma_v > 0.0) {
+      const double variance = options.noise_sigma_v * options.noise_sigma_v;
+      typename Base::Kernel::Moments::Packed per_row{};
+      for (int j = 0; j < Order; ++j) {
+        per_row[PackedIndex(1 + Order + j, 1 + Order + j)] = variance;
+      }
+      per_row[PackedIndex(Base::kParameters, Base::kParameters)] = variance;
+      Base::CompensateNoise(per_row);
+    }
+  }
 };
 
 }  // namespace faultlab::core
