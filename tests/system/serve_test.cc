@@ -107,6 +107,7 @@ TEST_F(ServeTest, GoesFromARequestToTheStreamTheRecordingAndThePlot) {
   viewer->SendText(R"({"type":"resume","since":0})");
 
   std::uint32_t next = 0;
+  bool resumed = false;
   std::vector<std::string> kinds;
   for (const auto& event : greeting.at("events").as_array()) {
     kinds.emplace_back(event.at("kind").as_string());
@@ -122,6 +123,11 @@ TEST_F(ServeTest, GoesFromARequestToTheStreamTheRecordingAndThePlot) {
       std::uint32_t first = 0;
       std::memcpy(&count, frame->payload.data() + 2, 2);
       std::memcpy(&first, frame->payload.data() + 4, 4);
+      // Live frames may have come before the hub heard `resume`; from its answer on, none repeats.
+      if (first == 0 && next > 0 && !resumed) {
+        resumed = true;
+        next = 0;
+      }
       ASSERT_EQ(first, next) << "no sample is missing or repeated";
       next += count;
       continue;
