@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <string_view>
 
 #include "core/diagnosis/innovation_filter.h"
 
@@ -36,6 +37,19 @@ std::string Text(const char* format, double a, double b) {
   return text.data();
 }
 
+/// What a person can do about a check that failed.
+const char* Remedy(std::string_view check) {
+  if (check == "length") return "give a longer fault-free stretch";
+  if (check == "missing") return "look at the um wire and at how the record was made";
+  if (check == "excitation") return "use an input that switches, such as a PRBS of 2 V and 3 V";
+  if (check == "saturation") return "use a smaller input or a wider converter range";
+  if (check == "noise") return "look at the um wire, its shield and its unit";
+  if (check == "tolerance") {
+    return "choose a stretch without a fault, or correct the rig's data sheet";
+  }
+  return "choose a stretch without a fault, after the rig has warmed up";
+}
+
 std::optional<Error> Judge(std::vector<CalibrationCheck>& checks,
                            const char* name,
                            std::string sentence,
@@ -44,7 +58,10 @@ std::optional<Error> Judge(std::vector<CalibrationCheck>& checks,
                            bool passed) {
   checks.push_back({name, sentence, value, limit, passed});
   if (passed) return std::nullopt;
-  return Error{ErrorCode::kInvalid, "calibration refused: " + std::move(sentence), name};
+  return Error{ErrorCode::kInvalid,
+               std::string("not calibrated, check '") + name + "' failed: " + std::move(sentence) +
+                   "; " + Remedy(name),
+               name};
 }
 
 }  // namespace

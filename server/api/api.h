@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/types/result.h"
+#include "server/api/diagnosis_cache.h"
 #include "server/auth/authenticator.h"
 #include "server/auth/authorization.h"
 #include "server/auth/principal.h"
@@ -40,6 +41,7 @@ struct ApiContext {
   std::function<HttpCounters()> http_counters{};
   std::function<core::Status()> database_check{};  ///< cheap: for /readyz
   MonotonicTime started{};
+  DiagnosisCache diagnoses{};
   LabApi* lab = nullptr;  ///< accounts, queue, calendar, jobs; null: guests only
   /// May this person run on this rig now? Rigs that need a session ask the lab. May be empty.
   std::function<core::Status(const Principal&, std::string_view rig)> may_use_rig{};

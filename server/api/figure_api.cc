@@ -27,8 +27,15 @@ core::Result<Figure> FigureOf(ApiContext& api, const ApiRequest& request) {
                    (record.rig.empty() ? std::string() : " · rig " + record.rig) + " · " +
                    Iso8601(record.created_at);
   context.faults = FaultsOfPlan(record.plan_json);
-  return MakeFigure(
-      request.http.PathParameter("figure"), samples.value(), options, std::move(context));
+  const std::string& name = request.http.PathParameter("figure");
+  const core::Status fit = CheckFigure(name, samples.value());
+  if (!fit.ok()) return fit.error();
+  const auto diagnose = [&] { return core::DiagnoseRecord(samples.value(), options); };
+  if (record.state == RunState::kRunning) {
+    return MakeFigure(name, samples.value(), options, diagnose(), std::move(context));
+  }
+  const auto diagnosis = api.diagnoses.Get(record.id, diagnose);
+  return MakeFigure(name, samples.value(), options, *diagnosis, std::move(context));
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <span>
 #include <string_view>
 
+#include "server/diagnosis_json/calibration_json.h"
+
 namespace faultlab::server {
 namespace {
 
@@ -115,56 +117,6 @@ json::object ToJson(const core::Verdict& verdict) {
           {"path", Path(verdict.path)},
           {"settled", verdict.settled},
           {"reason", verdict.reason}};
-}
-
-json::object ToJson(const core::Calibration& calibration) {
-  json::object nominal;
-  for (const core::Component component : core::kAllComponents) {
-    nominal[core::Name(component)] = calibration.nominal.Get(component);
-  }
-  json::array quantities;
-  for (const core::CalibratedQuantity& quantity : calibration.quantities) {
-    quantities.emplace_back(json::object{{"name", quantity.name},
-                                         {"unit", quantity.unit},
-                                         {"value", Number(quantity.value)},
-                                         {"sigma", Number(quantity.sigma)},
-                                         {"prior_value", Number(quantity.prior_value)},
-                                         {"prior_sigma", Number(quantity.prior_sigma)},
-                                         {"from_data", quantity.from_data}});
-  }
-  json::array checks;
-  for (const core::CalibrationCheck& check : calibration.checks) {
-    checks.emplace_back(json::object{{"name", check.name},
-                                     {"sentence", check.sentence},
-                                     {"value", Number(check.value)},
-                                     {"limit", Number(check.limit)},
-                                     {"passed", check.passed}});
-  }
-  const core::DetectionThresholds& thresholds = calibration.thresholds;
-  return {{"version", calibration.version},
-          {"dated", calibration.dated},
-          {"from_s", Number(calibration.from_s)},
-          {"to_s", Number(calibration.to_s)},
-          {"samples", calibration.samples},
-          {"used_ia", calibration.used_ia},
-          {"used_n", calibration.used_n},
-          {"delta_s", Number(calibration.delta_s)},
-          {"gain_factor", Number(calibration.gain_factor)},
-          {"nominal", std::move(nominal)},
-          {"mc_nm", Number(calibration.mc_nm)},
-          {"mc_sigma_nm", Number(calibration.mc_sigma_nm)},
-          {"um_noise_v", Number(calibration.um_noise_v)},
-          {"ia_noise_a", Number(calibration.ia_noise_a)},
-          {"n_noise_rpm", Number(calibration.n_noise_rpm)},
-          {"friction_noise_nm", Number(calibration.friction_noise_nm)},
-          {"quantities", std::move(quantities)},
-          {"checks", std::move(checks)},
-          {"thresholds",
-           json::object{{"false_alarms_per_day", Number(thresholds.false_alarms_per_day)},
-                        {"residual", Number(thresholds.residual)},
-                        {"cusum", Number(thresholds.cusum)},
-                        {"glr_25", Number(thresholds.glr_short)},
-                        {"glr_100", Number(thresholds.glr_long)}}}};
 }
 
 json::object ToJson(core::EstimatorId id, const core::Estimate<3>& estimate) {

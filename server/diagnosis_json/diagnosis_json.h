@@ -25,10 +25,6 @@ boost::json::object ToJson(const core::Verdict& verdict);
 /// "file", "samples", "period_s" and "channels" are put in front by whoever read the record.
 boost::json::object ToJson(const core::Diagnosis& diagnosis);
 
-/// {"dated","from_s","to_s","samples","delta_s","gain_factor","nominal":{"R1":..},"mc_nm",..,
-/// "quantities":[..],"checks":[..],"thresholds":{..},"covariance":[..]}
-boost::json::object ToJson(const core::Calibration& calibration);
-
 /// {"names":["b0d","b1d","a1d"],"theta","sigma","condition","status","age","nominal"?}
 boost::json::object ToJson(core::EstimatorId id, const core::Estimate<3>& estimate);
 

@@ -107,8 +107,9 @@ void AppendPath(std::ostringstream& out, const std::vector<core::PathStep>& path
 }
 
 void AppendCalibration(std::ostringstream& out, const core::Diagnosis& diagnosis) {
-  if (diagnosis.calibration_refusal) {
-    out << Label("calibration") << "refused: " << diagnosis.calibration_refusal->message << '\n';
+  if (diagnosis.calibration_refusal &&
+      diagnosis.calibration_refusal->message != diagnosis.verdict.reason) {
+    out << Label("calibration") << diagnosis.calibration_refusal->message << '\n';
   }
   if (!diagnosis.calibration) {
     return;
@@ -140,7 +141,10 @@ void AppendFits(std::ostringstream& out, const std::vector<core::FitPercent>& fi
 std::string ToText(const core::Diagnosis& diagnosis, const std::string& name) {
   std::ostringstream out;
   const core::Verdict& verdict = diagnosis.verdict;
-  std::string kind(core::Name(verdict.kind));
+  // Nothing is being learnt any more when the record has ended.
+  const bool refused =
+      verdict.kind == core::VerdictKind::kCalibrating && diagnosis.calibration_refusal.has_value();
+  std::string kind(refused ? "no diagnosis" : core::Name(verdict.kind));
   for (char& letter : kind) {
     letter = letter == '_' ? ' ' : letter;
   }

@@ -53,10 +53,7 @@ void FillContext(const core::Diagnosis& diagnosis, FigureContext& context) {
 
 }  // namespace
 
-core::Result<Figure> MakeFigure(std::string_view name,
-                                std::span<const core::Sample> samples,
-                                const core::DiagnoseOptions& options,
-                                FigureContext context) {
+core::Status CheckFigure(std::string_view name, std::span<const core::Sample> samples) {
   const bool known =
       std::find(std::begin(kFigureNames), std::end(kFigureNames), name) != std::end(kFigureNames);
   if (!known) {
@@ -68,7 +65,26 @@ core::Result<Figure> MakeFigure(std::string_view name,
   if (samples.size() < 2) {
     return core::Error{core::ErrorCode::kInvalid, "a figure needs at least two samples", "samples"};
   }
-  const core::Diagnosis diagnosis = core::DiagnoseRecord(samples, options);
+  return core::Done{};
+}
+
+core::Result<Figure> MakeFigure(std::string_view name,
+                                std::span<const core::Sample> samples,
+                                const core::DiagnoseOptions& options,
+                                FigureContext context) {
+  const core::Status fit = CheckFigure(name, samples);
+  if (!fit.ok()) return fit.error();
+  return MakeFigure(
+      name, samples, options, core::DiagnoseRecord(samples, options), std::move(context));
+}
+
+core::Result<Figure> MakeFigure(std::string_view name,
+                                std::span<const core::Sample> samples,
+                                const core::DiagnoseOptions& options,
+                                const core::Diagnosis& diagnosis,
+                                FigureContext context) {
+  const core::Status fit = CheckFigure(name, samples);
+  if (!fit.ok()) return fit.error();
   FillContext(diagnosis, context);
   if (name == "signals") {
     return MakeSignalsFigure(samples, context);

@@ -19,6 +19,14 @@ core::Result<Figure> MakeFigure(std::string_view name,
                                 std::span<const core::Sample> samples,
                                 const core::DiagnoseOptions& options,
                                 FigureContext context);
+/// The same with the record's diagnosis made before, by DiagnoseRecord with these options.
+core::Result<Figure> MakeFigure(std::string_view name,
+                                std::span<const core::Sample> samples,
+                                const core::DiagnoseOptions& options,
+                                const core::Diagnosis& diagnosis,
+                                FigureContext context);
+/// kNotFound unless `name` is one of kFigureNames, kInvalid for fewer than two samples.
+core::Status CheckFigure(std::string_view name, std::span<const core::Sample> samples);
 
 /// Simulated outputs beside the measurement behind the fault (paper Tables 13-20): the last SWA and
 /// SIA estimates, Eq. 3 with Mc = 0, 0.33, 0.48 mNm at the value found, and the calibrated sampled
