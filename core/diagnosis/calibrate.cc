@@ -258,8 +258,7 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
                                                 calibration.checks)) {
     return *refusal;
   }
-  calibration.thresholds =
-      MakeThresholds(options.false_alarms_per_day, 1.0 / period_s, mask, calibration.samples);
+  calibration.thresholds = MakeThresholds(options.false_alarms_per_day, 1.0 / period_s, mask);
   return calibration;
 }
 

@@ -63,8 +63,12 @@ Detector::Detector(const RigParameters& reference,
                    double period_s,
                    unsigned mask,
                    const DetectionThresholds& thresholds,
-                   int reference_samples)
-    : recursion_(models_[0].model), thresholds_(thresholds), ring_(kLong) {
+                   int reference_samples,
+                   const NoiseScale& noise_scale)
+    : recursion_(models_[0].model),
+      thresholds_(thresholds),
+      noise_scale_(noise_scale),
+      ring_(kLong) {
   models_[0].model = MakePredictionModel(reference, noise, period_s);
   for (int j = 0; j < kDirections; ++j) {
     models_[static_cast<std::size_t>(j + 1)].model =
@@ -156,11 +160,13 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   Cell cell;
   for (std::size_t c = 0; c < kOutputCount; ++c) {
     if ((use & (1U << c)) == 0U) continue;
-    const double r = z[0][c];
+    const double weight = noise_scale_.Weight(c);
+    const double r = z[0][c] * weight;
+    noise_scale_.Push(c, z[0][c]);
     largest = std::max(largest, std::abs(r));
     step += kCusumSlope * r * r - kCusumCost;
     for (std::size_t j = 0; j < kDirections; ++j) {
-      const double s = r - z[j + 1][c];
+      const double s = r - z[j + 1][c] * weight;
       cell.cross[j] += static_cast<float>(s * r);
       cell.square[j] += static_cast<float>(s * s);
     }
@@ -198,16 +204,20 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
       glr_slow = std::max(glr_slow, slow_cross_[j] * slow_cross_[j] / slow_square_[j]);
     }
   }
-  glr_short /= widen_short_;
-  glr_long /= widen_long_;
-  glr_slow /= 1.0 + slow_weight_ * slow_weight_ / (slow_weight_square_ * reference_samples_);
-  statistics_ = {largest, cusum_, glr_short, glr_long, glr_slow};
+  const double widening = noise_scale_.widening();
+  largest /= std::sqrt(widening);
+  glr_short /= widen_short_ * widening;
+  glr_long /= widen_long_ * widening;
+  glr_slow /=
+      (1.0 + slow_weight_ * slow_weight_ / (slow_weight_square_ * reference_samples_)) * widening;
+  const double cusum = cusum_ / widening;
+  statistics_ = {largest, cusum, glr_short, glr_long, glr_slow};
 
   Alarm alarm;
   if (largest > thresholds_.residual) {
     alarm = {"residual", largest, thresholds_.residual, 0, true};
-  } else if (cusum_ > thresholds_.cusum) {
-    alarm = {"cusum", cusum_, thresholds_.cusum, 0, largest > kSharp};
+  } else if (cusum > thresholds_.cusum) {
+    alarm = {"cusum", cusum, thresholds_.cusum, 0, largest > kSharp};
   } else if (glr_short > thresholds_.glr_short) {
     alarm = {"glr_25", glr_short, thresholds_.glr_short, 0, false};
   } else if (glr_long > thresholds_.glr_long) {

@@ -68,6 +68,7 @@ struct Pipeline::State {
   std::size_t since_alarm = 0;
   std::size_t next_solve = 0;
   std::optional<Detector> detector;
+  std::optional<NoiseScale> noise_scale;  // outlives the detectors that learn it
   bool detector_fresh = false;
   std::optional<IsolationTask> pending;
   std::uint64_t next_id = 1;
@@ -152,12 +153,14 @@ struct Pipeline::State {
   void StartWatching(const std::vector<Candidate>& faults,
                      const std::vector<double>& shift,
                      int samples) {
+    if (!noise_scale) noise_scale.emplace(calibration->samples);
     detector.emplace(ReferenceRig(faults, shift),
                      DetectionNoiseOf(*calibration),
                      config.period_s,
                      Mask(),
                      calibration->thresholds,
-                     samples);
+                     samples,
+                     *noise_scale);
     detector_fresh = true;
     watched = faults;
   }
@@ -208,6 +211,7 @@ struct Pipeline::State {
     oldest_valid_id = next_id;
     reference = watched;
     pending.reset();
+    noise_scale = detector->noise_scale();
     detector.reset();
     alarm_merged = false;
     if (episode_open) CloseEpisode(sample.t_s);

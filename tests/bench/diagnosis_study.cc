@@ -1,6 +1,6 @@
 // A seeded Monte Carlo study of the diagnosis: false alarms on healthy rigs, and per fault the
 // delay of detection, the rate of right isolation and the error of identification.
-//   diagnosis_study [--hours H] [--trials N] [--robust-trials N] [--seed S] [--verbose] [-o FILE]
+//   diagnosis_study [--hours H] [--rig-minutes M] [--trials N] [--robust-trials N] [--seed S] [--verbose] [-o FILE]
 // Writes markdown. Every number is a simulation of core's plant, judged by core's pipeline as a
 // live run would use it, with no list of possible values; the same seed gives the same table.
 #include <algorithm>
@@ -28,6 +28,7 @@ using namespace core;
 
 struct Settings {
   double hours = 48.0;
+  double rig_minutes = 15.0;  ///< of healthy record of one rig
   int trials = 20;
   int robust_trials = 4;
   std::uint64_t seed = 1;
@@ -204,7 +205,7 @@ struct AlarmCount {
 
 AlarmCount CountFalseAlarms(const Settings& settings, bool um_only) {
   AlarmCount count;
-  constexpr int kSamples = 360'000;
+  const int samples_per_rig = static_cast<int>(settings.rig_minutes * 60.0 * kSampleRateHz);
   for (int run = 0; count.hours < settings.hours; ++run) {
     const std::uint64_t seed = StreamSeed(settings.seed, 1000 + static_cast<std::uint64_t>(run));
     Random random(StreamSeed(seed, 7));
@@ -212,7 +213,7 @@ AlarmCount CountFalseAlarms(const Settings& settings, bool um_only) {
     PrbsSpec prbs;
     prbs.order = 16;
     prbs.seed = 1 + random.Below(1000);
-    const std::vector<double> uc_v = MakePrbs(prbs, kSamples, kSamplePeriodSeconds);
+    const std::vector<double> uc_v = MakePrbs(prbs, samples_per_rig, kSamplePeriodSeconds);
     const std::vector<Sample> samples = SimulateRecord(BenchProfileBench(), rig, uc_v, {}, seed);
     PipelineConfig config;
     config.channels = um_only ? Channels::kUmOnly : Channels::kAll;
@@ -227,7 +228,7 @@ AlarmCount CountFalseAlarms(const Settings& settings, bool um_only) {
         last = detected;
         if (settings.verbose) {
           std::fprintf(stderr,
-                       "false alarm%s: hour %d seed %llu t %.2f by %s: %s\n",
+                       "false alarm%s: rig %d seed %llu t %.2f by %s: %s\n",
                        um_only ? " (um)" : "",
                        run,
                        static_cast<unsigned long long>(seed),
@@ -238,7 +239,7 @@ AlarmCount CountFalseAlarms(const Settings& settings, bool um_only) {
       }
     }
     count.refused += pipeline.calibration() == nullptr;
-    count.hours += 1.0;
+    count.hours += settings.rig_minutes / 60.0;
   }
   return count;
 }
@@ -479,6 +480,8 @@ int main(int argc, char** argv) {
       settings.verbose = true;
     } else if (std::strcmp(argv[i], "--hours") == 0 && has_value) {
       settings.hours = std::atof(argv[++i]);
+    } else if (std::strcmp(argv[i], "--rig-minutes") == 0 && has_value) {
+      settings.rig_minutes = std::atof(argv[++i]);
     } else if (std::strcmp(argv[i], "--trials") == 0 && has_value) {
       settings.trials = std::atoi(argv[++i]);
     } else if (std::strcmp(argv[i], "--robust-trials") == 0 && has_value) {
@@ -489,7 +492,7 @@ int main(int argc, char** argv) {
       settings.output = argv[++i];
     } else {
       std::fprintf(stderr,
-                   "usage: diagnosis_study [--hours H] [--trials N] [--robust-trials N] [--seed S]"
+                   "usage: diagnosis_study [--hours H] [--rig-minutes M] [--trials N] [--robust-trials N] [--seed S]"
                    " [--verbose] [-o FILE]\n");
       return 2;
     }

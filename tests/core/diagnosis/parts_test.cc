@@ -190,7 +190,8 @@ TEST(Detector, KeepsQuietForAQuarterOfAnHourAndSeesAFaultAfterIt) {
                     0.01,
                     7U,
                     calibration.value().thresholds,
-                    calibration.value().samples);
+                    calibration.value().samples,
+                    NoiseScale(calibration.value().samples));
   const auto observations =
       MakeObservations(Between(record, 0.5, 901.0), Channels::kAll, 0.01, 10.0);
   std::optional<std::size_t> first;
