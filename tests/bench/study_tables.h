@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstdio>
+#include <span>
+
+#include "core/diagnosis/isolability.h"
+#include "tests/bench/study_settings.h"
+
+namespace faultlab::study {
+
+/// One row a fault, both sets of channels. @param relative_value  see RunTrial.
+void PrintFaultTable(std::FILE* out,
+                     const Settings& settings,
+                     std::span<const core::FaultSize> faults,
+                     bool relative_value);
+
+/// One row a circumstance, all of the paper's faults in it.
+void PrintRobustness(std::FILE* out, const Settings& settings);
+
+}  // namespace faultlab::study
