@@ -15,6 +15,15 @@ namespace {
 
 constexpr int kSafeTries = 3;
 
+Trip HangTrip(const DriverHang& hang, std::int64_t index, double t_s) {
+  return {.name = std::string(kDriverHang),
+          .value = hang.waited_s(),
+          .limit = hang.limit_s(),
+          .index = index,
+          .t_s = t_s,
+          .text = hang.what()};
+}
+
 class BenchMachine final : public RigMachine {
  public:
   BenchMachine(BenchConfig config,
@@ -69,13 +78,17 @@ class BenchMachine final : public RigMachine {
                                   std::span<const RigCommand> commands,
                                   std::vector<RigMessage>& out) override {
     desk_.Accept(commands, index_, out);
-    switch (phase_) {
-      case Phase::kDrive:
-        return Drive(time, out);
-      case Phase::kRelays:
-        return Relays(time.planned, out);
-      case Phase::kRead:
-        return Read(time, out);
+    try {
+      switch (phase_) {
+        case Phase::kDrive:
+          return Drive(time, out);
+        case Phase::kRelays:
+          return Relays(time.planned, out);
+        case Phase::kRead:
+          return Read(time, out);
+      }
+    } catch (const DriverHang& hang) {
+      trip_ = HangTrip(hang, index_, t_s_);
     }
     return std::nullopt;
   }
@@ -124,6 +137,10 @@ class BenchMachine final : public RigMachine {
       try {
         action();
         return;
+      } catch (const DriverHang& hang) {
+        trip_ = HangTrip(hang, index_, t_s_);
+        why = hang.what();
+        break;
       } catch (const std::exception& error) {
         why = error.what();
       }

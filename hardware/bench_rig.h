@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string_view>
 
 #include "hardware/daq/channel_scaling.h"
 #include "hardware/daq/daq.h"
@@ -11,6 +12,9 @@
 #include "hardware/simulator_port.h"
 
 namespace faultlab::hardware {
+
+/// Name of the trip of a driver call that does not return.
+inline constexpr std::string_view kDriverHang = "driver_hang";
 
 /// Everything about a bench but its driver.
 struct BenchConfig {

@@ -61,6 +61,7 @@ void LoopQuality::Add(const LoopQuality& other) {
 }
 
 LoopQuality LoopQuality::Since(const LoopQuality& before) const {
+  if (lateness.count() < before.lateness.count()) return *this;
   return {.lateness = lateness.Since(before.lateness),
           .actuation = actuation.Since(before.actuation),
           .overruns = overruns - before.overruns,

@@ -39,6 +39,7 @@ struct LoopQuality {
   bool fifo = false;               ///< the loop runs under SCHED_FIFO
 
   void Add(const LoopQuality& other);
+  /// Everything, when `before` has more: its counters were of an earlier start.
   LoopQuality Since(const LoopQuality& before) const;
 };
 

@@ -76,6 +76,12 @@ core::Status PacedRig::Arm(RunPlan plan, Epoch epoch) {
     machine_->Prepare(plan);
   } catch (const std::exception& error) {
     const std::string unsafe = machine_->MakeSafe();
+    if (!unsafe.empty()) {
+      const std::lock_guard lock(mutex_);
+      Latch(machine_->trip().value_or(Trip{.name = "unsafe", .text = unsafe}));
+      state_ = RigState::kTripped;
+      queue_.Close();
+    }
     return core::Error{.code = core::ErrorCode::kUnavailable,
                        .message = std::string("the rig does not get ready: ") + error.what() +
                                   (unsafe.empty() ? "" : "; " + unsafe),
@@ -210,7 +216,7 @@ void PacedRig::SafeStop(std::string_view reason) {
       queue_.Close();
     }
     if (!unsafe.empty() && state_ == RigState::kIdle) {
-      Latch({.name = "unsafe", .text = unsafe});
+      Latch(machine_->trip().value_or(Trip{.name = "unsafe", .text = unsafe}));
       state_ = RigState::kTripped;
     }
   }

@@ -39,7 +39,7 @@ class RigMachine {
                                           std::vector<RigMessage>& out) = 0;
 
   /// Drive 0, relays nominal; tries everything even when parts fail.
-  /// @returns empty, or what could not be done.
+  /// @returns empty, or what could not be done; trip() names it if it has a name (driver_hang).
   virtual std::string MakeSafe() noexcept = 0;
   virtual SelfTestReport SelfTest() = 0;
   /// The interlock that acted in this run.

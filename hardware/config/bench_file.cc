@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/types/check.h"
+#include "hardware/daq/guarded_daq.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -213,6 +214,10 @@ void ReadDriver(Section& root, BenchFile& file) {
   ni.String("terminal", file.nidaqmx.terminal);
   ni.String("relays", file.nidaqmx.relays);
   ni.String("counter", file.nidaqmx.counter);
+  ni.String("watchdog", file.nidaqmx.watchdog);
+  double watchdog_ms = 200.0;
+  ni.Number("watchdog_ms", watchdog_ms, 20.0, 10'000.0);
+  file.nidaqmx.watchdog_s = watchdog_ms * 1e-3;
   ni.RefuseUnknown();
 
   Section comedi = root.Sub("comedi");
@@ -288,6 +293,9 @@ BenchFile Read(const toml::table& table) {
   description.delta_s = delta_ms * 1e-3;
   loop.Integer("fifo_priority", file.fifo_priority, 0, 99);
   loop.Integer("late_ticks_max", file.late_ticks_max, 1, 1000);
+  double driver_timeout_ms = 250.0;
+  loop.Number("driver_timeout_ms", driver_timeout_ms, 20.0, 10'000.0);
+  file.driver_patience = Milliseconds(driver_timeout_ms);
   loop.RefuseUnknown();
   if (!simulated && file.config.timing.gap + file.config.timing.settle >= Milliseconds(delta_ms)) {
     loop.Refuse("delta_ms",
@@ -342,8 +350,13 @@ core::Result<BenchFile> LoadBenchFile(const std::string& path) {
 
 std::unique_ptr<Daq> OpenDaq(const BenchFile& file) {
   LAB_CHECK(file.driver != BenchFile::Driver::kSimulated);
-  if (file.driver == BenchFile::Driver::kComedi) return OpenComedi(file.comedi);
-  return OpenNiDaqmx(file.nidaqmx, file.config.scaling.speed);
+  std::unique_ptr<Daq> driver = file.driver == BenchFile::Driver::kComedi
+                                    ? OpenComedi(file.comedi)
+                                    : OpenNiDaqmx(file.nidaqmx, file.config.scaling.speed);
+  return MakeGuardedDaq(std::move(driver),
+                        {.patience = file.driver_patience,
+                         .drive_zero_v = file.config.scaling.uc.ToTerminal(0.0),
+                         .fifo_priority = file.fifo_priority});
 }
 
 std::unique_ptr<Rig> OpenRig(const BenchFile& file) {

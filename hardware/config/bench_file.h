@@ -25,6 +25,7 @@ struct BenchFile {
   double ride_through_s = 0.0;
   int fifo_priority = 50;
   int late_ticks_max = 5;
+  Nanoseconds driver_patience = std::chrono::milliseconds(250);
 };
 
 /// Every key is checked for type and range, unknown ones are refused. An Error's message begins

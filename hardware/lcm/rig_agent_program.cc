@@ -123,7 +123,35 @@ int SelfTest(const BenchFile& file, bool json) {
   return report.ok ? kFine : kUnsafe;
 }
 
-int Serve(const RigAgentOptions& options, const BenchFile& file, const RigKey& key) {
+/// Every trip reaches the log; one of a driver that hangs reaches the second line, too.
+class TripWatch {
+ public:
+  explicit TripWatch(std::function<void()> call_for_help)
+      : call_for_help_(std::move(call_for_help)) {}
+
+  void Look(const Rig& rig) {
+    const std::optional<Trip> trip = rig.trip();
+    const std::string name = trip ? trip->name : "";
+    if (name == seen_) return;
+    seen_ = name;
+    if (!trip) {
+      Say("the interlock was cleared");
+      return;
+    }
+    Say("interlock " + trip->name + " at sample " + std::to_string(trip->index) + ": " +
+        trip->text);
+    if (trip->name == kDriverHang) call_for_help_();
+  }
+
+ private:
+  const std::function<void()> call_for_help_;
+  std::string seen_;
+};
+
+int Serve(const RigAgentOptions& options,
+          const BenchFile& file,
+          const RigKey& key,
+          const std::function<void()>& call_for_help) {
   struct sigaction end = {};
   end.sa_handler = AskEnd;
   sigaction(SIGTERM, &end, nullptr);
@@ -153,31 +181,32 @@ int Serve(const RigAgentOptions& options, const BenchFile& file, const RigKey& k
             .count();
       });
   Say(options.id + " is on " + options.lcm_url);
+  TripWatch trips(call_for_help);
   while (end_asked == 0) {
     bus.value()->Handle(std::chrono::milliseconds(2));
-    agent.Poll();
+    agent.Poll();  // before the call for help: everybody hears of a trip first
+    trips.Look(*rig);
   }
   rig->SafeStop("the agent was asked to end");
   agent.Poll();  // its last words
+  trips.Look(*rig);
   const bool unsafe = rig->state() == RigState::kTripped;
   Say(unsafe ? "ends, but not safely: " + rig->trip()->text : "ends, bench safe");
   return unsafe ? kUnsafe : kFine;
 }
 
-/// In the supervising process, after the agent died without a word.
-void MakeBenchSafe(const BenchFile& file) {
-  if (file.driver == BenchFile::Driver::kSimulated) {
-    Say("the agent was killed; its simulated bench died with it");
-    return;
-  }
+/// The second line: the board is opened anew, in a process of its own.
+bool MakeBenchSafe(const BenchFile& file) {
+  if (file.driver == BenchFile::Driver::kSimulated) return true;  // it died with the agent
   try {
     const std::shared_ptr<Clock> wall = MakeSteadyClock();
     const std::string unsafe =
         MakeBenchMachine(file.config, OpenDaq(file), nullptr, wall)->MakeSafe();
-    Say(unsafe.empty() ? "the agent was killed: drive 0, relays nominal"
-                       : "the agent was killed and the bench is NOT safe: " + unsafe);
+    if (!unsafe.empty()) Say("second line: " + unsafe);
+    return unsafe.empty();
   } catch (const std::exception& error) {
-    Say(std::string("the agent was killed and the bench does NOT answer: ") + error.what());
+    Say(std::string("second line: ") + error.what());
+    return false;
   }
 }
 
@@ -209,11 +238,14 @@ int RunRigAgent(const RigAgentOptions& options) {
     Say(key.error().message);
     return kBadOptions;
   }
-  const auto work = [&] {
-    return guarded([&] { return Serve(options, file.value(), key.value()); });
+  const auto work = [&](const std::function<void()>& call_for_help) {
+    return guarded([&] { return Serve(options, file.value(), key.value(), call_for_help); });
   };
-  if (!options.supervise) return work();
-  return Supervise(work, [&] { MakeBenchSafe(file.value()); });
+  if (!options.supervise) return work([] {});
+  SupervisorOptions second_line;
+  second_line.say = [](const char* text) { Say(text); };
+  return Supervise(
+      work, [&] { return MakeBenchSafe(file.value()); }, second_line);
 }
 
 }  // namespace faultlab::hardware

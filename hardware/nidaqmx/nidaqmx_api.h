@@ -23,6 +23,10 @@ inline constexpr std::int32_t kChanForAllLines = 1;     // DAQmx_Val_ChanForAllL
 inline constexpr Bool32 kGroupByScanNumber = 1;         // DAQmx_Val_GroupByScanNumber
 inline constexpr std::int32_t kErrorTimeout = -200284;  // DAQmxErrorSamplesNotYetAvailable
 
+inline constexpr std::int32_t kOutputVoltage = 10322;  // DAQmx_Val_Voltage
+inline constexpr std::int32_t kResetTimer = 0;         // DAQmx_Val_ResetTimer
+inline constexpr std::int32_t kClearExpiration = 1;    // DAQmx_Val_ClearExpiration
+
 struct Api {
   explicit Api(const SharedLibrary& library);
 
@@ -90,6 +94,16 @@ struct Api {
                                        double timeout,
                                        std::uint32_t* value,
                                        Bool32* reserved);
+  std::int32_t (*CreateWatchdogTimerTaskEx)(const char device[],
+                                            const char name[],
+                                            TaskHandle* task,
+                                            double timeout_s);
+  std::int32_t (*CfgWatchdogAOExpirStates)(TaskHandle task,
+                                           const char channels[],
+                                           const double states[],
+                                           const std::int32_t output_types[],
+                                           std::uint32_t size);
+  std::int32_t (*ControlWatchdogTask)(TaskHandle task, std::int32_t action);
   std::int32_t (*GetExtendedErrorInfo)(char text[], std::uint32_t size);
 };
 

@@ -26,6 +26,9 @@ Api::Api(const SharedLibrary& library) {
   library.Find("DAQmxReadDigitalScalarU32", ReadDigitalScalarU32);
   library.Find("DAQmxReadCounterScalarF64", ReadCounterScalarF64);
   library.Find("DAQmxReadCounterScalarU32", ReadCounterScalarU32);
+  library.Find("DAQmxCreateWatchdogTimerTaskEx", CreateWatchdogTimerTaskEx);
+  library.Find("DAQmxCfgWatchdogAOExpirStates", CfgWatchdogAOExpirStates);
+  library.Find("DAQmxControlWatchdogTask", ControlWatchdogTask);
   library.Find("DAQmxGetExtendedErrorInfo", GetExtendedErrorInfo);
 }
 
@@ -49,6 +52,12 @@ class Task {
  public:
   Task(const Api& api, const char* name) : api_(api), name_(name) {
     Check(api_.CreateTask(name, &handle_), "DAQmxCreateTask");
+  }
+  /// A watchdog of the device.
+  Task(const Api& api, const char* name, const std::string& device, double timeout_s)
+      : api_(api), name_(name) {
+    Check(api_.CreateWatchdogTimerTaskEx(device.c_str(), name, &handle_, timeout_s),
+          "DAQmxCreateWatchdogTimerTaskEx");
   }
   ~Task() {
     if (handle_ != nullptr) (void)api_.ClearTask(handle_);
@@ -105,9 +114,12 @@ class NiDaqmx final : public Daq {
       task->Check(api_.StartTask(task->handle()), "DAQmxStartTask");
     }
     if (!channels.counter.empty()) OpenCounter(speed);
+    if (!channels.watchdog.empty()) OpenWatchdog();
   }
 
   double WriteDrive(double terminal_v) override {
+    // One that has expired between two runs refuses writes; drive 0 must always get through.
+    if (watchdog_ && terminal_v == 0.0) Watchdog(nidaqmx::kClearExpiration);
     drive_.Check(api_.WriteAnalogScalarF64(drive_.handle(), 0, kTimeoutS, terminal_v, nullptr),
                  "DAQmxWriteAnalogScalarF64");
     return terminal_v;
@@ -163,10 +175,30 @@ class NiDaqmx final : public Daq {
   }
 
   void Prepare() override {}
-  void FeedWatchdog() override {}
-  bool has_watchdog() const override { return false; }
+  void FeedWatchdog() override {
+    if (watchdog_) Watchdog(nidaqmx::kResetTimer);
+  }
+  bool has_watchdog() const override { return watchdog_ != nullptr; }
 
  private:
+  /// The device itself puts the drive to 0 V when nobody has fed it for watchdog_s. The relays stay
+  /// as they are: without drive no position is harmful, and a switching all at once would open R12.
+  void OpenWatchdog() {
+    watchdog_ =
+        std::make_unique<Task>(api_, "faultlab_watchdog", channels_.watchdog, channels_.watchdog_s);
+    const double zero_v = 0.0;
+    const std::int32_t type = nidaqmx::kOutputVoltage;
+    watchdog_->Check(api_.CfgWatchdogAOExpirStates(
+                         watchdog_->handle(), channels_.drive.c_str(), &zero_v, &type, 1),
+                     "DAQmxCfgWatchdogAOExpirStates");
+    watchdog_->Check(api_.StartTask(watchdog_->handle()), "DAQmxStartTask");
+  }
+
+  void Watchdog(std::int32_t action) {
+    watchdog_->Check(api_.ControlWatchdogTask(watchdog_->handle(), action),
+                     "DAQmxControlWatchdogTask");
+  }
+
   void AddInput(const std::string& channel, const char* name) {
     analog_.Check(api_.CreateAIVoltageChan(analog_.handle(),
                                            channel.c_str(),
@@ -219,6 +251,7 @@ class NiDaqmx final : public Daq {
   Task analog_;
   Task relays_;
   std::unique_ptr<Task> counter_;
+  std::unique_ptr<Task> watchdog_;
   std::size_t inputs_ = 0;
 };
 

@@ -19,6 +19,9 @@ struct NiDaqmxChannels {
   std::string terminal = "rse";      ///< rse | nrse | diff
   std::string relays = "cRIO1Mod4/port0";
   std::string counter = "cRIO1Mod3/ctr0";  ///< empty = not wired
+  /// Device with a watchdog of its own that puts the drive to 0 V; empty = the device has none.
+  std::string watchdog;
+  double watchdog_s = 0.2;  ///< without being fed, once every sample
 };
 
 /// Loads the driver and sets the tasks up; drive and relays stay as they are until written.

@@ -20,7 +20,7 @@ BenchConfig SimulatedBenchConfig(const SimulatedRigOptions& options) {
   RigDescription& description = config.description;
   description.id = options.id;
   description.rig_class = options.rig_class;
-  description.kind = RigKind::kSimulated;
+  description.kind = options.kind;
   description.any_value = true;
   description.motor_faults = true;
   const bool bench = options.profile == SimulatedProfile::kBench;

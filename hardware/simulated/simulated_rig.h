@@ -16,6 +16,7 @@ enum class SimulatedProfile { kBench, kMultisim };
 struct SimulatedRigOptions {
   std::string id = "sim-1";
   std::string rig_class = "bench-sim";
+  RigKind kind = RigKind::kSimulated;  ///< kBench: stands in for a real one in a lab
   SimulatedProfile profile = SimulatedProfile::kBench;
   /// 1 = real time: a reader that lets the queue fill fails the run, as on a bench.
   /// Other factors are paced by the clock too, but wait for a slow reader.

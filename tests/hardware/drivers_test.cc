@@ -7,6 +7,8 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <thread>
+#include <vector>
 
 #include "hardware/config/bench_file.h"
 #include "hardware/daq/shared_library.h"
@@ -23,6 +25,11 @@ using testing::HasSubstr;
 std::string NiConfig(const std::string& method) {
   return std::string("driver = \"nidaqmx\"\n[nidaqmx]\nlibrary = \"") + STAND_IN_NIDAQMX +
          "\"\n[encoder]\nmethod = \"" + method + "\"\n";
+}
+
+std::string NiWatchdogConfig() {
+  return std::string("driver = \"nidaqmx\"\n[nidaqmx]\nwatchdog = \"cRIO1\"\nlibrary = \"") +
+         STAND_IN_NIDAQMX + "\"\n";
 }
 
 std::string ComediConfig() {
@@ -138,6 +145,16 @@ TEST_P(RealDriver, ReportsTheDriversOwnWordsAtEachCallThatFails) {
   EXPECT_GT(reported, calls / 2);  // safe stops retry, clearing has nobody to tell
 }
 
+TEST_P(RealDriver, FeedsTheBoardsOwnWatchdogOnceASample) {
+  const auto machine =
+      MakeBenchMachine(bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
+  (void)Play(*machine, SquarePlan(30));
+  const bool armed = std::string(GetParam().name) == "NiWatchdog";
+  EXPECT_EQ(control_->watchdog_fed, armed ? 30 : 0);
+  EXPECT_EQ(control_->watchdog_s, armed ? 0.2 : 0.0);
+  EXPECT_EQ(control_->misuses, 0) << control_->misuse;
+}
+
 TEST_P(RealDriver, WalksAllSixteenPositions) {
   const auto machine =
       MakeBenchMachine(bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
@@ -150,7 +167,7 @@ TEST_P(RealDriver, IsMadeSafeByTheSupervisorWhenItsAgentIsKilled) {
   const std::string state = testing::TempDir() + "/stand_in_state_" + GetParam().name;
   ASSERT_EQ(setenv("STAND_IN_STATE", state.c_str(), 1), 0);
   const int status = Supervise(
-      [&] {
+      [&](const auto&) {
         const std::unique_ptr<Daq> daq = OpenDaq(bench_);
         daq->WriteRelayLines(~((1u << 0) | (1u << 19) | (1u << 21) | (1u << 6)));  // R1 = 100
         daq->WriteDrive(3.0);
@@ -158,12 +175,13 @@ TEST_P(RealDriver, IsMadeSafeByTheSupervisorWhenItsAgentIsKilled) {
         return 0;
       },
       [&] {
+        // In another process: what it finds is told by what it leaves behind.
         double drive_v = 0.0;
         std::ifstream(state) >> drive_v;
-        EXPECT_NEAR(drive_v, 3.0, 1e-3) << "the board holds what it was told last";
+        if (std::abs(drive_v - 3.0) > 1e-3) return false;  // the board holds what it was told last
         const auto machine = MakeBenchMachine(
             bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
-        EXPECT_EQ(machine->MakeSafe(), "");
+        return machine->MakeSafe().empty();
       });
   unsetenv("STAND_IN_STATE");
   EXPECT_EQ(status, 1);
@@ -180,13 +198,57 @@ INSTANTIATE_TEST_SUITE_P(
     RealDriver,
     testing::Values(Driver{"NiFrequency", STAND_IN_NIDAQMX, NiConfig("frequency"), false},
                     Driver{"NiCount", STAND_IN_NIDAQMX, NiConfig("count"), true},
+                    Driver{"NiWatchdog", STAND_IN_NIDAQMX, NiWatchdogConfig(), false},
                     Driver{"Comedi", STAND_IN_COMEDI, ComediConfig(), true}),
     [](const testing::TestParamInfo<Driver>& driver) { return std::string(driver.param.name); });
 
 TEST(Supervisor, HandsOnTheStatusOfAnAgentThatEnds) {
-  bool made_safe = false;
-  EXPECT_EQ(Supervise([] { return 7; }, [&] { made_safe = true; }), 7);
-  EXPECT_FALSE(made_safe);
+  const std::string marker = testing::TempDir() + "/supervisor_made_safe";
+  std::filesystem::remove(marker);
+  EXPECT_EQ(Supervise([](const auto&) { return 7; },
+                      [&] {
+                        std::ofstream(marker) << "safe";
+                        return true;
+                      }),
+            7);
+  EXPECT_FALSE(std::filesystem::exists(marker));
+}
+
+TEST(Supervisor, HelpsAnAgentWhoseDriverHangsAndLetsItLive) {
+  const std::string marker = testing::TempDir() + "/supervisor_helped";
+  std::filesystem::remove(marker);
+  const int status = Supervise(
+      [&](const std::function<void()>& call_for_help) {
+        call_for_help();
+        while (!std::filesystem::exists(marker)) std::this_thread::yield();
+        return 5;
+      },
+      [&] {
+        std::ofstream(marker) << "safe";
+        return true;
+      });
+  EXPECT_EQ(status, 5);
+  std::filesystem::remove(marker);
+}
+
+TEST(Supervisor, KillsAnAgentWhenTheSecondLineHangsToo) {
+  std::vector<std::string> said;
+  SupervisorOptions options{.patience = std::chrono::milliseconds(50),
+                            .say = [&](const char* text) { said.emplace_back(text); }};
+  const int status = Supervise(
+      [](const std::function<void()>& call_for_help) {
+        call_for_help();
+        while (true) pause();
+        return 0;
+      },
+      [] {
+        while (true) pause();
+        return true;
+      },
+      options);
+  EXPECT_EQ(status, 1);
+  ASSERT_EQ(said.size(), 3u);
+  EXPECT_THAT(said.back(), HasSubstr("NOT safe"));
 }
 
 // ---- configuration ------------------------------------------------------------------------------

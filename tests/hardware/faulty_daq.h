@@ -1,6 +1,8 @@
 #pragma once
 
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,11 +18,26 @@ struct DaqJournal {
   int fail_at = -1;             ///< this call throws (0 = the first) ..
   int failures = 1;             ///< .. and so many after it
   std::uint32_t stuck_low = 0;  ///< relay lines that read 0 whatever is written
+  int hang_at = -1;             ///< this call does not return before Release
   std::vector<std::uint32_t> levels;
   double drive_v = -1.0;
+
+  void Release() {
+    const std::lock_guard lock(mutex);
+    released = true;
+    changed.notify_all();
+  }
+  void Hang() {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [this] { return released; });
+  }
+
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool released = false;
 };
 
-/// A Daq that fails at the n-th call.
+/// A Daq that fails or hangs at the n-th call.
 class FaultyDaq final : public Daq {
  public:
   FaultyDaq(std::unique_ptr<Daq> inner, DaqJournal& journal)
@@ -65,6 +82,7 @@ class FaultyDaq final : public Daq {
  private:
   void Count(const char* what) {
     const int call = journal_.calls++;
+    if (call == journal_.hang_at) journal_.Hang();
     if (journal_.fail_at >= 0 && call >= journal_.fail_at &&
         call < journal_.fail_at + journal_.failures) {
       throw IoError(std::string(what) + " was made to fail");

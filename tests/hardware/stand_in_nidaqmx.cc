@@ -14,7 +14,7 @@ using namespace faultlab::hardware;
 using nidaqmx::Bool32;
 using nidaqmx::TaskHandle;
 
-enum class Kind { kNone, kAnalogIn, kAnalogOut, kDigitalOut, kFrequency, kCount };
+enum class Kind { kNone, kAnalogIn, kAnalogOut, kDigitalOut, kFrequency, kCount, kWatchdog };
 
 struct Task {
   Kind kind = Kind::kNone;
@@ -230,6 +230,47 @@ std::int32_t DAQmxReadCounterScalarU32(TaskHandle handle, double, std::uint32_t*
   STAND_IN_CALL();
   if (Running(handle, Kind::kCount) == nullptr) return kInvalidTask;
   *value = plant.daq().ReadPulseCount();
+  return 0;
+}
+
+std::int32_t DAQmxCreateWatchdogTimerTaskEx(const char device[],
+                                            const char name[],
+                                            TaskHandle* task,
+                                            double timeout_s) {
+  STAND_IN_CALL();
+  if (device == nullptr || device[0] == '\0' || name == nullptr) plant.Misuse("watchdog's device");
+  if (!(timeout_s >= 0.02)) plant.Misuse("watchdog's time");
+  *task = reinterpret_cast<TaskHandle>(next_handle++);
+  tasks[*task] = {.kind = Kind::kWatchdog};
+  ++plant.control.open_handles;
+  plant.control.watchdog_s = timeout_s;
+  return 0;
+}
+
+std::int32_t DAQmxCfgWatchdogAOExpirStates(TaskHandle handle,
+                                           const char channels[],
+                                           const double states[],
+                                           const std::int32_t output_types[],
+                                           std::uint32_t size) {
+  STAND_IN_CALL();
+  Task* task = Find(handle);
+  if (task == nullptr || task->kind != Kind::kWatchdog) return kInvalidTask;
+  if (task->started) plant.Misuse("expiration states after the start");
+  if (size != 1 || states[0] != 0.0 || output_types[0] != nidaqmx::kOutputVoltage ||
+      std::strstr(channels, "/ao") == nullptr) {
+    plant.Misuse("expiration states");
+  }
+  ++task->channels;
+  return 0;
+}
+
+std::int32_t DAQmxControlWatchdogTask(TaskHandle handle, std::int32_t action) {
+  STAND_IN_CALL();
+  if (Running(handle, Kind::kWatchdog) == nullptr) return kInvalidTask;
+  if (action == nidaqmx::kResetTimer) ++plant.control.watchdog_fed;
+  if (action != nidaqmx::kResetTimer && action != nidaqmx::kClearExpiration) {
+    plant.Misuse("watchdog action");
+  }
   return 0;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "hardware/bench_rig.h"
+#include "hardware/daq/guarded_daq.h"
 #include "hardware/paced_rig.h"
 #include "hardware/simulated/simulated_daq.h"
 #include "hardware/simulated/simulated_machine.h"
@@ -52,6 +53,7 @@ struct TestBenchOptions {
   RigLimits limits;
   bool wait_for_reader = true;
   std::size_t queue_messages = 64;
+  Nanoseconds driver_patience{0};  ///< 0 = the driver is called without a guard
 };
 
 /// A bench rig (not a simulator: no port, real relay times) whose Daq is the simulated one, with
@@ -74,8 +76,11 @@ struct TestBench {
         core::BenchProfileBench(), config.scaling, config.wiring, options.clock);
     daq = simulated.get();
     daq->BeginRun(1);
-    auto faulty = std::make_unique<FaultyDaq>(std::move(simulated), journal);
-    rig = std::make_unique<PacedRig>(MakeBenchMachine(config, std::move(faulty), nullptr, wall),
+    std::unique_ptr<Daq> driver = std::make_unique<FaultyDaq>(std::move(simulated), journal);
+    if (options.driver_patience.count() > 0) {
+      driver = MakeGuardedDaq(std::move(driver), {.patience = options.driver_patience});
+    }
+    rig = std::make_unique<PacedRig>(MakeBenchMachine(config, std::move(driver), nullptr, wall),
                                      PacedRigOptions{.clock = options.clock,
                                                      .wall = wall,
                                                      .runner = MakeThreadRunner(0),

@@ -1,0 +1,172 @@
+#include "hardware/daq/guarded_daq.h"
+
+#include <pthread.h>
+#include <sched.h>
+
+#include <condition_variable>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+namespace faultlab::hardware {
+namespace {
+
+using Steady = std::chrono::steady_clock;
+
+/// What the caller and the driver's thread share; the thread may outlive the Daq.
+struct Desk {
+  explicit Desk(std::unique_ptr<Daq> the_driver) : driver(std::move(the_driver)) {}
+
+  const std::unique_ptr<Daq> driver;
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::function<void(Daq&)> call;  ///< empty = nothing to do
+  bool busy = false;               ///< the driver has the call
+  bool given_up = false;           ///< its caller has gone
+  bool end = false;
+  const char* name = "";
+  Steady::time_point since{};
+  std::exception_ptr failure;
+};
+
+void Serve(const std::shared_ptr<Desk>& desk, double drive_zero_v, int fifo_priority) {
+  if (fifo_priority > 0) {
+    const sched_param parameters{.sched_priority = fifo_priority};
+    (void)pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
+  }
+  std::unique_lock lock(desk->mutex);
+  while (true) {
+    desk->changed.wait(lock, [&] { return desk->end || desk->call; });
+    if (!desk->call) return;
+    const std::function<void(Daq&)> call = std::exchange(desk->call, nullptr);
+    lock.unlock();
+    std::exception_ptr failure;
+    try {
+      call(*desk->driver);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    lock.lock();
+    if (desk->given_up) {
+      lock.unlock();
+      try {
+        desk->driver->WriteDrive(drive_zero_v);
+      } catch (const std::exception&) {
+        // The next MakeSafe, which an operator's clearing of the trip begins with, will tell.
+      }
+      lock.lock();
+    }
+    desk->failure = failure;
+    desk->busy = desk->given_up = false;
+    desk->changed.notify_all();
+  }
+}
+
+class GuardedDaq final : public Daq {
+ public:
+  GuardedDaq(std::unique_ptr<Daq> driver, GuardedDaqOptions options)
+      : options_(options),
+        has_watchdog_(driver->has_watchdog()),
+        desk_(std::make_shared<Desk>(std::move(driver))),
+        thread_([desk = desk_, options] {
+          Serve(desk, options.drive_zero_v, options.fifo_priority);
+        }) {}
+
+  ~GuardedDaq() override {
+    bool hung = false;
+    {
+      const std::lock_guard lock(desk_->mutex);
+      desk_->end = true;
+      hung = desk_->busy;
+      desk_->changed.notify_all();
+    }
+    if (hung) {
+      thread_.detach();
+    } else {
+      thread_.join();
+    }
+  }
+
+  double WriteDrive(double terminal_v) override {
+    return Call<double>("WriteDrive", [=](Daq& daq) { return daq.WriteDrive(terminal_v); });
+  }
+  AnalogReading ReadAnalog() override {
+    return Call<AnalogReading>("ReadAnalog", [](Daq& daq) { return daq.ReadAnalog(); });
+  }
+  void WriteRelayLines(std::uint32_t levels) override {
+    (void)Call<int>("WriteRelayLines", [=](Daq& daq) {
+      daq.WriteRelayLines(levels);
+      return 0;
+    });
+  }
+  std::uint32_t ReadRelayLines() override {
+    return Call<std::uint32_t>("ReadRelayLines", [](Daq& daq) { return daq.ReadRelayLines(); });
+  }
+  double ReadPulseFrequencyHz() override {
+    return Call<double>("ReadPulseFrequencyHz",
+                        [](Daq& daq) { return daq.ReadPulseFrequencyHz(); });
+  }
+  std::uint32_t ReadPulseCount() override {
+    return Call<std::uint32_t>("ReadPulseCount", [](Daq& daq) { return daq.ReadPulseCount(); });
+  }
+  void Prepare() override {
+    (void)Call<int>("Prepare", [](Daq& daq) {
+      daq.Prepare();
+      return 0;
+    });
+  }
+  void FeedWatchdog() override {
+    if (!has_watchdog_) return;  // nothing to feed: no need to bother the driver's thread
+    (void)Call<int>("FeedWatchdog", [](Daq& daq) {
+      daq.FeedWatchdog();
+      return 0;
+    });
+  }
+  bool has_watchdog() const override { return has_watchdog_; }
+
+ private:
+  template <typename Answer>
+  Answer Call(const char* name, std::function<Answer(Daq&)> call) {
+    // The answer outlives a caller that has given up.
+    const auto answer = std::make_shared<Answer>();
+    std::unique_lock lock(desk_->mutex);
+    if (desk_->busy) ThrowHang();
+    desk_->busy = true;
+    desk_->name = name;
+    desk_->since = Steady::now();
+    desk_->failure = nullptr;
+    desk_->call = [answer, call = std::move(call)](Daq& daq) { *answer = call(daq); };
+    desk_->changed.notify_all();
+    const bool returned = desk_->changed.wait_until(
+        lock, desk_->since + options_.patience, [this] { return !desk_->busy; });
+    if (!returned) {
+      desk_->given_up = true;
+      ThrowHang();
+    }
+    if (desk_->failure) std::rethrow_exception(std::exchange(desk_->failure, nullptr));
+    return *answer;
+  }
+
+  [[noreturn]] void ThrowHang() const {
+    const std::chrono::duration<double> waited = Steady::now() - desk_->since;
+    throw DriverHang(std::string("the driver call ") + desk_->name +
+                         " does not return; the board keeps what it put out last",
+                     waited.count(),
+                     std::chrono::duration<double>(options_.patience).count());
+  }
+
+  const GuardedDaqOptions options_;
+  const bool has_watchdog_;
+  const std::shared_ptr<Desk> desk_;
+  std::thread thread_;
+};
+
+}  // namespace
+
+std::unique_ptr<Daq> MakeGuardedDaq(std::unique_ptr<Daq> driver, GuardedDaqOptions options) {
+  return std::make_unique<GuardedDaq>(std::move(driver), options);
+}
+
+}  // namespace faultlab::hardware
