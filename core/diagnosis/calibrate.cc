@@ -77,6 +77,45 @@ double Evidence(const MapFit& fit, const GaussianPrior& prior) {
   return fit.cost() + log_det;
 }
 
+// The fit under the likeliest tolerance, and what the others add to its covariance.
+struct ToleranceChoice {
+  MapFit fit;
+  Eigen::MatrixXd doubt;
+  double tolerance_scale = 1.0;  ///< root mean square over the scales, by their probability
+};
+
+// @param widest  the fit under kToleranceScales[0].
+ToleranceChoice ChooseTolerance(const RigParameters& base,
+                                const NoiseLevel& noise,
+                                double period_s,
+                                std::span<const Observation> stretch,
+                                const MapFit& widest) {
+  std::array<MapFit, kToleranceScales.size()> fits;
+  std::array<double, kToleranceScales.size()> evidence{};
+  std::size_t likeliest = 0;
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    const GaussianPrior prior = DataSheetPrior(kToleranceScales[i]);
+    fits[i] = i == 0 ? widest : FitRig(base, noise, period_s, stretch, prior, widest.point);
+    evidence[i] = Evidence(fits[i], prior);
+    if (evidence[i] < evidence[likeliest]) likeliest = i;
+  }
+  ToleranceChoice choice;
+  choice.fit = fits[likeliest];
+  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(kCoordinateCount, kCoordinateCount);
+  double total = 0.0;
+  double scale_square = 0.0;
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    const double weight = std::exp(-0.5 * (evidence[i] - evidence[likeliest]));
+    const Eigen::VectorXd off = fits[i].point - choice.fit.point;
+    spread += weight * (fits[i].covariance + off * off.transpose());
+    scale_square += weight * kToleranceScales[i] * kToleranceScales[i];
+    total += weight;
+  }
+  choice.doubt = spread / total - choice.fit.covariance;
+  choice.tolerance_scale = std::sqrt(scale_square / total);
+  return choice;
+}
+
 double* NoiseOfChannel(NoiseLevel& noise, std::size_t channel) {
   switch (channel) {
     case 0:
@@ -200,22 +239,9 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     FitNoise(RigAt(base, best.point, period_s), period_s, stretch, mask, noise);
     best = FitRig(base, noise, period_s, stretch, prior, best.point);
   }
-  MapFit chosen = best;
-  double chosen_evidence = Evidence(best, prior);
-  double tolerance_scale = 1.0;
-  for (double scale : kToleranceScales) {
-    if (scale == 1.0) continue;
-    const GaussianPrior tight = DataSheetPrior(scale);
-    const MapFit fit = FitRig(base, noise, period_s, stretch, tight, best.point);
-    const double evidence = Evidence(fit, tight);
-    if (evidence < chosen_evidence) {
-      chosen = fit;
-      chosen_evidence = evidence;
-      tolerance_scale = scale;
-    }
-  }
   const double data_sheet_cost = best.prior_cost;
-  best = chosen;
+  const ToleranceChoice choice = ChooseTolerance(base, noise, period_s, stretch, best);
+  best = choice.fit;
   const RigParameters rig = RigAt(base, best.point, period_s);
 
   calibration.nominal = rig.plant;
@@ -229,13 +255,17 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
   calibration.friction_tau_s = noise.friction_tau_s;
   calibration.covariance.assign(best.covariance.data(),
                                 best.covariance.data() + best.covariance.size());
+  calibration.covariance_doubt.assign(choice.doubt.data(),
+                                      choice.doubt.data() + choice.doubt.size());
+  calibration.part_tolerance = kTolerance[0] * choice.tolerance_scale;
   for (int i = 0; i < kCoordinateCount; ++i) {
     const auto at = static_cast<std::size_t>(i);
     CalibratedQuantity quantity;
     quantity.name = kNames[at];
     quantity.unit = kUnits[at];
     quantity.value = ValueOf(rig, i);
-    const double sigma = std::sqrt(std::max(0.0, best.covariance(i, i)));
+    const double sigma =
+        std::sqrt(std::max(0.0, best.covariance(i, i)) + std::max(0.0, choice.doubt(i, i)));
     quantity.sigma = SigmaOf(rig, i, sigma);
     quantity.prior_value = ValueOf(base, i);
     const double tolerance = kTolerance[at];
@@ -243,7 +273,7 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     quantity.prior_sigma = SigmaOf(base, i, tolerance);
     // Against the scaled tolerance: what the data sheet's own agreement adds is not measured.
     const double used =
-        i < static_cast<int>(Coordinate::kMc) ? tolerance * tolerance_scale : tolerance;
+        i < static_cast<int>(Coordinate::kMc) ? tolerance * choice.tolerance_scale : tolerance;
     quantity.from_data = sigma < 0.5 * used;
     calibration.quantities.push_back(quantity);
   }

@@ -74,6 +74,13 @@ struct Calibration {
   /// Posterior covariance of the coordinates (k, R1, Ra, J, B, Ke: logarithms; Mc: 0.1 mNm; delta:
   /// ms), 8 x 8, row-major.
   std::vector<double> covariance;
+  /// What `covariance` leaves out (same shape, empty: nothing): it believes the tolerance that
+  /// makes the stretch likeliest, and other tolerances explain it nearly as well. Estimates lean on
+  /// the likeliest; stated errors own up to all.
+  std::vector<double> covariance_doubt;
+  /// How far one resistor of the amplifier may be off its data sheet, one standard deviation, as
+  /// far as the stretch tells: nothing shows which of them an offset of the gain belongs to.
+  double part_tolerance = 0.05;
   std::vector<CalibrationCheck> checks;
   DetectionThresholds thresholds;
 };

@@ -153,20 +153,46 @@ HypothesisFit FitNuisance(const FitContext& context, const Component* component,
   return h;
 }
 
-// d log(value) / d log(k) of the amplifier's parts: a rig whose gain is off its data sheet by
-// gain_factor has a part that is off, and nobody can see which; the value of another part is known
-// no better than that.
-double GainShare(const PlantParameters& plant, const HypothesisFit& h) {
-  switch (h.component) {
-    case Component::kR9:
-      return (h.value + plant.r10_ohm) / plant.r10_ohm;
-    case Component::kR12:
-      return (h.value + plant.r14_ohm + plant.r15_ohm) / h.value;
-    case Component::kC8:
-      return 1.0;
-    default:
-      return 0.0;
+// Variance of log(value) that comes from not knowing which resistor an offset of the gain belongs
+// to: k is known, but a fault replaces one part and leaves the offsets of the others.
+double PartVariance(const FitContext& context, const HypothesisFit& h) {
+  const PlantParameters& p = context.rig.plant;
+  const double r9 = p.r10_ohm / (p.r9_ohm + p.r10_ohm);  // -d log k / d log R9, R10 has the rest
+  const double r12 = p.r12_ohm / p.re2_ohm();
+  const double r14 = p.r14_ohm / p.re2_ohm();
+  const double r15 = p.r15_ohm / p.re2_ohm();
+  const double all = r9 * r9 + (1.0 - r9) * (1.0 - r9) + r12 * r12 + r14 * r14 + r15 * r15;
+  double own = 0.0;
+  double slope = 0.0;  // d log(value) / d log(k)
+  if (h.component == Component::kR9) {
+    own = r9 * r9;
+    slope = (h.value + p.r10_ohm) / p.r10_ohm;
+  } else if (h.component == Component::kR12) {
+    own = r12 * r12;
+    slope = (h.value + p.r14_ohm + p.r15_ohm) / h.value;
+  } else {
+    return 0.0;
   }
+  const double share = own / all;
+  const double expected = share * std::log(context.rig.gain_factor);
+  const double spread = context.part_tolerance * context.part_tolerance * share * (all - own);
+  return slope * slope * (expected * expected + spread);
+}
+
+// Standard error of unknown `row` of a fit whose last coordinates are the calibration's: what the
+// fit says, what doubt about the calibration adds, what the parts' tolerances add.
+double LogSigma(const FitContext& context,
+                const MapFit& fit,
+                Eigen::Index row,
+                const HypothesisFit& h) {
+  double variance = std::max(0.0, fit.covariance(row, row)) + PartVariance(context, h);
+  if (context.doubt.size() > 0) {
+    // d log(value) / d(mean of the prior)
+    const Eigen::VectorXd leaning =
+        context.calibration.information * fit.covariance.col(row).tail(kCoordinateCount);
+    variance += std::max(0.0, leaning.dot(context.doubt * leaning));
+  }
+  return std::sqrt(variance);
 }
 
 }  // namespace
@@ -177,18 +203,26 @@ RigParameters WithComponent(const RigParameters& rig, Component component, doubl
   return changed;
 }
 
-GaussianPrior LearnMore(const FitContext& context) {
+void LearnMore(std::span<const Observation> stretch, FitContext& context) {
   const auto run = [&](const Eigen::VectorXd& q, InnovationTrace* trace) {
-    return Run(context, MovedBy(context, context.rig, q), trace);
+    const RigParameters rig = MovedBy(context, context.rig, q);
+    return RunInnovations(
+        MakePredictionModel(rig, context.noise, context.period_s), stretch, trace);
   };
-  const MapFit fit = FitMap(run, context.calibration, context.calibration.mean);
+  const GaussianPrior before = context.calibration;
+  const MapFit fit = FitMap(run, before, before.mean);
   const double n = std::max(1, fit.innovations.count);
   const bool healthy =
       fit.converged &&
       fit.innovations.chi2 / n < 1.0 + kHealthySigmas * std::sqrt(2.0 / n) + kHealthyMargin &&
       fit.prior_cost < kHealthyPriorCost;
-  if (!healthy) return context.calibration;
-  return {fit.point, context.calibration.information + fit.information};
+  if (!healthy) return;
+  context.calibration = {fit.point, before.information + fit.information};
+  if (context.doubt.size() == 0) return;
+  // An error of the old mean is carried into the new one by this.
+  const Eigen::MatrixXd kept = context.calibration.information.ldlt().solve(before.information);
+  const Eigen::MatrixXd doubt = kept * context.doubt * kept.transpose();
+  context.doubt = doubt;
 }
 
 HypothesisFit FitNothing(const FitContext& context) {
@@ -263,8 +297,7 @@ void RefineComponent(const FitContext& context, HypothesisFit& h) {
   };
   const MapFit fit = FitMap(run, prior, start);
   h.value = std::clamp(std::exp(fit.point(0)), range.low, range.high);
-  h.log_sigma = std::sqrt(std::max(0.0, fit.covariance(0, 0))) +
-                GainShare(context.rig.plant, h) * std::abs(std::log(context.rig.gain_factor));
+  h.log_sigma = LogSigma(context, fit, 0, h);
   h.chi2 = fit.innovations.chi2;
   h.count = fit.innovations.count;
   h.cost = fit.cost();
@@ -302,7 +335,7 @@ DriftFit FitDrift(const FitContext& context, const HypothesisFit& from) {
   drift.first_value = std::exp(fit.point(0));
   drift.fit = from;
   drift.fit.value = std::exp(fit.point(1));
-  drift.fit.log_sigma = std::sqrt(std::max(0.0, fit.covariance(1, 1)));
+  drift.fit.log_sigma = LogSigma(context, fit, 1, drift.fit);
   drift.fit.bound = 0;
   drift.fit.chi2 = fit.innovations.chi2;
   drift.fit.count = fit.innovations.count;

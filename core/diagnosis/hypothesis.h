@@ -15,6 +15,8 @@ struct FitContext {
   RigParameters rig;  ///< calibrated, with the faults that are known already
   NoiseLevel noise;
   GaussianPrior calibration;  ///< of the eight coordinates around `rig`
+  Eigen::MatrixXd doubt;      ///< Calibration::covariance_doubt, 8 x 8
+  double part_tolerance = 0.0;
   std::span<const Observation> stretch;
   double period_s = kSamplePeriodSeconds;
 };
@@ -42,9 +44,9 @@ inline bool LikelierFirst(const HypothesisFit& a, const HypothesisFit& b) {
 
 RigParameters WithComponent(const RigParameters& rig, Component component, double value);
 
-/// What is known of the coordinates after one more healthy stretch. `calibration` itself when the
+/// Adds to what is known of the coordinates what one more healthy stretch tells; nothing when the
 /// stretch does not fit the rig.
-GaussianPrior LearnMore(const FitContext& context);
+void LearnMore(std::span<const Observation> stretch, FitContext& context);
 
 /// The stretch under the rig as it is, nuisances fitted.
 HypothesisFit FitNothing(const FitContext& context);

@@ -28,6 +28,25 @@ Eigen::Vector4d FirstGuess(const PredictionModel& model, const Observation& firs
   return x;
 }
 
+// x+ = phi x + g_prev u_prev + g u + g_torque s Mc. Plain loops: this is where a fit spends its
+// time, and they cost half of the same expression in Eigen.
+inline void Advance(const PredictionModel& model,
+                    const Observation& now,
+                    double sign,
+                    Eigen::Vector4d& x) {
+  const double* phi = model.phi.data();
+  const double* g_prev = model.g_prev.data();
+  const double* g = model.g.data();
+  const double* g_torque = model.g_torque.data();
+  const double torque = sign * model.mc_nm;
+  std::array<double, 4> next;
+  for (std::size_t i = 0; i < 4; ++i) {
+    next[i] = phi[i] * x(0) + phi[4 + i] * x(1) + phi[8 + i] * x(2) + phi[12 + i] * x(3) +
+              g_prev[i] * now.u_prev + g[i] * now.u + g_torque[i] * torque;
+  }
+  x = Eigen::Vector4d::Map(next.data());
+}
+
 }  // namespace
 
 void GainRecursion::Restart() {
@@ -70,9 +89,9 @@ InnovationSummary RunInnovations(std::span<const ModelSegment> segments,
   const PredictionModel* current = segments.front().model;
   std::size_t next_segment = 1;
   InnovationSummary sum;
+  const bool with_mc = trace == nullptr;
   if (trace != nullptr) {
     trace->whitened.assign(stretch.size() * kOutputCount, 0.0);
-    trace->mc_response.assign(stretch.size() * kOutputCount, 0.0);
   }
   Eigen::Vector4d x = Eigen::Vector4d::Zero();
   Eigen::Vector4d xm = Eigen::Vector4d::Zero();  // dx/dMc
@@ -106,11 +125,11 @@ InnovationSummary RunInnovations(std::span<const ModelSegment> segments,
       quiet = 0;
     } else {
       const double sign = std::clamp(x(2) / kCreepSpeed, -1.0, 1.0);
-      const Eigen::Vector4d next = model.phi * x + model.g_prev * now.u_prev + model.g * now.u +
-                                   model.g_torque * (sign * model.mc_nm);
-      const Eigen::Vector4d next_m = model.phi * xm + model.g_torque * sign;
-      x = next;
-      xm = next_m;
+      Advance(model, now, sign, x);
+      if (with_mc) {
+        const Eigen::Vector4d next_m = model.phi * xm + model.g_torque * sign;
+        xm = next_m;
+      }
       if (!settled) recursion.Predict();
     }
     unsigned use = now.mask;
@@ -135,19 +154,20 @@ InnovationSummary RunInnovations(std::span<const ModelSegment> segments,
         last_s[c] = s[c];
       }
       const double e = now.y[c] - model.c.row(channel).dot(x) - model.d(channel) * now.u;
-      const double em = model.c.row(channel).dot(xm);
       x += gain[c] * e;
-      xm -= gain[c] * em;
       const double z = e * weight[c];
-      const double zm = em * weight[c];
       sum.chi2 += z * z;
       sum.chi2_of[c] += z * z;
       ++sum.count_of[c];
-      sum.mc_cross += z * zm;
-      sum.mc_square += zm * zm;
+      if (with_mc) {
+        const double em = model.c.row(channel).dot(xm);
+        xm -= gain[c] * em;
+        const double zm = em * weight[c];
+        sum.mc_cross += z * zm;
+        sum.mc_square += zm * zm;
+      }
       if (trace != nullptr) {
         trace->whitened[k * kOutputCount + c] = z;
-        trace->mc_response[k * kOutputCount + c] = zm;
       }
     }
     if (!settled) {

@@ -14,7 +14,8 @@ struct InnovationSummary {
   double chi2 = 0.0;  ///< sum of (e / sqrt(S))^2; its expectation is `count` if the model is right
   double log_det = 0.0;  ///< sum of log S, with the S that the filter settled at
   int count = 0;         ///< scalar readings used
-  /// Innovations' response to Mc: with weight, chi2(Mc + m) = chi2 - 2 m mc_cross + m^2 mc_square.
+  /// Innovations' response to Mc: chi2(Mc + m) = chi2 - 2 m mc_cross + m^2 mc_square. Only of runs
+  /// without a trace: who fits coordinates by differences has Mc among them.
   double mc_cross = 0.0;
   double mc_square = 0.0;
   std::array<double, kOutputCount> chi2_of{};
@@ -26,7 +27,6 @@ struct InnovationSummary {
 /// Whitened innovations, kOutputCount for each observation, 0 where there was no reading.
 struct InnovationTrace {
   std::vector<double> whitened;
-  std::vector<double> mc_response;  ///< d(-whitened)/dMc per Nm
 };
 
 /// A model that holds from sample `from` of a stretch on.

@@ -24,6 +24,9 @@ constexpr double kSamePrediction = 2e-5;
 constexpr double kSecondFaultCost = 20.0;
 // Readings that are fitted at most (the newest): enough for every target, and it bounds the time.
 constexpr std::size_t kReadingsMax = 1200;
+// What the newest readings have decided is sized with all of them, as long as it is clear that all
+// belong to the same value.
+constexpr std::size_t kSizedMax = 2;
 // When one value does not explain the stretch, its newest part may still have one, or a slope.
 constexpr std::size_t kLateSamples = 200;
 constexpr std::size_t kDriftSamples = 100;
@@ -49,6 +52,12 @@ GaussianPrior PriorOf(const Calibration& calibration) {
   prior.mean = Eigen::VectorXd::Zero(kCoordinateCount);
   prior.information = regular.ldlt().solve(Square::Identity());
   return prior;
+}
+
+Eigen::MatrixXd DoubtOf(const Calibration& calibration) {
+  if (calibration.covariance_doubt.size() != calibration.covariance.size()) return {};
+  using Square = Eigen::Matrix<double, kCoordinateCount, kCoordinateCount>;
+  return Eigen::Map<const Square>(calibration.covariance_doubt.data());
 }
 
 Candidate ToCandidate(const HypothesisFit& fit, double best_score) {
@@ -101,6 +110,8 @@ class Isolation {
     nominal_.rig = ParametersOf(*task.calibration);
     nominal_.noise = NoiseOf(*task.calibration);
     nominal_.calibration = PriorOf(*task.calibration);
+    nominal_.doubt = DoubtOf(*task.calibration);
+    nominal_.part_tolerance = task.calibration->part_tolerance;
     nominal_.period_s = task.options.period_s;
     const std::size_t n = observations_.size();
     const std::size_t channels =
@@ -108,6 +119,7 @@ class Isolation {
     const std::size_t from =
         std::max(std::min(task.fit_from, n), n - std::min(n, kReadingsMax / channels));
     nominal_.stretch = std::span<const Observation>(observations_).subspan(from);
+    since_fault_ = std::span<const Observation>(observations_).subspan(std::min(task.fit_from, n));
     LearnFromHistory(std::min(task.fit_from, n));
   }
 
@@ -146,9 +158,7 @@ class Isolation {
   // The record before the alarm is healthy too, and longer than the calibration's stretch at times.
   void LearnFromHistory(std::size_t fit_from) {
     if (!task_.reference.empty() || fit_from < kHistoryMin + kHistoryGap) return;
-    FitContext history = nominal_;
-    history.stretch = std::span<const Observation>(observations_).first(fit_from - kHistoryGap);
-    nominal_.calibration = LearnMore(history);
+    LearnMore(std::span<const Observation>(observations_).first(fit_from - kHistoryGap), nominal_);
   }
 
   FitSet Fit(const FitContext& context) const {
@@ -165,6 +175,7 @@ class Isolation {
   Explanation ExplainFrom(const FitContext& context) const {
     Explanation whole{context, Fit(context), {}, FaultShape::kAbrupt};
     whole.adequacy = Judge(context, whole.set.best());
+    if (whole.adequacy.adequate) SizeWithAll(whole);
     const std::size_t n = context.stretch.size();
     if (whole.adequacy.adequate || n < kLateMin) return whole;
     if (n > kLateSamples) {
@@ -185,6 +196,28 @@ class Isolation {
     drift.adequacy = JudgeScore(fits.front());
     if (drift.adequacy.adequate && constant_cost - fits.front().cost > kFaultGain) return drift;
     return whole;
+  }
+
+  // Value and standard error of the best hypotheses from every reading since the fault; which of
+  // them is best is settled already.
+  void SizeWithAll(Explanation& whole) const {
+    if (!task_.settled || task_.options.values != ValuePrior::kNone ||
+        since_fault_.size() <= whole.context.stretch.size()) {
+      return;
+    }
+    FitContext all = whole.context;
+    all.stretch = since_fault_;
+    std::vector<HypothesisFit>& fits = whole.set.fits;
+    const double best_cost = fits.front().cost;
+    for (std::size_t i = 0; i < std::min(kSizedMax, fits.size()); ++i) {
+      if (fits[i].cost - best_cost > kNotExcludedCost || fits[i].bound != 0) continue;
+      HypothesisFit sized = fits[i];
+      RefineComponent(all, sized);
+      if (!JudgeScore(sized).adequate || sized.bound != 0) continue;
+      fits[i].value = sized.value;
+      fits[i].log_sigma = sized.log_sigma;
+      fits[i].nuisance = sized.nuisance;
+    }
   }
 
   void Tell(const Explanation& explanation, bool second, IsolationResult& result) const {
@@ -271,6 +304,7 @@ class Isolation {
   const IsolationTask& task_;
   std::vector<Observation> observations_;
   FitContext nominal_;
+  std::span<const Observation> since_fault_;
 };
 
 }  // namespace
