@@ -102,7 +102,9 @@ class BenchMachine final : public RigMachine {
         Wait(config_.timing.gap);
         relays_.ForceNominalSecond();
         Wait(config_.timing.settle);
-        if (!relays_.ReadsNominal()) throw IoError("the lines read back otherwise");
+        if (const std::string other = relays_.ReadbackDifference(); !other.empty()) {
+          throw IoError(other);
+        }
       });
       if (wall_ != nullptr) motor_off_since_ = wall_->Now();
     } catch (const std::exception& error) {

@@ -88,13 +88,18 @@ RelayBoard::Stage RelayBoard::Write(std::uint32_t connected, Nanoseconds wait) {
   return {.progress = Progress::kWait, .wait = wait, .text = {}};
 }
 
-bool RelayBoard::Verify(Stage& stage) {
+std::string RelayBoard::ReadbackDifference() {
   const std::uint32_t seen = Connected(daq_.ReadRelayLines());
-  if (seen == connected_) return true;
+  if (seen == connected_) return {};
+  return "relay lines " + Hex(connected_) + " were written, " + Hex(seen) +
+         " are read back (first difference: Do" +
+         std::to_string(std::countr_zero(seen ^ connected_)) + ")";
+}
+
+bool RelayBoard::Verify(Stage& stage) {
+  stage.text = ReadbackDifference();
+  if (stage.text.empty()) return true;
   stage.progress = Progress::kMismatch;
-  stage.text = "relay lines " + Hex(connected_) + " were written, " + Hex(seen) +
-               " are read back (first difference: Do" +
-               std::to_string(std::countr_zero(seen ^ connected_)) + ")";
   stage_ = 0;
   wanted_ = position_;
   return false;
@@ -159,10 +164,6 @@ void RelayBoard::ForceNominalSecond() {
   stage_ = 0;
   position_ = target_ = wanted_ = {};
   Write(connected, timing_.settle);
-}
-
-bool RelayBoard::ReadsNominal() {
-  return Connected(daq_.ReadRelayLines()) == connected_;
 }
 
 }  // namespace faultlab::hardware

@@ -60,7 +60,8 @@ class RelayBoard {
   /// order of each board. Boards that read nominal do not move.
   void ForceNominalFirst();
   void ForceNominalSecond();
-  bool ReadsNominal();
+  /// Empty when the lines read back as written last; else what differs, the first line by name.
+  std::string ReadbackDifference();
 
   /// Position confirmed by the last read-back.
   int position(core::Component component) const;

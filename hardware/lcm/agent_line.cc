@@ -4,6 +4,7 @@
 
 #include "core/types/check.h"
 #include "hardware/lcm/channels.h"
+#include "hardware/lcm/rig_name.h"
 
 namespace faultlab::hardware {
 namespace {

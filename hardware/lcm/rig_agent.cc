@@ -8,6 +8,7 @@
 #include "faultlab_msgs/rig_announce_t.hpp"
 #include "hardware/lcm/channels.h"
 #include "hardware/lcm/rig_codec.h"
+#include "hardware/lcm/rig_name.h"
 
 namespace faultlab::hardware {
 namespace {

@@ -10,6 +10,7 @@
 #include "hardware/lcm/message_bus.h"
 #include "hardware/lcm/rig_agent.h"
 #include "hardware/lcm/rig_key.h"
+#include "hardware/lcm/rig_name.h"
 #include "hardware/supervisor.h"
 
 namespace faultlab::hardware {

@@ -15,6 +15,7 @@
 #include "hardware/lcm/message_codec.h"
 #include "hardware/lcm/remote_rig.h"
 #include "hardware/lcm/rig_key.h"
+#include "hardware/lcm/rig_name.h"
 
 namespace faultlab::hardware {
 namespace {

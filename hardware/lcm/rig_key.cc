@@ -35,13 +35,6 @@ bool SameMac(const Mac& a, const Mac& b) {
   return sodium_memcmp(a.data(), b.data(), a.size()) == 0;
 }
 
-bool IsRigName(const std::string& name) {
-  return !name.empty() && name.size() <= 40 && std::all_of(name.begin(), name.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-';
-  });
-}
-
 std::string KeyDirectory(const std::string& directory) {
   if (!directory.empty()) return directory;
   const char* home = std::getenv("HOME");

@@ -21,9 +21,6 @@ Mac ComputeMac(const RigKey& key, std::span<const std::uint8_t> bytes);
 /// In constant time.
 bool SameMac(const Mac& a, const Mac& b);
 
-/// Rig names go into file names and channels: 1..40 of a-z A-Z 0-9 _ -.
-bool IsRigName(const std::string& name);
-
 /// DIR/NAME.key, 64 hex digits; nothing when there is no such file, kInvalid when it is not that.
 core::Result<std::optional<RigKey>> LoadRigKey(const std::string& directory,
                                                const std::string& rig);

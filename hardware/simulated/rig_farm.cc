@@ -1,6 +1,5 @@
 #include "hardware/simulated/rig_farm.h"
 
-#include <atomic>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
@@ -19,7 +18,11 @@ class Farm final : public RigFarm {
     thread_ = std::thread([this] { Loop(); });
   }
   ~Farm() override {
-    stop_ = true;
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    arrived_.notify_all();
     thread_.join();
   }
 
@@ -32,6 +35,7 @@ class Farm final : public RigFarm {
       ++tasks_;
       arriving_.push_back(entry);
     }
+    arrived_.notify_all();
     return std::make_unique<FarmHandle>(*this, std::move(entry));
   }
 
@@ -70,8 +74,9 @@ class Farm final : public RigFarm {
     const std::shared_ptr<Entry> entry_;
   };
 
+  /// @param late  since the slot was due: other tasks of the slot went first
   /// @returns false when the task is over.
-  static bool StepToSlotEnd(Entry& entry) {
+  static bool StepToSlotEnd(Entry& entry, Nanoseconds late) {
     if (!entry.begun) {
       entry.begun = true;
       entry.until = entry.task->clock().Now();
@@ -81,7 +86,8 @@ class Farm final : public RigFarm {
     }
     entry.until += kSlot;
     while (entry.next < entry.until) {
-      const Wake wake = entry.task->clock().SleepUntil(entry.next);
+      Wake wake = entry.task->clock().SleepUntil(entry.next);
+      wake.wall_lateness = late;
       const std::optional<Nanoseconds> next = entry.task->Step(wake);
       if (!next) return false;
       entry.next = *next;
@@ -93,16 +99,22 @@ class Farm final : public RigFarm {
     std::vector<std::shared_ptr<Entry>> running;
     Nanoseconds slot_at = clock_->Now();
     began_ = slot_at;
-    while (!stop_) {
+    while (true) {
       {
-        const std::lock_guard lock(mutex_);
+        std::unique_lock lock(mutex_);
+        if (running.empty() && arriving_.empty()) {
+          // Nobody to step: no wake-ups, and the next slot begins when somebody comes.
+          arrived_.wait(lock, [this] { return stop_ || !arriving_.empty(); });
+          slot_at = clock_->Now();
+        }
+        if (stop_) return;
         for (std::shared_ptr<Entry>& entry : arriving_) running.push_back(std::move(entry));
         arriving_.clear();
       }
       const Nanoseconds begin = clock_->Now();
       std::vector<std::shared_ptr<Entry>> over;
       std::erase_if(running, [&](std::shared_ptr<Entry>& entry) {
-        if (StepToSlotEnd(*entry)) return false;
+        if (StepToSlotEnd(*entry, clock_->Now() - slot_at)) return false;
         over.push_back(std::move(entry));
         return true;
       });
@@ -125,12 +137,13 @@ class Farm final : public RigFarm {
   const std::shared_ptr<Clock> clock_ = MakeSteadyClock();
   mutable std::mutex mutex_;
   std::condition_variable ended_;
+  std::condition_variable arrived_;
   std::vector<std::shared_ptr<Entry>> arriving_;
   std::size_t tasks_ = 0;
   Load load_;
   Nanoseconds busy_{0};
   Nanoseconds began_{0};
-  std::atomic<bool> stop_{false};
+  bool stop_ = false;
   std::thread thread_;
 };
 

@@ -16,9 +16,9 @@ struct StandInControl {
   char misuse[256] = {};  ///< the first of them
   double drive_v = 0.0;
   std::uint32_t relay_levels = 0xffffffffu;
-  int watchdog_fed = 0;      ///< times the board's own watchdog was reset
-  double watchdog_s = 0.0;   ///< its time, while one is armed
-  bool begin_run = false;  ///< set: the plant starts anew at the next call
+  int watchdog_fed = 0;     ///< times the board's own watchdog was reset
+  double watchdog_s = 0.0;  ///< its time, while one is armed
+  bool begin_run = false;   ///< set: the plant starts anew at the next call
 };
 
 using StandInControlFunction = StandInControl*();
