@@ -127,7 +127,7 @@ Config ReadAll(TableReader& in, const std::string& file) {
   }
   if (const toml::table* table = in.Table("simulators")) {
     TableReader simulators(*table, "simulators.", file);
-    simulators.Integer("count", config.sim_rigs, 0, 256);
+    simulators.Integer("count", config.sim_rigs, 0, 10'000);
     simulators.Word("profile", config.sim_profile, {"bench", "multisim"});
     simulators.Number("speed", config.sim_speed, 0.0, 1000.0);
     simulators.Seed("seed", config.fixture_seed);
@@ -137,6 +137,14 @@ Config ReadAll(TableReader& in, const std::string& file) {
     TableReader lab(*table, "lab.", file);
     lab.Integer("benches", config.lab_benches, 0, 64);
     in.Take(lab.Finish());
+  }
+  if (const toml::table* table = in.Table("retention")) {
+    TableReader retention(*table, "retention.", file);
+    retention.Integer("guest_days", config.keep_guest_days, 0, 36'500);
+    retention.Integer("student_days", config.keep_student_days, 0, 36'500);
+    retention.Integer("job_days", config.keep_job_days, 0, 36'500);
+    retention.Integer("news_days", config.keep_news_days, 0, 36'500);
+    in.Take(retention.Finish());
   }
   if (const toml::table* table = in.Table("limits")) {
     TableReader limits(*table, "limits.", file);

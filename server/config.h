@@ -31,6 +31,12 @@ struct Config {
   std::string lcm_url;   ///< live tap and remote rigs; empty: neither
   std::string lcm_keys;  ///< folder of ID.key files; empty: the finder's own
 
+  // How many days things are kept; 0 = for ever. See server/lab/retention.h.
+  int keep_guest_days = 30;
+  int keep_student_days = 365;
+  int keep_job_days = 90;
+  int keep_news_days = 365;
+
   int viewers_max = 4096;
   int connections_max = 4096;
   int pool_threads = 4;

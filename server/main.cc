@@ -7,12 +7,16 @@
 #include "hardware/lcm/rig_agent_program.h"
 #include "server/app/serve.h"
 #include "server/cli/admin.h"
+#include "server/cli/calibrate.h"
 #include "server/cli/console.h"
 #include "server/cli/diagnose.h"
 #include "server/cli/isolability.h"
+#include "server/cli/lcm_log_command.h"
 #include "server/cli/plot.h"
 #include "server/cli/reproduce.h"
+#include "server/cli/retention.h"
 #include "server/cli/simulate.h"
+#include "server/cli/study.h"
 
 // Only the command line lives here: options are parsed, then one function is called. What a command
 // does is in server/cli, server/app and hardware/lcm.
@@ -28,7 +32,9 @@ constexpr char kAbout[] =
     "  faultlab simulate --fault R1=100@10 -o run.csv          20 s of the bench, R1 breaks at 10 "
     "s\n"
     "  faultlab diagnose run.csv                               which component, which value\n"
-    "  faultlab plot run.csv --figure signals -o run.png       a picture for the report\n\n"
+    "  faultlab plot run.csv --figure signals -o run.png       a picture for the report\n"
+    "  faultlab study run.csv                                  how windows trade speed for "
+    "noise\n\n"
     "Components: R1, R9, R12 and Ra in ohm, C8 in farad, J in kg m^2, B in Nm/(rad/s).\n"
     "Exit status: 0 done, 1 an output could not be written, 2 an option or a file is wrong\n"
     "(the message on stderr names it).";
@@ -47,19 +53,46 @@ constexpr char kSimulateExamples[] =
     "Columns written: t_s, uc_v, um_v, ua_v (V), ia_a (A), n_rpm (behind the 3.8:1 gear).";
 
 constexpr char kDiagnoseExamples[] =
-    "Input: CSV with a header of t_s,uc_v,um_v and any of ua_v,ia_a,n_rpm, in any order; '#' "
-    "begins\n"
-    "a comment, .gz is read through gzip, '-' is the standard input. An empty cell or NaN is a "
-    "lost\n"
-    "reading; missing rows are gaps.\n\n"
+    "Input: CSV with a header of t_s,uc_v,um_v and any of ua_v,ia_a,n_rpm, in any order. Other\n"
+    "names and units are read too: 't [ms]', 'Uc (V)', 'um_mV', 'speed_rpm', 'time'. Cells "
+    "between\n"
+    "commas, semicolons or tabs; decimal commas with the latter two. '#' begins a comment, .gz is\n"
+    "read through gzip, '-' is the standard input. An empty cell or NaN is a lost reading; "
+    "missing\n"
+    "rows are gaps. What was understood beyond the plain names is said on stderr.\n\n"
     "Examples:\n"
     "  faultlab diagnose run.csv                      learns the rig between 0.5 s and 5 s\n"
     "  faultlab diagnose --healthy 1:9 a.csv b.csv.gz a longer fault-free stretch\n"
+    "  faultlab diagnose --calibration rig.json x.csv the rig as 'faultlab calibrate' stored it\n"
     "  faultlab diagnose --channels um run.csv        as the paper: voltage alone\n"
     "  faultlab diagnose --values table2 run.csv      faults are values that the relays connect\n"
-    "  faultlab diagnose --json *.csv | jq .verdict   one JSON object a line and file\n\n"
+    "  faultlab diagnose --json runs/ | jq .verdict   every recording of a folder, an object a "
+    "line\n\n"
     "Exit status: 0 every file was diagnosed, whatever the verdicts are; 2 a file or an option is\n"
     "wrong (the others are still diagnosed); 1 the output could not be written.";
+
+constexpr char kCalibrateExamples[] =
+    "A calibration is what a fault-free stretch says about one rig: its own parameters with their\n"
+    "errors, the time from DAC edge to ADC sample, friction, noise, alarm levels. With it a "
+    "record\n"
+    "needs no fault-free beginning, and every record of the rig is judged alike.\n\n"
+    "Examples:\n"
+    "  faultlab simulate --duration 60 -o healthy.csv\n"
+    "  faultlab calibrate --healthy 0.5:60 healthy.csv -o rig.json\n"
+    "  faultlab diagnose --calibration rig.json --healthy 0.2:5 run.csv   watched from 0.2 s on\n\n"
+    "Exit status: 2 when the stretch is refused; the message names the check and what to do.";
+
+constexpr char kStudyExamples[] =
+    "The paper's Figures 17-20 with your windows: K samples of SWA, K of SIA whose integrals are "
+    "m\n"
+    "long. For each window: mean and spread of its settled estimates before and after the change,\n"
+    "the standard error that they state, and how long they take to settle. A short window settles\n"
+    "sooner, a long one spreads less; an input too poor for a window shows as not excited.\n\n"
+    "Examples:\n"
+    "  faultlab study run.csv                            the paper's six windows\n"
+    "  faultlab study run.csv --k 25,50,400 --km \"\"       SWA alone\n"
+    "  faultlab study run.csv --km 100:5,100:20,100:50 --k \"\" --exact --plots figures\n"
+    "  faultlab study run.csv --change 10 --json | jq .variants";
 
 constexpr char kPlotExamples[] =
     "Figures: signals (Uc, Um, Ia, n), swa and sia (estimates with their windows), models "
@@ -81,6 +114,9 @@ void AddDiagnosisFlags(CLI::App& command, DiagnosisFlags& flags) {
                   flags.values,
                   "table2: a fault has a value that the relays can connect; none: any value")
       ->capture_default_str();
+  command.add_option("--calibration",
+                     flags.calibration,
+                     "FILE.json of 'faultlab calibrate', in place of the record's own start");
 }
 
 /// Adds a subcommand whose options live as long as the program and whose `run` gives the status.
@@ -131,6 +167,7 @@ class AdminCommands {
     AddTarget(
         AddCommand(admin, "check", "Integrity of the database", check_, &server::RunCheck, chosen),
         check_);
+    AddRetention(admin, chosen);
     CLI::App& rehearse = AddCommand(admin,
                                     "rehearse",
                                     "The scheduler against random people, failures and crashes",
@@ -144,6 +181,25 @@ class AdminCommands {
   }
 
  private:
+  void AddRetention(CLI::App& admin, std::function<int()>& chosen) {
+    CLI::App& command = AddCommand(admin,
+                                   "retention",
+                                   "Deletes what was kept long enough, as the server does daily",
+                                   retention_,
+                                   &server::RunRetention,
+                                   chosen);
+    AddTarget(command, retention_.target);
+    command.add_flag("--dry-run", retention_.dry_run, "Only shows what would go");
+    command.add_flag("--json", retention_.json, "One JSON object");
+    server::lab::RetentionRules& rules = retention_.rules;
+    command.add_option("--guest-days", rules.guest_days, "Recordings of guests; 0 = for ever");
+    command.add_option("--student-days", rules.student_days, "Recordings, after the last course");
+    command.add_option("--job-days", rules.job_days, "Jobs and the recordings of their runs");
+    command.add_option("--news-days", rules.news_days, "What users were told, old links");
+    for (CLI::Option* option : command.get_options()) {
+      if (option->get_name().ends_with("-days")) option->capture_default_str();
+    }
+  }
   void AddUsers(CLI::App& admin, std::function<int()>& chosen) {
     CLI::App& users = *admin.add_subcommand("users", "Accounts");
     users.require_subcommand(1);
@@ -194,6 +250,7 @@ class AdminCommands {
   server::KeyOptions key_;
   server::BackupOptions backup_;
   server::BackupOptions restore_;
+  server::RetentionOptions retention_;
   server::RehearseOptions rehearse_;
 };
 
@@ -257,10 +314,57 @@ int main(int argc, char** argv) {
                                   diagnose_options,
                                   &server::RunDiagnose,
                                   chosen);
-  diagnose.add_option("FILE", diagnose_options.files, "Recordings, .csv or .csv.gz")->required();
+  diagnose
+      .add_option("FILE", diagnose_options.files, "Recordings, .csv or .csv.gz, or folders of them")
+      ->required();
   AddDiagnosisFlags(diagnose, diagnose_options.flags);
   diagnose.add_flag("--json", diagnose_options.json, "One JSON object a line and file");
   diagnose.footer(kDiagnoseExamples);
+
+  server::CalibrateOptions calibrate_options;
+  CLI::App& calibrate = AddCommand(app,
+                                   "calibrate",
+                                   "Learns a rig from a fault-free recording and stores it",
+                                   calibrate_options,
+                                   &server::RunCalibrate,
+                                   chosen);
+  calibrate.add_option("FILE", calibrate_options.recording, "Recording, .csv or .csv.gz")
+      ->required();
+  calibrate.add_option("-o,--output", calibrate_options.output, "FILE.json; '-' prints it");
+  calibrate
+      .add_option("--healthy", calibrate_options.flags.healthy, "Fault-free stretch in seconds")
+      ->capture_default_str();
+  calibrate.add_option("--channels", calibrate_options.flags.channels, "um or all")
+      ->capture_default_str();
+  calibrate
+      .add_option(
+          "--false-alarms", calibrate_options.false_alarms_per_day, "Of the detection, a day")
+      ->capture_default_str();
+  calibrate.add_option("--dated", calibrate_options.dated, "Date to store, default now");
+  calibrate.footer(kCalibrateExamples);
+
+  server::StudyCommandOptions study_options;
+  CLI::App& study = AddCommand(app,
+                               "study",
+                               "Windows and data lengths over one recording, side by side",
+                               study_options,
+                               &server::RunStudy,
+                               chosen);
+  study.add_option("FILE", study_options.recording, "Recording, .csv or .csv.gz")->required();
+  study.add_option("--k", study_options.windows, "Windows K of SWA, samples")
+      ->capture_default_str();
+  study.add_option("--km", study_options.integrals, "Windows K:m of SIA, samples")
+      ->capture_default_str();
+  study.add_option("--change", study_options.change, "Time of the fault: auto, none or seconds")
+      ->capture_default_str();
+  study.add_option("--from", study_options.from_s, "Start, behind the motor's start-up, seconds")
+      ->capture_default_str();
+  study.add_option("--order", study_options.order, "Of the model, 1 or 2")->capture_default_str();
+  study.add_flag("--exact", study_options.exact, "SIA with the paper's integration rule undone");
+  study.add_flag("--affine", study_options.affine, "A constant column against Coulomb friction");
+  study.add_flag("--json", study_options.json, "One JSON object");
+  study.add_option("--plots", study_options.plots_dir, "Folder for swa.png and sia.png");
+  study.footer(kStudyExamples);
 
   server::PlotOptions plot_options;
   CLI::App& plot = AddCommand(
@@ -355,6 +459,39 @@ int main(int argc, char** argv) {
       "  faultlab rig --id bench-1 --config bench.toml --lcm 'udpm://239.255.76.67:7667?ttl=1'\n"
       "  faultlab rig --id far-sim --profile multisim --lcm 'udpm://239.255.76.67:7667?ttl=1'\n"
       "  faultlab rig --id bench-1 --config bench.toml --self-test");
+
+  CLI::App& lcm = *app.add_subcommand("lcm", "Recordings to and from logs of the LCM tools");
+  lcm.require_subcommand(1);
+  server::LcmExportOptions lcm_export;
+  CLI::App& export_log = AddCommand(lcm,
+                                    "export",
+                                    "A recording as lcm-logger would have written it",
+                                    lcm_export,
+                                    &server::RunLcmExport,
+                                    chosen);
+  export_log.add_option("RECORDING", lcm_export.recording, "CSV file, or the id of a stored run")
+      ->required();
+  export_log.add_option("-o,--output", lcm_export.output, "LCM log to write")->required();
+  export_log.add_option("--rig", lcm_export.rig, "Channel FAULTLAB.<rig>.SAMPLE")
+      ->capture_default_str();
+  export_log.add_option("--run", lcm_export.run, "Name of the run on the bus");
+  export_log.add_option("--data", lcm_export.data_dir, "Folder of the server's database")
+      ->capture_default_str();
+  server::LcmImportOptions lcm_import;
+  CLI::App& import_log = AddCommand(lcm,
+                                    "import",
+                                    "A run out of a log of lcm-logger, as CSV",
+                                    lcm_import,
+                                    &server::RunLcmImport,
+                                    chosen);
+  import_log.add_option("LOG", lcm_import.log, "File of lcm-logger")->required();
+  import_log.add_option("-o,--output", lcm_import.output, "FILE.csv or FILE.csv.gz")->required();
+  import_log.add_option("--run", lcm_import.run, "Which run; default the first in the log");
+  lcm.footer(
+      "Examples:\n"
+      "  faultlab lcm export run.csv -o run.lcm && lcm-logplayer run.lcm\n"
+      "  lcm-logger -f seen.lcm        while `faultlab serve --lcm URL` runs something\n"
+      "  faultlab lcm import seen.lcm -o seen.csv && faultlab diagnose seen.csv");
 
   const AdminCommands admin(app, chosen);
 

@@ -95,6 +95,19 @@ void AppendReviewFrame(std::string& out,
   out.append(prefix.data(), prefix.size()).append(frame);
 }
 
+/// What the loop of the rig was like, as one JSON object: the run's last event carries it.
+std::string LoopText(std::span<const RecordedEvent> events) {
+  for (const RecordedEvent& event : events) {
+    if (event.kind != "finished" && event.kind != "stopped") continue;
+    boost::system::error_code ec;
+    const json::value parsed = json::parse(event.json, ec);
+    const json::object* object = ec ? nullptr : parsed.if_object();
+    const json::value* loop = object != nullptr ? object->if_contains("loop") : nullptr;
+    if (loop != nullptr) return json::serialize(*loop);
+  }
+  return "null";
+}
+
 /// The diagnosis of an ended run that has none yet (cut by a crash): made now, and kept.
 core::Result<std::string> DiagnoseStored(ApiContext& api, const RunRecord& record) {
   auto samples = api.store.LoadSamples(record.id, 0, kIndexMax);
@@ -230,10 +243,13 @@ core::Result<HttpResponse> ExportCsv(ApiContext& api, const ApiRequest& request)
   auto recording = Load(api, request, 0, kIndexMax);
   if (!recording) return recording.error();
   const RunRecord& record = recording.value().record;
+  auto events = api.store.LoadEvents(record.id);
+  if (!events) return events.error();
   CsvWriteOptions options;
   options.comments = {
       "faultlab run " + record.id + ", rig " + record.rig + ", " + Iso8601(record.created_at),
-      "plan " + record.plan_json};
+      "plan " + record.plan_json,
+      "loop " + LoopText(events.value())};
   return Download(FormatCsv(recording.value().samples, options),
                   "text/csv; charset=utf-8",
                   FileName(record, ".csv"));
@@ -259,7 +275,8 @@ core::Result<HttpResponse> ExportJson(ApiContext& api, const ApiRequest& request
     if (i > 0) out.push_back(',');
     out.append(events.value()[i].json);
   }
-  out.append("],\"diagnosis\":");
+  out.append("],\"loop\":").append(LoopText(events.value()));
+  out.append(",\"diagnosis\":");
   out.append(record.diagnosis_json.empty() ? "null" : record.diagnosis_json);
   out.append(SampleColumns(recording.value().samples)).append("}");
   return Download(std::move(out), "application/json", FileName(record, ".json"));

@@ -2,6 +2,7 @@
 
 #include <boost/json/object.hpp>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,8 @@
 
 namespace faultlab::server {
 
+class LabFeed;
+
 /// What the endpoints of accounts, queue, calendar, jobs and fault sets work on.
 struct LabApi {
   Accounts& accounts;
@@ -22,6 +25,9 @@ struct LabApi {
   lab::JobStore& jobs;
   lab::FaultSets& fault_sets;
   lab::RememberedAnswers& answers;
+  LabFeed* feed = nullptr;
+  /// The next check of this rig makes its calibrated band. Then ask for a check.
+  std::function<void(const std::string& rig)> commission{};
   bool secure_cookies = false;  ///< the site is reached by https only
 };
 
@@ -80,6 +86,7 @@ core::Result<HttpResponse> ChangeUser(ApiContext& api, const ApiRequest& request
 core::Result<HttpResponse> CreateResetLink(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ListCourses(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateCourse(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> SetCourseEnd(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ListMembers(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> EnrolMembers(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ListAuditLog(ApiContext& api, const ApiRequest& request);
@@ -91,6 +98,8 @@ core::Result<HttpResponse> GetRigHealth(ApiContext& api, const ApiRequest& reque
 core::Result<HttpResponse> QuarantineRig(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ReleaseRig(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> TestRig(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> CommissionRig(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> ClearTrip(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateOutage(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> DeleteOutage(ApiContext& api, const ApiRequest& request);
 

@@ -2,6 +2,7 @@
 #include <boost/json.hpp>
 #include <charconv>
 
+#include "server/api/diagnose_job.h"
 #include "server/api/json_reader.h"
 #include "server/api/lab_api.h"
 #include "server/api/run_body.h"
@@ -14,34 +15,77 @@ namespace json = boost::json;
 
 constexpr std::size_t kBatchMax = 500;
 
+/// Done seconds of the run over its whole length; 0 while it is not known.
+double ProgressOf(const RunSnapshot& live) {
+  boost::system::error_code ec;
+  const json::value plan = json::parse(live.plan_json, ec);
+  const json::value* duration = ec ? nullptr : plan.as_object().if_contains("duration_s");
+  const double whole_s =
+      duration != nullptr && duration->is_number() ? duration->to_number<double>() : 0.0;
+  const double done_s = static_cast<double>(live.samples) * live.period_s;
+  return whole_s > 0.0 ? std::min(1.0, done_s / whole_s) : 0.0;
+}
+
 json::object JobToJson(ApiContext& api, const lab::Job& job) {
   json::object out{{"id", job.id},
                    {"batch", job.batch},
                    {"name", job.name},
+                   {"run_name", nullptr},
+                   {"rig", nullptr},
                    {"state", job.state},
                    {"run", nullptr},
+                   {"recording", nullptr},
+                   {"diagnosis", nullptr},
                    {"error", nullptr},
                    {"progress", job.state == "finished" ? 1.0 : 0.0},
                    {"attempts", job.attempts},
                    {"created_at", Iso8601(job.created_at)},
                    {"started_at", nullptr},
                    {"ended_at", nullptr}};
+  // The body was checked when the job came.
+  const json::object body = json::parse(job.body).as_object();
+  if (const json::value* name = body.if_contains("name")) out["run_name"] = *name;
+  if (const json::value* rig = body.if_contains("rig")) out["rig"] = *rig;
+  if (const json::value* diagnose = body.if_contains("diagnose")) {
+    out["recording"] = diagnose->at("recording");
+  }
+  if (!job.result.empty()) out["diagnosis"] = json::parse(job.result);
   if (!job.run_id.empty()) out["run"] = job.run_id;
   if (!job.error.empty()) out["error"] = job.error;
   if (job.started_at) out["started_at"] = Iso8601(*job.started_at);
   if (job.ended_at) out["ended_at"] = Iso8601(*job.ended_at);
   if (job.state == "running" && !job.run_id.empty()) {
-    if (const auto live = api.runs.Find(job.run_id)) {
-      boost::system::error_code ec;
-      const json::value plan = json::parse(live->plan_json, ec);
-      const json::value* duration = ec ? nullptr : plan.as_object().if_contains("duration_s");
-      const double whole_s =
-          duration != nullptr && duration->is_number() ? duration->to_number<double>() : 0.0;
-      const double done_s = static_cast<double>(live->samples) * live->period_s;
-      if (whole_s > 0.0) out["progress"] = std::min(1.0, done_s / whole_s);
-    }
+    if (const auto live = api.runs.Find(job.run_id)) out["progress"] = ProgressOf(*live);
   }
   return out;
+}
+
+/// Refuses now what would be refused when the job's turn comes; the body with its fault set
+/// expanded.
+core::Result<std::string> CheckedJobBody(ApiContext& api,
+                                         const Principal& who,
+                                         const json::value& wanted) {
+  if (!wanted.is_object()) {
+    return core::Error{core::ErrorCode::kInvalid, "A run is a JSON object.", ""};
+  }
+  auto diagnose = ParseDiagnoseJob(wanted.as_object());
+  if (!diagnose) return diagnose.error();
+  if (diagnose.value()) {
+    const core::Status readable = CheckDiagnoseJob(api, who, *diagnose.value());
+    if (!readable.ok()) return readable.error();
+    return json::serialize(wanted);
+  }
+  auto text = ExpandFaultSet(api, who, json::serialize(wanted));
+  if (!text) return text.error();
+  auto parsed = ParseRunBody(text.value(), api.default_seed);
+  if (!parsed) return parsed.error();
+  if (parsed.value().recording.empty()) {
+    auto rig = api.bay.Find(parsed.value().rig);
+    if (!rig) return rig.error();
+    auto plan = ResolvePlan(parsed.value(), rig.value().description);
+    if (!plan) return plan.error();
+  }
+  return text;
 }
 
 core::Result<lab::Job> OwnJob(ApiContext& api, const ApiRequest& request) {
@@ -71,20 +115,11 @@ core::Result<HttpResponse> CreateJobs(ApiContext& api, const ApiRequest& request
   const WallTime now = api.clock.Wall();
   std::vector<lab::Job> jobs;
   for (std::size_t i = 0; i < runs->size(); ++i) {
-    const auto refuse = [&](core::Error error) {
+    auto text = CheckedJobBody(api, request.who, (*runs)[i]);
+    if (!text) {
+      core::Error error = text.error();
       error.field = "/runs/" + std::to_string(i) + error.field;
       return error;
-    };
-    // Everything that can be refused is refused now, not when the job's turn comes.
-    auto text = ExpandFaultSet(api, request.who, json::serialize((*runs)[i]));
-    if (!text) return refuse(text.error());
-    auto parsed = ParseRunBody(text.value(), api.default_seed);
-    if (!parsed) return refuse(parsed.error());
-    if (parsed.value().recording.empty()) {
-      auto rig = api.bay.Find(parsed.value().rig);
-      if (!rig) return refuse(rig.error());
-      auto plan = ResolvePlan(parsed.value(), rig.value().description);
-      if (!plan) return refuse(plan.error());
     }
     lab::Job job;
     job.id = NewId("job");
@@ -155,6 +190,11 @@ core::Result<HttpResponse> CancelJob(ApiContext& api, const ApiRequest& request)
   if (!job) return job.error();
   const core::Status done = lab.value()->jobs.Cancel(job.value().id, api.clock.Wall());
   if (!done.ok()) return done.error();
+  // Its place in the queue of a bench, or the rig that it was just given.
+  const core::Status left = lab.value()->service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.DropJob(job.value().id, now);
+  });
+  if (!left.ok()) return left.error();
   return NoContent();
 }
 

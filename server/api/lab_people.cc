@@ -21,10 +21,13 @@ json::object UserToJson(const Account& account) {
 }
 
 json::object CourseToJson(const Course& course) {
-  return {{"id", course.id},
-          {"name", course.name},
-          {"teaches", course.teaches},
-          {"members", course.members}};
+  json::object out{{"id", course.id},
+                   {"name", course.name},
+                   {"teaches", course.teaches},
+                   {"members", course.members},
+                   {"ends", nullptr}};
+  if (course.ends) out["ends"] = Iso8601(*course.ends);
+  return out;
 }
 
 json::object Page(json::array items, bool full, std::int64_t last) {
@@ -159,6 +162,31 @@ core::Result<HttpResponse> CreateCourse(ApiContext& api, const ApiRequest& reque
   if (!made) return made.error();
   Audit(api, request.who, "create_course", "course:" + std::to_string(made.value().id), name);
   return JsonResponse(CourseToJson(made.value()), 201);
+}
+
+core::Result<HttpResponse> SetCourseEnd(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  const core::Status allowed =
+      MayInCourse(*lab.value(), request.who, Operation::kManageCourse, id.value());
+  if (!allowed.ok()) return allowed.error();
+  auto body = ParseJsonObject(request.http.body);
+  if (!body) return body.error();
+  ObjectReader in(body.value(), "");
+  const std::string text = in.TextOr("ends", "", 40);
+  if (auto error = in.Finish()) return *error;
+  std::optional<WallTime> ends;
+  if (!text.empty()) {
+    auto time = ParseIso8601(text, "/ends");
+    if (!time) return time.error();
+    ends = time.value();
+  }
+  const core::Status set = lab.value()->accounts.SetCourseEnd(id.value(), ends);
+  if (!set.ok()) return set.error();
+  Audit(api, request.who, "course_end", "course:" + std::to_string(id.value()), text);
+  return NoContent();
 }
 
 core::Result<HttpResponse> ListMembers(ApiContext& api, const ApiRequest& request) {

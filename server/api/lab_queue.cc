@@ -2,7 +2,7 @@
 #include <boost/json.hpp>
 
 #include "server/api/json_reader.h"
-#include "server/api/lab_api.h"
+#include "server/api/lab_lists.h"
 
 namespace faultlab::server {
 namespace {
@@ -87,15 +87,40 @@ std::string CalendarText(std::string_view text) {
 
 }  // namespace
 
+json::array TicketsOf(const lab::LabState& state, UserId user) {
+  json::array items;
+  for (const auto& [id, ticket] : state.tickets) {
+    if (ticket.user == user) items.push_back(TicketToJson(ticket));
+  }
+  return items;
+}
+
+json::array BookingsOf(const lab::LabState& state, UserId user) {
+  json::array items;
+  for (const auto& [id, booking] : state.bookings) {
+    if (booking.user == user) items.push_back(BookingToJson(booking));
+  }
+  return items;
+}
+
+json::array EventsToJson(std::span<const lab::LabEvent> events) {
+  json::array items;
+  for (const lab::LabEvent& event : events) {
+    items.push_back(json::object{{"id", event.seq},
+                                 {"topic", event.topic},
+                                 {"text", event.text},
+                                 {"session", Number(event.session)},
+                                 {"at", Iso8601(event.at)}});
+  }
+  return items;
+}
+
 core::Result<HttpResponse> ListTickets(ApiContext& api, const ApiRequest& request) {
   auto lab = LabOf(api);
   if (!lab) return lab.error();
   const auto state = lab.value()->service.state();
-  json::array items;
-  for (const auto& [id, ticket] : state->tickets) {
-    if (ticket.user == UserId{request.who.user_id}) items.push_back(TicketToJson(ticket));
-  }
-  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+  return JsonResponse(json::object{{"items", TicketsOf(*state, UserId{request.who.user_id})},
+                                   {"next_cursor", nullptr}});
 }
 
 core::Result<HttpResponse> CreateTicket(ApiContext& api, const ApiRequest& request) {
@@ -155,11 +180,8 @@ core::Result<HttpResponse> ListBookings(ApiContext& api, const ApiRequest& reque
   auto lab = LabOf(api);
   if (!lab) return lab.error();
   const auto state = lab.value()->service.state();
-  json::array items;
-  for (const auto& [id, booking] : state->bookings) {
-    if (booking.user == UserId{request.who.user_id}) items.push_back(BookingToJson(booking));
-  }
-  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+  return JsonResponse(json::object{{"items", BookingsOf(*state, UserId{request.who.user_id})},
+                                   {"next_cursor", nullptr}});
 }
 
 core::Result<HttpResponse> CreateBooking(ApiContext& api, const ApiRequest& request) {
@@ -257,17 +279,8 @@ core::Result<HttpResponse> ListLabEvents(ApiContext& api, const ApiRequest& requ
   auto events =
       lab.value()->service.EventsSince(UserId{request.who.user_id}, since.value(), limit.value());
   if (!events) return events.error();
-  std::int64_t next = since.value();
-  json::array items;
-  for (const lab::LabEvent& event : events.value()) {
-    next = event.seq;
-    items.push_back(json::object{{"id", event.seq},
-                                 {"topic", event.topic},
-                                 {"text", event.text},
-                                 {"session", Number(event.session)},
-                                 {"at", Iso8601(event.at)}});
-  }
-  return JsonResponse(json::object{{"items", std::move(items)}, {"next", next}});
+  const std::int64_t next = events.value().empty() ? since.value() : events.value().back().seq;
+  return JsonResponse(json::object{{"items", EventsToJson(events.value())}, {"next", next}});
 }
 
 }  // namespace faultlab::server

@@ -4,6 +4,7 @@
 
 #include "server/api/json_reader.h"
 #include "server/api/lab_api.h"
+#include "server/api/rig_json.h"
 #include "server/lab/timeline.h"
 
 namespace faultlab::server {
@@ -212,6 +213,42 @@ core::Result<HttpResponse> TestRig(ApiContext& api, const ApiRequest& request) {
                [](lab::Scheduler& scheduler, const std::string& id, WallTime now) {
                  return scheduler.Recheck(id, now);
                });
+}
+
+core::Result<HttpResponse> CommissionRig(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto body = ParseJsonObject(request.http.body);
+  if (!body) return body.error();
+  ObjectReader in(body.value(), "");
+  const std::string reason = in.Text("reason", 500);
+  if (auto error = in.Finish()) return *error;
+  if (reason.empty()) {
+    return core::Error{core::ErrorCode::kInvalid, "Say what was done: it is logged.", "/reason"};
+  }
+  return OnRig(
+      api,
+      request,
+      "commission",
+      reason,
+      [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) -> core::Status {
+        const bool out = scheduler.state().rigs.contains(id) &&
+                         scheduler.state().rigs.at(id).status == lab::RigStatus::kQuarantined;
+        const core::Status begun = out ? scheduler.Release(id, now) : scheduler.Recheck(id, now);
+        if (begun.ok()) lab.value()->commission(id);
+        return begun;
+      });
+}
+
+core::Result<HttpResponse> ClearTrip(ApiContext& api, const ApiRequest& request) {
+  if (const core::Status empty = NoBody(request); !empty.ok()) return empty.error();
+  const std::string& id = request.http.PathParameter("id");
+  const core::Status cleared = api.bay.ClearTrip(id);
+  if (!cleared.ok()) return cleared.error();
+  Audit(api, request.who, "clear_trip", "rig:" + id, "");
+  auto rig = api.bay.Find(id);
+  if (!rig) return rig.error();
+  return JsonResponse(server::RigToJson(rig.value(), api.clock.Wall()));
 }
 
 core::Result<HttpResponse> CreateOutage(ApiContext& api, const ApiRequest& request) {

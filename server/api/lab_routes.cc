@@ -1,4 +1,4 @@
-#include "server/api/lab_api.h"
+#include "server/api/lab_feed.h"
 
 namespace faultlab::server {
 
@@ -24,6 +24,7 @@ std::vector<ApiRoute> LabRoutes() {
       {kPost, "/api/v1/users/{id}/reset-link", kManageUsers, kRole, CreateResetLink, kJson},
       {kGet, "/api/v1/courses", kReadCourse, kRole, ListCourses},
       {kPost, "/api/v1/courses", kManageCourse, kRole, Once<CreateCourse>, kJson},
+      {kPut, "/api/v1/courses/{id}/end", kReadCourse, kRole, SetCourseEnd, kJson},
       {kGet, "/api/v1/courses/{id}/members", kReadCourse, kRole, ListMembers},
       {kPost, "/api/v1/courses/{id}/members", kReadCourse, kRole, EnrolMembers, kCsv},
       {kGet, "/api/v1/audit", kReadAudit, kRole, ListAuditLog},
@@ -34,6 +35,8 @@ std::vector<ApiRoute> LabRoutes() {
       {kPost, "/api/v1/rigs/{id}/quarantine", kOperateRig, kRole, Once<QuarantineRig>, kJson},
       {kPost, "/api/v1/rigs/{id}/release", kOperateRig, kRole, Once<ReleaseRig>, kJson},
       {kPost, "/api/v1/rigs/{id}/self-test", kOperateRig, kRole, Once<TestRig>, kJson},
+      {kPost, "/api/v1/rigs/{id}/commission", kOperateRig, kRole, Once<CommissionRig>, kJson},
+      {kPost, "/api/v1/rigs/{id}/clear-trip", kOperateRig, kRole, Once<ClearTrip>, kJson},
       {kPost, "/api/v1/rigs/{id}/outages", kOperateRig, kRole, Once<CreateOutage>, kJson},
       {kDelete, "/api/v1/rigs/{id}/outages/{outage}", kOperateRig, kRole, DeleteOutage},
 
@@ -47,6 +50,7 @@ std::vector<ApiRoute> LabRoutes() {
       {kPost, "/api/v1/bookings/{id}/claim", kUseBooking, kRole, ClaimBooking, kJson},
       {kGet, "/api/v1/calendar.ics", kUseBooking, kRole, GetCalendar},
       {kGet, "/api/v1/events", kUseTicket, kRole, ListLabEvents},
+      {kPost, "/api/v1/events/stream-token", kUseTicket, kRole, IssueFeedToken, kJson},
 
       {kGet, "/api/v1/sessions", kUseSession, kRole, ListSessions},
       {kPost, "/api/v1/sessions/{id}/extend", kUseSession, kRole, ExtendSession, kJson},

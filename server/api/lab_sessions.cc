@@ -2,7 +2,7 @@
 #include <boost/json.hpp>
 
 #include "server/api/json_reader.h"
-#include "server/api/lab_api.h"
+#include "server/api/lab_lists.h"
 
 namespace faultlab::server {
 namespace {
@@ -71,6 +71,18 @@ json::object SessionToJson(LabApi& lab, const lab::Session& session) {
   return out;
 }
 
+json::array SessionsOf(LabApi& lab, const lab::LabState& state, UserId user) {
+  json::array items;
+  for (const auto& [id, session] : state.sessions) {
+    if (session.state == SessionState::kClosed) continue;
+    // Whoever is offered the control must see what to accept.
+    if (session.user == user || session.offered_to == user) {
+      items.push_back(SessionToJson(lab, session));
+    }
+  }
+  return items;
+}
+
 core::Result<HttpResponse> ListSessions(ApiContext& api, const ApiRequest& request) {
   auto lab = LabOf(api);
   if (!lab) return lab.error();
@@ -85,12 +97,10 @@ core::Result<HttpResponse> ListSessions(ApiContext& api, const ApiRequest& reque
     }
   }
   const auto state = lab.value()->service.state();
-  const UserId me{request.who.user_id};
-  json::array items;
+  json::array items =
+      all ? json::array() : SessionsOf(*lab.value(), *state, UserId{request.who.user_id});
   for (const auto& [id, session] : state->sessions) {
-    if (session.state == SessionState::kClosed) continue;
-    // Whoever is offered the control must see what to accept.
-    if (all || session.user == me || session.offered_to == me) {
+    if (all && session.state != SessionState::kClosed) {
       items.push_back(SessionToJson(*lab.value(), session));
     }
   }

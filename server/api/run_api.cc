@@ -59,6 +59,16 @@ RunRecord RecordOf(const RunSnapshot& live) {
   return record;
 }
 
+/// The rig's last event carries what its loop was like.
+json::value LoopOf(const json::array& events) {
+  for (const json::value& event : events) {
+    const json::object* object = event.if_object();
+    const json::value* loop = object != nullptr ? object->if_contains("loop") : nullptr;
+    if (loop != nullptr) return *loop;
+  }
+  return nullptr;
+}
+
 HttpResponse Created(const RunSnapshot& started) {
   json::object out = RecordToJson(RecordOf(started));
   AddLive(out, started);
@@ -186,6 +196,7 @@ core::Result<HttpResponse> GetRun(ApiContext& api, const ApiRequest& request) {
       events.push_back(ParsedOr(event.json, nullptr));
     }
   }
+  out["loop"] = LoopOf(events);
   out["events"] = std::move(events);
   return JsonResponse(out);
 }
@@ -228,9 +239,12 @@ core::Result<HttpResponse> DeleteRun(ApiContext& api, const ApiRequest& request)
 core::Result<HttpResponse> IssueStreamToken(ApiContext& api, const ApiRequest& request) {
   auto record = AuthorizedRun(api, request, Operation::kReadRun);
   if (!record) return record.error();
-  const bool can_command =
-      Authorize(request.who, Operation::kChangeRun, OwnershipOf(request.who, record.value().owner))
-          .ok();
+  // Rule 9: others watch, whatever their role. On a rig of the lab the session must be one's own.
+  const Ownership whose = OwnershipOf(request.who, record.value().owner);
+  const bool may_use = !api.may_use_rig || record.value().rig.empty() ||
+                       api.may_use_rig(request.who, record.value().rig).ok();
+  const bool can_command = whose == Ownership::kOwn && may_use &&
+                           Authorize(request.who, Operation::kChangeRun, whose).ok();
   const std::string code =
       api.tokens.Issue({record.value().id, request.who.owner_key(), can_command});
   return JsonResponse(json::object{{"code", code}, {"expires_in_s", kStreamTokenLife.count()}},

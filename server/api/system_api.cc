@@ -1,71 +1,15 @@
 #include <boost/json.hpp>
-#include <cmath>
 #include <map>
 
 #include "server/api/handlers.h"
 #include "server/api/lab_api.h"
+#include "server/api/metrics_text.h"
+#include "server/api/rig_json.h"
 
 namespace faultlab::server {
 namespace {
 
 namespace json = boost::json;
-
-json::object RigToJson(const RigStatus& rig) {
-  const hardware::RigDescription& about = rig.description;
-  const core::PlantParameters nominal;
-  json::object nominal_values;
-  json::object relay_values;
-  for (const core::Component component : core::kAllComponents) {
-    const bool relay = core::IsRelaySwitched(component);
-    if (!relay && !about.motor_faults) continue;
-    nominal_values[core::Name(component)] = nominal.Get(component);
-    if (!relay) continue;
-    json::array values;
-    for (const double value : core::RelayValues(component)) values.push_back(value);
-    relay_values[core::Name(component)] = std::move(values);
-  }
-  return {{"id", about.id},
-          {"class", about.rig_class},
-          {"kind", hardware::Name(about.kind)},
-          {"profile", rig.profile},
-          {"state", hardware::Name(rig.state)},
-          {"in_use", rig.leased},
-          {"epoch", static_cast<std::uint64_t>(rig.epoch)},
-          {"capabilities",
-           {{"ua", about.has_ua},
-            {"ia", about.has_ia},
-            {"n", about.has_n},
-            {"any_value", about.any_value},
-            {"motor_faults", about.motor_faults},
-            {"uc_v_min", about.uc_v_min},
-            {"uc_v_max", about.uc_v_max}}},
-          {"nominal", std::move(nominal_values)},
-          {"relay_values", std::move(relay_values)}};
-}
-
-/// One line of the Prometheus text format, with its TYPE line when the name is new.
-class MetricsText {
- public:
-  void Add(const char* name,
-           const char* type,
-           std::uint64_t value,
-           const std::string& labels = {}) {
-    if (last_ != name) {
-      text_.append("# TYPE ").append(name).append(" ").append(type).append("\n");
-      last_ = name;
-    }
-    text_.append(name).append(labels).append(" ").append(std::to_string(value)).append("\n");
-  }
-  std::string Take() { return std::move(text_); }
-
- private:
-  std::string text_;
-  std::string last_;
-};
-
-std::string Label(const char* name, std::string_view value) {
-  return "{" + std::string(name) + "=\"" + std::string(value) + "\"}";
-}
 
 }  // namespace
 
@@ -122,6 +66,7 @@ core::Result<HttpResponse> Metrics(ApiContext& api, const ApiRequest&) {
   out.Add("faultlab_samples_total", "counter", runs.samples);
   out.Add("faultlab_rig_overruns_total", "counter", runs.overruns);
   out.Add("faultlab_rig_gaps_total", "counter", runs.gaps);
+  AddRigMetrics(out, api.bay.List());
   out.Add("faultlab_isolation_tasks_total", "counter", runs.solver_tasks);
   if (api.lab != nullptr) {
     const auto state = api.lab->service.state();
@@ -166,7 +111,7 @@ core::Result<HttpResponse> Me(ApiContext&, const ApiRequest& request) {
 
 core::Result<HttpResponse> ListRigs(ApiContext& api, const ApiRequest&) {
   json::array items;
-  for (const RigStatus& rig : api.bay.List()) items.push_back(RigToJson(rig));
+  for (const RigStatus& rig : api.bay.List()) items.push_back(RigToJson(rig, api.clock.Wall()));
   return JsonResponse(json::object{{"items", std::move(items)}});
 }
 

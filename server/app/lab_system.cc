@@ -1,10 +1,8 @@
 #include "server/app/lab_system.h"
 
 #include <algorithm>
-#include <boost/json.hpp>
 #include <utility>
 
-#include "server/api/handlers.h"
 #include "server/lab/rig_check.h"
 
 namespace faultlab::server {
@@ -15,9 +13,6 @@ using std::chrono::seconds;
 
 constexpr milliseconds kRigPatience = seconds(20);  ///< until the last run has let go of the rig
 constexpr milliseconds kFollow = seconds(1);
-constexpr milliseconds kJobIdle{500};
-constexpr milliseconds kJobLease = seconds(60);
-constexpr milliseconds kJobPoll{200};
 
 /// Rigs that stand somewhere and serve one person at a time. Simulators are elastic: everybody
 /// makes runs on them as long as one is free.
@@ -60,6 +55,8 @@ LabSystem::LabSystem(Database& database, Accounts& accounts, ApiContext& api, Op
       jobs_(database),
       fault_sets_(database),
       answers_(database),
+      bands_(database),
+      database_(database),
       accounts_(accounts),
       duties_(std::make_unique<Duties>(*this)) {}
 
@@ -82,6 +79,12 @@ core::Result<std::unique_ptr<LabSystem>> LabSystem::Open(Database& database,
   self.service_ = std::move(service).value();
   self.lab_api_ = std::make_unique<LabApi>(
       LabApi{accounts, *self.service_, self.jobs_, self.fault_sets_, self.answers_});
+  self.feed_ = std::make_unique<LabFeed>(api, *self.lab_api_);
+  self.lab_api_->feed = self.feed_.get();
+  self.lab_api_->commission = [&self](const std::string& rig) {
+    const std::lock_guard lock(self.mutex_);
+    self.commissioned_.insert(rig);
+  };
   api.lab = self.lab_api_.get();
   api.may_use_rig = [&self](const Principal& who, std::string_view rig) {
     return self.MayUse(who, rig);
@@ -89,11 +92,15 @@ core::Result<std::unique_ptr<LabSystem>> LabSystem::Open(Database& database,
   self.FollowRigs();
   self.threads_.emplace_back([&self] { self.CheckLoop(); });
   self.threads_.emplace_back([&self] {
-    while (!self.WaitForStop(kFollow)) self.FollowRigs();
+    do {
+      self.FollowRigs();
+      self.RetainDaily();
+    } while (!self.WaitForStop(kFollow));
   });
-  for (int i = 0; i < self.options_.job_workers; ++i) {
-    self.threads_.emplace_back([&self] { self.JobLoop(); });
-  }
+  self.jobs_runner_ = std::make_unique<JobRunner>(
+      api,
+      *self.lab_api_,
+      JobRunner::Options{self.options_.server_id, self.options_.job_workers, self.options_.log});
   return system;
 }
 
@@ -107,6 +114,7 @@ void LabSystem::Stop() {
     stopping_ = true;
   }
   wake_.notify_all();
+  if (jobs_runner_) jobs_runner_->Stop();
   for (std::thread& thread : threads_) thread.join();
   threads_.clear();
 }
@@ -146,15 +154,12 @@ core::Status LabSystem::MayUse(const Principal& who, std::string_view rig) const
   const auto known = state->rigs.find(std::string(rig));
   if (known == state->rigs.end()) return core::Done{};
   for (const auto& [id, session] : state->sessions) {
-    const bool active = session.state == lab::SessionState::kActive;
-    if (active && session.rig == rig && session.user == lab::UserId{who.user_id}) {
-      return core::Done{};
-    }
+    if (session.state != lab::SessionState::kActive || session.rig != rig) continue;
+    if (session.user != lab::UserId{who.user_id}) continue;
+    // The session of a job is for its run alone; only the runner comes without a proof.
+    const bool runner = who.proof == Proof::kNone;
+    if (runner == (session.kind == lab::TicketKind::kJob)) return core::Done{};
   }
-  // A server for one person on a laptop: the guest may use a far rig that nobody else holds.
-  const bool alone = who.role == Role::kGuest && known->second.status == lab::RigStatus::kReady &&
-                     state->tickets.empty() && state->bookings.empty();
-  if (alone) return core::Done{};
   return core::Error{core::ErrorCode::kForbidden,
                      "This rig needs a session: ask for a place in its queue or book it.",
                      "/rig"};
@@ -176,10 +181,10 @@ void LabSystem::CheckLoop() {
            std::chrono::steady_clock::now() < give_up && !WaitForStop(milliseconds(50))) {
       lease = api_.bay.Acquire(check.rig);
     }
-    lab::RigVerdict verdict{false, lease.ok() ? "" : lease.error().message};
+    lab::RigVerdict verdict{false, lease.ok() ? "" : lease.error().message, std::nullopt};
     if (lease.ok()) {
       RigLease held = std::move(lease).value();
-      verdict = lab::CheckRig(held.rig(), held.epoch());
+      verdict = CheckHeld(check.rig, held);
     }
     if (!verdict.passed) options_.log("rig " + check.rig + " fails its check: " + verdict.text);
     // A newer check of the same rig makes this answer stale, which is as it should be.
@@ -187,64 +192,38 @@ void LabSystem::CheckLoop() {
   }
 }
 
-void LabSystem::JobLoop() {
-  while (true) {
-    const WallTime now = api_.clock.Wall();
-    (void)jobs_.Reap(now, "");
-    auto job = jobs_.Claim(options_.server_id, now, now + kJobLease);
-    if (!job.ok()) options_.log("jobs: " + job.error().message);
-    if (job.ok() && job.value()) {
-      DoJob(*job.value());
-      if (WaitForStop(milliseconds(0))) return;
-    } else if (WaitForStop(kJobIdle)) {
-      return;
-    }
+/// The check by the rig's own band; when an operator commissions the rig, the check makes the band.
+lab::RigVerdict LabSystem::CheckHeld(const lab::RigId& id, RigLease& held) {
+  bool commission = false;
+  {
+    const std::lock_guard lock(mutex_);
+    commission = commissioned_.erase(id) > 0;
   }
+  const auto band = bands_.Get(id);
+  if (!band.ok()) return {false, band.error().message, std::nullopt};
+  lab::RigVerdict verdict = lab::CheckRig(held.rig(), held.epoch(), band.value());
+  if (!commission || !verdict.measured) return verdict;
+  const double period_s = hardware::RunPlan{}.period_s;
+  const lab::RigBand nominal = lab::NominalBand(period_s, held.rig().description().delta_s);
+  core::Status stored = lab::CheckBand(*verdict.measured, nominal);
+  if (stored.ok()) {
+    stored = bands_.Put(id, *verdict.measured, "commissioned", api_.clock.Wall());
+  }
+  return {stored.ok(), stored.ok() ? "" : stored.error().message, verdict.measured};
 }
 
-void LabSystem::DoJob(const lab::Job& job) {
-  const auto account = accounts_.Get(job.account_id);
-  if (!account.ok() || account.value().disabled) {
-    (void)jobs_.Finish(job.id, "failed", "its account is gone or disabled", api_.clock.Wall());
-    return;
+/// A day's leftovers go once a day, by the rules of the settings.
+void LabSystem::RetainDaily() {
+  const WallTime now = api_.clock.Wall();
+  if (now < next_retention_) return;
+  next_retention_ = now + std::chrono::hours(24);
+  const auto kept = lab::Retain(database_, options_.retention, now, /*remove=*/true);
+  if (!kept.ok()) {
+    options_.log("retention: " + kept.error().message);
+  } else if (!kept.value().items.empty()) {
+    options_.log("retention: " + std::to_string(kept.value().items.size()) +
+                 " recordings and jobs were kept long enough and are gone");
   }
-  Principal who;
-  who.user_id = account.value().id;
-  who.login = account.value().login;
-  who.name = account.value().name;
-  who.role = account.value().role;
-  HttpRequest http;
-  http.method = HttpMethod::kPost;
-  http.path = "/api/v1/runs";
-  http.target = http.path;
-  http.body = job.body;
-  const auto answer = CreateRun(api_, {http, who});
-  if (!answer.ok() && answer.error().code == core::ErrorCode::kBusy) {
-    (void)jobs_.GiveBack(job.id);
-    (void)WaitForStop(kJobIdle);
-    return;
-  }
-  if (!answer.ok()) {
-    (void)jobs_.Finish(job.id, "failed", answer.error().message, api_.clock.Wall());
-    return;
-  }
-  const auto created = boost::json::parse(answer.value().body);
-  const std::string run(created.as_object().at("id").as_string());
-  (void)jobs_.SetRun(job.id, run);
-  for (auto live = api_.runs.Find(run); live && live->state == RunState::kRunning;
-       live = api_.runs.Find(run)) {
-    // Stopping the server stops the run; its job waits for the next start.
-    if (WaitForStop(kJobPoll)) return;
-    (void)jobs_.Renew(job.id, options_.server_id, api_.clock.Wall() + kJobLease);
-  }
-  api_.runs.Wait(run);
-  const auto record = api_.store.Get(run);
-  const bool finished = record.ok() && record.value().state == RunState::kFinished;
-  const std::string state(record.ok() ? Name(record.value().state) : "lost");
-  (void)jobs_.Finish(job.id,
-                     finished ? "finished" : "failed",
-                     finished ? "" : "its run ended as " + state,
-                     api_.clock.Wall());
 }
 
 }  // namespace faultlab::server

@@ -6,16 +6,20 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "server/api/lab_api.h"
+#include "server/api/lab_feed.h"
+#include "server/app/job_runner.h"
 #include "server/clock.h"
 #include "server/lab/fault_sets.h"
 #include "server/lab/job_store.h"
 #include "server/lab/lab_service.h"
 #include "server/lab/remembered_answers.h"
+#include "server/lab/retention.h"
+#include "server/lab/rig_bands.h"
 
 namespace faultlab::server {
 
@@ -27,6 +31,7 @@ class LabSystem {
     std::string server_id;
     std::function<void(std::string_view)> log;
     int job_workers = 2;
+    lab::RetentionRules retention;
   };
   /// Opens the lab, fills `api.lab` and `api.may_use_rig`, starts to work.
   static core::Result<std::unique_ptr<LabSystem>> Open(Database& database,
@@ -49,8 +54,8 @@ class LabSystem {
   LabSystem(Database& database, Accounts& accounts, ApiContext& api, Options options);
   void FollowRigs();
   void CheckLoop();
-  void JobLoop();
-  void DoJob(const lab::Job& job);
+  lab::RigVerdict CheckHeld(const lab::RigId& id, RigLease& held);
+  void RetainDaily();
   bool WaitForStop(std::chrono::milliseconds patience);
   core::Status MayUse(const Principal& who, std::string_view rig) const;
 
@@ -59,15 +64,21 @@ class LabSystem {
   lab::JobStore jobs_;
   lab::FaultSets fault_sets_;
   lab::RememberedAnswers answers_;
+  lab::RigBands bands_;
+  Database& database_;
   Accounts& accounts_;
   std::unique_ptr<Duties> duties_;
   std::unique_ptr<lab::LabService> service_;
   std::unique_ptr<LabApi> lab_api_;
+  std::unique_ptr<LabFeed> feed_;
 
   std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Check> checks_;
+  std::set<lab::RigId> commissioned_;  ///< whose next check makes its band
   bool stopping_ = false;
+  WallTime next_retention_{};  ///< of the thread that follows the rigs
+  std::unique_ptr<JobRunner> jobs_runner_;
   std::vector<std::thread> threads_;
 };
 

@@ -36,9 +36,19 @@ core::Result<std::unique_ptr<Database>> OpenDatabase(const Config& config) {
   return Database::Open(std::move(options));
 }
 
+/// What one farm thread steps with room to spare: see hardware/README.md.
+constexpr int kRigsPerFarm = 2000;
+
+/// Rigs in real time share a few threads, however many there are; at other speeds each waits for
+/// its reader on a thread of its own.
 void AddSimulatedRigs(RigBay& bay, const Config& config) {
+  std::shared_ptr<hardware::RigFarm> farm;
   for (int i = 1; i <= config.sim_rigs; ++i) {
+    if (config.sim_speed == 1.0 && i % kRigsPerFarm == 1) {
+      farm = hardware::MakeRigFarm(kRigsPerFarm);
+    }
     hardware::SimulatedRigOptions options;
+    options.farm = farm;
     options.id = "sim-" + std::to_string(i);
     options.speed = config.sim_speed;
     if (config.sim_profile == "multisim") {
@@ -57,12 +67,9 @@ void AddBenches(RigBay& bay, const Config& config) {
     hardware::SimulatedRigOptions options;
     options.id = "bench-" + std::to_string(i);
     options.speed = config.sim_speed;
-    hardware::RigDescription description = hardware::MakeSimulatedRig(options)->description();
-    description.rig_class = "bench";
-    description.kind = hardware::RigKind::kBench;
-    bay.Add(description, "bench", hardware::Epoch{0}, [options] {
-      return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
-    });
+    options.rig_class = "bench";
+    options.kind = hardware::RigKind::kBench;
+    bay.AddResident(hardware::MakeSimulatedRig(options), "bench");
   }
 }
 
@@ -129,6 +136,10 @@ class Laboratory::Impl {
     if (!streaming.ok()) return streaming;
     LabSystem::Options options;
     options.server_id = config_.server_id;
+    options.retention = {config_.keep_guest_days,
+                         config_.keep_student_days,
+                         config_.keep_job_days,
+                         config_.keep_news_days};
     options.log = [](std::string_view text) { spdlog::warn("{}", text); };
     auto lab = LabSystem::Open(*database_, accounts_, api_, std::move(options));
     if (!lab) return lab.error();
@@ -183,6 +194,7 @@ class Laboratory::Impl {
         status.state =
             info.link == hardware::LinkState::kLost ? hardware::RigState::kOffline : info.state;
         status.epoch = first;
+        status.remote = info;
         found.push_back(
             {std::move(status), [this, id = info.description.id] { return finder_->Find(id); }});
       }

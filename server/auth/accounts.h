@@ -44,6 +44,8 @@ struct Course {
   std::string name;
   bool teaches = false;  ///< the asking account teaches it
   int members = 0;
+  std::optional<WallTime>
+      ends{};  ///< last day; recordings of its students are kept so long and more
 };
 
 struct AuditEntry {
@@ -120,6 +122,7 @@ class Accounts : public Authenticator {
   core::Status RevokeKey(std::int64_t account_id, std::int64_t key_id);
 
   core::Result<Course> CreateCourse(const std::string& name, std::int64_t teacher, WallTime now);
+  core::Status SetCourseEnd(std::int64_t course_id, std::optional<WallTime> ends);
   core::Result<std::vector<Course>> ListCourses(std::int64_t account_id, bool all);
   core::Status Enrol(std::int64_t course_id, std::int64_t account_id, bool teaches);
   core::Result<std::vector<Account>> Members(std::int64_t course_id);

@@ -123,15 +123,17 @@ core::Result<std::vector<Course>> Accounts::ListCourses(std::int64_t account_id,
   return database_.Read([&](Transaction& tx) -> core::Result<Courses> {
     Course course;
     std::int64_t teaches = 0;
+    std::int64_t ends_ms = 0;
     const std::int64_t everything = all ? 1 : 0;
     soci::statement statement =
-        (tx.sql().prepare
-             << "SELECT c.id, c.name, COALESCE(mine.teaches, 0), (SELECT COUNT(*) FROM enrolment "
-                "e WHERE e.course_id = c.id) FROM course c LEFT JOIN enrolment mine "
-                "ON mine.course_id = c.id AND mine.account_id = :account "
-                "WHERE mine.account_id IS NOT NULL OR :all = 1 ORDER BY c.id",
+        (tx.sql().prepare << "SELECT c.id, c.name, c.ends_ms, COALESCE(mine.teaches, 0), (SELECT "
+                             "COUNT(*) FROM enrolment "
+                             "e WHERE e.course_id = c.id) FROM course c LEFT JOIN enrolment mine "
+                             "ON mine.course_id = c.id AND mine.account_id = :account "
+                             "WHERE mine.account_id IS NOT NULL OR :all = 1 ORDER BY c.id",
          into(course.id),
          into(course.name),
+         into(ends_ms),
          into(teaches),
          into(course.members),
          use(account_id, "account"),
@@ -140,9 +142,21 @@ core::Result<std::vector<Course>> Accounts::ListCourses(std::int64_t account_id,
     Courses out;
     while (statement.fetch()) {
       course.teaches = teaches != 0;
+      course.ends.reset();
+      if (ends_ms != 0) course.ends = FromMilliseconds(ends_ms);
       out.push_back(course);
     }
     return out;
+  });
+}
+
+core::Status Accounts::SetCourseEnd(std::int64_t course_id, std::optional<WallTime> ends) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    if (!CourseExists(tx, course_id)) return NoCourse();
+    const std::int64_t ends_ms = ends ? ToMilliseconds(*ends) : 0;
+    tx.sql() << "UPDATE course SET ends_ms = :ends WHERE id = :id", use(ends_ms, "ends"),
+        use(course_id, "id");
+    return Done{};
   });
 }
 

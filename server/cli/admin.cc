@@ -29,27 +29,6 @@ fs::path DatabaseFile(const AdminTarget& target) {
   return fs::path(target.data_dir) / "faultlab.db";
 }
 
-/// Opens what is there; never makes a new database by accident.
-Result<std::unique_ptr<Database>> OpenExisting(const AdminTarget& target) {
-  if (!target.database_url.empty()) {
-    return Database::Open({.location = target.database_url});
-  }
-  const fs::path file = DatabaseFile(target);
-  std::error_code ignored;
-  if (!fs::exists(file, ignored)) {
-    return Error{ErrorCode::kNotFound,
-                 "there is no database at " + file.string() +
-                     "; name its folder with --data, or start the server once",
-                 "data"};
-  }
-  return Database::Open({.location = file.string()});
-}
-
-int ExitCodeOf(const Error& error) {
-  const bool theirs = error.code != ErrorCode::kUnavailable && error.code != ErrorCode::kBusy;
-  return theirs ? kExitBadInput : kExitFailure;
-}
-
 /// Runs `work` on the accounts and prints its text.
 int WithAccounts(const AdminTarget& target,
                  const std::function<Result<std::string>(Accounts&)>& work) {
@@ -107,6 +86,26 @@ Principal Standing(const Account& account) {
 }
 
 }  // namespace
+
+Result<std::unique_ptr<Database>> OpenExisting(const AdminTarget& target) {
+  if (!target.database_url.empty()) {
+    return Database::Open({.location = target.database_url});
+  }
+  const fs::path file = DatabaseFile(target);
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) {
+    return Error{ErrorCode::kNotFound,
+                 "there is no database at " + file.string() +
+                     "; name its folder with --data, or start the server once",
+                 "data"};
+  }
+  return Database::Open({.location = file.string()});
+}
+
+int ExitCodeOf(const Error& error) {
+  const bool theirs = error.code != ErrorCode::kUnavailable && error.code != ErrorCode::kBusy;
+  return theirs ? kExitBadInput : kExitFailure;
+}
 
 int RunUserList(const AdminTarget& target) {
   return WithAccounts(target, [](Accounts& accounts) -> Result<std::string> {

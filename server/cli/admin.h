@@ -1,8 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
+
+#include "core/types/result.h"
+#include "server/storage/database.h"
 
 namespace faultlab::server {
 
@@ -39,6 +43,11 @@ struct RehearseOptions {
   int weeks = 2;
   bool json = false;
 };
+
+/// Opens what is there; never makes a new database by accident.
+core::Result<std::unique_ptr<Database>> OpenExisting(const AdminTarget& target);
+/// kExitBadInput for what the caller can mend, kExitFailure for what the machine must.
+int ExitCodeOf(const core::Error& error);
 
 /// All print to the standard output and return an exit status (console.h).
 int RunUserList(const AdminTarget& target);

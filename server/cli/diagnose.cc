@@ -1,12 +1,19 @@
 #include "server/cli/diagnose.h"
 
+#include <algorithm>
+#include <array>
 #include <boost/json/array.hpp>
 #include <boost/json/serialize.hpp>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
 #include <utility>
 
 #include "server/cli/console.h"
 #include "server/csv/csv_record.h"
+#include "server/csv/file_io.h"
 #include "server/csv/number_text.h"
+#include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/plots/record_figure.h"
 
@@ -36,6 +43,36 @@ json::object JsonOf(const std::string& file,
   return out;
 }
 
+/// Each folder replaced by the recordings in it, by name.
+Result<std::vector<std::string>> WithFolders(const std::vector<std::string>& names) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> files;
+  for (const std::string& name : names) {
+    std::error_code error;
+    if (!fs::is_directory(name, error)) {
+      files.push_back(name);
+      continue;
+    }
+    std::vector<std::string> inside;
+    for (fs::directory_iterator entry(name, error); !error && entry != fs::directory_iterator();
+         entry.increment(error)) {
+      const std::string path = entry->path().string();
+      if (path.ends_with(".csv") || path.ends_with(".csv.gz")) {
+        inside.push_back(path);
+      }
+    }
+    if (error || inside.empty()) {
+      return Error{ErrorCode::kNotFound,
+                   error ? "cannot read the folder " + name + ": " + error.message()
+                         : "no .csv or .csv.gz in the folder " + name,
+                   "FILE"};
+    }
+    std::sort(inside.begin(), inside.end());
+    files.insert(files.end(), inside.begin(), inside.end());
+  }
+  return files;
+}
+
 }  // namespace
 
 Result<core::DiagnoseOptions> ParseFlags(const DiagnosisFlags& flags) {
@@ -61,8 +98,38 @@ Result<core::DiagnoseOptions> ParseFlags(const DiagnosisFlags& flags) {
   if (flags.values != "table2" && flags.values != "none") {
     return refuse("--values '" + flags.values + "': expected table2 or none", "values");
   }
+  if (!flags.calibration.empty()) {
+    constexpr std::size_t kBytesMax = std::size_t{1} << 20;
+    const Result<std::string> text = ReadFile(flags.calibration, kBytesMax);
+    if (!text) {
+      return text.error();
+    }
+    Result<core::Calibration> calibration = ParseCalibration(text.value(), flags.calibration);
+    if (!calibration) {
+      return calibration.error();
+    }
+    options.calibration = std::move(calibration).value();
+  }
   options.values = flags.values == "table2" ? core::ValuePrior::kTable2 : core::ValuePrior::kNone;
   return options;
+}
+
+core::Status CheckCalibration(const core::DiagnoseOptions& options, double period_s) {
+  constexpr double kSamePeriod = 1e-3;
+  if (!options.calibration ||
+      std::abs(options.calibration->period_s - period_s) <= kSamePeriod * period_s) {
+    return core::Done{};
+  }
+  const auto milliseconds = [](double seconds) {
+    std::array<char, 40> text;
+    const int size = std::snprintf(text.data(), text.size(), "%.6g ms", 1e3 * seconds);
+    return std::string(text.data(), static_cast<std::size_t>(size));
+  };
+  return Error{ErrorCode::kInvalid,
+               "the record has a period of " + milliseconds(period_s) +
+                   ", the calibration is for " + milliseconds(options.calibration->period_s) +
+                   "; calibrate at the record's period",
+               "calibration"};
 }
 
 int RunDiagnose(const DiagnoseCommandOptions& options) {
@@ -71,10 +138,20 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
     return Fail(parsed.error(), kExitBadInput);
   }
   int exit_code = kExitOk;
-  for (const std::string& file : options.files) {
+  const Result<std::vector<std::string>> files = WithFolders(options.files);
+  if (!files) {
+    return Fail(files.error(), kExitBadInput);
+  }
+  for (const std::string& file : files.value()) {
     const Result<CsvRecord> record = ReadCsv(file);
     if (!record) {
       exit_code = Fail(record.error(), kExitBadInput);
+      continue;
+    }
+    if (const core::Status fits = CheckCalibration(parsed.value(), record.value().period_s);
+        !fits) {
+      PrintError(file + ": " + fits.error().message);
+      exit_code = kExitBadInput;
       continue;
     }
     for (const std::string& note : record.value().notes) {

@@ -23,6 +23,9 @@ int RunPlot(const PlotOptions& options) {
   }
   core::DiagnoseOptions diagnose = parsed.value();
   diagnose.period_s = source.value().period_s;
+  if (const core::Status fits = CheckCalibration(diagnose, diagnose.period_s); !fits) {
+    return Fail(fits.error(), kExitBadInput);
+  }
   FigureContext context;
   context.name = source.value().name;
   context.footer = "faultlab " + std::string(Version());

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
-#include <sstream>
 
 #include "server/csv/csv_channels.h"
+#include "server/csv/csv_header.h"
 #include "server/csv/csv_record.h"
+#include "server/csv/csv_text.h"
 #include "server/csv/csv_time_base.h"
 #include "server/csv/file_io.h"
 
@@ -18,61 +18,10 @@ using core::ErrorCode;
 using core::Result;
 using core::Sample;
 
-constexpr std::size_t kShownCellBytes = 24;
 constexpr std::size_t kColumnsMax = 64;
 constexpr std::size_t kCommentsMax = 1000;
 constexpr std::string_view kWanted =
     "t_s, uc_v, um_v (required) and ua_v, ia_a, n_rpm (optional), separated by commas";
-
-std::string_view Trim(std::string_view cell) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!cell.empty() && blank(cell.front())) {
-    cell.remove_prefix(1);
-  }
-  while (!cell.empty() && blank(cell.back())) {
-    cell.remove_suffix(1);
-  }
-  if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') {
-    cell = cell.substr(1, cell.size() - 2);
-  }
-  return cell;
-}
-
-/// What stands in a message: short, and without bytes that would spoil a terminal.
-std::string Shown(std::string_view cell) {
-  std::string shown(cell.substr(0, kShownCellBytes));
-  std::replace_if(
-      shown.begin(),
-      shown.end(),
-      [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; },
-      '?');
-  return cell.size() > kShownCellBytes ? shown + ".." : shown;
-}
-
-/// Hands out lines with their numbers; knows nothing of columns.
-class LineCursor {
- public:
-  explicit LineCursor(std::string_view text) : rest_(text) {}
-
-  std::optional<std::string_view> Next() {
-    if (rest_.empty()) {
-      return std::nullopt;
-    }
-    const std::size_t end = rest_.find('\n');
-    std::string_view line = rest_.substr(0, end);
-    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-    ++number_;
-    if (!line.empty() && line.back() == '\r') {
-      line.remove_suffix(1);
-    }
-    return line;
-  }
-  std::uint32_t number() const { return number_; }
-
- private:
-  std::string_view rest_;
-  std::uint32_t number_ = 0;
-};
 
 class Parser {
  public:
@@ -138,19 +87,24 @@ class Parser {
     if (!header) {
       return Fail("", "the file is empty, expected a header line with " + std::string(kWanted));
     }
+    separator_ = FindSeparator(Trim(*header));
     std::array<bool, kCsvChannelTable.size()> found{};
     std::string_view rest = *header;
+    bool numbers_alone = true;
     for (bool more = true; more;) {
-      const std::size_t comma = rest.find(',');
-      const std::string_view name = Trim(rest.substr(0, comma));
-      more = comma != std::string_view::npos;
-      rest.remove_prefix(more ? comma + 1 : rest.size());
+      const std::string_view name = TakeCell(separator_, rest, more);
+      numbers_alone = numbers_alone && !name.empty() && ParseCell(separator_, name).has_value();
       if (columns_.size() == kColumnsMax) {
         return Fail("", "more than " + std::to_string(kColumnsMax) + " columns");
       }
       if (std::optional<Error> error = AddColumn(name, found)) {
         return error;
       }
+    }
+    if (numbers_alone) {
+      return Fail("",
+                  "no header: the first line is '" + Shown(*header) +
+                      "'; put a line with the columns' names above it, for example t_s,uc_v,um_v");
     }
     for (std::size_t i = 0; i < kCsvChannelTable.size(); ++i) {
       if (found[i]) {
@@ -163,30 +117,69 @@ class Parser {
   }
 
   std::optional<Error> AddColumn(std::string_view name, auto& found) {
-    for (std::size_t i = 0; i < kCsvChannelTable.size(); ++i) {
-      if (name != kCsvChannelTable[i].name) {
-        continue;
-      }
-      if (found[i]) {
-        return Fail(name, "appears twice in the header, expected once");
-      }
-      found[i] = true;
-      columns_.push_back(&kCsvChannelTable[i]);
+    const CsvColumn column = ParseColumnName(name);
+    columns_.push_back(column);
+    if (column.channel == nullptr) {
+      record_.notes.push_back(std::string(name_) + ": column '" + Shown(name) +
+                              "' is not known and was ignored");
       return std::nullopt;
     }
-    columns_.push_back(nullptr);
-    record_.notes.push_back(std::string(name_) + ": column '" + Shown(name) +
-                            "' is not known and was ignored");
+    const std::string_view canonical = column.channel->name;
+    const auto at = static_cast<std::size_t>(column.channel - kCsvChannelTable.data());
+    if (!column.unknown_unit.empty()) {
+      return Fail(Shown(name),
+                  "unit '" + Shown(column.unknown_unit) + "' is not known for " +
+                      std::string(canonical) + "; expected " + std::string(UnitsOf(canonical)));
+    }
+    if (found[at]) {
+      return Fail(canonical, "appears twice in the header, expected once");
+    }
+    found[at] = true;
+    if (name != canonical) {
+      record_.notes.push_back(std::string(name_) + ": column '" + Shown(name) + "' was read as " +
+                              std::string(canonical));
+    }
     return std::nullopt;
   }
 
+  static std::string_view UnitsOf(std::string_view channel) {
+    return channel == "t_s"     ? "s, ms or us"
+           : channel == "ia_a"  ? "A or mA"
+           : channel == "n_rpm" ? "rpm or rad/s"
+                                : "V or mV";
+  }
+
   Error MissingColumn(std::string_view missing, std::string_view header) const {
-    const bool other_separator = header.find(',') == std::string_view::npos &&
-                                 header.find_first_of(";\t") != std::string_view::npos;
-    const std::string hint = other_separator ? "; here they seem separated by ';' or tabs" : "";
     return Fail(
         missing,
-        "missing from the header '" + Shown(header) + "', expected " + std::string(kWanted) + hint);
+        "missing from the header '" + Shown(header) + "', expected " + std::string(kWanted));
+  }
+
+  /// A second line of a header that holds units: "s;V;V".
+  bool TakeUnits(std::string_view rest) {
+    std::array<double, kColumnsMax> factors;
+    std::size_t cells = 0;
+    for (bool more = true; more; ++cells) {
+      std::string_view unit = TakeCell(separator_, rest, more);
+      if (unit.size() > 2 && (unit.front() == '[' || unit.front() == '(')) {
+        unit = unit.substr(1, unit.size() - 2);
+      }
+      if (cells == columns_.size()) {
+        return false;
+      }
+      factors[cells] = 1.0;
+      if (columns_[cells].channel != nullptr) {
+        const std::optional<double> factor = UnitFactor(*columns_[cells].channel, unit);
+        if (!factor) {
+          return false;
+        }
+        factors[cells] = *factor;
+      }
+    }
+    for (std::size_t i = 0; i < cells; ++i) {
+      columns_[i].factor = columns_[i].has_unit ? columns_[i].factor : factors[i];
+    }
+    return cells == columns_.size();
   }
 
   std::optional<Error> ReadRows() {
@@ -198,6 +191,10 @@ class Parser {
                      std::string(name_) + ": more than " + std::to_string(limits_.rows_max) +
                          " rows; split the recording",
                      ""};
+      }
+      if (rows_at_.empty() && !units_taken_ && TakeUnits(*line)) {
+        units_taken_ = true;
+        continue;
       }
       Sample sample;
       if (std::optional<Error> error = ReadRow(*line, sample)) {
@@ -218,38 +215,34 @@ class Parser {
   std::optional<Error> ReadRow(std::string_view rest, Sample& sample) const {
     std::size_t cells = 0;
     for (bool more = true; more; ++cells) {
-      const std::size_t comma = rest.find(',');
-      const std::string_view cell = rest.substr(0, comma);
-      more = comma != std::string_view::npos;
-      rest.remove_prefix(more ? comma + 1 : rest.size());
-      if (cells >= columns_.size() || columns_[cells] == nullptr) {
+      const std::string_view cell = TakeCell(separator_, rest, more);
+      if (cells >= columns_.size() || columns_[cells].channel == nullptr) {
         continue;
       }
-      if (std::optional<Error> error = ReadCell(*columns_[cells], cell, sample)) {
+      if (std::optional<Error> error = ReadCell(columns_[cells], cell, sample)) {
         return error;
       }
     }
     if (cells != columns_.size()) {
       return Fail("",
                   "found " + std::to_string(cells) + " cells, expected " +
-                      std::to_string(columns_.size()) +
-                      " as in the header (decimal point, comma only between cells)");
+                      std::to_string(columns_.size()) + " as in the header" +
+                      (separator_ == ',' ? " (decimal point, comma only between cells)" : ""));
     }
     return std::nullopt;
   }
 
-  std::optional<Error> ReadCell(const CsvChannel& channel,
+  std::optional<Error> ReadCell(const CsvColumn& column,
                                 std::string_view cell,
                                 Sample& sample) const {
-    cell = Trim(cell);
+    const CsvChannel& channel = *column.channel;
     double value = core::kAbsent;
     if (!cell.empty()) {
-      const char* const begin = cell.data() + (cell.front() == '+' ? 1 : 0);
-      const char* const end = cell.data() + cell.size();
-      const std::from_chars_result read = std::from_chars(begin, end, value);
-      if (read.ec != std::errc() || read.ptr != end || std::isinf(value)) {
+      const std::optional<double> number = ParseCell(separator_, cell);
+      if (!number) {
         return Fail(channel.name, "expected a number, found '" + Shown(cell) + "'");
       }
+      value = *number;
     }
     if (channel.finite && std::isnan(value)) {
       return Fail(channel.name,
@@ -257,13 +250,16 @@ class Parser {
                       "'; only measured channels may miss a reading");
     }
     // One NaN for all: a lost reading must not carry the bits of some other program.
-    sample.*channel.member = std::isnan(value) ? core::kAbsent : value;
+    sample.*channel.member = std::isnan(value)      ? core::kAbsent
+                             : column.factor == 1.0 ? value
+                                                    : value * column.factor;
     return std::nullopt;
   }
 
   /// Lost readings are noted; a required channel without any number is refused.
   std::optional<Error> CheckChannels() {
-    for (const CsvChannel* channel : columns_) {
+    for (const CsvColumn& column : columns_) {
+      const CsvChannel* const channel = column.channel;
       if (channel == nullptr || channel->finite) {
         continue;
       }
@@ -292,8 +288,10 @@ class Parser {
   std::string_view name_;
   CsvLimits limits_;
   LineCursor lines_;
-  std::vector<const CsvChannel*> columns_;  // nullptr = ignored
-  std::vector<std::uint32_t> rows_at_;      // line of each sample
+  char separator_ = ',';
+  std::vector<CsvColumn> columns_;
+  bool units_taken_ = false;
+  std::vector<std::uint32_t> rows_at_;  // line of each sample
   CsvRecord record_;
 };
 

@@ -33,8 +33,10 @@ struct CsvRecord {
 
 /// Reads the text of a CSV file. `name` stands before each message ("file.csv:12: column um_v:
 /// ..").
-///   header: t_s, uc_v, um_v and any of ua_v, ia_a, n_rpm, in any order; unknown columns are noted
-///   and ignored; '#' begins a comment line; Windows line ends and a UTF-8 mark are accepted.
+///   header: t_s, uc_v, um_v and any of ua_v, ia_a, n_rpm, in any order, or other names and units
+///   (csv_header.h); a second line may hold the units; unknown columns are noted and ignored; cells
+///   stand between commas, or between semicolons, tabs or blanks, and then decimal commas are read
+///   too; '#' begins a comment line; Windows line ends and a UTF-8 mark are accepted.
 ///   t_s must rise by one period (or by whole periods where rows are missing); uc_v must be finite;
 ///   the other channels may be empty or NaN where a reading was lost.
 /// Errors: kInvalid (`field` is the column) or kTooLarge.

@@ -18,6 +18,8 @@ constexpr double kStepTolerance = 0.25;
 /// .. and the next ones differ alike: that many in a row are no accident of lost rows.
 constexpr std::size_t kSameStepsMax = 10;
 constexpr double kAlike = 0.05;
+/// Beyond it no model of the bench says anything: the unit of the time is wrong.
+constexpr double kPeriodMax_s = 1.0;
 constexpr std::size_t kGapNotesMax = 3;
 constexpr double kMicrosecondsPerSecond = 1e6;
 
@@ -112,6 +114,12 @@ std::optional<Error> AssignTimeBase(CsvRecord& record,
                 "two time bases: the step is " +
                     Seconds(samples[*row].t_s - samples[*row - 1].t_s) +
                     " from here on, expected " + Seconds(median) + " as in most of the file");
+  }
+  if (median > kPeriodMax_s) {
+    return fail(1,
+                "the rows are " + Seconds(median) +
+                    " apart, too far for a motor that settles in 0.1 s; if the time is in "
+                    "milliseconds, name the column t_ms");
   }
   record.period_s = RefinePeriod(samples, median);
   const double start = samples.front().t_s;

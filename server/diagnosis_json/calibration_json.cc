@@ -44,7 +44,7 @@ struct Field {
   double Calibration::*member;
   double least;
 };
-constexpr std::array<Field, 12> kFields = {
+constexpr std::array<Field, 13> kFields = {
     {{"from_s", &Calibration::from_s, -1e9},
      {"to_s", &Calibration::to_s, -1e9},
      {"period_s", &Calibration::period_s, 1e-6},
@@ -56,7 +56,8 @@ constexpr std::array<Field, 12> kFields = {
      {"ia_noise_a", &Calibration::ia_noise_a, 0.0},
      {"n_noise_rpm", &Calibration::n_noise_rpm, 0.0},
      {"friction_noise_nm", &Calibration::friction_noise_nm, 0.0},
-     {"friction_tau_s", &Calibration::friction_tau_s, 1e-6}}};
+     {"friction_tau_s", &Calibration::friction_tau_s, 1e-6},
+     {"part_tolerance", &Calibration::part_tolerance, 0.0}}};
 
 struct Threshold {
   std::string_view name;
@@ -144,6 +145,27 @@ const json::object& Entry(const json::value& value) {
   return value.is_object() ? value.get_object() : kNothing;
 }
 
+/// 64 numbers, row by row; with nothing below `diagonal_min` on the diagonal.
+void ReadMatrix(Reader& reader,
+                std::string_view member,
+                double diagonal_min,
+                std::vector<double>& out) {
+  for (const json::value& one : reader.Array(member)) {
+    out.push_back(one.is_number() ? one.to_number<double>() : core::kAbsent);
+  }
+  bool sound = out.size() == kCovarianceSize;
+  for (std::size_t i = 0; sound && i < kCovarianceSize; ++i) {
+    const std::size_t row = i / core::kCoordinateCount;
+    const std::size_t column = i % core::kCoordinateCount;
+    sound = std::isfinite(out[i]) && (row != column || out[i] >= diagonal_min);
+  }
+  if (!sound) {
+    reader.Refuse(
+        member,
+        "expected " + std::to_string(kCovarianceSize) + " numbers, row by row, a covariance");
+  }
+}
+
 void ReadLists(const json::object& object, std::optional<Error>& error, Calibration& out) {
   Reader reader(object, "", error);
   for (const json::value& one : reader.Array("quantities")) {
@@ -164,21 +186,14 @@ void ReadLists(const json::object& object, std::optional<Error>& error, Calibrat
                           entry.Number("limit", -1e300),
                           entry.Flag("passed")});
   }
-  const json::array& covariance = reader.Array("covariance");
-  for (const json::value& one : covariance) {
-    out.covariance.push_back(one.is_number() ? one.to_number<double>() : core::kAbsent);
-  }
-  bool sound = covariance.size() == kCovarianceSize;
-  for (std::size_t i = 0; sound && i < kCovarianceSize; ++i) {
-    const std::size_t row = i / core::kCoordinateCount;
-    const std::size_t column = i % core::kCoordinateCount;
-    sound = std::isfinite(out.covariance[i]) && (row != column || out.covariance[i] >= 0.0);
-  }
-  if (!sound) {
-    reader.Refuse("covariance",
-                  "expected " + std::to_string(kCovarianceSize) +
-                      " numbers, row by row, with variances on the diagonal");
-  }
+  ReadMatrix(reader, "covariance", 0.0, out.covariance);
+  ReadMatrix(reader, "covariance_doubt", -1.0, out.covariance_doubt);
+}
+
+json::array ListOf(const std::vector<double>& numbers) {
+  json::array list;
+  for (const double number : numbers) list.push_back(Number(number));
+  return list;
 }
 
 }  // namespace
@@ -214,10 +229,6 @@ json::object ToJson(const Calibration& calibration) {
   for (const Threshold& threshold : kThresholds) {
     thresholds[threshold.name] = Number(calibration.thresholds.*threshold.member);
   }
-  json::array covariance;
-  for (const double entry : calibration.covariance) {
-    covariance.push_back(Number(entry));
-  }
   json::object out = {{"version", calibration.version},
                       {"dated", calibration.dated},
                       {"samples", calibration.samples},
@@ -231,7 +242,8 @@ json::object ToJson(const Calibration& calibration) {
   out["quantities"] = std::move(quantities);
   out["checks"] = std::move(checks);
   out["thresholds"] = std::move(thresholds);
-  out["covariance"] = std::move(covariance);
+  out["covariance"] = ListOf(calibration.covariance);
+  out["covariance_doubt"] = ListOf(calibration.covariance_doubt);
   return out;
 }
 

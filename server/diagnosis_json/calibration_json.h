@@ -11,8 +11,9 @@ namespace faultlab::server {
 
 /// {"version","dated","from_s","to_s","samples","period_s","used_ia","used_n","delta_s",
 /// "gain_factor","nominal":{"R1":..},"constants":{"Ke":..},"mc_nm",..,"quantities":[..],
-/// "checks":[..],"thresholds":{..},"covariance":[64 numbers]}: all that CalibrationFromJson needs
-/// to give the same calibration back, number for number.
+/// "checks":[..],"thresholds":{..},"covariance":[64 numbers],
+/// "covariance_doubt":[64 numbers]}: all that CalibrationFromJson needs
+/// to give the same calibration back, to the last digit but one.
 boost::json::object ToJson(const core::Calibration& calibration);
 
 /// Reads what ToJson wrote, or an object that holds it as "calibration" (the answer of

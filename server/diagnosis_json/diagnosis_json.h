@@ -35,6 +35,9 @@ boost::json::object ToJson(const core::PaperMethods& paper);
 /// null unless finite.
 boost::json::value Number(double value);
 
+/// One calibration as a person reads it: a table of the rig's own values with their errors.
+std::string ToText(const core::Calibration& calibration, const std::string& name);
+
 /// One diagnosis as a person reads it: several lines, each ended. `name` is the record.
 std::string ToText(const core::Diagnosis& diagnosis, const std::string& name);
 

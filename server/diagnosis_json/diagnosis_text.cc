@@ -116,9 +116,10 @@ void AppendCalibration(std::ostringstream& out, const core::Diagnosis& diagnosis
   }
   const core::Calibration& calibration = *diagnosis.calibration;
   constexpr double kMilli = 1e3;
-  out << Label("calibrated") << "on " << Seconds(calibration.from_s) << " to "
-      << Seconds(calibration.to_s) << ": delay " << Digits(kMilli * calibration.delta_s, 3)
-      << " ms, Mc " << Digits(kMilli * calibration.mc_nm, 3) << " +- "
+  out << Label("calibrated") << (calibration.dated.empty() ? "" : calibration.dated + ", ") << "on "
+      << Seconds(calibration.from_s) << " to " << Seconds(calibration.to_s) << ": delay "
+      << Digits(kMilli * calibration.delta_s, 3) << " ms, Mc "
+      << Digits(kMilli * calibration.mc_nm, 3) << " +- "
       << Digits(kMilli * calibration.mc_sigma_nm, 1) << " mNm, noise "
       << Digits(kMilli * calibration.um_noise_v, 3) << " mV, "
       << Digits(calibration.thresholds.false_alarms_per_day, 3) << " false alarm a day\n";
@@ -137,6 +138,42 @@ void AppendFits(std::ostringstream& out, const std::vector<core::FitPercent>& fi
 }
 
 }  // namespace
+
+std::string ToText(const core::Calibration& calibration, const std::string& name) {
+  std::ostringstream out;
+  out << name << ": calibrated on " << Seconds(calibration.from_s) << " to "
+      << Seconds(calibration.to_s) << ", " << calibration.samples << " samples\n";
+  if (!calibration.dated.empty()) {
+    out << Label("dated") << calibration.dated << '\n';
+  }
+  constexpr double kPercent = 100.0;
+  for (const core::CalibratedQuantity& quantity : calibration.quantities) {
+    out << Label(quantity.name) << Digits(quantity.value, 4) << " +- " << Digits(quantity.sigma, 2)
+        << ' ' << quantity.unit;
+    if (!quantity.from_data) {
+      out << "  (these data do not show it: the data sheet's)";
+    } else if (quantity.prior_value != 0.0 && quantity.name != "delta" && quantity.name != "Mc") {
+      out << "  (data sheet " << Digits(quantity.prior_value, 4) << ", "
+          << Digits(kPercent * (quantity.value / quantity.prior_value - 1.0), 2) << " % off)";
+    }
+    out << '\n';
+  }
+  constexpr double kMilli = 1e3;
+  out << Label("noise") << "um " << Digits(kMilli * calibration.um_noise_v, 3) << " mV";
+  if (calibration.used_ia) {
+    out << ", ia " << Digits(kMilli * calibration.ia_noise_a, 3) << " mA";
+  }
+  if (calibration.used_n) {
+    out << ", n " << Digits(calibration.n_noise_rpm, 3) << " rpm";
+  }
+  out << '\n'
+      << Label("alarms") << Digits(calibration.thresholds.false_alarms_per_day, 3)
+      << " false one a day\n";
+  for (const core::CalibrationCheck& check : calibration.checks) {
+    out << Label("check") << check.name << ": " << check.sentence << '\n';
+  }
+  return out.str();
+}
 
 std::string ToText(const core::Diagnosis& diagnosis, const std::string& name) {
   std::ostringstream out;

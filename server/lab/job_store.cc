@@ -12,7 +12,8 @@ using soci::into;
 using soci::use;
 
 constexpr const char* kColumns =
-    "id, owner, account_id, batch, name, body, state, run_id, error, created_ms, started_ms, "
+    "id, owner, account_id, batch, name, body, state, run_id, error, result, created_ms, "
+    "started_ms, "
     "ended_ms, attempts";
 
 struct Row {
@@ -31,6 +32,7 @@ struct Row {
     statement.exchange(into(job.state));
     statement.exchange(into(job.run_id));
     statement.exchange(into(job.error));
+    statement.exchange(into(job.result));
     statement.exchange(into(created_ms));
     statement.exchange(into(started_ms));
     statement.exchange(into(ended_ms));
@@ -138,12 +140,13 @@ core::Result<std::optional<Job>> JobStore::Claim(const std::string& server_id,
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<MaybeJob> {
     std::string id;
     std::string query =
-        "SELECT id FROM job j WHERE state = 'waiting' ORDER BY (SELECT COUNT(*) FROM job r "
-        "WHERE r.owner = j.owner AND r.state = 'running'), created_ms, id LIMIT 1";
-    if (tx.engine() == Engine::kPostgresql) query += " FOR UPDATE OF j SKIP LOCKED";
-    tx.sql() << query, into(id);
-    if (!tx.sql().got_data()) return MaybeJob{};
+        "SELECT id FROM job j WHERE state = 'waiting' AND lease_until_ms <= :now ORDER BY "
+        "(SELECT COUNT(*) FROM job r WHERE r.owner = j.owner AND r.state = 'running'), "
+        "created_ms, id LIMIT 1";
     const std::int64_t now_ms = ToMilliseconds(now);
+    if (tx.engine() == Engine::kPostgresql) query += " FOR UPDATE OF j SKIP LOCKED";
+    tx.sql() << query, into(id), use(now_ms, "now");
+    if (!tx.sql().got_data()) return MaybeJob{};
     const std::int64_t lease_ms = ToMilliseconds(lease_until);
     tx.sql() << "UPDATE job SET state = 'running', server_id = :server, started_ms = :now, "
                 "lease_until_ms = :lease, attempts = attempts + 1 WHERE id = :id",
@@ -171,6 +174,14 @@ core::Status JobStore::SetRun(const std::string& id, const std::string& run_id) 
   });
 }
 
+core::Status JobStore::SetResult(const std::string& id, const std::string& result) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "UPDATE job SET result = :result WHERE id = :id", use(result, "result"),
+        use(id, "id");
+    return Done{};
+  });
+}
+
 core::Status JobStore::Finish(const std::string& id,
                               const std::string& state,
                               const std::string& error,
@@ -184,11 +195,12 @@ core::Status JobStore::Finish(const std::string& id,
   });
 }
 
-core::Status JobStore::GiveBack(const std::string& id) {
+core::Status JobStore::GiveBack(const std::string& id, WallTime not_before) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    tx.sql() << "UPDATE job SET state = 'waiting', started_ms = 0, attempts = attempts - 1 "
-                "WHERE id = :id AND state = 'running'",
-        use(id, "id");
+    const std::int64_t wait_ms = ToMilliseconds(not_before);
+    tx.sql() << "UPDATE job SET state = 'waiting', started_ms = 0, lease_until_ms = :wait, "
+                "attempts = attempts - 1 WHERE id = :id AND state = 'running'",
+        use(wait_ms, "wait"), use(id, "id");
     return Done{};
   });
 }
@@ -222,7 +234,8 @@ core::Result<int> JobStore::Reap(WallTime now, const std::string& own_server_id)
          use(own_server_id, "server"));
     failed.execute(true);
     soci::statement again =
-        (tx.sql().prepare << "UPDATE job SET state = 'waiting', started_ms = 0 WHERE "
+        (tx.sql().prepare << "UPDATE job SET state = 'waiting', started_ms = 0, "
+                             "lease_until_ms = 0 WHERE "
                              "state = 'running' AND (lease_until_ms < :limit OR "
                              "server_id = :server)",
          use(now_ms, "limit"),

@@ -22,6 +22,7 @@ struct Job {
   std::string state = "waiting";
   std::string run_id;
   std::string error;
+  std::string result;  ///< JSON of a job that makes no run
   WallTime created_at{};
   std::optional<WallTime> started_at;
   std::optional<WallTime> ended_at;
@@ -55,12 +56,14 @@ class JobStore {
                                          WallTime lease_until);
   core::Status Renew(const std::string& id, const std::string& server_id, WallTime lease_until);
   core::Status SetRun(const std::string& id, const std::string& run_id);
+  core::Status SetResult(const std::string& id, const std::string& result);
   core::Status Finish(const std::string& id,
                       const std::string& state,
                       const std::string& error,
                       WallTime now);
-  /// Back to waiting, for a rig was not free. Does not count as an attempt.
-  core::Status GiveBack(const std::string& id);
+  /// Back to waiting, for a rig was not free; not claimed again before `not_before`. Does not count
+  /// as an attempt.
+  core::Status GiveBack(const std::string& id, WallTime not_before);
   /// Only a waiting job (kConflict).
   core::Status Cancel(const std::string& id, WallTime now);
   /// Leases that ran out, and at start those of this very server.

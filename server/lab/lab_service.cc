@@ -183,11 +183,15 @@ core::Status LabService::Transact(std::deque<Request>& requests, bool recover) {
 }
 
 void LabService::Publish(Scheduler next, std::int64_t version) {
+  const bool moved = version != published_version_;
   scheduler_ = std::move(next);
-  version_ = version;
+  version_ = published_version_ = version;
   auto snapshot = std::make_shared<const LabState>(scheduler_.state());
-  const std::lock_guard lock(mutex_);
-  published_ = std::move(snapshot);
+  {
+    const std::lock_guard lock(mutex_);
+    published_ = std::move(snapshot);
+  }
+  if (moved && options_.changed) options_.changed();
 }
 
 /// Duties follow from the stored state, not from who changed it: so they survive a crash, and a

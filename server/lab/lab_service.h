@@ -38,6 +38,9 @@ struct LabServiceOptions {
   Policy policy;
   Milliseconds tick{1000};
   std::set<RigId> own_rigs;  ///< of this server at the start; the duties of others are theirs
+  /// Told after a new state is published, also when another server made it. On the service's
+  /// thread: must not block. May be empty.
+  std::function<void()> changed{};
 };
 
 /// The scheduler with its disk, clock and thread. Inputs that come at the same time share one
@@ -104,6 +107,7 @@ class LabService {
   // Of the thread.
   Scheduler scheduler_;
   std::int64_t version_ = -1;
+  std::int64_t published_version_ = -1;
   std::map<RigId, std::uint64_t> done_epochs_;  ///< duties done for this epoch
   WallTime last_wall_{};
   MonotonicTime last_monotonic_{};

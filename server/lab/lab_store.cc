@@ -79,6 +79,7 @@ void Fields(Session& session, Visit&& visit) {
   visit("booking", session.booking);
   visit("ticket", session.ticket);
   visit("kind", session.kind);
+  visit("job", session.job);
   visit("state", session.state);
   visit("start_ms", session.start);
   visit("hard_end_ms", session.hard_end);

@@ -141,6 +141,7 @@ struct Session {
   BookingId booking{};
   TicketId ticket{};
   TicketKind kind = TicketKind::kPerson;
+  std::string job;  ///< kJob: what it runs
   SessionState state = SessionState::kHeld;
   WallTime start{};
   WallTime hard_end{};
@@ -202,7 +203,8 @@ struct Policy {
   Milliseconds half_life{std::chrono::hours(24 * 7)};
   Milliseconds no_show_charge{600'000};
   int live_bookings_max = 3;
-  int waiting_jobs_max = 64;  ///< per user and class
+  int waiting_jobs_max = 64;        ///< per user and class
+  double job_weight_s = -21'600.0;  ///< a job stands six hours behind a person who asks with it
   double age_weight_per_s = 1.0;
   double fresh_user_bonus_s = 1800.0;  ///< a user without past use stands this much ahead
   double use_quota_s = 7200.0;         ///< past use at which the bonus has halved

@@ -19,13 +19,41 @@ constexpr double kPoleTolerance = 0.12;
 constexpr auto kPatience = std::chrono::milliseconds(200);
 constexpr auto kLongest = std::chrono::seconds(30);
 
+constexpr double kBandGainMax = 0.30;  ///< the smallest relay step, R1 to 10, moves b0d by more
+constexpr double kBandPoleMax = 0.20;
+
 RigVerdict Failed(std::string text) {
-  return {false, std::move(text)};
+  return {false, std::move(text), std::nullopt};
+}
+
+/// What is not within the tolerances of `band`; empty when all is. NaN is outside.
+std::string Outside(const RigBand& found, const RigBand& band, double gain_max, double pole_max) {
+  const double direct = found.b0d / band.b0d;
+  if (!(std::abs(direct - 1.0) <= gain_max)) {
+    return "b0d is " + std::to_string(direct) + " of its norm";
+  }
+  const double ratio = found.gain / band.gain;
+  if (!(std::abs(ratio - 1.0) <= gain_max)) {
+    return "gain is " + std::to_string(ratio) + " of its norm";
+  }
+  if (!(std::abs(found.a1d - band.a1d) <= pole_max)) {
+    return "a1d is " + std::to_string(found.a1d) + ", its norm " + std::to_string(band.a1d);
+  }
+  return {};
 }
 
 }  // namespace
 
-RigVerdict JudgeCheck(std::span<const core::Sample> samples, double period_s, double delta_s) {
+RigBand NominalBand(double period_s, double delta_s) {
+  const core::ContinuousCoefficients nominal = core::MakeContinuous(core::PlantParameters{});
+  const core::DiscreteCoefficients wanted = core::Discretise(nominal, period_s, delta_s);
+  return {wanted.b0d, nominal.b0, wanted.a1d};
+}
+
+RigVerdict JudgeCheck(std::span<const core::Sample> samples,
+                      double period_s,
+                      double delta_s,
+                      const RigBand& band) {
   core::EstimatorBankOptions options;
   options.period_s = period_s;
   options.delta_s = delta_s;
@@ -38,25 +66,27 @@ RigVerdict JudgeCheck(std::span<const core::Sample> samples, double period_s, do
   if (!usable || swa.age_samples != 0) {
     return Failed("the check's record gives no estimate: " + std::string(Name(swa.status)));
   }
-  const core::ContinuousCoefficients nominal = core::MakeContinuous(core::PlantParameters{});
-  const core::DiscreteCoefficients wanted = core::Discretise(nominal, period_s, delta_s);
-  const double direct = swa.theta[0] / wanted.b0d;
-  if (!(std::abs(direct - 1.0) <= kGainTolerance)) {
-    return Failed("b0d is " + std::to_string(direct) + " of the nominal one");
-  }
-  const double gain = (swa.theta[0] + swa.theta[1]) / (1.0 + swa.theta[2]);
-  const double ratio = gain / nominal.b0;
-  if (!(std::abs(ratio - 1.0) <= kGainTolerance)) {
-    return Failed("gain is " + std::to_string(ratio) + " of the nominal one");
-  }
-  if (!(std::abs(swa.theta[2] - wanted.a1d) <= kPoleTolerance)) {
-    return Failed("a1d is " + std::to_string(swa.theta[2]) + ", nominal " +
-                  std::to_string(wanted.a1d));
-  }
-  return {true, ""};
+  RigVerdict verdict;
+  const RigBand found{
+      swa.theta[0], (swa.theta[0] + swa.theta[1]) / (1.0 + swa.theta[2]), swa.theta[2]};
+  verdict.measured = found;
+  verdict.text = Outside(found, band, kGainTolerance, kPoleTolerance);
+  verdict.passed = verdict.text.empty();
+  return verdict;
 }
 
-RigVerdict CheckRig(hardware::Rig& rig, hardware::Epoch epoch) {
+core::Status CheckBand(const RigBand& measured, const RigBand& nominal) {
+  const std::string outside = Outside(measured, nominal, kBandGainMax, kBandPoleMax);
+  if (outside.empty()) return core::Done{};
+  return core::Error{core::ErrorCode::kInvalid,
+                     "too far from the data sheet to be this rig's norm: " + outside,
+                     ""};
+}
+
+RigVerdict CheckRig(hardware::Rig& rig, hardware::Epoch epoch, const std::optional<RigBand>& band) {
+  if (const std::optional<hardware::Trip> held = rig.trip()) {
+    return Failed("the interlock " + held->name + " holds the rig: an operator must clear it");
+  }
   const hardware::SelfTestReport relays = rig.SelfTest();
   if (!relays.ok) {
     for (const auto& position : relays.positions) {
@@ -92,7 +122,8 @@ RigVerdict CheckRig(hardware::Rig& rig, hardware::Epoch epoch) {
   }
   rig.SafeStop("the check has ended");
   if (!trip.empty()) return Failed("an interlock tripped: " + trip);
-  return JudgeCheck(samples, period_s, rig.description().delta_s);
+  const double delta_s = rig.description().delta_s;
+  return JudgeCheck(samples, period_s, delta_s, band ? *band : NominalBand(period_s, delta_s));
 }
 
 }  // namespace faultlab::server::lab

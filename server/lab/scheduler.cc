@@ -281,6 +281,31 @@ void Scheduler::ClockJumped(Milliseconds delta) {
   }
 }
 
+/// A rig that was only held is checked like a ready one before anybody gets it; who it was held for
+/// is the next one again.
+void Scheduler::TakeBack(Session& session) {
+  session.state = SessionState::kClosed;
+  session.end_reason = EndReason::kRigFailed;
+  session.end_text = "the server restarted: the rig is checked first";
+  Touch(session);
+  const auto booking = state_.bookings.find(session.booking);
+  if (booking != state_.bookings.end()) {
+    booking->second.state = BookingState::kBooked;
+    booking->second.session = {};
+    ++booking->second.version;
+    Touch(booking->second);
+  }
+  const auto ticket = state_.tickets.find(session.ticket);
+  if (ticket != state_.tickets.end()) {
+    ticket->second.state = TicketState::kWaiting;
+    ticket->second.offered = {};
+    Touch(ticket->second);
+  }
+  Rig& rig = *FindRig(session.rig);
+  rig.status = RigStatus::kReady;
+  Touch(rig);
+}
+
 void Scheduler::Recover(WallTime now, const std::set<RigId>* own) {
   const auto ours = [&](const RigId& rig) { return own == nullptr || own->contains(rig); };
   for (auto& [id, session] : state_.sessions) {
@@ -298,6 +323,9 @@ void Scheduler::Recover(WallTime now, const std::set<RigId>* own) {
                         .user = session.user,
                         .topic = {},
                         .text = {}});
+  }
+  for (auto& [id, session] : state_.sessions) {
+    if (session.state == SessionState::kHeld && ours(session.rig)) TakeBack(session);
   }
   for (auto& [id, rig] : state_.rigs) {
     if (!ours(id)) continue;

@@ -71,6 +71,8 @@ class Scheduler {
   core::Result<TicketAnswer> RequestTicket(const TicketRequest& request, WallTime now);
   core::Result<Session> AcceptTicket(TicketId id, UserId user, WallTime now);
   core::Status LeaveTicket(TicketId id, WallTime now);
+  /// The job is no more, or done: its ticket leaves, its session ends. Nothing when it has neither.
+  core::Status DropJob(const std::string& job, WallTime now);
 
   // Calendar.
   core::Result<Booking> Book(UserId user,
@@ -121,6 +123,7 @@ class Scheduler {
   void Activate(Session& session, WallTime now);
   void Close(Session& session, EndReason reason, const std::string& text, WallTime now);
   void StartCleaning(Rig& rig, WallTime now);
+  void TakeBack(Session& session);
   void ToMaintenance(Rig& rig, const std::string& reason);
   void Charge(UserId user, Milliseconds use, WallTime now);
   void SwitchController(Session& session, UserId to, WallTime now);

@@ -60,6 +60,12 @@ core::Result<TicketAnswer> Scheduler::RequestTicket(const TicketRequest& request
       return TicketAnswer{*live};
     }
   } else {
+    for (const auto& [id, session] : state_.sessions) {
+      const bool own = session.kind == TicketKind::kJob && session.user == request.user;
+      if (own && session.state != SessionState::kClosed && session.job == request.job) {
+        return TicketAnswer{session};
+      }
+    }
     int waiting = 0;
     for (const auto& [id, ticket] : state_.tickets) {
       if (ticket.kind != TicketKind::kJob || ticket.user != request.user) continue;
@@ -127,6 +133,22 @@ core::Status Scheduler::LeaveTicket(TicketId id, WallTime now) {
   return Done{};
 }
 
+core::Status Scheduler::DropJob(const std::string& job, WallTime now) {
+  for (auto& [id, ticket] : state_.tickets) {
+    const bool waits = ticket.kind == TicketKind::kJob && ticket.state == TicketState::kWaiting;
+    if (!waits || ticket.job != job) continue;
+    ticket.state = TicketState::kLeft;
+    ticket.place = 0;
+    Touch(ticket);
+  }
+  for (auto& [id, session] : state_.sessions) {
+    const bool runs = session.kind == TicketKind::kJob && session.state != SessionState::kClosed;
+    if (runs && session.job == job) Close(session, EndReason::kEnded, "the job is over", now);
+  }
+  Tick(now);
+  return Done{};
+}
+
 bool Scheduler::OfferTo(Ticket& ticket, WallTime now) {
   // The user may have come by a session in another way (hand-over, booking): rule 4.
   const bool person = ticket.kind == TicketKind::kPerson;
@@ -148,6 +170,7 @@ bool Scheduler::OfferTo(Ticket& ticket, WallTime now) {
   Session& session = Hold(*best, ticket.user, best_end, policy_.offer, now);
   session.ticket = ticket.id;
   session.kind = ticket.kind;
+  session.job = ticket.job;
   ticket.offered = session.id;
   ticket.place = 0;
   ticket.state = at_once ? TicketState::kClaimed : TicketState::kOffered;

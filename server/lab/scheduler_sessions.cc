@@ -160,6 +160,7 @@ void Scheduler::TickEnd(Session& session, WallTime now) {
     Close(session, EndReason::kExpired, "the time is over", now);
     return;
   }
+  if (session.kind == TicketKind::kJob) return;  // a machine needs no warning
   int stage = 0;
   while (stage < 3 && left <= kWarnings[static_cast<std::size_t>(stage)].before) ++stage;
   if (stage <= session.warning_stage) return;

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
+#include "core/types/check.h"
 #include "server/plots/figure_parts.h"
 #include "server/plots/figures.h"
 #include "server/plots/ticks.h"
@@ -18,57 +20,12 @@ struct FamilyNames {
   const char* parameters[kFamilySize];
   const char* unit_b0;
   const char* unit_slow;  // of b1 and a1
-  int first;              // index of its first estimator
 };
 
-constexpr FamilyNames kSwaNames = {"Estimates of the sliding window algorithm (SWA)",
-                                   {"b_{0d}", "b_{1d}", "a_{1d}"},
-                                   "V/V",
-                                   "",
-                                   static_cast<int>(core::EstimatorId::kSwa50)};
-constexpr FamilyNames kSiaNames = {"Estimates of the sliding integral algorithm (SIA)",
-                                   {"b_{0}", "b_{1}", "a_{1}"},
-                                   "V/V",
-                                   "s",
-                                   static_cast<int>(core::EstimatorId::kSia20x5)};
-
-std::string WindowName(const core::EstimatorShape& shape) {
-  return shape.integral_samples == 0 ? "K = " + std::to_string(shape.window_samples)
-                                     : "(K, m) = (" + std::to_string(shape.window_samples) + ", " +
-                                           std::to_string(shape.integral_samples) + ")";
-}
-
-/// Samples after a change until the whole window lies behind it.
-int SettlingSamples(const core::EstimatorShape& shape) {
-  return shape.window_samples + shape.integral_samples - 1;
-}
-
-/// Computed from this very sample, with a known error. b1 and a1 come from one pole: when that is
-/// only bounded (sigma infinite), neither is a point to draw.
-bool IsUsable(const core::Estimate<3>& estimate, int parameter) {
-  const bool computed = estimate.status == core::EstimateStatus::kExcited ||
-                        estimate.status == core::EstimateStatus::kWeak;
-  return computed && estimate.age_samples == 0 &&
-         (parameter == kB0 ? std::isfinite(estimate.sigma[kB0])
-                           : std::isfinite(estimate.sigma[kB1] + estimate.sigma[kA1]));
-}
-
-Series MakeEstimateSeries(
-    std::span<const core::Frame> frames, int estimator, int parameter, Ink ink, Dash dash) {
-  Series series;
-  series.ink = ink;
-  series.dash = dash;
-  series.x.reserve(frames.size());
-  series.y.reserve(frames.size());
-  for (const core::Frame& frame : frames) {
-    const core::Estimate<3>& estimate = frame.estimates[static_cast<std::size_t>(estimator)];
-    series.x.push_back(frame.sample.t_s);
-    series.y.push_back(IsUsable(estimate, parameter)
-                           ? estimate.theta[static_cast<std::size_t>(parameter)]
-                           : core::kAbsent);
-  }
-  return series;
-}
+constexpr FamilyNames kSwaNames = {
+    "Estimates of the sliding window algorithm (SWA)", {"b_{0d}", "b_{1d}", "a_{1d}"}, "V/V", ""};
+constexpr FamilyNames kSiaNames = {
+    "Estimates of the sliding integral algorithm (SIA)", {"b_{0}", "b_{1}", "a_{1}"}, "V/V", "s"};
 
 /// Range of the bulk of the values: a short window may throw single estimates far away, and the
 /// start-up does; both would press everything else flat.
@@ -109,33 +66,98 @@ std::optional<std::pair<double, double>> BulkRange(const Panel& panel) {
   return room > 0.0 ? std::pair(low - room, high + room) : WithMargin(low, high);
 }
 
-void AddSettlingBands(Panel& panel, double change_s, double period_s, int first, bool named) {
-  for (int i = 0; i < kFamilySize; ++i) {
-    const core::EstimatorShape& shape = core::kEstimatorShapes[static_cast<std::size_t>(first + i)];
+double PeriodOf(const std::vector<double>& t_s) {
+  return (t_s.back() - t_s.front()) / static_cast<double>(t_s.size() - 1);
+}
+
+void AddSettlingBands(Panel& panel,
+                      double change_s,
+                      std::span<const EstimateCurve> curves,
+                      bool named) {
+  for (const EstimateCurve& curve : curves) {
+    if (curve.t_s.size() < 2) {
+      continue;
+    }
     Band band;
     band.x_from = change_s;
-    band.x_to = change_s + SettlingSamples(shape) * period_s;
-    if (named && i == 0) {
+    band.x_to = change_s + curve.settling_samples * PeriodOf(curve.t_s);
+    if (named) {
       band.name = "windows settling";
+      named = false;
     }
     panel.bands.push_back(band);
   }
 }
 
+Series SeriesOf(const EstimateCurve& curve, int parameter, Ink ink, Dash dash) {
+  Series series;
+  series.ink = ink;
+  series.dash = dash;
+  series.x = curve.t_s;
+  series.y = curve.theta[static_cast<std::size_t>(parameter)];
+  return series;
+}
+
 }  // namespace
+
+std::string WindowName(int window_samples, int integral_samples) {
+  return integral_samples == 0 ? "K = " + std::to_string(window_samples)
+                               : "(K, m) = (" + std::to_string(window_samples) + ", " +
+                                     std::to_string(integral_samples) + ")";
+}
+
+bool IsDrawable(core::EstimateStatus status,
+                int age_samples,
+                const std::array<double, 3>& sigma,
+                int parameter) {
+  const bool computed =
+      status == core::EstimateStatus::kExcited || status == core::EstimateStatus::kWeak;
+  return computed && age_samples == 0 &&
+         (parameter == kB0 ? std::isfinite(sigma[kB0]) : std::isfinite(sigma[kB1] + sigma[kA1]));
+}
 
 Figure MakeEstimatesFigure(std::span<const core::Frame> frames,
                            EstimatorFamily family,
                            const FigureContext& context) {
-  constexpr Ink kInks[] = {Ink::kBlue, Ink::kVermilion, Ink::kGreen};
+  const std::size_t first = static_cast<std::size_t>(
+      family == EstimatorFamily::kSwa ? core::EstimatorId::kSwa50 : core::EstimatorId::kSia20x5);
+  std::vector<EstimateCurve> curves(kFamilySize);
+  for (std::size_t i = 0; i < kFamilySize; ++i) {
+    const core::EstimatorShape& shape = core::kEstimatorShapes[first + i];
+    EstimateCurve& curve = curves[i];
+    curve.name = WindowName(shape.window_samples, shape.integral_samples);
+    curve.settling_samples = shape.window_samples + shape.integral_samples - 1;
+    for (const core::Frame& frame : frames) {
+      const core::Estimate<3>& estimate = frame.estimates[first + i];
+      curve.t_s.push_back(frame.sample.t_s);
+      for (int parameter = 0; parameter < kFamilySize; ++parameter) {
+        const auto at = static_cast<std::size_t>(parameter);
+        curve.theta[at].push_back(
+            IsDrawable(estimate.status, estimate.age_samples, estimate.sigma, parameter)
+                ? estimate.theta[at]
+                : core::kAbsent);
+      }
+    }
+  }
+  return MakeCurvesFigure(curves, family, context);
+}
+
+Figure MakeCurvesFigure(std::span<const EstimateCurve> curves,
+                        EstimatorFamily family,
+                        const FigureContext& context) {
+  constexpr std::array<Ink, kEstimateCurvesMax> kInks = {
+      Ink::kBlue, Ink::kVermilion, Ink::kGreen, Ink::kPurple, Ink::kOrange, Ink::kSky};
+  LAB_CHECK(curves.size() <= kEstimateCurvesMax, curves.size());
   const bool swa = family == EstimatorFamily::kSwa;
   const FamilyNames& names = swa ? kSwaNames : kSiaNames;
   const std::optional<std::array<double, 3>>& nominal =
       swa ? context.nominal_swa : context.nominal_sia;
   Figure figure = MakeFigureOf(names.title, context);
 
-  if (frames.size() > 1) {
-    figure.x.range = WholeTime(frames.front().sample, frames.back().sample);
+  const bool drawn = !curves.empty() && curves.front().t_s.size() > 1;
+  if (drawn) {
+    const std::vector<double>& t_s = curves.front().t_s;
+    figure.x.range = {t_s.front(), t_s.back() + PeriodOf(t_s)};
   }
   Panel upper;
   upper.y = {names.parameters[kB0], names.unit_b0, std::nullopt};
@@ -144,17 +166,11 @@ Figure MakeEstimatesFigure(std::span<const core::Frame> frames,
              names.unit_slow,
              std::nullopt};
   lower.weight = 1.15;
-  for (int i = 0; i < kFamilySize; ++i) {
-    const int estimator = names.first + i;
-    const std::string window =
-        WindowName(core::kEstimatorShapes[static_cast<std::size_t>(estimator)]);
-    Series b0 = MakeEstimateSeries(frames, estimator, kB0, kInks[i], Dash::kSolid);
-    b0.name = window;
-    upper.series.push_back(std::move(b0));
-    Series b1 = MakeEstimateSeries(frames, estimator, kB1, kInks[i], Dash::kSolid);
-    Series a1 = MakeEstimateSeries(frames, estimator, kA1, kInks[i], Dash::kDashed);
-    lower.series.push_back(std::move(b1));
-    lower.series.push_back(std::move(a1));
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    upper.series.push_back(SeriesOf(curves[i], kB0, kInks[i], Dash::kSolid));
+    upper.series.back().name = curves[i].name;
+    lower.series.push_back(SeriesOf(curves[i], kB1, kInks[i], Dash::kSolid));
+    lower.series.push_back(SeriesOf(curves[i], kA1, kInks[i], Dash::kDashed));
   }
   Series key_b1;
   key_b1.name = names.parameters[kB1];
@@ -175,10 +191,9 @@ Figure MakeEstimatesFigure(std::span<const core::Frame> frames,
     lower.levels.push_back(level(kB1));
     lower.levels.push_back(level(kA1));
   }
-  if (const std::optional<double> change = FirstChange(context); change && frames.size() > 1) {
-    const double period_s = MeanPeriod(frames.front().sample, frames.back().sample);
-    AddSettlingBands(upper, *change, period_s, names.first, true);
-    AddSettlingBands(lower, *change, period_s, names.first, false);
+  if (const std::optional<double> change = FirstChange(context); change && drawn) {
+    AddSettlingBands(upper, *change, curves, true);
+    AddSettlingBands(lower, *change, curves, false);
   }
   upper.y.range = BulkRange(upper);
   lower.y.range = BulkRange(lower);

@@ -39,6 +39,33 @@ Figure MakeEstimatesFigure(std::span<const core::Frame> frames,
                            EstimatorFamily family,
                            const FigureContext& context);
 
+/// The estimates of one window over a record; a value that is no point to draw is NaN.
+struct EstimateCurve {
+  std::string name;  ///< "K = 100", "(K, m) = (100, 20)"
+  std::vector<double> t_s;
+  std::array<std::vector<double>, 3> theta;  ///< b0d b1d a1d, or b0 b1 a1
+  int settling_samples = 0;                  ///< after a change: (K-1), SIA (K+m-1)
+};
+/// As many as have an ink of their own.
+inline constexpr std::size_t kEstimateCurvesMax = 6;
+
+/// The same figure of any windows of one family, kEstimateCurvesMax at most. Throws ContractError
+/// for more.
+Figure MakeCurvesFigure(std::span<const EstimateCurve> curves,
+                        EstimatorFamily family,
+                        const FigureContext& context);
+
+/// "K = 100", "(K, m) = (100, 20)".
+std::string WindowName(int window_samples, int integral_samples);
+
+/// Whether an estimate with these standard errors of b0, b1, a1 can be drawn: computed from this
+/// very sample, with a known error. b1 and a1 come from one pole: when that is only bounded (sigma
+/// infinite), neither is a point to draw.
+bool IsDrawable(core::EstimateStatus status,
+                int age_samples,
+                const std::array<double, 3>& sigma,
+                int parameter);
+
 /// One model's simulated output beside the measurement.
 struct ModelOutput {
   std::string key;   ///< "swa", "sia", "model_mc_0.33mNm", "faultlab"

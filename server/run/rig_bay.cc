@@ -27,13 +27,22 @@ void RigBay::Add(hardware::RigDescription description,
                  hardware::Epoch last_epoch,
                  Factory make) {
   const std::lock_guard lock(mutex_);
-  slots_.push_back({std::move(description),
-                    std::move(profile),
-                    std::move(make),
-                    nullptr,
-                    last_epoch,
-                    false,
-                    hardware::RigState::kIdle});
+  Slot slot;
+  slot.description = std::move(description);
+  slot.profile = std::move(profile);
+  slot.make = std::move(make);
+  slot.epoch = last_epoch;
+  slots_.push_back(std::move(slot));
+}
+
+void RigBay::AddResident(std::shared_ptr<hardware::Rig> rig, std::string profile) {
+  const std::lock_guard lock(mutex_);
+  Slot slot;
+  slot.description = rig->description();
+  slot.profile = std::move(profile);
+  slot.make = [rig] { return rig; };
+  slot.resident = std::move(rig);
+  slots_.push_back(std::move(slot));
 }
 
 void RigBay::SetFinder(Finder finder) {
@@ -49,18 +58,15 @@ void RigBay::LookAround() const {
     const auto known = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) {
       return slot.description.id == rig.status.description.id;
     });
-    if (known != slots_.end()) {
-      known->state = rig.status.state;
-      if (!known->leased) known->description = rig.status.description;
-      continue;
+    Slot& slot = known != slots_.end() ? *known : slots_.emplace_back();
+    if (known == slots_.end()) {
+      slot.epoch = rig.status.epoch;
+      slot.profile = std::move(rig.status.profile);
+      slot.make = std::move(rig.make);
     }
-    slots_.push_back({std::move(rig.status.description),
-                      std::move(rig.status.profile),
-                      std::move(rig.make),
-                      nullptr,
-                      rig.status.epoch,
-                      false,
-                      rig.status.state});
+    slot.state = rig.status.state;
+    slot.remote = std::move(rig.status.remote);
+    if (!slot.leased) slot.description = std::move(rig.status.description);
   }
 }
 
@@ -120,15 +126,42 @@ void RigBay::Return(std::size_t slot) {
   const std::lock_guard lock(mutex_);
   rig.swap(slots_[slot].rig);
   slots_[slot].leased = false;
+  const bool lives_on = slots_[slot].resident != nullptr || slots_[slot].remote.has_value();
+  if (rig != nullptr && !lives_on) slots_[slot].loop.Add(rig->loop_quality());
+}
+
+core::Status RigBay::ClearTrip(std::string_view id) {
+  auto status = Find(id);
+  if (!status) return status.error();
+  if (!status.value().trip) {
+    return core::Error{
+        core::ErrorCode::kConflict, "No interlock holds rig '" + std::string(id) + "'.", ""};
+  }
+  auto lease = Acquire(id);
+  if (!lease) return lease.error();
+  hardware::RigCommand clear;
+  clear.kind = hardware::RigCommand::Kind::kClearTrip;
+  return lease.value().rig().Command(lease.value().epoch(), clear);
 }
 
 RigStatus RigBay::Describe(const Slot& slot) {
   RigStatus status;
   status.description = slot.description;
   status.profile = slot.profile;
-  status.state = slot.rig != nullptr ? slot.rig->state() : slot.state;
+  status.state = slot.state;
   status.epoch = slot.epoch;
   status.leased = slot.leased;
+  status.loop = slot.loop;
+  status.remote = slot.remote;
+  const hardware::Rig* rig = slot.resident != nullptr ? slot.resident.get() : slot.rig.get();
+  if (rig != nullptr) {
+    status.state = rig->state();
+    status.trip = rig->trip();
+    status.loop.Add(rig->loop_quality());
+  } else if (slot.remote) {
+    status.trip = slot.remote->trip;
+    status.loop = slot.remote->loop;
+  }
   return status;
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/types/result.h"
+#include "hardware/lcm/rig_finder.h"
 #include "hardware/rig.h"
 
 namespace faultlab::server {
@@ -22,6 +23,9 @@ struct RigStatus {
   hardware::RigState state = hardware::RigState::kIdle;
   hardware::Epoch epoch{};
   bool leased = false;
+  std::optional<hardware::Trip> trip{};             ///< holds the rig until ClearTrip
+  hardware::LoopQuality loop{};                     ///< over all leases
+  std::optional<hardware::RemoteRigInfo> remote{};  ///< of a far rig: link, holder, calibration
 };
 
 class RigBay;
@@ -54,16 +58,19 @@ class RigBay {
  public:
   using Factory = std::function<std::shared_ptr<hardware::Rig>()>;
 
-  /// A rig that `make` builds anew for each lease (simulators), or always the same (remote rigs).
+  /// A rig that `make` builds anew for each lease: a practice bench forgets its trips.
   void Add(hardware::RigDescription description,
            std::string profile,
            hardware::Epoch last_epoch,
            Factory make);
 
+  /// A rig that is there between leases, too, and keeps its trip and its heat.
+  void AddResident(std::shared_ptr<hardware::Rig> rig, std::string profile);
+
   /// Where rigs turn up by themselves (agents on a bus). Asked at each look at the bay.
   struct Found {
     RigStatus status;  ///< epoch: the last one that may have been given out
-    Factory make;
+    Factory make;      ///< always the same rig
   };
   using Finder = std::function<std::vector<Found>()>;
   void SetFinder(Finder finder);
@@ -73,6 +80,9 @@ class RigBay {
   /// The description of that rig, or of the first simulated one when `id` is empty.
   core::Result<RigStatus> Find(std::string_view id) const;
   std::vector<RigStatus> List() const;
+  /// Makes the rig safe and opens its latch. kConflict when no interlock holds it, kBusy while it
+  /// is leased, the rig's own refusal when it does not get safe.
+  core::Status ClearTrip(std::string_view id);
 
  private:
   friend class RigLease;
@@ -81,9 +91,12 @@ class RigBay {
     std::string profile;
     Factory make;
     std::shared_ptr<hardware::Rig> rig;  ///< while leased
+    std::shared_ptr<hardware::Rig> resident;
     hardware::Epoch epoch{};
     bool leased = false;
     hardware::RigState state = hardware::RigState::kIdle;  ///< as found, while not leased
+    std::optional<hardware::RemoteRigInfo> remote;         ///< as found
+    hardware::LoopQuality loop;                            ///< of the rigs that are no more
   };
   static RigStatus Describe(const Slot& slot);
   void Return(std::size_t slot);

@@ -21,9 +21,7 @@ constexpr std::size_t kEventsShownMax = 1000;
 constexpr std::int64_t kIndexMax = 1'000'000'000;
 
 bool IsRealTime(const hardware::RigDescription& description, double speed) {
-  const bool paced_here = description.kind == hardware::RigKind::kSimulated ||
-                          description.kind == hardware::RigKind::kReplay;
-  return !paced_here || speed == 1.0;
+  return description.kind == hardware::RigKind::kRemote || speed == 1.0;
 }
 
 /// 20 frames a second of wall time, whatever the speed.
@@ -81,6 +79,7 @@ Run::~Run() {
 }
 
 core::Status Run::Start() {
+  loop_before_ = rig_->loop_quality();
   const core::Status started = rig_->Start(epoch_);
   if (!started.ok()) return started;
   services_.hub.OpenChannel({id_, services_.clock.Monotonic(), on_command_}, Hello());
@@ -247,6 +246,8 @@ void Run::FollowVerdict() {
 void Run::OnRigEvent(const hardware::RigEvent& event) {
   Follow(positions_, event, request_.pipeline.nominal);
   if (event.kind == hardware::RigEventKind::kTrip) {
+    services_.log("run " + id_ + ": interlock of rig " + rig_->description().id + ": " +
+                  event.text);
     if (failure_.empty()) failure_ = "Interlock: " + event.text;
   } else if (event.kind == hardware::RigEventKind::kFinished) {
     finished_ = true;
@@ -261,7 +262,11 @@ void Run::OnRigEvent(const hardware::RigEvent& event) {
   if (tap_ != nullptr) {
     tap_->OnEvent(event, static_cast<double>(event.index) * state_.period_s);
   }
-  AddEvent(MakeEvent(event, state_.period_s));
+  const bool last = event.kind == hardware::RigEventKind::kFinished ||
+                    event.kind == hardware::RigEventKind::kStopped;
+  const hardware::LoopQuality loop =
+      last ? rig_->loop_quality().Since(loop_before_) : hardware::LoopQuality{};
+  AddEvent(MakeEvent(event, state_.period_s, last ? &loop : nullptr));
 }
 
 void Run::AddEvent(RecordedEvent event) {

@@ -105,7 +105,8 @@ class Run {
   std::optional<double> detected_at_s_;
   std::optional<core::Component> isolated_;
   std::shared_ptr<SolverBox> box_;
-  std::string failure_;  ///< why the run fails; empty while it does not
+  std::string failure_;                ///< why the run fails; empty while it does not
+  hardware::LoopQuality loop_before_;  ///< of the rig, when the run began
   bool finished_ = false;
   bool recording_broken_ = false;
   Positions positions_;

@@ -6,6 +6,7 @@
 
 #include "core/plant/coefficients.h"
 #include "server/diagnosis_json/diagnosis_json.h"
+#include "server/run/loop_json.h"
 
 namespace faultlab::server {
 namespace {
@@ -55,11 +56,14 @@ std::optional<RigEventKind> ParseRigEventKind(std::string_view name) {
   return std::nullopt;
 }
 
-RecordedEvent MakeEvent(const hardware::RigEvent& event, double period_s) {
+RecordedEvent MakeEvent(const hardware::RigEvent& event,
+                        double period_s,
+                        const hardware::LoopQuality* loop) {
   json::object object = EventObject(hardware::Name(event.kind), event.index, period_s);
   if (NamesComponent(event.kind)) object["component"] = core::Name(event.component);
   if (HasValue(event.kind)) object["value"] = Finite(event.value);
   if (!event.text.empty()) object["text"] = event.text;
+  if (loop != nullptr) object["loop"] = ToJson(*loop);
   return Recorded(hardware::Name(event.kind), event.index, object);
 }
 

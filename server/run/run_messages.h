@@ -18,8 +18,11 @@ namespace faultlab::server {
 /// Back from the word of the contract: "started", "fault_commanded", "relay_confirmed", ..
 std::optional<hardware::RigEventKind> ParseRigEventKind(std::string_view name);
 
-/// {"type":"event","kind","index","t_s","component"?,"value"?,"text"?}
-RecordedEvent MakeEvent(const hardware::RigEvent& event, double period_s);
+/// {"type":"event","kind","index","t_s","component"?,"value"?,"text"?,"loop"?}
+/// @param loop  of the whole run, with its last event; may be null
+RecordedEvent MakeEvent(const hardware::RigEvent& event,
+                        double period_s,
+                        const hardware::LoopQuality* loop = nullptr);
 /// An event of the diagnosis: "detected", "isolated", "returned".
 RecordedEvent MakeDiagnosisEvent(std::string_view kind,
                                  std::int64_t index,

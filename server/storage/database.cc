@@ -108,7 +108,11 @@ core::Status Database::RunErased(bool writes,
     try {
       Transaction tx(lease.session(), impl_->engine, writes, durability);
       const core::Status status = body(tx);
-      if (status.ok()) tx.Commit();
+      if (!status.ok()) return status;
+      const bool watched = writes && impl_->options.at_commit != nullptr;
+      if (watched) impl_->options.at_commit(CommitMoment::kBefore);
+      tx.Commit();
+      if (watched) impl_->options.at_commit(CommitMoment::kAfter);
       return status;
     } catch (const core::ContractError&) {
       throw;

@@ -25,6 +25,9 @@ enum class Durability {
   kTelemetry,  ///< a power cut may lose the last moments, never the order: samples of a live run
 };
 
+/// Where a write stands when it is looked at from outside.
+enum class CommitMoment { kBefore, kAfter };
+
 struct DatabaseOptions {
   /// A file path (SQLite), or a PostgreSQL connection string: "postgresql://user@host/name" or
   /// "postgresql:host=/run/pg dbname=lab".
@@ -34,6 +37,9 @@ struct DatabaseOptions {
   /// SQLite: refuse to grow beyond this, 0 = no limit. A full quota answers like a full disk.
   std::int64_t bytes_max = 0;
   int connections_max = 6;
+  /// Called around the commit of each write, on its thread, when set: the crash tests kill the
+  /// process there.
+  std::function<void(CommitMoment)> at_commit{};
 };
 
 /// One open transaction on one connection. Ends in Commit(); anything else rolls back.

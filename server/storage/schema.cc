@@ -140,10 +140,27 @@ Migration JobsAndFaultSets() {
       .postgres_statements = {}};
 }
 
+Migration LinksBandsAndEnds() {
+  return {.version = 5,
+          .description = "jobs in sessions, ends of courses, calendar links, bands of rigs",
+          .statements =
+              {"ALTER TABLE lab_session ADD COLUMN job TEXT NOT NULL DEFAULT ''",
+               "ALTER TABLE job ADD COLUMN result TEXT NOT NULL DEFAULT ''",
+               "ALTER TABLE course ADD COLUMN ends_ms BIGINT NOT NULL DEFAULT 0",
+               "CREATE TABLE calendar_link (account_id BIGINT PRIMARY KEY REFERENCES account (id), "
+               "token_hash TEXT NOT NULL UNIQUE, created_ms BIGINT NOT NULL)",
+               "CREATE TABLE rig_band (rig TEXT PRIMARY KEY, b0d DOUBLE PRECISION NOT NULL, "
+               "gain DOUBLE PRECISION NOT NULL, a1d DOUBLE PRECISION NOT NULL, "
+               "source TEXT NOT NULL, at_ms BIGINT NOT NULL)"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
-  static const std::vector<Migration> kAll = {Recordings(), Accounts(), Lab(), JobsAndFaultSets()};
+  static const std::vector<Migration> kAll = {
+      Recordings(), Accounts(), Lab(), JobsAndFaultSets(), LinksBandsAndEnds()};
   return kAll;
 }
 

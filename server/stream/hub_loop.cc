@@ -187,6 +187,10 @@ void HubLoop::CloseChannel(const std::string& run, std::string_view end_text, st
 }
 
 void HubLoop::SendHello(Viewer& viewer, const Channel& channel) {
+  if (!channel.options.signals) {
+    DeliverText(viewer, channel.hello);
+    return;
+  }
   static const std::string lists = ChannelListJson();
   std::string text = "{\"type\":\"hello\",";
   text.append(channel.hello);

@@ -51,6 +51,8 @@ struct ChannelOptions {
   std::string run;
   MonotonicTime started;  ///< t_server of frames and pongs counts from here
   CommandHandler on_command;
+  /// False: a channel of texts only. Its hello is a whole message, sent as it stands.
+  bool signals = true;
 };
 
 /// Live view: one thread, one epoll set, all viewers of all runs.

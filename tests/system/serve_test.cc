@@ -195,6 +195,15 @@ TEST_F(ServeTest, AnswersEveryReadOfARunAsItsDescriptionSays) {
   const HttpAnswer metrics = Call("GET", "/metrics", "/metrics");
   EXPECT_NE(metrics.body.find("faultlab_runs_ended_total{state=\"finished\"} 1\n"),
             std::string::npos);
+  EXPECT_NE(metrics.body.find("# TYPE faultlab_rig_lateness_seconds histogram\n"),
+            std::string::npos);
+  EXPECT_NE(metrics.body.find("faultlab_rig_lateness_seconds_count{rig=\"sim-1\"} 4"),
+            std::string::npos)
+      << "two wake-ups a sample";
+  const json::object run = Object(CallRun("GET", "", id));
+  EXPECT_GE(run.at("loop").at("ticks").to_number<int>(), 4000);
+  EXPECT_EQ(Object(CallRun("GET", "/export.json", id)).at("loop"), run.at("loop"));
+  EXPECT_NE(csv.body.find("# loop {\"ticks\":"), std::string::npos);
   EXPECT_EQ(Call("GET", "/api/v1/openapi.json", "/api/v1/openapi.json").status, 200);
 }
 
@@ -268,6 +277,7 @@ TEST_F(ServeTest, MarksARunThatACrashCutOff) {
   record.owner = "guest";
   record.source = "run";
   record.server_id = config_.server_id;
+  record.created_at = SystemClock().Wall();
   ASSERT_TRUE(laboratory_->store().Begin(record).ok());
   std::vector<core::Sample> samples(100);
   for (std::size_t i = 0; i < samples.size(); ++i) samples[i].index = static_cast<int>(i);

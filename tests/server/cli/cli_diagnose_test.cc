@@ -154,8 +154,77 @@ TEST_F(CliDiagnose, AnswersForARecordThatIsTooShortOrTooPoor) {
   }
   Write("flat.csv", flat);
   const json::value poor = Answer("flat.csv");
-  EXPECT_NE(poor.at("verdict"), "fault");
-  EXPECT_NE(poor.at("verdict"), "nominal") << "a constant input proves nothing";
+  EXPECT_EQ(poor.at("verdict"), "not_excited") << "a constant input proves nothing";
+  EXPECT_EQ(poor.at("calibration_refusal").at("check"), "excitation");
+  EXPECT_EQ(poor.at("reason"), poor.at("calibration_refusal").at("message"));
+  EXPECT_EQ(poor.at("reason"),
+            "not calibrated, check 'excitation' failed: the input switches 0 times, at least 8 are "
+            "needed; use an input that switches, such as a PRBS of 2 V and 3 V");
+  const Finished text = Run("diagnose flat.csv");
+  EXPECT_EQ(text.out.rfind("flat.csv: not excited\n", 0), 0u) << text.out;
+  EXPECT_EQ(text.out.find("not calibrated"), text.out.rfind("not calibrated")) << "said once";
+}
+
+TEST_F(CliDiagnose, DiagnosesARecordWithoutAHealthyStartByAStoredCalibration) {
+  ASSERT_EQ(Run("simulate --duration 30 --seed 5 -o healthy.csv").exit_code, 0);
+  const Finished learnt = Run("calibrate --healthy 0.5:30 healthy.csv -o rig.json --dated 2026-11");
+  ASSERT_EQ(learnt.exit_code, 0) << learnt.err;
+  EXPECT_NE(learnt.out.find("healthy.csv: calibrated on 0.50 s to 30.00 s, 2950 samples"),
+            std::string::npos)
+      << learnt.out;
+  const json::value stored = json::parse(Read("rig.json"));
+  EXPECT_EQ(stored.at("dated"), "2026-11");
+  EXPECT_EQ(stored.at("covariance").as_array().size(), 64u);
+  ASSERT_EQ(Run("simulate --fault R12=3300@1 --seed 6 --duration 8 -o early.csv").exit_code, 0);
+  const json::value answer = Answer("--calibration rig.json --healthy 0.3:5 early.csv");
+  EXPECT_EQ(answer.at("verdict"), "fault");
+  EXPECT_NEAR(answer.at("onset_s").to_number<double>(), 1.0, 0.05);
+  EXPECT_EQ(answer.at("calibration").at("dated"), "2026-11");
+  const json::array& used = answer.at("calibration").at("covariance").as_array();
+  const json::array& given = stored.at("covariance").as_array();
+  ASSERT_EQ(used.size(), given.size());
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    const double number = given[i].to_number<double>();
+    EXPECT_NEAR(used[i].to_number<double>(), number, 1e-14 * std::abs(number)) << i;
+  }
+}
+
+TEST_F(CliDiagnose, RefusesACalibrationThatIsNoneOrOfAnotherPeriod) {
+  ASSERT_EQ(Run("simulate --duration 6 --seed 5 -o healthy.csv").exit_code, 0);
+  ASSERT_EQ(Run("calibrate healthy.csv -o rig.json").exit_code, 0);
+  ASSERT_EQ(
+      Run("simulate --duration 6 --period 0.02 --excitation prbs:clock=0.02 -o slow.csv").exit_code,
+      0);
+  const Finished slow = Run("diagnose --calibration rig.json slow.csv");
+  EXPECT_EQ(slow.exit_code, 2);
+  EXPECT_EQ(slow.err,
+            "faultlab: slow.csv: the record has a period of 20 ms, the calibration is for 10 ms; "
+            "calibrate at the record's period\n");
+  std::string text = Read("rig.json");
+  text.replace(text.find("\"delta_s\""), 9, "\"delta_x\"");
+  Write("cut.json", text);
+  EXPECT_EQ(Run("diagnose --calibration cut.json healthy.csv").err,
+            "faultlab: cut.json: member delta_s: expected a number\n");
+  Write("none.json", "{\"verdict\":1");
+  EXPECT_EQ(Run("diagnose --calibration none.json healthy.csv").exit_code, 2);
+  EXPECT_EQ(Run("diagnose --calibration absent.json healthy.csv").exit_code, 2);
+}
+
+TEST_F(CliDiagnose, WritesNoCalibrationOfAStretchThatHoldsAFault) {
+  ASSERT_EQ(Run("simulate --duration 10 --fault R12=3300@3 -o broken.csv").exit_code, 0);
+  const Finished run = Run("calibrate --healthy 0.5:10 broken.csv -o rig.json");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_NE(run.err.find("broken.csv: not calibrated, check '"), std::string::npos) << run.err;
+  EXPECT_NE(Run("diagnose --calibration rig.json broken.csv").exit_code, 0);
+}
+
+TEST_F(CliDiagnose, ReadsEveryRecordingOfAFolder) {
+  ASSERT_EQ(Run("simulate --duration 6 -o runs_a.csv").exit_code, 0);
+  const Finished run = Run("diagnose --json --healthy 0.5:4 " + std::string(kData));
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(std::count(run.out.begin(), run.out.end(), '\n'), 4);
+  EXPECT_LT(run.out.find("double.csv.gz"), run.out.find("nofault.csv.gz")) << "by name";
+  EXPECT_EQ(Run("diagnose /proc/self/fdinfo").exit_code, 2) << "a folder without recordings";
 }
 
 TEST_F(CliDiagnose, SaysSoWhenTheAnswerCannotBeWritten) {

@@ -114,12 +114,73 @@ TEST(CsvReader, KeepsAPeriodThatIsNoRoundNumber) {
   EXPECT_EQ(read.value().samples.back().index, 2999);
 }
 
+/// Two rows of a bench, written in different ways, must read as the same numbers.
+void ExpectTheTwoRows(const std::string& text) {
+  const core::Result<CsvRecord> read = Parse(text);
+  ASSERT_TRUE(read) << read.error().message << "\n" << text;
+  ASSERT_EQ(read.value().samples.size(), 2u) << text;
+  const core::Sample& second = read.value().samples[1];
+  EXPECT_DOUBLE_EQ(second.t_s, 0.02) << text;
+  EXPECT_DOUBLE_EQ(second.uc_v, 2.5) << text;
+  EXPECT_DOUBLE_EQ(second.um_v, 4.75) << text;
+  EXPECT_DOUBLE_EQ(second.ia_a, 0.125) << text;
+  EXPECT_NEAR(second.n_rpm, 1500.0, 1e-3) << text;
+  EXPECT_DOUBLE_EQ(read.value().period_s, 0.02) << text;
+}
+
+TEST(CsvReader, ReadsTheHeadersAndUnitsThatPeopleWrite) {
+  ExpectTheTwoRows("t_s,uc_v,um_v,ia_a,n_rpm\n0,2,4,0,0\n0.02,2.5,4.75,0.125,1500\n");
+  ExpectTheTwoRows("Time [s],Uc [V],Um [V],Ia [A],n [rpm]\n0,2,4,0,0\n0.02,2.5,4.75,0.125,1500\n");
+  ExpectTheTwoRows("speed_rpm,um(V),uc(V),current(mA),t(ms)\n0,4,2,0,0\n1500,4.75,2.5,125,20\n");
+  ExpectTheTwoRows("t/ms,Uc/mV,Um/mV,Ia/mA,n/min-1\n0,2,4,0,0\n20,2500,4750,125,1500\n");
+  ExpectTheTwoRows("TIME MS,UC,UM,I,SPEED\r\n0,2,4,0,0\r\n20,2.5,4.75,0.125,1500\r\n");
+  ExpectTheTwoRows("t_us,u_c,u_m,i_a,n (rad/s)\n0,2,4,0,0\n20000,2.5,4.75,0.125,157.0796327\n");
+  ExpectTheTwoRows(
+      "\"t [\xC2\xB5s]\",\"Uc\",\"Um\",\"Ia\",\"n\"\n0,2,4,0,0\n20000,2.5,4.75,.125,1500\n");
+}
+
+TEST(CsvReader, ReadsSemicolonsTabsBlanksAndDecimalCommas) {
+  ExpectTheTwoRows("\xEF\xBB\xBFt;Uc;Um;Ia;n\r\n0;2;4;0;0\r\n0,02;2,5;4,75;0,125;1500\r\n");
+  ExpectTheTwoRows("t\tUc\tUm\tIa\tn\n0\t2\t4\t0\t0\n0,02\t2,5\t4.75\t0,125\t1500\n");
+  ExpectTheTwoRows("  t  uc   um ia n\n0 2 4 0 0\n  0.02  2.5 4.75   0.125 1500\n");
+  ExpectTheTwoRows("t;Uc;Um;Ia;n\nms;V;mV;mA;rpm\n0;2;4;0;0\n20;2,5;4750;125;1500\n");
+  ExpectTheTwoRows("t,Uc,Um,Ia,n\n[s],[V],[V],[A],[rpm]\n0,2,4,0,0\n0.02,2.5,4.75,.125,1500\n");
+}
+
+TEST(CsvReader, SaysHowItUnderstoodANameThatIsNotThePlainOne) {
+  const core::Result<CsvRecord> read = Parse("time,Uc [V],um_v,temp\n0,2,5,20\n0.01,2,5,20\n");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_THAT(read.value().notes,
+              ElementsAre("file.csv: column 'time' was read as t_s",
+                          "file.csv: column 'Uc [V]' was read as uc_v",
+                          "file.csv: column 'temp' is not known and was ignored"));
+}
+
+TEST(CsvReader, SaysWhatToChangeInAHandWrittenFile) {
+  EXPECT_EQ(ErrorOf("t [s],Uc [V],Um [bar]\n0,2,5\n"),
+            "file.csv:1: column Um [bar]: unit 'bar' is not known for um_v; expected V or mV");
+  EXPECT_EQ(ErrorOf("t,Uc,Um\n0,2,5\n10,2,5\n20,2,5\n"),
+            "file.csv:3: column t_s: the rows are 10 s apart, too far for a motor that settles in "
+            "0.1 s; if the time is in milliseconds, name the column t_ms");
+  EXPECT_EQ(ErrorOf("t;Uc;Um\n0;2;5\n0,01;2;1.234,5\n"),
+            "file.csv:3: column um_v: expected a number, found '1.234,5'");
+  EXPECT_EQ(ErrorOf("t,Uc,Um\n12:00:01,2,5\n"),
+            "file.csv:2: column t_s: expected a number, found '12:00:01'");
+  EXPECT_EQ(ErrorOf("t,Uc,Um,um_v\n"),
+            "file.csv:1: column um_v: appears twice in the header, "
+            "expected once");
+  EXPECT_THAT(ErrorOf("t,Uc,Um\n0,2,5,\n"), StartsWith("file.csv:2: found 4 cells, expected 3"));
+}
+
 TEST(CsvReader, NamesTheMissingColumn) {
   EXPECT_EQ(ErrorOf("t_s,uc_v,ia_a\n0,2,5\n"),
             "file.csv:1: column um_v: missing from the header 't_s,uc_v,ia_a', expected t_s, uc_v, "
             "um_v (required) and ua_v, ia_a, n_rpm (optional), separated by commas");
-  EXPECT_THAT(ErrorOf("t_s;uc_v;um_v\n0;2;5\n"), HasSubstr("separated by ';' or tabs"));
-  EXPECT_THAT(ErrorOf("0,2,5\n0.01,2,5\n"), StartsWith("file.csv:1: column t_s: missing"));
+  EXPECT_EQ(ErrorOf("0,2,5\n0.01,2,5\n"),
+            "file.csv:1: no header: the first line is '0,2,5'; put a line with the columns' names "
+            "above it, for example t_s,uc_v,um_v");
+  EXPECT_THAT(ErrorOf("Bench 3, Monday\nt_s,uc_v,um_v\n0,2,5\n"),
+              StartsWith("file.csv:1: column t_s: missing from the header 'Bench 3, Monday'"));
   EXPECT_THAT(ErrorOf("t_s,uc_v,um_v,uc_v\n"),
               StartsWith("file.csv:1: column uc_v: appears twice"));
 }

@@ -151,9 +151,10 @@ class CrashTest : public ::testing::Test {
     const json::object answer = Ok(Call(who, "POST", "tickets", R"({"rig_class":"bench"})"));
     return answer.at("ticket").at("id").as_int64();
   }
+  json::object Started(const std::string& who) { return Accepted(who, AskedTicket(who)); }
   /// Accepts the ticket as soon as the rig is offered.
-  json::object Started(const std::string& who) {
-    const std::string accept = "tickets/" + std::to_string(AskedTicket(who)) + "/accept";
+  json::object Accepted(const std::string& who, std::int64_t ticket) {
+    const std::string accept = "tickets/" + std::to_string(ticket) + "/accept";
     HttpAnswer answer = Call(who, "POST", accept, "{}");
     for (int i = 0; i < 1500 && answer.status == 409; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -181,8 +182,7 @@ TEST_F(CrashTest, WhateverWasAnsweredIsThereAfterTheKill) {
   EXPECT_EQ(Items("bob", "tickets")[0].at("id"), bob_ticket);
 
   // Accepted: the session with its epoch.
-  const json::object session =
-      Ok(Call("ann", "POST", "tickets/" + std::to_string(ann_ticket) + "/accept", "{}"));
+  const json::object session = Accepted("ann", ann_ticket);
   Restart();
   const json::array sessions = Items("ann", "sessions");
   ASSERT_EQ(sessions.size(), 1u);

@@ -75,7 +75,8 @@ class LabApiTest : public ::testing::Test {
   }
   json::object Ok(const HttpAnswer& answer, int status = 200) {
     EXPECT_EQ(answer.status, status) << answer.body;
-    return answer.status == status ? json::parse(answer.body).as_object() : json::object{};
+    if (answer.status != status || answer.body.empty()) return {};
+    return json::parse(answer.body).as_object();
   }
 
   Person ByPassword(const std::string& login) {
@@ -677,6 +678,57 @@ TEST(Times, AreInstantsOrRefused) {
                           "99999-11-21T12:00:00Z"}) {
     EXPECT_FALSE(parse(bad).ok()) << bad;
   }
+}
+
+TEST_F(LabApiTest, TellsAListenerItsPlaceAndItsSessionWithoutBeingAsked) {
+  WaitForBenches(2);
+  const Person ann = Make("ann", Role::kStudent);
+  const Person ben = Make("ben", Role::kStudent);
+  const Person eve = Make("eve", Role::kStudent);
+  const auto listen = [&](const Person& who) {
+    const HttpAnswer answer = Call(who, "POST", "events/stream-token", "events/stream-token", "{}");
+    const std::string code(Ok(answer, 201).at("code").as_string());
+    return std::make_unique<tests::WebSocketClient>(laboratory_->port(), "/ws?code=" + code);
+  };
+  const auto next = [](tests::WebSocketClient& page) {
+    const auto text = page.ReadTextWith("\"lab\"");
+    EXPECT_TRUE(text) << "the feed has ended";
+    return text ? json::parse(*text).as_object() : json::object{};
+  };
+  const auto page = listen(eve);
+  const json::object first = next(*page);
+  EXPECT_TRUE(first.at("tickets").as_array().empty());
+  EXPECT_TRUE(first.at("sessions").as_array().empty());
+  EXPECT_TRUE(first.at("news").as_array().empty());
+
+  const std::string wish = R"({"rig_class":"bench","min_s":600,"want_s":1800})";
+  for (const Person* taker : {&ann, &ben}) {
+    Ok(Call(*taker, "POST", "tickets", "tickets", wish), 201);
+  }
+  Ok(Call(eve, "POST", "tickets", "tickets", wish), 201);
+  json::object told;
+  do {
+    told = next(*page);
+  } while (!told.empty() && told.at("tickets").as_array().empty());
+  EXPECT_EQ(told.at("tickets").at(0).at("place").as_int64(), 1);
+
+  // One ends: the waiting one is offered the bench after its check, and hears of it.
+  const json::array held = Ok(Call(ann, "GET", "sessions", "sessions")).at("items").as_array();
+  ASSERT_EQ(held.size(), 1u);
+  const std::string id = std::to_string(held[0].at("id").as_int64());
+  Ok(Call(ann, "POST", "sessions/{id}/end", "sessions/" + id + "/end", "{}"), 204);
+  bool news = false;
+  do {
+    told = next(*page);
+    news = news || (!told.empty() && !told.at("news").as_array().empty());
+  } while (!told.empty() && told.at("sessions").as_array().empty());
+  ASSERT_FALSE(told.empty());
+  EXPECT_EQ(told.at("sessions").at(0).at("state"), "held");
+  EXPECT_TRUE(news) << "an offer is news";
+
+  // Nothing of another person comes here, and who is not signed in has no feed.
+  EXPECT_EQ(json::serialize(told).find("ann"), std::string::npos);
+  EXPECT_EQ(Call({}, "POST", "events/stream-token", "events/stream-token", "{}").status, 401);
 }
 
 }  // namespace

@@ -171,15 +171,18 @@ TEST_P(LabServiceTest, WhatItReloadsIsWhatItHad) {
 
 TEST_P(LabServiceTest, AfterARestartTheQueueKeepsItsOrderAndReadyRigsAreCheckedAnew) {
   const Session session = Start(*service_, 1).value();
-  ASSERT_TRUE(Ask(*service_, 2).ok());  // is offered bench-2
+  const auto second = std::get<Ticket>(Ask(*service_, 2).value());
+  ASSERT_EQ(second.state, TicketState::kOffered);
   const auto third = std::get<Ticket>(Ask(*service_, 3).value());
   const auto fourth = std::get<Ticket>(Ask(*service_, 4).value());
   service_.reset();
   Restart();
   service_ = OpenService(*database_, bench_);
   const auto state = service_->state();
-  EXPECT_EQ(state->tickets.at(third.id).place, 1);
-  EXPECT_EQ(state->tickets.at(fourth.id).place, 2);
+  EXPECT_EQ(state->tickets.at(second.id).place, 1) << "the offer comes again after the check";
+  EXPECT_EQ(state->tickets.at(third.id).place, 2);
+  EXPECT_EQ(state->tickets.at(fourth.id).place, 3);
+  EXPECT_EQ(state->rigs.at("bench-2").status, RigStatus::kCleaning);
   EXPECT_EQ(state->sessions.at(session.id).epoch, session.epoch);
   EXPECT_EQ(FindBrokenInvariant(*state), "");
   EXPECT_EQ(bench_->fence("bench-1"), session.epoch) << "older epochs are dead on the bench too";

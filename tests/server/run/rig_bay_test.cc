@@ -4,6 +4,8 @@
 
 #include <stdexcept>
 
+#include "hardware/simulated/simulated_rig.h"
+#include "tests/hardware/rig_runs.h"
 #include "tests/server/run/fake_rig.h"
 
 namespace faultlab::server {
@@ -74,6 +76,71 @@ TEST_F(RigBayTest, StaysFreeWhenARigCannotBeBuilt) {
   EXPECT_THROW(static_cast<void>(bay.Acquire("sim-1")), std::runtime_error);
   fail = false;
   EXPECT_TRUE(bay.Acquire("sim-1").ok());
+}
+
+/// A simulated bench whose shaft is held: 5 V stall it within a second.
+core::Status RunWithHeldShaft(hardware::Rig& rig, hardware::Epoch epoch) {
+  hardware::RunPlan plan;
+  plan.uc_v.assign(200, 5.0);
+  plan.faults = {{.component = core::Component::kB, .value = 1.0, .at_s = 0.0}};
+  core::Status status = rig.Arm(plan, epoch);
+  if (status.ok()) status = rig.Start(epoch);
+  if (status.ok()) (void)hardware::Drain(rig);
+  return status;
+}
+
+TEST(ResidentRig, KeepsItsTripBetweenLeasesUntilItIsCleared) {
+  RigBay bay;
+  hardware::SimulatedRigOptions options;
+  options.id = "bench-1";
+  options.kind = hardware::RigKind::kBench;
+  options.speed = 0.0;
+  bay.AddResident(hardware::MakeSimulatedRig(options), "bench");
+  EXPECT_EQ(bay.ClearTrip("bench-1").error().code, core::ErrorCode::kConflict)
+      << "nothing holds it";
+  {
+    auto lease = bay.Acquire("bench-1");
+    ASSERT_TRUE(lease.ok());
+    ASSERT_TRUE(RunWithHeldShaft(lease.value().rig(), lease.value().epoch()).ok());
+    EXPECT_EQ(bay.ClearTrip("bench-1").error().code, core::ErrorCode::kBusy) << "leased";
+  }
+  const RigStatus tripped = bay.List().front();
+  EXPECT_EQ(tripped.state, hardware::RigState::kTripped);
+  ASSERT_TRUE(tripped.trip.has_value());
+  EXPECT_EQ(tripped.trip->name, "stall");
+  EXPECT_GT(tripped.trip->value, tripped.trip->limit);
+  EXPECT_GT(tripped.trip->t_s, 0.4);
+  EXPECT_GT(tripped.loop.lateness.count(), 50u);
+  {
+    auto next = bay.Acquire("bench-1");
+    ASSERT_TRUE(next.ok());
+    EXPECT_EQ(RunWithHeldShaft(next.value().rig(), next.value().epoch()).error().code,
+              core::ErrorCode::kConflict);
+  }
+  EXPECT_TRUE(bay.ClearTrip("bench-1").ok());
+  EXPECT_EQ(bay.List().front().state, hardware::RigState::kIdle);
+  EXPECT_FALSE(bay.List().front().trip.has_value());
+}
+
+TEST(PracticeRig, IsAnotherBenchForTheNextButItsTicksAreAddedUp) {
+  RigBay bay;
+  hardware::SimulatedRigOptions options;
+  options.speed = 0.0;
+  const auto description = hardware::MakeSimulatedRig(options)->description();
+  bay.Add(description, "bench", hardware::Epoch{0}, [options] {
+    return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
+  });
+  std::uint64_t ticks = 0;
+  for (int round = 0; round < 2; ++round) {
+    {
+      auto lease = bay.Acquire("");
+      ASSERT_TRUE(lease.ok());
+      ASSERT_TRUE(RunWithHeldShaft(lease.value().rig(), lease.value().epoch()).ok()) << round;
+    }
+    EXPECT_FALSE(bay.List().front().trip.has_value());
+    EXPECT_GT(bay.List().front().loop.lateness.count(), ticks);
+    ticks = bay.List().front().loop.lateness.count();
+  }
 }
 
 }  // namespace

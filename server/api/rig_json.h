@@ -1,0 +1,24 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "server/api/metrics_text.h"
+#include "server/run/rig_bay.h"
+#include "server/storage/wall_time.h"
+
+namespace faultlab::server {
+
+/// A rig as GET /api/v1/rigs shows it: what it can do, how it is, what holds it.
+boost::json::object RigToJson(const RigStatus& rig, WallTime now);
+
+/// Whole days since the date that a calibration's text begins with ("2026-11-20 v1").
+std::optional<int> CalibrationAgeDays(std::string_view calibration, WallTime now);
+
+/// Per rig: lateness and command time as histograms, overruns, missed ticks, trip; of far rigs the
+/// link. A rig that has never ticked has no histogram.
+void AddRigMetrics(MetricsText& out, const std::vector<RigStatus>& rigs);
+
+}  // namespace faultlab::server

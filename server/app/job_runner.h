@@ -1,0 +1,58 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/api/lab_api.h"
+
+namespace faultlab::server {
+
+/// Does what machines ask for (rule 12): claims jobs, runs them, keeps their leases alive. A run on
+/// a rig that needs a session waits in that rig's queue as the lowest class, works in a session of
+/// its own and gives the rig back after each run: so a person never waits longer than one run.
+class JobRunner {
+ public:
+  struct Options {
+    std::string server_id;
+    int workers = 2;
+    std::function<void(std::string_view)> log;
+  };
+  /// Both must outlive the runner.
+  JobRunner(ApiContext& api, LabApi& lab, Options options);
+  ~JobRunner();  ///< Stop()
+  JobRunner(const JobRunner&) = delete;
+  JobRunner& operator=(const JobRunner&) = delete;
+  /// No new jobs; one that runs is left to the run's end and waits for the next start.
+  void Stop();
+
+ private:
+  void Loop();
+  void Do(const lab::Job& job);
+  /// The account that asked, as it is today. nullopt: gone or disabled.
+  std::optional<Principal> OwnerOf(const lab::Job& job) const;
+  void Diagnose(const lab::Job& job, const Principal& who);
+  void Run(const lab::Job& job, const Principal& who);
+  /// The rig that the job may use now: "" when any simulator will do, nullopt when it must wait.
+  core::Result<std::optional<std::string>> RigFor(const lab::Job& job,
+                                                  const std::string& wanted,
+                                                  double duration_s);
+  void Follow(const lab::Job& job, const std::string& run);
+  void Finish(const lab::Job& job, const std::string& state, const std::string& error);
+  bool WaitForStop(std::chrono::milliseconds patience);
+
+  ApiContext& api_;
+  LabApi& lab_;
+  const Options options_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool stopping_ = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace faultlab::server

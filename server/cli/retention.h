@@ -1,0 +1,18 @@
+#pragma once
+
+#include "server/cli/admin.h"
+#include "server/lab/retention.h"
+
+namespace faultlab::server {
+
+struct RetentionOptions {
+  AdminTarget target;
+  lab::RetentionRules rules;
+  bool dry_run = false;
+  bool json = false;
+};
+
+/// Deletes what the rules let go, or only shows it; the server does the same once a day.
+int RunRetention(const RetentionOptions& options);
+
+}  // namespace faultlab::server

@@ -1,0 +1,149 @@
+#include "server/csv/csv_header.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <numbers>
+#include <utility>
+
+namespace faultlab::server {
+namespace {
+
+struct Alias {
+  std::string_view name;  ///< lower case, without blanks and underscores
+  std::string_view channel;
+};
+constexpr std::array<Alias, 32> kAliases = {
+    {{"t", "t_s"},         {"time", "t_s"},   {"timestamp", "t_s"},  {"zeit", "t_s"},
+     {"vreme", "t_s"},     {"uc", "uc_v"},    {"u", "uc_v"},         {"ucmd", "uc_v"},
+     {"ucontrol", "uc_v"}, {"input", "uc_v"}, {"um", "um_v"},        {"y", "um_v"},
+     {"umotor", "um_v"},   {"vm", "um_v"},    {"vmotor", "um_v"},    {"output", "um_v"},
+     {"ua", "ua_v"},       {"va", "ua_v"},    {"uamp", "ua_v"},      {"uout", "ua_v"},
+     {"ia", "ia_a"},       {"i", "ia_a"},     {"im", "ia_a"},        {"imotor", "ia_a"},
+     {"current", "ia_a"},  {"n", "n_rpm"},    {"rpm", "n_rpm"},      {"speed", "n_rpm"},
+     {"nout", "n_rpm"},    {"nrpm", "n_rpm"}, {"drehzahl", "n_rpm"}, {"brzina", "n_rpm"}}};
+
+struct Unit {
+  std::string_view name;  ///< lower case
+  std::string_view base;  ///< unit of the channel that it belongs to
+  double factor;
+};
+constexpr double kRpmOfRadPerSecond = 30.0 / std::numbers::pi;
+constexpr std::array<Unit, 22> kUnits = {
+    {{"s", "s", 1.0},       {"sec", "s", 1.0},     {"second", "s", 1.0},
+     {"seconds", "s", 1.0}, {"ms", "s", 1e-3},     {"msec", "s", 1e-3},
+     {"us", "s", 1e-6},     {"v", "v", 1.0},       {"volt", "v", 1.0},
+     {"volts", "v", 1.0},   {"mv", "v", 1e-3},     {"a", "a", 1.0},
+     {"amp", "a", 1.0},     {"amps", "a", 1.0},    {"ma", "a", 1e-3},
+     {"rpm", "rpm", 1.0},   {"1/min", "rpm", 1.0}, {"min-1", "rpm", 1.0},
+     {"o/min", "rpm", 1.0}, {"rps", "rpm", 60.0},  {"rad/s", "rpm", kRpmOfRadPerSecond},
+     {"1/s", "rpm", 60.0}}};
+
+std::string Lower(std::string_view text) {
+  std::string lower;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    // The two UTF-8 spellings of the micro sign.
+    if (text.substr(i, 2) == "\xC2\xB5" || text.substr(i, 2) == "\xCE\xBC") {
+      lower += 'u';
+      ++i;
+      continue;
+    }
+    lower += static_cast<char>(std::tolower(static_cast<unsigned char>(text[i])));
+  }
+  return lower;
+}
+
+std::string_view Stripped(std::string_view text) {
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '_'; };
+  while (!text.empty() && blank(text.front())) {
+    text.remove_prefix(1);
+  }
+  while (!text.empty() && blank(text.back())) {
+    text.remove_suffix(1);
+  }
+  return text;
+}
+
+const CsvChannel* FindChannel(std::string_view name) {
+  std::string bare(name);
+  std::erase_if(bare, [](char c) { return c == ' ' || c == '_' || c == '.'; });
+  const auto alias = std::find_if(
+      kAliases.begin(), kAliases.end(), [&](const Alias& one) { return one.name == bare; });
+  if (alias == kAliases.end()) {
+    return nullptr;
+  }
+  return std::find_if(kCsvChannelTable.begin(), kCsvChannelTable.end(), [&](const CsvChannel& one) {
+    return one.name == alias->channel;
+  });
+}
+
+/// The unit that stands behind a channel's plain name: "t_s" -> "s".
+std::string_view OwnUnit(const CsvChannel& channel) {
+  return channel.name.substr(channel.name.find('_') + 1);
+}
+
+/// "uc [v]" -> {"uc", "v"}; an empty unit when there is none.
+std::pair<std::string_view, std::string_view> SplitUnit(std::string_view name) {
+  const std::size_t open = name.find_first_of("[({");
+  if (open != std::string_view::npos) {
+    const std::size_t close = std::min(name.find_first_of("])}", open), name.size());
+    return {Stripped(name.substr(0, open)), Stripped(name.substr(open + 1, close - open - 1))};
+  }
+  // "n/rpm", "t in ms", "um mv", "time_ms": what follows is a unit only if what stands before is a
+  // name.
+  for (std::size_t at = 1; at < name.size(); ++at) {
+    const char c = name[at];
+    if ((c != '/' && c != ' ' && c != '_') ||
+        FindChannel(Stripped(name.substr(0, at))) == nullptr) {
+      continue;
+    }
+    std::string_view unit = Stripped(name.substr(at + 1));
+    if (unit.starts_with("in ")) {
+      unit = Stripped(unit.substr(3));
+    }
+    if (!unit.empty() && FindChannel(name) == nullptr) {
+      return {Stripped(name.substr(0, at)), unit};
+    }
+  }
+  return {name, {}};
+}
+
+}  // namespace
+
+std::optional<double> UnitFactor(const CsvChannel& channel, std::string_view unit) {
+  const std::string lower = Lower(unit);
+  for (const Unit& one : kUnits) {
+    if (one.name == lower && one.base == OwnUnit(channel)) {
+      return one.factor;
+    }
+  }
+  return std::nullopt;
+}
+
+CsvColumn ParseColumnName(std::string_view cell) {
+  CsvColumn column;
+  const std::string lower = Lower(cell);
+  const auto [name, unit] = SplitUnit(Stripped(lower));
+  column.channel = FindChannel(name);
+  if (column.channel == nullptr || unit.empty()) {
+    return column;
+  }
+  column.has_unit = true;
+  if (const std::optional<double> factor = UnitFactor(*column.channel, unit)) {
+    column.factor = *factor;
+  } else {
+    column.unknown_unit = std::string(unit);
+  }
+  return column;
+}
+
+char FindSeparator(std::string_view header) {
+  for (const char separator : {';', '\t', ','}) {
+    if (header.find(separator) != std::string_view::npos) {
+      return separator;
+    }
+  }
+  return Stripped(header).find(' ') != std::string_view::npos ? ' ' : ',';
+}
+
+}  // namespace faultlab::server

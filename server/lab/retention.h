@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/types/result.h"
+#include "server/storage/database.h"
+#include "server/storage/wall_time.h"
+
+namespace faultlab::server::lab {
+
+/// How long things are kept, in days; 0 = for ever.
+struct RetentionRules {
+  int guest_days = 30;     ///< recordings of guests, after they were made
+  int student_days = 365;  ///< recordings of students, after the last of their courses has ended
+  int job_days = 90;       ///< jobs and the recordings of their runs, after they ended
+  int news_days = 365;     ///< what users were told; used links and sign-ins that are over
+};
+
+/// One thing that a rule lets go.
+struct Expired {
+  std::string kind;  ///< "recording", "job"
+  std::string id;
+  std::string owner;
+  std::string rule;  ///< the member of RetentionRules that says so
+  WallTime created_at{};
+};
+
+struct RetentionReport {
+  std::vector<Expired> items;
+  std::int64_t news = 0;   ///< lines told
+  std::int64_t stale = 0;  ///< links, sign-ins
+};
+
+/// Finds what the rules let go, oldest first, at most 10 000 things a turn; with `remove` deletes
+/// it and writes one audit line, all in one transaction. Never touched: what runs, what a waiting
+/// or running job needs, and the source of a running replay.
+core::Result<RetentionReport> Retain(Database& database,
+                                     const RetentionRules& rules,
+                                     WallTime now,
+                                     bool remove);
+
+}  // namespace faultlab::server::lab

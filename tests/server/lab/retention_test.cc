@@ -1,0 +1,146 @@
+#include "server/lab/retention.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+#include "server/auth/accounts.h"
+#include "server/lab/job_store.h"
+#include "server/storage/recording_store.h"
+#include "tests/support/engines.h"
+#include "tests/support/test_database.h"
+
+namespace faultlab::server::lab {
+namespace {
+
+using std::chrono::hours;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+constexpr WallTime kToday{std::chrono::milliseconds{1'800'000'000'000}};
+
+WallTime DaysAgo(int days) {
+  return kToday - hours(24) * days;
+}
+
+class RetentionTest : public testing::TestWithParam<Engine> {
+ protected:
+  void Record(const std::string& id,
+              const std::string& owner,
+              int days_ago,
+              const std::string& plan = "{}",
+              RunState state = RunState::kFinished) {
+    RunRecord record;
+    record.id = id;
+    record.owner = owner;
+    record.source = "run";
+    record.plan_json = plan;
+    record.created_at = DaysAgo(days_ago);
+    ASSERT_TRUE(store_.Begin(record).ok());
+    ASSERT_TRUE(store_.AppendChunk(id, 0, std::vector<core::Sample>(1)).ok());
+    if (state == RunState::kRunning) return;
+    ASSERT_TRUE(store_.Finish(id, state, DaysAgo(days_ago), "{}", "nominal").ok());
+  }
+  void MakeJob(const std::string& id, const std::string& body, int ended_days_ago) {
+    Job job;
+    job.id = id;
+    job.owner = "user:1";
+    job.body = body;
+    job.created_at = DaysAgo(ended_days_ago + 1);
+    ASSERT_TRUE(jobs_.Add({job}).ok());
+    if (ended_days_ago < 0) return;
+    ASSERT_TRUE(jobs_.Claim("s", job.created_at, DaysAgo(ended_days_ago)).ok());
+    ASSERT_TRUE(jobs_.SetRun(id, "run-of-" + id).ok());
+    ASSERT_TRUE(jobs_.Finish(id, "finished", "", DaysAgo(ended_days_ago)).ok());
+  }
+  std::vector<std::string> Retained(bool remove) {
+    const auto report = Retain(*database_, rules_, kToday, remove);
+    EXPECT_TRUE(report.ok()) << report.error().message;
+    std::vector<std::string> ids;
+    for (const Expired& item : report.value().items) ids.push_back(item.kind + " " + item.id);
+    std::sort(ids.begin(), ids.end());
+    return ids;
+  }
+  bool There(const std::string& run) { return store_.Get(run).ok(); }
+
+  tests::TestDatabase database_{GetParam()};
+  RecordingStore store_{*database_};
+  JobStore jobs_{*database_};
+  Accounts accounts_{*database_, GuestAccess::kNever};
+  RetentionRules rules_{.guest_days = 30, .student_days = 100, .job_days = 60, .news_days = 0};
+};
+
+TEST_P(RetentionTest, GuestsRecordingsGoAfterTheirDaysAndADryRunOnlySaysSo) {
+  Record("old", "guest", 31);
+  Record("new", "guest", 29);
+  Record("mine", "user:7", 5000);
+  EXPECT_THAT(Retained(false), ElementsAre("recording old"));
+  EXPECT_TRUE(There("old")) << "a dry run deletes nothing";
+  EXPECT_THAT(accounts_.ListAudit(0, 10).value(), IsEmpty());
+  EXPECT_THAT(Retained(true), ElementsAre("recording old"));
+  EXPECT_FALSE(There("old"));
+  EXPECT_TRUE(There("new"));
+  EXPECT_TRUE(There("mine"));
+  const auto log = accounts_.ListAudit(0, 10).value();
+  ASSERT_EQ(log.size(), 1u);
+  EXPECT_EQ(log[0].verb, "retention");
+  EXPECT_THAT(Retained(true), IsEmpty()) << "and once is enough";
+  EXPECT_TRUE(database_->Check().ok());
+}
+
+TEST_P(RetentionTest, AStudentsRecordingsStayUntilTheLastCourseHasLongEnded) {
+  const std::int64_t teacher =
+      accounts_.Create("teacher", "T", Role::kInstructor, kToday).value().id;
+  const std::int64_t ann = accounts_.Create("ann", "A", Role::kStudent, kToday).value().id;
+  const std::int64_t bob = accounts_.Create("bob", "B", Role::kStudent, kToday).value().id;
+  const std::int64_t free = accounts_.Create("free", "F", Role::kStudent, kToday).value().id;
+  const auto course = [&](std::optional<int> ended_days_ago, const std::vector<std::int64_t>& who) {
+    const std::int64_t id = accounts_.CreateCourse("c", teacher, kToday).value().id;
+    if (ended_days_ago) {
+      EXPECT_TRUE(accounts_.SetCourseEnd(id, DaysAgo(*ended_days_ago)).ok());
+    }
+    for (const std::int64_t member : who) EXPECT_TRUE(accounts_.Enrol(id, member, false).ok());
+  };
+  course(200, {ann, bob});
+  course(50, {bob});
+  const auto owner = [](std::int64_t id) { return "user:" + std::to_string(id); };
+  Record("ann", owner(ann), 210);
+  Record("bob", owner(bob), 210);
+  Record("free", owner(free), 5000);
+  Record("teacher", owner(teacher), 5000);
+  EXPECT_THAT(Retained(false), ElementsAre("recording ann"));
+  course(std::nullopt, {ann});
+  EXPECT_THAT(Retained(true), IsEmpty()) << "a course without an end keeps them";
+}
+
+TEST_P(RetentionTest, AJobGoesWithTheRecordingOfItsRun) {
+  MakeJob("old", "{}", 61);
+  Record("run-of-old", "user:1", 61);
+  MakeJob("new", "{}", 10);
+  Record("run-of-new", "user:1", 10);
+  EXPECT_THAT(Retained(true), ElementsAre("job old", "recording run-of-old"));
+  EXPECT_FALSE(jobs_.Get("old").ok());
+  EXPECT_TRUE(jobs_.Get("new").ok());
+  EXPECT_TRUE(There("run-of-new"));
+}
+
+TEST_P(RetentionTest, NothingInUseIsDeletedHoweverOld) {
+  Record("runs", "guest", 400, "{}", RunState::kRunning);
+  Record("replayed", "guest", 400);
+  Record("replay", "guest", 0, R"({"recording":"replayed"})", RunState::kRunning);
+  Record("wanted", "guest", 400);
+  MakeJob("waits", R"({"diagnose":{"recording":"wanted"}})", -1);
+  EXPECT_THAT(Retained(true), IsEmpty());
+}
+
+TEST_P(RetentionTest, ZeroDaysMeanForEver) {
+  rules_ = {0, 0, 0, 0};
+  Record("old", "guest", 10'000);
+  MakeJob("old", "{}", 9000);
+  EXPECT_THAT(Retained(true), IsEmpty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Engines, RetentionTest, tests::kBothEngines, tests::EngineName);
+
+}  // namespace
+}  // namespace faultlab::server::lab

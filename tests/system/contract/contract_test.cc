@@ -1,0 +1,452 @@
+// Every operation of the API's description, driven against a running server: once as meant, with
+// real ids; then by every role, with ids of others and of nothing, and with every mistake that its
+// parameters and its body's schema suggest. Each answer is held against the description.
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+#include <cstdio>
+
+#include "tests/system/contract/bad_bodies.h"
+#include "tests/system/contract/contract_world.h"
+
+namespace faultlab::tests {
+namespace {
+
+namespace json = boost::json;
+using std::chrono::minutes;
+using Values = std::map<std::string, std::string>;
+
+std::string Id(const json::object& object, const char* name = "id") {
+  if (!object.contains(name)) return "1";
+  const json::value& id = object.at(name);
+  return id.is_string() ? std::string(id.as_string()) : std::to_string(id.as_int64());
+}
+
+std::string IfMatch(std::int64_t version) {
+  return "If-Match: \"" + std::to_string(version) + "\"\r\n";
+}
+
+const std::string kCsv = "Content-Type: text/csv\r\n";
+
+std::string RecordingCsv() {
+  std::string text = "t_s,uc_v,um_v\n";
+  for (int i = 0; i < 700; ++i) {
+    const double uc_v = (i * 7919 / 13) % 2 == 0 ? 2.0 : 3.0;
+    text += std::to_string(i * 0.01) + "," + std::to_string(uc_v) + "," +
+            std::to_string(2.4 * uc_v) + "\n";
+  }
+  return text;
+}
+
+/// The ids of what lives when the mistakes begin, by pattern.
+class Contract {
+ public:
+  void Experiments();
+  void People();
+  void Rigs();
+  void Sessions();
+  void JobsAndFaultSets();
+  void Mistakes();
+  void Report();
+
+ private:
+  void Remember(const std::string& pattern, Values ids, const std::string& who) {
+    known_[pattern] = {std::move(ids), who};
+  }
+  void Mistake(const std::string& method,
+               const std::string& pattern,
+               const json::object& operation);
+  void WrongIds(const std::string& method, const std::string& pattern);
+  void WrongQueries(const std::string& pattern, const json::object& operation);
+  void WrongBodies(const std::string& method,
+                   const std::string& pattern,
+                   const json::object& operation);
+
+  struct Known {
+    Values ids;
+    std::string who = "admin";
+  };
+  const Known& KnownOf(const std::string& pattern) {
+    const auto found = known_.find(pattern);
+    return found == known_.end() ? nobody_ : found->second;
+  }
+
+  ContractWorld world_;
+  std::map<std::string, Known> known_;
+  const Known nobody_{};
+};
+
+void Contract::Experiments() {
+  for (const char* path : {"/healthz", "/readyz", "/metrics"}) {
+    EXPECT_EQ(world_.Call("guest", "GET", path, path).status, 200);
+  }
+  for (const char* list : {"openapi.json", "auth/me", "rigs", "runs", "recordings"}) {
+    world_.Expect(200, "ann", "GET", list);
+  }
+  const json::object run = world_.Expect(
+      201,
+      "ann",
+      "POST",
+      "runs",
+      {},
+      R"({"duration_s":8,"name":"contract","faults":[{"component":"R1","value":100,"at_s":6}]})");
+  const Values id{{"id", Id(run)}, {"figure", "swa"}};
+  world_.Expect(201, "ann", "POST", "runs/{id}/stream-token", id);
+  world_.WaitForRun(Id(run));
+  for (const char* part : {"",
+                           "/events",
+                           "/frames",
+                           "/samples",
+                           "/estimates?estimator=swa_100",
+                           "/diagnosis",
+                           "/export.csv",
+                           "/export.mat",
+                           "/export.json"}) {
+    const std::string target = "runs/{id}" + std::string(part);
+    const std::string pattern = target.substr(0, target.find('?'));
+    EXPECT_EQ(
+        world_
+            .Call("ann", "GET", "/api/v1/" + pattern, ContractWorld::Fill("/api/v1/" + target, id))
+            .status,
+        200)
+        << target;
+    Remember("/api/v1/" + pattern, id, "ann");
+  }
+  for (const char* figure : {"runs/{id}/plots/{figure}.png", "runs/{id}/figures/{figure}"}) {
+    world_.Expect(200, "ann", "GET", figure, id);
+    Remember("/api/v1/" + std::string(figure), id, "ann");
+  }
+  world_.Expect(409, "ann", "POST", "runs/{id}/stop", id);
+  const json::object long_run =
+      world_.Expect(201, "ann", "POST", "runs", {}, R"({"duration_s":600})");
+  world_.Expect(409, "ann", "DELETE", "runs/{id}", {{"id", Id(long_run)}});
+  world_.Expect(202, "ann", "POST", "runs/{id}/stop", {{"id", Id(long_run)}}, "{}");
+  world_.WaitForRun(Id(long_run));
+  world_.Expect(404, "bob", "GET", "runs/{id}", id);
+  world_.Expect(204, "ann", "DELETE", "runs/{id}", {{"id", Id(long_run)}});
+  Remember("/api/v1/runs/{id}/stop", id, "ann");
+  Remember("/api/v1/runs/{id}/stream-token", id, "ann");
+  Remember("/api/v1/recordings", {}, "ann");
+  world_.Expect(201, "ann", "POST", "recordings", {}, RecordingCsv(), kCsv);
+}
+
+void Contract::People() {
+  world_.Expect(200,
+                "guest",
+                "POST",
+                "auth/login",
+                {},
+                R"({"login":"bob","password":"correct horse battery"})");
+  const json::object user = world_.Expect(
+      201, "admin", "POST", "users", {}, R"({"login":"new.one","name":"Новая Студентка"})");
+  const Values id{{"id", Id(user)}};
+  const json::object link = world_.Expect(201, "admin", "POST", "users/{id}/reset-link", id, "{}");
+  const std::string path = Id(link, "link");
+  const json::object reset{{"token", path.substr(path.find('=') + 1)},
+                           {"password", "another long password"}};
+  world_.Expect(204, "guest", "POST", "auth/reset", {}, json::serialize(reset));
+  world_.Expect(200,
+                "admin",
+                "PATCH",
+                "users/{id}",
+                id,
+                R"({"name":"N"})",
+                IfMatch(user.at("version").as_int64()));
+  for (const char* list : {"users", "audit", "courses", "api-keys"}) {
+    world_.Expect(200, "admin", "GET", list);
+  }
+  Remember("/api/v1/users/{id}", id, "admin");
+  Remember("/api/v1/users/{id}/reset-link", id, "admin");
+
+  const json::object course =
+      world_.Expect(201, "teacher", "POST", "courses", {}, R"({"name":"Regelungstechnik Ω"})");
+  const Values course_id{{"id", Id(course)}};
+  world_.Expect(200,
+                "teacher",
+                "POST",
+                "courses/{id}/members",
+                course_id,
+                "login,name\nann,Ann\ncem,Cem\n",
+                kCsv);
+  world_.Expect(200, "teacher", "GET", "courses/{id}/members", course_id);
+  world_.Expect(
+      204, "teacher", "PUT", "courses/{id}/end", course_id, R"({"ends":"2027-02-28T00:00:00Z"})");
+  for (const char* part : {"/members", "/end"}) {
+    Remember("/api/v1/courses/{id}" + std::string(part), course_id, "teacher");
+  }
+  const json::object wanted{
+      {"name", "k"}, {"scopes", json::array{"runs:read"}}, {"expires_at", world_.In(minutes(60))}};
+  const json::object key =
+      world_.Expect(201, "bob", "POST", "api-keys", {}, json::serialize(wanted));
+  world_.Expect(204, "bob", "DELETE", "api-keys/{id}", {{"id", Id(key)}});
+  world_.Expect(204,
+                "bob",
+                "POST",
+                "auth/password",
+                {},
+                R"({"old":"correct horse battery","new":"correct horse battery"})");
+}
+
+void Contract::Rigs() {
+  world_.WaitForBenches();
+  world_.Expect(200, "ann", "GET", "rig-classes");
+  world_.Expect(200, "ann", "GET", "rig-classes/{class}/availability", {{"class", "bench"}});
+  const Values rig{{"id", "bench-1"}};
+  world_.Expect(200, "ann", "GET", "rigs/{id}/health", rig);
+  world_.Expect(200, "operator", "POST", "rigs/{id}/quarantine", rig, R"({"reason":"smells"})");
+  world_.Expect(200, "operator", "POST", "rigs/{id}/release", rig, "{}");
+  world_.WaitForBenches();
+  world_.Expect(200, "operator", "POST", "rigs/{id}/self-test", rig, "{}");
+  world_.WaitForBenches();
+  world_.Expect(200, "operator", "POST", "rigs/{id}/commission", rig, R"({"reason":"new motor"})");
+  world_.WaitForBenches();
+  const json::object when{{"start", world_.In(minutes(600))},
+                          {"end", world_.In(minutes(660))},
+                          {"reason", "new brushes"}};
+  const json::object outage =
+      world_.Expect(201, "operator", "POST", "rigs/{id}/outages", rig, json::serialize(when));
+  world_.Expect(204,
+                "operator",
+                "DELETE",
+                "rigs/{id}/outages/{outage}",
+                {{"id", "bench-1"}, {"outage", Id(outage)}});
+  for (const char* part : {"health", "outages"}) {
+    Remember("/api/v1/rigs/{id}/" + std::string(part), rig, "operator");
+  }
+}
+
+void Contract::Sessions() {
+  for (const char* list : {"tickets", "bookings", "sessions", "events"}) {
+    world_.Expect(200, "ann", "GET", list);
+  }
+  const HttpAnswer calendar =
+      world_.Call("ann", "GET", "/api/v1/calendar.ics", "/api/v1/calendar.ics");
+  EXPECT_EQ(calendar.status, 200);
+  world_.Expect(201, "ann", "POST", "events/stream-token", {}, "{}");
+  const json::object asked =
+      world_.Expect(201, "ann", "POST", "tickets", {}, R"({"rig_class":"bench"})");
+  const std::string ticket = Id(asked.at("ticket").as_object());
+  world_.Expect(404, "bob", "POST", "tickets/{id}/accept", {{"id", ticket}}, "{}");
+  const json::object session =
+      world_.Expect(200, "ann", "POST", "tickets/{id}/accept", {{"id", ticket}}, "{}");
+  const Values id{{"id", Id(session)}};
+  world_.Expect(200, "ann", "POST", "sessions/{id}/still-there", id, "{}");
+  world_.Expect(200, "ann", "POST", "sessions/{id}/extend", id, "{}");
+  world_.Expect(200, "ann", "POST", "sessions/{id}/handover", id, R"({"to":"bob"})");
+  world_.Expect(200, "bob", "POST", "sessions/{id}/handover/accept", id, "{}");
+  world_.Expect(200, "bob", "POST", "sessions/{id}/handover", id, R"({"to":"ann"})");
+  world_.Expect(200, "ann", "POST", "sessions/{id}/handover/accept", id, "{}");
+  world_.Expect(200, "teacher", "POST", "sessions/{id}/take-over", id, R"({"reason":"it smokes"})");
+  world_.Expect(200, "admin", "GET", "sessions");
+  world_.Expect(204, "teacher", "POST", "sessions/{id}/end", id, "{}");
+  world_.WaitForBenches();
+  const json::object again =
+      world_.Expect(201, "bob", "POST", "tickets", {}, R"({"rig_class":"bench"})");
+  world_.Expect(
+      204, "bob", "POST", "tickets/{id}/leave", {{"id", Id(again.at("ticket").as_object())}}, "{}");
+  const json::object when{
+      {"rig_class", "bench"}, {"start", world_.In(minutes(60))}, {"end", world_.In(minutes(90))}};
+  const json::object booking =
+      world_.Expect(201, "ann", "POST", "bookings", {}, json::serialize(when));
+  const Values booked{{"id", Id(booking)}};
+  world_.Expect(503, "ann", "POST", "bookings/{id}/claim", booked, "{}");
+  world_.Expect(409, "ann", "DELETE", "bookings/{id}", booked, {}, IfMatch(7));
+  world_.Expect(204, "ann", "DELETE", "bookings/{id}", booked, {}, IfMatch(1));
+  const json::object later{
+      {"rig_class", "bench"}, {"start", world_.In(minutes(120))}, {"end", world_.In(minutes(150))}};
+  const json::object kept =
+      world_.Expect(201, "ann", "POST", "bookings", {}, json::serialize(later));
+  Remember("/api/v1/bookings/{id}", {{"id", Id(kept)}}, "ann");
+  Remember("/api/v1/bookings/{id}/claim", {{"id", Id(kept)}}, "ann");
+  // A session that lives while the mistakes are made.
+  const json::object live =
+      world_.Expect(201, "ann", "POST", "tickets", {}, R"({"rig_class":"bench"})");
+  const json::object works = world_.Expect(
+      200, "ann", "POST", "tickets/{id}/accept", {{"id", Id(live.at("ticket").as_object())}}, "{}");
+  for (const char* part : {"extend", "still-there", "handover"}) {
+    Remember("/api/v1/sessions/{id}/" + std::string(part), {{"id", Id(works)}}, "ann");
+  }
+}
+
+void Contract::JobsAndFaultSets() {
+  const json::object batch = world_.Expect(
+      202, "robot", "POST", "jobs", {}, R"({"runs":[{"duration_s":2},{"duration_s":2}]})");
+  const Values job{{"id", Id(batch.at("items").at(0).as_object())}};
+  world_.Expect(200, "robot", "GET", "jobs/{id}", job);
+  world_.Expect(200, "ann", "GET", "jobs");
+  world_.Expect(404, "bob", "GET", "jobs/{id}", job);
+  Remember("/api/v1/jobs/{id}", job, "ann");
+  // More than two workers can have begun: the last of them still waits.
+  const std::string many =
+      R"({"runs":[{"duration_s":600},{"duration_s":600},{"duration_s":600},{"duration_s":2}]})";
+  const json::object queued = world_.Expect(202, "ann", "POST", "jobs", {}, many);
+  world_.Expect(
+      204, "ann", "DELETE", "jobs/{id}", {{"id", Id(queued.at("items").at(3).as_object())}});
+  const std::string set = R"({"name":"s","faults":[{"component":"R9","value":27000,"at_s":1}]})";
+  const json::object made = world_.Expect(201, "teacher", "POST", "fault-sets", {}, set);
+  const Values id{{"id", Id(made)}};
+  world_.Expect(200, "teacher", "GET", "fault-sets");
+  world_.Expect(200, "teacher", "PUT", "fault-sets/{id}", id, set, IfMatch(1));
+  world_.Expect(409, "teacher", "DELETE", "fault-sets/{id}", id, {}, IfMatch(1));
+  world_.Expect(204, "teacher", "DELETE", "fault-sets/{id}", id, {}, IfMatch(2));
+  const json::object kept = world_.Expect(201, "teacher", "POST", "fault-sets", {}, set);
+  Remember("/api/v1/fault-sets/{id}", {{"id", Id(kept)}}, "teacher");
+}
+
+void Contract::WrongIds(const std::string& method, const std::string& pattern) {
+  const Known& known = KnownOf(pattern);
+  for (const auto& [name, right] : known.ids) {
+    if (pattern.find("{" + name + "}") == std::string::npos) continue;
+    for (const std::string& wrong : {std::string("0"),
+                                     std::string("-1"),
+                                     std::string("99999999999999999999999"),
+                                     std::string("nope"),
+                                     std::string("..%2f..%2fetc%2fpasswd"),
+                                     std::string("%27%20OR%201=1"),
+                                     std::string("%F0%9F%92%A9"),
+                                     std::string(300, 'x')}) {
+      Values ids = known.ids;
+      ids[name] = wrong;
+      const HttpAnswer answer =
+          world_.Call(known.who, method, pattern, ContractWorld::Fill(pattern, ids));
+      EXPECT_GE(answer.status, 400) << method << " " << pattern << " " << wrong;
+    }
+  }
+}
+
+void Contract::WrongQueries(const std::string& pattern, const json::object& operation) {
+  const Known& known = KnownOf(pattern);
+  const std::string target = ContractWorld::Fill(pattern, known.ids);
+  const auto ask = [&](const std::string& query) {
+    return world_.Call(known.who, "GET", pattern, target + "?" + query).status;
+  };
+  (void)ask("no_such_parameter=1");
+  const json::value* parameters = operation.if_contains("parameters");
+  if (parameters == nullptr) return;
+  for (const json::value& parameter : parameters->as_array()) {
+    if (parameter.at("in") != "query") continue;
+    const std::string name(parameter.at("name").as_string());
+    for (const char* wrong :
+         {"", "x", "-1", "1e9", "9999999999999999999999", "%00", "%ff", "1;DROP", "../.."}) {
+      (void)ask(name + "=" + wrong);
+    }
+    if (name == "limit" || name == "since" || name == "from") {
+      EXPECT_EQ(ask(name + "=x"), 400) << pattern << " " << name;
+    }
+    if (name == "limit") {
+      EXPECT_EQ(ask("limit=1000000"), 400) << pattern;
+    }
+    if (name == "cursor") {
+      EXPECT_EQ(ask("cursor=garbage"), 400) << pattern;
+    }
+  }
+}
+
+void Contract::WrongBodies(const std::string& method,
+                           const std::string& pattern,
+                           const json::object& operation) {
+  const json::value* request = operation.if_contains("requestBody");
+  if (request == nullptr) return;
+  const Known& known = KnownOf(pattern);
+  const std::string target = ContractWorld::Fill(pattern, known.ids);
+  const json::object& content = request->at("content").as_object();
+  const auto send = [&](const std::string& body, const std::string& headers) {
+    return world_.Call(known.who, method, pattern, target, body, headers + IfMatch(99)).status;
+  };
+  if (content.contains("text/csv")) {
+    for (const char* body : {"\x01\x02", "a,b\n1", "t_s,uc_v,um_v\n0,1\n", "login\n\n\n,,,"}) {
+      EXPECT_GE(send(body, kCsv), 400) << pattern << " " << body;
+    }
+    return;
+  }
+  const json::object& media = content.at("application/json").as_object();
+  const json::value* example = media.if_contains("example");
+  const json::object good =
+      example != nullptr && example->is_object() ? example->as_object() : json::object{};
+  EXPECT_FALSE(world_.description().CheckRequest(method, pattern, json::serialize(good)))
+      << pattern << ": its example does not fit its schema";
+  EXPECT_EQ(send("x=1", "Content-Type: application/x-www-form-urlencoded\r\n"), 415) << pattern;
+  EXPECT_EQ(send(std::string(std::size_t{2} << 20, ' '), ""), 413) << pattern;
+  for (const BadBody& bad : BadBodies(world_.description().document(), media.at("schema"), good)) {
+    if (bad.text.empty()) continue;
+    // What the schema refuses the server refuses; what it cannot say, the server may take.
+    const bool refused = world_.description().CheckRequest(method, pattern, bad.text).has_value();
+    if (!refused) continue;
+    EXPECT_GE(send(bad.text, ""), 400) << method << " " << pattern << ": " << bad.mistake;
+  }
+}
+
+void Contract::Mistake(const std::string& method,
+                       const std::string& pattern,
+                       const json::object& operation) {
+  const Known& known = KnownOf(pattern);
+  // Without an If-Match that fits and without a body nothing is changed by asking.
+  for (const char* who : {"guest", "bob", "ann", "robot", "reader", "teacher", "operator"}) {
+    if (pattern.ends_with("/auth/logout") || method == "POST") break;
+    (void)world_.Call(
+        who, method, pattern, ContractWorld::Fill(pattern, known.ids), {}, IfMatch(99));
+  }
+  if (method == "POST" && !pattern.ends_with("/runs") && !pattern.ends_with("/auth/logout")) {
+    for (const char* who : {"guest", "reader", "bob"}) {
+      (void)world_.Call(who, method, pattern, ContractWorld::Fill(pattern, known.ids), "[]");
+    }
+  }
+  WrongIds(method, pattern);
+  if (method == "GET") WrongQueries(pattern, operation);
+  if (!pattern.ends_with("/auth/logout")) WrongBodies(method, pattern, operation);
+}
+
+void Contract::Mistakes() {
+  for (const auto& [path, operations] : world_.description().document().at("paths").as_object()) {
+    for (const auto& [name, operation] : operations.as_object()) {
+      std::string method(name);
+      for (char& c : method) c = static_cast<char>(std::toupper(c));
+      Mistake(method, std::string(path), operation.as_object());
+    }
+  }
+  world_.Expect(204, "bob", "POST", "auth/logout", {}, "{}");
+  EXPECT_EQ(Get(world_.port(), "/healthz").status, 200) << "and it lives on";
+}
+
+void Contract::Report() {
+  int described = 0;
+  int reached = 0;
+  for (const auto& [path, operations] : world_.description().document().at("paths").as_object()) {
+    for (const auto& [name, operation] : operations.as_object()) {
+      const std::string key = std::string(name) + " " + std::string(path);
+      const auto seen = world_.seen().find(key);
+      ASSERT_NE(seen, world_.seen().end()) << key << " was never asked";
+      std::string missing;
+      bool succeeded = false;
+      for (const auto& [status, response] : operation.at("responses").as_object()) {
+        const int number = std::stoi(std::string(status));
+        ++described;
+        if (seen->second.contains(number)) {
+          ++reached;
+          succeeded = succeeded || number < 300;
+        } else {
+          missing += " " + std::to_string(number);
+        }
+      }
+      EXPECT_TRUE(succeeded || path == "/api/v1/bookings/{id}/claim" ||
+                  path == "/api/v1/rigs/{id}/clear-trip")
+          << key << " never did what it is for";
+      if (!missing.empty()) std::printf("  not reached: %s%s\n", key.c_str(), missing.c_str());
+    }
+  }
+  std::printf("%d calls; %d of %d described answers reached\n", world_.calls(), reached, described);
+}
+
+TEST(Contract, EveryOperationKeepsItsDescriptionInGoodAndInBadUse) {
+  Contract contract;
+  contract.Experiments();
+  contract.People();
+  contract.Rigs();
+  contract.JobsAndFaultSets();
+  contract.Sessions();
+  contract.Mistakes();
+  contract.Report();
+}
+
+}  // namespace
+}  // namespace faultlab::tests

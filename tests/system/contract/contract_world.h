@@ -1,0 +1,68 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "server/app/laboratory.h"
+#include "server/auth/accounts.h"
+#include "tests/support/json_schema.h"
+#include "tests/support/raw_client.h"
+#include "tests/support/temp_folder.h"
+
+namespace faultlab::tests {
+
+/// A whole server with people of every role, and everything that has an id made by one of them.
+/// Each answer is held against the description and counted: operation x status.
+class ContractWorld {
+ public:
+  ContractWorld();
+
+  /// "guest", "ann" and "bob" (students), "teacher", "operator", "admin", "robot" (a key of ann's
+  /// with every scope), "reader" (a key with the scope runs:read alone).
+  HttpAnswer Call(const std::string& who,
+                  const std::string& method,
+                  const std::string& pattern,
+                  const std::string& target,
+                  const std::string& body = {},
+                  const std::string& headers = {});
+  /// The same, and the status must be `status`; the parsed body, or {}.
+  boost::json::object Expect(int status,
+                             const std::string& who,
+                             const std::string& method,
+                             const std::string& pattern,
+                             const std::map<std::string, std::string>& parameters = {},
+                             const std::string& body = {},
+                             const std::string& headers = {});
+  /// The pattern with its {names} filled in; a name without a value stays 1.
+  static std::string Fill(std::string pattern, const std::map<std::string, std::string>& values);
+
+  /// Blocks until both benches have passed their checks.
+  void WaitForBenches();
+  /// Blocks until the run has ended.
+  void WaitForRun(const std::string& id);
+  std::string In(std::chrono::minutes from_now) const;
+
+  const ApiDescription& description() const { return description_; }
+  int port() const { return laboratory_->port(); }
+  server::Accounts& accounts() { return *accounts_; }
+  /// "get /api/v1/runs/{id}" -> statuses seen.
+  const std::map<std::string, std::set<int>>& seen() const { return seen_; }
+  int calls() const { return calls_; }
+
+ private:
+  void MakePerson(const std::string& login, server::Role role);
+
+  TempFolder folder_;
+  ApiDescription description_;
+  std::unique_ptr<server::Laboratory> laboratory_;
+  std::unique_ptr<server::Database> database_;
+  std::unique_ptr<server::Accounts> accounts_;
+  std::map<std::string, std::string> headers_;  ///< by person
+  std::map<std::string, std::set<int>> seen_;
+  int calls_ = 0;
+};
+
+}  // namespace faultlab::tests
