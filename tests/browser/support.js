@@ -2,7 +2,7 @@
 // whose every console error, failed request and word to another host is kept for the test to judge.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { connect, createServer } from "node:net";
 import { tmpdir } from "node:os";
@@ -54,22 +54,28 @@ export function story(name, body) {
   });
 }
 
-/** Starts `faultlab serve` on a free port. `speed` is simulated seconds per second. */
-export async function startServer({ speed = 1, data, listen = "127.0.0.1:0", args = [] } = {}) {
+/**
+ * Starts `faultlab serve` on a free port. `speed` is simulated seconds per second, `benches` the
+ * number of simulated benches that need a session.
+ */
+export async function startServer({ speed = 1, benches = 0, data, listen = "127.0.0.1:0" } = {}) {
   const binary = process.env.FAULTLAB_BIN;
   assert.ok(binary, "set FAULTLAB_BIN to the faultlab program");
-  const own = data ? null : temporaryDirectory();
+  const own = temporaryDirectory();
+  const config = join(own.path, "faultlab.toml");
+  writeFileSync(config, `[lab]\nbenches = ${benches}\n`);
   const child = spawn(
     binary,
     [
       "serve",
+      "--config",
+      config,
       "--listen",
       listen,
       "--data",
-      data ?? own.path,
+      data ?? join(own.path, "data"),
       "--sim-speed",
       String(speed),
-      ...args,
     ],
     { stdio: ["ignore", "pipe", "pipe"] },
   );
@@ -95,7 +101,7 @@ export async function startServer({ speed = 1, data, listen = "127.0.0.1:0", arg
       servers.delete(server);
       child.kill(signal);
       await ended;
-      own?.remove();
+      own.remove();
     },
   };
   servers.add(server);

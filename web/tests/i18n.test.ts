@@ -1,4 +1,5 @@
 import { describe, expect, it } from "vitest";
+import contract from "../../server/api/openapi.json";
 import { toCyrillic } from "../src/i18n/cyrillic";
 import { en as first } from "../src/i18n/en";
 import { enMore } from "../src/i18n/en_more";
@@ -45,6 +46,22 @@ describe("catalogues", () => {
   });
 });
 
+describe("words of the contract", () => {
+  const { schemas } = contract.components;
+  it.each([
+    ["state", schemas.Run.properties.state.enum],
+    ["state", schemas.Job.properties.state.enum],
+    ["state", schemas.Session.properties.state.enum],
+    ["rig", schemas.Rig.properties.state.enum],
+    ["rig", schemas.LabRig.properties.status.enum],
+    ["verdict", schemas.Diagnosis.properties.verdict.enum],
+    ["booking", schemas.Booking.properties.state.enum],
+    ["role", schemas.User.properties.role.enum],
+  ])("every %s is said in the reader's language", (group, values) => {
+    expect(values.filter((value) => !keys.some((key) => key === `${group}_${value}`))).toEqual([]);
+  });
+});
+
 describe("keys", () => {
   it("stand in one of the two English parts only", () => {
     expect(Object.keys(first).filter((key) => key in enMore)).toEqual([]);
@@ -59,9 +76,12 @@ describe("keys", () => {
       .filter(([path]) => !path.includes("/i18n/"))
       .map(([, source]) => source)
       .join("\n");
+    const groups = [...text.matchAll(/\bword\("(\w+)"/g)].map((match) => `${match[1]}_`);
+    groups.push("news_"); // by topic of a lab event
     const topics = [...text.matchAll(/"(\w+)"/g)].map((match) => match[1]);
     const used = (key: string) =>
       text.includes(`"${key}"`) ||
+      groups.some((group) => key.startsWith(group)) ||
       topics.some((topic) => key === `help_${topic}` || key === `help_${topic}_text`);
     expect(keys.filter((key) => !used(key))).toEqual([]);
   });

@@ -1,4 +1,14 @@
-import type { Diagnosis, Me, Page, Problem, Recording, Rig, Run, RunRequest } from "./types";
+import type {
+  Diagnosis,
+  Me,
+  Page,
+  Problem,
+  Recording,
+  Rig,
+  Run,
+  RunRequest,
+  Schemas,
+} from "./types";
 
 /** A refusal by the server, in its own words (RFC 9457). */
 export class ApiError extends Error {
@@ -19,11 +29,19 @@ export function useCsrfToken(token: string): void {
   csrfToken = token;
 }
 
+let unauthorized = () => {};
+
+/** Called when the server no longer knows who this is. */
+export function onUnauthorized(handler: () => void): void {
+  unauthorized = handler;
+}
+
 async function request(path: string, init: RequestInit = {}): Promise<Response> {
   const headers = new Headers(init.headers);
   if (csrfToken && init.method && init.method !== "GET") headers.set("X-CSRF-Token", csrfToken);
   const response = await fetch(base + path, { credentials: "same-origin", ...init, headers });
   if (response.ok) return response;
+  if (response.status === 401) unauthorized();
   const text = await response.text();
   let problem: Partial<Problem> = { title: response.statusText };
   try {
@@ -74,6 +92,7 @@ export const api = {
   login: (login: string, password: string) => send<Me>("POST", "/auth/login", { login, password }),
   logout: () => send<unknown>("POST", "/auth/logout", {}),
   rigs: async () => (await get<Page<Rig>>("/rigs")).items,
+  rigClasses: async () => (await get<Page<Schemas["RigClass"]>>("/rig-classes")).items,
 
   startRun: (plan: RunRequest) => send<Run>("POST", "/runs", plan),
   runs: (cursor?: string, limit = 30) =>

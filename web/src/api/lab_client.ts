@@ -1,4 +1,4 @@
-import { get, send, sendText } from "./client";
+import { api, get, send, sendText } from "./client";
 import type {
   ApiKey,
   AuditEntry,
@@ -9,7 +9,6 @@ import type {
   Job,
   LabEvent,
   NewApiKey,
-  RigClass,
   RigHealth,
   Session,
   Span,
@@ -21,6 +20,8 @@ import type { Page, RunRequest } from "./types";
 type Id = string | number;
 const at = (id: Id) => encodeURIComponent(String(id));
 const items = async <T>(path: string) => (await get<Page<T>>(path)).items;
+const page = <T>(path: string, cursor?: string) =>
+  get<Page<T>>(`${path}?limit=50${cursor ? `&cursor=${at(cursor)}` : ""}`);
 const ifMatch = (version: number) => ({ "If-Match": `"${version}"` });
 
 export const lab = {
@@ -29,10 +30,11 @@ export const lab = {
   resetPassword: (token: string, password: string) =>
     send<unknown>("POST", "/auth/reset", { token, password }),
 
-  rigClasses: () => items<RigClass>("/rig-classes"),
-  availability: (rigClass: string, span: Span) =>
+  rigClasses: api.rigClasses,
+  /** Free rigs in steps of `minutes`, and the first starts at which so long a session fits. */
+  availability: (rigClass: string, span: Span, minutes: number) =>
     get<Availability>(
-      `/rig-classes/${at(rigClass)}/availability?from=${at(span.start)}&to=${at(span.end)}`,
+      `/rig-classes/${at(rigClass)}/availability?from=${at(span.start)}&to=${at(span.end)}&minutes=${minutes}`,
     ),
 
   tickets: () => items<Ticket>("/tickets"),
@@ -59,10 +61,11 @@ export const lab = {
   handOver: (id: Id, to: string) => send<unknown>("POST", `/sessions/${at(id)}/handover`, { to }),
   acceptHandOver: (id: Id) => send<Session>("POST", `/sessions/${at(id)}/handover/accept`, {}),
 
-  events: (since: number) => get<{ items: LabEvent[]; next: number }>(`/events?since=${since}`),
+  events: (since: number) =>
+    get<{ items: LabEvent[]; next: number }>(`/events?since=${since}&limit=100`),
 
   faultSets: () => items<FaultSet>("/fault-sets"),
-  saveFaultSet: (set: Partial<FaultSet>) =>
+  saveFaultSet: (set: Pick<FaultSet, "name" | "visible" | "faults"> & Partial<FaultSet>) =>
     set.id === undefined
       ? send<FaultSet>("POST", "/fault-sets", set)
       : send<FaultSet>(
@@ -74,10 +77,9 @@ export const lab = {
   deleteFaultSet: (set: FaultSet) =>
     send<unknown>("DELETE", `/fault-sets/${at(set.id)}`, undefined, ifMatch(set.version)),
 
-  users: () => items<User>("/users"),
-  createUser: (user: { login: string; name: string; role: string }) =>
-    send<User>("POST", "/users", user),
-  changeUser: (user: User, change: { role?: string; disabled?: boolean }) =>
+  users: (cursor?: string) => page<User>("/users", cursor),
+  createUser: (user: Pick<User, "login" | "name" | "role">) => send<User>("POST", "/users", user),
+  changeUser: (user: User, change: Partial<Pick<User, "role" | "disabled">>) =>
     send<User>("PATCH", `/users/${at(user.id)}`, change, ifMatch(user.version)),
   resetLink: (id: Id) => send<{ link: string }>("POST", `/users/${at(id)}/reset-link`, {}),
   quarantine: (rig: string, reason: string) =>
@@ -100,14 +102,14 @@ export const lab = {
     sendText<{ enrolled: number }>("POST", `/courses/${at(course)}/members`, csv, "text/csv"),
 
   keys: () => items<ApiKey>("/api-keys"),
-  createKey: (key: { name: string; scopes: string[]; expires_at: string }) =>
+  createKey: (key: Pick<ApiKey, "name" | "scopes" | "expires_at">) =>
     send<NewApiKey>("POST", "/api-keys", key),
   revokeKey: (id: number) => send<unknown>("DELETE", `/api-keys/${at(id)}`),
 
-  jobs: () => items<Job>("/jobs?limit=50"),
+  jobs: (cursor?: string) => page<Job>("/jobs", cursor),
   submitJobs: (name: string, runs: RunRequest[]) =>
     send<{ batch: string; items: Job[] }>("POST", "/jobs", { name, runs }),
   cancelJob: (id: string) => send<unknown>("DELETE", `/jobs/${at(id)}`),
 
-  audit: () => items<AuditEntry>("/audit"),
+  audit: (cursor?: string) => page<AuditEntry>("/audit", cursor),
 };

@@ -6,10 +6,11 @@ export type Schemas = components["schemas"];
 export type Problem = Partial<Schemas["Problem"]>;
 export type Me = Pick<Schemas["Me"], "role" | "name"> & Partial<Schemas["Me"]>;
 export type Role = Me["role"];
-/** `reason` is the lab's: why nobody gets this rig. */
+/** `lab` and `reason` are the lab's word: may it be handed out, and if not, why. */
 export type Rig = Omit<Schemas["Rig"], "nominal" | "relay_values"> & {
   nominal: Partial<Record<Component, number>>;
   relay_values: Partial<Record<Component, number[]>>;
+  lab?: Schemas["LabRig"]["status"];
   reason?: string;
 };
 

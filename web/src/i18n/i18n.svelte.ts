@@ -1,3 +1,4 @@
+import { untrack } from "svelte";
 import type { Catalogue, Key } from "./catalogue";
 import { en } from "./en";
 
@@ -40,7 +41,16 @@ class I18n {
 
   /** Brings the texts of pages other than the first; they are all there in another language. */
   async loadAll(): Promise<void> {
-    if (this.locale === "en") this.catalogue = await loadCatalogue("en");
+    if (untrack(() => this.locale) === "en") this.catalogue = await loadCatalogue("en");
+  }
+
+  /** For dates and times: 24 hours and day before month, also in English. */
+  get dates(): string {
+    return this.locale === "en" ? "en-GB" : this.locale;
+  }
+
+  has(key: string): boolean {
+    return key in this.catalogue;
   }
 
   text(key: Key): string {

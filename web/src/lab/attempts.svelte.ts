@@ -1,7 +1,24 @@
-/** Runs what may be refused, and keeps the refusal for the page to show. */
+/** Runs what may be refused, keeps the refusal for the page to show, and shows what is true after. */
 export class Attempts {
   failure = $state("");
   busy = $state(false);
+  loaded = $state(false);
+
+  /** @param load  fetches what the page shows */
+  constructor(private readonly load: () => Promise<unknown> = async () => {}) {}
+
+  async start(): Promise<void> {
+    this.loaded = await this.run(this.load);
+  }
+
+  /** Does something and fetches anew, also after a refusal: it often says that the page was stale. */
+  async act(action: () => Promise<unknown>): Promise<boolean> {
+    const done = await this.run(action);
+    const refusal = this.failure;
+    await this.run(this.load);
+    if (!done) this.failure = refusal;
+    return done;
+  }
 
   async run(action: () => Promise<unknown>): Promise<boolean> {
     this.busy = true;
@@ -10,10 +27,14 @@ export class Attempts {
       this.failure = "";
       return true;
     } catch (error) {
-      this.failure = error instanceof Error ? error.message : String(error);
+      this.failure = wordsOf(error);
       return false;
     } finally {
       this.busy = false;
     }
   }
+}
+
+export function wordsOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
 }

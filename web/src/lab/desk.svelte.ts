@@ -1,8 +1,17 @@
 import { lab } from "../api/lab_client";
 import type { Booking, LabEvent, RigClass, Session, Ticket } from "../api/lab_types";
+import { t } from "../i18n/i18n.svelte";
+import { newsWords } from "../i18n/words";
+import { account } from "../shell/account.svelte";
 import { announcer } from "../shell/announcer.svelte";
+import { wordsOf } from "./attempts.svelte";
+import { LabFeed, type LabState } from "./feed";
 
-const EVERY_MS = 2000;
+const TICK_MS = 1000;
+const NEWS_MAX = 20;
+const EVENTS_PER_PAGE = 100;
+/** The lab warns five minutes, one minute and half a minute before the end. */
+export const ENDS_SOON_MS = 5 * 60_000;
 
 /** What the signed-in user holds in the lab: session, place in the queue, bookings, news. */
 export class LabDesk {
@@ -15,66 +24,104 @@ export class LabDesk {
   failure = $state("");
   loaded = $state(false);
   now = $state(Date.now());
-  private since = 0;
+  private users = 0;
+  private feed: LabFeed | null = null;
   private timer: ReturnType<typeof setInterval> | undefined;
 
-  constructor(private readonly login: () => string | undefined) {}
-
-  start(): void {
-    void this.load();
-    this.timer = setInterval(() => void this.listen(), EVERY_MS);
+  /** Rigs that need a session: simulators do not. */
+  get benches(): RigClass[] {
+    return this.classes.filter((each) => !each.elastic);
   }
 
-  stop(): void {
-    clearInterval(this.timer);
+  get offer(): Ticket | undefined {
+    return this.tickets.find((ticket) => ticket.state === "offered");
   }
 
-  async load(): Promise<void> {
+  get endsSoon(): boolean {
+    const { session } = this;
+    return session?.state === "active" && Date.parse(session.hard_end) - this.now < ENDS_SOON_MS;
+  }
+
+  /** Listens for as long as somebody shows the desk; the answer ends that. */
+  open(): () => void {
+    if (this.users++ === 0) {
+      this.feed = new LabFeed({
+        state: (state) => this.take(state),
+        lost: () => {
+          this.failure = t("lab_silent");
+        },
+      });
+      void this.loadRest();
+      this.timer = setInterval(() => {
+        this.now = Date.now();
+      }, TICK_MS);
+    }
+    return () => {
+      if (--this.users > 0) return;
+      this.feed?.close();
+      clearInterval(this.timer);
+      this.forget();
+    };
+  }
+
+  /** Does something, and shows the refusal. What came of it is pushed. */
+  async act(action: () => Promise<unknown>): Promise<boolean> {
+    return this.attempt(action);
+  }
+
+  private take(state: LabState): void {
+    const offered = (session: Session) => session.offered_to === account.me.login;
+    this.session = state.sessions.find((session) => !offered(session)) ?? null;
+    this.offeredToMe = state.sessions.find(offered) ?? null;
+    this.tickets = state.tickets.filter((each) => /waiting|offered/.test(each.state));
+    this.bookings = state.bookings.filter((booking) => Date.parse(booking.end) > Date.now());
+    this.news = [...state.news.toReversed(), ...this.news].slice(0, NEWS_MAX);
+    for (const event of state.news) announcer.say(event.topic, newsWords(event));
+    this.failure = "";
+    this.loaded = true;
+    void this.loadRest(false);
+  }
+
+  /** What is not this user's own: the classes and, at first, what was told before. */
+  private async loadRest(withNews = true): Promise<void> {
     await this.attempt(async () => {
-      const [sessions, tickets, bookings, classes] = await Promise.all([
-        lab.sessions(),
-        lab.tickets(),
-        lab.bookings(),
-        lab.rigClasses(),
-      ]);
-      const mine = (session: Session) => session.offered_to !== this.login();
-      this.session = sessions.find(mine) ?? null;
-      this.offeredToMe = sessions.find((session) => !mine(session)) ?? null;
-      this.tickets = tickets.filter((each) => each.state === "waiting" || each.state === "offered");
-      this.bookings = bookings.filter((booking) => Date.parse(booking.end) > Date.now());
-      this.classes = classes;
-      this.loaded = true;
+      this.classes = await lab.rigClasses();
+      if (withNews) this.news = (await toldSoFar()).toReversed().slice(0, NEWS_MAX);
     });
   }
 
-  /** Does something and shows what came of it. */
-  async act(action: () => Promise<unknown>): Promise<boolean> {
-    const done = await this.attempt(action);
-    if (done) await this.load();
-    return done;
+  /** The next user of this page must not see what this one had. */
+  private forget(): void {
+    this.session = null;
+    this.offeredToMe = null;
+    this.tickets = [];
+    this.bookings = [];
+    this.news = [];
+    this.failure = "";
+    this.loaded = false;
   }
 
-  private async listen(): Promise<void> {
-    this.now = Date.now();
-    await this.attempt(async () => {
-      const { items, next } = await lab.events(this.since);
-      const first = this.since === 0;
-      this.since = next;
-      if (items.length === 0) return;
-      this.news = [...items.reverse(), ...this.news].slice(0, 20);
-      if (!first) for (const event of items) announcer.say(event.topic, event.text);
-      await this.load();
-    }, true);
-  }
-
-  private async attempt(action: () => Promise<unknown>, quiet = false): Promise<boolean> {
+  private async attempt(action: () => Promise<unknown>): Promise<boolean> {
     try {
       await action();
-      if (!quiet) this.failure = "";
+      this.failure = "";
       return true;
     } catch (error) {
-      if (!quiet) this.failure = error instanceof Error ? error.message : String(error);
+      this.failure = wordsOf(error);
       return false;
     }
   }
 }
+
+/** Oldest first, page by page: the newest come last. */
+async function toldSoFar(): Promise<LabEvent[]> {
+  let told: LabEvent[] = [];
+  for (let since = 0; ; ) {
+    const { items, next } = await lab.events(since);
+    told = [...told, ...items].slice(-NEWS_MAX);
+    if (items.length < EVENTS_PER_PAGE) return told;
+    since = next;
+  }
+}
+
+export const desk = new LabDesk();

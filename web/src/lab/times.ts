@@ -1,15 +1,23 @@
 import { i18n } from "../i18n/i18n.svelte";
 
+const MOMENT: Intl.DateTimeFormatOptions = {
+  weekday: "short",
+  day: "numeric",
+  month: "short",
+  hour: "2-digit",
+  minute: "2-digit",
+  hourCycle: "h23",
+};
+const asDate = (moment: string | Date) => (typeof moment === "string" ? new Date(moment) : moment);
+
 /** "Mon 23 Nov, 14:30", in the language of the page and the user's own time zone. */
-export function localTime(iso: string | Date): string {
-  const date = typeof iso === "string" ? new Date(iso) : iso;
-  return date.toLocaleString(i18n.locale, {
-    weekday: "short",
-    day: "numeric",
-    month: "short",
-    hour: "2-digit",
-    minute: "2-digit",
-  });
+export function localTime(moment: string | Date): string {
+  return asDate(moment).toLocaleString(i18n.dates, MOMENT);
+}
+
+/** "Mon 23 Nov, 14:30 – 15:00": the day is said once when it is one day. */
+export function span(start: string | Date, end: string | Date): string {
+  return new Intl.DateTimeFormat(i18n.dates, MOMENT).formatRange(asDate(start), asDate(end));
 }
 
 /** "1:05:09" or "4:59" until `iso`; "0:00" when it has passed. */

@@ -13,11 +13,9 @@ export interface Slot {
   state: SlotState;
 }
 
-/** Monday 00:00, local time, of the week that holds `day`. */
-export function weekStart(day: Date): Date {
-  const start = new Date(day.getFullYear(), day.getMonth(), day.getDate());
-  start.setDate(start.getDate() - ((start.getDay() + 6) % 7));
-  return start;
+/** 00:00, local time, of the day that holds `moment`. */
+export function dayStart(moment: Date): Date {
+  return new Date(moment.getFullYear(), moment.getMonth(), moment.getDate());
 }
 
 /** Calendar days are added, not hours: a day of a clock change has 23 or 25 of them. */
@@ -31,7 +29,7 @@ export function weekSpan(start: Date): Span {
 
 export const NOTHING_KNOWN: Availability = { busy: [], next_free: [], slots: [] };
 
-/** The week as seven columns of slots between FIRST_HOUR and LAST_HOUR, local time. */
+/** Seven days from `start` as columns of slots between FIRST_HOUR and LAST_HOUR, local time. */
 export function weekSlots(start: Date, availability: Availability, now: Date): Slot[][] {
   const busy = availability.busy.map((span) => ({
     kind: span.kind,

@@ -27,6 +27,8 @@ export type SendToRig = (message: ClientMessage) => boolean;
 export class FaultCommands {
   settings = $state.raw<Settings>({});
   canCommand = $state(false);
+  /** The server has said that somebody else commands this rig. */
+  watching = $state(false);
   injection = $state<Injection | null>(null);
   /** Why the newest command for no single component (all nominal) was refused. */
   refusal = $state("");
@@ -41,6 +43,7 @@ export class FaultCommands {
   take(hello: Hello): void {
     this.epoch = hello.epoch;
     this.canCommand = hello.can_command;
+    this.watching = !hello.can_command;
     this.settings = settingsFrom(hello.positions ?? {});
     this.sent.clear();
     this.refusal = "";

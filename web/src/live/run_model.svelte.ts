@@ -4,9 +4,10 @@ import { t } from "../i18n/i18n.svelte";
 import { continuousModel, discreteModel } from "../plant/model";
 import { announcer } from "../shell/announcer.svelte";
 import { readFrames } from "../stream/frame_reader";
+import { type LinkPhase, socketAddress } from "../stream/link";
 import type { Hello, Readout, ServerMessage } from "../stream/messages";
 import { PlayoutClock } from "../stream/playout_clock";
-import { type LinkPhase, RunSocket } from "../stream/run_socket";
+import { RunSocket } from "../stream/run_socket";
 import { Slide } from "../stream/slide";
 import { announcementOf } from "./announcements";
 import { Countdown } from "./countdown";
@@ -161,8 +162,7 @@ export class RunModel {
         if (!first && (await api.run(this.id)).state !== "running") throw new RunOver();
         first = false;
         const { code } = await api.streamToken(this.id);
-        const scheme = location.protocol === "https:" ? "wss" : "ws";
-        return `${scheme}://${location.host}/ws?code=${encodeURIComponent(code)}`;
+        return socketAddress(code);
       },
       nextIndex: () => this.firstMissing(),
       isFatal: (error) =>

@@ -1,4 +1,4 @@
-import { api, useCsrfToken } from "../api/client";
+import { api, onUnauthorized, useCsrfToken } from "../api/client";
 import type { Me, Role } from "../api/types";
 
 const RANK: Record<Role, number> = {
@@ -14,6 +14,16 @@ const RANK: Record<Role, number> = {
 class Account {
   me = $state.raw<Me>({ role: "guest", name: "guest" });
   loaded = $state(false);
+  /** The sign-in ended while the page was open: by time, or from elsewhere. */
+  expired = $state(false);
+
+  constructor() {
+    onUnauthorized(() => {
+      if (!this.signedIn) return;
+      this.take({ role: "guest", name: "guest" });
+      this.expired = true;
+    });
+  }
 
   get signedIn(): boolean {
     return this.me.role !== "guest";
@@ -21,6 +31,11 @@ class Account {
 
   atLeast(role: Role): boolean {
     return RANK[this.me.role] >= RANK[role];
+  }
+
+  /** Where to sign in, and come back from. */
+  signInPath(from: string): string {
+    return `/signin?next=${encodeURIComponent(from)}`;
   }
 
   async load(): Promise<void> {
@@ -34,6 +49,7 @@ class Account {
 
   async signIn(login: string, password: string): Promise<void> {
     this.take(await api.login(login, password));
+    this.expired = false;
     if (!this.me.csrf_token) await this.load();
   }
 

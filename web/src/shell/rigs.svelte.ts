@@ -10,7 +10,12 @@ class Rigs {
 
   async load(): Promise<void> {
     try {
-      this.list = await api.rigs();
+      const [list, classes] = await Promise.all([api.rigs(), api.rigClasses()]);
+      const lab = new Map(classes.flatMap((each) => each.members).map((rig) => [rig.id, rig]));
+      this.list = list.map((rig) => {
+        const known = lab.get(rig.id);
+        return known ? { ...rig, lab: known.status, reason: known.reason } : rig;
+      });
       this.failure = "";
       this.loaded = true;
     } catch (error) {

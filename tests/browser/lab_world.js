@@ -1,0 +1,74 @@
+// The people of a lab, made over the REST interface, so that a test of the page begins where it
+// has something to say; and their pages.
+import assert from "node:assert/strict";
+import { openPage } from "./support.js";
+
+const PASSWORD = "correct horse battery";
+
+/** Accounts, courses and sign-ins on `server`; the first start's link makes the admin. */
+export async function makeWorld(server) {
+  const token = /reset\?token=([\w-]+)/.exec(server.output())?.[1];
+  assert.ok(token, `the first start prints a link:\n${server.output()}`);
+
+  async function call(who, method, path, body, type = "application/json") {
+    const headers = who ? { Cookie: who.cookie, "X-CSRF-Token": who.csrf } : {};
+    if (body !== undefined) headers["Content-Type"] = type;
+    const answer = await fetch(`${server.url}/api/v1${path}`, {
+      method,
+      headers,
+      body: typeof body === "object" ? JSON.stringify(body) : body,
+    });
+    const text = await answer.text();
+    assert.ok(answer.ok, `${method} ${path}: ${answer.status} ${text}`);
+    return { answer, json: text ? JSON.parse(text) : {} };
+  }
+  async function signIn(login) {
+    const { answer, json } = await call(null, "POST", "/auth/login", { login, password: PASSWORD });
+    return { login, cookie: answer.headers.get("set-cookie").split(";")[0], csrf: json.csrf_token };
+  }
+  const reset = (secret) =>
+    call(null, "POST", "/auth/reset", { token: secret, password: PASSWORD });
+
+  await reset(token);
+  const admin = await signIn("admin");
+  return {
+    admin,
+    call,
+    async user(login, name, role) {
+      const { json: user } = await call(admin, "POST", "/users", { login, name, role });
+      const { json } = await call(admin, "POST", `/users/${user.id}/reset-link`, {});
+      await reset(json.link.split("token=")[1]);
+      return signIn(login);
+    },
+    async course(teacher, name, students) {
+      const { json: course } = await call(teacher, "POST", "/courses", { name });
+      const lines = students.map((who) => `${who.login},${who.login}`).join("\n");
+      await call(
+        teacher,
+        "POST",
+        `/courses/${course.id}/members`,
+        `login,name\n${lines}\n`,
+        "text/csv",
+      );
+      return course;
+    },
+    /** Waits until `count` benches have passed their first check. */
+    async benchesReady(count) {
+      for (;;) {
+        const { json } = await call(admin, "GET", "/rig-classes");
+        const ready = json.items.reduce((sum, each) => sum + (each.elastic ? 0 : each.ready), 0);
+        if (ready >= count) return;
+        await new Promise((resolve) => setTimeout(resolve, 100));
+      }
+    },
+  };
+}
+
+/** A page on which `who` is signed in. */
+export async function pageOf(browser, server, who, path, options = {}) {
+  const opened = await openPage(browser, `${server.url}/help`, options);
+  const [name, value] = who.cookie.split("=");
+  await opened.context.addCookies([{ name, value, url: server.url }]);
+  await opened.page.goto(server.url + path);
+  return opened;
+}

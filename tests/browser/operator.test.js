@@ -1,0 +1,110 @@
+import assert from "node:assert/strict";
+import { after, before, describe } from "node:test";
+import { makeWorld, pageOf } from "./lab_world.js";
+import { axe, launchBrowser, openPage, SUITE_MS, startServer, story } from "./support.js";
+
+describe("operator", { timeout: SUITE_MS }, () => {
+  let server;
+  let browser;
+  let world;
+
+  before(async () => {
+    server = await startServer({ speed: 10, benches: 2 });
+    browser = await launchBrowser();
+    world = await makeWorld(server);
+    await world.benchesReady(2);
+  });
+  after(async () => {
+    await browser?.close();
+    await server?.stop();
+  });
+
+  story("a rig goes into quarantine with a reason, and comes back through a check", async () => {
+    const { page, close } = await pageOf(browser, server, world.admin, "/admin");
+    const rig = page.getByRole("listitem").filter({ hasText: "bench-1" }).first();
+    await rig.getByText("free").waitFor();
+    await page.getByRole("button", { name: "Quarantine bench-1" }).click();
+    await page.getByLabel("Reason").fill("smells of smoke");
+    await page
+      .getByRole("dialog")
+      .getByRole("button", { name: /^Quarantine/ })
+      .click();
+    await rig.getByText("quarantined").waitFor();
+    await rig.getByText("smells of smoke").waitFor();
+    assert.deepEqual(await axe(page), []);
+    await page.getByRole("button", { name: "Release bench-1" }).click();
+    await rig.getByText("free").waitFor();
+    await close();
+  });
+
+  story(
+    "an outage takes a rig out and says so to everybody; removed, the rig is checked and free",
+    async () => {
+      const { page, close } = await pageOf(browser, server, world.admin, "/admin");
+      const rig = page.getByRole("listitem").filter({ hasText: "bench-2" }).first();
+      await page.getByRole("button", { name: "Outage from now bench-2" }).click();
+      await page.getByLabel("Reason").fill("new brushes");
+      await page.getByLabel("Outage, hours").fill("3");
+      await page
+        .getByRole("dialog")
+        .getByRole("button", { name: /^Outage/ })
+        .click();
+      await rig.getByText("maintenance").waitFor();
+      await rig.getByText(/planned outage: .*new brushes/).waitFor();
+
+      const guest = await openPage(browser, `${server.url}/status`);
+      await guest.page
+        .getByRole("listitem")
+        .filter({ hasText: "bench-2" })
+        .getByText("maintenance")
+        .waitFor();
+      assert.deepEqual(await axe(guest.page), []);
+      await guest.close();
+
+      await rig.getByRole("button", { name: /^Remove/ }).click();
+      await rig.getByText("free").waitFor();
+      await page.getByRole("button", { name: "Self-test bench-2" }).click();
+      await rig.getByText("free").waitFor();
+      await close();
+    },
+  );
+
+  story("an account is disabled and its open page says that the sign-in has ended", async () => {
+    const student = await world.user("pera", "Pera", "student");
+    const theirs = await pageOf(browser, server, student, "/jobs", { allow: /status of 401/ });
+    await theirs.page.getByRole("heading", { name: "Jobs" }).waitFor();
+    const { page, close } = await pageOf(browser, server, world.admin, "/admin");
+    await page.getByRole("button", { name: "Disable pera" }).click();
+    await page.getByRole("button", { name: "Enable pera" }).waitFor();
+    await theirs.page.getByRole("button", { name: /^Submit/ }).click();
+    await theirs.page.getByRole("alert").filter({ hasText: "Your sign-in has ended" }).waitFor();
+    await theirs.page.getByRole("heading", { name: "Sign in to see this page" }).waitFor();
+    assert.deepEqual(await axe(theirs.page), []);
+
+    await page.getByRole("button", { name: "Enable pera" }).click();
+    await page.getByRole("button", { name: "Disable pera" }).waitFor();
+    await theirs.page.getByRole("main").getByRole("link", { name: "Sign in" }).click();
+    await theirs.page.getByLabel("Login").fill("pera");
+    await theirs.page.getByLabel("Password").fill("correct horse battery");
+    await theirs.page.getByRole("main").getByRole("button", { name: "Sign in" }).click();
+    await theirs.page.getByRole("heading", { name: "Jobs" }).waitFor(); // where they were
+    await theirs.close();
+
+    await page.reload();
+    const audit = page.getByRole("region", { name: "Audit log" });
+    await audit
+      .getByText(/change_user pera/)
+      .first()
+      .waitFor();
+    await audit.getByText(/quarantine rig:bench-1/).waitFor();
+    await close();
+  });
+
+  story("what a role may not open says so", async () => {
+    const student = await world.user("laza", "Laza", "student");
+    const { page, close } = await pageOf(browser, server, student, "/admin");
+    await page.getByRole("heading", { name: "Your role does not open this page" }).waitFor();
+    assert.deepEqual(await axe(page), []);
+    await close();
+  });
+});

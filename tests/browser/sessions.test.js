@@ -1,0 +1,162 @@
+import assert from "node:assert/strict";
+import { after, before, describe } from "node:test";
+import { makeWorld, pageOf } from "./lab_world.js";
+import { axe, launchBrowser, SUITE_MS, startServer, story, waitForReview } from "./support.js";
+
+describe("sessions", { timeout: SUITE_MS }, () => {
+  let server;
+  let browser;
+  let world;
+  let students;
+
+  before(async () => {
+    server = await startServer({ speed: 10, benches: 1 });
+    browser = await launchBrowser();
+    world = await makeWorld(server);
+    students = [];
+    for (const login of ["pera", "mika", "laza"]) {
+      students.push(await world.user(login, login, "student"));
+    }
+    await world.benchesReady(1);
+  });
+  after(async () => {
+    await browser?.close();
+    await server?.stop();
+  });
+
+  /** Ends whatever somebody holds or waits for, and waits for the check of the bench. */
+  async function clear() {
+    const { json: sessions } = await world.call(world.admin, "GET", "/sessions?all=1");
+    for (const who of students) {
+      const { json } = await world.call(who, "GET", "/tickets");
+      for (const ticket of json.items.filter((each) => /waiting|offered/.test(each.state))) {
+        await world.call(who, "POST", `/tickets/${ticket.id}/leave`, {});
+      }
+    }
+    for (const session of sessions.items.filter((each) => each.state === "active")) {
+      await world.call(world.admin, "POST", `/sessions/${session.id}/end`, {});
+    }
+    await world.benchesReady(1);
+  }
+  async function takeBench(page) {
+    await page.getByRole("button", { name: "Ask for a rig now" }).click();
+    await page.getByRole("button", { name: "Accept" }).click();
+    await page.getByRole("heading", { name: "Your session" }).waitFor();
+    await page.getByRole("link", { name: "Use the rig" }).waitFor();
+  }
+
+  story(
+    "places and offers in the queue come without a reload, and the next session starts",
+    async () => {
+      const pages = [];
+      for (const who of students) pages.push(await pageOf(browser, server, who, "/my"));
+      const [first, second, third] = pages.map((each) => each.page);
+      await takeBench(first);
+      assert.deepEqual(await axe(first), []);
+
+      await second.getByRole("button", { name: "Ask for a rig now" }).click();
+      await second.getByText("Place 1 for bench").waitFor();
+      await second.getByText(/^Expected start \w{3} \d+ \w{3}, \d\d:\d\d$/).waitFor();
+      await third.getByRole("button", { name: "Ask for a rig now" }).click();
+      await third.getByText("Place 2 for bench").waitFor();
+      const expected = await third.getByText(/^Expected start/).innerText();
+      assert.deepEqual(await axe(third), []);
+
+      await first.getByRole("button", { name: "End session" }).click();
+      await second.getByText("Your turn on bench").waitFor();
+      await third.getByText("Place 1 for bench").waitFor();
+      assert.notEqual(await third.getByText(/^Expected start/).innerText(), expected);
+      await second.getByRole("button", { name: "Accept" }).click();
+      await second.getByRole("heading", { name: "Your session" }).waitFor();
+      await third.getByRole("button", { name: "Leave the queue" }).click();
+      await third.getByRole("button", { name: "Ask for a rig now" }).waitFor();
+      for (const each of pages) await each.close();
+    },
+  );
+
+  story(
+    "a session is extended while nobody waits, and refused in words when somebody does",
+    async () => {
+      const one = await pageOf(browser, server, students[0], "/my", { allow: /status of 409/ });
+      await takeBench(one.page);
+      const endOf = async () => {
+        const { json } = await world.call(students[0], "GET", "/sessions");
+        return Date.parse(json.items[0].hard_end);
+      };
+      const before = await endOf();
+      await one.page.getByRole("button", { name: "Extend" }).click();
+      const minutes = (text) => Number(/(\d+):\d\d$/.exec(text)[1]);
+      const left = one.page.locator(".card", { hasText: "Your session" }).locator("b.num");
+      await one.page.waitForFunction(() => {
+        const text = [...document.querySelectorAll("b.num")].map((each) => each.textContent).join();
+        return /\b(3[5-9]|4\d):\d\d/.test(text);
+      });
+      assert.ok(minutes(await left.innerText()) >= 35);
+      assert.equal(await endOf(), before + 10 * 60_000);
+
+      await world.call(students[1], "POST", "/tickets", { rig_class: "bench" });
+      await one.page.getByRole("button", { name: "Extend" }).click();
+      await one.page.getByRole("alert").filter({ hasText: /wait/ }).waitFor();
+      await one.close();
+    },
+  );
+
+  story(
+    "control goes over by offer and accept, from whatever page the other one is on",
+    async () => {
+      const one = await pageOf(browser, server, students[0], "/my");
+      const two = await pageOf(browser, server, students[1], "/runs");
+      await takeBench(one.page);
+      await one.page.getByLabel("Hand over to").fill("mika");
+      await one.page.getByRole("button", { name: "Offer control" }).click();
+      await one.page.getByText("Offered to mika.").waitFor();
+
+      const bar = two.page.getByRole("complementary", { name: "My lab" });
+      await bar.getByText("pera offers you control of bench-1.").waitFor();
+      assert.deepEqual(await axe(two.page), []);
+      await bar.getByRole("button", { name: "Accept" }).click();
+      await bar.getByText("bench-1 ends in").waitFor();
+      await one.page.getByRole("button", { name: "Ask for a rig now" }).waitFor();
+      await one.page
+        .getByRole("listitem")
+        .filter({ hasText: "the control went to somebody else" })
+        .waitFor();
+      await one.close();
+      await two.close();
+    },
+  );
+
+  story(
+    "an operator takes over with a reason, and the run of the one who loses the rig is stopped",
+    async () => {
+      await clear();
+      const one = await pageOf(browser, server, students[2], "/my");
+      await takeBench(one.page);
+      await one.page.getByRole("link", { name: "Use the rig" }).click();
+      await one.page.getByLabel("Duration, s").fill("300");
+      await one.page.locator("#set-R1").focus();
+      await one.page.keyboard.press("1");
+      await one.page.getByRole("button", { name: "Run this experiment" }).click();
+      await one.page.waitForURL(/\/lab\/.+/);
+      await one.page.locator("#set-R12:not([disabled])").waitFor();
+
+      const operator = await pageOf(browser, server, world.admin, "/admin");
+      await operator.page.getByRole("button", { name: "Take over bench-1" }).click();
+      const dialog = operator.page.getByRole("dialog");
+      assert.deepEqual(await axe(operator.page), []);
+      await dialog.getByLabel("Reason").fill("the motor is hot");
+      await dialog.getByRole("button", { name: /^Take over/ }).click();
+      await operator.page
+        .getByRole("complementary", { name: "My lab" })
+        .getByText("bench-1 ends in")
+        .waitFor();
+      await waitForReview(one.page);
+      await one.page.goto(`${server.url}/my`);
+      await one.page.getByRole("listitem").filter({ hasText: "the motor is hot" }).waitFor();
+      await operator.page.reload();
+      await operator.page.getByText("take_over session").waitFor();
+      await one.close();
+      await operator.close();
+    },
+  );
+});

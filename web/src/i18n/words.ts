@@ -1,0 +1,17 @@
+import type { Key } from "./catalogue";
+import { i18n, t } from "./i18n.svelte";
+
+/** The server's word for a state, a role or a kind, in the reader's language; itself if unknown. */
+export function word(
+  group: "state" | "rig" | "verdict" | "role" | "booking",
+  value: string,
+): string {
+  const key = `${group}_${value.toLowerCase()}`;
+  return i18n.has(key) ? t(key as Key) : value;
+}
+
+/** A message of the lab by its topic; the server's own English where there is no better word. */
+export function newsWords(event: { topic: string; text: string }): string {
+  const key = `news_${event.topic}`;
+  return i18n.has(key) ? t(key as Key, { text: event.text }) : event.text;
+}

@@ -1,0 +1,87 @@
+import { ApiError, send } from "../api/client";
+import { lab } from "../api/lab_client";
+import type { Booking, LabEvent, Session, Ticket } from "../api/lab_types";
+import { Link, socketAddress } from "../stream/link";
+
+const ASK_EVERY_MS = 3000;
+
+/** What the lab says to one user after every change: all of it, so that a cut needs no repair. */
+export interface LabState {
+  tickets: Ticket[];
+  sessions: Session[];
+  bookings: Booking[];
+  /** Told since the message before; the page asks for what is older. */
+  news: LabEvent[];
+  next: number;
+}
+
+export interface LabFeedEvents {
+  state(state: LabState): void;
+  lost(): void;
+}
+
+/**
+ * The lab's own stream: queue place, offers and warnings come without asking. Where the server
+ * refuses the stream (a proxy that knows no WebSocket), the same is asked for every 3 s.
+ */
+export class LabFeed {
+  private since = 0;
+  private closed = false;
+  private timer: ReturnType<typeof setInterval> | undefined;
+  private readonly link: Link;
+
+  constructor(private readonly events: LabFeedEvents) {
+    this.link = new Link(
+      {
+        address: async () => {
+          const { code } = await send<{ code: string }>("POST", "/events/stream-token", {});
+          return socketAddress(code);
+        },
+        isFatal: (error) => error instanceof ApiError && [403, 404].includes(error.status),
+      },
+      {
+        phase: (phase) => {
+          if (phase === "waiting") events.lost();
+        },
+        roundTrip: () => {},
+        binary: () => {},
+        refused: () => {
+          if (this.closed) return;
+          this.timer = setInterval(() => void this.ask(), ASK_EVERY_MS);
+          void this.ask();
+        },
+        text: (message) => {
+          this.link.ready();
+          if (message.type === "lab") this.take(message as { type: string } & LabState);
+        },
+      },
+    );
+    void this.link.connect();
+  }
+
+  close(): void {
+    this.closed = true;
+    this.link.close();
+    clearInterval(this.timer);
+  }
+
+  private take(state: LabState): void {
+    this.since = state.next;
+    this.events.state(state);
+  }
+
+  private async ask(): Promise<void> {
+    try {
+      const [tickets, sessions, bookings, told] = await Promise.all([
+        lab.tickets(),
+        lab.sessions(),
+        lab.bookings(),
+        lab.events(this.since),
+      ]);
+      const news = this.since === 0 ? [] : told.items;
+      if (!this.closed) this.take({ tickets, sessions, bookings, news, next: told.next });
+    } catch {
+      if (!this.closed) this.events.lost();
+    }
+  }
+}

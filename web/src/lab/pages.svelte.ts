@@ -1,0 +1,25 @@
+import type { Page } from "../api/types";
+
+/** A list that the server hands out page by page. */
+export class Pages<T> {
+  items = $state.raw<T[]>([]);
+  private cursor = $state<string | null>(null);
+
+  constructor(private readonly fetch: (cursor?: string) => Promise<Page<T>>) {}
+
+  get more(): boolean {
+    return this.cursor !== null;
+  }
+
+  async load(): Promise<void> {
+    const page = await this.fetch();
+    this.items = page.items;
+    this.cursor = page.next_cursor;
+  }
+
+  async next(): Promise<void> {
+    const page = await this.fetch(this.cursor ?? undefined);
+    this.items = [...this.items, ...page.items];
+    this.cursor = page.next_cursor;
+  }
+}
