@@ -16,6 +16,7 @@
 
 namespace faultlab::server {
 
+class CalendarLinks;
 class LabFeed;
 
 /// What the endpoints of accounts, queue, calendar, jobs and fault sets work on.
@@ -25,6 +26,7 @@ struct LabApi {
   lab::JobStore& jobs;
   lab::FaultSets& fault_sets;
   lab::RememberedAnswers& answers;
+  CalendarLinks& calendar_links;
   LabFeed* feed = nullptr;
   /// The next check of this rig makes its calibrated band. Then ask for a check.
   std::function<void(const std::string& rig)> commission{};
@@ -112,8 +114,14 @@ core::Result<HttpResponse> ListBookings(ApiContext& api, const ApiRequest& reque
 core::Result<HttpResponse> CreateBooking(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> DeleteBooking(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ClaimBooking(ApiContext& api, const ApiRequest& request);
-core::Result<HttpResponse> GetCalendar(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ListLabEvents(ApiContext& api, const ApiRequest& request);
+
+// lab_calendar.cc
+core::Result<HttpResponse> GetCalendar(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> GetCalendarByLink(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> GetCalendarLink(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> CreateCalendarLink(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> RemoveCalendarLink(ApiContext& api, const ApiRequest& request);
 
 // lab_sessions.cc
 core::Result<HttpResponse> ListSessions(ApiContext& api, const ApiRequest& request);

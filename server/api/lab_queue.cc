@@ -1,4 +1,4 @@
-// tickets, bookings, calendar.ics, events.
+// tickets, bookings, events.
 #include <boost/json.hpp>
 
 #include "server/api/json_reader.h"
@@ -64,27 +64,6 @@ core::Status MayUse(const Map& map, Id id, const Principal& who, Operation opera
 }
 
 /// Local clock values without a zone do not exist in this feed: everything is UTC.
-std::string CalendarTime(WallTime time) {
-  std::string text;
-  for (const char c : Iso8601(time).substr(0, 19)) {
-    if (c != '-' && c != ':') text += c;
-  }
-  return text + "Z";
-}
-
-std::string CalendarText(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == ',' || c == ';' || c == '\\') out += '\\';
-    if (c == '\n') {
-      out += "\\n";
-    } else if (static_cast<unsigned char>(c) >= 0x20) {
-      out += c;
-    }
-  }
-  return out;
-}
-
 }  // namespace
 
 json::array TicketsOf(const lab::LabState& state, UserId user) {
@@ -242,29 +221,6 @@ core::Result<HttpResponse> ClaimBooking(ApiContext& api, const ApiRequest& reque
   });
   if (!session) return session.error();
   return JsonResponse(SessionToJson(*lab.value(), session.value()));
-}
-
-core::Result<HttpResponse> GetCalendar(ApiContext& api, const ApiRequest& request) {
-  auto lab = LabOf(api);
-  if (!lab) return lab.error();
-  const auto state = lab.value()->service.state();
-  const std::string stamp = CalendarTime(api.clock.Wall());
-  std::string out =
-      "BEGIN:VCALENDAR\r\nVERSION:2.0\r\nPRODID:-//faultlab//bookings//EN\r\n"
-      "CALSCALE:GREGORIAN\r\n";
-  for (const auto& [id, booking] : state->bookings) {
-    if (booking.user != UserId{request.who.user_id}) continue;
-    out += "BEGIN:VEVENT\r\nUID:booking-" + std::to_string(Number(id)) +
-           "@faultlab\r\nDTSTAMP:" + stamp + "\r\nDTSTART:" + CalendarTime(booking.during.start) +
-           "\r\nDTEND:" + CalendarTime(booking.during.end) +
-           "\r\nSEQUENCE:" + std::to_string(booking.version) +
-           "\r\nSUMMARY:" + CalendarText("Lab: " + booking.rig_class + " (" + booking.rig + ")") +
-           "\r\nEND:VEVENT\r\n";
-  }
-  HttpResponse response;
-  response.content_type = "text/calendar; charset=utf-8";
-  response.body = out + "END:VCALENDAR\r\n";
-  return response;
 }
 
 core::Result<HttpResponse> ListLabEvents(ApiContext& api, const ApiRequest& request) {

@@ -49,6 +49,10 @@ std::vector<ApiRoute> LabRoutes() {
       {kDelete, "/api/v1/bookings/{id}", kUseBooking, kRole, DeleteBooking},
       {kPost, "/api/v1/bookings/{id}/claim", kUseBooking, kRole, ClaimBooking, kJson},
       {kGet, "/api/v1/calendar.ics", kUseBooking, kRole, GetCalendar},
+      {kGet, "/api/v1/calendar/{token}.ics", kReadPublic, kAnybody, GetCalendarByLink},
+      {kGet, "/api/v1/calendar-link", kManageOwnAccount, kRole, GetCalendarLink},
+      {kPost, "/api/v1/calendar-link", kManageOwnAccount, kRole, CreateCalendarLink, kJson},
+      {kDelete, "/api/v1/calendar-link", kManageOwnAccount, kRole, RemoveCalendarLink},
       {kGet, "/api/v1/events", kUseTicket, kRole, ListLabEvents},
       {kPost, "/api/v1/events/stream-token", kUseTicket, kRole, IssueFeedToken, kJson},
 

@@ -55,6 +55,7 @@ LabSystem::LabSystem(Database& database, Accounts& accounts, ApiContext& api, Op
       jobs_(database),
       fault_sets_(database),
       answers_(database),
+      calendar_links_(database),
       bands_(database),
       database_(database),
       accounts_(accounts),
@@ -77,8 +78,8 @@ core::Result<std::unique_ptr<LabSystem>> LabSystem::Open(Database& database,
       lab::LabService::Open(database, api.clock, *self.duties_, std::move(service_options));
   if (!service.ok()) return service.error();
   self.service_ = std::move(service).value();
-  self.lab_api_ = std::make_unique<LabApi>(
-      LabApi{accounts, *self.service_, self.jobs_, self.fault_sets_, self.answers_});
+  self.lab_api_ = std::make_unique<LabApi>(LabApi{
+      accounts, *self.service_, self.jobs_, self.fault_sets_, self.answers_, self.calendar_links_});
   self.feed_ = std::make_unique<LabFeed>(api, *self.lab_api_);
   self.lab_api_->feed = self.feed_.get();
   self.lab_api_->commission = [&self](const std::string& rig) {

@@ -13,6 +13,7 @@
 
 #include "server/api/lab_feed.h"
 #include "server/app/job_runner.h"
+#include "server/auth/calendar_links.h"
 #include "server/clock.h"
 #include "server/lab/fault_sets.h"
 #include "server/lab/job_store.h"
@@ -64,6 +65,7 @@ class LabSystem {
   lab::JobStore jobs_;
   lab::FaultSets fault_sets_;
   lab::RememberedAnswers answers_;
+  CalendarLinks calendar_links_;
   lab::RigBands bands_;
   Database& database_;
   Accounts& accounts_;

@@ -222,6 +222,14 @@ void Contract::Sessions() {
   const HttpAnswer calendar =
       world_.Call("ann", "GET", "/api/v1/calendar.ics", "/api/v1/calendar.ics");
   EXPECT_EQ(calendar.status, 200);
+  const json::object link = world_.Expect(201, "ann", "POST", "calendar-link", {}, "{}");
+  world_.Expect(200, "ann", "GET", "calendar-link");
+  const std::string address = Id(link, "link");
+  const std::string by_link = "/api/v1/calendar/{token}.ics";
+  EXPECT_EQ(world_.Call("guest", "GET", by_link, address).body.substr(0, 15), "BEGIN:VCALENDAR");
+  world_.Expect(201, "ann", "POST", "calendar-link", {}, "{}");
+  EXPECT_EQ(world_.Call("guest", "GET", by_link, address).status, 404) << "the one before ended";
+  world_.Expect(204, "ann", "DELETE", "calendar-link");
   world_.Expect(201, "ann", "POST", "events/stream-token", {}, "{}");
   const json::object asked =
       world_.Expect(201, "ann", "POST", "tickets", {}, R"({"rig_class":"bench"})");

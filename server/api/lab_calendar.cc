@@ -1,0 +1,103 @@
+// calendar.ics, calendar-link.
+#include <boost/json.hpp>
+
+#include "server/api/lab_lists.h"
+#include "server/auth/calendar_links.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using lab::UserId;
+
+std::string CalendarTime(WallTime time) {
+  std::string text;
+  for (const char c : Iso8601(time).substr(0, 19)) {
+    if (c != '-' && c != ':') text += c;
+  }
+  return text + "Z";
+}
+
+std::string CalendarText(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == ',' || c == ';' || c == '\\') out += '\\';
+    if (c == '\n') {
+      out += "\\n";
+    } else if (static_cast<unsigned char>(c) >= 0x20) {
+      out += c;
+    }
+  }
+  return out;
+}
+
+core::Result<HttpResponse> CalendarOf(ApiContext& api, UserId user) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  const auto state = lab.value()->service.state();
+  const std::string stamp = CalendarTime(api.clock.Wall());
+  std::string out =
+      "BEGIN:VCALENDAR\r\nVERSION:2.0\r\nPRODID:-//faultlab//bookings//EN\r\n"
+      "CALSCALE:GREGORIAN\r\n";
+  for (const auto& [id, booking] : state->bookings) {
+    if (booking.user != user) continue;
+    out += "BEGIN:VEVENT\r\nUID:booking-" + std::to_string(Number(id)) +
+           "@faultlab\r\nDTSTAMP:" + stamp + "\r\nDTSTART:" + CalendarTime(booking.during.start) +
+           "\r\nDTEND:" + CalendarTime(booking.during.end) +
+           "\r\nSEQUENCE:" + std::to_string(booking.version) +
+           "\r\nSUMMARY:" + CalendarText("Lab: " + booking.rig_class + " (" + booking.rig + ")") +
+           "\r\nEND:VEVENT\r\n";
+  }
+  HttpResponse response;
+  response.content_type = "text/calendar; charset=utf-8";
+  response.body = out + "END:VCALENDAR\r\n";
+  return response;
+}
+
+core::Result<HttpResponse> LinkOf(CalendarLinks& links, const Principal& who) {
+  const auto created = links.CreatedAt(who.user_id);
+  if (!created) return created.error();
+  json::object out{{"created_at", nullptr}};
+  if (created.value()) out["created_at"] = Iso8601(*created.value());
+  return JsonResponse(out);
+}
+
+}  // namespace
+
+core::Result<HttpResponse> GetCalendar(ApiContext& api, const ApiRequest& request) {
+  return CalendarOf(api, UserId{request.who.user_id});
+}
+
+core::Result<HttpResponse> GetCalendarByLink(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  const auto account = lab.value()->calendar_links.AccountOf(request.http.PathParameter("token"));
+  if (!account) return account.error();
+  return CalendarOf(api, UserId{account.value()});
+}
+
+core::Result<HttpResponse> GetCalendarLink(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  return LinkOf(lab.value()->calendar_links, request.who);
+}
+
+core::Result<HttpResponse> CreateCalendarLink(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  const core::Status empty = NoBody(request);
+  if (!empty.ok()) return empty.error();
+  const auto secret = lab.value()->calendar_links.Create(request.who.user_id, api.clock.Wall());
+  if (!secret) return secret.error();
+  return JsonResponse(json::object{{"link", "/api/v1/calendar/" + secret.value() + ".ics"}}, 201);
+}
+
+core::Result<HttpResponse> RemoveCalendarLink(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  const core::Status removed = lab.value()->calendar_links.Remove(request.who.user_id);
+  if (!removed.ok()) return removed.error();
+  return NoContent();
+}
+
+}  // namespace faultlab::server
