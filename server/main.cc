@@ -436,7 +436,7 @@ int main(int argc, char** argv) {
                              rig_options,
                              &hardware::RunRigAgent,
                              chosen);
-  rig.add_option("--id", rig_options.id, "Name of the rig")->required();
+  rig.add_option("--id", rig_options.id, "Name of the rig; default: the one in --config");
   rig.add_option(
       "--lcm", rig_options.lcm_url, "Bus to the server, udpm://239.255.76.67:7667?ttl=1");
   rig.add_option(

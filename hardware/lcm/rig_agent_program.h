@@ -7,7 +7,7 @@ namespace faultlab::hardware {
 /// `faultlab rig --id NAME --lcm URL [--config F]`: the program beside a bench, or a simulated
 /// bench on another machine.
 struct RigAgentOptions {
-  std::string id;           ///< --id, needed
+  std::string id;           ///< --id; empty: the one in config_file, or any with self_test
   std::string lcm_url;      ///< --lcm; empty is allowed with self_test
   std::string config_file;  ///< --config: bench TOML (hardware/README.md); empty = simulated bench
   std::string profile = "bench";  ///< --profile of the simulated bench: bench | multisim

@@ -176,20 +176,27 @@ void LabSystem::CheckLoop() {
       check = checks_.front();
       checks_.pop_front();
     }
-    const auto give_up = std::chrono::steady_clock::now() + kRigPatience;
-    auto lease = api_.bay.Acquire(check.rig);
-    while (!lease.ok() && lease.error().code == core::ErrorCode::kBusy &&
-           std::chrono::steady_clock::now() < give_up && !WaitForStop(milliseconds(50))) {
-      lease = api_.bay.Acquire(check.rig);
-    }
-    lab::RigVerdict verdict{false, lease.ok() ? "" : lease.error().message, std::nullopt};
-    if (lease.ok()) {
-      RigLease held = std::move(lease).value();
-      verdict = CheckHeld(check.rig, held);
-    }
+    const lab::RigVerdict verdict = CheckFree(check.rig);
     if (!verdict.passed) options_.log("rig " + check.rig + " fails its check: " + verdict.text);
     // A newer check of the same rig makes this answer stale, which is as it should be.
     (void)service_->CleaningDone(check.rig, check.epoch, verdict.passed, verdict.text);
+  }
+}
+
+/// Waits until nobody holds the rig. What its driver throws is a failed check.
+lab::RigVerdict LabSystem::CheckFree(const lab::RigId& id) {
+  try {
+    const auto give_up = std::chrono::steady_clock::now() + kRigPatience;
+    auto lease = api_.bay.Acquire(id);
+    while (!lease.ok() && lease.error().code == core::ErrorCode::kBusy &&
+           std::chrono::steady_clock::now() < give_up && !WaitForStop(milliseconds(50))) {
+      lease = api_.bay.Acquire(id);
+    }
+    if (!lease.ok()) return {false, lease.error().message, std::nullopt};
+    RigLease held = std::move(lease).value();
+    return CheckHeld(id, held);
+  } catch (const std::exception& error) {
+    return {false, error.what(), std::nullopt};
   }
 }
 

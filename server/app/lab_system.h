@@ -55,6 +55,7 @@ class LabSystem {
   LabSystem(Database& database, Accounts& accounts, ApiContext& api, Options options);
   void FollowRigs();
   void CheckLoop();
+  lab::RigVerdict CheckFree(const lab::RigId& id);
   lab::RigVerdict CheckHeld(const lab::RigId& id, RigLease& held);
   void RetainDaily();
   bool WaitForStop(std::chrono::milliseconds patience);

@@ -58,8 +58,9 @@ void RigBay::LookAround() const {
     const auto known = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) {
       return slot.description.id == rig.status.description.id;
     });
-    Slot& slot = known != slots_.end() ? *known : slots_.emplace_back();
-    if (known == slots_.end()) {
+    const bool is_new = known == slots_.end();
+    Slot& slot = is_new ? slots_.emplace_back() : *known;
+    if (is_new) {
       slot.epoch = rig.status.epoch;
       slot.profile = std::move(rig.status.profile);
       slot.make = std::move(rig.make);

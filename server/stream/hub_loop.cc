@@ -181,9 +181,9 @@ void HubLoop::Reply(ViewerId viewer, std::string_view text) {
 void HubLoop::CloseChannel(const std::string& run, std::string_view end_text, std::string hello) {
   Channel* channel = FindChannel(run);
   if (channel == nullptr) return;
-  PublishText(run, end_text, std::move(hello));
-  channel->ended = clock_.Monotonic();
+  channel->ended = clock_.Monotonic();  // before anybody hears of it
   channel->options.on_command = nullptr;
+  PublishText(run, end_text, std::move(hello));
 }
 
 void HubLoop::SendHello(Viewer& viewer, const Channel& channel) {

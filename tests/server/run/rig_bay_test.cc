@@ -46,6 +46,28 @@ TEST_F(RigBayTest, LeasesAnyFreeSimulatedRigUntilNoneIsLeft) {
   EXPECT_TRUE(bay_.Acquire("").ok());
 }
 
+TEST_F(RigBayTest, LeasesEveryRigThatTurnsUpHoweverManyThereAre) {
+  int count = 0;
+  bay_.SetFinder([&] {
+    std::vector<RigBay::Found> found;
+    for (int i = 0; i < count; ++i) {
+      const std::string id = "far-" + std::to_string(i);
+      RigStatus status;
+      status.description = Simulated(id);
+      status.description.kind = hardware::RigKind::kRemote;
+      found.push_back({std::move(status), [id] { return std::make_shared<FakeRig>(id); }});
+    }
+    return found;
+  });
+  for (count = 1; count <= 20; ++count) {
+    EXPECT_EQ(bay_.List().size(), static_cast<std::size_t>(2 + count));
+    const std::string id = "far-" + std::to_string(count - 1);
+    const auto lease = bay_.Acquire(id);
+    ASSERT_TRUE(lease.ok()) << lease.error().message;
+    EXPECT_EQ(lease.value().rig().description().id, id);
+  }
+}
+
 TEST_F(RigBayTest, RaisesTheEpochWithEachLease) {
   const auto first = bay_.Acquire("sim-1").value().epoch();
   const auto second = bay_.Acquire("sim-1").value().epoch();
