@@ -49,6 +49,7 @@ Finished ChildProgram::Run(const std::string& arguments, const std::string& befo
 }
 
 void ChildProgram::Write(const std::string& name, const std::string& text) const {
+  fs::create_directories((folder_ / name).parent_path());
   std::ofstream(folder_ / name, std::ios::binary) << text;
 }
 

@@ -25,6 +25,7 @@ class ChildProgram : public ::testing::Test {
   void Write(const std::string& name, const std::string& text) const;
   std::string Read(const std::string& name) const;
   bool Exists(const std::string& name) const;
+  std::string File(const std::string& name) const { return (folder_ / name).string(); }
   /// Names in the folder, sorted, separated by blanks.
   std::string Listing() const;
 

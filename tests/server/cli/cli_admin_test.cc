@@ -1,0 +1,91 @@
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "server/storage/database.h"
+#include "tests/server/cli/child_program.h"
+
+namespace faultlab::server {
+namespace {
+
+bool Contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// On a database as the server leaves it.
+class CliAdminOfALab : public ChildProgram {
+ protected:
+  CliAdminOfALab() {
+    Write("data/made", "");
+    EXPECT_TRUE(Database::Open({.location = File("data/faultlab.db")}).ok());
+  }
+  Finished Admin(const std::string& arguments) const { return Run("admin " + arguments); }
+};
+
+TEST_F(CliAdminOfALab, MakesAnAccountWithALinkAndAKeyThatAreShownOnce) {
+  const Finished added = Admin("users add ana --name Ана --role instructor");
+  ASSERT_EQ(added.exit_code, 0) << added.err;
+  EXPECT_TRUE(Contains(added.out, "fll_")) << added.out;
+  const Finished key = Admin("keys add ana --scope runs:read --days 30");
+  ASSERT_EQ(key.exit_code, 0) << key.err;
+  EXPECT_TRUE(Contains(key.out, "flk_")) << key.out;
+  const std::string users = Admin("users list").out;
+  EXPECT_TRUE(Contains(users, "ana\tinstructor\tno password yet\tАна")) << users;
+  const std::string keys = Admin("keys list ana").out;
+  EXPECT_TRUE(Contains(keys, "good")) << keys;
+  EXPECT_FALSE(Contains(users + keys, "fl")) << "secrets are shown once";
+  EXPECT_EQ(Admin("keys revoke ana 1").exit_code, 0);
+  EXPECT_TRUE(Contains(Admin("keys list ana").out, "revoked"));
+  EXPECT_EQ(Admin("users disable ana").exit_code, 0);
+  EXPECT_TRUE(Contains(Admin("users list").out, "disabled"));
+}
+
+TEST_F(CliAdminOfALab, RefusesWhatCannotBeByName) {
+  EXPECT_EQ(Admin("users add ana").exit_code, 0);
+  EXPECT_EQ(Admin("users add ana").exit_code, 2) << "taken";
+  EXPECT_EQ(Admin("users add \"A b\"").exit_code, 2);
+  EXPECT_EQ(Admin("users add bob --role king").exit_code, 2);
+  EXPECT_EQ(Admin("users disable nobody").exit_code, 2);
+  EXPECT_EQ(Admin("keys add ana --scope everything").exit_code, 2);
+  EXPECT_EQ(Admin("keys add ana --scope runs:read --days 4000").exit_code, 2);
+  const Finished none = Admin("users list --data nowhere");
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_TRUE(Contains(none.err, "there is no database at nowhere/faultlab.db")) << none.err;
+  EXPECT_FALSE(Exists("nowhere"));
+}
+
+TEST_F(CliAdminOfALab, BringsABackupBackIntoAnEmptyFolderAndNeverReplacesAFile) {
+  ASSERT_EQ(Admin("users add ana --name Ана").exit_code, 0);
+  const Finished saved = Admin("backup lab.db");
+  ASSERT_EQ(saved.exit_code, 0) << saved.err;
+  const std::string copy = Read("lab.db");
+  EXPECT_EQ(Admin("backup lab.db").exit_code, 2);
+  EXPECT_EQ(Read("lab.db"), copy);
+  EXPECT_EQ(Admin("restore lab.db").exit_code, 2) << "there is a database already";
+  Write("new/made", "");
+  EXPECT_EQ(Admin("restore lab.db --data new").exit_code, 0);
+  EXPECT_TRUE(Contains(Admin("users list --data new").out, "Ана"));
+  EXPECT_EQ(Admin("check --data new").exit_code, 0);
+}
+
+TEST_F(CliAdminOfALab, FindsADamagedDatabase) {
+  ASSERT_EQ(Admin("users add ana").exit_code, 0);
+  ASSERT_EQ(Admin("backup lab.db").exit_code, 0);
+  std::string bytes = Read("lab.db");
+  ASSERT_GT(bytes.size(), 40'000u);
+  for (std::size_t i = 9000; i < 30'000; ++i) bytes[i] = static_cast<char>(i * 7919 >> 5);
+  Write("bad/faultlab.db", bytes);
+  EXPECT_NE(Admin("check --data bad").exit_code, 0);
+  Write("torn.db", bytes.substr(0, 5000));
+  Write("empty/made", "");
+  EXPECT_NE(Admin("restore torn.db --data empty").exit_code, 0);
+}
+
+TEST_F(CliAdminOfALab, ShowsWhatRetentionWouldDeleteAndDeletesNothing) {
+  const Finished dry = Admin("retention --dry-run");
+  ASSERT_EQ(dry.exit_code, 0) << dry.err;
+  EXPECT_TRUE(Contains(dry.out, "would delete 0 recordings")) << dry.out;
+}
+
+}  // namespace
+}  // namespace faultlab::server
