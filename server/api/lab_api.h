@@ -131,7 +131,7 @@ core::Result<HttpResponse> StillThere(ApiContext& api, const ApiRequest& request
 core::Result<HttpResponse> OfferControl(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> AcceptControl(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> TakeOverSession(ApiContext& api, const ApiRequest& request);
-boost::json::object SessionToJson(LabApi& lab, const lab::Session& session);
+boost::json::object SessionToJson(ApiContext& api, const lab::Session& session);
 
 // lab_jobs.cc
 core::Result<HttpResponse> ListJobs(ApiContext& api, const ApiRequest& request);

@@ -36,7 +36,7 @@ LabFeed::~LabFeed() {
 
 std::string LabFeed::Holdings(const lab::LabState& state, lab::UserId user) const {
   return "\"tickets\":" + json::serialize(TicketsOf(state, user)) +
-         ",\"sessions\":" + json::serialize(SessionsOf(lab_, state, user)) +
+         ",\"sessions\":" + json::serialize(SessionsOf(api_, state, user)) +
          ",\"bookings\":" + json::serialize(BookingsOf(state, user));
 }
 

@@ -119,7 +119,7 @@ core::Result<HttpResponse> CreateTicket(ApiContext& api, const ApiRequest& reque
   });
   if (!answer) return answer.error();
   if (const auto* session = std::get_if<lab::Session>(&answer.value())) {
-    return JsonResponse(json::object{{"session", SessionToJson(*lab.value(), *session)}}, 201);
+    return JsonResponse(json::object{{"session", SessionToJson(api, *session)}}, 201);
   }
   return JsonResponse(json::object{{"ticket", TicketToJson(std::get<lab::Ticket>(answer.value()))}},
                       201);
@@ -135,7 +135,7 @@ core::Result<HttpResponse> AcceptTicket(ApiContext& api, const ApiRequest& reque
     return scheduler.AcceptTicket(TicketId{id.value()}, UserId{request.who.user_id}, now);
   });
   if (!session) return session.error();
-  return JsonResponse(SessionToJson(*lab.value(), session.value()));
+  return JsonResponse(SessionToJson(api, session.value()));
 }
 
 core::Result<HttpResponse> LeaveTicket(ApiContext& api, const ApiRequest& request) {
@@ -220,7 +220,7 @@ core::Result<HttpResponse> ClaimBooking(ApiContext& api, const ApiRequest& reque
     return scheduler.ClaimBooking(BookingId{id.value()}, UserId{request.who.user_id}, now);
   });
   if (!session) return session.error();
-  return JsonResponse(SessionToJson(*lab.value(), session.value()));
+  return JsonResponse(SessionToJson(api, session.value()));
 }
 
 core::Result<HttpResponse> ListLabEvents(ApiContext& api, const ApiRequest& request) {

@@ -1,4 +1,5 @@
 // rig-classes, availability, and what operators do with rigs.
+#include <algorithm>
 #include <boost/json.hpp>
 #include <map>
 
@@ -15,6 +16,14 @@ using lab::Interval;
 using lab::LabState;
 
 constexpr auto kRangeMax = std::chrono::hours(24 * 62);
+/// Time to read an offered start and to press a button, before it lies in the past.
+constexpr auto kTimeToBook = std::chrono::minutes(1);
+
+/// A whole five minutes of the clock.
+WallTime FirstStartToOffer(WallTime now) {
+  using FiveMinutes = std::chrono::duration<std::int64_t, std::ratio<300>>;
+  return std::chrono::ceil<FiveMinutes>(now + kTimeToBook);
+}
 
 json::object IntervalToJson(const Interval& during, std::string_view kind) {
   return {{"start", Iso8601(during.start)}, {"end", Iso8601(during.end)}, {"kind", kind}};
@@ -139,8 +148,9 @@ core::Result<HttpResponse> GetAvailability(ApiContext& api, const ApiRequest& re
     busy.push_back(std::move(item));
   }
   const auto length = std::chrono::minutes(minutes.value());
+  const Interval ahead{std::max(range.start, FirstStartToOffer(now)), range.end};
   json::array next_free;
-  for (const WallTime start : lab::NextFree(*state, rig_class, range, length, 10, now, policy)) {
+  for (const WallTime start : lab::NextFree(*state, rig_class, ahead, length, 10, now, policy)) {
     next_free.push_back(json::object{{"start", Iso8601(start)}, {"end", Iso8601(start + length)}});
   }
   json::array slots;

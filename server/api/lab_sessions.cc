@@ -48,12 +48,13 @@ core::Result<HttpResponse> OnSession(ApiContext& api, const ApiRequest& request,
   const auto state = lab.value()->service.state();
   const lab::Session* session = FindLive(*state, id.value());
   if (session == nullptr) return NoContent();
-  return JsonResponse(SessionToJson(*lab.value(), *session));
+  return JsonResponse(SessionToJson(api, *session));
 }
 
 }  // namespace
 
-json::object SessionToJson(LabApi& lab, const lab::Session& session) {
+json::object SessionToJson(ApiContext& api, const lab::Session& session) {
+  LabApi& lab = *api.lab;
   json::object out{{"id", Number(session.id)},
                    {"rig", session.rig},
                    {"rig_class", session.rig_class},
@@ -63,6 +64,11 @@ json::object SessionToJson(LabApi& lab, const lab::Session& session) {
                    {"start", Iso8601(session.start)},
                    {"hard_end", Iso8601(session.hard_end)},
                    {"run_in_progress", session.run_in_progress}};
+  if (session.run_in_progress) {
+    for (const RunSnapshot& run : api.runs.Running()) {
+      if (run.rig == session.rig) out["run"] = run.id;
+    }
+  }
   if (session.state == SessionState::kHeld) out["claim_until"] = Iso8601(session.claim_until);
   if (session.idle_answer_until) out["still_there_until"] = Iso8601(*session.idle_answer_until);
   if (session.offered_to != UserId{}) out["offered_to"] = LoginOf(lab, session.offered_to);
@@ -71,13 +77,13 @@ json::object SessionToJson(LabApi& lab, const lab::Session& session) {
   return out;
 }
 
-json::array SessionsOf(LabApi& lab, const lab::LabState& state, UserId user) {
+json::array SessionsOf(ApiContext& api, const lab::LabState& state, UserId user) {
   json::array items;
   for (const auto& [id, session] : state.sessions) {
     if (session.state == SessionState::kClosed) continue;
     // Whoever is offered the control must see what to accept.
     if (session.user == user || session.offered_to == user) {
-      items.push_back(SessionToJson(lab, session));
+      items.push_back(SessionToJson(api, session));
     }
   }
   return items;
@@ -88,21 +94,22 @@ core::Result<HttpResponse> ListSessions(ApiContext& api, const ApiRequest& reque
   if (!lab) return lab.error();
   const core::Status known = OnlyQuery(request.http, {"all"});
   if (!known.ok()) return known.error();
-  const bool all = request.http.Query("all").value_or("") == "1";
-  if (all) {
-    const core::Status allowed =
-        Authorize(request.who, Operation::kUseSession, Ownership::kForeign);
-    if (!allowed.ok()) {
-      return core::Error{core::ErrorCode::kForbidden, "Only operators see everybody's.", "all"};
-    }
-  }
   const auto state = lab.value()->service.state();
-  json::array items =
-      all ? json::array() : SessionsOf(*lab.value(), *state, UserId{request.who.user_id});
+  if (request.http.Query("all").value_or("") != "1") {
+    json::array own = SessionsOf(api, *state, UserId{request.who.user_id});
+    return JsonResponse(json::object{{"items", std::move(own)}, {"next_cursor", nullptr}});
+  }
+  if (!Allowed(request.who.role, Operation::kTakeOverSession, Ownership::kCourse)) {
+    return core::Error{
+        core::ErrorCode::kForbidden, "Only who may take over sees the sessions of others.", "all"};
+  }
+  json::array items;
   for (const auto& [id, session] : state->sessions) {
-    if (all && session.state != SessionState::kClosed) {
-      items.push_back(SessionToJson(*lab.value(), session));
-    }
+    if (session.state == SessionState::kClosed) continue;
+    auto relation = lab.value()->accounts.Relation(request.who, Number(session.user));
+    if (!relation) return relation.error();
+    if (!Allowed(request.who.role, Operation::kSpectate, relation.value())) continue;
+    items.push_back(SessionToJson(api, session));
   }
   return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
 }
@@ -185,7 +192,7 @@ core::Result<HttpResponse> AcceptControl(ApiContext& api, const ApiRequest& requ
         return scheduler.AcceptControl(live->id, me, now);
       });
   if (!session) return session.error();
-  return JsonResponse(SessionToJson(*lab.value(), session.value()));
+  return JsonResponse(SessionToJson(api, session.value()));
 }
 
 core::Result<HttpResponse> TakeOverSession(ApiContext& api, const ApiRequest& request) {
@@ -215,7 +222,7 @@ core::Result<HttpResponse> TakeOverSession(ApiContext& api, const ApiRequest& re
       });
   if (!taken) return taken.error();
   Audit(api, request.who, "take_over", "session:" + std::to_string(id.value()), reason);
-  return JsonResponse(SessionToJson(*lab.value(), taken.value()));
+  return JsonResponse(SessionToJson(api, taken.value()));
 }
 
 }  // namespace faultlab::server

@@ -348,6 +348,24 @@ TEST_F(LabApiTest, ABookingIsMadeShownInTheCalendarAndCancelledByVersion) {
   EXPECT_EQ(field("2027-03-28T02:30:00", In(minutes(30))), "/start");
 }
 
+TEST_F(LabApiTest, EveryStartThatIsOfferedLiesAheadAndCanBeBooked) {
+  const Person ann = Make("ann", Role::kStudent);
+  WaitForBenches(2);
+  const WallTime asked = Now();
+  const json::object answer =
+      Ok(Call(ann, "GET", "rig-classes/{class}/availability", "rig-classes/bench/availability"));
+  const json::array& offered = answer.at("next_free").as_array();
+  ASSERT_FALSE(offered.empty());
+  for (const json::value& each : offered) {
+    const WallTime start = ParseIso8601(each.at("start").as_string(), "start").value();
+    EXPECT_GE(start - asked, std::chrono::minutes(1)) << each;
+    EXPECT_EQ(start.time_since_epoch() % std::chrono::minutes(5), std::chrono::minutes(0)) << each;
+  }
+  const json::object wish{
+      {"rig_class", "bench"}, {"start", offered[0].at("start")}, {"end", offered[0].at("end")}};
+  Ok(Call(ann, "POST", "bookings", "bookings", json::serialize(wish)), 201);
+}
+
 TEST_F(LabApiTest, TheSameKeyIsDoneOnceAndAnotherRequestWithItIsRefused) {
   const Person ann = Make("ann", Role::kStudent);
   WaitForBenches(2);
@@ -415,6 +433,29 @@ TEST_F(LabApiTest, AnInstructorTakesOverStudentsOfOwnCoursesOnlyAndWithAReason) 
       Ok(Call(ann, "POST", "tickets/{id}/accept", "tickets/" + ticket_id + "/accept", "{}"));
   const std::string path = "sessions/" + std::to_string(session.at("id").as_int64()) + "/take-over";
   const std::string why = R"({"reason":"the motor screams"})";
+  const auto seen = [&](const Person& who) {
+    return Ok(Call(who, "GET", "sessions", "sessions?all=1")).at("items").as_array();
+  };
+  ASSERT_EQ(seen(teacher).size(), 1u);
+  EXPECT_EQ(seen(teacher)[0].at("user"), "ann");
+  EXPECT_FALSE(seen(teacher)[0].as_object().contains("run")) << "nothing runs";
+  EXPECT_TRUE(seen(other).empty()) << "not a student of theirs";
+  EXPECT_EQ(Call(ann, "GET", "sessions", "sessions?all=1").status, 403);
+
+  const std::string rig(session.at("rig").as_string());
+  const json::object run =
+      Ok(Call(ann,
+              "POST",
+              "runs",
+              "runs",
+              json::serialize(json::object{{"rig", rig}, {"duration_s", 600}})),
+         201);
+  json::array with_run = seen(teacher);
+  for (int i = 0; i < 5000 && !with_run.at(0).at("run_in_progress").as_bool(); ++i) {
+    with_run = seen(teacher);
+  }
+  ASSERT_TRUE(with_run.at(0).as_object().contains("run")) << with_run;
+  EXPECT_EQ(with_run[0].at("run"), run.at("id"));
   EXPECT_EQ(Call(other, "POST", "sessions/{id}/take-over", path, why).status, 404);
   EXPECT_EQ(Call(ann, "POST", "sessions/{id}/take-over", path, why).status, 403);
   EXPECT_EQ(Call(teacher, "POST", "sessions/{id}/take-over", path, R"({"reason":""})").status, 400);

@@ -9,7 +9,7 @@ export type Span = Pick<Availability["next_free"][number], "start" | "end">;
 
 export type Ticket = Schemas["Ticket"];
 export type Booking = Schemas["Booking"];
-export type Session = Schemas["Session"] & { run?: string | null };
+export type Session = Schemas["Session"];
 export type LabEvent = Schemas["LabEvent"];
 
 export type User = Schemas["User"];
