@@ -19,6 +19,7 @@
 #include "server/run/rig_bay.h"
 #include "server/run/run_manager.h"
 #include "server/storage/recording_store.h"
+#include "server/storage/rig_calibrations.h"
 #include "server/stream/stream_hub.h"
 #include "server/stream/stream_tokens.h"
 
@@ -31,6 +32,7 @@ struct ApiContext {
   RunManager& runs;
   RigBay& bay;
   RecordingStore& store;
+  RigCalibrations& calibrations;
   StreamHub& hub;
   StreamTokens& tokens;
   Authenticator& authenticator;

@@ -12,6 +12,7 @@ core::Result<HttpResponse> Metrics(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> OpenApi(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> Me(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ListRigs(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> ListRigCalibrations(ApiContext& api, const ApiRequest& request);
 
 // run_api.cc
 core::Result<HttpResponse> CreateRun(ApiContext& api, const ApiRequest& request);

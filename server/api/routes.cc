@@ -14,6 +14,7 @@ std::vector<ApiRoute> ExperimentRoutes() {
       {kGet, "/api/v1/openapi.json", kReadPublic, kOpen, OpenApi},
       {kGet, "/api/v1/auth/me", kReadPublic, kRole, Me},
       {kGet, "/api/v1/rigs", kListRigs, kRole, ListRigs},
+      {kGet, "/api/v1/rigs/{id}/calibrations", kListRigs, kRole, ListRigCalibrations},
 
       {kPost, "/api/v1/runs", kStartRun, kRole, CreateRun, kJson},
       {kGet, "/api/v1/runs", kReadRun, kObject, ListRuns},

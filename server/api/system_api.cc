@@ -115,4 +115,21 @@ core::Result<HttpResponse> ListRigs(ApiContext& api, const ApiRequest&) {
   return JsonResponse(json::object{{"items", std::move(items)}});
 }
 
+core::Result<HttpResponse> ListRigCalibrations(ApiContext& api, const ApiRequest& request) {
+  const core::Status known = OnlyQuery(request.http, {"limit"});
+  if (!known.ok()) return known.error();
+  const auto limit = PageLimit(request.http);
+  if (!limit) return limit.error();
+  const std::string& rig = request.http.PathParameter("id");
+  if (const auto found = api.bay.Find(rig); !found) return found.error();
+  const auto rows = api.calibrations.List(rig, limit.value());
+  if (!rows) return rows.error();
+  json::array items;
+  for (const RigCalibration& row : rows.value()) {
+    items.emplace_back(json::object{
+        {"run", row.run}, {"at", Iso8601(row.at)}, {"calibration", json::parse(row.json)}});
+  }
+  return JsonResponse(json::object{{"items", std::move(items)}});
+}
+
 }  // namespace faultlab::server

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <boost/json/serialize.hpp>
 #include <filesystem>
 #include <utility>
 
@@ -12,9 +13,11 @@
 #include "server/app/lcm_run_tap.h"
 #include "server/app/static_files.h"
 #include "server/auth/accounts.h"
+#include "server/diagnosis_json/calibration_json.h"
 #include "server/plots/record_figure.h"
 #include "server/run/rig_bay.h"
 #include "server/storage/database.h"
+#include "server/storage/rig_calibrations.h"
 #include "server/stream/stream_tokens.h"
 
 namespace faultlab::server {
@@ -87,6 +90,7 @@ class Laboratory::Impl {
       : config_(config),
         database_(std::move(database)),
         store_(*database_),
+        calibrations_(*database_),
         hub_(HubOptions(config), clock_),
         tokens_(clock_),
         accounts_(*database_, ToGuestAccess(config.guests)),
@@ -96,7 +100,7 @@ class Laboratory::Impl {
               hub_,
               clock_,
               [](std::string_view text) { spdlog::warn("{}", text); }),
-        api_{runs_, bay_, store_, hub_, tokens_, accounts_, clock_} {
+        api_{runs_, bay_, store_, calibrations_, hub_, tokens_, accounts_, clock_} {
     AddSimulatedRigs(bay_, config);
     AddBenches(bay_, config);
     api_.speed = config.sim_speed;
@@ -207,8 +211,18 @@ class Laboratory::Impl {
     options.viewers_max = static_cast<std::size_t>(config.viewers_max);
     return options;
   }
-  static RunManagerOptions RunOptions(const Config& config) {
-    return {config.runs_max, config.server_id, config.sim_speed, AddModelFits};
+  RunManagerOptions RunOptions(const Config& config) {
+    return {config.runs_max,
+            config.server_id,
+            config.sim_speed,
+            AddModelFits,
+            [this](const std::string& rig, const std::string& run, core::Calibration calibration) {
+              const WallTime now = clock_.Wall();
+              calibration.dated = Iso8601(now);
+              const core::Status kept =
+                  calibrations_.Add({rig, run, now, boost::json::serialize(ToJson(calibration))});
+              if (!kept.ok()) spdlog::warn("rig {}: {}", rig, kept.error().message);
+            }};
   }
   static HttpServerOptions NetOptions(const Config& config) {
     HttpServerOptions options;
@@ -225,6 +239,7 @@ class Laboratory::Impl {
   SystemClock clock_;
   std::unique_ptr<Database> database_;
   RecordingStore store_;
+  RigCalibrations calibrations_;
   std::unique_ptr<hardware::RigFinder> finder_;
   RigBay bay_;
   std::unique_ptr<RunTap> tap_;

@@ -350,6 +350,11 @@ void Run::Finish() {
     services_.log("run " + id_ + ": its end could not be stored: " + stored.error().message);
     state = RunState::kFailed;
   }
+  const hardware::RigDescription& rig = rig_->description();
+  if (services_.calibrated && stored.ok() && diagnosis.calibration &&
+      !request_.pipeline.calibration && rig.kind != hardware::RigKind::kReplay) {
+    services_.calibrated(rig.id, id_, *diagnosis.calibration);
+  }
   {
     const std::lock_guard lock(mutex_);
     state_.state = state;

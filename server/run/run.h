@@ -39,6 +39,7 @@ struct RunServices {
   double speed = 1.0;
   std::function<void(std::string_view)> log;
   decltype(RunManagerOptions::complete) complete;
+  decltype(RunManagerOptions::calibrated) calibrated;
 };
 
 /// One experiment from its start to its stored end, on a thread of its own. The rig is safe before

@@ -137,7 +137,8 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
                        tap_,
                        options_.speed,
                        log_,
-                       options_.complete};
+                       options_.complete,
+                       options_.calibrated};
   const std::string id = record.id;
   auto run = std::make_shared<Run>(
       std::move(services),

@@ -76,6 +76,11 @@ struct RunManagerOptions {
   /// empty. Called on the run's thread.
   std::function<void(std::span<const core::Sample>, const core::DiagnoseOptions&, core::Diagnosis&)>
       complete;
+  /// What a run has learnt about the rig that it ran on (never of a replay). May be empty. Called
+  /// on the run's thread, after its end is stored.
+  std::function<void(
+      const std::string& rig, const std::string& run, const core::Calibration& calibration)>
+      calibrated;
 };
 
 struct RunCounters {

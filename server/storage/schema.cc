@@ -156,11 +156,25 @@ Migration LinksBandsAndEnds() {
           .postgres_statements = {}};
 }
 
+Migration RigCalibrationTable() {
+  return {.version = 6,
+          .description = "calibrations of rigs",
+          .statements = {"CREATE TABLE rig_calibration (run TEXT PRIMARY KEY, rig TEXT NOT NULL, "
+                         "at_ms BIGINT NOT NULL, body TEXT NOT NULL)",
+                         "CREATE INDEX rig_calibration_by_rig ON rig_calibration (rig, at_ms)"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
-  static const std::vector<Migration> kAll = {
-      Recordings(), Accounts(), Lab(), JobsAndFaultSets(), LinksBandsAndEnds()};
+  static const std::vector<Migration> kAll = {Recordings(),
+                                              Accounts(),
+                                              Lab(),
+                                              JobsAndFaultSets(),
+                                              LinksBandsAndEnds(),
+                                              RigCalibrationTable()};
   return kAll;
 }
 

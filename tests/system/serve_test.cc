@@ -271,6 +271,30 @@ TEST_F(ServeTest, KeepsRecordingsOverARestart) {
   EXPECT_EQ(Object(CallRun("GET", "", id)).at("state"), "finished");
 }
 
+TEST_F(ServeTest, KeepsWhatEachRunLearntAboutItsRig) {
+  const auto calibrations = [&](const std::string& rig) {
+    return Object(Call("GET",
+                       "/api/v1/rigs/{id}/calibrations",
+                       "/api/v1/rigs/" + rig + "/calibrations"))
+        .at("items")
+        .as_array();
+  };
+  EXPECT_TRUE(calibrations("sim-1").empty());
+  const std::string id = Finished(R"({"rig":"sim-1","duration_s":8})");
+  ASSERT_EQ(calibrations("sim-1").size(), 1u);
+  const json::object item = calibrations("sim-1")[0].as_object();
+  EXPECT_EQ(item.at("run"), json::value(id));
+  EXPECT_EQ(item.at("calibration").at("dated"), item.at("at"));
+  EXPECT_NEAR(item.at("calibration").at("delta_s").to_number<double>(), 9.5e-3, 1e-4);
+  EXPECT_NEAR(item.at("calibration").at("nominal").at("R1").to_number<double>(), 1.0, 0.1);
+  Finished(R"({"recording":")" + id + R"("})");
+  EXPECT_EQ(calibrations("sim-1").size(), 1u) << "a replay teaches nothing about a rig";
+  EXPECT_TRUE(calibrations("sim-2").empty());
+  laboratory_.reset();
+  Open();
+  EXPECT_EQ(calibrations("sim-1").size(), 1u) << "and it is there after a restart";
+}
+
 TEST_F(ServeTest, MarksARunThatACrashCutOff) {
   RunRecord record;
   record.id = "run-cut";

@@ -193,6 +193,8 @@ void Contract::Rigs() {
   world_.Expect(200, "ann", "GET", "rig-classes/{class}/availability", {{"class", "bench"}});
   const Values rig{{"id", "bench-1"}};
   world_.Expect(200, "ann", "GET", "rigs/{id}/health", rig);
+  world_.Expect(200, "ann", "GET", "rigs/{id}/calibrations", rig);
+  Remember("/api/v1/rigs/{id}/calibrations", rig, "ann");
   world_.Expect(200, "operator", "POST", "rigs/{id}/quarantine", rig, R"({"reason":"smells"})");
   world_.Expect(200, "operator", "POST", "rigs/{id}/release", rig, "{}");
   world_.WaitForBenches();
