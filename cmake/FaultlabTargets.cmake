@@ -40,9 +40,10 @@ function(faultlab_library name)
   endif()
 endfunction()
 
-# faultlab_test(NAME SOURCES a_test.cc .. DEPS .. [LABELS ..] [TIMEOUT s]): a GoogleTest program, one ctest entry.
+# faultlab_test(NAME SOURCES a_test.cc .. DEPS .. [LABELS ..] [TIMEOUT s] [ALONE]): a GoogleTest program, one ctest
+# entry; ALONE: no other test runs beside it.
 function(faultlab_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "ALONE" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
   find_package(GTest REQUIRED)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE faultlab_flags ${ARG_DEPS} GTest::gmock GTest::gtest_main)
@@ -51,7 +52,8 @@ function(faultlab_test name)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
-  set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
+                                           RUN_SERIAL ${ARG_ALONE})
 endfunction()
 
 # faultlab_bench(NAME SOURCES .. DEPS ..): a Google Benchmark program, built but not run by ctest.
