@@ -6,6 +6,8 @@
 #include <charconv>
 #include <ctime>
 
+#include "server/api/lab_api.h"
+
 namespace faultlab::server {
 namespace {
 
@@ -187,8 +189,9 @@ core::Result<RunRecord> AuthorizedRun(ApiContext& api,
                                       Operation operation) {
   auto record = api.store.Get(request.http.PathParameter("id"));
   if (!record) return record.error();
-  const core::Status allowed =
-      Authorize(request.who, operation, OwnershipOf(request.who, record.value().owner));
+  const auto whose = RelationTo(api, request.who, record.value().owner);
+  if (!whose) return whose.error();
+  const core::Status allowed = Authorize(request.who, operation, whose.value());
   if (!allowed.ok()) return allowed.error();
   return record;
 }

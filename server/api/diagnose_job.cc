@@ -3,6 +3,7 @@
 #include <boost/json.hpp>
 
 #include "server/api/json_reader.h"
+#include "server/api/lab_api.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/plots/record_figure.h"
 
@@ -53,8 +54,9 @@ core::Result<std::optional<DiagnoseJob>> ParseDiagnoseJob(const json::object& bo
 core::Status CheckDiagnoseJob(ApiContext& api, const Principal& who, const DiagnoseJob& job) {
   const auto record = api.store.Get(job.recording);
   if (!record) return OnRecording(record.error());
-  const core::Status allowed =
-      Authorize(who, Operation::kReadRun, OwnershipOf(who, record.value().owner));
+  const auto whose = RelationTo(api, who, record.value().owner);
+  if (!whose) return OnRecording(whose.error());
+  const core::Status allowed = Authorize(who, Operation::kReadRun, whose.value());
   if (!allowed.ok()) return OnRecording(allowed.error());
   if (record.value().state == RunState::kRunning) {
     return core::Error{

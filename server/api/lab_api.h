@@ -50,6 +50,11 @@ core::Result<LabApi*> LabOf(ApiContext& api);
 core::Result<std::int64_t> PathNumber(const ApiRequest& request, std::string_view name = "id");
 /// The version in If-Match: "3". kInvalid with field If-Match when it is missing.
 core::Result<std::int64_t> RequiredVersion(const ApiRequest& request);
+/// Whose object `owner_key` names, seen from `who`; kCourse for teachers of its owner. Without
+/// accounts everything not one's own is kForeign.
+core::Result<Ownership> RelationTo(ApiContext& api,
+                                   const Principal& who,
+                                   std::string_view owner_key);
 /// An object {} without any member, for actions.
 core::Status NoBody(const ApiRequest& request);
 /// RFC 3339 with Z or an offset. Names of zones and times without a zone are refused: on the day of

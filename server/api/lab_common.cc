@@ -57,6 +57,20 @@ core::Result<std::int64_t> RequiredVersion(const ApiRequest& request) {
                "If-Match"};
 }
 
+core::Result<Ownership> RelationTo(ApiContext& api,
+                                   const Principal& who,
+                                   std::string_view owner_key) {
+  const Ownership whose = OwnershipOf(who, owner_key);
+  constexpr std::string_view kUserKey = "user:";
+  if (whose == Ownership::kOwn || !api.lab || !who.signed_in()) return whose;
+  if (!owner_key.starts_with(kUserKey)) return whose;
+  const std::string_view text = owner_key.substr(kUserKey.size());
+  std::int64_t id = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);
+  if (error != std::errc() || end != text.data() + text.size()) return whose;
+  return api.lab->accounts.Relation(who, id);
+}
+
 core::Status NoBody(const ApiRequest& request) {
   auto body = ParseJsonObject(request.http.body);
   if (!body) return body.error();

@@ -84,8 +84,9 @@ core::Result<RunRequest> ReplayOf(ApiContext& api, const ApiRequest& request, co
   };
   auto source = api.store.Get(body.recording);
   if (!source) return refuse(source.error());
-  const core::Status allowed =
-      Authorize(request.who, Operation::kReadRun, OwnershipOf(request.who, source.value().owner));
+  const auto whose = RelationTo(api, request.who, source.value().owner);
+  if (!whose) return refuse(whose.error());
+  const core::Status allowed = Authorize(request.who, Operation::kReadRun, whose.value());
   if (!allowed.ok()) return refuse(allowed.error());
   auto samples = api.store.LoadSamples(body.recording, 0, source.value().samples + 1'000'000'000);
   if (!samples) return refuse(samples.error());

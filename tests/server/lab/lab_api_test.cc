@@ -456,6 +456,19 @@ TEST_F(LabApiTest, AnInstructorTakesOverStudentsOfOwnCoursesOnlyAndWithAReason) 
   }
   ASSERT_TRUE(with_run.at(0).as_object().contains("run")) << with_run;
   EXPECT_EQ(with_run[0].at("run"), run.at("id"));
+  const std::string watched = "runs/" + std::string(run.at("id").as_string());
+  EXPECT_EQ(Call(teacher, "GET", "runs/{id}", watched).status, 200);
+  EXPECT_EQ(Call(other, "GET", "runs/{id}", watched).status, 404);
+  EXPECT_EQ(Call(teacher, "DELETE", "runs/{id}", watched).status, 403) << "watching is reading";
+  const auto hello = [&](const Person& who) {
+    const json::object token =
+        Ok(Call(who, "POST", "runs/{id}/stream-token", watched + "/stream-token", "{}"), 201);
+    tests::WebSocketClient page(laboratory_->port(),
+                                "/ws?code=" + std::string(token.at("code").as_string()));
+    return json::parse(page.ReadTextWith("\"hello\"").value_or("{}")).as_object();
+  };
+  EXPECT_TRUE(hello(ann).at("can_command").as_bool());
+  EXPECT_FALSE(hello(teacher).at("can_command").as_bool()) << "without taking over";
   EXPECT_EQ(Call(other, "POST", "sessions/{id}/take-over", path, why).status, 404);
   EXPECT_EQ(Call(ann, "POST", "sessions/{id}/take-over", path, why).status, 403);
   EXPECT_EQ(Call(teacher, "POST", "sessions/{id}/take-over", path, R"({"reason":""})").status, 400);
