@@ -33,7 +33,17 @@ describe("access", { timeout: SUITE_MS }, () => {
     await server?.stop();
   });
 
-  const pages = () => ["/", "/runs", `/runs/${run}`, "/help", "/status", "/nowhere"];
+  const pages = () => [
+    "/",
+    "/runs",
+    `/runs/${run}`,
+    `/compare?runs=${run}`,
+    "/api",
+    "/reset?token=fll_x",
+    "/help",
+    "/status",
+    "/nowhere",
+  ];
 
   for (const colorScheme of ["light", "dark"]) {
     story(`axe finds nothing on any page, ${colorScheme}`, async () => {

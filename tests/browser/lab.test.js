@@ -57,7 +57,9 @@ describe("lab", { timeout: SUITE_MS }, () => {
       await page.getByRole("combobox", { name: /^Role/ }).first().selectOption("instructor");
       await page.getByRole("button", { name: "Add user" }).click();
       const link = await page.locator("code").innerText();
-      await page.getByRole("cell", { name: "teacher", exact: true }).waitFor();
+      const added = page.getByRole("listitem").filter({ hasText: "A Teacher" });
+      await added.getByText("no password yet").waitFor();
+      await added.getByRole("combobox", { name: "Role teacher" }).waitFor();
       assert.deepEqual(await axe(page), []);
       await page.getByRole("link", { name: "admin" }).click();
       await page.getByRole("button", { name: "Sign out" }).click();
@@ -68,10 +70,11 @@ describe("lab", { timeout: SUITE_MS }, () => {
       assert.equal(await page.getByRole("link", { name: "Operate" }).count(), 0);
       assert.deepEqual(await axe(page), []);
 
-      await page.getByRole("link", { name: "Fault sets" }).click();
-      await page.getByLabel("Name").first().fill("Gain faults");
-      await page.getByLabel("Component").selectOption("R12");
-      await page.getByRole("button", { name: "Save" }).click();
+      await page.getByRole("link", { name: "Teach" }).click();
+      const set = page.getByRole("form", { name: "New fault set" });
+      await set.getByLabel("Name").fill("Gain faults");
+      await set.getByLabel("Component").selectOption("R12");
+      await set.getByRole("button", { name: "Save" }).click();
       await page.getByText("R12 → 5.6 kΩ @ 10 s").waitFor();
       assert.deepEqual(await axe(page), []);
 
@@ -83,7 +86,8 @@ describe("lab", { timeout: SUITE_MS }, () => {
 
       await page.getByRole("link", { name: "Jobs" }).click();
       await page.getByRole("button", { name: "Submit 3 runs" }).click();
-      await page.getByRole("cell", { name: "sweep" }).nth(2).waitFor();
+      const jobs = page.getByRole("region", { name: "My jobs" }).getByRole("listitem");
+      await jobs.filter({ hasText: "sweep" }).nth(2).waitFor();
       assert.deepEqual(await axe(page), []);
 
       await page.getByRole("link", { name: "A Teacher" }).click();

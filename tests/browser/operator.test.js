@@ -72,7 +72,7 @@ describe("operator", { timeout: SUITE_MS }, () => {
   story("an account is disabled and its open page says that the sign-in has ended", async () => {
     const student = await world.user("pera", "Pera", "student");
     const theirs = await pageOf(browser, server, student, "/jobs", { allow: /status of 401/ });
-    await theirs.page.getByRole("heading", { name: "Jobs" }).waitFor();
+    await theirs.page.getByRole("heading", { name: "Jobs", exact: true }).waitFor();
     const { page, close } = await pageOf(browser, server, world.admin, "/admin");
     await page.getByRole("button", { name: "Disable pera" }).click();
     await page.getByRole("button", { name: "Enable pera" }).waitFor();
@@ -87,7 +87,7 @@ describe("operator", { timeout: SUITE_MS }, () => {
     await theirs.page.getByLabel("Login").fill("pera");
     await theirs.page.getByLabel("Password").fill("correct horse battery");
     await theirs.page.getByRole("main").getByRole("button", { name: "Sign in" }).click();
-    await theirs.page.getByRole("heading", { name: "Jobs" }).waitFor(); // where they were
+    await theirs.page.getByRole("heading", { name: "Jobs", exact: true }).waitFor(); // where they were
     await theirs.close();
 
     await page.reload();

@@ -1,5 +1,5 @@
 import assert from "node:assert/strict";
-import { after, before, describe } from "node:test";
+import { after, before, beforeEach, describe } from "node:test";
 import { makeWorld, pageOf } from "./lab_world.js";
 import { axe, launchBrowser, SUITE_MS, startServer, story, waitForReview } from "./support.js";
 
@@ -23,6 +23,7 @@ describe("sessions", { timeout: SUITE_MS }, () => {
     await browser?.close();
     await server?.stop();
   });
+  beforeEach(clear);
 
   /** Ends whatever somebody holds or waits for, and waits for the check of the bench. */
   async function clear() {
@@ -37,6 +38,17 @@ describe("sessions", { timeout: SUITE_MS }, () => {
       await world.call(world.admin, "POST", `/sessions/${session.id}/end`, {});
     }
     await world.benchesReady(1);
+  }
+  /** Takes the bench and starts a run on it that outlasts the test; the page shows it. */
+  async function runOnBench(page) {
+    await takeBench(page);
+    await page.getByRole("link", { name: "Use the rig" }).click();
+    await page.getByLabel("Duration, s").fill("600");
+    await page.locator("#set-R1").focus();
+    await page.keyboard.press("1");
+    await page.getByRole("button", { name: "Run this experiment" }).click();
+    await page.waitForURL(/\/lab\/.+/);
+    await page.locator("#set-R12:not([disabled])").waitFor();
   }
   async function takeBench(page) {
     await page.getByRole("button", { name: "Ask for a rig now" }).click();
@@ -129,16 +141,8 @@ describe("sessions", { timeout: SUITE_MS }, () => {
   story(
     "an operator takes over with a reason, and the run of the one who loses the rig is stopped",
     async () => {
-      await clear();
       const one = await pageOf(browser, server, students[2], "/my");
-      await takeBench(one.page);
-      await one.page.getByRole("link", { name: "Use the rig" }).click();
-      await one.page.getByLabel("Duration, s").fill("300");
-      await one.page.locator("#set-R1").focus();
-      await one.page.keyboard.press("1");
-      await one.page.getByRole("button", { name: "Run this experiment" }).click();
-      await one.page.waitForURL(/\/lab\/.+/);
-      await one.page.locator("#set-R12:not([disabled])").waitFor();
+      await runOnBench(one.page);
 
       const operator = await pageOf(browser, server, world.admin, "/admin");
       await operator.page.getByRole("button", { name: "Take over bench-1" }).click();
@@ -159,4 +163,47 @@ describe("sessions", { timeout: SUITE_MS }, () => {
       await operator.close();
     },
   );
+
+  story(
+    "an instructor watches a student of the course without commanding, and commands after taking over",
+    async () => {
+      const teacher = await world.user("prof", "Prof", "instructor");
+      const stranger = await world.user("other", "Other", "instructor");
+      await world.course(teacher, "Diagnosis", [students[2]]);
+      const one = await pageOf(browser, server, students[2], "/my");
+      await runOnBench(one.page);
+
+      const none = await pageOf(browser, server, stranger, "/teach");
+      await none.page.getByText("Nobody holds a rig.").waitFor();
+      await none.close();
+
+      const two = await pageOf(browser, server, teacher, "/teach");
+      await two.page.getByRole("link", { name: "Watch bench-1" }).click();
+      await two.page.getByText("You are watching.").first().waitFor();
+      await two.page.locator("#set-R1[disabled]").waitFor();
+      assert.equal(await two.page.locator("#set-R1:not([disabled])").count(), 0);
+      assert.deepEqual(await axe(two.page), []);
+
+      await two.page.getByRole("link", { name: "Teach" }).click();
+      await two.page.getByRole("button", { name: "Take over bench-1" }).click();
+      const dialog = two.page.getByRole("dialog");
+      await dialog.getByLabel("Reason").fill("the hour is over");
+      await dialog.getByRole("button", { name: /^Take over/ }).click();
+      const bar = two.page.getByRole("complementary", { name: "My lab" });
+      await bar.getByText("bench-1 ends in").waitFor();
+      await waitForReview(one.page);
+      await runHeld(two.page);
+      await one.close();
+      await two.close();
+    },
+  );
+
+  /** Uses the rig that one holds, and commands it. */
+  async function runHeld(page) {
+    await page.goto(`${server.url}/my`);
+    await page.getByRole("link", { name: "Use the rig" }).click();
+    await page.getByRole("button", { name: "Run this experiment" }).click();
+    await page.waitForURL(/\/lab\/.+/);
+    await page.locator("#set-R1:not([disabled])").waitFor();
+  }
 });

@@ -21,7 +21,9 @@ export class LabDesk {
   bookings = $state.raw<Booking[]>([]);
   classes = $state.raw<RigClass[]>([]);
   news = $state.raw<LabEvent[]>([]);
-  failure = $state("");
+  /** What was refused: stays until the next action. */
+  private refusal = $state("");
+  private silent = $state(false);
   loaded = $state(false);
   now = $state(Date.now());
   private users = 0;
@@ -33,8 +35,17 @@ export class LabDesk {
     return this.classes.filter((each) => !each.elastic);
   }
 
+  get failure(): string {
+    return this.refusal || (this.silent ? t("lab_silent") : "");
+  }
+
   get offer(): Ticket | undefined {
     return this.tickets.find((ticket) => ticket.state === "offered");
+  }
+
+  /** The rig that is kept until the offered ticket is accepted. */
+  get held(): Session | null {
+    return this.offer && this.session?.state === "held" ? this.session : null;
   }
 
   get endsSoon(): boolean {
@@ -48,7 +59,7 @@ export class LabDesk {
       this.feed = new LabFeed({
         state: (state) => this.take(state),
         lost: () => {
-          this.failure = t("lab_silent");
+          this.silent = true;
         },
       });
       void this.loadRest();
@@ -66,7 +77,14 @@ export class LabDesk {
 
   /** Does something, and shows the refusal. What came of it is pushed. */
   async act(action: () => Promise<unknown>): Promise<boolean> {
-    return this.attempt(action);
+    try {
+      await action();
+      this.refusal = "";
+      return true;
+    } catch (error) {
+      this.refusal = wordsOf(error);
+      return false;
+    }
   }
 
   private take(state: LabState): void {
@@ -77,17 +95,19 @@ export class LabDesk {
     this.bookings = state.bookings.filter((booking) => Date.parse(booking.end) > Date.now());
     this.news = [...state.news.toReversed(), ...this.news].slice(0, NEWS_MAX);
     for (const event of state.news) announcer.say(event.topic, newsWords(event));
-    this.failure = "";
+    this.silent = false;
     this.loaded = true;
     void this.loadRest(false);
   }
 
   /** What is not this user's own: the classes and, at first, what was told before. */
   private async loadRest(withNews = true): Promise<void> {
-    await this.attempt(async () => {
+    try {
       this.classes = await lab.rigClasses();
       if (withNews) this.news = (await toldSoFar()).toReversed().slice(0, NEWS_MAX);
-    });
+    } catch {
+      this.silent = true;
+    }
   }
 
   /** The next user of this page must not see what this one had. */
@@ -97,19 +117,9 @@ export class LabDesk {
     this.tickets = [];
     this.bookings = [];
     this.news = [];
-    this.failure = "";
+    this.refusal = "";
+    this.silent = false;
     this.loaded = false;
-  }
-
-  private async attempt(action: () => Promise<unknown>): Promise<boolean> {
-    try {
-      await action();
-      this.failure = "";
-      return true;
-    } catch (error) {
-      this.failure = wordsOf(error);
-      return false;
-    }
   }
 }
 
