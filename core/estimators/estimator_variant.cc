@@ -137,12 +137,13 @@ Result<std::unique_ptr<VariantEstimator>> MakeVariant(const VariantSpec& spec) {
 
 std::string Name(const VariantSpec& spec) {
   const bool sia = spec.method == EstimatorMethod::kSia;
-  std::string name = (sia ? "sia_" : "swa_") + std::to_string(spec.window_samples);
+  std::string name = sia ? "sia_" : "swa_";
+  name += std::to_string(spec.window_samples);
   if (sia) {
-    name += "_" + std::to_string(spec.integral_samples);
+    name.append("_").append(std::to_string(spec.integral_samples));
   }
   if (spec.order != 1) {
-    name += "_o" + std::to_string(spec.order);
+    name.append("_o").append(std::to_string(spec.order));
   }
   if (spec.affine) {
     name += "_affine";
@@ -163,10 +164,10 @@ std::vector<std::string> ParameterNames(const VariantSpec& spec) {
   const std::string suffix = spec.method == EstimatorMethod::kSwa ? "d" : "";
   std::vector<std::string> names;
   for (int i = 0; i <= spec.order; ++i) {
-    names.push_back("b" + std::to_string(i) + suffix);
+    names.push_back(std::string("b").append(std::to_string(i)).append(suffix));
   }
   for (int i = 1; i <= spec.order; ++i) {
-    names.push_back("a" + std::to_string(i) + suffix);
+    names.push_back(std::string("a").append(std::to_string(i)).append(suffix));
   }
   if (spec.affine || spec.instrumental) {
     names.emplace_back("offset");

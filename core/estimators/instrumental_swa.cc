@@ -1,5 +1,6 @@
 #include "core/estimators/instrumental_swa.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -22,7 +23,7 @@ using Matrix = std::array<std::array<double, kP>, kP>;
 using Vector = std::array<double, kP>;
 
 double Moment(const SlidingMoments<6>& moments, int a, int b) {
-  return moments.sums()[a >= b ? PackedIndex(a, b) : PackedIndex(b, a)];
+  return moments.sums()[PackedIndex(std::max(a, b), std::min(a, b))];
 }
 
 /// Gauss-Jordan with partial pivoting. False when a pivot vanishes.

@@ -156,6 +156,9 @@ class SlidingLeastSquares {
       compensated[p] -= rows * (*noise_)[p];
     }
     SolveNormalEquations<P>(compensated, solution);
+    if (!std::isfinite(solution.condition)) {
+      return;  // a pivot vanished: there is no theta
+    }
     // The residuals that this theta leaves, noise included: c' S c with c = [theta, -1].
     double sse = sums[PackedIndex(P, P)];
     for (int i = 0; i < P; ++i) {

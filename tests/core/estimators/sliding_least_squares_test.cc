@@ -265,6 +265,22 @@ TEST(SlidingLeastSquares, AllocatesNothingWhileItRuns) {
   EXPECT_EQ(guard.allocations(), 0);
 }
 
+TEST(SlidingLeastSquares, SaysThatThereIsNothingLeftWhenTheNoiseExplainsEveryRow) {
+  CorrelatedRows<3> source(12);
+  SlidingLeastSquares<3> fit(20, OpenGate<3>());
+  SlidingMoments<4>::Packed more_than_all{};
+  for (int i = 0; i < 3; ++i) {
+    more_than_all[PackedIndex(i, i)] = 1e6;
+  }
+  fit.CompensateNoise(more_than_all);
+  for (int k = 0; k < 25; ++k) {
+    fit.Push(source.Next());
+  }
+  EXPECT_EQ(fit.estimate().status, EstimateStatus::kNotExcited);
+  EXPECT_TRUE(std::isnan(fit.estimate().sse));
+  EXPECT_TRUE(std::isnan(fit.estimate().theta[0]));
+}
+
 TEST(SlidingLeastSquares, RefusesAWindowThatCannotDetermineItsParameters) {
   EXPECT_THROW(SlidingLeastSquares<3>(3, OpenGate<3>()), ContractError);
 }
