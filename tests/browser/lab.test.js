@@ -70,7 +70,7 @@ describe("lab", { timeout: SUITE_MS }, () => {
       assert.equal(await page.getByRole("link", { name: "Operate" }).count(), 0);
       assert.deepEqual(await axe(page), []);
 
-      await page.getByRole("link", { name: "Teach" }).click();
+      await page.getByRole("link", { name: "Teach", exact: true }).click();
       const set = page.getByRole("form", { name: "New fault set" });
       await set.getByLabel("Name").fill("Gain faults");
       await set.getByLabel("Component").selectOption("R12");

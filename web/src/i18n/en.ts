@@ -77,7 +77,7 @@ export const en = {
   play: "Play",
   recent_runs: "Recent runs",
   all_runs: "All runs",
-  runs_none: "No run yet. Press the button above to make the first one.",
+  runs_none: "No run yet. The first one starts with a button on the Lab page.",
   show_more: "Show more",
   run: "Run",
   plan: "Plan",

@@ -78,7 +78,7 @@ export const srLatn: Catalogue = {
   play: "Pusti",
   recent_runs: "Poslednji ogledi",
   all_runs: "Svi ogledi",
-  runs_none: "Još nema ogleda. Pritisnite dugme iznad za prvi.",
+  runs_none: "Još nema ogleda. Prvi počinje dugmetom na stranici Laboratorija.",
   show_more: "Prikaži još",
   run: "Ogled",
   plan: "Plan",
