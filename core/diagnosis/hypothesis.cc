@@ -31,10 +31,14 @@ constexpr std::size_t kRefineSamples = 300;
 constexpr int kRefinements = 12;
 // Rise of the cost that a bound must reach: three standard deviations.
 constexpr double kBoundCost = 9.0;
+// A rise with the other parameters held; up to here they could still take the end's side.
+constexpr double kClosedCost = 60.0;
 // A drifting value is held for this many samples; the filter does not resolve finer steps.
 constexpr std::size_t kDriftBlock = 10;
 // From a constant to a slope is a short way; what needs more steps is no slope.
 constexpr int kDriftIterations = 6;
+// From one optimum to its neighbour.
+constexpr int kCapacitorIterations = 3;
 // When a stretch before an alarm counts as healthy: its energy, and how far it moves what is known
 // (chi-square with 8 degrees of freedom, 99.99 % at 31).
 constexpr double kHealthySigmas = 4.0;
@@ -97,8 +101,13 @@ void FindBound(const FitContext& context, const Range& range, HypothesisFit& h) 
   const double low = std::log(range.low);
   const double high = std::log(range.high);
   const double floor = quick.At(std::log(h.value), context.stretch);
-  const bool open_low = quick.At(low, context.stretch) - floor < kBoundCost;
-  const bool open_high = quick.At(high, context.stretch) - floor < kBoundCost;
+  const auto is_open = [&](double end) {
+    const double rise = quick.At(end, context.stretch) - floor;
+    if (rise < kBoundCost || rise > kClosedCost) return rise < kBoundCost;
+    return FitComponentAt(context, h.component, std::exp(end)).cost - h.cost < kBoundCost;
+  };
+  const bool open_low = is_open(low);
+  const bool open_high = is_open(high);
   if (open_low == open_high) return;
   double inside = std::log(h.value);
   double outside = open_low ? high : low;
@@ -177,6 +186,33 @@ double PartVariance(const FitContext& context, const HypothesisFit& h) {
   const double expected = share * std::log(context.rig.gain_factor);
   const double spread = context.part_tolerance * context.part_tolerance * share * (all - own);
   return slope * slope * (expected * expected + spread);
+}
+
+// The same for C8, whose time constant is C8 (Re2 + R5): how far its fit moves with Re2 a tolerance
+// off, the measured gain kept.
+double CapacitorVariance(const FitContext& context,
+                         const GaussianPrior& prior,
+                         const Eigen::VectorXd& point) {
+  const PlantParameters& nominal = context.rig.plant;
+  const double re2_ohm = nominal.re2_ohm();
+  const double factor = std::exp(context.part_tolerance);
+  RigParameters off = context.rig;
+  off.plant.r12_ohm *= factor;
+  off.plant.r14_ohm *= factor;
+  off.plant.r15_ohm *= factor;
+  off.gain_factor *= nominal.gain() / off.plant.gain();
+  const auto run = [&](const Eigen::VectorXd& q, InnovationTrace* trace) {
+    const RigParameters rig = MovedBy(context, off, q.tail(kCoordinateCount));
+    return Run(context, WithComponent(rig, Component::kC8, std::exp(q(0))), trace);
+  };
+  MapFitOptions options;
+  options.iterations_max = kCapacitorIterations;
+  const double shift = FitMap(run, prior, point, options).point(0) - point(0);
+  // The resistors of Re2 are off independently of each other.
+  const double r12 = nominal.r12_ohm / re2_ohm;
+  const double r14 = nominal.r14_ohm / re2_ohm;
+  const double r15 = nominal.r15_ohm / re2_ohm;
+  return shift * shift * (r12 * r12 + r14 * r14 + r15 * r15);
 }
 
 // Standard error of unknown `row` of a fit whose last coordinates are the calibration's: what the
@@ -298,6 +334,9 @@ void RefineComponent(const FitContext& context, HypothesisFit& h) {
   const MapFit fit = FitMap(run, prior, start);
   h.value = std::clamp(std::exp(fit.point(0)), range.low, range.high);
   h.log_sigma = LogSigma(context, fit, 0, h);
+  if (h.component == Component::kC8 && context.part_tolerance > 0.0) {
+    h.log_sigma = std::hypot(h.log_sigma, std::sqrt(CapacitorVariance(context, prior, fit.point)));
+  }
   h.chi2 = fit.innovations.chi2;
   h.count = fit.innovations.count;
   h.cost = fit.cost();

@@ -173,6 +173,21 @@ TEST(DiagnoseRecord, LearnsARigThatIsOffItsDataSheet) {
   }
 }
 
+TEST(DiagnoseRecord, StatesACapacitorNoCloserThanTheResistorsBesideItAreKnown) {
+  PlantParameters rig;
+  rig.r12_ohm *= 0.96;
+  rig.r9_ohm *= 1.03;
+  for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
+    const Diagnosis diagnosis = DiagnoseRecord(
+        BenchRecord({AbruptFault(Component::kC8, 10e-6)}, 31, 20.0, rig), FreeValues(channels));
+    ASSERT_FALSE(diagnosis.verdict.candidates.empty());
+    const Candidate& best = diagnosis.verdict.candidates.front();
+    ASSERT_EQ(best.component, Component::kC8) << diagnosis.verdict.reason;
+    EXPECT_NEAR(best.value, 10e-6, 3.0 * best.sigma);
+    EXPECT_LT(best.sigma, 1e-6);
+  }
+}
+
 TEST(DiagnoseRecord, LivesWithMissingRepeatedAndBrokenSamples) {
   std::vector<Sample> record = BenchRecord({AbruptFault(Component::kR1, 10.0)}, 16);
   std::vector<Sample> damaged;
