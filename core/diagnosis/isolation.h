@@ -28,6 +28,12 @@ struct IsolationOptions {
 /// How the winning parameter moves inside the fitted stretch.
 enum class FaultShape { kAbrupt, kDrift };
 
+/// When the fault began, as the record around the alarm tells.
+struct Onset {
+  double t_s = 0.0;
+  bool all_along = false;  ///< it was there as far back as the history goes
+};
+
 /// Work that Pipeline hands out because it takes milliseconds: learning the rig, or fitting the
 /// hypotheses. A self-contained value: move it to any thread and call Solve.
 struct IsolationTask {
@@ -43,6 +49,9 @@ struct IsolationTask {
   std::vector<Candidate> reference;     ///< faults present before this alarm (empty: nominal)
   std::vector<double> reference_shift;  ///< coordinates of the calibration as that fit moved them
   double alarm_t_s = 0.0;
+  /// Of an alarm whose surroundings are no more among `samples`; without it the onset is looked
+  /// for.
+  std::optional<Onset> onset;
   std::string detector;
   bool settled = false;  ///< last task of this alarm's schedule
 };
@@ -54,6 +63,7 @@ struct IsolationResult {
   std::optional<Error> refusal;                    ///< kCalibrate: which check failed
   Verdict verdict;                                 ///< kIsolate
   FaultShape shape = FaultShape::kAbrupt;
+  std::optional<Onset> onset;        ///< of an abrupt fault
   bool returned_to_nominal = false;  ///< the record after the alarm is explained without fault
   /// The faults that the model must carry from here on to predict the record (one, or two).
   std::vector<Candidate> present;

@@ -76,7 +76,9 @@ struct Pipeline::State {
   std::vector<Candidate> reference;  // faults carried by the model before the present alarm
   std::vector<Candidate> watched;    // faults carried by the detector's model
   double alarm_t_s = 0.0;
-  double onset_t_s = 0.0;
+  double onset_t_s = 0.0;      // by the detector
+  std::optional<Onset> onset;  // by the fits, while the segment reached back to it
+  bool onset_gone = false;     // from the segment
   std::string alarm_detector;
   std::vector<FaultEpisode> episodes;
   bool episode_open = false;
@@ -204,6 +206,8 @@ struct Pipeline::State {
     const auto ago = std::min(alarm_at, static_cast<std::size_t>(std::max(0, alarm.samples_ago)));
     fit_from = alarm.sharp ? alarm_at : alarm_at - ago;
     onset_t_s = segment[alarm_at - ago].t_s;
+    onset.reset();
+    onset_gone = false;
     since_alarm = 0;
     next_solve = kSolveAt.front();
     alarm_t_s = sample.t_s;
@@ -238,6 +242,7 @@ struct Pipeline::State {
     if (segment.size() > kSegmentMax + kHistory) {
       const std::size_t drop = segment.size() - kSegmentMax;
       segment.erase(segment.begin(), segment.begin() + static_cast<std::ptrdiff_t>(drop));
+      onset_gone = true;
       alarm_at -= std::min(alarm_at, drop);
       fit_from -= std::min(fit_from, drop);
     }
@@ -252,6 +257,7 @@ struct Pipeline::State {
         config.channels, config.values, config.motor_faults, config.period_s, config.um_rail_v};
     task.reference = reference;
     task.alarm_t_s = alarm_t_s;
+    if (onset_gone) task.onset = onset.value_or(Onset{onset_t_s, false});
     task.detector = alarm_detector;
     task.settled = since_alarm >= kSettledAfter;
     return task;
@@ -260,6 +266,7 @@ struct Pipeline::State {
   void AcceptIsolation(IsolationResult&& result) {
     if (result.id < oldest_valid_id || phase != Phase::kAlarmed) return;
     Verdict next = std::move(result.verdict);
+    if (result.onset) onset = result.onset;
     if (!next.onset_s) next.onset_s = onset_t_s;
     next.path = Paper().path;
     if (result.returned_to_nominal) {

@@ -266,8 +266,9 @@ class Isolation {
       verdict.reason += "; with um alone a double fault cannot be excluded";
     }
     if (explanation.shape != FaultShape::kAbrupt) return;
-    const bool all_along = FindOnset(explanation, verdict);
-    if (second && all_along) {
+    result.onset = task_.onset ? *task_.onset : FindOnset(explanation);
+    verdict.onset_s = result.onset->t_s;
+    if (second && result.onset->all_along) {
       // It was there as far back as the history goes: it came together with the other one.
       verdict.kind = VerdictKind::kUnknownFault;
       verdict.reason = "two components have changed together: " + FaultSentence(verdict) + " and " +
@@ -276,8 +277,7 @@ class Isolation {
     }
   }
 
-  // True when the fault seems to have been there since before the history begins.
-  bool FindOnset(const Explanation& explanation, Verdict& verdict) const {
+  Onset FindOnset(const Explanation& explanation) const {
     const std::size_t alarm = std::min(task_.alarm_at, observations_.size() - 1);
     const std::size_t begin = alarm - std::min(alarm, kOnsetHistory);
     RigParameters before = nominal_.rig;
@@ -297,8 +297,8 @@ class Isolation {
                               best.component == Component::kC8,
                               std::span<const Observation>(observations_).subspan(begin),
                               alarm - begin);
-    verdict.onset_s = task_.samples[std::min(onset, task_.samples.size() - 1)].t_s;
-    return onset - begin <= kAllAlong;
+    return {task_.samples[std::min(onset, task_.samples.size() - 1)].t_s,
+            onset - begin <= kAllAlong};
   }
 
   const IsolationTask& task_;

@@ -290,6 +290,14 @@ TEST(Pipeline, DetectsEvenWhenNobodySolvesItsTasksInTime) {
   EXPECT_NEAR(*pipeline.verdict().detected_at_s, 10.0, 0.031);
 }
 
+TEST(Pipeline, RemembersTheOnsetOfAFaultThatIsLongSince) {
+  const Diagnosis diagnosis = DiagnoseRecord(
+      BenchRecord({AbruptFault(Component::kR1, 100.0)}, 35, 90.0), FreeValues(Channels::kAll));
+  ASSERT_TRUE(Names(diagnosis.verdict, Component::kR1)) << diagnosis.verdict.reason;
+  EXPECT_NEAR(*diagnosis.verdict.detected_at_s, 10.0, 0.031);
+  EXPECT_NEAR(*diagnosis.verdict.onset_s, 10.0, 0.02);
+}
+
 TEST(Pipeline, UsesAStoredCalibrationFromTheFirstSampleOn) {
   const Diagnosis first = DiagnoseRecord(BenchRecord({}, 33), FreeValues(Channels::kAll));
   ASSERT_TRUE(first.calibration.has_value());
