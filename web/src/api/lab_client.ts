@@ -12,6 +12,7 @@ import type {
   RigHealth,
   Session,
   Span,
+  StoredCalibration,
   Ticket,
   User,
 } from "./lab_types";
@@ -90,6 +91,11 @@ export const lab = {
   selfTest: (rig: string) => send<unknown>("POST", `/rigs/${at(rig)}/self-test`, {}),
   removeOutage: (rig: string, id: number) =>
     send<unknown>("DELETE", `/rigs/${at(rig)}/outages/${at(id)}`),
+  commission: (rig: string, reason: string) =>
+    send<unknown>("POST", `/rigs/${at(rig)}/commission`, { reason }),
+  clearTrip: (rig: string) => send<unknown>("POST", `/rigs/${at(rig)}/clear-trip`, {}),
+  newestCalibration: async (rig: string) =>
+    (await items<StoredCalibration>(`/rigs/${at(rig)}/calibrations?limit=1`))[0] ?? null,
   health: (rig: string) => get<RigHealth>(`/rigs/${at(rig)}/health`),
   allSessions: () => items<Session>("/sessions?all=1"),
   takeOver: (id: Id, reason: string) =>
@@ -97,9 +103,16 @@ export const lab = {
 
   courses: () => items<Course>("/courses"),
   createCourse: (name: string) => send<Course>("POST", "/courses", { name }),
+  /** `ends` in ISO 8601; empty: open end. */
+  setCourseEnd: (course: number, ends: string) =>
+    send<unknown>("PUT", `/courses/${at(course)}/end`, ends ? { ends } : {}),
   members: (course: number) => items<User>(`/courses/${at(course)}/members`),
   enrol: (course: number, csv: string) =>
     sendText<{ enrolled: number }>("POST", `/courses/${at(course)}/members`, csv, "text/csv"),
+
+  calendarLink: () => get<{ created_at: string | null }>("/calendar-link"),
+  makeCalendarLink: () => send<{ link: string }>("POST", "/calendar-link", {}),
+  endCalendarLink: () => send<unknown>("DELETE", "/calendar-link"),
 
   keys: () => items<ApiKey>("/api-keys"),
   createKey: (key: Pick<ApiKey, "name" | "scopes" | "expires_at">) =>

@@ -4,6 +4,22 @@ import type { Schemas } from "./types";
 export type RigClass = Schemas["RigClass"];
 export type LabRig = Schemas["LabRig"];
 export type RigHealth = Schemas["RigHealth"];
+/** The part of a calibration that the page shows. */
+export interface StoredCalibration {
+  run: string;
+  at: string;
+  calibration: {
+    delta_s: number;
+    um_noise_v: number;
+    quantities: {
+      name: string;
+      unit: string;
+      value: number | null;
+      sigma: number | null;
+      prior_value: number | null;
+    }[];
+  };
+}
 export type Availability = Schemas["Availability"];
 export type Span = Pick<Availability["next_free"][number], "start" | "end">;
 
