@@ -1,5 +1,6 @@
 import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
+import { setTimeout as pause } from "node:timers/promises";
 import { makeWorld, pageOf } from "./lab_world.js";
 import { axe, launchBrowser, openPage, SUITE_MS, startServer, story } from "./support.js";
 
@@ -97,6 +98,50 @@ describe("operator", { timeout: SUITE_MS }, () => {
       .first()
       .waitFor();
     await audit.getByText(/quarantine rig:bench-1/).waitFor();
+    await close();
+  });
+
+  story("a rig is commissioned with a reason, and what a run has learnt is shown", async () => {
+    const { json } = await world.call(world.admin, "POST", "/tickets", { rig_class: "bench" });
+    const accept = `/tickets/${json.ticket.id}/accept`;
+    const { json: session } = await world.call(world.admin, "POST", accept, {});
+    await world.call(world.admin, "POST", "/runs", { rig: session.rig, duration_s: 8 });
+    const { page, close } = await pageOf(browser, server, world.admin, "/admin");
+    const newest = async () =>
+      (await world.call(world.admin, "GET", `/rigs/${session.rig}/calibrations?limit=1`)).json;
+    while ((await newest()).items.length === 0) await pause(50);
+    await world.call(world.admin, "POST", `/sessions/${session.id}/end`, {});
+    await page.reload();
+    const rig = page.getByRole("listitem").filter({ hasText: session.rig }).first();
+    await rig.getByText(/^Calibrated/).click();
+    await rig.getByRole("cell", { name: "R1", exact: true }).waitFor();
+    await rig.getByText("free").waitFor();
+    await page.getByRole("button", { name: `Commission ${session.rig}` }).click();
+    await page.getByLabel("Reason").fill("new motor");
+    await page
+      .getByRole("dialog")
+      .getByRole("button", { name: /^Commission/ })
+      .click();
+    const audit = async () => (await world.call(world.admin, "GET", "/audit?limit=1")).json;
+    while ((await audit()).items[0].verb !== "commission") await pause(50);
+    await rig.getByText("free").waitFor();
+    assert.deepEqual(await axe(page), []);
+    if (process.env.SHOT_ADMIN)
+      await page.screenshot({ path: process.env.SHOT_ADMIN, fullPage: true });
+    await close();
+  });
+
+  story("a calendar address is shown once, works without signing in, and ends", async () => {
+    const { page, close } = await pageOf(browser, server, world.admin, "/account");
+    await page.getByRole("button", { name: "Make an address" }).click();
+    const address = await page.getByText(/calendar\/flc_/).textContent();
+    const bookings = await fetch(address);
+    assert.equal(bookings.status, 200);
+    assert.match(await bookings.text(), /^BEGIN:VCALENDAR/);
+    assert.deepEqual(await axe(page), []);
+    await page.getByRole("button", { name: "End the address" }).click();
+    await page.getByRole("button", { name: "Make an address" }).waitFor();
+    assert.equal((await fetch(address)).status, 404);
     await close();
   });
 
