@@ -60,11 +60,11 @@ MapFit FitRig(const RigParameters& base,
               std::span<const Observation> stretch,
               const GaussianPrior& prior,
               const Eigen::VectorXd& start) {
-  const auto run = [&](const Eigen::VectorXd& q, InnovationTrace* trace) {
-    return RunInnovations(
-        MakePredictionModel(RigAt(base, q, period_s), noise, period_s), stretch, trace);
-  };
-  return FitMap(run, prior, start);
+  const StretchModels models{stretch, [&](const Eigen::VectorXd& q, std::size_t) {
+                               return MakePredictionModel(
+                                   RigAt(base, q, period_s), noise, period_s);
+                             }};
+  return FitMap(models, prior, start);
 }
 
 // -2 log of the stretch's probability under a prior, by Laplace's approximation, up to a constant.

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/diagnosis/component_scan.h"
+
 namespace faultlab::core {
 namespace {
 
@@ -44,7 +46,7 @@ FitSet FitComponents(const FitContext& context,
                      ValuePrior values) {
   FitSet set;
   set.nothing = FitNothing(context);
-  for (Component component : components) set.fits.push_back(ScanComponent(context, component));
+  set.fits = ScanComponents(context, components);
   std::sort(set.fits.begin(), set.fits.end(), LikelierFirst);
   const double best_scan = set.fits.front().cost;
   double best_full = best_scan;

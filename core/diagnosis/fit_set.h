@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/diagnosis/hypothesis.h"
+#include "core/diagnosis/isolation.h"
 
 namespace faultlab::core {
 

@@ -1,25 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
-#include <span>
-#include <vector>
 
-#include "core/diagnosis/isolation.h"
-#include "core/diagnosis/map_fit.h"
+#include "core/diagnosis/fit_context.h"
 
 namespace faultlab::core {
-
-/// Everything that the hypotheses about one stretch share.
-struct FitContext {
-  RigParameters rig;  ///< calibrated, with the faults that are known already
-  NoiseLevel noise;
-  GaussianPrior calibration;  ///< of the eight coordinates around `rig`
-  Eigen::MatrixXd doubt;      ///< Calibration::covariance_doubt, 8 x 8
-  double part_tolerance = 0.0;
-  std::span<const Observation> stretch;
-  double period_s = kSamplePeriodSeconds;
-};
 
 /// One component alone has changed: what it must be, and how well that explains the stretch.
 struct HypothesisFit {
@@ -42,18 +27,11 @@ inline bool LikelierFirst(const HypothesisFit& a, const HypothesisFit& b) {
   return a.rank_cost() < b.rank_cost();
 }
 
-RigParameters WithComponent(const RigParameters& rig, Component component, double value);
-
-/// Adds to what is known of the coordinates what one more healthy stretch tells; nothing when the
-/// stretch does not fit the rig.
-void LearnMore(std::span<const Observation> stretch, FitContext& context);
+/// (log of the change / log 10)^2: a part is rather ten times off than a hundred times.
+double SizeCost(const PlantParameters& plant, Component component, double value);
 
 /// The stretch under the rig as it is, nuisances fitted.
 HypothesisFit FitNothing(const FitContext& context);
-
-/// Looks for the value of `component` along its whole range: one dimension, the calibration's
-/// coordinates held (Mc apart, which enters linearly). Cost and value are rough.
-HypothesisFit ScanComponent(const FitContext& context, Component component);
 
 /// Fits value and the calibration's coordinates together under the calibration's posterior, from
 /// what a scan found; tells a bound when the value is not determined.

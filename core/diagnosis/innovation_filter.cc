@@ -1,50 +1,106 @@
 #include "core/diagnosis/innovation_filter.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 
+#include "core/diagnosis/lane_filter.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {
 namespace {
 
-// What is known of a state before the first reading: less than any drive can reach.
-constexpr double kPoleSdV = 10.0;
-constexpr double kCurrentSdA = 2.0;
-constexpr double kSpeedSdRadS = 500.0;
-// The gains count as settled when no S has moved by more than this share for some samples; what is
-// lost by holding them is of second order in it.
-constexpr double kSettledShare = 2e-4;
-constexpr int kSettledSamples = 6;
+// Filters that step together: enough to hide each other's latency, few enough for the first cache.
+constexpr std::size_t kTogether = 8;
 
-// A state that explains the first sample, so that the friction's sign starts right.
-Eigen::Vector4d FirstGuess(const PredictionModel& model, const Observation& first) {
-  // Rest under the present input.
-  Eigen::Matrix4d a = Eigen::Matrix4d::Identity() - model.phi;
-  const Eigen::Vector4d b = (model.g_prev + model.g) * first.u - model.g_torque * model.mc_nm;
-  Eigen::Vector4d x = a.partialPivLu().solve(b);
-  if (!x.allFinite()) x.setZero();
-  return x;
+std::array<int, kOutputCount> CountReadings(std::span<const Observation> stretch) {
+  std::array<int, kOutputCount> count{};
+  for (const Observation& o : stretch) {
+    for (std::size_t c = 0; c < kOutputCount; ++c) count[c] += (o.mask >> c) & 1;
+  }
+  return count;
 }
 
-// x+ = phi x + g_prev u_prev + g u + g_torque s Mc. Plain loops: this is where a fit spends its
-// time, and they cost half of the same expression in Eigen.
-inline void Advance(const PredictionModel& model,
-                    const Observation& now,
-                    double sign,
-                    Eigen::Vector4d& x) {
-  const double* phi = model.phi.data();
-  const double* g_prev = model.g_prev.data();
-  const double* g = model.g.data();
-  const double* g_torque = model.g_torque.data();
-  const double torque = sign * model.mc_nm;
-  std::array<double, 4> next;
-  for (std::size_t i = 0; i < 4; ++i) {
-    next[i] = phi[i] * x(0) + phi[4 + i] * x(1) + phi[8 + i] * x(2) + phi[12 + i] * x(3) +
-              g_prev[i] * now.u_prev + g[i] * now.u + g_torque[i] * torque;
+// Rows of an InnovationTable as the filters write them.
+struct TableRows {
+  double* next = nullptr;  ///< first column of the next row; null: nothing is kept
+  std::size_t stride = 0;
+};
+
+// At most kTogether * kLaneCount paths. Lanes beyond the paths repeat the last one.
+template <class Lane, bool kMcResponse>
+void RunTogether(std::span<const ModelPath> paths,
+                 std::span<const Observation> stretch,
+                 const std::array<int, kOutputCount>& count_of,
+                 std::span<InnovationSummary> sums,
+                 TableRows rows) {
+  constexpr std::size_t kLanes = kLaneCount<Lane>;
+  constexpr std::size_t kNever = std::numeric_limits<std::size_t>::max();
+  const std::size_t filter_count = (paths.size() + kLanes - 1) / kLanes;
+  std::array<LaneFilter<Lane, kMcResponse>, kTogether> filters;
+  std::array<std::size_t, kTogether * kLanes> segment{};  // that is next, for each lane
+  std::size_t next_switch = 0;
+  std::array<Lane, kOutputCount> z{};
+  for (std::size_t k = 0; k < stretch.size(); ++k) {
+    if (k == next_switch) {
+      next_switch = kNever;
+      for (std::size_t lane = 0; lane < filter_count * kLanes; ++lane) {
+        const ModelPath path = paths[std::min(lane, paths.size() - 1)];
+        std::size_t& next = segment[lane];
+        if (next < path.size() && path[next].from == k) {
+          filters[lane / kLanes].SetModel(lane % kLanes, *path[next].model, path[next].uncharged);
+          ++next;
+        }
+        if (next < path.size()) next_switch = std::min(next_switch, path[next].from);
+      }
+    }
+    const Observation& now = stretch[k];
+    for (std::size_t f = 0; f < filter_count; ++f) {
+      filters[f].Step(now, z);
+      if (rows.next == nullptr) continue;
+      double* to = rows.next + f * kLanes;
+      for (std::size_t c = 0; c < kOutputCount; ++c) {
+        if ((now.mask & (1U << c)) == 0U) continue;
+        std::memcpy(to, &z[c], sizeof(Lane));
+        to += rows.stride;
+      }
+    }
+    if (rows.next != nullptr) {
+      for (std::size_t c = 0; c < kOutputCount; ++c)
+        rows.next += ((now.mask >> c) & 1U) * rows.stride;
+    }
   }
-  x = Eigen::Vector4d::Map(next.data());
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    sums[i] = filters[i / kLanes].Summary(i % kLanes, count_of);
+  }
+}
+
+template <bool kMcResponse>
+void RunAll(std::span<const ModelPath> paths,
+            std::span<const Observation> stretch,
+            std::span<InnovationSummary> sums,
+            InnovationTable* table) {
+  LAB_CHECK(!paths.empty() && sums.size() == paths.size(), paths.size(), sums.size());
+  for (ModelPath path : paths) LAB_CHECK(!path.empty() && path.front().from == 0);
+  const std::array<int, kOutputCount> count_of = CountReadings(stretch);
+  TableRows rows;
+  if (table != nullptr) {
+    rows.stride = paths.size() == 1 ? 1 : (paths.size() + 1) / 2 * 2;
+    table->resize(count_of[0] + count_of[1] + count_of[2], static_cast<Eigen::Index>(rows.stride));
+    rows.next = table->data();
+  }
+  if (paths.size() == 1) {
+    RunTogether<double, kMcResponse>(paths, stretch, count_of, sums, rows);
+    return;
+  }
+  constexpr std::size_t kChunk = kTogether * kLaneCount<Lanes2>;
+  for (std::size_t from = 0; from < paths.size(); from += kChunk) {
+    const std::size_t n = std::min(kChunk, paths.size() - from);
+    RunTogether<Lanes2, kMcResponse>(
+        paths.subspan(from, n), stretch, count_of, sums.subspan(from, n), rows);
+    if (rows.next != nullptr) rows.next += n;
+  }
 }
 
 }  // namespace
@@ -75,115 +131,44 @@ double GainRecursion::Correct(int channel, Eigen::Vector4d& gain) {
   return s;
 }
 
+void RunInnovations(std::span<const ModelPath> paths,
+                    std::span<const Observation> stretch,
+                    std::span<InnovationSummary> sums,
+                    InnovationTable* table) {
+  RunAll<false>(paths, stretch, sums, table);
+}
+
+void RunWithMcResponse(std::span<const ModelPath> paths,
+                       std::span<const Observation> stretch,
+                       std::span<InnovationSummary> sums) {
+  RunAll<true>(paths, stretch, sums, nullptr);
+}
+
+InnovationSummary RunInnovations(ModelPath path,
+                                 std::span<const Observation> stretch,
+                                 InnovationTrace* trace) {
+  InnovationSummary sum;
+  InnovationTable table;
+  RunInnovations(std::span<const ModelPath>(&path, 1),
+                 stretch,
+                 std::span<InnovationSummary>(&sum, 1),
+                 trace != nullptr ? &table : nullptr);
+  if (trace == nullptr) return sum;
+  trace->whitened.assign(stretch.size() * kOutputCount, 0.0);
+  const double* next = table.data();
+  for (std::size_t k = 0; k < stretch.size(); ++k) {
+    for (std::size_t c = 0; c < kOutputCount; ++c) {
+      if ((stretch[k].mask & (1U << c)) != 0U) trace->whitened[k * kOutputCount + c] = *next++;
+    }
+  }
+  return sum;
+}
+
 InnovationSummary RunInnovations(const PredictionModel& model,
                                  std::span<const Observation> stretch,
                                  InnovationTrace* trace) {
   const ModelSegment only{0, &model};
-  return RunInnovations(std::span<const ModelSegment>(&only, 1), stretch, trace);
-}
-
-InnovationSummary RunInnovations(std::span<const ModelSegment> segments,
-                                 std::span<const Observation> stretch,
-                                 InnovationTrace* trace) {
-  LAB_CHECK(!segments.empty() && segments.front().from == 0);
-  const PredictionModel* current = segments.front().model;
-  std::size_t next_segment = 1;
-  InnovationSummary sum;
-  const bool with_mc = trace == nullptr;
-  if (trace != nullptr) {
-    trace->whitened.assign(stretch.size() * kOutputCount, 0.0);
-  }
-  Eigen::Vector4d x = Eigen::Vector4d::Zero();
-  Eigen::Vector4d xm = Eigen::Vector4d::Zero();  // dx/dMc
-  GainRecursion recursion(*current);
-  std::array<Eigen::Vector4d, kOutputCount> gain;
-  std::array<double, kOutputCount> s{};
-  std::array<double, kOutputCount> last_s{};
-  std::array<double, kOutputCount> weight{};
-  int quiet = 0;
-  bool settled = false;
-  unsigned settled_mask = 0;
-
-  for (std::size_t k = 0; k < stretch.size(); ++k) {
-    const Observation& now = stretch[k];
-    if (next_segment < segments.size() && segments[next_segment].from == k) {
-      current = segments[next_segment].model;
-      if (segments[next_segment].uncharged) x(0) = 0.0;
-      ++next_segment;
-      recursion.SetModel(*current);
-      settled = false;
-      quiet = 0;
-    }
-    const PredictionModel& model = *current;
-    if (k == 0 || now.restart) {
-      const double friction = k == 0 ? 0.0 : x(3);
-      x = FirstGuess(model, now);
-      x(3) = friction;
-      xm.setZero();
-      recursion.Restart();
-      settled = false;
-      quiet = 0;
-    } else {
-      const double sign = std::clamp(x(2) / kCreepSpeed, -1.0, 1.0);
-      Advance(model, now, sign, x);
-      if (with_mc) {
-        const Eigen::Vector4d next_m = model.phi * xm + model.g_torque * sign;
-        xm = next_m;
-      }
-      if (!settled) recursion.Predict();
-    }
-    unsigned use = now.mask;
-    if (now.clipped != 0) {
-      const double predicted = model.c.row(0).dot(x) + model.d(0) * now.u;
-      if (predicted * now.clipped >= now.y[0] * now.clipped) use &= ~1U;
-    }
-    if (settled && use != settled_mask) {
-      // Other channels than the held gains are for: take the covariance up again, near enough
-      // where it was left.
-      settled = false;
-      quiet = 0;
-    }
-    bool moved = false;
-    for (int channel = 0; channel < kOutputCount; ++channel) {
-      if ((use & (1U << channel)) == 0U) continue;
-      const auto c = static_cast<std::size_t>(channel);
-      if (!settled) {
-        s[c] = recursion.Correct(channel, gain[c]);
-        weight[c] = 1.0 / std::sqrt(s[c]);
-        moved = moved || std::abs(s[c] - last_s[c]) > kSettledShare * s[c];
-        last_s[c] = s[c];
-      }
-      const double e = now.y[c] - model.c.row(channel).dot(x) - model.d(channel) * now.u;
-      x += gain[c] * e;
-      const double z = e * weight[c];
-      sum.chi2 += z * z;
-      sum.chi2_of[c] += z * z;
-      ++sum.count_of[c];
-      if (with_mc) {
-        const double em = model.c.row(channel).dot(xm);
-        xm -= gain[c] * em;
-        const double zm = em * weight[c];
-        sum.mc_cross += z * zm;
-        sum.mc_square += zm * zm;
-      }
-      if (trace != nullptr) {
-        trace->whitened[k * kOutputCount + c] = z;
-      }
-    }
-    if (!settled) {
-      quiet = moved ? 0 : quiet + 1;
-      if (quiet >= kSettledSamples && use == now.mask && use != 0U) {
-        settled = true;
-        settled_mask = use;
-        // The next gap in the channels starts from the predicted covariance of this point.
-      }
-    }
-  }
-  for (std::size_t c = 0; c < kOutputCount; ++c) {
-    sum.count += sum.count_of[c];
-    if (sum.count_of[c] > 0) sum.log_det += sum.count_of[c] * std::log(s[c]);
-  }
-  return sum;
+  return RunInnovations(ModelPath(&only, 1), stretch, trace);
 }
 
 ChannelGains Settle(const PredictionModel& model, unsigned mask) {

@@ -17,9 +17,45 @@ double PriorCost(const GaussianPrior& prior, const Eigen::VectorXd& q) {
   return off.dot(prior.information * off);
 }
 
+// Runs the models of several points side by side.
+class PointRuns {
+ public:
+  explicit PointRuns(const StretchModels& models) : models_(models) {}
+
+  /// One column of `points`, one of `table`, one of sums() each.
+  void Run(const Eigen::MatrixXd& points, InnovationTable& table) {
+    const auto count = static_cast<std::size_t>(points.cols());
+    const std::size_t length = models_.from.size();
+    made_.resize(count * length);
+    segments_.resize(count * length);
+    paths_.resize(count);
+    sums_.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      point_ = points.col(static_cast<Eigen::Index>(i));
+      for (std::size_t s = 0; s < length; ++s) {
+        const std::size_t at = i * length + s;
+        made_[at] = models_.model_at(point_, s);
+        segments_[at] = {models_.from[s], &made_[at]};
+      }
+      paths_[i] = ModelPath(segments_).subspan(i * length, length);
+    }
+    RunInnovations(paths_, models_.stretch, sums_, &table);
+  }
+
+  const std::vector<InnovationSummary>& sums() const { return sums_; }
+
+ private:
+  const StretchModels& models_;
+  Eigen::VectorXd point_;
+  std::vector<PredictionModel> made_;
+  std::vector<ModelSegment> segments_;
+  std::vector<ModelPath> paths_;
+  std::vector<InnovationSummary> sums_;
+};
+
 }  // namespace
 
-MapFit FitMap(const InnovationsAt& run,
+MapFit FitMap(const StretchModels& models,
               const GaussianPrior& prior,
               const Eigen::VectorXd& start,
               const MapFitOptions& options) {
@@ -27,24 +63,22 @@ MapFit FitMap(const InnovationsAt& run,
   LAB_CHECK(prior.mean.size() == n && prior.information.rows() == n, n);
   MapFit fit;
   fit.point = start;
-  InnovationTrace base;
-  InnovationTrace moved;
-  fit.innovations = run(fit.point, &base);
+  PointRuns runs(models);
+  InnovationTable base;
+  InnovationTable tried;
+  InnovationTable moved;
+  runs.Run(fit.point, base);
+  fit.innovations = runs.sums().front();
   fit.prior_cost = PriorCost(prior, fit.point);
   double damping = 0.0;
-  Eigen::MatrixXd jacobian;
+  InnovationTable jacobian;
   for (; fit.iterations < options.iterations_max; ++fit.iterations) {
-    const auto rows = static_cast<Eigen::Index>(base.whitened.size());
-    const Eigen::Map<const Eigen::VectorXd> z(base.whitened.data(), rows);
-    jacobian.resize(rows, n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      Eigen::VectorXd q = fit.point;
-      q(i) += kDifference;
-      run(q, &moved);
-      jacobian.col(i) =
-          (Eigen::Map<const Eigen::VectorXd>(moved.whitened.data(), rows) - z) / kDifference;
-    }
-    fit.information = jacobian.transpose() * jacobian;
+    Eigen::MatrixXd points = fit.point.replicate(1, n);
+    points.diagonal().array() += kDifference;
+    runs.Run(points, moved);
+    const Eigen::VectorXd z = base.col(0);
+    jacobian = (moved.leftCols(n).colwise() - z) / kDifference;
+    fit.information.noalias() = jacobian.transpose() * jacobian;
     const Eigen::VectorXd gradient =
         jacobian.transpose() * z + prior.information * (fit.point - prior.mean);
     const Eigen::MatrixXd curvature = fit.information + prior.information;
@@ -60,13 +94,14 @@ MapFit FitMap(const InnovationsAt& run,
       if (longest > options.step_max) step *= options.step_max / longest;
       step_in_sigma = std::sqrt(std::max(0.0, step.dot(curvature * step)));
       const Eigen::VectorXd q = fit.point + step;
-      const InnovationSummary tried = run(q, &moved);
+      runs.Run(q, tried);
+      const InnovationSummary& sum = runs.sums().front();
       const double tried_prior = PriorCost(prior, q);
-      if (tried.cost() + tried_prior <= fit.cost() + 1e-6) {
+      if (sum.cost() + tried_prior <= fit.cost() + 1e-6) {
         fit.point = q;
-        fit.innovations = tried;
+        fit.innovations = sum;
         fit.prior_cost = tried_prior;
-        std::swap(base, moved);
+        base.swap(tried);
         accepted = true;
         damping = damping > 1e-3 ? damping * 0.1 : 0.0;
       } else {

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <span>
+#include <vector>
 
 #include "core/diagnosis/innovation_filter.h"
 
@@ -14,8 +16,12 @@ struct GaussianPrior {
   Eigen::MatrixXd information;
 };
 
-/// The innovations of the model that a point in coordinates means, over one stretch.
-using InnovationsAt = std::function<InnovationSummary(const Eigen::VectorXd&, InnovationTrace*)>;
+/// What is fitted: the models that a point in coordinates means along a stretch.
+struct StretchModels {
+  std::span<const Observation> stretch;
+  std::function<PredictionModel(const Eigen::VectorXd& point, std::size_t segment)> model_at;
+  std::vector<std::size_t> from = {0};  ///< first sample of each segment
+};
 
 struct MapFit {
   Eigen::VectorXd point;
@@ -39,8 +45,8 @@ struct MapFitOptions {
 
 /// argmin over q of  chi2(q) + log det S(q) + (q - mean)' information (q - mean)
 /// by damped Gauss-Newton on the whitened innovations, sensitivities by forward differences.
-/// Cost: (size + 2) calls of `innovations` an iteration.
-MapFit FitMap(const InnovationsAt& innovations,
+/// Cost of an iteration: one filter run, and one of all moved models side by side.
+MapFit FitMap(const StretchModels& models,
               const GaussianPrior& prior,
               const Eigen::VectorXd& start,
               const MapFitOptions& options = {});
