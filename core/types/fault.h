@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include "core/types/component.h"
 
 namespace faultlab::core {
@@ -9,6 +11,19 @@ enum class FaultKind {
   kDrift,         ///< linear from nominal at `at_s` to `value` at `until_s`, then stays
   kIntermittent,  ///< `value` during [at_s, until_s), nominal again after
 };
+
+/// "abrupt", "drift", "intermittent"
+constexpr std::string_view Name(FaultKind kind) {
+  switch (kind) {
+    case FaultKind::kAbrupt:
+      return "abrupt";
+    case FaultKind::kDrift:
+      return "drift";
+    case FaultKind::kIntermittent:
+      return "intermittent";
+  }
+  return "?";
+}
 
 /// One scheduled change of a component. A fault acts from the first sample whose time is >= at_s.
 struct Fault {

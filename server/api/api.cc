@@ -7,6 +7,7 @@
 #include <ctime>
 
 #include "server/api/lab_api.h"
+#include "server/net/websocket.h"
 
 namespace faultlab::server {
 namespace {
@@ -172,10 +173,14 @@ core::Result<int> PageLimit(const HttpRequest& request) {
 
 core::Status OnlyQuery(const HttpRequest& request, std::initializer_list<std::string_view> known) {
   for (const auto& [name, value] : request.QueryAll()) {
+    if (!websocket::IsValidUtf8(name) || !websocket::IsValidUtf8(value)) {
+      return core::Error{core::ErrorCode::kInvalid, "A query parameter is not UTF-8.", ""};
+    }
     if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    return core::Error{core::ErrorCode::kInvalid,
-                       "Unknown query parameter '" + name.substr(0, 64) + "'.",
-                       name.substr(0, 64)};
+    constexpr std::size_t kShownMax = 64;
+    const std::string shown = name.size() > kShownMax ? "(a long name)" : name;
+    return core::Error{
+        core::ErrorCode::kInvalid, "Unknown query parameter '" + shown + "'.", shown};
   }
   return core::Done{};
 }

@@ -96,7 +96,7 @@ core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
                                         std::int64_t fallback,
                                         std::int64_t lo,
                                         std::int64_t hi);
-/// Refuses query parameters that are not in `known`, by name.
+/// Refuses query parameters that are not in `known`, by name, and any that is not UTF-8.
 core::Status OnlyQuery(const HttpRequest& request, std::initializer_list<std::string_view> known);
 
 Ownership OwnershipOf(const Principal& who, std::string_view owner_key);

@@ -55,6 +55,11 @@ core::Result<std::int64_t> RequiredVersion(const ApiRequest& request);
 core::Result<Ownership> RelationTo(ApiContext& api,
                                    const Principal& who,
                                    std::string_view owner_key);
+/// The set, if `who` may do `operation` on it.
+core::Result<lab::FaultSet> AuthorizedFaultSet(ApiContext& api,
+                                               const Principal& who,
+                                               std::int64_t id,
+                                               Operation operation);
 /// An object {} without any member, for actions.
 core::Status NoBody(const ApiRequest& request);
 /// RFC 3339 with Z or an offset. Names of zones and times without a zone are refused: on the day of
@@ -149,5 +154,9 @@ core::Result<HttpResponse> ListFaultSets(ApiContext& api, const ApiRequest& requ
 core::Result<HttpResponse> CreateFaultSet(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ChangeFaultSet(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> DeleteFaultSet(ApiContext& api, const ApiRequest& request);
+
+// lab_isolability.cc
+core::Result<HttpResponse> GetIsolability(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> GetIsolabilityPlot(ApiContext& api, const ApiRequest& request);
 
 }  // namespace faultlab::server

@@ -44,19 +44,6 @@ core::Result<Ownership> OwnershipOfSet(LabApi& lab, const Principal& who, const 
   return attends.value() && set.visible ? Ownership::kCourse : Ownership::kForeign;
 }
 
-core::Result<FaultSet> AuthorizedSet(ApiContext& api,
-                                     const Principal& who,
-                                     std::int64_t id,
-                                     Operation operation) {
-  auto set = api.lab->fault_sets.Get(id);
-  if (!set) return set.error();
-  auto ownership = OwnershipOfSet(*api.lab, who, set.value());
-  if (!ownership) return ownership.error();
-  const core::Status allowed = Authorize(who, operation, ownership.value());
-  if (!allowed.ok()) return allowed.error();
-  return set;
-}
-
 /// Reads name, visible, faults into `set`; faults are checked as those of a run are.
 core::Status ReadSet(const ApiRequest& request, FaultSet& set) {
   auto body = ParseJsonObject(request.http.body);
@@ -88,6 +75,19 @@ core::Status MayTeach(LabApi& lab, const Principal& who, std::int64_t course) {
 
 }  // namespace
 
+core::Result<FaultSet> AuthorizedFaultSet(ApiContext& api,
+                                          const Principal& who,
+                                          std::int64_t id,
+                                          Operation operation) {
+  auto set = api.lab->fault_sets.Get(id);
+  if (!set) return set.error();
+  auto ownership = OwnershipOfSet(*api.lab, who, set.value());
+  if (!ownership) return ownership.error();
+  const core::Status allowed = Authorize(who, operation, ownership.value());
+  if (!allowed.ok()) return allowed.error();
+  return set;
+}
+
 core::Result<std::string> ExpandFaultSet(ApiContext& api,
                                          const Principal& who,
                                          std::string_view body) {
@@ -104,7 +104,7 @@ core::Result<std::string> ExpandFaultSet(ApiContext& api,
         core::ErrorCode::kInvalid, "Give faults or a fault_set, not both.", "/fault_set"};
   }
   const std::int64_t id = found->value().get_int64();
-  auto set = AuthorizedSet(api, who, id, Operation::kReadFaultSet);
+  auto set = AuthorizedFaultSet(api, who, id, Operation::kReadFaultSet);
   if (!set) return refused;
   const core::Status used = api.lab->fault_sets.MarkUsed(id);
   if (!used.ok()) return used.error();
@@ -152,7 +152,7 @@ core::Result<HttpResponse> ChangeFaultSet(ApiContext& api, const ApiRequest& req
   if (!id) return id.error();
   auto version = RequiredVersion(request);
   if (!version) return version.error();
-  auto set = AuthorizedSet(api, request.who, id.value(), Operation::kManageFaultSet);
+  auto set = AuthorizedFaultSet(api, request.who, id.value(), Operation::kManageFaultSet);
   if (!set) return set.error();
   FaultSet next = set.value();
   const core::Status read = ReadSet(request, next);
@@ -173,7 +173,7 @@ core::Result<HttpResponse> DeleteFaultSet(ApiContext& api, const ApiRequest& req
   if (!id) return id.error();
   auto version = RequiredVersion(request);
   if (!version) return version.error();
-  auto set = AuthorizedSet(api, request.who, id.value(), Operation::kManageFaultSet);
+  auto set = AuthorizedFaultSet(api, request.who, id.value(), Operation::kManageFaultSet);
   if (!set) return set.error();
   const core::Status done = lab.value()->fault_sets.Delete(id.value(), version.value());
   if (!done.ok()) return done.error();

@@ -239,8 +239,10 @@ core::Result<HttpResponse> ListAuditLog(ApiContext& api, const ApiRequest& reque
     items.push_back(json::object{{"id", entry.seq},
                                  {"at", Iso8601(entry.at)},
                                  {"actor", entry.actor},
+                                 {"actor_login", entry.actor_login},
                                  {"verb", entry.verb},
                                  {"object", entry.object},
+                                 {"object_login", entry.object_login},
                                  {"detail", entry.detail}});
   }
   const bool full = log.value().size() == static_cast<std::size_t>(limit.value());

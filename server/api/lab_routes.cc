@@ -73,6 +73,8 @@ std::vector<ApiRoute> LabRoutes() {
       {kPost, "/api/v1/fault-sets", kManageFaultSet, kRole, Once<CreateFaultSet>, kJson},
       {kPut, "/api/v1/fault-sets/{id}", kManageFaultSet, kRole, ChangeFaultSet, kJson},
       {kDelete, "/api/v1/fault-sets/{id}", kManageFaultSet, kRole, DeleteFaultSet},
+      {kGet, "/api/v1/fault-sets/{id}/isolability", kReadFaultSet, kRole, GetIsolability},
+      {kGet, "/api/v1/fault-sets/{id}/isolability.png", kReadFaultSet, kRole, GetIsolabilityPlot},
   };
 }
 

@@ -135,6 +135,28 @@ core::Result<RunRequest> ExperimentOf(ApiContext& api, const RunBody& body) {
   return run;
 }
 
+/// One's own runs; everybody's for whoever may read them; with ?course= those of its students.
+core::Result<RunFilter> FilterOf(ApiContext& api, const ApiRequest& request) {
+  RunFilter filter;
+  filter.source = "run";
+  const bool all = Authorize(request.who, Operation::kReadRun, Ownership::kForeign).ok();
+  if (!request.http.Query("course")) {
+    if (!all) filter.owner = request.who.owner_key();
+    return filter;
+  }
+  auto course = QueryInteger(request.http, "course", 0, 1, INT64_MAX);
+  if (!course) return course.error();
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  auto teaches = lab.value()->accounts.Teaches(request.who.user_id, course.value());
+  if (!teaches) return teaches.error();
+  const bool may = all || (teaches.value() &&
+                           Authorize(request.who, Operation::kReadRun, Ownership::kCourse).ok());
+  if (!may) return core::Error{core::ErrorCode::kInvalid, "You teach no such course.", "course"};
+  filter.course = course.value();
+  return filter;
+}
+
 }  // namespace
 
 core::Result<HttpResponse> CreateRun(ApiContext& api, const ApiRequest& request) {
@@ -157,15 +179,14 @@ core::Result<HttpResponse> CreateRun(ApiContext& api, const ApiRequest& request)
 }
 
 core::Result<HttpResponse> ListRuns(ApiContext& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"cursor", "limit"});
+  const core::Status query = OnlyQuery(request.http, {"cursor", "limit", "course"});
   if (!query.ok()) return query.error();
   auto limit = PageLimit(request.http);
   if (!limit) return limit.error();
-  RunFilter filter;
-  filter.source = "run";
-  const bool all = Authorize(request.who, Operation::kReadRun, Ownership::kForeign).ok();
-  if (!all) filter.owner = request.who.owner_key();
-  auto page = api.store.List(request.http.Query("cursor").value_or(""), limit.value(), filter);
+  auto filter = FilterOf(api, request);
+  if (!filter) return filter.error();
+  auto page =
+      api.store.List(request.http.Query("cursor").value_or(""), limit.value(), filter.value());
   if (!page) return page.error();
   json::array items;
   for (const RunRecord& record : page.value().items) {

@@ -108,18 +108,6 @@ core::Result<core::Fault> ParseFault(const json::value& value,
   return fault;
 }
 
-std::string_view Name(core::FaultKind kind) {
-  switch (kind) {
-    case core::FaultKind::kAbrupt:
-      return "abrupt";
-    case core::FaultKind::kDrift:
-      return "drift";
-    case core::FaultKind::kIntermittent:
-      return "intermittent";
-  }
-  return "?";
-}
-
 core::Status CheckSwitchable(const core::Fault& fault,
                              const std::string& pointer,
                              const hardware::RigDescription& rig) {
@@ -281,7 +269,7 @@ json::object PlanToJson(const RunBody& body, const hardware::RigDescription& rig
     json::object entry{{"component", core::Name(fault.component)},
                        {"value", fault.value},
                        {"at_s", fault.at_s},
-                       {"kind", Name(fault.kind)}};
+                       {"kind", core::Name(fault.kind)}};
     if (fault.kind != core::FaultKind::kAbrupt) entry["until_s"] = fault.until_s;
     faults.push_back(std::move(entry));
   }

@@ -251,13 +251,20 @@ core::Result<std::vector<AuditEntry>> Accounts::ListAudit(std::int64_t before, i
     AuditEntry entry;
     std::int64_t at_ms = 0;
     soci::statement statement =
-        (tx.sql().prepare << "SELECT seq, at_ms, actor, verb, object, detail FROM audit_log "
+        (tx.sql().prepare << "SELECT seq, at_ms, actor, COALESCE(doer.login, ''), verb, object, "
+                             "COALESCE(target.login, ''), detail FROM audit_log "
+                             "LEFT JOIN account doer ON doer.id = CASE WHEN actor LIKE 'user:%' "
+                             "THEN CAST(SUBSTR(actor, 6) AS BIGINT) END "
+                             "LEFT JOIN account target ON target.id = CASE WHEN object LIKE "
+                             "'user:%' THEN CAST(SUBSTR(object, 6) AS BIGINT) END "
                              "WHERE seq < :before OR :all = 0 ORDER BY seq DESC LIMIT :count",
          into(entry.seq),
          into(at_ms),
          into(entry.actor),
+         into(entry.actor_login),
          into(entry.verb),
          into(entry.object),
+         into(entry.object_login),
          into(entry.detail),
          use(before, "before"),
          use(before, "all"),

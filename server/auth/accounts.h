@@ -51,9 +51,11 @@ struct Course {
 struct AuditEntry {
   std::int64_t seq = 0;
   WallTime at{};
-  std::string actor;  ///< Principal::owner_key(), "system"
+  std::string actor;        ///< Principal::owner_key(), "system"
+  std::string actor_login;  ///< of an actor with an account, as it is today; else empty
   std::string verb;
   std::string object;
+  std::string object_login;  ///< when the object is an account
   std::string detail;
 };
 

@@ -9,11 +9,10 @@
 #include <filesystem>
 #include <utility>
 
+#include "server/cli/calibration_file.h"
 #include "server/cli/console.h"
 #include "server/csv/csv_record.h"
-#include "server/csv/file_io.h"
 #include "server/csv/number_text.h"
-#include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/plots/record_figure.h"
 
@@ -99,12 +98,7 @@ Result<core::DiagnoseOptions> ParseFlags(const DiagnosisFlags& flags) {
     return refuse("--values '" + flags.values + "': expected table2 or none", "values");
   }
   if (!flags.calibration.empty()) {
-    constexpr std::size_t kBytesMax = std::size_t{1} << 20;
-    const Result<std::string> text = ReadFile(flags.calibration, kBytesMax);
-    if (!text) {
-      return text.error();
-    }
-    Result<core::Calibration> calibration = ParseCalibration(text.value(), flags.calibration);
+    Result<core::Calibration> calibration = ReadCalibrationFile(flags.calibration);
     if (!calibration) {
       return calibration.error();
     }

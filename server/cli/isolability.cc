@@ -2,10 +2,9 @@
 
 #include <boost/json/serialize.hpp>
 
-#include "core/diagnosis/isolability.h"
-#include "core/plant/profile.h"
+#include "server/cli/calibration_file.h"
 #include "server/cli/console.h"
-#include "server/cli/excitation_text.h"
+#include "server/cli/excitation_source.h"
 #include "server/cli/figure_file.h"
 #include "server/csv/fault_text.h"
 #include "server/diagnosis_json/isolability_json.h"
@@ -14,72 +13,55 @@
 namespace faultlab::server {
 namespace {
 
-using core::Error;
-using core::ErrorCode;
 using core::Result;
 
-/// Samples before the fault, in which the filter settles.
-constexpr double kSettlingSeconds = 5.0;
-
-Result<core::IsolabilityOptions> Parse(const IsolabilityCommandOptions& options) {
-  core::IsolabilityOptions out;
-  const Result<core::BenchProfile> profile = core::FindBenchProfile(options.profile);
-  if (!profile) {
-    return profile.error();
+Result<IsolabilityQuestion> Question(const IsolabilityCommandOptions& options) {
+  IsolabilityQuestion question = options.question;
+  if (!options.calibration.empty()) {
+    Result<core::Calibration> calibration = ReadCalibrationFile(options.calibration);
+    if (!calibration) {
+      return calibration.error();
+    }
+    question.calibration = std::move(calibration).value();
   }
-  if (options.channels != "um" && options.channels != "all") {
-    return Error{ErrorCode::kInvalid,
-                 "--channels '" + options.channels + "': expected um or all",
-                 "channels"};
-  }
-  const core::BenchProfile& bench = profile.value();
-  out.rig.delta_s = bench.delta_s;
-  out.rig.mc_nm = bench.friction.mc_nm;
-  out.noise = {bench.noise.um_v,
-               bench.noise.ia_a,
-               bench.noise.n_rpm * core::kRadPerSecondOfRpm,
-               bench.friction.noise_rms_nm,
-               bench.friction.noise_tau_s};
-  out.channels = options.channels == "um" ? core::Channels::kUmOnly : core::Channels::kAll;
-  out.window_samples = options.window_samples;
-  const Result<core::ExcitationSpec> excitation = ParseExcitation(options.excitation, 1);
+  Result<core::ExcitationSpec> excitation = ReadExcitation(options.excitation, 1);
   if (!excitation) {
     return excitation.error();
   }
-  const double duration_s = kSettlingSeconds + out.window_samples * out.period_s;
-  Result<std::vector<double>> uc = core::Generate(excitation.value(), duration_s, out.period_s);
-  if (!uc) {
-    return uc.error();
-  }
-  out.uc_v = std::move(uc).value();
+  question.excitation = std::move(excitation).value();
+  question.excitation_name = options.excitation;
   for (const std::string& text : options.faults) {
     const Result<core::Fault> fault = ParseFault(text + "@0");
     if (!fault) {
       return fault.error();
     }
-    out.faults.push_back({fault.value().component, fault.value().value});
+    question.faults.push_back({fault.value().component, fault.value().value});
   }
-  return out;
+  return question;
+}
+
+Result<core::Isolability> Analyse(const IsolabilityQuestion& question) {
+  const Result<core::IsolabilityOptions> options = ToOptions(question);
+  if (!options) {
+    return options.error();
+  }
+  return core::AnalyseIsolability(options.value());
 }
 
 }  // namespace
 
 int RunIsolability(const IsolabilityCommandOptions& options) {
-  const Result<core::IsolabilityOptions> parsed = Parse(options);
-  if (!parsed) {
-    return Fail(parsed.error(), kExitBadInput);
+  const Result<IsolabilityQuestion> question = Question(options);
+  if (!question) {
+    return Fail(question.error(), kExitBadInput);
   }
-  const Result<core::Isolability> isolability = core::AnalyseIsolability(parsed.value());
+  const Result<core::Isolability> isolability = Analyse(question.value());
   if (!isolability) {
     return Fail(isolability.error(), kExitBadInput);
   }
   if (!options.output.empty()) {
-    const std::string subtitle = options.profile + " profile, " + options.excitation + ", " +
-                                 (options.channels == "um" ? "U_{m} alone" : "all channels") +
-                                 ", " + std::to_string(options.window_samples) +
-                                 " samples of the fault";
-    const core::Status written =
-        WriteFigure(MakeIsolabilityFigure(isolability.value(), subtitle), options.output, 1);
+    const core::Status written = WriteFigure(
+        MakeIsolabilityFigure(isolability.value(), ToText(question.value())), options.output, 1);
     if (!written) {
       return Fail(written.error(), kExitFailure);
     }

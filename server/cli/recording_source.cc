@@ -1,10 +1,9 @@
 #include "server/cli/recording_source.h"
 
-#include <boost/json/parse.hpp>
 #include <filesystem>
 #include <limits>
-#include <string_view>
 
+#include "server/api/run_body.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/fault_text.h"
 #include "server/storage/database.h"
@@ -13,7 +12,6 @@
 namespace faultlab::server {
 namespace {
 
-namespace json = boost::json;
 using core::Error;
 using core::ErrorCode;
 using core::Result;
@@ -22,46 +20,6 @@ bool IsCsvName(const std::string& name) {
   std::error_code ignored;
   return name.ends_with(".csv") || name.ends_with(".csv.gz") || name == "-" ||
          std::filesystem::exists(name, ignored);
-}
-
-/// The schedule of a stored plan; a plan without one has none.
-std::vector<core::Fault> FaultsOfPlan(const std::string& plan_json) {
-  std::vector<core::Fault> faults;
-  boost::system::error_code error;
-  const json::value plan = json::parse(plan_json, error);
-  const json::object* object = error ? nullptr : plan.if_object();
-  const json::value* list = object == nullptr ? nullptr : object->if_contains("faults");
-  if (list == nullptr || !list->is_array()) {
-    return faults;
-  }
-  for (const json::value& entry : list->get_array()) {
-    const json::object* one = entry.if_object();
-    if (one == nullptr) {
-      continue;
-    }
-    const auto number = [one](std::string_view key) {
-      const json::value* value = one->if_contains(key);
-      return value != nullptr && value->is_number() ? value->to_number<double>() : 0.0;
-    };
-    const auto text = [one](std::string_view key) {
-      const json::value* value = one->if_contains(key);
-      return value != nullptr && value->is_string() ? std::string(value->get_string())
-                                                    : std::string();
-    };
-    const std::optional<core::Component> component = core::ParseComponent(text("component"));
-    if (!component) {
-      continue;
-    }
-    const std::string kind = text("kind");
-    faults.push_back({*component,
-                      number("value"),
-                      number("at_s"),
-                      kind == "drift"          ? core::FaultKind::kDrift
-                      : kind == "intermittent" ? core::FaultKind::kIntermittent
-                                               : core::FaultKind::kAbrupt,
-                      number("until_s")});
-  }
-  return faults;
 }
 
 Result<SourceRecording> FromCsv(const std::string& path) {

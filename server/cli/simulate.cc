@@ -5,7 +5,7 @@
 
 #include "core/plant/simulate_record.h"
 #include "server/cli/console.h"
-#include "server/cli/excitation_text.h"
+#include "server/cli/excitation_source.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/csv_writer.h"
 #include "server/csv/fault_text.h"
@@ -38,7 +38,7 @@ Result<std::vector<core::Fault>> ParseFaults(const SimulateOptions& options, dou
 }
 
 Result<std::vector<double>> MakeInput(const SimulateOptions& options) {
-  const Result<core::ExcitationSpec> spec = ParseExcitation(options.excitation, options.seed);
+  const Result<core::ExcitationSpec> spec = ReadExcitation(options.excitation, options.seed);
   if (!spec) {
     return spec.error();
   }

@@ -19,18 +19,6 @@ namespace {
 namespace json = boost::json;
 constexpr std::size_t kParameters = 3;
 
-std::string_view Name(core::FaultKind kind) {
-  switch (kind) {
-    case core::FaultKind::kAbrupt:
-      return "abrupt";
-    case core::FaultKind::kDrift:
-      return "drift";
-    case core::FaultKind::kIntermittent:
-      return "intermittent";
-  }
-  return "?";
-}
-
 json::value Number(double value) {
   return std::isfinite(value) ? json::value(value) : json::value(nullptr);
 }
@@ -91,7 +79,7 @@ std::string ExportJson(const RecordingExport& recording) {
                         {"value", fault.value},
                         {"unit", core::Unit(fault.component)},
                         {"at_s", fault.at_s},
-                        {"kind", Name(fault.kind)}};
+                        {"kind", core::Name(fault.kind)}};
     if (fault.kind != core::FaultKind::kAbrupt) {
       one["until_s"] = fault.until_s;
     }

@@ -294,6 +294,12 @@ core::Result<RunPage> RecordingStore::List(const std::string& cursor,
       query += " AND source = :source";
       statement.exchange(use(*filter.source, "source"));
     }
+    if (filter.course) {
+      query +=
+          " AND owner IN (SELECT 'user:' || account_id FROM enrolment WHERE course_id = :course "
+          "AND teaches = 0)";
+      statement.exchange(use(*filter.course, "course"));
+    }
     if (after) {
       query += " AND (created_ms < :before OR (created_ms = :same AND id < :id))";
       statement.exchange(use(after->created_ms, "before"));

@@ -47,8 +47,9 @@ struct RecordedEvent {
 };
 
 struct RunFilter {
-  std::optional<std::string> owner;   ///< only this owner's
-  std::optional<std::string> source;  ///< "run" or "upload"
+  std::optional<std::string> owner;      ///< only this owner's
+  std::optional<std::string> source;     ///< "run" or "upload"
+  std::optional<std::int64_t> course{};  ///< only of those who attend it
 };
 
 struct RunPage {

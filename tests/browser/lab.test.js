@@ -76,6 +76,14 @@ describe("lab", { timeout: SUITE_MS }, () => {
       await set.getByLabel("Component").selectOption("R12");
       await set.getByRole("button", { name: "Save" }).click();
       await page.getByText("R12 → 5.6 kΩ @ 10 s").waitFor();
+      await page.getByText("What can be told apart?").click();
+      await page.getByRole("row", { name: "R12 = 5.6 kΩ yes R9" }).waitFor();
+      await page.getByLabel("Measured").selectOption("all");
+      await page.getByLabel("Time after the fault").selectOption("2 s");
+      const png = await page.getByRole("link", { name: "PNG" }).getAttribute("href");
+      assert.match(png, /isolability\.png\?channels=all&window_samples=200$/);
+      const picture = await page.request.get(server.url + png);
+      assert.equal(picture.headers()["content-type"], "image/png");
       assert.deepEqual(await axe(page), []);
 
       await page.getByRole("link", { name: "Lab", exact: true }).click();

@@ -73,7 +73,8 @@ TEST(RemoteRig, LosesNothingInAStorm) {
   ASSERT_TRUE(server.rig().Arm(plan, kEpoch).ok());
   ASSERT_TRUE(server.rig().Start(kEpoch).ok());
   ExpectWhole(Drain(server.rig()), plan);
-  EXPECT_GT(bus.lost(), 100u);
+  // How many samples share a message is the machine's mood; how many messages are lost is not.
+  EXPECT_GT(bus.lost() * 10, bus.overheard().size()) << "this was no storm";
   EXPECT_GT(server.rig().info().gaps_refilled, 0);
 }
 

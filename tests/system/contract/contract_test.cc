@@ -300,7 +300,12 @@ void Contract::JobsAndFaultSets() {
   world_.Expect(409, "teacher", "DELETE", "fault-sets/{id}", id, {}, IfMatch(1));
   world_.Expect(204, "teacher", "DELETE", "fault-sets/{id}", id, {}, IfMatch(2));
   const json::object kept = world_.Expect(201, "teacher", "POST", "fault-sets", {}, set);
-  Remember("/api/v1/fault-sets/{id}", {{"id", Id(kept)}}, "teacher");
+  const Values kept_id{{"id", Id(kept)}};
+  for (const char* part : {"", "/isolability", "/isolability.png"}) {
+    const std::string pattern = "fault-sets/{id}" + std::string(part);
+    if (*part != '\0') world_.Expect(200, "teacher", "GET", pattern, kept_id);
+    Remember("/api/v1/" + pattern, kept_id, "teacher");
+  }
 }
 
 void Contract::WrongIds(const std::string& method, const std::string& pattern) {

@@ -95,8 +95,11 @@ export const api = {
   rigClasses: async () => (await get<Page<Schemas["RigClass"]>>("/rig-classes")).items,
 
   startRun: (plan: RunRequest) => send<Run>("POST", "/runs", plan),
-  runs: (cursor?: string, limit = 30) =>
-    get<Page<Run>>(`/runs?limit=${limit}${cursor ? `&cursor=${id(cursor)}` : ""}`),
+  /** Of a course that one teaches: the runs of its students. */
+  runs: (cursor?: string, limit = 30, course?: number) =>
+    get<Page<Run>>(
+      `/runs?limit=${limit}${cursor ? `&cursor=${id(cursor)}` : ""}${course ? `&course=${course}` : ""}`,
+    ),
   run: (run: string) => get<Run>(`/runs/${id(run)}`),
   deleteRun: (run: string) => send<unknown>("DELETE", `/runs/${id(run)}`),
   stopRun: (run: string) => send<unknown>("POST", `/runs/${id(run)}/stop`),

@@ -6,6 +6,7 @@ import type {
   Booking,
   Course,
   FaultSet,
+  Isolability,
   Job,
   LabEvent,
   NewApiKey,
@@ -23,6 +24,15 @@ const at = (id: Id) => encodeURIComponent(String(id));
 const items = async <T>(path: string) => (await get<Page<T>>(path)).items;
 const page = <T>(path: string, cursor?: string) =>
   get<Page<T>>(`${path}?limit=50${cursor ? `&cursor=${at(cursor)}` : ""}`);
+/** What one looks at when a fault set is judged. */
+export interface IsolabilityView {
+  channels: "um" | "all";
+  window_samples: number;
+}
+const isolability = (set: Id, view: IsolabilityView, suffix = "") =>
+  `/fault-sets/${at(set)}/isolability${suffix}?channels=${view.channels}&window_samples=${view.window_samples}`;
+export const isolabilityPng = (set: Id, view: IsolabilityView) =>
+  `/api/v1${isolability(set, view, ".png")}`;
 const ifMatch = (version: number) => ({ "If-Match": `"${version}"` });
 
 export const lab = {
@@ -77,6 +87,8 @@ export const lab = {
         ),
   deleteFaultSet: (set: FaultSet) =>
     send<unknown>("DELETE", `/fault-sets/${at(set.id)}`, undefined, ifMatch(set.version)),
+
+  isolability: (set: Id, view: IsolabilityView) => get<Isolability>(isolability(set, view)),
 
   users: (cursor?: string) => page<User>("/users", cursor),
   createUser: (user: Pick<User, "login" | "name" | "role">) => send<User>("POST", "/users", user),

@@ -36,4 +36,5 @@ export type NewApiKey = Schemas["NewApiKey"];
 export type AuditEntry = Schemas["AuditEntry"];
 
 export type FaultSet = Schemas["FaultSet"];
+export type Isolability = Schemas["Isolability"];
 export type Job = Schemas["Job"];

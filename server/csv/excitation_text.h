@@ -10,8 +10,8 @@ namespace faultlab::server {
 
 /// "prbs", "prbs:low=2,high=3,clock=0.01,order=10,seed=1", "step:low=2,high=3,at=1",
 /// "multisine:offset=2.5,amplitude=0.5,lines=40,base=2,seed=1", "chirp:offset=2.5,amplitude=0.5,
-/// from=0.1,to=20", "file:RECORDING.csv" (its uc_v, as long as it is). Seeds default to `seed`.
-/// Only the form is checked here; core::Generate checks the numbers.
+/// from=0.1,to=20". Seeds default to `seed`. Only the form is checked here; core::Generate checks
+/// the numbers.
 core::Result<core::ExcitationSpec> ParseExcitation(std::string_view text, std::uint64_t seed);
 
 }  // namespace faultlab::server

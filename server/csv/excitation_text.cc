@@ -1,11 +1,10 @@
-#include "server/cli/excitation_text.h"
+#include "server/csv/excitation_text.h"
 
 #include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "server/csv/csv_record.h"
 #include "server/csv/number_text.h"
 
 namespace faultlab::server {
@@ -75,18 +74,6 @@ Result<ExcitationSpec> Filled(Spec& spec,
   return ExcitationSpec(spec);
 }
 
-Result<ExcitationSpec> FromRecording(std::string_view path) {
-  Result<CsvRecord> record = ReadCsv(std::string(path));
-  if (!record) {
-    return record.error();
-  }
-  core::SamplesSpec spec;
-  for (const core::Sample& sample : record.value().samples) {
-    spec.uc_v.push_back(sample.uc_v);
-  }
-  return ExcitationSpec(std::move(spec));
-}
-
 }  // namespace
 
 Result<ExcitationSpec> ParseExcitation(std::string_view text, std::uint64_t seed) {
@@ -130,12 +117,9 @@ Result<ExcitationSpec> ParseExcitation(std::string_view text, std::uint64_t seed
                    Real("from", spec.from_hz),
                    Real("to", spec.to_hz)});
   }
-  if (kind == "file" && !rest.empty()) {
-    return FromRecording(rest);
-  }
   return Error{ErrorCode::kInvalid,
                "excitation '" + std::string(text) +
-                   "' is not known, expected prbs, step, multisine, chirp or file:RECORDING.csv",
+                   "' is not known, expected prbs, step, multisine or chirp",
                "excitation"};
 }
 

@@ -1,0 +1,27 @@
+#include "server/cli/excitation_source.h"
+
+#include <string_view>
+#include <utility>
+
+#include "server/csv/csv_record.h"
+#include "server/csv/excitation_text.h"
+
+namespace faultlab::server {
+
+core::Result<core::ExcitationSpec> ReadExcitation(const std::string& text, std::uint64_t seed) {
+  constexpr std::string_view kFile = "file:";
+  if (!text.starts_with(kFile)) {
+    return ParseExcitation(text, seed);
+  }
+  const core::Result<CsvRecord> record = ReadCsv(text.substr(kFile.size()));
+  if (!record) {
+    return record.error();
+  }
+  core::SamplesSpec spec;
+  for (const core::Sample& sample : record.value().samples) {
+    spec.uc_v.push_back(sample.uc_v);
+  }
+  return core::ExcitationSpec(std::move(spec));
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,133 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "server/cli/admin.h"
+#include "server/cli/retention.h"
+#include "server/command_line/add_command.h"
+#include "server/command_line/commands.h"
+
+namespace faultlab::server {
+namespace {
+
+void AddTarget(CLI::App& command, AdminTarget& target) {
+  command.add_option("--data", target.data_dir, "Folder of the server's database")
+      ->capture_default_str();
+  command.add_option("--database", target.database_url, "postgresql://.. instead of the folder");
+}
+
+/// `faultlab admin ..`: everything that works on the database without the server.
+class AdminCommands {
+ public:
+  AdminCommands(CLI::App& app, std::function<int()>& chosen) {
+    CLI::App& admin = *app.add_subcommand("admin", "Users, keys, backup, restore, check, rehearse");
+    admin.require_subcommand(1);
+    admin.footer(
+        "Examples:\n"
+        "  faultlab admin users add ana --name \"Ana Petrović\" --role instructor\n"
+        "  faultlab admin keys add ana --scope runs:read --scope runs:write --days 30\n"
+        "  faultlab admin backup /var/backups/lab.db        while the server works\n"
+        "  faultlab admin rehearse --steps 1000000 --seed 1 the scheduler on a fake clock");
+    AddUsers(admin, chosen);
+    AddKeys(admin, chosen);
+    CLI::App& backup = AddCommand(
+        admin, "backup", "A consistent copy, while others work", backup_, &RunBackup, chosen);
+    CLI::App& restore = AddCommand(
+        admin, "restore", "A backup into an empty folder", restore_, &RunRestore, chosen);
+    backup.add_option("FILE", backup_.file, "New file")->required();
+    restore.add_option("FILE", restore_.file, "Made by backup")->required();
+    AddTarget(backup, backup_.target);
+    AddTarget(restore, restore_.target);
+    AddTarget(AddCommand(admin, "check", "Integrity of the database", check_, &RunCheck, chosen),
+              check_);
+    AddRetention(admin, chosen);
+    CLI::App& rehearse = AddCommand(admin,
+                                    "rehearse",
+                                    "The scheduler against random people, failures and crashes",
+                                    rehearse_,
+                                    &RunRehearse,
+                                    chosen);
+    rehearse.add_option("--steps", rehearse_.steps, "Random inputs")->capture_default_str();
+    rehearse.add_option("--seed", rehearse_.seed, "Same seed, same report")->capture_default_str();
+    rehearse.add_option("--weeks", rehearse_.weeks, "Simulated weeks")->capture_default_str();
+    rehearse.add_flag("--json", rehearse_.json, "The report as one JSON object");
+  }
+
+ private:
+  void AddRetention(CLI::App& admin, std::function<int()>& chosen) {
+    CLI::App& command = AddCommand(admin,
+                                   "retention",
+                                   "Deletes what was kept long enough, as the server does daily",
+                                   retention_,
+                                   &RunRetention,
+                                   chosen);
+    AddTarget(command, retention_.target);
+    command.add_flag("--dry-run", retention_.dry_run, "Only shows what would go");
+    command.add_flag("--json", retention_.json, "One JSON object");
+    lab::RetentionRules& rules = retention_.rules;
+    command.add_option("--guest-days", rules.guest_days, "Recordings of guests; 0 = for ever");
+    command.add_option("--student-days", rules.student_days, "Recordings, after the last course");
+    command.add_option("--job-days", rules.job_days, "Jobs and the recordings of their runs");
+    command.add_option("--news-days", rules.news_days, "What users were told, old links");
+    for (CLI::Option* option : command.get_options()) {
+      if (option->get_name().ends_with("-days")) option->capture_default_str();
+    }
+  }
+  void AddUsers(CLI::App& admin, std::function<int()>& chosen) {
+    CLI::App& users = *admin.add_subcommand("users", "Accounts");
+    users.require_subcommand(1);
+    AddTarget(AddCommand(users, "list", "All accounts", list_, &RunUserList, chosen), list_);
+    struct Action {
+      const char* name;
+      const char* about;
+      int (*run)(const UserOptions&);
+    };
+    for (const Action& action :
+         {Action{"add", "Make an account, print its one-time link", &RunUserAdd},
+          Action{"link", "A new one-time link that sets the password", &RunUserLink},
+          Action{"disable", "End its sign-ins and keys", &RunUserDisable},
+          Action{"enable", "Let it in again", &RunUserEnable}}) {
+      CLI::App& command = AddCommand(users, action.name, action.about, user_, action.run, chosen);
+      command.add_option("LOGIN", user_.login, "3 to 64 of a-z 0-9 . _ @ -")->required();
+      AddTarget(command, user_.target);
+      if (action.run == &RunUserAdd) {
+        command.add_option("--name", user_.name, "As others see it, in any script");
+        command.add_option("--role", user_.role, "student, instructor, operator, admin or service")
+            ->capture_default_str();
+      }
+    }
+  }
+
+  void AddKeys(CLI::App& admin, std::function<int()>& chosen) {
+    CLI::App& keys = *admin.add_subcommand("keys", "API keys of an account");
+    keys.require_subcommand(1);
+    CLI::App& add = AddCommand(keys, "add", "Make a key, print it once", key_, &RunKeyAdd, chosen);
+    CLI::App& list = AddCommand(keys, "list", "All keys of an account", key_, &RunKeyList, chosen);
+    CLI::App& revoke = AddCommand(keys, "revoke", "End a key", key_, &RunKeyRevoke, chosen);
+    for (CLI::App* command : {&add, &list, &revoke}) {
+      command->add_option("LOGIN", key_.login, "Account")->required();
+      AddTarget(*command, key_.target);
+    }
+    add.add_option("--name", key_.name, "What it is for")->capture_default_str();
+    add.add_option("--scope", key_.scopes, "runs:read, runs:write, jobs, lab; repeatable");
+    add.add_option("--days", key_.days, "Good for, at most 400")->capture_default_str();
+    revoke.add_option("ID", key_.id, "Number of the key")->required();
+  }
+
+  AdminTarget list_;
+  AdminTarget check_;
+  UserOptions user_;
+  KeyOptions key_;
+  BackupOptions backup_;
+  BackupOptions restore_;
+  RetentionOptions retention_;
+  RehearseOptions rehearse_;
+};
+
+}  // namespace
+
+CommandGroup AddAdminCommands(CLI::App& app, std::function<int()>& chosen) {
+  return std::make_shared<const AdminCommands>(app, chosen);
+}
+
+}  // namespace faultlab::server
