@@ -45,7 +45,6 @@ FitSet FitComponents(const FitContext& context,
                      const std::vector<Component>& components,
                      ValuePrior values) {
   FitSet set;
-  set.nothing = FitNothing(context);
   set.fits = ScanComponents(context, components);
   std::sort(set.fits.begin(), set.fits.end(), LikelierFirst);
   const double best_scan = set.fits.front().cost;
@@ -84,11 +83,11 @@ Adequacy JudgeScore(const HypothesisFit& fit) {
   return judged;
 }
 
-Adequacy Judge(const FitContext& context, const HypothesisFit& fit) {
+void SetFree(const FitContext& context, const HypothesisFit& fit, Adequacy& judged) {
   constexpr std::array<const char*, kCoordinateCount> kLabels = {
       "the gain", "R1", "Ra", "J", "B", "the motor constant", "the friction torque", "delta"};
-  Adequacy judged = JudgeScore(fit);
-  if (fit.count < kCountForJudgement) return judged;
+  judged.freed = true;
+  if (fit.count < kCountForJudgement) return;
   const FreeFit free = FitFree(context, fit);
   judged.free_gain = fit.cost - free.cost;
   for (int i = 0; i < kCoordinateCount; ++i) {
@@ -99,6 +98,11 @@ Adequacy Judge(const FitContext& context, const HypothesisFit& fit) {
   }
   const bool structural = judged.free_gain > kFreeGainMax && !judged.moved.empty();
   judged.adequate = judged.adequate && !structural;
+}
+
+Adequacy Judge(const FitContext& context, const HypothesisFit& fit) {
+  Adequacy judged = JudgeScore(fit);
+  if (judged.adequate) SetFree(context, fit, judged);
   return judged;
 }
 

@@ -11,11 +11,9 @@ namespace faultlab::core {
 /// All hypotheses about one stretch, best first.
 struct FitSet {
   std::vector<HypothesisFit> fits;  ///< not empty
-  HypothesisFit nothing;            ///< the stretch without a new fault
   bool off_list = false;            ///< relay values were asked for and none of them explains it
 
   const HypothesisFit& best() const { return fits.front(); }
-  double gain() const { return nothing.cost - best().cost; }
 };
 
 /// Fits `components` one at a time. Those that one dimension already excludes by a wide margin are
@@ -28,11 +26,15 @@ FitSet FitComponents(const FitContext& context,
 struct Adequacy {
   bool adequate = true;
   double score = 0.0;      ///< chi2 over its expectation
-  double free_gain = 0.0;  ///< what setting all coordinates free would gain
+  bool freed = false;      ///< all coordinates were set free; what follows is known
+  double free_gain = 0.0;  ///< what that would gain
   std::string moved;       ///< which of them would go where, for a sentence
 };
+/// By the score, and if that is good, by what freedom would gain.
 Adequacy Judge(const FitContext& context, const HypothesisFit& fit);
 /// By the score alone, for a fit that has spent its freedom already.
 Adequacy JudgeScore(const HypothesisFit& fit);
+/// Sets all coordinates free around a fit; a stretch of few readings tells nothing by that.
+void SetFree(const FitContext& context, const HypothesisFit& fit, Adequacy& judged);
 
 }  // namespace faultlab::core

@@ -2,17 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <limits>
 
-#include "core/diagnosis/lane_filter.h"
+#include "core/diagnosis/lane_run.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {
 namespace {
-
-// Filters that step together: enough to hide each other's latency, few enough for the first cache.
-constexpr std::size_t kTogether = 8;
 
 std::array<int, kOutputCount> CountReadings(std::span<const Observation> stretch) {
   std::array<int, kOutputCount> count{};
@@ -22,60 +17,6 @@ std::array<int, kOutputCount> CountReadings(std::span<const Observation> stretch
   return count;
 }
 
-// Rows of an InnovationTable as the filters write them.
-struct TableRows {
-  double* next = nullptr;  ///< first column of the next row; null: nothing is kept
-  std::size_t stride = 0;
-};
-
-// At most kTogether * kLaneCount paths. Lanes beyond the paths repeat the last one.
-template <class Lane, bool kMcResponse>
-void RunTogether(std::span<const ModelPath> paths,
-                 std::span<const Observation> stretch,
-                 const std::array<int, kOutputCount>& count_of,
-                 std::span<InnovationSummary> sums,
-                 TableRows rows) {
-  constexpr std::size_t kLanes = kLaneCount<Lane>;
-  constexpr std::size_t kNever = std::numeric_limits<std::size_t>::max();
-  const std::size_t filter_count = (paths.size() + kLanes - 1) / kLanes;
-  std::array<LaneFilter<Lane, kMcResponse>, kTogether> filters;
-  std::array<std::size_t, kTogether * kLanes> segment{};  // that is next, for each lane
-  std::size_t next_switch = 0;
-  std::array<Lane, kOutputCount> z{};
-  for (std::size_t k = 0; k < stretch.size(); ++k) {
-    if (k == next_switch) {
-      next_switch = kNever;
-      for (std::size_t lane = 0; lane < filter_count * kLanes; ++lane) {
-        const ModelPath path = paths[std::min(lane, paths.size() - 1)];
-        std::size_t& next = segment[lane];
-        if (next < path.size() && path[next].from == k) {
-          filters[lane / kLanes].SetModel(lane % kLanes, *path[next].model, path[next].uncharged);
-          ++next;
-        }
-        if (next < path.size()) next_switch = std::min(next_switch, path[next].from);
-      }
-    }
-    const Observation& now = stretch[k];
-    for (std::size_t f = 0; f < filter_count; ++f) {
-      filters[f].Step(now, z);
-      if (rows.next == nullptr) continue;
-      double* to = rows.next + f * kLanes;
-      for (std::size_t c = 0; c < kOutputCount; ++c) {
-        if ((now.mask & (1U << c)) == 0U) continue;
-        std::memcpy(to, &z[c], sizeof(Lane));
-        to += rows.stride;
-      }
-    }
-    if (rows.next != nullptr) {
-      for (std::size_t c = 0; c < kOutputCount; ++c)
-        rows.next += ((now.mask >> c) & 1U) * rows.stride;
-    }
-  }
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    sums[i] = filters[i / kLanes].Summary(i % kLanes, count_of);
-  }
-}
-
 template <bool kMcResponse>
 void RunAll(std::span<const ModelPath> paths,
             std::span<const Observation> stretch,
@@ -83,23 +24,23 @@ void RunAll(std::span<const ModelPath> paths,
             InnovationTable* table) {
   LAB_CHECK(!paths.empty() && sums.size() == paths.size(), paths.size(), sums.size());
   for (ModelPath path : paths) LAB_CHECK(!path.empty() && path.front().from == 0);
-  const std::array<int, kOutputCount> count_of = CountReadings(stretch);
-  TableRows rows;
+  LaneRun run{paths, stretch, CountReadings(stretch), sums};
   if (table != nullptr) {
-    rows.stride = paths.size() == 1 ? 1 : (paths.size() + 1) / 2 * 2;
-    table->resize(count_of[0] + count_of[1] + count_of[2], static_cast<Eigen::Index>(rows.stride));
-    rows.next = table->data();
+    run.stride = paths.size() == 1 ? 1 : (paths.size() + 3) / 4 * 4;
+    table->resize(run.count_of[0] + run.count_of[1] + run.count_of[2],
+                  static_cast<Eigen::Index>(run.stride));
   }
   if (paths.size() == 1) {
-    RunTogether<double, kMcResponse>(paths, stretch, count_of, sums, rows);
+    if (table != nullptr) run.table = table->data();
+    RunLanes<double, kMcResponse>(run);
     return;
   }
-  constexpr std::size_t kChunk = kTogether * kLaneCount<Lanes2>;
-  for (std::size_t from = 0; from < paths.size(); from += kChunk) {
-    const std::size_t n = std::min(kChunk, paths.size() - from);
-    RunTogether<Lanes2, kMcResponse>(
-        paths.subspan(from, n), stretch, count_of, sums.subspan(from, n), rows);
-    if (rows.next != nullptr) rows.next += n;
+  for (std::size_t from = 0; from < paths.size(); from += kPathsTogether) {
+    const std::size_t n = std::min(kPathsTogether, paths.size() - from);
+    run.paths = paths.subspan(from, n);
+    run.sums = sums.subspan(from, n);
+    if (table != nullptr) run.table = table->data() + from;
+    if (!RunWideLanes(run, kMcResponse)) RunLanes<Lanes2, kMcResponse>(run);
   }
 }
 

@@ -16,18 +16,18 @@ inline constexpr std::size_t kLaneCount = sizeof(Lane) / sizeof(double);
 template <class Lane>
 using LaneMask = decltype(Lane{} < Lane{});
 
-inline void SetLane(double& to, std::size_t, double value) {
+[[gnu::always_inline]] inline void SetLane(double& to, std::size_t, double value) {
   to = value;
 }
 template <class Lane>
-void SetLane(Lane& to, std::size_t lane, double value) {
+[[gnu::always_inline]] inline void SetLane(Lane& to, std::size_t lane, double value) {
   to[lane] = value;
 }
-inline double GetLane(double from, std::size_t) {
+[[gnu::always_inline]] inline double GetLane(double from, std::size_t) {
   return from;
 }
 template <class Lane>
-double GetLane(Lane from, std::size_t lane) {
+[[gnu::always_inline]] inline double GetLane(Lane from, std::size_t lane) {
   return from[lane];
 }
 [[gnu::always_inline]] inline bool Not(bool mask) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/diagnosis/lane_products.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {
@@ -17,13 +18,47 @@ double PriorCost(const GaussianPrior& prior, const Eigen::VectorXd& q) {
   return off.dot(prior.information * off);
 }
 
-// Runs the models of several points side by side.
+// A point, and how the innovations change around it.
+struct Linearisation {
+  InnovationSummary sum;
+  Eigen::MatrixXd information;  ///< J'J
+  Eigen::VectorXd slope;        ///< J'z
+};
+
+// Runs the models of points.
 class PointRuns {
  public:
   explicit PointRuns(const StretchModels& models) : models_(models) {}
 
-  /// One column of `points`, one of `table`, one of sums() each.
-  void Run(const Eigen::MatrixXd& points, InnovationTable& table) {
+  InnovationSummary At(const Eigen::VectorXd& point) {
+    Run(point, nullptr);
+    return sums_.front();
+  }
+
+  /// The point and all its neighbours, side by side.
+  Linearisation Around(const Eigen::VectorXd& point) {
+    const Eigen::Index n = point.size();
+    Eigen::MatrixXd points = point.replicate(1, n + 1);
+    points.diagonal().array() += kDifference;
+    Run(points, &table_);
+    LAB_CHECK(table_.cols() == static_cast<Eigen::Index>(kProductColumns), n);
+    ProductSums sums;
+    SumProducts({table_.data(),
+                 static_cast<std::size_t>(table_.rows()),
+                 static_cast<std::size_t>(n),
+                 1.0 / kDifference},
+                sums);
+    const Eigen::Map<const Eigen::Matrix<double, kProductColumns, kProductColumns>> lower(
+        sums.front().data());
+    Linearisation around;
+    around.sum = sums_[static_cast<std::size_t>(n)];
+    around.information = lower.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
+    around.slope = lower.row(n).head(n).transpose();
+    return around;
+  }
+
+ private:
+  void Run(const Eigen::MatrixXd& points, InnovationTable* table) {
     const auto count = static_cast<std::size_t>(points.cols());
     const std::size_t length = models_.from.size();
     made_.resize(count * length);
@@ -39,18 +74,16 @@ class PointRuns {
       }
       paths_[i] = ModelPath(segments_).subspan(i * length, length);
     }
-    RunInnovations(paths_, models_.stretch, sums_, &table);
+    RunInnovations(paths_, models_.stretch, sums_, table);
   }
 
-  const std::vector<InnovationSummary>& sums() const { return sums_; }
-
- private:
   const StretchModels& models_;
   Eigen::VectorXd point_;
   std::vector<PredictionModel> made_;
   std::vector<ModelSegment> segments_;
   std::vector<ModelPath> paths_;
   std::vector<InnovationSummary> sums_;
+  InnovationTable table_;
 };
 
 }  // namespace
@@ -61,27 +94,20 @@ MapFit FitMap(const StretchModels& models,
               const MapFitOptions& options) {
   const Eigen::Index n = start.size();
   LAB_CHECK(prior.mean.size() == n && prior.information.rows() == n, n);
+  PointRuns runs(models);
   MapFit fit;
   fit.point = start;
-  PointRuns runs(models);
-  InnovationTable base;
-  InnovationTable tried;
-  InnovationTable moved;
-  runs.Run(fit.point, base);
-  fit.innovations = runs.sums().front();
-  fit.prior_cost = PriorCost(prior, fit.point);
+  fit.prior_cost = PriorCost(prior, start);
+  Linearisation here = runs.Around(start);
+  Linearisation there;
+  fit.innovations = here.sum;
+  bool here_is_the_point = true;
   double damping = 0.0;
-  InnovationTable jacobian;
   for (; fit.iterations < options.iterations_max; ++fit.iterations) {
-    Eigen::MatrixXd points = fit.point.replicate(1, n);
-    points.diagonal().array() += kDifference;
-    runs.Run(points, moved);
-    const Eigen::VectorXd z = base.col(0);
-    jacobian = (moved.leftCols(n).colwise() - z) / kDifference;
-    fit.information.noalias() = jacobian.transpose() * jacobian;
-    const Eigen::VectorXd gradient =
-        jacobian.transpose() * z + prior.information * (fit.point - prior.mean);
-    const Eigen::MatrixXd curvature = fit.information + prior.information;
+    if (!here_is_the_point) here = runs.Around(fit.point);
+    here_is_the_point = true;
+    const Eigen::VectorXd gradient = here.slope + prior.information * (fit.point - prior.mean);
+    const Eigen::MatrixXd curvature = here.information + prior.information;
     bool accepted = false;
     double step_in_sigma = 0.0;
     for (int attempt = 0; attempt < 6 && !accepted; ++attempt) {
@@ -94,14 +120,18 @@ MapFit FitMap(const StretchModels& models,
       if (longest > options.step_max) step *= options.step_max / longest;
       step_in_sigma = std::sqrt(std::max(0.0, step.dot(curvature * step)));
       const Eigen::VectorXd q = fit.point + step;
-      runs.Run(q, tried);
-      const InnovationSummary& sum = runs.sums().front();
+      // A step that will be taken and be followed by another needs its neighbours too.
+      const bool goes_on = damping == 0.0 && step_in_sigma >= options.step_tolerance &&
+                           fit.iterations + 1 < options.iterations_max;
+      if (goes_on) there = runs.Around(q);
+      const InnovationSummary sum = goes_on ? there.sum : runs.At(q);
       const double tried_prior = PriorCost(prior, q);
       if (sum.cost() + tried_prior <= fit.cost() + 1e-6) {
         fit.point = q;
         fit.innovations = sum;
         fit.prior_cost = tried_prior;
-        base.swap(tried);
+        if (goes_on) std::swap(here, there);
+        here_is_the_point = goes_on;
         accepted = true;
         damping = damping > 1e-3 ? damping * 0.1 : 0.0;
       } else {
@@ -113,6 +143,7 @@ MapFit FitMap(const StretchModels& models,
       break;
     }
   }
+  fit.information = here.information;
   Eigen::MatrixXd curvature = fit.information + prior.information;
   curvature.diagonal().array() += 1e-9;
   fit.covariance = curvature.ldlt().solve(Eigen::MatrixXd::Identity(n, n));

@@ -99,6 +99,7 @@ struct Explanation {
   FitSet set;
   Adequacy adequacy;
   FaultShape shape = FaultShape::kAbrupt;
+  double gain = 0.0;  ///< over the stretch without a new fault
 };
 
 class Isolation {
@@ -139,7 +140,7 @@ class Isolation {
     }
     Explanation explanation = ExplainFrom(nominal_);
     bool second = false;
-    if (!task_.reference.empty() && explanation.set.gain() >= kFaultGain) {
+    if (!task_.reference.empty() && explanation.gain >= kFaultGain) {
       FitContext on_top = nominal_;
       for (const Candidate& fault : task_.reference) {
         on_top.rig.plant.Set(fault.component, fault.value);
@@ -171,8 +172,14 @@ class Isolation {
     return late;
   }
 
-  // The whole stretch by one value; else its newest part by one value; else by a slope.
   Explanation ExplainFrom(const FitContext& context) const {
+    Explanation explanation = Explain(context);
+    explanation.gain = FitNothing(explanation.context).cost - explanation.set.best().cost;
+    return explanation;
+  }
+
+  // The whole stretch by one value; else its newest part by one value; else by a slope.
+  Explanation Explain(const FitContext& context) const {
     Explanation whole{context, Fit(context), {}, FaultShape::kAbrupt};
     whole.adequacy = Judge(context, whole.set.best());
     if (whole.adequacy.adequate) SizeWithAll(whole);
@@ -226,9 +233,9 @@ class Isolation {
     const HypothesisFit& best = set.best();
     const double score = best.chi2 / std::max(1, best.count);
     result.explained = score;
-    result.gain = set.gain();
+    result.gain = explanation.gain;
     result.shape = explanation.shape;
-    if (set.gain() < kFaultGain) {
+    if (explanation.gain < kFaultGain) {
       result.returned_to_nominal = true;
       verdict.kind = VerdictKind::kNominal;
       verdict.reason = "what follows the alarm fits the nominal rig";
@@ -249,9 +256,11 @@ class Isolation {
       verdict.kind = VerdictKind::kUnknownFault;
       verdict.group.clear();
       verdict.reason = "no single component explains the record";
-      if (!explanation.adequacy.moved.empty()) {
+      Adequacy adequacy = explanation.adequacy;
+      if (!adequacy.freed) SetFree(explanation.context, best, adequacy);
+      if (!adequacy.moved.empty()) {
         verdict.reason +=
-            ": beside " + std::string(Name(best.component)) + " also " + explanation.adequacy.moved;
+            ": beside " + std::string(Name(best.component)) + " also " + adequacy.moved;
       }
       return;
     }

@@ -9,6 +9,9 @@
 #include <cmath>
 #include <vector>
 
+#include "core/diagnosis/lane_products.h"
+#include "core/diagnosis/lane_run.h"
+#include "core/signals/random.h"
 #include "tests/core/diagnosis/diagnosis_records.h"
 
 namespace faultlab::core {
@@ -71,6 +74,14 @@ void ExpectTheBitsOfEachAlone(const std::vector<Observation>& stretch) {
   InnovationTable table;
   RunInnovations(paths, stretch, sums, &table);
   RunWithMcResponse(paths, stretch, with_mc);
+  // Two to a register, on whatever processor.
+  std::vector<InnovationSummary> narrow(kPathsTogether);
+  LaneRun pairs{std::span<const ModelPath>(paths).first(kPathsTogether), stretch, {}, narrow};
+  InnovationTable narrow_table(table.rows(), kPathsTogether);
+  pairs.table = narrow_table.data();
+  pairs.stride = kPathsTogether;
+  RunLanes<Lanes2, false>(pairs);
+  EXPECT_TRUE((narrow_table.array() == table.leftCols(kPathsTogether).array()).all());
   for (std::size_t i = 0; i < paths.size(); ++i) {
     const auto one = std::span<const ModelPath>(paths).subspan(i, 1);
     std::array<InnovationSummary, 1> alone;
@@ -145,6 +156,31 @@ TEST(InnovationFilter, IsTheTextbooksKalmanFilterWithGainsThatAreHeldWhenTheyHav
     EXPECT_GE(quiet, 6);
     // Rounding, of a covariance that falls by eight orders of magnitude.
     EXPECT_LT(worst, 1e-6 * largest);
+  }
+}
+
+TEST(LaneProducts, AreTheProductsOfSlopesAndPoint) {
+  Random random(7);
+  constexpr auto kColumns = static_cast<Eigen::Index>(kProductColumns);
+  InnovationTable table(333, kColumns);
+  for (double& value : table.reshaped()) value = random.Gaussian();
+  for (Eigen::Index n : {8, 9, 10, 11}) {
+    InnovationTable v = table.leftCols(n + 1);
+    v.leftCols(n) = (table.leftCols(n).colwise() - table.col(n)) * 1e5;
+    const Eigen::MatrixXd expected = v.transpose() * v;
+    const ProductRows rows{table.data(), 333, static_cast<std::size_t>(n), 1e5};
+    ProductSums widest;
+    ProductSums pairs;
+    SumProducts(rows, widest);
+    SumLaneProducts<Lanes2>(rows, pairs);
+    for (Eigen::Index i = 0; i <= n; ++i) {
+      for (Eigen::Index j = i; j <= n; ++j) {
+        const auto a = static_cast<std::size_t>(i);
+        const auto b = static_cast<std::size_t>(j);
+        EXPECT_EQ(widest[a][b], pairs[a][b]);
+        EXPECT_NEAR(pairs[a][b], expected(i, j), 1e-11 * std::sqrt(expected(i, i) * expected(j, j)));
+      }
+    }
   }
 }
 
