@@ -163,7 +163,7 @@ TEST(LaneProducts, AreTheProductsOfSlopesAndPoint) {
   Random random(7);
   constexpr auto kColumns = static_cast<Eigen::Index>(kProductColumns);
   InnovationTable table(333, kColumns);
-  for (double& value : table.reshaped()) value = random.Gaussian();
+  for (double& value : table.reshaped()) value = random.Normal();
   for (Eigen::Index n : {8, 9, 10, 11}) {
     InnovationTable v = table.leftCols(n + 1);
     v.leftCols(n) = (table.leftCols(n).colwise() - table.col(n)) * 1e5;
@@ -178,7 +178,8 @@ TEST(LaneProducts, AreTheProductsOfSlopesAndPoint) {
         const auto a = static_cast<std::size_t>(i);
         const auto b = static_cast<std::size_t>(j);
         EXPECT_EQ(widest[a][b], pairs[a][b]);
-        EXPECT_NEAR(pairs[a][b], expected(i, j), 1e-11 * std::sqrt(expected(i, i) * expected(j, j)));
+        EXPECT_NEAR(
+            pairs[a][b], expected(i, j), 1e-11 * std::sqrt(expected(i, i) * expected(j, j)));
       }
     }
   }
