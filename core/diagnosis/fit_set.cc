@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/diagnosis/component_scan.h"
 
@@ -15,6 +16,7 @@ namespace {
 constexpr double kWorthCost = 300.0;
 constexpr double kWorthFactor = 20.0;
 constexpr std::size_t kAlwaysFitted = 2;
+constexpr double kNever = std::numeric_limits<double>::infinity();
 // A relay position must be as good as the free value, up to this.
 constexpr double kListedCost = 45.0;
 
@@ -43,7 +45,8 @@ HypothesisFit BestListed(const FitContext& context, Component component) {
 
 FitSet FitComponents(const FitContext& context,
                      const std::vector<Component>& components,
-                     ValuePrior values) {
+                     ValuePrior values,
+                     Losers losers) {
   FitSet set;
   set.fits = ScanComponents(context, components);
   std::sort(set.fits.begin(), set.fits.end(), LikelierFirst);
@@ -53,7 +56,8 @@ FitSet FitComponents(const FitContext& context,
     HypothesisFit& fit = set.fits[i];
     const double excess = fit.cost - best_full;
     if (i >= kAlwaysFitted && excess > kWorthCost + kWorthFactor * (best_scan - best_full)) break;
-    RefineComponent(context, fit);
+    const bool can_lose = i > 0 && losers == Losers::kGivenUp;
+    RefineComponent(context, fit, can_lose ? best_full + kWorthCost : kNever);
     best_full = std::min(best_full, fit.cost);
   }
   std::sort(set.fits.begin(), set.fits.end(), LikelierFirst);

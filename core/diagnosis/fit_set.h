@@ -16,11 +16,16 @@ struct FitSet {
   const HypothesisFit& best() const { return fits.front(); }
 };
 
+/// What becomes of a hypothesis that cannot win any more: its fit is finished, for whoever wants to
+/// see it, or given up where it stands.
+enum class Losers { kFitted, kGivenUp };
+
 /// Fits `components` one at a time. Those that one dimension already excludes by a wide margin are
 /// not fitted in all.
 FitSet FitComponents(const FitContext& context,
                      const std::vector<Component>& components,
-                     ValuePrior values);
+                     ValuePrior values,
+                     Losers losers);
 
 /// Whether a fit is the whole truth about the stretch, as far as the stretch can tell.
 struct Adequacy {

@@ -113,7 +113,7 @@ HypothesisFit FitComponentAt(const FitContext& context, Component component, dou
   return FitNuisance(context, &component, value);
 }
 
-void RefineComponent(const FitContext& context, HypothesisFit& h) {
+void RefineComponent(const FitContext& context, HypothesisFit& h, double give_up_above) {
   const ValueRange range = RangeOf(h.component);
   const GaussianPrior prior = WithValues(context.calibration, 1, std::log(h.value));
   const StretchModels models{
@@ -121,7 +121,9 @@ void RefineComponent(const FitContext& context, HypothesisFit& h) {
         const RigParameters rig = MovedBy(context, context.rig, q.tail(kCoordinateCount));
         return context.ModelOf(WithComponent(rig, h.component, std::exp(q(0))));
       }};
-  const MapFit fit = FitMap(models, prior, prior.mean);
+  MapFitOptions options;
+  options.give_up_above = give_up_above;
+  const MapFit fit = FitMap(models, prior, prior.mean, options);
   h.value = std::clamp(std::exp(fit.point(0)), range.low, range.high);
   h.log_sigma = LogSigma(context, fit, 0, h);
   if (h.component == Component::kC8 && context.part_tolerance > 0.0) {

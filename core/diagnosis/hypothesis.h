@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 
 #include "core/diagnosis/fit_context.h"
 
@@ -34,8 +35,11 @@ double SizeCost(const PlantParameters& plant, Component component, double value)
 HypothesisFit FitNothing(const FitContext& context);
 
 /// Fits value and the calibration's coordinates together under the calibration's posterior, from
-/// what a scan found; tells a bound when the value is not determined.
-void RefineComponent(const FitContext& context, HypothesisFit& fit);
+/// what a scan found; tells a bound when the value is not determined. A fit that cannot come below
+/// `give_up_above` is left where that is seen.
+void RefineComponent(const FitContext& context,
+                     HypothesisFit& fit,
+                     double give_up_above = std::numeric_limits<double>::infinity());
 
 /// The same at one given value (a relay position): nothing is scanned.
 HypothesisFit FitComponentAt(const FitContext& context, Component component, double value);

@@ -13,6 +13,10 @@ namespace {
 // Forward differences: the innovations are smooth in the coordinates, their rounding is 1e-12.
 constexpr double kDifference = 1e-5;
 
+// A fit is given up when this many times what a full Gauss-Newton step promises would not save it.
+// Of a thousand fits of isolation_bench it takes back three, all a hundred times worse than noise.
+constexpr double kReach = 4.0;
+
 double PriorCost(const GaussianPrior& prior, const Eigen::VectorXd& q) {
   const Eigen::VectorXd off = q - prior.mean;
   return off.dot(prior.information * off);
@@ -117,6 +121,7 @@ MapFit FitMap(const StretchModels& models,
       Eigen::VectorXd step = damped.ldlt().solve(-gradient);
       const double longest = step.cwiseAbs().maxCoeff();
       if (!(longest < 1e6)) break;
+      if (attempt == 0 && fit.cost() + kReach * gradient.dot(step) > options.give_up_above) break;
       if (longest > options.step_max) step *= options.step_max / longest;
       step_in_sigma = std::sqrt(std::max(0.0, step.dot(curvature * step)));
       const Eigen::VectorXd q = fit.point + step;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -41,6 +42,8 @@ struct MapFitOptions {
   double step_tolerance = 0.02;
   /// Longest step of one coordinate; coordinates are logarithms or have unit scales of order one.
   double step_max = 0.7;
+  /// A fit that cannot come below this cost is given up where it stands, not converged.
+  double give_up_above = std::numeric_limits<double>::infinity();
 };
 
 /// argmin over q of  chi2(q) + log det S(q) + (q - mean)' information (q - mean)

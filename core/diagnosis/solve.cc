@@ -162,8 +162,8 @@ class Isolation {
     LearnMore(std::span<const Observation>(observations_).first(fit_from - kHistoryGap), nominal_);
   }
 
-  FitSet Fit(const FitContext& context) const {
-    return FitComponents(context, Changeable(task_.options), task_.options.values);
+  FitSet Fit(const FitContext& context, Losers losers) const {
+    return FitComponents(context, Changeable(task_.options), task_.options.values, losers);
   }
 
   static FitContext Newest(const FitContext& context, std::size_t samples) {
@@ -180,19 +180,19 @@ class Isolation {
 
   // The whole stretch by one value; else its newest part by one value; else by a slope.
   Explanation Explain(const FitContext& context) const {
-    Explanation whole{context, Fit(context), {}, FaultShape::kAbrupt};
+    Explanation whole{context, Fit(context, Losers::kFitted), {}, FaultShape::kAbrupt};
     whole.adequacy = Judge(context, whole.set.best());
     if (whole.adequacy.adequate) SizeWithAll(whole);
     const std::size_t n = context.stretch.size();
     if (whole.adequacy.adequate || n < kLateMin) return whole;
     if (n > kLateSamples) {
       const FitContext late = Newest(context, kLateSamples);
-      Explanation newest{late, Fit(late), {}, FaultShape::kDrift};
+      Explanation newest{late, Fit(late, Losers::kGivenUp), {}, FaultShape::kDrift};
       newest.adequacy = Judge(late, newest.set.best());
       if (newest.adequacy.adequate) return newest;
     }
     const FitContext slope = Newest(context, kDriftSamples);
-    Explanation drift{slope, Fit(slope), {}, FaultShape::kDrift};
+    Explanation drift{slope, Fit(slope, Losers::kGivenUp), {}, FaultShape::kDrift};
     std::vector<HypothesisFit>& fits = drift.set.fits;
     const double constant_cost = drift.set.best().cost;
     for (std::size_t i = 0; i < std::min(kDriftHypotheses, fits.size()); ++i) {
