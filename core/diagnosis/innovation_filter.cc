@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/diagnosis/lane_products.h"
 #include "core/diagnosis/lane_run.h"
 #include "core/types/check.h"
 
@@ -26,9 +27,11 @@ void RunAll(std::span<const ModelPath> paths,
   for (ModelPath path : paths) LAB_CHECK(!path.empty() && path.front().from == 0);
   LaneRun run{paths, stretch, CountReadings(stretch), sums};
   if (table != nullptr) {
-    run.stride = paths.size() == 1 ? 1 : (paths.size() + 3) / 4 * 4;
-    table->resize(run.count_of[0] + run.count_of[1] + run.count_of[2],
-                  static_cast<Eigen::Index>(run.stride));
+    constexpr std::size_t kStep = kProductColumns;  // the products of a table take them so
+    run.stride = paths.size() == 1 ? 1 : (paths.size() + kStep - 1) / kStep * kStep;
+    const Eigen::Index rows = run.count_of[0] + run.count_of[1] + run.count_of[2];
+    const auto columns = static_cast<Eigen::Index>(run.stride);
+    if (table->rows() != rows || table->cols() != columns) table->setZero(rows, columns);
   }
   if (paths.size() == 1) {
     if (table != nullptr) run.table = table->data();

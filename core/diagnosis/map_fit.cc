@@ -113,6 +113,7 @@ MapFit FitMap(const StretchModels& models,
     const Eigen::VectorXd gradient = here.slope + prior.information * (fit.point - prior.mean);
     const Eigen::MatrixXd curvature = here.information + prior.information;
     bool accepted = false;
+    bool given_up = false;
     double step_in_sigma = 0.0;
     for (int attempt = 0; attempt < 6 && !accepted; ++attempt) {
       Eigen::MatrixXd damped = curvature;
@@ -121,7 +122,8 @@ MapFit FitMap(const StretchModels& models,
       Eigen::VectorXd step = damped.ldlt().solve(-gradient);
       const double longest = step.cwiseAbs().maxCoeff();
       if (!(longest < 1e6)) break;
-      if (attempt == 0 && fit.cost() + kReach * gradient.dot(step) > options.give_up_above) break;
+      given_up = attempt == 0 && fit.cost() + kReach * gradient.dot(step) > options.give_up_above;
+      if (given_up) break;
       if (longest > options.step_max) step *= options.step_max / longest;
       step_in_sigma = std::sqrt(std::max(0.0, step.dot(curvature * step)));
       const Eigen::VectorXd q = fit.point + step;
@@ -144,7 +146,7 @@ MapFit FitMap(const StretchModels& models,
       }
     }
     if (!accepted || step_in_sigma < options.step_tolerance) {
-      fit.converged = accepted || step_in_sigma < 1.0;
+      fit.converged = !given_up && (accepted || step_in_sigma < 1.0);
       break;
     }
   }

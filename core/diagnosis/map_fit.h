@@ -48,7 +48,8 @@ struct MapFitOptions {
 
 /// argmin over q of  chi2(q) + log det S(q) + (q - mean)' information (q - mean)
 /// by damped Gauss-Newton on the whitened innovations, sensitivities by forward differences.
-/// Cost of an iteration: one filter run, and one of all moved models side by side.
+/// Cost of an iteration: the models of the point and of its neighbours, run side by side.
+/// Contract: at most 11 coordinates.
 MapFit FitMap(const StretchModels& models,
               const GaussianPrior& prior,
               const Eigen::VectorXd& start,

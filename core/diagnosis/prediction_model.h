@@ -32,7 +32,7 @@ struct PredictionModel {
 /// changes w by about 2 rad/s.
 inline constexpr double kCreepSpeed = 5.0;
 
-/// Contract: positive parameters, 0 < delta < period. Cost about 5 us.
+/// Contract: positive parameters, 0 < delta < period. Cost about 0.4 us.
 PredictionModel MakePredictionModel(const RigParameters& rig,
                                     const NoiseLevel& noise,
                                     double period_s);
