@@ -197,12 +197,13 @@ void Run::OnSample(const core::Sample& sample) {
 void Run::ExchangeTasks() {
   if (auto result = box_->Take()) pipeline_.Accept(std::move(*result));
   while (auto task = pipeline_.TakeTask()) {
-    if (real_time_) {
-      services_.solver.Submit(std::move(*task), box_);
-      return;
-    }
-    // Simulated time stands still meanwhile, so that verdicts fall on the same samples each time.
-    pipeline_.Accept(core::Solve(*task));
+    services_.solver.Submit(std::move(*task), box_);
+    if (real_time_) return;
+    // Simulated time stands still meanwhile, so that verdicts fall on the same samples each time;
+    // the rig hears that its holder lives.
+    std::optional<core::IsolationResult> result;
+    while (!(result = box_->Take(kReadPatience))) rig_->KeepAlive(epoch_);
+    pipeline_.Accept(std::move(*result));
   }
 }
 

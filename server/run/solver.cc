@@ -5,12 +5,18 @@
 namespace faultlab::server {
 
 void SolverBox::Put(core::IsolationResult result) {
-  const std::lock_guard lock(mutex_);
-  result_ = std::move(result);
+  {
+    const std::lock_guard lock(mutex_);
+    result_ = std::move(result);
+  }
+  filled_.notify_all();
 }
 
-std::optional<core::IsolationResult> SolverBox::Take() {
-  const std::lock_guard lock(mutex_);
+std::optional<core::IsolationResult> SolverBox::Take(std::chrono::milliseconds patience) {
+  std::unique_lock lock(mutex_);
+  if (patience.count() > 0) {
+    filled_.wait_for(lock, patience, [this] { return result_.has_value(); });
+  }
   return std::exchange(result_, std::nullopt);
 }
 

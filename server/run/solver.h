@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -17,10 +18,13 @@ namespace faultlab::server {
 class SolverBox {
  public:
   void Put(core::IsolationResult result);
-  std::optional<core::IsolationResult> Take();
+  /// The result if there is one, or comes within `patience`.
+  std::optional<core::IsolationResult> Take(
+      std::chrono::milliseconds patience = std::chrono::milliseconds(0));
 
  private:
   std::mutex mutex_;
+  std::condition_variable filled_;
   std::optional<core::IsolationResult> result_;
 };
 
