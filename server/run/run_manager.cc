@@ -110,7 +110,8 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   }
   const hardware::RigDescription& description = lease.rig().description();
   request.pipeline.period_s = request.plan.period_s;
-  request.pipeline.motor_faults = description.motor_faults;
+  // Ra, J and B may fail on every rig, whether or not it can switch them (pipeline.motor_faults
+  // stays).
   const core::Status armed = lease.rig().Arm(request.plan, lease.epoch());
   if (!armed.ok()) return armed.error();
 

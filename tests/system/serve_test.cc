@@ -408,6 +408,20 @@ TEST_F(ServeTest, TakesACsvAndReplaysItThroughTheLiveView) {
       1u);
 }
 
+TEST_F(ServeTest, NamesAMotorFaultOfAReplayedRecordingThoughNoReplayCanSwitchOne) {
+  const std::string run =
+      Finished(R"({"faults":[{"component":"Ra","value":30,"at_s":10}],"seed":7})");
+  const std::string csv = CallRun("GET", "/export.csv", run).body;
+  const json::object recording =
+      Object(Call("POST", "/api/v1/recordings", "/api/v1/recordings", csv, "text/csv"));
+  const std::string id(recording.at("id").as_string());
+  const std::string replay = Finished("{\"recording\":\"" + id + "\"}");
+  const json::object live = Object(CallRun("GET", "/diagnosis", replay));
+  EXPECT_EQ(live.at("verdict"), "fault");
+  EXPECT_EQ(live.at("candidates").at(0).at("component"), "Ra");
+  EXPECT_NEAR(live.at("candidates").at(0).at("value").to_number<double>(), 30.0, 1.0);
+}
+
 TEST_F(ServeTest, NamesTheColumnOfABadCsv) {
   const auto field = [&](const std::string& csv) {
     const HttpAnswer answer =
