@@ -43,7 +43,8 @@ const char* Remedy(std::string_view check) {
   if (check == "missing") return "look at the um wire and at how the record was made";
   if (check == "excitation") return "use an input that switches, such as a PRBS of 2 V and 3 V";
   if (check == "saturation") return "use a smaller input or a wider converter range";
-  if (check == "noise") return "look at the um wire, its shield and its unit";
+  if (check == "noise")
+    return "look for a fault inside the stretch, then at the um wire, its shield and its unit";
   if (check == "tolerance") {
     return "choose a stretch without a fault, or correct the rig's data sheet";
   }
