@@ -20,7 +20,7 @@ enum class ValuePrior { kNone, kTable2 };
 struct IsolationOptions {
   Channels channels = Channels::kAll;
   ValuePrior values = ValuePrior::kNone;
-  bool motor_faults = true;  ///< false: Ra, J, B cannot be switched on this rig
+  bool motor_faults = true;  ///< false: Ra, J, B are not considered
   double period_s = kSamplePeriodSeconds;
   double um_rail_v = 10.0;
 };

@@ -19,9 +19,7 @@ TEST_F(LabApiTest, FaultSetsAreSharedInACourseImmutableOnceUsedAndHiddenWhenTold
   const Person teacher = Make("teacher", Role::kInstructor);
   const Person ann = Make("ann", Role::kStudent);
   const Person stranger = Make("stranger", Role::kStudent);
-  const Course course =
-      accounts_->CreateCourse("c", accounts_->GetByLogin("teacher").value().id, Now()).value();
-  ASSERT_TRUE(accounts_->Enrol(course.id, accounts_->GetByLogin("ann").value().id, false).ok());
+  const Course course = MakeCourse("teacher", "ann");
   json::object wanted{{"name", "Verstärker"},
                       {"course", course.id},
                       {"faults", json::parse(R"([{"component":"R9","value":27000,"at_s":1}])")}};
@@ -65,9 +63,7 @@ TEST_F(LabApiTest, ATeacherListsTheRunsOfTheStudentsOfACourse) {
   const Person teacher = Make("teacher", Role::kInstructor);
   const Person ann = Make("ann", Role::kStudent);
   const Person stranger = Make("stranger", Role::kStudent);
-  const Course course =
-      accounts_->CreateCourse("c", accounts_->GetByLogin("teacher").value().id, Now()).value();
-  ASSERT_TRUE(accounts_->Enrol(course.id, accounts_->GetByLogin("ann").value().id, false).ok());
+  const Course course = MakeCourse("teacher", "ann");
   std::vector<std::string> of_ann;
   for (const Person& who : {ann, stranger, ann, teacher}) {
     const json::object run = Ok(Call(who, "POST", "runs", "runs", R"({"duration_s":1})"), 201);

@@ -100,6 +100,13 @@ Person LabApiTest::Make(const std::string& login, Role role) {
           "\r\nX-CSRF-Token: " + in.value().principal.csrf_token + "\r\n"};
 }
 
+Course LabApiTest::MakeCourse(const std::string& teacher, const std::string& student) {
+  const auto course =
+      accounts_->CreateCourse("c", accounts_->GetByLogin(teacher).value().id, Now()).value();
+  EXPECT_TRUE(accounts_->Enrol(course.id, accounts_->GetByLogin(student).value().id, false).ok());
+  return course;
+}
+
 void LabApiTest::WaitForBenches(int ready) {
   for (int i = 0; i < 1000; ++i) {
     const json::object classes = Ok(Call({}, "GET", "rig-classes", "rig-classes"));

@@ -44,6 +44,8 @@ class LabApiTest : public ::testing::Test {
   Person Admin();
   /// An account with a cookie made below HTTP, for tests that are not about signing in.
   Person Make(const std::string& login, Role role);
+  /// Taught by one and attended by the other, both by login.
+  Course MakeCourse(const std::string& teacher, const std::string& student);
   void WaitForBenches(int ready);
   static std::string In(std::chrono::minutes from_now);
 
