@@ -5,6 +5,7 @@
 #include <boost/json.hpp>
 #include <charconv>
 #include <ctime>
+#include <utility>
 
 #include "server/api/lab_api.h"
 #include "server/net/websocket.h"
@@ -15,45 +16,87 @@ namespace {
 constexpr int kPageDefault = 50;
 constexpr int kPageMax = 200;
 
+constexpr std::size_t kLargeBytes = 1 << 20;
+
+bool AsksWho(const ApiRoute& route) {
+  return route.guard != Guard::kOpen && route.guard != Guard::kAnybody;
+}
+
+/// Who sends the request, if they may use the route at all.
+core::Result<Principal> CallerOf(ApiContext& api, const ApiRoute& route, const HttpRequest& http) {
+  if (!AsksWho(route)) return Principal{};
+  const RequestCredentials credentials{
+      http.Header("Cookie"),
+      http.Header("Authorization"),
+      http.Header(kCsrfHeaderName),
+      http.Header("Origin"),
+      http.Header("Host"),
+      http.remote_address,
+      http.method != HttpMethod::kGet && http.method != HttpMethod::kHead};
+  auto who = api.authenticator.Authenticate(credentials, api.clock.Wall());
+  if (!who || route.guard != Guard::kRole) return who;
+  const core::Status allowed = Authorize(who.value(), route.operation, Ownership::kNone);
+  if (!allowed.ok()) return allowed.error();
+  return who;
+}
+
+/// All guests are one owner, but each address has transfers of its own.
+std::string TransferKey(const Principal& who, const HttpRequest& http) {
+  return who.signed_in() ? who.owner_key() : "guest " + std::string(http.remote_address);
+}
+
+HttpResponse TooManyTransfers() {
+  constexpr int kSeconds = 2;
+  return TryAgain(429,
+                  "Two large downloads or uploads of yours are on their way; wait until one ends.",
+                  kSeconds);
+}
+
+Admission Admit(ApiContext& api, const ApiRoute& route, const HttpRequest& http) {
+  auto who = CallerOf(api, route, http);
+  if (!who) return {ProblemOf(who.error()), nullptr};
+  if (route.body.bytes_max <= kLargeBytes) return {};
+  auto slot = api.transfers.Take(TransferKey(who.value(), http));
+  if (slot == nullptr) return {TooManyTransfers(), nullptr};
+  return {std::nullopt, std::move(slot)};
+}
+
 HttpResponse Serve(ApiContext& api, const ApiRoute& route, const HttpRequest& http) {
-  Principal who;
-  if (route.guard != Guard::kOpen && route.guard != Guard::kAnybody) {
-    const RequestCredentials credentials{
-        http.Header("Cookie"),
-        http.Header("Authorization"),
-        http.Header(kCsrfHeaderName),
-        http.Header("Origin"),
-        http.Header("Host"),
-        http.remote_address,
-        http.method != HttpMethod::kGet && http.method != HttpMethod::kHead};
-    auto principal = api.authenticator.Authenticate(credentials, api.clock.Wall());
-    if (!principal) return ProblemOf(principal.error());
-    who = std::move(principal).value();
-  }
-  if (route.guard == Guard::kRole) {
-    const core::Status allowed = Authorize(who, route.operation, Ownership::kNone);
-    if (!allowed.ok()) return ProblemOf(allowed.error());
-  }
-  const bool json_body = route.body_bytes_max == kJsonBodyBytesMax && !http.body.empty();
-  if (json_body && !http.Header("Content-Type").starts_with("application/json")) {
+  auto known = CallerOf(api, route, http);
+  if (!known) return ProblemOf(known.error());
+  const Principal& who = known.value();
+  if (route.body.is_json && !http.body.empty() &&
+      !http.Header("Content-Type").starts_with("application/json")) {
     return Problem(415,
                    "unsupported_media_type",
                    "Unsupported media type",
                    "Send the body as Content-Type: application/json.");
   }
-  const core::Result<HttpResponse> answer = route.handler(api, {http, who});
-  return answer.ok() ? answer.value() : ProblemOf(answer.error());
+  const std::string key = AsksWho(route) ? TransferKey(who, http) : std::string();
+  if (route.answer == AnswerSize::kLarge && api.transfers.Full(key)) return TooManyTransfers();
+  core::Result<HttpResponse> answer = route.handler(api, {http, who});
+  if (!answer.ok()) return ProblemOf(answer.error());
+  HttpResponse response = std::move(answer).value();
+  if (AsksWho(route) && response.body.size() > kLargeBytes) {
+    response.until_sent = api.transfers.Take(key);
+    if (response.until_sent == nullptr) return TooManyTransfers();
+  }
+  return response;
 }
 
 }  // namespace
 
 void AddRoutes(Router& router, ApiContext& api, const std::vector<ApiRoute>& routes) {
   for (const ApiRoute& route : routes) {
-    router.Add({route.method,
+    Route entry{route.method,
                 std::string(route.pattern),
                 route.guard == Guard::kOpen ? RunsOn::kInline : RunsOn::kPool,
-                route.body_bytes_max,
-                [&api, route](const HttpRequest& http) { return Serve(api, route, http); }});
+                route.body.bytes_max,
+                [&api, route](const HttpRequest& http) { return Serve(api, route, http); }};
+    if (AsksWho(route)) {
+      entry.admit = [&api, route](const HttpRequest& http) { return Admit(api, route, http); };
+    }
+    router.Add(std::move(entry));
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/types/result.h"
 #include "server/api/diagnosis_cache.h"
+#include "server/api/transfer_slots.h"
 #include "server/auth/authenticator.h"
 #include "server/auth/authorization.h"
 #include "server/auth/principal.h"
@@ -44,6 +45,7 @@ struct ApiContext {
   std::function<core::Status()> database_check{};  ///< cheap: for /readyz
   MonotonicTime started{};
   DiagnosisCache diagnoses{};
+  TransferSlots transfers{2};
   LabApi* lab = nullptr;  ///< accounts, queue, calendar, jobs; null: guests only
   /// May this person run on this rig now? Rigs that need a session ask the lab. May be empty.
   std::function<core::Status(const Principal&, std::string_view rig)> may_use_rig{};
@@ -53,6 +55,20 @@ struct ApiRequest {
   const HttpRequest& http;
   const Principal& who;
 };
+
+/// What body a route takes.
+struct BodyRule {
+  std::size_t bytes_max = 0;
+  bool is_json = false;  ///< other content types are refused
+};
+inline constexpr BodyRule kNoBody{};
+inline constexpr BodyRule kJson{1 << 20, true};
+inline constexpr BodyRule kSignInJson{4 << 10, true};  ///< from people who are not known yet
+inline constexpr BodyRule kClassList{1 << 20};
+inline constexpr BodyRule kUpload{20 << 20};
+
+/// kLarge: the answer grows with the run. A caller with two such answers unsent must wait.
+enum class AnswerSize { kSmall, kLarge };
 
 using ApiHandler = core::Result<HttpResponse> (*)(ApiContext&, const ApiRequest&);
 
@@ -66,14 +82,16 @@ struct ApiRoute {
   Operation operation;
   Guard guard;
   ApiHandler handler;
-  std::size_t body_bytes_max = 0;
+  BodyRule body = kNoBody;
+  AnswerSize answer = AnswerSize::kSmall;
 };
 
 /// The table of issue-2 endpoints: routes.cc. Later groups have a table of their own each.
 std::vector<ApiRoute> ExperimentRoutes();
 
 /// Puts a table into the router: authenticates, asks the matrix, turns refusals into problem+json.
-/// kOpen routes run on the network thread, the others on the pool.
+/// kOpen routes run on the network thread, the others on the pool. Who may not call is refused
+/// before the body is read.
 void AddRoutes(Router& router, ApiContext& api, const std::vector<ApiRoute>& routes);
 
 /// Decides about GET /ws?code=..

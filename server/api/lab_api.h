@@ -96,12 +96,19 @@ core::Result<HttpResponse> ListUsers(ApiContext& api, const ApiRequest& request)
 core::Result<HttpResponse> CreateUser(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ChangeUser(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateResetLink(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> ListAuditLog(ApiContext& api, const ApiRequest& request);
+boost::json::object UserToJson(const Account& account);
+
+// lab_courses.cc
 core::Result<HttpResponse> ListCourses(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateCourse(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> SetCourseEnd(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ListMembers(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> EnrolMembers(ApiContext& api, const ApiRequest& request);
-core::Result<HttpResponse> ListAuditLog(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> ListCourseInvitations(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> ListInvitations(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> AcceptInvitation(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> DeclineInvitation(ApiContext& api, const ApiRequest& request);
 
 // lab_rigs.cc
 core::Result<HttpResponse> ListRigClasses(ApiContext& api, const ApiRequest& request);

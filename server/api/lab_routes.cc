@@ -6,12 +6,9 @@ std::vector<ApiRoute> LabRoutes() {
   using enum HttpMethod;
   using enum Operation;
   using enum Guard;
-  constexpr std::size_t kJson = kJsonBodyBytesMax;
-  // One byte less than JSON's limit: the body is CSV, and the content type is not asked for.
-  constexpr std::size_t kCsv = kJsonBodyBytesMax - 1;
   return {
-      {kPost, "/api/v1/auth/login", kReadPublic, kAnybody, SignIn, kJson},
-      {kPost, "/api/v1/auth/reset", kReadPublic, kAnybody, UseResetLink, kJson},
+      {kPost, "/api/v1/auth/login", kReadPublic, kAnybody, SignIn, kSignInJson},
+      {kPost, "/api/v1/auth/reset", kReadPublic, kAnybody, UseResetLink, kSignInJson},
       {kPost, "/api/v1/auth/logout", kManageOwnAccount, kRole, SignOut, kJson},
       {kPost, "/api/v1/auth/password", kManageOwnAccount, kRole, ChangePassword, kJson},
       {kGet, "/api/v1/api-keys", kManageOwnAccount, kRole, ListApiKeys},
@@ -26,7 +23,21 @@ std::vector<ApiRoute> LabRoutes() {
       {kPost, "/api/v1/courses", kManageCourse, kRole, Once<CreateCourse>, kJson},
       {kPut, "/api/v1/courses/{id}/end", kReadCourse, kRole, SetCourseEnd, kJson},
       {kGet, "/api/v1/courses/{id}/members", kReadCourse, kRole, ListMembers},
-      {kPost, "/api/v1/courses/{id}/members", kReadCourse, kRole, EnrolMembers, kCsv},
+      {kPost, "/api/v1/courses/{id}/members", kReadCourse, kRole, EnrolMembers, kClassList},
+      {kGet, "/api/v1/courses/{id}/invitations", kReadCourse, kRole, ListCourseInvitations},
+      {kGet, "/api/v1/invitations", kManageOwnAccount, kRole, ListInvitations},
+      {kPost,
+       "/api/v1/invitations/{course}/accept",
+       kManageOwnAccount,
+       kRole,
+       AcceptInvitation,
+       kJson},
+      {kPost,
+       "/api/v1/invitations/{course}/decline",
+       kManageOwnAccount,
+       kRole,
+       DeclineInvitation,
+       kJson},
       {kGet, "/api/v1/audit", kReadAudit, kRole, ListAuditLog},
 
       {kGet, "/api/v1/rig-classes", kListRigs, kRole, ListRigClasses},

@@ -46,7 +46,7 @@ core::Result<HttpResponse> UploadRecording(ApiContext& api, const ApiRequest& re
   }
   const std::string name = request.http.Query("name").value_or("upload").substr(0, kNameBytesMax);
   CsvLimits limits;
-  limits.bytes_max = kUploadBytesMax;
+  limits.bytes_max = kUpload.bytes_max;
   limits.rows_max = kRowsMax;
   auto parsed = ParseCsv(request.http.body, name, limits);
   if (!parsed) return parsed.error();

@@ -6,7 +6,7 @@ std::vector<ApiRoute> ExperimentRoutes() {
   using enum HttpMethod;
   using enum Operation;
   using enum Guard;
-  constexpr std::size_t kJson = kJsonBodyBytesMax;
+  using enum AnswerSize;
   return {
       {kGet, "/healthz", kReadPublic, kOpen, Healthz},
       {kGet, "/readyz", kReadPublic, kRole, Readyz},
@@ -23,17 +23,17 @@ std::vector<ApiRoute> ExperimentRoutes() {
       {kPost, "/api/v1/runs/{id}/stop", kChangeRun, kObject, StopRun, kJson},
       {kPost, "/api/v1/runs/{id}/stream-token", kReadRun, kObject, IssueStreamToken, kJson},
       {kGet, "/api/v1/runs/{id}/events", kReadRun, kObject, ListEvents},
-      {kGet, "/api/v1/runs/{id}/frames", kReadRun, kObject, GetFrames},
-      {kGet, "/api/v1/runs/{id}/samples", kReadRun, kObject, GetSamples},
-      {kGet, "/api/v1/runs/{id}/estimates", kReadRun, kObject, GetEstimates},
+      {kGet, "/api/v1/runs/{id}/frames", kReadRun, kObject, GetFrames, kNoBody, kLarge},
+      {kGet, "/api/v1/runs/{id}/samples", kReadRun, kObject, GetSamples, kNoBody, kLarge},
+      {kGet, "/api/v1/runs/{id}/estimates", kReadRun, kObject, GetEstimates, kNoBody, kLarge},
       {kGet, "/api/v1/runs/{id}/diagnosis", kReadRun, kObject, GetDiagnosis},
-      {kGet, "/api/v1/runs/{id}/export.csv", kReadRun, kObject, ExportCsv},
-      {kGet, "/api/v1/runs/{id}/export.mat", kReadRun, kObject, ExportMat},
-      {kGet, "/api/v1/runs/{id}/export.json", kReadRun, kObject, ExportJson},
+      {kGet, "/api/v1/runs/{id}/export.csv", kReadRun, kObject, ExportCsv, kNoBody, kLarge},
+      {kGet, "/api/v1/runs/{id}/export.mat", kReadRun, kObject, ExportMat, kNoBody, kLarge},
+      {kGet, "/api/v1/runs/{id}/export.json", kReadRun, kObject, ExportJson, kNoBody, kLarge},
       {kGet, "/api/v1/runs/{id}/plots/{figure}.png", kReadRun, kObject, GetPlot},
       {kGet, "/api/v1/runs/{id}/figures/{figure}", kReadRun, kObject, GetFigure},
 
-      {kPost, "/api/v1/recordings", kUploadRecording, kRole, UploadRecording, kUploadBytesMax},
+      {kPost, "/api/v1/recordings", kUploadRecording, kRole, UploadRecording, kUpload},
       {kGet, "/api/v1/recordings", kReadRun, kObject, ListRecordings},
   };
 }

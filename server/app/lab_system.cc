@@ -152,8 +152,16 @@ void LabSystem::FollowRigs() {
 
 core::Status LabSystem::MayUse(const Principal& who, std::string_view rig) const {
   const auto state = service_->state();
-  const auto known = state->rigs.find(std::string(rig));
-  if (known == state->rigs.end()) return core::Done{};
+  if (!state->rigs.contains(std::string(rig))) {
+    // A simulator is for everybody; a bench that the scheduler does not know yet is for nobody.
+    const auto found = api_.bay.Find(rig);
+    if (!found) return found.error();
+    if (!NeedsSession(found.value())) return core::Done{};
+    return core::Error{core::ErrorCode::kUnavailable,
+                       "Rig '" + std::string(rig) +
+                           "' has just been found and is not checked yet; try again in a minute.",
+                       "/rig"};
+  }
   for (const auto& [id, session] : state->sessions) {
     if (session.state != lab::SessionState::kActive || session.rig != rig) continue;
     if (session.user != lab::UserId{who.user_id}) continue;

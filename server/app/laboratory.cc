@@ -17,26 +17,32 @@
 #include "server/plots/record_figure.h"
 #include "server/run/rig_bay.h"
 #include "server/storage/database.h"
+#include "server/storage/folder_lock.h"
 #include "server/storage/rig_calibrations.h"
 #include "server/stream/stream_tokens.h"
 
 namespace faultlab::server {
 namespace {
 
-core::Result<std::unique_ptr<Database>> OpenDatabase(const Config& config) {
-  DatabaseOptions options;
-  options.location = config.database_url;
-  if (options.location.empty()) {
-    std::error_code ec;
-    std::filesystem::create_directories(config.data_dir, ec);
-    if (ec) {
-      return core::Error{core::ErrorCode::kUnavailable,
-                         "cannot create the data folder '" + config.data_dir + "': " + ec.message(),
-                         "data_dir"};
-    }
-    options.location = (std::filesystem::path(config.data_dir) / "faultlab.db").string();
-  }
-  return Database::Open(std::move(options));
+core::Status MakeDataFolder(const Config& config) {
+  std::error_code ec;
+  std::filesystem::create_directories(config.data_dir, ec);
+  if (!ec) return core::Done{};
+  return core::Error{core::ErrorCode::kUnavailable,
+                     "cannot create the data folder '" + config.data_dir + "': " + ec.message(),
+                     "data_dir"};
+}
+
+std::string DatabaseLocation(const Config& config) {
+  if (!config.database_url.empty()) return config.database_url;
+  return (std::filesystem::path(config.data_dir) / "faultlab.db").string();
+}
+
+/// Beside the database file; a server on PostgreSQL locks its data folder.
+std::string LockFile(const Config& config) {
+  const std::string location = DatabaseLocation(config);
+  if (!location.starts_with("postgresql:")) return location + ".lock";
+  return (std::filesystem::path(config.data_dir) / "faultlab.lock").string();
 }
 
 /// What one farm thread steps with room to spare: see hardware/README.md.
@@ -86,8 +92,9 @@ GuestAccess ToGuestAccess(const std::string& from) {
 /// Everything that lives as long as the server, in the order of construction.
 class Laboratory::Impl {
  public:
-  Impl(const Config& config, std::unique_ptr<Database> database)
+  Impl(const Config& config, FolderLock lock, std::unique_ptr<Database> database)
       : config_(config),
+        lock_(std::move(lock)),
         database_(std::move(database)),
         store_(*database_),
         calibrations_(*database_),
@@ -122,7 +129,11 @@ class Laboratory::Impl {
         });
   }
 
+  /// The address is taken before anything stored is touched: a server that cannot serve must not
+  /// mark, end or recover what another one may be doing.
   core::Status Start() {
+    const core::Status bound = http_->Bind();
+    if (!bound.ok()) return bound;
     auto interrupted = store_.MarkInterrupted(config_.server_id, clock_.Wall());
     if (!interrupted) return interrupted.error();
     for (const std::string& id : interrupted.value()) {
@@ -235,6 +246,7 @@ class Laboratory::Impl {
   }
 
   const Config config_;
+  const FolderLock lock_;
   bool stopped_ = false;
   SystemClock clock_;
   std::unique_ptr<Database> database_;
@@ -254,9 +266,15 @@ class Laboratory::Impl {
 };
 
 core::Result<std::unique_ptr<Laboratory>> Laboratory::Open(const Config& config) {
-  auto database = OpenDatabase(config);
+  const core::Status folder = MakeDataFolder(config);
+  if (!folder.ok()) return folder.error();
+  auto lock = FolderLock::Take(LockFile(config));
+  if (!lock) return lock.error();
+  DatabaseOptions options;
+  options.location = DatabaseLocation(config);
+  auto database = Database::Open(std::move(options));
   if (!database) return database.error();
-  auto impl = std::make_unique<Impl>(config, std::move(database).value());
+  auto impl = std::make_unique<Impl>(config, std::move(lock).value(), std::move(database).value());
   const core::Status started = impl->Start();
   if (!started.ok()) return started.error();
   return std::unique_ptr<Laboratory>(new Laboratory(std::move(impl)));

@@ -48,6 +48,22 @@ struct Course {
       ends{};  ///< last day; recordings of its students are kept so long and more
 };
 
+/// What became of the logins of a class list.
+struct Enrolment {
+  std::vector<std::string> enrolled;  ///< now members
+  std::vector<std::string> invited;   ///< asked: members when they accept
+  int members_already = 0;
+};
+
+/// An account asked to join a course.
+struct Invitation {
+  std::int64_t course_id = 0;
+  std::string course_name;
+  std::string login;       ///< who is asked
+  std::string invited_by;  ///< name of the teacher
+  WallTime at{};
+};
+
 struct AuditEntry {
   std::int64_t seq = 0;
   WallTime at{};
@@ -128,9 +144,19 @@ class Accounts : public Authenticator {
   core::Result<std::vector<Course>> ListCourses(std::int64_t account_id, bool all);
   core::Status Enrol(std::int64_t course_id, std::int64_t account_id, bool teaches);
   core::Result<std::vector<Account>> Members(std::int64_t course_id);
-  /// login,name per line (header optional, any line end): creates missing students, enrols all.
-  /// Nothing happens when a line is wrong; the Error names it. At most 5 000 lines.
-  core::Result<int> EnrolCsv(std::int64_t course_id, std::string_view csv, WallTime now);
+  /// login,name per line (header optional, any line end): missing students are created and
+  /// enrolled. Accounts that exist are invited, for a teacher reads the runs of the members; an
+  /// admin enrols them at once. Nothing happens when a line is wrong; the Error names it. At most
+  /// 5 000 lines.
+  core::Result<Enrolment> EnrolCsv(const Principal& who,
+                                   std::int64_t course_id,
+                                   std::string_view csv,
+                                   WallTime now);
+  /// The invitations of an account, or of a course, that wait for an answer.
+  core::Result<std::vector<Invitation>> InvitationsOf(std::int64_t account_id);
+  core::Result<std::vector<Invitation>> InvitationsTo(std::int64_t course_id);
+  /// Joins the course, or refuses to. kNotFound when the account is not invited.
+  core::Status AnswerInvitation(std::int64_t account_id, std::int64_t course_id, bool accept);
   /// kOwn when `who` is the account, kCourse when `who` teaches a course of it, else kForeign.
   core::Result<Ownership> Relation(const Principal& who, std::int64_t account_id);
   core::Result<bool> Teaches(std::int64_t account_id, std::int64_t course_id);

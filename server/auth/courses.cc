@@ -33,10 +33,84 @@ void PutEnrolment(Transaction& tx, std::int64_t course, std::int64_t account, bo
       use(course, "course"), use(account, "account"), use(flag, "teaches");
 }
 
+bool IsMember(Transaction& tx, std::int64_t course, std::int64_t account) {
+  std::int64_t count = 0;
+  tx.sql() << "SELECT COUNT(*) FROM enrolment WHERE course_id = :course AND account_id = :account",
+      into(count), use(course, "course"), use(account, "account");
+  return count > 0;
+}
+
+void PutInvitation(Transaction& tx,
+                   std::int64_t course,
+                   std::int64_t account,
+                   std::int64_t teacher,
+                   WallTime now) {
+  const std::int64_t now_ms = ToMilliseconds(now);
+  tx.sql() << "INSERT INTO course_invitation (course_id, account_id, invited_by, created_ms) "
+              "VALUES (:course, :account, :teacher, :now) "
+              "ON CONFLICT (course_id, account_id) DO NOTHING",
+      use(course, "course"), use(account, "account"), use(teacher, "teacher"), use(now_ms, "now");
+}
+
+/// @returns whether there was one.
+bool DropInvitation(Transaction& tx, std::int64_t course, std::int64_t account) {
+  soci::statement drop =
+      (tx.sql().prepare
+           << "DELETE FROM course_invitation WHERE course_id = :course AND account_id = :account",
+       use(course, "course"),
+       use(account, "account"));
+  drop.execute(true);
+  return drop.get_affected_rows() == 1;
+}
+
+core::Result<std::vector<Invitation>> Invitations(Database& database,
+                                                  const std::string& condition,
+                                                  std::int64_t value) {
+  using Found = std::vector<Invitation>;
+  return database.Read([&](Transaction& tx) -> core::Result<Found> {
+    Invitation row;
+    std::int64_t at_ms = 0;
+    soci::statement statement =
+        (tx.sql().prepare << "SELECT c.id, c.name, a.login, t.name, i.created_ms "
+                             "FROM course_invitation i JOIN course c ON c.id = i.course_id "
+                             "JOIN account a ON a.id = i.account_id "
+                             "JOIN account t ON t.id = i.invited_by WHERE " +
+                                 condition + " ORDER BY c.id, a.login",
+         into(row.course_id),
+         into(row.course_name),
+         into(row.login),
+         into(row.invited_by),
+         into(at_ms),
+         use(value, "value"));
+    statement.execute(false);
+    Found out;
+    while (statement.fetch()) {
+      row.at = FromMilliseconds(at_ms);
+      out.push_back(row);
+    }
+    return out;
+  });
+}
+
 struct CsvLine {
   std::string login;
   std::string name;
 };
+
+std::optional<std::int64_t> AccountOf(Transaction& tx, const std::string& login) {
+  std::int64_t id = 0;
+  tx.sql() << "SELECT id FROM account WHERE login = :login", into(id), use(login, "login");
+  if (!tx.sql().got_data()) return std::nullopt;
+  return id;
+}
+
+std::int64_t AddStudent(Transaction& tx, const CsvLine& line, WallTime now) {
+  const std::int64_t now_ms = ToMilliseconds(now);
+  tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
+              "version) VALUES (:login, :name, 'student', '', 0, :now, 1)",
+      use(line.login, "login"), use(line.name, "name"), use(now_ms, "now");
+  return AccountOf(tx, line.login).value();
+}
 
 std::string_view Trimmed(std::string_view text) {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
@@ -194,23 +268,50 @@ core::Result<std::vector<Account>> Accounts::Members(std::int64_t course_id) {
   });
 }
 
-core::Result<int> Accounts::EnrolCsv(std::int64_t course_id, std::string_view csv, WallTime now) {
+core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
+                                           std::int64_t course_id,
+                                           std::string_view csv,
+                                           WallTime now) {
   const auto lines = ParseCsv(csv);
   if (!lines.ok()) return lines.error();
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<int> {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Enrolment> {
     if (!CourseExists(tx, course_id)) return NoCourse();
-    const std::int64_t now_ms = ToMilliseconds(now);
+    Enrolment out;
     for (const CsvLine& line : lines.value()) {
-      tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
-                  "version) VALUES (:login, :name, 'student', '', 0, :now, 1) "
-                  "ON CONFLICT (login) DO NOTHING",
-          use(line.login, "login"), use(line.name, "name"), use(now_ms, "now");
-      std::int64_t account_id = 0;
-      tx.sql() << "SELECT id FROM account WHERE login = :login", into(account_id),
-          use(line.login, "login");
-      PutEnrolment(tx, course_id, account_id, /*teaches=*/false);
+      std::optional<std::int64_t> known = AccountOf(tx, line.login);
+      if (known && IsMember(tx, course_id, *known)) {
+        ++out.members_already;
+      } else if (known && who.role != Role::kAdmin) {
+        PutInvitation(tx, course_id, *known, who.user_id, now);
+        out.invited.push_back(line.login);
+      } else {
+        if (!known) known = AddStudent(tx, line, now);
+        PutEnrolment(tx, course_id, *known, /*teaches=*/false);
+        DropInvitation(tx, course_id, *known);
+        out.enrolled.push_back(line.login);
+      }
     }
-    return static_cast<int>(lines.value().size());
+    return out;
+  });
+}
+
+core::Result<std::vector<Invitation>> Accounts::InvitationsOf(std::int64_t account_id) {
+  return Invitations(database_, "i.account_id = :value", account_id);
+}
+
+core::Result<std::vector<Invitation>> Accounts::InvitationsTo(std::int64_t course_id) {
+  return Invitations(database_, "i.course_id = :value", course_id);
+}
+
+core::Status Accounts::AnswerInvitation(std::int64_t account_id,
+                                        std::int64_t course_id,
+                                        bool accept) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    if (!DropInvitation(tx, course_id, account_id)) {
+      return Error{ErrorCode::kNotFound, "no invitation to this course waits for you", ""};
+    }
+    if (accept) PutEnrolment(tx, course_id, account_id, /*teaches=*/false);
+    return Done{};
   });
 }
 

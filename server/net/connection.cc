@@ -6,6 +6,7 @@
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
+#include <cstdint>
 #include <exception>
 #include <utility>
 #include <variant>
@@ -57,6 +58,15 @@ std::string_view LastListEntry(std::string_view list) {
   std::string_view entry = comma == std::string_view::npos ? list : list.substr(comma + 1);
   while (entry.starts_with(' ')) entry.remove_prefix(1);
   return entry;
+}
+
+HttpResponse PoolFullProblem() {
+  return TryAgain(503, "Too many requests are waiting; try again in a second.", 1);
+}
+
+HttpResponse BytesFullProblem() {
+  constexpr int kSeconds = 5;
+  return TryAgain(503, "Too many bytes of others are on their way; try again soon.", kSeconds);
 }
 
 HttpResponse InternalProblem() {
@@ -168,6 +178,13 @@ asio::awaitable<bool> Connection::ReadBody(std::size_t bytes_max) {
     co_return false;
   }
   if (parser_->is_done()) co_return true;
+  auto hold = host_.waiting_bytes.Take(parser_->content_length().value_or(bytes_max));
+  if (!hold) {
+    ++host_.counters.bytes_refused;
+    co_await Refuse(BytesFullProblem());
+    co_return false;
+  }
+  body_bytes_ = std::move(*hold);
   parser_->body_limit(bytes_max);
   if (View(parser_->get()[beast::http::field::expect]) == "100-continue") {
     if (!co_await SendBytes("HTTP/1.1 100 Continue\r\n\r\n")) co_return false;
@@ -231,27 +248,58 @@ HttpResponse Connection::Handle(const Route& route) const {
   }
 }
 
-asio::awaitable<HttpResponse> Connection::RunOnPool(const Route& route) {
-  if (host_.pool_waiting >= host_.options.limits.pool_waiting_max) {
-    ++host_.counters.pool_refused;
-    HttpResponse busy =
-        Problem(503, "busy", "Busy", "Too many requests are waiting; try again in a second.");
-    busy.headers.emplace_back("Retry-After", "1");
-    co_return busy;
-  }
+bool Connection::PoolIsFull() {
+  if (host_.pool_waiting < host_.options.limits.pool_waiting_max) return false;
+  ++host_.counters.pool_refused;
+  return true;
+}
+
+/// The pool must not be full.
+template <typename Work>
+asio::awaitable<std::invoke_result_t<Work&>> Connection::OnPool(Work work) {
+  using Outcome = std::invoke_result_t<Work&>;
   ++host_.pool_waiting;
-  co_return co_await asio::async_initiate<const asio::use_awaitable_t<>, void(HttpResponse)>(
-      [this, &route](auto handler) {
-        asio::post(*host_.pool, [this, &route, handler = std::move(handler)]() mutable {
-          --host_.pool_waiting;
-          HttpResponse response = Handle(route);
-          asio::post(host_.io,
-                     [handler = std::move(handler), response = std::move(response)]() mutable {
-                       std::move(handler)(std::move(response));
-                     });
-        });
+  co_return co_await asio::async_initiate<const asio::use_awaitable_t<>, void(Outcome)>(
+      [this, work = std::move(work)](auto handler) mutable {
+        asio::post(
+            *host_.pool, [this, work = std::move(work), handler = std::move(handler)]() mutable {
+              --host_.pool_waiting;
+              Outcome outcome = work();
+              asio::post(host_.io,
+                         [handler = std::move(handler), outcome = std::move(outcome)]() mutable {
+                           std::move(handler)(std::move(outcome));
+                         });
+            });
       },
       asio::use_awaitable);
+}
+
+asio::awaitable<HttpResponse> Connection::RunOnPool(const Route& route) {
+  if (PoolIsFull()) co_return PoolFullProblem();
+  co_return co_await OnPool([this, &route] { return Handle(route); });
+}
+
+/// @returns false when the request is refused and the connection at its end.
+asio::awaitable<bool> Connection::Admit(const Route& route) {
+  if (PoolIsFull()) {
+    co_await Refuse(PoolFullProblem());
+    co_return false;
+  }
+  deadline_ = Steady::time_point::max();
+  Admission admission = co_await OnPool([this, &route]() -> Admission {
+    try {
+      return route.admit(request_);
+    } catch (const std::exception& error) {
+      host_.Report(std::string("admission to ") + route.pattern + ": " + error.what());
+      return {InternalProblem(), nullptr};
+    }
+  });
+  if (admission.refusal) {
+    co_await Refuse(std::move(*admission.refusal));
+    co_return false;
+  }
+  admitted_ = std::move(admission.held);
+  co_return true;
 }
 
 asio::awaitable<bool> Connection::SendBytes(std::string_view bytes) {
@@ -261,7 +309,8 @@ asio::awaitable<bool> Connection::SendBytes(std::string_view bytes) {
   if (ec && ec != asio::error::would_block) co_return false;
   const std::size_t done = ec ? 0 : sent;
   ec = {};
-  Deadline(host_.options.limits.write_deadline);
+  const auto slow = bytes.size() / host_.options.limits.slow_bytes;
+  Deadline(host_.options.limits.write_deadline + std::chrono::seconds(slow));
   co_await asio::async_write(socket_,
                              asio::buffer(bytes.data() + done, bytes.size() - done),
                              asio::redirect_error(asio::use_awaitable, ec));
@@ -359,6 +408,11 @@ asio::awaitable<Connection::Next> Connection::Serve() {
     co_return Next::kClose;
   }
   const Router::Match match = host_.router.Find(request_);
+  const bool body_is_here =
+      parser_->is_done() || parser_->content_length().value_or(SIZE_MAX) <= buffer_.size();
+  if (match.route != nullptr && match.route->admit && !body_is_here) {
+    if (!co_await Admit(*match.route)) co_return Next::kClose;
+  }
   if (!co_await ReadBody(match.route != nullptr ? match.route->body_bytes_max : 0)) {
     co_return Next::kClose;
   }
@@ -382,8 +436,17 @@ asio::awaitable<Connection::Next> Connection::Serve() {
   } else {
     response = Problem(404, "not_found", "Not found", "There is nothing at this address.");
   }
+  // Until it is sent to its end; what is refused for its bytes frees them at once.
+  auto hold = host_.waiting_bytes.Take(response.body.size());
+  if (!hold) {
+    ++host_.counters.bytes_refused;
+    response = BytesFullProblem();
+  }
   Deadline(host_.options.limits.write_deadline);
-  if (!co_await Send(response, keep_alive)) co_return Next::kClose;
+  const bool sent = co_await Send(response, keep_alive);
+  body_bytes_ = {};
+  admitted_.reset();
+  if (!sent) co_return Next::kClose;
   co_return keep_alive ? Next::kKeepAlive : Next::kClose;
 }
 

@@ -12,11 +12,14 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <unordered_set>
 
+#include "server/net/byte_budget.h"
 #include "server/net/http_server.h"
 
 namespace faultlab::server {
@@ -27,7 +30,7 @@ class Connection;
 struct ConnectionHost {
   struct Counters {
     std::atomic<std::uint64_t> accepted{0}, refused{0}, open{0}, requests{0}, deadlines{0},
-        pool_refused{0};
+        pool_refused{0}, bytes_refused{0};
     std::array<std::atomic<std::uint64_t>, 6> answers{};
   };
 
@@ -37,6 +40,7 @@ struct ConnectionHost {
   bool on_loopback = false;
   Counters counters{};
   std::atomic<std::size_t> pool_waiting{0};
+  ByteBudget waiting_bytes{options.limits.waiting_bytes_max};
   std::unordered_set<Connection*> connections{};
   std::chrono::steady_clock::time_point now{};  ///< coarse: moved twice a second
   std::string date{};                           ///< of `now`, as answers carry it
@@ -74,10 +78,14 @@ class Connection {
 
   boost::asio::awaitable<bool> ReadMore(std::size_t bytes);
   boost::asio::awaitable<bool> ReadHeader();
+  boost::asio::awaitable<bool> Admit(const Route& route);
   boost::asio::awaitable<bool> ReadBody(std::size_t bytes_max);
   boost::asio::awaitable<Next> Serve();
   boost::asio::awaitable<Next> Upgrade();
   boost::asio::awaitable<HttpResponse> RunOnPool(const Route& route);
+  template <typename Work>
+  boost::asio::awaitable<std::invoke_result_t<Work&>> OnPool(Work work);
+  bool PoolIsFull();
   boost::asio::awaitable<bool> Send(const HttpResponse& response, bool keep_alive);
   boost::asio::awaitable<bool> SendBytes(std::string_view bytes);
   boost::asio::awaitable<void> Refuse(HttpResponse response);
@@ -89,6 +97,8 @@ class Connection {
   boost::beast::flat_buffer buffer_;
   std::optional<Parser> parser_;
   HttpRequest request_;
+  ByteBudget::Hold body_bytes_;     ///< of the request at work
+  std::shared_ptr<void> admitted_;  ///< of the request at work
   std::string peer_address_;
   std::chrono::steady_clock::time_point deadline_ = std::chrono::steady_clock::time_point::max();
   bool peer_is_loopback_ = false;

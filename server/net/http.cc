@@ -152,6 +152,12 @@ HttpResponse Problem(int status,
   return response;
 }
 
+HttpResponse TryAgain(int status, std::string_view detail, int seconds) {
+  HttpResponse response = Problem(status, "busy", ReasonPhrase(status), detail);
+  response.headers.emplace_back("Retry-After", std::to_string(seconds));
+  return response;
+}
+
 std::string_view ReasonPhrase(int status) {
   switch (status) {
     case 200:

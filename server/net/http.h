@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -50,6 +51,8 @@ struct HttpResponse {
   std::string body;
   /// Sent instead of `body` when not empty: bytes that live as long as the process.
   std::string_view static_body;
+  /// Let go on the network thread when the answer has been sent or its connection has ended.
+  std::shared_ptr<void> until_sent;
 
   std::string_view payload() const {
     return static_body.empty() ? std::string_view(body) : static_body;
@@ -62,6 +65,9 @@ HttpResponse Problem(int status,
                      std::string_view title,
                      std::string_view detail,
                      std::string_view field = {});
+
+/// A refusal that will not stand for long: 429 or 503 with Retry-After.
+HttpResponse TryAgain(int status, std::string_view detail, int seconds);
 
 std::string_view ReasonPhrase(int status);
 

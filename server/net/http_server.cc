@@ -39,6 +39,7 @@ class HttpServer::Impl {
     Tick();
   }
 
+  core::Status Bind();
   core::Status Start();
   void Stop();
   HttpCounters counters() const;
@@ -132,7 +133,7 @@ asio::awaitable<void> HttpServer::Impl::Sweep() {
   host_.io.stop();
 }
 
-core::Status HttpServer::Impl::Start() {
+core::Status HttpServer::Impl::Bind() {
   auto parsed = ParseListenAddress(host_.options.listen);
   if (!parsed) return parsed.error();
   const ListenAddress& address = parsed.value();
@@ -151,6 +152,14 @@ core::Status HttpServer::Impl::Start() {
   port_ = acceptor_.local_endpoint().port();
   bound_host_ = address.host;
   host_.on_loopback = IsLoopbackHost(address.host);
+  return core::Done{};
+}
+
+core::Status HttpServer::Impl::Start() {
+  if (!acceptor_.is_open()) {
+    const core::Status bound = Bind();
+    if (!bound.ok()) return bound;
+  }
   host_.pool.emplace(static_cast<std::size_t>(host_.options.limits.pool_threads));
   Tick();
   asio::co_spawn(host_.io, Accept(), asio::detached);
@@ -190,6 +199,7 @@ HttpCounters HttpServer::Impl::counters() const {
   out.deadlines_missed = host_.counters.deadlines;
   out.pool_refused = host_.counters.pool_refused;
   out.pool_waiting = host_.pool_waiting;
+  out.bytes_refused = host_.counters.bytes_refused;
   for (std::size_t i = 0; i < host_.counters.answers.size(); ++i) {
     out.answers_by_class[i] = host_.counters.answers[i];
   }
@@ -203,6 +213,10 @@ HttpServer::HttpServer(HttpServerOptions options,
 
 HttpServer::~HttpServer() {
   Stop();
+}
+
+core::Status HttpServer::Bind() {
+  return impl_->Bind();
 }
 
 core::Status HttpServer::Start() {

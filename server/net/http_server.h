@@ -21,11 +21,13 @@ struct HttpLimits {
   std::size_t connections_max = 4096;
   std::size_t pool_waiting_max = 256;  ///< requests waiting for a pool thread; more are 503
   int pool_threads = 4;
+  std::size_t waiting_bytes_max = 256 << 20;  ///< unread bodies and unsent answers; more are 503
   std::chrono::milliseconds header_deadline{
       10'000};  ///< first byte of a request to its last header
   std::chrono::milliseconds body_deadline{120'000};
-  std::chrono::milliseconds write_deadline{60'000};
-  std::chrono::milliseconds idle_deadline{75'000};  ///< kept-alive connection between requests
+  std::chrono::milliseconds write_deadline{60'000};  ///< and a second for each slow_bytes
+  std::size_t slow_bytes = 16 << 10;                 ///< a second, of the slowest line served
+  std::chrono::milliseconds idle_deadline{75'000};   ///< kept-alive connection between requests
 };
 
 struct HttpServerOptions {
@@ -56,6 +58,7 @@ struct HttpCounters {
   std::uint64_t deadlines_missed = 0;
   std::uint64_t pool_refused = 0;
   std::uint64_t pool_waiting = 0;
+  std::uint64_t bytes_refused = 0;  ///< requests refused because too many bytes waited
 };
 
 /// HTTP/1.1 on one network thread. Deadlines on every read and write, limits that hold before a
@@ -72,9 +75,11 @@ class HttpServer {
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
 
-  /// Binds and starts the threads. Refuses with a sentence naming the address.
+  /// Takes the address: connections wait from now on. Refuses with a sentence naming it.
+  core::Status Bind();
+  /// Starts the threads, which answer. Binds first when Bind has not been called.
   core::Status Start();
-  /// The real port, after Start().
+  /// The real port, after Bind().
   int port() const;
   std::string address() const;  ///< "127.0.0.1:40123", "[::1]:40123"
   /// True when only this machine can reach the listener.

@@ -2,6 +2,8 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -11,11 +13,14 @@
 
 namespace faultlab::server {
 
-inline constexpr std::size_t kJsonBodyBytesMax = 1 << 20;
-inline constexpr std::size_t kUploadBytesMax = 20 << 20;
-
 /// Where a handler runs. Nothing that touches disk, database or a picture may be kInline.
 enum class RunsOn { kInline, kPool };
+
+/// The answer to a header whose body is still to come.
+struct Admission {
+  std::optional<HttpResponse> refusal;  ///< the body is not read
+  std::shared_ptr<void> held;           ///< let go when the request has been answered
+};
 
 struct Route {
   HttpMethod method = HttpMethod::kGet;
@@ -23,6 +28,9 @@ struct Route {
   RunsOn runs_on = RunsOn::kPool;
   std::size_t body_bytes_max = 0;
   std::function<HttpResponse(const HttpRequest&)> handle;
+  /// Asked, on the pool, before a body is stored that did not come along with its header; request
+  /// without the body. May be empty.
+  std::function<Admission(const HttpRequest&)> admit{};
 };
 
 /// Finds the route of a request. Literal segments win over {names}, both over "/*".

@@ -33,15 +33,8 @@ std::unique_ptr<soci::session> ConnectSqlite(const DatabaseOptions& options) {
   return session;
 }
 
-std::string PostgresString(const std::string& location) {
-  constexpr std::string_view kPrefix = "postgresql:";
-  if (location.starts_with("postgresql://")) return location;
-  return location.substr(kPrefix.size());
-}
-
 std::unique_ptr<soci::session> ConnectPostgres(const DatabaseOptions& options) {
-  auto session = std::make_unique<soci::session>(*soci::factory_postgresql(),
-                                                 PostgresString(options.location));
+  auto session = std::make_unique<soci::session>(*soci::factory_postgresql(), options.location);
   const std::string patience = std::to_string(options.patience.count());
   *session << "SET lock_timeout = " + patience;
   *session << "SET client_min_messages = warning";

@@ -2,11 +2,13 @@
 
 #include <soci/soci.h>
 
+#include <utility>
 #include <vector>
 
 #include "server/storage/connection_pool.h"
 #include "server/storage/database_error.h"
 #include "server/storage/migrations.h"
+#include "server/storage/postgres_location.h"
 
 namespace faultlab::server {
 namespace {
@@ -58,8 +60,8 @@ void Transaction::Commit() {
 }
 
 struct Database::Impl {
-  Impl(Engine the_engine, const DatabaseOptions& the_options)
-      : engine(the_engine), options(the_options), pool(the_engine, the_options) {}
+  Impl(Engine the_engine, const DatabaseOptions& the_options, DatabaseOptions of_connections)
+      : engine(the_engine), options(the_options), pool(the_engine, std::move(of_connections)) {}
   const Engine engine;
   const DatabaseOptions options;
   ConnectionPool pool;
@@ -78,7 +80,13 @@ core::Result<std::unique_ptr<Database>> Database::Open(DatabaseOptions options) 
     return Error{ErrorCode::kInvalid, "a database path cannot hold a double quote", ""};
   }
   const Engine engine = postgres ? Engine::kPostgresql : Engine::kSqlite;
-  auto impl = std::make_unique<Impl>(engine, options);
+  DatabaseOptions of_connections = options;
+  if (postgres) {
+    auto parameters = PostgresParameters(options.location);
+    if (!parameters) return parameters.error();
+    of_connections.location = std::move(parameters).value();
+  }
+  auto impl = std::make_unique<Impl>(engine, options, std::move(of_connections));
   try {
     auto lease = impl->pool.Acquire(/*writes=*/true);
     const auto version = Migrate(lease.session(), engine, AllMigrations().back().version);

@@ -166,6 +166,20 @@ Migration RigCalibrationTable() {
           .postgres_statements = {}};
 }
 
+Migration CourseInvitations() {
+  return {.version = 7,
+          .description = "invitations to courses",
+          .statements = {"CREATE TABLE course_invitation ("
+                         "course_id BIGINT NOT NULL REFERENCES course (id), "
+                         "account_id BIGINT NOT NULL REFERENCES account (id), "
+                         "invited_by BIGINT NOT NULL REFERENCES account (id), "
+                         "created_ms BIGINT NOT NULL, PRIMARY KEY (course_id, account_id))",
+                         "CREATE INDEX course_invitation_by_account "
+                         "ON course_invitation (account_id)"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -174,7 +188,8 @@ const std::vector<Migration>& AllMigrations() {
                                               Lab(),
                                               JobsAndFaultSets(),
                                               LinksBandsAndEnds(),
-                                              RigCalibrationTable()};
+                                              RigCalibrationTable(),
+                                              CourseInvitations()};
   return kAll;
 }
 

@@ -1,5 +1,7 @@
 // A whole server in this process, spoken to over its sockets.
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <boost/json.hpp>
@@ -10,6 +12,7 @@
 #include <thread>
 
 #include "server/app/laboratory.h"
+#include "server/storage/database.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/temp_folder.h"
@@ -314,6 +317,40 @@ TEST_F(ServeTest, MarksARunThatACrashCutOff) {
   EXPECT_EQ(CallRun("GET", "/diagnosis", "run-cut").status, 200);
 }
 
+TEST_F(ServeTest, ASecondServerOnTheSameFolderIsRefusedBeforeItTouchesARun) {
+  config_.sim_speed = 1.0;
+  laboratory_.reset();
+  Open();
+  const std::string id = StartRun("{}");
+  const auto second = Laboratory::Open(config_);
+  ASSERT_FALSE(second.ok());
+  EXPECT_EQ(second.error().code, core::ErrorCode::kConflict);
+  EXPECT_NE(second.error().message.find("process " + std::to_string(getpid())), std::string::npos)
+      << second.error().message;
+  EXPECT_EQ(laboratory_->store().Get(id).value().state, RunState::kRunning);
+  EXPECT_EQ(Object(CallRun("GET", "", id)).at("state"), "running");
+  EXPECT_EQ(CallRun("POST", "/stop", id).status, 202);
+}
+
+TEST_F(ServeTest, AServerWithoutItsPortMarksNothing) {
+  RunRecord record;
+  record.id = "run-elsewhere";
+  record.source = "run";
+  record.server_id = config_.server_id;
+  ASSERT_TRUE(laboratory_->store().Begin(record).ok());
+  laboratory_.reset();
+  Config other = config_;
+  other.data_dir = folder_.File("other");
+  auto holder = Laboratory::Open(other);
+  ASSERT_TRUE(holder.ok());
+  config_.listen = holder.value()->address();
+  const auto refused = Laboratory::Open(config_);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, core::ErrorCode::kUnavailable) << refused.error().message;
+  auto database = Database::Open({.location = config_.data_dir + "/faultlab.db"}).value();
+  EXPECT_EQ(RecordingStore(*database).Get("run-elsewhere").value().state, RunState::kRunning);
+}
+
 TEST_F(ServeTest, StopsARunOnRequestAndByASocketsCommand) {
   config_.sim_speed = 1.0;
   laboratory_.reset();
@@ -435,6 +472,46 @@ TEST_F(ServeTest, NamesTheColumnOfABadCsv) {
   EXPECT_EQ(field("t_s,uc_v,um_v\n0,1,2\n0.01,x,2\n0.02,1,2\n"), "uc_v");
   field("");
   field("\xff\xfe\x00");
+}
+
+TEST_F(ServeTest, AStrangersUploadIsRefusedBeforeItsFirstByte) {
+  tests::RawClient stranger(port());
+  stranger.Send(
+      "POST /api/v1/recordings HTTP/1.1\r\nHost: localhost\r\nContent-Type: text/csv\r\n"
+      "X-Forwarded-For: 192.0.2.9\r\nContent-Length: 20000000\r\n\r\n");
+  EXPECT_EQ(stranger.ReadAnswer().status, 401);
+}
+
+TEST_F(ServeTest, ACallerHasTwoLargeDownloadsUnreadAtMost) {
+  RunRecord record;
+  record.id = "rec-long";
+  record.owner = "guest";
+  record.source = "upload";
+  ASSERT_TRUE(laboratory_->store().Begin(record).ok());
+  std::vector<core::Sample> samples(100'000);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double third = static_cast<double>(i) / 3.0;  // long in JSON: more than a socket holds
+    samples[i] = {static_cast<std::int64_t>(i), third, third, third, third, third, third};
+  }
+  ASSERT_TRUE(laboratory_->store().AppendChunk("rec-long", 0, samples).ok());
+
+  const std::string path = "/api/v1/runs/rec-long/samples";
+  const std::string ask = "GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n";
+  auto first = std::make_unique<tests::RawClient>(port(), 4096);
+  tests::RawClient second(port(), 4096);
+  for (tests::RawClient* client : {first.get(), &second}) {
+    char byte = 0;
+    client->Send(ask);
+    ASSERT_EQ(recv(client->fd(), &byte, 1, MSG_PEEK), 1) << "the answer is on its way";
+  }
+  const HttpAnswer refused = CallRun("GET", "/samples", "rec-long");
+  EXPECT_EQ(refused.status, 429) << refused.body.substr(0, 300);
+  EXPECT_EQ(refused.Header("Retry-After"), "2");
+  EXPECT_EQ(CallRun("GET", "", "rec-long").status, 200) << "small answers go on";
+  first.reset();
+  HttpAnswer answer = refused;
+  for (int i = 0; i < 1000 && answer.status == 429; ++i) answer = tests::Get(port(), path);
+  EXPECT_EQ(answer.status, 200);
 }
 
 TEST_F(ServeTest, RefusesAnUploadOfTwoGigabytesAtOnce) {

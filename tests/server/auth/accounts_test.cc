@@ -1,6 +1,6 @@
 #include "server/auth/accounts.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <soci/soci.h>
 
 #include "tests/support/engines.h"
@@ -27,6 +27,13 @@ class AccountsTest : public testing::TestWithParam<Engine> {
       EXPECT_TRUE(accounts_.UseLink(link.value(), kPassword, kNow).ok());
     }
     return account.value();
+  }
+  static Principal As(const Account& account) {
+    Principal who;
+    who.user_id = account.id;
+    who.login = account.login;
+    who.role = account.role;
+    return who;
   }
   core::Result<SignedIn> SignIn(const std::string& login,
                                 const std::string& password,
@@ -208,17 +215,59 @@ TEST_P(AccountsTest, ACsvEnrolsAllOrNobodyAndNamesTheWrongLine) {
   const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
   const std::string csv =
       "\xEF\xBB\xBFlogin,name\r\nann,Ann Ångström\r\n\r\n\"bob\",\"山田 太郎\"\r\n";
-  EXPECT_EQ(accounts_.EnrolCsv(course.id, csv, kNow).value(), 2);
-  EXPECT_EQ(accounts_.EnrolCsv(course.id, csv, kNow).value(), 2) << "twice changes nothing";
+  const Principal who = As(teacher);
+  EXPECT_THAT(accounts_.EnrolCsv(who, course.id, csv, kNow).value().enrolled,
+              testing::ElementsAre("ann", "bob"));
+  const Enrolment again = accounts_.EnrolCsv(who, course.id, csv, kNow).value();
+  EXPECT_EQ(again.members_already, 2) << "twice changes nothing";
+  EXPECT_TRUE(again.enrolled.empty() && again.invited.empty());
   EXPECT_EQ(accounts_.Members(course.id).value().size(), 3u);
   EXPECT_EQ(accounts_.GetByLogin("bob").value().name, "山田 太郎");
-  const auto wrong = accounts_.EnrolCsv(course.id, "cem,Cem\nno comma here\n", kNow);
+  const auto wrong = accounts_.EnrolCsv(who, course.id, "cem,Cem\nno comma here\n", kNow);
   ASSERT_FALSE(wrong.ok());
   EXPECT_NE(wrong.error().message.find("line 2"), std::string::npos);
   EXPECT_EQ(accounts_.GetByLogin("cem").error().code, ErrorCode::kNotFound);
   std::string million;
   for (int i = 0; i < 1'000'000; ++i) million += "u" + std::to_string(1000000 + i) + ",x\n";
-  EXPECT_EQ(accounts_.EnrolCsv(course.id, million, kNow).error().code, ErrorCode::kTooLarge);
+  EXPECT_EQ(accounts_.EnrolCsv(who, course.id, million, kNow).error().code, ErrorCode::kTooLarge);
+}
+
+TEST_P(AccountsTest, AnAccountThatExistsJoinsACourseByItsOwnConsentOnly) {
+  const Account teacher = Person("teacher", Role::kInstructor);
+  const Account ann = Person("ann", Role::kStudent);
+  const Account boss = Person("boss", Role::kAdmin);
+  const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
+  const std::string csv = "ann,Ann\nboss,Boss\nnew,New\n";
+  const Enrolment asked = accounts_.EnrolCsv(As(teacher), course.id, csv, kNow).value();
+  EXPECT_THAT(asked.enrolled, testing::ElementsAre("new"));
+  EXPECT_THAT(asked.invited, testing::ElementsAre("ann", "boss"));
+  EXPECT_EQ(accounts_.Relation(As(teacher), ann.id).value(), Ownership::kForeign);
+  EXPECT_FALSE(accounts_.Attends(ann.id, course.id).value());
+
+  const auto invitations = accounts_.InvitationsOf(ann.id).value();
+  ASSERT_EQ(invitations.size(), 1u);
+  EXPECT_EQ(invitations[0].course_name, "Signals");
+  EXPECT_EQ(invitations[0].invited_by, teacher.name);
+  EXPECT_EQ(accounts_.InvitationsTo(course.id).value().size(), 2u);
+
+  ASSERT_TRUE(accounts_.AnswerInvitation(boss.id, course.id, /*accept=*/false).ok());
+  EXPECT_EQ(accounts_.Relation(As(teacher), boss.id).value(), Ownership::kForeign);
+  ASSERT_TRUE(accounts_.AnswerInvitation(ann.id, course.id, /*accept=*/true).ok());
+  EXPECT_EQ(accounts_.Relation(As(teacher), ann.id).value(), Ownership::kCourse);
+  EXPECT_TRUE(accounts_.InvitationsTo(course.id).value().empty());
+  EXPECT_EQ(accounts_.AnswerInvitation(ann.id, course.id, true).error().code, ErrorCode::kNotFound);
+}
+
+TEST_P(AccountsTest, AnAdminEnrolsAccountsThatExist) {
+  const Account teacher = Person("teacher", Role::kInstructor);
+  const Account ann = Person("ann", Role::kStudent);
+  const Account boss = Person("boss", Role::kAdmin);
+  const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
+  ASSERT_TRUE(accounts_.EnrolCsv(As(teacher), course.id, "ann,Ann\n", kNow).ok());
+  const Enrolment done = accounts_.EnrolCsv(As(boss), course.id, "ann,Ann\n", kNow).value();
+  EXPECT_THAT(done.enrolled, testing::ElementsAre("ann"));
+  EXPECT_TRUE(accounts_.Attends(ann.id, course.id).value());
+  EXPECT_TRUE(accounts_.InvitationsOf(ann.id).value().empty());
 }
 
 TEST_P(AccountsTest, AnInstructorIsRelatedToTheStudentsOfOwnCoursesOnly) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <boost/json.hpp>
+#include <map>
 #include <set>
 
 #include "server/api/lab_api.h"
@@ -118,6 +119,65 @@ TEST_F(LabApiTest, AnAdminMakesPeopleCoursesAndKeysAndTheLogKeepsIt) {
   }
   EXPECT_EQ(Call(admin, "POST", "auth/logout", "auth/logout", "{}").status, 204);
   EXPECT_EQ(Call(admin, "GET", "users", "users").status, 401);
+}
+
+TEST_F(LabApiTest, AnInstructorReadsNobodysRunsByEnrollingTheirLogin) {
+  const Person admin = Admin();
+  const Person curious = Make("curious", Role::kInstructor);
+  const Person other = Make("other", Role::kInstructor);
+  const Person ann = Make("ann", Role::kStudent);
+  const auto run_of = [&](const Person& who) {
+    const json::object run = Ok(Call(who, "POST", "runs", "runs", R"({"duration_s":1})"), 201);
+    return "runs/" + std::string(run.at("id").as_string());
+  };
+  const std::string run_of_ann = run_of(ann);
+  const std::string run_of_other = run_of(other);
+  const auto reads = [&](const std::string& run) {
+    return Call(curious, "GET", "runs/{id}", run).status == 200;
+  };
+  const json::object course =
+      Ok(Call(curious, "POST", "courses", "courses", R"({"name":"Mine"})"), 201);
+  const std::string id = std::to_string(course.at("id").as_int64());
+  const json::object asked = Ok(Call(curious,
+                                     "POST",
+                                     "courses/{id}/members",
+                                     "courses/" + id + "/members",
+                                     "ann,Ann\nother,Other\nadmin,Admin\nfresh,Fresh\n",
+                                     "Content-Type: text/csv\r\n"));
+  EXPECT_EQ(asked, (json::object{{"enrolled", 1}, {"invited", 3}, {"members_already", 0}}));
+  EXPECT_FALSE(reads(run_of_ann));
+  EXPECT_FALSE(reads(run_of_other));
+
+  const auto mine = Ok(Call(ann, "GET", "invitations", "invitations")).at("items").as_array();
+  ASSERT_EQ(mine.size(), 1u);
+  EXPECT_EQ(mine[0].at("course_name"), "Mine");
+  EXPECT_EQ(mine[0].at("invited_by"), "curious");
+  const auto answer = [&](const Person& who, const std::string& word) {
+    return Call(who, "POST", "invitations/{course}/" + word, "invitations/" + id + "/" + word, "{}")
+        .status;
+  };
+  EXPECT_EQ(answer(ann, "accept"), 204);
+  EXPECT_EQ(answer(ann, "accept"), 404) << "answered already";
+  EXPECT_EQ(answer(other, "decline"), 204);
+  EXPECT_EQ(answer(curious, "accept"), 404) << "nobody asked the teacher";
+  EXPECT_TRUE(reads(run_of_ann));
+  EXPECT_FALSE(reads(run_of_other));
+  const std::string waiting = "courses/" + id + "/invitations";
+  const json::object left = Ok(Call(curious, "GET", "courses/{id}/invitations", waiting));
+  ASSERT_EQ(left.at("items").as_array().size(), 1u);
+  EXPECT_EQ(left.at("items").at(0).at("login"), "admin");
+  EXPECT_EQ(Call(other, "GET", "courses/{id}/invitations", waiting).status, 404);
+
+  std::map<std::string, std::string> details;
+  const json::object log = Ok(Call(admin, "GET", "audit", "audit?limit=100"));
+  for (const auto& entry : log.at("items").as_array()) {
+    details[std::string(entry.at("verb").as_string())] =
+        std::string(entry.at("detail").as_string());
+  }
+  EXPECT_EQ(details["enrol"], "fresh");
+  EXPECT_EQ(details["invite"], "ann, other, admin");
+  EXPECT_EQ(details["accept_invitation"], "ann");
+  EXPECT_EQ(details["decline_invitation"], "other");
 }
 
 TEST_F(LabApiTest, AChangeByCookieWithoutTheTokenOfThePageIsRefused) {

@@ -1,6 +1,7 @@
 #include "server/net/http_server.h"
 
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <condition_variable>
@@ -129,6 +130,93 @@ TEST_F(HttpServerTest, KeepsTheConnectionAndAnswersPipelinedRequestsInOrder) {
   EXPECT_EQ(client.ReadAnswer().body, R"({"hello":"world"})");
   EXPECT_EQ(client.ReadAnswer().body, "abc");
   EXPECT_EQ(client.ReadAnswer().body, R"({"hello":"world"})");
+}
+
+TEST_F(HttpServerTest, ABodyIsReadOnlyForThoseWhoAreAdmitted) {
+  router_.Add({HttpMethod::kPost,
+               "/upload",
+               RunsOn::kPool,
+               20 << 20,
+               [](const HttpRequest& request) {
+                 HttpResponse response;
+                 response.body = std::to_string(request.body.size());
+                 return response;
+               },
+               [](const HttpRequest& request) -> Admission {
+                 EXPECT_TRUE(request.body.empty());
+                 if (request.Header("Cookie") == "known") return {};
+                 return {Problem(401, "unauthorized", "Unauthorized", "sign in first"), nullptr};
+               }});
+  const int port = Start();
+  const std::string head = "POST /upload HTTP/1.1\r\nHost: localhost\r\nContent-Length: ";
+  {
+    RawClient stranger(port);
+    stranger.Send(head + std::to_string(20 << 20) + "\r\n\r\n");
+    EXPECT_EQ(stranger.ReadAnswer().status, 401) << "and no byte of the body was sent";
+  }
+  {
+    RawClient stranger(port);
+    stranger.Send("POST /upload HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n");
+    EXPECT_EQ(stranger.ReadAnswer().status, 401);
+  }
+  RawClient known(port);
+  known.Send(head + "100000\r\nCookie: known\r\n\r\n" + std::string(100000, 'x'));
+  EXPECT_EQ(known.ReadAnswer().body, "100000");
+}
+
+TEST_F(HttpServerTest, BytesOnTheirWayAreBoundedForAllConnectionsTogether) {
+  constexpr int kMega = 1 << 20;
+  options_.limits.waiting_bytes_max = 10 * kMega;
+  Add(HttpMethod::kGet, "/big", RunsOn::kPool, 0, [](const HttpRequest&) {
+    HttpResponse response;
+    response.body.assign(8 * kMega, 'x');
+    return response;
+  });
+  Add(HttpMethod::kPost, "/upload", RunsOn::kPool, 8 * kMega, [](const HttpRequest&) {
+    return HttpResponse{};
+  });
+  const int port = Start();
+  const std::string ask = "GET /big HTTP/1.1\r\nHost: localhost\r\n\r\n";
+  const std::string offer =
+      "POST /upload HTTP/1.1\r\nHost: localhost\r\nContent-Length: " + std::to_string(8 * kMega) +
+      "\r\n\r\n";
+  {
+    RawClient idle(port, 4096);  // asks and does not read
+    idle.Send(ask);
+    char first = 0;
+    ASSERT_EQ(recv(idle.fd(), &first, 1, MSG_PEEK), 1) << "the answer is on its way";
+    const HttpAnswer refused = Get(port, "/big");
+    EXPECT_EQ(refused.status, 503);
+    EXPECT_EQ(refused.Header("Retry-After"), "5");
+    RawClient uploader(port);
+    uploader.Send(offer);
+    EXPECT_EQ(uploader.ReadAnswer().status, 503) << "an upload waits for the same bytes";
+    EXPECT_EQ(Get(port, "/hello").status, 200) << "small answers go on";
+    EXPECT_EQ(server_->counters().bytes_refused, 2u);
+  }
+  // The idle connection is gone: its bytes are free again once the server has noticed.
+  HttpAnswer answer;
+  for (int i = 0; i < 1000 && answer.status != 200; ++i) answer = Get(port, "/big");
+  EXPECT_EQ(answer.body.size(), 8u * kMega);
+}
+
+TEST_F(HttpServerTest, WhatAnAnswerHoldsIsLetGoWhenItIsSent) {
+  auto held = std::make_shared<int>(0);
+  Add(HttpMethod::kGet, "/held", RunsOn::kPool, 0, [held](const HttpRequest&) {
+    HttpResponse response;
+    response.body.assign(8 << 20, 'x');
+    response.until_sent = held;
+    return response;
+  });
+  const int port = Start();
+  RawClient client(port, 4096);
+  client.Send("GET /held HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  char first = 0;
+  ASSERT_EQ(recv(client.fd(), &first, 1, MSG_PEEK), 1);
+  EXPECT_EQ(held.use_count(), 3) << "here, in the handler, with the answer";
+  EXPECT_EQ(client.ReadAnswer().body.size(), 8u << 20);
+  EXPECT_EQ(Get(port, "/hello").status, 200) << "the network thread has come round";
+  EXPECT_EQ(held.use_count(), 2);
 }
 
 TEST_F(HttpServerTest, AnswersHeadWithTheLengthAndWithoutTheBody) {

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "server/storage/blob_store.h"
+#include "server/storage/postgres_location.h"
 #include "tests/support/engines.h"
 #include "tests/support/postgres_cluster.h"
 #include "tests/support/test_database.h"
@@ -198,6 +199,37 @@ TEST(PostgresDatabase, RefusesToWriteInARead) {
   });
   EXPECT_FALSE(status.ok());
   EXPECT_EQ(CountBlobs(*database), 0);
+}
+
+TEST(PostgresDatabase, OpensByEveryFormOfItsLocation) {
+  const std::string keywords = tests::PostgresCluster::Instance().CreateDatabase();
+  const std::size_t host = keywords.find("host=") + 5;
+  std::string folder = keywords.substr(host, keywords.find(' ', host) - host);
+  for (std::size_t at = 0; (at = folder.find('/', at)) != std::string::npos; at += 3) {
+    folder.replace(at, 1, "%2F");
+  }
+  const std::string uri =
+      "postgresql://postgres@" + folder + "/" + keywords.substr(keywords.rfind('=') + 1);
+  for (const std::string& location : {uri, uri + "?connect_timeout=5", keywords}) {
+    const auto opened = Database::Open({.location = location});
+    EXPECT_TRUE(opened.ok()) << location << ": " << opened.error().message;
+  }
+}
+
+TEST(PostgresDatabase, RefusesALocationThatCannotBeParsed) {
+  for (const char* location :
+       {"postgresql://[::1/x", "postgresql:hots=x", "postgresql:dbname='x"}) {
+    const auto opened = Database::Open({.location = location});
+    ASSERT_FALSE(opened.ok()) << location;
+    EXPECT_EQ(opened.error().code, ErrorCode::kInvalid) << opened.error().message;
+  }
+}
+
+TEST(PostgresLocation, KeepsSpacesQuotesAndEscapesOfValues) {
+  EXPECT_EQ(PostgresParameters("postgresql://faultlab@/faultlab").value(),
+            "user='faultlab' dbname='faultlab' fallback_application_name=faultlab");
+  EXPECT_EQ(PostgresParameters("postgresql://u:a%20b%27%5C@/my%20lab").value(),
+            R"(user='u' password='a b\'\\' dbname='my lab' fallback_application_name=faultlab)");
 }
 
 TEST(PostgresDatabase, SaysThatThereIsNoServer) {

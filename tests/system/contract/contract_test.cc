@@ -166,12 +166,17 @@ void Contract::People() {
                 "POST",
                 "courses/{id}/members",
                 course_id,
-                "login,name\nann,Ann\ncem,Cem\n",
+                "login,name\nann,Ann\nbob,Bob\ncem,Cem\n",
                 kCsv);
   world_.Expect(200, "teacher", "GET", "courses/{id}/members", course_id);
+  world_.Expect(200, "teacher", "GET", "courses/{id}/invitations", course_id);
+  world_.Expect(200, "ann", "GET", "invitations");
+  const Values asked_by{{"course", course_id.at("id")}};
+  world_.Expect(204, "ann", "POST", "invitations/{course}/accept", asked_by, "{}");
+  world_.Expect(204, "bob", "POST", "invitations/{course}/decline", asked_by, "{}");
   world_.Expect(
       204, "teacher", "PUT", "courses/{id}/end", course_id, R"({"ends":"2027-02-28T00:00:00Z"})");
-  for (const char* part : {"/members", "/end"}) {
+  for (const char* part : {"/members", "/invitations", "/end"}) {
     Remember("/api/v1/courses/{id}" + std::string(part), course_id, "teacher");
   }
   const json::object wanted{

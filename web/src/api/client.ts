@@ -36,10 +36,23 @@ export function onUnauthorized(handler: () => void): void {
   unauthorized = handler;
 }
 
+const triesMax = 4;
+
+/** Reads that the server has no room for now are asked for again when it says. */
+async function patiently(path: string, init: RequestInit): Promise<Response> {
+  for (let tries = 1; ; tries++) {
+    const response = await fetch(base + path, { credentials: "same-origin", ...init });
+    const wait = Number(response.headers.get("Retry-After") ?? Number.NaN);
+    const read = !init.method || init.method === "GET";
+    if (response.status !== 429 || !read || tries === triesMax || !(wait <= 5)) return response;
+    await new Promise((resume) => setTimeout(resume, wait * 1000));
+  }
+}
+
 async function request(path: string, init: RequestInit = {}): Promise<Response> {
   const headers = new Headers(init.headers);
   if (csrfToken && init.method && init.method !== "GET") headers.set("X-CSRF-Token", csrfToken);
-  const response = await fetch(base + path, { credentials: "same-origin", ...init, headers });
+  const response = await patiently(path, { ...init, headers });
   if (response.ok) return response;
   if (response.status === 401) unauthorized();
   const text = await response.text();

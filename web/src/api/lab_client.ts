@@ -5,7 +5,9 @@ import type {
   Availability,
   Booking,
   Course,
+  Enrolled,
   FaultSet,
+  Invitation,
   Isolability,
   Job,
   LabEvent,
@@ -120,7 +122,13 @@ export const lab = {
     send<unknown>("PUT", `/courses/${at(course)}/end`, ends ? { ends } : {}),
   members: (course: number) => items<User>(`/courses/${at(course)}/members`),
   enrol: (course: number, csv: string) =>
-    sendText<{ enrolled: number }>("POST", `/courses/${at(course)}/members`, csv, "text/csv"),
+    sendText<Enrolled>("POST", `/courses/${at(course)}/members`, csv, "text/csv"),
+  /** Accounts asked to join a course that one teaches. */
+  courseInvitations: (course: number) => items<Invitation>(`/courses/${at(course)}/invitations`),
+  /** Courses that ask oneself to join. */
+  invitations: () => items<Invitation>("/invitations"),
+  answerInvitation: (course: number, answer: "accept" | "decline") =>
+    send<unknown>("POST", `/invitations/${at(course)}/${answer}`, {}),
 
   calendarLink: () => get<{ created_at: string | null }>("/calendar-link"),
   makeCalendarLink: () => send<{ link: string }>("POST", "/calendar-link", {}),

@@ -30,6 +30,8 @@ export type LabEvent = Schemas["LabEvent"];
 
 export type User = Schemas["User"];
 export type Course = Schemas["Course"];
+export type Enrolled = Schemas["Enrolled"];
+export type Invitation = Schemas["Invitation"];
 export type ApiKey = Schemas["ApiKey"];
 /** With its secret, which is shown once. */
 export type NewApiKey = Schemas["NewApiKey"];
