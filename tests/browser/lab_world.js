@@ -40,6 +40,7 @@ export async function makeWorld(server) {
       await reset(json.link.split("token=")[1]);
       return signIn(login);
     },
+    /** Invites `students`, who have accounts: each joins when they accept. */
     async course(teacher, name, students) {
       const { json: course } = await call(teacher, "POST", "/courses", { name });
       const lines = students.map((who) => `${who.login},${who.login}`).join("\n");

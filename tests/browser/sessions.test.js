@@ -171,6 +171,10 @@ describe("sessions", { timeout: SUITE_MS }, () => {
       const stranger = await world.user("other", "Other", "instructor");
       await world.course(teacher, "Diagnosis", [students[2]]);
       const one = await pageOf(browser, server, students[2], "/my");
+      await one.page.getByText("from Prof").waitFor();
+      assert.deepEqual(await axe(one.page), []);
+      await one.page.getByRole("button", { name: "Join the course, Diagnosis" }).click();
+      await one.page.getByText("Invitations to courses").waitFor({ state: "detached" });
       await runOnBench(one.page);
 
       const none = await pageOf(browser, server, stranger, "/teach");
