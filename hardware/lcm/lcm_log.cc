@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 
 #include <lcm/lcm-cpp.hpp>
 
+#include "hardware/lcm/lcm_event_file.h"
 #include "hardware/lcm/message_codec.h"
 
 namespace faultlab::hardware {
@@ -32,22 +34,35 @@ void Append(lcm::LogFile& log,
 }  // namespace
 
 core::Result<LcmRecord> ReadLcmLog(const std::string& path, const std::string& run) {
-  lcm::LogFile log(path, "r");
-  if (!log.good()) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) {
     return core::Error{.code = core::ErrorCode::kNotFound,
                        .message = path + " cannot be read as an LCM log",
                        .field = {}};
   }
+  return ReadLcmLog(in, path, run);
+}
+
+core::Result<LcmRecord> ReadLcmLog(std::istream& in,
+                                   const std::string& path,
+                                   const std::string& run) {
+  LcmEventFile log(in);
   LcmRecord record;
   record.run = run;
   std::int64_t seq_max = -1;
-  while (const lcm::LogEvent* event = log.readNextEvent()) {
-    const auto size = static_cast<std::uint64_t>(event->datalen);
-    if (EndsWith(event->channel, ".SAMPLE")) {
-      const auto sample = FromBytes<faultlab_msgs::sample_t>(event->data, size);
+  while (true) {
+    const core::Result<std::optional<LcmEvent>> next = log.Next();
+    if (!next) {
+      return core::Error{
+          .code = next.error().code, .message = path + ": " + next.error().message, .field = {}};
+    }
+    if (!next.value()) break;
+    const LcmEvent& event = *next.value();
+    if (EndsWith(event.channel, ".SAMPLE")) {
+      const auto sample = FromBytes<faultlab_msgs::sample_t>(event.data);
       if (!sample) {
         return core::Error{.code = core::ErrorCode::kInvalid,
-                           .message = path + ": event " + std::to_string(event->eventnum) +
+                           .message = path + ": event " + std::to_string(event.number) +
                                       " is no faultlab_msgs.sample_t",
                            .field = {}};
       }
@@ -56,8 +71,8 @@ core::Result<LcmRecord> ReadLcmLog(const std::string& path, const std::string& r
       record.rig = sample->rig;
       record.samples.push_back(Decode(*sample));
       seq_max = std::max(seq_max, sample->seq);
-    } else if (EndsWith(event->channel, ".EVENT")) {
-      const auto said = FromBytes<faultlab_msgs::event_t>(event->data, size);
+    } else if (EndsWith(event.channel, ".EVENT")) {
+      const auto said = FromBytes<faultlab_msgs::event_t>(event.data);
       if (!said || (!record.run.empty() && said->run != record.run)) continue;
       if (record.run.empty()) record.run = said->run;
       if (const std::optional<RigEvent> known = Decode(*said)) record.events.push_back(*known);

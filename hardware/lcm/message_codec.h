@@ -3,15 +3,16 @@
 // The one place where LCM types and ours meet.
 #include <cstdint>
 #include <optional>
-#include <stdexcept>
-#include <string>
+#include <span>
 #include <vector>
 
 #include "core/types/frame.h"
 #include "core/types/sample.h"
 #include "faultlab_msgs/estimates_t.hpp"
 #include "faultlab_msgs/event_t.hpp"
+#include "faultlab_msgs/layouts.hpp"
 #include "faultlab_msgs/sample_t.hpp"
+#include "hardware/lcm/message_layout.h"
 #include "hardware/rig.h"
 
 namespace faultlab::hardware {
@@ -33,21 +34,21 @@ std::vector<std::uint8_t> ToBytes(const Message& message) {
   return bytes;
 }
 
-/// Nothing when the bytes are not one whole message of this type. Without a checked mac only for
-/// types without arrays of variable length: their decoders allocate what the bytes say.
+/// LCM writes the type's hash before the fields.
+inline constexpr std::size_t kMessageHashBytes = 8;
+
+/// The one place that decodes: nothing when the bytes are not one whole message of this type. Every
+/// length is known to lie inside the bytes before LCM's decoder, which believes them, sees one.
 template <typename Message>
-std::optional<Message> FromBytes(const void* data, std::uint64_t size) {
+std::optional<Message> FromBytes(std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kSizeMax = 1u << 24;
+  if (bytes.size() < kMessageHashBytes || bytes.size() > kSizeMax) return std::nullopt;
+  const std::size_t body = bytes.size() - kMessageHashBytes;
+  if (WalkMessage(LayoutOf<Message>::kMessage, bytes.last(body)) != body) return std::nullopt;
   Message message;
-  constexpr std::uint64_t kSizeMax = 1u << 24;
-  try {
-    if (size <= kSizeMax &&
-        message.decode(data, 0, static_cast<int>(size)) == static_cast<int>(size)) {
-      return message;
-    }
-  } catch (const std::length_error&) {
-    // A string of no length: LCM's decoder takes 1 from it.
-  }
-  return std::nullopt;
+  const int size = static_cast<int>(bytes.size());
+  if (message.decode(bytes.data(), 0, size) != size) return std::nullopt;  // another type's hash
+  return message;
 }
 
 }  // namespace faultlab::hardware

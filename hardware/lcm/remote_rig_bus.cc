@@ -23,10 +23,7 @@ bool EndsRun(const RigMessage& message) {
 }  // namespace
 
 void RemoteRig::OnAnnounce(MessageBus::Bytes bytes) {
-  // Without its key a rig can be watched, but not believed.
-  std::optional<faultlab_msgs::rig_announce_t> said =
-      settings_.key ? Verified<faultlab_msgs::rig_announce_t>(bytes, *settings_.key)
-                    : FromBytes<faultlab_msgs::rig_announce_t>(bytes.data(), bytes.size());
+  std::optional<faultlab_msgs::rig_announce_t> said = ReadAnnouncement(bytes, settings_.key);
   if (!said || said->rig != id_) return;
   const std::lock_guard lock(mutex_);
   // An old announcement of this or another start is no word of life.

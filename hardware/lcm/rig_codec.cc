@@ -1,8 +1,10 @@
 #include "hardware/lcm/rig_codec.h"
 
+#include <string_view>
 #include <type_traits>
 
 #include "hardware/lcm/message_codec.h"
+#include "hardware/lcm/rig_name.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -42,6 +44,39 @@ void Encode(const RigDescription& description, faultlab_msgs::rig_announce_t& ou
   out.uc_min_v = description.uc_v_min;
   out.uc_max_v = description.uc_v_max;
   out.delta_s = description.delta_s;
+}
+
+std::optional<std::string> AnnouncedRig(std::span<const std::uint8_t> bytes) {
+  using Layout = LayoutOf<faultlab_msgs::rig_announce_t>;
+  static_assert(Layout::kFields[0].name == std::string_view("rig"));
+  constexpr MessageLayout kNameOnly{.name = "rig", .fields = std::span(Layout::kFields).first(1)};
+  if (bytes.size() < kMessageHashBytes) return std::nullopt;
+  const std::span<const std::uint8_t> body = bytes.subspan(kMessageHashBytes);
+  const std::optional<std::size_t> size = WalkMessage(kNameOnly, body);
+  if (!size) return std::nullopt;
+  constexpr std::size_t kLengthBytes = 4;
+  const auto text = body.first(*size - 1).subspan(kLengthBytes);
+  return std::string(text.begin(), text.end());
+}
+
+std::optional<faultlab_msgs::rig_announce_t> ReadAnnouncement(std::span<const std::uint8_t> bytes,
+                                                              const std::optional<RigKey>& key) {
+  using Announcement = faultlab_msgs::rig_announce_t;
+  std::optional<Announcement> said =
+      key ? Verified<Announcement>(bytes, *key) : FromBytes<Announcement>(bytes);
+  if (!said) return std::nullopt;
+  for (const std::string* text : {&said->rig_class,
+                                  &said->behind,
+                                  &said->profile,
+                                  &said->calibration,
+                                  &said->state,
+                                  &said->trip,
+                                  &said->holder}) {
+    if (!IsUtf8(*text)) return std::nullopt;
+  }
+  // A driver's own words: not worth losing the rig for.
+  if (!IsUtf8(said->trip_text)) said->trip_text = "(not UTF-8)";
+  return said;
 }
 
 void Decode(const faultlab_msgs::rig_announce_t& in, RigDescription& out) {

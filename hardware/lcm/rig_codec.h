@@ -1,19 +1,29 @@
 #pragma once
 
 // What rigs, agents and servers tell each other: the types of types/rig_*.lcm and ours.
+#include <cstdint>
 #include <optional>
+#include <span>
+#include <string>
 
 #include "core/types/fault.h"
 #include "faultlab_msgs/fault_t.hpp"
 #include "faultlab_msgs/rig_announce_t.hpp"
 #include "faultlab_msgs/rig_item_t.hpp"
 #include "faultlab_msgs/rig_position_t.hpp"
+#include "hardware/lcm/rig_key.h"
 #include "hardware/rig.h"
 
 namespace faultlab::hardware {
 
 /// Fields of the lease, the run and the sender are the caller's.
 void Encode(const RigDescription& description, faultlab_msgs::rig_announce_t& out);
+/// The rig that an announcement names, before anything else of it is read or believed.
+std::optional<std::string> AnnouncedRig(std::span<const std::uint8_t> bytes);
+/// The announcement. With a key: only with its mac. Without one a rig can be watched, but not
+/// believed. Nothing as well when a text that goes on to the lab's pages is not UTF-8.
+std::optional<faultlab_msgs::rig_announce_t> ReadAnnouncement(std::span<const std::uint8_t> bytes,
+                                                              const std::optional<RigKey>& key);
 /// All but id and kind, which are the receiver's own.
 void Decode(const faultlab_msgs::rig_announce_t& in, RigDescription& out);
 

@@ -5,15 +5,16 @@
 #include <atomic>
 #include <map>
 #include <mutex>
+#include <optional>
+#include <string>
 #include <thread>
 #include <utility>
 
-#include "faultlab_msgs/rig_announce_t.hpp"
 #include "hardware/clock.h"
 #include "hardware/lcm/channels.h"
 #include "hardware/lcm/message_bus.h"
-#include "hardware/lcm/message_codec.h"
 #include "hardware/lcm/remote_rig.h"
+#include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/rig_key.h"
 #include "hardware/lcm/rig_name.h"
 
@@ -82,26 +83,22 @@ class Finder final : public RigFinder {
   }
 
   void OnAnnounce(MessageBus::Bytes bytes) {
-    const auto said = FromBytes<faultlab_msgs::rig_announce_t>(bytes.data(), bytes.size());
-    if (!said || !IsRigName(said->rig)) return;
+    const std::optional<std::string> name = AnnouncedRig(bytes);
+    if (!name || !IsRigName(*name)) return;
     std::shared_ptr<RemoteRig> rig;
     {
       const std::lock_guard lock(mutex_);
-      auto found = rigs_.find(said->rig);
+      auto found = rigs_.find(*name);
       if (found == rigs_.end()) {
         if (rigs_.size() >= kRigsMax) return;
-        const auto key = LoadRigKey(key_directory_, said->rig);
+        const auto key = LoadRigKey(key_directory_, *name);
         RemoteRigSettings settings{.holder = holder_, .key = key.ok() ? key.value() : std::nullopt};
         // A name whose key we have must prove that it is the one.
-        if (settings.key && !Verified<faultlab_msgs::rig_announce_t>(bytes, *settings.key)) return;
+        if (!ReadAnnouncement(bytes, settings.key)) return;
         auto made = std::make_shared<RemoteRig>(
-            said->rig,
-            bus_,
-            std::move(settings),
-            [clock = clock_] { return clock->Now(); },
-            UnixNs);
+            *name, bus_, std::move(settings), [clock = clock_] { return clock->Now(); }, UnixNs);
         made->OnAnnounce(bytes);  // described before anybody can find it
-        found = rigs_.emplace(said->rig, std::move(made)).first;
+        found = rigs_.emplace(*name, std::move(made)).first;
       }
       rig = found->second;
     }

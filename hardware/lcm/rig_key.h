@@ -43,8 +43,7 @@ std::vector<std::uint8_t> SignedBytes(const Message& message, const RigKey& key)
   return bytes;
 }
 
-/// The message, if it carries the key's mac. The mac is checked first: LCM's decoders believe the
-/// lengths that they read.
+/// The message, if it carries the key's mac, which is checked first.
 template <typename Message>
 std::optional<Message> Verified(std::span<const std::uint8_t> bytes, const RigKey& key) {
   Mac claimed;
@@ -54,7 +53,7 @@ std::optional<Message> Verified(std::span<const std::uint8_t> bytes, const RigKe
   if (!SameMac(claimed, ComputeMac(key, bytes.first(bytes.size() - tail.size())))) {
     return std::nullopt;
   }
-  return FromBytes<Message>(bytes.data(), bytes.size());
+  return FromBytes<Message>(bytes);
 }
 
 }  // namespace faultlab::hardware

@@ -1,6 +1,7 @@
 #include "hardware/lcm/rig_name.h"
 
 #include <algorithm>
+#include <cstdint>
 
 namespace faultlab::hardware {
 
@@ -9,6 +10,26 @@ bool IsRigName(const std::string& name) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '-';
   });
+}
+
+bool IsUtf8(std::string_view text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const auto head = static_cast<std::uint8_t>(text[at++]);
+    if (head < 0x80) continue;
+    const int more = head >= 0xf0 ? 3 : head >= 0xe0 ? 2 : 1;
+    if (head < 0xc2 || head > 0xf4) return false;
+    std::uint32_t point = head & (0x3fu >> more);
+    for (int i = 0; i < more; ++i) {
+      if (at == text.size()) return false;
+      const auto byte = static_cast<std::uint8_t>(text[at++]);
+      if ((byte & 0xc0u) != 0x80u) return false;
+      point = point << 6 | (byte & 0x3fu);
+    }
+    constexpr std::uint32_t kShortest[] = {0, 0x80, 0x800, 0x10000};
+    const bool surrogate = point >= 0xd800 && point <= 0xdfff;
+    if (point < kShortest[more] || point > 0x10ffff || surrogate) return false;
+  }
+  return true;
 }
 
 }  // namespace faultlab::hardware

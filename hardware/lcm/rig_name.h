@@ -1,10 +1,14 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 namespace faultlab::hardware {
 
 /// Rig names go into file names and channels: 1..40 of a-z A-Z 0-9 _ -.
 bool IsRigName(const std::string& name);
+
+/// Whether a text is well-formed UTF-8 (RFC 3629), as JSON wants it.
+bool IsUtf8(std::string_view text);
 
 }  // namespace faultlab::hardware

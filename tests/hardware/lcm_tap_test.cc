@@ -6,11 +6,13 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "hardware/lcm/lcm_log.h"
 #include "hardware/replay_rig.h"
 #include "hardware/simulated/simulated_rig.h"
 #include "tests/hardware/rig_runs.h"
+#include "tests/hardware/wire_message.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -119,6 +121,79 @@ TEST_F(LcmLog, ThatIsMissingOrOfSomethingElseSaysSo) {
   EXPECT_EQ(ReadLcmLog(path_ + ".no", "").error().code, core::ErrorCode::kNotFound);
   std::ofstream(path_) << "not an LCM log at all";
   EXPECT_EQ(ReadLcmLog(path_, "").error().code, core::ErrorCode::kNotFound);
+}
+
+/// A log of one event with these lengths in its header, and as many bytes as `data` has.
+std::string LogWithLengths(std::int32_t channel_bytes,
+                           std::int32_t data_bytes,
+                           const std::string& channel,
+                           const std::string& data) {
+  std::vector<std::uint8_t> head(28);
+  PutInt(head, 0, static_cast<std::int32_t>(0xeda1da01));
+  PutInt(head, 20, channel_bytes);
+  PutInt(head, 24, data_bytes);
+  return std::string(head.begin(), head.end()) + channel + data;
+}
+
+TEST_F(LcmLog, WithLengthsThatNoEventHasSaysSo) {
+  for (const std::int32_t length : kBadLengths) {
+    if (length != 1 << 24) {
+      std::istringstream data(LogWithLengths(8, length, "R.SAMPLE", "some bytes"));
+      const auto record = ReadLcmLog(data, "run.lcm", "");
+      ASSERT_FALSE(record.ok()) << length;
+      EXPECT_EQ(record.error().code, core::ErrorCode::kInvalid) << length;
+      EXPECT_THAT(record.error().message, testing::HasSubstr("run.lcm: event 0")) << length;
+    }
+    std::istringstream channel(LogWithLengths(length, 4, "R.SAMPLE", "some bytes"));
+    EXPECT_EQ(ReadLcmLog(channel, "run.lcm", "").error().code, core::ErrorCode::kInvalid) << length;
+  }
+}
+
+TEST_F(LcmLog, WithAMessageWhoseLengthsAreBadSaysSoOrSkipsIt) {
+  core::Random random(4);
+  for (int i = 0; i < 20; ++i) {
+    const WireMessage sample = MakeWireMessage<faultlab_msgs::sample_t>(random);
+    const WireMessage event = MakeWireMessage<faultlab_msgs::event_t>(random);
+    for (const std::int32_t length : kBadLengths) {
+      const auto log_of = [&](const WireMessage& wire, std::size_t at, const std::string& channel) {
+        std::vector<std::uint8_t> bytes = wire.bytes;
+        PutInt(bytes, at, length);
+        return LogWithLengths(static_cast<std::int32_t>(channel.size()),
+                              static_cast<std::int32_t>(bytes.size()),
+                              channel,
+                              std::string(bytes.begin(), bytes.end()));
+      };
+      for (const std::size_t at : sample.strings) {
+        std::istringstream log(log_of(sample, at, "FAULTLAB.r.SAMPLE"));
+        EXPECT_THAT(ReadLcmLog(log, "run.lcm", "").error().message,
+                    testing::HasSubstr("is no faultlab_msgs.sample_t"));
+      }
+      for (const std::size_t at : event.strings) {
+        std::istringstream log(log_of(event, at, "FAULTLAB.r.EVENT"));
+        EXPECT_THAT(ReadLcmLog(log, "run.lcm", "").error().message,
+                    testing::HasSubstr("holds no samples"));
+      }
+    }
+  }
+}
+
+TEST_F(LcmLog, ThatIsCutInsideAnEventGivesWhatIsWhole) {
+  const RunLog run = SomeRun();
+  const LcmRecord three{.rig = "sim-1",
+                        .run = "x",
+                        .samples = {run.samples.begin(), run.samples.begin() + 3},
+                        .events = {},
+                        .lost_samples = 0};
+  ASSERT_TRUE(WriteLcmLog(path_, three, 0).ok());
+  std::ifstream in(path_, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(in)), {});
+  const std::size_t event_bytes = bytes.size() / 3;
+  for (std::size_t size = 2 * event_bytes; size < bytes.size(); ++size) {
+    std::istringstream cut(bytes.substr(0, size));
+    const auto record = ReadLcmLog(cut, "run.lcm", "x");
+    ASSERT_TRUE(record.ok()) << size;
+    EXPECT_EQ(record.value().samples.size(), 2u) << size;
+  }
 }
 
 TEST(LcmTap, ThatDoesNotOpenSaysWhatToDo) {

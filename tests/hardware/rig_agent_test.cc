@@ -8,6 +8,7 @@
 #include "hardware/simulated/simulated_rig.h"
 #include "tests/hardware/remote_world.h"
 #include "tests/hardware/rig_runs.h"
+#include "tests/hardware/wire_message.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -125,6 +126,27 @@ TEST_F(RigAgentAlone, AcceptsNothingOfAMillionForgedReplayedAndStaleTries) {
   EXPECT_EQ(counts.stale, static_cast<std::uint64_t>(kStale));
   EXPECT_EQ(counts.forged + counts.replayed, static_cast<std::uint64_t>(kTries - kStale));
   EXPECT_EQ(rig_->state(), RigState::kIdle);
+}
+
+TEST_F(RigAgentAlone, RefusesBadLengthsEvenUnderTheRightKey) {
+  core::Random random(5);
+  std::uint64_t given = 0;
+  for (int i = 0; i < 10; ++i) {
+    const WireMessage wire = MakeWireMessage<faultlab_msgs::rig_command_t>(random);
+    std::vector<std::size_t> places = wire.strings;
+    places.insert(places.end(), wire.counts.begin(), wire.counts.end());
+    for (const std::size_t at : places) {
+      for (const std::int32_t length : kBadLengths) {
+        std::vector<std::uint8_t> bytes = wire.bytes;
+        PutInt(bytes, at, length);
+        SignAgain(bytes, TestKey());
+        Give(bytes);
+        ++given;
+      }
+    }
+  }
+  EXPECT_GT(given, 300u);
+  EXPECT_EQ(agent_->counts().forged, given);
 }
 
 TEST_F(RigAgentAlone, RefusesAPlanThatIsNoPlan) {

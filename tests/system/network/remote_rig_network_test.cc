@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "hardware/clock.h"
+#include "hardware/lcm/channels.h"
 #include "hardware/lcm/lcm_log.h"
 #include "hardware/lcm/lcm_tap.h"
 #include "hardware/lcm/message_bus.h"
@@ -21,6 +22,7 @@
 #include "hardware/lcm/rig_finder.h"
 #include "hardware/simulated/simulated_rig.h"
 #include "tests/hardware/rig_runs.h"
+#include "tests/hardware/wire_message.h"
 #include "tests/system/network/udp_relay.h"
 
 namespace faultlab::hardware {
@@ -314,6 +316,59 @@ TEST(Network, AnImpostorChangesNothing) {
               static_cast<unsigned long>(counts.forged),
               static_cast<unsigned long>(counts.replayed));
   EXPECT_GT(counts.replayed, 0u);
+}
+
+/// Puts messages of a type on the bus, each with one length that no message has.
+template <typename Message>
+int PublishBadLengths(MessageBus& bus, const std::string& channel, const RigKey& key) {
+  core::Random random(8);
+  int sent = 0;
+  for (const bool with_key : {false, true}) {
+    const WireMessage wire = MakeWireMessage<Message>(random);
+    std::vector<std::size_t> places = wire.strings;
+    places.insert(places.end(), wire.counts.begin(), wire.counts.end());
+    for (const std::size_t at : places) {
+      for (const std::int32_t length : kBadLengths) {
+        std::vector<std::uint8_t> bytes = wire.bytes;
+        PutInt(bytes, at, length);
+        if (with_key) SignAgain(bytes, key);
+        bus.Publish(channel, bytes);
+        ++sent;
+      }
+    }
+  }
+  return sent;
+}
+
+TEST(Network, ADatagramWithABadLengthHarmsNeitherServerNorAgent) {
+  AgentHere agent("net-9", 1.0, 0.0);
+  const auto finder = Finder(kAgentPort, "here");
+  const auto rig = WaitFor(*finder, "net-9");
+  const RigKey key = LoadOrMakeRigKey(KeyFolder(), "net-9").value();
+  const auto bus = OpenLcmBus(Url(kAgentPort)).value();
+  int sent = PublishBadLengths<faultlab_msgs::rig_announce_t>(*bus, kAnnounceChannel, key);
+  // Of a rig whose key is known here.
+  {
+    faultlab_msgs::rig_announce_t own{};
+    own.rig = "net-9";
+    std::vector<std::uint8_t> bytes = ToBytes(own);
+    constexpr std::size_t kClassAt = kMessageHashBytes + 4 + 6 + 3 * 8;
+    for (const std::int32_t length : kBadLengths) {
+      PutInt(bytes, kClassAt, length);
+      SignAgain(bytes, key);
+      bus->Publish(kAnnounceChannel, bytes);
+      ++sent;
+    }
+  }
+  sent += PublishBadLengths<faultlab_msgs::rig_command_t>(*bus, CommandChannel("net-9"), key);
+  sent += PublishBadLengths<faultlab_msgs::rig_reply_t>(*bus, ReplyChannel("net-9"), key);
+  sent += PublishBadLengths<faultlab_msgs::rig_stream_t>(*bus, StreamChannel("net-9"), key);
+  EXPECT_GT(sent, 300);
+  ASSERT_TRUE(rig->Arm(SquarePlan(20), kEpoch).ok());
+  ASSERT_TRUE(rig->Start(kEpoch).ok());
+  ExpectEveryIndex(Drain(*rig), 20);
+  EXPECT_GT(agent.Stop().forged, 0u);
+  EXPECT_EQ(finder->List().size(), 1u) << "a broken announcement is no rig";
 }
 
 TEST(Network, SeveralAgentsAndTwoServersFindEachOther) {
