@@ -15,15 +15,26 @@ inline constexpr std::array<core::Component, kRelayBoards> kRelayComponents = {
     core::Component::kR1, core::Component::kR9, core::Component::kR12, core::Component::kC8};
 
 /// Which line connects which value: paper Table 2. line[board][position], position 0 = nominal.
+/// The boards have their lines in fours, {16,17,0,1}, {18,19,2,3}, {20,21,4,5}, {22,23,6,7}: so the
+/// table's "Do156 ohm" is Do1, 56 ohm.
 struct RelayWiring {
   std::array<std::array<int, core::kRelayPositions>, kRelayBoards> line = {{
-      {17, 16, 15, 0},  // R1: 1, 10, 56, 100 ohm
-      {19, 18, 3, 2},   // R9: 10, 33, 56, 100 kohm
-      {6, 7, 22, 23},   // R12: 10, 5.6, 3.3, 2 kohm
-      {21, 20, 5, 4},   // C8: 47 pF, 1, 10, 47 uF
+      {17, 16, 1, 0},  // R1: 1, 10, 56, 100 ohm
+      {19, 18, 3, 2},  // R9: 10, 33, 56, 100 kohm
+      {6, 7, 22, 23},  // R12: 10, 5.6, 3.3, 2 kohm
+      {21, 20, 5, 4},  // C8: 47 pF, 1, 10, 47 uF
   }};
   /// Level 0 makes the transistor conduct and the relay connect its part (paper section 2.1.4).
   bool inverted = true;
+
+  /// The lines that belong to relays: bit i is line Do<i>.
+  std::uint32_t mask() const {
+    std::uint32_t lines = 0;
+    for (const auto& board : line) {
+      for (const int one : board) lines |= 1u << one;
+    }
+    return lines;
+  }
 };
 
 struct RelayTiming {
@@ -72,8 +83,6 @@ class RelayBoard {
 
   /// The levels in which exactly these positions are connected.
   std::uint32_t LevelsOf(const std::array<int, kRelayBoards>& positions) const;
-  /// The lines that belong to relays.
-  std::uint32_t mask() const { return mask_; }
 
  private:
   std::uint32_t Connected(std::uint32_t levels) const;

@@ -10,7 +10,8 @@ constexpr std::array<std::string_view, kComponentCount> kNames = {
 constexpr std::array<std::string_view, kComponentCount> kUnits = {
     "ohm", "ohm", "ohm", "farad", "ohm", "kg m^2", "Nm/(rad/s)"};
 
-// Paper Table 2. The text prints the third R1 position as 6 ohm; Tables 3, 7, 11, 14 use 56 ohm.
+// Paper Table 2. It prints the third R1 position as "Do156 ohm": line Do1, 56 ohm, as in Tables 3,
+// 7, 11, 14.
 constexpr std::array<std::array<double, kRelayPositions>, 4> kRelayValues = {{
     {1.0, 10.0, 56.0, 100.0},
     {10e3, 33e3, 56e3, 100e3},

@@ -65,6 +65,7 @@ class Comedi final : public Daq {
     in_ = ScaleOf(channels.analog_in, channels.um);
     out_ = ScaleOf(channels.analog_out, channels.drive);
     for (int line = 0; line < kRelayLines; ++line) {
+      if ((channels.relay_lines & 1u << line) == 0) continue;
       const int status = api_.dio_config(device_.get(),
                                          Unsigned(channels.digital),
                                          Unsigned(channels.relay_base + line),
@@ -95,7 +96,7 @@ class Comedi final : public Daq {
             .ia_v = ReadVolts(channels_.ia)};
   }
 
-  void WriteRelayLines(std::uint32_t levels) override { (void)Bits(~0u, levels); }
+  void WriteRelayLines(std::uint32_t levels) override { (void)Bits(channels_.relay_lines, levels); }
   std::uint32_t ReadRelayLines() override { return Bits(0, 0); }
 
   double ReadPulseFrequencyHz() override {

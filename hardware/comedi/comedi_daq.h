@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -22,6 +23,7 @@ struct ComediChannels {
   int ia = 2;
   int counter_channel = 0;
   int relay_base = 0;                ///< channel of Do0
+  std::uint32_t relay_lines = 0;     ///< bit i: line Do<i> switches a relay; others are left alone
   int range = 0;                     ///< index of the +-10 V range, both ways
   std::string reference = "ground";  ///< ground | common | diff
 };

@@ -350,8 +350,10 @@ core::Result<BenchFile> LoadBenchFile(const std::string& path) {
 
 std::unique_ptr<Daq> OpenDaq(const BenchFile& file) {
   LAB_CHECK(file.driver != BenchFile::Driver::kSimulated);
+  ComediChannels comedi = file.comedi;
+  comedi.relay_lines = file.config.wiring.mask();
   std::unique_ptr<Daq> driver = file.driver == BenchFile::Driver::kComedi
-                                    ? OpenComedi(file.comedi)
+                                    ? OpenComedi(comedi)
                                     : OpenNiDaqmx(file.nidaqmx, file.config.scaling.speed);
   return MakeGuardedDaq(std::move(driver),
                         {.patience = file.driver_patience,

@@ -319,7 +319,7 @@ TEST(BenchFile, RefusesWithLineAndKey) {
             "bench.toml:1: driver must be one of simulated, nidaqmx, comedi");
   EXPECT_EQ(RefusalOf("[relays]\nR1 = [1, 2, 3]\n"),
             "bench.toml:2: relays.R1 must be the four lines of its positions, nominal first");
-  EXPECT_EQ(RefusalOf("[relays]\nR1 = [17, 16, 15, 32]\n"),
+  EXPECT_EQ(RefusalOf("[relays]\nR1 = [17, 16, 1, 32]\n"),
             "bench.toml:2: relays.R1 has a line that is not 0 to 31");
   EXPECT_EQ(RefusalOf("[scaling]\num_v_per_v = 0\n").rfind("bench.toml:1", 0), 0u);
   EXPECT_THAT(RefusalOf("driver = \"comedi\"\n[encoder]\nmethod = \"frequency\"\n"),

@@ -2,7 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 #include <thread>
 
 #include "tests/hardware/rig_runs.h"
@@ -149,6 +152,23 @@ TEST(Overrun, OfOneTickMovesTheGridAndTellsTheTruthAboutTime) {
   }
 }
 
+TEST(Relays, HangOnLinesThatComeInFours) {
+  // Paper Table 2, where "Do156 ohm" of R1 reads Do1, 56 ohm.
+  const RelayWiring wiring;
+  EXPECT_EQ(wiring.line[0], (std::array<int, 4>{17, 16, 1, 0}));
+  EXPECT_EQ(core::RelayValues(Component::kR1)[2], 56.0);
+  std::set<std::array<int, 4>> fours;
+  for (const std::array<int, 4>& board : wiring.line) {
+    std::array<int, 4> lines = board;
+    std::sort(lines.begin(), lines.end());
+    fours.insert(lines);
+  }
+  EXPECT_EQ(fours,
+            (std::set<std::array<int, 4>>{
+                {0, 1, 16, 17}, {2, 3, 18, 19}, {4, 5, 20, 21}, {6, 7, 22, 23}}));
+  EXPECT_EQ(wiring.mask(), 0x00ff00ffu) << "24 lines suffice";
+}
+
 TEST(Relays, AreSwitchedInTheOrderThatEachBoardNeeds) {
   TestBench bench;
   RunPlan plan = SquarePlan(400);
@@ -178,12 +198,12 @@ TEST(Relays, ThatReadBackOtherwiseTripAndTheTripLatches) {
   RunLog log;
   bench.journal.stuck_low = 0;
   const RunLog run = Drain(*bench.rig, [&](const core::Sample& sample) {
-    // Do15 (R1 = 56 ohm) closes by itself.
-    if (sample.index == 2) bench.journal.stuck_low = 1u << 15;
+    // Do1 (R1 = 56 ohm) closes by itself.
+    if (sample.index == 2) bench.journal.stuck_low = 1u << 1;
   });
   EXPECT_EQ(bench.rig->state(), RigState::kTripped);
   ASSERT_EQ(run.Of(RigEventKind::kTrip).size(), 1u);
-  EXPECT_THAT(run.Of(RigEventKind::kTrip)[0].text, HasSubstr("Do15"));
+  EXPECT_THAT(run.Of(RigEventKind::kTrip)[0].text, HasSubstr("Do1)"));
   EXPECT_EQ(bench.rig->Arm(SquarePlan(10), kEpoch).error().code, core::ErrorCode::kConflict);
   const RigCommand clear{.kind = RigCommand::Kind::kClearTrip};
   EXPECT_FALSE(bench.rig->Command(kEpoch, clear).ok()) << "still stuck";

@@ -17,6 +17,8 @@ int device_mark = 0;
 comedi_range ten_volts = {-10.0, 10.0, UNIT_volt};
 constexpr lsampl_t kMaxData = 65535;
 unsigned configured_lines = 0;
+/// Of an 8255.
+constexpr unsigned kDigitalLines = 24;
 bool counter_armed = false;
 
 constexpr unsigned kAnalogIn = 0;
@@ -105,7 +107,8 @@ int comedi_data_write(
 
 int comedi_dio_config(comedi_t* device, unsigned subdevice, unsigned channel, unsigned direction) {
   if (plant.Called() || !IsOpen(device)) return -1;
-  if (subdevice != kDigital || channel > 31 || direction != COMEDI_OUTPUT) {
+  if (channel >= kDigitalLines) return -1;  // "Invalid channel"
+  if (subdevice != kDigital || direction != COMEDI_OUTPUT) {
     plant.Misuse("DIO configuration");
   }
   configured_lines |= 1u << channel;
