@@ -438,6 +438,22 @@ void Pipeline::Accept(IsolationResult result) {
   s.AcceptIsolation(std::move(result));
 }
 
+Learning Pipeline::learning() const {
+  switch (state_->phase) {
+    case State::Phase::kWaiting:
+    case State::Phase::kLearning:
+      return Learning::kStretch;
+    case State::Phase::kCalibrating:
+      return Learning::kSolving;
+    case State::Phase::kRefused:
+      return Learning::kGivenUp;
+    case State::Phase::kWatching:
+    case State::Phase::kAlarmed:
+      break;
+  }
+  return Learning::kLearnt;
+}
+
 std::shared_ptr<const Calibration> Pipeline::calibration() const {
   return state_->calibration;
 }

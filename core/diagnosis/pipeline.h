@@ -27,6 +27,14 @@ struct PipelineConfig {
   double um_rail_v = 10.0;
 };
 
+/// How far a run is with learning its healthy rig.
+enum class Learning {
+  kStretch,  ///< the fault-free stretch goes on: what changes the rig now spoils it
+  kSolving,  ///< the stretch is over, its calibration is being worked out
+  kLearnt,   ///< calibrated, here or before the run
+  kGivenUp,  ///< the stretch was refused: the run has no diagnosis
+};
+
 /// The diagnosis of one run, sample by sample: six estimators, detection, verdict.
 ///
 ///   rig --Sample--> Push --Frame--> viewers, recorder
@@ -56,6 +64,7 @@ class Pipeline {
   std::optional<IsolationTask> TakeTask();
   void Accept(IsolationResult result);
 
+  Learning learning() const;
   /// Null until known; the stored one if the config had one.
   std::shared_ptr<const Calibration> calibration() const;
 

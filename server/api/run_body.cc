@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "server/api/json_reader.h"
+#include "server/run/switchable.h"
 
 namespace faultlab::server {
 namespace {
@@ -106,24 +107,6 @@ core::Result<core::Fault> ParseFault(const json::value& value,
   }
   if (auto error = in.Finish()) return *error;
   return fault;
-}
-
-core::Status CheckSwitchable(const core::Fault& fault,
-                             const std::string& pointer,
-                             const hardware::RigDescription& rig) {
-  const std::string name(core::Name(fault.component));
-  if (!core::IsRelaySwitched(fault.component)) {
-    if (rig.motor_faults) return core::Done{};
-    return Refusal(pointer + "/component", "Rig '" + rig.id + "' cannot change " + name + ".");
-  }
-  if (rig.any_value) return core::Done{};
-  std::string list;
-  for (const double value : core::RelayValues(fault.component)) {
-    if (std::abs(value - fault.value) <= 1e-9 * value) return core::Done{};
-    json::value number(value);
-    list.append(list.empty() ? "" : ", ").append(json::serialize(number));
-  }
-  return Refusal(pointer + "/value", "The relay board of " + name + " has " + list + ".");
 }
 
 /// The member of the excitation to name when a voltage is outside the envelope.
@@ -246,8 +229,10 @@ core::Result<hardware::RunPlan> ResolvePlan(const RunBody& body,
                        " V to " + json::serialize(hi) + " V.");
   }
   for (std::size_t i = 0; i < body.faults.size(); ++i) {
-    const core::Status ok = CheckSwitchable(body.faults[i], "/faults/" + std::to_string(i), rig);
-    if (!ok.ok()) return ok.error();
+    const core::Fault& fault = body.faults[i];
+    const core::Status ok = CheckSwitchable(rig, fault.component, fault.value);
+    if (ok.ok()) continue;
+    return Refusal("/faults/" + std::to_string(i) + "/" + ok.error().field, ok.error().message);
   }
   plan.faults = body.faults;
   plan.period_s = body.period_s;

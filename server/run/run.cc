@@ -38,6 +38,14 @@ std::string DiagnosisText(const core::Diagnosis& diagnosis, std::int64_t samples
   return boost::json::serialize(object);
 }
 
+/// End of the stretch for which changes wait. A recording refuses them all by itself.
+std::optional<double> LearningEnd(const core::PipelineConfig& pipeline,
+                                  core::Learning learning,
+                                  const hardware::RigDescription& rig) {
+  const bool waits = learning == core::Learning::kStretch && rig.kind != hardware::RigKind::kReplay;
+  return waits ? std::optional(pipeline.healthy_to_s) : std::nullopt;
+}
+
 }  // namespace
 
 Run::Run(RunServices services,
@@ -58,7 +66,9 @@ Run::Run(RunServices services,
       samples_per_chunk_(
           std::max(1, static_cast<int>(std::lround(kChunkSeconds / record.period_s)))),
       box_(std::make_shared<SolverBox>()),
-      positions_(NominalPositions(request_.pipeline.nominal)) {
+      positions_(NominalPositions(request_.pipeline.nominal)),
+      learning_(pipeline_.learning()),
+      waiting_(LearningEnd(request_.pipeline, learning_, rig_->description())) {
   state_.id = record.id;
   state_.name = record.name;
   state_.owner = record.owner;
@@ -94,12 +104,6 @@ void Run::Stop(std::string_view reason) {
   rig_->SafeStop(reason);
 }
 
-core::Status Run::Command(hardware::Epoch epoch, const hardware::RigCommand& command) {
-  const std::lock_guard lock(control_mutex_);
-  if (ended_) return core::Error{core::ErrorCode::kConflict, "The run has ended.", {}};
-  return rig_->Command(epoch, command);
-}
-
 RunSnapshot Run::Snapshot() const {
   const std::lock_guard lock(mutex_);
   return state_;
@@ -121,6 +125,10 @@ std::string Run::Hello() {
                        positions_,
                        events,
                        verdict_text_,
+                       learning_ == core::Learning::kStretch
+                           ? std::optional(request_.pipeline.healthy_to_s)
+                           : std::nullopt,
+                       waiting_.values(),
                        request_.pipeline.nominal,
                        rig_->description().delta_s});
 }
@@ -154,6 +162,7 @@ void Run::Drain() {
   for (;;) {
     messages.clear();
     const hardware::ReadStatus status = rig_->Read(messages, kReadPatience);
+    TellChanges();  // before the rig's answer to them
     for (const hardware::RigMessage& message : messages) {
       if (const auto* sample = std::get_if<core::Sample>(&message)) {
         OnSample(*sample);
@@ -161,6 +170,7 @@ void Run::Drain() {
         OnRigEvent(std::get<hardware::RigEvent>(message));
       }
     }
+    if (release_due_) ReleaseChanges();
     const MonotonicTime now = services_.clock.Monotonic();
     if (now - last_readout_ >= kReadoutInterval) {
       last_readout_ = now;
@@ -192,6 +202,7 @@ void Run::OnSample(const core::Sample& sample) {
   if (static_cast<int>(rows_.size()) >= rows_per_frame_) FlushRows();
   if (static_cast<int>(unsaved_samples_.size()) >= samples_per_chunk_) FlushRecording(false);
   if (pipeline_.verdict_version() != verdict_seen_) FollowVerdict();
+  if (pipeline_.learning() != learning_) FollowLearning();
 }
 
 void Run::ExchangeTasks() {
@@ -265,6 +276,7 @@ void Run::OnRigEvent(const hardware::RigEvent& event) {
   }
   const bool last = event.kind == hardware::RigEventKind::kFinished ||
                     event.kind == hardware::RigEventKind::kStopped;
+  if (last || event.kind == hardware::RigEventKind::kTrip) waiting_.End();
   const hardware::LoopQuality loop =
       last ? rig_->loop_quality().Since(loop_before_) : hardware::LoopQuality{};
   AddEvent(MakeEvent(event, state_.period_s, last ? &loop : nullptr));
@@ -330,6 +342,7 @@ void Run::Complete(core::Diagnosis& diagnosis) {
 
 void Run::Finish() {
   FlushRows();
+  TellChanges();
   PublishReadout();
   if (auto result = box_->Take()) pipeline_.Accept(std::move(*result));
   core::Diagnosis diagnosis = pipeline_.Finish();

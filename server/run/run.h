@@ -17,6 +17,8 @@
 #include "server/run/run_manager.h"
 #include "server/run/run_messages.h"
 #include "server/run/solver.h"
+#include "server/run/waiting_changes.h"
+#include "server/run/worker.h"
 #include "server/stream/stream_hub.h"
 
 namespace faultlab::server {
@@ -32,6 +34,7 @@ struct RunServices {
   RecordingStore& store;
   Recorder& recorder;
   Solver& solver;
+  Worker& commands;  ///< where live commands wait for rigs that answer slowly
   StreamHub& hub;
   const Clock& clock;
   SharedRunCounters* counters;
@@ -42,9 +45,12 @@ struct RunServices {
   decltype(RunManagerOptions::calibrated) calibrated;
 };
 
+/// A command whose epoch is not the run's.
+core::Error StaleEpoch();
+
 /// One experiment from its start to its stored end, on a thread of its own. The rig is safe before
 /// the run says that it has ended, whatever ended it.
-class Run {
+class Run : public std::enable_shared_from_this<Run> {
  public:
   /// `lease` holds an armed rig; the record has been begun.
   Run(RunServices services,
@@ -58,7 +64,7 @@ class Run {
 
   core::Status Start();
   void Stop(std::string_view reason);
-  core::Status Command(hardware::Epoch epoch, const hardware::RigCommand& command);
+  core::Result<Accepted> Command(hardware::Epoch epoch, const hardware::RigCommand& command);
   RunSnapshot Snapshot() const;
   bool ended() const { return ended_.load(); }
   void Wait() const { ended_.wait(false); }
@@ -70,6 +76,11 @@ class Run {
   void OnRigEvent(const hardware::RigEvent& event);
   void ExchangeTasks();
   void FollowVerdict();
+  void FollowLearning();
+  void ReleaseChanges();
+  void ApplyWaitingChanges();  ///< on the commands' thread, or the run's in simulated time
+  core::Result<Accepted> Hold(const hardware::RigCommand& change);
+  void TellChanges();
   void AddEvent(RecordedEvent event);
   void FlushRows();
   void FlushRecording(bool all);
@@ -112,6 +123,10 @@ class Run {
   bool recording_broken_ = false;
   Positions positions_;
   std::string verdict_text_;
+  core::Learning learning_;
+  bool release_due_ = false;  ///< the stretch is over: what waits may act
+
+  WaitingChanges waiting_;
 
   mutable std::mutex mutex_;  ///< guards state_
   RunSnapshot state_;

@@ -41,7 +41,7 @@ class RunManager::Impl {
         recorder_(store) {}
 
   core::Result<RunSnapshot> Start(RunRequest request);
-  core::Status Obey(const std::string& run, const CommandMessage& message);
+  core::Result<Accepted> Obey(const std::string& run, const CommandMessage& message);
   std::shared_ptr<Run> Find(std::string_view id) const;
   void DropEnded();
 
@@ -132,6 +132,7 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   RunServices services{store_,
                        recorder_,
                        solver_,
+                       commands_,
                        hub_,
                        clock_,
                        &counters_,
@@ -167,19 +168,16 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   return run->Snapshot();
 }
 
-core::Status RunManager::Impl::Obey(const std::string& id, const CommandMessage& message) {
+core::Result<Accepted> RunManager::Impl::Obey(const std::string& id,
+                                              const CommandMessage& message) {
   const std::shared_ptr<Run> run = Find(id);
   if (run == nullptr || run->ended()) {
     return core::Error{core::ErrorCode::kConflict, "The run has ended.", {}};
   }
-  if (message.epoch != run->Snapshot().epoch) {
-    return core::Error{core::ErrorCode::kStale,
-                       "The control of this rig has changed hands; reload the page.",
-                       "epoch"};
-  }
   if (message.action == ViewerAction::kStop) {
+    if (message.epoch != run->Snapshot().epoch) return StaleEpoch();
     run->Stop("stopped by a person");
-    return core::Done{};
+    return Accepted{};
   }
   return run->Command(message.epoch, ToRigCommand(message));
 }
@@ -214,9 +212,9 @@ core::Status RunManager::Stop(std::string_view id, std::string_view reason) {
   return core::Done{};
 }
 
-core::Status RunManager::Command(std::string_view id,
-                                 hardware::Epoch epoch,
-                                 const hardware::RigCommand& command) {
+core::Result<Accepted> RunManager::Command(std::string_view id,
+                                           hardware::Epoch epoch,
+                                           const hardware::RigCommand& command) {
   const std::shared_ptr<Run> run = impl_->Find(id);
   if (run == nullptr) {
     return core::Error{core::ErrorCode::kNotFound, "There is no such run in progress.", {}};

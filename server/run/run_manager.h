@@ -119,10 +119,12 @@ class RunManager {
   core::Result<RunSnapshot> Start(RunRequest request);
   /// The rig goes safe; the run ends as `stopped` within a moment. kNotFound, kConflict when over.
   core::Status Stop(std::string_view id, std::string_view reason);
-  /// Acts at the rig's next tick. kStale when the epoch is not the run's.
-  core::Status Command(std::string_view id,
-                       hardware::Epoch epoch,
-                       const hardware::RigCommand& command);
+  /// Acts at the rig's next tick. A change that comes while the run learns its healthy rig waits
+  /// for the end of the stretch; the answer says until when. kStale when the epoch is not the
+  /// run's.
+  core::Result<Accepted> Command(std::string_view id,
+                                 hardware::Epoch epoch,
+                                 const hardware::RigCommand& command);
 
   /// A running run, or one that ended a moment ago. Ended runs live in the RecordingStore.
   std::optional<RunSnapshot> Find(std::string_view id) const;

@@ -81,6 +81,14 @@ RecordedEvent MakeDiagnosisEvent(std::string_view kind,
   return Recorded(kind, index, object);
 }
 
+RecordedEvent MakeChangeEvent(const ChangeNote& note, std::int64_t index, double period_s) {
+  json::object object = EventObject(note.kind, index, period_s);
+  object["component"] = core::Name(note.component);
+  object["value"] = Finite(note.value);
+  if (!note.text.empty()) object["text"] = note.text;
+  return Recorded(note.kind, index, object);
+}
+
 std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& recorded) {
   const auto kind = ParseRigEventKind(recorded.kind);
   if (!kind) return std::nullopt;
@@ -176,6 +184,11 @@ std::string HelloMembers(const HelloParts& parts) {
         json::object{{"value", position.value}, {"state", position.state}};
   }
   object["positions"] = std::move(positions);
+  object["learning_until_s"] =
+      parts.learning_until_s ? json::value(*parts.learning_until_s) : json::value(nullptr);
+  json::object waiting;
+  for (const auto& [component, value] : parts.waiting) waiting[core::Name(component)] = value;
+  object["waiting"] = std::move(waiting);
   const core::ContinuousCoefficients continuous = core::MakeContinuous(parts.nominal);
   const core::DiscreteCoefficients discrete =
       core::Discretise(continuous, 1.0 / parts.rate_hz, parts.delta_s);

@@ -11,6 +11,7 @@
 #include "core/types/plant_parameters.h"
 #include "core/types/verdict.h"
 #include "hardware/rig.h"
+#include "server/run/waiting_changes.h"
 #include "server/storage/recording_store.h"
 
 namespace faultlab::server {
@@ -23,13 +24,15 @@ std::optional<hardware::RigEventKind> ParseRigEventKind(std::string_view name);
 RecordedEvent MakeEvent(const hardware::RigEvent& event,
                         double period_s,
                         const hardware::LoopQuality* loop = nullptr);
-/// An event of the diagnosis: "detected", "isolated", "returned".
+/// An event of the diagnosis: "learnt", "not_learnt", "detected", "isolated", "returned".
 RecordedEvent MakeDiagnosisEvent(std::string_view kind,
                                  std::int64_t index,
                                  double period_s,
                                  const core::Candidate* candidate,
                                  std::string_view text);
-/// Back from a recording. nullopt for events of the diagnosis.
+/// An event of a change that waits or waited for the end of the learning.
+RecordedEvent MakeChangeEvent(const ChangeNote& note, std::int64_t index, double period_s);
+/// Back from a recording. nullopt for events that no rig said.
 std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& event);
 
 /// {"type":"readout","index","estimators":[{"name","theta","sigma","condition","status","age"}]}
@@ -61,7 +64,9 @@ struct HelloParts {
   std::string_view plan_json;
   const Positions& positions;
   const std::vector<RecordedEvent>& events;
-  std::string_view verdict_text;  ///< of VerdictText
+  std::string_view verdict_text;           ///< of VerdictText
+  std::optional<double> learning_until_s;  ///< end of the stretch that is being learnt from
+  WaitingChanges::Values waiting;          ///< changes that wait for that end
   core::PlantParameters nominal;
   double delta_s = 0.0;
 };

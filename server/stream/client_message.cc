@@ -141,14 +141,20 @@ core::Result<ClientMessage> ParseClientMessage(std::string_view text) {
   return Expected("type", "'command', 'ping' or 'resume'");
 }
 
-std::string AckText(const CommandMessage& command, const core::Status& outcome) {
+std::string AckText(const CommandMessage& command, const core::Result<Accepted>& outcome) {
   std::string text = "{\"type\":\"ack\",\"id\":";
   if (command.id_is_number) {
     text.append(command.id);
   } else {
     AppendJsonString(text, command.id);
   }
-  if (outcome.ok()) return text.append(",\"ok\":true}");
+  if (outcome.ok()) {
+    text.append(",\"ok\":true");
+    if (const auto& until_s = outcome.value().waits_until_s) {
+      text.append(",\"waits_until_s\":").append(json::serialize(json::value(*until_s)));
+    }
+    return text.append("}");
+  }
   text.append(",\"ok\":false,\"error\":{\"code\":");
   AppendJsonString(text, Name(outcome.error().code));
   text.append(",\"message\":");

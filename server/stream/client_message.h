@@ -44,7 +44,12 @@ using ClientMessage = std::variant<CommandMessage, PingMessage, ResumeMessage>;
 /// and non-finite numbers are refused by name; any bytes may come in.
 core::Result<ClientMessage> ParseClientMessage(std::string_view text);
 
-/// {"type":"ack","id":..,"ok":..,"error":{"code","message"}?}
-std::string AckText(const CommandMessage& command, const core::Status& outcome);
+/// What became of a command that was not refused.
+struct Accepted {
+  std::optional<double> waits_until_s;  ///< run time at which it acts; nullopt: now
+};
+
+/// {"type":"ack","id":..,"ok":..,"waits_until_s":..?,"error":{"code","message"}?}
+std::string AckText(const CommandMessage& command, const core::Result<Accepted>& outcome);
 
 }  // namespace faultlab::server

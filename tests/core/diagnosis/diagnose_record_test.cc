@@ -268,6 +268,31 @@ TEST(Pipeline, SaysTheSameAsARecordWhenItsTasksComeBackAtOnce) {
   EXPECT_EQ(live.verdict.candidates.front().value, offline.verdict.candidates.front().value);
 }
 
+TEST(Pipeline, SaysHowFarItIsWithLearningTheHealthyRig) {
+  PipelineConfig config;
+  Pipeline pipeline(config);
+  std::optional<IsolationTask> task;
+  for (const Sample& sample : BenchRecord({}, 36, 8.0)) {
+    EXPECT_EQ(pipeline.learning(), sample.t_s < 5.005 ? Learning::kStretch : Learning::kSolving)
+        << sample.t_s;
+    pipeline.Push(sample);
+    if (!task) task = pipeline.TakeTask();
+  }
+  ASSERT_TRUE(task);
+  pipeline.Accept(Solve(*task));
+  EXPECT_EQ(pipeline.learning(), Learning::kLearnt);
+
+  config.calibration = *pipeline.calibration();
+  EXPECT_EQ(Pipeline(config).learning(), Learning::kLearnt);
+
+  Pipeline spoilt{PipelineConfig{}};
+  for (const Sample& sample : BenchRecord({AbruptFault(Component::kR1, 10.0, 3.0)}, 20, 8.0)) {
+    spoilt.Push(sample);
+    while (auto work = spoilt.TakeTask()) spoilt.Accept(Solve(*work));
+  }
+  EXPECT_EQ(spoilt.learning(), Learning::kGivenUp);
+}
+
 TEST(Pipeline, DetectsEvenWhenNobodySolvesItsTasksInTime) {
   const auto record = BenchRecord({AbruptFault(Component::kR12, 5.6e3)}, 32);
   PipelineConfig config;

@@ -35,6 +35,11 @@ class FakeRig : public hardware::Rig {
     const std::lock_guard lock(mutex_);
     return stops_;
   }
+  /// Waits until the rig has been told `count` things.
+  void AwaitCommands(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return commands_.size() >= count; });
+  }
   std::vector<hardware::RigCommand> commands() const {
     const std::lock_guard lock(mutex_);
     return commands_;
@@ -43,18 +48,23 @@ class FakeRig : public hardware::Rig {
   const hardware::RigDescription& description() const override { return description_; }
   hardware::RigState state() const override { return hardware::RigState::kIdle; }
   core::Status Arm(hardware::RunPlan, hardware::Epoch epoch) override {
+    const std::lock_guard lock(mutex_);
     epoch_ = epoch;
     return arm_answer_;
   }
   core::Status Start(hardware::Epoch) override { return core::Done{}; }
   core::Status Command(hardware::Epoch epoch, const hardware::RigCommand& command) override {
-    if (epoch != epoch_) return core::Error{core::ErrorCode::kStale, "old epoch", "epoch"};
     const std::lock_guard lock(mutex_);
+    if (epoch != epoch_) return core::Error{core::ErrorCode::kStale, "old epoch", "epoch"};
     commands_.push_back(command);
+    changed_.notify_all();
     return core::Done{};
   }
   void KeepAlive(hardware::Epoch) override {}
-  void Fence(hardware::Epoch epoch) override { epoch_ = epoch; }
+  void Fence(hardware::Epoch epoch) override {
+    const std::lock_guard lock(mutex_);
+    epoch_ = epoch;
+  }
   std::optional<hardware::Trip> trip() const override { return std::nullopt; }
   hardware::LoopQuality loop_quality() const override { return {}; }
   hardware::ReadStatus Read(std::vector<hardware::RigMessage>& out,

@@ -63,7 +63,7 @@ class StreamHubTest : public ::testing::Test {
     hub_->OpenChannel({run,
                        clock_.Monotonic(),
                        [this](ViewerId viewer, const CommandMessage& command) {
-                         hub_->Reply(viewer, AckText(command, core::Done{}));
+                         hub_->Reply(viewer, AckText(command, Accepted{}));
                        }},
                       "\"run\":\"" + run + "\",\"state\":\"running\"");
   }

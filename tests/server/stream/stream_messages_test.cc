@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <boost/json.hpp>
 #include <cmath>
 #include <cstring>
 #include <set>
@@ -124,11 +125,19 @@ TEST(ClientMessage, CallsOtherBytesGarbage) {
 TEST(AckText, EchoesTheIdAsItCame) {
   CommandMessage command;
   command.id = "say \"hi\"";
-  EXPECT_EQ(AckText(command, core::Done{}), R"({"type":"ack","id":"say \"hi\"","ok":true})");
+  EXPECT_EQ(AckText(command, Accepted{}), R"({"type":"ack","id":"say \"hi\"","ok":true})");
   command.id = "12";
   command.id_is_number = true;
   EXPECT_EQ(AckText(command, core::Error{core::ErrorCode::kStale, "reload", {}}),
             R"({"type":"ack","id":12,"ok":false,"error":{"code":"stale","message":"reload"}})");
+}
+
+TEST(AckText, SaysUntilWhenAChangeWaits) {
+  CommandMessage command;
+  command.id = "7";
+  const boost::json::value ack = boost::json::parse(AckText(command, Accepted{5.0}));
+  EXPECT_EQ(ack.at("ok"), true);
+  EXPECT_EQ(ack.at("waits_until_s").to_number<double>(), 5.0);
 }
 
 TEST(StreamTokens, OpenOnceAndOnlyForThirtySeconds) {

@@ -1,0 +1,114 @@
+// Changes of the rig while a run goes on, and how they wait until the healthy rig is learnt.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "server/run/run.h"
+#include "server/run/switchable.h"
+
+namespace faultlab::server {
+namespace {
+
+/// Rounding of values that went through JSON.
+constexpr double kSameValue = 1e-9;
+
+bool Same(double a, double b) {
+  return std::abs(a - b) <= kSameValue * std::abs(b);
+}
+
+hardware::RigCommand SetTo(const WaitingChanges::Change& change) {
+  return {hardware::RigCommand::Kind::kSetComponent, change.first, change.second};
+}
+
+}  // namespace
+
+core::Error StaleEpoch() {
+  return {core::ErrorCode::kStale,
+          "The control of this rig has changed hands; reload the page.",
+          "epoch"};
+}
+
+core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCommand& command) {
+  using Kind = hardware::RigCommand::Kind;
+  const std::lock_guard lock(control_mutex_);
+  if (ended_) return core::Error{core::ErrorCode::kConflict, "The run has ended.", {}};
+  if (epoch != epoch_) return StaleEpoch();
+  if (command.kind == Kind::kAllNominal) waiting_.DropAll();
+  if (command.kind == Kind::kSetComponent) {
+    if (Same(command.value, request_.pipeline.nominal.Get(command.component))) {
+      waiting_.Drop(command.component);
+    } else if (!waiting_.open()) {
+      return Hold(command);
+    }
+  }
+  const core::Status taken = rig_->Command(epoch, command);
+  if (!taken.ok()) return taken.error();
+  return Accepted{};
+}
+
+/// Under control_mutex_. Says now what the rig would refuse later.
+core::Result<Accepted> Run::Hold(const hardware::RigCommand& change) {
+  const double until_s = request_.pipeline.healthy_to_s;
+  const core::Status possible =
+      CheckSwitchable(rig_->description(), change.component, change.value);
+  if (!possible.ok()) return possible.error();
+  const double duration_s =
+      static_cast<double>(request_.plan.uc_v.size()) * request_.pipeline.period_s;
+  if (duration_s <= until_s) {
+    return core::Error{core::ErrorCode::kConflict,
+                       "This run ends before the healthy rig is learnt, so nothing can be changed "
+                       "in it: plan a longer one.",
+                       {}};
+  }
+  if (waiting_.Hold(change.component, change.value)) return Accepted{until_s};
+  const core::Status taken = rig_->Command(epoch_, change);  // the run came to its end just now
+  if (!taken.ok()) return taken.error();
+  return Accepted{};
+}
+
+void Run::FollowLearning() {
+  const core::Learning before = std::exchange(learning_, pipeline_.learning());
+  if (before == core::Learning::kStretch) ReleaseChanges();
+  const std::int64_t now = last_frame_ ? last_frame_->sample.index : 0;
+  if (learning_ == core::Learning::kLearnt) {
+    AddEvent(
+        MakeDiagnosisEvent("learnt", now, state_.period_s, nullptr, "the healthy rig is learnt"));
+  } else if (learning_ == core::Learning::kGivenUp) {
+    AddEvent(MakeDiagnosisEvent(
+        "not_learnt", now, state_.period_s, nullptr, pipeline_.verdict().reason));
+  }
+}
+
+/// A rig may take its time to answer, which the run's thread has only while simulated time stands
+/// still.
+void Run::ReleaseChanges() {
+  if (!real_time_) {
+    ApplyWaitingChanges();
+    TellChanges();
+    return;
+  }
+  release_due_ = !services_.commands.Submit([weak = weak_from_this()] {
+    if (const std::shared_ptr<Run> run = weak.lock()) run->ApplyWaitingChanges();
+  });
+}
+
+void Run::ApplyWaitingChanges() {
+  for (;;) {
+    const std::lock_guard lock(control_mutex_);  // for each: Stop need not wait for all
+    if (ended_) return;
+    const auto change = waiting_.Next();
+    if (!change) return;
+    const core::Status taken = rig_->Command(epoch_, SetTo(*change));
+    if (!taken.ok()) waiting_.Refuse(*change, taken.error().message);
+  }
+}
+
+void Run::TellChanges() {
+  const std::int64_t now = last_frame_ ? last_frame_->sample.index : 0;
+  for (const ChangeNote& note : waiting_.TakeNotes()) {
+    if (note.kind == "refused") positions_[note.component].state = "refused";
+    AddEvent(MakeChangeEvent(note, now, state_.period_s));
+  }
+}
+
+}  // namespace faultlab::server

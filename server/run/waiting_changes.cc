@@ -1,0 +1,66 @@
+#include "server/run/waiting_changes.h"
+
+#include <cstdio>
+
+namespace faultlab::server {
+
+bool WaitingChanges::Hold(core::Component component, double value) {
+  const std::lock_guard lock(mutex_);
+  if (open_) return false;
+  values_[component] = value;
+  char text[64];
+  std::snprintf(text, sizeof text, "until the healthy rig is learnt, at %g s", *until_s_);
+  notes_.push_back({"change_waits", component, value, text});
+  return true;
+}
+
+void WaitingChanges::Drop(core::Component component) {
+  const std::lock_guard lock(mutex_);
+  const auto found = values_.find(component);
+  if (found == values_.end()) return;
+  notes_.push_back({"change_dropped", component, found->second, {}});
+  values_.erase(found);
+}
+
+void WaitingChanges::DropAll() {
+  for (const auto& [component, value] : values()) Drop(component);
+}
+
+std::optional<WaitingChanges::Change> WaitingChanges::Next() {
+  const std::lock_guard lock(mutex_);
+  if (values_.empty()) {
+    open_ = true;
+    return std::nullopt;
+  }
+  const Change change = *values_.begin();
+  values_.erase(values_.begin());
+  return change;
+}
+
+void WaitingChanges::Refuse(const Change& change, std::string reason) {
+  const std::lock_guard lock(mutex_);
+  notes_.push_back({"refused", change.first, change.second, std::move(reason)});
+}
+
+void WaitingChanges::End() {
+  const std::lock_guard lock(mutex_);
+  values_.clear();
+  open_ = true;
+}
+
+bool WaitingChanges::open() const {
+  const std::lock_guard lock(mutex_);
+  return open_;
+}
+
+WaitingChanges::Values WaitingChanges::values() const {
+  const std::lock_guard lock(mutex_);
+  return values_;
+}
+
+std::vector<ChangeNote> WaitingChanges::TakeNotes() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(notes_, {});
+}
+
+}  // namespace faultlab::server
