@@ -29,6 +29,7 @@ export type EventKind = RunEvent["kind"];
 /** The object of `faultlab diagnose --json`, with the decision path. */
 export type Diagnosis = Omit<Schemas["Diagnosis"], "path" | "calibration" | "fit_percent"> & {
   detector?: string;
+  settled?: boolean;
   reason?: string;
   path?: PathStep[];
   calibration?: { delta_s?: number | null } | null;

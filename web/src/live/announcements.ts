@@ -18,6 +18,12 @@ export function announcementOf(
       return t("say_confirmed", { component, value, time });
     case "refused":
       return t("say_refused", { component, reason: event.text ?? "" });
+    case "change_waits":
+      return t("say_waits", { component, value });
+    case "learnt":
+      return t("event_learnt");
+    case "not_learnt":
+      return t("event_not_learnt");
     case "detected":
       return t("say_detected", { time });
     case "isolated":

@@ -1,5 +1,5 @@
 import { SvelteSet } from "svelte/reactivity";
-import type { EstimatorName } from "../api/types";
+import type { Component, EstimatorName } from "../api/types";
 import type { Marker } from "../charts/chart_port";
 import type { RenderLoop } from "../charts/render_loop";
 import type { Viewport } from "../charts/viewport.svelte";
@@ -158,6 +158,10 @@ export class ChartDesk {
         timeS: fault.at_s ?? 0,
         label: `${fault.component} → ${value}`,
       });
+    }
+    for (const [name, value] of Object.entries(model.faults.waiting)) {
+      const label = `${name} → ${formatQuantity(name as Component, value)}`;
+      markers.push({ kind: "planned", timeS: model.faults.learningUntilS ?? 0, label });
     }
     const armed = model.faults.injection;
     if (armed) {

@@ -9,6 +9,9 @@ import {
   refused,
   type Settings,
   settingsFrom,
+  type Waiting,
+  waitingAfter,
+  withWaiting,
 } from "./positions";
 
 export interface Injection {
@@ -23,9 +26,14 @@ export type SendToRig = (message: ClientMessage) => boolean;
 /**
  * What this page asks of the rig, and what the rig says about it. A setting is "commanded" from the
  * request on and "confirmed" by the rig's event alone; each command carries the epoch of the lease.
+ * A change that comes before the healthy rig is learnt waits in the server, which says so.
  */
 export class FaultCommands {
   settings = $state.raw<Settings>({});
+  /** What waits in the server, and the run time until which it does. */
+  waiting = $state.raw<Waiting>({});
+  learningUntilS = $state<number | null>(null);
+  readonly shown = $derived(withWaiting(this.settings, this.waiting));
   canCommand = $state(false);
   /** The server has said that somebody else commands this rig. */
   watching = $state(false);
@@ -45,12 +53,15 @@ export class FaultCommands {
     this.canCommand = hello.can_command;
     this.watching = !hello.can_command;
     this.settings = settingsFrom(hello.positions ?? {});
+    this.waiting = hello.waiting ?? {};
+    this.learningUntilS = hello.learning_until_s ?? null;
     this.sent.clear();
     this.refusal = "";
   }
 
   apply(event: RunEvent, period: number): void {
     this.settings = applied(this.settings, event, period);
+    this.waiting = waitingAfter(this.waiting, event);
   }
 
   set(component: Component, value: number): void {

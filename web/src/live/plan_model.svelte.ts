@@ -1,6 +1,6 @@
 import { SvelteMap } from "svelte/reactivity";
 import type { Component, Excitation, Fault, FaultKind, RunPlan, RunRequest } from "../api/types";
-import { NOMINAL, sameValue } from "../plant/components";
+import { LEARNING_S, NOMINAL, sameValue } from "../plant/components";
 
 export type ExcitationKind = "prbs" | "step" | "multisine" | "chirp";
 
@@ -64,6 +64,11 @@ export class PlanModel {
       at_s: this.atS,
       ...(this.kind === "abrupt" ? {} : { kind: this.kind, until_s: this.untilS }),
     }));
+  }
+
+  /** The fault comes while the healthy rig is learnt: such a run has no diagnosis. */
+  get tooEarly(): boolean {
+    return !this.faultSet && this.values.size > 0 && this.atS < LEARNING_S;
   }
 
   request(): RunRequest {

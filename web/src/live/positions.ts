@@ -1,7 +1,13 @@
 import type { Component, Position, RunEvent } from "../api/types";
 import { NOMINAL, sameValue } from "../plant/components";
 
-export type SettingState = "nominal" | "planned" | "commanded" | "confirmed" | "refused";
+export type SettingState =
+  | "nominal"
+  | "planned"
+  | "waiting"
+  | "commanded"
+  | "confirmed"
+  | "refused";
 
 /** What is known of one component's setting: where the rig says it is, and what was asked of it. */
 export interface Setting {
@@ -14,6 +20,9 @@ export interface Setting {
 }
 
 export type Settings = Partial<Record<Component, Setting>>;
+
+/** Changes that wait in the server until the healthy rig is learnt. */
+export type Waiting = Partial<Record<Component, number>>;
 
 export function settingAt(component: Component, value: number): Setting {
   const state = sameValue(value, NOMINAL[component]) ? "nominal" : "confirmed";
@@ -51,6 +60,10 @@ export function applied(settings: Settings, event: RunEvent, period: number): Se
   if (event.kind === "refused") {
     return refused(settings, component, event.text ?? "");
   }
+  if (event.kind === "change_waits" || event.kind === "change_dropped") {
+    const before = settings[component] ?? settingAt(component, NOMINAL[component]);
+    return { ...settings, [component]: settingAt(component, before.actual) }; // the rig was not asked
+  }
   if (value === undefined || value === null) return settings;
   if (event.kind === "fault_commanded") return asked(settings, component, value);
   if (event.kind === "relay_confirmed") {
@@ -59,6 +72,31 @@ export function applied(settings: Settings, event: RunEvent, period: number): Se
     return { ...settings, [component]: setting };
   }
   return settings;
+}
+
+/** What an event says about the changes that wait. */
+export function waitingAfter(waiting: Waiting, event: RunEvent): Waiting {
+  const { kind, component, value } = event;
+  if (kind === "trip" || kind === "stopped" || kind === "finished") return {};
+  if (!component || typeof value !== "number") return waiting;
+  if (kind === "change_waits") return { ...waiting, [component]: value };
+  const over =
+    kind === "change_dropped" ||
+    ((kind === "fault_commanded" || kind === "refused") && sameValue(waiting[component], value));
+  if (!over) return waiting;
+  const { [component]: _, ...others } = waiting;
+  return others;
+}
+
+/** What the sliders show: a change that waits stands over what the rig says. */
+export function withWaiting(settings: Settings, waiting: Waiting): Settings {
+  const shown = { ...settings };
+  for (const [name, value] of Object.entries(waiting)) {
+    const component = name as Component;
+    const before = settings[component] ?? settingAt(component, NOMINAL[component]);
+    shown[component] = { ...before, asked: value, state: "waiting" };
+  }
+  return shown;
 }
 
 export function faultyComponents(settings: Settings): Component[] {

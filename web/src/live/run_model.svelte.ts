@@ -91,6 +91,12 @@ export class RunModel {
     return this.running && (this.link.ageS ?? 0) > STALE_AFTER_S;
   }
 
+  /** Seconds until the healthy rig is learnt; 0 when nothing has to wait for that. */
+  get learningLeft(): number {
+    const until = this.faults.learningUntilS;
+    return this.running && until !== null ? Math.max(0, until - this.elapsed) : 0;
+  }
+
   get locked(): boolean {
     return !this.running || !this.faults.canCommand || this.stale || this.link.phase !== "open";
   }

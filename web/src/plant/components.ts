@@ -14,6 +14,9 @@ export const NOMINAL: Record<Component, number> = {
   B: 1.8e-6,
 };
 
+/** The server learns the healthy rig from the first seconds of a run. */
+export const LEARNING_S = 5;
+
 /** Values at the detents of a fault slider: relay positions (Table 2), and the motor's of the paper. */
 export const DETENTS: Record<Component, number[]> = {
   R1: [1, 10, 56, 100],

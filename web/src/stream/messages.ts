@@ -22,6 +22,10 @@ export interface Hello {
   nominal: { swa: number[]; sia: number[] };
   plan: RunPlan;
   positions: Partial<Record<Component, Position>>;
+  /** Run time at which the healthy rig is learnt; null when nothing has to wait for that. */
+  learning_until_s: number | null;
+  /** Values of the changes that wait for it. */
+  waiting: Partial<Record<Component, number>>;
   can_command: boolean;
   events: RunEvent[];
   verdict: Diagnosis | null;
@@ -41,7 +45,13 @@ export type ServerMessage =
   | ({ type: "event" } & RunEvent)
   | ({ type: "verdict" } & Diagnosis)
   | { type: "readout"; index: number; estimators: Readout[] }
-  | { type: "ack"; id: number; ok: boolean; error?: { code: string; message: string } }
+  | {
+      type: "ack";
+      id: number;
+      ok: boolean;
+      waits_until_s?: number;
+      error?: { code: string; message: string };
+    }
   | { type: "pong"; t: number; server_t: number }
   | { type: "error"; message: string }
   | { type: "dropped"; samples: number }
