@@ -113,9 +113,11 @@ core::Status PacedRig::Start(Epoch epoch) {
     state_ = RigState::kRunning;
   }
   HeardFrom();
+  if (options_.heartbeat) options_.heartbeat->Begin();
   try {
     loop_ = options_.runner->Launch(*this);
   } catch (const std::exception& error) {
+    if (options_.heartbeat) options_.heartbeat->End();
     const std::lock_guard lock(mutex_);
     state_ = RigState::kIdle;
     queue_.Close();
@@ -352,7 +354,9 @@ std::optional<Nanoseconds> PacedRig::Step(const Wake& wake) noexcept {
       reason = Deliver(messages_);
       if (reason.empty() && !tripped && next) {
         planned_ = *next;
-        return started_at_ + planned_ + shift_;
+        const Nanoseconds due = started_at_ + planned_ + shift_;
+        if (options_.heartbeat) options_.heartbeat->Beat(due - options_.clock->Now());
+        return due;
       }
       finished = reason.empty() && !tripped;
     } else {
@@ -383,6 +387,7 @@ void PacedRig::Finish(std::string reason, bool finished) {
     unsafe = machine_->MakeSafe();
     machine_trip = machine_->trip();
   }
+  if (options_.heartbeat && unsafe.empty()) options_.heartbeat->End();
   if (machine_trip) reason = machine_trip->name + ": " + machine_trip->text;
   if (!unsafe.empty()) reason += (reason.empty() ? "unsafe: " : "; unsafe: ") + unsafe;
   const bool tripped = machine_trip || !unsafe.empty();

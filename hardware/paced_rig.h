@@ -11,6 +11,7 @@
 
 #include "hardware/bounded_queue.h"
 #include "hardware/clock.h"
+#include "hardware/heartbeat.h"
 #include "hardware/rig.h"
 #include "hardware/rig_machine.h"
 #include "hardware/run_loop.h"
@@ -26,6 +27,7 @@ struct PacedRigOptions {
   bool wait_for_reader = false;
   Nanoseconds watchdog = std::chrono::milliseconds(500);  ///< 0 = none
   int consecutive_overruns_max = 5;  ///< the run stops at this many late ticks in a row
+  std::shared_ptr<Heartbeat> heartbeat = nullptr;  ///< of a rig with a supervisor; null = none
 };
 
 /// The paced half of every rig that lives in this process: lease fence, state, queue, watchdog,

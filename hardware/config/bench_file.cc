@@ -361,7 +361,7 @@ std::unique_ptr<Daq> OpenDaq(const BenchFile& file) {
                          .fifo_priority = file.fifo_priority});
 }
 
-std::unique_ptr<Rig> OpenRig(const BenchFile& file) {
+std::unique_ptr<Rig> OpenRig(const BenchFile& file, std::shared_ptr<Heartbeat> heartbeat) {
   if (file.driver == BenchFile::Driver::kSimulated) {
     SimulatedRigOptions options = file.simulated;
     options.id = file.config.description.id;
@@ -371,6 +371,7 @@ std::unique_ptr<Rig> OpenRig(const BenchFile& file) {
   PacedRigOptions paced{
       .clock = MakeSteadyClock(), .wall = wall, .runner = MakeThreadRunner(file.fifo_priority)};
   paced.consecutive_overruns_max = file.late_ticks_max;
+  paced.heartbeat = std::move(heartbeat);
   return std::make_unique<PacedRig>(MakeBenchMachine(file.config, OpenDaq(file), nullptr, wall),
                                     std::move(paced));
 }

@@ -7,6 +7,7 @@
 #include "core/types/result.h"
 #include "hardware/bench_rig.h"
 #include "hardware/comedi/comedi_daq.h"
+#include "hardware/heartbeat.h"
 #include "hardware/nidaqmx/nidaqmx_daq.h"
 #include "hardware/simulated/simulated_rig.h"
 
@@ -35,7 +36,8 @@ core::Result<BenchFile> LoadBenchFile(const std::string& path);
 
 /// The board itself, opened. Throws IoError. Contract: driver is not kSimulated.
 std::unique_ptr<Daq> OpenDaq(const BenchFile& file);
-/// The rig that the file describes, paced by real time. Throws IoError, core::ContractError.
-std::unique_ptr<Rig> OpenRig(const BenchFile& file);
+/// The rig that the file describes, paced by real time. A simulated one has no heartbeat: nothing
+/// is driven. Throws IoError, core::ContractError.
+std::unique_ptr<Rig> OpenRig(const BenchFile& file, std::shared_ptr<Heartbeat> heartbeat = nullptr);
 
 }  // namespace faultlab::hardware

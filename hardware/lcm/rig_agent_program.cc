@@ -1,5 +1,6 @@
 #include "hardware/lcm/rig_agent_program.h"
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -7,6 +8,7 @@
 #include <utility>
 
 #include "hardware/config/bench_file.h"
+#include "hardware/heartbeat.h"
 #include "hardware/lcm/message_bus.h"
 #include "hardware/lcm/rig_agent.h"
 #include "hardware/lcm/rig_key.h"
@@ -130,8 +132,7 @@ int SelfTest(const BenchFile& file, bool json) {
 /// Every trip reaches the log; one of a driver that hangs reaches the second line, too.
 class TripWatch {
  public:
-  explicit TripWatch(std::function<void()> call_for_help)
-      : call_for_help_(std::move(call_for_help)) {}
+  explicit TripWatch(const SendWord& send) : send_(send) {}
 
   void Look(const Rig& rig) {
     const std::optional<Trip> trip = rig.trip();
@@ -144,18 +145,18 @@ class TripWatch {
     }
     Say("interlock " + trip->name + " at sample " + std::to_string(trip->index) + ": " +
         trip->text);
-    if (trip->name == kDriverHang) call_for_help_();
+    if (trip->name == kDriverHang) send_(kCallForHelp);
   }
 
  private:
-  const std::function<void()> call_for_help_;
+  const SendWord& send_;
   std::string seen_;
 };
 
 int Serve(const RigAgentOptions& options,
           const BenchFile& file,
           const RigKey& key,
-          const std::function<void()>& call_for_help) {
+          const SendWord& send) {
   struct sigaction end = {};
   end.sa_handler = AskEnd;
   sigaction(SIGTERM, &end, nullptr);
@@ -165,7 +166,10 @@ int Serve(const RigAgentOptions& options,
     Say(bus.error().message);
     return kNoBus;
   }
-  const std::unique_ptr<Rig> rig = OpenRig(file);
+  Heartbeat::Options beats;
+  beats.driver_slack = std::max(Nanoseconds(0), file.driver_patience - BenchFile().driver_patience);
+  const auto heartbeat = std::make_shared<Heartbeat>(send, MakeSteadyClock(), beats);
+  const std::unique_ptr<Rig> rig = OpenRig(file, heartbeat);
   rig->SafeStop("the agent begins");  // in whatever state the bench was found
   RigAgentSettings settings;
   settings.key = key;
@@ -185,8 +189,9 @@ int Serve(const RigAgentOptions& options,
             .count();
       });
   Say(options.id + " is on " + options.lcm_url);
-  TripWatch trips(call_for_help);
+  TripWatch trips(send);
   while (end_asked == 0) {
+    heartbeat->MainLoopTurn();
     bus.value()->Handle(std::chrono::milliseconds(2));
     agent.Poll();  // before the call for help: everybody hears of a trip first
     trips.Look(*rig);
@@ -243,11 +248,16 @@ int RunRigAgent(const RigAgentOptions& given) {
     Say(key.error().message);
     return kBadOptions;
   }
-  const auto work = [&](const std::function<void()>& call_for_help) {
-    return guarded([&] { return Serve(options, file.value(), key.value(), call_for_help); });
+  const auto work = [&](const SendWord& send) {
+    return guarded([&] { return Serve(options, file.value(), key.value(), send); });
   };
-  if (!options.supervise) return work([] {});
+  if (!options.supervise) return work([](Word) {});
+  // Ctrl-Z would stop both processes with the motor on.
+  (void)std::signal(SIGTSTP, SIG_IGN);
   SupervisorOptions second_line;
+  if (file.value().driver != BenchFile::Driver::kSimulated) {
+    second_line.fifo_priority = file.value().fifo_priority;
+  }
   second_line.say = [](const char* text) { Say(text); };
   return Supervise(
       work, [&] { return MakeBenchSafe(file.value()); }, second_line);

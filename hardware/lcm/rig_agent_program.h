@@ -21,7 +21,7 @@ struct RigAgentOptions {
   bool self_test = false;  ///< --self-test: walk the relay positions, print, exit
   bool json = false;       ///< --json, with --self-test
   /// --no-supervisor: without the second process that makes the bench safe when this one is killed
-  /// by SIGKILL.
+  /// by SIGKILL or drives the motor and stands still. For a debugger.
   bool supervise = true;
 };
 

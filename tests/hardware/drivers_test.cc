@@ -218,8 +218,8 @@ TEST(Supervisor, HelpsAnAgentWhoseDriverHangsAndLetsItLive) {
   const std::string marker = testing::TempDir() + "/supervisor_helped";
   std::filesystem::remove(marker);
   const int status = Supervise(
-      [&](const std::function<void()>& call_for_help) {
-        call_for_help();
+      [&](const SendWord& send) {
+        send(kCallForHelp);
         while (!std::filesystem::exists(marker)) std::this_thread::yield();
         return 5;
       },
@@ -236,8 +236,8 @@ TEST(Supervisor, KillsAnAgentWhenTheSecondLineHangsToo) {
   SupervisorOptions options{.patience = std::chrono::milliseconds(50),
                             .say = [&](const char* text) { said.emplace_back(text); }};
   const int status = Supervise(
-      [](const std::function<void()>& call_for_help) {
-        call_for_help();
+      [](const SendWord& send) {
+        send(kCallForHelp);
         while (true) pause();
         return 0;
       },

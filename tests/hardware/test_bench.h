@@ -54,6 +54,7 @@ struct TestBenchOptions {
   bool wait_for_reader = true;
   std::size_t queue_messages = 64;
   Nanoseconds driver_patience{0};  ///< 0 = the driver is called without a guard
+  std::shared_ptr<Heartbeat> heartbeat = nullptr;
 };
 
 /// A bench rig (not a simulator: no port, real relay times) whose Daq is the simulated one, with
@@ -86,7 +87,8 @@ struct TestBench {
                                                      .runner = MakeThreadRunner(0),
                                                      .queue_messages = options.queue_messages,
                                                      .wait_for_reader = options.wait_for_reader,
-                                                     .watchdog = options.watchdog});
+                                                     .watchdog = options.watchdog,
+                                                     .heartbeat = options.heartbeat});
   }
 
   bool IsSafe() const {
