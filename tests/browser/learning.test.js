@@ -1,14 +1,7 @@
 // The first seconds of a run: the server learns the healthy rig, and changes wait for that.
 import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
-import {
-  launchBrowser,
-  openPage,
-  SUITE_MS,
-  startServer,
-  story,
-  waitForReview,
-} from "./support.js";
+import { launchBrowser, openPage, SUITE_MS, startServer, story, waitForReview } from "./support.js";
 
 /** Starts a run without a planned fault and waits for its sliders; the run's id. */
 async function startHealthyRun(page, seconds) {

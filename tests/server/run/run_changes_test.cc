@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <boost/json.hpp>
+#include <functional>
 #include <optional>
+#include <thread>
 
 #include "hardware/replay_rig.h"
 #include "server/run/run_messages.h"
@@ -24,8 +26,7 @@ hardware::RigCommand Set(Component component, double value) {
 /// A viewer with exact timing: does something on the run's own thread, at one sample.
 class AtSample : public RunTap {
  public:
-  using Deed = std::function<bool(const std::string& run, hardware::Epoch epoch)>;
-  /// @param deed  tried again at the next sample while it is false
+  using Deed = std::function<void(const std::string& run, hardware::Epoch epoch)>;
   AtSample(std::int64_t index, Deed deed) : index_(index), deed_(std::move(deed)) {}
 
   std::unique_ptr<RunTapStream> Open(const std::string&,
@@ -39,13 +40,12 @@ class AtSample : public RunTap {
     Stream(AtSample& tap, std::string of, hardware::Epoch at)
         : owner(tap), run(std::move(of)), epoch(at) {}
     void OnFrame(const core::Frame& frame) override {
-      if (!done && frame.sample.index >= owner.index_) done = owner.deed_(run, epoch);
+      if (frame.sample.index == owner.index_) owner.deed_(run, epoch);
     }
     void OnEvent(const hardware::RigEvent&, double) override {}
     AtSample& owner;
     std::string run;
     hardware::Epoch epoch;
-    bool done = false;
   };
 
   const std::int64_t index_;
@@ -63,6 +63,10 @@ class RunChangesTest : public tests::RunFixture {
   /// Samples [from, to) under a constant voltage, which teaches nothing.
   static void Play(FakeRig& rig, int from, int to) {
     for (int i = from; i < to; ++i) rig.Say(SampleAt(i));
+  }
+  /// A run may be under way before Start has returned.
+  void AwaitKnown(const std::string& run) const {
+    while (!manager_->Find(run)) std::this_thread::yield();
   }
   void Finish(FakeRig& rig, const std::string& id) {
     hardware::RigEvent finished;
@@ -89,9 +93,9 @@ class RunChangesTest : public tests::RunFixture {
 TEST_F(RunChangesTest, AChangeInTheFirstSecondWaitsAndIsNamedAsIfItCameAfterTheLearning) {
   std::optional<Accepted> answer;
   AtSample second(100, [&](const std::string& run, hardware::Epoch epoch) {
+    AwaitKnown(run);
     auto taken = manager_->Command(run, epoch, Set(Component::kR1, 100.0));
     if (taken.ok()) answer = taken.value();
-    return taken.ok();
   });
   manager_->SetTap(&second);
   RunRequest request = Paper();
@@ -243,10 +247,8 @@ TEST_F(RunChangesTest, ARecordingRefusesByItself) {
   for (int i = 0; i < 100; ++i) samples.push_back(SampleAt(i));
   std::optional<core::Result<Accepted>> answer;
   AtSample tenth(10, [&](const std::string& run, hardware::Epoch epoch) {
-    auto taken = manager_->Command(run, epoch, Set(Component::kR1, 100.0));
-    const bool started = taken.ok() || taken.error().code != core::ErrorCode::kNotFound;
-    if (started) answer = std::move(taken);
-    return started;
+    AwaitKnown(run);
+    answer = manager_->Command(run, epoch, Set(Component::kR1, 100.0));
   });
   manager_->SetTap(&tenth);
   hardware::ReplayRigOptions options;

@@ -51,11 +51,6 @@ export class RenderLoop {
     return RATES[this.level] as number;
   }
 
-  /** Draws at once, for paper. */
-  drawNow(): void {
-    for (const drawable of this.drawables) drawable.draw(performance.now() / 1000);
-  }
-
   /** One animation frame at `now` milliseconds. */
   frame(now: number): void {
     if (!Number.isNaN(this.lastFrame)) this.judge(now - this.lastFrame, now);
