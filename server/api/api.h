@@ -47,8 +47,13 @@ struct ApiContext {
   DiagnosisCache diagnoses{};
   TransferSlots transfers{2};
   LabApi* lab = nullptr;  ///< accounts, queue, calendar, jobs; null: guests only
-  /// May this person run on this rig now? Rigs that need a session ask the lab. May be empty.
-  std::function<core::Status(const Principal&, std::string_view rig)> may_use_rig{};
+  /// A rig in the hands of the caller's lease, for a run of at most `length`: of the session that
+  /// they have on it, or of practice on a simulator ("": any free one).
+  std::function<core::Result<RigHold>(
+      const Principal&, const std::string& rig, std::chrono::milliseconds length)>
+      hold_rig{};
+  /// May this person command what runs on this rig now?
+  std::function<bool(const Principal&, const std::string& rig)> may_command{};
 };
 
 struct ApiRequest {

@@ -19,6 +19,10 @@ namespace faultlab::server {
 class CalendarLinks;
 class LabFeed;
 
+/// kCommission: its figures become the rig's band. kClearTrip: it opens the latch of an interlock
+/// first.
+enum class CheckExtra { kCommission, kClearTrip };
+
 /// What the endpoints of accounts, queue, calendar, jobs and fault sets work on.
 struct LabApi {
   Accounts& accounts;
@@ -28,8 +32,8 @@ struct LabApi {
   lab::RememberedAnswers& answers;
   CalendarLinks& calendar_links;
   LabFeed* feed = nullptr;
-  /// The next check of this rig makes its calibrated band. Then ask for a check.
-  std::function<void(const std::string& rig)> commission{};
+  /// What the next check of this rig does besides. Then ask for a check.
+  std::function<void(const std::string& rig, CheckExtra extra)> with_next_check{};
   bool secure_cookies = false;  ///< the site is reached by https only
 };
 

@@ -55,6 +55,14 @@ core::Result<HttpResponse> OnRig(ApiContext& api,
   return JsonResponse(RigToJson(api.lab->service.state()->rigs.at(id)));
 }
 
+/// Of a ready rig, or of one in quarantine.
+core::Status BeginCheck(lab::Scheduler& scheduler, const std::string& id, WallTime now) {
+  const auto rig = scheduler.state().rigs.find(id);
+  const bool out =
+      rig != scheduler.state().rigs.end() && rig->second.status == lab::RigStatus::kQuarantined;
+  return out ? scheduler.Release(id, now) : scheduler.Recheck(id, now);
+}
+
 core::Result<WallTime> QueryTime(const ApiRequest& request,
                                  std::string_view name,
                                  WallTime fallback) {
@@ -236,29 +244,35 @@ core::Result<HttpResponse> CommissionRig(ApiContext& api, const ApiRequest& requ
   if (reason.empty()) {
     return core::Error{core::ErrorCode::kInvalid, "Say what was done: it is logged.", "/reason"};
   }
-  return OnRig(
-      api,
-      request,
-      "commission",
-      reason,
-      [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) -> core::Status {
-        const bool out = scheduler.state().rigs.contains(id) &&
-                         scheduler.state().rigs.at(id).status == lab::RigStatus::kQuarantined;
-        const core::Status begun = out ? scheduler.Release(id, now) : scheduler.Recheck(id, now);
-        if (begun.ok()) lab.value()->commission(id);
-        return begun;
-      });
+  return OnRig(api,
+               request,
+               "commission",
+               reason,
+               [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) -> core::Status {
+                 const core::Status begun = BeginCheck(scheduler, id, now);
+                 if (begun.ok()) lab.value()->with_next_check(id, CheckExtra::kCommission);
+                 return begun;
+               });
 }
 
 core::Result<HttpResponse> ClearTrip(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
   if (const core::Status empty = NoBody(request); !empty.ok()) return empty.error();
-  const std::string& id = request.http.PathParameter("id");
-  const core::Status cleared = api.bay.ClearTrip(id);
-  if (!cleared.ok()) return cleared.error();
-  Audit(api, request.who, "clear_trip", "rig:" + id, "");
-  auto rig = api.bay.Find(id);
+  const auto rig = api.bay.Find(request.http.PathParameter("id"));
   if (!rig) return rig.error();
-  return JsonResponse(server::RigToJson(rig.value(), api.clock.Wall()));
+  if (!rig.value().trip) {
+    return core::Error{core::ErrorCode::kConflict, "No interlock holds this rig.", ""};
+  }
+  return OnRig(api,
+               request,
+               "clear_trip",
+               "",
+               [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) -> core::Status {
+                 const core::Status begun = BeginCheck(scheduler, id, now);
+                 if (begun.ok()) lab.value()->with_next_check(id, CheckExtra::kClearTrip);
+                 return begun;
+               });
 }
 
 core::Result<HttpResponse> CreateOutage(ApiContext& api, const ApiRequest& request) {

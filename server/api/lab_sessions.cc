@@ -80,7 +80,9 @@ json::object SessionToJson(ApiContext& api, const lab::Session& session) {
 json::array SessionsOf(ApiContext& api, const lab::LabState& state, UserId user) {
   json::array items;
   for (const auto& [id, session] : state.sessions) {
-    if (session.state == SessionState::kClosed) continue;
+    if (session.state == SessionState::kClosed || session.kind == lab::TicketKind::kPractice) {
+      continue;
+    }
     // Whoever is offered the control must see what to accept.
     if (session.user == user || session.offered_to == user) {
       items.push_back(SessionToJson(api, session));
@@ -105,7 +107,9 @@ core::Result<HttpResponse> ListSessions(ApiContext& api, const ApiRequest& reque
   }
   json::array items;
   for (const auto& [id, session] : state->sessions) {
-    if (session.state == SessionState::kClosed) continue;
+    if (session.state == SessionState::kClosed || session.kind == lab::TicketKind::kPractice) {
+      continue;
+    }
     auto relation = lab.value()->accounts.Relation(request.who, Number(session.user));
     if (!relation) return relation.error();
     if (!Allowed(request.who.role, Operation::kSpectate, relation.value())) continue;

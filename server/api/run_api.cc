@@ -113,17 +113,19 @@ core::Result<RunRequest> ReplayOf(ApiContext& api, const ApiRequest& request, co
   json::object plan = PlanToJson(body, rig->description());
   plan["period_s"] = source.value().period_s;
   run.plan_json = json::serialize(plan);
-  run.lease = RigLease(nullptr, 0, std::move(rig), hardware::Epoch{1});
+  run.hold = RigHold(std::move(rig));
   return run;
 }
 
-core::Result<RunRequest> ExperimentOf(ApiContext& api, const RunBody& body) {
-  auto rig = api.bay.Find(body.rig);
-  if (!rig) return rig.error();
-  // The lease comes first when any rig will do, so that the answer names the rig that runs.
-  auto lease = api.bay.Acquire(body.rig);
-  if (!lease) return lease.error();
-  const hardware::RigDescription& about = lease.value().rig().description();
+core::Result<RunRequest> ExperimentOf(ApiContext& api,
+                                      const ApiRequest& request,
+                                      const RunBody& body) {
+  const auto length =
+      std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(body.duration_s));
+  // The rig comes first, for any one may do: the plan is resolved for the one that runs it.
+  auto hold = api.hold_rig(request.who, body.rig, length);
+  if (!hold) return hold.error();
+  const hardware::RigDescription& about = hold.value().rig().description();
   auto plan = ResolvePlan(body, about);
   if (!plan) return plan.error();
   RunRequest run;
@@ -131,7 +133,7 @@ core::Result<RunRequest> ExperimentOf(ApiContext& api, const RunBody& body) {
   run.plan = std::move(plan).value();
   run.plan_json = json::serialize(PlanToJson(body, about));
   run.pipeline.values = about.any_value ? core::ValuePrior::kNone : core::ValuePrior::kTable2;
-  run.lease = std::move(lease).value();
+  run.hold = std::move(hold).value();
   return run;
 }
 
@@ -164,11 +166,7 @@ core::Result<HttpResponse> CreateRun(ApiContext& api, const ApiRequest& request)
   if (!text) return text.error();
   auto body = ParseRunBody(text.value(), api.default_seed);
   if (!body) return body.error();
-  if (api.may_use_rig && !body.value().rig.empty()) {
-    const core::Status allowed = api.may_use_rig(request.who, body.value().rig);
-    if (!allowed.ok()) return allowed.error();
-  }
-  auto run = body.value().recording.empty() ? ExperimentOf(api, body.value())
+  auto run = body.value().recording.empty() ? ExperimentOf(api, request, body.value())
                                             : ReplayOf(api, request, body.value());
   if (!run) return run.error();
   RunRequest ready = std::move(run).value();
@@ -263,11 +261,8 @@ core::Result<HttpResponse> IssueStreamToken(ApiContext& api, const ApiRequest& r
   if (!record) return record.error();
   // Rule 9: others watch, whatever their role. On a rig of the lab the session must be one's own.
   const Ownership whose = OwnershipOf(request.who, record.value().owner);
-  const core::Status use = api.may_use_rig && !record.value().rig.empty()
-                               ? api.may_use_rig(request.who, record.value().rig)
-                               : core::Done{};
-  const bool is_replay = !use.ok() && use.error().code == core::ErrorCode::kNotFound;
-  const bool can_command = whose == Ownership::kOwn && (use.ok() || is_replay) &&
+  const bool can_command = whose == Ownership::kOwn &&
+                           api.may_command(request.who, record.value().rig) &&
                            Authorize(request.who, Operation::kChangeRun, whose).ok();
   const std::string code =
       api.tokens.Issue({record.value().id, request.who.owner_key(), can_command});

@@ -106,7 +106,7 @@ core::Result<std::optional<std::string>> JobRunner::RigFor(const lab::Job& job,
   using MaybeRig = std::optional<std::string>;
   const auto state = lab_.service.state();
   const auto known = state->rigs.find(wanted);
-  if (known == state->rigs.end()) return MaybeRig{wanted};
+  if (known == state->rigs.end() || known->second.elastic) return MaybeRig{wanted};
   lab::TicketRequest request;
   request.user = lab::UserId{job.account_id};
   request.rig_class = known->second.rig_class;
@@ -138,7 +138,9 @@ void JobRunner::Run(const lab::Job& job, const Principal& who) {
     (void)lab_.jobs.GiveBack(job.id, api_.clock.Wall() + kNextLook);
     return;
   }
-  const bool in_session = lab_.service.state()->rigs.contains(*rig.value());
+  const auto rigs = lab_.service.state()->rigs;
+  const auto leased = rigs.find(*rig.value());
+  const bool in_session = leased != rigs.end() && !leased->second.elastic;
   json::object body = json::parse(job.body).as_object();
   if (!rig.value()->empty()) body["rig"] = *rig.value();
   const std::string text = json::serialize(body);

@@ -13,6 +13,8 @@ using std::chrono::seconds;
 
 constexpr milliseconds kRigPatience = seconds(20);  ///< until the last run has let go of the rig
 constexpr milliseconds kFollow = seconds(1);
+/// Of a practice lease, beyond twice its run: a busy machine may play it slower than planned.
+constexpr milliseconds kPracticeMargin = std::chrono::minutes(10);
 
 /// Rigs that stand somewhere and serve one person at a time. Simulators are elastic: everybody
 /// makes runs on them as long as one is free.
@@ -27,23 +29,17 @@ bool NeedsSession(const RigStatus& rig) {
 class LabSystem::Duties : public lab::RigDuties {
  public:
   explicit Duties(LabSystem& system) : system_(system) {}
-  void Revoke(const lab::RigId& rig, std::uint64_t) override {
-    for (const RunSnapshot& run : system_.api_.runs.Running()) {
-      if (run.rig == rig) (void)system_.api_.runs.Stop(run.id, "the session has ended");
-    }
+  void Fence(const lab::RigId& rig, std::uint64_t epoch) override {
+    system_.api_.bay.Fence(rig, epoch);
   }
-  void StartCleaning(const lab::RigId& rig, std::uint64_t epoch) override {
+  void StartCleaning(const lab::Lease& lease) override {
     {
       const std::lock_guard lock(system_.mutex_);
-      system_.checks_.push_back({rig, epoch});
+      system_.checks_.push_back(lease);
     }
     system_.wake_.notify_all();
   }
-  bool RunInProgress(const lab::RigId& rig) override {
-    const auto running = system_.api_.runs.Running();
-    return std::any_of(
-        running.begin(), running.end(), [&](const RunSnapshot& run) { return run.rig == rig; });
-  }
+  bool RunInProgress(const lab::RigId& rig) override { return system_.api_.bay.Holds(rig); }
 
  private:
   LabSystem& system_;
@@ -71,9 +67,7 @@ core::Result<std::unique_ptr<LabSystem>> LabSystem::Open(Database& database,
   const auto reaped = self.jobs_.Reap(api.clock.Wall(), self.options_.server_id);
   if (!reaped.ok()) return reaped.error();
   lab::LabServiceOptions service_options;
-  for (const RigStatus& rig : api.bay.List()) {
-    if (NeedsSession(rig)) service_options.own_rigs.insert(rig.description.id);
-  }
+  for (const RigStatus& rig : api.bay.List()) service_options.own_rigs.insert(rig.description.id);
   auto service =
       lab::LabService::Open(database, api.clock, *self.duties_, std::move(service_options));
   if (!service.ok()) return service.error();
@@ -82,14 +76,18 @@ core::Result<std::unique_ptr<LabSystem>> LabSystem::Open(Database& database,
       accounts, *self.service_, self.jobs_, self.fault_sets_, self.answers_, self.calendar_links_});
   self.feed_ = std::make_unique<LabFeed>(api, *self.lab_api_);
   self.lab_api_->feed = self.feed_.get();
-  self.lab_api_->commission = [&self](const std::string& rig) {
+  self.lab_api_->with_next_check = [&self](const std::string& rig, CheckExtra extra) {
     const std::lock_guard lock(self.mutex_);
-    self.commissioned_.insert(rig);
+    self.extras_[rig].insert(extra);
   };
   api.lab = self.lab_api_.get();
-  api.may_use_rig = [&self](const Principal& who, std::string_view rig) {
-    return self.MayUse(who, rig);
+  api.hold_rig = [&self](const Principal& who, const std::string& rig, milliseconds length) {
+    return self.HoldRig(who, rig, length);
   };
+  api.may_command = [&self](const Principal& who, const std::string& rig) {
+    return self.MayCommand(who, rig);
+  };
+  api.bay.OnRelease([&self](const lab::Lease& lease) { self.GiveBack(lease); });
   self.FollowRigs();
   self.threads_.emplace_back([&self] { self.CheckLoop(); });
   self.threads_.emplace_back([&self] {
@@ -107,6 +105,7 @@ core::Result<std::unique_ptr<LabSystem>> LabSystem::Open(Database& database,
 
 LabSystem::~LabSystem() {
   Stop();
+  api_.bay.OnRelease({});
 }
 
 void LabSystem::Stop() {
@@ -127,100 +126,178 @@ bool LabSystem::WaitForStop(milliseconds patience) {
 
 /// Rigs come and go: the scheduler learns it here, and cleans what has come.
 void LabSystem::FollowRigs() {
+  struct Change {
+    RigStatus rig;
+    bool is_new = false;
+  };
   const auto state = service_->state();
-  for (const RigStatus& rig : api_.bay.List()) {
-    if (!NeedsSession(rig)) continue;
-    const std::string& id = rig.description.id;
+  std::vector<Change> changes;
+  for (RigStatus& rig : api_.bay.List()) {
+    const auto known = state->rigs.find(rig.description.id);
+    const bool is_new = known == state->rigs.end();
     const bool offline = rig.state == hardware::RigState::kOffline;
-    const auto known = state->rigs.find(id);
-    const bool known_offline =
-        known == state->rigs.end() || known->second.status == lab::RigStatus::kOffline;
-    if (known != state->rigs.end() && offline == known_offline) continue;
-    service_->Own(id);
-    const core::Status told =
-        service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
-          if (known == state->rigs.end()) {
-            const core::Status added = scheduler.AddRig(id, rig.description.rig_class, false);
-            if (!added.ok()) return added;
-          }
-          return offline ? scheduler.RigOffline(id, "the rig does not answer", now)
-                         : scheduler.RigOnline(id, now);
-        });
-    if (!told.ok()) options_.log("lab: " + told.error().message);
+    const bool known_offline = is_new || known->second.status == lab::RigStatus::kOffline;
+    if (is_new || offline != known_offline) changes.push_back({std::move(rig), is_new});
   }
+  if (changes.empty()) return;
+  for (const Change& change : changes) service_->Own(change.rig.description.id);
+  const core::Status told =
+      service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+        for (const auto& [rig, is_new] : changes) {
+          const std::string& id = rig.description.id;
+          core::Status done = core::Done{};
+          if (is_new) done = scheduler.AddRig(id, rig.description.rig_class, !NeedsSession(rig));
+          if (done.ok()) {
+            done = rig.state == hardware::RigState::kOffline
+                       ? scheduler.RigOffline(id, "the rig does not answer", now)
+                       : scheduler.RigOnline(id, now);
+          }
+          if (!done.ok()) options_.log("lab: rig " + id + ": " + done.error().message);
+        }
+        return core::Done{};
+      });
+  if (!told.ok()) options_.log("lab: " + told.error().message);
 }
 
-core::Status LabSystem::MayUse(const Principal& who, std::string_view rig) const {
-  const auto state = service_->state();
-  if (!state->rigs.contains(std::string(rig))) {
-    // A simulator is for everybody; a bench that the scheduler does not know yet is for nobody.
-    const auto found = api_.bay.Find(rig);
-    if (!found) return found.error();
-    if (!NeedsSession(found.value())) return core::Done{};
-    return core::Error{core::ErrorCode::kUnavailable,
-                       "Rig '" + std::string(rig) +
-                           "' has just been found and is not checked yet; try again in a minute.",
-                       "/rig"};
-  }
-  for (const auto& [id, session] : state->sessions) {
+/// The active session on this rig that is the caller's.
+const lab::Session* LabSystem::SessionOf(const lab::LabState& state,
+                                         const Principal& who,
+                                         const std::string& rig) {
+  for (const auto& [id, session] : state.sessions) {
     if (session.state != lab::SessionState::kActive || session.rig != rig) continue;
     if (session.user != lab::UserId{who.user_id}) continue;
     // The session of a job is for its run alone; only the runner comes without a proof.
     const bool runner = who.proof == Proof::kNone;
-    if (runner == (session.kind == lab::TicketKind::kJob)) return core::Done{};
+    if (session.kind == (runner ? lab::TicketKind::kJob : lab::TicketKind::kPerson)) {
+      return &session;
+    }
   }
-  return core::Error{core::ErrorCode::kForbidden,
-                     "This rig needs a session: ask for a place in its queue or book it.",
-                     "/rig"};
+  return nullptr;
+}
+
+bool LabSystem::MayCommand(const Principal& who, const std::string& rig) const {
+  const auto found = api_.bay.Find(rig);
+  if (rig.empty() || !found.ok() || !NeedsSession(found.value()))
+    return true;  // a replay, practice
+  return SessionOf(*service_->state(), who, rig) != nullptr;
+}
+
+/// The lease by the newest stored state, which the service has fenced the bay with before it
+/// answers.
+core::Result<lab::Lease> LabSystem::LeaseFor(const Principal& who,
+                                             const std::string& rig,
+                                             milliseconds length) {
+  std::vector<lab::RigId> simulators;
+  if (rig.empty()) {
+    for (const RigStatus& each : api_.bay.List()) {
+      if (!NeedsSession(each)) simulators.push_back(each.description.id);
+    }
+  } else {
+    const auto found = api_.bay.Find(rig);
+    if (!found) return found.error();
+    if (!NeedsSession(found.value())) simulators.push_back(rig);
+  }
+  return service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Lease> {
+    const lab::LabState& state = scheduler.state();
+    if (const lab::Session* own = SessionOf(state, who, rig)) return lab::LeaseOf(*own);
+    if (!simulators.empty()) {
+      auto session = scheduler.Practice(
+          lab::UserId{who.user_id}, simulators, 2 * length + kPracticeMargin, now);
+      if (!session) return session.error();
+      return lab::LeaseOf(session.value());
+    }
+    if (rig.empty()) {
+      return core::Error{core::ErrorCode::kNotFound, "This server has no simulated rig.", "/rig"};
+    }
+    if (!state.rigs.contains(rig)) {
+      return core::Error{
+          core::ErrorCode::kUnavailable,
+          "Rig '" + rig + "' has just been found and is not checked yet; try again in a minute.",
+          "/rig"};
+    }
+    return core::Error{core::ErrorCode::kForbidden,
+                       "This rig needs a session: ask for a place in its queue or book it.",
+                       "/rig"};
+  });
+}
+
+core::Result<RigHold> LabSystem::HoldRig(const Principal& who,
+                                         const std::string& rig,
+                                         milliseconds length) {
+  const core::Result<lab::Lease> lease = LeaseFor(who, rig, length);
+  if (!lease) return lease.error();
+  auto hold = api_.bay.Acquire(lease.value());
+  if (!hold) GiveBack(lease.value());
+  return hold;
+}
+
+/// Practice is over when its run has let go of the rig.
+void LabSystem::GiveBack(const lab::Lease& lease) {
+  const auto state = service_->state();
+  const auto session = state->sessions.find(lease.session);
+  const bool practice =
+      session != state->sessions.end() && session->second.kind == lab::TicketKind::kPractice;
+  if (!practice) return;
+  const core::Status ended =
+      service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+        scheduler.EndPractice(lease.session, now);
+        return core::Done{};
+      });
+  // It ends by its own time then.
+  if (!ended.ok()) options_.log("lab: practice on " + lease.rig + ": " + ended.error().message);
 }
 
 void LabSystem::CheckLoop() {
   while (true) {
-    Check check;
+    lab::Lease lease;
     {
       std::unique_lock lock(mutex_);
       wake_.wait(lock, [&] { return stopping_ || !checks_.empty(); });
       if (stopping_) return;
-      check = checks_.front();
+      lease = std::move(checks_.front());
       checks_.pop_front();
     }
-    const lab::RigVerdict verdict = CheckFree(check.rig);
-    if (!verdict.passed) options_.log("rig " + check.rig + " fails its check: " + verdict.text);
+    const lab::RigVerdict verdict = Check(lease);
+    if (!verdict.passed) options_.log("rig " + lease.rig + " fails its check: " + verdict.text);
     // A newer check of the same rig makes this answer stale, which is as it should be.
-    (void)service_->CleaningDone(check.rig, check.epoch, verdict.passed, verdict.text);
+    (void)service_->CleaningDone(lease.rig, lease.epoch, verdict.passed, verdict.text);
   }
 }
 
 /// Waits until nobody holds the rig. What its driver throws is a failed check.
-lab::RigVerdict LabSystem::CheckFree(const lab::RigId& id) {
+lab::RigVerdict LabSystem::Check(const lab::Lease& lease) {
   try {
-    const auto give_up = std::chrono::steady_clock::now() + kRigPatience;
-    auto lease = api_.bay.Acquire(id);
-    while (!lease.ok() && lease.error().code == core::ErrorCode::kBusy &&
-           std::chrono::steady_clock::now() < give_up && !WaitForStop(milliseconds(50))) {
-      lease = api_.bay.Acquire(id);
-    }
-    if (!lease.ok()) return {false, lease.error().message, std::nullopt};
-    RigLease held = std::move(lease).value();
-    return CheckHeld(id, held);
+    auto hold = api_.bay.Acquire(lease, kRigPatience);
+    if (!hold.ok()) return {false, hold.error().message, std::nullopt};
+    return CheckHeld(hold.value());
   } catch (const std::exception& error) {
     return {false, error.what(), std::nullopt};
   }
 }
 
 /// The check by the rig's own band; when an operator commissions the rig, the check makes the band.
-lab::RigVerdict LabSystem::CheckHeld(const lab::RigId& id, RigLease& held) {
-  bool commission = false;
+lab::RigVerdict LabSystem::CheckHeld(RigHold& hold) {
+  const std::string& id = hold.lease().rig;
+  std::set<CheckExtra> extras;
   {
     const std::lock_guard lock(mutex_);
-    commission = commissioned_.erase(id) > 0;
+    if (const auto found = extras_.find(id); found != extras_.end()) {
+      extras = std::move(found->second);
+      extras_.erase(found);
+    }
+  }
+  if (extras.contains(CheckExtra::kClearTrip)) {
+    hardware::RigCommand clear;
+    clear.kind = hardware::RigCommand::Kind::kClearTrip;
+    const core::Status cleared = hold.rig().Command(hold.epoch(), clear);
+    if (!cleared.ok()) return {false, cleared.error().message, std::nullopt};
   }
   const auto band = bands_.Get(id);
   if (!band.ok()) return {false, band.error().message, std::nullopt};
-  lab::RigVerdict verdict = lab::CheckRig(held.rig(), held.epoch(), band.value());
-  if (!commission || !verdict.measured) return verdict;
+  lab::RigVerdict verdict = lab::CheckRig(hold.rig(), hold.epoch(), band.value());
+  if (!extras.contains(CheckExtra::kCommission) || !verdict.measured) return verdict;
   const double period_s = hardware::RunPlan{}.period_s;
-  const lab::RigBand nominal = lab::NominalBand(period_s, held.rig().description().delta_s);
+  const lab::RigBand nominal = lab::NominalBand(period_s, hold.rig().description().delta_s);
   core::Status stored = lab::CheckBand(*verdict.measured, nominal);
   if (stored.ok()) {
     stored = bands_.Put(id, *verdict.measured, "commissioned", api_.clock.Wall());

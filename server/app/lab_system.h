@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -34,7 +35,7 @@ class LabSystem {
     int job_workers = 2;
     lab::RetentionRules retention;
   };
-  /// Opens the lab, fills `api.lab` and `api.may_use_rig`, starts to work.
+  /// Opens the lab, fills `api.lab`, `api.hold_rig` and `api.may_command`, starts to work.
   static core::Result<std::unique_ptr<LabSystem>> Open(Database& database,
                                                        Accounts& accounts,
                                                        ApiContext& api,
@@ -47,19 +48,24 @@ class LabSystem {
 
  private:
   class Duties;
-  struct Check {
-    lab::RigId rig;
-    std::uint64_t epoch = 0;
-  };
-
   LabSystem(Database& database, Accounts& accounts, ApiContext& api, Options options);
   void FollowRigs();
   void CheckLoop();
-  lab::RigVerdict CheckFree(const lab::RigId& id);
-  lab::RigVerdict CheckHeld(const lab::RigId& id, RigLease& held);
+  lab::RigVerdict Check(const lab::Lease& lease);
+  lab::RigVerdict CheckHeld(RigHold& hold);
   void RetainDaily();
   bool WaitForStop(std::chrono::milliseconds patience);
-  core::Status MayUse(const Principal& who, std::string_view rig) const;
+  static const lab::Session* SessionOf(const lab::LabState& state,
+                                       const Principal& who,
+                                       const std::string& rig);
+  bool MayCommand(const Principal& who, const std::string& rig) const;
+  core::Result<lab::Lease> LeaseFor(const Principal& who,
+                                    const std::string& rig,
+                                    std::chrono::milliseconds length);
+  core::Result<RigHold> HoldRig(const Principal& who,
+                                const std::string& rig,
+                                std::chrono::milliseconds length);
+  void GiveBack(const lab::Lease& lease);
 
   ApiContext& api_;
   const Options options_;
@@ -77,8 +83,8 @@ class LabSystem {
 
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::deque<Check> checks_;
-  std::set<lab::RigId> commissioned_;  ///< whose next check makes its band
+  std::deque<lab::Lease> checks_;
+  std::map<lab::RigId, std::set<CheckExtra>> extras_;  ///< of the next check
   bool stopping_ = false;
   WallTime next_retention_{};  ///< of the thread that follows the rigs
   std::unique_ptr<JobRunner> jobs_runner_;

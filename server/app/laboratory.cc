@@ -64,7 +64,7 @@ void AddSimulatedRigs(RigBay& bay, const Config& config) {
       options.profile = hardware::SimulatedProfile::kMultisim;
     }
     const hardware::RigDescription description = hardware::MakeSimulatedRig(options)->description();
-    bay.Add(description, config.sim_profile, hardware::Epoch{0}, [options] {
+    bay.Add(description, config.sim_profile, [options] {
       return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
     });
   }
@@ -102,7 +102,6 @@ class Laboratory::Impl {
         tokens_(clock_),
         accounts_(*database_, ToGuestAccess(config.guests)),
         runs_(RunOptions(config),
-              bay_,
               store_,
               hub_,
               clock_,
@@ -197,10 +196,7 @@ class Laboratory::Impl {
     auto finder = hardware::OpenRigFinder(options);
     if (!finder) return finder.error();
     finder_ = std::move(finder).value();
-    // Epochs of a far rig must rise over our restarts too: seconds do.
-    const auto first = hardware::Epoch{
-        static_cast<std::uint64_t>(clock_.Wall().time_since_epoch().count() / 1000)};
-    bay_.SetFinder([this, first] {
+    bay_.SetFinder([this] {
       std::vector<RigBay::Found> found;
       for (const hardware::RemoteRigInfo& info : finder_->List()) {
         RigStatus status;
@@ -208,7 +204,6 @@ class Laboratory::Impl {
         status.profile = info.description.profile;
         status.state =
             info.link == hardware::LinkState::kLost ? hardware::RigState::kOffline : info.state;
-        status.epoch = first;
         status.remote = info;
         found.push_back(
             {std::move(status), [this, id = info.description.id] { return finder_->Find(id); }});

@@ -9,11 +9,10 @@ namespace {
 constexpr Milliseconds kJump{2000};
 constexpr std::size_t kRequestsMax = 10'000;
 
-std::vector<LabEvent> ToEvents(const std::vector<Effect>& effects, WallTime now) {
+std::vector<LabEvent> ToEvents(const std::vector<Notice>& notices, WallTime now) {
   std::vector<LabEvent> events;
-  for (const Effect& effect : effects) {
-    if (effect.kind != EffectKind::kNotify || effect.user == UserId{}) continue;
-    events.push_back({0, effect.user, now, effect.topic, effect.text, effect.session});
+  for (const Notice& notice : notices) {
+    events.push_back({0, notice.user, now, notice.topic, notice.text, notice.session});
   }
   return events;
 }
@@ -42,7 +41,7 @@ core::Result<std::unique_ptr<LabService>> LabService::Open(Database& database,
   std::deque<Request> none;
   const core::Status loaded = service->Transact(none, /*recover=*/true);
   if (!loaded.ok()) return loaded.error();
-  service->DoDuties();
+  service->StartChecks();
   service->thread_ = std::thread([raw = service.get()] { raw->Main(); });
   return service;
 }
@@ -124,7 +123,7 @@ void LabService::Main() {
 void LabService::Turn(std::deque<Request> requests) {
   const core::Status stored = Transact(requests, /*recover=*/false);
   for (Request& request : requests) request.stored.set_value(stored);
-  DoDuties();
+  StartChecks();
 }
 
 void LabService::NoticeClockJump(Scheduler& next) {
@@ -143,7 +142,8 @@ void LabService::NoticeRuns(Scheduler& next, WallTime now) {
   const std::set<RigId> own = own_rigs();
   std::vector<std::pair<SessionId, bool>> changed;
   for (const auto& [id, session] : next.state().sessions) {
-    if (session.state != SessionState::kActive || !own.contains(session.rig)) continue;
+    const bool person = session.kind != TicketKind::kPractice;  // which is nothing but its run
+    if (session.state != SessionState::kActive || !person || !own.contains(session.rig)) continue;
     const bool running = duties_.RunInProgress(session.rig);
     if (running != session.run_in_progress) changed.emplace_back(id, running);
   }
@@ -167,7 +167,7 @@ core::Status LabService::Transact(std::deque<Request>& requests, bool recover) {
         NoticeRuns(*next, now);
         for (Request& request : requests) request.input(*next, now);
         next->Tick(now);
-        const std::vector<LabEvent> events = ToEvents(next->TakeEffects(), now);
+        const std::vector<LabEvent> events = ToEvents(next->TakeNotices(), now);
         const Changes changes = next->TakeChanges();
         if (changes.empty() && events.empty()) return core::Done{};
         lab_store::Save(tx, changes, ++version);
@@ -178,8 +178,21 @@ core::Status LabService::Transact(std::deque<Request>& requests, bool recover) {
     version_ = -1;  // whatever happened, the next turn starts from the disk
     return stored;
   }
+  // Before anybody hears of it: a run or a command of an older epoch must not outlive the answer.
+  FenceRigs(next->state());
   Publish(std::move(*next), version);
   return stored;
+}
+
+void LabService::FenceRigs(const LabState& state) {
+  const std::set<RigId> own = own_rigs();
+  for (const auto& [id, rig] : state.rigs) {
+    if (!own.contains(id)) continue;
+    std::uint64_t& fenced = fenced_epochs_[id];
+    if (rig.epoch == fenced) continue;
+    fenced = rig.epoch;
+    duties_.Fence(id, rig.epoch);
+  }
 }
 
 void LabService::Publish(Scheduler next, std::int64_t version) {
@@ -194,17 +207,16 @@ void LabService::Publish(Scheduler next, std::int64_t version) {
   if (moved && options_.changed) options_.changed();
 }
 
-/// Duties follow from the stored state, not from who changed it: so they survive a crash, and a
-/// server does its own rigs' when another one ended the session.
-void LabService::DoDuties() {
+/// Checks follow from the stored state, not from who changed it: so they survive a crash, and a
+/// server checks its own rigs when another one ended the session.
+void LabService::StartChecks() {
   const std::set<RigId> own = own_rigs();
   for (const auto& [id, rig] : scheduler_.state().rigs) {
-    if (!own.contains(id)) continue;
-    std::uint64_t& done = done_epochs_[id];
-    if (rig.epoch == done) continue;
-    done = rig.epoch;
-    duties_.Revoke(id, rig.epoch);
-    if (rig.status == RigStatus::kCleaning) duties_.StartCleaning(id, rig.epoch);
+    if (rig.status != RigStatus::kCleaning || !own.contains(id)) continue;
+    std::uint64_t& checked = checked_epochs_[id];
+    if (rig.epoch == checked) continue;
+    checked = rig.epoch;
+    duties_.StartCleaning({id, {}, rig.epoch, {}, rig.cleaning_due});
   }
 }
 

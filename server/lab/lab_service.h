@@ -15,21 +15,23 @@
 
 #include "server/clock.h"
 #include "server/lab/lab_store.h"
+#include "server/lab/lease.h"
 #include "server/lab/scheduler.h"
 #include "server/storage/database.h"
 
 namespace faultlab::server::lab {
 
 /// What this server does for its own rigs when the lab says so. Called on the service's thread,
-/// never with a lock held; must not block and must not call back into the service from the same
-/// stack.
+/// never with a lock held; must not wait for a network and must not call back into the service from
+/// the same stack.
 class RigDuties {
  public:
   virtual ~RigDuties() = default;
-  /// Nothing below `epoch` may command this rig any more: stop what still runs on it.
-  virtual void Revoke(const RigId& rig, std::uint64_t epoch) = 0;
+  /// When this returns, the rig refuses every run and command below `epoch`, and what ran under one
+  /// is stopping. Called after the commit and before anybody is told of it.
+  virtual void Fence(const RigId& rig, std::uint64_t epoch) = 0;
   /// Begin the check between users; answer later by LabService::CleaningDone.
-  virtual void StartCleaning(const RigId& rig, std::uint64_t epoch) = 0;
+  virtual void StartCleaning(const Lease& lease) = 0;
   /// Is a run in progress on this rig? Asked at every turn: a run is work, not idleness.
   virtual bool RunInProgress(const RigId&) { return false; }
 };
@@ -97,7 +99,8 @@ class LabService {
   void NoticeRuns(Scheduler& next, WallTime now);
   std::set<RigId> own_rigs() const;
   void Publish(Scheduler next, std::int64_t version);
-  void DoDuties();
+  void FenceRigs(const LabState& state);
+  void StartChecks();
 
   Database& database_;
   const Clock& clock_;
@@ -108,7 +111,8 @@ class LabService {
   Scheduler scheduler_;
   std::int64_t version_ = -1;
   std::int64_t published_version_ = -1;
-  std::map<RigId, std::uint64_t> done_epochs_;  ///< duties done for this epoch
+  std::map<RigId, std::uint64_t> fenced_epochs_;
+  std::map<RigId, std::uint64_t> checked_epochs_;  ///< of the newest check that was begun
   WallTime last_wall_{};
   MonotonicTime last_monotonic_{};
 

@@ -50,7 +50,7 @@ std::string_view Name(RigStatus status);
 struct Rig {
   RigId id;
   std::string rig_class;
-  bool elastic = false;  ///< a simulator: a request is granted at once while one is free
+  bool elastic = false;  ///< a simulator, built anew for each lease: no queue and no check
   RigStatus status = RigStatus::kOffline;
   std::uint64_t epoch = 0;  ///< rises with every holder and every cleaning
   WallTime cleaning_due{};  ///< kCleaning: fails closed when this passes
@@ -70,7 +70,8 @@ struct Outage {
 
 enum class TicketState : std::uint8_t { kWaiting, kOffered, kClaimed, kExpired, kLeft };
 std::string_view Name(TicketState state);
-enum class TicketKind : std::uint8_t { kPerson, kJob };
+/// kPractice: one run on an elastic simulator, without a ticket (rule 11).
+enum class TicketKind : std::uint8_t { kPerson, kJob, kPractice };
 
 /// A place in the queue of a rig class.
 struct Ticket {
@@ -137,7 +138,7 @@ struct Session {
   UserId user{};
   RigId rig;
   std::string rig_class;
-  std::uint64_t epoch = 0;  ///< carried by every command; 0 while held
+  std::uint64_t epoch = 0;  ///< of its lease; 0 while held
   BookingId booking{};
   TicketId ticket{};
   TicketKind kind = TicketKind::kPerson;
@@ -165,23 +166,10 @@ struct Usage {
   friend bool operator==(const Usage&, const Usage&) = default;
 };
 
-/// What the world around must do after the transition is stored. Repeating one is harmless.
-enum class EffectKind : std::uint8_t {
-  kGrant,          ///< tell the rig: epoch `epoch` may command
-  kRevoke,         ///< tell the rig: nothing below `epoch` may command; end runs of the session
-  kStartCleaning,  ///< begin the check between users; answer with CleaningDone(rig, epoch, ..)
-  kStartJob,       ///< ticket `ticket` has a session: run its job
-  kNotify          ///< tell `user`: `topic`, `text`
-};
-
-struct Effect {
-  EffectKind kind = EffectKind::kNotify;
-  RigId rig;
-  std::uint64_t epoch = 0;
-  SessionId session{};
-  TicketId ticket{};
-  BookingId booking{};
+/// Something to tell a user, stored with the transition that caused it.
+struct Notice {
   UserId user{};
+  SessionId session{};
   std::string topic;  ///< "offer", "place", "warning", "extended", "idle", "ended", "no_show", ..
   std::string text;
 };

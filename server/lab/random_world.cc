@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "server/lab/lease.h"
 #include "server/lab/random.h"
 #include "server/lab/scheduler.h"
 
@@ -16,14 +17,12 @@ constexpr WallTime kStart{Milliseconds{1'767'225'600'000}};
 constexpr Milliseconds kHour{3'600'000};
 constexpr std::size_t kCredentialsKept = 64;
 
-/// What the hardware layer of one rig enforces, knowing nothing of users or queues.
-struct Fence {
-  std::uint64_t granted = 0;     ///< epoch that may command; 0 = nobody
-  std::uint64_t below_void = 0;  ///< epochs below are dead
+/// What is true of one rig outside the scheduler: its fence, and whom it served.
+struct RigSide {
+  Fence fence;
   SessionId last_session{};
-  bool checked = false;  ///< a check between users has passed since the last session
-
-  bool Accepts(std::uint64_t epoch) const { return epoch == granted && epoch >= below_void; }
+  std::uint64_t last_check = 0;  ///< epoch of the newest check that has begun
+  bool checked = false;          ///< a check between users has passed since the last session
 };
 
 struct Credential {
@@ -68,13 +67,14 @@ class World {
     }
     if (crash) {
       ++report_.crashes;
-      (void)scheduler_.TakeEffects();  // they died with the process
-      checks_.clear();
+      checks_.clear();  // they died with the process
+      for (auto& [id, side] : sides_) side.last_check = 0;
       const LabState stored = scheduler_.state();
       scheduler_ = Scheduler(scheduler_.policy(), stored);
       scheduler_.Recover(now_);
     }
     Deliver();
+    (void)scheduler_.TakeNotices();
     (void)scheduler_.TakeChanges();
     Judge();
     ++report_.steps;
@@ -205,17 +205,14 @@ class World {
     }
   }
 
-  /// Somebody sends a command with credentials of any age; sometimes straight to the rig.
+  /// Somebody sends a command with credentials of any age.
   void Command() {
     if (credentials_.empty()) return;
     const bool newest = random_.Chance(0.3);
     const Credential c =
         newest ? newest_credential_
                : credentials_[static_cast<std::size_t>(random_.Below(Size(credentials_)))];
-    const bool past_the_server = random_.Chance(0.3);
-    const bool accepted =
-        (past_the_server || scheduler_.CheckCommand(c.rig, c.epoch, c.user).ok()) &&
-        fences_[c.rig].Accepts(c.epoch);
+    const bool accepted = sides_[c.rig].fence.Admits(c.epoch);
     const bool stale = c.epoch < newest_[c.rig];
     if (stale) ++report_.stale_commands_tried;
     if (accepted) {
@@ -232,27 +229,30 @@ class World {
     }
   }
 
+  /// Duties follow from the stored state, as in LabService.
   void Deliver() {
     Observe();
-    for (const Effect& effect : scheduler_.TakeEffects()) {
-      Fence& fence = fences_[effect.rig];
-      if (effect.kind == EffectKind::kRevoke) {
-        fence.below_void = std::max(fence.below_void, effect.epoch);
-      } else if (effect.kind == EffectKind::kGrant) {
-        if (effect.session != fence.last_session) {
-          ++report_.sessions;
-          if (!fence.checked) Broken("a rig went from user to user unchecked: " + effect.rig, true);
-        }
-        fence.granted = effect.epoch;
-        fence.last_session = effect.session;
-        fence.checked = false;
-      } else if (effect.kind == EffectKind::kStartCleaning) {
-        if (random_.Chance(0.02)) continue;  // the answer is lost: must fail closed by time
-        checks_.push_back({effect.rig,
-                           effect.epoch,
-                           now_ + random_.Between(Milliseconds{5'000}, Milliseconds{30'000}),
-                           random_.Chance(0.97)});
+    for (const auto& [id, rig] : scheduler_.state().rigs) {
+      RigSide& side = sides_[id];
+      side.fence.Raise(rig.epoch);
+      if (rig.status != RigStatus::kCleaning || side.last_check == rig.epoch) continue;
+      side.last_check = rig.epoch;
+      if (random_.Chance(0.02)) continue;  // the answer is lost: must fail closed by time
+      checks_.push_back({id,
+                         rig.epoch,
+                         now_ + random_.Between(Milliseconds{5'000}, Milliseconds{30'000}),
+                         random_.Chance(0.97)});
+    }
+    for (const auto& [id, session] : scheduler_.state().sessions) {
+      RigSide& side = sides_[session.rig];
+      if (session.state != SessionState::kActive || id == side.last_session) continue;
+      ++report_.sessions;
+      const bool elastic = scheduler_.state().rigs.at(session.rig).elastic;
+      if (!side.checked && !elastic) {
+        Broken("a rig went from user to user unchecked: " + session.rig, true);
       }
+      side.last_session = id;
+      side.checked = false;
     }
   }
 
@@ -266,7 +266,7 @@ class World {
       const auto status =
           scheduler_.CleaningDone(check.rig, check.epoch, check.passes, "rehearsal", now_);
       if (status.ok()) {
-        fences_[check.rig].checked = check.passes;
+        sides_[check.rig].checked = check.passes;
         if (!check.passes) ++report_.quarantines;
       }
     }
@@ -296,7 +296,7 @@ class World {
   WallTime now_ = kStart;
   Scheduler scheduler_;
   std::vector<RigId> rigs_;
-  std::map<RigId, Fence> fences_;
+  std::map<RigId, RigSide> sides_;
   std::map<RigId, std::uint64_t> newest_;
   std::vector<Credential> credentials_;
   Credential newest_credential_;

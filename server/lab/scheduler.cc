@@ -84,13 +84,8 @@ bool Scheduler::SomebodyWaits(const std::string& rig_class) const {
 }
 
 void Scheduler::Notify(UserId user, std::string topic, std::string text, SessionId session) {
-  Effect effect;
-  effect.kind = EffectKind::kNotify;
-  effect.user = user;
-  effect.session = session;
-  effect.topic = std::move(topic);
-  effect.text = std::move(text);
-  effects_.push_back(std::move(effect));
+  if (user == UserId{}) return;  // guests have no news
+  notices_.push_back({user, session, std::move(topic), std::move(text)});
 }
 
 Session& Scheduler::Hold(
@@ -118,13 +113,6 @@ void Scheduler::Activate(Session& session, WallTime now) {
   session.state = SessionState::kActive;
   session.last_control = now;
   session.charged_from = now;
-  effects_.push_back({.kind = EffectKind::kGrant,
-                      .rig = rig.id,
-                      .epoch = rig.epoch,
-                      .session = session.id,
-                      .user = session.user,
-                      .topic = {},
-                      .text = {}});
   Touch(rig);
   Touch(session);
 }
@@ -136,14 +124,12 @@ void Scheduler::Charge(UserId user, Milliseconds use, WallTime now) {
   touched_users_.insert(user);
 }
 
+/// Ends every lease of the rig. A simulator is built anew for the next one and needs no check.
 void Scheduler::StartCleaning(Rig& rig, WallTime now) {
-  rig.status = RigStatus::kCleaning;
-  rig.cleaning_due = now + policy_.cleaning_max;
-  rig.reason = "being checked";
   ++rig.epoch;
-  for (const EffectKind kind : {EffectKind::kRevoke, EffectKind::kStartCleaning}) {
-    effects_.push_back({.kind = kind, .rig = rig.id, .epoch = rig.epoch, .topic = {}, .text = {}});
-  }
+  rig.status = rig.elastic ? RigStatus::kReady : RigStatus::kCleaning;
+  rig.cleaning_due = now + policy_.cleaning_max;
+  rig.reason = rig.elastic ? "" : "being checked";
   Touch(rig);
 }
 
@@ -191,7 +177,8 @@ void Scheduler::Close(Session& session, EndReason reason, const std::string& tex
     Touch(t);
   }
   if (was_active) {
-    if (!failed) Charge(session.user, now - session.charged_from, now);
+    const bool practice = session.kind == TicketKind::kPractice;
+    if (!failed && !practice) Charge(session.user, now - session.charged_from, now);
     rig.wear += std::max(Milliseconds{0}, now - session.start);
     StartCleaning(rig, now);
   } else {
@@ -199,7 +186,8 @@ void Scheduler::Close(Session& session, EndReason reason, const std::string& tex
     rig.reason.clear();
     Touch(rig);
   }
-  Notify(session.user, std::string(Name(reason)), text, session.id);
+  const bool told = session.kind != TicketKind::kPractice;  // the page of the run says it
+  if (told) Notify(session.user, std::string(Name(reason)), text, session.id);
 }
 
 void Scheduler::SwitchController(Session& session, UserId to, WallTime now) {
@@ -212,32 +200,12 @@ void Scheduler::SwitchController(Session& session, UserId to, WallTime now) {
   session.user = to;
   session.offered_to = {};
   session.idle_answer_until.reset();
-  effects_.push_back({.kind = EffectKind::kRevoke,
-                      .rig = session.rig,
-                      .epoch = FindRig(session.rig)->epoch + 1,
-                      .session = session.id,
-                      .topic = {},
-                      .text = {}});
   Activate(session, now);
   Notify(to, "control", "you have the control", session.id);
 }
 
-core::Status Scheduler::CheckCommand(const RigId& rig, std::uint64_t epoch, UserId user) const {
-  for (const auto& [id, session] : state_.sessions) {
-    if (session.rig != rig || session.state != SessionState::kActive) continue;
-    if (session.epoch != epoch) {
-      return core::Error{core::ErrorCode::kStale, "your session on this rig has ended", ""};
-    }
-    if (session.user != user) {
-      return core::Error{core::ErrorCode::kForbidden, "somebody else has the control", ""};
-    }
-    return core::Done{};
-  }
-  return core::Error{core::ErrorCode::kStale, "nobody has a session on this rig", ""};
-}
-
-std::vector<Effect> Scheduler::TakeEffects() {
-  return std::exchange(effects_, {});
+std::vector<Notice> Scheduler::TakeNotices() {
+  return std::exchange(notices_, {});
 }
 
 Changes Scheduler::TakeChanges() {
@@ -309,34 +277,23 @@ void Scheduler::TakeBack(Session& session) {
 void Scheduler::Recover(WallTime now, const std::set<RigId>* own) {
   const auto ours = [&](const RigId& rig) { return own == nullptr || own->contains(rig); };
   for (auto& [id, session] : state_.sessions) {
-    if (session.state != SessionState::kActive || !ours(session.rig)) continue;
-    if (session.run_in_progress) {
+    if (session.state == SessionState::kClosed || !ours(session.rig)) continue;
+    if (session.state == SessionState::kHeld) {
+      TakeBack(session);
+    } else if (session.kind == TicketKind::kPractice) {
+      Close(session, EndReason::kRigFailed, "the server restarted", now);
+    } else if (session.run_in_progress) {
       session.run_in_progress = false;
       session.charged_from = now;  // the interrupted run is charged back
       Notify(session.user, "interrupted", "the server restarted; your run was cut", id);
+      Touch(session);
     }
-    Touch(session);
-    effects_.push_back({.kind = EffectKind::kGrant,
-                        .rig = session.rig,
-                        .epoch = session.epoch,
-                        .session = id,
-                        .user = session.user,
-                        .topic = {},
-                        .text = {}});
-  }
-  for (auto& [id, session] : state_.sessions) {
-    if (session.state == SessionState::kHeld && ours(session.rig)) TakeBack(session);
   }
   for (auto& [id, rig] : state_.rigs) {
     if (!ours(id)) continue;
     if (rig.status == RigStatus::kCleaning || rig.status == RigStatus::kReady) {
       StartCleaning(rig, now);
-      continue;
     }
-    const Session* session = LiveSessionOn(id);
-    if (session != nullptr && session->state == SessionState::kActive) continue;
-    effects_.push_back(
-        {.kind = EffectKind::kRevoke, .rig = id, .epoch = rig.epoch, .topic = {}, .text = {}});
   }
 }
 

@@ -40,8 +40,9 @@ struct Changes {
 };
 
 /// The lab's rules as a state machine (design: lab, rules 1-12). Pure: no clock, no randomness, no
-/// I/O; `now` comes with every input and only rises, except by ClockJumped. The world's duties
-/// come out as effects. A refused input changes nothing.
+/// I/O; `now` comes with every input and only rises, except by ClockJumped. A refused input changes
+/// nothing. What the world must do follows from the state: a rig refuses epochs below its own, and
+/// a rig in kCleaning is checked. What users must know comes out as notices.
 class Scheduler {
  public:
   explicit Scheduler(Policy policy = {}, LabState state = {});
@@ -96,19 +97,24 @@ class Scheduler {
                                  UserId instructor,
                                  const std::string& reason,
                                  WallTime now);
-  /// May a command with this epoch go to this rig, from this user? The server's own check, before
-  /// the hardware layer makes its own.
-  core::Status CheckCommand(const RigId& rig, std::uint64_t epoch, UserId user) const;
+  /// One run at once on the first ready simulator of `among` (rule 11), for `length` at most. Ends
+  /// by EndPractice. kBusy when none is ready.
+  core::Result<Session> Practice(UserId user,
+                                 const std::vector<RigId>& among,
+                                 Milliseconds length,
+                                 WallTime now);
+  /// Nothing when the session has ended or is none of practice.
+  void EndPractice(SessionId id, WallTime now);
 
   /// Time passes: heal, bind due bookings, no-shows, ends, idle, warnings, offers, estimates.
   void Tick(WallTime now);
   /// The wall clock was set: leases and waits keep their length, the calendar keeps its dates.
   void ClockJumped(Milliseconds delta);
-  /// After a restart of the server of these rigs (nullptr: all): repeats what the world must know
-  /// (grants, cleanings), their runs have ended, what was ready is checked anew.
+  /// After a restart of the server of these rigs (nullptr: all): their runs have ended, what was
+  /// ready or being checked is checked anew.
   void Recover(WallTime now, const std::set<RigId>* own = nullptr);
 
-  std::vector<Effect> TakeEffects();
+  std::vector<Notice> TakeNotices();
   Changes TakeChanges();
 
  private:
@@ -152,7 +158,7 @@ class Scheduler {
 
   Policy policy_;
   LabState state_;
-  std::vector<Effect> effects_;
+  std::vector<Notice> notices_;
   std::set<RigId> touched_rigs_;
   std::set<TicketId> touched_tickets_;
   std::set<BookingId> touched_bookings_;

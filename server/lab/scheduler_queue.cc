@@ -175,17 +175,9 @@ bool Scheduler::OfferTo(Ticket& ticket, WallTime now) {
   ticket.place = 0;
   ticket.state = at_once ? TicketState::kClaimed : TicketState::kOffered;
   Touch(ticket);
-  if (at_once) Activate(session, now);
-  if (!person) {
-    effects_.push_back({.kind = EffectKind::kStartJob,
-                        .rig = session.rig,
-                        .epoch = session.epoch,
-                        .session = session.id,
-                        .ticket = ticket.id,
-                        .user = ticket.user,
-                        .topic = {},
-                        .text = ticket.job});
-  } else if (!at_once) {
+  if (at_once) {
+    Activate(session, now);
+  } else {
     Notify(ticket.user, "offer", "a rig is yours: accept within 45 seconds", session.id);
   }
   return true;

@@ -77,8 +77,6 @@ core::Status Scheduler::Quarantine(const RigId& id, const std::string& reason, W
   ++rig->epoch;
   rig->status = RigStatus::kQuarantined;
   rig->reason = reason;
-  effects_.push_back(
-      {.kind = EffectKind::kRevoke, .rig = id, .epoch = rig->epoch, .topic = {}, .text = {}});
   Touch(*rig);
   Tick(now);
   return Done{};

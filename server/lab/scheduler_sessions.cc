@@ -88,9 +88,32 @@ core::Status Scheduler::EndSession(SessionId id,
   return Done{};
 }
 
+core::Result<Session> Scheduler::Practice(UserId user,
+                                          const std::vector<RigId>& among,
+                                          Milliseconds length,
+                                          WallTime now) {
+  for (const RigId& id : among) {
+    Rig* rig = FindRig(id);
+    if (rig == nullptr || !rig->elastic || rig->status != RigStatus::kReady) continue;
+    Session& session = Hold(*rig, user, now + length, Milliseconds{0}, now);
+    session.kind = TicketKind::kPractice;
+    session.run_in_progress = true;
+    Activate(session, now);
+    return session;
+  }
+  return Error{ErrorCode::kBusy, "every simulated rig is in use; try again soon", "/rig"};
+}
+
+void Scheduler::EndPractice(SessionId id, WallTime now) {
+  Session* session = FindLive(id);
+  if (session == nullptr || session->kind != TicketKind::kPractice) return;
+  Close(*session, EndReason::kEnded, "the run is over", now);
+}
+
 core::Status Scheduler::OfferControl(SessionId id, UserId to, WallTime) {
   Session* session = FindLive(id);
   if (session == nullptr || session->state != SessionState::kActive) return NoSession();
+  if (session->kind == TicketKind::kPractice) return NoSession();
   if (to == session->user) {
     return Error{ErrorCode::kInvalid, "you have the control already", "user"};
   }
@@ -119,6 +142,7 @@ core::Result<Session> Scheduler::TakeOver(SessionId id,
                                           WallTime now) {
   Session* session = FindLive(id);
   if (session == nullptr || session->state != SessionState::kActive) return NoSession();
+  if (session->kind == TicketKind::kPractice) return NoSession();
   if (reason.empty()) return Error{ErrorCode::kInvalid, "say why: it is logged", "reason"};
   if (session->user == instructor) return *session;
   if (LiveSessionOf(instructor, session->rig_class) != nullptr) {
@@ -130,7 +154,7 @@ core::Result<Session> Scheduler::TakeOver(SessionId id,
 }
 
 bool Scheduler::ExtendIfFree(Session& session, WallTime now) {
-  if (session.kind == TicketKind::kJob) return false;
+  if (session.kind != TicketKind::kPerson) return false;
   const WallTime next = NextCommitment(state_, session.rig, session.hard_end);
   if (next == WallTime::max() || next - policy_.cleaning > session.hard_end + kExtensionMin) {
     const WallTime limit = next == WallTime::max() ? next : next - policy_.cleaning;
@@ -160,7 +184,7 @@ void Scheduler::TickEnd(Session& session, WallTime now) {
     Close(session, EndReason::kExpired, "the time is over", now);
     return;
   }
-  if (session.kind == TicketKind::kJob) return;  // a machine needs no warning
+  if (session.kind != TicketKind::kPerson) return;  // a machine needs no warning
   int stage = 0;
   while (stage < 3 && left <= kWarnings[static_cast<std::size_t>(stage)].before) ++stage;
   if (stage <= session.warning_stage) return;
@@ -175,7 +199,7 @@ void Scheduler::TickEnd(Session& session, WallTime now) {
 }
 
 void Scheduler::TickIdle(Session& session, WallTime now) {
-  const bool busy = session.run_in_progress || session.kind == TicketKind::kJob;
+  const bool busy = session.run_in_progress || session.kind != TicketKind::kPerson;
   if (busy || !SomebodyWaits(session.rig_class)) {
     if (session.idle_answer_until) {
       session.idle_answer_until.reset();

@@ -263,10 +263,12 @@ class OurWeek {
   }
 
   void Account() {
-    for (const Effect& effect : scheduler_.TakeEffects()) {
-      if (effect.kind != EffectKind::kStartCleaning) continue;
-      checks_[effect.rig] = {effect.epoch, now_ + people_.Check()};
+    for (const auto& [id, rig] : scheduler_.state().rigs) {
+      if (rig.status != RigStatus::kCleaning || seen_epochs_[id] == rig.epoch) continue;
+      seen_epochs_[id] = rig.epoch;
+      checks_[id] = {rig.epoch, now_ + people_.Check()};
     }
+    (void)scheduler_.TakeNotices();
     for (const Session& session : scheduler_.TakeChanges().sessions) {
       if (session.end_reason == EndReason::kNoShow) {
         tally_.lost_s += OpenSeconds(session.start, now_);
@@ -280,6 +282,7 @@ class OurWeek {
   WallTime now_ = kMonday;
   std::vector<Desk> desks_;
   std::map<RigId, std::pair<std::uint64_t, WallTime>> checks_;
+  std::map<RigId, std::uint64_t> seen_epochs_;  ///< of the checks that have begun
   std::map<std::int64_t, bool> days_;
   Tally tally_;
 };

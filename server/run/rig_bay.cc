@@ -4,34 +4,45 @@
 #include <utility>
 
 namespace faultlab::server {
+namespace {
 
-RigLease& RigLease::operator=(RigLease&& other) noexcept {
+core::Error NoSuchRig(std::string_view id) {
+  return {core::ErrorCode::kNotFound, "There is no rig '" + std::string(id) + "'.", "/rig"};
+}
+
+core::Error TurnIsOver(std::string_view id) {
+  return {core::ErrorCode::kStale, "Your turn on rig '" + std::string(id) + "' is over.", "/rig"};
+}
+
+}  // namespace
+
+RigHold& RigHold::operator=(RigHold&& other) noexcept {
   if (this == &other) return *this;
   Release();
   bay_ = std::exchange(other.bay_, nullptr);
   slot_ = other.slot_;
+  lease_ = std::move(other.lease_);
   rig_ = std::move(other.rig_);
-  epoch_ = other.epoch_;
+  revoked_ = std::move(other.revoked_);
   return *this;
 }
 
-void RigLease::Release() {
+void RigHold::Release() {
   if (rig_ == nullptr) return;
-  rig_->SafeStop("the lease has ended");
+  rig_->SafeStop("the run has ended");
   rig_.reset();
-  if (RigBay* bay = std::exchange(bay_, nullptr)) bay->Return(slot_);
+  RigBay* bay = std::exchange(bay_, nullptr);
+  if (bay == nullptr) return;
+  bay->Return(slot_);
+  if (bay->released_) bay->released_(lease_);
 }
 
-void RigBay::Add(hardware::RigDescription description,
-                 std::string profile,
-                 hardware::Epoch last_epoch,
-                 Factory make) {
+void RigBay::Add(hardware::RigDescription description, std::string profile, Factory make) {
   const std::lock_guard lock(mutex_);
   Slot slot;
   slot.description = std::move(description);
   slot.profile = std::move(profile);
   slot.make = std::move(make);
-  slot.epoch = last_epoch;
   slots_.push_back(std::move(slot));
 }
 
@@ -50,6 +61,10 @@ void RigBay::SetFinder(Finder finder) {
   finder_ = std::move(finder);
 }
 
+void RigBay::OnRelease(std::function<void(const lab::Lease&)> told) {
+  released_ = std::move(told);
+}
+
 void RigBay::LookAround() const {
   if (!finder_) return;
   std::vector<Found> found = finder_();
@@ -59,99 +74,130 @@ void RigBay::LookAround() const {
       return slot.description.id == rig.status.description.id;
     });
     const bool is_new = known == slots_.end();
+    if (!is_new && !known->remote) continue;  // a name on the bus makes no local rig a far one
     Slot& slot = is_new ? slots_.emplace_back() : *known;
     if (is_new) {
-      slot.epoch = rig.status.epoch;
       slot.profile = std::move(rig.status.profile);
       slot.make = std::move(rig.make);
     }
     slot.state = rig.status.state;
     slot.remote = std::move(rig.status.remote);
-    if (!slot.leased) slot.description = std::move(rig.status.description);
+    if (slot.revoked == nullptr) slot.description = std::move(rig.status.description);
   }
 }
 
-core::Result<RigLease> RigBay::Acquire(std::string_view id) {
-  LookAround();
-  std::size_t chosen = 0;
-  Factory make;
-  hardware::Epoch epoch{};
+/// Under the mutex. The rig that must be fenced, outside it; null when nothing older runs.
+std::shared_ptr<hardware::Rig> RigBay::StopOlder(Slot& slot, std::uint64_t epoch) {
+  if (slot.revoked == nullptr || slot.held_epoch >= epoch) return nullptr;
+  *slot.revoked = true;
+  return slot.rig;
+}
+
+void RigBay::Fence(const std::string& rig, std::uint64_t epoch) {
+  std::shared_ptr<hardware::Rig> running;
   {
     const std::lock_guard lock(mutex_);
-    bool known = false;
-    for (chosen = 0; chosen < slots_.size(); ++chosen) {
-      const Slot& slot = slots_[chosen];
-      const bool fits = id.empty() ? slot.description.kind == hardware::RigKind::kSimulated
-                                   : slot.description.id == id;
-      known = known || fits;
-      if (fits && !slot.leased) break;
+    fences_[rig].Raise(epoch);
+    for (Slot& slot : slots_) {
+      if (slot.description.id == rig) running = StopOlder(slot, epoch);
     }
-    if (!known) {
-      return core::Error{core::ErrorCode::kNotFound,
-                         id.empty() ? std::string("This server has no simulated rig.")
-                                    : "There is no rig '" + std::string(id) + "'.",
-                         "/rig"};
-    }
-    if (chosen == slots_.size()) {
-      return core::Error{core::ErrorCode::kBusy,
-                         id.empty() ? std::string("Every simulated rig is in use; try again soon.")
-                                    : "Rig '" + std::string(id) + "' is in use.",
-                         "/rig"};
-    }
-    Slot& slot = slots_[chosen];
-    slot.leased = true;
-    slot.epoch = hardware::Epoch{static_cast<std::uint64_t>(slot.epoch) + 1};
-    epoch = slot.epoch;
-    make = slot.make;
   }
+  returned_.notify_all();
+  if (running != nullptr) running->Fence(hardware::Epoch{epoch});
+}
+
+/// The slot of the lease, taken; its rig is still to be made.
+core::Result<std::size_t> RigBay::Take(const lab::Lease& lease,
+                                       std::chrono::milliseconds patience) {
+  std::unique_lock lock(mutex_);
+  const auto found = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) {
+    return slot.description.id == lease.rig;
+  });
+  if (found == slots_.end()) return NoSuchRig(lease.rig);
+  const auto index = static_cast<std::size_t>(found - slots_.begin());
+  lab::Fence& fence = fences_[lease.rig];
+  if (!fence.Admits(lease.epoch)) return TurnIsOver(lease.rig);
+  fence.Raise(lease.epoch);
+  if (const std::shared_ptr<hardware::Rig> older = StopOlder(slots_[index], lease.epoch)) {
+    lock.unlock();
+    older->Fence(hardware::Epoch{lease.epoch});
+    lock.lock();
+  }
+  const auto free = [&] {
+    const Slot& slot = slots_[index];
+    return slot.revoked == nullptr || slot.held_epoch >= lease.epoch || !fence.Admits(lease.epoch);
+  };
+  const bool in_time = returned_.wait_for(lock, patience, free);
+  if (!fence.Admits(lease.epoch)) return TurnIsOver(lease.rig);
+  Slot& slot = slots_[index];
+  if (!in_time || slot.revoked != nullptr) {
+    return core::Error{core::ErrorCode::kBusy, "Rig '" + lease.rig + "' is in use.", "/rig"};
+  }
+  slot.revoked = std::make_shared<std::atomic<bool>>(false);
+  slot.held_epoch = lease.epoch;
+  return index;
+}
+
+core::Result<RigHold> RigBay::Acquire(const lab::Lease& lease, std::chrono::milliseconds patience) {
+  LookAround();
+  const core::Result<std::size_t> taken = Take(lease, patience);
+  if (!taken) return taken.error();
+  const std::size_t index = taken.value();
   // Building a rig may take a moment (a remote one answers over a network): not under the lock.
+  Factory make;
+  {
+    const std::lock_guard lock(mutex_);
+    make = slots_[index].make;
+  }
   std::shared_ptr<hardware::Rig> rig;
   try {
     rig = make();
   } catch (...) {
-    Return(chosen);
+    Return(index);
     throw;
   }
   if (rig == nullptr) {
-    Return(chosen);
+    Return(index);
     return core::Error{
-        core::ErrorCode::kUnavailable, "Rig '" + std::string(id) + "' does not answer.", "/rig"};
+        core::ErrorCode::kUnavailable, "Rig '" + lease.rig + "' does not answer.", "/rig"};
   }
-  const std::lock_guard lock(mutex_);
-  slots_[chosen].rig = rig;
-  return RigLease(this, chosen, std::move(rig), epoch);
+  RigHold hold;
+  {
+    const std::lock_guard lock(mutex_);
+    Slot& slot = slots_[index];
+    slot.rig = rig;
+    hold.bay_ = this;
+    hold.slot_ = index;
+    hold.lease_ = lease;
+    hold.rig_ = std::move(rig);
+    hold.revoked_ = slot.revoked;
+  }
+  // A fence that came while the rig was made has found none to stop.
+  if (hold.revoked()) return TurnIsOver(lease.rig);
+  return hold;
 }
 
-void RigBay::Return(std::size_t slot) {
+void RigBay::Return(std::size_t index) {
   std::shared_ptr<hardware::Rig> rig;  // outlives the lock: the end of a rig is a safe stop
-  const std::lock_guard lock(mutex_);
-  rig.swap(slots_[slot].rig);
-  slots_[slot].leased = false;
-  const bool lives_on = slots_[slot].resident != nullptr || slots_[slot].remote.has_value();
-  if (rig != nullptr && !lives_on) slots_[slot].loop.Add(rig->loop_quality());
-}
-
-core::Status RigBay::ClearTrip(std::string_view id) {
-  auto status = Find(id);
-  if (!status) return status.error();
-  if (!status.value().trip) {
-    return core::Error{
-        core::ErrorCode::kConflict, "No interlock holds rig '" + std::string(id) + "'.", ""};
+  {
+    const std::lock_guard lock(mutex_);
+    Slot& slot = slots_[index];
+    rig.swap(slot.rig);
+    slot.revoked.reset();
+    const bool lives_on = slot.resident != nullptr || slot.remote.has_value();
+    if (rig != nullptr && !lives_on) slot.loop.Add(rig->loop_quality());
   }
-  auto lease = Acquire(id);
-  if (!lease) return lease.error();
-  hardware::RigCommand clear;
-  clear.kind = hardware::RigCommand::Kind::kClearTrip;
-  return lease.value().rig().Command(lease.value().epoch(), clear);
+  returned_.notify_all();
 }
 
-RigStatus RigBay::Describe(const Slot& slot) {
+RigStatus RigBay::Describe(const Slot& slot) const {
   RigStatus status;
   status.description = slot.description;
   status.profile = slot.profile;
   status.state = slot.state;
-  status.epoch = slot.epoch;
-  status.leased = slot.leased;
+  const auto fence = fences_.find(slot.description.id);
+  if (fence != fences_.end()) status.epoch = hardware::Epoch{fence->second.epoch()};
+  status.leased = slot.revoked != nullptr;
   status.loop = slot.loop;
   status.remote = slot.remote;
   const hardware::Rig* rig = slot.resident != nullptr ? slot.resident.get() : slot.rig.get();
@@ -174,8 +220,10 @@ core::Result<RigStatus> RigBay::Find(std::string_view id) const {
                                  : slot.description.id == id;
     if (fits) return Describe(slot);
   }
-  return core::Error{
-      core::ErrorCode::kNotFound, "There is no rig '" + std::string(id) + "'.", "/rig"};
+  if (id.empty()) {
+    return core::Error{core::ErrorCode::kNotFound, "This server has no simulated rig.", "/rig"};
+  }
+  return NoSuchRig(id);
 }
 
 std::vector<RigStatus> RigBay::List() const {
@@ -184,6 +232,13 @@ std::vector<RigStatus> RigBay::List() const {
   std::vector<RigStatus> out;
   for (const Slot& slot : slots_) out.push_back(Describe(slot));
   return out;
+}
+
+bool RigBay::Holds(std::string_view id) const {
+  const std::lock_guard lock(mutex_);
+  return std::any_of(slots_.begin(), slots_.end(), [&](const Slot& slot) {
+    return slot.description.id == id && slot.revoked != nullptr;
+  });
 }
 
 }  // namespace faultlab::server

@@ -48,16 +48,11 @@ std::optional<double> LearningEnd(const core::PipelineConfig& pipeline,
 
 }  // namespace
 
-Run::Run(RunServices services,
-         RunRequest request,
-         RigLease lease,
-         RunRecord record,
-         CommandHandler on_command)
+Run::Run(RunServices services, RunRequest request, RunRecord record, CommandHandler on_command)
     : services_(std::move(services)),
       request_(std::move(request)),
-      lease_(std::move(lease)),
-      rig_(lease_.shared_rig()),
-      epoch_(lease_.epoch()),
+      rig_(request_.hold.shared_rig()),
+      epoch_(request_.hold.epoch()),
       on_command_(std::move(on_command)),
       pipeline_(request_.pipeline),
       id_(record.id),
@@ -99,7 +94,7 @@ core::Status Run::Start() {
 
 void Run::Stop(std::string_view reason) {
   const std::lock_guard lock(control_mutex_);
-  if (ended_) return;
+  if (!rig_is_ours_) return;
   stopped_by_us_ = true;
   rig_->SafeStop(reason);
 }
@@ -139,7 +134,7 @@ void Run::Main() {
   } catch (const std::exception& error) {
     Fail(std::string("The server made a mistake: ") + error.what());
   }
-  rig_->SafeStop("the run has ended");
+  LetGo();
   try {
     Finish();
   } catch (const std::exception& error) {
@@ -148,12 +143,19 @@ void Run::Main() {
     const std::lock_guard lock(mutex_);
     state_.state = RunState::kFailed;
   }
+  ended_ = true;
+  ended_.notify_all();
+}
+
+/// The rig is free for the next lease before the recording is finished.
+void Run::LetGo() {
+  rig_->SafeStop("the run has ended");
+  RigHold hold;
   {
     const std::lock_guard lock(control_mutex_);
-    lease_.Release();
-    ended_ = true;
+    rig_is_ours_ = false;
+    hold = std::move(request_.hold);
   }
-  ended_.notify_all();
 }
 
 void Run::Drain() {
@@ -263,6 +265,8 @@ void Run::OnRigEvent(const hardware::RigEvent& event) {
     if (failure_.empty()) failure_ = "Interlock: " + event.text;
   } else if (event.kind == hardware::RigEventKind::kFinished) {
     finished_ = true;
+  } else if (event.kind == hardware::RigEventKind::kStopped && request_.hold.revoked()) {
+    stopped_by_us_ = true;  // the bay did, for the end of the session
   } else if (event.kind == hardware::RigEventKind::kStopped && !stopped_by_us_ &&
              failure_.empty()) {
     failure_ = event.text;

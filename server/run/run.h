@@ -52,12 +52,8 @@ core::Error StaleEpoch();
 /// the run says that it has ended, whatever ended it.
 class Run : public std::enable_shared_from_this<Run> {
  public:
-  /// `lease` holds an armed rig; the record has been begun.
-  Run(RunServices services,
-      RunRequest request,
-      RigLease lease,
-      RunRecord record,
-      CommandHandler on_command);
+  /// `request.hold` has an armed rig; the record has been begun.
+  Run(RunServices services, RunRequest request, RunRecord record, CommandHandler on_command);
   ~Run();  ///< stops and waits
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;
@@ -71,6 +67,7 @@ class Run : public std::enable_shared_from_this<Run> {
 
  private:
   void Main();
+  void LetGo();
   void Drain();  ///< until the end of the rig's stream
   void OnSample(const core::Sample& sample);
   void OnRigEvent(const hardware::RigEvent& event);
@@ -92,7 +89,6 @@ class Run : public std::enable_shared_from_this<Run> {
 
   RunServices services_;
   RunRequest request_;
-  RigLease lease_;  ///< of the run's thread once that is started
   const std::shared_ptr<hardware::Rig> rig_;
   const hardware::Epoch epoch_;
   CommandHandler on_command_;
@@ -130,8 +126,8 @@ class Run : public std::enable_shared_from_this<Run> {
 
   mutable std::mutex mutex_;  ///< guards state_
   RunSnapshot state_;
-  /// Held while somebody else's word goes to the rig: after the end it may be another's.
-  std::mutex control_mutex_;
+  std::mutex control_mutex_;  ///< held while a command, stop or release goes to the rig
+  bool rig_is_ours_ = true;   ///< under it: after LetGo the rig may be somebody else's
   std::atomic<bool> stopped_by_us_{false};
   std::atomic<bool> ended_{false};
   std::thread thread_;

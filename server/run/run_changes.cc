@@ -31,7 +31,7 @@ core::Error StaleEpoch() {
 core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCommand& command) {
   using Kind = hardware::RigCommand::Kind;
   const std::lock_guard lock(control_mutex_);
-  if (ended_) return core::Error{core::ErrorCode::kConflict, "The run has ended.", {}};
+  if (!rig_is_ours_) return core::Error{core::ErrorCode::kConflict, "The run has ended.", {}};
   if (epoch != epoch_) return StaleEpoch();
   if (command.kind == Kind::kAllNominal) waiting_.DropAll();
   if (command.kind == Kind::kSetComponent) {
@@ -95,7 +95,7 @@ void Run::ReleaseChanges() {
 void Run::ApplyWaitingChanges() {
   for (;;) {
     const std::lock_guard lock(control_mutex_);  // for each: Stop need not wait for all
-    if (ended_) return;
+    if (!rig_is_ours_) return;
     const auto change = waiting_.Next();
     if (!change) return;
     const core::Status taken = rig_->Command(epoch_, SetTo(*change));

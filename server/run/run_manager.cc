@@ -27,13 +27,11 @@ hardware::RigCommand ToRigCommand(const CommandMessage& message) {
 class RunManager::Impl {
  public:
   Impl(RunManagerOptions options,
-       RigBay& bay,
        RecordingStore& store,
        StreamHub& hub,
        const Clock& clock,
        std::function<void(std::string_view)> log)
       : options_(std::move(options)),
-        bay_(bay),
         store_(store),
         hub_(hub),
         clock_(clock),
@@ -46,7 +44,6 @@ class RunManager::Impl {
   void DropEnded();
 
   RunManagerOptions options_;
-  RigBay& bay_;
   RecordingStore& store_;
   StreamHub& hub_;
   const Clock& clock_;
@@ -99,20 +96,13 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
     --starting_;
   });
 
-  RigLease lease;
-  if (request.lease) {
-    lease = std::move(*request.lease);
-    request.lease.reset();
-  } else {
-    auto acquired = bay_.Acquire(request.rig);
-    if (!acquired) return acquired.error();
-    lease = std::move(acquired).value();
-  }
-  const hardware::RigDescription& description = lease.rig().description();
+  const hardware::Epoch epoch = request.hold.epoch();
+  hardware::Rig& rig = request.hold.rig();
+  const hardware::RigDescription& description = rig.description();
   request.pipeline.period_s = request.plan.period_s;
   // Ra, J and B may fail on every rig, whether or not it can switch them (pipeline.motor_faults
   // stays).
-  const core::Status armed = lease.rig().Arm(request.plan, lease.epoch());
+  const core::Status armed = rig.Arm(request.plan, epoch);
   if (!armed.ok()) return armed.error();
 
   RunRecord record;
@@ -122,7 +112,7 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   record.rig = description.id;
   record.source = "run";
   record.server_id = options_.server_id;
-  record.epoch = static_cast<std::uint64_t>(lease.epoch());
+  record.epoch = static_cast<std::uint64_t>(epoch);
   record.period_s = request.plan.period_s;
   record.plan_json = request.plan_json;
   record.created_at = clock_.Wall();
@@ -145,7 +135,6 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   auto run = std::make_shared<Run>(
       std::move(services),
       std::move(request),
-      std::move(lease),
       record,
       [this, id](ViewerId viewer, const CommandMessage& message) {
         const bool queued = commands_.Submit([this, id, viewer, message] {
@@ -183,12 +172,11 @@ core::Result<Accepted> RunManager::Impl::Obey(const std::string& id,
 }
 
 RunManager::RunManager(RunManagerOptions options,
-                       RigBay& bay,
                        RecordingStore& store,
                        StreamHub& hub,
                        const Clock& clock,
                        std::function<void(std::string_view)> log)
-    : impl_(std::make_unique<Impl>(std::move(options), bay, store, hub, clock, std::move(log))) {}
+    : impl_(std::make_unique<Impl>(std::move(options), store, hub, clock, std::move(log))) {}
 
 RunManager::~RunManager() {
   Shutdown();

@@ -44,9 +44,7 @@ struct RunRequest {
   std::string owner;      ///< Principal::owner_key()
   std::string plan_json;  ///< the resolved plan as the API shows it, one JSON object
   hardware::RunPlan plan;
-  /// A lease that the caller already holds; otherwise `rig` is leased ("": any free simulated one).
-  std::optional<RigLease> lease;
-  std::string rig;
+  RigHold hold;  ///< of the rig that it runs on
   /// Expected nominal parameters, channels, value prior; period and motor faults come from the rig.
   core::PipelineConfig pipeline;
 };
@@ -103,7 +101,6 @@ struct RunCounters {
 class RunManager {
  public:
   RunManager(RunManagerOptions options,
-             RigBay& bay,
              RecordingStore& store,
              StreamHub& hub,
              const Clock& clock,
@@ -115,7 +112,7 @@ class RunManager {
   /// May be null. Before the first Start.
   void SetTap(RunTap* tap);
 
-  /// Leases, arms, records, starts. kBusy when no rig is free or `runs_max` run.
+  /// Arms, records, starts. kBusy when `runs_max` run; kStale when the lease ended meanwhile.
   core::Result<RunSnapshot> Start(RunRequest request);
   /// The rig goes safe; the run ends as `stopped` within a moment. kNotFound, kConflict when over.
   core::Status Stop(std::string_view id, std::string_view reason);

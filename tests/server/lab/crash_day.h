@@ -40,8 +40,8 @@ class CrashDay {
  private:
   class Bench : public server::lab::RigDuties {
    public:
-    void Revoke(const server::lab::RigId&, std::uint64_t) override {}
-    void StartCleaning(const server::lab::RigId&, std::uint64_t) override {}
+    void Fence(const server::lab::RigId&, std::uint64_t) override {}
+    void StartCleaning(const server::lab::Lease&) override {}
     bool RunInProgress(const server::lab::RigId& rig) override {
       return running && rig == "bench-1";
     }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "server/lab/lease.h"
 #include "server/lab/scheduler.h"
 
 namespace faultlab::server::lab {
@@ -72,25 +73,21 @@ class LabFixture : public testing::Test {
   }
   /// Topics told to a user since the last call of this.
   std::vector<std::string> Told(UserId user) {
-    for (Effect& effect : lab_.TakeEffects()) seen_.push_back(std::move(effect));
     std::vector<std::string> topics;
-    for (const Effect& effect : seen_) {
-      if (effect.kind == EffectKind::kNotify && effect.user == user) topics.push_back(effect.topic);
+    for (const Notice& notice : lab_.TakeNotices()) {
+      if (notice.user == user) topics.push_back(notice.topic);
     }
-    seen_.clear();
     return topics;
   }
-  std::vector<Effect> Effects(EffectKind kind) {
-    std::vector<Effect> wanted;
-    for (Effect& effect : lab_.TakeEffects()) {
-      if (effect.kind == kind) wanted.push_back(effect);
-    }
-    return wanted;
+  /// Would the rig's fence, as it is raised from this state, let a command of this epoch through?
+  bool Admits(const RigId& rig, std::uint64_t epoch) const {
+    Fence fence;
+    fence.Raise(lab_.state().rigs.at(rig).epoch);
+    return fence.Admits(epoch);
   }
 
   Scheduler lab_;
   WallTime now_ = kNoon;
-  std::vector<Effect> seen_;
 };
 
 }  // namespace faultlab::server::lab

@@ -56,8 +56,7 @@ TEST_F(Queue, AnOfferRunsOutComesBackOnceAndIsThenDropped) {
   AddReadyRigs(1);
   const Ticket ticket = Ask(kAnn);
   EXPECT_EQ(ticket.state, TicketState::kOffered);
-  EXPECT_EQ(lab_.CheckCommand("bench-1", 0, kAnn).error().code, ErrorCode::kStale)
-      << "an offer is no session";
+  EXPECT_EQ(lab_.state().sessions.at(ticket.offered).epoch, 0u) << "an offer is no lease";
   Pass(lab_.policy().offer);
   EXPECT_EQ(lab_.state().tickets.at(ticket.id).state, TicketState::kOffered) << "offered again";
   Pass(lab_.policy().offer);
@@ -145,15 +144,14 @@ TEST_F(Queue, JobsRunInGapsAreIdempotentAndWaitBehindPeopleOfEqualAge) {
   const auto again = lab_.RequestTicket(job, now_).value();
   EXPECT_EQ(std::get<Ticket>(first).id, std::get<Ticket>(again).id);
   const Ticket bob = Ask(kBob);
-  (void)lab_.TakeEffects();
   ASSERT_TRUE(lab_.EndSession(busy.id, EndReason::kEnded, "", now_).ok());
   PassChecks();
   EXPECT_EQ(lab_.state().tickets.at(bob.id).state, TicketState::kOffered);
   ASSERT_TRUE(lab_.LeaveTicket(bob.id, now_).ok());
-  const auto started = Effects(EffectKind::kStartJob);
-  ASSERT_EQ(started.size(), 1u);
-  EXPECT_EQ(started[0].text, "job-1");
-  EXPECT_EQ(started[0].ticket, std::get<Ticket>(first).id);
+  const auto started = lab_.RequestTicket(job, now_).value();
+  ASSERT_TRUE(std::holds_alternative<Session>(started)) << "the rig is the job's";
+  EXPECT_EQ(std::get<Session>(started).job, "job-1");
+  EXPECT_EQ(std::get<Session>(started).ticket, std::get<Ticket>(first).id);
 }
 
 TEST_F(Queue, AQuotaBoundsTheWaitingJobsOfOneUser) {
@@ -202,6 +200,54 @@ TEST_F(Queue, TwoHundredWhoAskInTheSameSecondGetPlacesOneToTheLastWithoutHoles) 
   std::sort(places.begin(), places.end());
   ASSERT_EQ(places.size(), 196u);
   for (int i = 0; i < 196; ++i) EXPECT_EQ(places[static_cast<std::size_t>(i)], i + 1);
+}
+
+class PracticeRuns : public LabFixture {
+ protected:
+  PracticeRuns() {
+    for (const char* id : {"sim-1", "sim-2"}) {
+      EXPECT_TRUE(lab_.AddRig(id, "sim", true).ok());
+      EXPECT_TRUE(lab_.RigOnline(id, now_).ok());
+    }
+  }
+  core::Result<Session> Practise(UserId user) {
+    return lab_.Practice(user, {"sim-1", "sim-2"}, minutes(1), now_);
+  }
+};
+
+TEST_F(PracticeRuns, GetALeaseEachAtOnceUntilNoSimulatorIsFree) {
+  const Session ann = Practise(kAnn).value();
+  const Session again = Practise(kAnn).value();
+  EXPECT_NE(ann.rig, again.rig);
+  EXPECT_EQ(ann.state, SessionState::kActive);
+  EXPECT_EQ(LeaseOf(ann).epoch, lab_.state().rigs.at(ann.rig).epoch);
+  EXPECT_EQ(LeaseOf(ann).until, now_ + minutes(1));
+  EXPECT_EQ(Practise(kBob).error().code, ErrorCode::kBusy);
+  lab_.EndPractice(ann.id, now_);
+  lab_.EndPractice(ann.id, now_);  // twice changes nothing
+  EXPECT_FALSE(Admits(ann.rig, ann.epoch));
+  const Session bob = Practise(kBob).value();
+  EXPECT_EQ(bob.rig, ann.rig) << "and no check stands between";
+  EXPECT_GT(bob.epoch, ann.epoch);
+  EXPECT_THAT(Told(kAnn), testing::IsEmpty());
+}
+
+TEST_F(PracticeRuns, EndByTimeAndARestartAndNeverByIdlenessOrExtension) {
+  const Session ann = Practise(kAnn).value();
+  Pass(minutes(2));
+  EXPECT_EQ(Live(ann.id), nullptr);
+  const Session bob = Practise(kBob).value();
+  Scheduler restarted(lab_.policy(), lab_.state());
+  restarted.Recover(now_);
+  EXPECT_EQ(restarted.state().rigs.at(bob.rig).status, RigStatus::kReady);
+  EXPECT_GT(restarted.state().rigs.at(bob.rig).epoch, bob.epoch);
+  EXPECT_TRUE(lab_.state().usage.empty()) << "practice is free";
+}
+
+TEST_F(PracticeRuns, AreNobodyElses) {
+  const Session ann = Practise(kAnn).value();
+  EXPECT_EQ(lab_.OfferControl(ann.id, kBob, now_).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(lab_.TakeOver(ann.id, kTeacher, "why", now_).error().code, ErrorCode::kNotFound);
 }
 
 }  // namespace

@@ -40,6 +40,10 @@ class FakeRig : public hardware::Rig {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return commands_.size() >= count; });
   }
+  hardware::Epoch fence() const {
+    const std::lock_guard lock(mutex_);
+    return epoch_;
+  }
   std::vector<hardware::RigCommand> commands() const {
     const std::lock_guard lock(mutex_);
     return commands_;

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <stdexcept>
+#include <thread>
 
 #include "hardware/simulated/simulated_rig.h"
 #include "tests/hardware/rig_runs.h"
@@ -12,6 +14,7 @@ namespace faultlab::server {
 namespace {
 
 using tests::FakeRig;
+using namespace std::chrono_literals;
 
 hardware::RigDescription Simulated(const std::string& id) {
   hardware::RigDescription description;
@@ -20,33 +23,91 @@ hardware::RigDescription Simulated(const std::string& id) {
   return description;
 }
 
+lab::Lease LeaseOn(const std::string& rig, std::uint64_t epoch) {
+  return {.rig = rig, .session = {}, .epoch = epoch, .holder = {}, .until = {}};
+}
+
 class RigBayTest : public ::testing::Test {
  protected:
   RigBayTest() {
     for (const char* id : {"sim-1", "sim-2"}) {
-      bay_.Add(Simulated(id), "bench", hardware::Epoch{10}, [this, id] {
+      bay_.Add(Simulated(id), "bench", [this, id] {
+        if (while_it_is_made_) while_it_is_made_();
         last_ = std::make_shared<FakeRig>(id);
         return last_;
       });
     }
   }
   RigBay bay_;
+  std::function<void()> while_it_is_made_;
   std::shared_ptr<FakeRig> last_;
 };
 
-TEST_F(RigBayTest, LeasesAnyFreeSimulatedRigUntilNoneIsLeft) {
-  auto a = bay_.Acquire("");
-  auto b = bay_.Acquire("");
-  ASSERT_TRUE(a.ok() && b.ok());
-  EXPECT_NE(a.value().rig().description().id, b.value().rig().description().id);
-  const auto none = bay_.Acquire("");
-  ASSERT_FALSE(none.ok());
-  EXPECT_EQ(none.error().code, core::ErrorCode::kBusy);
-  a.value().Release();
-  EXPECT_TRUE(bay_.Acquire("").ok());
+TEST_F(RigBayTest, PutsTheRigIntoTheHandsOfTheLeaseAndItsEpoch) {
+  const auto hold = bay_.Acquire(LeaseOn("sim-2", 7));
+  ASSERT_TRUE(hold.ok());
+  EXPECT_EQ(hold.value().rig().description().id, "sim-2");
+  EXPECT_EQ(hold.value().epoch(), hardware::Epoch{7});
+  EXPECT_TRUE(bay_.Holds("sim-2"));
+  EXPECT_FALSE(bay_.Holds("sim-1"));
+  EXPECT_EQ(bay_.List()[1].epoch, hardware::Epoch{7});
+  EXPECT_EQ(bay_.Acquire(LeaseOn("sim-2", 7), 0ms).error().code, core::ErrorCode::kBusy)
+      << "a lease has its rig once";
 }
 
-TEST_F(RigBayTest, LeasesEveryRigThatTurnsUpHoweverManyThereAre) {
+TEST_F(RigBayTest, RefusesALeaseBelowItsFence) {
+  bay_.Fence("sim-1", 5);
+  EXPECT_EQ(bay_.Acquire(LeaseOn("sim-1", 4)).error().code, core::ErrorCode::kStale);
+  EXPECT_TRUE(bay_.Acquire(LeaseOn("sim-1", 5)).ok());
+  EXPECT_EQ(bay_.Acquire(LeaseOn("sim-1", 4)).error().code, core::ErrorCode::kStale);
+}
+
+TEST_F(RigBayTest, AFenceStopsTheHolderAndItsRigRefusesTheEpoch) {
+  const auto hold = bay_.Acquire(LeaseOn("sim-1", 4));
+  ASSERT_TRUE(hold.ok());
+  EXPECT_FALSE(hold.value().revoked());
+  bay_.Fence("sim-1", 4);
+  EXPECT_FALSE(hold.value().revoked()) << "its own epoch";
+  bay_.Fence("sim-1", 5);
+  EXPECT_TRUE(hold.value().revoked());
+  EXPECT_EQ(last_->fence(), hardware::Epoch{5});
+}
+
+TEST_F(RigBayTest, AFenceThatComesWhileTheRigIsMadeIsNotMissed) {
+  while_it_is_made_ = [this] { bay_.Fence("sim-1", 5); };
+  EXPECT_EQ(bay_.Acquire(LeaseOn("sim-1", 4)).error().code, core::ErrorCode::kStale);
+  EXPECT_FALSE(bay_.Holds("sim-1"));
+}
+
+TEST_F(RigBayTest, ANewerLeaseStopsTheOlderHolderAndWaitsForIt) {
+  auto old = bay_.Acquire(LeaseOn("sim-1", 4));
+  ASSERT_TRUE(old.ok());
+  std::thread run([&] {
+    while (!old.value().revoked()) std::this_thread::yield();
+    old.value().Release();
+  });
+  const auto next = bay_.Acquire(LeaseOn("sim-1", 5), 20s);
+  run.join();
+  ASSERT_TRUE(next.ok()) << next.error().message;
+  EXPECT_EQ(next.value().epoch(), hardware::Epoch{5});
+}
+
+TEST_F(RigBayTest, ANewerLeaseThatWaitsInVainIsTold) {
+  const auto old = bay_.Acquire(LeaseOn("sim-1", 4));
+  EXPECT_EQ(bay_.Acquire(LeaseOn("sim-1", 5), 1ms).error().code, core::ErrorCode::kBusy);
+}
+
+TEST_F(RigBayTest, TellsWhoseHoldHasEnded) {
+  std::vector<std::uint64_t> ended;
+  bay_.OnRelease([&](const lab::Lease& lease) {
+    EXPECT_FALSE(bay_.Holds(lease.rig)) << "the rig is free by then";
+    ended.push_back(lease.epoch);
+  });
+  { const auto hold = bay_.Acquire(LeaseOn("sim-1", 4)); }
+  EXPECT_EQ(ended, std::vector<std::uint64_t>{4});
+}
+
+TEST_F(RigBayTest, HasEveryRigThatTurnsUpHoweverManyThereAre) {
   int count = 0;
   bay_.SetFinder([&] {
     std::vector<RigBay::Found> found;
@@ -55,6 +116,7 @@ TEST_F(RigBayTest, LeasesEveryRigThatTurnsUpHoweverManyThereAre) {
       RigStatus status;
       status.description = Simulated(id);
       status.description.kind = hardware::RigKind::kRemote;
+      status.remote.emplace();
       found.push_back({std::move(status), [id] { return std::make_shared<FakeRig>(id); }});
     }
     return found;
@@ -62,42 +124,44 @@ TEST_F(RigBayTest, LeasesEveryRigThatTurnsUpHoweverManyThereAre) {
   for (count = 1; count <= 20; ++count) {
     EXPECT_EQ(bay_.List().size(), static_cast<std::size_t>(2 + count));
     const std::string id = "far-" + std::to_string(count - 1);
-    const auto lease = bay_.Acquire(id);
-    ASSERT_TRUE(lease.ok()) << lease.error().message;
-    EXPECT_EQ(lease.value().rig().description().id, id);
+    const auto hold = bay_.Acquire(LeaseOn(id, 1));
+    ASSERT_TRUE(hold.ok()) << hold.error().message;
+    EXPECT_EQ(hold.value().rig().description().id, id);
   }
 }
 
-TEST_F(RigBayTest, RaisesTheEpochWithEachLease) {
-  const auto first = bay_.Acquire("sim-1").value().epoch();
-  const auto second = bay_.Acquire("sim-1").value().epoch();
-  EXPECT_EQ(first, hardware::Epoch{11});
-  EXPECT_EQ(second, hardware::Epoch{12});
+TEST_F(RigBayTest, ANameOnTheBusMakesNoLocalRigAFarOne) {
+  bay_.SetFinder([] {
+    RigStatus status;
+    status.description = Simulated("sim-1");
+    status.description.kind = hardware::RigKind::kRemote;
+    status.remote.emplace();
+    std::vector<RigBay::Found> found;
+    found.push_back({std::move(status), [] { return std::make_shared<FakeRig>("forged"); }});
+    return found;
+  });
+  EXPECT_EQ(bay_.Find("sim-1").value().description.kind, hardware::RigKind::kSimulated);
+  EXPECT_EQ(bay_.Acquire(LeaseOn("sim-1", 1)).value().rig().description().id, "sim-1");
 }
 
-TEST_F(RigBayTest, StopsTheRigWhenALeaseEnds) {
-  { auto lease = bay_.Acquire("sim-2"); }
+TEST_F(RigBayTest, StopsTheRigWhenAHoldEnds) {
+  { auto hold = bay_.Acquire(LeaseOn("sim-2", 1)); }
   ASSERT_EQ(last_->stops().size(), 1u);
   EXPECT_FALSE(bay_.List()[1].leased);
 }
 
 TEST_F(RigBayTest, NamesAnUnknownRig) {
-  const auto unknown = bay_.Acquire("sim-9");
+  const auto unknown = bay_.Acquire(LeaseOn("sim-9", 1));
   ASSERT_FALSE(unknown.ok());
   EXPECT_EQ(unknown.error().code, core::ErrorCode::kNotFound);
   EXPECT_NE(unknown.error().message.find("sim-9"), std::string::npos);
 }
 
 TEST_F(RigBayTest, StaysFreeWhenARigCannotBeBuilt) {
-  RigBay bay;
-  bool fail = true;
-  bay.Add(Simulated("sim-1"), "bench", hardware::Epoch{0}, [&]() -> std::shared_ptr<FakeRig> {
-    if (fail) throw std::runtime_error("no device");
-    return std::make_shared<FakeRig>("sim-1");
-  });
-  EXPECT_THROW(static_cast<void>(bay.Acquire("sim-1")), std::runtime_error);
-  fail = false;
-  EXPECT_TRUE(bay.Acquire("sim-1").ok());
+  while_it_is_made_ = [] { throw std::runtime_error("no device"); };
+  EXPECT_THROW(static_cast<void>(bay_.Acquire(LeaseOn("sim-1", 1))), std::runtime_error);
+  while_it_is_made_ = {};
+  EXPECT_TRUE(bay_.Acquire(LeaseOn("sim-1", 1)).ok());
 }
 
 /// A simulated bench whose shaft is held: 5 V stall it within a second.
@@ -118,13 +182,10 @@ TEST(ResidentRig, KeepsItsTripBetweenLeasesUntilItIsCleared) {
   options.kind = hardware::RigKind::kBench;
   options.speed = 0.0;
   bay.AddResident(hardware::MakeSimulatedRig(options), "bench");
-  EXPECT_EQ(bay.ClearTrip("bench-1").error().code, core::ErrorCode::kConflict)
-      << "nothing holds it";
   {
-    auto lease = bay.Acquire("bench-1");
-    ASSERT_TRUE(lease.ok());
-    ASSERT_TRUE(RunWithHeldShaft(lease.value().rig(), lease.value().epoch()).ok());
-    EXPECT_EQ(bay.ClearTrip("bench-1").error().code, core::ErrorCode::kBusy) << "leased";
+    auto hold = bay.Acquire(LeaseOn("bench-1", 1));
+    ASSERT_TRUE(hold.ok());
+    ASSERT_TRUE(RunWithHeldShaft(hold.value().rig(), hold.value().epoch()).ok());
   }
   const RigStatus tripped = bay.List().front();
   EXPECT_EQ(tripped.state, hardware::RigState::kTripped);
@@ -134,12 +195,14 @@ TEST(ResidentRig, KeepsItsTripBetweenLeasesUntilItIsCleared) {
   EXPECT_GT(tripped.trip->t_s, 0.4);
   EXPECT_GT(tripped.loop.lateness.count(), 50u);
   {
-    auto next = bay.Acquire("bench-1");
+    auto next = bay.Acquire(LeaseOn("bench-1", 2));
     ASSERT_TRUE(next.ok());
     EXPECT_EQ(RunWithHeldShaft(next.value().rig(), next.value().epoch()).error().code,
               core::ErrorCode::kConflict);
+    hardware::RigCommand clear;
+    clear.kind = hardware::RigCommand::Kind::kClearTrip;
+    EXPECT_TRUE(next.value().rig().Command(next.value().epoch(), clear).ok());
   }
-  EXPECT_TRUE(bay.ClearTrip("bench-1").ok());
   EXPECT_EQ(bay.List().front().state, hardware::RigState::kIdle);
   EXPECT_FALSE(bay.List().front().trip.has_value());
 }
@@ -149,15 +212,15 @@ TEST(PracticeRig, IsAnotherBenchForTheNextButItsTicksAreAddedUp) {
   hardware::SimulatedRigOptions options;
   options.speed = 0.0;
   const auto description = hardware::MakeSimulatedRig(options)->description();
-  bay.Add(description, "bench", hardware::Epoch{0}, [options] {
+  bay.Add(description, "bench", [options] {
     return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
   });
   std::uint64_t ticks = 0;
-  for (int round = 0; round < 2; ++round) {
+  for (std::uint64_t round = 1; round <= 2; ++round) {
     {
-      auto lease = bay.Acquire("");
-      ASSERT_TRUE(lease.ok());
-      ASSERT_TRUE(RunWithHeldShaft(lease.value().rig(), lease.value().epoch()).ok()) << round;
+      auto hold = bay.Acquire(LeaseOn(description.id, round));
+      ASSERT_TRUE(hold.ok());
+      ASSERT_TRUE(RunWithHeldShaft(hold.value().rig(), hold.value().epoch()).ok()) << round;
     }
     EXPECT_FALSE(bay.List().front().trip.has_value());
     EXPECT_GT(bay.List().front().loop.lateness.count(), ticks);

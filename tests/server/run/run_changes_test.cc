@@ -256,7 +256,7 @@ TEST_F(RunChangesTest, ARecordingRefusesByItself) {
   options.queue_messages = 16;
   RunRequest replay;
   replay.plan = hardware::ReplayPlan(0.01);
-  replay.lease = RigLease(nullptr, 0, hardware::MakeReplayRig(samples, options), kEpoch);
+  replay.hold = RigHold(hardware::MakeReplayRig(samples, options));
   RunToEnd(std::move(replay));
   ASSERT_TRUE(answer);
   EXPECT_EQ(answer->error().code, core::ErrorCode::kForbidden);

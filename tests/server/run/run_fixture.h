@@ -33,12 +33,9 @@ class RunFixture : public ::testing::Test {
     hardware::SimulatedRigOptions simulator;
     simulator.speed = 0.0;
     simulator.queue_messages = 16;  // the rig is never far ahead of its run
-    bay_.Add(hardware::MakeSimulatedRig(simulator)->description(),
-             "bench",
-             hardware::Epoch{0},
-             [simulator] {
-               return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(simulator));
-             });
+    bay_.Add(hardware::MakeSimulatedRig(simulator)->description(), "bench", [simulator] {
+      return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(simulator));
+    });
     Manage(0.0);
   }
 
@@ -47,27 +44,33 @@ class RunFixture : public ::testing::Test {
     options.speed = speed;
     options.runs_max = runs_max;
     manager_ = std::make_unique<RunManager>(
-        options, bay_, *store_, *hub_, clock_, [this](std::string_view text) {
+        options, *store_, *hub_, clock_, [this](std::string_view text) {
           log_.append(text).append("\n");
         });
   }
 
   /// The paper's experiment, R1 = 100 ohm at 10 s.
-  static RunRequest Paper(double duration_s = 20.0) {
+  RunRequest Paper(double duration_s = 20.0) {
     RunRequest request;
     request.owner = "guest";
+    request.hold = Hold("sim-1");
     request.plan.uc_v = core::Generate(core::PrbsSpec{}, duration_s, 0.01).value();
     if (duration_s > 10.0) {
       request.plan.faults = {{core::Component::kR1, 100.0, 10.0, core::FaultKind::kAbrupt, 0.0}};
     }
     return request;
   }
+  /// The rig under the next lease of its epoch; empty hands when the bay does not give it.
+  RigHold Hold(const std::string& rig) {
+    auto hold = bay_.Acquire({.rig = rig, .epoch = ++epoch_});
+    return hold ? std::move(hold).value() : RigHold{};
+  }
   /// A run on a rig that says what the test tells it.
   RunRequest Scripted(const std::shared_ptr<FakeRig>& rig) {
     RunRequest request;
     request.owner = "guest";
     request.plan.uc_v.assign(1000, 2.0);
-    request.lease = RigLease(nullptr, 0, rig, hardware::Epoch{1});
+    request.hold = RigHold(rig);
     return request;
   }
   static core::Sample SampleAt(std::int64_t index) {
@@ -106,6 +109,7 @@ class RunFixture : public ::testing::Test {
   std::unique_ptr<RecordingStore> store_;
   std::unique_ptr<StreamHub> hub_;
   RigBay bay_;
+  std::uint64_t epoch_ = 0;
   std::string log_;
   std::unique_ptr<RunManager> manager_;
 };

@@ -60,8 +60,7 @@ TEST_F(RunManagerTest, ReplaysARecordingToTheSameBits) {
   RunRequest replay;
   replay.owner = "guest";
   replay.plan = hardware::ReplayPlan(original.period_s);
-  replay.lease =
-      RigLease(nullptr, 0, hardware::MakeReplayRig(samples, options), hardware::Epoch{1});
+  replay.hold = RigHold(hardware::MakeReplayRig(samples, options));
   const RunRecord again = RunToEnd(std::move(replay));
   EXPECT_EQ(again.state, RunState::kFinished) << log_;
   const auto replayed = store_->LoadSamples(again.id, 0, 5000).value();
@@ -154,6 +153,33 @@ TEST_F(RunManagerTest, RefusesMoreRunsThanItsNumber) {
   const auto second = manager_->Start(Scripted(std::make_shared<FakeRig>()));
   ASSERT_FALSE(second.ok());
   EXPECT_EQ(second.error().code, core::ErrorCode::kBusy);
+}
+
+TEST_F(RunManagerTest, ARunWhoseLeaseEndsIsStoppedAndLetsGoBeforeItIsStored) {
+  hardware::SimulatedRigOptions options;
+  options.id = "bench-1";
+  options.kind = hardware::RigKind::kBench;
+  bay_.AddResident(hardware::MakeSimulatedRig(options), "bench");
+  Manage(1.0);
+  RunRequest request = Paper();
+  request.hold = Hold("bench-1");
+  const auto started = manager_->Start(std::move(request));
+  ASSERT_TRUE(started.ok()) << started.error().message;
+  const RigHold next = Hold("bench-1");  // a newer lease: stops the run and waits for its rig
+  EXPECT_EQ(next.epoch(), hardware::Epoch{epoch_}) << "and has it";
+  manager_->Wait(started.value().id);
+  const RunRecord record = store_->Get(started.value().id).value();
+  EXPECT_EQ(record.state, RunState::kStopped) << log_;
+  EXPECT_FALSE(manager_->Command(record.id, started.value().epoch, {}).ok());
+}
+
+TEST_F(RunManagerTest, ALeaseThatEndsBetweenItsHoldAndTheStartStartsNothing) {
+  RunRequest request = Paper(1.0);
+  bay_.Fence("sim-1", ++epoch_);
+  const auto refused = manager_->Start(std::move(request));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, core::ErrorCode::kStale);
+  EXPECT_TRUE(manager_->Running().empty());
 }
 
 TEST_F(RunManagerTest, StopsEveryRunWhenTheServerStops) {
