@@ -45,20 +45,24 @@ std::string TransferKey(const Principal& who, const HttpRequest& http) {
   return who.signed_in() ? who.owner_key() : "guest " + std::string(http.remote_address);
 }
 
-HttpResponse TooManyTransfers() {
-  constexpr int kSeconds = 2;
-  return TryAgain(429,
-                  "Two large downloads or uploads of yours are on their way; wait until one ends.",
-                  kSeconds);
+bool IsLarge(const ApiRoute& route) {
+  return route.answer == AnswerSize::kLarge || route.body.bytes_max > kLargeBytes;
 }
 
 Admission Admit(ApiContext& api, const ApiRoute& route, const HttpRequest& http) {
   auto who = CallerOf(api, route, http);
-  if (!who) return {ProblemOf(who.error()), nullptr};
-  if (route.body.bytes_max <= kLargeBytes) return {};
-  auto slot = api.transfers.Take(TransferKey(who.value(), http));
-  if (slot == nullptr) return {TooManyTransfers(), nullptr};
-  return {std::nullopt, std::move(slot)};
+  if (!who) return {.refusal = ProblemOf(who.error())};
+  if (!IsLarge(route)) return {};
+  const std::string key = TransferKey(who.value(), http);
+  if (auto slot = api.transfers.Take(key)) return {.held = std::move(slot)};
+  constexpr int kSeconds = 2;
+  HttpResponse refusal =
+      TryAgain(429,
+               "Two large downloads or uploads of yours are on their way; wait until one ends.",
+               kSeconds);
+  auto place = api.transfers.Wait(key);
+  const bool waits = place != nullptr;
+  return {.refusal = std::move(refusal), .not_yet = waits, .held = std::move(place)};
 }
 
 HttpResponse Serve(ApiContext& api, const ApiRoute& route, const HttpRequest& http) {
@@ -72,16 +76,8 @@ HttpResponse Serve(ApiContext& api, const ApiRoute& route, const HttpRequest& ht
                    "Unsupported media type",
                    "Send the body as Content-Type: application/json.");
   }
-  const std::string key = AsksWho(route) ? TransferKey(who, http) : std::string();
-  if (route.answer == AnswerSize::kLarge && api.transfers.Full(key)) return TooManyTransfers();
-  core::Result<HttpResponse> answer = route.handler(api, {http, who});
-  if (!answer.ok()) return ProblemOf(answer.error());
-  HttpResponse response = std::move(answer).value();
-  if (AsksWho(route) && response.body.size() > kLargeBytes) {
-    response.until_sent = api.transfers.Take(key);
-    if (response.until_sent == nullptr) return TooManyTransfers();
-  }
-  return response;
+  const core::Result<HttpResponse> answer = route.handler(api, {http, who});
+  return answer.ok() ? answer.value() : ProblemOf(answer.error());
 }
 
 }  // namespace
@@ -95,6 +91,7 @@ void AddRoutes(Router& router, ApiContext& api, const std::vector<ApiRoute>& rou
                 [&api, route](const HttpRequest& http) { return Serve(api, route, http); }};
     if (AsksWho(route)) {
       entry.admit = [&api, route](const HttpRequest& http) { return Admit(api, route, http); };
+      entry.always_admit = IsLarge(route);
     }
     router.Add(std::move(entry));
   }

@@ -45,7 +45,7 @@ struct ApiContext {
   std::function<core::Status()> database_check{};  ///< cheap: for /readyz
   MonotonicTime started{};
   DiagnosisCache diagnoses{};
-  TransferSlots transfers{2};
+  TransferSlots transfers{2, 4};
   LabApi* lab = nullptr;  ///< accounts, queue, calendar, jobs; null: guests only
   /// A rig in the hands of the caller's lease, for a run of at most `length`: of the session that
   /// they have on it, or of practice on a simulator ("": any free one).
@@ -72,7 +72,8 @@ inline constexpr BodyRule kSignInJson{4 << 10, true};  ///< from people who are 
 inline constexpr BodyRule kClassList{1 << 20};
 inline constexpr BodyRule kUpload{20 << 20};
 
-/// kLarge: the answer grows with the run. A caller with two such answers unsent must wait.
+/// kLarge: the answer grows with the run. A caller has two such answers at work or unsent at most;
+/// a few more wait for one of them.
 enum class AnswerSize { kSmall, kLarge };
 
 using ApiHandler = core::Result<HttpResponse> (*)(ApiContext&, const ApiRequest&);

@@ -27,6 +27,16 @@ class ByteBudget {
     ~Hold() {
       if (budget_ != nullptr) budget_->held_ -= bytes_;
     }
+    std::size_t bytes() const { return bytes_; }
+    /// Joins another hold of the same budget.
+    void Add(Hold&& other) {
+      if (budget_ == nullptr) {
+        *this = std::move(other);
+        return;
+      }
+      bytes_ += std::exchange(other.bytes_, 0);
+      other.budget_ = nullptr;
+    }
 
    private:
     ByteBudget* budget_ = nullptr;

@@ -4,6 +4,7 @@
 
 #include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 #include <cstdint>
@@ -28,6 +29,12 @@ constexpr std::size_t kReadBytes = 4096;
 constexpr std::size_t kBodyReadBytes = 64 << 10;
 constexpr std::size_t kIdleBufferBytesMax = 16 << 10;
 constexpr std::size_t kInlineBodyBytes = 8 << 10;  ///< copied behind the head: one buffer, one send
+constexpr int kAdmissionTries = 60;
+constexpr std::chrono::milliseconds kAdmissionPause{500};
+constexpr std::size_t kSendPieceBytes = 512 << 10;  ///< in each write_deadline
+constexpr std::size_t kSmallBytes = 64 << 10;       ///< what waits without asking the budget
+constexpr std::size_t kBodyStepBytes = 256
+                                       << 10;  ///< asked of the budget ahead of what has arrived
 constexpr std::size_t kDiscardBytesMax = 4 << 20;  ///< read away so that a refusal is not reset
 
 HttpMethod ToMethod(beast::http::verb verb) {
@@ -178,13 +185,6 @@ asio::awaitable<bool> Connection::ReadBody(std::size_t bytes_max) {
     co_return false;
   }
   if (parser_->is_done()) co_return true;
-  auto hold = host_.waiting_bytes.Take(parser_->content_length().value_or(bytes_max));
-  if (!hold) {
-    ++host_.counters.bytes_refused;
-    co_await Refuse(BytesFullProblem());
-    co_return false;
-  }
-  body_bytes_ = std::move(*hold);
   parser_->body_limit(bytes_max);
   if (View(parser_->get()[beast::http::field::expect]) == "100-continue") {
     if (!co_await SendBytes("HTTP/1.1 100 Continue\r\n\r\n")) co_return false;
@@ -207,10 +207,25 @@ asio::awaitable<bool> Connection::ReadBody(std::size_t bytes_max) {
       co_await Refuse(Problem(400, "bad_request", "Bad body", "Bad body: " + ec.message() + "."));
       co_return false;
     }
+    if (!HoldBody(parser_->get().body().size())) {
+      ++host_.counters.bytes_refused;
+      co_await Refuse(BytesFullProblem());
+      co_return false;
+    }
     if (parser_->is_done() || used > 0) continue;
     if (!co_await ReadMore(kBodyReadBytes)) co_return false;
   }
   co_return true;
+}
+
+/// The budget is asked for what has arrived, in steps; a small body is never in its way.
+bool Connection::HoldBody(std::size_t bytes) {
+  if (bytes <= kSmallBytes || bytes <= body_bytes_.bytes()) return true;
+  const std::size_t wanted = bytes + kBodyStepBytes;
+  auto hold = host_.waiting_bytes.Take(wanted - body_bytes_.bytes());
+  if (!hold) return false;
+  body_bytes_.Add(std::move(*hold));
+  return true;
 }
 
 void Connection::FillRequest() {
@@ -249,7 +264,8 @@ HttpResponse Connection::Handle(const Route& route) const {
 }
 
 bool Connection::PoolIsFull() {
-  if (host_.pool_waiting < host_.options.limits.pool_waiting_max) return false;
+  const bool room = host_.pool_waiting < host_.options.limits.pool_waiting_max;
+  if (room && !host_.pool_closed) return false;
   ++host_.counters.pool_refused;
   return true;
 }
@@ -281,19 +297,27 @@ asio::awaitable<HttpResponse> Connection::RunOnPool(const Route& route) {
 
 /// @returns false when the request is refused and the connection at its end.
 asio::awaitable<bool> Connection::Admit(const Route& route) {
-  if (PoolIsFull()) {
-    co_await Refuse(PoolFullProblem());
-    co_return false;
-  }
   deadline_ = Steady::time_point::max();
-  Admission admission = co_await OnPool([this, &route]() -> Admission {
-    try {
-      return route.admit(request_);
-    } catch (const std::exception& error) {
-      host_.Report(std::string("admission to ") + route.pattern + ": " + error.what());
-      return {InternalProblem(), nullptr};
+  Admission admission;
+  for (int tries = 1; tries <= kAdmissionTries; ++tries) {
+    if (PoolIsFull()) {
+      co_await Refuse(PoolFullProblem());
+      co_return false;
     }
-  });
+    admission = {};
+    admission = co_await OnPool([this, &route]() -> Admission {
+      try {
+        return route.admit(request_);
+      } catch (const std::exception& error) {
+        host_.Report(std::string("admission to ") + route.pattern + ": " + error.what());
+        return {.refusal = InternalProblem()};
+      }
+    });
+    if (!admission.not_yet || tries == kAdmissionTries) break;
+    asio::steady_timer pause(host_.io, kAdmissionPause);
+    error_code ec;
+    co_await pause.async_wait(asio::redirect_error(asio::use_awaitable, ec));
+  }
   if (admission.refusal) {
     co_await Refuse(std::move(*admission.refusal));
     co_return false;
@@ -302,19 +326,24 @@ asio::awaitable<bool> Connection::Admit(const Route& route) {
   co_return true;
 }
 
+/// In pieces: a peer that takes one more slowly than the slowest line served is given up.
 asio::awaitable<bool> Connection::SendBytes(std::string_view bytes) {
   error_code ec;
   const std::size_t sent = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), ec);
   if (!ec && sent == bytes.size()) co_return true;
   if (ec && ec != asio::error::would_block) co_return false;
-  const std::size_t done = ec ? 0 : sent;
-  ec = {};
-  const auto slow = bytes.size() / host_.options.limits.slow_bytes;
-  Deadline(host_.options.limits.write_deadline + std::chrono::seconds(slow));
-  co_await asio::async_write(socket_,
-                             asio::buffer(bytes.data() + done, bytes.size() - done),
-                             asio::redirect_error(asio::use_awaitable, ec));
-  co_return !ec;
+  bytes.remove_prefix(ec ? 0 : sent);
+  while (!bytes.empty()) {
+    const std::string_view piece = bytes.substr(0, kSendPieceBytes);
+    ec = {};
+    Deadline(host_.options.limits.write_deadline);
+    co_await asio::async_write(socket_,
+                               asio::buffer(piece.data(), piece.size()),
+                               asio::redirect_error(asio::use_awaitable, ec));
+    if (ec) co_return false;
+    bytes.remove_prefix(piece.size());
+  }
+  co_return true;
 }
 
 asio::awaitable<bool> Connection::Send(const HttpResponse& response, bool keep_alive) {
@@ -410,7 +439,8 @@ asio::awaitable<Connection::Next> Connection::Serve() {
   const Router::Match match = host_.router.Find(request_);
   const bool body_is_here =
       parser_->is_done() || parser_->content_length().value_or(SIZE_MAX) <= buffer_.size();
-  if (match.route != nullptr && match.route->admit && !body_is_here) {
+  if (match.route != nullptr && match.route->admit &&
+      (match.route->always_admit || !body_is_here)) {
     if (!co_await Admit(*match.route)) co_return Next::kClose;
   }
   if (!co_await ReadBody(match.route != nullptr ? match.route->body_bytes_max : 0)) {
@@ -436,11 +466,15 @@ asio::awaitable<Connection::Next> Connection::Serve() {
   } else {
     response = Problem(404, "not_found", "Not found", "There is nothing at this address.");
   }
-  // Until it is sent to its end; what is refused for its bytes frees them at once.
-  auto hold = host_.waiting_bytes.Take(response.body.size());
-  if (!hold) {
-    ++host_.counters.bytes_refused;
-    response = BytesFullProblem();
+  // Until it is sent to its end. A small answer is never in the way of the budget, and what a
+  // request has changed is told whatever it says.
+  std::optional<ByteBudget::Hold> hold;
+  if (safe && response.body.size() > kSmallBytes) {
+    hold = host_.waiting_bytes.Take(response.body.size());
+    if (!hold) {
+      ++host_.counters.bytes_refused;
+      response = BytesFullProblem();
+    }
   }
   Deadline(host_.options.limits.write_deadline);
   const bool sent = co_await Send(response, keep_alive);

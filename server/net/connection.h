@@ -40,6 +40,7 @@ struct ConnectionHost {
   bool on_loopback = false;
   Counters counters{};
   std::atomic<std::size_t> pool_waiting{0};
+  bool pool_closed = false;  ///< the server stops: of the network thread
   ByteBudget waiting_bytes{options.limits.waiting_bytes_max};
   std::unordered_set<Connection*> connections{};
   std::chrono::steady_clock::time_point now{};  ///< coarse: moved twice a second
@@ -80,6 +81,7 @@ class Connection {
   boost::asio::awaitable<bool> ReadHeader();
   boost::asio::awaitable<bool> Admit(const Route& route);
   boost::asio::awaitable<bool> ReadBody(std::size_t bytes_max);
+  bool HoldBody(std::size_t bytes);
   boost::asio::awaitable<Next> Serve();
   boost::asio::awaitable<Next> Upgrade();
   boost::asio::awaitable<HttpResponse> RunOnPool(const Route& route);
@@ -97,7 +99,7 @@ class Connection {
   boost::beast::flat_buffer buffer_;
   std::optional<Parser> parser_;
   HttpRequest request_;
-  ByteBudget::Hold body_bytes_;     ///< of the request at work
+  ByteBudget::Hold body_bytes_;     ///< of the request at work, as far as it has arrived
   std::shared_ptr<void> admitted_;  ///< of the request at work
   std::string peer_address_;
   std::chrono::steady_clock::time_point deadline_ = std::chrono::steady_clock::time_point::max();

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -51,8 +50,6 @@ struct HttpResponse {
   std::string body;
   /// Sent instead of `body` when not empty: bytes that live as long as the process.
   std::string_view static_body;
-  /// Let go on the network thread when the answer has been sent or its connection has ended.
-  std::shared_ptr<void> until_sent;
 
   std::string_view payload() const {
     return static_body.empty() ? std::string_view(body) : static_body;

@@ -10,6 +10,7 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <ctime>
 #include <exception>
+#include <future>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -171,6 +172,7 @@ core::Status HttpServer::Impl::Start() {
 
 void HttpServer::Impl::CloseAll() {
   stopping_ = true;
+  host_.pool_closed = true;
   error_code ec;
   acceptor_.close(ec);
   const std::vector<Connection*> all(host_.connections.begin(), host_.connections.end());
@@ -181,7 +183,13 @@ void HttpServer::Impl::CloseAll() {
 void HttpServer::Impl::Stop() {
   if (!started_) return;
   started_ = false;
-  asio::post(host_.io, [this] { CloseAll(); });
+  // Nothing may be given to the pool once it is joined: its end would come after that of io.
+  std::promise<void> closed;
+  asio::post(host_.io, [&] {
+    CloseAll();
+    closed.set_value();
+  });
+  closed.get_future().wait();
   host_.pool->join();
   asio::steady_timer hard_stop(host_.io, std::chrono::seconds(1));
   hard_stop.async_wait([this](const error_code& ec) {

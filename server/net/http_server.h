@@ -25,8 +25,7 @@ struct HttpLimits {
   std::chrono::milliseconds header_deadline{
       10'000};  ///< first byte of a request to its last header
   std::chrono::milliseconds body_deadline{120'000};
-  std::chrono::milliseconds write_deadline{60'000};  ///< and a second for each slow_bytes
-  std::size_t slow_bytes = 16 << 10;                 ///< a second, of the slowest line served
+  std::chrono::milliseconds write_deadline{30'000};  ///< of each 512 kB of an answer: 17 kB/s
   std::chrono::milliseconds idle_deadline{75'000};   ///< kept-alive connection between requests
 };
 

@@ -16,10 +16,11 @@ namespace faultlab::server {
 /// Where a handler runs. Nothing that touches disk, database or a picture may be kInline.
 enum class RunsOn { kInline, kPool };
 
-/// The answer to a header whose body is still to come.
+/// The answer to a header: may its body be read, its handler be run?
 struct Admission {
-  std::optional<HttpResponse> refusal;  ///< the body is not read
-  std::shared_ptr<void> held;           ///< let go when the request has been answered
+  std::optional<HttpResponse> refusal{};
+  bool not_yet = false;          ///< ask again in a moment; for good, it is the refusal
+  std::shared_ptr<void> held{};  ///< let go when the request has been answered or is asked again
 };
 
 struct Route {
@@ -31,6 +32,7 @@ struct Route {
   /// Asked, on the pool, before a body is stored that did not come along with its header; request
   /// without the body. May be empty.
   std::function<Admission(const HttpRequest&)> admit{};
+  bool always_admit = false;  ///< `admit` is asked about every request
 };
 
 /// Finds the route of a request. Literal segments win over {names}, both over "/*".

@@ -2,6 +2,7 @@
 
 #include <soci/soci.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -75,7 +76,15 @@ core::Result<std::unique_ptr<Database>> Database::Open(DatabaseOptions options) 
   if (options.location.empty()) {
     return Error{ErrorCode::kInvalid, "no database given: name a file or postgresql://..", ""};
   }
-  const bool postgres = options.location.starts_with("postgresql:");
+  const bool postgres = IsPostgres(options.location);
+  const std::size_t scheme = options.location.find("://");
+  if (!postgres && scheme != std::string::npos) {
+    return Error{ErrorCode::kInvalid,
+                 "the database's scheme is '" +
+                     options.location.substr(0, std::min<std::size_t>(scheme, 20)) +
+                     "'; known are postgresql:// and the path of an SQLite file",
+                 "url"};
+  }
   if (!postgres && options.location.find('"') != std::string::npos) {
     return Error{ErrorCode::kInvalid, "a database path cannot hold a double quote", ""};
   }
@@ -139,6 +148,7 @@ core::Status Database::RunErased(bool writes,
 core::Status Database::Check() {
   return Read([](Transaction& tx) -> core::Status {
     if (tx.engine() == Engine::kPostgresql) {
+      tx.sql() << "SET LOCAL statement_timeout = 0";  // reads everything
       for (const auto& table : TableNames(tx)) {
         long long rows = 0;
         tx.sql() << "SELECT COUNT(*) FROM (SELECT t::text FROM " + table + " t) everything",

@@ -19,20 +19,32 @@ std::string Quoted(std::string_view value) {
   return out + "'";
 }
 
+/// A password with an unescaped '/' makes libpq take its beginning for the port.
+bool PortIsNumber(const PQconninfoOption* options) {
+  for (const PQconninfoOption* option = options; option->keyword != nullptr; ++option) {
+    if (std::string_view(option->keyword) != "port" || option->val == nullptr) continue;
+    return std::string_view(option->val).find_first_not_of("0123456789,") == std::string_view::npos;
+  }
+  return true;
+}
+
 }  // namespace
 
+bool IsPostgres(const std::string& location) {
+  return location.starts_with(kPrefix) || location.starts_with("postgres://");
+}
+
 core::Result<std::string> PostgresParameters(const std::string& location) {
-  const bool uri = location.starts_with("postgresql://");
+  const bool uri = location.starts_with("postgresql://") || location.starts_with("postgres://");
   const std::string text = uri ? location : location.substr(kPrefix.size());
-  char* refusal = nullptr;
   const std::unique_ptr<PQconninfoOption, decltype(&PQconninfoFree)> options(
-      PQconninfoParse(text.c_str(), &refusal), &PQconninfoFree);
-  const std::unique_ptr<char, decltype(&PQfreemem)> owned(refusal, &PQfreemem);
-  if (options == nullptr) {
-    std::string why = refusal == nullptr ? "out of memory" : refusal;
-    while (why.ends_with('\n')) why.pop_back();
-    return core::Error{
-        core::ErrorCode::kInvalid, "the PostgreSQL location is not valid: " + why, "url"};
+      PQconninfoParse(text.c_str(), nullptr), &PQconninfoFree);
+  if (options == nullptr || !PortIsNumber(options.get())) {
+    return core::Error{core::ErrorCode::kInvalid,
+                       "the PostgreSQL location cannot be parsed; write it as "
+                       "postgresql://user:password@host:port/name (reserved characters as %XX) or "
+                       "postgresql:host=/run/pg user=me dbname=lab",
+                       "url"};
   }
   std::string out;
   for (const PQconninfoOption* option = options.get(); option->keyword != nullptr; ++option) {

@@ -4,7 +4,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <condition_variable>
+#include <memory>
 #include <mutex>
 #include <thread>
 
@@ -145,7 +147,7 @@ TEST_F(HttpServerTest, ABodyIsReadOnlyForThoseWhoAreAdmitted) {
                [](const HttpRequest& request) -> Admission {
                  EXPECT_TRUE(request.body.empty());
                  if (request.Header("Cookie") == "known") return {};
-                 return {Problem(401, "unauthorized", "Unauthorized", "sign in first"), nullptr};
+                 return {.refusal = Problem(401, "unauthorized", "Unauthorized", "sign in")};
                }});
   const int port = Start();
   const std::string head = "POST /upload HTTP/1.1\r\nHost: localhost\r\nContent-Length: ";
@@ -172,14 +174,18 @@ TEST_F(HttpServerTest, BytesOnTheirWayAreBoundedForAllConnectionsTogether) {
     response.body.assign(8 * kMega, 'x');
     return response;
   });
-  Add(HttpMethod::kPost, "/upload", RunsOn::kPool, 8 * kMega, [](const HttpRequest&) {
-    return HttpResponse{};
-  });
+  const auto answers = [](const HttpRequest&) {
+    HttpResponse response;
+    response.body.assign(kMega, 'y');
+    return response;
+  };
+  Add(HttpMethod::kPost, "/upload", RunsOn::kPool, 8 * kMega, answers);
   const int port = Start();
   const std::string ask = "GET /big HTTP/1.1\r\nHost: localhost\r\n\r\n";
-  const std::string offer =
-      "POST /upload HTTP/1.1\r\nHost: localhost\r\nContent-Length: " + std::to_string(8 * kMega) +
-      "\r\n\r\n";
+  const auto offer = [](int bytes) {
+    return "POST /upload HTTP/1.1\r\nHost: localhost\r\nContent-Length: " + std::to_string(bytes) +
+           "\r\n\r\n";
+  };
   {
     RawClient idle(port, 4096);  // asks and does not read
     idle.Send(ask);
@@ -189,10 +195,19 @@ TEST_F(HttpServerTest, BytesOnTheirWayAreBoundedForAllConnectionsTogether) {
     EXPECT_EQ(refused.status, 503);
     EXPECT_EQ(refused.Header("Retry-After"), "5");
     RawClient uploader(port);
-    uploader.Send(offer);
+    uploader.Send(offer(4 * kMega) + std::string(4 * kMega, 'x'));
     EXPECT_EQ(uploader.ReadAnswer().status, 503) << "an upload waits for the same bytes";
-    EXPECT_EQ(Get(port, "/hello").status, 200) << "small answers go on";
     EXPECT_EQ(server_->counters().bytes_refused, 2u);
+    // What is promised and does not come takes nothing from the others; what is small asks nobody.
+    std::vector<std::unique_ptr<RawClient>> liars;
+    for (int i = 0; i < 20; ++i) {
+      liars.push_back(std::make_unique<RawClient>(port));
+      liars.back()->Send(offer(8 * kMega));
+    }
+    EXPECT_EQ(Get(port, "/hello").status, 200);
+    RawClient small(port);
+    small.Send(offer(3) + "abc");
+    EXPECT_EQ(small.ReadAnswer().status, 200) << "and what a request has done is told";
   }
   // The idle connection is gone: its bytes are free again once the server has noticed.
   HttpAnswer answer;
@@ -200,23 +215,45 @@ TEST_F(HttpServerTest, BytesOnTheirWayAreBoundedForAllConnectionsTogether) {
   EXPECT_EQ(answer.body.size(), 8u * kMega);
 }
 
-TEST_F(HttpServerTest, WhatAnAnswerHoldsIsLetGoWhenItIsSent) {
+TEST_F(HttpServerTest, WhatAnAdmissionHoldsIsLetGoWhenTheAnswerIsSent) {
   auto held = std::make_shared<int>(0);
-  Add(HttpMethod::kGet, "/held", RunsOn::kPool, 0, [held](const HttpRequest&) {
-    HttpResponse response;
-    response.body.assign(8 << 20, 'x');
-    response.until_sent = held;
-    return response;
-  });
+  router_.Add({HttpMethod::kGet,
+               "/held",
+               RunsOn::kPool,
+               0,
+               [](const HttpRequest&) {
+                 HttpResponse response;
+                 response.body.assign(8 << 20, 'x');
+                 return response;
+               },
+               [held](const HttpRequest&) -> Admission { return {.held = held}; },
+               /*always_admit=*/true});
   const int port = Start();
+  const auto nobody = held.use_count();
   RawClient client(port, 4096);
   client.Send("GET /held HTTP/1.1\r\nHost: localhost\r\n\r\n");
   char first = 0;
   ASSERT_EQ(recv(client.fd(), &first, 1, MSG_PEEK), 1);
-  EXPECT_EQ(held.use_count(), 3) << "here, in the handler, with the answer";
+  EXPECT_EQ(held.use_count(), nobody + 1);
   EXPECT_EQ(client.ReadAnswer().body.size(), 8u << 20);
   EXPECT_EQ(Get(port, "/hello").status, 200) << "the network thread has come round";
-  EXPECT_EQ(held.use_count(), 2);
+  EXPECT_EQ(held.use_count(), nobody);
+}
+
+TEST_F(HttpServerTest, AsksAgainForWhoIsNotYetAdmitted) {
+  std::atomic<int> asked{0};
+  router_.Add({HttpMethod::kGet,
+               "/later",
+               RunsOn::kPool,
+               0,
+               [](const HttpRequest&) { return HttpResponse{}; },
+               [&](const HttpRequest&) -> Admission {
+                 if (++asked == 3) return {};
+                 return {.refusal = TryAgain(429, "wait", 2), .not_yet = true};
+               },
+               /*always_admit=*/true});
+  EXPECT_EQ(Get(Start(), "/later").status, 200);
+  EXPECT_EQ(asked, 3);
 }
 
 TEST_F(HttpServerTest, AnswersHeadWithTheLengthAndWithoutTheBody) {

@@ -216,12 +216,19 @@ TEST(PostgresDatabase, OpensByEveryFormOfItsLocation) {
   }
 }
 
-TEST(PostgresDatabase, RefusesALocationThatCannotBeParsed) {
-  for (const char* location :
-       {"postgresql://[::1/x", "postgresql:hots=x", "postgresql:dbname='x"}) {
+TEST(PostgresDatabase, RefusesALocationThatCannotBeParsedAndShowsNoPassword) {
+  for (const char* location : {"postgresql://[::1/x",
+                               "postgresql:hots=x",
+                               "postgresql:dbname='x",
+                               "postgresql://me:S3cret%zz@h/x",
+                               "postgresql://me:pw/S3cret@h/x",
+                               "postgresql:password S3cret",
+                               "PostgreSQL://me:S3cret@h/x",
+                               "mysql://me:S3cret@h/x"}) {
     const auto opened = Database::Open({.location = location});
     ASSERT_FALSE(opened.ok()) << location;
     EXPECT_EQ(opened.error().code, ErrorCode::kInvalid) << opened.error().message;
+    EXPECT_EQ(opened.error().message.find("S3cret"), std::string::npos) << opened.error().message;
   }
 }
 
