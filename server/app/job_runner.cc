@@ -125,7 +125,8 @@ core::Result<std::optional<std::string>> JobRunner::RigFor(const lab::Job& job,
   const auto* session = std::get_if<lab::Session>(&answer.value());
   if (session == nullptr || session->state != lab::SessionState::kActive) return MaybeRig{};
   // The rig of another server: that one takes the job at its next look.
-  if (!api_.bay.Find(session->rig).ok()) return MaybeRig{};
+  const auto member = lab_.service.MemberOf(session->rig);
+  if (!member || member->id != options_.server_id) return MaybeRig{};
   return MaybeRig{session->rig};
 }
 

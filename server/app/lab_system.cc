@@ -64,14 +64,18 @@ core::Result<std::unique_ptr<LabSystem>> LabSystem::Open(Database& database,
   auto system =
       std::unique_ptr<LabSystem>(new LabSystem(database, accounts, api, std::move(options)));
   LabSystem& self = *system;
-  const auto reaped = self.jobs_.Reap(api.clock.Wall(), self.options_.server_id);
-  if (!reaped.ok()) return reaped.error();
   lab::LabServiceOptions service_options;
-  for (const RigStatus& rig : api.bay.List()) service_options.own_rigs.insert(rig.description.id);
+  service_options.member = self.options_.server_id;
+  service_options.address = self.options_.address;
+  service_options.alone = database.engine() == Engine::kSqlite;
+  service_options.join_patience = service_options.policy.member_lease + seconds(1);
   auto service =
       lab::LabService::Open(database, api.clock, *self.duties_, std::move(service_options));
   if (!service.ok()) return service.error();
   self.service_ = std::move(service).value();
+  // From here on this process is the only one of its server_id.
+  const auto reaped = self.jobs_.Reap(api.clock.Wall(), self.options_.server_id);
+  if (!reaped.ok()) return reaped.error();
   self.lab_api_ = std::make_unique<LabApi>(LabApi{
       accounts, *self.service_, self.jobs_, self.fault_sets_, self.answers_, self.calendar_links_});
   self.feed_ = std::make_unique<LabFeed>(api, *self.lab_api_);
@@ -135,12 +139,16 @@ void LabSystem::FollowRigs() {
   for (RigStatus& rig : api_.bay.List()) {
     const auto known = state->rigs.find(rig.description.id);
     const bool is_new = known == state->rigs.end();
+    const std::string owner = is_new ? "" : known->second.server;
+    if (!owner.empty() && owner != service_->member()) continue;  // another member has it
     const bool offline = rig.state == hardware::RigState::kOffline;
     const bool known_offline = is_new || known->second.status == lab::RigStatus::kOffline;
-    if (is_new || offline != known_offline) changes.push_back({std::move(rig), is_new});
+    const bool unclaimed = owner.empty() && !offline;
+    if (is_new || unclaimed || offline != known_offline) {
+      changes.push_back({std::move(rig), is_new});
+    }
   }
   if (changes.empty()) return;
-  for (const Change& change : changes) service_->Own(change.rig.description.id);
   const core::Status told =
       service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
         for (const auto& [rig, is_new] : changes) {
@@ -150,7 +158,7 @@ void LabSystem::FollowRigs() {
           if (done.ok()) {
             done = rig.state == hardware::RigState::kOffline
                        ? scheduler.RigOffline(id, "the rig does not answer", now)
-                       : scheduler.RigOnline(id, now);
+                       : scheduler.Claim(id, service_->member(), now);
           }
           if (!done.ok()) options_.log("lab: rig " + id + ": " + done.error().message);
         }
@@ -199,7 +207,14 @@ core::Result<lab::Lease> LabSystem::LeaseFor(const Principal& who,
   }
   return service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Lease> {
     const lab::LabState& state = scheduler.state();
-    if (const lab::Session* own = SessionOf(state, who, rig)) return lab::LeaseOf(*own);
+    if (const lab::Session* own = SessionOf(state, who, rig)) {
+      const std::string& server = state.rigs.at(rig).server;
+      if (server == service_->member()) return lab::LeaseOf(*own);
+      return core::Error{core::ErrorCode::kConflict,
+                         "Rig '" + rig + "' hangs on another server of this lab (" + server +
+                             "); start the run there.",
+                         "/rig"};
+    }
     if (!simulators.empty()) {
       auto session = scheduler.Practice(
           lab::UserId{who.user_id}, simulators, 2 * length + kPracticeMargin, now);

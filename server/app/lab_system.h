@@ -31,6 +31,7 @@ class LabSystem {
  public:
   struct Options {
     std::string server_id;
+    std::string address;  ///< "host:port", for the other servers of this database
     std::function<void(std::string_view)> log;
     int job_workers = 2;
     lab::RetentionRules retention;
@@ -76,15 +77,16 @@ class LabSystem {
   lab::RigBands bands_;
   Database& database_;
   Accounts& accounts_;
+  // What the service's thread touches stands above the service: it goes after it.
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<lab::Lease> checks_;
+  std::map<lab::RigId, std::set<CheckExtra>> extras_;  ///< of the next check
   std::unique_ptr<Duties> duties_;
   std::unique_ptr<lab::LabService> service_;
   std::unique_ptr<LabApi> lab_api_;
   std::unique_ptr<LabFeed> feed_;
 
-  std::mutex mutex_;
-  std::condition_variable wake_;
-  std::deque<lab::Lease> checks_;
-  std::map<lab::RigId, std::set<CheckExtra>> extras_;  ///< of the next check
   bool stopping_ = false;
   WallTime next_retention_{};  ///< of the thread that follows the rigs
   std::unique_ptr<JobRunner> jobs_runner_;

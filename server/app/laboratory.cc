@@ -18,6 +18,7 @@
 #include "server/run/rig_bay.h"
 #include "server/storage/database.h"
 #include "server/storage/folder_lock.h"
+#include "server/storage/postgres_location.h"
 #include "server/storage/rig_calibrations.h"
 #include "server/stream/stream_tokens.h"
 
@@ -38,11 +39,30 @@ std::string DatabaseLocation(const Config& config) {
   return (std::filesystem::path(config.data_dir) / "faultlab.db").string();
 }
 
-/// Beside the database file; a server on PostgreSQL locks its data folder.
-std::string LockFile(const Config& config) {
+/// Beside the database file, links followed; a server on PostgreSQL locks its data folder. (A hard
+/// link to a live database is refused: it has a second name.)
+core::Result<std::string> LockFile(const Config& config) {
   const std::string location = DatabaseLocation(config);
-  if (!location.starts_with("postgresql:")) return location + ".lock";
-  return (std::filesystem::path(config.data_dir) / "faultlab.lock").string();
+  if (IsPostgres(location) || location.find("://") != std::string::npos) {
+    return (std::filesystem::path(config.data_dir) / "faultlab.lock").string();
+  }
+  std::error_code ec;
+  const std::filesystem::path file = std::filesystem::weakly_canonical(location, ec);
+  if (ec) return location + ".lock";
+  if (std::filesystem::hard_link_count(file, ec) > 1 && !ec) {
+    return core::Error{core::ErrorCode::kConflict,
+                       "the database " + file.string() +
+                           " has a second name (a hard link), by which another server may use it; "
+                           "remove one, or copy the file",
+                       "data_dir"};
+  }
+  return file.string() + ".lock";
+}
+
+/// Servers that share a database share the names of its rigs.
+std::string RigName(const Config& config, const char* kind, int number) {
+  const std::string prefix = config.server_id == Config{}.server_id ? "" : config.server_id + "-";
+  return prefix + kind + std::to_string(number);
 }
 
 /// What one farm thread steps with room to spare: see hardware/README.md.
@@ -58,7 +78,7 @@ void AddSimulatedRigs(RigBay& bay, const Config& config) {
     }
     hardware::SimulatedRigOptions options;
     options.farm = farm;
-    options.id = "sim-" + std::to_string(i);
+    options.id = RigName(config, "sim-", i);
     options.speed = config.sim_speed;
     if (config.sim_profile == "multisim") {
       options.profile = hardware::SimulatedProfile::kMultisim;
@@ -74,7 +94,7 @@ void AddSimulatedRigs(RigBay& bay, const Config& config) {
 void AddBenches(RigBay& bay, const Config& config) {
   for (int i = 1; i <= config.lab_benches; ++i) {
     hardware::SimulatedRigOptions options;
-    options.id = "bench-" + std::to_string(i);
+    options.id = RigName(config, "bench-", i);
     options.speed = config.sim_speed;
     options.rig_class = "bench";
     options.kind = hardware::RigKind::kBench;
@@ -133,11 +153,6 @@ class Laboratory::Impl {
   core::Status Start() {
     const core::Status bound = http_->Bind();
     if (!bound.ok()) return bound;
-    auto interrupted = store_.MarkInterrupted(config_.server_id, clock_.Wall());
-    if (!interrupted) return interrupted.error();
-    for (const std::string& id : interrupted.value()) {
-      spdlog::warn("run {} was interrupted; what was recorded of it is there", id);
-    }
     if (!config_.lcm_url.empty()) {
       auto tap = OpenLcmRunTap(config_.lcm_url);
       if (!tap) return tap.error();
@@ -150,6 +165,7 @@ class Laboratory::Impl {
     if (!streaming.ok()) return streaming;
     LabSystem::Options options;
     options.server_id = config_.server_id;
+    options.address = http_->address();
     options.retention = {config_.keep_guest_days,
                          config_.keep_student_days,
                          config_.keep_job_days,
@@ -263,7 +279,9 @@ class Laboratory::Impl {
 core::Result<std::unique_ptr<Laboratory>> Laboratory::Open(const Config& config) {
   const core::Status folder = MakeDataFolder(config);
   if (!folder.ok()) return folder.error();
-  auto lock = FolderLock::Take(LockFile(config));
+  const auto lock_file = LockFile(config);
+  if (!lock_file) return lock_file.error();
+  auto lock = FolderLock::Take(lock_file.value());
   if (!lock) return lock.error();
   DatabaseOptions options;
   options.location = DatabaseLocation(config);

@@ -1,6 +1,10 @@
 #include "server/lab/lab_service.h"
 
+#include <algorithm>
 #include <utility>
+
+#include "server/storage/ids.h"
+#include "server/storage/recording_store.h"
 
 namespace faultlab::server::lab {
 namespace {
@@ -8,6 +12,9 @@ namespace {
 /// Smaller differences between the clocks are drift, not somebody setting the time.
 constexpr Milliseconds kJump{2000};
 constexpr std::size_t kRequestsMax = 10'000;
+constexpr Milliseconds kLeaseAlone = std::chrono::hours(24);
+constexpr Milliseconds kJoinLook{250};
+constexpr const char* kMemberField = "server_id";
 
 std::vector<LabEvent> ToEvents(const std::vector<Notice>& notices, WallTime now) {
   std::vector<LabEvent> events;
@@ -27,10 +34,10 @@ LabService::LabService(Database& database,
       clock_(clock),
       duties_(duties),
       options_(std::move(options)),
+      boot_(NewId("boot")),
       scheduler_(options_.policy),
       last_wall_(clock.Wall()),
-      last_monotonic_(clock.Monotonic()),
-      own_rigs_(options_.own_rigs) {}
+      last_monotonic_(clock.Monotonic()) {}
 
 core::Result<std::unique_ptr<LabService>> LabService::Open(Database& database,
                                                            const Clock& clock,
@@ -38,8 +45,15 @@ core::Result<std::unique_ptr<LabService>> LabService::Open(Database& database,
                                                            LabServiceOptions options) {
   auto service =
       std::unique_ptr<LabService>(new LabService(database, clock, duties, std::move(options)));
+  // A process of this id that has died a moment ago leaves its place when its lease ends.
+  const auto give_up = std::chrono::steady_clock::now() + service->options_.join_patience;
   std::deque<Request> none;
-  const core::Status loaded = service->Transact(none, /*recover=*/true);
+  core::Status loaded = service->Transact(none, /*recover=*/true);
+  while (!loaded.ok() && loaded.error().field == kMemberField &&
+         std::chrono::steady_clock::now() < give_up) {
+    std::this_thread::sleep_for(kJoinLook);
+    loaded = service->Transact(none, /*recover=*/true);
+  }
   if (!loaded.ok()) return loaded.error();
   service->StartChecks();
   service->thread_ = std::thread([raw = service.get()] { raw->Main(); });
@@ -97,14 +111,14 @@ core::Result<std::vector<LabEvent>> LabService::EventsSince(UserId user,
   });
 }
 
-void LabService::Own(const RigId& rig) {
+std::optional<Member> LabService::MemberOf(const RigId& rig) const {
   const std::lock_guard lock(mutex_);
-  own_rigs_.insert(rig);
-}
-
-std::set<RigId> LabService::own_rigs() const {
-  const std::lock_guard lock(mutex_);
-  return own_rigs_;
+  const auto found = published_->rigs.find(rig);
+  if (found == published_->rigs.end()) return std::nullopt;
+  for (const Member& member : members_) {
+    if (member.id == found->second.server) return member;
+  }
+  return std::nullopt;
 }
 
 void LabService::Main() {
@@ -139,17 +153,71 @@ void LabService::NoticeClockJump(Scheduler& next) {
 }
 
 void LabService::NoticeRuns(Scheduler& next, WallTime now) {
-  const std::set<RigId> own = own_rigs();
   std::vector<std::pair<SessionId, bool>> changed;
   for (const auto& [id, session] : next.state().sessions) {
     const bool person = session.kind != TicketKind::kPractice;  // which is nothing but its run
-    if (session.state != SessionState::kActive || !person || !own.contains(session.rig)) continue;
+    if (session.state != SessionState::kActive || !person) continue;
+    if (!IsOwn(next.state().rigs.at(session.rig))) continue;
     const bool running = duties_.RunInProgress(session.rig);
     if (running != session.run_in_progress) changed.emplace_back(id, running);
   }
   for (const auto& [id, running] : changed) {
     (void)(running ? next.RunStarted(id, now) : next.RunEnded(id, now));
   }
+}
+
+/// After an outage of the database every lease has run out: each member gets the time of one to
+/// come back before the others believe that it is gone.
+bool LabService::MayBury() {
+  const MonotonicTime now = clock_.Monotonic();
+  if (now - last_turn_ > options_.policy.member_lease / 2)
+    bury_from_ = now + options_.policy.member_lease;
+  last_turn_ = now;
+  return now >= bury_from_;
+}
+
+/// The place among the members: taken at the start, renewed with the turns, taken anew when the
+/// others have given it up (this process was frozen). Members whose leases have ended are buried.
+core::Status LabService::KeepMembership(Transaction& tx,
+                                        Scheduler& next,
+                                        bool joins,
+                                        WallTime now) {
+  std::vector<Member> all = members::Load(tx);
+  auto self = std::find_if(
+      all.begin(), all.end(), [&](const Member& each) { return each.id == options_.member; });
+  const bool ours = self != all.end() && self->boot == boot_;
+  if (!ours) {
+    const bool alive = self != all.end() && self->lease_until > now && !(joins && options_.alone);
+    if (alive) {
+      return core::Error{core::ErrorCode::kConflict,
+                         "another server with server_id '" + options_.member +
+                             "' uses this database; give each server an id of its own",
+                         kMemberField};
+    }
+    if (!joins) next.MemberGone(options_.member, now);  // what it had was given up meanwhile
+    (void)InterruptRuns(tx, options_.member, now);      // of the process that was here before
+    if (self == all.end()) self = all.insert(all.end(), Member{});
+    *self = {options_.member, boot_, options_.address, WallTime{}};
+  }
+  // Half of a lease may be lost to a busy machine.
+  const Milliseconds lease = options_.alone ? kLeaseAlone : options_.policy.member_lease;
+  if (self->lease_until < now + lease / 2) {
+    self->lease_until = now + lease;
+    members::Put(tx, *self);
+  }
+  const bool may_bury = MayBury();
+  for (auto each = all.begin(); each != all.end();) {
+    if (each->id == options_.member || each->lease_until > now || !may_bury) {
+      ++each;
+      continue;
+    }
+    next.MemberGone(each->id, now);
+    members::Bury(tx, each->id, now);
+    each = all.erase(each);
+  }
+  const std::lock_guard lock(mutex_);
+  members_ = std::move(all);
+  return core::Done{};
 }
 
 core::Status LabService::Transact(std::deque<Request>& requests, bool recover) {
@@ -162,8 +230,9 @@ core::Status LabService::Transact(std::deque<Request>& requests, bool recover) {
                                          : Scheduler(options_.policy, lab_store::Load(tx)));
         NoticeClockJump(*next);
         const WallTime now = clock_.Wall();
-        const std::set<RigId> own = own_rigs();
-        if (recover) next->Recover(now, &own);
+        const core::Status member = KeepMembership(tx, *next, recover, now);
+        if (!member.ok()) return member;
+        if (recover) next->Recover(now, options_.member);
         NoticeRuns(*next, now);
         for (Request& request : requests) request.input(*next, now);
         next->Tick(now);
@@ -184,10 +253,11 @@ core::Status LabService::Transact(std::deque<Request>& requests, bool recover) {
   return stored;
 }
 
+/// A rig that was ours once is fenced as well: a server that was frozen still runs what the others
+/// have ended.
 void LabService::FenceRigs(const LabState& state) {
-  const std::set<RigId> own = own_rigs();
   for (const auto& [id, rig] : state.rigs) {
-    if (!own.contains(id)) continue;
+    if (!IsOwn(rig) && !fenced_epochs_.contains(id)) continue;
     std::uint64_t& fenced = fenced_epochs_[id];
     if (rig.epoch == fenced) continue;
     fenced = rig.epoch;
@@ -210,9 +280,8 @@ void LabService::Publish(Scheduler next, std::int64_t version) {
 /// Checks follow from the stored state, not from who changed it: so they survive a crash, and a
 /// server checks its own rigs when another one ended the session.
 void LabService::StartChecks() {
-  const std::set<RigId> own = own_rigs();
   for (const auto& [id, rig] : scheduler_.state().rigs) {
-    if (rig.status != RigStatus::kCleaning || !own.contains(id)) continue;
+    if (rig.status != RigStatus::kCleaning || !IsOwn(rig)) continue;
     std::uint64_t& checked = checked_epochs_[id];
     if (rig.epoch == checked) continue;
     checked = rig.epoch;

@@ -16,6 +16,7 @@
 #include "server/clock.h"
 #include "server/lab/lab_store.h"
 #include "server/lab/lease.h"
+#include "server/lab/members.h"
 #include "server/lab/scheduler.h"
 #include "server/storage/database.h"
 
@@ -39,7 +40,14 @@ class RigDuties {
 struct LabServiceOptions {
   Policy policy;
   Milliseconds tick{1000};
-  std::set<RigId> own_rigs;  ///< of this server at the start; the duties of others are theirs
+  /// This server among those of the database. Its rigs are those that it has claimed.
+  std::string member = "local";
+  std::string address;  ///< "host:port", for the others
+  /// No other server can have this database (its folder is locked): a place that a dead process
+  /// left is taken at once, not when its lease ends.
+  bool alone = true;
+  /// How long the start waits for a place that a dead process left. Real time.
+  Milliseconds join_patience{0};
   /// Told after a new state is published, also when another server made it. On the service's
   /// thread: must not block. May be empty.
   std::function<void()> changed{};
@@ -48,6 +56,8 @@ struct LabServiceOptions {
 /// The scheduler with its disk, clock and thread. Inputs that come at the same time share one
 /// transaction, each is refused or accepted by itself, and everybody is answered after the commit.
 /// Two servers on one PostgreSQL take turns on the row of the version and reload when it moved.
+/// Each is a member with a lease that it renews with its turns: one that is silent for longer has
+/// lost its rigs and runs to the others, and joins anew when it wakes up.
 class LabService {
  public:
   static core::Result<std::unique_ptr<LabService>> Open(Database& database,
@@ -68,8 +78,6 @@ class LabService {
     if (!stored.ok()) return stored.error();
     return std::move(*outcome);
   }
-  /// A rig of this server that has turned up later.
-  void Own(const RigId& rig);
   /// Time passes now, without waiting for the next tick.
   core::Status TickNow();
   core::Status CleaningDone(const RigId& rig,
@@ -81,6 +89,9 @@ class LabService {
   std::shared_ptr<const LabState> state() const;
   core::Result<std::vector<LabEvent>> EventsSince(UserId user, std::int64_t since, int limit);
   WallTime Now() const { return clock_.Wall(); }
+  /// The member that has this rig, nullopt when nobody has.
+  std::optional<Member> MemberOf(const RigId& rig) const;
+  const std::string& member() const { return options_.member; }
   const Policy& policy() const { return options_.policy; }
 
  private:
@@ -97,7 +108,9 @@ class LabService {
   core::Status Transact(std::deque<Request>& requests, bool recover);
   void NoticeClockJump(Scheduler& next);
   void NoticeRuns(Scheduler& next, WallTime now);
-  std::set<RigId> own_rigs() const;
+  core::Status KeepMembership(Transaction& tx, Scheduler& next, bool joins, WallTime now);
+  bool MayBury();
+  bool IsOwn(const Rig& rig) const { return rig.server == options_.member; }
   void Publish(Scheduler next, std::int64_t version);
   void FenceRigs(const LabState& state);
   void StartChecks();
@@ -106,6 +119,7 @@ class LabService {
   const Clock& clock_;
   RigDuties& duties_;
   const LabServiceOptions options_;
+  const std::string boot_;
 
   // Of the thread.
   Scheduler scheduler_;
@@ -115,12 +129,14 @@ class LabService {
   std::map<RigId, std::uint64_t> checked_epochs_;  ///< of the newest check that was begun
   WallTime last_wall_{};
   MonotonicTime last_monotonic_{};
+  MonotonicTime last_turn_{};
+  MonotonicTime bury_from_{};
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<Request> requests_;
-  std::set<RigId> own_rigs_;
   std::shared_ptr<const LabState> published_;
+  std::vector<Member> members_;  ///< as of the last turn
   bool stopping_ = false;
   std::thread thread_;
 };

@@ -25,6 +25,7 @@ void Fields(Rig& rig, Visit&& visit) {
   visit("cleaning_due_ms", rig.cleaning_due);
   visit("wear_ms", rig.wear);
   visit("reason", rig.reason);
+  visit("server", rig.server);
 }
 
 template <typename Visit>
@@ -241,7 +242,12 @@ void ForEachRow(Transaction& tx, const std::string& table_and_condition, const E
 std::int64_t LockVersion(Transaction& tx) {
   std::int64_t version = 0;
   std::string query = "SELECT version FROM lab_meta WHERE id = 1";
-  if (tx.engine() == Engine::kPostgresql) query += " FOR UPDATE";
+  if (tx.engine() == Engine::kPostgresql) {
+    // A server that stops in the middle (a frozen process) must not stop the others: the database
+    // ends its transaction.
+    tx.sql() << "SET LOCAL idle_in_transaction_session_timeout = '750ms'";
+    query += " FOR UPDATE";
+  }
   tx.sql() << query, into(version);
   return version;
 }

@@ -56,6 +56,7 @@ struct Rig {
   WallTime cleaning_due{};  ///< kCleaning: fails closed when this passes
   Milliseconds wear{};      ///< time under sessions
   std::string reason;       ///< why it is not ready, for people
+  std::string server;       ///< the member that has it; empty = nobody
   friend bool operator==(const Rig&, const Rig&) = default;
 };
 
@@ -175,6 +176,7 @@ struct Notice {
 };
 
 struct Policy {
+  Milliseconds member_lease{10'000};  ///< a server that is silent for so long is gone
   Milliseconds offer{45'000};
   Milliseconds grace{180'000};
   Milliseconds cleaning{30'000};       ///< reserved on the timeline behind every session

@@ -274,8 +274,10 @@ void Scheduler::TakeBack(Session& session) {
   Touch(rig);
 }
 
-void Scheduler::Recover(WallTime now, const std::set<RigId>* own) {
-  const auto ours = [&](const RigId& rig) { return own == nullptr || own->contains(rig); };
+void Scheduler::Recover(WallTime now, const std::string& server) {
+  const auto ours = [&](const RigId& rig) {
+    return server.empty() || state_.rigs.at(rig).server == server;
+  };
   for (auto& [id, session] : state_.sessions) {
     if (session.state == SessionState::kClosed || !ours(session.rig)) continue;
     if (session.state == SessionState::kHeld) {

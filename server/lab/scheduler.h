@@ -53,6 +53,13 @@ class Scheduler {
   // Rigs. A rig enters as kOffline; RigOnline starts its cleaning, only a passed one gives kReady.
   core::Status AddRig(const RigId& id, const std::string& rig_class, bool elastic);
   core::Status RigOnline(const RigId& rig, WallTime now);
+  /// The member `server` has this rig from now on, unless another one has it (kConflict). It is
+  /// checked before anybody gets it.
+  core::Status Claim(const RigId& rig, const std::string& server, WallTime now);
+  /// This member is gone: its rigs go offline and are free to be claimed, sessions on them end,
+  /// bookings move or fall.
+  void MemberGone(const std::string& server, WallTime now);
+  /// Nobody has the rig then.
   core::Status RigOffline(const RigId& rig, const std::string& reason, WallTime now);
   /// kStale when `epoch` is not that of the running cleaning.
   core::Status CleaningDone(
@@ -110,9 +117,9 @@ class Scheduler {
   void Tick(WallTime now);
   /// The wall clock was set: leases and waits keep their length, the calendar keeps its dates.
   void ClockJumped(Milliseconds delta);
-  /// After a restart of the server of these rigs (nullptr: all): their runs have ended, what was
+  /// After a restart of the server of these rigs (empty: of all): their runs have ended, what was
   /// ready or being checked is checked anew.
-  void Recover(WallTime now, const std::set<RigId>* own = nullptr);
+  void Recover(WallTime now, const std::string& server = {});
 
   std::vector<Notice> TakeNotices();
   Changes TakeChanges();

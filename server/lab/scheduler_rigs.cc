@@ -40,6 +40,32 @@ core::Status Scheduler::RigOnline(const RigId& id, WallTime now) {
   return Done{};
 }
 
+core::Status Scheduler::Claim(const RigId& id, const std::string& server, WallTime now) {
+  Rig* rig = FindRig(id);
+  if (rig == nullptr) return NoRig();
+  if (!rig->server.empty() && rig->server != server) {
+    return Error{ErrorCode::kConflict, "server " + rig->server + " has this rig", ""};
+  }
+  const bool is_new = rig->server.empty();
+  rig->server = server;
+  Touch(*rig);
+  const bool waits = rig->status == RigStatus::kReady || rig->status == RigStatus::kCleaning;
+  if (rig->status == RigStatus::kOffline || (is_new && waits)) StartCleaning(*rig, now);
+  return Done{};
+}
+
+void Scheduler::MemberGone(const std::string& server, WallTime now) {
+  std::vector<RigId> theirs;
+  for (const auto& [id, rig] : state_.rigs) {
+    if (rig.server == server) theirs.push_back(id);
+  }
+  for (const RigId& id : theirs) {
+    (void)RigOffline(id, "its server does not answer", now);
+    FindRig(id)->server.clear();
+    Touch(*FindRig(id));
+  }
+}
+
 core::Status Scheduler::RigOffline(const RigId& id, const std::string& reason, WallTime now) {
   Rig* rig = FindRig(id);
   if (rig == nullptr) return NoRig();
@@ -47,8 +73,11 @@ core::Status Scheduler::RigOffline(const RigId& id, const std::string& reason, W
   if (Session* session = LiveSessionOn(id)) {
     Close(*session, EndReason::kRigFailed, "the rig failed: " + reason, now);
   }
+  // Only held or free until now: whoever gets it next has a newer epoch all the same.
+  ++rig->epoch;
   rig->status = RigStatus::kOffline;
   rig->reason = reason;
+  rig->server.clear();
   Touch(*rig);
   Tick(now);
   return Done{};

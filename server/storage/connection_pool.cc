@@ -37,6 +37,8 @@ std::unique_ptr<soci::session> ConnectPostgres(const DatabaseOptions& options) {
   auto session = std::make_unique<soci::session>(*soci::factory_postgresql(), options.location);
   const std::string patience = std::to_string(options.patience.count());
   *session << "SET lock_timeout = " + patience;
+  *session << "SET statement_timeout = '30s'";
+  *session << "SET idle_in_transaction_session_timeout = '30s'";
   *session << "SET client_min_messages = warning";
   *session << "SET timezone = 'UTC'";
   return session;

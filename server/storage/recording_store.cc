@@ -369,21 +369,19 @@ core::Result<std::vector<RecordedEvent>> RecordingStore::LoadEvents(const std::s
   });
 }
 
-core::Result<std::vector<std::string>> RecordingStore::MarkInterrupted(const std::string& server_id,
-                                                                       WallTime now) {
-  using Ids = std::vector<std::string>;
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Ids> {
-    const soci::rowset<std::string> rows =
-        (tx.sql().prepare
-             << "SELECT id FROM recording WHERE state = 'running' AND server_id = :server",
-         use(server_id, "server"));
-    Ids ids(rows.begin(), rows.end());
-    const std::int64_t now_ms = ToMilliseconds(now);
-    tx.sql() << "UPDATE recording SET state = 'interrupted', ended_ms = :now "
-                "WHERE state = 'running' AND server_id = :server",
-        use(now_ms, "now"), use(server_id, "server");
-    return ids;
-  });
+std::vector<std::string> InterruptRuns(Transaction& tx,
+                                       const std::string& server_id,
+                                       WallTime now) {
+  const soci::rowset<std::string> rows =
+      (tx.sql().prepare
+           << "SELECT id FROM recording WHERE state = 'running' AND server_id = :server",
+       use(server_id, "server"));
+  std::vector<std::string> ids(rows.begin(), rows.end());
+  const std::int64_t now_ms = ToMilliseconds(now);
+  tx.sql() << "UPDATE recording SET state = 'interrupted', ended_ms = :now "
+              "WHERE state = 'running' AND server_id = :server",
+      use(now_ms, "now"), use(server_id, "server");
+  return ids;
 }
 
 }  // namespace faultlab::server

@@ -27,7 +27,7 @@ struct RunRecord {
   std::string owner;      ///< Principal::owner_key(): "guest", "user:7", "key:3"
   std::string rig;        ///< rig id; empty for an upload
   std::string source;     ///< "run" or "upload"
-  std::string server_id;  ///< which server writes it; see MarkInterrupted
+  std::string server_id;  ///< which server writes it; see InterruptRuns
   std::uint64_t epoch = 0;
   double period_s = 0.01;
   std::string plan_json = "{}";
@@ -99,13 +99,13 @@ class RecordingStore {
                                                       std::int64_t to);
   core::Result<std::vector<RecordedEvent>> LoadEvents(const std::string& run_id);
 
-  /// At start: runs of this server that still say "running" were cut by a crash. Their chunks stay.
-  /// Returns the ids.
-  core::Result<std::vector<std::string>> MarkInterrupted(const std::string& server_id,
-                                                         WallTime now);
-
  private:
   Database& database_;
 };
+
+/// Ends the runs of a server that is gone, in the caller's transaction: they become `interrupted`,
+/// their chunks stay, nothing can be added any more. Throws what the database throws.
+/// @returns their ids.
+std::vector<std::string> InterruptRuns(Transaction& tx, const std::string& server_id, WallTime now);
 
 }  // namespace faultlab::server

@@ -180,6 +180,16 @@ Migration CourseInvitations() {
           .postgres_statements = {}};
 }
 
+Migration Members() {
+  return {.version = 8,
+          .description = "servers as members, and which of them has a rig",
+          .statements = {"CREATE TABLE lab_member (id TEXT PRIMARY KEY, boot TEXT NOT NULL, "
+                         "address TEXT NOT NULL, lease_until_ms BIGINT NOT NULL)",
+                         "ALTER TABLE lab_rig ADD COLUMN server TEXT NOT NULL DEFAULT ''"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -189,7 +199,8 @@ const std::vector<Migration>& AllMigrations() {
                                               JobsAndFaultSets(),
                                               LinksBandsAndEnds(),
                                               RigCalibrationTable(),
-                                              CourseInvitations()};
+                                              CourseInvitations(),
+                                              Members()};
   return kAll;
 }
 

@@ -31,20 +31,15 @@ WallTime InstantOf(int second) {
 }  // namespace
 
 CrashDay::CrashDay(server::Database& database, Progress from, std::function<void(Progress)> note)
-    : jobs_(database),
-      recordings_(database),
-      note_(std::move(note)),
-      progress_(from),
-      began_at_step_(from.step) {
+    : jobs_(database), recordings_(database), note_(std::move(note)), progress_(from) {
   clock_.Advance(seconds(from.second));
-  Want(recordings_.MarkInterrupted(kServer, clock_.Wall()).ok(), "cut runs are marked");
-  Want(jobs_.Reap(clock_.Wall(), kServer).ok(), "jobs are given back");
   LabServiceOptions options;
-  options.own_rigs = {"bench-1", "bench-2", "sim-1"};
+  options.member = kServer;
   options.tick = std::chrono::hours(1);  // the script says when time passes
   auto opened = LabService::Open(database, clock_, bench_, options);
   Want(opened.ok(), opened.ok() ? "" : "the lab opens: " + opened.error().message);
   service_ = std::move(opened).value();
+  Want(jobs_.Reap(clock_.Wall(), kServer).ok(), "jobs are given back");
 }
 
 void CrashDay::Want(bool reached, const std::string& what) const {
@@ -137,7 +132,7 @@ void CrashDay::RigsCome() {
     for (const char* rig : {"bench-1", "bench-2", "sim-1"}) {
       const bool elastic = std::string(rig) == "sim-1";
       (void)lab.AddRig(rig, elastic ? "sim" : "bench", elastic);
-      (void)lab.RigOnline(rig, now);
+      (void)lab.Claim(rig, kServer, now);
     }
     return Done{};
   });
@@ -330,7 +325,7 @@ void CrashDay::GoOffline(const std::string& rig) {
 }
 
 void CrashDay::GoOnline(const std::string& rig) {
-  (void)service_->Do([&](Scheduler& lab, WallTime now) { return lab.RigOnline(rig, now); });
+  (void)service_->Do([&](Scheduler& lab, WallTime now) { return lab.Claim(rig, kServer, now); });
   Want(StatusOf(rig) != RigStatus::kOffline, rig + " is back");
 }
 
@@ -364,13 +359,18 @@ void CrashDay::EndJobSession(const std::string&) {
 
 void CrashDay::StartRun() {
   RunRecord record;
-  record.id = "run-" + std::to_string(progress_.second) + "-" + std::to_string(began_at_step_);
+  record.id = "run-" + std::to_string(progress_.second);
   record.owner = "user:1";
   record.rig = "bench-1";
   record.source = "run";
   record.server_id = kServer;
   record.created_at = clock_.Wall();
-  Want(recordings_.Begin(record).ok(), "the recording begins");
+  core::Status begun = recordings_.Begin(record);
+  while (!begun.ok() && begun.error().code == core::ErrorCode::kConflict) {
+    record.id += "-again";  // a life was cut here before
+    begun = recordings_.Begin(record);
+  }
+  Want(begun.ok(), begun.ok() ? "" : "the recording begins: " + begun.error().message);
   run_ = record.id;
   bench_.running = true;
   Tick();

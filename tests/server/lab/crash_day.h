@@ -106,7 +106,6 @@ class CrashDay {
   std::unique_ptr<server::lab::LabService> service_;
   std::function<void(Progress)> note_;
   Progress progress_;
-  int began_at_step_ = 0;
   std::string run_;
 };
 

@@ -207,12 +207,18 @@ TEST_P(RecordingStoreTest, AfterACrashOwnRunsAreInterruptedWithTheirChunksAndOth
   database_.Reopen();
   RecordingStore restarted(*database_);
   const WallTime now = kStart + std::chrono::hours(1);
-  EXPECT_THAT(restarted.MarkInterrupted("server-a", now).value(), ElementsAre("run-a"));
+  const auto interrupt = [&] {
+    return database_->Write(Durability::kPromise,
+                            [&](Transaction& tx) -> core::Result<std::vector<std::string>> {
+                              return InterruptRuns(tx, "server-a", now);
+                            });
+  };
+  EXPECT_THAT(interrupt().value(), ElementsAre("run-a"));
   EXPECT_EQ(restarted.Get("run-a").value().state, RunState::kInterrupted);
   EXPECT_EQ(restarted.Get("run-a").value().ended_at, now);
   EXPECT_EQ(restarted.Get("run-b").value().state, RunState::kRunning);
   EXPECT_EQ(restarted.LoadSamples("run-a", 0, 1000).value().size(), 100u);
-  EXPECT_THAT(restarted.MarkInterrupted("server-a", now).value(), IsEmpty());
+  EXPECT_THAT(interrupt().value(), IsEmpty());
 }
 
 TEST_P(RecordingStoreTest, SaysThatAChunkIsDamagedInsteadOfLeavingSamplesOut) {
