@@ -8,7 +8,7 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// A message with more fields is refused by cmake/LcmTypes.cmake.
+/// A message with more fields is refused by deploy/cmake/LcmTypes.cmake.
 constexpr std::size_t kFieldsMax = 64;
 constexpr std::size_t kLengthBytes = 4;
 

@@ -3,7 +3,7 @@
 // Where the lengths lie in the bytes of an LCM message. lcm-gen's decoders believe the lengths that
 // they read (a string of -2^31 bytes crashes them), so no message is decoded before WalkMessage has
 // found each length inside its bytes. The layouts are generated from types/*.lcm
-// (cmake/LcmTypes.cmake): a type without one does not compile.
+// (deploy/cmake/LcmTypes.cmake): a type without one does not compile.
 #include <cstddef>
 #include <cstdint>
 #include <optional>

@@ -4,7 +4,7 @@ import { dirname, resolve } from "node:path";
 import { launchBrowser, openPage, startPaperRun, startServer, waitForReview } from "./support.js";
 
 const file = resolve(
-  process.argv[2] ?? new URL("../../docs/live-page.png", import.meta.url).pathname,
+  process.argv[2] ?? new URL("../../web/live-page.png", import.meta.url).pathname,
 );
 const server = await startServer();
 const browser = await launchBrowser();
