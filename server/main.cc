@@ -5,11 +5,11 @@
 #include <string>
 
 #include "server/app/serve.h"
+#include "server/cli/commands.h"
 #include "server/cli/console.h"
-#include "server/command_line/commands.h"
 
-// Parses the command line and calls one function. What can be said is in server/command_line, what
-// it does in server/cli, server/app and hardware/lcm.
+// Parses the command line and calls one function. What can be said, and what it does, is in
+// server/cli; server/app serves, hardware/lcm is the agent.
 namespace {
 
 using namespace faultlab;  // NOLINT(google-build-using-namespace)

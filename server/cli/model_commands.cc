@@ -2,10 +2,10 @@
 #include <memory>
 #include <string>
 
+#include "server/cli/add_command.h"
+#include "server/cli/commands.h"
 #include "server/cli/isolability.h"
 #include "server/cli/reproduce.h"
-#include "server/command_line/add_command.h"
-#include "server/command_line/commands.h"
 
 namespace faultlab::server {
 namespace {

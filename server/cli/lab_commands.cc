@@ -4,9 +4,9 @@
 
 #include "hardware/lcm/rig_agent_program.h"
 #include "server/app/serve.h"
+#include "server/cli/add_command.h"
+#include "server/cli/commands.h"
 #include "server/cli/lcm_log_command.h"
-#include "server/command_line/add_command.h"
-#include "server/command_line/commands.h"
 
 namespace faultlab::server {
 namespace {

@@ -2,13 +2,13 @@
 #include <memory>
 #include <string>
 
+#include "server/cli/add_command.h"
 #include "server/cli/calibrate.h"
+#include "server/cli/commands.h"
 #include "server/cli/diagnose.h"
 #include "server/cli/plot.h"
 #include "server/cli/simulate.h"
 #include "server/cli/study.h"
-#include "server/command_line/add_command.h"
-#include "server/command_line/commands.h"
 
 namespace faultlab::server {
 namespace {

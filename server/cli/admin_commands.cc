@@ -2,10 +2,10 @@
 #include <memory>
 #include <string>
 
+#include "server/cli/add_command.h"
 #include "server/cli/admin.h"
+#include "server/cli/commands.h"
 #include "server/cli/retention.h"
-#include "server/command_line/add_command.h"
-#include "server/command_line/commands.h"
 
 namespace faultlab::server {
 namespace {
