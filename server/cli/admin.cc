@@ -9,7 +9,7 @@
 #include "server/auth/accounts.h"
 #include "server/cli/console.h"
 #include "server/csv/file_io.h"
-#include "server/lab/rehearsal.h"
+#include "server/lab/rehearsal/rehearsal.h"
 #include "server/storage/database.h"
 
 namespace faultlab::server {

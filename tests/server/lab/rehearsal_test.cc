@@ -1,4 +1,4 @@
-#include "server/lab/rehearsal.h"
+#include "server/lab/rehearsal/rehearsal.h"
 
 #include <gtest/gtest.h>
 

@@ -4,8 +4,8 @@
 #include <map>
 #include <vector>
 
-#include "server/lab/random.h"
-#include "server/lab/random_world.h"
+#include "server/lab/rehearsal/random.h"
+#include "server/lab/rehearsal/random_world.h"
 #include "server/lab/scheduler.h"
 
 namespace faultlab::server::lab {

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "server/lab/rehearsal.h"
+#include "server/lab/rehearsal/rehearsal.h"
 
 namespace faultlab::server::lab {
 

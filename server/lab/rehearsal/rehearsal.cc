@@ -1,8 +1,8 @@
-#include "server/lab/rehearsal.h"
+#include "server/lab/rehearsal/rehearsal.h"
 
 #include <cstdio>
 
-#include "server/lab/random_world.h"
+#include "server/lab/rehearsal/random_world.h"
 
 namespace faultlab::server::lab {
 namespace {

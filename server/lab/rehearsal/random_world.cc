@@ -1,4 +1,4 @@
-#include "server/lab/random_world.h"
+#include "server/lab/rehearsal/random_world.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/lab/lease.h"
-#include "server/lab/random.h"
+#include "server/lab/rehearsal/random.h"
 #include "server/lab/scheduler.h"
 
 namespace faultlab::server::lab {
