@@ -7,7 +7,7 @@
 #include <ctime>
 #include <utility>
 
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 #include "server/net/websocket.h"
 
 namespace faultlab::server {

@@ -3,7 +3,7 @@
 #include <boost/json.hpp>
 
 #include "server/api/json_reader.h"
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/plots/record_figure.h"
 

@@ -4,7 +4,7 @@
 #include "hardware/replay_rig.h"
 #include "server/api/handlers.h"
 #include "server/api/json_reader.h"
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 #include "server/api/run_body.h"
 #include "server/run/run_messages.h"
 

@@ -2,7 +2,7 @@
 #include <map>
 
 #include "server/api/handlers.h"
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 #include "server/api/metrics_text.h"
 #include "server/api/rig_json.h"
 

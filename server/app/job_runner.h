@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 
 namespace faultlab::server {
 

@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/api/lab_feed.h"
+#include "server/api/lab/feed.h"
 #include "server/app/job_runner.h"
 #include "server/auth/calendar_links.h"
 #include "server/clock.h"

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <thread>
 
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 #include "tests/server/lab/lab_api_world.h"
 
 namespace faultlab::server {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 #include "tests/server/lab/lab_api_world.h"
 
 namespace faultlab::server {

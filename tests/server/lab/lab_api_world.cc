@@ -5,7 +5,7 @@
 #include <sstream>
 #include <thread>
 
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 
 namespace faultlab::server {
 

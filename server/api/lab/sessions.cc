@@ -2,7 +2,7 @@
 #include <boost/json.hpp>
 
 #include "server/api/json_reader.h"
-#include "server/api/lab_lists.h"
+#include "server/api/lab/lists.h"
 
 namespace faultlab::server {
 namespace {

@@ -1,7 +1,7 @@
 // calendar.ics, calendar-link.
 #include <boost/json.hpp>
 
-#include "server/api/lab_lists.h"
+#include "server/api/lab/lists.h"
 #include "server/auth/calendar_links.h"
 
 namespace faultlab::server {

@@ -1,10 +1,10 @@
-#include "server/api/lab_feed.h"
+#include "server/api/lab/feed.h"
 
 #include <boost/json.hpp>
 #include <utility>
 #include <vector>
 
-#include "server/api/lab_lists.h"
+#include "server/api/lab/lists.h"
 
 namespace faultlab::server {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/api/lab_feed.h"
+#include "server/api/lab/feed.h"
 
 namespace faultlab::server {
 

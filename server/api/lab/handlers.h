@@ -37,7 +37,7 @@ struct LabApi {
   bool secure_cookies = false;  ///< the site is reached by https only
 };
 
-/// The table of these endpoints: lab_routes.cc. Each refuses with 404 while ApiContext::lab is
+/// The table of these endpoints: routes.cc. Each refuses with 404 while ApiContext::lab is
 /// null.
 std::vector<ApiRoute> LabRoutes();
 
@@ -86,7 +86,7 @@ core::Result<HttpResponse> Once(ApiContext& api, const ApiRequest& request) {
   return Remembered(api, request, Handler);
 }
 
-// lab_sign_in.cc
+// sign_in.cc
 core::Result<HttpResponse> SignIn(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> SignOut(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ChangePassword(ApiContext& api, const ApiRequest& request);
@@ -95,7 +95,7 @@ core::Result<HttpResponse> ListApiKeys(ApiContext& api, const ApiRequest& reques
 core::Result<HttpResponse> CreateApiKey(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> RevokeApiKey(ApiContext& api, const ApiRequest& request);
 
-// lab_people.cc
+// people.cc
 core::Result<HttpResponse> ListUsers(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateUser(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ChangeUser(ApiContext& api, const ApiRequest& request);
@@ -103,7 +103,7 @@ core::Result<HttpResponse> CreateResetLink(ApiContext& api, const ApiRequest& re
 core::Result<HttpResponse> ListAuditLog(ApiContext& api, const ApiRequest& request);
 boost::json::object UserToJson(const Account& account);
 
-// lab_courses.cc
+// courses.cc
 core::Result<HttpResponse> ListCourses(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateCourse(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> SetCourseEnd(ApiContext& api, const ApiRequest& request);
@@ -114,7 +114,7 @@ core::Result<HttpResponse> ListInvitations(ApiContext& api, const ApiRequest& re
 core::Result<HttpResponse> AcceptInvitation(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> DeclineInvitation(ApiContext& api, const ApiRequest& request);
 
-// lab_rigs.cc
+// rigs.cc
 core::Result<HttpResponse> ListRigClasses(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> GetAvailability(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> GetRigHealth(ApiContext& api, const ApiRequest& request);
@@ -126,7 +126,7 @@ core::Result<HttpResponse> ClearTrip(ApiContext& api, const ApiRequest& request)
 core::Result<HttpResponse> CreateOutage(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> DeleteOutage(ApiContext& api, const ApiRequest& request);
 
-// lab_queue.cc
+// queue.cc
 core::Result<HttpResponse> ListTickets(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateTicket(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> AcceptTicket(ApiContext& api, const ApiRequest& request);
@@ -137,14 +137,14 @@ core::Result<HttpResponse> DeleteBooking(ApiContext& api, const ApiRequest& requ
 core::Result<HttpResponse> ClaimBooking(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ListLabEvents(ApiContext& api, const ApiRequest& request);
 
-// lab_calendar.cc
+// calendar.cc
 core::Result<HttpResponse> GetCalendar(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> GetCalendarByLink(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> GetCalendarLink(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateCalendarLink(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> RemoveCalendarLink(ApiContext& api, const ApiRequest& request);
 
-// lab_sessions.cc
+// sessions.cc
 core::Result<HttpResponse> ListSessions(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ExtendSession(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> EndSession(ApiContext& api, const ApiRequest& request);
@@ -154,19 +154,19 @@ core::Result<HttpResponse> AcceptControl(ApiContext& api, const ApiRequest& requ
 core::Result<HttpResponse> TakeOverSession(ApiContext& api, const ApiRequest& request);
 boost::json::object SessionToJson(ApiContext& api, const lab::Session& session);
 
-// lab_jobs.cc
+// jobs.cc
 core::Result<HttpResponse> ListJobs(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateJobs(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> GetJob(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> CancelJob(ApiContext& api, const ApiRequest& request);
 
-// lab_fault_sets.cc
+// fault_sets.cc
 core::Result<HttpResponse> ListFaultSets(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateFaultSet(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ChangeFaultSet(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> DeleteFaultSet(ApiContext& api, const ApiRequest& request);
 
-// lab_isolability.cc
+// isolability.cc
 core::Result<HttpResponse> GetIsolability(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> GetIsolabilityPlot(ApiContext& api, const ApiRequest& request);
 

@@ -4,7 +4,7 @@
 
 #include "server/api/diagnose_job.h"
 #include "server/api/json_reader.h"
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 #include "server/api/run_body.h"
 #include "server/storage/ids.h"
 

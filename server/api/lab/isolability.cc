@@ -1,7 +1,7 @@
 // fault-sets/{id}/isolability: which faults of a set can be seen and told apart.
 #include <boost/json.hpp>
 
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 #include "server/api/run_body.h"
 #include "server/csv/excitation_text.h"
 #include "server/csv/number_text.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 
 namespace faultlab::server {
 

@@ -4,7 +4,7 @@
 #include <boost/json/object.hpp>
 #include <span>
 
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 
 // What a person holds in the lab, as JSON: the bodies of the lists, and of the feed.
 namespace faultlab::server {

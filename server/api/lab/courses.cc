@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "server/api/json_reader.h"
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 
 namespace faultlab::server {
 namespace {

@@ -2,7 +2,7 @@
 #include <boost/json.hpp>
 
 #include "server/api/json_reader.h"
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 
 namespace faultlab::server {
 namespace {

@@ -4,7 +4,7 @@
 #include <map>
 
 #include "server/api/json_reader.h"
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 #include "server/api/rig_json.h"
 #include "server/lab/timeline.h"
 

@@ -2,7 +2,7 @@
 #include <boost/json.hpp>
 
 #include "server/api/json_reader.h"
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 #include "server/api/run_body.h"
 
 namespace faultlab::server {

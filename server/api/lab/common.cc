@@ -2,7 +2,7 @@
 #include <charconv>
 
 #include "server/api/json_reader.h"
-#include "server/api/lab_api.h"
+#include "server/api/lab/handlers.h"
 #include "server/auth/secrets.h"
 #include "server/lab/remembered_answers.h"
 
