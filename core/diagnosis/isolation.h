@@ -46,8 +46,7 @@ struct IsolationTask {
   CalibrationOptions calibration_options;
   std::shared_ptr<const Calibration> calibration;
   IsolationOptions options;
-  std::vector<Candidate> reference;     ///< faults present before this alarm (empty: nominal)
-  std::vector<double> reference_shift;  ///< coordinates of the calibration as that fit moved them
+  std::vector<Candidate> reference;  ///< faults present before this alarm (empty: nominal)
   double alarm_t_s = 0.0;
   /// Of an alarm whose surroundings are no more among `samples`; without it the onset is looked
   /// for.
@@ -69,7 +68,6 @@ struct IsolationResult {
   std::vector<Candidate> present;
   std::vector<double> shift;  ///< how far that fit moved the calibration's coordinates (8, or none)
   double gain = 0.0;          ///< what a fault explains better than no fault, in -2 log probability
-  double explained = 0.0;     ///< score of the best hypothesis: 1 explains everything
 };
 
 /// Pure function of the task; any thread. CPU time of kIsolate (Release, isolation_bench): 3 ms in

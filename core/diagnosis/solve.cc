@@ -232,7 +232,6 @@ class Isolation {
     const FitSet& set = explanation.set;
     const HypothesisFit& best = set.best();
     const double score = best.chi2 / std::max(1, best.count);
-    result.explained = score;
     result.gain = explanation.gain;
     result.shape = explanation.shape;
     if (explanation.gain < kFaultGain) {

@@ -37,12 +37,4 @@ class Authenticator {
                                                WallTime now) = 0;
 };
 
-/// Everyone is the guest: a server on loopback without accounts.
-class GuestAuthenticator : public Authenticator {
- public:
-  core::Result<Principal> Authenticate(const RequestCredentials&, WallTime) override {
-    return Principal{};
-  }
-};
-
 }  // namespace faultlab::server

@@ -174,10 +174,6 @@ core::Status RecordingStore::AppendChunk(const std::string& run_id,
   });
 }
 
-core::Status RecordingStore::AppendEvent(const std::string& run_id, const RecordedEvent& event) {
-  return AppendEvents(run_id, {&event, 1});
-}
-
 core::Status RecordingStore::AppendEvents(const std::string& run_id,
                                           std::span<const RecordedEvent> events) {
   if (events.empty()) return Done{};
@@ -230,15 +226,6 @@ core::Status RecordingStore::ReplaceDiagnosis(const std::string& run_id,
     }
     tx.sql() << "UPDATE recording SET diagnosis_json = :json, verdict = :verdict WHERE id = :id",
         use(diagnosis_json, "json"), use(verdict, "verdict"), use(run_id, "id");
-    return Done{};
-  });
-}
-
-core::Status RecordingStore::Rename(const std::string& run_id, const std::string& name) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    if (!LockRun(tx, run_id)) return NotFound();
-    tx.sql() << "UPDATE recording SET name = :name WHERE id = :id", use(name, "name"),
-        use(run_id, "id");
     return Done{};
   });
 }

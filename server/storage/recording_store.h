@@ -72,7 +72,6 @@ class RecordingStore {
   core::Status AppendChunk(const std::string& run_id,
                            std::int64_t first_index,
                            std::span<const core::Sample> samples);
-  core::Status AppendEvent(const std::string& run_id, const RecordedEvent& event);
   core::Status AppendEvents(const std::string& run_id, std::span<const RecordedEvent> events);
   /// Ends a running run once; a second Finish is refused (kConflict).
   core::Status Finish(const std::string& run_id,
@@ -84,7 +83,6 @@ class RecordingStore {
   core::Status ReplaceDiagnosis(const std::string& run_id,
                                 const std::string& diagnosis_json,
                                 const std::string& verdict);
-  core::Status Rename(const std::string& run_id, const std::string& name);
   /// Record, samples and events. Refuses a running run (kConflict).
   core::Status Delete(const std::string& run_id);
 

@@ -99,7 +99,8 @@ TEST_P(RecordingStoreTest, TakesSamplesOutOfOrderForABug) {
 
 TEST_P(RecordingStoreTest, KeepsEventsInTheOrderInWhichTheyCame) {
   ASSERT_TRUE(store_.Begin(Record("run-1")).ok());
-  ASSERT_TRUE(store_.AppendEvent("run-1", {10, "started", "{}"}).ok());
+  const std::vector<RecordedEvent> first = {{10, "started", "{}"}};
+  ASSERT_TRUE(store_.AppendEvents("run-1", first).ok());
   const std::vector<RecordedEvent> two = {{9, "late", R"({"a":1})"}, {12, "detected", "{}"}};
   ASSERT_TRUE(store_.AppendEvents("run-1", two).ok());
   const auto events = store_.LoadEvents("run-1").value();
@@ -167,7 +168,8 @@ TEST_P(RecordingStoreTest, ListsOneOwnersOnlyAndRefusesAForgedCursor) {
 TEST_P(RecordingStoreTest, DeletesEverythingOfAnEndedRunOnly) {
   ASSERT_TRUE(store_.Begin(Record("run-1")).ok());
   ASSERT_TRUE(store_.AppendChunk("run-1", 0, Samples(0, 5)).ok());
-  ASSERT_TRUE(store_.AppendEvent("run-1", {1, "started", "{}"}).ok());
+  const std::vector<RecordedEvent> events = {{1, "started", "{}"}};
+  ASSERT_TRUE(store_.AppendEvents("run-1", events).ok());
   EXPECT_EQ(store_.Delete("run-1").error().code, ErrorCode::kConflict);
   ASSERT_TRUE(store_.Finish("run-1", RunState::kStopped, kStart, "", "").ok());
   ASSERT_TRUE(store_.Delete("run-1").ok());
@@ -188,9 +190,9 @@ TEST_P(RecordingStoreTest, DeletesEverythingOfAnEndedRunOnly) {
 TEST_P(RecordingStoreTest, AnswersNotFoundForARunThatIsNotThere) {
   EXPECT_EQ(store_.Get("nope").error().code, ErrorCode::kNotFound);
   EXPECT_EQ(store_.AppendChunk("nope", 0, Samples(0, 1)).error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(store_.AppendEvent("nope", {}).error().code, ErrorCode::kNotFound);
+  const std::vector<RecordedEvent> events = {{}};
+  EXPECT_EQ(store_.AppendEvents("nope", events).error().code, ErrorCode::kNotFound);
   EXPECT_EQ(store_.Delete("nope").error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(store_.Rename("nope", "x").error().code, ErrorCode::kNotFound);
 }
 
 TEST_P(RecordingStoreTest, RefusesAnIdThatExists) {
