@@ -4,11 +4,11 @@
 #include <chrono>
 #include <cstdint>
 
+#include "server/wall_time.h"
+
 namespace faultlab::server {
 
 using MonotonicTime = std::chrono::steady_clock::time_point;
-/// UTC, to the millisecond. Never mixed up with run time, which is a double in seconds.
-using WallTime = std::chrono::sys_time<std::chrono::milliseconds>;
 
 /// Where the server asks what time it is. Passed in, so that tests own the time. Thread-safe.
 class Clock {

@@ -7,7 +7,7 @@
 
 #include "server/api/metrics_text.h"
 #include "server/run/rig_bay.h"
-#include "server/storage/wall_time.h"
+#include "server/wall_time.h"
 
 namespace faultlab::server {
 

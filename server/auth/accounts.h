@@ -14,7 +14,7 @@
 #include "server/auth/secrets.h"
 #include "server/auth/throttle.h"
 #include "server/storage/database.h"
-#include "server/storage/wall_time.h"
+#include "server/wall_time.h"
 
 namespace faultlab::server {
 

@@ -6,7 +6,7 @@
 
 #include "core/types/result.h"
 #include "server/storage/database.h"
-#include "server/storage/wall_time.h"
+#include "server/wall_time.h"
 
 namespace faultlab::server::lab {
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/storage/wall_time.h"
+#include "server/wall_time.h"
 
 namespace faultlab::server::lab {
 

@@ -11,7 +11,7 @@
 #include "core/types/sample.h"
 #include "server/storage/database.h"
 #include "server/storage/ids.h"
-#include "server/storage/wall_time.h"
+#include "server/wall_time.h"
 
 namespace faultlab::server {
 
