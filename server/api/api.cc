@@ -4,7 +4,6 @@
 #include <array>
 #include <boost/json.hpp>
 #include <charconv>
-#include <ctime>
 #include <utility>
 
 #include "server/api/lab/handlers.h"
@@ -152,25 +151,6 @@ HttpResponse ProblemOf(const core::Error& error) {
   if (status == 503) response.headers.emplace_back("Retry-After", "2");
   if (status == 401) response.headers.emplace_back("WWW-Authenticate", "Bearer");
   return response;
-}
-
-std::string Iso8601(WallTime time) {
-  const std::int64_t milliseconds = time.time_since_epoch().count();
-  const std::time_t seconds = milliseconds / 1000;
-  std::tm parts{};
-  gmtime_r(&seconds, &parts);
-  std::array<char, 40> text;
-  const int size = std::snprintf(text.data(),
-                                 text.size(),
-                                 "%04d-%02d-%02dT%02d:%02d:%02d.%03dZ",
-                                 parts.tm_year + 1900,
-                                 parts.tm_mon + 1,
-                                 parts.tm_mday,
-                                 parts.tm_hour,
-                                 parts.tm_min,
-                                 parts.tm_sec,
-                                 static_cast<int>(milliseconds % 1000));
-  return {text.data(), static_cast<std::size_t>(size)};
 }
 
 HttpResponse Download(std::string bytes, std::string_view content_type, std::string file_name) {

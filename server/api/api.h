@@ -10,6 +10,7 @@
 
 #include "core/types/result.h"
 #include "server/api/diagnosis_cache.h"
+#include "server/api/iso8601.h"
 #include "server/api/transfer_slots.h"
 #include "server/auth/authenticator.h"
 #include "server/auth/authorization.h"
@@ -108,8 +109,6 @@ UpgradeDecision DecideUpgrade(ApiContext& api, const HttpRequest& request);
 HttpResponse JsonResponse(const boost::json::value& value, int status = 200);
 HttpResponse ProblemOf(const core::Error& error);
 int HttpStatus(core::ErrorCode code);
-/// "2026-11-21T01:02:03.456Z"
-std::string Iso8601(WallTime time);
 /// A file to save: Content-Disposition with a safe name.
 HttpResponse Download(std::string bytes, std::string_view content_type, std::string file_name);
 /// ?limit=, 1..200, default 50.

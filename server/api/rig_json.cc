@@ -1,9 +1,9 @@
 #include "server/api/rig_json.h"
 
 #include <boost/json.hpp>
-#include <charconv>
 #include <chrono>
 
+#include "server/api/iso8601.h"
 #include "server/run/loop_json.h"
 
 namespace faultlab::server {
@@ -58,26 +58,12 @@ json::value HealthOf(const RigStatus& rig) {
   return nullptr;
 }
 
-int ParseDigits(std::string_view text) {
-  int value = -1;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc{} && end == text.data() + text.size() ? value : -1;
-}
-
 }  // namespace
 
 std::optional<int> CalibrationAgeDays(std::string_view calibration, WallTime now) {
-  using namespace std::chrono;
-  if (calibration.size() < 10 || calibration[4] != '-' || calibration[7] != '-') return {};
-  const int year_number = ParseDigits(calibration.substr(0, 4));
-  const int month_number = ParseDigits(calibration.substr(5, 2));
-  const int day_number = ParseDigits(calibration.substr(8, 2));
-  if (year_number < 0 || month_number < 0 || day_number < 0) return {};
-  const year_month_day date{year(year_number),
-                            month(static_cast<unsigned>(month_number)),
-                            day(static_cast<unsigned>(day_number))};
-  if (!date.ok()) return {};
-  return static_cast<int>((floor<days>(now) - sys_days(date)).count());
+  const std::optional<WallTime> dated = LeadingDate(calibration);
+  if (!dated) return {};
+  return std::chrono::floor<std::chrono::days>(now - *dated).count();
 }
 
 json::object RigToJson(const RigStatus& rig, WallTime now) {

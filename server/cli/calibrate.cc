@@ -1,31 +1,19 @@
 #include "server/cli/calibrate.h"
 
 #include <algorithm>
-#include <array>
 #include <boost/json/serialize.hpp>
-#include <ctime>
 #include <iterator>
 #include <vector>
 
+#include "server/api/iso8601.h"
 #include "server/cli/console.h"
+#include "server/clock.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/file_io.h"
 #include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 
 namespace faultlab::server {
-namespace {
-
-std::string Now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  std::array<char, 32> text;
-  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc)};
-}
-
-}  // namespace
-
 int RunCalibrate(const CalibrateOptions& options) {
   const core::Result<core::DiagnoseOptions> parsed = ParseFlags(options.flags);
   if (!parsed) {
@@ -60,7 +48,7 @@ int RunCalibrate(const CalibrateOptions& options) {
     PrintError(options.recording + ": " + calibration.error().message);
     return kExitBadInput;
   }
-  calibration.value().dated = options.dated.empty() ? Now() : options.dated;
+  calibration.value().dated = options.dated.empty() ? Iso8601(SystemClock().Wall()) : options.dated;
   if (!options.output.empty()) {
     const core::Status written =
         WriteFile(options.output, boost::json::serialize(ToJson(calibration.value())) + "\n");

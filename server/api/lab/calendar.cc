@@ -10,14 +10,6 @@ namespace {
 namespace json = boost::json;
 using lab::UserId;
 
-std::string CalendarTime(WallTime time) {
-  std::string text;
-  for (const char c : Iso8601(time).substr(0, 19)) {
-    if (c != '-' && c != ':') text += c;
-  }
-  return text + "Z";
-}
-
 std::string CalendarText(std::string_view text) {
   std::string out;
   for (const char c : text) {
@@ -35,15 +27,15 @@ core::Result<HttpResponse> CalendarOf(ApiContext& api, UserId user) {
   auto lab = LabOf(api);
   if (!lab) return lab.error();
   const auto state = lab.value()->service.state();
-  const std::string stamp = CalendarTime(api.clock.Wall());
+  const std::string stamp = BasicIso8601(api.clock.Wall());
   std::string out =
       "BEGIN:VCALENDAR\r\nVERSION:2.0\r\nPRODID:-//faultlab//bookings//EN\r\n"
       "CALSCALE:GREGORIAN\r\n";
   for (const auto& [id, booking] : state->bookings) {
     if (booking.user != user) continue;
     out += "BEGIN:VEVENT\r\nUID:booking-" + std::to_string(Number(id)) +
-           "@faultlab\r\nDTSTAMP:" + stamp + "\r\nDTSTART:" + CalendarTime(booking.during.start) +
-           "\r\nDTEND:" + CalendarTime(booking.during.end) +
+           "@faultlab\r\nDTSTAMP:" + stamp + "\r\nDTSTART:" + BasicIso8601(booking.during.start) +
+           "\r\nDTEND:" + BasicIso8601(booking.during.end) +
            "\r\nSEQUENCE:" + std::to_string(booking.version) +
            "\r\nSUMMARY:" + CalendarText("Lab: " + booking.rig_class + " (" + booking.rig + ")") +
            "\r\nEND:VEVENT\r\n";

@@ -14,20 +14,6 @@ using core::ErrorCode;
 
 constexpr std::size_t kIdempotencyKeyMax = 200;
 
-bool TakeNumber(std::string_view& text, std::size_t digits, int& out) {
-  if (text.size() < digits) return false;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + digits, out);
-  if (error != std::errc() || end != text.data() + digits) return false;
-  text.remove_prefix(digits);
-  return true;
-}
-
-bool TakeChar(std::string_view& text, char wanted) {
-  if (text.empty() || text.front() != wanted) return false;
-  text.remove_prefix(1);
-  return true;
-}
-
 }  // namespace
 
 core::Result<LabApi*> LabOf(ApiContext& api) {
@@ -77,54 +63,6 @@ core::Status NoBody(const ApiRequest& request) {
   ObjectReader in(body.value(), "");
   if (auto error = in.Finish()) return *error;
   return core::Done{};
-}
-
-core::Result<WallTime> ParseIso8601(std::string_view text, const std::string& field) {
-  const Error refused{ErrorCode::kInvalid,
-                      "Give a time as 2026-11-21T10:00:00Z or with an offset as +01:00.",
-                      field};
-  int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0;
-  if (!TakeNumber(text, 4, year) || !TakeChar(text, '-') || !TakeNumber(text, 2, month) ||
-      !TakeChar(text, '-') || !TakeNumber(text, 2, day) || !TakeChar(text, 'T') ||
-      !TakeNumber(text, 2, hour) || !TakeChar(text, ':') || !TakeNumber(text, 2, minute)) {
-    return refused;
-  }
-  int milliseconds = 0;
-  if (TakeChar(text, ':')) {
-    if (!TakeNumber(text, 2, second)) return refused;
-    if (TakeChar(text, '.')) {
-      int scale = 100;
-      int digits = 0;
-      for (; !text.empty() && text.front() >= '0' && text.front() <= '9'; ++digits) {
-        milliseconds += (text.front() - '0') * scale;
-        scale /= 10;
-        text.remove_prefix(1);
-      }
-      if (digits == 0 || digits > 9) return refused;
-    }
-  }
-  const std::chrono::year_month_day date{std::chrono::year{year},
-                                         std::chrono::month{static_cast<unsigned>(month)},
-                                         std::chrono::day{static_cast<unsigned>(day)}};
-  if (!date.ok() || hour > 23 || minute > 59 || second > 59) return refused;
-  std::chrono::minutes offset{0};
-  if (!TakeChar(text, 'Z')) {
-    const bool east = TakeChar(text, '+');
-    if (!east && !TakeChar(text, '-')) return refused;
-    int offset_hour = 0, offset_minute = 0;
-    if (!TakeNumber(text, 2, offset_hour) || !TakeChar(text, ':') ||
-        !TakeNumber(text, 2, offset_minute) || offset_hour > 14 || offset_minute > 59) {
-      return refused;
-    }
-    offset = std::chrono::hours(offset_hour) + std::chrono::minutes(offset_minute);
-    if (!east) offset = -offset;
-  }
-  if (!text.empty()) return refused;
-  const auto local = std::chrono::sys_days(date) + std::chrono::hours(hour) +
-                     std::chrono::minutes(minute) + std::chrono::seconds(second) +
-                     std::chrono::milliseconds(milliseconds);
-  return WallTime{
-      std::chrono::duration_cast<std::chrono::milliseconds>((local - offset).time_since_epoch())};
 }
 
 HttpResponse NoContent() {

@@ -66,9 +66,6 @@ core::Result<lab::FaultSet> AuthorizedFaultSet(ApiContext& api,
                                                Operation operation);
 /// An object {} without any member, for actions.
 core::Status NoBody(const ApiRequest& request);
-/// RFC 3339 with Z or an offset. Names of zones and times without a zone are refused: on the day of
-/// a clock change they mean two instants or none.
-core::Result<WallTime> ParseIso8601(std::string_view text, const std::string& field);
 HttpResponse NoContent();
 void Audit(ApiContext& api,
            const Principal& who,
