@@ -1,88 +1,17 @@
 #include "server/net/websocket.h"
 
-#include <algorithm>
+#include <openssl/evp.h>
+#include <openssl/sha.h>
+
 #include <array>
-#include <bit>
 
 namespace faultlab::server::websocket {
 namespace {
 
 constexpr std::string_view kGuid = "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
-constexpr std::string_view kBase64 =
+constexpr std::string_view kBase64Alphabet =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 constexpr std::size_t kControlBytesMax = 125;
-
-using Digest = std::array<std::uint8_t, 20>;
-
-/// FIPS 180-4. The WebSocket handshake is the only place that wants SHA-1, and it guards nothing.
-Digest Sha1(std::string_view text) {
-  std::string padded(text);
-  padded.push_back(static_cast<char>(0x80));
-  while (padded.size() % 64 != 56) padded.push_back('\0');
-  const std::uint64_t bits = text.size() * 8;
-  for (int shift = 56; shift >= 0; shift -= 8) {
-    padded.push_back(static_cast<char>(bits >> shift));
-  }
-  std::array<std::uint32_t, 5> h = {0x67452301, 0xEFCDAB89, 0x98BADCFE, 0x10325476, 0xC3D2E1F0};
-  for (std::size_t block = 0; block < padded.size(); block += 64) {
-    std::array<std::uint32_t, 80> w{};
-    for (std::size_t i = 0; i < 16; ++i) {
-      for (std::size_t j = 0; j < 4; ++j) {
-        w[i] = (w[i] << 8) | static_cast<std::uint8_t>(padded[block + 4 * i + j]);
-      }
-    }
-    for (std::size_t i = 16; i < 80; ++i) {
-      w[i] = std::rotl(w[i - 3] ^ w[i - 8] ^ w[i - 14] ^ w[i - 16], 1);
-    }
-    auto [a, b, c, d, e] = h;
-    for (std::size_t i = 0; i < 80; ++i) {
-      std::uint32_t f = 0;
-      std::uint32_t k = 0;
-      if (i < 20) {
-        f = (b & c) | (~b & d);
-        k = 0x5A827999;
-      } else if (i < 40) {
-        f = b ^ c ^ d;
-        k = 0x6ED9EBA1;
-      } else if (i < 60) {
-        f = (b & c) | (b & d) | (c & d);
-        k = 0x8F1BBCDC;
-      } else {
-        f = b ^ c ^ d;
-        k = 0xCA62C1D6;
-      }
-      const std::uint32_t next = std::rotl(a, 5) + f + e + k + w[i];
-      e = d;
-      d = c;
-      c = std::rotl(b, 30);
-      b = a;
-      a = next;
-    }
-    h[0] += a;
-    h[1] += b;
-    h[2] += c;
-    h[3] += d;
-    h[4] += e;
-  }
-  Digest digest{};
-  for (std::size_t i = 0; i < 20; ++i) {
-    digest[i] = static_cast<std::uint8_t>(h[i / 4] >> (24 - 8 * (i % 4)));
-  }
-  return digest;
-}
-
-std::string Base64(const Digest& bytes) {
-  std::string out;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    for (std::size_t j = 0; j < 3; ++j) group = (group << 8) | (j < left ? bytes[i + j] : 0U);
-    for (std::size_t j = 0; j < 4; ++j) {
-      out.push_back(j <= left ? kBase64[(group >> (18 - 6 * j)) & 63] : '=');
-    }
-  }
-  return out;
-}
 
 bool IsControl(Opcode opcode) {
   return static_cast<std::uint8_t>(opcode) >= 8;
@@ -95,12 +24,17 @@ bool IsKnown(std::uint8_t opcode) {
 }  // namespace
 
 std::string AcceptKey(std::string_view key) {
-  return Base64(Sha1(std::string(key).append(kGuid)));
+  const std::string text = std::string(key).append(kGuid);
+  std::array<unsigned char, SHA_DIGEST_LENGTH> digest{};
+  SHA1(reinterpret_cast<const unsigned char*>(text.data()), text.size(), digest.data());
+  std::array<unsigned char, 4 * ((SHA_DIGEST_LENGTH + 2) / 3) + 1> base64{};  // and a final NUL
+  const int size = EVP_EncodeBlock(base64.data(), digest.data(), SHA_DIGEST_LENGTH);
+  return {base64.begin(), base64.begin() + size};
 }
 
 bool IsValidKey(std::string_view key) {
   if (key.size() != 24 || key[22] != '=' || key[23] != '=') return false;
-  return key.substr(0, 22).find_first_not_of(kBase64) == std::string_view::npos;
+  return key.substr(0, 22).find_first_not_of(kBase64Alphabet) == std::string_view::npos;
 }
 
 std::string EncodeFrame(Opcode opcode, std::string_view payload) {
