@@ -55,11 +55,15 @@ TEST(Config, NamesFileLineAndSetting) {
     const char* start;
   } cases[] = {
       {"listen = 80\n", "f.toml:1: listen must be a text"},
-      {"\nlisten_on = \"x\"\n", "f.toml:2: listen_on must be absent"},
+      {"\nlisten_on = \"x\"\n", "f.toml:2: listen_on is not a key"},
       {"[limits]\nruns = 0\n", "f.toml:2: limits.runs must be a whole number from 1 to 1000"},
       {"guests = \"all\"\n", "f.toml:1: guests must be one of"},
       {"[simulators]\nspeed = -1\n", "f.toml:2: simulators.speed must be"},
       {"lcm = 3\n", "f.toml:1: lcm must be a table"},
+      {"[lab]\nbenches = 2.0\n", "f.toml:2: lab.benches must be a whole number from 0 to 64"},
+      {"[simulators]\nseed = -1\n", "f.toml:2: simulators.seed must be a whole number, 0 or more"},
+      {"allowed_hosts = [\"a\", 3]\n", "f.toml:1: allowed_hosts must be a list of texts"},
+      {"\n[limit]\nruns = 3\n", "f.toml:2: limit is not a key"},
       {"a = [1\n", "f.toml:"},
   };
   for (const auto& wrong : cases) {
