@@ -218,7 +218,8 @@ void HubLoop::Adopt(UpgradedSocket socket, const std::string& run, bool can_comm
              &options_.socket_send_buffer_bytes,
              sizeof options_.socket_send_buffer_bytes);
   const std::uint64_t id = next_viewer_++;
-  auto owned = std::make_unique<Viewer>(id, socket.fd, options_.ring_messages);
+  auto owned =
+      std::make_unique<Viewer>(id, socket.fd, options_.ring_messages, options_.text_bytes_max);
   Viewer& viewer = *owned;
   epoll_event event{};
   event.events = EPOLLIN | EPOLLRDHUP;
@@ -267,8 +268,11 @@ void HubLoop::DeliverText(Viewer& viewer, std::string_view text) {
 }
 
 void HubLoop::After(Viewer& viewer, Viewer::Sent sent) {
-  if (sent == Viewer::Sent::kBroken) {
+  if (sent == Viewer::Sent::kBroken || (sent == Viewer::Sent::kFull && viewer.close_by)) {
     viewer.broken = any_broken_ = true;
+  } else if (sent == Viewer::Sent::kFull) {
+    viewer.Forget();
+    Close(viewer, CloseCode::kTryAgainLater, "messages were not read");
   } else if (sent == Viewer::Sent::kQueued) {
     Watch(viewer, true);
   }
@@ -295,8 +299,8 @@ void HubLoop::CatchUp(Viewer& viewer) {
 
 void HubLoop::Close(Viewer& viewer, CloseCode code, std::string_view reason) {
   if (viewer.close_by || viewer.broken) return;
-  Deliver(viewer, Shared(websocket::EncodeClose(code, reason)), 0);
   viewer.close_by = clock_.Monotonic() + kClosePatience;
+  After(viewer, viewer.Send(Shared(websocket::EncodeClose(code, reason)), 0));
   if (viewer.drained()) ::shutdown(viewer.fd(), SHUT_WR);
 }
 

@@ -24,6 +24,7 @@ enum class ViewerId : std::uint64_t {};
 struct StreamHubOptions {
   std::size_t viewers_max = 4096;
   std::size_t ring_messages = 64;           ///< per viewer, behind a full socket
+  std::size_t text_bytes_max = 512 << 10;   ///< per viewer, of texts that wait behind a full socket
   std::size_t inbox_messages_max = 8192;    ///< between the runs and the hub
   std::size_t history_rows_max = 60'000;    ///< per channel, 100 bytes each
   int socket_send_buffer_bytes = 64 << 10;  ///< bounds how old the bytes in the kernel can be
@@ -62,6 +63,7 @@ struct ChannelOptions {
 ///
 /// A batch is framed once and the same bytes go to every viewer. A viewer whose socket is full gets
 /// a ring of at most `ring_messages`; then its oldest frames are dropped and it is told how many.
+/// Texts are not dropped: a viewer that leaves `text_bytes_max` of them unread is closed with 1013.
 /// Nothing a viewer does can delay a run: Publish copies into a bounded inbox and returns.
 /// All public functions are thread-safe.
 class StreamHub {

@@ -8,8 +8,8 @@
 
 namespace faultlab::server {
 
-Viewer::Viewer(std::uint64_t id, int fd, std::size_t ring_messages)
-    : id_(id), fd_(fd), ring_messages_(ring_messages) {}
+Viewer::Viewer(std::uint64_t id, int fd, std::size_t ring_messages, std::size_t text_bytes_max)
+    : id_(id), fd_(fd), ring_messages_(ring_messages), text_bytes_max_(text_bytes_max) {}
 
 Viewer::~Viewer() {
   ::close(fd_);
@@ -21,7 +21,14 @@ std::ptrdiff_t Viewer::Write(const char* data, std::size_t size) const {
   return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR ? 0 : -1;
 }
 
-bool Viewer::MakeRoom() {
+bool Viewer::MakeRoom(std::size_t bytes, int samples) {
+  if (samples == 0) {
+    std::size_t waiting = bytes;
+    for (std::size_t i = 1; i < queue_.size(); ++i) {
+      if (queue_[i].samples == 0) waiting += queue_[i].bytes->size();
+    }
+    if (waiting > text_bytes_max_) return false;
+  }
   if (queue_.size() < ring_messages_) return true;
   // The front may be half sent: dropping it would break the frame in the stream.
   const auto first = queue_.begin() + (front_sent_ > 0 ? 1 : 0);
@@ -42,11 +49,15 @@ Viewer::Sent Viewer::Send(const SharedBytes& bytes, int samples) {
     done = static_cast<std::size_t>(sent);
     if (done == bytes->size()) return Sent::kAll;
     front_sent_ = done;
-  } else if (!MakeRoom()) {
-    return Sent::kBroken;
+  } else if (!MakeRoom(bytes->size(), samples)) {
+    return Sent::kFull;
   }
   queue_.push_back({bytes, samples});
   return Sent::kQueued;
+}
+
+void Viewer::Forget() {
+  queue_.resize(front_sent_ > 0 ? 1 : 0);
 }
 
 Viewer::Sent Viewer::Flush() {

@@ -20,19 +20,23 @@ using SharedBytes = std::shared_ptr<const std::string>;
 /// of the peer. Owns the descriptor.
 ///
 ///   Send -> empty queue: send(MSG_DONTWAIT) at once  -> all gone: done
-///        -> socket full: queue of at most `ring_messages`, oldest frames dropped and counted
+///        -> socket full: queue of at most `ring_messages`, oldest frames dropped and counted;
+///           too many messages that may not be dropped, or too many bytes of them: kFull
 class Viewer {
  public:
-  enum class Sent { kAll, kQueued, kBroken };
+  enum class Sent { kAll, kQueued, kFull, kBroken };
 
-  Viewer(std::uint64_t id, int fd, std::size_t ring_messages);
+  /// @param text_bytes_max  of messages that may not be dropped, behind the one that is being sent
+  Viewer(std::uint64_t id, int fd, std::size_t ring_messages, std::size_t text_bytes_max);
   ~Viewer();
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
 
   /// @param samples  > 0: a signal frame, which may be dropped; 0: a message that may not.
-  /// kBroken: the peer is gone, or has not taken a ringful of messages that may not be dropped.
+  /// kFull: the peer does not read, and `bytes` are not kept. kBroken: the peer is gone.
   Sent Send(const SharedBytes& bytes, int samples);
+  /// Drops what waits, but for the message that is half sent.
+  void Forget();
   /// After the socket became writable. kAll: the queue is empty.
   Sent Flush();
 
@@ -63,13 +67,15 @@ class Viewer {
     SharedBytes bytes;
     int samples;
   };
-  bool MakeRoom();
+  /// One more message of this kind and size may wait.
+  bool MakeRoom(std::size_t bytes, int samples);
   /// Bytes of `text` that the socket took; -1 when it is broken.
   std::ptrdiff_t Write(const char* data, std::size_t size) const;
 
   std::uint64_t id_;
   int fd_;
   std::size_t ring_messages_;
+  std::size_t text_bytes_max_;
   std::vector<Waiting> queue_;
   std::size_t front_sent_ = 0;  ///< bytes of queue_.front() already gone
   std::int64_t dropped_samples_ = 0;

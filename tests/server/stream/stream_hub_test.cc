@@ -208,6 +208,28 @@ TEST_F(StreamHubTest, DropsOldFramesOfAViewerThatStopsReadingAndTellsIt) {
   EXPECT_EQ(told, "{\"type\":\"dropped\",\"samples\":" + std::to_string(kBatches * 50 - got) + "}");
 }
 
+TEST_F(StreamHubTest, ClosesAViewerThatNeverReadsTextsAndKeepsNoMoreOfThemThanItsBound) {
+  options_.socket_send_buffer_bytes = 4096;
+  Start();
+  Open("r");
+  Open("other");
+  auto deaf = Join("run=r", 4096);
+  Hello(*deaf);
+  constexpr int kTexts = 60;  // fewer than the ring holds
+  const std::string text = "{\"pad\":\"" + std::string(100'000, 'x') + "\"}";
+  for (int i = 0; i < kTexts; ++i) hub_->PublishText("r", text);
+  auto later = Join("run=other");
+  Hello(*later);  // the hub has done all of the above
+  std::size_t read = 0;
+  int code = 0;
+  while (const auto frame = deaf->Read()) {
+    read += frame->payload.size();
+    if (frame->opcode == 8) code = frame->close_code();
+  }
+  EXPECT_EQ(code, 1013);
+  EXPECT_LE(read, text.size() + options_.text_bytes_max);
+}
+
 TEST_F(StreamHubTest, PassesCommandsOnAndRefusesThoseOfSpectators) {
   Start();
   Open();
@@ -352,7 +374,7 @@ class ViewerTest : public ::testing::Test {
     EXPECT_EQ(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, ends_), 0);
     const int bytes = 4096;
     setsockopt(ends_[0], SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
-    viewer_ = std::make_unique<Viewer>(1, ends_[0], 4);
+    viewer_ = std::make_unique<Viewer>(1, ends_[0], 4, kTextBytesMax);
   }
   ~ViewerTest() override { close(ends_[1]); }
   static SharedBytes Bytes(char c) { return std::make_shared<const std::string>(3000, c); }
@@ -365,6 +387,7 @@ class ViewerTest : public ::testing::Test {
     return out;
   }
 
+  static constexpr std::size_t kTextBytesMax = 10'000;
   int ends_[2] = {-1, -1};
   std::unique_ptr<Viewer> viewer_;
 };
@@ -392,12 +415,28 @@ TEST_F(ViewerTest, DropsTheOldestWholeFrameAndNeverAMessage) {
   EXPECT_GE(c, first_queued);
 }
 
-TEST_F(ViewerTest, IsBrokenWhenItLeavesARingfulOfMessagesUnread) {
+TEST_F(ViewerTest, IsFullWhenItLeavesARingfulOfMessagesUnread) {
   while (viewer_->Send(Bytes('x'), 0) == Viewer::Sent::kAll) {
   }
-  Viewer::Sent sent = Viewer::Sent::kQueued;
-  for (int i = 0; i < 10 && sent == Viewer::Sent::kQueued; ++i) sent = viewer_->Send(Bytes('y'), 0);
-  EXPECT_EQ(sent, Viewer::Sent::kBroken);
+  const auto small = std::make_shared<const std::string>("y");
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(viewer_->Send(small, 0), Viewer::Sent::kQueued);
+  EXPECT_EQ(viewer_->Send(small, 0), Viewer::Sent::kFull);
+}
+
+TEST_F(ViewerTest, KeepsNoMoreBytesOfMessagesThanItsBound) {
+  while (viewer_->Send(Bytes('x'), 0) == Viewer::Sent::kAll) {
+  }
+  const auto half = std::make_shared<const std::string>(kTextBytesMax / 2, 'y');
+  EXPECT_EQ(viewer_->Send(half, 0), Viewer::Sent::kQueued);
+  EXPECT_EQ(viewer_->Send(half, 0), Viewer::Sent::kQueued);
+  EXPECT_EQ(viewer_->Send(std::make_shared<const std::string>("z"), 0), Viewer::Sent::kFull);
+  EXPECT_EQ(viewer_->Send(Bytes('f'), 5), Viewer::Sent::kQueued) << "a frame is not a text";
+  EXPECT_EQ(half.use_count(), 3);
+  viewer_->Forget();
+  EXPECT_EQ(half.use_count(), 1);
+  std::string all = ReadAll();
+  while (viewer_->Flush() != Viewer::Sent::kAll) all += ReadAll();
+  EXPECT_EQ((all + ReadAll()).size() % 3000, 0u) << "what was half sent is whole";
 }
 
 TEST_F(ViewerTest, IsBrokenWhenThePeerIsGone) {
