@@ -5,7 +5,6 @@
 #include <boost/json.hpp>
 #include <cmath>
 
-#include "hardware/replay_rig.h"
 #include "server/run/recorder.h"
 #include "server/run/run_messages.h"
 #include "tests/server/run/run_fixture.h"
@@ -50,32 +49,6 @@ TEST_F(RunManagerTest, GivesTheSameSamplesAndVerdictsForTheSameSeed) {
   for (std::size_t i = 0; i < a.size(); ++i) ASSERT_EQ(a[i].um_v, b[i].um_v) << i;
   EXPECT_EQ(first.diagnosis_json, second.diagnosis_json);
   EXPECT_EQ(Kinds(first.id), Kinds(second.id));
-}
-
-TEST_F(RunManagerTest, ReplaysARecordingToTheSameBits) {
-  const RunRecord original = RunToEnd(Paper());
-  const auto samples = store_->LoadSamples(original.id, 0, 5000).value();
-  hardware::ReplayRigOptions options;
-  options.speed = 0.0;
-  RunRequest replay;
-  replay.owner = "guest";
-  replay.plan = hardware::ReplayPlan(original.period_s);
-  replay.hold = RigHold(hardware::MakeReplayRig(samples, options));
-  const RunRecord again = RunToEnd(std::move(replay));
-  EXPECT_EQ(again.state, RunState::kFinished) << log_;
-  const auto replayed = store_->LoadSamples(again.id, 0, 5000).value();
-  ASSERT_EQ(replayed.size(), samples.size());
-  core::Pipeline one{core::PipelineConfig{}};
-  core::Pipeline two{core::PipelineConfig{}};
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const core::Frame a = one.Push(samples[i]);
-    const core::Frame& b = two.Push(replayed[i]);
-    for (std::size_t e = 0; e < a.estimates.size(); ++e) {
-      ASSERT_EQ(a.estimates[e].status, b.estimates[e].status) << i;
-      if (a.estimates[e].status == core::EstimateStatus::kInvalid) continue;
-      ASSERT_EQ(a.estimates[e].theta, b.estimates[e].theta) << i;
-    }
-  }
 }
 
 TEST_F(RunManagerTest, StoresAStoppedRunWhole) {
