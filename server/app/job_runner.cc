@@ -52,9 +52,9 @@ bool JobRunner::WaitForStop(milliseconds patience) {
 void JobRunner::Loop() {
   while (true) {
     const WallTime now = api_.clock.Wall();
-    (void)lab_.jobs.Reap(now, "");
+    Log(lab_.jobs.Reap(now, ""));
     const auto job = lab_.jobs.Claim(options_.server_id, now, now + kLease);
-    if (!job.ok()) options_.log("jobs: " + job.error().message);
+    Log(job);
     if (job.ok() && job.value()) {
       Do(*job.value());
       if (WaitForStop(milliseconds(0))) return;
@@ -65,8 +65,12 @@ void JobRunner::Loop() {
 }
 
 void JobRunner::Finish(const lab::Job& job, const std::string& state, const std::string& error) {
-  const core::Status done = lab_.jobs.Finish(job.id, state, error, api_.clock.Wall());
-  if (!done.ok()) options_.log("jobs: " + done.error().message);
+  Log(lab_.jobs.Finish(job.id, state, error, api_.clock.Wall()));
+}
+
+/// If this fails, the job waits again when its lease runs out.
+void JobRunner::GiveBack(const lab::Job& job) {
+  Log(lab_.jobs.GiveBack(job.id, api_.clock.Wall() + kNextLook));
 }
 
 std::optional<Principal> JobRunner::OwnerOf(const lab::Job& job) const {
@@ -136,8 +140,7 @@ void JobRunner::Run(const lab::Job& job, const Principal& who) {
   const auto rig = RigFor(job, parsed.value().rig, parsed.value().duration_s);
   if (!rig.ok()) return Finish(job, "failed", rig.error().message);
   if (!rig.value()) {
-    (void)lab_.jobs.GiveBack(job.id, api_.clock.Wall() + kNextLook);
-    return;
+    return GiveBack(job);
   }
   const auto rigs = lab_.service.state()->rigs;
   const auto leased = rigs.find(*rig.value());
@@ -152,8 +155,7 @@ void JobRunner::Run(const lab::Job& job, const Principal& who) {
   http.body = text;
   const auto answer = CreateRun(api_, {http, who});
   if (!answer.ok() && answer.error().code == core::ErrorCode::kBusy) {
-    (void)lab_.jobs.GiveBack(job.id, api_.clock.Wall() + kNextLook);
-    return;
+    return GiveBack(job);
   }
   if (answer.ok()) {
     Follow(job, std::string(json::parse(answer.value().body).at("id").as_string()));
@@ -162,18 +164,17 @@ void JobRunner::Run(const lab::Job& job, const Principal& who) {
   }
   // A server that stops leaves the session to its job.
   if (!in_session || WaitForStop(milliseconds(0))) return;
-  const core::Status left = lab_.service.Do(
-      [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.DropJob(job.id, now); });
-  if (!left.ok()) options_.log("jobs: " + left.error().message);
+  Log(lab_.service.Do(
+      [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.DropJob(job.id, now); }));
 }
 
 void JobRunner::Follow(const lab::Job& job, const std::string& run) {
-  (void)lab_.jobs.SetRun(job.id, run);
+  Log(lab_.jobs.SetRun(job.id, run));
   for (auto live = api_.runs.Find(run); live && live->state == RunState::kRunning;
        live = api_.runs.Find(run)) {
     // Stopping the server stops the run; its job waits for the next start.
     if (WaitForStop(kPoll)) return;
-    (void)lab_.jobs.Renew(job.id, options_.server_id, api_.clock.Wall() + kLease);
+    Log(lab_.jobs.Renew(job.id, options_.server_id, api_.clock.Wall() + kLease));
   }
   api_.runs.Wait(run);
   const auto record = api_.store.Get(run);

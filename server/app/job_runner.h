@@ -44,6 +44,11 @@ class JobRunner {
                                                   double duration_s);
   void Follow(const lab::Job& job, const std::string& run);
   void Finish(const lab::Job& job, const std::string& state, const std::string& error);
+  void GiveBack(const lab::Job& job);
+  template <typename T>
+  void Log(const core::Result<T>& done) const {
+    if (!done.ok()) options_.log("jobs: " + done.error().message);
+  }
   bool WaitForStop(std::chrono::milliseconds patience);
 
   ApiContext& api_;

@@ -80,6 +80,7 @@ core::Result<std::unique_ptr<LabSystem>> LabSystem::Open(Database& database,
       accounts, *self.service_, self.jobs_, self.fault_sets_, self.answers_, self.calendar_links_});
   self.feed_ = std::make_unique<LabFeed>(api, *self.lab_api_);
   self.lab_api_->feed = self.feed_.get();
+  self.lab_api_->log = self.options_.log;
   self.lab_api_->with_next_check = [&self](const std::string& rig, CheckExtra extra) {
     const std::lock_guard lock(self.mutex_);
     self.extras_[rig].insert(extra);
@@ -275,7 +276,11 @@ void LabSystem::CheckLoop() {
     const lab::RigVerdict verdict = Check(lease);
     if (!verdict.passed) options_.log("rig " + lease.rig + " fails its check: " + verdict.text);
     // A newer check of the same rig makes this answer stale, which is as it should be.
-    (void)service_->CleaningDone(lease.rig, lease.epoch, verdict.passed, verdict.text);
+    const core::Status told =
+        service_->CleaningDone(lease.rig, lease.epoch, verdict.passed, verdict.text);
+    if (!told.ok() && told.error().code != core::ErrorCode::kStale) {
+      options_.log("rig " + lease.rig + ": its check cannot be stored: " + told.error().message);
+    }
   }
 }
 

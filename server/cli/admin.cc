@@ -57,6 +57,12 @@ std::string LinkText(const std::string& login, const std::string& secret) {
          secret + "\n";
 }
 
+/// The deed is done and stored: that it is not in the audit log is said, not refused.
+void Audit(Accounts& accounts, const std::string& verb, const std::string& login) {
+  const Status kept = accounts.Audit("system", verb, login, "faultlab admin", Now());
+  if (!kept) PrintError("done, but not in the audit log: " + kept.error().message);
+}
+
 int SetDisabled(const UserOptions& options, bool disabled) {
   return WithAccounts(options.target, [&](Accounts& accounts) -> Result<std::string> {
     const Result<Account> account = accounts.GetByLogin(options.login);
@@ -68,8 +74,7 @@ int SetDisabled(const UserOptions& options, bool disabled) {
     if (!changed) {
       return changed.error();
     }
-    (void)accounts.Audit(
-        "system", disabled ? "disable" : "enable", options.login, "faultlab admin", Now());
+    Audit(accounts, disabled ? "disable" : "enable", options.login);
     return Line(changed.value());
   });
 }
@@ -141,7 +146,7 @@ int RunUserAdd(const UserOptions& options) {
     if (!account) {
       return account.error();
     }
-    (void)accounts.Audit("system", "create", account.value().login, "faultlab admin", Now());
+    Audit(accounts, "create", account.value().login);
     const Result<std::string> link = accounts.CreateLink(account.value().id, Now());
     if (!link) {
       return link.error();
@@ -160,7 +165,7 @@ int RunUserLink(const UserOptions& options) {
     if (!link) {
       return link.error();
     }
-    (void)accounts.Audit("system", "link", options.login, "faultlab admin", Now());
+    Audit(accounts, "link", options.login);
     return LinkText(account.value().login, link.value());
   });
 }

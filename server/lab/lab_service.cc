@@ -162,6 +162,7 @@ void LabService::NoticeRuns(Scheduler& next, WallTime now) {
     if (running != session.run_in_progress) changed.emplace_back(id, running);
   }
   for (const auto& [id, running] : changed) {
+    // Neither refuses an active session.
     (void)(running ? next.RunStarted(id, now) : next.RunEnded(id, now));
   }
 }

@@ -76,8 +76,12 @@ void Audit(ApiContext& api,
            const std::string& verb,
            const std::string& object,
            const std::string& detail) {
-  // The deed is done and stored; if the log cannot take it, the next request meets the same disk.
-  (void)api.lab->accounts.Audit(who.owner_key(), verb, object, detail, api.clock.Wall());
+  const std::string actor = who.owner_key();
+  const core::Status kept = api.lab->accounts.Audit(actor, verb, object, detail, api.clock.Wall());
+  if (kept.ok()) return;
+  // The deed is done and stored: it is not refused any more.
+  api.lab->log("audit: \"" + verb + " " + object + "\" by " + actor +
+               " is not in the audit log: " + kept.error().message);
 }
 
 core::Result<HttpResponse> Remembered(ApiContext& api,

@@ -35,6 +35,7 @@ struct LabApi {
   /// What the next check of this rig does besides. Then ask for a check.
   std::function<void(const std::string& rig, CheckExtra extra)> with_next_check{};
   bool secure_cookies = false;  ///< the site is reached by https only
+  std::function<void(std::string_view)> log = [](std::string_view) {};
 };
 
 /// The table of these endpoints: routes.cc. Each refuses with 404 while ApiContext::lab is

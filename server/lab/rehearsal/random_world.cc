@@ -39,6 +39,7 @@ struct PendingCheck {
   bool passes = true;
 };
 
+/// Inputs are random, so most refusals are right and are dropped: the invariants are what counts.
 class World {
  public:
   World(std::uint64_t seed, RehearsalReport& report) : random_(seed), report_(report) {

@@ -4,6 +4,7 @@
 #include <map>
 #include <vector>
 
+#include "core/types/check.h"
 #include "server/lab/rehearsal/random.h"
 #include "server/lab/rehearsal/random_world.h"
 #include "server/lab/scheduler.h"
@@ -101,13 +102,18 @@ double OpenSeconds(WallTime from, WallTime to) {
   return open_s;
 }
 
+/// Of what the scheduler has no reason to refuse in these weeks.
+void Must(const core::Status& done) {
+  if (!done.ok()) LAB_CHECK(false, done.error().message);
+}
+
 class OurWeek {
  public:
   OurWeek(int weeks, std::uint64_t seed) : weeks_(weeks), people_(seed) {
     for (int i = 0; i < kRigs; ++i) {
       const RigId id = "bench-" + std::to_string(i);
-      (void)scheduler_.AddRig(id, kClass, false);
-      (void)scheduler_.RigOnline(id, now_);
+      Must(scheduler_.AddRig(id, kClass, false));
+      Must(scheduler_.RigOnline(id, now_));
     }
     for (int user = 0; user < kUsers; ++user) desks_.push_back({people_.Next(user, now_)});
   }
@@ -240,12 +246,12 @@ class OurWeek {
     const auto session = scheduler_.state().sessions.find(desk.session);
     const bool ended = session == scheduler_.state().sessions.end() ||
                        session->second.state == SessionState::kClosed;
-    if (!ended) (void)scheduler_.ControlActivity(desk.session, session->second.epoch, now_);
+    if (!ended) Must(scheduler_.ControlActivity(desk.session, session->second.epoch, now_));
     if (!ended && now_ < desk.until) return;
     const WallTime useful_end = std::min(now_, desk.until);
     tally_.got_s[desk.wish.user] += Seconds(useful_end - desk.began);
     tally_.useful_open_s += OpenSeconds(desk.began, useful_end);
-    if (!ended) (void)scheduler_.EndSession(desk.session, EndReason::kEnded, "done", now_);
+    if (!ended) Must(scheduler_.EndSession(desk.session, EndReason::kEnded, "done", now_));
     Rethink(desk);
   }
 
@@ -257,7 +263,7 @@ class OurWeek {
         ++entry;
         continue;
       }
-      (void)scheduler_.CleaningDone(entry->first, entry->second.first, true, "", now_);
+      Must(scheduler_.CleaningDone(entry->first, entry->second.first, true, "", now_));
       entry = checks_.erase(entry);
     }
   }

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <soci/soci.h>
+
 #include <string>
 
 #include "server/storage/database.h"
@@ -52,6 +54,20 @@ TEST_F(CliAdminOfALab, RefusesWhatCannotBeByName) {
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_TRUE(Contains(none.err, "there is no database at nowhere/faultlab.db")) << none.err;
   EXPECT_FALSE(Exists("nowhere"));
+}
+
+TEST_F(CliAdminOfALab, SaysWhenWhatItHasDoneIsNotInTheAuditLog) {
+  ASSERT_EQ(Admin("users add ana").exit_code, 0);
+  const auto dropped = std::move(Database::Open({.location = File("data/faultlab.db")}))
+                           .value()
+                           ->Write(Durability::kPromise, [](Transaction& tx) -> core::Status {
+                             tx.sql() << "DROP TABLE audit_log";
+                             return core::Done{};
+                           });
+  ASSERT_TRUE(dropped.ok()) << dropped.error().message;
+  const Finished done = Admin("users disable ana");
+  EXPECT_EQ(done.exit_code, 0) << "it is done";
+  EXPECT_TRUE(Contains(done.err, "not in the audit log")) << done.err;
 }
 
 TEST_F(CliAdminOfALab, BringsABackupBackIntoAnEmptyFolderAndNeverReplacesAFile) {
