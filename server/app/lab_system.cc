@@ -68,6 +68,7 @@ core::Result<std::unique_ptr<LabSystem>> LabSystem::Open(Database& database,
   service_options.member = self.options_.server_id;
   service_options.address = self.options_.address;
   service_options.alone = database.engine() == Engine::kSqlite;
+  service_options.clock_error_max = seconds(1);
   service_options.join_patience = service_options.policy.member_lease + seconds(1);
   auto service =
       lab::LabService::Open(database, api.clock, *self.duties_, std::move(service_options));

@@ -167,6 +167,21 @@ void LabService::NoticeRuns(Scheduler& next, WallTime now) {
   }
 }
 
+/// Leases, bookings and waits of all members are read by the clocks of all.
+core::Status LabService::CheckClock(Transaction& tx) const {
+  const Milliseconds limit = options_.clock_error_max;
+  if (limit == Milliseconds{0} || tx.engine() != Engine::kPostgresql) return core::Done{};
+  const WallTime asked = clock_.Wall();
+  const WallTime theirs = members::DatabaseTime(tx);
+  const Milliseconds error = asked + (clock_.Wall() - asked) / 2 - theirs;
+  if (error <= limit && error >= -limit) return core::Done{};
+  return core::Error{core::ErrorCode::kUnavailable,
+                     "this machine's clock is " + std::to_string(error.count()) +
+                         " ms off the database's, and servers may differ by " +
+                         std::to_string(limit.count()) + " ms; keep it by NTP",
+                     ""};
+}
+
 /// After an outage of the database every lease has run out: each member gets the time of one to
 /// come back before the others believe that it is gone.
 bool LabService::MayBury() {
@@ -203,6 +218,8 @@ core::Status LabService::KeepMembership(Transaction& tx,
   // Half of a lease may be lost to a busy machine.
   const Milliseconds lease = options_.alone ? kLeaseAlone : options_.policy.member_lease;
   if (self->lease_until < now + lease / 2) {
+    const core::Status clock = CheckClock(tx);
+    if (!clock.ok()) return clock;
     self->lease_until = now + lease;
     members::Put(tx, *self);
   }

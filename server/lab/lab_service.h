@@ -46,6 +46,9 @@ struct LabServiceOptions {
   /// No other server can have this database (its folder is locked): a place that a dead process
   /// left is taken at once, not when its lease ends.
   bool alone = true;
+  /// Members whose clocks are further off the database's than this take no part: every input is
+  /// refused until the clock is right. 0: not looked at.
+  Milliseconds clock_error_max{0};
   /// How long the start waits for a place that a dead process left. Real time.
   Milliseconds join_patience{0};
   /// Told after a new state is published, also when another server made it. On the service's
@@ -109,6 +112,7 @@ class LabService {
   void NoticeClockJump(Scheduler& next);
   void NoticeRuns(Scheduler& next, WallTime now);
   core::Status KeepMembership(Transaction& tx, Scheduler& next, bool joins, WallTime now);
+  core::Status CheckClock(Transaction& tx) const;
   bool MayBury();
   bool IsOwn(const Rig& rig) const { return rig.server == options_.member; }
   void Publish(Scheduler next, std::int64_t version);

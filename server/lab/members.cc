@@ -37,6 +37,12 @@ void Put(Transaction& tx, const Member& member) {
       use(until_ms, "until");
 }
 
+WallTime DatabaseTime(Transaction& tx) {
+  std::int64_t now_ms = 0;
+  tx.sql() << "SELECT CAST(EXTRACT(EPOCH FROM clock_timestamp()) * 1000 AS BIGINT)", into(now_ms);
+  return FromMilliseconds(now_ms);
+}
+
 void Bury(Transaction& tx, const std::string& id, WallTime now) {
   tx.sql() << "DELETE FROM lab_member WHERE id = :id", use(id, "id");
   (void)InterruptRuns(tx, id, now);

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "server/storage/database.h"
-#include "server/storage/wall_time.h"
+#include "server/wall_time.h"
 
 namespace faultlab::server::lab {
 
@@ -23,6 +23,8 @@ namespace members {
 
 std::vector<Member> Load(Transaction& tx);
 void Put(Transaction& tx, const Member& member);
+/// The time of the database's machine: what the clocks of the members are held against. PostgreSQL.
+WallTime DatabaseTime(Transaction& tx);
 /// Its runs are interrupted: nothing is recorded into them any more.
 void Bury(Transaction& tx, const std::string& id, WallTime now);
 

@@ -389,6 +389,21 @@ TEST_F(Members, AnIdIsOneServersAlone) {
   EXPECT_TRUE(OpenMember(*other_database_, clock_, third, "b").ok()) << "the place is free";
 }
 
+TEST_F(Members, OneWhoseClockIsFarOffTheDatabasesTakesNoPart) {
+  Bench third;
+  LabServiceOptions options;
+  options.tick = hours(1);
+  options.member = "c";
+  options.alone = false;
+  options.clock_error_max = seconds(1);
+  const auto off =
+      LabService::Open(*database_, clock_, third, options);  // a clock of 2026 for ever
+  ASSERT_FALSE(off.ok());
+  EXPECT_NE(off.error().message.find("keep it by NTP"), std::string::npos) << off.error().message;
+  SystemClock right;
+  EXPECT_TRUE(LabService::Open(*database_, right, third, options).ok());
+}
+
 TEST_F(Members, ARigIsOneMembersAlone) {
   EXPECT_EQ(AddRig(*a_, "b-1").error().code, ErrorCode::kConflict);
 }
