@@ -228,9 +228,14 @@ void PacedRig::SafeStop(std::string_view reason) {
       lock, [this] { return state_ != RigState::kRunning && state_ != RigState::kStopping; });
 }
 
-SelfTestReport PacedRig::SelfTest() {
+core::Result<SelfTestReport> PacedRig::SelfTest(Epoch epoch) {
   const std::lock_guard machine_lock(machine_mutex_);
-  LAB_CHECK(state() == RigState::kIdle, Name(state()));
+  {
+    const std::lock_guard lock(mutex_);
+    if (auto fresh = CheckEpoch(epoch); !fresh) return fresh.error();
+    if (state_ != RigState::kIdle) return Conflict("the rig is " + std::string(Name(state_)));
+    epoch_ = epoch;
+  }
   SelfTestReport report;
   try {
     report = machine_->SelfTest();

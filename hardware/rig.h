@@ -139,8 +139,9 @@ class Rig {
   virtual void Fence(Epoch epoch) = 0;
   /// Drive 0, relays nominal. Never fails upward, may be called at any time, any number of times.
   virtual void SafeStop(std::string_view reason) = 0;
-  /// Walks all 16 relay positions with read-back. Contract: state() is kIdle.
-  virtual SelfTestReport SelfTest() = 0;
+  /// Takes the lease's epoch and walks all 16 relay positions with read-back. kConflict unless
+  /// idle. A position that does not answer is in the report; an error says why none was walked.
+  virtual core::Result<SelfTestReport> SelfTest(Epoch epoch) = 0;
 
   /// The interlock that holds the rig in kTripped, if one does.
   virtual std::optional<Trip> trip() const = 0;

@@ -298,17 +298,24 @@ void RemoteRig::SafeStop(std::string_view reason) {
   run_ended_.wait_for(lock, settings_.give_up, [this] { return run_state_ != RigState::kRunning; });
 }
 
-SelfTestReport RemoteRig::SelfTest() {
+core::Result<SelfTestReport> RemoteRig::SelfTest(Epoch epoch) {
   const std::lock_guard control(control_mutex_);
-  SelfTestReport report;
+  bool lease = false;
   {
     const std::lock_guard lock(mutex_);
-    LAB_CHECK(run_state_ == RigState::kIdle, Name(run_state_));
+    if (auto fresh = CheckLocalEpoch(epoch); !fresh) return fresh.error();
+    if (run_state_ != RigState::kIdle)
+      return Conflict("the rig is " + std::string(Name(run_state_)));
+    local_epoch_ = epoch;
     holder_word_at_ = now_();
+    lease = !line_.leased() || leased_for_ != epoch;
   }
-  if (!line_.leased() && !Lease()) return report;
+  if (lease) {
+    if (auto leased = Lease(); !leased) return leased.error();
+  }
   const core::Result<AgentLine::Reply> reply = Ask(line_.NewCommand("self_test"));
-  if (!reply) return report;
+  if (!reply) return reply.error();
+  SelfTestReport report;
   report.ok = reply.value().ok != 0;
   for (const faultlab_msgs::rig_position_t& position : reply.value().positions) {
     report.positions.push_back(FromPosition(position));

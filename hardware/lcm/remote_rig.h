@@ -59,7 +59,7 @@ class RemoteRig final : public Rig {
   ReadStatus Read(std::vector<RigMessage>& out, std::chrono::milliseconds patience) override;
   void Fence(Epoch epoch) override;
   void SafeStop(std::string_view reason) override;
-  SelfTestReport SelfTest() override;
+  core::Result<SelfTestReport> SelfTest(Epoch epoch) override;
   std::optional<Trip> trip() const override;
   LoopQuality loop_quality() const override;
 

@@ -253,18 +253,15 @@ void RigAgent::Arm(const Command& command, Reply& reply) {
 }
 
 void RigAgent::SelfTest(Reply& reply) {
-  if (rig_.state() != RigState::kIdle) {
-    Refuse(reply,
-           {.code = core::ErrorCode::kConflict,
-            .message = "the rig is " + std::string(Name(rig_.state())),
-            .field = {}});
+  const core::Result<SelfTestReport> report = rig_.SelfTest(epoch_);
+  if (!report) {
+    Refuse(reply, report.error());
     return;
   }
-  const SelfTestReport report = rig_.SelfTest();
   heard_at_ = now_();
   lease_until_ = heard_at_ + settings_.lease;
-  reply.ok = report.ok ? 1 : 0;
-  for (const SelfTestPosition& position : report.positions) {
+  reply.ok = report.value().ok ? 1 : 0;
+  for (const SelfTestPosition& position : report.value().positions) {
     reply.positions.push_back(ToPosition(position));
   }
   reply.position_count = static_cast<std::int32_t>(reply.positions.size());

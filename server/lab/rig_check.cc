@@ -87,9 +87,10 @@ RigVerdict CheckRig(hardware::Rig& rig, hardware::Epoch epoch, const std::option
   if (const std::optional<hardware::Trip> held = rig.trip()) {
     return Failed("the interlock " + held->name + " holds the rig: an operator must clear it");
   }
-  const hardware::SelfTestReport relays = rig.SelfTest();
-  if (!relays.ok) {
-    for (const auto& position : relays.positions) {
+  const core::Result<hardware::SelfTestReport> relays = rig.SelfTest(epoch);
+  if (!relays) return Failed(relays.error().message);
+  if (!relays.value().ok) {
+    for (const auto& position : relays.value().positions) {
       if (!position.ok) return Failed("relay " + position.line + ": " + position.text);
     }
     return Failed("the relays do not answer");

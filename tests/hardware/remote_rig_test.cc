@@ -221,7 +221,7 @@ TEST(RemoteRig, WalksItsSixteenRelayPositions) {
   AgentThread agent(bus, kSpeed, RidesThrough(60));
   ServerThread server(bus, kSpeed, "a");
   server.WaitUntilHeard();
-  const SelfTestReport report = server.rig().SelfTest();
+  const SelfTestReport report = server.rig().SelfTest(kEpoch).value();
   EXPECT_TRUE(report.ok);
   ASSERT_EQ(report.positions.size(), 16u);
   EXPECT_EQ(report.positions[0].line, "Do17");

@@ -168,10 +168,19 @@ TEST_P(RigContract, ReadsAsEndedWhenNothingIsArmed) {
 }
 
 TEST_P(RigContract, SelfTestPassesWhenIdle) {
-  EXPECT_TRUE(rig_->SelfTest().ok);
+  const core::Result<SelfTestReport> report = rig_->SelfTest(kEpoch);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_TRUE(report.value().ok);
   EXPECT_EQ(rig_->state(), RigState::kIdle);
   ASSERT_TRUE(rig_->Arm(plan_, kEpoch));
-  EXPECT_THROW(rig_->SelfTest(), core::ContractError);
+  EXPECT_EQ(rig_->SelfTest(kEpoch).error().code, core::ErrorCode::kConflict);
+}
+
+TEST_P(RigContract, RefusesASelfTestOfAnOlderEpoch) {
+  rig_->Fence(kEpoch);
+  EXPECT_EQ(rig_->SelfTest(kOlder).error().code, core::ErrorCode::kStale);
+  ASSERT_TRUE(rig_->SelfTest(kNewer).ok());
+  EXPECT_EQ(rig_->Arm(plan_, kEpoch).error().code, core::ErrorCode::kStale);
 }
 
 TEST_P(RigContract, NamesThePartOfAPlanThatItRefuses) {

@@ -92,7 +92,9 @@ class FakeRig : public hardware::Rig {
     ended_ = true;
     changed_.notify_all();
   }
-  hardware::SelfTestReport SelfTest() override { return {}; }
+  core::Result<hardware::SelfTestReport> SelfTest(hardware::Epoch) override {
+    return hardware::SelfTestReport{};
+  }
 
   core::Status arm_answer_ = core::Done{};
   hardware::RigDescription description_;
