@@ -18,9 +18,14 @@
 
 namespace faultlab::hardware {
 
-/// Rises by one with every new holder of a rig. Whatever carries an older epoch is refused here,
-/// below everything that could have a bug about who may use the rig.
+/// Of a lease, made by the server's lab: rises with every new one. Whatever carries an older epoch
+/// is refused here, below everything that could have a bug about who may use the rig.
 enum class Epoch : std::uint64_t {};
+
+/// The `field` of an Error of a far rig that does not take the lease: kStale when it has seen a
+/// higher epoch than the lease's; else it is to be waited for (another lab holds it, it is not
+/// heard, its agent's disk is full).
+inline constexpr std::string_view kLeaseField = "lease";
 
 enum class RigKind { kBench, kSimulated, kReplay, kRemote };
 
@@ -135,7 +140,8 @@ class Rig {
   /// kEnded after the last message of a run.
   virtual ReadStatus Read(std::vector<RigMessage>& out, std::chrono::milliseconds patience) = 0;
   /// Raises the fence: from now on everything with an older epoch is refused, and a run of an
-  /// older epoch is stopped. An epoch that is not newer changes nothing.
+  /// older epoch is stopped. Waits for no network: a far rig stops when it hears of it, or by its
+  /// watchdog. An epoch that is not newer changes nothing.
   virtual void Fence(Epoch epoch) = 0;
   /// Drive 0, relays nominal. Never fails upward, may be called at any time, any number of times.
   virtual void SafeStop(std::string_view reason) = 0;

@@ -13,6 +13,10 @@ bool SaysLeaseIsGone(const faultlab_msgs::rig_reply_t& reply) {
   return reply.ok == 0 && (reply.field == "holder" || reply.field == "epoch");
 }
 
+std::int64_t Number(Epoch epoch) {
+  return static_cast<std::int64_t>(epoch);
+}
+
 }  // namespace
 
 AgentLine::AgentLine(AgentLineSettings settings,
@@ -29,17 +33,74 @@ AgentLine::AgentLine(AgentLineSettings settings,
 void AgentLine::SetBoot(std::int64_t boot) {
   const std::lock_guard lock(mutex_);
   boot_ = boot;
+  if (owed_) {
+    owed_->said_at = Nanoseconds(-1);
+  } else if (epoch_ >= 0) {
+    Owe(epoch_);
+  }
   epoch_ = -1;
 }
 
-bool AgentLine::leased() const {
-  const std::lock_guard lock(mutex_);
-  return epoch_ >= 0;
+/// Call with mutex_ held, as the five below.
+core::Status AgentLine::CheckNumber(std::int64_t epoch) const {
+  if (epoch >= fence_) return core::Done{};
+  return core::Error{.code = core::ErrorCode::kStale,
+                     .message = "epoch " + std::to_string(epoch) + " is older than the rig's " +
+                                std::to_string(fence_) + ": the lease has gone to somebody else",
+                     .field = "epoch"};
 }
 
-void AgentLine::DropLease() {
-  const std::lock_guard lock(mutex_);
+void AgentLine::Owe(std::int64_t epoch) {
+  owed_ = OwedLease{.epoch = epoch, .request = next_request_++};
+}
+
+void AgentLine::SayOwed() {
+  if (!owed_ || !settings_.key || boot_ == 0) return;
+  Message message = NewMessage("lease", owed_->epoch);
+  message.request = owed_->request;
+  owed_->said_at = now_();
+  if (!Send(message)) owed_.reset();
+}
+
+void AgentLine::Granted(std::int64_t epoch, std::int64_t request) {
+  epoch_ = epoch;
+  lease_request_ = request;
+  if (owed_ && owed_->epoch <= epoch) owed_.reset();
+}
+
+/// The agent knows no lease of ours any more, as after a long silence: it is asked for again.
+void AgentLine::FollowLoss(const Reply& reply) {
+  if (epoch_ < 0 || reply.request < lease_request_ || !SaysLeaseIsGone(reply)) return;
+  if (!owed_) Owe(epoch_);
   epoch_ = -1;
+}
+
+bool AgentLine::Fence(Epoch epoch) {
+  const std::lock_guard lock(mutex_);
+  if (Number(epoch) <= fence_) return false;
+  fence_ = Number(epoch);
+  Owe(fence_);
+  SayOwed();
+  answered_.notify_all();
+  return true;
+}
+
+core::Status AgentLine::Check(Epoch epoch) const {
+  const std::lock_guard lock(mutex_);
+  return CheckNumber(Number(epoch));
+}
+
+std::optional<Epoch> AgentLine::leased() const {
+  const std::lock_guard lock(mutex_);
+  if (epoch_ < 0) return std::nullopt;
+  return Epoch{static_cast<std::uint64_t>(epoch_)};
+}
+
+void AgentLine::Poll() {
+  const std::lock_guard lock(mutex_);
+  if (!owed_) return;
+  const bool due = owed_->said_at.count() < 0 || now_() - owed_->said_at >= settings_.retry;
+  if (due) SayOwed();
 }
 
 ClockOffset AgentLine::clock_offset() const {
@@ -47,29 +108,41 @@ ClockOffset AgentLine::clock_offset() const {
   return clock_offset_;
 }
 
-AgentLine::Message AgentLine::NewCommand(const std::string& action) const {
+/// Call with mutex_ held.
+AgentLine::Message AgentLine::NewMessage(const std::string& action, std::int64_t epoch) const {
   Message message{};
   message.rig = settings_.rig;
-  message.holder = settings_.holder;
-  message.action = action;
-  const std::lock_guard lock(mutex_);
   message.boot = boot_;
-  message.epoch = epoch_;
+  message.holder = settings_.holder;
+  message.epoch = epoch;
+  message.action = action;
   return message;
 }
 
-/// Call with mutex_ held: counters leave in their order.
-void AgentLine::Send(Message& message) {
+AgentLine::Message AgentLine::NewCommand(const std::string& action, Epoch epoch) const {
+  const std::lock_guard lock(mutex_);
+  return NewMessage(action, Number(epoch));
+}
+
+AgentLine::Message AgentLine::NewCommand(const std::string& action) const {
+  const std::lock_guard lock(mutex_);
+  return NewMessage(action, fence_);
+}
+
+/// Call with mutex_ held: counters leave in their order. @returns false below the fence.
+bool AgentLine::Send(Message& message) {
+  if (message.epoch < fence_) return false;
   message.counter = ++counter_;
   message.sent_ns = unix_ns_();
   bus_->Publish(CommandChannel(settings_.rig), SignedBytes(message, *settings_.key));
+  return true;
 }
 
 void AgentLine::Tell(Message message) {
   if (!settings_.key) return;
   const std::lock_guard lock(mutex_);
   message.request = next_request_++;
-  Send(message);
+  (void)Send(message);
 }
 
 core::Result<AgentLine::Reply> AgentLine::Ask(Message message) {
@@ -84,13 +157,17 @@ core::Result<AgentLine::Reply> AgentLine::Ask(Message message) {
   waiting_[message.request].reset();
   const Nanoseconds give_up_at = now_() + settings_.give_up;
   while (true) {
-    Send(message);
-    answered_.wait_for(
-        lock, settings_.retry, [&] { return waiting_[message.request].has_value(); });
+    if (!Send(message)) {
+      waiting_.erase(message.request);
+      return CheckNumber(message.epoch).error();
+    }
+    answered_.wait_for(lock, settings_.retry, [&] {
+      return waiting_[message.request].has_value() || message.epoch < fence_;
+    });
     if (std::optional<Reply>& reply = waiting_[message.request]) {
       Reply answer = std::move(*reply);
       waiting_.erase(message.request);
-      if (SaysLeaseIsGone(answer)) epoch_ = -1;
+      FollowLoss(answer);
       if (answer.ok || answer.position_count > 0 || answer.missing_count > 0) return answer;
       return core::Error{.code = static_cast<core::ErrorCode>(answer.code),
                          .message = answer.message,
@@ -105,11 +182,19 @@ core::Result<AgentLine::Reply> AgentLine::Ask(Message message) {
   }
 }
 
-core::Status AgentLine::Lease() {
-  const core::Result<Reply> reply = Ask(NewCommand("lease"));
-  if (!reply) return reply.error();
+core::Status AgentLine::Lease(Epoch epoch) {
+  const std::int64_t number = Number(epoch);
+  (void)Fence(epoch);
+  const core::Result<Reply> reply = Ask(NewCommand("lease", epoch));
   const std::lock_guard lock(mutex_);
-  epoch_ = reply.value().epoch;
+  if (!reply) {
+    // The agent has ended what was before, or somebody else has the rig. Without an answer: who
+    // knows; the next word to the agent tells.
+    if (reply.error().field == kLeaseField) epoch_ = -1;
+    return reply.error();
+  }
+  if (auto fresh = CheckNumber(number); !fresh) return fresh;
+  Granted(number, reply.value().request);
   return core::Done{};
 }
 
@@ -121,9 +206,18 @@ bool AgentLine::OnReply(MessageBus::Bytes bytes) {
   const std::lock_guard lock(mutex_);
   if (reply->boot != boot_) return false;
   clock_offset_.Exchange(reply->command_sent_ns, reply->received_ns, reply->sent_ns, now_ns);
+  if (owed_ && reply->request == owed_->request) {
+    if (reply->ok) {
+      Granted(owed_->epoch, owed_->request);
+    } else {
+      epoch_ = -1;
+      owed_.reset();  // the next user of the rig hears why
+    }
+    return true;
+  }
   const auto waiting = waiting_.find(reply->request);
   if (waiting == waiting_.end()) {
-    if (SaysLeaseIsGone(*reply) && reply->epoch > epoch_) epoch_ = -1;
+    FollowLoss(*reply);
     return true;
   }
   waiting->second = std::move(*reply);

@@ -5,6 +5,10 @@
 
 namespace faultlab::hardware {
 
+/// What an announcement must say, so that agent and server understand each other. 2: epochs are the
+/// server's.
+inline constexpr std::int32_t kProtocol = 2;
+
 /// The channels of the bus.
 inline const std::string kAnnounceChannel = "FAULTLAB.ANNOUNCE";
 inline std::string CommandChannel(const std::string& rig) {

@@ -5,8 +5,8 @@
 #include <thread>
 #include <utility>
 
-#include "core/types/check.h"
 #include "hardware/lcm/channels.h"
+#include "hardware/lcm/holder_name.h"
 #include "hardware/lcm/rig_codec.h"
 
 namespace faultlab::hardware {
@@ -62,7 +62,7 @@ RemoteRig::RemoteRig(std::string id,
 }
 
 RemoteRig::~RemoteRig() {
-  if (line_.leased()) line_.Tell(line_.NewCommand("release"));
+  if (const auto epoch = line_.leased()) line_.Tell(line_.NewCommand("release", *epoch));
 }
 
 LinkState RemoteRig::Link() const {
@@ -89,13 +89,28 @@ LoopQuality RemoteRig::loop_quality() const {
   return announced_ ? DecodeLoop(*announced_) : LoopQuality{};
 }
 
+/// Call with mutex_ held.
+std::string RemoteRig::Refusal() const {
+  const bool heard = Link() != LinkState::kLost;
+  if (!heard && foreign_protocol_) {
+    return "its agent and this server are of versions that do not understand each other: update "
+           "the older one";
+  }
+  if (!line_.key_known()) return "its key is not here: it can be watched, not used";
+  const bool held = heard && announced_ && !announced_->holder.empty();
+  if (held && LabOf(announced_->holder) != LabOf(settings_.holder)) {
+    return "the rig is held by " + announced_->holder;
+  }
+  return {};
+}
+
 RemoteRigInfo RemoteRig::info() const {
   RemoteRigInfo info;
   info.state = state();
   info.loop = loop_quality();
   info.trip = trip();
   info.key_known = line_.key_known();
-  info.held_by_us = line_.leased();
+  info.held_by_us = line_.leased().has_value();
   const ClockOffset offset = line_.clock_offset();
   info.clock_offset_s = offset.offset_s();
   info.round_trip_s = offset.round_trip_s();
@@ -105,9 +120,11 @@ RemoteRigInfo RemoteRig::info() const {
   info.silent_s =
       heard_at_.count() < 0 ? 0.0 : std::chrono::duration<double>(now_() - heard_at_).count();
   info.gaps_refilled = assembly_.refilled();
+  info.refusal = Refusal();
   if (!announced_) return info;
   info.behind = announced_->behind == Name(RigKind::kBench) ? RigKind::kBench : RigKind::kSimulated;
   info.holder = announced_->holder;
+  if (info.key_known) info.epoch = Epoch{static_cast<std::uint64_t>(announced_->epoch)};
   info.calibration = announced_->calibration;
   return info;
 }
@@ -122,37 +139,31 @@ core::Result<AgentLine::Reply> RemoteRig::Ask(AgentLine::Message message) {
   return line_.Ask(std::move(message));
 }
 
-core::Status RemoteRig::Lease() {
+/// Whatever stands between us and the lease but a newer lease of our own is told as kLeaseField.
+core::Status RemoteRig::Lease(Epoch epoch) {
+  if (line_.leased() == epoch) return core::Done{};
+  core::Status leased = core::Done{};
   {
     const std::lock_guard lock(mutex_);
     if (line_.key_known() && Link() == LinkState::kLost) {
-      return Unavailable("rig " + id_ + " is not heard");
+      leased = Unavailable("rig " + id_ + " is not heard");
     }
   }
-  if (auto leased = line_.Lease(); !leased) return leased;
-  const std::lock_guard lock(mutex_);
-  leased_for_ = local_epoch_;
-  holder_word_at_ = now_();
-  return core::Done{};
+  if (leased) leased = line_.Lease(epoch);
+  if (leased) return leased;
+  core::Error error = leased.error();
+  if (error.code != core::ErrorCode::kStale) error.field = kLeaseField;
+  return error;
 }
 
-core::Status RemoteRig::CheckLocalEpoch(Epoch epoch) const {
-  if (epoch >= local_epoch_) return core::Done{};
-  return core::Error{.code = core::ErrorCode::kStale,
-                     .message = "epoch " + std::to_string(static_cast<std::uint64_t>(epoch)) +
-                                " is older than the rig's " +
-                                std::to_string(static_cast<std::uint64_t>(local_epoch_)),
-                     .field = "epoch"};
-}
-
-core::Status RemoteRig::Upload(const RunPlan& plan, std::int64_t& run) {
+core::Status RemoteRig::Upload(const RunPlan& plan, Epoch epoch, std::int64_t& run) {
   const auto size = static_cast<std::int64_t>(plan.uc_v.size());
   std::vector<std::int64_t> missing;
   for (std::int64_t from = 0; from < size; from += kPlanChunkSamples) missing.push_back(from);
   for (int round = 0; round < kUploadRounds; ++round) {
     int burst = 0;
     for (const std::int64_t from : missing) {
-      AgentLine::Message chunk = line_.NewCommand("plan");
+      AgentLine::Message chunk = line_.NewCommand("plan", epoch);
       chunk.from = from;
       const std::int64_t to = std::min<std::int64_t>(from + kPlanChunkSamples, size);
       chunk.uc_v.assign(plan.uc_v.begin() + from, plan.uc_v.begin() + to);
@@ -160,7 +171,7 @@ core::Status RemoteRig::Upload(const RunPlan& plan, std::int64_t& run) {
       line_.Tell(std::move(chunk));
       if (++burst % kUploadBurst == 0) std::this_thread::yield();
     }
-    AgentLine::Message arm = line_.NewCommand("arm");
+    AgentLine::Message arm = line_.NewCommand("arm", epoch);
     arm.to = size;
     arm.period_s = plan.period_s;
     arm.seed = static_cast<std::int64_t>(plan.seed);
@@ -179,27 +190,23 @@ core::Status RemoteRig::Upload(const RunPlan& plan, std::int64_t& run) {
 
 core::Status RemoteRig::Arm(RunPlan plan, Epoch epoch) {
   const std::lock_guard control(control_mutex_);
-  bool lease = false;
   {
     const std::lock_guard lock(mutex_);
-    if (auto fresh = CheckLocalEpoch(epoch); !fresh) return fresh;
+    if (auto fresh = line_.Check(epoch); !fresh) return fresh;
     if (run_state_ == RigState::kRunning) return Conflict("the rig is running");
-    local_epoch_ = epoch;
     holder_word_at_ = now_();
-    lease = !line_.leased() || leased_for_ != epoch;
   }
-  if (lease) {
-    if (auto leased = Lease(); !leased) return leased;
-  }
+  if (auto leased = Lease(epoch); !leased) return leased;
   std::int64_t run = -1;
-  core::Status armed = Upload(plan, run);
-  if (!armed && armed.error().code == core::ErrorCode::kStale && !line_.leased()) {
+  core::Status armed = Upload(plan, epoch, run);
+  if (!armed && armed.error().code == core::ErrorCode::kStale && line_.leased() != epoch) {
     // Our lease ran out between two runs: once more from the start.
-    if (auto leased = Lease(); !leased) return leased;
-    armed = Upload(plan, run);
+    if (auto leased = Lease(epoch); !leased) return leased;
+    armed = Upload(plan, epoch, run);
   }
   if (!armed) return armed;
   const std::lock_guard lock(mutex_);
+  if (auto fresh = line_.Check(epoch); !fresh) return fresh;
   assembly_.Begin(run);
   queue_.Reopen();
   run_state_ = RigState::kArmed;
@@ -210,12 +217,12 @@ core::Status RemoteRig::Start(Epoch epoch) {
   const std::lock_guard control(control_mutex_);
   {
     const std::lock_guard lock(mutex_);
-    if (auto fresh = CheckLocalEpoch(epoch); !fresh) return fresh;
+    if (auto fresh = line_.Check(epoch); !fresh) return fresh;
     if (run_state_ != RigState::kArmed) return Conflict("the rig is not armed");
     holder_word_at_ = now_();
     run_state_ = RigState::kRunning;  // its first words may come before the answer
   }
-  const core::Result<AgentLine::Reply> reply = Ask(line_.NewCommand("start"));
+  const core::Result<AgentLine::Reply> reply = Ask(line_.NewCommand("start", epoch));
   if (reply) return core::Done{};
   const std::lock_guard lock(mutex_);
   // Without an answer the rig may be running: its watchdog or our stream will tell.
@@ -229,15 +236,15 @@ core::Status RemoteRig::Command(Epoch epoch, const RigCommand& command) {
   bool lease = false;
   {
     const std::lock_guard lock(mutex_);
-    if (auto fresh = CheckLocalEpoch(epoch); !fresh) return fresh;
+    if (auto fresh = line_.Check(epoch); !fresh) return fresh;
     holder_word_at_ = now_();
-    lease = !line_.leased() && run_state_ == RigState::kIdle && !sets;
+    lease = run_state_ == RigState::kIdle && !sets;
   }
   if (lease) {
     const std::lock_guard control(control_mutex_);
-    if (auto leased = Lease(); !leased) return leased;
+    if (auto leased = Lease(epoch); !leased) return leased;
   }
-  AgentLine::Message message = line_.NewCommand(sets ? "set" : clears ? "clear" : "nominal");
+  AgentLine::Message message = line_.NewCommand(sets ? "set" : clears ? "clear" : "nominal", epoch);
   message.component = core::Name(command.component);
   message.value = command.value;
   const core::Result<AgentLine::Reply> reply = Ask(std::move(message));
@@ -253,7 +260,7 @@ core::Status RemoteRig::Command(Epoch epoch, const RigCommand& command) {
 
 void RemoteRig::KeepAlive(Epoch epoch) {
   const std::lock_guard lock(mutex_);
-  if (CheckLocalEpoch(epoch)) holder_word_at_ = now_();
+  if (line_.Check(epoch)) holder_word_at_ = now_();
 }
 
 ReadStatus RemoteRig::Read(std::vector<RigMessage>& out, std::chrono::milliseconds patience) {
@@ -268,17 +275,10 @@ ReadStatus RemoteRig::Read(std::vector<RigMessage>& out, std::chrono::millisecon
 }
 
 void RemoteRig::Fence(Epoch epoch) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (epoch <= local_epoch_) return;
-    local_epoch_ = epoch;
-  }
-  const bool leased = line_.leased();
-  SafeStop("the lease was revoked");
-  if (!leased) return;
-  // The agent's fence rises as well: what is still on its way from before is refused there.
-  const std::lock_guard control(control_mutex_);
-  (void)Lease();
+  const std::lock_guard lock(mutex_);
+  if (!line_.Fence(epoch) || run_state_ != RigState::kArmed) return;
+  run_state_ = RigState::kIdle;
+  queue_.Close();
 }
 
 void RemoteRig::SafeStop(std::string_view reason) {
@@ -289,8 +289,9 @@ void RemoteRig::SafeStop(std::string_view reason) {
       queue_.Close();
     }
   }
-  if (!line_.leased()) return;
-  AgentLine::Message message = line_.NewCommand("stop");
+  const std::optional<Epoch> epoch = line_.leased();
+  if (!epoch) return;
+  AgentLine::Message message = line_.NewCommand("stop", *epoch);
   message.text = std::string(reason);
   // A rig that cannot be reached stops by its own watchdog; its last words come with the refill.
   if (!Ask(std::move(message))) return;
@@ -300,20 +301,16 @@ void RemoteRig::SafeStop(std::string_view reason) {
 
 core::Result<SelfTestReport> RemoteRig::SelfTest(Epoch epoch) {
   const std::lock_guard control(control_mutex_);
-  bool lease = false;
   {
     const std::lock_guard lock(mutex_);
-    if (auto fresh = CheckLocalEpoch(epoch); !fresh) return fresh.error();
-    if (run_state_ != RigState::kIdle)
+    if (auto fresh = line_.Check(epoch); !fresh) return fresh.error();
+    if (run_state_ != RigState::kIdle) {
       return Conflict("the rig is " + std::string(Name(run_state_)));
-    local_epoch_ = epoch;
+    }
     holder_word_at_ = now_();
-    lease = !line_.leased() || leased_for_ != epoch;
   }
-  if (lease) {
-    if (auto leased = Lease(); !leased) return leased.error();
-  }
-  const core::Result<AgentLine::Reply> reply = Ask(line_.NewCommand("self_test"));
+  if (auto leased = Lease(epoch); !leased) return leased.error();
+  const core::Result<AgentLine::Reply> reply = Ask(line_.NewCommand("self_test", epoch));
   if (!reply) return reply.error();
   SelfTestReport report;
   report.ok = reply.value().ok != 0;

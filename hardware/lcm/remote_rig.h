@@ -23,11 +23,10 @@
 namespace faultlab::hardware {
 
 struct RemoteRigSettings {
-  std::string holder;         ///< our name, unique among all servers and starts
+  std::string holder;         ///< our name, HolderName; its member is unique to this start
   std::optional<RigKey> key;  ///< none: watch only
   Nanoseconds retry = std::chrono::milliseconds(100);
   Nanoseconds give_up = std::chrono::seconds(2);  ///< of one request
-  Nanoseconds lease_linger = std::chrono::seconds(5);
   /// A run whose rig stays silent this long is over.
   Nanoseconds lost_for_good = std::chrono::seconds(90);
   std::size_t queue_messages = 1u << 16;
@@ -37,10 +36,12 @@ struct RemoteRigSettings {
 /// was lost. Rig's calls come from any thread; the On..s and Poll from the bus thread, which they
 /// never wait for.
 ///
-///   Arm -> "lease" (new epoch at the agent) -> "plan".. -> "arm"      each asked until answered
+///   Arm -> "lease" of its epoch -> "plan".. -> "arm"                  each asked until answered
+///   Fence -> "lease" of the new epoch, by Poll until it is answered: ends the older run there
 ///   stream -> RunAssembly -> queue -> Read;  hole -> "refill" until it is closed
 ///
-/// The lease is given back when nobody has used the rig for lease_linger after a run.
+/// The first use makes the rig ours: the lease is kept between runs, until this object ends or the
+/// agent gives the rig to somebody else.
 class RemoteRig final : public Rig {
  public:
   RemoteRig(std::string id,
@@ -73,16 +74,15 @@ class RemoteRig final : public Rig {
   void Poll();
 
  private:
-  core::Status Lease();
-  core::Status Upload(const RunPlan& plan, std::int64_t& run);
+  core::Status Lease(Epoch epoch);
+  core::Status Upload(const RunPlan& plan, Epoch epoch, std::int64_t& run);
   core::Result<AgentLine::Reply> Ask(AgentLine::Message message);
-  core::Status CheckLocalEpoch(Epoch epoch) const;
   LinkState Link() const;
+  std::string Refusal() const;
   void FollowTrip(const RigEvent& event);
   void Deliver(std::vector<RigMessage> messages);
   void EndRun(RigMessage last);
   void EndRun(const std::string& reason);
-  void GiveLeaseBack();
 
   const std::string id_;
   const RemoteRigSettings settings_;
@@ -96,9 +96,8 @@ class RemoteRig final : public Rig {
   bool described_ = false;
   std::optional<faultlab_msgs::rig_announce_t> announced_;
   Nanoseconds heard_at_{-1};
+  bool foreign_protocol_ = false;  ///< of the last announcement
 
-  Epoch local_epoch_{0};
-  Epoch leased_for_{0};  ///< the local epoch that the lease serves
   Nanoseconds holder_word_at_{-1};
   std::atomic<int> readers_{0};
   Nanoseconds alive_sent_at_{-1};

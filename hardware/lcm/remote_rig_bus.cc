@@ -10,6 +10,8 @@ namespace faultlab::hardware {
 namespace {
 
 constexpr Nanoseconds kAliveEvery = std::chrono::milliseconds(100);
+/// Between runs: the agent's lease is 5 s long.
+constexpr Nanoseconds kOursEvery = std::chrono::seconds(1);
 constexpr Nanoseconds kHolderSilent = std::chrono::milliseconds(500);
 constexpr Nanoseconds kRefillEvery = std::chrono::milliseconds(100);
 constexpr std::size_t kHolesAtOnce = 32;
@@ -24,7 +26,13 @@ bool EndsRun(const RigMessage& message) {
 
 void RemoteRig::OnAnnounce(MessageBus::Bytes bytes) {
   std::optional<faultlab_msgs::rig_announce_t> said = ReadAnnouncement(bytes, settings_.key);
-  if (!said || said->rig != id_) return;
+  if (!said) {
+    if (!settings_.key || !IsForeignProtocol(bytes, *settings_.key)) return;
+    const std::lock_guard lock(mutex_);
+    foreign_protocol_ = true;
+    return;
+  }
+  if (said->rig != id_) return;
   const std::lock_guard lock(mutex_);
   // An old announcement of this or another start is no word of life.
   if (announced_ && (said->boot == announced_->boot ? said->seq <= announced_->seq
@@ -38,6 +46,7 @@ void RemoteRig::OnAnnounce(MessageBus::Bytes bytes) {
     }
   }
   heard_at_ = now_();
+  foreign_protocol_ = false;
   if (!described_) {
     described_ = true;  // fixed while the rig lives: readers hold a reference
     Decode(*said, description_);
@@ -77,7 +86,7 @@ void RemoteRig::Deliver(std::vector<RigMessage> messages) {
     }
     if (const auto* event = std::get_if<RigEvent>(&message)) FollowTrip(*event);
     if (!queue_.TryPush(std::move(message))) {
-      line_.Tell(line_.NewCommand("stop"));
+      if (const auto epoch = line_.leased()) line_.Tell(line_.NewCommand("stop", *epoch));
       EndRun("queue full: nobody reads the samples");
       return;
     }
@@ -113,19 +122,10 @@ void RemoteRig::EndRun(RigMessage last) {
   run_ended_.notify_all();
 }
 
-/// Call with mutex_ held.
-void RemoteRig::GiveLeaseBack() {
-  line_.Tell(line_.NewCommand("release"));
-  line_.DropLease();
-  if (run_state_ == RigState::kArmed) {
-    run_state_ = RigState::kIdle;
-    queue_.Close();
-  }
-}
-
 void RemoteRig::Poll() {
   const std::lock_guard lock(mutex_);
   if (!settings_.key) return;
+  line_.Poll();
   const Nanoseconds now = now_();
   const bool running = run_state_ == RigState::kRunning;
   if (running && now - heard_at_ > settings_.lost_for_good) {
@@ -143,14 +143,14 @@ void RemoteRig::Poll() {
       line_.Tell(std::move(message));
     }
   }
-  if (!line_.leased()) return;
-  const bool wanted = running ? readers_ > 0 || now - holder_word_at_ <= kHolderSilent
-                              : now - holder_word_at_ <= settings_.lease_linger;
-  if (!running && !wanted) {
-    GiveLeaseBack();
-  } else if (wanted && (alive_sent_at_.count() < 0 || now - alive_sent_at_ >= kAliveEvery)) {
+  const std::optional<Epoch> leased = line_.leased();
+  if (!leased) return;
+  // A run whose holder is silent is left to the agent's watchdog.
+  const bool wanted = !running || readers_ > 0 || now - holder_word_at_ <= kHolderSilent;
+  const Nanoseconds every = running ? kAliveEvery : kOursEvery;
+  if (wanted && (alive_sent_at_.count() < 0 || now - alive_sent_at_ >= every)) {
     alive_sent_at_ = now;
-    line_.Tell(line_.NewCommand("alive"));
+    line_.Tell(line_.NewCommand("alive", *leased));
   }
 }
 

@@ -7,6 +7,7 @@
 #include "core/types/check.h"
 #include "faultlab_msgs/rig_announce_t.hpp"
 #include "hardware/lcm/channels.h"
+#include "hardware/lcm/holder_name.h"
 #include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/rig_name.h"
 
@@ -35,6 +36,7 @@ std::int64_t ToInt(Epoch epoch) {
 RigAgent::RigAgent(Rig& rig,
                    MessageBus& bus,
                    RigAgentSettings settings,
+                   EpochFile epochs,
                    std::function<Nanoseconds()> now,
                    std::function<std::int64_t()> unix_ns)
     : rig_(rig),
@@ -44,10 +46,12 @@ RigAgent::RigAgent(Rig& rig,
       unix_ns_(std::move(unix_ns)),
       id_(rig.description().id),
       boot_(RandomId()),
+      epochs_(std::move(epochs)),
       gate_(id_, settings_.key, boot_),
       ring_(settings_.ring_items) {
   LAB_CHECK(IsRigName(id_), id_);
   LAB_CHECK(settings_.lease > settings_.watchdog);
+  rig_.Fence(epoch());
   bus_.Subscribe(CommandChannel(id_),
                  [this](const std::string&, MessageBus::Bytes bytes) { OnCommand(bytes); });
 }
@@ -59,8 +63,6 @@ RigAgent::~RigAgent() {
 void RigAgent::EndLease(std::string_view reason) {
   if (holder_.empty()) return;
   holder_.clear();
-  epoch_ = Epoch{static_cast<std::uint64_t>(epoch_) + 1};
-  rig_.Fence(epoch_);
   rig_.SafeStop(reason);
   announced_at_ = Nanoseconds(-1);
 }
@@ -111,41 +113,74 @@ RigAgent::Reply RigAgent::Answer(const Command& command, std::int64_t received_n
            {.code = core::ErrorCode::kStale,
             .message = Leased() ? "the rig is held by " + holder_ : "you hold no lease of this rig",
             .field = "holder"});
-  } else if (command.epoch != ToInt(epoch_)) {
+  } else if (command.epoch != ToInt(epoch())) {
     ++counts_.stale;
     Refuse(reply,
            {.code = core::ErrorCode::kStale,
             .message = "epoch " + std::to_string(command.epoch) + " is not the rig's " +
-                       std::to_string(ToInt(epoch_)),
+                       std::to_string(ToInt(epoch())),
             .field = "epoch"});
   } else {
     ++counts_.accepted;
     heard_at_ = now_();
     lease_until_ = heard_at_ + settings_.lease;
-    rig_.KeepAlive(epoch_);
+    rig_.KeepAlive(epoch());
     Obey(command, reply);
   }
-  reply.epoch = ToInt(epoch_);
+  reply.epoch = ToInt(epoch());
   reply.run = run_;
   return reply;
 }
 
+std::optional<core::Error> RigAgent::RefuseLease(const Command& command) const {
+  const std::string field(kLeaseField);
+  if (command.epoch < 1 || command.holder.empty()) {
+    return core::Error{.code = core::ErrorCode::kInvalid,
+                       .message =
+                           "a lease needs a holder and an epoch of its lab: is the server "
+                           "of an older version than this agent?",
+                       .field = field};
+  }
+  const core::Error busy{
+      .code = core::ErrorCode::kBusy, .message = "the rig is held by " + holder_, .field = field};
+  if (Leased() && LabOf(holder_) != LabOf(command.holder)) return busy;
+  const SeenLease& seen = epochs_.seen();
+  const auto epoch = static_cast<std::uint64_t>(command.epoch);
+  const bool same = epoch == seen.epoch;
+  if (epoch < seen.epoch || (same && LabOf(seen.holder) != LabOf(command.holder))) {
+    return core::Error{.code = core::ErrorCode::kStale,
+                       .message = "the rig has seen epoch " + std::to_string(seen.epoch) + " of " +
+                                  seen.holder + ", this lease is of epoch " + std::to_string(epoch),
+                       .field = field};
+  }
+  // The very lease that another member has: one of the two must be gone.
+  if (same && Leased() && holder_ != command.holder) return busy;
+  return std::nullopt;
+}
+
 void RigAgent::Lease(const Command& command, Reply& reply) {
-  if (Leased() && holder_ != command.holder) {
-    ++counts_.not_holder;
-    Refuse(reply,
-           {.code = core::ErrorCode::kBusy,
-            .message = "the rig is held by " + holder_,
-            .field = "holder"});
+  if (const std::optional<core::Error> refused = RefuseLease(command)) {
+    ++(refused->code == core::ErrorCode::kStale ? counts_.stale : counts_.not_holder);
+    Refuse(reply, *refused);
     return;
   }
-  EndLease("the lease was renewed with a new epoch");
+  const Epoch asked{static_cast<std::uint64_t>(command.epoch)};
+  const bool goes_on = asked == epoch() && Leased();  // asked twice
+  if (!goes_on) {
+    rig_.Fence(asked);  // stops what runs under an older one, before anything can fail
+    EndLease("the lease has ended");
+  }
+  const core::Status kept = epochs_.Raise({static_cast<std::uint64_t>(asked), command.holder});
+  if (!kept) {
+    EndLease("the agent cannot keep its epoch");
+    Refuse(reply, {kept.error().code, kept.error().message, std::string(kLeaseField)});
+    return;
+  }
   ++counts_.accepted;
-  holder_ = command.holder;
-  epoch_ = Epoch{static_cast<std::uint64_t>(epoch_) + 1};
-  rig_.Fence(epoch_);
   heard_at_ = now_();
   lease_until_ = heard_at_ + settings_.lease;
+  if (goes_on) return;
+  holder_ = command.holder;
   plan_chunks_.clear();
   announced_at_ = Nanoseconds(-1);
 }
@@ -160,16 +195,16 @@ void RigAgent::Obey(const Command& command, Reply& reply) {
   } else if (action == "arm") {
     Arm(command, reply);
   } else if (action == "start") {
-    Tell(reply, rig_.Start(epoch_));
+    Tell(reply, rig_.Start(epoch()));
   } else if (action == "nominal") {
-    Tell(reply, rig_.Command(epoch_, {.kind = RigCommand::Kind::kAllNominal}));
+    Tell(reply, rig_.Command(epoch(), {.kind = RigCommand::Kind::kAllNominal}));
   } else if (action == "clear") {
-    Tell(reply, rig_.Command(epoch_, {.kind = RigCommand::Kind::kClearTrip}));
+    Tell(reply, rig_.Command(epoch(), {.kind = RigCommand::Kind::kClearTrip}));
   } else if (action == "set") {
     const std::optional<core::Component> component = core::ParseComponent(command.component);
     if (component) {
       Tell(reply,
-           rig_.Command(epoch_,
+           rig_.Command(epoch(),
                         {.kind = RigCommand::Kind::kSetComponent,
                          .component = *component,
                          .value = command.value}));
@@ -244,7 +279,7 @@ void RigAgent::Arm(const Command& command, Reply& reply) {
     }
     plan.faults.push_back(*fault);
   }
-  const core::Status armed = rig_.Arm(std::move(plan), epoch_);
+  const core::Status armed = rig_.Arm(std::move(plan), epoch());
   Tell(reply, armed);
   if (!armed) return;
   plan_chunks_.clear();
@@ -253,7 +288,7 @@ void RigAgent::Arm(const Command& command, Reply& reply) {
 }
 
 void RigAgent::SelfTest(Reply& reply) {
-  const core::Result<SelfTestReport> report = rig_.SelfTest(epoch_);
+  const core::Result<SelfTestReport> report = rig_.SelfTest(epoch());
   if (!report) {
     Refuse(reply, report.error());
     return;
@@ -277,7 +312,7 @@ void RigAgent::PublishPieces(std::int64_t from, std::int64_t to) {
     piece.rig = id_;
     piece.boot = boot_;
     piece.run = run_;
-    piece.epoch = ToInt(epoch_);
+    piece.epoch = ToInt(epoch());
     const std::vector<std::uint8_t> bytes = SignedBytes(piece, settings_.key);
     ++counts_.stream_messages;
     counts_.stream_bytes += bytes.size();
@@ -321,6 +356,7 @@ void RigAgent::Poll() {
 void RigAgent::Announce() {
   faultlab_msgs::rig_announce_t out;
   out.rig = id_;
+  out.protocol = kProtocol;
   out.boot = boot_;
   out.seq = announce_seq_++;
   out.sent_ns = unix_ns_();
@@ -329,7 +365,7 @@ void RigAgent::Announce() {
   Encode(rig_.loop_quality(), out);
   out.calibration = settings_.calibration;
   out.state = Name(announced_state_);
-  out.epoch = ToInt(epoch_);
+  out.epoch = ToInt(epoch());
   out.holder = Leased() ? holder_ : "";
   out.lease_left_s = Leased() ? std::chrono::duration<double>(lease_until_ - now_()).count() : 0.0;
   out.run = run_;

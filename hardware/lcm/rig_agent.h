@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "faultlab_msgs/rig_reply_t.hpp"
 #include "hardware/clock.h"
 #include "hardware/lcm/command_gate.h"
+#include "hardware/lcm/epoch_file.h"
 #include "hardware/lcm/message_bus.h"
 #include "hardware/lcm/rig_key.h"
 #include "hardware/lcm/run_ring.h"
@@ -32,7 +34,7 @@ struct RigAgentCounts {
   std::uint64_t accepted = 0;
   std::uint64_t forged = 0;    ///< no message, or not with the rig's key
   std::uint64_t replayed = 0;  ///< counter not above the last, or for another boot
-  std::uint64_t stale = 0;     ///< of another epoch
+  std::uint64_t stale = 0;     ///< of another epoch, a lease of an older one
   std::uint64_t not_holder = 0;
   std::uint64_t stream_messages = 0;
   std::uint64_t stream_bytes = 0;
@@ -44,13 +46,17 @@ struct RigAgentCounts {
 ///   command -> CommandGate (key, boot, counter) -> lease and epoch? -> rig -> reply
 ///   rig.Read -> RunRing -> stream;  "refill" -> stream from the ring
 ///
-/// A lease is granted when nobody holds one; every grant raises the epoch. One thread: Poll, which
-/// the handlers of the bus run in, too.
+/// The agent makes no epochs. It takes the lease of a higher epoch than the highest it has seen,
+/// and that one again from the lab that had it; a lower one never, not after a restart either
+/// (EpochFile). A living holder gives way to a higher epoch of its own lab alone: others wait until
+/// it has been silent for the length of a lease. One thread: Poll, which the handlers of the bus
+/// run in, too.
 class RigAgent {
  public:
   RigAgent(Rig& rig,
            MessageBus& bus,
            RigAgentSettings settings,
+           EpochFile epochs,
            std::function<Nanoseconds()> now,
            std::function<std::int64_t()> unix_ns);
   ~RigAgent();
@@ -61,7 +67,8 @@ class RigAgent {
   void OnCommand(MessageBus::Bytes bytes);
 
   const RigAgentCounts& counts() const { return counts_; }
-  Epoch epoch() const { return epoch_; }
+  /// The highest that was ever seen.
+  Epoch epoch() const { return Epoch{epochs_.seen().epoch}; }
   std::int64_t boot() const { return boot_; }
 
  private:
@@ -70,6 +77,7 @@ class RigAgent {
 
   bool Leased() const { return !holder_.empty() && now_() < lease_until_; }
   void EndLease(std::string_view reason);
+  std::optional<core::Error> RefuseLease(const Command& command) const;
   Reply Answer(const Command& command, std::int64_t received_ns);
   void Obey(const Command& command, Reply& reply);
   void Lease(const Command& command, Reply& reply);
@@ -90,8 +98,8 @@ class RigAgent {
   const std::string id_;
   const std::int64_t boot_;
 
-  Epoch epoch_{0};
-  std::string holder_;
+  EpochFile epochs_;
+  std::string holder_;  ///< of the lease of epoch(); empty = nobody
   Nanoseconds lease_until_{0};
   Nanoseconds heard_at_{0};
   CommandGate gate_;

@@ -9,6 +9,7 @@
 
 #include "hardware/config/bench_file.h"
 #include "hardware/heartbeat.h"
+#include "hardware/lcm/epoch_file.h"
 #include "hardware/lcm/message_bus.h"
 #include "hardware/lcm/rig_agent.h"
 #include "hardware/lcm/rig_key.h"
@@ -156,6 +157,7 @@ class TripWatch {
 int Serve(const RigAgentOptions& options,
           const BenchFile& file,
           const RigKey& key,
+          EpochFile epochs,
           const SendWord& send) {
   struct sigaction end = {};
   end.sa_handler = AskEnd;
@@ -182,6 +184,7 @@ int Serve(const RigAgentOptions& options,
       *rig,
       *bus.value(),
       settings,
+      std::move(epochs),
       [clock] { return clock->Now(); },
       [] {
         return std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -248,8 +251,13 @@ int RunRigAgent(const RigAgentOptions& given) {
     Say(key.error().message);
     return kBadOptions;
   }
+  const core::Result<EpochFile> epochs = EpochFile::Open(options.state_directory, options.id);
+  if (!epochs) {
+    Say(epochs.error().message);
+    return kBadOptions;
+  }
   const auto work = [&](const SendWord& send) {
-    return guarded([&] { return Serve(options, file.value(), key.value(), send); });
+    return guarded([&] { return Serve(options, file.value(), key.value(), epochs.value(), send); });
   };
   if (!options.supervise) return work([](Word) {});
   // Ctrl-Z would stop both processes with the motor on.

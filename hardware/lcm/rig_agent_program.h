@@ -15,6 +15,10 @@ struct RigAgentOptions {
   /// --keys DIR: holds ID.key, 64 hex digits; made on the first start. The server needs a copy.
   /// Empty: $HOME/.faultlab/keys
   std::string key_directory;
+  /// --state DIR: holds ID.epoch, the highest epoch seen. Without it an older server could command
+  /// the rig after a restart: an agent that cannot write there gives no lease.
+  /// Empty: $HOME/.faultlab/state
+  std::string state_directory;
   /// --ride-through SECONDS: how long a run goes on when its server falls silent; 0 = the watchdog
   /// of 500 ms stops it.
   double ride_through_s = 0.0;

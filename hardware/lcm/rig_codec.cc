@@ -3,6 +3,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "hardware/lcm/channels.h"
 #include "hardware/lcm/message_codec.h"
 #include "hardware/lcm/rig_name.h"
 
@@ -64,7 +65,7 @@ std::optional<faultlab_msgs::rig_announce_t> ReadAnnouncement(std::span<const st
   using Announcement = faultlab_msgs::rig_announce_t;
   std::optional<Announcement> said =
       key ? Verified<Announcement>(bytes, *key) : FromBytes<Announcement>(bytes);
-  if (!said) return std::nullopt;
+  if (!said || said->protocol != kProtocol) return std::nullopt;
   for (const std::string* text : {&said->rig_class,
                                   &said->behind,
                                   &said->profile,
@@ -77,6 +78,12 @@ std::optional<faultlab_msgs::rig_announce_t> ReadAnnouncement(std::span<const st
   // A driver's own words: not worth losing the rig for.
   if (!IsUtf8(said->trip_text)) said->trip_text = "(not UTF-8)";
   return said;
+}
+
+bool IsForeignProtocol(std::span<const std::uint8_t> bytes, const RigKey& key) {
+  if (!CarriesMac(bytes, key)) return false;
+  const auto said = FromBytes<faultlab_msgs::rig_announce_t>(bytes);
+  return !said || said->protocol != kProtocol;
 }
 
 void Decode(const faultlab_msgs::rig_announce_t& in, RigDescription& out) {

@@ -21,9 +21,12 @@ void Encode(const RigDescription& description, faultlab_msgs::rig_announce_t& ou
 /// The rig that an announcement names, before anything else of it is read or believed.
 std::optional<std::string> AnnouncedRig(std::span<const std::uint8_t> bytes);
 /// The announcement. With a key: only with its mac. Without one a rig can be watched, but not
-/// believed. Nothing as well when a text that goes on to the lab's pages is not UTF-8.
+/// believed. Nothing as well when a text that goes on to the lab's pages is not UTF-8, and of an
+/// agent that speaks another protocol.
 std::optional<faultlab_msgs::rig_announce_t> ReadAnnouncement(std::span<const std::uint8_t> bytes,
                                                               const std::optional<RigKey>& key);
+/// An announcement that the key's owner made, in a protocol that is not ours.
+bool IsForeignProtocol(std::span<const std::uint8_t> bytes, const RigKey& key);
 /// All but id and kind, which are the receiver's own.
 void Decode(const faultlab_msgs::rig_announce_t& in, RigDescription& out);
 

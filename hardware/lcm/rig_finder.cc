@@ -12,6 +12,7 @@
 
 #include "hardware/clock.h"
 #include "hardware/lcm/channels.h"
+#include "hardware/lcm/holder_name.h"
 #include "hardware/lcm/message_bus.h"
 #include "hardware/lcm/remote_rig.h"
 #include "hardware/lcm/rig_codec.h"
@@ -31,13 +32,18 @@ std::int64_t UnixNs() {
       .count();
 }
 
+std::string Holder(const RigFinderOptions& options) {
+  const std::string name = options.server_name.empty() ? "faultlab" : options.server_name;
+  const std::string member = name + "-" + std::to_string(RandomId());
+  return HolderName(options.lab.empty() ? member : options.lab, member);
+}
+
 class Finder final : public RigFinder {
  public:
   Finder(std::unique_ptr<MessageBus> bus, RigFinderOptions options)
       : bus_(std::move(bus)),
         key_directory_(KeyDirectory(options.key_directory)),
-        holder_((options.server_name.empty() ? "faultlab" : options.server_name) + "-" +
-                std::to_string(RandomId())) {
+        holder_(Holder(options)) {
     bus_->Subscribe("FAULTLAB\\.ANNOUNCE",
                     [this](const std::string&, MessageBus::Bytes bytes) { OnAnnounce(bytes); });
     bus_->Subscribe("FAULTLAB\\..*\\.(REPLY|STREAM)",
@@ -94,7 +100,8 @@ class Finder final : public RigFinder {
         const auto key = LoadRigKey(key_directory_, *name);
         RemoteRigSettings settings{.holder = holder_, .key = key.ok() ? key.value() : std::nullopt};
         // A name whose key we have must prove that it is the one.
-        if (!ReadAnnouncement(bytes, settings.key)) return;
+        const bool foreign = settings.key && IsForeignProtocol(bytes, *settings.key);
+        if (!foreign && !ReadAnnouncement(bytes, settings.key)) return;
         auto made = std::make_shared<RemoteRig>(
             *name, bus_, std::move(settings), [clock = clock_] { return clock->Now(); }, UnixNs);
         made->OnAnnounce(bytes);  // described before anybody can find it

@@ -27,7 +27,7 @@ struct RemoteRigInfo {
   LinkState link = LinkState::kLost;
   double silent_s = 0.0;     ///< since it was heard last
   std::optional<Trip> trip;  ///< the interlock that holds it
-  std::string holder;        ///< who leases it, empty = nobody
+  std::string holder;        ///< who leases it, LAB/MEMBER; empty = nobody
   bool held_by_us = false;
   bool key_known = false;                ///< without its key we only watch
   std::string calibration;               ///< date and version, as the agent has it
@@ -35,12 +35,20 @@ struct RemoteRigInfo {
   double round_trip_s = 0.0;
   std::int64_t gaps_refilled = 0;  ///< messages of runs that came by refill
   LoopQuality loop;                ///< of the agent's loop, since the agent started
+  /// The highest that the agent has seen, by an announcement with its key.
+  std::optional<Epoch> epoch;
+  /// Why this server cannot use it though it may be heard, for a person: another lab holds it, its
+  /// key is not here, its agent speaks another protocol. Empty: it can.
+  std::string refusal;
 };
 
 struct RigFinderOptions {
   std::string lcm_url;
   std::string key_directory;  ///< ID.key files; empty: $HOME/.faultlab/keys
-  std::string server_name;    ///< shown to other servers as the holder
+  /// Of all servers that share one database and so its epochs, and of no other. Empty: this server
+  /// is a lab of its own until it ends.
+  std::string lab;
+  std::string server_name;  ///< shown to other servers in the holder's name
 };
 
 /// Finds the agents on a bus by itself and makes a Rig of each. Thread-safe; own thread.
@@ -49,7 +57,8 @@ class RigFinder {
   virtual ~RigFinder() = default;
   /// Every rig ever heard, by id.
   virtual std::vector<RemoteRigInfo> List() const = 0;
-  /// A Rig (kind kRemote) like any other: Arm leases it, the end of the object gives it back.
+  /// A Rig (kind kRemote) like any other: its first use leases it, the end of the finder gives it
+  /// back.
   /// Null for an id never heard. The same object for the same id.
   virtual std::shared_ptr<Rig> Find(const std::string& id) = 0;
 };

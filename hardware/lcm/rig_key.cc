@@ -35,6 +35,14 @@ bool SameMac(const Mac& a, const Mac& b) {
   return sodium_memcmp(a.data(), b.data(), a.size()) == 0;
 }
 
+bool CarriesMac(std::span<const std::uint8_t> bytes, const RigKey& key) {
+  Mac claimed;
+  if (bytes.size() <= claimed.size()) return false;
+  const std::span<const std::uint8_t> tail = bytes.last(claimed.size());
+  std::copy(tail.begin(), tail.end(), claimed.begin());
+  return SameMac(claimed, ComputeMac(key, bytes.first(bytes.size() - tail.size())));
+}
+
 std::string KeyDirectory(const std::string& directory) {
   if (!directory.empty()) return directory;
   const char* home = std::getenv("HOME");

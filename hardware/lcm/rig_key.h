@@ -43,16 +43,13 @@ std::vector<std::uint8_t> SignedBytes(const Message& message, const RigKey& key)
   return bytes;
 }
 
+/// Whether these bytes end in their mac by this key, of whatever type they are.
+bool CarriesMac(std::span<const std::uint8_t> bytes, const RigKey& key);
+
 /// The message, if it carries the key's mac, which is checked first.
 template <typename Message>
 std::optional<Message> Verified(std::span<const std::uint8_t> bytes, const RigKey& key) {
-  Mac claimed;
-  if (bytes.size() <= claimed.size()) return std::nullopt;
-  const std::span<const std::uint8_t> tail = bytes.last(claimed.size());
-  std::copy(tail.begin(), tail.end(), claimed.begin());
-  if (!SameMac(claimed, ComputeMac(key, bytes.first(bytes.size() - tail.size())))) {
-    return std::nullopt;
-  }
+  if (!CarriesMac(bytes, key)) return std::nullopt;
   return FromBytes<Message>(bytes);
 }
 

@@ -18,6 +18,7 @@
 #include "server/run/rig_bay.h"
 #include "server/storage/database.h"
 #include "server/storage/folder_lock.h"
+#include "server/storage/lab_id.h"
 #include "server/storage/postgres_location.h"
 #include "server/storage/rig_calibrations.h"
 #include "server/stream/stream_tokens.h"
@@ -209,6 +210,9 @@ class Laboratory::Impl {
     options.lcm_url = config_.lcm_url;
     options.key_directory = config_.lcm_keys;
     options.server_name = config_.server_id;
+    auto lab = LabId(*database_);
+    if (!lab) return lab.error();
+    options.lab = lab.value();
     auto finder = hardware::OpenRigFinder(options);
     if (!finder) return finder.error();
     finder_ = std::move(finder).value();

@@ -57,6 +57,10 @@ class LabCommands {
         ->capture_default_str();
     rig.add_option("--speed", rig_.speed, "Of the simulated bench")->capture_default_str();
     rig.add_option("--keys", rig_.key_directory, "Folder with ID.key, default ~/.faultlab/keys");
+    rig.add_option("--state",
+                   rig_.state_directory,
+                   "Folder with ID.epoch, the highest epoch seen, default ~/.faultlab/state; "
+                   "no lease is given when it cannot be written");
     rig.add_option("--ride-through",
                    rig_.ride_through_s,
                    "Seconds that a run goes on when its server falls silent")

@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 
+#include "hardware/lcm/channels.h"
 #include "hardware/lcm/message_codec.h"
 #include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/rig_name.h"
@@ -187,12 +188,14 @@ RigKey SomeKey() {
 TEST(Announcement, IsNamedBeforeItIsDecodedAndReadWithItsKeyAlone) {
   faultlab_msgs::rig_announce_t said{};
   said.rig = "bench-1";
+  said.protocol = kProtocol;
   said.rig_class = "\u043A\u043B\u0443\u043F\u0430";  // any UTF-8
   const std::vector<std::uint8_t> bytes = SignedBytes(said, SomeKey());
   EXPECT_EQ(AnnouncedRig(bytes), "bench-1");
   EXPECT_TRUE(ReadAnnouncement(bytes, std::nullopt).has_value());
   EXPECT_TRUE(ReadAnnouncement(bytes, SomeKey()).has_value());
   EXPECT_FALSE(ReadAnnouncement(bytes, RigKey{}).has_value());
+  EXPECT_FALSE(IsForeignProtocol(bytes, SomeKey()));
   for (std::size_t size = 0; size < kMessageHashBytes + 4 + 8; ++size) {
     EXPECT_FALSE(AnnouncedRig(std::span(bytes).first(size)).has_value()) << size;
   }
@@ -201,6 +204,7 @@ TEST(Announcement, IsNamedBeforeItIsDecodedAndReadWithItsKeyAlone) {
 TEST(Announcement, WithATextThatIsNotUtf8IsRefusedButForADriversOwnWords) {
   faultlab_msgs::rig_announce_t said{};
   said.rig = "bench-1";
+  said.protocol = kProtocol;
   said.trip_text = "R\xe9sistance";
   const auto read = ReadAnnouncement(ToBytes(said), std::nullopt);
   ASSERT_TRUE(read.has_value());

@@ -5,6 +5,7 @@
 
 #include "tests/hardware/remote_world.h"
 #include "tests/hardware/rig_runs.h"
+#include "tests/hardware/wire_message.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -133,19 +134,130 @@ TEST(RemoteRig, SilenceOfTheServerStopsTheRunAndTheRecordingIsWholeUpToThere) {
 TEST(RemoteRig, OnlyTheLeaseHolderCommands) {
   LossyBus bus(kFine, 5);
   AgentThread agent(bus, kSpeed, RidesThrough(60));
-  ServerThread first(bus, kSpeed, "first");
-  ServerThread second(bus, kSpeed, "second");
+  ServerThread first(bus, kSpeed, "one/first");
+  ServerThread second(bus, kSpeed, "two/second");
   first.WaitUntilHeard();
   second.WaitUntilHeard();
+  EXPECT_EQ(second.rig().info().refusal, "");
   ASSERT_TRUE(first.rig().Arm(SquarePlan(500), kEpoch).ok());
-  const core::Status refused = second.rig().Arm(SquarePlan(10), kEpoch);
+  const core::Status refused = second.rig().Arm(SquarePlan(10), Epoch{100});
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, core::ErrorCode::kBusy);
-  EXPECT_THAT(refused.error().message, testing::HasSubstr("first"));
+  EXPECT_EQ(refused.error().field, kLeaseField);
+  EXPECT_THAT(refused.error().message, testing::HasSubstr("one/first"));
+  while (second.rig().info().refusal.empty()) std::this_thread::yield();
+  EXPECT_EQ(second.rig().info().refusal, "the rig is held by one/first");
+  EXPECT_EQ(first.rig().info().refusal, "");
   ASSERT_TRUE(first.rig().Start(kEpoch).ok());
-  EXPECT_FALSE(second.rig().Command(kEpoch, {}).ok());
+  EXPECT_FALSE(second.rig().Command(Epoch{100}, {}).ok());
   second.rig().SafeStop("not mine");
   EXPECT_EQ(Drain(first.rig()).samples.size(), 500u);
+}
+
+TEST(RemoteRig, IsOursBetweenRunsAndNobodyElsesWhileWeLive) {
+  LossyBus bus(kFine, 15);
+  const RigAgentSettings settings = RidesThrough(5);
+  AgentThread agent(bus, kSpeed, settings);
+  ServerThread first(bus, kSpeed, "one/first");
+  ServerThread second(bus, kSpeed, "two/second");
+  first.WaitUntilHeard();
+  second.WaitUntilHeard();
+  ASSERT_TRUE(first.rig().Arm(SquarePlan(5), kEpoch).ok());
+  ASSERT_TRUE(first.rig().Start(kEpoch).ok());
+  (void)Drain(first.rig());
+  const auto time = FastTime(kSpeed);
+  const Nanoseconds until = time() + 5 * settings.lease / 2;
+  while (time() < until) {
+    EXPECT_EQ(second.rig().Arm(SquarePlan(5), Epoch{100}).error().code, core::ErrorCode::kBusy);
+  }
+}
+
+TEST(RemoteRig, AHigherEpochOfItsOwnLabTakesItOverAtOnce) {
+  LossyBus bus(kFine, 16);
+  AgentThread agent(bus, kSpeed, RidesThrough(60));
+  ServerThread frozen(bus, kSpeed, "lab/frozen");
+  ServerThread next(bus, kSpeed, "lab/next");
+  frozen.WaitUntilHeard();
+  next.WaitUntilHeard();
+  ASSERT_TRUE(frozen.rig().Arm(SquarePlan(6000), kEpoch).ok());
+  ASSERT_TRUE(frozen.rig().Start(kEpoch).ok());
+  const core::Status armed = next.rig().Arm(SquarePlan(50), Epoch{4});
+  ASSERT_TRUE(armed.ok()) << armed.error().message;
+  EXPECT_EQ(Drain(frozen.rig()).last_text(), "the lease was revoked");
+  // Whatever it does, it gets nothing back.
+  EXPECT_EQ(frozen.rig().Arm(SquarePlan(10), kEpoch).error().code, core::ErrorCode::kStale);
+  EXPECT_EQ(frozen.rig().Arm(SquarePlan(10), Epoch{4}).error().code, core::ErrorCode::kBusy);
+  ASSERT_TRUE(next.rig().Start(Epoch{4}).ok());
+  EXPECT_EQ(Drain(next.rig()).samples.size(), 50u);
+}
+
+TEST(RemoteRig, AnEpochBelowTheRigsIsRefusedAsStaleAndNamesBoth) {
+  LossyBus bus(kFine, 17);
+  AgentThread agent(bus, kSpeed, RidesThrough(60));
+  ServerThread server(bus, kSpeed, "lab/a");
+  ServerThread behind(bus, kSpeed, "lab/b");
+  server.WaitUntilHeard();
+  behind.WaitUntilHeard();
+  ASSERT_TRUE(server.rig().Arm(SquarePlan(10), Epoch{500}).ok());
+  const core::Result<SelfTestReport> refused = behind.rig().SelfTest(Epoch{3});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, core::ErrorCode::kStale);
+  EXPECT_EQ(refused.error().field, kLeaseField);
+  EXPECT_EQ(refused.error().message,
+            "the rig has seen epoch 500 of lab/a, this lease is of epoch 3");
+  while (behind.rig().info().epoch != Epoch{500}) std::this_thread::yield();
+}
+
+/// The link is dead: Fence returns at once, nothing of the old epoch is accepted any more, and the
+/// agent hears of it as soon as the link is back.
+TEST(RemoteRig, AFenceWaitsForNoNetworkAndReachesTheAgentWhenThereIsOne) {
+  LossyBus bus(kFine, 18);
+  AgentThread agent(bus, kSpeed, RidesThrough(600));
+  ServerThread server(bus, kSpeed, "lab/a", /*give_up=*/std::chrono::hours(10));
+  server.WaitUntilHeard();
+  ASSERT_TRUE(server.rig().Arm(SquarePlan(50'000), kEpoch).ok());
+  ASSERT_TRUE(server.rig().Start(kEpoch).ok());
+  std::future<RunLog> reader = std::async(std::launch::async, [&] { return Drain(server.rig()); });
+  bus.SetCut(true);
+  std::future<core::Status> caught = std::async(std::launch::async, [&] {
+    return server.rig().Command(kEpoch, {});  // waits for an answer that does not come
+  });
+  std::future<void> fenced = std::async(std::launch::async, [&] { server.rig().Fence(Epoch{4}); });
+  const bool at_once = fenced.wait_for(std::chrono::seconds(5)) == std::future_status::ready;
+  EXPECT_TRUE(at_once) << "Fence waits for the network";
+  if (at_once) {
+    EXPECT_EQ(server.rig().Command(kEpoch, {}).error().code, core::ErrorCode::kStale);
+    EXPECT_EQ(server.rig().Start(kEpoch).error().code, core::ErrorCode::kStale);
+    EXPECT_EQ(server.rig().Arm(SquarePlan(10), kEpoch).error().code, core::ErrorCode::kStale);
+    EXPECT_EQ(server.rig().SelfTest(kEpoch).error().code, core::ErrorCode::kStale);
+    EXPECT_EQ(caught.get().error().code, core::ErrorCode::kStale) << "who waits is told";
+    EXPECT_EQ(agent.rig().state(), RigState::kRunning) << "it cannot know";
+  }
+  bus.SetCut(false);
+  EXPECT_EQ(reader.get().last_text(), "the lease was revoked");
+  EXPECT_EQ(agent.rig().state(), RigState::kIdle);
+  ServerThread frozen(bus, kSpeed, "lab/frozen");
+  frozen.WaitUntilHeard();
+  EXPECT_EQ(frozen.rig().Arm(SquarePlan(10), kEpoch).error().code, core::ErrorCode::kStale)
+      << "the agent refuses the old epoch, too";
+  EXPECT_TRUE(server.rig().Arm(SquarePlan(10), Epoch{4}).ok());
+}
+
+TEST(RemoteRig, AFenceIsHeardInAStorm) {
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    LossyBus bus({.loss = 0.4, .duplicate = 0.1, .reorder = 0.1}, seed);
+    AgentThread agent(bus, kSpeed, RidesThrough(60));
+    ServerThread server(bus, kSpeed, "lab/a");
+    server.WaitUntilHeard();
+    ASSERT_TRUE(server.rig().Arm(SquarePlan(3000), kEpoch).ok());
+    ASSERT_TRUE(server.rig().Start(kEpoch).ok());
+    server.rig().Fence(Epoch{4});
+    server.rig().Fence(Epoch{5});
+    EXPECT_EQ(Drain(server.rig()).last_text(), "the lease was revoked") << seed;
+    ASSERT_TRUE(server.rig().Arm(SquarePlan(20), Epoch{5}).ok()) << seed;
+    ASSERT_TRUE(server.rig().Start(Epoch{5}).ok()) << seed;
+    EXPECT_EQ(Drain(server.rig()).samples.size(), 20u) << seed;
+  }
 }
 
 TEST(RemoteRig, ANewLocalEpochFencesTheOldOneAtTheAgentToo) {
@@ -175,18 +287,19 @@ TEST(RemoteRig, AKilledServerLeavesASafeRigThatTheNextServerMayTake) {
   bus.SetCut(false);
   ServerThread next(bus, kSpeed, "next");
   next.WaitUntilHeard();
-  core::Status armed = next.rig().Arm(SquarePlan(50), kEpoch);
+  core::Status armed = next.rig().Arm(SquarePlan(50), Epoch{4});
   while (!armed.ok() && armed.error().code == core::ErrorCode::kBusy) {
-    armed = next.rig().Arm(SquarePlan(50), kEpoch);  // until the dead server's lease ran out
+    armed = next.rig().Arm(SquarePlan(50), Epoch{4});  // until the dead server's lease ran out
   }
   ASSERT_TRUE(armed.ok()) << armed.error().message;
-  ASSERT_TRUE(next.rig().Start(kEpoch).ok());
+  ASSERT_TRUE(next.rig().Start(Epoch{4}).ok());
   EXPECT_EQ(Drain(next.rig()).samples.size(), 50u);
 }
 
 TEST(RemoteRig, AKilledAgentIsLostThenBackAndTheRunSaysSo) {
   LossyBus bus(kFine, 8);
-  auto agent = std::make_unique<AgentThread>(bus, kSpeed, RidesThrough(60));
+  const StateFolder state;
+  auto agent = std::make_unique<AgentThread>(bus, kSpeed, RidesThrough(60), "far-1", &state);
   ServerThread server(bus, kSpeed, "a");
   server.WaitUntilHeard();
   ASSERT_TRUE(server.rig().Arm(SquarePlan(6000), kEpoch).ok());
@@ -196,11 +309,14 @@ TEST(RemoteRig, AKilledAgentIsLostThenBackAndTheRunSaysSo) {
   agent.reset();
   while (server.rig().info().link != LinkState::kLost) std::this_thread::yield();
   bus.SetCut(false);
-  agent = std::make_unique<AgentThread>(bus, kSpeed, RidesThrough(60));
+  agent = std::make_unique<AgentThread>(bus, kSpeed, RidesThrough(60), "far-1", &state);
   const RunLog log = reader.get();
   EXPECT_EQ(log.last_text(), "the agent started anew");
   EXPECT_EQ(server.rig().info().link, LinkState::kBack);
-  EXPECT_TRUE(server.rig().Arm(SquarePlan(10), kEpoch).ok());
+  ServerThread frozen(bus, kSpeed, "a/frozen");
+  frozen.WaitUntilHeard();
+  EXPECT_EQ(frozen.rig().Arm(SquarePlan(10), Epoch{2}).error().code, core::ErrorCode::kStale);
+  EXPECT_TRUE(server.rig().Arm(SquarePlan(10), kEpoch).ok()) << "the lease goes on";
 }
 
 TEST(RemoteRig, MeasuresTheAgentsClock) {
@@ -238,8 +354,34 @@ TEST(RemoteRig, WithoutTheKeyMayOnlyWatch) {
   while (watcher.info().link != LinkState::kBack) end->Handle(std::chrono::milliseconds(10));
   EXPECT_EQ(watcher.state(), RigState::kIdle);
   EXPECT_FALSE(watcher.info().key_known);
+  EXPECT_EQ(watcher.info().epoch, std::nullopt) << "nobody vouches for it";
+  EXPECT_THAT(watcher.info().refusal, testing::HasSubstr("key"));
   const core::Status refused = watcher.Arm(SquarePlan(10), kEpoch);
   EXPECT_EQ(refused.error().code, core::ErrorCode::kForbidden);
+}
+
+TEST(RemoteRig, WhoseAgentSpeaksAnotherProtocolIsRefusedInWords) {
+  LossyBus bus(kFine, 12);
+  const std::shared_ptr<MessageBus> end = bus.MakeEnd();
+  RemoteRig rig("far-1", end, {.holder = "lab/a", .key = TestKey()}, FastTime(kSpeed), UnixNs);
+  // Of a later version, which has kept the layout, and of one that has not.
+  faultlab_msgs::rig_announce_t later{};
+  later.rig = "far-1";
+  later.protocol = kProtocol + 1;
+  std::vector<std::uint8_t> other_layout = SignedBytes(later, TestKey());
+  other_layout[0] ^= 1;  // LCM's hash of the type
+  SignAgain(other_layout, TestKey());
+  for (const auto& bytes : {SignedBytes(later, TestKey()), other_layout}) {
+    rig.OnAnnounce(bytes);
+    EXPECT_EQ(rig.state(), RigState::kOffline);
+    EXPECT_THAT(rig.info().refusal, testing::HasSubstr("versions that do not understand"));
+    EXPECT_FALSE(rig.Arm(SquarePlan(10), kEpoch).ok());
+  }
+  RigKey wrong = TestKey();
+  wrong[0] ^= 1;
+  RemoteRig other("far-1", end, {.holder = "lab/a", .key = TestKey()}, FastTime(kSpeed), UnixNs);
+  other.OnAnnounce(SignedBytes(later, wrong));
+  EXPECT_EQ(other.info().refusal, "") << "anybody may send anything";
 }
 
 }  // namespace

@@ -2,12 +2,16 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <thread>
 
+#include "core/types/check.h"
 #include "hardware/lcm/channels.h"
+#include "hardware/lcm/epoch_file.h"
 #include "hardware/lcm/remote_rig.h"
 #include "hardware/lcm/rig_agent.h"
 #include "hardware/simulated/simulated_rig.h"
@@ -33,10 +37,37 @@ inline RigKey TestKey() {
   return key;
 }
 
+/// A folder for the epochs of a world's agents. Ends with this object.
+class StateFolder {
+ public:
+  StateFolder() {
+    path_ = (std::filesystem::temp_directory_path() / "agent_state_XXXXXX").string();
+    LAB_CHECK(mkdtemp(path_.data()) != nullptr, path_);
+  }
+  ~StateFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  StateFolder(const StateFolder&) = delete;
+  StateFolder& operator=(const StateFolder&) = delete;
+  const std::string& path() const { return path_; }
+  EpochFile Open(const std::string& rig = "far-1") const {
+    return EpochFile::Open(path_, rig).value();
+  }
+
+ private:
+  std::string path_;
+};
+
 /// An agent with a simulated bench in a thread of its own.
 class AgentThread {
  public:
-  AgentThread(LossyBus& bus, double speed, RigAgentSettings settings, std::string id = "far-1")
+  /// @param state  for more than one start of the same agent; null: of this one alone
+  AgentThread(LossyBus& bus,
+              double speed,
+              RigAgentSettings settings,
+              std::string id = "far-1",
+              const StateFolder* state = nullptr)
       : bus_(bus.MakeEnd()) {
     SimulatedRigOptions options;
     options.id = std::move(id);
@@ -44,7 +75,9 @@ class AgentThread {
     options.queue_messages = 1u << 16;
     rig_ = MakeSimulatedRig(options);
     settings.key = TestKey();
-    agent_ = std::make_unique<RigAgent>(*rig_, *bus_, settings, FastTime(speed), UnixNs);
+    const StateFolder& folder = state != nullptr ? *state : own_state_;
+    agent_ = std::make_unique<RigAgent>(
+        *rig_, *bus_, settings, folder.Open(rig_->description().id), FastTime(speed), UnixNs);
     thread_ = std::thread([this] {
       while (!stop_) {
         bus_->Handle(std::chrono::milliseconds(1));
@@ -62,6 +95,7 @@ class AgentThread {
   RigAgent& agent() { return *agent_; }
 
  private:
+  const StateFolder own_state_;
   std::unique_ptr<MessageBus> bus_;
   std::unique_ptr<Rig> rig_;
   std::unique_ptr<RigAgent> agent_;
@@ -72,21 +106,24 @@ class AgentThread {
 /// A server that knows one far rig.
 class ServerThread {
  public:
-  ServerThread(LossyBus& bus, double speed, std::string holder, std::string id = "far-1")
+  /// @param give_up  of one request, in time of the world
+  ServerThread(LossyBus& bus,
+               double speed,
+               std::string holder,
+               Nanoseconds give_up = std::chrono::seconds(20))
       : bus_(bus.MakeEnd()),
         rig_(std::make_shared<RemoteRig>(
-            id,
+            "far-1",
             bus_,
-            RemoteRigSettings{
-                .holder = std::move(holder), .key = TestKey(), .give_up = std::chrono::seconds(20)},
+            RemoteRigSettings{.holder = std::move(holder), .key = TestKey(), .give_up = give_up},
             FastTime(speed),
             UnixNs)) {
     bus_->Subscribe("FAULTLAB\\.ANNOUNCE", [this](const std::string&, MessageBus::Bytes bytes) {
       rig_->OnAnnounce(bytes);
     });
-    bus_->Subscribe("FAULTLAB\\." + id + "\\.REPLY",
+    bus_->Subscribe("FAULTLAB\\.far-1\\.REPLY",
                     [this](const std::string&, MessageBus::Bytes bytes) { rig_->OnReply(bytes); });
-    bus_->Subscribe("FAULTLAB\\." + id + "\\.STREAM",
+    bus_->Subscribe("FAULTLAB\\.far-1\\.STREAM",
                     [this](const std::string&, MessageBus::Bytes bytes) { rig_->OnStream(bytes); });
     thread_ = std::thread([this] {
       while (!stop_) {

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
 #include "core/signals/random.h"
 #include "hardware/lcm/channels.h"
 #include "hardware/simulated/simulated_rig.h"
@@ -21,10 +25,23 @@ class RigAgentAlone : public testing::Test {
     options.speed = 0.0;
     rig_ = MakeSimulatedRig(options);
     end_ = bus_.MakeEnd();
+    watcher_ = bus_.MakeEnd();
+    watcher_->Subscribe("FAULTLAB\\.far-1\\.REPLY",
+                        [this](const std::string&, MessageBus::Bytes bytes) {
+                          reply_ = Verified<faultlab_msgs::rig_reply_t>(bytes, TestKey()).value();
+                        });
+    StartAgent();
+  }
+
+  /// The agent's program starts anew; its file is what it knows.
+  void StartAgent(const std::string& state = "") {
+    agent_.reset();
+    end_ = bus_.MakeEnd();
     agent_ = std::make_unique<RigAgent>(
         *rig_,
         *end_,
         RigAgentSettings{.key = TestKey(), .calibration = {}},
+        EpochFile::Open(state.empty() ? state_.path() : state, "far-1").value(),
         [this] { return now_; },
         [] { return std::int64_t{0}; });
   }
@@ -33,7 +50,7 @@ class RigAgentAlone : public testing::Test {
     faultlab_msgs::rig_command_t command{};
     command.rig = "far-1";
     command.boot = agent_->boot();
-    command.holder = "server";
+    command.holder = "lab/server";
     command.counter = ++counter_;
     command.epoch = static_cast<std::int64_t>(agent_->epoch());
     command.request = counter_;
@@ -44,28 +61,186 @@ class RigAgentAlone : public testing::Test {
     return SignedBytes(command, TestKey());
   }
   void Give(const std::vector<std::uint8_t>& bytes) { agent_->OnCommand(bytes); }
+  const faultlab_msgs::rig_reply_t& Answer(const faultlab_msgs::rig_command_t& command) {
+    Give(Signed(command));
+    watcher_->Handle(std::chrono::milliseconds(0));
+    return reply_;
+  }
+  const faultlab_msgs::rig_reply_t& Lease(std::int64_t epoch, const std::string& holder) {
+    auto command = NewCommand("lease");
+    command.epoch = epoch;
+    command.holder = holder;
+    return Answer(command);
+  }
+  const faultlab_msgs::rig_reply_t& Say(const std::string& action,
+                                        std::int64_t epoch,
+                                        const std::string& holder) {
+    auto command = NewCommand(action);
+    command.epoch = epoch;
+    command.holder = holder;
+    return Answer(command);
+  }
+  bool Refused(core::ErrorCode code, const std::string& text) const {
+    return reply_.ok == 0 && static_cast<core::ErrorCode>(reply_.code) == code &&
+           reply_.message.find(text) != std::string::npos;
+  }
+  void BeginRun(std::int64_t epoch, const std::string& holder) {
+    auto chunk = NewCommand("plan");
+    chunk.epoch = epoch;
+    chunk.holder = holder;
+    chunk.uc_v.assign(kPlanChunkSamples, 2.0);
+    chunk.uc_count = kPlanChunkSamples;
+    Give(Signed(chunk));
+    auto arm = NewCommand("arm");
+    arm.epoch = epoch;
+    arm.holder = holder;
+    arm.to = kPlanChunkSamples;
+    arm.period_s = 0.01;
+    ASSERT_TRUE(Answer(arm).ok) << reply_.message;
+    ASSERT_EQ(rig_->state(), RigState::kArmed);
+  }
+  std::string FileText() const {
+    std::ifstream file(state_.path() + "/far-1.epoch");
+    return {(std::istreambuf_iterator<char>(file)), {}};
+  }
 
   Nanoseconds now_{0};
   std::int64_t counter_ = 0;
+  const StateFolder state_;
   LossyBus bus_{Weather{}, 1};
   std::unique_ptr<MessageBus> end_;
+  std::unique_ptr<MessageBus> watcher_;
+  faultlab_msgs::rig_reply_t reply_{};
   std::unique_ptr<Rig> rig_;
   std::unique_ptr<RigAgent> agent_;
 };
 
-TEST_F(RigAgentAlone, TakesASignedLeaseAndRaisesTheEpoch) {
-  Give(Signed(NewCommand("lease")));
-  EXPECT_EQ(agent_->epoch(), Epoch{1});
-  Give(Signed(NewCommand("alive")));
-  EXPECT_EQ(agent_->counts().accepted, 2u);
+TEST_F(RigAgentAlone, TakesTheEpochOfASignedLeaseAndMakesNoneItself) {
+  EXPECT_EQ(agent_->epoch(), Epoch{0});
+  EXPECT_TRUE(Lease(41, "lab/a").ok);
+  EXPECT_EQ(agent_->epoch(), Epoch{41});
+  EXPECT_TRUE(Say("alive", 41, "lab/a").ok);
+  EXPECT_TRUE(Say("release", 41, "lab/a").ok);
+  EXPECT_EQ(agent_->epoch(), Epoch{41});
+  EXPECT_EQ(agent_->counts().accepted, 3u);
+}
+
+TEST_F(RigAgentAlone, RefusesALowerEpochAndNamesBoth) {
+  ASSERT_TRUE(Lease(41, "lab/a").ok);
+  ASSERT_TRUE(Say("release", 41, "lab/a").ok);
+  (void)Lease(40, "lab/a");
+  EXPECT_TRUE(Refused(core::ErrorCode::kStale, "seen epoch 41 of lab/a, this lease is of epoch 40"))
+      << reply_.message;
+  EXPECT_EQ(reply_.field, kLeaseField);
+  EXPECT_EQ(reply_.epoch, 41);
+  EXPECT_EQ(agent_->counts().stale, 1u);
+  (void)Say("nominal", 40, "lab/a");
+  EXPECT_EQ(reply_.ok, 0);
+}
+
+TEST_F(RigAgentAlone, GivesItsEpochAgainToTheLabThatHadItAndToNoOther) {
+  ASSERT_TRUE(Lease(41, "lab/a").ok);
+  ASSERT_TRUE(Say("release", 41, "lab/a").ok);
+  (void)Lease(41, "other/a");
+  EXPECT_TRUE(Refused(core::ErrorCode::kStale, "seen epoch 41 of lab/a")) << reply_.message;
+  EXPECT_TRUE(Lease(41, "lab/b").ok) << "a lab makes each epoch once";
+  (void)Lease(41, "lab/a");
+  EXPECT_TRUE(Refused(core::ErrorCode::kBusy, "held by lab/b")) << reply_.message;
+}
+
+TEST_F(RigAgentAlone, AHigherEpochOfItsLabTakesTheRigAtOnceAndEndsTheOlderRun) {
+  ASSERT_TRUE(Lease(41, "lab/a").ok);
+  BeginRun(41, "lab/a");
+  EXPECT_TRUE(Lease(42, "lab/b").ok) << reply_.message;
+  EXPECT_EQ(rig_->state(), RigState::kIdle);
+  (void)Say("start", 41, "lab/a");
+  EXPECT_TRUE(Refused(core::ErrorCode::kStale, "held by lab/b")) << reply_.message;
+  (void)Say("start", 42, "lab/a");
+  EXPECT_EQ(reply_.ok, 0) << "and a right epoch in wrong hands is of no use";
+}
+
+TEST_F(RigAgentAlone, AnotherLabWaitsUntilTheHolderIsSilentWhateverItsEpoch) {
+  ASSERT_TRUE(Lease(41, "lab/a").ok);
+  BeginRun(41, "lab/a");
+  (void)Lease(1000, "other/a");
+  EXPECT_TRUE(Refused(core::ErrorCode::kBusy, "held by lab/a")) << reply_.message;
+  EXPECT_EQ(reply_.field, kLeaseField);
+  EXPECT_EQ(rig_->state(), RigState::kArmed);
+  EXPECT_EQ(agent_->epoch(), Epoch{41});
+  now_ += std::chrono::seconds(6);
+  agent_->Poll();
+  EXPECT_TRUE(Lease(1000, "other/a").ok) << reply_.message;
+}
+
+TEST_F(RigAgentAlone, AskedTwiceForTheSameLeaseItGoesOnWithWhatRuns) {
+  ASSERT_TRUE(Lease(41, "lab/a").ok);
+  BeginRun(41, "lab/a");
+  EXPECT_TRUE(Lease(41, "lab/a").ok);
+  EXPECT_EQ(rig_->state(), RigState::kArmed);
+}
+
+TEST_F(RigAgentAlone, RefusesALeaseWithoutAnEpochAsAnOlderServerAsksForIt) {
+  (void)Lease(-1, "server-77");
+  EXPECT_TRUE(Refused(core::ErrorCode::kInvalid, "older version")) << reply_.message;
+  EXPECT_EQ(agent_->epoch(), Epoch{0});
+}
+
+TEST_F(RigAgentAlone, KnowsItsEpochAndWhoseItWasAfterARestart) {
+  ASSERT_TRUE(Lease(41, "lab/a").ok);
+  EXPECT_EQ(FileText(), "41 lab/a\n");
+  StartAgent();
+  EXPECT_EQ(agent_->epoch(), Epoch{41});
+  (void)Lease(40, "lab/a");
+  EXPECT_TRUE(Refused(core::ErrorCode::kStale, "seen epoch 41")) << reply_.message;
+  (void)Lease(41, "other/a");
+  EXPECT_TRUE(Refused(core::ErrorCode::kStale, "seen epoch 41 of lab/a")) << reply_.message;
+  (void)Say("nominal", 41, "lab/a");
+  EXPECT_TRUE(Refused(core::ErrorCode::kStale, "no lease")) << reply_.message;
+  EXPECT_TRUE(Lease(41, "lab/a").ok) << "the session goes on";
+}
+
+TEST_F(RigAgentAlone, ThatCannotKeepItsEpochGivesNoLeaseAndSaysWhyButEndsTheOlderRun) {
+  const std::string folder = state_.path() + "/deeper";
+  StartAgent(folder);
+  ASSERT_TRUE(Lease(41, "lab/a").ok);
+  BeginRun(41, "lab/a");
+  std::filesystem::remove_all(folder);
+  std::ofstream(folder) << "a file where the folder was\n";
+  (void)Lease(42, "lab/a");
+  EXPECT_TRUE(Refused(core::ErrorCode::kUnavailable, folder + "/far-1.epoch")) << reply_.message;
+  EXPECT_EQ(reply_.field, kLeaseField);
+  EXPECT_EQ(rig_->state(), RigState::kIdle);
+  (void)Say("nominal", 42, "lab/a");
+  EXPECT_EQ(reply_.ok, 0);
+  (void)Lease(41, "lab/a");
+  EXPECT_TRUE(Refused(core::ErrorCode::kStale, "seen epoch 42")) << reply_.message;
+  std::filesystem::remove(folder);
+  EXPECT_TRUE(Lease(42, "lab/a").ok) << reply_.message;
+}
+
+TEST(EpochFileTest, ThatHoldsSomethingElseIsRefused) {
+  const StateFolder state;
+  const std::string path = state.path() + "/far-1.epoch";
+  for (const char* text :
+       {"", "\n", "41", "41\n", "41 \n", "0 lab/a\n", "forty lab/a\n", "41 lab"}) {
+    std::ofstream(path) << text;
+    const auto opened = EpochFile::Open(state.path(), "far-1");
+    ASSERT_FALSE(opened.ok()) << text;
+    EXPECT_NE(opened.error().message.find(path), std::string::npos);
+  }
+  std::ofstream(path) << "41 a lab/of two words\n";
+  EXPECT_EQ(EpochFile::Open(state.path(), "far-1").value().seen(),
+            (SeenLease{41, "a lab/of two words"}));
 }
 
 TEST_F(RigAgentAlone, RefusesTheSameMessageTwice) {
-  const auto lease = Signed(NewCommand("lease"));
+  auto command = NewCommand("lease");
+  command.epoch = 1;
+  const auto lease = Signed(command);
   Give(lease);
   Give(lease);
   EXPECT_EQ(agent_->counts().replayed, 1u);
-  EXPECT_EQ(agent_->epoch(), Epoch{1});
+  EXPECT_EQ(agent_->counts().accepted, 1u);
 }
 
 TEST_F(RigAgentAlone, RefusesAMessageForAnEarlierStart) {
@@ -76,31 +251,36 @@ TEST_F(RigAgentAlone, RefusesAMessageForAnEarlierStart) {
   EXPECT_EQ(agent_->counts().accepted, 0u);
 }
 
-TEST_F(RigAgentAlone, ALeaseEndsByItselfAndRaisesTheFence) {
-  Give(Signed(NewCommand("lease")));
-  const auto old = NewCommand("alive");
+TEST_F(RigAgentAlone, ALeaseEndsByItselfAndIsGivenAgainWithItsEpoch) {
+  ASSERT_TRUE(Lease(41, "lab/a").ok);
+  BeginRun(41, "lab/a");
   now_ += std::chrono::seconds(6);
   agent_->Poll();
-  EXPECT_EQ(agent_->epoch(), Epoch{2});
-  Give(Signed(old));
-  EXPECT_EQ(agent_->counts().not_holder, 1u);
+  EXPECT_EQ(agent_->epoch(), Epoch{41});
+  EXPECT_EQ(rig_->state(), RigState::kIdle);
+  (void)Say("nominal", 41, "lab/a");
+  EXPECT_TRUE(Refused(core::ErrorCode::kStale, "no lease")) << reply_.message;
+  EXPECT_TRUE(Lease(41, "lab/a").ok);
+  EXPECT_TRUE(Say("nominal", 41, "lab/a").ok);
 }
 
 TEST_F(RigAgentAlone, AnAnswerThatWasLostIsGivenAgainWithoutActingTwice) {
-  Give(Signed(NewCommand("lease")));
+  ASSERT_TRUE(Lease(1, "lab/server").ok);
   auto again = NewCommand("lease");
+  again.epoch = 2;
   again.request = 1;  // of the first
-  Give(Signed(again));
+  EXPECT_TRUE(Answer(again).ok);
   EXPECT_EQ(agent_->epoch(), Epoch{1});
 }
 
 TEST_F(RigAgentAlone, AcceptsNothingOfAMillionForgedReplayedAndStaleTries) {
-  Give(Signed(NewCommand("lease")));
+  ASSERT_TRUE(Lease(7, "lab/server").ok);
   auto recorded = Signed(NewCommand("nominal"));
   Give(recorded);
-  const auto stale = [&] {
-    auto command = NewCommand("set");
-    command.epoch -= 1;
+  const auto stale = [&](int i) {
+    auto command = NewCommand(i % 2 == 0 ? "set" : "lease");
+    command.epoch -= 1 + i % 5;
+    if (i % 2 != 0) command.epoch = std::max<std::int64_t>(command.epoch, 1);
     command.component = "R1";
     command.value = 100.0;
     return Signed(command);
@@ -120,7 +300,7 @@ TEST_F(RigAgentAlone, AcceptsNothingOfAMillionForgedReplayedAndStaleTries) {
     if (i % 4 == 3) bytes.resize(random.Below(bytes.size()));
     Give(bytes);
   }
-  for (int i = 0; i < kStale; ++i) Give(stale());
+  for (int i = 0; i < kStale; ++i) Give(stale(i));
   const RigAgentCounts& counts = agent_->counts();
   EXPECT_EQ(counts.accepted, accepted);
   EXPECT_EQ(counts.stale, static_cast<std::uint64_t>(kStale));
@@ -150,7 +330,7 @@ TEST_F(RigAgentAlone, RefusesBadLengthsEvenUnderTheRightKey) {
 }
 
 TEST_F(RigAgentAlone, RefusesAPlanThatIsNoPlan) {
-  Give(Signed(NewCommand("lease")));
+  ASSERT_TRUE(Lease(1, "lab/server").ok);
   auto chunk = NewCommand("plan");
   chunk.from = 7;  // not at a border
   chunk.uc_v.assign(10, 1.0);

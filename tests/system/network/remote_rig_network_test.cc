@@ -14,6 +14,7 @@
 
 #include "hardware/clock.h"
 #include "hardware/lcm/channels.h"
+#include "hardware/lcm/epoch_file.h"
 #include "hardware/lcm/lcm_log.h"
 #include "hardware/lcm/lcm_tap.h"
 #include "hardware/lcm/message_bus.h"
@@ -62,6 +63,7 @@ class AgentHere {
         *rig_,
         *bus_,
         settings,
+        EpochFile::Open(KeyFolder(), id).value(),
         [clock = MakeSteadyClock()] { return clock->Now(); },
         [] { return std::chrono::system_clock::now().time_since_epoch().count(); });
     thread_ = std::thread([this] {
@@ -89,7 +91,8 @@ class AgentHere {
 };
 
 std::unique_ptr<RigFinder> Finder(int port, const std::string& name) {
-  return OpenRigFinder({.lcm_url = Url(port), .key_directory = KeyFolder(), .server_name = name})
+  return OpenRigFinder(
+             {.lcm_url = Url(port), .key_directory = KeyFolder(), .lab = {}, .server_name = name})
       .value();
 }
 
@@ -123,6 +126,7 @@ pid_t ForkAgent(const std::string& id) {
   options.id = id;
   options.lcm_url = Url(kAgentPort);
   options.key_directory = KeyFolder();
+  options.state_directory = KeyFolder();
   options.supervise = false;
   _exit(RunRigAgent(options));
 }
@@ -286,12 +290,14 @@ TEST(Network, AKilledServerStopsTheRunAndTheNextOneGetsTheRig) {
   std::printf("drive 0 %.0f ms after the server's death\n", silence.count() * 1e3);
   const auto finder = Finder(kAgentPort, "next");
   const auto rig = WaitFor(*finder, "net-5");
-  core::Status armed = rig->Arm(SquarePlan(20), kEpoch);
+  EXPECT_EQ(InfoOf(*finder, "net-5").epoch, kEpoch);
+  constexpr Epoch kNext{2};
+  core::Status armed = rig->Arm(SquarePlan(20), kNext);
   while (!armed.ok() && armed.error().code == core::ErrorCode::kBusy) {
-    armed = rig->Arm(SquarePlan(20), kEpoch);
+    armed = rig->Arm(SquarePlan(20), kNext);
   }
   ASSERT_TRUE(armed.ok()) << armed.error().message;
-  ASSERT_TRUE(rig->Start(kEpoch).ok());
+  ASSERT_TRUE(rig->Start(kNext).ok());
   ExpectEveryIndex(Drain(*rig), 20);
 }
 
@@ -352,7 +358,7 @@ TEST(Network, ADatagramWithABadLengthHarmsNeitherServerNorAgent) {
     faultlab_msgs::rig_announce_t own{};
     own.rig = "net-9";
     std::vector<std::uint8_t> bytes = ToBytes(own);
-    constexpr std::size_t kClassAt = kMessageHashBytes + 4 + 6 + 3 * 8;
+    constexpr std::size_t kClassAt = kMessageHashBytes + 4 + 6 + 4 + 3 * 8;
     for (const std::int32_t length : kBadLengths) {
       PutInt(bytes, kClassAt, length);
       SignAgain(bytes, key);
@@ -381,7 +387,7 @@ TEST(Network, SeveralAgentsAndTwoServersFindEachOther) {
   (void)WaitFor(*second, "net-7b");
   EXPECT_EQ(first->Find("net-7c"), nullptr);
   ASSERT_TRUE(mine->Arm(SquarePlan(50), kEpoch).ok());
-  EXPECT_EQ(theirs->Arm(SquarePlan(10), kEpoch).error().code, core::ErrorCode::kBusy);
+  EXPECT_EQ(theirs->Arm(SquarePlan(10), Epoch{9}).error().code, core::ErrorCode::kBusy);
   ASSERT_TRUE(second->Find("net-7b")->Arm(SquarePlan(10), kEpoch).ok());
   ASSERT_TRUE(mine->Start(kEpoch).ok());
   ExpectEveryIndex(Drain(*mine), 50);
