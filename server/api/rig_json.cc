@@ -52,9 +52,9 @@ json::value CalibrationToJson(const std::optional<hardware::RemoteRigInfo>& remo
 json::value HealthOf(const RigStatus& rig) {
   if (rig.trip) return json::value(rig.trip->name + ": " + rig.trip->text);
   if (!rig.remote) return nullptr;
+  if (!rig.remote->refusal.empty()) return json::value(rig.remote->refusal);
   if (rig.remote->link == hardware::LinkState::kLost) return "the agent is not heard";
   if (rig.remote->link == hardware::LinkState::kLate) return "the agent is late";
-  if (!rig.remote->key_known) return "its key is not here: it can be watched, not used";
   return nullptr;
 }
 

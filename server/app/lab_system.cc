@@ -23,6 +23,12 @@ bool NeedsSession(const RigStatus& rig) {
          rig.description.kind == hardware::RigKind::kRemote;
 }
 
+/// Why nobody can use this rig now though it is a rig of ours; empty: it can be used.
+std::string WhyOffline(const RigStatus& rig) {
+  if (rig.remote && !rig.remote->refusal.empty()) return rig.remote->refusal;
+  return rig.state == hardware::RigState::kOffline ? "the rig does not answer" : "";
+}
+
 }  // namespace
 
 /// What the scheduler asks of this server's rigs.
@@ -143,10 +149,14 @@ void LabSystem::FollowRigs() {
     const bool is_new = known == state->rigs.end();
     const std::string owner = is_new ? "" : known->second.server;
     if (!owner.empty() && owner != service_->member()) continue;  // another member has it
-    const bool offline = rig.state == hardware::RigState::kOffline;
+    // An agent that nobody understands has not said what it is.
+    if (is_new && rig.description.rig_class.empty()) continue;
+    const std::string why = WhyOffline(rig);
     const bool known_offline = is_new || known->second.status == lab::RigStatus::kOffline;
-    const bool unclaimed = owner.empty() && !offline;
-    if (is_new || unclaimed || offline != known_offline) {
+    const bool unclaimed = owner.empty() && why.empty();
+    const bool other_reason =
+        known_offline && !why.empty() && (is_new || known->second.reason != why);
+    if (is_new || unclaimed || !why.empty() != known_offline || other_reason) {
       changes.push_back({std::move(rig), is_new});
     }
   }
@@ -158,9 +168,9 @@ void LabSystem::FollowRigs() {
           core::Status done = core::Done{};
           if (is_new) done = scheduler.AddRig(id, rig.description.rig_class, !NeedsSession(rig));
           if (done.ok()) {
-            done = rig.state == hardware::RigState::kOffline
-                       ? scheduler.RigOffline(id, "the rig does not answer", now)
-                       : scheduler.Claim(id, service_->member(), now);
+            const std::string why = WhyOffline(rig);
+            done = why.empty() ? scheduler.Claim(id, service_->member(), now)
+                               : scheduler.RigOffline(id, why, now);
           }
           if (!done.ok()) options_.log("lab: rig " + id + ": " + done.error().message);
         }
@@ -275,12 +285,21 @@ void LabSystem::CheckLoop() {
       checks_.pop_front();
     }
     const lab::RigVerdict verdict = Check(lease);
-    if (!verdict.passed) options_.log("rig " + lease.rig + " fails its check: " + verdict.text);
     // A newer check of the same rig makes this answer stale, which is as it should be.
     const core::Status told =
-        service_->CleaningDone(lease.rig, lease.epoch, verdict.passed, verdict.text);
+        service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+          if (verdict.put_off) {
+            return scheduler.CheckPutOff(lease.rig, lease.epoch, verdict.text, now);
+          }
+          return scheduler.CleaningDone(lease.rig, lease.epoch, verdict.passed, verdict.text, now);
+        });
     if (!told.ok() && told.error().code != core::ErrorCode::kStale) {
       options_.log("rig " + lease.rig + ": its check cannot be stored: " + told.error().message);
+    }
+    if (verdict.put_off) {
+      options_.log("rig " + lease.rig + " cannot be checked now: " + verdict.text);
+    } else if (!verdict.passed) {
+      options_.log("rig " + lease.rig + " fails its check: " + verdict.text);
     }
   }
 }
@@ -311,7 +330,7 @@ lab::RigVerdict LabSystem::CheckHeld(RigHold& hold) {
     hardware::RigCommand clear;
     clear.kind = hardware::RigCommand::Kind::kClearTrip;
     const core::Status cleared = hold.rig().Command(hold.epoch(), clear);
-    if (!cleared.ok()) return {false, cleared.error().message, std::nullopt};
+    if (!cleared.ok()) return lab::VerdictOf(cleared.error());
   }
   const auto band = bands_.Get(id);
   if (!band.ok()) return {false, band.error().message, std::nullopt};

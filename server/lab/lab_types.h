@@ -53,7 +53,7 @@ struct Rig {
   bool elastic = false;  ///< a simulator, built anew for each lease: no queue and no check
   RigStatus status = RigStatus::kOffline;
   std::uint64_t epoch = 0;  ///< rises with every holder and every cleaning
-  WallTime cleaning_due{};  ///< kCleaning: fails closed when this passes
+  WallTime cleaning_due{};  ///< kCleaning: fails closed when this passes; kOffline: no check before
   Milliseconds wear{};      ///< time under sessions
   std::string reason;       ///< why it is not ready, for people
   std::string server;       ///< the member that has it; empty = nobody
@@ -181,6 +181,7 @@ struct Policy {
   Milliseconds grace{180'000};
   Milliseconds cleaning{30'000};       ///< reserved on the timeline behind every session
   Milliseconds cleaning_max{120'000};  ///< longer than this: quarantine
+  Milliseconds check_pause{10'000};    ///< between checks that a rig does not let begin
   Milliseconds extend_step{600'000};
   Milliseconds idle{180'000};
   Milliseconds idle_answer{60'000};

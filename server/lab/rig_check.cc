@@ -44,6 +44,17 @@ std::string Outside(const RigBand& found, const RigBand& band, double gain_max, 
 
 }  // namespace
 
+RigVerdict VerdictOf(const core::Error& error) {
+  RigVerdict verdict = Failed(error.message);
+  if (error.field != hardware::kLeaseField) return verdict;
+  if (error.code == core::ErrorCode::kStale) {
+    verdict.text += ": this server's database is behind the rig, adopt the rig";
+  } else {
+    verdict.put_off = true;
+  }
+  return verdict;
+}
+
 RigBand NominalBand(double period_s, double delta_s) {
   const core::ContinuousCoefficients nominal = core::MakeContinuous(core::PlantParameters{});
   const core::DiscreteCoefficients wanted = core::Discretise(nominal, period_s, delta_s);
@@ -88,7 +99,7 @@ RigVerdict CheckRig(hardware::Rig& rig, hardware::Epoch epoch, const std::option
     return Failed("the interlock " + held->name + " holds the rig: an operator must clear it");
   }
   const core::Result<hardware::SelfTestReport> relays = rig.SelfTest(epoch);
-  if (!relays) return Failed(relays.error().message);
+  if (!relays) return VerdictOf(relays.error());
   if (!relays.value().ok) {
     for (const auto& position : relays.value().positions) {
       if (!position.ok) return Failed("relay " + position.line + ": " + position.text);
@@ -100,7 +111,7 @@ RigVerdict CheckRig(hardware::Rig& rig, hardware::Epoch epoch, const std::option
   const double period_s = plan.period_s;
   core::Status status = rig.Arm(std::move(plan), epoch);
   if (status.ok()) status = rig.Start(epoch);
-  if (!status.ok()) return Failed(status.error().message);
+  if (!status.ok()) return VerdictOf(status.error());
   std::vector<core::Sample> samples;
   std::vector<hardware::RigMessage> messages;
   std::string trip;

@@ -26,7 +26,13 @@ struct RigVerdict {
   bool passed = false;
   std::string text;                   ///< what failed, for the operator
   std::optional<RigBand> measured{};  ///< when the record gave an estimate
+  /// Nothing was checked: the rig did not take the lease (another lab holds it, it is not heard).
+  /// To be tried again; it says nothing of the rig's health.
+  bool put_off = false;
 };
+/// Of a check that an error has ended. A lease below what the rig has seen fails the check and says
+/// that an operator must adopt the rig; one that the rig cannot take now puts it off.
+RigVerdict VerdictOf(const core::Error& error);
 
 /// Is this record of a check that of a healthy rig? b0d and gain within 10 % of the band's, a1d
 /// within 0.12. Too few or invalid samples: no. Pure.

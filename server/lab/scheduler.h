@@ -64,11 +64,21 @@ class Scheduler {
   /// kStale when `epoch` is not that of the running cleaning.
   core::Status CleaningDone(
       const RigId& rig, std::uint64_t epoch, bool passed, const std::string& detail, WallTime now);
+  /// The rig did not take the lease of this check: nothing is known of its health. It waits as
+  /// kOffline until RigOnline, and some seconds at least.
+  core::Status CheckPutOff(const RigId& rig,
+                           std::uint64_t epoch,
+                           const std::string& reason,
+                           WallTime now);
   core::Status Quarantine(const RigId& rig, const std::string& reason, WallTime now);
   /// Out of quarantine or maintenance: into cleaning.
   core::Status Release(const RigId& rig, WallTime now);
   /// The check between users once more, of a ready rig.
   core::Status Recheck(const RigId& rig, WallTime now);
+  /// The rig has seen epochs up to `seen`, which this state may be behind of, as after a restore:
+  /// its next one is above both, and begins a check. A session on it ends uncharged. kConflict when
+  /// the rig is in order.
+  core::Status Adopt(const RigId& rig, std::uint64_t seen, WallTime now);
   core::Result<Outage> AddOutage(const RigId& rig,
                                  const Interval& during,
                                  const std::string& reason,

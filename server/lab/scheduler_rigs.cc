@@ -36,7 +36,8 @@ core::Status Scheduler::AddRig(const RigId& id, const std::string& rig_class, bo
 core::Status Scheduler::RigOnline(const RigId& id, WallTime now) {
   Rig* rig = FindRig(id);
   if (rig == nullptr) return NoRig();
-  if (rig->status == RigStatus::kOffline) StartCleaning(*rig, now);
+  const bool due = now >= rig->cleaning_due;
+  if (rig->status == RigStatus::kOffline && due) StartCleaning(*rig, now);
   return Done{};
 }
 
@@ -46,6 +47,8 @@ core::Status Scheduler::Claim(const RigId& id, const std::string& server, WallTi
   if (!rig->server.empty() && rig->server != server) {
     return Error{ErrorCode::kConflict, "server " + rig->server + " has this rig", ""};
   }
+  const bool paused = rig->status == RigStatus::kOffline && now < rig->cleaning_due;
+  if (paused) return Done{};  // its check was put off: somebody else has the agent
   const bool is_new = rig->server.empty();
   rig->server = server;
   Touch(*rig);
@@ -69,7 +72,12 @@ void Scheduler::MemberGone(const std::string& server, WallTime now) {
 core::Status Scheduler::RigOffline(const RigId& id, const std::string& reason, WallTime now) {
   Rig* rig = FindRig(id);
   if (rig == nullptr) return NoRig();
-  if (rig->status == RigStatus::kOffline || rig->status == RigStatus::kQuarantined) return Done{};
+  if (rig->status == RigStatus::kQuarantined) return Done{};
+  if (rig->status == RigStatus::kOffline) {
+    if (rig->reason != reason) Touch(*rig);
+    rig->reason = reason;
+    return Done{};
+  }
   if (Session* session = LiveSessionOn(id)) {
     Close(*session, EndReason::kRigFailed, "the rig failed: " + reason, now);
   }
@@ -78,6 +86,7 @@ core::Status Scheduler::RigOffline(const RigId& id, const std::string& reason, W
   rig->status = RigStatus::kOffline;
   rig->reason = reason;
   rig->server.clear();
+  rig->cleaning_due = now;
   Touch(*rig);
   Tick(now);
   return Done{};
@@ -95,6 +104,20 @@ core::Status Scheduler::CleaningDone(
   Touch(*rig);
   Tick(now);
   return Done{};
+}
+
+core::Status Scheduler::CheckPutOff(const RigId& id,
+                                    std::uint64_t epoch,
+                                    const std::string& reason,
+                                    WallTime now) {
+  Rig* rig = FindRig(id);
+  if (rig == nullptr) return NoRig();
+  if (rig->status != RigStatus::kCleaning || rig->epoch != epoch) {
+    return Error{ErrorCode::kStale, "this check is not the newest one", ""};
+  }
+  const core::Status offline = RigOffline(id, reason, now);
+  rig->cleaning_due = now + policy_.check_pause;
+  return offline;
 }
 
 core::Status Scheduler::Quarantine(const RigId& id, const std::string& reason, WallTime now) {
@@ -133,6 +156,25 @@ core::Status Scheduler::Recheck(const RigId& id, WallTime now) {
                  ""};
   }
   StartCleaning(*rig, now);
+  return Done{};
+}
+
+core::Status Scheduler::Adopt(const RigId& id, std::uint64_t seen, WallTime now) {
+  Rig* rig = FindRig(id);
+  if (rig == nullptr) return NoRig();
+  const bool behind = seen > rig->epoch;
+  if (!behind && rig->status != RigStatus::kQuarantined) {
+    return Error{ErrorCode::kConflict,
+                 "this rig needs no adoption: it has seen epoch " + std::to_string(seen) +
+                     ", the lab is at " + std::to_string(rig->epoch),
+                 ""};
+  }
+  if (Session* session = LiveSessionOn(id)) {
+    Close(*session, EndReason::kRigFailed, "the rig was adopted anew", now);
+  }
+  rig->epoch = std::max(rig->epoch, seen);
+  StartCleaning(*rig, now);
+  Tick(now);
   return Done{};
 }
 

@@ -139,6 +139,7 @@ class ServerThread {
   }
 
   RemoteRig& rig() { return *rig_; }
+  const std::shared_ptr<RemoteRig>& shared_rig() const { return rig_; }
   void WaitUntilHeard() {
     while (rig_->info().link != LinkState::kBack) std::this_thread::yield();
   }

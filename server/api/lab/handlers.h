@@ -121,6 +121,7 @@ core::Result<HttpResponse> ReleaseRig(ApiContext& api, const ApiRequest& request
 core::Result<HttpResponse> TestRig(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> CommissionRig(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ClearTrip(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> AdoptRig(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateOutage(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> DeleteOutage(ApiContext& api, const ApiRequest& request);
 

@@ -275,6 +275,32 @@ core::Result<HttpResponse> ClearTrip(ApiContext& api, const ApiRequest& request)
                });
 }
 
+/// What the rig has seen is the agent's word, signed with the rig's key.
+core::Result<HttpResponse> AdoptRig(ApiContext& api, const ApiRequest& request) {
+  auto lab = LabOf(api);
+  if (!lab) return lab.error();
+  if (const core::Status empty = NoBody(request); !empty.ok()) return empty.error();
+  const auto rig = api.bay.Find(request.http.PathParameter("id"));
+  if (!rig) return rig.error();
+  const auto& remote = rig.value().remote;
+  if (!remote) {
+    return core::Error{
+        core::ErrorCode::kConflict, "Only a rig with an agent of its own can be adopted.", ""};
+  }
+  if (!remote->refusal.empty()) return core::Error{core::ErrorCode::kConflict, remote->refusal, ""};
+  if (!remote->epoch || remote->link == hardware::LinkState::kLost) {
+    return core::Error{core::ErrorCode::kConflict, "The rig's agent is not heard.", ""};
+  }
+  const auto seen = static_cast<std::uint64_t>(*remote->epoch);
+  return OnRig(api,
+               request,
+               "adopt",
+               "seen epoch " + std::to_string(seen),
+               [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) {
+                 return scheduler.Adopt(id, seen, now);
+               });
+}
+
 core::Result<HttpResponse> CreateOutage(ApiContext& api, const ApiRequest& request) {
   auto lab = LabOf(api);
   if (!lab) return lab.error();

@@ -48,6 +48,7 @@ std::vector<ApiRoute> LabRoutes() {
       {kPost, "/api/v1/rigs/{id}/self-test", kOperateRig, kRole, Once<TestRig>, kJson},
       {kPost, "/api/v1/rigs/{id}/commission", kOperateRig, kRole, Once<CommissionRig>, kJson},
       {kPost, "/api/v1/rigs/{id}/clear-trip", kOperateRig, kRole, Once<ClearTrip>, kJson},
+      {kPost, "/api/v1/rigs/{id}/adopt", kOperateRig, kRole, Once<AdoptRig>, kJson},
       {kPost, "/api/v1/rigs/{id}/outages", kOperateRig, kRole, Once<CreateOutage>, kJson},
       {kDelete, "/api/v1/rigs/{id}/outages/{outage}", kOperateRig, kRole, DeleteOutage},
 

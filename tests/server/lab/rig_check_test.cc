@@ -5,6 +5,7 @@
 #include "core/plant/simulate_record.h"
 #include "core/signals/prbs.h"
 #include "hardware/simulated/simulated_rig.h"
+#include "tests/server/run/fake_rig.h"
 
 namespace faultlab::server::lab {
 namespace {
@@ -82,6 +83,38 @@ TEST(RigCheck, FailsARecordThatSaysNothing) {
     still[i] = {static_cast<std::int64_t>(i), 0.01 * static_cast<double>(i), 2.0, 4.8};
   }
   EXPECT_FALSE(JudgeCheck(still, 0.01, kDelta_s, NominalBand(0.01, kDelta_s)).passed);
+}
+
+/// A rig whose lease or relays answer as a test wants it.
+class RefusingRig : public tests::FakeRig {
+ public:
+  core::Result<hardware::SelfTestReport> SelfTest(hardware::Epoch) override { return answer_; }
+  core::Result<hardware::SelfTestReport> answer_ = hardware::SelfTestReport{};
+};
+
+RigVerdict VerdictWhenRefused(core::ErrorCode code, std::string_view field) {
+  RefusingRig rig;
+  rig.answer_ = core::Error{code, "why it was refused", std::string(field)};
+  return CheckRig(rig, hardware::Epoch{1});
+}
+
+TEST(RigCheck, SaysWhatTheRigSaidAndNotThatItsRelaysDoNotAnswer) {
+  using core::ErrorCode;
+  const RigVerdict busy = VerdictWhenRefused(ErrorCode::kBusy, hardware::kLeaseField);
+  EXPECT_TRUE(busy.put_off) << "another lab holds it";
+  EXPECT_EQ(busy.text, "why it was refused");
+  EXPECT_TRUE(VerdictWhenRefused(ErrorCode::kUnavailable, hardware::kLeaseField).put_off);
+  const RigVerdict behind = VerdictWhenRefused(ErrorCode::kStale, hardware::kLeaseField);
+  EXPECT_FALSE(behind.put_off) << "waiting does not help";
+  EXPECT_FALSE(behind.passed);
+  EXPECT_EQ(behind.text,
+            "why it was refused: this server's database is behind the rig, adopt the rig");
+  for (const ErrorCode code : {ErrorCode::kStale, ErrorCode::kBusy, ErrorCode::kUnavailable}) {
+    const RigVerdict other = VerdictWhenRefused(code, "epoch");
+    EXPECT_FALSE(other.put_off);
+    EXPECT_FALSE(other.passed);
+    EXPECT_EQ(other.text, "why it was refused");
+  }
 }
 
 TEST(RigCheck, PassesAHealthySimulatedRigAndLeavesItIdle) {

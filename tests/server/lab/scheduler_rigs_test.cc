@@ -99,6 +99,76 @@ TEST_F(Rigs, QuarantineOutlivesALostLinkAndNeedsARelease) {
   EXPECT_EQ(lab_.Release("bench-1", now_).error().code, ErrorCode::kConflict);
 }
 
+TEST_F(Rigs, ACheckThatIsPutOffWaitsAndIsNoFailure) {
+  AddReadyRigs(1);
+  ASSERT_TRUE(lab_.Recheck("bench-1", now_).ok());
+  const std::uint64_t epoch = lab_.state().rigs.at("bench-1").epoch;
+  EXPECT_EQ(lab_.CheckPutOff("bench-1", epoch - 1, "", now_).error().code, ErrorCode::kStale);
+  ASSERT_TRUE(lab_.CheckPutOff("bench-1", epoch, "the rig is held by b/1", now_).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kOffline);
+  EXPECT_EQ(lab_.state().rigs.at("bench-1").reason, "the rig is held by b/1");
+  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kOffline) << "not at once again";
+  Pass(lab_.policy().check_pause - Milliseconds{1});
+  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kOffline);
+  Pass(Milliseconds{1});
+  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
+  EXPECT_EQ(lab_.CheckPutOff("bench-1", epoch, "", now_).error().code, ErrorCode::kStale);
+}
+
+TEST_F(Rigs, ARigThatIsLostInItsCheckIsCheckedAsSoonAsItIsBack) {
+  AddReadyRigs(1);
+  ASSERT_TRUE(lab_.Recheck("bench-1", now_).ok());
+  ASSERT_TRUE(lab_.RigOffline("bench-1", "unplugged", now_).ok());
+  ASSERT_TRUE(lab_.RigOffline("bench-1", "its key is not here", now_).ok());
+  EXPECT_EQ(lab_.state().rigs.at("bench-1").reason, "its key is not here");
+  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
+}
+
+TEST_F(Rigs, AnAdoptedRigGoesOnAboveWhatItHasSeenThroughACheck) {
+  AddReadyRigs(1);
+  ASSERT_TRUE(lab_.Recheck("bench-1", now_).ok());
+  const std::uint64_t check = lab_.state().rigs.at("bench-1").epoch;
+  ASSERT_TRUE(lab_.CleaningDone("bench-1", check, false, "behind", now_).ok());
+  ASSERT_TRUE(lab_.Adopt("bench-1", 500, now_).ok());
+  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
+  EXPECT_EQ(lab_.state().rigs.at("bench-1").epoch, 501u);
+  PassChecks();
+  EXPECT_EQ(Start(kAnn).epoch, 502u);
+  EXPECT_EQ(lab_.Adopt("bench-9", 500, now_).error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(Rigs, ARigThatIsNotAheadOfTheLabNeedsNoAdoption) {
+  AddReadyRigs(1);
+  const Session ann = Start(kAnn);
+  for (const std::uint64_t seen : {std::uint64_t{0}, ann.epoch}) {
+    const auto refused = lab_.Adopt("bench-1", seen, now_);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
+  }
+  EXPECT_NE(Live(ann.id), nullptr);
+  // What is out of order all the same (of equal epochs, another lab has the rig's).
+  ASSERT_TRUE(lab_.Quarantine("bench-1", "it has seen this epoch of another lab", now_).ok());
+  const std::uint64_t epoch = lab_.state().rigs.at("bench-1").epoch;
+  ASSERT_TRUE(lab_.Adopt("bench-1", epoch, now_).ok());
+  EXPECT_EQ(lab_.state().rigs.at("bench-1").epoch, epoch + 1);
+}
+
+TEST_F(Rigs, AdoptionEndsTheSessionOfTheOlderLabUncharged) {
+  AddReadyRigs(1);
+  const Session ann = Start(kAnn);
+  Pass(minutes(10));
+  ASSERT_TRUE(lab_.Adopt("bench-1", ann.epoch + 40, now_).ok());
+  EXPECT_EQ(Live(ann.id), nullptr);
+  EXPECT_FALSE(lab_.state().usage.contains(kAnn));
+  EXPECT_THAT(Told(kAnn), Contains("rig_failed"));
+  EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
+  EXPECT_GT(lab_.state().rigs.at("bench-1").epoch, ann.epoch + 40);
+}
+
 TEST_F(Rigs, BookingsOfADeadRigMoveToAnEqualOne) {
   AddReadyRigs(2);
   const Booking booking = Book(kAnn, minutes(10), minutes(30));

@@ -205,6 +205,7 @@ void Contract::Rigs() {
   world_.WaitForBenches();
   world_.Expect(200, "operator", "POST", "rigs/{id}/self-test", rig, "{}");
   world_.WaitForBenches();
+  world_.Expect(409, "operator", "POST", "rigs/{id}/adopt", rig, "{}");
   world_.Expect(200, "operator", "POST", "rigs/{id}/commission", rig, R"({"reason":"new motor"})");
   world_.WaitForBenches();
   const json::object when{{"start", world_.In(minutes(600))},
@@ -449,7 +450,7 @@ void Contract::Report() {
         }
       }
       EXPECT_TRUE(succeeded || path == "/api/v1/bookings/{id}/claim" ||
-                  path == "/api/v1/rigs/{id}/clear-trip")
+                  path == "/api/v1/rigs/{id}/clear-trip" || path == "/api/v1/rigs/{id}/adopt")
           << key << " never did what it is for";
       if (!missing.empty()) std::printf("  not reached: %s%s\n", key.c_str(), missing.c_str());
     }
