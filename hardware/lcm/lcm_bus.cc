@@ -2,10 +2,11 @@
 #include <lcm/lcm-cpp.hpp>
 #include <list>
 #include <memory>
-#include <thread>
 #include <utility>
 
+#include "hardware/lcm/bus_url.h"
 #include "hardware/lcm/message_bus.h"
+#include "hardware/lcm/udpm_bus.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -13,11 +14,8 @@ namespace {
 constexpr int kQueueMessages = 2048;
 /// Handlers per turn: others on this thread get theirs.
 constexpr int kTurn = 256;
-/// A udpm bus tries itself when it is opened and takes one lost datagram, as a busy machine loses
-/// them, for a missing route.
-constexpr int kOpenTries = 5;
-constexpr std::chrono::milliseconds kOpenPause(100);
 
+/// A bus without a network: memq://, file://.
 class LcmBus final : public MessageBus {
  public:
   explicit LcmBus(std::unique_ptr<lcm::LCM> lcm) : lcm_(std::move(lcm)) {}
@@ -67,21 +65,15 @@ class LcmBus final : public MessageBus {
 }  // namespace
 
 core::Result<std::unique_ptr<MessageBus>> OpenLcmBus(const std::string& url) {
-  std::string full = url;
-  if (url.rfind("udpm://", 0) == 0 && url.find("recv_buf_size") == std::string::npos) {
-    full += (url.find('?') == std::string::npos ? "?" : "&") + std::string("recv_buf_size=4000000");
+  if (const core::Status status = CheckBusUrl(url); !status) return status.error();
+  if (const auto udpm = ParseUdpmUrl(url)) {
+    auto bus = OpenUdpmBus(udpm.value());
+    if (!bus) return BusDoesNotOpen(url, bus.error().message);
+    return bus;
   }
-  for (int attempt = 1; attempt <= kOpenTries; ++attempt) {
-    auto lcm = std::make_unique<lcm::LCM>(full);
-    if (lcm->good()) return std::unique_ptr<MessageBus>(std::make_unique<LcmBus>(std::move(lcm)));
-    if (attempt < kOpenTries) std::this_thread::sleep_for(attempt * kOpenPause);
-  }
-  return core::Error{
-      .code = core::ErrorCode::kUnavailable,
-      .message = "the LCM bus " + url +
-                 " does not open; udpm needs a multicast route (on one machine: ip link set lo "
-                 "multicast on; ip route add 239.255.76.67/32 dev lo)",
-      .field = "lcm"};
+  auto lcm = std::make_unique<lcm::LCM>(url);
+  if (!lcm->good()) return BusDoesNotOpen(url, "");
+  return std::unique_ptr<MessageBus>(std::make_unique<LcmBus>(std::move(lcm)));
 }
 
 }  // namespace faultlab::hardware

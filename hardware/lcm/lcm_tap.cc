@@ -4,10 +4,13 @@
 #include <lcm/lcm-cpp.hpp>
 #include <utility>
 
+#include "hardware/lcm/bus_url.h"
 #include "hardware/lcm/message_codec.h"
 
 namespace faultlab::hardware {
 
+/// Only sends: liblcm opens its receiving socket and thread at the first subscription, and none is
+/// made here.
 struct LcmTap::Bus {
   explicit Bus(const std::string& url) : lcm(url) {}
 
@@ -25,15 +28,9 @@ struct LcmTap::Bus {
 };
 
 core::Result<std::unique_ptr<LcmTap>> LcmTap::Open(const std::string& url) {
+  if (const core::Status status = CheckBusUrl(url); !status) return status.error();
   auto bus = std::make_unique<Bus>(url);
-  if (!bus->lcm.good()) {
-    return core::Error{
-        .code = core::ErrorCode::kUnavailable,
-        .message = "the LCM bus " + url +
-                   " does not open; udpm needs a multicast route (on one machine: ip link set lo "
-                   "multicast on; ip route add 239.255.76.67/32 dev lo)",
-        .field = "lcm"};
-  }
+  if (!bus->lcm.good()) return BusDoesNotOpen(url, "");
   return std::unique_ptr<LcmTap>(new LcmTap(std::move(bus)));
 }
 

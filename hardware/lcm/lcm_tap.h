@@ -39,7 +39,7 @@ class LcmTap {
   };
 
   /// @param url  "udpm://239.255.76.67:7667?ttl=0", "memq://", "file://run.lcm?mode=w"
-  /// kUnavailable with what to do when the bus does not open.
+  /// kInvalid for another kind of URL; kUnavailable with what to do when the bus does not open.
   static core::Result<std::unique_ptr<LcmTap>> Open(const std::string& url);
   ~LcmTap();
 

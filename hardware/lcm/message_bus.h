@@ -27,8 +27,8 @@ class MessageBus {
   virtual void Handle(std::chrono::milliseconds patience) = 0;
 };
 
-/// LCM by URL. A udpm URL without recv_buf_size gets 4 MB: the default loses bursts silently.
-/// kUnavailable, with what to do, when it does not open.
+/// LCM by URL (bus_url.h). kInvalid for another kind of URL; kUnavailable, with what to do, when it
+/// does not open.
 core::Result<std::unique_ptr<MessageBus>> OpenLcmBus(const std::string& url);
 
 }  // namespace faultlab::hardware

@@ -199,7 +199,7 @@ TEST_F(LcmLog, ThatIsCutInsideAnEventGivesWhatIsWhole) {
 TEST(LcmTap, ThatDoesNotOpenSaysWhatToDo) {
   const auto tap = LcmTap::Open("nonsense://");
   ASSERT_FALSE(tap.ok());
-  EXPECT_EQ(tap.error().code, core::ErrorCode::kUnavailable);
+  EXPECT_EQ(tap.error().code, core::ErrorCode::kInvalid);
   EXPECT_THAT(tap.error().message, testing::HasSubstr("multicast"));
 }
 

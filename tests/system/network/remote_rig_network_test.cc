@@ -9,8 +9,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "hardware/clock.h"
 #include "hardware/lcm/channels.h"
@@ -22,20 +24,17 @@
 #include "hardware/lcm/rig_agent_program.h"
 #include "hardware/lcm/rig_finder.h"
 #include "hardware/simulated/simulated_rig.h"
+#include "tests/hardware/lcm_datagrams.h"
 #include "tests/hardware/rig_runs.h"
 #include "tests/hardware/wire_message.h"
+#include "tests/system/network/lcm_logger.h"
 #include "tests/system/network/udp_relay.h"
 
 namespace faultlab::hardware {
 namespace {
 
 constexpr Epoch kEpoch{1};
-constexpr int kAgentPort = 7667;
 constexpr int kServerPort = 7668;  // the other side of the relay
-
-std::string Url(int port) {
-  return "udpm://239.255.76.67:" + std::to_string(port) + "?ttl=0";
-}
 
 /// One folder for this process and the ones that it forks.
 const std::string& KeyFolder() {
@@ -131,50 +130,12 @@ pid_t ForkAgent(const std::string& id) {
   _exit(RunRigAgent(options));
 }
 
-int StatusOf(pid_t pid) {
-  int status = 0;
-  waitpid(pid, &status, 0);
-  return status;
-}
-
 /// An empty frame at the pace of a run: lcm-logger's small socket buffer loses a flood.
 void PublishPaced(LcmTap::Stream& stream) {
   const auto clock = MakeSteadyClock();
   (void)clock->SleepUntil(clock->Now() + std::chrono::milliseconds(5));
   stream.Publish(core::Frame{});
 }
-
-/// lcm-logger as a process; ends with this object.
-class Logger {
- public:
-  explicit Logger(const std::string& file) {
-    std::filesystem::remove(file);
-    pid_ = fork();
-    if (pid_ == 0) {
-      const std::string url = "--lcm-url=" + Url(kAgentPort);
-      execlp("lcm-logger",
-             "lcm-logger",
-             "-q",
-             "-f",
-             url.c_str(),
-             file.c_str(),
-             static_cast<char*>(nullptr));
-      _exit(127);
-    }
-  }
-  ~Logger() {
-    if (!runs()) return;
-    kill(pid_, SIGINT);
-    (void)StatusOf(pid_);
-  }
-  bool runs() {
-    if (pid_ > 0 && waitpid(pid_, nullptr, WNOHANG) != 0) pid_ = 0;
-    return pid_ > 0;
-  }
-
- private:
-  pid_t pid_ = 0;
-};
 
 TEST(Network, AStormLosesNoSample) {
   AgentHere agent("net-1", 2.0, 30.0);
@@ -375,6 +336,27 @@ TEST(Network, ADatagramWithABadLengthHarmsNeitherServerNorAgent) {
   ExpectEveryIndex(Drain(*rig), 20);
   EXPECT_GT(agent.Stop().forged, 0u);
   EXPECT_EQ(finder->List().size(), 1u) << "a broken announcement is no rig";
+}
+
+TEST(Network, NoDatagramHarmsServerOrAgent) {
+  AgentHere agent("net-10", 1.0, 0.0);
+  const auto finder = Finder(kAgentPort, "here");
+  const auto rig = WaitFor(*finder, "net-10");
+  UdpProbe probe(kAgentPort);
+  for (const std::string& channel : {std::string(kAnnounceChannel),
+                                     CommandChannel("net-10"),
+                                     ReplyChannel("net-10"),
+                                     StreamChannel("net-10")}) {
+    const std::vector<Datagram> bad = BadDatagrams(channel);
+    EXPECT_GT(bad.size(), 700u);
+    for (const Datagram& datagram : bad) probe.Send(datagram);
+    for (std::size_t size = 0; size < bad[0].size(); ++size) {
+      probe.Send(std::span(bad[0]).first(size));
+    }
+  }
+  ASSERT_TRUE(rig->Arm(SquarePlan(20), kEpoch).ok());
+  ASSERT_TRUE(rig->Start(kEpoch).ok());
+  ExpectEveryIndex(Drain(*rig), 20);
 }
 
 TEST(Network, SeveralAgentsAndTwoServersFindEachOther) {

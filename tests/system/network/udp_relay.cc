@@ -12,6 +12,7 @@
 #include <cstring>
 #include <deque>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -36,7 +37,7 @@ class GroupSocket {
     setsockopt(in_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
     setsockopt(in_, SOL_SOCKET, SO_REUSEPORT, &on, sizeof on);
     const int buffer = 4'000'000;
-    setsockopt(in_, SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer);
+    setsockopt(in_, SOL_SOCKET, SO_RCVBUFFORCE, &buffer, sizeof buffer);  // root has the right
     sockaddr_in any = group_;
     any.sin_addr.s_addr = htonl(INADDR_ANY);
     ip_mreq membership{};
@@ -70,7 +71,7 @@ class GroupSocket {
     return Datagram(buffer.begin(), buffer.begin() + got);
   }
 
-  void Send(const Datagram& datagram) {
+  void Send(std::span<const std::uint8_t> datagram) {
     sendto(out_,
            datagram.data(),
            datagram.size(),
@@ -167,6 +168,22 @@ std::uint64_t UdpRelay::passed() const {
 }
 std::uint64_t UdpRelay::lost() const {
   return state_->lost;
+}
+
+struct UdpProbe::State {
+  explicit State(int port) : group(port) {}
+  GroupSocket group;
+};
+
+UdpProbe::UdpProbe(int port) : state_(std::make_unique<State>(port)) {}
+UdpProbe::~UdpProbe() = default;
+void UdpProbe::Send(std::span<const std::uint8_t> datagram) {
+  state_->group.Send(datagram);
+}
+std::optional<Datagram> UdpProbe::Receive() {
+  std::optional<Datagram> datagram = state_->group.Receive();
+  while (datagram && datagram->empty()) datagram = state_->group.Receive();
+  return datagram;
 }
 
 struct UdpImpostor::State {

@@ -2,6 +2,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
+#include <vector>
 
 namespace faultlab::hardware {
 
@@ -22,6 +25,20 @@ class UdpRelay {
   void SetCut(bool cut);
   std::uint64_t passed() const;
   std::uint64_t lost() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Bare datagrams to and from the group, without LCM.
+class UdpProbe {
+ public:
+  explicit UdpProbe(int port);
+  ~UdpProbe();
+  void Send(std::span<const std::uint8_t> datagram);
+  /// The next one that was sent by somebody else; nothing when none is there.
+  std::optional<std::vector<std::uint8_t>> Receive();
 
  private:
   struct State;
