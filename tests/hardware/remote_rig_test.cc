@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <future>
 
 #include "tests/hardware/remote_world.h"
@@ -208,6 +209,17 @@ TEST(RemoteRig, AnEpochBelowTheRigsIsRefusedAsStaleAndNamesBoth) {
   while (behind.rig().info().epoch != Epoch{500}) std::this_thread::yield();
 }
 
+/// The commands that were published behind the first `from` messages, heard or not.
+std::vector<faultlab_msgs::rig_command_t> CommandsFrom(const LossyBus& bus, std::size_t from) {
+  std::vector<faultlab_msgs::rig_command_t> commands;
+  const auto overheard = bus.overheard();
+  for (std::size_t i = from; i < overheard.size(); ++i) {
+    if (overheard[i].first != CommandChannel("far-1")) continue;
+    commands.push_back(FromBytes<faultlab_msgs::rig_command_t>(overheard[i].second).value());
+  }
+  return commands;
+}
+
 /// The link is dead: Fence returns at once, nothing of the old epoch is accepted any more, and the
 /// agent hears of it as soon as the link is back.
 TEST(RemoteRig, AFenceWaitsForNoNetworkAndReachesTheAgentWhenThereIsOne) {
@@ -222,20 +234,32 @@ TEST(RemoteRig, AFenceWaitsForNoNetworkAndReachesTheAgentWhenThereIsOne) {
   std::future<core::Status> caught = std::async(std::launch::async, [&] {
     return server.rig().Command(kEpoch, {});  // waits for an answer that does not come
   });
+  const auto asks = [&] {
+    const auto commands = CommandsFrom(bus, 0);
+    return std::any_of(commands.begin(), commands.end(), [](const auto& command) {
+      return command.action == "nominal";
+    });
+  };
+  while (!asks()) std::this_thread::yield();
   std::future<void> fenced = std::async(std::launch::async, [&] { server.rig().Fence(Epoch{4}); });
   const bool at_once = fenced.wait_for(std::chrono::seconds(5)) == std::future_status::ready;
   EXPECT_TRUE(at_once) << "Fence waits for the network";
+  const std::size_t before = bus.overheard().size();
   if (at_once) {
     EXPECT_EQ(server.rig().Command(kEpoch, {}).error().code, core::ErrorCode::kStale);
     EXPECT_EQ(server.rig().Start(kEpoch).error().code, core::ErrorCode::kStale);
     EXPECT_EQ(server.rig().Arm(SquarePlan(10), kEpoch).error().code, core::ErrorCode::kStale);
     EXPECT_EQ(server.rig().SelfTest(kEpoch).error().code, core::ErrorCode::kStale);
-    EXPECT_EQ(caught.get().error().code, core::ErrorCode::kStale) << "who waits is told";
+    EXPECT_EQ(caught.wait_for(std::chrono::seconds(5)), std::future_status::ready);
     EXPECT_EQ(agent.rig().state(), RigState::kRunning) << "it cannot know";
   }
   bus.SetCut(false);
+  EXPECT_EQ(caught.get().error().code, core::ErrorCode::kStale) << "who waits is told";
   EXPECT_EQ(reader.get().last_text(), "the lease was revoked");
   EXPECT_EQ(agent.rig().state(), RigState::kIdle);
+  for (const faultlab_msgs::rig_command_t& command : CommandsFrom(bus, before)) {
+    EXPECT_EQ(command.epoch, 4) << command.action << " leaves after the fence";
+  }
   ServerThread frozen(bus, kSpeed, "lab/frozen");
   frozen.WaitUntilHeard();
   EXPECT_EQ(frozen.rig().Arm(SquarePlan(10), kEpoch).error().code, core::ErrorCode::kStale)

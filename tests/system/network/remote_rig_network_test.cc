@@ -89,9 +89,9 @@ class AgentHere {
   std::thread thread_;
 };
 
-std::unique_ptr<RigFinder> Finder(int port, const std::string& name) {
+std::unique_ptr<RigFinder> Finder(int port, const std::string& name, const std::string& lab = "") {
   return OpenRigFinder(
-             {.lcm_url = Url(port), .key_directory = KeyFolder(), .lab = {}, .server_name = name})
+             {.lcm_url = Url(port), .key_directory = KeyFolder(), .lab = lab, .server_name = name})
       .value();
 }
 
@@ -204,13 +204,14 @@ TEST(Network, SixtySecondsOfARunThatWereNotHeardAreRefilled) {
 }
 
 TEST(Network, AKilledAgentIsLostAndItsNextStartIsFound) {
+  constexpr Epoch kSession{41};
   pid_t agent = ForkAgent("net-4");
-  const auto finder = Finder(kAgentPort, "here");
+  const auto finder = Finder(kAgentPort, "here", "lab");
   auto key = LoadRigKey(KeyFolder(), "net-4");
   while (!key.ok() || !key.value()) key = LoadRigKey(KeyFolder(), "net-4");
   const auto rig = WaitFor(*finder, "net-4");
-  ASSERT_TRUE(rig->Arm(SquarePlan(5000), kEpoch).ok());
-  ASSERT_TRUE(rig->Start(kEpoch).ok());
+  ASSERT_TRUE(rig->Arm(SquarePlan(5000), kSession).ok());
+  ASSERT_TRUE(rig->Start(kSession).ok());
   std::vector<RigMessage> first;
   while (first.empty()) (void)rig->Read(first, std::chrono::milliseconds(100));
   kill(agent, SIGKILL);
@@ -222,8 +223,14 @@ TEST(Network, AKilledAgentIsLostAndItsNextStartIsFound) {
   EXPECT_EQ(Drain(*rig).last_text(), "the agent started anew");
   reviver.join();
   EXPECT_EQ(InfoOf(*finder, "net-4").link, LinkState::kBack);
-  ASSERT_TRUE(rig->Arm(SquarePlan(20), kEpoch).ok());
-  ASSERT_TRUE(rig->Start(kEpoch).ok());
+  // It knows what it has seen: an older lease of the lab is of no use, that of the session goes on.
+  const auto other = Finder(kAgentPort, "other", "lab");
+  const core::Status stale = WaitFor(*other, "net-4")->Arm(SquarePlan(20), Epoch{40});
+  EXPECT_EQ(stale.error().code, core::ErrorCode::kStale) << stale.error().message;
+  EXPECT_NE(stale.error().message.find("seen epoch 41 of lab/here"), std::string::npos)
+      << stale.error().message;
+  ASSERT_TRUE(rig->Arm(SquarePlan(20), kSession).ok());
+  ASSERT_TRUE(rig->Start(kSession).ok());
   ExpectEveryIndex(Drain(*rig), 20);
   kill(agent, SIGTERM);
   const int status = StatusOf(agent);
