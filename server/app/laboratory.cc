@@ -40,9 +40,8 @@ std::string DatabaseLocation(const Config& config) {
   return (std::filesystem::path(config.data_dir) / "faultlab.db").string();
 }
 
-/// Beside the database file, links followed; a server on PostgreSQL locks its data folder. (A hard
-/// link to a live database is refused: it has a second name.)
-core::Result<std::string> LockFile(const Config& config) {
+/// Beside the database file, links followed; a server on PostgreSQL locks its data folder.
+std::string LockFile(const Config& config) {
   const std::string location = DatabaseLocation(config);
   if (IsPostgres(location) || location.find("://") != std::string::npos) {
     return (std::filesystem::path(config.data_dir) / "faultlab.lock").string();
@@ -51,11 +50,10 @@ core::Result<std::string> LockFile(const Config& config) {
   const std::filesystem::path file = std::filesystem::weakly_canonical(location, ec);
   if (ec) return location + ".lock";
   if (std::filesystem::hard_link_count(file, ec) > 1 && !ec) {
-    return core::Error{core::ErrorCode::kConflict,
-                       "the database " + file.string() +
-                           " has a second name (a hard link), by which another server may use it; "
-                           "remove one, or copy the file",
-                       "data_dir"};
+    spdlog::warn(
+        "{} has a second name (a hard link): a server started by that name would not see this one, "
+        "and both would damage the database",
+        file.string());
   }
   return file.string() + ".lock";
 }
@@ -196,6 +194,10 @@ class Laboratory::Impl {
   /// No default password: while there is no admin, the log carries a link that makes one.
   core::Status OfferFirstLink() {
     auto link = accounts_.FirstStartLink(clock_.Wall());
+    // Another server of this database makes the admin in the same moment: then there is one.
+    if (!link && link.error().code == core::ErrorCode::kConflict) {
+      link = accounts_.FirstStartLink(clock_.Wall());
+    }
     if (!link) return link.error();
     if (link.value()) {
       spdlog::warn(
@@ -283,9 +285,7 @@ class Laboratory::Impl {
 core::Result<std::unique_ptr<Laboratory>> Laboratory::Open(const Config& config) {
   const core::Status folder = MakeDataFolder(config);
   if (!folder.ok()) return folder.error();
-  const auto lock_file = LockFile(config);
-  if (!lock_file) return lock_file.error();
-  auto lock = FolderLock::Take(lock_file.value());
+  auto lock = FolderLock::Take(LockFile(config));
   if (!lock) return lock.error();
   DatabaseOptions options;
   options.location = DatabaseLocation(config);
