@@ -1,6 +1,7 @@
 #include "hardware/paced_rig.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <utility>
 
@@ -93,7 +94,7 @@ core::Status PacedRig::Arm(RunPlan plan, Epoch epoch) {
   asked_at_.fill(kNotAsked);
   stop_reason_.reset();
   stop_asked_ = false;
-  period_ = Nanoseconds(static_cast<std::int64_t>(plan.period_s * 1e9 + 0.5));
+  period_ = Nanoseconds(std::llround(plan.period_s * 1e9));
   planned_ = shift_ = Nanoseconds(0);
   next_index_ = 0;
   consecutive_overruns_ = 0;
@@ -304,6 +305,7 @@ std::string PacedRig::TakeStopReason() {
 std::string PacedRig::Deliver(std::vector<RigMessage>& messages) {
   for (RigMessage& message : messages) {
     if (queue_.TryPush(std::move(message))) continue;
+    // NOLINTBEGIN(bugprone-use-after-move): a message that is not taken is not moved from
     if (!options_.wait_for_reader) return "queue full: nobody reads the samples";
     constexpr auto kForever = std::chrono::hours(24 * 365);
     const auto deadline =
@@ -314,6 +316,7 @@ std::string PacedRig::Deliver(std::vector<RigMessage>& messages) {
     }
     if (!stop_asked_) return "watchdog: no word from the holder";
     queue_.PushLast(std::move(message));
+    // NOLINTEND(bugprone-use-after-move)
   }
   return {};
 }

@@ -29,9 +29,11 @@ if(FAULTLAB_SANITIZE)
   add_link_options(-fsanitize=${FAULTLAB_SANITIZE})
 endif()
 
-# faultlab_library(NAME SOURCES a.cc .. [DEPS public..] [PRIVATE_DEPS ..])
+# faultlab_library(NAME SOURCES a.cc .. [APART b.cc ..] [DEPS public..] [PRIVATE_DEPS ..])
+# APART: of the sources, those whose helpers have names that another one's have; deploy/tidy reads them by themselves.
 function(faultlab_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;APART;DEPS;PRIVATE_DEPS" ${ARGN})
+  set_source_files_properties(${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   if(ARG_SOURCES)
     add_library(${name} STATIC ${ARG_SOURCES})
     target_link_libraries(${name} PUBLIC faultlab_flags ${ARG_DEPS} PRIVATE ${ARG_PRIVATE_DEPS})

@@ -209,11 +209,12 @@ void Scheduler::Estimate(WallTime now) {
     for (const auto& [id, rig] : state_.rigs) {
       if (rig.rig_class != rig_class || !Promising(state_, rig, now)) continue;
       Lane lane{now, BusyIntervals(state_, id, policy_)};
-      if (rig.status == RigStatus::kCleaning) lane.free_at = now + policy_.cleaning;
-      // A check is expected to take its usual time, not its limit.
-      std::erase_if(lane.busy, [&](const Interval& busy) {
-        return rig.status == RigStatus::kCleaning && busy.end == rig.cleaning_due;
-      });
+      if (rig.status == RigStatus::kCleaning) {
+        // A check is expected to take its usual time, not its limit.
+        lane.free_at = now + policy_.cleaning;
+        std::erase_if(lane.busy,
+                      [due = rig.cleaning_due](const Interval& busy) { return busy.end == due; });
+      }
       lanes.push_back(std::move(lane));
     }
     int place = 0;

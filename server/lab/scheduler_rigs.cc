@@ -242,7 +242,7 @@ void Scheduler::TickRigs(WallTime now) {
   }
   for (auto& [id, rig] : state_.rigs) {
     const auto outage =
-        std::find_if(state_.outages.begin(), state_.outages.end(), [&](const auto& o) {
+        std::find_if(state_.outages.begin(), state_.outages.end(), [&, &id = id](const auto& o) {
           return o.second.rig == id && o.second.during.start <= now;
         });
     const bool out = outage != state_.outages.end();
