@@ -10,7 +10,4 @@ namespace faultlab::server::lab {
 /// steps. Fills steps, double_allocations .. quarantines of the report.
 void RunRandomWorlds(std::int64_t steps, std::uint64_t seed, RehearsalReport& report);
 
-/// Simulated weeks of people who want the rigs, by our rules and by fixed slots.
-void SimulateWeeks(int weeks, std::uint64_t seed, RehearsalReport& report);
-
 }  // namespace faultlab::server::lab

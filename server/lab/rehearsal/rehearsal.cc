@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "server/lab/rehearsal/random_world.h"
+#include "server/lab/rehearsal/simulated_weeks.h"
 
 namespace faultlab::server::lab {
 namespace {

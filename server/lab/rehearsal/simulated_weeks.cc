@@ -1,12 +1,11 @@
-// Simulated weeks: the same people, once with the real scheduler, once with fixed slots handed out
-// first in, first out. Both face the same needs, the same no-shows and the same checks.
+#include "server/lab/rehearsal/simulated_weeks.h"
+
 #include <algorithm>
 #include <map>
 #include <vector>
 
 #include "core/types/check.h"
 #include "server/lab/rehearsal/random.h"
-#include "server/lab/rehearsal/random_world.h"
 #include "server/lab/scheduler.h"
 
 namespace faultlab::server::lab {
