@@ -186,8 +186,8 @@ core::Status LabService::CheckClock(Transaction& tx) const {
 /// come back before the others believe that it is gone.
 bool LabService::MayBury() {
   const MonotonicTime now = clock_.Monotonic();
-  if (now - last_turn_ > options_.policy.member_lease / 2)
-    bury_from_ = now + options_.policy.member_lease;
+  const Milliseconds lease = options_.policy.member_lease;
+  if (now - last_turn_ > lease / 2) bury_from_ = now + lease;
   last_turn_ = now;
   return now >= bury_from_;
 }

@@ -33,8 +33,8 @@ constexpr int kAdmissionTries = 60;
 constexpr std::chrono::milliseconds kAdmissionPause{500};
 constexpr std::size_t kSendPieceBytes = 512 << 10;  ///< in each write_deadline
 constexpr std::size_t kSmallBytes = 64 << 10;       ///< what waits without asking the budget
-constexpr std::size_t kBodyStepBytes = 256
-                                       << 10;  ///< asked of the budget ahead of what has arrived
+/// Asked of the budget ahead of what has arrived.
+constexpr std::size_t kBodyStepBytes = 256 << 10;
 constexpr std::size_t kDiscardBytesMax = 4 << 20;  ///< read away so that a refusal is not reset
 
 HttpMethod ToMethod(beast::http::verb verb) {
