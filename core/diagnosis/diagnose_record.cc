@@ -31,18 +31,8 @@ double FitOf(const Calibration& calibration,
 
 }  // namespace
 
-Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnoseOptions& options) {
-  PipelineConfig config;
-  config.nominal = options.nominal;
-  config.calibration = options.calibration;
-  config.healthy_from_s = options.healthy_from_s;
-  config.healthy_to_s = options.healthy_to_s;
-  config.channels = options.channels;
-  config.values = options.values;
-  config.motor_faults = options.motor_faults;
-  config.period_s = options.period_s;
-  config.false_alarms_per_day = options.false_alarms_per_day;
-  Pipeline pipeline(config);
+Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions& options) {
+  Pipeline pipeline(options);
   for (const Sample& sample : samples) {
     pipeline.Push(sample);
     while (std::optional<IsolationTask> task = pipeline.TakeTask()) pipeline.Accept(Solve(*task));
@@ -60,6 +50,18 @@ Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnoseOptions&
     }
   }
   return diagnosis;
+}
+
+void ReplayEstimates(std::span<const Sample> samples,
+                     const DiagnosisOptions& options,
+                     const std::function<void(const Frame&)>& each) {
+  EstimatorBank bank(BankOptions(options));
+  Frame frame;
+  for (const Sample& sample : samples) {
+    frame.sample = sample;
+    bank.Push(sample, frame.estimates);
+    each(frame);
+  }
 }
 
 }  // namespace faultlab::core

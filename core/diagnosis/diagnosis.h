@@ -1,16 +1,17 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "core/diagnosis/calibration.h"
+#include "core/diagnosis/diagnosis_options.h"
 #include "core/diagnosis/isolation.h"
 #include "core/diagnosis/paper_methods.h"
 #include "core/types/frame.h"
-#include "core/types/plant_parameters.h"
 #include "core/types/result.h"
 #include "core/types/verdict.h"
 
@@ -42,19 +43,13 @@ struct Diagnosis {
   std::vector<FaultEpisode> episodes;  ///< in time order
 };
 
-struct DiagnoseOptions {
-  PlantParameters nominal;                 ///< data sheet
-  std::optional<Calibration> calibration;  ///< stored with the rig; else learnt from the record
-  double healthy_from_s = 0.5;             ///< [from, to) of the record is fault-free
-  double healthy_to_s = 5.0;
-  Channels channels = Channels::kAll;
-  ValuePrior values = ValuePrior::kTable2;
-  bool motor_faults = true;
-  double period_s = kSamplePeriodSeconds;
-  double false_alarms_per_day = 1.0;
-};
-
 /// Diagnoses a whole record with the pipeline of a live run, solving its tasks in place.
-Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnoseOptions& options);
+Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions& options);
+
+/// The estimates of a record, in order, once per sample: bit-equal to those of a live run with
+/// these options.
+void ReplayEstimates(std::span<const Sample> samples,
+                     const DiagnosisOptions& options,
+                     const std::function<void(const Frame&)>& each);
 
 }  // namespace faultlab::core

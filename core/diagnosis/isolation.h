@@ -7,14 +7,12 @@
 #include <vector>
 
 #include "core/diagnosis/calibration.h"
+#include "core/diagnosis/diagnosis_options.h"
 #include "core/diagnosis/paper_methods.h"
 #include "core/types/sample.h"
 #include "core/types/verdict.h"
 
 namespace faultlab::core {
-
-/// Values that a component may take: what relays can connect, or anything positive.
-enum class ValuePrior { kNone, kTable2 };
 
 /// What the isolation may assume about the rig.
 struct IsolationOptions {

@@ -36,20 +36,20 @@ constexpr std::size_t kEstimatorForPath = static_cast<std::size_t>(EstimatorId::
 struct Pipeline::State {
   enum class Phase { kWaiting, kLearning, kCalibrating, kRefused, kWatching, kAlarmed };
 
-  explicit State(PipelineConfig c)
-      : config(std::move(c)),
-        bank(EstimatorBankOptions{.period_s = config.period_s}),
-        builder(config.channels, config.period_s, config.um_rail_v) {
+  explicit State(DiagnosisOptions o)
+      : options(std::move(o)),
+        bank(BankOptions(options)),
+        builder(options.channels, options.period_s, options.um_rail_v) {
     history.reserve(kHistory + kHistoryBlock);
-    if (config.calibration) {
-      calibration = std::make_shared<const Calibration>(*config.calibration);
+    if (options.calibration) {
+      calibration = std::make_shared<const Calibration>(*options.calibration);
       phase = Phase::kWatching;
       StartWatching({}, {}, calibration->samples);
       SetNominal();
     }
   }
 
-  PipelineConfig config;
+  DiagnosisOptions options;
   EstimatorBank bank;
   ObservationBuilder builder;
   Phase phase = Phase::kWaiting;
@@ -104,11 +104,11 @@ struct Pipeline::State {
     task.kind = IsolationTask::Kind::kCalibrate;
     task.id = next_id++;
     task.samples = learning;
-    task.calibration_options.data_sheet = config.nominal;
-    task.calibration_options.channels = config.channels;
-    task.calibration_options.period_s = config.period_s;
-    task.calibration_options.false_alarms_per_day = config.false_alarms_per_day;
-    task.calibration_options.um_rail_v = config.um_rail_v;
+    task.calibration_options.data_sheet = options.nominal;
+    task.calibration_options.channels = options.channels;
+    task.calibration_options.period_s = options.period_s;
+    task.calibration_options.false_alarms_per_day = options.false_alarms_per_day;
+    task.calibration_options.um_rail_v = options.um_rail_v;
     return task;
   }
 
@@ -131,7 +131,7 @@ struct Pipeline::State {
     // The healthy stretch itself warms the detector up and is judged by it no more.
     const std::vector<Sample> missed = std::move(backlog);
     backlog.clear();
-    builder = ObservationBuilder(config.channels, config.period_s, config.um_rail_v);
+    builder = ObservationBuilder(options.channels, options.period_s, options.um_rail_v);
     for (const Sample& sample : missed) Watch(sample);
   }
 
@@ -146,7 +146,7 @@ struct Pipeline::State {
     if (shift.size() == static_cast<std::size_t>(kCoordinateCount)) {
       Coordinates coordinates;
       std::copy(shift.begin(), shift.end(), coordinates.begin());
-      rig = Moved(rig, coordinates, config.period_s);
+      rig = Moved(rig, coordinates, options.period_s);
     }
     for (const Candidate& fault : faults) rig.plant.Set(fault.component, fault.value);
     return rig;
@@ -158,7 +158,7 @@ struct Pipeline::State {
     if (!noise_scale) noise_scale.emplace(calibration->samples);
     detector.emplace(ReferenceRig(faults, shift),
                      DetectionNoiseOf(*calibration),
-                     config.period_s,
+                     options.period_s,
                      Mask(),
                      calibration->thresholds,
                      samples,
@@ -253,8 +253,11 @@ struct Pipeline::State {
     task.alarm_at = alarm_at;
     task.fit_from = fit_from;
     task.calibration = calibration;
-    task.options = {
-        config.channels, config.values, config.motor_faults, config.period_s, config.um_rail_v};
+    task.options = {options.channels,
+                    options.values,
+                    options.motor_faults,
+                    options.period_s,
+                    options.um_rail_v};
     task.reference = reference;
     task.alarm_t_s = alarm_t_s;
     if (onset_gone) task.onset = onset.value_or(Onset{onset_t_s, false});
@@ -350,14 +353,14 @@ struct Pipeline::State {
     if (calibration) diagnosis.calibration = *calibration;
     diagnosis.calibration_refusal = refusal;
     diagnosis.estimates = frame.estimates;
-    const PlantParameters plant = calibration ? calibration->nominal : config.nominal;
+    const PlantParameters plant = calibration ? calibration->nominal : options.nominal;
     const double gain_factor = calibration ? calibration->gain_factor : 1.0;
     const double delta_s = calibration ? calibration->delta_s : 0.0;
     const ContinuousTheta theta = FirstOrderTheta(plant, gain_factor);
     ContinuousCoefficients coefficients = MakeContinuous(plant);
     coefficients.b0 = theta[0];
     coefficients.b1 = theta[1];
-    const DiscreteCoefficients discrete = Discretise(coefficients, config.period_s, delta_s);
+    const DiscreteCoefficients discrete = Discretise(coefficients, options.period_s, delta_s);
     for (std::size_t e = 0; e < kEstimatorCount; ++e) {
       diagnosis.nominal_estimates[e] =
           kEstimatorShapes[e].integral_samples > 0
@@ -370,7 +373,8 @@ struct Pipeline::State {
   }
 };
 
-Pipeline::Pipeline(PipelineConfig config) : state_(std::make_unique<State>(std::move(config))) {}
+Pipeline::Pipeline(DiagnosisOptions options)
+    : state_(std::make_unique<State>(std::move(options))) {}
 Pipeline::~Pipeline() = default;
 Pipeline::Pipeline(Pipeline&&) noexcept = default;
 Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
@@ -383,8 +387,8 @@ const Frame& Pipeline::Push(const Sample& sample) {
   switch (s.phase) {
     case Phase::kWaiting:
     case Phase::kLearning:
-      if (sample.t_s < s.config.healthy_from_s) break;
-      if (sample.t_s < s.config.healthy_to_s) {
+      if (sample.t_s < s.options.healthy_from_s) break;
+      if (sample.t_s < s.options.healthy_to_s) {
         s.phase = Phase::kLearning;
         s.learning.push_back(sample);
         break;
@@ -404,7 +408,7 @@ const Frame& Pipeline::Push(const Sample& sample) {
       break;
     case Phase::kWatching:
     case Phase::kAlarmed:
-      if (sample.t_s >= s.config.healthy_from_s) s.Watch(sample);
+      if (sample.t_s >= s.options.healthy_from_s) s.Watch(sample);
       break;
   }
   return s.frame;

@@ -6,26 +6,13 @@
 
 #include "core/diagnosis/calibration.h"
 #include "core/diagnosis/diagnosis.h"
+#include "core/diagnosis/diagnosis_options.h"
 #include "core/diagnosis/isolation.h"
 #include "core/types/frame.h"
-#include "core/types/plant_parameters.h"
 #include "core/types/sample.h"
 #include "core/types/verdict.h"
 
 namespace faultlab::core {
-
-struct PipelineConfig {
-  PlantParameters nominal;                 ///< data sheet of the rig
-  std::optional<Calibration> calibration;  ///< stored with the rig; else learnt in the run
-  double healthy_from_s = 0.5;  ///< [from, to) is taken as fault-free when nothing is stored
-  double healthy_to_s = 5.0;
-  Channels channels = Channels::kAll;
-  ValuePrior values = ValuePrior::kNone;
-  bool motor_faults = true;  ///< can Ra, J, B change on this rig?
-  double period_s = kSamplePeriodSeconds;
-  double false_alarms_per_day = 1.0;
-  double um_rail_v = 10.0;
-};
 
 /// How far a run is with learning its healthy rig.
 enum class Learning {
@@ -48,7 +35,7 @@ enum class Learning {
 /// accepted. Not thread-safe: Push, TakeTask and Accept belong to one thread.
 class Pipeline {
  public:
-  explicit Pipeline(PipelineConfig config);
+  explicit Pipeline(DiagnosisOptions options);
   ~Pipeline();
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;

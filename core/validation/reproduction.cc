@@ -105,7 +105,7 @@ double TrueModelFit(const std::optional<TableFault>& fault, std::span<const Samp
 void Diagnose(const std::optional<TableFault>& fault,
               std::span<const Sample> record,
               Outcome& outcome) {
-  DiagnoseOptions options;
+  DiagnosisOptions options;
   options.values = ValuePrior::kNone;
   const Diagnosis diagnosis = DiagnoseRecord(record, options);
   outcome.identified = kAbsent;

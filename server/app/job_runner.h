@@ -9,7 +9,9 @@
 #include <thread>
 #include <vector>
 
-#include "server/api/lab/handlers.h"
+#include "server/experiment/experiments.h"
+#include "server/experiment/work.h"
+#include "server/lab/job_store.h"
 
 namespace faultlab::server {
 
@@ -18,13 +20,24 @@ namespace faultlab::server {
 /// its own and gives the rig back after each run: so a person never waits longer than one run.
 class JobRunner {
  public:
+  struct Parts {
+    lab::JobStore& jobs;
+    lab::LabService& service;
+    Accounts& accounts;
+    Experiments& experiments;
+    Recordings& recordings;
+    RunManager& runs;
+    RecordingStore& store;
+    const Clock& clock;
+  };
   struct Options {
     std::string server_id;
+    std::uint64_t default_seed = 1;
     int workers = 2;
     std::function<void(std::string_view)> log;
   };
-  /// Both must outlive the runner.
-  JobRunner(ApiContext& api, LabApi& lab, Options options);
+  /// All parts must outlive the runner.
+  JobRunner(Parts parts, Options options);
   ~JobRunner();  ///< Stop()
   JobRunner(const JobRunner&) = delete;
   JobRunner& operator=(const JobRunner&) = delete;
@@ -36,12 +49,11 @@ class JobRunner {
   void Do(const lab::Job& job);
   /// The account that asked, as it is today. nullopt: gone or disabled.
   std::optional<Principal> OwnerOf(const lab::Job& job) const;
-  void Diagnose(const lab::Job& job, const Principal& who);
-  void Run(const lab::Job& job, const Principal& who);
+  void DoDiagnosis(const lab::Job& job, const Principal& who, const DiagnosisRequest& request);
+  void DoRun(const lab::Job& job, const Principal& who, ExperimentPlan plan);
   /// The rig that the job may use now: "" when any simulator will do, nullopt when it must wait.
-  core::Result<std::optional<std::string>> RigFor(const lab::Job& job,
-                                                  const std::string& wanted,
-                                                  double duration_s);
+  core::Result<std::optional<std::string>> RigFor(const lab::Job& job, const ExperimentPlan& plan);
+  bool IsElastic(const std::string& rig) const;
   void Follow(const lab::Job& job, const std::string& run);
   void Finish(const lab::Job& job, const std::string& state, const std::string& error);
   void GiveBack(const lab::Job& job);
@@ -51,8 +63,7 @@ class JobRunner {
   }
   bool WaitForStop(std::chrono::milliseconds patience);
 
-  ApiContext& api_;
-  LabApi& lab_;
+  const Parts parts_;
   const Options options_;
   std::mutex mutex_;
   std::condition_variable wake_;

@@ -10,7 +10,7 @@
 #include <string>
 #include <utility>
 
-#include "server/app/laboratory.h"
+#include "server/app/application.h"
 
 namespace faultlab::server {
 namespace {
@@ -65,18 +65,18 @@ int Serve(const ServeOptions& options) {
   signal(SIGPIPE, SIG_IGN);
   RaiseDescriptorLimit();
 
-  auto laboratory = Laboratory::Open(config);
-  if (!laboratory) {
-    std::fprintf(stderr, "faultlab: %s\n", laboratory.error().message.c_str());
+  auto application = Application::Open(config);
+  if (!application) {
+    std::fprintf(stderr, "faultlab: %s\n", application.error().message.c_str());
     return kCannotStart;
   }
-  std::printf("faultlab listening on http://%s\n", laboratory.value()->address().c_str());
+  std::printf("faultlab listening on http://%s\n", application.value()->address().c_str());
   std::fflush(stdout);
 
   int signal_number = 0;
   sigwait(&ends, &signal_number);
   spdlog::info("stopping");
-  laboratory.value()->Stop();
+  application.value()->Stop();
   return kStarted;
 }
 

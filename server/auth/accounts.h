@@ -159,6 +159,8 @@ class Accounts : public Authenticator {
   core::Status AnswerInvitation(std::int64_t account_id, std::int64_t course_id, bool accept);
   /// kOwn when `who` is the account, kCourse when `who` teaches a course of it, else kForeign.
   core::Result<Ownership> Relation(const Principal& who, std::int64_t account_id);
+  /// The same of an object, by its owner's key: "guest", "user:7".
+  core::Result<Ownership> RelationTo(const Principal& who, std::string_view owner_key);
   core::Result<bool> Teaches(std::int64_t account_id, std::int64_t course_id);
   core::Result<bool> Attends(std::int64_t account_id, std::int64_t course_id);
 

@@ -98,4 +98,8 @@ core::Status Authorize(const Principal& principal, Operation operation, Ownershi
       ""};
 }
 
+Ownership OwnershipOf(const Principal& who, std::string_view owner_key) {
+  return owner_key == who.owner_key() ? Ownership::kOwn : Ownership::kForeign;
+}
+
 }  // namespace faultlab::server

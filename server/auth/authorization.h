@@ -44,6 +44,8 @@ enum class Ownership {
   kForeign,  ///< somebody else's
 };
 inline constexpr int kOwnershipCount = 4;
+/// kOwn or kForeign, without asking about courses.
+Ownership OwnershipOf(const Principal& who, std::string_view owner_key);
 
 /// The authorization matrix: role x operation x ownership, in one table (authorization.cc).
 bool Allowed(Role role, Operation operation, Ownership ownership);

@@ -1,5 +1,6 @@
 // Accounts: courses and enrolment.
 #include <algorithm>
+#include <charconv>
 
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
@@ -325,6 +326,18 @@ core::Result<Ownership> Accounts::Relation(const Principal& who, std::int64_t ac
         into(common), use(who.user_id, "me"), use(account_id, "they");
     return common > 0 ? Ownership::kCourse : Ownership::kForeign;
   });
+}
+
+core::Result<Ownership> Accounts::RelationTo(const Principal& who, std::string_view owner_key) {
+  const Ownership whose = OwnershipOf(who, owner_key);
+  constexpr std::string_view kUserKey = "user:";
+  if (whose == Ownership::kOwn || !who.signed_in()) return whose;
+  if (!owner_key.starts_with(kUserKey)) return whose;
+  const std::string_view text = owner_key.substr(kUserKey.size());
+  std::int64_t id = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);
+  if (error != std::errc() || end != text.data() + text.size()) return whose;
+  return Relation(who, id);
 }
 
 core::Result<bool> Accounts::Teaches(std::int64_t account_id, std::int64_t course_id) {

@@ -15,7 +15,7 @@
 
 namespace faultlab::server {
 int RunCalibrate(const CalibrateOptions& options) {
-  const core::Result<core::DiagnoseOptions> parsed = ParseFlags(options.flags);
+  const core::Result<core::DiagnosisOptions> parsed = ParseFlags(options.flags);
   if (!parsed) {
     return Fail(parsed.error(), kExitBadInput);
   }

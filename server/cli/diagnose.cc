@@ -74,11 +74,11 @@ Result<std::vector<std::string>> WithFolders(const std::vector<std::string>& nam
 
 }  // namespace
 
-Result<core::DiagnoseOptions> ParseFlags(const DiagnosisFlags& flags) {
+Result<core::DiagnosisOptions> ParseFlags(const DiagnosisFlags& flags) {
   const auto refuse = [](const std::string& message, const std::string& field) {
     return Error{ErrorCode::kInvalid, message, field};
   };
-  core::DiagnoseOptions options;
+  core::DiagnosisOptions options;
   const std::size_t colon = flags.healthy.find(':');
   const std::optional<double> from = ParseNumber(flags.healthy.substr(0, colon));
   const std::optional<double> to =
@@ -108,7 +108,7 @@ Result<core::DiagnoseOptions> ParseFlags(const DiagnosisFlags& flags) {
   return options;
 }
 
-core::Status CheckCalibration(const core::DiagnoseOptions& options, double period_s) {
+core::Status CheckCalibration(const core::DiagnosisOptions& options, double period_s) {
   constexpr double kSamePeriod = 1e-3;
   if (!options.calibration ||
       std::abs(options.calibration->period_s - period_s) <= kSamePeriod * period_s) {
@@ -127,7 +127,7 @@ core::Status CheckCalibration(const core::DiagnoseOptions& options, double perio
 }
 
 int RunDiagnose(const DiagnoseCommandOptions& options) {
-  Result<core::DiagnoseOptions> parsed = ParseFlags(options.flags);
+  Result<core::DiagnosisOptions> parsed = ParseFlags(options.flags);
   if (!parsed) {
     return Fail(parsed.error(), kExitBadInput);
   }
@@ -151,7 +151,7 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
     for (const std::string& note : record.value().notes) {
       PrintError("note: " + note);
     }
-    core::DiagnoseOptions diagnose = parsed.value();
+    core::DiagnosisOptions diagnose = parsed.value();
     diagnose.period_s = record.value().period_s;
     core::Diagnosis diagnosis = core::DiagnoseRecord(record.value().samples, diagnose);
     AddModelFits(record.value().samples, diagnose, diagnosis);

@@ -23,10 +23,10 @@ struct DiagnoseCommandOptions {
 };
 
 /// Refuses by the option's name. Reads the calibration's file.
-core::Result<core::DiagnoseOptions> ParseFlags(const DiagnosisFlags& flags);
+core::Result<core::DiagnosisOptions> ParseFlags(const DiagnosisFlags& flags);
 
 /// kInvalid when a stored calibration does not fit a record of this period.
-core::Status CheckCalibration(const core::DiagnoseOptions& options, double period_s);
+core::Status CheckCalibration(const core::DiagnosisOptions& options, double period_s);
 
 /// Diagnoses each file, in order, and prints the answer: text, or one JSON object a line. A file
 /// that cannot be read is reported on stderr and the others go on.

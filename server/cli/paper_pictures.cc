@@ -41,7 +41,9 @@ class Painter {
     if (fault) {
       context.faults = {{fault->component, fault->value, kFaultSeconds}};
     }
-    Result<Figure> figure = MakeFigure(name, samples, core::DiagnoseOptions{}, std::move(context));
+    core::DiagnosisOptions options;
+    options.values = core::ValuePrior::kTable2;
+    Result<Figure> figure = MakeFigure(name, samples, options, std::move(context));
     return figure ? Save(number, figure.value()) : Status(figure.error());
   }
 

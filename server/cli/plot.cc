@@ -10,7 +10,7 @@
 namespace faultlab::server {
 
 int RunPlot(const PlotOptions& options) {
-  core::Result<core::DiagnoseOptions> parsed = ParseFlags(options.flags);
+  core::Result<core::DiagnosisOptions> parsed = ParseFlags(options.flags);
   if (!parsed) {
     return Fail(parsed.error(), kExitBadInput);
   }
@@ -21,7 +21,7 @@ int RunPlot(const PlotOptions& options) {
   for (const std::string& note : source.value().notes) {
     PrintError("note: " + note);
   }
-  core::DiagnoseOptions diagnose = parsed.value();
+  core::DiagnosisOptions diagnose = parsed.value();
   diagnose.period_s = source.value().period_s;
   if (const core::Status fits = CheckCalibration(diagnose, diagnose.period_s); !fits) {
     return Fail(fits.error(), kExitBadInput);

@@ -1,11 +1,10 @@
 #include "server/cli/recording_source.h"
 
 #include <filesystem>
-#include <limits>
 
-#include "server/api/run_body.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/fault_text.h"
+#include "server/experiment/plan_json.h"
 #include "server/storage/database.h"
 #include "server/storage/recording_store.h"
 
@@ -55,8 +54,7 @@ Result<SourceRecording> FromStore(const std::string& id, const std::string& data
   if (!record) {
     return record.error();
   }
-  Result<std::vector<core::Sample>> samples =
-      store.LoadSamples(id, 0, std::numeric_limits<std::int64_t>::max());
+  Result<std::vector<core::Sample>> samples = store.LoadSamples(id);
   if (!samples) {
     return samples.error();
   }

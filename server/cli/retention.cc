@@ -3,7 +3,7 @@
 #include <boost/json.hpp>
 #include <chrono>
 
-#include "server/api/api.h"
+#include "server/api/iso8601.h"
 #include "server/cli/console.h"
 
 namespace faultlab::server {

@@ -208,7 +208,8 @@ int RunStudy(const StudyCommandOptions& options) {
   for (const std::string& note : record.notes) {
     PrintError("note: " + note);
   }
-  core::DiagnoseOptions diagnose;
+  core::DiagnosisOptions diagnose;
+  diagnose.values = core::ValuePrior::kTable2;
   diagnose.period_s = record.period_s;
   const core::Diagnosis diagnosis = core::DiagnoseRecord(record.samples, diagnose);
   const double delta_s = diagnosis.calibration ? diagnosis.calibration->delta_s : 0.0;

@@ -11,6 +11,8 @@
 
 #include "core/diagnosis/rig_parameters.h"
 #include "server/diagnosis_json/diagnosis_json.h"
+#include "server/diagnosis_json/plant_json.h"
+#include "server/json/document_reader.h"
 
 namespace faultlab::server {
 namespace {
@@ -24,19 +26,6 @@ using core::Result;
 constexpr int kVersion = 1;
 constexpr std::size_t kCovarianceSize =
     static_cast<std::size_t>(core::kCoordinateCount) * core::kCoordinateCount;
-
-/// The plant's constants beside the seven components.
-struct Constant {
-  std::string_view name;
-  double core::PlantParameters::*member;
-};
-constexpr std::array<Constant, 7> kConstants = {{{"Ke", &core::PlantParameters::ke_v_per_rad_s},
-                                                 {"KT", &core::PlantParameters::kt_nm_per_a},
-                                                 {"La", &core::PlantParameters::la_henry},
-                                                 {"R5", &core::PlantParameters::r5_ohm},
-                                                 {"R10", &core::PlantParameters::r10_ohm},
-                                                 {"R14", &core::PlantParameters::r14_ohm},
-                                                 {"R15", &core::PlantParameters::r15_ohm}}};
 
 /// Numbers that a calibration cannot do without, and their least values.
 struct Field {
@@ -71,82 +60,8 @@ constexpr std::array<Threshold, 6> kThresholds = {
      {"glr_100", &core::DetectionThresholds::glr_long},
      {"glr_500", &core::DetectionThresholds::glr_slow}}};
 
-/// Reads members one by one and remembers the first that was not as it must be.
-class Reader {
- public:
-  Reader(const json::object& object, std::string prefix, std::optional<Error>& error)
-      : object_(object), prefix_(std::move(prefix)), error_(error) {}
-
-  double Number(std::string_view member, double least) {
-    const json::value* value = object_.if_contains(member);
-    const bool number = value != nullptr && value->is_number();
-    const double read = number ? value->to_number<double>() : 0.0;
-    if (!number || !std::isfinite(read) || read < least) {
-      Refuse(member, least > 0.0 ? "expected a number above 0" : "expected a number");
-    }
-    return read;
-  }
-
-  std::string Text(std::string_view member) {
-    const json::value* value = object_.if_contains(member);
-    if (value == nullptr || !value->is_string()) {
-      Refuse(member, "expected a text");
-      return {};
-    }
-    return std::string(value->get_string());
-  }
-
-  bool Flag(std::string_view member) {
-    const json::value* value = object_.if_contains(member);
-    if (value == nullptr || !value->is_bool()) {
-      Refuse(member, "expected true or false");
-      return false;
-    }
-    return value->get_bool();
-  }
-
-  const json::object& Object(std::string_view member) {
-    const json::value* value = object_.if_contains(member);
-    if (value == nullptr || !value->is_object()) {
-      Refuse(member, "expected an object");
-      static const json::object kNothing;
-      return kNothing;
-    }
-    return value->get_object();
-  }
-
-  const json::array& Array(std::string_view member) {
-    const json::value* value = object_.if_contains(member);
-    if (value == nullptr || !value->is_array()) {
-      Refuse(member, "expected an array");
-      static const json::array kNothing;
-      return kNothing;
-    }
-    return value->get_array();
-  }
-
-  void Refuse(std::string_view member, const std::string& message) {
-    if (!error_) {
-      error_ = Error{ErrorCode::kInvalid,
-                     "member " + prefix_ + std::string(member) + ": " + message,
-                     prefix_ + std::string(member)};
-    }
-  }
-
- private:
-  const json::object& object_;
-  std::string prefix_;
-  std::optional<Error>& error_;
-};
-
-/// An entry of an array of objects; an empty one is refused by its first member.
-const json::object& Entry(const json::value& value) {
-  static const json::object kNothing;
-  return value.is_object() ? value.get_object() : kNothing;
-}
-
 /// 64 numbers, row by row; with nothing below `diagonal_min` on the diagonal.
-void ReadMatrix(Reader& reader,
+void ReadMatrix(DocumentReader& reader,
                 std::string_view member,
                 double diagonal_min,
                 std::vector<double>& out) {
@@ -167,9 +82,9 @@ void ReadMatrix(Reader& reader,
 }
 
 void ReadLists(const json::object& object, std::optional<Error>& error, Calibration& out) {
-  Reader reader(object, "", error);
+  DocumentReader reader(object, "", error);
   for (const json::value& one : reader.Array("quantities")) {
-    Reader entry(Entry(one), "quantities/", error);
+    DocumentReader entry(EntryOf(one), "quantities/", error);
     out.quantities.push_back({entry.Text("name"),
                               entry.Text("unit"),
                               entry.Number("value", -1e300),
@@ -179,7 +94,7 @@ void ReadLists(const json::object& object, std::optional<Error>& error, Calibrat
                               entry.Flag("from_data")});
   }
   for (const json::value& one : reader.Array("checks")) {
-    Reader entry(Entry(one), "checks/", error);
+    DocumentReader entry(EntryOf(one), "checks/", error);
     out.checks.push_back({entry.Text("name"),
                           entry.Text("sentence"),
                           entry.Number("value", -1e300),
@@ -199,14 +114,6 @@ json::array ListOf(const std::vector<double>& numbers) {
 }  // namespace
 
 json::object ToJson(const Calibration& calibration) {
-  json::object nominal;
-  for (const core::Component component : core::kAllComponents) {
-    nominal[core::Name(component)] = calibration.nominal.Get(component);
-  }
-  json::object constants;
-  for (const Constant& constant : kConstants) {
-    constants[constant.name] = calibration.nominal.*constant.member;
-  }
   json::array quantities;
   for (const core::CalibratedQuantity& quantity : calibration.quantities) {
     quantities.emplace_back(json::object{{"name", quantity.name},
@@ -237,8 +144,7 @@ json::object ToJson(const Calibration& calibration) {
   for (const Field& field : kFields) {
     out[field.name] = Number(calibration.*field.member);
   }
-  out["nominal"] = std::move(nominal);
-  out["constants"] = std::move(constants);
+  AddPlant(calibration.nominal, out);
   out["quantities"] = std::move(quantities);
   out["checks"] = std::move(checks);
   out["thresholds"] = std::move(thresholds);
@@ -260,7 +166,7 @@ Result<Calibration> CalibrationFromJson(const json::value& value, std::string_vi
   }
   std::optional<Error> error;
   Calibration out;
-  Reader reader(*object, "", error);
+  DocumentReader reader(*object, "", error);
   if (reader.Number("version", 1.0) != kVersion) {
     reader.Refuse("version", "only version " + std::to_string(kVersion) + " is known");
   }
@@ -272,16 +178,9 @@ Result<Calibration> CalibrationFromJson(const json::value& value, std::string_vi
   for (const Field& field : kFields) {
     out.*field.member = reader.Number(field.name, field.least);
   }
+  out.nominal = ReadPlant(reader, error);
   constexpr double kAboveZero = 1e-18;
-  Reader nominal(reader.Object("nominal"), "nominal/", error);
-  for (const core::Component component : core::kAllComponents) {
-    out.nominal.Set(component, nominal.Number(core::Name(component), kAboveZero));
-  }
-  Reader constants(reader.Object("constants"), "constants/", error);
-  for (const Constant& constant : kConstants) {
-    out.nominal.*constant.member = constants.Number(constant.name, kAboveZero);
-  }
-  Reader thresholds(reader.Object("thresholds"), "thresholds/", error);
+  DocumentReader thresholds(reader.Object("thresholds"), "thresholds/", error);
   for (const Threshold& threshold : kThresholds) {
     out.thresholds.*threshold.member = thresholds.Number(threshold.name, kAboveZero);
   }

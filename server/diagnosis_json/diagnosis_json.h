@@ -4,10 +4,12 @@
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 #include <string>
+#include <string_view>
 
 #include "core/diagnosis/diagnosis.h"
 #include "core/types/estimate.h"
 #include "core/types/frame.h"
+#include "core/types/result.h"
 #include "core/types/verdict.h"
 
 namespace faultlab::server {
@@ -24,6 +26,10 @@ boost::json::object ToJson(const core::Verdict& verdict);
 /// "estimates":{"swa_50":{..}, ..}, "fit_percent":{"nominal":..}, "paper":{..}, "episodes":[..].
 /// "file", "samples", "period_s" and "channels" are put in front by whoever read the record.
 boost::json::object ToJson(const core::Diagnosis& diagnosis);
+
+/// Reads what ToJson(Diagnosis) wrote, as a recording keeps it. What only the reports show is left
+/// out: `paper`, the reason of a refusal, the sums of squares. Refuses, naming the member.
+core::Result<core::Diagnosis> ParseDiagnosis(std::string_view text);
 
 /// {"names":["b0d","b1d","a1d"],"theta","sigma","condition","status","age","nominal"?}
 boost::json::object ToJson(core::EstimatorId id, const core::Estimate<3>& estimate);

@@ -63,7 +63,7 @@ bool IsUsable(const core::Estimate<3>& estimate) {
 }  // namespace
 
 ModelComparison CompareModels(std::span<const core::Sample> samples,
-                              const core::DiagnoseOptions& options,
+                              const core::DiagnosisOptions& options,
                               const core::Diagnosis& diagnosis) {
   ModelComparison comparison;
   if (samples.empty()) {
@@ -130,7 +130,7 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
 }
 
 void AddModelFits(std::span<const core::Sample> samples,
-                  const core::DiagnoseOptions& options,
+                  const core::DiagnosisOptions& options,
                   core::Diagnosis& diagnosis) {
   for (const ModelOutput& model : CompareModels(samples, options, diagnosis).models) {
     diagnosis.fit_percent.push_back({model.key, model.fit_percent});

@@ -6,33 +6,15 @@
 #include <utility>
 #include <vector>
 
-#include "core/diagnosis/pipeline.h"
-
 namespace faultlab::server {
 namespace {
 
-core::PipelineConfig ConfigOf(const core::DiagnoseOptions& options) {
-  core::PipelineConfig config;
-  config.nominal = options.nominal;
-  config.calibration = options.calibration;
-  config.healthy_from_s = options.healthy_from_s;
-  config.healthy_to_s = options.healthy_to_s;
-  config.channels = options.channels;
-  config.values = options.values;
-  config.motor_faults = options.motor_faults;
-  config.period_s = options.period_s;
-  config.false_alarms_per_day = options.false_alarms_per_day;
-  return config;
-}
-
 std::vector<core::Frame> Replay(std::span<const core::Sample> samples,
-                                const core::DiagnoseOptions& options) {
-  core::Pipeline pipeline(ConfigOf(options));
+                                const core::DiagnosisOptions& options) {
   std::vector<core::Frame> frames;
   frames.reserve(samples.size());
-  for (const core::Sample& sample : samples) {
-    frames.push_back(pipeline.Push(sample));
-  }
+  core::ReplayEstimates(
+      samples, options, [&](const core::Frame& frame) { frames.push_back(frame); });
   return frames;
 }
 
@@ -70,7 +52,7 @@ core::Status CheckFigure(std::string_view name, std::span<const core::Sample> sa
 
 core::Result<Figure> MakeFigure(std::string_view name,
                                 std::span<const core::Sample> samples,
-                                const core::DiagnoseOptions& options,
+                                const core::DiagnosisOptions& options,
                                 FigureContext context) {
   const core::Status fit = CheckFigure(name, samples);
   if (!fit.ok()) return fit.error();
@@ -80,7 +62,7 @@ core::Result<Figure> MakeFigure(std::string_view name,
 
 core::Result<Figure> MakeFigure(std::string_view name,
                                 std::span<const core::Sample> samples,
-                                const core::DiagnoseOptions& options,
+                                const core::DiagnosisOptions& options,
                                 const core::Diagnosis& diagnosis,
                                 FigureContext context) {
   const core::Status fit = CheckFigure(name, samples);

@@ -11,18 +11,19 @@
 namespace faultlab::server {
 
 /// The figure of a whole recording by its name (kFigureNames), for the command line and HTTP alike.
-/// Replays the record through the diagnosis of a live run, so the estimates drawn are bit-equal to
-/// those that were streamed. Verdict and nominal lines that `context` lacks come from that replay.
+/// The estimates drawn are bit-equal to those that were streamed. Verdict and nominal lines that
+/// `context` lacks come from the diagnosis.
 /// Errors: kNotFound for an unknown name; kInvalid for a record of fewer than two samples.
 /// Cost: about 3 us a sample and the fits of the diagnosis.
 core::Result<Figure> MakeFigure(std::string_view name,
                                 std::span<const core::Sample> samples,
-                                const core::DiagnoseOptions& options,
+                                const core::DiagnosisOptions& options,
                                 FigureContext context);
-/// The same with the record's diagnosis made before, by DiagnoseRecord with these options.
+/// The same with the record's diagnosis as it was made before, live or by DiagnoseRecord, with
+/// these options: nothing is fitted again.
 core::Result<Figure> MakeFigure(std::string_view name,
                                 std::span<const core::Sample> samples,
-                                const core::DiagnoseOptions& options,
+                                const core::DiagnosisOptions& options,
                                 const core::Diagnosis& diagnosis,
                                 FigureContext context);
 /// kNotFound unless `name` is one of kFigureNames, kInvalid for fewer than two samples.
@@ -32,12 +33,12 @@ core::Status CheckFigure(std::string_view name, std::span<const core::Sample> sa
 /// SIA estimates, Eq. 3 with Mc = 0, 0.33, 0.48 mNm at the value found, and the calibrated sampled
 /// plant at that value. Empty when the record has no unbroken stretch of 2 s there.
 ModelComparison CompareModels(std::span<const core::Sample> samples,
-                              const core::DiagnoseOptions& options,
+                              const core::DiagnosisOptions& options,
                               const core::Diagnosis& diagnosis);
 
 /// Puts the fit of each of CompareModels' models into diagnosis.fit_percent under its key.
 void AddModelFits(std::span<const core::Sample> samples,
-                  const core::DiagnoseOptions& options,
+                  const core::DiagnosisOptions& options,
                   core::Diagnosis& diagnosis);
 
 }  // namespace faultlab::server

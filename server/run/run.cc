@@ -18,7 +18,6 @@ constexpr std::chrono::milliseconds kSaveInterval{1000};  ///< a crash costs at 
 constexpr double kChunkSeconds = 1.0;
 constexpr int kRowsPerFrameMax = 250;
 constexpr std::size_t kEventsShownMax = 1000;
-constexpr std::int64_t kIndexMax = 1'000'000'000;
 
 bool IsRealTime(const hardware::RigDescription& description, double speed) {
   return description.kind == hardware::RigKind::kRemote || speed == 1.0;
@@ -39,7 +38,7 @@ std::string DiagnosisText(const core::Diagnosis& diagnosis, std::int64_t samples
 }
 
 /// End of the stretch for which changes wait. A recording refuses them all by itself.
-std::optional<double> LearningEnd(const core::PipelineConfig& pipeline,
+std::optional<double> LearningEnd(const core::DiagnosisOptions& pipeline,
                                   core::Learning learning,
                                   const hardware::RigDescription& rig) {
   const bool waits = learning == core::Learning::kStretch && rig.kind != hardware::RigKind::kReplay;
@@ -54,16 +53,16 @@ Run::Run(RunServices services, RunRequest request, RunRecord record, CommandHand
       rig_(request_.hold.shared_rig()),
       epoch_(request_.hold.epoch()),
       on_command_(std::move(on_command)),
-      pipeline_(request_.pipeline),
+      pipeline_(request_.diagnosis),
       id_(record.id),
       real_time_(IsRealTime(rig_->description(), services_.speed)),
       rows_per_frame_(RowsPerFrame(real_time_ ? 1.0 : services_.speed)),
       samples_per_chunk_(
           std::max(1, static_cast<int>(std::lround(kChunkSeconds / record.period_s)))),
       box_(std::make_shared<SolverBox>()),
-      positions_(NominalPositions(request_.pipeline.nominal)),
+      positions_(NominalPositions(request_.diagnosis.nominal)),
       learning_(pipeline_.learning()),
-      waiting_(LearningEnd(request_.pipeline, learning_, rig_->description())) {
+      waiting_(LearningEnd(request_.diagnosis, learning_, rig_->description())) {
   state_.id = record.id;
   state_.name = record.name;
   state_.owner = record.owner;
@@ -72,6 +71,7 @@ Run::Run(RunServices services, RunRequest request, RunRecord record, CommandHand
   state_.plan_json = record.plan_json;
   state_.created_at = record.created_at;
   state_.period_s = record.period_s;
+  state_.samples_planned = static_cast<std::int64_t>(request_.plan.uc_v.size());
   state_.verdict = core::Name(pipeline_.verdict().kind);
   verdict_text_ = VerdictText(pipeline_.verdict());
   state_.diagnosis_json = verdict_text_;
@@ -121,10 +121,10 @@ std::string Run::Hello() {
                        events,
                        verdict_text_,
                        learning_ == core::Learning::kStretch
-                           ? std::optional(request_.pipeline.healthy_to_s)
+                           ? std::optional(request_.diagnosis.healthy_to_s)
                            : std::nullopt,
                        waiting_.values(),
-                       request_.pipeline.nominal,
+                       request_.diagnosis.nominal,
                        rig_->description().delta_s});
 }
 
@@ -227,10 +227,12 @@ void Run::FollowVerdict() {
     const double period_s = state_.period_s;
     const std::int64_t now = last_frame_ ? last_frame_->sample.index : 0;
     verdict_text_ = VerdictText(verdict);
+    auto diagnosis = std::make_shared<const core::Diagnosis>(pipeline_.Snapshot());
     {
       const std::lock_guard lock(mutex_);
       state_.verdict = core::Name(verdict.kind);
       state_.diagnosis_json = verdict_text_;
+      state_.diagnosis = std::move(diagnosis);
     }
     if (verdict.detected_at_s && verdict.detected_at_s != detected_at_s_) {
       const auto index = static_cast<std::int64_t>(std::llround(*verdict.detected_at_s / period_s));
@@ -258,7 +260,7 @@ void Run::FollowVerdict() {
 }
 
 void Run::OnRigEvent(const hardware::RigEvent& event) {
-  Follow(positions_, event, request_.pipeline.nominal);
+  Follow(positions_, event, request_.diagnosis.nominal);
   if (event.kind == hardware::RigEventKind::kTrip) {
     services_.log("run " + id_ + ": interlock of rig " + rig_->description().id + ": " +
                   event.text);
@@ -333,15 +335,9 @@ void Run::Fail(const std::string& reason) {
 
 void Run::Complete(core::Diagnosis& diagnosis) {
   if (!services_.complete) return;
-  const auto samples = services_.store.LoadSamples(id_, 0, kIndexMax);
+  const auto samples = services_.store.LoadSamples(id_);
   if (!samples.ok()) return;  // already told by Drain
-  core::DiagnoseOptions options;
-  options.nominal = request_.pipeline.nominal;
-  options.channels = request_.pipeline.channels;
-  options.values = request_.pipeline.values;
-  options.motor_faults = request_.pipeline.motor_faults;
-  options.period_s = request_.pipeline.period_s;
-  services_.complete(samples.value(), options, diagnosis);
+  services_.complete(samples.value(), request_.diagnosis, diagnosis);
 }
 
 void Run::Finish() {
@@ -370,7 +366,7 @@ void Run::Finish() {
   }
   const hardware::RigDescription& rig = rig_->description();
   if (services_.calibrated && stored.ok() && diagnosis.calibration &&
-      !request_.pipeline.calibration && rig.kind != hardware::RigKind::kReplay) {
+      !request_.diagnosis.calibration && rig.kind != hardware::RigKind::kReplay) {
     services_.calibrated(rig.id, id_, *diagnosis.calibration);
   }
   {
@@ -378,6 +374,7 @@ void Run::Finish() {
     state_.state = state;
     state_.verdict = core::Name(diagnosis.verdict.kind);
     state_.diagnosis_json = text;
+    state_.diagnosis = std::make_shared<const core::Diagnosis>(std::move(diagnosis));
   }
   ++services_.counters->ended[static_cast<std::size_t>(state)];
   const std::string hello = Hello();

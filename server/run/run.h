@@ -62,6 +62,7 @@ class Run : public std::enable_shared_from_this<Run> {
   void Stop(std::string_view reason);
   core::Result<Accepted> Command(hardware::Epoch epoch, const hardware::RigCommand& command);
   RunSnapshot Snapshot() const;
+  hardware::Epoch epoch() const { return epoch_; }
   bool ended() const { return ended_.load(); }
   void Wait() const { ended_.wait(false); }
 

@@ -35,7 +35,7 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
   if (epoch != epoch_) return StaleEpoch();
   if (command.kind == Kind::kAllNominal) waiting_.DropAll();
   if (command.kind == Kind::kSetComponent) {
-    if (Same(command.value, request_.pipeline.nominal.Get(command.component))) {
+    if (Same(command.value, request_.diagnosis.nominal.Get(command.component))) {
       waiting_.Drop(command.component);
     } else if (!waiting_.open()) {
       return Hold(command);
@@ -48,12 +48,12 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
 
 /// Under control_mutex_. Says now what the rig would refuse later.
 core::Result<Accepted> Run::Hold(const hardware::RigCommand& change) {
-  const double until_s = request_.pipeline.healthy_to_s;
+  const double until_s = request_.diagnosis.healthy_to_s;
   const core::Status possible =
       CheckSwitchable(rig_->description(), change.component, change.value);
   if (!possible.ok()) return possible.error();
   const double duration_s =
-      static_cast<double>(request_.plan.uc_v.size()) * request_.pipeline.period_s;
+      static_cast<double>(request_.plan.uc_v.size()) * request_.diagnosis.period_s;
   if (duration_s <= until_s) {
     return core::Error{core::ErrorCode::kConflict,
                        "This run ends before the healthy rig is learnt, so nothing can be changed "

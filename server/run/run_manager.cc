@@ -4,6 +4,7 @@
 #include <mutex>
 #include <utility>
 
+#include "server/diagnosis_json/options_json.h"
 #include "server/run/run.h"
 #include "server/run/worker.h"
 #include "server/storage/ids.h"
@@ -99,9 +100,7 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   const hardware::Epoch epoch = request.hold.epoch();
   hardware::Rig& rig = request.hold.rig();
   const hardware::RigDescription& description = rig.description();
-  request.pipeline.period_s = request.plan.period_s;
-  // Ra, J and B may fail on every rig, whether or not it can switch them (pipeline.motor_faults
-  // stays).
+  request.diagnosis.period_s = request.plan.period_s;
   const core::Status armed = rig.Arm(request.plan, epoch);
   if (!armed.ok()) return armed.error();
 
@@ -115,6 +114,7 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   record.epoch = static_cast<std::uint64_t>(epoch);
   record.period_s = request.plan.period_s;
   record.plan_json = request.plan_json;
+  record.options_json = OptionsText(request.diagnosis);
   record.created_at = clock_.Wall();
   const core::Status begun = store_.Begin(record);
   if (!begun.ok()) return begun.error();
@@ -164,7 +164,7 @@ core::Result<Accepted> RunManager::Impl::Obey(const std::string& id,
     return core::Error{core::ErrorCode::kConflict, "The run has ended.", {}};
   }
   if (message.action == ViewerAction::kStop) {
-    if (message.epoch != run->Snapshot().epoch) return StaleEpoch();
+    if (message.epoch != run->epoch()) return StaleEpoch();
     run->Stop("stopped by a person");
     return Accepted{};
   }

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/diagnosis/pipeline.h"
+#include "core/diagnosis/diagnosis.h"
 #include "core/types/result.h"
 #include "hardware/rig.h"
 #include "hardware/run_plan.h"
@@ -44,9 +44,8 @@ struct RunRequest {
   std::string owner;      ///< Principal::owner_key()
   std::string plan_json;  ///< the resolved plan as the API shows it, one JSON object
   hardware::RunPlan plan;
-  RigHold hold;  ///< of the rig that it runs on
-  /// Expected nominal parameters, channels, value prior; period and motor faults come from the rig.
-  core::PipelineConfig pipeline;
+  RigHold hold;                      ///< of the rig that it runs on
+  core::DiagnosisOptions diagnosis;  ///< stored with the run; the period is the plan's
 };
 
 /// What is known of a run while it lives.
@@ -60,10 +59,13 @@ struct RunSnapshot {
   std::string plan_json;
   WallTime created_at{};
   std::int64_t samples = 0;
+  std::int64_t samples_planned = 0;  ///< 0 for a replay
   double period_s = 0.01;
   std::vector<RecordedEvent> events;
   std::string verdict;         ///< word
   std::string diagnosis_json;  ///< so far
+  /// What `verdict` rests on, without the estimates of later samples; null before the first one.
+  std::shared_ptr<const core::Diagnosis> diagnosis{};
 };
 
 struct RunManagerOptions {
@@ -72,7 +74,8 @@ struct RunManagerOptions {
   double speed = 1.0;  ///< of the simulated rigs: frames are batched to 20 a second of wall time
   /// Adds to the diagnosis of an ended run what needs the whole recording (fits of models). May be
   /// empty. Called on the run's thread.
-  std::function<void(std::span<const core::Sample>, const core::DiagnoseOptions&, core::Diagnosis&)>
+  std::function<void(
+      std::span<const core::Sample>, const core::DiagnosisOptions&, core::Diagnosis&)>
       complete;
   /// What a run has learnt about the rig that it ran on (never of a replay). May be empty. Called
   /// on the run's thread, after its end is stored.

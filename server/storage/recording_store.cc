@@ -24,7 +24,8 @@ constexpr int kPageMax = 500;
 constexpr std::array<std::string_view, 5> kStateNames = {
     "running", "finished", "stopped", "failed", "interrupted"};
 constexpr const char* kColumns =
-    "id, name, owner, rig, source, server_id, epoch, period_s, plan_json, state, created_ms, "
+    "id, name, owner, rig, source, server_id, epoch, period_s, plan_json, options_json, state, "
+    "created_ms, "
     "ended_ms, samples, diagnosis_json, verdict ";
 
 Error NotFound() {
@@ -51,6 +52,7 @@ struct Row {
     statement.exchange(into(epoch));
     statement.exchange(into(record.period_s));
     statement.exchange(into(record.plan_json));
+    statement.exchange(into(record.options_json));
     statement.exchange(into(state));
     statement.exchange(into(created_ms));
     statement.exchange(into(ended_ms, ended_indicator));
@@ -135,14 +137,16 @@ core::Status RecordingStore::Begin(const RunRecord& record) {
     const std::int64_t created_ms = ToMilliseconds(record.created_at);
     const std::int64_t none = 0;
     tx.sql() << "INSERT INTO recording (id, name, owner, rig, source, server_id, epoch, period_s, "
-                "plan_json, state, created_ms, samples, next_index, diagnosis_json, verdict) "
+                "plan_json, options_json, state, created_ms, samples, next_index, diagnosis_json, "
+                "verdict) "
                 "VALUES (:id, :name, :owner, :rig, :source, :server, :epoch, :period, :plan, "
-                ":state, :created, :samples, :next, :diagnosis, :verdict)",
+                ":options, :state, :created, :samples, :next, :diagnosis, :verdict)",
         use(record.id, "id"), use(record.name, "name"), use(record.owner, "owner"),
         use(record.rig, "rig"), use(record.source, "source"), use(record.server_id, "server"),
         use(epoch, "epoch"), use(record.period_s, "period"), use(record.plan_json, "plan"),
-        use(state, "state"), use(created_ms, "created"), use(none, "samples"), use(none, "next"),
-        use(record.diagnosis_json, "diagnosis"), use(record.verdict, "verdict");
+        use(record.options_json, "options"), use(state, "state"), use(created_ms, "created"),
+        use(none, "samples"), use(none, "next"), use(record.diagnosis_json, "diagnosis"),
+        use(record.verdict, "verdict");
     return Done{};
   });
 }

@@ -20,6 +20,9 @@ enum class RunState { kRunning, kFinished, kStopped, kFailed, kInterrupted };
 std::string_view Name(RunState state);
 std::optional<RunState> ParseRunState(std::string_view name);
 
+/// Above the index of every sample.
+inline constexpr std::int64_t kSampleIndexMax = 1'000'000'000;
+
 /// What is known of one recording without its samples.
 struct RunRecord {
   std::string id;         ///< set by the caller: NewId("run"), unique
@@ -31,6 +34,7 @@ struct RunRecord {
   std::uint64_t epoch = 0;
   double period_s = 0.01;
   std::string plan_json = "{}";
+  std::string options_json;  ///< of its diagnosis; empty in recordings of older programs
   RunState state = RunState::kRunning;
   WallTime created_at{};
   std::optional<WallTime> ended_at;
@@ -93,8 +97,8 @@ class RecordingStore {
   /// Samples with index in [from, to), in order. Damage in a chunk is an Error, never a short
   /// answer.
   core::Result<std::vector<core::Sample>> LoadSamples(const std::string& run_id,
-                                                      std::int64_t from,
-                                                      std::int64_t to);
+                                                      std::int64_t from = 0,
+                                                      std::int64_t to = kSampleIndexMax);
   core::Result<std::vector<RecordedEvent>> LoadEvents(const std::string& run_id);
 
  private:

@@ -190,6 +190,14 @@ Migration Members() {
           .postgres_statements = {}};
 }
 
+Migration DiagnosisOptionsOfRuns() {
+  return {.version = 9,
+          .description = "options of a recording's diagnosis",
+          .statements = {"ALTER TABLE recording ADD COLUMN options_json TEXT NOT NULL DEFAULT ''"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -200,7 +208,8 @@ const std::vector<Migration>& AllMigrations() {
                                               LinksBandsAndEnds(),
                                               RigCalibrationTable(),
                                               CourseInvitations(),
-                                              Members()};
+                                              Members(),
+                                              DiagnosisOptionsOfRuns()};
   return kAll;
 }
 

@@ -47,7 +47,7 @@ void Farm(int count) {
     options.queue_messages = 1024;
     options.watchdog = std::chrono::seconds(10);
     rigs.push_back(MakeSimulatedRig(options));
-    pipelines.emplace_back(core::PipelineConfig{});
+    pipelines.emplace_back(core::DiagnosisOptions{});
     RunPlan plan = RandomPlan(300);
     plan.seed = static_cast<std::uint64_t>(i);
     (void)rigs.back()->Arm(std::move(plan), kEpoch);

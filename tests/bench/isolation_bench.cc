@@ -45,7 +45,7 @@ Fault At(Component component, double value, FaultKind kind = FaultKind::kAbrupt)
 void Run(const std::vector<Fault>& faults, Channels channels, bool each, Costs& costs) {
   const std::vector<double> uc_v = MakePrbs(PrbsSpec{}, 2000, kSamplePeriodSeconds);
   const std::vector<Sample> samples = SimulateRecord(BenchProfileBench(), {}, uc_v, faults, 3);
-  PipelineConfig config;
+  DiagnosisOptions config;
   config.channels = channels;
   Pipeline pipeline(config);
   for (const Sample& sample : samples) {

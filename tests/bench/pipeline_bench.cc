@@ -59,7 +59,7 @@ double BatchQr(const std::vector<Sample>& samples) {
 }
 
 double PipelineCost(const std::vector<Sample>& samples, Channels channels) {
-  PipelineConfig config;
+  DiagnosisOptions config;
   config.channels = channels;
   Pipeline learning(config);
   for (std::size_t k = 0; k < 600; ++k) {

@@ -24,7 +24,7 @@ AlarmCount CountFalseAlarms(const Settings& settings, bool um_only) {
     prbs.seed = 1 + random.Below(1000);
     const std::vector<double> uc_v = MakePrbs(prbs, samples_per_rig, kSamplePeriodSeconds);
     const std::vector<Sample> samples = SimulateRecord(BenchProfileBench(), rig, uc_v, {}, seed);
-    PipelineConfig config;
+    DiagnosisOptions config;
     config.channels = um_only ? Channels::kUmOnly : Channels::kAll;
     Pipeline pipeline(config);
     std::optional<double> last;

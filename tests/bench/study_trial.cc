@@ -103,7 +103,7 @@ Outcome RunTrial(const Case& setting,
 
   const std::vector<Component> allowed =
       Indistinguishable({fault.component, fault.value}, setting.um_only);
-  PipelineConfig config;
+  DiagnosisOptions config;
   config.channels = setting.um_only ? Channels::kUmOnly : Channels::kAll;
   Pipeline pipeline(config);
   Outcome outcome;

@@ -12,7 +12,7 @@
 #include <sstream>
 #include <thread>
 
-#include "server/app/laboratory.h"
+#include "server/app/application.h"
 #include "server/storage/database.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/raw_client.h"
@@ -44,11 +44,11 @@ class ServeTest : public ::testing::Test {
     Open();
   }
   void Open() {
-    auto opened = Laboratory::Open(config_);
+    auto opened = Application::Open(config_);
     ASSERT_TRUE(opened.ok()) << opened.error().message;
-    laboratory_ = std::move(opened).value();
+    application_ = std::move(opened).value();
   }
-  int port() const { return laboratory_->port(); }
+  int port() const { return application_->port(); }
 
   /// Sends a request and holds the answer against the API's description.
   HttpAnswer Call(const std::string& method,
@@ -77,7 +77,7 @@ class ServeTest : public ::testing::Test {
   }
   std::string Finished(const std::string& body) {
     const std::string id = StartRun(body);
-    laboratory_->runs().Wait(id);
+    application_->runs().Wait(id);
     return id;
   }
   std::unique_ptr<WebSocketClient> Watch(const std::string& id) {
@@ -95,7 +95,7 @@ class ServeTest : public ::testing::Test {
   tests::TempFolder folder_;
   tests::ApiDescription description_;
   Config config_;
-  std::unique_ptr<Laboratory> laboratory_;
+  std::unique_ptr<Application> application_;
 };
 
 TEST_F(ServeTest, GoesFromARequestToTheStreamTheRecordingAndThePlot) {
@@ -252,7 +252,7 @@ TEST_F(ServeTest, RefusesBadPlansByFieldAndStartsNothing) {
     EXPECT_EQ(Object(answer).at("field"), bad.field) << answer.body;
   }
   EXPECT_EQ(Call("POST", "/api/v1/runs", "/api/v1/runs", "{}", "text/plain").status, 415);
-  EXPECT_TRUE(laboratory_->runs().Running().empty());
+  EXPECT_TRUE(application_->runs().Running().empty());
 }
 
 TEST_F(ServeTest, RefusesUnknownThingsAndParameters) {
@@ -269,7 +269,7 @@ TEST_F(ServeTest, RefusesUnknownThingsAndParameters) {
 TEST_F(ServeTest, KeepsRecordingsOverARestart) {
   const std::string id = Finished(R"({"duration_s":2})");
   const std::string before = CallRun("GET", "/samples", id).body;
-  laboratory_.reset();
+  application_.reset();
   Open();
   EXPECT_EQ(CallRun("GET", "/samples", id).body, before);
   EXPECT_EQ(Object(CallRun("GET", "", id)).at("state"), "finished");
@@ -294,7 +294,7 @@ TEST_F(ServeTest, KeepsWhatEachRunLearntAboutItsRig) {
   Finished(R"({"recording":")" + id + R"("})");
   EXPECT_EQ(calibrations("sim-1").size(), 1u) << "a replay teaches nothing about a rig";
   EXPECT_TRUE(calibrations("sim-2").empty());
-  laboratory_.reset();
+  application_.reset();
   Open();
   EXPECT_EQ(calibrations("sim-1").size(), 1u) << "and it is there after a restart";
 }
@@ -306,11 +306,11 @@ TEST_F(ServeTest, MarksARunThatACrashCutOff) {
   record.source = "run";
   record.server_id = config_.server_id;
   record.created_at = SystemClock().Wall();
-  ASSERT_TRUE(laboratory_->store().Begin(record).ok());
+  ASSERT_TRUE(application_->store().Begin(record).ok());
   std::vector<core::Sample> samples(100);
   for (std::size_t i = 0; i < samples.size(); ++i) samples[i].index = static_cast<int>(i);
-  ASSERT_TRUE(laboratory_->store().AppendChunk("run-cut", 0, samples).ok());
-  laboratory_.reset();
+  ASSERT_TRUE(application_->store().AppendChunk("run-cut", 0, samples).ok());
+  application_.reset();
   Open();
   const json::object run = Object(CallRun("GET", "", "run-cut"));
   EXPECT_EQ(run.at("state"), "interrupted");
@@ -320,15 +320,15 @@ TEST_F(ServeTest, MarksARunThatACrashCutOff) {
 
 TEST_F(ServeTest, ASecondServerOnTheSameFolderIsRefusedBeforeItTouchesARun) {
   config_.sim_speed = 1.0;
-  laboratory_.reset();
+  application_.reset();
   Open();
   const std::string id = StartRun("{}");
-  const auto second = Laboratory::Open(config_);
+  const auto second = Application::Open(config_);
   ASSERT_FALSE(second.ok());
   EXPECT_EQ(second.error().code, core::ErrorCode::kConflict);
   EXPECT_NE(second.error().message.find("process " + std::to_string(getpid())), std::string::npos)
       << second.error().message;
-  EXPECT_EQ(laboratory_->store().Get(id).value().state, RunState::kRunning);
+  EXPECT_EQ(application_->store().Get(id).value().state, RunState::kRunning);
   EXPECT_EQ(Object(CallRun("GET", "", id)).at("state"), "running");
   EXPECT_EQ(CallRun("POST", "/stop", id).status, 202);
 }
@@ -338,14 +338,14 @@ TEST_F(ServeTest, AServerWithoutItsPortMarksNothing) {
   record.id = "run-elsewhere";
   record.source = "run";
   record.server_id = config_.server_id;
-  ASSERT_TRUE(laboratory_->store().Begin(record).ok());
-  laboratory_.reset();
+  ASSERT_TRUE(application_->store().Begin(record).ok());
+  application_.reset();
   Config other = config_;
   other.data_dir = folder_.File("other");
-  auto holder = Laboratory::Open(other);
+  auto holder = Application::Open(other);
   ASSERT_TRUE(holder.ok());
   config_.listen = holder.value()->address();
-  const auto refused = Laboratory::Open(config_);
+  const auto refused = Application::Open(config_);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, core::ErrorCode::kUnavailable) << refused.error().message;
   auto database = Database::Open({.location = config_.data_dir + "/faultlab.db"}).value();
@@ -354,11 +354,11 @@ TEST_F(ServeTest, AServerWithoutItsPortMarksNothing) {
 
 TEST_F(ServeTest, StopsARunOnRequestAndByASocketsCommand) {
   config_.sim_speed = 1.0;
-  laboratory_.reset();
+  application_.reset();
   Open();
   const std::string first = StartRun("{}");
   EXPECT_EQ(CallRun("POST", "/stop", first).status, 202);
-  laboratory_->runs().Wait(first);
+  application_->runs().Wait(first);
   EXPECT_EQ(Object(CallRun("GET", "", first)).at("state"), "stopped");
 
   const std::string second = StartRun("{}");
@@ -379,7 +379,7 @@ TEST_F(ServeTest, StopsARunOnRequestAndByASocketsCommand) {
 
 TEST_F(ServeTest, FollowsALiveCommandToTheRelay) {
   config_.sim_speed = 1.0;
-  laboratory_.reset();
+  application_.reset();
   Open();
   const std::string id = StartRun("{}");
   auto viewer = Watch(id);
@@ -394,7 +394,7 @@ TEST_F(ServeTest, FollowsALiveCommandToTheRelay) {
   const json::object event = json::parse(*confirmed).as_object();
   EXPECT_EQ(event.at("component"), "R1");
   EXPECT_EQ(event.at("value").to_number<double>(), 56.0);
-  EXPECT_TRUE(laboratory_->runs().Stop(id, "test is over").ok());
+  EXPECT_TRUE(application_->runs().Stop(id, "test is over").ok());
 }
 
 TEST_F(ServeTest, OpensTheStreamOnceForEachCode) {
@@ -488,13 +488,13 @@ TEST_F(ServeTest, ACallerHasTwoLargeDownloadsUnreadAtMost) {
   record.id = "rec-long";
   record.owner = "guest";
   record.source = "upload";
-  ASSERT_TRUE(laboratory_->store().Begin(record).ok());
+  ASSERT_TRUE(application_->store().Begin(record).ok());
   std::vector<core::Sample> samples(100'000);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const double third = static_cast<double>(i) / 3.0;  // long in JSON: more than a socket holds
     samples[i] = {static_cast<std::int64_t>(i), third, third, third, third, third, third};
   }
-  ASSERT_TRUE(laboratory_->store().AppendChunk("rec-long", 0, samples).ok());
+  ASSERT_TRUE(application_->store().AppendChunk("rec-long", 0, samples).ok());
 
   const std::string path = "/api/v1/runs/rec-long/samples";
   const std::string ask = "GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n";
@@ -543,7 +543,7 @@ TEST_F(ServeTest, ServesThePageOrSaysHowToBuildIt) {
 
 TEST_F(ServeTest, RunsWithALiveTapOnABus) {
   config_.lcm_url = "memq://";
-  laboratory_.reset();
+  application_.reset();
   Open();
   const std::string id = Finished(R"({"duration_s":2})");
   EXPECT_EQ(Object(CallRun("GET", "", id)).at("state"), "finished");

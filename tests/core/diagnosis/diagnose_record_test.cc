@@ -84,7 +84,7 @@ TEST(DiagnoseRecord, CannotTellR9FromR12AndSaysBothValues) {
 }
 
 TEST(DiagnoseRecord, ResolvesR9AndR12ByTheValuesThatRelaysCanConnect) {
-  DiagnoseOptions options = FreeValues(Channels::kUmOnly);
+  DiagnosisOptions options = FreeValues(Channels::kUmOnly);
   options.values = ValuePrior::kTable2;
   const Diagnosis r9 = DiagnoseRecord(BenchRecord({AbruptFault(Component::kR9, 33e3)}, 7), options);
   EXPECT_EQ(r9.verdict.group, std::vector<Component>{Component::kR9}) << r9.verdict.reason;
@@ -247,7 +247,7 @@ TEST(DiagnoseRecord, RefusesAHealthyStretchThatHoldsAFault) {
 
 TEST(Pipeline, SaysTheSameAsARecordWhenItsTasksComeBackAtOnce) {
   const auto record = BenchRecord({AbruptFault(Component::kR1, 100.0)}, 31);
-  PipelineConfig config;
+  DiagnosisOptions config;
   config.channels = Channels::kUmOnly;
   Pipeline pipeline(config);
   std::uint64_t version = pipeline.verdict_version();
@@ -269,7 +269,7 @@ TEST(Pipeline, SaysTheSameAsARecordWhenItsTasksComeBackAtOnce) {
 }
 
 TEST(Pipeline, SaysHowFarItIsWithLearningTheHealthyRig) {
-  PipelineConfig config;
+  DiagnosisOptions config;
   Pipeline pipeline(config);
   std::optional<IsolationTask> task;
   for (const Sample& sample : BenchRecord({}, 36, 8.0)) {
@@ -285,7 +285,7 @@ TEST(Pipeline, SaysHowFarItIsWithLearningTheHealthyRig) {
   config.calibration = *pipeline.calibration();
   EXPECT_EQ(Pipeline(config).learning(), Learning::kLearnt);
 
-  Pipeline spoilt{PipelineConfig{}};
+  Pipeline spoilt{DiagnosisOptions{}};
   for (const Sample& sample : BenchRecord({AbruptFault(Component::kR1, 10.0, 3.0)}, 20, 8.0)) {
     spoilt.Push(sample);
     while (auto work = spoilt.TakeTask()) spoilt.Accept(Solve(*work));
@@ -295,7 +295,7 @@ TEST(Pipeline, SaysHowFarItIsWithLearningTheHealthyRig) {
 
 TEST(Pipeline, DetectsEvenWhenNobodySolvesItsTasksInTime) {
   const auto record = BenchRecord({AbruptFault(Component::kR12, 5.6e3)}, 32);
-  PipelineConfig config;
+  DiagnosisOptions config;
   Pipeline pipeline(config);
   std::optional<IsolationTask> late;
   for (const Sample& sample : record) {
@@ -326,7 +326,7 @@ TEST(Pipeline, RemembersTheOnsetOfAFaultThatIsLongSince) {
 TEST(Pipeline, UsesAStoredCalibrationFromTheFirstSampleOn) {
   const Diagnosis first = DiagnoseRecord(BenchRecord({}, 33), FreeValues(Channels::kAll));
   ASSERT_TRUE(first.calibration.has_value());
-  DiagnoseOptions options = FreeValues(Channels::kAll);
+  DiagnosisOptions options = FreeValues(Channels::kAll);
   options.calibration = first.calibration;
   const Diagnosis second =
       DiagnoseRecord(BenchRecord({AbruptFault(Component::kC8, 10e-6, 2.0)}, 34, 6.0), options);

@@ -31,8 +31,8 @@ inline std::vector<Sample> BenchRecord(const std::vector<Fault>& faults,
   return SimulateRecord(BenchProfileBench(), rig, uc, faults, seed);
 }
 
-inline DiagnoseOptions FreeValues(Channels channels) {
-  DiagnoseOptions options;
+inline DiagnosisOptions FreeValues(Channels channels) {
+  DiagnosisOptions options;
   options.channels = channels;
   options.values = ValuePrior::kNone;
   return options;

@@ -117,7 +117,8 @@ TEST(ModelsFigure, PutsTheFitIntoTheLegendAndTheErrorBelow) {
 
 TEST(RecordFigure, DrawsEveryFigureOfARecordingByName) {
   const CsvRecord record = Recording();
-  core::DiagnoseOptions options;
+  core::DiagnosisOptions options;
+  options.values = core::ValuePrior::kTable2;
   options.period_s = record.period_s;
   for (const std::string_view name : kFigureNames) {
     const core::Result<Figure> figure = MakeFigure(name, record.samples, options, Context());

@@ -10,7 +10,8 @@
 #include <memory>
 #include <vector>
 
-#include "server/api/replay_frames.h"
+#include "core/diagnosis/diagnosis.h"
+#include "server/experiment/recordings.h"
 #include "server/net/http_server.h"
 #include "server/net/router.h"
 #include "tests/server/run/run_fixture.h"
@@ -145,7 +146,7 @@ TEST_F(ReplayTest, ShowsTheBitsThatLiveViewersSaw) {
 
   FrameTap::Frames computed;
   WireRows computed_rows;
-  ReplayFrames(samples, live.record.period_s, [&](const core::Frame& frame) {
+  core::ReplayEstimates(samples, OptionsOf(live.record).value(), [&](const core::Frame& frame) {
     computed.push_back(BitsOf(frame));
     const StreamRow row = MakeRow(frame);
     AddRows(EncodeFrameMessage({&row, 1}, frame.sample.index, 0.0), computed_rows);

@@ -167,7 +167,7 @@ TEST_F(RunManagerTest, StopsEveryRunWhenTheServerStops) {
 TEST_F(RunManagerTest, LetsCommandsOfTheEpochThroughToTheRig) {
   auto rig = std::make_shared<FakeRig>();
   RunRequest request = Scripted(rig);
-  request.pipeline.calibration = Learnt();  // nothing to learn: nothing waits
+  request.diagnosis.calibration = Learnt();  // nothing to learn: nothing waits
   auto started = manager_->Start(std::move(request));
   ASSERT_TRUE(started.ok());
   const std::string id = started.value().id;

@@ -127,7 +127,10 @@ void Contract::Experiments() {
   Remember("/api/v1/runs/{id}/stop", id, "ann");
   Remember("/api/v1/runs/{id}/stream-token", id, "ann");
   Remember("/api/v1/recordings", {}, "ann");
-  world_.Expect(201, "ann", "POST", "recordings", {}, RecordingCsv(), kCsv);
+  const json::object upload =
+      world_.Expect(201, "ann", "POST", "recordings", {}, RecordingCsv(), kCsv);
+  // The mistakes delete it, and the run lives on for its other operations.
+  Remember("/api/v1/runs/{id}", {{"id", Id(upload)}}, "ann");
 }
 
 void Contract::People() {

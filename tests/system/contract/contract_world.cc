@@ -8,7 +8,7 @@
 #include <sstream>
 #include <thread>
 
-#include "server/api/api.h"
+#include "server/api/iso8601.h"
 
 namespace faultlab::tests {
 namespace {
@@ -47,9 +47,9 @@ ContractWorld::ContractWorld()
   config.data_dir = folder_.File("data");
   config.sim_speed = 50.0;
   config.lab_benches = 2;
-  auto opened = server::Laboratory::Open(config);
+  auto opened = server::Application::Open(config);
   if (!opened.ok()) throw std::runtime_error(opened.error().message);
-  laboratory_ = std::move(opened).value();
+  application_ = std::move(opened).value();
   database_ = server::Database::Open({.location = config.data_dir + "/faultlab.db"}).value();
   accounts_ = std::make_unique<Accounts>(*database_, server::GuestAccess::kNever);
   headers_["guest"] = "";
@@ -140,7 +140,7 @@ void ContractWorld::WaitForBenches() {
 }
 
 void ContractWorld::WaitForRun(const std::string& id) {
-  laboratory_->runs().Wait(id);
+  application_->runs().Wait(id);
 }
 
 std::string ContractWorld::In(std::chrono::minutes from_now) const {

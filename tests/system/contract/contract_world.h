@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-#include "server/app/laboratory.h"
+#include "server/app/application.h"
 #include "server/auth/accounts.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/raw_client.h"
@@ -46,7 +46,7 @@ class ContractWorld {
   std::string In(std::chrono::minutes from_now) const;
 
   const ApiDescription& description() const { return description_; }
-  int port() const { return laboratory_->port(); }
+  int port() const { return application_->port(); }
   server::Accounts& accounts() { return *accounts_; }
   /// "get /api/v1/runs/{id}" -> statuses seen.
   const std::map<std::string, std::set<int>>& seen() const { return seen_; }
@@ -57,7 +57,7 @@ class ContractWorld {
 
   TempFolder folder_;
   ApiDescription description_;
-  std::unique_ptr<server::Laboratory> laboratory_;
+  std::unique_ptr<server::Application> application_;
   std::unique_ptr<server::Database> database_;
   std::unique_ptr<server::Accounts> accounts_;
   std::map<std::string, std::string> headers_;  ///< by person

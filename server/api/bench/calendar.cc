@@ -1,0 +1,83 @@
+// calendar.ics, calendar-link.
+#include <boost/json.hpp>
+
+#include "server/api/bench/lists.h"
+#include "server/auth/calendar_links.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using lab::UserId;
+
+std::string CalendarText(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == ',' || c == ';' || c == '\\') out += '\\';
+    if (c == '\n') {
+      out += "\\n";
+    } else if (static_cast<unsigned char>(c) >= 0x20) {
+      out += c;
+    }
+  }
+  return out;
+}
+
+core::Result<HttpResponse> CalendarOf(BenchApi& api, UserId user) {
+  const auto state = api.service.state();
+  const std::string stamp = BasicIso8601(api.clock.Wall());
+  std::string out =
+      "BEGIN:VCALENDAR\r\nVERSION:2.0\r\nPRODID:-//faultlab//bookings//EN\r\n"
+      "CALSCALE:GREGORIAN\r\n";
+  for (const auto& [id, booking] : state->bookings) {
+    if (booking.user != user) continue;
+    out += "BEGIN:VEVENT\r\nUID:booking-" + std::to_string(Number(id)) +
+           "@faultlab\r\nDTSTAMP:" + stamp + "\r\nDTSTART:" + BasicIso8601(booking.during.start) +
+           "\r\nDTEND:" + BasicIso8601(booking.during.end) +
+           "\r\nSEQUENCE:" + std::to_string(booking.version) +
+           "\r\nSUMMARY:" + CalendarText("Lab: " + booking.rig_class + " (" + booking.rig + ")") +
+           "\r\nEND:VEVENT\r\n";
+  }
+  HttpResponse response;
+  response.content_type = "text/calendar; charset=utf-8";
+  response.body = out + "END:VCALENDAR\r\n";
+  return response;
+}
+
+core::Result<HttpResponse> LinkOf(CalendarLinks& links, const Principal& who) {
+  const auto created = links.CreatedAt(who.user_id);
+  if (!created) return created.error();
+  json::object out{{"created_at", nullptr}};
+  if (created.value()) out["created_at"] = Iso8601(*created.value());
+  return JsonResponse(out);
+}
+
+}  // namespace
+
+core::Result<HttpResponse> GetCalendar(BenchApi& api, const ApiRequest& request) {
+  return CalendarOf(api, UserId{request.who.user_id});
+}
+
+core::Result<HttpResponse> GetCalendarByLink(BenchApi& api, const ApiRequest& request) {
+  const auto account = api.calendar_links.AccountOf(request.http.PathParameter("token"));
+  if (!account) return account.error();
+  return CalendarOf(api, UserId{account.value()});
+}
+
+core::Result<HttpResponse> GetCalendarLink(BenchApi& api, const ApiRequest& request) {
+  return LinkOf(api.calendar_links, request.who);
+}
+
+core::Result<HttpResponse> CreateCalendarLink(BenchApi& api, const ApiRequest& request) {
+  const auto secret = api.calendar_links.Create(request.who.user_id, api.clock.Wall());
+  if (!secret) return secret.error();
+  return JsonResponse(json::object{{"link", "/api/v1/calendar/" + secret.value() + ".ics"}}, 201);
+}
+
+core::Result<HttpResponse> RemoveCalendarLink(BenchApi& api, const ApiRequest& request) {
+  const core::Status removed = api.calendar_links.Remove(request.who.user_id);
+  if (!removed.ok()) return removed.error();
+  return NoContent();
+}
+
+}  // namespace faultlab::server

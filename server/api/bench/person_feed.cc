@@ -1,0 +1,111 @@
+#include "server/api/bench/person_feed.h"
+
+#include <boost/json.hpp>
+#include <utility>
+#include <vector>
+
+#include "server/api/bench/lists.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::chrono::milliseconds kLook{100};
+constexpr std::chrono::hours kChannelLife{12};
+constexpr int kNewsPage = 100;
+
+std::string Message(const std::string& holdings, const json::array& news, std::int64_t next) {
+  return "{\"type\":\"lab\"," + holdings + ",\"news\":" + json::serialize(news) +
+         ",\"next\":" + std::to_string(next) + "}";
+}
+
+}  // namespace
+
+PersonFeed::PersonFeed(BenchApi& api) : api_(api), thread_([this] { Loop(); }) {}
+
+PersonFeed::~PersonFeed() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+}
+
+std::string PersonFeed::Holdings(const lab::LabState& state, lab::UserId user) const {
+  return "\"tickets\":" + json::serialize(TicketsOf(state, user)) +
+         ",\"sessions\":" + json::serialize(SessionsOf(api_, state, user)) +
+         ",\"bookings\":" + json::serialize(BookingsOf(state, user));
+}
+
+std::int64_t PersonFeed::NewestEvent(lab::UserId user) const {
+  std::int64_t newest = 0;
+  while (true) {
+    const auto page = api_.service.EventsSince(user, newest, kNewsPage);
+    if (!page.ok() || page.value().empty()) return newest;
+    newest = page.value().back().seq;
+  }
+}
+
+std::string PersonFeed::Open(lab::UserId user) {
+  const auto state = api_.service.state();
+  const std::lock_guard lock(mutex_);
+  Listener& listener = listeners_[user];
+  listener.expires = api_.clock.Monotonic() + kChannelLife;
+  if (!listener.channel.empty()) return listener.channel;
+  listener.channel = "lab:" + std::to_string(lab::Number(user));
+  listener.told = Holdings(*state, user);
+  listener.next = NewestEvent(user);
+  ChannelOptions options;
+  options.run = listener.channel;
+  options.started = api_.clock.Monotonic();
+  options.signals = false;
+  api_.hub.OpenChannel(std::move(options), Message(listener.told, {}, listener.next));
+  return listener.channel;
+}
+
+void PersonFeed::TellAll(const lab::LabState& state) {
+  const std::lock_guard lock(mutex_);
+  for (auto& [user, listener] : listeners_) {
+    std::string holdings = Holdings(state, user);
+    const auto events = api_.service.EventsSince(user, listener.next, kNewsPage);
+    const bool news = events.ok() && !events.value().empty();
+    if (!news && holdings == listener.told) continue;
+    listener.told = std::move(holdings);
+    if (news) listener.next = events.value().back().seq;
+    const json::array told = news ? EventsToJson(events.value()) : json::array();
+    api_.hub.PublishText(listener.channel,
+                         Message(listener.told, told, listener.next),
+                         Message(listener.told, {}, listener.next));
+  }
+}
+
+void PersonFeed::Loop() {
+  std::shared_ptr<const lab::LabState> last;
+  while (true) {
+    {
+      std::unique_lock lock(mutex_);
+      if (wake_.wait_for(lock, kLook, [this] { return stopping_; })) return;
+      const MonotonicTime now = api_.clock.Monotonic();
+      for (auto it = listeners_.begin(); it != listeners_.end();) {
+        const bool over = now >= it->second.expires;
+        if (over) api_.hub.CloseChannel(it->second.channel, {}, {});
+        it = over ? listeners_.erase(it) : std::next(it);
+      }
+    }
+    auto state = api_.service.state();
+    if (state == last) continue;
+    last = std::move(state);
+    TellAll(*last);
+  }
+}
+
+core::Result<HttpResponse> IssueFeedToken(BenchApi& api, const ApiRequest& request) {
+  const std::string channel = api.feed->Open(lab::UserId{request.who.user_id});
+  const std::string code = api.tokens.Issue({channel, request.who.owner_key(), false});
+  return JsonResponse(json::object{{"code", code}, {"expires_in_s", kStreamTokenLife.count()}},
+                      201);
+}
+
+}  // namespace faultlab::server

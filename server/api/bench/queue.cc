@@ -1,0 +1,216 @@
+// tickets, bookings, events.
+#include <boost/json.hpp>
+
+#include "server/api/bench/lists.h"
+#include "server/json/json_reader.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using lab::BookingId;
+using lab::TicketId;
+using lab::UserId;
+
+constexpr std::int64_t kDaySeconds = 86'400;
+
+json::value TimeOrNull(const std::optional<WallTime>& time) {
+  if (!time) return nullptr;
+  return json::value(Iso8601(*time));
+}
+
+json::object TicketToJson(const lab::Ticket& ticket) {
+  json::object out{{"id", Number(ticket.id)},
+                   {"rig_class", ticket.rig_class},
+                   {"state", Name(ticket.state)},
+                   {"place", ticket.place},
+                   {"expected", TimeOrNull(ticket.expected)},
+                   {"first_expected", TimeOrNull(ticket.first_expected)},
+                   {"min_s", ticket.min.count() / 1000},
+                   {"want_s", ticket.want.count() / 1000},
+                   {"created", Iso8601(ticket.created)}};
+  if (ticket.offered != lab::SessionId{}) out["session"] = Number(ticket.offered);
+  return out;
+}
+
+json::object BookingToJson(const lab::Booking& booking) {
+  json::object out{{"id", Number(booking.id)},
+                   {"rig_class", booking.rig_class},
+                   {"rig", booking.rig},
+                   {"start", Iso8601(booking.during.start)},
+                   {"end", Iso8601(booking.during.end)},
+                   {"state", Name(booking.state)},
+                   {"version", booking.version},
+                   {"note", booking.note}};
+  if (booking.session != lab::SessionId{}) out["session"] = Number(booking.session);
+  return out;
+}
+
+HttpResponse BookingResponse(const lab::Booking& booking, int status) {
+  HttpResponse response = JsonResponse(BookingToJson(booking), status);
+  response.headers.emplace_back("ETag", "\"" + std::to_string(booking.version) + "\"");
+  return response;
+}
+
+/// A signed-in person's tickets and bookings are theirs; operators may act on others'.
+template <typename Map, typename Id>
+core::Status MayUse(const Map& map, Id id, const Principal& who, Operation operation) {
+  const auto found = map.find(id);
+  if (found == map.end()) {
+    return core::Error{core::ErrorCode::kNotFound, "There is no such thing, or it is over.", ""};
+  }
+  const bool own = found->second.user == UserId{who.user_id};
+  return Authorize(who, operation, own ? Ownership::kOwn : Ownership::kForeign);
+}
+
+/// Local clock values without a zone do not exist in this feed: everything is UTC.
+}  // namespace
+
+json::array TicketsOf(const lab::LabState& state, UserId user) {
+  json::array items;
+  for (const auto& [id, ticket] : state.tickets) {
+    if (ticket.user == user) items.push_back(TicketToJson(ticket));
+  }
+  return items;
+}
+
+json::array BookingsOf(const lab::LabState& state, UserId user) {
+  json::array items;
+  for (const auto& [id, booking] : state.bookings) {
+    if (booking.user == user) items.push_back(BookingToJson(booking));
+  }
+  return items;
+}
+
+json::array EventsToJson(std::span<const lab::LabEvent> events) {
+  json::array items;
+  for (const lab::LabEvent& event : events) {
+    items.push_back(json::object{{"id", event.seq},
+                                 {"topic", event.topic},
+                                 {"text", event.text},
+                                 {"session", Number(event.session)},
+                                 {"at", Iso8601(event.at)}});
+  }
+  return items;
+}
+
+core::Result<HttpResponse> ListTickets(BenchApi& api, const ApiRequest& request) {
+  const auto state = api.service.state();
+  return JsonResponse(json::object{{"items", TicketsOf(*state, UserId{request.who.user_id})},
+                                   {"next_cursor", nullptr}});
+}
+
+core::Result<HttpResponse> CreateTicket(BenchApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  lab::TicketRequest wanted;
+  wanted.user = UserId{request.who.user_id};
+  wanted.rig_class = in.Text("rig_class", 64);
+  wanted.min = std::chrono::seconds(in.IntegerOr("min_s", 600, 1, kDaySeconds));
+  wanted.want = std::chrono::seconds(in.IntegerOr("want_s", 1800, 1, kDaySeconds));
+  if (auto error = in.Finish()) return *error;
+  auto answer = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.RequestTicket(wanted, now);
+  });
+  if (!answer) return answer.error();
+  if (const auto* session = std::get_if<lab::Session>(&answer.value())) {
+    return JsonResponse(json::object{{"session", SessionToJson(api, *session)}}, 201);
+  }
+  return JsonResponse(json::object{{"ticket", TicketToJson(std::get<lab::Ticket>(answer.value()))}},
+                      201);
+}
+
+core::Result<HttpResponse> AcceptTicket(BenchApi& api, const ApiRequest& request) {
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  auto session = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.AcceptTicket(TicketId{id.value()}, UserId{request.who.user_id}, now);
+  });
+  if (!session) return session.error();
+  return JsonResponse(SessionToJson(api, session.value()));
+}
+
+core::Result<HttpResponse> LeaveTicket(BenchApi& api, const ApiRequest& request) {
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  const core::Status left =
+      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+        const core::Status allowed = MayUse(
+            scheduler.state().tickets, TicketId{id.value()}, request.who, Operation::kUseTicket);
+        if (!allowed.ok()) return allowed;
+        return scheduler.LeaveTicket(TicketId{id.value()}, now);
+      });
+  if (!left.ok()) return left.error();
+  return NoContent();
+}
+
+core::Result<HttpResponse> ListBookings(BenchApi& api, const ApiRequest& request) {
+  const auto state = api.service.state();
+  return JsonResponse(json::object{{"items", BookingsOf(*state, UserId{request.who.user_id})},
+                                   {"next_cursor", nullptr}});
+}
+
+core::Result<HttpResponse> CreateBooking(BenchApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string rig_class = in.Text("rig_class", 64);
+  const std::string start_text = in.Text("start", 40);
+  const std::string end_text = in.Text("end", 40);
+  if (auto error = in.Finish()) return *error;
+  auto start = ParseIso8601(start_text, "/start");
+  if (!start) return start.error();
+  auto end = ParseIso8601(end_text, "/end");
+  if (!end) return end.error();
+  auto booking = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.Book(
+        UserId{request.who.user_id}, rig_class, {start.value(), end.value()}, now);
+  });
+  if (!booking) {
+    core::Error error = booking.error();
+    if (!error.field.empty()) error.field = "/" + error.field;
+    return error;
+  }
+  HttpResponse response = BookingResponse(booking.value(), 201);
+  response.headers.emplace_back("Location",
+                                "/api/v1/bookings/" + std::to_string(Number(booking.value().id)));
+  return response;
+}
+
+core::Result<HttpResponse> DeleteBooking(BenchApi& api, const ApiRequest& request) {
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  auto version = RequiredVersion(request);
+  if (!version) return version.error();
+  const core::Status cancelled =
+      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+        const core::Status allowed = MayUse(
+            scheduler.state().bookings, BookingId{id.value()}, request.who, Operation::kUseBooking);
+        if (!allowed.ok()) return allowed;
+        return scheduler.CancelBooking(BookingId{id.value()}, version.value(), now);
+      });
+  if (!cancelled.ok()) return cancelled.error();
+  return NoContent();
+}
+
+core::Result<HttpResponse> ClaimBooking(BenchApi& api, const ApiRequest& request) {
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  auto session = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.ClaimBooking(BookingId{id.value()}, UserId{request.who.user_id}, now);
+  });
+  if (!session) return session.error();
+  return JsonResponse(SessionToJson(api, session.value()));
+}
+
+core::Result<HttpResponse> ListLabEvents(BenchApi& api, const ApiRequest& request) {
+  const core::Status known = OnlyQuery(request.http, {"since", "limit"});
+  if (!known.ok()) return known.error();
+  auto since = QueryInteger(request.http, "since", 0, 0, INT64_MAX);
+  if (!since) return since.error();
+  auto limit = PageLimit(request.http);
+  if (!limit) return limit.error();
+  auto events = api.service.EventsSince(UserId{request.who.user_id}, since.value(), limit.value());
+  if (!events) return events.error();
+  const std::int64_t next = events.value().empty() ? since.value() : events.value().back().seq;
+  return JsonResponse(json::object{{"items", EventsToJson(events.value())}, {"next", next}});
+}
+
+}  // namespace faultlab::server

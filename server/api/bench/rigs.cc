@@ -1,0 +1,318 @@
+// rig-classes, availability, and what operators do with rigs.
+#include <algorithm>
+#include <boost/json.hpp>
+#include <map>
+
+#include "server/api/bench/handlers.h"
+#include "server/api/rig_json.h"
+#include "server/json/json_reader.h"
+#include "server/lab/timeline.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using lab::Interval;
+using lab::LabState;
+
+constexpr auto kRangeMax = std::chrono::hours(24 * 62);
+/// Time to read an offered start and to press a button, before it lies in the past.
+constexpr auto kTimeToBook = std::chrono::minutes(1);
+
+/// A whole five minutes of the clock.
+WallTime FirstStartToOffer(WallTime now) {
+  using FiveMinutes = std::chrono::duration<std::int64_t, std::ratio<300>>;
+  return std::chrono::ceil<FiveMinutes>(now + kTimeToBook);
+}
+
+json::object IntervalToJson(const Interval& during, std::string_view kind) {
+  return {{"start", Iso8601(during.start)}, {"end", Iso8601(during.end)}, {"kind", kind}};
+}
+
+json::object RigToJson(const lab::Rig& rig) {
+  return {{"id", rig.id},
+          {"rig_class", rig.rig_class},
+          {"status", Name(rig.status)},
+          {"reason", rig.reason},
+          {"epoch", rig.epoch},
+          {"wear_s", rig.wear.count() / 1000}};
+}
+
+/// Runs one operator's input on a rig and logs it.
+template <typename Input>
+core::Result<HttpResponse> OnRig(BenchApi& api,
+                                 const ApiRequest& request,
+                                 const std::string& verb,
+                                 const std::string& detail,
+                                 const Input& input) {
+  const std::string& id = request.http.PathParameter("id");
+  const core::Status done =
+      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+        return input(scheduler, id, now);
+      });
+  if (!done.ok()) return done.error();
+  api.audit.Add(request.who, verb, "rig:" + id, detail);
+  return JsonResponse(RigToJson(api.service.state()->rigs.at(id)));
+}
+
+/// Of a ready rig, or of one in quarantine.
+core::Status BeginCheck(lab::Scheduler& scheduler, const std::string& id, WallTime now) {
+  const auto rig = scheduler.state().rigs.find(id);
+  const bool out =
+      rig != scheduler.state().rigs.end() && rig->second.status == lab::RigStatus::kQuarantined;
+  return out ? scheduler.Release(id, now) : scheduler.Recheck(id, now);
+}
+
+core::Result<WallTime> QueryTime(const ApiRequest& request,
+                                 std::string_view name,
+                                 WallTime fallback) {
+  const auto text = request.http.Query(name);
+  if (!text) return fallback;
+  return ParseIso8601(*text, std::string(name));
+}
+
+}  // namespace
+
+core::Result<HttpResponse> ListRigClasses(BenchApi& api, const ApiRequest&) {
+  const auto state = api.service.state();
+  std::map<std::string, json::object> classes;
+  for (const auto& [id, rig] : state->rigs) {
+    json::object& entry = classes[rig.rig_class];
+    if (entry.empty()) {
+      entry = {{"id", rig.rig_class},
+               {"rigs", 0},
+               {"ready", 0},
+               {"waiting", 0},
+               {"elastic", rig.elastic},
+               {"members", json::array()}};
+    }
+    entry["rigs"] = entry["rigs"].as_int64() + 1;
+    if (rig.status == lab::RigStatus::kReady) entry["ready"] = entry["ready"].as_int64() + 1;
+    entry["members"].as_array().push_back(RigToJson(rig));
+  }
+  for (const auto& [id, ticket] : state->tickets) {
+    const auto found = classes.find(ticket.rig_class);
+    if (found == classes.end() || ticket.state != lab::TicketState::kWaiting) continue;
+    found->second["waiting"] = found->second["waiting"].as_int64() + 1;
+  }
+  json::array items;
+  for (auto& [name, entry] : classes) items.push_back(std::move(entry));
+  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+}
+
+core::Result<HttpResponse> GetAvailability(BenchApi& api, const ApiRequest& request) {
+  const core::Status known = OnlyQuery(request.http, {"from", "to", "minutes"});
+  if (!known.ok()) return known.error();
+  const WallTime now = api.clock.Wall();
+  auto from = QueryTime(request, "from", now);
+  if (!from) return from.error();
+  auto to = QueryTime(request, "to", from.value() + std::chrono::hours(24 * 7));
+  if (!to) return to.error();
+  if (to.value() <= from.value() || to.value() - from.value() > kRangeMax) {
+    return core::Error{core::ErrorCode::kInvalid, "'to' lies up to 62 days after 'from'.", "to"};
+  }
+  auto minutes = QueryInteger(request.http, "minutes", 30, 5, 240);
+  if (!minutes) return minutes.error();
+  const std::string& rig_class = request.http.PathParameter("class");
+  const auto state = api.service.state();
+  const lab::Policy& policy = api.service.policy();
+  const Interval range{from.value(), to.value()};
+
+  bool class_known = false;
+  json::array busy;
+  const lab::UserId me{request.who.user_id};
+  for (const auto& [id, rig] : state->rigs) {
+    if (rig.rig_class != rig_class) continue;
+    class_known = true;
+    for (const auto& [outage_id, outage] : state->outages) {
+      if (outage.rig != id || !outage.during.Overlaps(range)) continue;
+      json::object item = IntervalToJson(outage.during, "outage");
+      item["rig"] = id;
+      busy.push_back(std::move(item));
+    }
+  }
+  if (!class_known) {
+    return core::Error{core::ErrorCode::kNotFound, "There is no such rig class.", ""};
+  }
+  for (const auto& [id, booking] : state->bookings) {
+    if (booking.rig_class != rig_class || !booking.during.Overlaps(range)) continue;
+    json::object item = IntervalToJson(
+        booking.during, booking.user == me && me != lab::UserId{} ? "mine" : "booking");
+    item["rig"] = booking.rig;
+    busy.push_back(std::move(item));
+  }
+  for (const auto& [id, session] : state->sessions) {
+    const Interval during{session.start, session.hard_end};
+    const bool shown = session.rig_class == rig_class && session.booking == lab::BookingId{} &&
+                       session.state != lab::SessionState::kClosed && during.Overlaps(range);
+    if (!shown) continue;
+    json::object item =
+        IntervalToJson(during, session.user == me && me != lab::UserId{} ? "mine" : "booking");
+    item["rig"] = session.rig;
+    busy.push_back(std::move(item));
+  }
+  const auto length = std::chrono::minutes(minutes.value());
+  const Interval ahead{std::max(range.start, FirstStartToOffer(now)), range.end};
+  json::array next_free;
+  for (const WallTime start : lab::NextFree(*state, rig_class, ahead, length, 10, now, policy)) {
+    next_free.push_back(json::object{{"start", Iso8601(start)}, {"end", Iso8601(start + length)}});
+  }
+  json::array slots;
+  for (const lab::Slot& slot : lab::Availability(*state, rig_class, range, length, now, policy)) {
+    slots.push_back(json::object{{"start", Iso8601(slot.during.start)}, {"free", slot.free}});
+  }
+  return JsonResponse(json::object{
+      {"busy", std::move(busy)}, {"next_free", std::move(next_free)}, {"slots", std::move(slots)}});
+}
+
+core::Result<HttpResponse> GetRigHealth(BenchApi& api, const ApiRequest& request) {
+  const auto state = api.service.state();
+  const auto rig = state->rigs.find(request.http.PathParameter("id"));
+  if (rig == state->rigs.end()) {
+    return core::Error{core::ErrorCode::kNotFound, "There is no such rig.", ""};
+  }
+  json::object out = RigToJson(rig->second);
+  json::array outages;
+  for (const auto& [id, outage] : state->outages) {
+    if (outage.rig != rig->first) continue;
+    json::object item = IntervalToJson(outage.during, "outage");
+    item["id"] = Number(id);
+    item["reason"] = outage.reason;
+    outages.push_back(std::move(item));
+  }
+  out["outages"] = std::move(outages);
+  return JsonResponse(out);
+}
+
+core::Result<HttpResponse> QuarantineRig(BenchApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string reason = in.Text("reason", 500);
+  if (auto error = in.Finish()) return *error;
+  return OnRig(api,
+               request,
+               "quarantine",
+               reason,
+               [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) {
+                 return scheduler.Quarantine(id, reason, now);
+               });
+}
+
+core::Result<HttpResponse> ReleaseRig(BenchApi& api, const ApiRequest& request) {
+  return OnRig(api,
+               request,
+               "release",
+               "",
+               [](lab::Scheduler& scheduler, const std::string& id, WallTime now) {
+                 return scheduler.Release(id, now);
+               });
+}
+
+core::Result<HttpResponse> TestRig(BenchApi& api, const ApiRequest& request) {
+  return OnRig(api,
+               request,
+               "self_test",
+               "",
+               [](lab::Scheduler& scheduler, const std::string& id, WallTime now) {
+                 return scheduler.Recheck(id, now);
+               });
+}
+
+core::Result<HttpResponse> CommissionRig(BenchApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string reason = in.Text("reason", 500);
+  if (auto error = in.Finish()) return *error;
+  if (reason.empty()) {
+    return core::Error{core::ErrorCode::kInvalid, "Say what was done: it is logged.", "/reason"};
+  }
+  return OnRig(api,
+               request,
+               "commission",
+               reason,
+               [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) -> core::Status {
+                 const core::Status begun = BeginCheck(scheduler, id, now);
+                 if (begun.ok()) api.with_next_check(id, CheckExtra::kCommission);
+                 return begun;
+               });
+}
+
+core::Result<HttpResponse> ClearTrip(BenchApi& api, const ApiRequest& request) {
+  const auto rig = api.bay.Find(request.http.PathParameter("id"));
+  if (!rig) return rig.error();
+  if (!rig.value().trip) {
+    return core::Error{core::ErrorCode::kConflict, "No interlock holds this rig.", ""};
+  }
+  return OnRig(api,
+               request,
+               "clear_trip",
+               "",
+               [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) -> core::Status {
+                 const core::Status begun = BeginCheck(scheduler, id, now);
+                 if (begun.ok()) api.with_next_check(id, CheckExtra::kClearTrip);
+                 return begun;
+               });
+}
+
+/// What the rig has seen is the agent's word, signed with the rig's key.
+core::Result<HttpResponse> AdoptRig(BenchApi& api, const ApiRequest& request) {
+  const auto rig = api.bay.Find(request.http.PathParameter("id"));
+  if (!rig) return rig.error();
+  const auto& remote = rig.value().remote;
+  if (!remote) {
+    return core::Error{
+        core::ErrorCode::kConflict, "Only a rig with an agent of its own can be adopted.", ""};
+  }
+  if (!remote->refusal.empty()) return core::Error{core::ErrorCode::kConflict, remote->refusal, ""};
+  if (!remote->epoch || remote->link == hardware::LinkState::kLost) {
+    return core::Error{core::ErrorCode::kConflict, "The rig's agent is not heard.", ""};
+  }
+  const auto seen = static_cast<std::uint64_t>(*remote->epoch);
+  return OnRig(api,
+               request,
+               "adopt",
+               "seen epoch " + std::to_string(seen),
+               [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) {
+                 return scheduler.Adopt(id, seen, now);
+               });
+}
+
+core::Result<HttpResponse> CreateOutage(BenchApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string start_text = in.Text("start", 40);
+  const std::string end_text = in.Text("end", 40);
+  const std::string reason = in.TextOr("reason", "", 500);
+  if (auto error = in.Finish()) return *error;
+  auto start = ParseIso8601(start_text, "/start");
+  if (!start) return start.error();
+  auto end = ParseIso8601(end_text, "/end");
+  if (!end) return end.error();
+  const std::string& id = request.http.PathParameter("id");
+  auto outage = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.AddOutage(id, {start.value(), end.value()}, reason, now);
+  });
+  if (!outage) return outage.error();
+  api.audit.Add(request.who, "outage", "rig:" + id, start_text + " " + end_text + " " + reason);
+  json::object out = IntervalToJson(outage.value().during, "outage");
+  out["id"] = Number(outage.value().id);
+  out["rig"] = id;
+  out["reason"] = reason;
+  return JsonResponse(out, 201);
+}
+
+core::Result<HttpResponse> DeleteOutage(BenchApi& api, const ApiRequest& request) {
+  auto outage = PathNumber(request, "outage");
+  if (!outage) return outage.error();
+  const std::string& rig = request.http.PathParameter("id");
+  const auto state = api.service.state();
+  const auto found = state->outages.find(lab::OutageId{outage.value()});
+  if (found == state->outages.end() || found->second.rig != rig) {
+    return core::Error{core::ErrorCode::kNotFound, "There is no such outage.", ""};
+  }
+  const core::Status done = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.RemoveOutage(lab::OutageId{outage.value()}, now);
+  });
+  if (!done.ok()) return done.error();
+  api.audit.Add(request.who, "remove_outage", "rig:" + rig, std::to_string(outage.value()));
+  return NoContent();
+}
+
+}  // namespace faultlab::server

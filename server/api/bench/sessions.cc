@@ -1,0 +1,213 @@
+// sessions: the lease one works in.
+#include <boost/json.hpp>
+
+#include "server/api/bench/lists.h"
+#include "server/json/json_reader.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using lab::SessionId;
+using lab::SessionState;
+using lab::UserId;
+
+std::string LoginOf(BenchApi& api, UserId user) {
+  const auto account = api.accounts.Get(Number(user));
+  return account.ok() ? account.value().login : "?";
+}
+
+const lab::Session* FindLive(const lab::LabState& state, std::int64_t id) {
+  const auto found = state.sessions.find(SessionId{id});
+  if (found == state.sessions.end() || found->second.state == SessionState::kClosed) return nullptr;
+  return &found->second;
+}
+
+core::Error NoSession() {
+  return {core::ErrorCode::kNotFound, "There is no such session, or it has ended.", ""};
+}
+
+/// Runs `input` on the session of the path as its user (or whom the matrix allows).
+template <typename Input>
+core::Result<HttpResponse> OnSession(BenchApi& api, const ApiRequest& request, Input input) {
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  const core::Status done =
+      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+        const lab::Session* session = FindLive(scheduler.state(), id.value());
+        if (session == nullptr) return NoSession();
+        const bool own = session->user == UserId{request.who.user_id};
+        const core::Status allowed = Authorize(
+            request.who, Operation::kUseSession, own ? Ownership::kOwn : Ownership::kForeign);
+        if (!allowed.ok()) return allowed;
+        return input(scheduler, *session, now);
+      });
+  if (!done.ok()) return done.error();
+  const auto state = api.service.state();
+  const lab::Session* session = FindLive(*state, id.value());
+  if (session == nullptr) return NoContent();
+  return JsonResponse(SessionToJson(api, *session));
+}
+
+}  // namespace
+
+json::object SessionToJson(BenchApi& api, const lab::Session& session) {
+  json::object out{{"id", Number(session.id)},
+                   {"rig", session.rig},
+                   {"rig_class", session.rig_class},
+                   {"epoch", session.epoch},
+                   {"state", Name(session.state)},
+                   {"user", LoginOf(api, session.user)},
+                   {"start", Iso8601(session.start)},
+                   {"hard_end", Iso8601(session.hard_end)},
+                   {"run_in_progress", session.run_in_progress}};
+  if (session.run_in_progress) {
+    for (const RunSnapshot& run : api.runs.Running()) {
+      if (run.rig == session.rig) out["run"] = run.id;
+    }
+  }
+  if (session.state == SessionState::kHeld) out["claim_until"] = Iso8601(session.claim_until);
+  if (session.idle_answer_until) out["still_there_until"] = Iso8601(*session.idle_answer_until);
+  if (session.offered_to != UserId{}) out["offered_to"] = LoginOf(api, session.offered_to);
+  if (session.booking != lab::BookingId{}) out["booking"] = Number(session.booking);
+  if (session.ticket != lab::TicketId{}) out["ticket"] = Number(session.ticket);
+  return out;
+}
+
+json::array SessionsOf(BenchApi& api, const lab::LabState& state, UserId user) {
+  json::array items;
+  for (const auto& [id, session] : state.sessions) {
+    if (session.state == SessionState::kClosed || session.kind == lab::TicketKind::kPractice) {
+      continue;
+    }
+    // Whoever is offered the control must see what to accept.
+    if (session.user == user || session.offered_to == user) {
+      items.push_back(SessionToJson(api, session));
+    }
+  }
+  return items;
+}
+
+core::Result<HttpResponse> ListSessions(BenchApi& api, const ApiRequest& request) {
+  const core::Status known = OnlyQuery(request.http, {"all"});
+  if (!known.ok()) return known.error();
+  const auto state = api.service.state();
+  if (request.http.Query("all").value_or("") != "1") {
+    json::array own = SessionsOf(api, *state, UserId{request.who.user_id});
+    return JsonResponse(json::object{{"items", std::move(own)}, {"next_cursor", nullptr}});
+  }
+  if (!Allowed(request.who.role, Operation::kTakeOverSession, Ownership::kCourse)) {
+    return core::Error{
+        core::ErrorCode::kForbidden, "Only who may take over sees the sessions of others.", "all"};
+  }
+  json::array items;
+  for (const auto& [id, session] : state->sessions) {
+    if (session.state == SessionState::kClosed || session.kind == lab::TicketKind::kPractice) {
+      continue;
+    }
+    auto relation = api.accounts.Relation(request.who, Number(session.user));
+    if (!relation) return relation.error();
+    if (!Allowed(request.who.role, Operation::kSpectate, relation.value())) continue;
+    items.push_back(SessionToJson(api, session));
+  }
+  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+}
+
+core::Result<HttpResponse> ExtendSession(BenchApi& api, const ApiRequest& request) {
+  return OnSession(
+      api,
+      request,
+      [](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
+        const auto extended = scheduler.Extend(session.id, now);
+        if (!extended.ok()) {
+          return core::Error{core::ErrorCode::kConflict, extended.error().message, ""};
+        }
+        return core::Done{};
+      });
+}
+
+core::Result<HttpResponse> EndSession(BenchApi& api, const ApiRequest& request) {
+  bool foreign = false;
+  auto ended = OnSession(
+      api,
+      request,
+      [&](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
+        foreign = session.user != UserId{request.who.user_id};
+        const auto reason = foreign ? lab::EndReason::kOperator : lab::EndReason::kEnded;
+        const char* text = foreign ? "ended by an operator" : "ended";
+        return scheduler.EndSession(session.id, reason, text, now);
+      });
+  if (ended.ok() && foreign) {
+    api.audit.Add(request.who, "end_session", "session:" + request.http.PathParameter("id"), "");
+  }
+  return ended;
+}
+
+core::Result<HttpResponse> StillThere(BenchApi& api, const ApiRequest& request) {
+  return OnSession(
+      api,
+      request,
+      [](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
+        return scheduler.StillThere(session.id, now);
+      });
+}
+
+core::Result<HttpResponse> OfferControl(BenchApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string to = in.Text("to", 64);
+  if (auto error = in.Finish()) return *error;
+  auto account = api.accounts.GetByLogin(to);
+  if (!account) {
+    return core::Error{core::ErrorCode::kInvalid, "Nobody here has this login.", "/to"};
+  }
+  const UserId target{account.value().id};
+  return OnSession(
+      api,
+      request,
+      [&](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
+        return scheduler.OfferControl(session.id, target, now);
+      });
+}
+
+core::Result<HttpResponse> AcceptControl(BenchApi& api, const ApiRequest& request) {
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  const UserId me{request.who.user_id};
+  auto session =
+      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
+        const lab::Session* live = FindLive(scheduler.state(), id.value());
+        // A session that was not offered looks as if it were not there.
+        if (live == nullptr || live->offered_to != me) return NoSession();
+        return scheduler.AcceptControl(live->id, me, now);
+      });
+  if (!session) return session.error();
+  return JsonResponse(SessionToJson(api, session.value()));
+}
+
+core::Result<HttpResponse> TakeOverSession(BenchApi& api, const ApiRequest& request) {
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  ObjectReader in(request.body, "");
+  const std::string reason = in.Text("reason", 500);
+  if (auto error = in.Finish()) return *error;
+  const auto state = api.service.state();
+  const lab::Session* live = FindLive(*state, id.value());
+  if (live == nullptr) return NoSession();
+  const UserId holder = live->user;
+  auto relation = api.accounts.Relation(request.who, Number(holder));
+  if (!relation) return relation.error();
+  const core::Status allowed =
+      Authorize(request.who, Operation::kTakeOverSession, relation.value());
+  if (!allowed.ok()) return allowed.error();
+  auto taken =
+      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
+        const lab::Session* current = FindLive(scheduler.state(), id.value());
+        if (current == nullptr || current->user != holder) return NoSession();
+        return scheduler.TakeOver(current->id, UserId{request.who.user_id}, reason, now);
+      });
+  if (!taken) return taken.error();
+  api.audit.Add(request.who, "take_over", "session:" + std::to_string(id.value()), reason);
+  return JsonResponse(SessionToJson(api, taken.value()));
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,175 @@
+#include "server/api/gate.h"
+
+#include <optional>
+#include <utility>
+
+#include "server/auth/secrets.h"
+#include "server/json/json_reader.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+constexpr std::size_t kLargeBytes = 1 << 20;
+constexpr std::size_t kIdempotencyKeyMax = 200;
+
+bool AsksWho(const ApiRoute& route) {
+  return route.guard != Guard::kOpen && route.guard != Guard::kAnybody;
+}
+
+bool TakesJson(const ApiRoute& route) {
+  return route.body.kind == BodyKind::kJson || route.body.kind == BodyKind::kEmpty;
+}
+
+/// All guests are one owner, but each address has transfers of its own.
+std::string TransferKey(const Principal& who, const HttpRequest& http) {
+  return who.signed_in() ? who.owner_key() : "guest " + std::string(http.remote_address);
+}
+
+bool IsLarge(const ApiRoute& route) {
+  return route.answer == AnswerSize::kLarge || route.body.bytes_max > kLargeBytes;
+}
+
+core::Result<boost::json::object> BodyOf(const ApiRoute& route, const HttpRequest& http) {
+  if (!TakesJson(route)) return boost::json::object{};
+  auto body = ParseJsonObject(http.body);
+  if (!body || route.body.kind == BodyKind::kJson) return body;
+  ObjectReader in(body.value(), "");
+  if (auto error = in.Finish()) return *error;
+  return body;
+}
+
+}  // namespace
+
+/// Who sends the request, if they may use the route at all.
+core::Result<Principal> Gate::CallerOf(const ApiRoute& route, const HttpRequest& http) {
+  if (!AsksWho(route)) return Principal{};
+  const RequestCredentials credentials{
+      http.Header("Cookie"),
+      http.Header("Authorization"),
+      http.Header(kCsrfHeaderName),
+      http.Header("Origin"),
+      http.Header("Host"),
+      http.remote_address,
+      http.method != HttpMethod::kGet && http.method != HttpMethod::kHead};
+  auto who = parts_.authenticator.Authenticate(credentials, parts_.clock.Wall());
+  if (!who || route.guard != Guard::kRole) return who;
+  const core::Status allowed = Authorize(who.value(), route.operation, Ownership::kNone);
+  if (!allowed.ok()) return allowed.error();
+  return who;
+}
+
+Admission Gate::Admit(const ApiRoute& route, const HttpRequest& http) {
+  auto who = CallerOf(route, http);
+  if (!who) return {.refusal = ProblemOf(who.error())};
+  if (!IsLarge(route)) return {};
+  const std::string key = TransferKey(who.value(), http);
+  if (auto slot = transfers_.Take(key)) return {.held = std::move(slot)};
+  constexpr int kSeconds = 2;
+  HttpResponse refusal =
+      TryAgain(429,
+               "Two large downloads or uploads of yours are on their way; wait until one ends.",
+               kSeconds);
+  auto place = transfers_.Wait(key);
+  const bool waits = place != nullptr;
+  return {.refusal = std::move(refusal), .not_yet = waits, .held = std::move(place)};
+}
+
+HttpResponse Gate::Serve(const ApiRoute& route, const HttpRequest& http) {
+  const auto who = CallerOf(route, http);
+  if (!who) return ProblemOf(who.error());
+  if (TakesJson(route) && !http.body.empty() &&
+      !http.Header("Content-Type").starts_with("application/json")) {
+    return Problem(415,
+                   "unsupported_media_type",
+                   "Unsupported media type",
+                   "Send the body as Content-Type: application/json.");
+  }
+  const core::Result<HttpResponse> answer = Answer(route, http, who.value());
+  return answer.ok() ? answer.value() : ProblemOf(answer.error());
+}
+
+core::Result<HttpResponse> Gate::Answer(const ApiRoute& route,
+                                        const HttpRequest& http,
+                                        const Principal& who) {
+  RunRecord run;
+  if (route.guard == Guard::kRun) {
+    auto found = parts_.recordings.Find(who, http.PathParameter("id"), route.operation);
+    if (!found) return found.error();
+    run = std::move(found).value();
+  }
+  const auto body = BodyOf(route, http);
+  if (!body) return body.error();
+  const ApiRequest request{http, who, body.value(), run};
+  return route.body.once ? Remembered(route, request) : route.handler(request);
+}
+
+core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequest& request) {
+  const std::string_view key = request.http.Header("Idempotency-Key");
+  if (key.empty() || !request.who.signed_in()) return route.handler(request);
+  if (key.size() > kIdempotencyKeyMax) {
+    return Error{ErrorCode::kInvalid, "At most 200 bytes.", "Idempotency-Key"};
+  }
+  lab::RememberedAnswers& answers = parts_.answers;
+  const std::string owner = request.who.owner_key();
+  const std::string hash =
+      HashSecret(std::string(Name(request.http.method)) + " " + std::string(request.http.target) +
+                 "\n" + std::string(request.http.body));
+  auto before = answers.Begin(owner, std::string(key), hash, parts_.clock.Wall());
+  if (!before) return before.error();
+  if (before.value()) {
+    HttpResponse response;
+    response.status = before.value()->status;
+    response.body = before.value()->body;
+    if (response.status >= 400) response.content_type = "application/problem+json";
+    response.headers.emplace_back("Idempotency-Replayed", "true");
+    return response;
+  }
+  const core::Result<HttpResponse> answer = route.handler(request);
+  const HttpResponse response = answer.ok() ? answer.value() : ProblemOf(answer.error());
+  // What may go better next time is not remembered.
+  const core::Status kept =
+      response.status >= 500
+          ? answers.Forget(owner, std::string(key))
+          : answers.Finish(
+                owner, std::string(key), response.status, std::string(response.payload()));
+  if (!kept.ok()) return kept.error();
+  return response;
+}
+
+void Gate::AddRoutes(Router& router, const std::vector<ApiRoute>& routes) {
+  for (const ApiRoute& route : routes) {
+    Route entry{route.method,
+                std::string(route.pattern),
+                route.guard == Guard::kOpen ? RunsOn::kInline : RunsOn::kPool,
+                route.body.bytes_max,
+                [this, route](const HttpRequest& http) { return Serve(route, http); }};
+    if (AsksWho(route)) {
+      entry.admit = [this, route](const HttpRequest& http) { return Admit(route, http); };
+      entry.always_admit = IsLarge(route);
+    }
+    router.Add(std::move(entry));
+  }
+}
+
+UpgradeDecision DecideUpgrade(StreamTokens& tokens, StreamHub& hub, const HttpRequest& request) {
+  if (request.path != "/ws") {
+    return Problem(404, "not_found", "Not found", "WebSockets are at /ws.");
+  }
+  const auto code = request.Query("code");
+  auto grant = code ? tokens.Redeem(*code) : std::nullopt;
+  if (!grant) {
+    return Problem(403,
+                   "bad_code",
+                   "Code not accepted",
+                   "The code is unknown, used or older than 30 s; ask for a new stream token.",
+                   "code");
+  }
+  return [&hub, grant = std::move(*grant)](UpgradedSocket socket) {
+    hub.Adopt(std::move(socket), grant.run, grant.can_command);
+  };
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <functional>
+#include <string_view>
+#include <vector>
+
+#include "core/types/result.h"
+#include "server/api/request.h"
+#include "server/api/transfer_slots.h"
+#include "server/auth/authenticator.h"
+#include "server/auth/authorization.h"
+#include "server/clock.h"
+#include "server/experiment/recordings.h"
+#include "server/lab/remembered_answers.h"
+#include "server/net/http_server.h"
+#include "server/net/router.h"
+#include "server/stream/stream_hub.h"
+#include "server/stream/stream_tokens.h"
+
+namespace faultlab::server {
+
+/// What body a route takes.
+enum class BodyKind {
+  kNone,   ///< whatever comes is not looked at
+  kBytes,  ///< the handler reads it
+  kJson,   ///< one JSON object (nothing is {}); other content types are refused
+  kEmpty,  ///< the same without any member: an action
+};
+struct BodyRule {
+  std::size_t bytes_max = 0;
+  BodyKind kind = BodyKind::kNone;
+  /// The request again, with the same Idempotency-Key of a signed-in caller, gets the same answer;
+  /// another request with that key is refused.
+  bool once = false;
+};
+inline constexpr BodyRule kNoBody{};
+inline constexpr BodyRule kJson{1 << 20, BodyKind::kJson};
+inline constexpr BodyRule kJsonOnce{1 << 20, BodyKind::kJson, true};
+inline constexpr BodyRule kEmpty{1 << 20, BodyKind::kEmpty};
+inline constexpr BodyRule kEmptyOnce{1 << 20, BodyKind::kEmpty, true};
+inline constexpr BodyRule kSignInJson{4 << 10, BodyKind::kJson};  ///< of people not known yet
+inline constexpr BodyRule kClassList{1 << 20, BodyKind::kBytes};
+inline constexpr BodyRule kUpload{20 << 20, BodyKind::kBytes};
+
+/// kLarge: the answer grows with the run. A caller has two such answers at work or unsent at most;
+/// a few more wait for one of them.
+enum class AnswerSize { kSmall, kLarge };
+
+/// Who may call: everybody; whoever the matrix allows; whoever it allows on the run of the path's
+/// {id}, which the handler then has in its request; or the handler asks about the object itself.
+/// kAnybody is kOpen for handlers that touch the disk: nobody is asked, but on the pool.
+enum class Guard { kOpen, kAnybody, kRole, kRun, kObject };
+
+using ApiHandler = std::function<core::Result<HttpResponse>(const ApiRequest&)>;
+
+struct ApiRoute {
+  HttpMethod method;
+  std::string_view pattern;
+  Operation operation;
+  Guard guard;
+  ApiHandler handler;
+  BodyRule body = kNoBody;
+  AnswerSize answer = AnswerSize::kSmall;
+};
+
+/// A handler that works on `api`, which must outlive the route.
+template <typename Api>
+ApiHandler On(Api& api, core::Result<HttpResponse> (*handler)(Api&, const ApiRequest&)) {
+  return [&api, handler](const ApiRequest& request) { return handler(api, request); };
+}
+
+/// What stands in front of every handler: who calls, whether they may, and what they sent.
+///
+///   Router --HttpRequest--> Gate: caller, matrix, body, run, key --ApiRequest--> handler
+class Gate {
+ public:
+  struct Parts {
+    Authenticator& authenticator;
+    Recordings& recordings;
+    lab::RememberedAnswers& answers;
+    const Clock& clock;
+  };
+  /// All parts, and the gate, must outlive the router.
+  explicit Gate(Parts parts) : parts_(parts) {}
+
+  /// Puts a table into the router. Refusals become problem+json. kOpen routes run on the network
+  /// thread, the others on the pool. Who may not call is refused before the body is read.
+  void AddRoutes(Router& router, const std::vector<ApiRoute>& routes);
+
+ private:
+  core::Result<Principal> CallerOf(const ApiRoute& route, const HttpRequest& http);
+  Admission Admit(const ApiRoute& route, const HttpRequest& http);
+  HttpResponse Serve(const ApiRoute& route, const HttpRequest& http);
+  core::Result<HttpResponse> Answer(const ApiRoute& route,
+                                    const HttpRequest& http,
+                                    const Principal& who);
+  core::Result<HttpResponse> Remembered(const ApiRoute& route, const ApiRequest& request);
+
+  Parts parts_;
+  TransferSlots transfers_{2, 4};
+};
+
+/// Decides about GET /ws?code=..
+UpgradeDecision DecideUpgrade(StreamTokens& tokens, StreamHub& hub, const HttpRequest& request);
+
+}  // namespace faultlab::server

@@ -1,0 +1,132 @@
+// auth/{login,logout,password,reset} and api-keys.
+#include <boost/json.hpp>
+
+#include "server/api/people/handlers.h"
+#include "server/json/json_reader.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::size_t kSecretMax = 2048;
+
+std::string Cookie(const PeopleApi& api,
+                   const ApiRequest& request,
+                   const std::string& value,
+                   int age) {
+  const bool secure = api.secure_cookies || request.http.https;
+  return std::string(kSessionCookieName) + "=" + value +
+         "; Path=/; HttpOnly; SameSite=Lax; Max-Age=" + std::to_string(age) +
+         (secure ? "; Secure" : "");
+}
+
+json::object MeToJson(const Principal& who) {
+  json::array scopes;
+  for (const std::string& scope : who.scopes) scopes.push_back(json::value(scope));
+  return {{"role", Name(who.role)},
+          {"name", who.name},
+          {"login", who.login},
+          {"owner", who.owner_key()},
+          {"scopes", std::move(scopes)},
+          {"csrf_token", who.csrf_token}};
+}
+
+json::object KeyToJson(const ApiKey& key) {
+  json::array scopes;
+  for (const std::string& scope : key.scopes) scopes.push_back(json::value(scope));
+  return {{"id", key.id},
+          {"name", key.name},
+          {"scopes", std::move(scopes)},
+          {"created_at", Iso8601(key.created_at)},
+          {"expires_at", Iso8601(key.expires_at)},
+          {"revoked", key.revoked}};
+}
+
+}  // namespace
+
+core::Result<HttpResponse> SignIn(PeopleApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string login = in.Text("login", kSecretMax);
+  const std::string password = in.Text("password", kSecretMax);
+  if (auto error = in.Finish()) return *error;
+  auto signed_in = api.accounts.SignIn(
+      login, password, std::string(request.http.remote_address), api.clock.Wall());
+  if (!signed_in) return signed_in.error();
+  HttpResponse response = JsonResponse(MeToJson(signed_in.value().principal));
+  constexpr int kTwelveHours = 12 * 3600;
+  response.headers.emplace_back(
+      "Set-Cookie", Cookie(api, request, signed_in.value().cookie_secret, kTwelveHours));
+  return response;
+}
+
+core::Result<HttpResponse> SignOut(PeopleApi& api, const ApiRequest& request) {
+  const core::Status done = api.accounts.SignOut(request.who);
+  if (!done.ok()) return done.error();
+  HttpResponse response = NoContent();
+  response.headers.emplace_back("Set-Cookie", Cookie(api, request, "", 0));
+  return response;
+}
+
+core::Result<HttpResponse> ChangePassword(PeopleApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string before = in.Text("old", kSecretMax);
+  const std::string after = in.Text("new", kSecretMax);
+  if (auto error = in.Finish()) return *error;
+  const core::Status done =
+      api.accounts.ChangePassword(request.who, before, after, api.clock.Wall());
+  if (!done.ok()) return done.error();
+  api.audit.Add(request.who, "change_password", request.who.owner_key(), "");
+  return NoContent();
+}
+
+core::Result<HttpResponse> UseResetLink(PeopleApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string token = in.Text("token", kSecretMax);
+  const std::string password = in.Text("password", kSecretMax);
+  if (auto error = in.Finish()) return *error;
+  const core::Status done = api.accounts.UseLink(token, password, api.clock.Wall());
+  if (!done.ok()) return done.error();
+  return NoContent();
+}
+
+core::Result<HttpResponse> ListApiKeys(PeopleApi& api, const ApiRequest& request) {
+  auto keys = api.accounts.ListKeys(request.who.user_id);
+  if (!keys) return keys.error();
+  json::array items;
+  for (const ApiKey& key : keys.value()) items.push_back(KeyToJson(key));
+  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+}
+
+core::Result<HttpResponse> CreateApiKey(PeopleApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string name = in.Text("name", 200);
+  std::set<std::string> scopes;
+  if (const json::array* list = in.ArrayOrNull("scopes", kScopes.size())) {
+    for (const json::value& scope : *list) {
+      if (scope.is_string()) scopes.insert(std::string(scope.get_string()));
+      if (!scope.is_string()) in.Refuse("scopes", "Expected words.");
+    }
+  }
+  const std::string expires = in.Text("expires_at", 40);
+  if (auto error = in.Finish()) return *error;
+  auto until = ParseIso8601(expires, "/expires_at");
+  if (!until) return until.error();
+  auto made = api.accounts.CreateKey(request.who, name, scopes, until.value(), api.clock.Wall());
+  if (!made) return made.error();
+  json::object out = KeyToJson(made.value().key);
+  out["key"] = made.value().secret;
+  api.audit.Add(request.who, "create_key", "key:" + std::to_string(made.value().key.id), name);
+  return JsonResponse(out, 201);
+}
+
+core::Result<HttpResponse> RevokeApiKey(PeopleApi& api, const ApiRequest& request) {
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  const core::Status done = api.accounts.RevokeKey(request.who.user_id, id.value());
+  if (!done.ok()) return done.error();
+  api.audit.Add(request.who, "revoke_key", "key:" + std::to_string(id.value()), "");
+  return NoContent();
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,146 @@
+#include "server/api/request.h"
+
+#include <algorithm>
+#include <boost/json.hpp>
+#include <charconv>
+#include <utility>
+
+#include "server/net/websocket.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+constexpr int kPageDefault = 50;
+constexpr int kPageMax = 200;
+
+}  // namespace
+
+core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
+                                        std::string_view name,
+                                        std::int64_t fallback,
+                                        std::int64_t lo,
+                                        std::int64_t hi) {
+  const auto text = request.Query(name);
+  if (!text) return fallback;
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), value);
+  if (error == std::errc() && end == text->data() + text->size() && value >= lo && value <= hi) {
+    return value;
+  }
+  return core::Error{core::ErrorCode::kInvalid,
+                     "'" + std::string(name) + "' must be a whole number from " +
+                         std::to_string(lo) + " to " + std::to_string(hi) + ".",
+                     std::string(name)};
+}
+
+core::Result<int> PageLimit(const HttpRequest& request) {
+  auto limit = QueryInteger(request, "limit", kPageDefault, 1, kPageMax);
+  if (!limit) return limit.error();
+  return static_cast<int>(limit.value());
+}
+
+core::Status OnlyQuery(const HttpRequest& request, std::initializer_list<std::string_view> known) {
+  for (const auto& [name, value] : request.QueryAll()) {
+    if (!websocket::IsValidUtf8(name) || !websocket::IsValidUtf8(value)) {
+      return core::Error{core::ErrorCode::kInvalid, "A query parameter is not UTF-8.", ""};
+    }
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    constexpr std::size_t kShownMax = 64;
+    const std::string shown = name.size() > kShownMax ? "(a long name)" : name;
+    return core::Error{
+        core::ErrorCode::kInvalid, "Unknown query parameter '" + shown + "'.", shown};
+  }
+  return core::Done{};
+}
+
+core::Result<std::int64_t> PathNumber(const ApiRequest& request, std::string_view name) {
+  const std::string& text = request.http.PathParameter(name);
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error == std::errc() && end == text.data() + text.size() && number > 0) return number;
+  return Error{ErrorCode::kNotFound, "There is no such thing.", ""};
+}
+
+core::Result<std::int64_t> RequiredVersion(const ApiRequest& request) {
+  std::string_view text = request.http.Header("If-Match");
+  if (text.starts_with("W/")) text.remove_prefix(2);
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') {
+    text = text.substr(1, text.size() - 2);
+  }
+  std::int64_t version = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), version);
+  if (!text.empty() && error == std::errc() && end == text.data() + text.size()) return version;
+  return Error{ErrorCode::kInvalid,
+               "Send If-Match with the version that you saw, for example If-Match: \"3\".",
+               "If-Match"};
+}
+
+HttpResponse JsonResponse(const boost::json::value& value, int status) {
+  HttpResponse response;
+  response.status = status;
+  response.body = boost::json::serialize(value);
+  return response;
+}
+
+HttpResponse JsonText(std::string text) {
+  HttpResponse response;
+  response.body = std::move(text);
+  return response;
+}
+
+HttpResponse NoContent() {
+  HttpResponse response;
+  response.status = 204;
+  return response;
+}
+
+HttpResponse Download(std::string bytes, std::string_view content_type, std::string file_name) {
+  for (char& c : file_name) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '-' || c == '_' || c == '.';
+    if (!plain) c = '_';
+  }
+  HttpResponse response;
+  response.content_type = content_type;
+  response.body = std::move(bytes);
+  response.headers.emplace_back("Content-Disposition",
+                                "attachment; filename=\"" + file_name + "\"");
+  return response;
+}
+
+int HttpStatus(core::ErrorCode code) {
+  switch (code) {
+    case core::ErrorCode::kInvalid:
+      return 400;
+    case core::ErrorCode::kNotFound:
+      return 404;
+    case core::ErrorCode::kConflict:
+    case core::ErrorCode::kStale:
+      return 409;
+    case core::ErrorCode::kUnauthorized:
+      return 401;
+    case core::ErrorCode::kForbidden:
+      return 403;
+    case core::ErrorCode::kBusy:
+      return 503;
+    case core::ErrorCode::kTooLarge:
+      return 413;
+    case core::ErrorCode::kUnavailable:
+      return 503;
+  }
+  return 500;
+}
+
+HttpResponse ProblemOf(const core::Error& error) {
+  const int status = HttpStatus(error.code);
+  HttpResponse response =
+      Problem(status, Name(error.code), ReasonPhrase(status), error.message, error.field);
+  if (status == 503) response.headers.emplace_back("Retry-After", "2");
+  if (status == 401) response.headers.emplace_back("WWW-Authenticate", "Bearer");
+  return response;
+}
+
+}  // namespace faultlab::server

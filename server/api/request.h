@@ -1,0 +1,50 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+#include "core/types/result.h"
+#include "server/api/iso8601.h"
+#include "server/auth/principal.h"
+#include "server/net/http.h"
+#include "server/storage/recording_store.h"
+
+// What handlers read and answer.
+namespace faultlab::server {
+
+struct ApiRequest {
+  const HttpRequest& http;
+  const Principal& who;
+  const boost::json::object& body;  ///< empty unless the route takes JSON
+  const RunRecord& run;             ///< of the path's {id}, behind Guard::kRun; else empty
+};
+
+/// ?limit=, 1..200, default 50.
+core::Result<int> PageLimit(const HttpRequest& request);
+/// A whole-number query parameter.
+core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
+                                        std::string_view name,
+                                        std::int64_t fallback,
+                                        std::int64_t lo,
+                                        std::int64_t hi);
+/// Refuses query parameters that are not in `known`, by name, and any that is not UTF-8.
+core::Status OnlyQuery(const HttpRequest& request, std::initializer_list<std::string_view> known);
+/// The number in the path's {id}; kNotFound when it is none.
+core::Result<std::int64_t> PathNumber(const ApiRequest& request, std::string_view name = "id");
+/// The version in If-Match: "3". kInvalid with field If-Match when it is missing.
+core::Result<std::int64_t> RequiredVersion(const ApiRequest& request);
+
+HttpResponse JsonResponse(const boost::json::value& value, int status = 200);
+/// JSON that was put together as text.
+HttpResponse JsonText(std::string text);
+HttpResponse NoContent();
+/// A file to save: Content-Disposition with a safe name.
+HttpResponse Download(std::string bytes, std::string_view content_type, std::string file_name);
+HttpResponse ProblemOf(const core::Error& error);
+int HttpStatus(core::ErrorCode code);
+
+}  // namespace faultlab::server

@@ -1,0 +1,133 @@
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "core/diagnosis/diagnosis.h"
+#include "server/api/run/columns.h"
+#include "server/api/run/handlers.h"
+#include "server/stream/frame_codec.h"
+
+namespace faultlab::server {
+namespace {
+
+constexpr std::size_t kRowsPerReviewFrame = 100;
+
+void AppendReviewFrame(std::string& out,
+                       std::span<const StreamRow> rows,
+                       std::int64_t first,
+                       double t_s) {
+  const std::string frame = EncodeFrameMessage(rows, first, t_s);
+  const auto size = static_cast<std::uint32_t>(frame.size());
+  std::array<char, sizeof size> prefix;
+  std::memcpy(prefix.data(), &size, sizeof size);
+  out.append(prefix.data(), prefix.size()).append(frame);
+}
+
+}  // namespace
+
+core::Result<HttpResponse> GetFrames(RunApi& api, const ApiRequest& request) {
+  const core::Status query = OnlyQuery(request.http, {"from"});
+  if (!query.ok()) return query.error();
+  auto from = QueryInteger(request.http, "from", 0, 0, kSampleIndexMax);
+  if (!from) return from.error();
+  // The estimators need what came before: the replay starts at 0, the answer at `from`.
+  auto recording = api.recordings.Load(request.run);
+  if (!recording) return recording.error();
+  HttpResponse response;
+  response.content_type = "application/octet-stream";
+  std::vector<StreamRow> rows;
+  std::int64_t first = 0;
+  double t_s = 0.0;
+  const auto flush = [&] {
+    if (!rows.empty()) AppendReviewFrame(response.body, rows, first, t_s);
+    rows.clear();
+  };
+  core::ReplayEstimates(
+      recording.value().samples, recording.value().options, [&](const core::Frame& frame) {
+        if (frame.sample.index < from.value()) return;
+        const auto next = first + static_cast<std::int64_t>(rows.size());
+        if (frame.sample.index != next || rows.size() == kRowsPerReviewFrame) flush();
+        if (rows.empty()) first = frame.sample.index;
+        rows.push_back(MakeRow(frame));
+        t_s = frame.sample.t_s;
+      });
+  flush();
+  return response;
+}
+
+core::Result<HttpResponse> GetSamples(RunApi& api, const ApiRequest& request) {
+  const core::Status query = OnlyQuery(request.http, {"from", "to"});
+  if (!query.ok()) return query.error();
+  auto from = QueryInteger(request.http, "from", 0, 0, kSampleIndexMax);
+  if (!from) return from.error();
+  auto to = QueryInteger(request.http, "to", kSampleIndexMax, 0, kSampleIndexMax);
+  if (!to) return to.error();
+  auto recording = api.recordings.Load(request.run, from.value(), to.value());
+  if (!recording) return recording.error();
+  std::string out = "{\"period_s\":";
+  AppendNumber(out, recording.value().record.period_s);
+  out.append(SampleColumns(recording.value().samples)).append("}");
+  return JsonText(std::move(out));
+}
+
+core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request) {
+  const core::Status query = OnlyQuery(request.http, {"estimator"});
+  if (!query.ok()) return query.error();
+  const std::string name = request.http.Query("estimator").value_or("swa_100");
+  const auto shape = std::find_if(core::kEstimatorShapes.begin(),
+                                  core::kEstimatorShapes.end(),
+                                  [&](const auto& s) { return s.name == name; });
+  if (shape == core::kEstimatorShapes.end()) {
+    std::string list;
+    for (const auto& known : core::kEstimatorShapes) {
+      list.append(list.empty() ? "" : ", ").append(known.name);
+    }
+    return core::Error{
+        core::ErrorCode::kInvalid, "Unknown estimator; known: " + list + ".", "estimator"};
+  }
+  const auto which = static_cast<std::size_t>(shape - core::kEstimatorShapes.begin());
+  auto recording = api.recordings.Load(request.run);
+  if (!recording) return recording.error();
+  struct Line {
+    std::int64_t index;
+    core::Estimate<3> estimate;
+  };
+  std::vector<Line> lines;
+  core::ReplayEstimates(
+      recording.value().samples, recording.value().options, [&](const core::Frame& frame) {
+        lines.push_back({frame.sample.index, frame.estimates[which]});
+      });
+  const char* suffix = shape->integral_samples == 0 ? "d" : "";
+  std::string out = "{\"estimator\":\"" + name + "\",\"period_s\":";
+  AppendNumber(out, recording.value().record.period_s);
+  AppendColumn(out, "index", lines, [](const Line& l) { return static_cast<double>(l.index); });
+  constexpr std::array<std::string_view, 3> kParameters = {"b0", "b1", "a1"};
+  for (std::size_t p = 0; p < kParameters.size(); ++p) {
+    const std::string parameter = std::string(kParameters[p]) + suffix;
+    const auto known = [](const Line& line, double value) {
+      return line.estimate.status == core::EstimateStatus::kInvalid ? core::kAbsent : value;
+    };
+    AppendColumn(
+        out, parameter, lines, [&](const Line& l) { return known(l, l.estimate.theta[p]); });
+    AppendColumn(out, "sigma_" + parameter, lines, [&](const Line& l) {
+      return known(l, l.estimate.sigma[p]);
+    });
+  }
+  AppendColumn(out, "condition", lines, [](const Line& l) { return l.estimate.condition; });
+  out.append(",\"status\":[");
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    out.append(i > 0 ? ",\"" : "\"").append(core::Name(lines[i].estimate.status)).append("\"");
+  }
+  out.append("]");
+  AppendColumn(
+      out, "age", lines, [](const Line& l) { return static_cast<double>(l.estimate.age_samples); });
+  return JsonText(out.append("}"));
+}
+
+core::Result<HttpResponse> GetDiagnosis(RunApi& api, const ApiRequest& request) {
+  auto text = api.recordings.DiagnosisText(request.run);
+  if (!text) return text.error();
+  return JsonText(std::move(text).value());
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,46 @@
+#include <boost/json.hpp>
+
+#include "server/api/run/handlers.h"
+#include "server/plots/figure_json.h"
+#include "server/plots/render.h"
+
+namespace faultlab::server {
+namespace {
+
+core::Result<Figure> FigureOf(RunApi& api, const ApiRequest& request) {
+  const RunRecord& run = request.run;
+  const std::string rig = run.rig.empty() ? "" : " · rig " + run.rig;
+  return api.recordings.FigureOf(run,
+                                 request.http.PathParameter("figure"),
+                                 "faultlab · " + run.id + rig + " · " + Iso8601(run.created_at));
+}
+
+}  // namespace
+
+core::Result<HttpResponse> GetPlot(RunApi& api, const ApiRequest& request) {
+  const core::Status query = OnlyQuery(request.http, {"scale"});
+  if (!query.ok()) return query.error();
+  auto scale = QueryInteger(request.http, "scale", 1, 1, 2);
+  if (!scale) return scale.error();
+  auto figure = FigureOf(api, request);
+  if (!figure) return figure.error();
+  RenderOptions options;
+  options.scale = static_cast<int>(scale.value());
+  auto png = RenderPng(figure.value(), options);
+  if (!png) return png.error();
+  HttpResponse response;
+  response.content_type = "image/png";
+  response.body = std::move(png).value();
+  response.headers.emplace_back("Content-Disposition",
+                                "inline; filename=\"" + request.http.PathParameter("id") + "-" +
+                                    request.http.PathParameter("figure") + ".png\"");
+  return response;
+}
+
+core::Result<HttpResponse> GetFigure(RunApi& api, const ApiRequest& request) {
+  auto figure = FigureOf(api, request);
+  if (!figure) return figure.error();
+  return JsonResponse(ToJson(figure.value()));
+}
+
+}  // namespace faultlab::server

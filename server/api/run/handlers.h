@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+
+#include "server/api/gate.h"
+#include "server/auth/accounts.h"
+#include "server/experiment/experiments.h"
+#include "server/run/run_manager.h"
+
+// Runs and uploads: starting, watching, their data, figures and exports.
+namespace faultlab::server {
+
+struct RunApi {
+  Experiments& experiments;
+  Recordings& recordings;
+  RunManager& runs;
+  RecordingStore& store;
+  RigAccess& rigs;
+  Accounts& accounts;
+  StreamTokens& tokens;
+  std::uint64_t default_seed = 1;
+};
+
+std::vector<ApiRoute> RoutesOf(RunApi& api);
+
+// runs.cc
+core::Result<HttpResponse> CreateRun(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> GetRun(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> DeleteRun(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> IssueStreamToken(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> ListEvents(RunApi& api, const ApiRequest& request);
+
+// data.cc
+core::Result<HttpResponse> GetFrames(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> GetSamples(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> GetDiagnosis(RunApi& api, const ApiRequest& request);
+
+// exports.cc
+core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> ExportMat(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request);
+
+// figures.cc
+core::Result<HttpResponse> GetPlot(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> GetFigure(RunApi& api, const ApiRequest& request);
+
+// uploads.cc
+core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> ListRecordings(RunApi& api, const ApiRequest& request);
+}  // namespace faultlab::server

@@ -1,0 +1,173 @@
+#include <boost/json.hpp>
+
+#include "server/api/run/handlers.h"
+#include "server/experiment/plan_json.h"
+#include "server/json/json_reader.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+json::value ParsedOr(std::string_view text, json::value fallback) {
+  boost::system::error_code ec;
+  json::value value = json::parse(text, ec);
+  return ec ? fallback : value;
+}
+
+json::object RecordToJson(const RunRecord& record) {
+  json::object out{{"id", record.id},
+                   {"name", record.name},
+                   {"rig", record.rig},
+                   {"source", record.source},
+                   {"owner", record.owner},
+                   {"state", Name(record.state)},
+                   {"epoch", record.epoch},
+                   {"period_s", record.period_s},
+                   {"created_at", Iso8601(record.created_at)},
+                   {"ended_at", nullptr},
+                   {"samples", record.samples},
+                   {"verdict", nullptr},
+                   {"plan", ParsedOr(record.plan_json, json::object{})}};
+  if (record.ended_at) out["ended_at"] = Iso8601(*record.ended_at);
+  if (!record.verdict.empty()) out["verdict"] = record.verdict;
+  return out;
+}
+
+/// A live run knows more than the database does.
+void AddLive(json::object& out, const RunSnapshot& live) {
+  out["state"] = Name(live.state);
+  out["samples"] = live.samples;
+  out["verdict"] = live.verdict;
+}
+
+RunRecord RecordOf(const RunSnapshot& live) {
+  RunRecord record;
+  record.id = live.id;
+  record.name = live.name;
+  record.rig = live.rig;
+  record.source = "run";
+  record.owner = live.owner;
+  record.epoch = static_cast<std::uint64_t>(live.epoch);
+  record.period_s = live.period_s;
+  record.created_at = live.created_at;
+  record.plan_json = live.plan_json;
+  return record;
+}
+
+json::array EventsOf(std::span<const RecordedEvent> events) {
+  json::array out;
+  for (const RecordedEvent& event : events) out.push_back(ParsedOr(event.json, nullptr));
+  return out;
+}
+
+HttpResponse Created(const RunSnapshot& started) {
+  json::object out = RecordToJson(RecordOf(started));
+  AddLive(out, started);
+  HttpResponse response = JsonResponse(out, 201);
+  response.headers.emplace_back("Location", "/api/v1/runs/" + started.id);
+  return response;
+}
+
+/// One's own runs; everybody's for whoever may read them; with ?course= those of its students.
+core::Result<RunFilter> FilterOf(RunApi& api, const ApiRequest& request) {
+  RunFilter filter;
+  filter.source = "run";
+  const bool all = Authorize(request.who, Operation::kReadRun, Ownership::kForeign).ok();
+  if (!request.http.Query("course")) {
+    if (!all) filter.owner = request.who.owner_key();
+    return filter;
+  }
+  auto course = QueryInteger(request.http, "course", 0, 1, INT64_MAX);
+  if (!course) return course.error();
+  auto teaches = api.accounts.Teaches(request.who.user_id, course.value());
+  if (!teaches) return teaches.error();
+  const bool may = all || (teaches.value() &&
+                           Authorize(request.who, Operation::kReadRun, Ownership::kCourse).ok());
+  if (!may) return core::Error{core::ErrorCode::kInvalid, "You teach no such course.", "course"};
+  filter.course = course.value();
+  return filter;
+}
+
+}  // namespace
+
+core::Result<HttpResponse> CreateRun(RunApi& api, const ApiRequest& request) {
+  auto plan = ParsePlan(request.body, api.default_seed);
+  if (!plan) return plan.error();
+  const auto started =
+      api.experiments.Start(request.who, StartedBy::kPerson, std::move(plan).value());
+  if (!started) return started.error();
+  return Created(started.value());
+}
+
+core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
+  const core::Status query = OnlyQuery(request.http, {"cursor", "limit", "course"});
+  if (!query.ok()) return query.error();
+  auto limit = PageLimit(request.http);
+  if (!limit) return limit.error();
+  auto filter = FilterOf(api, request);
+  if (!filter) return filter.error();
+  auto page =
+      api.store.List(request.http.Query("cursor").value_or(""), limit.value(), filter.value());
+  if (!page) return page.error();
+  json::array items;
+  for (const RunRecord& record : page.value().items) {
+    json::object item = RecordToJson(record);
+    if (record.state == RunState::kRunning) {
+      if (const auto live = api.runs.Find(record.id)) AddLive(item, *live);
+    }
+    items.push_back(std::move(item));
+  }
+  json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
+  if (!page.value().next_cursor.empty()) out["next_cursor"] = page.value().next_cursor;
+  return JsonResponse(out);
+}
+
+core::Result<HttpResponse> GetRun(RunApi& api, const ApiRequest& request) {
+  json::object out = RecordToJson(request.run);
+  if (request.run.state == RunState::kRunning) {
+    if (const auto live = api.runs.Find(request.run.id)) AddLive(out, *live);
+  }
+  const auto events = api.recordings.Events(request.run);
+  if (!events) return events.error();
+  out["loop"] = ParsedOr(LoopText(events.value()), nullptr);
+  out["events"] = EventsOf(events.value());
+  return JsonResponse(out);
+}
+
+core::Result<HttpResponse> ListEvents(RunApi& api, const ApiRequest& request) {
+  const auto events = api.recordings.Events(request.run);
+  if (!events) return events.error();
+  return JsonResponse(json::object{{"items", EventsOf(events.value())}});
+}
+
+core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
+  if (request.run.state != RunState::kRunning) {
+    return core::Error{core::ErrorCode::kConflict, "The run has ended already.", {}};
+  }
+  const core::Status stopped = api.runs.Stop(request.run.id, "stopped by a person");
+  if (!stopped.ok() && stopped.error().code == core::ErrorCode::kNotFound) {
+    return core::Error{core::ErrorCode::kConflict, "The run has ended already.", {}};
+  }
+  if (!stopped.ok()) return stopped.error();
+  return JsonResponse(json::object{{"id", request.run.id}, {"state", "stopping"}}, 202);
+}
+
+core::Result<HttpResponse> DeleteRun(RunApi& api, const ApiRequest& request) {
+  const core::Status deleted = api.store.Delete(request.run.id);
+  if (!deleted.ok()) return deleted.error();
+  return NoContent();
+}
+
+core::Result<HttpResponse> IssueStreamToken(RunApi& api, const ApiRequest& request) {
+  // Rule 9: others watch, whatever their role. On a rig of the lab the session must be one's own.
+  const Ownership whose = OwnershipOf(request.who, request.run.owner);
+  const bool can_command = whose == Ownership::kOwn &&
+                           api.rigs.MayCommand(request.who, request.run.rig) &&
+                           Authorize(request.who, Operation::kChangeRun, whose).ok();
+  const std::string code = api.tokens.Issue({request.run.id, request.who.owner_key(), can_command});
+  return JsonResponse(json::object{{"code", code}, {"expires_in_s", kStreamTokenLife.count()}},
+                      201);
+}
+
+}  // namespace faultlab::server

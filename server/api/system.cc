@@ -1,0 +1,151 @@
+#include "server/api/system.h"
+
+#include <boost/json.hpp>
+#include <map>
+
+#include "server/api/metrics_text.h"
+#include "server/api/rig_json.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+core::Result<HttpResponse> Healthz(SystemApi&, const ApiRequest&) {
+  HttpResponse response;
+  response.static_body = R"({"status":"ok","service":"faultlab"})";
+  return response;
+}
+
+core::Result<HttpResponse> Readyz(SystemApi& api, const ApiRequest&) {
+  const core::Status database = api.database_check();
+  if (!database.ok()) return database.error();
+  HttpResponse response;
+  response.static_body = R"({"status":"ready"})";
+  return response;
+}
+
+core::Result<HttpResponse> Metrics(SystemApi& api, const ApiRequest&) {
+  MetricsText out;
+  const HttpCounters http = api.http_counters();
+  out.Add("faultlab_http_connections_total", "counter", http.connections_accepted);
+  out.Add("faultlab_http_connections_refused_total", "counter", http.connections_refused);
+  out.Add("faultlab_http_connections_open", "gauge", http.connections_open);
+  out.Add("faultlab_http_requests_total", "counter", http.requests);
+  for (std::size_t i = 1; i <= 5; ++i) {
+    out.Add("faultlab_http_answers_total",
+            "counter",
+            http.answers_by_class[i],
+            Label("class", std::to_string(i) + "xx"));
+  }
+  out.Add("faultlab_http_deadlines_missed_total", "counter", http.deadlines_missed);
+  out.Add("faultlab_http_pool_refused_total", "counter", http.pool_refused);
+  out.Add("faultlab_http_pool_waiting", "gauge", http.pool_waiting);
+
+  const StreamCounters stream = api.hub.counters();
+  out.Add("faultlab_viewers_open", "gauge", stream.viewers_open);
+  out.Add("faultlab_viewers_total", "counter", stream.viewers_total);
+  out.Add("faultlab_stream_channels", "gauge", stream.channels_open);
+  out.Add("faultlab_stream_messages_total", "counter", stream.messages_sent);
+  out.Add("faultlab_stream_bytes_total", "counter", stream.bytes_sent);
+  out.Add("faultlab_stream_messages_dropped_total", "counter", stream.messages_dropped);
+  out.Add("faultlab_stream_inbox_refused_total", "counter", stream.inbox_refused);
+  out.Add("faultlab_stream_protocol_errors_total", "counter", stream.protocol_errors);
+
+  const RunCounters runs = api.runs.counters();
+  out.Add("faultlab_runs_started_total", "counter", runs.started);
+  for (std::size_t i = 1; i < 5; ++i) {
+    out.Add("faultlab_runs_ended_total",
+            "counter",
+            runs.ended[i],
+            Label("state", Name(static_cast<RunState>(i))));
+  }
+  out.Add("faultlab_runs_running", "gauge", api.runs.Running().size());
+  out.Add("faultlab_samples_total", "counter", runs.samples);
+  out.Add("faultlab_rig_overruns_total", "counter", runs.overruns);
+  out.Add("faultlab_rig_gaps_total", "counter", runs.gaps);
+  AddRigMetrics(out, api.bay.List());
+  out.Add("faultlab_isolation_tasks_total", "counter", runs.solver_tasks);
+  {
+    const auto state = api.service.state();
+    std::map<std::string_view, std::uint64_t> rigs;
+    for (const auto& [id, rig] : state->rigs) ++rigs[Name(rig.status)];
+    for (const char* status :
+         {"offline", "ready", "leased", "cleaning", "quarantined", "maintenance"}) {
+      out.Add("faultlab_lab_rigs", "gauge", rigs[status], Label("status", status));
+    }
+    out.Add("faultlab_lab_tickets_waiting", "gauge", state->tickets.size());
+    out.Add("faultlab_lab_bookings", "gauge", state->bookings.size());
+    out.Add("faultlab_lab_sessions", "gauge", state->sessions.size());
+  }
+  const auto up =
+      std::chrono::duration_cast<std::chrono::seconds>(api.clock.Monotonic() - api.started);
+  out.Add("faultlab_uptime_seconds", "gauge", static_cast<std::uint64_t>(up.count()));
+
+  HttpResponse response;
+  response.content_type = "text/plain; version=0.0.4; charset=utf-8";
+  response.body = out.Take();
+  return response;
+}
+
+core::Result<HttpResponse> OpenApi(SystemApi& api, const ApiRequest&) {
+  HttpResponse response;
+  response.static_body = api.openapi;
+  return response;
+}
+
+core::Result<HttpResponse> Me(SystemApi&, const ApiRequest& request) {
+  const Principal& who = request.who;
+  json::array scopes;
+  for (const std::string& scope : who.scopes) scopes.push_back(json::value(scope));
+  json::object out{{"role", Name(who.role)},
+                   {"name", who.name},
+                   {"login", who.login},
+                   {"owner", who.owner_key()},
+                   {"scopes", std::move(scopes)}};
+  if (!who.csrf_token.empty()) out["csrf_token"] = who.csrf_token;
+  return JsonResponse(out);
+}
+
+core::Result<HttpResponse> ListRigs(SystemApi& api, const ApiRequest&) {
+  json::array items;
+  for (const RigStatus& rig : api.bay.List()) items.push_back(RigToJson(rig, api.clock.Wall()));
+  return JsonResponse(json::object{{"items", std::move(items)}});
+}
+
+core::Result<HttpResponse> ListRigCalibrations(SystemApi& api, const ApiRequest& request) {
+  const core::Status known = OnlyQuery(request.http, {"limit"});
+  if (!known.ok()) return known.error();
+  const auto limit = PageLimit(request.http);
+  if (!limit) return limit.error();
+  const std::string& rig = request.http.PathParameter("id");
+  if (const auto found = api.bay.Find(rig); !found) return found.error();
+  const auto rows = api.calibrations.List(rig, limit.value());
+  if (!rows) return rows.error();
+  json::array items;
+  for (const RigCalibration& row : rows.value()) {
+    items.emplace_back(json::object{
+        {"run", row.run}, {"at", Iso8601(row.at)}, {"calibration", json::parse(row.json)}});
+  }
+  return JsonResponse(json::object{{"items", std::move(items)}});
+}
+
+}  // namespace
+
+std::vector<ApiRoute> RoutesOf(SystemApi& api) {
+  using enum HttpMethod;
+  using enum Operation;
+  using enum Guard;
+  const auto on = [&api](auto handler) { return On(api, handler); };
+  return {
+      {kGet, "/healthz", kReadPublic, kOpen, on(Healthz)},
+      {kGet, "/readyz", kReadPublic, kRole, on(Readyz)},
+      {kGet, "/metrics", kReadPublic, kRole, on(Metrics)},
+      {kGet, "/api/v1/openapi.json", kReadPublic, kOpen, on(OpenApi)},
+      {kGet, "/api/v1/auth/me", kReadPublic, kRole, on(Me)},
+      {kGet, "/api/v1/rigs", kListRigs, kRole, on(ListRigs)},
+      {kGet, "/api/v1/rigs/{id}/calibrations", kListRigs, kRole, on(ListRigCalibrations)},
+  };
+}
+
+}  // namespace faultlab::server

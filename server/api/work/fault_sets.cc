@@ -1,0 +1,124 @@
+// fault-sets: an instructor's named fault schedules.
+#include <boost/json.hpp>
+
+#include "server/api/work/handlers.h"
+#include "server/experiment/plan_json.h"
+#include "server/json/json_reader.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using lab::FaultSet;
+
+json::object SetToJson(const FaultSet& set) {
+  json::object out{{"id", set.id},
+                   {"name", set.name},
+                   {"course", nullptr},
+                   {"visible", set.visible},
+                   {"version", set.version},
+                   {"used", set.used},
+                   {"replaces", nullptr},
+                   {"faults", json::parse(set.faults_json)},
+                   {"created_at", Iso8601(set.created_at)}};
+  if (set.course_id != 0) out["course"] = set.course_id;
+  if (set.replaces != 0) out["replaces"] = set.replaces;
+  return out;
+}
+
+HttpResponse SetResponse(const FaultSet& set, int status) {
+  HttpResponse response = JsonResponse(SetToJson(set), status);
+  response.headers.emplace_back("ETag", "\"" + std::to_string(set.version) + "\"");
+  return response;
+}
+
+/// Reads name, visible, faults into `set`; faults are checked as those of a run are.
+core::Status ReadSet(const ApiRequest& request, FaultSet& set) {
+  ObjectReader in(request.body, "");
+  set.name = in.Text("name", 200);
+  set.visible = in.BooleanOr("visible", true);
+  if (in.Has("course")) set.course_id = in.Integer("course", 1, INT64_MAX);
+  const json::array* faults = in.ArrayOrNull("faults", kRunFaultsMax);
+  if (auto error = in.Finish()) return *error;
+  if (faults == nullptr || faults->empty()) {
+    return core::Error{core::ErrorCode::kInvalid, "Give at least one fault.", "/faults"};
+  }
+  set.faults_json = json::serialize(*faults);
+  // The longest run, so that only what no run could take is refused here.
+  const auto parsed = ParseFaults(*faults, kRunSecondsMax);
+  if (!parsed) return parsed.error();
+  return core::Done{};
+}
+
+core::Status MayTeach(WorkApi& api, const Principal& who, std::int64_t course) {
+  if (course == 0 || who.role == Role::kAdmin) return core::Done{};
+  auto teaches = api.accounts.Teaches(who.user_id, course);
+  if (!teaches) return teaches.error();
+  if (teaches.value()) return core::Done{};
+  return core::Error{core::ErrorCode::kInvalid, "You teach no such course.", "/course"};
+}
+
+}  // namespace
+
+core::Result<HttpResponse> ListFaultSets(WorkApi& api, const ApiRequest& request) {
+  auto sets = api.fault_sets.List();
+  if (!sets) return sets.error();
+  json::array items;
+  for (const FaultSet& set : sets.value()) {
+    auto ownership = api.fault_set_access.OwnershipOf(request.who, set);
+    if (!ownership) return ownership.error();
+    if (Authorize(request.who, Operation::kReadFaultSet, ownership.value()).ok()) {
+      items.push_back(SetToJson(set));
+    }
+  }
+  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+}
+
+core::Result<HttpResponse> CreateFaultSet(WorkApi& api, const ApiRequest& request) {
+  FaultSet set;
+  set.author = request.who.user_id;
+  set.created_at = api.clock.Wall();
+  const core::Status read = ReadSet(request, set);
+  if (!read.ok()) return read.error();
+  const core::Status teaches = MayTeach(api, request.who, set.course_id);
+  if (!teaches.ok()) return teaches.error();
+  auto made = api.fault_sets.Create(set);
+  if (!made) return made.error();
+  api.audit.Add(
+      request.who, "create_fault_set", "fault_set:" + std::to_string(made.value().id), "");
+  return SetResponse(made.value(), 201);
+}
+
+core::Result<HttpResponse> ChangeFaultSet(WorkApi& api, const ApiRequest& request) {
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  auto version = RequiredVersion(request);
+  if (!version) return version.error();
+  auto set = api.fault_set_access.Find(request.who, id.value(), Operation::kManageFaultSet);
+  if (!set) return set.error();
+  FaultSet next = set.value();
+  const core::Status read = ReadSet(request, next);
+  if (!read.ok()) return read.error();
+  if (next.course_id != set.value().course_id) {
+    return core::Error{core::ErrorCode::kInvalid, "A set stays in its course.", "/course"};
+  }
+  auto changed = api.fault_sets.Change(next, version.value());
+  if (!changed) return changed.error();
+  api.audit.Add(request.who, "change_fault_set", "fault_set:" + std::to_string(id.value()), "");
+  return SetResponse(changed.value(), 200);
+}
+
+core::Result<HttpResponse> DeleteFaultSet(WorkApi& api, const ApiRequest& request) {
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  auto version = RequiredVersion(request);
+  if (!version) return version.error();
+  auto set = api.fault_set_access.Find(request.who, id.value(), Operation::kManageFaultSet);
+  if (!set) return set.error();
+  const core::Status done = api.fault_sets.Delete(id.value(), version.value());
+  if (!done.ok()) return done.error();
+  api.audit.Add(request.who, "delete_fault_set", "fault_set:" + std::to_string(id.value()), "");
+  return NoContent();
+}
+
+}  // namespace faultlab::server

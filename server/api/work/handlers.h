@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+
+#include "server/api/gate.h"
+#include "server/auth/accounts.h"
+#include "server/auth/audit_log.h"
+#include "server/experiment/experiments.h"
+#include "server/lab/fault_sets.h"
+#include "server/lab/job_store.h"
+#include "server/lab/lab_service.h"
+#include "server/storage/rig_calibrations.h"
+
+// What is prepared for others or done without a person: fault sets, their isolability, jobs.
+namespace faultlab::server {
+
+struct WorkApi {
+  Experiments& experiments;
+  Recordings& recordings;
+  lab::FaultSets& fault_sets;
+  FaultSetAccess& fault_set_access;
+  lab::JobStore& jobs;
+  lab::LabService& service;
+  Accounts& accounts;
+  RigBay& bay;
+  RunManager& runs;
+  RigCalibrations& calibrations;
+  const AuditLog& audit;
+  const Clock& clock;
+  std::uint64_t default_seed = 1;
+};
+
+std::vector<ApiRoute> RoutesOf(WorkApi& api);
+
+// jobs.cc
+core::Result<HttpResponse> ListJobs(WorkApi& api, const ApiRequest& request);
+core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request);
+core::Result<HttpResponse> GetJob(WorkApi& api, const ApiRequest& request);
+core::Result<HttpResponse> CancelJob(WorkApi& api, const ApiRequest& request);
+
+// fault_sets.cc
+core::Result<HttpResponse> ListFaultSets(WorkApi& api, const ApiRequest& request);
+core::Result<HttpResponse> CreateFaultSet(WorkApi& api, const ApiRequest& request);
+core::Result<HttpResponse> ChangeFaultSet(WorkApi& api, const ApiRequest& request);
+core::Result<HttpResponse> DeleteFaultSet(WorkApi& api, const ApiRequest& request);
+
+// isolability.cc
+core::Result<HttpResponse> GetIsolability(WorkApi& api, const ApiRequest& request);
+core::Result<HttpResponse> GetIsolabilityPlot(WorkApi& api, const ApiRequest& request);
+}  // namespace faultlab::server

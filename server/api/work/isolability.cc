@@ -1,0 +1,125 @@
+// fault-sets/{id}/isolability: which faults of a set can be seen and told apart.
+#include <boost/json.hpp>
+
+#include "server/api/work/handlers.h"
+#include "server/csv/excitation_text.h"
+#include "server/csv/number_text.h"
+#include "server/diagnosis_json/calibration_json.h"
+#include "server/diagnosis_json/isolability_json.h"
+#include "server/diagnosis_json/isolability_question.h"
+#include "server/experiment/plan_json.h"
+#include "server/plots/isolability_figure.h"
+#include "server/plots/render.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+constexpr std::int64_t kWindowMin = 10;
+constexpr std::int64_t kWindowMax = 500;  // five seconds of a fault; a second of work
+
+/// The newest that a run has learnt about the rig.
+core::Result<core::Calibration> NewestCalibration(WorkApi& api, const std::string& rig) {
+  if (const auto found = api.bay.Find(rig); !found) {
+    return Error{ErrorCode::kInvalid, "There is no rig '" + rig + "'.", "rig"};
+  }
+  const auto rows = api.calibrations.List(rig, 1);
+  if (!rows) return rows.error();
+  if (rows.value().empty()) {
+    return Error{ErrorCode::kInvalid,
+                 "No run has calibrated '" + rig + "' yet: start one, or leave rig out.",
+                 "rig"};
+  }
+  return ParseCalibration(rows.value().front().json, "The stored calibration of " + rig);
+}
+
+core::Status SetExcitation(const HttpRequest& request, IsolabilityQuestion& question) {
+  question.excitation_name = request.Query("excitation").value_or(question.excitation_name);
+  auto excitation = ParseExcitation(question.excitation_name, 1);
+  if (!excitation) return excitation.error();
+  question.excitation = std::move(excitation).value();
+  return core::Done{};
+}
+
+core::Result<IsolabilityQuestion> QuestionOf(WorkApi& api,
+                                             const ApiRequest& request,
+                                             const lab::FaultSet& set) {
+  const HttpRequest& http = request.http;
+  const core::Status query =
+      OnlyQuery(http, {"rig", "profile", "excitation", "channels", "window_samples", "um_noise_v"});
+  if (!query.ok()) return query.error();
+  IsolabilityQuestion question;
+  auto window =
+      QueryInteger(http, "window_samples", question.window_samples, kWindowMin, kWindowMax);
+  if (!window) return window.error();
+  question.window_samples = static_cast<int>(window.value());
+  question.channels = http.Query("channels").value_or(question.channels);
+  question.profile = http.Query("profile").value_or(question.profile);
+  if (const auto text = http.Query("um_noise_v")) {
+    question.um_noise_v = ParseNumber(*text);
+    if (!question.um_noise_v) {
+      return Error{ErrorCode::kInvalid, "um_noise_v must be a number (volt).", "um_noise_v"};
+    }
+  }
+  if (const core::Status set_one = SetExcitation(http, question); !set_one) return set_one.error();
+  if (const auto rig = http.Query("rig")) {
+    auto calibration = NewestCalibration(api, *rig);
+    if (!calibration) return calibration.error();
+    question.calibration = std::move(calibration).value();
+  }
+  const auto faults = ParseFaults(set.faults_json, kRunSecondsMax);
+  if (!faults) return faults.error();
+  for (const core::Fault& fault : faults.value()) {
+    question.faults.push_back({fault.component, fault.value});
+  }
+  return question;
+}
+
+struct Answer {
+  lab::FaultSet set;
+  IsolabilityQuestion question;
+  core::Isolability isolability;
+};
+
+core::Result<Answer> Judge(WorkApi& api, const ApiRequest& request) {
+  auto id = PathNumber(request);
+  if (!id) return id.error();
+  auto set = api.fault_set_access.Find(request.who, id.value(), Operation::kReadFaultSet);
+  if (!set) return set.error();
+  auto question = QuestionOf(api, request, set.value());
+  if (!question) return question.error();
+  const auto options = ToOptions(question.value());
+  if (!options) return options.error();
+  auto isolability = core::AnalyseIsolability(options.value());
+  if (!isolability) return isolability.error();
+  return Answer{
+      std::move(set).value(), std::move(question).value(), std::move(isolability).value()};
+}
+
+}  // namespace
+
+core::Result<HttpResponse> GetIsolability(WorkApi& api, const ApiRequest& request) {
+  const auto answer = Judge(api, request);
+  if (!answer) return answer.error();
+  return JsonResponse(ToJson(answer.value().isolability));
+}
+
+core::Result<HttpResponse> GetIsolabilityPlot(WorkApi& api, const ApiRequest& request) {
+  const auto answer = Judge(api, request);
+  if (!answer) return answer.error();
+  const Answer& judged = answer.value();
+  const std::string subtitle = judged.set.name + ": " + ToText(judged.question);
+  auto png = RenderPng(MakeIsolabilityFigure(judged.isolability, subtitle), RenderOptions{});
+  if (!png) return png.error();
+  HttpResponse response;
+  response.content_type = "image/png";
+  response.body = std::move(png).value();
+  response.headers.emplace_back(
+      "Content-Disposition",
+      "inline; filename=\"fault-set-" + std::to_string(judged.set.id) + "-isolability.png\"");
+  return response;
+}
+
+}  // namespace faultlab::server

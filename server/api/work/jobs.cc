@@ -1,0 +1,184 @@
+// jobs: runs without a person.
+#include <algorithm>
+#include <boost/json.hpp>
+#include <charconv>
+#include <variant>
+
+#include "server/api/work/handlers.h"
+#include "server/experiment/plan_json.h"
+#include "server/experiment/work.h"
+#include "server/json/json_reader.h"
+#include "server/storage/ids.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::size_t kBatchMax = 500;
+
+/// Done samples of the run over all; 0 while it is not known.
+double ProgressOf(const RunSnapshot& live) {
+  if (live.samples_planned <= 0) return 0.0;
+  const double done = static_cast<double>(live.samples) / static_cast<double>(live.samples_planned);
+  return std::min(1.0, done);
+}
+
+json::object JobToJson(WorkApi& api, const lab::Job& job) {
+  json::object out{{"id", job.id},
+                   {"batch", job.batch},
+                   {"name", job.name},
+                   {"run_name", nullptr},
+                   {"rig", nullptr},
+                   {"state", job.state},
+                   {"run", nullptr},
+                   {"recording", nullptr},
+                   {"diagnosis", nullptr},
+                   {"error", nullptr},
+                   {"progress", job.state == "finished" ? 1.0 : 0.0},
+                   {"attempts", job.attempts},
+                   {"created_at", Iso8601(job.created_at)},
+                   {"started_at", nullptr},
+                   {"ended_at", nullptr}};
+  // The body was checked when the job came.
+  const json::object body = json::parse(job.body).as_object();
+  if (const json::value* name = body.if_contains("name")) out["run_name"] = *name;
+  if (const json::value* rig = body.if_contains("rig")) out["rig"] = *rig;
+  if (const json::value* diagnose = body.if_contains("diagnose")) {
+    out["recording"] = diagnose->at("recording");
+  }
+  if (!job.result.empty()) out["diagnosis"] = json::parse(job.result);
+  if (!job.run_id.empty()) out["run"] = job.run_id;
+  if (!job.error.empty()) out["error"] = job.error;
+  if (job.started_at) out["started_at"] = Iso8601(*job.started_at);
+  if (job.ended_at) out["ended_at"] = Iso8601(*job.ended_at);
+  if (job.state == "running" && !job.run_id.empty()) {
+    if (const auto live = api.runs.Find(job.run_id)) out["progress"] = ProgressOf(*live);
+  }
+  return out;
+}
+
+/// Refuses now what would be refused when the job's turn comes. The text to keep: a fault set is
+/// replaced by its faults.
+core::Result<std::string> CheckedJob(WorkApi& api,
+                                     const Principal& who,
+                                     const json::value& wanted) {
+  if (!wanted.is_object()) {
+    return core::Error{core::ErrorCode::kInvalid, "A run is a JSON object.", ""};
+  }
+  auto work = ParseWork(wanted.as_object(), api.default_seed);
+  if (!work) return work.error();
+  if (const auto* diagnosis = std::get_if<DiagnosisRequest>(&work.value())) {
+    const core::Status readable = CheckDiagnosis(api.recordings, who, *diagnosis);
+    if (!readable.ok()) return readable.error();
+    return json::serialize(wanted);
+  }
+  auto& plan = std::get<ExperimentPlan>(work.value());
+  const core::Status possible = api.experiments.Check(who, plan);
+  if (!possible.ok()) return possible.error();
+  json::object kept = wanted.as_object();
+  if (kept.erase("fault_set") > 0) kept["faults"] = ToJson(plan.faults);
+  return json::serialize(kept);
+}
+
+core::Result<lab::Job> OwnJob(WorkApi& api, const ApiRequest& request) {
+  auto job = api.jobs.Get(request.http.PathParameter("id"));
+  if (!job) return job.error();
+  const core::Status allowed =
+      Authorize(request.who, Operation::kSubmitJob, OwnershipOf(request.who, job.value().owner));
+  if (!allowed.ok()) return allowed.error();
+  return job;
+}
+
+}  // namespace
+
+core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string name = in.TextOr("name", "", 200);
+  const json::array* runs = in.ArrayOrNull("runs", kBatchMax);
+  if (auto error = in.Finish()) return *error;
+  if (runs == nullptr || runs->empty()) {
+    return core::Error{core::ErrorCode::kInvalid, "Give 1 to 500 runs.", "/runs"};
+  }
+  const std::string batch = NewId("batch");
+  const WallTime now = api.clock.Wall();
+  std::vector<lab::Job> jobs;
+  for (std::size_t i = 0; i < runs->size(); ++i) {
+    auto text = CheckedJob(api, request.who, (*runs)[i]);
+    if (!text) {
+      core::Error error = text.error();
+      error.field = "/runs/" + std::to_string(i) + error.field;
+      return error;
+    }
+    lab::Job job;
+    job.id = NewId("job");
+    job.owner = request.who.owner_key();
+    job.account_id = request.who.user_id;
+    job.batch = batch;
+    job.name = name;
+    job.body = text.value();
+    job.created_at = now + std::chrono::milliseconds(i);  // keeps the order of the batch
+    jobs.push_back(std::move(job));
+  }
+  const core::Status added = api.jobs.Add(jobs);
+  if (!added.ok()) return added.error();
+  json::array items;
+  for (const lab::Job& job : jobs) items.push_back(JobToJson(api, job));
+  return JsonResponse(json::object{{"batch", batch}, {"items", std::move(items)}}, 202);
+}
+
+core::Result<HttpResponse> ListJobs(WorkApi& api, const ApiRequest& request) {
+  const core::Status known = OnlyQuery(request.http, {"cursor", "limit", "batch"});
+  if (!known.ok()) return known.error();
+  auto limit = PageLimit(request.http);
+  if (!limit) return limit.error();
+  const std::string cursor = request.http.Query("cursor").value_or("");
+  std::int64_t before_ms = 0;
+  std::string before_id;
+  if (!cursor.empty()) {
+    const auto [end, error] =
+        std::from_chars(cursor.data(), cursor.data() + cursor.size(), before_ms);
+    const std::size_t used = static_cast<std::size_t>(end - cursor.data());
+    if (error != std::errc() || used + 1 >= cursor.size() || cursor[used] != '.') {
+      return core::Error{
+          core::ErrorCode::kInvalid, "This cursor does not come from this list.", "cursor"};
+    }
+    before_id = cursor.substr(used + 1);
+  }
+  const bool all = Allowed(request.who.role, Operation::kSubmitJob, Ownership::kForeign);
+  auto jobs = api.jobs.List(all ? "" : request.who.owner_key(),
+                            request.http.Query("batch").value_or(""),
+                            before_ms,
+                            before_id,
+                            limit.value());
+  if (!jobs) return jobs.error();
+  json::array items;
+  for (const lab::Job& job : jobs.value()) items.push_back(JobToJson(api, job));
+  json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
+  if (jobs.value().size() == static_cast<std::size_t>(limit.value())) {
+    const lab::Job& last = jobs.value().back();
+    out["next_cursor"] = std::to_string(ToMilliseconds(last.created_at)) + "." + last.id;
+  }
+  return JsonResponse(out);
+}
+
+core::Result<HttpResponse> GetJob(WorkApi& api, const ApiRequest& request) {
+  auto job = OwnJob(api, request);
+  if (!job) return job.error();
+  return JsonResponse(JobToJson(api, job.value()));
+}
+
+core::Result<HttpResponse> CancelJob(WorkApi& api, const ApiRequest& request) {
+  auto job = OwnJob(api, request);
+  if (!job) return job.error();
+  const core::Status done = api.jobs.Cancel(job.value().id, api.clock.Wall());
+  if (!done.ok()) return done.error();
+  // Its place in the queue of a bench, or the rig that it was just given.
+  const core::Status left = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+    return scheduler.DropJob(job.value().id, now);
+  });
+  if (!left.ok()) return left.error();
+  return NoContent();
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,330 @@
+#include "server/app/application.h"
+
+#include <spdlog/spdlog.h>
+
+#include <boost/json/serialize.hpp>
+#include <filesystem>
+#include <utility>
+
+#include "hardware/lcm/rig_finder.h"
+#include "hardware/simulated/simulated_rig.h"
+#include "server/app/lcm_run_tap.h"
+#include "server/app/services.h"
+#include "server/app/static_files.h"
+#include "server/auth/accounts.h"
+#include "server/diagnosis_json/calibration_json.h"
+#include "server/plots/record_figure.h"
+#include "server/run/rig_bay.h"
+#include "server/storage/database.h"
+#include "server/storage/folder_lock.h"
+#include "server/storage/lab_id.h"
+#include "server/storage/postgres_location.h"
+#include "server/storage/rig_calibrations.h"
+#include "server/stream/stream_tokens.h"
+
+namespace faultlab::server {
+namespace {
+
+core::Status MakeDataFolder(const Config& config) {
+  std::error_code ec;
+  std::filesystem::create_directories(config.data_dir, ec);
+  if (!ec) return core::Done{};
+  return core::Error{core::ErrorCode::kUnavailable,
+                     "cannot create the data folder '" + config.data_dir + "': " + ec.message(),
+                     "data_dir"};
+}
+
+std::string DatabaseLocation(const Config& config) {
+  if (!config.database_url.empty()) return config.database_url;
+  return (std::filesystem::path(config.data_dir) / "faultlab.db").string();
+}
+
+/// Beside the database file, links followed; a server on PostgreSQL locks its data folder.
+std::string LockFile(const Config& config) {
+  const std::string location = DatabaseLocation(config);
+  if (IsPostgres(location) || location.find("://") != std::string::npos) {
+    return (std::filesystem::path(config.data_dir) / "faultlab.lock").string();
+  }
+  std::error_code ec;
+  const std::filesystem::path file = std::filesystem::weakly_canonical(location, ec);
+  if (ec) return location + ".lock";
+  if (std::filesystem::hard_link_count(file, ec) > 1 && !ec) {
+    spdlog::warn(
+        "{} has a second name (a hard link): a server started by that name would not see this one, "
+        "and both would damage the database",
+        file.string());
+  }
+  return file.string() + ".lock";
+}
+
+/// Servers that share a database share the names of its rigs.
+std::string RigName(const Config& config, const char* kind, int number) {
+  const std::string prefix = config.server_id == Config{}.server_id ? "" : config.server_id + "-";
+  return prefix + kind + std::to_string(number);
+}
+
+/// What one farm thread steps with room to spare: see hardware/README.md.
+constexpr int kRigsPerFarm = 2000;
+
+/// Rigs in real time share a few threads, however many there are; at other speeds each waits for
+/// its reader on a thread of its own.
+void AddSimulatedRigs(RigBay& bay, const Config& config) {
+  std::shared_ptr<hardware::RigFarm> farm;
+  for (int i = 1; i <= config.sim_rigs; ++i) {
+    if (config.sim_speed == 1.0 && i % kRigsPerFarm == 1) {
+      farm = hardware::MakeRigFarm(kRigsPerFarm);
+    }
+    hardware::SimulatedRigOptions options;
+    options.farm = farm;
+    options.id = RigName(config, "sim-", i);
+    options.speed = config.sim_speed;
+    if (config.sim_profile == "multisim") {
+      options.profile = hardware::SimulatedProfile::kMultisim;
+    }
+    const hardware::RigDescription description = hardware::MakeSimulatedRig(options)->description();
+    bay.Add(description, config.sim_profile, [options] {
+      return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
+    });
+  }
+}
+
+/// Simulated benches that stand for real ones: one person at a time, by queue or booking.
+void AddBenches(RigBay& bay, const Config& config) {
+  for (int i = 1; i <= config.lab_benches; ++i) {
+    hardware::SimulatedRigOptions options;
+    options.id = RigName(config, "bench-", i);
+    options.speed = config.sim_speed;
+    options.rig_class = "bench";
+    options.kind = hardware::RigKind::kBench;
+    bay.AddResident(hardware::MakeSimulatedRig(options), "bench");
+  }
+}
+
+GuestAccess ToGuestAccess(const std::string& from) {
+  if (from == "everywhere") return GuestAccess::kEverywhere;
+  return from == "loopback" ? GuestAccess::kLoopback : GuestAccess::kNever;
+}
+
+}  // namespace
+
+/// Everything that lives as long as the server, in the order of construction.
+class Application::Impl {
+ public:
+  Impl(const Config& config, FolderLock lock, std::unique_ptr<Database> database)
+      : config_(config),
+        lock_(std::move(lock)),
+        database_(std::move(database)),
+        store_(*database_),
+        calibrations_(*database_),
+        hub_(HubOptions(config), clock_),
+        tokens_(clock_),
+        accounts_(*database_, ToGuestAccess(config.guests)),
+        runs_(RunOptions(config), store_, hub_, clock_, [](std::string_view text) {
+          spdlog::warn("{}", text);
+        }) {
+    AddSimulatedRigs(bay_, config);
+    AddBenches(bay_, config);
+    http_ = std::make_unique<HttpServer>(
+        NetOptions(config), router_, [this](const HttpRequest& request) {
+          return DecideUpgrade(tokens_, hub_, request);
+        });
+  }
+
+  /// The address is taken before anything stored is touched: a server that cannot serve must not
+  /// mark, end or recover what another one may be doing.
+  core::Status Start() {
+    const core::Status bound = http_->Bind();
+    if (!bound.ok()) return bound;
+    if (!config_.lcm_url.empty()) {
+      auto tap = OpenLcmRunTap(config_.lcm_url);
+      if (!tap) return tap.error();
+      tap_ = std::move(tap).value();
+      runs_.SetTap(tap_.get());
+      const core::Status finding = FindRemoteRigs();
+      if (!finding.ok()) return finding;
+    }
+    const core::Status streaming = hub_.Start();
+    if (!streaming.ok()) return streaming;
+    const core::Status serving = OpenServices();
+    if (!serving.ok()) return serving;
+    const core::Status listening = http_->Start();
+    return listening.ok() ? OfferFirstLink() : listening;
+  }
+
+  void Stop() {
+    if (std::exchange(stopped_, true)) return;
+    http_->Stop();
+    if (services_) services_->Stop();
+    runs_.Shutdown();
+    hub_.Stop();
+  }
+
+  RunManager& runs() { return runs_; }
+  RecordingStore& store() { return store_; }
+  StreamHub& hub() { return hub_; }
+  const HttpServer& http() const { return *http_; }
+  const Router& router() const { return router_; }
+
+ private:
+  core::Status OpenServices() {
+    Services::Options options;
+    options.server_id = config_.server_id;
+    options.address = http_->address();
+    options.speed = config_.sim_speed;
+    options.default_seed = config_.fixture_seed.value_or(1);
+    options.openapi = EmbeddedOpenApi();
+    options.http_counters = [this] { return http_->counters(); };
+    options.retention = {config_.keep_guest_days,
+                         config_.keep_student_days,
+                         config_.keep_job_days,
+                         config_.keep_news_days};
+    options.log = [](std::string_view text) { spdlog::warn("{}", text); };
+    auto services = Services::Open(
+        {*database_, store_, calibrations_, bay_, hub_, tokens_, accounts_, runs_, clock_},
+        std::move(options),
+        router_);
+    if (!services) return services.error();
+    services_ = std::move(services).value();
+    AddStaticRoutes(router_, EmbeddedFiles());
+    return core::Done{};
+  }
+  /// No default password: while there is no admin, the log carries a link that makes one.
+  core::Status OfferFirstLink() {
+    auto link = accounts_.FirstStartLink(clock_.Wall());
+    // Another server of this database makes the admin in the same moment: then there is one.
+    if (!link && link.error().code == core::ErrorCode::kConflict) {
+      link = accounts_.FirstStartLink(clock_.Wall());
+    }
+    if (!link) return link.error();
+    if (link.value()) {
+      spdlog::warn(
+          "no admin yet: set the password of 'admin' within 24 h at http://{}/reset?token={}",
+          http_->address(),
+          *link.value());
+    }
+    return core::Done{};
+  }
+  core::Status FindRemoteRigs() {
+    hardware::RigFinderOptions options;
+    options.lcm_url = config_.lcm_url;
+    options.key_directory = config_.lcm_keys;
+    options.server_name = config_.server_id;
+    auto lab = LabId(*database_);
+    if (!lab) return lab.error();
+    options.lab = lab.value();
+    auto finder = hardware::OpenRigFinder(options);
+    if (!finder) return finder.error();
+    finder_ = std::move(finder).value();
+    bay_.SetFinder([this] {
+      std::vector<RigBay::Found> found;
+      for (const hardware::RemoteRigInfo& info : finder_->List()) {
+        RigStatus status;
+        status.description = info.description;
+        status.profile = info.description.profile;
+        status.state =
+            info.link == hardware::LinkState::kLost ? hardware::RigState::kOffline : info.state;
+        status.remote = info;
+        found.push_back(
+            {std::move(status), [this, id = info.description.id] { return finder_->Find(id); }});
+      }
+      return found;
+    });
+    return core::Done{};
+  }
+  static StreamHubOptions HubOptions(const Config& config) {
+    StreamHubOptions options;
+    options.viewers_max = static_cast<std::size_t>(config.viewers_max);
+    return options;
+  }
+  RunManagerOptions RunOptions(const Config& config) {
+    return {config.runs_max,
+            config.server_id,
+            config.sim_speed,
+            AddModelFits,
+            [this](const std::string& rig, const std::string& run, core::Calibration calibration) {
+              const WallTime now = clock_.Wall();
+              calibration.dated = Iso8601(now);
+              const core::Status kept =
+                  calibrations_.Add({rig, run, now, boost::json::serialize(ToJson(calibration))});
+              if (!kept.ok()) spdlog::warn("rig {}: {}", rig, kept.error().message);
+            }};
+  }
+  static HttpServerOptions NetOptions(const Config& config) {
+    HttpServerOptions options;
+    options.listen = config.listen;
+    options.allowed_hosts = config.allowed_hosts;
+    options.limits.connections_max = static_cast<std::size_t>(config.connections_max);
+    options.limits.pool_threads = config.pool_threads;
+    options.on_error = [](std::string_view text) { spdlog::error("{}", text); };
+    return options;
+  }
+
+  const Config config_;
+  const FolderLock lock_;
+  bool stopped_ = false;
+  SystemClock clock_;
+  std::unique_ptr<Database> database_;
+  RecordingStore store_;
+  RigCalibrations calibrations_;
+  std::unique_ptr<hardware::RigFinder> finder_;
+  RigBay bay_;
+  std::unique_ptr<RunTap> tap_;
+  StreamHub hub_;
+  StreamTokens tokens_;
+  Accounts accounts_;
+  RunManager runs_;
+  Router router_;
+  std::unique_ptr<Services> services_;
+  std::unique_ptr<HttpServer> http_;
+};
+
+core::Result<std::unique_ptr<Application>> Application::Open(const Config& config) {
+  const core::Status folder = MakeDataFolder(config);
+  if (!folder.ok()) return folder.error();
+  auto lock = FolderLock::Take(LockFile(config));
+  if (!lock) return lock.error();
+  DatabaseOptions options;
+  options.location = DatabaseLocation(config);
+  auto database = Database::Open(std::move(options));
+  if (!database) return database.error();
+  auto impl = std::make_unique<Impl>(config, std::move(lock).value(), std::move(database).value());
+  const core::Status started = impl->Start();
+  if (!started.ok()) return started.error();
+  return std::unique_ptr<Application>(new Application(std::move(impl)));
+}
+
+Application::Application(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Application::~Application() {
+  Stop();
+}
+
+void Application::Stop() {
+  impl_->Stop();
+}
+
+std::string Application::address() const {
+  return impl_->http().address();
+}
+
+int Application::port() const {
+  return impl_->http().port();
+}
+
+const Router& Application::router() const {
+  return impl_->router();
+}
+
+RunManager& Application::runs() {
+  return impl_->runs();
+}
+
+RecordingStore& Application::store() {
+  return impl_->store();
+}
+
+StreamHub& Application::hub() {
+  return impl_->hub();
+}
+
+}  // namespace faultlab::server

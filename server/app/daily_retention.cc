@@ -1,0 +1,42 @@
+#include "server/app/daily_retention.h"
+
+#include <string>
+#include <utility>
+
+namespace faultlab::server {
+
+DailyRetention::DailyRetention(Database& database,
+                               const Clock& clock,
+                               lab::RetentionRules rules,
+                               std::function<void(std::string_view)> log)
+    : database_(database), clock_(clock), rules_(std::move(rules)), log_(std::move(log)) {
+  thread_ = std::thread([this] {
+    std::unique_lock lock(mutex_);
+    do {
+      lock.unlock();
+      Retain();
+      lock.lock();
+    } while (!wake_.wait_for(lock, std::chrono::hours(24), [this] { return stopping_; }));
+  });
+}
+
+DailyRetention::~DailyRetention() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+}
+
+void DailyRetention::Retain() {
+  const auto kept = lab::Retain(database_, rules_, clock_.Wall(), /*remove=*/true);
+  if (!kept.ok()) {
+    log_("retention: " + kept.error().message);
+  } else if (!kept.value().items.empty()) {
+    log_("retention: " + std::to_string(kept.value().items.size()) +
+         " recordings and jobs were kept long enough and are gone");
+  }
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <string_view>
+#include <thread>
+
+#include "server/clock.h"
+#include "server/lab/retention.h"
+
+namespace faultlab::server {
+
+/// What was kept long enough goes, once a day from the start of the server, by the rules of the
+/// settings.
+class DailyRetention {
+ public:
+  /// Database and clock must outlive it.
+  DailyRetention(Database& database,
+                 const Clock& clock,
+                 lab::RetentionRules rules,
+                 std::function<void(std::string_view)> log);
+  ~DailyRetention();
+  DailyRetention(const DailyRetention&) = delete;
+  DailyRetention& operator=(const DailyRetention&) = delete;
+
+ private:
+  void Retain();
+
+  Database& database_;
+  const Clock& clock_;
+  const lab::RetentionRules rules_;
+  const std::function<void(std::string_view)> log_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace faultlab::server

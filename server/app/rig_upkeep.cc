@@ -1,0 +1,194 @@
+#include "server/app/rig_upkeep.h"
+
+#include <utility>
+#include <vector>
+
+#include "server/experiment/rig_access.h"
+
+namespace faultlab::server {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr milliseconds kRigPatience = seconds(20);  ///< until the last run has let go of the rig
+constexpr milliseconds kFollow = seconds(1);
+
+/// Why nobody can use this rig now though it is a rig of ours; empty: it can be used.
+std::string WhyOffline(const RigStatus& rig) {
+  if (rig.remote && !rig.remote->refusal.empty()) return rig.remote->refusal;
+  return rig.state == hardware::RigState::kOffline ? "the rig does not answer" : "";
+}
+
+}  // namespace
+
+RigUpkeep::RigUpkeep(RigBay& bay,
+                     lab::RigBands& bands,
+                     const Clock& clock,
+                     std::function<void(std::string_view)> log)
+    : bay_(bay), bands_(bands), clock_(clock), log_(std::move(log)) {}
+
+RigUpkeep::~RigUpkeep() {
+  Stop();
+}
+
+void RigUpkeep::Start(lab::LabService& service) {
+  service_ = &service;
+  FollowRigs();
+  threads_.emplace_back([this] { CheckLoop(); });
+  threads_.emplace_back([this] {
+    while (!WaitForStop(kFollow)) FollowRigs();
+  });
+}
+
+void RigUpkeep::Stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+  for (std::thread& thread : threads_) thread.join();
+  threads_.clear();
+}
+
+void RigUpkeep::WithNextCheck(const std::string& rig, CheckExtra extra) {
+  const std::lock_guard lock(mutex_);
+  extras_[rig].insert(extra);
+}
+
+void RigUpkeep::Fence(const lab::RigId& rig, std::uint64_t epoch) {
+  bay_.Fence(rig, epoch);
+}
+
+void RigUpkeep::StartCleaning(const lab::Lease& lease) {
+  {
+    const std::lock_guard lock(mutex_);
+    checks_.push_back(lease);
+  }
+  wake_.notify_all();
+}
+
+bool RigUpkeep::RunInProgress(const lab::RigId& rig) {
+  return bay_.Holds(rig);
+}
+
+bool RigUpkeep::WaitForStop(milliseconds patience) {
+  std::unique_lock lock(mutex_);
+  return wake_.wait_for(lock, patience, [&] { return stopping_; });
+}
+
+/// Rigs come and go: the scheduler learns it here, and cleans what has come.
+void RigUpkeep::FollowRigs() {
+  struct Change {
+    RigStatus rig;
+    bool is_new = false;
+  };
+  const auto state = service_->state();
+  std::vector<Change> changes;
+  for (RigStatus& rig : bay_.List()) {
+    const auto known = state->rigs.find(rig.description.id);
+    const bool is_new = known == state->rigs.end();
+    const std::string owner = is_new ? "" : known->second.server;
+    if (!owner.empty() && owner != service_->member()) continue;  // another member has it
+    // An agent that nobody understands has not said what it is.
+    if (is_new && rig.description.rig_class.empty()) continue;
+    const std::string why = WhyOffline(rig);
+    const bool known_offline = is_new || known->second.status == lab::RigStatus::kOffline;
+    const bool unclaimed = owner.empty() && why.empty();
+    const bool other_reason =
+        known_offline && !why.empty() && (is_new || known->second.reason != why);
+    if (is_new || unclaimed || !why.empty() != known_offline || other_reason) {
+      changes.push_back({std::move(rig), is_new});
+    }
+  }
+  if (changes.empty()) return;
+  const core::Status told =
+      service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+        for (const auto& [rig, is_new] : changes) {
+          const std::string& id = rig.description.id;
+          core::Status done = core::Done{};
+          if (is_new) done = scheduler.AddRig(id, rig.description.rig_class, !NeedsSession(rig));
+          if (done.ok()) {
+            const std::string why = WhyOffline(rig);
+            done = why.empty() ? scheduler.Claim(id, service_->member(), now)
+                               : scheduler.RigOffline(id, why, now);
+          }
+          if (!done.ok()) log_("lab: rig " + id + ": " + done.error().message);
+        }
+        return core::Done{};
+      });
+  if (!told.ok()) log_("lab: " + told.error().message);
+}
+
+void RigUpkeep::CheckLoop() {
+  while (true) {
+    lab::Lease lease;
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait(lock, [&] { return stopping_ || !checks_.empty(); });
+      if (stopping_) return;
+      lease = std::move(checks_.front());
+      checks_.pop_front();
+    }
+    const lab::RigVerdict verdict = Check(lease);
+    // A newer check of the same rig makes this answer stale, which is as it should be.
+    const core::Status told =
+        service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+          if (verdict.put_off) {
+            return scheduler.CheckPutOff(lease.rig, lease.epoch, verdict.text, now);
+          }
+          return scheduler.CleaningDone(lease.rig, lease.epoch, verdict.passed, verdict.text, now);
+        });
+    if (!told.ok() && told.error().code != core::ErrorCode::kStale) {
+      log_("rig " + lease.rig + ": its check cannot be stored: " + told.error().message);
+    }
+    if (verdict.put_off) {
+      log_("rig " + lease.rig + " cannot be checked now: " + verdict.text);
+    } else if (!verdict.passed) {
+      log_("rig " + lease.rig + " fails its check: " + verdict.text);
+    }
+  }
+}
+
+/// Waits until nobody holds the rig. What its driver throws is a failed check.
+lab::RigVerdict RigUpkeep::Check(const lab::Lease& lease) {
+  try {
+    auto hold = bay_.Acquire(lease, kRigPatience);
+    if (!hold.ok()) return {false, hold.error().message, std::nullopt};
+    return CheckHeld(hold.value());
+  } catch (const std::exception& error) {
+    return {false, error.what(), std::nullopt};
+  }
+}
+
+/// The check by the rig's own band; when an operator commissions the rig, the check makes the band.
+lab::RigVerdict RigUpkeep::CheckHeld(RigHold& hold) {
+  const std::string& id = hold.lease().rig;
+  std::set<CheckExtra> extras;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = extras_.find(id); found != extras_.end()) {
+      extras = std::move(found->second);
+      extras_.erase(found);
+    }
+  }
+  if (extras.contains(CheckExtra::kClearTrip)) {
+    hardware::RigCommand clear;
+    clear.kind = hardware::RigCommand::Kind::kClearTrip;
+    const core::Status cleared = hold.rig().Command(hold.epoch(), clear);
+    if (!cleared.ok()) return lab::VerdictOf(cleared.error());
+  }
+  const auto band = bands_.Get(id);
+  if (!band.ok()) return {false, band.error().message, std::nullopt};
+  lab::RigVerdict verdict = lab::CheckRig(hold.rig(), hold.epoch(), band.value());
+  if (!extras.contains(CheckExtra::kCommission) || !verdict.measured) return verdict;
+  const double period_s = hardware::RunPlan{}.period_s;
+  const lab::RigBand nominal = lab::NominalBand(period_s, hold.rig().description().delta_s);
+  core::Status stored = lab::CheckBand(*verdict.measured, nominal);
+  if (stored.ok()) {
+    stored = bands_.Put(id, *verdict.measured, "commissioned", clock_.Wall());
+  }
+  return {stored.ok(), stored.ok() ? "" : stored.error().message, verdict.measured};
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,142 @@
+#include "server/app/services.h"
+
+#include <utility>
+
+namespace faultlab::server {
+
+using std::chrono::seconds;
+
+Services::Services(const Base& base, Options options)
+    : base_(base),
+      options_(std::move(options)),
+      jobs_(base.database),
+      fault_sets_(base.database),
+      answers_(base.database),
+      bands_(base.database),
+      calendar_links_(base.database),
+      audit_(base.accounts, base.clock, options_.log),
+      fault_set_access_(fault_sets_, base.accounts),
+      recordings_(base.store, base.runs, base.accounts, base.clock),
+      upkeep_(base.bay, bands_, base.clock, options_.log),
+      gate_({base.accounts, recordings_, answers_, base.clock}) {}
+
+core::Result<std::unique_ptr<Services>> Services::Open(const Base& base,
+                                                       Options options,
+                                                       Router& router) {
+  auto services = std::unique_ptr<Services>(new Services(base, std::move(options)));
+  const core::Status joined = services->JoinLab();
+  if (!joined.ok()) return joined.error();
+  services->BuildApi(router);
+  return services;
+}
+
+Services::~Services() {
+  Stop();
+}
+
+void Services::Stop() {
+  job_runner_.reset();
+  retention_.reset();
+  upkeep_.Stop();
+}
+
+core::Status Services::JoinLab() {
+  lab::LabServiceOptions options;
+  options.member = options_.server_id;
+  options.address = options_.address;
+  options.alone = base_.database.engine() == Engine::kSqlite;
+  options.clock_error_max = seconds(1);
+  options.join_patience = options.policy.member_lease + seconds(1);
+  auto service = lab::LabService::Open(base_.database, base_.clock, upkeep_, std::move(options));
+  if (!service.ok()) return service.error();
+  service_ = std::move(service).value();
+  // From here on this process is the only one of its server_id.
+  const auto reaped = jobs_.Reap(base_.clock.Wall(), options_.server_id);
+  if (!reaped.ok()) return reaped.error();
+  rig_access_ = std::make_unique<RigAccess>(*service_, base_.bay, options_.log);
+  experiments_ = std::make_unique<Experiments>(Experiments::Parts{base_.runs,
+                                                                  base_.store,
+                                                                  recordings_,
+                                                                  base_.bay,
+                                                                  *rig_access_,
+                                                                  fault_set_access_,
+                                                                  fault_sets_,
+                                                                  options_.speed});
+  upkeep_.Start(*service_);
+  job_runner_ = std::make_unique<JobRunner>(JobRunner::Parts{jobs_,
+                                                             *service_,
+                                                             base_.accounts,
+                                                             *experiments_,
+                                                             recordings_,
+                                                             base_.runs,
+                                                             base_.store,
+                                                             base_.clock},
+                                            JobRunner::Options{
+                                                .server_id = options_.server_id,
+                                                .default_seed = options_.default_seed,
+                                                .log = options_.log,
+                                            });
+  retention_ = std::make_unique<DailyRetention>(
+      base_.database, base_.clock, options_.retention, options_.log);
+  return core::Done{};
+}
+
+void Services::BuildApi(Router& router) {
+  const auto database_check = [this]() -> core::Status {
+    const auto page = base_.store.List("", 1, {});
+    if (!page) return page.error();
+    return core::Done{};
+  };
+  system_api_ = std::make_unique<SystemApi>(SystemApi{base_.runs,
+                                                      base_.bay,
+                                                      base_.hub,
+                                                      base_.calibrations,
+                                                      *service_,
+                                                      base_.clock,
+                                                      options_.openapi,
+                                                      options_.http_counters,
+                                                      database_check,
+                                                      base_.clock.Monotonic()});
+  run_api_ = std::make_unique<RunApi>(RunApi{*experiments_,
+                                             recordings_,
+                                             base_.runs,
+                                             base_.store,
+                                             *rig_access_,
+                                             base_.accounts,
+                                             base_.tokens,
+                                             options_.default_seed});
+  people_api_ = std::make_unique<PeopleApi>(PeopleApi{base_.accounts, audit_, base_.clock});
+  bench_api_ = std::make_unique<BenchApi>(BenchApi{
+      *service_,
+      base_.accounts,
+      base_.bay,
+      base_.runs,
+      calendar_links_,
+      base_.hub,
+      base_.tokens,
+      audit_,
+      base_.clock,
+      [this](const std::string& rig, CheckExtra extra) { upkeep_.WithNextCheck(rig, extra); }});
+  feed_ = std::make_unique<PersonFeed>(*bench_api_);
+  bench_api_->feed = feed_.get();
+  work_api_ = std::make_unique<WorkApi>(WorkApi{*experiments_,
+                                                recordings_,
+                                                fault_sets_,
+                                                fault_set_access_,
+                                                jobs_,
+                                                *service_,
+                                                base_.accounts,
+                                                base_.bay,
+                                                base_.runs,
+                                                base_.calibrations,
+                                                audit_,
+                                                base_.clock,
+                                                options_.default_seed});
+  gate_.AddRoutes(router, RoutesOf(*system_api_));
+  gate_.AddRoutes(router, RoutesOf(*run_api_));
+  gate_.AddRoutes(router, RoutesOf(*people_api_));
+  gate_.AddRoutes(router, RoutesOf(*bench_api_));
+  gate_.AddRoutes(router, RoutesOf(*work_api_));
+}
+
+}  // namespace faultlab::server

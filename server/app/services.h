@@ -1,0 +1,93 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "server/api/bench/handlers.h"
+#include "server/api/bench/person_feed.h"
+#include "server/api/gate.h"
+#include "server/api/people/handlers.h"
+#include "server/api/run/handlers.h"
+#include "server/api/system.h"
+#include "server/api/work/handlers.h"
+#include "server/app/daily_retention.h"
+#include "server/app/job_runner.h"
+#include "server/app/rig_upkeep.h"
+#include "server/auth/audit_log.h"
+#include "server/auth/calendar_links.h"
+#include "server/experiment/experiments.h"
+#include "server/lab/fault_sets.h"
+#include "server/lab/job_store.h"
+#include "server/lab/lab_service.h"
+#include "server/lab/rig_bands.h"
+
+namespace faultlab::server {
+
+/// What serves requests and keeps the lab, in the order of construction: each line uses what stands
+/// above it. Made when the address is bound; the routes are in the router then.
+class Services {
+ public:
+  /// What there is before: all of it outlives the services.
+  struct Base {
+    Database& database;
+    RecordingStore& store;
+    RigCalibrations& calibrations;
+    RigBay& bay;
+    StreamHub& hub;
+    StreamTokens& tokens;
+    Accounts& accounts;
+    RunManager& runs;
+    const Clock& clock;
+  };
+  struct Options {
+    std::string server_id;
+    std::string address;  ///< "host:port", for the other members of this database
+    double speed = 1.0;   ///< of replays
+    std::uint64_t default_seed = 1;
+    std::string_view openapi;
+    std::function<HttpCounters()> http_counters;
+    lab::RetentionRules retention;
+    std::function<void(std::string_view)> log;
+  };
+  /// Takes the member's lease, ends what a crash cut off, puts the routes into `router`, starts to
+  /// work.
+  static core::Result<std::unique_ptr<Services>> Open(const Base& base,
+                                                      Options options,
+                                                      Router& router);
+  ~Services();  ///< Stop()
+  /// No new checks and jobs; those that run are waited for. Before RunManager::Shutdown.
+  void Stop();
+
+ private:
+  Services(const Base& base, Options options);
+  core::Status JoinLab();
+  void BuildApi(Router& router);
+
+  const Base base_;
+  const Options options_;
+  lab::JobStore jobs_;
+  lab::FaultSets fault_sets_;
+  lab::RememberedAnswers answers_;
+  lab::RigBands bands_;
+  CalendarLinks calendar_links_;
+  AuditLog audit_;
+  FaultSetAccess fault_set_access_;
+  Recordings recordings_;
+  RigUpkeep upkeep_;
+  std::unique_ptr<lab::LabService> service_;
+  std::unique_ptr<RigAccess> rig_access_;
+  std::unique_ptr<Experiments> experiments_;
+  Gate gate_;
+  std::unique_ptr<SystemApi> system_api_;
+  std::unique_ptr<RunApi> run_api_;
+  std::unique_ptr<PeopleApi> people_api_;
+  std::unique_ptr<BenchApi> bench_api_;
+  std::unique_ptr<PersonFeed> feed_;
+  std::unique_ptr<WorkApi> work_api_;
+  std::unique_ptr<JobRunner> job_runner_;
+  std::unique_ptr<DailyRetention> retention_;
+};
+
+}  // namespace faultlab::server

@@ -1,0 +1,151 @@
+// The way back from the JSON of a diagnosis.
+#include <algorithm>
+#include <boost/json.hpp>
+#include <cmath>
+
+#include "server/diagnosis_json/calibration_json.h"
+#include "server/diagnosis_json/diagnosis_json.h"
+#include "server/json/document_reader.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using core::Error;
+
+double NumberOrAbsent(const json::value& value) {
+  return value.is_number() ? value.to_number<double>() : core::kAbsent;
+}
+
+std::vector<core::Component> ReadNames(const json::array& names, std::optional<Error>& error) {
+  std::vector<core::Component> out;
+  for (const json::value& name : names) {
+    const auto component =
+        name.is_string() ? core::ParseComponent(std::string_view(name.get_string())) : std::nullopt;
+    if (component) {
+      out.push_back(*component);
+    } else if (!error) {
+      error = Error{core::ErrorCode::kInvalid, "unknown component", "group"};
+    }
+  }
+  return out;
+}
+
+core::Candidate ReadCandidate(const json::value& value, std::optional<Error>& error) {
+  DocumentReader reader(EntryOf(value), "candidates/", error);
+  core::Candidate out;
+  const auto component = core::ParseComponent(reader.Text("component"));
+  if (component) {
+    out.component = *component;
+  } else {
+    reader.Refuse("component", "unknown component");
+  }
+  out.value = reader.NumberOrNull("value").value_or(core::kAbsent);
+  out.sigma = reader.NumberOrNull("sigma").value_or(core::kAbsent);
+  const json::value* bound = EntryOf(value).if_contains("bound");
+  if (bound != nullptr && bound->is_string() && !bound->get_string().empty()) {
+    out.bound = bound->get_string().front();
+  }
+  out.score = reader.NumberOrNull("score").value_or(core::kAbsent);
+  out.margin = reader.NumberOrNull("margin").value_or(core::kAbsent);
+  return out;
+}
+
+core::PathStep ReadStep(const json::value& value, std::optional<Error>& error) {
+  DocumentReader reader(EntryOf(value), "path/", error);
+  core::PathStep out;
+  out.question = reader.Text("question");
+  out.answer = reader.Flag("answer");
+  out.value = reader.NumberOrNull("value").value_or(core::kAbsent);
+  out.threshold = reader.NumberOrNull("threshold").value_or(core::kAbsent);
+  out.leads_to = reader.Text("leads_to");
+  return out;
+}
+
+core::Verdict ReadVerdict(const json::object& object, std::optional<Error>& error) {
+  DocumentReader reader(object, "", error);
+  core::Verdict out;
+  const std::string word = reader.Text("verdict");
+  bool known = false;
+  for (int i = 0; i <= static_cast<int>(core::VerdictKind::kNotExcited); ++i) {
+    if (core::Name(static_cast<core::VerdictKind>(i)) != word) continue;
+    out.kind = static_cast<core::VerdictKind>(i);
+    known = true;
+  }
+  if (!known) reader.Refuse("verdict", "unknown word");
+  out.detected_at_s = reader.NumberOrNull("detected_at_s");
+  out.onset_s = reader.NumberOrNull("onset_s");
+  out.detector = reader.Text("detector");
+  out.group = ReadNames(reader.Array("group"), error);
+  for (const json::value& one : reader.Array("candidates")) {
+    out.candidates.push_back(ReadCandidate(one, error));
+  }
+  for (const json::value& one : reader.Array("path")) out.path.push_back(ReadStep(one, error));
+  out.settled = reader.Flag("settled");
+  out.reason = reader.Text("reason");
+  return out;
+}
+
+template <std::size_t N>
+void ReadNumbers(const json::array& numbers, std::array<double, N>& out) {
+  for (std::size_t i = 0; i < std::min(N, numbers.size()); ++i) out[i] = NumberOrAbsent(numbers[i]);
+}
+
+void ReadEstimates(const json::object& object,
+                   std::optional<Error>& error,
+                   core::Diagnosis& diagnosis) {
+  DocumentReader estimators(object, "estimates/", error);
+  for (std::size_t i = 0; i < core::kEstimatorCount; ++i) {
+    const std::string name(core::kEstimatorShapes[i].name);
+    DocumentReader reader(estimators.Object(name), "estimates/" + name + "/", error);
+    core::Estimate<3>& estimate = diagnosis.estimates[i];
+    ReadNumbers(reader.Array("theta"), estimate.theta);
+    ReadNumbers(reader.Array("sigma"), estimate.sigma);
+    estimate.condition = reader.NumberOrNull("condition").value_or(core::kAbsent);
+    estimate.age_samples = static_cast<std::int32_t>(reader.Number("age", 0.0));
+    const std::string word = reader.Text("status");
+    for (int s = 0; s <= static_cast<int>(core::EstimateStatus::kInvalid); ++s) {
+      const auto status = static_cast<core::EstimateStatus>(s);
+      if (core::Name(status) == word) estimate.status = status;
+    }
+    ReadNumbers(reader.Array("nominal"), diagnosis.nominal_estimates[i]);
+  }
+}
+
+}  // namespace
+
+core::Result<core::Diagnosis> ParseDiagnosis(std::string_view text) {
+  boost::system::error_code failed;
+  const json::value value = json::parse(text, failed);
+  std::optional<Error> error;
+  if (failed || !value.is_object()) {
+    return Error{core::ErrorCode::kInvalid, "the stored diagnosis is no JSON object", "diagnosis"};
+  }
+  const json::object& object = value.get_object();
+  core::Diagnosis out;
+  out.verdict = ReadVerdict(object, error);
+  DocumentReader reader(object, "", error);
+  ReadEstimates(reader.Object("estimates"), error, out);
+  for (const auto& [model, percent] : reader.Object("fit_percent")) {
+    out.fit_percent.push_back({std::string(model), NumberOrAbsent(percent)});
+  }
+  for (const json::value& one : reader.Array("episodes")) {
+    core::FaultEpisode episode;
+    episode.verdict = ReadVerdict(EntryOf(one), error);
+    DocumentReader entry(EntryOf(one), "episodes/", error);
+    const bool drift = entry.Text("shape") == "drift";
+    episode.shape = drift ? core::FaultShape::kDrift : core::FaultShape::kAbrupt;
+    episode.ended_at_s = entry.NumberOrNull("ended_at_s");
+    out.episodes.push_back(std::move(episode));
+  }
+  if (error) return *error;
+  if (const json::value* calibration = object.if_contains("calibration");
+      calibration != nullptr && !calibration->is_null()) {
+    auto read = CalibrationFromJson(*calibration, "stored diagnosis");
+    if (!read) return read.error();
+    out.calibration = std::move(read).value();
+  }
+  return out;
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,90 @@
+#include "server/experiment/diagnosis_request.h"
+
+#include <boost/json.hpp>
+
+#include "server/diagnosis_json/diagnosis_json.h"
+#include "server/json/json_reader.h"
+#include "server/plots/record_figure.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+constexpr double kSecondsMax = 100'000.0;
+constexpr std::size_t kIdBytesMax = 64;
+
+core::Error OnRecording(core::Error error) {
+  error.field = "/diagnose/recording";
+  return error;
+}
+
+/// The finished recording, if `who` may read it.
+core::Result<RunRecord> Find(Recordings& recordings,
+                             const Principal& who,
+                             const DiagnosisRequest& request) {
+  auto record = recordings.Find(who, request.recording, Operation::kReadRun);
+  if (!record) return OnRecording(record.error());
+  if (record.value().state == RunState::kRunning) {
+    return core::Error{
+        core::ErrorCode::kConflict, "The recording is not finished.", "/diagnose/recording"};
+  }
+  return record;
+}
+
+}  // namespace
+
+core::Result<DiagnosisRequest> ParseDiagnosisRequest(const json::object& body) {
+  ObjectReader in(body, "");
+  const json::object* wanted = in.ObjectOrNull("diagnose");
+  (void)in.TextOr("name", "", kIdBytesMax);
+  if (auto error = in.Finish()) return *error;
+  ObjectReader settings(*wanted, "/diagnose");
+  DiagnosisRequest request;
+  core::DiagnosisOptions& options = request.options;
+  request.recording = settings.Text("recording", kIdBytesMax);
+  options.values = settings.WordOr("values", "none", {"none", "table2"}) == "table2"
+                       ? core::ValuePrior::kTable2
+                       : core::ValuePrior::kNone;
+  options.channels = settings.WordOr("channels", "all", {"all", "um"}) == "um"
+                         ? core::Channels::kUmOnly
+                         : core::Channels::kAll;
+  options.healthy_from_s = settings.NumberOr("healthy_from_s", 0.5, 0.0, kSecondsMax);
+  options.healthy_to_s = settings.NumberOr("healthy_to_s", 5.0, 0.0, kSecondsMax);
+  options.false_alarms_per_day = settings.NumberOr("false_alarms_per_day", 1.0, 1e-6, 1e6);
+  options.motor_faults = settings.BooleanOr("motor_faults", true);
+  if (options.healthy_to_s <= options.healthy_from_s) {
+    settings.Refuse("healthy_to_s", "The healthy stretch ends after it begins.");
+  }
+  if (auto error = settings.Finish()) return *error;
+  return request;
+}
+
+core::Status CheckDiagnosis(Recordings& recordings,
+                            const Principal& who,
+                            const DiagnosisRequest& request) {
+  const auto record = Find(recordings, who, request);
+  if (!record) return record.error();
+  return core::Done{};
+}
+
+core::Result<std::string> Diagnose(Recordings& recordings,
+                                   const Principal& who,
+                                   const DiagnosisRequest& request) {
+  auto record = Find(recordings, who, request);
+  if (!record) return record.error();
+  const auto recording = recordings.Load(std::move(record).value());
+  if (!recording) return OnRecording(recording.error());
+  const std::vector<core::Sample>& samples = recording.value().samples;
+  core::DiagnosisOptions options = request.options;
+  options.period_s = recording.value().record.period_s;
+  core::Diagnosis diagnosis = core::DiagnoseRecord(samples, options);
+  AddModelFits(samples, options, diagnosis);
+  json::object out = ToJson(diagnosis);
+  out["recording"] = request.recording;
+  out["samples"] = samples.size();
+  out["period_s"] = options.period_s;
+  return json::serialize(out);
+}
+
+}  // namespace faultlab::server

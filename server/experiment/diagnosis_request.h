@@ -1,0 +1,31 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <string>
+
+#include "core/diagnosis/diagnosis.h"
+#include "server/experiment/recordings.h"
+
+namespace faultlab::server {
+
+/// {"diagnose": {"recording": ID, "values": "none"|"table2", "channels": "all"|"um",
+/// "healthy_from_s", "healthy_to_s", "false_alarms_per_day", "motor_faults"}}: what a job does that
+/// makes no run. The settings are those of `faultlab diagnose`.
+struct DiagnosisRequest {
+  std::string recording;
+  core::DiagnosisOptions options;
+};
+
+/// Errors name the field.
+core::Result<DiagnosisRequest> ParseDiagnosisRequest(const boost::json::object& body);
+/// May `who` read the recording? Refusals are those of reading it.
+core::Status CheckDiagnosis(Recordings& recordings,
+                            const Principal& who,
+                            const DiagnosisRequest& request);
+/// Loads, diagnoses, fits models; the object of `faultlab diagnose --json` as text. Blocks: about
+/// 3 us a sample and the fits.
+core::Result<std::string> Diagnose(Recordings& recordings,
+                                   const Principal& who,
+                                   const DiagnosisRequest& request);
+
+}  // namespace faultlab::server

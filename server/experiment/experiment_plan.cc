@@ -1,0 +1,71 @@
+#include "server/experiment/experiment_plan.h"
+
+#include <array>
+#include <charconv>
+#include <utility>
+#include <variant>
+
+#include "server/run/switchable.h"
+
+namespace faultlab::server {
+namespace {
+
+core::Error Refusal(std::string field, std::string message) {
+  return {core::ErrorCode::kInvalid, std::move(message), std::move(field)};
+}
+
+/// "2.5", in as few digits as tell it from its neighbours.
+std::string Text(double value) {
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
+/// The member of the excitation to name when a voltage is outside the envelope.
+std::string VoltageField(const core::ExcitationSpec& spec, std::size_t sample, bool above) {
+  const std::string_view kind = core::Name(spec);
+  if (kind == "samples") return "/excitation/uc_v/" + std::to_string(sample);
+  if (kind == "multisine" || kind == "chirp") return "/excitation/amplitude_v";
+  const auto ends = std::visit(
+      [](const auto& s) -> std::pair<double, double> {
+        if constexpr (requires { s.low_v; }) return {s.low_v, s.high_v};
+        return {0.0, 0.0};
+      },
+      spec);
+  const bool high = above == (ends.second >= ends.first);
+  return high ? "/excitation/high_v" : "/excitation/low_v";
+}
+
+}  // namespace
+
+core::Result<hardware::RunPlan> ResolvePlan(const ExperimentPlan& wanted,
+                                            const hardware::RigDescription& rig) {
+  auto uc_v = core::Generate(wanted.excitation, wanted.duration_s, wanted.period_s);
+  if (!uc_v) {
+    core::Error error = uc_v.error();
+    const bool top = error.field == "duration_s" || error.field == "period_s";
+    error.field = (top ? "/" : "/excitation/") + error.field;
+    return error;
+  }
+  hardware::RunPlan plan;
+  plan.uc_v = std::move(uc_v).value();
+  for (std::size_t i = 0; i < plan.uc_v.size(); ++i) {
+    const double volts = plan.uc_v[i];
+    if (volts >= rig.uc_v_min && volts <= rig.uc_v_max) continue;
+    return Refusal(VoltageField(wanted.excitation, i, volts > rig.uc_v_max),
+                   "The control voltage of rig '" + rig.id + "' goes from " + Text(rig.uc_v_min) +
+                       " V to " + Text(rig.uc_v_max) + " V.");
+  }
+  for (std::size_t i = 0; i < wanted.faults.size(); ++i) {
+    const core::Fault& fault = wanted.faults[i];
+    const core::Status ok = CheckSwitchable(rig, fault.component, fault.value);
+    if (ok.ok()) continue;
+    return Refusal("/faults/" + std::to_string(i) + "/" + ok.error().field, ok.error().message);
+  }
+  plan.faults = wanted.faults;
+  plan.period_s = wanted.period_s;
+  plan.seed = wanted.seed;
+  return plan;
+}
+
+}  // namespace faultlab::server

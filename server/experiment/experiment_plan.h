@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/signals/excitation.h"
+#include "core/types/fault.h"
+#include "core/types/plant_parameters.h"
+#include "core/types/result.h"
+#include "hardware/rig.h"
+#include "hardware/run_plan.h"
+
+namespace faultlab::server {
+
+inline constexpr double kRunSecondsMin = 1.0;
+inline constexpr double kRunSecondsMax = 600.0;
+inline constexpr std::int64_t kRunSamplesMax = 60'000;
+inline constexpr std::size_t kRunFaultsMax = 64;
+inline constexpr std::size_t kNameBytesMax = 200;
+
+/// What somebody wants to run: the paper's experiment, unless they say otherwise.
+struct ExperimentPlan {
+  std::string rig;  ///< empty: any free simulated rig
+  core::ExcitationSpec excitation;
+  double period_s = core::kSamplePeriodSeconds;
+  double duration_s = 20.0;
+  std::vector<core::Fault> faults;
+  std::int64_t fault_set = 0;  ///< not 0: take the faults of this set
+  std::uint64_t seed = 1;
+  std::string recording;  ///< not empty: replay this one; excitation and faults are its own
+  std::string name;
+};
+
+/// What the rig plays. Refuses what is outside its envelope or what it cannot switch; Error.field
+/// is a JSON pointer into the plan.
+core::Result<hardware::RunPlan> ResolvePlan(const ExperimentPlan& plan,
+                                            const hardware::RigDescription& rig);
+
+}  // namespace faultlab::server

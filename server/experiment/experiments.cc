@@ -1,0 +1,122 @@
+#include "server/experiment/experiments.h"
+
+#include <boost/json.hpp>
+#include <chrono>
+#include <utility>
+
+#include "hardware/replay_rig.h"
+#include "server/experiment/plan_json.h"
+#include "server/run/run_messages.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+core::Error At(core::Error error, std::string field) {
+  error.field = std::move(field);
+  return error;
+}
+
+/// What happened to the plant in a recording; its replay shows it again.
+std::vector<hardware::RigEvent> EventsOfThePlant(std::span<const RecordedEvent> recorded) {
+  std::vector<hardware::RigEvent> out;
+  for (const RecordedEvent& each : recorded) {
+    auto event = ToRigEvent(each);
+    const bool of_the_plant = event && (event->kind == hardware::RigEventKind::kFaultCommanded ||
+                                        event->kind == hardware::RigEventKind::kRelayConfirmed ||
+                                        event->kind == hardware::RigEventKind::kGap);
+    if (of_the_plant) out.push_back(std::move(*event));
+  }
+  return out;
+}
+
+}  // namespace
+
+core::Status Experiments::TakeFaultSet(const Principal& who, ExperimentPlan& plan) {
+  if (plan.fault_set == 0) return core::Done{};
+  const auto set = parts_.fault_set_access.Find(who, plan.fault_set, Operation::kReadFaultSet);
+  if (!set) {
+    return core::Error{
+        core::ErrorCode::kInvalid, "There is no such fault set for you.", "/fault_set"};
+  }
+  auto faults = ParseFaults(set.value().faults_json, plan.duration_s);
+  if (!faults) return faults.error();
+  const core::Status used = parts_.fault_sets.MarkUsed(plan.fault_set);
+  if (!used.ok()) return used.error();
+  plan.faults = std::move(faults).value();
+  plan.fault_set = 0;
+  return core::Done{};
+}
+
+core::Result<RunRequest> Experiments::Replay(const Principal& who, const ExperimentPlan& plan) {
+  auto record = parts_.recordings.Find(who, plan.recording, Operation::kReadRun);
+  if (!record) return At(record.error(), "/recording");
+  auto source = parts_.recordings.Load(std::move(record).value());
+  if (!source) return At(source.error(), "/recording");
+  Recording& recording = source.value();
+  if (recording.samples.empty()) {
+    return core::Error{core::ErrorCode::kInvalid, "The recording is empty.", "/recording"};
+  }
+  const auto events = parts_.store.LoadEvents(plan.recording);
+  if (!events) return At(events.error(), "/recording");
+  hardware::ReplayRigOptions options;
+  options.speed = parts_.speed;
+  options.events = EventsOfThePlant(events.value());
+  const double period_s = recording.record.period_s;
+  RunRequest run;
+  run.name = plan.name.empty() ? "replay of " + recording.record.name : plan.name;
+  run.plan = hardware::ReplayPlan(period_s);
+  run.diagnosis = std::move(recording.options);
+  std::shared_ptr<hardware::Rig> rig =
+      hardware::MakeReplayRig(std::move(recording.samples), std::move(options));
+  json::object shown = PlanToJson(plan, rig->description());
+  shown["period_s"] = period_s;
+  run.plan_json = json::serialize(shown);
+  run.hold = RigHold(std::move(rig));
+  return run;
+}
+
+core::Result<RunRequest> Experiments::OnRig(const Principal& who,
+                                            StartedBy by,
+                                            const ExperimentPlan& plan) {
+  const auto length =
+      std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(plan.duration_s));
+  // The rig comes first, for any one may do: the plan is resolved for the one that runs it.
+  auto hold = parts_.rigs.Hold(who, by, plan.rig, length);
+  if (!hold) return hold.error();
+  const hardware::RigDescription& about = hold.value().rig().description();
+  auto resolved = ResolvePlan(plan, about);
+  if (!resolved) return resolved.error();
+  RunRequest run;
+  run.name = plan.name;
+  run.plan = std::move(resolved).value();
+  run.plan_json = json::serialize(PlanToJson(plan, about));
+  run.diagnosis.values = about.any_value ? core::ValuePrior::kNone : core::ValuePrior::kTable2;
+  run.hold = std::move(hold).value();
+  return run;
+}
+
+core::Result<RunSnapshot> Experiments::Start(const Principal& who,
+                                             StartedBy by,
+                                             ExperimentPlan plan) {
+  const core::Status taken = TakeFaultSet(who, plan);
+  if (!taken.ok()) return taken.error();
+  auto run = plan.recording.empty() ? OnRig(who, by, plan) : Replay(who, plan);
+  if (!run) return run.error();
+  RunRequest ready = std::move(run).value();
+  ready.owner = who.owner_key();
+  return parts_.runs.Start(std::move(ready));
+}
+
+core::Status Experiments::Check(const Principal& who, ExperimentPlan& plan) {
+  const core::Status taken = TakeFaultSet(who, plan);
+  if (!taken.ok() || !plan.recording.empty()) return taken;
+  const auto rig = parts_.bay.Find(plan.rig);
+  if (!rig) return rig.error();
+  const auto resolved = ResolvePlan(plan, rig.value().description);
+  if (!resolved) return resolved.error();
+  return core::Done{};
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "core/types/result.h"
+#include "server/experiment/experiment_plan.h"
+#include "server/experiment/fault_set_access.h"
+#include "server/experiment/recordings.h"
+#include "server/experiment/rig_access.h"
+#include "server/run/run_manager.h"
+
+namespace faultlab::server {
+
+/// Starts what people and jobs want to run.
+///
+///   api, jobs --ExperimentPlan--> Experiments --> fault set, rig in hand, RunPlan --> RunManager
+///
+/// Thread-safe.
+class Experiments {
+ public:
+  struct Parts {
+    RunManager& runs;
+    RecordingStore& store;
+    Recordings& recordings;
+    RigBay& bay;
+    RigAccess& rigs;
+    FaultSetAccess& fault_set_access;
+    lab::FaultSets& fault_sets;
+    double speed = 1.0;  ///< of replays
+  };
+  /// All parts must outlive it.
+  explicit Experiments(Parts parts) : parts_(parts) {}
+
+  /// An experiment on a rig, or the replay of a recording. Refusals name the member of the plan by
+  /// a JSON pointer; see RigAccess::Hold for those of the rig.
+  core::Result<RunSnapshot> Start(const Principal& who, StartedBy by, ExperimentPlan plan);
+
+  /// Refuses now what Start would refuse later, but for the state of the rig. A fault set is taken:
+  /// its faults stand in the plan then.
+  core::Status Check(const Principal& who, ExperimentPlan& plan);
+
+ private:
+  core::Status TakeFaultSet(const Principal& who, ExperimentPlan& plan);
+  core::Result<RunRequest> OnRig(const Principal& who, StartedBy by, const ExperimentPlan& plan);
+  core::Result<RunRequest> Replay(const Principal& who, const ExperimentPlan& plan);
+
+  Parts parts_;
+};
+
+}  // namespace faultlab::server

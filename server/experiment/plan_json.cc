@@ -1,0 +1,250 @@
+#include "server/experiment/plan_json.h"
+
+#include <algorithm>
+#include <boost/json.hpp>
+#include <cmath>
+
+#include "server/json/json_reader.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+// Wider than any rig: the rig's own envelope is checked by ResolvePlan.
+constexpr double kVoltMax = 1000.0;
+constexpr double kHertzMax = 1000.0;
+constexpr double kComponentValueMax = 1e12;
+constexpr std::int64_t kSeedMax = 1LL << 53;
+
+core::Error Refusal(std::string field, std::string message) {
+  return {core::ErrorCode::kInvalid, std::move(message), std::move(field)};
+}
+
+core::Result<core::ExcitationSpec> ParseExcitation(const json::object& object) {
+  ObjectReader in(object, "/excitation");
+  const std::string_view kind =
+      in.WordOr("kind", "prbs", {"prbs", "step", "multisine", "chirp", "samples"});
+  core::ExcitationSpec spec;
+  if (kind == "prbs") {
+    core::PrbsSpec prbs;
+    prbs.low_v = in.NumberOr("low_v", prbs.low_v, -kVoltMax, kVoltMax);
+    prbs.high_v = in.NumberOr("high_v", prbs.high_v, -kVoltMax, kVoltMax);
+    prbs.clock_s = in.NumberOr("clock_s", prbs.clock_s, 0.001, 10.0);
+    prbs.seed = static_cast<std::uint64_t>(in.IntegerOr("seed", 1, 0, kSeedMax));
+    prbs.order = static_cast<int>(
+        in.IntegerOr("order", prbs.order, core::kPrbsOrderMin, core::kPrbsOrderMax));
+    spec = prbs;
+  } else if (kind == "step") {
+    core::StepSpec step;
+    step.low_v = in.NumberOr("low_v", step.low_v, -kVoltMax, kVoltMax);
+    step.high_v = in.NumberOr("high_v", step.high_v, -kVoltMax, kVoltMax);
+    step.at_s = in.NumberOr("at_s", step.at_s, 0.0, kRunSecondsMax);
+    spec = step;
+  } else if (kind == "multisine") {
+    core::MultisineSpec multisine;
+    multisine.offset_v = in.NumberOr("offset_v", multisine.offset_v, -kVoltMax, kVoltMax);
+    multisine.amplitude_v = in.NumberOr("amplitude_v", multisine.amplitude_v, 0.0, kVoltMax);
+    multisine.lines = static_cast<int>(in.IntegerOr("lines", multisine.lines, 1, 1000));
+    multisine.seed = static_cast<std::uint64_t>(in.IntegerOr("seed", 1, 0, kSeedMax));
+    spec = multisine;
+  } else if (kind == "chirp") {
+    core::ChirpSpec chirp;
+    chirp.offset_v = in.NumberOr("offset_v", chirp.offset_v, -kVoltMax, kVoltMax);
+    chirp.amplitude_v = in.NumberOr("amplitude_v", chirp.amplitude_v, 0.0, kVoltMax);
+    chirp.from_hz = in.NumberOr("from_hz", chirp.from_hz, 0.0, kHertzMax);
+    chirp.to_hz = in.NumberOr("to_hz", chirp.to_hz, 0.0, kHertzMax);
+    spec = chirp;
+  } else {
+    core::SamplesSpec samples;
+    const json::array* list = in.ArrayOrNull("uc_v", kRunSamplesMax);
+    if (list == nullptr) in.Refuse("uc_v", "'uc_v' must be the list of voltages, one per sample.");
+    for (std::size_t i = 0; list != nullptr && i < list->size(); ++i) {
+      const json::value& value = (*list)[i];
+      const double volts = value.is_number() ? value.to_number<double>() : std::nan("");
+      if (!std::isfinite(volts)) {
+        in.Refuse(Refusal("/excitation/uc_v/" + std::to_string(i), "A voltage must be a number."));
+        break;
+      }
+      samples.uc_v.push_back(volts);
+    }
+    spec = samples;
+  }
+  if (auto error = in.Finish()) return *error;
+  return spec;
+}
+
+core::Result<core::Fault> ParseFault(const json::value& value,
+                                     const std::string& pointer,
+                                     double duration_s) {
+  const json::object* object = value.if_object();
+  if (object == nullptr) return Refusal(pointer, "A fault must be an object.");
+  ObjectReader in(*object, pointer);
+  core::Fault fault;
+  const std::string name = in.Text("component", 8);
+  const auto component = core::ParseComponent(name);
+  if (!component) {
+    in.Refuse("component", "Unknown component '" + name + "'; known: R1, R9, R12, C8, Ra, J, B.");
+  } else {
+    fault.component = *component;
+  }
+  fault.value = in.Number("value", 0.0, kComponentValueMax);
+  if (fault.value <= 0.0) in.Refuse("value", "'value' must be above 0, in the SI unit.");
+  fault.at_s = in.NumberOr("at_s", std::min(10.0, duration_s / 2.0), 0.0, kRunSecondsMax);
+  if (fault.at_s >= duration_s) {
+    in.Refuse("at_s", "'at_s' must lie inside the run, before its end.");
+  }
+  const std::string_view kind = in.WordOr("kind", "abrupt", {"abrupt", "drift", "intermittent"});
+  if (kind == "abrupt") {
+    if (in.Has("until_s")) in.Refuse("until_s", "An abrupt fault has no 'until_s'.");
+  } else {
+    fault.kind = kind == "drift" ? core::FaultKind::kDrift : core::FaultKind::kIntermittent;
+    fault.until_s = in.Number("until_s", 0.0, kRunSecondsMax);
+    if (!in.error() && (fault.until_s <= fault.at_s || fault.until_s > duration_s)) {
+      in.Refuse("until_s", "'until_s' must lie after 'at_s' and not behind the end of the run.");
+    }
+  }
+  if (auto error = in.Finish()) return *error;
+  return fault;
+}
+
+json::object ExcitationToJson(const core::ExcitationSpec& spec) {
+  json::object out{{"kind", core::Name(spec)}};
+  if (const auto* prbs = std::get_if<core::PrbsSpec>(&spec)) {
+    out["low_v"] = prbs->low_v;
+    out["high_v"] = prbs->high_v;
+    out["clock_s"] = prbs->clock_s;
+    out["order"] = prbs->order;
+    out["seed"] = prbs->seed;
+  } else if (const auto* step = std::get_if<core::StepSpec>(&spec)) {
+    out["low_v"] = step->low_v;
+    out["high_v"] = step->high_v;
+    out["at_s"] = step->at_s;
+  } else if (const auto* multisine = std::get_if<core::MultisineSpec>(&spec)) {
+    out["offset_v"] = multisine->offset_v;
+    out["amplitude_v"] = multisine->amplitude_v;
+    out["lines"] = multisine->lines;
+    out["seed"] = multisine->seed;
+  } else if (const auto* chirp = std::get_if<core::ChirpSpec>(&spec)) {
+    out["offset_v"] = chirp->offset_v;
+    out["amplitude_v"] = chirp->amplitude_v;
+    out["from_hz"] = chirp->from_hz;
+    out["to_hz"] = chirp->to_hz;
+  } else if (const auto* samples = std::get_if<core::SamplesSpec>(&spec)) {
+    out["samples"] = samples->uc_v.size();  // the recording holds the values
+  }
+  return out;
+}
+
+}  // namespace
+
+core::Result<ExperimentPlan> ParsePlan(const json::object& object, std::uint64_t default_seed) {
+  ObjectReader in(object, "");
+  ExperimentPlan plan;
+  plan.rig = in.TextOr("rig", {}, 64);
+  plan.name = in.TextOr("name", {}, kNameBytesMax);
+  plan.recording = in.TextOr("recording", {}, 64);
+  plan.seed = static_cast<std::uint64_t>(
+      in.IntegerOr("seed", static_cast<std::int64_t>(default_seed), 0, kSeedMax));
+  const bool replay = !plan.recording.empty();
+  for (const char* own : {"excitation", "faults", "duration_s", "period_s"}) {
+    if (replay && in.Has(own)) {
+      in.Refuse(own, "A replay takes '" + std::string(own) + "' from its recording.");
+    }
+  }
+  plan.period_s = in.NumberOr("period_s", plan.period_s, 0.001, 1.0);
+  plan.duration_s = in.NumberOr("duration_s", plan.duration_s, kRunSecondsMin, kRunSecondsMax);
+  if (const json::object* excitation = in.ObjectOrNull("excitation")) {
+    auto spec = ParseExcitation(*excitation);
+    if (spec) {
+      plan.excitation = std::move(spec).value();
+    } else {
+      in.Refuse(spec.error());
+    }
+  }
+  if (const auto* samples = std::get_if<core::SamplesSpec>(&plan.excitation)) {
+    const double length_s = static_cast<double>(samples->uc_v.size()) * plan.period_s;
+    if (in.Has("duration_s") && std::abs(length_s - plan.duration_s) > plan.period_s / 2.0) {
+      in.Refuse("duration_s", "'duration_s' must be the length of 'uc_v', or absent.");
+    }
+    plan.duration_s = length_s;
+    if (length_s < kRunSecondsMin || length_s > kRunSecondsMax) {
+      in.Refuse(Refusal("/excitation/uc_v", "The list must last from 1 s to 600 s."));
+    }
+  }
+  if (plan.duration_s / plan.period_s > static_cast<double>(kRunSamplesMax) + 0.5) {
+    in.Refuse("duration_s",
+              "A run has at most " + std::to_string(kRunSamplesMax) +
+                  " samples; shorten it or lengthen 'period_s'.");
+  }
+  if (in.Has("fault_set")) {
+    plan.fault_set = in.Integer("fault_set", 1, INT64_MAX);
+    if (in.Has("faults")) in.Refuse("fault_set", "Give faults or a fault_set, not both.");
+    if (replay) in.Refuse("fault_set", "A replay takes its faults from its recording.");
+  }
+  if (const json::array* list = in.ArrayOrNull("faults", kRunFaultsMax)) {
+    auto faults = ParseFaults(*list, plan.duration_s);
+    if (faults) {
+      plan.faults = std::move(faults).value();
+    } else {
+      in.Refuse(faults.error());
+    }
+  }
+  if (auto error = in.Finish()) return *error;
+  return plan;
+}
+
+json::array ToJson(const std::vector<core::Fault>& faults) {
+  json::array out;
+  for (const core::Fault& fault : faults) {
+    json::object entry{{"component", core::Name(fault.component)},
+                       {"value", fault.value},
+                       {"at_s", fault.at_s},
+                       {"kind", core::Name(fault.kind)}};
+    if (fault.kind != core::FaultKind::kAbrupt) entry["until_s"] = fault.until_s;
+    out.push_back(std::move(entry));
+  }
+  return out;
+}
+
+core::Result<std::vector<core::Fault>> ParseFaults(const json::array& list, double duration_s) {
+  std::vector<core::Fault> faults;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    auto fault = ParseFault(list[i], "/faults/" + std::to_string(i), duration_s);
+    if (!fault) return fault.error();
+    faults.push_back(fault.value());
+  }
+  return faults;
+}
+
+core::Result<std::vector<core::Fault>> ParseFaults(std::string_view document, double duration_s) {
+  boost::system::error_code ec;
+  const json::value list = json::parse(document, ec);
+  if (!ec && list.is_array()) return ParseFaults(list.get_array(), duration_s);
+  return Refusal("/faults", "The stored faults are damaged.");
+}
+
+json::object PlanToJson(const ExperimentPlan& plan, const hardware::RigDescription& rig) {
+  json::object out{{"rig", rig.id}, {"period_s", plan.period_s}};
+  if (!plan.recording.empty()) {
+    out["recording"] = plan.recording;
+    return out;
+  }
+  out["duration_s"] = plan.duration_s;
+  out["excitation"] = ExcitationToJson(plan.excitation);
+  out["seed"] = plan.seed;
+  out["faults"] = ToJson(plan.faults);
+  return out;
+}
+
+std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json) {
+  boost::system::error_code ec;
+  const json::value plan = json::parse(plan_json, ec);
+  const json::object* object = ec ? nullptr : plan.if_object();
+  const json::value* list = object != nullptr ? object->if_contains("faults") : nullptr;
+  if (list == nullptr || !list->is_array()) return {};
+  auto faults = ParseFaults(list->get_array(), kRunSecondsMax);
+  return faults ? std::move(faults).value() : std::vector<core::Fault>{};
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "core/types/fault.h"
+#include "core/types/result.h"
+#include "hardware/rig.h"
+#include "server/experiment/experiment_plan.h"
+
+namespace faultlab::server {
+
+/// A plan as a person or a script writes it. Refuses unknown fields, wrong kinds and values that no
+/// rig could take; Error.field is a JSON pointer.
+core::Result<ExperimentPlan> ParsePlan(const boost::json::object& object,
+                                       std::uint64_t default_seed);
+
+/// The plan as it was resolved for `rig`, as the API shows and stores it: every field with its
+/// value.
+boost::json::object PlanToJson(const ExperimentPlan& plan, const hardware::RigDescription& rig);
+
+/// A list of faults for a run of this length. Refuses by JSON pointer: "/faults/2/at_s".
+core::Result<std::vector<core::Fault>> ParseFaults(const boost::json::array& list,
+                                                   double duration_s);
+/// The same of a stored document, such as a fault set.
+core::Result<std::vector<core::Fault>> ParseFaults(std::string_view document, double duration_s);
+boost::json::array ToJson(const std::vector<core::Fault>& faults);
+
+/// The faults of a stored plan; empty when it has none.
+std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json);
+
+}  // namespace faultlab::server

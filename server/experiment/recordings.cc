@@ -1,0 +1,181 @@
+#include "server/experiment/recordings.h"
+
+#include <algorithm>
+#include <boost/json.hpp>
+#include <utility>
+
+#include "server/diagnosis_json/diagnosis_json.h"
+#include "server/diagnosis_json/options_json.h"
+#include "server/experiment/plan_json.h"
+#include "server/plots/record_figure.h"
+#include "server/storage/ids.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+constexpr std::size_t kSamplesPerChunk = 1000;
+
+std::string TextOf(const core::Diagnosis& diagnosis,
+                   const Recording& recording,
+                   std::span<const std::string> channels = {}) {
+  json::object object = ToJson(diagnosis);
+  object["samples"] = recording.samples.size();
+  object["period_s"] = recording.record.period_s;
+  if (!channels.empty()) object["channels"] = json::array(channels.begin(), channels.end());
+  return json::serialize(object);
+}
+
+std::string WordOf(const core::Diagnosis& diagnosis) {
+  return std::string(core::Name(diagnosis.verdict.kind));
+}
+
+}  // namespace
+
+core::Result<core::DiagnosisOptions> OptionsOf(const RunRecord& record) {
+  core::DiagnosisOptions options;
+  if (!record.options_json.empty()) {
+    auto stored = ParseOptions(record.options_json);
+    if (!stored) return stored.error();
+    options = std::move(stored).value();
+  }
+  options.period_s = record.period_s;  // to the last bit: the estimates depend on it
+  return options;
+}
+
+std::string LoopText(std::span<const RecordedEvent> events) {
+  for (const RecordedEvent& event : events) {
+    if (event.kind != "finished" && event.kind != "stopped") continue;
+    boost::system::error_code ec;
+    const json::value parsed = json::parse(event.json, ec);
+    const json::object* object = ec ? nullptr : parsed.if_object();
+    const json::value* loop = object != nullptr ? object->if_contains("loop") : nullptr;
+    if (loop != nullptr) return json::serialize(*loop);
+  }
+  return "null";
+}
+
+core::Result<RunRecord> Recordings::Find(const Principal& who,
+                                         const std::string& id,
+                                         Operation operation) {
+  auto record = store_.Get(id);
+  if (!record) return record.error();
+  const auto whose = accounts_.RelationTo(who, record.value().owner);
+  if (!whose) return whose.error();
+  const core::Status allowed = Authorize(who, operation, whose.value());
+  if (!allowed.ok()) return allowed.error();
+  return record;
+}
+
+core::Result<Recording> Recordings::Load(RunRecord record, std::int64_t from, std::int64_t to) {
+  auto options = OptionsOf(record);
+  if (!options) return options.error();
+  auto samples = store_.LoadSamples(record.id, from, to);
+  if (!samples) return samples.error();
+  return Recording{std::move(record), std::move(options).value(), std::move(samples).value()};
+}
+
+core::Result<std::vector<RecordedEvent>> Recordings::Events(const RunRecord& record) {
+  if (record.state == RunState::kRunning) {
+    if (const auto live = runs_.Find(record.id)) return live->events;
+  }
+  return store_.LoadEvents(record.id);
+}
+
+core::Result<core::Diagnosis> Recordings::Repair(const Recording& recording, std::string* text) {
+  core::Diagnosis diagnosis = core::DiagnoseRecord(recording.samples, recording.options);
+  AddModelFits(recording.samples, recording.options, diagnosis);
+  *text = TextOf(diagnosis, recording);
+  const core::Status kept = store_.ReplaceDiagnosis(recording.record.id, *text, WordOf(diagnosis));
+  if (!kept.ok()) return kept.error();
+  return diagnosis;
+}
+
+core::Result<std::string> Recordings::DiagnosisText(const RunRecord& record) {
+  if (record.state == RunState::kRunning) {
+    if (const auto live = runs_.Find(record.id)) return live->diagnosis_json;
+  }
+  if (!record.diagnosis_json.empty()) return record.diagnosis_json;
+  auto recording = Load(record);
+  if (!recording) return recording.error();
+  std::string text;
+  const auto made = Repair(recording.value(), &text);
+  if (!made) return made.error();
+  return text;
+}
+
+/// Of a run that goes on: its verdict as it stands, and the estimates of the samples that are
+/// stored.
+core::Result<core::Diagnosis> Recordings::DiagnosisOf(const Recording& recording) {
+  const RunRecord& record = recording.record;
+  if (record.state == RunState::kRunning) {
+    const auto live = runs_.Find(record.id);
+    core::Diagnosis diagnosis;
+    if (live && live->diagnosis) diagnosis = *live->diagnosis;
+    core::ReplayEstimates(recording.samples, recording.options, [&](const core::Frame& frame) {
+      diagnosis.estimates = frame.estimates;
+    });
+    return diagnosis;
+  }
+  if (!record.diagnosis_json.empty()) {
+    auto stored = ParseDiagnosis(record.diagnosis_json);
+    if (stored) return stored;
+    // Of a program too old to be read member by member: made again, and the old text stays.
+    return core::DiagnoseRecord(recording.samples, recording.options);
+  }
+  std::string text;
+  return Repair(recording, &text);
+}
+
+core::Result<Figure> Recordings::FigureOf(const RunRecord& record,
+                                          const std::string& name,
+                                          const std::string& footer) {
+  auto recording = Load(record);
+  if (!recording) return recording.error();
+  const std::vector<core::Sample>& samples = recording.value().samples;
+  const core::Status fit = CheckFigure(name, samples);
+  if (!fit.ok()) return fit.error();
+  const auto diagnosis = DiagnosisOf(recording.value());
+  if (!diagnosis) return diagnosis.error();
+  FigureContext context;
+  context.name = record.name.empty() ? record.id : record.name;
+  context.footer = footer;
+  context.faults = FaultsOfPlan(record.plan_json);
+  return MakeFigure(
+      name, samples, recording.value().options, diagnosis.value(), std::move(context));
+}
+
+core::Result<RunRecord> Recordings::Keep(Upload upload) {
+  Recording recording;
+  recording.options.period_s = upload.period_s;
+  recording.samples = std::move(upload.samples);
+  const core::Diagnosis diagnosis = core::DiagnoseRecord(recording.samples, recording.options);
+  RunRecord& record = recording.record;
+  record.id = NewId("rec");
+  record.name = upload.name;
+  record.owner = upload.owner;
+  record.source = "upload";
+  record.period_s = upload.period_s;
+  record.options_json = OptionsText(recording.options);
+  record.created_at = clock_.Wall();
+  core::Status stored = store_.Begin(record);
+  for (std::size_t at = 0; stored.ok() && at < recording.samples.size(); at += kSamplesPerChunk) {
+    const std::size_t size = std::min(kSamplesPerChunk, recording.samples.size() - at);
+    const auto chunk = std::span<const core::Sample>(recording.samples).subspan(at, size);
+    stored = store_.AppendChunk(record.id, chunk.front().index, chunk);
+  }
+  record.verdict = WordOf(diagnosis);
+  if (stored.ok()) {
+    stored = store_.Finish(record.id,
+                           RunState::kFinished,
+                           clock_.Wall(),
+                           TextOf(diagnosis, recording, upload.channels),
+                           record.verdict);
+  }
+  if (!stored.ok()) return stored.error();
+  record.samples = static_cast<std::int64_t>(recording.samples.size());
+  return record;
+}
+
+}  // namespace faultlab::server

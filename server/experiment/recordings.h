@@ -1,0 +1,85 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/diagnosis/diagnosis.h"
+#include "core/types/result.h"
+#include "server/auth/accounts.h"
+#include "server/auth/authorization.h"
+#include "server/plots/figure.h"
+#include "server/run/run_manager.h"
+#include "server/storage/recording_store.h"
+
+namespace faultlab::server {
+
+/// A recording without gaps of meaning: what was measured, and by which options it is diagnosed.
+struct Recording {
+  RunRecord record;
+  core::DiagnosisOptions options;
+  std::vector<core::Sample> samples;
+};
+
+/// What runs and uploads have left behind, read by people and jobs. Every estimate, figure and
+/// export of a recording uses the diagnosis options that are stored with it, and the diagnosis that
+/// was made live; nothing is fitted a second time.
+///
+///   RecordingStore --record, samples--> Recordings --typed values--> api, jobs
+///   RunManager ------a live verdict------^
+///
+/// Thread-safe, stateless.
+class Recordings {
+ public:
+  /// All must outlive it.
+  Recordings(RecordingStore& store, RunManager& runs, Accounts& accounts, const Clock& clock)
+      : store_(store), runs_(runs), accounts_(accounts), clock_(clock) {}
+
+  /// The record, if `who` may do `operation` on it.
+  core::Result<RunRecord> Find(const Principal& who, const std::string& id, Operation operation);
+
+  /// Samples with index in [from, to).
+  core::Result<Recording> Load(RunRecord record,
+                               std::int64_t from = 0,
+                               std::int64_t to = kSampleIndexMax);
+  /// As they are now, for a run that goes on.
+  core::Result<std::vector<RecordedEvent>> Events(const RunRecord& record);
+  /// As JSON: of a run that goes on, its verdict so far. A recording that was cut by a crash is
+  /// diagnosed now, and keeps it.
+  core::Result<std::string> DiagnosisText(const RunRecord& record);
+  /// One of kFigureNames, in the words of MakeFigure. `footer` stands below it.
+  core::Result<Figure> FigureOf(const RunRecord& record,
+                                const std::string& name,
+                                const std::string& footer);
+  /// Diagnoses and stores what somebody measured elsewhere.
+  struct Upload {
+    std::string name;
+    std::string owner;
+    std::vector<std::string> channels;
+    double period_s = 0.0;
+    std::vector<core::Sample> samples;
+  };
+  core::Result<RunRecord> Keep(Upload upload);
+
+ private:
+  core::Result<core::Diagnosis> DiagnosisOf(const Recording& recording);
+  core::Result<core::Diagnosis> Repair(const Recording& recording, std::string* text);
+
+  RecordingStore& store_;
+  RunManager& runs_;
+  Accounts& accounts_;
+  const Clock& clock_;
+};
+
+/// The options that are stored with the record; of a recording of an older program, what that
+/// program used.
+core::Result<core::DiagnosisOptions> OptionsOf(const RunRecord& record);
+
+/// What the rig's loop was like over the run, one JSON object: its last event carries it. "null"
+/// before that.
+std::string LoopText(std::span<const RecordedEvent> events);
+
+}  // namespace faultlab::server

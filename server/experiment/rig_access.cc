@@ -1,0 +1,128 @@
+#include "server/experiment/rig_access.h"
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace faultlab::server {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// Of a practice lease, beyond twice its run: a busy machine may play it slower than planned.
+constexpr milliseconds kPracticeMargin = std::chrono::minutes(10);
+
+/// The active session on this rig that is the caller's.
+const lab::Session* SessionOf(const lab::LabState& state,
+                              const Principal& who,
+                              StartedBy by,
+                              const std::string& rig) {
+  for (const auto& [id, session] : state.sessions) {
+    if (session.state != lab::SessionState::kActive || session.rig != rig) continue;
+    if (session.user != lab::UserId{who.user_id}) continue;
+    // The session of a job is for its run alone.
+    const bool job = by == StartedBy::kJob;
+    if (session.kind == (job ? lab::TicketKind::kJob : lab::TicketKind::kPerson)) return &session;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+bool NeedsSession(const RigStatus& rig) {
+  return rig.description.kind == hardware::RigKind::kBench ||
+         rig.description.kind == hardware::RigKind::kRemote;
+}
+
+RigAccess::RigAccess(lab::LabService& service,
+                     RigBay& bay,
+                     std::function<void(std::string_view)> log)
+    : service_(service), bay_(bay), log_(std::move(log)) {
+  bay_.OnRelease([this](const lab::Lease& lease) { EndPractice(lease); });
+}
+
+RigAccess::~RigAccess() {
+  bay_.OnRelease({});
+}
+
+bool RigAccess::MayCommand(const Principal& who, const std::string& rig) const {
+  const auto found = bay_.Find(rig);
+  if (rig.empty() || !found.ok() || !NeedsSession(found.value())) return true;
+  return SessionOf(*service_.state(), who, StartedBy::kPerson, rig) != nullptr;
+}
+
+/// The lease by the newest stored state, which the service has fenced the bay with before it
+/// answers.
+core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
+                                             StartedBy by,
+                                             const std::string& rig,
+                                             milliseconds length) {
+  std::vector<lab::RigId> simulators;
+  if (rig.empty()) {
+    for (const RigStatus& each : bay_.List()) {
+      if (!NeedsSession(each)) simulators.push_back(each.description.id);
+    }
+  } else {
+    const auto found = bay_.Find(rig);
+    if (!found) return found.error();
+    if (!NeedsSession(found.value())) simulators.push_back(rig);
+  }
+  return service_.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Lease> {
+    const lab::LabState& state = scheduler.state();
+    if (const lab::Session* own = SessionOf(state, who, by, rig)) {
+      const std::string& server = state.rigs.at(rig).server;
+      if (server == service_.member()) return lab::LeaseOf(*own);
+      return core::Error{core::ErrorCode::kConflict,
+                         "Rig '" + rig + "' hangs on another server of this lab (" + server +
+                             "); start the run there.",
+                         "/rig"};
+    }
+    if (!simulators.empty()) {
+      auto session = scheduler.Practice(
+          lab::UserId{who.user_id}, simulators, 2 * length + kPracticeMargin, now);
+      if (!session) return session.error();
+      return lab::LeaseOf(session.value());
+    }
+    if (rig.empty()) {
+      return core::Error{core::ErrorCode::kNotFound, "This server has no simulated rig.", "/rig"};
+    }
+    if (!state.rigs.contains(rig)) {
+      return core::Error{
+          core::ErrorCode::kUnavailable,
+          "Rig '" + rig + "' has just been found and is not checked yet; try again in a minute.",
+          "/rig"};
+    }
+    return core::Error{core::ErrorCode::kForbidden,
+                       "This rig needs a session: ask for a place in its queue or book it.",
+                       "/rig"};
+  });
+}
+
+core::Result<RigHold> RigAccess::Hold(const Principal& who,
+                                      StartedBy by,
+                                      const std::string& rig,
+                                      milliseconds length) {
+  const core::Result<lab::Lease> lease = LeaseFor(who, by, rig, length);
+  if (!lease) return lease.error();
+  auto hold = bay_.Acquire(lease.value());
+  if (!hold) EndPractice(lease.value());
+  return hold;
+}
+
+/// Practice is over when its run has let go of the rig.
+void RigAccess::EndPractice(const lab::Lease& lease) {
+  const auto state = service_.state();
+  const auto session = state->sessions.find(lease.session);
+  const bool practice =
+      session != state->sessions.end() && session->second.kind == lab::TicketKind::kPractice;
+  if (!practice) return;
+  const core::Status ended =
+      service_.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+        scheduler.EndPractice(lease.session, now);
+        return core::Done{};
+      });
+  // It ends by its own time then.
+  if (!ended.ok()) log_("lab: practice on " + lease.rig + ": " + ended.error().message);
+}
+
+}  // namespace faultlab::server

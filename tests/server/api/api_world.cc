@@ -1,0 +1,124 @@
+#include "tests/server/api/api_world.h"
+
+#include <boost/json.hpp>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "server/api/iso8601.h"
+
+namespace faultlab::server {
+
+namespace json = boost::json;
+using tests::HttpAnswer;
+
+namespace {
+
+constexpr const char* kApi = "/api/v1/";
+
+}  // namespace
+
+const std::string ApiTest::kPassword = "correct horse battery";
+
+std::string ReadText(const std::string& path) {
+  std::ifstream in(path);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+ApiTest::ApiTest() : description_(ReadText(FAULTLAB_SOURCE_DIR "/server/api/openapi.json")) {
+  config_.listen = "127.0.0.1:0";
+  config_.data_dir = folder_.File("data");
+  config_.sim_speed = 50.0;
+  config_.lab_benches = 2;
+  auto opened = Application::Open(config_);
+  EXPECT_TRUE(opened.ok()) << opened.error().message;
+  application_ = std::move(opened).value();
+  database_ = Database::Open({.location = config_.data_dir + "/faultlab.db"}).value();
+  accounts_ = std::make_unique<Accounts>(*database_, GuestAccess::kNever);
+}
+
+HttpAnswer ApiTest::Call(const Person& who,
+                         const std::string& method,
+                         const std::string& pattern,
+                         const std::string& target,
+                         const std::string& body,
+                         const std::string& more_headers) {
+  std::string headers = who.headers + more_headers;
+  if (!body.empty() && headers.find("Content-Type") == std::string::npos) {
+    headers += "Content-Type: application/json\r\n";
+  }
+  HttpAnswer answer = tests::Request(application_->port(), method, kApi + target, headers, body);
+  const auto error = description_.CheckAnswer(
+      method, kApi + pattern, answer.status, answer.Header("Content-Type"), answer.body);
+  EXPECT_FALSE(error) << method << " " << target << ": " << *error << "\n" << answer.body;
+  return answer;
+}
+
+json::object ApiTest::Ok(const HttpAnswer& answer, int status) {
+  EXPECT_EQ(answer.status, status) << answer.body;
+  if (answer.status != status || answer.body.empty()) return {};
+  return json::parse(answer.body).as_object();
+}
+
+Person ApiTest::ByPassword(const std::string& login) {
+  const HttpAnswer answer =
+      Call({},
+           "POST",
+           "auth/login",
+           "auth/login",
+           json::serialize(json::object{{"login", login}, {"password", kPassword}}));
+  const json::object me = Ok(answer);
+  const std::string cookie = answer.Header("Set-Cookie");
+  EXPECT_NE(cookie.find("HttpOnly; SameSite=Lax"), std::string::npos) << cookie;
+  return {"Cookie: " + cookie.substr(0, cookie.find(';')) +
+          "\r\nX-CSRF-Token: " + std::string(me.at("csrf_token").as_string()) + "\r\n"};
+}
+
+Person ApiTest::Admin() {
+  const auto link = accounts_->FirstStartLink(Now()).value();
+  EXPECT_TRUE(link.has_value());
+  const HttpAnswer set =
+      Call({},
+           "POST",
+           "auth/reset",
+           "auth/reset",
+           json::serialize(json::object{{"token", *link}, {"password", kPassword}}));
+  EXPECT_EQ(set.status, 204) << set.body;
+  return ByPassword("admin");
+}
+
+Person ApiTest::Make(const std::string& login, Role role) {
+  const auto account = accounts_->Create(login, login, role, Now());
+  EXPECT_TRUE(account.ok());
+  const auto link = accounts_->CreateLink(account.value().id, Now());
+  EXPECT_TRUE(accounts_->UseLink(link.value(), kPassword, Now()).ok());
+  const auto in = accounts_->SignIn(login, kPassword, "127.0.0.1", Now());
+  EXPECT_TRUE(in.ok());
+  return {"Cookie: faultlab_session=" + in.value().cookie_secret +
+          "\r\nX-CSRF-Token: " + in.value().principal.csrf_token + "\r\n"};
+}
+
+Course ApiTest::MakeCourse(const std::string& teacher, const std::string& student) {
+  const auto course =
+      accounts_->CreateCourse("c", accounts_->GetByLogin(teacher).value().id, Now()).value();
+  EXPECT_TRUE(accounts_->Enrol(course.id, accounts_->GetByLogin(student).value().id, false).ok());
+  return course;
+}
+
+void ApiTest::WaitForBenches(int ready) {
+  for (int i = 0; i < 1000; ++i) {
+    const json::object classes = Ok(Call({}, "GET", "rig-classes", "rig-classes"));
+    const json::array& items = classes.at("items").as_array();
+    if (!items.empty() && items[0].at("ready").as_int64() >= ready) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  FAIL() << "the benches never passed their check";
+}
+
+std::string ApiTest::In(std::chrono::minutes from_now) {
+  return Iso8601(Now() + from_now);
+}
+
+}  // namespace faultlab::server

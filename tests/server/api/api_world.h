@@ -1,0 +1,62 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <boost/json/object.hpp>
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "server/app/application.h"
+#include "server/auth/accounts.h"
+#include "tests/support/json_schema.h"
+#include "tests/support/raw_client.h"
+#include "tests/support/temp_folder.h"
+
+namespace faultlab::server {
+
+std::string ReadText(const std::string& path);
+
+/// How somebody proves who they are.
+struct Person {
+  std::string headers;
+};
+
+/// The lab over HTTP, in a whole server in this process; every answer is held against the API's
+/// description.
+class ApiTest : public ::testing::Test {
+ protected:
+  ApiTest();
+
+  static WallTime Now() {
+    return std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
+  }
+  /// Pattern and target below /api/v1/; checks the answer against the description.
+  tests::HttpAnswer Call(const Person& who,
+                         const std::string& method,
+                         const std::string& pattern,
+                         const std::string& target,
+                         const std::string& body = {},
+                         const std::string& more_headers = {});
+  static boost::json::object Ok(const tests::HttpAnswer& answer, int status = 200);
+
+  Person ByPassword(const std::string& login);
+  Person Admin();
+  /// An account with a cookie made below HTTP, for tests that are not about signing in.
+  Person Make(const std::string& login, Role role);
+  /// Taught by one and attended by the other, both by login.
+  Course MakeCourse(const std::string& teacher, const std::string& student);
+  void WaitForBenches(int ready);
+  static std::string In(std::chrono::minutes from_now);
+
+  static const std::string kPassword;
+
+  tests::TempFolder folder_;
+  tests::ApiDescription description_;
+  Config config_;
+  std::unique_ptr<Application> application_;
+  std::unique_ptr<Database> database_;
+  std::unique_ptr<Accounts> accounts_;
+};
+
+}  // namespace faultlab::server

@@ -1,0 +1,243 @@
+// Accounts, courses, keys, rigs and the description over HTTP.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/json.hpp>
+#include <map>
+#include <set>
+
+#include "server/api/iso8601.h"
+#include "tests/server/api/api_world.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using tests::HttpAnswer;
+
+std::string Lower(HttpMethod method) {
+  std::string name(Name(method));
+  std::transform(name.begin(), name.end(), name.begin(), [](char c) {
+    return static_cast<char>(std::tolower(c));
+  });
+  return name;
+}
+TEST_F(ApiTest, EveryRouteIsDescribedAndEveryDescribedOperationHasARoute) {
+  std::set<std::string> routes;
+  const std::set<std::string> outside = {"/healthz", "/readyz", "/metrics"};
+  for (const Route& route : application_->router().routes()) {
+    const bool of_the_api = route.pattern.starts_with("/api/") || outside.contains(route.pattern);
+    if (of_the_api) routes.insert(Lower(route.method) + " " + route.pattern);
+  }
+  std::set<std::string> described;
+  std::set<std::string> ids;
+  for (const auto& path : description_.document().at("paths").as_object()) {
+    for (const auto& operation : path.value().as_object()) {
+      described.insert(std::string(operation.key()) + " " + std::string(path.key()));
+      EXPECT_TRUE(ids.insert(std::string(operation.value().at("operationId").as_string())).second);
+    }
+  }
+  EXPECT_EQ(routes, described);
+}
+
+TEST_F(ApiTest, AnAdminMakesPeopleCoursesAndKeysAndTheLogKeepsIt) {
+  const Person admin = Admin();
+  const json::object ann =
+      Ok(Call(admin, "POST", "users", "users", R"({"login":"ann","name":"Ann Ångström 名"})"), 201);
+  const std::string ann_id = std::to_string(ann.at("id").as_int64());
+  const json::object link = Ok(
+      Call(admin, "POST", "users/{id}/reset-link", "users/" + ann_id + "/reset-link", "{}"), 201);
+  const std::string path(link.at("link").as_string());
+  const std::string token = path.substr(path.find('=') + 1);
+  EXPECT_EQ(Call({},
+                 "POST",
+                 "auth/reset",
+                 "auth/reset",
+                 json::serialize(json::object{{"token", token}, {"password", kPassword}}))
+                .status,
+            204);
+  const Person student = ByPassword("ann");
+  EXPECT_EQ(Call(student, "GET", "users", "users").status, 403);
+  EXPECT_EQ(Call({}, "GET", "users", "users").status, 401);
+
+  const HttpAnswer stale = Call(admin,
+                                "PATCH",
+                                "users/{id}",
+                                "users/" + ann_id,
+                                R"({"role":"instructor"})",
+                                "If-Match: \"7\"\r\n");
+  EXPECT_EQ(stale.status, 409);
+  EXPECT_EQ(
+      Call(admin, "PATCH", "users/{id}", "users/" + ann_id, R"({"role":"instructor"})").status,
+      400);
+  Ok(Call(admin,
+          "PATCH",
+          "users/{id}",
+          "users/" + ann_id,
+          R"({"role":"instructor"})",
+          "If-Match: \"1\"\r\n"));
+  const json::object course =
+      Ok(Call(student, "POST", "courses", "courses", R"({"name":"Regelungstechnik Ω"})"), 201);
+  const std::string members = "courses/" + std::to_string(course.at("id").as_int64()) + "/members";
+  const json::object enrolled = Ok(Call(student,
+                                        "POST",
+                                        "courses/{id}/members",
+                                        members,
+                                        "login,name\nbob,Bob\ncem,Cem\n",
+                                        "Content-Type: text/csv\r\n"));
+  EXPECT_EQ(enrolled.at("enrolled"), 2);
+  EXPECT_EQ(Ok(Call(student, "GET", "courses/{id}/members", members)).at("items").as_array().size(),
+            3u);
+
+  const json::object key =
+      Ok(Call(student,
+              "POST",
+              "api-keys",
+              "api-keys",
+              json::serialize(json::object{{"name", "robot"},
+                                           {"scopes", json::array{"runs:read"}},
+                                           {"expires_at", In(std::chrono::hours(24))}})),
+         201);
+  const Person robot{"Authorization: Bearer " + std::string(key.at("key").as_string()) + "\r\n"};
+  EXPECT_EQ(Ok(Call(robot, "GET", "auth/me", "auth/me")).at("role"), "service");
+  EXPECT_EQ(Call(robot, "GET", "tickets", "tickets").status, 403) << "no scope lab";
+  const std::string key_path = "api-keys/" + std::to_string(key.at("id").as_int64());
+  EXPECT_EQ(Call(student, "DELETE", "api-keys/{id}", key_path).status, 204);
+  EXPECT_EQ(Call(robot, "GET", "auth/me", "auth/me").status, 401);
+
+  std::set<std::string> verbs;
+  const json::object log = Ok(Call(admin, "GET", "audit", "audit?limit=100"));
+  for (const auto& entry : log.at("items").as_array()) {
+    verbs.insert(std::string(entry.at("verb").as_string()));
+    if (entry.at("verb") == "create_user") {
+      EXPECT_EQ(entry.at("actor_login"), "admin");
+      EXPECT_EQ(entry.at("object_login"), "ann");
+    }
+  }
+  for (const char* verb : {"create_user", "reset_link", "change_user", "create_course", "enrol"}) {
+    EXPECT_TRUE(verbs.contains(verb)) << verb;
+  }
+  EXPECT_EQ(Call(admin, "POST", "auth/logout", "auth/logout", "{}").status, 204);
+  EXPECT_EQ(Call(admin, "GET", "users", "users").status, 401);
+}
+
+TEST_F(ApiTest, AnInstructorReadsNobodysRunsByEnrollingTheirLogin) {
+  const Person admin = Admin();
+  const Person curious = Make("curious", Role::kInstructor);
+  const Person other = Make("other", Role::kInstructor);
+  const Person ann = Make("ann", Role::kStudent);
+  const auto run_of = [&](const Person& who) {
+    const json::object run = Ok(Call(who, "POST", "runs", "runs", R"({"duration_s":1})"), 201);
+    return "runs/" + std::string(run.at("id").as_string());
+  };
+  const std::string run_of_ann = run_of(ann);
+  const std::string run_of_other = run_of(other);
+  const auto reads = [&](const std::string& run) {
+    return Call(curious, "GET", "runs/{id}", run).status == 200;
+  };
+  const json::object course =
+      Ok(Call(curious, "POST", "courses", "courses", R"({"name":"Mine"})"), 201);
+  const std::string id = std::to_string(course.at("id").as_int64());
+  const json::object asked = Ok(Call(curious,
+                                     "POST",
+                                     "courses/{id}/members",
+                                     "courses/" + id + "/members",
+                                     "ann,Ann\nother,Other\nadmin,Admin\nfresh,Fresh\n",
+                                     "Content-Type: text/csv\r\n"));
+  EXPECT_EQ(asked, (json::object{{"enrolled", 1}, {"invited", 3}, {"members_already", 0}}));
+  EXPECT_FALSE(reads(run_of_ann));
+  EXPECT_FALSE(reads(run_of_other));
+
+  const auto mine = Ok(Call(ann, "GET", "invitations", "invitations")).at("items").as_array();
+  ASSERT_EQ(mine.size(), 1u);
+  EXPECT_EQ(mine[0].at("course_name"), "Mine");
+  EXPECT_EQ(mine[0].at("invited_by"), "curious");
+  const auto answer = [&](const Person& who, const std::string& word) {
+    return Call(who, "POST", "invitations/{course}/" + word, "invitations/" + id + "/" + word, "{}")
+        .status;
+  };
+  EXPECT_EQ(answer(ann, "accept"), 204);
+  EXPECT_EQ(answer(ann, "accept"), 404) << "answered already";
+  EXPECT_EQ(answer(other, "decline"), 204);
+  EXPECT_EQ(answer(curious, "accept"), 404) << "nobody asked the teacher";
+  EXPECT_TRUE(reads(run_of_ann));
+  EXPECT_FALSE(reads(run_of_other));
+  const std::string waiting = "courses/" + id + "/invitations";
+  const json::object left = Ok(Call(curious, "GET", "courses/{id}/invitations", waiting));
+  ASSERT_EQ(left.at("items").as_array().size(), 1u);
+  EXPECT_EQ(left.at("items").at(0).at("login"), "admin");
+  EXPECT_EQ(Call(other, "GET", "courses/{id}/invitations", waiting).status, 404);
+
+  std::map<std::string, std::string> details;
+  const json::object log = Ok(Call(admin, "GET", "audit", "audit?limit=100"));
+  for (const auto& entry : log.at("items").as_array()) {
+    details[std::string(entry.at("verb").as_string())] =
+        std::string(entry.at("detail").as_string());
+  }
+  EXPECT_EQ(details["enrol"], "fresh");
+  EXPECT_EQ(details["invite"], "ann, other, admin");
+  EXPECT_EQ(details["accept_invitation"], "ann");
+  EXPECT_EQ(details["decline_invitation"], "other");
+}
+
+TEST_F(ApiTest, AChangeByCookieWithoutTheTokenOfThePageIsRefused) {
+  Person ann = Make("ann", Role::kStudent);
+  ann.headers = ann.headers.substr(0, ann.headers.find("X-CSRF"));
+  EXPECT_EQ(Call(ann, "GET", "tickets", "tickets").status, 200);
+  EXPECT_EQ(Call(ann, "POST", "tickets", "tickets", R"({"rig_class":"bench"})").status, 403);
+}
+
+TEST_F(ApiTest, TheSameKeyIsDoneOnceAndAnotherRequestWithItIsRefused) {
+  const Person ann = Make("ann", Role::kStudent);
+  WaitForBenches(2);
+  const std::string key = "Idempotency-Key: abc\r\n";
+  const json::object wanted{{"rig_class", "bench"},
+                            {"start", In(std::chrono::minutes(60))},
+                            {"end", In(std::chrono::minutes(90))}};
+  const std::string body = json::serialize(wanted);
+  const HttpAnswer first = Call(ann, "POST", "bookings", "bookings", body, key);
+  const HttpAnswer second = Call(ann, "POST", "bookings", "bookings", body, key);
+  EXPECT_EQ(first.status, 201);
+  EXPECT_EQ(second.status, 201);
+  EXPECT_EQ(first.body, second.body);
+  EXPECT_EQ(second.Header("Idempotency-Replayed"), "true");
+  EXPECT_EQ(Ok(Call(ann, "GET", "bookings", "bookings")).at("items").as_array().size(), 1u);
+  EXPECT_EQ(Call(ann, "POST", "tickets", "tickets", R"({"rig_class":"bench"})", key).status, 409);
+}
+
+TEST_F(ApiTest, AnOperatorTakesRigsOutAndBringsThemBackThroughACheck) {
+  const Person op = Make("operator1", Role::kOperator);
+  const Person ann = Make("ann", Role::kStudent);
+  WaitForBenches(2);
+  const std::string quarantine = "rigs/bench-1/quarantine";
+  EXPECT_EQ(Call(ann, "POST", "rigs/{id}/quarantine", quarantine, R"({"reason":"x"})").status, 403);
+  EXPECT_EQ(Ok(Call(op, "POST", "rigs/{id}/quarantine", quarantine, R"({"reason":"smells"})"))
+                .at("status"),
+            "quarantined");
+  EXPECT_EQ(Call(op, "POST", "rigs/{id}/self-test", "rigs/bench-1/self-test", "{}").status, 409);
+  Ok(Call(op, "POST", "rigs/{id}/release", "rigs/bench-1/release", "{}"));
+  WaitForBenches(2);
+  Ok(Call(op, "POST", "rigs/{id}/self-test", "rigs/bench-1/self-test", "{}"));
+  WaitForBenches(2);
+  const json::object outage =
+      Ok(Call(op,
+              "POST",
+              "rigs/{id}/outages",
+              "rigs/bench-2/outages",
+              json::serialize(json::object{{"start", In(std::chrono::minutes(10))},
+                                           {"end", In(std::chrono::minutes(70))},
+                                           {"reason", "new brushes"}})),
+         201);
+  EXPECT_EQ(Ok(Call(ann, "GET", "rigs/{id}/health", "rigs/bench-2/health"))
+                .at("outages")
+                .as_array()
+                .size(),
+            1u);
+  const std::string path = "rigs/bench-2/outages/" + std::to_string(outage.at("id").as_int64());
+  EXPECT_EQ(Call(op, "DELETE", "rigs/{id}/outages/{outage}", path).status, 204);
+  EXPECT_EQ(Call(op, "DELETE", "rigs/{id}/outages/{outage}", path).status, 404);
+  EXPECT_EQ(Call(op, "GET", "rigs/{id}/health", "rigs/unicorn/health").status, 404);
+}
+
+}  // namespace
+}  // namespace faultlab::server

@@ -1,0 +1,200 @@
+// Fault sets and jobs over HTTP, and the example clients.
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "server/api/iso8601.h"
+#include "tests/server/api/api_world.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using tests::HttpAnswer;
+
+TEST_F(ApiTest, FaultSetsAreSharedInACourseImmutableOnceUsedAndHiddenWhenTold) {
+  const Person teacher = Make("teacher", Role::kInstructor);
+  const Person ann = Make("ann", Role::kStudent);
+  const Person stranger = Make("stranger", Role::kStudent);
+  const Course course = MakeCourse("teacher", "ann");
+  json::object wanted{{"name", "Verstärker"},
+                      {"course", course.id},
+                      {"faults", json::parse(R"([{"component":"R9","value":27000,"at_s":1}])")}};
+  EXPECT_EQ(Call(ann, "POST", "fault-sets", "fault-sets", json::serialize(wanted)).status, 403);
+  const json::object made =
+      Ok(Call(teacher, "POST", "fault-sets", "fault-sets", json::serialize(wanted)), 201);
+  const std::string id = std::to_string(made.at("id").as_int64());
+  const auto listed = [&](const Person& who) {
+    return Ok(Call(who, "GET", "fault-sets", "fault-sets")).at("items").as_array().size();
+  };
+  EXPECT_EQ(listed(ann), 1u);
+  EXPECT_EQ(listed(stranger), 0u);
+  const std::string run = R"({"duration_s":2,"fault_set":)" + id + "}";
+  EXPECT_EQ(Call(stranger, "POST", "runs", "runs", run).status, 400);
+  const json::object started = Ok(Call(ann, "POST", "runs", "runs", run), 201);
+  EXPECT_EQ(started.at("plan").at("faults").at(0).at("component"), "R9");
+
+  wanted["visible"] = false;
+  const json::object next = Ok(Call(teacher,
+                                    "PUT",
+                                    "fault-sets/{id}",
+                                    "fault-sets/" + id,
+                                    json::serialize(wanted),
+                                    "If-Match: \"1\"\r\n"));
+  EXPECT_NE(next.at("id"), made.at("id")) << "the used one stays as it was";
+  EXPECT_EQ(next.at("replaces"), made.at("id"));
+  EXPECT_EQ(next.at("version"), 2);
+  EXPECT_EQ(listed(ann), 0u) << "hidden";
+  EXPECT_EQ(listed(teacher), 1u);
+  const std::string next_path = "fault-sets/" + std::to_string(next.at("id").as_int64());
+  EXPECT_EQ(Call(ann, "DELETE", "fault-sets/{id}", next_path, {}, "If-Match: \"2\"\r\n").status,
+            403);
+  EXPECT_EQ(Call(teacher, "DELETE", "fault-sets/{id}", next_path, {}, "If-Match: \"2\"\r\n").status,
+            204);
+  const json::object bad{{"name", "x"},
+                         {"faults", json::parse(R"([{"component":"R99","value":1}])")}};
+  EXPECT_EQ(Call(teacher, "POST", "fault-sets", "fault-sets", json::serialize(bad)).status, 400);
+}
+
+TEST_F(ApiTest, ATeacherListsTheRunsOfTheStudentsOfACourse) {
+  const Person teacher = Make("teacher", Role::kInstructor);
+  const Person ann = Make("ann", Role::kStudent);
+  const Person stranger = Make("stranger", Role::kStudent);
+  const Course course = MakeCourse("teacher", "ann");
+  std::vector<std::string> of_ann;
+  for (const Person& who : {ann, stranger, ann, teacher}) {
+    const json::object run = Ok(Call(who, "POST", "runs", "runs", R"({"duration_s":1})"), 201);
+    if (who.headers == ann.headers) of_ann.insert(of_ann.begin(), run.at("id").as_string().c_str());
+  }
+  const std::string query = "?course=" + std::to_string(course.id);
+  std::vector<std::string> listed;
+  std::string cursor;
+  do {
+    const json::object page =
+        Ok(Call(teacher, "GET", "runs", "runs" + query + "&limit=1" + cursor));
+    for (const json::value& run : page.at("items").as_array()) {
+      listed.emplace_back(run.at("id").as_string());
+    }
+    const json::value& next = page.at("next_cursor");
+    cursor = next.is_null() ? "" : "&cursor=" + std::string(next.as_string());
+  } while (!cursor.empty());
+  EXPECT_EQ(listed, of_ann);
+  EXPECT_EQ(Call(ann, "GET", "runs", "runs" + query).status, 400) << "attends, does not teach";
+  EXPECT_EQ(Call(teacher, "GET", "runs", "runs?course=999").status, 400);
+  EXPECT_EQ(Call({}, "GET", "runs", "runs" + query).status, 400);
+}
+
+TEST_F(ApiTest, AFaultSetIsJudgedBeforeAnyRunByWhoeverMayReadIt) {
+  const Person teacher = Make("teacher", Role::kInstructor);
+  const Person stranger = Make("stranger", Role::kStudent);
+  const json::object set = Ok(
+      Call(
+          teacher,
+          "POST",
+          "fault-sets",
+          "fault-sets",
+          R"({"name":"Gain","faults":[{"component":"R9","value":27000,"at_s":1},{"component":"B","value":2e-6,"at_s":1}]})"),
+      201);
+  const std::string path = "fault-sets/" + std::to_string(set.at("id").as_int64()) + "/isolability";
+  const std::string pattern = "fault-sets/{id}/isolability";
+  const auto judge = [&](const std::string& query) {
+    return Ok(Call(teacher, "GET", pattern, path + query)).at("faults").as_array();
+  };
+  const json::array by_um = judge("");
+  ASSERT_EQ(by_um.size(), 2u);
+  EXPECT_TRUE(by_um[0].at("visible").as_bool());
+  EXPECT_EQ(by_um[0].at("group"), (json::array{"R9", "R12"})) << "no sensor tells them apart";
+  EXPECT_FALSE(by_um[1].at("visible").as_bool()) << "B x 1.1 by um alone";
+  const auto distance = [](const json::array& faults) {
+    return faults[0].at("kl_nominal").to_number<double>();
+  };
+  EXPECT_GT(distance(judge("?channels=all&window_samples=200")), distance(by_um));
+  EXPECT_LT(distance(judge("?um_noise_v=0.3")), 0.1 * distance(by_um));
+  EXPECT_LT(distance(judge("?excitation=prbs:low=2.4,high=2.6")), distance(by_um));
+
+  EXPECT_EQ(Call(stranger, "GET", pattern, path).status, 404);
+  for (const char* wrong : {"channels=sound",
+                            "window_samples=9",
+                            "window_samples=501",
+                            "um_noise_v=0",
+                            "um_noise_v=x",
+                            "profile=moon",
+                            "rig=nobody",
+                            "rig=sim-1",
+                            "excitation=file:/etc/hostname",
+                            "excitation=prbs:low=x"}) {
+    const HttpAnswer refused = Call(teacher, "GET", pattern, path + "?" + wrong);
+    EXPECT_EQ(refused.status, 400) << wrong;
+    const std::string field(json::parse(refused.body).at("field").as_string());
+    EXPECT_EQ(std::string(wrong).substr(0, field.size()), field) << refused.body;
+  }
+  const HttpAnswer png = Call(teacher, "GET", pattern + ".png", path + ".png?channels=all");
+  EXPECT_EQ(png.status, 200);
+  EXPECT_TRUE(png.body.starts_with("\x89PNG"));
+}
+
+TEST_F(ApiTest, ABatchOfJobsRunsToItsResultsAndABadRunIsNamedBeforehand) {
+  const Person ann = Make("ann", Role::kStudent);
+  const std::string bad = R"({"runs":[{"duration_s":2},{"duration_s":99999}]})";
+  const HttpAnswer refused = Call(ann, "POST", "jobs", "jobs", bad);
+  EXPECT_EQ(refused.status, 400);
+  EXPECT_EQ(json::parse(refused.body).at("field"), "/runs/1/duration_s");
+  const std::string good =
+      R"({"name":"sweep","runs":[{"duration_s":2},{"duration_s":2,"seed":2},{"duration_s":2,"seed":3}]})";
+  const json::object batch =
+      Ok(Call(ann, "POST", "jobs", "jobs", good, "Idempotency-Key: sweep-1\r\n"), 202);
+  const std::string again =
+      Call(ann, "POST", "jobs", "jobs", good, "Idempotency-Key: sweep-1\r\n").body;
+  EXPECT_EQ(json::parse(again).at("batch"), batch.at("batch"));
+  const std::string list = "jobs?batch=" + std::string(batch.at("batch").as_string());
+  json::array items;
+  const auto done = [&] {
+    items = Ok(Call(ann, "GET", "jobs", list)).at("items").as_array();
+    return std::all_of(items.begin(), items.end(), [](const json::value& job) {
+      return job.at("state") == "finished" || job.at("state") == "failed";
+    });
+  };
+  for (int i = 0; i < 3000 && !done(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  ASSERT_EQ(items.size(), 3u);
+  for (const json::value& job : items) {
+    EXPECT_EQ(job.at("state"), "finished") << json::serialize(job);
+    const std::string run(job.at("run").as_string());
+    EXPECT_EQ(Ok(Call(ann, "GET", "runs/{id}", "runs/" + run)).at("samples"), 200);
+  }
+  const std::string first = "jobs/" + std::string(items[0].at("id").as_string());
+  EXPECT_EQ(Ok(Call(ann, "GET", "jobs/{id}", first)).at("progress"), 1.0);
+  EXPECT_EQ(Call(ann, "DELETE", "jobs/{id}", first).status, 409);
+  const Person bob = Make("bob", Role::kStudent);
+  EXPECT_EQ(Call(bob, "GET", "jobs/{id}", first).status, 404);
+}
+
+TEST_F(ApiTest, TheExampleClientsSweepAndSaveTheirData) {
+  const auto account = accounts_->Create("robot", "Robot", Role::kStudent, Now()).value();
+  Principal who;
+  who.user_id = account.id;
+  const auto key =
+      accounts_->CreateKey(who, "k", {"jobs", "runs:read"}, Now() + std::chrono::hours(1), Now());
+  const std::string url = "http://" + application_->address();
+  const std::string examples = FAULTLAB_SOURCE_DIR "/deploy/examples/";
+  const std::string sweep = "cd " + folder_.path().string() + " && python3 " + examples +
+                            "client.py --url " + url + " --key " + key.value().secret +
+                            " --component R9 --values 27000,56000 > sweep.txt 2> sweep.err";
+  EXPECT_EQ(std::system(sweep.c_str()), 0) << ReadText(folder_.File("sweep.err"));
+  const std::string table = ReadText(folder_.File("sweep.txt"));
+  EXPECT_NE(table.find("27000\tfault"), std::string::npos) << table;
+  EXPECT_NE(table.find("56000\tfault"), std::string::npos) << table;
+  EXPECT_NE(ReadText(folder_.File("R9-27000.csv")).find("t_s,uc_v,um_v"), std::string::npos);
+
+  const std::string one = "cd " + folder_.path().string() + " && sh " + examples + "client.sh " +
+                          url + " " + key.value().secret + " R1 100 > one.json 2> one.err";
+  EXPECT_EQ(std::system(one.c_str()), 0) << ReadText(folder_.File("one.err"));
+  EXPECT_EQ(json::parse(ReadText(folder_.File("one.json"))).at("verdict"), "fault");
+}
+
+}  // namespace
+}  // namespace faultlab::server

@@ -1,0 +1,188 @@
+// The lab with a real agent on a bus: whose rig it is, and what people are told when it is not
+// ours.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <set>
+#include <thread>
+
+#include "server/api/bench/handlers.h"
+#include "tests/hardware/remote_world.h"
+#include "tests/server/app/shared_rigs.h"
+#include "tests/support/test_database.h"
+
+namespace faultlab::server {
+namespace {
+
+using hardware::AgentThread;
+using hardware::Epoch;
+using hardware::EpochFile;
+using hardware::LossyBus;
+using hardware::ServerThread;
+using hardware::StateFolder;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double kSpeed = 5.0;
+
+hardware::RigAgentSettings Patient() {
+  hardware::RigAgentSettings settings;
+  settings.watchdog = std::chrono::seconds(20);
+  settings.lease = std::chrono::seconds(25);
+  return settings;
+}
+
+/// A server of lab "here" that finds the rig "far-1" on a bus.
+class FarRigTest : public testing::Test {
+ protected:
+  ~FarRigTest() override {
+    if (shared_) shared_->Stop();
+    bay_.SetFinder({});
+  }
+
+  /// @param epoch  that the rig has had in this lab
+  void StartServer(std::uint64_t epoch = 0) {
+    shared_ = std::make_unique<tests::SharedRigs>(*database_, bay_, clock_);
+    const core::Status known =
+        shared_->service().Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+          for (std::uint64_t i = 0; i < epoch; ++i) {
+            core::Status done = scheduler.AddRig("far-1", "bench-sim", false);
+            if (done.ok()) done = scheduler.RigOnline("far-1", now);
+            if (done.ok()) done = scheduler.RigOffline("far-1", "not seen yet", now);
+            if (!done.ok()) return done;
+          }
+          return core::Done{};
+        });
+    ASSERT_TRUE(known.ok());
+    here_.WaitUntilHeard();
+    bay_.SetFinder([this] {
+      ++looks_;
+      RigStatus status;
+      status.remote = here_.rig().info();
+      status.description = status.remote->description;
+      status.state = status.remote->link == hardware::LinkState::kLost
+                         ? hardware::RigState::kOffline
+                         : status.remote->state;
+      return std::vector<RigBay::Found>{{std::move(status), [this] { return here_.shared_rig(); }}};
+    });
+  }
+
+  lab::Rig Rig() {
+    const auto state = shared_->service().state();
+    const auto rig = state->rigs.find("far-1");
+    return rig == state->rigs.end() ? lab::Rig{} : rig->second;
+  }
+  /// Waits for it. @returns what the rig was until then.
+  std::set<lab::RigStatus> Await(lab::RigStatus wanted, const std::string& reason = "") {
+    std::set<lab::RigStatus> seen;
+    for (int i = 0; i < 60'000; ++i) {
+      const lab::Rig rig = Rig();
+      if (rig.status == wanted && rig.reason.find(reason) != std::string::npos) return seen;
+      if (!rig.id.empty()) seen.insert(rig.status);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    ADD_FAILURE() << "the rig is " << Name(Rig().status) << ": " << Rig().reason;
+    return seen;
+  }
+  core::Result<HttpResponse> Adopt(const std::string& rig) {
+    HttpRequest request;
+    request.path_parameters = {{"id", rig}};
+    request.body = "{}";
+    Principal who;
+    who.user_id = 9;
+    who.role = Role::kOperator;
+    BenchApi api{shared_->service(),
+                 accounts_,
+                 bay_,
+                 runs_,
+                 calendar_links_,
+                 hub_,
+                 tokens_,
+                 audit_,
+                 clock_,
+                 {}};
+    return AdoptRig(api, {request, who, {}, {}});
+  }
+
+  LossyBus bus_{{}, 1};
+  const StateFolder state_;
+  std::atomic<int> looks_{0};  ///< at the bus
+  ServerThread here_{bus_, kSpeed, "here/a"};
+
+  tests::TestDatabase database_{Engine::kSqlite};
+  ManualClock clock_;
+  RigBay bay_;
+  RecordingStore store_{*database_};
+  StreamHub hub_{{}, clock_};
+  StreamTokens tokens_{clock_};
+  Accounts accounts_{*database_, GuestAccess::kEverywhere};
+  RunManager runs_{{}, store_, hub_, clock_, [](std::string_view) {}};
+  CalendarLinks calendar_links_{*database_};
+  AuditLog audit_{accounts_, clock_, [](std::string_view) {}};
+  std::unique_ptr<tests::SharedRigs> shared_;
+};
+
+TEST_F(FarRigTest, IsLeasedWithTheEpochOfTheLabFromTheCheckOn) {
+  AgentThread agent(bus_, kSpeed, Patient(), "far-1", &state_);
+  StartServer();
+  (void)Await(lab::RigStatus::kReady);
+  EXPECT_EQ(state_.Open().seen(), (hardware::SeenLease{Rig().epoch, "here/a"}));
+}
+
+TEST_F(FarRigTest, ThatHasSeenMoreThanTheDatabaseSaysSoAndIsAdopted) {
+  ASSERT_TRUE(state_.Open().Raise({500, "here/before-the-restore"}).ok());
+  AgentThread agent(bus_, kSpeed, Patient(), "far-1", &state_);
+  StartServer();
+  (void)Await(lab::RigStatus::kQuarantined);
+  EXPECT_THAT(Rig().reason, HasSubstr("the rig has seen epoch 500 of here/before-the-restore"));
+  EXPECT_THAT(Rig().reason, HasSubstr("this lease is of epoch " + std::to_string(Rig().epoch)));
+  EXPECT_THAT(Rig().reason, HasSubstr("adopt the rig"));
+  EXPECT_THAT(Rig().reason, Not(HasSubstr("relays")));
+  EXPECT_EQ(agent.rig().state(), hardware::RigState::kIdle);
+
+  const auto adopted = Adopt("far-1");
+  ASSERT_TRUE(adopted.ok()) << adopted.error().message;
+  (void)Await(lab::RigStatus::kReady);
+  EXPECT_GT(Rig().epoch, 500u);
+  EXPECT_EQ(state_.Open().seen().epoch, Rig().epoch);
+  EXPECT_EQ(Adopt("far-1").error().code, core::ErrorCode::kConflict) << "it is in order";
+  EXPECT_EQ(Adopt("nowhere").error().code, core::ErrorCode::kNotFound);
+}
+
+TEST_F(FarRigTest, ThatAnotherLabHoldsIsWaitedForAndNeverQuarantined) {
+  AgentThread agent(bus_, kSpeed, Patient(), "far-1", &state_);
+  auto there = std::make_unique<ServerThread>(bus_, kSpeed, "there/b");
+  there->WaitUntilHeard();
+  ASSERT_TRUE(there->rig().SelfTest(Epoch{1}).ok());
+  StartServer(/*epoch=*/7);
+  std::set<lab::RigStatus> was = Await(lab::RigStatus::kOffline, "the rig is held by there/b");
+  const std::uint64_t epoch = Rig().epoch;
+  EXPECT_EQ(Adopt("far-1").error().code, core::ErrorCode::kConflict);
+  const int looks = looks_;
+  while (looks_ < looks + 3) {
+    clock_.Advance(std::chrono::seconds(1));
+    ASSERT_TRUE(there->rig().SelfTest(Epoch{1}).ok()) << "still theirs";
+  }
+  EXPECT_EQ(Rig().status, lab::RigStatus::kOffline);
+  EXPECT_EQ(Rig().epoch, epoch) << "nothing was tried";
+  there.reset();  // gives the rig back
+  clock_.Advance(shared_->service().policy().check_pause);
+  was.merge(Await(lab::RigStatus::kReady));
+  EXPECT_FALSE(was.contains(lab::RigStatus::kQuarantined));
+}
+
+TEST_F(FarRigTest, ThatCannotKeepItsEpochWaitsUntilItCanAndSaysWhy) {
+  const std::string blocked = state_.path() + "/far-1.epoch.new";
+  std::filesystem::create_directories(blocked);  // where the agent writes
+  AgentThread agent(bus_, kSpeed, Patient(), "far-1", &state_);
+  StartServer();
+  const auto was = Await(lab::RigStatus::kOffline, "the agent cannot keep the rig's epoch");
+  EXPECT_FALSE(was.contains(lab::RigStatus::kQuarantined));
+  std::filesystem::remove(blocked);
+  clock_.Advance(shared_->service().policy().check_pause);
+  (void)Await(lab::RigStatus::kReady);
+}
+
+}  // namespace
+}  // namespace faultlab::server

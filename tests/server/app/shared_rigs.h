@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "server/app/rig_upkeep.h"
+#include "server/experiment/rig_access.h"
+#include "server/lab/lab_service.h"
+
+namespace faultlab::tests {
+
+/// Rigs as the server shares them, without HTTP: the lab, who looks after the rigs, and who may
+/// have one. The product's own parts, put together as in app/services.cc.
+class SharedRigs {
+ public:
+  SharedRigs(server::Database& database, server::RigBay& bay, const server::Clock& clock)
+      : bands_(database), upkeep_(bay, bands_, clock, Silent) {
+    server::lab::LabServiceOptions options;
+    options.member = "local";
+    options.alone = true;
+    auto service = server::lab::LabService::Open(database, clock, upkeep_, std::move(options));
+    service_ = std::move(service).value();
+    access_ = std::make_unique<server::RigAccess>(*service_, bay, Silent);
+    upkeep_.Start(*service_);
+  }
+  ~SharedRigs() { upkeep_.Stop(); }
+  SharedRigs(const SharedRigs&) = delete;
+  SharedRigs& operator=(const SharedRigs&) = delete;
+
+  server::lab::LabService& service() { return *service_; }
+  server::RigAccess& access() { return *access_; }
+  void Stop() { upkeep_.Stop(); }
+
+ private:
+  static void Silent(std::string_view) {}
+
+  server::lab::RigBands bands_;
+  server::RigUpkeep upkeep_;
+  std::unique_ptr<server::lab::LabService> service_;
+  std::unique_ptr<server::RigAccess> access_;
+};
+
+}  // namespace faultlab::tests

@@ -1,0 +1,179 @@
+// A recording is judged by the options and the diagnosis that its run has stored.
+#include "server/experiment/recordings.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+#include <string>
+
+#include "server/diagnosis_json/diagnosis_json.h"
+#include "server/diagnosis_json/options_json.h"
+#include "tests/server/run/run_fixture.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+class RecordingsTest : public tests::RunFixture {
+ protected:
+  /// R1 = 100 ohm in a run that is told that relays connect it: found to be 100 exactly.
+  RunRecord RunOfARealBench() {
+    RunRequest request = Paper();
+    request.diagnosis.values = core::ValuePrior::kTable2;
+    const RunRecord record = RunToEnd(std::move(request));
+    EXPECT_EQ(record.verdict, "fault") << record.diagnosis_json;
+    return record;
+  }
+  static double ValueFound(const std::string& diagnosis) {
+    const auto parsed = ParseDiagnosis(diagnosis);
+    EXPECT_TRUE(parsed.ok()) << parsed.error().message;
+    return parsed.value().verdict.candidates.front().value;
+  }
+  Figure Draw(const std::string& id, const std::string& name) {
+    auto figure = recordings_.FigureOf(store_->Get(id).value(), name, "");
+    EXPECT_TRUE(figure.ok()) << figure.error().message;
+    return std::move(figure).value();
+  }
+  static const Mark* Find(const Figure& figure, MarkKind kind) {
+    for (const Mark& mark : figure.marks) {
+      if (mark.kind == kind) return &mark;
+    }
+    return nullptr;
+  }
+
+  Accounts accounts_{*database_, GuestAccess::kEverywhere};
+  Recordings recordings_{*store_, *manager_, accounts_, clock_};
+};
+
+TEST_F(RecordingsTest, OptionsComeBackFromTheirText) {
+  core::DiagnosisOptions options;
+  options.nominal.j_kg_m2 = 1.0 / 3.0 * 1e-6;
+  options.nominal.r5_ohm = 999.0 + 1.0 / 7.0;
+  options.calibration = Learnt();
+  options.healthy_from_s = 0.1 + 0.2;
+  options.healthy_to_s = 4.25;
+  options.channels = core::Channels::kUmOnly;
+  options.values = core::ValuePrior::kTable2;
+  options.motor_faults = false;
+  options.period_s = 0.005;
+  options.false_alarms_per_day = 0.3;
+  options.um_rail_v = 9.99;
+  const auto back = ParseOptions(OptionsText(options));
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_DOUBLE_EQ(back.value().nominal.j_kg_m2, options.nominal.j_kg_m2);
+  EXPECT_DOUBLE_EQ(back.value().nominal.r5_ohm, options.nominal.r5_ohm);
+  EXPECT_DOUBLE_EQ(back.value().healthy_from_s, options.healthy_from_s);
+  EXPECT_EQ(back.value().healthy_to_s, options.healthy_to_s);
+  EXPECT_EQ(back.value().channels, options.channels);
+  EXPECT_EQ(back.value().values, options.values);
+  EXPECT_EQ(back.value().motor_faults, options.motor_faults);
+  EXPECT_EQ(back.value().period_s, options.period_s);
+  EXPECT_EQ(back.value().false_alarms_per_day, options.false_alarms_per_day);
+  EXPECT_EQ(back.value().um_rail_v, options.um_rail_v);
+  ASSERT_TRUE(back.value().calibration);
+  EXPECT_DOUBLE_EQ(back.value().calibration->delta_s, options.calibration->delta_s);
+}
+
+TEST_F(RecordingsTest, DamagedOptionsAreRefusedByMember) {
+  for (const char* damage : {"", "[]", "{}", R"({"nominal":{"R1":1}})"}) {
+    const auto parsed = ParseOptions(damage);
+    ASSERT_FALSE(parsed.ok()) << damage;
+    EXPECT_NE(parsed.error().message.find("member "), std::string::npos) << parsed.error().message;
+  }
+  json::object whole = json::parse(OptionsText({})).as_object();
+  for (const auto& [member, value] : json::object(whole)) {
+    json::object wrong = whole;
+    wrong[member] = json::array{1};
+    const auto parsed = ParseOptions(json::serialize(wrong));
+    ASSERT_FALSE(parsed.ok()) << member;
+  }
+}
+
+TEST_F(RecordingsTest, AFigureDrawsTheVerdictThatTheRunHasStored) {
+  const RunRecord record = RunOfARealBench();
+  EXPECT_EQ(ValueFound(record.diagnosis_json), 100.0);
+  const Figure figure = Draw(record.id, "signals");
+  ASSERT_NE(Find(figure, MarkKind::kDetected), nullptr);
+  EXPECT_NE(Find(figure, MarkKind::kDetected)->label.find("= 100 Ω"), std::string::npos)
+      << Find(figure, MarkKind::kDetected)->label;
+
+  // Nothing is fitted again: another stored verdict is another picture.
+  json::object other = json::parse(record.diagnosis_json).as_object();
+  other["detected_at_s"] = 12.5;
+  ASSERT_TRUE(store_->ReplaceDiagnosis(record.id, json::serialize(other), "fault").ok());
+  const Figure changed = Draw(record.id, "signals");
+  ASSERT_NE(Find(changed, MarkKind::kDetected), nullptr);
+  EXPECT_EQ(Find(changed, MarkKind::kDetected)->x, 12.5);
+}
+
+TEST_F(RecordingsTest, TheModelsOfAFigureFitAsTheRunHasStored) {
+  const RunRecord record = RunOfARealBench();
+  auto parsed = ParseDiagnosis(record.diagnosis_json).value();
+  const Recording recording = recordings_.Load(record).value();
+  core::Diagnosis made = core::DiagnoseRecord(recording.samples, recording.options);
+  EXPECT_EQ(parsed.verdict.candidates.front().component, made.verdict.candidates.front().component);
+  for (std::size_t i = 0; i < core::kEstimatorCount; ++i) {
+    for (std::size_t p = 0; p < 3; ++p) {
+      EXPECT_DOUBLE_EQ(parsed.estimates[i].theta[p], made.estimates[i].theta[p]) << i;
+      EXPECT_DOUBLE_EQ(parsed.nominal_estimates[i][p], made.nominal_estimates[i][p]) << i;
+    }
+    EXPECT_EQ(parsed.estimates[i].status, made.estimates[i].status) << i;
+  }
+  EXPECT_EQ(parsed.episodes.size(), made.episodes.size());
+  const Figure models = Draw(record.id, "models");
+  EXPECT_FALSE(models.panels.empty());
+}
+
+TEST_F(RecordingsTest, ARunThatACrashHasCutIsDiagnosedByItsOwnOptions) {
+  const RunRecord whole = RunOfARealBench();
+  RunRecord cut = whole;
+  cut.id = "run-cut";
+  cut.state = RunState::kRunning;
+  cut.diagnosis_json.clear();
+  cut.verdict.clear();
+  ASSERT_TRUE(store_->Begin(cut).ok());
+  const auto samples = store_->LoadSamples(whole.id).value();
+  ASSERT_TRUE(store_->AppendChunk(cut.id, 0, samples).ok());
+  const auto interrupted =
+      database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+        InterruptRuns(tx, whole.server_id, clock_.Wall());
+        return core::Done{};
+      });
+  ASSERT_TRUE(interrupted.ok());
+  const RunRecord found = store_->Get(cut.id).value();
+  ASSERT_EQ(found.state, RunState::kInterrupted);
+  const auto text = recordings_.DiagnosisText(found);
+  ASSERT_TRUE(text.ok()) << text.error().message;
+  EXPECT_EQ(ValueFound(text.value()), 100.0) << "any value near it is an answer without";
+  EXPECT_EQ(store_->Get(cut.id).value().diagnosis_json, text.value()) << "made once";
+}
+
+TEST_F(RecordingsTest, ARecordingOfAnOlderProgramIsReadAsThatProgramDid) {
+  RunRecord old;
+  old.period_s = 0.02;
+  const auto options = OptionsOf(old);
+  ASSERT_TRUE(options.ok());
+  EXPECT_EQ(options.value().values, core::ValuePrior::kNone);
+  EXPECT_EQ(options.value().period_s, 0.02);
+}
+
+TEST_F(RecordingsTest, AnUploadKeepsItsSamplesAndOptions) {
+  const RunRecord run = RunToEnd(Paper());
+  Recordings::Upload upload;
+  upload.name = "mine";
+  upload.owner = "user:1";
+  upload.channels = {"uc_v", "um_v"};
+  upload.period_s = 0.01;
+  upload.samples = store_->LoadSamples(run.id).value();
+  const auto kept = recordings_.Keep(std::move(upload));
+  ASSERT_TRUE(kept.ok()) << kept.error().message;
+  const RunRecord record = store_->Get(kept.value().id).value();
+  EXPECT_EQ(record.samples, 2000);
+  EXPECT_EQ(record.verdict, "fault");
+  EXPECT_FALSE(record.options_json.empty());
+  EXPECT_NE(record.diagnosis_json.find("\"channels\":[\"uc_v\",\"um_v\"]"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace faultlab::server
