@@ -4,6 +4,7 @@
 #include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "core/types/check.h"
 
@@ -47,11 +48,21 @@ constexpr std::string_view Name(ErrorCode code) {
   return "?";
 }
 
+/// A number or a name in a refusal, for a translation to put into a sentence of its own.
+struct ErrorParameter {
+  std::string name;   ///< "rig"
+  std::string value;  ///< "bench-1"
+};
+
 /// An expected refusal: what is wrong and what to do, for a person.
 struct Error {
   ErrorCode code = ErrorCode::kInvalid;
   std::string message;
   std::string field;  ///< JSON pointer or column name; empty if the whole request is meant
+  /// What exactly, as a stable word for programs and translations ("rig_needs_session"), with its
+  /// numbers and names. Empty where the message alone says it.
+  std::string reason{};
+  std::vector<ErrorParameter> parameters{};
 };
 
 /// A value or an Error. value() of an error is a bug and throws ContractError.

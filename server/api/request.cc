@@ -138,6 +138,9 @@ HttpResponse ProblemOf(const core::Error& error) {
   const int status = HttpStatus(error.code);
   HttpResponse response =
       Problem(status, Name(error.code), ReasonPhrase(status), error.message, error.field);
+  response.body.pop_back();
+  AppendReason(response.body, error);
+  response.body.push_back('}');
   if (status == 503) response.headers.emplace_back("Retry-After", "2");
   if (status == 401) response.headers.emplace_back("WWW-Authenticate", "Bearer");
   return response;

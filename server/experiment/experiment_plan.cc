@@ -1,25 +1,13 @@
 #include "server/experiment/experiment_plan.h"
 
-#include <array>
-#include <charconv>
 #include <utility>
 #include <variant>
 
+#include "server/run/refusals.h"
 #include "server/run/switchable.h"
 
 namespace faultlab::server {
 namespace {
-
-core::Error Refusal(std::string field, std::string message) {
-  return {core::ErrorCode::kInvalid, std::move(message), std::move(field)};
-}
-
-/// "2.5", in as few digits as tell it from its neighbours.
-std::string Text(double value) {
-  std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
 
 /// The member of the excitation to name when a voltage is outside the envelope.
 std::string VoltageField(const core::ExcitationSpec& spec, std::size_t sample, bool above) {
@@ -52,15 +40,14 @@ core::Result<hardware::RunPlan> ResolvePlan(const ExperimentPlan& wanted,
   for (std::size_t i = 0; i < plan.uc_v.size(); ++i) {
     const double volts = plan.uc_v[i];
     if (volts >= rig.uc_v_min && volts <= rig.uc_v_max) continue;
-    return Refusal(VoltageField(wanted.excitation, i, volts > rig.uc_v_max),
-                   "The control voltage of rig '" + rig.id + "' goes from " + Text(rig.uc_v_min) +
-                       " V to " + Text(rig.uc_v_max) + " V.");
+    return refusal::At(refusal::VoltageOutside(rig.id, rig.uc_v_min, rig.uc_v_max),
+                       VoltageField(wanted.excitation, i, volts > rig.uc_v_max));
   }
   for (std::size_t i = 0; i < wanted.faults.size(); ++i) {
     const core::Fault& fault = wanted.faults[i];
     const core::Status ok = CheckSwitchable(rig, fault.component, fault.value);
     if (ok.ok()) continue;
-    return Refusal("/faults/" + std::to_string(i) + "/" + ok.error().field, ok.error().message);
+    return refusal::At(ok.error(), "/faults/" + std::to_string(i) + "/" + ok.error().field);
   }
   plan.faults = wanted.faults;
   plan.period_s = wanted.period_s;

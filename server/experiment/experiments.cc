@@ -6,17 +6,13 @@
 
 #include "hardware/replay_rig.h"
 #include "server/experiment/plan_json.h"
+#include "server/run/refusals.h"
 #include "server/run/run_messages.h"
 
 namespace faultlab::server {
 namespace {
 
 namespace json = boost::json;
-
-core::Error At(core::Error error, std::string field) {
-  error.field = std::move(field);
-  return error;
-}
 
 /// What happened to the plant in a recording; its replay shows it again.
 std::vector<hardware::RigEvent> EventsOfThePlant(std::span<const RecordedEvent> recorded) {
@@ -37,8 +33,7 @@ core::Status Experiments::TakeFaultSet(const Principal& who, ExperimentPlan& pla
   if (plan.fault_set == 0) return core::Done{};
   const auto set = parts_.fault_set_access.Find(who, plan.fault_set, Operation::kReadFaultSet);
   if (!set) {
-    return core::Error{
-        core::ErrorCode::kInvalid, "There is no such fault set for you.", "/fault_set"};
+    return refusal::NoFaultSet();
   }
   auto faults = ParseFaults(set.value().faults_json, plan.duration_s);
   if (!faults) return faults.error();
@@ -51,15 +46,15 @@ core::Status Experiments::TakeFaultSet(const Principal& who, ExperimentPlan& pla
 
 core::Result<RunRequest> Experiments::Replay(const Principal& who, const ExperimentPlan& plan) {
   auto record = parts_.recordings.Find(who, plan.recording, Operation::kReadRun);
-  if (!record) return At(record.error(), "/recording");
+  if (!record) return refusal::At(record.error(), "/recording");
   auto source = parts_.recordings.Load(std::move(record).value());
-  if (!source) return At(source.error(), "/recording");
+  if (!source) return refusal::At(source.error(), "/recording");
   Recording& recording = source.value();
   if (recording.samples.empty()) {
-    return core::Error{core::ErrorCode::kInvalid, "The recording is empty.", "/recording"};
+    return refusal::EmptyRecording();
   }
   const auto events = parts_.store.LoadEvents(plan.recording);
-  if (!events) return At(events.error(), "/recording");
+  if (!events) return refusal::At(events.error(), "/recording");
   hardware::ReplayRigOptions options;
   options.speed = parts_.speed;
   options.events = EventsOfThePlant(events.value());

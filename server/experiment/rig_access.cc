@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/run/refusals.h"
+
 namespace faultlab::server {
 namespace {
 
@@ -72,10 +74,7 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
     if (const lab::Session* own = SessionOf(state, who, by, rig)) {
       const std::string& server = state.rigs.at(rig).server;
       if (server == service_.member()) return lab::LeaseOf(*own);
-      return core::Error{core::ErrorCode::kConflict,
-                         "Rig '" + rig + "' hangs on another server of this lab (" + server +
-                             "); start the run there.",
-                         "/rig"};
+      return refusal::RigElsewhere(rig, server);
     }
     if (!simulators.empty()) {
       auto session = scheduler.Practice(
@@ -84,17 +83,12 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
       return lab::LeaseOf(session.value());
     }
     if (rig.empty()) {
-      return core::Error{core::ErrorCode::kNotFound, "This server has no simulated rig.", "/rig"};
+      return refusal::NoSimulator();
     }
     if (!state.rigs.contains(rig)) {
-      return core::Error{
-          core::ErrorCode::kUnavailable,
-          "Rig '" + rig + "' has just been found and is not checked yet; try again in a minute.",
-          "/rig"};
+      return refusal::RigJustFound(rig);
     }
-    return core::Error{core::ErrorCode::kForbidden,
-                       "This rig needs a session: ask for a place in its queue or book it.",
-                       "/rig"};
+    return refusal::RigNeedsSession(rig);
   });
 }
 

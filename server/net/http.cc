@@ -129,6 +129,20 @@ void AppendJsonString(std::string& out, std::string_view text) {
   out.push_back('"');
 }
 
+void AppendReason(std::string& out, const core::Error& error) {
+  if (error.reason.empty()) return;
+  out.append(",\"reason\":");
+  AppendJsonString(out, error.reason);
+  out.append(",\"parameters\":{");
+  for (std::size_t i = 0; i < error.parameters.size(); ++i) {
+    if (i > 0) out.push_back(',');
+    AppendJsonString(out, error.parameters[i].name);
+    out.push_back(':');
+    AppendJsonString(out, error.parameters[i].value);
+  }
+  out.push_back('}');
+}
+
 HttpResponse Problem(int status,
                      std::string_view type,
                      std::string_view title,

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/types/result.h"
+
 namespace faultlab::server {
 
 enum class HttpMethod : std::uint8_t { kGet, kHead, kPost, kPut, kPatch, kDelete, kOther };
@@ -72,5 +74,7 @@ std::string_view ReasonPhrase(int status);
 std::optional<std::string> PercentDecode(std::string_view text, bool plus_is_space);
 /// Appends `text` as a JSON string with its quotes.
 void AppendJsonString(std::string& out, std::string_view text);
+/// Adds ,"reason":"..","parameters":{..} to an open JSON object; nothing for an error without one.
+void AppendReason(std::string& out, const core::Error& error);
 
 }  // namespace faultlab::server

@@ -45,9 +45,6 @@ struct RunServices {
   decltype(RunManagerOptions::calibrated) calibrated;
 };
 
-/// A command whose epoch is not the run's.
-core::Error StaleEpoch();
-
 /// One experiment from its start to its stored end, on a thread of its own. The rig is safe before
 /// the run says that it has ended, whatever ended it.
 class Run : public std::enable_shared_from_this<Run> {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "server/run/refusals.h"
 #include "server/run/run.h"
 #include "server/run/switchable.h"
 
@@ -22,17 +23,11 @@ hardware::RigCommand SetTo(const WaitingChanges::Change& change) {
 
 }  // namespace
 
-core::Error StaleEpoch() {
-  return {core::ErrorCode::kStale,
-          "The control of this rig has changed hands; reload the page.",
-          "epoch"};
-}
-
 core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCommand& command) {
   using Kind = hardware::RigCommand::Kind;
   const std::lock_guard lock(control_mutex_);
-  if (!rig_is_ours_) return core::Error{core::ErrorCode::kConflict, "The run has ended.", {}};
-  if (epoch != epoch_) return StaleEpoch();
+  if (!rig_is_ours_) return refusal::RunEnded();
+  if (epoch != epoch_) return refusal::StaleEpoch();
   if (command.kind == Kind::kAllNominal) waiting_.DropAll();
   if (command.kind == Kind::kSetComponent) {
     if (Same(command.value, request_.diagnosis.nominal.Get(command.component))) {
@@ -55,10 +50,7 @@ core::Result<Accepted> Run::Hold(const hardware::RigCommand& change) {
   const double duration_s =
       static_cast<double>(request_.plan.uc_v.size()) * request_.diagnosis.period_s;
   if (duration_s <= until_s) {
-    return core::Error{core::ErrorCode::kConflict,
-                       "This run ends before the healthy rig is learnt, so nothing can be changed "
-                       "in it: plan a longer one.",
-                       {}};
+    return refusal::RunTooShort();
   }
   if (waiting_.Hold(change.component, change.value)) return Accepted{until_s};
   const core::Status taken = rig_->Command(epoch_, change);  // the run came to its end just now

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/diagnosis_json/options_json.h"
+#include "server/run/refusals.h"
 #include "server/run/run.h"
 #include "server/run/worker.h"
 #include "server/storage/ids.h"
@@ -87,8 +88,7 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
       return core::Error{core::ErrorCode::kUnavailable, "The server is stopping.", {}};
     }
     if (static_cast<int>(runs_.size()) + starting_ >= options_.runs_max) {
-      return core::Error{
-          core::ErrorCode::kBusy, "As many runs as this server allows are running.", {}};
+      return refusal::RunsFull();
     }
     ++starting_;
   }
@@ -161,10 +161,10 @@ core::Result<Accepted> RunManager::Impl::Obey(const std::string& id,
                                               const CommandMessage& message) {
   const std::shared_ptr<Run> run = Find(id);
   if (run == nullptr || run->ended()) {
-    return core::Error{core::ErrorCode::kConflict, "The run has ended.", {}};
+    return refusal::RunEnded();
   }
   if (message.action == ViewerAction::kStop) {
-    if (message.epoch != run->epoch()) return StaleEpoch();
+    if (message.epoch != run->epoch()) return refusal::StaleEpoch();
     run->Stop("stopped by a person");
     return Accepted{};
   }
@@ -195,7 +195,7 @@ core::Status RunManager::Stop(std::string_view id, std::string_view reason) {
   if (run == nullptr) {
     return core::Error{core::ErrorCode::kNotFound, "There is no such run in progress.", {}};
   }
-  if (run->ended()) return core::Error{core::ErrorCode::kConflict, "The run has ended.", {}};
+  if (run->ended()) return refusal::RunEnded();
   run->Stop(reason);
   return core::Done{};
 }

@@ -4,25 +4,18 @@
 #include <cmath>
 #include <string>
 
+#include "server/run/refusals.h"
+
 namespace faultlab::server {
-namespace {
-
-core::Error Refusal(std::string field, std::string message) {
-  return {core::ErrorCode::kInvalid, std::move(message), std::move(field)};
-}
-
-}  // namespace
-
 core::Status CheckSwitchable(const hardware::RigDescription& rig,
                              core::Component component,
                              double value) {
-  const std::string name(core::Name(component));
   if (!(std::isfinite(value) && value > 0.0)) {
-    return Refusal("value", name + " must be above 0, in the SI unit.");
+    return refusal::NotPositive(component);
   }
   if (!core::IsRelaySwitched(component)) {
     if (rig.motor_faults) return core::Done{};
-    return Refusal("component", "Rig '" + rig.id + "' cannot change " + name + ".");
+    return refusal::NotSwitchable(rig.id, component);
   }
   if (rig.any_value) return core::Done{};
   std::string list;
@@ -30,7 +23,7 @@ core::Status CheckSwitchable(const hardware::RigDescription& rig,
     if (std::abs(known - value) <= 1e-9 * known) return core::Done{};
     list.append(list.empty() ? "" : ", ").append(boost::json::serialize(boost::json::value(known)));
   }
-  return Refusal("value", "The relay board of " + name + " has " + list + ".");
+  return refusal::NotOfTheRelays(component, list);
 }
 
 }  // namespace faultlab::server

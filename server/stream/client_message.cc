@@ -159,6 +159,7 @@ std::string AckText(const CommandMessage& command, const core::Result<Accepted>&
   AppendJsonString(text, Name(outcome.error().code));
   text.append(",\"message\":");
   AppendJsonString(text, outcome.error().message);
+  AppendReason(text, outcome.error());
   return text.append("}}");
 }
 

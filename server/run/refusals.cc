@@ -1,0 +1,124 @@
+#include "server/run/refusals.h"
+
+#include <array>
+#include <charconv>
+#include <utility>
+
+namespace faultlab::server::refusal {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+
+/// In as few digits as tell it from its neighbours.
+std::string Text(double value) {
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
+std::string Name(core::Component component) {
+  return std::string(core::Name(component));
+}
+
+}  // namespace
+
+Error NoSimulator() {
+  return {ErrorCode::kNotFound, "This server has no simulated rig.", "/rig", "no_simulator"};
+}
+
+Error RigNeedsSession(const std::string& rig) {
+  return {ErrorCode::kForbidden,
+          "This rig needs a session: ask for a place in its queue or book it.",
+          "/rig",
+          "rig_needs_session",
+          {{"rig", rig}}};
+}
+
+Error RigJustFound(const std::string& rig) {
+  return {ErrorCode::kUnavailable,
+          "Rig '" + rig + "' has just been found and is not checked yet; try again in a minute.",
+          "/rig",
+          "rig_just_found",
+          {{"rig", rig}}};
+}
+
+Error RigElsewhere(const std::string& rig, const std::string& member) {
+  return {ErrorCode::kConflict,
+          "Rig '" + rig + "' hangs on another server of this lab (" + member +
+              "); start the run there.",
+          "/rig",
+          "rig_elsewhere",
+          {{"rig", rig}, {"member", member}}};
+}
+
+Error RunsFull() {
+  return {ErrorCode::kBusy, "As many runs as this server allows are running.", "", "runs_full"};
+}
+
+Error RunEnded() {
+  return {ErrorCode::kConflict, "The run has ended.", "", "run_ended"};
+}
+
+Error StaleEpoch() {
+  return {ErrorCode::kStale,
+          "The control of this rig has changed hands; reload the page.",
+          "epoch",
+          "stale_epoch"};
+}
+
+Error RunTooShort() {
+  return {ErrorCode::kConflict,
+          "This run ends before the healthy rig is learnt, so nothing can be changed in it: plan a "
+          "longer one.",
+          "",
+          "run_too_short"};
+}
+
+Error NotPositive(core::Component component) {
+  return {ErrorCode::kInvalid,
+          Name(component) + " must be above 0, in the SI unit.",
+          "value",
+          "value_not_positive",
+          {{"component", Name(component)}}};
+}
+
+Error NotSwitchable(const std::string& rig, core::Component component) {
+  return {ErrorCode::kInvalid,
+          "Rig '" + rig + "' cannot change " + Name(component) + ".",
+          "component",
+          "component_not_switchable",
+          {{"rig", rig}, {"component", Name(component)}}};
+}
+
+Error NotOfTheRelays(core::Component component, const std::string& values) {
+  return {ErrorCode::kInvalid,
+          "The relay board of " + Name(component) + " has " + values + ".",
+          "value",
+          "value_not_of_the_relays",
+          {{"component", Name(component)}, {"values", values}}};
+}
+
+Error VoltageOutside(const std::string& rig, double lowest_v, double highest_v) {
+  return {ErrorCode::kInvalid,
+          "The control voltage of rig '" + rig + "' goes from " + Text(lowest_v) + " V to " +
+              Text(highest_v) + " V.",
+          "/excitation",
+          "voltage_outside",
+          {{"rig", rig}, {"lowest_v", Text(lowest_v)}, {"highest_v", Text(highest_v)}}};
+}
+
+Error NoFaultSet() {
+  return {ErrorCode::kInvalid, "There is no such fault set for you.", "/fault_set", "no_fault_set"};
+}
+
+Error EmptyRecording() {
+  return {ErrorCode::kInvalid, "The recording is empty.", "/recording", "empty_recording"};
+}
+
+Error At(Error error, std::string field) {
+  error.field = std::move(field);
+  return error;
+}
+
+}  // namespace faultlab::server::refusal
