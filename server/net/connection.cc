@@ -12,7 +12,9 @@
 #include <utility>
 #include <variant>
 
+#include "server/clock.h"
 #include "server/net/listen_address.h"
+#include "server/net/peer.h"
 #include "server/net/response_head.h"
 #include "server/net/websocket.h"
 
@@ -35,6 +37,8 @@ constexpr std::size_t kSendPieceBytes = 512 << 10;  ///< in each write_deadline
 constexpr std::size_t kSmallBytes = 64 << 10;       ///< what waits without asking the budget
 /// Asked of the budget ahead of what has arrived.
 constexpr std::size_t kBodyStepBytes = 256 << 10;
+constexpr std::chrono::milliseconds kLinger{2000};  ///< until a refused or closing client is gone
+constexpr int kTunnelsFullS = 60;
 constexpr std::size_t kDiscardBytesMax = 4 << 20;  ///< read away so that a refusal is not reset
 
 HttpMethod ToMethod(beast::http::verb verb) {
@@ -74,6 +78,11 @@ HttpResponse PoolFullProblem() {
 HttpResponse BytesFullProblem() {
   constexpr int kSeconds = 5;
   return TryAgain(503, "Too many bytes of others are on their way; try again soon.", kSeconds);
+}
+
+HttpResponse PeerProblem(const core::Error& error) {
+  constexpr int kSeconds = 3;
+  return TryAgain(503, error.message, kSeconds);
 }
 
 HttpResponse InternalProblem() {
@@ -246,7 +255,8 @@ void Connection::FillRequest() {
   request_.remote_address = peer_address_;
   request_.forwarded = false;
   request_.https = false;
-  if (!peer_is_loopback_) return;
+  request_.from_peer = false;
+  if (!peer_is_loopback_ || !request_.Header(kHopHeader).empty()) return;
   if (const std::string_view list = request_.Header("X-Forwarded-For"); !list.empty()) {
     request_.remote_address = LastListEntry(list);
     request_.forwarded = true;
@@ -254,7 +264,23 @@ void Connection::FillRequest() {
   }
 }
 
-HttpResponse Connection::Handle(const Route& route) const {
+/// Who the client is says the server that passed the request on. A hop that is not sealed by one is
+/// refused and not ignored: read without it, the request would be that server's own.
+/// @returns false when there is a hop that is not believed.
+bool Connection::ReadHop() {
+  const std::string_view value = request_.Header(kHopHeader);
+  if (value.empty()) return true;
+  const auto hop =
+      host_.seal ? host_.seal->Open(value, request_, SystemClock().Wall()) : std::nullopt;
+  if (!hop) return false;
+  hop_client_ = hop->client;
+  request_.remote_address = hop_client_;
+  request_.https = hop->https;
+  request_.from_peer = true;
+  return true;
+}
+
+RouteAnswer Connection::Handle(const Route& route) const {
   try {
     return route.handle(request_);
   } catch (const std::exception& error) {
@@ -290,9 +316,52 @@ asio::awaitable<std::invoke_result_t<Work&>> Connection::OnPool(Work work) {
       asio::use_awaitable);
 }
 
-asio::awaitable<HttpResponse> Connection::RunOnPool(const Route& route) {
+asio::awaitable<RouteAnswer> Connection::RunOnPool(const Route& route) {
   if (PoolIsFull()) co_return PoolFullProblem();
   co_return co_await OnPool([this, &route] { return Handle(route); });
+}
+
+std::string Connection::SealedHop(const PeerAddress& peer) const {
+  HttpRequest sent = request_;
+  if (sent.method == HttpMethod::kHead) sent.method = HttpMethod::kGet;  // as PeerExchange asks
+  return host_.seal->Seal({std::string(request_.remote_address), request_.https},
+                          peer.name,
+                          sent,
+                          SystemClock().Wall());
+}
+
+/// No thread waits: a peer that is silent costs its callers their time and nobody else's.
+asio::awaitable<core::Result<HttpResponse>> Connection::AskPeer(const PeerAddress& peer) {
+  const core::Error busy{core::ErrorCode::kBusy,
+                         "Too many requests wait for server '" + peer.name +
+                             "', which has what this is about; try again in a few seconds.",
+                         ""};
+  if (!host_.seal) co_return busy;
+  int& waiting = host_.waiting_for_peer[peer.address];
+  if (waiting >= host_.options.limits.peers.waiting_max) co_return busy;
+  ++waiting;
+  ++host_.counters.passed_on;
+  PeerExchange exchange(host_.io, host_.options.limits.peers, peer);
+  const std::string hop = SealedHop(peer);
+  auto answer = co_await exchange.Ask(request_, hop);
+  if (!answer) ++host_.counters.peers_silent;
+  const auto entry = host_.waiting_for_peer.find(peer.address);
+  if (--entry->second == 0) host_.waiting_for_peer.erase(entry);
+  co_return answer;
+}
+
+asio::awaitable<HttpResponse> Connection::PassOn(const AskPeers& ask) {
+  std::vector<core::Result<HttpResponse>> answers;
+  for (const PeerAddress& peer : ask.peers) {
+    auto answer = co_await AskPeer(peer);
+    answers.push_back(std::move(answer));
+  }
+  if (ask.join) {
+    if (PoolIsFull()) co_return PoolFullProblem();
+    co_return co_await OnPool([&ask, &answers] { return ask.join(std::move(answers)); });
+  }
+  if (!answers.front()) co_return PeerProblem(answers.front().error());
+  co_return std::move(answers.front()).value();
 }
 
 /// @returns false when the request is refused and the connection at its end.
@@ -366,7 +435,7 @@ asio::awaitable<void> Connection::Refuse(HttpResponse response) {
   error_code ec;
   socket_.shutdown(tcp::socket::shutdown_send, ec);
   if (ec) co_return;
-  Deadline(std::chrono::milliseconds(2000));
+  Deadline(kLinger);
   std::array<char, 16 << 10> waste;
   for (std::size_t total = 0; total < kDiscardBytesMax;) {
     const std::size_t got = co_await socket_.async_read_some(
@@ -374,6 +443,64 @@ asio::awaitable<void> Connection::Refuse(HttpResponse response) {
     if (ec) co_return;
     total += got;
   }
+}
+
+asio::awaitable<bool> Connection::SwitchProtocols() {
+  const std::string answer =
+      "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+      "Sec-WebSocket-Accept: " +
+      websocket::AcceptKey(request_.Header("Sec-WebSocket-Key")) + "\r\n\r\n";
+  co_return co_await SendBytes(answer);
+}
+
+/// The peer shakes hands first; then the bytes go both ways as they come. Its viewers are pinged,
+/// so silence means that it is gone.
+asio::awaitable<Connection::Next> Connection::TunnelTo(const PeerAddress& peer) {
+  const auto& limits = host_.options.limits;
+  if (!host_.seal || host_.counters.tunnels >= limits.peers.tunnels_max) {
+    co_await Refuse(TryAgain(503, "Too many are watching; try again in a minute.", kTunnelsFullS));
+    co_return Next::kClose;
+  }
+  struct Place {
+    explicit Place(std::atomic<std::uint64_t>& count) : taken(count) { ++taken; }
+    ~Place() { --taken; }
+    Place(const Place&) = delete;
+    Place& operator=(const Place&) = delete;
+    std::atomic<std::uint64_t>& taken;
+  };
+  std::optional<Place> place(host_.counters.tunnels);
+  deadline_ = Steady::time_point::max();  // the exchange has its own
+  PeerExchange exchange(host_.io, limits.peers, peer);
+  const std::string hop = SealedHop(peer);
+  auto answer = co_await exchange.Ask(request_, hop);
+  if (!answer || answer.value().status != 101) {
+    if (!answer) ++host_.counters.peers_silent;
+    place.reset();
+    HttpResponse refusal = answer ? std::move(answer).value() : PeerProblem(answer.error());
+    co_await Refuse(std::move(refusal));
+    co_return Next::kClose;
+  }
+  const std::string early = exchange.pending();
+  const std::string late(static_cast<const char*>(buffer_.data().data()), buffer_.size());
+  error_code ec;
+  idle_ = true;  // from here on nothing is lost when the server stops
+  if (!co_await SwitchProtocols() || !co_await SendBytes(early)) co_return Next::kClose;
+  co_await asio::async_write(
+      exchange.socket(), asio::buffer(late), asio::redirect_error(asio::use_awaitable, ec));
+  ++host_.counters.answers[1];
+  Deadline(limits.peers.tunnel_silence);
+  bool ended = false;
+  co_await Tunnel(
+      socket_,
+      exchange.socket(),
+      [&] {
+        if (!ended) Deadline(limits.peers.tunnel_silence);
+      },
+      [&] {
+        ended = true;
+        Deadline(kLinger);
+      });
+  co_return Next::kUpgraded;
 }
 
 asio::awaitable<Connection::Next> Connection::Upgrade() {
@@ -400,11 +527,8 @@ asio::awaitable<Connection::Next> Connection::Upgrade() {
   if (auto* refusal = std::get_if<HttpResponse>(&decision)) {
     co_return co_await refuse(std::move(*refusal));
   }
-  const std::string answer =
-      "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-      "Sec-WebSocket-Accept: " +
-      websocket::AcceptKey(key) + "\r\n\r\n";
-  if (!co_await SendBytes(answer)) co_return Next::kClose;
+  if (const auto* peer = std::get_if<PeerAddress>(&decision)) co_return co_await TunnelTo(*peer);
+  if (!co_await SwitchProtocols()) co_return Next::kClose;
   UpgradedSocket upgraded;
   upgraded.pending.assign(static_cast<const char*>(buffer_.data().data()), buffer_.size());
   error_code ec;
@@ -425,6 +549,15 @@ asio::awaitable<Connection::Next> Connection::Serve() {
                             "Unknown host",
                             "This server does not answer to the name in the Host header; add it to "
                             "allowed_hosts."));
+    co_return Next::kClose;
+  }
+  if (!ReadHop()) {
+    co_await Refuse(
+        Problem(403,
+                "foreign_hop",
+                "Foreign hop",
+                "This request says that a server of this lab passed it on, and none did "
+                "just now. Servers that share a database keep their clocks by NTP."));
     co_return Next::kClose;
   }
   if (!request_.Header("Upgrade").empty() && request_.Header("Upgrade") == "websocket") {
@@ -452,10 +585,16 @@ asio::awaitable<Connection::Next> Connection::Serve() {
   const bool keep_alive = parser_->get().keep_alive() && !last_request_;
   HttpResponse response;
   if (match.route != nullptr) {
+    RouteAnswer answer;
     if (match.route->runs_on == RunsOn::kInline) {
-      response = Handle(*match.route);
+      answer = Handle(*match.route);
     } else {
-      response = co_await RunOnPool(*match.route);
+      answer = co_await RunOnPool(*match.route);
+    }
+    if (const auto* ask = std::get_if<AskPeers>(&answer)) {
+      response = co_await PassOn(*ask);
+    } else {
+      response = std::move(std::get<HttpResponse>(answer));
     }
   } else if (!match.allow.empty()) {
     response = Problem(405,

@@ -17,7 +17,9 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <unordered_map>
 #include <unordered_set>
+#include <vector>
 
 #include "server/net/byte_budget.h"
 #include "server/net/http_server.h"
@@ -30,7 +32,7 @@ class Connection;
 struct ConnectionHost {
   struct Counters {
     std::atomic<std::uint64_t> accepted{0}, refused{0}, open{0}, requests{0}, deadlines{0},
-        pool_refused{0}, bytes_refused{0};
+        pool_refused{0}, bytes_refused{0}, passed_on{0}, peers_silent{0}, tunnels{0};
     std::array<std::atomic<std::uint64_t>, 6> answers{};
   };
 
@@ -38,13 +40,15 @@ struct ConnectionHost {
   const Router& router;
   std::function<UpgradeDecision(const HttpRequest&)> upgrade;
   bool on_loopback = false;
+  std::optional<HopSeal> seal{};  ///< of the lab's servers; set before the threads start
   Counters counters{};
   std::atomic<std::size_t> pool_waiting{0};
   bool pool_closed = false;  ///< the server stops: of the network thread
   ByteBudget waiting_bytes{options.limits.waiting_bytes_max};
   std::unordered_set<Connection*> connections{};
-  std::chrono::steady_clock::time_point now{};  ///< coarse: moved twice a second
-  std::string date{};                           ///< of `now`, as answers carry it
+  std::unordered_map<std::string, int> waiting_for_peer{};  ///< requests, by the peer's address
+  std::chrono::steady_clock::time_point now{};              ///< coarse: moved twice a second
+  std::string date{};                                       ///< of `now`, as answers carry it
   // Connections live in the coroutines that io owns: io goes first, what they touch stays above.
   std::optional<boost::asio::thread_pool> pool{};
   boost::asio::io_context io{1};
@@ -84,7 +88,12 @@ class Connection {
   bool HoldBody(std::size_t bytes);
   boost::asio::awaitable<Next> Serve();
   boost::asio::awaitable<Next> Upgrade();
-  boost::asio::awaitable<HttpResponse> RunOnPool(const Route& route);
+  boost::asio::awaitable<Next> TunnelTo(const PeerAddress& peer);
+  boost::asio::awaitable<bool> SwitchProtocols();
+  boost::asio::awaitable<RouteAnswer> RunOnPool(const Route& route);
+  boost::asio::awaitable<HttpResponse> PassOn(const AskPeers& ask);
+  boost::asio::awaitable<core::Result<HttpResponse>> AskPeer(const PeerAddress& peer);
+  std::string SealedHop(const PeerAddress& peer) const;
   template <typename Work>
   boost::asio::awaitable<std::invoke_result_t<Work&>> OnPool(Work work);
   bool PoolIsFull();
@@ -92,7 +101,8 @@ class Connection {
   boost::asio::awaitable<bool> SendBytes(std::string_view bytes);
   boost::asio::awaitable<void> Refuse(HttpResponse response);
   void FillRequest();
-  HttpResponse Handle(const Route& route) const;
+  bool ReadHop();
+  RouteAnswer Handle(const Route& route) const;
 
   ConnectionHost& host_;
   boost::asio::ip::tcp::socket socket_;
@@ -102,6 +112,7 @@ class Connection {
   ByteBudget::Hold body_bytes_;     ///< of the request at work, as far as it has arrived
   std::shared_ptr<void> admitted_;  ///< of the request at work
   std::string peer_address_;
+  std::string hop_client_;  ///< of the request at work, when another server passed it on
   std::chrono::steady_clock::time_point deadline_ = std::chrono::steady_clock::time_point::max();
   bool peer_is_loopback_ = false;
   bool reading_request_ = false;

@@ -76,7 +76,8 @@ asio::awaitable<void> HttpServer::Impl::Accept() {
       continue;
     }
     ++host_.counters.accepted;
-    if (host_.connections.size() >= host_.options.limits.connections_max) {
+    const std::size_t tunnels = host_.counters.tunnels;  // have a limit of their own
+    if (host_.connections.size() - tunnels >= host_.options.limits.connections_max) {
       ++host_.counters.refused;
       const std::string bytes = EncodeResponseHead(
           Problem(503, "busy", "Busy", "Too many connections; try again in a minute."),
@@ -208,6 +209,9 @@ HttpCounters HttpServer::Impl::counters() const {
   out.pool_refused = host_.counters.pool_refused;
   out.pool_waiting = host_.pool_waiting;
   out.bytes_refused = host_.counters.bytes_refused;
+  out.passed_on = host_.counters.passed_on;
+  out.peers_silent = host_.counters.peers_silent;
+  out.tunnels_open = host_.counters.tunnels;
   for (std::size_t i = 0; i < host_.counters.answers.size(); ++i) {
     out.answers_by_class[i] = host_.counters.answers[i];
   }
@@ -221,6 +225,10 @@ HttpServer::HttpServer(HttpServerOptions options,
 
 HttpServer::~HttpServer() {
   Stop();
+}
+
+void HttpServer::SetHopSeal(HopSeal seal) {
+  impl_->host_.seal.emplace(std::move(seal));
 }
 
 core::Status HttpServer::Bind() {
