@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/api/lab/handlers.h"
+#include "server/api/whereabouts.h"
 #include "server/net/websocket.h"
 
 namespace faultlab::server {
@@ -64,7 +65,7 @@ Admission Admit(ApiContext& api, const ApiRoute& route, const HttpRequest& http)
   return {.refusal = std::move(refusal), .not_yet = waits, .held = std::move(place)};
 }
 
-HttpResponse Serve(ApiContext& api, const ApiRoute& route, const HttpRequest& http) {
+RouteAnswer Serve(ApiContext& api, const ApiRoute& route, const HttpRequest& http) {
   auto known = CallerOf(api, route, http);
   if (!known) return ProblemOf(known.error());
   const Principal& who = known.value();
@@ -75,8 +76,15 @@ HttpResponse Serve(ApiContext& api, const ApiRoute& route, const HttpRequest& ht
                    "Unsupported media type",
                    "Send the body as Content-Type: application/json.");
   }
-  const core::Result<HttpResponse> answer = route.handler(api, {http, who});
-  return answer.ok() ? answer.value() : ProblemOf(answer.error());
+  if (auto elsewhere = AnsweredElsewhere(api, route, http)) {
+    if (!http.from_peer) return std::move(*elsewhere);
+    // The servers' views differ for a moment: nobody passes on what was passed on.
+    return TryAgain(503, "The rig or run of this request is moving to another server.", 1);
+  }
+  core::Result<HttpResponse> answer = route.handler(api, {http, who});
+  if (!answer.ok()) return ProblemOf(answer.error());
+  if (route.lives_at != LivesAt::kEveryMember || http.from_peer) return std::move(answer).value();
+  return JoinedWithOthers(api, std::move(answer).value());
 }
 
 }  // namespace
@@ -101,6 +109,9 @@ UpgradeDecision DecideUpgrade(ApiContext& api, const HttpRequest& request) {
     return Problem(404, "not_found", "Not found", "WebSockets are at /ws.");
   }
   const auto code = request.Query("code");
+  if (code && !request.from_peer) {
+    if (auto member = MemberOfCode(api, *code)) return std::move(*member);
+  }
   auto grant = code ? api.tokens.Redeem(*code) : std::nullopt;
   if (!grant) {
     return Problem(403,

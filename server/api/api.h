@@ -77,6 +77,17 @@ inline constexpr BodyRule kUpload{20 << 20};
 /// a few more wait for one of them.
 enum class AnswerSize { kSmall, kLarge };
 
+/// Where the object of a request lives, when several servers share the database. Evaluated after
+/// the caller is known and before the handler: see whereabouts.h.
+enum class LivesAt {
+  kAnywhere,     ///< in the database: any server answers
+  kRunsMember,   ///< while the run of {id} lives: at the server that records it
+  kRunsViewers,  ///< as kRunsMember, and while its viewers are still told of its end
+  kRigsMember,   ///< at the server that has the rig of {id}
+  kBodysRig,     ///< at the server that has the rig which the body names
+  kEveryMember,  ///< a list: each server has its part
+};
+
 using ApiHandler = core::Result<HttpResponse> (*)(ApiContext&, const ApiRequest&);
 
 /// Who may call: everybody; whoever the matrix allows; or the handler asks about the object itself.
@@ -91,6 +102,7 @@ struct ApiRoute {
   ApiHandler handler;
   BodyRule body = kNoBody;
   AnswerSize answer = AnswerSize::kSmall;
+  LivesAt lives_at = LivesAt::kAnywhere;
 };
 
 /// The table of issue-2 endpoints: routes.cc. Later groups have a table of their own each.

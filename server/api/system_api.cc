@@ -5,6 +5,7 @@
 #include "server/api/lab/handlers.h"
 #include "server/api/metrics_text.h"
 #include "server/api/rig_json.h"
+#include "server/api/whereabouts.h"
 
 namespace faultlab::server {
 namespace {
@@ -43,6 +44,10 @@ core::Result<HttpResponse> Metrics(ApiContext& api, const ApiRequest&) {
   out.Add("faultlab_http_deadlines_missed_total", "counter", http.deadlines_missed);
   out.Add("faultlab_http_pool_refused_total", "counter", http.pool_refused);
   out.Add("faultlab_http_pool_waiting", "gauge", http.pool_waiting);
+
+  out.Add("faultlab_http_passed_on_total", "counter", http.passed_on);
+  out.Add("faultlab_http_peers_silent_total", "counter", http.peers_silent);
+  out.Add("faultlab_http_tunnels_open", "gauge", http.tunnels_open);
 
   const StreamCounters stream = api.hub.counters();
   out.Add("faultlab_viewers_open", "gauge", stream.viewers_open);
@@ -121,7 +126,8 @@ core::Result<HttpResponse> ListRigCalibrations(ApiContext& api, const ApiRequest
   const auto limit = PageLimit(request.http);
   if (!limit) return limit.error();
   const std::string& rig = request.http.PathParameter("id");
-  if (const auto found = api.bay.Find(rig); !found) return found.error();
+  if (const core::Status known_rig = RigIsKnown(api, rig); !known_rig.ok())
+    return known_rig.error();
   const auto rows = api.calibrations.List(rig, limit.value());
   if (!rows) return rows.error();
   json::array items;

@@ -223,8 +223,8 @@ core::Result<lab::Lease> LabSystem::LeaseFor(const Principal& who,
       const std::string& server = state.rigs.at(rig).server;
       if (server == service_->member()) return lab::LeaseOf(*own);
       return core::Error{core::ErrorCode::kConflict,
-                         "Rig '" + rig + "' hangs on another server of this lab (" + server +
-                             "); start the run there.",
+                         "Rig '" + rig + "' is moving to another server of this lab (" + server +
+                             "); try again in a few seconds.",
                          "/rig"};
     }
     if (!simulators.empty()) {

@@ -11,6 +11,7 @@
 #include "server/api/api.h"
 #include "server/app/lab_system.h"
 #include "server/app/lcm_run_tap.h"
+#include "server/app/member_address.h"
 #include "server/app/static_files.h"
 #include "server/auth/accounts.h"
 #include "server/diagnosis_json/calibration_json.h"
@@ -118,7 +119,7 @@ class Laboratory::Impl {
         store_(*database_),
         calibrations_(*database_),
         hub_(HubOptions(config), clock_),
-        tokens_(clock_),
+        tokens_(clock_, config.server_id),
         accounts_(*database_, ToGuestAccess(config.guests)),
         runs_(RunOptions(config),
               store_,
@@ -164,7 +165,12 @@ class Laboratory::Impl {
     if (!streaming.ok()) return streaming;
     LabSystem::Options options;
     options.server_id = config_.server_id;
-    options.address = http_->address();
+    auto secret = HopSecret(*database_);
+    if (!secret) return secret.error();
+    http_->SetHopSeal(HopSeal(secret.value(), config_.server_id));
+    auto address = MemberAddress(config_, http_->address());
+    if (!address) return address.error();
+    options.address = address.value();
     options.retention = {config_.keep_guest_days,
                          config_.keep_student_days,
                          config_.keep_job_days,
@@ -258,6 +264,7 @@ class Laboratory::Impl {
     options.allowed_hosts = config.allowed_hosts;
     options.limits.connections_max = static_cast<std::size_t>(config.connections_max);
     options.limits.pool_threads = config.pool_threads;
+    options.limits.peers.tunnels_max = static_cast<std::size_t>(config.viewers_max);
     options.on_error = [](std::string_view text) { spdlog::error("{}", text); };
     return options;
   }

@@ -3,6 +3,7 @@
 
 #include "server/api/lab/handlers.h"
 #include "server/api/run_body.h"
+#include "server/api/whereabouts.h"
 #include "server/csv/excitation_text.h"
 #include "server/csv/number_text.h"
 #include "server/diagnosis_json/calibration_json.h"
@@ -22,7 +23,7 @@ constexpr std::int64_t kWindowMax = 500;  // five seconds of a fault; a second o
 
 /// The newest that a run has learnt about the rig.
 core::Result<core::Calibration> NewestCalibration(ApiContext& api, const std::string& rig) {
-  if (const auto found = api.bay.Find(rig); !found) {
+  if (!RigIsKnown(api, rig).ok()) {
     return Error{ErrorCode::kInvalid, "There is no rig '" + rig + "'.", "rig"};
   }
   const auto rows = api.calibrations.List(rig, 1);

@@ -16,7 +16,9 @@ namespace json = boost::json;
 constexpr std::size_t kBatchMax = 500;
 
 /// Done seconds of the run over its whole length; 0 while it is not known.
-double ProgressOf(const RunSnapshot& live) {
+/// Of a run here, or of what another server has stored of one.
+template <typename Run>
+double ProgressOf(const Run& live) {
   boost::system::error_code ec;
   const json::value plan = json::parse(live.plan_json, ec);
   const json::value* duration = ec ? nullptr : plan.as_object().if_contains("duration_s");
@@ -55,7 +57,11 @@ json::object JobToJson(ApiContext& api, const lab::Job& job) {
   if (job.started_at) out["started_at"] = Iso8601(*job.started_at);
   if (job.ended_at) out["ended_at"] = Iso8601(*job.ended_at);
   if (job.state == "running" && !job.run_id.empty()) {
-    if (const auto live = api.runs.Find(job.run_id)) out["progress"] = ProgressOf(*live);
+    if (const auto live = api.runs.Find(job.run_id)) {
+      out["progress"] = ProgressOf(*live);
+    } else if (const auto stored = api.store.Get(job.run_id); stored.ok()) {
+      out["progress"] = ProgressOf(stored.value());
+    }
   }
   return out;
 }

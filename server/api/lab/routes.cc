@@ -6,6 +6,8 @@ std::vector<ApiRoute> LabRoutes() {
   using enum HttpMethod;
   using enum Operation;
   using enum Guard;
+  using enum AnswerSize;
+  using enum LivesAt;
   return {
       {kPost, "/api/v1/auth/login", kReadPublic, kAnybody, SignIn, kSignInJson},
       {kPost, "/api/v1/auth/reset", kReadPublic, kAnybody, UseResetLink, kSignInJson},
@@ -45,10 +47,38 @@ std::vector<ApiRoute> LabRoutes() {
       {kGet, "/api/v1/rigs/{id}/health", kListRigs, kRole, GetRigHealth},
       {kPost, "/api/v1/rigs/{id}/quarantine", kOperateRig, kRole, Once<QuarantineRig>, kJson},
       {kPost, "/api/v1/rigs/{id}/release", kOperateRig, kRole, Once<ReleaseRig>, kJson},
-      {kPost, "/api/v1/rigs/{id}/self-test", kOperateRig, kRole, Once<TestRig>, kJson},
-      {kPost, "/api/v1/rigs/{id}/commission", kOperateRig, kRole, Once<CommissionRig>, kJson},
-      {kPost, "/api/v1/rigs/{id}/clear-trip", kOperateRig, kRole, Once<ClearTrip>, kJson},
-      {kPost, "/api/v1/rigs/{id}/adopt", kOperateRig, kRole, Once<AdoptRig>, kJson},
+      {kPost,
+       "/api/v1/rigs/{id}/self-test",
+       kOperateRig,
+       kRole,
+       Once<TestRig>,
+       kJson,
+       kSmall,
+       kRigsMember},
+      {kPost,
+       "/api/v1/rigs/{id}/commission",
+       kOperateRig,
+       kRole,
+       Once<CommissionRig>,
+       kJson,
+       kSmall,
+       kRigsMember},
+      {kPost,
+       "/api/v1/rigs/{id}/clear-trip",
+       kOperateRig,
+       kRole,
+       Once<ClearTrip>,
+       kJson,
+       kSmall,
+       kRigsMember},
+      {kPost,
+       "/api/v1/rigs/{id}/adopt",
+       kOperateRig,
+       kRole,
+       Once<AdoptRig>,
+       kJson,
+       kSmall,
+       kRigsMember},
       {kPost, "/api/v1/rigs/{id}/outages", kOperateRig, kRole, Once<CreateOutage>, kJson},
       {kDelete, "/api/v1/rigs/{id}/outages/{outage}", kOperateRig, kRole, DeleteOutage},
 
@@ -77,7 +107,7 @@ std::vector<ApiRoute> LabRoutes() {
       {kPost, "/api/v1/sessions/{id}/take-over", kSpectate, kRole, TakeOverSession, kJson},
 
       {kGet, "/api/v1/jobs", kSubmitJob, kRole, ListJobs},
-      {kPost, "/api/v1/jobs", kSubmitJob, kRole, Once<CreateJobs>, kJson},
+      {kPost, "/api/v1/jobs", kSubmitJob, kRole, Once<CreateJobs>, kJson, kSmall, kBodysRig},
       {kGet, "/api/v1/jobs/{id}", kSubmitJob, kRole, GetJob},
       {kDelete, "/api/v1/jobs/{id}", kSubmitJob, kRole, CancelJob},
 
