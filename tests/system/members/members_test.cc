@@ -1,11 +1,11 @@
-// Two servers on one PostgreSQL, as processes: `a` has no bench, `b` has one. Everything here is
-// asked of `a`.
+// Servers on one PostgreSQL, as processes: `a` has no bench, `b` has one. Most is asked of `a`.
 #include <gtest/gtest.h>
 #include <soci/soci.h>
 
 #include <boost/json.hpp>
 #include <fstream>
 #include <memory>
+#include <set>
 #include <sstream>
 #include <thread>
 
@@ -40,18 +40,27 @@ std::string ReadText(const std::string& path) {
   return text.str();
 }
 
+/// The servers and their database live as long as the suite: each start takes a second.
+struct Servers {
+  tests::TempFolder folder;
+  const std::string location = tests::PostgresCluster::Instance().CreateDatabase();
+  MemberProcess a{folder.path(), "a", location, kOneSimulator};
+  MemberProcess b{
+      folder.path(), "b", location, std::string(kOneSimulator) + "[lab]\nbenches = 1\n"};
+  std::unique_ptr<Database> database = Database::Open({.location = location}).value();
+  static constexpr const char* kOneSimulator = "[simulators]\ncount = 1\n";
+};
+
 class MembersTest : public ::testing::Test {
  protected:
+  static void SetUpTestSuite() { servers_ = std::make_unique<Servers>(); }
+  static void TearDownTestSuite() { servers_.reset(); }
   MembersTest()
-      : location_(tests::PostgresCluster::Instance().CreateDatabase()),
-        a_(folder_.path(), "a", location_, "[simulators]\ncount = 1\n"),
-        b_(folder_.path(), "b", location_, "[simulators]\ncount = 1\n[lab]\nbenches = 1\n"),
-        database_(Database::Open({.location = location_}).value()),
-        accounts_(*database_, GuestAccess::kNever),
-        description_(ReadText(FAULTLAB_SOURCE_DIR "/server/api/openapi.json")) {
-    ann_ = Person("ann", Role::kStudent);
-    operator_ = Person("operator", Role::kOperator);
-  }
+      : a_(servers_->a),
+        b_(servers_->b),
+        database_(*servers_->database),
+        accounts_(database_, GuestAccess::kNever),
+        description_(ReadText(FAULTLAB_SOURCE_DIR "/server/api/openapi.json")) {}
 
   /// The headers of somebody who has signed in: a cookie and its CSRF token.
   std::string Person(const std::string& login, Role role) {
@@ -103,58 +112,56 @@ class MembersTest : public ::testing::Test {
     }
     return true;
   }
-  /// Its check takes a second; then ann has a session on it.
-  void TakeBench() {
+  /// Until a server knows a rig of another one.
+  void WaitForRig(const std::string& id, const std::string& status) {
     ASSERT_TRUE(Eventually([&] {
-      const HttpAnswer health = AskA(ann_, "GET", "rigs/{id}/health", kBench);
-      return health.status == 200 && json::parse(health.body).at("status") == "ready";
-    })) << "the bench of b passes its check";
-    const json::object asked =
-        Got(201, AskA(ann_, "POST", "tickets", {}, R"({"rig_class":"bench"})"));
-    const std::string ticket = std::to_string(asked.at("ticket").at("id").as_int64());
-    Got(200, AskA(ann_, "POST", "tickets/{id}/accept", ticket, "{}"));
-    const json::object own = Got(200, AskA(ann_, "GET", "sessions"));
-    ASSERT_EQ(own.at("items").as_array().size(), 1u);
-    session_ = own.at("items").at(0).at("epoch").to_number<std::int64_t>();
+      const HttpAnswer health = AskA("", "GET", "rigs/{id}/health", id);
+      return health.status == 200 && json::parse(health.body).at("status") == json::value(status);
+    })) << id;
   }
-  std::string StartRun(const std::string& body) {
-    const json::object run = Got(201, AskA(ann_, "POST", "runs", {}, body));
+  std::string StartRun(const std::string& who, const std::string& body) {
+    const json::object run = Got(201, AskA(who, "POST", "runs", {}, body));
     return run.empty() ? std::string() : std::string(run.at("id").as_string());
   }
-  std::unique_ptr<WebSocketClient> Watch(int port, const std::string& run) {
-    const json::object token = Got(201, AskA(ann_, "POST", "runs/{id}/stream-token", run, "{}"));
-    const std::string code(token.at("code").as_string());
-    auto viewer = std::make_unique<WebSocketClient>(port, "/ws?code=" + code);
+  std::string CodeFor(const std::string& who, const std::string& run) {
+    const json::object token = Got(201, AskA(who, "POST", "runs/{id}/stream-token", run, "{}"));
+    return token.empty() ? std::string() : std::string(token.at("code").as_string());
+  }
+  std::unique_ptr<WebSocketClient> Watch(const std::string& who, const std::string& run) {
+    const std::string target = "/ws?code=" + CodeFor(who, run);
+    auto viewer = std::make_unique<WebSocketClient>(a_.port(), target);
     EXPECT_EQ(viewer->status(), 101);
     return viewer;
   }
 
   static constexpr const char* kBench = "b-bench-1";
 
-  tests::TempFolder folder_;
-  const std::string location_;
-  MemberProcess a_;
-  MemberProcess b_;
-  std::unique_ptr<Database> database_;
+  static std::unique_ptr<Servers> servers_;
+  MemberProcess& a_;
+  MemberProcess& b_;
+  Database& database_;
   Accounts accounts_;
   tests::ApiDescription description_;
-  std::string ann_;
-  std::string operator_;
-  std::int64_t session_ = 0;  ///< epoch of ann's
 };
 
+std::unique_ptr<Servers> MembersTest::servers_;
+
 TEST_F(MembersTest, ABenchOfAnotherMemberIsUsedThroughThisOne) {
-  TakeBench();
+  const std::string ann = Person("ann", Role::kStudent);
+  WaitForRig(kBench, "ready");
+  const json::object asked = Got(201, AskA(ann, "POST", "tickets", {}, R"({"rig_class":"bench"})"));
+  const std::string ticket = std::to_string(asked.at("ticket").at("id").as_int64());
+  const json::object session = Got(200, AskA(ann, "POST", "tickets/{id}/accept", ticket, "{}"));
   // What the page chooses from: the rigs of both.
   std::set<std::string> rigs;
-  const json::object list = Got(200, AskA(ann_, "GET", "rigs"));
+  const json::object list = Got(200, AskA(ann, "GET", "rigs"));
   for (const json::value& rig : list.at("items").as_array()) {
     rigs.emplace(rig.at("id").as_string());
   }
   EXPECT_EQ(rigs, (std::set<std::string>{"a-sim-1", "b-bench-1", "b-sim-1"}));
 
-  const std::string run = StartRun(R"({"rig":"b-bench-1","duration_s":600})");
-  auto viewer = Watch(a_.port(), run);
+  const std::string run = StartRun(ann, R"({"rig":"b-bench-1","duration_s":600})");
+  auto viewer = Watch(ann, run);
   const auto hello = viewer->ReadTextWith("\"hello\"");
   ASSERT_TRUE(hello);
   EXPECT_EQ(json::parse(*hello).at("run"), json::value(run));
@@ -163,53 +170,52 @@ TEST_F(MembersTest, ABenchOfAnotherMemberIsUsedThroughThisOne) {
   while (frame && frame->opcode != 2) frame = viewer->Read();
   ASSERT_TRUE(frame) << "signals come through";
 
-  viewer->SendText(R"({"type":"command","epoch":)" + std::to_string(session_) +
+  viewer->SendText(R"({"type":"command","epoch":)" + json::serialize(session.at("epoch")) +
                    R"(,"id":"7","action":"set","component":"R1","value":100})");
   const auto ack = viewer->ReadTextWith("\"ack\"");
   ASSERT_TRUE(ack);
   EXPECT_TRUE(json::parse(*ack).at("ok").as_bool()) << *ack;
   // The live run, its events and its picture; the session knows its run.
   ASSERT_TRUE(Eventually([&] {
-    const auto events = Got(200, AskA(ann_, "GET", "runs/{id}/events", run)).at("items");
+    const auto events = Got(200, AskA(ann, "GET", "runs/{id}/events", run)).at("items");
     return json::serialize(events).find("fault_commanded") != std::string::npos;
   })) << "an event that is not stored yet";
-  const json::object live = Got(200, AskA(ann_, "GET", "runs/{id}", run));
+  const json::object live = Got(200, AskA(ann, "GET", "runs/{id}", run));
   EXPECT_EQ(live.at("state"), "running");
   EXPECT_GT(live.at("samples").to_number<int>(), 0);
   ASSERT_TRUE(Eventually([&] {
-    const auto figure = tests::Get(a_.port(), "/api/v1/runs/" + run + "/figures/signals", ann_);
+    const auto figure = tests::Get(a_.port(), "/api/v1/runs/" + run + "/figures/signals", ann);
     return figure.status == 200;
   }));
   ASSERT_TRUE(Eventually([&] {
-    const json::object own = Got(200, AskA(ann_, "GET", "sessions"));
-    const json::object& session = own.at("items").at(0).as_object();
-    return session.contains("run") && session.at("run") == json::value(run);
+    const json::object own = Got(200, AskA(ann, "GET", "sessions"));
+    const json::object& shown = own.at("items").at(0).as_object();
+    return shown.contains("run") && shown.at("run") == json::value(run);
   }));
 
-  Got(202, AskA(ann_, "POST", "runs/{id}/stop", run, "{}"));
+  Got(202, AskA(ann, "POST", "runs/{id}/stop", run, "{}"));
   EXPECT_TRUE(viewer->ReadTextWith("\"end\"")) << "its viewers are told";
   // Who looks a moment later is still told of the end.
-  EXPECT_TRUE(Watch(a_.port(), run)->ReadTextWith("\"hello\""));
+  EXPECT_TRUE(Watch(ann, run)->ReadTextWith("\"hello\""));
   ASSERT_TRUE(Eventually(
-      [&] { return Got(200, AskA(ann_, "GET", "runs/{id}", run)).at("state") == "stopped"; }));
-  EXPECT_EQ(tests::Get(a_.port(), "/api/v1/runs/" + run + "/figures/signals", ann_).status, 200);
-  EXPECT_EQ(AskA(ann_, "POST", "runs/{id}/stop", run, "{}").status, 409);
+      [&] { return Got(200, AskA(ann, "GET", "runs/{id}", run)).at("state") == "stopped"; }));
+  EXPECT_EQ(tests::Get(a_.port(), "/api/v1/runs/" + run + "/figures/signals", ann).status, 200);
+  EXPECT_EQ(AskA(ann, "POST", "runs/{id}/stop", run, "{}").status, 409);
 }
 
 TEST_F(MembersTest, OperatorsAndGuestsReachWhatTheOtherMemberHas) {
-  TakeBench();
+  const std::string ann = Person("ben", Role::kStudent);
+  const std::string oper = Person("oper", Role::kOperator);
+  WaitForRig("b-sim-1", "ready");
   // Only b knows what holds its bench: nothing, or that it has no agent.
-  EXPECT_EQ(AskA(operator_, "POST", "rigs/{id}/clear-trip", kBench, "{}").status, 409);
-  EXPECT_EQ(AskA(operator_, "POST", "rigs/{id}/adopt", kBench, "{}").status, 409);
-  EXPECT_EQ(AskA(ann_, "POST", "rigs/{id}/clear-trip", kBench, "{}").status, 403);
-  EXPECT_EQ(AskA(operator_, "GET", "rigs/{id}/calibrations", kBench).status, 200);
+  EXPECT_EQ(AskA(oper, "POST", "rigs/{id}/clear-trip", kBench, "{}").status, 409);
+  EXPECT_EQ(AskA(oper, "POST", "rigs/{id}/adopt", kBench, "{}").status, 409);
+  EXPECT_EQ(AskA(ann, "POST", "rigs/{id}/clear-trip", kBench, "{}").status, 403);
+  EXPECT_EQ(AskA(oper, "GET", "rigs/{id}/calibrations", kBench).status, 200);
 
   // Practice: on the simulator that is named, and a code opens at any server.
-  const json::object made =
-      Got(201, AskA("", "POST", "runs", {}, R"({"rig":"b-sim-1","duration_s":600})"));
-  const std::string run(made.at("id").as_string());
-  const json::object token = Got(201, AskA("", "POST", "runs/{id}/stream-token", run, "{}"));
-  const std::string code(token.at("code").as_string());
+  const std::string run = StartRun("", R"({"rig":"b-sim-1","duration_s":600})");
+  const std::string code = CodeFor("", run);
   {
     WebSocketClient viewer(b_.port(), "/ws?code=" + code);
     EXPECT_TRUE(viewer.ReadTextWith("\"hello\""));
@@ -221,13 +227,11 @@ TEST_F(MembersTest, OperatorsAndGuestsReachWhatTheOtherMemberHas) {
   EXPECT_EQ(AskA(far, "GET", "runs/{id}", run).status, 401);
   // A job for the other member's rig is checked by its description.
   const std::string jobs = R"({"runs":[{"rig":"b-sim-1","duration_s":1}]})";
-  Got(202, AskA(ann_, "POST", "jobs", {}, jobs));
+  Got(202, AskA(ann, "POST", "jobs", {}, jobs));
 }
 
 TEST_F(MembersTest, AHopIsBelievedFromMembersAloneAndGoesNoFurther) {
-  const json::object made =
-      Got(201, AskA("", "POST", "runs", {}, R"({"rig":"a-sim-1","duration_s":600})"));
-  const std::string run(made.at("id").as_string());
+  const std::string run = StartRun("", R"({"rig":"a-sim-1","duration_s":600})");
   HttpRequest sent;
   const std::string target = "/api/v1/runs/" + run;
   sent.target = target;
@@ -235,7 +239,7 @@ TEST_F(MembersTest, AHopIsBelievedFromMembersAloneAndGoesNoFurther) {
     return "X-Faultlab-Hop: " + HopSeal(secret, "a").Seal({client, false}, "b", sent, Now()) +
            "\r\n";
   };
-  const std::string secret = HopSecret(*database_).value();
+  const std::string secret = HopSecret(database_).value();
   EXPECT_EQ(tests::Get(b_.port(), target, hop("guessed", "127.0.0.1")).status, 403);
   EXPECT_EQ(Ask(b_.port(), hop(secret, "203.0.113.9"), "GET", "runs/{id}", run).status, 401);
   // a has the run, and b says so instead of asking a.
@@ -243,39 +247,41 @@ TEST_F(MembersTest, AHopIsBelievedFromMembersAloneAndGoesNoFurther) {
   EXPECT_EQ(back.status, 503);
   EXPECT_EQ(back.Header("Retry-After"), "1");
   Got(200, Ask(b_.port(), "", "GET", "runs/{id}", run));
+  Got(202, Ask(b_.port(), "", "POST", "runs/{id}/stop", run, "{}"));
 }
 
 TEST_F(MembersTest, AMemberThatDiesLeavesItsRunInterrupted) {
-  TakeBench();
-  const std::string run = StartRun(R"({"rig":"b-bench-1","duration_s":600})");
-  auto viewer = Watch(a_.port(), run);
+  MemberProcess c(servers_->folder.path(), "c", servers_->location, Servers::kOneSimulator);
+  WaitForRig("c-sim-1", "ready");
+  const std::string run = StartRun("", R"({"rig":"c-sim-1","duration_s":600})");
+  auto viewer = Watch("", run);
   ASSERT_TRUE(viewer->ReadTextWith("\"hello\""));
-  b_.Kill();
+  c.Kill();
   while (viewer->Read()) {
   }
   EXPECT_TRUE(viewer->WaitForClose()) << "the tunnel ends with it";
-  const HttpAnswer lost = AskA(ann_, "POST", "runs/{id}/stop", run, "{}");
+  const HttpAnswer lost = AskA("", "POST", "runs/{id}/stop", run, "{}");
   EXPECT_EQ(lost.status, 503);
-  EXPECT_NE(lost.body.find("Server 'b' has what this is about and cannot be reached"),
+  EXPECT_NE(lost.body.find("Server 'c' has what this is about and cannot be reached"),
             std::string::npos)
       << lost.body;
-  EXPECT_EQ(AskA(ann_, "GET", "rigs").status, 200) << "a's own rigs";
+  EXPECT_EQ(AskA("", "GET", "rigs").status, 200) << "a's own rigs";
   // Its lease ends, and the others end its runs.
   ASSERT_TRUE(database_
-                  ->Write(Durability::kPromise,
-                          [](Transaction& tx) -> core::Status {
-                            tx.sql() << "UPDATE lab_member SET lease_until_ms = 0 WHERE id = 'b'";
-                            return core::Done{};
-                          })
+                  .Write(Durability::kPromise,
+                         [](Transaction& tx) -> core::Status {
+                           tx.sql() << "UPDATE lab_member SET lease_until_ms = 0 WHERE id = 'c'";
+                           return core::Done{};
+                         })
                   .ok());
   std::string state;
   ASSERT_TRUE(Eventually([&] {
-    const HttpAnswer answer = AskA(ann_, "GET", "runs/{id}", run);
+    const HttpAnswer answer = AskA("", "GET", "runs/{id}", run);
     EXPECT_TRUE(answer.status == 503 || answer.status == 200) << answer.body;
     if (answer.status == 200) state = json::parse(answer.body).at("state").as_string();
     return state == "interrupted";
   })) << state;
-  EXPECT_EQ(AskA(ann_, "POST", "runs/{id}/stop", run, "{}").status, 409);
+  EXPECT_EQ(AskA("", "POST", "runs/{id}/stop", run, "{}").status, 409);
 }
 
 }  // namespace
