@@ -18,6 +18,8 @@ constexpr milliseconds kLease = seconds(60);
 constexpr milliseconds kPoll{200};
 /// A job without a rig is looked at again after this; others have their turn meanwhile.
 constexpr milliseconds kNextLook = seconds(1);
+/// The server that has the job's rig takes it before; then that server is gone, perhaps.
+constexpr milliseconds kHandedFor = seconds(10);
 /// Arming, the way to the first sample and the end of the recording, on top of the run itself.
 constexpr milliseconds kMargin = seconds(30);
 
@@ -128,9 +130,7 @@ core::Result<std::optional<std::string>> JobRunner::RigFor(const lab::Job& job,
   }
   const auto* session = std::get_if<lab::Session>(&answer.value());
   if (session == nullptr || session->state != lab::SessionState::kActive) return MaybeRig{};
-  // The rig of another server: that one takes the job at its next look.
-  const auto member = lab_.service.MemberOf(session->rig);
-  if (!member || member->id != options_.server_id) return MaybeRig{};
+  if (!lab_.service.MemberOf(session->rig)) return MaybeRig{};
   return MaybeRig{session->rig};
 }
 
@@ -141,6 +141,11 @@ void JobRunner::Run(const lab::Job& job, const Principal& who) {
   if (!rig.ok()) return Finish(job, "failed", rig.error().message);
   if (!rig.value()) {
     return GiveBack(job);
+  }
+  if (const auto member = lab_.service.MemberOf(*rig.value());
+      member && member->id != options_.server_id) {
+    Log(lab_.jobs.HandTo(job.id, member->id, api_.clock.Wall() + kHandedFor));
+    return;
   }
   const auto rigs = lab_.service.state()->rigs;
   const auto leased = rigs.find(*rig.value());

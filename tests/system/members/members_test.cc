@@ -225,9 +225,20 @@ TEST_F(MembersTest, OperatorsAndGuestsReachWhatTheOtherMemberHas) {
   // A guest from far away is none, whichever server they ask.
   const std::string far = "X-Forwarded-For: 203.0.113.9\r\n";
   EXPECT_EQ(AskA(far, "GET", "runs/{id}", run).status, 401);
-  // A job for the other member's rig is checked by its description.
-  const std::string jobs = R"({"runs":[{"rig":"b-sim-1","duration_s":1}]})";
-  Got(202, AskA(ann, "POST", "jobs", {}, jobs));
+  // Jobs for the other member's rig are checked by its description, and whoever claims one, it runs
+  // there.
+  const std::string one = R"({"rig":"b-sim-1","duration_s":1})";
+  const json::object jobs =
+      Got(202, AskA(ann, "POST", "jobs", {}, R"({"runs":[)" + one + "," + one + "," + one + "]}"));
+  for (const json::value& job : jobs.at("items").as_array()) {
+    const std::string id(job.at("id").as_string());
+    json::object now;
+    ASSERT_TRUE(Eventually([&] {
+      now = Got(200, AskA(ann, "GET", "jobs/{id}", id));
+      return now.at("state") != "waiting" && now.at("state") != "running";
+    }));
+    EXPECT_EQ(now.at("state"), "finished") << json::serialize(now);
+  }
 }
 
 TEST_F(MembersTest, AHopIsBelievedFromMembersAloneAndGoesNoFurther) {
