@@ -1,22 +1,18 @@
 #include "server/net/connection.h"
 
-#include <sys/socket.h>
-
-#include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
-#include <boost/asio/write.hpp>
 #include <cstdint>
 #include <exception>
 #include <utility>
 #include <variant>
 
 #include "server/clock.h"
+#include "server/net/admission_desk.h"
 #include "server/net/listen_address.h"
-#include "server/net/peer.h"
+#include "server/net/passing_on.h"
+#include "server/net/refusals.h"
 #include "server/net/response_head.h"
-#include "server/net/websocket.h"
 
 namespace faultlab::server {
 namespace {
@@ -30,16 +26,9 @@ using Steady = std::chrono::steady_clock;
 constexpr std::size_t kReadBytes = 4096;
 constexpr std::size_t kBodyReadBytes = 64 << 10;
 constexpr std::size_t kIdleBufferBytesMax = 16 << 10;
-constexpr std::size_t kInlineBodyBytes = 8 << 10;  ///< copied behind the head: one buffer, one send
-constexpr int kAdmissionTries = 60;
-constexpr std::chrono::milliseconds kAdmissionPause{500};
-constexpr std::size_t kSendPieceBytes = 512 << 10;  ///< in each write_deadline
-constexpr std::size_t kSmallBytes = 64 << 10;       ///< what waits without asking the budget
+constexpr std::size_t kSmallBytes = 64 << 10;  ///< what waits without asking the budget
 /// Asked of the budget ahead of what has arrived.
 constexpr std::size_t kBodyStepBytes = 256 << 10;
-constexpr std::chrono::milliseconds kLinger{2000};  ///< until a refused or closing client is gone
-constexpr int kTunnelsFullS = 60;
-constexpr std::size_t kDiscardBytesMax = 4 << 20;  ///< read away so that a refusal is not reset
 
 HttpMethod ToMethod(beast::http::verb verb) {
   switch (verb) {
@@ -71,31 +60,10 @@ std::string_view LastListEntry(std::string_view list) {
   return entry;
 }
 
-HttpResponse PoolFullProblem() {
-  return TryAgain(503, "Too many requests are waiting; try again in a second.", 1);
-}
-
-HttpResponse BytesFullProblem() {
-  constexpr int kSeconds = 5;
-  return TryAgain(503, "Too many bytes of others are on their way; try again soon.", kSeconds);
-}
-
-HttpResponse PeerProblem(const core::Error& error) {
-  constexpr int kSeconds = 3;
-  return TryAgain(503, error.message, kSeconds);
-}
-
-HttpResponse InternalProblem() {
-  return Problem(500,
-                 "internal",
-                 "Internal error",
-                 "The server made a mistake; it is logged. Nothing was changed by this request.");
-}
-
 }  // namespace
 
 Connection::Connection(ConnectionHost& host, tcp::socket socket)
-    : host_(host), socket_(std::move(socket)) {
+    : host_(host), socket_(std::move(socket)), sender_(host_, socket_, deadline_) {
   host_.connections.insert(this);
   ++host_.counters.open;
   error_code ec;
@@ -196,7 +164,7 @@ asio::awaitable<bool> Connection::ReadBody(std::size_t bytes_max) {
   if (parser_->is_done()) co_return true;
   parser_->body_limit(bytes_max);
   if (View(parser_->get()[beast::http::field::expect]) == "100-continue") {
-    if (!co_await SendBytes("HTTP/1.1 100 Continue\r\n\r\n")) co_return false;
+    if (!co_await sender_.Send("HTTP/1.1 100 Continue\r\n\r\n")) co_return false;
   }
   reading_request_ = true;
   Deadline(host_.options.limits.body_deadline);
@@ -289,104 +257,14 @@ RouteAnswer Connection::Handle(const Route& route) const {
   }
 }
 
-bool Connection::PoolIsFull() {
-  const bool room = host_.pool_waiting < host_.options.limits.pool_waiting_max;
-  if (room && !host_.pool_closed) return false;
-  ++host_.counters.pool_refused;
-  return true;
+asio::awaitable<void> Connection::Refuse(HttpResponse response) {
+  reading_request_ = false;
+  return sender_.Refuse(std::move(response), request_.method == HttpMethod::kHead);
 }
 
-/// The pool must not be full.
-template <typename Work>
-asio::awaitable<std::invoke_result_t<Work&>> Connection::OnPool(Work work) {
-  using Outcome = std::invoke_result_t<Work&>;
-  ++host_.pool_waiting;
-  co_return co_await asio::async_initiate<const asio::use_awaitable_t<>, void(Outcome)>(
-      [this, work = std::move(work)](auto handler) mutable {
-        asio::post(
-            *host_.pool, [this, work = std::move(work), handler = std::move(handler)]() mutable {
-              --host_.pool_waiting;
-              Outcome outcome = work();
-              asio::post(host_.io,
-                         [handler = std::move(handler), outcome = std::move(outcome)]() mutable {
-                           std::move(handler)(std::move(outcome));
-                         });
-            });
-      },
-      asio::use_awaitable);
-}
-
-asio::awaitable<RouteAnswer> Connection::RunOnPool(const Route& route) {
-  if (PoolIsFull()) co_return PoolFullProblem();
-  co_return co_await OnPool([this, &route] { return Handle(route); });
-}
-
-std::string Connection::SealedHop(const PeerAddress& peer) const {
-  HttpRequest sent = request_;
-  if (sent.method == HttpMethod::kHead) sent.method = HttpMethod::kGet;  // as PeerExchange asks
-  return host_.seal->Seal({std::string(request_.remote_address), request_.https},
-                          peer.name,
-                          sent,
-                          SystemClock().Wall());
-}
-
-/// No thread waits: a peer that is silent costs its callers their time and nobody else's.
-asio::awaitable<core::Result<HttpResponse>> Connection::AskPeer(const PeerAddress& peer) {
-  const core::Error busy{core::ErrorCode::kBusy,
-                         "Too many requests wait for server '" + peer.name +
-                             "', which has what this is about; try again in a few seconds.",
-                         ""};
-  if (!host_.seal) co_return busy;
-  int& waiting = host_.waiting_for_peer[peer.address];
-  if (waiting >= host_.options.limits.peers.waiting_max) co_return busy;
-  ++waiting;
-  ++host_.counters.passed_on;
-  PeerExchange exchange(host_.io, host_.options.limits.peers, peer);
-  const std::string hop = SealedHop(peer);
-  auto answer = co_await exchange.Ask(request_, hop);
-  if (!answer) ++host_.counters.peers_silent;
-  const auto entry = host_.waiting_for_peer.find(peer.address);
-  if (--entry->second == 0) host_.waiting_for_peer.erase(entry);
-  co_return answer;
-}
-
-asio::awaitable<HttpResponse> Connection::PassOn(const AskPeers& ask) {
-  std::vector<core::Result<HttpResponse>> answers;
-  for (const PeerAddress& peer : ask.peers) {
-    auto answer = co_await AskPeer(peer);
-    answers.push_back(std::move(answer));
-  }
-  if (ask.join) {
-    if (PoolIsFull()) co_return PoolFullProblem();
-    co_return co_await OnPool([&ask, &answers] { return ask.join(std::move(answers)); });
-  }
-  if (!answers.front()) co_return PeerProblem(answers.front().error());
-  co_return std::move(answers.front()).value();
-}
-
-/// @returns false when the request is refused and the connection at its end.
 asio::awaitable<bool> Connection::Admit(const Route& route) {
   deadline_ = Steady::time_point::max();
-  Admission admission;
-  for (int tries = 1; tries <= kAdmissionTries; ++tries) {
-    if (PoolIsFull()) {
-      co_await Refuse(PoolFullProblem());
-      co_return false;
-    }
-    admission = {};
-    admission = co_await OnPool([this, &route]() -> Admission {
-      try {
-        return route.admit(request_);
-      } catch (const std::exception& error) {
-        host_.Report(std::string("admission to ") + route.pattern + ": " + error.what());
-        return {.refusal = InternalProblem()};
-      }
-    });
-    if (!admission.not_yet || tries == kAdmissionTries) break;
-    asio::steady_timer pause(host_.io, kAdmissionPause);
-    error_code ec;
-    co_await pause.async_wait(asio::redirect_error(asio::use_awaitable, ec));
-  }
+  Admission admission = co_await AskAdmission(host_, route, request_);
   if (admission.refusal) {
     co_await Refuse(std::move(*admission.refusal));
     co_return false;
@@ -395,148 +273,20 @@ asio::awaitable<bool> Connection::Admit(const Route& route) {
   co_return true;
 }
 
-/// In pieces: a peer that takes one more slowly than the slowest line served is given up.
-asio::awaitable<bool> Connection::SendBytes(std::string_view bytes) {
-  error_code ec;
-  const std::size_t sent = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), ec);
-  if (!ec && sent == bytes.size()) co_return true;
-  if (ec && ec != asio::error::would_block) co_return false;
-  bytes.remove_prefix(ec ? 0 : sent);
-  while (!bytes.empty()) {
-    const std::string_view piece = bytes.substr(0, kSendPieceBytes);
-    ec = {};
-    Deadline(host_.options.limits.write_deadline);
-    co_await asio::async_write(socket_,
-                               asio::buffer(piece.data(), piece.size()),
-                               asio::redirect_error(asio::use_awaitable, ec));
-    if (ec) co_return false;
-    bytes.remove_prefix(piece.size());
+asio::awaitable<HttpResponse> Connection::Answer(const Route& route) {
+  RouteAnswer answer;
+  if (route.runs_on == RunsOn::kInline) {
+    answer = Handle(route);
+  } else if (host_.pool.full()) {
+    ++host_.counters.pool_refused;
+    answer = PoolFullProblem();
+  } else {
+    answer = co_await host_.pool.Run(host_.io, [this, &route] { return Handle(route); });
   }
-  co_return true;
-}
-
-asio::awaitable<bool> Connection::Send(const HttpResponse& response, bool keep_alive) {
-  ++host_.counters.answers[static_cast<std::size_t>(response.status / 100) % 6];
-  const std::string_view payload = response.payload();
-  const bool bodyless =
-      request_.method == HttpMethod::kHead || response.status == 304 || response.status == 204;
-  const bool joined = !bodyless && payload.size() <= kInlineBodyBytes;
-  const std::string head = EncodeResponseHead(response, host_.date, keep_alive, joined);
-  if (!co_await SendBytes(head)) co_return false;
-  if (joined || bodyless) co_return true;
-  co_return co_await SendBytes(payload);
-}
-
-/// Answers and ends the connection without a reset: what the client still sends is read away for a
-/// while, for a reset would take the answer from under its eyes.
-asio::awaitable<void> Connection::Refuse(HttpResponse response) {
-  reading_request_ = false;
-  if (!co_await Send(response, false)) co_return;
-  error_code ec;
-  socket_.shutdown(tcp::socket::shutdown_send, ec);
-  if (ec) co_return;
-  Deadline(kLinger);
-  std::array<char, 16 << 10> waste;
-  for (std::size_t total = 0; total < kDiscardBytesMax;) {
-    const std::size_t got = co_await socket_.async_read_some(
-        asio::buffer(waste), asio::redirect_error(asio::use_awaitable, ec));
-    if (ec) co_return;
-    total += got;
+  if (const auto* ask = std::get_if<AskPeers>(&answer)) {
+    co_return co_await PassOn(host_, request_, *ask);
   }
-}
-
-asio::awaitable<bool> Connection::SwitchProtocols() {
-  const std::string answer =
-      "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-      "Sec-WebSocket-Accept: " +
-      websocket::AcceptKey(request_.Header("Sec-WebSocket-Key")) + "\r\n\r\n";
-  co_return co_await SendBytes(answer);
-}
-
-/// The peer shakes hands first; then the bytes go both ways as they come. Its viewers are pinged,
-/// so silence means that it is gone.
-asio::awaitable<Connection::Next> Connection::TunnelTo(const PeerAddress& peer) {
-  const auto& limits = host_.options.limits;
-  if (!host_.seal || host_.counters.tunnels >= limits.peers.tunnels_max) {
-    co_await Refuse(TryAgain(503, "Too many are watching; try again in a minute.", kTunnelsFullS));
-    co_return Next::kClose;
-  }
-  struct Place {
-    explicit Place(std::atomic<std::uint64_t>& count) : taken(count) { ++taken; }
-    ~Place() { --taken; }
-    Place(const Place&) = delete;
-    Place& operator=(const Place&) = delete;
-    std::atomic<std::uint64_t>& taken;
-  };
-  std::optional<Place> place(host_.counters.tunnels);
-  deadline_ = Steady::time_point::max();  // the exchange has its own
-  PeerExchange exchange(host_.io, limits.peers, peer);
-  const std::string hop = SealedHop(peer);
-  auto answer = co_await exchange.Ask(request_, hop);
-  if (!answer || answer.value().status != 101) {
-    if (!answer) ++host_.counters.peers_silent;
-    place.reset();
-    HttpResponse refusal = answer ? std::move(answer).value() : PeerProblem(answer.error());
-    co_await Refuse(std::move(refusal));
-    co_return Next::kClose;
-  }
-  const std::string early = exchange.pending();
-  const std::string late(static_cast<const char*>(buffer_.data().data()), buffer_.size());
-  error_code ec;
-  idle_ = true;  // from here on nothing is lost when the server stops
-  if (!co_await SwitchProtocols() || !co_await SendBytes(early)) co_return Next::kClose;
-  co_await asio::async_write(
-      exchange.socket(), asio::buffer(late), asio::redirect_error(asio::use_awaitable, ec));
-  ++host_.counters.answers[1];
-  Deadline(limits.peers.tunnel_silence);
-  bool ended = false;
-  co_await Tunnel(
-      socket_,
-      exchange.socket(),
-      [&] {
-        if (!ended) Deadline(limits.peers.tunnel_silence);
-      },
-      [&] {
-        ended = true;
-        Deadline(kLinger);
-      });
-  co_return Next::kUpgraded;
-}
-
-asio::awaitable<Connection::Next> Connection::Upgrade() {
-  const auto refuse = [this](HttpResponse response) -> asio::awaitable<Next> {
-    co_await Refuse(std::move(response));
-    co_return Next::kClose;
-  };
-  if (request_.Header("Sec-WebSocket-Version") != "13") {
-    HttpResponse response =
-        Problem(426, "upgrade_required", "Wrong version", "Only WebSocket version 13 is spoken.");
-    response.headers.emplace_back("Sec-WebSocket-Version", "13");
-    co_return co_await refuse(std::move(response));
-  }
-  const std::string_view key = request_.Header("Sec-WebSocket-Key");
-  if (!websocket::IsValidKey(key) || request_.method != HttpMethod::kGet) {
-    co_return co_await refuse(Problem(
-        400, "bad_handshake", "Bad handshake", "Sec-WebSocket-Key is not 16 bytes in base64."));
-  }
-  if (!OriginAllowed(request_.Header("Origin"), request_.Header("Host"))) {
-    co_return co_await refuse(Problem(
-        403, "foreign_origin", "Foreign origin", "A page of another site may not connect here."));
-  }
-  UpgradeDecision decision = host_.upgrade(request_);
-  if (auto* refusal = std::get_if<HttpResponse>(&decision)) {
-    co_return co_await refuse(std::move(*refusal));
-  }
-  if (const auto* peer = std::get_if<PeerAddress>(&decision)) co_return co_await TunnelTo(*peer);
-  if (!co_await SwitchProtocols()) co_return Next::kClose;
-  UpgradedSocket upgraded;
-  upgraded.pending.assign(static_cast<const char*>(buffer_.data().data()), buffer_.size());
-  error_code ec;
-  upgraded.fd = socket_.release(ec);
-  if (ec) co_return Next::kClose;
-  ++host_.counters.answers[1];
-  std::get<1>(decision)(std::move(upgraded));
-  co_return Next::kUpgraded;
+  co_return std::move(std::get<HttpResponse>(answer));
 }
 
 asio::awaitable<Connection::Next> Connection::Serve() {
@@ -585,17 +335,7 @@ asio::awaitable<Connection::Next> Connection::Serve() {
   const bool keep_alive = parser_->get().keep_alive() && !last_request_;
   HttpResponse response;
   if (match.route != nullptr) {
-    RouteAnswer answer;
-    if (match.route->runs_on == RunsOn::kInline) {
-      answer = Handle(*match.route);
-    } else {
-      answer = co_await RunOnPool(*match.route);
-    }
-    if (const auto* ask = std::get_if<AskPeers>(&answer)) {
-      response = co_await PassOn(*ask);
-    } else {
-      response = std::move(std::get<HttpResponse>(answer));
-    }
+    response = co_await Answer(*match.route);
   } else if (!match.allow.empty()) {
     response = Problem(405,
                        "method_not_allowed",
@@ -616,7 +356,8 @@ asio::awaitable<Connection::Next> Connection::Serve() {
     }
   }
   Deadline(host_.options.limits.write_deadline);
-  const bool sent = co_await Send(response, keep_alive);
+  const bool sent =
+      co_await sender_.Send(response, request_.method == HttpMethod::kHead, keep_alive);
   body_bytes_ = {};
   admitted_.reset();
   if (!sent) co_return Next::kClose;
