@@ -9,6 +9,7 @@ void Read(hardware::TomlTable& in, Config& config) {
   in.Text("listen", config.listen);
   in.Text("data_dir", config.data_dir);
   in.Text("server_id", config.server_id);
+  in.Text("member_address", config.member_address);
   in.Texts("allowed_hosts", config.allowed_hosts);
   in.Word("guests", config.guests, {"loopback", "everywhere", "never"});
   in.Word("log_level", config.log_level, {"trace", "debug", "info", "warn", "error"});

@@ -14,8 +14,10 @@ namespace faultlab::server {
 struct Config {
   std::string listen = "127.0.0.1:8080";
   std::string data_dir = "data";
-  std::string database_url;                ///< "postgresql://.."; empty: SQLite in data_dir
-  std::string server_id = "local";         ///< of the servers that share one database
+  std::string database_url;         ///< "postgresql://.."; empty: SQLite in data_dir
+  std::string server_id = "local";  ///< of the servers that share one database
+  /// "10.0.0.2:8080", at which those servers reach this one; empty: as `listen`.
+  std::string member_address;
   std::vector<std::string> allowed_hosts;  ///< names a Host header may carry; see HttpServerOptions
   /// From where the experiment may be used without an account: loopback | everywhere | never.
   std::string guests = "loopback";

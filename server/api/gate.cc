@@ -77,7 +77,7 @@ Admission Gate::Admit(const ApiRoute& route, const HttpRequest& http) {
   return {.refusal = std::move(refusal), .not_yet = waits, .held = std::move(place)};
 }
 
-HttpResponse Gate::Serve(const ApiRoute& route, const HttpRequest& http) {
+RouteAnswer Gate::Serve(const ApiRoute& route, const HttpRequest& http) {
   const auto who = CallerOf(route, http);
   if (!who) return ProblemOf(who.error());
   if (TakesJson(route) && !http.body.empty() &&
@@ -87,13 +87,14 @@ HttpResponse Gate::Serve(const ApiRoute& route, const HttpRequest& http) {
                    "Unsupported media type",
                    "Send the body as Content-Type: application/json.");
   }
-  const core::Result<HttpResponse> answer = Answer(route, http, who.value());
-  return answer.ok() ? answer.value() : ProblemOf(answer.error());
+  core::Result<RouteAnswer> answer = Answer(route, http, who.value());
+  if (!answer.ok()) return ProblemOf(answer.error());
+  return std::move(answer).value();
 }
 
-core::Result<HttpResponse> Gate::Answer(const ApiRoute& route,
-                                        const HttpRequest& http,
-                                        const Principal& who) {
+core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
+                                       const HttpRequest& http,
+                                       const Principal& who) {
   RunRecord run;
   if (route.guard == Guard::kRun) {
     auto found = parts_.recordings.Find(who, http.PathParameter("id"), route.operation);
@@ -103,7 +104,18 @@ core::Result<HttpResponse> Gate::Answer(const ApiRoute& route,
   const auto body = BodyOf(route, http);
   if (!body) return body.error();
   const ApiRequest request{http, who, body.value(), run};
-  return route.body.once ? Remembered(route, request) : route.handler(request);
+  if (auto elsewhere = parts_.whereabouts.AnsweredElsewhere(route.lives_at, request)) {
+    if (!http.from_peer) return RouteAnswer(std::move(*elsewhere));
+    // The servers' views differ for a moment: nobody passes on what was passed on.
+    return RouteAnswer(
+        TryAgain(503, "The rig or run of this request is moving to another server.", 1));
+  }
+  auto answer = route.body.once ? Remembered(route, request) : route.handler(request);
+  if (!answer) return answer.error();
+  if (route.lives_at != LivesAt::kEveryMember || http.from_peer) {
+    return RouteAnswer(std::move(answer).value());
+  }
+  return parts_.whereabouts.JoinedWithOthers(std::move(answer).value());
 }
 
 core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequest& request) {
@@ -154,12 +166,15 @@ void Gate::AddRoutes(Router& router, const std::vector<ApiRoute>& routes) {
   }
 }
 
-UpgradeDecision DecideUpgrade(StreamTokens& tokens, StreamHub& hub, const HttpRequest& request) {
+UpgradeDecision Gate::DecideUpgrade(const HttpRequest& request) {
   if (request.path != "/ws") {
     return Problem(404, "not_found", "Not found", "WebSockets are at /ws.");
   }
   const auto code = request.Query("code");
-  auto grant = code ? tokens.Redeem(*code) : std::nullopt;
+  if (code && !request.from_peer) {
+    if (auto member = parts_.whereabouts.MemberOfCode(*code)) return std::move(*member);
+  }
+  auto grant = code ? parts_.tokens.Redeem(*code) : std::nullopt;
   if (!grant) {
     return Problem(403,
                    "bad_code",
@@ -167,7 +182,7 @@ UpgradeDecision DecideUpgrade(StreamTokens& tokens, StreamHub& hub, const HttpRe
                    "The code is unknown, used or older than 30 s; ask for a new stream token.",
                    "code");
   }
-  return [&hub, grant = std::move(*grant)](UpgradedSocket socket) {
+  return [&hub = parts_.hub, grant = std::move(*grant)](UpgradedSocket socket) {
     hub.Adopt(std::move(socket), grant.run, grant.can_command);
   };
 }

@@ -7,6 +7,7 @@
 #include "core/types/result.h"
 #include "server/api/request.h"
 #include "server/api/transfer_slots.h"
+#include "server/api/whereabouts.h"
 #include "server/auth/authenticator.h"
 #include "server/auth/authorization.h"
 #include "server/clock.h"
@@ -61,6 +62,7 @@ struct ApiRoute {
   ApiHandler handler;
   BodyRule body = kNoBody;
   AnswerSize answer = AnswerSize::kSmall;
+  LivesAt lives_at = LivesAt::kAnywhere;
 };
 
 /// A handler that works on `api`, which must outlive the route.
@@ -71,13 +73,17 @@ ApiHandler On(Api& api, core::Result<HttpResponse> (*handler)(Api&, const ApiReq
 
 /// What stands in front of every handler: who calls, whether they may, and what they sent.
 ///
-///   Router --HttpRequest--> Gate: caller, matrix, body, run, key --ApiRequest--> handler
+///   Router --HttpRequest--> Gate: caller, matrix, run, body, key --ApiRequest--> handler
+///                            +-- what lives at another server --> that server
 class Gate {
  public:
   struct Parts {
     Authenticator& authenticator;
     Recordings& recordings;
     lab::RememberedAnswers& answers;
+    Whereabouts& whereabouts;
+    StreamTokens& tokens;
+    StreamHub& hub;
     const Clock& clock;
   };
   /// All parts, and the gate, must outlive the router.
@@ -87,20 +93,20 @@ class Gate {
   /// thread, the others on the pool. Who may not call is refused before the body is read.
   void AddRoutes(Router& router, const std::vector<ApiRoute>& routes);
 
+  /// Decides about GET /ws?code=..
+  UpgradeDecision DecideUpgrade(const HttpRequest& request);
+
  private:
   core::Result<Principal> CallerOf(const ApiRoute& route, const HttpRequest& http);
   Admission Admit(const ApiRoute& route, const HttpRequest& http);
-  HttpResponse Serve(const ApiRoute& route, const HttpRequest& http);
-  core::Result<HttpResponse> Answer(const ApiRoute& route,
-                                    const HttpRequest& http,
-                                    const Principal& who);
+  RouteAnswer Serve(const ApiRoute& route, const HttpRequest& http);
+  core::Result<RouteAnswer> Answer(const ApiRoute& route,
+                                   const HttpRequest& http,
+                                   const Principal& who);
   core::Result<HttpResponse> Remembered(const ApiRoute& route, const ApiRequest& request);
 
   Parts parts_;
   TransferSlots transfers_{2, 4};
 };
-
-/// Decides about GET /ws?code=..
-UpgradeDecision DecideUpgrade(StreamTokens& tokens, StreamHub& hub, const HttpRequest& request);
 
 }  // namespace faultlab::server

@@ -5,6 +5,8 @@
 
 #include "server/api/metrics_text.h"
 #include "server/api/rig_json.h"
+#include "server/experiment/rig_access.h"
+#include "server/api/whereabouts.h"
 
 namespace faultlab::server {
 namespace {
@@ -41,6 +43,10 @@ core::Result<HttpResponse> Metrics(SystemApi& api, const ApiRequest&) {
   out.Add("faultlab_http_deadlines_missed_total", "counter", http.deadlines_missed);
   out.Add("faultlab_http_pool_refused_total", "counter", http.pool_refused);
   out.Add("faultlab_http_pool_waiting", "gauge", http.pool_waiting);
+
+  out.Add("faultlab_http_passed_on_total", "counter", http.passed_on);
+  out.Add("faultlab_http_peers_silent_total", "counter", http.peers_silent);
+  out.Add("faultlab_http_tunnels_open", "gauge", http.tunnels_open);
 
   const StreamCounters stream = api.hub.counters();
   out.Add("faultlab_viewers_open", "gauge", stream.viewers_open);
@@ -119,7 +125,9 @@ core::Result<HttpResponse> ListRigCalibrations(SystemApi& api, const ApiRequest&
   const auto limit = PageLimit(request.http);
   if (!limit) return limit.error();
   const std::string& rig = request.http.PathParameter("id");
-  if (const auto found = api.bay.Find(rig); !found) return found.error();
+  if (!IsKnown(api.service, api.bay, rig)) {
+    return core::Error{core::ErrorCode::kNotFound, "There is no rig '" + rig + "'.", ""};
+  }
   const auto rows = api.calibrations.List(rig, limit.value());
   if (!rows) return rows.error();
   json::array items;
@@ -136,6 +144,8 @@ std::vector<ApiRoute> RoutesOf(SystemApi& api) {
   using enum HttpMethod;
   using enum Operation;
   using enum Guard;
+  using enum AnswerSize;
+  using enum LivesAt;
   const auto on = [&api](auto handler) { return On(api, handler); };
   return {
       {kGet, "/healthz", kReadPublic, kOpen, on(Healthz)},
@@ -143,7 +153,7 @@ std::vector<ApiRoute> RoutesOf(SystemApi& api) {
       {kGet, "/metrics", kReadPublic, kRole, on(Metrics)},
       {kGet, "/api/v1/openapi.json", kReadPublic, kOpen, on(OpenApi)},
       {kGet, "/api/v1/auth/me", kReadPublic, kRole, on(Me)},
-      {kGet, "/api/v1/rigs", kListRigs, kRole, on(ListRigs)},
+      {kGet, "/api/v1/rigs", kListRigs, kRole, on(ListRigs), kNoBody, kSmall, kEveryMember},
       {kGet, "/api/v1/rigs/{id}/calibrations", kListRigs, kRole, on(ListRigCalibrations)},
   };
 }

@@ -9,6 +9,7 @@
 #include "hardware/lcm/rig_finder.h"
 #include "hardware/simulated/simulated_rig.h"
 #include "server/app/lcm_run_tap.h"
+#include "server/app/member_address.h"
 #include "server/app/services.h"
 #include "server/app/static_files.h"
 #include "server/auth/accounts.h"
@@ -117,7 +118,7 @@ class Application::Impl {
         store_(*database_),
         calibrations_(*database_),
         hub_(HubOptions(config), clock_),
-        tokens_(clock_),
+        tokens_(clock_, config.server_id),
         accounts_(*database_, ToGuestAccess(config.guests)),
         runs_(RunOptions(config), store_, hub_, clock_, [](std::string_view text) {
           spdlog::warn("{}", text);
@@ -126,7 +127,7 @@ class Application::Impl {
     AddBenches(bay_, config);
     http_ = std::make_unique<HttpServer>(
         NetOptions(config), router_, [this](const HttpRequest& request) {
-          return DecideUpgrade(tokens_, hub_, request);
+          return services_->DecideUpgrade(request);
         });
   }
 
@@ -145,6 +146,9 @@ class Application::Impl {
     }
     const core::Status streaming = hub_.Start();
     if (!streaming.ok()) return streaming;
+    auto secret = HopSecret(*database_);
+    if (!secret) return secret.error();
+    http_->SetHopSeal(HopSeal(secret.value(), config_.server_id));
     const core::Status serving = OpenServices();
     if (!serving.ok()) return serving;
     const core::Status listening = http_->Start();
@@ -169,7 +173,9 @@ class Application::Impl {
   core::Status OpenServices() {
     Services::Options options;
     options.server_id = config_.server_id;
-    options.address = http_->address();
+    auto address = MemberAddress(config_, http_->address());
+    if (!address) return address.error();
+    options.address = address.value();
     options.speed = config_.sim_speed;
     options.default_seed = config_.fixture_seed.value_or(1);
     options.openapi = EmbeddedOpenApi();
@@ -255,6 +261,7 @@ class Application::Impl {
     options.allowed_hosts = config.allowed_hosts;
     options.limits.connections_max = static_cast<std::size_t>(config.connections_max);
     options.limits.pool_threads = config.pool_threads;
+    options.limits.peers.tunnels_max = static_cast<std::size_t>(config.viewers_max);
     options.on_error = [](std::string_view text) { spdlog::error("{}", text); };
     return options;
   }

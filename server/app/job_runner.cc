@@ -14,6 +14,8 @@ constexpr milliseconds kLease = seconds(60);
 constexpr milliseconds kPoll{200};
 /// A job without a rig is looked at again after this; others have their turn meanwhile.
 constexpr milliseconds kNextLook = seconds(1);
+/// The server that has the job's rig takes it before; then that server is gone, perhaps.
+constexpr milliseconds kHandedFor = seconds(10);
 /// Arming, the way to the first sample and the end of the recording, on top of the run itself.
 constexpr milliseconds kMargin = seconds(30);
 
@@ -129,9 +131,7 @@ core::Result<std::optional<std::string>> JobRunner::RigFor(const lab::Job& job,
   }
   const auto* session = std::get_if<lab::Session>(&answer.value());
   if (session == nullptr || session->state != lab::SessionState::kActive) return MaybeRig{};
-  // The rig of another server: that one takes the job at its next look.
-  const auto member = parts_.service.MemberOf(session->rig);
-  if (!member || member->id != options_.server_id) return MaybeRig{};
+  if (!parts_.service.MemberOf(session->rig)) return MaybeRig{};
   return MaybeRig{session->rig};
 }
 
@@ -140,6 +140,11 @@ void JobRunner::DoRun(const lab::Job& job, const Principal& who, ExperimentPlan 
   if (!rig.ok()) return Finish(job, "failed", rig.error().message);
   if (!rig.value()) return GiveBack(job);
   plan.rig = *rig.value();
+  if (const auto member = parts_.service.MemberOf(plan.rig);
+      member && member->id != options_.server_id) {
+    Log(parts_.jobs.HandTo(job.id, member->id, parts_.clock.Wall() + kHandedFor));
+    return;
+  }
   const bool in_session = !IsElastic(plan.rig);
   const auto started = parts_.experiments.Start(who, StartedBy::kJob, std::move(plan));
   if (!started.ok() && started.error().code == core::ErrorCode::kBusy) return GiveBack(job);

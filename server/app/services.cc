@@ -17,8 +17,7 @@ Services::Services(const Base& base, Options options)
       audit_(base.accounts, base.clock, options_.log),
       fault_set_access_(fault_sets_, base.accounts),
       recordings_(base.store, base.runs, base.accounts, base.clock),
-      upkeep_(base.bay, bands_, base.clock, options_.log),
-      gate_({base.accounts, recordings_, answers_, base.clock}) {}
+      upkeep_(base.bay, bands_, base.clock, options_.log) {}
 
 core::Result<std::unique_ptr<Services>> Services::Open(const Base& base,
                                                        Options options,
@@ -111,6 +110,7 @@ void Services::BuildApi(Router& router) {
       base_.accounts,
       base_.bay,
       base_.runs,
+      base_.store,
       calendar_links_,
       base_.hub,
       base_.tokens,
@@ -128,15 +128,19 @@ void Services::BuildApi(Router& router) {
                                                 base_.accounts,
                                                 base_.bay,
                                                 base_.runs,
+                                                base_.store,
                                                 base_.calibrations,
                                                 audit_,
                                                 base_.clock,
                                                 options_.default_seed});
-  gate_.AddRoutes(router, RoutesOf(*system_api_));
-  gate_.AddRoutes(router, RoutesOf(*run_api_));
-  gate_.AddRoutes(router, RoutesOf(*people_api_));
-  gate_.AddRoutes(router, RoutesOf(*bench_api_));
-  gate_.AddRoutes(router, RoutesOf(*work_api_));
+  whereabouts_ = std::make_unique<Whereabouts>(*service_, base_.clock);
+  gate_ = std::make_unique<Gate>(Gate::Parts{
+      base_.accounts, recordings_, answers_, *whereabouts_, base_.tokens, base_.hub, base_.clock});
+  gate_->AddRoutes(router, RoutesOf(*system_api_));
+  gate_->AddRoutes(router, RoutesOf(*run_api_));
+  gate_->AddRoutes(router, RoutesOf(*people_api_));
+  gate_->AddRoutes(router, RoutesOf(*bench_api_));
+  gate_->AddRoutes(router, RoutesOf(*work_api_));
 }
 
 }  // namespace faultlab::server

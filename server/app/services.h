@@ -60,6 +60,11 @@ class Services {
   /// No new checks and jobs; those that run are waited for. Before RunManager::Shutdown.
   void Stop();
 
+  /// Decides about GET /ws?code=..
+  UpgradeDecision DecideUpgrade(const HttpRequest& request) {
+    return gate_->DecideUpgrade(request);
+  }
+
  private:
   Services(const Base& base, Options options);
   core::Status JoinLab();
@@ -79,7 +84,8 @@ class Services {
   std::unique_ptr<lab::LabService> service_;
   std::unique_ptr<RigAccess> rig_access_;
   std::unique_ptr<Experiments> experiments_;
-  Gate gate_;
+  std::unique_ptr<Whereabouts> whereabouts_;
+  std::unique_ptr<Gate> gate_;
   std::unique_ptr<SystemApi> system_api_;
   std::unique_ptr<RunApi> run_api_;
   std::unique_ptr<PeopleApi> people_api_;

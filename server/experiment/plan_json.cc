@@ -237,6 +237,14 @@ json::object PlanToJson(const ExperimentPlan& plan, const hardware::RigDescripti
   return out;
 }
 
+double SecondsOfPlan(std::string_view plan_json) {
+  boost::system::error_code ec;
+  const json::value plan = json::parse(plan_json, ec);
+  const json::object* object = ec ? nullptr : plan.if_object();
+  const json::value* seconds = object != nullptr ? object->if_contains("duration_s") : nullptr;
+  return seconds != nullptr && seconds->is_number() ? seconds->to_number<double>() : 0.0;
+}
+
 std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json) {
   boost::system::error_code ec;
   const json::value plan = json::parse(plan_json, ec);

@@ -29,6 +29,8 @@ core::Result<std::vector<core::Fault>> ParseFaults(const boost::json::array& lis
 core::Result<std::vector<core::Fault>> ParseFaults(std::string_view document, double duration_s);
 boost::json::array ToJson(const std::vector<core::Fault>& faults);
 
+/// How long a stored plan lasts; 0 for a replay.
+double SecondsOfPlan(std::string_view plan_json);
 /// The faults of a stored plan; empty when it has none.
 std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json);
 

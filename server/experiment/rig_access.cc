@@ -36,6 +36,10 @@ bool NeedsSession(const RigStatus& rig) {
          rig.description.kind == hardware::RigKind::kRemote;
 }
 
+bool IsKnown(const lab::LabService& service, const RigBay& bay, const std::string& rig) {
+  return service.state()->rigs.contains(rig) || bay.Find(rig).ok();
+}
+
 RigAccess::RigAccess(lab::LabService& service,
                      RigBay& bay,
                      std::function<void(std::string_view)> log)

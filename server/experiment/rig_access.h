@@ -18,6 +18,8 @@ enum class StartedBy { kPerson, kJob };
 /// Rigs that stand somewhere and serve one person at a time. Simulators are elastic: everybody
 /// makes runs on them as long as one is free.
 bool NeedsSession(const RigStatus& rig);
+/// Some server of the lab has, or had, this rig.
+bool IsKnown(const lab::LabService& service, const RigBay& bay, const std::string& rig);
 
 /// Gives a rig into the hands of the lease that the caller has on it, by the newest state of the
 /// lab. A run on a simulator gets a practice lease of its own, which ends when it lets go.

@@ -140,12 +140,13 @@ core::Result<std::optional<Job>> JobStore::Claim(const std::string& server_id,
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<MaybeJob> {
     std::string id;
     std::string query =
-        "SELECT id FROM job j WHERE state = 'waiting' AND lease_until_ms <= :now ORDER BY "
+        "SELECT id FROM job j WHERE state = 'waiting' AND "
+        "(lease_until_ms <= :now OR server_id = :server) ORDER BY "
         "(SELECT COUNT(*) FROM job r WHERE r.owner = j.owner AND r.state = 'running'), "
         "created_ms, id LIMIT 1";
     const std::int64_t now_ms = ToMilliseconds(now);
     if (tx.engine() == Engine::kPostgresql) query += " FOR UPDATE OF j SKIP LOCKED";
-    tx.sql() << query, into(id), use(now_ms, "now");
+    tx.sql() << query, into(id), use(now_ms, "now"), use(server_id, "server");
     if (!tx.sql().got_data()) return MaybeJob{};
     const std::int64_t lease_ms = ToMilliseconds(lease_until);
     tx.sql() << "UPDATE job SET state = 'running', server_id = :server, started_ms = :now, "
@@ -199,8 +200,18 @@ core::Status JobStore::GiveBack(const std::string& id, WallTime not_before) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     const std::int64_t wait_ms = ToMilliseconds(not_before);
     tx.sql() << "UPDATE job SET state = 'waiting', started_ms = 0, lease_until_ms = :wait, "
-                "attempts = attempts - 1 WHERE id = :id AND state = 'running'",
+                "server_id = '', attempts = attempts - 1 WHERE id = :id AND state = 'running'",
         use(wait_ms, "wait"), use(id, "id");
+    return Done{};
+  });
+}
+
+core::Status JobStore::HandTo(const std::string& id, const std::string& server_id, WallTime until) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const std::int64_t until_ms = ToMilliseconds(until);
+    tx.sql() << "UPDATE job SET state = 'waiting', started_ms = 0, lease_until_ms = :until, "
+                "server_id = :server, attempts = attempts - 1 WHERE id = :id AND state = 'running'",
+        use(until_ms, "until"), use(server_id, "server"), use(id, "id");
     return Done{};
   });
 }

@@ -64,6 +64,8 @@ class JobStore {
   /// Back to waiting, for a rig was not free; not claimed again before `not_before`. Does not count
   /// as an attempt.
   core::Status GiveBack(const std::string& id, WallTime not_before);
+  /// Back to waiting for the server that has its rig; nobody else claims it before `until`.
+  core::Status HandTo(const std::string& id, const std::string& server_id, WallTime until);
   /// Only a waiting job (kConflict).
   core::Status Cancel(const std::string& id, WallTime now);
   /// Leases that ran out, and at start those of this very server.

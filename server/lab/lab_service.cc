@@ -121,6 +121,21 @@ std::optional<Member> LabService::MemberOf(const RigId& rig) const {
   return std::nullopt;
 }
 
+std::optional<Member> LabService::MemberWithId(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  for (const Member& member : members_) {
+    if (member.id == id) return member;
+  }
+  return std::nullopt;
+}
+
+std::vector<Member> LabService::Others() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<Member> others = members_;
+  std::erase_if(others, [this](const Member& each) { return each.id == options_.member; });
+  return others;
+}
+
 void LabService::Main() {
   while (true) {
     std::deque<Request> requests;

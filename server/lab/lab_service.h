@@ -94,6 +94,10 @@ class LabService {
   WallTime Now() const { return clock_.Wall(); }
   /// The member that has this rig, nullopt when nobody has.
   std::optional<Member> MemberOf(const RigId& rig) const;
+  /// nullopt when no such server is alive.
+  std::optional<Member> MemberWithId(const std::string& id) const;
+  /// The live members besides this one.
+  std::vector<Member> Others() const;
   const std::string& member() const { return options_.member; }
   const Policy& policy() const { return options_.policy; }
 

@@ -1,20 +1,18 @@
 #include "server/net/connection.h"
 
-#include <sys/socket.h>
-
-#include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
-#include <boost/asio/write.hpp>
 #include <cstdint>
 #include <exception>
 #include <utility>
 #include <variant>
 
+#include "server/clock.h"
+#include "server/net/admission_desk.h"
 #include "server/net/listen_address.h"
+#include "server/net/passing_on.h"
+#include "server/net/refusals.h"
 #include "server/net/response_head.h"
-#include "server/net/websocket.h"
 
 namespace faultlab::server {
 namespace {
@@ -28,14 +26,9 @@ using Steady = std::chrono::steady_clock;
 constexpr std::size_t kReadBytes = 4096;
 constexpr std::size_t kBodyReadBytes = 64 << 10;
 constexpr std::size_t kIdleBufferBytesMax = 16 << 10;
-constexpr std::size_t kInlineBodyBytes = 8 << 10;  ///< copied behind the head: one buffer, one send
-constexpr int kAdmissionTries = 60;
-constexpr std::chrono::milliseconds kAdmissionPause{500};
-constexpr std::size_t kSendPieceBytes = 512 << 10;  ///< in each write_deadline
-constexpr std::size_t kSmallBytes = 64 << 10;       ///< what waits without asking the budget
+constexpr std::size_t kSmallBytes = 64 << 10;  ///< what waits without asking the budget
 /// Asked of the budget ahead of what has arrived.
 constexpr std::size_t kBodyStepBytes = 256 << 10;
-constexpr std::size_t kDiscardBytesMax = 4 << 20;  ///< read away so that a refusal is not reset
 
 HttpMethod ToMethod(beast::http::verb verb) {
   switch (verb) {
@@ -67,26 +60,10 @@ std::string_view LastListEntry(std::string_view list) {
   return entry;
 }
 
-HttpResponse PoolFullProblem() {
-  return TryAgain(503, "Too many requests are waiting; try again in a second.", 1);
-}
-
-HttpResponse BytesFullProblem() {
-  constexpr int kSeconds = 5;
-  return TryAgain(503, "Too many bytes of others are on their way; try again soon.", kSeconds);
-}
-
-HttpResponse InternalProblem() {
-  return Problem(500,
-                 "internal",
-                 "Internal error",
-                 "The server made a mistake; it is logged. Nothing was changed by this request.");
-}
-
 }  // namespace
 
 Connection::Connection(ConnectionHost& host, tcp::socket socket)
-    : host_(host), socket_(std::move(socket)) {
+    : host_(host), socket_(std::move(socket)), sender_(host_, socket_, deadline_) {
   host_.connections.insert(this);
   ++host_.counters.open;
   error_code ec;
@@ -187,7 +164,7 @@ asio::awaitable<bool> Connection::ReadBody(std::size_t bytes_max) {
   if (parser_->is_done()) co_return true;
   parser_->body_limit(bytes_max);
   if (View(parser_->get()[beast::http::field::expect]) == "100-continue") {
-    if (!co_await SendBytes("HTTP/1.1 100 Continue\r\n\r\n")) co_return false;
+    if (!co_await sender_.Send("HTTP/1.1 100 Continue\r\n\r\n")) co_return false;
   }
   reading_request_ = true;
   Deadline(host_.options.limits.body_deadline);
@@ -246,7 +223,8 @@ void Connection::FillRequest() {
   request_.remote_address = peer_address_;
   request_.forwarded = false;
   request_.https = false;
-  if (!peer_is_loopback_) return;
+  request_.from_peer = false;
+  if (!peer_is_loopback_ || !request_.Header(kHopHeader).empty()) return;
   if (const std::string_view list = request_.Header("X-Forwarded-For"); !list.empty()) {
     request_.remote_address = LastListEntry(list);
     request_.forwarded = true;
@@ -254,7 +232,23 @@ void Connection::FillRequest() {
   }
 }
 
-HttpResponse Connection::Handle(const Route& route) const {
+/// Who the client is says the server that passed the request on. A hop that is not sealed by one is
+/// refused and not ignored: read without it, the request would be that server's own.
+/// @returns false when there is a hop that is not believed.
+bool Connection::ReadHop() {
+  const std::string_view value = request_.Header(kHopHeader);
+  if (value.empty()) return true;
+  const auto hop =
+      host_.seal ? host_.seal->Open(value, request_, SystemClock().Wall()) : std::nullopt;
+  if (!hop) return false;
+  hop_client_ = hop->client;
+  request_.remote_address = hop_client_;
+  request_.https = hop->https;
+  request_.from_peer = true;
+  return true;
+}
+
+RouteAnswer Connection::Handle(const Route& route) const {
   try {
     return route.handle(request_);
   } catch (const std::exception& error) {
@@ -263,61 +257,14 @@ HttpResponse Connection::Handle(const Route& route) const {
   }
 }
 
-bool Connection::PoolIsFull() {
-  const bool room = host_.pool_waiting < host_.options.limits.pool_waiting_max;
-  if (room && !host_.pool_closed) return false;
-  ++host_.counters.pool_refused;
-  return true;
+asio::awaitable<void> Connection::Refuse(HttpResponse response) {
+  reading_request_ = false;
+  return sender_.Refuse(std::move(response), request_.method == HttpMethod::kHead);
 }
 
-/// The pool must not be full.
-template <typename Work>
-asio::awaitable<std::invoke_result_t<Work&>> Connection::OnPool(Work work) {
-  using Outcome = std::invoke_result_t<Work&>;
-  ++host_.pool_waiting;
-  co_return co_await asio::async_initiate<const asio::use_awaitable_t<>, void(Outcome)>(
-      [this, work = std::move(work)](auto handler) mutable {
-        asio::post(
-            *host_.pool, [this, work = std::move(work), handler = std::move(handler)]() mutable {
-              --host_.pool_waiting;
-              Outcome outcome = work();
-              asio::post(host_.io,
-                         [handler = std::move(handler), outcome = std::move(outcome)]() mutable {
-                           std::move(handler)(std::move(outcome));
-                         });
-            });
-      },
-      asio::use_awaitable);
-}
-
-asio::awaitable<HttpResponse> Connection::RunOnPool(const Route& route) {
-  if (PoolIsFull()) co_return PoolFullProblem();
-  co_return co_await OnPool([this, &route] { return Handle(route); });
-}
-
-/// @returns false when the request is refused and the connection at its end.
 asio::awaitable<bool> Connection::Admit(const Route& route) {
   deadline_ = Steady::time_point::max();
-  Admission admission;
-  for (int tries = 1; tries <= kAdmissionTries; ++tries) {
-    if (PoolIsFull()) {
-      co_await Refuse(PoolFullProblem());
-      co_return false;
-    }
-    admission = {};
-    admission = co_await OnPool([this, &route]() -> Admission {
-      try {
-        return route.admit(request_);
-      } catch (const std::exception& error) {
-        host_.Report(std::string("admission to ") + route.pattern + ": " + error.what());
-        return {.refusal = InternalProblem()};
-      }
-    });
-    if (!admission.not_yet || tries == kAdmissionTries) break;
-    asio::steady_timer pause(host_.io, kAdmissionPause);
-    error_code ec;
-    co_await pause.async_wait(asio::redirect_error(asio::use_awaitable, ec));
-  }
+  Admission admission = co_await AskAdmission(host_, route, request_);
   if (admission.refusal) {
     co_await Refuse(std::move(*admission.refusal));
     co_return false;
@@ -326,93 +273,20 @@ asio::awaitable<bool> Connection::Admit(const Route& route) {
   co_return true;
 }
 
-/// In pieces: a peer that takes one more slowly than the slowest line served is given up.
-asio::awaitable<bool> Connection::SendBytes(std::string_view bytes) {
-  error_code ec;
-  const std::size_t sent = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), ec);
-  if (!ec && sent == bytes.size()) co_return true;
-  if (ec && ec != asio::error::would_block) co_return false;
-  bytes.remove_prefix(ec ? 0 : sent);
-  while (!bytes.empty()) {
-    const std::string_view piece = bytes.substr(0, kSendPieceBytes);
-    ec = {};
-    Deadline(host_.options.limits.write_deadline);
-    co_await asio::async_write(socket_,
-                               asio::buffer(piece.data(), piece.size()),
-                               asio::redirect_error(asio::use_awaitable, ec));
-    if (ec) co_return false;
-    bytes.remove_prefix(piece.size());
+asio::awaitable<HttpResponse> Connection::Answer(const Route& route) {
+  RouteAnswer answer;
+  if (route.runs_on == RunsOn::kInline) {
+    answer = Handle(route);
+  } else if (host_.pool.full()) {
+    ++host_.counters.pool_refused;
+    answer = PoolFullProblem();
+  } else {
+    answer = co_await host_.pool.Run(host_.io, [this, &route] { return Handle(route); });
   }
-  co_return true;
-}
-
-asio::awaitable<bool> Connection::Send(const HttpResponse& response, bool keep_alive) {
-  ++host_.counters.answers[static_cast<std::size_t>(response.status / 100) % 6];
-  const std::string_view payload = response.payload();
-  const bool bodyless =
-      request_.method == HttpMethod::kHead || response.status == 304 || response.status == 204;
-  const bool joined = !bodyless && payload.size() <= kInlineBodyBytes;
-  const std::string head = EncodeResponseHead(response, host_.date, keep_alive, joined);
-  if (!co_await SendBytes(head)) co_return false;
-  if (joined || bodyless) co_return true;
-  co_return co_await SendBytes(payload);
-}
-
-/// Answers and ends the connection without a reset: what the client still sends is read away for a
-/// while, for a reset would take the answer from under its eyes.
-asio::awaitable<void> Connection::Refuse(HttpResponse response) {
-  reading_request_ = false;
-  if (!co_await Send(response, false)) co_return;
-  error_code ec;
-  socket_.shutdown(tcp::socket::shutdown_send, ec);
-  if (ec) co_return;
-  Deadline(std::chrono::milliseconds(2000));
-  std::array<char, 16 << 10> waste;
-  for (std::size_t total = 0; total < kDiscardBytesMax;) {
-    const std::size_t got = co_await socket_.async_read_some(
-        asio::buffer(waste), asio::redirect_error(asio::use_awaitable, ec));
-    if (ec) co_return;
-    total += got;
+  if (const auto* ask = std::get_if<AskPeers>(&answer)) {
+    co_return co_await PassOn(host_, request_, *ask);
   }
-}
-
-asio::awaitable<Connection::Next> Connection::Upgrade() {
-  const auto refuse = [this](HttpResponse response) -> asio::awaitable<Next> {
-    co_await Refuse(std::move(response));
-    co_return Next::kClose;
-  };
-  if (request_.Header("Sec-WebSocket-Version") != "13") {
-    HttpResponse response =
-        Problem(426, "upgrade_required", "Wrong version", "Only WebSocket version 13 is spoken.");
-    response.headers.emplace_back("Sec-WebSocket-Version", "13");
-    co_return co_await refuse(std::move(response));
-  }
-  const std::string_view key = request_.Header("Sec-WebSocket-Key");
-  if (!websocket::IsValidKey(key) || request_.method != HttpMethod::kGet) {
-    co_return co_await refuse(Problem(
-        400, "bad_handshake", "Bad handshake", "Sec-WebSocket-Key is not 16 bytes in base64."));
-  }
-  if (!OriginAllowed(request_.Header("Origin"), request_.Header("Host"))) {
-    co_return co_await refuse(Problem(
-        403, "foreign_origin", "Foreign origin", "A page of another site may not connect here."));
-  }
-  UpgradeDecision decision = host_.upgrade(request_);
-  if (auto* refusal = std::get_if<HttpResponse>(&decision)) {
-    co_return co_await refuse(std::move(*refusal));
-  }
-  const std::string answer =
-      "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-      "Sec-WebSocket-Accept: " +
-      websocket::AcceptKey(key) + "\r\n\r\n";
-  if (!co_await SendBytes(answer)) co_return Next::kClose;
-  UpgradedSocket upgraded;
-  upgraded.pending.assign(static_cast<const char*>(buffer_.data().data()), buffer_.size());
-  error_code ec;
-  upgraded.fd = socket_.release(ec);
-  if (ec) co_return Next::kClose;
-  ++host_.counters.answers[1];
-  std::get<1>(decision)(std::move(upgraded));
-  co_return Next::kUpgraded;
+  co_return std::move(std::get<HttpResponse>(answer));
 }
 
 asio::awaitable<Connection::Next> Connection::Serve() {
@@ -425,6 +299,15 @@ asio::awaitable<Connection::Next> Connection::Serve() {
                             "Unknown host",
                             "This server does not answer to the name in the Host header; add it to "
                             "allowed_hosts."));
+    co_return Next::kClose;
+  }
+  if (!ReadHop()) {
+    co_await Refuse(
+        Problem(403,
+                "foreign_hop",
+                "Foreign hop",
+                "This request says that a server of this lab passed it on, and none did "
+                "just now. Servers that share a database keep their clocks by NTP."));
     co_return Next::kClose;
   }
   if (!request_.Header("Upgrade").empty() && request_.Header("Upgrade") == "websocket") {
@@ -452,11 +335,7 @@ asio::awaitable<Connection::Next> Connection::Serve() {
   const bool keep_alive = parser_->get().keep_alive() && !last_request_;
   HttpResponse response;
   if (match.route != nullptr) {
-    if (match.route->runs_on == RunsOn::kInline) {
-      response = Handle(*match.route);
-    } else {
-      response = co_await RunOnPool(*match.route);
-    }
+    response = co_await Answer(*match.route);
   } else if (!match.allow.empty()) {
     response = Problem(405,
                        "method_not_allowed",
@@ -477,7 +356,8 @@ asio::awaitable<Connection::Next> Connection::Serve() {
     }
   }
   Deadline(host_.options.limits.write_deadline);
-  const bool sent = co_await Send(response, keep_alive);
+  const bool sent =
+      co_await sender_.Send(response, request_.method == HttpMethod::kHead, keep_alive);
   body_bytes_ = {};
   admitted_.reset();
   if (!sent) co_return Next::kClose;

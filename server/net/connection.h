@@ -1,58 +1,21 @@
 #pragma once
 
-#include <array>
-#include <atomic>
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/thread_pool.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <chrono>
-#include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <type_traits>
-#include <unordered_set>
 
 #include "server/net/byte_budget.h"
-#include "server/net/http_server.h"
+#include "server/net/connection_host.h"
+#include "server/net/paced_sender.h"
 
 namespace faultlab::server {
-
-class Connection;
-
-/// What the connections of one server share. Only the atomics may be read off the network thread.
-struct ConnectionHost {
-  struct Counters {
-    std::atomic<std::uint64_t> accepted{0}, refused{0}, open{0}, requests{0}, deadlines{0},
-        pool_refused{0}, bytes_refused{0};
-    std::array<std::atomic<std::uint64_t>, 6> answers{};
-  };
-
-  HttpServerOptions options;
-  const Router& router;
-  std::function<UpgradeDecision(const HttpRequest&)> upgrade;
-  bool on_loopback = false;
-  Counters counters{};
-  std::atomic<std::size_t> pool_waiting{0};
-  bool pool_closed = false;  ///< the server stops: of the network thread
-  ByteBudget waiting_bytes{options.limits.waiting_bytes_max};
-  std::unordered_set<Connection*> connections{};
-  std::chrono::steady_clock::time_point now{};  ///< coarse: moved twice a second
-  std::string date{};                           ///< of `now`, as answers carry it
-  // Connections live in the coroutines that io owns: io goes first, what they touch stays above.
-  std::optional<boost::asio::thread_pool> pool{};
-  boost::asio::io_context io{1};
-
-  void Report(std::string_view text) const {
-    if (options.on_error) options.on_error(text);
-  }
-};
 
 /// One connection: reads requests, has them handled, writes the answers. Lives in its own coroutine
 /// on the network thread.
@@ -79,20 +42,19 @@ class Connection {
 
   boost::asio::awaitable<bool> ReadMore(std::size_t bytes);
   boost::asio::awaitable<bool> ReadHeader();
+  /// False when the request is refused and the connection at its end.
   boost::asio::awaitable<bool> Admit(const Route& route);
   boost::asio::awaitable<bool> ReadBody(std::size_t bytes_max);
   bool HoldBody(std::size_t bytes);
   boost::asio::awaitable<Next> Serve();
   boost::asio::awaitable<Next> Upgrade();
-  boost::asio::awaitable<HttpResponse> RunOnPool(const Route& route);
-  template <typename Work>
-  boost::asio::awaitable<std::invoke_result_t<Work&>> OnPool(Work work);
-  bool PoolIsFull();
-  boost::asio::awaitable<bool> Send(const HttpResponse& response, bool keep_alive);
-  boost::asio::awaitable<bool> SendBytes(std::string_view bytes);
+  boost::asio::awaitable<Next> TunnelTo(const PeerAddress& peer);
+  boost::asio::awaitable<bool> SwitchProtocols();
+  boost::asio::awaitable<HttpResponse> Answer(const Route& route);
   boost::asio::awaitable<void> Refuse(HttpResponse response);
   void FillRequest();
-  HttpResponse Handle(const Route& route) const;
+  bool ReadHop();
+  RouteAnswer Handle(const Route& route) const;
 
   ConnectionHost& host_;
   boost::asio::ip::tcp::socket socket_;
@@ -102,7 +64,9 @@ class Connection {
   ByteBudget::Hold body_bytes_;     ///< of the request at work, as far as it has arrived
   std::shared_ptr<void> admitted_;  ///< of the request at work
   std::string peer_address_;
+  std::string hop_client_;  ///< of the request at work, when another server passed it on
   std::chrono::steady_clock::time_point deadline_ = std::chrono::steady_clock::time_point::max();
+  PacedSender sender_;
   bool peer_is_loopback_ = false;
   bool reading_request_ = false;
   bool idle_ = false;

@@ -17,6 +17,9 @@ enum class HttpMethod : std::uint8_t { kGet, kHead, kPost, kPut, kPatch, kDelete
 
 std::string_view Name(HttpMethod method);
 
+/// ASCII letters of either case are the same: names of headers.
+bool EqualNoCase(std::string_view a, std::string_view b);
+
 /// A whole request as a handler sees it. Every view lives until the handler returns.
 struct HttpRequest {
   HttpMethod method = HttpMethod::kGet;
@@ -30,6 +33,8 @@ struct HttpRequest {
   bool peer_is_loopback = false;  ///< the TCP peer itself (a proxy counts as loopback)
   bool forwarded = false;         ///< came through a proxy on loopback
   bool https = false;             ///< X-Forwarded-Proto of a proxy on loopback
+  /// Another server of the lab passed it on, and proved it; the client is as that one saw it.
+  bool from_peer = false;
   /// What the pattern's {names} matched, in order, percent-decoded.
   std::vector<std::pair<std::string_view, std::string>> path_parameters;
 
@@ -47,7 +52,8 @@ struct HttpRequest {
 
 struct HttpResponse {
   int status = 200;
-  std::string_view content_type = "application/json";  ///< static lifetime
+  /// Static lifetime. Empty: it stands among the headers.
+  std::string_view content_type = "application/json";
   std::vector<std::pair<std::string, std::string>> headers;
   std::string body;
   /// Sent instead of `body` when not empty: bytes that live as long as the process.

@@ -76,7 +76,8 @@ asio::awaitable<void> HttpServer::Impl::Accept() {
       continue;
     }
     ++host_.counters.accepted;
-    if (host_.connections.size() >= host_.options.limits.connections_max) {
+    const std::size_t tunnels = host_.counters.tunnels;  // have a limit of their own
+    if (host_.connections.size() - tunnels >= host_.options.limits.connections_max) {
       ++host_.counters.refused;
       const std::string bytes = EncodeResponseHead(
           Problem(503, "busy", "Busy", "Too many connections; try again in a minute."),
@@ -161,7 +162,7 @@ core::Status HttpServer::Impl::Start() {
     const core::Status bound = Bind();
     if (!bound.ok()) return bound;
   }
-  host_.pool.emplace(static_cast<std::size_t>(host_.options.limits.pool_threads));
+  host_.pool.Start(host_.options.limits.pool_threads);
   Tick();
   asio::co_spawn(host_.io, Accept(), asio::detached);
   asio::co_spawn(host_.io, Sweep(), asio::detached);
@@ -172,7 +173,7 @@ core::Status HttpServer::Impl::Start() {
 
 void HttpServer::Impl::CloseAll() {
   stopping_ = true;
-  host_.pool_closed = true;
+  host_.pool.Close();
   error_code ec;
   acceptor_.close(ec);
   const std::vector<Connection*> all(host_.connections.begin(), host_.connections.end());
@@ -190,7 +191,7 @@ void HttpServer::Impl::Stop() {
     closed.set_value();
   });
   closed.get_future().wait();
-  host_.pool->join();
+  host_.pool.Join();
   asio::steady_timer hard_stop(host_.io, std::chrono::seconds(1));
   hard_stop.async_wait([this](const error_code& ec) {
     if (!ec) host_.io.stop();
@@ -206,8 +207,11 @@ HttpCounters HttpServer::Impl::counters() const {
   out.requests = host_.counters.requests;
   out.deadlines_missed = host_.counters.deadlines;
   out.pool_refused = host_.counters.pool_refused;
-  out.pool_waiting = host_.pool_waiting;
+  out.pool_waiting = host_.pool.waiting();
   out.bytes_refused = host_.counters.bytes_refused;
+  out.passed_on = host_.counters.passed_on;
+  out.peers_silent = host_.counters.peers_silent;
+  out.tunnels_open = host_.counters.tunnels;
   for (std::size_t i = 0; i < host_.counters.answers.size(); ++i) {
     out.answers_by_class[i] = host_.counters.answers[i];
   }
@@ -221,6 +225,10 @@ HttpServer::HttpServer(HttpServerOptions options,
 
 HttpServer::~HttpServer() {
   Stop();
+}
+
+void HttpServer::SetHopSeal(HopSeal seal) {
+  impl_->host_.seal.emplace(std::move(seal));
 }
 
 core::Status HttpServer::Bind() {

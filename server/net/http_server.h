@@ -11,7 +11,9 @@
 #include <vector>
 
 #include "core/types/result.h"
+#include "server/net/hop.h"
 #include "server/net/http.h"
+#include "server/net/peer_limits.h"
 #include "server/net/router.h"
 
 namespace faultlab::server {
@@ -27,6 +29,7 @@ struct HttpLimits {
   std::chrono::milliseconds body_deadline{120'000};
   std::chrono::milliseconds write_deadline{30'000};  ///< of each 512 kB of an answer: 17 kB/s
   std::chrono::milliseconds idle_deadline{75'000};   ///< kept-alive connection between requests
+  PeerLimits peers;
 };
 
 struct HttpServerOptions {
@@ -45,8 +48,10 @@ struct UpgradedSocket {
   std::string pending;  ///< bytes the client sent behind its handshake
 };
 
-/// Answer to a request to become a WebSocket: a refusal, or who takes the socket.
-using UpgradeDecision = std::variant<HttpResponse, std::function<void(UpgradedSocket)>>;
+/// Answer to a request to become a WebSocket: a refusal, who takes the socket, or the server at
+/// which it ends: then the bytes go through this one both ways.
+using UpgradeDecision =
+    std::variant<HttpResponse, std::function<void(UpgradedSocket)>, PeerAddress>;
 
 struct HttpCounters {
   std::uint64_t connections_accepted = 0;
@@ -58,6 +63,9 @@ struct HttpCounters {
   std::uint64_t pool_refused = 0;
   std::uint64_t pool_waiting = 0;
   std::uint64_t bytes_refused = 0;  ///< requests refused because too many bytes waited
+  std::uint64_t passed_on = 0;      ///< requests that other servers were asked
+  std::uint64_t peers_silent = 0;   ///< of those, how many got no answer
+  std::uint64_t tunnels_open = 0;   ///< WebSockets that end at another server
 };
 
 /// HTTP/1.1 on one network thread. Deadlines on every read and write, limits that hold before a
@@ -74,6 +82,9 @@ class HttpServer {
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
 
+  /// From now on hops of the other servers are believed, and requests passed on to them. Before
+  /// Start(); without it a request that carries a hop is refused.
+  void SetHopSeal(HopSeal seal);
   /// Takes the address: connections wait from now on. Refuses with a sentence naming it.
   core::Status Bind();
   /// Starts the threads, which answer. Binds first when Bind has not been called.

@@ -52,6 +52,10 @@ core::Result<ListenAddress> ParseListenAddress(std::string_view text) {
   return address;
 }
 
+bool IsEveryHost(std::string_view host) {
+  return host == "0.0.0.0" || host == "::";
+}
+
 std::string_view HostName(std::string_view host_header) {
   if (host_header.starts_with('[')) {
     return host_header.substr(1, host_header.find(']') - 1);

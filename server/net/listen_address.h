@@ -23,6 +23,9 @@ bool IsLoopbackHost(std::string_view host);
 /// True for IPv4 and (bracketless) IPv6 literals.
 bool IsIpLiteral(std::string_view host);
 
+/// True for 0.0.0.0 and ::, which one listens on and does not connect to.
+bool IsEveryHost(std::string_view host);
+
 /// The name part of a Host header: without port and brackets.
 std::string_view HostName(std::string_view host_header);
 

@@ -24,7 +24,9 @@ std::string EncodeResponseHead(const HttpResponse& response,
   head.append("HTTP/1.1 ").append(std::to_string(response.status)).append(" ");
   head.append(ReasonPhrase(response.status)).append("\r\nServer: faultlab\r\nDate: ").append(date);
   if (response.status != 304 && response.status != 204) {
-    head.append("\r\nContent-Type: ").append(response.content_type);
+    if (!response.content_type.empty()) {
+      head.append("\r\nContent-Type: ").append(response.content_type);
+    }
     head.append("\r\nContent-Length: ").append(std::to_string(payload.size()));
   }
   head.append("\r\n").append(kSecurityHeaders);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/net/http.h"
+#include "server/net/peer_address.h"
 
 namespace faultlab::server {
 
@@ -28,7 +29,7 @@ struct Route {
   std::string pattern;  ///< "/api/v1/runs/{id}/plots/{figure}.png"; "/*" at the end takes any rest
   RunsOn runs_on = RunsOn::kPool;
   std::size_t body_bytes_max = 0;
-  std::function<HttpResponse(const HttpRequest&)> handle;
+  std::function<RouteAnswer(const HttpRequest&)> handle;
   /// Asked, on the pool, before a body is stored that did not come along with its header; request
   /// without the body. May be empty.
   std::function<Admission(const HttpRequest&)> admit{};

@@ -17,7 +17,7 @@ std::string Text(double value) {
   return {text.data(), end};
 }
 
-std::string Name(core::Component component) {
+std::string Symbol(core::Component component) {
   return std::string(core::Name(component));
 }
 
@@ -45,8 +45,8 @@ Error RigJustFound(const std::string& rig) {
 
 Error RigElsewhere(const std::string& rig, const std::string& member) {
   return {ErrorCode::kConflict,
-          "Rig '" + rig + "' hangs on another server of this lab (" + member +
-              "); start the run there.",
+          "Rig '" + rig + "' is moving to another server of this lab (" + member +
+              "); try again in a few seconds.",
           "/rig",
           "rig_elsewhere",
           {{"rig", rig}, {"member", member}}};
@@ -77,26 +77,26 @@ Error RunTooShort() {
 
 Error NotPositive(core::Component component) {
   return {ErrorCode::kInvalid,
-          Name(component) + " must be above 0, in the SI unit.",
+          Symbol(component) + " must be above 0, in the SI unit.",
           "value",
           "value_not_positive",
-          {{"component", Name(component)}}};
+          {{"component", Symbol(component)}}};
 }
 
 Error NotSwitchable(const std::string& rig, core::Component component) {
   return {ErrorCode::kInvalid,
-          "Rig '" + rig + "' cannot change " + Name(component) + ".",
+          "Rig '" + rig + "' cannot change " + Symbol(component) + ".",
           "component",
           "component_not_switchable",
-          {{"rig", rig}, {"component", Name(component)}}};
+          {{"rig", rig}, {"component", Symbol(component)}}};
 }
 
 Error NotOfTheRelays(core::Component component, const std::string& values) {
   return {ErrorCode::kInvalid,
-          "The relay board of " + Name(component) + " has " + values + ".",
+          "The relay board of " + Symbol(component) + " has " + values + ".",
           "value",
           "value_not_of_the_relays",
-          {{"component", Name(component)}, {"values", values}}};
+          {{"component", Symbol(component)}, {"values", values}}};
 }
 
 Error VoltageOutside(const std::string& rig, double lowest_v, double highest_v) {

@@ -71,7 +71,6 @@ Run::Run(RunServices services, RunRequest request, RunRecord record, CommandHand
   state_.plan_json = record.plan_json;
   state_.created_at = record.created_at;
   state_.period_s = record.period_s;
-  state_.samples_planned = static_cast<std::int64_t>(request_.plan.uc_v.size());
   state_.verdict = core::Name(pipeline_.verdict().kind);
   verdict_text_ = VerdictText(pipeline_.verdict());
   state_.diagnosis_json = verdict_text_;

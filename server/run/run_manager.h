@@ -59,7 +59,6 @@ struct RunSnapshot {
   std::string plan_json;
   WallTime created_at{};
   std::int64_t samples = 0;
-  std::int64_t samples_planned = 0;  ///< 0 for a replay
   double period_s = 0.01;
   std::vector<RecordedEvent> events;
   std::string verdict;         ///< word

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string_view>
 
 #include "server/storage/blob_store.h"
 #include "server/storage/ids.h"
@@ -10,28 +11,37 @@
 namespace faultlab::server {
 namespace {
 
-const std::string kOwner = "lab_id";
-
-std::optional<std::string> Stored(Transaction& tx) {
-  const std::optional<Bytes> bytes = blob_store::Get(tx, kOwner, 0);
+std::optional<std::string> Stored(Transaction& tx, const std::string& owner) {
+  const std::optional<Bytes> bytes = blob_store::Get(tx, owner, 0);
   if (!bytes) return std::nullopt;
   return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+}
+
+/// What stands under `owner`: made by the first server that asks.
+core::Result<std::string> Shared(Database& database,
+                                 const std::string& owner,
+                                 std::string_view prefix) {
+  using Text = core::Result<std::string>;
+  const auto get_or_make = [&](Transaction& tx) -> Text {
+    if (const auto stored = Stored(tx, owner)) return *stored;
+    const std::string made = NewId(prefix);
+    blob_store::Put(tx, owner, 0, std::as_bytes(std::span(made)));
+    return made;
+  };
+  Text text = database.Write(Durability::kPromise, get_or_make);
+  // Two servers that start together make it once: the second one finds it.
+  if (!text) text = database.Write(Durability::kPromise, get_or_make);
+  return text;
 }
 
 }  // namespace
 
 core::Result<std::string> LabId(Database& database) {
-  using Id = core::Result<std::string>;
-  const auto get_or_make = [](Transaction& tx) -> Id {
-    if (const auto stored = Stored(tx)) return *stored;
-    const std::string made = NewId("lab");
-    blob_store::Put(tx, kOwner, 0, std::as_bytes(std::span(made)));
-    return made;
-  };
-  Id id = database.Write(Durability::kPromise, get_or_make);
-  // Two servers that start together make it once: the second one finds it.
-  if (!id) id = database.Write(Durability::kPromise, get_or_make);
-  return id;
+  return Shared(database, "lab_id", "lab");
+}
+
+core::Result<std::string> HopSecret(Database& database) {
+  return Shared(database, "hop_secret", "hop");
 }
 
 }  // namespace faultlab::server

@@ -11,4 +11,8 @@ namespace faultlab::server {
 /// kept in the database. A restored copy of it is the same lab.
 core::Result<std::string> LabId(Database& database);
 
+/// What the servers of this database seal their requests to each other with (net/hop.h): made once,
+/// at random. Who reads the database can claim any client's address, and nothing more by it.
+core::Result<std::string> HopSecret(Database& database);
+
 }  // namespace faultlab::server

@@ -261,6 +261,17 @@ core::Result<RunRecord> RecordingStore::Get(const std::string& run_id) {
   });
 }
 
+core::Result<std::optional<std::string>> RecordingStore::RunningOn(const std::string& rig) {
+  using MaybeRun = std::optional<std::string>;
+  return database_.Read([&](Transaction& tx) -> core::Result<MaybeRun> {
+    std::string id;
+    tx.sql() << "SELECT id FROM recording WHERE rig = :rig AND state = 'running' "
+                "ORDER BY created_ms DESC LIMIT 1",
+        into(id), use(rig, "rig");
+    return tx.sql().got_data() ? MaybeRun(id) : MaybeRun();
+  });
+}
+
 core::Result<RunPage> RecordingStore::List(const std::string& cursor,
                                            int limit,
                                            const RunFilter& filter) {

@@ -70,6 +70,8 @@ class RecordingStore {
 
   /// Refuses an id that exists (kConflict).
   core::Status Begin(const RunRecord& record);
+  /// The run that is recorded of this rig now; any, when a simulator has several.
+  core::Result<std::optional<std::string>> RunningOn(const std::string& rig);
   /// Appends samples whose index begins at `first_index` (= samples.front().index) and rises.
   /// A gap to the chunk before is allowed, an overlap is refused (kConflict). Empty: nothing
   /// happens. Refuses a run that has ended (kConflict) or does not exist (kNotFound).

@@ -34,7 +34,7 @@ void StreamTokens::DropExpired(MonotonicTime now) {
 }
 
 std::string StreamTokens::Issue(StreamGrant grant) {
-  std::string code = RandomCode(16);
+  std::string code = issuer_ + "." + RandomCode(16);
   const std::lock_guard lock(mutex_);
   const MonotonicTime now = clock_.Monotonic();
   if (entries_.size() >= kTokensMax / 2) DropExpired(now);
@@ -47,6 +47,11 @@ std::string StreamTokens::Issue(StreamGrant grant) {
   }
   entries_.emplace(code, Entry{std::move(grant), now + kStreamTokenLife});
   return code;
+}
+
+std::string_view StreamTokens::IssuerOf(std::string_view code) {
+  const std::size_t end = code.rfind('.');
+  return end == std::string_view::npos ? std::string_view() : code.substr(0, end);
 }
 
 std::optional<StreamGrant> StreamTokens::Redeem(std::string_view code) {

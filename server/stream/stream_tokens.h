@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 
 #include "server/clock.h"
 
@@ -24,12 +25,18 @@ struct StreamGrant {
 /// One-time codes for /ws, so that no credential stands in an address. Thread-safe.
 class StreamTokens {
  public:
-  explicit StreamTokens(const Clock& clock) : clock_(clock) {}
+  /// @param issuer  this server's name: its codes carry it, so that each server knows where they
+  /// open
+  explicit StreamTokens(const Clock& clock, std::string issuer = "local")
+      : clock_(clock), issuer_(std::move(issuer)) {}
 
-  /// A fresh code of 128 random bits. At most `kTokensMax` live codes; the oldest give way.
+  /// A fresh code of 128 random bits behind the issuer's name: "local.abc..". At most `kTokensMax`
+  /// live codes; the oldest give way.
   std::string Issue(StreamGrant grant);
   /// The grant, once, within its life.
   std::optional<StreamGrant> Redeem(std::string_view code);
+  /// The name in a code; empty when it is none.
+  static std::string_view IssuerOf(std::string_view code);
 
  private:
   static constexpr std::size_t kTokensMax = 20'000;
@@ -40,6 +47,7 @@ class StreamTokens {
   void DropExpired(MonotonicTime now);
 
   const Clock& clock_;
+  const std::string issuer_;
   std::mutex mutex_;
   std::unordered_map<std::string, Entry> entries_;
 };

@@ -26,6 +26,7 @@ struct BenchApi {
   Accounts& accounts;
   RigBay& bay;
   RunManager& runs;
+  RecordingStore& store;
   CalendarLinks& calendar_links;
   StreamHub& hub;
   StreamTokens& tokens;

@@ -65,6 +65,10 @@ json::object SessionToJson(BenchApi& api, const lab::Session& session) {
     for (const RunSnapshot& run : api.runs.Running()) {
       if (run.rig == session.rig) out["run"] = run.id;
     }
+    if (!out.contains("run")) {  // of another server
+      const auto run = api.store.RunningOn(session.rig);
+      if (run.ok() && run.value()) out["run"] = *run.value();
+    }
   }
   if (session.state == SessionState::kHeld) out["claim_until"] = Iso8601(session.claim_until);
   if (session.idle_answer_until) out["still_there_until"] = Iso8601(*session.idle_answer_until);

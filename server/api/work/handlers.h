@@ -24,6 +24,7 @@ struct WorkApi {
   Accounts& accounts;
   RigBay& bay;
   RunManager& runs;
+  RecordingStore& store;
   RigCalibrations& calibrations;
   const AuditLog& audit;
   const Clock& clock;

@@ -22,7 +22,7 @@ constexpr std::int64_t kWindowMax = 500;  // five seconds of a fault; a second o
 
 /// The newest that a run has learnt about the rig.
 core::Result<core::Calibration> NewestCalibration(WorkApi& api, const std::string& rig) {
-  if (const auto found = api.bay.Find(rig); !found) {
+  if (!IsKnown(api.service, api.bay, rig)) {
     return Error{ErrorCode::kInvalid, "There is no rig '" + rig + "'.", "rig"};
   }
   const auto rows = api.calibrations.List(rig, 1);

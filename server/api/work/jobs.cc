@@ -17,11 +17,13 @@ namespace json = boost::json;
 
 constexpr std::size_t kBatchMax = 500;
 
-/// Done samples of the run over all; 0 while it is not known.
-double ProgressOf(const RunSnapshot& live) {
-  if (live.samples_planned <= 0) return 0.0;
-  const double done = static_cast<double>(live.samples) / static_cast<double>(live.samples_planned);
-  return std::min(1.0, done);
+/// Done seconds of the run over its whole length; 0 while it is not known. Of a run here, or of
+/// what another server has stored of one.
+template <typename Run>
+double ProgressOf(const Run& run) {
+  const double whole_s = SecondsOfPlan(run.plan_json);
+  const double done_s = static_cast<double>(run.samples) * run.period_s;
+  return whole_s > 0.0 ? std::min(1.0, done_s / whole_s) : 0.0;
 }
 
 json::object JobToJson(WorkApi& api, const lab::Job& job) {
@@ -53,7 +55,11 @@ json::object JobToJson(WorkApi& api, const lab::Job& job) {
   if (job.started_at) out["started_at"] = Iso8601(*job.started_at);
   if (job.ended_at) out["ended_at"] = Iso8601(*job.ended_at);
   if (job.state == "running" && !job.run_id.empty()) {
-    if (const auto live = api.runs.Find(job.run_id)) out["progress"] = ProgressOf(*live);
+    if (const auto live = api.runs.Find(job.run_id)) {
+      out["progress"] = ProgressOf(*live);
+    } else if (const auto stored = api.store.Get(job.run_id); stored.ok()) {
+      out["progress"] = ProgressOf(stored.value());
+    }
   }
   return out;
 }

@@ -6,10 +6,12 @@ std::vector<ApiRoute> RoutesOf(WorkApi& api) {
   using enum HttpMethod;
   using enum Operation;
   using enum Guard;
+  using enum AnswerSize;
+  using enum LivesAt;
   const auto on = [&api](auto handler) { return On(api, handler); };
   return {
       {kGet, "/api/v1/jobs", kSubmitJob, kRole, on(ListJobs)},
-      {kPost, "/api/v1/jobs", kSubmitJob, kRole, on(CreateJobs), kJsonOnce},
+      {kPost, "/api/v1/jobs", kSubmitJob, kRole, on(CreateJobs), kJsonOnce, kSmall, kBodysRig},
       {kGet, "/api/v1/jobs/{id}", kSubmitJob, kRole, on(GetJob)},
       {kDelete, "/api/v1/jobs/{id}", kSubmitJob, kRole, on(CancelJob)},
       {kGet, "/api/v1/fault-sets", kReadFaultSet, kRole, on(ListFaultSets)},

@@ -10,6 +10,7 @@ TEST(Config, ReadsEverySetting) {
 listen = "0.0.0.0:80"
 data_dir = "/var/lib/faultlab"
 server_id = "a"
+member_address = "10.0.0.2:80"
 allowed_hosts = ["lab.example"]
 guests = "never"
 log_level = "debug"
@@ -33,6 +34,7 @@ keys = "/etc/faultlab/keys"
   ASSERT_TRUE(parsed.ok()) << parsed.error().message;
   const Config& config = parsed.value();
   EXPECT_EQ(config.listen, "0.0.0.0:80");
+  EXPECT_EQ(config.member_address, "10.0.0.2:80");
   EXPECT_EQ(config.allowed_hosts, std::vector<std::string>{"lab.example"});
   EXPECT_EQ(config.guests, "never");
   EXPECT_EQ(config.database_url, "postgresql://lab@db/lab");

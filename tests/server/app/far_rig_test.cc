@@ -96,6 +96,7 @@ class FarRigTest : public testing::Test {
                  accounts_,
                  bay_,
                  runs_,
+                 store_,
                  calendar_links_,
                  hub_,
                  tokens_,

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "server/net/byte_budget.h"
+#include "server/net/handler_pool.h"
+#include "server/net/http_server.h"
+
+namespace faultlab::server {
+
+class Connection;
+
+/// What the connections of one server share. Only the atomics may be read off the network thread.
+struct ConnectionHost {
+  struct Counters {
+    std::atomic<std::uint64_t> accepted{0}, refused{0}, open{0}, requests{0}, deadlines{0},
+        pool_refused{0}, bytes_refused{0}, passed_on{0}, peers_silent{0}, tunnels{0};
+    std::array<std::atomic<std::uint64_t>, 6> answers{};
+  };
+
+  HttpServerOptions options;
+  const Router& router;
+  std::function<UpgradeDecision(const HttpRequest&)> upgrade;
+  bool on_loopback = false;
+  std::optional<HopSeal> seal{};  ///< of the lab's servers; set before the threads start
+  Counters counters{};
+  ByteBudget waiting_bytes{options.limits.waiting_bytes_max};
+  std::unordered_set<Connection*> connections{};
+  std::unordered_map<std::string, int> waiting_for_peer{};  ///< requests, by the peer's address
+  std::chrono::steady_clock::time_point now{};              ///< coarse: moved twice a second
+  std::string date{};                                       ///< of `now`, as answers carry it
+  // Connections live in the coroutines that io owns: io goes first, what they touch stays above.
+  HandlerPool pool{options.limits.pool_waiting_max};
+  boost::asio::io_context io{1};
+
+  void Report(std::string_view text) const {
+    if (options.on_error) options.on_error(text);
+  }
+};
+
+}  // namespace faultlab::server

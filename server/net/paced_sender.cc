@@ -1,0 +1,71 @@
+#include "server/net/paced_sender.h"
+
+#include <array>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
+#include <string>
+
+#include "server/net/response_head.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+constexpr std::size_t kInlineBodyBytes = 8 << 10;  ///< copied behind the head: one buffer, one send
+constexpr std::size_t kSendPieceBytes = 512 << 10;  ///< in each write_deadline
+constexpr std::size_t kDiscardBytesMax = 4 << 20;   ///< read away so that a refusal is not reset
+
+}  // namespace
+
+asio::awaitable<bool> PacedSender::Send(std::string_view bytes) {
+  error_code ec;
+  const std::size_t sent = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), ec);
+  if (!ec && sent == bytes.size()) co_return true;
+  if (ec && ec != asio::error::would_block) co_return false;
+  bytes.remove_prefix(ec ? 0 : sent);
+  while (!bytes.empty()) {
+    const std::string_view piece = bytes.substr(0, kSendPieceBytes);
+    ec = {};
+    Deadline(host_.options.limits.write_deadline);
+    co_await asio::async_write(socket_,
+                               asio::buffer(piece.data(), piece.size()),
+                               asio::redirect_error(asio::use_awaitable, ec));
+    if (ec) co_return false;
+    bytes.remove_prefix(piece.size());
+  }
+  co_return true;
+}
+
+asio::awaitable<bool> PacedSender::Send(const HttpResponse& response,
+                                        bool to_head,
+                                        bool keep_alive) {
+  ++host_.counters.answers[static_cast<std::size_t>(response.status / 100) % 6];
+  const std::string_view payload = response.payload();
+  const bool bodyless = to_head || response.status == 304 || response.status == 204;
+  const bool joined = !bodyless && payload.size() <= kInlineBodyBytes;
+  const std::string head = EncodeResponseHead(response, host_.date, keep_alive, joined);
+  if (!co_await Send(head)) co_return false;
+  if (joined || bodyless) co_return true;
+  co_return co_await Send(payload);
+}
+
+asio::awaitable<void> PacedSender::Refuse(HttpResponse response, bool to_head) {
+  if (!co_await Send(response, to_head, false)) co_return;
+  error_code ec;
+  socket_.shutdown(tcp::socket::shutdown_send, ec);
+  if (ec) co_return;
+  Deadline(kLinger);
+  std::array<char, 16 << 10> waste;
+  for (std::size_t total = 0; total < kDiscardBytesMax;) {
+    const std::size_t got = co_await socket_.async_read_some(
+        asio::buffer(waste), asio::redirect_error(asio::use_awaitable, ec));
+    if (ec) co_return;
+    total += got;
+  }
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+
+namespace faultlab::server {
+
+/// How long and how much one server waits for another one.
+struct PeerLimits {
+  std::chrono::milliseconds connect_deadline{1'000};
+  std::chrono::milliseconds answer_deadline{3'000};  ///< of GET; then the peer counts as silent
+  std::chrono::milliseconds change_deadline{8'000};  ///< of the rest: a rig may have to be started
+  std::size_t answer_bytes_max = 4 << 20;
+  int waiting_max = 64;            ///< requests that wait for one peer; more are 503
+  std::size_t tunnels_max = 4096;  ///< WebSockets that end at a peer; more are 503
+  /// A tunnel ends when its peer says nothing for so long; viewers are pinged every 15 s.
+  std::chrono::milliseconds tunnel_silence{45'000};
+};
+
+}  // namespace faultlab::server

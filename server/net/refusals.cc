@@ -1,0 +1,26 @@
+#include "server/net/refusals.h"
+
+namespace faultlab::server {
+
+HttpResponse PoolFullProblem() {
+  return TryAgain(503, "Too many requests are waiting; try again in a second.", 1);
+}
+
+HttpResponse BytesFullProblem() {
+  constexpr int kSeconds = 5;
+  return TryAgain(503, "Too many bytes of others are on their way; try again soon.", kSeconds);
+}
+
+HttpResponse PeerProblem(const core::Error& error) {
+  constexpr int kSeconds = 3;
+  return TryAgain(503, error.message, kSeconds);
+}
+
+HttpResponse InternalProblem() {
+  return Problem(500,
+                 "internal",
+                 "Internal error",
+                 "The server made a mistake; it is logged. Nothing was changed by this request.");
+}
+
+}  // namespace faultlab::server

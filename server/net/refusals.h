@@ -1,0 +1,18 @@
+#pragma once
+
+#include "core/types/result.h"
+#include "server/net/http.h"
+
+// What a connection itself refuses a request with, whatever its route.
+namespace faultlab::server {
+
+/// Too many requests wait for a pool thread.
+HttpResponse PoolFullProblem();
+/// Too many bytes of all connections wait.
+HttpResponse BytesFullProblem();
+/// Another server does not answer; `error` says which and what to do.
+HttpResponse PeerProblem(const core::Error& error);
+/// A handler threw.
+HttpResponse InternalProblem();
+
+}  // namespace faultlab::server

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+
+namespace faultlab::tests {
+
+/// A `faultlab serve` in a process of its own, on a free port of 127.0.0.1. Dies with this process.
+class MemberProcess {
+ public:
+  /// Throws std::runtime_error unless it listens. What it logs is in `folder`/`id`.log.
+  /// @param settings  more lines for its configuration file
+  MemberProcess(const std::string& folder,
+                const std::string& id,
+                const std::string& database_url,
+                const std::string& settings);
+  ~MemberProcess();  ///< SIGTERM, and waits
+  MemberProcess(const MemberProcess&) = delete;
+  MemberProcess& operator=(const MemberProcess&) = delete;
+
+  int port() const { return port_; }
+  /// SIGKILL; it says nothing more to anybody.
+  void Kill();
+
+ private:
+  void End(int signal);
+
+  pid_t process_ = -1;
+  int port_ = 0;
+};
+
+}  // namespace faultlab::tests

@@ -1,0 +1,299 @@
+// Servers on one PostgreSQL, as processes: `a` has no bench, `b` has one. Most is asked of `a`.
+#include <gtest/gtest.h>
+#include <soci/soci.h>
+
+#include <boost/json.hpp>
+#include <fstream>
+#include <memory>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include "server/auth/accounts.h"
+#include "server/clock.h"
+#include "server/net/hop.h"
+#include "server/storage/lab_id.h"
+#include "tests/support/json_schema.h"
+#include "tests/support/postgres_cluster.h"
+#include "tests/support/raw_client.h"
+#include "tests/support/temp_folder.h"
+#include "tests/system/members/member_process.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using tests::HttpAnswer;
+using tests::MemberProcess;
+using tests::WebSocketClient;
+
+/// Nothing here takes as long, on any machine.
+constexpr std::chrono::seconds kLong(60);
+
+WallTime Now() {
+  return SystemClock().Wall();
+}
+
+std::string ReadText(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+/// The servers and their database live as long as the suite: each start takes a second.
+struct Servers {
+  tests::TempFolder folder;
+  const std::string location = tests::PostgresCluster::Instance().CreateDatabase();
+  MemberProcess a{folder.path(), "a", location, kOneSimulator};
+  MemberProcess b{
+      folder.path(), "b", location, std::string(kOneSimulator) + "[lab]\nbenches = 1\n"};
+  std::unique_ptr<Database> database = Database::Open({.location = location}).value();
+  static constexpr const char* kOneSimulator = "[simulators]\ncount = 1\n";
+};
+
+class MembersTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() { servers_ = std::make_unique<Servers>(); }
+  static void TearDownTestSuite() { servers_.reset(); }
+  MembersTest()
+      : a_(servers_->a),
+        b_(servers_->b),
+        database_(*servers_->database),
+        accounts_(database_, GuestAccess::kNever),
+        description_(ReadText(FAULTLAB_SOURCE_DIR "/server/api/openapi.json")) {}
+
+  /// The headers of somebody who has signed in: a cookie and its CSRF token.
+  std::string Person(const std::string& login, Role role) {
+    const std::string password = "correct horse battery";
+    const auto account = accounts_.Create(login, login, role, Now());
+    const auto link = accounts_.CreateLink(account.value().id, Now());
+    EXPECT_TRUE(accounts_.UseLink(link.value(), password, Now()).ok());
+    const auto in = accounts_.SignIn(login, password, "127.0.0.1", Now()).value();
+    return "Cookie: faultlab_session=" + in.cookie_secret +
+           "\r\nX-CSRF-Token: " + in.principal.csrf_token + "\r\n";
+  }
+  /// Asks a server and holds what it says against the API's description.
+  HttpAnswer Ask(int port,
+                 const std::string& headers,
+                 const std::string& method,
+                 const std::string& pattern,
+                 const std::string& id = {},
+                 const std::string& body = {}) {
+    std::string target = "/api/v1/" + pattern;
+    if (!id.empty()) target.replace(target.find("{id}"), 4, id);
+    HttpAnswer answer =
+        tests::Request(port,
+                       method,
+                       target,
+                       headers + (method == "POST" ? "Content-Type: application/json\r\n" : ""),
+                       body);
+    const auto wrong = description_.CheckAnswer(
+        method, "/api/v1/" + pattern, answer.status, answer.Header("Content-Type"), answer.body);
+    EXPECT_FALSE(wrong) << method << " " << target << ": " << *wrong << "\n" << answer.body;
+    return answer;
+  }
+  HttpAnswer AskA(const std::string& headers,
+                  const std::string& method,
+                  const std::string& pattern,
+                  const std::string& id = {},
+                  const std::string& body = {}) {
+    return Ask(a_.port(), headers, method, pattern, id, body);
+  }
+  json::object Got(int status, const HttpAnswer& answer) {
+    EXPECT_EQ(answer.status, status) << answer.body;
+    return answer.status == status ? json::parse(answer.body).as_object() : json::object();
+  }
+  template <typename Happened>
+  bool Eventually(Happened happened) {
+    const auto until = std::chrono::steady_clock::now() + kLong;
+    while (!happened()) {
+      if (std::chrono::steady_clock::now() > until) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return true;
+  }
+  /// Until a server knows a rig of another one.
+  void WaitForRig(const std::string& id, const std::string& status) {
+    ASSERT_TRUE(Eventually([&] {
+      const HttpAnswer health = AskA("", "GET", "rigs/{id}/health", id);
+      return health.status == 200 && json::parse(health.body).at("status") == json::value(status);
+    })) << id;
+  }
+  std::string StartRun(const std::string& who, const std::string& body) {
+    const json::object run = Got(201, AskA(who, "POST", "runs", {}, body));
+    return run.empty() ? std::string() : std::string(run.at("id").as_string());
+  }
+  std::string CodeFor(const std::string& who, const std::string& run) {
+    const json::object token = Got(201, AskA(who, "POST", "runs/{id}/stream-token", run, "{}"));
+    return token.empty() ? std::string() : std::string(token.at("code").as_string());
+  }
+  std::unique_ptr<WebSocketClient> Watch(const std::string& who, const std::string& run) {
+    const std::string target = "/ws?code=" + CodeFor(who, run);
+    auto viewer = std::make_unique<WebSocketClient>(a_.port(), target);
+    EXPECT_EQ(viewer->status(), 101);
+    return viewer;
+  }
+
+  static constexpr const char* kBench = "b-bench-1";
+
+  static std::unique_ptr<Servers> servers_;
+  MemberProcess& a_;
+  MemberProcess& b_;
+  Database& database_;
+  Accounts accounts_;
+  tests::ApiDescription description_;
+};
+
+std::unique_ptr<Servers> MembersTest::servers_;
+
+TEST_F(MembersTest, ABenchOfAnotherMemberIsUsedThroughThisOne) {
+  const std::string ann = Person("ann", Role::kStudent);
+  WaitForRig(kBench, "ready");
+  const json::object asked = Got(201, AskA(ann, "POST", "tickets", {}, R"({"rig_class":"bench"})"));
+  const std::string ticket = std::to_string(asked.at("ticket").at("id").as_int64());
+  const json::object session = Got(200, AskA(ann, "POST", "tickets/{id}/accept", ticket, "{}"));
+  // What the page chooses from: the rigs of both.
+  std::set<std::string> rigs;
+  const json::object list = Got(200, AskA(ann, "GET", "rigs"));
+  for (const json::value& rig : list.at("items").as_array()) {
+    rigs.emplace(rig.at("id").as_string());
+  }
+  EXPECT_EQ(rigs, (std::set<std::string>{"a-sim-1", "b-bench-1", "b-sim-1"}));
+
+  const std::string run = StartRun(ann, R"({"rig":"b-bench-1","duration_s":600})");
+  auto viewer = Watch(ann, run);
+  const auto hello = viewer->ReadTextWith("\"hello\"");
+  ASSERT_TRUE(hello);
+  EXPECT_EQ(json::parse(*hello).at("run"), json::value(run));
+  EXPECT_TRUE(json::parse(*hello).at("can_command").as_bool());
+  auto frame = viewer->Read();
+  while (frame && frame->opcode != 2) frame = viewer->Read();
+  ASSERT_TRUE(frame) << "signals come through";
+
+  viewer->SendText(R"({"type":"command","epoch":)" + json::serialize(session.at("epoch")) +
+                   R"(,"id":"7","action":"set","component":"R1","value":100})");
+  const auto ack = viewer->ReadTextWith("\"ack\"");
+  ASSERT_TRUE(ack);
+  EXPECT_TRUE(json::parse(*ack).at("ok").as_bool()) << *ack;
+  // The live run, its events and its picture; the session knows its run.
+  ASSERT_TRUE(Eventually([&] {
+    const auto events = Got(200, AskA(ann, "GET", "runs/{id}/events", run)).at("items");
+    return json::serialize(events).find("fault_commanded") != std::string::npos;
+  })) << "an event that is not stored yet";
+  const json::object live = Got(200, AskA(ann, "GET", "runs/{id}", run));
+  EXPECT_EQ(live.at("state"), "running");
+  EXPECT_GT(live.at("samples").to_number<int>(), 0);
+  ASSERT_TRUE(Eventually([&] {
+    const auto figure = tests::Get(a_.port(), "/api/v1/runs/" + run + "/figures/signals", ann);
+    return figure.status == 200;
+  }));
+  ASSERT_TRUE(Eventually([&] {
+    const json::object own = Got(200, AskA(ann, "GET", "sessions"));
+    const json::object& shown = own.at("items").at(0).as_object();
+    return shown.contains("run") && shown.at("run") == json::value(run);
+  }));
+
+  Got(202, AskA(ann, "POST", "runs/{id}/stop", run, "{}"));
+  EXPECT_TRUE(viewer->ReadTextWith("\"end\"")) << "its viewers are told";
+  // Who looks a moment later is still told of the end.
+  EXPECT_TRUE(Watch(ann, run)->ReadTextWith("\"hello\""));
+  ASSERT_TRUE(Eventually(
+      [&] { return Got(200, AskA(ann, "GET", "runs/{id}", run)).at("state") == "stopped"; }));
+  EXPECT_EQ(tests::Get(a_.port(), "/api/v1/runs/" + run + "/figures/signals", ann).status, 200);
+  EXPECT_EQ(AskA(ann, "POST", "runs/{id}/stop", run, "{}").status, 409);
+}
+
+TEST_F(MembersTest, OperatorsAndGuestsReachWhatTheOtherMemberHas) {
+  const std::string ann = Person("ben", Role::kStudent);
+  const std::string oper = Person("oper", Role::kOperator);
+  WaitForRig("b-sim-1", "ready");
+  // Only b knows what holds its bench: nothing, or that it has no agent.
+  EXPECT_EQ(AskA(oper, "POST", "rigs/{id}/clear-trip", kBench, "{}").status, 409);
+  EXPECT_EQ(AskA(oper, "POST", "rigs/{id}/adopt", kBench, "{}").status, 409);
+  EXPECT_EQ(AskA(ann, "POST", "rigs/{id}/clear-trip", kBench, "{}").status, 403);
+  EXPECT_EQ(AskA(oper, "GET", "rigs/{id}/calibrations", kBench).status, 200);
+
+  // Practice: on the simulator that is named, and a code opens at any server.
+  const std::string run = StartRun("", R"({"rig":"b-sim-1","duration_s":600})");
+  const std::string code = CodeFor("", run);
+  {
+    WebSocketClient viewer(b_.port(), "/ws?code=" + code);
+    EXPECT_TRUE(viewer.ReadTextWith("\"hello\""));
+  }
+  EXPECT_EQ(WebSocketClient(a_.port(), "/ws?code=" + code).status(), 403) << "once";
+  EXPECT_EQ(AskA("", "POST", "runs/{id}/stop", run, "{}").status, 202);
+  // A guest from far away is none, whichever server they ask.
+  const std::string far = "X-Forwarded-For: 203.0.113.9\r\n";
+  EXPECT_EQ(AskA(far, "GET", "runs/{id}", run).status, 401);
+  // Jobs for the other member's rig are checked by its description, and whoever claims one, it runs
+  // there.
+  const std::string one = R"({"rig":"b-sim-1","duration_s":1})";
+  const json::object jobs =
+      Got(202, AskA(ann, "POST", "jobs", {}, R"({"runs":[)" + one + "," + one + "," + one + "]}"));
+  for (const json::value& job : jobs.at("items").as_array()) {
+    const std::string id(job.at("id").as_string());
+    json::object now;
+    ASSERT_TRUE(Eventually([&] {
+      now = Got(200, AskA(ann, "GET", "jobs/{id}", id));
+      return now.at("state") != "waiting" && now.at("state") != "running";
+    }));
+    EXPECT_EQ(now.at("state"), "finished") << json::serialize(now);
+  }
+}
+
+TEST_F(MembersTest, AHopIsBelievedFromMembersAloneAndGoesNoFurther) {
+  const std::string run = StartRun("", R"({"rig":"a-sim-1","duration_s":600})");
+  HttpRequest sent;
+  const std::string target = "/api/v1/runs/" + run;
+  sent.target = target;
+  const auto hop = [&](const std::string& secret, const std::string& client) {
+    return "X-Faultlab-Hop: " + HopSeal(secret, "a").Seal({client, false}, "b", sent, Now()) +
+           "\r\n";
+  };
+  const std::string secret = HopSecret(database_).value();
+  EXPECT_EQ(tests::Get(b_.port(), target, hop("guessed", "127.0.0.1")).status, 403);
+  EXPECT_EQ(Ask(b_.port(), hop(secret, "203.0.113.9"), "GET", "runs/{id}", run).status, 401);
+  // a has the run, and b says so instead of asking a.
+  const HttpAnswer back = Ask(b_.port(), hop(secret, "127.0.0.1"), "GET", "runs/{id}", run);
+  EXPECT_EQ(back.status, 503);
+  EXPECT_EQ(back.Header("Retry-After"), "1");
+  Got(200, Ask(b_.port(), "", "GET", "runs/{id}", run));
+  Got(202, Ask(b_.port(), "", "POST", "runs/{id}/stop", run, "{}"));
+}
+
+TEST_F(MembersTest, AMemberThatDiesLeavesItsRunInterrupted) {
+  MemberProcess c(servers_->folder.path(), "c", servers_->location, Servers::kOneSimulator);
+  WaitForRig("c-sim-1", "ready");
+  const std::string run = StartRun("", R"({"rig":"c-sim-1","duration_s":600})");
+  auto viewer = Watch("", run);
+  ASSERT_TRUE(viewer->ReadTextWith("\"hello\""));
+  c.Kill();
+  while (viewer->Read()) {
+  }
+  EXPECT_TRUE(viewer->WaitForClose()) << "the tunnel ends with it";
+  const HttpAnswer lost = AskA("", "POST", "runs/{id}/stop", run, "{}");
+  EXPECT_EQ(lost.status, 503);
+  EXPECT_NE(lost.body.find("Server 'c' has what this is about and cannot be reached"),
+            std::string::npos)
+      << lost.body;
+  EXPECT_EQ(AskA("", "GET", "rigs").status, 200) << "a's own rigs";
+  // Its lease ends, and the others end its runs.
+  ASSERT_TRUE(database_
+                  .Write(Durability::kPromise,
+                         [](Transaction& tx) -> core::Status {
+                           tx.sql() << "UPDATE lab_member SET lease_until_ms = 0 WHERE id = 'c'";
+                           return core::Done{};
+                         })
+                  .ok());
+  std::string state;
+  ASSERT_TRUE(Eventually([&] {
+    const HttpAnswer answer = AskA("", "GET", "runs/{id}", run);
+    EXPECT_TRUE(answer.status == 503 || answer.status == 200) << answer.body;
+    if (answer.status == 200) state = json::parse(answer.body).at("state").as_string();
+    return state == "interrupted";
+  })) << state;
+  EXPECT_EQ(AskA("", "POST", "runs/{id}/stop", run, "{}").status, 409);
+}
+
+}  // namespace
+}  // namespace faultlab::server
