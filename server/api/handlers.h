@@ -14,6 +14,10 @@ core::Result<HttpResponse> Me(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ListRigs(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ListRigCalibrations(ApiContext& api, const ApiRequest& request);
 
+// bench_api.cc
+core::Result<HttpResponse> ListBenches(ApiContext& api, const ApiRequest& request);
+core::Result<HttpResponse> GetBenchModel(ApiContext& api, const ApiRequest& request);
+
 // run_api.cc
 core::Result<HttpResponse> CreateRun(ApiContext& api, const ApiRequest& request);
 core::Result<HttpResponse> ListRuns(ApiContext& api, const ApiRequest& request);

@@ -13,6 +13,8 @@ std::vector<ApiRoute> ExperimentRoutes() {
       {kGet, "/metrics", kReadPublic, kRole, Metrics},
       {kGet, "/api/v1/openapi.json", kReadPublic, kOpen, OpenApi},
       {kGet, "/api/v1/auth/me", kReadPublic, kRole, Me},
+      {kGet, "/api/v1/benches", kReadPublic, kOpen, ListBenches},
+      {kGet, "/api/v1/benches/{bench}/model", kReadPublic, kOpen, GetBenchModel},
       {kGet, "/api/v1/rigs", kListRigs, kRole, ListRigs},
       {kGet, "/api/v1/rigs/{id}/calibrations", kListRigs, kRole, ListRigCalibrations},
 
