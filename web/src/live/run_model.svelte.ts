@@ -47,8 +47,11 @@ export class RunModel {
   verdict = $state.raw<Diagnosis | null>(null);
   readouts = $state.raw<Readout[]>([]);
   nominal = $state.raw<{ swa: number[]; sia: number[] } | null>(null);
-  /** From the converter's edge to the sample of um, as far as it is known. */
-  delayS = $state<number | undefined>(undefined);
+  private calibratedDelayS = $state<number | null>(null);
+  /** From the converter's edge to the sample of um: of this run, else of its rig, else not known. */
+  private readonly delayS = $derived(
+    this.calibratedDelayS ?? rigs.find(this.run?.rig)?.capabilities.delta_s,
+  );
   link = $state.raw<LinkState>({ phase: "connecting", roundTripS: null, ageS: null, gaps: 0 });
   readonly period = $derived(this.run?.period_s ?? Number.NaN);
   /** Run time of the newest sample, five times a second. */
@@ -121,7 +124,6 @@ export class RunModel {
   private know(rig: Rig | undefined): void {
     const bench = rigs.benchOf(rig);
     if (!bench) throw new Error("the server describes no bench");
-    this.delayS = rig?.capabilities.delta_s;
     this.commands ??= new FaultCommands(bench, (message) => this.socket?.send(message) ?? false);
   }
 
@@ -332,8 +334,9 @@ export class RunModel {
 
   /** The nominal parameters of a recorded run, sampled with the delay that its rig showed. */
   private async learnNominal(delayS: number | null | undefined): Promise<void> {
-    this.delayS = delayS ?? this.delayS;
     try {
+      if (typeof delayS === "number") this.calibratedDelayS = delayS;
+      else await rigs.once();
       this.nominal = await this.model();
     } catch {
       // the charts have no nominal line then

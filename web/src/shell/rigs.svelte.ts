@@ -3,14 +3,32 @@ import type { Rig } from "../api/types";
 import { Bench } from "../plant/bench";
 
 /** The rigs of this server, fetched once and again on demand, and the benches that they are. */
-class Rigs {
+export class Rigs {
   list = $state.raw<Rig[]>([]);
   benches = $state.raw<Bench[]>([]);
   failure = $state("");
   loaded = $state(false);
   private asked: Promise<void> | null = null;
+  private last: Promise<void> | null = null;
 
-  async load(): Promise<void> {
+  load(): Promise<void> {
+    this.last = this.fetchAll();
+    return this.last;
+  }
+
+  /** As they were fetched last, or are being fetched. */
+  once(): Promise<void> {
+    return this.last && !this.failure ? this.last : this.load();
+  }
+
+  /** What a page needs before it shows a value: the benches, and the rigs if they choose one. */
+  async known(): Promise<void> {
+    const rigsHere = this.once();
+    await this.loadBenches();
+    if (this.benches.length > 1) await rigsHere;
+  }
+
+  private async fetchAll(): Promise<void> {
     try {
       const [list, classes] = await Promise.all([api.rigs(), api.rigClasses(), this.loadBenches()]);
       const lab = new Map(classes.flatMap((each) => each.members).map((rig) => [rig.id, rig]));
@@ -23,11 +41,6 @@ class Rigs {
     } catch (error) {
       this.failure = error instanceof Error ? error.message : String(error);
     }
-  }
-
-  /** What a page needs before it shows a value: benches, and rigs as far as the server gives them. */
-  async known(): Promise<void> {
-    await Promise.all([this.loadBenches(), this.loaded ? undefined : this.load()]);
   }
 
   find(id: string | undefined): Rig | undefined {
