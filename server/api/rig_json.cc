@@ -3,6 +3,7 @@
 #include <boost/json.hpp>
 #include <chrono>
 
+#include "server/api/bench/bench_json.h"
 #include "server/api/iso8601.h"
 #include "server/run/loop_json.h"
 
@@ -36,8 +37,10 @@ json::object LinkToJson(const hardware::RemoteRigInfo& remote) {
                    {"held_by_us", remote.held_by_us},
                    {"round_trip_s", remote.round_trip_s},
                    {"clock_offset_s", nullptr},
-                   {"refilled", remote.gaps_refilled}};
+                   {"refilled", remote.gaps_refilled},
+                   {"seen_epoch", nullptr}};
   if (remote.clock_offset_s) out["clock_offset_s"] = *remote.clock_offset_s;
+  if (remote.epoch) out["seen_epoch"] = static_cast<std::uint64_t>(*remote.epoch);
   return out;
 }
 
@@ -68,20 +71,9 @@ std::optional<int> CalibrationAgeDays(std::string_view calibration, WallTime now
 
 json::object RigToJson(const RigStatus& rig, WallTime now) {
   const hardware::RigDescription& about = rig.description;
-  const core::PlantParameters nominal;
-  json::object nominal_values;
-  json::object relay_values;
-  for (const core::Component component : core::kAllComponents) {
-    const bool relay = core::IsRelaySwitched(component);
-    if (!relay && !about.motor_faults) continue;
-    nominal_values[core::Name(component)] = nominal.Get(component);
-    if (!relay) continue;
-    json::array values;
-    for (const double value : core::RelayValues(component)) values.push_back(value);
-    relay_values[core::Name(component)] = std::move(values);
-  }
   json::object out{{"id", about.id},
                    {"class", about.rig_class},
+                   {"bench", kPaperBench},
                    {"kind", hardware::Name(about.kind)},
                    {"profile", rig.profile},
                    {"state", hardware::Name(rig.state)},
@@ -101,9 +93,7 @@ json::object RigToJson(const RigStatus& rig, WallTime now) {
                    {"trip", TripToJson(rig.trip)},
                    {"link", nullptr},
                    {"calibration", CalibrationToJson(rig.remote, now)},
-                   {"loop", nullptr},
-                   {"nominal", std::move(nominal_values)},
-                   {"relay_values", std::move(relay_values)}};
+                   {"loop", nullptr}};
   if (rig.remote) out["link"] = LinkToJson(*rig.remote);
   if (rig.loop.lateness.count() > 0) out["loop"] = ToJson(rig.loop);
   return out;

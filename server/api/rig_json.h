@@ -11,7 +11,8 @@
 
 namespace faultlab::server {
 
-/// A rig as GET /api/v1/rigs shows it: what it can do, how it is, what holds it.
+/// A rig as GET /api/v1/rigs shows it: what it can do, how it is, what holds it. Its components and
+/// their values are its bench's: bench_json.h.
 boost::json::object RigToJson(const RigStatus& rig, WallTime now);
 
 /// Whole days since the date that a calibration's text begins with ("2026-11-20 v1").

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/api/bench/handlers.h"
+#include "server/api/sharing/handlers.h"
 #include "server/lab/lab_service.h"
 #include "server/lab/rig_bands.h"
 #include "server/lab/rig_check.h"

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "server/api/bench/benches.h"
+
 namespace faultlab::server {
 
 using std::chrono::seconds;
@@ -105,7 +107,7 @@ void Services::BuildApi(Router& router) {
                                              base_.tokens,
                                              options_.default_seed});
   people_api_ = std::make_unique<PeopleApi>(PeopleApi{base_.accounts, audit_, base_.clock});
-  bench_api_ = std::make_unique<BenchApi>(BenchApi{
+  sharing_api_ = std::make_unique<SharingApi>(SharingApi{
       *service_,
       base_.accounts,
       base_.bay,
@@ -117,8 +119,8 @@ void Services::BuildApi(Router& router) {
       audit_,
       base_.clock,
       [this](const std::string& rig, CheckExtra extra) { upkeep_.WithNextCheck(rig, extra); }});
-  feed_ = std::make_unique<PersonFeed>(*bench_api_);
-  bench_api_->feed = feed_.get();
+  feed_ = std::make_unique<PersonFeed>(*sharing_api_);
+  sharing_api_->feed = feed_.get();
   work_api_ = std::make_unique<WorkApi>(WorkApi{*experiments_,
                                                 recordings_,
                                                 fault_sets_,
@@ -137,9 +139,10 @@ void Services::BuildApi(Router& router) {
   gate_ = std::make_unique<Gate>(Gate::Parts{
       base_.accounts, recordings_, answers_, *whereabouts_, base_.tokens, base_.hub, base_.clock});
   gate_->AddRoutes(router, RoutesOf(*system_api_));
+  gate_->AddRoutes(router, BenchRoutes());
   gate_->AddRoutes(router, RoutesOf(*run_api_));
   gate_->AddRoutes(router, RoutesOf(*people_api_));
-  gate_->AddRoutes(router, RoutesOf(*bench_api_));
+  gate_->AddRoutes(router, RoutesOf(*sharing_api_));
   gate_->AddRoutes(router, RoutesOf(*work_api_));
 }
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <string_view>
 
-#include "server/api/bench/handlers.h"
-#include "server/api/bench/person_feed.h"
 #include "server/api/gate.h"
 #include "server/api/people/handlers.h"
 #include "server/api/run/handlers.h"
+#include "server/api/sharing/handlers.h"
+#include "server/api/sharing/person_feed.h"
 #include "server/api/system.h"
 #include "server/api/work/handlers.h"
 #include "server/app/daily_retention.h"
@@ -89,7 +89,7 @@ class Services {
   std::unique_ptr<SystemApi> system_api_;
   std::unique_ptr<RunApi> run_api_;
   std::unique_ptr<PeopleApi> people_api_;
-  std::unique_ptr<BenchApi> bench_api_;
+  std::unique_ptr<SharingApi> sharing_api_;
   std::unique_ptr<PersonFeed> feed_;
   std::unique_ptr<WorkApi> work_api_;
   std::unique_ptr<JobRunner> job_runner_;

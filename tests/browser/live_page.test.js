@@ -107,6 +107,65 @@ describe("live page", { timeout: SUITE_MS }, () => {
     await close();
   });
 
+  story("every number of the bench is the server's: the page shows what it is told", async () => {
+    const { page, close } = await openPage(browser, `${server.url}/help`);
+    await page.route("**/api/v1/benches", async (route) => {
+      const answer = await route.fetch();
+      const benches = await answer.json();
+      const [bench] = benches.items;
+      const r1 = bench.components.find((each) => each.symbol === "R1");
+      r1.nominal = 4;
+      r1.values = [
+        { value: 4, line: "Do91" },
+        { value: 100, line: "Do92" },
+      ];
+      bench.components = [...bench.components.filter((each) => each !== r1).slice(0, 1), r1];
+      bench.healthy.to_s = 9;
+      bench.run.max_s = 77;
+      bench.published.faults.find((each) => each.value === 100).sia[0] = 8.765;
+      await route.fulfill({ response: answer, json: benches });
+    });
+    await page.getByRole("link", { name: "Lab", exact: true }).click();
+    await page.locator("#set-R1").waitFor();
+    assert.deepEqual(await page.locator(".slider label").allInnerTexts(), ["R9", "R1"]);
+    assert.deepEqual(
+      await page
+        .locator(".slider", { has: page.locator("#set-R1") })
+        .locator(".ticks span")
+        .allInnerTexts(),
+      ["4 Ω", "100 Ω"],
+    );
+    assert.equal(await page.getByLabel("Duration, s").getAttribute("max"), "77");
+    await page.getByLabel("Fault at, s").fill("8.5");
+    await page.getByText(/from the first 9 s/).waitFor();
+    await page.getByLabel("Fault at, s").fill("10");
+    await page.getByRole("button", { name: "Run this experiment" }).click();
+    await waitForReview(page);
+    await page.getByText("R1 = 100 Ω (relay Do92)").waitFor();
+    await page.locator(".verdict").getByText("nominal 4 Ω").waitFor();
+    await page.getByRole("cell", { name: "8.765" }).waitFor();
+    await close();
+  });
+
+  story(
+    "a page without its bench says so, shows no values, and goes on when it comes",
+    async () => {
+      const { page, close } = await openPage(browser, server.url, { allow: /ERR_FAILED/ });
+      const id = await startPaperRun(page);
+      await page.route("**/api/v1/benches", (route) => route.abort());
+      await page.goto(server.url);
+      await page.getByRole("alert").getByText("The server does not answer").waitFor();
+      assert.equal(await page.locator(".slider").count(), 0, "no values that nobody has said");
+      await page.goto(`${server.url}/lab/${id}`);
+      await page.getByRole("heading", { name: "The run could not be loaded" }).waitFor();
+      await page.unroute("**/api/v1/benches");
+      await page.getByRole("button", { name: "Try again" }).click();
+      await waitForReview(page);
+      await page.getByText("R1 = 100 Ω (relay Do0)").waitFor();
+      await close();
+    },
+  );
+
   story("reload in the middle returns to the run with everything from its start", async () => {
     const { page, close } = await openPage(browser, server.url);
     await startPaperRun(page);

@@ -2,7 +2,15 @@ import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
 import { setTimeout as pause } from "node:timers/promises";
 import { makeWorld, pageOf } from "./lab_world.js";
-import { axe, launchBrowser, openPage, SUITE_MS, startServer, story } from "./support.js";
+import {
+  axe,
+  launchBrowser,
+  openPage,
+  SUITE_MS,
+  startAgent,
+  startServer,
+  story,
+} from "./support.js";
 
 describe("operator", { timeout: SUITE_MS }, () => {
   let server;
@@ -128,6 +136,34 @@ describe("operator", { timeout: SUITE_MS }, () => {
     assert.deepEqual(await axe(page), []);
     if (process.env.SHOT_ADMIN)
       await page.screenshot({ path: process.env.SHOT_ADMIN, fullPage: true });
+    await close();
+  });
+
+  story("a far rig that has seen a higher epoch is adopted, and then free", async (context) => {
+    const agent = await startAgent({ id: "far-1", epoch: 500 });
+    if (!agent) return context.skip("no multicast on this machine");
+    context.after(() => agent.stop());
+    const lab = await startServer({ bus: agent.bus });
+    context.after(() => lab.stop());
+    const { admin } = await makeWorld(lab);
+    const { page, close } = await pageOf(browser, lab, admin, "/admin");
+    const rig = page.getByRole("listitem").filter({ hasText: "far-1" }).first();
+    await rig.getByText(/has seen epoch 500, the lab is at 1 only/).waitFor();
+    await rig.getByText("quarantined").waitFor();
+    assert.equal(await page.getByRole("button", { name: /^Adopt/ }).count(), 1, "no other rig");
+    await page.getByRole("button", { name: "Adopt far-1" }).click();
+    const dialog = page.getByRole("dialog");
+    await dialog.getByText(/goes on from epoch 500, ends a session/).waitFor();
+    assert.deepEqual(await axe(page), []);
+    if (process.env.SHOT_ADOPT) await page.screenshot({ path: process.env.SHOT_ADOPT });
+    await dialog.getByRole("button", { name: "Cancel" }).click();
+    await rig.getByText("quarantined").waitFor();
+    await page.getByRole("button", { name: "Adopt far-1" }).click();
+    await dialog.getByRole("button", { name: /^Adopt/ }).click();
+    await rig.getByText("free").waitFor();
+    await rig.getByText(/has seen epoch/).waitFor({ state: "detached" });
+    await page.reload();
+    await page.getByText(/adopt rig:far-1 seen epoch 500/).waitFor();
     await close();
   });
 

@@ -2,7 +2,8 @@
 // whose every console error, failed request and word to another host is kept for the test to judge.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createSocket } from "node:dgram";
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { connect, createServer } from "node:net";
 import { tmpdir } from "node:os";
@@ -31,6 +32,12 @@ export function temporaryDirectory() {
   return { path, remove: () => rmSync(path, { recursive: true, force: true }) };
 }
 
+function binary() {
+  const path = process.env.FAULTLAB_BIN;
+  assert.ok(path, "set FAULTLAB_BIN to the faultlab program");
+  return path;
+}
+
 const servers = new Set();
 const pages = new Set();
 
@@ -56,16 +63,21 @@ export function story(name, body) {
 
 /**
  * Starts `faultlab serve` on a free port. `speed` is simulated seconds per second, `benches` the
- * number of simulated benches that need a session.
+ * number of simulated benches that need a session, `bus` where far rigs are looked for.
  */
-export async function startServer({ speed = 1, benches = 0, data, listen = "127.0.0.1:0" } = {}) {
-  const binary = process.env.FAULTLAB_BIN;
-  assert.ok(binary, "set FAULTLAB_BIN to the faultlab program");
+export async function startServer({
+  speed = 1,
+  benches = 0,
+  bus,
+  data,
+  listen = "127.0.0.1:0",
+} = {}) {
   const own = temporaryDirectory();
   const config = join(own.path, "faultlab.toml");
-  writeFileSync(config, `[lab]\nbenches = ${benches}\n`);
+  const lcm = bus ? `[lcm]\nurl = "${bus.url}"\nkeys = "${bus.keys}"\n` : "";
+  writeFileSync(config, `[lab]\nbenches = ${benches}\n${lcm}`);
   const child = spawn(
-    binary,
+    binary(),
     [
       "serve",
       "--config",
@@ -106,6 +118,68 @@ export async function startServer({ speed = 1, benches = 0, data, listen = "127.
   };
   servers.add(server);
   return server;
+}
+
+/** Does a datagram to the group reach its own machine? */
+function hearsItself(group, port) {
+  const socket = createSocket({ type: "udp4", reuseAddr: true });
+  return new Promise((resolve) => {
+    const timer = setTimeout(() => resolve(false), 2000);
+    const answer = (heard) => {
+      clearTimeout(timer);
+      resolve(heard);
+    };
+    socket.on("error", () => answer(false));
+    socket.on("message", () => answer(true));
+    socket.bind(port, () => {
+      try {
+        socket.addMembership(group);
+        socket.setMulticastTTL(0);
+        socket.send("here", port, group);
+      } catch {
+        answer(false); // no route for multicast
+      }
+    });
+  }).finally(() => socket.close());
+}
+
+/**
+ * The agent of a simulated far rig on a bus of its own that stays on this machine. It has seen
+ * `epoch` in the hands of another lab. Null where the machine has no multicast.
+ */
+export async function startAgent({ id, epoch }) {
+  const group = "239.255.76.67";
+  const port = 20_000 + (process.pid % 20_000);
+  if (!(await hearsItself(group, port))) return null;
+  const own = temporaryDirectory();
+  const bus = { url: `udpm://${group}:${port}?ttl=0`, keys: join(own.path, "keys") };
+  const state = join(own.path, "state");
+  mkdirSync(state);
+  writeFileSync(join(state, `${id}.epoch`), `${epoch} other-lab/1\n`);
+  const child = spawn(
+    binary(),
+    ["rig", "--id", id, "--lcm", bus.url, "--keys", bus.keys, "--state", state],
+    { stdio: ["ignore", "pipe", "pipe"] },
+  );
+  let output = "";
+  const ended = new Promise((resolve) => child.on("exit", resolve));
+  await new Promise((resolve, reject) => {
+    const read = (data) => {
+      output += data;
+      if (output.includes(`${id} is on`)) resolve();
+    };
+    child.stdout.on("data", read);
+    child.stderr.on("data", read);
+    child.on("exit", (code) => reject(new Error(`agent ended with ${code}:\n${output}`)));
+  });
+  return {
+    bus,
+    async stop() {
+      child.kill("SIGTERM");
+      await ended;
+      own.remove();
+    },
+  };
 }
 
 /** A wire to the server that can be cut: everything through it breaks off, new calls are refused. */

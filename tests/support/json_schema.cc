@@ -63,25 +63,11 @@ std::optional<std::string> ApiDescription::CheckSchema(const json::value& value,
     const std::string_view name = std::string_view(ref->as_string()).substr(kPrefix.size());
     return CheckSchema(value, document_.at("components").at("schemas").at(name), at);
   }
-  constexpr std::array<std::string_view, 19> kKnown = {"type",
-                                                       "enum",
-                                                       "const",
-                                                       "properties",
-                                                       "required",
-                                                       "additionalProperties",
-                                                       "items",
-                                                       "oneOf",
-                                                       "minimum",
-                                                       "maximum",
-                                                       "exclusiveMinimum",
-                                                       "maxLength",
-                                                       "maxItems",
-                                                       "pattern",
-                                                       "title",
-                                                       "description",
-                                                       "contentEncoding",
-                                                       "example",
-                                                       "minLength"};
+  constexpr std::array<std::string_view, 20> kKnown = {
+      "type",     "enum",     "const",   "properties", "required",         "additionalProperties",
+      "items",    "oneOf",    "minimum", "maximum",    "exclusiveMinimum", "maxLength",
+      "maxItems", "minItems", "pattern", "title",      "description",      "contentEncoding",
+      "example",  "minLength"};
   for (const auto& member : schema) {
     if (std::find(kKnown.begin(), kKnown.end(), std::string_view(member.key())) == kKnown.end()) {
       return at + ": the checker does not know the keyword " + std::string(member.key());
@@ -123,6 +109,10 @@ std::optional<std::string> ApiDescription::CheckSchema(const json::value& value,
     if (const auto* max = schema.if_contains("maxItems");
         max && list.size() > max->to_number<std::size_t>()) {
       return wrong("has too many items");
+    }
+    if (const auto* min = schema.if_contains("minItems");
+        min && list.size() < min->to_number<std::size_t>()) {
+      return wrong("has too few items");
     }
     const auto* items = schema.if_contains("items");
     for (std::size_t i = 0; items != nullptr && i < list.size(); ++i) {

@@ -9,7 +9,7 @@ namespace faultlab::tests {
 
 /// Checks values against an OpenAPI 3.1 description: the part of JSON Schema that it uses ($ref
 /// into components, type, enum, const, properties, required, additionalProperties, items, oneOf,
-/// minimum, maximum, exclusiveMinimum, maxLength, maxItems, pattern).
+/// minimum, maximum, exclusiveMinimum, maxLength, minItems, maxItems, pattern).
 /// An unknown keyword is an error too, so that nothing in the description goes unchecked.
 class ApiDescription {
  public:

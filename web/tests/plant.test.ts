@@ -1,34 +1,50 @@
 import { describe, expect, it } from "vitest";
-import { beforeAfter, delayOf } from "../src/live/before_after";
-import { ESTIMATORS } from "../src/live/estimators";
-import { continuousModel, discreteModel } from "../src/plant/model";
-import { publishedFor } from "../src/plant/published";
+import { beforeAfter } from "../src/live/before_after";
+import { ESTIMATORS, type EstimatorShape, settleS } from "../src/live/estimators";
 import { formatNumber, formatQuantity, formatWithSigma } from "../src/plant/quantity";
 import { Slide } from "../src/stream/slide";
+import { bench, rigOf } from "./support/bench";
 import { block } from "./support/blocks";
 
-describe("the paper's Eq. 4", () => {
-  it("gives the nominal parameters of the paper", () => {
-    const nominal = continuousModel();
-    expect(nominal.b0).toBeCloseTo(2.3935, 4);
-    expect(nominal.b1).toBeCloseTo(0.0382, 4);
-    expect(nominal.a1).toBeCloseTo(0.01807, 5);
+describe("a bench", () => {
+  it("gives the values that can be set and the line of each", () => {
+    expect(bench.values("R1")).toEqual([2, 100, 220]);
+    expect(bench.line("R1", 220)).toBe("Do7");
+    expect(bench.line("R1", Math.fround(100.000001))).toBe("Do8");
+    expect(bench.line("R1", 97)).toBeNull(); // a simulator took it: no relay did
+    expect(bench.nominal("R12")).toBe(4700);
+    expect(bench.isNominal("R12", 10e3)).toBe(false);
+    expect(bench.moves("R1")).toBe("b0, a1");
   });
-  it("gives the nominal discrete parameters of Eq. 9 without delay", () => {
-    const discrete = discreteModel(continuousModel(), 0.01, 0);
-    expect(discrete.b0d).toBeCloseTo(2.1146, 3);
-    expect(discrete.b1d).toBeCloseTo(-1.0975, 3);
-    expect(discrete.a1d).toBeCloseTo(-0.5751, 4);
+  it("offers what only simulators can change on simulators only", () => {
+    expect(bench.components(rigOf("sim", true))).toEqual(["R1", "R12", "J"]);
+    expect(bench.components(rigOf("real", false))).toEqual(["R1", "R12"]);
+    expect(bench.components(undefined)).toEqual(["R1", "R12"]);
   });
-  it("predicts b1 = 0.0373 for R1 = 10 ohm, where the paper prints 0.0546", () => {
-    expect(continuousModel({ R1: 10 }).b1).toBeCloseTo(0.0373, 4);
-    expect(publishedFor("R1", 10)?.sia[1]).toBe(0.0546);
+  it("knows what was published about a fault, and of no other", () => {
+    expect(bench.published("R1", 100)?.swa).toEqual([0.1, 0.2, 0.3]);
+    expect(bench.published("R1", 220)).toBeUndefined();
+    expect(bench.published("J", 100)).toBeUndefined();
   });
-  it("tells the sampling delay from the nominal discrete parameters", () => {
-    for (const delay of [0.0045, 0.0095]) {
-      const { b0d, b1d, a1d } = discreteModel(continuousModel(), 0.01, delay);
-      expect(delayOf([b0d, b1d, a1d])).toBeCloseTo(delay, 9);
-    }
+  it("has no value for a component that it does not have", () => {
+    expect(bench.nominal("B")).toBeNaN();
+    expect(bench.isNominal("B", 1)).toBe(false);
+    expect(bench.values("B")).toEqual([]);
+  });
+});
+
+describe("an estimator", () => {
+  it("settles after its window, in samples of the run's own period", () => {
+    const [, swa100, , , sia100] = ESTIMATORS as [
+      never,
+      EstimatorShape,
+      never,
+      never,
+      EstimatorShape,
+    ];
+    expect(settleS(swa100, 0.01)).toBeCloseTo(0.99, 12);
+    expect(settleS(swa100, 0.02)).toBeCloseTo(1.98, 12);
+    expect(settleS(sia100, 0.01)).toBeCloseTo(1.19, 12);
   });
 });
 
@@ -39,11 +55,11 @@ describe("before and after", () => {
     if (!estimator) throw new Error("no estimator");
     // 1 before the fault at 10 s, 2 after it; nonsense while the window holds both
     slide.append(block(0, 2000, (_, index) => (index < 1000 ? 1 : index < 1000 + 99 ? 1e6 : 2)));
-    const fault = { component: "R1", value: 100 } as const;
-    const rows = beforeAfter(slide, estimator, 10, 20, fault, 0.0095);
+    const rows = beforeAfter(slide, estimator, 10, 20, [3, 4, 5], undefined);
     expect(rows.map((row) => row.before)).toEqual([1, 1, 1]);
     expect(rows.map((row) => row.after)).toEqual([2, 2, 2]);
-    expect(rows[0]?.published).toBe(0.29);
+    expect(rows.map((row) => row.predicted)).toEqual([3, 4, 5]);
+    expect(rows.map((row) => row.published)).toEqual([null, null, null]);
   });
 });
 

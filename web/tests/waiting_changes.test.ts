@@ -3,8 +3,8 @@ import type { RunEvent } from "../src/api/types";
 import { FaultCommands } from "../src/live/fault_commands.svelte";
 import { PlanModel } from "../src/live/plan_model.svelte";
 import { faultyComponents } from "../src/live/positions";
-import { NOMINAL } from "../src/plant/components";
 import type { ClientMessage, Hello } from "../src/stream/messages";
+import { bench, knowTheBench } from "./support/bench";
 
 const PERIOD = 0.01;
 
@@ -21,7 +21,7 @@ function hello(more: Partial<Hello> = {}): Hello {
     estimators: [],
     nominal: { swa: [], sia: [] },
     plan: {} as Hello["plan"],
-    positions: { R1: { value: 1, state: "confirmed" } },
+    positions: { R1: { value: 2, state: "confirmed" } },
     learning_until_s: 5,
     waiting: {},
     can_command: true,
@@ -33,7 +33,7 @@ function hello(more: Partial<Hello> = {}): Hello {
 
 function made(first = hello()) {
   const sent: ClientMessage[] = [];
-  const faults = new FaultCommands((message) => sent.push(message) > 0);
+  const faults = new FaultCommands(bench, (message) => sent.push(message) > 0);
   faults.take(first);
   const says = (kind: RunEvent["kind"], value?: number, component: RunEvent["component"] = "R1") =>
     faults.apply({ kind, index: 100, t_s: 1, component, value }, PERIOD);
@@ -46,9 +46,9 @@ describe("a change while the healthy rig is learnt", () => {
     faults.set("R1", 100);
     expect(faults.shown.R1?.state).toBe("commanded");
     says("change_waits", 100);
-    expect(faults.shown.R1).toMatchObject({ state: "waiting", asked: 100, actual: 1 });
+    expect(faults.shown.R1).toMatchObject({ state: "waiting", asked: 100, actual: 2 });
     expect(faults.settings.R1?.state).toBe("nominal");
-    expect(faultyComponents(faults.shown)).toEqual(["R1"]);
+    expect(faultyComponents(bench, faults.shown)).toEqual(["R1"]);
   });
 
   it("is replaced by the newest, and acts when the rig is told", () => {
@@ -67,8 +67,8 @@ describe("a change while the healthy rig is learnt", () => {
   it("is taken back by the nominal value", () => {
     const { faults, sent, says } = made();
     says("change_waits", 100);
-    faults.set("R1", NOMINAL.R1);
-    expect(sent.at(-1)).toMatchObject({ action: "set", component: "R1", value: 1, epoch: 3 });
+    faults.set("R1", bench.nominal("R1"));
+    expect(sent.at(-1)).toMatchObject({ action: "set", component: "R1", value: 2, epoch: 3 });
     says("change_dropped", 100);
     expect(faults.shown.R1?.state).toBe("nominal");
     expect(faults.waiting).toEqual({});
@@ -99,11 +99,12 @@ describe("a change while the healthy rig is learnt", () => {
 
 describe("a planned fault", () => {
   it("is told to be too early while the healthy rig is learnt", () => {
+    knowTheBench();
     const plan = PlanModel.paper();
     expect(plan.tooEarly).toBe(false);
-    plan.atS = 4.9;
+    plan.atS = 6.9; // the bench is learnt at 7 s
     expect(plan.tooEarly).toBe(true);
-    plan.set("R1", NOMINAL.R1);
+    plan.set("R1", bench.nominal("R1"));
     expect(plan.tooEarly).toBe(false);
   });
 });

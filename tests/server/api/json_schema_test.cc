@@ -13,7 +13,7 @@ constexpr const char* kDescription = R"({
  "components": {"schemas": {
    "A": {"type": "object", "required": ["n"], "additionalProperties": false,
          "properties": {"n": {"type": "integer", "minimum": 1},
-                        "list": {"type": "array", "items": {"type": ["number", "null"]}},
+                        "list": {"type": "array", "minItems": 2, "items": {"type": ["number", "null"]}},
                         "word": {"enum": ["x", "y"]},
                         "kind": {"oneOf": [{"const": 1}, {"const": 2}]}}},
    "Odd": {"type": "object", "unheard": 1}}}})";
@@ -35,7 +35,8 @@ TEST_F(JsonSchemaTest, FindsEachKindOfMisfit) {
   EXPECT_FALSE(Fits(R"({"n":0})"));
   EXPECT_FALSE(Fits(R"({"n":1.5})"));
   EXPECT_FALSE(Fits(R"({"n":1,"more":1})"));
-  EXPECT_FALSE(Fits(R"({"n":1,"list":["a"]})"));
+  EXPECT_FALSE(Fits(R"({"n":1,"list":[1,"a"]})"));
+  EXPECT_FALSE(Fits(R"({"n":1,"list":[1]})"));
   EXPECT_FALSE(Fits(R"({"n":1,"word":"z"})"));
   EXPECT_FALSE(Fits(R"({"n":1,"kind":3})"));
   EXPECT_FALSE(Fits("not json"));

@@ -7,7 +7,7 @@
 #include <set>
 #include <thread>
 
-#include "server/api/bench/handlers.h"
+#include "server/api/sharing/handlers.h"
 #include "tests/hardware/remote_world.h"
 #include "tests/server/app/shared_rigs.h"
 #include "tests/support/test_database.h"
@@ -92,17 +92,17 @@ class FarRigTest : public testing::Test {
     Principal who;
     who.user_id = 9;
     who.role = Role::kOperator;
-    BenchApi api{shared_->service(),
-                 accounts_,
-                 bay_,
-                 runs_,
-                 store_,
-                 calendar_links_,
-                 hub_,
-                 tokens_,
-                 audit_,
-                 clock_,
-                 {}};
+    SharingApi api{shared_->service(),
+                   accounts_,
+                   bay_,
+                   runs_,
+                   store_,
+                   calendar_links_,
+                   hub_,
+                   tokens_,
+                   audit_,
+                   clock_,
+                   {}};
     return AdoptRig(api, {request, who, {}, {}});
   }
 

@@ -83,6 +83,18 @@ void Contract::Experiments() {
   for (const char* list : {"openapi.json", "auth/me", "rigs", "runs", "recordings"}) {
     world_.Expect(200, "ann", "GET", list);
   }
+  const json::object benches = world_.Expect(200, "guest", "GET", "benches");
+  const Values bench{{"bench", Id(benches.at("items").at(0).as_object())}};
+  const HttpAnswer list = world_.Call("guest", "GET", "/api/v1/benches", "/api/v1/benches");
+  world_.Expect(304,
+                "guest",
+                "GET",
+                "benches",
+                {},
+                {},
+                "If-None-Match: " + std::string(list.Header("ETag")) + "\r\n");
+  world_.Expect(200, "guest", "GET", "benches/{bench}/model", bench);
+  Remember("/api/v1/benches/{bench}/model", bench, "guest");
   const json::object run = world_.Expect(
       201,
       "ann",

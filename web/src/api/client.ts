@@ -105,6 +105,10 @@ export const api = {
   login: (login: string, password: string) => send<Me>("POST", "/auth/login", { login, password }),
   logout: () => send<unknown>("POST", "/auth/logout", {}),
   rigs: async () => (await get<Page<Rig>>("/rigs")).items,
+  benches: async () => (await get<Schemas["BenchList"]>("/benches")).items,
+  /** The bench's model: nominal, or with one component changed. */
+  model: (bench: string, query: string) =>
+    get<Schemas["BenchModel"]>(`/benches/${id(bench)}/model?${query}`),
   rigClasses: async () => (await get<Page<Schemas["RigClass"]>>("/rig-classes")).items,
 
   startRun: (plan: RunRequest) => send<Run>("POST", "/runs", plan),

@@ -107,6 +107,7 @@ export const lab = {
     send<unknown>("DELETE", `/rigs/${at(rig)}/outages/${at(id)}`),
   commission: (rig: string, reason: string) =>
     send<unknown>("POST", `/rigs/${at(rig)}/commission`, { reason }),
+  adopt: (rig: string) => send<unknown>("POST", `/rigs/${at(rig)}/adopt`, {}),
   clearTrip: (rig: string) => send<unknown>("POST", `/rigs/${at(rig)}/clear-trip`, {}),
   newestCalibration: async (rig: string) =>
     (await items<StoredCalibration>(`/rigs/${at(rig)}/calibrations?limit=1`))[0] ?? null,

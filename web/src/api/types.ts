@@ -7,9 +7,7 @@ export type Problem = Partial<Schemas["Problem"]>;
 export type Me = Pick<Schemas["Me"], "role" | "name"> & Partial<Schemas["Me"]>;
 export type Role = Me["role"];
 /** `lab` and `reason` are the lab's word: may it be handed out, and if not, why. */
-export type Rig = Omit<Schemas["Rig"], "nominal" | "relay_values"> & {
-  nominal: Partial<Record<Component, number>>;
-  relay_values: Partial<Record<Component, number[]>>;
+export type Rig = Schemas["Rig"] & {
   lab?: Schemas["LabRig"]["status"];
   reason?: string;
 };

@@ -150,7 +150,7 @@ export const en = {
   fault_too_early:
     "The server learns the healthy rig from the first {seconds} s. A fault in that time leaves the run without a diagnosis.",
   all_nominal: "All nominal",
-  motor_sim_only: "Ra, J and B can be changed on simulated rigs only.",
+  motor_sim_only: "{components} can be changed on simulated rigs only.",
   locked_not_running: "The run is over.",
   locked_link: "No link: controls are locked, Stop works.",
   locked_stale: "The newest sample is old: controls are locked, Stop works.",

@@ -8,7 +8,7 @@ export const enMore = {
     "The upper charts are the measured signals. Drag over a chart to look closer, L returns. A red line is a fault confirmed by the rig, a dashed blue line its detection, a dotted one its isolation. Hatched time has no samples: it is never bridged.",
   help_faults: "Switching faults",
   help_faults_text:
-    "A slider's hollow thumb means commanded, a solid one that the rig has read the relay back. A change in the first 5 s waits until the healthy rig is learnt: set the part back to nominal to cancel it. A refusal says why. Ra, J and B are the motor's own parameters and can be changed on simulators only.",
+    "A slider's hollow thumb means commanded, a solid one that the rig has read the relay back. A change in the first seconds waits until the healthy rig is learnt: set the part back to nominal to cancel it. A refusal says why. The motor's own parameters can be changed on simulators only.",
   help_estimates: "The estimates",
   help_estimates_text:
     "SWA fits the discrete model over the last K samples, SIA the continuous one by sliding integrals of length m within K samples. The dotted line is the nominal value, the band three standard deviations of the healthy part. The shaded time after a fault is when the window still holds samples from before it.",
@@ -83,9 +83,9 @@ export const enMore = {
   start_session: "Start",
   cancel_booking: "Cancel booking",
   news: "News",
-  news_offer: "A rig is yours: accept within 45 seconds.",
+  news_offer: "A rig is yours: accept it while it is offered.",
   news_place: "Your place in the queue is now {text}.",
-  news_due: "Your booked rig is ready: claim it within 3 minutes.",
+  news_due: "Your booked rig is ready: claim it before it goes to somebody else.",
   news_control: "Control: {text}.",
   news_control_offered: "You are offered the control of a rig.",
   news_taken_over: "Taken over: {text}.",
@@ -201,6 +201,11 @@ export const enMore = {
   commission: "Commission",
   interlock: "Interlock",
   clear_trip: "Clear the interlock",
+  adopt: "Adopt",
+  adopt_needed:
+    "The rig has seen epoch {seen}, the lab is at {epoch} only: the rig takes no command from it.",
+  adopt_explained:
+    "Every use of a rig gets an epoch, a number that only rises, and the rig refuses all below the highest that it has seen. This one has seen a higher epoch than the lab's: another lab has used it, or the database was restored from a backup. Adopt it only if nobody else uses it now. The lab then goes on from epoch {seen}, ends a session that is on the rig, and checks the rig before the next person gets it.",
   course_ends: "Course ends on",
   calendar_address: "Calendar address",
   calendar_address_what:

@@ -151,7 +151,7 @@ export const srLatn: Catalogue = {
   fault_too_early:
     "Server iz prvih {seconds} s uči kakav je ispravan uređaj. Otkaz u tom vremenu ostavlja ogled bez dijagnoze.",
   all_nominal: "Sve nominalno",
-  motor_sim_only: "Ra, J i B menjaju se samo na simuliranim uređajima.",
+  motor_sim_only: "{components} menjaju se samo na simuliranim uređajima.",
   locked_not_running: "Ogled je završen.",
   locked_link: "Nema veze: upravljanje je zaključano, zaustavljanje radi.",
   locked_stale: "Poslednji uzorak je star: upravljanje je zaključano, zaustavljanje radi.",
@@ -262,7 +262,7 @@ export const srLatn: Catalogue = {
     "Gornji grafici su izmereni signali. Prevucite preko grafika da pogledate bliže, L vraća. Crvena linija je otkaz koji je uređaj potvrdio, isprekidana plava njegovo otkrivanje, tačkasta izolovanje. Šrafirano vreme nema uzoraka i nikada se ne premošćava.",
   help_faults: "Zadavanje otkaza",
   help_faults_text:
-    "Šuplji klizač znači zadato, puni da je uređaj pročitao relej. Promena u prvih 5 s čeka da se nauči ispravan uređaj: vratite deo na nominalno da je opozovete. Odbijanje kaže razlog. Ra, J i B su parametri samog motora i menjaju se samo na simulatorima.",
+    "Šuplji klizač znači zadato, puni da je uređaj pročitao relej. Promena u prvim sekundama čeka da se nauči ispravan uređaj: vratite deo na nominalno da je opozovete. Odbijanje kaže razlog. Parametri samog motora menjaju se samo na simulatorima.",
   help_estimates: "Procene",
   help_estimates_text:
     "SWA prilagođava diskretni model poslednjim K uzorcima, SIA kontinualni pomoću kliznih integrala dužine m unutar K uzoraka. Tačkasta linija je nominalna vrednost, pojas tri standardna odstupanja ispravnog dela. Osenčeno vreme posle otkaza je ono u kome prozor još sadrži uzorke od pre njega.",
@@ -370,9 +370,9 @@ export const srLatn: Catalogue = {
   watch: "Gledaj",
   queue_not_needed: "Već držite uređaj.",
   class_choice: "{class}: slobodno {ready}, čeka {waiting}",
-  news_offer: "Uređaj je vaš: prihvatite u roku od 45 sekundi.",
+  news_offer: "Uređaj je vaš: prihvatite ga dok se nudi.",
   news_place: "Vaše mesto u redu je sada {text}.",
-  news_due: "Vaš zakazani uređaj je spreman: preuzmite ga u roku od 3 minuta.",
+  news_due: "Vaš zakazani uređaj je spreman: preuzmite ga pre nego što pripadne drugome.",
   news_control: "Upravljanje: `{text}`.",
   news_control_offered: "Nudi vam se upravljanje uređajem.",
   news_taken_over: "Preuzeto: {text}.",
@@ -480,6 +480,11 @@ export const srLatn: Catalogue = {
   commission: "Pusti u rad",
   interlock: "Blokada",
   clear_trip: "Ukloni blokadu",
+  adopt: "Preuzmi uređaj",
+  adopt_needed:
+    "Uređaj je već video epohu {seen}, a laboratorija je tek na {epoch}: od nje ne prima naredbe.",
+  adopt_explained:
+    "Svako korišćenje uređaja dobija epohu, broj koji samo raste, a uređaj odbija sve ispod najveće koju je video. Ovaj je video veću epohu od laboratorijine: koristila ga je druga laboratorija, ili je baza vraćena iz rezervne kopije. Preuzmite ga samo ako ga sada ne koristi niko drugi. Laboratorija tada nastavlja od epohe {seen}, završava sesiju koja je na uređaju i proverava ga pre sledećeg korisnika.",
   course_ends: "Kurs se završava",
   calendar_address: "Adresa kalendara",
   calendar_address_what:

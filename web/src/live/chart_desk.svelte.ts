@@ -4,7 +4,6 @@ import type { Marker } from "../charts/chart_port";
 import type { RenderLoop } from "../charts/render_loop";
 import type { Viewport } from "../charts/viewport.svelte";
 import { t } from "../i18n/i18n.svelte";
-import { isMotor, NOMINAL, sameValue } from "../plant/components";
 import { formatQuantity } from "../plant/quantity";
 import type { Slide } from "../stream/slide";
 import { type EstimatorShape, type Family, primaryOf } from "./estimators";
@@ -114,7 +113,7 @@ export class ChartDesk {
         event.kind === "relay_confirmed" &&
         event.component !== undefined &&
         typeof event.value === "number" &&
-        !sameValue(event.value, NOMINAL[event.component]),
+        !this.model.bench.isNominal(event.component, event.value),
     );
   }
 
@@ -136,8 +135,8 @@ export class ChartDesk {
       if (event.kind === "relay_confirmed" && event.component && event.value !== undefined) {
         const name = event.component;
         acted.add(name);
-        const healthy = sameValue(event.value, NOMINAL[name]);
-        const label = `${name} → ${formatQuantity(name, event.value)}${isMotor(name) ? " SIM" : ""}`;
+        const healthy = model.bench.isNominal(name, event.value);
+        const label = `${name} → ${formatQuantity(name, event.value)}${model.bench.simulated(name) ? " SIM" : ""}`;
         markers.push({ kind: healthy ? "planned" : "fault", timeS, label });
       } else if (event.kind === "detected") {
         const since = this.faultTime === null ? "" : ` +${(timeS - this.faultTime).toFixed(2)} s`;

@@ -9,11 +9,7 @@ export interface EstimatorShape {
   column: number;
   window: number; // K
   integral: number; // m, 0 for SWA
-  /** Seconds until no sample from before a change is left in the window. */
-  settleS: number;
 }
-
-const PERIOD_S = 0.01;
 
 function swa(window: number, column: number): EstimatorShape {
   return {
@@ -22,7 +18,6 @@ function swa(window: number, column: number): EstimatorShape {
     column,
     window,
     integral: 0,
-    settleS: (window - 1) * PERIOD_S,
   };
 }
 
@@ -33,7 +28,6 @@ function sia(window: number, integral: number, column: number): EstimatorShape {
     column,
     window,
     integral,
-    settleS: (window + integral - 1) * PERIOD_S,
   };
 }
 
@@ -50,6 +44,11 @@ export const PARAMETERS: Record<Family, [string, string, string]> = {
   swa: ["b0d", "b1d", "a1d"],
   sia: ["b0", "b1", "a1"],
 };
+
+/** Seconds until no sample from before a change is left in the window. */
+export function settleS(estimator: EstimatorShape, period: number): number {
+  return (estimator.window + estimator.integral - 1) * period;
+}
 
 export function ofFamily(family: Family): EstimatorShape[] {
   return ESTIMATORS.filter((estimator) => estimator.family === family);

@@ -1,5 +1,5 @@
 import type { Component, RunEvent } from "../api/types";
-import { NOMINAL } from "../plant/components";
+import type { Bench } from "../plant/bench";
 import { announcer } from "../shell/announcer.svelte";
 import type { ClientMessage, Hello } from "../stream/messages";
 import {
@@ -33,7 +33,7 @@ export class FaultCommands {
   /** What waits in the server, and the run time until which it does. */
   waiting = $state.raw<Waiting>({});
   learningUntilS = $state<number | null>(null);
-  readonly shown = $derived(withWaiting(this.settings, this.waiting));
+  readonly shown: Settings;
   canCommand = $state(false);
   /** The server has said that somebody else commands this rig. */
   watching = $state(false);
@@ -45,14 +45,19 @@ export class FaultCommands {
   private readonly sent = new Map<number, Component | null>();
   private timer: ReturnType<typeof setTimeout> | undefined;
 
-  constructor(private readonly send: SendToRig) {}
+  constructor(
+    readonly bench: Bench,
+    private readonly send: SendToRig,
+  ) {
+    this.shown = $derived(withWaiting(this.bench, this.settings, this.waiting));
+  }
 
   /** The stream (re)opened: the rig's own word replaces what was here. */
   take(hello: Hello): void {
     this.epoch = hello.epoch;
     this.canCommand = hello.can_command;
     this.watching = !hello.can_command;
-    this.settings = settingsFrom(hello.positions ?? {});
+    this.settings = settingsFrom(this.bench, hello.positions ?? {});
     this.waiting = hello.waiting ?? {};
     this.learningUntilS = hello.learning_until_s ?? null;
     this.sent.clear();
@@ -60,21 +65,21 @@ export class FaultCommands {
   }
 
   apply(event: RunEvent, period: number): void {
-    this.settings = applied(this.settings, event, period);
+    this.settings = applied(this.bench, this.settings, event, period);
     this.waiting = waitingAfter(this.waiting, event);
   }
 
   set(component: Component, value: number): void {
     if (this.command("set", component, value)) {
-      this.settings = asked(this.settings, component, value);
+      this.settings = asked(this.bench, this.settings, component, value);
     }
   }
 
   allNominal(): void {
     this.cancelInjection();
     if (!this.command("nominal")) return;
-    for (const component of faultyComponents(this.settings)) {
-      this.settings = asked(this.settings, component, NOMINAL[component]);
+    for (const component of faultyComponents(this.bench, this.settings)) {
+      this.settings = asked(this.bench, this.settings, component, this.bench.nominal(component));
     }
   }
 
@@ -83,7 +88,7 @@ export class FaultCommands {
   }
 
   refuse(component: Component, reason: string): void {
-    this.settings = refused(this.settings, component, reason);
+    this.settings = refused(this.bench, this.settings, component, reason);
     announcer.say("refused", reason);
   }
 

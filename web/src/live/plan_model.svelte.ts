@@ -1,6 +1,15 @@
 import { SvelteMap } from "svelte/reactivity";
-import type { Component, Excitation, Fault, FaultKind, RunPlan, RunRequest } from "../api/types";
-import { LEARNING_S, NOMINAL, sameValue } from "../plant/components";
+import type {
+  Component,
+  Excitation,
+  Fault,
+  FaultKind,
+  Rig,
+  RunPlan,
+  RunRequest,
+} from "../api/types";
+import type { Bench } from "../plant/bench";
+import { rigs } from "../shell/rigs.svelte";
 
 export type ExcitationKind = "prbs" | "step" | "multisine" | "chirp";
 
@@ -25,14 +34,14 @@ export class PlanModel {
 
   static paper(): PlanModel {
     const plan = new PlanModel();
-    plan.set("R1", 100);
+    plan.values.set("R1", 100);
     return plan;
   }
 
   static from(source: RunPlan | undefined): PlanModel {
     const plan = new PlanModel();
     const fault = source?.faults?.[0];
-    for (const each of source?.faults ?? []) plan.set(each.component, each.value);
+    for (const each of source?.faults ?? []) plan.values.set(each.component, each.value);
     if (fault) {
       plan.atS = fault.at_s ?? 0;
       plan.kind = fault.kind ?? "abrupt";
@@ -42,12 +51,22 @@ export class PlanModel {
     return plan;
   }
 
+  /** The rig that takes the plan, if it is there; one that is not named is a simulated one. */
+  get target(): Rig | undefined {
+    return rigs.find(this.rig) ?? rigs.list.find((rig) => rig.kind === "simulated");
+  }
+
+  /** Not before the rigs are known. */
+  get bench(): Bench | undefined {
+    return rigs.benchOf(this.target);
+  }
+
   value(component: Component): number {
-    return this.values.get(component) ?? NOMINAL[component];
+    return this.values.get(component) ?? this.bench?.nominal(component) ?? Number.NaN;
   }
 
   set(component: Component, value: number): void {
-    if (sameValue(value, NOMINAL[component])) this.values.delete(component);
+    if (this.bench?.isNominal(component, value)) this.values.delete(component);
     else this.values.set(component, value);
   }
 
@@ -66,9 +85,14 @@ export class PlanModel {
     }));
   }
 
+  /** Run time until which the healthy rig is learnt. */
+  get learningS(): number {
+    return this.bench?.learningS ?? 0;
+  }
+
   /** The fault comes while the healthy rig is learnt: such a run has no diagnosis. */
   get tooEarly(): boolean {
-    return !this.faultSet && this.values.size > 0 && this.atS < LEARNING_S;
+    return !this.faultSet && this.values.size > 0 && this.atS < this.learningS;
   }
 
   request(): RunRequest {
@@ -91,7 +115,6 @@ export class PlanModel {
           kind: "prbs",
           low_v: this.lowV,
           high_v: this.highV,
-          clock_s: 0.01,
           seed: this.seed,
         };
       case "step":

@@ -1,5 +1,5 @@
 import type { Component, Position, RunEvent } from "../api/types";
-import { NOMINAL, sameValue } from "../plant/components";
+import { type Bench, sameValue } from "../plant/bench";
 
 export type SettingState =
   | "nominal"
@@ -24,50 +24,73 @@ export type Settings = Partial<Record<Component, Setting>>;
 /** Changes that wait in the server until the healthy rig is learnt. */
 export type Waiting = Partial<Record<Component, number>>;
 
-export function settingAt(component: Component, value: number): Setting {
-  const state = sameValue(value, NOMINAL[component]) ? "nominal" : "confirmed";
+export function settingAt(bench: Bench, component: Component, value: number): Setting {
+  const state = bench.isNominal(component, value) ? "nominal" : "confirmed";
   return { actual: value, asked: null, state, reason: "", atS: null };
 }
 
-export function settingsFrom(positions: Partial<Record<Component, Position>>): Settings {
+/** As it is known, else nominal. */
+export function settingOf(bench: Bench, settings: Settings, component: Component): Setting {
+  return settings[component] ?? settingAt(bench, component, bench.nominal(component));
+}
+
+export function settingsFrom(
+  bench: Bench,
+  positions: Partial<Record<Component, Position>>,
+): Settings {
   const settings: Settings = {};
   for (const [name, position] of Object.entries(positions)) {
     const component = name as Component;
-    settings[component] = settingAt(component, position.value);
+    settings[component] = settingAt(bench, component, position.value);
   }
   return settings;
 }
 
 /** The user asked for `value`: hollow until the rig answers. */
-export function asked(settings: Settings, component: Component, value: number): Settings {
-  const before = settings[component] ?? settingAt(component, NOMINAL[component]);
+export function asked(
+  bench: Bench,
+  settings: Settings,
+  component: Component,
+  value: number,
+): Settings {
+  const before = settingOf(bench, settings, component);
   return {
     ...settings,
     [component]: { ...before, asked: value, state: "commanded", reason: "" },
   };
 }
 
-export function refused(settings: Settings, component: Component, reason: string): Settings {
-  const before = settings[component] ?? settingAt(component, NOMINAL[component]);
+export function refused(
+  bench: Bench,
+  settings: Settings,
+  component: Component,
+  reason: string,
+): Settings {
+  const before = settingOf(bench, settings, component);
   return { ...settings, [component]: { ...before, asked: null, state: "refused", reason } };
 }
 
 /** What an event of the rig says about the settings. The rig's word alone makes one "confirmed". */
-export function applied(settings: Settings, event: RunEvent, period: number): Settings {
+export function applied(
+  bench: Bench,
+  settings: Settings,
+  event: RunEvent,
+  period: number,
+): Settings {
   const { component, value } = event;
-  if (event.kind === "trip") return settingsFrom({}); // every interlock leaves the relays nominal
+  if (event.kind === "trip") return settingsFrom(bench, {}); // every interlock leaves the relays nominal
   if (!component) return settings;
   if (event.kind === "refused") {
-    return refused(settings, component, event.text ?? "");
+    return refused(bench, settings, component, event.text ?? "");
   }
   if (event.kind === "change_waits" || event.kind === "change_dropped") {
-    const before = settings[component] ?? settingAt(component, NOMINAL[component]);
-    return { ...settings, [component]: settingAt(component, before.actual) }; // the rig was not asked
+    const before = settingOf(bench, settings, component);
+    return { ...settings, [component]: settingAt(bench, component, before.actual) }; // the rig was not asked
   }
   if (value === undefined || value === null) return settings;
-  if (event.kind === "fault_commanded") return asked(settings, component, value);
+  if (event.kind === "fault_commanded") return asked(bench, settings, component, value);
   if (event.kind === "relay_confirmed") {
-    const setting = settingAt(component, value);
+    const setting = settingAt(bench, component, value);
     setting.atS = event.t_s ?? event.index * period;
     return { ...settings, [component]: setting };
   }
@@ -89,19 +112,19 @@ export function waitingAfter(waiting: Waiting, event: RunEvent): Waiting {
 }
 
 /** What the sliders show: a change that waits stands over what the rig says. */
-export function withWaiting(settings: Settings, waiting: Waiting): Settings {
+export function withWaiting(bench: Bench, settings: Settings, waiting: Waiting): Settings {
   const shown = { ...settings };
   for (const [name, value] of Object.entries(waiting)) {
     const component = name as Component;
-    const before = settings[component] ?? settingAt(component, NOMINAL[component]);
+    const before = settingOf(bench, settings, component);
     shown[component] = { ...before, asked: value, state: "waiting" };
   }
   return shown;
 }
 
-export function faultyComponents(settings: Settings): Component[] {
+export function faultyComponents(bench: Bench, settings: Settings): Component[] {
   return (Object.keys(settings) as Component[]).filter((component) => {
     const setting = settings[component] as Setting;
-    return !sameValue(setting.asked ?? setting.actual, NOMINAL[component]);
+    return !bench.isNominal(component, setting.asked ?? setting.actual);
   });
 }

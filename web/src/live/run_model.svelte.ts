@@ -1,8 +1,9 @@
 import { ApiError, api } from "../api/client";
-import type { Diagnosis, Run, RunEvent, RunState } from "../api/types";
+import type { Component, Diagnosis, Rig, Run, RunEvent, RunState } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
-import { continuousModel, discreteModel } from "../plant/model";
+import type { Bench } from "../plant/bench";
 import { announcer } from "../shell/announcer.svelte";
+import { rigs } from "../shell/rigs.svelte";
 import { readFrames } from "../stream/frame_reader";
 import { type LinkPhase, socketAddress } from "../stream/link";
 import type { Hello, Readout, ServerMessage } from "../stream/messages";
@@ -17,7 +18,6 @@ import { gapSpans } from "./statistics";
 const TICK_MS = 200;
 const STALE_AFTER_S = 0.5;
 const SAMPLES_MAX = 60_000;
-const BENCH_DELAY_S = 0.0095;
 const LAG_MAX_S = 0.5;
 
 export type Phase = "loading" | "live" | "review" | "missing" | "failed";
@@ -31,13 +31,6 @@ export interface LinkState {
 
 /** The run ended while the link was cut: there is no stream any more, only the recording. */
 class RunOver extends Error {}
-
-/** The nominal parameters of a recorded run: Eq. 4, sampled with the delay that the rig showed. */
-function nominalFor(delayS: number | null | undefined, period: number) {
-  const { b0, b1, a1 } = continuousModel();
-  const { b0d, b1d, a1d } = discreteModel({ b0, b1, a1 }, period, delayS ?? BENCH_DELAY_S);
-  return { swa: [b0d, b1d, a1d], sia: [b0, b1, a1] };
-}
 
 const now = () => performance.now() / 1000;
 
@@ -54,14 +47,20 @@ export class RunModel {
   verdict = $state.raw<Diagnosis | null>(null);
   readouts = $state.raw<Readout[]>([]);
   nominal = $state.raw<{ swa: number[]; sia: number[] } | null>(null);
+  private calibratedDelayS = $state<number | null>(null);
+  /** From the converter's edge to the sample of um: of this run, else of its rig, else not known. */
+  private readonly delayS = $derived(
+    this.calibratedDelayS ?? rigs.find(this.run?.rig)?.capabilities.delta_s,
+  );
   link = $state.raw<LinkState>({ phase: "connecting", roundTripS: null, ageS: null, gaps: 0 });
+  readonly period = $derived(this.run?.period_s ?? Number.NaN);
   /** Run time of the newest sample, five times a second. */
   elapsed = $state(0);
   gaps = $state.raw<[number, number][]>([]);
   slide = $state.raw<Slide | null>(null);
 
   readonly clock = new PlayoutClock();
-  readonly faults = new FaultCommands((message) => this.socket?.send(message) ?? false);
+  private commands = $state.raw<FaultCommands | null>(null);
   private readonly countdown = new Countdown();
   private socket: RunSocket | null = null;
   private lastBlockAt = 0;
@@ -73,8 +72,14 @@ export class RunModel {
 
   constructor(readonly id: string) {}
 
-  get period(): number {
-    return this.run?.plan?.period_s ?? this.run?.period_s ?? 0.01;
+  /** Here as soon as the phase is not "loading" any more. */
+  get faults(): FaultCommands {
+    if (!this.commands) throw new Error("the bench of this run is not known yet");
+    return this.commands;
+  }
+
+  get bench(): Bench {
+    return this.faults.bench;
   }
 
   get duration(): number {
@@ -104,14 +109,22 @@ export class RunModel {
   async open(): Promise<void> {
     this.phase = "loading"; // whoever shows the old samples lets go of them
     try {
-      this.run = await api.run(this.id);
-      this.state = this.run.state;
+      const [run] = await Promise.all([api.run(this.id), rigs.known()]);
+      this.run = run;
+      this.state = run.state;
+      this.know(rigs.find(run.rig));
       this.slide = new Slide(this.sampleCount(), this.period);
       if (this.state === "running") this.goLive();
       else await this.load();
     } catch (error) {
       this.fail(error);
     }
+  }
+
+  private know(rig: Rig | undefined): void {
+    const bench = rigs.benchOf(rig);
+    if (!bench) throw new Error("the server describes no bench");
+    this.commands ??= new FaultCommands(bench, (message) => this.socket?.send(message) ?? false);
   }
 
   /** The network or the tab came back. */
@@ -122,7 +135,7 @@ export class RunModel {
   close(): void {
     this.socket?.close();
     clearInterval(this.tick);
-    this.faults.cancelInjection();
+    this.commands?.cancelInjection();
   }
 
   async stop(): Promise<void> {
@@ -304,11 +317,29 @@ export class RunModel {
       this.run = run;
       this.state = run.state;
       this.verdict = diagnosis;
-      this.nominal ??= nominalFor(diagnosis.calibration?.delta_s, this.period);
+      if (!this.nominal) void this.learnNominal(diagnosis.calibration?.delta_s);
       if (run.events && run.events.length >= this.events.length) this.events = run.events;
     } catch (error) {
       // a run that was interrupted early has no diagnosis, and that is no failure
       if (!(error instanceof ApiError)) this.failure = String(error);
+    }
+  }
+
+  /** What the estimators read of this bench, sampled as this run: nominal, or with a fault. */
+  model(component?: Component, value?: number) {
+    const delay = this.delayS === undefined ? "" : `&delta_s=${this.delayS}`;
+    const fault = component ? `&component=${component}&value=${value}` : "";
+    return api.model(this.bench.about.id, `period_s=${this.period}${delay}${fault}`);
+  }
+
+  /** The nominal parameters of a recorded run, sampled with the delay that its rig showed. */
+  private async learnNominal(delayS: number | null | undefined): Promise<void> {
+    try {
+      if (typeof delayS === "number") this.calibratedDelayS = delayS;
+      else await rigs.once();
+      this.nominal = await this.model();
+    } catch {
+      // the charts have no nominal line then
     }
   }
 

@@ -2,7 +2,8 @@ import { api } from "../api/client";
 import type { Run, RunEvent } from "../api/types";
 import type { Aligned } from "../figures/figure";
 import { moments } from "../live/statistics";
-import { NOMINAL, sameValue } from "../plant/components";
+import type { Bench } from "../plant/bench";
+import { rigs } from "../shell/rigs.svelte";
 import { readFrames } from "../stream/frame_reader";
 import { Slide } from "../stream/slide";
 
@@ -18,22 +19,22 @@ export interface ComparedRun {
   lastMean(channel: number): number | null;
 }
 
-export function firstFault(events: RunEvent[]): RunEvent | undefined {
+export function firstFault(events: RunEvent[], bench: Bench | undefined): RunEvent | undefined {
   return events.find(
     (event) =>
       event.kind === "relay_confirmed" &&
       event.component !== undefined &&
       typeof event.value === "number" &&
-      !sameValue(event.value, NOMINAL[event.component]),
+      !bench?.isNominal(event.component, event.value),
   );
 }
 
 export async function loadCompared(id: string): Promise<ComparedRun> {
-  const run = await api.run(id);
-  const period = run.plan?.period_s ?? run.period_s ?? 0.01;
+  const [run] = await Promise.all([api.run(id), rigs.known()]);
+  const period = run.period_s;
   const slide = new Slide(Math.max(run.samples ?? 0, 1), period);
   await readFrames(await api.frames(id), (block) => slide.append(block));
-  const fault = firstFault(run.events ?? []);
+  const fault = firstFault(run.events ?? [], rigs.benchOf(rigs.find(run.rig)));
   const durationS = slide.end * period;
   return {
     run,

@@ -1,7 +1,7 @@
 // tickets, bookings, events.
 #include <boost/json.hpp>
 
-#include "server/api/bench/lists.h"
+#include "server/api/sharing/lists.h"
 #include "server/json/json_reader.h"
 
 namespace faultlab::server {
@@ -94,13 +94,13 @@ json::array EventsToJson(std::span<const lab::LabEvent> events) {
   return items;
 }
 
-core::Result<HttpResponse> ListTickets(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListTickets(SharingApi& api, const ApiRequest& request) {
   const auto state = api.service.state();
   return JsonResponse(json::object{{"items", TicketsOf(*state, UserId{request.who.user_id})},
                                    {"next_cursor", nullptr}});
 }
 
-core::Result<HttpResponse> CreateTicket(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateTicket(SharingApi& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   lab::TicketRequest wanted;
   wanted.user = UserId{request.who.user_id};
@@ -119,7 +119,7 @@ core::Result<HttpResponse> CreateTicket(BenchApi& api, const ApiRequest& request
                       201);
 }
 
-core::Result<HttpResponse> AcceptTicket(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> AcceptTicket(SharingApi& api, const ApiRequest& request) {
   auto id = PathNumber(request);
   if (!id) return id.error();
   auto session = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
@@ -129,7 +129,7 @@ core::Result<HttpResponse> AcceptTicket(BenchApi& api, const ApiRequest& request
   return JsonResponse(SessionToJson(api, session.value()));
 }
 
-core::Result<HttpResponse> LeaveTicket(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> LeaveTicket(SharingApi& api, const ApiRequest& request) {
   auto id = PathNumber(request);
   if (!id) return id.error();
   const core::Status left =
@@ -143,13 +143,13 @@ core::Result<HttpResponse> LeaveTicket(BenchApi& api, const ApiRequest& request)
   return NoContent();
 }
 
-core::Result<HttpResponse> ListBookings(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListBookings(SharingApi& api, const ApiRequest& request) {
   const auto state = api.service.state();
   return JsonResponse(json::object{{"items", BookingsOf(*state, UserId{request.who.user_id})},
                                    {"next_cursor", nullptr}});
 }
 
-core::Result<HttpResponse> CreateBooking(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateBooking(SharingApi& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string rig_class = in.Text("rig_class", 64);
   const std::string start_text = in.Text("start", 40);
@@ -174,7 +174,7 @@ core::Result<HttpResponse> CreateBooking(BenchApi& api, const ApiRequest& reques
   return response;
 }
 
-core::Result<HttpResponse> DeleteBooking(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> DeleteBooking(SharingApi& api, const ApiRequest& request) {
   auto id = PathNumber(request);
   if (!id) return id.error();
   auto version = RequiredVersion(request);
@@ -190,7 +190,7 @@ core::Result<HttpResponse> DeleteBooking(BenchApi& api, const ApiRequest& reques
   return NoContent();
 }
 
-core::Result<HttpResponse> ClaimBooking(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ClaimBooking(SharingApi& api, const ApiRequest& request) {
   auto id = PathNumber(request);
   if (!id) return id.error();
   auto session = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
@@ -200,7 +200,7 @@ core::Result<HttpResponse> ClaimBooking(BenchApi& api, const ApiRequest& request
   return JsonResponse(SessionToJson(api, session.value()));
 }
 
-core::Result<HttpResponse> ListLabEvents(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListLabEvents(SharingApi& api, const ApiRequest& request) {
   const core::Status known = OnlyQuery(request.http, {"since", "limit"});
   if (!known.ok()) return known.error();
   auto since = QueryInteger(request.http, "since", 0, 0, INT64_MAX);

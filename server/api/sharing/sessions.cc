@@ -1,7 +1,7 @@
 // sessions: the lease one works in.
 #include <boost/json.hpp>
 
-#include "server/api/bench/lists.h"
+#include "server/api/sharing/lists.h"
 #include "server/json/json_reader.h"
 
 namespace faultlab::server {
@@ -12,7 +12,7 @@ using lab::SessionId;
 using lab::SessionState;
 using lab::UserId;
 
-std::string LoginOf(BenchApi& api, UserId user) {
+std::string LoginOf(SharingApi& api, UserId user) {
   const auto account = api.accounts.Get(Number(user));
   return account.ok() ? account.value().login : "?";
 }
@@ -29,7 +29,7 @@ core::Error NoSession() {
 
 /// Runs `input` on the session of the path as its user (or whom the matrix allows).
 template <typename Input>
-core::Result<HttpResponse> OnSession(BenchApi& api, const ApiRequest& request, Input input) {
+core::Result<HttpResponse> OnSession(SharingApi& api, const ApiRequest& request, Input input) {
   auto id = PathNumber(request);
   if (!id) return id.error();
   const core::Status done =
@@ -51,7 +51,7 @@ core::Result<HttpResponse> OnSession(BenchApi& api, const ApiRequest& request, I
 
 }  // namespace
 
-json::object SessionToJson(BenchApi& api, const lab::Session& session) {
+json::object SessionToJson(SharingApi& api, const lab::Session& session) {
   json::object out{{"id", Number(session.id)},
                    {"rig", session.rig},
                    {"rig_class", session.rig_class},
@@ -78,7 +78,7 @@ json::object SessionToJson(BenchApi& api, const lab::Session& session) {
   return out;
 }
 
-json::array SessionsOf(BenchApi& api, const lab::LabState& state, UserId user) {
+json::array SessionsOf(SharingApi& api, const lab::LabState& state, UserId user) {
   json::array items;
   for (const auto& [id, session] : state.sessions) {
     if (session.state == SessionState::kClosed || session.kind == lab::TicketKind::kPractice) {
@@ -92,7 +92,7 @@ json::array SessionsOf(BenchApi& api, const lab::LabState& state, UserId user) {
   return items;
 }
 
-core::Result<HttpResponse> ListSessions(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ListSessions(SharingApi& api, const ApiRequest& request) {
   const core::Status known = OnlyQuery(request.http, {"all"});
   if (!known.ok()) return known.error();
   const auto state = api.service.state();
@@ -117,7 +117,7 @@ core::Result<HttpResponse> ListSessions(BenchApi& api, const ApiRequest& request
   return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
 }
 
-core::Result<HttpResponse> ExtendSession(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ExtendSession(SharingApi& api, const ApiRequest& request) {
   return OnSession(
       api,
       request,
@@ -130,7 +130,7 @@ core::Result<HttpResponse> ExtendSession(BenchApi& api, const ApiRequest& reques
       });
 }
 
-core::Result<HttpResponse> EndSession(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> EndSession(SharingApi& api, const ApiRequest& request) {
   bool foreign = false;
   auto ended = OnSession(
       api,
@@ -147,7 +147,7 @@ core::Result<HttpResponse> EndSession(BenchApi& api, const ApiRequest& request) 
   return ended;
 }
 
-core::Result<HttpResponse> StillThere(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> StillThere(SharingApi& api, const ApiRequest& request) {
   return OnSession(
       api,
       request,
@@ -156,7 +156,7 @@ core::Result<HttpResponse> StillThere(BenchApi& api, const ApiRequest& request) 
       });
 }
 
-core::Result<HttpResponse> OfferControl(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> OfferControl(SharingApi& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string to = in.Text("to", 64);
   if (auto error = in.Finish()) return *error;
@@ -173,7 +173,7 @@ core::Result<HttpResponse> OfferControl(BenchApi& api, const ApiRequest& request
       });
 }
 
-core::Result<HttpResponse> AcceptControl(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> AcceptControl(SharingApi& api, const ApiRequest& request) {
   auto id = PathNumber(request);
   if (!id) return id.error();
   const UserId me{request.who.user_id};
@@ -188,7 +188,7 @@ core::Result<HttpResponse> AcceptControl(BenchApi& api, const ApiRequest& reques
   return JsonResponse(SessionToJson(api, session.value()));
 }
 
-core::Result<HttpResponse> TakeOverSession(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> TakeOverSession(SharingApi& api, const ApiRequest& request) {
   auto id = PathNumber(request);
   if (!id) return id.error();
   ObjectReader in(request.body, "");

@@ -1,7 +1,7 @@
 // calendar.ics, calendar-link.
 #include <boost/json.hpp>
 
-#include "server/api/bench/lists.h"
+#include "server/api/sharing/lists.h"
 #include "server/auth/calendar_links.h"
 
 namespace faultlab::server {
@@ -23,7 +23,7 @@ std::string CalendarText(std::string_view text) {
   return out;
 }
 
-core::Result<HttpResponse> CalendarOf(BenchApi& api, UserId user) {
+core::Result<HttpResponse> CalendarOf(SharingApi& api, UserId user) {
   const auto state = api.service.state();
   const std::string stamp = BasicIso8601(api.clock.Wall());
   std::string out =
@@ -54,27 +54,27 @@ core::Result<HttpResponse> LinkOf(CalendarLinks& links, const Principal& who) {
 
 }  // namespace
 
-core::Result<HttpResponse> GetCalendar(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetCalendar(SharingApi& api, const ApiRequest& request) {
   return CalendarOf(api, UserId{request.who.user_id});
 }
 
-core::Result<HttpResponse> GetCalendarByLink(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetCalendarByLink(SharingApi& api, const ApiRequest& request) {
   const auto account = api.calendar_links.AccountOf(request.http.PathParameter("token"));
   if (!account) return account.error();
   return CalendarOf(api, UserId{account.value()});
 }
 
-core::Result<HttpResponse> GetCalendarLink(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetCalendarLink(SharingApi& api, const ApiRequest& request) {
   return LinkOf(api.calendar_links, request.who);
 }
 
-core::Result<HttpResponse> CreateCalendarLink(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateCalendarLink(SharingApi& api, const ApiRequest& request) {
   const auto secret = api.calendar_links.Create(request.who.user_id, api.clock.Wall());
   if (!secret) return secret.error();
   return JsonResponse(json::object{{"link", "/api/v1/calendar/" + secret.value() + ".ics"}}, 201);
 }
 
-core::Result<HttpResponse> RemoveCalendarLink(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> RemoveCalendarLink(SharingApi& api, const ApiRequest& request) {
   const core::Status removed = api.calendar_links.Remove(request.who.user_id);
   if (!removed.ok()) return removed.error();
   return NoContent();

@@ -3,8 +3,8 @@
 #include <boost/json.hpp>
 #include <map>
 
-#include "server/api/bench/handlers.h"
 #include "server/api/rig_json.h"
+#include "server/api/sharing/handlers.h"
 #include "server/json/json_reader.h"
 #include "server/lab/timeline.h"
 
@@ -40,7 +40,7 @@ json::object RigToJson(const lab::Rig& rig) {
 
 /// Runs one operator's input on a rig and logs it.
 template <typename Input>
-core::Result<HttpResponse> OnRig(BenchApi& api,
+core::Result<HttpResponse> OnRig(SharingApi& api,
                                  const ApiRequest& request,
                                  const std::string& verb,
                                  const std::string& detail,
@@ -73,7 +73,7 @@ core::Result<WallTime> QueryTime(const ApiRequest& request,
 
 }  // namespace
 
-core::Result<HttpResponse> ListRigClasses(BenchApi& api, const ApiRequest&) {
+core::Result<HttpResponse> ListRigClasses(SharingApi& api, const ApiRequest&) {
   const auto state = api.service.state();
   std::map<std::string, json::object> classes;
   for (const auto& [id, rig] : state->rigs) {
@@ -100,7 +100,7 @@ core::Result<HttpResponse> ListRigClasses(BenchApi& api, const ApiRequest&) {
   return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
 }
 
-core::Result<HttpResponse> GetAvailability(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetAvailability(SharingApi& api, const ApiRequest& request) {
   const core::Status known = OnlyQuery(request.http, {"from", "to", "minutes"});
   if (!known.ok()) return known.error();
   const WallTime now = api.clock.Wall();
@@ -165,7 +165,7 @@ core::Result<HttpResponse> GetAvailability(BenchApi& api, const ApiRequest& requ
       {"busy", std::move(busy)}, {"next_free", std::move(next_free)}, {"slots", std::move(slots)}});
 }
 
-core::Result<HttpResponse> GetRigHealth(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetRigHealth(SharingApi& api, const ApiRequest& request) {
   const auto state = api.service.state();
   const auto rig = state->rigs.find(request.http.PathParameter("id"));
   if (rig == state->rigs.end()) {
@@ -184,7 +184,7 @@ core::Result<HttpResponse> GetRigHealth(BenchApi& api, const ApiRequest& request
   return JsonResponse(out);
 }
 
-core::Result<HttpResponse> QuarantineRig(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> QuarantineRig(SharingApi& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string reason = in.Text("reason", 500);
   if (auto error = in.Finish()) return *error;
@@ -197,7 +197,7 @@ core::Result<HttpResponse> QuarantineRig(BenchApi& api, const ApiRequest& reques
                });
 }
 
-core::Result<HttpResponse> ReleaseRig(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ReleaseRig(SharingApi& api, const ApiRequest& request) {
   return OnRig(api,
                request,
                "release",
@@ -207,7 +207,7 @@ core::Result<HttpResponse> ReleaseRig(BenchApi& api, const ApiRequest& request) 
                });
 }
 
-core::Result<HttpResponse> TestRig(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> TestRig(SharingApi& api, const ApiRequest& request) {
   return OnRig(api,
                request,
                "self_test",
@@ -217,7 +217,7 @@ core::Result<HttpResponse> TestRig(BenchApi& api, const ApiRequest& request) {
                });
 }
 
-core::Result<HttpResponse> CommissionRig(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CommissionRig(SharingApi& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string reason = in.Text("reason", 500);
   if (auto error = in.Finish()) return *error;
@@ -235,7 +235,7 @@ core::Result<HttpResponse> CommissionRig(BenchApi& api, const ApiRequest& reques
                });
 }
 
-core::Result<HttpResponse> ClearTrip(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> ClearTrip(SharingApi& api, const ApiRequest& request) {
   const auto rig = api.bay.Find(request.http.PathParameter("id"));
   if (!rig) return rig.error();
   if (!rig.value().trip) {
@@ -253,7 +253,7 @@ core::Result<HttpResponse> ClearTrip(BenchApi& api, const ApiRequest& request) {
 }
 
 /// What the rig has seen is the agent's word, signed with the rig's key.
-core::Result<HttpResponse> AdoptRig(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> AdoptRig(SharingApi& api, const ApiRequest& request) {
   const auto rig = api.bay.Find(request.http.PathParameter("id"));
   if (!rig) return rig.error();
   const auto& remote = rig.value().remote;
@@ -275,7 +275,7 @@ core::Result<HttpResponse> AdoptRig(BenchApi& api, const ApiRequest& request) {
                });
 }
 
-core::Result<HttpResponse> CreateOutage(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> CreateOutage(SharingApi& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string start_text = in.Text("start", 40);
   const std::string end_text = in.Text("end", 40);
@@ -298,7 +298,7 @@ core::Result<HttpResponse> CreateOutage(BenchApi& api, const ApiRequest& request
   return JsonResponse(out, 201);
 }
 
-core::Result<HttpResponse> DeleteOutage(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> DeleteOutage(SharingApi& api, const ApiRequest& request) {
   auto outage = PathNumber(request, "outage");
   if (!outage) return outage.error();
   const std::string& rig = request.http.PathParameter("id");

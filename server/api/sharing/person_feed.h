@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "server/api/bench/handlers.h"
+#include "server/api/sharing/handlers.h"
 
 namespace faultlab::server {
 
@@ -21,7 +21,7 @@ namespace faultlab::server {
 class PersonFeed {
  public:
   /// Must outlive the feed.
-  explicit PersonFeed(BenchApi& api);
+  explicit PersonFeed(SharingApi& api);
   ~PersonFeed();
   PersonFeed(const PersonFeed&) = delete;
   PersonFeed& operator=(const PersonFeed&) = delete;
@@ -43,7 +43,7 @@ class PersonFeed {
   std::string Holdings(const lab::LabState& state, lab::UserId user) const;
   std::int64_t NewestEvent(lab::UserId user) const;
 
-  BenchApi& api_;
+  SharingApi& api_;
 
   std::mutex mutex_;
   std::condition_variable wake_;
@@ -53,6 +53,6 @@ class PersonFeed {
 };
 
 /// POST /api/v1/events/stream-token
-core::Result<HttpResponse> IssueFeedToken(BenchApi& api, const ApiRequest& request);
+core::Result<HttpResponse> IssueFeedToken(SharingApi& api, const ApiRequest& request);
 
 }  // namespace faultlab::server

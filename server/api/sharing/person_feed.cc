@@ -1,10 +1,10 @@
-#include "server/api/bench/person_feed.h"
+#include "server/api/sharing/person_feed.h"
 
 #include <boost/json.hpp>
 #include <utility>
 #include <vector>
 
-#include "server/api/bench/lists.h"
+#include "server/api/sharing/lists.h"
 
 namespace faultlab::server {
 namespace {
@@ -22,7 +22,7 @@ std::string Message(const std::string& holdings, const json::array& news, std::i
 
 }  // namespace
 
-PersonFeed::PersonFeed(BenchApi& api) : api_(api), thread_([this] { Loop(); }) {}
+PersonFeed::PersonFeed(SharingApi& api) : api_(api), thread_([this] { Loop(); }) {}
 
 PersonFeed::~PersonFeed() {
   {
@@ -101,7 +101,7 @@ void PersonFeed::Loop() {
   }
 }
 
-core::Result<HttpResponse> IssueFeedToken(BenchApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> IssueFeedToken(SharingApi& api, const ApiRequest& request) {
   const std::string channel = api.feed->Open(lab::UserId{request.who.user_id});
   const std::string code = api.tokens.Issue({channel, request.who.owner_key(), false});
   return JsonResponse(json::object{{"code", code}, {"expires_in_s", kStreamTokenLife.count()}},

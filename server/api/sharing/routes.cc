@@ -1,9 +1,9 @@
-#include "server/api/bench/handlers.h"
-#include "server/api/bench/person_feed.h"
+#include "server/api/sharing/handlers.h"
+#include "server/api/sharing/person_feed.h"
 
 namespace faultlab::server {
 
-std::vector<ApiRoute> RoutesOf(BenchApi& api) {
+std::vector<ApiRoute> RoutesOf(SharingApi& api) {
   using enum HttpMethod;
   using enum Operation;
   using enum Guard;

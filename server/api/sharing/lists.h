@@ -4,7 +4,7 @@
 #include <boost/json/object.hpp>
 #include <span>
 
-#include "server/api/bench/handlers.h"
+#include "server/api/sharing/handlers.h"
 
 // What a person holds in the lab, as JSON: the bodies of the lists, and of the feed.
 namespace faultlab::server {
@@ -12,7 +12,7 @@ namespace faultlab::server {
 boost::json::array TicketsOf(const lab::LabState& state, lab::UserId user);
 boost::json::array BookingsOf(const lab::LabState& state, lab::UserId user);
 /// Live sessions of the user, and those whose control is offered to the user.
-boost::json::array SessionsOf(BenchApi& api, const lab::LabState& state, lab::UserId user);
+boost::json::array SessionsOf(SharingApi& api, const lab::LabState& state, lab::UserId user);
 boost::json::array EventsToJson(std::span<const lab::LabEvent> events);
 
 }  // namespace faultlab::server
