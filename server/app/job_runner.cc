@@ -65,12 +65,12 @@ void JobRunner::Loop() {
 }
 
 void JobRunner::Finish(const lab::Job& job, const std::string& state, const std::string& error) {
-  Log(lab_.jobs.Finish(job.id, state, error, api_.clock.Wall()));
+  Log(lab_.jobs.Finish(job, state, error, api_.clock.Wall()));
 }
 
 /// If this fails, the job waits again when its lease runs out.
 void JobRunner::GiveBack(const lab::Job& job) {
-  Log(lab_.jobs.GiveBack(job.id, api_.clock.Wall() + kNextLook));
+  Log(lab_.jobs.GiveBack(job, api_.clock.Wall() + kNextLook));
 }
 
 std::optional<Principal> JobRunner::OwnerOf(const lab::Job& job) const {
@@ -100,7 +100,7 @@ void JobRunner::Diagnose(const lab::Job& job, const Principal& who) {
   const core::Result<std::string> result =
       parsed.ok() ? RunDiagnoseJob(api_, who, *parsed.value()) : parsed.error();
   if (!result.ok()) return Finish(job, "failed", result.error().message);
-  const core::Status kept = lab_.jobs.SetResult(job.id, result.value());
+  const core::Status kept = lab_.jobs.SetResult(job, result.value());
   Finish(job, kept.ok() ? "finished" : "failed", kept.ok() ? "" : kept.error().message);
 }
 
@@ -169,12 +169,12 @@ void JobRunner::Run(const lab::Job& job, const Principal& who) {
 }
 
 void JobRunner::Follow(const lab::Job& job, const std::string& run) {
-  Log(lab_.jobs.SetRun(job.id, run));
+  Log(lab_.jobs.SetRun(job, run));
   for (auto live = api_.runs.Find(run); live && live->state == RunState::kRunning;
        live = api_.runs.Find(run)) {
     // Stopping the server stops the run; its job waits for the next start.
     if (WaitForStop(kPoll)) return;
-    Log(lab_.jobs.Renew(job.id, options_.server_id, api_.clock.Wall() + kLease));
+    Log(lab_.jobs.Renew(job, api_.clock.Wall() + kLease));
   }
   api_.runs.Wait(run);
   const auto record = api_.store.Get(run);

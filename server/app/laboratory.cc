@@ -14,11 +14,11 @@
 #include "server/app/static_files.h"
 #include "server/auth/accounts.h"
 #include "server/diagnosis_json/calibration_json.h"
+#include "server/lab/lab_id.h"
 #include "server/plots/record_figure.h"
 #include "server/run/rig_bay.h"
 #include "server/storage/database.h"
 #include "server/storage/folder_lock.h"
-#include "server/storage/lab_id.h"
 #include "server/storage/postgres_location.h"
 #include "server/storage/rig_calibrations.h"
 #include "server/stream/stream_tokens.h"
@@ -212,7 +212,7 @@ class Laboratory::Impl {
     options.lcm_url = config_.lcm_url;
     options.key_directory = config_.lcm_keys;
     options.server_name = config_.server_id;
-    auto lab = LabId(*database_);
+    auto lab = lab::LabId(*database_);
     if (!lab) return lab.error();
     options.lab = lab.value();
     auto finder = hardware::OpenRigFinder(options);

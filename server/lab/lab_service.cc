@@ -48,11 +48,11 @@ core::Result<std::unique_ptr<LabService>> LabService::Open(Database& database,
   // A process of this id that has died a moment ago leaves its place when its lease ends.
   const auto give_up = std::chrono::steady_clock::now() + service->options_.join_patience;
   std::deque<Request> none;
-  core::Status loaded = service->Transact(none, /*recover=*/true);
+  core::Status loaded = service->Transact(none, Entry::kJoins);
   while (!loaded.ok() && loaded.error().field == kMemberField &&
          std::chrono::steady_clock::now() < give_up) {
     std::this_thread::sleep_for(kJoinLook);
-    loaded = service->Transact(none, /*recover=*/true);
+    loaded = service->Transact(none, Entry::kJoins);
   }
   if (!loaded.ok()) return loaded.error();
   service->StartChecks();
@@ -135,7 +135,7 @@ void LabService::Main() {
 }
 
 void LabService::Turn(std::deque<Request> requests) {
-  const core::Status stored = Transact(requests, /*recover=*/false);
+  const core::Status stored = Transact(requests, Entry::kStays);
   for (Request& request : requests) request.stored.set_value(stored);
   StartChecks();
 }
@@ -184,34 +184,37 @@ core::Status LabService::CheckClock(Transaction& tx) const {
 
 /// After an outage of the database every lease has run out: each member gets the time of one to
 /// come back before the others believe that it is gone.
-bool LabService::MayBury() {
+bool LabService::MayRemove() {
   const MonotonicTime now = clock_.Monotonic();
   const Milliseconds lease = options_.policy.member_lease;
-  if (now - last_turn_ > lease / 2) bury_from_ = now + lease;
+  if (now - last_turn_ > lease / 2) remove_from_ = now + lease;
   last_turn_ = now;
-  return now >= bury_from_;
+  return now >= remove_from_;
 }
 
 /// The place among the members: taken at the start, renewed with the turns, taken anew when the
-/// others have given it up (this process was frozen). Members whose leases have ended are buried.
+/// others have given it up (this process was frozen). Members whose leases have ended are removed.
 core::Status LabService::KeepMembership(Transaction& tx,
                                         Scheduler& next,
-                                        bool joins,
+                                        Entry entry,
                                         WallTime now) {
   std::vector<Member> all = members::Load(tx);
   auto self = std::find_if(
       all.begin(), all.end(), [&](const Member& each) { return each.id == options_.member; });
   const bool ours = self != all.end() && self->boot == boot_;
   if (!ours) {
-    const bool alive = self != all.end() && self->lease_until > now && !(joins && options_.alone);
+    const bool alive =
+        self != all.end() && self->lease_until > now && !(entry == Entry::kJoins && options_.alone);
     if (alive) {
       return core::Error{core::ErrorCode::kConflict,
                          "another server with server_id '" + options_.member +
                              "' uses this database; give each server an id of its own",
                          kMemberField};
     }
-    if (!joins) next.MemberGone(options_.member, now);  // what it had was given up meanwhile
-    (void)InterruptRuns(tx, options_.member, now);      // of the process that was here before
+    if (entry == Entry::kStays) {
+      next.MemberGone(options_.member, now);  // what it had was given up meanwhile
+    }
+    (void)InterruptRuns(tx, options_.member, now);  // of the process that was here before
     if (self == all.end()) self = all.insert(all.end(), Member{});
     *self = {options_.member, boot_, options_.address, WallTime{}};
   }
@@ -223,14 +226,14 @@ core::Status LabService::KeepMembership(Transaction& tx,
     self->lease_until = now + lease;
     members::Put(tx, *self);
   }
-  const bool may_bury = MayBury();
+  const bool may_remove = MayRemove();
   for (auto each = all.begin(); each != all.end();) {
-    if (each->id == options_.member || each->lease_until > now || !may_bury) {
+    if (each->id == options_.member || each->lease_until > now || !may_remove) {
       ++each;
       continue;
     }
     next.MemberGone(each->id, now);
-    members::Bury(tx, each->id, now);
+    members::Remove(tx, each->id, now);
     each = all.erase(each);
   }
   const std::lock_guard lock(mutex_);
@@ -238,7 +241,7 @@ core::Status LabService::KeepMembership(Transaction& tx,
   return core::Done{};
 }
 
-core::Status LabService::Transact(std::deque<Request>& requests, bool recover) {
+core::Status LabService::Transact(std::deque<Request>& requests, Entry entry) {
   std::optional<Scheduler> next;
   std::int64_t version = 0;
   const core::Status stored =
@@ -248,9 +251,9 @@ core::Status LabService::Transact(std::deque<Request>& requests, bool recover) {
                                          : Scheduler(options_.policy, lab_store::Load(tx)));
         NoticeClockJump(*next);
         const WallTime now = clock_.Wall();
-        const core::Status member = KeepMembership(tx, *next, recover, now);
+        const core::Status member = KeepMembership(tx, *next, entry, now);
         if (!member.ok()) return member;
-        if (recover) next->Recover(now, options_.member);
+        if (entry == Entry::kJoins) next->Recover(now, options_.member);
         NoticeRuns(*next, now);
         for (Request& request : requests) request.input(*next, now);
         next->Tick(now);

@@ -99,6 +99,8 @@ class LabService {
 
  private:
   using Input = std::function<void(Scheduler&, WallTime)>;
+  /// Of a turn: the first one of this process takes the place, the others keep it.
+  enum class Entry : std::uint8_t { kJoins, kStays };
   struct Request {
     Input input;
     std::promise<core::Status> stored;
@@ -108,12 +110,12 @@ class LabService {
   core::Status Submit(Input input);
   void Main();
   void Turn(std::deque<Request> requests);
-  core::Status Transact(std::deque<Request>& requests, bool recover);
+  core::Status Transact(std::deque<Request>& requests, Entry entry);
   void NoticeClockJump(Scheduler& next);
   void NoticeRuns(Scheduler& next, WallTime now);
-  core::Status KeepMembership(Transaction& tx, Scheduler& next, bool joins, WallTime now);
+  core::Status KeepMembership(Transaction& tx, Scheduler& next, Entry entry, WallTime now);
   core::Status CheckClock(Transaction& tx) const;
-  bool MayBury();
+  bool MayRemove();
   bool IsOwn(const Rig& rig) const { return rig.server == options_.member; }
   void Publish(Scheduler next, std::int64_t version);
   void FenceRigs(const LabState& state);
@@ -134,7 +136,7 @@ class LabService {
   WallTime last_wall_{};
   MonotonicTime last_monotonic_{};
   MonotonicTime last_turn_{};
-  MonotonicTime bury_from_{};
+  MonotonicTime remove_from_{};
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

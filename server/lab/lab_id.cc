@@ -1,4 +1,4 @@
-#include "server/storage/lab_id.h"
+#include "server/lab/lab_id.h"
 
 #include <cstddef>
 #include <optional>
@@ -7,7 +7,7 @@
 #include "server/storage/blob_store.h"
 #include "server/storage/ids.h"
 
-namespace faultlab::server {
+namespace faultlab::server::lab {
 namespace {
 
 const std::string kOwner = "lab_id";
@@ -34,4 +34,4 @@ core::Result<std::string> LabId(Database& database) {
   return id;
 }
 
-}  // namespace faultlab::server
+}  // namespace faultlab::server::lab
