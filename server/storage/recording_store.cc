@@ -371,4 +371,11 @@ std::vector<std::string> InterruptRuns(Transaction& tx,
   return ids;
 }
 
+void InterruptRun(Transaction& tx, const std::string& run_id, WallTime now) {
+  const std::int64_t now_ms = ToMilliseconds(now);
+  tx.sql() << "UPDATE recording SET state = 'interrupted', ended_ms = :now "
+              "WHERE state = 'running' AND id = :id",
+      use(now_ms, "now"), use(run_id, "id");
+}
+
 }  // namespace faultlab::server

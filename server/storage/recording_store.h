@@ -105,5 +105,7 @@ class RecordingStore {
 /// their chunks stay, nothing can be added any more. Throws what the database throws.
 /// @returns their ids.
 std::vector<std::string> InterruptRuns(Transaction& tx, const std::string& server_id, WallTime now);
+/// The same for one run; nothing when it has ended.
+void InterruptRun(Transaction& tx, const std::string& run_id, WallTime now);
 
 }  // namespace faultlab::server
