@@ -15,6 +15,11 @@ constexpr std::size_t kRequestsMax = 10'000;
 constexpr Milliseconds kLeaseAlone = std::chrono::hours(24);
 constexpr Milliseconds kJoinLook{250};
 constexpr const char* kMemberField = "server_id";
+/// From the lease of a practice run to its hands on the simulator: Acquire waits 5 s at most.
+constexpr Milliseconds kPracticeBegins = std::chrono::seconds(30);
+constexpr Milliseconds kLostRunLook = std::chrono::seconds(10);
+/// What a run may take for its last diagnosis and its end, when its rig is in other hands.
+constexpr Milliseconds kLastWords = std::chrono::minutes(2);
 
 std::vector<LabEvent> ToEvents(const std::vector<Notice>& notices, WallTime now) {
   std::vector<LabEvent> events;
@@ -152,29 +157,43 @@ void LabService::NoticeClockJump(Scheduler& next) {
   if (jump > kJump || jump < -kJump) next.ClockJumped(jump);
 }
 
+/// Practice is nothing but its run: where that has ended unheard (the database was away), it ends.
 void LabService::NoticeRuns(Scheduler& next, WallTime now) {
   std::vector<std::pair<SessionId, bool>> changed;
+  std::vector<SessionId> left;
   for (const auto& [id, session] : next.state().sessions) {
-    const bool person = session.kind != TicketKind::kPractice;  // which is nothing but its run
-    if (session.state != SessionState::kActive || !person) continue;
+    if (session.state != SessionState::kActive) continue;
     if (!IsOwn(next.state().rigs.at(session.rig))) continue;
     const bool running = duties_.RunInProgress(session.rig);
-    if (running != session.run_in_progress) changed.emplace_back(id, running);
+    if (session.kind != TicketKind::kPractice) {
+      if (running != session.run_in_progress) changed.emplace_back(id, running);
+    } else if (!running && now - session.start > kPracticeBegins) {
+      left.push_back(id);
+    }
   }
+  for (const SessionId id : left) next.EndPractice(id, now);
   for (const auto& [id, running] : changed) {
     // Neither refuses an active session.
     (void)(running ? next.RunStarted(id, now) : next.RunEnded(id, now));
   }
 }
 
+Milliseconds LabService::ClockOffset() const {
+  return std::chrono::duration_cast<Milliseconds>(clock_.Wall().time_since_epoch() -
+                                                  clock_.Monotonic().time_since_epoch());
+}
+
 /// Leases, bookings and waits of all members are read by the clocks of all.
-core::Status LabService::CheckClock(Transaction& tx) const {
+core::Status LabService::CheckClock(Transaction& tx) {
   const Milliseconds limit = options_.clock_error_max;
   if (limit == Milliseconds{0} || tx.engine() != Engine::kPostgresql) return core::Done{};
   const WallTime asked = clock_.Wall();
   const WallTime theirs = members::DatabaseTime(tx);
   const Milliseconds error = asked + (clock_.Wall() - asked) / 2 - theirs;
-  if (error <= limit && error >= -limit) return core::Done{};
+  if (error <= limit && error >= -limit) {
+    checked_offset_ = ClockOffset();
+    return core::Done{};
+  }
   return core::Error{core::ErrorCode::kUnavailable,
                      "this machine's clock is " + std::to_string(error.count()) +
                          " ms off the database's, and servers may differ by " +
@@ -192,6 +211,24 @@ bool LabService::MayRemove() {
   return now >= remove_from_;
 }
 
+/// A run stores its own end; where that failed, it would be running for ever.
+void LabService::InterruptLostRuns(Transaction& tx, WallTime now) {
+  const MonotonicTime looked = clock_.Monotonic();
+  if (looked - last_look_ < kLostRunLook) return;
+  last_look_ = looked;
+  std::map<std::string, MonotonicTime> past;
+  for (const std::string& run : lab_store::RunsOfPastLeases(tx, options_.member, now)) {
+    const auto known = past_runs_.find(run);
+    const MonotonicTime since = known == past_runs_.end() ? looked : known->second;
+    if (looked - since < kLastWords) {
+      past.emplace(run, since);
+    } else {
+      InterruptRun(tx, run, now);
+    }
+  }
+  past_runs_ = std::move(past);
+}
+
 /// The place among the members: taken at the start, renewed with the turns, taken anew when the
 /// others have given it up (this process was frozen). Members whose leases have ended are removed.
 core::Status LabService::KeepMembership(Transaction& tx,
@@ -199,6 +236,9 @@ core::Status LabService::KeepMembership(Transaction& tx,
                                         Entry entry,
                                         WallTime now) {
   std::vector<Member> all = members::Load(tx);
+  WallTime somebody_until{};
+  for (const Member& each : all) somebody_until = std::max(somebody_until, each.lease_until);
+  if (!all.empty() && somebody_until < now) next.StoodStill(now - somebody_until);
   auto self = std::find_if(
       all.begin(), all.end(), [&](const Member& each) { return each.id == options_.member; });
   const bool ours = self != all.end() && self->boot == boot_;
@@ -220,9 +260,14 @@ core::Status LabService::KeepMembership(Transaction& tx,
   }
   // Half of a lease may be lost to a busy machine.
   const Milliseconds lease = options_.alone ? kLeaseAlone : options_.policy.member_lease;
-  if (self->lease_until < now + lease / 2) {
+  const bool renews = self->lease_until < now + lease / 2;
+  const Milliseconds moved = ClockOffset() - checked_offset_;
+  const Milliseconds unnoticed = options_.clock_error_max / 2;
+  if (renews || moved > unnoticed || moved < -unnoticed) {
     const core::Status clock = CheckClock(tx);
     if (!clock.ok()) return clock;
+  }
+  if (renews) {
     self->lease_until = now + lease;
     members::Put(tx, *self);
   }
@@ -254,6 +299,7 @@ core::Status LabService::Transact(std::deque<Request>& requests, Entry entry) {
         const core::Status member = KeepMembership(tx, *next, entry, now);
         if (!member.ok()) return member;
         if (entry == Entry::kJoins) next->Recover(now, options_.member);
+        InterruptLostRuns(tx, now);
         NoticeRuns(*next, now);
         for (Request& request : requests) request.input(*next, now);
         next->Tick(now);
@@ -265,7 +311,10 @@ core::Status LabService::Transact(std::deque<Request>& requests, Entry entry) {
         return core::Done{};
       });
   if (!stored.ok()) {
-    version_ = -1;  // whatever happened, the next turn starts from the disk
+    version_ = -1;            // whatever happened, the next turn starts from the disk
+    checked_epochs_.clear();  // the answer of a check may have been in it: it is asked for again
+    const bool replaced = entry == Entry::kStays && stored.error().field == kMemberField;
+    if (replaced) FenceForReplacement(next->state());
     return stored;
   }
   // Before anybody hears of it: a run or a command of an older epoch must not outlive the answer.
@@ -283,6 +332,18 @@ void LabService::FenceRigs(const LabState& state) {
     if (rig.epoch == fenced) continue;
     fenced = rig.epoch;
     duties_.Fence(id, rig.epoch);
+  }
+}
+
+/// A new process has this member's place and may go on with the very epochs that this one knows:
+/// here nothing below the next one is admitted.
+void LabService::FenceForReplacement(const LabState& state) {
+  for (auto& [id, fenced] : fenced_epochs_) {
+    const auto rig = state.rigs.find(id);
+    const std::uint64_t next = (rig == state.rigs.end() ? fenced : rig->second.epoch) + 1;
+    if (next <= fenced) continue;
+    fenced = next;
+    duties_.Fence(id, next);
   }
 }
 

@@ -60,7 +60,10 @@ struct LabServiceOptions {
 /// transaction, each is refused or accepted by itself, and everybody is answered after the commit.
 /// Two servers on one PostgreSQL take turns on the row of the version and reload when it moved.
 /// Each is a member with a lease that it renews with its turns: one that is silent for longer has
-/// lost its rigs and runs to the others, and joins anew when it wakes up.
+/// lost its rigs and runs to the others, and joins anew when it wakes up. What an outage of the
+/// database swallowed is made up for from the state: checks are asked for again, practice that
+/// nobody runs ends, runs whose end was lost are interrupted, and nobody is late for the time in
+/// which no server could answer.
 class LabService {
  public:
   static core::Result<std::unique_ptr<LabService>> Open(Database& database,
@@ -114,11 +117,14 @@ class LabService {
   void NoticeClockJump(Scheduler& next);
   void NoticeRuns(Scheduler& next, WallTime now);
   core::Status KeepMembership(Transaction& tx, Scheduler& next, Entry entry, WallTime now);
-  core::Status CheckClock(Transaction& tx) const;
+  Milliseconds ClockOffset() const;
+  core::Status CheckClock(Transaction& tx);
+  void InterruptLostRuns(Transaction& tx, WallTime now);
   bool MayRemove();
   bool IsOwn(const Rig& rig) const { return rig.server == options_.member; }
   void Publish(Scheduler next, std::int64_t version);
   void FenceRigs(const LabState& state);
+  void FenceForReplacement(const LabState& state);
   void StartChecks();
 
   Database& database_;
@@ -135,8 +141,12 @@ class LabService {
   std::map<RigId, std::uint64_t> checked_epochs_;  ///< of the newest check that was begun
   WallTime last_wall_{};
   MonotonicTime last_monotonic_{};
+  Milliseconds checked_offset_{};  ///< wall less monotonic time when the clock was last found right
   MonotonicTime last_turn_{};
   MonotonicTime remove_from_{};
+  MonotonicTime last_look_{};  ///< at runs whose end may be lost
+  std::map<std::string, MonotonicTime>
+      past_runs_;  ///< since when their leases are known to be over
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

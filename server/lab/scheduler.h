@@ -126,6 +126,9 @@ class Scheduler {
   void Tick(WallTime now);
   /// The wall clock was set: leases and waits keep their length, the calendar keeps its dates.
   void ClockJumped(Milliseconds delta);
+  /// For so long nobody could reach the lab: what people or checks had a given time for has as much
+  /// more. The calendar and the ends of sessions keep their dates.
+  void StoodStill(Milliseconds length);
   /// After a restart of the server of these rigs (empty: of all): their runs have ended, what was
   /// ready or being checked is checked anew.
   void Recover(WallTime now, const std::string& server = {});

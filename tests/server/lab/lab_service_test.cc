@@ -4,8 +4,10 @@
 #include <soci/soci.h>
 
 #include <atomic>
+#include <stdexcept>
 #include <thread>
 
+#include "server/storage/recording_store.h"
 #include "tests/server/lab/waiting_bench.h"
 #include "tests/support/engines.h"
 #include "tests/support/test_database.h"
@@ -181,6 +183,83 @@ TEST_P(LabServiceTest, TheBenchIsFencedBeforeTheEndOfASessionIsTold) {
   bench_->AwaitChecks(1);
   bench_.PassChecks(*service_);
   EXPECT_EQ(service_->state()->rigs.at(session.rig).status, RigStatus::kReady);
+}
+
+TEST_P(LabServiceTest, ACheckWhoseAnswerCouldNotBeStoredIsAskedForAgain) {
+  std::atomic<bool> away{false};
+  DatabaseOptions options = database_.options();
+  options.at_commit = [&](CommitMoment moment) {
+    if (away && moment == CommitMoment::kBefore) throw std::runtime_error("the cable is out");
+  };
+  service_.reset();
+  bench_ = std::make_unique<WaitingBench>();
+  const auto database = Database::Open(options).value();
+  service_ = OpenService(*database, bench_);
+  bench_->AwaitChecks(2);
+  away = true;
+  bench_->FailToPassChecks(*service_);
+  away = false;
+  ASSERT_TRUE(service_->TickNow().ok());
+  bench_->AwaitChecks(2);
+  bench_.PassChecks(*service_);
+  EXPECT_EQ(service_->state()->rigs.at("bench-1").status, RigStatus::kReady);
+  EXPECT_EQ(service_->state()->rigs.at("bench-2").status, RigStatus::kReady);
+  service_.reset();
+}
+
+TEST_P(LabServiceTest, PracticeWhoseEndWasLostGivesItsSimulatorBack) {
+  const auto begin = [&](Scheduler& lab, WallTime now) -> core::Result<Session> {
+    if (!lab.state().rigs.contains("sim-1")) {
+      (void)lab.AddRig("sim-1", "sim", true);
+      (void)lab.Claim("sim-1", "local", now);
+    }
+    return lab.Practice(UserId{1}, {"sim-1"}, hours(1), now);
+  };
+  ASSERT_TRUE(service_->Do(begin).ok());
+  bench_->SetRunning("sim-1");
+  clock_.Advance(minutes(10));
+  ASSERT_TRUE(service_->TickNow().ok());
+  EXPECT_EQ(service_->state()->rigs.at("sim-1").status, RigStatus::kLeased) << "it runs";
+  bench_->SetRunning("");
+  ASSERT_TRUE(service_->TickNow().ok());
+  EXPECT_EQ(service_->state()->rigs.at("sim-1").status, RigStatus::kReady);
+  ASSERT_TRUE(service_->Do(begin).ok());
+  clock_.Advance(seconds(20));
+  ASSERT_TRUE(service_->TickNow().ok());
+  EXPECT_EQ(service_->state()->rigs.at("sim-1").status, RigStatus::kLeased)
+      << "its run may be about to begin";
+}
+
+TEST_P(LabServiceTest, ARunWhoseEndCouldNotBeStoredIsInterruptedWhenItsLeaseIsLongOver) {
+  RecordingStore runs(*database_);
+  const auto begin = [&](const std::string& id, const Session& session) {
+    RunRecord run;
+    run.id = id;
+    run.rig = session.rig;
+    run.epoch = session.epoch;
+    run.server_id = "local";
+    run.created_at = clock_.Wall();
+    EXPECT_TRUE(runs.Begin(run).ok());
+  };
+  const Session over = Start(*service_, 1).value();
+  const Session goes_on = Start(*service_, 2).value();
+  begin("run-lost", over);
+  begin("run-live", goes_on);
+  ASSERT_TRUE(service_
+                  ->Do([&](Scheduler& lab, WallTime now) {
+                    return lab.EndSession(over.id, EndReason::kEnded, "", now);
+                  })
+                  .ok());
+  const auto state_after = [&](seconds time) {
+    for (seconds passed{0}; passed < time; passed += seconds(5)) {
+      clock_.Advance(seconds(5));
+      EXPECT_TRUE(service_->TickNow().ok());
+    }
+    return runs.Get("run-lost").value().state;
+  };
+  EXPECT_EQ(state_after(seconds(60)), RunState::kRunning) << "it may be at its last diagnosis";
+  EXPECT_EQ(state_after(seconds(90)), RunState::kInterrupted);
+  EXPECT_EQ(runs.Get("run-live").value().state, RunState::kRunning);
 }
 
 TEST_P(LabServiceTest, TwoHundredWhoAskTogetherAreAllAnsweredConsistently) {

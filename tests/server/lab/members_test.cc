@@ -2,7 +2,9 @@
 #include "server/lab/members.h"
 
 #include <gtest/gtest.h>
+#include <soci/soci.h>
 
+#include <atomic>
 #include <future>
 #include <thread>
 
@@ -157,6 +159,97 @@ TEST_F(Members, OneWhoseClockIsFarOffTheDatabasesTakesNoPart) {
   EXPECT_NE(off.error().message.find("keep it by NTP"), std::string::npos) << off.error().message;
   SystemClock right;
   EXPECT_TRUE(LabService::Open(*database_, right, third, options).ok());
+}
+
+/// The machine's time, set wrong by a person.
+class SetClock : public SystemClock {
+ public:
+  WallTime Wall() const override { return SystemClock::Wall() + Milliseconds(off_ms_.load()); }
+  void Set(Milliseconds off) { off_ms_ = off.count(); }
+
+ private:
+  std::atomic<std::int64_t> off_ms_{0};
+};
+
+TEST(ClockOfAMember, ThatIsSetWrongIsNoticedBeforeItsNextTurnIsStored) {
+  tests::TestDatabase database(Engine::kPostgresql);
+  WaitingBench bench;
+  SetClock clock;
+  LabServiceOptions options;
+  options.tick = hours(1);
+  options.member = "c";
+  options.alone = false;
+  options.clock_error_max = seconds(1);
+  const auto opened = LabService::Open(*database, clock, bench, options);
+  ASSERT_TRUE(opened.ok());
+  LabService& server = *opened.value();
+  for (const Milliseconds off :
+       {Milliseconds(hours(-1)), Milliseconds(hours(1)), Milliseconds(-1500), Milliseconds(1500)}) {
+    clock.Set(off);
+    const Status refused = server.TickNow();
+    ASSERT_FALSE(refused.ok()) << off.count() << " ms";
+    EXPECT_NE(refused.error().message.find("keep it by NTP"), std::string::npos);
+    clock.Set(Milliseconds{0});
+    EXPECT_TRUE(server.TickNow().ok()) << "after " << off.count() << " ms";
+  }
+}
+
+TEST_F(Members, OneThatFreezesWhileItRecordsKeepsNobodyFromRemovingIt) {
+  (void)SessionOnB();
+  std::promise<void> locked;
+  std::promise<void> thaw;
+  std::thread frozen([&] {
+    const Status lost =
+        other_database_->Write(Durability::kTelemetry, [&](Transaction& tx) -> Status {
+          std::string state;
+          tx.sql() << "SELECT state FROM recording WHERE id = 'run-b' FOR UPDATE",
+              soci::into(state);
+          locked.set_value();
+          thaw.get_future().wait();
+          return Done{};
+        });
+    EXPECT_FALSE(lost.ok()) << "its transaction is gone";
+  });
+  locked.get_future().wait();
+  Pass(seconds(14), {a_.get()});
+  EXPECT_EQ(StateOfRun(), RunState::kInterrupted);
+  thaw.set_value();
+  frozen.join();
+}
+
+TEST_F(Members, OneWhosePlaceWasTakenByANewProcessDrivesNothingOn) {
+  const Session session = SessionOnB();
+  Pass(seconds(14), {a_.get()});  // b is frozen
+  WaitingBench bench_anew;
+  const auto anew = OpenMember(*other_database_, clock_, bench_anew, "b").value();
+  ASSERT_TRUE(AddRig(*anew, "b-1").ok());
+  EXPECT_LE(bench_b_.fence("b-1"), session.epoch) << "nobody can reach it";
+  const Status woken = b_->TickNow();
+  ASSERT_FALSE(woken.ok());
+  EXPECT_EQ(woken.error().field, "server_id");
+  EXPECT_GT(bench_b_.fence("b-1"), anew->state()->rigs.at("b-1").epoch)
+      << "what hangs on it belongs to the new process";
+}
+
+TEST_F(Members, AnOutageMakesNobodyANoShowAndFailsNoCheck) {
+  const auto booked = a_->Do([&](Scheduler& lab, WallTime now) {
+    return lab.Book(UserId{1}, "bench", {now + seconds(2), now + minutes(20)}, now);
+  });
+  ASSERT_TRUE(booked.ok());
+  Pass(seconds(4), {a_.get(), b_.get()});
+  const RigId held = a_->state()->bookings.at(booked.value().id).rig;
+  const RigId other = held == "a-1" ? "b-1" : "a-1";
+  ASSERT_TRUE(a_->Do([&](Scheduler& lab, WallTime now) { return lab.Recheck(other, now); }).ok());
+  clock_.Advance(minutes(10));  // nobody reaches the database
+  ASSERT_TRUE(a_->TickNow().ok());
+  ASSERT_TRUE(b_->TickNow().ok());
+  const auto state = b_->state();
+  ASSERT_TRUE(state->bookings.contains(booked.value().id));
+  EXPECT_EQ(state->bookings.at(booked.value().id).state, BookingState::kHeld);
+  EXPECT_TRUE(state->usage.empty()) << "nobody is charged";
+  EXPECT_EQ(state->rigs.at(other).status, RigStatus::kCleaning);
+  Pass(seconds(180), {a_.get(), b_.get()});
+  EXPECT_FALSE(a_->state()->bookings.contains(booked.value().id)) << "the grace goes on, and ends";
 }
 
 TEST_F(Members, ARigIsOneMembersAlone) {

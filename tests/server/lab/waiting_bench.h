@@ -49,6 +49,17 @@ class WaitingBench : public RigDuties {
       EXPECT_TRUE(service.CleaningDone(rig, epoch, true, "").ok());
     }
   }
+  /// The checks have passed, and the database does not hear of it.
+  void FailToPassChecks(LabService& service) {
+    std::map<RigId, std::uint64_t> checks;
+    {
+      const std::lock_guard lock(mutex_);
+      checks.swap(checks_);
+    }
+    for (const auto& [rig, epoch] : checks) {
+      EXPECT_FALSE(service.CleaningDone(rig, epoch, true, "").ok());
+    }
+  }
   std::uint64_t fence(const RigId& rig) {
     const std::lock_guard lock(mutex_);
     return fences_[rig];
