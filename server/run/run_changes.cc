@@ -32,7 +32,8 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
   using Kind = hardware::RigCommand::Kind;
   const std::lock_guard lock(control_mutex_);
   if (!rig_is_ours_) return core::Error{core::ErrorCode::kConflict, "The run has ended.", {}};
-  if (epoch != epoch_) return StaleEpoch();
+  // A change that would wait asks no rig, which would refuse it: the bay's word counts here.
+  if (epoch != epoch_ || request_.hold.revoked()) return StaleEpoch();
   if (command.kind == Kind::kAllNominal) waiting_.DropAll();
   if (command.kind == Kind::kSetComponent) {
     if (Same(command.value, request_.pipeline.nominal.Get(command.component))) {
