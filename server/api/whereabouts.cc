@@ -81,6 +81,31 @@ std::optional<AskPeers> Whereabouts::AtRunsMember(const RunRecord& run, bool aft
   return UnlessSelf(service_.MemberWithId(run.server_id));
 }
 
+/// What ends or passes on a lease is done where its rig is: there the rig is fenced before anybody
+/// is told. A session that another server has just made is looked up in the database.
+std::optional<AskPeers> Whereabouts::AtMemberOfSession(const ApiRequest& request) const {
+  const auto id = PathNumber(request);
+  if (!id) return std::nullopt;
+  const auto find = [&]() -> std::optional<lab::RigId> {
+    const auto state = service_.state();
+    const auto session = state->sessions.find(lab::SessionId{id.value()});
+    if (session == state->sessions.end()) return std::nullopt;
+    return session->second.rig;
+  };
+  auto rig = find();
+  if (!rig && service_.TickNow().ok()) rig = find();
+  return rig ? UnlessSelf(service_.MemberOf(*rig)) : std::nullopt;
+}
+
+std::optional<AskPeers> Whereabouts::AtMemberOfBooking(const ApiRequest& request) const {
+  const auto id = PathNumber(request);
+  if (!id) return std::nullopt;
+  const auto state = service_.state();
+  const auto booking = state->bookings.find(lab::BookingId{id.value()});
+  if (booking == state->bookings.end()) return std::nullopt;
+  return UnlessSelf(service_.MemberOf(booking->second.rig));
+}
+
 /// Of a run's body, or of a batch of runs whose rigs are all of one member.
 std::optional<AskPeers> Whereabouts::AtMemberOfBody(const json::object& body) const {
   const json::value* runs = body.if_contains("runs");
@@ -114,6 +139,10 @@ std::optional<AskPeers> Whereabouts::AnsweredElsewhere(LivesAt lives_at,
       return AtRunsMember(request.run, true);
     case LivesAt::kRigsMember:
       return UnlessSelf(service_.MemberOf(request.http.PathParameter("id")));
+    case LivesAt::kSessionsMember:
+      return AtMemberOfSession(request);
+    case LivesAt::kBookingsMember:
+      return AtMemberOfBooking(request);
     case LivesAt::kBodysRig:
       return AtMemberOfBody(request.body);
   }

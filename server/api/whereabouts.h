@@ -12,12 +12,14 @@ namespace faultlab::server {
 
 /// Where the object of a request lives, when several servers share the database.
 enum class LivesAt {
-  kAnywhere,     ///< in the database: any server answers
-  kRunsMember,   ///< while the run of {id} lives: at the server that records it
-  kRunsViewers,  ///< as kRunsMember, and while its viewers are still told of its end
-  kRigsMember,   ///< at the server that has the rig of {id}
-  kBodysRig,     ///< at the server that has the rig which the body names
-  kEveryMember,  ///< a list: each server has its part
+  kAnywhere,        ///< in the database: any server answers
+  kRunsMember,      ///< while the run of {id} lives: at the server that records it
+  kRunsViewers,     ///< as kRunsMember, and while its viewers are still told of its end
+  kRigsMember,      ///< at the server that has the rig of {id}
+  kSessionsMember,  ///< at the server that has the rig of session {id}: it fences the rig first
+  kBookingsMember,  ///< the same for booking {id}
+  kBodysRig,        ///< at the server that has the rig which the body names
+  kEveryMember,     ///< a list: each server has its part
 };
 
 /// Which of the servers that share a database answers a request: an object lives in the process of
@@ -41,6 +43,8 @@ class Whereabouts {
  private:
   std::optional<AskPeers> UnlessSelf(const std::optional<lab::Member>& member) const;
   std::optional<AskPeers> AtRunsMember(const RunRecord& run, bool afterglow) const;
+  std::optional<AskPeers> AtMemberOfSession(const ApiRequest& request) const;
+  std::optional<AskPeers> AtMemberOfBooking(const ApiRequest& request) const;
   std::optional<AskPeers> AtMemberOfBody(const boost::json::object& body) const;
 
   lab::LabService& service_;

@@ -14,11 +14,11 @@
 #include "server/app/static_files.h"
 #include "server/auth/accounts.h"
 #include "server/diagnosis_json/calibration_json.h"
+#include "server/lab/lab_id.h"
 #include "server/plots/record_figure.h"
 #include "server/run/rig_bay.h"
 #include "server/storage/database.h"
 #include "server/storage/folder_lock.h"
-#include "server/storage/lab_id.h"
 #include "server/storage/postgres_location.h"
 #include "server/storage/rig_calibrations.h"
 #include "server/stream/stream_tokens.h"
@@ -146,7 +146,7 @@ class Application::Impl {
     }
     const core::Status streaming = hub_.Start();
     if (!streaming.ok()) return streaming;
-    auto secret = HopSecret(*database_);
+    auto secret = lab::HopSecret(*database_);
     if (!secret) return secret.error();
     http_->SetHopSeal(HopSeal(secret.value(), config_.server_id));
     const core::Status serving = OpenServices();
@@ -215,7 +215,7 @@ class Application::Impl {
     options.lcm_url = config_.lcm_url;
     options.key_directory = config_.lcm_keys;
     options.server_name = config_.server_id;
-    auto lab = LabId(*database_);
+    auto lab = lab::LabId(*database_);
     if (!lab) return lab.error();
     options.lab = lab.value();
     auto finder = hardware::OpenRigFinder(options);

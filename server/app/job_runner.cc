@@ -62,12 +62,12 @@ void JobRunner::Loop() {
 }
 
 void JobRunner::Finish(const lab::Job& job, const std::string& state, const std::string& error) {
-  Log(parts_.jobs.Finish(job.id, state, error, parts_.clock.Wall()));
+  Log(parts_.jobs.Finish(job, state, error, parts_.clock.Wall()));
 }
 
 /// If this fails, the job waits again when its lease runs out.
 void JobRunner::GiveBack(const lab::Job& job) {
-  Log(parts_.jobs.GiveBack(job.id, parts_.clock.Wall() + kNextLook));
+  Log(parts_.jobs.GiveBack(job, parts_.clock.Wall() + kNextLook));
 }
 
 std::optional<Principal> JobRunner::OwnerOf(const lab::Job& job) const {
@@ -98,7 +98,7 @@ void JobRunner::DoDiagnosis(const lab::Job& job,
                             const DiagnosisRequest& request) {
   const core::Result<std::string> result = Diagnose(parts_.recordings, who, request);
   if (!result.ok()) return Finish(job, "failed", result.error().message);
-  const core::Status kept = parts_.jobs.SetResult(job.id, result.value());
+  const core::Status kept = parts_.jobs.SetResult(job, result.value());
   Finish(job, kept.ok() ? "finished" : "failed", kept.ok() ? "" : kept.error().message);
 }
 
@@ -142,7 +142,7 @@ void JobRunner::DoRun(const lab::Job& job, const Principal& who, ExperimentPlan 
   plan.rig = *rig.value();
   if (const auto member = parts_.service.MemberOf(plan.rig);
       member && member->id != options_.server_id) {
-    Log(parts_.jobs.HandTo(job.id, member->id, parts_.clock.Wall() + kHandedFor));
+    Log(parts_.jobs.HandTo(job, member->id, parts_.clock.Wall() + kHandedFor));
     return;
   }
   const bool in_session = !IsElastic(plan.rig);
@@ -160,12 +160,17 @@ void JobRunner::DoRun(const lab::Job& job, const Principal& who, ExperimentPlan 
 }
 
 void JobRunner::Follow(const lab::Job& job, const std::string& run) {
-  Log(parts_.jobs.SetRun(job.id, run));
+  Log(parts_.jobs.SetRun(job, run));
   for (auto live = parts_.runs.Find(run); live && live->state == RunState::kRunning;
        live = parts_.runs.Find(run)) {
     // Stopping the server stops the run; its job waits for the next start.
     if (WaitForStop(kPoll)) return;
-    Log(parts_.jobs.Renew(job.id, options_.server_id, parts_.clock.Wall() + kLease));
+    const core::Status renewed = parts_.jobs.Renew(job, parts_.clock.Wall() + kLease);
+    Log(renewed);
+    if (!renewed.ok() && renewed.error().code == core::ErrorCode::kStale) {
+      Log(parts_.runs.Stop(run, "its job has gone to another server"));
+      return;
+    }
   }
   parts_.runs.Wait(run);
   const auto record = parts_.store.Get(run);

@@ -20,6 +20,14 @@ std::string WhyOffline(const RigStatus& rig) {
   return rig.state == hardware::RigState::kOffline ? "the rig does not answer" : "";
 }
 
+/// A rig that is not heard yet, or a database that is away, says nothing of the rig's health.
+lab::RigVerdict NotBegun(const core::Error& error) {
+  lab::RigVerdict verdict = lab::VerdictOf(error);
+  verdict.put_off = verdict.put_off || error.code == core::ErrorCode::kNotFound ||
+                    error.code == core::ErrorCode::kUnavailable;
+  return verdict;
+}
+
 }  // namespace
 
 RigUpkeep::RigUpkeep(RigBay& bay,
@@ -154,7 +162,7 @@ void RigUpkeep::CheckLoop() {
 lab::RigVerdict RigUpkeep::Check(const lab::Lease& lease) {
   try {
     auto hold = bay_.Acquire(lease, kRigPatience);
-    if (!hold.ok()) return {false, hold.error().message, std::nullopt};
+    if (!hold.ok()) return NotBegun(hold.error());
     return CheckHeld(hold.value());
   } catch (const std::exception& error) {
     return {false, error.what(), std::nullopt};
@@ -179,7 +187,7 @@ lab::RigVerdict RigUpkeep::CheckHeld(RigHold& hold) {
     if (!cleared.ok()) return lab::VerdictOf(cleared.error());
   }
   const auto band = bands_.Get(id);
-  if (!band.ok()) return {false, band.error().message, std::nullopt};
+  if (!band.ok()) return NotBegun(band.error());
   lab::RigVerdict verdict = lab::CheckRig(hold.rig(), hold.epoch(), band.value());
   if (!extras.contains(CheckExtra::kCommission) || !verdict.measured) return verdict;
   const double period_s = hardware::RunPlan{}.period_s;

@@ -51,6 +51,7 @@ core::Status Services::JoinLab() {
   auto service = lab::LabService::Open(base_.database, base_.clock, upkeep_, std::move(options));
   if (!service.ok()) return service.error();
   service_ = std::move(service).value();
+  base_.runs.SetGuard([&service = *service_] { return service.InForce(); });
   // From here on this process is the only one of its server_id.
   const auto reaped = jobs_.Reap(base_.clock.Wall(), options_.server_id);
   if (!reaped.ok()) return reaped.error();

@@ -14,7 +14,7 @@ using soci::use;
 constexpr const char* kColumns =
     "id, owner, account_id, batch, name, body, state, run_id, error, result, created_ms, "
     "started_ms, "
-    "ended_ms, attempts";
+    "ended_ms, attempts, server_id";
 
 struct Row {
   Job job;
@@ -37,6 +37,7 @@ struct Row {
     statement.exchange(into(started_ms));
     statement.exchange(into(ended_ms));
     statement.exchange(into(job.attempts));
+    statement.exchange(into(job.server_id));
   }
   Job ToJob() const {
     Job out = job;
@@ -64,6 +65,28 @@ Error NoJob() {
 }
 
 }  // namespace
+
+template <typename Bind>
+core::Status JobStore::Change(const Job& claimed,
+                              Durability durability,
+                              const char* columns,
+                              const Bind& bind) {
+  return database_.Write(durability, [&](Transaction& tx) -> core::Status {
+    soci::statement statement(tx.sql());
+    bind(statement);
+    statement.exchange(use(claimed.id, "id"));
+    statement.exchange(use(claimed.server_id, "server"));
+    statement.exchange(use(claimed.attempts, "attempt"));
+    statement.alloc();
+    statement.prepare(std::string("UPDATE job SET ") + columns +
+                      " WHERE id = :id AND server_id = :server AND attempts = :attempt AND "
+                      "state = 'running'");
+    statement.define_and_bind();
+    statement.execute(true);
+    if (statement.get_affected_rows() == 1) return Done{};
+    return Error{ErrorCode::kStale, "this claim of the job is over", ""};
+  });
+}
 
 core::Status JobStore::Add(const std::vector<Job>& jobs) {
   if (jobs.empty()) return Error{ErrorCode::kInvalid, "no runs", "/runs"};
@@ -156,63 +179,56 @@ core::Result<std::optional<Job>> JobStore::Claim(const std::string& server_id,
   });
 }
 
-core::Status JobStore::Renew(const std::string& id,
-                             const std::string& server_id,
-                             WallTime lease_until) {
-  return database_.Write(Durability::kTelemetry, [&](Transaction& tx) -> core::Status {
-    const std::int64_t lease_ms = ToMilliseconds(lease_until);
-    tx.sql() << "UPDATE job SET lease_until_ms = :lease WHERE id = :id AND server_id = :server "
-                "AND state = 'running'",
-        use(lease_ms, "lease"), use(id, "id"), use(server_id, "server");
-    return Done{};
+core::Status JobStore::Renew(const Job& claimed, WallTime lease_until) {
+  const std::int64_t lease_ms = ToMilliseconds(lease_until);
+  return Change(claimed, Durability::kTelemetry, "lease_until_ms = :lease", [&](auto& statement) {
+    statement.exchange(use(lease_ms, "lease"));
   });
 }
 
-core::Status JobStore::SetRun(const std::string& id, const std::string& run_id) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    tx.sql() << "UPDATE job SET run_id = :run WHERE id = :id", use(run_id, "run"), use(id, "id");
-    return Done{};
+core::Status JobStore::SetRun(const Job& claimed, const std::string& run_id) {
+  return Change(claimed, Durability::kPromise, "run_id = :run", [&](auto& statement) {
+    statement.exchange(use(run_id, "run"));
   });
 }
 
-core::Status JobStore::SetResult(const std::string& id, const std::string& result) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    tx.sql() << "UPDATE job SET result = :result WHERE id = :id", use(result, "result"),
-        use(id, "id");
-    return Done{};
+core::Status JobStore::SetResult(const Job& claimed, const std::string& result) {
+  return Change(claimed, Durability::kPromise, "result = :result", [&](auto& statement) {
+    statement.exchange(use(result, "result"));
   });
 }
 
-core::Status JobStore::Finish(const std::string& id,
+core::Status JobStore::Finish(const Job& claimed,
                               const std::string& state,
                               const std::string& error,
                               WallTime now) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    const std::int64_t now_ms = ToMilliseconds(now);
-    tx.sql() << "UPDATE job SET state = :state, error = :error, ended_ms = :now WHERE id = :id "
-                "AND state = 'running'",
-        use(state, "state"), use(error, "error"), use(now_ms, "now"), use(id, "id");
-    return Done{};
+  const std::int64_t now_ms = ToMilliseconds(now);
+  const char* columns = "state = :state, error = :error, ended_ms = :now";
+  return Change(claimed, Durability::kPromise, columns, [&](auto& statement) {
+    statement.exchange(use(state, "state"));
+    statement.exchange(use(error, "error"));
+    statement.exchange(use(now_ms, "now"));
   });
 }
 
-core::Status JobStore::GiveBack(const std::string& id, WallTime not_before) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    const std::int64_t wait_ms = ToMilliseconds(not_before);
-    tx.sql() << "UPDATE job SET state = 'waiting', started_ms = 0, lease_until_ms = :wait, "
-                "server_id = '', attempts = attempts - 1 WHERE id = :id AND state = 'running'",
-        use(wait_ms, "wait"), use(id, "id");
-    return Done{};
+core::Status JobStore::GiveBack(const Job& claimed, WallTime not_before) {
+  const std::int64_t wait_ms = ToMilliseconds(not_before);
+  const char* columns =
+      "state = 'waiting', server_id = '', started_ms = 0, lease_until_ms = :wait, "
+      "attempts = attempts - 1";
+  return Change(claimed, Durability::kPromise, columns, [&](auto& statement) {
+    statement.exchange(use(wait_ms, "wait"));
   });
 }
 
-core::Status JobStore::HandTo(const std::string& id, const std::string& server_id, WallTime until) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    const std::int64_t until_ms = ToMilliseconds(until);
-    tx.sql() << "UPDATE job SET state = 'waiting', started_ms = 0, lease_until_ms = :until, "
-                "server_id = :server, attempts = attempts - 1 WHERE id = :id AND state = 'running'",
-        use(until_ms, "until"), use(server_id, "server"), use(id, "id");
-    return Done{};
+core::Status JobStore::HandTo(const Job& claimed, const std::string& server_id, WallTime until) {
+  const std::int64_t until_ms = ToMilliseconds(until);
+  const char* columns =
+      "state = 'waiting', server_id = :next, started_ms = 0, lease_until_ms = :until, "
+      "attempts = attempts - 1";
+  return Change(claimed, Durability::kPromise, columns, [&](auto& statement) {
+    statement.exchange(use(server_id, "next"));
+    statement.exchange(use(until_ms, "until"));
   });
 }
 

@@ -22,7 +22,8 @@ struct Job {
   std::string state = "waiting";
   std::string run_id;
   std::string error;
-  std::string result;  ///< JSON of a job that makes no run
+  std::string result;     ///< JSON of a job that makes no run
+  std::string server_id;  ///< with `attempts` the newest claim; empty before the first
   WallTime created_at{};
   std::optional<WallTime> started_at;
   std::optional<WallTime> ended_at;
@@ -30,7 +31,8 @@ struct Job {
 };
 
 /// The queue of jobs, shared by all servers of a database. A claim is a lease that its server keeps
-/// alive; when the server dies the lease runs out and the job waits again, three times at most.
+/// alive; when the server dies the lease runs out and the job waits again, three times at most. A
+/// server that was frozen meanwhile changes nothing of a claim that is another one's now.
 /// Thread-safe, stateless.
 class JobStore {
  public:
@@ -54,24 +56,34 @@ class JobStore {
   core::Result<std::optional<Job>> Claim(const std::string& server_id,
                                          WallTime now,
                                          WallTime lease_until);
-  core::Status Renew(const std::string& id, const std::string& server_id, WallTime lease_until);
-  core::Status SetRun(const std::string& id, const std::string& run_id);
-  core::Status SetResult(const std::string& id, const std::string& result);
-  core::Status Finish(const std::string& id,
+  // What follows is for the holder of the claim, with the job as Claim gave it: kStale, and nothing
+  // is changed, when the job was taken from it meanwhile (its lease ran out). Stop its run then.
+  core::Status Renew(const Job& claimed, WallTime lease_until);
+  core::Status SetRun(const Job& claimed, const std::string& run_id);
+  core::Status SetResult(const Job& claimed, const std::string& result);
+  core::Status Finish(const Job& claimed,
                       const std::string& state,
                       const std::string& error,
                       WallTime now);
   /// Back to waiting, for a rig was not free; not claimed again before `not_before`. Does not count
   /// as an attempt.
-  core::Status GiveBack(const std::string& id, WallTime not_before);
+  core::Status GiveBack(const Job& claimed, WallTime not_before);
   /// Back to waiting for the server that has its rig; nobody else claims it before `until`.
-  core::Status HandTo(const std::string& id, const std::string& server_id, WallTime until);
+  core::Status HandTo(const Job& claimed, const std::string& server_id, WallTime until);
+
   /// Only a waiting job (kConflict).
   core::Status Cancel(const std::string& id, WallTime now);
   /// Leases that ran out, and at start those of this very server.
   core::Result<int> Reap(WallTime now, const std::string& own_server_id);
 
  private:
+  /// Sets `columns` of a job whose claim still holds.
+  template <typename Bind>
+  core::Status Change(const Job& claimed,
+                      Durability durability,
+                      const char* columns,
+                      const Bind& bind);
+
   Database& database_;
 };
 

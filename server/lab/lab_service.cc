@@ -1,6 +1,7 @@
 #include "server/lab/lab_service.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "server/storage/ids.h"
@@ -12,9 +13,17 @@ namespace {
 /// Smaller differences between the clocks are drift, not somebody setting the time.
 constexpr Milliseconds kJump{2000};
 constexpr std::size_t kRequestsMax = 10'000;
+/// Of one turn: what is computed in its transaction must not take the 750 ms after which the
+/// database believes that this process is frozen.
+constexpr std::ptrdiff_t kRequestsOfATurn = 50;
 constexpr Milliseconds kLeaseAlone = std::chrono::hours(24);
 constexpr Milliseconds kJoinLook{250};
 constexpr const char* kMemberField = "server_id";
+/// From the lease of a practice run to its hands on the simulator: Acquire waits 5 s at most.
+constexpr Milliseconds kPracticeBegins = std::chrono::seconds(30);
+constexpr Milliseconds kLostRunLook = std::chrono::seconds(10);
+/// What a run may take for its last diagnosis and its end, when its rig is in other hands.
+constexpr Milliseconds kLastWords = std::chrono::minutes(2);
 
 std::vector<LabEvent> ToEvents(const std::vector<Notice>& notices, WallTime now) {
   std::vector<LabEvent> events;
@@ -48,11 +57,11 @@ core::Result<std::unique_ptr<LabService>> LabService::Open(Database& database,
   // A process of this id that has died a moment ago leaves its place when its lease ends.
   const auto give_up = std::chrono::steady_clock::now() + service->options_.join_patience;
   std::deque<Request> none;
-  core::Status loaded = service->Transact(none, /*recover=*/true);
+  core::Status loaded = service->Transact(none, Entry::kJoins);
   while (!loaded.ok() && loaded.error().field == kMemberField &&
          std::chrono::steady_clock::now() < give_up) {
     std::this_thread::sleep_for(kJoinLook);
-    loaded = service->Transact(none, /*recover=*/true);
+    loaded = service->Transact(none, Entry::kJoins);
   }
   if (!loaded.ok()) return loaded.error();
   service->StartChecks();
@@ -142,7 +151,9 @@ void LabService::Main() {
     {
       std::unique_lock lock(mutex_);
       wake_.wait_for(lock, options_.tick, [&] { return stopping_ || !requests_.empty(); });
-      requests.swap(requests_);
+      const auto end = requests_.begin() + std::min(std::ssize(requests_), kRequestsOfATurn);
+      requests.assign(std::move_iterator(requests_.begin()), std::move_iterator(end));
+      requests_.erase(requests_.begin(), end);
       if (stopping_ && requests.empty()) return;
     }
     Turn(std::move(requests));
@@ -150,9 +161,9 @@ void LabService::Main() {
 }
 
 void LabService::Turn(std::deque<Request> requests) {
-  const core::Status stored = Transact(requests, /*recover=*/false);
+  const core::Status stored = Transact(requests, Entry::kStays);
   for (Request& request : requests) request.stored.set_value(stored);
-  StartChecks();
+  if (stored.ok()) StartChecks();  // else there is nobody to take their answers
 }
 
 void LabService::NoticeClockJump(Scheduler& next) {
@@ -167,29 +178,43 @@ void LabService::NoticeClockJump(Scheduler& next) {
   if (jump > kJump || jump < -kJump) next.ClockJumped(jump);
 }
 
+/// Practice is nothing but its run: where that has ended unheard (the database was away), it ends.
 void LabService::NoticeRuns(Scheduler& next, WallTime now) {
   std::vector<std::pair<SessionId, bool>> changed;
+  std::vector<SessionId> left;
   for (const auto& [id, session] : next.state().sessions) {
-    const bool person = session.kind != TicketKind::kPractice;  // which is nothing but its run
-    if (session.state != SessionState::kActive || !person) continue;
+    if (session.state != SessionState::kActive) continue;
     if (!IsOwn(next.state().rigs.at(session.rig))) continue;
     const bool running = duties_.RunInProgress(session.rig);
-    if (running != session.run_in_progress) changed.emplace_back(id, running);
+    if (session.kind != TicketKind::kPractice) {
+      if (running != session.run_in_progress) changed.emplace_back(id, running);
+    } else if (!running && now - session.start > kPracticeBegins) {
+      left.push_back(id);
+    }
   }
+  for (const SessionId id : left) next.EndPractice(id, now);
   for (const auto& [id, running] : changed) {
     // Neither refuses an active session.
     (void)(running ? next.RunStarted(id, now) : next.RunEnded(id, now));
   }
 }
 
+Milliseconds LabService::ClockOffset() const {
+  return std::chrono::duration_cast<Milliseconds>(clock_.Wall().time_since_epoch() -
+                                                  clock_.Monotonic().time_since_epoch());
+}
+
 /// Leases, bookings and waits of all members are read by the clocks of all.
-core::Status LabService::CheckClock(Transaction& tx) const {
+core::Status LabService::CheckClock(Transaction& tx) {
   const Milliseconds limit = options_.clock_error_max;
   if (limit == Milliseconds{0} || tx.engine() != Engine::kPostgresql) return core::Done{};
   const WallTime asked = clock_.Wall();
   const WallTime theirs = members::DatabaseTime(tx);
   const Milliseconds error = asked + (clock_.Wall() - asked) / 2 - theirs;
-  if (error <= limit && error >= -limit) return core::Done{};
+  if (error <= limit && error >= -limit) {
+    checked_offset_ = ClockOffset();
+    return core::Done{};
+  }
   return core::Error{core::ErrorCode::kUnavailable,
                      "this machine's clock is " + std::to_string(error.count()) +
                          " ms off the database's, and servers may differ by " +
@@ -199,53 +224,83 @@ core::Status LabService::CheckClock(Transaction& tx) const {
 
 /// After an outage of the database every lease has run out: each member gets the time of one to
 /// come back before the others believe that it is gone.
-bool LabService::MayBury() {
+bool LabService::MayRemove() {
   const MonotonicTime now = clock_.Monotonic();
   const Milliseconds lease = options_.policy.member_lease;
-  if (now - last_turn_ > lease / 2) bury_from_ = now + lease;
+  if (now - last_turn_ > lease / 2) remove_from_ = now + lease;
   last_turn_ = now;
-  return now >= bury_from_;
+  return now >= remove_from_;
+}
+
+/// A run stores its own end; where that failed, it would be running for ever.
+void LabService::InterruptLostRuns(Transaction& tx, WallTime now) {
+  const MonotonicTime looked = clock_.Monotonic();
+  if (looked - last_look_ < kLostRunLook) return;
+  last_look_ = looked;
+  std::map<std::string, MonotonicTime> past;
+  for (const std::string& run : lab_store::RunsOfPastLeases(tx, options_.member, now)) {
+    const auto known = past_runs_.find(run);
+    const MonotonicTime since = known == past_runs_.end() ? looked : known->second;
+    if (looked - since < kLastWords) {
+      past.emplace(run, since);
+    } else {
+      InterruptRun(tx, run, now);
+    }
+  }
+  past_runs_ = std::move(past);
 }
 
 /// The place among the members: taken at the start, renewed with the turns, taken anew when the
-/// others have given it up (this process was frozen). Members whose leases have ended are buried.
+/// others have given it up (this process was frozen). Members whose leases have ended are removed.
 core::Status LabService::KeepMembership(Transaction& tx,
                                         Scheduler& next,
-                                        bool joins,
+                                        Entry entry,
                                         WallTime now) {
   std::vector<Member> all = members::Load(tx);
+  WallTime somebody_until{};
+  for (const Member& each : all) somebody_until = std::max(somebody_until, each.lease_until);
+  if (!all.empty() && somebody_until < now) next.StoodStill(now - somebody_until);
   auto self = std::find_if(
       all.begin(), all.end(), [&](const Member& each) { return each.id == options_.member; });
   const bool ours = self != all.end() && self->boot == boot_;
   if (!ours) {
-    const bool alive = self != all.end() && self->lease_until > now && !(joins && options_.alone);
+    const bool alive =
+        self != all.end() && self->lease_until > now && !(entry == Entry::kJoins && options_.alone);
     if (alive) {
       return core::Error{core::ErrorCode::kConflict,
                          "another server with server_id '" + options_.member +
                              "' uses this database; give each server an id of its own",
                          kMemberField};
     }
-    if (!joins) next.MemberGone(options_.member, now);  // what it had was given up meanwhile
-    (void)InterruptRuns(tx, options_.member, now);      // of the process that was here before
+    if (entry == Entry::kStays) {
+      next.MemberGone(options_.member, now);  // what it had was given up meanwhile
+    }
+    (void)InterruptRuns(tx, options_.member, now);  // of the process that was here before
     if (self == all.end()) self = all.insert(all.end(), Member{});
     *self = {options_.member, boot_, options_.address, WallTime{}};
   }
   // Half of a lease may be lost to a busy machine.
   const Milliseconds lease = options_.alone ? kLeaseAlone : options_.policy.member_lease;
-  if (self->lease_until < now + lease / 2) {
+  const bool renews = self->lease_until < now + lease / 2;
+  const Milliseconds moved = ClockOffset() - checked_offset_;
+  const Milliseconds unnoticed = options_.clock_error_max / 2;
+  if (renews || moved > unnoticed || moved < -unnoticed) {
     const core::Status clock = CheckClock(tx);
     if (!clock.ok()) return clock;
+  }
+  if (renews) {
     self->lease_until = now + lease;
     members::Put(tx, *self);
   }
-  const bool may_bury = MayBury();
+  member_until_ = self->lease_until;
+  const bool may_remove = MayRemove();
   for (auto each = all.begin(); each != all.end();) {
-    if (each->id == options_.member || each->lease_until > now || !may_bury) {
+    if (each->id == options_.member || each->lease_until > now || !may_remove) {
       ++each;
       continue;
     }
     next.MemberGone(each->id, now);
-    members::Bury(tx, each->id, now);
+    members::Remove(tx, each->id, now);
     each = all.erase(each);
   }
   const std::lock_guard lock(mutex_);
@@ -253,19 +308,23 @@ core::Status LabService::KeepMembership(Transaction& tx,
   return core::Done{};
 }
 
-core::Status LabService::Transact(std::deque<Request>& requests, bool recover) {
+core::Status LabService::Transact(std::deque<Request>& requests, Entry entry) {
   std::optional<Scheduler> next;
   std::int64_t version = 0;
+  MonotonicTime looked{};
+  WallTime now{};
   const core::Status stored =
       database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
         version = lab_store::LockVersion(tx);
         next.emplace(version == version_ ? scheduler_
                                          : Scheduler(options_.policy, lab_store::Load(tx)));
         NoticeClockJump(*next);
-        const WallTime now = clock_.Wall();
-        const core::Status member = KeepMembership(tx, *next, recover, now);
+        looked = clock_.Monotonic();
+        now = clock_.Wall();
+        const core::Status member = KeepMembership(tx, *next, entry, now);
         if (!member.ok()) return member;
-        if (recover) next->Recover(now, options_.member);
+        if (entry == Entry::kJoins) next->Recover(now, options_.member);
+        InterruptLostRuns(tx, now);
         NoticeRuns(*next, now);
         for (Request& request : requests) request.input(*next, now);
         next->Tick(now);
@@ -277,13 +336,21 @@ core::Status LabService::Transact(std::deque<Request>& requests, bool recover) {
         return core::Done{};
       });
   if (!stored.ok()) {
-    version_ = -1;  // whatever happened, the next turn starts from the disk
+    version_ = -1;            // whatever happened, the next turn starts from the disk
+    checked_epochs_.clear();  // the answer of a check may have been in it: it is asked for again
+    const bool replaced = entry == Entry::kStays && stored.error().field == kMemberField;
+    if (replaced) FenceForReplacement(next->state());
     return stored;
   }
+  in_force_until_ = looked + (member_until_ - now);
   // Before anybody hears of it: a run or a command of an older epoch must not outlive the answer.
   FenceRigs(next->state());
   Publish(std::move(*next), version);
   return stored;
+}
+
+bool LabService::InForce() const {
+  return options_.alone || clock_.Monotonic() < in_force_until_.load();
 }
 
 /// A rig that was ours once is fenced as well: a server that was frozen still runs what the others
@@ -295,6 +362,18 @@ void LabService::FenceRigs(const LabState& state) {
     if (rig.epoch == fenced) continue;
     fenced = rig.epoch;
     duties_.Fence(id, rig.epoch);
+  }
+}
+
+/// A new process has this member's place and may go on with the very epochs that this one knows:
+/// here nothing below the next one is admitted.
+void LabService::FenceForReplacement(const LabState& state) {
+  for (auto& [id, fenced] : fenced_epochs_) {
+    const auto rig = state.rigs.find(id);
+    const std::uint64_t next = (rig == state.rigs.end() ? fenced : rig->second.epoch) + 1;
+    if (next <= fenced) continue;
+    fenced = next;
+    duties_.Fence(id, next);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -60,7 +61,10 @@ struct LabServiceOptions {
 /// transaction, each is refused or accepted by itself, and everybody is answered after the commit.
 /// Two servers on one PostgreSQL take turns on the row of the version and reload when it moved.
 /// Each is a member with a lease that it renews with its turns: one that is silent for longer has
-/// lost its rigs and runs to the others, and joins anew when it wakes up.
+/// lost its rigs and runs to the others, and joins anew when it wakes up. What an outage of the
+/// database swallowed is made up for from the state: checks are asked for again, practice that
+/// nobody runs ends, runs whose end was lost are interrupted, and nobody is late for the time in
+/// which no server could answer.
 class LabService {
  public:
   static core::Result<std::unique_ptr<LabService>> Open(Database& database,
@@ -99,10 +103,15 @@ class LabService {
   /// The live members besides this one.
   std::vector<Member> Others() const;
   const std::string& member() const { return options_.member; }
+  /// Is this process a member still, by its own clock? One that was frozen, or cut off from the
+  /// database, may have lost its rigs to others before it hears of it. Any thread; cheap.
+  bool InForce() const;
   const Policy& policy() const { return options_.policy; }
 
  private:
   using Input = std::function<void(Scheduler&, WallTime)>;
+  /// Of a turn: the first one of this process takes the place, the others keep it.
+  enum class Entry : std::uint8_t { kJoins, kStays };
   struct Request {
     Input input;
     std::promise<core::Status> stored;
@@ -112,15 +121,18 @@ class LabService {
   core::Status Submit(Input input);
   void Main();
   void Turn(std::deque<Request> requests);
-  core::Status Transact(std::deque<Request>& requests, bool recover);
+  core::Status Transact(std::deque<Request>& requests, Entry entry);
   void NoticeClockJump(Scheduler& next);
   void NoticeRuns(Scheduler& next, WallTime now);
-  core::Status KeepMembership(Transaction& tx, Scheduler& next, bool joins, WallTime now);
-  core::Status CheckClock(Transaction& tx) const;
-  bool MayBury();
+  core::Status KeepMembership(Transaction& tx, Scheduler& next, Entry entry, WallTime now);
+  Milliseconds ClockOffset() const;
+  core::Status CheckClock(Transaction& tx);
+  void InterruptLostRuns(Transaction& tx, WallTime now);
+  bool MayRemove();
   bool IsOwn(const Rig& rig) const { return rig.server == options_.member; }
   void Publish(Scheduler next, std::int64_t version);
   void FenceRigs(const LabState& state);
+  void FenceForReplacement(const LabState& state);
   void StartChecks();
 
   Database& database_;
@@ -137,8 +149,14 @@ class LabService {
   std::map<RigId, std::uint64_t> checked_epochs_;  ///< of the newest check that was begun
   WallTime last_wall_{};
   MonotonicTime last_monotonic_{};
+  Milliseconds checked_offset_{};  ///< wall less monotonic time when the clock was last found right
   MonotonicTime last_turn_{};
-  MonotonicTime bury_from_{};
+  std::atomic<MonotonicTime> in_force_until_{};  ///< of the member's lease, when it was last stored
+  WallTime member_until_{};                      ///< as the transaction of the turn has it
+  MonotonicTime remove_from_{};
+  MonotonicTime last_look_{};  ///< at runs whose end may be lost
+  std::map<std::string, MonotonicTime>
+      past_runs_;  ///< since when their leases are known to be over
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

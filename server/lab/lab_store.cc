@@ -252,6 +252,19 @@ std::int64_t LockVersion(Transaction& tx) {
   return version;
 }
 
+std::vector<std::string> RunsOfPastLeases(Transaction& tx,
+                                          const std::string& server_id,
+                                          WallTime now) {
+  const std::int64_t since_ms = ToMilliseconds(now - std::chrono::hours(24));
+  const soci::rowset<std::string> rows =
+      (tx.sql().prepare << "SELECT r.id FROM recording r JOIN lab_rig l ON l.id = r.rig WHERE "
+                           "r.created_ms >= :since AND r.state = 'running' AND "
+                           "r.server_id = :server AND r.epoch < l.epoch",
+       use(since_ms, "since"),
+       use(server_id, "server"));
+  return {rows.begin(), rows.end()};
+}
+
 LabState Load(Transaction& tx) {
   LabState state;
   tx.sql() << "SELECT next_id FROM lab_meta WHERE id = 1", into(state.next_id);

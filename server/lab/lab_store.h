@@ -25,6 +25,11 @@ namespace lab_store {
 /// Rises with every stored transition. On PostgreSQL the row stays locked until the transaction
 /// ends, so that servers change the lab one after the other.
 std::int64_t LockVersion(Transaction& tx);
+/// Runs of this server, of the last day, that are stored as running though their rig has had a
+/// newer lease since: they are about to end, or their end was lost.
+std::vector<std::string> RunsOfPastLeases(Transaction& tx,
+                                          const std::string& server_id,
+                                          WallTime now);
 /// Everything that is alive.
 LabState Load(Transaction& tx);
 /// Stores the changes and the next version. Ended things stay as history.

@@ -43,7 +43,7 @@ WallTime DatabaseTime(Transaction& tx) {
   return FromMilliseconds(now_ms);
 }
 
-void Bury(Transaction& tx, const std::string& id, WallTime now) {
+void Remove(Transaction& tx, const std::string& id, WallTime now) {
   tx.sql() << "DELETE FROM lab_member WHERE id = :id", use(id, "id");
   (void)InterruptRuns(tx, id, now);
 }

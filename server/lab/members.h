@@ -26,7 +26,7 @@ void Put(Transaction& tx, const Member& member);
 /// The time of the database's machine: what the clocks of the members are held against. PostgreSQL.
 WallTime DatabaseTime(Transaction& tx);
 /// Its runs are interrupted: nothing is recorded into them any more.
-void Bury(Transaction& tx, const std::string& id, WallTime now);
+void Remove(Transaction& tx, const std::string& id, WallTime now);
 
 }  // namespace members
 }  // namespace faultlab::server::lab

@@ -249,6 +249,20 @@ void Scheduler::ClockJumped(Milliseconds delta) {
   }
 }
 
+void Scheduler::StoodStill(Milliseconds length) {
+  for (auto& [id, rig] : state_.rigs) {
+    if (rig.status != RigStatus::kCleaning) continue;
+    rig.cleaning_due += length;
+    Touch(rig);
+  }
+  for (auto& [id, session] : state_.sessions) {
+    session.last_control += length;
+    if (session.state == SessionState::kHeld) session.claim_until += length;
+    if (session.idle_answer_until) *session.idle_answer_until += length;
+    Touch(session);
+  }
+}
+
 /// A rig that was only held is checked like a ready one before anybody gets it; who it was held for
 /// is the next one again.
 void Scheduler::TakeBack(Session& session) {

@@ -50,11 +50,10 @@ class Scheduler {
   const LabState& state() const { return state_; }
   const Policy& policy() const { return policy_; }
 
-  // Rigs. A rig enters as kOffline; RigOnline starts its cleaning, only a passed one gives kReady.
+  // Rigs. A rig enters as kOffline; Claim starts its cleaning, only a passed one gives kReady.
   core::Status AddRig(const RigId& id, const std::string& rig_class, bool elastic);
-  core::Status RigOnline(const RigId& rig, WallTime now);
-  /// The member `server` has this rig from now on, unless another one has it (kConflict). It is
-  /// checked before anybody gets it.
+  /// The member `server` hears this rig and has it from now on, unless another one has it
+  /// (kConflict). It is checked before anybody gets it.
   core::Status Claim(const RigId& rig, const std::string& server, WallTime now);
   /// This member is gone: its rigs go offline and are free to be claimed, sessions on them end,
   /// bookings move or fall.
@@ -65,7 +64,7 @@ class Scheduler {
   core::Status CleaningDone(
       const RigId& rig, std::uint64_t epoch, bool passed, const std::string& detail, WallTime now);
   /// The rig did not take the lease of this check: nothing is known of its health. It waits as
-  /// kOffline until RigOnline, and some seconds at least.
+  /// kOffline until Claim, and some seconds at least.
   core::Status CheckPutOff(const RigId& rig,
                            std::uint64_t epoch,
                            const std::string& reason,
@@ -127,6 +126,9 @@ class Scheduler {
   void Tick(WallTime now);
   /// The wall clock was set: leases and waits keep their length, the calendar keeps its dates.
   void ClockJumped(Milliseconds delta);
+  /// For so long nobody could reach the lab: what people or checks had a given time for has as much
+  /// more. The calendar and the ends of sessions keep their dates.
+  void StoodStill(Milliseconds length);
   /// After a restart of the server of these rigs (empty: of all): their runs have ended, what was
   /// ready or being checked is checked anew.
   void Recover(WallTime now, const std::string& server = {});

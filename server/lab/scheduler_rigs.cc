@@ -33,14 +33,6 @@ core::Status Scheduler::AddRig(const RigId& id, const std::string& rig_class, bo
   return Done{};
 }
 
-core::Status Scheduler::RigOnline(const RigId& id, WallTime now) {
-  Rig* rig = FindRig(id);
-  if (rig == nullptr) return NoRig();
-  const bool due = now >= rig->cleaning_due;
-  if (rig->status == RigStatus::kOffline && due) StartCleaning(*rig, now);
-  return Done{};
-}
-
 core::Status Scheduler::Claim(const RigId& id, const std::string& server, WallTime now) {
   Rig* rig = FindRig(id);
   if (rig == nullptr) return NoRig();

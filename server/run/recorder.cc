@@ -1,8 +1,18 @@
 #include "server/run/recorder.h"
 
+#include <chrono>
 #include <utility>
 
+#include "server/storage/database_error.h"
+
 namespace faultlab::server {
+namespace {
+
+/// A restart of the database takes a second or two. A run in real time queues a minute.
+constexpr std::chrono::seconds kOutageMax{30};
+constexpr std::chrono::milliseconds kNextTry{250};
+
+}  // namespace
 
 Recorder::Recorder(RecordingStore& store) : store_(store), thread_([this] { Loop(); }) {}
 
@@ -45,11 +55,22 @@ bool Recorder::Enqueue(Item item, WhenFull when_full) {
   return true;
 }
 
-core::Status Recorder::Write(const Item& item) {
+core::Status Recorder::Write(const Item& item, std::int64_t events_before) {
   if (!item.samples.empty()) {
     return store_.AppendChunk(item.run, item.samples.front().index, item.samples);
   }
-  return store_.AppendEvents(item.run, item.events);
+  return store_.AppendEvents(item.run, item.events, events_before);
+}
+
+core::Status Recorder::WriteInTime(const Item& item, std::int64_t events_before) {
+  const auto give_up = std::chrono::steady_clock::now() + kOutageMax;
+  for (;;) {
+    core::Status status = Write(item, events_before);
+    const bool again = !status.ok() && MayPass(status.error());
+    if (!again || std::chrono::steady_clock::now() >= give_up) return status;
+    std::unique_lock lock(mutex_);
+    if (changed_.wait_for(lock, kNextTry, [this] { return stop_; })) return status;
+  }
 }
 
 void Recorder::Loop() {
@@ -60,12 +81,14 @@ void Recorder::Loop() {
     const Item item = std::move(queue_.front());
     queue_.pop_front();
     const bool failed = !books_[item.run].failure.empty();
+    const std::int64_t events_before = books_[item.run].events;
     lock.unlock();
     core::Status status = core::Done{};
-    if (!failed) status = Write(item);
+    if (!failed) status = WriteInTime(item, events_before);
     lock.lock();
     Book& book = books_[item.run];
     --book.queued;
+    if (status.ok()) book.events += static_cast<std::int64_t>(item.events.size());
     if (!status.ok() && book.failure.empty()) book.failure = status.error().message;
     changed_.notify_all();
   }

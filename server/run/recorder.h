@@ -16,8 +16,9 @@
 
 namespace faultlab::server {
 
-/// Writes recordings behind the runs' backs: one thread, one bounded queue for each run. Nothing is
-/// ever dropped: when a run's queue is full, or the store refuses, that run is told and must end.
+/// Writes recordings asynchronously: one thread, one bounded queue for each run. Nothing is ever
+/// dropped: a database that is busy or away is tried again for half a minute; when a run's queue is
+/// full, or the store refuses, that run is told and must end.
 class Recorder {
  public:
   static constexpr std::size_t kQueuedMax = 64;  ///< chunks and event lists per run
@@ -46,10 +47,12 @@ class Recorder {
   struct Book {
     std::size_t queued = 0;
     std::string failure;
+    std::int64_t events = 0;  ///< stored
   };
   bool Enqueue(Item item, WhenFull when_full);
   void Loop();
-  core::Status Write(const Item& item);
+  core::Status Write(const Item& item, std::int64_t events_before);
+  core::Status WriteInTime(const Item& item, std::int64_t events_before);
 
   RecordingStore& store_;
   std::mutex mutex_;

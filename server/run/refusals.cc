@@ -67,6 +67,13 @@ Error StaleEpoch() {
           "stale_epoch"};
 }
 
+Error OutOfTouch() {
+  return {ErrorCode::kUnavailable,
+          "This server has lost touch with the lab; try again in a few seconds.",
+          "",
+          "out_of_touch"};
+}
+
 Error RunTooShort() {
   return {ErrorCode::kConflict,
           "This run ends before the healthy rig is learnt, so nothing can be changed in it: plan a "

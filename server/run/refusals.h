@@ -17,6 +17,8 @@ core::Error RigElsewhere(const std::string& rig, const std::string& member);
 core::Error RunsFull();
 core::Error RunEnded();
 core::Error StaleEpoch();
+/// The server may have lost its rigs to another one: it was frozen, or the database is away.
+core::Error OutOfTouch();
 /// The run ends before it has learnt the healthy rig.
 core::Error RunTooShort();
 core::Error NotPositive(core::Component component);

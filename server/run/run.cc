@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "server/diagnosis_json/diagnosis_json.h"
+#include "server/storage/database_error.h"
 
 namespace faultlab::server {
 namespace {
@@ -18,6 +19,9 @@ constexpr std::chrono::milliseconds kSaveInterval{1000};  ///< a crash costs at 
 constexpr double kChunkSeconds = 1.0;
 constexpr int kRowsPerFrameMax = 250;
 constexpr std::size_t kEventsShownMax = 1000;
+/// Half a minute for a database that is away.
+constexpr int kEndTries = 60;
+constexpr std::chrono::milliseconds kEndRetry{500};
 
 bool IsRealTime(const hardware::RigDescription& description, double speed) {
   return description.kind == hardware::RigKind::kRemote || speed == 1.0;
@@ -339,6 +343,21 @@ void Run::Complete(core::Diagnosis& diagnosis) {
   services_.complete(samples.value(), request_.diagnosis, diagnosis);
 }
 
+/// A database that is busy or away is tried again; its own first try may have been stored.
+core::Status Run::StoreEnd(RunState state, const std::string& text, core::VerdictKind verdict) {
+  const WallTime now = services_.clock.Wall();
+  const std::string word(core::Name(verdict));
+  core::Status stored = services_.store.Finish(id_, state, now, text, word);
+  for (int tries = 1; !stored.ok() && MayPass(stored.error()) && tries < kEndTries; ++tries) {
+    std::this_thread::sleep_for(kEndRetry);
+    stored = services_.store.Finish(id_, state, now, text, word);
+    if (stored.ok() || stored.error().code != core::ErrorCode::kConflict) continue;
+    const auto record = services_.store.Get(id_);
+    if (record.ok() && record.value().state == state) return core::Done{};
+  }
+  return stored;
+}
+
 void Run::Finish() {
   FlushRows();
   TellChanges();
@@ -357,8 +376,7 @@ void Run::Finish() {
   if (failure_.empty() && !finished_ && stopped_by_us_) state = RunState::kStopped;
   const std::int64_t samples = Snapshot().samples;
   const std::string text = DiagnosisText(diagnosis, samples, state_.period_s);
-  const core::Status stored = services_.store.Finish(
-      id_, state, services_.clock.Wall(), text, std::string(core::Name(diagnosis.verdict.kind)));
+  const core::Status stored = StoreEnd(state, text, diagnosis.verdict.kind);
   if (!stored.ok()) {
     services_.log("run " + id_ + ": its end could not be stored: " + stored.error().message);
     state = RunState::kFailed;

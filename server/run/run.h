@@ -82,6 +82,7 @@ class Run : public std::enable_shared_from_this<Run> {
   void PublishReadout();
   void Fail(const std::string& reason);
   void Finish();
+  core::Status StoreEnd(RunState state, const std::string& text, core::VerdictKind verdict);
   void Complete(core::Diagnosis& diagnosis);
   std::string Hello();
 

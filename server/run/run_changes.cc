@@ -27,7 +27,8 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
   using Kind = hardware::RigCommand::Kind;
   const std::lock_guard lock(control_mutex_);
   if (!rig_is_ours_) return refusal::RunEnded();
-  if (epoch != epoch_) return refusal::StaleEpoch();
+  // A change that would wait asks no rig, which would refuse it: the bay's word counts here.
+  if (epoch != epoch_ || request_.hold.revoked()) return refusal::StaleEpoch();
   if (command.kind == Kind::kAllNominal) waiting_.DropAll();
   if (command.kind == Kind::kSetComponent) {
     if (Same(command.value, request_.diagnosis.nominal.Get(command.component))) {

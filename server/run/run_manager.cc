@@ -51,6 +51,7 @@ class RunManager::Impl {
   const Clock& clock_;
   std::function<void(std::string_view)> log_;
   RunTap* tap_ = nullptr;
+  std::function<bool()> in_force_ = [] { return true; };
   SharedRunCounters counters_;
   Recorder recorder_;
   Solver solver_;
@@ -168,6 +169,7 @@ core::Result<Accepted> RunManager::Impl::Obey(const std::string& id,
     run->Stop("stopped by a person");
     return Accepted{};
   }
+  if (!in_force_()) return refusal::OutOfTouch();
   return run->Command(message.epoch, ToRigCommand(message));
 }
 
@@ -184,6 +186,10 @@ RunManager::~RunManager() {
 
 void RunManager::SetTap(RunTap* tap) {
   impl_->tap_ = tap;
+}
+
+void RunManager::SetGuard(std::function<bool()> in_force) {
+  impl_->in_force_ = std::move(in_force);
 }
 
 core::Result<RunSnapshot> RunManager::Start(RunRequest request) {

@@ -113,6 +113,8 @@ class RunManager {
 
   /// May be null. Before the first Start.
   void SetTap(RunTap* tap);
+  /// Asked before each live command: may this process still drive rigs? Before the first Start.
+  void SetGuard(std::function<bool()> in_force);
 
   /// Arms, records, starts. kBusy when `runs_max` run; kStale when the lease ended meanwhile.
   core::Result<RunSnapshot> Start(RunRequest request);

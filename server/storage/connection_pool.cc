@@ -13,6 +13,10 @@ namespace faultlab::server {
 namespace {
 
 constexpr std::int64_t kPageBytes = 4096;
+/// A process that stops in the middle of a write (frozen, or its machine is gone) keeps the rows
+/// that it has locked for so long; the others must be done with it within a member's lease.
+constexpr const char* kWriterIdleMax = "3s";
+constexpr const char* kReaderIdleMax = "30s";
 
 std::string QuotedForSoci(const std::string& path) {
   return "dbname=\"" + path + "\"";
@@ -33,12 +37,13 @@ std::unique_ptr<soci::session> ConnectSqlite(const DatabaseOptions& options) {
   return session;
 }
 
-std::unique_ptr<soci::session> ConnectPostgres(const DatabaseOptions& options) {
+std::unique_ptr<soci::session> ConnectPostgres(const DatabaseOptions& options, bool writes) {
   auto session = std::make_unique<soci::session>(*soci::factory_postgresql(), options.location);
   const std::string patience = std::to_string(options.patience.count());
   *session << "SET lock_timeout = " + patience;
   *session << "SET statement_timeout = '30s'";
-  *session << "SET idle_in_transaction_session_timeout = '30s'";
+  *session << "SET idle_in_transaction_session_timeout = '" +
+                  std::string(writes ? kWriterIdleMax : kReaderIdleMax) + "'";
   *session << "SET client_min_messages = warning";
   *session << "SET timezone = 'UTC'";
   return session;
@@ -54,8 +59,14 @@ ConnectionPool::ConnectionPool(Engine engine, DatabaseOptions options)
 
 ConnectionPool::~ConnectionPool() = default;
 
-std::unique_ptr<soci::session> ConnectionPool::Connect() const {
-  return engine_ == Engine::kSqlite ? ConnectSqlite(options_) : ConnectPostgres(options_);
+std::unique_ptr<soci::session> ConnectionPool::Connect(bool writes) const {
+  return engine_ == Engine::kSqlite ? ConnectSqlite(options_) : ConnectPostgres(options_, writes);
+}
+
+void ConnectionPool::DropIdle() {
+  std::array<std::vector<std::unique_ptr<soci::session>>, 2> dropped;  // closed outside the lock
+  const std::lock_guard lock(mutex_);
+  dropped.swap(idle_);
 }
 
 ConnectionPool::Lease ConnectionPool::Acquire(bool writes) {
@@ -74,7 +85,7 @@ ConnectionPool::Lease ConnectionPool::Acquire(bool writes) {
   }
   if (session == nullptr) {
     try {
-      session = Connect();
+      session = Connect(writes);
     } catch (...) {
       Return(static_cast<int>(kind), nullptr);
       throw;

@@ -35,9 +35,11 @@ class ConnectionPool {
 
   /// Waits up to the patience of the options. Throws PoolTimeout, or what connecting throws.
   Lease Acquire(bool writes);
+  /// One of them was found dead: the others that nobody uses are not tried any more.
+  void DropIdle();
 
  private:
-  std::unique_ptr<soci::session> Connect() const;
+  std::unique_ptr<soci::session> Connect(bool writes) const;
   void Return(int kind, std::unique_ptr<soci::session> session);
 
   const Engine engine_;

@@ -120,10 +120,26 @@ int Database::schema_version() const {
 core::Status Database::RunErased(bool writes,
                                  Durability durability,
                                  const std::function<core::Status(Transaction&)>& body) {
+  Begun begun = Begun::kYes;
+  core::Status status = RunOnce(writes, durability, body, begun);
+  if (begun == Begun::kYes) return status;
+  // The server was restarted while the connections waited in the pool: nothing has been done yet.
+  impl_->pool.DropIdle();
+  return RunOnce(writes, durability, body, begun);
+}
+
+/// @param begun  kNo when a connection of the pool was lost before its transaction began
+core::Status Database::RunOnce(bool writes,
+                               Durability durability,
+                               const std::function<core::Status(Transaction&)>& body,
+                               Begun& begun) {
+  begun = Begun::kYes;
   try {
     auto lease = impl_->pool.Acquire(writes);
     try {
+      begun = Begun::kNo;
       Transaction tx(lease.session(), impl_->engine, writes, durability);
+      begun = Begun::kYes;
       const core::Status status = body(tx);
       if (!status.ok()) return status;
       const bool watched = writes && impl_->options.at_commit != nullptr;
@@ -135,7 +151,11 @@ core::Status Database::RunErased(bool writes,
       throw;
     } catch (const std::exception& exception) {
       const TranslatedError translated = TranslateDatabaseError(exception);
-      if (translated.connection_lost) lease.Discard();
+      if (translated.connection_lost) {
+        lease.Discard();
+      } else {
+        begun = Begun::kYes;
+      }
       return translated.error;
     }
   } catch (const core::ContractError&) {

@@ -66,8 +66,10 @@ class Transaction {
 ///
 /// A body runs inside one transaction: when it returns a value the transaction is committed, when
 /// it returns an Error or throws it is rolled back. Database exceptions never leave: a full disk, a
-/// locked or corrupt file, a lost server become an Error that says what to do. A body must not
-/// keep references to the transaction, nor start another one on the same Database.
+/// locked or corrupt file, a lost server become an Error that says what to do. A connection that
+/// was lost while nobody used it is replaced; one that is lost in a body is an Error: whether it
+/// was committed nobody knows. A body must not keep references to the transaction, nor start
+/// another one on the same Database.
 class Database {
  public:
   static core::Result<std::unique_ptr<Database>> Open(DatabaseOptions options);
@@ -96,9 +98,14 @@ class Database {
  private:
   struct Impl;
   explicit Database(std::unique_ptr<Impl> impl);
+  enum class Begun { kNo, kYes };
   core::Status RunErased(bool writes,
                          Durability durability,
                          const std::function<core::Status(Transaction&)>& body);
+  core::Status RunOnce(bool writes,
+                       Durability durability,
+                       const std::function<core::Status(Transaction&)>& body,
+                       Begun& begun);
 
   template <typename Body>
   std::invoke_result_t<Body, Transaction&> Run(bool writes, Durability durability, Body&& body) {

@@ -21,6 +21,12 @@ Error Make(ErrorCode code, const std::string& sentence, const std::exception& ex
   return {code, sentence + exception.what(), ""};
 }
 
+core::Error Away(const char* what, const std::exception& exception) {
+  core::Error error = Make(ErrorCode::kUnavailable, what, exception);
+  error.reason = kDatabaseAway;
+  return error;
+}
+
 TranslatedError TranslateSqlite(const soci::sqlite3_soci_error& exception) {
   switch (exception.result() & 0xff) {
     case SQLITE_BUSY:
@@ -64,10 +70,14 @@ TranslatedError TranslatePostgres(const soci::postgresql_soci_error& exception) 
   }
   const bool refused = family == "42" || family == "22";
   if (refused) return {Make(ErrorCode::kUnavailable, "the database refused: ", exception)};
-  return {Make(ErrorCode::kUnavailable, "the database server does not answer: ", exception), true};
+  return {Away("the database server does not answer: ", exception), true};
 }
 
 }  // namespace
+
+bool MayPass(const core::Error& error) {
+  return error.code == ErrorCode::kBusy || error.reason == kDatabaseAway;
+}
 
 TranslatedError TranslateDatabaseError(const std::exception& exception) {
   if (const auto* sqlite = dynamic_cast<const soci::sqlite3_soci_error*>(&exception)) {
@@ -79,7 +89,7 @@ TranslatedError TranslateDatabaseError(const std::exception& exception) {
   if (dynamic_cast<const PoolTimeout*>(&exception) != nullptr) {
     return {Make(ErrorCode::kBusy, "", exception)};
   }
-  return {Make(ErrorCode::kUnavailable, "the database does not answer: ", exception), true};
+  return {Away("the database does not answer: ", exception), true};
 }
 
 }  // namespace faultlab::server

@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <stdexcept>
+#include <string_view>
 
 #include "core/types/result.h"
 
@@ -21,5 +22,10 @@ struct TranslatedError {
 /// What a database exception means for the caller and what to do about it.
 /// A constraint violation is kConflict, a lock kBusy, disk and damage kUnavailable.
 TranslatedError TranslateDatabaseError(const std::exception& exception);
+
+/// Reason of an Error while the database server cannot be reached: nothing is known of the write.
+inline constexpr std::string_view kDatabaseAway = "database_away";
+/// Another try may go through: the database was busy, or away. A full or damaged disk stays so.
+bool MayPass(const core::Error& error);
 
 }  // namespace faultlab::server

@@ -164,6 +164,8 @@ core::Status RecordingStore::AppendChunk(const std::string& run_id,
       return Error{ErrorCode::kConflict, "the run has ended: " + progress->state, ""};
     }
     if (first_index < progress->next_index) {
+      // The answer of a first try was lost: it is stored.
+      if (blob_store::Get(tx, ChunkOwner(run_id), first_index) == bytes) return Done{};
       return Error{ErrorCode::kConflict,
                    "samples from " + std::to_string(first_index) +
                        " overlap what is stored up to " + std::to_string(progress->next_index),
@@ -179,13 +181,15 @@ core::Status RecordingStore::AppendChunk(const std::string& run_id,
 }
 
 core::Status RecordingStore::AppendEvents(const std::string& run_id,
-                                          std::span<const RecordedEvent> events) {
+                                          std::span<const RecordedEvent> events,
+                                          std::int64_t first) {
   if (events.empty()) return Done{};
   return database_.Write(Durability::kTelemetry, [&](Transaction& tx) -> core::Status {
     if (!LockRun(tx, run_id)) return NotFound();
     std::int64_t seq = 0;
     tx.sql() << "SELECT COALESCE(MAX(seq), -1) + 1 FROM recording_event WHERE recording_id = :id",
         into(seq), use(run_id, "id");
+    if (first >= 0 && seq >= first + static_cast<std::int64_t>(events.size())) return Done{};
     for (const auto& event : events) {
       tx.sql() << "INSERT INTO recording_event (recording_id, seq, sample_index, kind, json) "
                   "VALUES (:id, :seq, :index, :kind, :json)",
@@ -384,6 +388,13 @@ std::vector<std::string> InterruptRuns(Transaction& tx,
               "WHERE state = 'running' AND server_id = :server",
       use(now_ms, "now"), use(server_id, "server");
   return ids;
+}
+
+void InterruptRun(Transaction& tx, const std::string& run_id, WallTime now) {
+  const std::int64_t now_ms = ToMilliseconds(now);
+  tx.sql() << "UPDATE recording SET state = 'interrupted', ended_ms = :now "
+              "WHERE state = 'running' AND id = :id",
+      use(now_ms, "now"), use(run_id, "id");
 }
 
 }  // namespace faultlab::server

@@ -74,11 +74,16 @@ class RecordingStore {
   core::Result<std::optional<std::string>> RunningOn(const std::string& rig);
   /// Appends samples whose index begins at `first_index` (= samples.front().index) and rises.
   /// A gap to the chunk before is allowed, an overlap is refused (kConflict). Empty: nothing
-  /// happens. Refuses a run that has ended (kConflict) or does not exist (kNotFound).
+  /// happens, and so does the very chunk that is stored already: a lost answer may be asked for
+  /// again. Refuses a run that has ended (kConflict) or does not exist (kNotFound).
   core::Status AppendChunk(const std::string& run_id,
                            std::int64_t first_index,
                            std::span<const core::Sample> samples);
-  core::Status AppendEvents(const std::string& run_id, std::span<const RecordedEvent> events);
+  /// @param first  how many events of the run were appended before, for who tries again after a
+  /// lost answer; -1: appends them whatever is there
+  core::Status AppendEvents(const std::string& run_id,
+                            std::span<const RecordedEvent> events,
+                            std::int64_t first = -1);
   /// Ends a running run once; a second Finish is refused (kConflict).
   core::Status Finish(const std::string& run_id,
                       RunState state,
@@ -111,5 +116,7 @@ class RecordingStore {
 /// their chunks stay, nothing can be added any more. Throws what the database throws.
 /// @returns their ids.
 std::vector<std::string> InterruptRuns(Transaction& tx, const std::string& server_id, WallTime now);
+/// The same for one run; nothing when it has ended.
+void InterruptRun(Transaction& tx, const std::string& run_id, WallTime now);
 
 }  // namespace faultlab::server

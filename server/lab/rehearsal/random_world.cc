@@ -16,6 +16,7 @@ constexpr std::int64_t kStepsPerWorld = 20'000;
 constexpr WallTime kStart{Milliseconds{1'767'225'600'000}};
 constexpr Milliseconds kHour{3'600'000};
 constexpr std::size_t kCredentialsKept = 64;
+constexpr const char* kServer = "server";
 
 /// What is true of one rig outside the scheduler: its fence, and whom it served.
 struct RigSide {
@@ -49,7 +50,7 @@ class World {
       const bool elastic = random_.Chance(0.2);
       const std::string rig_class = elastic ? "sim" : (random_.Chance(0.3) ? "b" : "a");
       (void)scheduler_.AddRig(id, rig_class, elastic);
-      (void)scheduler_.RigOnline(id, now_);
+      (void)scheduler_.Claim(id, kServer, now_);
       rigs_.push_back(id);
     }
     Deliver();
@@ -163,7 +164,7 @@ class World {
     } else if (dice < 0.975) {
       (void)scheduler_.RigOffline(AnyRig(), "link lost", now_);
     } else if (dice < 0.985) {
-      (void)scheduler_.RigOnline(AnyRig(), now_);
+      (void)scheduler_.Claim(AnyRig(), kServer, now_);
     } else if (dice < 0.987) {
       (void)scheduler_.Quarantine(AnyRig(), "operator", now_);
       ++report_.quarantines;

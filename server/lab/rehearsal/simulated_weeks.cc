@@ -112,7 +112,7 @@ class OurWeek {
     for (int i = 0; i < kRigs; ++i) {
       const RigId id = "bench-" + std::to_string(i);
       Must(scheduler_.AddRig(id, kClass, false));
-      Must(scheduler_.RigOnline(id, now_));
+      Must(scheduler_.Claim(id, "server", now_));
     }
     for (int user = 0; user < kUsers; ++user) desks_.push_back({people_.Next(user, now_)});
   }

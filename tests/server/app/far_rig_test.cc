@@ -48,7 +48,7 @@ class FarRigTest : public testing::Test {
         shared_->service().Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
           for (std::uint64_t i = 0; i < epoch; ++i) {
             core::Status done = scheduler.AddRig("far-1", "bench-sim", false);
-            if (done.ok()) done = scheduler.RigOnline("far-1", now);
+            if (done.ok()) done = scheduler.Claim("far-1", "local", now);
             if (done.ok()) done = scheduler.RigOffline("far-1", "not seen yet", now);
             if (!done.ok()) return done;
           }

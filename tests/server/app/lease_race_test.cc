@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdlib>
+#include <random>
 #include <thread>
 
 #include "hardware/simulated/simulated_rig.h"
@@ -58,12 +60,33 @@ TEST_F(SharedRigsTest, LetsNobodyUseABenchInTheMomentInWhichItIsFound) {
   }
 }
 
+/// Of a rig on the bus, after a restart: its check is due before its agent is heard.
+TEST_F(SharedRigsTest, ARigThatIsNotHeardYetHasNotFailedItsCheck) {
+  const core::Status claimed =
+      shared_->service().Do([](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+        const core::Status added = scheduler.AddRig("far-1", "bench-sim", false);
+        return added.ok() ? scheduler.Claim("far-1", "local", now) : added;
+      });
+  ASSERT_TRUE(claimed.ok());
+  const auto rig = [&] { return shared_->service().state()->rigs.at("far-1"); };
+  while (rig().status == lab::RigStatus::kCleaning) std::this_thread::yield();
+  EXPECT_EQ(rig().status, lab::RigStatus::kOffline) << rig().reason;
+}
+
 /// A person with a session on the bench, whose session ends or is handed over while they start a
 /// run: whatever the order, no run of the older epoch is left when the end has been told.
 class LeaseRace : public SharedRigsTest {
  protected:
   LeaseRace() {
-    AddRig("bench-1", hardware::RigKind::kBench);
+    // Made anew for each lease, which takes a moment, as with a rig that answers over a network.
+    hardware::SimulatedRigOptions options;
+    options.id = "bench-1";
+    options.kind = hardware::RigKind::kBench;
+    bay_.Add(hardware::MakeSimulatedRig(options)->description(), "bench", [this, options] {
+      const auto until = std::chrono::steady_clock::now() + making_.load();
+      while (std::chrono::steady_clock::now() < until) std::this_thread::yield();
+      return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
+    });
     while (Status() != lab::RigStatus::kReady) std::this_thread::yield();
   }
   lab::RigStatus Status() {
@@ -96,62 +119,124 @@ class LeaseRace : public SharedRigsTest {
     auto hold = Hold(who, "bench-1", std::chrono::seconds(60));
     if (!hold) return;
     RunRequest request;
-    request.plan.uc_v.assign(6000, 2.0);
+    request.plan.uc_v.assign(1000, 2.0);
     request.hold = std::move(hold).value();
     (void)runs_.Start(std::move(request));
   }
   int RunsBelow(std::uint64_t epoch) {
     int count = 0;
     for (const RunSnapshot& run : runs_.Running()) {
-      const bool commands = runs_.Command(run.id, run.epoch, {}).ok();
+      // The second one would wait for the end of the learning stretch: it does not ask the rig.
+      const hardware::RigCommand change{
+          hardware::RigCommand::Kind::kSetComponent, core::Component::kR1, 100.0};
+      const bool commands = runs_.Command(run.id, run.epoch, {}).ok() ||
+                            runs_.Command(run.id, run.epoch, change).ok();
       if (commands && static_cast<std::uint64_t>(run.epoch) < epoch) ++count;
     }
     return count;
   }
+
+  std::atomic<std::chrono::microseconds> making_{};
 };
 
-TEST_F(LeaseRace, NoRunOutlivesItsSession) {
-  constexpr int kRounds = 200;
-  for (int round = 0; round < kRounds; ++round) {
+/// How many rounds of each race, and which schedules: more by hand than in CI.
+std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
+  const char* text = std::getenv(name);
+  return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
+}
+
+enum class Change { kEnd, kHandOver, kTakeOver };
+
+class LeaseRaces : public LeaseRace, public testing::WithParamInterface<Change> {
+ protected:
+  /// The schedule of one thread: other work for a moment that is drawn, with or without giving up
+  /// the processor on the way.
+  void Dawdle(std::mt19937_64& chance) {
+    const auto moment = std::chrono::microseconds(chance() % kSpread.count());
+    const bool yields = chance() % 2 == 0;
+    const auto until = std::chrono::steady_clock::now() + moment;
+    while (std::chrono::steady_clock::now() < until) {
+      if (yields) std::this_thread::yield();
+    }
+  }
+  core::Status Make(Change change, lab::SessionId session) {
+    return shared_->service().Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+      if (change == Change::kEnd) {
+        return scheduler.EndSession(session, lab::EndReason::kEnded, "", now);
+      }
+      const auto given = change == Change::kTakeOver
+                             ? scheduler.TakeOver(session, kHeir, "race", now)
+                             : scheduler.AcceptControl(session, kHeir, now);
+      return given.ok() ? core::Status(core::Done{}) : core::Status(given.error());
+    });
+  }
+  /// A run that was not stopped plays its plan to the end.
+  void ExpectStopped(std::uint64_t epoch) {
+    for (const RunSnapshot& run : runs_.Running()) {
+      if (static_cast<std::uint64_t>(run.epoch) != epoch) continue;
+      runs_.Wait(run.id);
+      EXPECT_NE(store_.Get(run.id).value().state, RunState::kFinished) << "it drove on";
+    }
+  }
+  /// The check between users is not what this is about.
+  void PassCheck() {
+    const std::uint64_t check = shared_->service().state()->rigs.at("bench-1").epoch;
+    (void)shared_->service().CleaningDone("bench-1", check, true, "");
+    ASSERT_EQ(Status(), lab::RigStatus::kReady);
+  }
+
+  static constexpr lab::UserId kHeir{2};
+  static constexpr std::chrono::microseconds kSpread{3000};  ///< about what a start takes
+};
+
+TEST_P(LeaseRaces, LeaveNoRunOfTheOlderEpochAndLetTheHeirIn) {
+  const std::uint64_t rounds = FromEnvironment("FAULTLAB_RACE_ROUNDS", 70);
+  std::mt19937_64 chance(FromEnvironment("FAULTLAB_RACE_SEED", 1));
+  for (std::uint64_t round = 0; round < rounds && !HasFailure(); ++round) {
+    SCOPED_TRACE("round " + std::to_string(round));
     const lab::Session session = SessionOf(1);
-    std::atomic<bool> go{false};
-    std::thread starter([&] {
-      while (!go) std::this_thread::yield();
-      for (int i = 0; i < round % 7 * 100; ++i) std::atomic_signal_fence(std::memory_order_seq_cst);
-      StartRun(Person(1));
-    });
-    go = true;
-    const bool runs_before = round % 4 >= 2;  // else the two race
-    if (runs_before) starter.join();
-    for (int i = 0; i < round % 11 * 300; ++i) std::atomic_signal_fence(std::memory_order_seq_cst);
-    const bool hands_over = round % 2 == 1;
-    const auto ended = shared_->service().Do([&](lab::Scheduler& scheduler,
-                                                 WallTime now) -> core::Result<lab::Session> {
-      if (hands_over) return scheduler.TakeOver(session.id, lab::UserId{2}, "race", now);
-      const core::Status done = scheduler.EndSession(session.id, lab::EndReason::kEnded, "", now);
-      if (!done.ok()) return done.error();
-      return session;
-    });
-    ASSERT_TRUE(ended.ok());
-    // The end is told: from now on nothing of the old epoch may drive or start to.
-    EXPECT_EQ(RunsBelow(session.epoch + 1), 0) << "round " << round;
-    if (!runs_before) starter.join();
-    EXPECT_EQ(RunsBelow(session.epoch + 1), 0) << "round " << round;
-    if (hands_over) {
-      EXPECT_TRUE(Hold(Person(2), "bench-1", std::chrono::seconds(1)).ok())
-          << "the new holder has the rig at once";
+    if (GetParam() == Change::kHandOver) {
       ASSERT_TRUE(shared_->service()
                       .Do([&](lab::Scheduler& scheduler, WallTime now) {
-                        return scheduler.EndSession(session.id, lab::EndReason::kEnded, "", now);
+                        return scheduler.OfferControl(session.id, kHeir, now);
                       })
                       .ok());
     }
-    // The check between users is not what this is about.
-    const std::uint64_t check = shared_->service().state()->rigs.at("bench-1").epoch;
-    (void)shared_->service().CleaningDone("bench-1", check, true, "");
-    ASSERT_EQ(Status(), lab::RigStatus::kReady) << round;
+    std::mt19937_64 of_starter(chance());
+    making_ = std::chrono::microseconds(chance() % 1000);
+    std::atomic<bool> go{false};
+    std::thread starter([&] {
+      while (!go) std::this_thread::yield();
+      Dawdle(of_starter);
+      StartRun(Person(1));
+    });
+    go = true;
+    const bool runs_before = chance() % 4 == 0;  // else the two race
+    if (runs_before) starter.join();
+    Dawdle(chance);
+    const core::Status changed = Make(GetParam(), session.id);
+    // The change is told: from now on nothing of the old epoch may drive or start to.
+    EXPECT_EQ(RunsBelow(session.epoch + 1), 0);
+    if (!runs_before) starter.join();
+    ASSERT_TRUE(changed.ok()) << changed.error().message;
+    EXPECT_EQ(RunsBelow(session.epoch + 1), 0);
+    ExpectStopped(session.epoch);
+    if (GetParam() != Change::kEnd) {
+      EXPECT_TRUE(Hold(Person(2), "bench-1", std::chrono::seconds(1)).ok())
+          << "the new holder has the rig at once";
+      ASSERT_TRUE(Make(Change::kEnd, session.id).ok());
+    }
+    PassCheck();
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Changes,
+                         LeaseRaces,
+                         testing::Values(Change::kEnd, Change::kHandOver, Change::kTakeOver),
+                         [](const auto& change) {
+                           if (change.param == Change::kEnd) return "End";
+                           return change.param == Change::kHandOver ? "HandOver" : "TakeOver";
+                         });
 
 TEST_F(SharedRigsTest, LetsEverybodyUseASimulatorAndNobodyANameThatIsNoRig) {
   AddRig("sim-1", hardware::RigKind::kSimulated);

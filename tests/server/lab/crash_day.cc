@@ -413,20 +413,20 @@ void CrashDay::AddJobs() {
 void CrashDay::ClaimJob(const std::string& id) {
   if (jobs_.Get(id).value().state == "waiting") {
     (void)jobs_.Claim(kServer, clock_.Wall(), clock_.Wall() + seconds(60));
-    (void)jobs_.SetRun(id, "run-of-" + id);
+    (void)jobs_.SetRun(jobs_.Get(id).value(), "run-of-" + id);
   }
   Want(jobs_.Get(id).value().state == "running", id + " runs");
 }
 
 void CrashDay::GiveJobBack(const std::string& id) {
-  (void)jobs_.GiveBack(id, clock_.Wall());
+  (void)jobs_.GiveBack(jobs_.Get(id).value(), clock_.Wall());
   Want(jobs_.Get(id).value().state == "waiting", id + " waits again");
 }
 
 void CrashDay::FinishJob(const std::string& id) {
   if (jobs_.Get(id).value().state != "finished") {
     ClaimJob(id);
-    (void)jobs_.Finish(id, "finished", "", clock_.Wall());
+    (void)jobs_.Finish(jobs_.Get(id).value(), "finished", "", clock_.Wall());
   }
   Want(jobs_.Get(id).value().state == "finished", id + " is done");
 }

@@ -16,6 +16,7 @@ using std::chrono::minutes;
 using std::chrono::seconds;
 
 inline constexpr WallTime kNoon{Milliseconds{1'770'033'600'000}};
+inline constexpr const char* kServer = "server";
 inline constexpr UserId kAnn{1};
 inline constexpr UserId kBob{2};
 inline constexpr UserId kCem{3};
@@ -28,7 +29,7 @@ class LabFixture : public testing::Test {
     for (int i = 0; i < count; ++i) {
       const RigId id = rig_class + "-" + std::to_string(i + 1);
       ASSERT_TRUE(lab_.AddRig(id, rig_class, elastic).ok());
-      ASSERT_TRUE(lab_.RigOnline(id, now_).ok());
+      ASSERT_TRUE(lab_.Claim(id, kServer, now_).ok());
     }
     PassChecks();
   }

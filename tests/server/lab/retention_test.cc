@@ -49,9 +49,10 @@ class RetentionTest : public testing::TestWithParam<Engine> {
     job.created_at = DaysAgo(ended_days_ago + 1);
     ASSERT_TRUE(jobs_.Add({job}).ok());
     if (ended_days_ago < 0) return;
-    ASSERT_TRUE(jobs_.Claim("s", job.created_at, DaysAgo(ended_days_ago)).ok());
-    ASSERT_TRUE(jobs_.SetRun(id, "run-of-" + id).ok());
-    ASSERT_TRUE(jobs_.Finish(id, "finished", "", DaysAgo(ended_days_ago)).ok());
+    const Job claimed = *jobs_.Claim("s", job.created_at, DaysAgo(ended_days_ago)).value();
+    ASSERT_EQ(claimed.id, id);
+    ASSERT_TRUE(jobs_.SetRun(claimed, "run-of-" + id).ok());
+    ASSERT_TRUE(jobs_.Finish(claimed, "finished", "", DaysAgo(ended_days_ago)).ok());
   }
   std::vector<std::string> Retained(bool remove) {
     const auto report = Retain(*database_, rules_, kToday, remove);

@@ -207,7 +207,7 @@ class PracticeRuns : public LabFixture {
   PracticeRuns() {
     for (const char* id : {"sim-1", "sim-2"}) {
       EXPECT_TRUE(lab_.AddRig(id, "sim", true).ok());
-      EXPECT_TRUE(lab_.RigOnline(id, now_).ok());
+      EXPECT_TRUE(lab_.Claim(id, kServer, now_).ok());
     }
   }
   core::Result<Session> Practise(UserId user) {

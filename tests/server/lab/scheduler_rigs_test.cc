@@ -12,7 +12,7 @@ class Rigs : public LabFixture {};
 TEST_F(Rigs, OnlyAPassedCheckGivesReady) {
   ASSERT_TRUE(lab_.AddRig("bench-1", "bench", false).ok());
   EXPECT_EQ(Status("bench-1"), RigStatus::kOffline);
-  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  ASSERT_TRUE(lab_.Claim("bench-1", kServer, now_).ok());
   EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
   PassChecks();
   EXPECT_EQ(Status("bench-1"), RigStatus::kReady);
@@ -76,7 +76,7 @@ TEST_F(Rigs, ADeadRigEndsItsSessionUnchargedAndComesBackThroughACheck) {
   EXPECT_EQ(Status("bench-1"), RigStatus::kOffline);
   EXPECT_THAT(Told(kAnn), Contains("rig_failed"));
   EXPECT_FALSE(lab_.state().usage.contains(kAnn));
-  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  ASSERT_TRUE(lab_.Claim("bench-1", kServer, now_).ok());
   EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
 }
 
@@ -92,7 +92,7 @@ TEST_F(Rigs, QuarantineOutlivesALostLinkAndNeedsARelease) {
   AddReadyRigs(1);
   ASSERT_TRUE(lab_.Quarantine("bench-1", "smells", now_).ok());
   ASSERT_TRUE(lab_.RigOffline("bench-1", "unplugged", now_).ok());
-  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  ASSERT_TRUE(lab_.Claim("bench-1", kServer, now_).ok());
   EXPECT_EQ(Status("bench-1"), RigStatus::kQuarantined);
   ASSERT_TRUE(lab_.Release("bench-1", now_).ok());
   EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
@@ -107,13 +107,13 @@ TEST_F(Rigs, ACheckThatIsPutOffWaitsAndIsNoFailure) {
   ASSERT_TRUE(lab_.CheckPutOff("bench-1", epoch, "the rig is held by b/1", now_).ok());
   EXPECT_EQ(Status("bench-1"), RigStatus::kOffline);
   EXPECT_EQ(lab_.state().rigs.at("bench-1").reason, "the rig is held by b/1");
-  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  ASSERT_TRUE(lab_.Claim("bench-1", kServer, now_).ok());
   EXPECT_EQ(Status("bench-1"), RigStatus::kOffline) << "not at once again";
   Pass(lab_.policy().check_pause - Milliseconds{1});
-  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  ASSERT_TRUE(lab_.Claim("bench-1", kServer, now_).ok());
   EXPECT_EQ(Status("bench-1"), RigStatus::kOffline);
   Pass(Milliseconds{1});
-  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  ASSERT_TRUE(lab_.Claim("bench-1", kServer, now_).ok());
   EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
   EXPECT_EQ(lab_.CheckPutOff("bench-1", epoch, "", now_).error().code, ErrorCode::kStale);
 }
@@ -124,7 +124,7 @@ TEST_F(Rigs, ARigThatIsLostInItsCheckIsCheckedAsSoonAsItIsBack) {
   ASSERT_TRUE(lab_.RigOffline("bench-1", "unplugged", now_).ok());
   ASSERT_TRUE(lab_.RigOffline("bench-1", "its key is not here", now_).ok());
   EXPECT_EQ(lab_.state().rigs.at("bench-1").reason, "its key is not here");
-  ASSERT_TRUE(lab_.RigOnline("bench-1", now_).ok());
+  ASSERT_TRUE(lab_.Claim("bench-1", kServer, now_).ok());
   EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
 }
 

@@ -180,15 +180,32 @@ TEST(SqliteDatabase, CopiesItselfWhileOthersWrite) {
   EXPECT_FALSE(database->BackupTo(folder.File("b.db")).ok()) << "never overwrites";
 }
 
-TEST(PostgresDatabase, ComesBackAfterTheServerDroppedEveryConnection) {
+TEST(PostgresDatabase, ConnectionsThatTheServerDroppedWhileTheyWereIdleCostNobodyAnAnswer) {
   tests::TestDatabase database(Engine::kPostgresql);
-  ASSERT_TRUE(PutBytes(*database, 1, 10).ok());
+  std::vector<std::thread> together;  // so that the pool holds more than one
+  for (int i = 0; i < 4; ++i) {
+    together.emplace_back([&, i] { EXPECT_TRUE(PutBytes(*database, i, 10).ok()); });
+  }
+  for (std::thread& thread : together) thread.join();
   tests::PostgresCluster::Instance().KillConnections();
-  const Status lost = PutBytes(*database, 2, 10);
+  for (int i = 4; i < 8; ++i) EXPECT_TRUE(PutBytes(*database, i, 10).ok());
+  EXPECT_EQ(CountBlobs(*database), 8);
+}
+
+TEST(PostgresDatabase, ATransactionThatLosesItsConnectionIsNotTriedTwice) {
+  tests::TestDatabase database(Engine::kPostgresql);
+  int bodies = 0;
+  const Status lost = database->Write(Durability::kPromise, [&](Transaction& tx) -> Status {
+    ++bodies;
+    tests::PostgresCluster::Instance().KillConnections();
+    blob_store::Put(tx, "bytes", 1, Bytes(3));
+    return Done{};
+  });
   ASSERT_FALSE(lost.ok());
   EXPECT_EQ(lost.error().code, ErrorCode::kUnavailable);
+  EXPECT_EQ(bodies, 1);
   EXPECT_TRUE(PutBytes(*database, 2, 10).ok());
-  EXPECT_EQ(CountBlobs(*database), 2);
+  EXPECT_EQ(CountBlobs(*database), 1);
 }
 
 TEST(PostgresDatabase, RefusesToWriteInARead) {

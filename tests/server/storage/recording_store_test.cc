@@ -112,6 +112,25 @@ TEST_P(RecordingStoreTest, KeepsEventsInTheOrderInWhichTheyCame) {
   EXPECT_EQ(events[2].kind, "detected");
 }
 
+TEST_P(RecordingStoreTest, StoresOnceWhatIsSentAgainAfterALostAnswer) {
+  ASSERT_TRUE(store_.Begin(Record("run-1")).ok());
+  const auto chunk = Samples(0, 100);
+  ASSERT_TRUE(store_.AppendChunk("run-1", 0, chunk).ok());
+  EXPECT_TRUE(store_.AppendChunk("run-1", 0, chunk).ok());
+  auto other = chunk;
+  other.back().um_v += 1.0;
+  EXPECT_EQ(store_.AppendChunk("run-1", 0, other).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(store_.Get("run-1").value().samples, 100);
+
+  const std::vector<RecordedEvent> two = {{9, "a", "{}"}, {12, "b", "{}"}};
+  const std::vector<RecordedEvent> three = {{13, "c", "{}"}};
+  ASSERT_TRUE(store_.AppendEvents("run-1", two, 0).ok());
+  EXPECT_TRUE(store_.AppendEvents("run-1", two, 0).ok());
+  ASSERT_TRUE(store_.AppendEvents("run-1", three, 2).ok());
+  EXPECT_TRUE(store_.AppendEvents("run-1", three, 2).ok());
+  EXPECT_EQ(store_.LoadEvents("run-1").value().size(), 3u);
+}
+
 TEST_P(RecordingStoreTest, FinishesOnceAndTakesNoSamplesAfterwards) {
   ASSERT_TRUE(store_.Begin(Record("run-1")).ok());
   const WallTime end = kStart + std::chrono::seconds(20);

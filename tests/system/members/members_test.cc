@@ -11,8 +11,8 @@
 
 #include "server/auth/accounts.h"
 #include "server/clock.h"
+#include "server/lab/lab_id.h"
 #include "server/net/hop.h"
-#include "server/storage/lab_id.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/postgres_cluster.h"
 #include "tests/support/raw_client.h"
@@ -250,7 +250,7 @@ TEST_F(MembersTest, AHopIsBelievedFromMembersAloneAndGoesNoFurther) {
     return "X-Faultlab-Hop: " + HopSeal(secret, "a").Seal({client, false}, "b", sent, Now()) +
            "\r\n";
   };
-  const std::string secret = HopSecret(database_).value();
+  const std::string secret = lab::HopSecret(database_).value();
   EXPECT_EQ(tests::Get(b_.port(), target, hop("guessed", "127.0.0.1")).status, 403);
   EXPECT_EQ(Ask(b_.port(), hop(secret, "203.0.113.9"), "GET", "runs/{id}", run).status, 401);
   // a has the run, and b says so instead of asking a.

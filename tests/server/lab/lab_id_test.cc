@@ -1,4 +1,4 @@
-#include "server/storage/lab_id.h"
+#include "server/lab/lab_id.h"
 
 #include <gmock/gmock.h>
 
@@ -9,7 +9,7 @@
 #include "tests/support/engines.h"
 #include "tests/support/test_database.h"
 
-namespace faultlab::server {
+namespace faultlab::server::lab {
 namespace {
 
 class LabIdTest : public testing::TestWithParam<Engine> {
@@ -43,4 +43,4 @@ TEST_P(LabIdTest, IsTheSameForServersThatStartTogether) {
 INSTANTIATE_TEST_SUITE_P(Engines, LabIdTest, tests::kBothEngines, tests::EngineName);
 
 }  // namespace
-}  // namespace faultlab::server
+}  // namespace faultlab::server::lab

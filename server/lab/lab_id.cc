@@ -1,4 +1,4 @@
-#include "server/storage/lab_id.h"
+#include "server/lab/lab_id.h"
 
 #include <cstddef>
 #include <optional>
@@ -8,7 +8,7 @@
 #include "server/storage/blob_store.h"
 #include "server/storage/ids.h"
 
-namespace faultlab::server {
+namespace faultlab::server::lab {
 namespace {
 
 std::optional<std::string> Stored(Transaction& tx, const std::string& owner) {
@@ -44,4 +44,4 @@ core::Result<std::string> HopSecret(Database& database) {
   return Shared(database, "hop_secret", "hop");
 }
 
-}  // namespace faultlab::server
+}  // namespace faultlab::server::lab

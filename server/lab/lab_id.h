@@ -5,7 +5,7 @@
 #include "core/types/result.h"
 #include "server/storage/database.h"
 
-namespace faultlab::server {
+namespace faultlab::server::lab {
 
 /// A name that all servers of this database share and no other lab has: made once, at random, and
 /// kept in the database. A restored copy of it is the same lab.
@@ -15,4 +15,4 @@ core::Result<std::string> LabId(Database& database);
 /// at random. Who reads the database can claim any client's address, and nothing more by it.
 core::Result<std::string> HopSecret(Database& database);
 
-}  // namespace faultlab::server
+}  // namespace faultlab::server::lab
