@@ -1,11 +1,18 @@
 import { describe, expect, it } from "vitest";
 import contract from "../../server/api/openapi.json";
+import runReadme from "../../server/run/README.md?raw";
+import { ApiError } from "../src/api/client";
 import { toCyrillic } from "../src/i18n/cyrillic";
 import { en as first } from "../src/i18n/en";
 import { enMore } from "../src/i18n/en_more";
 import { fill, loadCatalogue } from "../src/i18n/i18n.svelte";
+import { refusalsSr } from "../src/i18n/refusals_sr";
 import { srLatn } from "../src/i18n/sr_latn";
+import { refusalWords } from "../src/i18n/words";
 
+const refusalsOfTheServer =
+  /\*\*Refusals\.\*\*[\s\S]*?`parameters` \(`refusals\.h`\): ([\s\S]*?\.)\s/.exec(runReadme)?.[1] ??
+  "";
 const places = (text: string) => [...text.matchAll(/\{(\w+)\}/g)].map((match) => match[1]).sort();
 const en = { ...first, ...enMore };
 const keys = Object.keys(en) as (keyof typeof en)[];
@@ -43,6 +50,37 @@ describe("catalogues", () => {
   });
   it("fill their places", () => {
     expect(fill("{a} of {b}", { a: 1 })).toBe("1 of {b}");
+  });
+});
+
+describe("refusals", () => {
+  /** `rig_elsewhere` (rig, member) in the server's list. */
+  const listed = new Map(
+    [...refusalsOfTheServer.matchAll(/`([a-z_]+)`(?:\s+\(([\w,\s]+)\))?[,.]/g)].map(
+      ([, reason, names]) => [reason as string, names?.split(/,\s+/) ?? []],
+    ),
+  );
+  it("of the server have a sentence each, with its names and numbers", () => {
+    expect(listed.size).toBeGreaterThan(10);
+    for (const [reason, names] of listed) {
+      const sentence = refusalsSr[`refused_${reason}`] ?? "";
+      expect(sentence, reason).not.toBe("");
+      for (const place of places(sentence)) expect(names, reason).toContain(place);
+    }
+    expect(Object.keys(refusalsSr)).toHaveLength(listed.size);
+  });
+  it("are said in the reader's language, else in the server's words", async () => {
+    const refusal = {
+      message: "This rig needs a session.",
+      reason: "rig_needs_session",
+      parameters: { rig: "bench-1" },
+    };
+    expect(refusalWords(refusal)).toBe(refusal.message);
+    expect(new ApiError(403, { detail: "No.", reason: "news" }).message).toBe("No.");
+    const catalogue: Record<string, string> = await loadCatalogue("sr-Cyrl");
+    expect(fill(catalogue.refused_rig_needs_session ?? "", refusal.parameters)).toBe(
+      "За уређај bench-1 потребан је термин: станите у ред или га резервишите.",
+    );
   });
 });
 

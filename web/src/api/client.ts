@@ -1,3 +1,4 @@
+import { refusalWords } from "../i18n/words";
 import type {
   Diagnosis,
   Me,
@@ -16,7 +17,8 @@ export class ApiError extends Error {
     readonly status: number,
     readonly problem: Partial<Problem>,
   ) {
-    super(problem.detail ?? problem.title ?? `HTTP ${status}`);
+    const message = problem.detail ?? problem.title ?? `HTTP ${status}`;
+    super(refusalWords({ ...problem, message }));
     this.name = "ApiError";
   }
 }

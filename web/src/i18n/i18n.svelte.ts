@@ -12,14 +12,18 @@ const KEY = "faultlab.locale";
 
 export async function loadCatalogue(locale: Locale): Promise<Catalogue> {
   if (locale === "en") return { ...en, ...(await import("./en_more")).enMore };
-  const [{ srLatn }, { toCyrillic }] = await Promise.all([
+  const [{ srLatn }, { refusalsSr }, { toCyrillic }] = await Promise.all([
     import("./sr_latn"),
+    import("./refusals_sr"),
     import("./cyrillic"),
   ]);
   const script = locale === "sr-Cyrl" ? toCyrillic : (text: string) => text;
   // `back ticks` in the catalogue keep words out of the change of script
   return Object.fromEntries(
-    Object.entries(srLatn).map(([key, text]) => [key, script(text).replaceAll("`", "")]),
+    Object.entries({ ...srLatn, ...refusalsSr }).map(([key, text]) => [
+      key,
+      script(text).replaceAll("`", ""),
+    ]),
   ) as Catalogue;
 }
 

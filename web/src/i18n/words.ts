@@ -10,6 +10,16 @@ export function word(
   return i18n.has(key) ? t(key as Key) : value;
 }
 
+/** What the server refuses and why; its own English where there is no better word. */
+export function refusalWords(refusal: {
+  message: string;
+  reason?: string;
+  parameters?: Record<string, string>;
+}): string {
+  const key = `refused_${refusal.reason}`;
+  return i18n.has(key) ? t(key as Key, refusal.parameters) : refusal.message;
+}
+
 /** A message of the lab by its topic; the server's own English where there is no better word. */
 export function newsWords(event: { topic: string; text: string }): string {
   const key = `news_${event.topic}`;

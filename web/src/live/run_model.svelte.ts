@@ -1,6 +1,7 @@
 import { ApiError, api } from "../api/client";
 import type { Component, Diagnosis, Rig, Run, RunEvent, RunState } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
+import { refusalWords } from "../i18n/words";
 import type { Bench } from "../plant/bench";
 import { announcer } from "../shell/announcer.svelte";
 import { rigs } from "../shell/rigs.svelte";
@@ -260,7 +261,11 @@ export class RunModel {
         this.refill = true;
         break;
       case "ack":
-        this.faults.answered(message.id, message.ok, message.error?.message ?? "");
+        this.faults.answered(
+          message.id,
+          message.ok,
+          message.error ? refusalWords(message.error) : "",
+        );
         break;
       case "end":
         this.state = message.state;

@@ -50,7 +50,12 @@ export type ServerMessage =
       id: number;
       ok: boolean;
       waits_until_s?: number;
-      error?: { code: string; message: string };
+      error?: {
+        code: string;
+        message: string;
+        reason?: string;
+        parameters?: Record<string, string>;
+      };
     }
   | { type: "pong"; t: number; server_t: number }
   | { type: "error"; message: string }

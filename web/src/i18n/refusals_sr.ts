@@ -1,0 +1,26 @@
+/**
+ * Why the server refuses an experiment, by the reason that it gives (server/run/README.md). In
+ * English the server's own sentence is shown.
+ */
+export const refusalsSr: Record<string, string> = {
+  refused_no_simulator: "Ovaj server nema simulatora.",
+  refused_rig_needs_session:
+    "Za uređaj {rig} potreban je termin: stanite u red ili ga rezervišite.",
+  refused_rig_just_found:
+    "Uređaj {rig} je upravo pronađen i još nije proveren; pokušajte za minut.",
+  refused_rig_elsewhere:
+    "Uređaj {rig} prelazi na drugi server laboratorije ({member}); pokušajte za nekoliko sekundi.",
+  refused_runs_full: "U toku je onoliko ogleda koliko ovaj server dopušta.",
+  refused_run_ended: "Ogled je završen.",
+  refused_stale_epoch: "Upravljanje uređajem je prešlo u druge ruke; učitajte stranicu ponovo.",
+  refused_out_of_touch:
+    "Ovaj server je izgubio vezu sa laboratorijom; pokušajte za nekoliko sekundi.",
+  refused_run_too_short:
+    "Ovaj ogled se završava pre nego što se nauči ispravan uređaj, pa se u njemu ništa ne može menjati: planirajte duži.",
+  refused_value_not_positive: "{component} mora biti veće od 0, u jedinici `SI`.",
+  refused_component_not_switchable: "Uređaj {rig} ne može da menja {component}.",
+  refused_value_not_of_the_relays: "Releji za {component} imaju vrednosti {values}.",
+  refused_voltage_outside: "Upravljački napon uređaja {rig} ide od {lowest_v} V do {highest_v} V.",
+  refused_no_fault_set: "Za vas nema takvog skupa kvarova.",
+  refused_empty_recording: "Snimak je prazan.",
+};
