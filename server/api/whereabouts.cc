@@ -25,16 +25,20 @@ const json::string* TextMember(const json::value& value, std::string_view name) 
   return object != nullptr ? TextMember(*object, name) : nullptr;
 }
 
-/// A run on any simulator: on one of this server's, or of one that has any.
+/// A run on any simulator: on a free one of this server's, else on a free one of another.
 std::string AnySimulator(const lab::LabService& service) {
   const auto state = service.state();
   std::string far;
+  std::string busy;
   for (const auto& [id, rig] : state->rigs) {
     if (!rig.elastic || rig.status == lab::RigStatus::kOffline) continue;
-    if (rig.server == service.member()) return id;
-    far = id;
+    const bool own = rig.server == service.member();
+    const bool ready = rig.status == lab::RigStatus::kReady;
+    if (own && ready) return id;
+    if (ready) far = id;
+    if (own) busy = id;
   }
-  return far;
+  return far.empty() ? busy : far;
 }
 
 json::array ItemsOf(std::string_view body) {

@@ -9,7 +9,7 @@ DailyRetention::DailyRetention(Database& database,
                                const Clock& clock,
                                lab::RetentionRules rules,
                                std::function<void(std::string_view)> log)
-    : database_(database), clock_(clock), rules_(std::move(rules)), log_(std::move(log)) {
+    : database_(database), clock_(clock), rules_(rules), log_(std::move(log)) {
   thread_ = std::thread([this] {
     std::unique_lock lock(mutex_);
     do {

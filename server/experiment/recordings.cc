@@ -85,6 +85,7 @@ core::Result<std::vector<RecordedEvent>> Recordings::Events(const RunRecord& rec
 
 core::Result<core::Diagnosis> Recordings::Repair(const Recording& recording, std::string* text) {
   core::Diagnosis diagnosis = core::DiagnoseRecord(recording.samples, recording.options);
+  diagnosis.fit_percent.clear();  // a live run has those of the models alone
   AddModelFits(recording.samples, recording.options, diagnosis);
   *text = TextOf(diagnosis, recording);
   const core::Status kept = store_.ReplaceDiagnosis(recording.record.id, *text, WordOf(diagnosis));

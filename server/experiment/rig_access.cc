@@ -57,6 +57,11 @@ bool RigAccess::MayCommand(const Principal& who, const std::string& rig) const {
   return SessionOf(*service_.state(), who, StartedBy::kPerson, rig) != nullptr;
 }
 
+bool RigAccess::IsKnownElsewhere(const std::string& rig) const {
+  const auto member = service_.MemberOf(rig);
+  return member && member->id != service_.member();
+}
+
 /// The lease by the newest stored state, which the service has fenced the bay with before it
 /// answers.
 core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
@@ -70,6 +75,7 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
     }
   } else {
     const auto found = bay_.Find(rig);
+    if (!found && service_.state()->rigs.contains(rig)) return refusal::RigAway(rig);
     if (!found) return found.error();
     if (!NeedsSession(found.value())) simulators.push_back(rig);
   }

@@ -40,6 +40,8 @@ class RigAccess {
                              std::chrono::milliseconds length);
   /// May this person command what runs on this rig now? A replay has the rig "".
   bool MayCommand(const Principal& who, const std::string& rig) const;
+  /// Another server of the lab has this rig.
+  bool IsKnownElsewhere(const std::string& rig) const;
 
  private:
   core::Result<lab::Lease> LeaseFor(const Principal& who,

@@ -101,7 +101,13 @@ core::Result<Session> Scheduler::Practice(UserId user,
     Activate(session, now);
     return session;
   }
-  return Error{ErrorCode::kBusy, "every simulated rig is in use; try again soon", "/rig"};
+  const bool one = among.size() == 1;
+  return Error{ErrorCode::kBusy,
+               one ? "rig '" + among.front() + "' is in use; try again soon"
+                   : "every simulated rig is in use; try again soon",
+               "/rig",
+               one ? "rig_in_use" : "simulators_in_use",
+               {{"rig", one ? among.front() : ""}}};
 }
 
 void Scheduler::EndPractice(SessionId id, WallTime now) {

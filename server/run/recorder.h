@@ -31,7 +31,7 @@ class Recorder {
   /// What to do when the queue of the run is full.
   enum class WhenFull { kFail, kWait };
 
-  /// False: the queue is full or an earlier write failed; Failure() says which.
+  /// False: the queue is full or an earlier write failed; Drain says which.
   bool Append(const std::string& run, std::vector<core::Sample> samples, WhenFull when_full);
   bool Append(const std::string& run, std::vector<RecordedEvent> events, WhenFull when_full);
   /// Waits until all of the run's queue is stored, then forgets the run.

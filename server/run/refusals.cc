@@ -43,6 +43,30 @@ Error RigJustFound(const std::string& rig) {
           {{"rig", rig}}};
 }
 
+Error NoRig(const std::string& rig) {
+  return {ErrorCode::kNotFound, "There is no rig '" + rig + "'.", "/rig", "no_rig", {{"rig", rig}}};
+}
+
+Error RigInUse(const std::string& rig) {
+  return {ErrorCode::kBusy, "Rig '" + rig + "' is in use.", "/rig", "rig_in_use", {{"rig", rig}}};
+}
+
+Error TurnIsOver(const std::string& rig) {
+  return {ErrorCode::kStale,
+          "Your turn on rig '" + rig + "' is over.",
+          "/rig",
+          "turn_is_over",
+          {{"rig", rig}}};
+}
+
+Error RigAway(const std::string& rig) {
+  return {ErrorCode::kUnavailable,
+          "The server of rig '" + rig + "' does not answer; try again in a few seconds.",
+          "/rig",
+          "rig_away",
+          {{"rig", rig}}};
+}
+
 Error RigElsewhere(const std::string& rig, const std::string& member) {
   return {ErrorCode::kConflict,
           "Rig '" + rig + "' is moving to another server of this lab (" + member +

@@ -13,6 +13,12 @@ namespace faultlab::server::refusal {
 core::Error NoSimulator();
 core::Error RigNeedsSession(const std::string& rig);
 core::Error RigJustFound(const std::string& rig);
+core::Error NoRig(const std::string& rig);
+core::Error RigInUse(const std::string& rig);
+/// The session has ended or was passed on.
+core::Error TurnIsOver(const std::string& rig);
+/// Its server does not answer.
+core::Error RigAway(const std::string& rig);
 core::Error RigElsewhere(const std::string& rig, const std::string& member);
 core::Error RunsFull();
 core::Error RunEnded();

@@ -3,19 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/run/refusals.h"
+
 namespace faultlab::server {
-namespace {
-
-core::Error NoSuchRig(std::string_view id) {
-  return {core::ErrorCode::kNotFound, "There is no rig '" + std::string(id) + "'.", "/rig"};
-}
-
-core::Error TurnIsOver(std::string_view id) {
-  return {core::ErrorCode::kStale, "Your turn on rig '" + std::string(id) + "' is over.", "/rig"};
-}
-
-}  // namespace
-
 RigHold& RigHold::operator=(RigHold&& other) noexcept {
   if (this == &other) return *this;
   Release();
@@ -113,10 +103,10 @@ core::Result<std::size_t> RigBay::Take(const lab::Lease& lease,
   const auto found = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) {
     return slot.description.id == lease.rig;
   });
-  if (found == slots_.end()) return NoSuchRig(lease.rig);
+  if (found == slots_.end()) return refusal::NoRig(lease.rig);
   const auto index = static_cast<std::size_t>(found - slots_.begin());
   lab::Fence& fence = fences_[lease.rig];
-  if (!fence.Admits(lease.epoch)) return TurnIsOver(lease.rig);
+  if (!fence.Admits(lease.epoch)) return refusal::TurnIsOver(lease.rig);
   fence.Raise(lease.epoch);
   if (const std::shared_ptr<hardware::Rig> older = StopOlder(slots_[index], lease.epoch)) {
     lock.unlock();
@@ -128,10 +118,10 @@ core::Result<std::size_t> RigBay::Take(const lab::Lease& lease,
     return slot.revoked == nullptr || slot.held_epoch >= lease.epoch || !fence.Admits(lease.epoch);
   };
   const bool in_time = returned_.wait_for(lock, patience, free);
-  if (!fence.Admits(lease.epoch)) return TurnIsOver(lease.rig);
+  if (!fence.Admits(lease.epoch)) return refusal::TurnIsOver(lease.rig);
   Slot& slot = slots_[index];
   if (!in_time || slot.revoked != nullptr) {
-    return core::Error{core::ErrorCode::kBusy, "Rig '" + lease.rig + "' is in use.", "/rig"};
+    return refusal::RigInUse(lease.rig);
   }
   slot.revoked = std::make_shared<std::atomic<bool>>(false);
   slot.held_epoch = lease.epoch;
@@ -173,7 +163,7 @@ core::Result<RigHold> RigBay::Acquire(const lab::Lease& lease, std::chrono::mill
     hold.revoked_ = slot.revoked;
   }
   // A fence that came while the rig was made has found none to stop.
-  if (hold.revoked()) return TurnIsOver(lease.rig);
+  if (hold.revoked()) return refusal::TurnIsOver(lease.rig);
   return hold;
 }
 
@@ -223,7 +213,7 @@ core::Result<RigStatus> RigBay::Find(std::string_view id) const {
   if (id.empty()) {
     return core::Error{core::ErrorCode::kNotFound, "This server has no simulated rig.", "/rig"};
   }
-  return NoSuchRig(id);
+  return refusal::NoRig(std::string(id));
 }
 
 std::vector<RigStatus> RigBay::List() const {

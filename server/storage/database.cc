@@ -41,9 +41,7 @@ Transaction::Transaction(soci::session& session, Engine engine, bool writes, Dur
   }
   session_ << BeginStatement(engine, writes);
   open_ = true;
-  if (engine == Engine::kPostgresql && writes && !promise) {
-    session_ << "SET LOCAL synchronous_commit = off";
-  }
+  // PostgreSQL commits both in full: its server may crash while this one records on.
 }
 
 Transaction::~Transaction() {

@@ -104,7 +104,8 @@ void HubLoop::OnText(Viewer& viewer, const std::string& text) {
     } else if (!channel.options.on_command) {
       DeliverText(
           viewer,
-          AckText(*command, core::Error{core::ErrorCode::kConflict, "The run has ended.", {}}));
+          AckText(*command,
+                  core::Error{core::ErrorCode::kConflict, "The run has ended.", "", "run_ended"}));
     } else {
       channel.options.on_command(ViewerId{viewer.id()}, *command);
     }

@@ -3,6 +3,7 @@
 #include "server/api/run/handlers.h"
 #include "server/experiment/plan_json.h"
 #include "server/json/json_reader.h"
+#include "server/run/refusals.h"
 
 namespace faultlab::server {
 namespace {
@@ -143,11 +144,11 @@ core::Result<HttpResponse> ListEvents(RunApi& api, const ApiRequest& request) {
 
 core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
   if (request.run.state != RunState::kRunning) {
-    return core::Error{core::ErrorCode::kConflict, "The run has ended already.", {}};
+    return refusal::RunEnded();
   }
   const core::Status stopped = api.runs.Stop(request.run.id, "stopped by a person");
   if (!stopped.ok() && stopped.error().code == core::ErrorCode::kNotFound) {
-    return core::Error{core::ErrorCode::kConflict, "The run has ended already.", {}};
+    return refusal::RunEnded();
   }
   if (!stopped.ok()) return stopped.error();
   return JsonResponse(json::object{{"id", request.run.id}, {"state", "stopping"}}, 202);

@@ -10,6 +10,11 @@ export const refusalsSr: Record<string, string> = {
     "Uređaj {rig} je upravo pronađen i još nije proveren; pokušajte za minut.",
   refused_rig_elsewhere:
     "Uređaj {rig} prelazi na drugi server laboratorije ({member}); pokušajte za nekoliko sekundi.",
+  refused_no_rig: "Uređaj {rig} ne postoji.",
+  refused_rig_away: "Server uređaja {rig} ne odgovara; pokušajte za nekoliko sekundi.",
+  refused_rig_in_use: "Uređaj {rig} je zauzet; pokušajte uskoro.",
+  refused_simulators_in_use: "Svi simulatori su zauzeti; pokušajte uskoro.",
+  refused_turn_is_over: "Vaš termin na uređaju {rig} je završen.",
   refused_runs_full: "U toku je onoliko ogleda koliko ovaj server dopušta.",
   refused_run_ended: "Ogled je završen.",
   refused_stale_epoch: "Upravljanje uređajem je prešlo u druge ruke; učitajte stranicu ponovo.",
