@@ -5,8 +5,8 @@
 
 #include "server/api/metrics_text.h"
 #include "server/api/rig_json.h"
-#include "server/experiment/rig_access.h"
 #include "server/api/whereabouts.h"
+#include "server/experiment/rig_access.h"
 
 namespace faultlab::server {
 namespace {
