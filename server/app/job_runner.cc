@@ -14,7 +14,7 @@ constexpr milliseconds kLease = seconds(60);
 constexpr milliseconds kPoll{200};
 /// A job without a rig is looked at again after this; others have their turn meanwhile.
 constexpr milliseconds kNextLook = seconds(1);
-/// The server that has the job's rig takes it before; then that server is gone, perhaps.
+/// The server that has the job's rig has this long to take it; then any server may.
 constexpr milliseconds kHandedFor = seconds(10);
 /// Arming, the way to the first sample and the end of the recording, on top of the run itself.
 constexpr milliseconds kMargin = seconds(30);

@@ -22,7 +22,7 @@ enum class Engine { kSqlite, kPostgresql };
 /// How much a commit promises.
 enum class Durability {
   kPromise,    ///< on the disk before the call returns: bookings, sessions, finished runs
-  kTelemetry,  ///< a power cut may lose the last moments, never the order: samples of a live run
+  kTelemetry,  ///< on SQLite a power cut may lose the last moments, never the order: live samples
 };
 
 /// Where a write stands when it is looked at from outside.

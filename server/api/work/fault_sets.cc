@@ -58,6 +58,22 @@ core::Status MayTeach(WorkApi& api, const Principal& who, std::int64_t course) {
   return core::Error{core::ErrorCode::kInvalid, "You teach no such course.", "/course"};
 }
 
+struct Managed {
+  FaultSet set;
+  std::int64_t version = 0;  ///< that the caller saw
+};
+
+/// The set of the path's {id}, if the caller may change it and says which version they saw.
+core::Result<Managed> ManagedSet(WorkApi& api, const ApiRequest& request) {
+  const auto id = PathNumber(request);
+  if (!id) return id.error();
+  const auto version = RequiredVersion(request);
+  if (!version) return version.error();
+  auto set = api.fault_set_access.Find(request.who, id.value(), Operation::kManageFaultSet);
+  if (!set) return set.error();
+  return Managed{std::move(set).value(), version.value()};
+}
+
 }  // namespace
 
 core::Result<HttpResponse> ListFaultSets(WorkApi& api, const ApiRequest& request) {
@@ -90,34 +106,28 @@ core::Result<HttpResponse> CreateFaultSet(WorkApi& api, const ApiRequest& reques
 }
 
 core::Result<HttpResponse> ChangeFaultSet(WorkApi& api, const ApiRequest& request) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
-  auto version = RequiredVersion(request);
-  if (!version) return version.error();
-  auto set = api.fault_set_access.Find(request.who, id.value(), Operation::kManageFaultSet);
-  if (!set) return set.error();
-  FaultSet next = set.value();
+  const auto managed = ManagedSet(api, request);
+  if (!managed) return managed.error();
+  const auto& [set, version] = managed.value();
+  FaultSet next = set;
   const core::Status read = ReadSet(request, next);
   if (!read.ok()) return read.error();
-  if (next.course_id != set.value().course_id) {
+  if (next.course_id != set.course_id) {
     return core::Error{core::ErrorCode::kInvalid, "A set stays in its course.", "/course"};
   }
-  auto changed = api.fault_sets.Change(next, version.value());
+  auto changed = api.fault_sets.Change(next, version);
   if (!changed) return changed.error();
-  api.audit.Add(request.who, "change_fault_set", "fault_set:" + std::to_string(id.value()), "");
+  api.audit.Add(request.who, "change_fault_set", "fault_set:" + std::to_string(set.id), "");
   return SetResponse(changed.value(), 200);
 }
 
 core::Result<HttpResponse> DeleteFaultSet(WorkApi& api, const ApiRequest& request) {
-  auto id = PathNumber(request);
-  if (!id) return id.error();
-  auto version = RequiredVersion(request);
-  if (!version) return version.error();
-  auto set = api.fault_set_access.Find(request.who, id.value(), Operation::kManageFaultSet);
-  if (!set) return set.error();
-  const core::Status done = api.fault_sets.Delete(id.value(), version.value());
+  const auto managed = ManagedSet(api, request);
+  if (!managed) return managed.error();
+  const auto& [set, version] = managed.value();
+  const core::Status done = api.fault_sets.Delete(set.id, version);
   if (!done.ok()) return done.error();
-  api.audit.Add(request.who, "delete_fault_set", "fault_set:" + std::to_string(id.value()), "");
+  api.audit.Add(request.who, "delete_fault_set", "fault_set:" + std::to_string(set.id), "");
   return NoContent();
 }
 
