@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
@@ -382,6 +383,24 @@ TEST(Network, SeveralAgentsAndTwoServersFindEachOther) {
   ExpectEveryIndex(Drain(*mine), 50);
 }
 
+/// What was heard of `sent` over UDP, which may lose: true to the sample, every loss counted.
+void ExpectHeard(const LcmRecord& heard, const std::vector<core::Sample>& sent) {
+  ASSERT_GT(heard.samples.size(), sent.size() / 2) << "lost more than a busy machine explains";
+  for (const core::Sample& sample : heard.samples) {
+    const auto same = std::find_if(sent.begin(), sent.end(), [&](const core::Sample& one) {
+      return one.index == sample.index;
+    });
+    ASSERT_NE(same, sent.end()) << "sample " << sample.index << " was never sent";
+    ASSERT_EQ(sample.um_v, same->um_v);
+  }
+  // Losses behind the last sample heard are known to nobody.
+  const auto first_unheard = std::find_if(sent.begin(), sent.end(), [&](const core::Sample& one) {
+    return one.index > heard.samples.back().index;
+  });
+  EXPECT_EQ(static_cast<std::int64_t>(heard.samples.size()) + heard.lost_samples,
+            first_unheard - sent.begin());
+}
+
 TEST(Network, ATappedRunIsRecordedByLcmLoggerAndPlayedByLcmLogplayer) {
   const std::string path = testing::TempDir() + "/network_tap.lcm";
   const std::string again = testing::TempDir() + "/network_tap_again.lcm";
@@ -415,8 +434,7 @@ TEST(Network, ATappedRunIsRecordedByLcmLoggerAndPlayedByLcmLogplayer) {
   logger.reset();
   const auto record = ReadLcmLog(path, "run");
   ASSERT_TRUE(record.ok()) << record.error().message;
-  ASSERT_EQ(record.value().samples.size(), 200u);
-  EXPECT_EQ(record.value().samples[199].um_v, run.samples[199].um_v);
+  ExpectHeard(record.value(), run.samples);
 
   LcmRecord export_record = record.value();
   export_record.run = "exported";
@@ -436,8 +454,7 @@ TEST(Network, ATappedRunIsRecordedByLcmLoggerAndPlayedByLcmLogplayer) {
   logger.reset();
   const auto played = ReadLcmLog(again, "exported");
   ASSERT_TRUE(played.ok()) << played.error().message;
-  ASSERT_EQ(played.value().samples.size(), 200u);
-  EXPECT_EQ(played.value().samples[199].um_v, run.samples[199].um_v);
+  ExpectHeard(played.value(), export_record.samples);
 }
 
 }  // namespace
