@@ -5,6 +5,7 @@
 
 #include "server/auth/secrets.h"
 #include "server/json/json_reader.h"
+#include "server/net/address_key.h"
 
 namespace faultlab::server {
 namespace {
@@ -12,7 +13,6 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-constexpr std::size_t kLargeBytes = 1 << 20;
 constexpr std::size_t kIdempotencyKeyMax = 200;
 
 bool AsksWho(const ApiRoute& route) {
@@ -23,13 +23,18 @@ bool TakesJson(const ApiRoute& route) {
   return route.body.kind == BodyKind::kJson || route.body.kind == BodyKind::kEmpty;
 }
 
-/// All guests are one owner, but each address has transfers of its own.
-std::string TransferKey(const Principal& who, const HttpRequest& http) {
-  return who.signed_in() ? who.owner_key() : "guest " + std::string(http.remote_address);
-}
-
-bool IsLarge(const ApiRoute& route) {
-  return route.answer == AnswerSize::kLarge || route.body.bytes_max > kLargeBytes;
+RunsOn RunsOnOf(const ApiRoute& route) {
+  if (route.guard == Guard::kOpen) return RunsOn::kInline;
+  switch (route.cost) {
+    case Cost::kQuick:
+      return RunsOn::kPool;
+    case Cost::kHeavy:
+    case Cost::kTransfer:
+      return RunsOn::kHeavy;
+    case Cost::kPassword:
+      return RunsOn::kPassword;
+  }
+  return RunsOn::kPool;
 }
 
 core::Result<boost::json::object> BodyOf(const ApiRoute& route, const HttpRequest& http) {
@@ -55,7 +60,9 @@ core::Result<Principal> Gate::CallerOf(const ApiRoute& route, const HttpRequest&
       http.remote_address,
       http.method != HttpMethod::kGet && http.method != HttpMethod::kHead};
   auto who = parts_.authenticator.Authenticate(credentials, parts_.clock.Wall());
-  if (!who || route.guard != Guard::kRole) return who;
+  if (!who) return who;
+  who.value().address_key = AddressKey(http.remote_address);
+  if (route.guard != Guard::kRole) return who;
   const core::Status allowed = Authorize(who.value(), route.operation, Ownership::kNone);
   if (!allowed.ok()) return allowed.error();
   return who;
@@ -64,9 +71,9 @@ core::Result<Principal> Gate::CallerOf(const ApiRoute& route, const HttpRequest&
 Admission Gate::Admit(const ApiRoute& route, const HttpRequest& http) {
   auto who = CallerOf(route, http);
   if (!who) return {.refusal = ProblemOf(who.error())};
-  if (!IsLarge(route)) return {};
-  const std::string key = TransferKey(who.value(), http);
-  if (auto slot = transfers_.Take(key)) return {.held = std::move(slot)};
+  const std::string key = who.value().caller_key();
+  if (route.cost != Cost::kTransfer) return {.caller = key};
+  if (auto slot = transfers_.Take(key)) return {.held = std::move(slot), .caller = key};
   constexpr int kSeconds = 2;
   HttpResponse refusal =
       TryAgain(429,
@@ -155,12 +162,12 @@ void Gate::AddRoutes(Router& router, const std::vector<ApiRoute>& routes) {
   for (const ApiRoute& route : routes) {
     Route entry{route.method,
                 std::string(route.pattern),
-                route.guard == Guard::kOpen ? RunsOn::kInline : RunsOn::kPool,
+                RunsOnOf(route),
                 route.body.bytes_max,
                 [this, route](const HttpRequest& http) { return Serve(route, http); }};
     if (AsksWho(route)) {
       entry.admit = [this, route](const HttpRequest& http) { return Admit(route, http); };
-      entry.always_admit = IsLarge(route);
+      entry.always_admit = entry.runs_on == RunsOn::kHeavy;
     }
     router.Add(std::move(entry));
   }

@@ -43,9 +43,10 @@ inline constexpr BodyRule kSignInJson{4 << 10, BodyKind::kJson};  ///< of people
 inline constexpr BodyRule kClassList{1 << 20, BodyKind::kBytes};
 inline constexpr BodyRule kUpload{20 << 20, BodyKind::kBytes};
 
-/// kLarge: the answer grows with the run. A caller has two such answers at work or unsent at most;
-/// a few more wait for one of them.
-enum class AnswerSize { kSmall, kLarge };
+/// What a request costs. kHeavy computes for more than some milliseconds; kTransfer as well, and
+/// its body or answer grows with the run: a caller has two such at work or unsent at most, a few
+/// more wait for one of them. kPassword hashes one.
+enum class Cost { kQuick, kHeavy, kTransfer, kPassword };
 
 /// Who may call: everybody; whoever the matrix allows; whoever it allows on the run of the path's
 /// {id}, which the handler then has in its request; or the handler asks about the object itself.
@@ -61,7 +62,7 @@ struct ApiRoute {
   Guard guard;
   ApiHandler handler;
   BodyRule body = kNoBody;
-  AnswerSize answer = AnswerSize::kSmall;
+  Cost cost = Cost::kQuick;
   LivesAt lives_at = LivesAt::kAnywhere;
 };
 
@@ -90,7 +91,8 @@ class Gate {
   explicit Gate(Parts parts) : parts_(parts) {}
 
   /// Puts a table into the router. Refusals become problem+json. kOpen routes run on the network
-  /// thread, the others on the pool. Who may not call is refused before the body is read.
+  /// thread, the others on the pool of their cost. Who may not call is refused before the body is
+  /// read.
   void AddRoutes(Router& router, const std::vector<ApiRoute>& routes);
 
   /// Decides about GET /ws?code=..

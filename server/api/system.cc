@@ -144,7 +144,7 @@ std::vector<ApiRoute> RoutesOf(SystemApi& api) {
   using enum HttpMethod;
   using enum Operation;
   using enum Guard;
-  using enum AnswerSize;
+  using enum Cost;
   using enum LivesAt;
   const auto on = [&api](auto handler) { return On(api, handler); };
   return {
@@ -153,7 +153,7 @@ std::vector<ApiRoute> RoutesOf(SystemApi& api) {
       {kGet, "/metrics", kReadPublic, kRole, on(Metrics)},
       {kGet, "/api/v1/openapi.json", kReadPublic, kOpen, on(OpenApi)},
       {kGet, "/api/v1/auth/me", kReadPublic, kRole, on(Me)},
-      {kGet, "/api/v1/rigs", kListRigs, kRole, on(ListRigs), kNoBody, kSmall, kEveryMember},
+      {kGet, "/api/v1/rigs", kListRigs, kRole, on(ListRigs), kNoBody, kQuick, kEveryMember},
       {kGet, "/api/v1/rigs/{id}/calibrations", kListRigs, kRole, on(ListRigCalibrations)},
   };
 }

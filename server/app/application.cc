@@ -260,7 +260,7 @@ class Application::Impl {
     options.listen = config.listen;
     options.allowed_hosts = config.allowed_hosts;
     options.limits.connections_max = static_cast<std::size_t>(config.connections_max);
-    options.limits.pool_threads = config.pool_threads;
+    options.limits.pool.threads = config.pool_threads;
     options.limits.peers.tunnels_max = static_cast<std::size_t>(config.viewers_max);
     options.on_error = [](std::string_view text) { spdlog::error("{}", text); };
     return options;

@@ -19,6 +19,10 @@ std::optional<Role> ParseRole(std::string_view name) {
   return std::nullopt;
 }
 
+std::string Principal::caller_key() const {
+  return signed_in() ? owner_key() : "guest " + address_key;
+}
+
 std::string Principal::owner_key() const {
   return signed_in() ? "user:" + std::to_string(user_id) : "guest";
 }

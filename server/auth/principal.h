@@ -29,6 +29,10 @@ struct Principal {
   std::string csrf_token;          ///< to be shown to the page by GET auth/me; empty for keys
   std::string session_token_hash;  ///< identifies the sign-in for logout; empty for keys
 
+  std::string address_key{};  ///< AddressKey of the client
+
+  /// Whose requests, runs and bytes are counted together: an account, or all guests of an address.
+  std::string caller_key() const;
   /// Stored as `owner` of runs and other objects: "guest", "user:7". A key owns as its user.
   std::string owner_key() const;
   bool signed_in() const { return user_id != 0; }

@@ -18,18 +18,27 @@ constexpr std::chrono::milliseconds kPause{500};
 
 }  // namespace
 
+std::optional<HttpResponse> PoolRefusal(ConnectionHost& host,
+                                        const HandlerPool& pool,
+                                        const std::string& caller) {
+  const HandlerPool::Room room = pool.RoomFor(caller);
+  if (room == HandlerPool::Room::kFree) return std::nullopt;
+  ++host.counters.pool_refused;
+  return room == HandlerPool::Room::kCallerFull ? CallerFullProblem() : PoolFullProblem();
+}
+
 asio::awaitable<Admission> AskAdmission(ConnectionHost& host,
                                         const Route& route,
-                                        const HttpRequest& request) {
+                                        const HttpRequest& request,
+                                        const std::string& caller) {
   Admission admission;
   for (int tries = 1; tries <= kTries; ++tries) {
     admission = {};  // a place in the line is let go before it is asked for again
-    if (host.pool.full()) {
-      ++host.counters.pool_refused;
-      admission.refusal = PoolFullProblem();
+    if (auto full = PoolRefusal(host, host.pool, caller)) {
+      admission.refusal = std::move(*full);
       co_return admission;
     }
-    admission = co_await host.pool.Run(host.io, [&]() -> Admission {
+    admission = co_await host.pool.Run(host.io, caller, [&]() -> Admission {
       try {
         return route.admit(request);
       } catch (const std::exception& error) {

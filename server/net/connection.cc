@@ -4,10 +4,12 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <cstdint>
 #include <exception>
+#include <iterator>
 #include <utility>
 #include <variant>
 
 #include "server/clock.h"
+#include "server/net/address_key.h"
 #include "server/net/admission_desk.h"
 #include "server/net/listen_address.h"
 #include "server/net/passing_on.h"
@@ -53,6 +55,25 @@ std::string_view View(beast::string_view text) {
   return {text.data(), text.size()};
 }
 
+/// A request that two readers could cut in two ways, or that names two hosts.
+std::optional<HttpResponse> FramingRefusal(const beast::http::request_header<>& header) {
+  using beast::http::field;
+  const auto lines = [&header](field name) {
+    const auto range = header.equal_range(name);
+    return std::distance(range.first, range.second);
+  };
+  const char* text = nullptr;
+  if (lines(field::host) > 1) text = "The request has more than one Host header.";
+  if (lines(field::transfer_encoding) > 0) {
+    if (lines(field::transfer_encoding) > 1 || header.version() < 11 ||
+        !EqualNoCase(View(header[field::transfer_encoding]), "chunked")) {
+      text = "The only Transfer-Encoding here is \"chunked\".";
+    }
+  }
+  if (text == nullptr) return std::nullopt;
+  return Problem(400, "bad_request", "Not HTTP/1.1", text);
+}
+
 std::string_view LastListEntry(std::string_view list) {
   const std::size_t comma = list.rfind(',');
   std::string_view entry = comma == std::string_view::npos ? list : list.substr(comma + 1);
@@ -73,12 +94,16 @@ Connection::Connection(ConnectionHost& host, tcp::socket socket)
   if (!ec) {
     const auto address = peer.address();
     peer_address_ = address.to_string();
-    peer_is_loopback_ = address.is_loopback();
+    behind_proxy_ = address.is_loopback() || host_.options.trusted_proxies.Has(peer_address_);
+    address_key_ = AddressKey(peer_address_);
+    ++host_.of_address[address_key_];
   }
 }
 
 Connection::~Connection() {
   host_.connections.erase(this);
+  const auto count = host_.of_address.find(address_key_);
+  if (count != host_.of_address.end() && --count->second == 0) host_.of_address.erase(count);
   --host_.counters.open;
 }
 
@@ -125,7 +150,13 @@ asio::awaitable<bool> Connection::ReadHeader() {
     if (buffer_.size() > 0) {
       error_code ec;
       buffer_.consume(parser_->put(buffer_.data(), ec));
-      if (parser_->is_header_done()) co_return true;
+      if (parser_->is_header_done()) {
+        if (auto refusal = FramingRefusal(parser_->get())) {
+          co_await Refuse(std::move(*refusal));
+          co_return false;
+        }
+        co_return true;
+      }
       if (ec == beast::http::error::header_limit) {
         co_await Refuse(Problem(431,
                                 "header_too_large",
@@ -219,17 +250,22 @@ void Connection::FillRequest() {
   }
   request_.path_parameters.clear();
   request_.body = {};
-  request_.peer_is_loopback = peer_is_loopback_;
   request_.remote_address = peer_address_;
-  request_.forwarded = false;
   request_.https = false;
   request_.from_peer = false;
-  if (!peer_is_loopback_ || !request_.Header(kHopHeader).empty()) return;
-  if (const std::string_view list = request_.Header("X-Forwarded-For"); !list.empty()) {
+  if (!behind_proxy_ || !request_.Header(kHopHeader).empty()) return;
+  // What the proxy itself says stands last: it may add a line, or an entry to the client's.
+  if (const std::string_view list = LastHeader("X-Forwarded-For"); !list.empty()) {
     request_.remote_address = LastListEntry(list);
-    request_.forwarded = true;
-    request_.https = request_.Header("X-Forwarded-Proto") == "https";
+    request_.https = LastListEntry(LastHeader("X-Forwarded-Proto")) == "https";
   }
+}
+
+std::string_view Connection::LastHeader(std::string_view name) const {
+  for (auto header = request_.headers.rbegin(); header != request_.headers.rend(); ++header) {
+    if (EqualNoCase(header->first, name)) return header->second;
+  }
+  return {};
 }
 
 /// Who the client is says the server that passed the request on. A hop that is not sealed by one is
@@ -264,12 +300,13 @@ asio::awaitable<void> Connection::Refuse(HttpResponse response) {
 
 asio::awaitable<bool> Connection::Admit(const Route& route) {
   deadline_ = Steady::time_point::max();
-  Admission admission = co_await AskAdmission(host_, route, request_);
+  Admission admission = co_await AskAdmission(host_, route, request_, caller_);
   if (admission.refusal) {
     co_await Refuse(std::move(*admission.refusal));
     co_return false;
   }
   admitted_ = std::move(admission.held);
+  if (!admission.caller.empty()) caller_ = std::move(admission.caller);
   co_return true;
 }
 
@@ -277,11 +314,10 @@ asio::awaitable<HttpResponse> Connection::Answer(const Route& route) {
   RouteAnswer answer;
   if (route.runs_on == RunsOn::kInline) {
     answer = Handle(route);
-  } else if (host_.pool.full()) {
-    ++host_.counters.pool_refused;
-    answer = PoolFullProblem();
   } else {
-    answer = co_await host_.pool.Run(host_.io, [this, &route] { return Handle(route); });
+    HandlerPool& pool = host_.PoolOf(route.runs_on);
+    if (auto full = PoolRefusal(host_, pool, caller_)) co_return std::move(*full);
+    answer = co_await pool.Run(host_.io, caller_, [this, &route] { return Handle(route); });
   }
   if (const auto* ask = std::get_if<AskPeers>(&answer)) {
     co_return co_await PassOn(host_, request_, *ask);
@@ -310,6 +346,7 @@ asio::awaitable<Connection::Next> Connection::Serve() {
                 "just now. Servers that share a database keep their clocks by NTP."));
     co_return Next::kClose;
   }
+  caller_ = AddressKey(request_.remote_address);
   if (!request_.Header("Upgrade").empty() && request_.Header("Upgrade") == "websocket") {
     co_return co_await Upgrade();
   }
@@ -355,6 +392,9 @@ asio::awaitable<Connection::Next> Connection::Serve() {
       response = BytesFullProblem();
     }
   }
+  if (request_.https) {
+    response.headers.emplace_back("Strict-Transport-Security", "max-age=31536000");
+  }
   Deadline(host_.options.limits.write_deadline);
   const bool sent =
       co_await sender_.Send(response, request_.method == HttpMethod::kHead, keep_alive);
@@ -369,6 +409,7 @@ asio::awaitable<void> Connection::Run() {
     idle_ = buffer_.size() == 0;
     // A connection that waits keeps neither the last body nor the buffer it came through.
     if (idle_ && buffer_.capacity() > kIdleBufferBytesMax) buffer_.shrink_to_fit();
+    idle_since_ = host_.now;
     reading_request_ = false;
     Deadline(host_.options.limits.idle_deadline);
     if (!co_await ReadHeader()) co_return;

@@ -30,6 +30,13 @@ class Connection {
   boost::asio::awaitable<void> Run();
 
   void CloseIfLate();
+  /// Between requests: closing it loses nothing.
+  bool waits() const { return idle_ && !tunnel_; }
+  const std::string& address_key() const { return address_key_; }
+  bool behind_proxy() const { return behind_proxy_; }
+  /// Since when it has been idle.
+  std::chrono::steady_clock::time_point idle_since() const { return idle_since_; }
+  void Close();
   /// The request at work is the last one; a connection that waits is closed at once.
   void CloseIfIdle();
 
@@ -37,7 +44,6 @@ class Connection {
   using Parser = boost::beast::http::request_parser<boost::beast::http::string_body>;
   enum class Next { kKeepAlive, kClose, kUpgraded };
 
-  void Close();
   void Deadline(std::chrono::milliseconds from_now) { deadline_ = host_.now + from_now; }
 
   boost::asio::awaitable<bool> ReadMore(std::size_t bytes);
@@ -53,6 +59,7 @@ class Connection {
   boost::asio::awaitable<HttpResponse> Answer(const Route& route);
   boost::asio::awaitable<void> Refuse(HttpResponse response);
   void FillRequest();
+  std::string_view LastHeader(std::string_view name) const;
   bool ReadHop();
   RouteAnswer Handle(const Route& route) const;
 
@@ -64,12 +71,16 @@ class Connection {
   ByteBudget::Hold body_bytes_;     ///< of the request at work, as far as it has arrived
   std::shared_ptr<void> admitted_;  ///< of the request at work
   std::string peer_address_;
-  std::string hop_client_;  ///< of the request at work, when another server passed it on
+  std::string address_key_;  ///< of the peer
+  std::string caller_;       ///< of the request at work: with whom others take turns
+  std::string hop_client_;   ///< of the request at work, when another server passed it on
   std::chrono::steady_clock::time_point deadline_ = std::chrono::steady_clock::time_point::max();
   PacedSender sender_;
-  bool peer_is_loopback_ = false;
+  bool behind_proxy_ = false;  ///< the peer may say who the client is
   bool reading_request_ = false;
   bool idle_ = false;
+  bool tunnel_ = false;
+  std::chrono::steady_clock::time_point idle_since_{};
   bool last_request_ = false;
 };
 

@@ -36,13 +36,20 @@ struct ConnectionHost {
   Counters counters{};
   ByteBudget waiting_bytes{options.limits.waiting_bytes_max};
   std::unordered_set<Connection*> connections{};
-  std::unordered_map<std::string, int> waiting_for_peer{};  ///< requests, by the peer's address
-  std::chrono::steady_clock::time_point now{};              ///< coarse: moved twice a second
-  std::string date{};                                       ///< of `now`, as answers carry it
+  std::unordered_map<std::string, std::size_t> of_address{};  ///< connections, by AddressKey
+  std::unordered_map<std::string, int> waiting_for_peer{};    ///< requests, by the peer's address
+  std::chrono::steady_clock::time_point now{};                ///< coarse: moved twice a second
+  std::string date{};                                         ///< of `now`, as answers carry it
   // Connections live in the coroutines that io owns: io goes first, what they touch stays above.
-  HandlerPool pool{options.limits.pool_waiting_max};
+  HandlerPool pool{options.limits.pool};
+  HandlerPool heavy{options.limits.heavy};
+  HandlerPool password{options.limits.password};
   boost::asio::io_context io{1};
 
+  HandlerPool& PoolOf(RunsOn runs_on) {
+    if (runs_on == RunsOn::kHeavy) return heavy;
+    return runs_on == RunsOn::kPassword ? password : pool;
+  }
   void Report(std::string_view text) const {
     if (options.on_error) options.on_error(text);
   }

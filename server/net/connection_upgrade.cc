@@ -63,6 +63,7 @@ asio::awaitable<Connection::Next> Connection::TunnelTo(const PeerAddress& peer) 
   const std::string late(static_cast<const char*>(buffer_.data().data()), buffer_.size());
   error_code ec;
   idle_ = true;  // from here on nothing is lost when the server stops
+  tunnel_ = true;
   if (!co_await SwitchProtocols() || !co_await sender_.Send(early)) co_return Next::kClose;
   co_await asio::async_write(
       exchange.socket(), asio::buffer(late), asio::redirect_error(asio::use_awaitable, ec));

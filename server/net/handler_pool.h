@@ -1,62 +1,78 @@
 #pragma once
 
-#include <atomic>
 #include <boost/asio/async_result.hpp>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/thread_pool.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <condition_variable>
 #include <cstddef>
-#include <optional>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
 #include <type_traits>
 #include <utility>
+#include <vector>
+
+#include "server/net/fair_queue.h"
+#include "server/net/pool_limits.h"
 
 namespace faultlab::server {
 
-/// The threads on which handlers run that block. Of the network thread but for waiting().
+/// Threads on which handlers run that block. Callers take turns.
 class HandlerPool {
  public:
-  explicit HandlerPool(std::size_t waiting_max) : waiting_max_(waiting_max) {}
+  enum class Room { kFree, kCallerFull, kFull };
 
-  void Start(int threads) { threads_.emplace(static_cast<std::size_t>(threads)); }
+  explicit HandlerPool(PoolLimits limits) : limits_(limits) {}
+
+  void Start();
   /// Nothing more is taken.
-  void Close() { closed_ = true; }
-  /// What was taken is done. Any thread, once, behind Close().
-  void Join() { threads_->join(); }
+  void Close();
+  /// What was taken is done. Once, behind Close().
+  void Join();
 
-  bool full() const { return closed_ || waiting_ >= waiting_max_; }
+  /// Whether Run may be called now. Of the network thread.
+  Room RoomFor(const std::string& caller) const;
   /// How many wait for a thread. Any thread.
-  std::size_t waiting() const { return waiting_; }
+  std::size_t waiting() const;
 
-  /// Runs `work` on a thread of the pool and gives what it returns, back on `io`. The pool must not
-  /// be full.
+  /// Runs `work` on a thread of the pool and gives what it returns, back on `io`. Contract:
+  /// RoomFor(caller) is kFree.
   template <typename Work>
-  boost::asio::awaitable<std::invoke_result_t<Work&>> Run(boost::asio::io_context& io, Work work) {
+  boost::asio::awaitable<std::invoke_result_t<Work&>> Run(boost::asio::io_context& io,
+                                                          const std::string& caller,
+                                                          Work work) {
     namespace asio = boost::asio;
     using Outcome = std::invoke_result_t<Work&>;
-    ++waiting_;
     co_return co_await asio::async_initiate<const asio::use_awaitable_t<>, void(Outcome)>(
-        [this, &io, work = std::move(work)](auto handler) mutable {
-          asio::post(*threads_,
-                     [this, &io, work = std::move(work), handler = std::move(handler)]() mutable {
-                       --waiting_;
-                       Outcome outcome = work();
-                       asio::post(
-                           io,
-                           [handler = std::move(handler), outcome = std::move(outcome)]() mutable {
-                             std::move(handler)(std::move(outcome));
-                           });
-                     });
+        [this, &io, &caller, work = std::move(work)](auto handler) mutable {
+          using Handler = decltype(handler);
+          // std::function wants a copyable task, and a handler is not.
+          auto waiting = std::make_shared<Handler>(std::move(handler));
+          Push(caller, [&io, work = std::move(work), waiting = std::move(waiting)]() mutable {
+            Outcome outcome = work();
+            asio::post(io, [waiting = std::move(waiting), outcome = std::move(outcome)]() mutable {
+              std::move (*waiting)(std::move(outcome));
+            });
+          });
         },
         asio::use_awaitable);
   }
 
  private:
-  const std::size_t waiting_max_;
-  std::atomic<std::size_t> waiting_{0};
+  using Task = std::function<void()>;
+  void Push(const std::string& caller, Task task);
+  void Work();
+
+  const PoolLimits limits_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  FairQueue<Task> queue_;
   bool closed_ = false;
-  std::optional<boost::asio::thread_pool> threads_;
+  std::vector<std::thread> threads_;
 };
 
 }  // namespace faultlab::server

@@ -28,11 +28,9 @@ struct HttpRequest {
   std::string_view query;   ///< target behind '?', still encoded
   std::vector<std::pair<std::string_view, std::string_view>> headers;
   std::string_view body;
-  /// Who asks: the peer, or the last X-Forwarded-For entry when the peer is on loopback.
+  /// Who asks: the peer, or the last X-Forwarded-For entry when the peer is a trusted proxy.
   std::string_view remote_address;
-  bool peer_is_loopback = false;  ///< the TCP peer itself (a proxy counts as loopback)
-  bool forwarded = false;         ///< came through a proxy on loopback
-  bool https = false;             ///< X-Forwarded-Proto of a proxy on loopback
+  bool https = false;  ///< X-Forwarded-Proto of a trusted proxy
   /// Another server of the lab passed it on, and proved it; the client is as that one saw it.
   bool from_peer = false;
   /// What the pattern's {names} matched, in order, percent-decoded.

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/net/address_key.h"
 #include "server/net/connection.h"
 #include "server/net/listen_address.h"
 #include "server/net/response_head.h"
@@ -54,6 +55,8 @@ class HttpServer::Impl {
   asio::awaitable<void> Sweep();
   void Tick();
   void CloseAll();
+  const char* RefusalOf(const tcp::socket& socket);
+  bool CloseAnIdleOne();
 
   bool stopping_ = false;
   bool started_ = false;
@@ -76,14 +79,10 @@ asio::awaitable<void> HttpServer::Impl::Accept() {
       continue;
     }
     ++host_.counters.accepted;
-    const std::size_t tunnels = host_.counters.tunnels;  // have a limit of their own
-    if (host_.connections.size() - tunnels >= host_.options.limits.connections_max) {
+    if (const char* refusal = RefusalOf(socket)) {
       ++host_.counters.refused;
-      const std::string bytes = EncodeResponseHead(
-          Problem(503, "busy", "Busy", "Too many connections; try again in a minute."),
-          host_.date,
-          false,
-          true);
+      const std::string bytes =
+          EncodeResponseHead(Problem(503, "busy", "Busy", refusal), host_.date, false, true);
       socket.non_blocking(true, ec);
       socket.write_some(asio::buffer(bytes), ec);
       continue;
@@ -103,6 +102,40 @@ asio::awaitable<void> HttpServer::Impl::Accept() {
           }
         });
   }
+}
+
+/// Room for one more connection; an idle one makes it when there is none.
+const char* HttpServer::Impl::RefusalOf(const tcp::socket& socket) {
+  error_code ec;
+  const std::string peer = socket.remote_endpoint(ec).address().to_string();
+  const auto& limits = host_.options.limits;
+  const auto of_address = host_.of_address.find(AddressKey(peer));
+  const bool proxy = IsLoopbackHost(peer) || host_.options.trusted_proxies.Has(peer);
+  if (!proxy && of_address != host_.of_address.end() &&
+      of_address->second >= limits.connections_per_address_max) {
+    return "Too many connections from your address; close some.";
+  }
+  const std::size_t tunnels = host_.counters.tunnels;  // have a limit of their own
+  if (host_.connections.size() - tunnels < limits.connections_max) return nullptr;
+  return CloseAnIdleOne() ? nullptr : "Too many connections; try again in a minute.";
+}
+
+/// Of the address that has most of them, the one that has been idle for longest.
+bool HttpServer::Impl::CloseAnIdleOne() {
+  Connection* victim = nullptr;
+  std::size_t most = 0;
+  for (Connection* connection : host_.connections) {
+    if (!connection->waits()) continue;
+    const std::size_t count = host_.of_address[connection->address_key()];
+    const bool worse =
+        count > most || (count == most && connection->idle_since() < victim->idle_since());
+    if (victim != nullptr && !worse) continue;
+    victim = connection;
+    most = count;
+  }
+  if (victim == nullptr) return false;
+  victim->Close();
+  return true;
 }
 
 void HttpServer::Impl::Tick() {
@@ -162,7 +195,7 @@ core::Status HttpServer::Impl::Start() {
     const core::Status bound = Bind();
     if (!bound.ok()) return bound;
   }
-  host_.pool.Start(host_.options.limits.pool_threads);
+  for (HandlerPool* pool : {&host_.pool, &host_.heavy, &host_.password}) pool->Start();
   Tick();
   asio::co_spawn(host_.io, Accept(), asio::detached);
   asio::co_spawn(host_.io, Sweep(), asio::detached);
@@ -173,7 +206,7 @@ core::Status HttpServer::Impl::Start() {
 
 void HttpServer::Impl::CloseAll() {
   stopping_ = true;
-  host_.pool.Close();
+  for (HandlerPool* pool : {&host_.pool, &host_.heavy, &host_.password}) pool->Close();
   error_code ec;
   acceptor_.close(ec);
   const std::vector<Connection*> all(host_.connections.begin(), host_.connections.end());
@@ -191,7 +224,7 @@ void HttpServer::Impl::Stop() {
     closed.set_value();
   });
   closed.get_future().wait();
-  host_.pool.Join();
+  for (HandlerPool* pool : {&host_.pool, &host_.heavy, &host_.password}) pool->Join();
   asio::steady_timer hard_stop(host_.io, std::chrono::seconds(1));
   hard_stop.async_wait([this](const error_code& ec) {
     if (!ec) host_.io.stop();
@@ -207,7 +240,7 @@ HttpCounters HttpServer::Impl::counters() const {
   out.requests = host_.counters.requests;
   out.deadlines_missed = host_.counters.deadlines;
   out.pool_refused = host_.counters.pool_refused;
-  out.pool_waiting = host_.pool.waiting();
+  out.pool_waiting = host_.pool.waiting() + host_.heavy.waiting() + host_.password.waiting();
   out.bytes_refused = host_.counters.bytes_refused;
   out.passed_on = host_.counters.passed_on;
   out.peers_silent = host_.counters.peers_silent;

@@ -14,15 +14,19 @@
 #include "server/net/hop.h"
 #include "server/net/http.h"
 #include "server/net/peer_limits.h"
+#include "server/net/pool_limits.h"
 #include "server/net/router.h"
+#include "server/net/trusted_proxies.h"
 
 namespace faultlab::server {
 
 struct HttpLimits {
   std::size_t header_bytes_max = 16 << 10;
-  std::size_t connections_max = 4096;
-  std::size_t pool_waiting_max = 256;  ///< requests waiting for a pool thread; more are 503
-  int pool_threads = 4;
+  std::size_t connections_max = 4096;  ///< when there are more, one that is idle is closed
+  std::size_t connections_per_address_max = 1024;  ///< of clients that come through no proxy
+  PoolLimits pool;                                 ///< of handlers that wait for disk or database
+  PoolLimits heavy{.threads = 2, .waiting_per_caller_max = 24, .nice = 10};
+  PoolLimits password{.threads = 2, .waiting_max = 64, .waiting_per_caller_max = 8, .nice = 5};
   std::size_t waiting_bytes_max = 256 << 20;  ///< unread bodies and unsent answers; more are 503
   std::chrono::milliseconds header_deadline{
       10'000};  ///< first byte of a request to its last header
@@ -38,6 +42,8 @@ struct HttpServerOptions {
   /// Host names a request may carry besides IP literals of this listener and "localhost" (DNS
   /// rebinding is refused by this). Empty and not on loopback: any.
   std::vector<std::string> allowed_hosts;
+  /// Whose X-Forwarded-For and -Proto are believed, besides loopback: "10.0.0.2", "10.1.0.0/16".
+  TrustedProxies trusted_proxies;
   /// Told of handlers that threw and of sockets that could not be accepted. Any thread.
   std::function<void(std::string_view)> on_error;
 };
@@ -60,8 +66,8 @@ struct HttpCounters {
   std::uint64_t requests = 0;
   std::uint64_t answers_by_class[6] = {};  ///< [2] = 2xx ..
   std::uint64_t deadlines_missed = 0;
-  std::uint64_t pool_refused = 0;
-  std::uint64_t pool_waiting = 0;
+  std::uint64_t pool_refused = 0;   ///< requests
+  std::uint64_t pool_waiting = 0;   ///< in all pools
   std::uint64_t bytes_refused = 0;  ///< requests refused because too many bytes waited
   std::uint64_t passed_on = 0;      ///< requests that other servers were asked
   std::uint64_t peers_silent = 0;   ///< of those, how many got no answer

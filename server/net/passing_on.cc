@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "server/clock.h"
+#include "server/net/address_key.h"
+#include "server/net/admission_desk.h"
 #include "server/net/peer.h"
 #include "server/net/refusals.h"
 
@@ -53,12 +55,10 @@ asio::awaitable<HttpResponse> PassOn(ConnectionHost& host,
     answers.push_back(std::move(answer));
   }
   if (ask.join) {
-    if (host.pool.full()) {
-      ++host.counters.pool_refused;
-      co_return PoolFullProblem();
-    }
-    co_return co_await host.pool.Run(host.io,
-                                     [&ask, &answers] { return ask.join(std::move(answers)); });
+    const std::string caller = AddressKey(request.remote_address);
+    if (auto full = PoolRefusal(host, host.pool, caller)) co_return std::move(*full);
+    co_return co_await host.pool.Run(
+        host.io, caller, [&ask, &answers] { return ask.join(std::move(answers)); });
   }
   if (!answers.front()) co_return PeerProblem(answers.front().error());
   co_return std::move(answers.front()).value();

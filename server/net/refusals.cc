@@ -6,6 +6,10 @@ HttpResponse PoolFullProblem() {
   return TryAgain(503, "Too many requests are waiting; try again in a second.", 1);
 }
 
+HttpResponse CallerFullProblem() {
+  return TryAgain(429, "Too many requests of yours are waiting; try again in a second.", 1);
+}
+
 HttpResponse BytesFullProblem() {
   constexpr int kSeconds = 5;
   return TryAgain(503, "Too many bytes of others are on their way; try again soon.", kSeconds);

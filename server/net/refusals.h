@@ -6,8 +6,9 @@
 // What a connection itself refuses a request with, whatever its route.
 namespace faultlab::server {
 
-/// Too many requests wait for a pool thread.
+/// Too many requests wait for a pool thread: of everybody, of this caller.
 HttpResponse PoolFullProblem();
+HttpResponse CallerFullProblem();
 /// Too many bytes of all connections wait.
 HttpResponse BytesFullProblem();
 /// Another server does not answer; `error` says which and what to do.

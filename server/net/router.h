@@ -14,14 +14,17 @@
 
 namespace faultlab::server {
 
-/// Where a handler runs. Nothing that touches disk, database or a picture may be kInline.
-enum class RunsOn { kInline, kPool };
+/// Where a handler runs. Nothing that touches disk, database or a picture may be kInline. What
+/// computes for more than some milliseconds is kHeavy, what hashes a password kPassword: sign-in
+/// and the rest of the page never wait for either.
+enum class RunsOn { kInline, kPool, kHeavy, kPassword };
 
 /// The answer to a header: may its body be read, its handler be run?
 struct Admission {
   std::optional<HttpResponse> refusal{};
   bool not_yet = false;          ///< ask again in a moment; for good, it is the refusal
   std::shared_ptr<void> held{};  ///< let go when the request has been answered or is asked again
+  std::string caller{};          ///< with whom others take turns; empty: the client's address
 };
 
 struct Route {

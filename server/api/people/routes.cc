@@ -6,12 +6,25 @@ std::vector<ApiRoute> RoutesOf(PeopleApi& api) {
   using enum HttpMethod;
   using enum Operation;
   using enum Guard;
+  using enum Cost;
   const auto on = [&api](auto handler) { return On(api, handler); };
   return {
-      {kPost, "/api/v1/auth/login", kReadPublic, kAnybody, on(SignIn), kSignInJson},
-      {kPost, "/api/v1/auth/reset", kReadPublic, kAnybody, on(UseResetLink), kSignInJson},
+      {kPost, "/api/v1/auth/login", kReadPublic, kAnybody, on(SignIn), kSignInJson, kPassword},
+      {kPost,
+       "/api/v1/auth/reset",
+       kReadPublic,
+       kAnybody,
+       on(UseResetLink),
+       kSignInJson,
+       kPassword},
       {kPost, "/api/v1/auth/logout", kManageOwnAccount, kRole, on(SignOut), kEmpty},
-      {kPost, "/api/v1/auth/password", kManageOwnAccount, kRole, on(ChangePassword), kJson},
+      {kPost,
+       "/api/v1/auth/password",
+       kManageOwnAccount,
+       kRole,
+       on(ChangePassword),
+       kJson,
+       kPassword},
       {kGet, "/api/v1/api-keys", kManageOwnAccount, kRole, on(ListApiKeys)},
       {kPost, "/api/v1/api-keys", kManageOwnAccount, kRole, on(CreateApiKey), kJson},
       {kDelete, "/api/v1/api-keys/{id}", kManageOwnAccount, kRole, on(RevokeApiKey)},

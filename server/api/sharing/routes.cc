@@ -7,7 +7,7 @@ std::vector<ApiRoute> RoutesOf(SharingApi& api) {
   using enum HttpMethod;
   using enum Operation;
   using enum Guard;
-  using enum AnswerSize;
+  using enum Cost;
   using enum LivesAt;
   const auto on = [&api](auto handler) { return On(api, handler); };
   return {
@@ -22,7 +22,7 @@ std::vector<ApiRoute> RoutesOf(SharingApi& api) {
        kRole,
        on(TestRig),
        kEmptyOnce,
-       kSmall,
+       kQuick,
        kRigsMember},
       {kPost,
        "/api/v1/rigs/{id}/commission",
@@ -30,7 +30,7 @@ std::vector<ApiRoute> RoutesOf(SharingApi& api) {
        kRole,
        on(CommissionRig),
        kJsonOnce,
-       kSmall,
+       kQuick,
        kRigsMember},
       {kPost,
        "/api/v1/rigs/{id}/clear-trip",
@@ -38,7 +38,7 @@ std::vector<ApiRoute> RoutesOf(SharingApi& api) {
        kRole,
        on(ClearTrip),
        kEmptyOnce,
-       kSmall,
+       kQuick,
        kRigsMember},
       {kPost,
        "/api/v1/rigs/{id}/adopt",
@@ -46,7 +46,7 @@ std::vector<ApiRoute> RoutesOf(SharingApi& api) {
        kRole,
        on(AdoptRig),
        kEmptyOnce,
-       kSmall,
+       kQuick,
        kRigsMember},
       {kPost, "/api/v1/rigs/{id}/outages", kOperateRig, kRole, on(CreateOutage), kJsonOnce},
       {kDelete, "/api/v1/rigs/{id}/outages/{outage}", kOperateRig, kRole, on(DeleteOutage)},
@@ -63,7 +63,7 @@ std::vector<ApiRoute> RoutesOf(SharingApi& api) {
        kRole,
        on(ClaimBooking),
        kEmpty,
-       kSmall,
+       kQuick,
        kBookingsMember},
       {kGet, "/api/v1/calendar.ics", kUseBooking, kRole, on(GetCalendar)},
       {kGet, "/api/v1/calendar/{token}.ics", kReadPublic, kAnybody, on(GetCalendarByLink)},
@@ -80,7 +80,7 @@ std::vector<ApiRoute> RoutesOf(SharingApi& api) {
        kRole,
        on(EndSession),
        kEmpty,
-       kSmall,
+       kQuick,
        kSessionsMember},
       {kPost, "/api/v1/sessions/{id}/still-there", kUseSession, kRole, on(StillThere), kEmpty},
       {kPost, "/api/v1/sessions/{id}/handover", kUseSession, kRole, on(OfferControl), kJson},
@@ -90,7 +90,7 @@ std::vector<ApiRoute> RoutesOf(SharingApi& api) {
        kRole,
        on(AcceptControl),
        kEmpty,
-       kSmall,
+       kQuick,
        kSessionsMember},
       {kPost,
        "/api/v1/sessions/{id}/take-over",
@@ -98,7 +98,7 @@ std::vector<ApiRoute> RoutesOf(SharingApi& api) {
        kRole,
        on(TakeOverSession),
        kJson,
-       kSmall,
+       kQuick,
        kSessionsMember},
   };
 }

@@ -205,23 +205,88 @@ TEST_F(HttpServerTest, ClosesASilentConnection) {
   EXPECT_TRUE(silent.WaitForClose());
 }
 
-TEST_F(HttpServerTest, RefusesConnectionsBeyondItsNumber) {
+TEST_F(HttpServerTest, RefusesConnectionsWhenAsManyAreAtWork) {
   options_.limits.connections_max = 2;
   const int port = Start();
+  const std::string wait = "GET /wait HTTP/1.1\r\nHost: localhost\r\n\r\n";
   RawClient first(port);
   RawClient second(port);
-  const std::string hello = "GET /hello HTTP/1.1\r\nHost: localhost\r\n\r\n";
-  first.Send(hello);
-  second.Send(hello);
-  EXPECT_EQ(first.ReadAnswer().status, 200);
-  EXPECT_EQ(second.ReadAnswer().status, 200);
+  first.Send(wait);
+  second.Send(wait);
+  gate_.WaitForInside(2);
   RawClient third(port);
   EXPECT_EQ(third.ReadAnswer().status, 503);
+  gate_.Open();
+  EXPECT_EQ(first.ReadAnswer().status, 200);
+  EXPECT_EQ(second.ReadAnswer().status, 200);
+}
+
+TEST_F(HttpServerTest, ConnectionsThatOnlyWaitShutNobodyOut) {
+  options_.limits.connections_max = 8;
+  const int port = Start();
+  const std::string wait = "GET /wait HTTP/1.1\r\nHost: localhost\r\n\r\n";
+  RawClient at_work(port);
+  at_work.Send(wait);
+  gate_.WaitForInside(1);
+  std::vector<std::unique_ptr<RawClient>> idle;
+  for (int i = 0; i < 40; ++i) {
+    idle.push_back(std::make_unique<RawClient>(port));
+    EXPECT_EQ(Get(port, "/hello").status, 200) << i;
+  }
+  EXPECT_EQ(server_->counters().connections_refused, 0u);
+  gate_.Open();
+  EXPECT_EQ(at_work.ReadAnswer().status, 200);
+}
+
+TEST_F(HttpServerTest, ACallerWithManyRequestsWaitsForItself) {
+  options_.limits.pool.threads = 1;
+  options_.limits.pool.waiting_per_caller_max = 2;
+  const int port = Start();
+  const auto wait = [&](const std::string& from) {
+    auto client = std::make_unique<RawClient>(port);
+    client->Send("GET /wait HTTP/1.1\r\nHost: localhost\r\nX-Forwarded-For: " + from + "\r\n\r\n");
+    return client;
+  };
+  std::vector<std::unique_ptr<RawClient>> greedy;
+  greedy.push_back(wait("203.0.113.1"));
+  gate_.WaitForInside(1);
+  greedy.push_back(wait("203.0.113.1"));
+  greedy.push_back(wait("203.0.113.1"));
+  while (server_->counters().pool_waiting < 2) std::this_thread::yield();
+  const HttpAnswer refused = Get(port, "/wait", "X-Forwarded-For: 203.0.113.1\r\n");
+  EXPECT_EQ(refused.status, 429);
+  EXPECT_EQ(refused.Header("Retry-After"), "1");
+  const auto other = wait("203.0.113.2");
+  while (server_->counters().pool_waiting < 3) std::this_thread::yield();
+  gate_.Open();
+  EXPECT_EQ(other->ReadAnswer().status, 200);
+  for (const auto& client : greedy) EXPECT_EQ(client->ReadAnswer().status, 200);
+}
+
+TEST_F(HttpServerTest, HeavyWorkKeepsNobodyFromAQuickAnswer) {
+  options_.limits.heavy.threads = 1;
+  Add(HttpMethod::kGet, "/heavy", RunsOn::kHeavy, 0, [this](const HttpRequest&) {
+    gate_.Pass();
+    return HttpResponse{};
+  });
+  Add(HttpMethod::kGet, "/quick", RunsOn::kPool, 0, [](const HttpRequest&) {
+    return HttpResponse{};
+  });
+  const int port = Start();
+  std::vector<std::unique_ptr<RawClient>> heavy;
+  for (int i = 0; i < 20; ++i) {
+    heavy.push_back(std::make_unique<RawClient>(port));
+    heavy.back()->Send("GET /heavy HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  }
+  gate_.WaitForInside(1);
+  EXPECT_EQ(Get(port, "/quick").status, 200);
+  gate_.Open();
+  for (const auto& client : heavy) EXPECT_EQ(client->ReadAnswer().status, 200);
 }
 
 TEST_F(HttpServerTest, AnswersOthersWhileEveryPoolThreadIsBusy) {
-  options_.limits.pool_threads = 2;
-  options_.limits.pool_waiting_max = 1;
+  options_.limits.pool.threads = 2;
+  options_.limits.pool.waiting_max = 1;
   const int port = Start();
   const std::string wait = "GET /wait HTTP/1.1\r\nHost: localhost\r\n\r\n";
   RawClient a(port);

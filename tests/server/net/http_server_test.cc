@@ -91,6 +91,38 @@ TEST_F(HttpServerTest, BelievesAProxyOnLoopbackAboutTheClient) {
       Get(port, "/peer", "X-Forwarded-For: 10.0.0.1, 203.0.113.7\r\nX-Forwarded-Proto: https\r\n")
           .body,
       "203.0.113.7 https");
+  // A proxy that adds a line of its own: what stands last is what the proxy says.
+  EXPECT_EQ(
+      Get(port, "/peer", "X-Forwarded-For: 127.0.0.1\r\nX-Forwarded-For: 203.0.113.9\r\n").body,
+      "203.0.113.9 http");
+}
+
+TEST_F(HttpServerTest, TellsBrowsersThatCameByHttpsToStayThere) {
+  const int port = Start();
+  const std::string by_https = "X-Forwarded-For: 203.0.113.7\r\nX-Forwarded-Proto: https\r\n";
+  EXPECT_EQ(Get(port, "/peer", by_https).Header("Strict-Transport-Security"), "max-age=31536000");
+  EXPECT_EQ(Get(port, "/peer").Header("Strict-Transport-Security"), "");
+}
+
+TEST_F(HttpServerTest, RefusesWhatTwoReadersCouldCutInTwoWays) {
+  const int port = Start();
+  const std::string smuggled = "GET /hello HTTP/1.1\r\nHost: localhost\r\n\r\n";
+  for (const std::string& header :
+       {std::string("Transfer-Encoding: identity"),
+        std::string("Transfer-Encoding: chunked, identity"),
+        std::string("Transfer-Encoding: gzip, chunked"),
+        std::string("Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked"),
+        std::string("Host: other")}) {
+    RawClient client(port);
+    client.Send("POST /echo HTTP/1.1\r\nHost: localhost\r\n" + header + "\r\n\r\n" + smuggled);
+    EXPECT_EQ(client.ReadAnswer().status, 400) << header;
+    EXPECT_TRUE(client.WaitForClose()) << header;
+  }
+  RawClient chunked(port);
+  chunked.Send(
+      "POST /echo HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: Chunked\r\n\r\n"
+      "2\r\nok\r\n0\r\n\r\n");
+  EXPECT_EQ(chunked.ReadAnswer().body, "ok");
 }
 
 TEST_F(HttpServerTest, HandsAWebSocketOverWithTheBytesBehindTheHandshake) {

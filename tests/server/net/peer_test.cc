@@ -66,7 +66,7 @@ class PeerTest : public ::testing::Test {
  protected:
   PeerTest() {
     options_.listen = "127.0.0.1:0";
-    options_.limits.pool_threads = 1;
+    options_.limits.pool.threads = 1;
     far_options_ = options_;
     far_router_.Add({HttpMethod::kPost, "/echo", RunsOn::kPool, kMegabyte, [](const auto& request) {
                        HttpResponse response;
