@@ -71,7 +71,8 @@ core::Result<Account> Accounts::Change(std::int64_t id,
   if (name) {
     if (const auto good = CheckName(*name); !good.ok()) return good.error();
   }
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Account> {
+  bool fewer_rights = false;
+  const auto write = [&](Transaction& tx) -> core::Result<Account> {
     const auto row = account_rows::Find(tx, "id = :value", id);
     if (!row) return account_rows::NoAccount();
     const Account before = row->ToAccount();
@@ -94,8 +95,13 @@ core::Result<Account> Accounts::Change(std::int64_t id,
       tx.sql() << "DELETE FROM sign_in WHERE account_id = :id", use(id, "id");
       tx.sql() << "UPDATE api_key SET revoked = 1 WHERE account_id = :id", use(id, "id");
     }
-    return account_rows::Find(tx, "id = :value", id)->ToAccount();
-  });
+    const Account after = account_rows::Find(tx, "id = :value", id)->ToAccount();
+    fewer_rights = after.disabled || after.role != before.role;
+    return after;
+  };
+  auto changed = database_.Write(Durability::kPromise, write);
+  if (changed.ok() && fewer_rights) Tell({.account_id = id});
+  return changed;
 }
 
 core::Result<Account> Accounts::Get(std::int64_t id) {
@@ -216,7 +222,7 @@ core::Result<std::vector<ApiKey>> Accounts::ListKeys(std::int64_t account_id) {
 }
 
 core::Status Accounts::RevokeKey(std::int64_t account_id, std::int64_t key_id) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  const auto revoked = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     soci::statement change =
         (tx.sql().prepare
              << "UPDATE api_key SET revoked = 1 WHERE id = :id AND account_id = :account",
@@ -228,6 +234,10 @@ core::Status Accounts::RevokeKey(std::int64_t account_id, std::int64_t key_id) {
     }
     return Done{};
   });
+  if (revoked.ok()) {
+    Tell({.what = Revocation::What::kApiKey, .account_id = account_id, .api_key_id = key_id});
+  }
+  return revoked;
 }
 
 core::Status Accounts::Audit(const std::string& actor,

@@ -2,15 +2,18 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/types/result.h"
 #include "server/auth/authenticator.h"
 #include "server/auth/authorization.h"
+#include "server/auth/revocation.h"
 #include "server/auth/secrets.h"
 #include "server/auth/throttle.h"
 #include "server/storage/database.h"
@@ -89,6 +92,13 @@ class Accounts : public Authenticator {
  public:
   Accounts(Database& database, GuestAccess guests);
 
+  /// Called by the thread that ended the rights, after the commit; it must not block for long. Set
+  /// before the first request. Only what this process ends is told: not `faultlab admin`, and not
+  /// another server on the same database.
+  void SetOnRevoked(std::function<void(const Revocation&)> on_revoked) {
+    on_revoked_ = std::move(on_revoked);
+  }
+
   core::Result<Principal> Authenticate(const RequestCredentials& credentials,
                                        WallTime now) override;
 
@@ -115,7 +125,8 @@ class Accounts : public Authenticator {
                                const std::string& name,
                                Role role,
                                WallTime now);
-  /// kStale when `version` is not the stored one. Disabling ends sign-ins and keys.
+  /// kStale when `version` is not the stored one. Disabling ends sign-ins and keys; with it, as
+  /// with another role, everything that is open ends.
   core::Result<Account> Change(std::int64_t id,
                                std::int64_t version,
                                const std::optional<std::string>& name,
@@ -143,6 +154,8 @@ class Accounts : public Authenticator {
   core::Status SetCourseEnd(std::int64_t course_id, std::optional<WallTime> ends);
   core::Result<std::vector<Course>> ListCourses(std::int64_t account_id, bool all);
   core::Status Enrol(std::int64_t course_id, std::int64_t account_id, bool teaches);
+  /// kNotFound when the account is not a member.
+  core::Status EndEnrolment(std::int64_t course_id, std::int64_t account_id);
   core::Result<std::vector<Account>> Members(std::int64_t course_id);
   /// login,name per line (header optional, any line end): missing students are created and
   /// enrolled. Accounts that exist are invited, for a teacher reads the runs of the members; an
@@ -177,12 +190,16 @@ class Accounts : public Authenticator {
                                     const RequestCredentials& credentials,
                                     WallTime now);
   core::Result<Principal> ByKey(std::string_view secret, WallTime now);
+  void Tell(const Revocation& revocation) const {
+    if (on_revoked_) on_revoked_(revocation);
+  }
 
   Database& database_;
   const GuestAccess guests_;
   PasswordHasher hasher_;
   Throttle by_account_{5};
   Throttle by_address_{20};
+  std::function<void(const Revocation&)> on_revoked_;
 };
 
 /// The scopes that a key may have.

@@ -244,6 +244,25 @@ core::Status Accounts::Enrol(std::int64_t course_id, std::int64_t account_id, bo
   });
 }
 
+core::Status Accounts::EndEnrolment(std::int64_t course_id, std::int64_t account_id) {
+  const auto ended = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    soci::statement removal =
+        (tx.sql().prepare
+             << "DELETE FROM enrolment WHERE course_id = :course AND account_id = :account",
+         use(course_id, "course"),
+         use(account_id, "account"));
+    removal.execute(true);
+    if (removal.get_affected_rows() != 1) {
+      return Error{ErrorCode::kNotFound, "this account is not a member of the course", ""};
+    }
+    return Done{};
+  });
+  if (ended.ok()) {
+    Tell({.what = Revocation::What::kCourse, .account_id = account_id, .course_id = course_id});
+  }
+  return ended;
+}
+
 core::Result<std::vector<Account>> Accounts::Members(std::int64_t course_id) {
   using Found = std::vector<Account>;
   return database_.Read([&](Transaction& tx) -> core::Result<Found> {

@@ -204,10 +204,16 @@ core::Result<SignedIn> Accounts::SignIn(const std::string& login,
 }
 
 core::Status Accounts::SignOut(const Principal& who) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  const auto ended = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     tx.sql() << "DELETE FROM sign_in WHERE token_hash = :hash", use(who.session_token_hash, "hash");
     return Done{};
   });
+  if (ended.ok()) {
+    Tell({.what = Revocation::What::kSignIn,
+          .account_id = who.user_id,
+          .sign_in = who.session_token_hash});
+  }
+  return ended;
 }
 
 core::Status Accounts::ChangePassword(const Principal& who,
@@ -231,13 +237,19 @@ core::Status Accounts::ChangePassword(const Principal& who,
   }
   const auto hash = hasher_.Hash(new_password);
   if (!hash.ok()) return hash.error();
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  const auto changed = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     tx.sql() << "UPDATE account SET password_hash = :hash WHERE id = :id",
         use(hash.value(), "hash"), use(who.user_id, "id");
     tx.sql() << "DELETE FROM sign_in WHERE account_id = :id AND token_hash <> :this",
         use(who.user_id, "id"), use(who.session_token_hash, "this");
     return Done{};
   });
+  if (changed.ok()) {
+    Tell({.what = Revocation::What::kOtherSignIns,
+          .account_id = who.user_id,
+          .sign_in = who.session_token_hash});
+  }
+  return changed;
 }
 
 core::Result<std::string> Accounts::CreateLink(std::int64_t account_id, WallTime now) {
@@ -274,7 +286,8 @@ core::Status Accounts::UseLink(const std::string& secret,
   if (!known.ok()) return known;  // nobody makes us compute argon2id with a made-up link
   const auto password_hash = hasher_.Hash(new_password);
   if (!password_hash.ok()) return password_hash.error();
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  std::int64_t account_id = 0;
+  const auto set = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     soci::statement taken =
         (tx.sql().prepare << "UPDATE one_time_link SET used = 1 WHERE token_hash = :hash "
                              "AND used = 0 AND expires_ms > :now",
@@ -282,7 +295,6 @@ core::Status Accounts::UseLink(const std::string& secret,
          use(now_ms, "now"));
     taken.execute(true);
     if (taken.get_affected_rows() != 1) return refused;
-    std::int64_t account_id = 0;
     tx.sql() << "SELECT account_id FROM one_time_link WHERE token_hash = :hash", into(account_id),
         use(hash, "hash");
     tx.sql() << "UPDATE account SET password_hash = :password WHERE id = :id",
@@ -290,6 +302,8 @@ core::Status Accounts::UseLink(const std::string& secret,
     tx.sql() << "DELETE FROM sign_in WHERE account_id = :id", use(account_id, "id");
     return Done{};
   });
+  if (set.ok()) Tell({.account_id = account_id});
+  return set;
 }
 
 core::Result<std::optional<std::string>> Accounts::FirstStartLink(WallTime now) {
