@@ -190,7 +190,7 @@ UpgradeDecision Gate::DecideUpgrade(const HttpRequest& request) {
                    "code");
   }
   return [&hub = parts_.hub, grant = std::move(*grant)](UpgradedSocket socket) {
-    hub.Adopt(std::move(socket), grant.run, grant.can_command);
+    hub.Adopt(std::move(socket), grant.run, grant.owner, grant.can_command);
   };
 }
 

@@ -38,6 +38,10 @@ core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
                      std::string(name)};
 }
 
+ViewerOwner ViewerOwnerOf(const Principal& who, bool foreign) {
+  return {who.caller_key(), who.user_id, who.session_token_hash, who.api_key_id, foreign};
+}
+
 core::Result<int> PageLimit(const HttpRequest& request) {
   auto limit = QueryInteger(request, "limit", kPageDefault, 1, kPageMax);
   if (!limit) return limit.error();

@@ -12,6 +12,7 @@
 #include "server/auth/principal.h"
 #include "server/net/http.h"
 #include "server/storage/recording_store.h"
+#include "server/stream/viewer_owner.h"
 
 // What handlers read and answer.
 namespace faultlab::server {
@@ -23,6 +24,8 @@ struct ApiRequest {
   const RunRecord& run;             ///< of the path's {id}, behind Guard::kRun; else empty
 };
 
+/// By what right this caller opens a WebSocket.
+ViewerOwner ViewerOwnerOf(const Principal& who, bool foreign);
 /// ?limit=, 1..200, default 50.
 core::Result<int> PageLimit(const HttpRequest& request);
 /// A whole-number query parameter.

@@ -38,6 +38,7 @@ Services::~Services() {
 void Services::Stop() {
   job_runner_.reset();
   retention_.reset();
+  viewer_watch_.reset();
   upkeep_.Stop();
 }
 
@@ -80,6 +81,8 @@ core::Status Services::JoinLab() {
                                             });
   retention_ = std::make_unique<DailyRetention>(
       base_.database, base_.clock, options_.retention, options_.log);
+  viewer_watch_ =
+      std::make_unique<ViewerWatch>(base_.accounts, base_.hub, base_.tokens, base_.clock);
   return core::Done{};
 }
 

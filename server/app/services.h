@@ -15,6 +15,7 @@
 #include "server/app/daily_retention.h"
 #include "server/app/job_runner.h"
 #include "server/app/rig_upkeep.h"
+#include "server/app/viewer_watch.h"
 #include "server/auth/audit_log.h"
 #include "server/auth/calendar_links.h"
 #include "server/experiment/experiments.h"
@@ -94,6 +95,7 @@ class Services {
   std::unique_ptr<WorkApi> work_api_;
   std::unique_ptr<JobRunner> job_runner_;
   std::unique_ptr<DailyRetention> retention_;
+  std::unique_ptr<ViewerWatch> viewer_watch_;
 };
 
 }  // namespace faultlab::server

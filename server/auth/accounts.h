@@ -101,6 +101,8 @@ class Accounts : public Authenticator {
 
   core::Result<Principal> Authenticate(const RequestCredentials& credentials,
                                        WallTime now) override;
+  /// The sign-in or key by which `who` came in is still good.
+  core::Result<bool> Holds(const Principal& who, WallTime now);
 
   /// Wrong login and wrong password give the same answer after the same time. Throttled by account
   /// and by address (kBusy).

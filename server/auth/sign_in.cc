@@ -157,6 +157,23 @@ core::Result<Principal> Accounts::ByKey(std::string_view secret, WallTime now) {
   });
 }
 
+core::Result<bool> Accounts::Holds(const Principal& who, WallTime now) {
+  const std::int64_t now_ms = ToMilliseconds(now);
+  return database_.Read([&](Transaction& tx) -> core::Result<bool> {
+    std::int64_t found = 0;
+    if (who.proof == Proof::kApiKey) {
+      tx.sql() << "SELECT COUNT(*) FROM api_key k JOIN account a ON a.id = k.account_id "
+                  "WHERE k.id = :key AND k.revoked = 0 AND k.expires_ms > :now AND a.disabled = 0",
+          into(found), use(who.api_key_id, "key"), use(now_ms, "now");
+    } else {
+      tx.sql() << "SELECT COUNT(*) FROM sign_in s JOIN account a ON a.id = s.account_id "
+                  "WHERE s.token_hash = :hash AND s.expires_ms > :now AND a.disabled = 0",
+          into(found), use(who.session_token_hash, "hash"), use(now_ms, "now");
+    }
+    return found > 0;
+  });
+}
+
 core::Result<SignedIn> Accounts::SignIn(const std::string& login,
                                         const std::string& password,
                                         const std::string& address,

@@ -10,6 +10,8 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <map>
+#include <tuple>
 #include <utility>
 
 namespace faultlab::server {
@@ -201,14 +203,22 @@ void HubLoop::SendHello(Viewer& viewer, const Channel& channel) {
   DeliverText(viewer, text);
 }
 
-void HubLoop::Adopt(UpgradedSocket socket, const std::string& run, bool can_command) {
-  if (viewers_.size() >= options_.viewers_max) {
-    const std::string bytes = websocket::EncodeClose(CloseCode::kTryAgainLater, "too many viewers");
-    if (::send(socket.fd, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL) < 0) {
-      // Nobody to tell.
-    }
-    ::close(socket.fd);
-    return;
+void HubLoop::Refuse(int fd, std::string_view why) {
+  const std::string bytes = websocket::EncodeClose(CloseCode::kTryAgainLater, why);
+  if (::send(fd, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL) < 0) {
+    // Nobody to tell.
+  }
+  ::close(fd);
+}
+
+void HubLoop::Adopt(UpgradedSocket socket,
+                    const std::string& run,
+                    const ViewerOwner& owner,
+                    bool can_command) {
+  if (viewers_.size() >= options_.viewers_max) return Refuse(socket.fd, "too many viewers");
+  const auto own = of_caller_.find(owner.caller);
+  if (own != of_caller_.end() && own->second >= options_.viewers_per_caller_max) {
+    return Refuse(socket.fd, "too many windows of yours are open");
   }
   const int on = 1;
   setsockopt(socket.fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
@@ -226,6 +236,8 @@ void HubLoop::Adopt(UpgradedSocket socket, const std::string& run, bool can_comm
   event.data.u64 = id;
   if (epoll_ctl(epoll_fd_, EPOLL_CTL_ADD, socket.fd, &event) != 0) return;
   viewer.last_heard = viewer.last_ping = viewer.rate_window = clock_.Monotonic();
+  viewer.owner = owner;
+  ++of_caller_[owner.caller];
   viewers_.emplace(id, std::move(owned));
   ++counters_.viewers;
   ++counters_.viewers_total;
@@ -243,6 +255,25 @@ void HubLoop::Adopt(UpgradedSocket socket, const std::string& run, bool can_comm
     viewer.reader.Append(socket.pending);
     while (const auto message = viewer.reader.Next()) OnMessage(viewer, *message);
   }
+}
+
+void HubLoop::CloseOf(const std::function<bool(const ViewerOwner&)>& which) {
+  for (auto& [id, viewer] : viewers_) {
+    if (!which(viewer->owner)) continue;
+    viewer->can_command = false;
+    Close(*viewer, CloseCode::kPolicy, "you are signed out here");
+  }
+}
+
+std::vector<ViewerOwner> HubLoop::Owners() const {
+  std::map<std::tuple<std::int64_t, std::string, std::int64_t>, const ViewerOwner*> known;
+  for (const auto& [id, viewer] : viewers_) {
+    const ViewerOwner& owner = viewer->owner;
+    known.emplace(std::tuple(owner.account_id, owner.sign_in, owner.api_key_id), &owner);
+  }
+  std::vector<ViewerOwner> owners;
+  for (const auto& [key, owner] : known) owners.push_back(*owner);
+  return owners;
 }
 
 void HubLoop::Watch(Viewer& viewer, bool for_write) {
@@ -356,6 +387,8 @@ void HubLoop::RemoveBroken() {
     if (viewer->channel < channels_.size()) {
       std::erase(channels_[viewer->channel]->viewers, viewer);
     }
+    const auto own = of_caller_.find(viewer->owner.caller);
+    if (--own->second == 0) of_caller_.erase(own);
     it = viewers_.erase(it);
     --counters_.viewers;
   }

@@ -38,7 +38,12 @@ class HubLoop {
   void PublishText(const std::string& run, std::string_view text, std::string hello);
   void Reply(ViewerId viewer, std::string_view text);
   void CloseChannel(const std::string& run, std::string_view end_text, std::string hello);
-  void Adopt(UpgradedSocket socket, const std::string& run, bool can_command);
+  void Adopt(UpgradedSocket socket,
+             const std::string& run,
+             const ViewerOwner& owner,
+             bool can_command);
+  void CloseOf(const std::function<bool(const ViewerOwner&)>& which);
+  std::vector<ViewerOwner> Owners() const;
 
   StreamCounters counters() const;
 
@@ -52,6 +57,7 @@ class HubLoop {
     bool open = true;  ///< false: the slot may be used again
   };
 
+  void Refuse(int fd, std::string_view why);
   void Loop();
   void Tick();
   void OnEvent(std::uint64_t id, std::uint32_t events);
@@ -90,6 +96,7 @@ class HubLoop {
   std::thread thread_;
 
   std::unordered_map<std::uint64_t, std::unique_ptr<Viewer>> viewers_;
+  std::unordered_map<std::string, std::size_t> of_caller_;  ///< viewers
   std::vector<std::unique_ptr<Channel>> channels_;
   std::unordered_map<std::string, std::size_t> channel_by_run_;
   std::uint64_t next_viewer_ = 1;

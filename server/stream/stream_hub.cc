@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <chrono>
+#include <future>
 #include <utility>
 #include <vector>
 
@@ -64,14 +66,33 @@ void StreamHub::CloseChannel(std::string_view run, std::string end_text, std::st
               false);
 }
 
-void StreamHub::Adopt(UpgradedSocket socket, std::string_view run, bool can_command) {
+void StreamHub::Adopt(UpgradedSocket socket,
+                      std::string_view run,
+                      ViewerOwner owner,
+                      bool can_command) {
   const int fd = socket.fd;
   const bool taken = loop_->Post(
-      [loop = loop_.get(), socket = std::move(socket), run = std::string(run), can_command] {
-        loop->Adopt(socket, run, can_command);
-      },
+      [loop = loop_.get(),
+       socket = std::move(socket),
+       run = std::string(run),
+       owner = std::move(owner),
+       can_command] { loop->Adopt(socket, run, owner, can_command); },
       true);
   if (!taken) ::close(fd);
+}
+
+void StreamHub::CloseOf(std::function<bool(const ViewerOwner&)> which) {
+  loop_->Post([loop = loop_.get(), which = std::move(which)] { loop->CloseOf(which); }, false);
+}
+
+std::vector<ViewerOwner> StreamHub::Owners() {
+  auto owners = std::make_shared<std::promise<std::vector<ViewerOwner>>>();
+  auto known = owners->get_future();
+  const bool asked = loop_->Post(
+      [loop = loop_.get(), owners] { owners->set_value(loop->Owners()); }, false);
+  constexpr std::chrono::seconds kPatience{2};  // a hub that stops may never come to it
+  if (!asked || known.wait_for(kPatience) != std::future_status::ready) return {};
+  return known.get();
 }
 
 StreamCounters StreamHub::counters() const {

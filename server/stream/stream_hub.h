@@ -8,12 +8,14 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/types/result.h"
 #include "server/clock.h"
 #include "server/net/http_server.h"
 #include "server/stream/client_message.h"
 #include "server/stream/frame_codec.h"
+#include "server/stream/viewer_owner.h"
 
 namespace faultlab::server {
 
@@ -23,6 +25,7 @@ enum class ViewerId : std::uint64_t {};
 
 struct StreamHubOptions {
   std::size_t viewers_max = 4096;
+  std::size_t viewers_per_caller_max = 256;
   std::size_t ring_messages = 64;           ///< per viewer, behind a full socket
   std::size_t text_bytes_max = 512 << 10;   ///< per viewer, of texts that wait behind a full socket
   std::size_t inbox_messages_max = 8192;    ///< between the runs and the hub
@@ -88,8 +91,15 @@ class StreamHub {
   /// The last text of the run; viewers are closed with 1000 once drained and `linger` has passed.
   void CloseChannel(std::string_view run, std::string end_text, std::string hello);
 
-  /// Takes the socket over. Unknown run: closed with 1008.
-  void Adopt(UpgradedSocket socket, std::string_view run, bool can_command);
+  /// Takes the socket over. Unknown run: closed with 1008. More windows than
+  /// `viewers_per_caller_max`: closed with 1013.
+  void Adopt(UpgradedSocket socket, std::string_view run, ViewerOwner owner, bool can_command);
+  /// Closes the viewers of such owners with 1008: the right by which they were opened has ended.
+  /// What they have sent and is not yet read has no effect.
+  void CloseOf(std::function<bool(const ViewerOwner&)> which);
+  /// Who watches, one for each account, sign-in and key. Waits for the hub's thread;
+  /// empty when that stops.
+  std::vector<ViewerOwner> Owners();
 
   StreamCounters counters() const;
 

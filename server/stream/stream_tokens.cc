@@ -2,6 +2,7 @@
 
 #include <sys/random.h>
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -37,16 +38,28 @@ std::string StreamTokens::Issue(StreamGrant grant) {
   std::string code = issuer_ + "." + RandomCode(16);
   const std::lock_guard lock(mutex_);
   const MonotonicTime now = clock_.Monotonic();
-  if (entries_.size() >= kTokensMax / 2) DropExpired(now);
-  if (entries_.size() >= kTokensMax) {
-    auto oldest = entries_.begin();
-    for (auto it = entries_.begin(); it != entries_.end(); ++it) {
-      if (it->second.expires < oldest->second.expires) oldest = it;
-    }
-    entries_.erase(oldest);
-  }
+  if (entries_.size() >= kTokensPerCallerMax) DropExpired(now);
+  const auto own = std::count_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
+    return entry.second.grant.owner.caller == grant.owner.caller;
+  });
+  if (static_cast<std::size_t>(own) >= kTokensPerCallerMax) DropOldest(&grant.owner.caller);
+  if (entries_.size() >= kTokensMax) DropOldest(nullptr);
   entries_.emplace(code, Entry{std::move(grant), now + kStreamTokenLife});
   return code;
+}
+
+void StreamTokens::DropOldest(const std::string* caller) {
+  auto oldest = entries_.end();
+  for (auto it = entries_.begin(); it != entries_.end(); ++it) {
+    if (caller != nullptr && it->second.grant.owner.caller != *caller) continue;
+    if (oldest == entries_.end() || it->second.expires < oldest->second.expires) oldest = it;
+  }
+  entries_.erase(oldest);
+}
+
+void StreamTokens::Drop(const std::function<bool(const ViewerOwner&)>& which) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(entries_, [&](const auto& entry) { return which(entry.second.grant.owner); });
 }
 
 std::string_view StreamTokens::IssuerOf(std::string_view code) {

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 #include <utility>
 
 #include "server/clock.h"
+#include "server/stream/viewer_owner.h"
 
 namespace faultlab::server {
 
@@ -18,7 +20,7 @@ inline constexpr std::chrono::seconds kStreamTokenLife{30};
 /// What a one-time code opens.
 struct StreamGrant {
   std::string run;
-  std::string principal;
+  ViewerOwner owner{};
   bool can_command = false;
 };
 
@@ -30,21 +32,26 @@ class StreamTokens {
   explicit StreamTokens(const Clock& clock, std::string issuer = "local")
       : clock_(clock), issuer_(std::move(issuer)) {}
 
-  /// A fresh code of 128 random bits behind the issuer's name: "local.abc..". At most `kTokensMax`
-  /// live codes; the oldest give way.
+  /// A fresh code of 128 random bits behind the issuer's name: "local.abc..". At most
+  /// `kTokensMax` live codes, and `kTokensPerCallerMax` of one caller: its oldest gives way.
   std::string Issue(StreamGrant grant);
   /// The grant, once, within its life.
   std::optional<StreamGrant> Redeem(std::string_view code);
   /// The name in a code; empty when it is none.
   static std::string_view IssuerOf(std::string_view code);
+  /// Codes of such owners open nothing any more.
+  void Drop(const std::function<bool(const ViewerOwner&)>& which);
 
  private:
   static constexpr std::size_t kTokensMax = 20'000;
+  static constexpr std::size_t kTokensPerCallerMax = 200;
   struct Entry {
     StreamGrant grant;
     MonotonicTime expires;
   };
   void DropExpired(MonotonicTime now);
+  /// The oldest one gives way; of `caller`, if it is not null.
+  void DropOldest(const std::string* caller);
 
   const Clock& clock_;
   const std::string issuer_;

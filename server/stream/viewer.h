@@ -10,6 +10,7 @@
 #include "server/clock.h"
 #include "server/net/websocket.h"
 #include "server/stream/client_message.h"
+#include "server/stream/viewer_owner.h"
 
 namespace faultlab::server {
 
@@ -58,6 +59,7 @@ class Viewer {
   std::optional<MonotonicTime> close_by;  ///< a close frame is on its way
   int messages_in_window = 0;
   int refusals = 0;
+  ViewerOwner owner;
   bool can_command = false;
   bool waits_for_write = false;  ///< registered for EPOLLOUT
   bool broken = false;           ///< to be removed by the hub

@@ -252,13 +252,14 @@ Cost Hub(const Load& load) {
   SystemClock clock;
   StreamHubOptions options;
   options.viewers_max = static_cast<std::size_t>(load.viewers);
+  options.viewers_per_caller_max = options.viewers_max;
   StreamHub hub(options, clock);
   if (!hub.Start().ok()) std::exit(1);
   hub.OpenChannel({"bench", clock.Monotonic(), {}}, "\"run\":\"bench\"");
   const Cost cost = Measure(
       load,
       [&](int fd) {
-        hub.Adopt({fd, {}}, "bench", false);
+        hub.Adopt({fd, {}}, "bench", {}, false);
       },
       [&](int frame) { hub.Publish("bench", frame * load.rows(), StampedRows(load)); },
       [&] { hub.Stop(); });

@@ -166,7 +166,8 @@ core::Result<HttpResponse> IssueStreamToken(RunApi& api, const ApiRequest& reque
   const bool can_command = whose == Ownership::kOwn &&
                            api.rigs.MayCommand(request.who, request.run.rig) &&
                            Authorize(request.who, Operation::kChangeRun, whose).ok();
-  const std::string code = api.tokens.Issue({request.run.id, request.who.owner_key(), can_command});
+  const std::string code = api.tokens.Issue(
+      {request.run.id, ViewerOwnerOf(request.who, whose != Ownership::kOwn), can_command});
   return JsonResponse(json::object{{"code", code}, {"expires_in_s", kStreamTokenLife.count()}},
                       201);
 }

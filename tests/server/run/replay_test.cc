@@ -93,7 +93,7 @@ class ReplayTest : public tests::RunFixture {
     server_ = std::make_unique<HttpServer>(
         http, router_, [this](const HttpRequest& request) -> UpgradeDecision {
           return [this, run = request.Query("run").value_or("")](UpgradedSocket socket) {
-            hub_->Adopt(std::move(socket), run, false);
+            hub_->Adopt(std::move(socket), run, {}, false);
           };
         });
     EXPECT_TRUE(server_->Start().ok());

@@ -54,7 +54,7 @@ class StreamHubTest : public ::testing::Test {
           const std::string run = request.Query("run").value_or("r");
           const bool command = request.Query("command").has_value();
           return [this, run, command](UpgradedSocket socket) {
-            hub_->Adopt(std::move(socket), run, command);
+            hub_->Adopt(std::move(socket), run, {}, command);
           };
         });
     ASSERT_TRUE(server_->Start().ok());

@@ -143,24 +143,45 @@ TEST(AckText, SaysUntilWhenAChangeWaits) {
 TEST(StreamTokens, OpenOnceAndOnlyForThirtySeconds) {
   ManualClock clock;
   StreamTokens tokens(clock);
-  const std::string code = tokens.Issue({"run-1", "guest", true});
+  const std::string code = tokens.Issue({"run-1", {}, true});
   EXPECT_GE(code.size(), 26u) << "128 bits";
   const auto grant = tokens.Redeem(code);
   ASSERT_TRUE(grant);
   EXPECT_EQ(grant->run, "run-1");
   EXPECT_TRUE(grant->can_command);
   EXPECT_FALSE(tokens.Redeem(code)) << "used";
-  const std::string late = tokens.Issue({"run-1", "guest", true});
+  const std::string late = tokens.Issue({"run-1", {}, true});
   clock.Advance(std::chrono::seconds(30));
   EXPECT_FALSE(tokens.Redeem(late)) << "old";
   EXPECT_FALSE(tokens.Redeem("")) << "unknown";
+}
+
+TEST(StreamTokens, OneCallerCannotPushOutTheCodesOfOthers) {
+  ManualClock clock;
+  StreamTokens tokens(clock);
+  const std::string code = tokens.Issue({"run-1", {.caller = "user:1"}, true});
+  std::vector<std::string> flood;
+  for (int i = 0; i < 25'000; ++i) flood.push_back(tokens.Issue({"r", {.caller = "guest"}, false}));
+  EXPECT_TRUE(tokens.Redeem(code));
+  EXPECT_TRUE(tokens.Redeem(flood.back()));
+  EXPECT_FALSE(tokens.Redeem(flood.front()));
+}
+
+TEST(StreamTokens, EndWithTheRightByWhichTheyWereMade) {
+  ManualClock clock;
+  StreamTokens tokens(clock);
+  const std::string ann = tokens.Issue({"run-1", {.account_id = 1, .sign_in = "a"}, true});
+  const std::string bob = tokens.Issue({"run-1", {.account_id = 2, .sign_in = "b"}, true});
+  tokens.Drop([](const ViewerOwner& owner) { return owner.account_id == 1; });
+  EXPECT_FALSE(tokens.Redeem(ann));
+  EXPECT_TRUE(tokens.Redeem(bob));
 }
 
 TEST(StreamTokens, AreNeverTheSame) {
   ManualClock clock;
   StreamTokens tokens(clock);
   std::set<std::string> codes;
-  for (int i = 0; i < 1000; ++i) codes.insert(tokens.Issue({"run", "guest", false}));
+  for (int i = 0; i < 1000; ++i) codes.insert(tokens.Issue({"run", {}, false}));
   EXPECT_EQ(codes.size(), 1000u);
 }
 

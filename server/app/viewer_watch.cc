@@ -1,0 +1,69 @@
+#include "server/app/viewer_watch.h"
+
+#include <chrono>
+
+namespace faultlab::server {
+namespace {
+
+constexpr std::chrono::seconds kLookEvery{2};
+
+Principal PrincipalOf(const ViewerOwner& owner) {
+  Principal who;
+  who.user_id = owner.account_id;
+  who.session_token_hash = owner.sign_in;
+  who.api_key_id = owner.api_key_id;
+  who.proof = owner.api_key_id != 0 ? Proof::kApiKey : Proof::kSessionCookie;
+  return who;
+}
+
+}  // namespace
+
+ViewerWatch::ViewerWatch(Accounts& accounts,
+                         StreamHub& hub,
+                         StreamTokens& tokens,
+                         const Clock& clock)
+    : accounts_(accounts), hub_(hub), tokens_(tokens), clock_(clock) {
+  accounts_.SetOnRevoked([this](const Revocation& revocation) { End(revocation); });
+  thread_ = std::thread([this] {
+    std::unique_lock lock(mutex_);
+    while (!wake_.wait_for(lock, kLookEvery, [this] { return stopping_; })) {
+      lock.unlock();
+      Look();
+      lock.lock();
+    }
+  });
+}
+
+ViewerWatch::~ViewerWatch() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+  accounts_.SetOnRevoked({});
+}
+
+void ViewerWatch::End(const Revocation& revocation) {
+  const bool course = revocation.what == Revocation::What::kCourse;
+  const auto ended = [revocation, course](const ViewerOwner& owner) {
+    // Whose student it was is not known here; a teacher who may still watch comes back.
+    return (course && owner.foreign) || Ends(revocation, PrincipalOf(owner));
+  };
+  tokens_.Drop(ended);
+  hub_.CloseOf(ended);
+}
+
+void ViewerWatch::Look() {
+  for (const ViewerOwner& owner : hub_.Owners()) {
+    if (owner.account_id == 0) continue;
+    const auto holds = accounts_.Holds(PrincipalOf(owner), clock_.Wall());
+    if (!holds.ok() || holds.value()) continue;  // a database that is away ends nobody's view
+    hub_.CloseOf([owner](const ViewerOwner& other) {
+      return other.account_id == owner.account_id && other.sign_in == owner.sign_in &&
+             other.api_key_id == owner.api_key_id;
+    });
+  }
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "server/auth/accounts.h"
+#include "server/clock.h"
+#include "server/stream/stream_hub.h"
+#include "server/stream/stream_tokens.h"
+
+namespace faultlab::server {
+
+/// Closes the WebSockets and codes of people whose right to them has ended: at once when this
+/// process ended it, within two seconds when another server, `faultlab admin` or the time did.
+class ViewerWatch {
+ public:
+  /// All must outlive it. Takes the place of Accounts' listener.
+  ViewerWatch(Accounts& accounts, StreamHub& hub, StreamTokens& tokens, const Clock& clock);
+  ~ViewerWatch();
+  ViewerWatch(const ViewerWatch&) = delete;
+  ViewerWatch& operator=(const ViewerWatch&) = delete;
+
+ private:
+  void End(const Revocation& revocation);
+  void Look();
+
+  Accounts& accounts_;
+  StreamHub& hub_;
+  StreamTokens& tokens_;
+  const Clock& clock_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace faultlab::server

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace faultlab::server {
+
+/// Whose window a viewer is, and by what right it is open: what was opened by a sign-in or a key
+/// ends with it.
+struct ViewerOwner {
+  std::string caller{};         ///< Principal::caller_key(): whose windows are counted together
+  std::int64_t account_id = 0;  ///< 0: a guest
+  std::string sign_in{};        ///< Principal::session_token_hash; empty for a key
+  std::int64_t api_key_id = 0;
+  bool foreign = false;  ///< watches a run of somebody else
+};
+
+}  // namespace faultlab::server
