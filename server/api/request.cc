@@ -103,17 +103,30 @@ HttpResponse NoContent() {
   return response;
 }
 
-HttpResponse Download(std::string bytes, std::string_view content_type, std::string file_name) {
+core::Result<HttpResponse> Spooled(std::unique_ptr<Spool> bytes, std::string_view content_type) {
+  if (!bytes->status().ok()) return bytes->status().error();
+  HttpResponse response;
+  response.content_type = content_type;
+  if (bytes->in_memory()) {
+    response.body = std::move(*bytes).TakeMemory();
+  } else {
+    response.spool = std::move(bytes);
+  }
+  return response;
+}
+
+core::Result<HttpResponse> Download(std::unique_ptr<Spool> bytes,
+                                    std::string_view content_type,
+                                    std::string file_name) {
   for (char& c : file_name) {
     const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
                        c == '-' || c == '_' || c == '.';
     if (!plain) c = '_';
   }
-  HttpResponse response;
-  response.content_type = content_type;
-  response.body = std::move(bytes);
-  response.headers.emplace_back("Content-Disposition",
-                                "attachment; filename=\"" + file_name + "\"");
+  auto response = Spooled(std::move(bytes), content_type);
+  if (!response) return response;
+  response.value().headers.emplace_back("Content-Disposition",
+                                        "attachment; filename=\"" + file_name + "\"");
   return response;
 }
 

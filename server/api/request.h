@@ -4,6 +4,7 @@
 #include <boost/json/value.hpp>
 #include <cstdint>
 #include <initializer_list>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -45,8 +46,12 @@ HttpResponse JsonResponse(const boost::json::value& value, int status = 200);
 /// JSON that was put together as text.
 HttpResponse JsonText(std::string text);
 HttpResponse NoContent();
-/// A file to save: Content-Disposition with a safe name.
-HttpResponse Download(std::string bytes, std::string_view content_type, std::string file_name);
+/// What was written to a spool; kUnavailable when the disk did not take it.
+core::Result<HttpResponse> Spooled(std::unique_ptr<Spool> bytes, std::string_view content_type);
+/// The same as a file to save: Content-Disposition with a safe name.
+core::Result<HttpResponse> Download(std::unique_ptr<Spool> bytes,
+                                    std::string_view content_type,
+                                    std::string file_name);
 HttpResponse ProblemOf(const core::Error& error);
 int HttpStatus(core::ErrorCode code);
 

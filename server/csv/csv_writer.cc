@@ -29,6 +29,14 @@ void AppendComment(std::string& out, std::string comment) {
 }  // namespace
 
 std::string FormatCsv(std::span<const core::Sample> samples, const CsvWriteOptions& options) {
+  std::string out;
+  FormatCsv(samples, options, [&out](std::string_view piece) { out += piece; });
+  return out;
+}
+
+void FormatCsv(std::span<const core::Sample> samples,
+               const CsvWriteOptions& options,
+               const std::function<void(std::string_view)>& take) {
   std::vector<const CsvChannel*> channels;
   for (const CsvChannel& channel : kCsvChannelTable) {
     const auto holds_number = [&](const core::Sample& sample) {
@@ -38,9 +46,8 @@ std::string FormatCsv(std::span<const core::Sample> samples, const CsvWriteOptio
       channels.push_back(&channel);
     }
   }
+  constexpr std::size_t kPieceBytes = 16 << 10;
   std::string out;
-  constexpr std::size_t kTypicalCellBytes = 10;
-  out.reserve((samples.size() + 1) * channels.size() * kTypicalCellBytes);
   for (const std::string& comment : options.comments) {
     AppendComment(out, comment);
   }
@@ -56,8 +63,12 @@ std::string FormatCsv(std::span<const core::Sample> samples, const CsvWriteOptio
       AppendNumber(out, sample.*channel->member);
       end_cell(channel);
     }
+    if (out.size() >= kPieceBytes) {
+      take(out);
+      out.clear();
+    }
   }
-  return out;
+  take(out);
 }
 
 core::Status WriteCsv(const std::string& path,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -18,6 +19,10 @@ struct CsvWriteOptions {
 /// Every number is the shortest text that reads back to the same bits; a lost reading is an empty
 /// cell.
 std::string FormatCsv(std::span<const core::Sample> samples, const CsvWriteOptions& options = {});
+/// The same in pieces of some kilobytes.
+void FormatCsv(std::span<const core::Sample> samples,
+               const CsvWriteOptions& options,
+               const std::function<void(std::string_view)>& take);
 
 /// FormatCsv into a file, gzip when the name ends in ".gz". The file is whole or not there.
 core::Status WriteCsv(const std::string& path,

@@ -92,11 +92,29 @@ std::vector<std::uint16_t> ToUtf16(std::string_view text) {
 
 }  // namespace
 
-MatFile::MatFile(std::string_view about) : bytes_(about.substr(0, kAboutBytes)) {
-  bytes_.resize(kAboutBytes, ' ');
-  bytes_.append(kSubsystemBytes, '\0');
-  Append(bytes_, kVersion);
-  bytes_ += "IM";  // read as "MI" by a machine of the same byte order
+MatFile::MatFile(Spool& out, std::string_view about) : out_(out) {
+  std::string head(about.substr(0, kAboutBytes));
+  head.resize(kAboutBytes, ' ');
+  head.append(kSubsystemBytes, '\0');
+  Append(head, kVersion);
+  head += "IM";  // read as "MI" by a machine of the same byte order
+  out_.Append(head);
+}
+
+std::uint64_t MatFile::ReserveMatrix(std::string_view name, std::size_t rows, std::size_t columns) {
+  const std::size_t bytes = rows * columns * sizeof(double);
+  const std::string head = ArrayHead(name, kDoubleClass, rows, columns);
+  constexpr std::size_t kTagBytes = 8;
+  const std::size_t content = head.size() + kTagBytes + bytes;
+  LAB_CHECK(content <= std::numeric_limits<std::uint32_t>::max(), name, rows, columns);
+  std::string tags;
+  Append(tags, kMatrix);
+  Append(tags, static_cast<std::uint32_t>(content));
+  tags += head;
+  Append(tags, kDouble);
+  Append(tags, static_cast<std::uint32_t>(bytes));
+  out_.Append(tags);
+  return out_.Reserve(bytes);
 }
 
 void MatFile::AddMatrix(std::string_view name,
@@ -104,10 +122,8 @@ void MatFile::AddMatrix(std::string_view name,
                         std::size_t rows,
                         std::size_t columns) {
   LAB_CHECK(values.size() == rows * columns, name, values.size(), rows, columns);
-  std::string content = ArrayHead(name, kDoubleClass, rows, columns);
-  AppendElement(
-      content, kDouble, {reinterpret_cast<const char*>(values.data()), values.size_bytes()});
-  AppendElement(bytes_, kMatrix, content);
+  const std::uint64_t at = ReserveMatrix(name, rows, columns);
+  out_.WriteAt(at, {reinterpret_cast<const char*>(values.data()), values.size_bytes()});
 }
 
 void MatFile::AddColumn(std::string_view name, std::span<const double> values) {
@@ -125,7 +141,9 @@ void MatFile::AddText(std::string_view name, std::string_view text) {
       content,
       kUint16,
       {reinterpret_cast<const char*>(letters.data()), letters.size() * sizeof letters[0]});
-  AppendElement(bytes_, kMatrix, content);
+  std::string bytes;
+  AppendElement(bytes, kMatrix, content);
+  out_.Append(bytes);
 }
 
 }  // namespace faultlab::server

@@ -2,34 +2,20 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
-#include <cmath>
+#include <string_view>
+#include <vector>
 
 #include "core/types/check.h"
 #include "server/csv/csv_channels.h"
-#include "server/csv/csv_writer.h"
-#include "server/csv/fault_text.h"
 #include "server/export/mat_file.h"
 
 namespace faultlab::server {
 namespace {
 
-namespace json = boost::json;
 constexpr std::size_t kParameters = 3;
-
-json::value Number(double value) {
-  return std::isfinite(value) ? json::value(value) : json::value(nullptr);
-}
-
-json::array Triple(const std::array<double, kParameters>& values) {
-  json::array out;
-  for (const double value : values) {
-    out.push_back(Number(value));
-  }
-  return out;
-}
+constexpr std::size_t kColumnsPerEstimator = 2 * kParameters + 1;  ///< theta, sigma, status
+constexpr std::size_t kNumbersPerPiece = 4096;
 
 /// An estimate that does not exist must not look like one.
 core::Estimate<3> Honest(const core::Estimate<3>& estimate) {
@@ -41,83 +27,67 @@ core::Estimate<3> Honest(const core::Estimate<3>& estimate) {
   return out;
 }
 
-json::object EstimatorJson(std::span<const core::Frame> frames, std::size_t id) {
-  json::array theta;
-  json::array sigma;
-  json::array status;
-  for (const core::Frame& frame : frames) {
-    const core::Estimate<3> estimate = Honest(frame.estimates[id]);
-    theta.push_back(Triple(estimate.theta));
-    sigma.push_back(Triple(estimate.sigma));
-    status.emplace_back(core::Name(estimate.status));
+/// One column of numbers on its way to its place in a file.
+class ColumnWriter {
+ public:
+  ColumnWriter(Spool& out, std::uint64_t at) : out_(&out), at_(at) {}
+
+  void Add(double value) {
+    waiting_.push_back(value);
+    if (waiting_.size() == kNumbersPerPiece) Flush();
   }
-  return {{"theta", std::move(theta)}, {"sigma", std::move(sigma)}, {"status", std::move(status)}};
+  void Flush() {
+    const std::size_t bytes = waiting_.size() * sizeof(double);
+    out_->WriteAt(at_, {reinterpret_cast<const char*>(waiting_.data()), bytes});
+    at_ += bytes;
+    waiting_.clear();
+  }
+
+ private:
+  Spool* out_;
+  std::uint64_t at_;
+  std::vector<double> waiting_;
+};
+
+void AddMatrixColumns(std::vector<ColumnWriter>& columns,
+                      MatFile& file,
+                      Spool& out,
+                      const std::string& name,
+                      std::size_t rows,
+                      std::size_t count) {
+  const std::uint64_t at = file.ReserveMatrix(name, rows, count);
+  for (std::size_t i = 0; i < count; ++i) columns.emplace_back(out, at + i * rows * sizeof(double));
 }
 
-void CheckFrames(const RecordingExport& recording) {
-  LAB_CHECK(recording.frames.empty() || recording.frames.size() == recording.samples.size(),
-            recording.frames.size(),
-            recording.samples.size());
+void WriteEstimates(const RecordingExport& recording, MatFile& file, Spool& out) {
+  const std::size_t rows = recording.samples.size();
+  std::vector<ColumnWriter> columns;
+  for (const core::EstimatorShape& shape : core::kEstimatorShapes) {
+    const std::string name(shape.name);
+    AddMatrixColumns(columns, file, out, name, rows, kParameters);
+    AddMatrixColumns(columns, file, out, name + "_sigma", rows, kParameters);
+    AddMatrixColumns(columns, file, out, name + "_status", rows, 1);
+  }
+  std::size_t frames = 0;
+  recording.each_frame([&](const core::Frame& frame) {
+    LAB_CHECK(++frames <= rows, frames, rows);
+    for (std::size_t id = 0; id < core::kEstimatorCount; ++id) {
+      const core::Estimate<3> estimate = Honest(frame.estimates[id]);
+      ColumnWriter* column = &columns[id * kColumnsPerEstimator];
+      for (const double value : estimate.theta) (column++)->Add(value);
+      for (const double value : estimate.sigma) (column++)->Add(value);
+      column->Add(static_cast<double>(estimate.status));
+    }
+  });
+  LAB_CHECK(frames == rows, frames, rows);
+  for (ColumnWriter& column : columns) column.Flush();
 }
 
 }  // namespace
 
-std::string ExportCsv(const RecordingExport& recording) {
-  CsvWriteOptions options;
-  options.comments = {recording.name, recording.origin};
-  for (const core::Fault& fault : recording.faults) {
-    options.comments.push_back(FaultComment(fault));
-  }
-  return FormatCsv(recording.samples, options);
-}
-
-std::string ExportJson(const RecordingExport& recording) {
-  CheckFrames(recording);
-  json::array faults;
-  for (const core::Fault& fault : recording.faults) {
-    json::object one = {{"component", core::Name(fault.component)},
-                        {"value", fault.value},
-                        {"unit", core::Unit(fault.component)},
-                        {"at_s", fault.at_s},
-                        {"kind", core::Name(fault.kind)}};
-    if (fault.kind != core::FaultKind::kAbrupt) {
-      one["until_s"] = fault.until_s;
-    }
-    faults.push_back(std::move(one));
-  }
-  json::object samples;
-  json::array index;
-  for (const core::Sample& sample : recording.samples) {
-    index.emplace_back(sample.index);
-  }
-  samples["index"] = std::move(index);
-  for (const CsvChannel& channel : kCsvChannelTable) {
-    json::array column;
-    column.reserve(recording.samples.size());
-    for (const core::Sample& sample : recording.samples) {
-      column.push_back(Number(sample.*channel.member));
-    }
-    samples[channel.name] = std::move(column);
-  }
-  json::object estimates;
-  for (std::size_t id = 0; id < core::kEstimatorCount && !recording.frames.empty(); ++id) {
-    estimates[core::kEstimatorShapes[id].name] = EstimatorJson(recording.frames, id);
-  }
-  return json::serialize(json::object{{"name", recording.name},
-                                      {"origin", recording.origin},
-                                      {"period_s", recording.period_s},
-                                      {"faults", std::move(faults)},
-                                      {"samples", std::move(samples)},
-                                      {"estimates", std::move(estimates)},
-                                      {"diagnosis", recording.diagnosis}}) +
-         "\n";
-}
-
-std::string ExportMat(const RecordingExport& recording) {
-  CheckFrames(recording);
-  MatFile file("MATLAB 5.0 MAT-file, faultlab recording");
-  const std::size_t count = recording.samples.size();
-  std::vector<double> column(count);
+void WriteMat(const RecordingExport& recording, Spool& out) {
+  MatFile file(out, "MATLAB 5.0 MAT-file, faultlab recording");
+  std::vector<double> column(recording.samples.size());
   for (const CsvChannel& channel : kCsvChannelTable) {
     std::transform(recording.samples.begin(),
                    recording.samples.end(),
@@ -131,28 +101,11 @@ std::string ExportMat(const RecordingExport& recording) {
                  [](const core::Sample& sample) { return static_cast<double>(sample.index); });
   file.AddColumn("sample_index", column);
   file.AddScalar("period_s", recording.period_s);
-  for (std::size_t id = 0; id < core::kEstimatorCount && !recording.frames.empty(); ++id) {
-    std::vector<double> theta(kParameters * count);
-    std::vector<double> sigma(kParameters * count);
-    std::vector<double> status(count);
-    for (std::size_t k = 0; k < count; ++k) {
-      const core::Estimate<3> estimate = Honest(recording.frames[k].estimates[id]);
-      for (std::size_t p = 0; p < kParameters; ++p) {
-        theta[p * count + k] = estimate.theta[p];
-        sigma[p * count + k] = estimate.sigma[p];
-      }
-      status[k] = static_cast<double>(estimate.status);
-    }
-    const std::string name(core::kEstimatorShapes[id].name);
-    file.AddMatrix(name, theta, count, kParameters);
-    file.AddMatrix(name + "_sigma", sigma, count, kParameters);
-    file.AddColumn(name + "_status", status);
-  }
+  WriteEstimates(recording, file, out);
   file.AddText("name", recording.name);
   file.AddText("origin", recording.origin);
   file.AddText("diagnosis_json",
-               recording.diagnosis.is_null() ? "" : json::serialize(recording.diagnosis));
-  return std::move(file).Take();
+               recording.diagnosis.is_null() ? "" : boost::json::serialize(recording.diagnosis));
 }
 
 }  // namespace faultlab::server

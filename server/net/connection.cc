@@ -397,7 +397,7 @@ asio::awaitable<Connection::Next> Connection::Serve() {
   }
   Deadline(host_.options.limits.write_deadline);
   const bool sent =
-      co_await sender_.Send(response, request_.method == HttpMethod::kHead, keep_alive);
+      co_await sender_.Send(response, request_.method == HttpMethod::kHead, keep_alive, caller_);
   body_bytes_ = {};
   admitted_.reset();
   if (!sent) co_return Next::kClose;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "core/types/result.h"
+#include "server/spool.h"
 
 namespace faultlab::server {
 
@@ -56,10 +58,13 @@ struct HttpResponse {
   std::string body;
   /// Sent instead of `body` when not empty: bytes that live as long as the process.
   std::string_view static_body;
+  /// Sent instead of either when set: piece by piece, so that it never stands in memory.
+  std::shared_ptr<const Spool> spool{};
 
   std::string_view payload() const {
     return static_body.empty() ? std::string_view(body) : static_body;
   }
+  std::uint64_t payload_size() const { return spool ? spool->size() : payload().size(); }
 };
 
 /// RFC 9457 problem+json. `type` becomes "/problems/<type>", a stable word per kind of refusal.

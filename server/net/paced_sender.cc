@@ -2,8 +2,10 @@
 
 #include <array>
 #include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
+#include <optional>
 #include <string>
 
 #include "server/net/response_head.h"
@@ -42,19 +44,43 @@ asio::awaitable<bool> PacedSender::Send(std::string_view bytes) {
 
 asio::awaitable<bool> PacedSender::Send(const HttpResponse& response,
                                         bool to_head,
-                                        bool keep_alive) {
+                                        bool keep_alive,
+                                        const std::string& caller) {
   ++host_.counters.answers[static_cast<std::size_t>(response.status / 100) % 6];
   const std::string_view payload = response.payload();
   const bool bodyless = to_head || response.status == 304 || response.status == 204;
-  const bool joined = !bodyless && payload.size() <= kInlineBodyBytes;
+  const bool joined = !bodyless && !response.spool && payload.size() <= kInlineBodyBytes;
   const std::string head = EncodeResponseHead(response, host_.date, keep_alive, joined);
   if (!co_await Send(head)) co_return false;
   if (joined || bodyless) co_return true;
+  if (response.spool) co_return co_await SendSpool(*response.spool, caller);
   co_return co_await Send(payload);
 }
 
+/// The disk is read on the pool: the network thread never waits for it.
+asio::awaitable<bool> PacedSender::SendSpool(const Spool& spool, const std::string& caller) {
+  constexpr std::chrono::milliseconds kPoolPause{100};
+  for (std::uint64_t at = 0; at < spool.size();) {
+    Deadline(host_.options.limits.write_deadline);
+    if (host_.pool.RoomFor(caller) != HandlerPool::Room::kFree) {
+      asio::steady_timer pause(host_.io, kPoolPause);
+      error_code ec;
+      co_await pause.async_wait(asio::redirect_error(asio::use_awaitable, ec));
+      if (!socket_.is_open()) co_return false;
+      continue;
+    }
+    const std::optional<std::string> piece = co_await host_.pool.Run(
+        host_.io, caller, [&spool, at] { return spool.Read(at, kSendPieceBytes); });
+    // What the head promised cannot be kept: only the end of the connection tells.
+    if (!piece || piece->empty()) co_return false;
+    if (!co_await Send(*piece)) co_return false;
+    at += piece->size();
+  }
+  co_return true;
+}
+
 asio::awaitable<void> PacedSender::Refuse(HttpResponse response, bool to_head) {
-  if (!co_await Send(response, to_head, false)) co_return;
+  if (!co_await Send(response, to_head, false, {})) co_return;
   error_code ec;
   socket_.shutdown(tcp::socket::shutdown_send, ec);
   if (ec) co_return;

@@ -3,6 +3,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <chrono>
+#include <string>
 #include <string_view>
 
 #include "server/net/connection_host.h"
@@ -22,12 +23,17 @@ class PacedSender {
   /// False when the client is gone.
   boost::asio::awaitable<bool> Send(std::string_view bytes);
   /// @param to_head  the request was HEAD: no payload
-  boost::asio::awaitable<bool> Send(const HttpResponse& response, bool to_head, bool keep_alive);
+  /// @param caller  for whom a spooled payload is read
+  boost::asio::awaitable<bool> Send(const HttpResponse& response,
+                                    bool to_head,
+                                    bool keep_alive,
+                                    const std::string& caller);
   /// Answers and ends the connection without a reset: what the client still sends is read away for
   /// a while, for a reset would take the answer from under its eyes.
   boost::asio::awaitable<void> Refuse(HttpResponse response, bool to_head);
 
  private:
+  boost::asio::awaitable<bool> SendSpool(const Spool& spool, const std::string& caller);
   void Deadline(std::chrono::milliseconds from_now) { deadline_ = host_.now + from_now; }
 
   ConnectionHost& host_;

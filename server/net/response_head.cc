@@ -27,7 +27,7 @@ std::string EncodeResponseHead(const HttpResponse& response,
     if (!response.content_type.empty()) {
       head.append("\r\nContent-Type: ").append(response.content_type);
     }
-    head.append("\r\nContent-Length: ").append(std::to_string(payload.size()));
+    head.append("\r\nContent-Length: ").append(std::to_string(response.payload_size()));
   }
   head.append("\r\n").append(kSecurityHeaders);
   bool cache_named = false;

@@ -16,9 +16,7 @@ void AppendNumber(std::string& out, double value) {
   out.append(text.data(), end);
 }
 
-std::string SampleColumns(std::span<const core::Sample> samples) {
-  std::string out;
-  out.reserve(samples.size() * 64);
+void AppendSampleColumns(Spool& out, std::span<const core::Sample> samples) {
   AppendColumn(out, "index", samples, [](const auto& s) { return static_cast<double>(s.index); });
   AppendColumn(out, "t_s", samples, [](const auto& s) { return s.t_s; });
   AppendColumn(out, "uc_v", samples, [](const auto& s) { return s.uc_v; });
@@ -26,7 +24,6 @@ std::string SampleColumns(std::span<const core::Sample> samples) {
   AppendColumn(out, "ua_v", samples, [](const auto& s) { return s.ua_v; });
   AppendColumn(out, "ia_a", samples, [](const auto& s) { return s.ia_a; });
   AppendColumn(out, "n_rpm", samples, [](const auto& s) { return s.n_rpm; });
-  return out;
 }
 
 }  // namespace faultlab::server

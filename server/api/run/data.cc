@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kRowsPerReviewFrame = 100;
 
-void AppendReviewFrame(std::string& out,
+void AppendReviewFrame(Spool& out,
                        std::span<const StreamRow> rows,
                        std::int64_t first,
                        double t_s) {
@@ -20,7 +20,8 @@ void AppendReviewFrame(std::string& out,
   const auto size = static_cast<std::uint32_t>(frame.size());
   std::array<char, sizeof size> prefix;
   std::memcpy(prefix.data(), &size, sizeof size);
-  out.append(prefix.data(), prefix.size()).append(frame);
+  out.Append({prefix.data(), prefix.size()});
+  out.Append(frame);
 }
 
 }  // namespace
@@ -33,13 +34,12 @@ core::Result<HttpResponse> GetFrames(RunApi& api, const ApiRequest& request) {
   // The estimators need what came before: the replay starts at 0, the answer at `from`.
   auto recording = api.recordings.Load(request.run);
   if (!recording) return recording.error();
-  HttpResponse response;
-  response.content_type = "application/octet-stream";
+  auto out = api.MakeSpool();
   std::vector<StreamRow> rows;
   std::int64_t first = 0;
   double t_s = 0.0;
   const auto flush = [&] {
-    if (!rows.empty()) AppendReviewFrame(response.body, rows, first, t_s);
+    if (!rows.empty()) AppendReviewFrame(*out, rows, first, t_s);
     rows.clear();
   };
   core::ReplayEstimates(
@@ -52,7 +52,7 @@ core::Result<HttpResponse> GetFrames(RunApi& api, const ApiRequest& request) {
         t_s = frame.sample.t_s;
       });
   flush();
-  return response;
+  return Spooled(std::move(out), "application/octet-stream");
 }
 
 core::Result<HttpResponse> GetSamples(RunApi& api, const ApiRequest& request) {
@@ -64,10 +64,13 @@ core::Result<HttpResponse> GetSamples(RunApi& api, const ApiRequest& request) {
   if (!to) return to.error();
   auto recording = api.recordings.Load(request.run, from.value(), to.value());
   if (!recording) return recording.error();
-  std::string out = "{\"period_s\":";
-  AppendNumber(out, recording.value().record.period_s);
-  out.append(SampleColumns(recording.value().samples)).append("}");
-  return JsonText(std::move(out));
+  auto out = api.MakeSpool();
+  std::string head = "{\"period_s\":";
+  AppendNumber(head, recording.value().record.period_s);
+  out->Append(head);
+  AppendSampleColumns(*out, recording.value().samples);
+  out->Append("}");
+  return Spooled(std::move(out), "application/json");
 }
 
 core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request) {
@@ -98,9 +101,11 @@ core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request) 
         lines.push_back({frame.sample.index, frame.estimates[which]});
       });
   const char* suffix = shape->integral_samples == 0 ? "d" : "";
-  std::string out = "{\"estimator\":\"" + name + "\",\"period_s\":";
-  AppendNumber(out, recording.value().record.period_s);
-  AppendColumn(out, "index", lines, [](const Line& l) { return static_cast<double>(l.index); });
+  auto out = api.MakeSpool();
+  std::string head = "{\"estimator\":\"" + name + "\",\"period_s\":";
+  AppendNumber(head, recording.value().record.period_s);
+  out->Append(head);
+  AppendColumn(*out, "index", lines, [](const Line& l) { return static_cast<double>(l.index); });
   constexpr std::array<std::string_view, 3> kParameters = {"b0", "b1", "a1"};
   for (std::size_t p = 0; p < kParameters.size(); ++p) {
     const std::string parameter = std::string(kParameters[p]) + suffix;
@@ -108,20 +113,24 @@ core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request) 
       return line.estimate.status == core::EstimateStatus::kInvalid ? core::kAbsent : value;
     };
     AppendColumn(
-        out, parameter, lines, [&](const Line& l) { return known(l, l.estimate.theta[p]); });
-    AppendColumn(out, "sigma_" + parameter, lines, [&](const Line& l) {
+        *out, parameter, lines, [&](const Line& l) { return known(l, l.estimate.theta[p]); });
+    AppendColumn(*out, "sigma_" + parameter, lines, [&](const Line& l) {
       return known(l, l.estimate.sigma[p]);
     });
   }
-  AppendColumn(out, "condition", lines, [](const Line& l) { return l.estimate.condition; });
-  out.append(",\"status\":[");
+  AppendColumn(*out, "condition", lines, [](const Line& l) { return l.estimate.condition; });
+  out->Append(",\"status\":[");
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    out.append(i > 0 ? ",\"" : "\"").append(core::Name(lines[i].estimate.status)).append("\"");
+    out->Append(i > 0 ? ",\"" : "\"");
+    out->Append(core::Name(lines[i].estimate.status));
+    out->Append("\"");
   }
-  out.append("]");
-  AppendColumn(
-      out, "age", lines, [](const Line& l) { return static_cast<double>(l.estimate.age_samples); });
-  return JsonText(out.append("}"));
+  out->Append("]");
+  AppendColumn(*out, "age", lines, [](const Line& l) {
+    return static_cast<double>(l.estimate.age_samples);
+  });
+  out->Append("}");
+  return Spooled(std::move(out), "application/json");
 }
 
 core::Result<HttpResponse> GetDiagnosis(RunApi& api, const ApiRequest& request) {

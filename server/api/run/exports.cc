@@ -29,9 +29,10 @@ core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request) {
       "faultlab run " + record.id + ", rig " + record.rig + ", " + Iso8601(record.created_at),
       "plan " + record.plan_json,
       "loop " + LoopText(events.value())};
-  return Download(FormatCsv(recording.value().samples, options),
-                  "text/csv; charset=utf-8",
-                  FileName(record, ".csv"));
+  auto out = api.MakeSpool();
+  FormatCsv(
+      recording.value().samples, options, [&out](std::string_view piece) { out->Append(piece); });
+  return Download(std::move(out), "text/csv; charset=utf-8", FileName(record, ".csv"));
 }
 
 core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
@@ -57,29 +58,30 @@ core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
   out.append("],\"loop\":").append(LoopText(events.value()));
   out.append(",\"diagnosis\":");
   out.append(record.diagnosis_json.empty() ? "null" : record.diagnosis_json);
-  out.append(SampleColumns(recording.value().samples)).append("}");
-  return Download(std::move(out), "application/json", FileName(record, ".json"));
+  auto file = api.MakeSpool();
+  file->Append(out);
+  AppendSampleColumns(*file, recording.value().samples);
+  file->Append("}");
+  return Download(std::move(file), "application/json", FileName(record, ".json"));
 }
 
 core::Result<HttpResponse> ExportMat(RunApi& api, const ApiRequest& request) {
   auto recording = api.recordings.Load(request.run);
   if (!recording) return recording.error();
   const RunRecord& record = recording.value().record;
-  std::vector<core::Frame> frames;
-  frames.reserve(recording.value().samples.size());
-  core::ReplayEstimates(recording.value().samples,
-                        recording.value().options,
-                        [&](const core::Frame& frame) { frames.push_back(frame); });
   RecordingExport all;
   all.name = record.name;
   all.origin = "faultlab run " + record.id + ", rig " + record.rig;
   all.period_s = record.period_s;
   all.samples = recording.value().samples;
-  all.frames = frames;
-  all.faults = FaultsOfPlan(record.plan_json);
+  all.each_frame = [&](const std::function<void(const core::Frame&)>& each) {
+    core::ReplayEstimates(recording.value().samples, recording.value().options, each);
+  };
   boost::system::error_code ec;
   all.diagnosis = json::parse(record.diagnosis_json, ec);
-  return Download(server::ExportMat(all), "application/x-matlab-data", FileName(record, ".mat"));
+  auto out = api.MakeSpool();
+  WriteMat(all, *out);
+  return Download(std::move(out), "application/x-matlab-data", FileName(record, ".mat"));
 }
 
 }  // namespace faultlab::server

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <string>
 
 #include "server/api/gate.h"
 #include "server/auth/accounts.h"
@@ -19,6 +21,10 @@ struct RunApi {
   Accounts& accounts;
   StreamTokens& tokens;
   std::uint64_t default_seed = 1;
+  std::string spool_folder;
+
+  /// For an answer that may be large.
+  std::unique_ptr<Spool> MakeSpool() const { return std::make_unique<Spool>(spool_folder); }
 };
 
 std::vector<ApiRoute> RoutesOf(RunApi& api);

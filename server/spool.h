@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/types/result.h"
+
+namespace faultlab::server {
+
+/// The bytes of an answer that may be large: in memory while they are few, then in a file without a
+/// name, which is gone with this object or with the process. One thread at a time.
+class Spool {
+ public:
+  static constexpr std::size_t kMemoryMax = 256 << 10;
+
+  /// @param folder  of the file, if there will be one
+  explicit Spool(std::string folder) : folder_(std::move(folder)) {}
+  ~Spool();
+  Spool(const Spool&) = delete;
+  Spool& operator=(const Spool&) = delete;
+
+  void Append(std::string_view bytes);
+  /// Bytes that are written later, by WriteAt. @returns where they begin.
+  std::uint64_t Reserve(std::uint64_t bytes);
+  /// Contract: within size().
+  void WriteAt(std::uint64_t offset, std::string_view bytes);
+  std::uint64_t size() const { return size_; }
+
+  /// To be asked at the end: kUnavailable when the disk did not take everything.
+  const core::Status& status() const { return status_; }
+  bool in_memory() const { return fd_ < 0; }
+  /// Contract: in_memory().
+  std::string TakeMemory() && { return std::move(memory_); }
+  /// At most `bytes_max` bytes from `offset`; nothing when the disk does not give them.
+  std::optional<std::string> Read(std::uint64_t offset, std::size_t bytes_max) const;
+
+ private:
+  void OpenFile();
+  void Write(std::uint64_t offset, std::string_view bytes);
+  void Fail(int error);
+
+  const std::string folder_;
+  std::string memory_;  ///< of a file: what is not written yet, its last bytes
+  int fd_ = -1;
+  std::uint64_t size_ = 0;
+  std::uint64_t written_ = 0;  ///< of the file
+  core::Status status_ = core::Done{};
+};
+
+}  // namespace faultlab::server
