@@ -11,6 +11,11 @@ void Read(hardware::TomlTable& in, Config& config) {
   in.Text("server_id", config.server_id);
   in.Text("member_address", config.member_address);
   in.Texts("allowed_hosts", config.allowed_hosts);
+  std::vector<std::string> proxies;
+  in.Texts("trusted_proxies", proxies);
+  auto trusted = TrustedProxies::Parse(proxies);
+  if (!trusted) in.Refuse("trusted_proxies", trusted.error().message);
+  config.trusted_proxies = std::move(trusted).value();
   in.Word("guests", config.guests, {"loopback", "everywhere", "never"});
   in.Word("log_level", config.log_level, {"trace", "debug", "info", "warn", "error"});
 
@@ -34,9 +39,16 @@ void Read(hardware::TomlTable& in, Config& config) {
 
   hardware::TomlTable& limits = in.Sub("limits");
   limits.Integer("runs", config.runs_max, 1, 1000);
+  limits.Integer("runs_per_caller", config.runs_per_caller_max, 1, 1000);
+  limits.Integer("replayed_samples", config.replayed_samples_max, 1'000, 1'000'000'000);
   limits.Integer("viewers", config.viewers_max, 1, 100'000);
   limits.Integer("connections", config.connections_max, 1, 100'000);
   limits.Integer("pool_threads", config.pool_threads, 1, 64);
+
+  hardware::TomlTable& storage = in.Sub("storage");
+  storage.Integer("samples_per_account", config.samples_per_account, 0, 2'000'000'000);
+  storage.Integer("samples_of_guests", config.samples_of_guests, 0, 2'000'000'000);
+  storage.Integer("disk_reserve_mb", config.disk_reserve_mb, 0, 1'000'000);
 
   hardware::TomlTable& lcm = in.Sub("lcm");
   lcm.Text("url", config.lcm_url);

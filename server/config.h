@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/types/result.h"
+#include "server/net/trusted_proxies.h"
 
 namespace faultlab::server {
 
@@ -19,6 +20,7 @@ struct Config {
   /// "10.0.0.2:8080", at which those servers reach this one; empty: as `listen`.
   std::string member_address;
   std::vector<std::string> allowed_hosts;  ///< names a Host header may carry; see HttpServerOptions
+  TrustedProxies trusted_proxies;          ///< besides loopback; see HttpServerOptions
   /// From where the experiment may be used without an account: loopback | everywhere | never.
   std::string guests = "loopback";
   std::string log_level = "info";
@@ -27,7 +29,9 @@ struct Config {
   int lab_benches = 0;                ///< simulated benches that need a session
   std::string sim_profile = "bench";  ///< bench | multisim
   double sim_speed = 1.0;
-  int runs_max = 32;  ///< at the same time
+  int runs_max = 32;  ///< at the same time, beside those of sessions
+  int runs_per_caller_max = 8;
+  int replayed_samples_max = 2'000'000;
   std::optional<std::uint64_t> fixture_seed;
 
   std::string lcm_url;   ///< live tap and remote rigs; empty: neither
@@ -38,6 +42,11 @@ struct Config {
   int keep_student_days = 365;
   int keep_job_days = 90;
   int keep_news_days = 365;
+
+  // How much is kept; 0 = no limit. See server/experiment/storage_quota.h.
+  int samples_per_account = 20'000'000;
+  int samples_of_guests = 10'000'000;
+  int disk_reserve_mb = 512;
 
   int viewers_max = 4096;
   int connections_max = 4096;

@@ -72,6 +72,7 @@ void Spool::WriteAt(std::uint64_t offset, std::string_view bytes) {
     offset += in_file;
     bytes.remove_prefix(in_file);
   }
+  if (bytes.empty()) return;
   memory_.replace(offset - written_, bytes.size(), bytes);
 }
 

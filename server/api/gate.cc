@@ -1,11 +1,13 @@
 #include "server/api/gate.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
 #include "server/auth/secrets.h"
 #include "server/json/json_reader.h"
 #include "server/net/address_key.h"
+#include "server/net/websocket.h"
 
 namespace faultlab::server {
 namespace {
@@ -102,6 +104,11 @@ RouteAnswer Gate::Serve(const ApiRoute& route, const HttpRequest& http) {
 core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
                                        const HttpRequest& http,
                                        const Principal& who) {
+  for (const auto& [name, value] : http.path_parameters) {
+    if (!websocket::IsValidUtf8(value)) {
+      return Error{ErrorCode::kNotFound, "There is nothing at this address."};
+    }
+  }
   RunRecord run;
   if (route.guard == Guard::kRun) {
     auto found = parts_.recordings.Find(who, http.PathParameter("id"), route.operation);
@@ -128,8 +135,9 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
 core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequest& request) {
   const std::string_view key = request.http.Header("Idempotency-Key");
   if (key.empty() || !request.who.signed_in()) return route.handler(request);
-  if (key.size() > kIdempotencyKeyMax) {
-    return Error{ErrorCode::kInvalid, "At most 200 bytes.", "Idempotency-Key"};
+  const bool plain = std::all_of(key.begin(), key.end(), [](char c) { return c > ' ' && c < 0x7F; });
+  if (key.size() > kIdempotencyKeyMax || !plain) {
+    return Error{ErrorCode::kInvalid, "At most 200 letters of ASCII.", "Idempotency-Key"};
   }
   lab::RememberedAnswers& answers = parts_.answers;
   const std::string owner = request.who.owner_key();

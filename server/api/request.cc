@@ -42,6 +42,16 @@ ViewerOwner ViewerOwnerOf(const Principal& who, bool foreign) {
   return {who.caller_key(), who.user_id, who.session_token_hash, who.api_key_id, foreign};
 }
 
+std::string CutText(std::string text, std::size_t bytes_max) {
+  if (text.size() <= bytes_max) return text;
+  const auto continues = [&](std::size_t at) {
+    return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U;
+  };
+  while (bytes_max > 0 && continues(bytes_max)) --bytes_max;
+  text.resize(bytes_max);
+  return text;
+}
+
 core::Result<int> PageLimit(const HttpRequest& request) {
   auto limit = QueryInteger(request, "limit", kPageDefault, 1, kPageMax);
   if (!limit) return limit.error();
@@ -154,7 +164,9 @@ int HttpStatus(core::ErrorCode code) {
 }
 
 HttpResponse ProblemOf(const core::Error& error) {
-  const int status = HttpStatus(error.code);
+  // What the caller has too much of, not the server.
+  const bool of_caller = error.code == core::ErrorCode::kBusy && error.reason.starts_with("your_");
+  const int status = of_caller ? 429 : HttpStatus(error.code);
   // The operator's log has the database's own words.
   const bool away = error.reason == kDatabaseAway;
   const std::string& detail = away ? kAway : error.message;
@@ -163,7 +175,7 @@ HttpResponse ProblemOf(const core::Error& error) {
   response.body.pop_back();
   AppendReason(response.body, error);
   response.body.push_back('}');
-  if (status == 503) response.headers.emplace_back("Retry-After", "2");
+  if (status == 503 || status == 429) response.headers.emplace_back("Retry-After", "2");
   if (status == 401) response.headers.emplace_back("WWW-Authenticate", "Bearer");
   return response;
 }

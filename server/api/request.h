@@ -37,6 +37,8 @@ core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
                                         std::int64_t hi);
 /// Refuses query parameters that are not in `known`, by name, and any that is not UTF-8.
 core::Status OnlyQuery(const HttpRequest& request, std::initializer_list<std::string_view> known);
+/// At most `bytes_max` bytes, cut between characters.
+std::string CutText(std::string text, std::size_t bytes_max);
 /// The number in the path's {id}; kNotFound when it is none.
 core::Result<std::int64_t> PathNumber(const ApiRequest& request, std::string_view name = "id");
 /// The version in If-Match: "3". kInvalid with field If-Match when it is missing.

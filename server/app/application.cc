@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <boost/json/serialize.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -184,6 +185,15 @@ class Application::Impl {
                          config_.keep_student_days,
                          config_.keep_job_days,
                          config_.keep_news_days};
+    options.places = {config.runs_max,
+                      config.runs_per_caller_max,
+                      std::max(1, config.sim_rigs / 2),
+                      config.replayed_samples_max};
+    options.storage = {config.samples_per_account,
+                       config.samples_of_guests,
+                       static_cast<std::int64_t>(config.disk_reserve_mb) << 20,
+                       config.data_dir};
+    options.spool_folder = config.data_dir;
     options.log = [](std::string_view text) { spdlog::warn("{}", text); };
     auto services = Services::Open(
         {*database_, store_, calibrations_, bay_, hub_, tokens_, accounts_, runs_, clock_},
@@ -243,8 +253,7 @@ class Application::Impl {
     return options;
   }
   RunManagerOptions RunOptions(const Config& config) {
-    return {config.runs_max,
-            config.server_id,
+    return {config.server_id,
             config.sim_speed,
             AddModelFits,
             [this](const std::string& rig, const std::string& run, core::Calibration calibration) {
@@ -259,6 +268,7 @@ class Application::Impl {
     HttpServerOptions options;
     options.listen = config.listen;
     options.allowed_hosts = config.allowed_hosts;
+    options.trusted_proxies = config.trusted_proxies;
     options.limits.connections_max = static_cast<std::size_t>(config.connections_max);
     options.limits.pool.threads = config.pool_threads;
     options.limits.peers.tunnels_max = static_cast<std::size_t>(config.viewers_max);

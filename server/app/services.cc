@@ -19,6 +19,8 @@ Services::Services(const Base& base, Options options)
       audit_(base.accounts, base.clock, options_.log),
       fault_set_access_(fault_sets_, base.accounts),
       recordings_(base.store, base.runs, base.accounts, base.clock),
+      places_(options_.places),
+      quota_(base.store, options_.storage),
       upkeep_(base.bay, bands_, base.clock, options_.log) {}
 
 core::Result<std::unique_ptr<Services>> Services::Open(const Base& base,
@@ -64,6 +66,8 @@ core::Status Services::JoinLab() {
                                                                   *rig_access_,
                                                                   fault_set_access_,
                                                                   fault_sets_,
+                                                                  places_,
+                                                                  quota_,
                                                                   options_.speed});
   upkeep_.Start(*service_);
   job_runner_ = std::make_unique<JobRunner>(JobRunner::Parts{jobs_,
@@ -109,7 +113,9 @@ void Services::BuildApi(Router& router) {
                                              *rig_access_,
                                              base_.accounts,
                                              base_.tokens,
-                                             options_.default_seed});
+                                             quota_,
+                                             options_.default_seed,
+                                             options_.spool_folder});
   people_api_ = std::make_unique<PeopleApi>(PeopleApi{base_.accounts, audit_, base_.clock});
   sharing_api_ = std::make_unique<SharingApi>(SharingApi{
       *service_,

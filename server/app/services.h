@@ -50,6 +50,9 @@ class Services {
     std::string_view openapi;
     std::function<HttpCounters()> http_counters;
     lab::RetentionRules retention;
+    RunPlaceLimits places;
+    StorageLimits storage;
+    std::string spool_folder;
     std::function<void(std::string_view)> log;
   };
   /// Takes the member's lease, ends what a crash cut off, puts the routes into `router`, starts to
@@ -81,6 +84,8 @@ class Services {
   AuditLog audit_;
   FaultSetAccess fault_set_access_;
   Recordings recordings_;
+  RunPlaces places_;
+  StorageQuota quota_;
   RigUpkeep upkeep_;
   std::unique_ptr<lab::LabService> service_;
   std::unique_ptr<RigAccess> rig_access_;

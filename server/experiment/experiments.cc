@@ -14,6 +14,8 @@ namespace {
 
 namespace json = boost::json;
 
+constexpr double kReplayLongestS = 3600.0;
+
 /// What happened to the plant in a recording; its replay shows it again.
 std::vector<hardware::RigEvent> EventsOfThePlant(std::span<const RecordedEvent> recorded) {
   std::vector<hardware::RigEvent> out;
@@ -44,9 +46,37 @@ core::Status Experiments::TakeFaultSet(const Principal& who, ExperimentPlan& pla
   return core::Done{};
 }
 
-core::Result<RunRequest> Experiments::Replay(const Principal& who, const ExperimentPlan& plan) {
+/// Room for a run that takes what others may want as well: whoever has a session always has it.
+core::Result<std::shared_ptr<void>> Experiments::PlaceFor(const Principal& who,
+                                                          StartedBy by,
+                                                          RunKind kind,
+                                                          std::int64_t samples) {
+  const std::string caller = by == StartedBy::kJob ? std::string() : who.caller_key();
+  auto place = parts_.places.Take(caller, kind, kind == RunKind::kReplay ? samples : 0);
+  if (!place || kind == RunKind::kLeased) return place;
+  const core::Status room = parts_.quota.MakeRoom(who, samples);
+  if (!room.ok()) return room.error();
+  return place;
+}
+
+RunKind Experiments::KindOn(const std::string& rig) const {
+  if (rig.empty()) return RunKind::kSimulator;
+  const auto found = parts_.bay.Find(rig);
+  // What is not there is refused with its own words by who holds it.
+  return found.ok() && !NeedsSession(found.value()) ? RunKind::kSimulator : RunKind::kLeased;
+}
+
+core::Result<RunRequest> Experiments::Replay(const Principal& who,
+                                             StartedBy by,
+                                             const ExperimentPlan& plan) {
   auto record = parts_.recordings.Find(who, plan.recording, Operation::kReadRun);
   if (!record) return refusal::At(record.error(), "/recording");
+  const std::int64_t samples = record.value().samples;
+  if (static_cast<double>(samples) * record.value().period_s > kReplayLongestS) {
+    return refusal::ReplayTooLong(kReplayLongestS);
+  }
+  auto place = PlaceFor(who, by, RunKind::kReplay, samples);
+  if (!place) return place.error();
   auto source = parts_.recordings.Load(std::move(record).value());
   if (!source) return refusal::At(source.error(), "/recording");
   Recording& recording = source.value();
@@ -60,6 +90,7 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who, const Experim
   options.events = EventsOfThePlant(events.value());
   const double period_s = recording.record.period_s;
   RunRequest run;
+  run.place = std::move(place).value();
   const std::string& of = recording.record.name.empty() ? plan.recording : recording.record.name;
   run.name = plan.name.empty() ? "replay of " + of : plan.name;
   run.plan = hardware::ReplayPlan(period_s);
@@ -78,6 +109,9 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
                                             const ExperimentPlan& plan) {
   const auto length =
       std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(plan.duration_s));
+  const auto planned = static_cast<std::int64_t>(plan.duration_s / plan.period_s);
+  auto place = PlaceFor(who, by, KindOn(plan.rig), planned);
+  if (!place) return place.error();
   // The rig comes first, for any one may do: the plan is resolved for the one that runs it.
   auto hold = parts_.rigs.Hold(who, by, plan.rig, length);
   if (!hold) return hold.error();
@@ -90,6 +124,7 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
   run.plan_json = json::serialize(PlanToJson(plan, about));
   run.diagnosis.values = about.any_value ? core::ValuePrior::kNone : core::ValuePrior::kTable2;
   run.hold = std::move(hold).value();
+  run.place = std::move(place).value();
   return run;
 }
 
@@ -98,7 +133,7 @@ core::Result<RunSnapshot> Experiments::Start(const Principal& who,
                                              ExperimentPlan plan) {
   const core::Status taken = TakeFaultSet(who, plan);
   if (!taken.ok()) return taken.error();
-  auto run = plan.recording.empty() ? OnRig(who, by, plan) : Replay(who, plan);
+  auto run = plan.recording.empty() ? OnRig(who, by, plan) : Replay(who, by, plan);
   if (!run) return run.error();
   RunRequest ready = std::move(run).value();
   ready.owner = who.owner_key();

@@ -5,7 +5,9 @@
 #include "server/experiment/fault_set_access.h"
 #include "server/experiment/recordings.h"
 #include "server/experiment/rig_access.h"
+#include "server/experiment/storage_quota.h"
 #include "server/run/run_manager.h"
+#include "server/run/run_places.h"
 
 namespace faultlab::server {
 
@@ -24,6 +26,8 @@ class Experiments {
     RigAccess& rigs;
     FaultSetAccess& fault_set_access;
     lab::FaultSets& fault_sets;
+    RunPlaces& places;
+    StorageQuota& quota;
     double speed = 1.0;  ///< of replays
   };
   /// All parts must outlive it.
@@ -40,7 +44,12 @@ class Experiments {
  private:
   core::Status TakeFaultSet(const Principal& who, ExperimentPlan& plan);
   core::Result<RunRequest> OnRig(const Principal& who, StartedBy by, const ExperimentPlan& plan);
-  core::Result<RunRequest> Replay(const Principal& who, const ExperimentPlan& plan);
+  core::Result<RunRequest> Replay(const Principal& who, StartedBy by, const ExperimentPlan& plan);
+  RunKind KindOn(const std::string& rig) const;
+  core::Result<std::shared_ptr<void>> PlaceFor(const Principal& who,
+                                               StartedBy by,
+                                               RunKind kind,
+                                               std::int64_t samples);
 
   Parts parts_;
 };

@@ -4,6 +4,7 @@
 #include <boost/json.hpp>
 #include <cmath>
 
+#include "core/types/component_bounds.h"
 #include "server/json/json_reader.h"
 
 namespace faultlab::server {
@@ -14,7 +15,6 @@ namespace json = boost::json;
 // Wider than any rig: the rig's own envelope is checked by ResolvePlan.
 constexpr double kVoltMax = 1000.0;
 constexpr double kHertzMax = 1000.0;
-constexpr double kComponentValueMax = 1e12;
 constexpr std::int64_t kSeedMax = 1LL << 53;
 
 core::Error Refusal(std::string field, std::string message) {
@@ -88,7 +88,7 @@ core::Result<core::Fault> ParseFault(const json::value& value,
   } else {
     fault.component = *component;
   }
-  fault.value = in.Number("value", 0.0, kComponentValueMax);
+  fault.value = in.Number("value", 0.0, core::kComponentValueMax);
   if (fault.value <= 0.0) in.Refuse("value", "'value' must be above 0, in the SI unit.");
   fault.at_s = in.NumberOr("at_s", std::min(10.0, duration_s / 2.0), 0.0, kRunSecondsMax);
   if (fault.at_s >= duration_s) {

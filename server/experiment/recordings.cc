@@ -174,7 +174,12 @@ core::Result<RunRecord> Recordings::Keep(Upload upload) {
                            TextOf(diagnosis, recording, upload.channels),
                            record.verdict);
   }
-  if (!stored.ok()) return stored.error();
+  if (!stored.ok()) {
+    // Half an upload is of no use to anybody.
+    (void)store_.Finish(record.id, RunState::kFailed, clock_.Wall(), "", "");
+    (void)store_.Delete(record.id);
+    return stored.error();
+  }
   record.samples = static_cast<std::int64_t>(recording.samples.size());
   return record;
 }

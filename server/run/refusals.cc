@@ -80,6 +80,49 @@ Error RunsFull() {
   return {ErrorCode::kBusy, "As many runs as this server allows are running.", "", "runs_full"};
 }
 
+Error YourRunsFull(int runs_max) {
+  return {ErrorCode::kBusy,
+          "You have " + std::to_string(runs_max) +
+              " runs in progress, as many as one person may have; stop one or wait.",
+          "",
+          "your_runs_full",
+          {{"most", std::to_string(runs_max)}}};
+}
+
+Error YourSimulatorsFull(int simulators_max) {
+  return {ErrorCode::kBusy,
+          "You use " + std::to_string(simulators_max) +
+              " simulators, as many as one person may have; stop a run or wait.",
+          "",
+          "your_simulators_full",
+          {{"most", std::to_string(simulators_max)}}};
+}
+
+Error ReplayTooLong(double longest_s) {
+  return {ErrorCode::kTooLarge,
+          "A recording of at most " + Text(longest_s) +
+              " s can be replayed; its figures and estimates are there without a replay.",
+          "/recording",
+          "replay_too_long",
+          {{"longest_s", Text(longest_s)}}};
+}
+
+Error QuotaFull(std::int64_t kept, std::int64_t most) {
+  return {ErrorCode::kConflict,
+          "Your recordings hold " + std::to_string(kept) + " samples of " + std::to_string(most) +
+              "; delete some to make room.",
+          "",
+          "quota_full",
+          {{"kept", std::to_string(kept)}, {"most", std::to_string(most)}}};
+}
+
+Error DiskFull() {
+  return {ErrorCode::kUnavailable,
+          "The server's disk is nearly full: only sessions on rigs go on; tell its operator.",
+          "",
+          "disk_full"};
+}
+
 Error RunEnded() {
   return {ErrorCode::kConflict, "The run has ended.", "", "run_ended"};
 }
@@ -108,7 +151,7 @@ Error RunTooShort() {
 
 Error NotPositive(core::Component component) {
   return {ErrorCode::kInvalid,
-          Symbol(component) + " must be above 0, in the SI unit.",
+          Symbol(component) + " must be above 0 and at most 1e12, in the SI unit.",
           "value",
           "value_not_positive",
           {{"component", Symbol(component)}}};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -21,6 +22,13 @@ core::Error TurnIsOver(const std::string& rig);
 core::Error RigAway(const std::string& rig);
 core::Error RigElsewhere(const std::string& rig, const std::string& member);
 core::Error RunsFull();
+/// As many of one person as one person may have.
+core::Error YourRunsFull(int runs_max);
+core::Error YourSimulatorsFull(int simulators_max);
+core::Error ReplayTooLong(double longest_s);
+/// Of one owner; in samples.
+core::Error QuotaFull(std::int64_t kept, std::int64_t most);
+core::Error DiskFull();
 core::Error RunEnded();
 core::Error StaleEpoch();
 /// The server may have lost its rigs to another one: it was frozen, or the database is away.

@@ -31,6 +31,9 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
   if (epoch != epoch_ || request_.hold.revoked()) return refusal::StaleEpoch();
   if (command.kind == Kind::kAllNominal) waiting_.DropAll();
   if (command.kind == Kind::kSetComponent) {
+    const core::Status possible =
+        CheckSwitchable(rig_->description(), command.component, command.value);
+    if (!possible.ok()) return possible.error();
     if (Same(command.value, request_.diagnosis.nominal.Get(command.component))) {
       waiting_.Drop(command.component);
     } else if (!waiting_.open()) {
@@ -45,9 +48,6 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
 /// Under control_mutex_. Says now what the rig would refuse later.
 core::Result<Accepted> Run::Hold(const hardware::RigCommand& change) {
   const double until_s = request_.diagnosis.healthy_to_s;
-  const core::Status possible =
-      CheckSwitchable(rig_->description(), change.component, change.value);
-  if (!possible.ok()) return possible.error();
   const double duration_s =
       static_cast<double>(request_.plan.uc_v.size()) * request_.diagnosis.period_s;
   if (duration_s <= until_s) {

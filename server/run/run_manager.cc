@@ -56,7 +56,6 @@ class RunManager::Impl {
   Recorder recorder_;
   Solver solver_;
   mutable std::mutex mutex_;
-  int starting_ = 0;
   bool closed_ = false;
   std::map<std::string, std::shared_ptr<Run>, std::less<>> runs_;
   Worker commands_{kCommandsWaitingMax};  ///< goes first: its work refers to the rest
@@ -88,15 +87,7 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
     if (closed_) {
       return core::Error{core::ErrorCode::kUnavailable, "The server is stopping.", {}};
     }
-    if (static_cast<int>(runs_.size()) + starting_ >= options_.runs_max) {
-      return refusal::RunsFull();
-    }
-    ++starting_;
   }
-  const std::shared_ptr<void> starting(nullptr, [this](void*) {
-    const std::lock_guard lock(mutex_);
-    --starting_;
-  });
 
   const hardware::Epoch epoch = request.hold.epoch();
   hardware::Rig& rig = request.hold.rig();

@@ -46,6 +46,7 @@ struct RunRequest {
   hardware::RunPlan plan;
   RigHold hold;                      ///< of the rig that it runs on
   core::DiagnosisOptions diagnosis;  ///< stored with the run; the period is the plan's
+  std::shared_ptr<void> place{};     ///< of RunPlaces; let go when the run has ended
 };
 
 /// What is known of a run while it lives.
@@ -68,7 +69,6 @@ struct RunSnapshot {
 };
 
 struct RunManagerOptions {
-  int runs_max = 32;
   std::string server_id = "local";
   double speed = 1.0;  ///< of the simulated rigs: frames are batched to 20 a second of wall time
   /// Adds to the diagnosis of an ended run what needs the whole recording (fits of models). May be
@@ -116,7 +116,7 @@ class RunManager {
   /// Asked before each live command: may this process still drive rigs? Before the first Start.
   void SetGuard(std::function<bool()> in_force);
 
-  /// Arms, records, starts. kBusy when `runs_max` run; kStale when the lease ended meanwhile.
+  /// Arms, records, starts. kStale when the lease ended meanwhile.
   core::Result<RunSnapshot> Start(RunRequest request);
   /// The rig goes safe; the run ends as `stopped` within a moment. kNotFound, kConflict when over.
   core::Status Stop(std::string_view id, std::string_view reason);

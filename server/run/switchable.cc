@@ -4,13 +4,14 @@
 #include <cmath>
 #include <string>
 
+#include "core/types/component_bounds.h"
 #include "server/run/refusals.h"
 
 namespace faultlab::server {
 core::Status CheckSwitchable(const hardware::RigDescription& rig,
                              core::Component component,
                              double value) {
-  if (!(std::isfinite(value) && value > 0.0)) {
+  if (!(value >= core::kComponentValueMin && value <= core::kComponentValueMax)) {
     return refusal::NotPositive(component);
   }
   if (!core::IsRelaySwitched(component)) {

@@ -251,6 +251,26 @@ core::Status RecordingStore::Delete(const std::string& run_id) {
   });
 }
 
+core::Result<std::int64_t> RecordingStore::SamplesOf(const std::string& owner) {
+  return database_.Read([&](Transaction& tx) -> core::Result<std::int64_t> {
+    std::int64_t samples = 0;
+    tx.sql() << "SELECT CAST(COALESCE(SUM(samples), 0) AS BIGINT) FROM recording "
+                "WHERE owner = :owner",
+        into(samples), use(owner, "owner");
+    return samples;
+  });
+}
+
+core::Result<std::optional<std::string>> RecordingStore::OldestEndedOf(const std::string& owner) {
+  return database_.Read([&](Transaction& tx) -> core::Result<std::optional<std::string>> {
+    std::string id;
+    tx.sql() << "SELECT id FROM recording WHERE owner = :owner AND state <> 'running' "
+                "ORDER BY created_ms, id LIMIT 1",
+        into(id), use(owner, "owner");
+    return tx.sql().got_data() ? std::optional<std::string>(id) : std::nullopt;
+  });
+}
+
 core::Result<RunRecord> RecordingStore::Get(const std::string& run_id) {
   return database_.Read([&](Transaction& tx) -> core::Result<RunRecord> {
     Row row;

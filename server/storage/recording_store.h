@@ -97,6 +97,11 @@ class RecordingStore {
   /// Record, samples and events. Refuses a running run (kConflict).
   core::Status Delete(const std::string& run_id);
 
+  /// How many samples the recordings of an owner hold together.
+  core::Result<std::int64_t> SamplesOf(const std::string& owner);
+  /// Of an owner, the recording that has ended and was made first.
+  core::Result<std::optional<std::string>> OldestEndedOf(const std::string& owner);
+
   core::Result<RunRecord> Get(const std::string& run_id);
   /// Page by the cursor of the page before; "" starts. 1 <= limit <= 500. A cursor that this
   /// function did not make is refused (kInvalid, field "cursor").

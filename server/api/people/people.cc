@@ -86,7 +86,7 @@ core::Result<HttpResponse> ChangeUser(PeopleApi& api, const ApiRequest& request)
   api.audit.Add(request.who,
                 "change_user",
                 "user:" + std::to_string(id.value()),
-                std::string(request.http.body).substr(0, 500));
+                CutText(std::string(request.http.body), 500));
   return JsonResponse(UserToJson(changed.value()));
 }
 

@@ -20,6 +20,7 @@ struct RunApi {
   RigAccess& rigs;
   Accounts& accounts;
   StreamTokens& tokens;
+  StorageQuota& quota;
   std::uint64_t default_seed = 1;
   std::string spool_folder;
 

@@ -28,7 +28,7 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
                    "Unsupported media type",
                    "Send the recording as Content-Type: text/csv.");
   }
-  const std::string name = request.http.Query("name").value_or("upload").substr(0, kNameBytesMax);
+  const std::string name = CutText(request.http.Query("name").value_or("upload"), kNameBytesMax);
   CsvLimits limits;
   limits.bytes_max = kUpload.bytes_max;
   limits.rows_max = kRowsMax;
@@ -37,6 +37,8 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   CsvRecord csv = std::move(parsed).value();
 
   const std::size_t size = csv.samples.size();
+  const core::Status room = api.quota.MakeRoom(request.who, static_cast<std::int64_t>(size));
+  if (!room.ok()) return room.error();
   const auto kept = api.recordings.Keep(
       {name, request.who.owner_key(), csv.channels, csv.period_s, std::move(csv.samples)});
   if (!kept) return kept.error();

@@ -39,10 +39,9 @@ class RunFixture : public ::testing::Test {
     Manage(0.0);
   }
 
-  void Manage(double speed, int runs_max = 4) {
+  void Manage(double speed) {
     RunManagerOptions options;
     options.speed = speed;
-    options.runs_max = runs_max;
     manager_ = std::make_unique<RunManager>(
         options, *store_, *hub_, clock_, [this](std::string_view text) {
           log_.append(text).append("\n");

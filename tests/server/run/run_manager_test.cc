@@ -118,16 +118,6 @@ TEST_F(RunManagerTest, RefusesAPlanThatTheRigRefusesAndGivesTheRigBack) {
   EXPECT_TRUE(manager_->Start(Paper(1.0)).ok());
 }
 
-TEST_F(RunManagerTest, RefusesMoreRunsThanItsNumber) {
-  Manage(0.0, 1);
-  auto rig = std::make_shared<FakeRig>();
-  auto first = manager_->Start(Scripted(rig));
-  ASSERT_TRUE(first.ok());
-  const auto second = manager_->Start(Scripted(std::make_shared<FakeRig>()));
-  ASSERT_FALSE(second.ok());
-  EXPECT_EQ(second.error().code, core::ErrorCode::kBusy);
-}
-
 TEST_F(RunManagerTest, ARunWhoseLeaseEndsIsStoppedAndLetsGoBeforeItIsStored) {
   hardware::SimulatedRigOptions options;
   options.id = "bench-1";

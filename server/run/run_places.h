@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "core/types/result.h"
+
+namespace faultlab::server {
+
+/// On what a run runs. What needs a session is never counted: there is one run for each such rig,
+/// and whoever waited for the rig must not find the server full.
+enum class RunKind { kLeased, kSimulator, kReplay };
+
+struct RunPlaceLimits {
+  int runs_max = 32;             ///< on simulators and replays together
+  int runs_per_caller_max = 8;   ///< of one caller
+  int simulators_per_caller = 2; ///< of one caller, so that nobody has all of them
+  std::int64_t replayed_samples_max = 2'000'000;  ///< of all replays that run; they are in memory
+};
+
+/// Who may run how much at the same time. Thread-safe; places may outlive this.
+class RunPlaces {
+ public:
+  explicit RunPlaces(RunPlaceLimits limits) : limits_(limits) {}
+
+  /// A place, given back when the last copy is gone. A job has no caller: "".
+  /// @param samples  of a replay
+  core::Result<std::shared_ptr<void>> Take(const std::string& caller,
+                                           RunKind kind,
+                                           std::int64_t samples);
+  const RunPlaceLimits& limits() const { return limits_; }
+
+ private:
+  struct Count {
+    int runs = 0;
+    int simulators = 0;
+  };
+  struct Taken {
+    std::mutex mutex;
+    Count all;
+    std::map<std::string, Count> of_caller;  ///< callers without a run are not in it
+    std::int64_t replayed_samples = 0;
+  };
+
+  const RunPlaceLimits limits_;
+  const std::shared_ptr<Taken> taken_ = std::make_shared<Taken>();
+};
+
+}  // namespace faultlab::server
