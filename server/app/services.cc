@@ -106,6 +106,7 @@ void Services::BuildApi(Router& router) {
                                              *rig_access_,
                                              base_.accounts,
                                              base_.tokens,
+                                             audit_,
                                              options_.default_seed});
   people_api_ = std::make_unique<PeopleApi>(PeopleApi{base_.accounts, audit_, base_.clock});
   sharing_api_ = std::make_unique<SharingApi>(SharingApi{

@@ -4,6 +4,7 @@
 
 #include "server/api/gate.h"
 #include "server/auth/accounts.h"
+#include "server/auth/audit_log.h"
 #include "server/experiment/experiments.h"
 #include "server/run/run_manager.h"
 
@@ -18,6 +19,7 @@ struct RunApi {
   RigAccess& rigs;
   Accounts& accounts;
   StreamTokens& tokens;
+  AuditLog& audit;
   std::uint64_t default_seed = 1;
 };
 
