@@ -17,7 +17,8 @@ enum class ErrorCode {
   kConflict,      ///< the state changed under you
   kUnauthorized,  ///< sign in first
   kForbidden,     ///< signed in, but not allowed
-  kBusy,          ///< try again later; nothing was lost
+  kBusy,          ///< the server has no room now; try again later, nothing was lost
+  kTooMany,       ///< more than this caller may have at once; wait `parameters` "seconds"
   kTooLarge,      ///< more than a stated limit
   kUnavailable,   ///< a rig, disk or database does not answer
   kStale,         ///< an epoch or version older than the current one
@@ -38,6 +39,8 @@ constexpr std::string_view Name(ErrorCode code) {
       return "forbidden";
     case ErrorCode::kBusy:
       return "busy";
+    case ErrorCode::kTooMany:
+      return "too_many";
     case ErrorCode::kTooLarge:
       return "too_large";
     case ErrorCode::kUnavailable:

@@ -18,6 +18,14 @@ constexpr int kPageDefault = 50;
 constexpr int kPageMax = 200;
 const std::string kAway = "The database does not answer; try again in a moment.";
 
+/// What the refusal of a kTooMany says about when to come back.
+std::string SecondsToWait(const Error& error) {
+  for (const core::ErrorParameter& parameter : error.parameters) {
+    if (parameter.name == "seconds") return parameter.value;
+  }
+  return "2";
+}
+
 }  // namespace
 
 core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
@@ -155,6 +163,8 @@ int HttpStatus(core::ErrorCode code) {
       return 403;
     case core::ErrorCode::kBusy:
       return 503;
+    case core::ErrorCode::kTooMany:
+      return 429;
     case core::ErrorCode::kTooLarge:
       return 413;
     case core::ErrorCode::kUnavailable:
@@ -164,9 +174,7 @@ int HttpStatus(core::ErrorCode code) {
 }
 
 HttpResponse ProblemOf(const core::Error& error) {
-  // What the caller has too much of, not the server.
-  const bool of_caller = error.code == core::ErrorCode::kBusy && error.reason.starts_with("your_");
-  const int status = of_caller ? 429 : HttpStatus(error.code);
+  const int status = HttpStatus(error.code);
   // The operator's log has the database's own words.
   const bool away = error.reason == kDatabaseAway;
   const std::string& detail = away ? kAway : error.message;
@@ -175,7 +183,8 @@ HttpResponse ProblemOf(const core::Error& error) {
   response.body.pop_back();
   AppendReason(response.body, error);
   response.body.push_back('}');
-  if (status == 503 || status == 429) response.headers.emplace_back("Retry-After", "2");
+  if (status == 429) response.headers.emplace_back("Retry-After", SecondsToWait(error));
+  if (status == 503) response.headers.emplace_back("Retry-After", "2");
   if (status == 401) response.headers.emplace_back("WWW-Authenticate", "Bearer");
   return response;
 }

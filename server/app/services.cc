@@ -114,6 +114,7 @@ void Services::BuildApi(Router& router) {
                                              base_.accounts,
                                              base_.tokens,
                                              quota_,
+                                             audit_,
                                              options_.default_seed,
                                              options_.spool_folder});
   people_api_ = std::make_unique<PeopleApi>(PeopleApi{base_.accounts, audit_, base_.clock});

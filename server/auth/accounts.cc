@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "server/auth/account_rows.h"
+#include "server/auth/credentials.h"
 
 namespace faultlab::server {
 namespace {
@@ -91,10 +92,7 @@ core::Result<Account> Accounts::Change(std::int64_t id,
     if (change.get_affected_rows() != 1) {
       return Error{ErrorCode::kStale, "the account has changed; look at it again", ""};
     }
-    if (new_disabled != 0) {
-      tx.sql() << "DELETE FROM sign_in WHERE account_id = :id", use(id, "id");
-      tx.sql() << "UPDATE api_key SET revoked = 1 WHERE account_id = :id", use(id, "id");
-    }
+    if (new_disabled != 0) credentials::EndAll(tx, id);
     const Account after = account_rows::Find(tx, "id = :value", id)->ToAccount();
     fewer_rights = after.disabled || after.role != before.role;
     return after;

@@ -13,8 +13,10 @@
 #include "core/types/result.h"
 #include "server/auth/authenticator.h"
 #include "server/auth/authorization.h"
+#include "server/auth/cookies.h"
 #include "server/auth/revocation.h"
 #include "server/auth/secrets.h"
+#include "server/auth/sign_in_limits.h"
 #include "server/auth/throttle.h"
 #include "server/storage/database.h"
 #include "server/wall_time.h"
@@ -78,9 +80,31 @@ struct AuditEntry {
   std::string detail;
 };
 
+struct SignInRequest {
+  std::string login;
+  std::string password;
+  std::string address;  ///< of the client
+  std::string device;   ///< value of the device cookie; empty if none came
+};
+
+/// The values of two cookies, of which only hashes are stored.
 struct SignedIn {
   Principal principal;
-  std::string cookie_secret;  ///< value of the session cookie, stored only as a hash
+  std::string cookie_secret;  ///< the sign-in
+  std::string device_secret;  ///< the browser, for its next sign-in
+};
+
+/// A line for the audit log.
+struct AuditNote {
+  Principal who;
+  std::string verb;
+  std::string object;
+  std::string detail;
+};
+
+struct SignInOutcome {
+  core::Result<SignedIn> signed_in;
+  std::optional<AuditNote> note{};  ///< none when nobody looked at the password
 };
 
 /// Who a request without credentials is.
@@ -104,22 +128,24 @@ class Accounts : public Authenticator {
   /// The sign-in or key by which `who` came in is still good.
   core::Result<bool> Holds(const Principal& who, WallTime now);
 
-  /// Wrong login and wrong password give the same answer after the same time. Throttled by account
-  /// and by address (kBusy).
-  core::Result<SignedIn> SignIn(const std::string& login,
-                                const std::string& password,
-                                const std::string& address,
-                                WallTime now);
+  /// Wrong login and wrong password give the same answer after the same time. Slowed down as
+  /// SignInLimits says (kTooMany).
+  SignInOutcome SignIn(const SignInRequest& request, WallTime now);
   core::Status SignOut(const Principal& who);
-  /// Ends every other sign-in of the account.
+  /// Ends every other sign-in of the account and forgets its devices; `also_keys`: its API keys and
+  /// its calendar link end too.
   core::Status ChangePassword(const Principal& who,
                               const std::string& old_password,
                               const std::string& new_password,
+                              bool also_keys,
                               WallTime now);
 
   /// A one-time secret (24 h) that sets the password of an account: the admin hands it on.
   core::Result<std::string> CreateLink(std::int64_t account_id, WallTime now);
-  core::Status UseLink(const std::string& secret, const std::string& new_password, WallTime now);
+  /// Sets the password and ends whatever else let somebody in. @returns the account's id.
+  core::Result<std::int64_t> UseLink(const std::string& secret,
+                                     const std::string& new_password,
+                                     WallTime now);
   /// While no admin has a password: the account `admin` and a fresh link for it. Else nullopt.
   core::Result<std::optional<std::string>> FirstStartLink(WallTime now);
 
@@ -127,8 +153,8 @@ class Accounts : public Authenticator {
                                const std::string& name,
                                Role role,
                                WallTime now);
-  /// kStale when `version` is not the stored one. Disabling ends sign-ins and keys; with it, as
-  /// with another role, everything that is open ends.
+  /// kStale when `version` is not the stored one. Disabling ends sign-ins, keys and links; with it,
+  /// as with another role, everything that is open ends.
   core::Result<Account> Change(std::int64_t id,
                                std::int64_t version,
                                const std::optional<std::string>& name,
@@ -192,6 +218,13 @@ class Accounts : public Authenticator {
                                     const RequestCredentials& credentials,
                                     WallTime now);
   core::Result<Principal> ByKey(std::string_view secret, WallTime now);
+  /// What a browser gets whose owner has proved who they are. `password_hash` is what was proved:
+  /// kUnauthorized when it is no longer the account's.
+  core::Result<SignedIn> OpenSignIn(const Account& account,
+                                    const std::optional<std::string>& password_hash,
+                                    const std::string& address,
+                                    const std::string& device,
+                                    WallTime now);
   void Tell(const Revocation& revocation) const {
     if (on_revoked_) on_revoked_(revocation);
   }
@@ -199,8 +232,8 @@ class Accounts : public Authenticator {
   Database& database_;
   const GuestAccess guests_;
   PasswordHasher hasher_;
-  Throttle by_account_{5};
-  Throttle by_address_{20};
+  SignInLimits limits_;
+  Throttle old_passwords_{5};  ///< tries to change a password, by sign-in
   std::function<void(const Revocation&)> on_revoked_;
 };
 

@@ -1,6 +1,14 @@
 #include "server/auth/audit_log.h"
 
 namespace faultlab::server {
+namespace {
+
+constexpr auto kHour = std::chrono::hours(1);
+constexpr int kLinesOfObject = 30;
+constexpr int kLinesOfVerb = 1000;
+constexpr std::size_t kHoursMax = 10'000;
+
+}  // namespace
 
 void AuditLog::Add(const Principal& who,
                    const std::string& verb,
@@ -11,6 +19,40 @@ void AuditLog::Add(const Principal& who,
   if (kept.ok()) return;
   log_("audit: \"" + verb + " " + object + "\" by " + actor +
        " is not in the audit log: " + kept.error().message);
+}
+
+AuditLog::Counted AuditLog::Count(const std::string& key, int lines_max, WallTime now) {
+  if (hours_.size() >= kHoursMax) {
+    std::erase_if(hours_, [now](const auto& entry) { return now - entry.second.began >= kHour; });
+    if (hours_.size() >= kHoursMax) hours_.clear();
+  }
+  Hour& hour = hours_.try_emplace(key, Hour{now}).first->second;
+  Counted out;
+  if (now - hour.began >= kHour || now < hour.began) {
+    if (hour.left_out > 0) {
+      out.remark = "; " + std::to_string(hour.left_out) + " before were left out";
+    }
+    hour = {now};
+  }
+  ++hour.lines;
+  out.write = hour.lines <= lines_max;
+  if (!out.write) ++hour.left_out;
+  if (hour.lines == lines_max) out.remark += "; more of this hour are left out";
+  return out;
+}
+
+void AuditLog::AddBounded(const AuditNote& note) {
+  std::string detail = note.detail;
+  {
+    const std::lock_guard lock(mutex_);
+    const WallTime now = clock_.Wall();
+    const Counted object = Count(note.verb + " " + note.object, kLinesOfObject, now);
+    if (!object.write) return;
+    const Counted verb = Count(note.verb, kLinesOfVerb, now);
+    if (!verb.write) return;
+    detail += object.remark + verb.remark;
+  }
+  Add(note.who, note.verb, note.object, detail);
 }
 
 }  // namespace faultlab::server

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <functional>
+#include <map>
+#include <mutex>
 #include <string>
 #include <string_view>
 
@@ -22,11 +24,28 @@ class AuditLog {
            const std::string& verb,
            const std::string& object,
            const std::string& detail) const;
+  /// For what strangers, or programs in a loop, can do as often as they like: in an hour at most 30
+  /// lines of a verb about an object and 1000 of a verb. The last one says that more are left out,
+  /// the first one of a later hour how many were.
+  void AddBounded(const AuditNote& note);
 
  private:
+  struct Hour {
+    WallTime began{};
+    int lines = 0;
+    int left_out = 0;
+  };
+  struct Counted {
+    bool write = true;
+    std::string remark;  ///< for the detail
+  };
+  Counted Count(const std::string& key, int lines_max, WallTime now);
+
   Accounts& accounts_;
   const Clock& clock_;
   std::function<void(std::string_view)> log_;
+  std::mutex mutex_;
+  std::map<std::string, Hour> hours_;
 };
 
 }  // namespace faultlab::server

@@ -10,7 +10,6 @@
 
 namespace faultlab::server {
 
-inline constexpr std::string_view kSessionCookieName = "faultlab_session";
 inline constexpr std::string_view kCsrfHeaderName = "X-CSRF-Token";
 
 /// The parts of a request that say who asks. Views into the request; empty = header absent.

@@ -3,6 +3,7 @@
 
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
+#include "server/auth/credentials.h"
 
 namespace faultlab::server {
 namespace {
@@ -13,30 +14,12 @@ using core::ErrorCode;
 using soci::into;
 using soci::use;
 
-constexpr auto kSignInLives = std::chrono::hours(12);
-constexpr auto kLinkLives = std::chrono::hours(24);
-constexpr std::size_t kPasswordMin = 10;
-constexpr std::size_t kPasswordMax = 1024;
-
 Error WrongCredentials() {
   return {ErrorCode::kUnauthorized, "login or password is wrong", ""};
 }
 
 Error SignInAgain() {
   return {ErrorCode::kUnauthorized, "your sign-in has ended; sign in again", ""};
-}
-
-std::string_view CookieValue(std::string_view header, std::string_view name) {
-  while (!header.empty()) {
-    const std::size_t end = std::min(header.find(';'), header.size());
-    std::string_view pair = header.substr(0, end);
-    header.remove_prefix(std::min(end + 1, header.size()));
-    pair.remove_prefix(std::min(pair.find_first_not_of(' '), pair.size()));
-    if (pair.size() > name.size() && pair.starts_with(name) && pair[name.size()] == '=') {
-      return pair.substr(name.size() + 1);
-    }
-  }
-  return {};
 }
 
 /// "https://lab.example:8443" is of host "lab.example:8443".
@@ -70,16 +53,6 @@ std::set<std::string> SplitScopes(const std::string& text) {
 }
 
 }  // namespace
-
-core::Status CheckPasswordRules(std::string_view password) {
-  if (password.size() < kPasswordMin) {
-    return Error{ErrorCode::kInvalid, "a password has at least 10 characters", "password"};
-  }
-  if (password.size() > kPasswordMax) {
-    return Error{ErrorCode::kInvalid, "a password has at most 1024 bytes", "password"};
-  }
-  return Done{};
-}
 
 Accounts::Accounts(Database& database, GuestAccess guests) : database_(database), guests_(guests) {}
 
@@ -174,46 +147,69 @@ core::Result<bool> Accounts::Holds(const Principal& who, WallTime now) {
   });
 }
 
-core::Result<SignedIn> Accounts::SignIn(const std::string& login,
-                                        const std::string& password,
-                                        const std::string& address,
-                                        WallTime now) {
-  const auto normal = NormalLogin(login);
-  const std::string name = normal.ok() ? normal.value() : "?";
-  for (const core::Status& status :
-       {by_account_.Check(name, now), by_address_.Check(address, now)}) {
-    if (!status.ok()) return status.error();
-  }
-  if (password.size() > kPasswordMax) return WrongCredentials();
-  using MaybeRow = std::optional<account_rows::Row>;
-  const auto row = database_.Read([&](Transaction& tx) -> core::Result<MaybeRow> {
-    return account_rows::Find(tx, "login = :value", name);
+SignInOutcome Accounts::SignIn(const SignInRequest& request, WallTime now) {
+  const auto normal = NormalLogin(request.login);
+  const std::string login = normal.ok() ? normal.value() : "?";
+  struct Known {
+    std::optional<account_rows::Row> row;
+    bool device = false;
+  };
+  const std::string device = HashSecret(request.device);
+  const auto found = database_.Read([&](Transaction& tx) -> core::Result<Known> {
+    return Known{account_rows::Find(tx, "login = :value", login),
+                 credentials::IsKnownDevice(tx, login, device)};
   });
-  if (!row.ok()) return row.error();
-  const bool usable = row.value().has_value() && row.value()->disabled == 0;
-  const auto right = hasher_.Verify(usable ? row.value()->password_hash : "", password);
-  if (!right.ok()) return right.error();
-  if (!right.value()) {
-    by_account_.Failed(name, now);
-    by_address_.Failed(address, now);
-    return WrongCredentials();
+  if (!found.ok()) return {found.error()};
+  const std::optional<account_rows::Row>& row = found.value().row;
+  const auto note = [&](const std::string& verb) {
+    // A login that is not known may be a password that went into the wrong field.
+    return AuditNote{Principal{},
+                     verb,
+                     row ? "user:" + std::to_string(row->account.id) : "unknown login",
+                     "from " + request.address};
+  };
+  auto pass = limits_.Begin(login, request.address, found.value().device ? device : "", now);
+  if (!pass.ok()) return {pass.error(), note("sign_in_throttled")};
+  const bool usable = row.has_value() && row->disabled == 0;
+  const auto right = hasher_.Verify(usable ? row->password_hash : "", request.password);
+  if (!right.ok()) {
+    pass.value().NotJudged();
+    return {right.error()};
   }
-  by_account_.Succeeded(name);
+  if (!right.value()) return {WrongCredentials(), note("sign_in_failed")};
+  auto opened =
+      OpenSignIn(row->ToAccount(), row->password_hash, request.address, request.device, now);
+  if (!opened.ok()) {
+    pass.value().NotJudged();
+    return {opened.error()};
+  }
+  pass.value().Succeeded();
+  AuditNote success = note("sign_in");
+  success.who = opened.value().principal;
+  return {std::move(opened), std::move(success)};
+}
+
+core::Result<SignedIn> Accounts::OpenSignIn(const Account& account,
+                                            const std::optional<std::string>& password_hash,
+                                            const std::string& address,
+                                            const std::string& device,
+                                            WallTime now) {
   SignedIn out;
   out.cookie_secret = NewSecret("fls_");
-  out.principal = ToPrincipal(row.value()->ToAccount());
+  out.principal = ToPrincipal(account);
   out.principal.proof = Proof::kSessionCookie;
   out.principal.csrf_token = NewSecret("");
   out.principal.session_token_hash = HashSecret(out.cookie_secret);
   const auto stored = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    const std::int64_t now_ms = ToMilliseconds(now);
-    const std::int64_t expires_ms = ToMilliseconds(now + kSignInLives);
-    tx.sql() << "DELETE FROM sign_in WHERE expires_ms < :now", use(now_ms, "now");
-    tx.sql() << "INSERT INTO sign_in (token_hash, account_id, csrf, created_ms, expires_ms, "
-                "address) VALUES (:hash, :account, :csrf, :now, :expires, :address)",
-        use(out.principal.session_token_hash, "hash"), use(out.principal.user_id, "account"),
-        use(out.principal.csrf_token, "csrf"), use(now_ms, "now"), use(expires_ms, "expires"),
-        use(address, "address");
+    const auto row = account_rows::Find(tx, "id = :value", account.id);
+    const bool still = row && row->disabled == 0 &&
+                       (!password_hash.has_value() || row->password_hash == *password_hash);
+    if (!still) return WrongCredentials();
+    const bool known = credentials::IsKnownDevice(tx, account.login, HashSecret(device));
+    out.device_secret = known ? device : NewSecret("fld_");
+    credentials::RememberDevice(tx, account.id, HashSecret(out.device_secret), now);
+    credentials::AddSignIn(
+        tx, {out.principal.session_token_hash, account.id, out.principal.csrf_token, address}, now);
     return Done{};
   });
   if (!stored.ok()) return stored.error();
@@ -231,116 +227,6 @@ core::Status Accounts::SignOut(const Principal& who) {
           .sign_in = who.session_token_hash});
   }
   return ended;
-}
-
-core::Status Accounts::ChangePassword(const Principal& who,
-                                      const std::string& old_password,
-                                      const std::string& new_password,
-                                      WallTime now) {
-  if (const auto rules = CheckPasswordRules(new_password); !rules.ok()) return rules;
-  const std::string throttled = "password:" + who.login;
-  if (const auto status = by_account_.Check(throttled, now); !status.ok()) return status;
-  const auto row = database_.Read([&](Transaction& tx) -> core::Result<account_rows::Row> {
-    const auto found = account_rows::Find(tx, "id = :value", who.user_id);
-    if (!found) return account_rows::NoAccount();
-    return *found;
-  });
-  if (!row.ok()) return row.error();
-  const auto right = hasher_.Verify(row.value().password_hash, old_password);
-  if (!right.ok()) return right.error();
-  if (!right.value()) {
-    by_account_.Failed(throttled, now);
-    return Error{ErrorCode::kForbidden, "the old password is wrong", "old"};
-  }
-  const auto hash = hasher_.Hash(new_password);
-  if (!hash.ok()) return hash.error();
-  const auto changed = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    tx.sql() << "UPDATE account SET password_hash = :hash WHERE id = :id",
-        use(hash.value(), "hash"), use(who.user_id, "id");
-    tx.sql() << "DELETE FROM sign_in WHERE account_id = :id AND token_hash <> :this",
-        use(who.user_id, "id"), use(who.session_token_hash, "this");
-    return Done{};
-  });
-  if (changed.ok()) {
-    Tell({.what = Revocation::What::kOtherSignIns,
-          .account_id = who.user_id,
-          .sign_in = who.session_token_hash});
-  }
-  return changed;
-}
-
-core::Result<std::string> Accounts::CreateLink(std::int64_t account_id, WallTime now) {
-  const std::string secret = NewSecret("fll_");
-  const std::string hash = HashSecret(secret);
-  const std::int64_t expires_ms = ToMilliseconds(now + kLinkLives);
-  const auto stored = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    if (!account_rows::Find(tx, "id = :value", account_id)) return account_rows::NoAccount();
-    tx.sql() << "DELETE FROM one_time_link WHERE account_id = :id", use(account_id, "id");
-    tx.sql() << "INSERT INTO one_time_link (token_hash, account_id, expires_ms, used) "
-                "VALUES (:hash, :id, :expires, 0)",
-        use(hash, "hash"), use(account_id, "id"), use(expires_ms, "expires");
-    return Done{};
-  });
-  if (!stored.ok()) return stored.error();
-  return secret;
-}
-
-core::Status Accounts::UseLink(const std::string& secret,
-                               const std::string& new_password,
-                               WallTime now) {
-  if (const auto rules = CheckPasswordRules(new_password); !rules.ok()) return rules;
-  const std::string hash = HashSecret(secret);
-  const Error refused{ErrorCode::kForbidden, "this link is unknown, used or expired", "token"};
-  const std::int64_t now_ms = ToMilliseconds(now);
-  const auto known = database_.Read([&](Transaction& tx) -> core::Status {
-    std::int64_t count = 0;
-    tx.sql() << "SELECT COUNT(*) FROM one_time_link WHERE token_hash = :hash AND used = 0 "
-                "AND expires_ms > :now",
-        into(count), use(hash, "hash"), use(now_ms, "now");
-    if (count == 0) return refused;
-    return Done{};
-  });
-  if (!known.ok()) return known;  // nobody makes us compute argon2id with a made-up link
-  const auto password_hash = hasher_.Hash(new_password);
-  if (!password_hash.ok()) return password_hash.error();
-  std::int64_t account_id = 0;
-  const auto set = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    soci::statement taken =
-        (tx.sql().prepare << "UPDATE one_time_link SET used = 1 WHERE token_hash = :hash "
-                             "AND used = 0 AND expires_ms > :now",
-         use(hash, "hash"),
-         use(now_ms, "now"));
-    taken.execute(true);
-    if (taken.get_affected_rows() != 1) return refused;
-    tx.sql() << "SELECT account_id FROM one_time_link WHERE token_hash = :hash", into(account_id),
-        use(hash, "hash");
-    tx.sql() << "UPDATE account SET password_hash = :password WHERE id = :id",
-        use(password_hash.value(), "password"), use(account_id, "id");
-    tx.sql() << "DELETE FROM sign_in WHERE account_id = :id", use(account_id, "id");
-    return Done{};
-  });
-  if (set.ok()) Tell({.account_id = account_id});
-  return set;
-}
-
-core::Result<std::optional<std::string>> Accounts::FirstStartLink(WallTime now) {
-  std::int64_t admins = 0;
-  const auto counted = database_.Read([&](Transaction& tx) -> core::Status {
-    tx.sql() << "SELECT COUNT(*) FROM account WHERE role = 'admin' AND password_hash <> '' "
-                "AND disabled = 0",
-        into(admins);
-    return Done{};
-  });
-  if (!counted.ok()) return counted.error();
-  if (admins > 0) return std::optional<std::string>{};
-  auto account = GetByLogin("admin");
-  if (!account.ok() && account.error().code == ErrorCode::kNotFound) {
-    account = Create("admin", "Administrator", Role::kAdmin, now);
-  }
-  if (!account.ok()) return account.error();
-  auto link = CreateLink(account.value().id, now);
-  if (!link.ok()) return link.error();
-  return std::optional<std::string>{link.value()};
 }
 
 }  // namespace faultlab::server

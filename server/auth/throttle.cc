@@ -1,6 +1,9 @@
 #include "server/auth/throttle.h"
 
+#include <arpa/inet.h>
+
 #include <algorithm>
+#include <array>
 
 namespace faultlab::server {
 namespace {
@@ -12,27 +15,26 @@ using std::chrono::seconds;
 
 constexpr std::size_t kNamesMax = 10'000;
 constexpr milliseconds kWaitMax = minutes(15);
+constexpr int kDoublingsMax = 10;
+
+milliseconds WaitAfter(int failures, int free_tries) {
+  const int beyond = failures - free_tries;
+  if (beyond < 0) return milliseconds(0);
+  return std::min<milliseconds>(seconds(1) * (1LL << std::min(beyond, kDoublingsMax)), kWaitMax);
+}
+
+core::Error Wait(milliseconds left) {
+  const std::string text = std::to_string(std::chrono::ceil<seconds>(left).count());
+  return {core::ErrorCode::kTooMany,
+          "too many failed attempts; wait " + text + " s",
+          "",
+          "sign_in_throttled",
+          {{"seconds", text}}};
+}
 
 }  // namespace
 
-core::Status Throttle::Check(const std::string& name, WallTime now) {
-  const std::lock_guard lock(mutex_);
-  const auto found = failures_.find(name);
-  if (found == failures_.end()) return core::Done{};
-  // A clock set back must not lock people out for longer than the longest wait.
-  const bool clock_went_back = found->second.wait_until > now + kWaitMax;
-  if (clock_went_back || now - found->second.last > hours(1)) {
-    failures_.erase(found);
-    return core::Done{};
-  }
-  if (now >= found->second.wait_until) return core::Done{};
-  const auto wait = std::chrono::ceil<seconds>(found->second.wait_until - now);
-  return core::Error{core::ErrorCode::kBusy,
-                     "too many failed attempts; wait " + std::to_string(wait.count()) + " s",
-                     ""};
-}
-
-void Throttle::Failed(const std::string& name, WallTime now) {
+core::Status Throttle::Try(const std::string& name, WallTime now) {
   const std::lock_guard lock(mutex_);
   if (failures_.size() >= kNamesMax && !failures_.contains(name)) {
     failures_.erase(
@@ -41,17 +43,41 @@ void Throttle::Failed(const std::string& name, WallTime now) {
         }));
   }
   Failures& entry = failures_[name];
+  const milliseconds wait = WaitAfter(entry.count, free_tries_);
+  const auto since = std::chrono::duration_cast<milliseconds>(now - entry.last);
+  // A clock set back must not lock people out for longer than the longest wait.
+  const bool clock_went_back = since < -kWaitMax;
+  if (clock_went_back || since > hours(1)) entry = {};
+  if (entry.count > 0 && since < wait) return Wait(std::min(wait - since, kWaitMax));
   ++entry.count;
   entry.last = now;
-  const int beyond = entry.count - free_tries_;
-  if (beyond < 0) return;
-  const milliseconds wait = seconds(1) * (1LL << std::min(beyond, 10));
-  entry.wait_until = now + std::min(wait, kWaitMax);
+  return core::Done{};
 }
 
-void Throttle::Succeeded(const std::string& name) {
+void Throttle::Forgive(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  const auto found = failures_.find(name);
+  if (found != failures_.end() && --found->second.count <= 0) failures_.erase(found);
+}
+
+void Throttle::Forget(const std::string& name) {
   const std::lock_guard lock(mutex_);
   failures_.erase(name);
+}
+
+std::string NetworkOf(std::string_view address) {
+  const std::string text(address);
+  std::array<unsigned char, 16> bytes{};
+  if (inet_pton(AF_INET6, text.c_str(), bytes.data()) != 1) return text;
+  std::array<char, INET6_ADDRSTRLEN> name{};
+  constexpr std::array<unsigned char, 12> kMapped = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff};
+  if (std::equal(kMapped.begin(), kMapped.end(), bytes.begin())) {
+    inet_ntop(AF_INET, bytes.data() + kMapped.size(), name.data(), name.size());
+    return name.data();
+  }
+  std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
+  inet_ntop(AF_INET6, bytes.data(), name.data(), name.size());
+  return std::string(name.data()) + "/64";
 }
 
 }  // namespace faultlab::server

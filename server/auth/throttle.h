@@ -3,6 +3,7 @@
 #include <map>
 #include <mutex>
 #include <string>
+#include <string_view>
 
 #include "core/types/result.h"
 #include "server/wall_time.h"
@@ -10,25 +11,31 @@
 namespace faultlab::server {
 
 /// Slows down guessing: after `free_tries` failures under one name the wait doubles from 1 s to
-/// 15 min; an hour of peace forgets. Holds at most 10 000 names, oldest leave first. Thread-safe.
+/// 15 min; an hour of peace forgets. A try counts as a failure from its start, so a hundred at the
+/// same moment are a hundred. Holds at most 10 000 names, oldest leave first. Thread-safe.
 class Throttle {
  public:
   explicit Throttle(int free_tries) : free_tries_(free_tries) {}
 
-  /// kBusy with the seconds to wait.
-  core::Status Check(const std::string& name, WallTime now);
-  void Failed(const std::string& name, WallTime now);
-  void Succeeded(const std::string& name);
+  /// kTooMany with the seconds to wait; nothing is counted then.
+  core::Status Try(const std::string& name, WallTime now);
+  /// The try that was begun is no failure.
+  void Forgive(const std::string& name);
+  /// Nor are those before.
+  void Forget(const std::string& name);
 
  private:
   struct Failures {
     int count = 0;
     WallTime last{};
-    WallTime wait_until{};
   };
   const int free_tries_;
   std::mutex mutex_;
   std::map<std::string, Failures> failures_;
 };
+
+/// Whose tries count as one caller's: an IPv4 address, also in its IPv6 form, or the /64 of an IPv6
+/// address, for one host has all of it. Text that is no address stands for itself.
+std::string NetworkOf(std::string_view address);
 
 }  // namespace faultlab::server

@@ -81,7 +81,7 @@ Error RunsFull() {
 }
 
 Error YourRunsFull(int runs_max) {
-  return {ErrorCode::kBusy,
+  return {ErrorCode::kTooMany,
           "You have " + std::to_string(runs_max) +
               " runs in progress, as many as one person may have; stop one or wait.",
           "",
@@ -90,7 +90,7 @@ Error YourRunsFull(int runs_max) {
 }
 
 Error YourSimulatorsFull(int simulators_max) {
-  return {ErrorCode::kBusy,
+  return {ErrorCode::kTooMany,
           "You use " + std::to_string(simulators_max) +
               " simulators, as many as one person may have; stop a run or wait.",
           "",

@@ -198,6 +198,23 @@ Migration DiagnosisOptionsOfRuns() {
           .postgres_statements = {}};
 }
 
+Migration DevicesAndIdentities() {
+  return {.version = 10,
+          .description = "devices that signed in before, identities at sign-in providers",
+          .statements =
+              {"CREATE TABLE known_device (token_hash TEXT NOT NULL, "
+               "account_id BIGINT NOT NULL REFERENCES account (id), created_ms BIGINT NOT NULL, "
+               "used_ms BIGINT NOT NULL, PRIMARY KEY (token_hash, account_id))",
+               "CREATE INDEX known_device_by_account ON known_device (account_id, used_ms)",
+               "CREATE TABLE external_identity (issuer TEXT NOT NULL, subject TEXT NOT NULL, "
+               "account_id BIGINT NOT NULL REFERENCES account (id), added BIGINT NOT NULL, "
+               "created_ms BIGINT NOT NULL, PRIMARY KEY (issuer, subject))",
+               "CREATE INDEX external_identity_by_account ON external_identity (account_id)",
+               "CREATE TABLE used_login (state_hash TEXT PRIMARY KEY, expires_ms BIGINT NOT NULL)"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -209,7 +226,8 @@ const std::vector<Migration>& AllMigrations() {
                                               RigCalibrationTable(),
                                               CourseInvitations(),
                                               Members(),
-                                              DiagnosisOptionsOfRuns()};
+                                              DiagnosisOptionsOfRuns(),
+                                              DevicesAndIdentities()};
   return kAll;
 }
 

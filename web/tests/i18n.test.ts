@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
 import contract from "../../server/api/openapi.json";
+import authReadme from "../../server/auth/README.md?raw";
 import runReadme from "../../server/run/README.md?raw";
 import { ApiError } from "../src/api/client";
 import { toCyrillic } from "../src/i18n/cyrillic";
@@ -10,9 +11,11 @@ import { refusalsSr } from "../src/i18n/refusals_sr";
 import { srLatn } from "../src/i18n/sr_latn";
 import { refusalWords } from "../src/i18n/words";
 
-const refusalsOfTheServer =
-  /\*\*Refusals\.\*\*[\s\S]*?`parameters` \(`refusals\.h`\): ([\s\S]*?\.)\s/.exec(runReadme)?.[1] ??
-  "";
+const refusalsOfTheServer = [runReadme, authReadme]
+  .map(
+    (readme) => /\*\*Refusals\.\*\*[\s\S]*?`parameters`.*?: ([\s\S]*?\.)\s/.exec(readme)?.[1] ?? "",
+  )
+  .join("\n");
 const places = (text: string) => [...text.matchAll(/\{(\w+)\}/g)].map((match) => match[1]).sort();
 const en = { ...first, ...enMore };
 const keys = Object.keys(en) as (keyof typeof en)[];

@@ -149,6 +149,25 @@ core::Result<HttpResponse> EnrolMembers(PeopleApi& api, const ApiRequest& reques
                                    {"members_already", enrolment.members_already}});
 }
 
+core::Result<HttpResponse> EndEnrolment(PeopleApi& api, const ApiRequest& request) {
+  auto course = TaughtCourse(api, request);
+  if (!course) return course.error();
+  auto member = PathNumber(request, "user");
+  if (!member) return member.error();
+  auto teaches = api.accounts.Teaches(member.value(), course.value());
+  if (!teaches) return teaches.error();
+  if (teaches.value() && request.who.role != Role::kAdmin) {
+    return core::Error{core::ErrorCode::kConflict, "An admin takes a teacher out of a course.", ""};
+  }
+  const core::Status ended = api.accounts.EndEnrolment(course.value(), member.value());
+  if (!ended.ok()) return ended.error();
+  api.audit.Add(request.who,
+                "end_enrolment",
+                "user:" + std::to_string(member.value()),
+                "course:" + std::to_string(course.value()));
+  return NoContent();
+}
+
 core::Result<HttpResponse> ListCourseInvitations(PeopleApi& api, const ApiRequest& request) {
   auto course = TaughtCourse(api, request);
   if (!course) return course.error();

@@ -11,7 +11,7 @@ namespace faultlab::server {
 
 struct PeopleApi {
   Accounts& accounts;
-  const AuditLog& audit;
+  AuditLog& audit;
   const Clock& clock;
   bool secure_cookies = false;  ///< the site is reached by https only
 };
@@ -19,6 +19,11 @@ struct PeopleApi {
 std::vector<ApiRoute> RoutesOf(PeopleApi& api);
 
 // sign_in.cc
+/// Of the sign-in and of the browser.
+void AddSignInCookies(const PeopleApi& api,
+                      const ApiRequest& request,
+                      const SignedIn& signed_in,
+                      HttpResponse& response);
 core::Result<HttpResponse> SignIn(PeopleApi& api, const ApiRequest& request);
 core::Result<HttpResponse> SignOut(PeopleApi& api, const ApiRequest& request);
 core::Result<HttpResponse> ChangePassword(PeopleApi& api, const ApiRequest& request);
@@ -41,6 +46,7 @@ core::Result<HttpResponse> CreateCourse(PeopleApi& api, const ApiRequest& reques
 core::Result<HttpResponse> SetCourseEnd(PeopleApi& api, const ApiRequest& request);
 core::Result<HttpResponse> ListMembers(PeopleApi& api, const ApiRequest& request);
 core::Result<HttpResponse> EnrolMembers(PeopleApi& api, const ApiRequest& request);
+core::Result<HttpResponse> EndEnrolment(PeopleApi& api, const ApiRequest& request);
 core::Result<HttpResponse> ListCourseInvitations(PeopleApi& api, const ApiRequest& request);
 core::Result<HttpResponse> ListInvitations(PeopleApi& api, const ApiRequest& request);
 core::Result<HttpResponse> AcceptInvitation(PeopleApi& api, const ApiRequest& request);

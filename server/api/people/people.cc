@@ -81,12 +81,14 @@ core::Result<HttpResponse> ChangeUser(PeopleApi& api, const ApiRequest& request)
     return core::Error{
         core::ErrorCode::kConflict, "An admin cannot take away their own rights.", ""};
   }
+  std::string detail;
+  if (role) detail += "role " + std::string(Name(*role)) + "; ";
+  if (disabled) detail += *disabled ? "disabled; " : "enabled; ";
+  if (name) detail += "name " + *name + "; ";
+  detail.resize(detail.size() - std::min<std::size_t>(detail.size(), 2));
   auto changed = api.accounts.Change(id.value(), version.value(), name, role, disabled);
   if (!changed) return changed.error();
-  api.audit.Add(request.who,
-                "change_user",
-                "user:" + std::to_string(id.value()),
-                CutText(std::string(request.http.body), 500));
+  api.audit.Add(request.who, "change_user", "user:" + std::to_string(id.value()), detail);
   return JsonResponse(UserToJson(changed.value()));
 }
 

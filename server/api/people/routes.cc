@@ -37,6 +37,7 @@ std::vector<ApiRoute> RoutesOf(PeopleApi& api) {
       {kPut, "/api/v1/courses/{id}/end", kReadCourse, kRole, on(SetCourseEnd), kJson},
       {kGet, "/api/v1/courses/{id}/members", kReadCourse, kRole, on(ListMembers)},
       {kPost, "/api/v1/courses/{id}/members", kReadCourse, kRole, on(EnrolMembers), kClassList},
+      {kDelete, "/api/v1/courses/{id}/members/{user}", kReadCourse, kRole, on(EndEnrolment)},
       {kGet, "/api/v1/courses/{id}/invitations", kReadCourse, kRole, on(ListCourseInvitations)},
       {kGet, "/api/v1/invitations", kManageOwnAccount, kRole, on(ListInvitations)},
       {kPost,

@@ -11,12 +11,16 @@ namespace json = boost::json;
 
 constexpr std::size_t kSecretMax = 2048;
 
+constexpr int kTwelveHours = 12 * 3600;
+constexpr int kFourHundredDays = 400 * 24 * 3600;  // what browsers keep at most
+
 std::string Cookie(const PeopleApi& api,
                    const ApiRequest& request,
+                   std::string_view name,
                    const std::string& value,
                    int age) {
   const bool secure = api.secure_cookies || request.http.https;
-  return std::string(kSessionCookieName) + "=" + value +
+  return std::string(name) + "=" + value +
          "; Path=/; HttpOnly; SameSite=Lax; Max-Age=" + std::to_string(age) +
          (secure ? "; Secure" : "");
 }
@@ -45,26 +49,41 @@ json::object KeyToJson(const ApiKey& key) {
 
 }  // namespace
 
+void AddSignInCookies(const PeopleApi& api,
+                      const ApiRequest& request,
+                      const SignedIn& signed_in,
+                      HttpResponse& response) {
+  response.headers.emplace_back(
+      "Set-Cookie",
+      Cookie(api, request, kSessionCookieName, signed_in.cookie_secret, kTwelveHours));
+  response.headers.emplace_back(
+      "Set-Cookie",
+      Cookie(api, request, kDeviceCookieName, signed_in.device_secret, kFourHundredDays));
+}
+
 core::Result<HttpResponse> SignIn(PeopleApi& api, const ApiRequest& request) {
   ObjectReader in(request.body, "");
   const std::string login = in.Text("login", kSecretMax);
   const std::string password = in.Text("password", kSecretMax);
   if (auto error = in.Finish()) return *error;
-  auto signed_in = api.accounts.SignIn(
-      login, password, std::string(request.http.remote_address), api.clock.Wall());
-  if (!signed_in) return signed_in.error();
-  HttpResponse response = JsonResponse(MeToJson(signed_in.value().principal));
-  constexpr int kTwelveHours = 12 * 3600;
-  response.headers.emplace_back(
-      "Set-Cookie", Cookie(api, request, signed_in.value().cookie_secret, kTwelveHours));
+  const std::string_view device = CookieValue(request.http.Header("Cookie"), kDeviceCookieName);
+  const SignInOutcome outcome = api.accounts.SignIn(
+      {login, password, std::string(request.http.remote_address), std::string(device)},
+      api.clock.Wall());
+  if (outcome.note) api.audit.AddBounded(*outcome.note);
+  if (!outcome.signed_in) return outcome.signed_in.error();
+  const SignedIn& signed_in = outcome.signed_in.value();
+  HttpResponse response = JsonResponse(MeToJson(signed_in.principal));
+  AddSignInCookies(api, request, signed_in, response);
   return response;
 }
 
 core::Result<HttpResponse> SignOut(PeopleApi& api, const ApiRequest& request) {
   const core::Status done = api.accounts.SignOut(request.who);
   if (!done.ok()) return done.error();
+  api.audit.AddBounded({request.who, "sign_out", request.who.owner_key(), ""});
   HttpResponse response = NoContent();
-  response.headers.emplace_back("Set-Cookie", Cookie(api, request, "", 0));
+  response.headers.emplace_back("Set-Cookie", Cookie(api, request, kSessionCookieName, "", 0));
   return response;
 }
 
@@ -72,11 +91,15 @@ core::Result<HttpResponse> ChangePassword(PeopleApi& api, const ApiRequest& requ
   ObjectReader in(request.body, "");
   const std::string before = in.Text("old", kSecretMax);
   const std::string after = in.Text("new", kSecretMax);
+  const bool also_keys = in.BooleanOr("end_keys", false);
   if (auto error = in.Finish()) return *error;
   const core::Status done =
-      api.accounts.ChangePassword(request.who, before, after, api.clock.Wall());
+      api.accounts.ChangePassword(request.who, before, after, also_keys, api.clock.Wall());
   if (!done.ok()) return done.error();
-  api.audit.Add(request.who, "change_password", request.who.owner_key(), "");
+  api.audit.Add(request.who,
+                "change_password",
+                request.who.owner_key(),
+                also_keys ? "ended API keys and calendar link" : "");
   return NoContent();
 }
 
@@ -85,8 +108,12 @@ core::Result<HttpResponse> UseResetLink(PeopleApi& api, const ApiRequest& reques
   const std::string token = in.Text("token", kSecretMax);
   const std::string password = in.Text("password", kSecretMax);
   if (auto error = in.Finish()) return *error;
-  const core::Status done = api.accounts.UseLink(token, password, api.clock.Wall());
-  if (!done.ok()) return done.error();
+  const auto account = api.accounts.UseLink(token, password, api.clock.Wall());
+  if (!account) return account.error();
+  api.audit.Add(request.who,
+                "use_reset_link",
+                "user:" + std::to_string(account.value()),
+                "from " + std::string(request.http.remote_address));
   return NoContent();
 }
 

@@ -6,6 +6,7 @@
 
 #include "server/api/gate.h"
 #include "server/auth/accounts.h"
+#include "server/auth/audit_log.h"
 #include "server/experiment/experiments.h"
 #include "server/run/run_manager.h"
 
@@ -21,6 +22,7 @@ struct RunApi {
   Accounts& accounts;
   StreamTokens& tokens;
   StorageQuota& quota;
+  AuditLog& audit;
   std::uint64_t default_seed = 1;
   std::string spool_folder;
 

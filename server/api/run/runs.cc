@@ -157,6 +157,10 @@ core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
 core::Result<HttpResponse> DeleteRun(RunApi& api, const ApiRequest& request) {
   const core::Status deleted = api.store.Delete(request.run.id);
   if (!deleted.ok()) return deleted.error();
+  const AuditNote note{
+      request.who, "delete_run", "run:" + request.run.id, "of " + request.run.owner};
+  if (request.who.signed_in()) api.audit.Add(note.who, note.verb, note.object, note.detail);
+  if (!request.who.signed_in()) api.audit.AddBounded(note);
   return NoContent();
 }
 

@@ -71,12 +71,14 @@ core::Result<HttpResponse> GetCalendarLink(SharingApi& api, const ApiRequest& re
 core::Result<HttpResponse> CreateCalendarLink(SharingApi& api, const ApiRequest& request) {
   const auto secret = api.calendar_links.Create(request.who.user_id, api.clock.Wall());
   if (!secret) return secret.error();
+  api.audit.Add(request.who, "create_calendar_link", request.who.owner_key(), "");
   return JsonResponse(json::object{{"link", "/api/v1/calendar/" + secret.value() + ".ics"}}, 201);
 }
 
 core::Result<HttpResponse> RemoveCalendarLink(SharingApi& api, const ApiRequest& request) {
   const core::Status removed = api.calendar_links.Remove(request.who.user_id);
   if (!removed.ok()) return removed.error();
+  api.audit.Add(request.who, "remove_calendar_link", request.who.owner_key(), "");
   return NoContent();
 }
 

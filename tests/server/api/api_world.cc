@@ -94,7 +94,7 @@ Person ApiTest::Make(const std::string& login, Role role) {
   EXPECT_TRUE(account.ok());
   const auto link = accounts_->CreateLink(account.value().id, Now());
   EXPECT_TRUE(accounts_->UseLink(link.value(), kPassword, Now()).ok());
-  const auto in = accounts_->SignIn(login, kPassword, "127.0.0.1", Now());
+  const auto in = accounts_->SignIn({login, kPassword, "127.0.0.1", ""}, Now()).signed_in;
   EXPECT_TRUE(in.ok());
   return {"Cookie: faultlab_session=" + in.value().cookie_secret +
           "\r\nX-CSRF-Token: " + in.value().principal.csrf_token + "\r\n"};

@@ -5,6 +5,7 @@
 #include <boost/json.hpp>
 #include <map>
 #include <set>
+#include <thread>
 
 #include "server/api/iso8601.h"
 #include "tests/server/api/api_world.h"
@@ -22,6 +23,15 @@ std::string Lower(HttpMethod method) {
   });
   return name;
 }
+/// "name=value" of the answer's Set-Cookie lines.
+std::string CookieOf(const HttpAnswer& answer, const std::string& name) {
+  for (const auto& [header, value] : answer.headers) {
+    const bool is = header == "Set-Cookie" && value.starts_with(name + "=");
+    if (is) return value.substr(0, value.find(';'));
+  }
+  return {};
+}
+
 TEST_F(ApiTest, EveryRouteIsDescribedAndEveryDescribedOperationHasARoute) {
   std::set<std::string> routes;
   const std::set<std::string> outside = {"/healthz", "/readyz", "/metrics"};
@@ -114,11 +124,81 @@ TEST_F(ApiTest, AnAdminMakesPeopleCoursesAndKeysAndTheLogKeepsIt) {
       EXPECT_EQ(entry.at("object_login"), "ann");
     }
   }
-  for (const char* verb : {"create_user", "reset_link", "change_user", "create_course", "enrol"}) {
+  for (const char* verb : {"create_user",
+                           "reset_link",
+                           "use_reset_link",
+                           "sign_in",
+                           "change_user",
+                           "create_course",
+                           "enrol",
+                           "create_key",
+                           "revoke_key"}) {
     EXPECT_TRUE(verbs.contains(verb)) << verb;
   }
   EXPECT_EQ(Call(admin, "POST", "auth/logout", "auth/logout", "{}").status, 204);
   EXPECT_EQ(Call(admin, "GET", "users", "users").status, 401);
+}
+
+TEST_F(ApiTest, GuessingIsAnsweredWith429AndWithWhenToComeBack) {
+  Make("ann", Role::kStudent);
+  const auto sign_in = [&](const std::string& password, const std::string& headers = "") {
+    return Call({},
+                "POST",
+                "auth/login",
+                "auth/login",
+                json::serialize(json::object{{"login", "ann"}, {"password", password}}),
+                headers);
+  };
+  const HttpAnswer right = sign_in(kPassword);
+  const std::string device = CookieOf(right, "faultlab_device");
+  ASSERT_FALSE(device.empty());
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(sign_in("wrong password").status, 401);
+  const HttpAnswer refused = sign_in(kPassword);
+  EXPECT_EQ(refused.status, 429) << refused.body;
+  EXPECT_EQ(refused.Header("Retry-After"), "1");
+  EXPECT_EQ(json::parse(refused.body).at("reason"), "sign_in_throttled");
+  EXPECT_EQ(sign_in(kPassword, "Cookie: " + device + "\r\n").status, 200)
+      << "a browser that signed in before";
+}
+
+TEST_F(ApiTest, WhoLeavesAndWhoDeletesIsWrittenDown) {
+  const Person admin = Admin();
+  const Person teacher = Make("teacher", Role::kInstructor);
+  const Person ann = Make("ann", Role::kStudent);
+  const Course course = MakeCourse("teacher", "ann");
+  const auto member = [&](const std::string& login) {
+    return "courses/" + std::to_string(course.id) + "/members/" +
+           std::to_string(accounts_->GetByLogin(login).value().id);
+  };
+  const std::string pattern = "courses/{id}/members/{user}";
+  EXPECT_EQ(Call(ann, "DELETE", pattern, member("ann")).status, 403);
+  EXPECT_EQ(Call(teacher, "DELETE", pattern, member("teacher")).status, 409);
+  EXPECT_EQ(Call(teacher, "DELETE", pattern, member("ann")).status, 204);
+  EXPECT_EQ(Call(teacher, "DELETE", pattern, member("ann")).status, 404);
+  Ok(Call(ann, "POST", "calendar-link", "calendar-link", "{}"), 201);
+  EXPECT_EQ(Call(ann, "DELETE", "calendar-link", "calendar-link").status, 204);
+  const json::object run =
+      Ok(Call(ann, "POST", "runs", "runs", R"({"duration_s":1,"rig":"sim-1"})"), 201);
+  const std::string id(run.at("id").as_string());
+  while (Call(ann, "DELETE", "runs/{id}", "runs/" + id).status == 409) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_EQ(Call(ann, "POST", "auth/logout", "auth/logout", "{}").status, 204);
+  std::set<std::string> seen;
+  const json::object log = Ok(Call(admin, "GET", "audit", "audit?limit=100"));
+  for (const auto& entry : log.at("items").as_array()) {
+    seen.insert(std::string(entry.at("actor_login").as_string()) + " " +
+                std::string(entry.at("verb").as_string()) + " " +
+                std::string(entry.at("object").as_string()));
+  }
+  const std::string key = "user:" + std::to_string(accounts_->GetByLogin("ann").value().id);
+  for (const std::string& line : {"teacher end_enrolment " + key,
+                                  "ann create_calendar_link " + key,
+                                  "ann remove_calendar_link " + key,
+                                  "ann delete_run run:" + id,
+                                  "ann sign_out " + key}) {
+    EXPECT_TRUE(seen.contains(line)) << line;
+  }
 }
 
 TEST_F(ApiTest, AnInstructorReadsNobodysRunsByEnrollingTheirLogin) {

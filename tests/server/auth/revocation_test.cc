@@ -24,7 +24,7 @@ class RevocationTest : public testing::Test {
     accounts_.SetOnRevoked([this](const Revocation& revocation) { told_.push_back(revocation); });
   }
   Principal SignIn() {
-    return accounts_.SignIn("ann", kPassword, "192.0.2.1", kNow).value().principal;
+    return accounts_.SignIn({"ann", kPassword, "192.0.2.1", ""}, kNow).signed_in.value().principal;
   }
   tests::TestDatabase database_{Engine::kSqlite};
   Accounts accounts_{*database_, GuestAccess::kNever};
@@ -47,9 +47,9 @@ TEST_F(RevocationTest, ANewPasswordEndsTheOtherSignInsAndLeavesKeys) {
   Principal key = here;
   key.proof = Proof::kApiKey;
   key.session_token_hash.clear();
-  ASSERT_FALSE(accounts_.ChangePassword(here, "wrong", "a new long password", kNow).ok());
+  ASSERT_FALSE(accounts_.ChangePassword(here, "wrong", "a new long password", false, kNow).ok());
   EXPECT_THAT(told_, IsEmpty()) << "nothing is told of what did not happen";
-  ASSERT_TRUE(accounts_.ChangePassword(here, kPassword, "a new long password", kNow).ok());
+  ASSERT_TRUE(accounts_.ChangePassword(here, kPassword, "a new long password", false, kNow).ok());
   ASSERT_THAT(told_, SizeIs(1));
   EXPECT_FALSE(Ends(told_[0], here));
   EXPECT_TRUE(Ends(told_[0], there));

@@ -183,7 +183,14 @@ void Contract::People() {
                 course_id,
                 "login,name\nann,Ann\nbob,Bob\ncem,Cem\n",
                 kCsv);
-  world_.Expect(200, "teacher", "GET", "courses/{id}/members", course_id);
+  const json::object members =
+      world_.Expect(200, "teacher", "GET", "courses/{id}/members", course_id);
+  for (const json::value& member : members.at("items").as_array()) {
+    if (member.at("login") != "cem") continue;
+    const Values out{{"id", course_id.at("id")}, {"user", Id(member.as_object())}};
+    world_.Expect(204, "teacher", "DELETE", "courses/{id}/members/{user}", out);
+    Remember("/api/v1/courses/{id}/members/{user}", out, "teacher");
+  }
   world_.Expect(200, "teacher", "GET", "courses/{id}/invitations", course_id);
   world_.Expect(200, "ann", "GET", "invitations");
   const Values asked_by{{"course", course_id.at("id")}};

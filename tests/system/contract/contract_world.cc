@@ -73,7 +73,7 @@ void ContractWorld::MakePerson(const std::string& login, Role role) {
   const auto account = accounts_->Create(login, login, role, Now());
   const auto link = accounts_->CreateLink(account.value().id, Now());
   EXPECT_TRUE(accounts_->UseLink(link.value(), kPassword, Now()).ok());
-  const auto in = accounts_->SignIn(login, kPassword, "127.0.0.1", Now()).value();
+  const auto in = accounts_->SignIn({login, kPassword, "127.0.0.1", ""}, Now()).signed_in.value();
   headers_[login] = "Cookie: faultlab_session=" + in.cookie_secret +
                     "\r\nX-CSRF-Token: " + in.principal.csrf_token + "\r\n";
 }

@@ -68,7 +68,7 @@ class MembersTest : public ::testing::Test {
     const auto account = accounts_.Create(login, login, role, Now());
     const auto link = accounts_.CreateLink(account.value().id, Now());
     EXPECT_TRUE(accounts_.UseLink(link.value(), password, Now()).ok());
-    const auto in = accounts_.SignIn(login, password, "127.0.0.1", Now()).value();
+    const auto in = accounts_.SignIn({login, password, "127.0.0.1", ""}, Now()).signed_in.value();
     return "Cookie: faultlab_session=" + in.cookie_secret +
            "\r\nX-CSRF-Token: " + in.principal.csrf_token + "\r\n";
   }

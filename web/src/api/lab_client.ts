@@ -38,8 +38,8 @@ export const isolabilityPng = (set: Id, view: IsolabilityView) =>
 const ifMatch = (version: number) => ({ "If-Match": `"${version}"` });
 
 export const lab = {
-  changePassword: (old: string, fresh: string) =>
-    send<unknown>("POST", "/auth/password", { old, new: fresh }),
+  changePassword: (old: string, fresh: string, endKeys: boolean) =>
+    send<unknown>("POST", "/auth/password", { old, new: fresh, end_keys: endKeys }),
   resetPassword: (token: string, password: string) =>
     send<unknown>("POST", "/auth/reset", { token, password }),
 
@@ -122,6 +122,8 @@ export const lab = {
   setCourseEnd: (course: number, ends: string) =>
     send<unknown>("PUT", `/courses/${at(course)}/end`, ends ? { ends } : {}),
   members: (course: number) => items<User>(`/courses/${at(course)}/members`),
+  endEnrolment: (course: number, user: number) =>
+    send<unknown>("DELETE", `/courses/${at(course)}/members/${at(user)}`),
   enrol: (course: number, csv: string) =>
     sendText<Enrolled>("POST", `/courses/${at(course)}/members`, csv, "text/csv"),
   /** Accounts asked to join a course that one teaches. */

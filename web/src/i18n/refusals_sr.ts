@@ -1,6 +1,6 @@
 /**
- * Why the server refuses an experiment, by the reason that it gives (server/run/README.md). In
- * English the server's own sentence is shown.
+ * Why the server refuses something, by the reason that it gives: the READMEs of server/run and
+ * server/auth list them. In English the server's own sentence is shown.
  */
 export const refusalsSr: Record<string, string> = {
   refused_no_simulator: "Ovaj server nema simulatora.",
@@ -28,4 +28,5 @@ export const refusalsSr: Record<string, string> = {
   refused_voltage_outside: "Upravljački napon uređaja {rig} ide od {lowest_v} V do {highest_v} V.",
   refused_no_fault_set: "Za vas nema takvog skupa kvarova.",
   refused_empty_recording: "Snimak je prazan.",
+  refused_sign_in_throttled: "Previše neuspelih pokušaja; pokušajte za {seconds} s.",
 };

@@ -1,0 +1,152 @@
+// Accounts: passwords and the links that set them.
+#include "server/auth/account_rows.h"
+#include "server/auth/accounts.h"
+#include "server/auth/credentials.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+using soci::into;
+using soci::use;
+
+constexpr auto kLinkLives = std::chrono::hours(24);
+constexpr std::size_t kPasswordMin = 10;
+constexpr std::size_t kPasswordMax = 1024;
+
+}  // namespace
+
+core::Status CheckPasswordRules(std::string_view password) {
+  if (password.size() < kPasswordMin) {
+    return Error{ErrorCode::kInvalid, "a password has at least 10 characters", "password"};
+  }
+  if (password.size() > kPasswordMax) {
+    return Error{ErrorCode::kInvalid, "a password has at most 1024 bytes", "password"};
+  }
+  return Done{};
+}
+
+core::Status Accounts::ChangePassword(const Principal& who,
+                                      const std::string& old_password,
+                                      const std::string& new_password,
+                                      bool also_keys,
+                                      WallTime now) {
+  if (const auto rules = CheckPasswordRules(new_password); !rules.ok()) return rules;
+  const auto row = database_.Read([&](Transaction& tx) -> core::Result<account_rows::Row> {
+    const auto found = account_rows::Find(tx, "id = :value", who.user_id);
+    if (!found) return account_rows::NoAccount();
+    return *found;
+  });
+  if (!row.ok()) return row.error();
+  const std::string& attempt = who.session_token_hash;
+  if (const auto status = old_passwords_.Try(attempt, now); !status.ok()) return status;
+  const auto right = hasher_.Verify(row.value().password_hash, old_password);
+  if (!right.ok()) {
+    old_passwords_.Forgive(attempt);
+    return right.error();
+  }
+  const Error wrong{ErrorCode::kForbidden, "the old password is wrong", "old"};
+  if (!right.value()) return wrong;
+  old_passwords_.Forget(attempt);
+  const auto hash = hasher_.Hash(new_password);
+  if (!hash.ok()) return hash.error();
+  const auto changed = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    soci::statement change =
+        (tx.sql().prepare << "UPDATE account SET password_hash = :hash WHERE id = :id AND "
+                             "password_hash = :old",
+         use(hash.value(), "hash"),
+         use(who.user_id, "id"),
+         use(row.value().password_hash, "old"));
+    change.execute(true);
+    if (change.get_affected_rows() != 1) return wrong;
+    credentials::EndSignIns(tx, who.user_id, who.session_token_hash);
+    if (also_keys) credentials::EndKeys(tx, who.user_id);
+    return Done{};
+  });
+  if (changed.ok()) {
+    if (also_keys) Tell({.what = Revocation::What::kApiKeys, .account_id = who.user_id});
+    Tell({.what = Revocation::What::kOtherSignIns,
+          .account_id = who.user_id,
+          .sign_in = who.session_token_hash});
+  }
+  return changed;
+}
+
+core::Result<std::string> Accounts::CreateLink(std::int64_t account_id, WallTime now) {
+  const std::string secret = NewSecret("fll_");
+  const std::string hash = HashSecret(secret);
+  const std::int64_t expires_ms = ToMilliseconds(now + kLinkLives);
+  const auto stored = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    if (!account_rows::Find(tx, "id = :value", account_id)) return account_rows::NoAccount();
+    tx.sql() << "DELETE FROM one_time_link WHERE account_id = :id", use(account_id, "id");
+    tx.sql() << "INSERT INTO one_time_link (token_hash, account_id, expires_ms, used) "
+                "VALUES (:hash, :id, :expires, 0)",
+        use(hash, "hash"), use(account_id, "id"), use(expires_ms, "expires");
+    return Done{};
+  });
+  if (!stored.ok()) return stored.error();
+  return secret;
+}
+
+core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
+                                             const std::string& new_password,
+                                             WallTime now) {
+  if (const auto rules = CheckPasswordRules(new_password); !rules.ok()) return rules.error();
+  const std::string hash = HashSecret(secret);
+  const Error refused{ErrorCode::kForbidden, "this link is unknown, used or expired", "token"};
+  const std::int64_t now_ms = ToMilliseconds(now);
+  const auto known = database_.Read([&](Transaction& tx) -> core::Status {
+    std::int64_t count = 0;
+    tx.sql() << "SELECT COUNT(*) FROM one_time_link WHERE token_hash = :hash AND used = 0 "
+                "AND expires_ms > :now",
+        into(count), use(hash, "hash"), use(now_ms, "now");
+    if (count == 0) return refused;
+    return Done{};
+  });
+  if (!known.ok()) return known.error();  // nobody makes us compute argon2id with a made-up link
+  const auto password_hash = hasher_.Hash(new_password);
+  if (!password_hash.ok()) return password_hash.error();
+  std::int64_t account_id = 0;
+  const auto set = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    soci::statement taken =
+        (tx.sql().prepare << "UPDATE one_time_link SET used = 1 WHERE token_hash = :hash "
+                             "AND used = 0 AND expires_ms > :now",
+         use(hash, "hash"),
+         use(now_ms, "now"));
+    taken.execute(true);
+    if (taken.get_affected_rows() != 1) return refused;
+    tx.sql() << "SELECT account_id FROM one_time_link WHERE token_hash = :hash", into(account_id),
+        use(hash, "hash");
+    tx.sql() << "UPDATE account SET password_hash = :password WHERE id = :id",
+        use(password_hash.value(), "password"), use(account_id, "id");
+    credentials::EndAll(tx, account_id);
+    return Done{};
+  });
+  if (!set.ok()) return set.error();
+  Tell({.account_id = account_id});
+  return account_id;
+}
+
+core::Result<std::optional<std::string>> Accounts::FirstStartLink(WallTime now) {
+  std::int64_t admins = 0;
+  const auto counted = database_.Read([&](Transaction& tx) -> core::Status {
+    tx.sql() << "SELECT COUNT(*) FROM account WHERE role = 'admin' AND password_hash <> '' "
+                "AND disabled = 0",
+        into(admins);
+    return Done{};
+  });
+  if (!counted.ok()) return counted.error();
+  if (admins > 0) return std::optional<std::string>{};
+  auto account = GetByLogin("admin");
+  if (!account.ok() && account.error().code == ErrorCode::kNotFound) {
+    account = Create("admin", "Administrator", Role::kAdmin, now);
+  }
+  if (!account.ok()) return account.error();
+  auto link = CreateLink(account.value().id, now);
+  if (!link.ok()) return link.error();
+  return std::optional<std::string>{link.value()};
+}
+
+}  // namespace faultlab::server
