@@ -5,9 +5,17 @@
 #include "core/types/check.h"
 #include "hardware/lcm/channels.h"
 #include "hardware/lcm/rig_name.h"
+#include "hardware/lcm/sealed_message.h"
 
 namespace faultlab::hardware {
 namespace {
+
+/// A newer agent may have codes that this version does not know.
+core::ErrorCode CodeOf(const faultlab_msgs::rig_reply_t& reply) {
+  const bool known =
+      reply.code >= 0 && reply.code <= static_cast<std::int8_t>(core::ErrorCode::kStale);
+  return known ? static_cast<core::ErrorCode>(reply.code) : core::ErrorCode::kUnavailable;
+}
 
 bool SaysLeaseIsGone(const faultlab_msgs::rig_reply_t& reply) {
   return reply.ok == 0 && (reply.field == "holder" || reply.field == "epoch");
@@ -24,6 +32,8 @@ AgentLine::AgentLine(AgentLineSettings settings,
                      std::function<Nanoseconds()> now,
                      std::function<std::int64_t()> unix_ns)
     : settings_(std::move(settings)),
+      command_channel_(CommandChannel(settings_.rig)),
+      reply_channel_(ReplyChannel(settings_.rig)),
       bus_(std::move(bus)),
       now_(std::move(now)),
       unix_ns_(std::move(unix_ns)) {
@@ -55,7 +65,7 @@ void AgentLine::Owe(std::int64_t epoch) {
 }
 
 void AgentLine::SayOwed() {
-  if (!owed_ || !settings_.key || boot_ == 0) return;
+  if (!owed_ || boot_ == 0) return;
   Message message = NewMessage("lease", owed_->epoch);
   message.request = owed_->request;
   owed_->said_at = now_();
@@ -134,24 +144,17 @@ bool AgentLine::Send(Message& message) {
   if (message.epoch < fence_) return false;
   message.counter = ++counter_;
   message.sent_ns = unix_ns_();
-  bus_->Publish(CommandChannel(settings_.rig), SignedBytes(message, *settings_.key));
+  bus_->Publish(command_channel_, Sealed(message, command_channel_, settings_.key));
   return true;
 }
 
 void AgentLine::Tell(Message message) {
-  if (!settings_.key) return;
   const std::lock_guard lock(mutex_);
   message.request = next_request_++;
   (void)Send(message);
 }
 
 core::Result<AgentLine::Reply> AgentLine::Ask(Message message) {
-  if (!settings_.key) {
-    return core::Error{.code = core::ErrorCode::kForbidden,
-                       .message = "the key of rig " + settings_.rig + " is not here: copy " +
-                                  settings_.rig + ".key from the agent's key folder",
-                       .field = "keys"};
-  }
   std::unique_lock lock(mutex_);
   message.request = next_request_++;
   waiting_[message.request].reset();
@@ -169,9 +172,9 @@ core::Result<AgentLine::Reply> AgentLine::Ask(Message message) {
       waiting_.erase(message.request);
       FollowLoss(answer);
       if (answer.ok || answer.position_count > 0 || answer.missing_count > 0) return answer;
-      return core::Error{.code = static_cast<core::ErrorCode>(answer.code),
-                         .message = answer.message,
-                         .field = answer.field};
+      return core::Error{.code = CodeOf(answer),
+                         .message = ShownText(answer.message),
+                         .field = ShownText(answer.field, 40)};
     }
     if (now_() >= give_up_at) {
       waiting_.erase(message.request);
@@ -199,9 +202,8 @@ core::Status AgentLine::Lease(Epoch epoch) {
 }
 
 bool AgentLine::OnReply(MessageBus::Bytes bytes) {
-  if (!settings_.key) return false;
-  std::optional<Reply> reply = Verified<Reply>(bytes, *settings_.key);
-  if (!reply || reply->rig != settings_.rig || reply->holder != settings_.holder) return false;
+  std::optional<Reply> reply = Opened<Reply>(bytes, reply_channel_, settings_.rig, settings_.key);
+  if (!reply || reply->holder != settings_.holder) return false;
   const std::int64_t now_ns = unix_ns_();
   const std::lock_guard lock(mutex_);
   if (reply->boot != boot_) return false;

@@ -22,13 +22,13 @@ namespace faultlab::hardware {
 
 struct AgentLineSettings {
   std::string rig;
-  std::string holder;         ///< our name, HolderName; its member is unique to this start
-  std::optional<RigKey> key;  ///< none: nothing can be said
+  std::string holder;  ///< our name, HolderName; its member is unique to this start
+  RigKey key{};
   Nanoseconds retry = std::chrono::milliseconds(100);
   Nanoseconds give_up = std::chrono::seconds(2);  ///< of one request
 };
 
-/// What we say to one agent: signed, counted, each word with the epoch of the lease that it is said
+/// What we say to one agent: sealed, counted, each word with the epoch of the lease that it is said
 /// under. Nothing below the fence leaves. Once leased, the rig stays ours while we live: a lease
 /// that the agent does not know any more is asked for again. Thread-safe; Ask waits for the bus
 /// thread, which calls OnReply and Poll.
@@ -41,8 +41,6 @@ class AgentLine {
             std::shared_ptr<MessageBus> bus,
             std::function<Nanoseconds()> now,
             std::function<std::int64_t()> unix_ns);
-
-  bool key_known() const { return settings_.key.has_value(); }
 
   /// Another start of the agent: it knows no lease of ours.
   void SetBoot(std::int64_t boot);
@@ -68,7 +66,7 @@ class AgentLine {
   /// Asks again for the lease that has not been answered. Every few milliseconds.
   void Poll();
 
-  /// @returns true if it was a word to us, checked with the key.
+  /// @returns true if it was a word to us, sealed with the key.
   bool OnReply(MessageBus::Bytes bytes);
 
   ClockOffset clock_offset() const;
@@ -88,6 +86,8 @@ class AgentLine {
   void FollowLoss(const Reply& reply);
 
   const AgentLineSettings settings_;
+  const std::string command_channel_;
+  const std::string reply_channel_;
   const std::shared_ptr<MessageBus> bus_;
   const std::function<Nanoseconds()> now_;
   const std::function<std::int64_t()> unix_ns_;

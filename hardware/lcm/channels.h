@@ -5,9 +5,9 @@
 
 namespace faultlab::hardware {
 
-/// What an announcement must say, so that agent and server understand each other. 2: epochs are the
-/// server's.
-inline constexpr std::int32_t kProtocol = 2;
+/// What a message must say, so that agent and server understand each other. 2: epochs are the
+/// server's. 3: messages are sealed.
+inline constexpr std::int32_t kProtocol = 3;
 
 /// The channels of the bus.
 inline const std::string kAnnounceChannel = "FAULTLAB.ANNOUNCE";

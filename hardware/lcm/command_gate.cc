@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "hardware/lcm/sealed_message.h"
+
 namespace faultlab::hardware {
 namespace {
 
@@ -12,8 +14,8 @@ constexpr std::size_t kHoldersMax = 4096;
 }  // namespace
 
 CommandGate::Verdict CommandGate::Check(MessageBus::Bytes bytes, Command& command) {
-  std::optional<Command> said = Verified<Command>(bytes, key_);
-  if (!said || said->rig != rig_) return Verdict::kForged;
+  std::optional<Command> said = Opened<Command>(bytes, channel_, rig_, key_);
+  if (!said) return Verdict::kForged;
   if (said->boot != boot_) return Verdict::kReplayed;
   const auto known = counters_.find(said->holder);
   const bool refused =

@@ -46,6 +46,7 @@ RemoteRig::RemoteRig(std::string id,
                      std::function<Nanoseconds()> now,
                      std::function<std::int64_t()> unix_ns)
     : id_(std::move(id)),
+      stream_channel_(StreamChannel(id_)),
       settings_(std::move(settings)),
       now_(now),
       line_({.rig = id_,
@@ -96,7 +97,6 @@ std::string RemoteRig::Refusal() const {
     return "its agent and this server are of versions that do not understand each other: update "
            "the older one";
   }
-  if (!line_.key_known()) return "its key is not here: it can be watched, not used";
   const bool held = heard && announced_ && !announced_->holder.empty();
   if (held && LabOf(announced_->holder) != LabOf(settings_.holder)) {
     return "the rig is held by " + announced_->holder;
@@ -109,7 +109,7 @@ RemoteRigInfo RemoteRig::info() const {
   info.state = state();
   info.loop = loop_quality();
   info.trip = trip();
-  info.key_known = line_.key_known();
+  info.key_known = true;
   info.held_by_us = line_.leased().has_value();
   const ClockOffset offset = line_.clock_offset();
   info.clock_offset_s = offset.offset_s();
@@ -124,7 +124,7 @@ RemoteRigInfo RemoteRig::info() const {
   if (!announced_) return info;
   info.behind = announced_->behind == Name(RigKind::kBench) ? RigKind::kBench : RigKind::kSimulated;
   info.holder = announced_->holder;
-  if (info.key_known) info.epoch = Epoch{static_cast<std::uint64_t>(announced_->epoch)};
+  info.epoch = Epoch{static_cast<std::uint64_t>(announced_->epoch)};
   info.calibration = announced_->calibration;
   return info;
 }
@@ -132,7 +132,7 @@ RemoteRigInfo RemoteRig::info() const {
 core::Result<AgentLine::Reply> RemoteRig::Ask(AgentLine::Message message) {
   {
     const std::lock_guard lock(mutex_);
-    if (line_.key_known() && Link() == LinkState::kLost) {
+    if (Link() == LinkState::kLost) {
       return Unavailable("rig " + id_ + " is not heard");
     }
   }
@@ -145,7 +145,7 @@ core::Status RemoteRig::Lease(Epoch epoch) {
   core::Status leased = core::Done{};
   {
     const std::lock_guard lock(mutex_);
-    if (line_.key_known() && Link() == LinkState::kLost) {
+    if (Link() == LinkState::kLost) {
       leased = Unavailable("rig " + id_ + " is not heard");
     }
   }

@@ -23,8 +23,8 @@
 namespace faultlab::hardware {
 
 struct RemoteRigSettings {
-  std::string holder;         ///< our name, HolderName; its member is unique to this start
-  std::optional<RigKey> key;  ///< none: watch only
+  std::string holder;  ///< our name, HolderName; its member is unique to this start
+  RigKey key{};
   Nanoseconds retry = std::chrono::milliseconds(100);
   Nanoseconds give_up = std::chrono::seconds(2);  ///< of one request
   /// A run whose rig stays silent this long is over.
@@ -85,6 +85,7 @@ class RemoteRig final : public Rig {
   void EndRun(const std::string& reason);
 
   const std::string id_;
+  const std::string stream_channel_;
   const RemoteRigSettings settings_;
   const std::function<Nanoseconds()> now_;
   AgentLine line_;

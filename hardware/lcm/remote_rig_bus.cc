@@ -5,6 +5,7 @@
 #include "faultlab_msgs/rig_stream_t.hpp"
 #include "hardware/lcm/remote_rig.h"
 #include "hardware/lcm/rig_codec.h"
+#include "hardware/lcm/sealed_message.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -25,14 +26,13 @@ bool EndsRun(const RigMessage& message) {
 }  // namespace
 
 void RemoteRig::OnAnnounce(MessageBus::Bytes bytes) {
-  std::optional<faultlab_msgs::rig_announce_t> said = ReadAnnouncement(bytes, settings_.key);
+  std::optional<faultlab_msgs::rig_announce_t> said = ReadAnnouncement(bytes, id_, settings_.key);
   if (!said) {
-    if (!settings_.key || !IsForeignProtocol(bytes, *settings_.key)) return;
+    if (!IsForeignProtocol(bytes, id_, settings_.key)) return;
     const std::lock_guard lock(mutex_);
     foreign_protocol_ = true;
     return;
   }
-  if (said->rig != id_) return;
   const std::lock_guard lock(mutex_);
   // An old announcement of this or another start is no word of life.
   if (announced_ && (said->boot == announced_->boot ? said->seq <= announced_->seq
@@ -64,10 +64,9 @@ void RemoteRig::OnReply(MessageBus::Bytes bytes) {
 }
 
 void RemoteRig::OnStream(MessageBus::Bytes bytes) {
-  if (!settings_.key) return;
-  const std::optional<faultlab_msgs::rig_stream_t> piece =
-      Verified<faultlab_msgs::rig_stream_t>(bytes, *settings_.key);
-  if (!piece || piece->rig != id_) return;
+  const auto piece =
+      Opened<faultlab_msgs::rig_stream_t>(bytes, stream_channel_, id_, settings_.key);
+  if (!piece) return;
   const std::lock_guard lock(mutex_);
   if (!announced_ || piece->boot != announced_->boot) return;
   heard_at_ = now_();
@@ -124,7 +123,6 @@ void RemoteRig::EndRun(RigMessage last) {
 
 void RemoteRig::Poll() {
   const std::lock_guard lock(mutex_);
-  if (!settings_.key) return;
   line_.Poll();
   const Nanoseconds now = now_();
   const bool running = run_state_ == RigState::kRunning;

@@ -10,10 +10,12 @@
 #include "hardware/lcm/holder_name.h"
 #include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/rig_name.h"
+#include "hardware/lcm/sealed_message.h"
 
 namespace faultlab::hardware {
 namespace {
 
+constexpr std::size_t kHolderBytesMax = 200;
 constexpr Nanoseconds kAnnounceEvery = std::chrono::milliseconds(500);
 
 void Refuse(faultlab_msgs::rig_reply_t& reply, const core::Error& error) {
@@ -45,6 +47,8 @@ RigAgent::RigAgent(Rig& rig,
       now_(std::move(now)),
       unix_ns_(std::move(unix_ns)),
       id_(rig.description().id),
+      reply_channel_(ReplyChannel(id_)),
+      stream_channel_(StreamChannel(id_)),
       boot_(RandomId()),
       epochs_(std::move(epochs)),
       gate_(id_, settings_.key, boot_),
@@ -134,7 +138,8 @@ RigAgent::Reply RigAgent::Answer(const Command& command, std::int64_t received_n
 
 std::optional<core::Error> RigAgent::RefuseLease(const Command& command) const {
   const std::string field(kLeaseField);
-  if (command.epoch < 1 || command.holder.empty()) {
+  if (command.epoch < 1 || command.holder.empty() ||
+      ShownText(command.holder, kHolderBytesMax) != command.holder) {
     return core::Error{.code = core::ErrorCode::kInvalid,
                        .message =
                            "a lease needs a holder and an epoch of its lab: is the server "
@@ -304,7 +309,7 @@ void RigAgent::SelfTest(Reply& reply) {
 
 void RigAgent::Send(Reply reply) {
   reply.sent_ns = unix_ns_();
-  bus_.Publish(ReplyChannel(id_), SignedBytes(reply, settings_.key));
+  bus_.Publish(reply_channel_, Sealed(reply, reply_channel_, settings_.key));
 }
 
 void RigAgent::PublishPieces(std::int64_t from, std::int64_t to) {
@@ -313,10 +318,10 @@ void RigAgent::PublishPieces(std::int64_t from, std::int64_t to) {
     piece.boot = boot_;
     piece.run = run_;
     piece.epoch = ToInt(epoch());
-    const std::vector<std::uint8_t> bytes = SignedBytes(piece, settings_.key);
+    const std::vector<std::uint8_t> bytes = Sealed(piece, stream_channel_, settings_.key);
     ++counts_.stream_messages;
     counts_.stream_bytes += bytes.size();
-    bus_.Publish(StreamChannel(id_), bytes);
+    bus_.Publish(stream_channel_, bytes);
   }
 }
 
@@ -356,7 +361,6 @@ void RigAgent::Poll() {
 void RigAgent::Announce() {
   faultlab_msgs::rig_announce_t out;
   out.rig = id_;
-  out.protocol = kProtocol;
   out.boot = boot_;
   out.seq = announce_seq_++;
   out.sent_ns = unix_ns_();
@@ -370,7 +374,7 @@ void RigAgent::Announce() {
   out.lease_left_s = Leased() ? std::chrono::duration<double>(lease_until_ - now_()).count() : 0.0;
   out.run = run_;
   out.run_next_seq = ring_.next_seq();
-  bus_.Publish(kAnnounceChannel, SignedBytes(out, settings_.key));
+  bus_.Publish(kAnnounceChannel, Sealed(out, kAnnounceChannel, settings_.key));
 }
 
 }  // namespace faultlab::hardware

@@ -96,6 +96,8 @@ class RigAgent {
   const std::function<Nanoseconds()> now_;
   const std::function<std::int64_t()> unix_ns_;
   const std::string id_;
+  const std::string reply_channel_;
+  const std::string stream_channel_;
   const std::int64_t boot_;
 
   EpochFile epochs_;

@@ -6,9 +6,12 @@
 #include "hardware/lcm/channels.h"
 #include "hardware/lcm/message_codec.h"
 #include "hardware/lcm/rig_name.h"
+#include "hardware/lcm/sealed_message.h"
 
 namespace faultlab::hardware {
 namespace {
+
+constexpr std::size_t kAnnouncedTextMax = 200;
 
 void EncodeHistogram(const TimeHistogram& histogram, faultlab_msgs::histogram_t& out) {
   static_assert(TimeHistogram::kBuckets == std::extent_v<decltype(out.counts)>);
@@ -47,25 +50,11 @@ void Encode(const RigDescription& description, faultlab_msgs::rig_announce_t& ou
   out.delta_s = description.delta_s;
 }
 
-std::optional<std::string> AnnouncedRig(std::span<const std::uint8_t> bytes) {
-  using Layout = LayoutOf<faultlab_msgs::rig_announce_t>;
-  static_assert(Layout::kFields[0].name == std::string_view("rig"));
-  constexpr MessageLayout kNameOnly{.name = "rig", .fields = std::span(Layout::kFields).first(1)};
-  if (bytes.size() < kMessageHashBytes) return std::nullopt;
-  const std::span<const std::uint8_t> body = bytes.subspan(kMessageHashBytes);
-  const std::optional<std::size_t> size = WalkMessage(kNameOnly, body);
-  if (!size) return std::nullopt;
-  constexpr std::size_t kLengthBytes = 4;
-  const auto text = body.first(*size - 1).subspan(kLengthBytes);
-  return std::string(text.begin(), text.end());
-}
-
 std::optional<faultlab_msgs::rig_announce_t> ReadAnnouncement(std::span<const std::uint8_t> bytes,
-                                                              const std::optional<RigKey>& key) {
-  using Announcement = faultlab_msgs::rig_announce_t;
-  std::optional<Announcement> said =
-      key ? Verified<Announcement>(bytes, *key) : FromBytes<Announcement>(bytes);
-  if (!said || said->protocol != kProtocol) return std::nullopt;
+                                                              const std::string& rig,
+                                                              const RigKey& key) {
+  auto said = Opened<faultlab_msgs::rig_announce_t>(bytes, kAnnounceChannel, rig, key);
+  if (!said) return std::nullopt;
   for (const std::string* text : {&said->rig_class,
                                   &said->behind,
                                   &said->profile,
@@ -73,17 +62,19 @@ std::optional<faultlab_msgs::rig_announce_t> ReadAnnouncement(std::span<const st
                                   &said->state,
                                   &said->trip,
                                   &said->holder}) {
-    if (!IsUtf8(*text)) return std::nullopt;
+    if (!IsUtf8(*text) || text->size() > kAnnouncedTextMax) return std::nullopt;
   }
   // A driver's own words: not worth losing the rig for.
-  if (!IsUtf8(said->trip_text)) said->trip_text = "(not UTF-8)";
+  said->trip_text = ShownText(said->trip_text);
   return said;
 }
 
-bool IsForeignProtocol(std::span<const std::uint8_t> bytes, const RigKey& key) {
-  if (!CarriesMac(bytes, key)) return false;
-  const auto said = FromBytes<faultlab_msgs::rig_announce_t>(bytes);
-  return !said || said->protocol != kProtocol;
+bool IsForeignProtocol(std::span<const std::uint8_t> bytes,
+                       const std::string& rig,
+                       const RigKey& key) {
+  if (CarriesMac(bytes, key)) return true;  // before 3
+  const auto opened = OpenSealed(bytes, kAnnounceChannel, rig, key);
+  return opened && opened->protocol != kProtocol;
 }
 
 void Decode(const faultlab_msgs::rig_announce_t& in, RigDescription& out) {
@@ -187,11 +178,11 @@ RigMessage FromItem(const faultlab_msgs::rig_item_t& item) {
   event.kind = item.kind;
   event.component = item.component;
   event.value = item.value;
-  event.text = item.text;
+  event.text = ShownText(item.text);
   if (std::optional<RigEvent> known = Decode(event)) return *known;
   return RigEvent{.kind = RigEventKind::kRefused,
                   .index = item.index,
-                  .text = "a message that this version does not know: " + item.kind};
+                  .text = "a message that this version does not know: " + ShownText(item.kind, 40)};
 }
 
 faultlab_msgs::rig_position_t ToPosition(const SelfTestPosition& position) {
@@ -207,9 +198,9 @@ faultlab_msgs::rig_position_t ToPosition(const SelfTestPosition& position) {
 SelfTestPosition FromPosition(const faultlab_msgs::rig_position_t& in) {
   return {.component = core::ParseComponent(in.component).value_or(core::Component::kR1),
           .value = in.value,
-          .line = in.line,
+          .line = ShownText(in.line, 40),
           .ok = in.ok != 0,
-          .text = in.text};
+          .text = ShownText(in.text)};
 }
 
 faultlab_msgs::fault_t ToMessage(const core::Fault& fault) {

@@ -18,15 +18,16 @@ namespace faultlab::hardware {
 
 /// Fields of the lease, the run and the sender are the caller's.
 void Encode(const RigDescription& description, faultlab_msgs::rig_announce_t& out);
-/// The rig that an announcement names, before anything else of it is read or believed.
-std::optional<std::string> AnnouncedRig(std::span<const std::uint8_t> bytes);
-/// The announcement. With a key: only with its mac. Without one a rig can be watched, but not
-/// believed. Nothing as well when a text that goes on to the lab's pages is not UTF-8, and of an
-/// agent that speaks another protocol.
+/// The announcement of this rig, if the key's owner sealed it. Nothing as well when a text that
+/// goes on to the lab's pages is not UTF-8 or too long, and of an agent that speaks another
+/// protocol.
 std::optional<faultlab_msgs::rig_announce_t> ReadAnnouncement(std::span<const std::uint8_t> bytes,
-                                                              const std::optional<RigKey>& key);
+                                                              const std::string& rig,
+                                                              const RigKey& key);
 /// An announcement that the key's owner made, in a protocol that is not ours.
-bool IsForeignProtocol(std::span<const std::uint8_t> bytes, const RigKey& key);
+bool IsForeignProtocol(std::span<const std::uint8_t> bytes,
+                       const std::string& rig,
+                       const RigKey& key);
 /// All but id and kind, which are the receiver's own.
 void Decode(const faultlab_msgs::rig_announce_t& in, RigDescription& out);
 

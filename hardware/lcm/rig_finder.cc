@@ -1,7 +1,5 @@
 #include "hardware/lcm/rig_finder.h"
 
-#include <unistd.h>
-
 #include <atomic>
 #include <map>
 #include <mutex>
@@ -13,18 +11,23 @@
 #include "hardware/clock.h"
 #include "hardware/lcm/channels.h"
 #include "hardware/lcm/holder_name.h"
+#include "hardware/lcm/key_ring.h"
 #include "hardware/lcm/message_bus.h"
 #include "hardware/lcm/remote_rig.h"
 #include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/rig_key.h"
 #include "hardware/lcm/rig_name.h"
+#include "hardware/lcm/sealed_message.h"
+#include "hardware/lcm/unkeyed_names.h"
 
 namespace faultlab::hardware {
 namespace {
 
 constexpr auto kTurn = std::chrono::milliseconds(5);
-/// A bus full of invented names must not fill our memory.
-constexpr std::size_t kRigsMax = 10'000;
+constexpr const char* kNoKey =
+    "its key is not here: copy its .key file from the agent's key folder into this server's";
+constexpr const char* kOtherKey =
+    "its announcements are not made with the key that is here, or it is not the rig of this name";
 
 std::int64_t UnixNs() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -41,9 +44,7 @@ std::string Holder(const RigFinderOptions& options) {
 class Finder final : public RigFinder {
  public:
   Finder(std::unique_ptr<MessageBus> bus, RigFinderOptions options)
-      : bus_(std::move(bus)),
-        key_directory_(KeyDirectory(options.key_directory)),
-        holder_(Holder(options)) {
+      : bus_(std::move(bus)), keys_(KeyDirectory(options.key_directory)), holder_(Holder(options)) {
     bus_->Subscribe("FAULTLAB\\.ANNOUNCE",
                     [this](const std::string&, MessageBus::Bytes bytes) { OnAnnounce(bytes); });
     bus_->Subscribe("FAULTLAB\\..*\\.(REPLY|STREAM)",
@@ -73,11 +74,22 @@ class Finder final : public RigFinder {
     return list;
   }
 
-  std::shared_ptr<Rig> Find(const std::string& id) override {
+  std::vector<RemoteRigInfo> Unkeyed() const override {
+    std::vector<RemoteRigInfo> list;
+    const Nanoseconds now = clock_->Now();
     const std::lock_guard lock(mutex_);
-    const auto found = rigs_.find(id);
-    return found == rigs_.end() ? nullptr : found->second;
+    for (const UnkeyedNames::Name& heard : unkeyed_.List(now)) {
+      RemoteRigInfo info;
+      info.description.id = heard.name;
+      info.description.kind = RigKind::kRemote;
+      info.silent_s = std::chrono::duration<double>(now - heard.heard_at).count();
+      info.refusal = heard.why;
+      list.push_back(std::move(info));
+    }
+    return list;
   }
+
+  std::shared_ptr<Rig> Find(const std::string& id) override { return KnownRig(id); }
 
  private:
   void Loop() {
@@ -89,39 +101,43 @@ class Finder final : public RigFinder {
   }
 
   void OnAnnounce(MessageBus::Bytes bytes) {
-    const std::optional<std::string> name = AnnouncedRig(bytes);
+    const std::optional<std::string> name = SealedRig(bytes);
     if (!name || !IsRigName(*name)) return;
-    std::shared_ptr<RemoteRig> rig;
-    {
-      const std::lock_guard lock(mutex_);
-      auto found = rigs_.find(*name);
-      if (found == rigs_.end()) {
-        if (rigs_.size() >= kRigsMax) return;
-        const auto key = LoadRigKey(key_directory_, *name);
-        RemoteRigSettings settings{.holder = holder_, .key = key.ok() ? key.value() : std::nullopt};
-        // A name whose key we have must prove that it is the one.
-        const bool foreign = settings.key && IsForeignProtocol(bytes, *settings.key);
-        if (!foreign && !ReadAnnouncement(bytes, settings.key)) return;
-        auto made = std::make_shared<RemoteRig>(
-            *name, bus_, std::move(settings), [clock = clock_] { return clock->Now(); }, UnixNs);
-        made->OnAnnounce(bytes);  // described before anybody can find it
-        found = rigs_.emplace(*name, std::move(made)).first;
-      }
-      rig = found->second;
+    if (const auto rig = KnownRig(*name)) {
+      rig->OnAnnounce(bytes);
+      return;
     }
-    rig->OnAnnounce(bytes);
+    const Nanoseconds now = clock_->Now();
+    const std::optional<RigKey> key = keys_.Find(*name, now);
+    const bool proved = key && (ReadAnnouncement(bytes, *name, *key).has_value() ||
+                                IsForeignProtocol(bytes, *name, *key));
+    const std::lock_guard lock(mutex_);
+    if (!proved) {
+      unkeyed_.Hear(*name, key ? kOtherKey : kNoKey, now);
+      return;
+    }
+    unkeyed_.Remove(*name);
+    auto rig = std::make_shared<RemoteRig>(
+        *name,
+        bus_,
+        RemoteRigSettings{.holder = holder_, .key = *key},
+        [clock = clock_] { return clock->Now(); },
+        UnixNs);
+    rig->OnAnnounce(bytes);  // described before anybody can find it
+    rigs_.emplace(*name, std::move(rig));
+  }
+
+  std::shared_ptr<RemoteRig> KnownRig(const std::string& name) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = rigs_.find(name);
+    return found == rigs_.end() ? nullptr : found->second;
   }
 
   void OnRigMessage(const std::string& channel, MessageBus::Bytes bytes) {
     const std::size_t first = channel.find('.') + 1;
     const std::size_t last = channel.rfind('.');
-    std::shared_ptr<RemoteRig> rig;
-    {
-      const std::lock_guard lock(mutex_);
-      const auto found = rigs_.find(channel.substr(first, last - first));
-      if (found == rigs_.end()) return;
-      rig = found->second;
-    }
+    const auto rig = KnownRig(channel.substr(first, last - first));
+    if (rig == nullptr) return;
     if (channel.compare(last, std::string::npos, ".REPLY") == 0) {
       rig->OnReply(bytes);
     } else {
@@ -130,11 +146,12 @@ class Finder final : public RigFinder {
   }
 
   const std::shared_ptr<MessageBus> bus_;
-  const std::string key_directory_;
+  KeyRing keys_;  ///< of the bus thread
   const std::string holder_;
   const std::shared_ptr<Clock> clock_ = MakeSteadyClock();
   mutable std::mutex mutex_;
-  std::map<std::string, std::shared_ptr<RemoteRig>> rigs_;
+  std::map<std::string, std::shared_ptr<RemoteRig>> rigs_;  ///< as many as there are keys
+  UnkeyedNames unkeyed_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

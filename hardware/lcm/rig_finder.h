@@ -29,7 +29,7 @@ struct RemoteRigInfo {
   std::optional<Trip> trip;  ///< the interlock that holds it
   std::string holder;        ///< who leases it, LAB/MEMBER; empty = nobody
   bool held_by_us = false;
-  bool key_known = false;                ///< without its key we only watch
+  bool key_known = false;                ///< without its key it is a name that anybody can say
   std::string calibration;               ///< date and version, as the agent has it
   std::optional<double> clock_offset_s;  ///< agent's unix time minus ours, while we lease it
   double round_trip_s = 0.0;
@@ -55,11 +55,14 @@ struct RigFinderOptions {
 class RigFinder {
  public:
   virtual ~RigFinder() = default;
-  /// Every rig ever heard, by id.
+  /// Every rig ever heard whose key is here, by id: what it says is proved by its key.
   virtual std::vector<RemoteRigInfo> List() const = 0;
+  /// Names heard in the last minute without such a proof, at most 64: for operators, who may copy
+  /// the key. Nothing is known of them but the name, the silence and the refusal.
+  virtual std::vector<RemoteRigInfo> Unkeyed() const = 0;
   /// A Rig (kind kRemote) like any other: its first use leases it, the end of the finder gives it
   /// back.
-  /// Null for an id never heard. The same object for the same id.
+  /// Null for an id never heard, or without its key. The same object for the same id.
   virtual std::shared_ptr<Rig> Find(const std::string& id) = 0;
 };
 

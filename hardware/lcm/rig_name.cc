@@ -32,4 +32,12 @@ bool IsUtf8(std::string_view text) {
   return true;
 }
 
+std::string ShownText(const std::string& text, std::size_t bytes_max) {
+  if (!IsUtf8(text)) return "(not UTF-8)";
+  if (text.size() <= bytes_max) return text;
+  std::size_t end = bytes_max;
+  while (end > 0 && (static_cast<std::uint8_t>(text[end]) & 0xc0u) == 0x80u) --end;
+  return text.substr(0, end);
+}
+
 }  // namespace faultlab::hardware

@@ -135,7 +135,8 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
 core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequest& request) {
   const std::string_view key = request.http.Header("Idempotency-Key");
   if (key.empty() || !request.who.signed_in()) return route.handler(request);
-  const bool plain = std::all_of(key.begin(), key.end(), [](char c) { return c > ' ' && c < 0x7F; });
+  const bool plain =
+      std::all_of(key.begin(), key.end(), [](char c) { return c > ' ' && c < 0x7F; });
   if (key.size() > kIdempotencyKeyMax || !plain) {
     return Error{ErrorCode::kInvalid, "At most 200 letters of ASCII.", "Idempotency-Key"};
   }

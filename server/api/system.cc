@@ -113,9 +113,13 @@ core::Result<HttpResponse> Me(SystemApi&, const ApiRequest& request) {
   return JsonResponse(out);
 }
 
-core::Result<HttpResponse> ListRigs(SystemApi& api, const ApiRequest&) {
+core::Result<HttpResponse> ListRigs(SystemApi& api, const ApiRequest& request) {
   json::array items;
-  for (const RigStatus& rig : api.bay.List()) items.push_back(RigToJson(rig, api.clock.Wall()));
+  std::vector<RigStatus> rigs = api.bay.List();
+  if (Authorize(request.who, Operation::kOperateRig, Ownership::kNone).ok()) {
+    for (RigStatus& stranger : api.bay.ListStrangers()) rigs.push_back(std::move(stranger));
+  }
+  for (const RigStatus& rig : rigs) items.push_back(RigToJson(rig, api.clock.Wall()));
   return JsonResponse(json::object{{"items", std::move(items)}});
 }
 

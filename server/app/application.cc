@@ -2,8 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
-#include <boost/json/serialize.hpp>
 #include <algorithm>
+#include <boost/json/serialize.hpp>
 #include <filesystem>
 #include <utility>
 
@@ -100,6 +100,16 @@ void AddBenches(RigBay& bay, const Config& config) {
     options.kind = hardware::RigKind::kBench;
     bay.AddResident(hardware::MakeSimulatedRig(options), "bench");
   }
+}
+
+RigStatus StatusOf(const hardware::RemoteRigInfo& info) {
+  RigStatus status;
+  status.description = info.description;
+  status.profile = info.description.profile;
+  status.state =
+      info.link == hardware::LinkState::kLost ? hardware::RigState::kOffline : info.state;
+  status.remote = info;
+  return status;
 }
 
 GuestAccess ToGuestAccess(const std::string& from) {
@@ -234,16 +244,17 @@ class Application::Impl {
     bay_.SetFinder([this] {
       std::vector<RigBay::Found> found;
       for (const hardware::RemoteRigInfo& info : finder_->List()) {
-        RigStatus status;
-        status.description = info.description;
-        status.profile = info.description.profile;
-        status.state =
-            info.link == hardware::LinkState::kLost ? hardware::RigState::kOffline : info.state;
-        status.remote = info;
         found.push_back(
-            {std::move(status), [this, id = info.description.id] { return finder_->Find(id); }});
+            {StatusOf(info), [this, id = info.description.id] { return finder_->Find(id); }});
       }
       return found;
+    });
+    bay_.SetStrangers([this] {
+      std::vector<RigStatus> strangers;
+      for (const hardware::RemoteRigInfo& info : finder_->Unkeyed()) {
+        strangers.push_back(StatusOf(info));
+      }
+      return strangers;
     });
     return core::Done{};
   }

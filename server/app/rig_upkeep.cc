@@ -89,7 +89,7 @@ bool RigUpkeep::WaitForStop(milliseconds patience) {
 void RigUpkeep::FollowRigs() {
   struct Change {
     RigStatus rig;
-    bool is_new = false;
+    bool describe = false;  ///< the lab does not know it, or knows it as something else
   };
   const auto state = service_->state();
   std::vector<Change> changes;
@@ -99,23 +99,27 @@ void RigUpkeep::FollowRigs() {
     const std::string owner = is_new ? "" : known->second.server;
     if (!owner.empty() && owner != service_->member()) continue;  // another member has it
     // An agent that nobody understands has not said what it is.
-    if (is_new && rig.description.rig_class.empty()) continue;
+    const bool described = !rig.description.rig_class.empty();
+    if (is_new && !described) continue;
+    const bool is_other = !is_new && described &&
+                          (known->second.rig_class != rig.description.rig_class ||
+                           known->second.elastic == NeedsSession(rig));
     const std::string why = WhyOffline(rig);
     const bool known_offline = is_new || known->second.status == lab::RigStatus::kOffline;
     const bool unclaimed = owner.empty() && why.empty();
     const bool other_reason =
         known_offline && !why.empty() && (is_new || known->second.reason != why);
-    if (is_new || unclaimed || !why.empty() != known_offline || other_reason) {
-      changes.push_back({std::move(rig), is_new});
+    if (is_new || is_other || unclaimed || !why.empty() != known_offline || other_reason) {
+      changes.push_back({std::move(rig), is_new || is_other});
     }
   }
   if (changes.empty()) return;
   const core::Status told =
       service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
-        for (const auto& [rig, is_new] : changes) {
+        for (const auto& [rig, describe] : changes) {
           const std::string& id = rig.description.id;
           core::Status done = core::Done{};
-          if (is_new) done = scheduler.AddRig(id, rig.description.rig_class, !NeedsSession(rig));
+          if (describe) done = scheduler.AddRig(id, rig.description.rig_class, !NeedsSession(rig));
           if (done.ok()) {
             const std::string why = WhyOffline(rig);
             done = why.empty() ? scheduler.Claim(id, service_->member(), now)

@@ -27,6 +27,8 @@ struct ExperimentPlan {
   double duration_s = 20.0;
   std::vector<core::Fault> faults;
   std::int64_t fault_set = 0;  ///< not 0: take the faults of this set
+  /// Samples, estimates and events go to no bus. Always so for a set that students do not see.
+  bool hidden_faults = false;
   std::uint64_t seed = 1;
   std::string recording;  ///< not empty: replay this one; excitation and faults are its own
   std::string name;

@@ -42,6 +42,7 @@ core::Status Experiments::TakeFaultSet(const Principal& who, ExperimentPlan& pla
   const core::Status used = parts_.fault_sets.MarkUsed(plan.fault_set);
   if (!used.ok()) return used.error();
   plan.faults = std::move(faults).value();
+  if (!set.value().visible) plan.hidden_faults = true;
   plan.fault_set = 0;
   return core::Done{};
 }
@@ -91,6 +92,7 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
   const double period_s = recording.record.period_s;
   RunRequest run;
   run.place = std::move(place).value();
+  run.hidden_faults = plan.hidden_faults || HidesFaults(recording.record.plan_json);
   const std::string& of = recording.record.name.empty() ? plan.recording : recording.record.name;
   run.name = plan.name.empty() ? "replay of " + of : plan.name;
   run.plan = hardware::ReplayPlan(period_s);
@@ -99,6 +101,7 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
       hardware::MakeReplayRig(std::move(recording.samples), std::move(options));
   json::object shown = PlanToJson(plan, rig->description());
   shown["period_s"] = period_s;
+  if (run.hidden_faults) shown["hidden_faults"] = true;
   run.plan_json = json::serialize(shown);
   run.hold = RigHold(std::move(rig));
   return run;
@@ -120,6 +123,7 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
   if (!resolved) return resolved.error();
   RunRequest run;
   run.name = plan.name;
+  run.hidden_faults = plan.hidden_faults;
   run.plan = std::move(resolved).value();
   run.plan_json = json::serialize(PlanToJson(plan, about));
   run.diagnosis.values = about.any_value ? core::ValuePrior::kNone : core::ValuePrior::kTable2;

@@ -182,6 +182,7 @@ core::Result<ExperimentPlan> ParsePlan(const json::object& object, std::uint64_t
     if (in.Has("faults")) in.Refuse("fault_set", "Give faults or a fault_set, not both.");
     if (replay) in.Refuse("fault_set", "A replay takes its faults from its recording.");
   }
+  plan.hidden_faults = in.BooleanOr("hidden_faults", false);
   if (const json::array* list = in.ArrayOrNull("faults", kRunFaultsMax)) {
     auto faults = ParseFaults(*list, plan.duration_s);
     if (faults) {
@@ -226,6 +227,7 @@ core::Result<std::vector<core::Fault>> ParseFaults(std::string_view document, do
 
 json::object PlanToJson(const ExperimentPlan& plan, const hardware::RigDescription& rig) {
   json::object out{{"rig", rig.id}, {"period_s", plan.period_s}};
+  if (plan.hidden_faults) out["hidden_faults"] = true;
   if (!plan.recording.empty()) {
     out["recording"] = plan.recording;
     return out;
@@ -243,6 +245,14 @@ double SecondsOfPlan(std::string_view plan_json) {
   const json::object* object = ec ? nullptr : plan.if_object();
   const json::value* seconds = object != nullptr ? object->if_contains("duration_s") : nullptr;
   return seconds != nullptr && seconds->is_number() ? seconds->to_number<double>() : 0.0;
+}
+
+bool HidesFaults(std::string_view plan_json) {
+  boost::system::error_code ec;
+  const json::value plan = json::parse(plan_json, ec);
+  const json::object* object = ec ? nullptr : plan.if_object();
+  const json::value* hidden = object != nullptr ? object->if_contains("hidden_faults") : nullptr;
+  return hidden != nullptr && hidden->is_bool() && hidden->get_bool();
 }
 
 std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json) {

@@ -31,6 +31,8 @@ boost::json::array ToJson(const std::vector<core::Fault>& faults);
 
 /// How long a stored plan lasts; 0 for a replay.
 double SecondsOfPlan(std::string_view plan_json);
+/// Of a stored plan: its faults go to no bus.
+bool HidesFaults(std::string_view plan_json);
 /// The faults of a stored plan; empty when it has none.
 std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json);
 

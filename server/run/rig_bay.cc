@@ -51,6 +51,23 @@ void RigBay::SetFinder(Finder finder) {
   finder_ = std::move(finder);
 }
 
+void RigBay::SetStrangers(Strangers strangers) {
+  const std::lock_guard lock(mutex_);
+  strangers_ = std::move(strangers);
+}
+
+std::vector<RigStatus> RigBay::ListStrangers() const {
+  if (!strangers_) return {};
+  std::vector<RigStatus> strangers = strangers_();
+  const std::lock_guard lock(mutex_);
+  std::erase_if(strangers, [this](const RigStatus& stranger) {
+    return std::any_of(slots_.begin(), slots_.end(), [&](const Slot& slot) {
+      return slot.description.id == stranger.description.id;
+    });
+  });
+  return strangers;
+}
+
 void RigBay::OnRelease(std::function<void(const lab::Lease&)> told) {
   released_ = std::move(told);
 }

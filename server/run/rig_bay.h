@@ -81,6 +81,12 @@ class RigBay {
   using Finder = std::function<std::vector<Found>()>;
   void SetFinder(Finder finder);
 
+  /// Names on the bus that nothing proves (no key here), for operators to see. They are no rigs of
+  /// this bay; a name that the bay has is left out.
+  using Strangers = std::function<std::vector<RigStatus>()>;
+  void SetStrangers(Strangers strangers);
+  std::vector<RigStatus> ListStrangers() const;
+
   /// Told when a hold has ended and its rig is free again. Any thread. Empty: nobody.
   void OnRelease(std::function<void(const lab::Lease&)> told);
 
@@ -119,6 +125,7 @@ class RigBay {
   void LookAround() const;
 
   Finder finder_;
+  Strangers strangers_;
   std::function<void(const lab::Lease&)> released_;
   mutable std::mutex mutex_;
   std::condition_variable returned_;

@@ -78,7 +78,8 @@ Run::Run(RunServices services, RunRequest request, RunRecord record, CommandHand
   state_.verdict = core::Name(pipeline_.verdict().kind);
   verdict_text_ = VerdictText(pipeline_.verdict());
   state_.diagnosis_json = verdict_text_;
-  if (services_.tap != nullptr) tap_ = services_.tap->Open(record.rig, id_, epoch_);
+  if (services_.tap != nullptr && !request_.hidden_faults)
+    tap_ = services_.tap->Open(record.rig, id_, epoch_);
 }
 
 Run::~Run() {

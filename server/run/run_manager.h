@@ -45,6 +45,7 @@ struct RunRequest {
   std::string plan_json;  ///< the resolved plan as the API shows it, one JSON object
   hardware::RunPlan plan;
   RigHold hold;                      ///< of the rig that it runs on
+  bool hidden_faults = false;        ///< the tap stays silent
   core::DiagnosisOptions diagnosis;  ///< stored with the run; the period is the plan's
   std::shared_ptr<void> place{};     ///< of RunPlaces; let go when the run has ended
 };

@@ -16,9 +16,9 @@ namespace faultlab::server {
 enum class RunKind { kLeased, kSimulator, kReplay };
 
 struct RunPlaceLimits {
-  int runs_max = 32;             ///< on simulators and replays together
-  int runs_per_caller_max = 8;   ///< of one caller
-  int simulators_per_caller = 2; ///< of one caller, so that nobody has all of them
+  int runs_max = 32;                              ///< on simulators and replays together
+  int runs_per_caller_max = 8;                    ///< of one caller
+  int simulators_per_caller = 2;                  ///< of one caller, so that nobody has all of them
   std::int64_t replayed_samples_max = 2'000'000;  ///< of all replays that run; they are in memory
 };
 

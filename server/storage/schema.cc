@@ -215,6 +215,17 @@ Migration DevicesAndIdentities() {
           .postgres_statements = {}};
 }
 
+/// Names that anybody had said on the bus were stored as rigs: those that were never checked nor
+/// given to anybody.
+Migration ForgottenRigNames() {
+  return {.version = 11,
+          .description = "names on the bus that were never rigs",
+          .statements = {"DELETE FROM lab_rig WHERE epoch = 0 AND server = '' "
+                         "AND id NOT IN (SELECT rig FROM lab_outage)"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -227,7 +238,8 @@ const std::vector<Migration>& AllMigrations() {
                                               CourseInvitations(),
                                               Members(),
                                               DiagnosisOptionsOfRuns(),
-                                              DevicesAndIdentities()};
+                                              DevicesAndIdentities(),
+                                              ForgottenRigNames()};
   return kAll;
 }
 

@@ -71,13 +71,12 @@ void StreamHub::Adopt(UpgradedSocket socket,
                       ViewerOwner owner,
                       bool can_command) {
   const int fd = socket.fd;
-  const bool taken = loop_->Post(
-      [loop = loop_.get(),
-       socket = std::move(socket),
-       run = std::string(run),
-       owner = std::move(owner),
-       can_command] { loop->Adopt(socket, run, owner, can_command); },
-      true);
+  const bool taken = loop_->Post([loop = loop_.get(),
+                                  socket = std::move(socket),
+                                  run = std::string(run),
+                                  owner = std::move(owner),
+                                  can_command] { loop->Adopt(socket, run, owner, can_command); },
+                                 true);
   if (!taken) ::close(fd);
 }
 
@@ -88,8 +87,8 @@ void StreamHub::CloseOf(std::function<bool(const ViewerOwner&)> which) {
 std::vector<ViewerOwner> StreamHub::Owners() {
   auto owners = std::make_shared<std::promise<std::vector<ViewerOwner>>>();
   auto known = owners->get_future();
-  const bool asked = loop_->Post(
-      [loop = loop_.get(), owners] { owners->set_value(loop->Owners()); }, false);
+  const bool asked =
+      loop_->Post([loop = loop_.get(), owners] { owners->set_value(loop->Owners()); }, false);
   constexpr std::chrono::seconds kPatience{2};  // a hub that stops may never come to it
   if (!asked || known.wait_for(kPatience) != std::future_status::ready) return {};
   return known.get();

@@ -9,7 +9,7 @@
 
 #include "hardware/lcm/lcm_log.h"
 #include "hardware/lcm/message_codec.h"
-#include "hardware/lcm/rig_codec.h"
+#include "hardware/lcm/sealed_message.h"
 
 namespace {
 
@@ -45,7 +45,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::istringstream log(std::string(reinterpret_cast<const char*>(data), size));
   const auto record = ReadLcmLog(log, "fuzz.lcm", "");
   Require(record.ok() || !record.error().message.empty());
-  (void)AnnouncedRig({data, size});
+  (void)SealedRig({data, size});
   if (size > 0) CheckOne(data[0], Bytes(data + 1, data + size), AllMessages());
   return 0;
 }

@@ -179,40 +179,6 @@ TEST(MessageLayouts, AreWalkedBeforeEveryDecode) {
   EXPECT_EQ(callers, std::set<std::string>{"message_codec.h .decode("});
 }
 
-RigKey SomeKey() {
-  RigKey key;
-  key.fill(0x33);
-  return key;
-}
-
-TEST(Announcement, IsNamedBeforeItIsDecodedAndReadWithItsKeyAlone) {
-  faultlab_msgs::rig_announce_t said{};
-  said.rig = "bench-1";
-  said.protocol = kProtocol;
-  said.rig_class = "\u043A\u043B\u0443\u043F\u0430";  // any UTF-8
-  const std::vector<std::uint8_t> bytes = SignedBytes(said, SomeKey());
-  EXPECT_EQ(AnnouncedRig(bytes), "bench-1");
-  EXPECT_TRUE(ReadAnnouncement(bytes, std::nullopt).has_value());
-  EXPECT_TRUE(ReadAnnouncement(bytes, SomeKey()).has_value());
-  EXPECT_FALSE(ReadAnnouncement(bytes, RigKey{}).has_value());
-  EXPECT_FALSE(IsForeignProtocol(bytes, SomeKey()));
-  for (std::size_t size = 0; size < kMessageHashBytes + 4 + 8; ++size) {
-    EXPECT_FALSE(AnnouncedRig(std::span(bytes).first(size)).has_value()) << size;
-  }
-}
-
-TEST(Announcement, WithATextThatIsNotUtf8IsRefusedButForADriversOwnWords) {
-  faultlab_msgs::rig_announce_t said{};
-  said.rig = "bench-1";
-  said.protocol = kProtocol;
-  said.trip_text = "R\xe9sistance";
-  const auto read = ReadAnnouncement(ToBytes(said), std::nullopt);
-  ASSERT_TRUE(read.has_value());
-  EXPECT_TRUE(IsUtf8(read->trip_text));
-  said.rig_class = "am\xe9";
-  EXPECT_FALSE(ReadAnnouncement(ToBytes(said), std::nullopt).has_value());
-}
-
 TEST(Utf8, IsWhatRfc3629Allows) {
   for (const char* good : {"", "a", "\u00e9", "\u20ac", "\U0001F600", "a\u00e9\u20acz"}) {
     EXPECT_TRUE(IsUtf8(good)) << good;
@@ -230,6 +196,13 @@ TEST(Utf8, IsWhatRfc3629Allows) {
                           "\xf0\x80\x80\x80"}) {
     EXPECT_FALSE(IsUtf8(bad)) << bad;
   }
+}
+
+TEST(ShownText, IsUtf8AndCutBetweenCharacters) {
+  EXPECT_EQ(ShownText("R\xe9sistance"), "(not UTF-8)");
+  EXPECT_EQ(ShownText("am\u00e9", 4), "am\u00e9");
+  EXPECT_EQ(ShownText("am\u00e9", 3), "am");
+  EXPECT_EQ(ShownText("\U0001F600", 3), "");
 }
 
 }  // namespace

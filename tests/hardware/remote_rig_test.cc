@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <future>
 
+#include "hardware/lcm/sealed_message.h"
+#include "tests/hardware/lcm_datagrams.h"
 #include "tests/hardware/remote_world.h"
 #include "tests/hardware/rig_runs.h"
 #include "tests/hardware/wire_message.h"
@@ -215,7 +217,9 @@ std::vector<faultlab_msgs::rig_command_t> CommandsFrom(const LossyBus& bus, std:
   const auto overheard = bus.overheard();
   for (std::size_t i = from; i < overheard.size(); ++i) {
     if (overheard[i].first != CommandChannel("far-1")) continue;
-    commands.push_back(FromBytes<faultlab_msgs::rig_command_t>(overheard[i].second).value());
+    commands.push_back(Opened<faultlab_msgs::rig_command_t>(
+                           overheard[i].second, overheard[i].first, "far-1", TestKey())
+                           .value());
   }
   return commands;
 }
@@ -368,34 +372,20 @@ TEST(RemoteRig, WalksItsSixteenRelayPositions) {
   EXPECT_EQ(report.positions[3].value, 100.0);
 }
 
-TEST(RemoteRig, WithoutTheKeyMayOnlyWatch) {
-  LossyBus bus(kFine, 11);
-  AgentThread agent(bus, kSpeed, RidesThrough(60));
-  std::shared_ptr<MessageBus> end = bus.MakeEnd();
-  RemoteRig watcher("far-1", end, {.holder = "w", .key = std::nullopt}, FastTime(kSpeed), UnixNs);
-  end->Subscribe("FAULTLAB\\.ANNOUNCE",
-                 [&](const std::string&, MessageBus::Bytes bytes) { watcher.OnAnnounce(bytes); });
-  while (watcher.info().link != LinkState::kBack) end->Handle(std::chrono::milliseconds(10));
-  EXPECT_EQ(watcher.state(), RigState::kIdle);
-  EXPECT_FALSE(watcher.info().key_known);
-  EXPECT_EQ(watcher.info().epoch, std::nullopt) << "nobody vouches for it";
-  EXPECT_THAT(watcher.info().refusal, testing::HasSubstr("key"));
-  const core::Status refused = watcher.Arm(SquarePlan(10), kEpoch);
-  EXPECT_EQ(refused.error().code, core::ErrorCode::kForbidden);
-}
-
 TEST(RemoteRig, WhoseAgentSpeaksAnotherProtocolIsRefusedInWords) {
   LossyBus bus(kFine, 12);
   const std::shared_ptr<MessageBus> end = bus.MakeEnd();
-  RemoteRig rig("far-1", end, {.holder = "lab/a", .key = TestKey()}, FastTime(kSpeed), UnixNs);
-  // Of a later version, which has kept the layout, and of one that has not.
-  faultlab_msgs::rig_announce_t later{};
-  later.rig = "far-1";
-  later.protocol = kProtocol + 1;
-  std::vector<std::uint8_t> other_layout = SignedBytes(later, TestKey());
-  other_layout[0] ^= 1;  // LCM's hash of the type
-  SignAgain(other_layout, TestKey());
-  for (const auto& bytes : {SignedBytes(later, TestKey()), other_layout}) {
+  // Of a later version, and of the one before messages were sealed: its mac at the end of any
+  // layout.
+  const auto later = [](const RigKey& key) {
+    return SealBytes(SomeBytes(300), kAnnounceChannel, "far-1", key, kProtocol + 1);
+  };
+  std::vector<std::uint8_t> older = SomeBytes(300);
+  const Mac mac = ComputeMac(TestKey(), older);
+  older.insert(older.end(), mac.begin(), mac.end());
+  for (const auto& bytes : {later(TestKey()), older}) {
+    RemoteRig rig("far-1", end, {.holder = "lab/a", .key = TestKey()}, FastTime(kSpeed), UnixNs);
+    EXPECT_EQ(rig.info().refusal, "");
     rig.OnAnnounce(bytes);
     EXPECT_EQ(rig.state(), RigState::kOffline);
     EXPECT_THAT(rig.info().refusal, testing::HasSubstr("versions that do not understand"));
@@ -404,7 +394,7 @@ TEST(RemoteRig, WhoseAgentSpeaksAnotherProtocolIsRefusedInWords) {
   RigKey wrong = TestKey();
   wrong[0] ^= 1;
   RemoteRig other("far-1", end, {.holder = "lab/a", .key = TestKey()}, FastTime(kSpeed), UnixNs);
-  other.OnAnnounce(SignedBytes(later, wrong));
+  other.OnAnnounce(later(wrong));
   EXPECT_EQ(other.info().refusal, "") << "anybody may send anything";
 }
 

@@ -9,6 +9,7 @@
 
 #include "core/signals/random.h"
 #include "hardware/lcm/channels.h"
+#include "hardware/lcm/sealed_message.h"
 #include "hardware/simulated/simulated_rig.h"
 #include "tests/hardware/remote_world.h"
 #include "tests/hardware/rig_runs.h"
@@ -26,10 +27,12 @@ class RigAgentAlone : public testing::Test {
     rig_ = MakeSimulatedRig(options);
     end_ = bus_.MakeEnd();
     watcher_ = bus_.MakeEnd();
-    watcher_->Subscribe("FAULTLAB\\.far-1\\.REPLY",
-                        [this](const std::string&, MessageBus::Bytes bytes) {
-                          reply_ = Verified<faultlab_msgs::rig_reply_t>(bytes, TestKey()).value();
-                        });
+    watcher_->Subscribe(
+        "FAULTLAB\\.far-1\\.REPLY", [this](const std::string&, MessageBus::Bytes bytes) {
+          reply_ =
+              Opened<faultlab_msgs::rig_reply_t>(bytes, ReplyChannel("far-1"), "far-1", TestKey())
+                  .value();
+        });
     StartAgent();
   }
 
@@ -57,12 +60,12 @@ class RigAgentAlone : public testing::Test {
     command.action = action;
     return command;
   }
-  std::vector<std::uint8_t> Signed(faultlab_msgs::rig_command_t command) {
-    return SignedBytes(command, TestKey());
+  static std::vector<std::uint8_t> InSeal(const faultlab_msgs::rig_command_t& command) {
+    return SealBytes(ToBytes(command), CommandChannel("far-1"), "far-1", TestKey());
   }
   void Give(const std::vector<std::uint8_t>& bytes) { agent_->OnCommand(bytes); }
   const faultlab_msgs::rig_reply_t& Answer(const faultlab_msgs::rig_command_t& command) {
-    Give(Signed(command));
+    Give(InSeal(command));
     watcher_->Handle(std::chrono::milliseconds(0));
     return reply_;
   }
@@ -90,7 +93,7 @@ class RigAgentAlone : public testing::Test {
     chunk.holder = holder;
     chunk.uc_v.assign(kPlanChunkSamples, 2.0);
     chunk.uc_count = kPlanChunkSamples;
-    Give(Signed(chunk));
+    Give(InSeal(chunk));
     auto arm = NewCommand("arm");
     arm.epoch = epoch;
     arm.holder = holder;
@@ -236,7 +239,7 @@ TEST(EpochFileTest, ThatHoldsSomethingElseIsRefused) {
 TEST_F(RigAgentAlone, RefusesTheSameMessageTwice) {
   auto command = NewCommand("lease");
   command.epoch = 1;
-  const auto lease = Signed(command);
+  const auto lease = InSeal(command);
   Give(lease);
   Give(lease);
   EXPECT_EQ(agent_->counts().replayed, 1u);
@@ -246,7 +249,7 @@ TEST_F(RigAgentAlone, RefusesTheSameMessageTwice) {
 TEST_F(RigAgentAlone, RefusesAMessageForAnEarlierStart) {
   auto command = NewCommand("lease");
   command.boot += 1;
-  Give(Signed(command));
+  Give(InSeal(command));
   EXPECT_EQ(agent_->counts().replayed, 1u);
   EXPECT_EQ(agent_->counts().accepted, 0u);
 }
@@ -275,7 +278,7 @@ TEST_F(RigAgentAlone, AnAnswerThatWasLostIsGivenAgainWithoutActingTwice) {
 
 TEST_F(RigAgentAlone, AcceptsNothingOfAMillionForgedReplayedAndStaleTries) {
   ASSERT_TRUE(Lease(7, "lab/server").ok);
-  auto recorded = Signed(NewCommand("nominal"));
+  auto recorded = InSeal(NewCommand("nominal"));
   Give(recorded);
   const auto stale = [&](int i) {
     auto command = NewCommand(i % 2 == 0 ? "set" : "lease");
@@ -283,16 +286,16 @@ TEST_F(RigAgentAlone, AcceptsNothingOfAMillionForgedReplayedAndStaleTries) {
     if (i % 2 != 0) command.epoch = std::max<std::int64_t>(command.epoch, 1);
     command.component = "R1";
     command.value = 100.0;
-    return Signed(command);
+    return InSeal(command);
   };
   const std::uint64_t accepted = agent_->counts().accepted;
   core::Random random(7);
   constexpr int kTries = 1'000'000;
-  constexpr int kStale = 50'000;  // each needs its own signature
+  constexpr int kStale = 50'000;  // each needs its own seal
   for (int i = 0; i < kTries - kStale; ++i) {
     auto bytes = recorded;
     if (i % 4 != 0) {
-      // One to three bits turned, anywhere: header, counter, action, mac.
+      // One to three bits turned, anywhere: head, nonce, box, tag.
       for (std::uint64_t n = 1 + random.Below(3); n > 0; --n) {
         bytes[random.Below(bytes.size())] ^= static_cast<std::uint8_t>(1u << random.Below(8));
       }
@@ -319,8 +322,7 @@ TEST_F(RigAgentAlone, RefusesBadLengthsEvenUnderTheRightKey) {
       for (const std::int32_t length : kBadLengths) {
         std::vector<std::uint8_t> bytes = wire.bytes;
         PutInt(bytes, at, length);
-        SignAgain(bytes, TestKey());
-        Give(bytes);
+        Give(SealBytes(bytes, CommandChannel("far-1"), "far-1", TestKey()));
         ++given;
       }
     }
@@ -335,11 +337,11 @@ TEST_F(RigAgentAlone, RefusesAPlanThatIsNoPlan) {
   chunk.from = 7;  // not at a border
   chunk.uc_v.assign(10, 1.0);
   chunk.uc_count = 10;
-  Give(Signed(chunk));
+  Give(InSeal(chunk));
   auto arm = NewCommand("arm");
   arm.to = 1'000'000'000;
   arm.period_s = 0.01;
-  Give(Signed(arm));
+  Give(InSeal(arm));
   EXPECT_EQ(rig_->state(), RigState::kIdle);
 }
 

@@ -4,13 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <span>
 #include <vector>
 
 #include "core/signals/random.h"
 #include "hardware/lcm/message_codec.h"
 #include "hardware/lcm/message_layout.h"
-#include "hardware/lcm/rig_key.h"
 
 namespace faultlab::hardware {
 
@@ -76,13 +74,6 @@ inline void AppendBody(const MessageLayout& layout, core::Random& random, WireMe
       }
     }
   }
-}
-
-/// The mac that the key gives these bytes now, for types that end in one.
-inline void SignAgain(std::vector<std::uint8_t>& bytes, const RigKey& key) {
-  const std::span<std::uint8_t> tail = std::span(bytes).last(std::tuple_size_v<Mac>);
-  const Mac mac = ComputeMac(key, std::span(bytes).first(bytes.size() - tail.size()));
-  std::copy(mac.begin(), mac.end(), tail.begin());
 }
 
 /// A whole message of this type, hash and all.

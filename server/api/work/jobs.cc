@@ -84,6 +84,7 @@ core::Result<std::string> CheckedJob(WorkApi& api,
   if (!possible.ok()) return possible.error();
   json::object kept = wanted.as_object();
   if (kept.erase("fault_set") > 0) kept["faults"] = ToJson(plan.faults);
+  if (plan.hidden_faults) kept["hidden_faults"] = true;
   return json::serialize(kept);
 }
 

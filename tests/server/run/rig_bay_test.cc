@@ -144,6 +144,21 @@ TEST_F(RigBayTest, ANameOnTheBusMakesNoLocalRigAFarOne) {
   EXPECT_EQ(bay_.Acquire(LeaseOn("sim-1", 1)).value().rig().description().id, "sim-1");
 }
 
+TEST_F(RigBayTest, AStrangerIsShownAndIsNoRig) {
+  bay_.SetStrangers([] {
+    std::vector<RigStatus> strangers(2);
+    strangers[0].description.id = "sim-1";  // as one of ours
+    strangers[1].description.id = "stranger";
+    return strangers;
+  });
+  const auto strangers = bay_.ListStrangers();
+  ASSERT_EQ(strangers.size(), 1u);
+  EXPECT_EQ(strangers[0].description.id, "stranger");
+  EXPECT_EQ(bay_.List().size(), 2u);
+  EXPECT_EQ(bay_.Find("stranger").error().code, core::ErrorCode::kNotFound);
+  EXPECT_EQ(bay_.Acquire(LeaseOn("stranger", 1)).error().code, core::ErrorCode::kNotFound);
+}
+
 TEST_F(RigBayTest, StopsTheRigWhenAHoldEnds) {
   { auto hold = bay_.Acquire(LeaseOn("sim-2", 1)); }
   ASSERT_EQ(last_->stops().size(), 1u);

@@ -74,6 +74,29 @@ TEST_P(Migrations, LeadFromEveryEarlierSchemaToTheSameNewestOneAndKeepItsRows) {
   }
 }
 
+TEST_P(Migrations, ForgetNamesOnTheBusThatWereNeverRigs) {
+  const std::string location = NewLocation();
+  {
+    soci::session session = Raw(location);
+    ASSERT_TRUE(Migrate(session, GetParam(), 9).ok());
+    for (const char* row : {"'invented-1', 'forged', 0, ''",
+                            "'planned', 'bench', 0, ''",
+                            "'used', 'bench', 3, ''",
+                            "'new-here', 'bench', 0, 'local'"}) {
+      session << "INSERT INTO lab_rig (id, rig_class, epoch, server, elastic, status, "
+                 "cleaning_due_ms, wear_ms, reason) VALUES (" +
+                     std::string(row) + ", 0, 0, 0, 0, '')";
+    }
+    session << "INSERT INTO lab_outage (id, rig, start_ms, end_ms, reason) "
+               "VALUES (1, 'planned', 1, 2, '')";
+  }
+  ASSERT_TRUE(Database::Open({.location = location}).ok());
+  soci::session session = Raw(location);
+  const soci::rowset<std::string> rows = (session.prepare << "SELECT id FROM lab_rig ORDER BY id");
+  EXPECT_EQ(std::vector<std::string>(rows.begin(), rows.end()),
+            (std::vector<std::string>{"new-here", "planned", "used"}));
+}
+
 TEST_P(Migrations, DoNothingTheSecondTime) {
   const std::string location = NewLocation();
   ASSERT_TRUE(Database::Open({.location = location}).ok());

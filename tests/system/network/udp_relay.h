@@ -45,8 +45,8 @@ class UdpProbe {
   std::unique_ptr<State> state_;
 };
 
-/// Sends every datagram that it hears on the group again, and again with some bits turned, while it
-/// lives.
+/// While it lives, sends 8 for every datagram that it hears on the group: earlier ones again, half
+/// of them with some bits turned.
 class UdpImpostor {
  public:
   UdpImpostor(int port, std::uint64_t seed);

@@ -1,4 +1,4 @@
-// Our bus beside liblcm's tools, over real UDP multicast (main: remote_rig_network_test.cc).
+// Our bus beside liblcm's tools, over real UDP multicast (main: private_network.cc).
 #include <gtest/gtest.h>
 
 #include <cstdlib>
