@@ -1,5 +1,13 @@
 #include "hardware/config/toml_table.h"
 
+#include <stdexcept>
+
+/// toml++ 3.3 asserts on some texts that are no TOML ("[\x01"): a settings file is not to end the
+/// program.
+constexpr void CheckToml(bool holds, const char* what) {
+  if (!holds) throw std::logic_error(what);
+}
+#define TOML_ASSERT(expr) CheckToml(static_cast<bool>(expr), #expr)
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -195,6 +203,10 @@ core::Status ReadToml(std::string_view text,
     return core::Done{};
   } catch (const toml::parse_error& error) {
     return ErrorAt(file, error.source(), std::string(error.description()), "");
+  } catch (const std::logic_error& error) {
+    return core::Error{.code = core::ErrorCode::kInvalid,
+                       .message = std::string(file) + ": this is no TOML: " + error.what(),
+                       .field = {}};
   } catch (const Refusal& refusal) {
     return ErrorAt(file, refusal.where, refusal.key + " " + refusal.what, refusal.key);
   }

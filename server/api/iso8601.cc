@@ -16,6 +16,12 @@ std::optional<WallTime> Parse(const std::string& text, const std::string& format
   return time;
 }
 
+/// An offset may lead out of the years 0 to 9999, which could be written but not read again.
+bool HasFourDigitYear(WallTime time) {
+  using namespace std::chrono;
+  return time >= sys_days(year(0) / 1 / 1) && time < sys_days(year(10000) / 1 / 1);
+}
+
 }  // namespace
 
 std::string Iso8601(WallTime time) {
@@ -34,7 +40,8 @@ core::Result<WallTime> ParseIso8601(std::string_view text, const std::string& fi
   if (std::regex_match(text.begin(), text.end(), part, kShape)) {
     const std::string seconds = part[2].matched ? part[2].str() + part[3].str() : ":00";
     const std::string zone = part[4] == "Z" ? "+00:00" : part[4].str();
-    if (const auto time = Parse(part[1].str() + seconds + zone, "%FT%T%Ez")) return *time;
+    const auto time = Parse(part[1].str() + seconds + zone, "%FT%T%Ez");
+    if (time && HasFourDigitYear(*time)) return *time;
   }
   return core::Error{core::ErrorCode::kInvalid,
                      "Give a time as 2026-11-21T10:00:00Z or with an offset as +01:00.",

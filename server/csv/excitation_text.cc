@@ -1,7 +1,9 @@
 #include "server/csv/excitation_text.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -19,16 +21,19 @@ using core::Result;
 struct Setting {
   std::string_view name;
   std::function<void(double)> set;
-  bool whole = false;
+  double whole_max = 0.0;  ///< 0: any number, else a whole one
 };
 
 Setting Real(std::string_view name, double& target) {
-  return {name, [&target](double value) { target = value; }};
+  return {name, [&target](double value) { target = value; }, 0.0};
 }
 
 template <typename Integer>
 Setting Whole(std::string_view name, Integer& target) {
-  return {name, [&target](double value) { target = static_cast<Integer>(value); }, true};
+  // Whole numbers above this are not all there as doubles.
+  constexpr double kWholeMax =
+      std::min(1e15, static_cast<double>(std::numeric_limits<Integer>::max()));
+  return {name, [&target](double value) { target = static_cast<Integer>(value); }, kWholeMax};
 }
 
 /// "a=1,b=2" into the settings.
@@ -52,10 +57,10 @@ core::Status Apply(std::string_view text, const std::vector<Setting>& settings) 
       return refuse("'" + std::string(part) + "' is not NAME=NUMBER with one of " + names);
     }
     const std::optional<double> value = ParseNumber(part.substr(equals + 1));
-    constexpr double kWholeMax = 1e15;
+    const bool whole = found->whole_max > 0.0;
     if (!value ||
-        (found->whole && (std::floor(*value) != *value || *value < 0.0 || *value > kWholeMax))) {
-      return refuse(std::string(name) + " must be a " + (found->whole ? "whole number" : "number") +
+        (whole && (std::floor(*value) != *value || *value < 0.0 || *value > found->whole_max))) {
+      return refuse(std::string(name) + " must be a " + (whole ? "whole number" : "number") +
                     ", found '" + std::string(part.substr(equals + 1)) + "'");
     }
     found->set(*value);

@@ -46,7 +46,8 @@ std::optional<double> ParseValue(std::string_view text) {
       return ParseNumber(text);
   }
   const std::optional<double> number = ParseNumber(text.substr(0, text.size() - 1));
-  return number ? std::optional(*number * factor) : std::nullopt;
+  const double value = number ? *number * factor : 0.0;
+  return number && std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
 }  // namespace faultlab::server

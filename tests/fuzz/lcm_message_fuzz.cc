@@ -9,6 +9,7 @@
 
 #include "hardware/lcm/lcm_log.h"
 #include "hardware/lcm/message_codec.h"
+#include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/sealed_message.h"
 
 namespace {
@@ -46,6 +47,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto record = ReadLcmLog(log, "fuzz.lcm", "");
   Require(record.ok() || !record.error().message.empty());
   (void)SealedRig({data, size});
+  Require(!OpenSealed({data, size}, "c", "rig", RigKey{}).has_value());
   if (size > 0) CheckOne(data[0], Bytes(data + 1, data + size), AllMessages());
   return 0;
 }
