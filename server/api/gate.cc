@@ -106,7 +106,7 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
                                        const Principal& who) {
   for (const auto& [name, value] : http.path_parameters) {
     if (!websocket::IsValidUtf8(value)) {
-      return Error{ErrorCode::kNotFound, "There is nothing at this address."};
+      return Error{ErrorCode::kNotFound, "There is nothing at this address.", ""};
     }
   }
   RunRecord run;

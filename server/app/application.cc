@@ -11,6 +11,7 @@
 #include "hardware/simulated/simulated_rig.h"
 #include "server/app/lcm_run_tap.h"
 #include "server/app/member_address.h"
+#include "server/app/private_folder.h"
 #include "server/app/services.h"
 #include "server/app/static_files.h"
 #include "server/auth/accounts.h"
@@ -26,15 +27,6 @@
 
 namespace faultlab::server {
 namespace {
-
-core::Status MakeDataFolder(const Config& config) {
-  std::error_code ec;
-  std::filesystem::create_directories(config.data_dir, ec);
-  if (!ec) return core::Done{};
-  return core::Error{core::ErrorCode::kUnavailable,
-                     "cannot create the data folder '" + config.data_dir + "': " + ec.message(),
-                     "data_dir"};
-}
 
 std::string DatabaseLocation(const Config& config) {
   if (!config.database_url.empty()) return config.database_url;
@@ -195,15 +187,15 @@ class Application::Impl {
                          config_.keep_student_days,
                          config_.keep_job_days,
                          config_.keep_news_days};
-    options.places = {config.runs_max,
-                      config.runs_per_caller_max,
-                      std::max(1, config.sim_rigs / 2),
-                      config.replayed_samples_max};
-    options.storage = {config.samples_per_account,
-                       config.samples_of_guests,
-                       static_cast<std::int64_t>(config.disk_reserve_mb) << 20,
-                       config.data_dir};
-    options.spool_folder = config.data_dir;
+    options.places = {config_.runs_max,
+                      config_.runs_per_caller_max,
+                      std::max(1, config_.sim_rigs / 2),
+                      config_.replayed_samples_max};
+    options.storage = {config_.samples_per_account,
+                       config_.samples_of_guests,
+                       static_cast<std::int64_t>(config_.disk_reserve_mb) << 20,
+                       config_.data_dir};
+    options.spool_folder = config_.data_dir;
     options.log = [](std::string_view text) { spdlog::warn("{}", text); };
     auto services = Services::Open(
         {*database_, store_, calibrations_, bay_, hub_, tokens_, accounts_, runs_, clock_},
@@ -307,7 +299,8 @@ class Application::Impl {
 };
 
 core::Result<std::unique_ptr<Application>> Application::Open(const Config& config) {
-  const core::Status folder = MakeDataFolder(config);
+  const core::Status folder =
+      MakePrivateFolder(config.data_dir, [](std::string_view text) { spdlog::warn("{}", text); });
   if (!folder.ok()) return folder.error();
   auto lock = FolderLock::Take(LockFile(config));
   if (!lock) return lock.error();

@@ -5,6 +5,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <cstdio>
 #include <string>
@@ -64,6 +65,7 @@ int Serve(const ServeOptions& options) {
   pthread_sigmask(SIG_BLOCK, &ends, nullptr);
   signal(SIGPIPE, SIG_IGN);
   RaiseDescriptorLimit();
+  umask(077);  // what is written holds passwords' hashes and what students did
 
   auto application = Application::Open(config);
   if (!application) {

@@ -21,6 +21,7 @@ Services::Services(const Base& base, Options options)
       recordings_(base.store, base.runs, base.accounts, base.clock),
       places_(options_.places),
       quota_(base.store, options_.storage),
+      health_(base.database, base.clock),
       upkeep_(base.bay, bands_, base.clock, options_.log) {}
 
 core::Result<std::unique_ptr<Services>> Services::Open(const Base& base,
@@ -91,11 +92,7 @@ core::Status Services::JoinLab() {
 }
 
 void Services::BuildApi(Router& router) {
-  const auto database_check = [this]() -> core::Status {
-    const auto page = base_.store.List("", 1, {});
-    if (!page) return page.error();
-    return core::Done{};
-  };
+  const auto database_check = [this] { return health_.Check(); };
   system_api_ = std::make_unique<SystemApi>(SystemApi{base_.runs,
                                                       base_.bay,
                                                       base_.hub,

@@ -23,6 +23,7 @@
 #include "server/lab/job_store.h"
 #include "server/lab/lab_service.h"
 #include "server/lab/rig_bands.h"
+#include "server/storage/database_health.h"
 
 namespace faultlab::server {
 
@@ -86,6 +87,7 @@ class Services {
   Recordings recordings_;
   RunPlaces places_;
   StorageQuota quota_;
+  DatabaseHealth health_;
   RigUpkeep upkeep_;
   std::unique_ptr<lab::LabService> service_;
   std::unique_ptr<RigAccess> rig_access_;

@@ -1,5 +1,7 @@
 #include "server/cli/admin.h"
 
+#include <sys/stat.h>
+
 #include <chrono>
 #include <filesystem>
 #include <functional>
@@ -247,6 +249,7 @@ int RunKeyRevoke(const KeyOptions& options) {
 }
 
 int RunBackup(const BackupOptions& options) {
+  umask(077);
   std::error_code ignored;
   if (fs::exists(options.file, ignored)) {
     PrintError("cannot write " + options.file + ": it exists; a backup never replaces a file");
@@ -261,6 +264,7 @@ int RunBackup(const BackupOptions& options) {
 }
 
 int RunRestore(const BackupOptions& options) {
+  umask(077);
   const fs::path target = DatabaseFile(options.target);
   std::error_code error;
   if (!options.target.database_url.empty()) {

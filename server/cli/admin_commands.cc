@@ -5,6 +5,7 @@
 #include "server/cli/add_command.h"
 #include "server/cli/admin.h"
 #include "server/cli/commands.h"
+#include "server/cli/person_data.h"
 #include "server/cli/retention.h"
 
 namespace faultlab::server {
@@ -96,6 +97,24 @@ class AdminCommands {
             ->capture_default_str();
       }
     }
+    CLI::App& exported = AddCommand(users,
+                                    "export",
+                                    "What is kept of an account, into a new folder",
+                                    person_,
+                                    &RunPersonExport,
+                                    chosen);
+    CLI::App& erased = AddCommand(users,
+                                  "erase",
+                                  "Takes a person out of the database for good",
+                                  person_,
+                                  &RunPersonErase,
+                                  chosen);
+    for (CLI::App* command : {&exported, &erased}) {
+      command->add_option("LOGIN", person_.login, "Account")->required();
+      AddTarget(*command, person_.target);
+    }
+    exported.add_option("FOLDER", person_.folder, "New folder")->required();
+    erased.add_flag("--yes", person_.yes, "I know that it cannot be undone");
   }
 
   void AddKeys(CLI::App& admin, std::function<int()>& chosen) {
@@ -117,6 +136,7 @@ class AdminCommands {
   AdminTarget list_;
   AdminTarget check_;
   UserOptions user_;
+  PersonOptions person_;
   KeyOptions key_;
   BackupOptions backup_;
   BackupOptions restore_;

@@ -45,7 +45,7 @@ def request(port, method, path, body=None, headers=None, patience_s=30.0):
         connection.request(method, path, content, sent)
         answer = connection.getresponse()
         text = answer.read().decode("utf8", "replace")
-        return Answer(answer.status, text, dict(answer.getheaders()), time.monotonic() - began)
+        return Answer(answer.status, text, answer.headers, time.monotonic() - began)
     except (OSError, http.client.HTTPException) as error:
         return Answer(0, repr(error), {}, time.monotonic() - began)
     finally:
@@ -63,7 +63,11 @@ class Person:
         if not answer.ok:
             raise RuntimeError(f"{login} cannot sign in: {answer}")
         self.headers = {
-            "Cookie": answer.headers["Set-Cookie"].split(";")[0],
+            "Cookie": next(
+                cookie.split(";")[0]
+                for cookie in answer.headers.get_all("Set-Cookie")
+                if cookie.startswith("faultlab_session=")
+            ),
             "X-CSRF-Token": answer.body["csrf_token"],
         }
 

@@ -76,10 +76,12 @@ TEST(UdpmBus, LongMessagesPassBetweenOurBusAndLiblcm) {
       "lcm-logplayer --speed=20 --lcm-url='" + Url(kAgentPort) + "' " + path + " > /dev/null";
   // Heard while it plays: all of it at once is more than a socket buffer need hold.
   auto played = std::async(std::launch::async, [&play] { return std::system(play.c_str()); });
-  for (int quiet = 0; quiet < 10 && heard.size() < logged.size();) {
+  const auto quiet_clock = MakeSteadyClock();
+  auto last = quiet_clock->Now();
+  while (heard.size() < logged.size() && quiet_clock->Now() - last < std::chrono::seconds(10)) {
     const std::size_t before = heard.size();
     ear->Handle(std::chrono::milliseconds(1000));
-    if (heard.size() == before) ++quiet;
+    if (heard.size() != before) last = quiet_clock->Now();
   }
   ASSERT_EQ(played.get(), 0);
   ASSERT_EQ(heard.size(), logged.size());

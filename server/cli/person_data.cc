@@ -1,0 +1,100 @@
+#include "server/cli/person_data.h"
+
+#include <boost/json.hpp>
+#include <chrono>
+#include <filesystem>
+
+#include "server/auth/accounts.h"
+#include "server/cli/console.h"
+#include "server/csv/csv_writer.h"
+#include "server/csv/file_io.h"
+#include "server/lab/person_data.h"
+#include "server/storage/recording_store.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace fs = std::filesystem;
+namespace json = boost::json;
+
+int FailWith(const core::Error& error) {
+  return Fail(error, ExitCodeOf(error));
+}
+
+json::object ToJson(const std::vector<lab::PersonTable>& tables) {
+  json::object out;
+  for (const lab::PersonTable& table : tables) {
+    json::array rows;
+    for (const std::vector<std::string>& row : table.rows) {
+      json::object one;
+      for (std::size_t i = 0; i < row.size(); ++i) one[table.columns[i]] = row[i];
+      rows.push_back(std::move(one));
+    }
+    out[table.name] = std::move(rows);
+  }
+  return out;
+}
+
+core::Status WriteAll(Database& database, std::int64_t account_id, const fs::path& folder) {
+  const auto tables = lab::PersonData(database, account_id);
+  if (!tables) return tables.error();
+  const core::Status written =
+      WriteFile((folder / "person.json").string(), json::serialize(ToJson(tables.value())) + "\n");
+  if (!written.ok()) return written;
+  const auto recordings = lab::RecordingsOf(database, account_id);
+  if (!recordings) return recordings.error();
+  RecordingStore store(database);
+  for (const std::string& id : recordings.value()) {
+    const auto samples = store.LoadSamples(id);
+    if (!samples) return samples.error();
+    const core::Status saved = WriteCsv((folder / (id + ".csv")).string(), samples.value());
+    if (!saved.ok()) return saved;
+  }
+  return core::Done{};
+}
+
+core::Result<Account> AccountOf(Database& database, const std::string& login) {
+  return Accounts(database, GuestAccess::kNever).GetByLogin(login);
+}
+
+}  // namespace
+
+int RunPersonExport(const PersonOptions& options) {
+  const auto database = OpenExisting(options.target);
+  if (!database) return FailWith(database.error());
+  const auto account = AccountOf(*database.value(), options.login);
+  if (!account) return FailWith(account.error());
+  std::error_code ec;
+  const fs::path folder(options.folder);
+  if (fs::exists(folder, ec)) {
+    PrintError(options.folder + " exists; name a new folder");
+    return kExitBadInput;
+  }
+  fs::create_directories(folder, ec);
+  if (!ec) fs::permissions(folder, fs::perms::owner_all, ec);  // and so whatever is in it
+  if (ec) {
+    PrintError("cannot make " + options.folder + ": " + ec.message());
+    return kExitFailure;
+  }
+  const core::Status written = WriteAll(*database.value(), account.value().id, folder);
+  if (!written.ok()) return FailWith(written.error());
+  return Print("what is kept of " + account.value().login + " is in " + options.folder + "\n");
+}
+
+int RunPersonErase(const PersonOptions& options) {
+  const auto database = OpenExisting(options.target);
+  if (!database) return FailWith(database.error());
+  const auto account = AccountOf(*database.value(), options.login);
+  if (!account) return FailWith(account.error());
+  if (!options.yes) {
+    PrintError("this deletes the recordings, jobs and sign-ins of " + account.value().login +
+               " for good; export them first, then say --yes");
+    return kExitBadInput;
+  }
+  const auto now = std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
+  const core::Status erased = lab::ErasePerson(*database.value(), account.value().id, now);
+  if (!erased.ok()) return FailWith(erased.error());
+  return Print(account.value().login + " is erased\n");
+}
+
+}  // namespace faultlab::server
