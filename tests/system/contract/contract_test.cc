@@ -415,7 +415,8 @@ void Contract::WrongBodies(const std::string& method,
     // What the schema refuses the server refuses; what it cannot say, the server may take.
     const bool refused = world_.description().CheckRequest(method, pattern, bad.text).has_value();
     if (!refused) continue;
-    EXPECT_GE(send(bad.text, ""), 400) << method << " " << pattern << ": " << bad.mistake;
+    EXPECT_GE(send(bad.text, ""), 400) << method << " " << pattern << ": " << bad.mistake << "\n"
+                                       << bad.text.substr(0, 500);
   }
 }
 

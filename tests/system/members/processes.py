@@ -134,7 +134,7 @@ class Server(Process):
         settings = folder.file(f"{name}{more.get('suffix', '')}.toml")
         with open(settings, "w", encoding="utf8") as out:
             out.write(
-                f'listen = "127.0.0.1:0"\ndata_dir = "{data}"\nserver_id = "{name}"\n'
+                f'listen = "127.0.0.1:0"\ndata_dir = "{data}"\nserver_id = "{name}"\n{more.get("settings", "")}'
                 f"[simulators]\ncount = {simulators}\nspeed = {speed}\n[lab]\nbenches = {benches}\n"
                 "[limits]\nruns = 64\npool_threads = 16\n"
             )
