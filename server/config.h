@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/types/result.h"
+#include "server/oidc/provider_settings.h"
 
 namespace faultlab::server {
 
@@ -29,6 +30,9 @@ struct Config {
   double sim_speed = 1.0;
   int runs_max = 32;  ///< at the same time
   std::optional<std::uint64_t> fixture_seed;
+
+  std::string public_url;  ///< "https://lab.example.org", as browsers know it; empty: by Host
+  std::vector<oidc::ProviderSettings> providers;  ///< where people may sign in besides here
 
   std::string lcm_url;   ///< live tap and remote rigs; empty: neither
   std::string lcm_keys;  ///< folder of ID.key files; empty: the finder's own
