@@ -1,9 +1,73 @@
 #include "server/config.h"
 
+#include <algorithm>
+#include <cstdlib>
+
 #include "hardware/config/toml_table.h"
 
 namespace faultlab::server {
 namespace {
+
+bool IsWord(const std::string& text) {
+  return !text.empty() && text.size() <= 32 &&
+         text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") == std::string::npos;
+}
+
+/// The secret stands in a file or in the environment, where fewer people read it.
+std::string Secret(hardware::TomlTable& in) {
+  std::string file;
+  std::string variable;
+  in.Text("client_secret_file", file);
+  in.Text("client_secret_env", variable);
+  std::string secret;
+  if (!file.empty()) {
+    const core::Result<std::string> text = hardware::LoadText(file);
+    if (!text) in.Refuse("client_secret_file", "cannot be read: " + text.error().message);
+    secret = text.value();
+  } else if (!variable.empty()) {
+    const char* value = std::getenv(variable.c_str());
+    if (value == nullptr) in.Refuse("client_secret_env", "is not in the environment");
+    secret = value;
+  }
+  while (!secret.empty() && (secret.back() == '\n' || secret.back() == '\r')) secret.pop_back();
+  return secret;
+}
+
+oidc::ProviderSettings ReadProvider(hardware::TomlTable& in,
+                                    const std::vector<oidc::ProviderSettings>& before) {
+  oidc::ProviderSettings out;
+  in.Text("id", out.id);
+  if (!IsWord(out.id)) in.Refuse("id", "must be 1 to 32 of a-z, 0-9 and -");
+  for (const oidc::ProviderSettings& other : before) {
+    if (other.id == out.id) in.Refuse("id", "is taken by another provider");
+  }
+  out.label = out.id;
+  in.Text("label", out.label);
+  in.Text("issuer", out.issuer);
+  in.Text("client_id", out.client_id);
+  in.Flag("insecure_loopback", out.insecure_loopback);
+  const bool secure = out.issuer.starts_with("https://");
+  if (!secure && !(out.insecure_loopback && out.issuer.starts_with("http://"))) {
+    in.Refuse("issuer", "must be an address https://..");
+  }
+  if (out.client_id.empty()) in.Refuse("client_id", "must be given");
+  out.client_secret = Secret(in);
+  in.Texts("scopes", out.scopes);
+  if (std::find(out.scopes.begin(), out.scopes.end(), "openid") == out.scopes.end()) {
+    in.Refuse("scopes", "must hold \"openid\"");
+  }
+  in.Text("login_claim", out.admission.login_claim);
+  in.Texts("allowed_domains", out.admission.allowed_domains);
+  in.Text("required_claim", out.admission.required_claim);
+  const std::size_t equals = out.admission.required_claim.find('=');
+  if (!out.admission.required_claim.empty() && (equals == 0 || equals == std::string::npos)) {
+    in.Refuse("required_claim", "must be \"name=value\"");
+  }
+  in.Flag("make_accounts", out.make_accounts);
+  in.Flag("claim_class_list", out.claim_class_list);
+  in.Text("ca_file", out.ca_file);
+  return out;
+}
 
 void Read(hardware::TomlTable& in, Config& config) {
   in.Text("listen", config.listen);
@@ -16,6 +80,7 @@ void Read(hardware::TomlTable& in, Config& config) {
   auto trusted = TrustedProxies::Parse(proxies);
   if (!trusted) in.Refuse("trusted_proxies", trusted.error().message);
   config.trusted_proxies = std::move(trusted).value();
+  in.Text("public_url", config.public_url);
   in.Word("guests", config.guests, {"loopback", "everywhere", "never"});
   in.Word("log_level", config.log_level, {"trace", "debug", "info", "warn", "error"});
 
@@ -53,6 +118,10 @@ void Read(hardware::TomlTable& in, Config& config) {
   hardware::TomlTable& lcm = in.Sub("lcm");
   lcm.Text("url", config.lcm_url);
   lcm.Text("keys", config.lcm_keys);
+
+  for (hardware::TomlTable* provider : in.Subs("oidc")) {
+    config.providers.push_back(ReadProvider(*provider, config.providers));
+  }
 }
 
 }  // namespace

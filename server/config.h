@@ -8,6 +8,7 @@
 
 #include "core/types/result.h"
 #include "server/net/trusted_proxies.h"
+#include "server/oidc/provider_settings.h"
 
 namespace faultlab::server {
 
@@ -33,6 +34,9 @@ struct Config {
   int runs_per_caller_max = 8;
   int replayed_samples_max = 2'000'000;
   std::optional<std::uint64_t> fixture_seed;
+
+  std::string public_url;  ///< "https://lab.example.org", as browsers know it; empty: by Host
+  std::vector<oidc::ProviderSettings> providers;  ///< where people may sign in besides here
 
   std::string lcm_url;   ///< live tap and remote rigs; empty: neither
   std::string lcm_keys;  ///< folder of ID.key files; empty: the finder's own

@@ -86,6 +86,24 @@ TomlTable& TomlTable::Sub(const std::string& key) {
   return *sub;
 }
 
+std::vector<TomlTable*> TomlTable::Subs(const std::string& key) {
+  std::vector<TomlTable*> out;
+  const toml::node* node = state_->Find(key);
+  if (node == nullptr) return out;
+  const std::string path = state_->prefix + key;
+  if (!node->is_array_of_tables()) Refuse(key, "must be a list of tables: [[" + path + "]]");
+  for (const toml::node& entry : *node->as_array()) {
+    auto state = std::make_unique<State>();
+    state->table = entry.as_table();
+    state->prefix = path + ".";
+    const std::string name = key + "[" + std::to_string(out.size()) + "]";
+    std::unique_ptr<TomlTable>& sub = state_->subs[name];
+    sub.reset(new TomlTable(std::move(state)));
+    out.push_back(sub.get());
+  }
+  return out;
+}
+
 void TomlTable::Number(const std::string& key, double& value, double min, double max) {
   const toml::node* node = state_->Find(key);
   if (node == nullptr) return;

@@ -23,6 +23,8 @@ class TomlTable {
 
   /// The table [key]; an empty one when the file has none. Lives as long as this one.
   TomlTable& Sub(const std::string& key);
+  /// The tables [[key]], in the order of the file.
+  std::vector<TomlTable*> Subs(const std::string& key);
 
   void Number(const std::string& key, double& value, double min, double max);
   void Integer(const std::string& key, int& value, int min, int max);

@@ -35,6 +35,8 @@ RunsOn RunsOnOf(const ApiRoute& route) {
       return RunsOn::kHeavy;
     case Cost::kPassword:
       return RunsOn::kPassword;
+    case Cost::kOutside:
+      return RunsOn::kOutside;
   }
   return RunsOn::kPool;
 }

@@ -45,8 +45,8 @@ inline constexpr BodyRule kUpload{20 << 20, BodyKind::kBytes};
 
 /// What a request costs. kHeavy computes for more than some milliseconds; kTransfer as well, and
 /// its body or answer grows with the run: a caller has two such at work or unsent at most, a few
-/// more wait for one of them. kPassword hashes one.
-enum class Cost { kQuick, kHeavy, kTransfer, kPassword };
+/// more wait for one of them. kPassword hashes one, kOutside asks a site elsewhere.
+enum class Cost { kQuick, kHeavy, kTransfer, kPassword, kOutside };
 
 /// Who may call: everybody; whoever the matrix allows; whoever it allows on the run of the path's
 /// {id}, which the handler then has in its request; or the handler asks about the object itself.

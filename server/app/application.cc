@@ -197,6 +197,11 @@ class Application::Impl {
                        config_.data_dir};
     options.spool_folder = config_.data_dir;
     options.log = [](std::string_view text) { spdlog::warn("{}", text); };
+    options.providers = config_.providers;
+    options.public_url = config_.public_url;
+    auto secret = lab::LoginSecret(*database_);
+    if (!secret) return secret.error();
+    options.login_secret = secret.value();
     auto services = Services::Open(
         {*database_, store_, calibrations_, bay_, hub_, tokens_, accounts_, runs_, clock_},
         std::move(options),

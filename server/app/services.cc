@@ -115,6 +115,10 @@ void Services::BuildApi(Router& router) {
                                              options_.default_seed,
                                              options_.spool_folder});
   people_api_ = std::make_unique<PeopleApi>(PeopleApi{base_.accounts, audit_, base_.clock});
+  sign_in_flow_ =
+      std::make_unique<oidc::SignInFlow>(options_.providers, options_.login_secret, base_.clock);
+  providers_api_ = std::make_unique<ProvidersApi>(
+      base_.accounts, audit_, *sign_in_flow_, base_.clock, options_.public_url, options_.log);
   sharing_api_ = std::make_unique<SharingApi>(SharingApi{
       *service_,
       base_.accounts,
@@ -150,6 +154,7 @@ void Services::BuildApi(Router& router) {
   gate_->AddRoutes(router, BenchRoutes());
   gate_->AddRoutes(router, RoutesOf(*run_api_));
   gate_->AddRoutes(router, RoutesOf(*people_api_));
+  gate_->AddRoutes(router, RoutesOf(*providers_api_));
   gate_->AddRoutes(router, RoutesOf(*sharing_api_));
   gate_->AddRoutes(router, RoutesOf(*work_api_));
 }

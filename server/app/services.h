@@ -4,9 +4,11 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "server/api/gate.h"
 #include "server/api/people/handlers.h"
+#include "server/api/people/providers.h"
 #include "server/api/run/handlers.h"
 #include "server/api/sharing/handlers.h"
 #include "server/api/sharing/person_feed.h"
@@ -54,6 +56,9 @@ class Services {
     RunPlaceLimits places;
     StorageLimits storage;
     std::string spool_folder;
+    std::vector<oidc::ProviderSettings> providers;
+    std::string public_url;
+    std::string login_secret;  ///< of the servers of this database
     std::function<void(std::string_view)> log;
   };
   /// Takes the member's lease, ends what a crash cut off, puts the routes into `router`, starts to
@@ -97,6 +102,8 @@ class Services {
   std::unique_ptr<SystemApi> system_api_;
   std::unique_ptr<RunApi> run_api_;
   std::unique_ptr<PeopleApi> people_api_;
+  std::unique_ptr<oidc::SignInFlow> sign_in_flow_;
+  std::unique_ptr<ProvidersApi> providers_api_;
   std::unique_ptr<SharingApi> sharing_api_;
   std::unique_ptr<PersonFeed> feed_;
   std::unique_ptr<WorkApi> work_api_;

@@ -107,6 +107,28 @@ struct SignInOutcome {
   std::optional<AuditNote> note{};  ///< none when nobody looked at the password
 };
 
+/// Somebody whom a sign-in provider vouches for. Issuer and subject say who it is, nothing else.
+struct VouchedPerson {
+  std::string issuer;
+  std::string subject;
+  std::string login;  ///< proposed, for an account that is made now
+  std::string name;   ///< for display; may be empty
+  std::string state;  ///< of this one sign-in: it counts once
+};
+
+/// What becomes of a person without an account here.
+struct NewcomerRules {
+  bool make_accounts = true;
+  /// Accounts of students without a password, to which nobody ever signed in, are given to the
+  /// first person with their login.
+  bool claim_class_list = false;
+};
+
+struct LinkedIdentity {
+  std::string issuer;
+  WallTime at{};
+};
+
 /// Who a request without credentials is.
 enum class GuestAccess { kNever, kLoopback, kEverywhere };
 
@@ -131,6 +153,18 @@ class Accounts : public Authenticator {
   /// Wrong login and wrong password give the same answer after the same time. Slowed down as
   /// SignInLimits says (kTooMany).
   SignInOutcome SignIn(const SignInRequest& request, WallTime now);
+  /// `request` without login and password. An account that exists is never found by its login or
+  /// e-mail address, only by an identity that it was given before, or as `rules` say. kForbidden
+  /// with a reason otherwise.
+  SignInOutcome SignInByIdentity(const VouchedPerson& person,
+                                 const NewcomerRules& rules,
+                                 const SignInRequest& request,
+                                 WallTime now);
+  /// The account's owner, signed in, has proved to be this person too.
+  core::Status AddIdentity(std::int64_t account_id, const VouchedPerson& person, WallTime now);
+  core::Result<std::vector<LinkedIdentity>> Identities(std::int64_t account_id);
+  /// kConflict when it is the only way into the account.
+  core::Status RemoveIdentity(std::int64_t account_id, const std::string& issuer);
   core::Status SignOut(const Principal& who);
   /// Ends every other sign-in of the account and forgets its devices; `also_keys`: its API keys and
   /// its calendar link end too.

@@ -44,4 +44,8 @@ core::Result<std::string> HopSecret(Database& database) {
   return Shared(database, "hop_secret", "hop");
 }
 
+core::Result<std::string> LoginSecret(Database& database) {
+  return Shared(database, "login_secret", "login");
+}
+
 }  // namespace faultlab::server::lab

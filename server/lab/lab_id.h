@@ -15,4 +15,8 @@ core::Result<std::string> LabId(Database& database);
 /// at random. Who reads the database can claim any client's address, and nothing more by it.
 core::Result<std::string> HopSecret(Database& database);
 
+/// What the servers of this database seal sign-ins with that are on their way to a provider
+/// (oidc/login_state.h): one server can finish what another one began.
+core::Result<std::string> LoginSecret(Database& database);
+
 }  // namespace faultlab::server::lab

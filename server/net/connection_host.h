@@ -44,10 +44,13 @@ struct ConnectionHost {
   HandlerPool pool{options.limits.pool};
   HandlerPool heavy{options.limits.heavy};
   HandlerPool password{options.limits.password};
+  HandlerPool outside{options.limits.outside};
   boost::asio::io_context io{1};
 
+  std::array<HandlerPool*, 4> Pools() { return {&pool, &heavy, &password, &outside}; }
   HandlerPool& PoolOf(RunsOn runs_on) {
     if (runs_on == RunsOn::kHeavy) return heavy;
+    if (runs_on == RunsOn::kOutside) return outside;
     return runs_on == RunsOn::kPassword ? password : pool;
   }
   void Report(std::string_view text) const {

@@ -195,7 +195,7 @@ core::Status HttpServer::Impl::Start() {
     const core::Status bound = Bind();
     if (!bound.ok()) return bound;
   }
-  for (HandlerPool* pool : {&host_.pool, &host_.heavy, &host_.password}) pool->Start();
+  for (HandlerPool* pool : host_.Pools()) pool->Start();
   Tick();
   asio::co_spawn(host_.io, Accept(), asio::detached);
   asio::co_spawn(host_.io, Sweep(), asio::detached);
@@ -206,7 +206,7 @@ core::Status HttpServer::Impl::Start() {
 
 void HttpServer::Impl::CloseAll() {
   stopping_ = true;
-  for (HandlerPool* pool : {&host_.pool, &host_.heavy, &host_.password}) pool->Close();
+  for (HandlerPool* pool : host_.Pools()) pool->Close();
   error_code ec;
   acceptor_.close(ec);
   const std::vector<Connection*> all(host_.connections.begin(), host_.connections.end());
@@ -224,7 +224,7 @@ void HttpServer::Impl::Stop() {
     closed.set_value();
   });
   closed.get_future().wait();
-  for (HandlerPool* pool : {&host_.pool, &host_.heavy, &host_.password}) pool->Join();
+  for (HandlerPool* pool : host_.Pools()) pool->Join();
   asio::steady_timer hard_stop(host_.io, std::chrono::seconds(1));
   hard_stop.async_wait([this](const error_code& ec) {
     if (!ec) host_.io.stop();
@@ -240,7 +240,9 @@ HttpCounters HttpServer::Impl::counters() const {
   out.requests = host_.counters.requests;
   out.deadlines_missed = host_.counters.deadlines;
   out.pool_refused = host_.counters.pool_refused;
-  out.pool_waiting = host_.pool.waiting() + host_.heavy.waiting() + host_.password.waiting();
+  for (const HandlerPool* pool : {&host_.pool, &host_.heavy, &host_.password, &host_.outside}) {
+    out.pool_waiting += pool->waiting();
+  }
   out.bytes_refused = host_.counters.bytes_refused;
   out.passed_on = host_.counters.passed_on;
   out.peers_silent = host_.counters.peers_silent;

@@ -15,9 +15,9 @@
 namespace faultlab::server {
 
 /// Where a handler runs. Nothing that touches disk, database or a picture may be kInline. What
-/// computes for more than some milliseconds is kHeavy, what hashes a password kPassword: sign-in
-/// and the rest of the page never wait for either.
-enum class RunsOn { kInline, kPool, kHeavy, kPassword };
+/// computes for more than some milliseconds is kHeavy, what hashes a password kPassword, what asks
+/// a site elsewhere kOutside: the rest of the page never waits for any of them.
+enum class RunsOn { kInline, kPool, kHeavy, kPassword, kOutside };
 
 /// The answer to a header: may its body be read, its handler be run?
 struct Admission {

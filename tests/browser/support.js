@@ -63,19 +63,21 @@ export function story(name, body) {
 
 /**
  * Starts `faultlab serve` on a free port. `speed` is simulated seconds per second, `benches` the
- * number of simulated benches that need a session, `bus` where far rigs are looked for.
+ * number of simulated benches that need a session, `bus` where far rigs are looked for, `settings`
+ * the rest of its configuration.
  */
 export async function startServer({
   speed = 1,
   benches = 0,
   bus,
   data,
+  settings = "",
   listen = "127.0.0.1:0",
 } = {}) {
   const own = temporaryDirectory();
   const config = join(own.path, "faultlab.toml");
   const lcm = bus ? `[lcm]\nurl = "${bus.url}"\nkeys = "${bus.keys}"\n` : "";
-  writeFileSync(config, `[lab]\nbenches = ${benches}\n${lcm}`);
+  writeFileSync(config, `[lab]\nbenches = ${benches}\n${lcm}${settings}`);
   const child = spawn(
     binary(),
     [

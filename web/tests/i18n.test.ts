@@ -119,6 +119,7 @@ describe("keys", () => {
       .join("\n");
     const groups = [...text.matchAll(/\bword\("(\w+)"/g)].map((match) => `${match[1]}_`);
     groups.push("news_"); // by topic of a lab event
+    groups.push("failed_oidc_"); // by the word of a refused sign-in
     const topics = [...text.matchAll(/"(\w+)"/g)].map((match) => match[1]);
     const used = (key: string) =>
       text.includes(`"${key}"`) ||

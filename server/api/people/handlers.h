@@ -13,17 +13,19 @@ struct PeopleApi {
   Accounts& accounts;
   AuditLog& audit;
   const Clock& clock;
-  bool secure_cookies = false;  ///< the site is reached by https only
 };
 
 std::vector<ApiRoute> RoutesOf(PeopleApi& api);
 
 // sign_in.cc
+/// HttpOnly, of the whole site, Secure where the browser came by https; age 0 ends it.
+void SetCookie(const ApiRequest& request,
+               std::string_view name,
+               const std::string& value,
+               int age_s,
+               HttpResponse& response);
 /// Of the sign-in and of the browser.
-void AddSignInCookies(const PeopleApi& api,
-                      const ApiRequest& request,
-                      const SignedIn& signed_in,
-                      HttpResponse& response);
+void AddSignInCookies(const ApiRequest& request, const SignedIn& signed_in, HttpResponse& response);
 core::Result<HttpResponse> SignIn(PeopleApi& api, const ApiRequest& request);
 core::Result<HttpResponse> SignOut(PeopleApi& api, const ApiRequest& request);
 core::Result<HttpResponse> ChangePassword(PeopleApi& api, const ApiRequest& request);

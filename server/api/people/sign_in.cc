@@ -14,17 +14,6 @@ constexpr std::size_t kSecretMax = 2048;
 constexpr int kTwelveHours = 12 * 3600;
 constexpr int kFourHundredDays = 400 * 24 * 3600;  // what browsers keep at most
 
-std::string Cookie(const PeopleApi& api,
-                   const ApiRequest& request,
-                   std::string_view name,
-                   const std::string& value,
-                   int age) {
-  const bool secure = api.secure_cookies || request.http.https;
-  return std::string(name) + "=" + value +
-         "; Path=/; HttpOnly; SameSite=Lax; Max-Age=" + std::to_string(age) +
-         (secure ? "; Secure" : "");
-}
-
 json::object MeToJson(const Principal& who) {
   json::array scopes;
   for (const std::string& scope : who.scopes) scopes.push_back(json::value(scope));
@@ -49,16 +38,22 @@ json::object KeyToJson(const ApiKey& key) {
 
 }  // namespace
 
-void AddSignInCookies(const PeopleApi& api,
-                      const ApiRequest& request,
+void SetCookie(const ApiRequest& request,
+               std::string_view name,
+               const std::string& value,
+               int age_s,
+               HttpResponse& response) {
+  response.headers.emplace_back("Set-Cookie",
+                                std::string(name) + "=" + value +
+                                    "; Path=/; HttpOnly; SameSite=Lax; Max-Age=" +
+                                    std::to_string(age_s) + (request.http.https ? "; Secure" : ""));
+}
+
+void AddSignInCookies(const ApiRequest& request,
                       const SignedIn& signed_in,
                       HttpResponse& response) {
-  response.headers.emplace_back(
-      "Set-Cookie",
-      Cookie(api, request, kSessionCookieName, signed_in.cookie_secret, kTwelveHours));
-  response.headers.emplace_back(
-      "Set-Cookie",
-      Cookie(api, request, kDeviceCookieName, signed_in.device_secret, kFourHundredDays));
+  SetCookie(request, kSessionCookieName, signed_in.cookie_secret, kTwelveHours, response);
+  SetCookie(request, kDeviceCookieName, signed_in.device_secret, kFourHundredDays, response);
 }
 
 core::Result<HttpResponse> SignIn(PeopleApi& api, const ApiRequest& request) {
@@ -74,7 +69,7 @@ core::Result<HttpResponse> SignIn(PeopleApi& api, const ApiRequest& request) {
   if (!outcome.signed_in) return outcome.signed_in.error();
   const SignedIn& signed_in = outcome.signed_in.value();
   HttpResponse response = JsonResponse(MeToJson(signed_in.principal));
-  AddSignInCookies(api, request, signed_in, response);
+  AddSignInCookies(request, signed_in, response);
   return response;
 }
 
@@ -83,7 +78,7 @@ core::Result<HttpResponse> SignOut(PeopleApi& api, const ApiRequest& request) {
   if (!done.ok()) return done.error();
   api.audit.AddBounded({request.who, "sign_out", request.who.owner_key(), ""});
   HttpResponse response = NoContent();
-  response.headers.emplace_back("Set-Cookie", Cookie(api, request, kSessionCookieName, "", 0));
+  SetCookie(request, kSessionCookieName, "", 0, response);
   return response;
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 namespace faultlab::server {
 namespace {
 
@@ -29,6 +31,24 @@ pool_threads = 2
 [lcm]
 url = "memq://"
 keys = "/etc/faultlab/keys"
+[[oidc]]
+id = "uni"
+label = "Univerzitet"
+issuer = "https://login.uns.ac.rs"
+client_id = "faultlab"
+client_secret_env = "PATH"
+scopes = ["openid"]
+login_claim = "email"
+allowed_domains = ["uns.ac.rs"]
+required_claim = "affiliation=student"
+make_accounts = false
+claim_class_list = true
+ca_file = "/etc/ssl/uni.pem"
+[[oidc]]
+id = "test"
+issuer = "http://127.0.0.1:1"
+client_id = "c"
+insecure_loopback = true
 )",
                                   "f.toml");
   ASSERT_TRUE(parsed.ok()) << parsed.error().message;
@@ -45,6 +65,21 @@ keys = "/etc/faultlab/keys"
   EXPECT_EQ(config.runs_max, 5);
   EXPECT_EQ(config.pool_threads, 2);
   EXPECT_EQ(config.lcm_keys, "/etc/faultlab/keys");
+  ASSERT_EQ(config.providers.size(), 2u);
+  const oidc::ProviderSettings& uni = config.providers[0];
+  EXPECT_EQ(uni.id, "uni");
+  EXPECT_EQ(uni.label, "Univerzitet");
+  EXPECT_EQ(uni.issuer, "https://login.uns.ac.rs");
+  EXPECT_EQ(uni.client_secret, std::getenv("PATH"));
+  EXPECT_EQ(uni.scopes, std::vector<std::string>{"openid"});
+  EXPECT_EQ(uni.admission.login_claim, "email");
+  EXPECT_EQ(uni.admission.allowed_domains, std::vector<std::string>{"uns.ac.rs"});
+  EXPECT_EQ(uni.admission.required_claim, "affiliation=student");
+  EXPECT_FALSE(uni.make_accounts);
+  EXPECT_TRUE(uni.claim_class_list);
+  EXPECT_EQ(uni.ca_file, "/etc/ssl/uni.pem");
+  EXPECT_EQ(config.providers[1].label, "test") << "its id where nothing else is said";
+  EXPECT_TRUE(config.providers[1].insecure_loopback);
 }
 
 TEST(Config, NeedsNoFileAtAll) {
@@ -67,6 +102,15 @@ TEST(Config, NamesFileLineAndSetting) {
       {"allowed_hosts = [\"a\", 3]\n", "f.toml:1: allowed_hosts must be a list of texts"},
       {"\n[limit]\nruns = 3\n", "f.toml:2: limit is not a key"},
       {"a = [1\n", "f.toml:"},
+      {"oidc = 3\n", "f.toml:1: oidc must be a list of tables: [[oidc]]"},
+      {"[[oidc]]\nid = \"Uni!\"\n", "f.toml:2: oidc.id must be"},
+      {"[[oidc]]\nid = \"a\"\nissuer = \"http://127.0.0.1\"\n",
+       "f.toml:3: oidc.issuer must be an address https"},
+      {"[[oidc]]\nid = \"a\"\nissuer = \"https://x\"\nclient_id = \"c\"\nsecret = \"s\"\n",
+       "f.toml:5: oidc.secret is not a key"},
+      {"[[oidc]]\nid = \"a\"\nissuer = \"https://x\"\nclient_id = \"c\"\n"
+       "client_secret_file = \"/no/such\"\n",
+       "f.toml:5: oidc.client_secret_file cannot be read"},
   };
   for (const auto& wrong : cases) {
     const auto parsed = ParseConfig(wrong.text, "f.toml");

@@ -212,6 +212,18 @@ void Contract::People() {
                 "auth/password",
                 {},
                 R"({"old":"correct horse battery","new":"correct horse battery"})");
+  // Nobody listens at this provider; oidc.test.js signs in at others.
+  const Values provider{{"id", "uni"}};
+  world_.Expect(200, "guest", "GET", "auth/providers");
+  world_.Expect(200, "ann", "GET", "auth/identities");
+  world_.Expect(303, "guest", "GET", "auth/oidc/{id}/start", provider);
+  world_.Expect(303, "guest", "GET", "auth/oidc/{id}/callback", provider);
+  world_.Expect(503, "ann", "POST", "auth/oidc/{id}/link", provider, "{}");
+  world_.Expect(404, "ann", "DELETE", "auth/identities/{id}", provider);
+  for (const char* one : {"oidc/{id}/start", "oidc/{id}/callback", "oidc/{id}/link"}) {
+    Remember("/api/v1/auth/" + std::string(one), provider, "ann");
+  }
+  Remember("/api/v1/auth/identities/{id}", provider, "ann");
 }
 
 void Contract::Rigs() {

@@ -47,6 +47,13 @@ ContractWorld::ContractWorld()
   config.data_dir = folder_.File("data");
   config.sim_speed = 50.0;
   config.lab_benches = 2;
+  server::oidc::ProviderSettings provider;
+  provider.id = "uni";
+  provider.label = "University";
+  provider.issuer = "http://127.0.0.1:1";
+  provider.client_id = "faultlab";
+  provider.insecure_loopback = true;
+  config.providers.push_back(provider);
   auto opened = server::Application::Open(config);
   if (!opened.ok()) throw std::runtime_error(opened.error().message);
   application_ = std::move(opened).value();

@@ -7,11 +7,13 @@ import type {
   Course,
   Enrolled,
   FaultSet,
+  Identity,
   Invitation,
   Isolability,
   Job,
   LabEvent,
   NewApiKey,
+  Provider,
   RigHealth,
   Session,
   Span,
@@ -19,7 +21,7 @@ import type {
   Ticket,
   User,
 } from "./lab_types";
-import type { Page, RunRequest } from "./types";
+import type { Page, RunRequest, Schemas } from "./types";
 
 type Id = string | number;
 const at = (id: Id) => encodeURIComponent(String(id));
@@ -40,6 +42,15 @@ const ifMatch = (version: number) => ({ "If-Match": `"${version}"` });
 export const lab = {
   changePassword: (old: string, fresh: string, endKeys: boolean) =>
     send<unknown>("POST", "/auth/password", { old, new: fresh, end_keys: endKeys }),
+  providers: () => items<Provider>("/auth/providers"),
+  /** Where a browser goes to sign in at a provider, and then to `next`. */
+  signInAddress: (provider: string, next: string) =>
+    `/api/v1/auth/oidc/${at(provider)}/start?next=${at(next)}`,
+  identities: () => items<Identity>("/auth/identities"),
+  addIdentity: async (provider: string) =>
+    (await send<Schemas["ProviderLocation"]>("POST", `/auth/oidc/${at(provider)}/link`, {}))
+      .location,
+  removeIdentity: (provider: string) => send<unknown>("DELETE", `/auth/identities/${at(provider)}`),
   resetPassword: (token: string, password: string) =>
     send<unknown>("POST", "/auth/reset", { token, password }),
 

@@ -33,6 +33,8 @@ export type Course = Schemas["Course"];
 export type Enrolled = Schemas["Enrolled"];
 export type Invitation = Schemas["Invitation"];
 export type ApiKey = Schemas["ApiKey"];
+export type Identity = Schemas["Identity"];
+export type Provider = Schemas["Provider"];
 /** With its secret, which is shown once. */
 export type NewApiKey = Schemas["NewApiKey"];
 export type AuditEntry = Schemas["AuditEntry"];

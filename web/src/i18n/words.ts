@@ -20,6 +20,13 @@ export function refusalWords(refusal: {
   return i18n.has(key) ? t(key as Key, refusal.parameters) : refusal.message;
 }
 
+/** Why a sign-in at a provider came to nothing, by the word in the page's address. */
+export function providerRefusal(reason: string | null): string {
+  if (!reason) return "";
+  const key = `failed_${reason}`;
+  return i18n.has(key) ? t(key as Key) : t("failed_oidc_failed");
+}
+
 /** A message of the lab by its topic; the server's own English where there is no better word. */
 export function newsWords(event: { topic: string; text: string }): string {
   const key = `news_${event.topic}`;

@@ -1,0 +1,244 @@
+// auth/providers, auth/oidc/{id}/{start,callback,link}, auth/identities.
+#include "server/api/people/providers.h"
+
+#include <boost/json.hpp>
+
+#include "server/api/people/handlers.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using core::Error;
+using core::ErrorCode;
+
+/// A browser that reaches us by https takes a cookie of the second name from this host alone.
+constexpr std::string_view kLoginCookie = "faultlab_login";
+constexpr std::string_view kLoginCookieOfHost = "__Host-faultlab_login";
+constexpr int kLoginCookieS = 600;
+
+std::string_view LoginCookie(const ApiRequest& request) {
+  return request.http.https ? kLoginCookieOfHost : kLoginCookie;
+}
+
+std::string RedirectUri(const ProvidersApi& api,
+                        const ApiRequest& request,
+                        const std::string& provider) {
+  const std::string base = !api.public_url.empty() ? api.public_url
+                                                   : (request.http.https ? "https://" : "http://") +
+                                                         std::string(request.http.Header("Host"));
+  return base + "/api/v1/auth/oidc/" + provider + "/callback";
+}
+
+/// A browser asked, not a program: it goes on to a page.
+HttpResponse GoTo(const std::string& location) {
+  HttpResponse response;
+  response.status = 303;
+  response.headers.emplace_back("Location", location);
+  return response;
+}
+
+/// The sign-in page says why in the reader's language; the details are the operator's.
+HttpResponse Refuse(ProvidersApi& api,
+                    const ApiRequest& request,
+                    const std::string& provider,
+                    const Error& error,
+                    bool adding) {
+  const std::string address(request.http.remote_address);
+  const std::string reason = error.reason.empty() ? "oidc_failed" : error.reason;
+  if (api.lines.Try(NetworkOf(address), api.clock.Wall()).ok()) {
+    api.log("sign-in by " + provider + " from " + address + ": " + reason + ": " + error.message);
+  }
+  api.audit.AddBounded(
+      {Principal{}, "sign_in_failed", "provider:" + provider, "from " + address + ": " + reason});
+  return GoTo(std::string(adding ? "/account" : "/signin") + "?failed=" + reason);
+}
+
+core::Result<oidc::Provider*> ProviderOf(ProvidersApi& api, const ApiRequest& request) {
+  oidc::Provider* provider = api.flow.Find(request.http.PathParameter("id"));
+  if (provider == nullptr) return Error{ErrorCode::kNotFound, "There is no such provider.", ""};
+  return provider;
+}
+
+core::Result<HttpResponse> ListProviders(ProvidersApi& api, const ApiRequest&) {
+  json::array items;
+  for (const auto& provider : api.flow.providers()) {
+    const oidc::ProviderSettings& settings = provider->settings();
+    items.push_back(json::object{{"id", settings.id}, {"label", settings.label}});
+  }
+  return JsonResponse(json::object{{"items", std::move(items)}});
+}
+
+core::Result<HttpResponse> StartSignIn(ProvidersApi& api, const ApiRequest& request) {
+  const core::Status known = OnlyQuery(request.http, {"next"});
+  if (!known.ok()) return known.error();
+  auto provider = ProviderOf(api, request);
+  if (!provider) return provider.error();
+  const std::string& id = provider.value()->settings().id;
+  auto departure = api.flow.Begin(
+      id, RedirectUri(api, request, id), std::string(request.http.Query("next").value_or("")), 0);
+  if (!departure) return Refuse(api, request, id, departure.error(), /*adding=*/false);
+  HttpResponse response = GoTo(departure.value().location);
+  SetCookie(request, LoginCookie(request), departure.value().sealed, kLoginCookieS, response);
+  return response;
+}
+
+core::Result<HttpResponse> StartLink(ProvidersApi& api, const ApiRequest& request) {
+  auto provider = ProviderOf(api, request);
+  if (!provider) return provider.error();
+  const std::string& id = provider.value()->settings().id;
+  auto departure =
+      api.flow.Begin(id, RedirectUri(api, request, id), "/account", request.who.user_id);
+  if (!departure) {
+    api.log("provider " + id + ": " + departure.error().message);
+    return Error{ErrorCode::kUnavailable,
+                 "The sign-in provider does not answer; try again in a moment.",
+                 ""};
+  }
+  HttpResponse response = JsonResponse(json::object{{"location", departure.value().location}});
+  SetCookie(request, LoginCookie(request), departure.value().sealed, kLoginCookieS, response);
+  return response;
+}
+
+/// Whoever began it must still be signed in, in this browser.
+core::Status AddIdentity(ProvidersApi& api,
+                         const ApiRequest& request,
+                         std::int64_t account,
+                         const VouchedPerson& person) {
+  RequestCredentials credentials;
+  credentials.cookie = request.http.Header("Cookie");
+  const auto who = api.accounts.Authenticate(credentials, api.clock.Wall());
+  if (!who || who.value().user_id != account || who.value().proof != Proof::kSessionCookie) {
+    return Error{ErrorCode::kForbidden, "somebody else is signed in now", "", "oidc_elsewhere"};
+  }
+  const core::Status added = api.accounts.AddIdentity(account, person, api.clock.Wall());
+  if (added.ok()) {
+    api.audit.Add(who.value(), "add_identity", who.value().owner_key(), person.issuer);
+  }
+  return added;
+}
+
+core::Result<HttpResponse> Answer(ProvidersApi& api,
+                                  const ApiRequest& request,
+                                  const oidc::ProviderSettings& provider,
+                                  const oidc::SignInFlow::Arrival& arrival) {
+  const oidc::Person& person = arrival.person;
+  const VouchedPerson vouched{
+      person.issuer, person.subject, person.login, person.name, arrival.state.state};
+  if (arrival.state.add_to != 0) {
+    const core::Status added = AddIdentity(api, request, arrival.state.add_to, vouched);
+    if (!added.ok()) return added.error();
+    return GoTo(arrival.state.next);
+  }
+  const std::string_view device = CookieValue(request.http.Header("Cookie"), kDeviceCookieName);
+  SignInOutcome outcome = api.accounts.SignInByIdentity(
+      vouched,
+      {provider.make_accounts, provider.claim_class_list},
+      {"", "", std::string(request.http.remote_address), std::string(device)},
+      api.clock.Wall());
+  if (!outcome.signed_in) return outcome.signed_in.error();
+  if (outcome.note) {
+    outcome.note->detail += " by " + provider.id;
+    api.audit.AddBounded(*outcome.note);
+  }
+  HttpResponse response = GoTo(arrival.state.next);
+  AddSignInCookies(request, outcome.signed_in.value(), response);
+  return response;
+}
+
+core::Result<HttpResponse> FinishSignIn(ProvidersApi& api, const ApiRequest& request) {
+  auto provider = ProviderOf(api, request);
+  if (!provider) return provider.error();
+  const oidc::ProviderSettings& settings = provider.value()->settings();
+  const auto query = [&request](std::string_view name) {
+    return std::string(request.http.Query(name).value_or(""));
+  };
+  oidc::SignInFlow::Callback callback;
+  callback.provider = settings.id;
+  callback.sealed = std::string(CookieValue(request.http.Header("Cookie"), LoginCookie(request)));
+  callback.state = query("state");
+  callback.code = query("code");
+  callback.issuer = query("iss");
+  callback.has_issuer = request.http.Query("iss").has_value();
+  callback.error = query("error");
+  const std::string network = NetworkOf(request.http.remote_address);
+  const core::Status patience = api.callbacks.Try(network, api.clock.Wall());
+  if (!patience.ok()) {
+    Error busy = patience.error();
+    busy.reason = "oidc_busy";
+    return Refuse(api, request, settings.id, busy, /*adding=*/false);
+  }
+  const auto arrival = api.flow.Finish(callback);
+  core::Result<HttpResponse> answer = arrival.ok() ? Answer(api, request, settings, arrival.value())
+                                                   : core::Result<HttpResponse>(arrival.error());
+  // People whom the lab does not admit, and answers to nobody's question, cost the provider little.
+  if (answer.ok() || answer.error().reason != "oidc_failed") api.callbacks.Forgive(network);
+  const bool adding = arrival.ok() && arrival.value().state.add_to != 0;
+  HttpResponse response =
+      answer.ok() ? answer.value() : Refuse(api, request, settings.id, answer.error(), adding);
+  SetCookie(request, LoginCookie(request), "", 0, response);
+  return response;
+}
+
+core::Result<HttpResponse> ListIdentities(ProvidersApi& api, const ApiRequest& request) {
+  auto identities = api.accounts.Identities(request.who.user_id);
+  if (!identities) return identities.error();
+  json::array items;
+  for (const auto& provider : api.flow.providers()) {
+    const oidc::ProviderSettings& settings = provider->settings();
+    json::object item{{"provider", settings.id}, {"label", settings.label}, {"since", nullptr}};
+    for (const LinkedIdentity& identity : identities.value()) {
+      if (identity.issuer == settings.issuer) item["since"] = Iso8601(identity.at);
+    }
+    items.push_back(std::move(item));
+  }
+  return JsonResponse(json::object{{"items", std::move(items)}});
+}
+
+core::Result<HttpResponse> RemoveIdentity(ProvidersApi& api, const ApiRequest& request) {
+  auto provider = ProviderOf(api, request);
+  if (!provider) return provider.error();
+  const std::string& issuer = provider.value()->settings().issuer;
+  const core::Status removed = api.accounts.RemoveIdentity(request.who.user_id, issuer);
+  if (!removed.ok()) return removed.error();
+  api.audit.Add(request.who, "remove_identity", request.who.owner_key(), issuer);
+  return NoContent();
+}
+
+}  // namespace
+
+std::vector<ApiRoute> RoutesOf(ProvidersApi& api) {
+  using enum HttpMethod;
+  using enum Operation;
+  using enum Guard;
+  using enum Cost;
+  const auto on = [&api](auto handler) { return On(api, handler); };
+  return {
+      {kGet, "/api/v1/auth/providers", kReadPublic, kOpen, on(ListProviders)},
+      {kGet,
+       "/api/v1/auth/oidc/{id}/start",
+       kReadPublic,
+       kAnybody,
+       on(StartSignIn),
+       kNoBody,
+       kOutside},
+      {kGet,
+       "/api/v1/auth/oidc/{id}/callback",
+       kReadPublic,
+       kAnybody,
+       on(FinishSignIn),
+       kNoBody,
+       kOutside},
+      {kPost,
+       "/api/v1/auth/oidc/{id}/link",
+       kManageOwnAccount,
+       kRole,
+       on(StartLink),
+       kEmpty,
+       kOutside},
+      {kGet, "/api/v1/auth/identities", kManageOwnAccount, kRole, on(ListIdentities)},
+      {kDelete, "/api/v1/auth/identities/{id}", kManageOwnAccount, kRole, on(RemoveIdentity)},
+  };
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,188 @@
+// Accounts: people whom a sign-in provider vouches for.
+#include "server/auth/account_rows.h"
+#include "server/auth/accounts.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+using soci::into;
+using soci::use;
+
+constexpr auto kStateLives = std::chrono::hours(1);
+constexpr std::size_t kDisplayBytesMax = 200;
+
+Error NotLetIn(const std::string& reason, const std::string& message) {
+  return {ErrorCode::kForbidden, message, "", reason};
+}
+
+/// The answer to a sign-in counts once. Sign-ins that are over by their age are forgotten.
+core::Status UseUp(Transaction& tx, const std::string& state_hash, WallTime now) {
+  const std::int64_t now_ms = ToMilliseconds(now);
+  const std::int64_t expires_ms = ToMilliseconds(now + kStateLives);
+  tx.sql() << "DELETE FROM used_login WHERE expires_ms < :now", use(now_ms, "now");
+  soci::statement insertion =
+      (tx.sql().prepare << "INSERT INTO used_login (state_hash, expires_ms) VALUES (:hash, "
+                           ":expires) ON CONFLICT (state_hash) DO NOTHING",
+       use(state_hash, "hash"),
+       use(expires_ms, "expires"));
+  insertion.execute(true);
+  if (insertion.get_affected_rows() != 1) {
+    return NotLetIn("oidc_elsewhere", "this sign-in has been used");
+  }
+  return Done{};
+}
+
+std::optional<std::int64_t> AccountOfIdentity(Transaction& tx, const VouchedPerson& person) {
+  std::int64_t id = 0;
+  tx.sql() << "SELECT account_id FROM external_identity WHERE issuer = :issuer AND "
+              "subject = :subject",
+      into(id), use(person.issuer, "issuer"), use(person.subject, "subject");
+  if (!tx.sql().got_data()) return std::nullopt;
+  return id;
+}
+
+void PutIdentity(
+    Transaction& tx, const VouchedPerson& person, std::int64_t account, bool added, WallTime now) {
+  const std::int64_t flag = added ? 1 : 0;
+  const std::int64_t now_ms = ToMilliseconds(now);
+  tx.sql() << "INSERT INTO external_identity (issuer, subject, account_id, added, created_ms) "
+              "VALUES (:issuer, :subject, :account, :added, :now)",
+      use(person.issuer, "issuer"), use(person.subject, "subject"), use(account, "account"),
+      use(flag, "added"), use(now_ms, "now");
+}
+
+std::int64_t CountIdentities(Transaction& tx, std::int64_t account) {
+  std::int64_t count = 0;
+  tx.sql() << "SELECT COUNT(*) FROM external_identity WHERE account_id = :id", into(count),
+      use(account, "id");
+  return count;
+}
+
+/// A class list made it and nobody has ever signed in to it.
+bool IsUnclaimed(Transaction& tx, const account_rows::Row& row) {
+  return row.password_hash.empty() && row.role == Name(Role::kStudent) && row.disabled == 0 &&
+         CountIdentities(tx, row.account.id) == 0;
+}
+
+core::Result<Account> MakeStudent(Transaction& tx,
+                                  const std::string& login,
+                                  const std::string& name,
+                                  WallTime now) {
+  const std::int64_t now_ms = ToMilliseconds(now);
+  const std::string shown = name.empty() || name.size() > kDisplayBytesMax ? login : name;
+  tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
+              "version) VALUES (:login, :name, 'student', '', 0, :now, 1)",
+      use(login, "login"), use(shown, "name"), use(now_ms, "now");
+  return account_rows::Find(tx, "login = :value", login)->ToAccount();
+}
+
+/// The account of somebody who signs in for the first time.
+core::Result<Account> FirstAccount(Transaction& tx,
+                                   const VouchedPerson& person,
+                                   const NewcomerRules& rules,
+                                   WallTime now) {
+  const auto login = NormalLogin(person.login);
+  if (!login.ok()) return NotLetIn("oidc_no_login", "the provider names no login that is one here");
+  const auto row = account_rows::Find(tx, "login = :value", login.value());
+  if (row && !(rules.claim_class_list && IsUnclaimed(tx, *row))) {
+    return NotLetIn("oidc_login_taken", "the login " + login.value() + " has an account here");
+  }
+  if (!row && !rules.make_accounts) {
+    return NotLetIn("oidc_no_account", "the login " + login.value() + " has no account here");
+  }
+  core::Result<Account> account =
+      row ? row->ToAccount() : MakeStudent(tx, login.value(), person.name, now);
+  if (account.ok()) PutIdentity(tx, person, account.value().id, /*added=*/false, now);
+  return account;
+}
+
+}  // namespace
+
+SignInOutcome Accounts::SignInByIdentity(const VouchedPerson& person,
+                                         const NewcomerRules& rules,
+                                         const SignInRequest& request,
+                                         WallTime now) {
+  const std::string state_hash = HashSecret(person.state);
+  const auto account =
+      database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Account> {
+        if (const auto once = UseUp(tx, state_hash, now); !once.ok()) return once.error();
+        const auto known = AccountOfIdentity(tx, person);
+        if (!known) return FirstAccount(tx, person, rules, now);
+        const auto row = account_rows::Find(tx, "id = :value", *known);
+        if (!row) return account_rows::NoAccount();
+        if (row->disabled != 0) return NotLetIn("oidc_disabled", "the account is disabled");
+        return row->ToAccount();
+      });
+  if (!account.ok()) return {account.error()};
+  auto opened = OpenSignIn(account.value(), std::nullopt, request.address, request.device, now);
+  if (!opened.ok()) return {opened.error()};
+  AuditNote note{opened.value().principal,
+                 "sign_in",
+                 opened.value().principal.owner_key(),
+                 "from " + request.address};
+  return {std::move(opened), std::move(note)};
+}
+
+core::Status Accounts::AddIdentity(std::int64_t account_id,
+                                   const VouchedPerson& person,
+                                   WallTime now) {
+  const std::string state_hash = HashSecret(person.state);
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    if (const auto once = UseUp(tx, state_hash, now); !once.ok()) return once;
+    if (const auto known = AccountOfIdentity(tx, person)) {
+      if (*known == account_id) return Done{};
+      return NotLetIn("oidc_linked_elsewhere", "this identity belongs to another account");
+    }
+    if (!account_rows::Find(tx, "id = :value", account_id)) return account_rows::NoAccount();
+    PutIdentity(tx, person, account_id, /*added=*/true, now);
+    return Done{};
+  });
+}
+
+core::Result<std::vector<LinkedIdentity>> Accounts::Identities(std::int64_t account_id) {
+  using Found = std::vector<LinkedIdentity>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Found> {
+    LinkedIdentity row;
+    std::int64_t at_ms = 0;
+    soci::statement statement =
+        (tx.sql().prepare << "SELECT issuer, created_ms FROM external_identity "
+                             "WHERE account_id = :id ORDER BY created_ms, issuer",
+         into(row.issuer),
+         into(at_ms),
+         use(account_id, "id"));
+    statement.execute(false);
+    Found out;
+    while (statement.fetch()) {
+      row.at = FromMilliseconds(at_ms);
+      out.push_back(row);
+    }
+    return out;
+  });
+}
+
+core::Status Accounts::RemoveIdentity(std::int64_t account_id, const std::string& issuer) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const auto row = account_rows::Find(tx, "id = :value", account_id);
+    if (!row) return account_rows::NoAccount();
+    soci::statement removal =
+        (tx.sql().prepare
+             << "DELETE FROM external_identity WHERE account_id = :id AND issuer = :issuer",
+         use(account_id, "id"),
+         use(issuer, "issuer"));
+    removal.execute(true);
+    if (removal.get_affected_rows() == 0) {
+      return Error{ErrorCode::kNotFound, "your account does not know this provider", ""};
+    }
+    if (row->password_hash.empty() && CountIdentities(tx, account_id) == 0) {
+      return Error{ErrorCode::kConflict,
+                   "this is your only way to sign in; ask an admin for a password first",
+                   ""};
+    }
+    return Done{};
+  });
+}
+
+}  // namespace faultlab::server

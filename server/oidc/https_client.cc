@@ -1,0 +1,139 @@
+#include "server/oidc/https_client.h"
+
+#include <curl/curl.h>
+
+#include <memory>
+
+#include "core/types/check.h"
+
+namespace faultlab::server::oidc {
+namespace {
+
+struct FreeUrl {
+  void operator()(CURLU* url) const { curl_url_cleanup(url); }
+};
+struct FreeCurl {
+  void operator()(CURL* curl) const { curl_easy_cleanup(curl); }
+};
+struct FreeList {
+  void operator()(curl_slist* list) const { curl_slist_free_all(list); }
+};
+struct FreeText {
+  void operator()(char* text) const { curl_free(text); }
+};
+
+void StartCurl() {
+  static const CURLcode started = curl_global_init(CURL_GLOBAL_DEFAULT);
+  LAB_CHECK(started == CURLE_OK);
+}
+
+std::string Part(CURLU* url, CURLUPart part) {
+  char* text = nullptr;
+  if (curl_url_get(url, part, &text, 0) != CURLUE_OK) return {};
+  const std::unique_ptr<char, FreeText> held(text);
+  return text;
+}
+
+bool IsLoopback(const std::string& host) {
+  return host == "127.0.0.1" || host == "localhost" || host == "[::1]";
+}
+
+struct Body {
+  std::string text;
+  std::size_t bytes_max = 0;
+};
+
+std::size_t Take(char* data, std::size_t size, std::size_t count, void* user) {
+  Body& body = *static_cast<Body*>(user);
+  const std::size_t bytes = size * count;
+  if (body.text.size() + bytes > body.bytes_max) return 0;  // ends the transfer with an error
+  body.text.append(data, bytes);
+  return bytes;
+}
+
+core::Error Unavailable(const std::string& what) {
+  return {core::ErrorCode::kUnavailable, what, ""};
+}
+
+}  // namespace
+
+HttpsClient::HttpsClient(Options options) : options_(std::move(options)) {
+  StartCurl();
+}
+
+core::Status HttpsClient::CheckUrl(const std::string& url) const {
+  const std::unique_ptr<CURLU, FreeUrl> parsed(curl_url());
+  const bool readable =
+      parsed && curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) == CURLUE_OK;
+  if (!readable) return core::Error{core::ErrorCode::kInvalid, "'" + url + "' is no address", ""};
+  const std::string scheme = Part(parsed.get(), CURLUPART_SCHEME);
+  const std::string host = Part(parsed.get(), CURLUPART_HOST);
+  const bool near = options_.insecure_loopback && scheme == "http" && IsLoopback(host);
+  if ((scheme != "https" && !near) || !Part(parsed.get(), CURLUPART_USER).empty()) {
+    return core::Error{core::ErrorCode::kInvalid, "'" + url + "' is not https", ""};
+  }
+  return core::Done{};
+}
+
+core::Result<WebAnswer> HttpsClient::Ask(const WebRequest& request) const {
+  if (const core::Status good = CheckUrl(request.url); !good.ok()) return good.error();
+  const std::unique_ptr<CURL, FreeCurl> curl(curl_easy_init());
+  if (!curl) return Unavailable("no memory for a connection");
+  std::unique_ptr<curl_slist, FreeList> headers;
+  for (const std::string& header : request.headers) {
+    curl_slist* longer = curl_slist_append(headers.get(), header.c_str());
+    if (longer == nullptr) return Unavailable("no memory for a connection");
+    (void)headers.release();
+    headers.reset(longer);
+  }
+  const bool plain = request.url.starts_with("http:");
+  Body body{{}, options_.bytes_max};
+  std::string words(CURL_ERROR_SIZE, '\0');
+  CURL* const to = curl.get();
+  curl_easy_setopt(to, CURLOPT_URL, request.url.c_str());
+  curl_easy_setopt(to, CURLOPT_PROTOCOLS_STR, plain ? "http" : "https");
+  curl_easy_setopt(to, CURLOPT_FOLLOWLOCATION, 0L);
+  curl_easy_setopt(to, CURLOPT_NOSIGNAL, 1L);
+  curl_easy_setopt(to, CURLOPT_SSLVERSION, static_cast<long>(CURL_SSLVERSION_TLSv1_2));
+  curl_easy_setopt(to, CURLOPT_CONNECTTIMEOUT_MS, options_.connect_deadline.count());
+  curl_easy_setopt(to, CURLOPT_TIMEOUT_MS, options_.deadline.count());
+  curl_easy_setopt(to, CURLOPT_USERAGENT, "faultlab");
+  curl_easy_setopt(to, CURLOPT_HTTPHEADER, headers.get());
+  curl_easy_setopt(to, CURLOPT_ERRORBUFFER, words.data());
+  curl_easy_setopt(to, CURLOPT_WRITEFUNCTION, Take);
+  curl_easy_setopt(to, CURLOPT_WRITEDATA, &body);
+  if (!options_.ca_file.empty()) curl_easy_setopt(to, CURLOPT_CAINFO, options_.ca_file.c_str());
+  if (plain) curl_easy_setopt(to, CURLOPT_NOPROXY, "*");
+  if (!request.form.empty()) {
+    curl_easy_setopt(to, CURLOPT_POSTFIELDSIZE, static_cast<long>(request.form.size()));
+    curl_easy_setopt(to, CURLOPT_POSTFIELDS, request.form.c_str());
+  }
+  const CURLcode done = curl_easy_perform(to);
+  if (done != CURLE_OK) {
+    const std::string why = words.c_str();
+    return Unavailable(request.url + ": " + (why.empty() ? curl_easy_strerror(done) : why));
+  }
+  long status = 0;
+  curl_easy_getinfo(to, CURLINFO_RESPONSE_CODE, &status);
+  return WebAnswer{static_cast<int>(status), std::move(body.text)};
+}
+
+std::string FormEncode(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  std::string out;
+  for (const char c : text) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '-' || c == '.' || c == '_' || c == '~';
+    if (plain) {
+      out.push_back(c);
+      continue;
+    }
+    const auto byte = static_cast<unsigned char>(c);
+    out += '%';
+    out += kDigits[byte >> 4U];
+    out += kDigits[byte & 15U];
+  }
+  return out;
+}
+
+}  // namespace faultlab::server::oidc

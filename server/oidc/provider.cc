@@ -1,0 +1,154 @@
+#include "server/oidc/provider.h"
+
+#include <sodium.h>
+
+#include <utility>
+
+#include "server/oidc/base64url.h"
+#include "server/oidc/claims.h"
+#include "server/oidc/jwt.h"
+
+namespace faultlab::server::oidc {
+namespace {
+
+namespace json = boost::json;
+using core::Error;
+using core::ErrorCode;
+using std::chrono::hours;
+using std::chrono::minutes;
+using std::chrono::seconds;
+
+constexpr auto kDocumentsLive = hours(1);
+constexpr auto kKeysPause = minutes(1);
+constexpr auto kFailurePause = seconds(10);
+constexpr int kOk = 200;
+
+std::string PlainBase64(const std::string& text) {
+  std::string out(sodium_base64_encoded_len(text.size(), sodium_base64_VARIANT_ORIGINAL), '\0');
+  sodium_bin2base64(out.data(),
+                    out.size(),
+                    reinterpret_cast<const unsigned char*>(text.data()),
+                    text.size(),
+                    sodium_base64_VARIANT_ORIGINAL);
+  out.pop_back();  // the terminating zero
+  return out;
+}
+
+}  // namespace
+
+Provider::Provider(ProviderSettings settings, const Clock& clock)
+    : settings_(std::move(settings)),
+      clock_(clock),
+      client_({.ca_file = settings_.ca_file, .insecure_loopback = settings_.insecure_loopback}) {}
+
+core::Result<Discovery> Provider::Discover() {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto age = clock_.Monotonic() - discovered_at_;
+    if (discovery_ && (age < kDocumentsLive || discovering_)) return *discovery_;
+    if (discovery_failed_ && age < kFailurePause) return *discovery_failed_;
+    if (discovering_) return Error{ErrorCode::kUnavailable, "the provider is being asked", ""};
+    discovering_ = true;
+  }
+  const auto answer = client_.Ask({DiscoveryUrl(settings_.issuer), {"Accept: application/json"}});
+  auto parsed = answer.ok() ? ParseDiscovery(answer.value(), settings_.issuer, client_)
+                            : core::Result<Discovery>(answer.error());
+  const std::lock_guard lock(mutex_);
+  discovering_ = false;
+  discovered_at_ = clock_.Monotonic();
+  discovery_failed_.reset();
+  if (parsed.ok()) discovery_ = parsed.value();
+  if (!parsed.ok()) discovery_failed_ = parsed.error();
+  if (!parsed.ok() && discovery_) return *discovery_;  // what was true an hour ago
+  return parsed;
+}
+
+core::Result<Provider::Tokens> Provider::Exchange(const Discovery& discovery,
+                                                  const std::string& code,
+                                                  const std::string& verifier,
+                                                  const std::string& redirect_uri) {
+  WebRequest request;
+  request.url = discovery.token_endpoint;
+  request.headers = {"Accept: application/json"};
+  request.form = "grant_type=authorization_code&code=" + FormEncode(code) +
+                 "&redirect_uri=" + FormEncode(redirect_uri) +
+                 "&code_verifier=" + FormEncode(verifier);
+  const std::string id = FormEncode(settings_.client_id);
+  if (settings_.client_secret.empty() || discovery.secret_in_form) {
+    request.form += "&client_id=" + id;
+  }
+  if (!settings_.client_secret.empty()) {
+    const std::string secret = FormEncode(settings_.client_secret);
+    if (discovery.secret_in_form) request.form += "&client_secret=" + secret;
+    if (!discovery.secret_in_form) {
+      request.headers.push_back("Authorization: Basic " + PlainBase64(id + ":" + secret));
+    }
+  }
+  const auto answer = client_.Ask(request);
+  if (!answer) return answer.error();
+  const auto object = ObjectOf(answer.value(), "the token endpoint");
+  if (!object) return object.error();
+  Tokens out{TextOf(object.value(), "id_token"), TextOf(object.value(), "access_token")};
+  if (out.id_token.empty()) {
+    return Error{ErrorCode::kUnavailable, "the token endpoint gave no ID token", ""};
+  }
+  return out;
+}
+
+core::Result<std::vector<Jwk>> Provider::Keys(const Discovery& discovery, bool newer) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (keys_asked_at_) {
+      const auto age = clock_.Monotonic() - *keys_asked_at_;
+      if (age < kKeysPause || (!newer && age < kDocumentsLive)) return keys_;
+    }
+    keys_asked_at_ = clock_.Monotonic();  // others use what there is meanwhile
+  }
+  const auto answer = client_.Ask({discovery.jwks_uri, {"Accept: application/json"}});
+  const bool good = answer.ok() && answer.value().status == kOk;
+  auto parsed = good ? ParseJwks(answer.value().body)
+                     : core::Result<std::vector<Jwk>>(
+                           Error{ErrorCode::kUnavailable, "the provider's keys are not there", ""});
+  const std::lock_guard lock(mutex_);
+  if (parsed.ok()) keys_ = parsed.value();
+  if (!parsed.ok() && !keys_.empty()) return keys_;
+  if (!parsed.ok()) keys_asked_at_.reset();  // the first time: the next sign-in asks again
+  return parsed;
+}
+
+core::Result<json::object> Provider::ClaimsOf(const Discovery& discovery, std::string_view token) {
+  const auto apart = TakeApart(token);
+  if (!apart) return apart.error();
+  core::Result<json::object> claims =
+      Error{ErrorCode::kInvalid, "the token names a key that the provider does not publish", ""};
+  for (const bool newer : {false, true}) {
+    const auto keys = Keys(discovery, newer);
+    if (!keys) return keys.error();
+    if (const Jwk* key = KeyOf(apart.value().header, keys.value())) {
+      claims = Prove(apart.value(), *key);
+    }
+    if (claims.ok()) break;
+  }
+  return claims;
+}
+
+core::Result<json::object> Provider::UserInfo(const Discovery& discovery,
+                                              const std::string& access_token,
+                                              const std::string& subject) {
+  if (discovery.userinfo_endpoint.empty() || access_token.empty()) return json::object{};
+  if (access_token.find_first_of("\r\n") != std::string::npos) {
+    return Error{ErrorCode::kInvalid, "the access token is no token", ""};
+  }
+  const auto answer =
+      client_.Ask({discovery.userinfo_endpoint,
+                   {"Accept: application/json", "Authorization: Bearer " + access_token}});
+  if (!answer) return answer.error();
+  auto object = ObjectOf(answer.value(), "the userinfo endpoint");
+  if (!object) return object.error();
+  if (TextOf(object.value(), "sub") != subject) {
+    return Error{ErrorCode::kInvalid, "the userinfo endpoint speaks of somebody else", ""};
+  }
+  return object;
+}
+
+}  // namespace faultlab::server::oidc
