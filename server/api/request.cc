@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "server/net/websocket.h"
-#include "server/storage/database_error.h"
 
 namespace faultlab::server {
 namespace {
@@ -16,7 +15,6 @@ using core::ErrorCode;
 
 constexpr int kPageDefault = 50;
 constexpr int kPageMax = 200;
-const std::string kAway = "The database does not answer; try again in a moment.";
 
 /// What the refusal of a kTooMany says about when to come back.
 std::string SecondsToWait(const Error& error) {
@@ -175,11 +173,8 @@ int HttpStatus(core::ErrorCode code) {
 
 HttpResponse ProblemOf(const core::Error& error) {
   const int status = HttpStatus(error.code);
-  // The operator's log has the database's own words.
-  const bool away = error.reason == kDatabaseAway;
-  const std::string& detail = away ? kAway : error.message;
   HttpResponse response =
-      Problem(status, Name(error.code), ReasonPhrase(status), detail, error.field);
+      Problem(status, Name(error.code), ReasonPhrase(status), error.message, error.field);
   response.body.pop_back();
   AppendReason(response.body, error);
   response.body.push_back('}');

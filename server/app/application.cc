@@ -311,6 +311,7 @@ core::Result<std::unique_ptr<Application>> Application::Open(const Config& confi
   if (!lock) return lock.error();
   DatabaseOptions options;
   options.location = DatabaseLocation(config);
+  options.on_error = [](std::string_view text) { spdlog::error("{}", text); };
   auto database = Database::Open(std::move(options));
   if (!database) return database.error();
   auto impl = std::make_unique<Impl>(config, std::move(lock).value(), std::move(database).value());

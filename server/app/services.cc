@@ -111,6 +111,7 @@ void Services::BuildApi(Router& router) {
                                              base_.accounts,
                                              base_.tokens,
                                              quota_,
+                                             places_,
                                              audit_,
                                              options_.default_seed,
                                              options_.spool_folder});

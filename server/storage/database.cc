@@ -3,6 +3,8 @@
 #include <soci/soci.h>
 
 #include <algorithm>
+#include <chrono>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -20,6 +22,12 @@ using core::ErrorCode;
 const char* BeginStatement(Engine engine, bool writes) {
   if (engine == Engine::kSqlite) return writes ? "BEGIN IMMEDIATE" : "BEGIN";
   return writes ? "BEGIN" : "BEGIN READ ONLY";
+}
+
+/// Of what only a command of the operator can meet.
+Error ForOperators(TranslatedError failure) {
+  failure.error.message += ": " + failure.engine_says;
+  return std::move(failure.error);
 }
 
 std::vector<std::string> TableNames(Transaction& tx) {
@@ -63,8 +71,24 @@ struct Database::Impl {
       : engine(the_engine), options(the_options), pool(the_engine, std::move(of_connections)) {}
   const Engine engine;
   const DatabaseOptions options;
+  /// The same at most once a second: a database that is away fails every request.
+  void Tell(const TranslatedError& failure) {
+    if (!options.on_error || failure.error.code == ErrorCode::kBusy) return;
+    const auto now = std::chrono::steady_clock::now();
+    {
+      const std::lock_guard lock(told_mutex);
+      if (told == failure.engine_says && now - told_at < std::chrono::seconds(1)) return;
+      told = failure.engine_says;
+      told_at = now;
+    }
+    options.on_error("database: " + failure.error.message + ": " + failure.engine_says);
+  }
+
   ConnectionPool pool;
   int schema_version = 0;
+  std::mutex told_mutex;
+  std::string told;
+  std::chrono::steady_clock::time_point told_at{};
 };
 
 Database::Database(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -100,7 +124,7 @@ core::Result<std::unique_ptr<Database>> Database::Open(DatabaseOptions options) 
     if (!version.ok()) return version.error();
     impl->schema_version = version.value();
   } catch (const std::exception& exception) {
-    return TranslateDatabaseError(exception).error;
+    return ForOperators(TranslateDatabaseError(exception));
   }
   return std::unique_ptr<Database>(new Database(std::move(impl)));
 }
@@ -149,6 +173,7 @@ core::Status Database::RunOnce(bool writes,
       throw;
     } catch (const std::exception& exception) {
       const TranslatedError translated = TranslateDatabaseError(exception);
+      impl_->Tell(translated);
       if (translated.connection_lost) {
         lease.Discard();
       } else {
@@ -159,7 +184,9 @@ core::Status Database::RunOnce(bool writes,
   } catch (const core::ContractError&) {
     throw;
   } catch (const std::exception& exception) {
-    return TranslateDatabaseError(exception).error;
+    const TranslatedError translated = TranslateDatabaseError(exception);
+    impl_->Tell(translated);
+    return translated.error;
   }
 }
 
@@ -196,7 +223,7 @@ core::Status Database::BackupTo(const std::string& path) {
     auto lease = impl_->pool.Acquire(/*writes=*/false);
     lease.session() << "VACUUM INTO :path", soci::use(path, "path");
   } catch (const std::exception& exception) {
-    return TranslateDatabaseError(exception).error;
+    return ForOperators(TranslateDatabaseError(exception));
   }
   return core::Done{};
 }

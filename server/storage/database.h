@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
@@ -37,6 +38,8 @@ struct DatabaseOptions {
   /// SQLite: refuse to grow beyond this, 0 = no limit. A full quota answers like a full disk.
   std::int64_t bytes_max = 0;
   int connections_max = 6;
+  /// Told what the engine itself said of a failure, which people are not. Any thread.
+  std::function<void(std::string_view)> on_error{};
   /// Called around the commit of each write, on its thread, when set: the crash tests kill the
   /// process there.
   std::function<void(CommitMoment)> at_commit{};

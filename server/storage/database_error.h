@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 
 #include "core/types/result.h"
@@ -15,7 +16,8 @@ class PoolTimeout : public std::runtime_error {
 };
 
 struct TranslatedError {
-  core::Error error;
+  core::Error error{};           ///< for a person: without the engine's words
+  std::string engine_says{};     ///< for the log: SQL, paths, parameters
   bool connection_lost = false;  ///< the connection must not be used again
 };
 

@@ -22,6 +22,7 @@ struct RunApi {
   Accounts& accounts;
   StreamTokens& tokens;
   StorageQuota& quota;
+  RunPlaces& places;
   AuditLog& audit;
   std::uint64_t default_seed = 1;
   std::string spool_folder;
@@ -55,6 +56,9 @@ core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request);
 // figures.cc
 core::Result<HttpResponse> GetPlot(RunApi& api, const ApiRequest& request);
 core::Result<HttpResponse> GetFigure(RunApi& api, const ApiRequest& request);
+
+// usage.cc
+core::Result<HttpResponse> GetUsage(RunApi& api, const ApiRequest& request);
 
 // uploads.cc
 core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& request);

@@ -54,6 +54,7 @@ std::vector<ApiRoute> RoutesOf(RunApi& api) {
        on(UploadRecording),
        kUpload,
        kTransfer},
+      {kGet, "/api/v1/usage", kReadRun, kObject, on(GetUsage)},
       {kGet, "/api/v1/recordings", kReadRun, kObject, on(ListRecordings)},
   };
 }

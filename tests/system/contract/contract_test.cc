@@ -215,6 +215,7 @@ void Contract::People() {
   // Nobody listens at this provider; oidc.test.js signs in at others.
   const Values provider{{"id", "uni"}};
   world_.Expect(200, "guest", "GET", "auth/providers");
+  world_.Expect(200, "ann", "GET", "usage");
   world_.Expect(200, "ann", "GET", "auth/identities");
   world_.Expect(303, "guest", "GET", "auth/oidc/{id}/start", provider);
   world_.Expect(303, "guest", "GET", "auth/oidc/{id}/callback", provider);

@@ -130,6 +130,7 @@ export const api = {
   frames: (run: string, from = 0, signal?: AbortSignal) =>
     request(`/runs/${id(run)}/frames?from=${from}`, { signal }),
 
+  usage: () => get<Schemas["Usage"]>("/usage"),
   recordings: async () => (await get<Page<Recording>>("/recordings")).items,
   uploadRecording: async (csv: Blob, name: string) => {
     const response = await request(`/recordings?name=${id(name)}`, {

@@ -76,6 +76,7 @@ export const en = {
   uploading: "Uploading",
   play: "Play",
   recent_runs: "Recent runs",
+  kept_space: "Recordings fill {percent} % of their share.",
   all_runs: "All runs",
   runs_none: "No run yet. The first one starts with a button on the Lab page.",
   show_more: "Show more",

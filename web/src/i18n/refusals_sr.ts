@@ -28,5 +28,13 @@ export const refusalsSr: Record<string, string> = {
   refused_voltage_outside: "Upravljački napon uređaja {rig} ide od {lowest_v} V do {highest_v} V.",
   refused_no_fault_set: "Za vas nema takvog skupa kvarova.",
   refused_empty_recording: "Snimak je prazan.",
+  refused_your_runs_full:
+    "Imate {most} ogleda u toku, koliko jedna osoba sme; zaustavite neki ili sačekajte.",
+  refused_your_simulators_full:
+    "Koristite {most} simulatora, koliko jedna osoba sme; zaustavite ogled ili sačekajte.",
+  refused_replay_too_long:
+    "Može se ponoviti snimak od najviše {longest_s} s; njegove slike i procene postoje i bez ponavljanja.",
+  refused_quota_full: "Vaši snimci imaju {kept} od {most} odbiraka; obrišite neke.",
+  refused_disk_full: "Disk servera je skoro pun: nastavljaju se samo termini na uređajima.",
   refused_sign_in_throttled: "Previše neuspelih pokušaja; pokušajte za {seconds} s.",
 };

@@ -77,6 +77,7 @@ export const srLatn: Catalogue = {
   uploading: "Slanje",
   play: "Pusti",
   recent_runs: "Poslednji ogledi",
+  kept_space: "Snimci zauzimaju {percent} % svog dela.",
   all_runs: "Svi ogledi",
   runs_none: "Još nema ogleda. Prvi počinje dugmetom na stranici Laboratorija.",
   show_more: "Prikaži još",

@@ -1,0 +1,90 @@
+// What is open ends with the right by which it was opened.
+#include <boost/json.hpp>
+#include <memory>
+
+#include "tests/server/api/api_world.h"
+#include "tests/support/raw_client.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+class RevocationTest : public ApiTest {
+ protected:
+  /// A window on a run of their own, by which they may command.
+  std::unique_ptr<tests::WebSocketClient> Watch(const Person& who) {
+    if (run_.empty()) {
+      const json::object run = Ok(Call(who, "POST", "runs", "runs", R"({"duration_s":600})"), 201);
+      run_ = run.at("id").as_string();
+    }
+    const std::string target = "runs/" + run_ + "/stream-token";
+    const json::object token = Ok(Call(who, "POST", "runs/{id}/stream-token", target, "{}"), 201);
+    auto page = std::make_unique<tests::WebSocketClient>(
+        application_->port(), "/ws?code=" + std::string(token.at("code").as_string()));
+    const auto hello = page->ReadTextWith("\"hello\"");
+    EXPECT_TRUE(hello && hello->find("\"can_command\":true") != std::string::npos);
+    return page;
+  }
+  /// The code with which the server closes it; 0 when it just ends.
+  static int CloseCodeOf(tests::WebSocketClient& page) {
+    while (const auto frame = page.Read()) {
+      if (frame->opcode == 8) return frame->close_code();
+    }
+    return 0;
+  }
+  std::int64_t IdOf(const std::string& login) { return accounts_->GetByLogin(login).value().id; }
+
+  std::string run_;
+};
+
+TEST_F(RevocationTest, SigningOutClosesTheWindowsOfThisSignInAlone) {
+  const Person here = Make("ann", Role::kStudent);
+  const Person there = ByPassword("ann");
+  const auto closed = Watch(here);
+  const auto open = Watch(there);
+  EXPECT_EQ(Call(here, "POST", "auth/logout", "auth/logout", "{}").status, 204);
+  EXPECT_EQ(CloseCodeOf(*closed), 1008);
+  open->SendText(R"({"type":"ping","t":1})");
+  EXPECT_TRUE(open->ReadTextWith("\"pong\""));
+}
+
+TEST_F(RevocationTest, ADisabledAccountCommandsNothingAnyMore) {
+  const Person ann = Make("ann", Role::kStudent);
+  const auto page = Watch(ann);
+  const std::int64_t id = IdOf("ann");
+  const Person admin = Admin();
+  const json::object user = Ok(Call(admin,
+                                    "PATCH",
+                                    "users/{id}",
+                                    "users/" + std::to_string(id),
+                                    R"({"disabled":true})",
+                                    "If-Match: 1\r\n"));
+  EXPECT_TRUE(user.at("disabled").as_bool());
+  EXPECT_EQ(CloseCodeOf(*page), 1008);
+}
+
+TEST_F(RevocationTest, WhatAnotherProcessEndsIsNoticed) {
+  const Person ann = Make("ann", Role::kStudent);
+  const auto page = Watch(ann);
+  // As `faultlab admin` does: this object is not the server's.
+  ASSERT_TRUE(accounts_->Change(IdOf("ann"), 1, {}, {}, true).ok());
+  EXPECT_EQ(CloseCodeOf(*page), 1008);
+}
+
+TEST_F(RevocationTest, ACodeEndsWithItsSignIn) {
+  const Person ann = Make("ann", Role::kStudent);
+  const auto page = Watch(ann);
+  const json::object token =
+      Ok(Call(ann, "POST", "runs/{id}/stream-token", "runs/" + run_ + "/stream-token", "{}"), 201);
+  EXPECT_EQ(Call(ann, "POST", "auth/logout", "auth/logout", "{}").status, 204);
+  const auto late =
+      tests::Get(application_->port(),
+                 "/ws?code=" + std::string(token.at("code").as_string()),
+                 "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                 "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n");
+  EXPECT_EQ(late.status, 403);
+}
+
+}  // namespace
+}  // namespace faultlab::server
