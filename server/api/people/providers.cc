@@ -34,6 +34,7 @@ std::string RedirectUri(const ProvidersApi& api,
 HttpResponse GoTo(const std::string& location) {
   HttpResponse response;
   response.status = 303;
+  response.content_type = {};
   response.headers.emplace_back("Location", location);
   return response;
 }
