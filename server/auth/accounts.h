@@ -233,9 +233,14 @@ class Accounts : public Authenticator {
   /// Joins the course, or refuses to. kNotFound when the account is not invited.
   core::Status AnswerInvitation(std::int64_t account_id, std::int64_t course_id, bool accept);
   /// kOwn when `who` is the account, kCourse when `who` teaches a course of it, else kForeign.
-  core::Result<Ownership> Relation(const Principal& who, std::int64_t account_id);
+  /// @param made_at  of a thing of theirs: a teacher has to do with what was made since they joined
+  core::Result<Ownership> Relation(const Principal& who,
+                                   std::int64_t account_id,
+                                   std::optional<WallTime> made_at = {});
   /// The same of an object, by its owner's key: "guest", "user:7".
-  core::Result<Ownership> RelationTo(const Principal& who, std::string_view owner_key);
+  core::Result<Ownership> RelationTo(const Principal& who,
+                                     std::string_view owner_key,
+                                     std::optional<WallTime> made_at = {});
   core::Result<bool> Teaches(std::int64_t account_id, std::int64_t course_id);
   core::Result<bool> Attends(std::int64_t account_id, std::int64_t course_id);
 

@@ -1,6 +1,7 @@
 // Accounts: courses and enrolment.
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
@@ -28,10 +29,13 @@ bool CourseExists(Transaction& tx, std::int64_t id) {
 
 void PutEnrolment(Transaction& tx, std::int64_t course, std::int64_t account, bool teaches) {
   const std::int64_t flag = teaches ? 1 : 0;
-  tx.sql() << "INSERT INTO enrolment (course_id, account_id, teaches) "
-              "VALUES (:course, :account, :teaches) "
+  // As the runs of its members are dated.
+  const std::int64_t since_ms = ToMilliseconds(
+      std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now()));
+  tx.sql() << "INSERT INTO enrolment (course_id, account_id, teaches, since_ms) "
+              "VALUES (:course, :account, :teaches, :since) "
               "ON CONFLICT (course_id, account_id) DO NOTHING",
-      use(course, "course"), use(account, "account"), use(flag, "teaches");
+      use(course, "course"), use(account, "account"), use(flag, "teaches"), use(since_ms, "since");
 }
 
 bool IsMember(Transaction& tx, std::int64_t course, std::int64_t account) {
@@ -335,19 +339,24 @@ core::Status Accounts::AnswerInvitation(std::int64_t account_id,
   });
 }
 
-core::Result<Ownership> Accounts::Relation(const Principal& who, std::int64_t account_id) {
+core::Result<Ownership> Accounts::Relation(const Principal& who,
+                                           std::int64_t account_id,
+                                           std::optional<WallTime> made_at) {
   if (who.user_id == account_id) return Ownership::kOwn;
+  const std::int64_t made_ms = made_at ? ToMilliseconds(*made_at) : INT64_MAX;
   return database_.Read([&](Transaction& tx) -> core::Result<Ownership> {
     std::int64_t common = 0;
     tx.sql() << "SELECT COUNT(*) FROM enrolment mine JOIN enrolment theirs "
                 "ON mine.course_id = theirs.course_id WHERE mine.account_id = :me "
-                "AND mine.teaches = 1 AND theirs.account_id = :they",
-        into(common), use(who.user_id, "me"), use(account_id, "they");
+                "AND mine.teaches = 1 AND theirs.account_id = :they AND theirs.since_ms <= :made",
+        into(common), use(who.user_id, "me"), use(account_id, "they"), use(made_ms, "made");
     return common > 0 ? Ownership::kCourse : Ownership::kForeign;
   });
 }
 
-core::Result<Ownership> Accounts::RelationTo(const Principal& who, std::string_view owner_key) {
+core::Result<Ownership> Accounts::RelationTo(const Principal& who,
+                                             std::string_view owner_key,
+                                             std::optional<WallTime> made_at) {
   const Ownership whose = OwnershipOf(who, owner_key);
   constexpr std::string_view kUserKey = "user:";
   if (whose == Ownership::kOwn || !who.signed_in()) return whose;
@@ -356,7 +365,7 @@ core::Result<Ownership> Accounts::RelationTo(const Principal& who, std::string_v
   std::int64_t id = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id);
   if (error != std::errc() || end != text.data() + text.size()) return whose;
-  return Relation(who, id);
+  return Relation(who, id, made_at);
 }
 
 core::Result<bool> Accounts::Teaches(std::int64_t account_id, std::int64_t course_id) {

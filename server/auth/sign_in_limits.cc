@@ -33,10 +33,16 @@ core::Result<SignInLimits::Pass> SignInLimits::Begin(const std::string& account,
     return pass;
   }
   const std::string network = NetworkOf(address);
-  core::Status status = pass.Count(by_pair_, account + " " + network, false, now);
+  const std::string pair = account + " " + network;
+  // Whoever has not failed here yet is not shut out by what others did, here or elsewhere.
+  const bool first = !by_pair_.Knows(pair);
+  core::Status status = pass.Count(by_pair_, pair, false, now);
   if (status.ok()) status = pass.Count(by_network_, network, true, now);
-  if (status.ok()) status = pass.Count(by_account_, account, true, now);
-  if (status.ok()) return pass;
+  if (status.ok() || first) {
+    const core::Status account_wide = pass.Count(by_account_, account, true, now);
+    if (status.ok()) status = account_wide;
+  }
+  if (status.ok() || first) return pass;
   pass.NotJudged();
   return status.error();
 }

@@ -54,6 +54,11 @@ core::Status Throttle::Try(const std::string& name, WallTime now) {
   return core::Done{};
 }
 
+bool Throttle::Knows(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  return failures_.contains(name);
+}
+
 void Throttle::Forgive(const std::string& name) {
   const std::lock_guard lock(mutex_);
   const auto found = failures_.find(name);

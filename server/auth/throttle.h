@@ -19,6 +19,8 @@ class Throttle {
 
   /// kTooMany with the seconds to wait; nothing is counted then.
   core::Status Try(const std::string& name, WallTime now);
+  /// A failure under this name is remembered.
+  bool Knows(const std::string& name);
   /// The try that was begun is no failure.
   void Forgive(const std::string& name);
   /// Nor are those before.

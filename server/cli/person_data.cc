@@ -1,5 +1,7 @@
 #include "server/cli/person_data.h"
 
+#include <sys/stat.h>
+
 #include <boost/json.hpp>
 #include <chrono>
 #include <filesystem>
@@ -60,6 +62,7 @@ core::Result<Account> AccountOf(Database& database, const std::string& login) {
 }  // namespace
 
 int RunPersonExport(const PersonOptions& options) {
+  umask(077);
   const auto database = OpenExisting(options.target);
   if (!database) return FailWith(database.error());
   const auto account = AccountOf(*database.value(), options.login);

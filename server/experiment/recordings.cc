@@ -61,7 +61,7 @@ core::Result<RunRecord> Recordings::Find(const Principal& who,
                                          Operation operation) {
   auto record = store_.Get(id);
   if (!record) return record.error();
-  const auto whose = accounts_.RelationTo(who, record.value().owner);
+  const auto whose = accounts_.RelationTo(who, record.value().owner, record.value().created_at);
   if (!whose) return whose.error();
   const core::Status allowed = Authorize(who, operation, whose.value());
   if (!allowed.ok()) return allowed.error();

@@ -3,6 +3,7 @@
 #include <soci/soci.h>
 
 #include <array>
+#include <cctype>
 #include <charconv>
 
 namespace faultlab::server::lab {
@@ -127,6 +128,67 @@ core::Status CheckAtRest(Transaction& tx, std::int64_t account_id) {
   return Done{};
 }
 
+/// Whole words alone: "ann" stays in "anna".
+std::string WithoutWord(std::string text, const std::string& word, const std::string& by) {
+  const auto of_login = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+           std::string_view("._@-").find(c) != std::string_view::npos;
+  };
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at)) {
+    const std::size_t end = at + word.size();
+    const bool whole =
+        (at == 0 || !of_login(text[at - 1])) && (end == text.size() || !of_login(text[end]));
+    if (whole) text.replace(at, word.size(), by);
+    at += whole ? by.size() : 1;
+  }
+  return text;
+}
+
+void LockLog(Transaction& tx, bool locked) {
+  if (tx.engine() == Engine::kPostgresql) {
+    tx.sql() << std::string("ALTER TABLE audit_log ") + (locked ? "ENABLE" : "DISABLE") +
+                    " TRIGGER audit_log_is_append_only";
+    return;
+  }
+  if (!locked) {
+    tx.sql() << "DROP TRIGGER audit_log_is_append_only_1";
+    return;
+  }
+  tx.sql() << "CREATE TRIGGER audit_log_is_append_only_1 BEFORE UPDATE ON audit_log "
+              "BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END";
+}
+
+/// The one change that the log takes: the login and name of who is erased.
+void RenameInLog(Transaction& tx,
+                 const std::string& login,
+                 const std::string& name,
+                 const std::string& by) {
+  struct Line {
+    std::int64_t seq = 0;
+    std::string object;
+    std::string detail;
+  };
+  std::vector<Line> lines;
+  {
+    const soci::rowset<soci::row> rows =
+        (tx.sql().prepare << "SELECT seq, object, detail FROM audit_log");
+    for (const soci::row& row : rows) {
+      Line line{std::stoll(Text(row, 0)), row.get<std::string>(1), row.get<std::string>(2)};
+      Line renamed{
+          line.seq, WithoutWord(line.object, login, by), WithoutWord(line.detail, login, by)};
+      if (!name.empty()) renamed.detail = WithoutWord(renamed.detail, name, by);
+      if (renamed.object != line.object || renamed.detail != line.detail) lines.push_back(renamed);
+    }
+  }
+  if (lines.empty()) return;
+  LockLog(tx, false);
+  for (const Line& line : lines) {
+    tx.sql() << "UPDATE audit_log SET object = :object, detail = :detail WHERE seq = :seq",
+        use(line.object, "object"), use(line.detail, "detail"), use(line.seq, "seq");
+  }
+  LockLog(tx, true);
+}
+
 }  // namespace
 
 core::Result<std::vector<PersonTable>> PersonData(Database& database, std::int64_t account_id) {
@@ -175,7 +237,12 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
           use(account_id, "id");
     }
     tx.sql() << "DELETE FROM lab_event WHERE user_id = :id", use(account_id, "id");
+    std::string old_login;
+    std::string name;
+    tx.sql() << "SELECT login, name FROM account WHERE id = :id", into(old_login), into(name),
+        use(account_id, "id");
     const std::string login = "erased-" + std::to_string(account_id);
+    RenameInLog(tx, old_login, name, login);
     tx.sql() << "UPDATE account SET login = :login, name = '', password_hash = '', disabled = 1, "
                 "version = version + 1 WHERE id = :id",
         use(login, "login"), use(account_id, "id");

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/types/check.h"
+#include "server/net/websocket.h"
 
 namespace faultlab::server {
 namespace {
@@ -113,6 +114,7 @@ std::optional<std::string> PercentDecode(std::string_view text, bool plus_is_spa
 void AppendJsonString(std::string& out, std::string_view text) {
   constexpr std::string_view kHex = "0123456789abcdef";
   out.push_back('"');
+  const bool foreign = !websocket::IsValidUtf8(text);
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
     if (c == '"' || c == '\\') {
@@ -122,6 +124,8 @@ void AppendJsonString(std::string& out, std::string_view text) {
       out.append("\\u00");
       out.push_back(kHex[byte >> 4]);
       out.push_back(kHex[byte & 15]);
+    } else if (foreign && byte >= 0x80) {
+      out.append("\\ufffd");
     } else {
       out.push_back(c);
     }

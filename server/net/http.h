@@ -81,7 +81,7 @@ std::string_view ReasonPhrase(int status);
 
 /// Decodes %XX; with `plus_is_space` also '+'. nullopt on a broken escape or a NUL.
 std::optional<std::string> PercentDecode(std::string_view text, bool plus_is_space);
-/// Appends `text` as a JSON string with its quotes.
+/// Appends `text` as a JSON string with its quotes; bytes that are no UTF-8 become U+FFFD.
 void AppendJsonString(std::string& out, std::string_view text);
 /// Adds ,"reason":"..","parameters":{..} to an open JSON object; nothing for an error without one.
 void AppendReason(std::string& out, const core::Error& error);

@@ -154,6 +154,8 @@ void Run::Main() {
 /// The rig is free for the next lease before the recording is finished.
 void Run::LetGo() {
   rig_->SafeStop("the run has ended");
+  // The next run may begin now: this object lives until somebody looks for ended runs.
+  request_.place.reset();
   RigHold hold;
   {
     const std::lock_guard lock(control_mutex_);

@@ -322,8 +322,8 @@ core::Result<RunPage> RecordingStore::List(const std::string& cursor,
     }
     if (filter.course) {
       query +=
-          " AND owner IN (SELECT 'user:' || account_id FROM enrolment WHERE course_id = :course "
-          "AND teaches = 0)";
+          " AND EXISTS (SELECT 1 FROM enrolment e WHERE e.course_id = :course AND e.teaches = 0 "
+          "AND owner = 'user:' || e.account_id AND created_ms >= e.since_ms)";
       statement.exchange(use(*filter.course, "course"));
     }
     if (after) {

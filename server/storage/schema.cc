@@ -226,6 +226,15 @@ Migration ForgottenRigNames() {
           .postgres_statements = {}};
 }
 
+/// A teacher sees what a student made since they joined.
+Migration EnrolledSince() {
+  return {.version = 12,
+          .description = "since when somebody is enrolled",
+          .statements = {"ALTER TABLE enrolment ADD COLUMN since_ms BIGINT NOT NULL DEFAULT 0"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -239,7 +248,8 @@ const std::vector<Migration>& AllMigrations() {
                                               Members(),
                                               DiagnosisOptionsOfRuns(),
                                               DevicesAndIdentities(),
-                                              ForgottenRigNames()};
+                                              ForgottenRigNames(),
+                                              EnrolledSince()};
   return kAll;
 }
 

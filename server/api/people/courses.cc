@@ -4,6 +4,7 @@
 
 #include "server/api/people/handlers.h"
 #include "server/json/json_reader.h"
+#include "server/net/websocket.h"
 
 namespace faultlab::server {
 namespace {
@@ -138,6 +139,10 @@ core::Result<HttpResponse> ListMembers(PeopleApi& api, const ApiRequest& request
 core::Result<HttpResponse> EnrolMembers(PeopleApi& api, const ApiRequest& request) {
   auto course = TaughtCourse(api, request);
   if (!course) return course.error();
+  if (!websocket::IsValidUtf8(request.http.body)) {
+    return core::Error{
+        core::ErrorCode::kInvalid, "The list is not UTF-8; save it again as CSV UTF-8.", ""};
+  }
   auto done =
       api.accounts.EnrolCsv(request.who, course.value(), request.http.body, api.clock.Wall());
   if (!done) return done.error();

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "server/storage/database.h"
+#include "server/storage/recording_store.h"
 #include "tests/server/cli/child_program.h"
 
 namespace faultlab::server {
@@ -40,6 +41,56 @@ TEST_F(CliAdminOfALab, MakesAnAccountWithALinkAndAKeyThatAreShownOnce) {
   EXPECT_TRUE(Contains(Admin("keys list ana").out, "revoked"));
   EXPECT_EQ(Admin("users disable ana").exit_code, 0);
   EXPECT_TRUE(Contains(Admin("users list").out, "disabled"));
+}
+
+TEST_F(CliAdminOfALab, ExportsAndErasesAPerson) {
+  ASSERT_EQ(Admin("users add zelda --name \"Zelda Unique\"").exit_code, 0);
+  ASSERT_EQ(Admin("users add zelda.two").exit_code, 0);
+  ASSERT_EQ(Admin("keys add zelda").exit_code, 0);
+  {
+    const auto database = Database::Open({.location = File("data/faultlab.db")});
+    RecordingStore store(*database.value());
+    RunRecord record;
+    record.id = "rec-1";
+    record.owner = "user:1";
+    record.source = "upload";
+    ASSERT_TRUE(store.Begin(record).ok());
+    core::Sample sample;
+    sample.um_v = 1.25;
+    ASSERT_TRUE(store.AppendChunk("rec-1", 0, {&sample, 1}).ok());
+    EXPECT_EQ(Admin("users erase zelda --yes").exit_code, 2) << "it runs";
+    ASSERT_TRUE(store.Finish("rec-1", RunState::kFinished, WallTime{}, "{}", "nominal").ok());
+  }
+  const Finished exported = Admin("users export zelda kept");
+  ASSERT_EQ(exported.exit_code, 0) << exported.err;
+  const std::string person = Read("kept/person.json");
+  EXPECT_TRUE(Contains(person, "Zelda Unique") && Contains(person, "rec-1")) << person;
+  EXPECT_FALSE(Contains(person, "hash"));
+  EXPECT_TRUE(Contains(Read("kept/rec-1.csv"), "1.25"));
+  EXPECT_EQ(Admin("users export zelda kept").exit_code, 2) << "a new folder";
+
+  EXPECT_EQ(Admin("users erase zelda").exit_code, 2) << "it must be said twice";
+  const Finished erased = Admin("users erase zelda --yes");
+  ASSERT_EQ(erased.exit_code, 0) << erased.err;
+  const std::string users = Admin("users list").out;
+  EXPECT_TRUE(Contains(users, "erased-1\tstudent\tdisabled")) << users;
+  EXPECT_TRUE(Contains(users, "zelda.two")) << "another person";
+  const auto database = Database::Open({.location = File("data/faultlab.db")});
+  const auto left = database.value()->Read([](Transaction& tx) -> core::Result<std::int64_t> {
+    std::int64_t lines = 0;
+    tx.sql() << "SELECT (SELECT COUNT(*) FROM recording) + (SELECT COUNT(*) FROM blob_store WHERE "
+                "owner LIKE 'recording%') + (SELECT COUNT(*) FROM api_key) + (SELECT COUNT(*) FROM "
+                "audit_log WHERE object = 'zelda' OR detail LIKE '%Zelda%' OR detail = 'zelda')",
+        soci::into(lines);
+    return lines;
+  });
+  EXPECT_EQ(left.value(), 0);
+  const core::Status changed =
+      database.value()->Write(Durability::kPromise, [](Transaction& tx) -> core::Status {
+        tx.sql() << "UPDATE audit_log SET actor = 'nobody'";
+        return core::Done{};
+      });
+  EXPECT_FALSE(changed.ok()) << "the log is locked again";
 }
 
 TEST_F(CliAdminOfALab, RefusesWhatCannotBeByName) {

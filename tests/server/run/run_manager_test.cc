@@ -118,6 +118,16 @@ TEST_F(RunManagerTest, RefusesAPlanThatTheRigRefusesAndGivesTheRigBack) {
   EXPECT_TRUE(manager_->Start(Paper(1.0)).ok());
 }
 
+TEST_F(RunManagerTest, AnEndedRunGivesItsPlaceBackThoughNobodyAsksForIt) {
+  RunRequest request = Paper(1.0);
+  request.place = std::make_shared<int>(1);
+  const std::weak_ptr<void> place = request.place;
+  const auto run = manager_->Start(std::move(request));
+  ASSERT_TRUE(run.ok());
+  manager_->Wait(run.value().id);
+  EXPECT_TRUE(place.expired());
+}
+
 TEST_F(RunManagerTest, ARunWhoseLeaseEndsIsStoppedAndLetsGoBeforeItIsStored) {
   hardware::SimulatedRigOptions options;
   options.id = "bench-1";
