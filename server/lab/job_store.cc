@@ -95,7 +95,8 @@ core::Status JobStore::Add(const std::vector<Job>& jobs) {
     tx.sql() << "SELECT COUNT(*) FROM job WHERE owner = :owner AND state = 'waiting'",
         into(waiting), use(jobs.front().owner, "owner");
     if (waiting + static_cast<std::int64_t>(jobs.size()) > kWaitingMax) {
-      return Error{ErrorCode::kTooMany, "your quota of 1000 waiting jobs is used; wait for some", ""};
+      return Error{
+          ErrorCode::kTooMany, "your quota of 1000 waiting jobs is used; wait for some", ""};
     }
     for (const Job& job : jobs) {
       const std::int64_t created_ms = ToMilliseconds(job.created_at);
