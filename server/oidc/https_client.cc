@@ -110,7 +110,7 @@ core::Result<WebAnswer> HttpsClient::Ask(const WebRequest& request) const {
   }
   const CURLcode done = curl_easy_perform(to);
   if (done != CURLE_OK) {
-    const std::string why = words.data();
+    const std::string why = words.substr(0, words.find('\0'));
     return Unavailable(request.url + ": " + (why.empty() ? curl_easy_strerror(done) : why));
   }
   long status = 0;

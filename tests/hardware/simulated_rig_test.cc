@@ -251,6 +251,7 @@ TEST(RigFarm, RunsManyRigsOnOneThreadWithTheSameSamples) {
   for (int i = 0; i < 20; ++i) {
     SimulatedRigOptions options;
     options.farm = farm;
+    options.watchdog = std::chrono::seconds(60);  // they are read one after the other
     rigs.push_back(MakeSimulatedRig(options));
     RunPlan plan = SquarePlan(30);
     plan.seed = static_cast<std::uint64_t>(i);
