@@ -240,7 +240,8 @@ TEST_F(ApiTest, AnInstructorReadsNobodysRunsByEnrollingTheirLogin) {
   EXPECT_EQ(answer(ann, "accept"), 404) << "answered already";
   EXPECT_EQ(answer(other, "decline"), 204);
   EXPECT_EQ(answer(curious, "accept"), 404) << "nobody asked the teacher";
-  EXPECT_TRUE(reads(run_of_ann));
+  EXPECT_FALSE(reads(run_of_ann)) << "made before she joined";
+  EXPECT_TRUE(reads(run_of(ann)));
   EXPECT_FALSE(reads(run_of_other));
   const std::string waiting = "courses/" + id + "/invitations";
   const json::object left = Ok(Call(curious, "GET", "courses/{id}/invitations", waiting));
