@@ -25,7 +25,7 @@ void Spool::Fail(int error) {
 }
 
 void Spool::OpenFile() {
-  std::string path = (folder_.empty() ? "." : folder_) + "/answer-XXXXXX";
+  std::string path = (disk_.folder.empty() ? "." : disk_.folder) + "/answer-XXXXXX";
   fd_ = ::mkostemp(path.data(), O_CLOEXEC);
   if (fd_ < 0) return Fail(errno);
   ::unlink(path.c_str());
@@ -46,7 +46,8 @@ void Spool::Append(std::string_view bytes) {
   size_ += bytes.size();
   memory_ += bytes;
   if (memory_.size() <= kMemoryMax) return;
-  if (fd_ < 0) OpenFile();
+  status_ = disk_.Check();
+  if (status_.ok() && fd_ < 0) OpenFile();
   Write(written_, memory_);
   written_ += memory_.size();
   memory_.clear();

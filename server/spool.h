@@ -4,8 +4,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/types/result.h"
+#include "server/disk_reserve.h"
 
 namespace faultlab::server {
 
@@ -15,8 +17,8 @@ class Spool {
  public:
   static constexpr std::size_t kMemoryMax = 256 << 10;
 
-  /// @param folder  of the file, if there will be one
-  explicit Spool(std::string folder) : folder_(std::move(folder)) {}
+  /// @param disk  of the file, if there will be one; it leaves the reserve free
+  explicit Spool(DiskReserve disk) : disk_(std::move(disk)) {}
   ~Spool();
   Spool(const Spool&) = delete;
   Spool& operator=(const Spool&) = delete;
@@ -41,7 +43,7 @@ class Spool {
   void Write(std::uint64_t offset, std::string_view bytes);
   void Fail(int error);
 
-  const std::string folder_;
+  const DiskReserve disk_;
   std::string memory_;  ///< of a file: what is not written yet, its last bytes
   int fd_ = -1;
   std::uint64_t size_ = 0;

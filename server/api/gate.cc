@@ -4,9 +4,9 @@
 #include <optional>
 #include <utility>
 
+#include "server/address_key.h"
 #include "server/auth/secrets.h"
 #include "server/json/json_reader.h"
-#include "server/net/address_key.h"
 #include "server/net/websocket.h"
 
 namespace faultlab::server {

@@ -191,11 +191,10 @@ class Application::Impl {
                       config_.runs_per_caller_max,
                       std::max(1, config_.sim_rigs / 2),
                       config_.replayed_samples_max};
-    options.storage = {config_.samples_per_account,
-                       config_.samples_of_guests,
-                       static_cast<std::int64_t>(config_.disk_reserve_mb) << 20,
-                       config_.data_dir};
-    options.spool_folder = config_.data_dir;
+    options.storage = {
+        config_.samples_per_account,
+        config_.samples_of_guests,
+        {config_.data_dir, static_cast<std::int64_t>(config_.disk_reserve_mb) << 20}};
     options.log = [](std::string_view text) { spdlog::warn("{}", text); };
     options.providers = config_.providers;
     options.public_url = config_.public_url;

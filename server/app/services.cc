@@ -114,7 +114,7 @@ void Services::BuildApi(Router& router) {
                                              places_,
                                              audit_,
                                              options_.default_seed,
-                                             options_.spool_folder});
+                                             options_.storage.disk});
   people_api_ = std::make_unique<PeopleApi>(PeopleApi{base_.accounts, audit_, base_.clock});
   sign_in_flow_ =
       std::make_unique<oidc::SignInFlow>(options_.providers, options_.login_secret, base_.clock);

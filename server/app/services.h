@@ -55,7 +55,6 @@ class Services {
     lab::RetentionRules retention;
     RunPlaceLimits places;
     StorageLimits storage;
-    std::string spool_folder;
     std::vector<oidc::ProviderSettings> providers;
     std::string public_url;
     std::string login_secret;  ///< of the servers of this database

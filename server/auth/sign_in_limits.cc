@@ -1,4 +1,5 @@
 #include "server/auth/sign_in_limits.h"
+#include "server/address_key.h"
 
 namespace faultlab::server {
 
@@ -32,7 +33,7 @@ core::Result<SignInLimits::Pass> SignInLimits::Begin(const std::string& account,
   if (!device.empty() && pass.Count(by_device_, account + " " + device, false, now).ok()) {
     return pass;
   }
-  const std::string network = NetworkOf(address);
+  const std::string network = AddressKey(address);
   const std::string pair = account + " " + network;
   // Whoever has not failed here yet is not shut out by what others did, here or elsewhere.
   const bool first = !by_pair_.Knows(pair);

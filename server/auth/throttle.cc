@@ -1,9 +1,6 @@
 #include "server/auth/throttle.h"
 
-#include <arpa/inet.h>
-
 #include <algorithm>
-#include <array>
 
 namespace faultlab::server {
 namespace {
@@ -68,21 +65,6 @@ void Throttle::Forgive(const std::string& name) {
 void Throttle::Forget(const std::string& name) {
   const std::lock_guard lock(mutex_);
   failures_.erase(name);
-}
-
-std::string NetworkOf(std::string_view address) {
-  const std::string text(address);
-  std::array<unsigned char, 16> bytes{};
-  if (inet_pton(AF_INET6, text.c_str(), bytes.data()) != 1) return text;
-  std::array<char, INET6_ADDRSTRLEN> name{};
-  constexpr std::array<unsigned char, 12> kMapped = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff};
-  if (std::equal(kMapped.begin(), kMapped.end(), bytes.begin())) {
-    inet_ntop(AF_INET, bytes.data() + kMapped.size(), name.data(), name.size());
-    return name.data();
-  }
-  std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
-  inet_ntop(AF_INET6, bytes.data(), name.data(), name.size());
-  return std::string(name.data()) + "/64";
 }
 
 }  // namespace faultlab::server

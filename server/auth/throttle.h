@@ -36,8 +36,4 @@ class Throttle {
   std::map<std::string, Failures> failures_;
 };
 
-/// Whose tries count as one caller's: an IPv4 address, also in its IPv6 form, or the /64 of an IPv6
-/// address, for one host has all of it. Text that is no address stands for itself.
-std::string NetworkOf(std::string_view address);
-
 }  // namespace faultlab::server

@@ -1,24 +1,11 @@
 #include "server/experiment/storage_quota.h"
 
-#include <filesystem>
-
 #include "server/run/refusals.h"
 
 namespace faultlab::server {
 
-core::Status StorageQuota::CheckDisk() const {
-  if (limits_.disk_reserve_bytes == 0 || limits_.folder.empty()) return core::Done{};
-  std::error_code ec;
-  const auto space = std::filesystem::space(limits_.folder, ec);
-  // A disk that does not say how full it is fails where it is written to.
-  if (ec || space.available > static_cast<std::uintmax_t>(limits_.disk_reserve_bytes)) {
-    return core::Done{};
-  }
-  return refusal::DiskFull();
-}
-
 core::Status StorageQuota::MakeRoom(const Principal& who, std::int64_t samples) {
-  const core::Status disk = CheckDisk();
+  const core::Status disk = limits_.disk.Check();
   if (!disk.ok()) return disk;
   const std::int64_t limit = LimitOf(who);
   if (limit == 0) return core::Done{};

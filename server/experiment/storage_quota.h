@@ -5,6 +5,7 @@
 
 #include "core/types/result.h"
 #include "server/auth/principal.h"
+#include "server/disk_reserve.h"
 #include "server/storage/recording_store.h"
 
 namespace faultlab::server {
@@ -12,9 +13,7 @@ namespace faultlab::server {
 struct StorageLimits {
   std::int64_t samples_per_account = 20'000'000;  ///< 55 h at 100 Hz, about 600 MB; 0: no limit
   std::int64_t samples_of_guests = 10'000'000;    ///< of all guests together; 0: no limit
-  /// What must stay free on the disk, for sign-ins, sessions and deletions to go on.
-  std::int64_t disk_reserve_bytes = 512LL << 20;
-  std::string folder;  ///< on the disk that is watched
+  DiskReserve disk{};
 };
 
 /// How much each owner may keep, and what nobody may fill.
@@ -27,8 +26,6 @@ class StorageQuota {
   /// May this person record so many samples more? Guests are one owner: their oldest recordings
   /// make room. kConflict "quota_full", kUnavailable "disk_full".
   core::Status MakeRoom(const Principal& who, std::int64_t samples);
-  /// The same for what needs the disk alone: a large answer, a live run of a session.
-  core::Status CheckDisk() const;
 
   struct Usage {
     std::int64_t samples = 0;

@@ -8,8 +8,8 @@
 #include <utility>
 #include <variant>
 
+#include "server/address_key.h"
 #include "server/clock.h"
-#include "server/net/address_key.h"
 #include "server/net/admission_desk.h"
 #include "server/net/listen_address.h"
 #include "server/net/passing_on.h"

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/net/address_key.h"
+#include "server/address_key.h"
 #include "server/net/connection.h"
 #include "server/net/listen_address.h"
 #include "server/net/response_head.h"

@@ -26,8 +26,8 @@ struct HttpLimits {
   std::size_t connections_per_address_max = 1024;  ///< of clients that come through no proxy
   PoolLimits pool;                                 ///< of handlers that wait for disk or database
   PoolLimits heavy{.threads = 2, .waiting_max = 256, .waiting_per_caller_max = 24, .nice = 10};
-  PoolLimits outside{.threads = 4, .waiting_max = 64, .waiting_per_caller_max = 8};
-  PoolLimits password{.threads = 2, .waiting_max = 64, .waiting_per_caller_max = 8, .nice = 5};
+  PoolLimits outside{.threads = 8, .waiting_max = 256, .waiting_per_caller_max = 128};
+  PoolLimits password{.threads = 2, .waiting_max = 128, .waiting_per_caller_max = 64, .nice = 5};
   std::size_t waiting_bytes_max = 256 << 20;  ///< unread bodies and unsent answers; more are 503
   std::chrono::milliseconds header_deadline{
       10'000};  ///< first byte of a request to its last header

@@ -3,8 +3,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/address_key.h"
 #include "server/clock.h"
-#include "server/net/address_key.h"
 #include "server/net/admission_desk.h"
 #include "server/net/peer.h"
 #include "server/net/refusals.h"

@@ -11,8 +11,6 @@ using core::Error;
 using core::ErrorCode;
 
 constexpr std::size_t kCodeBytesMax = 4096;
-/// Of the few pool threads: a provider that is slow must not take them all.
-constexpr int kAskingMax = 2;
 
 Error Refusal(ErrorCode code, const std::string& reason, const std::string& message) {
   return {code, message, "", reason};
@@ -25,21 +23,6 @@ Error Away(const Error& cause) {
 Error Failed(const std::string& why) {
   return Refusal(ErrorCode::kForbidden, "oidc_failed", why);
 }
-
-/// One of the places in which a provider may be waited for.
-class Turn {
- public:
-  explicit Turn(std::atomic<int>& waiting)
-      : waiting_(waiting), taken_(waiting.fetch_add(1) < kAskingMax) {}
-  ~Turn() { waiting_.fetch_sub(1); }
-  Turn(const Turn&) = delete;
-  Turn& operator=(const Turn&) = delete;
-  bool taken() const { return taken_; }
-
- private:
-  std::atomic<int>& waiting_;
-  const bool taken_;
-};
 
 bool Same(const std::string& a, const std::string& b) {
   return a.size() == b.size() && !a.empty() && sodium_memcmp(a.data(), b.data(), a.size()) == 0;
@@ -112,10 +95,6 @@ core::Result<SignInFlow::Arrival> SignInFlow::Finish(const Callback& callback) {
     return Refusal(ErrorCode::kForbidden,
                    "oidc_elsewhere",
                    "the answer is not to a sign-in that this browser began in the last 10 min");
-  }
-  const Turn turn(asking_);
-  if (!turn.taken()) {
-    return Refusal(ErrorCode::kBusy, "oidc_busy", "too many people sign in at once");
   }
   const auto person = Ask(*provider, *state, callback);
   if (!person) return person.error();

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <map>
 #include <memory>
 #include <string>
@@ -68,7 +67,6 @@ class SignInFlow {
   const Clock& clock_;
   const LoginSeal seal_;
   std::vector<std::unique_ptr<Provider>> providers_;
-  std::atomic<int> asking_{0};
 };
 
 }  // namespace faultlab::server::oidc

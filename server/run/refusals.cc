@@ -116,13 +116,6 @@ Error QuotaFull(std::int64_t kept, std::int64_t most) {
           {{"kept", std::to_string(kept)}, {"most", std::to_string(most)}}};
 }
 
-Error DiskFull() {
-  return {ErrorCode::kUnavailable,
-          "The server's disk is nearly full: only sessions on rigs go on; tell its operator.",
-          "",
-          "disk_full"};
-}
-
 Error RunEnded() {
   return {ErrorCode::kConflict, "The run has ended.", "", "run_ended"};
 }

