@@ -13,6 +13,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "members"))
 
 from attacks import ROWS, all_attacks, recording  # noqa: E402
+from lab_day import Student  # noqa: E402
 from lab import await_rigs, session_on  # noqa: E402
 from people import PASSWORD, Person, request  # noqa: E402
 from processes import Folder, Server, await_true  # noqa: E402
@@ -118,13 +119,16 @@ def live_run(student, server, rig, seconds):
     return answer.body["id"]
 
 
-def round_of_attacks(world, student, reader_person, rig, seconds, memory_scale):
+def round_of_attacks(world, student, reader_person, students, rig, seconds, memory_scale):
     """One live run of `seconds` under all attacks. @returns (findings, figures)"""
     findings = []
     idle_mb = memory_mb(world.server.child.pid)
     attacks = all_attacks(world)
     reader = Reader(world, reader_person)
     reader.start()
+    day = [Student(world.server, login, f"198.51.100.{20 + i}") for i, login in enumerate(students)]
+    for one in day:
+        one.start()
     for attack in attacks:
         attack.start()
     time.sleep(2)
@@ -137,12 +141,12 @@ def round_of_attacks(world, student, reader_person, rig, seconds, memory_scale):
         if state.ok and state.body["state"] != "running":
             break
         time.sleep(0.25)
-    for attack in attacks:
-        attack.stop()
+    for thread in attacks + day:
+        thread.stop()
     reader.over.set()
     reader.join()
-    for attack in attacks:
-        attack.join(timeout=20)
+    for thread in attacks + day:
+        thread.join(timeout=40)
 
     def told():
         answer = student.get(world.server, f"runs/{run}")
@@ -159,6 +163,9 @@ def round_of_attacks(world, student, reader_person, rig, seconds, memory_scale):
         findings.append(f"memory rose by {above_mb:.0f} MB, more than {MEMORY_GOAL_MB * memory_scale:.0f}")
     if reader.failed:
         findings.append(f"another user was refused {len(reader.failed)} times: {reader.failed[:5]}")
+    broken = {what: n for one in day for what, n in one.refused.items() if "failed" in what or " 5" in what}
+    if broken:
+        findings.append(f"students of the lab were not served: {broken}")
     figures = {
         "idle_mb": round(idle_mb),
         "above_idle_mb": round(above_mb),
@@ -168,9 +175,19 @@ def round_of_attacks(world, student, reader_person, rig, seconds, memory_scale):
         "reader_requests": len(reader.seconds),
         "live_samples": ended["samples"],
         "loop": ended["loop"],
+        "day": summed(one.done for one in day),
+        "day_refused": summed(one.refused for one in day),
         "answers": {attack.name: attack.answers for attack in attacks},
     }
     return findings, figures
+
+
+def summed(counts):
+    total = {}
+    for count in counts:
+        for what, n in count.items():
+            total[what] = total.get(what, 0) + n
+    return total
 
 
 def settle(pid):
@@ -206,6 +223,9 @@ def main():
         admin = make_account(options.program, server, data, "admin-1", "admin")
         student = make_account(options.program, server, data, "student", "student")
         reader = make_account(options.program, server, data, "reader", "student")
+        students = [f"student-{i}" for i in range(1, 4)]
+        for login in students:
+            make_account(options.program, server, data, login, "student")
         world = World(server)
         upload(world)
         rig = "hostile-bench-1"
@@ -214,7 +234,7 @@ def main():
         for number in range(1, options.rounds + 1):
             session = session_on(student, server, "bench")
             found, figures = round_of_attacks(
-                world, student, reader, session["rig"], options.seconds, options.memory_scale
+                world, student, reader, students, session["rig"], options.seconds, options.memory_scale
             )
             student.post(server, f"sessions/{session['id']}/end")
             findings += found

@@ -40,7 +40,7 @@ def request(port, method, path, body=None, headers=None, patience_s=30.0):
     began = time.monotonic()
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=patience_s)
     try:
-        content = None if body is None else json.dumps(body)
+        content = body if body is None or isinstance(body, bytes) else json.dumps(body)
         sent = {"Content-Type": "application/json", **(headers or {})}
         connection.request(method, path, content, sent)
         answer = connection.getresponse()
@@ -55,10 +55,11 @@ def request(port, method, path, body=None, headers=None, patience_s=30.0):
 class Person:
     """Signed in once; the cookie is good at every server of the database."""
 
-    def __init__(self, port, login):
+    def __init__(self, port, login, more=None):
+        """@param more  headers of every request of this person"""
         self.login = login
         answer = request(
-            port, "POST", "/api/v1/auth/login", {"login": login, "password": PASSWORD}
+            port, "POST", "/api/v1/auth/login", {"login": login, "password": PASSWORD}, more
         )
         if not answer.ok:
             raise RuntimeError(f"{login} cannot sign in: {answer}")
@@ -69,6 +70,7 @@ class Person:
                 if cookie.startswith("faultlab_session=")
             ),
             "X-CSRF-Token": answer.body["csrf_token"],
+            **(more or {}),
         }
 
     def call(self, server, method, path, body=None, headers=None, patience_s=30.0):
