@@ -1,5 +1,6 @@
 #include "server/app/serve.h"
 
+#include <malloc.h>
 #include <pthread.h>
 #include <signal.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
@@ -45,6 +46,14 @@ void RaiseDescriptorLimit() {
   if (setrlimit(RLIMIT_NOFILE, &limit) != 0) spdlog::warn("cannot raise the descriptor limit");
 }
 
+/// What a burst of large answers took goes back to the system; otherwise the heaps of some sixty
+/// threads keep it for good.
+void ReturnFreedMemory() {
+  mallopt(M_ARENA_MAX, 4);
+  mallopt(M_MMAP_THRESHOLD, 512 << 10);
+  mallopt(M_TRIM_THRESHOLD, 1 << 20);
+}
+
 }  // namespace
 
 int Serve(const ServeOptions& options) {
@@ -57,6 +66,7 @@ int Serve(const ServeOptions& options) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("faultlab"));
   spdlog::set_level(spdlog::level::from_str(config.log_level));
 
+  ReturnFreedMemory();
   // Every thread inherits the mask: signals come to sigwait alone.
   sigset_t ends;
   sigemptyset(&ends);

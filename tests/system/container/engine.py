@@ -98,7 +98,9 @@ class Engine:
             if re.search(r"^ *Acquire::", settings, re.M) and not re.search("password|login|netrc", settings, re.I):
                 shutil.copy(source, root + "/etc/apt/apt.conf.d/")
         if shutil.which("npm"):
-            registry = self.call("npm", "config", "get", "registry")
+            registry = next(
+                line for line in self.call("npm", "config", "get", "registry").splitlines() if line.startswith("http")
+            )
             with open(root + "/root/.npmrc", "w", encoding="utf8") as out:
                 out.write(f"registry={registry}\ncafile=/etc/ssl/certs/ca-certificates.crt\n")
         archive = os.path.join(self.folder, "debian.tar")
