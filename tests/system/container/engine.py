@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 
+CERTIFICATES = "/usr/local/share/machine/certificates.crt"
 POSTGRES = """FROM docker.io/library/debian:12
 RUN apt-get update && apt-get install -y --no-install-recommends postgresql-15
 COPY postgres-entrypoint /usr/local/bin/
@@ -85,10 +86,14 @@ class Engine:
         """debian:12 and debian:12-slim: a bare Debian with this machine's mirror, registry and certificates."""
         root = os.path.join(self.folder, "debian")
         self.call("debootstrap", "--variant=minbase", "bookworm", root, mirror())
-        for source in ["/etc/apt/sources.list.d/debian.sources", "/etc/ssl/certs/ca-certificates.crt"]:
+        # Under names of their own: installing ca-certificates writes its bundle anew.
+        for source, target in [
+            ("/etc/apt/sources.list.d/debian.sources", "/etc/apt/sources.list.d/debian.sources"),
+            ("/etc/ssl/certs/ca-certificates.crt", CERTIFICATES),
+        ]:
             if os.path.exists(source):
-                os.makedirs(os.path.dirname(root + source), exist_ok=True)
-                shutil.copy(source, root + source)
+                os.makedirs(os.path.dirname(root + target), exist_ok=True)
+                shutil.copy(source, root + target)
         if os.path.exists(root + "/etc/apt/sources.list.d/debian.sources"):
             with open(root + "/etc/apt/sources.list", "w", encoding="utf8"):
                 pass
@@ -102,7 +107,7 @@ class Engine:
                 line for line in self.call("npm", "config", "get", "registry").splitlines() if line.startswith("http")
             )
             with open(root + "/root/.npmrc", "w", encoding="utf8") as out:
-                out.write(f"registry={registry}\ncafile=/etc/ssl/certs/ca-certificates.crt\n")
+                out.write(f"registry={registry}\ncafile={CERTIFICATES}\n")
         archive = os.path.join(self.folder, "debian.tar")
         self.call("tar", "-C", root, "-cf", archive, ".")
         shutil.rmtree(root)
