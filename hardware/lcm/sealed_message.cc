@@ -12,7 +12,10 @@
 namespace faultlab::hardware {
 namespace {
 
-constexpr std::size_t kBlock = 256;
+/// A sample with the events of a fault is as long as one without; the plan of many faults as long
+/// as any command.
+constexpr std::size_t kShortBlock = 1024;
+constexpr std::size_t kLongBlock = 4096;
 constexpr std::size_t kNonceBytes = crypto_aead_xchacha20poly1305_ietf_NPUBBYTES;
 constexpr std::size_t kTagBytes = crypto_aead_xchacha20poly1305_ietf_ABYTES;
 constexpr std::size_t kIntBytes = 4;
@@ -28,6 +31,10 @@ struct Places {
   std::size_t nonce;
   std::size_t box;
 };
+
+std::size_t BlockOf(const std::string& channel, const std::string& rig, std::size_t size) {
+  return size < kShortBlock && channel != CommandChannel(rig) ? kShortBlock : kLongBlock;
+}
 
 /// The rig's key itself is not used twice.
 RigKey SealKey(const RigKey& key) {
@@ -51,10 +58,11 @@ std::vector<std::uint8_t> SealBytes(std::span<const std::uint8_t> message,
                                     const std::string& rig,
                                     const RigKey& key,
                                     std::int32_t protocol) {
-  std::vector<std::uint8_t> padded((message.size() / kBlock + 1) * kBlock);
+  const std::size_t block = BlockOf(channel, rig, message.size());
+  std::vector<std::uint8_t> padded((message.size() / block + 1) * block);
   std::copy(message.begin(), message.end(), padded.begin());
   std::size_t padded_size = 0;
-  LAB_CHECK(sodium_pad(&padded_size, padded.data(), message.size(), kBlock, padded.size()) == 0);
+  LAB_CHECK(sodium_pad(&padded_size, padded.data(), message.size(), block, padded.size()) == 0);
 
   faultlab_msgs::rig_sealed_t sealed;
   sealed.rig = rig;
@@ -99,8 +107,9 @@ std::optional<OpenedBytes> OpenSealed(std::span<const std::uint8_t> bytes,
                                                                data.size(),
                                                                bytes.data() + at.nonce,
                                                                seal_key.data()) == 0;
+  const std::size_t padded = opened.message.size();
   std::size_t size = 0;
-  if (!ours || sodium_unpad(&size, opened.message.data(), opened.message.size(), kBlock) != 0) {
+  if (!ours || padded == 0 || sodium_unpad(&size, opened.message.data(), padded, padded) != 0) {
     return std::nullopt;
   }
   opened.message.resize(size);

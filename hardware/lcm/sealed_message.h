@@ -16,14 +16,13 @@ namespace faultlab::hardware {
 /// always.
 ///
 ///   rig_sealed_t: rig, protocol, nonce (random), box
-///   box = XChaCha20-Poly1305 (libsodium) of the message, padded to a multiple of 256 bytes, under
-///   a
-///         key derived from the rig's; additional data: channel, rig, and all before
-///         the box
+///   box = XChaCha20-Poly1305 (libsodium) of the message, padded, under a key derived from the
+///         rig's; additional data: channel, rig, and all before the box
+///   padded to 1024 bytes, or to a multiple of 4096; commands always to the latter
 ///
 /// A box that is replayed on another channel (direction), as another rig's or with another protocol
 /// does not open. That it is of this lease and not heard before is inside: boot, epoch, counter.
-/// The rest is seen by whoever listens: which rig speaks, when, and the length to 256 bytes.
+/// The rest is seen by whoever listens: which rig speaks, when, and the padded length.
 std::vector<std::uint8_t> SealBytes(std::span<const std::uint8_t> message,
                                     const std::string& channel,
                                     const std::string& rig,

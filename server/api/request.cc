@@ -44,8 +44,12 @@ core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
                      std::string(name)};
 }
 
-ViewerOwner ViewerOwnerOf(const Principal& who, bool foreign) {
-  return {who.caller_key(), who.user_id, who.session_token_hash, who.api_key_id, foreign};
+ViewerOwner ViewerOwnerOf(const Principal& who) {
+  return {.caller = who.caller_key(),
+          .account_id = who.user_id,
+          .sign_in = who.session_token_hash,
+          .api_key_id = who.api_key_id,
+          .role = std::string(Name(who.role))};
 }
 
 std::string CutText(std::string text, std::size_t bytes_max) {

@@ -26,7 +26,7 @@ struct ApiRequest {
 };
 
 /// By what right this caller opens a WebSocket.
-ViewerOwner ViewerOwnerOf(const Principal& who, bool foreign);
+ViewerOwner ViewerOwnerOf(const Principal& who);
 /// ?limit=, 1..200, default 50.
 core::Result<int> PageLimit(const HttpRequest& request);
 /// A whole-number query parameter.

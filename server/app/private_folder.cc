@@ -9,10 +9,26 @@ namespace fs = std::filesystem;
 
 constexpr fs::perms kOthers = fs::perms::group_all | fs::perms::others_all;
 
-void TakeFromOthers(const fs::path& path, const std::function<void(std::string_view)>& warn) {
+bool OthersMayEnter(const fs::path& path) {
   std::error_code ec;
   const fs::perms rights = fs::status(path, ec).permissions();
-  if (ec || (rights & kOthers) == fs::perms::none) return;
+  return !ec && (rights & kOthers) != fs::perms::none;
+}
+
+/// Nothing in it, or something that faultlab wrote. Somebody's home or /tmp is not ours to close.
+bool IsOurs(const fs::path& folder) {
+  std::error_code ec;
+  bool empty = true;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ec)) {
+    if (entry.path().filename().string().starts_with("faultlab.")) return true;
+    empty = false;
+  }
+  return empty && !ec;
+}
+
+void TakeFromOthers(const fs::path& path, const std::function<void(std::string_view)>& warn) {
+  if (!OthersMayEnter(path)) return;
+  std::error_code ec;
   fs::permissions(path, kOthers, fs::perm_options::remove, ec);
   warn(path.string() + (ec ? " may be read by others, and this cannot be changed: " + ec.message()
                            : std::string(" could be read by others; now only by its owner")));
@@ -30,12 +46,14 @@ core::Status MakePrivateFolder(const std::string& folder,
                        "cannot create the data folder '" + folder + "': " + ec.message(),
                        "data_dir"};
   }
-  const fs::path database = path / "faultlab.db";
   if (is_new) {
     fs::permissions(path, fs::perms::owner_all, ec);
-  } else if (fs::exists(database, ec)) {
+  } else if (IsOurs(path)) {
     TakeFromOthers(path, warn);
+  } else if (OthersMayEnter(path)) {
+    warn(folder + " holds other files and is open to others: give faultlab a folder of its own");
   }
+  const fs::path database = path / "faultlab.db";
   for (const char* end : {"", "-wal", "-shm", ".lock"}) {
     const fs::path file = database.string() + end;
     if (fs::exists(file, ec)) TakeFromOthers(file, warn);

@@ -2,6 +2,9 @@
 
 #include <chrono>
 
+#include "server/auth/authorization.h"
+#include "server/wall_time.h"
+
 namespace faultlab::server {
 namespace {
 
@@ -13,6 +16,7 @@ Principal PrincipalOf(const ViewerOwner& owner) {
   who.session_token_hash = owner.sign_in;
   who.api_key_id = owner.api_key_id;
   who.proof = owner.api_key_id != 0 ? Proof::kApiKey : Proof::kSessionCookie;
+  who.role = ParseRole(owner.role).value_or(Role::kGuest);
   return who;
 }
 
@@ -48,7 +52,7 @@ void ViewerWatch::End(const Revocation& revocation) {
   const bool course = revocation.what == Revocation::What::kCourse;
   const auto ended = [revocation, course](const ViewerOwner& owner) {
     // Whose student it was is not known here; a teacher who may still watch comes back.
-    return (course && owner.foreign) || Ends(revocation, PrincipalOf(owner));
+    return (course && owner.foreign()) || Ends(revocation, PrincipalOf(owner));
   };
   tokens_.Drop(ended);
   hub_.CloseOf(ended);
@@ -57,13 +61,20 @@ void ViewerWatch::End(const Revocation& revocation) {
 void ViewerWatch::Look() {
   for (const ViewerOwner& owner : hub_.Owners()) {
     if (owner.account_id == 0) continue;
-    const auto holds = accounts_.Holds(PrincipalOf(owner), clock_.Wall());
-    if (!holds.ok() || holds.value()) continue;  // a database that is away ends nobody's view
-    hub_.CloseOf([owner](const ViewerOwner& other) {
-      return other.account_id == owner.account_id && other.sign_in == owner.sign_in &&
-             other.api_key_id == owner.api_key_id;
-    });
+    if (!MayWatch(owner))
+      hub_.CloseOf([owner](const ViewerOwner& other) { return other == owner; });
   }
+}
+
+bool ViewerWatch::MayWatch(const ViewerOwner& owner) {
+  const Principal who = PrincipalOf(owner);
+  const auto holds = accounts_.Holds(who, clock_.Wall());
+  if (!holds.ok()) return true;  // a database that is away ends nobody's view
+  if (!holds.value()) return false;
+  if (!owner.foreign()) return true;
+  const auto whose =
+      accounts_.RelationTo(who, owner.run_owner, FromMilliseconds(owner.run_made_ms));
+  return !whose.ok() || Allowed(who.role, Operation::kReadRun, whose.value());
 }
 
 }  // namespace faultlab::server

@@ -24,6 +24,8 @@ class ViewerWatch {
  private:
   void End(const Revocation& revocation);
   void Look();
+  /// By the database, which other servers change too.
+  bool MayWatch(const ViewerOwner& owner);
 
   Accounts& accounts_;
   StreamHub& hub_;

@@ -147,7 +147,7 @@ class Accounts : public Authenticator {
 
   core::Result<Principal> Authenticate(const RequestCredentials& credentials,
                                        WallTime now) override;
-  /// The sign-in or key by which `who` came in is still good.
+  /// The sign-in or key by which `who` came in is still good, and for a sign-in the role as it was.
   core::Result<bool> Holds(const Principal& who, WallTime now);
 
   /// Wrong login and wrong password give the same answer after the same time. Slowed down as

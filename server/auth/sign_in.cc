@@ -132,6 +132,7 @@ core::Result<Principal> Accounts::ByKey(std::string_view secret, WallTime now) {
 
 core::Result<bool> Accounts::Holds(const Principal& who, WallTime now) {
   const std::int64_t now_ms = ToMilliseconds(now);
+  const std::string role(Name(who.role));
   return database_.Read([&](Transaction& tx) -> core::Result<bool> {
     std::int64_t found = 0;
     if (who.proof == Proof::kApiKey) {
@@ -140,8 +141,9 @@ core::Result<bool> Accounts::Holds(const Principal& who, WallTime now) {
           into(found), use(who.api_key_id, "key"), use(now_ms, "now");
     } else {
       tx.sql() << "SELECT COUNT(*) FROM sign_in s JOIN account a ON a.id = s.account_id "
-                  "WHERE s.token_hash = :hash AND s.expires_ms > :now AND a.disabled = 0",
-          into(found), use(who.session_token_hash, "hash"), use(now_ms, "now");
+                  "WHERE s.token_hash = :hash AND s.expires_ms > :now AND a.disabled = 0 "
+                  "AND a.role = :role",
+          into(found), use(who.session_token_hash, "hash"), use(now_ms, "now"), use(role, "role");
     }
     return found > 0;
   });

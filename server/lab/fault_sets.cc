@@ -31,7 +31,7 @@ struct Row {
 };
 
 Error NoSet() {
-  return {ErrorCode::kNotFound, "there is no such fault set", ""};
+  return {ErrorCode::kNotFound, "no such thing, or not yours to see", ""};
 }
 Error Changed() {
   return {ErrorCode::kStale, "the fault set has changed; look at it again", ""};

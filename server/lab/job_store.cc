@@ -61,7 +61,7 @@ std::optional<Job> FindJob(Transaction& tx, const std::string& id) {
 }
 
 Error NoJob() {
-  return {ErrorCode::kNotFound, "there is no such job", ""};
+  return {ErrorCode::kNotFound, "no such thing, or not yours to see", ""};
 }
 
 }  // namespace

@@ -385,7 +385,15 @@ void Run::Finish() {
     state = RunState::kFailed;
   }
   const hardware::RigDescription& rig = rig_->description();
-  if (services_.calibrated && stored.ok() && diagnosis.calibration &&
+  // A fault inside the stretch would become part of what is taken for the healthy rig, and a hidden
+  // one would be told by it.
+  const bool learnt_from_healthy =
+      !request_.hidden_faults && std::all_of(request_.plan.faults.begin(),
+                                             request_.plan.faults.end(),
+                                             [this](const core::Fault& fault) {
+                                               return fault.at_s >= request_.diagnosis.healthy_to_s;
+                                             });
+  if (services_.calibrated && stored.ok() && diagnosis.calibration && learnt_from_healthy &&
       !request_.diagnosis.calibration && rig.kind != hardware::RigKind::kReplay) {
     services_.calibrated(rig.id, id_, *diagnosis.calibration);
   }

@@ -29,7 +29,7 @@ constexpr const char* kColumns =
     "ended_ms, samples, diagnosis_json, verdict ";
 
 Error NotFound() {
-  return {ErrorCode::kNotFound, "there is no such run", ""};
+  return {ErrorCode::kNotFound, "no such thing, or not yours to see", ""};
 }
 
 /// The row of kColumns, and how it becomes a record.

@@ -235,6 +235,16 @@ Migration EnrolledSince() {
           .postgres_statements = {}};
 }
 
+/// What a rig learnt from a run with hidden faults told their values.
+Migration CalibrationsOfHiddenFaults() {
+  return {.version = 13,
+          .description = "calibrations that hidden faults were in",
+          .statements = {"DELETE FROM rig_calibration WHERE run IN (SELECT id FROM recording "
+                         "WHERE plan_json LIKE '%\"hidden_faults\":true%')"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -249,7 +259,8 @@ const std::vector<Migration>& AllMigrations() {
                                               DiagnosisOptionsOfRuns(),
                                               DevicesAndIdentities(),
                                               ForgottenRigNames(),
-                                              EnrolledSince()};
+                                              EnrolledSince(),
+                                              CalibrationsOfHiddenFaults()};
   return kAll;
 }
 

@@ -10,8 +10,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <map>
-#include <tuple>
+#include <set>
 #include <utility>
 
 namespace faultlab::server {
@@ -266,14 +265,9 @@ void HubLoop::CloseOf(const std::function<bool(const ViewerOwner&)>& which) {
 }
 
 std::vector<ViewerOwner> HubLoop::Owners() const {
-  std::map<std::tuple<std::int64_t, std::string, std::int64_t>, const ViewerOwner*> known;
-  for (const auto& [id, viewer] : viewers_) {
-    const ViewerOwner& owner = viewer->owner;
-    known.emplace(std::tuple(owner.account_id, owner.sign_in, owner.api_key_id), &owner);
-  }
-  std::vector<ViewerOwner> owners;
-  for (const auto& [key, owner] : known) owners.push_back(*owner);
-  return owners;
+  std::set<ViewerOwner> known;
+  for (const auto& [id, viewer] : viewers_) known.insert(viewer->owner);
+  return {known.begin(), known.end()};
 }
 
 void HubLoop::Watch(Viewer& viewer, bool for_write) {

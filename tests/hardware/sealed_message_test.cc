@@ -76,6 +76,34 @@ TEST(SealedMessage, TellsNeitherComponentNorValueNorHowManyFaultsThereAre) {
   EXPECT_EQ(sizes.size(), 1u);
 }
 
+TEST(SealedMessage, IsAsLongWithTheEventsOfAFaultAsWithoutAndWithManyFaultsAsWithNone) {
+  const auto piece_with = [](int events) {
+    faultlab_msgs::rig_stream_t piece{};
+    piece.rig = kRig;
+    piece.items.push_back(ToItem(core::Sample{.index = 600, .t_s = 6.0}));
+    for (int i = 0; i < events; ++i) {
+      piece.items.push_back(ToItem(RigEvent{.kind = RigEventKind::kFaultCommanded,
+                                            .component = core::Component::kR12,
+                                            .text = "scheduled"}));
+    }
+    piece.count = static_cast<std::int32_t>(piece.items.size());
+    return Sealed(piece, StreamChannel(kRig), SomeKey()).size();
+  };
+  EXPECT_EQ(piece_with(0), piece_with(2));
+  EXPECT_EQ(piece_with(0), piece_with(4));
+  const auto arm_with = [](int faults) {
+    faultlab_msgs::rig_command_t arm{};
+    arm.rig = kRig;
+    arm.action = "arm";
+    for (int i = 0; i < faults; ++i) {
+      arm.faults.push_back(ToMessage({.component = core::Component::kR12, .value = 23456.5}));
+    }
+    arm.fault_count = faults;
+    return Sealed(arm, kChannel, SomeKey()).size();
+  };
+  EXPECT_EQ(arm_with(0), arm_with(64));
+}
+
 TEST(SealedMessage, NamesItsRigBeforeItIsBelieved) {
   const auto bytes = SealBytes({}, kChannel, kRig, SomeKey());
   EXPECT_EQ(SealedRig(bytes), kRig);

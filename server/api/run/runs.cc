@@ -170,8 +170,12 @@ core::Result<HttpResponse> IssueStreamToken(RunApi& api, const ApiRequest& reque
   const bool can_command = whose == Ownership::kOwn &&
                            api.rigs.MayCommand(request.who, request.run.rig) &&
                            Authorize(request.who, Operation::kChangeRun, whose).ok();
-  const std::string code = api.tokens.Issue(
-      {request.run.id, ViewerOwnerOf(request.who, whose != Ownership::kOwn), can_command});
+  ViewerOwner owner = ViewerOwnerOf(request.who);
+  if (whose != Ownership::kOwn) {
+    owner.run_owner = request.run.owner;
+    owner.run_made_ms = ToMilliseconds(request.run.created_at);
+  }
+  const std::string code = api.tokens.Issue({request.run.id, std::move(owner), can_command});
   return JsonResponse(json::object{{"code", code}, {"expires_in_s", kStreamTokenLife.count()}},
                       201);
 }

@@ -103,7 +103,7 @@ void PersonFeed::Loop() {
 
 core::Result<HttpResponse> IssueFeedToken(SharingApi& api, const ApiRequest& request) {
   const std::string channel = api.feed->Open(lab::UserId{request.who.user_id});
-  const std::string code = api.tokens.Issue({channel, ViewerOwnerOf(request.who, false), false});
+  const std::string code = api.tokens.Issue({channel, ViewerOwnerOf(request.who), false});
   return JsonResponse(json::object{{"code", code}, {"expires_in_s", kStreamTokenLife.count()}},
                       201);
 }

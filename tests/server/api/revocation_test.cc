@@ -18,12 +18,18 @@ class RevocationTest : public ApiTest {
       const json::object run = Ok(Call(who, "POST", "runs", "runs", R"({"duration_s":600})"), 201);
       run_ = run.at("id").as_string();
     }
+    return Open(who, true);
+  }
+  /// A window of somebody else on that run.
+  std::unique_ptr<tests::WebSocketClient> WatchOf(const Person& who) { return Open(who, false); }
+  std::unique_ptr<tests::WebSocketClient> Open(const Person& who, bool commands) {
     const std::string target = "runs/" + run_ + "/stream-token";
     const json::object token = Ok(Call(who, "POST", "runs/{id}/stream-token", target, "{}"), 201);
     auto page = std::make_unique<tests::WebSocketClient>(
         application_->port(), "/ws?code=" + std::string(token.at("code").as_string()));
     const auto hello = page->ReadTextWith("\"hello\"");
-    EXPECT_TRUE(hello && hello->find("\"can_command\":true") != std::string::npos);
+    const std::string can = commands ? "\"can_command\":true" : "\"can_command\":false";
+    EXPECT_TRUE(hello && hello->find(can) != std::string::npos);
     return page;
   }
   /// The code with which the server closes it; 0 when it just ends.
@@ -70,6 +76,29 @@ TEST_F(RevocationTest, WhatAnotherProcessEndsIsNoticed) {
   // As `faultlab admin` does: this object is not the server's.
   ASSERT_TRUE(accounts_->Change(IdOf("ann"), 1, {}, {}, true).ok());
   EXPECT_EQ(CloseCodeOf(*page), 1008);
+}
+
+TEST_F(RevocationTest, ARoleThatAnotherProcessTookIsNoticed) {
+  const Person ann = Make("ann", Role::kStudent);
+  const Person eve = Make("eve", Role::kOperator);
+  const auto own = Watch(ann);
+  const auto page = WatchOf(eve);
+  ASSERT_TRUE(accounts_->Change(IdOf("eve"), 1, {}, Role::kStudent, {}).ok());
+  EXPECT_EQ(CloseCodeOf(*page), 1008);
+  own->SendText(R"({"type":"ping","t":1})");
+  EXPECT_TRUE(own->ReadTextWith("\"pong\""));
+}
+
+TEST_F(RevocationTest, AnEnrolmentThatAnotherProcessEndedIsNoticed) {
+  const Person ann = Make("ann", Role::kStudent);
+  const Person teacher = Make("teacher", Role::kInstructor);
+  const Course course = MakeCourse("teacher", "ann");
+  const auto own = Watch(ann);
+  const auto page = WatchOf(teacher);
+  ASSERT_TRUE(accounts_->EndEnrolment(course.id, IdOf("ann")).ok());
+  EXPECT_EQ(CloseCodeOf(*page), 1008);
+  own->SendText(R"({"type":"ping","t":1})");
+  EXPECT_TRUE(own->ReadTextWith("\"pong\""));
 }
 
 TEST_F(RevocationTest, ACodeEndsWithItsSignIn) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -42,10 +43,20 @@ class RunFixture : public ::testing::Test {
   void Manage(double speed) {
     RunManagerOptions options;
     options.speed = speed;
+    options.calibrated = [this](const std::string&, const std::string& run, const auto&) {
+      const std::lock_guard lock(calibrated_mutex_);
+      calibrated_.push_back(run);
+    };
     manager_ = std::make_unique<RunManager>(
         options, *store_, *hub_, clock_, [this](std::string_view text) {
           log_.append(text).append("\n");
         });
+  }
+
+  /// Runs that taught something about their rig.
+  std::size_t calibrated() {
+    const std::lock_guard lock(calibrated_mutex_);
+    return calibrated_.size();
   }
 
   /// The paper's experiment, R1 = 100 ohm at 10 s.
@@ -110,6 +121,8 @@ class RunFixture : public ::testing::Test {
   RigBay bay_;
   std::uint64_t epoch_ = 0;
   std::string log_;
+  std::mutex calibrated_mutex_;
+  std::vector<std::string> calibrated_;
   std::unique_ptr<RunManager> manager_;
 };
 

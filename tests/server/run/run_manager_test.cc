@@ -51,6 +51,19 @@ TEST_F(RunManagerTest, GivesTheSameSamplesAndVerdictsForTheSameSeed) {
   EXPECT_EQ(Kinds(first.id), Kinds(second.id));
 }
 
+TEST_F(RunManagerTest, LearnsARigFromNoRunWithHiddenFaultsNorWithOneInTheHealthyStretch) {
+  RunToEnd(Paper(8.0));
+  EXPECT_EQ(calibrated(), 1u);
+  RunRequest hidden = Paper(8.0);
+  hidden.hidden_faults = true;
+  RunToEnd(std::move(hidden));
+  EXPECT_EQ(calibrated(), 1u);
+  RunRequest early = Paper(8.0);
+  early.plan.faults = {{core::Component::kRa, 7.55, 0.1, core::FaultKind::kAbrupt, 0.0}};
+  RunToEnd(std::move(early));
+  EXPECT_EQ(calibrated(), 1u);
+}
+
 TEST_F(RunManagerTest, StoresAStoppedRunWhole) {
   auto rig = std::make_shared<FakeRig>();
   auto started = manager_->Start(Scripted(rig));

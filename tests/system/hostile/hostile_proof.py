@@ -215,7 +215,7 @@ def main():
             folder,
             "hostile",
             benches=1,
-            simulators=4,
+            simulators=8,
             speed=1.0,
             settings='guests = "everywhere"\n',
         )
