@@ -1,4 +1,8 @@
-#include "core/diagnosis/diagnosis.h"
+#include "core/diagnosis/diagnose_record.h"
+
+#include <algorithm>
+#include <vector>
+
 #include "core/diagnosis/pipeline.h"
 #include "core/plant/model_fit.h"
 #include "core/plant/sampled_model.h"

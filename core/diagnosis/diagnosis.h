@@ -1,16 +1,13 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "core/diagnosis/calibration.h"
-#include "core/diagnosis/diagnosis_options.h"
-#include "core/diagnosis/isolation.h"
-#include "core/diagnosis/paper_methods.h"
+#include "core/isolation/isolation.h"
+#include "core/paper/paper_methods.h"
+#include "core/types/calibration.h"
 #include "core/types/frame.h"
 #include "core/types/result.h"
 #include "core/types/verdict.h"
@@ -42,14 +39,5 @@ struct Diagnosis {
   PaperMethods paper;                  ///< from the sliding integrals (100, 20), exact mode
   std::vector<FaultEpisode> episodes;  ///< in time order
 };
-
-/// Diagnoses a whole record with the pipeline of a live run, solving its tasks in place.
-Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions& options);
-
-/// The estimates of a record, in order, once per sample: bit-equal to those of a live run with
-/// these options.
-void ReplayEstimates(std::span<const Sample> samples,
-                     const DiagnosisOptions& options,
-                     const std::function<void(const Frame&)>& each);
 
 }  // namespace faultlab::core

@@ -2,14 +2,13 @@
 
 #include <optional>
 
-#include "core/diagnosis/calibration.h"
 #include "core/estimators/estimator_bank.h"
+#include "core/isolation/isolation_options.h"
+#include "core/types/calibration.h"
 #include "core/types/plant_parameters.h"
+#include "core/types/sample.h"
 
 namespace faultlab::core {
-
-/// Values that a component may take: what relays can connect, or anything positive.
-enum class ValuePrior { kNone, kTable2 };
 
 /// What a diagnosis assumes about its rig and its record. Live runs, figures, exports and later
 /// repairs of one run share one value: it is stored with the run.

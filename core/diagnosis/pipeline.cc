@@ -4,10 +4,11 @@
 #include <cmath>
 #include <vector>
 
-#include "core/diagnosis/detector.h"
-#include "core/diagnosis/observation.h"
-#include "core/diagnosis/verdict_text.h"
+#include "core/detection/detector.h"
+#include "core/diagnosis/diagnosis.h"
 #include "core/estimators/estimator_bank.h"
+#include "core/filter/observation.h"
+#include "core/isolation/verdict_text.h"
 #include "core/plant/coefficients.h"
 
 namespace faultlab::core {

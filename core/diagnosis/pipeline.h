@@ -4,10 +4,10 @@
 #include <memory>
 #include <optional>
 
-#include "core/diagnosis/calibration.h"
 #include "core/diagnosis/diagnosis.h"
 #include "core/diagnosis/diagnosis_options.h"
-#include "core/diagnosis/isolation.h"
+#include "core/isolation/isolation.h"
+#include "core/types/calibration.h"
 #include "core/types/frame.h"
 #include "core/types/sample.h"
 #include "core/types/verdict.h"

@@ -1,10 +1,10 @@
 #include "core/estimators/estimator_bank.h"
 
 #include "core/estimators/first_order_windows.h"
-#include "core/estimators/sample_intake.h"
 #include "core/estimators/sia.h"
 #include "core/estimators/swa.h"
 #include "core/types/check.h"
+#include "core/types/sample_intake.h"
 
 namespace faultlab::core {
 namespace {

@@ -3,12 +3,12 @@
 #include <array>
 #include <memory>
 
-#include "core/estimators/sample_intake.h"
 #include "core/estimators/sia_mode.h"
 #include "core/types/estimate.h"
 #include "core/types/frame.h"
 #include "core/types/plant_parameters.h"
 #include "core/types/sample.h"
+#include "core/types/sample_intake.h"
 
 namespace faultlab::core {
 

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "core/estimators/instrumental_swa.h"
-#include "core/estimators/sample_intake.h"
 #include "core/estimators/sia.h"
 #include "core/estimators/swa.h"
+#include "core/types/sample_intake.h"
 
 namespace faultlab::core {
 namespace {

@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "core/estimators/excitation_gate.h"
-#include "core/estimators/lanes.h"
+#include "core/numerics/lanes.h"
 
 namespace faultlab::core {
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/estimators/excitation_gate.h"
-#include "core/estimators/lanes.h"
 #include "core/estimators/sia_report.h"
 #include "core/estimators/sliding_moments.h"
+#include "core/numerics/lanes.h"
 #include "core/types/estimate.h"
 #include "core/types/frame.h"
 

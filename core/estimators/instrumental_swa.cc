@@ -8,6 +8,7 @@
 
 #include "core/estimators/normal_equations.h"
 #include "core/types/check.h"
+#include "core/types/sample_intake.h"
 
 namespace faultlab::core {
 namespace {

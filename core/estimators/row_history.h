@@ -1,18 +1,8 @@
 #pragma once
 
-#include <cmath>
-
 #include "core/estimators/sliding_moments.h"
 
 namespace faultlab::core {
-
-/// A reading beyond this is no voltage of any converter: treated as non-finite, so that squares of
-/// garbage never enter a sum.
-inline constexpr double kPlausibleMax_v = 1e6;
-
-inline bool IsPlausible(double reading_v) {
-  return std::abs(reading_v) < kPlausibleMax_v;  // false for NaN
-}
 
 /// Says what the row of the newest sample is worth when rows reach `reach` samples back: valid only
 /// if these reach + 1 samples were all good and consecutive, invalid if one of them was non-finite.

@@ -10,6 +10,7 @@
 #include "core/estimators/swa.h"
 #include "core/estimators/window_estimator.h"
 #include "core/types/plant_parameters.h"
+#include "core/types/sample_intake.h"
 
 namespace faultlab::core {
 

@@ -5,6 +5,7 @@
 
 #include "core/estimators/row_history.h"
 #include "core/estimators/window_estimator.h"
+#include "core/types/sample_intake.h"
 
 namespace faultlab::core {
 

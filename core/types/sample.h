@@ -7,6 +7,9 @@ namespace faultlab::core {
 
 inline constexpr double kAbsent = std::numeric_limits<double>::quiet_NaN();
 
+/// Which measured channels a diagnosis may use. Channels that a record lacks are never used.
+enum class Channels { kUmOnly, kAll };
+
 /// One line of a recording: what the converters said at sample `index`.
 /// um_v .. n_rpm were read `delta` seconds after the DAC edge that set uc_v (docs: diagnosis).
 /// A channel that the rig does not have, or a lost reading, is NaN.

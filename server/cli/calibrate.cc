@@ -5,6 +5,7 @@
 #include <iterator>
 #include <vector>
 
+#include "core/calibration/calibrate.h"
 #include "server/api/iso8601.h"
 #include "server/cli/console.h"
 #include "server/clock.h"

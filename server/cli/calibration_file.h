@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "core/diagnosis/calibration.h"
+#include "core/types/calibration.h"
 #include "core/types/result.h"
 
 namespace faultlab::server {

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/diagnosis/diagnose_record.h"
 #include "server/cli/calibration_file.h"
 #include "server/cli/console.h"
 #include "server/csv/csv_record.h"

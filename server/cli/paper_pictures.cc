@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/paper/reproduction/reproduction.h"
 #include "core/types/plant_parameters.h"
-#include "core/validation/reproduction.h"
 #include "server/cli/console.h"
 #include "server/csv/file_io.h"
 #include "server/plots/record_figure.h"

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "core/validation/reproduction.h"
+#include "core/paper/reproduction/reproduction.h"
 
 namespace faultlab::server {
 

@@ -11,7 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/validation/window_study.h"
+#include "core/diagnosis/diagnose_record.h"
+#include "core/paper/window_study.h"
 #include "server/cli/console.h"
 #include "server/cli/figure_file.h"
 #include "server/cli/study_text.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/validation/window_study.h"
+#include "core/paper/window_study.h"
 
 namespace faultlab::server {
 

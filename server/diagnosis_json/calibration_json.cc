@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "core/diagnosis/rig_parameters.h"
+#include "core/filter/rig_parameters.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/diagnosis_json/plant_json.h"
 #include "server/json/document_reader.h"
@@ -102,7 +102,7 @@ void ReadLists(const json::object& object, std::optional<Error>& error, Calibrat
                           entry.Flag("passed")});
   }
   ReadMatrix(reader, "covariance", 0.0, out.covariance);
-  ReadMatrix(reader, "covariance_doubt", -1.0, out.covariance_doubt);
+  ReadMatrix(reader, "covariance_doubt", -1.0, out.tolerance_covariance);
 }
 
 json::array ListOf(const std::vector<double>& numbers) {
@@ -149,7 +149,7 @@ json::object ToJson(const Calibration& calibration) {
   out["checks"] = std::move(checks);
   out["thresholds"] = std::move(thresholds);
   out["covariance"] = ListOf(calibration.covariance);
-  out["covariance_doubt"] = ListOf(calibration.covariance_doubt);
+  out["covariance_doubt"] = ListOf(calibration.tolerance_covariance);
   return out;
 }
 

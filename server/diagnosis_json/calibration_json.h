@@ -4,7 +4,7 @@
 #include <boost/json/value.hpp>
 #include <string_view>
 
-#include "core/diagnosis/calibration.h"
+#include "core/types/calibration.h"
 #include "core/types/result.h"
 
 namespace faultlab::server {

@@ -3,7 +3,7 @@
 #include <boost/json/object.hpp>
 #include <string>
 
-#include "core/diagnosis/isolability.h"
+#include "core/isolability/isolability.h"
 
 namespace faultlab::server {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/diagnosis/calibration.h"
-#include "core/diagnosis/isolability.h"
+#include "core/types/calibration.h"
+#include "core/isolability/isolability.h"
 #include "core/signals/excitation.h"
 #include "core/types/result.h"
 

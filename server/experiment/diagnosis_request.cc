@@ -2,6 +2,7 @@
 
 #include <boost/json.hpp>
 
+#include "core/diagnosis/diagnose_record.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/json/json_reader.h"
 #include "server/plots/record_figure.h"

@@ -4,6 +4,7 @@
 #include <boost/json.hpp>
 #include <utility>
 
+#include "core/diagnosis/diagnose_record.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/diagnosis_json/options_json.h"
 #include "server/experiment/plan_json.h"

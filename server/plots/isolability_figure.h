@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "core/diagnosis/isolability.h"
+#include "core/isolability/isolability.h"
 #include "server/plots/figure.h"
 
 namespace faultlab::server {

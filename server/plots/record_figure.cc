@@ -1,4 +1,5 @@
 #include "server/plots/record_figure.h"
+#include "core/diagnosis/diagnose_record.h"
 
 #include <algorithm>
 #include <iterator>

@@ -10,7 +10,7 @@
 #include <thread>
 #include <utility>
 
-#include "core/diagnosis/isolation.h"
+#include "core/isolation/isolation.h"
 
 namespace faultlab::server {
 

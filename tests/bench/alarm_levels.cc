@@ -16,7 +16,7 @@
 #include <cstring>
 #include <vector>
 
-#include "core/diagnosis/detector.h"
+#include "core/detection/detector.h"
 #include "core/plant/profile.h"
 #include "core/signals/prbs.h"
 #include "core/signals/random.h"

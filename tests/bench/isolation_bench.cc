@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/diagnosis/isolability.h"
+#include "core/isolability/isolability.h"
 #include "core/diagnosis/pipeline.h"
 #include "core/plant/simulate_record.h"
 #include "core/signals/prbs.h"

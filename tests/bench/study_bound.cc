@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/diagnosis/innovation_filter.h"
+#include "core/filter/innovation_filter.h"
 
 namespace faultlab::study {
 

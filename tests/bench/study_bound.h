@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "core/diagnosis/rig_parameters.h"
+#include "core/filter/rig_parameters.h"
 #include "core/types/fault.h"
 #include "core/types/sample.h"
 

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <span>
 
-#include "core/diagnosis/isolability.h"
+#include "core/isolability/isolability.h"
 #include "tests/bench/study_settings.h"
 
 namespace faultlab::study {

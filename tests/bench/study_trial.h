@@ -4,7 +4,7 @@
 #include <limits>
 #include <string>
 
-#include "core/diagnosis/isolability.h"
+#include "core/isolability/isolability.h"
 #include "core/diagnosis/pipeline.h"
 #include "core/signals/random.h"
 

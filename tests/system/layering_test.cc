@@ -58,11 +58,19 @@ using Arrows = std::map<std::string, std::set<std::string>>;
 
 const Arrows kCore = {
     {"types", {}},
+    {"numerics", {}},
     {"signals", {"types"}},
+    {"estimators", {"types", "numerics"}},
+    {"filter", {"types", "numerics"}},
     {"plant", {"types", "signals"}},
-    {"estimators", {"types", "signals"}},
-    {"diagnosis", {"types", "signals", "plant", "estimators"}},
-    {"validation", {"types", "signals", "plant", "estimators", "diagnosis"}},
+    {"detection", {"types", "filter"}},
+    {"isolability", {"types", "filter"}},
+    {"calibration", {"types", "filter", "detection"}},
+    {"isolation", {"types", "filter", "calibration"}},
+    {"paper", {"types", "estimators", "plant"}},
+    {"diagnosis",
+     {"types", "estimators", "plant", "filter", "detection", "calibration", "isolation", "paper"}},
+    {"paper/reproduction", {"types", "signals", "estimators", "plant", "paper", "diagnosis"}},
 };
 
 /// The headers of `server` itself, such as clock.h, are everybody's. A folder inside a folder is

@@ -9,7 +9,7 @@
 
 #include "core/diagnosis/diagnosis_options.h"
 #include "core/plant/coefficients.h"
-#include "core/validation/paper_tables.h"
+#include "core/paper/paper_tables.h"
 #include "hardware/relay_board.h"
 #include "server/experiment/experiment_plan.h"
 

@@ -2,7 +2,7 @@
 #include <array>
 #include <cstring>
 
-#include "core/diagnosis/diagnosis.h"
+#include "core/diagnosis/diagnose_record.h"
 #include "server/api/run/columns.h"
 #include "server/api/run/handlers.h"
 #include "server/stream/frame_codec.h"

@@ -1,6 +1,7 @@
 // A recording as a file: CSV, MATLAB, JSON.
 #include <boost/json.hpp>
 
+#include "core/diagnosis/diagnose_record.h"
 #include "server/api/run/columns.h"
 #include "server/api/run/handlers.h"
 #include "server/csv/csv_writer.h"

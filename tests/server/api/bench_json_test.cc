@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "core/validation/paper_tables.h"
+#include "core/paper/paper_tables.h"
 #include "hardware/simulated/simulated_rig.h"
 
 namespace faultlab::server {

@@ -1,4 +1,5 @@
 // A recording is judged by the options and the diagnosis that its run has stored.
+#include "core/diagnosis/diagnose_record.h"
 #include "server/experiment/recordings.h"
 
 #include <gtest/gtest.h>

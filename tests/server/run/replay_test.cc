@@ -10,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/diagnosis/diagnosis.h"
+#include "core/diagnosis/diagnose_record.h"
 #include "server/experiment/recordings.h"
 #include "server/net/http_server.h"
 #include "server/net/router.h"

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/calibration/calibrate.h"
 #include "core/signals/excitation.h"
 #include "hardware/simulated/simulated_rig.h"
 #include "server/run/run_manager.h"

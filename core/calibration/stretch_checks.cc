@@ -1,0 +1,221 @@
+#include "core/calibration/stretch_checks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <string_view>
+
+#include "core/filter/innovation_filter.h"
+
+namespace faultlab::core {
+namespace {
+
+// 1.5 s of the paper's bench: enough for every parameter that um can tell within a few percent.
+constexpr double kSamplesMin = 150;
+// Each switch of the input tells gain and time constant once.
+constexpr double kSwitchesMin = 8;
+// Readings at the rail are bounds; more than a tenth of them leaves a calibration of the rest.
+constexpr double kClippedShareMax = 0.1;
+constexpr double kMissingShareMax = 0.2;
+// Prior cost is chi-square with at most 8 degrees of freedom when the rig is what the data sheet
+// says within its tolerances: 40 is a chance of 3e-6.
+constexpr double kPriorCostMax = 40.0;
+// um moves by about 2.4 V in use: noise beyond this hides every fault of interest.
+constexpr double kUmNoiseMaxV = 0.25;
+// Largest of blocks x directions squared normal scores (4 x 8): 1e-6 under a healthy rig, and room
+// for what the model leaves out.
+constexpr double kStationarityMax = 45.0;
+constexpr int kBlocks = 4;
+// Share of a block's energy against the average: chi-square/n of 100 readings has sd 0.14.
+constexpr double kBlockEnergyMax = 2.0;
+
+std::string Text(const char* format, double a, double b) {
+  std::array<char, 256> text{};
+  std::snprintf(text.data(), text.size(), format, a, b);
+  return text.data();
+}
+
+/// What a person can do about a check that failed.
+const char* Remedy(std::string_view check) {
+  if (check == "length") return "give a longer fault-free stretch";
+  if (check == "missing") return "look at the um wire and at how the record was made";
+  if (check == "excitation") return "use an input that switches, such as a PRBS of 2 V and 3 V";
+  if (check == "saturation") return "use a smaller input or a wider converter range";
+  if (check == "noise")
+    return "look for a fault inside the stretch, then at the um wire, its shield and its unit";
+  if (check == "tolerance") {
+    return "choose a stretch without a fault, or correct the rig's data sheet";
+  }
+  return "choose a stretch without a fault, after the rig has warmed up";
+}
+
+std::optional<Error> Judge(std::vector<CalibrationCheck>& checks,
+                           const char* name,
+                           std::string sentence,
+                           double value,
+                           double limit,
+                           bool passed) {
+  checks.push_back({name, sentence, value, limit, passed});
+  if (passed) return std::nullopt;
+  return Error{ErrorCode::kInvalid,
+               std::string("not calibrated, check '") + name + "' failed: " + std::move(sentence) +
+                   "; " + Remedy(name),
+               name};
+}
+
+}  // namespace
+
+std::optional<Error> CheckBefore(std::span<const Observation> stretch,
+                                 std::vector<CalibrationCheck>& checks) {
+  const double n = static_cast<double>(stretch.size());
+  int switches = 0;
+  int clipped = 0;
+  int read = 0;
+  double low = stretch.empty() ? 0.0 : stretch.front().u;
+  double high = low;
+  for (std::size_t k = 0; k < stretch.size(); ++k) {
+    const Observation& o = stretch[k];
+    low = std::min(low, o.u);
+    high = std::max(high, o.u);
+    clipped += o.clipped != 0;
+    read += (o.mask & 1U) != 0U;
+  }
+  const double swing = high - low;
+  for (const Observation& o : stretch) switches += std::abs(o.u - o.u_prev) > 0.05 * swing;
+  if (auto refusal = Judge(checks,
+                           "length",
+                           Text("%.0f samples, at least %.0f are needed", n, kSamplesMin),
+                           n,
+                           kSamplesMin,
+                           n >= kSamplesMin)) {
+    return refusal;
+  }
+  const double missing = 1.0 - read / n;
+  if (auto refusal = Judge(checks,
+                           "missing",
+                           Text("%.0f %% of the um readings are missing, at most %.0f %% may be",
+                                100.0 * missing,
+                                100.0 * kMissingShareMax),
+                           missing,
+                           kMissingShareMax,
+                           missing <= kMissingShareMax)) {
+    return refusal;
+  }
+  if (auto refusal = Judge(
+          checks,
+          "excitation",
+          Text("the input switches %.0f times, at least %.0f are needed", switches, kSwitchesMin),
+          switches,
+          kSwitchesMin,
+          switches >= kSwitchesMin && swing > 0.05)) {
+    return refusal;
+  }
+  const double share = clipped / n;
+  return Judge(
+      checks,
+      "saturation",
+      Text("um stands at the converter's rail in %.0f %% of the samples, at most %.0f %% may",
+           100.0 * share,
+           100.0 * kClippedShareMax),
+      share,
+      kClippedShareMax,
+      share <= kClippedShareMax);
+}
+
+std::optional<Error> CheckAfter(const RigParameters& rig,
+                                const NoiseLevel& noise,
+                                double period_s,
+                                std::span<const Observation> stretch,
+                                double prior_cost,
+                                const std::vector<CalibratedQuantity>& quantities,
+                                std::vector<CalibrationCheck>& checks) {
+  if (auto refusal = Judge(checks,
+                           "noise",
+                           Text("what the model leaves of um is %.3f V, at most %.2f V may be left",
+                                noise.um_v,
+                                kUmNoiseMaxV),
+                           noise.um_v,
+                           kUmNoiseMaxV,
+                           noise.um_v <= kUmNoiseMaxV)) {
+    return refusal;
+  }
+  const CalibratedQuantity* farthest = nullptr;
+  double distance = 0.0;
+  for (const CalibratedQuantity& q : quantities) {
+    const double off =
+        q.prior_sigma > 0.0 ? std::abs(q.value - q.prior_value) / q.prior_sigma : 0.0;
+    if (off >= distance) {
+      distance = off;
+      farthest = &q;
+    }
+  }
+  if (auto refusal = Judge(checks,
+                           "tolerance",
+                           Text("distance from the data sheet %.1f, at most %.0f; farthest ",
+                                prior_cost,
+                                kPriorCostMax) +
+                               (farthest != nullptr ? farthest->name : std::string("none")),
+                           prior_cost,
+                           kPriorCostMax,
+                           prior_cost <= kPriorCostMax)) {
+    return refusal;
+  }
+
+  // Stationarity: the same rig in every part of the stretch.
+  InnovationTrace base;
+  InnovationTrace moved;
+  const InnovationSummary whole =
+      RunInnovations(MakePredictionModel(rig, noise, period_s), stretch, &base);
+  constexpr double kStep = 1e-4;
+  const std::size_t block = (stretch.size() + kBlocks - 1) / kBlocks * kOutputCount;
+  double worst = 0.0;
+  for (int i = 0; i < kCoordinateCount; ++i) {
+    Coordinates q{};
+    q[static_cast<std::size_t>(i)] = kStep;
+    RunInnovations(MakePredictionModel(Moved(rig, q, period_s), noise, period_s), stretch, &moved);
+    std::array<double, kBlocks> cross{};
+    std::array<double, kBlocks> square{};
+    for (std::size_t r = 0; r < base.whitened.size(); ++r) {
+      const double s = (moved.whitened[r] - base.whitened[r]) / kStep;
+      cross[r / block] += s * base.whitened[r];
+      square[r / block] += s * s;
+    }
+    for (std::size_t b = 0; b < kBlocks; ++b) {
+      if (square[b] > 0.0) worst = std::max(worst, cross[b] * cross[b] / square[b]);
+    }
+  }
+  double energy = 0.0;
+  const double average = whole.chi2 / std::max(1, whole.count);
+  for (std::size_t b = 0; b < kBlocks; ++b) {
+    double chi2 = 0.0;
+    const std::size_t begin = b * block;
+    const std::size_t end = std::min(base.whitened.size(), begin + block);
+    for (std::size_t r = begin; r < end; ++r) chi2 += base.whitened[r] * base.whitened[r];
+    const double share =
+        static_cast<double>(end - begin) / static_cast<double>(base.whitened.size());
+    energy = std::max(energy, chi2 / (share * whole.count * average));
+  }
+  if (auto refusal = Judge(checks,
+                           "stationarity",
+                           Text("the rig changes inside the stretch: score %.1f, at most %.0f",
+                                worst,
+                                kStationarityMax),
+                           worst,
+                           kStationarityMax,
+                           worst <= kStationarityMax)) {
+    return refusal;
+  }
+  return Judge(
+      checks,
+      "residual",
+      Text("a quarter of the stretch has %.2f of the average residual energy, at most %.1f",
+           energy,
+           kBlockEnergyMax),
+      energy,
+      kBlockEnergyMax,
+      energy <= kBlockEnergyMax);
+}
+
+}  // namespace faultlab::core

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "core/types/calibration.h"
+
+namespace faultlab::core {
+
+/// Alarm levels at which the whole bank raises `false_alarms_per_day` on a healthy rig.
+/// whose noise is known; the detector widens them for what its calibration rests on. From
+/// simulation of the bank itself (see detection_thresholds.cc). `mask`: channels in use.
+DetectionThresholds MakeThresholds(double false_alarms_per_day, double rate_hz, unsigned mask);
+
+}  // namespace faultlab::core

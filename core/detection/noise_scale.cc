@@ -1,0 +1,43 @@
+#include "core/detection/noise_scale.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace faultlab::core {
+namespace {
+
+// Fewer readings never calibrate (stretch_checks.cc); a stored calibration may say anything.
+constexpr double kReadingsMin = 100.0;
+// How far v may go, in standard errors of a variance of nu_0 readings.
+constexpr double kReach = 5.0;
+// Beyond four standard deviations (1 of 16 000) an innovation is news, not noise.
+constexpr double kSquareMax = 16.0;
+constexpr double kForget = 1.0 - 1.0 / NoiseScale::kMemory;
+// The rate of crossings falls by exp(-t/2) in the level t. Averaged over an error of variance 2/nu
+// in the scale of t it is restored by t (1 + t / (2 nu)), with t about 28; doubled, because the
+// calibration's noise and parameters were fitted to the same readings.
+constexpr double kWideningReadings = 28.0;
+
+}  // namespace
+
+NoiseScale::NoiseScale(int readings)
+    : readings_(std::max(kReadingsMin, static_cast<double>(readings))) {
+  const double standard_error = std::sqrt(2.0 / readings_);
+  lowest_ = 1.0 / (1.0 + kReach * standard_error);
+  highest_ = 1.0 + kReach * standard_error;
+  widening_ = 1.0 + kWideningReadings / readings_;
+  weight_.fill(1.0);
+}
+
+void NoiseScale::Push(std::size_t channel, double z) {
+  const double square = z * z;
+  if (square > kSquareMax) return;
+  count_[channel] = kForget * count_[channel] + 1.0;
+  sum_[channel] = kForget * sum_[channel] + square;
+  const double readings = readings_ + count_[channel];
+  const double v = (readings_ + sum_[channel]) / readings;
+  weight_[channel] = 1.0 / std::sqrt(std::clamp(v, lowest_, highest_));
+  widening_ = 1.0 + kWideningReadings / readings;
+}
+
+}  // namespace faultlab::core

@@ -1,0 +1,92 @@
+#include "core/filter/innovation_filter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/filter/simd/lane_products.h"
+#include "core/filter/simd/lane_run.h"
+#include "core/types/check.h"
+
+namespace faultlab::core {
+namespace {
+
+std::array<int, kOutputCount> CountReadings(std::span<const Observation> stretch) {
+  std::array<int, kOutputCount> count{};
+  for (const Observation& o : stretch) {
+    for (std::size_t c = 0; c < kOutputCount; ++c) count[c] += (o.mask >> c) & 1;
+  }
+  return count;
+}
+
+template <bool kMcResponse>
+void RunAll(std::span<const ModelPath> paths,
+            std::span<const Observation> stretch,
+            std::span<InnovationSummary> sums,
+            InnovationTable* table) {
+  LAB_CHECK(!paths.empty() && sums.size() == paths.size(), paths.size(), sums.size());
+  for (ModelPath path : paths) LAB_CHECK(!path.empty() && path.front().from == 0);
+  LaneRun run{paths, stretch, CountReadings(stretch), sums};
+  if (table != nullptr) {
+    constexpr std::size_t kStep = kProductColumns;  // the products of a table take them so
+    run.stride = paths.size() == 1 ? 1 : (paths.size() + kStep - 1) / kStep * kStep;
+    const Eigen::Index rows = run.count_of[0] + run.count_of[1] + run.count_of[2];
+    const auto columns = static_cast<Eigen::Index>(run.stride);
+    if (table->rows() != rows || table->cols() != columns) table->setZero(rows, columns);
+  }
+  if (paths.size() == 1) {
+    if (table != nullptr) run.table = table->data();
+    RunLanes<double, kMcResponse>(run);
+    return;
+  }
+  for (std::size_t from = 0; from < paths.size(); from += kPathsTogether) {
+    const std::size_t n = std::min(kPathsTogether, paths.size() - from);
+    run.paths = paths.subspan(from, n);
+    run.sums = sums.subspan(from, n);
+    if (table != nullptr) run.table = table->data() + from;
+    if (!RunWideLanes(run, kMcResponse)) RunLanes<Lanes2, kMcResponse>(run);
+  }
+}
+
+}  // namespace
+
+void RunInnovations(std::span<const ModelPath> paths,
+                    std::span<const Observation> stretch,
+                    std::span<InnovationSummary> sums,
+                    InnovationTable* table) {
+  RunAll<false>(paths, stretch, sums, table);
+}
+
+void RunWithMcResponse(std::span<const ModelPath> paths,
+                       std::span<const Observation> stretch,
+                       std::span<InnovationSummary> sums) {
+  RunAll<true>(paths, stretch, sums, nullptr);
+}
+
+InnovationSummary RunInnovations(ModelPath path,
+                                 std::span<const Observation> stretch,
+                                 InnovationTrace* trace) {
+  InnovationSummary sum;
+  InnovationTable table;
+  RunInnovations(std::span<const ModelPath>(&path, 1),
+                 stretch,
+                 std::span<InnovationSummary>(&sum, 1),
+                 trace != nullptr ? &table : nullptr);
+  if (trace == nullptr) return sum;
+  trace->whitened.assign(stretch.size() * kOutputCount, 0.0);
+  const double* next = table.data();
+  for (std::size_t k = 0; k < stretch.size(); ++k) {
+    for (std::size_t c = 0; c < kOutputCount; ++c) {
+      if ((stretch[k].mask & (1U << c)) != 0U) trace->whitened[k * kOutputCount + c] = *next++;
+    }
+  }
+  return sum;
+}
+
+InnovationSummary RunInnovations(const PredictionModel& model,
+                                 std::span<const Observation> stretch,
+                                 InnovationTrace* trace) {
+  const ModelSegment only{0, &model};
+  return RunInnovations(ModelPath(&only, 1), stretch, trace);
+}
+
+}  // namespace faultlab::core

@@ -1,0 +1,50 @@
+#include "core/filter/riccati_recursion.h"
+
+#include <cmath>
+
+namespace faultlab::core {
+
+void GainRecursion::Restart() {
+  p_ = Eigen::Vector4d(kPoleSdV * kPoleSdV,
+                       kCurrentSdA * kCurrentSdA,
+                       kSpeedSdRadS * kSpeedSdRadS,
+                       model_->torque_variance)
+           .asDiagonal();
+}
+
+// P+ = phi P phi' + Q, kept symmetric.
+void GainRecursion::Predict() {
+  const Eigen::Matrix4d left = model_->phi * p_;
+  p_.noalias() = left * model_->phi.transpose();
+  p_(3, 3) += model_->torque_step_variance;
+  const Eigen::Matrix4d symmetric = 0.5 * (p_ + p_.transpose());
+  p_ = symmetric;
+}
+
+double GainRecursion::Correct(int channel, Eigen::Vector4d& gain) {
+  const Eigen::Vector4d ph = p_ * model_->c.row(channel).transpose();
+  const double s =
+      model_->c.row(channel).dot(ph) + model_->reading_variance[static_cast<std::size_t>(channel)];
+  gain = ph / s;
+  p_.noalias() -= gain * ph.transpose();
+  return s;
+}
+
+ChannelGains Settle(const PredictionModel& model, unsigned mask) {
+  ChannelGains settled;
+  GainRecursion recursion(model);
+  recursion.Restart();
+  constexpr int kSteps = 2000;  // 20 s: many times every time constant of the rig
+  for (int k = 0; k < kSteps; ++k) {
+    recursion.Predict();
+    for (int channel = 0; channel < kOutputCount; ++channel) {
+      const auto c = static_cast<std::size_t>(channel);
+      settled.gain[c].setZero();
+      if ((mask & (1U << channel)) == 0U) continue;
+      settled.inverse_sd[c] = 1.0 / std::sqrt(recursion.Correct(channel, settled.gain[c]));
+    }
+  }
+  return settled;
+}
+
+}  // namespace faultlab::core

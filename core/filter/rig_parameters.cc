@@ -1,0 +1,47 @@
+#include "core/filter/rig_parameters.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace faultlab::core {
+
+RigParameters Moved(const RigParameters& base, const Coordinates& q, double period_s) {
+  const auto at = [&](Coordinate c) { return q[static_cast<std::size_t>(c)]; };
+  RigParameters moved = base;
+  moved.gain_factor *= std::exp(at(Coordinate::kGain));
+  moved.plant.r1_ohm *= std::exp(at(Coordinate::kR1));
+  moved.plant.ra_ohm *= std::exp(at(Coordinate::kRa));
+  moved.plant.j_kg_m2 *= std::exp(at(Coordinate::kJ));
+  moved.plant.b_nm_per_rad_s *= std::exp(at(Coordinate::kB));
+  moved.plant.ke_v_per_rad_s *= std::exp(at(Coordinate::kKe));
+  moved.plant.kt_nm_per_a *= std::exp(at(Coordinate::kKe));
+  moved.mc_nm += at(Coordinate::kMc) * kMcUnitNm;
+  moved.delta_s = std::clamp(
+      moved.delta_s + at(Coordinate::kDelta) * kDeltaUnitS, 0.002 * period_s, 0.998 * period_s);
+  return moved;
+}
+
+RigParameters ParametersOf(const Calibration& calibration) {
+  return {calibration.nominal, calibration.gain_factor, calibration.delta_s, calibration.mc_nm};
+}
+
+NoiseLevel NoiseOf(const Calibration& calibration) {
+  return {calibration.um_noise_v,
+          calibration.ia_noise_a,
+          calibration.n_noise_rpm * kRadPerSecondOfRpm,
+          calibration.friction_noise_nm,
+          calibration.friction_tau_s};
+}
+
+NoiseLevel DetectionNoiseOf(const Calibration& calibration) {
+  constexpr double kReadingAllowance = 1.03;
+  constexpr double kFrictionAllowance = 1.4;
+  NoiseLevel noise = NoiseOf(calibration);
+  noise.um_v *= kReadingAllowance;
+  noise.ia_a *= kReadingAllowance;
+  noise.w_rad_s *= kReadingAllowance;
+  noise.friction_nm *= kFrictionAllowance;
+  return noise;
+}
+
+}  // namespace faultlab::core

@@ -1,0 +1,218 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "core/filter/innovations.h"
+#include "core/filter/simd/lane_model.h"
+
+namespace faultlab::core {
+
+/// The Kalman filter behind RunInnovations, for one model or for several side by side; each lane
+/// gets the bits that it would get alone. kMcResponse: also the innovations' derivative by Mc.
+template <class Lane, bool kMcResponse>
+class LaneFilter {
+ public:
+  using Whitened = std::array<Lane, kOutputCount>;
+
+  /// `model` holds from the next step on; `uncharged`: with z = 0.
+  void SetModel(std::size_t lane, const PredictionModel& model, bool uncharged) {
+    model_.Set(lane, model);
+    if (uncharged) SetLane(x_.z, lane, 0.0);
+    SetLane(quiet_, lane, 0.0);
+    held_ = false;
+  }
+
+  /// Leaves the whitened innovations of the channels in now.mask (0 for a um that is no news).
+  [[gnu::always_inline]] void Step(const Observation& now, Whitened& z) {
+    if (!held_ || now.restart || now.mask != mask_ || now.clipped != 0) {
+      Find(now, z);
+      return;
+    }
+    Advance(now);
+    for (int channel = 0; channel < kOutputCount; ++channel) {
+      if ((now.mask & (1U << channel)) == 0U) continue;
+      Use(channel, Innovation(channel, now), Reading(channel, model_, by_mc_), z);
+    }
+  }
+
+  /// What a lane has found; `count_of`: readings that went by, for each channel.
+  InnovationSummary Summary(std::size_t lane, const std::array<int, kOutputCount>& count_of) const {
+    InnovationSummary sum;
+    sum.count_of = count_of;
+    sum.count_of[0] -= static_cast<int>(GetLane(no_news_, lane));
+    for (std::size_t c = 0; c < kOutputCount; ++c) {
+      sum.chi2_of[c] = GetLane(chi2_[c], lane);
+      sum.chi2 += sum.chi2_of[c];
+      sum.count += sum.count_of[c];
+      if (sum.count_of[c] > 0) sum.log_det += sum.count_of[c] * std::log(GetLane(s_[c], lane));
+    }
+    sum.mc_cross = GetLane(mc_cross_, lane);
+    sum.mc_square = GetLane(mc_square_, lane);
+    return sum;
+  }
+
+ private:
+  using Mask = LaneMask<Lane>;
+
+  // The gains count as settled when no S has moved by more than this share for some samples; what
+  // is lost by holding them is of second order in it.
+  static constexpr double kSettledShare = 2e-4;
+  static constexpr double kSettledSamples = 6.0;
+
+  // x+ = phi x + g_prev u_prev + g u + g_torque s Mc; the longest way, that over s, joins last.
+  [[gnu::always_inline]] void Advance(const Observation& now) {
+    const LaneModel<Lane>& m = model_;
+    const Lane one = Lane{} + 1.0;
+    Lane sign = x_.w * (1.0 / kCreepSpeed);
+    sign = sign < -one ? -one : sign;
+    sign = one < sign ? one : sign;
+    const Lane torque = sign * m.mc;
+    const LaneState<Lane> next = Carried(m, x_);
+    x_.z = next.z + (m.z_prev * now.u_prev + m.z_now * now.u);
+    x_.i = next.i + (m.i_prev * now.u_prev + m.i_now * now.u) + m.i_torque * torque;
+    x_.w = next.w + (m.w_prev * now.u_prev + m.w_now * now.u) + m.w_torque * torque;
+    x_.d = next.d;
+    if constexpr (kMcResponse) {
+      by_mc_ = Carried(m, by_mc_);
+      by_mc_.i += m.i_torque * sign;
+      by_mc_.w += m.w_torque * sign;
+    }
+  }
+
+  [[gnu::always_inline]] Lane Innovation(int channel, const Observation& now) const {
+    Lane y = Lane{} + now.y[static_cast<std::size_t>(channel)];
+    if (channel == 0) y = y - model_.um_u * now.u;
+    return y - Reading(channel, model_, x_);
+  }
+
+  // One reading, with the gain that there is. `by_mc`: of the predicted reading.
+  [[gnu::always_inline]] void Use(int channel, Lane e, Lane by_mc, Whitened& z) {
+    const auto c = static_cast<std::size_t>(channel);
+    const LaneState<Lane>& gain = gain_[c];
+    x_.z += gain.z * e;
+    x_.i += gain.i * e;
+    x_.w += gain.w * e;
+    x_.d += gain.d * e;
+    z[c] = e * weight_[c];
+    chi2_[c] += z[c] * z[c];
+    if constexpr (kMcResponse) {
+      by_mc_.z -= gain.z * by_mc;
+      by_mc_.i -= gain.i * by_mc;
+      by_mc_.w -= gain.w * by_mc;
+      by_mc_.d -= gain.d * by_mc;
+      const Lane whitened = by_mc * weight_[c];
+      mc_cross_ += z[c] * whitened;
+      mc_square_ += whitened * whitened;
+    }
+  }
+
+  Mask Settled() const { return quiet_ >= Lane{} + kSettledSamples; }
+
+  // A step while the covariance of some lane moves.
+  [[gnu::noinline]] void Find(const Observation& now, Whitened& z) {
+    const Lane zero{};
+    const Mask none = zero < zero;
+    if (!started_ || now.restart) {
+      Start(now);
+    } else {
+      Advance(now);
+      p_.Replace(Not(Settled()), p_.Predicted(model_));
+    }
+    Mask no_news = none;
+    if (now.clipped != 0) {
+      const double rail = now.clipped;
+      const Lane predicted = Reading(0, model_, x_) + model_.um_u * now.u;
+      no_news = predicted * rail >= zero + now.y[0] * rail;
+      no_news_ += no_news ? zero + 1.0 : zero;
+    }
+    // Other channels than the held gains are for: the covariance is taken up again, near enough
+    // where it was left.
+    const Mask left = now.mask != mask_ ? Not(none) : no_news;
+    const Mask restless = left & Settled();
+    quiet_ = restless ? zero : quiet_;
+    mask_ = now.mask;
+    const Mask settled = Settled();
+    Mask moved = none;
+    for (int channel = 0; channel < kOutputCount; ++channel) {
+      if ((now.mask & (1U << channel)) == 0U) continue;
+      const Mask used = channel == 0 ? Not(no_news) : Not(none);
+      moved = moved | FindGain(channel, used & Not(settled));
+      const Lane e = Innovation(channel, now);
+      const Lane by_mc = Reading(channel, model_, by_mc_);
+      Use(channel, used ? e : zero, used ? by_mc : zero, z);
+    }
+    if (now.mask != 0) {
+      const Mask waits = settled | no_news;
+      const Lane next = moved ? zero : quiet_ + 1.0;
+      quiet_ = waits ? quiet_ : next;
+    }
+    held_ = All(Settled());
+  }
+
+  // Gain and S from the covariance, where `mask` is set. Returns where S has moved.
+  Mask FindGain(int channel, Mask mask) {
+    const auto c = static_cast<std::size_t>(channel);
+    const LaneState<Lane> pc = p_.Times(channel, model_);
+    const Lane s = Reading(channel, model_, pc) + model_.reading_variance[c];
+    const Lane inverse = 1.0 / s;
+    const LaneState<Lane> gain{pc.z * inverse, pc.i * inverse, pc.w * inverse, pc.d * inverse};
+    p_.Replace(mask, p_.Corrected(gain, pc));
+    gain_[c].z = mask ? gain.z : gain_[c].z;
+    gain_[c].i = mask ? gain.i : gain_[c].i;
+    gain_[c].w = mask ? gain.w : gain_[c].w;
+    gain_[c].d = mask ? gain.d : gain_[c].d;
+    weight_[c] = mask ? 1.0 / SquareRoot(s) : weight_[c];
+    const Mask moved = mask & (Magnitude(s - s_[c]) > kSettledShare * s);
+    s_[c] = mask ? s : s_[c];
+    return moved;
+  }
+
+  // Nothing is known. The guess is rest under the present input: friction's sign is right then.
+  void Start(const Observation& now) {
+    const LaneModel<Lane>& m = model_;
+    const Lane zero{};
+    const Lane one = zero + 1.0;
+    const Lane z = (m.z_prev + m.z_now) * now.u / (one - m.zz);
+    const Lane b_i = m.iz * z + (m.i_prev + m.i_now) * now.u + m.i_torque * m.mc;
+    const Lane b_w = m.wz * z + (m.w_prev + m.w_now) * now.u + m.w_torque * m.mc;
+    const Lane determinant = (one - m.ii) * (one - m.ww) - m.iw * m.wi;
+    const Lane i = (b_i * (one - m.ww) + m.iw * b_w) / determinant;
+    const Lane w = (m.wi * b_i + (one - m.ii) * b_w) / determinant;
+    const Lane largest = zero + std::numeric_limits<double>::max();
+    const Mask finite =
+        (Magnitude(z) <= largest) & (Magnitude(i) <= largest) & (Magnitude(w) <= largest);
+    x_.z = finite ? z : zero;
+    x_.i = finite ? i : zero;
+    x_.w = finite ? w : zero;
+    by_mc_ = LaneState<Lane>{};
+    p_ = LaneCovariance<Lane>{};
+    p_.zz = zero + kPoleSdV * kPoleSdV;
+    p_.ii = zero + kCurrentSdA * kCurrentSdA;
+    p_.ww = zero + kSpeedSdRadS * kSpeedSdRadS;
+    p_.dd = m.torque_variance;
+    quiet_ = zero;
+    started_ = true;
+  }
+
+  LaneModel<Lane> model_{};
+  LaneState<Lane> x_{};
+  LaneState<Lane> by_mc_{};  // dx/dMc
+  std::array<LaneState<Lane>, kOutputCount> gain_{};
+  std::array<Lane, kOutputCount> weight_{};  // 1 / sqrt(S)
+  std::array<Lane, kOutputCount> chi2_{};
+  Lane mc_cross_{};
+  Lane mc_square_{};
+  bool held_ = false;  // all lanes are settled, with the channels of mask_
+  bool started_ = false;
+  unsigned mask_ = 0;
+  // Only while the covariance moves.
+  std::array<Lane, kOutputCount> s_{};
+  LaneCovariance<Lane> p_{};
+  Lane quiet_{};    // samples since an S has moved
+  Lane no_news_{};  // readings of um that were no more than a bound
+};
+
+}  // namespace faultlab::core

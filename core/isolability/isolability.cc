@@ -1,0 +1,409 @@
+#include "core/isolability/isolability.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "core/filter/innovation_filter.h"
+#include "core/filter/prediction_model.h"
+#include "core/types/check.h"
+
+namespace faultlab::core {
+namespace {
+
+/// Samples before the fault in which the filter forgets that it did not know the state; three of
+/// the slowest time constants of a healthy rig and of its friction.
+constexpr int kHistorySamples = 150;
+constexpr int kHistoryMin = 10;
+/// Step of log(value) for derivatives: the effects are smooth, rounding is 1e-12 of it.
+constexpr double kDerivativeStep = 1e-3;
+/// Values beyond these factors of nominal do not differ any more in what they do, or are no
+/// component that exists. C8's nominal 47 pF acts like none: its range is what capacitors offer.
+constexpr double kFactorMax = 1e3;
+constexpr double kC8MinFarad = 1e-10;
+constexpr double kC8MaxFarad = 1e-3;
+constexpr int kScanPoints = 40;
+constexpr int kGoldenSteps = 24;
+constexpr int kBisectionSteps = 40;
+
+struct LogRange {
+  double low;
+  double high;
+};
+
+LogRange RangeOf(Component component, double nominal) {
+  if (component == Component::kC8) {
+    return {std::log(kC8MinFarad), std::log(kC8MaxFarad)};
+  }
+  return {std::log(nominal / kFactorMax), std::log(nominal * kFactorMax)};
+}
+
+double NormalTail(double z) {
+  return 0.5 * std::erfc(z / std::sqrt(2.0));
+}
+
+/// z with P(N > z) = tail, by bisection: called twice.
+double NormalQuantile(double tail) {
+  double low = -40.0;
+  double high = 40.0;
+  for (int i = 0; i < 200; ++i) {
+    const double middle = 0.5 * (low + high);
+    (NormalTail(middle) > tail ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+/// argmin of f over [low, high]: a scan, then golden section around its best point.
+template <typename Function>
+std::pair<double, double> Minimise(double low, double high, Function f) {
+  const double step = (high - low) / (kScanPoints - 1);
+  int best = 0;
+  double best_cost = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kScanPoints; ++i) {
+    const double cost = f(low + i * step);
+    if (cost < best_cost) {
+      best_cost = cost;
+      best = i;
+    }
+  }
+  double best_at = low + best * step;
+  constexpr double kGolden = 0.6180339887498949;
+  double a = std::max(low, best_at - step);
+  double b = std::min(high, best_at + step);
+  for (int i = 0; i < kGoldenSteps; ++i) {
+    const double left = b - kGolden * (b - a);
+    const double right = a + kGolden * (b - a);
+    const double cost_left = f(left);
+    const double cost_right = f(right);
+    (cost_left < cost_right ? b : a) = cost_left < cost_right ? right : left;
+    if (std::min(cost_left, cost_right) < best_cost) {
+      best_cost = std::min(cost_left, cost_right);
+      best_at = cost_left < cost_right ? left : right;
+    }
+  }
+  return {best_at, best_cost};
+}
+
+class Analysis {
+ public:
+  explicit Analysis(const IsolabilityOptions& options) : options_(options) {
+    const int samples = static_cast<int>(options.uc_v.size());
+    const int history = std::min(kHistorySamples, samples - options.window_samples);
+    onset_ = static_cast<std::size_t>(history);
+    uc_v_ =
+        std::span(options.uc_v).last(static_cast<std::size_t>(history + options.window_samples));
+    healthy_ = ModelOf(options.rig);
+    healthy_record_ = MeanRecord(healthy_);
+  }
+
+  PredictionModel ModelWith(Component component, double value) const {
+    RigParameters rig = options_.rig;
+    rig.plant.Set(component, value);
+    return ModelOf(rig);
+  }
+
+  const PredictionModel& healthy() const { return healthy_; }
+  const std::vector<Observation>& healthy_record() const { return healthy_record_; }
+
+  /// The noise-free record of a rig that is healthy until the onset and `model` from there on.
+  std::vector<Observation> MeanRecord(const PredictionModel& model) const {
+    std::vector<Observation> record(uc_v_.size());
+    Eigen::Vector4d x = Eigen::Vector4d::Zero();
+    for (std::size_t k = 0; k < record.size(); ++k) {
+      const PredictionModel& now = k < onset_ ? healthy_ : model;
+      Observation& observation = record[k];
+      observation.u = uc_v_[k];
+      observation.u_prev = k > 0 ? uc_v_[k - 1] : uc_v_[k];
+      observation.mask = options_.channels == Channels::kUmOnly ? 1 : (1U << kOutputCount) - 1;
+      observation.restart = k == 0;
+      if (k == 0) {
+        x = RestState(now, observation.u);
+      } else {
+        const double sign = std::clamp(x(2) / kCreepSpeed, -1.0, 1.0);
+        const Eigen::Vector4d next = now.phi * x + now.g_prev * observation.u_prev +
+                                     now.g * observation.u + now.g_torque * (sign * now.mc_nm);
+        x = next;
+      }
+      const Eigen::Vector3d y = now.c * x + now.d * observation.u;
+      for (std::size_t c = 0; c < kOutputCount; ++c) {
+        observation.y[c] = y(static_cast<Eigen::Index>(c));
+      }
+    }
+    return record;
+  }
+
+  /// D(record, model).
+  double Distance(const std::vector<Observation>& record, const PredictionModel& model) const {
+    double sum = 0.0;
+    for (double z : WhitenedWindow(record, model)) {
+      sum += z * z;
+    }
+    return 0.5 * sum;
+  }
+
+  /// The filter's whitened errors inside the window.
+  std::vector<double> WhitenedWindow(const std::vector<Observation>& record,
+                                     const PredictionModel& model) const {
+    const std::array<ModelSegment, 2> segments = {ModelSegment{0, &healthy_},
+                                                  ModelSegment{onset_, &model}};
+    InnovationTrace trace;
+    RunInnovations(segments, record, &trace);
+    trace.whitened.erase(
+        trace.whitened.begin(),
+        trace.whitened.begin() + static_cast<std::ptrdiff_t>(onset_ * kOutputCount));
+    return std::move(trace.whitened);
+  }
+
+ private:
+  PredictionModel ModelOf(const RigParameters& rig) const {
+    return MakePredictionModel(rig, options_.noise, options_.period_s);
+  }
+
+  /// Where a healthy rig turning forward settles under constant input, by running it there: the
+  /// spectral radius is below 0.9, so a thousand steps leave 1e-46.
+  static Eigen::Vector4d RestState(const PredictionModel& model, double uc_v) {
+    constexpr int kSettlingSteps = 1000;
+    Eigen::Vector4d x = Eigen::Vector4d::Zero();
+    for (int k = 0; k < kSettlingSteps; ++k) {
+      const double sign = std::clamp(x(2) / kCreepSpeed, -1.0, 1.0);
+      const Eigen::Vector4d next =
+          model.phi * x + (model.g_prev + model.g) * uc_v + model.g_torque * (sign * model.mc_nm);
+      x = next;
+    }
+    return x;
+  }
+
+  const IsolabilityOptions& options_;
+  std::span<const double> uc_v_;
+  std::size_t onset_ = 0;
+  PredictionModel healthy_;
+  std::vector<Observation> healthy_record_;
+};
+
+void FillFisher(const Analysis& analysis, const IsolabilityOptions& options, Isolability& out) {
+  std::array<std::vector<double>, kComponentCount> effect;
+  for (Component component : kAllComponents) {
+    const double nominal = options.rig.plant.Get(component);
+    const auto high =
+        analysis.WhitenedWindow(analysis.healthy_record(),
+                                analysis.ModelWith(component, nominal * std::exp(kDerivativeStep)));
+    const auto low = analysis.WhitenedWindow(
+        analysis.healthy_record(),
+        analysis.ModelWith(component, nominal * std::exp(-kDerivativeStep)));
+    std::vector<double>& column = effect[static_cast<std::size_t>(Index(component))];
+    column.resize(high.size());
+    for (std::size_t i = 0; i < column.size(); ++i) {
+      column[i] = (low[i] - high[i]) / (2.0 * kDerivativeStep);
+    }
+  }
+  for (int i = 0; i < kComponentCount; ++i) {
+    for (int j = 0; j < kComponentCount; ++j) {
+      const auto& a = effect[static_cast<std::size_t>(i)];
+      const auto& b = effect[static_cast<std::size_t>(j)];
+      double sum = 0.0;
+      for (std::size_t k = 0; k < a.size(); ++k) {
+        sum += a[k] * b[k];
+      }
+      out.fisher(i, j) = sum;
+    }
+  }
+  for (int i = 0; i < kComponentCount; ++i) {
+    for (int j = 0; j < kComponentCount; ++j) {
+      const double norm = std::sqrt(out.fisher(i, i) * out.fisher(j, j));
+      out.overlap(i, j) = norm > 0.0 ? out.fisher(i, j) / norm : 0.0;
+    }
+  }
+}
+
+/// The value nearest to nominal, between it and `limit` (logarithms), that is visible: the first
+/// one a scan outward meets, refined.
+std::optional<double> NearestVisible(const Analysis& analysis,
+                                     Component component,
+                                     double nominal,
+                                     double limit,
+                                     double kl_visible) {
+  const auto visible = [&](double log_value) {
+    const PredictionModel faulty = analysis.ModelWith(component, std::exp(log_value));
+    return analysis.Distance(analysis.MeanRecord(faulty), analysis.healthy()) >= kl_visible;
+  };
+  const double start = std::log(nominal);
+  // Quadratic spacing: fine near nominal, where the answer of a sensitive component lies.
+  double inside = start;
+  for (int i = 1; i <= kScanPoints; ++i) {
+    const double share = static_cast<double>(i) / kScanPoints;
+    double outside = start + (limit - start) * share * share;
+    if (!visible(outside)) {
+      inside = outside;
+      continue;
+    }
+    for (int n = 0; n < kBisectionSteps; ++n) {
+      const double middle = 0.5 * (inside + outside);
+      (visible(middle) ? outside : inside) = middle;
+    }
+    return std::exp(outside);
+  }
+  return std::nullopt;
+}
+
+void FillSmallest(const Analysis& analysis, const IsolabilityOptions& options, Isolability& out) {
+  for (Component component : kAllComponents) {
+    SmallestVisible& smallest = out.smallest[static_cast<std::size_t>(Index(component))];
+    smallest.component = component;
+    smallest.nominal = options.rig.plant.Get(component);
+    const double information = out.fisher(Index(component), Index(component));
+    smallest.relative_sigma = 1.0 / std::sqrt(information);
+    const LogRange range = RangeOf(component, smallest.nominal);
+    smallest.above =
+        NearestVisible(analysis, component, smallest.nominal, range.high, out.kl_visible_nats);
+    if (range.low < std::log(smallest.nominal)) {
+      smallest.below =
+          NearestVisible(analysis, component, smallest.nominal, range.low, out.kl_visible_nats);
+    }
+  }
+}
+
+FaultIsolability Judge(const Analysis& analysis,
+                       const IsolabilityOptions& options,
+                       const FaultSize& fault,
+                       const Isolability& limits) {
+  FaultIsolability judged;
+  judged.fault = fault;
+  const std::vector<Observation> record =
+      analysis.MeanRecord(analysis.ModelWith(fault.component, fault.value));
+  judged.kl_nominal_nats = analysis.Distance(record, analysis.healthy());
+  judged.visible = judged.kl_nominal_nats >= limits.kl_visible_nats;
+  judged.group.push_back(fault.component);
+  for (Component rival : kAllComponents) {
+    NearestRival& nearest = judged.rival[static_cast<std::size_t>(Index(rival))];
+    if (rival == fault.component) {
+      nearest = {0.0, fault.value};
+      continue;
+    }
+    const LogRange range = RangeOf(rival, options.rig.plant.Get(rival));
+    const auto [log_value, distance] = Minimise(range.low, range.high, [&](double at) {
+      return analysis.Distance(record, analysis.ModelWith(rival, std::exp(at)));
+    });
+    nearest = {distance, std::exp(log_value)};
+    if (distance < limits.kl_separable_nats) {
+      judged.group.push_back(rival);
+    }
+  }
+  return judged;
+}
+
+void FillAmbiguous(Isolability& out) {
+  const auto alike = [&](Component a, Component b) {
+    const double cosine = out.overlap(Index(a), Index(b));
+    return 1.0 - cosine * cosine < kSameEffect;
+  };
+  std::array<bool, kComponentCount> placed{};
+  for (Component first : kAllComponents) {
+    if (placed[static_cast<std::size_t>(Index(first))]) {
+      continue;
+    }
+    std::vector<Component> group = {first};
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      for (Component next : kAllComponents) {
+        const bool joined = std::find(group.begin(), group.end(), next) != group.end();
+        if (!joined && alike(group[i], next)) {
+          group.push_back(next);
+        }
+      }
+    }
+    for (Component member : group) {
+      placed[static_cast<std::size_t>(Index(member))] = true;
+    }
+    if (group.size() > 1) {
+      out.ambiguous.push_back(std::move(group));
+    }
+  }
+}
+
+Error Refuse(const char* field, std::string message) {
+  return {ErrorCode::kInvalid, std::move(message), field};
+}
+
+Status Check(const IsolabilityOptions& options) {
+  if (options.window_samples < 1 ||
+      options.uc_v.size() < static_cast<std::size_t>(options.window_samples) + kHistoryMin) {
+    return Refuse("window_samples",
+                  "the window must hold at least one sample and leave " +
+                      std::to_string(kHistoryMin) + " of the input before it");
+  }
+  if (!std::all_of(
+          options.uc_v.begin(), options.uc_v.end(), [](double u) { return std::isfinite(u); })) {
+    return Refuse("uc_v", "the input must be finite");
+  }
+  if (!(options.period_s > 0.0 && options.rig.delta_s > 0.0 &&
+        options.rig.delta_s < options.period_s)) {
+    return Refuse("period_s", "the reading delay must lie inside the period");
+  }
+  if (!(options.false_alarms_per_day > 0.0)) {
+    return Refuse("false_alarms_per_day", "must be above 0");
+  }
+  if (!(options.detection_probability > 0.5 && options.detection_probability < 1.0)) {
+    return Refuse("detection_probability", "must lie between 0.5 and 1");
+  }
+  if (!(options.confusion_probability > 0.0 && options.confusion_probability < 0.5)) {
+    return Refuse("confusion_probability", "must lie between 0 and 0.5");
+  }
+  for (std::size_t i = 0; i < options.faults.size(); ++i) {
+    if (!(options.faults[i].value > 0.0) || !std::isfinite(options.faults[i].value)) {
+      return Refuse("faults", "fault " + std::to_string(i) + " needs a finite value above 0");
+    }
+  }
+  return Done{};
+}
+
+}  // namespace
+
+std::span<const FaultSize> PaperFaultSizes() {
+  static constexpr std::array<FaultSize, 18> kFaults = {{{Component::kR1, 10.0},
+                                                         {Component::kR1, 56.0},
+                                                         {Component::kR1, 100.0},
+                                                         {Component::kR9, 33e3},
+                                                         {Component::kR9, 56e3},
+                                                         {Component::kR9, 100e3},
+                                                         {Component::kR12, 2e3},
+                                                         {Component::kR12, 3.3e3},
+                                                         {Component::kR12, 5.6e3},
+                                                         {Component::kC8, 1e-6},
+                                                         {Component::kC8, 10e-6},
+                                                         {Component::kC8, 47e-6},
+                                                         {Component::kRa, 0.741},
+                                                         {Component::kRa, 74.1},
+                                                         {Component::kJ, 1.43e-4},
+                                                         {Component::kJ, 1.43e-8},
+                                                         {Component::kB, 1.8e-4},
+                                                         {Component::kB, 1.8e-5}}};
+  return kFaults;
+}
+
+Result<Isolability> AnalyseIsolability(const IsolabilityOptions& options) {
+  if (Status checked = Check(options); !checked.ok()) {
+    return checked.error();
+  }
+  Isolability out;
+  constexpr double kSecondsPerDay = 86400.0;
+  const double tests_per_day = kSecondsPerDay / options.period_s;
+  const double threshold = NormalQuantile(0.5 * options.false_alarms_per_day / tests_per_day);
+  const double visible = threshold + NormalQuantile(1.0 - options.detection_probability);
+  out.kl_visible_nats = 0.5 * visible * visible;
+  const double separable = 2.0 * NormalQuantile(options.confusion_probability);
+  out.kl_separable_nats = 0.5 * separable * separable;
+
+  const Analysis analysis(options);
+  FillFisher(analysis, options, out);
+  FillSmallest(analysis, options, out);
+  const std::span<const FaultSize> faults =
+      options.faults.empty() ? PaperFaultSizes() : std::span<const FaultSize>(options.faults);
+  for (const FaultSize& fault : faults) {
+    out.faults.push_back(Judge(analysis, options, fault, out));
+  }
+  FillAmbiguous(out);
+  return out;
+}
+
+}  // namespace faultlab::core

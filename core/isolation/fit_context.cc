@@ -1,0 +1,52 @@
+#include "core/isolation/fit_context.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace faultlab::core {
+namespace {
+
+// When a stretch before an alarm counts as healthy: its energy, and how far it moves what is known
+// (chi-square with 8 degrees of freedom, 99.99 % at 31).
+constexpr double kHealthySigmas = 4.0;
+constexpr double kHealthyMargin = 0.15;
+constexpr double kHealthyPriorCost = 31.0;
+
+}  // namespace
+
+RigParameters WithComponent(const RigParameters& rig, Component component, double value) {
+  RigParameters changed = rig;
+  changed.plant.Set(component, value);
+  return changed;
+}
+
+RigParameters MovedBy(const FitContext& context,
+                      const RigParameters& rig,
+                      const Eigen::VectorXd& q) {
+  Coordinates nuisance;
+  for (int i = 0; i < kCoordinateCount; ++i) nuisance[static_cast<std::size_t>(i)] = q(i);
+  return Moved(rig, nuisance, context.period_s);
+}
+
+void LearnMore(std::span<const Observation> stretch, FitContext& context) {
+  const StretchModels models{stretch, [&](const Eigen::VectorXd& q, std::size_t) {
+                               return context.ModelOf(MovedBy(context, context.rig, q));
+                             }};
+  const GaussianPrior before = context.calibration;
+  const MapFit fit = FitMap(models, before, before.mean);
+  const double n = std::max(1, fit.innovations.count);
+  const bool healthy =
+      fit.converged &&
+      fit.innovations.chi2 / n < 1.0 + kHealthySigmas * std::sqrt(2.0 / n) + kHealthyMargin &&
+      fit.prior_cost < kHealthyPriorCost;
+  if (!healthy) return;
+  context.calibration = {fit.point, before.information + fit.information};
+  if (context.doubt.size() == 0) return;
+  // An error of the old mean is carried into the new one by this.
+  const Eigen::MatrixXd kept = context.calibration.information.ldlt().solve(before.information);
+  const Eigen::MatrixXd doubt = kept * context.doubt * kept.transpose();
+  context.doubt = doubt;
+}
+
+}  // namespace faultlab::core

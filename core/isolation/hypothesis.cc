@@ -1,0 +1,209 @@
+#include "core/isolation/hypothesis.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "core/isolation/profile_cost.h"
+#include "core/isolation/value_error.h"
+
+namespace faultlab::core {
+namespace {
+
+// Rise of the cost that a bound must reach: three standard deviations.
+constexpr double kBoundCost = 9.0;
+// A rise with the other parameters held; up to here they could still take the end's side.
+constexpr double kClosedCost = 60.0;
+// Halvings of the way from the value to the end of its range.
+constexpr int kBoundHalvings = 12;
+// A drifting value is held for this many samples; the filter does not resolve finer steps.
+constexpr std::size_t kDriftBlock = 10;
+// From a constant to a slope is a short way; what needs more steps is no slope.
+constexpr int kDriftIterations = 6;
+// Prior of a released coordinate: a factor of e either way.
+constexpr double kFreeSd = 1.0;
+
+// Is the cost flat towards one end of the range? Then the value is no more than a bound.
+void FindBound(const FitContext& context, HypothesisFit& h) {
+  FitContext moved = context;
+  moved.rig = MovedBy(context, context.rig, h.nuisance);
+  QuickCost quick(moved);
+  const ValueRange range = RangeOf(h.component);
+  const double low = std::log(range.low);
+  const double high = std::log(range.high);
+  const double value = std::log(h.value);
+  const std::array<QuickCost::Point, 3> points = {
+      {{h.component, value}, {h.component, low}, {h.component, high}}};
+  const std::vector<QuickCost::Result>& results = quick.At(points, context.stretch);
+  const double floor = results[0].cost;
+  const std::array<double, 2> rises = {results[1].cost - floor, results[2].cost - floor};
+  const auto is_open = [&](double end, double rise) {
+    if (rise < kBoundCost || rise > kClosedCost) return rise < kBoundCost;
+    return FitComponentAt(context, h.component, std::exp(end)).cost - h.cost < kBoundCost;
+  };
+  const bool open_low = is_open(low, rises[0]);
+  const bool open_high = is_open(high, rises[1]);
+  if (open_low == open_high) return;
+  double inside = value;
+  double outside = open_low ? high : low;
+  for (int i = 0; i < kBoundHalvings; ++i) {
+    const double middle = 0.5 * (inside + outside);
+    const double rise = quick.At({h.component, middle}, context.stretch) - floor;
+    (rise < kBoundCost ? inside : outside) = middle;
+  }
+  h.value = std::exp(inside);
+  h.bound = open_low ? '<' : '>';
+}
+
+// The calibration's prior behind `extra` logarithms of values. They are as good as free around
+// where the scan found them; the little that is known keeps a flat cost from being a singular one.
+constexpr double kValueLogSd = 4.0;
+GaussianPrior WithValues(const GaussianPrior& calibration, int extra, double log_value) {
+  GaussianPrior prior;
+  prior.mean = Eigen::VectorXd::Zero(extra + kCoordinateCount);
+  prior.mean.tail(kCoordinateCount) = calibration.mean;
+  prior.information = Eigen::MatrixXd::Zero(extra + kCoordinateCount, extra + kCoordinateCount);
+  prior.information.bottomRightCorner(kCoordinateCount, kCoordinateCount) = calibration.information;
+  for (int i = 0; i < extra; ++i) {
+    prior.mean(i) = log_value;
+    prior.information(i, i) = 1.0 / (kValueLogSd * kValueLogSd);
+  }
+  return prior;
+}
+
+// What a fit of value(s) and coordinates has found; the caller adds what is its own.
+void Take(const MapFit& fit, HypothesisFit& h) {
+  h.chi2 = fit.innovations.chi2;
+  h.count = fit.innovations.count;
+  h.cost = fit.cost();
+  h.nuisance = fit.point.tail(kCoordinateCount);
+}
+
+// The eight nuisances under the calibration, with component (if any) fixed.
+HypothesisFit FitNuisance(const FitContext& context, const Component* component, double value) {
+  const StretchModels models{
+      context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
+        const RigParameters rig = MovedBy(context, context.rig, q);
+        return context.ModelOf(component != nullptr ? WithComponent(rig, *component, value) : rig);
+      }};
+  HypothesisFit h;
+  if (component != nullptr) h.component = *component;
+  h.exists = true;
+  h.value = value;
+  Take(FitMap(models, context.calibration, context.calibration.mean), h);
+  return h;
+}
+
+}  // namespace
+
+double SizeCost(const PlantParameters& plant, Component component, double value) {
+  // C8 has no size below 1 uF that matters.
+  constexpr double kLeastVisibleC8 = 1e-6;
+  const double from = component == Component::kC8 ? kLeastVisibleC8 : plant.Get(component);
+  const double decades = std::log10(value / from);
+  return decades * decades;
+}
+
+HypothesisFit FitNothing(const FitContext& context) {
+  return FitNuisance(context, nullptr, 0.0);
+}
+
+HypothesisFit FitComponentAt(const FitContext& context, Component component, double value) {
+  return FitNuisance(context, &component, value);
+}
+
+void RefineComponent(const FitContext& context, HypothesisFit& h, double give_up_above) {
+  const ValueRange range = RangeOf(h.component);
+  const GaussianPrior prior = WithValues(context.calibration, 1, std::log(h.value));
+  const StretchModels models{
+      context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
+        const RigParameters rig = MovedBy(context, context.rig, q.tail(kCoordinateCount));
+        return context.ModelOf(WithComponent(rig, h.component, std::exp(q(0))));
+      }};
+  MapFitOptions options;
+  options.give_up_above = give_up_above;
+  const MapFit fit = FitMap(models, prior, prior.mean, options);
+  h.value = std::clamp(std::exp(fit.point(0)), range.low, range.high);
+  h.log_sigma = LogSigma(context, fit, 0, h);
+  if (h.component == Component::kC8 && context.part_tolerance > 0.0) {
+    h.log_sigma = std::hypot(h.log_sigma, CapacitorLogSigma(context, prior, fit.point));
+  }
+  Take(fit, h);
+  FindBound(context, h);
+  h.size_cost = SizeCost(context.rig.plant, h.component, h.value);
+}
+
+DriftFit FitDrift(const FitContext& context, const HypothesisFit& from) {
+  const std::size_t n = context.stretch.size();
+  const std::size_t blocks = (n + kDriftBlock - 1) / kDriftBlock;
+  StretchModels models{
+      context.stretch, [&](const Eigen::VectorXd& q, std::size_t block) {
+        const RigParameters rig = MovedBy(context, context.rig, q.tail(kCoordinateCount));
+        const double first = std::exp(q(0));
+        const double last = std::exp(q(1));
+        const double share = (static_cast<double>(block) + 0.5) / static_cast<double>(blocks);
+        return context.ModelOf(WithComponent(rig, from.component, first + (last - first) * share));
+      }};
+  models.from.resize(blocks);
+  for (std::size_t b = 0; b < blocks; ++b) models.from[b] = b * kDriftBlock;
+  const GaussianPrior prior = WithValues(context.calibration, 2, std::log(from.value));
+  Eigen::VectorXd start = prior.mean;
+  start.tail(kCoordinateCount) = from.nuisance;
+  MapFitOptions options;
+  options.iterations_max = kDriftIterations;
+  const MapFit fit = FitMap(models, prior, start, options);
+  DriftFit drift;
+  drift.first_value = std::exp(fit.point(0));
+  drift.fit = from;
+  drift.fit.value = std::exp(fit.point(1));
+  drift.fit.log_sigma = LogSigma(context, fit, 1, drift.fit);
+  drift.fit.bound = 0;
+  Take(fit, drift.fit);
+  return drift;
+}
+
+FreeFit FitFree(const FitContext& context, const HypothesisFit& from) {
+  GaussianPrior prior;
+  prior.mean = Eigen::VectorXd::Zero(kCoordinateCount);
+  prior.information =
+      Eigen::MatrixXd::Identity(kCoordinateCount, kCoordinateCount) / (kFreeSd * kFreeSd);
+  // delta belongs to the converters: no component moves it.
+  const auto delta = static_cast<Eigen::Index>(Coordinate::kDelta);
+  prior.information.row(delta) = context.calibration.information.row(delta);
+  prior.information.col(delta) = context.calibration.information.col(delta);
+  prior.information.row(delta).setZero();
+  prior.information.col(delta).setZero();
+  prior.information(delta, delta) = context.calibration.information(delta, delta);
+  const auto mc = static_cast<Eigen::Index>(Coordinate::kMc);
+  prior.information(mc, mc) = 1.0 / (10.0 * 10.0);
+  const RigParameters around = WithComponent(context.rig, from.component, from.value);
+  const StretchModels models{context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
+                               return context.ModelOf(MovedBy(context, around, q));
+                             }};
+  const MapFit fit = FitMap(models, prior, from.nuisance);
+  FreeFit free;
+  free.cost = fit.innovations.cost();
+  free.point = fit.point;
+  free.sigma = fit.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  return free;
+}
+
+double PredictionDistance(const FitContext& context,
+                          const HypothesisFit& a,
+                          const HypothesisFit& b) {
+  const auto model_of = [&](const HypothesisFit& h) {
+    return context.ModelOf(
+        WithComponent(MovedBy(context, context.rig, h.nuisance), h.component, h.value));
+  };
+  const std::array<PredictionModel, 2> models = {model_of(a), model_of(b)};
+  const std::array<ModelSegment, 2> segments = {{{0, &models[0]}, {0, &models[1]}}};
+  const std::array<ModelPath, 2> paths = {ModelPath(&segments[0], 1), ModelPath(&segments[1], 1)};
+  std::array<InnovationSummary, 2> sums;
+  InnovationTable table;
+  RunInnovations(paths, context.stretch, sums, &table);
+  return (table.col(0) - table.col(1)).squaredNorm() /
+         static_cast<double>(std::max<std::size_t>(1, context.stretch.size()));
+}
+
+}  // namespace faultlab::core

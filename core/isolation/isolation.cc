@@ -1,0 +1,327 @@
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "core/isolation/isolation.h"
+#include "core/isolation/lack_of_fit.h"
+#include "core/isolation/onset.h"
+#include "core/isolation/ranked_hypotheses.h"
+#include "core/isolation/verdict_text.h"
+#include "core/types/check.h"
+
+namespace faultlab::core {
+namespace {
+
+// Gain in -2 log p over "nothing changed" that a fault must bring, the choice among seven included.
+constexpr double kFaultGain = 14.0;
+// Hypotheses this close to the best are not excluded: three standard deviations.
+constexpr double kNotExcludedCost = 9.0;
+// Per-sample squared distance of whitened predictions below which an hour of data would not tell
+// two hypotheses apart (3.6e5 samples x 2e-5 = 7).
+constexpr double kSamePrediction = 2e-5;
+// A fault on top of another one has one more thing to explain with than a fault alone.
+constexpr double kSecondFaultCost = 20.0;
+// Readings that are fitted at most (the newest): enough for every target, and it bounds the time.
+constexpr std::size_t kReadingsMax = 1200;
+// What the newest readings have decided is sized with all of them, as long as it is clear that all
+// belong to the same value.
+constexpr std::size_t kSizedMax = 2;
+// When one value does not explain the stretch, its newest part may still have one, or a slope.
+constexpr std::size_t kLateSamples = 200;
+constexpr std::size_t kDriftSamples = 100;
+constexpr std::size_t kLateMin = 60;
+constexpr std::size_t kDriftHypotheses = 3;
+// A constant value this much worse than another component's is no drift of the first.
+constexpr double kDriftWorthCost = 3000.0;
+// History that teaches: not too short, and not too near to what may be the fault's beginning.
+constexpr std::size_t kHistoryMin = 100;
+constexpr std::size_t kHistoryGap = 50;
+// History in which the onset is looked for.
+constexpr std::size_t kOnsetHistory = 120;
+constexpr std::size_t kAllAlong = 10;
+
+GaussianPrior PriorOf(const Calibration& calibration) {
+  LAB_CHECK(calibration.covariance.size() ==
+                static_cast<std::size_t>(kCoordinateCount * kCoordinateCount),
+            calibration.covariance.size());
+  using Square = Eigen::Matrix<double, kCoordinateCount, kCoordinateCount>;
+  const Eigen::Map<const Square> covariance(calibration.covariance.data());
+  const Square regular = covariance + 1e-12 * Square::Identity();
+  GaussianPrior prior;
+  prior.mean = Eigen::VectorXd::Zero(kCoordinateCount);
+  prior.information = regular.ldlt().solve(Square::Identity());
+  return prior;
+}
+
+Eigen::MatrixXd DoubtOf(const Calibration& calibration) {
+  if (calibration.tolerance_covariance.size() != calibration.covariance.size()) return {};
+  using Square = Eigen::Matrix<double, kCoordinateCount, kCoordinateCount>;
+  return Eigen::Map<const Square>(calibration.tolerance_covariance.data());
+}
+
+Candidate ToCandidate(const HypothesisFit& fit, double best_score) {
+  Candidate candidate;
+  candidate.component = fit.component;
+  candidate.value = fit.value;
+  candidate.bound = fit.bound;
+  candidate.sigma =
+      fit.bound != 0 ? std::numeric_limits<double>::quiet_NaN() : fit.value * fit.log_sigma;
+  candidate.score = fit.chi2 / std::max(1, fit.count);
+  candidate.margin = candidate.score - best_score;
+  return candidate;
+}
+
+std::vector<Component> Changeable(const IsolationOptions& options) {
+  std::vector<Component> components;
+  for (Component component : kAllComponents) {
+    if (IsRelaySwitched(component) || options.motor_faults) components.push_back(component);
+  }
+  return components;
+}
+
+IsolationResult SolveCalibration(const IsolationTask& task) {
+  IsolationResult result;
+  result.kind = IsolationTask::Kind::kCalibrate;
+  result.id = task.id;
+  Result<Calibration> calibration = Calibrate(task.samples, task.calibration_options);
+  if (calibration.ok()) {
+    result.calibration = std::make_shared<const Calibration>(std::move(calibration.value()));
+  } else {
+    result.refusal = calibration.error();
+  }
+  return result;
+}
+
+// One answer about the stretch after the alarm.
+struct Explanation {
+  FitContext context;
+  FitSet set;
+  Adequacy adequacy;
+  FaultShape shape = FaultShape::kAbrupt;
+  double gain = 0.0;  ///< over the stretch without a new fault
+};
+
+class Isolation {
+ public:
+  explicit Isolation(const IsolationTask& task)
+      : task_(task),
+        observations_(MakeObservations(
+            task.samples, task.options.channels, task.options.period_s, task.options.um_rail_v)) {
+    nominal_.rig = ParametersOf(*task.calibration);
+    nominal_.noise = NoiseOf(*task.calibration);
+    nominal_.calibration = PriorOf(*task.calibration);
+    nominal_.doubt = DoubtOf(*task.calibration);
+    nominal_.part_tolerance = task.calibration->part_tolerance;
+    nominal_.period_s = task.options.period_s;
+    const std::size_t n = observations_.size();
+    const std::size_t channels =
+        1U + (task.calibration->used_ia ? 1U : 0U) + (task.calibration->used_n ? 1U : 0U);
+    const std::size_t from =
+        std::max(std::min(task.fit_from, n), n - std::min(n, kReadingsMax / channels));
+    nominal_.stretch = std::span<const Observation>(observations_).subspan(from);
+    since_fault_ = std::span<const Observation>(observations_).subspan(std::min(task.fit_from, n));
+    LearnFromHistory(std::min(task.fit_from, n));
+  }
+
+  IsolationResult Run() {
+    IsolationResult result;
+    result.id = task_.id;
+    Verdict& verdict = result.verdict;
+    verdict.detected_at_s = task_.alarm_t_s;
+    verdict.detector = task_.detector;
+    verdict.settled = task_.settled;
+    if (nominal_.stretch.size() < 2) {
+      result.returned_to_nominal = true;
+      verdict.kind = VerdictKind::kNominal;
+      verdict.settled = false;
+      verdict.reason = "too few samples after the alarm";
+      return result;
+    }
+    Explanation explanation = ExplainFrom(nominal_);
+    bool second = false;
+    if (!task_.reference.empty() && explanation.gain >= kFaultGain) {
+      FitContext on_top = nominal_;
+      for (const Candidate& fault : task_.reference) {
+        on_top.rig.plant.Set(fault.component, fault.value);
+      }
+      Explanation added = ExplainFrom(on_top);
+      if (added.set.best().cost + kSecondFaultCost < explanation.set.best().cost) {
+        explanation = std::move(added);
+        second = true;
+      }
+    }
+    Tell(explanation, second, result);
+    return result;
+  }
+
+ private:
+  // The record before the alarm is healthy too, and longer than the calibration's stretch at times.
+  void LearnFromHistory(std::size_t fit_from) {
+    if (!task_.reference.empty() || fit_from < kHistoryMin + kHistoryGap) return;
+    LearnMore(std::span<const Observation>(observations_).first(fit_from - kHistoryGap), nominal_);
+  }
+
+  FitSet Fit(const FitContext& context, Losers losers) const {
+    return FitComponents(context, Changeable(task_.options), task_.options.values, losers);
+  }
+
+  static FitContext Newest(const FitContext& context, std::size_t samples) {
+    FitContext late = context;
+    late.stretch = context.stretch.last(std::min(samples, context.stretch.size()));
+    return late;
+  }
+
+  Explanation ExplainFrom(const FitContext& context) const {
+    Explanation explanation = Explain(context);
+    explanation.gain = FitNothing(explanation.context).cost - explanation.set.best().cost;
+    return explanation;
+  }
+
+  // The whole stretch by one value; else its newest part by one value; else by a slope.
+  Explanation Explain(const FitContext& context) const {
+    Explanation whole{context, Fit(context, Losers::kFitted), {}, FaultShape::kAbrupt};
+    whole.adequacy = Judge(context, whole.set.best());
+    if (whole.adequacy.adequate) SizeWithAll(whole);
+    const std::size_t n = context.stretch.size();
+    if (whole.adequacy.adequate || n < kLateMin) return whole;
+    if (n > kLateSamples) {
+      const FitContext late = Newest(context, kLateSamples);
+      Explanation newest{late, Fit(late, Losers::kGivenUp), {}, FaultShape::kDrift};
+      newest.adequacy = Judge(late, newest.set.best());
+      if (newest.adequacy.adequate) return newest;
+    }
+    const FitContext slope = Newest(context, kDriftSamples);
+    Explanation drift{slope, Fit(slope, Losers::kGivenUp), {}, FaultShape::kDrift};
+    std::vector<HypothesisFit>& fits = drift.set.fits;
+    const double constant_cost = drift.set.best().cost;
+    for (std::size_t i = 0; i < std::min(kDriftHypotheses, fits.size()); ++i) {
+      if (fits[i].cost - constant_cost > kDriftWorthCost) break;
+      fits[i] = FitDrift(slope, fits[i]).fit;
+    }
+    std::sort(fits.begin(), fits.end(), LikelierFirst);
+    drift.adequacy = JudgeScore(fits.front());
+    if (drift.adequacy.adequate && constant_cost - fits.front().cost > kFaultGain) return drift;
+    return whole;
+  }
+
+  // Value and standard error of the best hypotheses from every reading since the fault; which of
+  // them is best is settled already.
+  void SizeWithAll(Explanation& whole) const {
+    if (!task_.settled || task_.options.values != ValuePrior::kNone ||
+        since_fault_.size() <= whole.context.stretch.size()) {
+      return;
+    }
+    FitContext all = whole.context;
+    all.stretch = since_fault_;
+    std::vector<HypothesisFit>& fits = whole.set.fits;
+    const double best_cost = fits.front().cost;
+    for (std::size_t i = 0; i < std::min(kSizedMax, fits.size()); ++i) {
+      if (fits[i].cost - best_cost > kNotExcludedCost || fits[i].bound != 0) continue;
+      HypothesisFit sized = fits[i];
+      RefineComponent(all, sized);
+      if (!JudgeScore(sized).adequate || sized.bound != 0) continue;
+      fits[i].value = sized.value;
+      fits[i].log_sigma = sized.log_sigma;
+      fits[i].nuisance = sized.nuisance;
+    }
+  }
+
+  void Tell(const Explanation& explanation, bool second, IsolationResult& result) const {
+    Verdict& verdict = result.verdict;
+    const FitSet& set = explanation.set;
+    const HypothesisFit& best = set.best();
+    const double score = best.chi2 / std::max(1, best.count);
+    result.gain = explanation.gain;
+    result.shape = explanation.shape;
+    if (explanation.gain < kFaultGain) {
+      result.returned_to_nominal = true;
+      verdict.kind = VerdictKind::kNominal;
+      verdict.reason = "what follows the alarm fits the nominal rig";
+      return;
+    }
+    for (const HypothesisFit& fit : set.fits) {
+      verdict.candidates.push_back(ToCandidate(fit, score));
+      const bool close = fit.rank_cost() - best.rank_cost() < kNotExcludedCost;
+      const bool same = task_.options.values == ValuePrior::kNone && fit.cost - best.cost < 1e3 &&
+                        PredictionDistance(explanation.context, best, fit) < kSamePrediction;
+      if (&fit == &best || close || same) verdict.group.push_back(fit.component);
+    }
+    result.shift.assign(best.nuisance.data(), best.nuisance.data() + best.nuisance.size());
+    if (second) result.present = task_.reference;
+    result.present.push_back(verdict.candidates.front());
+
+    if (!explanation.adequacy.adequate) {
+      verdict.kind = VerdictKind::kUnknownFault;
+      verdict.group.clear();
+      verdict.reason = "no single component explains the record";
+      Adequacy adequacy = explanation.adequacy;
+      if (!adequacy.freed) SetFree(explanation.context, best, adequacy);
+      if (!adequacy.moved.empty()) {
+        verdict.reason +=
+            ": beside " + std::string(Name(best.component)) + " also " + adequacy.moved;
+      }
+      return;
+    }
+    verdict.kind = VerdictKind::kFault;
+    verdict.reason = FaultSentence(verdict);
+    if (explanation.shape == FaultShape::kDrift) verdict.reason += " and moving";
+    if (second) verdict.reason += ", on top of " + ValueText(task_.reference.front());
+    if (set.off_list && explanation.shape == FaultShape::kAbrupt) {
+      verdict.reason += "; no relay position has this value";
+    }
+    if (!task_.calibration->used_ia || !task_.calibration->used_n) {
+      verdict.reason += "; with um alone a double fault cannot be excluded";
+    }
+    if (explanation.shape != FaultShape::kAbrupt) return;
+    result.onset = task_.onset ? *task_.onset : FindOnset(explanation);
+    verdict.onset_s = result.onset->t_s;
+    if (second && result.onset->all_along) {
+      // It was there as far back as the history goes: it came together with the other one.
+      verdict.kind = VerdictKind::kUnknownFault;
+      verdict.reason = "two components have changed together: " + FaultSentence(verdict) + " and " +
+                       ValueText(task_.reference.front());
+      verdict.group.clear();
+    }
+  }
+
+  Onset FindOnset(const Explanation& explanation) const {
+    const std::size_t alarm = std::min(task_.alarm_at, observations_.size() - 1);
+    const std::size_t begin = alarm - std::min(alarm, kOnsetHistory);
+    RigParameters before = nominal_.rig;
+    for (const Candidate& fault : task_.reference) {
+      before.plant.Set(fault.component, fault.value);
+    }
+    const HypothesisFit& best = explanation.set.best();
+    Coordinates shift;
+    std::copy(best.nuisance.begin(), best.nuisance.end(), shift.begin());
+    const RigParameters after = WithComponent(
+        Moved(explanation.context.rig, shift, nominal_.period_s), best.component, best.value);
+    const std::size_t onset =
+        begin + EstimateOnset(before,
+                              after,
+                              nominal_.noise,
+                              nominal_.period_s,
+                              best.component == Component::kC8,
+                              std::span<const Observation>(observations_).subspan(begin),
+                              alarm - begin);
+    return {task_.samples[std::min(onset, task_.samples.size() - 1)].t_s,
+            onset - begin <= kAllAlong};
+  }
+
+  const IsolationTask& task_;
+  std::vector<Observation> observations_;
+  FitContext nominal_;
+  std::span<const Observation> since_fault_;
+};
+
+}  // namespace
+
+IsolationResult Solve(const IsolationTask& task) {
+  if (task.kind == IsolationTask::Kind::kCalibrate) return SolveCalibration(task);
+  LAB_CHECK(task.calibration != nullptr);
+  return Isolation(task).Run();
+}
+
+}  // namespace faultlab::core

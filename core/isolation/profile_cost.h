@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "core/isolation/fit_context.h"
+
+namespace faultlab::core {
+
+/// Where the value of a component is looked for; the ends only bound the search.
+struct ValueRange {
+  double low;
+  double high;
+  int points;  ///< of a scan
+
+  /// Equally spaced.
+  double LogAt(int point) const {
+    return std::log(low) + point * ((std::log(high) - std::log(low)) / (points - 1));
+  }
+};
+ValueRange RangeOf(Component component);
+
+/// Cost along one component, the calibration's coordinates held; Mc, which enters linearly, is at
+/// its best under its marginal prior.
+class QuickCost {
+ public:
+  struct Point {
+    Component component;
+    double log_value;
+  };
+  struct Result {
+    double cost = 0.0;  ///< the largest double where nothing can be predicted
+    double chi2 = 0.0;  ///< with Mc held
+    int count = 0;
+  };
+
+  explicit QuickCost(const FitContext& context);
+
+  /// The costs of all points, side by side. The result lives until the next call.
+  const std::vector<Result>& At(std::span<const Point> points,
+                                std::span<const Observation> stretch);
+  double At(const Point& point, std::span<const Observation> stretch) {
+    return At(std::span<const Point>(&point, 1), stretch).front().cost;
+  }
+
+ private:
+  const FitContext& context_;
+  double mc_information_;
+  std::vector<PredictionModel> models_;
+  std::vector<ModelSegment> segments_;
+  std::vector<ModelPath> paths_;
+  std::vector<InnovationSummary> sums_;
+  std::vector<Result> results_;
+};
+
+}  // namespace faultlab::core

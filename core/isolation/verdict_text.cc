@@ -1,0 +1,41 @@
+#include "core/isolation/verdict_text.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace faultlab::core {
+
+std::string ValueText(const Candidate& candidate) {
+  std::array<char, 96> text{};
+  const char sign = candidate.bound != 0 ? candidate.bound : '=';
+  double value = candidate.value;
+  std::string unit(Unit(candidate.component));
+  if (candidate.component == Component::kC8) {
+    value *= 1e6;
+    unit = "uF";
+  } else if (unit == "ohm" && value >= 1e4) {
+    value *= 1e-3;
+    unit = "kohm";
+  }
+  const std::string name(Name(candidate.component));
+  std::snprintf(text.data(), text.size(), "%s %c %.4g %s", name.c_str(), sign, value, unit.c_str());
+  return text.data();
+}
+
+std::string FaultSentence(const Verdict& verdict) {
+  std::string sentence;
+  for (Component component : verdict.group) {
+    const auto found = std::find_if(
+        verdict.candidates.begin(), verdict.candidates.end(), [&](const Candidate& candidate) {
+          return candidate.component == component;
+        });
+    if (found == verdict.candidates.end()) continue;
+    if (!sentence.empty()) sentence += " or ";
+    sentence += ValueText(*found);
+  }
+  return sentence;
+}
+
+}  // namespace faultlab::core

@@ -1,0 +1,93 @@
+#include "core/calibration/calibrate.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/core/bench_records.h"
+
+namespace faultlab::core {
+namespace {
+
+TEST(Calibrate, RecoversARigThatIsOffItsDataSheetFromAllChannels) {
+  PlantParameters rig;
+  rig.r1_ohm *= 1.04;
+  rig.ra_ohm *= 0.96;
+  rig.j_kg_m2 *= 1.05;
+  rig.ke_v_per_rad_s *= 0.97;
+  rig.kt_nm_per_a *= 0.97;
+  const auto record = Between(BenchRecord({}, 51, 6.0, rig), 0.5, 5.0);
+  const Result<Calibration> result = Calibrate(record, {});
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  const Calibration& c = result.value();
+  EXPECT_NEAR(c.delta_s, 0.0095, 1e-4);
+  EXPECT_NEAR(c.nominal.r1_ohm, rig.r1_ohm, 0.04);
+  EXPECT_NEAR(c.nominal.ra_ohm, rig.ra_ohm, 0.05);
+  EXPECT_NEAR(c.nominal.j_kg_m2, rig.j_kg_m2, 0.01e-6);
+  EXPECT_NEAR(c.nominal.ke_v_per_rad_s, rig.ke_v_per_rad_s, 2e-5);
+  EXPECT_NEAR(c.mc_nm, 0.33e-3, 0.08e-3);
+  EXPECT_NEAR(c.um_noise_v, 0.015, 0.002);
+  EXPECT_NEAR(c.ia_noise_a, 0.001, 0.0002);
+  EXPECT_NEAR(c.n_noise_rpm, 0.5, 0.1);
+  for (const CalibratedQuantity& quantity : c.quantities) EXPECT_GT(quantity.sigma, 0.0);
+}
+
+TEST(Calibrate, FindsDeltaOfBothProfiles) {
+  PrbsSpec spec;
+  const std::vector<double> uc = MakePrbs(spec, 600, 0.01);
+  for (const BenchProfile& profile : {BenchProfileBench(), BenchProfileMultisim()}) {
+    const auto record = Between(SimulateRecord(profile, {}, uc, {}, 52), 0.5, 5.0);
+    for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
+      CalibrationOptions options;
+      options.channels = channels;
+      const Result<Calibration> result = Calibrate(record, options);
+      ASSERT_TRUE(result.ok()) << result.error().message;
+      EXPECT_NEAR(
+          result.value().delta_s, profile.delta_s, channels == Channels::kAll ? 1e-4 : 1e-3);
+    }
+  }
+}
+
+TEST(Calibrate, SaysWhatTheChannelsCannotSee) {
+  const auto record = Between(BenchRecord({}, 53, 6.0), 0.5, 5.0);
+  CalibrationOptions options;
+  options.channels = Channels::kUmOnly;
+  const Result<Calibration> result = Calibrate(record, options);
+  ASSERT_TRUE(result.ok());
+  for (const CalibratedQuantity& quantity : result.value().quantities) {
+    if (quantity.name == "k") {
+      EXPECT_TRUE(quantity.from_data);
+    }
+    if (quantity.name == "B" || quantity.name == "R1") {
+      EXPECT_FALSE(quantity.from_data);
+    }
+  }
+}
+
+TEST(Calibrate, RefusesByNamingTheCheck) {
+  const auto refusal = [](const std::vector<Sample>& samples) {
+    const Result<Calibration> result = Calibrate(samples, {});
+    return result.ok() ? std::string("accepted") : result.error().field;
+  };
+  EXPECT_EQ(refusal({}), "length");
+  EXPECT_EQ(refusal(Between(BenchRecord({}, 54, 6.0), 0.5, 1.5)), "length");
+  std::vector<double> constant(600, 2.5);
+  EXPECT_EQ(refusal(Between(SimulateRecord(BenchProfileBench(), {}, constant, {}, 55), 0.5, 5.0)),
+            "excitation");
+  std::vector<Sample> silent = Between(BenchRecord({}, 56, 6.0), 0.5, 5.0);
+  for (std::size_t k = 0; k < silent.size(); k += 2) silent[k].um_v = kAbsent;
+  EXPECT_EQ(refusal(silent), "missing");
+  PlantParameters loud;
+  loud.r12_ohm = 18e3;
+  EXPECT_EQ(refusal(Between(BenchRecord({}, 57, 6.0, loud), 0.5, 5.0)), "saturation");
+  EXPECT_EQ(
+      refusal(Between(BenchRecord({AbruptFault(Component::kRa, 9.0, 3.0)}, 58, 6.0), 0.5, 5.0)),
+      "stationarity");
+  PlantParameters other;
+  other.j_kg_m2 = 4e-6;
+  EXPECT_EQ(refusal(Between(BenchRecord({}, 59, 6.0, other), 0.5, 5.0)), "tolerance");
+}
+
+}  // namespace
+}  // namespace faultlab::core

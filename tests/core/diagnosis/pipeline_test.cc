@@ -1,0 +1,104 @@
+#include "core/diagnosis/pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include "core/diagnosis/diagnose_record.h"
+#include "tests/core/bench_records.h"
+#include "tests/core/diagnosis/verdicts.h"
+
+namespace faultlab::core {
+namespace {
+
+TEST(Pipeline, SaysTheSameAsARecordWhenItsTasksComeBackAtOnce) {
+  const auto record = BenchRecord({AbruptFault(Component::kR1, 100.0)}, 31);
+  DiagnosisOptions config;
+  config.channels = Channels::kUmOnly;
+  Pipeline pipeline(config);
+  std::uint64_t version = pipeline.verdict_version();
+  bool named_within_a_second = false;
+  for (const Sample& sample : record) {
+    pipeline.Push(sample);
+    while (auto task = pipeline.TakeTask()) pipeline.Accept(Solve(*task));
+    EXPECT_GE(pipeline.verdict_version(), version);
+    version = pipeline.verdict_version();
+    if (sample.t_s < 11.05 && Names(pipeline.verdict(), Component::kR1)) {
+      named_within_a_second = true;
+    }
+  }
+  EXPECT_TRUE(named_within_a_second);
+  const Diagnosis live = pipeline.Finish();
+  const Diagnosis offline = DiagnoseRecord(record, FreeValues(Channels::kUmOnly));
+  ASSERT_FALSE(live.verdict.candidates.empty());
+  EXPECT_EQ(live.verdict.candidates.front().value, offline.verdict.candidates.front().value);
+}
+
+TEST(Pipeline, SaysHowFarItIsWithLearningTheHealthyRig) {
+  DiagnosisOptions config;
+  Pipeline pipeline(config);
+  std::optional<IsolationTask> task;
+  for (const Sample& sample : BenchRecord({}, 36, 8.0)) {
+    EXPECT_EQ(pipeline.learning(), sample.t_s < 5.005 ? Learning::kStretch : Learning::kSolving)
+        << sample.t_s;
+    pipeline.Push(sample);
+    if (!task) task = pipeline.TakeTask();
+  }
+  ASSERT_TRUE(task);
+  pipeline.Accept(Solve(*task));
+  EXPECT_EQ(pipeline.learning(), Learning::kLearnt);
+
+  config.calibration = *pipeline.calibration();
+  EXPECT_EQ(Pipeline(config).learning(), Learning::kLearnt);
+
+  Pipeline spoilt{DiagnosisOptions{}};
+  for (const Sample& sample : BenchRecord({AbruptFault(Component::kR1, 10.0, 3.0)}, 20, 8.0)) {
+    spoilt.Push(sample);
+    while (auto work = spoilt.TakeTask()) spoilt.Accept(Solve(*work));
+  }
+  EXPECT_EQ(spoilt.learning(), Learning::kGivenUp);
+}
+
+TEST(Pipeline, DetectsEvenWhenNobodySolvesItsTasksInTime) {
+  const auto record = BenchRecord({AbruptFault(Component::kR12, 5.6e3)}, 32);
+  DiagnosisOptions config;
+  Pipeline pipeline(config);
+  std::optional<IsolationTask> late;
+  for (const Sample& sample : record) {
+    pipeline.Push(sample);
+    auto task = pipeline.TakeTask();
+    if (!task) continue;
+    if (task->kind == IsolationTask::Kind::kCalibrate) {
+      late = std::move(task);  // comes back three seconds late
+    }
+    if (late && sample.t_s > 8.0) {
+      pipeline.Accept(Solve(*late));
+      late.reset();
+    }
+  }
+  if (late) pipeline.Accept(Solve(*late));
+  EXPECT_TRUE(pipeline.verdict().detected_at_s.has_value());
+  EXPECT_NEAR(*pipeline.verdict().detected_at_s, 10.0, 0.031);
+}
+
+TEST(Pipeline, RemembersTheOnsetOfAFaultThatIsLongSince) {
+  const Diagnosis diagnosis = DiagnoseRecord(
+      BenchRecord({AbruptFault(Component::kR1, 100.0)}, 35, 90.0), FreeValues(Channels::kAll));
+  ASSERT_TRUE(Names(diagnosis.verdict, Component::kR1)) << diagnosis.verdict.reason;
+  EXPECT_NEAR(*diagnosis.verdict.detected_at_s, 10.0, 0.031);
+  EXPECT_NEAR(*diagnosis.verdict.onset_s, 10.0, 0.02);
+}
+
+TEST(Pipeline, UsesAStoredCalibrationFromTheFirstSampleOn) {
+  const Diagnosis first = DiagnoseRecord(BenchRecord({}, 33), FreeValues(Channels::kAll));
+  ASSERT_TRUE(first.calibration.has_value());
+  DiagnosisOptions options = FreeValues(Channels::kAll);
+  options.calibration = first.calibration;
+  const Diagnosis second =
+      DiagnoseRecord(BenchRecord({AbruptFault(Component::kC8, 10e-6, 2.0)}, 34, 6.0), options);
+  EXPECT_EQ(second.verdict.group, std::vector<Component>{Component::kC8}) << second.verdict.reason;
+  EXPECT_NEAR(*second.verdict.onset_s, 2.0, 0.02);
+}
+
+}  // namespace
+}  // namespace faultlab::core
