@@ -16,7 +16,7 @@ namespace {
 // Tolerances of a data sheet before anything is measured, one standard deviation. 5 % stands for
 // parts and motor constants; B and Mc were found by experiment once (paper Table 1).
 // delta: as good as flat over the period.
-constexpr Coordinates kTolerance = {0.05, 0.05, 0.05, 0.05, 0.20, 0.03, 2.0, 3.5};
+constexpr ParameterOffsets kTolerance = {0.05, 0.05, 0.05, 0.05, 0.20, 0.03, 2.0, 3.5};
 // The paper's own best Coulomb friction (Table 14), and with the tolerance above 0.13 .. 0.53.
 constexpr double kCoulombPriorNm = 0.33e-3;
 // How far delta and noise can be from the first guess is not known: several starts.
@@ -47,13 +47,6 @@ GaussianPrior DataSheetPrior(double scale) {
   return prior;
 }
 
-// The rig at coordinates around `base`.
-RigParameters RigAt(const RigParameters& base, const Eigen::VectorXd& q, double period_s) {
-  Coordinates coordinates;
-  for (int i = 0; i < kCoordinateCount; ++i) coordinates[static_cast<std::size_t>(i)] = q(i);
-  return Moved(base, coordinates, period_s);
-}
-
 MapFit FitRig(const RigParameters& base,
               const NoiseLevel& noise,
               double period_s,
@@ -62,7 +55,7 @@ MapFit FitRig(const RigParameters& base,
               const Eigen::VectorXd& start) {
   const StretchModels models{stretch, [&](const Eigen::VectorXd& q, std::size_t) {
                                return MakePredictionModel(
-                                   RigAt(base, q, period_s), noise, period_s);
+                                   WithOffsets(base, q, period_s), noise, period_s);
                              }};
   return FitMap(models, prior, start);
 }
@@ -80,7 +73,7 @@ double Evidence(const MapFit& fit, const GaussianPrior& prior) {
 // The fit under the likeliest tolerance, and what the others add to its covariance.
 struct ToleranceChoice {
   MapFit fit;
-  Eigen::MatrixXd doubt;
+  Eigen::MatrixXd tolerance_covariance;
   double tolerance_scale = 1.0;  ///< root mean square over the scales, by their probability
 };
 
@@ -111,7 +104,7 @@ ToleranceChoice ChooseTolerance(const RigParameters& base,
     scale_square += weight * kToleranceScales[i] * kToleranceScales[i];
     total += weight;
   }
-  choice.doubt = spread / total - choice.fit.covariance;
+  choice.tolerance_covariance = spread / total - choice.fit.covariance;
   choice.tolerance_scale = std::sqrt(scale_square / total);
   return choice;
 }
@@ -236,13 +229,13 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     }
   }
   for (int round = 0; round < kNoiseRounds; ++round) {
-    FitNoise(RigAt(base, best.point, period_s), period_s, stretch, mask, noise);
+    FitNoise(WithOffsets(base, best.point, period_s), period_s, stretch, mask, noise);
     best = FitRig(base, noise, period_s, stretch, prior, best.point);
   }
   const double data_sheet_cost = best.prior_cost;
   const ToleranceChoice choice = ChooseTolerance(base, noise, period_s, stretch, best);
   best = choice.fit;
-  const RigParameters rig = RigAt(base, best.point, period_s);
+  const RigParameters rig = WithOffsets(base, best.point, period_s);
 
   calibration.nominal = rig.plant;
   calibration.gain_factor = rig.gain_factor;
@@ -255,8 +248,9 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
   calibration.friction_tau_s = noise.friction_tau_s;
   calibration.covariance.assign(best.covariance.data(),
                                 best.covariance.data() + best.covariance.size());
-  calibration.tolerance_covariance.assign(choice.doubt.data(),
-                                          choice.doubt.data() + choice.doubt.size());
+  calibration.tolerance_covariance.assign(
+      choice.tolerance_covariance.data(),
+      choice.tolerance_covariance.data() + choice.tolerance_covariance.size());
   calibration.part_tolerance = kTolerance[0] * choice.tolerance_scale;
   for (int i = 0; i < kCoordinateCount; ++i) {
     const auto at = static_cast<std::size_t>(i);
@@ -264,8 +258,8 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     quantity.name = kNames[at];
     quantity.unit = kUnits[at];
     quantity.value = ValueOf(rig, i);
-    const double sigma =
-        std::sqrt(std::max(0.0, best.covariance(i, i)) + std::max(0.0, choice.doubt(i, i)));
+    const double sigma = std::sqrt(std::max(0.0, best.covariance(i, i)) +
+                                   std::max(0.0, choice.tolerance_covariance(i, i)));
     quantity.sigma = SigmaOf(rig, i, sigma);
     quantity.prior_value = ValueOf(base, i);
     const double tolerance = kTolerance[at];

@@ -172,9 +172,10 @@ std::optional<Error> CheckAfter(const RigParameters& rig,
   const std::size_t block = (stretch.size() + kBlocks - 1) / kBlocks * kOutputCount;
   double worst = 0.0;
   for (int i = 0; i < kCoordinateCount; ++i) {
-    Coordinates q{};
+    ParameterOffsets q{};
     q[static_cast<std::size_t>(i)] = kStep;
-    RunInnovations(MakePredictionModel(Moved(rig, q, period_s), noise, period_s), stretch, &moved);
+    RunInnovations(
+        MakePredictionModel(WithOffsets(rig, q, period_s), noise, period_s), stretch, &moved);
     std::array<double, kBlocks> cross{};
     std::array<double, kBlocks> square{};
     for (std::size_t r = 0; r < base.whitened.size(); ++r) {

@@ -74,10 +74,10 @@ Detector::Detector(const RigParameters& reference,
     models_[static_cast<std::size_t>(j + 1)].model =
         MakePredictionModel(Changed(reference, j), noise, period_s);
   }
-  settled_ = Settle(models_[0].model, mask);
+  settled_ = SteadyStateGains(models_[0].model, mask);
   reference_samples_ = std::max(50, reference_samples);
-  widen_short_ = 1.0 + kShort / reference_samples_;
-  widen_long_ = 1.0 + kLong / reference_samples_;
+  inflation_short_ = 1.0 + kShort / reference_samples_;
+  inflation_long_ = 1.0 + kLong / reference_samples_;
 }
 
 void Detector::Restart(const Observation& observation) {
@@ -116,16 +116,14 @@ const ChannelGains& Detector::Gains(unsigned use) {
   return finding_;
 }
 
-void Detector::Step(const Observation& o,
-                    const ChannelGains& gains,
-                    std::array<std::array<double, kOutputCount>, kDirections + 1>& z,
-                    unsigned use) {
+void Detector::Whiten(const Observation& o,
+                      const ChannelGains& gains,
+                      std::array<std::array<double, kOutputCount>, kDirections + 1>& z,
+                      unsigned use) {
   for (std::size_t i = 0; i < models_.size(); ++i) {
     Model& m = models_[i];
     if (!o.restart) {
-      const double sign = std::clamp(m.x(2) / kCreepSpeed, -1.0, 1.0);
-      const Eigen::Vector4d next = m.model.phi * m.x + m.model.g_prev * o.u_prev + m.model.g * o.u +
-                                   m.model.g_torque * (sign * m.model.mc_nm);
+      const Eigen::Vector4d next = Step(m.model, m.x, o.u_prev, o.u);
       m.x = next;
     }
     for (int channel = 0; channel < kOutputCount; ++channel) {
@@ -144,16 +142,13 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   unsigned use = o.mask;
   if (o.clipped != 0) {
     const PredictionModel& m = models_[0].model;
-    const Eigen::Vector4d& x = models_[0].x;
-    const double sign = std::clamp(x(2) / kCreepSpeed, -1.0, 1.0);
-    const Eigen::Vector4d next =
-        m.phi * x + m.g_prev * o.u_prev + m.g * o.u + m.g_torque * (sign * m.mc_nm);
+    const Eigen::Vector4d next = Step(m, models_[0].x, o.u_prev, o.u);
     const double predicted = m.c.row(0).dot(next) + m.d(0) * o.u;
     // At the rail a reading is a bound: no news when the prediction lies beyond it.
     if (predicted * o.clipped >= o.y[0] * o.clipped) use &= ~1U;
   }
   std::array<std::array<double, kOutputCount>, kDirections + 1> z;
-  Step(o, Gains(use), z, use);
+  Whiten(o, Gains(use), z, use);
 
   double largest = 0.0;
   double step = 0.0;
@@ -204,13 +199,13 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
       glr_slow = std::max(glr_slow, slow_cross_[j] * slow_cross_[j] / slow_square_[j]);
     }
   }
-  const double widening = noise_scale_.widening();
-  largest /= std::sqrt(widening);
-  glr_short /= widen_short_ * widening;
-  glr_long /= widen_long_ * widening;
+  const double inflation = noise_scale_.threshold_inflation();
+  largest /= std::sqrt(inflation);
+  glr_short /= inflation_short_ * inflation;
+  glr_long /= inflation_long_ * inflation;
   glr_slow /=
-      (1.0 + slow_weight_ * slow_weight_ / (slow_weight_square_ * reference_samples_)) * widening;
-  const double cusum = cusum_ / widening;
+      (1.0 + slow_weight_ * slow_weight_ / (slow_weight_square_ * reference_samples_)) * inflation;
+  const double cusum = cusum_ / inflation;
   statistics_ = {largest, cusum, glr_short, glr_long, glr_slow};
 
   Alarm alarm;

@@ -22,16 +22,22 @@ struct Alarm {
 };
 
 /// The detection bank around one reference model (nominal, or nominal with known faults).
-///   z = whitened innovations of the reference's settled Kalman filter, um then ia then w: white,
-///       unit variance, friction's slow noise included in the model
-///   residual: |z| of a channel;   CUSUM: g+ = max(0, g + sum 3 z^2/8 - ln 2), a variance of 4
-///   GLR over W = 25 and 100: per direction j  (sum s_j z)^2 / (sum s_j^2), s_j = response of z to
-///   a
-///       change of one component (a filter of the changed model beside the reference's), and the
-///       sum over a calibration of n samples widened by 1 + W/n; a third one forgets
-///       exponentially, W = 500, for what is small and stays
-/// z is scaled to the noise that the healthy record shows (noise_scale.h).
+///   z: whitened innovations of the reference's settled Kalman filter, um then ia then w; white,
+///      unit variance; the slow noise of friction is part of the model
+///   residual  |z|, the largest over the channels
+///   CUSUM     g <- max(0, g + sum over channels of (3/8 z^2 - ln 2)): variance 4 against 1
+///   GLR       max over directions j of (sum s_j z)^2 / (sum s_j^2), over the newest 25 and 100
+///             samples, and with forgetting over 500 samples for what is small and stays
+///   s_j: response of z to a change of one component, the difference between the filter of the
+///        changed model and the reference's, which run side by side
+/// A reference that rests on n samples is itself uncertain: GLR levels rise by 1 + W/n. z is scaled
+/// to the noise that the healthy record shows (noise_scale.h).
+/// No answer: a sample without readings, or with um at a rail that the prediction lies beyond, adds
+/// nothing to any statistic; after a restart all of them begin at zero.
 /// Cost: about 0.3 us a sample with all channels; no allocation after construction.
+/// Source: CUSUM: E. S. Page, Biometrika 41 (1954); GLR: A. S. Willsky, H. L. Jones, IEEE Trans.
+/// Autom. Control 21 (1976); both: M. Basseville, I. V. Nikiforov, Detection of Abrupt Changes
+/// (1993), sections 2.2, 2.4 and 7.2.
 class Detector {
  public:
   /// @param mask  channels in use; @param reference_samples  what the reference rests on;
@@ -48,7 +54,7 @@ class Detector {
   Detector(const Detector&) = delete;
   Detector& operator=(const Detector&) = delete;
 
-  /// The five statistics of the newest sample, divided by all widenings.
+  /// The five statistics of the newest sample, divided by the inflation of their thresholds.
   struct Statistics {
     double residual = 0.0;
     double cusum = 0.0;
@@ -75,24 +81,24 @@ class Detector {
   };
 
   void Restart(const Observation& observation);
-  /// Whitened innovations of all models; z[0] is the reference's.
   const ChannelGains& Gains(unsigned use);
-  void Step(const Observation& observation,
-            const ChannelGains& gains,
-            std::array<std::array<double, kOutputCount>, kDirections + 1>& z,
-            unsigned use);
+  /// Whitened innovations of all models; z[0] is the reference's.
+  void Whiten(const Observation& observation,
+              const ChannelGains& gains,
+              std::array<std::array<double, kOutputCount>, kDirections + 1>& z,
+              unsigned use);
   int OnsetSamplesAgo() const;
 
   std::array<Model, kDirections + 1> models_;
   ChannelGains settled_;
   /// While the state is still being found after a start or a gap; then `settled_` serves.
-  GainRecursion recursion_;
+  RiccatiRecursion recursion_;
   ChannelGains finding_;
   int finding_samples_ = 0;
   DetectionThresholds thresholds_;
   NoiseScale noise_scale_;
-  double widen_short_;
-  double widen_long_;
+  double inflation_short_;
+  double inflation_long_;
   double reference_samples_;
   double cusum_ = 0.0;
   int cusum_age_ = 0;

@@ -16,7 +16,7 @@ constexpr double kForget = 1.0 - 1.0 / NoiseScale::kMemory;
 // The rate of crossings falls by exp(-t/2) in the level t. Averaged over an error of variance 2/nu
 // in the scale of t it is restored by t (1 + t / (2 nu)), with t about 28; doubled, because the
 // calibration's noise and parameters were fitted to the same readings.
-constexpr double kWideningReadings = 28.0;
+constexpr double kInflationReadings = 28.0;
 
 }  // namespace
 
@@ -25,7 +25,7 @@ NoiseScale::NoiseScale(int readings)
   const double standard_error = std::sqrt(2.0 / readings_);
   lowest_ = 1.0 / (1.0 + kReach * standard_error);
   highest_ = 1.0 + kReach * standard_error;
-  widening_ = 1.0 + kWideningReadings / readings_;
+  threshold_inflation_ = 1.0 + kInflationReadings / readings_;
   weight_.fill(1.0);
 }
 
@@ -37,7 +37,7 @@ void NoiseScale::Push(std::size_t channel, double z) {
   const double readings = readings_ + count_[channel];
   const double v = (readings_ + sum_[channel]) / readings;
   weight_[channel] = 1.0 / std::sqrt(std::clamp(v, lowest_, highest_));
-  widening_ = 1.0 + kWideningReadings / readings;
+  threshold_inflation_ = 1.0 + kInflationReadings / readings;
 }
 
 }  // namespace faultlab::core

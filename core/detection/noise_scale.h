@@ -26,7 +26,7 @@ class NoiseScale {
   double Weight(std::size_t channel) const { return weight_[channel]; }
   /// Alarm levels are for a known variance; with nu readings behind it the same rate needs levels
   /// higher by this factor (Fisher's F against chi-square, to first order in 1/nu).
-  double widening() const { return widening_; }
+  double threshold_inflation() const { return threshold_inflation_; }
 
   static constexpr double kMemory = 20'000.0;
 
@@ -34,7 +34,7 @@ class NoiseScale {
   double readings_;
   double lowest_;
   double highest_;
-  double widening_ = 1.0;
+  double threshold_inflation_ = 1.0;
   std::array<double, kOutputCount> count_{};
   std::array<double, kOutputCount> sum_{};
   std::array<double, kOutputCount> weight_{};

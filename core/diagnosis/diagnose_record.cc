@@ -39,7 +39,7 @@ Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions
   Pipeline pipeline(options);
   for (const Sample& sample : samples) {
     pipeline.Push(sample);
-    while (std::optional<IsolationTask> task = pipeline.TakeTask()) pipeline.Accept(Solve(*task));
+    while (std::optional<DiagnosisTask> task = pipeline.TakeTask()) pipeline.Accept(RunTask(*task));
   }
   Diagnosis diagnosis = pipeline.Finish();
   if (diagnosis.calibration && samples.size() > 1) {

@@ -28,7 +28,7 @@ struct DiagnosisOptions {
 /// The estimators of a diagnosis with these options. Their estimates depend on the samples alone,
 /// so a recording pushed through such a bank gives the live run's estimates to the last bit.
 inline EstimatorBankOptions BankOptions(const DiagnosisOptions& options) {
-  return {.period_s = options.period_s};
+  return {.period_s = options.period_s, .um_rail_v = options.um_rail_v};
 }
 
 }  // namespace faultlab::core

@@ -6,7 +6,7 @@
 
 #include "core/diagnosis/diagnosis.h"
 #include "core/diagnosis/diagnosis_options.h"
-#include "core/isolation/isolation.h"
+#include "core/diagnosis/diagnosis_task.h"
 #include "core/types/calibration.h"
 #include "core/types/frame.h"
 #include "core/types/sample.h"
@@ -25,7 +25,8 @@ enum class Learning {
 /// The diagnosis of one run, sample by sample: six estimators, detection, verdict.
 ///
 ///   rig --Sample--> Push --Frame--> viewers, recorder
-///                    |  TakeTask --IsolationTask--> Solve (any thread) --IsolationResult--> Accept
+///                    |  TakeTask --DiagnosisTask--> RunTask (any thread) --DiagnosisResult-->
+///                    Accept
 ///                    +--> verdict()
 ///
 /// Push costs one to two microseconds and, once calibrated, allocates nothing between alarms.
@@ -48,8 +49,8 @@ class Pipeline {
   std::uint64_t verdict_version() const;
 
   /// Work for another thread, if there is any.
-  std::optional<IsolationTask> TakeTask();
-  void Accept(IsolationResult result);
+  std::optional<DiagnosisTask> TakeTask();
+  void Accept(DiagnosisResult result);
 
   Learning learning() const;
   /// Null until known; the stored one if the config had one.

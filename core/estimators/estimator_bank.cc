@@ -33,7 +33,7 @@ SiaRows<1> RowsOf(EstimatorId id, double period_s) {
 /// Three kinds of rows feed six windows: those of SWA, and of SIA with either integral.
 struct EstimatorBank::Windows {
   explicit Windows(const EstimatorBankOptions& options)
-      : intake(options.period_s, options.um_limit_v),
+      : intake(options.period_s, options.um_rail_v),
         sia_short(RowsOf(EstimatorId::kSia20x5, options.period_s)),
         sia_long(RowsOf(EstimatorId::kSia100x20, options.period_s)),
         least_squares(Gates(), {options.sia_mode, {options.period_s, options.delta_s}}) {}
@@ -78,7 +78,7 @@ EstimatorBank::EstimatorBank(EstimatorBank&&) noexcept = default;
 EstimatorBank& EstimatorBank::operator=(EstimatorBank&&) noexcept = default;
 
 void EstimatorBank::Push(const Sample& sample, std::array<Estimate<3>, kEstimatorCount>& out) {
-  const SampleStep step = windows_->intake.Take(sample);
+  const SampleStep step = windows_->intake.Classify(sample);
   Feed(step, sample, *windows_);
   out = windows_->least_squares.estimates();
 }

@@ -16,8 +16,7 @@ struct EstimatorBankOptions {
   double period_s = kSamplePeriodSeconds;
   SiaMode sia_mode = SiaMode::kExact;
   double delta_s = 9.5e-3;  ///< DAC edge to ADC sample, [0, period_s]; used by SiaMode::kExact
-  double um_limit_v =
-      kConverterRail_v;  ///< readings at or beyond the converter's rail are left out
+  double um_rail_v = kConverterRail_v;  ///< readings at the converter's rail are left out
 };
 
 /// The six first-order estimators of kEstimatorShapes, fed with one sample after another.

@@ -23,7 +23,7 @@ class Wrapped final : public VariantEstimator {
   }
 
   const VariantEstimate& Push(const Sample& sample) override {
-    Feed(intake_.Take(sample), sample, core_);
+    Feed(intake_.Classify(sample), sample, core_);
     const Estimate<Core::kParameters>& from = core_.estimate();
     std::copy(from.theta.begin(), from.theta.end(), estimate_.theta.begin());
     std::copy(from.sigma.begin(), from.sigma.end(), estimate_.sigma.begin());

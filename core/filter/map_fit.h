@@ -13,8 +13,8 @@ namespace faultlab::core {
 /// What is known of coordinates before the stretch: N(mean, information^-1). A zero row and column
 /// of `information` is a flat prior.
 struct GaussianPrior {
-  Eigen::VectorXd mean;
-  Eigen::MatrixXd information;
+  Eigen::VectorXd mean;         ///< [n]
+  Eigen::MatrixXd information;  ///< [n x n], symmetric, not negative
 };
 
 /// What is fitted: the models that a point in coordinates means along a stretch.
@@ -25,9 +25,9 @@ struct StretchModels {
 };
 
 struct MapFit {
-  Eigen::VectorXd point;
-  Eigen::MatrixXd covariance;   ///< posterior, Gauss-Newton
-  Eigen::MatrixXd information;  ///< of the data alone
+  Eigen::VectorXd point;        ///< [n]
+  Eigen::MatrixXd covariance;   ///< [n x n] posterior, (J'J + information of the prior)^-1
+  Eigen::MatrixXd information;  ///< [n x n] of the data alone, J'J
   InnovationSummary innovations;
   double prior_cost = 0.0;  ///< (point - mean)' information (point - mean)
   int iterations = 0;
@@ -46,10 +46,19 @@ struct MapFitOptions {
   double give_up_above = std::numeric_limits<double>::infinity();
 };
 
-/// argmin over q of  chi2(q) + log det S(q) + (q - mean)' information (q - mean)
-/// by damped Gauss-Newton on the whitened innovations, sensitivities by forward differences.
-/// Cost of an iteration: the models of the point and of its neighbours, run side by side.
-/// Contract: at most 11 coordinates.
+/// argmin over q [n] of  chi2(q) + log det S(q) + (q - mean)' information (q - mean)
+/// by Gauss-Newton on the whitened innovations z [readings],
+///   (J'J + information) step = -(J'z + information (q - mean)),   J = dz/dq by forward differences
+/// damped as Levenberg and Marquardt do when a step does not lower the cost; the change of log det
+/// S with q is left out of J. Cost of an iteration: the models of the point and of its n
+/// neighbours, run side by side.
+/// No answer: `converged` is false when the iterations ran out, when the fit was given up, and when
+/// no step of a standard error or more lowered the cost; `point` is the best one tried. A direction
+/// that neither data nor prior determine keeps its start, with a variance of 1e9. A start whose
+/// cost is not finite is returned as it is: look at cost().
+/// Contract: prior and start have the same n, 1 <= n <= 11 (ContractError).
+/// Source: K. Levenberg, Quart. Appl. Math. 2 (1944); D. W. Marquardt, J. SIAM 11 (1963); MAP: H.
+/// L. Van Trees, Detection, Estimation, and Modulation Theory I (1968), section 2.4.
 MapFit FitMap(const StretchModels& models,
               const GaussianPrior& prior,
               const Eigen::VectorXd& start,

@@ -5,18 +5,11 @@
 #include "core/filter/rig_parameters.h"
 
 namespace faultlab::core {
-namespace {
-
-// A 16-bit converter of +-10 V has steps of 0.3 mV: within three of them of its end it is clipped.
-constexpr double kRailMarginV = 1e-3;
-
-}  // namespace
-
 bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
   if (!std::isfinite(sample.uc_v) || !std::isfinite(sample.t_s)) return false;
-  const double steps = (sample.t_s - last_t_s_) / period_s_;
-  if (has_last_ && steps < 0.5) return false;
-  out.restart = !has_last_ || steps > 1.5;
+  const SampleStep step = intake_.Classify(sample);
+  if (step.use == SampleUse::kIgnore) return false;
+  out.restart = !has_last_ || step.missing > 0;
   out.u_prev = out.restart ? sample.uc_v : last_u_;
   out.u = sample.uc_v;
   out.y = {sample.um_v, sample.ia_a, sample.n_rpm * kRadPerSecondOfRpm};
@@ -31,10 +24,7 @@ bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
     }
   }
   out.clipped = 0;
-  if ((out.mask & 1U) != 0U && std::abs(out.y[0]) >= um_rail_v_ - kRailMarginV) {
-    out.clipped = out.y[0] > 0.0 ? 1 : -1;
-  }
-  last_t_s_ = sample.t_s;
+  if (step.use == SampleUse::kClipped) out.clipped = out.y[0] > 0.0 ? 1 : -1;
   last_u_ = sample.uc_v;
   has_last_ = true;
   return true;

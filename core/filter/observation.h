@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/types/sample.h"
+#include "core/types/sample_intake.h"
 
 namespace faultlab::core {
 
@@ -21,21 +22,19 @@ struct Observation {
   bool restart = false;                  ///< the state before this sample is not known
 };
 
-/// Turns samples into observations one by one: repeated or backward time stamps are dropped, a
-/// missing sample or a missing input restarts the state.
+/// Turns samples into observations one by one, by the rule of SampleIntake: repeated and late
+/// samples are dropped, a missing sample or a missing input restarts the state.
 class ObservationBuilder {
  public:
   ObservationBuilder(Channels channels, double period_s, double um_rail_v)
-      : channels_(channels), period_s_(period_s), um_rail_v_(um_rail_v) {}
+      : channels_(channels), intake_(period_s, um_rail_v) {}
 
   /// False: nothing to use in this sample.
   bool Push(const Sample& sample, Observation& out);
 
  private:
   Channels channels_;
-  double period_s_;
-  double um_rail_v_;
-  double last_t_s_ = 0.0;
+  SampleIntake intake_;
   double last_u_ = 0.0;
   bool has_last_ = false;
 };

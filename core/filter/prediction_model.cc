@@ -17,8 +17,8 @@ constexpr double kSpeedScale = 100.0;
 constexpr double kTorqueScale = 1e-3;
 
 // A linear map of (z, i, w, d, u, torque) that leaves u and torque as they are, or its generator,
-// without the zeros: z hears of u, d of nothing, i and w of all. Two of them side by side: the part
-// of the period before the edge of u, and the part after it.
+// without the zeros. Nonzero couplings: z <- u; d is decoupled; i and w <- all. Two of them side by
+// side: the part of the period before the edge of u, and the part after it.
 struct Motions {
   Lanes2 zz{}, zu{}, dd{};
   Lanes2 ii{}, iw{}, wi{}, ww{};

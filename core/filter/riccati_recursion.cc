@@ -4,7 +4,7 @@
 
 namespace faultlab::core {
 
-void GainRecursion::Restart() {
+void RiccatiRecursion::Restart() {
   p_ = Eigen::Vector4d(kPoleSdV * kPoleSdV,
                        kCurrentSdA * kCurrentSdA,
                        kSpeedSdRadS * kSpeedSdRadS,
@@ -13,7 +13,7 @@ void GainRecursion::Restart() {
 }
 
 // P+ = phi P phi' + Q, kept symmetric.
-void GainRecursion::Predict() {
+void RiccatiRecursion::Predict() {
   const Eigen::Matrix4d left = model_->phi * p_;
   p_.noalias() = left * model_->phi.transpose();
   p_(3, 3) += model_->torque_step_variance;
@@ -21,7 +21,7 @@ void GainRecursion::Predict() {
   p_ = symmetric;
 }
 
-double GainRecursion::Correct(int channel, Eigen::Vector4d& gain) {
+double RiccatiRecursion::Correct(int channel, Eigen::Vector4d& gain) {
   const Eigen::Vector4d ph = p_ * model_->c.row(channel).transpose();
   const double s =
       model_->c.row(channel).dot(ph) + model_->reading_variance[static_cast<std::size_t>(channel)];
@@ -30,9 +30,9 @@ double GainRecursion::Correct(int channel, Eigen::Vector4d& gain) {
   return s;
 }
 
-ChannelGains Settle(const PredictionModel& model, unsigned mask) {
+ChannelGains SteadyStateGains(const PredictionModel& model, unsigned mask) {
   ChannelGains settled;
-  GainRecursion recursion(model);
+  RiccatiRecursion recursion(model);
   recursion.Restart();
   constexpr int kSteps = 2000;  // 20 s: many times every time constant of the rig
   for (int k = 0; k < kSteps; ++k) {

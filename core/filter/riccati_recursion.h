@@ -7,10 +7,16 @@
 
 namespace faultlab::core {
 
-/// The covariance side of the same filter, step by step, for whoever runs the state himself.
-class GainRecursion {
+/// The covariance of the Kalman filter, step by step, for a caller who carries the state himself:
+///   Predict   P <- phi P phi' + Q              (Q: torque_step_variance in the last entry)
+///   Correct   S = c P c' + R,  K = P c' / S,  P <- P - K c P      one scalar reading of a channel
+/// P is 4 x 4 in the units of PredictionModel's state, S in the squared unit of the reading. The
+/// model must outlive this. No allocation.
+/// Source: R. E. Kalman, R. S. Bucy, J. Basic Eng. 83 (1961); B. D. O. Anderson, J. B. Moore,
+/// Optimal Filtering (1979), sections 3.1 and 4.4.
+class RiccatiRecursion {
  public:
-  explicit GainRecursion(const PredictionModel& model) : model_(&model) {}
+  explicit RiccatiRecursion(const PredictionModel& model) : model_(&model) {}
 
   /// The state is not known (any more).
   void Restart();
@@ -29,7 +35,8 @@ struct ChannelGains {
   std::array<double, kOutputCount> inverse_sd{};  ///< 1 / sqrt(S); 0 for a channel not in mask
 };
 
-/// The gains that the recursion settles at, for channels `mask`.
-ChannelGains Settle(const PredictionModel& model, unsigned mask);
+/// The gains that the recursion settles at, for channels `mask` (bit c: channel c), after 2000
+/// steps: 20 s, many times every time constant of the rig. A channel outside `mask` has gain 0.
+ChannelGains SteadyStateGains(const PredictionModel& model, unsigned mask);
 
 }  // namespace faultlab::core

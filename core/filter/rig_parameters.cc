@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/types/check.h"
+
 namespace faultlab::core {
 
-RigParameters Moved(const RigParameters& base, const Coordinates& q, double period_s) {
+RigParameters WithOffsets(const RigParameters& base, const ParameterOffsets& q, double period_s) {
   const auto at = [&](Coordinate c) { return q[static_cast<std::size_t>(c)]; };
   RigParameters moved = base;
   moved.gain_factor *= std::exp(at(Coordinate::kGain));
@@ -19,6 +21,15 @@ RigParameters Moved(const RigParameters& base, const Coordinates& q, double peri
   moved.delta_s = std::clamp(
       moved.delta_s + at(Coordinate::kDelta) * kDeltaUnitS, 0.002 * period_s, 0.998 * period_s);
   return moved;
+}
+
+RigParameters WithOffsets(const RigParameters& base,
+                          const Eigen::Ref<const Eigen::VectorXd>& q,
+                          double period_s) {
+  LAB_CHECK(q.size() == kCoordinateCount, q.size());
+  ParameterOffsets offsets;
+  for (int i = 0; i < kCoordinateCount; ++i) offsets[static_cast<std::size_t>(i)] = q(i);
+  return WithOffsets(base, offsets, period_s);
 }
 
 RigParameters ParametersOf(const Calibration& calibration) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 
 #include "core/types/calibration.h"
@@ -31,7 +32,7 @@ struct NoiseLevel {
 enum class Coordinate { kGain, kR1, kRa, kJ, kB, kKe, kMc, kDelta };
 
 inline constexpr int kCoordinateCount = 8;
-using Coordinates = std::array<double, kCoordinateCount>;
+using ParameterOffsets = std::array<double, kCoordinateCount>;
 
 /// Scales of the two linear coordinates: Mc in 0.1 mNm, delta in ms.
 inline constexpr double kMcUnitNm = 1e-4;
@@ -39,7 +40,12 @@ inline constexpr double kDeltaUnitS = 1e-3;
 
 /// `base` moved by `q`: gain_factor, R1, Ra, J, B, Ke (= KT) times exp(q), Mc and delta plus q.
 /// delta is kept inside (0, period).
-RigParameters Moved(const RigParameters& base, const Coordinates& q, double period_s);
+RigParameters WithOffsets(const RigParameters& base, const ParameterOffsets& q, double period_s);
+/// The same for a vector of kCoordinateCount entries.
+/// Contract: no other size.
+RigParameters WithOffsets(const RigParameters& base,
+                          const Eigen::Ref<const Eigen::VectorXd>& q,
+                          double period_s);
 
 inline constexpr double kRadPerSecondOfRpm = 2.0 * 3.14159265358979323846 / 60.0 * kGearRatio;
 

@@ -6,17 +6,14 @@
 #include <string>
 #include <utility>
 
-#include "core/filter/innovation_filter.h"
 #include "core/filter/prediction_model.h"
+#include "core/isolability/fault_records.h"
+#include "core/numerics/golden_section.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {
 namespace {
 
-/// Samples before the fault in which the filter forgets that it did not know the state; three of
-/// the slowest time constants of a healthy rig and of its friction.
-constexpr int kHistorySamples = 150;
-constexpr int kHistoryMin = 10;
 /// Step of log(value) for derivatives: the effects are smooth, rounding is 1e-12 of it.
 constexpr double kDerivativeStep = 1e-3;
 /// Values beyond these factors of nominal do not differ any more in what they do, or are no
@@ -33,7 +30,7 @@ struct LogRange {
   double high;
 };
 
-LogRange RangeOf(Component component, double nominal) {
+LogRange SearchRange(Component component, double nominal) {
   if (component == Component::kC8) {
     return {std::log(kC8MinFarad), std::log(kC8MaxFarad)};
   }
@@ -69,129 +66,22 @@ std::pair<double, double> Minimise(double low, double high, Function f) {
     }
   }
   double best_at = low + best * step;
-  constexpr double kGolden = 0.6180339887498949;
-  double a = std::max(low, best_at - step);
-  double b = std::min(high, best_at + step);
-  for (int i = 0; i < kGoldenSteps; ++i) {
-    const double left = b - kGolden * (b - a);
-    const double right = a + kGolden * (b - a);
-    const double cost_left = f(left);
-    const double cost_right = f(right);
-    (cost_left < cost_right ? b : a) = cost_left < cost_right ? right : left;
-    if (std::min(cost_left, cost_right) < best_cost) {
-      best_cost = std::min(cost_left, cost_right);
-      best_at = cost_left < cost_right ? left : right;
-    }
-  }
+  const GoldenSection section = SearchGoldenSection(
+      std::max(low, best_at - step), std::min(high, best_at + step), kGoldenSteps, f);
+  if (section.best_cost() < best_cost) return {section.best(), section.best_cost()};
   return {best_at, best_cost};
 }
 
-class Analysis {
- public:
-  explicit Analysis(const IsolabilityOptions& options) : options_(options) {
-    const int samples = static_cast<int>(options.uc_v.size());
-    const int history = std::min(kHistorySamples, samples - options.window_samples);
-    onset_ = static_cast<std::size_t>(history);
-    uc_v_ =
-        std::span(options.uc_v).last(static_cast<std::size_t>(history + options.window_samples));
-    healthy_ = ModelOf(options.rig);
-    healthy_record_ = MeanRecord(healthy_);
-  }
-
-  PredictionModel ModelWith(Component component, double value) const {
-    RigParameters rig = options_.rig;
-    rig.plant.Set(component, value);
-    return ModelOf(rig);
-  }
-
-  const PredictionModel& healthy() const { return healthy_; }
-  const std::vector<Observation>& healthy_record() const { return healthy_record_; }
-
-  /// The noise-free record of a rig that is healthy until the onset and `model` from there on.
-  std::vector<Observation> MeanRecord(const PredictionModel& model) const {
-    std::vector<Observation> record(uc_v_.size());
-    Eigen::Vector4d x = Eigen::Vector4d::Zero();
-    for (std::size_t k = 0; k < record.size(); ++k) {
-      const PredictionModel& now = k < onset_ ? healthy_ : model;
-      Observation& observation = record[k];
-      observation.u = uc_v_[k];
-      observation.u_prev = k > 0 ? uc_v_[k - 1] : uc_v_[k];
-      observation.mask = options_.channels == Channels::kUmOnly ? 1 : (1U << kOutputCount) - 1;
-      observation.restart = k == 0;
-      if (k == 0) {
-        x = RestState(now, observation.u);
-      } else {
-        const double sign = std::clamp(x(2) / kCreepSpeed, -1.0, 1.0);
-        const Eigen::Vector4d next = now.phi * x + now.g_prev * observation.u_prev +
-                                     now.g * observation.u + now.g_torque * (sign * now.mc_nm);
-        x = next;
-      }
-      const Eigen::Vector3d y = now.c * x + now.d * observation.u;
-      for (std::size_t c = 0; c < kOutputCount; ++c) {
-        observation.y[c] = y(static_cast<Eigen::Index>(c));
-      }
-    }
-    return record;
-  }
-
-  /// D(record, model).
-  double Distance(const std::vector<Observation>& record, const PredictionModel& model) const {
-    double sum = 0.0;
-    for (double z : WhitenedWindow(record, model)) {
-      sum += z * z;
-    }
-    return 0.5 * sum;
-  }
-
-  /// The filter's whitened errors inside the window.
-  std::vector<double> WhitenedWindow(const std::vector<Observation>& record,
-                                     const PredictionModel& model) const {
-    const std::array<ModelSegment, 2> segments = {ModelSegment{0, &healthy_},
-                                                  ModelSegment{onset_, &model}};
-    InnovationTrace trace;
-    RunInnovations(segments, record, &trace);
-    trace.whitened.erase(
-        trace.whitened.begin(),
-        trace.whitened.begin() + static_cast<std::ptrdiff_t>(onset_ * kOutputCount));
-    return std::move(trace.whitened);
-  }
-
- private:
-  PredictionModel ModelOf(const RigParameters& rig) const {
-    return MakePredictionModel(rig, options_.noise, options_.period_s);
-  }
-
-  /// Where a healthy rig turning forward settles under constant input, by running it there: the
-  /// spectral radius is below 0.9, so a thousand steps leave 1e-46.
-  static Eigen::Vector4d RestState(const PredictionModel& model, double uc_v) {
-    constexpr int kSettlingSteps = 1000;
-    Eigen::Vector4d x = Eigen::Vector4d::Zero();
-    for (int k = 0; k < kSettlingSteps; ++k) {
-      const double sign = std::clamp(x(2) / kCreepSpeed, -1.0, 1.0);
-      const Eigen::Vector4d next =
-          model.phi * x + (model.g_prev + model.g) * uc_v + model.g_torque * (sign * model.mc_nm);
-      x = next;
-    }
-    return x;
-  }
-
-  const IsolabilityOptions& options_;
-  std::span<const double> uc_v_;
-  std::size_t onset_ = 0;
-  PredictionModel healthy_;
-  std::vector<Observation> healthy_record_;
-};
-
-void FillFisher(const Analysis& analysis, const IsolabilityOptions& options, Isolability& out) {
+void FillFisher(const FaultRecords& records, const IsolabilityOptions& options, Isolability& out) {
   std::array<std::vector<double>, kComponentCount> effect;
   for (Component component : kAllComponents) {
     const double nominal = options.rig.plant.Get(component);
     const auto high =
-        analysis.WhitenedWindow(analysis.healthy_record(),
-                                analysis.ModelWith(component, nominal * std::exp(kDerivativeStep)));
-    const auto low = analysis.WhitenedWindow(
-        analysis.healthy_record(),
-        analysis.ModelWith(component, nominal * std::exp(-kDerivativeStep)));
+        records.WhitenedWindow(records.healthy_record(),
+                               records.ModelWith(component, nominal * std::exp(kDerivativeStep)));
+    const auto low =
+        records.WhitenedWindow(records.healthy_record(),
+                               records.ModelWith(component, nominal * std::exp(-kDerivativeStep)));
     std::vector<double>& column = effect[static_cast<std::size_t>(Index(component))];
     column.resize(high.size());
     for (std::size_t i = 0; i < column.size(); ++i) {
@@ -219,14 +109,14 @@ void FillFisher(const Analysis& analysis, const IsolabilityOptions& options, Iso
 
 /// The value nearest to nominal, between it and `limit` (logarithms), that is visible: the first
 /// one a scan outward meets, refined.
-std::optional<double> NearestVisible(const Analysis& analysis,
+std::optional<double> NearestVisible(const FaultRecords& records,
                                      Component component,
                                      double nominal,
                                      double limit,
                                      double kl_visible) {
   const auto visible = [&](double log_value) {
-    const PredictionModel faulty = analysis.ModelWith(component, std::exp(log_value));
-    return analysis.Distance(analysis.MeanRecord(faulty), analysis.healthy()) >= kl_visible;
+    const PredictionModel faulty = records.ModelWith(component, std::exp(log_value));
+    return records.Distance(records.MeanRecord(faulty), records.healthy()) >= kl_visible;
   };
   const double start = std::log(nominal);
   // Quadratic spacing: fine near nominal, where the answer of a sensitive component lies.
@@ -247,32 +137,34 @@ std::optional<double> NearestVisible(const Analysis& analysis,
   return std::nullopt;
 }
 
-void FillSmallest(const Analysis& analysis, const IsolabilityOptions& options, Isolability& out) {
+void FillSmallest(const FaultRecords& records,
+                  const IsolabilityOptions& options,
+                  Isolability& out) {
   for (Component component : kAllComponents) {
     SmallestVisible& smallest = out.smallest[static_cast<std::size_t>(Index(component))];
     smallest.component = component;
     smallest.nominal = options.rig.plant.Get(component);
     const double information = out.fisher(Index(component), Index(component));
     smallest.relative_sigma = 1.0 / std::sqrt(information);
-    const LogRange range = RangeOf(component, smallest.nominal);
+    const LogRange range = SearchRange(component, smallest.nominal);
     smallest.above =
-        NearestVisible(analysis, component, smallest.nominal, range.high, out.kl_visible_nats);
+        NearestVisible(records, component, smallest.nominal, range.high, out.kl_visible_nats);
     if (range.low < std::log(smallest.nominal)) {
       smallest.below =
-          NearestVisible(analysis, component, smallest.nominal, range.low, out.kl_visible_nats);
+          NearestVisible(records, component, smallest.nominal, range.low, out.kl_visible_nats);
     }
   }
 }
 
-FaultIsolability Judge(const Analysis& analysis,
+FaultIsolability Judge(const FaultRecords& records,
                        const IsolabilityOptions& options,
                        const FaultSize& fault,
                        const Isolability& limits) {
   FaultIsolability judged;
   judged.fault = fault;
   const std::vector<Observation> record =
-      analysis.MeanRecord(analysis.ModelWith(fault.component, fault.value));
-  judged.kl_nominal_nats = analysis.Distance(record, analysis.healthy());
+      records.MeanRecord(records.ModelWith(fault.component, fault.value));
+  judged.kl_nominal_nats = records.Distance(record, records.healthy());
   judged.visible = judged.kl_nominal_nats >= limits.kl_visible_nats;
   judged.group.push_back(fault.component);
   for (Component rival : kAllComponents) {
@@ -281,9 +173,9 @@ FaultIsolability Judge(const Analysis& analysis,
       nearest = {0.0, fault.value};
       continue;
     }
-    const LogRange range = RangeOf(rival, options.rig.plant.Get(rival));
+    const LogRange range = SearchRange(rival, options.rig.plant.Get(rival));
     const auto [log_value, distance] = Minimise(range.low, range.high, [&](double at) {
-      return analysis.Distance(record, analysis.ModelWith(rival, std::exp(at)));
+      return records.Distance(record, records.ModelWith(rival, std::exp(at)));
     });
     nearest = {distance, std::exp(log_value)};
     if (distance < limits.kl_separable_nats) {
@@ -327,10 +219,10 @@ Error Refuse(const char* field, std::string message) {
 
 Status Check(const IsolabilityOptions& options) {
   if (options.window_samples < 1 ||
-      options.uc_v.size() < static_cast<std::size_t>(options.window_samples) + kHistoryMin) {
+      options.uc_v.size() < static_cast<std::size_t>(options.window_samples) + kHistorySamplesMin) {
     return Refuse("window_samples",
                   "the window must hold at least one sample and leave " +
-                      std::to_string(kHistoryMin) + " of the input before it");
+                      std::to_string(kHistorySamplesMin) + " of the input before it");
   }
   if (!std::all_of(
           options.uc_v.begin(), options.uc_v.end(), [](double u) { return std::isfinite(u); })) {
@@ -394,13 +286,13 @@ Result<Isolability> AnalyseIsolability(const IsolabilityOptions& options) {
   const double separable = 2.0 * NormalQuantile(options.confusion_probability);
   out.kl_separable_nats = 0.5 * separable * separable;
 
-  const Analysis analysis(options);
-  FillFisher(analysis, options, out);
-  FillSmallest(analysis, options, out);
+  const FaultRecords records(options);
+  FillFisher(records, options, out);
+  FillSmallest(records, options, out);
   const std::span<const FaultSize> faults =
       options.faults.empty() ? PaperFaultSizes() : std::span<const FaultSize>(options.faults);
   for (const FaultSize& fault : faults) {
-    out.faults.push_back(Judge(analysis, options, fault, out));
+    out.faults.push_back(Judge(records, options, fault, out));
   }
   FillAmbiguous(out);
   return out;

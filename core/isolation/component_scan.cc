@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/isolation/profile_cost.h"
+#include "core/numerics/golden_section.h"
 
 namespace faultlab::core {
 namespace {
@@ -13,53 +14,18 @@ namespace {
 constexpr std::size_t kScanSamples = 120;
 constexpr std::size_t kSectionSamples = 300;
 constexpr int kSections = 12;
-constexpr double kGolden = 0.6180339887498949;
-
-// Golden section of [a, b]: f1 and f2 are the costs at x1 and x2 inside.
-struct Section {
-  double a, b, x1, x2;
-  double f1 = 0.0;
-  double f2 = 0.0;
-
-  Section(double low, double high)
-      : a(low), b(high), x1(high - kGolden * (high - low)), x2(low + kGolden * (high - low)) {}
-
-  bool first_is_better() const { return f1 < f2; }
-  double best() const { return first_is_better() ? x1 : x2; }
-
-  /// A point inside whose cost is not known yet.
-  struct Open {
-    double x;
-    double* f;
-  };
-  /// Keeps the better part.
-  Open Narrow() {
-    if (first_is_better()) {
-      b = x2;
-      x2 = x1;
-      f2 = f1;
-      x1 = b - kGolden * (b - a);
-      return {x1, &f1};
-    }
-    a = x1;
-    x1 = x2;
-    f1 = f2;
-    x2 = a + kGolden * (b - a);
-    return {x2, &f2};
-  }
-};
 
 // Between the neighbours of the best point of the range, for each component.
-std::vector<Section> FindValleys(QuickCost& quick,
-                                 std::span<const Component> components,
-                                 std::span<const Observation> stretch) {
-  std::vector<QuickCost::Point> points;
+std::vector<GoldenSection> FindValleys(ProfileCost& quick,
+                                       std::span<const Component> components,
+                                       std::span<const Observation> stretch) {
+  std::vector<ProfileCost::Point> points;
   for (Component component : components) {
     const ValueRange range = RangeOf(component);
     for (int i = 0; i < range.points; ++i) points.push_back({component, range.LogAt(i)});
   }
-  const std::vector<QuickCost::Result>& results = quick.At(points, stretch);
-  std::vector<Section> valleys;
+  const std::vector<ProfileCost::Result>& results = quick.At(points, stretch);
+  std::vector<GoldenSection> valleys;
   std::size_t first = 0;
   for (Component component : components) {
     const ValueRange range = RangeOf(component);
@@ -82,14 +48,14 @@ std::vector<HypothesisFit> ScanComponents(const FitContext& context,
   const auto scan = context.stretch.first(std::min(kScanSamples, context.stretch.size()));
   const auto refine = context.stretch.first(std::min(kSectionSamples, context.stretch.size()));
   const std::size_t n = components.size();
-  QuickCost quick(context);
-  std::vector<Section> sections = FindValleys(quick, components, scan);
-  std::vector<QuickCost::Point> points;
+  ProfileCost quick(context);
+  std::vector<GoldenSection> sections = FindValleys(quick, components, scan);
+  std::vector<ProfileCost::Point> points;
   for (std::size_t i = 0; i < n; ++i) {
     points.push_back({components[i], sections[i].x1});
     points.push_back({components[i], sections[i].x2});
   }
-  const std::vector<QuickCost::Result>& inner = quick.At(points, refine);
+  const std::vector<ProfileCost::Result>& inner = quick.At(points, refine);
   for (std::size_t i = 0; i < n; ++i) {
     sections[i].f1 = inner[2 * i].cost;
     sections[i].f2 = inner[2 * i + 1].cost;
@@ -98,15 +64,15 @@ std::vector<HypothesisFit> ScanComponents(const FitContext& context,
   std::vector<double*> costs(n);
   for (int round = 0; round < kSections; ++round) {
     for (std::size_t i = 0; i < n; ++i) {
-      const Section::Open open = sections[i].Narrow();
+      const GoldenSection::Open open = sections[i].Narrow();
       points[i] = {components[i], open.x};
       costs[i] = open.f;
     }
-    const std::vector<QuickCost::Result>& results = quick.At(points, refine);
+    const std::vector<ProfileCost::Result>& results = quick.At(points, refine);
     for (std::size_t i = 0; i < n; ++i) *costs[i] = results[i].cost;
   }
   for (std::size_t i = 0; i < n; ++i) points[i] = {components[i], sections[i].best()};
-  const std::vector<QuickCost::Result>& results = quick.At(points, context.stretch);
+  const std::vector<ProfileCost::Result>& results = quick.At(points, context.stretch);
   std::vector<HypothesisFit> fits(n);
   for (std::size_t i = 0; i < n; ++i) {
     HypothesisFit& h = fits[i];
@@ -115,7 +81,7 @@ std::vector<HypothesisFit> ScanComponents(const FitContext& context,
     h.value = std::exp(points[i].log_value);
     h.log_sigma = std::numeric_limits<double>::quiet_NaN();
     h.nuisance = context.calibration.mean;
-    h.size_cost = SizeCost(context.rig.plant, h.component, h.value);
+    h.magnitude_cost = MagnitudePrior(context.rig.plant, h.component, h.value);
     h.cost = results[i].cost;
     h.chi2 = results[i].chi2;
     h.count = results[i].count;

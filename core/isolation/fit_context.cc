@@ -21,18 +21,11 @@ RigParameters WithComponent(const RigParameters& rig, Component component, doubl
   return changed;
 }
 
-RigParameters MovedBy(const FitContext& context,
-                      const RigParameters& rig,
-                      const Eigen::VectorXd& q) {
-  Coordinates nuisance;
-  for (int i = 0; i < kCoordinateCount; ++i) nuisance[static_cast<std::size_t>(i)] = q(i);
-  return Moved(rig, nuisance, context.period_s);
-}
-
-void LearnMore(std::span<const Observation> stretch, FitContext& context) {
-  const StretchModels models{stretch, [&](const Eigen::VectorXd& q, std::size_t) {
-                               return context.ModelOf(MovedBy(context, context.rig, q));
-                             }};
+void UpdatePosterior(std::span<const Observation> stretch, FitContext& context) {
+  const StretchModels models{
+      stretch, [&](const Eigen::VectorXd& q, std::size_t) {
+        return context.ModelOf(WithOffsets(context.rig, q, context.period_s));
+      }};
   const GaussianPrior before = context.calibration;
   const MapFit fit = FitMap(models, before, before.mean);
   const double n = std::max(1, fit.innovations.count);
@@ -42,11 +35,11 @@ void LearnMore(std::span<const Observation> stretch, FitContext& context) {
       fit.prior_cost < kHealthyPriorCost;
   if (!healthy) return;
   context.calibration = {fit.point, before.information + fit.information};
-  if (context.doubt.size() == 0) return;
+  if (context.tolerance_covariance.size() == 0) return;
   // An error of the old mean is carried into the new one by this.
   const Eigen::MatrixXd kept = context.calibration.information.ldlt().solve(before.information);
-  const Eigen::MatrixXd doubt = kept * context.doubt * kept.transpose();
-  context.doubt = doubt;
+  const Eigen::MatrixXd carried = kept * context.tolerance_covariance * kept.transpose();
+  context.tolerance_covariance = carried;
 }
 
 }  // namespace faultlab::core

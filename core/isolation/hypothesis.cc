@@ -13,13 +13,14 @@ namespace {
 
 // Rise of the cost that a bound must reach: three standard deviations.
 constexpr double kBoundCost = 9.0;
-// A rise with the other parameters held; up to here they could still take the end's side.
+// A rise with the other parameters held: below this, fitting them too could bring it under the
+// bound.
 constexpr double kClosedCost = 60.0;
 // Halvings of the way from the value to the end of its range.
 constexpr int kBoundHalvings = 12;
 // A drifting value is held for this many samples; the filter does not resolve finer steps.
 constexpr std::size_t kDriftBlock = 10;
-// From a constant to a slope is a short way; what needs more steps is no slope.
+// A slope lies near the constant that was fitted; what needs more steps is not a slope.
 constexpr int kDriftIterations = 6;
 // Prior of a released coordinate: a factor of e either way.
 constexpr double kFreeSd = 1.0;
@@ -27,15 +28,15 @@ constexpr double kFreeSd = 1.0;
 // Is the cost flat towards one end of the range? Then the value is no more than a bound.
 void FindBound(const FitContext& context, HypothesisFit& h) {
   FitContext moved = context;
-  moved.rig = MovedBy(context, context.rig, h.nuisance);
-  QuickCost quick(moved);
+  moved.rig = WithOffsets(context.rig, h.nuisance, context.period_s);
+  ProfileCost quick(moved);
   const ValueRange range = RangeOf(h.component);
   const double low = std::log(range.low);
   const double high = std::log(range.high);
   const double value = std::log(h.value);
-  const std::array<QuickCost::Point, 3> points = {
+  const std::array<ProfileCost::Point, 3> points = {
       {{h.component, value}, {h.component, low}, {h.component, high}}};
-  const std::vector<QuickCost::Result>& results = quick.At(points, context.stretch);
+  const std::vector<ProfileCost::Result>& results = quick.At(points, context.stretch);
   const double floor = results[0].cost;
   const std::array<double, 2> rises = {results[1].cost - floor, results[2].cost - floor};
   const auto is_open = [&](double end, double rise) {
@@ -72,8 +73,8 @@ GaussianPrior WithValues(const GaussianPrior& calibration, int extra, double log
   return prior;
 }
 
-// What a fit of value(s) and coordinates has found; the caller adds what is its own.
-void Take(const MapFit& fit, HypothesisFit& h) {
+// Copies what every fit of value(s) and coordinates finds; value, error and bound are the caller's.
+void Adopt(const MapFit& fit, HypothesisFit& h) {
   h.chi2 = fit.innovations.chi2;
   h.count = fit.innovations.count;
   h.cost = fit.cost();
@@ -84,20 +85,20 @@ void Take(const MapFit& fit, HypothesisFit& h) {
 HypothesisFit FitNuisance(const FitContext& context, const Component* component, double value) {
   const StretchModels models{
       context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
-        const RigParameters rig = MovedBy(context, context.rig, q);
+        const RigParameters rig = WithOffsets(context.rig, q, context.period_s);
         return context.ModelOf(component != nullptr ? WithComponent(rig, *component, value) : rig);
       }};
   HypothesisFit h;
   if (component != nullptr) h.component = *component;
   h.exists = true;
   h.value = value;
-  Take(FitMap(models, context.calibration, context.calibration.mean), h);
+  Adopt(FitMap(models, context.calibration, context.calibration.mean), h);
   return h;
 }
 
 }  // namespace
 
-double SizeCost(const PlantParameters& plant, Component component, double value) {
+double MagnitudePrior(const PlantParameters& plant, Component component, double value) {
   // C8 has no size below 1 uF that matters.
   constexpr double kLeastVisibleC8 = 1e-6;
   const double from = component == Component::kC8 ? kLeastVisibleC8 : plant.Get(component);
@@ -105,7 +106,7 @@ double SizeCost(const PlantParameters& plant, Component component, double value)
   return decades * decades;
 }
 
-HypothesisFit FitNothing(const FitContext& context) {
+HypothesisFit FitNullHypothesis(const FitContext& context) {
   return FitNuisance(context, nullptr, 0.0);
 }
 
@@ -118,20 +119,21 @@ void RefineComponent(const FitContext& context, HypothesisFit& h, double give_up
   const GaussianPrior prior = WithValues(context.calibration, 1, std::log(h.value));
   const StretchModels models{
       context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
-        const RigParameters rig = MovedBy(context, context.rig, q.tail(kCoordinateCount));
+        const RigParameters rig =
+            WithOffsets(context.rig, q.tail(kCoordinateCount), context.period_s);
         return context.ModelOf(WithComponent(rig, h.component, std::exp(q(0))));
       }};
   MapFitOptions options;
   options.give_up_above = give_up_above;
   const MapFit fit = FitMap(models, prior, prior.mean, options);
   h.value = std::clamp(std::exp(fit.point(0)), range.low, range.high);
-  h.log_sigma = LogSigma(context, fit, 0, h);
+  h.log_sigma = LogSigma(context, fit, 0, h.component, h.value);
   if (h.component == Component::kC8 && context.part_tolerance > 0.0) {
     h.log_sigma = std::hypot(h.log_sigma, CapacitorLogSigma(context, prior, fit.point));
   }
-  Take(fit, h);
+  Adopt(fit, h);
   FindBound(context, h);
-  h.size_cost = SizeCost(context.rig.plant, h.component, h.value);
+  h.magnitude_cost = MagnitudePrior(context.rig.plant, h.component, h.value);
 }
 
 DriftFit FitDrift(const FitContext& context, const HypothesisFit& from) {
@@ -139,7 +141,8 @@ DriftFit FitDrift(const FitContext& context, const HypothesisFit& from) {
   const std::size_t blocks = (n + kDriftBlock - 1) / kDriftBlock;
   StretchModels models{
       context.stretch, [&](const Eigen::VectorXd& q, std::size_t block) {
-        const RigParameters rig = MovedBy(context, context.rig, q.tail(kCoordinateCount));
+        const RigParameters rig =
+            WithOffsets(context.rig, q.tail(kCoordinateCount), context.period_s);
         const double first = std::exp(q(0));
         const double last = std::exp(q(1));
         const double share = (static_cast<double>(block) + 0.5) / static_cast<double>(blocks);
@@ -157,13 +160,13 @@ DriftFit FitDrift(const FitContext& context, const HypothesisFit& from) {
   drift.first_value = std::exp(fit.point(0));
   drift.fit = from;
   drift.fit.value = std::exp(fit.point(1));
-  drift.fit.log_sigma = LogSigma(context, fit, 1, drift.fit);
+  drift.fit.log_sigma = LogSigma(context, fit, 1, from.component, drift.fit.value);
   drift.fit.bound = 0;
-  Take(fit, drift.fit);
+  Adopt(fit, drift.fit);
   return drift;
 }
 
-FreeFit FitFree(const FitContext& context, const HypothesisFit& from) {
+RelaxedFit FitRelaxed(const FitContext& context, const HypothesisFit& from) {
   GaussianPrior prior;
   prior.mean = Eigen::VectorXd::Zero(kCoordinateCount);
   prior.information =
@@ -179,10 +182,10 @@ FreeFit FitFree(const FitContext& context, const HypothesisFit& from) {
   prior.information(mc, mc) = 1.0 / (10.0 * 10.0);
   const RigParameters around = WithComponent(context.rig, from.component, from.value);
   const StretchModels models{context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
-                               return context.ModelOf(MovedBy(context, around, q));
+                               return context.ModelOf(WithOffsets(around, q, context.period_s));
                              }};
   const MapFit fit = FitMap(models, prior, from.nuisance);
-  FreeFit free;
+  RelaxedFit free;
   free.cost = fit.innovations.cost();
   free.point = fit.point;
   free.sigma = fit.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
@@ -193,8 +196,8 @@ double PredictionDistance(const FitContext& context,
                           const HypothesisFit& a,
                           const HypothesisFit& b) {
   const auto model_of = [&](const HypothesisFit& h) {
-    return context.ModelOf(
-        WithComponent(MovedBy(context, context.rig, h.nuisance), h.component, h.value));
+    return context.ModelOf(WithComponent(
+        WithOffsets(context.rig, h.nuisance, context.period_s), h.component, h.value));
   };
   const std::array<PredictionModel, 2> models = {model_of(a), model_of(b)};
   const std::array<ModelSegment, 2> segments = {{{0, &models[0]}, {0, &models[1]}}};

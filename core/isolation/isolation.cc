@@ -1,10 +1,11 @@
+#include "core/isolation/isolation.h"
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 
-#include "core/isolation/isolation.h"
 #include "core/isolation/lack_of_fit.h"
 #include "core/isolation/onset.h"
 #include "core/isolation/ranked_hypotheses.h"
@@ -21,21 +22,22 @@ constexpr double kNotExcludedCost = 9.0;
 // Per-sample squared distance of whitened predictions below which an hour of data would not tell
 // two hypotheses apart (3.6e5 samples x 2e-5 = 7).
 constexpr double kSamePrediction = 2e-5;
-// A fault on top of another one has one more thing to explain with than a fault alone.
+// Penalty for the extra parameter of a fault on top of another one.
 constexpr double kSecondFaultCost = 20.0;
 // Readings that are fitted at most (the newest): enough for every target, and it bounds the time.
 constexpr std::size_t kReadingsMax = 1200;
-// What the newest readings have decided is sized with all of them, as long as it is clear that all
-// belong to the same value.
+// Hypotheses whose values are estimated again from all readings since the fault, once the newest
+// ones have decided which component it is.
 constexpr std::size_t kSizedMax = 2;
 // When one value does not explain the stretch, its newest part may still have one, or a slope.
 constexpr std::size_t kLateSamples = 200;
 constexpr std::size_t kDriftSamples = 100;
 constexpr std::size_t kLateMin = 60;
 constexpr std::size_t kDriftHypotheses = 3;
-// A constant value this much worse than another component's is no drift of the first.
+// A component whose best constant value is this much worse than the best one's is not tried as a
+// drift.
 constexpr double kDriftWorthCost = 3000.0;
-// History that teaches: not too short, and not too near to what may be the fault's beginning.
+// History that updates the prior: not too short, and ending well before the fault may have begun.
 constexpr std::size_t kHistoryMin = 100;
 constexpr std::size_t kHistoryGap = 50;
 // History in which the onset is looked for.
@@ -55,7 +57,7 @@ GaussianPrior PriorOf(const Calibration& calibration) {
   return prior;
 }
 
-Eigen::MatrixXd DoubtOf(const Calibration& calibration) {
+Eigen::MatrixXd ToleranceCovarianceOf(const Calibration& calibration) {
   if (calibration.tolerance_covariance.size() != calibration.covariance.size()) return {};
   using Square = Eigen::Matrix<double, kCoordinateCount, kCoordinateCount>;
   return Eigen::Map<const Square>(calibration.tolerance_covariance.data());
@@ -81,24 +83,11 @@ std::vector<Component> Changeable(const IsolationOptions& options) {
   return components;
 }
 
-IsolationResult SolveCalibration(const IsolationTask& task) {
-  IsolationResult result;
-  result.kind = IsolationTask::Kind::kCalibrate;
-  result.id = task.id;
-  Result<Calibration> calibration = Calibrate(task.samples, task.calibration_options);
-  if (calibration.ok()) {
-    result.calibration = std::make_shared<const Calibration>(std::move(calibration.value()));
-  } else {
-    result.refusal = calibration.error();
-  }
-  return result;
-}
-
 // One answer about the stretch after the alarm.
 struct Explanation {
   FitContext context;
-  FitSet set;
-  Adequacy adequacy;
+  RankedHypotheses set;
+  LackOfFit lack_of_fit;
   FaultShape shape = FaultShape::kAbrupt;
   double gain = 0.0;  ///< over the stretch without a new fault
 };
@@ -112,7 +101,7 @@ class Isolation {
     nominal_.rig = ParametersOf(*task.calibration);
     nominal_.noise = NoiseOf(*task.calibration);
     nominal_.calibration = PriorOf(*task.calibration);
-    nominal_.doubt = DoubtOf(*task.calibration);
+    nominal_.tolerance_covariance = ToleranceCovarianceOf(*task.calibration);
     nominal_.part_tolerance = task.calibration->part_tolerance;
     nominal_.period_s = task.options.period_s;
     const std::size_t n = observations_.size();
@@ -122,7 +111,7 @@ class Isolation {
         std::max(std::min(task.fit_from, n), n - std::min(n, kReadingsMax / channels));
     nominal_.stretch = std::span<const Observation>(observations_).subspan(from);
     since_fault_ = std::span<const Observation>(observations_).subspan(std::min(task.fit_from, n));
-    LearnFromHistory(std::min(task.fit_from, n));
+    UpdateFromHistory(std::min(task.fit_from, n));
   }
 
   IsolationResult Run() {
@@ -152,19 +141,20 @@ class Isolation {
         second = true;
       }
     }
-    Tell(explanation, second, result);
+    FillVerdict(explanation, second, result);
     return result;
   }
 
  private:
   // The record before the alarm is healthy too, and longer than the calibration's stretch at times.
-  void LearnFromHistory(std::size_t fit_from) {
+  void UpdateFromHistory(std::size_t fit_from) {
     if (!task_.reference.empty() || fit_from < kHistoryMin + kHistoryGap) return;
-    LearnMore(std::span<const Observation>(observations_).first(fit_from - kHistoryGap), nominal_);
+    UpdatePosterior(std::span<const Observation>(observations_).first(fit_from - kHistoryGap),
+                    nominal_);
   }
 
-  FitSet Fit(const FitContext& context, Losers losers) const {
-    return FitComponents(context, Changeable(task_.options), task_.options.values, losers);
+  RankedHypotheses Fit(const FitContext& context, FitPolicy policy) const {
+    return RankHypotheses(context, Changeable(task_.options), task_.options.values, policy);
   }
 
   static FitContext Newest(const FitContext& context, std::size_t samples) {
@@ -175,25 +165,25 @@ class Isolation {
 
   Explanation ExplainFrom(const FitContext& context) const {
     Explanation explanation = Explain(context);
-    explanation.gain = FitNothing(explanation.context).cost - explanation.set.best().cost;
+    explanation.gain = FitNullHypothesis(explanation.context).cost - explanation.set.best().cost;
     return explanation;
   }
 
   // The whole stretch by one value; else its newest part by one value; else by a slope.
   Explanation Explain(const FitContext& context) const {
-    Explanation whole{context, Fit(context, Losers::kFitted), {}, FaultShape::kAbrupt};
-    whole.adequacy = Judge(context, whole.set.best());
-    if (whole.adequacy.adequate) SizeWithAll(whole);
+    Explanation whole{context, Fit(context, FitPolicy::kFitAll), {}, FaultShape::kAbrupt};
+    whole.lack_of_fit = TestLackOfFit(context, whole.set.best());
+    if (whole.lack_of_fit.adequate) SizeWithAll(whole);
     const std::size_t n = context.stretch.size();
-    if (whole.adequacy.adequate || n < kLateMin) return whole;
+    if (whole.lack_of_fit.adequate || n < kLateMin) return whole;
     if (n > kLateSamples) {
       const FitContext late = Newest(context, kLateSamples);
-      Explanation newest{late, Fit(late, Losers::kGivenUp), {}, FaultShape::kDrift};
-      newest.adequacy = Judge(late, newest.set.best());
-      if (newest.adequacy.adequate) return newest;
+      Explanation newest{late, Fit(late, FitPolicy::kStopLosers), {}, FaultShape::kDrift};
+      newest.lack_of_fit = TestLackOfFit(late, newest.set.best());
+      if (newest.lack_of_fit.adequate) return newest;
     }
     const FitContext slope = Newest(context, kDriftSamples);
-    Explanation drift{slope, Fit(slope, Losers::kGivenUp), {}, FaultShape::kDrift};
+    Explanation drift{slope, Fit(slope, FitPolicy::kStopLosers), {}, FaultShape::kDrift};
     std::vector<HypothesisFit>& fits = drift.set.fits;
     const double constant_cost = drift.set.best().cost;
     for (std::size_t i = 0; i < std::min(kDriftHypotheses, fits.size()); ++i) {
@@ -201,8 +191,8 @@ class Isolation {
       fits[i] = FitDrift(slope, fits[i]).fit;
     }
     std::sort(fits.begin(), fits.end(), LikelierFirst);
-    drift.adequacy = JudgeScore(fits.front());
-    if (drift.adequacy.adequate && constant_cost - fits.front().cost > kFaultGain) return drift;
+    drift.lack_of_fit = TestScore(fits.front());
+    if (drift.lack_of_fit.adequate && constant_cost - fits.front().cost > kFaultGain) return drift;
     return whole;
   }
 
@@ -221,16 +211,16 @@ class Isolation {
       if (fits[i].cost - best_cost > kNotExcludedCost || fits[i].bound != 0) continue;
       HypothesisFit sized = fits[i];
       RefineComponent(all, sized);
-      if (!JudgeScore(sized).adequate || sized.bound != 0) continue;
+      if (!TestScore(sized).adequate || sized.bound != 0) continue;
       fits[i].value = sized.value;
       fits[i].log_sigma = sized.log_sigma;
       fits[i].nuisance = sized.nuisance;
     }
   }
 
-  void Tell(const Explanation& explanation, bool second, IsolationResult& result) const {
+  void FillVerdict(const Explanation& explanation, bool second, IsolationResult& result) const {
     Verdict& verdict = result.verdict;
-    const FitSet& set = explanation.set;
+    const RankedHypotheses& set = explanation.set;
     const HypothesisFit& best = set.best();
     const double score = best.chi2 / std::max(1, best.count);
     result.gain = explanation.gain;
@@ -252,15 +242,15 @@ class Isolation {
     if (second) result.present = task_.reference;
     result.present.push_back(verdict.candidates.front());
 
-    if (!explanation.adequacy.adequate) {
+    if (!explanation.lack_of_fit.adequate) {
       verdict.kind = VerdictKind::kUnknownFault;
       verdict.group.clear();
       verdict.reason = "no single component explains the record";
-      Adequacy adequacy = explanation.adequacy;
-      if (!adequacy.freed) SetFree(explanation.context, best, adequacy);
-      if (!adequacy.moved.empty()) {
+      LackOfFit lack_of_fit = explanation.lack_of_fit;
+      if (!lack_of_fit.relaxed) TestRelaxed(explanation.context, best, lack_of_fit);
+      if (!lack_of_fit.moved.empty()) {
         verdict.reason +=
-            ": beside " + std::string(Name(best.component)) + " also " + adequacy.moved;
+            ": beside " + std::string(Name(best.component)) + " also " + lack_of_fit.moved;
       }
       return;
     }
@@ -294,10 +284,10 @@ class Isolation {
       before.plant.Set(fault.component, fault.value);
     }
     const HypothesisFit& best = explanation.set.best();
-    Coordinates shift;
-    std::copy(best.nuisance.begin(), best.nuisance.end(), shift.begin());
-    const RigParameters after = WithComponent(
-        Moved(explanation.context.rig, shift, nominal_.period_s), best.component, best.value);
+    const RigParameters after =
+        WithComponent(WithOffsets(explanation.context.rig, best.nuisance, nominal_.period_s),
+                      best.component,
+                      best.value);
     const std::size_t onset =
         begin + EstimateOnset(before,
                               after,
@@ -318,8 +308,7 @@ class Isolation {
 
 }  // namespace
 
-IsolationResult Solve(const IsolationTask& task) {
-  if (task.kind == IsolationTask::Kind::kCalibrate) return SolveCalibration(task);
+IsolationResult Isolate(const IsolationTask& task) {
   LAB_CHECK(task.calibration != nullptr);
   return Isolation(task).Run();
 }

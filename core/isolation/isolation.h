@@ -1,13 +1,14 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "core/calibration/calibrate.h"
 #include "core/isolation/isolation_options.h"
+#include "core/types/calibration.h"
 #include "core/types/sample.h"
 #include "core/types/verdict.h"
 
@@ -22,17 +23,14 @@ struct Onset {
   bool all_along = false;  ///< it was there as far back as the history goes
 };
 
-/// Work that Pipeline hands out because it takes milliseconds: learning the rig, or fitting the
-/// hypotheses. A self-contained value: move it to any thread and call Solve.
+/// The fit of all hypotheses to the record around an alarm. A self-contained value: move it to any
+/// thread and call Isolate.
 struct IsolationTask {
-  enum class Kind { kCalibrate, kIsolate };
-  Kind kind = Kind::kIsolate;
   std::uint64_t id = 0;         ///< IsolationResult carries it back
-  std::vector<Sample> samples;  ///< kCalibrate: the stretch; kIsolate: history and post-alarm
+  std::vector<Sample> samples;  ///< history and post-alarm
   std::size_t alarm_at = 0;     ///< first sample of `samples` at or after the alarm
   std::size_t fit_from = 0;     ///< first sample that surely belongs to the fault
-  CalibrationOptions calibration_options;
-  std::shared_ptr<const Calibration> calibration;
+  std::shared_ptr<const Calibration> calibration;  ///< never null
   IsolationOptions options;
   std::vector<Candidate> reference;  ///< faults present before this alarm (empty: nominal)
   double alarm_t_s = 0.0;
@@ -44,11 +42,8 @@ struct IsolationTask {
 };
 
 struct IsolationResult {
-  IsolationTask::Kind kind = IsolationTask::Kind::kIsolate;
   std::uint64_t id = 0;
-  std::shared_ptr<const Calibration> calibration;  ///< kCalibrate: null when refused
-  std::optional<Error> refusal;                    ///< kCalibrate: which check failed
-  Verdict verdict;                                 ///< kIsolate
+  Verdict verdict;
   FaultShape shape = FaultShape::kAbrupt;
   std::optional<Onset> onset;        ///< of an abrupt fault
   bool returned_to_nominal = false;  ///< the record after the alarm is explained without fault
@@ -58,9 +53,15 @@ struct IsolationResult {
   double gain = 0.0;          ///< what a fault explains better than no fault, in -2 log probability
 };
 
-/// Pure function of the task; any thread. CPU time of kIsolate (Release, isolation_bench): 3 ms in
-/// the median; at worst 15 ms when one component explains the record, 25 ms when none does or the
-/// fault moves. kCalibrate: 8 ms.
-IsolationResult Solve(const IsolationTask& task);
+/// Which component has failed, by how much, and since when: a pure function of the task; any
+/// thread. A generalised likelihood ratio among single faults, H0 (no fault) to H7, each with the
+/// calibration's eight coordinates as nuisances.
+/// No answer: fewer than two samples after the alarm, or a gain below 14, is `returned_to_nominal`;
+/// a record that no single component explains is kUnknownFault.
+/// CPU time (Release, isolation_bench): 3 ms in the median; at worst 15 ms when one component
+/// explains the record, 25 ms when none does or the fault moves.
+/// Source: M. Basseville, I. V. Nikiforov, Detection of Abrupt Changes (1993), sections 2.4
+/// and 8.3.
+IsolationResult Isolate(const IsolationTask& task);
 
 }  // namespace faultlab::core

@@ -8,9 +8,13 @@
 
 namespace faultlab::core {
 
-/// First sample of the fault: the switch from `before` to `after` that makes `stretch` likeliest,
-/// the state carried over (C8 `uncharged`, if it is the part that was switched). Candidates are
-/// samples 1 .. `last`. Cost: `last` filters side by side over at most `last` + 20 samples.
+/// First sample of the fault: argmin over k = 1 .. `last` of the chi2 of `stretch` under the model
+/// `before` until k and `after` from k on, the state carried over (C8 `uncharged`, if it is the
+/// part that was switched); the maximum-likelihood estimate of a change time between two known
+/// models.
+/// No answer: `last` when the stretch has no candidate or no chi2 is finite.
+/// Source: D. V. Hinkley, Biometrika 57 (1970).
+/// Cost: `last` filters side by side over at most `last` + 20 samples.
 std::size_t EstimateOnset(const RigParameters& before,
                           const RigParameters& after,
                           const NoiseLevel& noise,

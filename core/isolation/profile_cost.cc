@@ -34,11 +34,11 @@ ValueRange RangeOf(Component component) {
   return kRanges[static_cast<std::size_t>(component)];
 }
 
-QuickCost::QuickCost(const FitContext& context)
+ProfileCost::ProfileCost(const FitContext& context)
     : context_(context), mc_information_(1.0 / McVariance(context)) {}
 
-const std::vector<QuickCost::Result>& QuickCost::At(std::span<const Point> points,
-                                                    std::span<const Observation> stretch) {
+const std::vector<ProfileCost::Result>& ProfileCost::At(std::span<const Point> points,
+                                                        std::span<const Observation> stretch) {
   const std::size_t n = points.size();
   models_.resize(n);
   segments_.resize(n);

@@ -8,7 +8,7 @@
 
 namespace faultlab::core {
 
-/// Where the value of a component is looked for; the ends only bound the search.
+/// Where the value of a component is looked for, SI unit; the ends only bound the search.
 struct ValueRange {
   double low;
   double high;
@@ -21,13 +21,17 @@ struct ValueRange {
 };
 ValueRange RangeOf(Component component);
 
-/// Cost along one component, the calibration's coordinates held; Mc, which enters linearly, is at
-/// its best under its marginal prior.
-class QuickCost {
+/// The cost of HypothesisFit along one component, the calibration's coordinates held at their zero,
+/// except Mc, which enters linearly and is profiled out under its marginal prior:
+///   cost = sum z^2 + sum log S - mc_cross^2 / (mc_square + information of Mc)
+/// in the same unit as HypothesisFit::cost, but without the prior of the other coordinates: compare
+/// profile costs with profile costs alone.
+/// Source: profile likelihood, S. A. Murphy, A. W. van der Vaart, J. Am. Stat. Assoc. 95 (2000).
+class ProfileCost {
  public:
   struct Point {
     Component component;
-    double log_value;
+    double log_value;  ///< natural logarithm of the value in its SI unit
   };
   struct Result {
     double cost = 0.0;  ///< the largest double where nothing can be predicted
@@ -35,7 +39,7 @@ class QuickCost {
     int count = 0;
   };
 
-  explicit QuickCost(const FitContext& context);
+  explicit ProfileCost(const FitContext& context);
 
   /// The costs of all points, side by side. The result lives until the next call.
   const std::vector<Result>& At(std::span<const Point> points,

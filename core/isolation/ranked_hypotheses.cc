@@ -30,11 +30,11 @@ HypothesisFit BestListed(const FitContext& context, Component component) {
 
 }  // namespace
 
-FitSet FitComponents(const FitContext& context,
-                     const std::vector<Component>& components,
-                     ValuePrior values,
-                     Losers losers) {
-  FitSet set;
+RankedHypotheses RankHypotheses(const FitContext& context,
+                                const std::vector<Component>& components,
+                                ValuePrior values,
+                                FitPolicy policy) {
+  RankedHypotheses set;
   set.fits = ScanComponents(context, components);
   std::sort(set.fits.begin(), set.fits.end(), LikelierFirst);
   const double best_scan = set.fits.front().cost;
@@ -43,7 +43,7 @@ FitSet FitComponents(const FitContext& context,
     HypothesisFit& fit = set.fits[i];
     const double excess = fit.cost - best_full;
     if (i >= kAlwaysFitted && excess > kWorthCost + kWorthFactor * (best_scan - best_full)) break;
-    const bool can_lose = i > 0 && losers == Losers::kGivenUp;
+    const bool can_lose = i > 0 && policy == FitPolicy::kStopLosers;
     RefineComponent(context, fit, can_lose ? best_full + kWorthCost : kNever);
     best_full = std::min(best_full, fit.cost);
   }

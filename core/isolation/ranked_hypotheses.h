@@ -8,22 +8,25 @@
 namespace faultlab::core {
 
 /// All hypotheses about one stretch, best first.
-struct FitSet {
+struct RankedHypotheses {
   std::vector<HypothesisFit> fits;  ///< not empty
   bool off_list = false;            ///< relay values were asked for and none of them explains it
 
   const HypothesisFit& best() const { return fits.front(); }
 };
 
-/// What becomes of a hypothesis that cannot win any more: its fit is finished, for whoever wants to
-/// see it, or given up where it stands.
-enum class Losers { kFitted, kGivenUp };
+/// What becomes of a hypothesis that cannot win any more: its fit is finished (for display), or
+/// given up as soon as that is seen.
+enum class FitPolicy { kFitAll, kStopLosers };
 
-/// Fits `components` one at a time. Those that one dimension already excludes by a wide margin are
-/// not fitted in all.
-FitSet FitComponents(const FitContext& context,
-                     const std::vector<Component>& components,
-                     ValuePrior values,
-                     Losers losers);
+/// Fits `components` one at a time and sorts them by rank_cost. A component whose profile cost is
+/// 300 + 20 (best profile cost - best full cost) above the best keeps the values of its scan; the
+/// two best are always fitted. With ValuePrior::kTable2 a relay's component takes the best of its
+/// listed values, unless no listed one comes within 45 of the best free value: then `off_list`.
+/// Contract: at least one component.
+RankedHypotheses RankHypotheses(const FitContext& context,
+                                const std::vector<Component>& components,
+                                ValuePrior values,
+                                FitPolicy policy);
 
 }  // namespace faultlab::core

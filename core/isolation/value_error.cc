@@ -11,7 +11,7 @@ constexpr int kCapacitorIterations = 3;
 
 // Variance of log(value) that comes from not knowing which resistor an offset of the gain belongs
 // to: k is known, but a fault replaces one part and leaves the offsets of the others.
-double PartVariance(const FitContext& context, const HypothesisFit& h) {
+double PartVariance(const FitContext& context, Component component, double value) {
   const PlantParameters& p = context.rig.plant;
   const double r9 = p.r10_ohm / (p.r9_ohm + p.r10_ohm);  // -d log k / d log R9, R10 has the rest
   const double r12 = p.r12_ohm / p.re2_ohm();
@@ -20,12 +20,12 @@ double PartVariance(const FitContext& context, const HypothesisFit& h) {
   const double all = r9 * r9 + (1.0 - r9) * (1.0 - r9) + r12 * r12 + r14 * r14 + r15 * r15;
   double own = 0.0;
   double slope = 0.0;  // d log(value) / d log(k)
-  if (h.component == Component::kR9) {
+  if (component == Component::kR9) {
     own = r9 * r9;
-    slope = (h.value + p.r10_ohm) / p.r10_ohm;
-  } else if (h.component == Component::kR12) {
+    slope = (value + p.r10_ohm) / p.r10_ohm;
+  } else if (component == Component::kR12) {
     own = r12 * r12;
-    slope = (h.value + p.r14_ohm + p.r15_ohm) / h.value;
+    slope = (value + p.r14_ohm + p.r15_ohm) / value;
   } else {
     return 0.0;
   }
@@ -51,7 +51,7 @@ double CapacitorLogSigma(const FitContext& context,
   off.gain_factor *= nominal.gain() / off.plant.gain();
   const StretchModels models{
       context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
-        const RigParameters rig = MovedBy(context, off, q.tail(kCoordinateCount));
+        const RigParameters rig = WithOffsets(off, q.tail(kCoordinateCount), context.period_s);
         return context.ModelOf(WithComponent(rig, Component::kC8, std::exp(q(0))));
       }};
   MapFitOptions options;
@@ -67,13 +67,15 @@ double CapacitorLogSigma(const FitContext& context,
 double LogSigma(const FitContext& context,
                 const MapFit& fit,
                 Eigen::Index row,
-                const HypothesisFit& h) {
-  double variance = std::max(0.0, fit.covariance(row, row)) + PartVariance(context, h);
-  if (context.doubt.size() > 0) {
+                Component component,
+                double value) {
+  double variance =
+      std::max(0.0, fit.covariance(row, row)) + PartVariance(context, component, value);
+  if (context.tolerance_covariance.size() > 0) {
     // d log(value) / d(mean of the prior)
-    const Eigen::VectorXd leaning =
+    const Eigen::VectorXd slope =
         context.calibration.information * fit.covariance.col(row).tail(kCoordinateCount);
-    variance += std::max(0.0, leaning.dot(context.doubt * leaning));
+    variance += std::max(0.0, slope.dot(context.tolerance_covariance * slope));
   }
   return std::sqrt(variance);
 }

@@ -1,19 +1,28 @@
 #pragma once
 
-#include "core/isolation/hypothesis.h"
+#include <Eigen/Core>
+
+#include "core/isolation/fit_context.h"
 
 namespace faultlab::core {
 
-/// Standard error of log(value), unknown `row` of a fit whose last eight are the calibration's
-/// coordinates. Counts what the fit leaves open, what doubt about the calibration adds, and that
-/// nobody knows which resistor an offset of the measured gain belongs to.
+/// Standard error of log(value): the root of the sum of three variances,
+///   what the fit leaves open   (J'J + information)^-1 at `row`
+///   the tolerance scale        l' tolerance_covariance l,  l = d log(value) / d(prior mean)
+///   R9 and R12 alone           an offset of the measured gain belongs to one of five resistors,
+///                              and a faulty one has taken its own offset with it
+/// @param fit  of row + 1 or more logarithms of values, and of the eight coordinates at its end
+/// @param value  SI unit of `component`
 double LogSigma(const FitContext& context,
                 const MapFit& fit,
                 Eigen::Index row,
-                const HypothesisFit& h);
+                Component component,
+                double value);
 
-/// The last of these for C8, whose time constant is C8 (Re2 + R5): how far its fit, value and
-/// coordinates under `prior`, moves with Re2 a tolerance off.
+/// The third of these for C8, whose time constant is C8 (Re2 + R5): how far log(C8) moves when the
+/// resistors of Re2 are one tolerance off and the measured gain is kept. Fits again: three steps at
+/// most.
+/// @param point  [9] the fitted log(C8) and coordinates;  @param prior  that they were fitted under
 double CapacitorLogSigma(const FitContext& context,
                          const GaussianPrior& prior,
                          const Eigen::VectorXd& point);

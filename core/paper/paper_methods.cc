@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/numerics/golden_section.h"
 #include "core/plant/coefficients.h"
 #include "core/types/check.h"
 
@@ -65,19 +66,14 @@ InverseSolution ExactInverse(const PlantParameters& nominal,
       best = low + i * step;
     }
   }
-  constexpr double kGolden = 0.6180339887498949;
-  double a = best - step;
-  double b = best + step;
-  for (int i = 0; i < 60; ++i) {
-    const double x1 = b - kGolden * (b - a);
-    const double x2 = a + kGolden * (b - a);
-    (cost(x1) < cost(x2) ? b : a) = cost(x1) < cost(x2) ? x2 : x1;
-  }
+  constexpr int kGoldenSteps = 60;
+  const GoldenSection section = SearchGoldenSection(best - step, best + step, kGoldenSteps, cost);
+  const double found = 0.5 * (section.a + section.b);
   InverseSolution solution;
   solution.component = component;
-  solution.value = std::exp(0.5 * (a + b));
-  solution.mismatch = Mismatch(off_at(0.5 * (a + b)), change, band);
-  // Explaining less than half of the change is explaining something else.
+  solution.value = std::exp(found);
+  solution.mismatch = Mismatch(off_at(found), change, band);
+  // A component that leaves half of the change unexplained is not its cause.
   solution.exists = solution.mismatch < 0.5;
   return solution;
 }

@@ -11,7 +11,7 @@ constexpr std::int64_t kGapMax = 1'000'000'000;
 
 }  // namespace
 
-SampleStep SampleIntake::Take(const Sample& sample) {
+SampleStep SampleIntake::Classify(const Sample& sample) {
   std::int64_t step = 1;
   if (started_) {
     if (sample.index <= index_) {
@@ -31,7 +31,7 @@ SampleStep SampleIntake::Take(const Sample& sample) {
   index_ = sample.index;
   t_s_ = sample.t_s;
   const bool clipped = IsPlausible(sample.um_v) && std::abs(sample.um_v) >= um_limit_v_;
-  return {clipped ? SampleUse::kUnusable : SampleUse::kUse,
+  return {clipped ? SampleUse::kClipped : SampleUse::kUse,
           static_cast<std::int32_t>(std::min(step, kGapMax) - 1)};
 }
 

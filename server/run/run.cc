@@ -220,7 +220,7 @@ void Run::ExchangeTasks() {
     if (real_time_) return;
     // Simulated time stands still meanwhile, so that verdicts fall on the same samples each time;
     // the rig hears that its holder lives.
-    std::optional<core::IsolationResult> result;
+    std::optional<core::DiagnosisResult> result;
     while (!(result = box_->Take(kReadPatience))) rig_->KeepAlive(epoch_);
     pipeline_.Accept(std::move(*result));
   }

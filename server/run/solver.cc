@@ -4,7 +4,7 @@
 
 namespace faultlab::server {
 
-void SolverBox::Put(core::IsolationResult result) {
+void SolverBox::Put(core::DiagnosisResult result) {
   {
     const std::lock_guard lock(mutex_);
     result_ = std::move(result);
@@ -12,7 +12,7 @@ void SolverBox::Put(core::IsolationResult result) {
   filled_.notify_all();
 }
 
-std::optional<core::IsolationResult> SolverBox::Take(std::chrono::milliseconds patience) {
+std::optional<core::DiagnosisResult> SolverBox::Take(std::chrono::milliseconds patience) {
   std::unique_lock lock(mutex_);
   if (patience.count() > 0) {
     filled_.wait_for(lock, patience, [this] { return result_.has_value(); });
@@ -31,7 +31,7 @@ Solver::~Solver() {
   thread_.join();
 }
 
-void Solver::Submit(core::IsolationTask task, std::shared_ptr<SolverBox> box) {
+void Solver::Submit(core::DiagnosisTask task, std::shared_ptr<SolverBox> box) {
   {
     const std::lock_guard lock(mutex_);
     queue_.emplace_back(std::move(task), std::move(box));
@@ -52,15 +52,13 @@ void Solver::Loop() {
     auto [task, box] = std::move(queue_.front());
     queue_.pop_front();
     lock.unlock();
-    core::IsolationResult result;
+    core::DiagnosisResult result;
     try {
-      result = core::Solve(task);
+      result = core::RunTask(task);
     } catch (const std::exception& error) {
       // A bug in one fit must not end the others: the pipeline learns that this one has no answer.
-      result.kind = task.kind;
-      result.refusal = core::Error{core::ErrorCode::kInvalid, error.what(), "solver"};
+      result = core::Unanswered(task, {core::ErrorCode::kInvalid, error.what(), "solver"});
     }
-    result.id = task.id;
     box->Put(std::move(result));
     lock.lock();
     ++solved_;

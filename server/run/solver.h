@@ -10,22 +10,22 @@
 #include <thread>
 #include <utility>
 
-#include "core/isolation/isolation.h"
+#include "core/diagnosis/diagnosis_task.h"
 
 namespace faultlab::server {
 
 /// Where the result of a run's task arrives; the run looks in between two samples.
 class SolverBox {
  public:
-  void Put(core::IsolationResult result);
+  void Put(core::DiagnosisResult result);
   /// The result if there is one, or comes within `patience`.
-  std::optional<core::IsolationResult> Take(
+  std::optional<core::DiagnosisResult> Take(
       std::chrono::milliseconds patience = std::chrono::milliseconds(0));
 
  private:
   std::mutex mutex_;
   std::condition_variable filled_;
-  std::optional<core::IsolationResult> result_;
+  std::optional<core::DiagnosisResult> result_;
 };
 
 /// One thread for the fits of all runs: a fit never delays a sample. A pipeline has at most one
@@ -37,7 +37,7 @@ class Solver {
   Solver(const Solver&) = delete;
   Solver& operator=(const Solver&) = delete;
 
-  void Submit(core::IsolationTask task, std::shared_ptr<SolverBox> box);
+  void Submit(core::DiagnosisTask task, std::shared_ptr<SolverBox> box);
   std::uint64_t solved() const;
 
  private:
@@ -45,7 +45,7 @@ class Solver {
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<std::pair<core::IsolationTask, std::shared_ptr<SolverBox>>> queue_;
+  std::deque<std::pair<core::DiagnosisTask, std::shared_ptr<SolverBox>>> queue_;
   std::uint64_t solved_ = 0;
   bool stop_ = false;
   std::thread thread_;

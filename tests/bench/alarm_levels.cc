@@ -1,5 +1,5 @@
 // Alarm levels of the detection bank, by simulation: the constants of
-// core/diagnosis/detection_thresholds.cc.
+// core/detection/detection_thresholds.cc.
 //   alarm_levels [--hours 168] [--seed 2]
 // A healthy rig whose parameters and noise are known exactly, made by the prediction model itself
 // (state, friction and readings drawn from their own covariances) under PRBS of 10 ms. Crossings of

@@ -8,10 +8,11 @@
 #include <ctime>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
-#include "core/isolability/isolability.h"
 #include "core/diagnosis/pipeline.h"
+#include "core/isolability/isolability.h"
 #include "core/plant/simulate_record.h"
 #include "core/signals/prbs.h"
 
@@ -50,21 +51,23 @@ void Run(const std::vector<Fault>& faults, Channels channels, bool each, Costs& 
   Pipeline pipeline(config);
   for (const Sample& sample : samples) {
     pipeline.Push(sample);
-    while (std::optional<IsolationTask> task = pipeline.TakeTask()) {
+    while (std::optional<DiagnosisTask> task = pipeline.TakeTask()) {
       const double start = CpuMs();
-      IsolationResult result = Solve(*task);
+      DiagnosisResult result = RunTask(*task);
       const double ms = CpuMs() - start;
-      if (task->kind == IsolationTask::Kind::kCalibrate) {
+      const auto* isolation = std::get_if<IsolationTask>(&*task);
+      if (isolation == nullptr) {
         costs.calibrate_ms.push_back(ms);
       } else {
-        const bool unknown = result.verdict.kind == VerdictKind::kUnknownFault;
+        const Verdict& verdict = std::get<IsolationResult>(result).verdict;
+        const bool unknown = verdict.kind == VerdictKind::kUnknownFault;
         (unknown ? costs.unknown_ms : costs.single_ms).push_back(ms);
         if (each && ms > kGoalMs) {
           std::printf("%6.1f ms  %s, %zu samples, %s\n",
                       ms,
                       faults.empty() ? "healthy" : std::string(Name(faults[0].component)).c_str(),
-                      task->samples.size() - task->fit_from,
-                      result.verdict.reason.c_str());
+                      isolation->samples.size() - isolation->fit_from,
+                      verdict.reason.c_str());
         }
       }
       pipeline.Accept(std::move(result));

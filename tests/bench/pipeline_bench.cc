@@ -64,8 +64,8 @@ double PipelineCost(const std::vector<Sample>& samples, Channels channels) {
   Pipeline learning(config);
   for (std::size_t k = 0; k < 600; ++k) {
     learning.Push(samples[k]);
-    while (std::optional<IsolationTask> task = learning.TakeTask()) {
-      learning.Accept(Solve(*task));
+    while (std::optional<DiagnosisTask> task = learning.TakeTask()) {
+      learning.Accept(RunTask(*task));
     }
   }
   if (learning.calibration() == nullptr) {

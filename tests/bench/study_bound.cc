@@ -12,9 +12,9 @@ using namespace core;
 
 namespace {
 
-// The rig is known to a tenth of the tolerances of core/diagnosis/calibrate.cc, the least that a
+// The rig is known to a tenth of the tolerances of core/calibration/calibrate.cc, the least that a
 // calibration may come to believe; Mc and delta as there.
-constexpr Coordinates kTolerance = {0.005, 0.005, 0.005, 0.005, 0.02, 0.003, 2.0, 3.5};
+constexpr ParameterOffsets kTolerance = {0.005, 0.005, 0.005, 0.005, 0.02, 0.003, 2.0, 3.5};
 constexpr double kStep = 1e-4;
 constexpr double kFromS = 0.5;
 
@@ -31,9 +31,9 @@ double CramerRaoSd(const RigParameters& rig,
   const auto stretch = std::span<const Observation>(all).subspan(from);
   const auto onset = static_cast<std::size_t>(std::ceil(fault.at_s * kSampleRateHz - 1e-6)) - from;
   const auto run = [&](int moved, InnovationTrace& trace) {
-    Coordinates q{};
+    ParameterOffsets q{};
     if (moved < kCoordinateCount && moved >= 0) q[static_cast<std::size_t>(moved)] = kStep;
-    RigParameters healthy = Moved(rig, q, kSamplePeriodSeconds);
+    RigParameters healthy = WithOffsets(rig, q, kSamplePeriodSeconds);
     RigParameters faulty = healthy;
     // A coordinate of the component itself moves the healthy value; the faulty one is its own.
     const double value = fault.value * std::exp(moved == kCoordinateCount ? kStep : 0.0);

@@ -47,8 +47,8 @@ bool NamesIt(const Verdict& verdict, const std::vector<Component>& allowed) {
 }  // namespace
 
 void SolveTasks(Pipeline& pipeline) {
-  while (std::optional<IsolationTask> task = pipeline.TakeTask()) {
-    pipeline.Accept(Solve(*task));
+  while (std::optional<DiagnosisTask> task = pipeline.TakeTask()) {
+    pipeline.Accept(RunTask(*task));
   }
 }
 

@@ -4,8 +4,8 @@
 #include <limits>
 #include <string>
 
-#include "core/isolability/isolability.h"
 #include "core/diagnosis/pipeline.h"
+#include "core/isolability/isolability.h"
 #include "core/signals/random.h"
 
 namespace faultlab::study {

@@ -64,10 +64,10 @@ const Arrows kCore = {
     {"filter", {"types", "numerics"}},
     {"plant", {"types", "signals"}},
     {"detection", {"types", "filter"}},
-    {"isolability", {"types", "filter"}},
+    {"isolability", {"types", "numerics", "filter"}},
     {"calibration", {"types", "filter", "detection"}},
-    {"isolation", {"types", "filter", "calibration"}},
-    {"paper", {"types", "estimators", "plant"}},
+    {"isolation", {"types", "numerics", "filter"}},
+    {"paper", {"types", "numerics", "estimators", "plant"}},
     {"diagnosis",
      {"types", "estimators", "plant", "filter", "detection", "calibration", "isolation", "paper"}},
     {"paper/reproduction", {"types", "signals", "estimators", "plant", "paper", "diagnosis"}},
@@ -178,6 +178,38 @@ std::string Circle(const Arrows& arrows) {
     if (targets.contains(folder)) return folder;
   }
   return "";
+}
+
+/// How many folders the longest way down `arrows` has. Contract: no circle.
+std::size_t Floors(const Arrows& arrows) {
+  std::map<std::string, std::size_t> floor;
+  for (std::size_t round = 0; round < arrows.size(); ++round) {
+    for (const auto& [folder, targets] : arrows) {
+      std::size_t below = 0;
+      for (const std::string& target : targets) below = std::max(below, floor[target]);
+      floor[folder] = below + 1;
+    }
+  }
+  std::size_t highest = 0;
+  for (const auto& [folder, at] : floor) highest = std::max(highest, at);
+  return highest;
+}
+
+TEST(Layering, CoreHasSixFloors) {
+  EXPECT_EQ(Floors(kCore), 6U);
+  EXPECT_EQ(Floors({{"a", {}}, {"b", {"a"}}, {"c", {"a", "b"}}}), 3U);
+}
+
+TEST(Layering, OnlyTheFilterIncludesItsLanes) {
+  int seen = 0;
+  for (const std::string folder : {"core", "hardware", "server"}) {
+    for (const Include& include : IncludesUnder(folder)) {
+      if (!StartsWith(include.target, "core/filter/simd/")) continue;
+      ++seen;
+      EXPECT_TRUE(StartsWith(include.file, "core/filter/")) << Where(include);
+    }
+  }
+  EXPECT_GT(seen, 0);
 }
 
 TEST(Layering, CoreFoldersPointOnlyDownwards) {

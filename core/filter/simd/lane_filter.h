@@ -28,13 +28,13 @@ class LaneFilter {
   /// Leaves the whitened innovations of the channels in now.mask (0 for a um that is no news).
   [[gnu::always_inline]] void Step(const Observation& now, Whitened& z) {
     if (!held_ || now.restart || now.mask != mask_ || now.clipped != 0) {
-      Find(now, z);
+      StepUnsettled(now, z);
       return;
     }
     Advance(now);
     for (int channel = 0; channel < kOutputCount; ++channel) {
       if ((now.mask & (1U << channel)) == 0U) continue;
-      Use(channel, Innovation(channel, now), Reading(channel, model_, by_mc_), z);
+      CorrectWith(channel, Innovation(channel, now), Reading(channel, model_, by_mc_), z);
     }
   }
 
@@ -62,7 +62,8 @@ class LaneFilter {
   static constexpr double kSettledShare = 2e-4;
   static constexpr double kSettledSamples = 6.0;
 
-  // x+ = phi x + g_prev u_prev + g u + g_torque s Mc; the longest way, that over s, joins last.
+  // Step of prediction_model.h, lane by lane. The friction term is added last: it has the longest
+  // dependency chain.
   [[gnu::always_inline]] void Advance(const Observation& now) {
     const LaneModel<Lane>& m = model_;
     const Lane one = Lane{} + 1.0;
@@ -88,8 +89,9 @@ class LaneFilter {
     return y - Reading(channel, model_, x_);
   }
 
-  // One reading, with the gain that there is. `by_mc`: of the predicted reading.
-  [[gnu::always_inline]] void Use(int channel, Lane e, Lane by_mc, Whitened& z) {
+  // Corrects the state by one reading with the present gain. `by_mc`: derivative of the predicted
+  // reading by Mc.
+  [[gnu::always_inline]] void CorrectWith(int channel, Lane e, Lane by_mc, Whitened& z) {
     const auto c = static_cast<std::size_t>(channel);
     const LaneState<Lane>& gain = gain_[c];
     x_.z += gain.z * e;
@@ -112,7 +114,7 @@ class LaneFilter {
   Mask Settled() const { return quiet_ >= Lane{} + kSettledSamples; }
 
   // A step while the covariance of some lane moves.
-  [[gnu::noinline]] void Find(const Observation& now, Whitened& z) {
+  [[gnu::noinline]] void StepUnsettled(const Observation& now, Whitened& z) {
     const Lane zero{};
     const Mask none = zero < zero;
     if (!started_ || now.restart) {
@@ -142,7 +144,7 @@ class LaneFilter {
       moved = moved | FindGain(channel, used & Not(settled));
       const Lane e = Innovation(channel, now);
       const Lane by_mc = Reading(channel, model_, by_mc_);
-      Use(channel, used ? e : zero, used ? by_mc : zero, z);
+      CorrectWith(channel, used ? e : zero, used ? by_mc : zero, z);
     }
     if (now.mask != 0) {
       const Mask waits = settled | no_news;

@@ -9,6 +9,7 @@
 #include "core/estimators/estimator_variant.h"
 #include "core/paper/model_comparison.h"
 #include "core/paper/paper_tables.h"
+#include "core/paper/reproduction/reproduced_tables.h"
 #include "core/plant/coefficients.h"
 #include "core/plant/sampled_model.h"
 #include "core/plant/simulate_record.h"
@@ -185,117 +186,6 @@ double SingleColumn(const TableFault& fault) {
   return PlantParameters{}.Get(fault.component) + column.dot(change) / column.squaredNorm();
 }
 
-struct Erratum {
-  int table;
-  Component component;
-  double value;      ///< 0: every value
-  const char* name;  ///< "": every name; else the row's, or how it begins
-  const char* text;
-};
-
-constexpr std::array kErrata = {
-    Erratum{3, Component::kR9, 0.0, "a1d", "carries the noise bias of the paper's own record"},
-    Erratum{5, Component::kJ, 1.43e-4, "a1d", "-1 is rounding: the exact value is -0.9945"},
-    Erratum{5, Component::kJ, 1.43e-8, "b1d", "0.2 ms is invisible at T = 10 ms: b1d, a1d near 0"},
-    Erratum{5, Component::kJ, 1.43e-8, "a1d", "0.2 ms is invisible at T = 10 ms: b1d, a1d near 0"},
-    Erratum{7, Component::kR9, 33e3, "", "row exchanged in print with 100 kohm; compared with it"},
-    Erratum{7, Component::kR9, 100e3, "", "row exchanged in print with 33 kohm; compared with it"},
-    Erratum{
-        9, Component::kRa, 74.1, "b1", "pole and zero nearly cancel: b1 and a1 are not defined"},
-    Erratum{
-        9, Component::kRa, 74.1, "a1", "pole and zero nearly cancel: b1 and a1 are not defined"},
-    Erratum{9, Component::kJ, 1.43e-8, "b1", "0.2 ms is invisible at T = 10 ms: b1, a1 are bounds"},
-    Erratum{9, Component::kJ, 1.43e-8, "a1", "0.2 ms is invisible at T = 10 ms: b1, a1 are bounds"},
-    Erratum{11, Component::kC8, 0.0, "Eq. 42", "Eq. 41 prints dC8 in the b0 row: factor 0.967"},
-    Erratum{18, Component::kRa, 0.741, "mc_", "not reproducible with the paper's delta = 0"},
-    Erratum{19, Component::kJ, 1.43e-8, "", "not reproducible by any setting: 99.8 % is right"}};
-
-std::string ErratumOf(int table, const std::optional<TableFault>& fault, const std::string& name) {
-  for (const Erratum& erratum : kErrata) {
-    if (fault && erratum.table == table && erratum.component == fault->component &&
-        (erratum.value == 0.0 || erratum.value == fault->value) &&
-        name.compare(0, std::string(erratum.name).size(), erratum.name) == 0) {
-      return erratum.text;
-    }
-  }
-  return {};
-}
-
-PaperTable MakeTable(int table) {
-  PaperTable made;
-  made.table = table;
-  made.title = PaperTableTitle(table);
-  const bool motor =
-      table == 5 || table == 6 || table == 9 || table == 10 || table == 12 || table >= 18;
-  made.profile = motor ? "multisim" : "bench";
-  if (table <= 6) {
-    made.settings = "SWA K=100, output noise subtracted, median of settled estimates";
-  } else if (table <= 10) {
-    made.settings =
-        "SIA K=500 m=20, paper rule, output noise subtracted, median of settled estimates";
-  } else if (table <= 12) {
-    made.unit = "SI";
-    made.settings =
-        "Eq. 42: one exact Jacobian column on exact Eq. 4 coefficients; isolation fit: from the "
-        "record";
-  } else {
-    made.unit = "percent";
-    made.settings = table == 13 ? "simulated output over 0.5 s .. 10 s, delta = 0 as in the paper"
-                                : "simulated output over 10 s .. 20 s, delta = 0 as in the paper";
-  }
-  return made;
-}
-
-/// The tables 3..20 while they fill.
-class Tables {
- public:
-  Tables() {
-    for (int table = kPaperTableFirst; table <= kPaperTableLast; ++table) {
-      tables_.push_back(MakeTable(table));
-    }
-  }
-
-  TableRow& Add(int table,
-                const std::optional<TableFault>& fault,
-                std::string name,
-                double paper,
-                double ours) {
-    TableRow row;
-    row.table = table;
-    row.fault = fault;
-    row.erratum = ErratumOf(table, fault, name);
-    row.compared = row.erratum.empty();
-    row.name = std::move(name);
-    row.paper = paper;
-    row.ours = ours;
-    return Of(table).rows.emplace_back(std::move(row));
-  }
-
-  PaperTable& Of(int table) {
-    return tables_.at(static_cast<std::size_t>(table - kPaperTableFirst));
-  }
-
-  std::vector<PaperTable> Finish() {
-    for (PaperTable& table : tables_) {
-      double error = 0.0;
-      int rows = 0;
-      for (const TableRow& row : table.rows) {
-        if (row.compared) {
-          error += table.table <= 12 ? std::abs(row.ours / row.paper - 1.0)
-                                     : std::abs(row.ours - row.paper);
-          ++rows;
-        }
-      }
-      (table.table <= 12 ? table.mean_relative_error : table.mean_difference) =
-          rows > 0 ? error / rows : 0.0;
-    }
-    return std::move(tables_);
-  }
-
- private:
-  std::vector<PaperTable> tables_;
-};
-
 /// The printed row that a simulated fault is compared with: Table 7 exchanges two (erratum 2).
 const Theta& PrintedSia(const PaperFault& fault) {
   if (fault.component == Component::kR9) {
@@ -309,7 +199,7 @@ const Theta& PrintedSia(const PaperFault& fault) {
   return fault.sia;
 }
 
-void AddFits(Tables& tables,
+void AddFits(ReproducedTables& tables,
              int table,
              const std::optional<TableFault>& fault,
              const PaperFits& paper,
@@ -324,7 +214,7 @@ void AddFits(Tables& tables,
   }
 }
 
-void AddFault(Tables& tables, const PaperFault& paper, const Outcome& outcome) {
+void AddFault(ReproducedTables& tables, const PaperFault& paper, const Outcome& outcome) {
   const TableFault fault{paper.component, paper.value};
   for (std::size_t j = 0; j < 3; ++j) {
     tables.Add(paper.swa_table, fault, kSwaNames[j], paper.swa[j], outcome.estimates.swa[j]);
@@ -343,26 +233,6 @@ void AddFault(Tables& tables, const PaperFault& paper, const Outcome& outcome) {
   AddFits(tables, paper.fit_table, fault, paper.fits, outcome.fits);
 }
 
-/// Mean of |ours/paper - 1| over the rows of two tables.
-double MeanRelativeError(const std::vector<PaperTable>& tables,
-                         int first,
-                         int second,
-                         bool without_smallest_inertia) {
-  double error = 0.0;
-  int rows = 0;
-  for (const PaperTable& table : tables) {
-    for (const TableRow& row : table.rows) {
-      const bool smallest =
-          row.fault && row.fault->component == Component::kJ && row.fault->value < 1e-7;
-      if ((row.table == first || row.table == second) && !(without_smallest_inertia && smallest)) {
-        error += std::abs(row.ours / row.paper - 1.0);
-        ++rows;
-      }
-    }
-  }
-  return error / rows;
-}
-
 }  // namespace
 
 std::vector<Sample> PaperRecord(const std::optional<TableFault>& fault, std::uint64_t seed) {
@@ -376,7 +246,7 @@ std::vector<Sample> PaperRecord(const std::optional<TableFault>& fault, std::uin
 
 Reproduction Reproduce(const ReproductionOptions& options) {
   Reproduction reproduction;
-  Tables tables;
+  ReproducedTables tables;
 
   const Outcome healthy = RunRepeated(std::nullopt, options);
   AddFits(tables, 13, std::nullopt, PaperNominalFits(), healthy.fits);

@@ -45,10 +45,10 @@ TEST(NoiseScale, DoesNotCountWhatIsNoNoise) {
 }
 
 TEST(NoiseScale, NeedsLessRoomTheMoreItHasSeen) {
-  const double fresh = NoiseScale(450).widening();
+  const double fresh = NoiseScale(450).threshold_inflation();
   EXPECT_GT(fresh, 1.05);
-  EXPECT_LT(After(2'000, 1.0).widening(), fresh);
-  EXPECT_LT(After(40'000, 1.0).widening(), 1.002);
+  EXPECT_LT(After(2'000, 1.0).threshold_inflation(), fresh);
+  EXPECT_LT(After(40'000, 1.0).threshold_inflation(), 1.002);
 }
 
 }  // namespace

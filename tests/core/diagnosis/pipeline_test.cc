@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <optional>
+#include <variant>
 
 #include "core/diagnosis/diagnose_record.h"
 #include "tests/core/bench_records.h"
@@ -20,7 +21,7 @@ TEST(Pipeline, SaysTheSameAsARecordWhenItsTasksComeBackAtOnce) {
   bool named_within_a_second = false;
   for (const Sample& sample : record) {
     pipeline.Push(sample);
-    while (auto task = pipeline.TakeTask()) pipeline.Accept(Solve(*task));
+    while (auto task = pipeline.TakeTask()) pipeline.Accept(RunTask(*task));
     EXPECT_GE(pipeline.verdict_version(), version);
     version = pipeline.verdict_version();
     if (sample.t_s < 11.05 && Names(pipeline.verdict(), Component::kR1)) {
@@ -37,7 +38,7 @@ TEST(Pipeline, SaysTheSameAsARecordWhenItsTasksComeBackAtOnce) {
 TEST(Pipeline, SaysHowFarItIsWithLearningTheHealthyRig) {
   DiagnosisOptions config;
   Pipeline pipeline(config);
-  std::optional<IsolationTask> task;
+  std::optional<DiagnosisTask> task;
   for (const Sample& sample : BenchRecord({}, 36, 8.0)) {
     EXPECT_EQ(pipeline.learning(), sample.t_s < 5.005 ? Learning::kStretch : Learning::kSolving)
         << sample.t_s;
@@ -45,7 +46,7 @@ TEST(Pipeline, SaysHowFarItIsWithLearningTheHealthyRig) {
     if (!task) task = pipeline.TakeTask();
   }
   ASSERT_TRUE(task);
-  pipeline.Accept(Solve(*task));
+  pipeline.Accept(RunTask(*task));
   EXPECT_EQ(pipeline.learning(), Learning::kLearnt);
 
   config.calibration = *pipeline.calibration();
@@ -54,7 +55,7 @@ TEST(Pipeline, SaysHowFarItIsWithLearningTheHealthyRig) {
   Pipeline spoilt{DiagnosisOptions{}};
   for (const Sample& sample : BenchRecord({AbruptFault(Component::kR1, 10.0, 3.0)}, 20, 8.0)) {
     spoilt.Push(sample);
-    while (auto work = spoilt.TakeTask()) spoilt.Accept(Solve(*work));
+    while (auto work = spoilt.TakeTask()) spoilt.Accept(RunTask(*work));
   }
   EXPECT_EQ(spoilt.learning(), Learning::kGivenUp);
 }
@@ -63,20 +64,20 @@ TEST(Pipeline, DetectsEvenWhenNobodySolvesItsTasksInTime) {
   const auto record = BenchRecord({AbruptFault(Component::kR12, 5.6e3)}, 32);
   DiagnosisOptions config;
   Pipeline pipeline(config);
-  std::optional<IsolationTask> late;
+  std::optional<DiagnosisTask> late;
   for (const Sample& sample : record) {
     pipeline.Push(sample);
     auto task = pipeline.TakeTask();
     if (!task) continue;
-    if (task->kind == IsolationTask::Kind::kCalibrate) {
+    if (std::holds_alternative<CalibrationTask>(*task)) {
       late = std::move(task);  // comes back three seconds late
     }
     if (late && sample.t_s > 8.0) {
-      pipeline.Accept(Solve(*late));
+      pipeline.Accept(RunTask(*late));
       late.reset();
     }
   }
-  if (late) pipeline.Accept(Solve(*late));
+  if (late) pipeline.Accept(RunTask(*late));
   EXPECT_TRUE(pipeline.verdict().detected_at_s.has_value());
   EXPECT_NEAR(*pipeline.verdict().detected_at_s, 10.0, 0.031);
 }

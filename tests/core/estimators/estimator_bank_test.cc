@@ -48,7 +48,7 @@ bool SameBits(const Answer& a, const Answer& b) {
 class OneByOne {
  public:
   explicit OneByOne(const EstimatorBankOptions& options)
-      : intake_(options.period_s, options.um_limit_v) {
+      : intake_(options.period_s, options.um_rail_v) {
     for (const EstimatorShape& shape : kEstimatorShapes) {
       if (shape.integral_samples == 0) {
         SwaOptions<1> swa;
@@ -66,7 +66,7 @@ class OneByOne {
   }
 
   void Push(const Sample& sample, Answer& out) {
-    const SampleStep step = intake_.Take(sample);
+    const SampleStep step = intake_.Classify(sample);
     std::size_t at = 0;
     for (Swa<1>& swa : swa_) {
       Feed(step, sample, swa);

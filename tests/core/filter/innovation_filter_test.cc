@@ -161,7 +161,7 @@ TEST(InnovationFilter, IsTheTextbooksKalmanFilterWithGainsThatAreHeldWhenTheyHav
   for (const PredictionModel& model : DifferentModels()) {
     InnovationTrace trace;
     RunInnovations(model, stretch, &trace);
-    GainRecursion recursion(model);
+    RiccatiRecursion recursion(model);
     recursion.Restart();
     const Eigen::Matrix4d away = Eigen::Matrix4d::Identity() - model.phi;
     Eigen::Vector4d x = away.partialPivLu().solve((model.g_prev + model.g) * stretch[0].u +

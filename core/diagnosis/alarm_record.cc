@@ -1,0 +1,85 @@
+#include "core/diagnosis/alarm_record.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace faultlab::core {
+namespace {
+
+// Samples after the alarm at which the hypotheses are fitted; later ones every kFitEvery.
+constexpr std::array<std::size_t, 6> kFitAt = {25, 50, 100, 200, 500, 1000};
+constexpr std::size_t kFitEvery = 500;
+// From here on a fit counts as settled: the paper's SWA window.
+constexpr std::size_t kSettledAfter = 100;
+// History kept before an alarm, and data kept after it.
+constexpr std::size_t kHistory = 600;
+constexpr std::size_t kHistoryBlock = 100;  // dropped at once
+constexpr std::size_t kSegmentMax = 2000;
+
+std::vector<Sample> Newest(const std::vector<Sample>& samples) {
+  return {samples.end() - static_cast<std::ptrdiff_t>(std::min(samples.size(), kHistory)),
+          samples.end()};
+}
+
+}  // namespace
+
+AlarmRecord::AlarmRecord() {
+  history_.reserve(kHistory + kHistoryBlock);
+}
+
+void AlarmRecord::Remember(const Sample& sample) {
+  if (history_.size() == kHistory + kHistoryBlock) {
+    history_.erase(history_.begin(), history_.begin() + kHistoryBlock);
+  }
+  history_.push_back(sample);
+}
+
+void AlarmRecord::Append(const Sample& sample) {
+  segment_.push_back(sample);
+  ++since_alarm_;
+}
+
+void AlarmRecord::Open(const Alarm& alarm, bool alarmed) {
+  std::vector<Sample> recent = Newest(alarmed ? segment_ : history_);
+  segment_ = std::move(recent);
+  segment_.reserve(kSegmentMax + kHistory);
+  history_.clear();
+  alarm_at_ = segment_.size() - 1;
+  const auto ago = std::min(alarm_at_, static_cast<std::size_t>(std::max(0, alarm.samples_ago)));
+  fit_from_ = alarm.sharp ? alarm_at_ : alarm_at_ - ago;
+  onset_t_s_ = segment_[alarm_at_ - ago].t_s;
+  onset_.reset();
+  onset_gone_ = false;
+  since_alarm_ = 0;
+  next_fit_ = kFitAt.front();
+}
+
+void AlarmRecord::Close() {
+  const std::vector<Sample> recent = Newest(segment_);
+  history_.assign(recent.begin(), recent.end());
+  segment_.clear();
+}
+
+void AlarmRecord::ScheduleNextFit() {
+  const auto later =
+      std::find_if(kFitAt.begin(), kFitAt.end(), [&](std::size_t at) { return at > since_alarm_; });
+  next_fit_ = later != kFitAt.end() ? *later : since_alarm_ + kFitEvery;
+}
+
+void AlarmRecord::Fill(IsolationTask& task) {
+  if (segment_.size() > kSegmentMax + kHistory) {
+    const std::size_t drop = segment_.size() - kSegmentMax;
+    segment_.erase(segment_.begin(), segment_.begin() + static_cast<std::ptrdiff_t>(drop));
+    onset_gone_ = true;
+    alarm_at_ -= std::min(alarm_at_, drop);
+    fit_from_ -= std::min(fit_from_, drop);
+  }
+  task.samples = segment_;
+  task.alarm_at = alarm_at_;
+  task.fit_from = fit_from_;
+  if (onset_gone_) task.onset = onset_.value_or(Onset{onset_t_s_, false});
+  task.settled = since_alarm_ >= kSettledAfter;
+}
+
+}  // namespace faultlab::core

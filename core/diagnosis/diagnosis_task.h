@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "core/calibration/calibrate.h"
+#include "core/isolation/isolation.h"
+#include "core/types/calibration.h"
+#include "core/types/result.h"
+#include "core/types/sample.h"
+
+namespace faultlab::core {
+
+/// Learning the rig from the fault-free stretch of a run.
+struct CalibrationTask {
+  std::uint64_t id = 0;         ///< CalibrationResult carries it back
+  std::vector<Sample> samples;  ///< the stretch
+  CalibrationOptions options;
+};
+
+struct CalibrationResult {
+  std::uint64_t id = 0;
+  std::shared_ptr<const Calibration> calibration;  ///< null when refused
+  std::optional<Error> refusal;                    ///< which check failed
+};
+
+/// Work that Pipeline hands out because it takes milliseconds. A self-contained value: move it to
+/// any thread, call RunTask, and bring the result back with Pipeline::Accept.
+using DiagnosisTask = std::variant<CalibrationTask, IsolationTask>;
+using DiagnosisResult = std::variant<CalibrationResult, IsolationResult>;
+
+/// Pure function of the task; any thread.
+/// CPU time: see Calibrate and Isolate.
+DiagnosisResult RunTask(const DiagnosisTask& task);
+
+/// The result of a task whose computation broke off: a calibration is refused with `error`, an
+/// isolation says nothing.
+DiagnosisResult Unanswered(const DiagnosisTask& task, Error error);
+
+}  // namespace faultlab::core

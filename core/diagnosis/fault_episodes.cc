@@ -1,0 +1,50 @@
+#include "core/diagnosis/fault_episodes.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace faultlab::core {
+namespace {
+
+void TakeDetectionFrom(const Verdict& first, Verdict& next) {
+  next.detected_at_s = first.detected_at_s;
+  next.onset_s = first.onset_s;
+  next.detector = first.detector;
+}
+
+}  // namespace
+
+void FaultEpisodes::Open(const Verdict& verdict) {
+  merged_ = false;
+  if (open_) list_.back().ended_at_s = verdict.detected_at_s;
+  list_.push_back({verdict, FaultShape::kAbrupt, std::nullopt});
+  open_ = true;
+}
+
+void FaultEpisodes::Withdraw() {
+  list_.pop_back();
+  open_ = false;
+}
+
+void FaultEpisodes::Update(Verdict& next, FaultShape shape, double alarm_t_s) {
+  if (ContinuesTheOneBefore(next, alarm_t_s)) {
+    list_.pop_back();
+    list_.back().ended_at_s.reset();
+    merged_ = true;
+  }
+  if (merged_) TakeDetectionFrom(list_.back().verdict, next);
+  list_.back().verdict = next;
+  list_.back().shape = shape;
+}
+
+bool FaultEpisodes::ContinuesTheOneBefore(const Verdict& next, double alarm_t_s) const {
+  if (merged_ || list_.size() < 2 || next.kind != VerdictKind::kFault) return false;
+  const FaultEpisode& last = list_[list_.size() - 2];
+  if (!last.ended_at_s || *last.ended_at_s != alarm_t_s) return false;
+  const std::vector<Component>& then = last.verdict.group;
+  return std::any_of(next.group.begin(), next.group.end(), [&](Component component) {
+    return std::find(then.begin(), then.end(), component) != then.end();
+  });
+}
+
+}  // namespace faultlab::core

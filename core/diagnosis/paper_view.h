@@ -1,0 +1,21 @@
+#pragma once
+
+#include <array>
+
+#include "core/diagnosis/diagnosis_options.h"
+#include "core/paper/paper_methods.h"
+#include "core/types/calibration.h"
+#include "core/types/frame.h"
+
+namespace faultlab::core {
+
+/// The paper's methods on the newest estimate of the sliding integrals (100, 20), in exact mode;
+/// the band is four standard errors, at least 2 % of nominal. Empty while that estimate is invalid.
+PaperMethods PaperMethodsAt(const Frame& frame, const Calibration& calibration);
+
+/// What each of the six estimators gives on a healthy rig: of `calibration`, or, without one
+/// (null), of the data sheet read at the edge of its input (delta = 0).
+std::array<ContinuousTheta, kEstimatorCount> NominalEstimates(const DiagnosisOptions& options,
+                                                              const Calibration* calibration);
+
+}  // namespace faultlab::core

@@ -1,0 +1,62 @@
+#include "core/diagnosis/fault_episodes.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+#include <vector>
+
+namespace faultlab::core {
+namespace {
+
+Verdict FaultAt(double t_s, std::vector<Component> group = {}) {
+  Verdict verdict;
+  verdict.kind = VerdictKind::kFault;
+  verdict.detected_at_s = t_s;
+  verdict.onset_s = t_s - 0.01;
+  verdict.group = std::move(group);
+  return verdict;
+}
+
+TEST(FaultEpisodes, ANewAlarmEndsTheOneBefore) {
+  FaultEpisodes episodes;
+  episodes.Open(FaultAt(10.0));
+  Verdict named = FaultAt(10.0, {Component::kR1});
+  episodes.Update(named, FaultShape::kAbrupt, 10.0);
+  episodes.Open(FaultAt(15.0));
+  Verdict other = FaultAt(15.0, {Component::kJ});
+  episodes.Update(other, FaultShape::kAbrupt, 15.0);
+  ASSERT_EQ(episodes.list().size(), 2U);
+  EXPECT_EQ(episodes.list()[0].ended_at_s, 15.0);
+  EXPECT_FALSE(episodes.list()[1].ended_at_s.has_value());
+}
+
+TEST(FaultEpisodes, TheSameComponentAgainIsOneEpisodeWithTheFirstDetection) {
+  FaultEpisodes episodes;
+  episodes.Open(FaultAt(10.0));
+  Verdict named = FaultAt(10.0, {Component::kR9, Component::kR12});
+  episodes.Update(named, FaultShape::kDrift, 10.0);
+  episodes.Open(FaultAt(12.0));
+  Verdict again = FaultAt(12.0, {Component::kR12});
+  episodes.Update(again, FaultShape::kDrift, 12.0);
+  ASSERT_EQ(episodes.list().size(), 1U);
+  EXPECT_EQ(again.detected_at_s, 10.0);
+  EXPECT_EQ(again.onset_s, 9.99);
+  EXPECT_FALSE(episodes.list()[0].ended_at_s.has_value());
+  // A later fit of the same alarm keeps it.
+  Verdict later = FaultAt(12.0, {Component::kR12});
+  episodes.Update(later, FaultShape::kDrift, 12.0);
+  EXPECT_EQ(later.detected_at_s, 10.0);
+  EXPECT_EQ(episodes.list().size(), 1U);
+}
+
+TEST(FaultEpisodes, AWithdrawnAlarmLeavesNothing) {
+  FaultEpisodes episodes;
+  episodes.Open(FaultAt(10.0));
+  episodes.Withdraw();
+  EXPECT_TRUE(episodes.list().empty());
+  episodes.Open(FaultAt(20.0));
+  EXPECT_EQ(episodes.list().size(), 1U);
+}
+
+}  // namespace
+}  // namespace faultlab::core

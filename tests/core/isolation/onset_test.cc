@@ -1,0 +1,65 @@
+#include "core/isolation/onset.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/core/bench_records.h"
+
+namespace faultlab::core {
+namespace {
+
+struct Change {
+  RigParameters before;
+  RigParameters after;
+  NoiseLevel noise;
+};
+
+Change Of(Component component, double value) {
+  Change change;
+  change.before.mc_nm = 0.33e-3;
+  change.after = change.before;
+  change.after.plant.Set(component, value);
+  change.noise.w_rad_s = 0.5 * kRadPerSecondOfRpm;
+  return change;
+}
+
+std::vector<Observation> Stretch(const std::vector<Fault>& faults, std::uint64_t seed) {
+  return MakeObservations(
+      Between(BenchRecord(faults, seed, 6.0), 3.0, 6.0), Channels::kAll, 0.01, 10.0);
+}
+
+TEST(EstimateOnset, FindsTheSampleOfALargeChange) {
+  // Samples of the fault's own: it is there 1 s, 100 samples, after the stretch begins.
+  std::uint64_t seed = 131;
+  for (double value : {0.741, 74.1}) {
+    const Change c = Of(Component::kRa, value);
+    const auto stretch = Stretch({AbruptFault(Component::kRa, value, 4.0)}, ++seed);
+    EXPECT_NEAR(
+        static_cast<double>(EstimateOnset(c.before, c.after, c.noise, 0.01, false, stretch, 110)),
+        100.0,
+        1.0)
+        << value;
+  }
+}
+
+TEST(EstimateOnset, KnowsThatACapacitorComesUncharged) {
+  const Change c = Of(Component::kC8, 47e-6);
+  const auto stretch = Stretch({AbruptFault(Component::kC8, 47e-6, 4.0)}, 134);
+  EXPECT_NEAR(
+      static_cast<double>(EstimateOnset(c.before, c.after, c.noise, 0.01, true, stretch, 120)),
+      100.0,
+      1.0);
+}
+
+TEST(EstimateOnset, SaysTheFirstCandidateOfAFaultThatWasThereAllAlong) {
+  const Change c = Of(Component::kRa, 12.0);
+  const auto stretch = Stretch({AbruptFault(Component::kRa, 12.0, 1.0)}, 135);
+  EXPECT_LE(EstimateOnset(c.before, c.after, c.noise, 0.01, false, stretch, 120), 10U);
+}
+
+TEST(EstimateOnset, ReturnsTheLastWithoutACandidate) {
+  const Change c = Of(Component::kRa, 12.0);
+  EXPECT_EQ(EstimateOnset(c.before, c.after, c.noise, 0.01, false, {}, 7), 7U);
+}
+
+}  // namespace
+}  // namespace faultlab::core
