@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/diagnosis/diagnosis.h"
+#include "core/diagnosis/diagnosis_options.h"
 #include "core/types/result.h"
 
 namespace faultlab::server {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/diagnosis/diagnosis.h"
+#include "core/diagnosis/diagnosis_options.h"
 #include "server/experiment/recordings.h"
 
 namespace faultlab::server {

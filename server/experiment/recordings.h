@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/diagnosis/diagnosis.h"
+#include "core/diagnosis/diagnosis_options.h"
 #include "core/types/result.h"
 #include "server/auth/accounts.h"
 #include "server/auth/authorization.h"

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "core/diagnosis/diagnosis.h"
+#include "core/diagnosis/diagnosis_options.h"
 #include "core/types/result.h"
 #include "core/types/sample.h"
 #include "server/plots/figures.h"

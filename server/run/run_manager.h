@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/diagnosis/diagnosis.h"
+#include "core/diagnosis/diagnosis_options.h"
 #include "core/types/result.h"
 #include "hardware/rig.h"
 #include "hardware/run_plan.h"
