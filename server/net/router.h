@@ -38,7 +38,7 @@ struct Route {
   std::function<Admission(const HttpRequest&)> admit{};
   bool always_admit = false;  ///< `admit` is asked about every request
   /// Asked, on the pool, from time to time while an answer is on its way: when it says no, the
-  /// connection is cut. Request without the body. May be empty.
+  /// connection is cut. May be empty.
   std::function<bool(const HttpRequest&)> still_may{};
   /// The {name} whose value is the request's lane in its pool; see PoolLimits. Empty: none.
   std::string lane{};
