@@ -88,6 +88,19 @@ Admission Gate::Admit(const ApiRoute& route, const HttpRequest& http) {
   return {.refusal = std::move(refusal), .not_yet = waits, .held = std::move(place)};
 }
 
+/// As Serve looks at it. A database that is away ends nobody's download.
+bool Gate::StillMay(const ApiRoute& route, const HttpRequest& http) {
+  const auto ended = [](ErrorCode code) {
+    return code == ErrorCode::kUnauthorized || code == ErrorCode::kForbidden ||
+           code == ErrorCode::kNotFound;
+  };
+  const auto who = CallerOf(route, http);
+  if (!who) return !ended(who.error().code);
+  if (route.guard != Guard::kRun) return true;
+  const auto run = parts_.recordings.Find(who.value(), http.PathParameter("id"), route.operation);
+  return run.ok() || !ended(run.error().code);
+}
+
 RouteAnswer Gate::Serve(const ApiRoute& route, const HttpRequest& http) {
   const auto who = CallerOf(route, http);
   if (!who) return ProblemOf(who.error());
@@ -179,7 +192,10 @@ void Gate::AddRoutes(Router& router, const std::vector<ApiRoute>& routes) {
     if (AsksWho(route)) {
       entry.admit = [this, route](const HttpRequest& http) { return Admit(route, http); };
       entry.always_admit = entry.runs_on == RunsOn::kHeavy;
+      entry.still_may = [this, route](const HttpRequest& http) { return StillMay(route, http); };
     }
+    // A provider that is stuck leaves threads to the others.
+    if (route.cost == Cost::kOutside) entry.lane = "id";
     router.Add(std::move(entry));
   }
 }

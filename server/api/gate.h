@@ -45,7 +45,8 @@ inline constexpr BodyRule kUpload{20 << 20, BodyKind::kBytes};
 
 /// What a request costs. kHeavy computes for more than some milliseconds; kTransfer as well, and
 /// its body or answer grows with the run: a caller has two such at work or unsent at most, a few
-/// more wait for one of them. kPassword hashes one, kOutside asks a site elsewhere.
+/// more wait for one of them. kPassword hashes one, kOutside asks the site elsewhere that the {id}
+/// of its path names.
 enum class Cost { kQuick, kHeavy, kTransfer, kPassword, kOutside };
 
 /// Who may call: everybody; whoever the matrix allows; whoever it allows on the run of the path's
@@ -101,6 +102,7 @@ class Gate {
  private:
   core::Result<Principal> CallerOf(const ApiRoute& route, const HttpRequest& http);
   Admission Admit(const ApiRoute& route, const HttpRequest& http);
+  bool StillMay(const ApiRoute& route, const HttpRequest& http);
   RouteAnswer Serve(const ApiRoute& route, const HttpRequest& http);
   core::Result<RouteAnswer> Answer(const ApiRoute& route,
                                    const HttpRequest& http,

@@ -20,8 +20,8 @@ constexpr std::chrono::milliseconds kPause{500};
 
 std::optional<HttpResponse> PoolRefusal(ConnectionHost& host,
                                         const HandlerPool& pool,
-                                        const std::string& caller) {
-  const HandlerPool::Room room = pool.RoomFor(caller);
+                                        const HandlerPool::Turn& turn) {
+  const HandlerPool::Room room = pool.RoomFor(turn);
   if (room == HandlerPool::Room::kFree) return std::nullopt;
   ++host.counters.pool_refused;
   return room == HandlerPool::Room::kCallerFull ? CallerFullProblem() : PoolFullProblem();
@@ -32,13 +32,14 @@ asio::awaitable<Admission> AskAdmission(ConnectionHost& host,
                                         const HttpRequest& request,
                                         const std::string& caller) {
   Admission admission;
+  const HandlerPool::Turn turn{caller};
   for (int tries = 1; tries <= kTries; ++tries) {
     admission = {};  // a place in the line is let go before it is asked for again
-    if (auto full = PoolRefusal(host, host.pool, caller)) {
+    if (auto full = PoolRefusal(host, host.pool, turn)) {
       admission.refusal = std::move(*full);
       co_return admission;
     }
-    admission = co_await host.pool.Run(host.io, caller, [&]() -> Admission {
+    admission = co_await host.pool.Run(host.io, turn, [&]() -> Admission {
       try {
         return route.admit(request);
       } catch (const std::exception& error) {

@@ -11,7 +11,7 @@ namespace faultlab::server {
 /// Why a pool takes nothing of this caller now, counted; nothing when it does.
 std::optional<HttpResponse> PoolRefusal(ConnectionHost& host,
                                         const HandlerPool& pool,
-                                        const std::string& caller);
+                                        const HandlerPool::Turn& turn);
 
 /// Asks a route, on the pool, whether the request may come in; as long as it says "not yet", again
 /// every half second for half a minute. In between no thread waits. Contract: the route has

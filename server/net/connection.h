@@ -6,12 +6,14 @@
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "server/net/byte_budget.h"
+#include "server/net/client_counts.h"
 #include "server/net/connection_host.h"
 #include "server/net/paced_sender.h"
 
@@ -29,22 +31,29 @@ class Connection {
   /// Until the peer leaves, a deadline passes, or the socket becomes a WebSocket.
   boost::asio::awaitable<void> Run();
 
-  void CloseIfLate();
+  /// Does what is due: closes it when its deadline has passed. Twice a second.
+  void Sweep();
   /// Between requests: closing it loses nothing.
-  bool waits() const { return idle_ && !tunnel_; }
+  bool idle() const { return idle_ && !tunnel_ && socket_.is_open(); }
+  /// The client has the word: it is to send the rest of a request, or to take the rest of an
+  /// answer.
+  bool waits_for_client() const { return slow_.taken() && socket_.is_open(); }
+  /// Contract: waits_for_client().
+  const std::string& client() const { return slow_.client(); }
   const std::string& address_key() const { return address_key_; }
-  bool behind_proxy() const { return behind_proxy_; }
-  /// Since when it has been idle.
-  std::chrono::steady_clock::time_point idle_since() const { return idle_since_; }
+  /// Since when it has been idle or has waited for its client.
+  std::chrono::steady_clock::time_point waits_since() const { return waits_since_; }
   void Close();
   /// The request at work is the last one; a connection that waits is closed at once.
   void CloseIfIdle();
 
  private:
   using Parser = boost::beast::http::request_parser<boost::beast::http::string_body>;
+  static constexpr std::size_t kSmallBytes = 64 << 10;  ///< what waits without asking the budget
   enum class Next { kKeepAlive, kClose, kUpgraded };
 
   void Deadline(std::chrono::milliseconds from_now) { deadline_ = host_.now + from_now; }
+  void WaitFor(const std::string& client);
 
   boost::asio::awaitable<bool> ReadMore(std::size_t bytes);
   boost::asio::awaitable<bool> ReadHeader();
@@ -62,6 +71,7 @@ class Connection {
   std::string_view LastHeader(std::string_view name) const;
   bool ReadHop();
   RouteAnswer Handle(const Route& route) const;
+  std::function<bool()> StillMay(const Route* route) const;
 
   ConnectionHost& host_;
   boost::asio::ip::tcp::socket socket_;
@@ -71,16 +81,18 @@ class Connection {
   ByteBudget::Hold body_bytes_;     ///< of the request at work, as far as it has arrived
   std::shared_ptr<void> admitted_;  ///< of the request at work
   std::string peer_address_;
-  std::string address_key_;  ///< of the peer
-  std::string caller_;       ///< of the request at work: with whom others take turns
-  std::string hop_client_;   ///< of the request at work, when another server passed it on
+  std::string address_key_;    ///< of the peer
+  ClientCounts::Place place_;  ///< of `address_key_`
+  ClientCounts::Place slow_;   ///< taken while the client has the word
+  std::string caller_;         ///< of the request at work: with whom others take turns
+  std::string hop_client_;     ///< of the request at work, when another server passed it on
   std::chrono::steady_clock::time_point deadline_ = std::chrono::steady_clock::time_point::max();
   PacedSender sender_;
   bool behind_proxy_ = false;  ///< the peer may say who the client is
   bool reading_request_ = false;
   bool idle_ = false;
   bool tunnel_ = false;
-  std::chrono::steady_clock::time_point idle_since_{};
+  std::chrono::steady_clock::time_point waits_since_{};
   bool last_request_ = false;
 };
 

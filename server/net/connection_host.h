@@ -13,6 +13,7 @@
 #include <unordered_set>
 
 #include "server/net/byte_budget.h"
+#include "server/net/client_counts.h"
 #include "server/net/handler_pool.h"
 #include "server/net/http_server.h"
 
@@ -36,10 +37,12 @@ struct ConnectionHost {
   Counters counters{};
   ByteBudget waiting_bytes{options.limits.waiting_bytes_max};
   std::unordered_set<Connection*> connections{};
-  std::unordered_map<std::string, std::size_t> of_address{};  ///< connections, by AddressKey
-  std::unordered_map<std::string, int> waiting_for_peer{};    ///< requests, by the peer's address
-  std::chrono::steady_clock::time_point now{};                ///< coarse: moved twice a second
-  std::string date{};                                         ///< of `now`, as answers carry it
+  ClientCounts of_address{};    ///< connections, by AddressKey of the peer
+  ClientCounts slow_clients{};  ///< connections that wait for their client, by who that is
+  ClientCounts slow_bodies{};   ///< of those, the ones that read a body
+  std::unordered_map<std::string, int> waiting_for_peer{};  ///< requests, by the peer's address
+  std::chrono::steady_clock::time_point now{};              ///< coarse: moved twice a second
+  std::string date{};                                       ///< of `now`, as answers carry it
   // Connections live in the coroutines that io owns: io goes first, what they touch stays above.
   HandlerPool pool{options.limits.pool};
   HandlerPool heavy{options.limits.heavy};

@@ -3,6 +3,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 namespace faultlab::server {
 
 void HandlerPool::Start() {
@@ -20,21 +22,43 @@ void HandlerPool::Join() {
   threads_.clear();
 }
 
-HandlerPool::Room HandlerPool::RoomFor(const std::string& caller) const {
+HandlerPool::Room HandlerPool::RoomFor(const Turn& turn) const {
   const std::lock_guard lock(mutex_);
-  if (closed_ || queue_.size() >= limits_.waiting_max) return Room::kFull;
-  return queue_.SizeOf(caller) >= limits_.waiting_per_caller_max ? Room::kCallerFull : Room::kFree;
+  if (closed_ || waiting_ >= limits_.waiting_max) return Room::kFull;
+  std::size_t of_caller = 0;
+  for (const auto& [name, lane] : lanes_) {
+    of_caller += lane.queue.SizeOf(turn.caller);
+    const bool full = limits_.threads_per_lane > 0 && lane.queue.size() >= limits_.waiting_max / 2;
+    if (full && name == turn.lane) return Room::kFull;
+  }
+  return of_caller >= limits_.waiting_per_caller_max ? Room::kCallerFull : Room::kFree;
 }
 
 std::size_t HandlerPool::waiting() const {
   const std::lock_guard lock(mutex_);
-  return queue_.size();
+  return waiting_;
 }
 
-void HandlerPool::Push(const std::string& caller, Task task) {
+void HandlerPool::Push(const Turn& turn, Task task) {
   const std::lock_guard lock(mutex_);
-  queue_.Push(caller, std::move(task));
+  lanes_[turn.lane].queue.Push(turn.caller, std::move(task));
+  ++waiting_;
   changed_.notify_one();
+}
+
+/// The lane behind the last one that has work waiting and a thread free; the end when there is
+/// none.
+HandlerPool::Lanes::iterator HandlerPool::NextLane() {
+  const auto ready = [this](const Lanes::value_type& entry) {
+    const Lane& lane = entry.second;
+    return lane.queue.size() > 0 &&
+           (limits_.threads_per_lane == 0 || lane.at_work < limits_.threads_per_lane);
+  };
+  const auto behind = lanes_.upper_bound(last_lane_);
+  const auto next = std::find_if(behind, lanes_.end(), ready);
+  if (next != lanes_.end()) return next;
+  const auto before = std::find_if(lanes_.begin(), behind, ready);
+  return before == behind ? lanes_.end() : before;
 }
 
 void HandlerPool::Work() {
@@ -42,13 +66,20 @@ void HandlerPool::Work() {
   if (limits_.nice > 0) setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), limits_.nice);
   std::unique_lock lock(mutex_);
   for (;;) {
-    changed_.wait(lock, [this] { return closed_ || queue_.size() > 0; });
-    std::optional<Task> task = queue_.Pop();
-    if (!task) return;  // closed, and all that was taken is done
+    auto next = lanes_.end();
+    changed_.wait(lock, [&] { return (next = NextLane()) != lanes_.end() || closed_; });
+    // Closed: what waits in a lane is done by whoever works for it now.
+    if (next == lanes_.end()) return;
+    last_lane_ = next->first;
+    Lane& lane = next->second;
+    std::optional<Task> task = lane.queue.Pop();
+    --waiting_;
+    ++lane.at_work;
     lock.unlock();
     (*task)();
     task.reset();
     lock.lock();
+    if (--lane.at_work == 0 && lane.queue.size() == 0) lanes_.erase(next);
   }
 }
 

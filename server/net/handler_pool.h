@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -21,10 +22,16 @@
 
 namespace faultlab::server {
 
-/// Threads on which handlers run that block. Callers take turns.
+/// Threads on which handlers run that block. Callers take turns. Work that waits for the same thing
+/// outside is of one lane, and lanes take turns as well: one that is stuck leaves threads to
+/// others.
 class HandlerPool {
  public:
   enum class Room { kFree, kCallerFull, kFull };
+  struct Turn {
+    std::string caller;
+    std::string lane{};
+  };
 
   explicit HandlerPool(PoolLimits limits) : limits_(limits) {}
 
@@ -35,24 +42,24 @@ class HandlerPool {
   void Join();
 
   /// Whether Run may be called now. Of the network thread.
-  Room RoomFor(const std::string& caller) const;
+  Room RoomFor(const Turn& turn) const;
   /// How many wait for a thread. Any thread.
   std::size_t waiting() const;
 
   /// Runs `work` on a thread of the pool and gives what it returns, back on `io`. Contract:
-  /// RoomFor(caller) is kFree.
+  /// RoomFor(turn) is kFree.
   template <typename Work>
   boost::asio::awaitable<std::invoke_result_t<Work&>> Run(boost::asio::io_context& io,
-                                                          const std::string& caller,
+                                                          const Turn& turn,
                                                           Work work) {
     namespace asio = boost::asio;
     using Outcome = std::invoke_result_t<Work&>;
     co_return co_await asio::async_initiate<const asio::use_awaitable_t<>, void(Outcome)>(
-        [this, &io, &caller, work = std::move(work)](auto handler) mutable {
+        [this, &io, &turn, work = std::move(work)](auto handler) mutable {
           using Handler = decltype(handler);
           // std::function wants a copyable task, and a handler is not.
           auto waiting = std::make_shared<Handler>(std::move(handler));
-          Push(caller, [&io, work = std::move(work), waiting = std::move(waiting)]() mutable {
+          Push(turn, [&io, work = std::move(work), waiting = std::move(waiting)]() mutable {
             Outcome outcome = work();
             asio::post(io, [waiting = std::move(waiting), outcome = std::move(outcome)]() mutable {
               std::move (*waiting)(std::move(outcome));
@@ -64,13 +71,22 @@ class HandlerPool {
 
  private:
   using Task = std::function<void()>;
-  void Push(const std::string& caller, Task task);
+  struct Lane {
+    FairQueue<Task> queue;
+    int at_work = 0;
+  };
+  using Lanes = std::map<std::string, Lane>;
+
+  void Push(const Turn& turn, Task task);
   void Work();
+  Lanes::iterator NextLane();
 
   const PoolLimits limits_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  FairQueue<Task> queue_;
+  Lanes lanes_;  ///< those that have work, waiting or in hand
+  std::string last_lane_;
+  std::size_t waiting_ = 0;
   bool closed_ = false;
   std::vector<std::thread> threads_;
 };

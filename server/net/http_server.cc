@@ -12,6 +12,7 @@
 #include <exception>
 #include <future>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -56,7 +57,7 @@ class HttpServer::Impl {
   void Tick();
   void CloseAll();
   const char* RefusalOf(const tcp::socket& socket);
-  bool CloseAnIdleOne();
+  bool CloseOneThatWaits();
 
   bool stopping_ = false;
   bool started_ = false;
@@ -104,34 +105,35 @@ asio::awaitable<void> HttpServer::Impl::Accept() {
   }
 }
 
-/// Room for one more connection; an idle one makes it when there is none.
+/// Room for one more connection; one that waits makes it when there is none.
 const char* HttpServer::Impl::RefusalOf(const tcp::socket& socket) {
   error_code ec;
   const std::string peer = socket.remote_endpoint(ec).address().to_string();
   const auto& limits = host_.options.limits;
-  const auto of_address = host_.of_address.find(AddressKey(peer));
   const bool proxy = IsLoopbackHost(peer) || host_.options.trusted_proxies.Has(peer);
-  if (!proxy && of_address != host_.of_address.end() &&
-      of_address->second >= limits.connections_per_address_max) {
+  if (!proxy && host_.of_address.Of(AddressKey(peer)) >= limits.connections_per_address_max) {
     return "Too many connections from your address; close some.";
   }
   const std::size_t tunnels = host_.counters.tunnels;  // have a limit of their own
   if (host_.connections.size() - tunnels < limits.connections_max) return nullptr;
-  return CloseAnIdleOne() ? nullptr : "Too many connections; try again in a minute.";
+  return CloseOneThatWaits() ? nullptr : "Too many connections; try again in a minute.";
 }
 
-/// Of the address that has most of them, the one that has been idle for longest.
-bool HttpServer::Impl::CloseAnIdleOne() {
+/// An idle one; when there is none, one whose client has the word. Of the client that has most of
+/// them, the one that has waited for longest.
+bool HttpServer::Impl::CloseOneThatWaits() {
   Connection* victim = nullptr;
-  std::size_t most = 0;
+  std::tuple<bool, std::size_t, Steady::duration> worst;
   for (Connection* connection : host_.connections) {
-    if (!connection->waits()) continue;
-    const std::size_t count = host_.of_address[connection->address_key()];
-    const bool worse =
-        count > most || (count == most && connection->idle_since() < victim->idle_since());
-    if (victim != nullptr && !worse) continue;
+    const bool idle = connection->idle();
+    if (!idle && !connection->waits_for_client()) continue;
+    const std::tuple rank(idle,
+                          idle ? host_.of_address.Of(connection->address_key())
+                               : host_.slow_clients.Of(connection->client()),
+                          host_.now - connection->waits_since());
+    if (victim != nullptr && rank <= worst) continue;
     victim = connection;
-    most = count;
+    worst = rank;
   }
   if (victim == nullptr) return false;
   victim->Close();
@@ -153,14 +155,14 @@ asio::awaitable<void> HttpServer::Impl::Sweep() {
   const auto& limits = host_.options.limits;
   const auto step = std::clamp<std::chrono::milliseconds>(
       std::min(std::min(limits.header_deadline, limits.body_deadline),
-               std::min(limits.write_deadline, limits.idle_deadline)) /
+               std::min({limits.write_deadline, limits.idle_deadline, limits.look_every})) /
           4,
       std::chrono::milliseconds(10),
       std::chrono::milliseconds(500));
   while (!stopping_ || !host_.connections.empty()) {
     Tick();
     const std::vector<Connection*> all(host_.connections.begin(), host_.connections.end());
-    for (Connection* connection : all) connection->CloseIfLate();
+    for (Connection* connection : all) connection->Sweep();
     error_code ec;
     sweep_timer_.expires_after(stopping_ ? std::chrono::milliseconds(10) : step);
     co_await sweep_timer_.async_wait(asio::redirect_error(asio::use_awaitable, ec));

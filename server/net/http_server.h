@@ -22,11 +22,14 @@ namespace faultlab::server {
 
 struct HttpLimits {
   std::size_t header_bytes_max = 16 << 10;
-  std::size_t connections_max = 4096;  ///< when there are more, one that is idle is closed
+  std::size_t connections_max = 4096;  ///< when there are more, one that waits is closed
   std::size_t connections_per_address_max = 1024;  ///< of clients that come through no proxy
-  PoolLimits pool;                                 ///< of handlers that wait for disk or database
+  /// Bodies of one caller that have not come along with their header; more are 429.
+  std::size_t slow_bodies_per_caller_max = 64;
+  PoolLimits pool;  ///< of handlers that wait for disk or database
   PoolLimits heavy{.threads = 2, .waiting_max = 256, .waiting_per_caller_max = 24, .nice = 10};
-  PoolLimits outside{.threads = 8, .waiting_max = 256, .waiting_per_caller_max = 128};
+  PoolLimits outside{
+      .threads = 8, .waiting_max = 256, .waiting_per_caller_max = 128, .threads_per_lane = 3};
   PoolLimits password{.threads = 2, .waiting_max = 128, .waiting_per_caller_max = 64, .nice = 5};
   std::size_t waiting_bytes_max = 256 << 20;  ///< unread bodies and unsent answers; more are 503
   std::chrono::milliseconds header_deadline{
@@ -34,6 +37,7 @@ struct HttpLimits {
   std::chrono::milliseconds body_deadline{120'000};
   std::chrono::milliseconds write_deadline{30'000};  ///< of each 512 kB of an answer: 17 kB/s
   std::chrono::milliseconds idle_deadline{75'000};   ///< kept-alive connection between requests
+  std::chrono::milliseconds look_every{2'000};       ///< whether who takes an answer still may
   PeerLimits peers;
 };
 

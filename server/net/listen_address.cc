@@ -15,6 +15,21 @@ core::Error BadAddress(std::string_view text) {
           "listen"};
 }
 
+bool IsDigit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+bool IsPort(std::string_view text) {
+  constexpr std::size_t kDigitsMax = 5;
+  return !text.empty() && text.size() <= kDigitsMax &&
+         std::all_of(text.begin(), text.end(), IsDigit);
+}
+
+bool IsNameLetter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || IsDigit(c) || c == '-' || c == '.' ||
+         c == '_';
+}
+
 }  // namespace
 
 bool IsIpLiteral(std::string_view host) {
@@ -56,20 +71,31 @@ bool IsEveryHost(std::string_view host) {
   return host == "0.0.0.0" || host == "::";
 }
 
-std::string_view HostName(std::string_view host_header) {
-  if (host_header.starts_with('[')) {
-    return host_header.substr(1, host_header.find(']') - 1);
+std::optional<std::string_view> HostName(std::string_view host_header) {
+  const bool bracketed = host_header.starts_with('[');
+  const std::size_t end = bracketed ? host_header.find(']') : host_header.find(':');
+  if (bracketed && end == std::string_view::npos) return std::nullopt;
+  const std::string_view name =
+      bracketed ? host_header.substr(1, end - 1) : host_header.substr(0, end);
+  const std::size_t behind = bracketed ? end + 1 : name.size();
+  const std::string_view port = host_header.substr(behind);
+  if (!port.empty() && (port.front() != ':' || !IsPort(port.substr(1)))) return std::nullopt;
+  if (bracketed) {
+    const bool v6 = name.find(':') != std::string_view::npos && IsIpLiteral(name);
+    return v6 ? std::optional(name) : std::nullopt;
   }
-  return host_header.substr(0, host_header.find(':'));
+  if (name.empty() && !port.empty()) return std::nullopt;
+  return std::all_of(name.begin(), name.end(), IsNameLetter) ? std::optional(name) : std::nullopt;
 }
 
 bool HostAllowed(std::string_view host_header,
                  const std::vector<std::string>& allowed_hosts,
                  bool listener_on_loopback) {
-  const std::string_view name = HostName(host_header);
-  if (name == "localhost" || IsIpLiteral(name)) return true;
+  const auto name = HostName(host_header);
+  if (!name) return false;
+  if (*name == "localhost" || IsIpLiteral(*name)) return true;
   if (allowed_hosts.empty()) return !listener_on_loopback;
-  return std::find(allowed_hosts.begin(), allowed_hosts.end(), name) != allowed_hosts.end();
+  return std::find(allowed_hosts.begin(), allowed_hosts.end(), *name) != allowed_hosts.end();
 }
 
 bool OriginAllowed(std::string_view origin_header, std::string_view host_header) {

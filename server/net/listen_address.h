@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,12 +27,14 @@ bool IsIpLiteral(std::string_view host);
 /// True for 0.0.0.0 and ::, which one listens on and does not connect to.
 bool IsEveryHost(std::string_view host);
 
-/// The name part of a Host header: without port and brackets.
-std::string_view HostName(std::string_view host_header);
+/// The name part of a Host header, without port and brackets; nothing unless the header is a name
+/// or an IP literal and a port of digits at most. An absent header has an empty name.
+std::optional<std::string_view> HostName(std::string_view host_header);
 
 /// Whether a request with this Host may be served. A page of another site that points its own name
 /// at this machine (DNS rebinding) carries that name: only literals, "localhost" and configured
-/// names pass. With no names configured and a public listener every name passes.
+/// names pass. With no names configured and a public listener every name passes. What is no name
+/// never does: it would come back in links that are made of it.
 bool HostAllowed(std::string_view host_header,
                  const std::vector<std::string>& allowed_hosts,
                  bool listener_on_loopback);

@@ -7,6 +7,7 @@
 #include <boost/asio/write.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "server/net/response_head.h"
 
@@ -23,21 +24,59 @@ constexpr std::size_t kDiscardBytesMax = 4 << 20;   ///< read away so that a ref
 
 }  // namespace
 
+PacedSender::Watch::Watch(PacedSender& sender,
+                          const std::string& caller,
+                          std::function<bool()> still_may)
+    : sender_(sender) {
+  sender_.look_due_ = false;
+  if (!still_may) return;
+  sender_.still_may_ = std::move(still_may);
+  sender_.asks_for_ = caller;
+  sender_.look_at_ = sender_.host_.now + sender_.host_.options.limits.look_every;
+}
+
+void PacedSender::LookIfDue() {
+  if (!still_may_ || host_.now < look_at_) return;
+  look_at_ = host_.now + host_.options.limits.look_every;
+  look_due_ = true;
+  error_code ec;
+  socket_.cancel(ec);  // Send goes on behind the question
+}
+
+/// @returns false when the connection has been cut
+asio::awaitable<bool> PacedSender::CutWhenItMayNot() {
+  if (!std::exchange(look_due_, false)) co_return true;
+  const HandlerPool::Turn turn{asks_for_};
+  if (host_.pool.RoomFor(turn) != HandlerPool::Room::kFree) co_return true;  // the next time
+  if (co_await host_.pool.Run(host_.io, turn, still_may_)) co_return true;
+  error_code ec;
+  // What waits in the kernel goes with it.
+  socket_.set_option(asio::socket_base::linger(true, 0), ec);
+  socket_.close(ec);
+  co_return false;
+}
+
 asio::awaitable<bool> PacedSender::Send(std::string_view bytes) {
+  if (!co_await CutWhenItMayNot()) co_return false;
   error_code ec;
   const std::size_t sent = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), ec);
   if (!ec && sent == bytes.size()) co_return true;
   if (ec && ec != asio::error::would_block) co_return false;
   bytes.remove_prefix(ec ? 0 : sent);
   while (!bytes.empty()) {
-    const std::string_view piece = bytes.substr(0, kSendPieceBytes);
-    ec = {};
-    Deadline(host_.options.limits.write_deadline);
-    co_await asio::async_write(socket_,
-                               asio::buffer(piece.data(), piece.size()),
-                               asio::redirect_error(asio::use_awaitable, ec));
-    if (ec) co_return false;
+    std::string_view piece = bytes.substr(0, kSendPieceBytes);
     bytes.remove_prefix(piece.size());
+    Deadline(host_.options.limits.write_deadline);
+    while (!piece.empty()) {
+      ec = {};
+      piece.remove_prefix(
+          co_await asio::async_write(socket_,
+                                     asio::buffer(piece.data(), piece.size()),
+                                     asio::redirect_error(asio::use_awaitable, ec)));
+      const bool interrupted = ec == asio::error::operation_aborted && socket_.is_open();
+      if (ec && !interrupted) co_return false;
+      if (!co_await CutWhenItMayNot()) co_return false;
+    }
   }
   co_return true;
 }
@@ -60,9 +99,10 @@ asio::awaitable<bool> PacedSender::Send(const HttpResponse& response,
 /// The disk is read on the pool: the network thread never waits for it.
 asio::awaitable<bool> PacedSender::SendSpool(const Spool& spool, const std::string& caller) {
   constexpr std::chrono::milliseconds kPoolPause{100};
+  const HandlerPool::Turn turn{caller};
   for (std::uint64_t at = 0; at < spool.size();) {
     Deadline(host_.options.limits.write_deadline);
-    if (host_.pool.RoomFor(caller) != HandlerPool::Room::kFree) {
+    if (host_.pool.RoomFor(turn) != HandlerPool::Room::kFree) {
       asio::steady_timer pause(host_.io, kPoolPause);
       error_code ec;
       co_await pause.async_wait(asio::redirect_error(asio::use_awaitable, ec));
@@ -70,7 +110,7 @@ asio::awaitable<bool> PacedSender::SendSpool(const Spool& spool, const std::stri
       continue;
     }
     const std::optional<std::string> piece = co_await host_.pool.Run(
-        host_.io, caller, [&spool, at] { return spool.Read(at, kSendPieceBytes); });
+        host_.io, turn, [&spool, at] { return spool.Read(at, kSendPieceBytes); });
     // What the head promised cannot be kept: only the end of the connection tells.
     if (!piece || piece->empty()) co_return false;
     if (!co_await Send(*piece)) co_return false;

@@ -3,6 +3,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <chrono>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -32,13 +33,34 @@ class PacedSender {
   /// a while, for a reset would take the answer from under its eyes.
   boost::asio::awaitable<void> Refuse(HttpResponse response, bool to_head);
 
+  /// While it lives, `still_may` is asked every `look_every`, on the pool, for `caller`; when it
+  /// says no, the connection is cut. An empty one is not asked.
+  class Watch {
+   public:
+    Watch(PacedSender& sender, const std::string& caller, std::function<bool()> still_may);
+    ~Watch() { sender_.still_may_ = {}; }
+    Watch(const Watch&) = delete;
+    Watch& operator=(const Watch&) = delete;
+
+   private:
+    PacedSender& sender_;
+  };
+  /// Has the question asked when it is time. Of whoever looks at the clock, between two steps of
+  /// this sender.
+  void LookIfDue();
+
  private:
+  boost::asio::awaitable<bool> CutWhenItMayNot();
   boost::asio::awaitable<bool> SendSpool(const Spool& spool, const std::string& caller);
   void Deadline(std::chrono::milliseconds from_now) { deadline_ = host_.now + from_now; }
 
   ConnectionHost& host_;
   boost::asio::ip::tcp::socket& socket_;
   std::chrono::steady_clock::time_point& deadline_;
+  std::function<bool()> still_may_;
+  std::string asks_for_;  ///< the caller, while there is a question
+  std::chrono::steady_clock::time_point look_at_{};
+  bool look_due_ = false;
 };
 
 /// Until a refused or closing client is gone.

@@ -55,10 +55,10 @@ asio::awaitable<HttpResponse> PassOn(ConnectionHost& host,
     answers.push_back(std::move(answer));
   }
   if (ask.join) {
-    const std::string caller = AddressKey(request.remote_address);
-    if (auto full = PoolRefusal(host, host.pool, caller)) co_return std::move(*full);
+    const HandlerPool::Turn turn{AddressKey(request.remote_address)};
+    if (auto full = PoolRefusal(host, host.pool, turn)) co_return std::move(*full);
     co_return co_await host.pool.Run(
-        host.io, caller, [&ask, &answers] { return ask.join(std::move(answers)); });
+        host.io, turn, [&ask, &answers] { return ask.join(std::move(answers)); });
   }
   if (!answers.front()) co_return PeerProblem(answers.front().error());
   co_return std::move(answers.front()).value();

@@ -11,6 +11,7 @@
 #include <boost/beast/http/string_body.hpp>
 #include <utility>
 
+#include "server/net/framing_allowance.h"
 #include "server/net/hop.h"
 #include "server/net/listen_address.h"
 
@@ -183,12 +184,19 @@ asio::awaitable<core::Result<HttpResponse>> PeerExchange::ReadAnswer(const core:
   parser.header_limit(kHeaderBytesMax);
   parser.body_limit(limits_.answer_bytes_max);
   parser.eager(true);
+  FramingAllowance framing;
   error_code ec;
   while (!parser.is_done()) {
     if (buffer_.size() > 0) {
-      buffer_.consume(parser.put(buffer_.data(), ec));
+      const bool in_body = parser.is_header_done();
+      const std::size_t used = parser.put(buffer_.data(), ec);
+      buffer_.consume(used);
       if (ec && ec != beast::http::error::need_more) co_return silence;
       if (parser.is_done()) break;
+      const std::size_t body_bytes = parser.get().body().size();
+      if (!framing.Covers(in_body ? used : body_bytes, body_bytes, buffer_.size())) {
+        co_return silence;
+      }
     }
     const std::size_t got = co_await socket_->async_read_some(
         buffer_.prepare(kReadBytes), asio::redirect_error(asio::use_awaitable, ec));

@@ -10,6 +10,12 @@ HttpResponse CallerFullProblem() {
   return TryAgain(429, "Too many requests of yours are waiting; try again in a second.", 1);
 }
 
+HttpResponse SlowBodiesProblem() {
+  constexpr int kSeconds = 5;
+  return TryAgain(
+      429, "Too many requests of yours are half sent; send them to their end first.", kSeconds);
+}
+
 HttpResponse BytesFullProblem() {
   constexpr int kSeconds = 5;
   return TryAgain(503, "Too many bytes of others are on their way; try again soon.", kSeconds);

@@ -9,6 +9,8 @@ namespace faultlab::server {
 /// Too many requests wait for a pool thread: of everybody, of this caller.
 HttpResponse PoolFullProblem();
 HttpResponse CallerFullProblem();
+/// Too many bodies of this caller are half here.
+HttpResponse SlowBodiesProblem();
 /// Too many bytes of all connections wait.
 HttpResponse BytesFullProblem();
 /// Another server does not answer; `error` says which and what to do.

@@ -37,6 +37,11 @@ struct Route {
   /// without the body. May be empty.
   std::function<Admission(const HttpRequest&)> admit{};
   bool always_admit = false;  ///< `admit` is asked about every request
+  /// Asked, on the pool, from time to time while an answer is on its way: when it says no, the
+  /// connection is cut. May be empty.
+  std::function<bool(const HttpRequest&)> still_may{};
+  /// The {name} whose value is the request's lane in its pool; see PoolLimits. Empty: none.
+  std::string lane{};
 };
 
 /// Finds the route of a request. Literal segments win over {names}, both over "/*".

@@ -21,6 +21,7 @@ using std::chrono::seconds;
 constexpr auto kDocumentsLive = hours(1);
 constexpr auto kKeysPause = minutes(1);
 constexpr auto kFailurePause = seconds(10);
+constexpr auto kSilencePause = seconds(5);
 constexpr int kOk = 200;
 
 std::string PlainBase64(const std::string& text) {
@@ -41,6 +42,21 @@ Provider::Provider(ProviderSettings settings, const Clock& clock)
       clock_(clock),
       client_({.ca_file = settings_.ca_file, .insecure_loopback = settings_.insecure_loopback}) {}
 
+core::Result<WebAnswer> Provider::Ask(const WebRequest& request) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (silent_at_ && clock_.Monotonic() - *silent_at_ < kSilencePause) {
+      return Error{ErrorCode::kUnavailable, "the provider gave no answer just now", "", kAway};
+    }
+  }
+  auto answer = client_.Ask(request);
+  const std::lock_guard lock(mutex_);
+  silent_at_.reset();
+  if (answer.ok()) return answer;
+  silent_at_ = clock_.Monotonic();
+  return Error{answer.error().code, answer.error().message, "", kAway};
+}
+
 core::Result<Discovery> Provider::Discover() {
   {
     const std::lock_guard lock(mutex_);
@@ -50,7 +66,7 @@ core::Result<Discovery> Provider::Discover() {
     if (discovering_) return Error{ErrorCode::kUnavailable, "the provider is being asked", ""};
     discovering_ = true;
   }
-  const auto answer = client_.Ask({DiscoveryUrl(settings_.issuer), {"Accept: application/json"}});
+  const auto answer = Ask({DiscoveryUrl(settings_.issuer), {"Accept: application/json"}});
   auto parsed = answer.ok() ? ParseDiscovery(answer.value(), settings_.issuer, client_)
                             : core::Result<Discovery>(answer.error());
   const std::lock_guard lock(mutex_);
@@ -84,7 +100,7 @@ core::Result<Provider::Tokens> Provider::Exchange(const Discovery& discovery,
       request.headers.push_back("Authorization: Basic " + PlainBase64(id + ":" + secret));
     }
   }
-  const auto answer = client_.Ask(request);
+  const auto answer = Ask(request);
   if (!answer) return answer.error();
   const auto object = ObjectOf(answer.value(), "the token endpoint");
   if (!object) return object.error();
@@ -104,11 +120,13 @@ core::Result<std::vector<Jwk>> Provider::Keys(const Discovery& discovery, bool n
     }
     keys_asked_at_ = clock_.Monotonic();  // others use what there is meanwhile
   }
-  const auto answer = client_.Ask({discovery.jwks_uri, {"Accept: application/json"}});
+  const auto answer = Ask({discovery.jwks_uri, {"Accept: application/json"}});
   const bool good = answer.ok() && answer.value().status == kOk;
-  auto parsed = good ? ParseJwks(answer.value().body)
-                     : core::Result<std::vector<Jwk>>(
-                           Error{ErrorCode::kUnavailable, "the provider's keys are not there", ""});
+  const std::string reason = answer.ok() ? "" : answer.error().reason;
+  auto parsed =
+      good ? ParseJwks(answer.value().body)
+           : core::Result<std::vector<Jwk>>(
+                 Error{ErrorCode::kUnavailable, "the provider's keys are not there", "", reason});
   const std::lock_guard lock(mutex_);
   if (parsed.ok()) keys_ = parsed.value();
   if (!parsed.ok() && !keys_.empty()) return keys_;
@@ -139,9 +157,8 @@ core::Result<json::object> Provider::UserInfo(const Discovery& discovery,
   if (access_token.find_first_of("\r\n") != std::string::npos) {
     return Error{ErrorCode::kInvalid, "the access token is no token", ""};
   }
-  const auto answer =
-      client_.Ask({discovery.userinfo_endpoint,
-                   {"Accept: application/json", "Authorization: Bearer " + access_token}});
+  const auto answer = Ask({discovery.userinfo_endpoint,
+                           {"Accept: application/json", "Authorization: Bearer " + access_token}});
   if (!answer) return answer.error();
   auto object = ObjectOf(answer.value(), "the userinfo endpoint");
   if (!object) return object.error();

@@ -17,10 +17,14 @@
 
 namespace faultlab::server::oidc {
 
-/// Talks to one provider: its documents are fetched when they are first needed and kept. What
-/// blocks is said so: on pool threads only. Thread-safe.
+/// Talks to one provider: its documents are fetched when they are first needed and kept. After a
+/// question without an answer nobody waits for it again for 5 s: until then whoever asks is refused
+/// at once. Such refusals have the reason kAway. What blocks is said so: on pool threads only.
+/// Thread-safe.
 class Provider {
  public:
+  static constexpr const char* kAway = "oidc_away";
+
   /// `clock` must outlive it.
   Provider(ProviderSettings settings, const Clock& clock);
 
@@ -47,12 +51,14 @@ class Provider {
                                              const std::string& subject);
 
  private:
+  core::Result<WebAnswer> Ask(const WebRequest& request);
   core::Result<std::vector<Jwk>> Keys(const Discovery& discovery, bool newer);
 
   const ProviderSettings settings_;
   const Clock& clock_;
   const HttpsClient client_;
-  std::mutex mutex_;  ///< of what follows; not held while anybody is asked
+  std::mutex mutex_;                        ///< of what follows; not held while anybody is asked
+  std::optional<MonotonicTime> silent_at_;  ///< it gave no answer then, and none since
   std::optional<Discovery> discovery_;
   MonotonicTime discovered_at_{};
   std::optional<core::Error> discovery_failed_;

@@ -17,11 +17,16 @@ Error Refusal(ErrorCode code, const std::string& reason, const std::string& mess
 }
 
 Error Away(const Error& cause) {
-  return Refusal(ErrorCode::kUnavailable, "oidc_away", cause.message);
+  return Refusal(ErrorCode::kUnavailable, Provider::kAway, cause.message);
 }
 
 Error Failed(const std::string& why) {
   return Refusal(ErrorCode::kForbidden, "oidc_failed", why);
+}
+
+/// Of a question to the provider in the middle of a sign-in.
+Error Failed(const Error& cause) {
+  return cause.reason == Provider::kAway ? Away(cause) : Failed(cause.message);
 }
 
 bool Same(const std::string& a, const std::string& b) {
@@ -116,9 +121,9 @@ core::Result<Person> SignInFlow::Ask(Provider& provider,
   if (callback.code.empty() || callback.code.size() > kCodeBytesMax) return Failed("no code came");
   const auto tokens =
       provider.Exchange(discovery.value(), callback.code, state.verifier, state.redirect_uri);
-  if (!tokens) return Failed(tokens.error().message);
+  if (!tokens) return Failed(tokens.error());
   auto claims = provider.ClaimsOf(discovery.value(), tokens.value().id_token);
-  if (!claims) return Failed(claims.error().message);
+  if (!claims) return Failed(claims.error());
   const core::Status good = CheckIdToken(claims.value(),
                                          {provider.settings().issuer,
                                           provider.settings().client_id,
@@ -128,7 +133,7 @@ core::Result<Person> SignInFlow::Ask(Provider& provider,
   if (!good.ok()) return Failed(good.error().message);
   const auto more = provider.UserInfo(
       discovery.value(), tokens.value().access_token, TextOf(claims.value(), "sub"));
-  if (!more) return Failed(more.error().message);
+  if (!more) return Failed(more.error());
   for (const auto& claim : more.value()) claims.value().insert(claim);  // those that are not there
   const auto person = Admit(claims.value(), provider.settings().admission);
   if (!person) return Refusal(ErrorCode::kForbidden, "oidc_not_allowed", person.error().message);

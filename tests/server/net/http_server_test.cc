@@ -97,6 +97,34 @@ TEST_F(HttpServerTest, BelievesAProxyOnLoopbackAboutTheClient) {
       "203.0.113.9 http");
 }
 
+TEST_F(HttpServerTest, TakesAnAddressAndNothingElseForTheClient) {
+  const int port = Start();
+  const auto client = [port](const std::string& entry) {
+    const std::string body =
+        Get(port, "/peer", "X-Forwarded-For: 10.0.0.1, " + entry + "\r\n").body;
+    return body.substr(0, body.find(' '));
+  };
+  EXPECT_EQ(client("203.0.113.9:5555"), "203.0.113.9") << "its port is not its name";
+  EXPECT_EQ(client("[2001:db8::1]:443"), "2001:db8::1");
+  EXPECT_EQ(client("[2001:db8::1]"), "2001:db8::1");
+  EXPECT_EQ(client("2001:db8::1"), "2001:db8::1");
+  EXPECT_EQ(client("fe80::1%eth0"), "fe80::1");
+  for (const char* entry : {"unknown",
+                            "_hidden",
+                            "",
+                            "\"quoted\"",
+                            "1.2.3",
+                            "1.2.3.4:",
+                            "1.2.3.4:x",
+                            "1.2.3.4:123456",
+                            "[1.2.3.4]:80",
+                            "[2001:db8::1",
+                            "[2001:db8::1]443",
+                            "1.2.3.4'; --"}) {
+    EXPECT_EQ(client(entry), "unknown") << entry;
+  }
+}
+
 TEST_F(HttpServerTest, TellsBrowsersThatCameByHttpsToStayThere) {
   const int port = Start();
   const std::string by_https = "X-Forwarded-For: 203.0.113.7\r\nX-Forwarded-Proto: https\r\n";

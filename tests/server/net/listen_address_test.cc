@@ -41,6 +41,30 @@ TEST(HostAllowed, RefusesAForeignNameThatPointsHere) {
   EXPECT_TRUE(HostAllowed("any.example", {}, false));
 }
 
+TEST(HostAllowed, ReadsANameToItsEnd) {
+  for (const char* host : {"[1.2.3.4].evil.example",
+                           "[::1]evil",
+                           "[::1]:",
+                           "[::1]:80x",
+                           "[::1",
+                           "[]",
+                           "[evil.example]",
+                           "lab.example:x",
+                           "lab.example:80:90",
+                           "lab.example:",
+                           "localhost:evil",
+                           "127.0.0.1:8080.evil.example",
+                           "me@lab.example",
+                           "lab.example/x",
+                           ":8080"}) {
+    EXPECT_FALSE(HostAllowed(host, {"lab.example"}, false)) << host;
+    EXPECT_FALSE(HostAllowed(host, {}, false)) << host << ", where every name may come";
+  }
+  EXPECT_TRUE(HostAllowed("[2001:db8::1]:65535", {}, true));
+  EXPECT_TRUE(HostAllowed("rig_host-2.example:8080", {}, false));
+  EXPECT_TRUE(HostAllowed("", {}, false)) << "HTTP/1.0 names none";
+}
+
 TEST(OriginAllowed, AsksForTheSameHostAndPort) {
   EXPECT_TRUE(OriginAllowed("", "localhost:8080"));
   EXPECT_TRUE(OriginAllowed("http://localhost:8080", "localhost:8080"));
