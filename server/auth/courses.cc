@@ -189,9 +189,9 @@ core::Result<Course> Accounts::CreateCourse(const std::string& name,
     course.teaches = true;
     course.members = 1;
     const std::int64_t now_ms = ToMilliseconds(now);
-    tx.sql() << "INSERT INTO course (name, created_ms) VALUES (:name, :now)", use(name, "name"),
-        use(now_ms, "now");
-    tx.sql() << "SELECT MAX(id) FROM course", into(course.id);
+    // The newest id may be another server's course.
+    tx.sql() << "INSERT INTO course (name, created_ms) VALUES (:name, :now) RETURNING id",
+        into(course.id), use(name, "name"), use(now_ms, "now");
     PutEnrolment(tx, course.id, teacher, /*teaches=*/true);
     return course;
   });

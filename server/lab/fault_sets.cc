@@ -66,15 +66,15 @@ std::optional<FaultSet> Find(Transaction& tx, std::int64_t id) {
 FaultSet Insert(Transaction& tx, const FaultSet& set) {
   const std::int64_t visible = set.visible ? 1 : 0;
   const std::int64_t created_ms = ToMilliseconds(set.created_at);
-  tx.sql() << "INSERT INTO fault_set (course_id, account_id, name, version, visible, faults, used, "
-              "deleted, replaces, created_ms) VALUES (:course, :author, :name, :version, :visible, "
-              ":faults, 0, 0, :replaces, :created)",
-      use(set.course_id, "course"), use(set.author, "author"), use(set.name, "name"),
-      use(set.version, "version"), use(visible, "visible"), use(set.faults_json, "faults"),
-      use(set.replaces, "replaces"), use(created_ms, "created");
   FaultSet out = set;
   out.used = false;
-  tx.sql() << "SELECT MAX(id) FROM fault_set", into(out.id);
+  // The newest id may be another server's set.
+  tx.sql() << "INSERT INTO fault_set (course_id, account_id, name, version, visible, faults, used, "
+              "deleted, replaces, created_ms) VALUES (:course, :author, :name, :version, :visible, "
+              ":faults, 0, 0, :replaces, :created) RETURNING id",
+      into(out.id), use(set.course_id, "course"), use(set.author, "author"), use(set.name, "name"),
+      use(set.version, "version"), use(visible, "visible"), use(set.faults_json, "faults"),
+      use(set.replaces, "replaces"), use(created_ms, "created");
   return out;
 }
 
