@@ -68,6 +68,23 @@ core::Result<int> PageLimit(const HttpRequest& request) {
   return static_cast<int>(limit.value());
 }
 
+HttpResponse Page::Answer(boost::json::array items, std::int64_t last) const {
+  const bool full = items.size() == static_cast<std::size_t>(limit);
+  boost::json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
+  if (full) out["next_cursor"] = std::to_string(last);
+  return JsonResponse(out);
+}
+
+core::Result<Page> PageOf(const HttpRequest& request) {
+  const core::Status known = OnlyQuery(request, {"cursor", "limit"});
+  if (!known.ok()) return known.error();
+  const auto after = QueryInteger(request, "cursor", 0, 0, INT64_MAX);
+  if (!after) return after.error();
+  const auto limit = PageLimit(request);
+  if (!limit) return limit.error();
+  return Page{after.value(), limit.value()};
+}
+
 core::Status OnlyQuery(const HttpRequest& request, std::initializer_list<std::string_view> known) {
   for (const auto& [name, value] : request.QueryAll()) {
     if (!websocket::IsValidUtf8(name) || !websocket::IsValidUtf8(value)) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 #include <cstdint>
@@ -29,6 +30,16 @@ struct ApiRequest {
 ViewerOwner ViewerOwnerOf(const Principal& who);
 /// ?limit=, 1..200, default 50.
 core::Result<int> PageLimit(const HttpRequest& request);
+/// One page of a list by id.
+struct Page {
+  std::int64_t after = 0;  ///< ?cursor=: the last id of the page before
+  int limit = 0;
+
+  /// `last` is the id of the last item, looked at when the page is full.
+  HttpResponse Answer(boost::json::array items, std::int64_t last) const;
+};
+/// ?cursor= and ?limit=, and no other parameter.
+core::Result<Page> PageOf(const HttpRequest& request);
 /// A whole-number query parameter.
 core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
                                         std::string_view name,

@@ -212,18 +212,21 @@ class Application::Impl {
   }
   /// No default password: while there is no admin, the log carries a link that makes one.
   core::Status OfferFirstLink() {
-    auto link = accounts_.FirstStartLink(clock_.Wall());
-    // Another server of this database makes the admin in the same moment: then there is one.
-    if (!link && link.error().code == core::ErrorCode::kConflict) {
-      link = accounts_.FirstStartLink(clock_.Wall());
-    }
+    const auto link = accounts_.FirstStartLink(config_.server_id, clock_.Wall());
     if (!link) return link.error();
-    if (link.value()) {
+    if (!link.value()) return core::Done{};
+    if (!link.value()->secret.empty()) {
       spdlog::warn(
           "no admin yet: set the password of 'admin' within 24 h at http://{}/reset?token={}",
           http_->address(),
-          *link.value());
+          link.value()->secret);
+      return core::Done{};
     }
+    const std::string& maker = link.value()->made_by;
+    spdlog::warn(
+        "no admin yet: a link that sets the password of 'admin' was made {} and is still good; "
+        "`faultlab admin users link admin` makes another and ends that one",
+        maker.empty() ? "by `faultlab admin`" : "by server " + maker + ", whose log has it");
     return core::Done{};
   }
   core::Status FindRemoteRigs() {

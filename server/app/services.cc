@@ -20,7 +20,7 @@ Services::Services(const Base& base, Options options)
       fault_set_access_(fault_sets_, base.accounts),
       recordings_(base.store, base.runs, base.accounts, base.clock),
       places_(options_.places),
-      quota_(base.store, options_.storage),
+      quota_(base.store, jobs_, options_.storage),
       health_(base.database, base.clock),
       upkeep_(base.bay, bands_, base.clock, options_.log) {}
 

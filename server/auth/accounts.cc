@@ -5,6 +5,7 @@
 
 #include "server/auth/account_rows.h"
 #include "server/auth/credentials.h"
+#include "server/storage/turns.h"
 
 namespace faultlab::server {
 namespace {
@@ -17,6 +18,31 @@ using soci::use;
 
 constexpr std::size_t kNameBytesMax = 200;
 constexpr auto kKeyLivesMax = std::chrono::hours(24 * 400);
+constexpr const char* kKeyIsOver = "(revoked = 1 OR expires_ms <= :now)";
+
+/// Keys that are over are kept to be looked at, but not without end.
+void DropPastKeys(Transaction& tx, std::int64_t account, std::int64_t now_ms) {
+  const int kept = Accounts::kPastKeysKept;
+  tx.sql() << std::string("DELETE FROM api_key WHERE account_id = :account AND ") + kKeyIsOver +
+                  " AND id NOT IN (SELECT id FROM api_key WHERE account_id = :same AND "
+                  "(revoked = 1 OR expires_ms <= :then) ORDER BY id DESC LIMIT :kept)",
+      use(account, "account"), use(now_ms, "now"), use(account, "same"), use(now_ms, "then"),
+      use(kept, "kept");
+}
+
+core::Status CheckLiveKeys(Transaction& tx, std::int64_t account, std::int64_t now_ms) {
+  std::int64_t live = 0;
+  tx.sql() << std::string("SELECT COUNT(*) FROM api_key WHERE account_id = :account AND NOT ") +
+                  kKeyIsOver,
+      into(live), use(account, "account"), use(now_ms, "now");
+  if (live < Accounts::kLiveKeysMax) return Done{};
+  const std::string most = std::to_string(Accounts::kLiveKeysMax);
+  return Error{ErrorCode::kConflict,
+               "you have " + most + " API keys, as many as an account may have; revoke some first",
+               "",
+               "keys_full",
+               {{"most", most}}};
+}
 
 core::Status CheckName(const std::string& name) {
   if (name.empty() || name.size() > kNameBytesMax) {
@@ -170,20 +196,23 @@ core::Result<Accounts::NewKey> Accounts::CreateKey(const Principal& who,
     const std::string hash = HashSecret(out.secret);
     const std::int64_t now_ms = ToMilliseconds(now);
     const std::int64_t expires_ms = ToMilliseconds(expires_at);
+    TakeTurn(tx, "keys of " + std::to_string(who.user_id));
+    DropPastKeys(tx, who.user_id, now_ms);
+    if (const auto room = CheckLiveKeys(tx, who.user_id, now_ms); !room.ok()) return room;
     tx.sql() << "INSERT INTO api_key (account_id, name, key_hash, scopes, created_ms, expires_ms, "
-                "revoked) VALUES (:account, :name, :hash, :scopes, :now, :expires, 0)",
-        use(who.user_id, "account"), use(name, "name"), use(hash, "hash"), use(joined, "scopes"),
-        use(now_ms, "now"), use(expires_ms, "expires");
-    tx.sql() << "SELECT id FROM api_key WHERE key_hash = :hash", into(out.key.id),
-        use(hash, "hash");
+                "revoked) VALUES (:account, :name, :hash, :scopes, :now, :expires, 0) RETURNING id",
+        into(out.key.id), use(who.user_id, "account"), use(name, "name"), use(hash, "hash"),
+        use(joined, "scopes"), use(now_ms, "now"), use(expires_ms, "expires");
     return Done{};
   });
   if (!stored.ok()) return stored.error();
   return out;
 }
 
-core::Result<std::vector<ApiKey>> Accounts::ListKeys(std::int64_t account_id) {
+core::Result<std::vector<ApiKey>> Accounts::ListKeys(std::int64_t account_id, WallTime now) {
   using Keys = std::vector<ApiKey>;
+  const std::int64_t now_ms = ToMilliseconds(now);
+  const int most = kKeysShownMax;
   return database_.Read([&](Transaction& tx) -> core::Result<Keys> {
     ApiKey key;
     std::string scopes;
@@ -191,8 +220,10 @@ core::Result<std::vector<ApiKey>> Accounts::ListKeys(std::int64_t account_id) {
     std::int64_t expires_ms = 0;
     std::int64_t revoked = 0;
     soci::statement statement =
-        (tx.sql().prepare << "SELECT id, account_id, name, scopes, created_ms, expires_ms, revoked "
-                             "FROM api_key WHERE account_id = :account ORDER BY id",
+        (tx.sql().prepare << std::string("SELECT id, account_id, name, scopes, created_ms, "
+                                         "expires_ms, revoked FROM api_key WHERE account_id = "
+                                         ":account ORDER BY CASE WHEN ") +
+                                 kKeyIsOver + " THEN 1 ELSE 0 END, id DESC LIMIT :most",
          into(key.id),
          into(key.account_id),
          into(key.name),
@@ -200,7 +231,9 @@ core::Result<std::vector<ApiKey>> Accounts::ListKeys(std::int64_t account_id) {
          into(created_ms),
          into(expires_ms),
          into(revoked),
-         use(account_id, "account"));
+         use(account_id, "account"),
+         use(now_ms, "now"),
+         use(most, "most"));
     statement.execute(false);
     Keys out;
     while (statement.fetch()) {
@@ -215,11 +248,12 @@ core::Result<std::vector<ApiKey>> Accounts::ListKeys(std::int64_t account_id) {
       key.revoked = revoked != 0;
       out.push_back(key);
     }
+    std::sort(out.begin(), out.end(), [](const ApiKey& a, const ApiKey& b) { return a.id < b.id; });
     return out;
   });
 }
 
-core::Status Accounts::RevokeKey(std::int64_t account_id, std::int64_t key_id) {
+core::Status Accounts::RevokeKey(std::int64_t account_id, std::int64_t key_id, WallTime now) {
   const auto revoked = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     soci::statement change =
         (tx.sql().prepare
@@ -230,6 +264,7 @@ core::Status Accounts::RevokeKey(std::int64_t account_id, std::int64_t key_id) {
     if (change.get_affected_rows() != 1) {
       return Error{ErrorCode::kNotFound, "you have no such key", ""};
     }
+    DropPastKeys(tx, account_id, ToMilliseconds(now));
     return Done{};
   });
   if (revoked.ok()) {

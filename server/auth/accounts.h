@@ -136,6 +136,12 @@ enum class GuestAccess { kNever, kLoopback, kEverywhere };
 /// UseLink compute argon2id and block for 100 ms or more: on the pool only.
 class Accounts : public Authenticator {
  public:
+  static constexpr int kLiveKeysMax = 100;   ///< of an account, neither revoked nor expired
+  static constexpr int kPastKeysKept = 100;  ///< and those that are over
+  static constexpr int kKeysShownMax = kLiveKeysMax + kPastKeysKept;
+  static constexpr int kCoursesTaughtMax = 200;  ///< by one person
+  static constexpr int kMembersMax = 5000;       ///< of a course, with those who are invited
+
   Accounts(Database& database, GuestAccess guests);
 
   /// Called by the thread that ended the rights, after the commit; it must not block for long. Set
@@ -180,8 +186,13 @@ class Accounts : public Authenticator {
   core::Result<std::int64_t> UseLink(const std::string& secret,
                                      const std::string& new_password,
                                      WallTime now);
-  /// While no admin has a password: the account `admin` and a fresh link for it. Else nullopt.
-  core::Result<std::optional<std::string>> FirstStartLink(WallTime now);
+  /// While no admin has a password: the account `admin` and a link for it. One that another server
+  /// of the database has made, or an admin at the command line, stays good and is not replaced.
+  struct FirstLink {
+    std::string secret;   ///< empty: another has made it
+    std::string made_by;  ///< that server; empty: `faultlab admin`
+  };
+  core::Result<std::optional<FirstLink>> FirstStartLink(const std::string& server, WallTime now);
 
   core::Result<Account> Create(const std::string& login,
                                const std::string& name,
@@ -204,17 +215,24 @@ class Accounts : public Authenticator {
     ApiKey key;
     std::string secret;
   };
+  /// kConflict "keys_full" beyond kLiveKeysMax. Of keys that are over, the newest are kept.
   core::Result<NewKey> CreateKey(const Principal& who,
                                  const std::string& name,
                                  const std::set<std::string>& scopes,
                                  WallTime expires_at,
                                  WallTime now);
-  core::Result<std::vector<ApiKey>> ListKeys(std::int64_t account_id);
-  core::Status RevokeKey(std::int64_t account_id, std::int64_t key_id);
+  /// Those that still hold, then the newest that are over: at most kKeysShownMax.
+  core::Result<std::vector<ApiKey>> ListKeys(std::int64_t account_id, WallTime now);
+  core::Status RevokeKey(std::int64_t account_id, std::int64_t key_id, WallTime now);
 
+  /// kConflict "courses_full" when `teacher` teaches kCoursesTaughtMax.
   core::Result<Course> CreateCourse(const std::string& name, std::int64_t teacher, WallTime now);
   core::Status SetCourseEnd(std::int64_t course_id, std::optional<WallTime> ends);
-  core::Result<std::vector<Course>> ListCourses(std::int64_t account_id, bool all);
+  /// By id, after `after`.
+  core::Result<std::vector<Course>> ListCourses(std::int64_t account_id,
+                                                bool all,
+                                                std::int64_t after,
+                                                int limit);
   core::Status Enrol(std::int64_t course_id, std::int64_t account_id, bool teaches);
   /// kNotFound when the account is not a member.
   core::Status EndEnrolment(std::int64_t course_id, std::int64_t account_id);
@@ -222,7 +240,8 @@ class Accounts : public Authenticator {
   /// login,name per line (header optional, any line end): missing students are created and
   /// enrolled. Accounts that exist are invited, for a teacher reads the runs of the members; an
   /// admin enrols them at once. Nothing happens when a line is wrong; the Error names it. At most
-  /// 5 000 lines.
+  /// 5 000 lines. kConflict "course_full" when members and invitations would be more than
+  /// kMembersMax.
   core::Result<Enrolment> EnrolCsv(const Principal& who,
                                    std::int64_t course_id,
                                    std::string_view csv,

@@ -5,6 +5,7 @@
 
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
+#include "server/storage/turns.h"
 
 namespace faultlab::server {
 namespace {
@@ -162,6 +163,35 @@ core::Result<std::vector<CsvLine>> ParseCsv(std::string_view csv) {
   return lines;
 }
 
+core::Status CheckCourses(Transaction& tx, std::int64_t teacher) {
+  std::int64_t taught = 0;
+  tx.sql() << "SELECT COUNT(*) FROM enrolment WHERE account_id = :teacher AND teaches = 1",
+      into(taught), use(teacher, "teacher");
+  if (taught < Accounts::kCoursesTaughtMax) return Done{};
+  const std::string most = std::to_string(Accounts::kCoursesTaughtMax);
+  return Error{ErrorCode::kConflict,
+               "you teach " + most +
+                   " courses, as many as one person may; ask an admin to take you out of old ones",
+               "",
+               "courses_full",
+               {{"most", most}}};
+}
+
+core::Status CheckMembers(Transaction& tx, std::int64_t course) {
+  std::int64_t count = 0;
+  tx.sql() << "SELECT (SELECT COUNT(*) FROM enrolment WHERE course_id = :course) + "
+              "(SELECT COUNT(*) FROM course_invitation WHERE course_id = :same)",
+      into(count), use(course, "course"), use(course, "same");
+  if (count <= Accounts::kMembersMax) return Done{};
+  const std::string most = std::to_string(Accounts::kMembersMax);
+  return Error{ErrorCode::kConflict,
+               "a course has at most " + most +
+                   " members and invitations; make another course for the others",
+               "",
+               "course_full",
+               {{"most", most}}};
+}
+
 core::Result<bool> Enrolled(Database& database,
                             std::int64_t account,
                             std::int64_t course,
@@ -189,34 +219,41 @@ core::Result<Course> Accounts::CreateCourse(const std::string& name,
     course.teaches = true;
     course.members = 1;
     const std::int64_t now_ms = ToMilliseconds(now);
-    tx.sql() << "INSERT INTO course (name, created_ms) VALUES (:name, :now)", use(name, "name"),
-        use(now_ms, "now");
-    tx.sql() << "SELECT MAX(id) FROM course", into(course.id);
+    TakeTurn(tx, "courses of " + std::to_string(teacher));
+    if (const auto room = CheckCourses(tx, teacher); !room.ok()) return room.error();
+    // The newest id may be another server's course.
+    tx.sql() << "INSERT INTO course (name, created_ms) VALUES (:name, :now) RETURNING id",
+        into(course.id), use(name, "name"), use(now_ms, "now");
     PutEnrolment(tx, course.id, teacher, /*teaches=*/true);
     return course;
   });
 }
 
-core::Result<std::vector<Course>> Accounts::ListCourses(std::int64_t account_id, bool all) {
+core::Result<std::vector<Course>> Accounts::ListCourses(std::int64_t account_id,
+                                                        bool all,
+                                                        std::int64_t after,
+                                                        int limit) {
   using Courses = std::vector<Course>;
   return database_.Read([&](Transaction& tx) -> core::Result<Courses> {
     Course course;
     std::int64_t teaches = 0;
     std::int64_t ends_ms = 0;
-    const std::int64_t everything = all ? 1 : 0;
     soci::statement statement =
-        (tx.sql().prepare << "SELECT c.id, c.name, c.ends_ms, COALESCE(mine.teaches, 0), (SELECT "
-                             "COUNT(*) FROM enrolment "
-                             "e WHERE e.course_id = c.id) FROM course c LEFT JOIN enrolment mine "
-                             "ON mine.course_id = c.id AND mine.account_id = :account "
-                             "WHERE mine.account_id IS NOT NULL OR :all = 1 ORDER BY c.id",
+        (tx.sql().prepare << std::string("SELECT c.id, c.name, c.ends_ms, "
+                                         "COALESCE(mine.teaches, 0), (SELECT COUNT(*) FROM "
+                                         "enrolment e WHERE e.course_id = c.id) FROM course c ") +
+                                 (all ? "LEFT " : "") +
+                                 "JOIN enrolment mine ON mine.course_id = c.id AND "
+                                 "mine.account_id = :account WHERE c.id > :after "
+                                 "ORDER BY c.id LIMIT :count",
          into(course.id),
          into(course.name),
          into(ends_ms),
          into(teaches),
          into(course.members),
          use(account_id, "account"),
-         use(everything, "all"));
+         use(after, "after"),
+         use(limit, "count"));
     statement.execute(false);
     Courses out;
     while (statement.fetch()) {
@@ -300,6 +337,7 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
   if (!lines.ok()) return lines.error();
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Enrolment> {
     if (!CourseExists(tx, course_id)) return NoCourse();
+    TakeTurn(tx, "members of " + std::to_string(course_id));
     Enrolment out;
     for (const CsvLine& line : lines.value()) {
       std::optional<std::int64_t> known = AccountOf(tx, line.login);
@@ -315,6 +353,7 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
         out.enrolled.push_back(line.login);
       }
     }
+    if (const auto room = CheckMembers(tx, course_id); !room.ok()) return room.error();
     return out;
   });
 }

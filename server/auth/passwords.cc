@@ -2,6 +2,7 @@
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
 #include "server/auth/credentials.h"
+#include "server/storage/turns.h"
 
 namespace faultlab::server {
 namespace {
@@ -15,6 +16,32 @@ using soci::use;
 constexpr auto kLinkLives = std::chrono::hours(24);
 constexpr std::size_t kPasswordMin = 10;
 constexpr std::size_t kPasswordMax = 1024;
+
+/// The only link of the account from now on.
+std::string PutLink(Transaction& tx,
+                    std::int64_t account,
+                    const std::string& made_by,
+                    WallTime now) {
+  std::string secret = NewSecret("fll_");
+  const std::string hash = HashSecret(secret);
+  const std::int64_t expires_ms = ToMilliseconds(now + kLinkLives);
+  tx.sql() << "DELETE FROM one_time_link WHERE account_id = :id", use(account, "id");
+  tx.sql() << "INSERT INTO one_time_link (token_hash, account_id, expires_ms, used, made_by) "
+              "VALUES (:hash, :id, :expires, 0, :made_by)",
+      use(hash, "hash"), use(account, "id"), use(expires_ms, "expires"), use(made_by, "made_by");
+  return secret;
+}
+
+std::int64_t FirstAdmin(Transaction& tx, WallTime now) {
+  const std::string login = "admin";
+  if (const auto row = account_rows::Find(tx, "login = :value", login)) return row->account.id;
+  const std::int64_t now_ms = ToMilliseconds(now);
+  std::int64_t id = 0;
+  tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
+              "version) VALUES (:login, 'Administrator', 'admin', '', 0, :now, 1) RETURNING id",
+      into(id), use(login, "login"), use(now_ms, "now");
+  return id;
+}
 
 }  // namespace
 
@@ -75,19 +102,10 @@ core::Status Accounts::ChangePassword(const Principal& who,
 }
 
 core::Result<std::string> Accounts::CreateLink(std::int64_t account_id, WallTime now) {
-  const std::string secret = NewSecret("fll_");
-  const std::string hash = HashSecret(secret);
-  const std::int64_t expires_ms = ToMilliseconds(now + kLinkLives);
-  const auto stored = database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<std::string> {
     if (!account_rows::Find(tx, "id = :value", account_id)) return account_rows::NoAccount();
-    tx.sql() << "DELETE FROM one_time_link WHERE account_id = :id", use(account_id, "id");
-    tx.sql() << "INSERT INTO one_time_link (token_hash, account_id, expires_ms, used) "
-                "VALUES (:hash, :id, :expires, 0)",
-        use(hash, "hash"), use(account_id, "id"), use(expires_ms, "expires");
-    return Done{};
+    return PutLink(tx, account_id, "", now);
   });
-  if (!stored.ok()) return stored.error();
-  return secret;
 }
 
 core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
@@ -129,24 +147,25 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
   return account_id;
 }
 
-core::Result<std::optional<std::string>> Accounts::FirstStartLink(WallTime now) {
-  std::int64_t admins = 0;
-  const auto counted = database_.Read([&](Transaction& tx) -> core::Status {
+core::Result<std::optional<Accounts::FirstLink>> Accounts::FirstStartLink(const std::string& server,
+                                                                          WallTime now) {
+  using MaybeLink = std::optional<FirstLink>;
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<MaybeLink> {
+    TakeTurn(tx, "the first admin");
+    std::int64_t admins = 0;
     tx.sql() << "SELECT COUNT(*) FROM account WHERE role = 'admin' AND password_hash <> '' "
                 "AND disabled = 0",
         into(admins);
-    return Done{};
+    if (admins > 0) return MaybeLink{};
+    const std::int64_t id = FirstAdmin(tx, now);
+    const std::int64_t now_ms = ToMilliseconds(now);
+    std::string made_by;
+    tx.sql() << "SELECT made_by FROM one_time_link WHERE account_id = :id AND used = 0 AND "
+                "expires_ms > :now",
+        into(made_by), use(id, "id"), use(now_ms, "now");
+    if (tx.sql().got_data() && made_by != server) return MaybeLink{{"", made_by}};
+    return MaybeLink{{PutLink(tx, id, server, now), server}};
   });
-  if (!counted.ok()) return counted.error();
-  if (admins > 0) return std::optional<std::string>{};
-  auto account = GetByLogin("admin");
-  if (!account.ok() && account.error().code == ErrorCode::kNotFound) {
-    account = Create("admin", "Administrator", Role::kAdmin, now);
-  }
-  if (!account.ok()) return account.error();
-  auto link = CreateLink(account.value().id, now);
-  if (!link.ok()) return link.error();
-  return std::optional<std::string>{link.value()};
 }
 
 }  // namespace faultlab::server

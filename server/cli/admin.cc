@@ -60,8 +60,9 @@ std::string LinkText(const std::string& login, const std::string& secret) {
 }
 
 /// The deed is done and stored: that it is not in the audit log is said, not refused.
-void Audit(Accounts& accounts, const std::string& verb, const std::string& login) {
-  const Status kept = accounts.Audit("system", verb, login, "faultlab admin", Now());
+void Audit(Accounts& accounts, const std::string& verb, const Account& account) {
+  const std::string object = "user:" + std::to_string(account.id);
+  const Status kept = accounts.Audit("system", verb, object, "faultlab admin", Now());
   if (!kept) PrintError("done, but not in the audit log: " + kept.error().message);
 }
 
@@ -76,7 +77,7 @@ int SetDisabled(const UserOptions& options, bool disabled) {
     if (!changed) {
       return changed.error();
     }
-    Audit(accounts, disabled ? "disable" : "enable", options.login);
+    Audit(accounts, disabled ? "disable" : "enable", changed.value());
     return Line(changed.value());
   });
 }
@@ -148,7 +149,7 @@ int RunUserAdd(const UserOptions& options) {
     if (!account) {
       return account.error();
     }
-    Audit(accounts, "create", account.value().login);
+    Audit(accounts, "create", account.value());
     const Result<std::string> link = accounts.CreateLink(account.value().id, Now());
     if (!link) {
       return link.error();
@@ -167,7 +168,7 @@ int RunUserLink(const UserOptions& options) {
     if (!link) {
       return link.error();
     }
-    Audit(accounts, "link", options.login);
+    Audit(accounts, "link", account.value());
     return LinkText(account.value().login, link.value());
   });
 }
@@ -213,7 +214,7 @@ int RunKeyList(const KeyOptions& options) {
     if (!account) {
       return account.error();
     }
-    const Result<std::vector<ApiKey>> keys = accounts.ListKeys(account.value().id);
+    const Result<std::vector<ApiKey>> keys = accounts.ListKeys(account.value().id, Now());
     if (!keys) {
       return keys.error();
     }
@@ -240,7 +241,7 @@ int RunKeyRevoke(const KeyOptions& options) {
     if (!account) {
       return account.error();
     }
-    const Status revoked = accounts.RevokeKey(account.value().id, options.id);
+    const Status revoked = accounts.RevokeKey(account.value().id, options.id, Now());
     if (!revoked) {
       return revoked.error();
     }

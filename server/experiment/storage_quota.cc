@@ -30,7 +30,9 @@ core::Status StorageQuota::MakeRoom(const Principal& who, std::int64_t samples) 
 core::Result<StorageQuota::Usage> StorageQuota::Of(const Principal& who) {
   const auto kept = store_.SamplesOf(who.owner_key());
   if (!kept) return kept.error();
-  return Usage{kept.value(), LimitOf(who)};
+  const auto jobs = jobs_.BodyBytesOf(who.owner_key());
+  if (!jobs) return jobs.error();
+  return Usage{kept.value(), LimitOf(who), jobs.value()};
 }
 
 }  // namespace faultlab::server

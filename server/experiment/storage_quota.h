@@ -6,6 +6,7 @@
 #include "core/types/result.h"
 #include "server/auth/principal.h"
 #include "server/disk_reserve.h"
+#include "server/lab/job_store.h"
 #include "server/storage/recording_store.h"
 
 namespace faultlab::server {
@@ -19,9 +20,9 @@ struct StorageLimits {
 /// How much each owner may keep, and what nobody may fill.
 class StorageQuota {
  public:
-  /// The store must outlive it.
-  StorageQuota(RecordingStore& store, StorageLimits limits)
-      : store_(store), limits_(std::move(limits)) {}
+  /// The stores must outlive it.
+  StorageQuota(RecordingStore& store, lab::JobStore& jobs, StorageLimits limits)
+      : store_(store), jobs_(jobs), limits_(std::move(limits)) {}
 
   /// May this person record so many samples more? Guests are one owner: their oldest recordings
   /// make room. kConflict "quota_full", kUnavailable "disk_full".
@@ -30,6 +31,7 @@ class StorageQuota {
   struct Usage {
     std::int64_t samples = 0;
     std::int64_t samples_max = 0;  ///< 0: no limit
+    std::int64_t job_bytes = 0;    ///< of jobs that wait or run; at most JobStore::kBodyBytesMax
   };
   core::Result<Usage> Of(const Principal& who);
 
@@ -39,6 +41,7 @@ class StorageQuota {
   }
 
   RecordingStore& store_;
+  lab::JobStore& jobs_;
   const StorageLimits limits_;
 };
 

@@ -4,6 +4,8 @@
 
 #include <optional>
 
+#include "server/storage/turns.h"
+
 namespace faultlab::server::lab {
 namespace {
 
@@ -32,6 +34,14 @@ struct Row {
 
 Error NoSet() {
   return {ErrorCode::kNotFound, "no such thing, or not yours to see", ""};
+}
+Error Full() {
+  const std::string most = std::to_string(FaultSets::kOfAuthorMax);
+  return {ErrorCode::kConflict,
+          "You have " + most + " fault sets, as many as one person may have; delete some first.",
+          "",
+          "fault_sets_full",
+          {{"most", most}}};
 }
 Error Changed() {
   return {ErrorCode::kStale, "the fault set has changed; look at it again", ""};
@@ -66,15 +76,15 @@ std::optional<FaultSet> Find(Transaction& tx, std::int64_t id) {
 FaultSet Insert(Transaction& tx, const FaultSet& set) {
   const std::int64_t visible = set.visible ? 1 : 0;
   const std::int64_t created_ms = ToMilliseconds(set.created_at);
-  tx.sql() << "INSERT INTO fault_set (course_id, account_id, name, version, visible, faults, used, "
-              "deleted, replaces, created_ms) VALUES (:course, :author, :name, :version, :visible, "
-              ":faults, 0, 0, :replaces, :created)",
-      use(set.course_id, "course"), use(set.author, "author"), use(set.name, "name"),
-      use(set.version, "version"), use(visible, "visible"), use(set.faults_json, "faults"),
-      use(set.replaces, "replaces"), use(created_ms, "created");
   FaultSet out = set;
   out.used = false;
-  tx.sql() << "SELECT MAX(id) FROM fault_set", into(out.id);
+  // The newest id may be another server's set.
+  tx.sql() << "INSERT INTO fault_set (course_id, account_id, name, version, visible, faults, used, "
+              "deleted, replaces, created_ms) VALUES (:course, :author, :name, :version, :visible, "
+              ":faults, 0, 0, :replaces, :created) RETURNING id",
+      into(out.id), use(set.course_id, "course"), use(set.author, "author"), use(set.name, "name"),
+      use(set.version, "version"), use(visible, "visible"), use(set.faults_json, "faults"),
+      use(set.replaces, "replaces"), use(created_ms, "created");
   return out;
 }
 
@@ -82,12 +92,18 @@ FaultSet Insert(Transaction& tx, const FaultSet& set) {
 
 core::Result<FaultSet> FaultSets::Create(FaultSet set) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<FaultSet> {
+    TakeTurn(tx, "fault sets of " + std::to_string(set.author));
+    std::int64_t kept = 0;
+    tx.sql() << "SELECT COUNT(*) FROM fault_set WHERE account_id = :author AND deleted = 0",
+        into(kept), use(set.author, "author");
+    if (kept >= kOfAuthorMax) return Full();
     return Insert(tx, set);
   });
 }
 
 core::Result<FaultSet> FaultSets::Change(const FaultSet& set, std::int64_t version) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<FaultSet> {
+    TakeTurn(tx, "fault set " + std::to_string(set.id));
     const auto before = Find(tx, set.id);
     if (!before) return NoSet();
     if (before->version != version) return Changed();
@@ -109,10 +125,14 @@ core::Result<FaultSet> FaultSets::Change(const FaultSet& set, std::int64_t versi
 
 core::Status FaultSets::Delete(std::int64_t id, std::int64_t version) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    TakeTurn(tx, "fault set " + std::to_string(id));
     const auto before = Find(tx, id);
     if (!before) return NoSet();
     if (before->version != version) return Changed();
-    tx.sql() << "UPDATE fault_set SET deleted = 1 WHERE id = :id", use(id, "id");
+    // Runs tell of a used one.
+    tx.sql() << (before->used ? "UPDATE fault_set SET deleted = 1 WHERE id = :id"
+                              : "DELETE FROM fault_set WHERE id = :id"),
+        use(id, "id");
     return Done{};
   });
 }
@@ -125,11 +145,21 @@ core::Result<FaultSet> FaultSets::Get(std::int64_t id) {
   });
 }
 
-core::Result<std::vector<FaultSet>> FaultSets::List() {
+core::Result<std::vector<FaultSet>> FaultSets::List(std::optional<std::int64_t> reader,
+                                                    std::int64_t after,
+                                                    int limit) {
   using Sets = std::vector<FaultSet>;
+  std::string condition = "deleted = 0 AND id > " + std::to_string(after);
+  if (reader) {
+    const std::string me = "account_id = " + std::to_string(*reader);
+    const std::string courses = "course_id IN (SELECT course_id FROM enrolment WHERE " + me;
+    condition += " AND (" + me + " OR " + courses + " AND teaches = 1) OR (visible = 1 AND " +
+                 courses + ")))";
+  }
+  condition += " ORDER BY id LIMIT " + std::to_string(limit);
   return database_.Read([&](Transaction& tx) -> core::Result<Sets> {
     Sets out;
-    ForEachRow(tx, "deleted = 0 ORDER BY id", [&](const FaultSet& set) { out.push_back(set); });
+    ForEachRow(tx, condition, [&](const FaultSet& set) { out.push_back(set); });
     return out;
   });
 }

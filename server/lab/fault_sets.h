@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,14 +31,20 @@ class FaultSets {
  public:
   explicit FaultSets(Database& database) : database_(database) {}
 
+  static constexpr int kOfAuthorMax = 500;
+
+  /// kConflict "fault_sets_full" when the author has kOfAuthorMax.
   core::Result<FaultSet> Create(FaultSet set);
   /// kStale when `version` is not the stored one. A used set stays as it is and a new one, with a
   /// new id, is returned.
   core::Result<FaultSet> Change(const FaultSet& set, std::int64_t version);
   core::Status Delete(std::int64_t id, std::int64_t version);
   core::Result<FaultSet> Get(std::int64_t id);
-  /// All that are not deleted nor replaced, by id.
-  core::Result<std::vector<FaultSet>> List();
+  /// Those that `reader` wrote, of courses that they teach, and the visible ones of courses that
+  /// they attend; nullopt: all. Not deleted nor replaced, by id, after `after`.
+  core::Result<std::vector<FaultSet>> List(std::optional<std::int64_t> reader,
+                                           std::int64_t after,
+                                           int limit);
   core::Status MarkUsed(std::int64_t id);
 
  private:

@@ -2,6 +2,8 @@
 
 #include <soci/soci.h>
 
+#include "server/storage/turns.h"
+
 namespace faultlab::server::lab {
 namespace {
 
@@ -12,9 +14,8 @@ using soci::into;
 using soci::use;
 
 constexpr const char* kColumns =
-    "id, owner, account_id, batch, name, body, state, run_id, error, result, created_ms, "
-    "started_ms, "
-    "ended_ms, attempts, server_id";
+    "id, owner, account_id, batch, name, run_name, rig, recording, state, run_id, error, result, "
+    "created_ms, started_ms, ended_ms, attempts, server_id";
 
 struct Row {
   Job job;
@@ -28,7 +29,9 @@ struct Row {
     statement.exchange(into(job.account_id));
     statement.exchange(into(job.batch));
     statement.exchange(into(job.name));
-    statement.exchange(into(job.body));
+    statement.exchange(into(job.run_name));
+    statement.exchange(into(job.rig));
+    statement.exchange(into(job.recording));
     statement.exchange(into(job.state));
     statement.exchange(into(job.run_id));
     statement.exchange(into(job.error));
@@ -58,6 +61,48 @@ std::optional<Job> FindJob(Transaction& tx, const std::string& id) {
   statement.define_and_bind();
   if (!statement.execute(true)) return std::nullopt;
   return row.ToJob();
+}
+
+constexpr const char* kLive = "state IN ('waiting', 'running')";
+
+std::int64_t BodyBytes(Transaction& tx, const std::string& owner) {
+  std::int64_t bytes = 0;
+  tx.sql() << std::string(
+                  "SELECT CAST(COALESCE(SUM(body_bytes), 0) AS BIGINT) FROM job "
+                  "WHERE owner = :owner AND ") +
+                  kLive,
+      into(bytes), use(owner, "owner");
+  return bytes;
+}
+
+core::Status CheckRoom(Transaction& tx, const std::string& owner, const std::vector<Job>& jobs) {
+  std::int64_t waiting = 0;
+  tx.sql() << "SELECT COUNT(*) FROM job WHERE owner = :owner AND state = 'waiting'", into(waiting),
+      use(owner, "owner");
+  if (waiting + static_cast<std::int64_t>(jobs.size()) > JobStore::kWaitingMax) {
+    return Error{ErrorCode::kTooMany, "your quota of 1000 waiting jobs is used; wait for some", ""};
+  }
+  const std::int64_t kept = BodyBytes(tx, owner);
+  std::int64_t bytes = kept;
+  for (const Job& job : jobs) bytes += static_cast<std::int64_t>(job.body.size());
+  if (bytes <= JobStore::kBodyBytesMax) return Done{};
+  const std::string most = std::to_string(JobStore::kBodyBytesMax);
+  return Error{ErrorCode::kConflict,
+               "The jobs that wait hold " + std::to_string(kept) + " bytes, these would make " +
+                   std::to_string(bytes) + " of " + most +
+                   "; send fewer at a time, wait for some or cancel them.",
+               "",
+               "jobs_full",
+               {{"kept", std::to_string(kept)}, {"most", most}}};
+}
+
+/// Whoever sends and cancels for hours would fill the database with nothing.
+void DropOldIdle(Transaction& tx, const std::string& owner) {
+  const int kept = JobStore::kIdleKept;
+  tx.sql() << "DELETE FROM job WHERE id IN (SELECT id FROM job WHERE owner = :owner AND state IN "
+              "('cancelled', 'failed') AND run_id = '' ORDER BY ended_ms DESC, id DESC "
+              "LIMIT 1000000 OFFSET :kept)",
+      use(owner, "owner"), use(kept, "kept");
 }
 
 Error NoJob() {
@@ -91,23 +136,23 @@ core::Status JobStore::Change(const Job& claimed,
 core::Status JobStore::Add(const std::vector<Job>& jobs) {
   if (jobs.empty()) return Error{ErrorCode::kInvalid, "no runs", "/runs"};
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    std::int64_t waiting = 0;
-    tx.sql() << "SELECT COUNT(*) FROM job WHERE owner = :owner AND state = 'waiting'",
-        into(waiting), use(jobs.front().owner, "owner");
-    if (waiting + static_cast<std::int64_t>(jobs.size()) > kWaitingMax) {
-      return Error{
-          ErrorCode::kTooMany, "your quota of 1000 waiting jobs is used; wait for some", ""};
-    }
+    const std::string& owner = jobs.front().owner;
+    TakeTurn(tx, "jobs of " + owner);
+    if (const auto room = CheckRoom(tx, owner, jobs); !room.ok()) return room;
+    DropOldIdle(tx, owner);
     for (const Job& job : jobs) {
+      const auto bytes = static_cast<std::int64_t>(job.body.size());
       const std::int64_t created_ms = ToMilliseconds(job.created_at);
       tx.sql()
-          << "INSERT INTO job (id, owner, account_id, batch, name, body, state, run_id, error, "
-             "created_ms, started_ms, ended_ms, server_id, lease_until_ms, attempts) VALUES "
-             "(:id, :owner, :account, :batch, :name, :body, 'waiting', '', '', :created, 0, "
-             "0, '', 0, 0)",
+          << "INSERT INTO job (id, owner, account_id, batch, name, body, body_bytes, run_name, "
+             "rig, "
+             "recording, state, run_id, error, created_ms, started_ms, ended_ms, server_id, "
+             "lease_until_ms, attempts) VALUES (:id, :owner, :account, :batch, :name, :body, "
+             ":bytes, :run_name, :rig, :recording, 'waiting', '', '', :created, 0, 0, '', 0, 0)",
           use(job.id, "id"), use(job.owner, "owner"), use(job.account_id, "account"),
           use(job.batch, "batch"), use(job.name, "name"), use(job.body, "body"),
-          use(created_ms, "created");
+          use(bytes, "bytes"), use(job.run_name, "run_name"), use(job.rig, "rig"),
+          use(job.recording, "recording"), use(created_ms, "created");
     }
     return Done{};
   });
@@ -119,6 +164,11 @@ core::Result<Job> JobStore::Get(const std::string& id) {
     if (!job) return NoJob();
     return *job;
   });
+}
+
+core::Result<std::int64_t> JobStore::BodyBytesOf(const std::string& owner) {
+  return database_.Read(
+      [&](Transaction& tx) -> core::Result<std::int64_t> { return BodyBytes(tx, owner); });
 }
 
 core::Result<std::vector<Job>> JobStore::List(const std::string& owner,
@@ -176,7 +226,9 @@ core::Result<std::optional<Job>> JobStore::Claim(const std::string& server_id,
     tx.sql() << "UPDATE job SET state = 'running', server_id = :server, started_ms = :now, "
                 "lease_until_ms = :lease, attempts = attempts + 1 WHERE id = :id",
         use(server_id, "server"), use(now_ms, "now"), use(lease_ms, "lease"), use(id, "id");
-    return FindJob(tx, id);
+    MaybeJob job = FindJob(tx, id);
+    tx.sql() << "SELECT body FROM job WHERE id = :id", into(job->body), use(id, "id");
+    return job;
   });
 }
 
@@ -204,7 +256,8 @@ core::Status JobStore::Finish(const Job& claimed,
                               const std::string& error,
                               WallTime now) {
   const std::int64_t now_ms = ToMilliseconds(now);
-  const char* columns = "state = :state, error = :error, ended_ms = :now";
+  const char* columns =
+      "state = :state, error = :error, ended_ms = :now, body = '', body_bytes = 0";
   return Change(claimed, Durability::kPromise, columns, [&](auto& statement) {
     statement.exchange(use(state, "state"));
     statement.exchange(use(error, "error"));
@@ -237,8 +290,8 @@ core::Status JobStore::Cancel(const std::string& id, WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     const std::int64_t now_ms = ToMilliseconds(now);
     soci::statement change =
-        (tx.sql().prepare << "UPDATE job SET state = 'cancelled', ended_ms = :now "
-                             "WHERE id = :id AND state = 'waiting'",
+        (tx.sql().prepare << "UPDATE job SET state = 'cancelled', ended_ms = :now, "
+                             "body = '', body_bytes = 0 WHERE id = :id AND state = 'waiting'",
          use(now_ms, "now"),
          use(id, "id"));
     change.execute(true);
@@ -252,7 +305,8 @@ core::Result<int> JobStore::Reap(WallTime now, const std::string& own_server_id)
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<int> {
     const std::int64_t now_ms = ToMilliseconds(now);
     soci::statement failed =
-        (tx.sql().prepare << "UPDATE job SET state = 'failed', ended_ms = :now, "
+        (tx.sql().prepare << "UPDATE job SET state = 'failed', ended_ms = :now, body = '', "
+                             "body_bytes = 0, "
                              "error = 'the server died three times on this job' WHERE "
                              "state = 'running' AND attempts >= :most AND "
                              "(lease_until_ms < :limit OR server_id = :server)",

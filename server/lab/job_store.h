@@ -18,7 +18,11 @@ struct Job {
   std::int64_t account_id = 0;
   std::string batch;  ///< jobs of one request share it
   std::string name;
-  std::string body;  ///< a POST runs body
+  std::string body;  ///< a POST runs body; of Claim alone, and gone when the job has ended
+  // Of the body, for lists; empty when it does not say.
+  std::string run_name;
+  std::string rig;
+  std::string recording;  ///< to be diagnosed
   std::string state = "waiting";
   std::string run_id;
   std::string error;
@@ -39,12 +43,18 @@ class JobStore {
   explicit JobStore(Database& database) : database_(database) {}
 
   static constexpr int kAttemptsMax = 3;
-  /// Refuses (kBusy) when the owner would have more than this many waiting.
-  static constexpr int kWaitingMax = 1000;
+  static constexpr int kWaitingMax = 1000;  ///< of an owner
+  /// Of the bodies of an owner's jobs that wait or run.
+  static constexpr std::int64_t kBodyBytesMax = 16 << 20;
+  /// Of an owner's jobs that ended without a run, the newest are kept.
+  static constexpr int kIdleKept = 1000;
 
-  /// All or none.
+  /// All or none. kTooMany, or kConflict "jobs_full" for their bytes, when the owner would have too
+  /// many.
   core::Status Add(const std::vector<Job>& jobs);
   core::Result<Job> Get(const std::string& id);
+  /// Bytes of the bodies of an owner's jobs that wait or run.
+  core::Result<std::int64_t> BodyBytesOf(const std::string& owner);
   /// Newest first; cursor as in RecordingStore::List. Empty batch: all of the owner.
   core::Result<std::vector<Job>> List(const std::string& owner,
                                       const std::string& batch,

@@ -3,8 +3,12 @@
 #include <soci/soci.h>
 
 #include <array>
-#include <cctype>
 #include <charconv>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include "server/lab/audit_names.h"
 
 namespace faultlab::server::lab {
 namespace {
@@ -23,6 +27,7 @@ struct Place {
   const char* condition;
 };
 
+/// The audit log comes last: lines that others wrote are added to it.
 constexpr std::array kPlaces = {
     Place{"account", "id, login, name, role, disabled, created_ms", "id = :id"},
     Place{"sign_in", "created_ms, expires_ms, address", "account_id = :id"},
@@ -39,6 +44,7 @@ constexpr std::array kPlaces = {
           "owner = :owner"},
     Place{"job", "id, name, state, body, result, error, created_ms, ended_ms", "owner = :owner"},
     Place{"fault_set", "id, course_id, name, faults, created_ms", "account_id = :id"},
+    Place{"remembered_answer", "idempotency_key, status, body, at_ms", "owner = :owner"},
     Place{"lab_ticket", "id, rig_class, created_ms, state", "user_id = :id"},
     Place{"lab_booking", "id, rig_class, rig, start_ms, end_ms, state, note", "user_id = :id"},
     Place{"lab_session", "id, rig, start_ms, hard_end_ms, state, end_text", "user_id = :id"},
@@ -128,65 +134,64 @@ core::Status CheckAtRest(Transaction& tx, std::int64_t account_id) {
   return Done{};
 }
 
-/// Whole words alone: "ann" stays in "anna".
-std::string WithoutWord(std::string text, const std::string& word, const std::string& by) {
-  const auto of_login = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
-           std::string_view("._@-").find(c) != std::string_view::npos;
-  };
-  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at)) {
-    const std::size_t end = at + word.size();
-    const bool whole =
-        (at == 0 || !of_login(text[at - 1])) && (end == text.size() || !of_login(text[end]));
-    if (whole) text.replace(at, word.size(), by);
-    at += whole ? by.size() : 1;
-  }
-  return text;
+LoggedPerson PersonOf(Transaction& tx, std::int64_t account_id) {
+  LoggedPerson person{OwnerKey(account_id), ""};
+  tx.sql() << "SELECT login FROM account WHERE id = :id", into(person.login), use(account_id, "id");
+  return person;
 }
 
-void LockLog(Transaction& tx, bool locked) {
-  if (tx.engine() == Engine::kPostgresql) {
-    tx.sql() << std::string("ALTER TABLE audit_log ") + (locked ? "ENABLE" : "DISABLE") +
-                    " TRIGGER audit_log_is_append_only";
-    return;
+/// Lines of others that name the person, without the others of a class list.
+void AddLinesOfOthers(Transaction& tx, const LoggedPerson& person, PersonTable& table) {
+  for (AuditLine line : LinesThatName(tx, person)) {
+    if (line.actor == person.owner || line.object == person.owner) continue;
+    if (line.object != person.login) line.detail = person.login;
+    table.columns = {"at_ms", "actor", "verb", "object", "detail"};
+    table.rows.push_back(
+        {std::to_string(line.at_ms), line.actor, line.verb, line.object, line.detail});
   }
-  if (!locked) {
-    tx.sql() << "DROP TRIGGER audit_log_is_append_only_1";
-    return;
-  }
-  tx.sql() << "CREATE TRIGGER audit_log_is_append_only_1 BEFORE UPDATE ON audit_log "
-              "BEGIN SELECT RAISE(ABORT, 'the audit log is append-only'); END";
 }
 
-/// The one change that the log takes: the login and name of who is erased.
-void RenameInLog(Transaction& tx,
-                 const std::string& login,
-                 const std::string& name,
-                 const std::string& by) {
-  struct Line {
-    std::int64_t seq = 0;
-    std::string object;
-    std::string detail;
-  };
-  std::vector<Line> lines;
+/// The id of the recording that a plan replays.
+std::string ReplayedBy(const std::string& plan_json) {
+  constexpr std::string_view kMember = "\"recording\":\"";
+  const std::size_t at = plan_json.find(kMember);
+  if (at == std::string::npos) return "";
+  const std::size_t begin = at + kMember.size();
+  return plan_json.substr(begin, plan_json.find('"', begin) - begin);
+}
+
+/// A replay that somebody else made, and its replays, are named for the recording: by its id from
+/// now on.
+void RenameReplays(Transaction& tx, const std::string& owner) {
+  const std::string prefix = "replay of ";
+  std::map<std::string, std::pair<std::string, std::string>> names;  // by id: before, now
   {
     const soci::rowset<soci::row> rows =
-        (tx.sql().prepare << "SELECT seq, object, detail FROM audit_log");
+        (tx.sql().prepare << "SELECT id, name FROM recording WHERE owner = :owner AND name <> ''",
+         use(owner, "owner"));
     for (const soci::row& row : rows) {
-      Line line{std::stoll(Text(row, 0)), row.get<std::string>(1), row.get<std::string>(2)};
-      Line renamed{
-          line.seq, WithoutWord(line.object, login, by), WithoutWord(line.detail, login, by)};
-      if (!name.empty()) renamed.detail = WithoutWord(renamed.detail, name, by);
-      if (renamed.object != line.object || renamed.detail != line.detail) lines.push_back(renamed);
+      names[row.get<std::string>(0)] = {row.get<std::string>(1), row.get<std::string>(0)};
     }
   }
-  if (lines.empty()) return;
-  LockLog(tx, false);
-  for (const Line& line : lines) {
-    tx.sql() << "UPDATE audit_log SET object = :object, detail = :detail WHERE seq = :seq",
-        use(line.object, "object"), use(line.detail, "detail"), use(line.seq, "seq");
+  std::vector<std::pair<std::string, std::string>> renamed;  // id, name
+  {
+    const soci::rowset<soci::row> rows =
+        (tx.sql().prepare << "SELECT id, name, plan_json FROM recording WHERE owner <> :owner AND "
+                             "name LIKE 'replay of %' ORDER BY created_ms, id",
+         use(owner, "owner"));
+    for (const soci::row& row : rows) {
+      const auto of = names.find(ReplayedBy(row.get<std::string>(2)));
+      const auto name = row.get<std::string>(1);
+      if (of == names.end() || name != prefix + of->second.first) continue;
+      const std::string now = prefix + of->second.second;
+      names[row.get<std::string>(0)] = {name, now};
+      renamed.emplace_back(row.get<std::string>(0), now);
+    }
   }
-  LockLog(tx, true);
+  for (const auto& [id, name] : renamed) {
+    tx.sql() << "UPDATE recording SET name = :name WHERE id = :id", use(name, "name"),
+        use(id, "id");
+  }
 }
 
 }  // namespace
@@ -195,6 +200,7 @@ core::Result<std::vector<PersonTable>> PersonData(Database& database, std::int64
   return database.Read([&](Transaction& tx) -> core::Result<std::vector<PersonTable>> {
     std::vector<PersonTable> tables;
     for (const Place& place : kPlaces) tables.push_back(Read(tx, place, account_id));
+    AddLinesOfOthers(tx, PersonOf(tx, account_id), tables.back());
     return tables;
   });
 }
@@ -216,6 +222,7 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
     const core::Status at_rest = CheckAtRest(tx, account_id);
     if (!at_rest.ok()) return at_rest;
     const std::string owner = OwnerKey(account_id);
+    RenameReplays(tx, owner);
     const std::string own = "(SELECT id FROM recording WHERE owner = '" + owner + "')";
     tx.sql() << "DELETE FROM blob_store WHERE owner IN (SELECT 'recording:' || id FROM recording "
                 "WHERE owner = :owner)",
@@ -237,12 +244,8 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
           use(account_id, "id");
     }
     tx.sql() << "DELETE FROM lab_event WHERE user_id = :id", use(account_id, "id");
-    std::string old_login;
-    std::string name;
-    tx.sql() << "SELECT login, name FROM account WHERE id = :id", into(old_login), into(name),
-        use(account_id, "id");
     const std::string login = "erased-" + std::to_string(account_id);
-    RenameInLog(tx, old_login, name, login);
+    RenameInLog(tx, PersonOf(tx, account_id), login);
     tx.sql() << "UPDATE account SET login = :login, name = '', password_hash = '', disabled = 1, "
                 "version = version + 1 WHERE id = :id",
         use(login, "login"), use(account_id, "id");

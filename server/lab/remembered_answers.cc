@@ -14,6 +14,19 @@ using soci::use;
 constexpr auto kKept = std::chrono::hours(24);
 constexpr auto kDeadAfter = std::chrono::minutes(10);
 
+/// The oldest go. What is being done stays, or it could be done twice.
+void DropBeyondLimits(Transaction& tx, const std::string& owner) {
+  const int answers = RememberedAnswers::kOfOwnerMax;
+  const std::int64_t letters = RememberedAnswers::kLettersOfOwnerMax;
+  tx.sql() << "DELETE FROM remembered_answer WHERE owner = :owner AND idempotency_key IN (SELECT "
+              "idempotency_key FROM (SELECT idempotency_key, "
+              "ROW_NUMBER() OVER (ORDER BY at_ms DESC, idempotency_key) AS place, "
+              "SUM(LENGTH(body)) OVER (ORDER BY at_ms DESC, idempotency_key) AS letters "
+              "FROM remembered_answer WHERE owner = :same AND status <> 0) newest "
+              "WHERE place > :answers OR (place > 1 AND letters > :letters))",
+      use(owner, "owner"), use(owner, "same"), use(answers, "answers"), use(letters, "letters");
+}
+
 }  // namespace
 
 core::Result<std::optional<RememberedAnswers::Answer>> RememberedAnswers::Begin(
@@ -64,6 +77,7 @@ core::Status RememberedAnswers::Finish(const std::string& owner,
     tx.sql() << "UPDATE remembered_answer SET status = :status, body = :body WHERE owner = :owner "
                 "AND idempotency_key = :key",
         use(status, "status"), use(body, "body"), use(owner, "owner"), use(key, "key");
+    DropBeyondLimits(tx, owner);
     return Done{};
   });
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -9,9 +10,13 @@
 
 namespace faultlab::server::lab {
 
-/// Answers by (owner, Idempotency-Key), kept for a day. Thread-safe, stateless.
+/// Answers by (owner, Idempotency-Key), kept for a day: of each owner the newest, as far as the
+/// limits go. Thread-safe, stateless.
 class RememberedAnswers {
  public:
+  static constexpr int kOfOwnerMax = 1000;
+  static constexpr std::int64_t kLettersOfOwnerMax = 4 << 20;  ///< of their bodies together
+
   explicit RememberedAnswers(Database& database) : database_(database) {}
 
   struct Answer {

@@ -1,3 +1,5 @@
+#include <utility>
+
 #include "server/storage/migrations.h"
 
 namespace faultlab::server {
@@ -235,9 +237,49 @@ Migration EnrolledSince() {
           .postgres_statements = {}};
 }
 
+/// What lists show of a job stands beside its body, which goes when the job has ended.
+Migration BoundedRows() {
+  // PostgreSQL cannot take apart what has a zero byte in it.
+  const std::string fill =
+      "UPDATE job SET run_name = COALESCE($NAME, ''), rig = COALESCE($RIG, ''), "
+      "recording = COALESCE($RECORDING, '') WHERE body LIKE '{%' AND body NOT LIKE '%\\\\u0000%'";
+  const std::string clear =
+      "UPDATE job SET body = '', body_bytes = 0 WHERE state IN ('finished', 'failed', 'cancelled')";
+  const auto filled = [&fill](const std::vector<std::pair<std::string, std::string>>& words) {
+    std::string text = fill;
+    for (const auto& [word, by] : words) text.replace(text.find(word), word.size(), by);
+    return text;
+  };
+  return {
+      .version = 13,
+      .description = "jobs without their bodies in lists, indexes for what has a limit",
+      .statements = {"ALTER TABLE job ADD COLUMN run_name TEXT NOT NULL DEFAULT ''",
+                     "ALTER TABLE job ADD COLUMN rig TEXT NOT NULL DEFAULT ''",
+                     "ALTER TABLE job ADD COLUMN recording TEXT NOT NULL DEFAULT ''",
+                     "ALTER TABLE job ADD COLUMN body_bytes BIGINT NOT NULL DEFAULT 0",
+                     "ALTER TABLE one_time_link ADD COLUMN made_by TEXT NOT NULL DEFAULT ''",
+                     "CREATE INDEX api_key_by_account ON api_key (account_id, id)",
+                     "CREATE INDEX enrolment_by_account ON enrolment (account_id, course_id)",
+                     "CREATE INDEX fault_set_by_author ON fault_set (account_id, id)",
+                     "CREATE INDEX fault_set_by_course ON fault_set (course_id, id)",
+                     "CREATE INDEX job_of_owner_by_state ON job (owner, state, ended_ms)",
+                     "CREATE INDEX remembered_answer_by_time ON remembered_answer (at_ms)"},
+      .sqlite_statements = {filled({{"$NAME", "json_extract(body, '$.name')"},
+                                    {"$RIG", "json_extract(body, '$.rig')"},
+                                    {"$RECORDING", "json_extract(body, '$.diagnose.recording')"}}),
+                            "UPDATE job SET body_bytes = LENGTH(CAST(body AS BLOB))",
+                            clear},
+      .postgres_statements = {
+          filled({{"$NAME", "CAST(body AS json) ->> 'name'"},
+                  {"$RIG", "CAST(body AS json) ->> 'rig'"},
+                  {"$RECORDING", "CAST(body AS json) -> 'diagnose' ->> 'recording'"}}),
+          "UPDATE job SET body_bytes = octet_length(body)",
+          clear}};
+}
+
 /// What a rig learnt from a run with hidden faults told their values.
 Migration CalibrationsOfHiddenFaults() {
-  return {.version = 13,
+  return {.version = 14,
           .description = "calibrations that hidden faults were in",
           .statements = {"DELETE FROM rig_calibration WHERE run IN (SELECT id FROM recording "
                          "WHERE plan_json LIKE '%\"hidden_faults\":true%')"},
@@ -260,6 +302,7 @@ const std::vector<Migration>& AllMigrations() {
                                               DevicesAndIdentities(),
                                               ForgottenRigNames(),
                                               EnrolledSince(),
+                                              BoundedRows(),
                                               CalibrationsOfHiddenFaults()};
   return kAll;
 }

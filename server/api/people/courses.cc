@@ -90,12 +90,16 @@ core::Result<HttpResponse> Answer(PeopleApi& api, const ApiRequest& request, boo
 }  // namespace
 
 core::Result<HttpResponse> ListCourses(PeopleApi& api, const ApiRequest& request) {
+  const auto page = PageOf(request.http);
+  if (!page) return page.error();
   const bool all = Allowed(request.who.role, Operation::kReadCourse, Ownership::kForeign);
-  auto courses = api.accounts.ListCourses(request.who.user_id, all);
+  auto courses =
+      api.accounts.ListCourses(request.who.user_id, all, page.value().after, page.value().limit);
   if (!courses) return courses.error();
   json::array items;
   for (const Course& course : courses.value()) items.push_back(CourseToJson(course));
-  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+  const std::int64_t last = courses.value().empty() ? 0 : courses.value().back().id;
+  return page.value().Answer(std::move(items), last);
 }
 
 core::Result<HttpResponse> CreateCourse(PeopleApi& api, const ApiRequest& request) {

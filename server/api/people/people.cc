@@ -5,21 +5,7 @@
 #include "server/json/json_reader.h"
 
 namespace faultlab::server {
-namespace {
-
 namespace json = boost::json;
-
-json::object Page(json::array items, bool full, std::int64_t last) {
-  json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
-  if (full) out["next_cursor"] = std::to_string(last);
-  return out;
-}
-
-core::Result<std::int64_t> Cursor(const ApiRequest& request) {
-  return QueryInteger(request.http, "cursor", 0, 0, INT64_MAX);
-}
-
-}  // namespace
 
 json::object UserToJson(const Account& account) {
   return {{"id", account.id},
@@ -33,18 +19,13 @@ json::object UserToJson(const Account& account) {
 }
 
 core::Result<HttpResponse> ListUsers(PeopleApi& api, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {"cursor", "limit"});
-  if (!known.ok()) return known.error();
-  auto after = Cursor(request);
-  if (!after) return after.error();
-  auto limit = PageLimit(request.http);
-  if (!limit) return limit.error();
-  auto users = api.accounts.List(after.value(), limit.value());
+  const auto page = PageOf(request.http);
+  if (!page) return page.error();
+  auto users = api.accounts.List(page.value().after, page.value().limit);
   if (!users) return users.error();
   json::array items;
   for (const Account& account : users.value()) items.push_back(UserToJson(account));
-  const bool full = users.value().size() == static_cast<std::size_t>(limit.value());
-  return JsonResponse(Page(std::move(items), full, full ? users.value().back().id : 0));
+  return page.value().Answer(std::move(items), users.value().empty() ? 0 : users.value().back().id);
 }
 
 core::Result<HttpResponse> CreateUser(PeopleApi& api, const ApiRequest& request) {
@@ -103,13 +84,9 @@ core::Result<HttpResponse> CreateResetLink(PeopleApi& api, const ApiRequest& req
 }
 
 core::Result<HttpResponse> ListAuditLog(PeopleApi& api, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {"cursor", "limit"});
-  if (!known.ok()) return known.error();
-  auto before = Cursor(request);
-  if (!before) return before.error();
-  auto limit = PageLimit(request.http);
-  if (!limit) return limit.error();
-  auto log = api.accounts.ListAudit(before.value(), limit.value());
+  const auto page = PageOf(request.http);
+  if (!page) return page.error();
+  auto log = api.accounts.ListAudit(page.value().after, page.value().limit);
   if (!log) return log.error();
   json::array items;
   for (const AuditEntry& entry : log.value()) {
@@ -122,8 +99,7 @@ core::Result<HttpResponse> ListAuditLog(PeopleApi& api, const ApiRequest& reques
                                  {"object_login", entry.object_login},
                                  {"detail", entry.detail}});
   }
-  const bool full = log.value().size() == static_cast<std::size_t>(limit.value());
-  return JsonResponse(Page(std::move(items), full, full ? log.value().back().seq : 0));
+  return page.value().Answer(std::move(items), log.value().empty() ? 0 : log.value().back().seq);
 }
 
 }  // namespace faultlab::server

@@ -113,7 +113,7 @@ core::Result<HttpResponse> UseResetLink(PeopleApi& api, const ApiRequest& reques
 }
 
 core::Result<HttpResponse> ListApiKeys(PeopleApi& api, const ApiRequest& request) {
-  auto keys = api.accounts.ListKeys(request.who.user_id);
+  auto keys = api.accounts.ListKeys(request.who.user_id, api.clock.Wall());
   if (!keys) return keys.error();
   json::array items;
   for (const ApiKey& key : keys.value()) items.push_back(KeyToJson(key));
@@ -145,7 +145,8 @@ core::Result<HttpResponse> CreateApiKey(PeopleApi& api, const ApiRequest& reques
 core::Result<HttpResponse> RevokeApiKey(PeopleApi& api, const ApiRequest& request) {
   auto id = PathNumber(request);
   if (!id) return id.error();
-  const core::Status done = api.accounts.RevokeKey(request.who.user_id, id.value());
+  const core::Status done =
+      api.accounts.RevokeKey(request.who.user_id, id.value(), api.clock.Wall());
   if (!done.ok()) return done.error();
   api.audit.Add(request.who, "revoke_key", "key:" + std::to_string(id.value()), "");
   return NoContent();

@@ -77,17 +77,16 @@ core::Result<Managed> ManagedSet(WorkApi& api, const ApiRequest& request) {
 }  // namespace
 
 core::Result<HttpResponse> ListFaultSets(WorkApi& api, const ApiRequest& request) {
-  auto sets = api.fault_sets.List();
+  const auto page = PageOf(request.http);
+  if (!page) return page.error();
+  const bool all = Allowed(request.who.role, Operation::kReadFaultSet, Ownership::kForeign);
+  auto sets = api.fault_sets.List(all ? std::nullopt : std::optional(request.who.user_id),
+                                  page.value().after,
+                                  page.value().limit);
   if (!sets) return sets.error();
   json::array items;
-  for (const FaultSet& set : sets.value()) {
-    auto ownership = api.fault_set_access.OwnershipOf(request.who, set);
-    if (!ownership) return ownership.error();
-    if (Authorize(request.who, Operation::kReadFaultSet, ownership.value()).ok()) {
-      items.push_back(SetToJson(set));
-    }
-  }
-  return JsonResponse(json::object{{"items", std::move(items)}, {"next_cursor", nullptr}});
+  for (const FaultSet& set : sets.value()) items.push_back(SetToJson(set));
+  return page.value().Answer(std::move(items), sets.value().empty() ? 0 : sets.value().back().id);
 }
 
 core::Result<HttpResponse> CreateFaultSet(WorkApi& api, const ApiRequest& request) {

@@ -42,13 +42,9 @@ json::object JobToJson(WorkApi& api, const lab::Job& job) {
                    {"created_at", Iso8601(job.created_at)},
                    {"started_at", nullptr},
                    {"ended_at", nullptr}};
-  // The body was checked when the job came.
-  const json::object body = json::parse(job.body).as_object();
-  if (const json::value* name = body.if_contains("name")) out["run_name"] = *name;
-  if (const json::value* rig = body.if_contains("rig")) out["rig"] = *rig;
-  if (const json::value* diagnose = body.if_contains("diagnose")) {
-    out["recording"] = diagnose->at("recording");
-  }
+  if (!job.run_name.empty()) out["run_name"] = job.run_name;
+  if (!job.rig.empty()) out["rig"] = job.rig;
+  if (!job.recording.empty()) out["recording"] = job.recording;
   if (!job.result.empty()) out["diagnosis"] = json::parse(job.result);
   if (!job.run_id.empty()) out["run"] = job.run_id;
   if (!job.error.empty()) out["error"] = job.error;
@@ -64,20 +60,23 @@ json::object JobToJson(WorkApi& api, const lab::Job& job) {
   return out;
 }
 
-/// Refuses now what would be refused when the job's turn comes. The text to keep: a fault set is
-/// replaced by its faults.
-core::Result<std::string> CheckedJob(WorkApi& api,
-                                     const Principal& who,
-                                     const json::value& wanted) {
+/// Refuses now what would be refused when the job's turn comes. The body to keep, a fault set
+/// replaced by its faults, and what lists show of it.
+core::Result<lab::Job> CheckedJob(WorkApi& api, const Principal& who, const json::value& wanted) {
   if (!wanted.is_object()) {
     return core::Error{core::ErrorCode::kInvalid, "A run is a JSON object.", ""};
   }
   auto work = ParseWork(wanted.as_object(), api.default_seed);
   if (!work) return work.error();
+  lab::Job job;
   if (const auto* diagnosis = std::get_if<DiagnosisRequest>(&work.value())) {
     const core::Status readable = CheckDiagnosis(api.recordings, who, *diagnosis);
     if (!readable.ok()) return readable.error();
-    return json::serialize(wanted);
+    job.recording = diagnosis->recording;
+    const json::value* name = wanted.as_object().if_contains("name");
+    if (name != nullptr && name->is_string()) job.run_name = name->as_string();
+    job.body = json::serialize(wanted);
+    return job;
   }
   auto& plan = std::get<ExperimentPlan>(work.value());
   const core::Status possible = api.experiments.Check(who, plan);
@@ -85,7 +84,10 @@ core::Result<std::string> CheckedJob(WorkApi& api,
   json::object kept = wanted.as_object();
   if (kept.erase("fault_set") > 0) kept["faults"] = ToJson(plan.faults);
   if (plan.hidden_faults) kept["hidden_faults"] = true;
-  return json::serialize(kept);
+  job.run_name = plan.name;
+  job.rig = plan.rig;
+  job.body = json::serialize(kept);
+  return job;
 }
 
 core::Result<lab::Job> OwnJob(WorkApi& api, const ApiRequest& request) {
@@ -111,19 +113,18 @@ core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request) {
   const WallTime now = api.clock.Wall();
   std::vector<lab::Job> jobs;
   for (std::size_t i = 0; i < runs->size(); ++i) {
-    auto text = CheckedJob(api, request.who, (*runs)[i]);
-    if (!text) {
-      core::Error error = text.error();
+    auto checked = CheckedJob(api, request.who, (*runs)[i]);
+    if (!checked) {
+      core::Error error = checked.error();
       error.field = "/runs/" + std::to_string(i) + error.field;
       return error;
     }
-    lab::Job job;
+    lab::Job job = std::move(checked).value();
     job.id = NewId("job");
     job.owner = request.who.owner_key();
     job.account_id = request.who.user_id;
     job.batch = batch;
     job.name = name;
-    job.body = text.value();
     job.created_at = now + std::chrono::milliseconds(i);  // keeps the order of the batch
     jobs.push_back(std::move(job));
   }

@@ -77,14 +77,14 @@ Person ApiTest::ByPassword(const std::string& login) {
 }
 
 Person ApiTest::Admin() {
-  const auto link = accounts_->FirstStartLink(Now()).value();
+  const auto link = accounts_->FirstStartLink(config_.server_id, Now()).value();
   EXPECT_TRUE(link.has_value());
   const HttpAnswer set =
       Call({},
            "POST",
            "auth/reset",
            "auth/reset",
-           json::serialize(json::object{{"token", *link}, {"password", kPassword}}));
+           json::serialize(json::object{{"token", link->secret}, {"password", kPassword}}));
   EXPECT_EQ(set.status, 204) << set.body;
   return ByPassword("admin");
 }

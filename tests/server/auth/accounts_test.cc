@@ -54,14 +54,95 @@ class AccountsTest : public testing::TestWithParam<Engine> {
 };
 
 TEST_P(AccountsTest, FirstStartGivesAnAdminLinkOnceAndNoDefaultPassword) {
-  const auto link = accounts_.FirstStartLink(kNow).value();
+  const auto link = accounts_.FirstStartLink("a", kNow).value();
   ASSERT_TRUE(link.has_value());
   EXPECT_EQ(SignIn("admin", "").error().code, ErrorCode::kUnauthorized);
   EXPECT_EQ(SignIn("admin", "admin").error().code, ErrorCode::kUnauthorized);
-  ASSERT_TRUE(accounts_.UseLink(*link, kPassword, kNow).ok());
-  EXPECT_EQ(accounts_.UseLink(*link, "another password", kNow).error().code, ErrorCode::kForbidden);
+  ASSERT_TRUE(accounts_.UseLink(link->secret, kPassword, kNow).ok());
+  EXPECT_EQ(accounts_.UseLink(link->secret, "another password", kNow).error().code,
+            ErrorCode::kForbidden);
   EXPECT_EQ(SignIn("ADMIN", kPassword).value().principal.role, Role::kAdmin);
-  EXPECT_FALSE(accounts_.FirstStartLink(kNow).value().has_value());
+  EXPECT_FALSE(accounts_.FirstStartLink("a", kNow).value().has_value());
+}
+
+TEST_P(AccountsTest, TheFirstLinkOfAnotherServerStaysGood) {
+  const std::string of_a = accounts_.FirstStartLink("a", kNow).value()->secret;
+  const auto seen_by_b = accounts_.FirstStartLink("b", kNow).value();
+  EXPECT_EQ(seen_by_b->secret, "");
+  EXPECT_EQ(seen_by_b->made_by, "a");
+  const std::string again = accounts_.FirstStartLink("a", kNow).value()->secret;
+  EXPECT_NE(again, "") << "a server that is started again says its link again";
+  EXPECT_FALSE(accounts_.UseLink(of_a, kPassword, kNow).ok());
+  EXPECT_NE(accounts_.FirstStartLink("b", kNow + hours(25)).value()->secret, "") << "it is over";
+  const std::int64_t admin = accounts_.GetByLogin("admin").value().id;
+  const std::string by_hand = accounts_.CreateLink(admin, kNow).value();
+  EXPECT_EQ(accounts_.FirstStartLink("a", kNow).value()->secret, "");
+  EXPECT_TRUE(accounts_.UseLink(by_hand, kPassword, kNow).ok());
+}
+
+TEST_P(AccountsTest, AnAccountHasAHundredKeysAndKeepsAsManyThatAreOver) {
+  const Account ann = Person("ann", Role::kStudent);
+  const auto make = [&](WallTime now) {
+    return accounts_.CreateKey(As(ann), "k", {"jobs"}, now + hours(1), now);
+  };
+  std::int64_t first = 0;
+  for (int i = 0; i < Accounts::kLiveKeysMax; ++i) {
+    const auto made = make(kNow);
+    ASSERT_TRUE(made.ok());
+    if (i == 0) first = made.value().key.id;
+  }
+  const auto refused = make(kNow);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().reason, "keys_full");
+  ASSERT_TRUE(accounts_.RevokeKey(ann.id, first, kNow).ok());
+  EXPECT_TRUE(make(kNow).ok()) << "revoking makes room";
+  for (int i = 0; i < 150; ++i) {
+    const auto made = make(kNow + hours(1));
+    ASSERT_TRUE(made.ok()) << "and time does";
+    ASSERT_TRUE(accounts_.RevokeKey(ann.id, made.value().key.id, kNow + hours(1)).ok());
+  }
+  const auto listed = accounts_.ListKeys(ann.id, kNow + hours(1)).value();
+  EXPECT_EQ(listed.size(), static_cast<std::size_t>(Accounts::kPastKeysKept));
+  EXPECT_TRUE(listed.back().revoked) << "the newest are kept";
+}
+
+TEST_P(AccountsTest, APersonTeachesTwoHundredCoursesAndListsThemByPages) {
+  const Account teacher = Person("teacher", Role::kInstructor);
+  for (int i = 0; i < Accounts::kCoursesTaughtMax; ++i) {
+    ASSERT_TRUE(accounts_.CreateCourse("c", teacher.id, kNow).ok());
+  }
+  EXPECT_EQ(accounts_.CreateCourse("c", teacher.id, kNow).error().reason, "courses_full");
+  std::int64_t after = 0;
+  for (const int expected : {150, 50, 0}) {
+    const auto page = accounts_.ListCourses(teacher.id, false, after, 150).value();
+    ASSERT_EQ(page.size(), static_cast<std::size_t>(expected));
+    if (!page.empty()) after = page.back().id;
+  }
+  const std::int64_t old = accounts_.ListCourses(teacher.id, false, 0, 1).value()[0].id;
+  ASSERT_TRUE(accounts_.EndEnrolment(old, teacher.id).ok());
+  EXPECT_TRUE(accounts_.CreateCourse("c", teacher.id, kNow).ok());
+}
+
+TEST_P(AccountsTest, ACourseHasFiveThousandMembersAndInvitations) {
+  const Account teacher = Person("teacher", Role::kInstructor);
+  const std::int64_t course = accounts_.CreateCourse("c", teacher.id, kNow).value().id;
+  const std::int64_t others = Accounts::kMembersMax - 1;
+  const auto filled = database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
+                "version) WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE "
+                "i < :others) SELECT 'member.' || CAST(i AS TEXT), 'M', 'student', '', 0, 0, 1 "
+                "FROM n",
+        soci::use(others, "others");
+    tx.sql() << "INSERT INTO enrolment (course_id, account_id, teaches, since_ms) SELECT "
+                "CAST(:course AS BIGINT), id, 0, 0 FROM account WHERE login LIKE 'member.%'",
+        soci::use(course, "course");
+    return core::Done{};
+  });
+  ASSERT_TRUE(filled.ok()) << filled.error().message;
+  const auto refused = accounts_.EnrolCsv(As(teacher), course, "one.more,S\n", kNow);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().reason, "course_full");
+  EXPECT_FALSE(accounts_.GetByLogin("one.more").ok()) << "nothing of a refused list stays";
 }
 
 TEST_P(AccountsTest, ALinkDiesAfterADayAndWhenANewerOneIsMade) {
@@ -157,11 +238,11 @@ TEST_P(AccountsTest, AnApiKeyWorksUntilItExpiresOrIsRevokedAndIsKeptAsAHashOnly)
   EXPECT_EQ(service.user_id, ann.id);
   EXPECT_EQ(service.scopes, (std::set<std::string>{"runs:read", "jobs"}));
   EXPECT_FALSE(accounts_.Authenticate(credentials, kNow + hours(24)).ok());
-  const auto listed = accounts_.ListKeys(ann.id).value();
+  const auto listed = accounts_.ListKeys(ann.id, kNow).value();
   ASSERT_EQ(listed.size(), 1u);
   EXPECT_EQ(listed[0].scopes, service.scopes);
-  EXPECT_EQ(accounts_.RevokeKey(ann.id + 1, listed[0].id).error().code, ErrorCode::kNotFound);
-  ASSERT_TRUE(accounts_.RevokeKey(ann.id, listed[0].id).ok());
+  EXPECT_EQ(accounts_.RevokeKey(ann.id + 1, listed[0].id, kNow).error().code, ErrorCode::kNotFound);
+  ASSERT_TRUE(accounts_.RevokeKey(ann.id, listed[0].id, kNow).ok());
   EXPECT_FALSE(accounts_.Authenticate(credentials, kNow).ok());
 }
 
@@ -278,8 +359,8 @@ TEST_P(AccountsTest, AnInstructorIsRelatedToTheStudentsOfOwnCoursesOnly) {
   EXPECT_TRUE(accounts_.Teaches(teacher.id, course.id).value());
   EXPECT_FALSE(accounts_.Teaches(ann.id, course.id).value());
   EXPECT_TRUE(accounts_.Attends(ann.id, course.id).value());
-  EXPECT_EQ(accounts_.ListCourses(ann.id, false).value().size(), 1u);
-  EXPECT_TRUE(accounts_.ListCourses(other.id, false).value().empty());
+  EXPECT_EQ(accounts_.ListCourses(ann.id, false, 0, 50).value().size(), 1u);
+  EXPECT_TRUE(accounts_.ListCourses(other.id, false, 0, 50).value().empty());
   EXPECT_EQ(accounts_.Enrol(999, ann.id, false).error().code, ErrorCode::kNotFound);
 }
 

@@ -77,7 +77,7 @@ TEST_F(RevocationTest, AResetANewRoleAndDisablingEndEverything) {
 TEST_F(RevocationTest, ARevokedKeyEndsItselfAlone) {
   const Principal here = SignIn();
   const auto made = accounts_.CreateKey(here, "lab", {"lab"}, kNow + std::chrono::hours(1), kNow);
-  ASSERT_TRUE(accounts_.RevokeKey(ann_.id, made.value().key.id).ok());
+  ASSERT_TRUE(accounts_.RevokeKey(ann_.id, made.value().key.id, kNow).ok());
   ASSERT_THAT(told_, SizeIs(1));
   Principal key = here;
   key.proof = Proof::kApiKey;

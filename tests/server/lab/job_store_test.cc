@@ -2,6 +2,7 @@
 #include "server/lab/job_store.h"
 
 #include <gtest/gtest.h>
+#include <soci/soci.h>
 
 #include "tests/support/engines.h"
 #include "tests/support/test_database.h"
@@ -99,6 +100,63 @@ TEST_P(JobStoreTest, AJobThatFoundNoRigIsNobodysBeforeItsNextLook) {
   EXPECT_FALSE(Claims("a", kStart));
   EXPECT_FALSE(Claims("b", kStart));
   EXPECT_TRUE(Claims("a", kStart + seconds(1)));
+}
+
+TEST_P(JobStoreTest, TheBodiesOfJobsThatWaitOrRunAreCountedAndGoAtTheEnd) {
+  Job job;
+  job.owner = "user:1";
+  job.run_name = "wide";
+  job.created_at = kStart;
+  job.body = std::string(JobStore::kBodyBytesMax / 2 - 1, 'x');  // beside the "{}" of job-1
+  const auto add = [&](const std::string& id) {
+    job.id = id;
+    return jobs_.Add({job});
+  };
+  ASSERT_TRUE(add("a-1").ok());
+  ASSERT_TRUE(add("a-2").ok());
+  const core::Status full = add("a-3");
+  ASSERT_FALSE(full.ok());
+  EXPECT_EQ(full.error().reason, "jobs_full");
+  EXPECT_EQ(jobs_.BodyBytesOf("user:1").value(), JobStore::kBodyBytesMax);
+  EXPECT_EQ(jobs_.List("user:1", "", 0, "", 10).value().front().body, "") << "a list has no bodies";
+  const Job claimed = Claimed("a", kStart);
+  EXPECT_EQ(claimed.body.size(), job.body.size()) << "whoever does the job has it";
+  EXPECT_EQ(jobs_.BodyBytesOf("user:1").value(), JobStore::kBodyBytesMax);
+  ASSERT_TRUE(jobs_.Finish(claimed, "finished", "", kStart).ok());
+  ASSERT_TRUE(jobs_.Cancel("a-2", kStart).ok());
+  EXPECT_EQ(jobs_.BodyBytesOf("user:1").value(), 2);
+  std::int64_t bytes = -1;
+  ASSERT_TRUE(database_
+                  ->Read([&](Transaction& tx) -> core::Status {
+                    tx.sql() << "SELECT SUM(LENGTH(body)) FROM job", soci::into(bytes);
+                    return core::Done{};
+                  })
+                  .ok());
+  EXPECT_EQ(bytes, 2) << "nothing is left of them";
+  EXPECT_EQ(jobs_.Get("a-1").value().run_name, "wide");
+}
+
+TEST_P(JobStoreTest, OfJobsThatEndedWithoutARunTheNewestAreKept) {
+  for (int batch = 0; batch < 4; ++batch) {
+    std::vector<Job> jobs(400);
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+      jobs[i].id = "job-" + std::to_string(1000 + batch * 400 + static_cast<int>(i));
+      jobs[i].owner = "user:1";
+      jobs[i].created_at = kStart;
+    }
+    ASSERT_TRUE(jobs_.Add(jobs).ok());
+    for (const Job& job : jobs) {
+      ASSERT_TRUE(jobs_.Cancel(job.id, kStart + seconds(batch)).ok());
+    }
+  }
+  Job last;
+  last.id = "last";
+  last.owner = "user:1";
+  ASSERT_TRUE(jobs_.Add({last}).ok());
+  EXPECT_EQ(jobs_.List("user:1", "", 0, "", 5000).value().size(),
+            static_cast<std::size_t>(JobStore::kIdleKept + 2));
+  EXPECT_FALSE(jobs_.Get("job-1000").ok()) << "the oldest has gone";
+  EXPECT_TRUE(jobs_.Get("job-2599").ok());
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, JobStoreTest, tests::kBothEngines, tests::EngineName);

@@ -74,6 +74,35 @@ TEST_P(Migrations, LeadFromEveryEarlierSchemaToTheSameNewestOneAndKeepItsRows) {
   }
 }
 
+TEST_P(Migrations, TakeWhatListsShowOutOfTheBodiesOfJobsAndTheBodiesOfThoseThatEnded) {
+  const std::string location = NewLocation();
+  {
+    soci::session session = Raw(location);
+    ASSERT_EQ(Migrate(session, GetParam(), 12).value(), 12);
+    const auto job = [&](const std::string& id, const std::string& state, const std::string& body) {
+      session
+          << "INSERT INTO job (id, owner, account_id, batch, name, body, state, run_id, error, "
+             "created_ms, started_ms, ended_ms, server_id, lease_until_ms, attempts, result) "
+             "VALUES (:id, 'user:1', 1, 'b', '', :body, :state, '', '', 1, 0, 0, '', 0, 0, 'r')",
+          soci::use(id, "id"), soci::use(body, "body"), soci::use(state, "state");
+    };
+    job("a", "waiting", R"({"name":"šest","rig":"bench-1"})");
+    job("b", "finished", R"({"name":"x","diagnose":{"recording":"run-1"}})");
+    job("c", "waiting", R"({"name":"a\u0000b"})");
+    job("d", "failed", "");
+  }
+  ASSERT_TRUE(Database::Open({.location = location}).ok());
+  soci::session session = Raw(location);
+  std::vector<std::string> found;
+  const soci::rowset<std::string> rows =
+      (session.prepare << "SELECT id || ':' || run_name || ':' || rig || ':' || recording || ':' "
+                          "|| CAST(body_bytes AS TEXT) || ':' || CAST(LENGTH(body) AS TEXT) || "
+                          "':' || result FROM job WHERE id <> 'c' ORDER BY id");
+  for (const std::string& row : rows) found.push_back(row);
+  EXPECT_THAT(found,
+              testing::ElementsAre("a:šest:bench-1::32:31:r", "b:x::run-1:0:0:r", "d::::0:0:r"));
+}
+
 TEST_P(Migrations, ForgetNamesOnTheBusThatWereNeverRigs) {
   const std::string location = NewLocation();
   {

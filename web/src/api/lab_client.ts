@@ -26,6 +26,17 @@ import type { Page, RunRequest, Schemas } from "./types";
 type Id = string | number;
 const at = (id: Id) => encodeURIComponent(String(id));
 const items = async <T>(path: string) => (await get<Page<T>>(path)).items;
+/** Every page of a list that has pages. */
+const all = async <T>(path: string) => {
+  const found: T[] = [];
+  let cursor = "";
+  do {
+    const next = await get<Page<T>>(`${path}?limit=200${cursor && `&cursor=${at(cursor)}`}`);
+    found.push(...next.items);
+    cursor = next.next_cursor ?? "";
+  } while (cursor);
+  return found;
+};
 const page = <T>(path: string, cursor?: string) =>
   get<Page<T>>(`${path}?limit=50${cursor ? `&cursor=${at(cursor)}` : ""}`);
 /** What one looks at when a fault set is judged. */
@@ -88,7 +99,7 @@ export const lab = {
   events: (since: number) =>
     get<{ items: LabEvent[]; next: number }>(`/events?since=${since}&limit=100`),
 
-  faultSets: () => items<FaultSet>("/fault-sets"),
+  faultSets: () => all<FaultSet>("/fault-sets"),
   saveFaultSet: (set: Pick<FaultSet, "name" | "visible" | "faults"> & Partial<FaultSet>) =>
     set.id === undefined
       ? send<FaultSet>("POST", "/fault-sets", set)
@@ -127,7 +138,7 @@ export const lab = {
   takeOver: (id: Id, reason: string) =>
     send<Session>("POST", `/sessions/${at(id)}/take-over`, { reason }),
 
-  courses: () => items<Course>("/courses"),
+  courses: () => all<Course>("/courses"),
   createCourse: (name: string) => send<Course>("POST", "/courses", { name }),
   /** `ends` in ISO 8601; empty: open end. */
   setCourseEnd: (course: number, ends: string) =>

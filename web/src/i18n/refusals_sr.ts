@@ -35,6 +35,13 @@ export const refusalsSr: Record<string, string> = {
   refused_replay_too_long:
     "Može se ponoviti snimak od najviše {longest_s} s; njegove slike i procene postoje i bez ponavljanja.",
   refused_quota_full: "Vaši snimci imaju {kept} od {most} odbiraka; obrišite neke.",
+  refused_jobs_full:
+    "Poslovi koji čekaju zauzimaju {kept} od {most} bajtova; pošaljite manje odjednom, sačekajte ili otkažite neke.",
+  refused_fault_sets_full: "Imate {most} skupova kvarova, koliko jedna osoba sme; obrišite neke.",
+  refused_keys_full: "Imate {most} API ključeva, koliko nalog sme; opozovite neke.",
+  refused_courses_full:
+    "Držite {most} kurseva, koliko jedna osoba sme; administrator vas može ukloniti iz starih.",
+  refused_course_full: "Kurs ima najviše {most} članova i poziva; za ostale napravite drugi kurs.",
   refused_disk_full: "Disk servera je skoro pun: nastavljaju se samo termini na uređajima.",
   refused_sign_in_throttled: "Previše neuspelih pokušaja; pokušajte za {seconds} s.",
 };
