@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "core/types/calibration.h"
 #include "core/isolability/isolability.h"
 #include "core/signals/excitation.h"
+#include "core/types/calibration.h"
 #include "core/types/result.h"
 
 namespace faultlab::server {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/diagnosis/diagnosis_options.h"
-#include "core/plant/coefficients.h"
 #include "core/paper/paper_tables.h"
+#include "core/plant/coefficients.h"
 #include "hardware/relay_board.h"
 #include "server/experiment/experiment_plan.h"
 

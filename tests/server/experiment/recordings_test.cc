@@ -1,6 +1,6 @@
 // A recording is judged by the options and the diagnosis that its run has stored.
-#include "core/diagnosis/diagnose_record.h"
 #include "server/experiment/recordings.h"
+#include "core/diagnosis/diagnose_record.h"
 
 #include <gtest/gtest.h>
 
