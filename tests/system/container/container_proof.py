@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 
+import yaml
 from engine import Engine
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -63,6 +64,16 @@ class Lab:
     def compose(self, *arguments, **more):
         return self.engine.call("podman-compose", "-f", "compose.yaml", *arguments, cwd=self.folder, **more)
 
+    def make_networks(self):
+        """As compose.yaml says: podman-compose 1.0 does not read `ipam`."""
+        with open(os.path.join(self.folder, "compose.yaml"), encoding="utf8") as text:
+            networks = yaml.safe_load(text)["networks"]
+        for name, about in networks.items():
+            arguments = ["--internal"] if about.get("internal") else []
+            for each in about.get("ipam", {}).get("config", []):
+                arguments += ["--subnet", each["subnet"]]
+            self.engine.podman("network", "create", *arguments, f"deploy_{name}")
+
     def container(self, service):
         names = self.engine.podman("ps", "-a", "--format", "{{.Names}}").split()
         return next(name for name in names if service in name)
@@ -97,12 +108,12 @@ def check_service(lab, browser):
     status, headers, text = browser.call("GET", "/")
     check("the page comes through the proxy", status == 200 and "<html" in text, f"{status} {text[:200]}")
     check("HSTS is set behind TLS", "Strict-Transport-Security" in headers, dict(headers))
-    status, _, text = browser.call("GET", "/readyz")
-    check("the server is ready", status == 200, f"{status} {text}")
     token = re.search(r"/reset\?token=([A-Za-z0-9_-]+)", lab.said()).group(1)
     browser.api("POST", "auth/reset", {"token": token, "password": PASSWORD})
     browser.call("POST", "/api/v1/auth/login", {"login": "admin", "password": "wrong"}, {"X-Forwarded-For": "192.0.2.99"})
     browser.sign_in("admin")
+    status, _, text = browser.call("GET", "/readyz")
+    check("the server is ready", status == 200, f"{status} {text}")
     audit = json.dumps(browser.api("GET", "audit"))
     check("an address that the client made up is not believed", "192.0.2.99" not in audit, audit[:600])
 
@@ -135,45 +146,54 @@ def check_work(lab, browser):
     took = time.monotonic() - began
     check(f"it ends when asked ({took:.1f} s)", took < 14, took)
     lab.engine.podman("start", lab.container("lab"))
-    await_true("ready again", lambda: browser.call("GET", "/readyz")[0] == 200)
+    await_true("ready again", lambda: browser.call("GET", "/healthz")[0] == 200)
     kept = browser.api("GET", f"runs/{run}")
     check("records are kept", kept["samples"] == 600, kept)
     left = browser.api("GET", f"runs/{going}")
     check("the run that was under way has ended", left["state"] not in ("running", "starting"), left)
 
 
+def build_images(engine, checkout):
+    began = time.monotonic()
+    engine.make_base_images()
+    engine.make_stand_ins()
+    print(f"base images: {time.monotonic() - began:.0f} s", flush=True)
+    began = time.monotonic()
+    # The name that podman-compose gives the image of the service "lab" of the folder "deploy".
+    engine.podman(
+        "build", "--pull=never", "--network=host", "-f", "deploy/Dockerfile", "-t", "deploy_lab", ".", cwd=checkout
+    )
+    size = engine.podman("image", "inspect", "--format", "{{.Size}}", "deploy_lab")
+    print(f"deploy/Dockerfile: {time.monotonic() - began:.0f} s, {int(size) >> 20} MB", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--keep", action="store_true", help="leave the containers for looking at")
+    parser.add_argument("--built", metavar="FOLDER", help="with the images of a run that was kept")
     options = parser.parse_args()
     if os.geteuid() != 0:
         sys.exit("tests/system/container/run: needs root, as debootstrap and Podman's networks do")
-    folder = tempfile.mkdtemp(prefix="faultlab-container-", dir=os.environ.get("TMPDIR", "/var/tmp"))
+    folder = options.built or tempfile.mkdtemp(
+        prefix="faultlab-container-", dir=os.environ.get("TMPDIR", "/var/tmp")
+    )
     engine = Engine(folder)
     checkout = os.path.join(folder, "checkout")
-    os.mkdir(checkout)
+    os.makedirs(checkout, exist_ok=True)
     archive = subprocess.run(["git", "-C", PROJECT, "archive", "HEAD"], check=True, capture_output=True).stdout
     subprocess.run(["tar", "-C", checkout, "-xf", "-"], input=archive, check=True)
     lab = Lab(engine, checkout)
     engine.environment["LAB_NAME"] = "localhost"
     failed = None
     try:
-        began = time.monotonic()
-        engine.make_base_images()
-        engine.make_stand_ins()
-        print(f"base images: {time.monotonic() - began:.0f} s", flush=True)
-        began = time.monotonic()
-        # The name that podman-compose gives the image of the service "lab" of the folder "deploy".
-        engine.podman(
-            "build", "--pull=never", "--network=host", "-f", "deploy/Dockerfile", "-t", "deploy_lab", ".", cwd=checkout
-        )
-        size = engine.podman("image", "inspect", "--format", "{{.Size}}", "deploy_lab")
-        print(f"deploy/Dockerfile: {time.monotonic() - began:.0f} s, {int(size) >> 20} MB", flush=True)
+        if not options.built:
+            build_images(engine, checkout)
         once = re.search(r"cd deploy && (umask.*?chown 999 pgpass)", without_marks(lab.folder), re.S).group(1)
         engine.call("sh", "-c", once, cwd=lab.folder)
+        lab.make_networks()
         lab.compose("up", "-d", "--no-build")
         browser = Browser()
-        await_true("the page", lambda: browser.call("GET", "/readyz")[0] == 200)
+        await_true("the page", lambda: browser.call("GET", "/healthz")[0] == 200)
         check_service(lab, browser)
         check_confinement(lab)
         check_work(lab, browser)
@@ -184,7 +204,9 @@ def main():
                 print(f"--- {service}\n{lab.said(service)[-1500:]}")
             except (StopIteration, RuntimeError):
                 print(f"--- {service}: no container")
-    if not options.keep:
+    if options.keep:
+        print(f"kept: {folder}")
+    else:
         lab.compose("down", "-v", check=False)
         engine.podman("system", "reset", "--force", check=False)
         shutil.rmtree(folder, ignore_errors=True)

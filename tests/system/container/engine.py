@@ -3,6 +3,7 @@
 import glob
 import os
 import re
+import resource
 import shutil
 import subprocess
 
@@ -50,10 +51,18 @@ class Engine:
             return path
 
         runtime = "runc" if shutil.which("runc") else "crun"
+        # Podman asks for more than a machine may give.
+        limits = [
+            f'"{name}={min(resource.getrlimit(kind)[1], most)}:{min(resource.getrlimit(kind)[1], most)}"'
+            for name, kind, most in [
+                ("nofile", resource.RLIMIT_NOFILE, 16384),
+                ("nproc", resource.RLIMIT_NPROC, 16384),
+            ]
+        ]
         return {
             "CONTAINERS_CONF": write(
                 "containers.conf",
-                '[containers]\ndefault_ulimits = ["nofile=16384:16384"]\n'
+                f'[containers]\ndefault_ulimits = [{", ".join(limits)}]\n'
                 f'[engine]\nruntime = "{runtime}"\ncgroup_manager = "cgroupfs"\nevents_logger = "file"\n'
                 f'[network]\nnetwork_backend = "netavark"\nnetwork_config_dir = "{self.folder}/networks"\n',
             ),
