@@ -111,6 +111,9 @@ core::Result<WebAnswer> HttpsClient::Ask(const WebRequest& request) const {
   const CURLcode done = curl_easy_perform(to);
   if (done != CURLE_OK) {
     const std::string why = words.substr(0, words.find('\0'));
+    if (done == CURLE_WRITE_ERROR) {
+      return core::Error{core::ErrorCode::kTooLarge, request.url + ": its answer is too large", ""};
+    }
     return Unavailable(request.url + ": " + (why.empty() ? curl_easy_strerror(done) : why));
   }
   long status = 0;

@@ -52,7 +52,7 @@ core::Result<WebAnswer> Provider::Ask(const WebRequest& request) {
   auto answer = client_.Ask(request);
   const std::lock_guard lock(mutex_);
   silent_at_.reset();
-  if (answer.ok()) return answer;
+  if (answer.ok() || answer.error().code == ErrorCode::kTooLarge) return answer;
   silent_at_ = clock_.Monotonic();
   return Error{answer.error().code, answer.error().message, "", kAway};
 }
