@@ -1,6 +1,8 @@
 #include "server/app/viewer_watch.h"
 
 #include <chrono>
+#include <utility>
+#include <vector>
 
 #include "server/auth/authorization.h"
 #include "server/wall_time.h"
@@ -59,10 +61,13 @@ void ViewerWatch::End(const Revocation& revocation) {
 }
 
 void ViewerWatch::Look() {
-  for (const ViewerOwner& owner : hub_.Owners()) {
-    if (owner.account_id == 0) continue;
-    if (!MayWatch(owner))
-      hub_.CloseOf([owner](const ViewerOwner& other) { return other == owner; });
+  std::vector<ViewerOwner> owners = hub_.Owners();
+  for (ViewerOwner& owner : tokens_.Owners()) owners.push_back(std::move(owner));
+  for (const ViewerOwner& owner : owners) {
+    if (owner.account_id == 0 || MayWatch(owner)) continue;
+    const auto same = [owner](const ViewerOwner& other) { return other == owner; };
+    tokens_.Drop(same);
+    hub_.CloseOf(same);
   }
 }
 

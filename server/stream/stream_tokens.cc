@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 #include <vector>
 
 #include "core/types/check.h"
@@ -55,6 +56,13 @@ void StreamTokens::DropOldest(const std::string* caller) {
     if (oldest == entries_.end() || it->second.expires < oldest->second.expires) oldest = it;
   }
   entries_.erase(oldest);
+}
+
+std::vector<ViewerOwner> StreamTokens::Owners() {
+  const std::lock_guard lock(mutex_);
+  std::set<ViewerOwner> known;
+  for (const auto& [code, entry] : entries_) known.insert(entry.grant.owner);
+  return {known.begin(), known.end()};
 }
 
 void StreamTokens::Drop(const std::function<bool(const ViewerOwner&)>& which) {

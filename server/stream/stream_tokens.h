@@ -9,6 +9,7 @@
 #include <string_view>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "server/clock.h"
 #include "server/stream/viewer_owner.h"
@@ -41,6 +42,8 @@ class StreamTokens {
   static std::string_view IssuerOf(std::string_view code);
   /// Codes of such owners open nothing any more.
   void Drop(const std::function<bool(const ViewerOwner&)>& which);
+  /// Of the codes that are not used yet, each once.
+  std::vector<ViewerOwner> Owners();
 
  private:
   static constexpr std::size_t kTokensMax = 20'000;

@@ -83,8 +83,16 @@ TEST_F(RevocationTest, ARoleThatAnotherProcessTookIsNoticed) {
   const Person eve = Make("eve", Role::kOperator);
   const auto own = Watch(ann);
   const auto page = WatchOf(eve);
+  const json::object token =
+      Ok(Call(eve, "POST", "runs/{id}/stream-token", "runs/" + run_ + "/stream-token", "{}"), 201);
   ASSERT_TRUE(accounts_->Change(IdOf("eve"), 1, {}, Role::kStudent, {}).ok());
   EXPECT_EQ(CloseCodeOf(*page), 1008);
+  const auto late =
+      tests::Get(application_->port(),
+                 "/ws?code=" + std::string(token.at("code").as_string()),
+                 "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                 "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n");
+  EXPECT_EQ(late.status, 403) << "nor does a code that was taken before";
   own->SendText(R"({"type":"ping","t":1})");
   EXPECT_TRUE(own->ReadTextWith("\"pong\""));
 }
