@@ -13,7 +13,7 @@ import {
   waitForReview,
 } from "./support.js";
 
-const SPEED = 10;
+const SPEED = 2;
 
 describe("access", { timeout: SUITE_MS }, () => {
   let server;
