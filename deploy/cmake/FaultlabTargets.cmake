@@ -61,13 +61,18 @@ function(faultlab_test_headers name)
 endfunction()
 
 # faultlab_test(NAME SOURCES a_test.cc .. DEPS .. [LABELS ..] [TIMEOUT s] [ALONE]): a GoogleTest program, one ctest
-# entry; ALONE: no other test runs beside it. The longer a test may take, the sooner it starts.
+# entry; ALONE: no other test runs beside it, and a machine that stands still is no failure (tests/support/real_time.h). The
+# longer a test may take, the sooner it starts.
 function(faultlab_test name)
   cmake_parse_arguments(ARG "ALONE" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
   find_package(GTest REQUIRED)
   add_executable(${name} ${ARG_SOURCES})
   target_compile_options(${name} PRIVATE -fpch-preprocess)
-  target_link_libraries(${name} PRIVATE faultlab_flags ${ARG_DEPS} GTest::gmock GTest::gtest_main)
+  set(main GTest::gtest_main)
+  if(ARG_ALONE)
+    set(main real_time GTest::gtest)
+  endif()
+  target_link_libraries(${name} PRIVATE faultlab_flags ${ARG_DEPS} GTest::gmock ${main})
   target_precompile_headers(${name} REUSE_FROM ${FAULTLAB_TEST_HEADERS})
   target_compile_definitions(${name} PRIVATE FAULTLAB_TEST_DATA="${CMAKE_SOURCE_DIR}/tests/data")
   add_test(NAME ${name} COMMAND ${name})

@@ -17,6 +17,10 @@ namespace {
 
 constexpr std::size_t kHolderBytesMax = 200;
 constexpr Nanoseconds kAnnounceEvery = std::chrono::milliseconds(500);
+/// Items of a live message: with its head they fit the shortest sealed message.
+constexpr std::size_t kLivePieceBytes = kShortMessageBytes - 160;
+/// More than this is no fault's doing: the agent was held up, and catches up.
+constexpr std::int64_t kLiveItemsWaitingMax = 64;
 
 void Refuse(faultlab_msgs::rig_reply_t& reply, const core::Error& error) {
   reply.ok = 0;
@@ -290,6 +294,7 @@ void RigAgent::Arm(const Command& command, Reply& reply) {
   plan_chunks_.clear();
   ++run_;
   ring_.Begin();
+  streamed_seq_ = 0;
 }
 
 void RigAgent::SelfTest(Reply& reply) {
@@ -313,16 +318,18 @@ void RigAgent::Send(Reply reply) {
 }
 
 void RigAgent::PublishPieces(std::int64_t from, std::int64_t to) {
-  for (faultlab_msgs::rig_stream_t& piece : ring_.Pieces(from, to)) {
-    piece.rig = id_;
-    piece.boot = boot_;
-    piece.run = run_;
-    piece.epoch = ToInt(epoch());
-    const std::vector<std::uint8_t> bytes = Sealed(piece, stream_channel_, settings_.key);
-    ++counts_.stream_messages;
-    counts_.stream_bytes += bytes.size();
-    bus_.Publish(stream_channel_, bytes);
-  }
+  for (faultlab_msgs::rig_stream_t& piece : ring_.Pieces(from, to)) Publish(std::move(piece));
+}
+
+void RigAgent::Publish(faultlab_msgs::rig_stream_t piece) {
+  piece.rig = id_;
+  piece.boot = boot_;
+  piece.run = run_;
+  piece.epoch = ToInt(epoch());
+  const std::vector<std::uint8_t> bytes = Sealed(piece, stream_channel_, settings_.key);
+  ++counts_.stream_messages;
+  counts_.stream_bytes += bytes.size();
+  bus_.Publish(stream_channel_, bytes);
 }
 
 void RigAgent::Refill(std::int64_t from, std::int64_t to) {
@@ -331,14 +338,26 @@ void RigAgent::Refill(std::int64_t from, std::int64_t to) {
   counts_.refill_messages += counts_.stream_messages - before;
 }
 
+/// While a run lasts, each message follows a sample and is of one length: the events of a fault
+/// ride with samples, and where they are many, some ride with the next. Who listens to the bus
+/// sees the samples' beat and nothing else.
 void RigAgent::StreamRun() {
   messages_.clear();
   (void)rig_.Read(messages_, std::chrono::milliseconds(0));
-  std::int64_t from = ring_.next_seq();
-  for (const RigMessage& message : messages_) ring_.Push(message);
-  for (const std::int64_t to = ring_.next_seq(); from < to; from += kRefillItemsMax) {
-    PublishPieces(from, to);
+  bool sampled = false;
+  for (const RigMessage& message : messages_) {
+    ring_.Push(message);
+    sampled = sampled || std::holds_alternative<core::Sample>(message);
   }
+  const bool running = rig_.state() == RigState::kRunning;
+  if (running && !sampled) return;
+  const std::int64_t may_wait = running ? kLiveItemsWaitingMax : 0;
+  do {
+    if (streamed_seq_ == ring_.next_seq()) return;
+    faultlab_msgs::rig_stream_t piece = ring_.PieceOf(streamed_seq_, kLivePieceBytes);
+    streamed_seq_ = piece.first_seq + piece.count;
+    Publish(std::move(piece));
+  } while (ring_.next_seq() - streamed_seq_ > may_wait);
 }
 
 void RigAgent::Poll() {
@@ -373,7 +392,7 @@ void RigAgent::Announce() {
   out.holder = Leased() ? holder_ : "";
   out.lease_left_s = Leased() ? std::chrono::duration<double>(lease_until_ - now_()).count() : 0.0;
   out.run = run_;
-  out.run_next_seq = ring_.next_seq();
+  out.run_next_seq = streamed_seq_;
   bus_.Publish(kAnnounceChannel, Sealed(out, kAnnounceChannel, settings_.key));
 }
 

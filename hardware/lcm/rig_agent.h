@@ -88,6 +88,7 @@ class RigAgent {
   void Send(Reply reply);
   void StreamRun();
   void PublishPieces(std::int64_t from, std::int64_t to);
+  void Publish(faultlab_msgs::rig_stream_t piece);
   void Announce();
 
   Rig& rig_;
@@ -109,6 +110,7 @@ class RigAgent {
   std::map<std::int64_t, std::vector<double>> plan_chunks_;
   std::int64_t run_ = 0;
   RunRing ring_;
+  std::int64_t streamed_seq_ = 0;  ///< the first of the run that was not streamed yet
   std::int64_t announce_seq_ = 0;
   Nanoseconds announced_at_{-1};
   RigState announced_state_ = RigState::kOffline;

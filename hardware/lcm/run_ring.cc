@@ -25,14 +25,32 @@ std::vector<faultlab_msgs::rig_stream_t> RunRing::Pieces(std::int64_t from, std:
   std::vector<faultlab_msgs::rig_stream_t> pieces;
   do {
     const std::int64_t end = std::min<std::int64_t>(from + kRefillItems, to);
-    faultlab_msgs::rig_stream_t& piece = pieces.emplace_back();
-    piece.first_seq = from;
-    piece.oldest_seq = first_seq_;
-    piece.items.assign(items_.begin() + (from - first_seq_), items_.begin() + (end - first_seq_));
-    piece.count = static_cast<std::int32_t>(piece.items.size());
+    pieces.push_back(Piece(from, end));
     from = end;
   } while (from < to);
   return pieces;
+}
+
+faultlab_msgs::rig_stream_t RunRing::PieceOf(std::int64_t from, std::size_t bytes) const {
+  from = std::max(from, first_seq_);
+  std::int64_t end = from;
+  std::size_t used = 0;
+  while (end < next_seq()) {
+    const auto& item = items_[static_cast<std::size_t>(end - first_seq_)];
+    used += static_cast<std::size_t>(item._getEncodedSizeNoHash());
+    if (used > bytes && end > from) break;
+    ++end;
+  }
+  return Piece(from, end);
+}
+
+faultlab_msgs::rig_stream_t RunRing::Piece(std::int64_t from, std::int64_t end) const {
+  faultlab_msgs::rig_stream_t piece;
+  piece.first_seq = from;
+  piece.oldest_seq = first_seq_;
+  piece.items.assign(items_.begin() + (from - first_seq_), items_.begin() + (end - first_seq_));
+  piece.count = static_cast<std::int32_t>(piece.items.size());
+  return piece;
 }
 
 }  // namespace faultlab::hardware

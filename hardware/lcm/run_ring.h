@@ -27,8 +27,12 @@ class RunRing {
   /// kRefillItemsMax in all. Nothing to give is one empty piece: it carries the oldest there is.
   /// Whose run it is, is the caller's to fill in.
   std::vector<faultlab_msgs::rig_stream_t> Pieces(std::int64_t from, std::int64_t to) const;
+  /// One piece of what fits into `bytes`, at least one item. Contract: from < next_seq().
+  faultlab_msgs::rig_stream_t PieceOf(std::int64_t from, std::size_t bytes) const;
 
  private:
+  faultlab_msgs::rig_stream_t Piece(std::int64_t from, std::int64_t end) const;
+
   const std::size_t items_max_;
   std::deque<faultlab_msgs::rig_item_t> items_;
   std::int64_t first_seq_ = 0;

@@ -14,7 +14,7 @@ namespace {
 
 /// A sample with the events of a fault is as long as one without; the plan of many faults as long
 /// as any command.
-constexpr std::size_t kShortBlock = 1024;
+constexpr std::size_t kShortBlock = kShortMessageBytes + 1;  // sodium_pad() adds at least one
 constexpr std::size_t kLongBlock = 4096;
 constexpr std::size_t kNonceBytes = crypto_aead_xchacha20poly1305_ietf_NPUBBYTES;
 constexpr std::size_t kTagBytes = crypto_aead_xchacha20poly1305_ietf_ABYTES;

@@ -12,13 +12,16 @@
 
 namespace faultlab::hardware {
 
+inline constexpr std::size_t kShortMessageBytes = 1023;
+
 /// Everybody on the bus hears everything: plans, faults and what the rig did about them are sealed,
 /// always.
 ///
 ///   rig_sealed_t: rig, protocol, nonce (random), box
 ///   box = XChaCha20-Poly1305 (libsodium) of the message, padded, under a key derived from the
 ///         rig's; additional data: channel, rig, and all before the box
-///   padded to 1024 bytes, or to a multiple of 4096; commands always to the latter
+///   padded to 1024 bytes (messages of up to kShortMessageBytes), or to a multiple of 4096;
+///   commands always to the latter
 ///
 /// A box that is replayed on another channel (direction), as another rig's or with another protocol
 /// does not open. That it is of this lease and not heard before is inside: boot, epoch, counter.

@@ -139,8 +139,9 @@ class Accounts : public Authenticator {
   static constexpr int kLiveKeysMax = 100;   ///< of an account, neither revoked nor expired
   static constexpr int kPastKeysKept = 100;  ///< and those that are over
   static constexpr int kKeysShownMax = kLiveKeysMax + kPastKeysKept;
-  static constexpr int kCoursesTaughtMax = 200;  ///< by one person
-  static constexpr int kMembersMax = 5000;       ///< of a course, with those who are invited
+  static constexpr int kCoursesTaughtMax = 200;    ///< by one person
+  static constexpr int kMembersMax = 5000;         ///< of a course, with those who are invited
+  static constexpr int kAccountsMadeMax = 10'000;  ///< by one teacher's class lists
 
   Accounts(Database& database, GuestAccess guests);
 
@@ -241,7 +242,8 @@ class Accounts : public Authenticator {
   /// enrolled. Accounts that exist are invited, for a teacher reads the runs of the members; an
   /// admin enrols them at once. Nothing happens when a line is wrong; the Error names it. At most
   /// 5 000 lines. kConflict "course_full" when members and invitations would be more than
-  /// kMembersMax.
+  /// kMembersMax, "accounts_full" when `who` is no admin and would have made more than
+  /// kAccountsMadeMax.
   core::Result<Enrolment> EnrolCsv(const Principal& who,
                                    std::int64_t course_id,
                                    std::string_view csv,

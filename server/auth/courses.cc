@@ -110,11 +110,12 @@ std::optional<std::int64_t> AccountOf(Transaction& tx, const std::string& login)
   return id;
 }
 
-std::int64_t AddStudent(Transaction& tx, const CsvLine& line, WallTime now) {
+/// `maker`: 0 when an admin makes it.
+std::int64_t AddStudent(Transaction& tx, const CsvLine& line, std::int64_t maker, WallTime now) {
   const std::int64_t now_ms = ToMilliseconds(now);
   tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
-              "version) VALUES (:login, :name, 'student', '', 0, :now, 1)",
-      use(line.login, "login"), use(line.name, "name"), use(now_ms, "now");
+              "version, made_by) VALUES (:login, :name, 'student', '', 0, :now, 1, :maker)",
+      use(line.login, "login"), use(line.name, "name"), use(now_ms, "now"), use(maker, "maker");
   return AccountOf(tx, line.login).value();
 }
 
@@ -189,6 +190,20 @@ core::Status CheckMembers(Transaction& tx, std::int64_t course) {
                    " members and invitations; make another course for the others",
                "",
                "course_full",
+               {{"most", most}}};
+}
+
+core::Status CheckAccountsMade(Transaction& tx, std::int64_t maker) {
+  std::int64_t count = 0;
+  tx.sql() << "SELECT COUNT(*) FROM account WHERE made_by = :maker", into(count),
+      use(maker, "maker");
+  if (count <= Accounts::kAccountsMadeMax) return Done{};
+  const std::string most = std::to_string(Accounts::kAccountsMadeMax);
+  return Error{ErrorCode::kConflict,
+               "one teacher's class lists make at most " + most +
+                   " accounts; ask an admin to erase those of earlier years",
+               "",
+               "accounts_full",
                {{"most", most}}};
 }
 
@@ -338,6 +353,8 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Enrolment> {
     if (!CourseExists(tx, course_id)) return NoCourse();
     TakeTurn(tx, "members of " + std::to_string(course_id));
+    const std::int64_t maker = who.role == Role::kAdmin ? 0 : who.user_id;
+    if (maker != 0) TakeTurn(tx, "accounts made by " + std::to_string(maker));
     Enrolment out;
     for (const CsvLine& line : lines.value()) {
       std::optional<std::int64_t> known = AccountOf(tx, line.login);
@@ -347,13 +364,16 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
         PutInvitation(tx, course_id, *known, who.user_id, now);
         out.invited.push_back(line.login);
       } else {
-        if (!known) known = AddStudent(tx, line, now);
+        if (!known) known = AddStudent(tx, line, maker, now);
         PutEnrolment(tx, course_id, *known, /*teaches=*/false);
         DropInvitation(tx, course_id, *known);
         out.enrolled.push_back(line.login);
       }
     }
     if (const auto room = CheckMembers(tx, course_id); !room.ok()) return room.error();
+    if (maker != 0) {
+      if (const auto room = CheckAccountsMade(tx, maker); !room.ok()) return room.error();
+    }
     return out;
   });
 }

@@ -15,31 +15,32 @@ class ClientCounts {
    public:
     Place() = default;
     Place(Place&& other) noexcept
-        : counts_(std::exchange(other.counts_, nullptr)), client_(std::move(other.client_)) {}
+        : counts_(other.counts_), own_(std::exchange(other.own_, nullptr)) {}
     Place& operator=(Place&& other) noexcept {
       std::swap(counts_, other.counts_);
-      std::swap(client_, other.client_);
+      std::swap(own_, other.own_);
       return *this;
     }
     ~Place() {
-      if (counts_ == nullptr) return;
-      const auto own = counts_->of_.find(client_);
-      if (--own->second == 0) counts_->of_.erase(own);
+      if (own_ != nullptr && --own_->second == 0)
+        counts_->of_.erase(counts_->of_.find(own_->first));
     }
-    bool taken() const { return counts_ != nullptr; }
-    const std::string& client() const { return client_; }
+    bool taken() const { return own_ != nullptr; }
+    /// How many places its client holds; 0 when it is not taken.
+    std::size_t of_client() const { return own_ == nullptr ? 0 : own_->second; }
 
    private:
     friend class ClientCounts;
-    Place(ClientCounts& counts, std::string client) : counts_(&counts), client_(std::move(client)) {
-      ++counts_->of_[client_];
+    Place(ClientCounts& counts, const std::string& client)
+        : counts_(&counts), own_(&*counts.of_.try_emplace(client).first) {
+      ++own_->second;
     }
 
     ClientCounts* counts_ = nullptr;
-    std::string client_;
+    std::pair<const std::string, std::size_t>* own_ = nullptr;  ///< stays where it is in the map
   };
 
-  Place Take(std::string client) { return {*this, std::move(client)}; }
+  Place Take(const std::string& client) { return {*this, client}; }
   std::size_t Of(const std::string& client) const {
     const auto own = of_.find(client);
     return own == of_.end() ? 0 : own->second;

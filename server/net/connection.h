@@ -38,9 +38,10 @@ class Connection {
   /// The client has the word: it is to send the rest of a request, or to take the rest of an
   /// answer.
   bool waits_for_client() const { return slow_.taken() && socket_.is_open(); }
-  /// Contract: waits_for_client().
-  const std::string& client() const { return slow_.client(); }
-  const std::string& address_key() const { return address_key_; }
+  /// How many such connections that client has.
+  std::size_t waiting_of_client() const { return slow_.of_client(); }
+  /// How many connections the peer's address has.
+  std::size_t of_address() const { return place_.of_client(); }
   /// Since when it has been idle or has waited for its client.
   std::chrono::steady_clock::time_point waits_since() const { return waits_since_; }
   void Close();

@@ -128,8 +128,7 @@ bool HttpServer::Impl::CloseOneThatWaits() {
     const bool idle = connection->idle();
     if (!idle && !connection->waits_for_client()) continue;
     const std::tuple rank(idle,
-                          idle ? host_.of_address.Of(connection->address_key())
-                               : host_.slow_clients.Of(connection->client()),
+                          idle ? connection->of_address() : connection->waiting_of_client(),
                           host_.now - connection->waits_since());
     if (victim != nullptr && rank <= worst) continue;
     victim = connection;

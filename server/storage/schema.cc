@@ -287,6 +287,16 @@ Migration CalibrationsOfHiddenFaults() {
           .postgres_statements = {}};
 }
 
+/// Accounts that a class list made, by whose list it was (0 = an admin or the person).
+Migration AccountsOfClassLists() {
+  return {.version = 15,
+          .description = "who made an account by a class list",
+          .statements = {"ALTER TABLE account ADD COLUMN made_by BIGINT NOT NULL DEFAULT 0",
+                         "CREATE INDEX account_by_maker ON account (made_by)"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -303,7 +313,8 @@ const std::vector<Migration>& AllMigrations() {
                                               ForgottenRigNames(),
                                               EnrolledSince(),
                                               BoundedRows(),
-                                              CalibrationsOfHiddenFaults()};
+                                              CalibrationsOfHiddenFaults(),
+                                              AccountsOfClassLists()};
   return kAll;
 }
 

@@ -27,13 +27,19 @@ struct DaqJournal {
     released = true;
     changed.notify_all();
   }
+  bool hangs() {
+    const std::lock_guard lock(mutex);
+    return hung;
+  }
   void Hang() {
     std::unique_lock lock(mutex);
+    hung = true;
     changed.wait(lock, [this] { return released; });
   }
 
   std::mutex mutex;
   std::condition_variable changed;
+  bool hung = false;
   bool released = false;
 };
 

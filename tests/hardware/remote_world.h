@@ -110,7 +110,7 @@ class ServerThread {
   ServerThread(LossyBus& bus,
                double speed,
                std::string holder,
-               Nanoseconds give_up = std::chrono::seconds(20))
+               Nanoseconds give_up = std::chrono::seconds(200))
       : bus_(bus.MakeEnd()),
         rig_(std::make_shared<RemoteRig>(
             "far-1",

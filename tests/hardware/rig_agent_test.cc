@@ -6,9 +6,11 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <set>
 
 #include "core/signals/random.h"
 #include "hardware/lcm/channels.h"
+#include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/sealed_message.h"
 #include "hardware/simulated/simulated_rig.h"
 #include "tests/hardware/remote_world.h"
@@ -87,7 +89,9 @@ class RigAgentAlone : public testing::Test {
     return reply_.ok == 0 && static_cast<core::ErrorCode>(reply_.code) == code &&
            reply_.message.find(text) != std::string::npos;
   }
-  void BeginRun(std::int64_t epoch, const std::string& holder) {
+  void BeginRun(std::int64_t epoch,
+                const std::string& holder,
+                const std::vector<faultlab_msgs::fault_t>& faults = {}) {
     auto chunk = NewCommand("plan");
     chunk.epoch = epoch;
     chunk.holder = holder;
@@ -99,6 +103,8 @@ class RigAgentAlone : public testing::Test {
     arm.holder = holder;
     arm.to = kPlanChunkSamples;
     arm.period_s = 0.01;
+    arm.faults = faults;
+    arm.fault_count = static_cast<std::int32_t>(faults.size());
     ASSERT_TRUE(Answer(arm).ok) << reply_.message;
     ASSERT_EQ(rig_->state(), RigState::kArmed);
   }
@@ -265,6 +271,51 @@ TEST_F(RigAgentAlone, ALeaseEndsByItselfAndIsGivenAgainWithItsEpoch) {
   EXPECT_TRUE(Refused(core::ErrorCode::kStale, "no lease")) << reply_.message;
   EXPECT_TRUE(Lease(41, "lab/a").ok);
   EXPECT_TRUE(Say("nominal", 41, "lab/a").ok);
+}
+
+TEST_F(RigAgentAlone, ShowsTheBusOneMessageOfOneLengthASampleHoweverManyFaultsBegin) {
+  SimulatedRigOptions options;
+  options.id = "far-1";
+  agent_.reset();
+  rig_ = MakeSimulatedRig(options);
+  StartAgent();
+  std::set<std::size_t> sizes;
+  int alone = 0;
+  int commanded = 0;
+  std::int64_t next_seq = 0;
+  watcher_->Subscribe(
+      "FAULTLAB\\.far-1\\.STREAM", [&](const std::string&, MessageBus::Bytes bytes) {
+        const auto piece =
+            Opened<faultlab_msgs::rig_stream_t>(bytes, StreamChannel("far-1"), "far-1", TestKey())
+                .value();
+        sizes.insert(bytes.size());
+        EXPECT_EQ(piece.first_seq, next_seq);
+        next_seq += piece.count;
+        bool sampled = false;
+        for (const auto& item : piece.items) {
+          sampled = sampled || item.kind.empty();
+          if (item.kind == Name(RigEventKind::kFaultCommanded)) ++commanded;
+        }
+        if (!sampled && rig_->state() == RigState::kRunning) ++alone;
+      });
+  ASSERT_TRUE(Lease(41, "lab/a").ok);
+  std::vector<faultlab_msgs::fault_t> faults;
+  for (const core::Component component : core::kAllComponents) {
+    const double value = 1.2 * core::PlantParameters{}.Get(component);
+    faults.push_back(ToMessage({.component = component, .value = value, .at_s = 0.3}));
+  }
+  BeginRun(41, "lab/a", faults);
+  ASSERT_TRUE(Say("start", 41, "lab/a").ok) << reply_.message;
+  do {
+    agent_->Poll();
+    watcher_->Handle(std::chrono::milliseconds(1));
+  } while (rig_->state() == RigState::kRunning);
+  agent_->Poll();
+  watcher_->Handle(std::chrono::milliseconds(0));
+  EXPECT_EQ(sizes.size(), 1u);
+  EXPECT_EQ(alone, 0) << "messages between two samples";
+  EXPECT_EQ(commanded, static_cast<int>(faults.size()));
+  EXPECT_GE(next_seq, kPlanChunkSamples + commanded);
 }
 
 TEST_F(RigAgentAlone, AnAnswerThatWasLostIsGivenAgainWithoutActingTwice) {

@@ -145,6 +145,32 @@ TEST_P(AccountsTest, ACourseHasFiveThousandMembersAndInvitations) {
   EXPECT_FALSE(accounts_.GetByLogin("one.more").ok()) << "nothing of a refused list stays";
 }
 
+TEST_P(AccountsTest, ClassListsOfATeacherMakeTenThousandAccounts) {
+  const Account teacher = Person("teacher", Role::kInstructor);
+  const Account other = Person("other", Role::kInstructor);
+  const std::int64_t course = accounts_.CreateCourse("c", teacher.id, kNow).value().id;
+  const std::int64_t last = Accounts::kAccountsMadeMax - 1;
+  ASSERT_TRUE(accounts_.EnrolCsv(As(teacher), course, "s.0,S\n", kNow).ok());
+  const auto filled = database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
+                "version, made_by) WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n "
+                "WHERE i < :last) SELECT 's.' || CAST(i AS TEXT), 'S', 'student', '', 0, 0, 1, "
+                "made_by FROM n, account WHERE login = 's.0'",
+        soci::use(last, "last");
+    return core::Done{};
+  });
+  ASSERT_TRUE(filled.ok()) << filled.error().message;
+  // Leaving the course again makes no room for others.
+  const std::int64_t first = accounts_.GetByLogin("s.0").value().id;
+  ASSERT_TRUE(accounts_.EndEnrolment(course, first).ok());
+  const auto refused = accounts_.EnrolCsv(As(teacher), course, "one.more,S\n", kNow);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().reason, "accounts_full");
+  EXPECT_FALSE(accounts_.GetByLogin("one.more").ok()) << "nothing of a refused list stays";
+  EXPECT_TRUE(accounts_.EnrolCsv(As(teacher), course, "s.1,S\n", kNow).ok()) << "is invited";
+  EXPECT_TRUE(accounts_.EnrolCsv(As(other), course, "one.more,S\n", kNow).ok());
+}
+
 TEST_P(AccountsTest, ALinkDiesAfterADayAndWhenANewerOneIsMade) {
   const Account ann = Person("ann", Role::kStudent);
   const auto first = accounts_.CreateLink(ann.id, kNow).value();

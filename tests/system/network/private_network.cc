@@ -1,5 +1,4 @@
 // main of the tests that need a network: a namespace of this process alone.
-#include <gtest/gtest.h>
 #include <sched.h>
 #include <unistd.h>
 
@@ -7,10 +6,10 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "tests/support/real_time.h"
 #include "tests/system/network/network_world.h"
 
 int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
   constexpr int kSkip = 77;
   if (geteuid() != 0 || unshare(CLONE_NEWNET) != 0) {
     std::puts("skipped: a private network namespace needs root (CAP_SYS_ADMIN)");
@@ -22,8 +21,8 @@ int main(int argc, char** argv) {
     return kSkip;
   }
   (void)faultlab::hardware::KeyFolder();  // named before the first fork
-  const int status = RUN_ALL_TESTS();
-  std::error_code ignored;
-  std::filesystem::remove_all(faultlab::hardware::KeyFolder(), ignored);
-  return status;
+  return faultlab::tests::RunInRealTime(argc, argv, [] {
+    std::error_code ignored;
+    std::filesystem::remove_all(faultlab::hardware::KeyFolder(), ignored);
+  });
 }

@@ -42,6 +42,8 @@ export const refusalsSr: Record<string, string> = {
   refused_courses_full:
     "Držite {most} kurseva, koliko jedna osoba sme; administrator vas može ukloniti iz starih.",
   refused_course_full: "Kurs ima najviše {most} članova i poziva; za ostale napravite drugi kurs.",
+  refused_accounts_full:
+    "Spiskovi jednog nastavnika prave najviše {most} naloga; administrator može obrisati stare.",
   refused_disk_full: "Disk servera je skoro pun: nastavljaju se samo termini na uređajima.",
   refused_sign_in_throttled: "Previše neuspelih pokušaja; pokušajte za {seconds} s.",
 };

@@ -1,0 +1,5 @@
+#include "tests/support/real_time.h"
+
+int main(int argc, char** argv) {
+  return faultlab::tests::RunInRealTime(argc, argv);
+}
