@@ -183,6 +183,9 @@ core::Status HttpServer::Impl::Bind() {
   acceptor_.open(endpoint.protocol(), ec);
   if (!ec) acceptor_.set_option(tcp::acceptor::reuse_address(true), ec);
   if (!ec) acceptor_.bind(endpoint, ec);
+  // What it accepts inherits this.
+  if (!ec)
+    acceptor_.set_option(tcp::socket::send_buffer_size(host_.options.limits.send_buffer_bytes), ec);
   if (!ec) acceptor_.listen(asio::socket_base::max_listen_connections, ec);
   if (ec) return refusal(ec);
   port_ = acceptor_.local_endpoint().port();

@@ -38,6 +38,8 @@ struct HttpLimits {
   std::chrono::milliseconds write_deadline{30'000};  ///< of each 512 kB of an answer: 17 kB/s
   std::chrono::milliseconds idle_deadline{75'000};   ///< kept-alive connection between requests
   std::chrono::milliseconds look_every{2'000};       ///< whether who takes an answer still may
+  /// Of an answer, in the kernel: out of reach when the right to it ends. The kernel takes twice.
+  int send_buffer_bytes = 256 << 10;
   PeerLimits peers;
 };
 

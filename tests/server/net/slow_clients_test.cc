@@ -178,8 +178,8 @@ class TakenSlowlyTest : public HttpServerTest, public ::testing::WithParamInterf
     };
     router_.Add(std::move(route));
   }
-  std::unique_ptr<RawClient> Begin() {
-    auto client = std::make_unique<RawClient>(Start(), 4096);
+  std::unique_ptr<RawClient> Begin(int receive_buffer_bytes = 4096) {
+    auto client = std::make_unique<RawClient>(Start(), receive_buffer_bytes);
     client->Send(std::string("GET ") + GetParam() +
                  " HTTP/1.1\r\nHost: localhost\r\nCookie: mine\r\n\r\n");
     return client;
@@ -201,6 +201,20 @@ TEST_P(TakenSlowlyTest, AnAnswerEndsWithTheRightToIt) {
   refused_.wait(false);
   EXPECT_LT(client->ReadAll().size(), kBytes / 2);
   EXPECT_EQ(Get(server_->port(), "/hello").status, 200);
+}
+
+TEST_P(TakenSlowlyTest, OfAnAnswerThatWentFastLittleIsInTheKernelWhenTheRightToItEnds) {
+  const auto client = Begin(1 << 18);
+  std::string piece(64 << 10, '\0');
+  for (std::size_t read = 0; read < kBytes / 2;) {
+    const ssize_t got = recv(client->fd(), piece.data(), piece.size(), 0);
+    ASSERT_GT(got, 0);
+    read += static_cast<std::size_t>(got);
+  }
+  for (int i = 0; i < 3; ++i) WaitForAnother();  // both kernels are full
+  may_ = false;
+  refused_.wait(false);
+  EXPECT_LT(client->ReadAll().size(), 1u << 20);
 }
 
 TEST_P(TakenSlowlyTest, AnAnswerIsWholeWhileTheRightHolds) {
