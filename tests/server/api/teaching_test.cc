@@ -173,6 +173,48 @@ TEST_F(ApiTest, ABatchOfJobsRunsToItsResultsAndABadRunIsNamedBeforehand) {
   EXPECT_EQ(Call(bob, "GET", "jobs/{id}", first).status, 404);
 }
 
+TEST_F(ApiTest, JobsThatWaitCountForTheirOwnerUntilTheyEnd) {
+  const Person ann = Make("ann", Role::kStudent);
+  const auto bytes = [&] {
+    return Ok(Call(ann, "GET", "usage", "usage")).at("job_bytes").to_number<std::int64_t>();
+  };
+  EXPECT_EQ(bytes(), 0);
+  json::array runs;
+  for (int seed = 0; seed < 50; ++seed) runs.push_back({{"duration_s", 100}, {"seed", seed}});
+  const std::string body = json::serialize(json::object{{"name", "sweep"}, {"runs", runs}});
+  const json::object batch = Ok(Call(ann, "POST", "jobs", "jobs", body), 202);
+  EXPECT_GT(bytes(), 0);
+  const std::string list = "jobs?limit=100&batch=" + std::string(batch.at("batch").as_string());
+  const json::object jobs = Ok(Call(ann, "GET", "jobs", list));
+  for (const json::value& job : jobs.at("items").as_array()) {
+    (void)Call(ann, "DELETE", "jobs/{id}", "jobs/" + std::string(job.at("id").as_string()));
+  }
+  for (int i = 0; i < 3000 && bytes() > 0; ++i) {  // those that run are finished first
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  EXPECT_EQ(bytes(), 0);
+}
+
+TEST_F(ApiTest, CoursesComeInPages) {
+  const Person teacher = Make("teacher", Role::kInstructor);
+  for (const char* name : {"a", "b", "c"}) {
+    const std::string body = json::serialize(json::object{{"name", name}});
+    (void)Ok(Call(teacher, "POST", "courses", "courses", body), 201);
+  }
+  std::string names;
+  std::string target = "courses?limit=2";
+  while (!target.empty()) {
+    const json::object page = Ok(Call(teacher, "GET", "courses", target));
+    for (const json::value& course : page.at("items").as_array()) {
+      names += course.at("name").as_string();
+    }
+    const json::value& cursor = page.at("next_cursor");
+    target = cursor.is_null() ? "" : "courses?limit=2&cursor=" + std::string(cursor.as_string());
+  }
+  EXPECT_EQ(names, "abc");
+  EXPECT_EQ(Call(teacher, "GET", "courses", "courses?cursor=x").status, 400);
+}
+
 TEST_F(ApiTest, TheExampleClientsSweepAndSaveTheirData) {
   const auto account = accounts_->Create("robot", "Robot", Role::kStudent, Now()).value();
   Principal who;
