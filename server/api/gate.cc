@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <utility>
+#include <variant>
 
 #include "server/address_key.h"
 #include "server/auth/secrets.h"
@@ -133,7 +134,9 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
   const auto body = BodyOf(route, http);
   if (!body) return body.error();
   const ApiRequest request{http, who, body.value(), run};
+  const std::string caller = AsksWho(route) ? who.caller_key() : std::string();
   if (auto elsewhere = parts_.whereabouts.AnsweredElsewhere(route.lives_at, request)) {
+    elsewhere->caller = caller;
     if (!http.from_peer) return RouteAnswer(std::move(*elsewhere));
     // The servers' views differ for a moment: nobody passes on what was passed on.
     return RouteAnswer(
@@ -144,7 +147,9 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
   if (route.lives_at != LivesAt::kEveryMember || http.from_peer) {
     return RouteAnswer(std::move(answer).value());
   }
-  return parts_.whereabouts.JoinedWithOthers(std::move(answer).value());
+  RouteAnswer joined = parts_.whereabouts.JoinedWithOthers(std::move(answer).value());
+  if (auto* ask = std::get_if<AskPeers>(&joined)) ask->caller = caller;
+  return joined;
 }
 
 core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequest& request) {

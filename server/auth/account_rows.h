@@ -7,7 +7,7 @@
 
 #include "server/auth/accounts.h"
 
-// Rows of the account table, shared by the .cc files of Accounts.
+// Rows of the account table and of the audit log, shared by the .cc files of Accounts.
 namespace faultlab::server::account_rows {
 
 inline constexpr const char* kColumns =
@@ -40,6 +40,19 @@ std::optional<Row> Find(Transaction& tx, const std::string& condition, const Val
       soci::into(row.created_ms), soci::into(row.account.version), soci::use(value, "value");
   if (!tx.sql().got_data()) return std::nullopt;
   return row;
+}
+
+inline void PutAuditLine(Transaction& tx,
+                         const std::string& actor,
+                         const std::string& verb,
+                         const std::string& object,
+                         const std::string& detail,
+                         WallTime now) {
+  const std::int64_t now_ms = ToMilliseconds(now);
+  tx.sql() << "INSERT INTO audit_log (at_ms, actor, verb, object, detail) "
+              "VALUES (:at, :actor, :verb, :object, :detail)",
+      soci::use(now_ms, "at"), soci::use(actor, "actor"), soci::use(verb, "verb"),
+      soci::use(object, "object"), soci::use(detail, "detail");
 }
 
 inline core::Error NoAccount() {

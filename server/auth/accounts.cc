@@ -279,11 +279,7 @@ core::Status Accounts::Audit(const std::string& actor,
                              const std::string& detail,
                              WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    const std::int64_t now_ms = ToMilliseconds(now);
-    tx.sql() << "INSERT INTO audit_log (at_ms, actor, verb, object, detail) "
-                "VALUES (:at, :actor, :verb, :object, :detail)",
-        use(now_ms, "at"), use(actor, "actor"), use(verb, "verb"), use(object, "object"),
-        use(detail, "detail");
+    account_rows::PutAuditLine(tx, actor, verb, object, detail, now);
     return Done{};
   });
 }

@@ -57,6 +57,7 @@ struct Course {
 struct Enrolment {
   std::vector<std::string> enrolled;  ///< now members
   std::vector<std::string> invited;   ///< asked: members when they accept
+  int invited_already = 0;            ///< have not answered yet
   int members_already = 0;
 };
 
@@ -240,10 +241,10 @@ class Accounts : public Authenticator {
   core::Result<std::vector<Account>> Members(std::int64_t course_id);
   /// login,name per line (header optional, any line end): missing students are created and
   /// enrolled. Accounts that exist are invited, for a teacher reads the runs of the members; an
-  /// admin enrols them at once. Nothing happens when a line is wrong; the Error names it. At most
-  /// 5 000 lines. kConflict "course_full" when members and invitations would be more than
-  /// kMembersMax, "accounts_full" when `who` is no admin and would have made more than
-  /// kAccountsMadeMax.
+  /// admin enrols them at once. The audit log names all of both. Nothing happens when a line is
+  /// wrong; the Error names it. At most 5 000 lines. kConflict "course_full" when members and
+  /// invitations would be more than kMembersMax, "accounts_full" when `who` is no admin and would
+  /// have made more than kAccountsMadeMax.
   core::Result<Enrolment> EnrolCsv(const Principal& who,
                                    std::int64_t course_id,
                                    std::string_view csv,

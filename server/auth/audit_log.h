@@ -14,6 +14,10 @@ namespace faultlab::server {
 
 /// Writes down who did what. A deed that is done and stored is not refused because its line cannot
 /// be written: the program's log says so then.
+///
+/// Of one student (or all guests) an hour has at most 200 lines of a verb, of one teacher or
+/// service 1000: no program in a loop fills what is kept for good. The last one says that more are
+/// left out, the first one of a later hour how many were.
 class AuditLog {
  public:
   /// Both must outlive it.
@@ -23,10 +27,9 @@ class AuditLog {
   void Add(const Principal& who,
            const std::string& verb,
            const std::string& object,
-           const std::string& detail) const;
-  /// For what strangers, or programs in a loop, can do as often as they like: in an hour at most 30
-  /// lines of a verb about an object and 1000 of a verb. The last one says that more are left out,
-  /// the first one of a later hour how many were.
+           const std::string& detail);
+  /// For what strangers can do as often as they like: in an hour at most 30 lines of a verb about
+  /// an object and 1000 of a verb.
   void AddBounded(const AuditNote& note);
 
  private:
@@ -40,6 +43,10 @@ class AuditLog {
     std::string remark;  ///< for the detail
   };
   Counted Count(const std::string& key, int lines_max, WallTime now);
+  void Write(const Principal& who,
+             const std::string& verb,
+             const std::string& object,
+             const std::string& detail);
 
   Accounts& accounts_;
   const Clock& clock_;

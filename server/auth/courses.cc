@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <charconv>
 #include <chrono>
+#include <utility>
 
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
@@ -46,16 +47,24 @@ bool IsMember(Transaction& tx, std::int64_t course, std::int64_t account) {
   return count > 0;
 }
 
-void PutInvitation(Transaction& tx,
+/// @returns whether it is a new one.
+bool PutInvitation(Transaction& tx,
                    std::int64_t course,
                    std::int64_t account,
                    std::int64_t teacher,
                    WallTime now) {
   const std::int64_t now_ms = ToMilliseconds(now);
-  tx.sql() << "INSERT INTO course_invitation (course_id, account_id, invited_by, created_ms) "
+  soci::statement put =
+      (tx.sql().prepare
+           << "INSERT INTO course_invitation (course_id, account_id, invited_by, created_ms) "
               "VALUES (:course, :account, :teacher, :now) "
               "ON CONFLICT (course_id, account_id) DO NOTHING",
-      use(course, "course"), use(account, "account"), use(teacher, "teacher"), use(now_ms, "now");
+       use(course, "course"),
+       use(account, "account"),
+       use(teacher, "teacher"),
+       use(now_ms, "now"));
+  put.execute(true);
+  return put.get_affected_rows() > 0;
 }
 
 /// @returns whether there was one.
@@ -176,6 +185,23 @@ core::Status CheckCourses(Transaction& tx, std::int64_t teacher) {
                "",
                "courses_full",
                {{"most", most}}};
+}
+
+/// Entries that name every login; a long list takes several.
+void PutAuditLines(Transaction& tx,
+                   const Principal& who,
+                   const std::string& verb,
+                   std::int64_t course,
+                   const std::vector<std::string>& logins,
+                   WallTime now) {
+  constexpr std::size_t kDetailBytes = 1000;
+  const std::string object = "course:" + std::to_string(course);
+  std::string detail;
+  for (std::size_t i = 0; i < logins.size(); ++i) {
+    detail += (detail.empty() ? "" : ", ") + logins[i];
+    if (detail.size() < kDetailBytes && i + 1 < logins.size()) continue;
+    account_rows::PutAuditLine(tx, who.owner_key(), verb, object, std::exchange(detail, {}), now);
+  }
 }
 
 core::Status CheckMembers(Transaction& tx, std::int64_t course) {
@@ -361,8 +387,11 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
       if (known && IsMember(tx, course_id, *known)) {
         ++out.members_already;
       } else if (known && who.role != Role::kAdmin) {
-        PutInvitation(tx, course_id, *known, who.user_id, now);
-        out.invited.push_back(line.login);
+        if (PutInvitation(tx, course_id, *known, who.user_id, now)) {
+          out.invited.push_back(line.login);
+        } else {
+          ++out.invited_already;
+        }
       } else {
         if (!known) known = AddStudent(tx, line, maker, now);
         PutEnrolment(tx, course_id, *known, /*teaches=*/false);
@@ -374,6 +403,8 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
     if (maker != 0) {
       if (const auto room = CheckAccountsMade(tx, maker); !room.ok()) return room.error();
     }
+    PutAuditLines(tx, who, "enrol", course_id, out.enrolled, now);
+    PutAuditLines(tx, who, "invite", course_id, out.invited, now);
     return out;
   });
 }

@@ -39,8 +39,6 @@ core::Status Experiments::TakeFaultSet(const Principal& who, ExperimentPlan& pla
   }
   auto faults = ParseFaults(set.value().faults_json, plan.duration_s);
   if (!faults) return faults.error();
-  const core::Status used = parts_.fault_sets.MarkUsed(plan.fault_set);
-  if (!used.ok()) return used.error();
   plan.faults = std::move(faults).value();
   if (!set.value().visible) plan.hidden_faults = true;
   plan.fault_set = 0;
@@ -135,8 +133,13 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
 core::Result<RunSnapshot> Experiments::Start(const Principal& who,
                                              StartedBy by,
                                              ExperimentPlan plan) {
+  const std::int64_t set = plan.fault_set;
   const core::Status taken = TakeFaultSet(who, plan);
   if (!taken.ok()) return taken.error();
+  if (set != 0) {
+    const core::Status used = parts_.fault_sets.MarkUsed(set);
+    if (!used.ok()) return used.error();
+  }
   auto run = plan.recording.empty() ? OnRig(who, by, plan) : Replay(who, by, plan);
   if (!run) return run.error();
   RunRequest ready = std::move(run).value();

@@ -39,6 +39,7 @@ class Experiments {
 
   /// Refuses now what Start would refuse later, but for the state of the rig. A fault set is taken:
   /// its faults stand in the plan then.
+  /// (The set is used when a run of it starts or is kept as a job: MarkUsed.)
   core::Status Check(const Principal& who, ExperimentPlan& plan);
 
  private:

@@ -1,5 +1,7 @@
 #include "server/experiment/storage_quota.h"
 
+#include <algorithm>
+
 #include "server/run/refusals.h"
 
 namespace faultlab::server {
@@ -10,6 +12,7 @@ core::Status StorageQuota::MakeRoom(const Principal& who, std::int64_t samples) 
   const std::int64_t limit = LimitOf(who);
   if (limit == 0) return core::Done{};
   const std::string owner = who.owner_key();
+  samples = std::max(samples, RecordingStore::kSamplesLeast);
   auto kept = store_.SamplesOf(owner);
   if (!kept) return kept.error();
   while (kept.value() + samples > limit) {

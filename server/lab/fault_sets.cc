@@ -88,6 +88,16 @@ FaultSet Insert(Transaction& tx, const FaultSet& set) {
   return out;
 }
 
+/// Runs tell of a used one: it is kept, with the newest of its author's.
+void Retire(Transaction& tx, const FaultSet& set) {
+  const std::int64_t kept = FaultSets::kOfAuthorMax;
+  tx.sql() << "UPDATE fault_set SET deleted = 1 WHERE id = :id", use(set.id, "id");
+  tx.sql() << "DELETE FROM fault_set WHERE account_id = :author AND deleted = 1 AND id <= "
+              "(SELECT id FROM fault_set WHERE account_id = :same AND deleted = 1 "
+              "ORDER BY id DESC LIMIT 1 OFFSET :kept)",
+      use(set.author, "author"), use(set.author, "same"), use(kept, "kept");
+}
+
 }  // namespace
 
 core::Result<FaultSet> FaultSets::Create(FaultSet set) {
@@ -111,7 +121,7 @@ core::Result<FaultSet> FaultSets::Change(const FaultSet& set, std::int64_t versi
     next.version = version + 1;
     if (before->used) {
       next.replaces = before->id;
-      tx.sql() << "UPDATE fault_set SET deleted = 1 WHERE id = :id", use(set.id, "id");
+      Retire(tx, *before);
       return Insert(tx, next);
     }
     const std::int64_t visible = set.visible ? 1 : 0;
@@ -130,9 +140,11 @@ core::Status FaultSets::Delete(std::int64_t id, std::int64_t version) {
     if (!before) return NoSet();
     if (before->version != version) return Changed();
     // Runs tell of a used one.
-    tx.sql() << (before->used ? "UPDATE fault_set SET deleted = 1 WHERE id = :id"
-                              : "DELETE FROM fault_set WHERE id = :id"),
-        use(id, "id");
+    if (before->used) {
+      Retire(tx, *before);
+    } else {
+      tx.sql() << "DELETE FROM fault_set WHERE id = :id", use(id, "id");
+    }
     return Done{};
   });
 }
@@ -165,6 +177,9 @@ core::Result<std::vector<FaultSet>> FaultSets::List(std::optional<std::int64_t> 
 }
 
 core::Status FaultSets::MarkUsed(std::int64_t id) {
+  // Most are used already: a look, no write that others wait for.
+  const auto set = Get(id);
+  if (!set.ok() || set.value().used) return Done{};
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     tx.sql() << "UPDATE fault_set SET used = 1 WHERE id = :id", use(id, "id");
     return Done{};

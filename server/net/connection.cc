@@ -53,6 +53,12 @@ void Connection::Close() {
   socket_.close(ec);
 }
 
+void Connection::GiveUp() {
+  body_bytes_ = {};
+  answer_bytes_ = {};
+  Close();
+}
+
 void Connection::WaitFor(const std::string& client) {
   slow_ = host_.slow_clients.Take(client);
   waits_since_ = host_.now;
@@ -130,7 +136,8 @@ asio::awaitable<HttpResponse> Connection::Answer(const Route& route) {
     answer = co_await pool.Run(host_.io, turn, [this, &route] { return Handle(route); });
   }
   if (const auto* ask = std::get_if<AskPeers>(&answer)) {
-    co_return co_await PassOn(host_, request_, *ask);
+    const std::string& asker = ask->caller.empty() ? caller_ : ask->caller;
+    co_return co_await PassOn(host_, request_, *ask, asker);
   }
   co_return std::move(std::get<HttpResponse>(answer));
 }
@@ -193,10 +200,11 @@ asio::awaitable<Connection::Next> Connection::Serve() {
   }
   // Until it is sent to its end. A small answer is never in the way of the budget, and what a
   // request has changed is told whatever it says.
-  std::optional<ByteBudget::Hold> hold;
   if (safe && response.body.size() > kSmallBytes) {
-    hold = host_.waiting_bytes.Take(response.body.size());
-    if (!hold) {
+    auto hold = host_.TakeBytes(response.body.size(), *this);
+    if (hold) {
+      answer_bytes_ = std::move(*hold);
+    } else {
       ++host_.counters.bytes_refused;
       response = BytesFullProblem();
     }
@@ -211,6 +219,7 @@ asio::awaitable<Connection::Next> Connection::Serve() {
       co_await sender_.Send(response, request_.method == HttpMethod::kHead, keep_alive, caller_);
   slow_ = {};
   body_bytes_ = {};
+  answer_bytes_ = {};
   admitted_.reset();
   if (!sent) co_return Next::kClose;
   co_return keep_alive ? Next::kKeepAlive : Next::kClose;

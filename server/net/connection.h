@@ -45,6 +45,12 @@ class Connection {
   /// Since when it has been idle or has waited for its client.
   std::chrono::steady_clock::time_point waits_since() const { return waits_since_; }
   void Close();
+  /// Bytes of the budget that the request at work and its answer hold, and with whom that caller
+  /// takes turns.
+  std::size_t held_bytes() const { return body_bytes_.bytes() + answer_bytes_.bytes(); }
+  const std::string& caller() const { return caller_; }
+  /// Closes it and gives its bytes back at once.
+  void GiveUp();
   /// The request at work is the last one; a connection that waits is closed at once.
   void CloseIfIdle();
 
@@ -65,6 +71,7 @@ class Connection {
   boost::asio::awaitable<Next> Serve();
   boost::asio::awaitable<Next> Upgrade();
   boost::asio::awaitable<Next> TunnelTo(const PeerAddress& peer);
+  std::optional<HttpResponse> TunnelRefusal() const;
   boost::asio::awaitable<bool> SwitchProtocols();
   boost::asio::awaitable<HttpResponse> Answer(const Route& route);
   boost::asio::awaitable<void> Refuse(HttpResponse response);
@@ -80,6 +87,7 @@ class Connection {
   std::optional<Parser> parser_;
   HttpRequest request_;
   ByteBudget::Hold body_bytes_;     ///< of the request at work, as far as it has arrived
+  ByteBudget::Hold answer_bytes_;   ///< until it is sent to its end
   std::shared_ptr<void> admitted_;  ///< of the request at work
   std::string peer_address_;
   std::string address_key_;    ///< of the peer

@@ -9,13 +9,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <unordered_set>
 
 #include "server/net/byte_budget.h"
 #include "server/net/client_counts.h"
 #include "server/net/handler_pool.h"
 #include "server/net/http_server.h"
+#include "server/net/peer_lines.h"
 
 namespace faultlab::server {
 
@@ -40,15 +40,26 @@ struct ConnectionHost {
   ClientCounts of_address{};    ///< connections, by AddressKey of the peer
   ClientCounts slow_clients{};  ///< connections that wait for their client, by who that is
   ClientCounts slow_bodies{};   ///< of those, the ones that read a body
-  std::unordered_map<std::string, int> waiting_for_peer{};  ///< requests, by the peer's address
-  std::chrono::steady_clock::time_point now{};              ///< coarse: moved twice a second
-  std::string date{};                                       ///< of `now`, as answers carry it
+  /// Requests, by who asks.
+  PeerLines waiting_for_peer{options.limits.peers.waiting_max,
+                             options.limits.peers.waiting_per_caller_max};
+  /// Handshakes of WebSockets, by the client's address: it has at most half, as of the tunnels.
+  PeerLines handshakes_with_peer{options.limits.peers.waiting_max,
+                                 (options.limits.peers.waiting_max + 1) / 2};
+  ClientCounts tunnels_of_client{};             ///< by the client's address
+  std::chrono::steady_clock::time_point now{};  ///< coarse: moved twice a second
+  std::string date{};                           ///< of `now`, as answers carry it
   // Connections live in the coroutines that io owns: io goes first, what they touch stays above.
   HandlerPool pool{options.limits.pool};
   HandlerPool heavy{options.limits.heavy};
   HandlerPool password{options.limits.password};
   HandlerPool outside{options.limits.outside};
   boost::asio::io_context io{1};
+
+  /// Bytes for a body or an answer of `asker`. When the budget is full, the caller who holds most
+  /// gives way: the connection of theirs that has waited for its client for longest is closed.
+  /// Nothing when that caller is the asker's own, or nobody waits.
+  std::optional<ByteBudget::Hold> TakeBytes(std::size_t bytes, const Connection& asker);
 
   std::array<HandlerPool*, 4> Pools() { return {&pool, &heavy, &password, &outside}; }
   HandlerPool& PoolOf(RunsOn runs_on) {

@@ -188,7 +188,7 @@ asio::awaitable<bool> Connection::ReadBody(std::size_t bytes_max) {
 bool Connection::HoldBody(std::size_t bytes) {
   if (bytes <= kSmallBytes || bytes <= body_bytes_.bytes()) return true;
   const std::size_t wanted = bytes + kBodyStepBytes;
-  auto hold = host_.waiting_bytes.Take(wanted - body_bytes_.bytes());
+  auto hold = host_.TakeBytes(wanted - body_bytes_.bytes(), *this);
   if (!hold) return false;
   body_bytes_.Add(std::move(*hold));
   return true;

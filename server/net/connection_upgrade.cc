@@ -3,7 +3,9 @@
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <variant>
 
@@ -22,6 +24,18 @@ using boost::system::error_code;
 
 constexpr int kTunnelsFullS = 60;
 
+/// One tunnel among those that are open.
+class TunnelPlace {
+ public:
+  explicit TunnelPlace(std::atomic<std::uint64_t>& open) : open_(open) { ++open_; }
+  ~TunnelPlace() { --open_; }
+  TunnelPlace(const TunnelPlace&) = delete;
+  TunnelPlace& operator=(const TunnelPlace&) = delete;
+
+ private:
+  std::atomic<std::uint64_t>& open_;
+};
+
 }  // namespace
 
 asio::awaitable<bool> Connection::SwitchProtocols() {
@@ -32,41 +46,58 @@ asio::awaitable<bool> Connection::SwitchProtocols() {
   co_return co_await sender_.Send(answer);
 }
 
+/// Why there is no room for one more tunnel, or for one more of this client.
+std::optional<HttpResponse> Connection::TunnelRefusal() const {
+  const std::size_t max = host_.options.limits.peers.tunnels_max;
+  if (!host_.seal || host_.counters.tunnels >= max) {
+    return TryAgain(503, "Too many are watching; try again in a minute.", kTunnelsFullS);
+  }
+  if (host_.tunnels_of_client.Of(caller_) < (max + 1) / 2) return std::nullopt;
+  return TryAgain(
+      429, "Too many windows of your address are open; close some of them.", kTunnelsFullS);
+}
+
 /// The peer shakes hands first; then the bytes go both ways as they come. Its viewers are pinged,
-/// so silence means that it is gone.
+/// so silence means that it is gone. Only the peer knows whether the code is good: until it has
+/// said so, the client has a place among the handshakes and none among the tunnels.
 asio::awaitable<Connection::Next> Connection::TunnelTo(const PeerAddress& peer) {
   const auto& limits = host_.options.limits;
-  if (!host_.seal || host_.counters.tunnels >= limits.peers.tunnels_max) {
-    co_await Refuse(TryAgain(503, "Too many are watching; try again in a minute.", kTunnelsFullS));
+  std::optional<HttpResponse> full = TunnelRefusal();
+  if (!full) {
+    const PeerLines::Room room = host_.handshakes_with_peer.RoomFor(peer.address, caller_);
+    if (room == PeerLines::Room::kFull) full = PeerProblem(PeerFull(peer));
+    if (room == PeerLines::Room::kCallerFull) full = CallerFullProblem();
+  }
+  if (full) {
+    co_await Refuse(std::move(*full));
     co_return Next::kClose;
   }
-  struct Place {
-    explicit Place(std::atomic<std::uint64_t>& count) : taken(count) { ++taken; }
-    ~Place() { --taken; }
-    Place(const Place&) = delete;
-    Place& operator=(const Place&) = delete;
-    std::atomic<std::uint64_t>& taken;
-  };
-  std::optional<Place> place(host_.counters.tunnels);
+  std::optional<PeerLines::Place> waiting(host_.handshakes_with_peer.Take(peer.address, caller_));
   deadline_ = std::chrono::steady_clock::time_point::max();  // the exchange has its own
   PeerExchange exchange(host_.io, limits.peers, peer);
   const std::string hop = SealedHop(host_, request_, peer);
   auto answer = co_await exchange.Ask(request_, hop);
+  waiting.reset();
   if (!answer || answer.value().status != 101) {
     if (!answer) ++host_.counters.peers_silent;
-    place.reset();
     HttpResponse refusal = answer ? std::move(answer).value() : PeerProblem(answer.error());
     co_await Refuse(std::move(refusal));
     co_return Next::kClose;
   }
+  if (auto late = TunnelRefusal()) {  // others have come in meanwhile
+    co_await Refuse(std::move(*late));
+    co_return Next::kClose;
+  }
+  const TunnelPlace place(host_.counters.tunnels);
+  const ClientCounts::Place of_client = host_.tunnels_of_client.Take(caller_);
   const std::string early = exchange.pending();
-  const std::string late(static_cast<const char*>(buffer_.data().data()), buffer_.size());
+  const std::string ahead(static_cast<const char*>(buffer_.data().data()), buffer_.size());
   error_code ec;
   idle_ = true;  // from here on nothing is lost when the server stops
   tunnel_ = true;
   if (!co_await SwitchProtocols() || !co_await sender_.Send(early)) co_return Next::kClose;
   co_await asio::async_write(
-      exchange.socket(), asio::buffer(late), asio::redirect_error(asio::use_awaitable, ec));
+      exchange.socket(), asio::buffer(ahead), asio::redirect_error(asio::use_awaitable, ec));
   ++host_.counters.answers[1];
   Deadline(limits.peers.tunnel_silence);
   bool ended = false;

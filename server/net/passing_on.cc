@@ -3,7 +3,6 @@
 #include <utility>
 #include <vector>
 
-#include "server/address_key.h"
 #include "server/clock.h"
 #include "server/net/admission_desk.h"
 #include "server/net/peer.h"
@@ -16,22 +15,18 @@ namespace asio = boost::asio;
 
 asio::awaitable<core::Result<HttpResponse>> AskPeer(ConnectionHost& host,
                                                     const HttpRequest& request,
-                                                    const PeerAddress& peer) {
-  const core::Error busy{core::ErrorCode::kBusy,
-                         "Too many requests wait for server '" + peer.name +
-                             "', which has what this is about; try again in a few seconds.",
-                         ""};
-  if (!host.seal) co_return busy;
-  int& waiting = host.waiting_for_peer[peer.address];
-  if (waiting >= host.options.limits.peers.waiting_max) co_return busy;
-  ++waiting;
+                                                    const PeerAddress& peer,
+                                                    const std::string& caller) {
+  PeerLines& lines = host.waiting_for_peer;
+  if (!host.seal || lines.RoomFor(peer.address, caller) != PeerLines::Room::kFree) {
+    co_return PeerFull(peer);
+  }
+  const PeerLines::Place place = lines.Take(peer.address, caller);
   ++host.counters.passed_on;
   PeerExchange exchange(host.io, host.options.limits.peers, peer);
   const std::string hop = SealedHop(host, request, peer);
   auto answer = co_await exchange.Ask(request, hop);
   if (!answer) ++host.counters.peers_silent;
-  const auto entry = host.waiting_for_peer.find(peer.address);
-  if (--entry->second == 0) host.waiting_for_peer.erase(entry);
   co_return answer;
 }
 
@@ -46,16 +41,27 @@ std::string SealedHop(const ConnectionHost& host,
       {std::string(request.remote_address), request.https}, peer.name, sent, SystemClock().Wall());
 }
 
+core::Error PeerFull(const PeerAddress& peer) {
+  return {core::ErrorCode::kBusy,
+          "Too many requests wait for server '" + peer.name +
+              "', which has what this is about; try again in a few seconds.",
+          ""};
+}
+
 asio::awaitable<HttpResponse> PassOn(ConnectionHost& host,
                                      const HttpRequest& request,
-                                     const AskPeers& ask) {
+                                     const AskPeers& ask,
+                                     const std::string& caller) {
   std::vector<core::Result<HttpResponse>> answers;
   for (const PeerAddress& peer : ask.peers) {
-    auto answer = co_await AskPeer(host, request, peer);
+    if (host.waiting_for_peer.RoomFor(peer.address, caller) == PeerLines::Room::kCallerFull) {
+      co_return CallerFullProblem();
+    }
+    auto answer = co_await AskPeer(host, request, peer, caller);
     answers.push_back(std::move(answer));
   }
   if (ask.join) {
-    const HandlerPool::Turn turn{AddressKey(request.remote_address)};
+    const HandlerPool::Turn turn{caller};
     if (auto full = PoolRefusal(host, host.pool, turn)) co_return std::move(*full);
     co_return co_await host.pool.Run(
         host.io, turn, [&ask, &answers] { return ask.join(std::move(answers)); });

@@ -22,6 +22,7 @@ struct AskPeers {
   /// Makes one answer of theirs, in the order of `peers`; on the pool. Empty: there is one peer,
   /// and its answer is the answer.
   std::function<HttpResponse(std::vector<core::Result<HttpResponse>>)> join{};
+  std::string caller{};  ///< with whom others share what may wait; empty: the client's address
 };
 
 /// What a handler says: the answer, or who has it.

@@ -254,9 +254,10 @@ core::Status RecordingStore::Delete(const std::string& run_id) {
 core::Result<std::int64_t> RecordingStore::SamplesOf(const std::string& owner) {
   return database_.Read([&](Transaction& tx) -> core::Result<std::int64_t> {
     std::int64_t samples = 0;
-    tx.sql() << "SELECT CAST(COALESCE(SUM(samples), 0) AS BIGINT) FROM recording "
-                "WHERE owner = :owner",
-        into(samples), use(owner, "owner");
+    const std::int64_t least = kSamplesLeast;
+    tx.sql() << "SELECT CAST(COALESCE(SUM(CASE WHEN samples < :least THEN :same ELSE samples END), "
+                "0) AS BIGINT) FROM recording WHERE owner = :owner",
+        into(samples), use(least, "least"), use(least, "same"), use(owner, "owner");
     return samples;
   });
 }

@@ -219,6 +219,10 @@ void HubLoop::Adopt(UpgradedSocket socket,
   if (own != of_caller_.end() && own->second >= options_.viewers_per_caller_max) {
     return Refuse(socket.fd, "too many windows of yours are open");
   }
+  // The other half is for those who have an account: no crowd of guests takes it from them.
+  if (owner.guest() && guests_ >= (options_.viewers_max + 1) / 2) {
+    return Refuse(socket.fd, "too many guests are watching");
+  }
   const int on = 1;
   setsockopt(socket.fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   setsockopt(socket.fd,
@@ -237,6 +241,7 @@ void HubLoop::Adopt(UpgradedSocket socket,
   viewer.last_heard = viewer.last_ping = viewer.rate_window = clock_.Monotonic();
   viewer.owner = owner;
   ++of_caller_[owner.caller];
+  if (owner.guest()) ++guests_;
   viewers_.emplace(id, std::move(owned));
   ++counters_.viewers;
   ++counters_.viewers_total;
@@ -383,6 +388,7 @@ void HubLoop::RemoveBroken() {
     }
     const auto own = of_caller_.find(viewer->owner.caller);
     if (--own->second == 0) of_caller_.erase(own);
+    if (viewer->owner.guest()) --guests_;
     it = viewers_.erase(it);
     --counters_.viewers;
   }

@@ -97,6 +97,7 @@ class HubLoop {
 
   std::unordered_map<std::uint64_t, std::unique_ptr<Viewer>> viewers_;
   std::unordered_map<std::string, std::size_t> of_caller_;  ///< viewers
+  std::size_t guests_ = 0;                                  ///< viewers
   std::vector<std::unique_ptr<Channel>> channels_;
   std::unordered_map<std::string, std::size_t> channel_by_run_;
   std::uint64_t next_viewer_ = 1;

@@ -24,7 +24,7 @@ class HubLoop;
 enum class ViewerId : std::uint64_t {};
 
 struct StreamHubOptions {
-  std::size_t viewers_max = 4096;
+  std::size_t viewers_max = 4096;  ///< guests together have at most half of them
   std::size_t viewers_per_caller_max = 256;
   std::size_t ring_messages = 64;           ///< per viewer, behind a full socket
   std::size_t text_bytes_max = 512 << 10;   ///< per viewer, of texts that wait behind a full socket
@@ -91,8 +91,8 @@ class StreamHub {
   /// The last text of the run; viewers are closed with 1000 once drained and `linger` has passed.
   void CloseChannel(std::string_view run, std::string end_text, std::string hello);
 
-  /// Takes the socket over. Unknown run: closed with 1008. More windows than
-  /// `viewers_per_caller_max`: closed with 1013.
+  /// Takes the socket over. Unknown run: closed with 1008. No place for one more viewer, one more
+  /// of this caller or one more guest: closed with 1013.
   void Adopt(UpgradedSocket socket, std::string_view run, ViewerOwner owner, bool can_command);
   /// Closes the viewers of such owners with 1008: the right by which they were opened has ended.
   /// What they have sent and is not yet read has no effect.

@@ -2,7 +2,6 @@
 
 #include <sys/random.h>
 
-#include <algorithm>
 #include <array>
 #include <set>
 #include <vector>
@@ -39,23 +38,29 @@ std::string StreamTokens::Issue(StreamGrant grant) {
   std::string code = issuer_ + "." + RandomCode(16);
   const std::lock_guard lock(mutex_);
   const MonotonicTime now = clock_.Monotonic();
-  if (entries_.size() >= kTokensPerCallerMax) DropExpired(now);
-  const auto own = std::count_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
-    return entry.second.grant.owner.caller == grant.owner.caller;
-  });
-  if (static_cast<std::size_t>(own) >= kTokensPerCallerMax) DropOldest(&grant.owner.caller);
-  if (entries_.size() >= kTokensMax) DropOldest(nullptr);
+  if (entries_.size() >= limits_.codes_per_caller_max) DropExpired(now);
+  const ViewerOwner& owner = grant.owner;
+  KeepBelow(limits_.codes_per_caller_max,
+            [&owner](const ViewerOwner& other) { return other.caller == owner.caller; });
+  if (owner.guest()) {
+    KeepBelow((limits_.codes_max + 1) / 2, [](const ViewerOwner& other) { return other.guest(); });
+  }
+  KeepBelow(limits_.codes_max, [](const ViewerOwner&) { return true; });
   entries_.emplace(code, Entry{std::move(grant), now + kStreamTokenLife});
   return code;
 }
 
-void StreamTokens::DropOldest(const std::string* caller) {
+void StreamTokens::KeepBelow(std::size_t max,
+                             const std::function<bool(const ViewerOwner&)>& which) {
+  if (entries_.size() < max) return;
+  std::size_t count = 0;
   auto oldest = entries_.end();
   for (auto it = entries_.begin(); it != entries_.end(); ++it) {
-    if (caller != nullptr && it->second.grant.owner.caller != *caller) continue;
+    if (!which(it->second.grant.owner)) continue;
+    ++count;
     if (oldest == entries_.end() || it->second.expires < oldest->second.expires) oldest = it;
   }
-  entries_.erase(oldest);
+  if (count >= max) entries_.erase(oldest);
 }
 
 std::vector<ViewerOwner> StreamTokens::Owners() {

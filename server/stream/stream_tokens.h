@@ -25,16 +25,23 @@ struct StreamGrant {
   bool can_command = false;
 };
 
+struct StreamTokenLimits {
+  std::size_t codes_max = 20'000;          ///< that live; guests have at most half of them
+  std::size_t codes_per_caller_max = 200;  ///< of one caller
+};
+
 /// One-time codes for /ws, so that no credential stands in an address. Thread-safe.
 class StreamTokens {
  public:
   /// @param issuer  this server's name: its codes carry it, so that each server knows where they
   /// open
-  explicit StreamTokens(const Clock& clock, std::string issuer = "local")
-      : clock_(clock), issuer_(std::move(issuer)) {}
+  explicit StreamTokens(const Clock& clock,
+                        std::string issuer = "local",
+                        StreamTokenLimits limits = {})
+      : clock_(clock), issuer_(std::move(issuer)), limits_(limits) {}
 
-  /// A fresh code of 128 random bits behind the issuer's name: "local.abc..". At most
-  /// `kTokensMax` live codes, and `kTokensPerCallerMax` of one caller: its oldest gives way.
+  /// A fresh code of 128 random bits behind the issuer's name: "local.abc..". Where the caller, the
+  /// guests or everybody have as many as they may, their oldest gives way.
   std::string Issue(StreamGrant grant);
   /// The grant, once, within its life.
   std::optional<StreamGrant> Redeem(std::string_view code);
@@ -46,18 +53,17 @@ class StreamTokens {
   std::vector<ViewerOwner> Owners();
 
  private:
-  static constexpr std::size_t kTokensMax = 20'000;
-  static constexpr std::size_t kTokensPerCallerMax = 200;
   struct Entry {
     StreamGrant grant;
     MonotonicTime expires;
   };
   void DropExpired(MonotonicTime now);
-  /// The oldest one gives way; of `caller`, if it is not null.
-  void DropOldest(const std::string* caller);
+  /// When such owners have `max` codes, the oldest of these gives way.
+  void KeepBelow(std::size_t max, const std::function<bool(const ViewerOwner&)>& which);
 
   const Clock& clock_;
   const std::string issuer_;
+  const StreamTokenLimits limits_;
   std::mutex mutex_;
   std::unordered_map<std::string, Entry> entries_;
 };

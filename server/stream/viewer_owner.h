@@ -17,6 +17,7 @@ struct ViewerOwner {
   std::string run_owner{};  ///< of a run of somebody else: whose it is; empty for one's own
   std::int64_t run_made_ms = 0;
 
+  bool guest() const { return account_id == 0; }
   bool foreign() const { return !run_owner.empty(); }
   auto operator<=>(const ViewerOwner&) const = default;
 };

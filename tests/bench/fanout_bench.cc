@@ -259,7 +259,7 @@ Cost Hub(const Load& load) {
   const Cost cost = Measure(
       load,
       [&](int fd) {
-        hub.Adopt({fd, {}}, "bench", {}, false);
+        hub.Adopt({fd, {}}, "bench", {.caller = "bench", .account_id = 1}, false);
       },
       [&](int frame) { hub.Publish("bench", frame * load.rows(), StampedRows(load)); },
       [&] { hub.Stop(); });

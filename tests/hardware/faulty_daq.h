@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -20,7 +21,7 @@ struct DaqJournal {
   std::uint32_t stuck_low = 0;  ///< relay lines that read 0 whatever is written
   int hang_at = -1;             ///< this call does not return before Release
   std::vector<std::uint32_t> levels;
-  double drive_v = -1.0;
+  std::atomic<double> drive_v = -1.0;
 
   void Release() {
     const std::lock_guard lock(mutex);

@@ -59,21 +59,6 @@ core::Result<std::int64_t> TaughtCourse(PeopleApi& api, const ApiRequest& reques
   return id.value();
 }
 
-/// Entries that name every login; a long list takes several.
-void AuditLogins(PeopleApi& api,
-                 const Principal& who,
-                 const std::string& verb,
-                 std::int64_t course,
-                 const std::vector<std::string>& logins) {
-  constexpr std::size_t kDetailBytes = 1000;
-  std::string detail;
-  for (std::size_t i = 0; i < logins.size(); ++i) {
-    detail += (detail.empty() ? "" : ", ") + logins[i];
-    if (detail.size() < kDetailBytes && i + 1 < logins.size()) continue;
-    api.audit.Add(who, verb, "course:" + std::to_string(course), std::exchange(detail, {}));
-  }
-}
-
 core::Result<HttpResponse> Answer(PeopleApi& api, const ApiRequest& request, bool accept) {
   auto course = PathNumber(request, "course");
   if (!course) return course.error();
@@ -151,11 +136,10 @@ core::Result<HttpResponse> EnrolMembers(PeopleApi& api, const ApiRequest& reques
       api.accounts.EnrolCsv(request.who, course.value(), request.http.body, api.clock.Wall());
   if (!done) return done.error();
   const Enrolment& enrolment = done.value();
-  AuditLogins(api, request.who, "enrol", course.value(), enrolment.enrolled);
-  AuditLogins(api, request.who, "invite", course.value(), enrolment.invited);
-  return JsonResponse(json::object{{"enrolled", enrolment.enrolled.size()},
-                                   {"invited", enrolment.invited.size()},
-                                   {"members_already", enrolment.members_already}});
+  return JsonResponse(json::object{
+      {"enrolled", enrolment.enrolled.size()},
+      {"invited", enrolment.invited.size() + static_cast<std::size_t>(enrolment.invited_already)},
+      {"members_already", enrolment.members_already}});
 }
 
 core::Result<HttpResponse> EndEnrolment(PeopleApi& api, const ApiRequest& request) {

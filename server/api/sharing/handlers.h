@@ -30,7 +30,7 @@ struct SharingApi {
   CalendarLinks& calendar_links;
   StreamHub& hub;
   StreamTokens& tokens;
-  const AuditLog& audit;
+  AuditLog& audit;
   const Clock& clock;
   /// What the next check of this rig does besides. Then ask for a check.
   std::function<void(const std::string& rig, CheckExtra extra)> with_next_check;

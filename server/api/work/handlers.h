@@ -26,7 +26,7 @@ struct WorkApi {
   RunManager& runs;
   RecordingStore& store;
   RigCalibrations& calibrations;
-  const AuditLog& audit;
+  AuditLog& audit;
   const Clock& clock;
   std::uint64_t default_seed = 1;
 };

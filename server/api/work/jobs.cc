@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <boost/json.hpp>
 #include <charconv>
+#include <set>
 #include <variant>
 
 #include "server/api/work/handlers.h"
@@ -61,8 +62,11 @@ json::object JobToJson(WorkApi& api, const lab::Job& job) {
 }
 
 /// Refuses now what would be refused when the job's turn comes. The body to keep, a fault set
-/// replaced by its faults, and what lists show of it.
-core::Result<lab::Job> CheckedJob(WorkApi& api, const Principal& who, const json::value& wanted) {
+/// replaced by its faults, and what lists show of it. Adds to `sets` the fault set that it takes.
+core::Result<lab::Job> CheckedJob(WorkApi& api,
+                                  const Principal& who,
+                                  const json::value& wanted,
+                                  std::set<std::int64_t>& sets) {
   if (!wanted.is_object()) {
     return core::Error{core::ErrorCode::kInvalid, "A run is a JSON object.", ""};
   }
@@ -79,6 +83,7 @@ core::Result<lab::Job> CheckedJob(WorkApi& api, const Principal& who, const json
     return job;
   }
   auto& plan = std::get<ExperimentPlan>(work.value());
+  if (plan.fault_set != 0) sets.insert(plan.fault_set);
   const core::Status possible = api.experiments.Check(who, plan);
   if (!possible.ok()) return possible.error();
   json::object kept = wanted.as_object();
@@ -112,8 +117,9 @@ core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request) {
   const std::string batch = NewId("batch");
   const WallTime now = api.clock.Wall();
   std::vector<lab::Job> jobs;
+  std::set<std::int64_t> sets;
   for (std::size_t i = 0; i < runs->size(); ++i) {
-    auto checked = CheckedJob(api, request.who, (*runs)[i]);
+    auto checked = CheckedJob(api, request.who, (*runs)[i], sets);
     if (!checked) {
       core::Error error = checked.error();
       error.field = "/runs/" + std::to_string(i) + error.field;
@@ -127,6 +133,10 @@ core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request) {
     job.name = name;
     job.created_at = now + std::chrono::milliseconds(i);  // keeps the order of the batch
     jobs.push_back(std::move(job));
+  }
+  for (const std::int64_t set : sets) {
+    const core::Status used = api.fault_sets.MarkUsed(set);
+    if (!used.ok()) return used.error();
   }
   const core::Status added = api.jobs.Add(jobs);
   if (!added.ok()) return added.error();

@@ -136,6 +136,29 @@ TEST_F(ApiTest, AFaultSetIsJudgedBeforeAnyRunByWhoeverMayReadIt) {
   EXPECT_TRUE(png.body.starts_with("\x89PNG"));
 }
 
+TEST_F(ApiTest, ABatchThatIsRefusedUsesNoFaultSet) {
+  const Person teacher = Make("teacher", Role::kInstructor);
+  json::object wanted{{"name", "a"},
+                      {"faults", json::parse(R"([{"component":"R9","value":27000,"at_s":1}])")}};
+  json::object set =
+      Ok(Call(teacher, "POST", "fault-sets", "fault-sets", json::serialize(wanted)), 201);
+  const auto change = [&] {
+    const std::string path = "fault-sets/" + std::to_string(set.at("id").as_int64());
+    const std::string version = std::to_string(set.at("version").as_int64());
+    const std::string match = "If-Match: \"" + version + "\"\r\n";
+    const json::value before = set.at("id");
+    set = Ok(Call(teacher, "PUT", "fault-sets/{id}", path, json::serialize(wanted), match));
+    return set.at("id") != before;
+  };
+  const std::string run =
+      R"({"duration_s":2,"fault_set":)" + std::to_string(set.at("id").as_int64()) + "}";
+  const std::string wrong = R"({"runs":[)" + run + R"(,{"duration_s":99999}]})";
+  EXPECT_EQ(Call(teacher, "POST", "jobs", "jobs", wrong).status, 400);
+  EXPECT_FALSE(change()) << "nothing has used it";
+  (void)Ok(Call(teacher, "POST", "jobs", "jobs", R"({"runs":[)" + run + "]}"), 202);
+  EXPECT_TRUE(change()) << "a used one stays as it was";
+}
+
 TEST_F(ApiTest, ABatchOfJobsRunsToItsResultsAndABadRunIsNamedBeforehand) {
   const Person ann = Make("ann", Role::kStudent);
   const std::string bad = R"({"runs":[{"duration_s":2},{"duration_s":99999}]})";

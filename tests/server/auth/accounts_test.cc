@@ -341,6 +341,16 @@ TEST_P(AccountsTest, AnAccountThatExistsJoinsACourseByItsOwnConsentOnly) {
   EXPECT_THAT(asked.invited, testing::ElementsAre("ann", "boss"));
   EXPECT_EQ(accounts_.Relation(As(teacher), ann.id).value(), Ownership::kForeign);
   EXPECT_FALSE(accounts_.Attends(ann.id, course.id).value());
+  auto log = accounts_.ListAudit(0, 10).value();
+  ASSERT_EQ(log.size(), 2u);
+  EXPECT_EQ(log[0].verb + " " + log[0].detail, "invite ann, boss");
+  EXPECT_EQ(log[1].verb + " " + log[1].detail, "enrol new");
+  const Enrolment again = accounts_.EnrolCsv(As(teacher), course.id, csv, kNow).value();
+  EXPECT_THAT(again.invited, testing::IsEmpty());
+  EXPECT_EQ(again.invited_already, 2);
+  EXPECT_EQ(again.members_already, 1);
+  EXPECT_EQ(accounts_.ListAudit(0, 10).value().size(), 2u)
+      << "the same list again says nothing new";
 
   const auto invitations = accounts_.InvitationsOf(ann.id).value();
   ASSERT_EQ(invitations.size(), 1u);

@@ -214,6 +214,27 @@ TEST_P(CredentialsTest, SignInsAndFailuresAreWrittenDownAndAFloodIsCounted) {
   EXPECT_THAT(accounts_.ListAudit(0, 1).value()[0].detail, HasSubstr("470 before were left out"));
 }
 
+TEST_P(CredentialsTest, AProgramInALoopDoesNotFillTheAuditLog) {
+  ManualClock clock;
+  AuditLog audit(accounts_, clock, [](std::string_view) {});
+  Principal who;
+  who.role = Role::kStudent;
+  who.user_id = ann_.id;
+  for (int i = 0; i < 300; ++i) audit.Add(who, "create_key", "key:" + std::to_string(i), "");
+  audit.Add(who, "revoke_key", "key:1", "");
+  EXPECT_THAT(accounts_.ListAudit(0, 1000).value(), SizeIs(201)) << "of each verb";
+  who.user_id = 77;
+  audit.Add(who, "create_key", "key:301", "");
+  EXPECT_THAT(accounts_.ListAudit(0, 1000).value(), SizeIs(202)) << "of each person";
+  clock.Advance(hours(1));
+  who.user_id = ann_.id;
+  audit.Add(who, "create_key", "key:302", "");
+  EXPECT_THAT(accounts_.ListAudit(0, 1).value()[0].detail, HasSubstr("100 before were left out"));
+  who.role = Role::kAdmin;
+  for (int i = 0; i < 300; ++i) audit.Add(who, "role", "user:" + std::to_string(i), "");
+  EXPECT_THAT(accounts_.ListAudit(0, 1000).value(), SizeIs(503)) << "an admin's are all there";
+}
+
 INSTANTIATE_TEST_SUITE_P(Engines, CredentialsTest, tests::kBothEngines, tests::EngineName);
 
 }  // namespace

@@ -83,6 +83,34 @@ TEST_P(FaultSetsTest, AnAuthorHasFiveHundredAndDeletingMakesRoom) {
   EXPECT_EQ(rows, FaultSets::kOfAuthorMax + 1) << "what no run used is deleted for good";
 }
 
+TEST_P(FaultSetsTest, OfUsedSetsThatAreDeletedTheNewestAreKept) {
+  const std::int64_t many = FaultSets::kOfAuthorMax + 100;
+  const auto count = [&] {
+    std::int64_t rows = 0;
+    (void)database_->Read([&](Transaction& tx) -> core::Status {
+      tx.sql() << "SELECT COUNT(*) FROM fault_set WHERE account_id = 1", soci::into(rows);
+      return core::Done{};
+    });
+    return rows;
+  };
+  const auto filled = database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "INSERT INTO fault_set (course_id, account_id, name, version, visible, faults, "
+                "used, deleted, replaces, created_ms) WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL "
+                "SELECT i + 1 FROM n WHERE i < :many) SELECT 0, 1, 's', 1, 1, '[]', 1, 1, 0, 0 "
+                "FROM n",
+        soci::use(many, "many");
+    return core::Done{};
+  });
+  ASSERT_TRUE(filled.ok()) << filled.error().message;
+  ASSERT_EQ(count(), many);
+  const FaultSet last = sets_.Create(Named("last", 1)).value();
+  ASSERT_TRUE(sets_.MarkUsed(last.id).ok());
+  EXPECT_TRUE(sets_.Get(last.id).value().used);
+  ASSERT_TRUE(sets_.Delete(last.id, last.version).ok());
+  EXPECT_EQ(count(), FaultSets::kOfAuthorMax);
+  EXPECT_THAT(NamesFor(1), testing::IsEmpty());
+}
+
 INSTANTIATE_TEST_SUITE_P(Engines, FaultSetsTest, tests::kBothEngines, tests::EngineName);
 
 TEST(FaultSetRace, TheAnswerNamesTheSetThatWasMade) {

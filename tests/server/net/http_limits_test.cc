@@ -97,6 +97,39 @@ TEST_F(HttpServerTest, BytesOnTheirWayAreBoundedForAllConnectionsTogether) {
   EXPECT_EQ(answer.body.size(), 8u * kMega);
 }
 
+TEST_F(HttpServerTest, WhoHoldsMostBytesMakesRoomForWhoHoldsFew) {
+  constexpr int kMega = 1 << 20;
+  options_.limits.waiting_bytes_max = 10 * kMega;
+  const auto count = [](const HttpRequest& request) {
+    HttpResponse response;
+    response.body = std::to_string(request.body.size());
+    return response;
+  };
+  Add(HttpMethod::kPost, "/upload", RunsOn::kPool, 8 * kMega, count);
+  const int port = Start();
+  const auto sends = [port](const char* from, int sent, int promised) {
+    auto client = std::make_unique<RawClient>(port);
+    client->Send("POST /upload HTTP/1.1\r\nHost: localhost\r\nX-Forwarded-For: " +
+                 std::string(from) + "\r\nContent-Length: " + std::to_string(promised) +
+                 "\r\n\r\n" + std::string(static_cast<std::size_t>(sent), 'x'));
+    return client;
+  };
+  const auto honest = sends("203.0.113.7", kMega, 2 * kMega);
+  std::vector<std::unique_ptr<RawClient>> hoarders;
+  for (const char* from : {"203.0.113.1", "203.0.113.1", "203.0.113.2", "203.0.113.2"}) {
+    hoarders.push_back(sends(from, 3 * kMega, 7 * kMega));
+  }
+  for (int i = 0; i < 3; ++i) {
+    const auto other = sends("203.0.113.5", 4 * kMega, 4 * kMega);
+    const HttpAnswer answer = other->ReadAnswer();
+    EXPECT_EQ(answer.status, 200) << i;
+    EXPECT_EQ(answer.body, std::to_string(4 * kMega));
+  }
+  honest->Send(std::string(kMega, 'x'));
+  EXPECT_EQ(honest->ReadAnswer().body, std::to_string(2 * kMega)) << "and this one goes on";
+  EXPECT_GE(server_->counters().bytes_refused, 1u);
+}
+
 TEST_F(HttpServerTest, WhatAnAdmissionHoldsIsLetGoWhenTheAnswerIsSent) {
   auto held = std::make_shared<int>(0);
   router_.Add({HttpMethod::kGet,

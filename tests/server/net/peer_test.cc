@@ -1,11 +1,11 @@
 // Two servers of one lab on loopback: `near_` passes on what `far_` has.
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <memory>
 #include <string>
 #include <thread>
@@ -14,6 +14,7 @@
 #include "server/clock.h"
 #include "server/net/http_server.h"
 #include "tests/support/raw_client.h"
+#include "tests/support/silent_listener.h"
 
 namespace faultlab::server {
 namespace {
@@ -23,44 +24,18 @@ using tests::Get;
 using tests::HttpAnswer;
 using tests::RawClient;
 using tests::Request;
+using tests::SilentListener;
+using tests::Socket;
 using tests::WebSocketClient;
 
 constexpr std::size_t kMegabyte = 1 << 20;
 
-/// A descriptor that is closed with it.
-class Socket {
- public:
-  explicit Socket(int fd) : fd_(fd) {}
-  Socket(Socket&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  ~Socket() {
-    if (fd_ >= 0) close(fd_);
-  }
-  int fd() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-/// A listener whose connections the kernel accepts and nobody answers.
-class SilentListener {
- public:
-  SilentListener() : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in here{};
-    here.sin_family = AF_INET;
-    here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof here;
-    EXPECT_EQ(bind(socket_.fd(), reinterpret_cast<sockaddr*>(&here), size), 0);
-    EXPECT_EQ(listen(socket_.fd(), 16), 0);
-    EXPECT_EQ(getsockname(socket_.fd(), reinterpret_cast<sockaddr*>(&here), &size), 0);
-    port_ = ntohs(here.sin_port);
-  }
-  std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
-  Socket Accept() { return Socket(accept(socket_.fd(), nullptr, nullptr)); }
-
- private:
-  Socket socket_;
-  int port_ = 0;
-};
+/// What a browser behind a proxy sends to become a WebSocket.
+std::string HandshakeOf(const std::string& address) {
+  return "GET /ws?code=good HTTP/1.1\r\nHost: localhost\r\nX-Forwarded-For: " + address +
+         "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+}
 
 class PeerTest : public ::testing::Test {
  protected:
@@ -92,6 +67,11 @@ class PeerTest : public ::testing::Test {
                           return AskPeers{{{"far", far_address_}}};
                         }});
     }
+    near_router_.Add(
+        {HttpMethod::kGet, "/of/{caller}", RunsOn::kPool, 0, [this](const HttpRequest& request) {
+           return AskPeers{.peers = {PeerAddress{"far", far_address_}},
+                           .caller = request.PathParameter("caller")};
+         }});
     near_router_.Add(
         {HttpMethod::kGet, "/own", RunsOn::kPool, 0, [](const auto&) { return HttpResponse{}; }});
   }
@@ -244,6 +224,31 @@ TEST_F(PeerTest, ThatIsSilentTakesNoPoolThreadAndItsCallersAreBounded) {
   EXPECT_NE(fifth.body.find("Too many requests wait for server 'far'"), std::string::npos);
 }
 
+TEST_F(PeerTest, OneCallerHasAPartOfWhatMayWaitForAPeer) {
+  SilentListener silent;
+  far_address_ = silent.address();
+  options_.limits.peers.waiting_per_caller_max = 1;
+  options_.limits.peers.answer_deadline = std::chrono::minutes(1);
+  near_router_.Add({HttpMethod::kGet, "/list", RunsOn::kPool, 0, [this](const auto&) {
+                      AskPeers ask{.peers = {PeerAddress{"far", far_address_}}, .caller = "anna"};
+                      ask.join = [](const auto&) { return HttpResponse{}; };
+                      return ask;
+                    }});
+  const int near = StartNear();
+  RawClient anna(near);
+  anna.Send("GET /of/anna HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  const Socket held = silent.Accept();
+  const HttpAnswer more = Get(near, "/of/anna");
+  EXPECT_EQ(more.status, 429);
+  EXPECT_EQ(more.Header("Retry-After"), "1");
+  EXPECT_EQ(Get(near, "/list").status, 429) << "a list waits as well";
+
+  RawClient mila(near);
+  mila.Send("GET /of/mila HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  silent.Accept();  // it has been asked, and is shut again
+  EXPECT_NE(mila.ReadAnswer().body.find("Server 'far' does not answer"), std::string::npos);
+}
+
 TEST_F(PeerTest, ThatIsSilentIsGivenUp) {
   SilentListener silent;
   far_address_ = silent.address();
@@ -321,6 +326,45 @@ TEST_F(PeerTest, WebSocketsToPeersHaveALimitOfTheirOwn) {
   const RawClient idle(near);
   // With `second`, which is still being told, and `idle` this is the third.
   EXPECT_EQ(Get(near, "/own").status, 200) << "a tunnel takes no place of a request";
+}
+
+TEST_F(PeerTest, OneAddressHasHalfOfTheWebSocketsToPeers) {
+  options_.limits.peers.tunnels_max = 2;
+  StartFar();
+  const int near = StartNear();
+  WebSocketClient first(near, "/ws?code=good");
+  ASSERT_EQ(first.status(), 101);
+  WebSocketClient second(near, "/ws?code=good");
+  EXPECT_EQ(second.status(), 429);
+  RawClient other(near);
+  other.Send(HandshakeOf("203.0.113.9"));
+  EXPECT_EQ(other.ReadAnswer().status, 101);
+}
+
+TEST_F(PeerTest, HandshakesOfStrangersTakeNoPlaceOfTunnelsAndRequests) {
+  SilentListener silent;
+  far_address_ = silent.address();
+  options_.limits.peers.waiting_max = 2;
+  options_.limits.peers.answer_deadline = std::chrono::minutes(1);
+  const int near = StartNear();
+  RawClient stranger(near);
+  stranger.Send(HandshakeOf("203.0.113.9"));
+  const Socket held_stranger = silent.Accept();
+  RawClient again(near);
+  again.Send(HandshakeOf("203.0.113.9"));
+  EXPECT_EQ(again.ReadAnswer().status, 429);
+  RawClient another(near);
+  another.Send(HandshakeOf("203.0.113.10"));
+  const Socket held_another = silent.Accept();
+  RawClient third(near);
+  third.Send(HandshakeOf("203.0.113.11"));
+  EXPECT_EQ(third.ReadAnswer().status, 503);
+  EXPECT_EQ(near_->counters().tunnels_open, 0u);
+
+  RawClient student(near);
+  student.Send("GET /large HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  silent.Accept();  // it has been asked, and is shut again
+  EXPECT_NE(student.ReadAnswer().body.find("Server 'far' does not answer"), std::string::npos);
 }
 
 TEST_F(PeerTest, ASilentTunnelIsClosed) {

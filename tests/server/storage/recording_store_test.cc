@@ -206,6 +206,16 @@ TEST_P(RecordingStoreTest, DeletesEverythingOfAnEndedRunOnly) {
   EXPECT_EQ(left, 0);
 }
 
+TEST_P(RecordingStoreTest, CountsAShortRecordingAsWhatItsRowsTake) {
+  ASSERT_TRUE(store_.Begin(Record("run-1")).ok());
+  ASSERT_TRUE(store_.AppendChunk("run-1", 0, Samples(0, 2)).ok());
+  ASSERT_TRUE(store_.Begin(Record("run-2")).ok());
+  ASSERT_TRUE(store_.AppendChunk("run-2", 0, Samples(0, 400)).ok());
+  const std::string owner = store_.Get("run-1").value().owner;
+  EXPECT_EQ(store_.SamplesOf(owner).value(), RecordingStore::kSamplesLeast + 400);
+  EXPECT_EQ(store_.SamplesOf("nobody").value(), 0);
+}
+
 TEST_P(RecordingStoreTest, AnswersNotFoundForARunThatIsNotThere) {
   EXPECT_EQ(store_.Get("nope").error().code, ErrorCode::kNotFound);
   EXPECT_EQ(store_.AppendChunk("nope", 0, Samples(0, 1)).error().code, ErrorCode::kNotFound);

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -41,7 +43,8 @@ Batch Header(const std::string& payload) {
   return batch;
 }
 
-/// A hub behind a real HTTP server: "/ws?run=NAME&command=1" joins without a code.
+/// A hub behind a real HTTP server: "/ws?run=NAME&command=1" joins without a code, as a guest or,
+/// with "&account=ID", as an account.
 class StreamHubTest : public ::testing::Test {
  protected:
   void Start() {
@@ -53,8 +56,12 @@ class StreamHubTest : public ::testing::Test {
         http, router_, [this](const HttpRequest& request) -> UpgradeDecision {
           const std::string run = request.Query("run").value_or("r");
           const bool command = request.Query("command").has_value();
-          return [this, run, command](UpgradedSocket socket) {
-            hub_->Adopt(std::move(socket), run, {}, command);
+          ViewerOwner owner;
+          if (const auto account = request.Query("account")) {
+            owner = {.caller = "user:" + *account, .account_id = std::stoi(*account)};
+          }
+          return [this, run, owner, command](UpgradedSocket socket) {
+            hub_->Adopt(std::move(socket), run, owner, command);
           };
         });
     ASSERT_TRUE(server_->Start().ok());
@@ -348,6 +355,24 @@ TEST_F(StreamHubTest, TurnsAwayMoreViewersThanItsNumber) {
   Hello(*first);
   auto second = Join();
   EXPECT_EQ(CloseCode(*second), 1013);
+}
+
+TEST_F(StreamHubTest, LeavesHalfOfThePlacesToThoseWhoHaveAnAccount) {
+  options_.viewers_max = 4;
+  Start();
+  Open();
+  auto first = Join();
+  auto second = Join();
+  EXPECT_NE(Hello(*first), "");
+  EXPECT_NE(Hello(*second), "");
+  auto third = Join();
+  EXPECT_EQ(CloseCode(*third), 1013);
+  auto owner = Join("run=r&account=1");
+  EXPECT_NE(Hello(*owner), "");
+  first.reset();
+  while (hub_->counters().viewers_open > 2) std::this_thread::yield();
+  auto fourth = Join();
+  EXPECT_NE(Hello(*fourth), "") << "one guest has left";
 }
 
 TEST_F(StreamHubTest, TellsEveryViewerWhenTheServerStops) {

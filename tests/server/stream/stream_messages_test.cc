@@ -167,6 +167,19 @@ TEST(StreamTokens, OneCallerCannotPushOutTheCodesOfOthers) {
   EXPECT_FALSE(tokens.Redeem(flood.front()));
 }
 
+TEST(StreamTokens, ManyGuestsCannotPushOutTheCodesOfAccounts) {
+  ManualClock clock;
+  StreamTokens tokens(clock, "local", {.codes_max = 4});
+  const std::string code = tokens.Issue({"run-1", {.caller = "user:1", .account_id = 1}, true});
+  std::string newest;
+  for (int i = 0; i < 10; ++i) {
+    clock.Advance(std::chrono::milliseconds(1));
+    newest = tokens.Issue({"r", {.caller = "guest " + std::to_string(i)}, false});
+  }
+  EXPECT_TRUE(tokens.Redeem(code));
+  EXPECT_TRUE(tokens.Redeem(newest));
+}
+
 TEST(StreamTokens, EndWithTheRightByWhichTheyWereMade) {
   ManualClock clock;
   StreamTokens tokens(clock);

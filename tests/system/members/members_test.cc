@@ -8,14 +8,17 @@
 #include <set>
 #include <sstream>
 #include <thread>
+#include <vector>
 
 #include "server/auth/accounts.h"
 #include "server/clock.h"
 #include "server/lab/lab_id.h"
+#include "server/lab/members.h"
 #include "server/net/hop.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/postgres_cluster.h"
 #include "tests/support/raw_client.h"
+#include "tests/support/silent_listener.h"
 #include "tests/support/temp_folder.h"
 #include "tests/system/members/member_process.h"
 
@@ -25,6 +28,7 @@ namespace {
 namespace json = boost::json;
 using tests::HttpAnswer;
 using tests::MemberProcess;
+using tests::RawClient;
 using tests::WebSocketClient;
 
 /// Nothing here takes as long, on any machine.
@@ -293,6 +297,42 @@ TEST_F(MembersTest, AMemberThatDiesLeavesItsRunInterrupted) {
     return state == "interrupted";
   })) << state;
   EXPECT_EQ(AskA("", "POST", "runs/{id}/stop", run, "{}").status, 409);
+}
+
+TEST_F(MembersTest, WhoAsksASilentMemberOftenLeavesRoomForOthersOfTheSameAddress) {
+  const std::string ann = Person("often", Role::kStudent);
+  const std::string mila = Person("once", Role::kStudent);
+  const tests::SilentListener silent;
+  const auto until = [&](std::chrono::hours from_now) {
+    const lab::Member member{"silent", "boot", silent.address(), Now() + from_now};
+    return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+      lab::members::Put(tx, member);
+      return core::Done{};
+    });
+  };
+  ASSERT_TRUE(until(std::chrono::hours(1)).ok());
+  ASSERT_TRUE(Eventually([&] {
+    EXPECT_EQ(AskA(mila, "GET", "rigs").status, 200);
+    return silent.HasBeenAsked();
+  }));
+  // A list waits 3 s for the silent one; far more of them come at once than one caller may have.
+  std::vector<std::unique_ptr<RawClient>> lists;
+  for (int i = 0; i < 80; ++i) {
+    lists.push_back(std::make_unique<RawClient>(a_.port()));
+    lists.back()->Send("GET /api/v1/rigs HTTP/1.1\r\nHost: localhost\r\n" + ann + "\r\n");
+  }
+  EXPECT_EQ(AskA(mila, "GET", "rigs").status, 200);
+  int answered = 0;
+  int refused = 0;
+  for (const auto& list : lists) {
+    const HttpAnswer answer = list->ReadAnswer();
+    answered += answer.status == 200 ? 1 : 0;
+    refused += answer.status == 429 && answer.Header("Retry-After") == "1" ? 1 : 0;
+  }
+  EXPECT_GT(answered, 0);
+  EXPECT_GT(refused, 0);
+  EXPECT_EQ(answered + refused, 80);
+  EXPECT_TRUE(until(-std::chrono::hours(1)).ok());
 }
 
 }  // namespace
