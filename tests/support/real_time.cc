@@ -3,15 +3,20 @@
 #include <gtest/gtest.h>
 #include <pthread.h>
 #include <sched.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <new>
+#include <stdexcept>
 #include <string>
 #include <thread>
-#include <vector>
 
 namespace faultlab::tests {
 namespace {
@@ -23,43 +28,59 @@ constexpr milliseconds kAwayMax{20};
 constexpr int kTriesMax = 5;
 constexpr const char* kTry = "FAULTLAB_REAL_TIME_TRY";
 
-/// For how long each core did nothing for us, at most.
+/// Notes in `away_ms` for how long this core did nothing for us, at most.
+void Watch(int core, std::atomic<int>& away_ms) {
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(core, &one);
+  pthread_setaffinity_np(pthread_self(), sizeof one, &one);
+  while (true) {
+    const Steady::time_point due = Steady::now() + milliseconds(5);
+    std::this_thread::sleep_until(due);
+    const auto late = std::chrono::duration_cast<milliseconds>(Steady::now() - due);
+    int longest = away_ms;
+    while (late.count() > longest &&
+           !away_ms.compare_exchange_weak(longest, static_cast<int>(late.count()))) {
+    }
+  }
+}
+
+/// Watches every core from a process of its own: some tests fork, and want no threads beside them.
 class CoreWatch {
  public:
   CoreWatch() {
+    void* const shared = mmap(nullptr,
+                              sizeof(std::atomic<int>),
+                              PROT_READ | PROT_WRITE,
+                              MAP_SHARED | MAP_ANONYMOUS,
+                              -1,
+                              0);
+    if (shared == MAP_FAILED) throw std::runtime_error("no memory to share");
+    away_ms_ = new (shared) std::atomic<int>(0);
+    watcher_ = fork();
+    if (watcher_ != 0) return;
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
     cpu_set_t ours;
     CPU_ZERO(&ours);
     sched_getaffinity(0, sizeof ours, &ours);
     for (int core = 0; core < CPU_SETSIZE; ++core) {
-      if (CPU_ISSET(core, &ours)) threads_.emplace_back([this, core] { Watch(core); });
+      if (CPU_ISSET(core, &ours)) std::thread([=, this] { Watch(core, *away_ms_); }).detach();
     }
+    while (true) pause();
   }
   ~CoreWatch() {
-    stop_ = true;
-    for (std::thread& thread : threads_) thread.join();
+    if (watcher_ <= 0) return;
+    kill(watcher_, SIGKILL);
+    waitpid(watcher_, nullptr, 0);
   }
+  CoreWatch(const CoreWatch&) = delete;
+  CoreWatch& operator=(const CoreWatch&) = delete;
 
-  milliseconds away() const { return std::chrono::duration_cast<milliseconds>(away_.load()); }
+  milliseconds away() const { return milliseconds(*away_ms_); }
 
  private:
-  void Watch(int core) {
-    cpu_set_t one;
-    CPU_ZERO(&one);
-    CPU_SET(core, &one);
-    pthread_setaffinity_np(pthread_self(), sizeof one, &one);
-    while (!stop_) {
-      const Steady::time_point due = Steady::now() + milliseconds(5);
-      std::this_thread::sleep_until(due);
-      const Steady::duration late = Steady::now() - due;
-      Steady::duration longest = away_;
-      while (late > longest && !away_.compare_exchange_weak(longest, late)) {
-      }
-    }
-  }
-
-  std::atomic<Steady::duration> away_{Steady::duration(0)};
-  std::atomic<bool> stop_{false};
-  std::vector<std::thread> threads_;
+  std::atomic<int>* away_ms_ = nullptr;
+  pid_t watcher_ = -1;
 };
 
 class FailedTests final : public testing::EmptyTestEventListener {
