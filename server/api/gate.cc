@@ -77,8 +77,11 @@ Admission Gate::Admit(const ApiRoute& route, const HttpRequest& http) {
   auto who = CallerOf(route, http);
   if (!who) return {.refusal = ProblemOf(who.error())};
   const std::string key = who.value().caller_key();
-  if (route.cost != Cost::kTransfer) return {.caller = key};
-  if (auto slot = transfers_.Take(key)) return {.held = std::move(slot), .caller = key};
+  const bool known = who.value().signed_in();
+  if (route.cost != Cost::kTransfer) return {.caller = key, .known = known};
+  if (auto slot = transfers_.Take(key)) {
+    return {.held = std::move(slot), .caller = key, .known = known};
+  }
   constexpr int kSeconds = 2;
   HttpResponse refusal =
       TryAgain(429,

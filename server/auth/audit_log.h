@@ -29,7 +29,7 @@ class AuditLog {
            const std::string& object,
            const std::string& detail);
   /// For what strangers can do as often as they like: in an hour at most 30 lines of a verb about
-  /// an object and 1000 of a verb.
+  /// an object and 1000 of a verb. Of operators and admins who are signed in, all.
   void AddBounded(const AuditNote& note);
 
  private:

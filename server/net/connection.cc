@@ -121,6 +121,7 @@ asio::awaitable<bool> Connection::Admit(const Route& route) {
   }
   admitted_ = std::move(admission.held);
   if (!admission.caller.empty()) caller_ = std::move(admission.caller);
+  caller_is_known_ = admission.known;
   co_return true;
 }
 

@@ -49,6 +49,7 @@ class Connection {
   /// takes turns.
   std::size_t held_bytes() const { return body_bytes_.bytes() + answer_bytes_.bytes(); }
   const std::string& caller() const { return caller_; }
+  bool caller_is_known() const { return caller_is_known_; }
   /// Closes it and gives its bytes back at once.
   void GiveUp();
   /// The request at work is the last one; a connection that waits is closed at once.
@@ -90,11 +91,12 @@ class Connection {
   ByteBudget::Hold answer_bytes_;   ///< until it is sent to its end
   std::shared_ptr<void> admitted_;  ///< of the request at work
   std::string peer_address_;
-  std::string address_key_;    ///< of the peer
-  ClientCounts::Place place_;  ///< of `address_key_`
-  ClientCounts::Place slow_;   ///< taken while the client has the word
-  std::string caller_;         ///< of the request at work: with whom others take turns
-  std::string hop_client_;     ///< of the request at work, when another server passed it on
+  std::string address_key_;       ///< of the peer
+  ClientCounts::Place place_;     ///< of `address_key_`
+  ClientCounts::Place slow_;      ///< taken while the client has the word
+  std::string caller_;            ///< of the request at work: with whom others take turns
+  bool caller_is_known_ = false;  ///< has an account
+  std::string hop_client_;        ///< of the request at work, when another server passed it on
   std::chrono::steady_clock::time_point deadline_ = std::chrono::steady_clock::time_point::max();
   PacedSender sender_;
   bool behind_proxy_ = false;  ///< the peer may say who the client is

@@ -1,30 +1,38 @@
 #include "server/net/connection_host.h"
 
+#include <tuple>
+
 #include "server/net/connection.h"
 
 namespace faultlab::server {
 namespace {
 
-/// Whose bytes are worth most to the others.
-Connection* MostHolding(const std::unordered_set<Connection*>& connections,
-                        const Connection& asker) {
+/// Whose bytes are worth most to the others: a stranger's before those of an account, then of the
+/// caller who holds most, then of the connection that has waited for longest. Nobody gives way to a
+/// caller who would then hold more, but a stranger does to an account.
+Connection* WhoGivesWay(const std::unordered_set<Connection*>& connections,
+                        const Connection& asker,
+                        std::size_t bytes) {
   std::unordered_map<std::string_view, std::size_t> held;
   for (const Connection* connection : connections) {
     if (connection->held_bytes() == 0) continue;
     held[connection->caller()] += connection->held_bytes();
   }
-  const std::size_t of_asker = held[asker.caller()];
+  const std::size_t of_asker = held[asker.caller()] + bytes;
   Connection* victim = nullptr;
+  std::tuple<bool, std::size_t, std::chrono::steady_clock::duration> worst;
   for (Connection* connection : connections) {
     if (connection->held_bytes() == 0 || !connection->waits_for_client()) continue;
+    if (connection->caller() == asker.caller()) continue;
+    const bool stranger = !connection->caller_is_known();
+    if (!stranger && !asker.caller_is_known()) continue;
     const std::size_t of_caller = held[connection->caller()];
-    if (of_caller < of_asker || connection->caller() == asker.caller()) continue;
-    if (victim != nullptr) {
-      const std::size_t most = held[victim->caller()];
-      const bool longer = connection->waits_since() < victim->waits_since();
-      if (of_caller < most || (of_caller == most && !longer)) continue;
-    }
+    const bool to_an_account = stranger && asker.caller_is_known();
+    if (!to_an_account && of_caller < of_asker) continue;
+    const std::tuple rank(stranger, of_caller, -connection->waits_since().time_since_epoch());
+    if (victim != nullptr && rank <= worst) continue;
     victim = connection;
+    worst = rank;
   }
   return victim;
 }
@@ -35,7 +43,7 @@ std::optional<ByteBudget::Hold> ConnectionHost::TakeBytes(std::size_t bytes,
                                                           const Connection& asker) {
   while (true) {
     if (auto hold = waiting_bytes.Take(bytes)) return hold;
-    Connection* const victim = MostHolding(connections, asker);
+    Connection* const victim = WhoGivesWay(connections, asker, bytes);
     if (victim == nullptr) return std::nullopt;
     ++counters.bytes_refused;
     victim->GiveUp();

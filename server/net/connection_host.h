@@ -40,10 +40,12 @@ struct ConnectionHost {
   ClientCounts of_address{};    ///< connections, by AddressKey of the peer
   ClientCounts slow_clients{};  ///< connections that wait for their client, by who that is
   ClientCounts slow_bodies{};   ///< of those, the ones that read a body
-  /// Requests, by who asks.
-  PeerLines waiting_for_peer{options.limits.peers.waiting_max,
-                             options.limits.peers.waiting_per_caller_max};
-  /// Handshakes of WebSockets, by the client's address: it has at most half, as of the tunnels.
+  /// Requests that wait for each of the other servers, by who asks: those that read, and the
+  /// others, whose places no reader takes.
+  PeerLines reads_at_peer{options.limits.peers.waiting_max,
+                          options.limits.peers.waiting_per_caller_max};
+  PeerLines changes_at_peer{options.limits.peers.waiting_max,
+                            options.limits.peers.waiting_per_caller_max};
   PeerLines handshakes_with_peer{options.limits.peers.waiting_max,
                                  (options.limits.peers.waiting_max + 1) / 2};
   ClientCounts tunnels_of_client{};             ///< by the client's address
@@ -56,9 +58,9 @@ struct ConnectionHost {
   HandlerPool outside{options.limits.outside};
   boost::asio::io_context io{1};
 
-  /// Bytes for a body or an answer of `asker`. When the budget is full, the caller who holds most
-  /// gives way: the connection of theirs that has waited for its client for longest is closed.
-  /// Nothing when that caller is the asker's own, or nobody waits.
+  /// Bytes for a body or an answer of `asker`. When the budget is full, others who wait for their
+  /// clients are closed until it has room: strangers for an account, else who holds more. Nothing
+  /// when nobody is left who should give way.
   std::optional<ByteBudget::Hold> TakeBytes(std::size_t bytes, const Connection& asker);
 
   std::array<HandlerPool*, 4> Pools() { return {&pool, &heavy, &password, &outside}; }

@@ -22,7 +22,7 @@ using boost::system::error_code;
 constexpr std::size_t kReadBytes = 4096;
 constexpr std::size_t kBodyReadBytes = 64 << 10;
 /// Asked of the budget ahead of what has arrived.
-constexpr std::size_t kBodyStepBytes = 256 << 10;
+constexpr std::size_t kBodyStepBytes = 64 << 10;
 
 HttpMethod ToMethod(beast::http::verb verb) {
   switch (verb) {
@@ -80,6 +80,7 @@ asio::awaitable<bool> Connection::ReadMore(std::size_t bytes) {
 asio::awaitable<bool> Connection::ReadHeader() {
   request_.method = HttpMethod::kGet;  // until known: a refusal then carries its body
   caller_ = address_key_;
+  caller_is_known_ = false;
   parser_.emplace();
   parser_->header_limit(static_cast<std::uint32_t>(host_.options.limits.header_bytes_max));
   // The limit of the body depends on the route: checked by Serve before a byte of it is taken.
@@ -212,6 +213,7 @@ void Connection::FillRequest() {
   request_.https = false;
   request_.from_peer = false;
   caller_ = address_key_;
+  caller_is_known_ = false;
   if (!behind_proxy_ || !request_.Header(kHopHeader).empty()) return;
   // What the proxy itself says stands last: it may add a line, or an entry to the client's.
   if (const std::string_view list = LastHeader("X-Forwarded-For"); !list.empty()) {

@@ -13,11 +13,16 @@ namespace {
 
 namespace asio = boost::asio;
 
+PeerLines& LineOf(ConnectionHost& host, const HttpRequest& request) {
+  const bool reads = request.method == HttpMethod::kGet || request.method == HttpMethod::kHead;
+  return reads ? host.reads_at_peer : host.changes_at_peer;
+}
+
 asio::awaitable<core::Result<HttpResponse>> AskPeer(ConnectionHost& host,
                                                     const HttpRequest& request,
                                                     const PeerAddress& peer,
                                                     const std::string& caller) {
-  PeerLines& lines = host.waiting_for_peer;
+  PeerLines& lines = LineOf(host, request);
   if (!host.seal || lines.RoomFor(peer.address, caller) != PeerLines::Room::kFree) {
     co_return PeerFull(peer);
   }
@@ -54,7 +59,7 @@ asio::awaitable<HttpResponse> PassOn(ConnectionHost& host,
                                      const std::string& caller) {
   std::vector<core::Result<HttpResponse>> answers;
   for (const PeerAddress& peer : ask.peers) {
-    if (host.waiting_for_peer.RoomFor(peer.address, caller) == PeerLines::Room::kCallerFull) {
+    if (LineOf(host, request).RoomFor(peer.address, caller) == PeerLines::Room::kCallerFull) {
       co_return CallerFullProblem();
     }
     auto answer = co_await AskPeer(host, request, peer, caller);

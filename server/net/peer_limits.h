@@ -11,7 +11,7 @@ struct PeerLimits {
   std::chrono::milliseconds answer_deadline{3'000};  ///< of GET; then the peer counts as silent
   std::chrono::milliseconds change_deadline{8'000};  ///< of the rest: a rig may have to be started
   std::size_t answer_bytes_max = 4 << 20;
-  std::size_t waiting_max = 96;             ///< requests that wait for one peer; more are 503
+  std::size_t waiting_max = 96;             ///< that read, and as many that change; more: 503
   std::size_t waiting_per_caller_max = 16;  ///< of them, of one caller; more are 429
   /// WebSockets that end at a peer; more are 503. Beside the requests `waiting_max` handshakes wait
   /// for one peer: a stranger may begin one. One address has at most half of each; then it is 429.

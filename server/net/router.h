@@ -25,6 +25,7 @@ struct Admission {
   bool not_yet = false;          ///< ask again in a moment; for good, it is the refusal
   std::shared_ptr<void> held{};  ///< let go when the request has been answered or is asked again
   std::string caller{};          ///< with whom others take turns; empty: the client's address
+  bool known = false;            ///< the caller has an account: strangers give way to it
 };
 
 struct Route {

@@ -74,8 +74,14 @@ ConnectionPool::Lease ConnectionPool::Acquire(bool writes) {
   std::unique_ptr<soci::session> session;
   {
     std::unique_lock lock(mutex_);
-    const bool free =
-        freed_.wait_for(lock, options_.patience, [&] { return leased_[kind] < leased_max_[kind]; });
+    const std::uint64_t ticket = next_ticket_++;
+    std::deque<std::uint64_t>& line = lines_[kind];
+    line.push_back(ticket);
+    const bool free = freed_.wait_for(lock, options_.patience, [&] {
+      return line.front() == ticket && leased_[kind] < leased_max_[kind];
+    });
+    std::erase(line, ticket);
+    if (!line.empty()) freed_.notify_all();  // for whoever is the first now
     if (!free) throw PoolTimeout("the database is busy with other requests; try again");
     ++leased_[kind];
     if (!idle_[kind].empty()) {

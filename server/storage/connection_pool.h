@@ -2,6 +2,8 @@
 
 #include <array>
 #include <condition_variable>
+#include <cstdint>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -47,6 +49,8 @@ class ConnectionPool {
   std::mutex mutex_;
   std::condition_variable freed_;
   std::array<std::vector<std::unique_ptr<soci::session>>, 2> idle_;  // [0] readers, [1] writers
+  std::array<std::deque<std::uint64_t>, 2> lines_;  ///< who waits, the first comes first
+  std::uint64_t next_ticket_ = 0;
   std::array<int, 2> leased_{};
   std::array<int, 2> leased_max_{};
 };

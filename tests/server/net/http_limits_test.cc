@@ -130,6 +130,38 @@ TEST_F(HttpServerTest, WhoHoldsMostBytesMakesRoomForWhoHoldsFew) {
   EXPECT_GE(server_->counters().bytes_refused, 1u);
 }
 
+TEST_F(HttpServerTest, StrangersGiveWayToAnAccountHoweverLittleEachOfThemHolds) {
+  constexpr int kMega = 1 << 20;
+  options_.limits.waiting_bytes_max = 10 * kMega;
+  Route route{HttpMethod::kPost, "/upload", RunsOn::kPool, 8 * kMega, [](const auto&) {
+                return HttpResponse{};
+              }};
+  route.admit = [](const HttpRequest& request) -> Admission {
+    const std::string name(request.Header("Cookie"));
+    return {.caller = name, .known = !name.empty()};
+  };
+  router_.Add(std::move(route));
+  const int port = Start();
+  const auto sends = [port](const std::string& who, int sent, int promised) {
+    auto client = std::make_unique<RawClient>(port);
+    client->Send("POST /upload HTTP/1.1\r\nHost: localhost\r\n" + who +
+                 "Content-Length: " + std::to_string(promised) + "\r\n\r\n" +
+                 std::string(static_cast<std::size_t>(sent), 'x'));
+    return client;
+  };
+  const auto slow = sends("Cookie: anna\r\n", 2 * kMega, 3 * kMega);
+  std::vector<std::unique_ptr<RawClient>> strangers;
+  for (int i = 0; i < 60; ++i) {
+    const std::string from = "X-Forwarded-For: 203.0.113." + std::to_string(i) + "\r\n";
+    strangers.push_back(sends(from, 200'000, kMega));
+    if (i < 30) continue;
+    const auto account = sends("Cookie: ben\r\n", 4 * kMega, 4 * kMega);
+    EXPECT_EQ(account->ReadAnswer().status, 200) << i;
+  }
+  slow->Send(std::string(kMega, 'x'));
+  EXPECT_EQ(slow->ReadAnswer().status, 200) << "no stranger pushes an account out";
+}
+
 TEST_F(HttpServerTest, WhatAnAdmissionHoldsIsLetGoWhenTheAnswerIsSent) {
   auto held = std::make_shared<int>(0);
   router_.Add({HttpMethod::kGet,

@@ -222,6 +222,10 @@ TEST_F(PeerTest, ThatIsSilentTakesNoPoolThreadAndItsCallersAreBounded) {
   const HttpAnswer fifth = Get(near, "/large");
   EXPECT_EQ(fifth.status, 503);
   EXPECT_NE(fifth.body.find("Too many requests wait for server 'far'"), std::string::npos);
+  // Who changes something has places of their own.
+  RawClient stops(near);
+  stops.Send("POST /stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n");
+  const Socket held_stop = silent.Accept();
 }
 
 TEST_F(PeerTest, OneCallerHasAPartOfWhatMayWaitForAPeer) {
