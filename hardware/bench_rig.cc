@@ -217,7 +217,7 @@ std::optional<Nanoseconds> BenchMachine::Read(const StepTime& time, std::vector<
   sample.index = index_;
   sample.t_s = t_s_;
   sample.uc_v = uc_v_;
-  sample.um_v = scaling.um.ToUnit(analog.um_v);
+  if (config_.description.has_um) sample.um_v = scaling.um.ToUnit(analog.um_v);
   if (config_.description.has_ua) sample.ua_v = scaling.ua.ToUnit(analog.ua_v);
   if (config_.description.has_ia) sample.ia_a = scaling.ia.ToUnit(analog.ia_v);
   if (config_.description.has_n) sample.n_rpm = ReadSpeedRpm(time.actual);
@@ -246,14 +246,14 @@ double BenchMachine::ReadSpeedRpm(Nanoseconds now) {
 SelfTestReport BenchMachine::SelfTest() {
   daq_->Prepare();
   SelfTestReport report{.positions = {}, .ok = true};
-  for (const core::Component component : kRelayComponents) {
-    for (int position = 0; position < core::kRelayPositions; ++position) {
-      SelfTestPosition result{
-          .component = component,
-          .value = core::RelayValues(component)[static_cast<std::size_t>(position)],
-          .line = "Do" + std::to_string(relays_.line(component, position)),
-          .ok = true,
-          .text = {}};
+  for (const core::Component component : config_.wiring.boards) {
+    const auto& positions = component.info().positions;
+    for (int position = 0; position < static_cast<int>(positions.size()); ++position) {
+      SelfTestPosition result{.component = component,
+                              .value = positions[static_cast<std::size_t>(position)].value,
+                              .line = "Do" + std::to_string(relays_.line(component, position)),
+                              .ok = true,
+                              .text = {}};
       try {
         if (const std::string unsafe = MakeSafe(); !unsafe.empty()) throw IoError(unsafe);
         relays_.Request(component, position);
@@ -275,6 +275,21 @@ SelfTestReport BenchMachine::SelfTest() {
 }
 
 }  // namespace
+
+BenchConfig ConfigOf(const core::Bench& bench) {
+  BenchConfig config;
+  config.description.bench = &bench;
+  config.description.rig_class = bench.rig_class;
+  config.description.delta_s = bench.delta_s;
+  config.description.has_um = bench.um.exists;
+  config.description.has_ua = bench.ua.exists;
+  config.description.has_ia = bench.ia.exists;
+  config.description.has_n = bench.n.exists;
+  config.scaling = ScalingOf(bench);
+  config.wiring = WiringOf(bench);
+  config.limits = bench.limits;
+  return config;
+}
 
 std::unique_ptr<RigMachine> MakeBenchMachine(BenchConfig config,
                                              std::unique_ptr<Daq> daq,

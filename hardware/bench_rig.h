@@ -25,6 +25,9 @@ struct BenchConfig {
   RigLimits limits;
 };
 
+/// A rig as its class is described, in everything that the description says.
+BenchConfig ConfigOf(const core::Bench& bench);
+
 /// A bench as a machine: Daq + RelayBoard + limits. One tick of sample k:
 ///
 ///   t_k               commands and faults that are due -> relay stages; uc(k) -> DAC

@@ -19,10 +19,6 @@ std::string Number(double value) {
   return text;
 }
 
-double NominalOf(core::Component component) {
-  return core::PlantParameters().Get(component);
-}
-
 core::Error Invalid(std::string message, std::string field) {
   return {
       .code = core::ErrorCode::kInvalid, .message = std::move(message), .field = std::move(field)};
@@ -43,15 +39,15 @@ core::Status FaultDesk::CheckValue(core::Component component,
   if (!(std::isfinite(value) && value > 0.0)) {
     return Invalid(name + " must be above 0 " + std::string(core::Unit(component)), field);
   }
-  if (!core::IsRelaySwitched(component)) {
+  if (!core::IsSwitched(component)) {
     if (description_.motor_faults && port_ != nullptr) return core::Done{};
     return Invalid(name + " is the motor's own: only a simulator can change it", field);
   }
   if (RelayPositionOf(component, value) >= 0) return core::Done{};
   if (description_.any_value && port_ != nullptr) return core::Done{};
   std::string values;
-  for (const double known : core::RelayValues(component)) {
-    values += (values.empty() ? "" : ", ") + Number(known);
+  for (const core::SwitchPosition& known : component.info().positions) {
+    values += (values.empty() ? "" : ", ") + Number(known.value);
   }
   return Invalid("no relay connects " + name + " = " + Number(value) + ": there are " + values +
                      " " + std::string(core::Unit(component)),
@@ -71,7 +67,7 @@ core::Status FaultDesk::Check(const RunPlan& plan) const {
       return Invalid(good.error().message, field + "/" + good.error().field);
     }
     if (auto good = CheckValue(fault.component, fault.value, field + "/value"); !good) return good;
-    const bool by_relay = core::IsRelaySwitched(fault.component);
+    const bool by_relay = core::IsSwitched(fault.component);
     if (fault.kind == core::FaultKind::kDrift && by_relay &&
         (port_ == nullptr || !description_.any_value)) {
       return Invalid(std::string(core::Name(fault.component)) +
@@ -101,10 +97,10 @@ core::Status FaultDesk::Check(const RunPlan& plan) const {
 
 void FaultDesk::Begin(const RunPlan& plan) {
   faults_ = plan.faults;
-  schedule_.emplace(plan.faults, core::PlantParameters());
+  schedule_.emplace(plan.faults, description_.bench->nominal);
   parts_ = {};
   for (const core::Fault& fault : faults_) part(fault.component).scheduled = true;
-  for (const core::Component component : core::kAllComponents) {
+  for (const core::Component component : description_.bench->components()) {
     part(component).scheduled_value = NominalOf(component);
   }
 }
@@ -122,7 +118,7 @@ void FaultDesk::Accept(std::span<const RigCommand> commands,
                        std::vector<RigMessage>& out) {
   for (const RigCommand& command : commands) {
     if (command.kind == RigCommand::Kind::kAllNominal) {
-      for (const core::Component component : core::kAllComponents) {
+      for (const core::Component component : description_.bench->components()) {
         Want(component, NominalOf(component), true);
       }
       continue;
@@ -149,7 +145,8 @@ const core::Fault* FaultDesk::DriftAt(core::Component component, double t_s) con
   return nullptr;
 }
 
-/// What the schedule says at t_s: jumps become wishes, a drift moves the part by itself.
+/// What the schedule says at t_s: step changes are queued as requests, a drift moves the part by
+/// itself.
 void FaultDesk::Follow(core::Component component,
                        std::int64_t index,
                        double t_s,
@@ -181,19 +178,19 @@ void FaultDesk::Follow(core::Component component,
 }
 
 void FaultDesk::Act(std::int64_t index, double t_s, std::vector<RigMessage>& out) {
-  for (const core::Component component : core::kAllComponents) {
+  for (const core::Component component : description_.bench->components()) {
     Part& p = part(component);
     if (p.scheduled) Follow(component, index, t_s, out);
     if (!p.wanted) continue;
     const double value = *p.wanted;
-    const int position = core::IsRelaySwitched(component) ? RelayPositionOf(component, value) : -1;
+    const int position = core::IsSwitched(component) ? RelayPositionOf(component, value) : -1;
     const bool switches = position >= 0 && position != relays_.position(component);
     if (switches && t_s - p.switched_at_s < relay_rest_s_ - kTimeSlackS) continue;
     // All-nominal of a component that is nominal is no news.
     const bool same = position >= 0 && !switches && !p.off_table;
     const bool silent =
-        p.live && ((same && position == 0) || (!core::IsRelaySwitched(component) && !p.off_table &&
-                                               value == NominalOf(component)));
+        p.live && ((same && position == 0) ||
+                   (!core::IsSwitched(component) && !p.off_table && value == NominalOf(component)));
     p.wanted.reset();
     if (silent) continue;
 
@@ -218,7 +215,7 @@ void FaultDesk::Act(std::int64_t index, double t_s, std::vector<RigMessage>& out
 }
 
 void FaultDesk::Confirm(std::int64_t index, std::vector<RigMessage>& out) {
-  for (const core::Component component : core::kAllComponents) {
+  for (const core::Component component : description_.bench->components()) {
     Part& p = part(component);
     if (!p.unconfirmed) continue;
     out.emplace_back(RigEvent{.kind = RigEventKind::kRelayConfirmed,

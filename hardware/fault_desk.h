@@ -57,8 +57,13 @@ class FaultDesk {
               std::int64_t index,
               double t_s,
               std::vector<RigMessage>& out);
+  double NominalOf(core::Component component) const {
+    return description_.bench->nominal.Get(component);
+  }
   void Want(core::Component component, double value, bool live);
-  Part& part(core::Component component) { return parts_[static_cast<std::size_t>(component)]; }
+  Part& part(core::Component component) {
+    return parts_[static_cast<std::size_t>(core::Index(component))];
+  }
 
   const RigDescription& description_;
   const double relay_rest_s_;
@@ -66,7 +71,7 @@ class FaultDesk {
   SimulatorPort* const port_;
   std::vector<core::Fault> faults_;
   std::optional<core::FaultSchedule> schedule_;
-  std::array<Part, core::kComponentCount> parts_;
+  std::array<Part, core::kComponentsMax> parts_;
 };
 
 }  // namespace faultlab::hardware

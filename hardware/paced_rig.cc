@@ -144,7 +144,7 @@ core::Status PacedRig::Command(Epoch epoch, const RigCommand& command) {
       }
       commands_.push_back(command);
       if (command.kind == RigCommand::Kind::kSetComponent) {
-        asked_at_[static_cast<std::size_t>(command.component)] = options_.wall->Now();
+        asked_at_[static_cast<std::size_t>(core::Index(command.component))] = options_.wall->Now();
       }
       return core::Done{};
     }
@@ -242,11 +242,8 @@ core::Result<SelfTestReport> PacedRig::SelfTest(Epoch epoch) {
     report = machine_->SelfTest();
   } catch (const std::exception& error) {
     report.ok = false;
-    report.positions.push_back({.component = core::Component::kR1,
-                                .value = 0.0,
-                                .line = "",
-                                .ok = false,
-                                .text = error.what()});
+    report.positions.push_back(
+        {.component = {}, .value = 0.0, .line = "", .ok = false, .text = error.what()});
   }
   if (!machine_->MakeSafe().empty()) report.ok = false;
   return report;
@@ -283,7 +280,7 @@ void PacedRig::CountActuation(const std::vector<RigMessage>& said) {
     const auto* event = std::get_if<RigEvent>(&message);
     if (event == nullptr || event->kind != RigEventKind::kFaultCommanded) continue;
     if (event->text != kLiveText) continue;
-    Nanoseconds& asked_at = asked_at_[static_cast<std::size_t>(event->component)];
+    Nanoseconds& asked_at = asked_at_[static_cast<std::size_t>(core::Index(event->component))];
     if (asked_at == kNotAsked) continue;
     quality_.actuation.Count(Seconds(now - std::exchange(asked_at, kNotAsked)));
   }

@@ -86,7 +86,7 @@ class PacedRig final : public Rig, private LoopTask {
   Epoch epoch_{0};
   std::vector<RigCommand> commands_;
   /// When the newest command for a component came that has not acted yet.
-  std::array<Nanoseconds, core::kComponentCount> asked_at_{};
+  std::array<Nanoseconds, core::kComponentsMax> asked_at_{};
   std::optional<std::string> stop_reason_;
   std::optional<Trip> trip_;
   LoopQuality quality_;

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "core/types/check.h"
 
@@ -11,18 +12,6 @@ namespace {
 
 /// Two doubles that name the same part; far below the 1 % of any resistor.
 constexpr double kSameValue = 1e-6;
-
-bool MakesBeforeBreak(std::size_t board) {
-  return kRelayComponents[board] == core::Component::kR12;
-}
-
-std::size_t BoardOf(core::Component component) {
-  for (std::size_t board = 0; board < kRelayComponents.size(); ++board) {
-    if (kRelayComponents[board] == component) return board;
-  }
-  LAB_CHECK(false, core::Name(component));
-  return 0;
-}
 
 std::string Hex(std::uint32_t value) {
   char text[16];
@@ -33,32 +22,53 @@ std::string Hex(std::uint32_t value) {
 }  // namespace
 
 int RelayPositionOf(core::Component component, double value) {
-  const auto& values = core::RelayValues(component);
-  for (int position = 0; position < core::kRelayPositions; ++position) {
-    const double known = values[static_cast<std::size_t>(position)];
-    if (std::abs(value - known) <= kSameValue * known) return position;
+  const auto& positions = component.info().positions;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const double known = positions[i].value;
+    if (std::abs(value - known) <= kSameValue * known) return static_cast<int>(i);
   }
   return -1;
 }
 
+RelayWiring WiringOf(const core::Bench& bench) {
+  RelayWiring wiring;
+  for (const core::Component component : bench.components()) {
+    if (core::IsSwitched(component)) wiring.boards.push_back(component);
+  }
+  return wiring;
+}
+
+std::size_t RelayBoard::BoardOf(core::Component component) const {
+  for (std::size_t board = 0; board < boards(); ++board) {
+    if (wiring_.boards[board] == component) return board;
+  }
+  LAB_CHECK(false, core::Name(component));
+  return 0;
+}
+
 RelayBoard::RelayBoard(Daq& daq, RelayWiring wiring, RelayTiming timing)
-    : daq_(daq), wiring_(wiring), timing_(timing) {
-  for (const auto& board : wiring_.line) {
-    for (int line : board) {
-      LAB_CHECK(line >= 0 && line < 32, line);
-      LAB_CHECK((mask_ & (1u << line)) == 0, line);
-      mask_ |= 1u << line;
+    : daq_(daq),
+      wiring_(std::move(wiring)),
+      timing_(timing),
+      position_(wiring_.boards.size()),
+      target_(wiring_.boards.size()),
+      wanted_(wiring_.boards.size()) {
+  for (const core::Component board : wiring_.boards) {
+    for (const core::SwitchPosition& position : board.info().positions) {
+      LAB_CHECK(position.line >= 0 && position.line < 32, position.line);
+      LAB_CHECK((mask_ & (1u << position.line)) == 0, position.line);
+      mask_ |= 1u << position.line;
     }
   }
-  for (std::size_t board = 0; board < kRelayBoards; ++board) connected_ |= Bit(board, 0);
+  for (std::size_t board = 0; board < boards(); ++board) connected_ |= Bit(board, 0);
 }
 
 std::uint32_t RelayBoard::Bit(std::size_t board, int position) const {
-  return 1u << wiring_.line[board][static_cast<std::size_t>(position)];
+  return 1u << wiring_.boards[board].info().positions[static_cast<std::size_t>(position)].line;
 }
 
 int RelayBoard::line(core::Component component, int position) const {
-  return wiring_.line[BoardOf(component)][static_cast<std::size_t>(position)];
+  return component.info().positions[static_cast<std::size_t>(position)].line;
 }
 
 int RelayBoard::position(core::Component component) const {
@@ -69,16 +79,17 @@ std::uint32_t RelayBoard::Connected(std::uint32_t levels) const {
   return (wiring_.inverted ? ~levels : levels) & mask_;
 }
 
-std::uint32_t RelayBoard::LevelsOf(const std::array<int, kRelayBoards>& positions) const {
+std::uint32_t RelayBoard::LevelsOf(const std::vector<int>& positions) const {
   std::uint32_t connected = 0;
-  for (std::size_t board = 0; board < kRelayBoards; ++board) {
+  for (std::size_t board = 0; board < boards(); ++board) {
     connected |= Bit(board, positions[board]);
   }
   return wiring_.inverted ? ~connected : connected;
 }
 
 void RelayBoard::Request(core::Component component, int position) {
-  LAB_CHECK(position >= 0 && position < core::kRelayPositions, position);
+  LAB_CHECK(position >= 0 && position < static_cast<int>(component.info().positions.size()),
+            position);
   wanted_[BoardOf(component)] = position;
 }
 
@@ -112,7 +123,7 @@ RelayBoard::Stage RelayBoard::Advance() {
     if (wanted_ == position_) return stage;
     target_ = wanted_;
     std::uint32_t connected = 0;
-    for (std::size_t board = 0; board < kRelayBoards; ++board) {
+    for (std::size_t board = 0; board < boards(); ++board) {
       if (target_[board] == position_[board]) {
         connected |= Bit(board, position_[board]);
       } else if (MakesBeforeBreak(board)) {
@@ -124,7 +135,7 @@ RelayBoard::Stage RelayBoard::Advance() {
   }
   if (stage_ == 1) {
     std::uint32_t connected = 0;
-    for (std::size_t board = 0; board < kRelayBoards; ++board) {
+    for (std::size_t board = 0; board < boards(); ++board) {
       connected |= Bit(board, target_[board]);
     }
     stage_ = 2;
@@ -143,10 +154,10 @@ void RelayBoard::ForceNominalFirst() {
     // The lines do not answer: go by what was written last.
   }
   std::uint32_t connected = 0;
-  for (std::size_t board = 0; board < kRelayBoards; ++board) {
+  for (std::size_t board = 0; board < boards(); ++board) {
     std::uint32_t lines = 0;
-    for (int position = 0; position < core::kRelayPositions; ++position) {
-      lines |= Bit(board, position);
+    for (const core::SwitchPosition& position : wiring_.boards[board].info().positions) {
+      lines |= 1u << position.line;
     }
     const std::uint32_t nominal = Bit(board, 0);
     if ((seen & lines) == nominal) {
@@ -160,9 +171,10 @@ void RelayBoard::ForceNominalFirst() {
 
 void RelayBoard::ForceNominalSecond() {
   std::uint32_t connected = 0;
-  for (std::size_t board = 0; board < kRelayBoards; ++board) connected |= Bit(board, 0);
+  for (std::size_t board = 0; board < boards(); ++board) connected |= Bit(board, 0);
   stage_ = 0;
-  position_ = target_ = wanted_ = {};
+  position_.assign(boards(), 0);
+  target_ = wanted_ = position_;
   Write(connected, timing_.settle);
 }
 

@@ -1,50 +1,42 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
+#include "core/bench/bench.h"
 #include "core/types/component.h"
 #include "hardware/clock.h"
 #include "hardware/daq/daq.h"
 
 namespace faultlab::hardware {
 
-inline constexpr int kRelayBoards = 4;  ///< R1, R9, R12, C8
-inline constexpr std::array<core::Component, kRelayBoards> kRelayComponents = {
-    core::Component::kR1, core::Component::kR9, core::Component::kR12, core::Component::kC8};
-
-/// Which line connects which value: paper Table 2. line[board][position], position 0 = nominal.
-/// The boards have their lines in fours, {16,17,0,1}, {18,19,2,3}, {20,21,4,5}, {22,23,6,7}: so the
-/// table's "Do156 ohm" is Do1, 56 ohm.
+/// A relay board for each switched component of a bench; the component knows its values and lines.
 struct RelayWiring {
-  std::array<std::array<int, core::kRelayPositions>, kRelayBoards> line = {{
-      {17, 16, 1, 0},  // R1: 1, 10, 56, 100 ohm
-      {19, 18, 3, 2},  // R9: 10, 33, 56, 100 kohm
-      {6, 7, 22, 23},  // R12: 10, 5.6, 3.3, 2 kohm
-      {21, 20, 5, 4},  // C8: 47 pF, 1, 10, 47 uF
-  }};
+  std::vector<core::Component> boards;
   /// Level 0 makes the transistor conduct and the relay connect its part (paper section 2.1.4).
   bool inverted = true;
 
   /// The lines that belong to relays: bit i is line Do<i>.
   std::uint32_t mask() const {
     std::uint32_t lines = 0;
-    for (const auto& board : line) {
-      for (const int one : board) lines |= 1u << one;
+    for (const core::Component board : boards) {
+      for (const core::SwitchPosition& position : board.info().positions) {
+        lines |= 1u << position.line;
+      }
     }
     return lines;
   }
 };
+RelayWiring WiringOf(const core::Bench& bench);
 
 struct RelayTiming {
   Nanoseconds gap = std::chrono::milliseconds(3);     ///< between break and make, or make and break
   Nanoseconds settle = std::chrono::milliseconds(3);  ///< before the last read-back
 };
 
-/// The four relay boards of a bench: one position each, switched in the order that each needs.
-///   R1, R9, C8   break before make: two parts are never connected at once
-///   R12          make before break: it closes the amplifier's feedback, which must never be open
+/// The relay boards of a bench: one position each, switched in the order that each needs
+/// (core::SwitchOrder).
 /// All boards of one request switch in parallel, in stages with waits between:
 ///   first half -> gap -> read back, second half -> settle -> read back
 /// Each stage is written and read back; a mismatch ends the switching before anything is added.
@@ -57,11 +49,11 @@ class RelayBoard {
     std::string text;     ///< of a mismatch
   };
 
-  /// Contract: the wiring's 16 lines are different and in [0, 32).
+  /// Contract: the wiring's lines are different and in [0, 32).
   RelayBoard(Daq& daq, RelayWiring wiring, RelayTiming timing);
 
-  /// Wants `position` (0..3) on a board; Advance makes it so.
-  /// Contract: IsRelaySwitched(component), position in range.
+  /// Wants `position` (0 = nominal) on a board; Advance makes it so.
+  /// Contract: IsSwitched(component), position in range.
   void Request(core::Component component, int position);
   /// Does the next stage of what was requested.
   Stage Advance();
@@ -78,15 +70,22 @@ class RelayBoard {
   int position(core::Component component) const;
   int line(core::Component component, int position) const;
   const RelayTiming& timing() const { return timing_; }
-  /// Longest time that one request takes.
-  Nanoseconds duration() const { return timing_.gap + timing_.settle; }
+  /// Longest time that one request takes; none without boards.
+  Nanoseconds duration() const {
+    return boards() > 0 ? timing_.gap + timing_.settle : Nanoseconds(0);
+  }
 
   /// The levels in which exactly these positions are connected.
-  std::uint32_t LevelsOf(const std::array<int, kRelayBoards>& positions) const;
+  std::uint32_t LevelsOf(const std::vector<int>& positions) const;
 
  private:
   std::uint32_t Connected(std::uint32_t levels) const;
   std::uint32_t Bit(std::size_t board, int position) const;
+  std::size_t BoardOf(core::Component component) const;
+  std::size_t boards() const { return wiring_.boards.size(); }
+  bool MakesBeforeBreak(std::size_t board) const {
+    return wiring_.boards[board].info().order == core::SwitchOrder::kMakeBeforeBreak;
+  }
   Stage Write(std::uint32_t connected, Nanoseconds wait);
   bool Verify(Stage& stage);
 
@@ -94,10 +93,10 @@ class RelayBoard {
   const RelayWiring wiring_;
   const RelayTiming timing_;
   std::uint32_t mask_ = 0;
-  std::array<int, kRelayBoards> position_{};  ///< confirmed
-  std::array<int, kRelayBoards> target_{};    ///< of the switching under way
-  std::array<int, kRelayBoards> wanted_{};    ///< of the next one
-  std::uint32_t connected_ = 0;               ///< written last: bit i = line i connects its part
+  std::vector<int> position_;    ///< of each board, confirmed
+  std::vector<int> target_;      ///< of the switching under way
+  std::vector<int> wanted_;      ///< of the next one
+  std::uint32_t connected_ = 0;  ///< written last: bit i = line i connects its part
   int stage_ = 0;
 };
 

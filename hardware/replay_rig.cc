@@ -14,7 +14,8 @@ class ReplayMachine final : public RigMachine {
  public:
   ReplayMachine(std::vector<core::Sample> samples, ReplayRigOptions options)
       : samples_(std::move(samples)), events_(std::move(options.events)) {
-    LAB_CHECK(!samples_.empty());
+    LAB_CHECK(!samples_.empty() && options.bench != nullptr);
+    description_.bench = options.bench;
     description_.id = std::move(options.id);
     description_.rig_class = "replay";
     description_.kind = RigKind::kReplay;

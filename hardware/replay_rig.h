@@ -12,6 +12,7 @@
 namespace faultlab::hardware {
 
 struct ReplayRigOptions {
+  const core::Bench* bench = nullptr;  ///< what was recorded; never null
   std::string id = "replay";
   double speed = 1.0;  ///< as SimulatedRigOptions::speed
   std::chrono::milliseconds watchdog{500};

@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "core/plant/profile.h"
+#include "core/bench/bench.h"
 #include "core/types/component.h"
 #include "core/types/result.h"
 #include "core/types/sample.h"
@@ -31,20 +31,22 @@ enum class RigKind { kBench, kSimulated, kReplay, kRemote };
 
 /// What a rig is and can do. Fixed while the rig lives.
 struct RigDescription {
-  std::string id;         ///< "sim-1"
-  std::string rig_class;  ///< interchangeable rigs share it: "bench-sim"
+  std::string id;                      ///< "sim-1"
+  std::string rig_class;               ///< interchangeable rigs share it: "bench-sim"
+  const core::Bench* bench = nullptr;  ///< what it is built like; never null of a rig
   RigKind kind = RigKind::kSimulated;
+  bool has_um = true;
   bool has_ua = true;
   bool has_ia = true;
   bool has_n = true;
-  /// Component values the rig accepts. Relay boards take core::RelayValues() alone; a simulator
-  /// takes any positive value of any component.
+  /// Component values the rig accepts. Relay boards take the positions of the bench alone; a
+  /// simulator takes any positive value of any component.
   bool any_value = false;
   bool motor_faults = false;  ///< Ra, J, B can be changed (simulators)
   double uc_v_min = 0.0;
-  double uc_v_max = 5.0;
-  double delta_s = 0.0095;  ///< DAC edge of uc(k) to ADC sample um(k)
-  std::string profile;      ///< "bench" or "multisim" for a simulator, empty otherwise
+  double uc_v_max = 0.0;
+  double delta_s = 0.0;  ///< DAC edge of uc(k) to ADC sample um(k)
+  std::string profile;   ///< "bench" or "multisim" for a simulator, empty otherwise
   core::AmplifierMode amplifier_mode = core::AmplifierMode::kVoltage;
   core::Quadrants amplifier_quadrants = core::Quadrants::kTwo;
 };
@@ -81,7 +83,7 @@ enum class RigEventKind {
 struct RigEvent {
   RigEventKind kind = RigEventKind::kStarted;
   std::int64_t index = 0;  ///< the sample on which it acted
-  core::Component component = core::Component::kR1;
+  core::Component component{};
   double value = 0.0;
   std::string text;
 };
@@ -99,12 +101,12 @@ using RigMessage = std::variant<core::Sample, RigEvent>;
 struct RigCommand {
   enum class Kind { kSetComponent, kAllNominal, kClearTrip };
   Kind kind = Kind::kAllNominal;
-  core::Component component = core::Component::kR1;
+  core::Component component{};
   double value = 0.0;
 };
 
 struct SelfTestPosition {
-  core::Component component;
+  core::Component component{};
   double value;
   std::string line;  ///< "Do17"
   bool ok;
@@ -145,7 +147,7 @@ class Rig {
   virtual void Fence(Epoch epoch) = 0;
   /// Drive 0, relays nominal. Never fails upward, may be called at any time, any number of times.
   virtual void SafeStop(std::string_view reason) = 0;
-  /// Takes the lease's epoch and walks all 16 relay positions with read-back. kConflict unless
+  /// Takes the lease's epoch and walks all relay positions with read-back. kConflict unless
   /// idle. A position that does not answer is in the report; an error says why none was walked.
   virtual core::Result<SelfTestReport> SelfTest(Epoch epoch) = 0;
 

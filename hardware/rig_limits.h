@@ -3,26 +3,15 @@
 #include <optional>
 #include <string>
 
+#include "core/bench/limits.h"
 #include "core/types/result.h"
 #include "core/types/sample.h"
 #include "hardware/rig.h"
 
 namespace faultlab::hardware {
 
-/// What a bench stands. The defaults are the paper's motor and amplifier (Table 1: 12 V, 0.629 A).
-struct RigLimits {
-  double uc_v_min = 0.0;
-  double uc_v_max = 5.0;
-  double slew_v_per_s = 1000.0;         ///< steepest change of uc, as step over period
-  double voltage_v_max = 12.6;          ///< |um|, |ua|: 12 V and the amplifier's accuracy
-  double current_continuous_a = 0.629;  ///< thermal limit, see Interlocks
-  double thermal_tau_s = 12.0;          ///< of the winding
-  double current_peak_a = 1.9;          ///< below the rail of a +-2 A current channel
-  double stall_current_a = 0.4;
-  double stall_speed_rpm = 10.0;  ///< behind the gear
-  double stall_s = 0.5;
-  double relay_rest_s = 0.05;  ///< shortest time between two switchings of a board
-};
+/// See core/bench/limits.h.
+using RigLimits = core::BenchLimits;
 
 /// Refuses a plan outside the envelope; `field` names the part, the message the sample.
 core::Status CheckExcitation(const RunPlan& plan, const RigLimits& limits);

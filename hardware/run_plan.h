@@ -13,7 +13,7 @@ namespace faultlab::hardware {
 struct RunPlan {
   std::vector<double> uc_v;         ///< control voltage of each sample; size() / rate = duration
   std::vector<core::Fault> faults;  ///< schedule, run time; live commands come on top
-  double period_s = core::kSamplePeriodSeconds;
+  double period_s = 0.01;
   std::uint64_t seed = 1;  ///< noise of a simulated rig; real rigs ignore it
 };
 

@@ -10,7 +10,7 @@ namespace faultlab::server {
 
 using MonotonicTime = std::chrono::steady_clock::time_point;
 
-/// Where the server asks what time it is. Passed in, so that tests own the time. Thread-safe.
+/// The server's source of time. Passed as an argument, so that tests control the time. Thread-safe.
 class Clock {
  public:
   virtual ~Clock() = default;
@@ -45,7 +45,7 @@ class ManualClock : public Clock {
     monotonic_ns_ += step.count();
     wall_ns_ += step.count();
   }
-  /// An administrator or NTP sets the clock: wall time jumps, monotonic time does not notice.
+  /// An administrator or NTP sets the clock: wall time jumps, monotonic time continues.
   void JumpWall(std::chrono::nanoseconds step) { wall_ns_ += step.count(); }
 
  private:

@@ -13,7 +13,7 @@ bool IsWord(const std::string& text) {
          text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") == std::string::npos;
 }
 
-/// The secret stands in a file or in the environment, where fewer people read it.
+/// The secret is read from a file or from the environment, which fewer people can read.
 std::string Secret(hardware::TomlTable& in) {
   std::string file;
   std::string variable;
@@ -69,6 +69,18 @@ oidc::ProviderSettings ReadProvider(hardware::TomlTable& in,
   return out;
 }
 
+constexpr const char* kOfEachBench = "stands in each [[bench]] when there are some";
+
+BenchSettings ReadBench(hardware::TomlTable& in) {
+  BenchSettings out;
+  in.Text("file", out.file);
+  if (out.file.empty()) in.Refuse("file", "is missing: the description of the bench");
+  in.Integer("simulators", out.simulators, 0, 10'000);
+  in.Text("profile", out.profile);
+  in.Integer("lab", out.lab, 0, 64);
+  return out;
+}
+
 void Read(hardware::TomlTable& in, Config& config) {
   in.Text("listen", config.listen);
   in.Text("data_dir", config.data_dir);
@@ -89,12 +101,22 @@ void Read(hardware::TomlTable& in, Config& config) {
 
   hardware::TomlTable& simulators = in.Sub("simulators");
   simulators.Integer("count", config.sim_rigs, 0, 10'000);
-  simulators.Word("profile", config.sim_profile, {"bench", "multisim"});
+  simulators.Text("profile", config.sim_profile);
   simulators.Number("speed", config.sim_speed, 0.0, 1000.0);
   simulators.Seed("seed", config.fixture_seed);
 
   hardware::TomlTable& lab = in.Sub("lab");
   lab.Integer("benches", config.lab_benches, 0, 64);
+
+  for (hardware::TomlTable* bench : in.Subs("bench")) {
+    config.benches.push_back(ReadBench(*bench));
+  }
+  if (!config.benches.empty()) {
+    for (const char* key : {"count", "profile"}) {
+      if (simulators.Has(key)) simulators.Refuse(key, kOfEachBench);
+    }
+    if (lab.Has("benches")) lab.Refuse("benches", kOfEachBench);
+  }
 
   hardware::TomlTable& retention = in.Sub("retention");
   retention.Integer("guest_days", config.keep_guest_days, 0, 36'500);

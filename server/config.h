@@ -12,34 +12,45 @@
 
 namespace faultlab::server {
 
+/// A class of rigs, and how many of it this server simulates: [[bench]].
+struct BenchSettings {
+  std::string file;     ///< its description, or the name of a shipped one; empty: the paper's
+  int simulators = 4;   ///< for practice
+  std::string profile;  ///< what they simulate; empty: the bench's usual one
+  int lab = 0;          ///< that need a session
+};
+
 /// All settings of a server; every one has a default that works on a laptop.
 struct Config {
   std::string listen = "127.0.0.1:8080";
   std::string data_dir = "data";
   std::string database_url;         ///< "postgresql://.."; empty: SQLite in data_dir
-  std::string server_id = "local";  ///< of the servers that share one database
-  /// "10.0.0.2:8080", at which those servers reach this one; empty: as `listen`.
+  std::string server_id = "local";  ///< distinguishes the servers that share one database
+  /// "10.0.0.2:8080": the address at which those servers reach this one; empty: the address in
+  /// `listen`.
   std::string member_address;
   std::vector<std::string> allowed_hosts;  ///< names a Host header may carry; see HttpServerOptions
   TrustedProxies trusted_proxies;          ///< besides loopback; see HttpServerOptions
-  /// From where the experiment may be used without an account: loopback | everywhere | never.
+  /// Clients that may use the experiment without an account: loopback | everywhere | never.
   std::string guests = "loopback";
   std::string log_level = "info";
 
+  /// The first is the usual one. Empty: the paper's alone, simulated as the next three say.
+  std::vector<BenchSettings> benches;
   int sim_rigs = 4;
-  int lab_benches = 0;                ///< simulated benches that need a session
-  std::string sim_profile = "bench";  ///< bench | multisim
+  int lab_benches = 0;      ///< simulated benches that need a session
+  std::string sim_profile;  ///< as BenchSettings::profile
   double sim_speed = 1.0;
-  int runs_max = 32;  ///< at the same time, beside those of sessions
+  int runs_max = 32;  ///< at the same time, in addition to those of sessions
   int runs_per_caller_max = 8;
   int replayed_samples_max = 2'000'000;
   std::optional<std::uint64_t> fixture_seed;
 
   std::string public_url;  ///< "https://lab.example.org", as browsers know it; empty: by Host
-  std::vector<oidc::ProviderSettings> providers;  ///< where people may sign in besides here
+  std::vector<oidc::ProviderSettings> providers;  ///< sign-in services besides local accounts
 
   std::string lcm_url;   ///< live tap and remote rigs; empty: neither
-  std::string lcm_keys;  ///< folder of ID.key files; empty: the finder's own
+  std::string lcm_keys;  ///< folder of ID.key files; empty: the default of the rig finder
 
   // How many days things are kept; 0 = for ever. See server/lab/retention.h.
   int keep_guest_days = 30;

@@ -8,7 +8,7 @@ core::Status DiskReserve::Check() const {
   if (bytes == 0 || folder.empty()) return core::Done{};
   std::error_code ec;
   const auto space = std::filesystem::space(folder, ec);
-  // A disk that does not say how full it is fails where it is written to.
+  // If the free space is unknown, errors appear when the disk is written.
   if (ec || space.available > static_cast<std::uintmax_t>(bytes)) return core::Done{};
   return core::Error{
       core::ErrorCode::kUnavailable,

@@ -7,9 +7,9 @@
 
 namespace faultlab::server {
 
-/// What must stay free on a disk, for sign-ins, sessions and deletions to go on.
+/// Space that must stay free on a disk, so that sign-ins, sessions and deletions remain possible.
 struct DiskReserve {
-  std::string folder{};    ///< on that disk; empty: nothing is watched
+  std::string folder{};    ///< a folder on that disk; empty: no check
   std::int64_t bytes = 0;  ///< 0: nothing is kept free
 
   /// kUnavailable "disk_full" when less is free.

@@ -8,8 +8,8 @@
 #include "server/cli/commands.h"
 #include "server/cli/console.h"
 
-// Parses the command line and calls one function. What can be said, and what it does, is in
-// server/cli; server/app serves, hardware/lcm is the agent.
+// Parses the command line and calls one function. The commands are in server/cli; server/app
+// serves, hardware/lcm is the agent.
 namespace {
 
 using namespace faultlab;  // NOLINT(google-build-using-namespace)

@@ -5,7 +5,7 @@
 
 namespace faultlab::server {
 
-/// Wall time, UTC, to the millisecond. Never mixed up with run time, which is a double in seconds.
+/// Wall time, UTC, to the millisecond. Never mixed with run time, which is a double in seconds.
 using WallTime = std::chrono::sys_time<std::chrono::milliseconds>;
 
 inline std::int64_t ToMilliseconds(WallTime time) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/calibration/bench_noise.h"
 #include "core/calibration/calibrate.h"
 #include "core/calibration/stretch_checks.h"
 #include "core/detection/detection_thresholds.h"
@@ -13,41 +14,45 @@
 namespace faultlab::core {
 namespace {
 
-// Tolerances of a data sheet before anything is measured, one standard deviation. 5 % stands for
-// parts and motor constants; B and Mc were found by experiment once (paper Table 1).
-// delta: as good as flat over the period.
-constexpr ParameterOffsets kTolerance = {0.05, 0.05, 0.05, 0.05, 0.20, 0.03, 2.0, 3.5};
-// The paper's own best Coulomb friction (Table 14), and with the tolerance above 0.13 .. 0.53.
-constexpr double kCoulombPriorNm = 0.33e-3;
-// How far delta and noise can be from the first guess is not known: several starts.
+// Nearly flat prior of delta over the period, in units of a tenth of the period.
+constexpr double kDeltaTolerance = 3.5;
+// The unit of the coordinate Mc is half of its tolerance.
+constexpr double kMcTolerance = 2.0;
+// The first guesses of delta and noise may be far off, so the fit starts from several values.
 constexpr std::array<double, 3> kDeltaStartShares = {0.95, 0.5, 0.1};
 constexpr int kNoiseRounds = 3;
-// Friction noise is not visible to every rig: a broad prior on its logarithm keeps it in reach.
-constexpr double kFrictionNoisePriorNm = 0.02e-3;
+// Friction noise cannot be estimated on every rig; a broad prior on its logarithm keeps the
+// estimate bounded.
 constexpr double kFrictionNoisePriorLogSd = 0.7;
-// Readings are never better than their converters (16 bit, 0.3 mV) nor than the model.
-constexpr double kNoiseFloorUmV = 2e-4;
-constexpr double kNoiseFloorIaA = 3e-5;
-constexpr double kNoiseFloorSpeed = 0.01;
+// Lower bound of the reading noise as a share of the range: neither the converters (16 bit) nor the
+// model are better.
+constexpr double kNoiseFloorShare = 1e-5;
+// The same of the speed: of the largest that it may start from.
+constexpr double kNoiseFloorSpeedShare = 2e-5;
 
-// A rig that agrees with its data sheet in all that can be seen is believed to agree in what
-// cannot: the tolerances are scaled by the one of these factors that makes the stretch likeliest.
+int CoordinateCountOf(const BenchNorm& norm) {
+  return norm.la > 0.0 ? kCoordinateMax : kCoordinateCount;
+}
+
+// If a rig agrees with its data sheet in every quantity that can be estimated, the others are
+// assumed to agree too: the tolerances are scaled by the factor that makes the stretch most likely.
 constexpr std::array<double, 3> kToleranceScales = {1.0, 0.3, 0.1};
 
-GaussianPrior DataSheetPrior(double scale) {
+GaussianPrior DataSheetPrior(const ParameterOffsets& tolerance, double scale, int n) {
   GaussianPrior prior;
-  prior.mean = Eigen::VectorXd::Zero(kCoordinateCount);
-  prior.information = Eigen::MatrixXd::Zero(kCoordinateCount, kCoordinateCount);
-  for (int i = 0; i < kCoordinateCount; ++i) {
-    // Mc and delta are no parts with a tolerance.
-    const double sd = kTolerance[static_cast<std::size_t>(i)] *
+  prior.mean = Eigen::VectorXd::Zero(n);
+  prior.information = Eigen::MatrixXd::Zero(n, n);
+  for (int i = 0; i < n; ++i) {
+    // Mc and delta are no parts with a tolerance; La has its own.
+    const double sd = tolerance[static_cast<std::size_t>(i)] *
                       (i >= static_cast<int>(Coordinate::kMc) ? 1.0 : scale);
     prior.information(i, i) = 1.0 / (sd * sd);
   }
   return prior;
 }
 
-MapFit FitRig(const RigParameters& base,
+MapFit FitRig(const Bench& bench,
+              const RigParameters& base,
               const NoiseLevel& noise,
               double period_s,
               std::span<const Observation> stretch,
@@ -57,10 +62,13 @@ MapFit FitRig(const RigParameters& base,
                                return MakePredictionModel(
                                    WithOffsets(base, q, period_s), noise, period_s);
                              }};
-  return FitMap(models, prior, start);
+  MapFitOptions options;
+  options.follow_noise = bench.fits_follow_noise;
+  return FitMap(models, prior, start, options);
 }
 
-// -2 log of the stretch's probability under a prior, by Laplace's approximation, up to a constant.
+// -2 log of the evidence (the probability of the stretch under a prior) by Laplace's approximation,
+// up to a constant.
 double Evidence(const MapFit& fit, const GaussianPrior& prior) {
   const Eigen::MatrixXd posterior = fit.information + prior.information;
   double log_det = posterior.ldlt().vectorD().cwiseMax(1e-12).array().log().sum();
@@ -70,7 +78,7 @@ double Evidence(const MapFit& fit, const GaussianPrior& prior) {
   return fit.cost() + log_det;
 }
 
-// The fit under the likeliest tolerance, and what the others add to its covariance.
+// The fit under the most likely tolerance, and the covariance that the other tolerances add.
 struct ToleranceChoice {
   MapFit fit;
   Eigen::MatrixXd tolerance_covariance;
@@ -78,7 +86,9 @@ struct ToleranceChoice {
 };
 
 // @param widest  the fit under kToleranceScales[0].
-ToleranceChoice ChooseTolerance(const RigParameters& base,
+ToleranceChoice ChooseTolerance(const Bench& bench,
+                                const ParameterOffsets& tolerance,
+                                const RigParameters& base,
                                 const NoiseLevel& noise,
                                 double period_s,
                                 std::span<const Observation> stretch,
@@ -86,15 +96,16 @@ ToleranceChoice ChooseTolerance(const RigParameters& base,
   std::array<MapFit, kToleranceScales.size()> fits;
   std::array<double, kToleranceScales.size()> evidence{};
   std::size_t likeliest = 0;
+  const auto n = static_cast<int>(widest.point.size());
   for (std::size_t i = 0; i < fits.size(); ++i) {
-    const GaussianPrior prior = DataSheetPrior(kToleranceScales[i]);
-    fits[i] = i == 0 ? widest : FitRig(base, noise, period_s, stretch, prior, widest.point);
+    const GaussianPrior prior = DataSheetPrior(tolerance, kToleranceScales[i], n);
+    fits[i] = i == 0 ? widest : FitRig(bench, base, noise, period_s, stretch, prior, widest.point);
     evidence[i] = Evidence(fits[i], prior);
     if (evidence[i] < evidence[likeliest]) likeliest = i;
   }
   ToleranceChoice choice;
   choice.fit = fits[likeliest];
-  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(kCoordinateCount, kCoordinateCount);
+  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(n, n);
   double total = 0.0;
   double scale_square = 0.0;
   for (std::size_t i = 0; i < fits.size(); ++i) {
@@ -121,19 +132,22 @@ double* NoiseOfChannel(NoiseLevel& noise, std::size_t channel) {
 }
 
 // Maximum likelihood of the noise levels at fixed parameters: coordinate search in logarithms.
-void FitNoise(const RigParameters& rig,
+void FitNoise(const Bench& bench,
+              const RigParameters& rig,
               double period_s,
               std::span<const Observation> stretch,
               unsigned mask,
               NoiseLevel& noise) {
   const auto cost = [&](const NoiseLevel& level) {
     const double friction_off =
-        std::log(level.friction_nm / kFrictionNoisePriorNm) / kFrictionNoisePriorLogSd;
+        std::log(level.friction_nm / bench.norm.friction_noise_nm) / kFrictionNoisePriorLogSd;
     return RunInnovations(MakePredictionModel(rig, level, period_s), stretch).cost() +
            friction_off * friction_off;
   };
-  constexpr std::array<double, kOutputCount> kFloor = {
-      kNoiseFloorUmV, kNoiseFloorIaA, kNoiseFloorSpeed};
+  const std::array<double, kOutputCount> floor = {
+      kNoiseFloorShare * (bench.um.max - bench.um.min),
+      kNoiseFloorShare * (bench.ia.max - bench.ia.min),
+      kNoiseFloorSpeedShare * rig.plant.range.speed_rad_s};
   double best = cost(noise);
   for (double factor : {2.0, 1.4, 1.15, 1.05, 1.015}) {
     for (int pass = 0; pass < 4; ++pass) {
@@ -145,7 +159,7 @@ void FitNoise(const RigParameters& rig,
             NoiseLevel tried = noise;
             double* value = c < kOutputCount ? NoiseOfChannel(tried, c) : &tried.friction_nm;
             *value *= move;
-            if (c < kOutputCount && *value < kFloor[c]) break;
+            if (c < kOutputCount && *value < floor[c]) break;
             const double tried_cost = cost(tried);
             if (tried_cost >= best - 1e-3) break;
             best = tried_cost;
@@ -159,17 +173,18 @@ void FitNoise(const RigParameters& rig,
   }
 }
 
-constexpr std::array<const char*, kCoordinateCount> kNames = {
-    "k", "R1", "Ra", "J", "B", "Ke", "Mc", "delta"};
-constexpr std::array<const char*, kCoordinateCount> kUnits = {
-    "V/V", "ohm", "ohm", "kg m^2", "Nm/(rad/s)", "V/(rad/s)", "Nm", "s"};
+// The second is the structure's own name of the series resistor.
+constexpr std::array<const char*, kCoordinateMax> kNames = {
+    "k", "", "Ra", "J", "B", "Ke", "Mc", "delta", "La"};
+constexpr std::array<const char*, kCoordinateMax> kUnits = {
+    "V/V", "ohm", "ohm", "kg m^2", "Nm/(rad/s)", "V/(rad/s)", "Nm", "s", "henry"};
 
 double ValueOf(const RigParameters& rig, int coordinate) {
   switch (static_cast<Coordinate>(coordinate)) {
     case Coordinate::kGain:
       return rig.gain();
-    case Coordinate::kR1:
-      return rig.plant.r1_ohm;
+    case Coordinate::kSeries:
+      return rig.plant.series_ohm;
     case Coordinate::kRa:
       return rig.plant.ra_ohm;
     case Coordinate::kJ:
@@ -182,46 +197,92 @@ double ValueOf(const RigParameters& rig, int coordinate) {
       return rig.mc_nm;
     case Coordinate::kDelta:
       return rig.delta_s;
+    case Coordinate::kLa:
+      return rig.plant.la_henry;
   }
   return 0.0;
 }
 
-double SigmaOf(const RigParameters& rig, int coordinate, double sigma) {
-  if (coordinate == static_cast<int>(Coordinate::kMc)) return sigma * kMcUnitNm;
-  if (coordinate == static_cast<int>(Coordinate::kDelta)) return sigma * kDeltaUnitS;
+double SigmaOf(const RigParameters& rig, int coordinate, double sigma, double period_s) {
+  if (coordinate == static_cast<int>(Coordinate::kMc)) return sigma * rig.mc_unit_nm;
+  if (coordinate == static_cast<int>(Coordinate::kDelta)) {
+    return sigma * kDeltaUnitPeriods * period_s;
+  }
   return ValueOf(rig, coordinate) * sigma;
+}
+
+// Where one part alone is the gain, what the gain is off the data sheet is off that part: a fault
+// that replaces the part replaces the offset too.
+RigParameters WithGainInItsPart(const RigParameters& rig) {
+  const int part = GainPartOf(rig.plant);
+  if (part < 0) return rig;
+  RigParameters moved = rig;
+  moved.plant.amplifier[static_cast<std::size_t>(part - kMotorParameters)] *= rig.gain_factor;
+  moved.gain_factor = 1.0;
+  return moved;
 }
 
 }  // namespace
 
+double McUnitOf(const Bench& bench) {
+  return bench.norm.mc_sigma_nm / kMcTolerance;
+}
+
+ParameterOffsets TolerancesOf(const BenchNorm& norm) {
+  return {norm.gain,
+          norm.series,
+          norm.ra,
+          norm.j,
+          norm.b,
+          norm.ke,
+          kMcTolerance,
+          kDeltaTolerance,
+          norm.la};
+}
+
 Result<Calibration> Calibrate(std::span<const Sample> samples, const CalibrationOptions& options) {
+  LAB_CHECK(options.bench != nullptr);
+  const BenchNorm& norm = options.bench->norm;
+  const ParameterOffsets tolerance = TolerancesOf(norm);
   const double period_s = options.period_s;
-  const std::vector<Observation> stretch =
-      MakeObservations(samples, options.channels, period_s, options.um_rail_v);
+  const std::vector<Observation> stretch = MakeObservations(samples,
+                                                            options.channels,
+                                                            period_s,
+                                                            options.um_rail_v,
+                                                            options.data_sheet.gear_ratio,
+                                                            options.bench->ia.Inside());
   Calibration calibration;
   calibration.period_s = period_s;
   if (!samples.empty()) {
     calibration.from_s = samples.front().t_s;
     calibration.to_s = samples.back().t_s + period_s;
   }
-  if (std::optional<Error> refusal = CheckBefore(stretch, calibration.checks)) return *refusal;
+  if (std::optional<Error> refusal = CheckBefore(*options.bench, stretch, calibration.checks))
+    return *refusal;
   calibration.samples = static_cast<int>(stretch.size());
 
   unsigned mask = 0;
   for (const Observation& o : stretch) mask |= o.mask;
+  calibration.used_um = (mask & 1U) != 0U;
   calibration.used_ia = (mask & 2U) != 0U;
   calibration.used_n = (mask & 4U) != 0U;
 
-  const GaussianPrior prior = DataSheetPrior(1.0);
-  RigParameters base{options.data_sheet, 1.0, 0.5 * period_s, kCoulombPriorNm};
-  NoiseLevel noise;
+  const int coordinates = CoordinateCountOf(norm);
+  const GaussianPrior prior = DataSheetPrior(tolerance, 1.0, coordinates);
+  RigParameters base{options.data_sheet, 1.0, 0.5 * period_s, norm.mc_nm, McUnitOf(*options.bench)};
+  NoiseLevel noise = NoiseOf(*options.bench);
   MapFit best;
   bool have = false;
   for (double share : kDeltaStartShares) {
     RigParameters started = base;
     started.delta_s = share * period_s;
-    MapFit fit =
-        FitRig(started, noise, period_s, stretch, prior, Eigen::VectorXd::Zero(kCoordinateCount));
+    MapFit fit = FitRig(*options.bench,
+                        started,
+                        noise,
+                        period_s,
+                        stretch,
+                        prior,
+                        Eigen::VectorXd::Zero(coordinates));
     if (!have || fit.cost() < best.cost()) {
       have = true;
       best = fit;
@@ -229,21 +290,24 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     }
   }
   for (int round = 0; round < kNoiseRounds; ++round) {
-    FitNoise(WithOffsets(base, best.point, period_s), period_s, stretch, mask, noise);
-    best = FitRig(base, noise, period_s, stretch, prior, best.point);
+    FitNoise(
+        *options.bench, WithOffsets(base, best.point, period_s), period_s, stretch, mask, noise);
+    best = FitRig(*options.bench, base, noise, period_s, stretch, prior, best.point);
   }
   const double data_sheet_cost = best.prior_cost;
-  const ToleranceChoice choice = ChooseTolerance(base, noise, period_s, stretch, best);
+  const ToleranceChoice choice =
+      ChooseTolerance(*options.bench, tolerance, base, noise, period_s, stretch, best);
   best = choice.fit;
-  const RigParameters rig = WithOffsets(base, best.point, period_s);
+  const RigParameters rig = WithGainInItsPart(WithOffsets(base, best.point, period_s));
 
   calibration.nominal = rig.plant;
   calibration.gain_factor = rig.gain_factor;
   calibration.delta_s = rig.delta_s;
   calibration.mc_nm = rig.mc_nm;
+  calibration.mc_unit_nm = rig.mc_unit_nm;
   calibration.um_noise_v = noise.um_v;
   calibration.ia_noise_a = noise.ia_a;
-  calibration.n_noise_rpm = noise.w_rad_s / kRadPerSecondOfRpm;
+  calibration.n_noise_rpm = noise.w_rad_s / RadPerSecondOfRpm(options.data_sheet.gear_ratio);
   calibration.friction_noise_nm = noise.friction_nm;
   calibration.friction_tau_s = noise.friction_tau_s;
   calibration.covariance.assign(best.covariance.data(),
@@ -251,29 +315,32 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
   calibration.tolerance_covariance.assign(
       choice.tolerance_covariance.data(),
       choice.tolerance_covariance.data() + choice.tolerance_covariance.size());
-  calibration.part_tolerance = kTolerance[0] * choice.tolerance_scale;
-  for (int i = 0; i < kCoordinateCount; ++i) {
+  calibration.part_tolerance = tolerance[0] * choice.tolerance_scale;
+  for (int i = 0; i < coordinates; ++i) {
     const auto at = static_cast<std::size_t>(i);
     CalibratedQuantity quantity;
-    quantity.name = kNames[at];
+    quantity.name = i == static_cast<int>(Coordinate::kSeries)
+                        ? std::string(options.data_sheet.structure->parameters[kSeries].symbol)
+                        : kNames[at];
     quantity.unit = kUnits[at];
     quantity.value = ValueOf(rig, i);
     const double sigma = std::sqrt(std::max(0.0, best.covariance(i, i)) +
                                    std::max(0.0, choice.tolerance_covariance(i, i)));
-    quantity.sigma = SigmaOf(rig, i, sigma);
+    quantity.sigma = SigmaOf(rig, i, sigma, period_s);
     quantity.prior_value = ValueOf(base, i);
-    const double tolerance = kTolerance[at];
+    const double own = tolerance[at];
     if (i == static_cast<int>(Coordinate::kDelta)) quantity.prior_value = 0.5 * period_s;
-    quantity.prior_sigma = SigmaOf(base, i, tolerance);
-    // Against the scaled tolerance: what the data sheet's own agreement adds is not measured.
-    const double used =
-        i < static_cast<int>(Coordinate::kMc) ? tolerance * choice.tolerance_scale : tolerance;
+    quantity.prior_sigma = SigmaOf(base, i, own, period_s);
+    // Compared with the scaled tolerance: an error that shrank only with the tolerance scale does
+    // not come from the data.
+    const double used = i < static_cast<int>(Coordinate::kMc) ? own * choice.tolerance_scale : own;
     quantity.from_data = sigma < 0.5 * used;
     calibration.quantities.push_back(quantity);
   }
   calibration.mc_sigma_nm = calibration.quantities[static_cast<std::size_t>(Coordinate::kMc)].sigma;
 
-  if (std::optional<Error> refusal = CheckAfter(rig,
+  if (std::optional<Error> refusal = CheckAfter(*options.bench,
+                                                rig,
                                                 noise,
                                                 period_s,
                                                 stretch,

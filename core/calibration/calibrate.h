@@ -2,6 +2,8 @@
 
 #include <span>
 
+#include "core/bench/bench.h"
+#include "core/filter/rig_parameters.h"
 #include "core/types/calibration.h"
 #include "core/types/plant_parameters.h"
 #include "core/types/result.h"
@@ -10,14 +12,21 @@
 namespace faultlab::core {
 
 struct CalibrationOptions {
-  PlantParameters data_sheet;
+  const Bench* bench = nullptr;  ///< the description of the rig; never null
+  PlantParameters data_sheet;    ///< usually bench->nominal
   Channels channels = Channels::kAll;
-  double period_s = kSamplePeriodSeconds;
+  double period_s = 0.01;
   double false_alarms_per_day = 1.0;
-  double um_rail_v = 10.0;  ///< converter range: a reading there is a bound, not a value
+  double um_rail_v = 10.0;  ///< converter range; a reading at its end is only a bound
 };
 
-/// Calibrates on samples that the caller holds to be fault-free and past the start-up.
+/// Unit of the coordinate Mc (RigParameters::mc_unit_nm) on rigs of this bench.
+double McUnitOf(const Bench& bench);
+/// What is known of a rig before anything is measured: one standard deviation of each Coordinate; 0
+/// holds it at the data sheet.
+ParameterOffsets TolerancesOf(const BenchNorm& norm);
+
+/// Calibrates on samples that the caller knows to be fault-free and past the start-up.
 ///   maximises  log p(samples | q) + log p(q)   over q = {k, R1, Ra, J, B, Ke, Mc, delta, noise}
 /// where p(samples | q) is the innovation form (Kalman filter) of the exact sampled model and p(q)
 /// the data sheet's tolerances (5 %; delta flat in [0, period]).

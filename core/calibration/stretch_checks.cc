@@ -12,39 +12,53 @@
 namespace faultlab::core {
 namespace {
 
-// 1.5 s of the paper's bench: enough for every parameter that um can tell within a few percent.
+// 1.5 s of the paper's bench: enough for every parameter that um determines within a few percent.
 constexpr double kSamplesMin = 150;
-// Each switch of the input tells gain and time constant once.
+// Each switch of the input gives one piece of information about gain and time constant.
 constexpr double kSwitchesMin = 8;
-// Readings at the rail are bounds; more than a tenth of them leaves a calibration of the rest.
+// Readings at the rail are only bounds. With more than a tenth of them too little is left to fit.
 constexpr double kClippedShareMax = 0.1;
 constexpr double kMissingShareMax = 0.2;
-// Prior cost is chi-square with at most 8 degrees of freedom when the rig is what the data sheet
-// says within its tolerances: 40 is a chance of 3e-6.
+// The prior cost is chi-square with at most 8 degrees of freedom when the rig is within the
+// tolerances of its data sheet: 40 is exceeded with probability 3e-6.
 constexpr double kPriorCostMax = 40.0;
-// um moves by about 2.4 V in use: noise beyond this hides every fault of interest.
-constexpr double kUmNoiseMaxV = 0.25;
-// Largest of blocks x directions squared normal scores (4 x 8): 1e-6 under a healthy rig, and room
-// for what the model leaves out.
+// In use the channel moves by about a quarter of its range. Noise above this share of the range
+// hides every fault of interest.
+constexpr double kNoiseShareMax = 0.025;
+// Largest of blocks x directions squared normal scores (4 x 8): 1e-6 on a healthy rig, with a
+// margin for model errors.
 constexpr double kStationarityMax = 45.0;
 constexpr int kBlocks = 4;
-// Share of a block's energy against the average: chi-square/n of 100 readings has sd 0.14.
+// Ratio of a block's energy to the average: chi-square/n of 100 readings has sd 0.14.
 constexpr double kBlockEnergyMax = 2.0;
 
-std::string Text(const char* format, double a, double b) {
+std::string Text(const char* format, double a, double b = 0.0) {
   std::array<char, 256> text{};
   std::snprintf(text.data(), text.size(), format, a, b);
   return text.data();
 }
 
+/// The channel from which the structure is estimated.
+struct KeyChannel {
+  const char* name;
+  const char* unit;
+  unsigned bit;
+  double range;
+};
+
+KeyChannel KeyChannelOf(const Bench& bench) {
+  if (bench.structure->estimated == EstimatedChannel::kIa) return {"ia", "A", 2U, bench.ia.max};
+  return {"um", "V", 1U, bench.um.max};
+}
+
 /// What a person can do about a check that failed.
 const char* Remedy(std::string_view check) {
   if (check == "length") return "give a longer fault-free stretch";
-  if (check == "missing") return "look at the um wire and at how the record was made";
-  if (check == "excitation") return "use an input that switches, such as a PRBS of 2 V and 3 V";
+  if (check == "missing") return "look at its wire and at how the record was made";
+  if (check == "excitation") return "use an input that switches, such as a PRBS";
   if (check == "saturation") return "use a smaller input or a wider converter range";
   if (check == "noise")
-    return "look for a fault inside the stretch, then at the um wire, its shield and its unit";
+    return "look for a fault inside the stretch, then at its wire, its shield and its unit";
   if (check == "tolerance") {
     return "choose a stretch without a fault, or correct the rig's data sheet";
   }
@@ -67,8 +81,10 @@ std::optional<Error> Judge(std::vector<CalibrationCheck>& checks,
 
 }  // namespace
 
-std::optional<Error> CheckBefore(std::span<const Observation> stretch,
+std::optional<Error> CheckBefore(const Bench& bench,
+                                 std::span<const Observation> stretch,
                                  std::vector<CalibrationCheck>& checks) {
+  const KeyChannel key = KeyChannelOf(bench);
   const double n = static_cast<double>(stretch.size());
   int switches = 0;
   int clipped = 0;
@@ -80,7 +96,7 @@ std::optional<Error> CheckBefore(std::span<const Observation> stretch,
     low = std::min(low, o.u);
     high = std::max(high, o.u);
     clipped += o.clipped != 0;
-    read += (o.mask & 1U) != 0U;
+    read += (o.mask & key.bit) != 0U;
   }
   const double swing = high - low;
   for (const Observation& o : stretch) switches += std::abs(o.u - o.u_prev) > 0.05 * swing;
@@ -93,14 +109,14 @@ std::optional<Error> CheckBefore(std::span<const Observation> stretch,
     return refusal;
   }
   const double missing = 1.0 - read / n;
-  if (auto refusal = Judge(checks,
-                           "missing",
-                           Text("%.0f %% of the um readings are missing, at most %.0f %% may be",
-                                100.0 * missing,
-                                100.0 * kMissingShareMax),
-                           missing,
-                           kMissingShareMax,
-                           missing <= kMissingShareMax)) {
+  if (auto refusal =
+          Judge(checks,
+                "missing",
+                Text("%.0f %% of the ", 100.0 * missing) + key.name +
+                    Text(" readings are missing, at most %.0f %% may be", 100.0 * kMissingShareMax),
+                missing,
+                kMissingShareMax,
+                missing <= kMissingShareMax)) {
     return refusal;
   }
   if (auto refusal = Judge(
@@ -124,21 +140,25 @@ std::optional<Error> CheckBefore(std::span<const Observation> stretch,
       share <= kClippedShareMax);
 }
 
-std::optional<Error> CheckAfter(const RigParameters& rig,
+std::optional<Error> CheckAfter(const Bench& bench,
+                                const RigParameters& rig,
                                 const NoiseLevel& noise,
                                 double period_s,
                                 std::span<const Observation> stretch,
                                 double prior_cost,
                                 const std::vector<CalibratedQuantity>& quantities,
                                 std::vector<CalibrationCheck>& checks) {
-  if (auto refusal = Judge(checks,
-                           "noise",
-                           Text("what the model leaves of um is %.3f V, at most %.2f V may be left",
-                                noise.um_v,
-                                kUmNoiseMaxV),
-                           noise.um_v,
-                           kUmNoiseMaxV,
-                           noise.um_v <= kUmNoiseMaxV)) {
+  const KeyChannel key = KeyChannelOf(bench);
+  const double left = key.bit == 1U ? noise.um_v : noise.ia_a;
+  const double left_max = kNoiseShareMax * key.range;
+  if (auto refusal =
+          Judge(checks,
+                "noise",
+                std::string("what the model leaves of ") + key.name + Text(" is %.3f ", left) +
+                    key.unit + Text(", at most %.2f ", left_max) + key.unit + " may be left",
+                left,
+                left_max,
+                left <= left_max)) {
     return refusal;
   }
   const CalibratedQuantity* farthest = nullptr;
@@ -163,7 +183,7 @@ std::optional<Error> CheckAfter(const RigParameters& rig,
     return refusal;
   }
 
-  // Stationarity: the same rig in every part of the stretch.
+  // Stationarity: the rig is the same in every part of the stretch.
   InnovationTrace base;
   InnovationTrace moved;
   const InnovationSummary whole =
@@ -171,9 +191,9 @@ std::optional<Error> CheckAfter(const RigParameters& rig,
   constexpr double kStep = 1e-4;
   const std::size_t block = (stretch.size() + kBlocks - 1) / kBlocks * kOutputCount;
   double worst = 0.0;
-  for (int i = 0; i < kCoordinateCount; ++i) {
+  for (std::size_t i = 0; i < quantities.size(); ++i) {
     ParameterOffsets q{};
-    q[static_cast<std::size_t>(i)] = kStep;
+    q[i] = kStep;
     RunInnovations(
         MakePredictionModel(WithOffsets(rig, q, period_s), noise, period_s), stretch, &moved);
     std::array<double, kBlocks> cross{};

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/bench/bench.h"
 #include "core/filter/observation.h"
 #include "core/filter/rig_parameters.h"
 #include "core/types/calibration.h"
@@ -11,14 +12,17 @@
 
 namespace faultlab::core {
 
-/// What must hold before anything is fitted: length, excitation, saturation. Appends one check
-/// each; returns the first that failed as a refusal.
-std::optional<Error> CheckBefore(std::span<const Observation> stretch,
+/// The checks before the fit: length, excitation, saturation. Appends the result of each check;
+/// returns the first failure as a refusal. The channel that must be present is the one from which
+/// the structure of `bench` is estimated.
+std::optional<Error> CheckBefore(const Bench& bench,
+                                 std::span<const Observation> stretch,
                                  std::vector<CalibrationCheck>& checks);
 
-/// What must hold of the fitted model: plausible parameters and noise, the same rig from the first
-/// to the last sample (stationarity), white innovations.
-std::optional<Error> CheckAfter(const RigParameters& rig,
+/// The checks of the fitted model: plausible parameters and noise, the same rig from the first to
+/// the last sample (stationarity), white innovations.
+std::optional<Error> CheckAfter(const Bench& bench,
+                                const RigParameters& rig,
                                 const NoiseLevel& noise,
                                 double period_s,
                                 std::span<const Observation> stretch,

@@ -8,8 +8,8 @@ namespace faultlab::core {
 namespace {
 
 // level(rate) = at_day + per_decade * log10(alarms per 24 h at 100 Hz of this test alone).
-// Printed by tests/bench/alarm_levels.cc: crossings of each statistic over a simulated week of a
-// rig whose parameters and noise are known exactly; the tail is exponential.
+// Printed by tests/bench/alarm_levels.cc, which counts how often each statistic crosses a level in
+// a simulated week of a rig whose parameters and noise are known exactly. The tail is exponential.
 struct Level {
   double at_day;
   double per_decade;
@@ -30,7 +30,7 @@ DetectionThresholds MakeThresholds(double false_alarms_per_day, double rate_hz, 
   const Level glr_short = several ? Level{30.7, -4.7} : Level{30.3, -4.7};
   const Level glr_long = several ? Level{29.2, -4.9} : Level{29.1, -5.1};
   const Level glr_slow = Level{25.9, -4.9};
-  // Share of one test, at the reference rate.
+  // The share of one test in the false alarms, at the reference rate.
   const double alarms =
       std::max(1e-6, false_alarms_per_day / kTests * kReferenceRateHz / std::max(1e-3, rate_hz));
   DetectionThresholds t;

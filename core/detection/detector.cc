@@ -1,95 +1,113 @@
 #include "core/detection/detector.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "core/types/time_span.h"
+
 namespace faultlab::core {
 namespace {
 
-// Finite changes whose responses are the directions: about the smallest fault of each component
-// that matters. C8 has no slope at 47 pF, so its direction is the secant to 1 uF; large changes of
-// Ra and J look too little like small ones, so they have secants of their own.
-RigParameters Changed(const RigParameters& reference, int direction) {
+// The component of a bench that acts only when it is large: the capacitor of its amplifier.
+const ComponentInfo* CapacitorOf(const Bench& bench) {
+  const auto found = std::find_if(bench.parts.begin(), bench.parts.end(), [](const auto& part) {
+    return part.kind == PartKind::kCapacitor;
+  });
+  return found != bench.parts.end() ? &*found : nullptr;
+}
+
+// The finite changes whose responses are the directions: about the smallest fault of interest of
+// each component. Near its nominal value a capacitor has no effect, so its direction is the secant
+// to the smallest visible value. Large changes of Ra and J have other responses than small ones, so
+// they have secants of their own.
+RigParameters Changed(const Bench& bench, const RigParameters& reference, int direction) {
   RigParameters changed = reference;
+  PlantParameters& plant = changed.plant;
+  const ComponentInfo* capacitor = CapacitorOf(bench);
   switch (direction) {
     case 0:
       changed.gain_factor *= 0.98;
       break;
     case 1:
-      changed.plant.r1_ohm *= 2.0;
+      plant.series_ohm *= 2.0;
       break;
     case 2:
-      changed.plant.c8_farad += 1e-6;
+      if (capacitor != nullptr) {
+        plant.Set(capacitor->parameter, plant.Get(capacitor->parameter) + capacitor->least_visible);
+      } else {
+        plant.ke_v_per_rad_s *= 0.95;
+      }
       break;
     case 3:
-      changed.plant.ra_ohm *= 0.9;
+      plant.ra_ohm *= 0.9;
       break;
     case 4:
-      changed.plant.j_kg_m2 *= 1.1;
+      plant.j_kg_m2 *= 1.1;
       break;
     case 5:
-      changed.plant.b_nm_per_rad_s *= 3.0;
+      plant.b_nm_per_rad_s *= 3.0;
       break;
     case 6:
-      changed.plant.ra_ohm *= 0.15;
+      plant.ra_ohm *= 0.15;
       break;
     case 7:
-      changed.plant.j_kg_m2 *= 10.0;
+      plant.j_kg_m2 *= 10.0;
       break;
     default:
-      changed.mc_nm += 1e-4;
+      changed.mc_nm += changed.mc_unit_nm;
       break;
   }
   return changed;
 }
 
-// Samples for which the gains are computed step by step after a start or a gap: three times the
-// slowest settling, that of the friction's deviation.
-constexpr int kFindingSamples = 150;
-// log likelihood ratio of one innovation between variance 4 and variance 1. What changes the
-// variance by less is left to the GLRs, which know its shape.
+// After a start or a gap the gains are computed step by step for three times the slowest time
+// constant, which is that of the slow friction torque.
+constexpr double kFindingTimeConstants = 3.0;
+// Log likelihood ratio of one innovation between variance 4 and variance 1. Smaller changes are
+// left to the GLRs, which know the shape of the response.
 constexpr double kCusumSlope = 0.5 * (1.0 - 1.0 / 4.0);
 constexpr double kCusumCost = std::numbers::ln2;
-constexpr double kForget = 1.0 - 1.0 / Detector::kSlow;
-// A |z| beyond this in the alarm's own sample means that the sample is faulty by itself.
+// If |z| of the sample that raises the alarm exceeds this, that sample is itself faulty.
 constexpr double kSharp = 5.0;
 
 }  // namespace
 
-Detector::Detector(const RigParameters& reference,
+Detector::Detector(const Bench& bench,
+                   const RigParameters& reference,
                    const NoiseLevel& noise,
                    double period_s,
                    unsigned mask,
                    const DetectionThresholds& thresholds,
                    int reference_samples,
-                   const NoiseScale& noise_scale)
-    : recursion_(models_[0].model),
+                   const NoiseScale& noise_scale,
+                   double speed_step_s)
+    : speed_step_s_(speed_step_s),
+      recursion_(models_[0].model),
+      finding_samples_max_(
+          static_cast<int>(std::lround(kFindingTimeConstants * noise.friction_tau_s / period_s))),
+      short_samples_(static_cast<int>(SpanOf(kShort, period_s))),
+      long_samples_(static_cast<int>(SpanOf(kLong, period_s))),
+      forget_(1.0 - 1.0 / static_cast<double>(SpanOf(kSlow, period_s))),
       thresholds_(thresholds),
       noise_scale_(noise_scale),
-      ring_(kLong) {
+      ring_(SpanOf(kLong, period_s)) {
   models_[0].model = MakePredictionModel(reference, noise, period_s);
   for (int j = 0; j < kDirections; ++j) {
     models_[static_cast<std::size_t>(j + 1)].model =
-        MakePredictionModel(Changed(reference, j), noise, period_s);
+        MakePredictionModel(Changed(bench, reference, j), noise, period_s);
   }
+  for (const Model& m : models_) limited_ = limited_ || m.model.limited();
   settled_ = SteadyStateGains(models_[0].model, mask);
   reference_samples_ = std::max(50, reference_samples);
-  inflation_short_ = 1.0 + kShort / reference_samples_;
-  inflation_long_ = 1.0 + kLong / reference_samples_;
+  inflation_short_ = 1.0 + short_samples_ / reference_samples_;
+  inflation_long_ = 1.0 + long_samples_ / reference_samples_;
 }
 
 void Detector::Restart(const Observation& observation) {
-  for (Model& m : models_) {
-    const Eigen::Matrix4d a = Eigen::Matrix4d::Identity() - m.model.phi;
-    const Eigen::Vector4d b =
-        (m.model.g_prev + m.model.g) * observation.u + m.model.g_torque * m.model.mc_nm;
-    m.x = a.partialPivLu().solve(b);
-    if (!m.x.allFinite()) m.x.setZero();
-  }
+  for (Model& m : models_) m.x = TurningState(m.model, observation.u);
   recursion_.Restart();
-  finding_samples_ = kFindingSamples;
+  finding_samples_ = finding_samples_max_;
   cusum_ = 0.0;
   cusum_age_ = 0;
   std::fill(ring_.begin(), ring_.end(), Cell{});
@@ -106,7 +124,7 @@ void Detector::Restart(const Observation& observation) {
 
 const ChannelGains& Detector::Gains(unsigned use) {
   if (finding_samples_ == 0) return settled_;
-  if (finding_samples_ < kFindingSamples) recursion_.Predict();
+  if (finding_samples_ < finding_samples_max_) recursion_.Predict();
   --finding_samples_;
   for (int channel = 0; channel < kOutputCount; ++channel) {
     const auto c = static_cast<std::size_t>(channel);
@@ -116,24 +134,36 @@ const ChannelGains& Detector::Gains(unsigned use) {
   return finding_;
 }
 
+ChannelGains Detector::WithRounding(const ChannelGains& gains, double speed_rad_s) const {
+  ChannelGains coarser = gains;
+  const double s = 1.0 / (gains.inverse_sd[2] * gains.inverse_sd[2]);
+  const double share = s / (s + RoundingVariance(speed_rad_s, speed_step_s_));
+  coarser.gain[2] *= share;
+  coarser.inverse_sd[2] *= std::sqrt(share);
+  return coarser;
+}
+
 void Detector::Whiten(const Observation& o,
                       const ChannelGains& gains,
                       std::array<std::array<double, kOutputCount>, kDirections + 1>& z,
                       unsigned use) {
   for (std::size_t i = 0; i < models_.size(); ++i) {
-    Model& m = models_[i];
+    const PredictionModel& m = models_[i].model;
+    Eigen::Vector4d& x = models_[i].x;
+    const double u = limited_ ? m.Limited(o.u) : o.u;
     if (!o.restart) {
-      const Eigen::Vector4d next = Step(m.model, m.x, o.u_prev, o.u);
-      m.x = next;
+      const Eigen::Vector4d next = Step(m, x, limited_ ? m.Limited(o.u_prev) : o.u_prev, u);
+      x = next;
     }
-    for (int channel = 0; channel < kOutputCount; ++channel) {
-      const auto c = static_cast<std::size_t>(channel);
-      z[i][c] = 0.0;
-      if ((use & (1U << channel)) == 0U) continue;
-      const double e = o.y[c] - m.model.c.row(channel).dot(m.x) - m.model.d(channel) * o.u;
-      m.x += gains.gain[c] * e;
+    z[i] = {};
+    const auto correct = [&](std::size_t c, double e) {
+      x += gains.gain[c] * e;
       z[i][c] = e * gains.inverse_sd[c];
-    }
+    };
+    // um is made of two states and the input; the other readings are states.
+    if ((use & 1U) != 0U) correct(0, o.y[0] - (m.c(0, 0) * x(0) + m.c(0, 1) * x(1)) - m.d(0) * u);
+    if ((use & 2U) != 0U) correct(1, o.y[1] - x(1));
+    if ((use & 4U) != 0U) correct(2, o.y[2] - x(2));
   }
 }
 
@@ -142,13 +172,20 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   unsigned use = o.mask;
   if (o.clipped != 0) {
     const PredictionModel& m = models_[0].model;
-    const Eigen::Vector4d next = Step(m, models_[0].x, o.u_prev, o.u);
-    const double predicted = m.c.row(0).dot(next) + m.d(0) * o.u;
+    const double u = m.Limited(o.u);
+    const Eigen::Vector4d next = Step(m, models_[0].x, m.Limited(o.u_prev), u);
+    const double predicted = m.c.row(0).dot(next) + m.d(0) * u;
     // At the rail a reading is a bound: no news when the prediction lies beyond it.
     if (predicted * o.clipped >= o.y[0] * o.clipped) use &= ~1U;
   }
   std::array<std::array<double, kOutputCount>, kDirections + 1> z;
-  Whiten(o, Gains(use), z, use);
+  const bool coarse = speed_step_s_ > 0.0 && (use & 4U) != 0U;
+  const ChannelGains& gains = Gains(use);
+  if (coarse) {
+    Whiten(o, WithRounding(gains, o.y[2]), z, use);
+  } else {
+    Whiten(o, gains, z, use);
+  }
 
   double largest = 0.0;
   double step = 0.0;
@@ -170,20 +207,22 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   cusum_age_ = cusum_ > 0.0 ? cusum_age_ + 1 : 0;
 
   Cell& oldest = ring_[static_cast<std::size_t>(head_)];
-  const Cell& leaving_short = ring_[static_cast<std::size_t>((head_ + kLong - kShort) % kLong)];
+  int leaving_at = head_ - short_samples_;
+  if (leaving_at < 0) leaving_at += long_samples_;
+  const Cell& leaving_short = ring_[static_cast<std::size_t>(leaving_at)];
   for (std::size_t j = 0; j < kDirections; ++j) {
     long_cross_[j] += static_cast<double>(cell.cross[j]) - oldest.cross[j];
     long_square_[j] += static_cast<double>(cell.square[j]) - oldest.square[j];
     short_cross_[j] += static_cast<double>(cell.cross[j]) - leaving_short.cross[j];
     short_square_[j] += static_cast<double>(cell.square[j]) - leaving_short.square[j];
-    slow_cross_[j] = kForget * slow_cross_[j] + static_cast<double>(cell.cross[j]);
-    slow_square_[j] = kForget * kForget * slow_square_[j] + static_cast<double>(cell.square[j]);
+    slow_cross_[j] = forget_ * slow_cross_[j] + static_cast<double>(cell.cross[j]);
+    slow_square_[j] = forget_ * forget_ * slow_square_[j] + static_cast<double>(cell.square[j]);
   }
-  slow_weight_ = kForget * slow_weight_ + 1.0;
-  slow_weight_square_ = kForget * kForget * slow_weight_square_ + 1.0;
+  slow_weight_ = forget_ * slow_weight_ + 1.0;
+  slow_weight_square_ = forget_ * forget_ * slow_weight_square_ + 1.0;
   oldest = cell;
-  head_ = (head_ + 1) % kLong;
-  filled_ = std::min(filled_ + 1, kLong);
+  if (++head_ == long_samples_) head_ = 0;
+  filled_ = std::min(filled_ + 1, long_samples_);
 
   double glr_short = 0.0;
   double glr_long = 0.0;
@@ -228,13 +267,14 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
 }
 
 int Detector::OnsetSamplesAgo() const {
-  // The start k that makes (sum from k of s z)^2 / (sum of s^2) largest, over directions.
+  // Finds the start k that maximises (sum from k of s z)^2 / (sum of s^2) over all directions.
   std::array<double, kDirections> cross{};
   std::array<double, kDirections> square{};
   double best = 0.0;
   int ago = 0;
   for (int back = 0; back < filled_; ++back) {
-    const Cell& cell = ring_[static_cast<std::size_t>((head_ + kLong - 1 - back) % kLong)];
+    const Cell& cell =
+        ring_[static_cast<std::size_t>((head_ + long_samples_ - 1 - back) % long_samples_)];
     for (std::size_t j = 0; j < kDirections; ++j) {
       cross[j] += cell.cross[j];
       square[j] += cell.square[j];

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/bench/bench.h"
 #include "core/detection/noise_scale.h"
 #include "core/filter/prediction_model.h"
 #include "core/filter/riccati_recursion.h"
@@ -18,7 +19,7 @@ struct Alarm {
   double statistic = 0.0;
   double threshold = 0.0;
   int samples_ago = 0;  ///< estimated onset, before the alarm's sample
-  bool sharp = false;   ///< the alarm's own sample is far off: the fault is surely in it
+  bool sharp = false;   ///< the sample that raises the alarm is far off, so it is certainly faulty
 };
 
 /// The detection bank around one reference model (nominal, or nominal with known faults).
@@ -27,11 +28,12 @@ struct Alarm {
 ///   residual  |z|, the largest over the channels
 ///   CUSUM     g <- max(0, g + sum over channels of (3/8 z^2 - ln 2)): variance 4 against 1
 ///   GLR       max over directions j of (sum s_j z)^2 / (sum s_j^2), over the newest 25 and 100
-///             samples, and with forgetting over 500 samples for what is small and stays
-///   s_j: response of z to a change of one component, the difference between the filter of the
-///        changed model and the reference's, which run side by side
-/// A reference that rests on n samples is itself uncertain: GLR levels rise by 1 + W/n. z is scaled
-/// to the noise that the healthy record shows (noise_scale.h).
+///             samples (0.25 s and 1 s above 100 Hz), and with forgetting over 500 samples (5 s)
+///             for what is small and stays
+///   s_j: response of z to a change of one component: the difference between the filter of the
+///        changed model and the filter of the reference, which run side by side
+/// A reference that was estimated from n samples is itself uncertain: GLR levels rise by 1 + W/n. z
+/// is scaled to the noise of the healthy record (noise_scale.h).
 /// No answer: a sample without readings, or with um at a rail that the prediction lies beyond, adds
 /// nothing to any statistic; after a restart all of them begin at zero.
 /// Cost: about 0.3 us a sample with all channels; no allocation after construction.
@@ -40,15 +42,21 @@ struct Alarm {
 /// (1993), sections 2.2, 2.4 and 7.2.
 class Detector {
  public:
-  /// @param mask  channels in use; @param reference_samples  what the reference rests on;
-  /// @param noise_scale  what is known of the noise, of which this detector learns more.
-  Detector(const RigParameters& reference,
+  /// @param bench  the bench whose components give the directions
+  /// @param mask  channels in use
+  /// @param reference_samples  number of samples from which the reference was estimated
+  /// @param noise_scale  what is known of the noise; this detector continues the estimate
+  /// @param speed_step_s  BenchChannel::step_s where the reference has a fault: its motor may turn
+  ///        faster than the one whose noise was calibrated, and its speed is rounded more coarsely
+  Detector(const Bench& bench,
+           const RigParameters& reference,
            const NoiseLevel& noise,
            double period_s,
            unsigned mask,
            const DetectionThresholds& thresholds,
            int reference_samples,
-           const NoiseScale& noise_scale);
+           const NoiseScale& noise_scale,
+           double speed_step_s = 0.0);
 
   std::optional<Alarm> Push(const Observation& observation);
   Detector(const Detector&) = delete;
@@ -65,7 +73,10 @@ class Detector {
   const Statistics& statistics() const { return statistics_; }
   const NoiseScale& noise_scale() const { return noise_scale_; }
 
-  static constexpr int kDirections = 9;  ///< gain, R1, C8, Ra, J, B, Ra and J far off, Mc
+  /// Gain, series resistor, capacitor or Ke, Ra, J, B, Ra and J far off, Mc. A component that the
+  /// bench does not have gets no response and never decides.
+  static constexpr int kDirections = 9;
+  /// Samples of the windows at 100 Hz; faster records have more samples in them (SpanOf).
   static constexpr int kShort = 25;
   static constexpr int kLong = 100;
   static constexpr int kSlow = 500;
@@ -82,6 +93,8 @@ class Detector {
 
   void Restart(const Observation& observation);
   const ChannelGains& Gains(unsigned use);
+  /// `gains` for a speed that is rounded as much as this one is.
+  ChannelGains WithRounding(const ChannelGains& gains, double speed_rad_s) const;
   /// Whitened innovations of all models; z[0] is the reference's.
   void Whiten(const Observation& observation,
               const ChannelGains& gains,
@@ -90,11 +103,17 @@ class Detector {
   int OnsetSamplesAgo() const;
 
   std::array<Model, kDirections + 1> models_;
+  bool limited_ = false;  ///< the supply of some model ends
+  double speed_step_s_;
   ChannelGains settled_;
-  /// While the state is still being found after a start or a gap; then `settled_` serves.
+  /// In use while the state is still uncertain after a start or a gap; later `settled_` is used.
   RiccatiRecursion recursion_;
   ChannelGains finding_;
   int finding_samples_ = 0;
+  int finding_samples_max_;
+  int short_samples_;
+  int long_samples_;
+  double forget_;
   DetectionThresholds thresholds_;
   NoiseScale noise_scale_;
   double inflation_short_;

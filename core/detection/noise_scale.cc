@@ -6,16 +6,17 @@
 namespace faultlab::core {
 namespace {
 
-// Fewer readings never calibrate (stretch_checks.cc); a stored calibration may say anything.
+// A calibration has at least this many readings (stretch_checks.cc); a stored one may have any
+// number.
 constexpr double kReadingsMin = 100.0;
-// How far v may go, in standard errors of a variance of nu_0 readings.
+// Limit of v, in standard errors of a variance of nu_0 readings.
 constexpr double kReach = 5.0;
-// Beyond four standard deviations (1 of 16 000) an innovation is news, not noise.
+// An innovation beyond four standard deviations (1 of 16 000) is not counted as noise.
 constexpr double kSquareMax = 16.0;
 constexpr double kForget = 1.0 - 1.0 / NoiseScale::kMemory;
-// The rate of crossings falls by exp(-t/2) in the level t. Averaged over an error of variance 2/nu
-// in the scale of t it is restored by t (1 + t / (2 nu)), with t about 28; doubled, because the
-// calibration's noise and parameters were fitted to the same readings.
+// The rate of crossings falls by exp(-t/2) in the level t. When the scale of t has an error of
+// variance 2/nu, the level t (1 + t / (2 nu)) restores the rate; t is about 28. The correction is
+// doubled because the calibration's noise and parameters were fitted to the same readings.
 constexpr double kInflationReadings = 28.0;
 
 }  // namespace

@@ -7,25 +7,26 @@
 
 namespace faultlab::core {
 
-/// How far the noise of a rig is from what its calibration read, and how well that is known.
+/// Ratio of a rig's noise to the noise in its calibration, and how well that ratio is known.
 ///   v_c = (nu_0 + sum of z^2) / (nu_0 + n),   z whitened by the calibration's noise
-/// the calibration counts as nu_0 readings of variance 1; sums forget over kMemory samples. Some
-/// hundred readings leave a variance uncertain by several percent, which an alarm level at five
-/// standard deviations turns into tens of false alarms on an unlucky rig: the healthy record that
-/// follows settles it. A fault cannot be learnt away: v stays inside what sampling error alone
-/// makes of nu_0 readings, and what is far off is not counted. A plain value.
+/// The calibration counts as nu_0 readings of variance 1; the sums forget over kMemory samples.
+/// Some hundred readings leave an error of several percent in a variance. At an alarm level of five
+/// standard deviations this makes tens of false alarms on an unlucky rig; the healthy record that
+/// follows reduces the error. A fault is not learnt as noise: v stays within the sampling error of
+/// nu_0 readings, and outliers are not counted. A plain value.
 class NoiseScale {
  public:
-  /// @param readings  nu_0, samples that the calibration rests on.
+  /// @param readings  nu_0, number of samples in the calibration
   explicit NoiseScale(int readings);
 
-  /// One whitened innovation of a channel, in the calibration's units.
+  /// Adds one whitened innovation of a channel, in the units of the calibration.
   void Push(std::size_t channel, double z);
 
-  /// 1 / sqrt(v): multiplies whitened innovations.
+  /// 1 / sqrt(v), by which whitened innovations are multiplied.
   double Weight(std::size_t channel) const { return weight_[channel]; }
-  /// Alarm levels are for a known variance; with nu readings behind it the same rate needs levels
-  /// higher by this factor (Fisher's F against chi-square, to first order in 1/nu).
+  /// Alarm levels assume a known variance. If the variance was estimated from nu readings, levels
+  /// higher by this factor give the same rate (Fisher's F against chi-square, to first order in
+  /// 1/nu).
   double threshold_inflation() const { return threshold_inflation_; }
 
   static constexpr double kMemory = 20'000.0;

@@ -7,29 +7,31 @@
 namespace faultlab::core {
 namespace {
 
-// Samples after the alarm at which the hypotheses are fitted; later ones every kFitEvery.
+// All spans are in samples at 100 Hz; faster records use more samples (SpanOf).
+// The hypotheses are fitted at these samples after the alarm, and every kFitEvery samples after the
+// last of them.
 constexpr std::array<std::size_t, 6> kFitAt = {25, 50, 100, 200, 500, 1000};
 constexpr std::size_t kFitEvery = 500;
-// From here on a fit counts as settled: the paper's SWA window.
+// A fit of at least this many samples counts as settled: the paper's SWA window.
 constexpr std::size_t kSettledAfter = 100;
 // History kept before an alarm, and data kept after it.
 constexpr std::size_t kHistory = 600;
 constexpr std::size_t kHistoryBlock = 100;  // dropped at once
 constexpr std::size_t kSegmentMax = 2000;
 
-std::vector<Sample> Newest(const std::vector<Sample>& samples) {
-  return {samples.end() - static_cast<std::ptrdiff_t>(std::min(samples.size(), kHistory)),
+}  // namespace
+
+std::vector<Sample> AlarmRecord::Newest(const std::vector<Sample>& samples) const {
+  return {samples.end() - static_cast<std::ptrdiff_t>(std::min(samples.size(), Span(kHistory))),
           samples.end()};
 }
 
-}  // namespace
-
-AlarmRecord::AlarmRecord() {
-  history_.reserve(kHistory + kHistoryBlock);
+AlarmRecord::AlarmRecord(double period_s) : period_s_(period_s) {
+  history_.reserve(Span(kHistory) + kHistoryBlock);
 }
 
 void AlarmRecord::Remember(const Sample& sample) {
-  if (history_.size() == kHistory + kHistoryBlock) {
+  if (history_.size() == Span(kHistory) + kHistoryBlock) {
     history_.erase(history_.begin(), history_.begin() + kHistoryBlock);
   }
   history_.push_back(sample);
@@ -43,7 +45,7 @@ void AlarmRecord::Append(const Sample& sample) {
 void AlarmRecord::Open(const Alarm& alarm, bool alarmed) {
   std::vector<Sample> recent = Newest(alarmed ? segment_ : history_);
   segment_ = std::move(recent);
-  segment_.reserve(kSegmentMax + kHistory);
+  segment_.reserve(Span(kSegmentMax) + Span(kHistory));
   history_.clear();
   alarm_at_ = segment_.size() - 1;
   const auto ago = std::min(alarm_at_, static_cast<std::size_t>(std::max(0, alarm.samples_ago)));
@@ -52,7 +54,7 @@ void AlarmRecord::Open(const Alarm& alarm, bool alarmed) {
   onset_.reset();
   onset_gone_ = false;
   since_alarm_ = 0;
-  next_fit_ = kFitAt.front();
+  next_fit_ = Span(kFitAt.front());
 }
 
 void AlarmRecord::Close() {
@@ -62,14 +64,14 @@ void AlarmRecord::Close() {
 }
 
 void AlarmRecord::ScheduleNextFit() {
-  const auto later =
-      std::find_if(kFitAt.begin(), kFitAt.end(), [&](std::size_t at) { return at > since_alarm_; });
-  next_fit_ = later != kFitAt.end() ? *later : since_alarm_ + kFitEvery;
+  const auto later = std::find_if(
+      kFitAt.begin(), kFitAt.end(), [&](std::size_t at) { return Span(at) > since_alarm_; });
+  next_fit_ = later != kFitAt.end() ? Span(*later) : since_alarm_ + Span(kFitEvery);
 }
 
 void AlarmRecord::Fill(IsolationTask& task) {
-  if (segment_.size() > kSegmentMax + kHistory) {
-    const std::size_t drop = segment_.size() - kSegmentMax;
+  if (segment_.size() > Span(kSegmentMax) + Span(kHistory)) {
+    const std::size_t drop = segment_.size() - Span(kSegmentMax);
     segment_.erase(segment_.begin(), segment_.begin() + static_cast<std::ptrdiff_t>(drop));
     onset_gone_ = true;
     alarm_at_ -= std::min(alarm_at_, drop);
@@ -79,7 +81,7 @@ void AlarmRecord::Fill(IsolationTask& task) {
   task.alarm_at = alarm_at_;
   task.fit_from = fit_from_;
   if (onset_gone_) task.onset = onset_.value_or(Onset{onset_t_s_, false});
-  task.settled = since_alarm_ >= kSettledAfter;
+  task.settled = since_alarm_ >= Span(kSettledAfter);
 }
 
 }  // namespace faultlab::core

@@ -7,39 +7,45 @@
 #include "core/detection/detector.h"
 #include "core/isolation/isolation.h"
 #include "core/types/sample.h"
+#include "core/types/time_span.h"
 
 namespace faultlab::core {
 
-/// The samples that a fit needs: the newest ones while nothing has happened, and after an alarm the
-/// history before it with everything since. Bounded: at most some 2600 samples.
+/// The samples that a fit needs. Without an alarm: the newest samples. After an alarm: the history
+/// before it and everything since. Bounded: at most some 2600 samples, or 26 s of a record faster
+/// than 100 Hz.
 class AlarmRecord {
  public:
-  AlarmRecord();
+  explicit AlarmRecord(double period_s = 0.01);
 
   /// A sample without an alarm.
   void Remember(const Sample& sample);
   /// A sample after the alarm.
   void Append(const Sample& sample);
 
-  /// The newest sample has raised `alarm`; `alarmed`: an earlier alarm was still open.
+  /// The newest sample has raised `alarm`. `alarmed`: an earlier alarm was still open.
   void Open(const Alarm& alarm, bool alarmed);
-  /// Nothing came of the alarm: its newest samples are history again.
+  /// The alarm is withdrawn: its newest samples become history again.
   void Close();
 
   /// True at the samples after the alarm at which the hypotheses are to be fitted.
   bool FitIsDue() const { return since_alarm_ >= next_fit_; }
   void ScheduleNextFit();
 
-  /// Drops what is too old, and fills samples, alarm_at, fit_from, settled and, once the onset has
-  /// left the samples, onset.
+  /// Drops samples that are too old, and fills samples, alarm_at, fit_from and settled; also onset,
+  /// once the onset lies before the samples.
   void Fill(IsolationTask& task);
 
-  /// What a fit has found; the detector's own estimate holds until then.
+  /// Stores the onset that a fit has found. Until then the detector's estimate is used.
   void SetOnset(const Onset& onset) { onset_ = onset; }
-  double onset_t_s() const { return onset_t_s_; }  ///< by the detector
+  double onset_t_s() const { return onset_t_s_; }  ///< estimated by the detector
   std::size_t since_alarm() const { return since_alarm_; }
 
  private:
+  std::size_t Span(std::size_t samples) const { return SpanOf(samples, period_s_); }
+  std::vector<Sample> Newest(const std::vector<Sample>& samples) const;
+
+  double period_s_;
   std::vector<Sample> history_;
   std::vector<Sample> segment_;  ///< history and everything since the alarm
   std::size_t alarm_at_ = 0;     ///< in segment_
@@ -47,8 +53,8 @@ class AlarmRecord {
   std::size_t since_alarm_ = 0;
   std::size_t next_fit_ = 0;
   double onset_t_s_ = 0.0;
-  std::optional<Onset> onset_;  ///< by the fits, while the segment reached back to it
-  bool onset_gone_ = false;     ///< from the segment
+  std::optional<Onset> onset_;  ///< from the fits, set while the segment still contained it
+  bool onset_gone_ = false;     ///< it is no longer in the segment
 };
 
 }  // namespace faultlab::core

@@ -1,25 +1,26 @@
 #include "core/diagnosis/diagnose_record.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "core/diagnosis/pipeline.h"
+#include "core/plant/measured_gain.h"
 #include "core/plant/model_fit.h"
 #include "core/plant/sampled_model.h"
 
 namespace faultlab::core {
 namespace {
 
-// The last part of a record over which the paper judges models.
-constexpr std::size_t kFitSamples = 1000;
+// The paper compares models over this time at the end of a record.
+constexpr double kFitSeconds = 10.0;
 
 double FitOf(const Calibration& calibration,
              std::span<const Candidate> faults,
              std::span<const Sample> samples) {
   PlantParameters plant = calibration.nominal;
   for (const Candidate& fault : faults) plant.Set(fault.component, fault.value);
-  // The plant's model knows no gain factor: R12 takes it.
-  plant.r12_ohm = calibration.gain_factor * plant.re2_ohm() - plant.r14_ohm - plant.r15_ohm;
+  plant = WithMeasuredGain(plant, calibration.gain_factor);
   std::vector<double> uc;
   std::vector<double> um;
   for (const Sample& sample : samples) {
@@ -42,8 +43,10 @@ Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions
     while (std::optional<DiagnosisTask> task = pipeline.TakeTask()) pipeline.Accept(RunTask(*task));
   }
   Diagnosis diagnosis = pipeline.Finish();
-  if (diagnosis.calibration && samples.size() > 1) {
-    const auto tail = samples.last(std::min(kFitSamples, samples.size()));
+  // The paper compares um only.
+  if (diagnosis.calibration && diagnosis.calibration->used_um && samples.size() > 1) {
+    const auto fitted = static_cast<std::size_t>(std::lround(kFitSeconds / options.period_s));
+    const auto tail = samples.last(std::min(fitted, samples.size()));
     diagnosis.fit_percent.push_back({"nominal", FitOf(*diagnosis.calibration, {}, tail)});
     if (diagnosis.verdict.kind == VerdictKind::kFault && !diagnosis.verdict.candidates.empty()) {
       diagnosis.fit_percent.push_back(

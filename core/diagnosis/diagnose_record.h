@@ -10,7 +10,8 @@
 
 namespace faultlab::core {
 
-/// Diagnoses a whole record with the pipeline of a live run, solving its tasks in place.
+/// Diagnoses a whole record with the pipeline of a live run; its tasks are run at once, on this
+/// thread.
 Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions& options);
 
 /// The estimates of a record, in order, once per sample: bit-equal to those of a live run with

@@ -14,27 +14,27 @@
 
 namespace faultlab::core {
 
-/// One stretch of the record that was not nominal.
+/// One stretch of the record in which the rig was not nominal.
 struct FaultEpisode {
-  Verdict verdict;  ///< the last one of the episode
+  Verdict verdict;  ///< the last verdict of the episode
   FaultShape shape = FaultShape::kAbrupt;
   std::optional<double> ended_at_s;  ///< return to nominal, or the next fault
 };
 
-/// How well a model's simulated output follows um, in percent, as MATLAB's compare.
+/// How well a model's simulated output follows um, in percent, computed as by MATLAB's compare.
 struct FitPercent {
   std::string model;  ///< "nominal", "isolated"; server adds "swa", "sia", "model_mc_.."
   double percent = 0.0;
 };
 
-/// Everything that is known about a record: the JSON of `diagnose --json` (file, samples, period
-/// and channels are added by whoever read the file).
+/// Everything that is known about a record. `diagnose --json` prints it; the program that read the
+/// file adds file, samples, period and channels.
 struct Diagnosis {
-  Verdict verdict;                           ///< of the record: its last fault, else its last state
-  std::optional<Calibration> calibration;    ///< absent when refused
-  std::optional<Error> calibration_refusal;  ///< why there is none
-  std::array<Estimate<3>, kEstimatorCount> estimates;                ///< at the end of the record
-  std::array<ContinuousTheta, kEstimatorCount> nominal_estimates{};  ///< what a healthy rig gives
+  Verdict verdict;  ///< of the last fault, or of the last state if there was none
+  std::optional<Calibration> calibration;              ///< absent when the calibration was refused
+  std::optional<Error> calibration_refusal;            ///< why there is no calibration
+  std::array<Estimate<3>, kEstimatorCount> estimates;  ///< at the end of the record
+  std::array<ContinuousTheta, kEstimatorCount> nominal_estimates{};  ///< on a healthy rig
   std::vector<FitPercent> fit_percent;
   PaperMethods paper;                  ///< from the sliding integrals (100, 20), exact mode
   std::vector<FaultEpisode> episodes;  ///< in time order

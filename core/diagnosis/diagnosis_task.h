@@ -14,9 +14,9 @@
 
 namespace faultlab::core {
 
-/// Learning the rig from the fault-free stretch of a run.
+/// Estimates the parameters of the rig from the fault-free stretch of a run.
 struct CalibrationTask {
-  std::uint64_t id = 0;         ///< CalibrationResult carries it back
+  std::uint64_t id = 0;         ///< copied to CalibrationResult
   std::vector<Sample> samples;  ///< the stretch
   CalibrationOptions options;
 };
@@ -36,8 +36,8 @@ using DiagnosisResult = std::variant<CalibrationResult, IsolationResult>;
 /// CPU time: see Calibrate and Isolate.
 DiagnosisResult RunTask(const DiagnosisTask& task);
 
-/// The result of a task whose computation broke off: a calibration is refused with `error`, an
-/// isolation says nothing.
+/// The result of a task whose computation failed: a calibration is refused with `error`, an
+/// isolation gives no answer.
 DiagnosisResult Unanswered(const DiagnosisTask& task, Error error);
 
 }  // namespace faultlab::core

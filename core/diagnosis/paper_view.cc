@@ -8,23 +8,25 @@
 namespace faultlab::core {
 namespace {
 
-// The estimate that the paper's methods are shown with.
+// The estimator whose estimate the paper's methods are applied to.
 constexpr std::size_t kEstimatorForPath = static_cast<std::size_t>(EstimatorId::kSia100x20);
 
 }  // namespace
 
-PaperMethods PaperMethodsAt(const Frame& frame, const Calibration& calibration) {
+PaperMethods PaperMethodsAt(const Bench& bench,
+                            const Frame& frame,
+                            const Calibration& calibration) {
   const Estimate<3>& sia = frame.estimates[kEstimatorForPath];
   if (sia.status == EstimateStatus::kInvalid) return {};
   const ContinuousTheta nominal = FirstOrderTheta(calibration.nominal, calibration.gain_factor);
-  // Four standard errors, and never less than what the reduction to first order costs (1 %).
+  // Four standard errors, but at least the error of the reduction to first order (1 %).
   ContinuousTheta band{};
   for (std::size_t i = 0; i < band.size(); ++i) {
     const double sigma = std::isfinite(sia.sigma[i]) ? sia.sigma[i] : 0.0;
     band[i] = std::max(4.0 * sigma, 0.02 * std::abs(nominal[i]));
   }
   return RunPaperMethods(
-      calibration.nominal, nominal, {sia.theta[0], sia.theta[1], sia.theta[2]}, band);
+      bench, calibration.nominal, nominal, {sia.theta[0], sia.theta[1], sia.theta[2]}, band);
 }
 
 std::array<ContinuousTheta, kEstimatorCount> NominalEstimates(const DiagnosisOptions& options,

@@ -13,28 +13,31 @@
 #include "core/diagnosis/paper_view.h"
 #include "core/estimators/estimator_bank.h"
 #include "core/filter/observation.h"
+#include "core/isolation/fit_context.h"
 
 namespace faultlab::core {
 namespace {
 
-// An alarm that no fault explains is withdrawn; one that a fault explains a little may be a small
-// fault, which needs more data.
+// An alarm is withdrawn when no fault explains it. If a fault explains it a little, it may be a
+// small fault, and more data is needed first.
 constexpr double kWithdrawGain = 8.0;
 constexpr std::size_t kWithdrawAfter = 500;
-// Samples that wait for the calibration to come back; more than a fit can take on any machine.
+// Samples kept until the calibration is finished; more than any machine needs for a fit.
 constexpr std::size_t kBacklogMax = 3000;
+// Samples at the end of the healthy stretch during which the detector settles.
+constexpr std::size_t kSettling = 50;
 
-// The calibrated rig with `faults`, its coordinates moved by `shift` (8 of them, or none).
+// The calibrated rig with `faults`, its coordinates moved by `shift` (all of them, or none).
 RigParameters ReferenceRig(const Calibration& calibration,
                            const std::vector<Candidate>& faults,
                            const std::vector<double>& shift,
                            double period_s) {
   RigParameters rig = ParametersOf(calibration);
-  if (shift.size() == static_cast<std::size_t>(kCoordinateCount)) {
-    rig = WithOffsets(
-        rig, Eigen::Map<const Eigen::VectorXd>(shift.data(), kCoordinateCount), period_s);
+  if (!shift.empty()) {
+    const auto n = static_cast<Eigen::Index>(shift.size());
+    rig = WithOffsets(rig, Eigen::Map<const Eigen::VectorXd>(shift.data(), n), period_s);
   }
-  for (const Candidate& fault : faults) rig.plant.Set(fault.component, fault.value);
+  for (const Candidate& fault : faults) rig = WithComponent(rig, fault.component, fault.value);
   return rig;
 }
 
@@ -48,13 +51,26 @@ Verdict NominalVerdict(std::string reason) {
 
 }  // namespace
 
+namespace {
+
+ObservationBuilder MakeBuilder(const DiagnosisOptions& options) {
+  return {options.channels,
+          options.period_s,
+          options.um_rail_v,
+          options.nominal.gear_ratio,
+          options.bench->ia.Inside()};
+}
+
+}  // namespace
+
 struct Pipeline::State {
   enum class Phase { kWaiting, kLearning, kCalibrating, kRefused, kWatching, kAlarmed };
 
   explicit State(DiagnosisOptions o)
       : options(std::move(o)),
         bank(BankOptions(options)),
-        builder(options.channels, options.period_s, options.um_rail_v) {
+        builder(MakeBuilder(options)),
+        record(options.period_s) {
     if (options.calibration) {
       calibration = std::make_shared<const Calibration>(*options.calibration);
       phase = Phase::kWatching;
@@ -101,6 +117,7 @@ struct Pipeline::State {
     CalibrationTask task;
     task.id = next_id++;
     task.samples = learning;
+    task.options.bench = options.bench;
     task.options.data_sheet = options.nominal;
     task.options.channels = options.channels;
     task.options.period_s = options.period_s;
@@ -125,29 +142,32 @@ struct Pipeline::State {
     phase = Phase::kWatching;
     StartWatching({}, {}, calibration->samples);
     SetNominal();
-    // The healthy stretch itself warms the detector up and is judged by it no more.
+    // The detector starts on the end of the healthy stretch and judges only what follows.
     const std::vector<Sample> missed = std::move(backlog);
     backlog.clear();
-    builder = ObservationBuilder(options.channels, options.period_s, options.um_rail_v);
+    builder = MakeBuilder(options);
     for (const Sample& sample : missed) Watch(sample);
   }
 
   // ---- watching
   unsigned Mask() const {
-    return 1U | (calibration->used_ia ? 2U : 0U) | (calibration->used_n ? 4U : 0U);
+    return (calibration->used_um ? 1U : 0U) | (calibration->used_ia ? 2U : 0U) |
+           (calibration->used_n ? 4U : 0U);
   }
 
   void StartWatching(const std::vector<Candidate>& faults,
                      const std::vector<double>& shift,
                      int samples) {
     if (!noise_scale) noise_scale.emplace(calibration->samples);
-    detector.emplace(ReferenceRig(*calibration, faults, shift, options.period_s),
+    detector.emplace(*options.bench,
+                     ReferenceRig(*calibration, faults, shift, options.period_s),
                      DetectionNoiseOf(*calibration),
                      options.period_s,
                      Mask(),
                      calibration->thresholds,
                      samples,
-                     *noise_scale);
+                     *noise_scale,
+                     faults.empty() ? 0.0 : options.bench->n.step_s);
     detector_fresh = true;
     watched = faults;
   }
@@ -199,7 +219,8 @@ struct Pipeline::State {
     record.Fill(task);
     task.id = next_id++;
     task.calibration = calibration;
-    task.options = {options.channels,
+    task.options = {options.bench,
+                    options.channels,
                     options.values,
                     options.motor_faults,
                     options.period_s,
@@ -215,11 +236,13 @@ struct Pipeline::State {
     Verdict next = std::move(result.verdict);
     if (result.onset) record.SetOnset(*result.onset);
     if (!next.onset_s) next.onset_s = record.onset_t_s();
-    next.path = PaperMethodsAt(frame, *calibration).path;
+    next.path = PaperMethodsAt(*options.bench, frame, *calibration).path;
     if (result.returned_to_nominal) {
-      // A small fault is not withdrawn before the window has filled.
+      // Do not withdraw a small fault before the window has filled.
       if (!next.settled) return;
-      if (result.gain > kWithdrawGain && record.since_alarm() < kWithdrawAfter) return;
+      if (result.gain > kWithdrawGain &&
+          record.since_alarm() < SpanOf(kWithdrawAfter, options.period_s))
+        return;
       ReturnToNominal(next);
       return;
     }
@@ -248,7 +271,7 @@ struct Pipeline::State {
     diagnosis.calibration_refusal = refusal;
     diagnosis.estimates = frame.estimates;
     diagnosis.nominal_estimates = NominalEstimates(options, calibration.get());
-    if (calibration) diagnosis.paper = PaperMethodsAt(frame, *calibration);
+    if (calibration) diagnosis.paper = PaperMethodsAt(*options.bench, frame, *calibration);
     diagnosis.episodes = episodes.list();
     return diagnosis;
   }
@@ -276,14 +299,15 @@ const Frame& Pipeline::Push(const Sample& sample) {
       }
       s.phase = Phase::kCalibrating;
       s.pending = s.MakeCalibration();
-      // The tail of the healthy stretch lets the detector settle before its first judgement.
-      s.backlog.assign(s.learning.end() - static_cast<std::ptrdiff_t>(
-                                              std::min(s.learning.size(), std::size_t{50})),
-                       s.learning.end());
+      // The detector settles on the end of the healthy stretch before its first judgement.
+      s.backlog.assign(
+          s.learning.end() - static_cast<std::ptrdiff_t>(std::min(
+                                 s.learning.size(), SpanOf(kSettling, s.options.period_s))),
+          s.learning.end());
       s.backlog.push_back(sample);
       break;
     case Phase::kCalibrating:
-      if (s.backlog.size() < kBacklogMax) s.backlog.push_back(sample);
+      if (s.backlog.size() < SpanOf(kBacklogMax, s.options.period_s)) s.backlog.push_back(sample);
       break;
     case Phase::kRefused:
       break;
@@ -351,7 +375,7 @@ Diagnosis Pipeline::Snapshot() const {
 Diagnosis Pipeline::Finish() {
   State& s = *state_;
   if (s.phase == State::Phase::kWaiting || s.phase == State::Phase::kLearning) {
-    // The run ended inside the healthy stretch: what there is may still calibrate.
+    // The run ended inside the healthy stretch; the samples so far may be enough for a calibration.
     s.phase = State::Phase::kCalibrating;
     s.pending = s.MakeCalibration();
   }

@@ -14,12 +14,13 @@
 
 namespace faultlab::core {
 
-/// How far a run is with learning its healthy rig.
+/// The state of the calibration of a run.
 enum class Learning {
-  kStretch,  ///< the fault-free stretch goes on: what changes the rig now spoils it
-  kSolving,  ///< the stretch is over, its calibration is being worked out
-  kLearnt,   ///< calibrated, here or before the run
-  kGivenUp,  ///< the stretch was refused: the run has no diagnosis
+  kStretch,  ///< the fault-free stretch goes on; a change of the rig now makes the calibration
+             ///< wrong
+  kSolving,  ///< the stretch is over, the calibration is being computed
+  kLearnt,   ///< calibrated, in this run or before it
+  kGivenUp,  ///< the calibration was refused: the run has no diagnosis
 };
 
 /// The diagnosis of one run, sample by sample: six estimators, detection, verdict.
@@ -29,10 +30,10 @@ enum class Learning {
 ///                    Accept
 ///                    +--> verdict()
 ///
-/// Push costs one to two microseconds and, once calibrated, allocates nothing between alarms.
-/// Whatever takes longer (calibration, fits) leaves as a task; a run whose tasks nobody takes still
-/// detects once it is calibrated. At most one task is out; a task not yet taken is replaced by a
-/// newer one. The estimates depend on the samples alone; verdicts also on when results were
+/// Push takes one to two microseconds and, after the calibration, allocates nothing between alarms.
+/// Slower work (calibration, fits) leaves as a task. If nobody takes the tasks of a run, it still
+/// detects once it is calibrated. At most one task is out; a newer task replaces one that was not
+/// yet taken. The estimates depend on the samples alone; verdicts depend also on when results were
 /// accepted. Not thread-safe: Push, TakeTask and Accept belong to one thread.
 class Pipeline {
  public:
@@ -41,11 +42,11 @@ class Pipeline {
   Pipeline(Pipeline&&) noexcept;
   Pipeline& operator=(Pipeline&&) noexcept;
 
-  /// The returned frame lives until the next Push.
+  /// The returned frame is valid until the next Push.
   const Frame& Push(const Sample& sample);
 
   const Verdict& verdict() const;
-  /// Rises whenever verdict() changes.
+  /// Increases whenever verdict() changes.
   std::uint64_t verdict_version() const;
 
   /// Work for another thread, if there is any.
@@ -53,12 +54,12 @@ class Pipeline {
   void Accept(DiagnosisResult result);
 
   Learning learning() const;
-  /// Null until known; the stored one if the config had one.
+  /// Null until known; the stored calibration if the options contained one.
   std::shared_ptr<const Calibration> calibration() const;
 
-  /// The diagnosis so far, with paper methods for display: a view of the run while it lasts.
+  /// The diagnosis so far, with the paper's methods for display, while the run goes on.
   Diagnosis Snapshot() const;
-  /// Solves what is still open, in place, with all data, and returns the diagnosis of the run.
+  /// Runs the open tasks at once with all data, and returns the diagnosis of the run.
   Diagnosis Finish();
 
  private:

@@ -9,7 +9,7 @@
 namespace faultlab::core {
 namespace {
 
-/// Which of the three kinds of rows each estimator takes.
+/// The kind of row that each estimator uses.
 constexpr std::array<std::size_t, kEstimatorCount> kRowOf = {0, 0, 0, 1, 2, 2};
 
 const EstimatorShape& ShapeOf(EstimatorId id) {
@@ -30,10 +30,10 @@ SiaRows<1> RowsOf(EstimatorId id, double period_s) {
 
 }  // namespace
 
-/// Three kinds of rows feed six windows: those of SWA, and of SIA with either integral.
+/// Three kinds of rows for six windows: the rows of SWA, and the rows of SIA with either integral.
 struct EstimatorBank::Windows {
   explicit Windows(const EstimatorBankOptions& options)
-      : intake(options.period_s, options.um_rail_v),
+      : intake(options.period_s, options.rail, options.channel),
         sia_short(RowsOf(EstimatorId::kSia20x5, options.period_s)),
         sia_long(RowsOf(EstimatorId::kSia100x20, options.period_s)),
         least_squares(Gates(), {options.sia_mode, {options.period_s, options.delta_s}}) {}
@@ -79,7 +79,7 @@ EstimatorBank& EstimatorBank::operator=(EstimatorBank&&) noexcept = default;
 
 void EstimatorBank::Push(const Sample& sample, std::array<Estimate<3>, kEstimatorCount>& out) {
   const SampleStep step = windows_->intake.Classify(sample);
-  Feed(step, sample, *windows_);
+  Feed(step, sample, *windows_, options_.channel);
   out = windows_->least_squares.estimates();
 }
 

@@ -17,13 +17,15 @@ template <typename Core>
 class Wrapped final : public VariantEstimator {
  public:
   Wrapped(const VariantSpec& spec, const typename Core::Options& options)
-      : VariantEstimator(spec, Core::kParameters), intake_(spec.period_s), core_(options) {
+      : VariantEstimator(spec, Core::kParameters),
+        intake_(spec.period_s, kConverterRail_v, spec.channel),
+        core_(options) {
     estimate_.theta.fill(std::numeric_limits<double>::quiet_NaN());
     estimate_.sigma.fill(std::numeric_limits<double>::quiet_NaN());
   }
 
   const VariantEstimate& Push(const Sample& sample) override {
-    Feed(intake_.Classify(sample), sample, core_);
+    Feed(intake_.Classify(sample), sample, core_, VariantEstimator::spec().channel);
     const Estimate<Core::kParameters>& from = core_.estimate();
     std::copy(from.theta.begin(), from.theta.end(), estimate_.theta.begin());
     std::copy(from.sigma.begin(), from.sigma.end(), estimate_.sigma.begin());

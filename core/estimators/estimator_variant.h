@@ -27,7 +27,8 @@ struct VariantSpec {
   double noise_sigma_v = 0.0;  ///< > 0: subtract this output noise from the normal equations
   SiaMode sia_mode = SiaMode::kPaper;
   double delta_s = 0.0;  ///< SIA exact mode
-  double period_s = kSamplePeriodSeconds;
+  double period_s = 0.01;
+  EstimatedChannel channel = EstimatedChannel::kUm;  ///< what is fitted
 };
 
 inline constexpr int kWindowMax = 100'000;
@@ -37,8 +38,8 @@ inline constexpr int kVariantParametersMax = 6;
 /// SWA {b0d..bvd, a1d..avd, offset?}, SIA {b0..bn, a1..an, offset?}.
 using VariantEstimate = Estimate<kVariantParametersMax>;
 
-/// One estimator with the shape chosen at run time; same rules for gaps, repeated and non-finite
-/// samples as EstimatorBank. Built by MakeVariant.
+/// One estimator with the shape chosen at run time. It follows the rules of EstimatorBank for gaps,
+/// repeated and non-finite samples. Built by MakeVariant.
 class VariantEstimator {
  public:
   virtual ~VariantEstimator() = default;
@@ -56,7 +57,7 @@ class VariantEstimator {
   int parameters_;
 };
 
-/// Refuses, naming the field, what the table above excludes.
+/// Refuses what the table above excludes, and names the field.
 Result<std::unique_ptr<VariantEstimator>> MakeVariant(const VariantSpec& spec);
 
 /// "swa_100", "sia_500_20", with suffixes "_o2", "_affine", "_iv", "_exact", "_nc".
@@ -64,7 +65,7 @@ std::string Name(const VariantSpec& spec);
 /// "b0d", "b1d", "a1d", "offset" or "b0", "b1", "a1", ..
 std::vector<std::string> ParameterNames(const VariantSpec& spec);
 
-/// Runs every variant over one record; row r of the answer belongs to specs[r], entry k to
+/// Runs every variant over one record; row r of the result belongs to specs[r], entry k to
 /// samples[k].
 Result<std::vector<std::vector<VariantEstimate>>> RunStudy(std::span<const VariantSpec> specs,
                                                            std::span<const Sample> samples);

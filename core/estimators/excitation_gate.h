@@ -5,14 +5,14 @@
 
 namespace faultlab::core {
 
-/// Above this condition number of the unit-diagonal normal matrix the rounding of the sums
-/// (1e-15 relative, a few hundred rows) reaches the seventh digit of theta, and on records of the
-/// bench every such window held fewer than two input switches: the number would be arithmetic,
-/// not measurement.
+/// Above this condition number of the unit-diagonal normal matrix the rounding error of the sums
+/// (1e-15 relative, a few hundred rows) reaches the seventh digit of theta. On records of the bench
+/// every such window contained fewer than two input switches: the result would come from rounding,
+/// not from measurement.
 inline constexpr double kConditionMax = 1e8;
 
-/// A pivot of the factorisation below this share of its diagonal entry is rounding, not information
-/// (it implies a condition number of at least 1e12).
+/// A pivot of the factorisation below this share of its diagonal entry is a rounding error, not
+/// information (it implies a condition number of at least 1e12).
 inline constexpr double kPivotFloor = 1e-12;
 
 /// When an estimate may be called `excited`: every reported parameter has
@@ -34,14 +34,14 @@ struct ExcitationGate {
   }
 };
 
-/// A quarter of the value: an estimate with a larger standard error cannot show a 50 % fault at two
-/// sigma, the least that a student should be able to read from the chart.
+/// A quarter of the value: with a larger standard error an estimate cannot show a 50 % fault at two
+/// sigma, which a student should be able to read from the chart.
 inline constexpr double kRelativeTolerance = 0.25;
 /// SWA, volt/volt: 4 % of the nominal gain 2.4; keeps parameters that pass through zero readable.
 inline constexpr double kDiscreteTolerance = 0.1;
 /// SIA b0, volt/volt, the same 4 %.
 inline constexpr double kGainTolerance = 0.1;
-/// SIA b_i and a_i, second^i: half a sample period; below it sampled data hardly see a change.
+/// SIA b_i and a_i, second^i: half a sample period; sampled data hardly show smaller changes.
 inline constexpr double kTimeConstantTolerance_s = 5e-3;
 /// Constant of the affine column, volt: the Coulomb offset R1 Ke Mc / D reaches 1 V at R1 = 100
 /// ohm.

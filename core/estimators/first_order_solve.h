@@ -14,13 +14,13 @@ struct FirstOrderSolution {
   Value theta[3];
   Value inverse[6];
   Value sse;
-  Value condition;  ///< infinite when a pivot vanished: then sse is NaN, the rest means nothing
+  Value condition;  ///< infinite when a pivot vanished; then sse is NaN and the rest is not valid
 };
 
-/// The least squares of SolveNormalEquations for three parameters, the work of every sample:
-/// L D L' with each row scaled by the pivots before it (n = a00 d1-row, o = n11 d2-row), so that
-/// all four reciprocals come from one division. The same operations in the same order for one
-/// problem as for two side by side, hence the same bits.
+/// The least squares of SolveNormalEquations for three parameters, computed at every sample: L D L'
+/// with each row scaled by the pivots before it (n = a00 d1-row, o = n11 d2-row), so that all four
+/// reciprocals come from one division. One problem and two side by side use the same operations in
+/// the same order, so they give the same bits.
 /// @param sums  packed lower triangle of sum z z', z = [phi1 phi2 phi3 y]
 template <typename Value>
 [[gnu::always_inline]] inline void SolveFirstOrder(const Value* sums,
@@ -43,8 +43,8 @@ template <typename Value>
   const Value o33 = n11 * n33 - n31 * n31;
   const auto regular =
       (a00 > 0.0) & (n11 > kPivotFloor * a00_a11) & (o22 > kPivotFloor * (a00_a22 * n11));
-  // a00 a11 a22 n11 o22 is of the ninth degree in the sums: from 1e-30 to 1e30 none of it under-
-  // or overflows.
+  // a00 a11 a22 n11 o22 is of the ninth degree in the sums: it neither underflows nor overflows for
+  // sums from 1e-30 to 1e30.
   const Value diagonal = a00 * a11_a22;
   const Value pivots = n11 * o22;
   const Value reciprocal = 1.0 / (diagonal * pivots);

@@ -15,25 +15,25 @@
 namespace faultlab::core {
 
 /// The six windows of kEstimatorShapes, each a SlidingLeastSquares<3> with its own gate and report,
-/// computed two by two in the lanes of a register: the same answers, bit for bit, at less than half
-/// the cost. Keeps rows instead of their products: a third of the memory, which counts when
-/// thousands of rigs take turns. Allocates when built only. Not thread-safe.
+/// computed two by two in the lanes of a register: the same results, bit for bit, at less than half
+/// the cost. Keeps rows instead of their products, which takes a third of the memory; this matters
+/// when one process serves thousands of rigs. Allocates only when constructed. Not thread-safe.
 class FirstOrderWindows {
  public:
-  /// The row that a sample brings to a window; `value` counts for RowKind::kValid only.
+  /// The row of a window for one sample; `value` is used only for RowKind::kValid.
   struct Row {
     std::array<double, 4> value{};  ///< phi1 phi2 phi3 y
     RowKind kind = RowKind::kEmpty;
   };
 
   /// @param gates   of the six windows
-  /// @param report  of those with an integral (SIA); the others report as solved
+  /// @param report  of the windows with an integral (SIA); the others report the solution itself
   FirstOrderWindows(const std::array<ExcitationGate<3>, kEstimatorCount>& gates,
                     const SiaReport<3>& report);
 
   /// One sample: window i takes rows[row_of[i]].
   void Push(std::span<const Row> rows, const std::array<std::size_t, kEstimatorCount>& row_of);
-  /// `samples` lost ones leave empty slots behind.
+  /// `samples` were lost; they leave empty slots.
   void Skip(int samples);
 
   const std::array<Estimate<3>, kEstimatorCount>& estimates() const { return estimates_; }

@@ -17,7 +17,7 @@ constexpr int kP = InstrumentalSwa::kParameters;
 constexpr int kOutput = 5;                                 ///< y(k) in the row
 constexpr std::array<int, kP> kRegressors = {0, 1, 2, 3};  ///< places in the row
 constexpr std::array<int, kP> kInstruments = {0, 1, 4, 3};
-/// The simulated output must fade: a pole estimate outside is pulled back to this radius.
+/// The simulated output must decay: a pole estimate of larger magnitude is reduced to this one.
 constexpr double kPoleMax = 0.995;
 
 using Matrix = std::array<std::array<double, kP>, kP>;
@@ -127,7 +127,7 @@ const Estimate<kP>& InstrumentalSwa::Push(double u_v, double y_v) {
   if (has_model_) {
     Simulate(u_v);
   } else {
-    simulated_v_ = y_v;  // the measured output itself until there is a model: least squares
+    simulated_v_ = y_v;  // the measured output until there is a model; this gives least squares
   }
   Remember(u_v, y_v);
   return Update();
@@ -161,7 +161,7 @@ const Estimate<kP>& InstrumentalSwa::Update() {
     estimate_.condition = std::numeric_limits<double>::infinity();
     return Hold(EstimateStatus::kInvalid);
   }
-  // Rows and columns scaled to unit length, so that pivots and condition are free of units.
+  // Rows and columns are scaled to unit length, so that pivots and condition have no unit.
   Matrix scaled;
   Vector row_scale;
   Vector column_scale;
@@ -212,7 +212,7 @@ const Estimate<kP>& InstrumentalSwa::Update() {
     model_ = estimate_.theta;
     has_model_ = true;
   } else if (Vector ordinary; OrdinaryTheta(moments_, ordinary)) {
-    model_ = ordinary;  // biased, but it cannot run away as instruments that lost y can
+    model_ = ordinary;  // biased, but it stays bounded, unlike instruments that no longer follow y
     has_model_ = true;
   }
   return estimate_;

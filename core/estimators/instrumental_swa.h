@@ -12,10 +12,10 @@ namespace faultlab::core {
 /// SWA of order 1 with a constant, solved with instruments instead of least squares:
 ///   Z' Phi theta = Z' Y,  phi = [u(k) u(k-1) -y(k-1) 1],  z = [u(k) u(k-1) -x(k-1) 1],
 /// where x is the output simulated with the estimator's own last usable theta. x follows y but not
-/// its noise, so the noise bias of b1d and a1d (see Swa) goes away without knowing the noise.
+/// its noise, so b1d and a1d have no noise bias (see Swa), although the noise level is unknown.
 /// theta = {b0d, b1d, a1d, offset}; covariance s^2 (Z'Phi)^-1 Z'Z (Phi'Z)^-1, sse of the rows'
-/// errors, condition of the Z'Phi scaled to unit columns and rows. Statuses, gaps, holding and cost
-/// as SlidingLeastSquares. Not thread-safe.
+/// errors, condition of Z'Phi scaled to unit columns and rows. Statuses, gaps, holding and cost as
+/// in SlidingLeastSquares. Not thread-safe.
 /// Source: Soderstrom and Stoica, System Identification (1989), chapter 8.
 class InstrumentalSwa {
  public:

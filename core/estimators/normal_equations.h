@@ -13,7 +13,7 @@
 namespace faultlab::core {
 
 /// theta [P], the inverse of the normal matrix [P x P, packed], the sum of squared residuals and
-/// the condition number. When a pivot vanished condition is infinite, sse NaN and the rest is not
+/// the condition number. If a pivot vanished, condition is infinite, sse is NaN and the rest is not
 /// set.
 template <int P>
 struct LeastSquaresSolution {
@@ -105,7 +105,7 @@ inline void SolveNormalEquations(const std::array<double, PackedSize(P + 1)>& su
   out.condition = std::sqrt(norm * inverse_norm);
 }
 
-/// The three parameters of a first-order model, the work of every sample.
+/// The three parameters of a first-order model, solved at every sample.
 template <>
 [[gnu::always_inline]] inline void SolveNormalEquations<3>(
     const std::array<double, PackedSize(4)>& sums, LeastSquaresSolution<3>& out) {

@@ -4,8 +4,8 @@
 
 namespace faultlab::core {
 
-/// Says what the row of the newest sample is worth when rows reach `reach` samples back: valid only
-/// if these reach + 1 samples were all good and consecutive, invalid if one of them was non-finite.
+/// Gives the kind of the newest sample's row when rows need samples up to `reach` back: valid only
+/// if these reach + 1 samples are all good and consecutive, invalid if one of them is non-finite.
 class RowHistory {
  public:
   explicit RowHistory(int reach_samples)
@@ -16,7 +16,7 @@ class RowHistory {
     since_break_ += since_break_ <= reach_;
     return Kind();
   }
-  /// A sample that is there but must not be used (clipped).
+  /// A sample that exists but must not be used (clipped).
   RowKind PushUnusable() {
     since_invalid_ += since_invalid_ <= reach_;
     since_break_ = 0;

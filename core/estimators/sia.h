@@ -35,15 +35,15 @@ template <int Order, RowForm Form = RowForm::kPlain>
 struct SiaOptions {
   int window_samples = 100;   ///< K, more than the parameters
   int integral_samples = 20;  ///< m, 1 .. K - 1
-  double period_s = kSamplePeriodSeconds;
+  double period_s = 0.01;
   SiaMode mode = SiaMode::kPaper;  ///< kExact needs Order == 1
   double delta_s = 0.0;            ///< DAC edge to ADC sample; used by kExact
   ExcitationGate<kSiaParameters<Order, Form>> gate = SiaGate<Order, Form>();
   double noise_sigma_v = 0.0;  ///< > 0: white noise of y, subtracted from the normal equations
 };
 
-/// SIA's rows: [rho0 u .. rhon u  -rho1 y .. -rhon y  ((T m)^n)], rho0 y. A row exists once n m + 1
-/// consecutive good samples are there.
+/// Rows of SIA: [rho0 u .. rhon u  -rho1 y .. -rhon y  ((T m)^n)], rho0 y. A row exists after n m +
+/// 1 consecutive good samples.
 template <int Order, RowForm Form = RowForm::kPlain>
 class SiaRows {
  public:
@@ -107,8 +107,8 @@ class SiaRows {
 /// into rows free of derivatives and initial states, solved by least squares over K rows:
 ///   rho0 y(k) = [rho0 u .. rhon u  -rho1 y .. -rhon y  ((T m)^n)] [b0 .. bn  a1 .. an  (offset)]'
 ///   rhoj = T^(n-j) Q^(n-j) (1 - z^-m)^j,   Q = z^-1 + .. + z^-m
-/// theta: b_i, a_i in s^i, offset in V. Standard errors take the rows' errors as white, as the
-/// paper's least squares does; integrals overlap, so they are a guide (see README).
+/// theta: b_i, a_i in s^i, offset in V. Standard errors assume white errors of the rows, as the
+/// paper's least squares does; integrals overlap, so they are only approximate (see README).
 /// Source: paper Eq. (17)-(31); the limited data window K is the paper's modification.
 template <int Order, RowForm Form = RowForm::kPlain>
 class Sia : public WindowEstimator<SiaRows<Order, Form>, SiaReport<kSiaParameters<Order, Form>>> {
@@ -131,8 +131,9 @@ class Sia : public WindowEstimator<SiaRows<Order, Form>, SiaReport<kSiaParameter
   }
 
  private:
-  /// White noise of y enters -rho1 y .. -rhon y and rho0 y together: the covariances of these
-  /// sequences per row, from the coefficients of rhoj, which are its answer to a unit impulse.
+  /// White noise of y enters -rho1 y .. -rhon y and rho0 y together. The covariances of these
+  /// sequences per row follow from the coefficients of rhoj, which are its response to a unit
+  /// impulse.
   void CompensateNoise(const Options& options) {
     constexpr int kY = Base::kParameters;
     NestedIntegrals<Order> impulse(options.integral_samples, options.period_s);

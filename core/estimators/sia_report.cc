@@ -20,12 +20,12 @@ bool SiaExactMap::Apply(const double* inverse,
     sigma[2] = reach > t ? -t / std::log(1.0 - t / reach) : 0.0;
     return false;
   }
-  // Divisions are what this costs beside log and exp: reciprocals are shared.
+  // Besides log and exp, divisions cost the most here, so reciprocals are shared.
   const double per_a1p = 1.0 / a1p;
   const double pole = 1.0 - t * per_a1p;  // exp(-T/a1)
   const double log_pole = std::log(pole);
   if (!(log_pole < 0.0)) {
-    return false;  // a1' beyond 1e14 T: an integrator to these numbers, theta' is all there is
+    return false;  // a1' beyond 1e14 T is an integrator in double precision: only theta' is known
   }
   const double a1 = -t / log_pole;
   const double rate = -log_pole / t;  // 1/a1

@@ -5,10 +5,10 @@
 
 namespace faultlab::core {
 
-/// {b0, b1, a1} of the rectangular rule undone for a piecewise constant input (see
-/// SiaMode::kExact), with first-order standard errors through the full covariance of theta'. An a1'
-/// of at most T has no time constant that samples at T resolve: then a1 = b1 = 0, sigma of a1 is
-/// the largest a1 within one sigma of a1', sigma of b1 is infinite, and the answer is "not
+/// Inverts the rectangular rule for a piecewise constant input and gives {b0, b1, a1} (see
+/// SiaMode::kExact), with first-order standard errors from the full covariance of theta'. If a1' is
+/// at most T, sampling at T does not resolve the time constant: then a1 = b1 = 0, sigma of a1 is
+/// the largest a1 within one sigma of a1', sigma of b1 is infinite, and the result is "not
 /// resolved" (false).
 /// @param solution  theta' = {b0', b1', a1', ..}: further entries (offset) are not touched
 /// @param variance  of one row, to scale solution.inverse
@@ -26,7 +26,8 @@ struct SiaExactMap {
     return Apply(inverse, variance, estimate.theta.data(), estimate.sigma.data());
   }
 
-  /// The same on plain arrays: theta and sigma of theta' in, of theta out.
+  /// The same on plain arrays: theta and sigma are those of theta' on entry and those of theta on
+  /// return.
   bool Apply(const double* inverse, double variance, double* theta, double* sigma) const;
 };
 

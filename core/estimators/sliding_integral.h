@@ -8,8 +8,9 @@
 
 namespace faultlab::core {
 
-/// Q(z) x = x(k-1) + .. + x(k-m) and D(z) x = x(k) - x(k-m) of one signal, constant work per
-/// sample. A shadow sum restarts every m samples, as in SlidingMoments: no drift, heals by itself.
+/// Q(z) x = x(k-1) + .. + x(k-m) and D(z) x = x(k) - x(k-m) of one signal, with constant work per
+/// sample. A shadow sum restarts every m samples, as in SlidingMoments, and removes accumulated
+/// rounding.
 /// Source: paper Eq. (18)-(21), without the factor T.
 class SlidingIntegral {
  public:
@@ -48,8 +49,8 @@ class SlidingIntegral {
   std::size_t at_ = 0;
 };
 
-/// rho_j(z) x(k) = T^(n-j) Q^(n-j) (1 - z^-m)^j x(k) for j = 0 .. n = Order: what n nested sliding
-/// integrals make of the j-th derivative of x (paper Eq. (23)). Reaches back n m samples.
+/// rho_j(z) x(k) = T^(n-j) Q^(n-j) (1 - z^-m)^j x(k) for j = 0 .. n = Order: the result of n nested
+/// sliding integrals for the j-th derivative of x (paper Eq. (23)). Uses samples up to n m back.
 template <int Order>
 class NestedIntegrals {
  public:

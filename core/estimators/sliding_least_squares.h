@@ -14,17 +14,17 @@
 
 namespace faultlab::core {
 
-/// Rows that must be present in a full window before its estimate is given: half of them. With
-/// fewer, the window no longer stands for the time span in its name.
+/// Share of rows that a full window needs before its estimate is given: half of them. With fewer
+/// rows the window does not represent the time span in its name.
 inline constexpr double kFillMin = 0.5;
 
-/// The fewest rows of a window of `slots` that answer for P parameters.
+/// The smallest number of rows in a window of `slots` that can determine P parameters.
 template <int P>
 int RowsMin(int slots) {
   return std::max(P + 1, static_cast<int>(std::ceil(kFillMin * slots)));
 }
 
-/// Reports theta and its standard errors as the least squares gave them.
+/// Reports theta and its standard errors unchanged from the least squares.
 template <int P>
 struct ReportAsSolved {
   /// @returns whether every parameter is resolved (here: always)
@@ -40,7 +40,7 @@ struct ReportAsSolved {
   }
 };
 
-/// `samples` more since theta was computed.
+/// Ages an estimate by `samples` more samples since theta was computed.
 template <int P>
 void AgeEstimate(std::int32_t samples, Estimate<P>& estimate) {
   constexpr std::int32_t kAgeMax = std::numeric_limits<std::int32_t>::max();
@@ -48,7 +48,7 @@ void AgeEstimate(std::int32_t samples, Estimate<P>& estimate) {
       estimate.age_samples > kAgeMax - samples ? kAgeMax : estimate.age_samples + samples;
 }
 
-/// One more sample without an answer: theta stays, with its age and without an error.
+/// One more sample without an estimate: theta stays, its age increases, and no error is stated.
 template <int P>
 void HoldEstimate(EstimateStatus status, Estimate<P>& estimate) {
   estimate.sigma.fill(std::numeric_limits<double>::quiet_NaN());
@@ -59,14 +59,14 @@ void HoldEstimate(EstimateStatus status, Estimate<P>& estimate) {
 /// Least squares over the newest `window` slots.
 ///   y_k = phi_k' theta + e_k,   k = n-window+1 .. n,   e_k zero-mean, white
 /// @param phi  [P]  regressor of this sample
-/// Every push answers with theta [P], sigma [P] = sqrt(s^2 diag(N^-1)), s^2 = sse / (rows - P), the
-/// sse, the condition number (see SolveNormalEquations) and a status:
+/// Every push returns theta [P], sigma [P] = sqrt(s^2 diag(N^-1)), s^2 = sse / (rows - P), the sse,
+/// the condition number (see SolveNormalEquations) and a status:
 ///   kInvalid:    the window is not full, holds an invalid slot or less than kFillMin of its rows
 ///   kNotExcited: condition beyond the gate
 ///   kWeak:       a standard error beyond the gate's tolerance, or a parameter the report could not
 ///                resolve
-///   kExcited:    else
-/// In the first two theta is the last one computed, sigma is NaN and age_samples says how old;
+///   kExcited:    otherwise
+/// In the first two cases theta is the last one computed, sigma is NaN and age_samples is its age;
 /// before the first estimate theta is NaN.
 /// Throws ContractError if window <= P. No allocation after construction. Not thread-safe.
 /// Source: paper Eq. (14)-(16).
@@ -83,8 +83,9 @@ class SlidingLeastSquares {
     estimate_.sigma.fill(std::numeric_limits<double>::quiet_NaN());
   }
 
-  /// Subtracts `per_row` (packed like the sums) for every valid row before solving: what zero-mean
-  /// noise of known variance adds to the sums on average (bias-compensated least squares).
+  /// Subtracts `per_row` (packed like the sums) for every valid row before solving. It is the mean
+  /// contribution of zero-mean noise of known variance to the sums (bias-compensated least
+  /// squares).
   void CompensateNoise(const typename Moments::Packed& per_row) { noise_ = per_row; }
 
   const Estimate<P>& Push(const Row& row) {
@@ -98,7 +99,7 @@ class SlidingLeastSquares {
     return Update();
   }
 
-  /// `samples` lost ones leave empty slots behind. Constant in their number beyond one window.
+  /// `samples` were lost; they leave empty slots. The cost does not grow beyond one window.
   void Skip(int samples) {
     if (samples >= moments_.window()) {
       moments_.Clear();
@@ -159,7 +160,7 @@ class SlidingLeastSquares {
     if (!std::isfinite(solution.condition)) {
       return;  // a pivot vanished: there is no theta
     }
-    // The residuals that this theta leaves, noise included: c' S c with c = [theta, -1].
+    // The squared residuals of this theta, noise included: c' S c with c = [theta, -1].
     double sse = sums[PackedIndex(P, P)];
     for (int i = 0; i < P; ++i) {
       const double theta_i = solution.theta[static_cast<std::size_t>(i)];

@@ -17,18 +17,18 @@ constexpr std::size_t PackedIndex(int row, int column) {
   return static_cast<std::size_t>(row * (row + 1) / 2 + column);
 }
 
-/// What one slot of a window holds.
+/// The content of one slot of a window.
 enum class RowKind : std::uint8_t {
-  kEmpty,    ///< no row for this sample (gap, clipped reading, start): counts as nothing
+  kEmpty,    ///< no row for this sample (gap, clipped reading, start); not counted
   kValid,    ///< a row of the sums
-  kInvalid,  ///< built from a non-finite sample: spoils the window until it leaves
+  kInvalid,  ///< contains a non-finite sample: the window is invalid until it leaves
 };
 
 /// Sums of products z z' over the newest `window` slots, z in R^Q, lower triangle packed.
-/// Constant work per sample: the new products come in, the leaving ones go out. A shadow
-/// accumulator restarts at every block of `window` slots; at the block's end it *is* the window and
-/// is copied over the sums, so rounding never adds up (1e-11 after 1e8 samples) and the trace of a
-/// glitch is gone after two windows at most.
+/// Constant work per sample: the new products are added, the leaving ones subtracted. A shadow
+/// accumulator restarts at every block of `window` slots; at the end of the block it contains
+/// exactly the window and is copied over the sums. Therefore rounding errors do not accumulate
+/// (1e-11 after 1e8 samples), and the effect of a glitch is gone after two windows at most.
 /// Source: running sums against batch sums, tests/core/estimators/sliding_moments_test.cc.
 template <int Q>
 class SlidingMoments {
@@ -49,7 +49,7 @@ class SlidingMoments {
         entering[p++] = row[i] * row[j];
       }
     }
-    // Copies and one loop each: nothing aliases, so they run in pairs.
+    // Copies, and one loop each: without aliasing the compiler can vectorise them.
     const Packed leaving = slots_[at_];
     slots_[at_] = entering;
     for (std::size_t n = 0; n < entering.size(); ++n) {
@@ -71,7 +71,7 @@ class SlidingMoments {
     Advance(kind);
   }
 
-  /// As if nothing had been pushed yet.
+  /// Returns to the state before the first push.
   void Clear() {
     sums_ = shadow_ = Packed{};
     slots_.assign(slots_.size(), Packed{});
@@ -110,7 +110,7 @@ class SlidingMoments {
 
   Packed sums_{};
   Packed shadow_{};
-  std::vector<Packed> slots_;  ///< products, not rows: they leave as exactly as they came
+  std::vector<Packed> slots_;  ///< products, so that what was added is subtracted
   std::vector<RowKind> kinds_;
   std::size_t at_ = 0;
   int rows_ = 0;

@@ -36,8 +36,8 @@ struct SwaOptions {
   double noise_sigma_v = 0.0;  ///< > 0: white noise of y, subtracted from the normal equations
 };
 
-/// SWA's rows: [u(k) .. u(k-v)  -y(k-1) .. -y(k-v)  (1)], y(k). A row exists once v + 1 consecutive
-/// good samples are there.
+/// Rows of SWA: [u(k) .. u(k-v)  -y(k-1) .. -y(k-v)  (1)], y(k). A row exists after v + 1
+/// consecutive good samples.
 template <int Order, RowForm Form = RowForm::kPlain>
 class SwaRows {
  public:

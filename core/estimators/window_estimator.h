@@ -7,8 +7,9 @@
 
 namespace faultlab::core {
 
-/// Rows of a model and the least squares over the newest K of them: what SWA and SIA share.
-/// `Rows` has kParameters, Row, and, each answering what the row of this sample is worth:
+/// Rows of a model and the least squares over the newest K of them: the part that SWA and SIA
+/// share. `Rows` has kParameters, Row, and these functions, each of which returns the kind of this
+/// sample's row:
 ///   RowKind Push(double u_v, double y_v, Row& row);  // row is set when kValid
 ///   RowKind PushUnusable();
 ///   void Break();
@@ -24,7 +25,7 @@ class WindowEstimator {
     return kind == RowKind::kValid ? least_squares_.Push(row) : least_squares_.PushEmpty(kind);
   }
 
-  /// A sample whose y is there but must not be used (clipped at the converter's rail).
+  /// A sample whose y exists but must not be used (clipped at the converter's rail).
   const Estimate<kParameters>& PushUnusable() {
     return least_squares_.PushEmpty(rows_.PushUnusable());
   }

@@ -18,6 +18,13 @@ std::array<int, kOutputCount> CountReadings(std::span<const Observation> stretch
   return count;
 }
 
+bool SomeModelSaturates(std::span<const ModelPath> paths) {
+  return std::any_of(paths.begin(), paths.end(), [](ModelPath path) {
+    return std::any_of(
+        path.begin(), path.end(), [](const ModelSegment& s) { return s.model->saturates(); });
+  });
+}
+
 template <bool kMcResponse>
 void RunAll(std::span<const ModelPath> paths,
             std::span<const Observation> stretch,
@@ -25,9 +32,9 @@ void RunAll(std::span<const ModelPath> paths,
             InnovationTable* table) {
   LAB_CHECK(!paths.empty() && sums.size() == paths.size(), paths.size(), sums.size());
   for (ModelPath path : paths) LAB_CHECK(!path.empty() && path.front().from == 0);
-  LaneRun run{paths, stretch, CountReadings(stretch), sums};
+  LaneRun run{paths, stretch, CountReadings(stretch), sums, SomeModelSaturates(paths)};
   if (table != nullptr) {
-    constexpr std::size_t kStep = kProductColumns;  // the products of a table take them so
+    constexpr std::size_t kStep = kProductColumns;  // columns are padded to a multiple of this
     run.stride = paths.size() == 1 ? 1 : (paths.size() + kStep - 1) / kStep * kStep;
     const Eigen::Index rows = run.count_of[0] + run.count_of[1] + run.count_of[2];
     const auto columns = static_cast<Eigen::Index>(run.stride);

@@ -11,13 +11,13 @@
 
 namespace faultlab::core {
 
-/// What a model's innovations over a stretch say.
+/// Summary of a model's innovations over a stretch.
 struct InnovationSummary {
   double chi2 = 0.0;  ///< sum of (e / sqrt(S))^2; its expectation is `count` if the model is right
-  double log_det = 0.0;  ///< sum of log S, with the S that the filter settled at
+  double log_det = 0.0;  ///< sum of log S, with the S at which the filter settled
   int count = 0;         ///< scalar readings used
-  /// Innovations' response to Mc: chi2(Mc + m) = chi2 - 2 m mc_cross + m^2 mc_square. Only of
-  /// RunWithMcResponse.
+  /// Response of the innovations to Mc: chi2(Mc + m) = chi2 - 2 m mc_cross + m^2 mc_square. Only
+  /// RunWithMcResponse fills it.
   double mc_cross = 0.0;
   double mc_square = 0.0;
   std::array<double, kOutputCount> chi2_of{};
@@ -39,7 +39,7 @@ using InnovationTable = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Ei
 struct ModelSegment {
   std::size_t from = 0;
   const PredictionModel* model = nullptr;
-  bool uncharged = false;  ///< C8 is switched in, and comes without charge: z = 0
+  bool uncharged = false;  ///< C8 is connected at this point and is not yet charged: z = 0
 };
 
 /// The models of a stretch, one after the other.

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/filter/rig_parameters.h"
 #include "core/types/sample.h"
 #include "core/types/sample_intake.h"
 
@@ -14,26 +15,44 @@ inline constexpr int kOutputCount = 3;  ///< um, ia, motor speed
 
 /// A sample as the prediction model uses it.
 struct Observation {
-  double u_prev = 0.0;                   ///< input held until this sample's edge
-  double u = 0.0;                        ///< input since
+  double u_prev = 0.0;                   ///< input held until the edge of this sample
+  double u = 0.0;                        ///< input after the edge
   std::array<double, kOutputCount> y{};  ///< um (V), ia (A), w (rad/s, motor shaft)
   std::uint8_t mask = 0;                 ///< bit c set: y[c] is a reading
-  std::int8_t clipped = 0;               ///< +1/-1: um stands at that rail, a bound only
+  std::int8_t clipped = 0;               ///< +1/-1: um is at that rail and is only a bound
   bool restart = false;                  ///< the state before this sample is not known
 };
 
+/// Variance of the rounding of a speed reading ((rad/s)^2), uniform over a step.
+/// @param step_s  BenchChannel::step_s
+constexpr double RoundingVariance(double w_rad_s, double step_s) {
+  const double step = w_rad_s * w_rad_s * step_s;
+  return step * step / 12.0;
+}
+
 /// Turns samples into observations one by one, by the rule of SampleIntake: repeated and late
-/// samples are dropped, a missing sample or a missing input restarts the state.
+/// samples are dropped; a missing sample or a missing input restarts the state.
 class ObservationBuilder {
  public:
-  ObservationBuilder(Channels channels, double period_s, double um_rail_v)
-      : channels_(channels), intake_(period_s, um_rail_v) {}
+  /// @param gear_ratio  motor shaft : the shaft whose speed n is
+  /// @param ia  a current outside is no reading
+  ObservationBuilder(Channels channels,
+                     double period_s,
+                     double um_rail_v,
+                     double gear_ratio,
+                     const ReadingRange& ia = {})
+      : channels_(channels),
+        ia_(ia),
+        rad_per_s_of_rpm_(RadPerSecondOfRpm(gear_ratio)),
+        intake_(period_s, um_rail_v) {}
 
-  /// False: nothing to use in this sample.
+  /// False: the sample contains nothing to use.
   bool Push(const Sample& sample, Observation& out);
 
  private:
   Channels channels_;
+  ReadingRange ia_;
+  double rad_per_s_of_rpm_;
   SampleIntake intake_;
   double last_u_ = 0.0;
   bool has_last_ = false;
@@ -42,6 +61,8 @@ class ObservationBuilder {
 std::vector<Observation> MakeObservations(std::span<const Sample> samples,
                                           Channels channels,
                                           double period_s,
-                                          double um_rail_v);
+                                          double um_rail_v,
+                                          double gear_ratio,
+                                          const ReadingRange& ia = {});
 
 }  // namespace faultlab::core

@@ -1,5 +1,6 @@
 #include "core/filter/prediction_model.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -9,16 +10,21 @@
 namespace faultlab::core {
 namespace {
 
-// Faster than this C8's pole has settled long before any reading; a smaller C8 would only cost
-// squarings.
+// Shortest lag used: such a lag settles long before any reading, and a shorter one would only need
+// more squarings.
 constexpr double kFastestPoleS = 2e-5;
-// Speed in units of 100 rad/s and torque in mNm while exponentiating: keeps the rows alike.
+// Units of speed (100 rad/s) and torque (mNm) while exponentiating, so that the rows have similar
+// size.
 constexpr double kSpeedScale = 100.0;
 constexpr double kTorqueScale = 1e-3;
+constexpr double kReferencePeriodS = 0.01;
+// rad/s. Without friction the direction changes here.
+constexpr double kSlowest = 1e-6;
 
-// A linear map of (z, i, w, d, u, torque) that leaves u and torque as they are, or its generator,
-// without the zeros. Nonzero couplings: z <- u; d is decoupled; i and w <- all. Two of them side by
-// side: the part of the period before the edge of u, and the part after it.
+// A linear map of (z, i, w, d, u, torque) that leaves u and torque as they are, or the generator of
+// such a map, stored without the zeros. Nonzero couplings: z <- u; d is decoupled; i and w <- all.
+// Two maps side by side: for the part of the period before the edge of u, and for the part after
+// it.
 struct Motions {
   Lanes2 zz{}, zu{}, dd{};
   Lanes2 ii{}, iw{}, wi{}, ww{};
@@ -50,7 +56,7 @@ struct Motions {
   }
 };
 
-// a b; b leaves u and torque as they are, a may be a generator.
+// The product a b. b leaves u and torque as they are; a may be a generator.
 [[gnu::always_inline]] inline Motions Product(const Motions& a, const Motions& b) {
   return {a.zz * b.zz,
           a.zz * b.zu + a.zu,
@@ -77,8 +83,8 @@ double Norm(const Motions& a) {
                    abs(a.wi) + abs(a.ww) + abs(a.wz) + abs(a.wd) + abs(a.wu) + abs(a.wm)});
 }
 
-// exp(a t) by scaling and squaring of a Taylor polynomial: the motion is stable, its norm after
-// scaling below 1/4, so degree 8 leaves less than 1e-11.
+// exp(a t) by scaling and squaring of a Taylor polynomial. The system is stable and its norm after
+// scaling is below 1/4, so the error of degree 8 is below 1e-11.
 Motions Exponential(const Motions& a, Lanes2 t) {
   const double norm = Norm(a) * std::max(t[0], t[1]);
   const int squarings = std::max(0, static_cast<int>(std::ceil(std::log2(norm / 0.25))));
@@ -95,22 +101,30 @@ Motions Exponential(const Motions& a, Lanes2 t) {
 
 }  // namespace
 
+Eigen::Vector4d TurningState(const PredictionModel& m, double u) {
+  const Eigen::Matrix4d a = Eigen::Matrix4d::Identity() - m.phi;
+  const Eigen::Vector4d b =
+      (m.g_prev + m.g) * m.Limited(u) + m.g_torque * std::copysign(m.mc_nm, u);
+  const Eigen::Vector4d x = a.partialPivLu().solve(b);
+  return x.allFinite() ? x : Eigen::Vector4d::Zero();
+}
+
 PredictionModel MakePredictionModel(const RigParameters& rig,
                                     const NoiseLevel& noise,
                                     double period_s) {
   const PlantParameters& p = rig.plant;
   LAB_CHECK(rig.delta_s > 0.0 && rig.delta_s < period_s, rig.delta_s, period_s);
-  const double re2 = p.re2_ohm();
-  const double pole = std::max((re2 + p.r5_ohm) * p.c8_farad, kFastestPoleS);
-  const double direct = p.r5_ohm / (re2 + p.r5_ohm);
-  const double k = rig.gain();
+  const AmplifierResponse response = p.response();
+  const double pole = std::max(response.lag_s, kFastestPoleS);
+  const double direct = response.direct;
+  const double k = rig.gain_factor * response.gain;
 
   const Lanes2 both{1.0, 1.0};
   Motions a;
   a.zz = both * (-1.0 / pole);
   a.zu = both * (1.0 / pole);
   a.dd = both * (-1.0 / noise.friction_tau_s);
-  a.ii = both * (-(p.ra_ohm + p.r1_ohm) / p.la_henry);
+  a.ii = both * (-(p.ra_ohm + p.series_ohm) / p.la_henry);
   a.iw = both * (-p.ke_v_per_rad_s * kSpeedScale / p.la_henry);
   a.wi = both * (p.kt_nm_per_a / p.j_kg_m2 / kSpeedScale);
   a.ww = both * (-p.b_nm_per_rad_s / p.j_kg_m2);
@@ -120,8 +134,8 @@ PredictionModel MakePredictionModel(const RigParameters& rig,
   a.wm = a.wd;
   const Motions e = Exponential(a, Lanes2{period_s - rig.delta_s, rig.delta_s});
 
-  // Lane 0 before the edge, lane 1 after it. u is the old input before: what comes after adds
-  // nothing of its own to that.
+  // Lane 0 is the part before the edge, lane 1 the part after it. In lane 0 u is the old input;
+  // lane 1 only propagates what lane 0 has made of it.
   PredictionModel m;
   m.phi.setZero();
   m.phi(0, 0) = e.zz[1] * e.zz[0];
@@ -146,7 +160,7 @@ PredictionModel MakePredictionModel(const RigParameters& rig,
   m.g_torque(3) = 0.0;
   m.c.setZero();
   m.c(0, 0) = k * (1.0 - direct);
-  m.c(0, 1) = -p.r1_ohm;
+  m.c(0, 1) = -p.series_ohm;
   m.c(1, 1) = 1.0;
   m.c(2, 2) = 1.0;
   m.d = Eigen::Vector3d(k * direct, 0.0, 0.0);
@@ -156,6 +170,13 @@ PredictionModel MakePredictionModel(const RigParameters& rig,
       m.torque_variance * (1.0 - std::exp(-2.0 * period_s / noise.friction_tau_s));
   m.reading_variance = {
       noise.um_v * noise.um_v, noise.ia_a * noise.ia_a, noise.w_rad_s * noise.w_rad_s};
+  m.creep_rad_s = p.range.creep_rad_s;
+  const double held = m.creep_rad_s > 0.0 ? m.creep_rad_s : -m.g_torque(2) * m.mc_nm;
+  m.sign_per_speed = 1.0 / std::max(held, kSlowest);
+  m.u_min = p.range.output_min_v / k;
+  m.u_max = p.range.output_max_v / k;
+  m.start_sd = {p.range.input_v, p.range.current_a, p.range.speed_rad_s};
+  m.density = std::max(1.0, kReferencePeriodS / period_s);
   return m;
 }
 

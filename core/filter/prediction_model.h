@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 
 #include "core/filter/observation.h"
 #include "core/filter/rig_parameters.h"
@@ -10,14 +12,16 @@
 namespace faultlab::core {
 
 /// The turning plant between two samples, exactly, with the slow part of its friction as a state:
-///   x = (z, i, w, d): C8's pole (V), current (A), speed (rad/s), friction torque beside Mc (Nm)
-///   z' = (u - z)/((Re2+R5) C8)      Uout = k (a u + (1-a) z),  a = R5/(Re2+R5)
-///   La i' = Uout - (Ra+R1) i - Ke w   J w' = KT i - B w - s Mc - d   d' = -d/tau + noise
-///   y = (Uout - R1 i, i, w), read delta after the edge of u
+///   x = (z, i, w, d): the amplifier's lag (V), current (A), speed (rad/s), slow friction torque in
+///                     addition to Mc (Nm)
+///   z' = (u - z)/lag,  Uout = k (a u + (1-a) z),  a = lead/lag
+///   La i' = Uout - (Ra+Rs) i - Ke w
+///   J w' = KT i - B w - s Mc - d,  d' = -d/tau + noise
+///   y = (Uout - Rs i, i, w), read delta after the edge of u
 /// From sample to sample (T - delta under the old input, delta under the new one):
 ///   x+ = phi x + g_prev u_prev + g u + g_torque s Mc + (0, 0, 0, e),   y = c x + d u
-/// s = sign of w, linear inside kCreepSpeed. Exact for piecewise constant inputs while s is
-/// constant.
+/// s = sign of w, and between -1 and 1 what keeps the motor at rest; u is what the supply lets
+/// through. Exact for piecewise constant inputs while s is constant.
 /// Source: paper Eq. (1)-(3); sampling by the matrix exponential, K. J. Astrom, B. Wittenmark,
 /// Computer-Controlled Systems, 3rd ed. (1997), sections 2.3 and 2.4; symbols: core/README.md.
 struct PredictionModel {
@@ -31,27 +35,39 @@ struct PredictionModel {
   double torque_step_variance = 0.0;                    ///< of e, Nm^2
   double torque_variance = 0.0;                         ///< stationary, of d, Nm^2
   std::array<double, kOutputCount> reading_variance{};  ///< V^2, A^2, (rad/s)^2
+  double creep_rad_s = 5.0;                             ///< OperatingRange's
+  /// s = w times this, between -1 and 1: the speed before the step of a published bench; else the
+  /// speed after the step as it would be without Mc, which friction reduces to rest at most.
+  double sign_per_speed = 0.2;
+  /// Inputs at which the output meets the end of its supply.
+  double u_min = -std::numeric_limits<double>::infinity();
+  double u_max = std::numeric_limits<double>::infinity();
+  /// Standard deviations of z, i, w before their first reading.
+  Eigen::Vector3d start_sd = Eigen::Vector3d(10.0, 2.0, 500.0);
+  double density = 1.0;  ///< samples in the time of one at 100 Hz, at least 1
+
+  /// What the supply lets through of an input (V).
+  double Limited(double u) const { return std::clamp(u, u_min, u_max); }
+  bool limited() const { return std::isfinite(u_min) || std::isfinite(u_max); }
+  /// Not linear: the supply ends, or friction holds the motor at rest.
+  bool saturates() const { return creep_rad_s <= 0.0 || limited(); }
 };
 
-/// rad/s. Slower than this the motor is not taken to turn one way for a whole period: at 10 ms Mc
-/// alone changes w by about 2 rad/s.
-inline constexpr double kCreepSpeed = 5.0;
-
 /// One sample further: the state x+ (V, A, rad/s, Nm) that follows `x` under the inputs (V) before
-/// and after the edge, noise left out. The only scalar form of the step; LaneFilter has the same
-/// one for several models side by side.
+/// and after the edge, without noise. The inputs are what the supply lets through: Limited of each
+/// where the supply ends. The only scalar form of the step; LaneFilter has the same step for
+/// several models side by side.
 [[gnu::always_inline]] inline Eigen::Vector4d Step(const PredictionModel& m,
                                                    const Eigen::Vector4d& x,
                                                    double u_prev,
                                                    double u) {
-  const double sign = std::clamp(x(2) / kCreepSpeed, -1.0, 1.0);
-  return m.phi * x + m.g_prev * u_prev + m.g * u + m.g_torque * (sign * m.mc_nm);
+  const Eigen::Vector4d free = m.phi * x + m.g_prev * u_prev + m.g * u;
+  const double speed = m.creep_rad_s > 0.0 ? x(2) / m.creep_rad_s : free(2) * m.sign_per_speed;
+  return free + m.g_torque * (std::clamp(speed, -1.0, 1.0) * m.mc_nm);
 }
 
-/// Standard deviations of a state before its first reading (V, A, rad/s): no drive reaches further.
-inline constexpr double kPoleSdV = 10.0;
-inline constexpr double kCurrentSdA = 2.0;
-inline constexpr double kSpeedSdRadS = 500.0;
+/// Where the model settles under constant input, turning all the time; 0 if it does not settle.
+Eigen::Vector4d TurningState(const PredictionModel& m, double u);
 
 /// The model of one rig.
 /// Contract: positive parameters, 0 < delta_s < period_s (ContractError). Parameters so large that

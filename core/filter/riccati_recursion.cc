@@ -5,10 +5,8 @@
 namespace faultlab::core {
 
 void RiccatiRecursion::Restart() {
-  p_ = Eigen::Vector4d(kPoleSdV * kPoleSdV,
-                       kCurrentSdA * kCurrentSdA,
-                       kSpeedSdRadS * kSpeedSdRadS,
-                       model_->torque_variance)
+  const Eigen::Vector3d& sd = model_->start_sd;
+  p_ = Eigen::Vector4d(sd(0) * sd(0), sd(1) * sd(1), sd(2) * sd(2), model_->torque_variance)
            .asDiagonal();
 }
 
@@ -34,8 +32,9 @@ ChannelGains SteadyStateGains(const PredictionModel& model, unsigned mask) {
   ChannelGains settled;
   RiccatiRecursion recursion(model);
   recursion.Restart();
-  constexpr int kSteps = 2000;  // 20 s: many times every time constant of the rig
-  for (int k = 0; k < kSteps; ++k) {
+  constexpr double kSteps = 2000.0;  // 20 s: many times every time constant of the rig
+  const auto steps = static_cast<int>(std::lround(kSteps * model.density));
+  for (int k = 0; k < steps; ++k) {
     recursion.Predict();
     for (int channel = 0; channel < kOutputCount; ++channel) {
       const auto c = static_cast<std::size_t>(channel);

@@ -7,7 +7,7 @@
 
 namespace faultlab::core {
 
-/// The covariance of the Kalman filter, step by step, for a caller who carries the state himself:
+/// The covariance of the Kalman filter, step by step, for a caller that keeps the state itself:
 ///   Predict   P <- phi P phi' + Q              (Q: torque_step_variance in the last entry)
 ///   Correct   S = c P c' + R,  K = P c' / S,  P <- P - K c P      one scalar reading of a channel
 /// P is 4 x 4 in the units of PredictionModel's state, S in the squared unit of the reading. The
@@ -18,10 +18,10 @@ class RiccatiRecursion {
  public:
   explicit RiccatiRecursion(const PredictionModel& model) : model_(&model) {}
 
-  /// The state is not known (any more).
+  /// Marks the state as unknown.
   void Restart();
   void Predict();
-  /// One scalar reading: returns S, leaves the gain.
+  /// Processes one scalar reading: returns S and stores the gain in `gain`.
   double Correct(int channel, Eigen::Vector4d& gain);
 
  private:
@@ -35,8 +35,9 @@ struct ChannelGains {
   std::array<double, kOutputCount> inverse_sd{};  ///< 1 / sqrt(S); 0 for a channel not in mask
 };
 
-/// The gains that the recursion settles at, for channels `mask` (bit c: channel c), after 2000
-/// steps: 20 s, many times every time constant of the rig. A channel outside `mask` has gain 0.
+/// The gains that the recursion settles at, for channels `mask` (bit c: channel c), after 20 s
+/// (2000 steps at least), many times every time constant of the rig. A channel outside `mask` has
+/// gain 0.
 ChannelGains SteadyStateGains(const PredictionModel& model, unsigned mask);
 
 }  // namespace faultlab::core

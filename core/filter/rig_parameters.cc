@@ -11,35 +11,55 @@ RigParameters WithOffsets(const RigParameters& base, const ParameterOffsets& q, 
   const auto at = [&](Coordinate c) { return q[static_cast<std::size_t>(c)]; };
   RigParameters moved = base;
   moved.gain_factor *= std::exp(at(Coordinate::kGain));
-  moved.plant.r1_ohm *= std::exp(at(Coordinate::kR1));
+  moved.plant.series_ohm *= std::exp(at(Coordinate::kSeries));
   moved.plant.ra_ohm *= std::exp(at(Coordinate::kRa));
+  moved.j_factor *= std::exp(at(Coordinate::kJ));
   moved.plant.j_kg_m2 *= std::exp(at(Coordinate::kJ));
   moved.plant.b_nm_per_rad_s *= std::exp(at(Coordinate::kB));
   moved.plant.ke_v_per_rad_s *= std::exp(at(Coordinate::kKe));
   moved.plant.kt_nm_per_a *= std::exp(at(Coordinate::kKe));
-  moved.mc_nm += at(Coordinate::kMc) * kMcUnitNm;
-  moved.delta_s = std::clamp(
-      moved.delta_s + at(Coordinate::kDelta) * kDeltaUnitS, 0.002 * period_s, 0.998 * period_s);
+  moved.plant.la_henry *= std::exp(at(Coordinate::kLa));
+  moved.mc_nm += at(Coordinate::kMc) * base.mc_unit_nm;
+  moved.delta_s =
+      std::clamp(moved.delta_s + at(Coordinate::kDelta) * (kDeltaUnitPeriods * period_s),
+                 0.002 * period_s,
+                 0.998 * period_s);
   return moved;
 }
 
 RigParameters WithOffsets(const RigParameters& base,
                           const Eigen::Ref<const Eigen::VectorXd>& q,
                           double period_s) {
-  LAB_CHECK(q.size() == kCoordinateCount, q.size());
-  ParameterOffsets offsets;
-  for (int i = 0; i < kCoordinateCount; ++i) offsets[static_cast<std::size_t>(i)] = q(i);
+  LAB_CHECK(q.size() == kCoordinateCount || q.size() == kCoordinateMax, q.size());
+  ParameterOffsets offsets{};
+  for (int i = 0; i < q.size(); ++i) offsets[static_cast<std::size_t>(i)] = q(i);
   return WithOffsets(base, offsets, period_s);
 }
 
+int GainPartOf(const PlantParameters& plant) {
+  const Structure& structure = *plant.structure;
+  int part = -1;
+  for (int i = 0; i < structure.parameter_count() - kMotorParameters; ++i) {
+    if (structure.slope(plant.amplifier, i).gain == 0.0) continue;
+    if (part >= 0) return -1;
+    part = kMotorParameters + i;
+  }
+  return part;
+}
+
 RigParameters ParametersOf(const Calibration& calibration) {
-  return {calibration.nominal, calibration.gain_factor, calibration.delta_s, calibration.mc_nm};
+  return {calibration.nominal,
+          calibration.gain_factor,
+          calibration.delta_s,
+          calibration.mc_nm,
+          calibration.mc_unit_nm,
+          GainPartOf(calibration.nominal)};
 }
 
 NoiseLevel NoiseOf(const Calibration& calibration) {
   return {calibration.um_noise_v,
           calibration.ia_noise_a,
-          calibration.n_noise_rpm * kRadPerSecondOfRpm,
+          calibration.n_noise_rpm * RadPerSecondOfRpm(calibration.nominal.gear_ratio),
           calibration.friction_noise_nm,
           calibration.friction_tau_s};
 }

@@ -8,51 +8,62 @@
 
 namespace faultlab::core {
 
-/// What the prediction of one rig's samples needs beside the noise.
+/// The parameters that predict the samples of one rig, except its noise.
 struct RigParameters {
   PlantParameters plant;
-  double gain_factor = 1.0;  ///< k = gain_factor * Re2 / Re1
-  double delta_s = 0.0095;
+  double gain_factor = 1.0;  ///< k = gain_factor * plant.gain()
+  double delta_s = 0.0;
   double mc_nm = 0.0;
+  double mc_unit_nm = 1e-4;  ///< scale of the coordinate kMc
+  int gain_part = -1;        ///< the parameter that alone is the gain, as Component's; -1: several
+  double j_factor = 1.0;     ///< what WithOffsets has made of J
 
   double gain() const { return gain_factor * plant.gain(); }
 };
 
 /// Standard deviations of readings, and the slow part of the friction torque.
 struct NoiseLevel {
-  double um_v = 0.015;
-  double ia_a = 0.001;
-  double w_rad_s = 0.2;  ///< motor shaft
-  double friction_nm = 0.02e-3;
+  double um_v = 0.0;
+  double ia_a = 0.0;
+  double w_rad_s = 0.0;  ///< motor shaft
+  double friction_nm = 0.0;
   double friction_tau_s = 0.5;
 };
 
 /// The coordinates in which a rig may differ from its data sheet. All but Mc and delta are
 /// logarithms of a factor on the data-sheet value, so that a tolerance is a plain number.
-enum class Coordinate { kGain, kR1, kRa, kJ, kB, kKe, kMc, kDelta };
+enum class Coordinate { kGain, kSeries, kRa, kJ, kB, kKe, kMc, kDelta, kLa };
 
+/// Every bench has these; La is one where its data sheet states a tolerance of it, else it is held.
 inline constexpr int kCoordinateCount = 8;
-using ParameterOffsets = std::array<double, kCoordinateCount>;
+inline constexpr int kCoordinateMax = 9;
+using ParameterOffsets = std::array<double, kCoordinateMax>;
 
-/// Scales of the two linear coordinates: Mc in 0.1 mNm, delta in ms.
-inline constexpr double kMcUnitNm = 1e-4;
-inline constexpr double kDeltaUnitS = 1e-3;
+/// Units of the two linear coordinates: Mc in RigParameters::mc_unit_nm, delta in this share of the
+/// period.
+inline constexpr double kDeltaUnitPeriods = 0.1;
 
-/// `base` moved by `q`: gain_factor, R1, Ra, J, B, Ke (= KT) times exp(q), Mc and delta plus q.
+/// `base` moved by `q`: gain_factor, Rs, Ra, J, B, Ke (= KT), La times exp(q), Mc and delta plus q.
 /// delta is kept inside (0, period).
 RigParameters WithOffsets(const RigParameters& base, const ParameterOffsets& q, double period_s);
-/// The same for a vector of kCoordinateCount entries.
+/// The same for a vector of kCoordinateCount or kCoordinateMax entries.
 /// Contract: no other size.
 RigParameters WithOffsets(const RigParameters& base,
                           const Eigen::Ref<const Eigen::VectorXd>& q,
                           double period_s);
 
-inline constexpr double kRadPerSecondOfRpm = 2.0 * 3.14159265358979323846 / 60.0 * kGearRatio;
+/// rad/s of the motor shaft for one rpm behind the gear.
+constexpr double RadPerSecondOfRpm(double gear_ratio) {
+  return 2.0 * 3.14159265358979323846 / 60.0 * gear_ratio;
+}
 
+/// RigParameters::gain_part.
+int GainPartOf(const PlantParameters& plant);
 RigParameters ParametersOf(const Calibration& calibration);
 NoiseLevel NoiseOf(const Calibration& calibration);
-/// What detection must allow for: a few seconds hold some nine independent values of the friction's
-/// slow noise (its rms may be 40 % low) and some hundreds of a reading's (3 %).
+/// The noise that detection must allow for. A few seconds hold only some nine independent values of
+/// the slow friction noise (its rms may be 40 % too low), but some hundreds of a reading's noise (3
+/// %).
 NoiseLevel DetectionNoiseOf(const Calibration& calibration);
 
 }  // namespace faultlab::core

@@ -2,24 +2,42 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <utility>
 
 #include "core/filter/innovation_filter.h"
+#include "core/types/time_span.h"
 
 namespace faultlab::core {
 namespace {
 
-// Samples before the fault in which the filter forgets that it did not know the state; three of
-// the slowest time constants of a healthy rig and of its friction.
-constexpr int kHistorySamples = 150;
+// Samples at 100 Hz (SpanOf) before the fault, in which the effect of the unknown initial state on
+// the filter dies out: three of the slowest time constants of a healthy rig and of its friction.
+constexpr std::size_t kHistorySamples = 150;
 
-// Where a healthy rig turning forward settles under constant input, by running it there: the
-// spectral radius is below 0.9, so a thousand steps leave 1e-46.
-Eigen::Vector4d RestState(const PredictionModel& model, double uc_v) {
-  constexpr int kSettlingSteps = 1000;
+// The channels that the options ask for and that the bench measures.
+std::uint8_t MaskOf(const IsolabilityOptions& options) {
+  const Bench& bench = *options.bench;
+  const bool all = options.channels == Channels::kAll;
+  return static_cast<std::uint8_t>((bench.um.exists ? 1U : 0U) |
+                                   (all && bench.ia.exists ? 2U : 0U) |
+                                   (all && bench.n.exists ? 4U : 0U));
+}
+
+// Where a healthy rig turning forward settles under constant input, by running it there: on the
+// published bench the spectral radius is below 0.9, so a thousand steps leave 1e-46; a heavier
+// motor takes more.
+Eigen::Vector4d RestState(const PredictionModel& model, double uc_v, double period_s) {
+  constexpr std::size_t kSettlingSteps = 1000;
   Eigen::Vector4d x = Eigen::Vector4d::Zero();
-  for (int k = 0; k < kSettlingSteps; ++k) {
-    const Eigen::Vector4d next = Step(model, x, uc_v, uc_v);
+  constexpr std::size_t kStepsMax = 1'000'000;
+  constexpr double kSettledShare = 1e-9;
+  const std::size_t steps = SpanOf(kSettlingSteps, period_s);
+  const double u = model.Limited(uc_v);
+  bool moves = true;
+  for (std::size_t k = 0; k < steps || (moves && k < kStepsMax); ++k) {
+    const Eigen::Vector4d next = Step(model, x, u, u);
+    moves = (next - x).norm() > kSettledShare * next.norm();
     x = next;
   }
   return x;
@@ -27,9 +45,12 @@ Eigen::Vector4d RestState(const PredictionModel& model, double uc_v) {
 
 }  // namespace
 
-FaultRecords::FaultRecords(const IsolabilityOptions& options) : options_(options) {
+FaultRecords::FaultRecords(const IsolabilityOptions& options, History past)
+    : options_(options), mask_(MaskOf(options)) {
   const int samples = static_cast<int>(options.uc_v.size());
-  const int history = std::min(kHistorySamples, samples - options.window_samples);
+  const int wanted = static_cast<int>(SpanOf(kHistorySamples, options.period_s));
+  const int before = samples - options.window_samples;
+  const int history = past == History::kAll ? before : std::min(wanted, before);
   onset_ = static_cast<std::size_t>(history);
   uc_v_ = std::span(options.uc_v).last(static_cast<std::size_t>(history + options.window_samples));
   healthy_ = ModelOf(options.rig);
@@ -50,15 +71,16 @@ std::vector<Observation> FaultRecords::MeanRecord(const PredictionModel& model) 
     Observation& observation = record[k];
     observation.u = uc_v_[k];
     observation.u_prev = k > 0 ? uc_v_[k - 1] : uc_v_[k];
-    observation.mask = options_.channels == Channels::kUmOnly ? 1 : (1U << kOutputCount) - 1;
+    observation.mask = mask_;
     observation.restart = k == 0;
+    const double u = now.Limited(observation.u);
     if (k == 0) {
-      x = RestState(now, observation.u);
+      x = RestState(now, observation.u, options_.period_s);
     } else {
-      const Eigen::Vector4d next = Step(now, x, observation.u_prev, observation.u);
+      const Eigen::Vector4d next = Step(now, x, now.Limited(observation.u_prev), u);
       x = next;
     }
-    const Eigen::Vector3d y = now.c * x + now.d * observation.u;
+    const Eigen::Vector3d y = now.c * x + now.d * u;
     for (std::size_t c = 0; c < kOutputCount; ++c) {
       observation.y[c] = y(static_cast<Eigen::Index>(c));
     }

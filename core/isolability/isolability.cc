@@ -14,13 +14,15 @@
 namespace faultlab::core {
 namespace {
 
-/// Step of log(value) for derivatives: the effects are smooth, rounding is 1e-12 of it.
+/// Step of log(value) for derivatives: the effects are smooth, their relative rounding error is
+/// 1e-12.
 constexpr double kDerivativeStep = 1e-3;
-/// Values beyond these factors of nominal do not differ any more in what they do, or are no
-/// component that exists. C8's nominal 47 pF acts like none: its range is what capacitors offer.
+/// Range of values as a factor of nominal: beyond it values have the same effect, or no such
+/// component exists.
 constexpr double kFactorMax = 1e3;
-constexpr double kC8MinFarad = 1e-10;
-constexpr double kC8MaxFarad = 1e-3;
+/// The same for a component with a least visible value, as a factor of that value: below it all
+/// values have the same effect.
+constexpr double kInvisibleFactor = 1e-4;
 constexpr int kScanPoints = 40;
 constexpr int kGoldenSteps = 24;
 constexpr int kBisectionSteps = 40;
@@ -31,9 +33,8 @@ struct LogRange {
 };
 
 LogRange SearchRange(Component component, double nominal) {
-  if (component == Component::kC8) {
-    return {std::log(kC8MinFarad), std::log(kC8MaxFarad)};
-  }
+  const double least = component.info().least_visible;
+  if (least > 0.0) return {std::log(least * kInvisibleFactor), std::log(least * kFactorMax)};
   return {std::log(nominal / kFactorMax), std::log(nominal * kFactorMax)};
 }
 
@@ -41,7 +42,7 @@ double NormalTail(double z) {
   return 0.5 * std::erfc(z / std::sqrt(2.0));
 }
 
-/// z with P(N > z) = tail, by bisection: called twice.
+/// z with P(N > z) = tail, by bisection (it is called only twice).
 double NormalQuantile(double tail) {
   double low = -40.0;
   double high = 40.0;
@@ -73,8 +74,11 @@ std::pair<double, double> Minimise(double low, double high, Function f) {
 }
 
 void FillFisher(const FaultRecords& records, const IsolabilityOptions& options, Isolability& out) {
-  std::array<std::vector<double>, kComponentCount> effect;
-  for (Component component : kAllComponents) {
+  const auto count = static_cast<std::size_t>(options.bench->component_count());
+  std::vector<std::vector<double>> effect(count);
+  out.fisher.resize(options.bench->component_count(), options.bench->component_count());
+  out.overlap = out.fisher;
+  for (Component component : options.bench->components()) {
     const double nominal = options.rig.plant.Get(component);
     const auto high =
         records.WhitenedWindow(records.healthy_record(),
@@ -88,8 +92,8 @@ void FillFisher(const FaultRecords& records, const IsolabilityOptions& options, 
       column[i] = (low[i] - high[i]) / (2.0 * kDerivativeStep);
     }
   }
-  for (int i = 0; i < kComponentCount; ++i) {
-    for (int j = 0; j < kComponentCount; ++j) {
+  for (int i = 0; i < options.bench->component_count(); ++i) {
+    for (int j = 0; j < options.bench->component_count(); ++j) {
       const auto& a = effect[static_cast<std::size_t>(i)];
       const auto& b = effect[static_cast<std::size_t>(j)];
       double sum = 0.0;
@@ -99,16 +103,16 @@ void FillFisher(const FaultRecords& records, const IsolabilityOptions& options, 
       out.fisher(i, j) = sum;
     }
   }
-  for (int i = 0; i < kComponentCount; ++i) {
-    for (int j = 0; j < kComponentCount; ++j) {
+  for (int i = 0; i < options.bench->component_count(); ++i) {
+    for (int j = 0; j < options.bench->component_count(); ++j) {
       const double norm = std::sqrt(out.fisher(i, i) * out.fisher(j, j));
       out.overlap(i, j) = norm > 0.0 ? out.fisher(i, j) / norm : 0.0;
     }
   }
 }
 
-/// The value nearest to nominal, between it and `limit` (logarithms), that is visible: the first
-/// one a scan outward meets, refined.
+/// The visible value nearest to nominal, between nominal and `limit` (logarithms): the first one
+/// that a scan outward finds, refined.
 std::optional<double> NearestVisible(const FaultRecords& records,
                                      Component component,
                                      double nominal,
@@ -119,7 +123,7 @@ std::optional<double> NearestVisible(const FaultRecords& records,
     return records.Distance(records.MeanRecord(faulty), records.healthy()) >= kl_visible;
   };
   const double start = std::log(nominal);
-  // Quadratic spacing: fine near nominal, where the answer of a sensitive component lies.
+  // Quadratic spacing: fine near nominal, where the answer lies for a sensitive component.
   double inside = start;
   for (int i = 1; i <= kScanPoints; ++i) {
     const double share = static_cast<double>(i) / kScanPoints;
@@ -140,7 +144,8 @@ std::optional<double> NearestVisible(const FaultRecords& records,
 void FillSmallest(const FaultRecords& records,
                   const IsolabilityOptions& options,
                   Isolability& out) {
-  for (Component component : kAllComponents) {
+  out.smallest.resize(static_cast<std::size_t>(options.bench->component_count()));
+  for (Component component : options.bench->components()) {
     SmallestVisible& smallest = out.smallest[static_cast<std::size_t>(Index(component))];
     smallest.component = component;
     smallest.nominal = options.rig.plant.Get(component);
@@ -167,17 +172,18 @@ FaultIsolability Judge(const FaultRecords& records,
   judged.kl_nominal_nats = records.Distance(record, records.healthy());
   judged.visible = judged.kl_nominal_nats >= limits.kl_visible_nats;
   judged.group.push_back(fault.component);
-  for (Component rival : kAllComponents) {
+  judged.rival.resize(static_cast<std::size_t>(options.bench->component_count()));
+  for (Component rival : options.bench->components()) {
     NearestRival& nearest = judged.rival[static_cast<std::size_t>(Index(rival))];
     if (rival == fault.component) {
-      nearest = {0.0, fault.value};
+      nearest = {rival, 0.0, fault.value};
       continue;
     }
     const LogRange range = SearchRange(rival, options.rig.plant.Get(rival));
     const auto [log_value, distance] = Minimise(range.low, range.high, [&](double at) {
       return records.Distance(record, records.ModelWith(rival, std::exp(at)));
     });
-    nearest = {distance, std::exp(log_value)};
+    nearest = {rival, distance, std::exp(log_value)};
     if (distance < limits.kl_separable_nats) {
       judged.group.push_back(rival);
     }
@@ -185,19 +191,20 @@ FaultIsolability Judge(const FaultRecords& records,
   return judged;
 }
 
-void FillAmbiguous(Isolability& out) {
+void FillAmbiguous(const Bench& bench, Isolability& out) {
+  const std::vector<Component> all = bench.components();
   const auto alike = [&](Component a, Component b) {
     const double cosine = out.overlap(Index(a), Index(b));
     return 1.0 - cosine * cosine < kSameEffect;
   };
-  std::array<bool, kComponentCount> placed{};
-  for (Component first : kAllComponents) {
+  std::vector<bool> placed(all.size());
+  for (Component first : all) {
     if (placed[static_cast<std::size_t>(Index(first))]) {
       continue;
     }
     std::vector<Component> group = {first};
     for (std::size_t i = 0; i < group.size(); ++i) {
-      for (Component next : kAllComponents) {
+      for (Component next : all) {
         const bool joined = std::find(group.begin(), group.end(), next) != group.end();
         if (!joined && alike(group[i], next)) {
           group.push_back(next);
@@ -218,6 +225,7 @@ Error Refuse(const char* field, std::string message) {
 }
 
 Status Check(const IsolabilityOptions& options) {
+  LAB_CHECK(options.bench != nullptr);
   if (options.window_samples < 1 ||
       options.uc_v.size() < static_cast<std::size_t>(options.window_samples) + kHistorySamplesMin) {
     return Refuse("window_samples",
@@ -251,26 +259,20 @@ Status Check(const IsolabilityOptions& options) {
 
 }  // namespace
 
-std::span<const FaultSize> PaperFaultSizes() {
-  static constexpr std::array<FaultSize, 18> kFaults = {{{Component::kR1, 10.0},
-                                                         {Component::kR1, 56.0},
-                                                         {Component::kR1, 100.0},
-                                                         {Component::kR9, 33e3},
-                                                         {Component::kR9, 56e3},
-                                                         {Component::kR9, 100e3},
-                                                         {Component::kR12, 2e3},
-                                                         {Component::kR12, 3.3e3},
-                                                         {Component::kR12, 5.6e3},
-                                                         {Component::kC8, 1e-6},
-                                                         {Component::kC8, 10e-6},
-                                                         {Component::kC8, 47e-6},
-                                                         {Component::kRa, 0.741},
-                                                         {Component::kRa, 74.1},
-                                                         {Component::kJ, 1.43e-4},
-                                                         {Component::kJ, 1.43e-8},
-                                                         {Component::kB, 1.8e-4},
-                                                         {Component::kB, 1.8e-5}}};
-  return kFaults;
+std::vector<FaultSize> FaultsOf(const Bench& bench) {
+  std::vector<FaultSize> faults;
+  for (const Component component : bench.components()) {
+    for (const double value : component.info().published) faults.push_back({component, value});
+  }
+  if (!faults.empty()) return faults;
+  for (const Component component : bench.components()) {
+    const ComponentInfo& info = component.info();
+    for (std::size_t i = 1; i < info.positions.size(); ++i) {
+      faults.push_back({component, info.positions[i].value});
+    }
+    for (const double value : info.offered) faults.push_back({component, value});
+  }
+  return faults;
 }
 
 Result<Isolability> AnalyseIsolability(const IsolabilityOptions& options) {
@@ -289,12 +291,12 @@ Result<Isolability> AnalyseIsolability(const IsolabilityOptions& options) {
   const FaultRecords records(options);
   FillFisher(records, options, out);
   FillSmallest(records, options, out);
-  const std::span<const FaultSize> faults =
-      options.faults.empty() ? PaperFaultSizes() : std::span<const FaultSize>(options.faults);
+  const std::vector<FaultSize> faults =
+      options.faults.empty() ? FaultsOf(*options.bench) : options.faults;
   for (const FaultSize& fault : faults) {
     out.faults.push_back(Judge(records, options, fault, out));
   }
-  FillAmbiguous(out);
+  FillAmbiguous(*options.bench, out);
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/bench/bench.h"
 #include "core/filter/rig_parameters.h"
 #include "core/types/component.h"
 #include "core/types/plant_parameters.h"
@@ -11,22 +12,24 @@ namespace faultlab::core {
 
 /// One fault of a set that is to be judged.
 struct FaultSize {
-  Component component = Component::kR1;
+  Component component{};
   double value = 1.0;  ///< SI unit of the component, > 0
 };
 
-/// What a fault set is judged on: a rig, an input, its noise, and how long one waits.
+/// The conditions under which a fault set is judged: a rig, an input, its noise, and the time
+/// allowed.
 struct IsolabilityOptions {
-  RigParameters rig;  ///< healthy
-  NoiseLevel noise;   ///< of the readings, and the friction's slow part
+  const Bench* bench = nullptr;  ///< whose components are judged; never null
+  RigParameters rig;             ///< healthy
+  NoiseLevel noise;              ///< of the readings, and the friction's slow part
   Channels channels = Channels::kUmOnly;
-  std::vector<double> uc_v;  ///< input; the fault sets in where the last `window_samples` begin
+  std::vector<double> uc_v;  ///< input; the fault begins at the start of the last `window_samples`
   int window_samples = 100;  ///< samples of the fault that may be used, 1 .. uc_v.size() - 10
-  double period_s = kSamplePeriodSeconds;
-  double false_alarms_per_day = 1.0;    ///< of one test at every sample
-  double detection_probability = 0.9;   ///< what "visible" asks for, (0.5, 1)
-  double confusion_probability = 0.01;  ///< at most, for two faults to count as told apart
-  std::vector<FaultSize> faults;        ///< empty: the 18 faults of the paper
+  double period_s = 0.01;
+  double false_alarms_per_day = 1.0;    ///< of one test that runs at every sample
+  double detection_probability = 0.9;   ///< at which a fault is "visible", (0.5, 1)
+  double confusion_probability = 0.01;  ///< below which two faults are distinguished
+  std::vector<FaultSize> faults;        ///< empty: FaultsOf(bench)
 };
 
 }  // namespace faultlab::core

@@ -6,16 +6,18 @@
 
 #include "core/isolation/profile_cost.h"
 #include "core/numerics/golden_section.h"
+#include "core/types/time_span.h"
 
 namespace faultlab::core {
 namespace {
 
-// The scan needs no more to see where the valley is, the section search no more to get near.
+// Counts of samples at 100 Hz (SpanOf): enough for the scan to find the valley, and for the section
+// search to come near its minimum.
 constexpr std::size_t kScanSamples = 120;
 constexpr std::size_t kSectionSamples = 300;
 constexpr int kSections = 12;
 
-// Between the neighbours of the best point of the range, for each component.
+// For each component, the interval between the neighbours of the best point of the scan.
 std::vector<GoldenSection> FindValleys(ProfileCost& quick,
                                        std::span<const Component> components,
                                        std::span<const Observation> stretch) {
@@ -45,8 +47,10 @@ std::vector<GoldenSection> FindValleys(ProfileCost& quick,
 
 std::vector<HypothesisFit> ScanComponents(const FitContext& context,
                                           std::span<const Component> components) {
-  const auto scan = context.stretch.first(std::min(kScanSamples, context.stretch.size()));
-  const auto refine = context.stretch.first(std::min(kSectionSamples, context.stretch.size()));
+  const auto scan = context.stretch.first(
+      std::min(SpanOf(kScanSamples, context.period_s), context.stretch.size()));
+  const auto refine = context.stretch.first(
+      std::min(SpanOf(kSectionSamples, context.period_s), context.stretch.size()));
   const std::size_t n = components.size();
   ProfileCost quick(context);
   std::vector<GoldenSection> sections = FindValleys(quick, components, scan);

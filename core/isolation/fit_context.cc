@@ -7,8 +7,8 @@
 namespace faultlab::core {
 namespace {
 
-// When a stretch before an alarm counts as healthy: its energy, and how far it moves what is known
-// (chi-square with 8 degrees of freedom, 99.99 % at 31).
+// A stretch before an alarm counts as healthy if its energy is small enough and if it moves the
+// prior's mean by no more than this (chi-square with 8 degrees of freedom, 99.99 % at 31).
 constexpr double kHealthySigmas = 4.0;
 constexpr double kHealthyMargin = 0.15;
 constexpr double kHealthyPriorCost = 31.0;
@@ -18,6 +18,7 @@ constexpr double kHealthyPriorCost = 31.0;
 RigParameters WithComponent(const RigParameters& rig, Component component, double value) {
   RigParameters changed = rig;
   changed.plant.Set(component, value);
+  if (component.info().parameter == rig.gain_part) changed.gain_factor = 1.0;
   return changed;
 }
 
@@ -27,7 +28,7 @@ void UpdatePosterior(std::span<const Observation> stretch, FitContext& context) 
         return context.ModelOf(WithOffsets(context.rig, q, context.period_s));
       }};
   const GaussianPrior before = context.calibration;
-  const MapFit fit = FitMap(models, before, before.mean);
+  const MapFit fit = FitMap(models, before, before.mean, context.FitOptions());
   const double n = std::max(1, fit.innovations.count);
   const bool healthy =
       fit.converged &&
@@ -36,7 +37,7 @@ void UpdatePosterior(std::span<const Observation> stretch, FitContext& context) 
   if (!healthy) return;
   context.calibration = {fit.point, before.information + fit.information};
   if (context.tolerance_covariance.size() == 0) return;
-  // An error of the old mean is carried into the new one by this.
+  // This matrix maps an error of the old mean to the error that it causes in the new mean.
   const Eigen::MatrixXd kept = context.calibration.information.ldlt().solve(before.information);
   const Eigen::MatrixXd carried = kept * context.tolerance_covariance * kept.transpose();
   context.tolerance_covariance = carried;

@@ -9,27 +9,41 @@
 
 namespace faultlab::core {
 
-/// Everything that the hypotheses about one stretch share.
+/// The data that all hypotheses about one stretch share.
 struct FitContext {
-  RigParameters rig;  ///< calibrated, with the faults that are known already
+  RigParameters rig;  ///< calibrated, with the faults that are already known
   NoiseLevel noise;
-  GaussianPrior calibration;             ///< of the eight coordinates around `rig`
-  Eigen::MatrixXd tolerance_covariance;  ///< as Calibration::tolerance_covariance, 8 x 8 or empty
+  GaussianPrior calibration;             ///< of the coordinates around `rig`
+  Eigen::MatrixXd tolerance_covariance;  ///< as Calibration::tolerance_covariance, or empty
   double part_tolerance = 0.0;           ///< relative, one standard deviation of one resistor
   std::span<const Observation> stretch;
-  double period_s = kSamplePeriodSeconds;
+  double period_s = 0.01;
+  bool follow_noise = false;  ///< MapFitOptions::follow_noise
 
+  Eigen::Index coordinates() const { return calibration.mean.size(); }
+  MapFitOptions FitOptions() const {
+    MapFitOptions options;
+    options.follow_noise = follow_noise;
+    return options;
+  }
+  /// Where fits follow the noise, the noise of friction is known as an acceleration: torque and J
+  /// are known by a common factor only, of which the noise must not decide.
   PredictionModel ModelOf(const RigParameters& of) const {
-    return MakePredictionModel(of, noise, period_s);
+    if (!follow_noise) return MakePredictionModel(of, noise, period_s);
+    NoiseLevel level = noise;
+    level.friction_nm *= of.j_factor;
+    return MakePredictionModel(of, level, period_s);
   }
 };
 
+/// The rig with another value of one component. A part that alone is the gain takes the offset of
+/// the gain with it.
 /// @param value  SI unit of the component, > 0
 RigParameters WithComponent(const RigParameters& rig, Component component, double value);
 
-/// Adds what one more healthy stretch says to the prior of the coordinates:
+/// Adds the information of one more healthy stretch to the prior of the coordinates:
 ///   information <- information + J'J,   mean <- the MAP point of the stretch
-/// The prior is left as it is when the stretch does not fit the rig (chi2/n above 1.15 + 4
+/// The prior stays unchanged when the stretch does not fit the rig (chi2/n above 1.15 + 4
 /// sqrt(2/n), a point further than 31 from the mean in squared standard deviations, or no
 /// convergence).
 void UpdatePosterior(std::span<const Observation> stretch, FitContext& context);

@@ -7,25 +7,27 @@
 
 #include "core/isolation/profile_cost.h"
 #include "core/isolation/value_error.h"
+#include "core/types/time_span.h"
 
 namespace faultlab::core {
 namespace {
 
-// Rise of the cost that a bound must reach: three standard deviations.
+// A value is a bound if its cost rises by less than this: three standard deviations.
 constexpr double kBoundCost = 9.0;
-// A rise with the other parameters held: below this, fitting them too could bring it under the
-// bound.
+// Rise of the cost while the other parameters are held. Below this, fitting them too could bring
+// the rise under kBoundCost.
 constexpr double kClosedCost = 60.0;
-// Halvings of the way from the value to the end of its range.
+// Number of bisections between the value and the end of its range.
 constexpr int kBoundHalvings = 12;
-// A drifting value is held for this many samples; the filter does not resolve finer steps.
+// A drifting value is held constant for this many samples (SpanOf); the filter does not resolve
+// finer steps.
 constexpr std::size_t kDriftBlock = 10;
-// A slope lies near the constant that was fitted; what needs more steps is not a slope.
+// A slope lies near the constant value that was fitted; a fit that needs more steps is not a slope.
 constexpr int kDriftIterations = 6;
-// Prior of a released coordinate: a factor of e either way.
+// Standard deviation of the relaxed prior of a coordinate: a factor of e either way.
 constexpr double kFreeSd = 1.0;
 
-// Is the cost flat towards one end of the range? Then the value is no more than a bound.
+// Tests whether the cost is flat towards one end of the range; if so, the value is only a bound.
 void FindBound(const FitContext& context, HypothesisFit& h) {
   FitContext moved = context;
   moved.rig = WithOffsets(context.rig, h.nuisance, context.period_s);
@@ -57,15 +59,17 @@ void FindBound(const FitContext& context, HypothesisFit& h) {
   h.bound = open_low ? '<' : '>';
 }
 
-// The calibration's prior behind `extra` logarithms of values. They are as good as free around
-// where the scan found them; the little that is known keeps a flat cost from being a singular one.
+// The calibration's prior with `extra` logarithms of values in front. Their prior is almost flat
+// around the value of the scan; the little information it has keeps the matrix regular when the
+// cost is flat.
 constexpr double kValueLogSd = 4.0;
 GaussianPrior WithValues(const GaussianPrior& calibration, int extra, double log_value) {
   GaussianPrior prior;
-  prior.mean = Eigen::VectorXd::Zero(extra + kCoordinateCount);
-  prior.mean.tail(kCoordinateCount) = calibration.mean;
-  prior.information = Eigen::MatrixXd::Zero(extra + kCoordinateCount, extra + kCoordinateCount);
-  prior.information.bottomRightCorner(kCoordinateCount, kCoordinateCount) = calibration.information;
+  const Eigen::Index n = calibration.mean.size();
+  prior.mean = Eigen::VectorXd::Zero(extra + n);
+  prior.mean.tail(n) = calibration.mean;
+  prior.information = Eigen::MatrixXd::Zero(extra + n, extra + n);
+  prior.information.bottomRightCorner(n, n) = calibration.information;
   for (int i = 0; i < extra; ++i) {
     prior.mean(i) = log_value;
     prior.information(i, i) = 1.0 / (kValueLogSd * kValueLogSd);
@@ -74,11 +78,11 @@ GaussianPrior WithValues(const GaussianPrior& calibration, int extra, double log
 }
 
 // Copies what every fit of value(s) and coordinates finds; value, error and bound are the caller's.
-void Adopt(const MapFit& fit, HypothesisFit& h) {
+void Adopt(const FitContext& context, const MapFit& fit, HypothesisFit& h) {
   h.chi2 = fit.innovations.chi2;
   h.count = fit.innovations.count;
   h.cost = fit.cost();
-  h.nuisance = fit.point.tail(kCoordinateCount);
+  h.nuisance = fit.point.tail(context.coordinates());
 }
 
 // The eight nuisances under the calibration, with component (if any) fixed.
@@ -92,16 +96,18 @@ HypothesisFit FitNuisance(const FitContext& context, const Component* component,
   if (component != nullptr) h.component = *component;
   h.exists = true;
   h.value = value;
-  Adopt(FitMap(models, context.calibration, context.calibration.mean), h);
+  Adopt(context,
+        FitMap(models, context.calibration, context.calibration.mean, context.FitOptions()),
+        h);
   return h;
 }
 
 }  // namespace
 
 double MagnitudePrior(const PlantParameters& plant, Component component, double value) {
-  // C8 has no size below 1 uF that matters.
-  constexpr double kLeastVisibleC8 = 1e-6;
-  const double from = component == Component::kC8 ? kLeastVisibleC8 : plant.Get(component);
+  // Capacitances below 1 uF have no visible effect.
+  const double least = component.info().least_visible;
+  const double from = least > 0.0 ? least : plant.Get(component);
   const double decades = std::log10(value / from);
   return decades * decades;
 }
@@ -120,40 +126,42 @@ void RefineComponent(const FitContext& context, HypothesisFit& h, double give_up
   const StretchModels models{
       context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
         const RigParameters rig =
-            WithOffsets(context.rig, q.tail(kCoordinateCount), context.period_s);
+            WithOffsets(context.rig, q.tail(context.coordinates()), context.period_s);
         return context.ModelOf(WithComponent(rig, h.component, std::exp(q(0))));
       }};
-  MapFitOptions options;
+  MapFitOptions options = context.FitOptions();
   options.give_up_above = give_up_above;
   const MapFit fit = FitMap(models, prior, prior.mean, options);
   h.value = std::clamp(std::exp(fit.point(0)), range.low, range.high);
   h.log_sigma = LogSigma(context, fit, 0, h.component, h.value);
-  if (h.component == Component::kC8 && context.part_tolerance > 0.0) {
-    h.log_sigma = std::hypot(h.log_sigma, CapacitorLogSigma(context, prior, fit.point));
+  if (h.component.info().kind == PartKind::kCapacitor && context.part_tolerance > 0.0) {
+    h.log_sigma =
+        std::hypot(h.log_sigma, CapacitorLogSigma(context, h.component, prior, fit.point));
   }
-  Adopt(fit, h);
+  Adopt(context, fit, h);
   FindBound(context, h);
   h.magnitude_cost = MagnitudePrior(context.rig.plant, h.component, h.value);
 }
 
 DriftFit FitDrift(const FitContext& context, const HypothesisFit& from) {
   const std::size_t n = context.stretch.size();
-  const std::size_t blocks = (n + kDriftBlock - 1) / kDriftBlock;
+  const std::size_t block_samples = SpanOf(kDriftBlock, context.period_s);
+  const std::size_t blocks = (n + block_samples - 1) / block_samples;
   StretchModels models{
       context.stretch, [&](const Eigen::VectorXd& q, std::size_t block) {
         const RigParameters rig =
-            WithOffsets(context.rig, q.tail(kCoordinateCount), context.period_s);
+            WithOffsets(context.rig, q.tail(context.coordinates()), context.period_s);
         const double first = std::exp(q(0));
         const double last = std::exp(q(1));
         const double share = (static_cast<double>(block) + 0.5) / static_cast<double>(blocks);
         return context.ModelOf(WithComponent(rig, from.component, first + (last - first) * share));
       }};
   models.from.resize(blocks);
-  for (std::size_t b = 0; b < blocks; ++b) models.from[b] = b * kDriftBlock;
+  for (std::size_t b = 0; b < blocks; ++b) models.from[b] = b * block_samples;
   const GaussianPrior prior = WithValues(context.calibration, 2, std::log(from.value));
   Eigen::VectorXd start = prior.mean;
-  start.tail(kCoordinateCount) = from.nuisance;
-  MapFitOptions options;
+  start.tail(context.coordinates()) = from.nuisance;
+  MapFitOptions options = context.FitOptions();
   options.iterations_max = kDriftIterations;
   const MapFit fit = FitMap(models, prior, start, options);
   DriftFit drift;
@@ -162,29 +170,26 @@ DriftFit FitDrift(const FitContext& context, const HypothesisFit& from) {
   drift.fit.value = std::exp(fit.point(1));
   drift.fit.log_sigma = LogSigma(context, fit, 1, from.component, drift.fit.value);
   drift.fit.bound = 0;
-  Adopt(fit, drift.fit);
+  Adopt(context, fit, drift.fit);
   return drift;
 }
 
 RelaxedFit FitRelaxed(const FitContext& context, const HypothesisFit& from) {
   GaussianPrior prior;
-  prior.mean = Eigen::VectorXd::Zero(kCoordinateCount);
-  prior.information =
-      Eigen::MatrixXd::Identity(kCoordinateCount, kCoordinateCount) / (kFreeSd * kFreeSd);
-  // delta belongs to the converters: no component moves it.
-  const auto delta = static_cast<Eigen::Index>(Coordinate::kDelta);
-  prior.information.row(delta) = context.calibration.information.row(delta);
-  prior.information.col(delta) = context.calibration.information.col(delta);
-  prior.information.row(delta).setZero();
-  prior.information.col(delta).setZero();
-  prior.information(delta, delta) = context.calibration.information(delta, delta);
+  const Eigen::Index n = context.coordinates();
+  prior.mean = Eigen::VectorXd::Zero(n);
+  prior.information = Eigen::MatrixXd::Identity(n, n) / (kFreeSd * kFreeSd);
+  // delta belongs to the converters, and La to no component: nothing moves them.
+  for (Eigen::Index i = static_cast<Eigen::Index>(Coordinate::kDelta); i < n; ++i) {
+    prior.information(i, i) = context.calibration.information(i, i);
+  }
   const auto mc = static_cast<Eigen::Index>(Coordinate::kMc);
   prior.information(mc, mc) = 1.0 / (10.0 * 10.0);
   const RigParameters around = WithComponent(context.rig, from.component, from.value);
   const StretchModels models{context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
                                return context.ModelOf(WithOffsets(around, q, context.period_s));
                              }};
-  const MapFit fit = FitMap(models, prior, from.nuisance);
+  const MapFit fit = FitMap(models, prior, from.nuisance, context.FitOptions());
   RelaxedFit free;
   free.cost = fit.innovations.cost();
   free.point = fit.point;

@@ -7,23 +7,23 @@
 
 namespace faultlab::core {
 
-/// One component alone has changed: what it must be, and how well that explains the stretch. With
-/// theta its value, q the eight coordinates of the calibration (nuisances) and z the whitened
-/// innovations under both,
+/// The hypothesis that one component alone has changed: its most likely value, and how well it
+/// explains the stretch. With theta the value, q the eight coordinates of the calibration
+/// (nuisances) and z the whitened innovations under both,
 ///   cost = min over (log theta, q) of  sum z^2 + sum log S + (q - mean)' information (q - mean)
 /// which is -2 log posterior, up to a constant that all hypotheses about one stretch share. A cost
-/// is free of units; a difference of 9 is three standard deviations.
+/// has no unit; a difference of 9 is three standard deviations.
 struct HypothesisFit {
-  Component component = Component::kR1;
-  bool exists = false;     ///< false: no value of it comes near
+  Component component{};
+  bool exists = false;     ///< false: no value of the component comes near
   double value = 0.0;      ///< SI unit of the component
-  double log_sigma = 0.0;  ///< standard error of log(value), calibration's uncertainty included
-  char bound = 0;          ///< '<' or '>': only a bound can be told
+  double log_sigma = 0.0;  ///< standard error of log(value), calibration's included
+  char bound = 0;          ///< '<' or '>': only a bound is known
   double chi2 = 0.0;       ///< sum z^2; expectation `count` when the hypothesis is true
   int count = 0;           ///< scalar readings
   double cost = 0.0;
-  double magnitude_cost = 0.0;  ///< MagnitudePrior: weak, it only orders what the data do not
-  Eigen::VectorXd nuisance;     ///< [8] the coordinates, as the fit moved them
+  double magnitude_cost = 0.0;  ///< MagnitudePrior: weak, it decides only where the data do not
+  Eigen::VectorXd nuisance;     ///< [8] the coordinates of this fit
 
   double rank_cost() const { return cost + magnitude_cost; }
 };
@@ -32,37 +32,37 @@ inline bool LikelierFirst(const HypothesisFit& a, const HypothesisFit& b) {
   return a.rank_cost() < b.rank_cost();
 }
 
-/// (log10(value / nominal))^2, added to a cost: a part is rather ten times off than a hundred
-/// times. C8 counts from 1 uF, the least that shows.
+/// (log10(value / nominal))^2, added to a cost: a change by a factor of ten is more likely than one
+/// by a hundred. C8 counts from 1 uF, its least visible value.
 double MagnitudePrior(const PlantParameters& plant, Component component, double value);
 
-/// H0: the stretch under the rig as it is, nuisances fitted.
+/// H0: the stretch under the unchanged rig, with the nuisances fitted.
 HypothesisFit FitNullHypothesis(const FitContext& context);
 
-/// Fits value and the calibration's coordinates together under the calibration's posterior, from
-/// what a scan found in `fit` (component, value). A value whose cost rises by less than 9 all the
-/// way to one end of its range is told as a bound, where the rise is 9. A fit that cannot come
-/// below `give_up_above` is left where that is seen: its cost is then too high, and its value
-/// rough.
+/// Fits the value together with the calibration's coordinates under the calibration's posterior.
+/// `fit` (component, value) is the start, from a scan. If the cost rises by less than 9 all the way
+/// to one end of the range, the result is a bound, at the value where the rise is 9. A fit that
+/// cannot come below `give_up_above` is stopped as soon as this is known: its cost is then too high
+/// and its value rough.
 void RefineComponent(const FitContext& context,
                      HypothesisFit& fit,
                      double give_up_above = std::numeric_limits<double>::infinity());
 
-/// The same at one given value (a relay position): nothing is scanned, log_sigma is 0.
+/// The same for one given value (a relay position): no scan, and log_sigma is 0.
 HypothesisFit FitComponentAt(const FitContext& context, Component component, double value);
 
-/// A value that moves linearly through the stretch, in steps of ten samples.
+/// A value that changes linearly through the stretch, in steps of ten samples.
 struct DriftFit {
   double first_value = 0.0;  ///< at the beginning of the stretch, SI unit
-  HypothesisFit fit;         ///< value: at its end
+  HypothesisFit fit;         ///< fit.value: at the end of the stretch
 };
-/// @param from  a fitted hypothesis: both ends start at its value
+/// @param from  a fitted hypothesis, whose value is the start for both ends
 DriftFit FitDrift(const FitContext& context, const HypothesisFit& from);
 
-/// What the stretch prefers when the prior of all coordinates is relaxed (to a factor of e) around
-/// a hypothesis. One that leaves much to gain here is not the whole truth.
+/// The best fit when the prior of all coordinates is relaxed (to a factor of e) around a
+/// hypothesis. If this lowers the cost much, the hypothesis does not explain everything.
 struct RelaxedFit {
-  double cost = 0.0;      ///< sum z^2 + sum log S, no prior: compare with HypothesisFit::cost
+  double cost = 0.0;      ///< sum z^2 + sum log S, without prior
   Eigen::VectorXd point;  ///< [8]
   Eigen::VectorXd sigma;  ///< [8]
 };

@@ -9,58 +9,75 @@
 #include "core/isolation/lack_of_fit.h"
 #include "core/isolation/onset.h"
 #include "core/isolation/ranked_hypotheses.h"
+#include "core/isolation/speed_rounding.h"
 #include "core/isolation/verdict_text.h"
 #include "core/types/check.h"
+#include "core/types/time_span.h"
 
 namespace faultlab::core {
 namespace {
 
-// Gain in -2 log p over "nothing changed" that a fault must bring, the choice among seven included.
+// Counts of samples are for 100 Hz; faster records use more samples for the same time (SpanOf).
+
+// Gain in -2 log p over "nothing changed" that a fault needs; it includes the choice among all
+// faults.
 constexpr double kFaultGain = 14.0;
-// Hypotheses this close to the best are not excluded: three standard deviations.
+// Hypotheses within this cost of the best one are not excluded: three standard deviations.
 constexpr double kNotExcludedCost = 9.0;
-// Per-sample squared distance of whitened predictions below which an hour of data would not tell
-// two hypotheses apart (3.6e5 samples x 2e-5 = 7).
+// Squared distance of whitened predictions per sample, below which an hour of data would not
+// distinguish two hypotheses (3.6e5 samples x 2e-5 = 7).
 constexpr double kSamePrediction = 2e-5;
 // Penalty for the extra parameter of a fault on top of another one.
 constexpr double kSecondFaultCost = 20.0;
+// Less than this share is the error of the first one's value, of the calibration or of the model.
+constexpr double kSecondFaultShare = 0.03;
 // Readings that are fitted at most (the newest): enough for every target, and it bounds the time.
 constexpr std::size_t kReadingsMax = 1200;
-// Hypotheses whose values are estimated again from all readings since the fault, once the newest
-// ones have decided which component it is.
+// Number of hypotheses whose values are estimated again from all readings since the fault, after
+// the newest readings have decided which component it is.
 constexpr std::size_t kSizedMax = 2;
-// When one value does not explain the stretch, its newest part may still have one, or a slope.
+// When one value does not explain the stretch, its newest part may still follow one value, or a
+// slope.
 constexpr std::size_t kLateSamples = 200;
 constexpr std::size_t kDriftSamples = 100;
 constexpr std::size_t kLateMin = 60;
 constexpr std::size_t kDriftHypotheses = 3;
-// A component whose best constant value is this much worse than the best one's is not tried as a
-// drift.
+// A component is not tried as a drift if its best constant value costs this much more than the best
+// component's.
 constexpr double kDriftWorthCost = 3000.0;
-// History that updates the prior: not too short, and ending well before the fault may have begun.
+// History that updates the prior: long enough, and ending well before the fault may have begun.
 constexpr std::size_t kHistoryMin = 100;
 constexpr std::size_t kHistoryGap = 50;
-// History in which the onset is looked for.
+// History that is searched for the onset.
 constexpr std::size_t kOnsetHistory = 120;
 constexpr std::size_t kAllAlong = 10;
 
-GaussianPrior PriorOf(const Calibration& calibration) {
-  LAB_CHECK(calibration.covariance.size() ==
-                static_cast<std::size_t>(kCoordinateCount * kCoordinateCount),
-            calibration.covariance.size());
-  using Square = Eigen::Matrix<double, kCoordinateCount, kCoordinateCount>;
-  const Eigen::Map<const Square> covariance(calibration.covariance.data());
+template <int n>
+GaussianPrior PriorOf(const double* numbers) {
+  using Square = Eigen::Matrix<double, n, n>;
+  const Eigen::Map<const Square> covariance(numbers);
   const Square regular = covariance + 1e-12 * Square::Identity();
   GaussianPrior prior;
-  prior.mean = Eigen::VectorXd::Zero(kCoordinateCount);
+  prior.mean = Eigen::VectorXd::Zero(n);
   prior.information = regular.ldlt().solve(Square::Identity());
   return prior;
 }
 
+GaussianPrior PriorOf(const Calibration& calibration) {
+  const std::vector<double>& covariance = calibration.covariance;
+  if (covariance.size() == kCoordinateMax * kCoordinateMax) {
+    return PriorOf<kCoordinateMax>(covariance.data());
+  }
+  LAB_CHECK(covariance.size() == kCoordinateCount * kCoordinateCount, covariance.size());
+  return PriorOf<kCoordinateCount>(covariance.data());
+}
+
 Eigen::MatrixXd ToleranceCovarianceOf(const Calibration& calibration) {
   if (calibration.tolerance_covariance.size() != calibration.covariance.size()) return {};
-  using Square = Eigen::Matrix<double, kCoordinateCount, kCoordinateCount>;
-  return Eigen::Map<const Square>(calibration.tolerance_covariance.data());
+  const auto n = static_cast<Eigen::Index>(
+      calibration.covariance.size() == kCoordinateMax * kCoordinateMax ? kCoordinateMax
+                                                                       : kCoordinateCount);
+  return Eigen::Map<const Eigen::MatrixXd>(calibration.tolerance_covariance.data(), n, n);
 }
 
 Candidate ToCandidate(const HypothesisFit& fit, double best_score) {
@@ -77,8 +94,8 @@ Candidate ToCandidate(const HypothesisFit& fit, double best_score) {
 
 std::vector<Component> Changeable(const IsolationOptions& options) {
   std::vector<Component> components;
-  for (Component component : kAllComponents) {
-    if (IsRelaySwitched(component) || options.motor_faults) components.push_back(component);
+  for (Component component : options.bench->components()) {
+    if (IsSwitched(component) || options.motor_faults) components.push_back(component);
   }
   return components;
 }
@@ -89,29 +106,36 @@ struct Explanation {
   RankedHypotheses set;
   LackOfFit lack_of_fit;
   FaultShape shape = FaultShape::kAbrupt;
-  double gain = 0.0;  ///< over the stretch without a new fault
+  double gain = 0.0;  ///< of cost, compared with the same stretch without a new fault
 };
 
 class Isolation {
  public:
   explicit Isolation(const IsolationTask& task)
       : task_(task),
-        observations_(MakeObservations(
-            task.samples, task.options.channels, task.options.period_s, task.options.um_rail_v)) {
+        observations_(MakeObservations(task.samples,
+                                       task.options.channels,
+                                       task.options.period_s,
+                                       task.options.um_rail_v,
+                                       task.calibration->nominal.gear_ratio,
+                                       task.options.bench->ia.Inside())) {
     nominal_.rig = ParametersOf(*task.calibration);
     nominal_.noise = NoiseOf(*task.calibration);
     nominal_.calibration = PriorOf(*task.calibration);
     nominal_.tolerance_covariance = ToleranceCovarianceOf(*task.calibration);
     nominal_.part_tolerance = task.calibration->part_tolerance;
     nominal_.period_s = task.options.period_s;
+    nominal_.follow_noise = task.options.bench->fits_follow_noise;
     const std::size_t n = observations_.size();
-    const std::size_t channels =
-        1U + (task.calibration->used_ia ? 1U : 0U) + (task.calibration->used_n ? 1U : 0U);
+    const std::size_t channels = (task.calibration->used_um ? 1U : 0U) +
+                                 (task.calibration->used_ia ? 1U : 0U) +
+                                 (task.calibration->used_n ? 1U : 0U);
     const std::size_t from =
-        std::max(std::min(task.fit_from, n), n - std::min(n, kReadingsMax / channels));
+        std::max(std::min(task.fit_from, n), n - std::min(n, Span(kReadingsMax) / channels));
     nominal_.stretch = std::span<const Observation>(observations_).subspan(from);
     since_fault_ = std::span<const Observation>(observations_).subspan(std::min(task.fit_from, n));
     UpdateFromHistory(std::min(task.fit_from, n));
+    AllowForRounding();
   }
 
   IsolationResult Run() {
@@ -133,10 +157,14 @@ class Isolation {
     if (!task_.reference.empty() && explanation.gain >= kFaultGain) {
       FitContext on_top = nominal_;
       for (const Candidate& fault : task_.reference) {
-        on_top.rig.plant.Set(fault.component, fault.value);
+        on_top.rig = WithComponent(on_top.rig, fault.component, fault.value);
       }
       Explanation added = ExplainFrom(on_top);
-      if (added.set.best().cost + kSecondFaultCost < explanation.set.best().cost) {
+      const HypothesisFit& another = added.set.best();
+      const double share =
+          std::abs(std::log(another.value / on_top.rig.plant.Get(another.component)));
+      if (share > kSecondFaultShare &&
+          another.cost + kSecondFaultCost < explanation.set.best().cost) {
         explanation = std::move(added);
         second = true;
       }
@@ -146,10 +174,20 @@ class Isolation {
   }
 
  private:
+  std::size_t Span(std::size_t samples) const { return SpanOf(samples, task_.options.period_s); }
+
+  // The noise that the calibration has found includes the rounding of the healthy motor's speed.
+  void AllowForRounding() {
+    const double step_s = task_.options.bench->n.step_s;
+    if (step_s <= 0.0) return;
+    const double more = AddedRounding(nominal_.ModelOf(nominal_.rig), step_s, nominal_.stretch);
+    nominal_.noise.w_rad_s = std::sqrt(nominal_.noise.w_rad_s * nominal_.noise.w_rad_s + more);
+  }
+
   // The record before the alarm is healthy too, and longer than the calibration's stretch at times.
   void UpdateFromHistory(std::size_t fit_from) {
-    if (!task_.reference.empty() || fit_from < kHistoryMin + kHistoryGap) return;
-    UpdatePosterior(std::span<const Observation>(observations_).first(fit_from - kHistoryGap),
+    if (!task_.reference.empty() || fit_from < Span(kHistoryMin) + Span(kHistoryGap)) return;
+    UpdatePosterior(std::span<const Observation>(observations_).first(fit_from - Span(kHistoryGap)),
                     nominal_);
   }
 
@@ -169,20 +207,20 @@ class Isolation {
     return explanation;
   }
 
-  // The whole stretch by one value; else its newest part by one value; else by a slope.
+  // Tries one value for the whole stretch; then one value for its newest part; then a slope.
   Explanation Explain(const FitContext& context) const {
     Explanation whole{context, Fit(context, FitPolicy::kFitAll), {}, FaultShape::kAbrupt};
     whole.lack_of_fit = TestLackOfFit(context, whole.set.best());
     if (whole.lack_of_fit.adequate) SizeWithAll(whole);
     const std::size_t n = context.stretch.size();
-    if (whole.lack_of_fit.adequate || n < kLateMin) return whole;
-    if (n > kLateSamples) {
-      const FitContext late = Newest(context, kLateSamples);
+    if (whole.lack_of_fit.adequate || n < Span(kLateMin)) return whole;
+    if (n > Span(kLateSamples)) {
+      const FitContext late = Newest(context, Span(kLateSamples));
       Explanation newest{late, Fit(late, FitPolicy::kStopLosers), {}, FaultShape::kDrift};
       newest.lack_of_fit = TestLackOfFit(late, newest.set.best());
       if (newest.lack_of_fit.adequate) return newest;
     }
-    const FitContext slope = Newest(context, kDriftSamples);
+    const FitContext slope = Newest(context, Span(kDriftSamples));
     Explanation drift{slope, Fit(slope, FitPolicy::kStopLosers), {}, FaultShape::kDrift};
     std::vector<HypothesisFit>& fits = drift.set.fits;
     const double constant_cost = drift.set.best().cost;
@@ -196,8 +234,8 @@ class Isolation {
     return whole;
   }
 
-  // Value and standard error of the best hypotheses from every reading since the fault; which of
-  // them is best is settled already.
+  // Estimates value and standard error of the best hypotheses from every reading since the fault;
+  // their order is already decided.
   void SizeWithAll(Explanation& whole) const {
     if (!task_.settled || task_.options.values != ValuePrior::kNone ||
         since_fault_.size() <= whole.context.stretch.size()) {
@@ -262,13 +300,14 @@ class Isolation {
       verdict.reason += "; no relay position has this value";
     }
     if (!task_.calibration->used_ia || !task_.calibration->used_n) {
-      verdict.reason += "; with um alone a double fault cannot be excluded";
+      verdict.reason +=
+          "; with " + ChannelsOf(*task_.calibration) + " alone a double fault cannot be excluded";
     }
     if (explanation.shape != FaultShape::kAbrupt) return;
     result.onset = task_.onset ? *task_.onset : FindOnset(explanation);
     verdict.onset_s = result.onset->t_s;
     if (second && result.onset->all_along) {
-      // It was there as far back as the history goes: it came together with the other one.
+      // The fault covers the whole history, so it began together with the other one.
       verdict.kind = VerdictKind::kUnknownFault;
       verdict.reason = "two components have changed together: " + FaultSentence(verdict) + " and " +
                        ValueText(task_.reference.front());
@@ -278,10 +317,10 @@ class Isolation {
 
   Onset FindOnset(const Explanation& explanation) const {
     const std::size_t alarm = std::min(task_.alarm_at, observations_.size() - 1);
-    const std::size_t begin = alarm - std::min(alarm, kOnsetHistory);
+    const std::size_t begin = alarm - std::min(alarm, Span(kOnsetHistory));
     RigParameters before = nominal_.rig;
     for (const Candidate& fault : task_.reference) {
-      before.plant.Set(fault.component, fault.value);
+      before = WithComponent(before, fault.component, fault.value);
     }
     const HypothesisFit& best = explanation.set.best();
     const RigParameters after =
@@ -293,11 +332,11 @@ class Isolation {
                               after,
                               nominal_.noise,
                               nominal_.period_s,
-                              best.component == Component::kC8,
+                              best.component.info().kind == PartKind::kCapacitor,
                               std::span<const Observation>(observations_).subspan(begin),
                               alarm - begin);
     return {task_.samples[std::min(onset, task_.samples.size() - 1)].t_s,
-            onset - begin <= kAllAlong};
+            onset - begin <= Span(kAllAlong)};
   }
 
   const IsolationTask& task_;

@@ -17,25 +17,24 @@ namespace faultlab::core {
 /// How the winning parameter moves inside the fitted stretch.
 enum class FaultShape { kAbrupt, kDrift };
 
-/// When the fault began, as the record around the alarm tells.
+/// When the fault began, estimated from the record around the alarm.
 struct Onset {
   double t_s = 0.0;
-  bool all_along = false;  ///< it was there as far back as the history goes
+  bool all_along = false;  ///< the fault covers the whole history
 };
 
-/// The fit of all hypotheses to the record around an alarm. A self-contained value: move it to any
-/// thread and call Isolate.
+/// The task of fitting all hypotheses to the record around an alarm. A self-contained value: move
+/// it to any thread and call Isolate.
 struct IsolationTask {
-  std::uint64_t id = 0;         ///< IsolationResult carries it back
-  std::vector<Sample> samples;  ///< history and post-alarm
+  std::uint64_t id = 0;         ///< copied to IsolationResult
+  std::vector<Sample> samples;  ///< before and after the alarm
   std::size_t alarm_at = 0;     ///< first sample of `samples` at or after the alarm
-  std::size_t fit_from = 0;     ///< first sample that surely belongs to the fault
+  std::size_t fit_from = 0;     ///< first sample that certainly belongs to the fault
   std::shared_ptr<const Calibration> calibration;  ///< never null
   IsolationOptions options;
   std::vector<Candidate> reference;  ///< faults present before this alarm (empty: nominal)
   double alarm_t_s = 0.0;
-  /// Of an alarm whose surroundings are no more among `samples`; without it the onset is looked
-  /// for.
+  /// The onset, when the samples around it have been dropped; without it the onset is searched for.
   std::optional<Onset> onset;
   std::string detector;
   bool settled = false;  ///< last task of this alarm's schedule
@@ -46,11 +45,11 @@ struct IsolationResult {
   Verdict verdict;
   FaultShape shape = FaultShape::kAbrupt;
   std::optional<Onset> onset;        ///< of an abrupt fault
-  bool returned_to_nominal = false;  ///< the record after the alarm is explained without fault
+  bool returned_to_nominal = false;  ///< the record after the alarm is explained without a fault
   /// The faults that the model must carry from here on to predict the record (one, or two).
   std::vector<Candidate> present;
-  std::vector<double> shift;  ///< how far that fit moved the calibration's coordinates (8, or none)
-  double gain = 0.0;          ///< what a fault explains better than no fault, in -2 log probability
+  std::vector<double> shift;  ///< change of the calibration's coordinates in that fit (8, or none)
+  double gain = 0.0;          ///< cost without a fault minus cost with it, in -2 log probability
 };
 
 /// Which component has failed, by how much, and since when: a pure function of the task; any

@@ -3,17 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 namespace faultlab::core {
 namespace {
 
-// What the relaxed coordinates may gain when the hypothesis is right: chi-square with about seven
-// degrees of freedom (99.9999 % at 41), and what the model leaves out.
+// Largest gain of the relaxed coordinates when the hypothesis is right: chi-square with about seven
+// degrees of freedom (99.9999 % at 41), plus a margin for model errors.
 constexpr double kRelaxedGainMax = 45.0;
-// A second change below this share is the calibration's error, not a fault.
+// A second change below this share is an error of the calibration, not a fault.
 constexpr double kShareMin = 0.03;
 constexpr double kSigmas = 5.0;
-// chi2/n: noise levels are known to some percent, readings are finite in number.
+// Limit of chi2/n: noise levels are known to some percent, and the number of readings is finite.
 constexpr double kScoreMargin = 1.35;
 constexpr double kScoreSigmas = 5.0;
 constexpr int kCountForJudgement = 60;
@@ -29,17 +30,25 @@ LackOfFit TestScore(const HypothesisFit& fit) {
 }
 
 void TestRelaxed(const FitContext& context, const HypothesisFit& fit, LackOfFit& judged) {
-  constexpr std::array<const char*, kCoordinateCount> kLabels = {
-      "the gain", "R1", "Ra", "J", "B", "the motor constant", "the friction torque", "delta"};
+  const std::string_view series = context.rig.plant.structure->parameters[kSeries].symbol;
+  const std::array<std::string_view, kCoordinateMax> labels = {"the gain",
+                                                               series,
+                                                               "Ra",
+                                                               "J",
+                                                               "B",
+                                                               "the motor constant",
+                                                               "the friction torque",
+                                                               "delta",
+                                                               "La"};
   judged.relaxed = true;
   if (fit.count < kCountForJudgement) return;
   const RelaxedFit relaxed = FitRelaxed(context, fit);
   judged.relaxed_gain = fit.cost - relaxed.cost;
-  for (int i = 0; i < kCoordinateCount; ++i) {
+  for (int i = 0; i < relaxed.point.size(); ++i) {
     const double share = std::abs(relaxed.point(i));
     if (share < kSigmas * relaxed.sigma(i) || share < kShareMin) continue;
     if (!judged.moved.empty()) judged.moved += ", ";
-    judged.moved += kLabels[static_cast<std::size_t>(i)];
+    judged.moved += labels[static_cast<std::size_t>(i)];
   }
   const bool structural = judged.relaxed_gain > kRelaxedGainMax && !judged.moved.empty();
   judged.adequate = judged.adequate && !structural;

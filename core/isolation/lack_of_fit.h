@@ -6,22 +6,23 @@
 
 namespace faultlab::core {
 
-/// Whether a fit is the whole truth about the stretch, as far as the stretch can tell.
+/// Whether a fit explains all of the stretch, as far as the stretch can show.
 struct LackOfFit {
   bool adequate = true;
-  double score = 0.0;         ///< chi2 / count: 1 is all that noise allows
-  bool relaxed = false;       ///< TestRelaxed has run; what follows is known
-  double relaxed_gain = 0.0;  ///< cost of the fit minus cost of the relaxed one
-  std::string moved;          ///< coordinates that the relaxed fit moved, for a sentence
+  double score = 0.0;         ///< chi2 / count; it is 1 when only noise is left
+  bool relaxed = false;       ///< TestRelaxed has run; the members below are valid
+  double relaxed_gain = 0.0;  ///< cost of the fit minus cost of the relaxed fit
+  std::string moved;          ///< coordinates that the relaxed fit moved, as text
 };
 
-/// Score first; if that is adequate, what relaxed coordinates would gain.
+/// Tests the score; if that is adequate, also the gain of relaxed coordinates.
 LackOfFit TestLackOfFit(const FitContext& context, const HypothesisFit& fit);
-/// chi2 / n <= 1.35 + 5 sqrt(2/n): for a fit that has spent its freedom already.
+/// Adequate if chi2 / n <= 1.35 + 5 sqrt(2/n). Used alone for a drift, and for a value that is
+/// fitted again to a longer stretch.
 LackOfFit TestScore(const HypothesisFit& fit);
 /// Relaxes the prior of all coordinates around a fit. Not adequate: a gain above 45 (chi-square
-/// with about seven degrees of freedom) together with a coordinate that moves by 3 % and five
-/// standard errors. A stretch of fewer than 60 readings leaves `judged` as it is.
+/// with about seven degrees of freedom) together with a coordinate that moves by at least 3 % and
+/// five standard errors. With fewer than 60 readings `judged` keeps its result.
 void TestRelaxed(const FitContext& context, const HypothesisFit& fit, LackOfFit& judged);
 
 }  // namespace faultlab::core

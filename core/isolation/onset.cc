@@ -10,7 +10,7 @@
 namespace faultlab::core {
 namespace {
 
-// Faulty samples behind the latest candidate that every candidate must explain.
+// Number of faulty samples after the latest candidate; every candidate must explain them.
 constexpr std::size_t kTail = 20;
 
 }  // namespace

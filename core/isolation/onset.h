@@ -8,10 +8,10 @@
 
 namespace faultlab::core {
 
-/// First sample of the fault: argmin over k = 1 .. `last` of the chi2 of `stretch` under the model
-/// `before` until k and `after` from k on, the state carried over (C8 `uncharged`, if it is the
-/// part that was switched); the maximum-likelihood estimate of a change time between two known
-/// models.
+/// First sample of the fault: the k = 1 .. `last` that minimises the chi2 of `stretch` under the
+/// model `before` until k and `after` from k on. The state is carried over; with `uncharged`, the
+/// capacitor starts without charge at k because it was switched in there. This is the
+/// maximum-likelihood estimate of a change time between two known models.
 /// No answer: `last` when the stretch has no candidate or no chi2 is finite.
 /// Source: D. V. Hinkley, Biometrika 57 (1970).
 /// Cost: `last` filters side by side over at most `last` + 20 samples.

@@ -8,30 +8,20 @@
 namespace faultlab::core {
 namespace {
 
-// From "short circuit" to "open" for each part.
-constexpr std::array<ValueRange, kComponentCount> kRanges = {{
-    {0.02, 3e3, 22},
-    {500.0, 5e6, 22},
-    {20.0, 1e6, 24},
-    {1e-8, 5e-3, 24},
-    {0.05, 2e3, 22},
-    {3e-9, 1e-3, 24},
-    {1e-8, 1e-2, 22},
-}};
-
 double McVariance(const FitContext& context) {
   Eigen::MatrixXd information = context.calibration.information;
   information.diagonal().array() += 1e-9;
   const Eigen::MatrixXd covariance =
-      information.ldlt().solve(Eigen::MatrixXd::Identity(kCoordinateCount, kCoordinateCount));
+      information.ldlt().solve(Eigen::MatrixXd::Identity(information.rows(), information.rows()));
   const auto mc = static_cast<Eigen::Index>(Coordinate::kMc);
-  return covariance(mc, mc) * kMcUnitNm * kMcUnitNm;
+  return covariance(mc, mc) * context.rig.mc_unit_nm * context.rig.mc_unit_nm;
 }
 
 }  // namespace
 
 ValueRange RangeOf(Component component) {
-  return kRanges[static_cast<std::size_t>(component)];
+  const ComponentInfo& info = component.info();
+  return {info.value_min, info.value_max, info.scan_points};
 }
 
 ProfileCost::ProfileCost(const FitContext& context)

@@ -9,20 +9,20 @@ namespace faultlab::core {
 namespace {
 
 // A hypothesis is fitted in all coordinates unless its one-dimensional cost is this far above the
-// best full fit: the calibration's uncertainty can explain part of a misfit, not twenty times the
-// part that it explains for the best.
+// best full fit. The second constant: the uncertainty of the calibration can explain part of a
+// misfit, but not twenty times the part that it explains for the best hypothesis.
 constexpr double kWorthCost = 300.0;
 constexpr double kWorthFactor = 20.0;
 constexpr std::size_t kAlwaysFitted = 2;
 constexpr double kNever = std::numeric_limits<double>::infinity();
-// A relay position must be as good as the free value, up to this.
+// A relay position is accepted if its cost exceeds that of the free value by less than this.
 constexpr double kListedCost = 45.0;
 
 HypothesisFit BestListed(const FitContext& context, Component component) {
   HypothesisFit best;
-  const auto& values = RelayValues(component);
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    HypothesisFit fit = FitComponentAt(context, component, values[i]);
+  const auto& positions = component.info().positions;
+  for (std::size_t i = 1; i < positions.size(); ++i) {
+    HypothesisFit fit = FitComponentAt(context, component, positions[i].value);
     if (i == 1 || fit.cost < best.cost) best = std::move(fit);
   }
   return best;
@@ -53,8 +53,8 @@ RankedHypotheses RankHypotheses(const FitContext& context,
     std::vector<HypothesisFit> listed;
     for (const HypothesisFit& fit : set.fits) {
       const bool hopeless = fit.cost > set.fits.front().cost + kWorthCost;
-      listed.push_back(
-          IsRelaySwitched(fit.component) && !hopeless ? BestListed(context, fit.component) : fit);
+      listed.push_back(IsSwitched(fit.component) && !hopeless ? BestListed(context, fit.component)
+                                                              : fit);
     }
     std::sort(listed.begin(), listed.end(), LikelierFirst);
     if (listed.front().cost <= set.fits.front().cost + kListedCost) {

@@ -10,13 +10,13 @@ namespace faultlab::core {
 /// All hypotheses about one stretch, best first.
 struct RankedHypotheses {
   std::vector<HypothesisFit> fits;  ///< not empty
-  bool off_list = false;            ///< relay values were asked for and none of them explains it
+  bool off_list = false;            ///< only relay values were allowed, and none fits
 
   const HypothesisFit& best() const { return fits.front(); }
 };
 
-/// What becomes of a hypothesis that cannot win any more: its fit is finished (for display), or
-/// given up as soon as that is seen.
+/// How a hypothesis that cannot win any more is treated: its fit is finished (for display), or
+/// stopped as soon as this is known.
 enum class FitPolicy { kFitAll, kStopLosers };
 
 /// Fits `components` one at a time and sorts them by rank_cost. A component whose profile cost is

@@ -6,62 +6,79 @@
 namespace faultlab::core {
 namespace {
 
-// From one optimum to its neighbour.
+// Steps from one optimum to a nearby one.
 constexpr int kCapacitorIterations = 3;
 
-// Variance of log(value) that comes from not knowing which resistor an offset of the gain belongs
-// to: k is known, but a fault replaces one part and leaves the offsets of the others.
-double PartVariance(const FitContext& context, Component component, double value) {
-  const PlantParameters& p = context.rig.plant;
-  const double r9 = p.r10_ohm / (p.r9_ohm + p.r10_ohm);  // -d log k / d log R9, R10 has the rest
-  const double r12 = p.r12_ohm / p.re2_ohm();
-  const double r14 = p.r14_ohm / p.re2_ohm();
-  const double r15 = p.r15_ohm / p.re2_ohm();
-  const double all = r9 * r9 + (1.0 - r9) * (1.0 - r9) + r12 * r12 + r14 * r14 + r15 * r15;
-  double own = 0.0;
-  double slope = 0.0;  // d log(value) / d log(k)
-  if (component == Component::kR9) {
-    own = r9 * r9;
-    slope = (value + p.r10_ohm) / p.r10_ohm;
-  } else if (component == Component::kR12) {
-    own = r12 * r12;
-    slope = (value + p.r14_ohm + p.r15_ohm) / value;
-  } else {
-    return 0.0;
+// The resistors of the amplifier that determine its gain.
+struct GainParts {
+  std::array<double, kAmplifierParametersMax> share{};  // d log k / d log(part), 0 for others
+  double all = 0.0;                                     // sum of squares
+};
+
+GainParts GainPartsOf(const PlantParameters& p) {
+  GainParts parts;
+  const double gain = p.gain();
+  for (int i = 0; i < p.structure->parameter_count() - kMotorParameters; ++i) {
+    const double share =
+        p.structure->slope(p.amplifier, i).gain * p.amplifier[static_cast<std::size_t>(i)] / gain;
+    parts.share[static_cast<std::size_t>(i)] = share;
+    parts.all += share * share;
   }
-  const double share = own / all;
+  return parts;
+}
+
+// Variance of log(value) because it is unknown which resistor causes an offset of the gain: k is
+// known, but a fault replaces one resistor and leaves the offsets of the others.
+double PartVariance(const FitContext& context, Component component, double value) {
+  const int which = component.info().parameter - kMotorParameters;
+  if (which < 0) return 0.0;
+  const PlantParameters& p = context.rig.plant;
+  const GainParts parts = GainPartsOf(p);
+  const double own_share = parts.share[static_cast<std::size_t>(which)];
+  if (own_share == 0.0 || parts.all == own_share * own_share) return 0.0;
+  PlantParameters faulty = p;
+  faulty.Set(component, value);
+  // d log(value) / d log(k)
+  const double slope = faulty.gain() / (p.structure->slope(faulty.amplifier, which).gain * value);
+  const double own = own_share * own_share;
+  const double share = own / parts.all;
   const double expected = share * std::log(context.rig.gain_factor);
-  const double spread = context.part_tolerance * context.part_tolerance * share * (all - own);
+  const double spread = context.part_tolerance * context.part_tolerance * share * (parts.all - own);
   return slope * slope * (expected * expected + spread);
 }
 
 }  // namespace
 
 double CapacitorLogSigma(const FitContext& context,
+                         Component capacitor,
                          const GaussianPrior& prior,
                          const Eigen::VectorXd& point) {
   const PlantParameters& nominal = context.rig.plant;
-  const double re2_ohm = nominal.re2_ohm();
   const double factor = std::exp(context.part_tolerance);
   RigParameters off = context.rig;
-  off.plant.r12_ohm *= factor;
-  off.plant.r14_ohm *= factor;
-  off.plant.r15_ohm *= factor;
-  // The gain has been measured.
+  double sum = 0.0;
+  double squares = 0.0;
+  for (int i = 0; i < nominal.structure->parameter_count() - kMotorParameters; ++i) {
+    const ResponseSlope slope = nominal.structure->slope(nominal.amplifier, i);
+    if (slope.gain == 0.0 || slope.lag_s == 0.0) continue;
+    double& part = off.plant.amplifier[static_cast<std::size_t>(i)];
+    sum += part;
+    squares += part * part;
+    part *= factor;
+  }
+  if (sum == 0.0) return 0.0;
+  // The measured gain stays the same.
   off.gain_factor *= nominal.gain() / off.plant.gain();
   const StretchModels models{
       context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
-        const RigParameters rig = WithOffsets(off, q.tail(kCoordinateCount), context.period_s);
-        return context.ModelOf(WithComponent(rig, Component::kC8, std::exp(q(0))));
+        const RigParameters rig = WithOffsets(off, q.tail(context.coordinates()), context.period_s);
+        return context.ModelOf(WithComponent(rig, capacitor, std::exp(q(0))));
       }};
-  MapFitOptions options;
+  MapFitOptions options = context.FitOptions();
   options.iterations_max = kCapacitorIterations;
   const double shift = FitMap(models, prior, point, options).point(0) - point(0);
-  // The resistors of Re2 are off independently of each other.
-  const double r12 = nominal.r12_ohm / re2_ohm;
-  const double r14 = nominal.r14_ohm / re2_ohm;
-  const double r15 = nominal.r15_ohm / re2_ohm;
-  return std::abs(shift) * std::sqrt(r12 * r12 + r14 * r14 + r15 * r15);
+  // The errors of the resistors are independent.
+  return std::abs(shift) * std::sqrt(squares) / sum;
 }
 
 double LogSigma(const FitContext& context,
@@ -74,7 +91,7 @@ double LogSigma(const FitContext& context,
   if (context.tolerance_covariance.size() > 0) {
     // d log(value) / d(mean of the prior)
     const Eigen::VectorXd slope =
-        context.calibration.information * fit.covariance.col(row).tail(kCoordinateCount);
+        context.calibration.information * fit.covariance.col(row).tail(context.coordinates());
     variance += std::max(0.0, slope.dot(context.tolerance_covariance * slope));
   }
   return std::sqrt(variance);

@@ -7,10 +7,10 @@
 namespace faultlab::core {
 
 /// Standard error of log(value): the root of the sum of three variances,
-///   what the fit leaves open   (J'J + information)^-1 at `row`
-///   the tolerance scale        l' tolerance_covariance l,  l = d log(value) / d(prior mean)
-///   R9 and R12 alone           an offset of the measured gain belongs to one of five resistors,
-///                              and a faulty one has taken its own offset with it
+///   error of the fit           (J'J + information)^-1 at `row`
+///   error of tolerance scale   l' tolerance_covariance l,  l = d log(value) / d(prior mean)
+///   resistors of the gain      a measured offset of the gain belongs to one of them; if that is
+///                              the faulty resistor, the offset has gone with it
 /// @param fit  of row + 1 or more logarithms of values, and of the eight coordinates at its end
 /// @param value  SI unit of `component`
 double LogSigma(const FitContext& context,
@@ -19,11 +19,13 @@ double LogSigma(const FitContext& context,
                 Component component,
                 double value);
 
-/// The third of these for C8, whose time constant is C8 (Re2 + R5): how far log(C8) moves when the
-/// resistors of Re2 are one tolerance off and the measured gain is kept. Fits again: three steps at
-/// most.
-/// @param point  [9] the fitted log(C8) and coordinates;  @param prior  that they were fitted under
+/// The third variance for a capacitor, whose lag is its value times resistors of the gain: the
+/// change of log(value) when these resistors are off by one tolerance and the measured gain is
+/// kept. Fits again, with at most three steps.
+/// @param point  [9] the fitted log(value) and coordinates
+/// @param prior  the prior of that fit
 double CapacitorLogSigma(const FitContext& context,
+                         Component capacitor,
                          const GaussianPrior& prior,
                          const Eigen::VectorXd& point);
 

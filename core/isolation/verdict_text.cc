@@ -12,7 +12,7 @@ std::string ValueText(const Candidate& candidate) {
   const char sign = candidate.bound != 0 ? candidate.bound : '=';
   double value = candidate.value;
   std::string unit(Unit(candidate.component));
-  if (candidate.component == Component::kC8) {
+  if (unit == "farad") {
     value *= 1e6;
     unit = "uF";
   } else if (unit == "ohm" && value >= 1e4) {
@@ -36,6 +36,16 @@ std::string FaultSentence(const Verdict& verdict) {
     sentence += ValueText(*found);
   }
   return sentence;
+}
+
+std::string ChannelsOf(const Calibration& calibration) {
+  std::string first = calibration.used_um ? "um" : "";
+  const auto add = [&first](bool used, const char* name, const char* between) {
+    if (used) first += (first.empty() ? "" : between) + std::string(name);
+  };
+  add(calibration.used_ia, "ia", calibration.used_um && calibration.used_n ? ", " : " and ");
+  add(calibration.used_n, "n", " and ");
+  return first;
 }
 
 }  // namespace faultlab::core

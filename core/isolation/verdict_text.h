@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "core/types/calibration.h"
 #include "core/types/verdict.h"
 
 namespace faultlab::core {
@@ -9,7 +10,10 @@ namespace faultlab::core {
 /// "R1 = 100 ohm", "C8 = 1.02 uF", "J < 1e-07 kg m^2".
 std::string ValueText(const Candidate& candidate);
 
-/// One sentence for a person about a fault verdict: the candidates of its group with their values.
+/// One sentence about a fault verdict, for a person: the candidates of its group with their values.
 std::string FaultSentence(const Verdict& verdict);
+
+/// The channels that a rig was calibrated with: "um", "um and ia", "um, ia and n".
+std::string ChannelsOf(const Calibration& calibration);
 
 }  // namespace faultlab::core

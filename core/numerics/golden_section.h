@@ -4,10 +4,11 @@ namespace faultlab::core {
 
 /// Golden section search of a minimum between `a` and `b`, one evaluation a step:
 ///   x1 = b - r (b - a),   x2 = a + r (b - a),   r = (sqrt 5 - 1)/2,   f1, f2 the costs there
-/// The caller evaluates: first f1 and f2, then the point that each Narrow() opens. So several
-/// searches can take their steps side by side. A cost that has one minimum in [a, b] is found
-/// within (b - a) r^steps; of several, one is found. Where costs differ by their rounding alone,
-/// which half is kept is chance: the value is then exact to about the square root of the rounding.
+/// The caller evaluates first f1 and f2, then the point that each Narrow() opens. In this way
+/// several searches can step side by side. If the cost has one minimum in [a, b], it is found
+/// within (b - a) r^steps; of several minima one is found. Where costs differ only by rounding
+/// errors, either half may be kept: the value is then exact to about the square root of the
+/// rounding error.
 /// Source: J. Kiefer, "Sequential minimax search for a maximum", Proc. AMS 4 (1953).
 struct GoldenSection {
   static constexpr double kRatio = 0.6180339887498949;
@@ -23,12 +24,12 @@ struct GoldenSection {
   double best() const { return first_is_better() ? x1 : x2; }
   double best_cost() const { return first_is_better() ? f1 : f2; }
 
-  /// A point inside whose cost is not known yet.
+  /// An interior point whose cost is not yet known.
   struct Open {
     double x;
     double* f;
   };
-  /// Keeps the part around the better point.
+  /// Keeps the interval around the better point.
   Open Narrow() {
     if (first_is_better()) {
       b = x2;
@@ -45,7 +46,7 @@ struct GoldenSection {
   }
 };
 
-/// `steps` narrowings of [low, high] for a cost that is a function of the point.
+/// Narrows [low, high] `steps` times for a cost that is a function of the point.
 template <typename Cost>
 GoldenSection SearchGoldenSection(double low, double high, int steps, const Cost& cost) {
   GoldenSection section(low, high);

@@ -4,8 +4,8 @@
 
 namespace faultlab::core {
 
-/// Two doubles in one register: + - * / < ?: work lane by lane, and each lane gets the bits that it
-/// would get alone.
+/// Two doubles in one register: + - * / < ?: work lane by lane, and each lane gives the same bits
+/// as a single double.
 using Lanes2 = double __attribute__((vector_size(16)));
 
 [[gnu::always_inline]] inline double SquareRoot(double value) {

@@ -11,7 +11,7 @@
 
 namespace faultlab::core {
 
-/// The five models that the paper holds against a measured output (Tables 13-20, Figure 23).
+/// The five models that the paper compares with a measured output (Tables 13-20, Figure 23).
 struct ModelsToCompare {
   DiscreteCoefficients swa;    ///< Eq. (8)
   ContinuousCoefficients sia;  ///< Eq. (6), b0, b1, a1 as the paper's rule gives them
@@ -23,12 +23,12 @@ struct ComparedFit {
   ModelFit fit;
 };
 
-/// Simulated outputs and fits over `stretch`, in the order of the names above. As the paper does
-/// it, all five take the output at the edge of its input (delta = 0); the initial states are by
-/// least squares. A model that cannot be simulated has a NaN fit.
+/// Simulated outputs and fits over `stretch`, in the order of the names above. As in the paper, all
+/// five compute the output at the edge of its input (delta = 0); the initial states are estimated
+/// by least squares. A model that cannot be simulated has a NaN fit.
 std::vector<ComparedFit> CompareModels(const ModelsToCompare& models,
                                        std::span<const Sample> stretch,
-                                       double period_s = kSamplePeriodSeconds);
+                                       double period_s);
 
 /// The columns of a stretch.
 std::vector<double> ControlVoltages(std::span<const Sample> stretch);

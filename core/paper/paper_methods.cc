@@ -2,11 +2,18 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "core/numerics/golden_section.h"
 #include "core/plant/coefficients.h"
+#include "core/structures/inverting_amplifier/inverting_amplifier.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {
@@ -28,7 +35,7 @@ InverseSolution SingleColumn(const PlantParameters& nominal,
                              const Vector3& column,
                              const Vector3& change,
                              const Vector3& band) {
-  // Eq. (42), (43), units as the paper has them: no scaling of the coefficients.
+  // Eq. (42), (43) in the paper's units, without scaling of the coefficients.
   const double step = column.dot(change) / column.squaredNorm();
   InverseSolution solution;
   solution.component = component;
@@ -52,7 +59,7 @@ InverseSolution ExactInverse(const PlantParameters& nominal,
   const auto cost = [&](double log_value) {
     return off_at(log_value).cwiseQuotient(band).squaredNorm();
   };
-  // Seven decades either way hold every value from short to open; C8 starts at 47 pF.
+  // Seven decades either way include every value from short to open circuit; C8 starts at 47 pF.
   constexpr double kDecades = 7.0;
   constexpr int kPoints = 280;
   const double low = std::log(nominal.Get(component)) - kDecades * std::log(10.0);
@@ -73,57 +80,110 @@ InverseSolution ExactInverse(const PlantParameters& nominal,
   solution.component = component;
   solution.value = std::exp(found);
   solution.mismatch = Mismatch(off_at(found), change, band);
-  // A component that leaves half of the change unexplained is not its cause.
+  // A component that leaves half of the change unexplained is not accepted as its cause.
   solution.exists = solution.mismatch < 0.5;
   return solution;
 }
 
-// Fig. 21 against Eq. (4): R9 and R12 scale b0 and b1 alone; C8, Ra and J leave b0; of these J
-// keeps b1/a1, Ra moves it with a1, C8 against a1; R1 and B move b0, R1 against a1, B along with
-// it.
-void Decide(const Vector3& nominal,
-            const Vector3& estimate,
-            const Vector3& band,
-            PaperMethods& out) {
-  const Vector3 change = estimate - nominal;
-  const auto ask =
-      [&out](
-          std::string question, bool answer, double value, double threshold, std::string leads_to) {
-        out.path.push_back({std::move(question), answer, value, threshold, std::move(leads_to)});
-        return answer;
-      };
-  const bool b0_out = std::abs(change(0)) > band(0);
-  const bool b1_out = std::abs(change(1)) > band(1);
-  const bool a1_out = std::abs(change(2)) > band(2);
-  if (!ask("a1 outside its band?", a1_out, change(2), band(2), a1_out ? "b0" : "gain")) {
-    if (ask("b0 outside its band?", b0_out, change(0), band(0), b0_out ? "R9 or R12" : "b1")) {
-      out.named = {Component::kR9, Component::kR12};
-    } else {
-      ask("b1 outside its band?", b1_out, change(1), band(1), b1_out ? "no component" : "nominal");
+// Parts of the amplifier that change its gain, or its lag alone.
+constexpr std::array<std::string_view, 5> kGain = {"R9", "R10", "R12", "R14", "R15"};
+constexpr std::array<std::string_view, 1> kLag = {"C8"};
+constexpr std::array<std::string_view, 1> kSeries = {"R1"};
+constexpr std::array<std::string_view, 1> kFriction = {"B"};
+constexpr std::array<std::string_view, 1> kRa = {"Ra"};
+constexpr std::array<std::string_view, 1> kJ = {"J"};
+
+// The decisions of Fig. 21, derived from Eq. (4): the gain (R9, R12) scales only b0 and b1. The lag
+// (C8), Ra and J do not change b0; of these, J keeps b1/a1, Ra changes b1/a1 in the same direction
+// as a1, C8 in the opposite direction. R1 and B change b0, R1 in the opposite direction to a1, B in
+// the same direction.
+class Decisions {
+ public:
+  Decisions(const Bench& bench, PaperMethods& out) : bench_(bench), out_(out) {}
+
+  void Decide(const Vector3& nominal, const Vector3& estimate, const Vector3& band) {
+    const Vector3 change = estimate - nominal;
+    const bool b0_out = std::abs(change(0)) > band(0);
+    const bool b1_out = std::abs(change(1)) > band(1);
+    const bool a1_out = std::abs(change(2)) > band(2);
+    if (!Ask("a1 outside its band?", a1_out, change(2), band(2), a1_out ? "b0" : "gain")) {
+      const auto gain = Changing(kGain);
+      if (Ask("b0 outside its band?", b0_out, change(0), band(0), b0_out ? Words(gain) : "b1")) {
+        out_.named = gain;
+      } else {
+        Ask("b1 outside its band?", b1_out, change(1), band(1), b1_out ? Words({}) : "nominal");
+      }
+      return;
     }
-    return;
+    const auto series = Changing(kSeries);
+    const auto friction = Changing(kFriction);
+    const auto lag = Changing(kLag);
+    const auto ra = Changing(kRa);
+    const auto j = Changing(kJ);
+    if (Ask("b0 outside its band?",
+            b0_out,
+            change(0),
+            band(0),
+            Words(b0_out ? Both(series, friction) : Both(Both(lag, ra), j)))) {
+      const bool against = change(0) * change(2) < 0.0;
+      out_.named = against ? series : friction;
+      Ask("a1 and b0 in opposite directions?", against, change(2), 0.0, Words(out_.named));
+      return;
+    }
+    const double ratio = estimate(1) / estimate(2) - nominal(1) / nominal(2);
+    const double ratio_band =
+        (band(1) + std::abs(nominal(1) / nominal(2)) * band(2)) / std::abs(estimate(2));
+    const bool ratio_out = std::abs(ratio) > ratio_band;
+    const auto of_ratio = ratio_out ? Both(lag, ra) : j;
+    if (!Ask("b1/a1 outside its band?", ratio_out, ratio, ratio_band, Words(of_ratio))) {
+      out_.named = j;
+      return;
+    }
+    const bool along = ratio * change(2) > 0.0;
+    out_.named = along ? ra : lag;
+    Ask("b1/a1 and a1 in the same direction?", along, ratio, 0.0, Words(out_.named));
   }
-  if (ask("b0 outside its band?", b0_out, change(0), band(0), b0_out ? "R1 or B" : "C8, Ra or J")) {
-    const bool against = change(0) * change(2) < 0.0;
-    ask("a1 and b0 in opposite directions?", against, change(2), 0.0, against ? "R1" : "B");
-    out.named = {against ? Component::kR1 : Component::kB};
-    return;
+
+ private:
+  using Components = std::vector<Component>;
+
+  bool Ask(
+      std::string question, bool answer, double value, double threshold, std::string leads_to) {
+    out_.path.push_back({std::move(question), answer, value, threshold, std::move(leads_to)});
+    return answer;
   }
-  const double ratio = estimate(1) / estimate(2) - nominal(1) / nominal(2);
-  const double ratio_band =
-      (band(1) + std::abs(nominal(1) / nominal(2)) * band(2)) / std::abs(estimate(2));
-  if (!ask("b1/a1 outside its band?",
-           std::abs(ratio) > ratio_band,
-           ratio,
-           ratio_band,
-           std::abs(ratio) > ratio_band ? "C8 or Ra" : "J")) {
-    out.named = {Component::kJ};
-    return;
+
+  /// The bench's components whose faults change these parameters of the structure.
+  Components Changing(std::span<const std::string_view> symbols) const {
+    Components found;
+    for (const Component component : bench_.components()) {
+      const auto parameter = static_cast<std::size_t>(component.info().parameter);
+      const std::string_view symbol = bench_.structure->parameters[parameter].symbol;
+      if (std::find(symbols.begin(), symbols.end(), symbol) != symbols.end()) {
+        found.push_back(component);
+      }
+    }
+    return found;
   }
-  const bool along = ratio * change(2) > 0.0;
-  ask("b1/a1 and a1 in the same direction?", along, ratio, 0.0, along ? "Ra" : "C8");
-  out.named = {along ? Component::kRa : Component::kC8};
-}
+
+  static Components Both(Components first, const Components& second) {
+    first.insert(first.end(), second.begin(), second.end());
+    return first;
+  }
+
+  static std::string Words(const Components& components) {
+    if (components.empty()) return "no component";
+    std::string words;
+    for (std::size_t i = 0; i < components.size(); ++i) {
+      if (i > 0) words += i + 1 == components.size() ? " or " : ", ";
+      words += Name(components[i]);
+    }
+    return words;
+  }
+
+  const Bench& bench_;
+  PaperMethods& out_;
+};
 
 }  // namespace
 
@@ -132,19 +192,8 @@ ContinuousTheta FirstOrderTheta(const PlantParameters& plant, double gain_factor
   return {gain_factor * c.b0, gain_factor * c.b1, c.a1};
 }
 
-std::array<std::array<double, kComponentCount>, 3> FirstOrderJacobian(
-    const PlantParameters& plant) {
-  const CoefficientJacobian jacobian = ContinuousJacobian(plant);
-  std::array<std::array<double, kComponentCount>, 3> rows{};
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < kComponentCount; ++c) {
-      rows[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] = jacobian(r, c);
-    }
-  }
-  return rows;
-}
-
-PaperMethods RunPaperMethods(const PlantParameters& nominal,
+PaperMethods RunPaperMethods(const Bench& bench,
+                             const PlantParameters& nominal,
                              const ContinuousTheta& nominal_theta,
                              const ContinuousTheta& estimate,
                              const ContinuousTheta& band) {
@@ -158,12 +207,18 @@ PaperMethods RunPaperMethods(const PlantParameters& nominal,
   const Vector3 half = ToVector(band);
   const Vector3 change = at_estimate - at_nominal;
   if (!change.allFinite()) return out;
-  Decide(at_nominal, at_estimate, half, out);
+  if (bench.structure == &kInvertingAmplifier) {
+    Decisions(bench, out).Decide(at_nominal, at_estimate, half);
+  }
 
-  const CoefficientJacobian jacobian = ContinuousJacobian(nominal);
+  const std::vector<Component> components = bench.components();
+  const CoefficientJacobian jacobian = ContinuousJacobian(nominal, components);
   const double gain_factor = nominal_theta[0] / FirstOrderTheta(nominal)[0];
-  CoefficientJacobian scaled;
-  for (Component component : kAllComponents) {
+  CoefficientJacobian scaled(3, jacobian.cols());
+  out.single_column.resize(components.size());
+  out.exact.resize(components.size());
+  out.full_jacobian_values.resize(components.size());
+  for (Component component : components) {
     const auto at = static_cast<std::size_t>(Index(component));
     const Vector3 column = jacobian.col(Index(component));
     scaled.col(Index(component)) = column.cwiseQuotient(half) * nominal.Get(component);
@@ -177,7 +232,7 @@ PaperMethods RunPaperMethods(const PlantParameters& nominal,
   out.full_jacobian_condition = std::numeric_limits<double>::infinity();
   const Eigen::VectorXd scaled_change = change.cwiseQuotient(half);
   const Eigen::VectorXd step = svd.solve(scaled_change);
-  for (Component component : kAllComponents) {
+  for (Component component : components) {
     out.full_jacobian_values[static_cast<std::size_t>(Index(component))] =
         nominal.Get(component) * (1.0 + step(Index(component)));
   }

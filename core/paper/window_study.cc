@@ -31,7 +31,7 @@ std::vector<Spread> Spreads(std::span<const VariantEstimate> estimates, std::siz
   return spreads;
 }
 
-/// Length of the transient up to the last estimate outside the range of the settled ones.
+/// Samples up to the last estimate that lies outside the range of the settled ones.
 int SettlingSamples(std::span<const VariantEstimate> after_change,
                     std::size_t transient,
                     std::size_t parameters) {
@@ -105,7 +105,7 @@ Result<std::vector<WindowStudyRow>> StudyWindows(std::span<const Sample> samples
                    row.name + " needs more samples on each side of the change.",
                    std::to_string(i) + "/window_samples"};
     }
-    row.estimates.resize(start);  // status invalid: before the study began
+    row.estimates.resize(start);  // status invalid: before the start of the study
     row.estimates.insert(row.estimates.end(), study.value()[i].begin(), study.value()[i].end());
     const std::span<const VariantEstimate> all(row.estimates);
     const auto before = all.subspan(start + transient, change - start - transient);

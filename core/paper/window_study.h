@@ -14,32 +14,32 @@ namespace faultlab::core {
 struct Spread {
   double mean = 0.0;
   double standard_deviation = 0.0;
-  double reported_sigma = 0.0;  ///< root mean square of the standard errors that came with it
+  double reported_sigma = 0.0;  ///< root mean square of the reported standard errors
 };
 
-/// What one window or data length makes of a record (paper Figures 17-20): a short one settles
-/// sooner, a long one spreads less.
+/// The estimates of one record with one window or data length (paper Figures 17-20): a short one
+/// settles sooner, a long one has a smaller spread.
 struct WindowStudyRow {
   VariantSpec spec;
   std::string name;                     ///< "swa_100", "sia_500_20", ..
   std::vector<std::string> parameters;  ///< names, in the order of the spreads
   std::vector<Spread> before;           ///< [start, change)
   std::vector<Spread> after;            ///< [change + transient, end)
-  int transient_samples = 0;            ///< rows that mix both sides: K, SIA K + m
-  /// Samples from the change until every parameter stays inside the range that it spans once
-  /// settled: at most transient_samples; 0 when nothing changed; -1 without a change.
+  int transient_samples = 0;            ///< rows with samples of both sides: K, SIA K + m
+  /// Samples from the change until every parameter stays inside the range of its settled estimates:
+  /// at most transient_samples; 0 when nothing changed; -1 without a change.
   int settling_samples = -1;
   double unexcited_share = 0.0;            ///< of settled samples whose status is not `excited`
-  std::vector<VariantEstimate> estimates;  ///< one for each sample: the curves
+  std::vector<VariantEstimate> estimates;  ///< one for each sample, to draw the curves
 };
 
 /// The paper's six: SWA K = 50, 100, 200 and SIA (20, 5), (100, 20), (500, 20), in its own rule.
 std::vector<VariantSpec> PaperVariants();
 
 /// Runs all variants over one record in one call.
-/// @param start   first sample to use (the motor's start-up lies before)
+/// @param start   first sample to use (the start-up of the motor lies before it)
 /// @param change  sample at which the fault acts; samples.size() when there is none
-/// Refuses (field) variants that do not exist and stretches with no settled sample.
+/// Refuses (field) variants that do not exist and stretches without a settled sample.
 Result<std::vector<WindowStudyRow>> StudyWindows(std::span<const Sample> samples,
                                                  std::size_t start,
                                                  std::size_t change,

@@ -8,16 +8,23 @@ namespace faultlab::core {
 
 ContinuousCoefficients MakeContinuous(const PlantParameters& p) {
   const double ke_kt = p.ke_v_per_rad_s * p.kt_nm_per_a;
-  const double d = p.b_nm_per_rad_s * (p.ra_ohm + p.r1_ohm) + ke_kt;
-  const double n = p.b_nm_per_rad_s * p.ra_ohm + ke_kt;
+  const double d = p.b_nm_per_rad_s * (p.ra_ohm + p.series_ohm) + ke_kt;
   LAB_CHECK(d > 0.0, d);
-  const double k = p.gain();
+  const AmplifierResponse response = p.response();
+  const double k = response.gain;
   ContinuousCoefficients c;
+  c.a12 = p.j_kg_m2 * (p.ra_ohm + p.series_ohm) / d;
+  c.a1 = c.a12 + response.lag_s;
+  if (p.structure->estimated == EstimatedChannel::kIa) {
+    c.b0 = k * p.b_nm_per_rad_s / d;
+    c.b1 = k * (p.j_kg_m2 + response.lead_s() * p.b_nm_per_rad_s) / d;
+    c.b02 = -p.ke_v_per_rad_s / d;
+    return c;
+  }
+  const double n = p.b_nm_per_rad_s * p.ra_ohm + ke_kt;
   c.b0 = k * n / d;
-  c.b1 = k * (p.j_kg_m2 * p.ra_ohm + p.c8_farad * p.r5_ohm * n) / d;
-  c.a12 = p.j_kg_m2 * (p.ra_ohm + p.r1_ohm) / d;
-  c.a1 = c.a12 + p.c8_farad * (p.r5_ohm + p.re2_ohm());
-  c.b02 = p.r1_ohm * p.ke_v_per_rad_s / d;
+  c.b1 = k * (p.j_kg_m2 * p.ra_ohm + response.lead_s() * n) / d;
+  c.b02 = p.series_ohm * p.ke_v_per_rad_s / d;
   return c;
 }
 
@@ -44,36 +51,97 @@ std::optional<ContinuousCoefficients> MakeContinuous(const DiscreteCoefficients&
   return c;
 }
 
-CoefficientJacobian ContinuousJacobian(const PlantParameters& p) {
-  const double ke_kt = p.ke_v_per_rad_s * p.kt_nm_per_a;
-  const double b = p.b_nm_per_rad_s;
-  const double j = p.j_kg_m2;
-  const double ra = p.ra_ohm;
-  const double r = ra + p.r1_ohm;
-  const double d = b * r + ke_kt;
-  const double n = b * ra + ke_kt;
-  const double q = j * ra + p.c8_farad * p.r5_ohm * n;  // b1 = k q / d
-  const double k = p.gain();
-  const double re1 = p.re1_ohm();
-  const double dk_dr9 = -p.re2_ohm() / (p.r9_ohm * p.r9_ohm);  // 1/Re1 = 1/R9 + 1/R10
-  const double dk_dr12 = 1.0 / re1;
-  const double c8_r5 = p.c8_farad * p.r5_ohm;
+namespace {
 
-  CoefficientJacobian jacobian;
-  const auto column = [&jacobian](Component component) { return jacobian.col(Index(component)); };
-  column(Component::kR1) << -k * n * b / (d * d), -k * q * b / (d * d), j * ke_kt / (d * d);
-  column(Component::kR9) << dk_dr9 * n / d, dk_dr9 * q / d, 0.0;
-  column(Component::kR12) << dk_dr12 * n / d, dk_dr12 * q / d, p.c8_farad;
-  column(Component::kC8) << 0.0, k * p.r5_ohm * n / d, p.r5_ohm + p.re2_ohm();
-  column(Component::kRa) << k * b * (d - n) / (d * d), k * ((j + c8_r5 * b) * d - q * b) / (d * d),
-      j * ke_kt / (d * d);
-  column(Component::kJ) << 0.0, k * ra / d, r / d;
-  column(Component::kB) << k * (ra * d - n * r) / (d * d), k * (c8_r5 * ra * d - q * r) / (d * d),
-      -j * r * r / (d * d);
+/// The terms of the coefficients.
+struct Parts {
+  double ra, r, b, j, ke, kt, d;
+  double q;  ///< b0 = k q / d
+  double p;  ///< b1 = k (p + lead q) / d
+  AmplifierResponse response;
+};
+
+Parts PartsOf(const PlantParameters& plant) {
+  Parts s{};
+  s.ra = plant.ra_ohm;
+  s.r = plant.ra_ohm + plant.series_ohm;
+  s.b = plant.b_nm_per_rad_s;
+  s.j = plant.j_kg_m2;
+  s.ke = plant.ke_v_per_rad_s;
+  s.kt = plant.kt_nm_per_a;
+  s.d = s.b * s.r + s.ke * s.kt;
+  const bool current = plant.structure->estimated == EstimatedChannel::kIa;
+  s.q = current ? s.b : s.b * s.ra + s.ke * s.kt;
+  s.p = current ? s.j : s.j * s.ra;
+  s.response = plant.response();
+  return s;
+}
+
+/// d(d, q, p, J R)/d(a motor parameter).
+struct MotorSlope {
+  double d = 0.0;
+  double q = 0.0;
+  double p = 0.0;
+  double jr = 0.0;
+
+  void Add(double factor, const MotorSlope& other) {
+    d += factor * other.d;
+    q += factor * other.q;
+    p += factor * other.p;
+    jr += factor * other.jr;
+  }
+};
+
+MotorSlope SlopeOf(const Parts& s, bool current, int parameter) {
+  switch (parameter) {
+    case kSeries:
+      return {s.b, 0.0, 0.0, s.j};
+    case kRa:
+      return {s.b, current ? 0.0 : s.b, current ? 0.0 : s.j, s.j};
+    case kKe:
+      return {s.kt, current ? 0.0 : s.kt, 0.0, 0.0};
+    case kKt:
+      return {s.ke, current ? 0.0 : s.ke, 0.0, 0.0};
+    case kJ:
+      return {0.0, 0.0, current ? 1.0 : s.ra, s.r};
+    case kB:
+      return {s.r, current ? 1.0 : s.ra, 0.0, 0.0};
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+CoefficientJacobian ContinuousJacobian(const PlantParameters& plant,
+                                       std::span<const Component> components) {
+  const Parts s = PartsOf(plant);
+  const bool current = plant.structure->estimated == EstimatedChannel::kIa;
+  const double k = s.response.gain;
+  const double lead = s.response.lead_s();
+  const double b1 = s.p + lead * s.q;  // b1 = k b1 / d
+  CoefficientJacobian jacobian(3, static_cast<Eigen::Index>(components.size()));
+  Eigen::Index column = 0;
+  for (const Component component : components) {
+    const ComponentInfo& info = component.info();
+    const int parameter = info.parameter;
+    if (parameter < kMotorParameters) {
+      MotorSlope m = SlopeOf(s, current, parameter);
+      if (info.coupled >= 0) m.Add(info.coupled_ratio, SlopeOf(s, current, info.coupled));
+      jacobian.col(column++) << k * (m.q * s.d - s.q * m.d) / (s.d * s.d),
+          k * ((m.p + lead * m.q) * s.d - b1 * m.d) / (s.d * s.d),
+          (m.jr * s.d - s.j * s.r * m.d) / (s.d * s.d);
+    } else {
+      const ResponseSlope a = plant.structure->slope(plant.amplifier, parameter - kMotorParameters);
+      jacobian.col(column++) << a.gain * s.q / s.d, a.gain * b1 / s.d + k * a.lead_s * s.q / s.d,
+          a.lag_s;
+    }
+  }
   return jacobian;
 }
 
 CoefficientJacobian DiscreteJacobian(const PlantParameters& parameters,
+                                     std::span<const Component> components,
                                      double period_s,
                                      double delta_s) {
   const ContinuousCoefficients c = MakeContinuous(parameters);
@@ -89,7 +157,7 @@ CoefficientJacobian DiscreteJacobian(const PlantParameters& parameters,
   chain.row(1) << 1.0 - e, 0.0, -c.b0 * de_da1;
   chain.row(1) -= chain.row(0);
   chain.row(2) << 0.0, 0.0, -de_da1;
-  return chain * ContinuousJacobian(parameters);
+  return chain * ContinuousJacobian(parameters, components);
 }
 
 }  // namespace faultlab::core

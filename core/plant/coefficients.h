@@ -2,20 +2,20 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 
-#include "core/types/component.h"
 #include "core/types/plant_parameters.h"
 
 namespace faultlab::core {
 
-/// First-order model of the amplifier with its motor, paper Eq. (3)-(7), armature inductance
-/// neglected, second order reduced to first:
-///   Um = (b1 s + b0)/(a1 s + 1) Uc - b02/(a12 s + 1) Mc
-///   D = B (Ra+R1) + Ke KT, N = B Ra + Ke KT, k = Re2/Re1
-///   b0 = k N/D,  b1 = k (J Ra + C8 R5 N)/D,  a1 = (J (Ra+R1) + C8 (R5+Re2) D)/D
-///   b02 = R1 Ke/D,  a12 = J (Ra+R1)/D
+/// First-order model of the amplifier with its motor, armature inductance neglected, second order
+/// reduced to first (paper Eq. (3)-(7)), of the channel Y that the structure's estimators fit:
+///   Y = (b1 s + b0)/(a1 s + 1) Uc - b02/(a12 s + 1) Mc
+///   D = B (Ra+Rs) + Ke KT,  a12 = J (Ra+Rs)/D,  a1 = a12 + lag
+///   um:  N = B Ra + Ke KT,  b0 = k N/D,  b1 = k (J Ra + lead N)/D,  b02 = Rs Ke/D
+///   ia:                     b0 = k B/D,  b1 = k (J + lead B)/D,     b02 = -Ke/D
 struct ContinuousCoefficients {
-  double b0 = 0.0;   ///< V/V
+  double b0 = 0.0;   ///< V/V; of ia: A/V
   double b1 = 0.0;   ///< s
   double a1 = 0.0;   ///< s
   double b02 = 0.0;  ///< V/Nm
@@ -40,21 +40,24 @@ DiscreteCoefficients Discretise(const ContinuousCoefficients& c, double period_s
 
 /// The exact inverse of Discretise:
 ///   a1 = -T/ln(-a1d),  b0 = (b0d+b1d)/(1+a1d),  b1 = a1 (b0 - (b0-b0d) exp(delta/a1))
-/// b02 and a12 are 0: the pair (u, y) does not tell them.
-/// Nothing when -a1d is not inside (0, 1): no stable first-order system samples to it.
+/// b02 and a12 are 0, because the pair (u, y) does not determine them. Returns nothing when -a1d is
+/// not inside (0, 1): then no stable first-order system has these samples.
 std::optional<ContinuousCoefficients> MakeContinuous(const DiscreteCoefficients& d,
                                                      double period_s,
                                                      double delta_s);
 
-/// Rows b0, b1, a1; columns in the order of kAllComponents (paper Eq. (36)).
-using CoefficientJacobian = Eigen::Matrix<double, 3, kComponentCount>;
+/// Rows b0, b1, a1; a column for each requested component (paper Eq. (36)).
+using CoefficientJacobian =
+    Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kComponentsMax>;
 
-/// d(b0, b1, a1)/d(R1, R9, R12, C8, Ra, J, B) of Eq. (4), closed form.
+/// d(b0, b1, a1)/d(components) of Eq. (4), closed form.
 /// The paper prints it as Eq. (40), (41) with errors: see core/README.md, errata.
-CoefficientJacobian ContinuousJacobian(const PlantParameters& parameters);
+CoefficientJacobian ContinuousJacobian(const PlantParameters& parameters,
+                                       std::span<const Component> components);
 
 /// Rows b0d, b1d, a1d: the chain rule through Discretise.
 CoefficientJacobian DiscreteJacobian(const PlantParameters& parameters,
+                                     std::span<const Component> components,
                                      double period_s,
                                      double delta_s);
 

@@ -2,37 +2,39 @@
 
 #include <cstdint>
 
+#include "core/bench/profile.h"
 #include "core/plant/plant.h"
-#include "core/plant/profile.h"
 #include "core/signals/random.h"
 #include "core/types/sample.h"
 
 namespace faultlab::core {
 
-inline constexpr double kConverterRangeV = 10.0;  ///< NI 9205 in, NI 9263 out: +-10 V, 16 bit
-inline constexpr double kConverterStepV = 2.0 * kConverterRangeV / 65536.0;
-inline constexpr double kCurrentSenseVPerA = 5.0;  ///< scales ia to the converter: +-2 A
-inline constexpr int kEncoderPulsesPerRevolution = 1000;
-inline constexpr double kEncoderTimerHz = 40e6;  ///< clock that times the pulses
+inline constexpr double kConverterSteps = 65536.0;  ///< 16 bit
+inline constexpr double kEncoderTimerHz = 40e6;     ///< clock that times the pulses
 
 /// 16-bit code of a voltage, saturated at the rails.
-std::int16_t ConverterCode(double voltage_v);
-/// Volt of a code.
-double ConverterVoltage(std::int16_t code);
-/// Both: what a converter makes of a voltage.
-double Convert(double voltage_v);
+/// @param range_v  the converter reads -range .. range
+std::int16_t ConverterCode(double voltage_v, double range_v);
+/// The voltage of a code.
+double ConverterVoltage(std::int16_t code, double range_v);
+/// Both steps: the voltage that a converter reads.
+double Convert(double voltage_v, double range_v);
 
 /// Whole pulses since angle 0; the encoder sits on the motor shaft.
-std::int64_t EncoderPulses(double angle_rad);
-/// Speed behind the gear from the time between two pulses, in whole ticks of the timer:
-/// 0.3 rpm steps at 600 rpm, almost no delay. Below one pulse per 10 ms reads 0.
-double SpeedFromPulsePeriodRpm(double omega_rad_s);
-/// Speed behind the gear from pulses counted in a gate: 1.58 rpm steps at 10 ms, half a gate late.
-double SpeedFromPulseCountRpm(std::int64_t pulses, double gate_s);
+std::int64_t EncoderPulses(double angle_rad, int per_revolution);
+/// Speed behind the gear from the time between two pulses, in whole ticks of the timer: steps of
+/// 0.3 rpm at 600 rpm, almost no delay. Fewer than one pulse per 10 ms reads as 0.
+double SpeedFromPulsePeriodRpm(double omega_rad_s, int per_revolution, double gear_ratio);
+/// Speed behind the gear from the pulses counted in a gate: steps of 1.58 rpm at 10 ms, delayed by
+/// half a gate.
+double SpeedFromPulseCountRpm(std::int64_t pulses,
+                              double gate_s,
+                              int per_revolution,
+                              double gear_ratio);
 
 /// rad/s at the motor shaft <-> rpm behind the gear.
-double GearRpm(double omega_rad_s);
-double MotorRadPerS(double gear_rpm);
+double GearRpm(double omega_rad_s, double gear_ratio);
+double MotorRadPerS(double gear_rpm, double gear_ratio);
 
 /// White Gaussian noise on each channel, seeded.
 class MeasurementNoise {
@@ -40,7 +42,7 @@ class MeasurementNoise {
   MeasurementNoise(const NoiseLevels& levels, std::uint64_t seed)
       : levels_(levels), random_(seed) {}
 
-  /// The noisy reading before the converters.
+  /// The noisy reading, before the converters.
   double um_v(double clean_v) { return clean_v + levels_.um_v * random_.Normal(); }
   double ua_v(double clean_v) { return clean_v + levels_.ua_v * random_.Normal(); }
   double ia_a(double clean_a) { return clean_a + levels_.ia_a * random_.Normal(); }
@@ -51,8 +53,12 @@ class MeasurementNoise {
   Random random_;
 };
 
-/// What the acquisition makes of the plant's outputs: noise, then converters and encoder.
-/// Fills um, ua, ia, n of `sample`.
-void Acquire(const PlantOutputs& outputs, MeasurementNoise& noise, Sample& sample);
+/// The acquisition of the plant's outputs: noise, then converters and encoder. Fills those of um,
+/// ua, ia, n of `sample` that the bench has.
+void Acquire(const PlantOutputs& outputs,
+             const Converters& converters,
+             double gear_ratio,
+             MeasurementNoise& noise,
+             Sample& sample);
 
 }  // namespace faultlab::core

@@ -8,7 +8,7 @@
 namespace faultlab::core {
 namespace {
 
-// Sample times are multiples of the period, rounded: a fault at 0.3 s acts at sample 3 * 0.1.
+// Sample times are multiples of the period, rounded: a fault at 0.3 s must act at sample 3 * 0.1.
 constexpr double kTimeSlackS = 1e-9;
 
 }  // namespace

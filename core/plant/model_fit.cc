@@ -11,10 +11,10 @@ namespace faultlab::core {
 namespace {
 
 constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
-// Free responses that are this much alike cannot be told apart; the smallest state is taken.
+// Free responses that differ by less than this cannot be distinguished; the smallest state is used.
 constexpr double kRankTolerance = 1e-9;
 
-/// forced + columns * c closest to measured.
+/// The sum forced + columns * c that is closest to measured.
 ModelFit FitInitialStates(std::vector<double> forced,
                           const Eigen::MatrixXd& columns,
                           std::span<const double> measured) {
@@ -135,7 +135,7 @@ ModelFit FitSampled(const SampledModel& model,
     const Eigen::RowVector3d next = row * model.phi;
     row = next;
   }
-  for (Eigen::Index j = 0; j < 3; ++j) {  // unit free: volts by volt, ampere and rad/s alike
+  for (Eigen::Index j = 0; j < 3; ++j) {  // without units: V/V, V/A and V s/rad are treated alike
     const double norm = columns.col(j).norm();
     if (norm > 0.0) {
       columns.col(j) /= norm;

@@ -9,24 +9,24 @@
 
 namespace faultlab::core {
 
-/// MATLAB's compare: 100 (1 - |y - yhat| / |y - mean y|) in percent; may be negative.
-/// NaN when y is constant, has a non-finite sample or sizes differ or are 0.
+/// MATLAB's compare: 100 (1 - |y - yhat| / |y - mean y|) in percent; may be negative. NaN when y is
+/// constant or contains a non-finite sample, and when the sizes differ or are 0.
 double CompareFit(std::span<const double> measured, std::span<const double> simulated);
 
-/// A simulated output with the initial state that suits the measurement best.
+/// A simulated output with the initial state that fits the measurement best.
 struct ModelFit {
   double fit_percent = 0.0;
   std::vector<double> simulated_v;
 };
 
-/// Simulated output (never one step ahead) of y(k) = b0d u(k) + b1d u(k-1) - a1d y(k-1), the
-/// initial state x1 with y(0) = b0d u(0) + x1 by least squares.
+/// Simulated output (not a one-step prediction) of y(k) = b0d u(k) + b1d u(k-1) - a1d y(k-1). The
+/// initial state x1, with y(0) = b0d u(0) + x1, is found by least squares.
 ModelFit FitDiscrete(const DiscreteCoefficients& model,
                      std::span<const double> uc_v,
                      std::span<const double> um_v);
 
-/// Same, of the continuous model, whose output is read `delta_s` after the edge of its input
-/// (delta = 0 is the paper's own use of an SIA estimate).
+/// The same for the continuous model, whose output is read `delta_s` after the edge of its input
+/// (delta = 0 is how the paper uses an SIA estimate).
 ModelFit FitContinuous(const ContinuousCoefficients& model,
                        std::span<const double> uc_v,
                        std::span<const double> um_v,

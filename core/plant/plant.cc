@@ -8,10 +8,10 @@
 namespace faultlab::core {
 namespace {
 
-constexpr double kSubStepS = 1e-4;     // Stribeck torque is held no longer than this
-constexpr double kNoiseHoldS = 0.01;   // friction noise is held no longer than this
+constexpr double kSubStepS = 1e-4;     // the Stribeck torque is held constant no longer than this
+constexpr double kNoiseHoldS = 0.01;   // friction noise is held constant no longer than this
 constexpr double kStribeckLog = 30.0;  // exp(-30) of Ms - Mc is under 1e-17 Nm
-// An event is placed to 2^-18 of a sub-step, 0.4 ns.
+// An event is located to 2^-18 of a sub-step, 0.4 ns.
 constexpr int kBisections = 18;
 constexpr int kEventsPerStepMax = 16;
 
@@ -26,8 +26,9 @@ Plant::Plant(const PlantParameters& parameters, const BenchProfile& profile, std
       friction_(profile.friction),
       amplifier_(profile.amplifier),
       random_(seed) {
-  for (const Component component : kAllComponents) {
-    LAB_CHECK(parameters.Get(component) > 0.0, Name(component));
+  LAB_CHECK(parameters.structure != nullptr && parameters.series_ohm >= 0.0);
+  for (int i = kSeries + 1; i < parameters.structure->parameter_count(); ++i) {
+    LAB_CHECK(parameters.Get(i) > 0.0, i);
   }
   LAB_CHECK(friction_.stribeck_shape == 1 || friction_.stribeck_shape == 2);
   LAB_CHECK(friction_.stribeck_speed_rad_s > 0.0 && friction_.noise_tau_s > 0.0);
@@ -48,7 +49,7 @@ void Plant::Set(Component component, double value) {
     return;
   }
   parameters_.Set(component, value);
-  if (component == Component::kC8) {
+  if (component.info().kind == PartKind::kCapacitor) {
     x_(0) = 0.0;
   }
   ParametersChanged();
@@ -60,7 +61,7 @@ void Plant::Drift(Component component, double value) {
     return;
   }
   parameters_.Set(component, value);
-  if (component == Component::kC8) {
+  if (component.info().kind == PartKind::kCapacitor) {
     x_(0) *= before / value;
   }
   ParametersChanged();
@@ -68,10 +69,9 @@ void Plant::Drift(Component component, double value) {
 
 void Plant::ParametersChanged() {
   propagators_.Reset(parameters_, amplifier_.gain_error);
-  const double re2 = parameters_.re2_ohm();
-  const double parallel = re2 * parameters_.r5_ohm / (re2 + parameters_.r5_ohm);
-  output_per_uc_ = parallel * (1.0 + amplifier_.gain_error) / parameters_.re1_ohm();
-  output_per_vc8_ = parallel / parameters_.r5_ohm;
+  const AmplifierResponse response = parameters_.response();
+  output_per_uc_ = response.gain * response.direct * (1.0 + amplifier_.gain_error);
+  output_per_v_ = 1.0 - response.direct;
 }
 
 void Plant::SetFriction(double mc_nm, double ms_nm) {
@@ -93,7 +93,7 @@ PlantOutputs Plant::outputs() const {
   out.uc_v = uc_v_;
   out.ua_v = std::clamp(Output(x_), low_limit_v(), high_limit_v());
   out.ia_a = x_(1);
-  out.um_v = out.ua_v - parameters_.r1_ohm * out.ia_a;
+  out.um_v = out.ua_v - parameters_.series_ohm * out.ia_a;
   out.omega_rad_s = x_(2);
   out.angle_rad = angle_rad_;
   return out;
@@ -133,9 +133,9 @@ double Plant::drive() const {
 
 double Plant::WantedOutput(const Eigen::Vector3d& x) const {
   if (drives_current()) {
-    return (parameters_.r1_ohm + parameters_.ra_ohm) * x(1) + parameters_.ke_v_per_rad_s * x(2);
+    return (parameters_.series_ohm + parameters_.ra_ohm) * x(1) + parameters_.ke_v_per_rad_s * x(2);
   }
-  return output_per_uc_ * uc_v_ + output_per_vc8_ * x(0);
+  return output_per_uc_ * uc_v_ + output_per_v_ * x(0);
 }
 
 double Plant::Output(const Eigen::Vector3d& x) const {
@@ -173,7 +173,7 @@ void Plant::ResolveAmplifier() {
   if (drives_current()) {
     const double missing_a = current_reference_a() - x_(1);
     if (amplifier_state_ == AmplifierState::kLinear && missing_a != 0.0) {
-      // The reference moved: the full voltage drives the current there.
+      // The reference has changed: the full voltage drives the current to it.
       amplifier_state_ =
           missing_a > 0.0 ? AmplifierState::kClampedHigh : AmplifierState::kClampedLow;
       return;
@@ -260,8 +260,9 @@ void Plant::Accept(const Reached& reached) {
 }
 
 bool Plant::TryWholeStep(double seconds) {
-  // Real poles and both ends well above standstill: nothing can happen between. The output voltage
-  // is monotonic under a held input, so its two ends tell about its limits.
+  // The poles are real and the motor is well above standstill at both ends, so no event can lie
+  // between. The output voltage is monotonic under a held input, so it suffices to test its limits
+  // at both ends.
   if (propagators_.oscillates() || direction_ == 0 || drives_current() ||
       amplifier_state_ != AmplifierState::kLinear || StribeckActs(x_)) {
     return false;

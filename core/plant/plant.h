@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "core/plant/profile.h"
+#include "core/bench/profile.h"
 #include "core/plant/propagator.h"
 #include "core/signals/random.h"
 #include "core/types/component.h"
@@ -11,37 +11,41 @@
 
 namespace faultlab::core {
 
-/// What the rig's own wires carry at this instant, without converters and noise.
+/// The electrical and mechanical quantities of the rig at this instant, without converters and
+/// noise.
 struct PlantOutputs {
   double uc_v = 0.0;
-  double ua_v = 0.0;         ///< amplifier output, before R1
-  double um_v = 0.0;         ///< behind R1, over the motor
+  double ua_v = 0.0;         ///< amplifier output, before Rs
+  double um_v = 0.0;         ///< behind Rs, over the motor
   double ia_a = 0.0;         ///< armature current
   double omega_rad_s = 0.0;  ///< motor shaft
   double angle_rad = 0.0;    ///< motor shaft, for pulse counting
 };
 
-/// Amplifier, relays and motor of one rig (paper Eq. (1)-(2)):
-///   Zf = Re2 || (R5 + 1/(s C8)),  Uout = Zf/Re1 Uc (1 + gain error), limited to the supply
-///   La di/dt = Uout - (Ra+R1) i - Ke w,   J dw/dt = KT i - B w - Mf(w)
-/// State (vC8, i, w). Between events (standstill, break-away, reversal, output limit) the system is
+/// Amplifier, relays and motor of one rig (paper Eq. (1)-(2)); response as in
+/// core/types/structure.h:
+///   Uout = gain direct (1 + gain error) Uc + (1 - direct) v, limited to the supply
+///   lead dv/dt = Uout - v     (v: voltage of the amplifier's capacitor)
+///   La di/dt = Uout - (Ra+Rs) i - Ke w,   J dw/dt = KT i - B w - Mf(w)
+/// State (v, i, w). Between events (standstill, break-away, reversal, output limit) the system is
 /// linear with a held input: advanced by matrix exponentials, exact for any step and any stiffness.
-/// The Stribeck term, felt at low speed only, is held over sub-steps of at most 0.1 ms by the
-/// midpoint rule; the friction noise is exact at the ends of each Advance and held between.
+/// The Stribeck term, which acts at low speed only, is held over sub-steps of at most 0.1 ms by the
+/// midpoint rule; the friction noise is exact at the ends of each Advance and held between them.
 /// Cost: about 0.1 us for a step whose length and parameters are known; no allocation in Advance.
-/// Starts at rest, input 0, C8 uncharged. Deterministic in the seed. Not thread-safe; copyable.
+/// Starts at rest, input 0, capacitor uncharged. Deterministic in the seed. Not thread-safe;
+/// copyable.
 class Plant {
  public:
   /// Contract: positive parameters; friction Ms >= Mc >= 0.
   Plant(const PlantParameters& parameters, const BenchProfile& profile, std::uint64_t seed);
 
-  /// Control voltage from now on, as the DAC holds it.
+  /// Sets the control voltage, which the DAC then holds.
   void SetInput(double uc_v);
-  /// A relay connects another part: acts at once. C8 comes uncharged.
+  /// A relay connects another part; acts at once. A capacitor is uncharged when it is connected.
   void Set(Component component, double value);
-  /// The part itself changes a little (drift): C8 keeps its charge.
+  /// The value of the same part changes (drift): a capacitor keeps its charge.
   void Drift(Component component, double value);
-  /// Coulomb and static friction from now on (an unlisted fault).
+  /// Sets Coulomb and static friction (an unlisted fault).
   void SetFriction(double mc_nm, double ms_nm);
   /// Moves time forward. Contract: 0 <= seconds <= 1.
   void Advance(double seconds);
@@ -50,9 +54,9 @@ class Plant {
   const PlantParameters& parameters() const { return parameters_; }
   const FrictionModel& friction() const { return friction_; }
   bool standing() const { return direction_ == 0; }
-  /// (vC8 volt, i ampere, w rad/s)
+  /// (v volt, i ampere, w rad/s)
   const Eigen::Vector3d& state() const { return x_; }
-  /// Contract: finite; w != 0 means turning that way.
+  /// Contract: finite; w != 0 means that the motor turns in that direction.
   void SetState(const Eigen::Vector3d& state);
 
  private:
@@ -65,7 +69,7 @@ class Plant {
   LinearRegime regime() const;
   double drive() const;
 
-  /// Output voltage that the amplifier would need to do its work.
+  /// Output voltage that the amplifier needs to follow its input.
   double WantedOutput(const Eigen::Vector3d& x) const;
   double Output(const Eigen::Vector3d& x) const;
   double FrictionTorque(double omega_rad_s) const;
@@ -76,7 +80,7 @@ class Plant {
   void UpdateFrictionNoise(double seconds);
   void ResolveAmplifier();
   void ResolveMotion();
-  /// True when x cannot belong to the present regime: an event lies before it.
+  /// True when x cannot belong to the present regime, so that an event lies before it.
   bool AmplifierLeaves(const Eigen::Vector3d& x) const;
   bool MotionLeaves(const Eigen::Vector3d& x) const;
 
@@ -100,9 +104,9 @@ class Plant {
   double uc_v_ = 0.0;
   double angle_rad_ = 0.0;
   double friction_noise_nm_ = 0.0;
-  double output_per_uc_ = 0.0;  ///< Uout = output_per_uc uc + output_per_vc8 vC8 (voltage mode)
-  double output_per_vc8_ = 0.0;
-  double stribeck_speed_max_rad_s_ = 0.0;  ///< above it the term is below double's notice
+  double output_per_uc_ = 0.0;  ///< Uout = output_per_uc uc + output_per_v v (voltage mode)
+  double output_per_v_ = 0.0;
+  double stribeck_speed_max_rad_s_ = 0.0;  ///< above it the term vanishes in double precision
   int direction_ = 0;                      ///< sense of rotation, 0 = standing
   AmplifierState amplifier_state_ = AmplifierState::kLinear;
 };

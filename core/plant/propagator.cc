@@ -8,7 +8,7 @@
 namespace faultlab::core {
 namespace {
 
-// Rows vC8, i, w, angle, u, M: the drive u and the torque M ride along as constants.
+// Rows v, i, w, angle, u, M: the drive u and the torque M are added as constant states.
 constexpr int kSize = 6;
 using Augmented = Eigen::Matrix<double, kSize, kSize>;
 
@@ -47,19 +47,18 @@ LinearSystem MakeLinearSystem(const PlantParameters& p, double gain_error, Linea
   system.a.setZero();
   system.b.setZero();
   system.g.setZero();
-  const double r5_c8 = p.r5_ohm * p.c8_farad;
-  const double r = p.ra_ohm + p.r1_ohm;
+  const AmplifierResponse response = p.response();
+  const double lead_s = response.lead_s();
+  const double r = p.ra_ohm + p.series_ohm;
 
-  // Rows vC8 and i: who holds the output voltage.
-  double output_from_vc = 0.0;
+  // Rows v and i: they depend on what holds the output voltage.
+  double output_from_v = 0.0;
   double output_from_u = 0.0;
   switch (regime.output) {
-    case LinearRegime::Output::kAmplifier: {
-      const double parallel = p.re2_ohm() * p.r5_ohm / (p.re2_ohm() + p.r5_ohm);
-      output_from_vc = parallel / p.r5_ohm;
-      output_from_u = parallel / p.re1_ohm() * (1.0 + gain_error);
+    case LinearRegime::Output::kAmplifier:
+      output_from_v = 1.0 - response.direct;
+      output_from_u = response.gain * response.direct * (1.0 + gain_error);
       break;
-    }
     case LinearRegime::Output::kClamped:
       output_from_u = 1.0;
       break;
@@ -67,14 +66,14 @@ LinearSystem MakeLinearSystem(const PlantParameters& p, double gain_error, Linea
       break;
   }
   if (regime.output == LinearRegime::Output::kCurrent) {
-    // i is held, C8 stays as it is; the drive is the current itself.
+    // i is held and v is constant; the drive u is the current itself.
     if (regime.turning) {
       system.b(2) = p.kt_nm_per_a / p.j_kg_m2;
     }
   } else {
-    system.a(0, 0) = (output_from_vc - 1.0) / r5_c8;
-    system.b(0) = output_from_u / r5_c8;
-    system.a(1, 0) = output_from_vc / p.la_henry;
+    system.a(0, 0) = (output_from_v - 1.0) / lead_s;
+    system.b(0) = output_from_u / lead_s;
+    system.a(1, 0) = output_from_v / p.la_henry;
     system.b(1) = output_from_u / p.la_henry;
     system.a(1, 1) = -r / p.la_henry;
     if (regime.turning) {
@@ -90,8 +89,8 @@ LinearSystem MakeLinearSystem(const PlantParameters& p, double gain_error, Linea
 }
 
 Propagator MakePropagator(const LinearSystem& system, double step_s) {
-  // The friction torque enters in mNm and the angle is w's integral: units that keep the norm, and
-  // so the number of squarings, to what the dynamics need.
+  // The friction torque enters in mNm and the angle is the integral of w: these units keep the
+  // norm, and therefore the number of squarings, as small as the dynamics allow.
   constexpr double kTorqueUnit = 1e-3;
   Augmented matrix = Augmented::Zero();
   matrix.block<3, 3>(0, 0) = system.a;
@@ -116,7 +115,7 @@ void PropagatorCache::Reset(const PlantParameters& parameters, double gain_error
     entry.step_s = 0.0;
   }
   next_ = 0;
-  const double damping = (parameters.ra_ohm + parameters.r1_ohm) / parameters.la_henry -
+  const double damping = (parameters.ra_ohm + parameters.series_ohm) / parameters.la_henry -
                          parameters.b_nm_per_rad_s / parameters.j_kg_m2;
   const double coupling = parameters.ke_v_per_rad_s * parameters.kt_nm_per_a /
                           (parameters.la_henry * parameters.j_kg_m2);

@@ -7,7 +7,7 @@
 
 namespace faultlab::core {
 
-/// What holds while a linear stretch lasts.
+/// The conditions that hold during a linear stretch.
 struct LinearRegime {
   enum class Output { kAmplifier, kClamped, kCurrent };
   Output output = Output::kAmplifier;  ///< what drives the armature
@@ -15,7 +15,7 @@ struct LinearRegime {
   friend bool operator==(const LinearRegime&, const LinearRegime&) = default;
 };
 
-/// Exact step of x = (vC8, i, w) with held drive u and held friction torque M, and of the angle:
+/// Exact step of x = (v, i, w) with held drive u and held friction torque M, and of the angle:
 ///   x' = A x + b u + g M over `step_s`:   x+ = phi x + gamma_u u + gamma_m M
 ///   angle+ = angle + angle_x' x + angle_u u + angle_m M
 /// u is uc (kAmplifier), the output voltage (kClamped) or the held current (kCurrent).
@@ -42,16 +42,16 @@ LinearSystem MakeLinearSystem(const PlantParameters& parameters,
 /// Higham, SIAM J. Matrix Anal. Appl. 26 (2005). About 3 us.
 Propagator MakePropagator(const LinearSystem& system, double step_s);
 
-/// Remembers the propagators of the last few (regime, step) pairs of one parameter set.
+/// Caches the propagators of the last few (regime, step) pairs of one parameter set.
 class PropagatorCache {
  public:
-  /// Forgets everything: the parameters changed.
+  /// Empties the cache, because the parameters changed.
   void Reset(const PlantParameters& parameters, double gain_error);
-  /// Remembered: for the few step lengths that come again and again. Valid until the next call.
+  /// Cached: for the few step lengths that are used repeatedly. Valid until the next call.
   const Propagator& Get(LinearRegime regime, double step_s);
-  /// Not remembered: for the step to or from an event.
+  /// Not cached: for the step to or from an event.
   Propagator Once(LinearRegime regime, double step_s) const;
-  /// Complex poles: w may overshoot between the ends of a long step.
+  /// True for complex poles: w may overshoot within a long step.
   bool oscillates() const { return oscillates_; }
 
  private:

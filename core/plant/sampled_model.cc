@@ -18,11 +18,11 @@ SampledModel MakeSampledModel(const PlantParameters& p, double period_s, double 
   const Propagator whole = MakePropagator(system, period_s);
   const Propagator part = MakePropagator(system, delta_s);
 
-  // Outputs (um, ia, w) at one instant: um = Uout - R1 i, Uout as in MakeLinearSystem.
-  const double parallel = p.re2_ohm() * p.r5_ohm / (p.re2_ohm() + p.r5_ohm);
+  // Outputs (um, ia, w) at one instant: um = Uout - Rs i, Uout as in MakeLinearSystem.
+  const AmplifierResponse response = p.response();
   Eigen::Matrix3d instant;
-  instant << parallel / p.r5_ohm, -p.r1_ohm, 0.0,  //
-      0.0, 1.0, 0.0,                               //
+  instant << 1.0 - response.direct, -p.series_ohm, 0.0,  //
+      0.0, 1.0, 0.0,                                     //
       0.0, 0.0, 1.0;
 
   SampledModel model;
@@ -31,7 +31,7 @@ SampledModel MakeSampledModel(const PlantParameters& p, double period_s, double 
   model.gamma_m = whole.gamma_m;
   model.c = instant * part.phi;
   model.d_u = instant * part.gamma_u;
-  model.d_u(0) += parallel / p.re1_ohm();
+  model.d_u(0) += response.gain * response.direct;
   model.d_m = instant * part.gamma_m;
   return model;
 }

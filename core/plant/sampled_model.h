@@ -7,8 +7,9 @@
 
 namespace faultlab::core {
 
-/// The turning plant as its converters sample it, exactly (no reduction, La and C8 included):
-///   x = (vC8, i, w) at t_k,   x(k+1) = phi x(k) + gamma_u u(k) + gamma_m Mc
+/// The turning plant as its converters sample it, exactly (no reduction, La and the amplifier's lag
+/// included):
+///   x = (v, i, w) at t_k, v as in Plant,   x(k+1) = phi x(k) + gamma_u u(k) + gamma_m Mc
 ///   outputs (um, ia, w) at t_k + delta:  y(k) = c x(k) + d_u u(k) + d_m Mc
 /// Mc > 0 opposes w > 0. Valid while the motor turns forward, outside the output limits.
 struct SampledModel {

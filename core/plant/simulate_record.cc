@@ -23,11 +23,11 @@ std::vector<Sample> SimulateRecord(const BenchProfile& profile,
     Sample& sample = record[k];
     sample.index = static_cast<std::int64_t>(k);
     sample.t_s = static_cast<double>(k) * period_s;
-    sample.uc_v = Convert(uc_v[k]);
+    sample.uc_v = Convert(uc_v[k], profile.converters.range_v);
     schedule.Apply(sample.t_s, plant);
     plant.SetInput(sample.uc_v);
     plant.Advance(profile.delta_s);
-    Acquire(plant.outputs(), noise, sample);
+    Acquire(plant.outputs(), profile.converters, parameters.gear_ratio, noise, sample);
     plant.Advance(period_s - profile.delta_s);
   }
   return record;

@@ -13,7 +13,7 @@ namespace faultlab::core {
 namespace {
 
 constexpr double kTau = 2.0 * std::numbers::pi;
-// A step time that falls on a sample up to rounding of k * period belongs to that sample.
+// A step time that equals a sample time up to rounding of k * period belongs to that sample.
 constexpr double kTimeSlack = 1e-9;
 constexpr int kMultisineLinesMax = 500;
 
@@ -119,7 +119,7 @@ std::vector<double> MakeMultisine(const MultisineSpec& spec, int samples, double
     return sum;
   };
   const double shift_s = spec.seed == 0 ? 0.0 : Random(spec.seed).Uniform(0.0, spec.base_period_s);
-  // The peak of the continuous signal, on a grid of 32 points to the shortest period.
+  // The peak of the continuous signal, on a grid of 32 points in the shortest period.
   const int grid = 32 * spec.lines;
   double peak = 0.0;
   for (int i = 0; i < grid; ++i) {

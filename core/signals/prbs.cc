@@ -43,7 +43,7 @@ constexpr std::array<std::uint32_t, kPrbsOrderMax + 1> kTaps = {0,
                                                                 Taps({19, 18, 17, 14}),
                                                                 Taps({20, 17})};
 
-// A clock that falls on a sample up to rounding of k * period belongs to that sample.
+// A clock time that equals a sample time up to rounding of k * period belongs to that sample.
 constexpr double kClockSlack = 1e-9;
 
 Error Refuse(std::string field, const std::string& message) {

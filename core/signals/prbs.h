@@ -3,22 +3,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/types/excitation_spec.h"
 #include "core/types/result.h"
 
 namespace faultlab::core {
 
 inline constexpr int kPrbsOrderMin = 3;
 inline constexpr int kPrbsOrderMax = 20;
-
-/// Pseudo-random binary sequence: a maximal length shift register of `order` bits, clocked every
-/// `clock_s`. The record of the paper is order 10 (1023 bits), 10 ms, 2 V to 3 V.
-struct PrbsSpec {
-  double low_v = 2.0;
-  double high_v = 3.0;
-  double clock_s = 0.01;
-  int order = 10;
-  std::uint64_t seed = 1;  ///< chooses the phase: the register's first content
-};
 
 /// Fibonacci shift register with primitive feedback polynomial: period 2^order - 1.
 class ShiftRegister {
@@ -37,7 +28,7 @@ class ShiftRegister {
   std::uint32_t mask_;
 };
 
-/// Refuses by field: order, clock_s, low_v, high_v.
+/// Refuses and names the field: order, clock_s, low_v, high_v.
 Status Validate(const PrbsSpec& spec, double period_s);
 /// samples [samples], volt. The bit of sample k is the one of clock floor(k period / clock).
 /// Contract: Validate(spec, period_s).ok() and samples >= 0.

@@ -23,7 +23,7 @@ constexpr double kLayerArea = 9.91256303526217e-3;
 constexpr double kTwoToMinus53 = 0x1.0p-53;
 
 struct Ziggurat {
-  std::array<double, kLayers + 1> x;  // right edge of layer i; x[0] makes the base's area right
+  std::array<double, kLayers + 1> x;  // right edges; x[0] gives the base layer its area
   std::array<double, kLayers + 1> f;  // exp(-x^2/2)
 
   Ziggurat() {

@@ -26,7 +26,8 @@ class Random {
   std::array<std::uint64_t, 4> state_;
 };
 
-/// A seed for stream `stream` of a run with seed `seed`: streams of one run do not overlap in use.
+/// A seed for stream `stream` of a run with seed `seed`; the streams of one run do not overlap in
+/// practice.
 std::uint64_t StreamSeed(std::uint64_t seed, std::uint64_t stream);
 
 }  // namespace faultlab::core

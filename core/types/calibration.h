@@ -7,7 +7,7 @@
 
 namespace faultlab::core {
 
-/// One number of a calibration, with what the data added to what was known before.
+/// One quantity of a calibration, before and after the data were used.
 struct CalibratedQuantity {
   std::string name;  ///< "k", "R1", "Ra", "J", "B", "Ke", "Mc", "delta"
   std::string unit;
@@ -15,8 +15,8 @@ struct CalibratedQuantity {
   double sigma = 0.0;        ///< standard error (posterior)
   double prior_value = 0.0;  ///< data sheet
   double prior_sigma = 0.0;  ///< tolerance of the data sheet
-  /// True when the stretch tightened the tolerance at least two-fold; false: these channels and
-  /// this excitation cannot see the quantity and it stays what the data sheet says.
+  /// True when the stretch reduced the tolerance at least to half. False: these channels and this
+  /// excitation do not determine the quantity, and it keeps the value of the data sheet.
   bool from_data = false;
 };
 
@@ -29,7 +29,7 @@ struct CalibrationCheck {
   bool passed = false;
 };
 
-/// Alarm levels of the detection bank, all for the same share of the false-alarm budget.
+/// Alarm levels of the detection bank, all for the same share of the rate of false alarms.
 struct DetectionThresholds {
   double false_alarms_per_day = 1.0;  ///< of the whole bank, at the rate of the record
   double residual = 0.0;              ///< |r| / sigma, largest over the channels
@@ -39,24 +39,27 @@ struct DetectionThresholds {
   double glr_slow = 0.0;              ///< exponential window, 500 samples
 };
 
-/// What a fault-free stretch says about one rig. A plain value: store it, print it, load it.
+/// The knowledge about one rig from a fault-free stretch. A plain value: store it, print it, load
+/// it.
 struct Calibration {
   int version = 1;      ///< of this structure's meaning
   std::string dated;    ///< set by the caller (core knows no clock), free text, e.g. ISO 8601
   double from_s = 0.0;  ///< the stretch, half-open, run time
   double to_s = 0.0;
   int samples = 0;  ///< usable samples in it
-  double period_s = kSamplePeriodSeconds;
+  double period_s = 0.01;
+  bool used_um = true;
   bool used_ia = false;
   bool used_n = false;
 
-  /// The rig's own parameters: data sheet moved as far as the data ask for. R9, R12 and C8 stay at
-  /// the data sheet; what the amplifier's gain differs by is in gain_factor.
+  /// The rig's own parameters: the data sheet corrected by the data. R9, R12 and C8 keep the data
+  /// sheet's values; the offset of the amplifier's gain is in gain_factor.
   PlantParameters nominal;
-  double gain_factor = 1.0;  ///< k = gain_factor * Re2 / Re1
+  double gain_factor = 1.0;  ///< k = gain_factor * nominal.gain()
   double delta_s = 0.0;      ///< DAC edge of uc(k) to ADC sample um(k)
   double mc_nm = 0.0;        ///< Coulomb friction torque
   double mc_sigma_nm = 0.0;
+  double mc_unit_nm = 1e-4;  ///< scale of Mc in `covariance`
 
   double um_noise_v = 0.0;  ///< standard deviation of one reading
   double ia_noise_a = 0.0;
@@ -72,8 +75,8 @@ struct Calibration {
   /// empty: none). `covariance` is that of the likeliest scale alone; estimates use it, stated
   /// errors use the sum of both.
   std::vector<double> tolerance_covariance;
-  /// How far one resistor of the amplifier may be off its data sheet, one standard deviation, as
-  /// far as the stretch tells: nothing shows which of them an offset of the gain belongs to.
+  /// Standard deviation of one resistor of the amplifier from its data sheet, as far as the stretch
+  /// shows: nothing tells which of them causes an offset of the gain.
   double part_tolerance = 0.05;
   std::vector<CalibrationCheck> checks;
   DetectionThresholds thresholds;

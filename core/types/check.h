@@ -6,7 +6,7 @@
 
 namespace faultlab::core {
 
-/// A bug of ours: a caller broke a contract. Caught only at the top of the rig loop and of a
+/// A programming error: a caller broke a contract. Caught only at the top of the rig loop and of a
 /// connection, which make the rig safe, end the run and log.
 class ContractError : public std::logic_error {
  public:

@@ -1,7 +1,7 @@
 #pragma once
 
-// Of any component's value, in its SI unit. Wider than any plant and narrow enough that a model of
-// it stays finite. What a rig can switch is narrower still.
+// Bounds of any component's value, in its SI unit. They are wider than any plant, and narrow enough
+// that its model stays finite. The values that a rig can switch have narrower bounds.
 namespace faultlab::core {
 
 inline constexpr double kComponentValueMin = 1e-15;

@@ -6,11 +6,11 @@
 
 namespace faultlab::core {
 
-/// What an estimate may be used for.
+/// How an estimate may be used.
 enum class EstimateStatus : std::uint8_t {
   kExcited,     ///< full rank and well conditioned: use it
   kWeak,        ///< standard errors above the declared tolerance: report with its error
-  kNotExcited,  ///< the input says nothing: theta is the last usable one, age_samples says how old
+  kNotExcited,  ///< no information: theta is the last usable one, see age_samples
   kInvalid,     ///< a non-finite sample lies in the window, or the window is not yet full
 };
 
@@ -28,7 +28,7 @@ constexpr std::string_view Name(EstimateStatus status) {
   return "?";
 }
 
-/// P parameters with what is known of their error.
+/// P parameters with their errors.
 template <int P>
 struct Estimate {
   std::array<double, P> theta{};  ///< SWA: b0d.. (volt/volt) then a1d..; SIA: b0.. (s^i) then a1..

@@ -27,7 +27,7 @@ constexpr std::string_view Name(FaultKind kind) {
 
 /// One scheduled change of a component. A fault acts from the first sample whose time is >= at_s.
 struct Fault {
-  Component component = Component::kR1;
+  Component component{};
   double value = 1.0;  ///< SI unit of the component, > 0
   double at_s = 10.0;
   FaultKind kind = FaultKind::kAbrupt;

@@ -8,7 +8,7 @@
 
 namespace faultlab::core {
 
-/// The six first-order estimators that run beside every sample (paper sections 3.1.2 and 3.1.3).
+/// The six first-order estimators that run at every sample (paper sections 3.1.2 and 3.1.3).
 enum class EstimatorId { kSwa50, kSwa100, kSwa200, kSia20x5, kSia100x20, kSia500x20 };
 
 inline constexpr int kEstimatorCount = 6;
@@ -27,8 +27,7 @@ inline constexpr std::array<EstimatorShape, kEstimatorCount> kEstimatorShapes = 
      {"sia_100_20", 100, 20},
      {"sia_500_20", 500, 20}}};
 
-/// A sample with the estimates that it made possible: SWA theta = {b0d, b1d, a1d}, SIA theta = {b0,
-/// b1, a1}.
+/// A sample with the estimates up to it: SWA theta = {b0d, b1d, a1d}, SIA theta = {b0, b1, a1}.
 struct Frame {
   Sample sample;
   std::array<Estimate<3>, kEstimatorCount> estimates;

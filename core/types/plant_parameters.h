@@ -1,42 +1,53 @@
 #pragma once
 
+#include <limits>
+
 #include "core/types/component.h"
+#include "core/types/structure.h"
 
 namespace faultlab::core {
 
-/// Every constant of amplifier and motor, SI units, with the values of the paper's Table 1.
-/// C8 is 47 pF (Table 2); Table 1 prints 48 pF, which no estimate at 10 ms can tell apart.
-struct PlantParameters {
-  double r1_ohm = 1.0;
-  double r5_ohm = 1e3;
-  double r9_ohm = 10e3;
-  double r10_ohm = 10e3;
-  double r12_ohm = 10e3;
-  double r14_ohm = 1e3;
-  double r15_ohm = 1e3;
-  double c8_farad = 47e-12;
-  double ra_ohm = 7.41;
-  double la_henry = 0.77e-3;
-  double ke_v_per_rad_s = 25.5e-3;
-  double kt_nm_per_a = 25.5e-3;
-  double j_kg_m2 = 1.43e-6;
-  double b_nm_per_rad_s = 1.8e-6;
+/// How large the signals of a bench get, and where the supply of its amplifier ends. The filter
+/// starts from it: a state that nothing is known of is this far from rest, one standard deviation.
+struct OperatingRange {
+  double input_v = 10.0;  ///< of uc, and of the lag behind it
+  double current_a = 2.0;
+  double speed_rad_s = 500.0;
+  /// 0: Coulomb friction brings the motor to rest where the drive is too weak, and holds it there.
+  /// Above 0, the published bench: slower than this, friction is in proportion to the speed.
+  double creep_rad_s = 5.0;
+  double output_min_v = -std::numeric_limits<double>::infinity();  ///< of Uout
+  double output_max_v = std::numeric_limits<double>::infinity();
 
-  double Get(Component component) const;
+  friend bool operator==(const OperatingRange&, const OperatingRange&) = default;
+};
+
+/// Every constant of one bench's amplifier and motor, SI units.
+struct PlantParameters {
+  const Structure* structure = nullptr;  ///< defines the meaning of `amplifier`
+  double series_ohm = 0.0;               ///< Rs between output terminal and motor (R1 of the paper)
+  double ra_ohm = 0.0;
+  double la_henry = 0.0;
+  double ke_v_per_rad_s = 0.0;
+  double kt_nm_per_a = 0.0;
+  double j_kg_m2 = 0.0;
+  double b_nm_per_rad_s = 0.0;
+  AmplifierValues amplifier{};
+  double gear_ratio = 1.0;  ///< motor shaft : the shaft whose speed n is
+  OperatingRange range;
+
+  /// By place in structure->parameters.
+  double Get(int parameter) const;
+  void Set(int parameter, double value);
+  double Get(Component component) const { return Get(component.info().parameter); }
+  /// Contract: value > 0.
   void Set(Component component, double value);
 
-  /// Re1 = R9 R10 / (R9 + R10).
-  double re1_ohm() const { return r9_ohm * r10_ohm / (r9_ohm + r10_ohm); }
-  /// Re2 = R12 + R14 + R15.
-  double re2_ohm() const { return r12_ohm + r14_ohm + r15_ohm; }
-  /// k = Re2 / Re1, the amplifier's DC gain, 2.4 at nominal.
-  double gain() const { return re2_ohm() / re1_ohm(); }
+  /// Contract: structure != nullptr.
+  AmplifierResponse response() const { return structure->response(amplifier); }
+  double gain() const { return response().gain; }
 
   friend bool operator==(const PlantParameters&, const PlantParameters&) = default;
 };
-
-inline constexpr double kGearRatio = 3.8;             ///< motor shaft : output shaft
-inline constexpr double kSamplePeriodSeconds = 0.01;  ///< T of the paper
-inline constexpr double kSampleRateHz = 100.0;
 
 }  // namespace faultlab::core

@@ -13,18 +13,18 @@ namespace faultlab::core {
 /// Kinds of expected refusal. One switch in server/api gives the HTTP status.
 enum class ErrorCode {
   kInvalid,       ///< the request breaks a rule; `field` names the part
-  kNotFound,      ///< no such thing, or not yours to see
-  kConflict,      ///< the state changed under you
-  kUnauthorized,  ///< sign in first
+  kNotFound,      ///< it does not exist, or this caller may not see it
+  kConflict,      ///< the state has changed since the caller read it
+  kUnauthorized,  ///< the caller must sign in first
   kForbidden,     ///< signed in, but not allowed
-  kBusy,          ///< the server has no room now; try again later, nothing was lost
+  kBusy,          ///< no capacity at the moment; try again later, nothing was lost
   kTooMany,       ///< more than this caller may have at once; wait `parameters` "seconds"
   kTooLarge,      ///< more than a stated limit
   kUnavailable,   ///< a rig, disk or database does not answer
   kStale,         ///< an epoch or version older than the current one
 };
 
-/// "invalid", "not_found", ..: the word that stands in problem+json and in command answers.
+/// "invalid", "not_found", ..: the word in problem+json and in answers to commands.
 constexpr std::string_view Name(ErrorCode code) {
   switch (code) {
     case ErrorCode::kInvalid:
@@ -51,7 +51,7 @@ constexpr std::string_view Name(ErrorCode code) {
   return "?";
 }
 
-/// A number or a name in a refusal, for a translation to put into a sentence of its own.
+/// A number or a name in a refusal, which a translation can insert into its own sentence.
 struct ErrorParameter {
   std::string name;   ///< "rig"
   std::string value;  ///< "bench-1"
@@ -62,13 +62,13 @@ struct Error {
   ErrorCode code = ErrorCode::kInvalid;
   std::string message;
   std::string field;  ///< JSON pointer or column name; empty if the whole request is meant
-  /// What exactly, as a stable word for programs and translations ("rig_needs_session"), with its
-  /// numbers and names. Empty where the message alone says it.
+  /// The reason as a stable word for programs and translations ("rig_needs_session"); `parameters`
+  /// has its numbers and names. Empty if the message alone is enough.
   std::string reason{};
   std::vector<ErrorParameter> parameters{};
 };
 
-/// A value or an Error. value() of an error is a bug and throws ContractError.
+/// A value or an Error. Calling value() on an error is a bug and throws ContractError.
 template <typename T>
 class [[nodiscard]] Result {
  public:
@@ -101,7 +101,7 @@ class [[nodiscard]] Result {
   std::variant<T, Error> state_;
 };
 
-/// The success of an operation that returns nothing else.
+/// The success of an operation that has no other result.
 struct Done {};
 using Status = Result<Done>;
 

@@ -6,7 +6,7 @@
 namespace faultlab::core {
 namespace {
 
-/// Any gap beyond every window counts the same; the bound keeps conversions defined.
+/// All gaps longer than every window have the same effect; the bound keeps conversions defined.
 constexpr std::int64_t kGapMax = 1'000'000'000;
 
 }  // namespace
@@ -23,14 +23,15 @@ SampleStep SampleIntake::Classify(const Sample& sample) {
       return {SampleUse::kIgnore, 0};
     }
     if (elapsed_periods > static_cast<double>(step) + kStepTolerancePeriods) {
-      // Lines numbered anew: the gap shows in the time column alone.
+      // The lines were numbered anew, so the gap is visible in the time column only.
       step = std::llround(std::min(elapsed_periods, static_cast<double>(kGapMax)));
     }
   }
   started_ = true;
   index_ = sample.index;
   t_s_ = sample.t_s;
-  const bool clipped = IsPlausible(sample.um_v) && std::abs(sample.um_v) >= um_limit_v_;
+  const double reading = ReadingOf(sample, channel_);
+  const bool clipped = IsPlausible(reading) && std::abs(reading) >= limit_;
   return {clipped ? SampleUse::kClipped : SampleUse::kUse,
           static_cast<std::int32_t>(std::min(step, kGapMax) - 1)};
 }

@@ -2,31 +2,42 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "core/types/sample.h"
+#include "core/types/structure.h"
 
 namespace faultlab::core {
 
 /// A step of run time within half a period of its nominal value is jitter; beyond it samples are
 /// missing or repeated.
 inline constexpr double kStepTolerancePeriods = 0.5;
-/// End of a +-10 V converter.
+/// The end of the range of a +-10 V converter.
 inline constexpr double kConverterRail_v = 10.0;
-/// A 16-bit converter of +-10 V has steps of 0.3 mV: within three of them of its end it is clipped.
+/// A 16-bit converter of +-10 V has steps of 0.3 mV; a reading within three steps of the end is
+/// clipped.
 inline constexpr double kRailMargin_v = 1e-3;
 
-/// A reading beyond this is no voltage of any converter: treated as non-finite, so that squares of
-/// garbage never enter a sum.
+/// A larger reading is not a voltage of any converter. It is treated as non-finite, so that its
+/// square never enters a sum.
 inline constexpr double kPlausibleMax_v = 1e6;
 
 inline bool IsPlausible(double reading_v) {
   return std::abs(reading_v) < kPlausibleMax_v;  // false for NaN
 }
 
+/// Readings of a channel that lie between the ends of its converter.
+struct ReadingRange {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+
+  bool Holds(double reading) const { return reading > min && reading < max; }
+};
+
 enum class SampleUse {
-  kIgnore,   ///< a repetition, or later than its successor: as if it had not come
+  kIgnore,   ///< a repetition, or older than a sample already used; it is skipped
   kUse,      ///< the next sample of the record; its values may still be non-finite
-  kClipped,  ///< there, but um stands at the rail: a bound, not a value
+  kClipped,  ///< present, but um is at the rail and is only a bound
 };
 
 struct SampleStep {
@@ -34,34 +45,45 @@ struct SampleStep {
   std::int32_t missing = 0;  ///< samples lost before this one
 };
 
-/// Says of each sample where it stands in its record, by index and by time. Estimators and
-/// diagnosis share this one rule:
+/// Classifies each sample by its index and time within the record. Estimators and diagnosis share
+/// this rule:
 ///   repeated or late  index not above the last one, or less than half a period after it
-///   missing           what index and time skip, whichever is more
-///   clipped           |um| >= um_rail_v - kRailMargin_v
+///   missing           the samples skipped by index or by time, whichever is more
+///   clipped           |y| >= rail - kRailMargin_v; y: um, or the requested channel
 class SampleIntake {
  public:
-  explicit SampleIntake(double period_s, double um_rail_v = kConverterRail_v)
-      : period_s_(period_s), um_limit_v_(um_rail_v - kRailMargin_v) {}
+  explicit SampleIntake(double period_s,
+                        double rail = kConverterRail_v,
+                        EstimatedChannel channel = EstimatedChannel::kUm)
+      : period_s_(period_s), limit_(rail - kRailMargin_v), channel_(channel) {}
 
   SampleStep Classify(const Sample& sample);
 
  private:
   double period_s_;
-  double um_limit_v_;
+  double limit_;  ///< of |y|, unit of the channel
+  EstimatedChannel channel_;
   bool started_ = false;
   std::int64_t index_ = 0;
   double t_s_ = 0.0;
 };
 
+/// The reading of a channel in a sample.
+inline double ReadingOf(const Sample& sample, EstimatedChannel channel) {
+  return channel == EstimatedChannel::kIa ? sample.ia_a : sample.um_v;
+}
+
 /// Hands a sample to an estimator with Push(u, y), PushUnusable() and Skip(missing).
 template <typename Estimator>
-void Feed(const SampleStep& step, const Sample& sample, Estimator& estimator) {
+void Feed(const SampleStep& step,
+          const Sample& sample,
+          Estimator& estimator,
+          EstimatedChannel channel = EstimatedChannel::kUm) {
   if (step.missing > 0) {
     estimator.Skip(step.missing);
   }
   if (step.use == SampleUse::kUse) {
-    estimator.Push(sample.uc_v, sample.um_v);
+    estimator.Push(sample.uc_v, ReadingOf(sample, channel));
   } else if (step.use == SampleUse::kClipped) {
     estimator.PushUnusable();
   }

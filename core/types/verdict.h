@@ -11,9 +11,9 @@
 namespace faultlab::core {
 
 enum class VerdictKind {
-  kCalibrating,  ///< the healthy stretch is still being learnt
+  kCalibrating,  ///< the calibration from the healthy stretch is not finished
   kNominal,
-  kFault,         ///< one component, or a group that no sensor separates
+  kFault,         ///< one component, or a group that no sensor can separate
   kUnknownFault,  ///< something changed that no single component explains
   kNotExcited,    ///< the input is too poor to answer
 };
@@ -34,9 +34,9 @@ constexpr std::string_view Name(VerdictKind kind) {
   return "?";
 }
 
-/// One hypothesis: this component, with this value, explains the record this well.
+/// One hypothesis: this component, with this value, and how well it explains the record.
 struct Candidate {
-  Component component = Component::kR1;
+  Component component{};
   double value = 0.0;  ///< SI unit of the component
   double sigma = 0.0;  ///< standard error of value, same unit; NaN when only a bound is known
   char bound = 0;      ///< '<' or '>' when value is a bound, 0 when it is an estimate
@@ -46,12 +46,13 @@ struct Candidate {
       0.0;  ///< how much worse than the best candidate, in units of score; 0 for the best
 };
 
-/// One test on the decision path (paper Fig. 21): which number decided, by how much, which way.
+/// One test on the decision path (paper Fig. 21): the number that decided, its threshold, and the
+/// answer.
 struct PathStep {
   std::string question;  ///< "b0 outside its band?"
   bool answer = false;
   double value = 0.0;      ///< the number that decided
-  double threshold = 0.0;  ///< what it was held against
+  double threshold = 0.0;  ///< the number that it was compared with
   std::string leads_to;    ///< next test or the component named
 };
 
@@ -60,11 +61,11 @@ struct Verdict {
   std::optional<double> detected_at_s;  ///< time of the sample at which the alarm was raised
   std::optional<double> onset_s;        ///< estimated time of the change
   std::string detector;                 ///< which test of the bank raised it
-  std::vector<Component> group;       ///< components that no sensor separates; one entry = isolated
-  std::vector<Candidate> candidates;  ///< best first
-  std::vector<PathStep> path;         ///< the paper's decision algorithm, in the order taken
-  bool settled = false;               ///< false while the post-fault window still fills
-  std::string reason;                 ///< one sentence for a person
+  std::vector<Component> group;         ///< cannot be separated by a sensor; one entry = isolated
+  std::vector<Candidate> candidates;    ///< best first
+  std::vector<PathStep> path;           ///< the paper's decision algorithm, in the order taken
+  bool settled = false;                 ///< false until the window after the fault is full
+  std::string reason;                   ///< one sentence for a person
 };
 
 }  // namespace faultlab::core

@@ -1,7 +1,7 @@
-# How a library, a test and a benchmark of faultlab are declared: one place for flags and warnings.
+# Declares libraries, tests and benchmarks of faultlab: one place for flags and warnings.
 find_program(CCACHE ccache)
 if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  # What ccache asks for before it keeps objects that use a precompiled header.
+  # ccache requires this before it stores objects that use a precompiled header.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE})
   set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE})
 endif()
@@ -18,9 +18,9 @@ if(FAULTLAB_WERROR)
 endif()
 target_include_directories(faultlab_flags INTERFACE "${CMAKE_SOURCE_DIR}" "${CMAKE_BINARY_DIR}/generated")
 target_link_libraries(faultlab_flags INTERFACE Threads::Threads)
-# All sanitizers go on every target: a mix of instrumented and plain objects hides errors.
-# UBSan's pointer checks (null, alignment, object size, vptr) are left out: they double the compile time
-# (19 s to 9 s for a typical file) and AddressSanitizer sees most of what they would.
+# All targets get the sanitizers, because a mix of instrumented and plain objects hides errors.
+# UBSan's pointer checks (null, alignment, object size, vptr) are left out: with them a typical file
+# compiles in 19 s instead of 9 s, and AddressSanitizer finds most of the same errors.
 if(FAULTLAB_SANITIZE)
   add_compile_options(-fsanitize=${FAULTLAB_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   if(FAULTLAB_SANITIZE MATCHES undefined)
@@ -33,7 +33,8 @@ if(FAULTLAB_SANITIZE)
 endif()
 
 # faultlab_library(NAME SOURCES a.cc .. [APART b.cc ..] [DEPS public..] [PRIVATE_DEPS ..])
-# APART: of the sources, those whose helpers have names that another one's have; deploy/tidy reads them by themselves.
+# APART: sources with helpers of the same name as another source's; deploy/tidy reads each of them
+# separately.
 function(faultlab_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;APART;DEPS;PRIVATE_DEPS" ${ARGN})
   set_source_files_properties(${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
@@ -46,9 +47,9 @@ function(faultlab_library name)
   endif()
 endfunction()
 
-# faultlab_test_headers(NAME): GoogleTest and what it includes anyway, parsed once for all tests of this folder and
-# below: a third of a test's compile time. The product has no such header, so that no file of it can lean on what another
-# one includes.
+# faultlab_test_headers(NAME): GoogleTest and the headers that it includes, parsed once for all
+# tests of this folder and below, which saves a third of a test's compile time. The product has no
+# such header, so that its files cannot depend on includes of another file.
 function(faultlab_test_headers name)
   find_package(GTest REQUIRED)
   set(empty "${CMAKE_CURRENT_BINARY_DIR}/${name}.cc")
@@ -60,9 +61,9 @@ function(faultlab_test_headers name)
   set(FAULTLAB_TEST_HEADERS ${name} PARENT_SCOPE)
 endfunction()
 
-# faultlab_test(NAME SOURCES a_test.cc .. DEPS .. [LABELS ..] [TIMEOUT s] [ALONE]): a GoogleTest program, one ctest
-# entry; ALONE: no other test runs beside it, and a machine that stands still is no failure (tests/support/real_time.h). The
-# longer a test may take, the sooner it starts.
+# faultlab_test(NAME SOURCES a_test.cc .. DEPS .. [LABELS ..] [TIMEOUT s] [ALONE]): a GoogleTest
+# program, one ctest entry. ALONE: no other test runs at the same time, and a machine that stands
+# still is not a failure (tests/support/real_time.h). Tests with longer time limits start earlier.
 function(faultlab_test name)
   cmake_parse_arguments(ARG "ALONE" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
   find_package(GTest REQUIRED)

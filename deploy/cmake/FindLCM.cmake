@@ -1,4 +1,5 @@
-# liblcm-dev's lcm.pc wants glib-2.0, which the package does not depend on: find the files themselves.
+# liblcm-dev's lcm.pc requires glib-2.0, on which the package does not depend, so the files
+# themselves are searched.
 # Target LCM::lcm, program LCM_GEN.
 find_path(LCM_INCLUDE_DIR lcm/lcm-cpp.hpp)
 find_library(LCM_LIBRARY lcm)

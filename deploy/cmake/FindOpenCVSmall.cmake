@@ -1,4 +1,5 @@
-# The small OpenCV packages (core, imgproc, imgcodecs) ship no OpenCVConfig.cmake: target OpenCV::small.
+# The small OpenCV packages (core, imgproc, imgcodecs) contain no OpenCVConfig.cmake. Defines the
+# target OpenCV::small.
 find_path(OPENCV_SMALL_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4)
 foreach(part core imgproc imgcodecs)
   find_library(OPENCV_SMALL_${part} opencv_${part})

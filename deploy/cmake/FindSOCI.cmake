@@ -1,4 +1,5 @@
-# libsoci-dev ships neither CMake config nor .pc: targets SOCI::core, SOCI::sqlite3, SOCI::postgresql.
+# libsoci-dev contains neither a CMake config nor a .pc file. Defines SOCI::core, SOCI::sqlite3,
+# SOCI::postgresql.
 find_path(SOCI_INCLUDE_DIR soci/soci.h)
 find_library(SOCI_CORE_LIBRARY soci_core)
 find_library(SOCI_SQLITE3_LIBRARY soci_sqlite3)

@@ -1,6 +1,6 @@
-# lcm_types(NAME file.lcm ..): the types as an interface target: generated C++ for each, and <package>/layouts.hpp with
-# where the lengths lie in each (hardware/lcm/message_layout.h). SYSTEM: lcm-gen's code has warnings of its own.
-# A type stands behind those that it holds.
+# lcm_types(NAME file.lcm ..): the types as an interface target: generated C++ for each, and
+# <package>/layouts.hpp with the positions of the lengths in each (hardware/lcm/message_layout.h).
+# SYSTEM, because lcm-gen's code causes warnings. A type must follow those that it contains.
 function(lcm_types name)
   find_package(LCM REQUIRED)
   set(out "${CMAKE_CURRENT_BINARY_DIR}/${name}")
@@ -41,8 +41,8 @@ using AllMessages = MessageList<@all@>;
   target_link_libraries(${name} INTERFACE LCM::lcm)
 endfunction()
 
-# lcm_layout(VARIABLE file package type known): the C++ layout of one type. What it cannot describe stops the
-# configuration: no type gets through to the bus without one.
+# lcm_layout(VARIABLE file package type known): the C++ layout of one type. A type that it cannot
+# describe stops the configuration, so that every type on the bus has a layout.
 function(lcm_layout variable file package type known)
   file(READ "${CMAKE_CURRENT_SOURCE_DIR}/${file}" text)
   string(REGEX REPLACE "//[^\n]*" "" text "${text}")

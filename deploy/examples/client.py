@@ -35,7 +35,7 @@ class Lab:
                     return answer.read()
             except urllib.error.HTTPError as error:
                 problem = error.read().decode(errors="replace")
-                if error.code == 503:  # busy: the answer says when to come back
+                if error.code == 503:  # the server is busy and states when to try again
                     time.sleep(float(error.headers.get("Retry-After", "1")))
                     continue
                 sys.exit(f"{method} {path}: {error.code} {problem}")
@@ -66,7 +66,7 @@ def main():
         }
         for value in values
     ]
-    # The key makes the request safe to repeat: a lost answer does not start the sweep twice.
+    # The key makes the request safe to repeat: after a lost answer the sweep is not started twice.
     batch = lab.json("POST", "jobs", {"name": "sweep", "runs": runs},
                      {"Idempotency-Key": str(uuid.uuid4())})["batch"]
     while True:

@@ -1,10 +1,13 @@
 #include "hardware/config/bench_file.h"
 
+#include <array>
+#include <chrono>
 #include <cmath>
-#include <set>
+#include <cstdio>
 #include <utility>
 
 #include "core/types/check.h"
+#include "hardware/bench/benches.h"
 #include "hardware/config/toml_table.h"
 #include "hardware/daq/guarded_daq.h"
 
@@ -24,6 +27,12 @@ void ReadScale(TomlTable& section,
   section.Number(name + "_offset_v", s.offset_v, -10.0, 10.0);
 }
 
+std::string Number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.6g", value);
+  return text.data();
+}
+
 Nanoseconds Milliseconds(double value) {
   return Nanoseconds(std::llround(value * 1e6));
 }
@@ -31,35 +40,47 @@ Nanoseconds Milliseconds(double value) {
 void ReadRelays(TomlTable& relays, BenchFile& file) {
   RelayWiring& wiring = file.config.wiring;
   relays.Flag("inverted", wiring.inverted);
-  for (std::size_t board = 0; board < kRelayBoards; ++board) {
-    relays.Integers(std::string(core::Name(kRelayComponents[board])),
-                    wiring.line[board],
-                    0,
-                    31,
-                    "the lines of its positions, nominal first");
+  for (const core::Component component : wiring.boards) {
+    const std::string symbol(core::Name(component));
+    if (relays.Has(symbol)) {
+      relays.Refuse(symbol,
+                    "belongs into the bench's description now: `lines` of its [[component]]");
+    }
   }
   double gap_ms = 3.0;
   double settle_ms = 3.0;
-  double rest_ms = 50.0;
+  double rest_ms = 1e3 * file.config.limits.relay_rest_s;
   relays.Number("gap_ms", gap_ms, 0.5, 1000.0);
   relays.Number("settle_ms", settle_ms, 0.5, 1000.0);
   relays.Number("rest_ms", rest_ms, 10.0, 60000.0);
   file.config.timing = {.gap = Milliseconds(gap_ms), .settle = Milliseconds(settle_ms)};
   file.config.limits.relay_rest_s = rest_ms * 1e-3;
-  std::set<int> used;
-  for (std::size_t board = 0; board < kRelayBoards; ++board) {
-    for (const int line : wiring.line[board]) {
-      if (!used.insert(line).second) {
-        relays.Refuse(std::string(core::Name(kRelayComponents[board])),
-                      "uses line " + std::to_string(line) + ", which is in use already");
-      }
-    }
+}
+
+/// Relays have settled before the sample is read. Refuses the key that the file has.
+void CheckRelayTime(TomlTable& root, const BenchFile& file, double delta_ms) {
+  const RelayTiming& timing = file.config.timing;
+  if (file.config.wiring.boards.empty() || timing.gap + timing.settle < Milliseconds(delta_ms)) {
+    return;
   }
+  const auto milliseconds = [](Nanoseconds span) {
+    return Number(std::chrono::duration<double, std::milli>(span).count());
+  };
+  TomlTable& loop = root.Sub("loop");
+  TomlTable& relays = root.Sub("relays");
+  const std::string what = "gap_ms " + milliseconds(timing.gap) + " + settle_ms " +
+                           milliseconds(timing.settle) + " must be below delta_ms " +
+                           Number(delta_ms) + ": the sample would be read while relays move";
+  if (loop.Has("delta_ms")) loop.Refuse("delta_ms", "is too short: relays." + what);
+  const std::string key = relays.Has("gap_ms") || !relays.Has("settle_ms") ? "gap_ms" : "settle_ms";
+  relays.Refuse(key,
+                std::string(relays.Has(key) ? "is too long: " : "is missing and then 3: ") + what +
+                    " (delta_s of the bench's description)");
 }
 
 void ReadLimits(TomlTable& limits, RigLimits& to) {
-  limits.Number("uc_min_v", to.uc_v_min, -10.0, 0.0);
-  limits.Number("uc_max_v", to.uc_v_max, 0.1, 10.0);
+  limits.Number("uc_min_v", to.uc_v_min, -100.0, 0.0);
+  limits.Number("uc_max_v", to.uc_v_max, 0.1, 100.0);
   limits.Number("slew_v_per_s", to.slew_v_per_s, 1.0, 1e6);
   limits.Number("voltage_max_v", to.voltage_v_max, 1.0, 60.0);
   limits.Number("current_continuous_a", to.current_continuous_a, 0.01, 20.0);
@@ -74,8 +95,12 @@ void ReadDriver(TomlTable& root, BenchFile& file) {
   file.driver =
       static_cast<BenchFile::Driver>(root.Choice("driver", 0, {"simulated", "nidaqmx", "comedi"}));
   TomlTable& simulated = root.Sub("simulated");
+  std::vector<std::string> profiles;
+  for (const core::BenchProfile& each : file.config.description.bench->profiles) {
+    profiles.push_back(each.name);
+  }
   file.simulated.profile =
-      static_cast<SimulatedProfile>(simulated.Choice("profile", 0, {"bench", "multisim"}));
+      profiles[static_cast<std::size_t>(simulated.Choice("profile", 0, profiles))];
   simulated.Number("speed", file.simulated.speed, 0.0, 1e6);
 
   TomlTable& ni = root.Sub("nidaqmx");
@@ -112,14 +137,24 @@ void ReadDriver(TomlTable& root, BenchFile& file) {
   comedi.Word("reference", file.comedi.reference, {"ground", "common", "diff"});
 }
 
-void Read(TomlTable& root, BenchFile& file) {
+void Read(TomlTable& root, const std::string& asked, BenchFile& file) {
   RigDescription& description = file.config.description;
-  description.rig_class = "bench";
   root.Text("id", description.id);
-  root.Text("class", description.rig_class);
   root.Text("calibration", file.calibration);
+  std::string bench;
+  root.Text("bench", bench);
+  const core::Result<const core::Bench*> known = LoadBench(asked.empty() ? bench : asked);
+  if (!known) root.Refuse("bench", "is refused: " + known.error().message);
+  const std::string id = description.id;
+  file.config = ConfigOf(*known.value());
+  description.id = id;
+  root.Text("class", description.rig_class);
+  file.simulated.bench = known.value();
   ReadDriver(root, file);
   const bool simulated = file.driver == BenchFile::Driver::kSimulated;
+  if (!simulated && !known.value()->limits_stated) {
+    root.Refuse("bench", "describes no [limits]: say there what the motor stands");
+  }
   description.kind = simulated ? RigKind::kSimulated : RigKind::kBench;
 
   TomlTable& scaling = root.Sub("scaling");
@@ -149,11 +184,17 @@ void Read(TomlTable& root, BenchFile& file) {
   if (quadrants == 3) amplifier.Refuse("quadrants", "must be 2 or 4");
   description.amplifier_quadrants = quadrants == 4 ? core::Quadrants::kFour : core::Quadrants::kTwo;
   if (quadrants == 2 && file.config.limits.uc_v_min < 0.0) {
-    amplifier.Refuse("quadrants", "is 2, but limits.uc_min_v is below 0");
+    const bool of_this_rig = root.Sub("limits").Has("uc_min_v");
+    amplifier.Refuse("quadrants",
+                     std::string(amplifier.Has("quadrants") ? "is 2" : "is missing and then 2") +
+                         ", but uc may be " + Number(file.config.limits.uc_v_min) + " V by " +
+                         (of_this_rig ? "limits.uc_min_v"
+                                      : "the description of the bench " + known.value()->name) +
+                         ": write quadrants = 4, or limits.uc_min_v = 0");
   }
 
   TomlTable& loop = root.Sub("loop");
-  double delta_ms = 9.5;
+  double delta_ms = 1e3 * description.delta_s;
   loop.Number("delta_ms", delta_ms, 0.1, 1000.0);
   description.delta_s = delta_ms * 1e-3;
   loop.Integer("fifo_priority", file.fifo_priority, 0, 99);
@@ -161,19 +202,17 @@ void Read(TomlTable& root, BenchFile& file) {
   double driver_timeout_ms = 250.0;
   loop.Number("driver_timeout_ms", driver_timeout_ms, 20.0, 10'000.0);
   file.driver_patience = Milliseconds(driver_timeout_ms);
-  if (!simulated && file.config.timing.gap + file.config.timing.settle >= Milliseconds(delta_ms)) {
-    loop.Refuse("delta_ms",
-                "is shorter than relays.gap_ms + relays.settle_ms: the sample would be read while "
-                "relays move");
-  }
+  if (!simulated) CheckRelayTime(root, file, delta_ms);
 
   TomlTable& link = root.Sub("link");
   link.Number("ride_through_s", file.ride_through_s, 0.0, 120.0);
 
-  description.has_ua = simulated || (comedi ? file.comedi.ua >= 0 : !file.nidaqmx.ua.empty());
-  description.has_ia = simulated || (comedi ? file.comedi.ia >= 0 : !file.nidaqmx.ia.empty());
-  description.has_n =
-      simulated || (comedi ? file.comedi.counter >= 0 : !file.nidaqmx.counter.empty());
+  const auto wired = [&](bool described, bool on_comedi, const std::string& ni_channel) {
+    return described && (simulated || (comedi ? on_comedi : !ni_channel.empty()));
+  };
+  description.has_ua = wired(description.has_ua, file.comedi.ua >= 0, file.nidaqmx.ua);
+  description.has_ia = wired(description.has_ia, file.comedi.ia >= 0, file.nidaqmx.ia);
+  description.has_n = wired(description.has_n, file.comedi.counter >= 0, file.nidaqmx.counter);
   file.simulated.rig_class = description.rig_class;
   file.simulated.amplifier_mode = description.amplifier_mode;
   file.simulated.amplifier_quadrants = description.amplifier_quadrants;
@@ -182,17 +221,19 @@ void Read(TomlTable& root, BenchFile& file) {
 
 }  // namespace
 
-core::Result<BenchFile> ParseBenchFile(std::string_view text, std::string_view name) {
+core::Result<BenchFile> ParseBenchFile(std::string_view text,
+                                       std::string_view name,
+                                       const std::string& bench) {
   BenchFile file;
-  const core::Status read = ReadToml(text, name, [&file](TomlTable& root) { Read(root, file); });
+  const core::Status read = ReadToml(text, name, [&](TomlTable& root) { Read(root, bench, file); });
   if (!read.ok()) return read.error();
   return file;
 }
 
-core::Result<BenchFile> LoadBenchFile(const std::string& path) {
+core::Result<BenchFile> LoadBenchFile(const std::string& path, const std::string& bench) {
   const core::Result<std::string> text = LoadText(path);
   if (!text) return text.error();
-  return ParseBenchFile(text.value(), path);
+  return ParseBenchFile(text.value(), path, bench);
 }
 
 std::unique_ptr<Daq> OpenDaq(const BenchFile& file) {

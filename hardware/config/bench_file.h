@@ -31,8 +31,11 @@ struct BenchFile {
 
 /// Every key is checked for type and range, unknown ones are refused. An Error's message begins
 /// "NAME:LINE: "; its field is the dotted key.
-core::Result<BenchFile> ParseBenchFile(std::string_view text, std::string_view name);
-core::Result<BenchFile> LoadBenchFile(const std::string& path);
+/// @param bench  description that stands for the file's own `bench`; empty: as the file says
+core::Result<BenchFile> ParseBenchFile(std::string_view text,
+                                       std::string_view name,
+                                       const std::string& bench = "");
+core::Result<BenchFile> LoadBenchFile(const std::string& path, const std::string& bench = "");
 
 /// The board itself, opened. Throws IoError. Contract: driver is not kSimulated.
 std::unique_ptr<Daq> OpenDaq(const BenchFile& file);

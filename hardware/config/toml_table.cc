@@ -47,9 +47,11 @@ core::Error ErrorAt(std::string_view file,
                     const toml::source_region& where,
                     const std::string& message,
                     const std::string& key) {
+  // What is not in the file has no line.
+  const std::string line =
+      where.begin.line > 0 ? ":" + std::to_string(where.begin.line) : std::string();
   return core::Error{.code = core::ErrorCode::kInvalid,
-                     .message = std::string(file) + ":" +
-                                std::to_string(std::max(1U, where.begin.line)) + ": " + message,
+                     .message = std::string(file) + line + ": " + message,
                      .field = key};
 }
 
@@ -155,6 +157,46 @@ void TomlTable::Texts(const std::string& key, std::vector<std::string>& values) 
   values = std::move(read);
 }
 
+void TomlTable::Numbers(const std::string& key,
+                        std::vector<double>& values,
+                        double min,
+                        double max) {
+  const toml::node* node = state_->Find(key);
+  if (node == nullptr) return;
+  std::vector<double> read;
+  if (const toml::array* list = node->as_array()) {
+    for (const toml::node& entry : *list) {
+      const auto number = entry.is_number() ? entry.value<double>() : std::nullopt;
+      if (number && *number >= min && *number <= max) read.push_back(*number);
+    }
+    if (read.size() == list->size()) {
+      values = std::move(read);
+      return;
+    }
+  }
+  Refuse(key, "must be a list of numbers from " + TextOf(min) + " to " + TextOf(max));
+}
+
+void TomlTable::Integers(const std::string& key, std::vector<int>& values, int min, int max) {
+  const toml::node* node = state_->Find(key);
+  if (node == nullptr) return;
+  std::vector<int> read;
+  if (const toml::array* list = node->as_array()) {
+    for (const toml::node& entry : *list) {
+      if (IsWhole(entry, min, max)) read.push_back(static_cast<int>(*entry.value<std::int64_t>()));
+    }
+    if (read.size() == list->size()) {
+      values = std::move(read);
+      return;
+    }
+  }
+  Refuse(key, "must be a list of whole numbers" + WholeFrom(min, max));
+}
+
+bool TomlTable::Has(const std::string& key) const {
+  return state_->table->contains(key);
+}
+
 void TomlTable::Word(const std::string& key,
                      std::string& value,
                      const std::vector<std::string>& words) {
@@ -195,9 +237,15 @@ void TomlTable::Integers(
 
 void TomlTable::Refuse(const std::string& key, const std::string& what) const {
   const toml::node* node = state_->table->get(key);
-  throw Refusal{.key = state_->prefix + key,
-                .what = what,
-                .where = node != nullptr ? node->source() : state_->table->source()};
+  // A key that is missing is missed where its table begins; the whole file begins nowhere.
+  const bool whole_file = state_->prefix.empty();
+  toml::source_region where{};
+  if (node != nullptr) {
+    where = node->source();
+  } else if (!whole_file) {
+    where = state_->table->source();
+  }
+  throw Refusal{.key = state_->prefix + key, .what = what, .where = where};
 }
 
 void TomlTable::RefuseWhatNobodyAskedFor() const {

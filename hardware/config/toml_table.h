@@ -33,6 +33,10 @@ class TomlTable {
   void Text(const std::string& key, std::string& value);
   void Texts(const std::string& key, std::vector<std::string>& values);
   void Word(const std::string& key, std::string& value, const std::vector<std::string>& words);
+  /// A list of any length.
+  void Numbers(const std::string& key, std::vector<double>& values, double min, double max);
+  void Integers(const std::string& key, std::vector<int>& values, int min, int max);
+  bool Has(const std::string& key) const;
   /// The index of the word.
   int Choice(const std::string& key, int fallback, const std::vector<std::string>& words);
   /// A list of as many numbers as `values` has; `meaning` says what they are.

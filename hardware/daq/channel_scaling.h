@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "core/bench/bench.h"
 #include "hardware/daq/daq.h"
 
 namespace faultlab::hardware {
@@ -21,20 +22,33 @@ enum class SpeedMethod {
   kGatedCount,      ///< pulses counted from one read to the next, by the real time between
 };
 
-/// What stands between the terminals and the quantities of a Sample. The +-10 V converters see um
-/// and ua behind a 2:1 divider, and ia as 5 V/A.
+/// What stands between the terminals and the quantities of a Sample.
 struct ChannelScaling {
   ChannelScale uc;
-  ChannelScale um{.v_per_unit = 0.5};
-  ChannelScale ua{.v_per_unit = 0.5};
-  ChannelScale ia{.v_per_unit = 5.0};
+  ChannelScale um;
+  ChannelScale ua;
+  ChannelScale ia;
   int pulses_per_revolution = 1000;
-  double gear_ratio = 3.8;
+  double gear_ratio = 1.0;
   SpeedMethod speed = SpeedMethod::kPulseFrequency;
 
   double RpmOfFrequency(double pulses_hz) const {
     return pulses_hz * 60.0 / (pulses_per_revolution * gear_ratio);
   }
 };
+
+inline ChannelScale ScaleOf(const core::BenchChannel& channel) {
+  return {channel.v_per_unit, channel.offset_v};
+}
+
+/// As the bench is described.
+inline ChannelScaling ScalingOf(const core::Bench& bench) {
+  return {.uc = ScaleOf(bench.uc),
+          .um = ScaleOf(bench.um),
+          .ua = ScaleOf(bench.ua),
+          .ia = ScaleOf(bench.ia),
+          .pulses_per_revolution = bench.pulses_per_revolution,
+          .gear_ratio = bench.nominal.gear_ratio};
+}
 
 }  // namespace faultlab::hardware

@@ -6,11 +6,14 @@
 namespace faultlab::hardware {
 
 /// What a message must say, so that agent and server understand each other. 2: epochs are the
-/// server's. 3: messages are sealed.
-inline constexpr std::int32_t kProtocol = 3;
+/// server's. 3: messages are sealed. 4: rigs describe their bench.
+inline constexpr std::int32_t kProtocol = 4;
 
 /// The channels of the bus.
 inline const std::string kAnnounceChannel = "FAULTLAB.ANNOUNCE";
+inline std::string BenchChannel(const std::string& rig) {
+  return "FAULTLAB." + rig + ".BENCH";
+}
 inline std::string CommandChannel(const std::string& rig) {
   return "FAULTLAB." + rig + ".COMMAND";
 }

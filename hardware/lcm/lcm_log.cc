@@ -33,19 +33,22 @@ void Append(lcm::LogFile& log,
 
 }  // namespace
 
-core::Result<LcmRecord> ReadLcmLog(const std::string& path, const std::string& run) {
+core::Result<LcmRecord> ReadLcmLog(const std::string& path,
+                                   const std::string& run,
+                                   const core::Bench& bench) {
   std::ifstream in(path, std::ios::binary);
   if (!in) {
     return core::Error{.code = core::ErrorCode::kNotFound,
                        .message = path + " cannot be read as an LCM log",
                        .field = {}};
   }
-  return ReadLcmLog(in, path, run);
+  return ReadLcmLog(in, path, run, bench);
 }
 
 core::Result<LcmRecord> ReadLcmLog(std::istream& in,
                                    const std::string& path,
-                                   const std::string& run) {
+                                   const std::string& run,
+                                   const core::Bench& bench) {
   LcmEventFile log(in);
   LcmRecord record;
   record.run = run;
@@ -75,7 +78,8 @@ core::Result<LcmRecord> ReadLcmLog(std::istream& in,
       const auto said = FromBytes<faultlab_msgs::event_t>(event.data);
       if (!said || (!record.run.empty() && said->run != record.run)) continue;
       if (record.run.empty()) record.run = said->run;
-      if (const std::optional<RigEvent> known = Decode(*said)) record.events.push_back(*known);
+      if (const std::optional<RigEvent> known = Decode(*said, bench))
+        record.events.push_back(*known);
     }
   }
   const auto by_index = [](const core::Sample& a, const core::Sample& b) {

@@ -65,18 +65,19 @@ void Encode(const core::Frame& frame, faultlab_msgs::estimates_t& out) {
 void Encode(const RigEvent& event, faultlab_msgs::event_t& out) {
   out.index = event.index;
   out.kind = Name(event.kind);
-  out.component = NamesComponent(event.kind) ? core::Name(event.component) : "";
+  out.component =
+      NamesComponent(event.kind) && event.component.exists() ? core::Name(event.component) : "";
   out.value = event.value;
   out.text = event.text;
 }
 
-std::optional<RigEvent> Decode(const faultlab_msgs::event_t& in) {
+std::optional<RigEvent> Decode(const faultlab_msgs::event_t& in, const core::Bench& bench) {
   RigEvent event;
   event.index = in.index;
   event.value = in.value;
   event.text = in.text;
   if (!in.component.empty()) {
-    const std::optional<core::Component> component = core::ParseComponent(in.component);
+    const std::optional<core::Component> component = bench.Find(in.component);
     if (!component) return std::nullopt;
     event.component = *component;
   }

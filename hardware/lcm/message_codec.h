@@ -25,7 +25,7 @@ void Encode(const core::Frame& frame, faultlab_msgs::estimates_t& out);
 
 void Encode(const RigEvent& event, faultlab_msgs::event_t& out);
 /// Nothing for a kind or component that this version does not know.
-std::optional<RigEvent> Decode(const faultlab_msgs::event_t& in);
+std::optional<RigEvent> Decode(const faultlab_msgs::event_t& in, const core::Bench& bench);
 
 template <typename Message>
 std::vector<std::uint8_t> ToBytes(const Message& message) {

@@ -207,7 +207,7 @@ core::Status RemoteRig::Arm(RunPlan plan, Epoch epoch) {
   if (!armed) return armed;
   const std::lock_guard lock(mutex_);
   if (auto fresh = line_.Check(epoch); !fresh) return fresh;
-  assembly_.Begin(run);
+  assembly_.Begin(run, *description_.bench);
   queue_.Reopen();
   run_state_ = RigState::kArmed;
   return core::Done{};
@@ -245,7 +245,7 @@ core::Status RemoteRig::Command(Epoch epoch, const RigCommand& command) {
     if (auto leased = Lease(epoch); !leased) return leased;
   }
   AgentLine::Message message = line_.NewCommand(sets ? "set" : clears ? "clear" : "nominal", epoch);
-  message.component = core::Name(command.component);
+  if (sets) message.component = core::Name(command.component);
   message.value = command.value;
   const core::Result<AgentLine::Reply> reply = Ask(std::move(message));
   if (!reply) return reply.error();
@@ -315,7 +315,7 @@ core::Result<SelfTestReport> RemoteRig::SelfTest(Epoch epoch) {
   SelfTestReport report;
   report.ok = reply.value().ok != 0;
   for (const faultlab_msgs::rig_position_t& position : reply.value().positions) {
-    report.positions.push_back(FromPosition(position));
+    report.positions.push_back(FromPosition(position, *description_.bench));
   }
   return report;
 }

@@ -65,9 +65,17 @@ class RemoteRig final : public Rig {
   LoopQuality loop_quality() const override;
 
   RemoteRigInfo info() const;
+  const RigKey& key() const { return settings_.key; }
+  /// The announced bench is known: nothing may be asked of description() before.
+  bool IsDescribed() const;
+  /// The agent came back as another bench: this object is of no more use.
+  bool AnnouncesAnotherBench() const;
+  /// Why the description that came last cannot be read; empty: it can, or none came.
+  std::string bench_refusal() const;
 
   /// Messages of this rig, as the bus gives them.
   void OnAnnounce(MessageBus::Bytes bytes);
+  void OnBench(MessageBus::Bytes bytes);
   void OnReply(MessageBus::Bytes bytes);
   void OnStream(MessageBus::Bytes bytes);
   /// Keepalive, refill, lost rigs. Every few milliseconds.
@@ -79,6 +87,7 @@ class RemoteRig final : public Rig {
   core::Result<AgentLine::Reply> Ask(AgentLine::Message message);
   LinkState Link() const;
   std::string Refusal() const;
+  void TakeDescription(const faultlab_msgs::rig_announce_t& said);
   void FollowTrip(const RigEvent& event);
   void Deliver(std::vector<RigMessage> messages);
   void EndRun(RigMessage last);
@@ -95,6 +104,7 @@ class RemoteRig final : public Rig {
   std::condition_variable run_ended_;
   RigDescription description_;
   bool described_ = false;
+  std::string bench_refusal_;  ///< of the description that came last; empty: it was read
   std::optional<faultlab_msgs::rig_announce_t> announced_;
   Nanoseconds heard_at_{-1};
   bool foreign_protocol_ = false;  ///< of the last announcement

@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "faultlab_msgs/rig_bench_t.hpp"
 #include "faultlab_msgs/rig_stream_t.hpp"
+#include "hardware/bench/benches.h"
 #include "hardware/lcm/remote_rig.h"
 #include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/sealed_message.h"
@@ -47,14 +49,46 @@ void RemoteRig::OnAnnounce(MessageBus::Bytes bytes) {
   }
   heard_at_ = now_();
   foreign_protocol_ = false;
-  if (!described_) {
-    described_ = true;  // fixed while the rig lives: readers hold a reference
-    Decode(*said, description_);
-  }
+  if (!described_) TakeDescription(*said);
   if (run_state_ == RigState::kRunning && said->run == assembly_.run()) {
     assembly_.Expect(said->run_next_seq);
   }
   announced_ = std::move(said);
+}
+
+/// Call with mutex_ held. What is said of the rig stays while it lives: readers hold a reference.
+void RemoteRig::TakeDescription(const faultlab_msgs::rig_announce_t& said) {
+  const core::Bench* bench = FindKeptBench(said.bench);
+  if (bench == nullptr) return;
+  description_.bench = bench;
+  description_.has_um = bench->um.exists;
+  Decode(said, description_);
+  described_ = true;
+}
+
+void RemoteRig::OnBench(MessageBus::Bytes bytes) {
+  const auto said =
+      Opened<faultlab_msgs::rig_bench_t>(bytes, BenchChannel(id_), id_, settings_.key);
+  if (!said) return;
+  const auto kept = KeepBench(said->text, "bench of " + id_);
+  const std::lock_guard lock(mutex_);
+  bench_refusal_ = kept.ok() ? "" : kept.error().message;
+  if (!described_ && announced_) TakeDescription(*announced_);
+}
+
+bool RemoteRig::IsDescribed() const {
+  const std::lock_guard lock(mutex_);
+  return described_;
+}
+
+bool RemoteRig::AnnouncesAnotherBench() const {
+  const std::lock_guard lock(mutex_);
+  return described_ && announced_ && announced_->bench != description_.bench->id;
+}
+
+std::string RemoteRig::bench_refusal() const {
+  const std::lock_guard lock(mutex_);
+  return bench_refusal_;
 }
 
 void RemoteRig::OnReply(MessageBus::Bytes bytes) {

@@ -6,6 +6,7 @@
 
 #include "core/types/check.h"
 #include "faultlab_msgs/rig_announce_t.hpp"
+#include "faultlab_msgs/rig_bench_t.hpp"
 #include "hardware/lcm/channels.h"
 #include "hardware/lcm/holder_name.h"
 #include "hardware/lcm/rig_codec.h"
@@ -17,6 +18,7 @@ namespace {
 
 constexpr std::size_t kHolderBytesMax = 200;
 constexpr Nanoseconds kAnnounceEvery = std::chrono::milliseconds(500);
+constexpr std::int64_t kAnnouncesPerDescription = 4;
 /// Items of a live message: with its head they fit the shortest sealed message.
 constexpr std::size_t kLivePieceBytes = kShortMessageBytes - 160;
 /// More than this is no fault's doing: the agent was held up, and catches up.
@@ -210,7 +212,8 @@ void RigAgent::Obey(const Command& command, Reply& reply) {
   } else if (action == "clear") {
     Tell(reply, rig_.Command(epoch(), {.kind = RigCommand::Kind::kClearTrip}));
   } else if (action == "set") {
-    const std::optional<core::Component> component = core::ParseComponent(command.component);
+    const std::optional<core::Component> component =
+        rig_.description().bench->Find(command.component);
     if (component) {
       Tell(reply,
            rig_.Command(epoch(),
@@ -278,7 +281,7 @@ void RigAgent::Arm(const Command& command, Reply& reply) {
     return;
   }
   for (const faultlab_msgs::fault_t& said : command.faults) {
-    const std::optional<core::Fault> fault = FromMessage(said);
+    const std::optional<core::Fault> fault = FromMessage(said, *rig_.description().bench);
     if (!fault) {
       Refuse(reply,
              {.code = core::ErrorCode::kInvalid,
@@ -394,6 +397,17 @@ void RigAgent::Announce() {
   out.run = run_;
   out.run_next_seq = streamed_seq_;
   bus_.Publish(kAnnounceChannel, Sealed(out, kAnnounceChannel, settings_.key));
+  if (out.seq % kAnnouncesPerDescription == 0) Describe();
+}
+
+/// The text is too long for each announcement: a message of several datagrams is lost more often
+/// than one of one.
+void RigAgent::Describe() {
+  faultlab_msgs::rig_bench_t out;
+  out.rig = id_;
+  out.text = rig_.description().bench->text;
+  const std::string channel = BenchChannel(id_);
+  bus_.Publish(channel, Sealed(out, channel, settings_.key));
 }
 
 }  // namespace faultlab::hardware

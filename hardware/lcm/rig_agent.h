@@ -26,7 +26,8 @@ struct RigAgentSettings {
   Nanoseconds watchdog = std::chrono::milliseconds(500);
   /// Length of a lease; each word of its holder renews it. Longer than the watchdog.
   Nanoseconds lease = std::chrono::seconds(5);
-  std::size_t ring_items = 1u << 14;  ///< of a run, kept for refills: 160 s at 100 Hz
+  std::size_t ring_items =
+      1u << 14;  ///< of a run, kept for refills: 160 s at 100 Hz, 16 s at 1 kHz
 };
 
 /// What was refused, by reason; for /metrics and tests.
@@ -90,6 +91,7 @@ class RigAgent {
   void PublishPieces(std::int64_t from, std::int64_t to);
   void Publish(faultlab_msgs::rig_stream_t piece);
   void Announce();
+  void Describe();
 
   Rig& rig_;
   MessageBus& bus_;

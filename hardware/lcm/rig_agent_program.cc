@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "hardware/bench/benches.h"
 #include "hardware/config/bench_file.h"
 #include "hardware/heartbeat.h"
 #include "hardware/lcm/epoch_file.h"
@@ -86,7 +87,7 @@ void PrintTable(const SelfTestReport& report) {
 core::Result<BenchFile> FileOf(RigAgentOptions& options) {
   BenchFile file;
   if (!options.config_file.empty()) {
-    core::Result<BenchFile> loaded = LoadBenchFile(options.config_file);
+    core::Result<BenchFile> loaded = LoadBenchFile(options.config_file, options.bench);
     if (!loaded) return loaded;
     file = std::move(loaded).value();
     const std::string& id = file.config.description.id;
@@ -98,13 +99,16 @@ core::Result<BenchFile> FileOf(RigAgentOptions& options) {
           .field = "id"};
     }
   } else {
-    const core::Result<core::BenchProfile> profile = core::FindBenchProfile(options.profile);
+    const core::Result<const core::Bench*> bench = LoadBench(options.bench);
+    if (!bench) return bench.error();
+    const auto profile = FindProfile(*bench.value(), options.profile);
     if (!profile) return profile.error();
-    file.simulated.profile =
-        options.profile == "multisim" ? SimulatedProfile::kMultisim : SimulatedProfile::kBench;
+    file.config.description.bench = bench.value();
+    file.simulated.bench = bench.value();
+    file.simulated.profile = options.profile;
     file.simulated.speed = options.speed;
-    file.config.description.rig_class = "bench-sim";
-    file.simulated.rig_class = "bench-sim";
+    file.config.description.rig_class = bench.value()->rig_class + "-sim";
+    file.simulated.rig_class = file.config.description.rig_class;
   }
   if (options.id.empty() && options.self_test) options.id = "bench";  // nobody else sees it
   if (!IsRigName(options.id)) {

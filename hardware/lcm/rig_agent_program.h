@@ -10,8 +10,9 @@ struct RigAgentOptions {
   std::string id;           ///< --id; empty: the one in config_file, or any with self_test
   std::string lcm_url;      ///< --lcm; empty is allowed with self_test
   std::string config_file;  ///< --config: bench TOML (hardware/README.md); empty = simulated bench
-  std::string profile = "bench";  ///< --profile of the simulated bench: bench | multisim
-  double speed = 1.0;             ///< --speed of the simulated bench
+  std::string bench;        ///< --bench: its description; empty: the file's, else the paper's
+  std::string profile;      ///< --profile of the simulated bench; empty: its usual one
+  double speed = 1.0;       ///< --speed of the simulated bench
   /// --keys DIR: holds ID.key, 64 hex digits; made on the first start. The server needs a copy.
   /// Empty: $HOME/.faultlab/keys
   std::string key_directory;

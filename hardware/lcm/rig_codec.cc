@@ -36,6 +36,7 @@ TimeHistogram DecodeHistogram(const faultlab_msgs::histogram_t& in) {
 
 void Encode(const RigDescription& description, faultlab_msgs::rig_announce_t& out) {
   out.rig_class = description.rig_class;
+  out.bench = description.bench->id;
   out.behind = Name(description.kind);
   out.profile = description.profile;
   out.has_ua = description.has_ua;
@@ -56,6 +57,7 @@ std::optional<faultlab_msgs::rig_announce_t> ReadAnnouncement(std::span<const st
   auto said = Opened<faultlab_msgs::rig_announce_t>(bytes, kAnnounceChannel, rig, key);
   if (!said) return std::nullopt;
   for (const std::string* text : {&said->rig_class,
+                                  &said->bench,
                                   &said->behind,
                                   &said->profile,
                                   &said->calibration,
@@ -157,13 +159,13 @@ faultlab_msgs::rig_item_t ToItem(const RigMessage& message) {
   const auto& event = std::get<RigEvent>(message);
   item.index = event.index;
   item.kind = Name(event.kind);
-  item.component = core::Name(event.component);
+  item.component = event.component.exists() ? core::Name(event.component) : "";
   item.value = event.value;
   item.text = event.text;
   return item;
 }
 
-RigMessage FromItem(const faultlab_msgs::rig_item_t& item) {
+RigMessage FromItem(const faultlab_msgs::rig_item_t& item, const core::Bench& bench) {
   if (item.kind.empty()) {
     return core::Sample{.index = item.index,
                         .t_s = item.t_s,
@@ -179,7 +181,7 @@ RigMessage FromItem(const faultlab_msgs::rig_item_t& item) {
   event.component = item.component;
   event.value = item.value;
   event.text = ShownText(item.text);
-  if (std::optional<RigEvent> known = Decode(event)) return *known;
+  if (std::optional<RigEvent> known = Decode(event, bench)) return *known;
   return RigEvent{.kind = RigEventKind::kRefused,
                   .index = item.index,
                   .text = "a message that this version does not know: " + ShownText(item.kind, 40)};
@@ -187,7 +189,7 @@ RigMessage FromItem(const faultlab_msgs::rig_item_t& item) {
 
 faultlab_msgs::rig_position_t ToPosition(const SelfTestPosition& position) {
   faultlab_msgs::rig_position_t out;
-  out.component = core::Name(position.component);
+  out.component = position.component.exists() ? core::Name(position.component) : "";
   out.value = position.value;
   out.line = position.line;
   out.ok = position.ok ? 1 : 0;
@@ -195,8 +197,8 @@ faultlab_msgs::rig_position_t ToPosition(const SelfTestPosition& position) {
   return out;
 }
 
-SelfTestPosition FromPosition(const faultlab_msgs::rig_position_t& in) {
-  return {.component = core::ParseComponent(in.component).value_or(core::Component::kR1),
+SelfTestPosition FromPosition(const faultlab_msgs::rig_position_t& in, const core::Bench& bench) {
+  return {.component = bench.Find(in.component).value_or(core::Component()),
           .value = in.value,
           .line = ShownText(in.line, 40),
           .ok = in.ok != 0,
@@ -213,8 +215,8 @@ faultlab_msgs::fault_t ToMessage(const core::Fault& fault) {
   return out;
 }
 
-std::optional<core::Fault> FromMessage(const faultlab_msgs::fault_t& in) {
-  const std::optional<core::Component> component = core::ParseComponent(in.component);
+std::optional<core::Fault> FromMessage(const faultlab_msgs::fault_t& in, const core::Bench& bench) {
+  const std::optional<core::Component> component = bench.Find(in.component);
   if (!component || in.kind < 0 || in.kind > 2) return std::nullopt;
   return core::Fault{.component = *component,
                      .value = in.value,

@@ -28,7 +28,7 @@ std::optional<faultlab_msgs::rig_announce_t> ReadAnnouncement(std::span<const st
 bool IsForeignProtocol(std::span<const std::uint8_t> bytes,
                        const std::string& rig,
                        const RigKey& key);
-/// All but id and kind, which are the receiver's own.
+/// All but id, kind and bench, which are the receiver's own.
 void Decode(const faultlab_msgs::rig_announce_t& in, RigDescription& out);
 
 void Encode(const std::optional<Trip>& trip, faultlab_msgs::rig_announce_t& out);
@@ -41,13 +41,13 @@ std::optional<RigState> ParseRigState(std::string_view name);
 
 faultlab_msgs::rig_item_t ToItem(const RigMessage& message);
 /// A kind that this version does not know becomes a kRefused that names it.
-RigMessage FromItem(const faultlab_msgs::rig_item_t& item);
+RigMessage FromItem(const faultlab_msgs::rig_item_t& item, const core::Bench& bench);
 
 faultlab_msgs::rig_position_t ToPosition(const SelfTestPosition& position);
-SelfTestPosition FromPosition(const faultlab_msgs::rig_position_t& in);
+SelfTestPosition FromPosition(const faultlab_msgs::rig_position_t& in, const core::Bench& bench);
 
 faultlab_msgs::fault_t ToMessage(const core::Fault& fault);
-/// Nothing for a component or kind that this version does not know.
-std::optional<core::Fault> FromMessage(const faultlab_msgs::fault_t& in);
+/// Nothing for a component that the bench does not have, or a kind that this version does not know.
+std::optional<core::Fault> FromMessage(const faultlab_msgs::fault_t& in, const core::Bench& bench);
 
 }  // namespace faultlab::hardware

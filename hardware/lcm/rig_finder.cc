@@ -26,6 +26,7 @@ namespace {
 constexpr auto kTurn = std::chrono::milliseconds(5);
 constexpr const char* kNoKey =
     "its key is not here: copy its .key file from the agent's key folder into this server's";
+constexpr const char* kNoBench = "the description of its bench has not come yet";
 constexpr const char* kOtherKey =
     "its announcements are not made with the key that is here, or it is not the rig of this name";
 
@@ -47,7 +48,7 @@ class Finder final : public RigFinder {
       : bus_(std::move(bus)), keys_(KeyDirectory(options.key_directory)), holder_(Holder(options)) {
     bus_->Subscribe("FAULTLAB\\.ANNOUNCE",
                     [this](const std::string&, MessageBus::Bytes bytes) { OnAnnounce(bytes); });
-    bus_->Subscribe("FAULTLAB\\..*\\.(REPLY|STREAM)",
+    bus_->Subscribe("FAULTLAB\\..*\\.(BENCH|REPLY|STREAM)",
                     [this](const std::string& channel, MessageBus::Bytes bytes) {
                       OnRigMessage(channel, bytes);
                     });
@@ -70,7 +71,9 @@ class Finder final : public RigFinder {
   std::vector<RemoteRigInfo> List() const override {
     std::vector<RemoteRigInfo> list;
     const std::lock_guard lock(mutex_);
-    for (const auto& [id, rig] : rigs_) list.push_back(rig->info());
+    for (const auto& [id, rig] : rigs_) {
+      if (rig->IsDescribed()) list.push_back(rig->info());
+    }
     return list;
   }
 
@@ -86,10 +89,21 @@ class Finder final : public RigFinder {
       info.refusal = heard.why;
       list.push_back(std::move(info));
     }
+    for (const auto& [id, rig] : rigs_) {
+      if (rig->IsDescribed()) continue;
+      RemoteRigInfo info = rig->info();
+      const std::string why = rig->bench_refusal();
+      if (!why.empty()) info.refusal = "the description of its bench is refused: " + why;
+      if (info.refusal.empty()) info.refusal = kNoBench;
+      list.push_back(std::move(info));
+    }
     return list;
   }
 
-  std::shared_ptr<Rig> Find(const std::string& id) override { return KnownRig(id); }
+  std::shared_ptr<Rig> Find(const std::string& id) override {
+    const auto rig = KnownRig(id);
+    return rig != nullptr && rig->IsDescribed() ? rig : nullptr;
+  }
 
  private:
   void Loop() {
@@ -105,6 +119,9 @@ class Finder final : public RigFinder {
     if (!name || !IsRigName(*name)) return;
     if (const auto rig = KnownRig(*name)) {
       rig->OnAnnounce(bytes);
+      if (!rig->AnnouncesAnotherBench()) return;
+      const std::lock_guard lock(mutex_);
+      MakeRig(*name, rig->key(), bytes);
       return;
     }
     const Nanoseconds now = clock_->Now();
@@ -117,14 +134,20 @@ class Finder final : public RigFinder {
       return;
     }
     unkeyed_.Remove(*name);
+    MakeRig(*name, *key, bytes);
+  }
+
+  /// In the place of the one that was built otherwise, if there is one: whoever holds that sees its
+  /// run end. Call with mutex_ held.
+  void MakeRig(const std::string& name, const RigKey& key, MessageBus::Bytes announcement) {
     auto rig = std::make_shared<RemoteRig>(
-        *name,
+        name,
         bus_,
-        RemoteRigSettings{.holder = holder_, .key = *key},
+        RemoteRigSettings{.holder = holder_, .key = key},
         [clock = clock_] { return clock->Now(); },
         UnixNs);
-    rig->OnAnnounce(bytes);  // described before anybody can find it
-    rigs_.emplace(*name, std::move(rig));
+    rig->OnAnnounce(announcement);
+    rigs_[name] = std::move(rig);
   }
 
   std::shared_ptr<RemoteRig> KnownRig(const std::string& name) const {
@@ -140,6 +163,8 @@ class Finder final : public RigFinder {
     if (rig == nullptr) return;
     if (channel.compare(last, std::string::npos, ".REPLY") == 0) {
       rig->OnReply(bytes);
+    } else if (channel.compare(last, std::string::npos, ".BENCH") == 0) {
+      rig->OnBench(bytes);
     } else {
       rig->OnStream(bytes);
     }

@@ -55,14 +55,16 @@ struct RigFinderOptions {
 class RigFinder {
  public:
   virtual ~RigFinder() = default;
-  /// Every rig ever heard whose key is here, by id: what it says is proved by its key.
+  /// Every rig ever heard whose key and description are here, by id: what it says is proved by its
+  /// key. A rig that comes back with another description is another object.
   virtual std::vector<RemoteRigInfo> List() const = 0;
-  /// Names heard in the last minute without such a proof, at most 64: for operators, who may copy
-  /// the key. Nothing is known of them but the name, the silence and the refusal.
+  /// Names heard in the last minute without such a proof, at most 64, and rigs without a
+  /// description that can be read: for operators, who may copy the key or mend the file. Nothing is
+  /// known of them but the name, the silence and the refusal.
   virtual std::vector<RemoteRigInfo> Unkeyed() const = 0;
   /// A Rig (kind kRemote) like any other: its first use leases it, the end of the finder gives it
   /// back.
-  /// Null for an id never heard, or without its key. The same object for the same id.
+  /// Null for an id never heard, or without its key or description.
   virtual std::shared_ptr<Rig> Find(const std::string& id) = 0;
 };
 

@@ -7,8 +7,9 @@
 
 namespace faultlab::hardware {
 
-void RunAssembly::Begin(std::int64_t run) {
+void RunAssembly::Begin(std::int64_t run, const core::Bench& bench) {
   run_ = run;
+  bench_ = &bench;
   next_seq_ = end_seq_ = next_index_ = 0;
   early_.clear();
 }
@@ -24,7 +25,7 @@ void RunAssembly::Take(const faultlab_msgs::rig_stream_t& piece, std::vector<Rig
   Expect(end);
   for (std::int64_t seq = std::max(piece.first_seq, next_seq_); seq < end; ++seq) {
     const auto& item = piece.items[static_cast<std::size_t>(seq - piece.first_seq)];
-    if (early_.emplace(seq, FromItem(item)).second && refill) ++refilled_;
+    if (early_.emplace(seq, FromItem(item, *bench_)).second && refill) ++refilled_;
   }
   while (true) {
     GiveInOrder(out);

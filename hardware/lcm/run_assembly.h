@@ -19,8 +19,8 @@ class RunAssembly {
     std::int64_t to = 0;  ///< one past the last
   };
 
-  /// Forgets the run before; pieces of other runs are not taken.
-  void Begin(std::int64_t run);
+  /// Forgets the run before; pieces of other runs are not taken. `bench` names the components.
+  void Begin(std::int64_t run, const core::Bench& bench);
   std::int64_t run() const { return run_; }
   /// The run has messages up to here, says the agent.
   void Expect(std::int64_t end_seq);
@@ -36,6 +36,7 @@ class RunAssembly {
   void GiveInOrder(std::vector<RigMessage>& out);
 
   std::int64_t run_ = -1;
+  const core::Bench* bench_ = nullptr;
   std::int64_t next_seq_ = 0;
   std::int64_t end_seq_ = 0;  ///< one past the highest that we know of
   std::int64_t next_index_ = 0;

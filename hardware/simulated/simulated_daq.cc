@@ -13,25 +13,31 @@ constexpr double kOpenFarad = 1e-15;
 /// The plant takes steps of at most 1 s.
 constexpr double kStepMaxS = 1.0;
 
+bool IsCapacitor(core::Component component) {
+  return component.info().kind == core::PartKind::kCapacitor;
+}
+
 double OpenValue(core::Component component) {
-  return component == core::Component::kC8 ? kOpenFarad : kOpenOhm;
+  return IsCapacitor(component) ? kOpenFarad : kOpenOhm;
 }
 
 }  // namespace
 
-SimulatedDaq::SimulatedDaq(core::BenchProfile profile,
+SimulatedDaq::SimulatedDaq(const core::Bench& bench,
+                           core::BenchProfile profile,
                            ChannelScaling scaling,
                            RelayWiring wiring,
                            std::shared_ptr<const Clock> clock)
-    : profile_(std::move(profile)),
+    : bench_(bench),
+      profile_(std::move(profile)),
       scaling_(scaling),
-      wiring_(wiring),
+      wiring_(std::move(wiring)),
       clock_(std::move(clock)),
-      plant_(core::PlantParameters(), profile_, 0),
+      plant_(bench_.nominal, profile_, 0),
       noise_(profile_.noise, 0) {}
 
 void SimulatedDaq::BeginRun(std::uint64_t seed) {
-  plant_ = core::Plant(core::PlantParameters(), profile_, core::StreamSeed(seed, 0));
+  plant_ = core::Plant(bench_.nominal, profile_, core::StreamSeed(seed, 0));
   noise_ = core::MeasurementNoise(profile_.noise, core::StreamSeed(seed, 1));
   advanced_to_ = clock_->Now();
   off_table_ = {};
@@ -54,36 +60,35 @@ void SimulatedDaq::Sync() {
 }
 
 double SimulatedDaq::ContactValue(std::size_t board) const {
-  const core::Component component = kRelayComponents[board];
-  const auto& values = core::RelayValues(component);
+  const core::Component component = wiring_.boards[board];
   const std::uint32_t connected = wiring_.inverted ? ~levels_ : levels_;
   double sum = 0.0;  // of conductances, or of capacitances
   int count = 0;
   double only = 0.0;
-  for (std::size_t position = 0; position < core::kRelayPositions; ++position) {
-    if ((connected & (1u << wiring_.line[board][position])) == 0) continue;
+  for (const core::SwitchPosition& position : component.info().positions) {
+    if ((connected & (1u << position.line)) == 0) continue;
     ++count;
-    only = values[position];
-    sum += component == core::Component::kC8 ? only : 1.0 / only;
+    only = position.value;
+    sum += IsCapacitor(component) ? only : 1.0 / only;
   }
   if (count == 0) return OpenValue(component);
   if (count == 1) return only;
-  return component == core::Component::kC8 ? sum : 1.0 / sum;
+  return IsCapacitor(component) ? sum : 1.0 / sum;
 }
 
 void SimulatedDaq::ApplyContacts() {
   if (!contacts_changed_) return;
   contacts_changed_ = false;
-  for (std::size_t board = 0; board < kRelayBoards; ++board) {
-    const core::Component component = kRelayComponents[board];
-    if (off_table_[static_cast<std::size_t>(component)]) continue;
+  for (std::size_t board = 0; board < wiring_.boards.size(); ++board) {
+    const core::Component component = wiring_.boards[board];
+    if (off_table_[static_cast<std::size_t>(core::Index(component))]) continue;
     plant_.Set(component, ContactValue(board));
   }
 }
 
 double SimulatedDaq::WriteDrive(double terminal_v) {
   Sync();
-  drive_v_ = core::Convert(terminal_v);
+  drive_v_ = core::Convert(terminal_v, profile_.converters.range_v);
   plant_.SetInput(scaling_.uc.ToUnit(drive_v_));
   return drive_v_;
 }
@@ -94,9 +99,10 @@ AnalogReading SimulatedDaq::ReadAnalog() {
   const double um_v = noise_.um_v(outputs.um_v);
   const double ua_v = noise_.ua_v(outputs.ua_v);
   const double ia_a = noise_.ia_a(outputs.ia_a);
-  return {.um_v = core::Convert(scaling_.um.ToTerminal(um_v)),
-          .ua_v = core::Convert(scaling_.ua.ToTerminal(ua_v)),
-          .ia_v = core::Convert(scaling_.ia.ToTerminal(ia_a))};
+  const double range_v = profile_.converters.range_v;
+  return {.um_v = core::Convert(scaling_.um.ToTerminal(um_v), range_v),
+          .ua_v = core::Convert(scaling_.ua.ToTerminal(ua_v), range_v),
+          .ia_v = core::Convert(scaling_.ia.ToTerminal(ia_a), range_v)};
 }
 
 void SimulatedDaq::WriteRelayLines(std::uint32_t levels) {
@@ -104,11 +110,14 @@ void SimulatedDaq::WriteRelayLines(std::uint32_t levels) {
   levels_ = levels;
   contacts_changed_ = true;
   const std::uint32_t connected = wiring_.inverted ? ~levels : levels;
-  for (std::size_t board = 0; board < kRelayBoards; ++board) {
+  for (std::size_t board = 0; board < wiring_.boards.size(); ++board) {
     int count = 0;
-    for (const int line : wiring_.line[board]) count += (connected >> line) & 1u ? 1 : 0;
-    if (kRelayComponents[board] == core::Component::kR12) {
-      abuse_.r12_open += count == 0 ? 1 : 0;
+    const core::ComponentInfo& part = wiring_.boards[board].info();
+    for (const core::SwitchPosition& position : part.positions) {
+      count += (connected >> position.line) & 1u ? 1 : 0;
+    }
+    if (part.order == core::SwitchOrder::kMakeBeforeBreak) {
+      abuse_.left_open += count == 0 ? 1 : 0;
     } else {
       abuse_.two_connected += count > 1 ? 1 : 0;
     }
@@ -117,34 +126,38 @@ void SimulatedDaq::WriteRelayLines(std::uint32_t levels) {
 
 double SimulatedDaq::ReadPulseFrequencyHz() {
   Sync();
-  const double n_rpm = noise_.n_rpm(core::SpeedFromPulsePeriodRpm(plant_.outputs().omega_rad_s));
+  const double n_rpm =
+      noise_.n_rpm(core::SpeedFromPulsePeriodRpm(plant_.outputs().omega_rad_s,
+                                                 profile_.converters.pulses_per_revolution,
+                                                 bench_.nominal.gear_ratio));
   return n_rpm * scaling_.pulses_per_revolution * scaling_.gear_ratio / 60.0;
 }
 
 std::uint32_t SimulatedDaq::ReadPulseCount() {
   Sync();
-  return static_cast<std::uint32_t>(core::EncoderPulses(plant_.outputs().angle_rad));
+  return static_cast<std::uint32_t>(
+      core::EncoderPulses(plant_.outputs().angle_rad, profile_.converters.pulses_per_revolution));
 }
 
 void SimulatedDaq::Set(core::Component component, double value) {
   Sync();
-  off_table_[static_cast<std::size_t>(component)] = value;
+  off_table_[static_cast<std::size_t>(core::Index(component))] = value;
   plant_.Set(component, value);
 }
 
 void SimulatedDaq::Drift(core::Component component, double value) {
   Sync();
-  off_table_[static_cast<std::size_t>(component)] = value;
+  off_table_[static_cast<std::size_t>(core::Index(component))] = value;
   plant_.Drift(component, value);
 }
 
 void SimulatedDaq::Clear(core::Component component) {
   Sync();
-  off_table_[static_cast<std::size_t>(component)].reset();
-  if (core::IsRelaySwitched(component)) {
+  off_table_[static_cast<std::size_t>(core::Index(component))].reset();
+  if (core::IsSwitched(component)) {
     contacts_changed_ = true;
   } else {
-    plant_.Set(component, core::PlantParameters().Get(component));
+    plant_.Set(component, bench_.nominal.Get(component));
   }
 }
 

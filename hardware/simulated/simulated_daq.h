@@ -5,9 +5,9 @@
 #include <memory>
 #include <optional>
 
+#include "core/bench/profile.h"
 #include "core/plant/converters.h"
 #include "core/plant/plant.h"
-#include "core/plant/profile.h"
 #include "hardware/clock.h"
 #include "hardware/daq/channel_scaling.h"
 #include "hardware/daq/daq.h"
@@ -18,17 +18,18 @@ namespace faultlab::hardware {
 
 /// What relay lines did that a bench would not have survived.
 struct RelayAbuse {
-  int two_connected = 0;  ///< two parts of R1, R9 or C8 at once
-  int r12_open = 0;       ///< the amplifier's feedback open
+  int two_connected = 0;  ///< two parts at once where one breaks before the next makes
+  int left_open = 0;      ///< none where the circuit must never be open
 };
 
 /// A Daq answered by core's plant: 16-bit converters, encoder pulses, inverted relay lines. The
 /// plant is advanced to the clock's time at each call; contacts take effect when time passes.
-/// An open contact is a part of kOpenOhm (R1, R9, R12) or no capacitor (C8); two connected parts
+/// An open contact is a resistor of kOpenOhm or no capacitor; two connected parts
 /// are in parallel.
 class SimulatedDaq final : public Daq, public SimulatorPort {
  public:
-  SimulatedDaq(core::BenchProfile profile,
+  SimulatedDaq(const core::Bench& bench,
+               core::BenchProfile profile,
                ChannelScaling scaling,
                RelayWiring wiring,
                std::shared_ptr<const Clock> clock);
@@ -57,6 +58,7 @@ class SimulatedDaq final : public Daq, public SimulatorPort {
   void ApplyContacts();
   double ContactValue(std::size_t board) const;
 
+  const core::Bench& bench_;
   const core::BenchProfile profile_;
   const ChannelScaling scaling_;
   const RelayWiring wiring_;
@@ -67,7 +69,7 @@ class SimulatedDaq final : public Daq, public SimulatorPort {
   double drive_v_ = 0.0;
   std::uint32_t levels_ = 0xffffffffu;
   bool contacts_changed_ = true;
-  std::array<std::optional<double>, core::kComponentCount> off_table_{};
+  std::array<std::optional<double>, core::kComponentsMax> off_table_{};
   RelayAbuse abuse_;
 };
 

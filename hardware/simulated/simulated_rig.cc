@@ -1,8 +1,10 @@
 #include "hardware/simulated/simulated_rig.h"
 
+#include <cmath>
 #include <utility>
 
 #include "core/types/check.h"
+#include "hardware/bench/benches.h"
 #include "hardware/bench_rig.h"
 #include "hardware/simulated/simulated_daq.h"
 #include "hardware/simulated/simulated_machine.h"
@@ -10,28 +12,39 @@
 namespace faultlab::hardware {
 namespace {
 
-/// Both halves of a 10 ms tick pass on one wake-up, for either profile's delta.
-constexpr Nanoseconds kGrain = std::chrono::microseconds(6000);
+/// Both halves of a tick pass on one wake-up: of the period, the longer half of a usual delta.
+constexpr double kGrainShare = 0.6;
 constexpr int kLateTicksMax = 1000;
+
+const core::Bench& BenchOf(const SimulatedRigOptions& options) {
+  return options.bench != nullptr ? *options.bench : PaperBench();
+}
+
+core::BenchProfile ProfileOf(const SimulatedRigOptions& options) {
+  const core::Bench& bench = BenchOf(options);
+  if (options.profile.empty()) return bench.profiles.front();
+  const core::BenchProfile* profile = bench.FindProfile(options.profile);
+  LAB_CHECK(profile != nullptr, options.profile);
+  return *profile;
+}
 
 }  // namespace
 
 BenchConfig SimulatedBenchConfig(const SimulatedRigOptions& options) {
-  BenchConfig config;
+  BenchConfig config = ConfigOf(BenchOf(options));
   RigDescription& description = config.description;
   description.id = options.id;
   description.rig_class = options.rig_class;
   description.kind = options.kind;
   description.any_value = true;
   description.motor_faults = true;
-  const bool bench = options.profile == SimulatedProfile::kBench;
-  const core::BenchProfile profile =
-      bench ? core::BenchProfileBench() : core::BenchProfileMultisim();
+  const core::BenchProfile profile = ProfileOf(options);
   description.delta_s = profile.delta_s;
   description.profile = profile.name;
   description.amplifier_mode = options.amplifier_mode;
   description.amplifier_quadrants = options.amplifier_quadrants;
-  if (options.amplifier_quadrants == core::Quadrants::kFour) config.limits.uc_v_min = -5.0;
+  if (options.amplifier_quadrants == core::Quadrants::kFour)
+    config.limits.uc_v_min = -config.limits.uc_v_max;
   if (options.gated_speed) config.scaling.speed = SpeedMethod::kGatedCount;
   config.timing = {.gap = Nanoseconds(0), .settle = Nanoseconds(0)};  // ideal contacts
   return config;
@@ -40,13 +53,11 @@ BenchConfig SimulatedBenchConfig(const SimulatedRigOptions& options) {
 std::unique_ptr<RigMachine> MakeSimulatedMachine(const SimulatedRigOptions& options,
                                                  BenchConfig config,
                                                  std::shared_ptr<const Clock> clock) {
-  core::BenchProfile profile = options.profile == SimulatedProfile::kBench
-                                   ? core::BenchProfileBench()
-                                   : core::BenchProfileMultisim();
+  core::BenchProfile profile = ProfileOf(options);
   profile.amplifier.mode = options.amplifier_mode;
   profile.amplifier.quadrants = options.amplifier_quadrants;
   auto daq = std::make_unique<SimulatedDaq>(
-      std::move(profile), config.scaling, config.wiring, std::move(clock));
+      BenchOf(options), std::move(profile), config.scaling, config.wiring, std::move(clock));
   SimulatorPort* port = daq.get();
   return MakeBenchMachine(std::move(config), std::move(daq), port, nullptr);
 }
@@ -56,7 +67,8 @@ std::unique_ptr<Rig> MakeSimulatedRig(SimulatedRigOptions options) {
   LAB_CHECK(options.farm == nullptr || options.speed == 1.0, options.speed);
   const double speed = options.speed;
   const std::shared_ptr<Clock> clock =
-      MakeSimulatedClock(options.farm != nullptr ? 0.0 : speed, kGrain);
+      MakeSimulatedClock(options.farm != nullptr ? 0.0 : speed,
+                         Nanoseconds(std::llround(kGrainShare * BenchOf(options).period_s * 1e9)));
   std::shared_ptr<LoopRunner> runner = options.farm;
   if (runner == nullptr) runner = MakeThreadRunner(0);
   PacedRigOptions paced{.clock = clock,

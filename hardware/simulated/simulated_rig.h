@@ -10,14 +10,13 @@
 
 namespace faultlab::hardware {
 
-enum class SimulatedProfile { kBench, kMultisim };
-
-/// A simulated bench. The defaults are the paper's bench in real time.
+/// A simulated bench, in real time by default.
 struct SimulatedRigOptions {
   std::string id = "sim-1";
   std::string rig_class = "bench-sim";
   RigKind kind = RigKind::kSimulated;  ///< kBench: stands in for a real one in a lab
-  SimulatedProfile profile = SimulatedProfile::kBench;
+  const core::Bench* bench = nullptr;  ///< what it simulates; null: the paper's
+  std::string profile;                 ///< of the bench; empty: its usual one
   /// 1 = real time: a reader that lets the queue fill fails the run, as on a bench.
   /// Other factors are paced by the clock too, but wait for a slow reader.
   /// 0 = as fast as the reader drains.

@@ -3,7 +3,6 @@
 #include <boost/json.hpp>
 #include <chrono>
 
-#include "server/api/bench/bench_json.h"
 #include "server/api/iso8601.h"
 #include "server/run/loop_json.h"
 
@@ -73,14 +72,15 @@ json::object RigToJson(const RigStatus& rig, WallTime now) {
   const hardware::RigDescription& about = rig.description;
   json::object out{{"id", about.id},
                    {"class", about.rig_class},
-                   {"bench", kPaperBench},
+                   {"bench", about.bench != nullptr ? json::value(about.bench->id) : nullptr},
                    {"kind", hardware::Name(about.kind)},
                    {"profile", rig.profile},
                    {"state", hardware::Name(rig.state)},
                    {"in_use", rig.leased},
                    {"epoch", static_cast<std::uint64_t>(rig.epoch)},
                    {"capabilities",
-                    {{"ua", about.has_ua},
+                    {{"um", about.has_um},
+                     {"ua", about.has_ua},
                      {"ia", about.has_ia},
                      {"n", about.has_n},
                      {"any_value", about.any_value},

@@ -132,7 +132,9 @@ core::Result<HttpResponse> ListRigCalibrations(SystemApi& api, const ApiRequest&
   if (!IsKnown(api.service, api.bay, rig)) {
     return core::Error{core::ErrorCode::kNotFound, "There is no rig '" + rig + "'.", ""};
   }
-  const auto rows = api.calibrations.List(rig, limit.value());
+  const auto bench = BenchOfRig(api.bay, api.benches, rig);
+  if (!bench) return bench.error();
+  const auto rows = api.calibrations.List(rig, bench.value()->id, limit.value());
   if (!rows) return rows.error();
   json::array items;
   for (const RigCalibration& row : rows.value()) {

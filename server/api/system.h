@@ -17,6 +17,7 @@ struct SystemApi {
   RigBay& bay;
   StreamHub& hub;
   RigCalibrations& calibrations;
+  Benches& benches;
   lab::LabService& service;
   const Clock& clock;
   std::string_view openapi;  ///< server/api/openapi.json, embedded

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "hardware/lcm/rig_finder.h"
-#include "hardware/simulated/simulated_rig.h"
 #include "server/app/lcm_run_tap.h"
+#include "server/app/local_rigs.h"
 #include "server/app/member_address.h"
 #include "server/app/private_folder.h"
 #include "server/app/services.h"
@@ -33,7 +33,7 @@ std::string DatabaseLocation(const Config& config) {
   return (std::filesystem::path(config.data_dir) / "faultlab.db").string();
 }
 
-/// Beside the database file, links followed; a server on PostgreSQL locks its data folder.
+/// Beside the database file, with links followed; a server on PostgreSQL locks its data folder.
 std::string LockFile(const Config& config) {
   const std::string location = DatabaseLocation(config);
   if (IsPostgres(location) || location.find("://") != std::string::npos) {
@@ -49,49 +49,6 @@ std::string LockFile(const Config& config) {
         file.string());
   }
   return file.string() + ".lock";
-}
-
-/// Servers that share a database share the names of its rigs.
-std::string RigName(const Config& config, const char* kind, int number) {
-  const std::string prefix = config.server_id == Config{}.server_id ? "" : config.server_id + "-";
-  return prefix + kind + std::to_string(number);
-}
-
-/// What one farm thread steps with room to spare: see hardware/README.md.
-constexpr int kRigsPerFarm = 2000;
-
-/// Rigs in real time share a few threads, however many there are; at other speeds each waits for
-/// its reader on a thread of its own.
-void AddSimulatedRigs(RigBay& bay, const Config& config) {
-  std::shared_ptr<hardware::RigFarm> farm;
-  for (int i = 1; i <= config.sim_rigs; ++i) {
-    if (config.sim_speed == 1.0 && i % kRigsPerFarm == 1) {
-      farm = hardware::MakeRigFarm(kRigsPerFarm);
-    }
-    hardware::SimulatedRigOptions options;
-    options.farm = farm;
-    options.id = RigName(config, "sim-", i);
-    options.speed = config.sim_speed;
-    if (config.sim_profile == "multisim") {
-      options.profile = hardware::SimulatedProfile::kMultisim;
-    }
-    const hardware::RigDescription description = hardware::MakeSimulatedRig(options)->description();
-    bay.Add(description, config.sim_profile, [options] {
-      return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
-    });
-  }
-}
-
-/// Simulated benches that stand for real ones: one person at a time, by queue or booking.
-void AddBenches(RigBay& bay, const Config& config) {
-  for (int i = 1; i <= config.lab_benches; ++i) {
-    hardware::SimulatedRigOptions options;
-    options.id = RigName(config, "bench-", i);
-    options.speed = config.sim_speed;
-    options.rig_class = "bench";
-    options.kind = hardware::RigKind::kBench;
-    bay.AddResident(hardware::MakeSimulatedRig(options), "bench");
-  }
 }
 
 RigStatus StatusOf(const hardware::RemoteRigInfo& info) {
@@ -114,31 +71,37 @@ GuestAccess ToGuestAccess(const std::string& from) {
 /// Everything that lives as long as the server, in the order of construction.
 class Application::Impl {
  public:
-  Impl(const Config& config, FolderLock lock, std::unique_ptr<Database> database)
+  Impl(const Config& config,
+       std::vector<LocalBench> local_benches,
+       FolderLock lock,
+       std::unique_ptr<Database> database)
       : config_(config),
+        local_benches_(std::move(local_benches)),
         lock_(std::move(lock)),
         database_(std::move(database)),
         store_(*database_),
         calibrations_(*database_),
+        benches_(*database_, BenchesOf(local_benches_)),
         hub_(HubOptions(config), clock_),
         tokens_(clock_, config.server_id),
         accounts_(*database_, ToGuestAccess(config.guests)),
         runs_(RunOptions(config), store_, hub_, clock_, [](std::string_view text) {
           spdlog::warn("{}", text);
         }) {
-    AddSimulatedRigs(bay_, config);
-    AddBenches(bay_, config);
+    AddLocalRigs(bay_, config, local_benches_);
     http_ = std::make_unique<HttpServer>(
         NetOptions(config), router_, [this](const HttpRequest& request) {
           return services_->DecideUpgrade(request);
         });
   }
 
-  /// The address is taken before anything stored is touched: a server that cannot serve must not
-  /// mark, end or recover what another one may be doing.
+  /// The address is bound before stored data is changed: a server that cannot serve must not mark,
+  /// end or recover anything that another server may be using.
   core::Status Start() {
     const core::Status bound = http_->Bind();
     if (!bound.ok()) return bound;
+    const core::Status described = benches_.NameOlderRecordings(clock_.Wall());
+    if (!described.ok()) return described;
     if (!config_.lcm_url.empty()) {
       auto tap = OpenLcmRunTap(config_.lcm_url);
       if (!tap) return tap.error();
@@ -189,7 +152,7 @@ class Application::Impl {
                          config_.keep_news_days};
     options.places = {config_.runs_max,
                       config_.runs_per_caller_max,
-                      std::max(1, config_.sim_rigs / 2),
+                      std::max(1, Simulators() / 2),
                       config_.replayed_samples_max};
     options.storage = {
         config_.samples_per_account,
@@ -201,16 +164,24 @@ class Application::Impl {
     auto secret = lab::LoginSecret(*database_);
     if (!secret) return secret.error();
     options.login_secret = secret.value();
-    auto services = Services::Open(
-        {*database_, store_, calibrations_, bay_, hub_, tokens_, accounts_, runs_, clock_},
-        std::move(options),
-        router_);
+    auto services = Services::Open({*database_,
+                                    store_,
+                                    calibrations_,
+                                    benches_,
+                                    bay_,
+                                    hub_,
+                                    tokens_,
+                                    accounts_,
+                                    runs_,
+                                    clock_},
+                                   std::move(options),
+                                   router_);
     if (!services) return services.error();
     services_ = std::move(services).value();
     AddStaticRoutes(router_, EmbeddedFiles());
     return core::Done{};
   }
-  /// No default password: while there is no admin, the log carries a link that makes one.
+  /// There is no default password: while there is no admin, the log contains a link that makes one.
   core::Status OfferFirstLink() {
     const auto link = accounts_.FirstStartLink(config_.server_id, clock_.Wall());
     if (!link) return link.error();
@@ -257,21 +228,33 @@ class Application::Impl {
     });
     return core::Done{};
   }
+  static std::vector<const core::Bench*> BenchesOf(const std::vector<LocalBench>& local) {
+    std::vector<const core::Bench*> benches;
+    for (const LocalBench& each : local) benches.push_back(each.bench);
+    return benches;
+  }
+  int Simulators() const {
+    int count = 0;
+    for (const LocalBench& each : local_benches_) count += each.settings.simulators;
+    return count;
+  }
   static StreamHubOptions HubOptions(const Config& config) {
     StreamHubOptions options;
     options.viewers_max = static_cast<std::size_t>(config.viewers_max);
     return options;
   }
   RunManagerOptions RunOptions(const Config& config) {
-    return {config.server_id,
-            config.sim_speed,
-            AddModelFits,
-            [this](const std::string& rig, const std::string& run, core::Calibration calibration) {
+    return {config.server_id, config.sim_speed, AddModelFits, [this](const LearntRig& learnt) {
               const WallTime now = clock_.Wall();
+              core::Calibration calibration = learnt.calibration;
               calibration.dated = Iso8601(now);
               const core::Status kept =
-                  calibrations_.Add({rig, run, now, boost::json::serialize(ToJson(calibration))});
-              if (!kept.ok()) spdlog::warn("rig {}: {}", rig, kept.error().message);
+                  calibrations_.Add({learnt.rig,
+                                     learnt.run,
+                                     learnt.bench.id,
+                                     now,
+                                     boost::json::serialize(ToJson(calibration, learnt.bench))});
+              if (!kept.ok()) spdlog::warn("rig {}: {}", learnt.rig, kept.error().message);
             }};
   }
   static HttpServerOptions NetOptions(const Config& config) {
@@ -287,12 +270,14 @@ class Application::Impl {
   }
 
   const Config config_;
+  const std::vector<LocalBench> local_benches_;
   const FolderLock lock_;
   bool stopped_ = false;
   SystemClock clock_;
   std::unique_ptr<Database> database_;
   RecordingStore store_;
   RigCalibrations calibrations_;
+  Benches benches_;
   std::unique_ptr<hardware::RigFinder> finder_;
   RigBay bay_;
   std::unique_ptr<RunTap> tap_;
@@ -306,6 +291,8 @@ class Application::Impl {
 };
 
 core::Result<std::unique_ptr<Application>> Application::Open(const Config& config) {
+  auto benches = LoadLocalBenches(config);
+  if (!benches) return benches.error();
   const core::Status folder =
       MakePrivateFolder(config.data_dir, [](std::string_view text) { spdlog::warn("{}", text); });
   if (!folder.ok()) return folder.error();
@@ -316,7 +303,8 @@ core::Result<std::unique_ptr<Application>> Application::Open(const Config& confi
   options.on_error = [](std::string_view text) { spdlog::error("{}", text); };
   auto database = Database::Open(std::move(options));
   if (!database) return database.error();
-  auto impl = std::make_unique<Impl>(config, std::move(lock).value(), std::move(database).value());
+  auto impl = std::make_unique<Impl>(
+      config, std::move(benches).value(), std::move(lock).value(), std::move(database).value());
   const core::Status started = impl->Start();
   if (!started.ok()) return started.error();
   return std::unique_ptr<Application>(new Application(std::move(impl)));

@@ -13,7 +13,7 @@
 
 namespace faultlab::server {
 
-/// A whole server in one object: database, rigs, runs, live stream, API, web page.
+/// A complete server in one object: database, rigs, runs, live stream, API, web page.
 class Application {
  public:
   /// Opens the database, marks what a crash cut off, builds the rigs, starts to listen.
@@ -22,12 +22,12 @@ class Application {
   Application(const Application&) = delete;
   Application& operator=(const Application&) = delete;
 
-  /// Requests are answered to their end, runs stop with safe rigs and whole recordings.
+  /// Requests in progress are answered, runs stop with safe rigs and complete recordings.
   void Stop();
 
   std::string address() const;  ///< "127.0.0.1:40123"
   int port() const;
-  const Router& router() const;  ///< what is served
+  const Router& router() const;  ///< the routes that are served
   RunManager& runs();
   RecordingStore& store();
   StreamHub& hub();

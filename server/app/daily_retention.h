@@ -11,11 +11,11 @@
 
 namespace faultlab::server {
 
-/// What was kept long enough goes, once a day from the start of the server, by the rules of the
-/// settings.
+/// Deletes what has been kept long enough, once a day from the start of the server, by the rules in
+/// the settings.
 class DailyRetention {
  public:
-  /// Database and clock must outlive it.
+  /// Database and clock must outlive this object.
   DailyRetention(Database& database,
                  const Clock& clock,
                  lab::RetentionRules rules,

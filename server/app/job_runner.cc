@@ -12,11 +12,11 @@ using std::chrono::seconds;
 constexpr milliseconds kIdle{500};
 constexpr milliseconds kLease = seconds(60);
 constexpr milliseconds kPoll{200};
-/// A job without a rig is looked at again after this; others have their turn meanwhile.
+/// A job that found no rig is tried again after this time; other jobs have their turn meanwhile.
 constexpr milliseconds kNextLook = seconds(1);
-/// The server that has the job's rig has this long to take it; then any server may.
+/// The server that has the job's rig has this long to claim the job; after that any server may.
 constexpr milliseconds kHandedFor = seconds(10);
-/// Arming, the way to the first sample and the end of the recording, on top of the run itself.
+/// Time for arming, the first sample and the end of the recording, in addition to the run itself.
 constexpr milliseconds kMargin = seconds(30);
 
 }  // namespace
@@ -65,7 +65,7 @@ void JobRunner::Finish(const lab::Job& job, const std::string& state, const std:
   Log(parts_.jobs.Finish(job, state, error, parts_.clock.Wall()));
 }
 
-/// If this fails, the job waits again when its lease runs out.
+/// If this fails, the job waits again after its lease has ended.
 void JobRunner::GiveBack(const lab::Job& job) {
   Log(parts_.jobs.GiveBack(job, parts_.clock.Wall() + kNextLook));
 }
@@ -84,7 +84,7 @@ std::optional<Principal> JobRunner::OwnerOf(const lab::Job& job) const {
 void JobRunner::Do(const lab::Job& job) {
   const std::optional<Principal> who = OwnerOf(job);
   if (!who) return Finish(job, "failed", "its account is gone or disabled");
-  auto work = ParseWork(job.body, options_.default_seed);
+  auto work = parts_.experiments.ReadWork(std::string_view(job.body));
   if (!work) return Finish(job, "failed", work.error().message);
   if (const auto* request = std::get_if<DiagnosisRequest>(&work.value())) {
     DoDiagnosis(job, *who, *request);
@@ -102,7 +102,7 @@ void JobRunner::DoDiagnosis(const lab::Job& job,
   Finish(job, kept.ok() ? "finished" : "failed", kept.ok() ? "" : kept.error().message);
 }
 
-/// Of those that need no session; "" means any of them.
+/// Whether the rig needs no session; "" means any such rig.
 bool JobRunner::IsElastic(const std::string& rig) const {
   const auto state = parts_.service.state();
   const auto known = state->rigs.find(rig);
@@ -153,7 +153,7 @@ void JobRunner::DoRun(const lab::Job& job, const Principal& who, ExperimentPlan 
   } else {
     Finish(job, "failed", started.error().message);
   }
-  // A server that stops leaves the session to its job.
+  // When the server stops, the session stays with its job.
   if (!in_session || WaitForStop(milliseconds(0))) return;
   Log(parts_.service.Do(
       [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.DropJob(job.id, now); }));

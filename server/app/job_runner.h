@@ -15,9 +15,9 @@
 
 namespace faultlab::server {
 
-/// Does what machines ask for (rule 12): claims jobs, runs them, keeps their leases alive. A run on
-/// a rig that needs a session waits in that rig's queue as the lowest class, works in a session of
-/// its own and gives the rig back after each run: so a person never waits longer than one run.
+/// Executes jobs (rule 12 of server/lab): claims them, runs them, renews their leases. A run on a
+/// rig that needs a session waits in the rig's queue with the lowest weight, gets a session of its
+/// own and gives the rig back after each run, so that a person never waits longer than one run.
 class JobRunner {
  public:
   struct Parts {
@@ -32,7 +32,6 @@ class JobRunner {
   };
   struct Options {
     std::string server_id;
-    std::uint64_t default_seed = 1;
     int workers = 2;
     std::function<void(std::string_view)> log;
   };
@@ -41,17 +40,18 @@ class JobRunner {
   ~JobRunner();  ///< Stop()
   JobRunner(const JobRunner&) = delete;
   JobRunner& operator=(const JobRunner&) = delete;
-  /// No new jobs; one that runs is left to the run's end and waits for the next start.
+  /// Starts no new jobs; the job of a run in progress waits for the next start.
   void Stop();
 
  private:
   void Loop();
   void Do(const lab::Job& job);
-  /// The account that asked, as it is today. nullopt: gone or disabled.
+  /// The account that owns the job, in its present state. nullopt: deleted or disabled.
   std::optional<Principal> OwnerOf(const lab::Job& job) const;
   void DoDiagnosis(const lab::Job& job, const Principal& who, const DiagnosisRequest& request);
   void DoRun(const lab::Job& job, const Principal& who, ExperimentPlan plan);
-  /// The rig that the job may use now: "" when any simulator will do, nullopt when it must wait.
+  /// The rig that the job may use now: "" if any simulator is suitable, nullopt if the job must
+  /// wait.
   core::Result<std::optional<std::string>> RigFor(const lab::Job& job, const ExperimentPlan& plan);
   bool IsElastic(const std::string& rig) const;
   void Follow(const lab::Job& job, const std::string& run);

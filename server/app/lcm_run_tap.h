@@ -8,7 +8,7 @@
 
 namespace faultlab::server {
 
-/// Every run's samples, estimates and events on an LCM bus: see hardware/lcm/lcm_tap.h.
+/// Sends every run's samples, estimates and events to an LCM bus: see hardware/lcm/lcm_tap.h.
 core::Result<std::unique_ptr<RunTap>> OpenLcmRunTap(const std::string& url);
 
 }  // namespace faultlab::server

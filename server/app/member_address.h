@@ -7,8 +7,9 @@
 
 namespace faultlab::server {
 
-/// Where the other servers of the database reach this one: as the settings say, else where it
-/// listens. Empty for a server that listens on every address and is told none.
+/// The address at which the other servers of the database reach this one: from the settings,
+/// otherwise the address on which it listens. Empty for a server that listens on every address and
+/// has no such setting.
 core::Result<std::string> MemberAddress(const Config& config, const std::string& listening);
 
 }  // namespace faultlab::server

@@ -15,7 +15,8 @@ bool OthersMayEnter(const fs::path& path) {
   return !ec && (rights & kOthers) != fs::perms::none;
 }
 
-/// Nothing in it, or something that faultlab wrote. Somebody's home or /tmp is not ours to close.
+/// The folder is empty or contains something that faultlab wrote. The rights of other folders, such
+/// as a home or /tmp, must not be changed.
 bool IsOurs(const fs::path& folder) {
   std::error_code ec;
   bool empty = true;

@@ -8,8 +8,8 @@
 
 namespace faultlab::server {
 
-/// Makes the data folder if it is not there, and takes others' rights to it and to the database in
-/// it away, which `warn` tells. kUnavailable when it cannot be made.
+/// Makes the data folder if it does not exist, and removes other users' rights to it and to the
+/// database in it, with a message to `warn`. kUnavailable when it cannot be made.
 core::Status MakePrivateFolder(const std::string& folder,
                                const std::function<void(std::string_view)>& warn);
 

@@ -11,16 +11,16 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr milliseconds kRigPatience = seconds(20);  ///< until the last run has let go of the rig
+constexpr milliseconds kRigPatience = seconds(20);  ///< until the last run has released the rig
 constexpr milliseconds kFollow = seconds(1);
 
-/// Why nobody can use this rig now though it is a rig of ours; empty: it can be used.
+/// Why nobody can use this rig now, although it is a rig of this server; empty: it can be used.
 std::string WhyOffline(const RigStatus& rig) {
   if (rig.remote && !rig.remote->refusal.empty()) return rig.remote->refusal;
   return rig.state == hardware::RigState::kOffline ? "the rig does not answer" : "";
 }
 
-/// A rig that is not heard yet, or a database that is away, says nothing of the rig's health.
+/// If the rig does not answer yet, or the database is away, the rig's health is unknown.
 lab::RigVerdict NotBegun(const core::Error& error) {
   lab::RigVerdict verdict = lab::VerdictOf(error);
   verdict.put_off = verdict.put_off || error.code == core::ErrorCode::kNotFound ||
@@ -32,9 +32,10 @@ lab::RigVerdict NotBegun(const core::Error& error) {
 
 RigUpkeep::RigUpkeep(RigBay& bay,
                      lab::RigBands& bands,
+                     Benches& benches,
                      const Clock& clock,
                      std::function<void(std::string_view)> log)
-    : bay_(bay), bands_(bands), clock_(clock), log_(std::move(log)) {}
+    : bay_(bay), bands_(bands), benches_(benches), clock_(clock), log_(std::move(log)) {}
 
 RigUpkeep::~RigUpkeep() {
   Stop();
@@ -85,20 +86,54 @@ bool RigUpkeep::WaitForStop(milliseconds patience) {
   return wake_.wait_for(lock, patience, [&] { return stopping_; });
 }
 
+/// A rig of the same name that is built otherwise has no norm yet, and was checked and promised to
+/// its session as something else.
+void RigUpkeep::FollowBenches(const std::vector<RigStatus>& rigs) {
+  std::map<std::string, const core::Bench*> changed;
+  for (const RigStatus& rig : rigs) {
+    const core::Bench* bench = rig.description.bench;
+    const auto stored = stored_benches_.find(rig.description.id);
+    if (bench == nullptr) continue;
+    if (stored == stored_benches_.end() || stored->second != bench) {
+      changed[rig.description.id] = bench;
+    }
+  }
+  if (!changed.empty()) {
+    const auto others = benches_.PutRigs(changed, clock_.Wall());
+    if (!others.ok()) return log_("lab: what rigs are built like: " + others.error().message);
+    rebuilt_.insert(others.value().begin(), others.value().end());
+    for (const auto& [rig, bench] : changed) stored_benches_[rig] = bench;
+  }
+  while (!rebuilt_.empty()) {
+    const std::string rig = *rebuilt_.begin();
+    core::Status done = bands_.Forget(rig);
+    if (done.ok()) {
+      done = service_->Do([&](lab::Scheduler& scheduler, WallTime now) {
+        return scheduler.RigOffline(rig, "it is another bench now", now);
+      });
+    }
+    const bool is_new = !done.ok() && done.error().code == core::ErrorCode::kNotFound;
+    if (!done.ok() && !is_new) return log_("lab: rig " + rig + ": " + done.error().message);
+    rebuilt_.erase(rig);
+  }
+}
+
 /// Rigs come and go: the scheduler learns it here, and cleans what has come.
 void RigUpkeep::FollowRigs() {
   struct Change {
     RigStatus rig;
-    bool describe = false;  ///< the lab does not know it, or knows it as something else
+    bool describe = false;  ///< the lab does not know the rig, or has another description of it
   };
-  const auto state = service_->state();
   std::vector<Change> changes;
-  for (RigStatus& rig : bay_.List()) {
+  std::vector<RigStatus> rigs = bay_.List();
+  FollowBenches(rigs);
+  const auto state = service_->state();
+  for (RigStatus& rig : rigs) {
     const auto known = state->rigs.find(rig.description.id);
     const bool is_new = known == state->rigs.end();
     const std::string owner = is_new ? "" : known->second.server;
     if (!owner.empty() && owner != service_->member()) continue;  // another member has it
-    // An agent that nobody understands has not said what it is.
+    // An agent whose messages cannot be read has not described its rig.
     const bool described = !rig.description.rig_class.empty();
     if (is_new && !described) continue;
     const bool is_other = !is_new && described &&
@@ -143,7 +178,7 @@ void RigUpkeep::CheckLoop() {
       checks_.pop_front();
     }
     const lab::RigVerdict verdict = Check(lease);
-    // A newer check of the same rig makes this answer stale, which is as it should be.
+    // If a newer check of the rig has begun, this result is stale and refused, as it should be.
     const core::Status told =
         service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
           if (verdict.put_off) {
@@ -162,7 +197,7 @@ void RigUpkeep::CheckLoop() {
   }
 }
 
-/// Waits until nobody holds the rig. What its driver throws is a failed check.
+/// Waits until nobody holds the rig. An exception of its driver is a failed check.
 lab::RigVerdict RigUpkeep::Check(const lab::Lease& lease) {
   try {
     auto hold = bay_.Acquire(lease, kRigPatience);
@@ -173,7 +208,8 @@ lab::RigVerdict RigUpkeep::Check(const lab::Lease& lease) {
   }
 }
 
-/// The check by the rig's own band; when an operator commissions the rig, the check makes the band.
+/// The check by the rig's own band. When an operator commissions the rig, the check determines the
+/// band.
 lab::RigVerdict RigUpkeep::CheckHeld(RigHold& hold) {
   const std::string& id = hold.lease().rig;
   std::set<CheckExtra> extras;
@@ -194,9 +230,10 @@ lab::RigVerdict RigUpkeep::CheckHeld(RigHold& hold) {
   if (!band.ok()) return NotBegun(band.error());
   lab::RigVerdict verdict = lab::CheckRig(hold.rig(), hold.epoch(), band.value());
   if (!extras.contains(CheckExtra::kCommission) || !verdict.measured) return verdict;
-  const double period_s = hardware::RunPlan{}.period_s;
-  const lab::RigBand nominal = lab::NominalBand(period_s, hold.rig().description().delta_s);
-  core::Status stored = lab::CheckBand(*verdict.measured, nominal);
+  const hardware::RigDescription& about = hold.rig().description();
+  const core::Result<lab::RigNorm> norm = lab::NominalNorm(*about.bench, about.delta_s);
+  core::Status stored =
+      norm ? lab::CheckBand(*verdict.measured, norm.value()) : core::Status(norm.error());
   if (stored.ok()) {
     stored = bands_.Put(id, *verdict.measured, "commissioned", clock_.Wall());
   }

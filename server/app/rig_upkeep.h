@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "server/api/sharing/handlers.h"
+#include "server/experiment/benches.h"
 #include "server/lab/lab_service.h"
 #include "server/lab/rig_bands.h"
 #include "server/lab/rig_check.h"
@@ -19,8 +20,8 @@
 
 namespace faultlab::server {
 
-/// Looks after the rigs of this server: tells the lab which there are and whether they answer,
-/// fences them as the lab says, checks them between users.
+/// Manages the rigs of this server: tells the lab which ones exist and whether they answer, fences
+/// them when the lab requires it, checks them between users.
 ///
 ///   RigBay --rigs come and go--> RigUpkeep --> LabService
 ///   LabService --Fence, StartCleaning--> RigUpkeep --> RigBay, the check --verdict--> LabService
@@ -29,15 +30,16 @@ class RigUpkeep : public lab::RigDuties {
   /// All must outlive it.
   RigUpkeep(RigBay& bay,
             lab::RigBands& bands,
+            Benches& benches,
             const Clock& clock,
             std::function<void(std::string_view)> log);
   ~RigUpkeep() override;  ///< Stop()
   RigUpkeep(const RigUpkeep&) = delete;
   RigUpkeep& operator=(const RigUpkeep&) = delete;
 
-  /// The service has these duties already, and lives until Stop.
+  /// The service already has these duties, and must exist until Stop.
   void Start(lab::LabService& service);
-  /// No new checks; one that runs is waited for.
+  /// Starts no new checks; waits for one in progress.
   void Stop();
 
   void WithNextCheck(const std::string& rig, CheckExtra extra);
@@ -48,6 +50,7 @@ class RigUpkeep : public lab::RigDuties {
 
  private:
   void FollowRigs();
+  void FollowBenches(const std::vector<RigStatus>& rigs);
   void CheckLoop();
   lab::RigVerdict Check(const lab::Lease& lease);
   lab::RigVerdict CheckHeld(RigHold& hold);
@@ -55,6 +58,7 @@ class RigUpkeep : public lab::RigDuties {
 
   RigBay& bay_;
   lab::RigBands& bands_;
+  Benches& benches_;
   const Clock& clock_;
   const std::function<void(std::string_view)> log_;
   lab::LabService* service_ = nullptr;
@@ -62,7 +66,9 @@ class RigUpkeep : public lab::RigDuties {
   std::condition_variable wake_;
   bool stopping_ = false;
   std::deque<lab::Lease> checks_;
-  std::map<lab::RigId, std::set<CheckExtra>> extras_;  ///< of the next check
+  std::map<lab::RigId, std::set<CheckExtra>> extras_;        ///< of the next check
+  std::map<lab::RigId, const core::Bench*> stored_benches_;  ///< of the thread that follows rigs
+  std::set<lab::RigId> rebuilt_;  ///< those whose bands and sessions have not been ended yet
   std::vector<std::thread> threads_;
 };
 

@@ -31,6 +31,9 @@ core::Result<Config> Settings(const ServeOptions& options) {
   if (options.listen) config.listen = *options.listen;
   if (options.data_dir) config.data_dir = *options.data_dir;
   if (options.lcm_url) config.lcm_url = *options.lcm_url;
+  for (const std::string& file : options.benches) {
+    config.benches.push_back({file, options.sim_rigs.value_or(config.sim_rigs), "", 0});
+  }
   if (options.sim_rigs) config.sim_rigs = *options.sim_rigs;
   if (options.sim_speed) config.sim_speed = *options.sim_speed;
   if (options.fixture_seed) config.fixture_seed = *options.fixture_seed;
@@ -38,7 +41,7 @@ core::Result<Config> Settings(const ServeOptions& options) {
   return config;
 }
 
-/// Every viewer is a descriptor; Debian's soft limit is 1024.
+/// Every viewer needs a descriptor; Debian's soft limit is 1024.
 void RaiseDescriptorLimit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
@@ -46,8 +49,8 @@ void RaiseDescriptorLimit() {
   if (setrlimit(RLIMIT_NOFILE, &limit) != 0) spdlog::warn("cannot raise the descriptor limit");
 }
 
-/// What a burst of large answers took goes back to the system; otherwise the heaps of some sixty
-/// threads keep it for good.
+/// Returns memory from a burst of large answers to the system; otherwise the heaps of some sixty
+/// threads would keep it for ever.
 void ReturnFreedMemory() {
   mallopt(M_ARENA_MAX, 4);
   mallopt(M_MMAP_THRESHOLD, 512 << 10);
@@ -67,7 +70,7 @@ int Serve(const ServeOptions& options) {
   spdlog::set_level(spdlog::level::from_str(config.log_level));
 
   ReturnFreedMemory();
-  // Every thread inherits the mask: signals come to sigwait alone.
+  // Every thread inherits the mask, so that only sigwait receives signals.
   sigset_t ends;
   sigemptyset(&ends);
   sigaddset(&ends, SIGTERM);
@@ -75,7 +78,7 @@ int Serve(const ServeOptions& options) {
   pthread_sigmask(SIG_BLOCK, &ends, nullptr);
   signal(SIGPIPE, SIG_IGN);
   RaiseDescriptorLimit();
-  umask(077);  // what is written holds passwords' hashes and what students did
+  umask(077);  // files written contain password hashes and students' work
 
   auto application = Application::Open(config);
   if (!application) {

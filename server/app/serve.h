@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "server/config.h"
 
@@ -12,6 +13,7 @@ namespace faultlab::server {
 /// Command line of `faultlab serve`, over the configuration file.
 struct ServeOptions {
   std::string config_path;                    ///< empty: no file
+  std::vector<std::string> benches;           ///< descriptions, or names of shipped ones
   std::optional<std::string> listen;          ///< "127.0.0.1:8080"; port 0 = any free one
   std::optional<std::string> data_dir;        ///< recordings and database; created when missing
   std::optional<std::string> lcm_url;         ///< live tap and remote rigs

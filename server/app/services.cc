@@ -18,11 +18,11 @@ Services::Services(const Base& base, Options options)
       calendar_links_(base.database),
       audit_(base.accounts, base.clock, options_.log),
       fault_set_access_(fault_sets_, base.accounts),
-      recordings_(base.store, base.runs, base.accounts, base.clock),
+      recordings_(base.store, base.runs, base.accounts, base.benches, base.clock),
       places_(options_.places),
       quota_(base.store, jobs_, options_.storage),
       health_(base.database, base.clock),
-      upkeep_(base.bay, bands_, base.clock, options_.log) {}
+      upkeep_(base.bay, bands_, base.benches, base.clock, options_.log) {}
 
 core::Result<std::unique_ptr<Services>> Services::Open(const Base& base,
                                                        Options options,
@@ -56,7 +56,7 @@ core::Status Services::JoinLab() {
   if (!service.ok()) return service.error();
   service_ = std::move(service).value();
   base_.runs.SetGuard([&service = *service_] { return service.InForce(); });
-  // From here on this process is the only one of its server_id.
+  // From here on this process is the only one with its server_id.
   const auto reaped = jobs_.Reap(base_.clock.Wall(), options_.server_id);
   if (!reaped.ok()) return reaped.error();
   rig_access_ = std::make_unique<RigAccess>(*service_, base_.bay, options_.log);
@@ -69,6 +69,9 @@ core::Status Services::JoinLab() {
                                                                   fault_sets_,
                                                                   places_,
                                                                   quota_,
+                                                                  base_.benches,
+                                                                  base_.clock,
+                                                                  options_.default_seed,
                                                                   options_.speed});
   upkeep_.Start(*service_);
   job_runner_ = std::make_unique<JobRunner>(JobRunner::Parts{jobs_,
@@ -81,7 +84,6 @@ core::Status Services::JoinLab() {
                                                              base_.clock},
                                             JobRunner::Options{
                                                 .server_id = options_.server_id,
-                                                .default_seed = options_.default_seed,
                                                 .log = options_.log,
                                             });
   retention_ = std::make_unique<DailyRetention>(
@@ -97,6 +99,7 @@ void Services::BuildApi(Router& router) {
                                                       base_.bay,
                                                       base_.hub,
                                                       base_.calibrations,
+                                                      base_.benches,
                                                       *service_,
                                                       base_.clock,
                                                       options_.openapi,
@@ -111,9 +114,9 @@ void Services::BuildApi(Router& router) {
                                              base_.accounts,
                                              base_.tokens,
                                              quota_,
+                                             base_.benches,
                                              places_,
                                              audit_,
-                                             options_.default_seed,
                                              options_.storage.disk});
   people_api_ = std::make_unique<PeopleApi>(PeopleApi{base_.accounts, audit_, base_.clock});
   sign_in_flow_ =
@@ -145,14 +148,14 @@ void Services::BuildApi(Router& router) {
                                                 base_.runs,
                                                 base_.store,
                                                 base_.calibrations,
+                                                base_.benches,
                                                 audit_,
-                                                base_.clock,
-                                                options_.default_seed});
+                                                base_.clock});
   whereabouts_ = std::make_unique<Whereabouts>(*service_, base_.clock);
   gate_ = std::make_unique<Gate>(Gate::Parts{
       base_.accounts, recordings_, answers_, *whereabouts_, base_.tokens, base_.hub, base_.clock});
   gate_->AddRoutes(router, RoutesOf(*system_api_));
-  gate_->AddRoutes(router, BenchRoutes());
+  gate_->AddRoutes(router, BenchRoutes(base_.benches));
   gate_->AddRoutes(router, RoutesOf(*run_api_));
   gate_->AddRoutes(router, RoutesOf(*people_api_));
   gate_->AddRoutes(router, RoutesOf(*providers_api_));

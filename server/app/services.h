@@ -29,15 +29,16 @@
 
 namespace faultlab::server {
 
-/// What serves requests and keeps the lab, in the order of construction: each line uses what stands
-/// above it. Made when the address is bound; the routes are in the router then.
+/// The parts that serve requests and run the lab, in the order of construction: each member uses
+/// those above it. Made when the address is bound; the router then has the routes.
 class Services {
  public:
-  /// What there is before: all of it outlives the services.
+  /// The parts made before; all of them outlive the services.
   struct Base {
     Database& database;
     RecordingStore& store;
     RigCalibrations& calibrations;
+    Benches& benches;
     RigBay& bay;
     StreamHub& hub;
     StreamTokens& tokens;
@@ -57,16 +58,17 @@ class Services {
     StorageLimits storage;
     std::vector<oidc::ProviderSettings> providers;
     std::string public_url;
-    std::string login_secret;  ///< of the servers of this database
+    std::string login_secret;  ///< shared by the servers of this database
     std::function<void(std::string_view)> log;
   };
-  /// Takes the member's lease, ends what a crash cut off, puts the routes into `router`, starts to
+  /// Takes the member's lease, ends what a crash cut off, adds the routes to `router`, starts to
   /// work.
   static core::Result<std::unique_ptr<Services>> Open(const Base& base,
                                                       Options options,
                                                       Router& router);
   ~Services();  ///< Stop()
-  /// No new checks and jobs; those that run are waited for. Before RunManager::Shutdown.
+  /// Starts no new checks and jobs; waits for those in progress. To be called before
+  /// RunManager::Shutdown.
   void Stop();
 
   /// Decides about GET /ws?code=..

@@ -11,11 +11,11 @@ namespace faultlab::server {
 struct EmbeddedFile {
   std::string_view path;  ///< "/assets/index-3f2a.js"
   std::string_view bytes;
-  std::string_view gzip;  ///< empty when compression gains nothing
+  std::string_view gzip;  ///< empty when compression does not make it smaller
   std::string_view etag;  ///< quoted
 };
 
-/// What the build found in web/dist. Empty when the page was not built.
+/// The files that the build found in web/dist. Empty when the page was not built.
 std::span<const EmbeddedFile> EmbeddedFiles();
 std::string_view EmbeddedOpenApi();
 

@@ -53,7 +53,7 @@ ViewerWatch::~ViewerWatch() {
 void ViewerWatch::End(const Revocation& revocation) {
   const bool course = revocation.what == Revocation::What::kCourse;
   const auto ended = [revocation, course](const ViewerOwner& owner) {
-    // Whose student it was is not known here; a teacher who may still watch comes back.
+    // It is not known here whose student it was; a teacher who may still watch connects again.
     return (course && owner.foreign()) || Ends(revocation, PrincipalOf(owner));
   };
   tokens_.Drop(ended);
@@ -74,7 +74,7 @@ void ViewerWatch::Look() {
 bool ViewerWatch::MayWatch(const ViewerOwner& owner) {
   const Principal who = PrincipalOf(owner);
   const auto holds = accounts_.Holds(who, clock_.Wall());
-  if (!holds.ok()) return true;  // a database that is away ends nobody's view
+  if (!holds.ok()) return true;  // if the database is away, views stay open
   if (!holds.value()) return false;
   if (!owner.foreign()) return true;
   const auto whose =

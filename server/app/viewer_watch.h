@@ -11,11 +11,11 @@
 
 namespace faultlab::server {
 
-/// Closes the WebSockets and codes of people whose right to them has ended: at once when this
-/// process ended it, within two seconds when another server, `faultlab admin` or the time did.
+/// Closes the WebSockets and codes of people whose right to them has ended: at once if this process
+/// ended it, within two seconds if another server, `faultlab admin` or a time limit did.
 class ViewerWatch {
  public:
-  /// All must outlive it. Takes the place of Accounts' listener.
+  /// All must outlive this object. Becomes the listener of Accounts.
   ViewerWatch(Accounts& accounts, StreamHub& hub, StreamTokens& tokens, const Clock& clock);
   ~ViewerWatch();
   ViewerWatch(const ViewerWatch&) = delete;
@@ -24,7 +24,7 @@ class ViewerWatch {
  private:
   void End(const Revocation& revocation);
   void Look();
-  /// By the database, which other servers change too.
+  /// According to the database, which other servers change too.
   bool MayWatch(const ViewerOwner& owner);
 
   Accounts& accounts_;

@@ -20,7 +20,7 @@ constexpr std::size_t kNameBytesMax = 200;
 constexpr auto kKeyLivesMax = std::chrono::hours(24 * 400);
 constexpr const char* kKeyIsOver = "(revoked = 1 OR expires_ms <= :now)";
 
-/// Keys that are over are kept to be looked at, but not without end.
+/// Expired and revoked keys are kept for information, but only a limited number.
 void DropPastKeys(Transaction& tx, std::int64_t account, std::int64_t now_ms) {
   const int kept = Accounts::kPastKeysKept;
   tx.sql() << std::string("DELETE FROM api_key WHERE account_id = :account AND ") + kKeyIsOver +

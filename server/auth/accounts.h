@@ -47,25 +47,25 @@ struct ApiKey {
 struct Course {
   std::int64_t id = 0;
   std::string name;
-  bool teaches = false;  ///< the asking account teaches it
+  bool teaches = false;  ///< the requesting account teaches it
   int members = 0;
   std::optional<WallTime>
-      ends{};  ///< last day; recordings of its students are kept so long and more
+      ends{};  ///< last day; recordings of its students are kept at least until then
 };
 
-/// What became of the logins of a class list.
+/// The outcome for the logins of a class list.
 struct Enrolment {
   std::vector<std::string> enrolled;  ///< now members
-  std::vector<std::string> invited;   ///< asked: members when they accept
-  int invited_already = 0;            ///< have not answered yet
+  std::vector<std::string> invited;   ///< invited: members when they accept
+  int invited_already = 0;            ///< invited before, without an answer yet
   int members_already = 0;
 };
 
-/// An account asked to join a course.
+/// An invitation of an account to a course.
 struct Invitation {
   std::int64_t course_id = 0;
   std::string course_name;
-  std::string login;       ///< who is asked
+  std::string login;       ///< the invited account
   std::string invited_by;  ///< name of the teacher
   WallTime at{};
 };
@@ -74,7 +74,7 @@ struct AuditEntry {
   std::int64_t seq = 0;
   WallTime at{};
   std::string actor;        ///< Principal::owner_key(), "system"
-  std::string actor_login;  ///< of an actor with an account, as it is today; else empty
+  std::string actor_login;  ///< of an actor with an account, as it is today; otherwise empty
   std::string verb;
   std::string object;
   std::string object_login;  ///< when the object is an account
@@ -92,7 +92,7 @@ struct SignInRequest {
 struct SignedIn {
   Principal principal;
   std::string cookie_secret;  ///< the sign-in
-  std::string device_secret;  ///< the browser, for its next sign-in
+  std::string device_secret;  ///< the device (browser), for its next sign-in
 };
 
 /// A line for the audit log.
@@ -105,19 +105,19 @@ struct AuditNote {
 
 struct SignInOutcome {
   core::Result<SignedIn> signed_in;
-  std::optional<AuditNote> note{};  ///< none when nobody looked at the password
+  std::optional<AuditNote> note{};  ///< none when the password was not checked
 };
 
-/// Somebody whom a sign-in provider vouches for. Issuer and subject say who it is, nothing else.
+/// A person authenticated by a sign-in provider, identified only by issuer and subject.
 struct VouchedPerson {
   std::string issuer;
   std::string subject;
-  std::string login;  ///< proposed, for an account that is made now
+  std::string login;  ///< proposed login, if an account is made
   std::string name;   ///< for display; may be empty
-  std::string state;  ///< of this one sign-in: it counts once
+  std::string state;  ///< of this one sign-in: it is accepted only once
 };
 
-/// What becomes of a person without an account here.
+/// What happens with a person without an account here.
 struct NewcomerRules {
   bool make_accounts = true;
   /// Accounts of students without a password, to which nobody ever signed in, are given to the
@@ -130,7 +130,7 @@ struct LinkedIdentity {
   WallTime at{};
 };
 
-/// Who a request without credentials is.
+/// Where a request without credentials is accepted as a guest.
 enum class GuestAccess { kNever, kLoopback, kEverywhere };
 
 /// Accounts, sign-ins, API keys, links, courses, audit log. Thread-safe. SignIn, ChangePassword and
@@ -138,60 +138,60 @@ enum class GuestAccess { kNever, kLoopback, kEverywhere };
 class Accounts : public Authenticator {
  public:
   static constexpr int kLiveKeysMax = 100;   ///< of an account, neither revoked nor expired
-  static constexpr int kPastKeysKept = 100;  ///< and those that are over
+  static constexpr int kPastKeysKept = 100;  ///< expired or revoked
   static constexpr int kKeysShownMax = kLiveKeysMax + kPastKeysKept;
   static constexpr int kCoursesTaughtMax = 200;    ///< by one person
-  static constexpr int kMembersMax = 5000;         ///< of a course, with those who are invited
+  static constexpr int kMembersMax = 5000;         ///< of a course, invitations included
   static constexpr int kAccountsMadeMax = 10'000;  ///< by one teacher's class lists
 
   Accounts(Database& database, GuestAccess guests);
 
-  /// Called by the thread that ended the rights, after the commit; it must not block for long. Set
-  /// before the first request. Only what this process ends is told: not `faultlab admin`, and not
-  /// another server on the same database.
+  /// Sets a function that is called by the thread that ended the rights, after the commit; it must
+  /// not block for long. To be set before the first request. It is called only for changes by this
+  /// process, not by `faultlab admin` or another server on the same database.
   void SetOnRevoked(std::function<void(const Revocation&)> on_revoked) {
     on_revoked_ = std::move(on_revoked);
   }
 
   core::Result<Principal> Authenticate(const RequestCredentials& credentials,
                                        WallTime now) override;
-  /// The sign-in or key by which `who` came in is still good, and for a sign-in the role as it was.
+  /// Whether the sign-in or key of `who` is still valid, and for a sign-in the role unchanged.
   core::Result<bool> Holds(const Principal& who, WallTime now);
 
-  /// Wrong login and wrong password give the same answer after the same time. Slowed down as
-  /// SignInLimits says (kTooMany).
+  /// Wrong login and wrong password give the same answer after the same time. Limited by
+  /// SignInLimits (kTooMany).
   SignInOutcome SignIn(const SignInRequest& request, WallTime now);
-  /// `request` without login and password. An account that exists is never found by its login or
-  /// e-mail address, only by an identity that it was given before, or as `rules` say. kForbidden
-  /// with a reason otherwise.
+  /// `request` has no login and password. An existing account is never found by its login or e-mail
+  /// address, only by an identity added to it before, or as `rules` allow. Otherwise kForbidden
+  /// with a reason.
   SignInOutcome SignInByIdentity(const VouchedPerson& person,
                                  const NewcomerRules& rules,
                                  const SignInRequest& request,
                                  WallTime now);
-  /// The account's owner, signed in, has proved to be this person too.
+  /// The owner of the account, signed in, has proved to be this person too.
   core::Status AddIdentity(std::int64_t account_id, const VouchedPerson& person, WallTime now);
   core::Result<std::vector<LinkedIdentity>> Identities(std::int64_t account_id);
-  /// kConflict when it is the only way into the account.
+  /// kConflict when it is the only way to sign in to the account.
   core::Status RemoveIdentity(std::int64_t account_id, const std::string& issuer);
   core::Status SignOut(const Principal& who);
-  /// Ends every other sign-in of the account and forgets its devices; `also_keys`: its API keys and
-  /// its calendar link end too.
+  /// Ends every other sign-in of the account and removes its devices; with `also_keys` its API keys
+  /// and its calendar link end too.
   core::Status ChangePassword(const Principal& who,
                               const std::string& old_password,
                               const std::string& new_password,
                               bool also_keys,
                               WallTime now);
 
-  /// A one-time secret (24 h) that sets the password of an account: the admin hands it on.
+  /// A one-time secret (24 h) that sets the password of an account; the admin passes it on.
   core::Result<std::string> CreateLink(std::int64_t account_id, WallTime now);
-  /// Sets the password and ends whatever else let somebody in. @returns the account's id.
+  /// Sets the password and ends all other ways into the account. @returns the account's id.
   core::Result<std::int64_t> UseLink(const std::string& secret,
                                      const std::string& new_password,
                                      WallTime now);
-  /// While no admin has a password: the account `admin` and a link for it. One that another server
-  /// of the database has made, or an admin at the command line, stays good and is not replaced.
+  /// While no admin has a password: the account `admin` and a link for it. A link made by another
+  /// server of the database, or by an admin at the command line, stays valid and is not replaced.
   struct FirstLink {
-    std::string secret;   ///< empty: another has made it
+    std::string secret;   ///< empty: another one has made the link
     std::string made_by;  ///< that server; empty: `faultlab admin`
   };
   core::Result<std::optional<FirstLink>> FirstStartLink(const std::string& server, WallTime now);
@@ -200,8 +200,8 @@ class Accounts : public Authenticator {
                                const std::string& name,
                                Role role,
                                WallTime now);
-  /// kStale when `version` is not the stored one. Disabling ends sign-ins, keys and links; with it,
-  /// as with another role, everything that is open ends.
+  /// kStale when `version` is not the stored one. Disabling ends sign-ins, keys and links;
+  /// disabling and a change of the role also close everything that is open.
   core::Result<Account> Change(std::int64_t id,
                                std::int64_t version,
                                const std::optional<std::string>& name,
@@ -209,28 +209,28 @@ class Accounts : public Authenticator {
                                std::optional<bool> disabled);
   core::Result<Account> Get(std::int64_t id);
   core::Result<Account> GetByLogin(const std::string& login);
-  /// By id, after `after`.
+  /// In order of id, after `after`.
   core::Result<std::vector<Account>> List(std::int64_t after, int limit);
 
-  /// The key itself is in the answer once and never again. Scopes: kScopes; at most 400 days.
+  /// The key itself is returned only here. Scopes: kScopes; at most 400 days.
   struct NewKey {
     ApiKey key;
     std::string secret;
   };
-  /// kConflict "keys_full" beyond kLiveKeysMax. Of keys that are over, the newest are kept.
+  /// kConflict "keys_full" above kLiveKeysMax. Of expired and revoked keys, the newest are kept.
   core::Result<NewKey> CreateKey(const Principal& who,
                                  const std::string& name,
                                  const std::set<std::string>& scopes,
                                  WallTime expires_at,
                                  WallTime now);
-  /// Those that still hold, then the newest that are over: at most kKeysShownMax.
+  /// Valid keys, then the newest of the expired and revoked ones: at most kKeysShownMax.
   core::Result<std::vector<ApiKey>> ListKeys(std::int64_t account_id, WallTime now);
   core::Status RevokeKey(std::int64_t account_id, std::int64_t key_id, WallTime now);
 
   /// kConflict "courses_full" when `teacher` teaches kCoursesTaughtMax.
   core::Result<Course> CreateCourse(const std::string& name, std::int64_t teacher, WallTime now);
   core::Status SetCourseEnd(std::int64_t course_id, std::optional<WallTime> ends);
-  /// By id, after `after`.
+  /// In order of id, after `after`.
   core::Result<std::vector<Course>> ListCourses(std::int64_t account_id,
                                                 bool all,
                                                 std::int64_t after,
@@ -240,26 +240,28 @@ class Accounts : public Authenticator {
   core::Status EndEnrolment(std::int64_t course_id, std::int64_t account_id);
   core::Result<std::vector<Account>> Members(std::int64_t course_id);
   /// login,name per line (header optional, any line end): missing students are created and
-  /// enrolled. Accounts that exist are invited, for a teacher reads the runs of the members; an
-  /// admin enrols them at once. The audit log names all of both. Nothing happens when a line is
-  /// wrong; the Error names it. At most 5 000 lines. kConflict "course_full" when members and
-  /// invitations would be more than kMembersMax, "accounts_full" when `who` is no admin and would
+  /// enrolled. Existing accounts are invited, because a teacher reads the runs of the members; an
+  /// admin enrols them at once. The audit log names all of them. A wrong line refuses the whole
+  /// list; the Error names the line. At most 5 000 lines. kConflict "course_full" when members and
+  /// invitations would exceed kMembersMax, "accounts_full" when `who` is not an admin and would
   /// have made more than kAccountsMadeMax.
   core::Result<Enrolment> EnrolCsv(const Principal& who,
                                    std::int64_t course_id,
                                    std::string_view csv,
                                    WallTime now);
-  /// The invitations of an account, or of a course, that wait for an answer.
+  /// The unanswered invitations of an account, or of a course.
   core::Result<std::vector<Invitation>> InvitationsOf(std::int64_t account_id);
   core::Result<std::vector<Invitation>> InvitationsTo(std::int64_t course_id);
-  /// Joins the course, or refuses to. kNotFound when the account is not invited.
+  /// Joins the course, or declines. kNotFound when the account is not invited.
   core::Status AnswerInvitation(std::int64_t account_id, std::int64_t course_id, bool accept);
-  /// kOwn when `who` is the account, kCourse when `who` teaches a course of it, else kForeign.
-  /// @param made_at  of a thing of theirs: a teacher has to do with what was made since they joined
+  /// kOwn when `who` is the account, kCourse when `who` teaches a course of the account, otherwise
+  /// kForeign.
+  /// @param made_at  when their object was made: a teacher has access to objects made since they
+  ///    joined
   core::Result<Ownership> Relation(const Principal& who,
                                    std::int64_t account_id,
                                    std::optional<WallTime> made_at = {});
-  /// The same of an object, by its owner's key: "guest", "user:7".
+  /// The same for an object, by its owner's key: "guest", "user:7".
   core::Result<Ownership> RelationTo(const Principal& who,
                                      std::string_view owner_key,
                                      std::optional<WallTime> made_at = {});
@@ -279,8 +281,8 @@ class Accounts : public Authenticator {
                                     const RequestCredentials& credentials,
                                     WallTime now);
   core::Result<Principal> ByKey(std::string_view secret, WallTime now);
-  /// What a browser gets whose owner has proved who they are. `password_hash` is what was proved:
-  /// kUnauthorized when it is no longer the account's.
+  /// Opens a sign-in for a browser whose owner has been authenticated. `password_hash` is the hash
+  /// that was checked: kUnauthorized when it is no longer the account's.
   core::Result<SignedIn> OpenSignIn(const Account& account,
                                     const std::optional<std::string>& password_hash,
                                     const std::string& address,

@@ -1,5 +1,7 @@
 #include "server/auth/audit_log.h"
 
+#include <optional>
+
 namespace faultlab::server {
 namespace {
 
@@ -8,8 +10,8 @@ constexpr int kLinesOfObject = 30;
 constexpr int kLinesOfVerb = 1000;
 constexpr std::size_t kHoursMax = 10'000;
 
-/// Of a verb in an hour; 0 = all.
-int LinesOfActor(Role role) {
+/// Lines of a verb in an hour; nothing: no limit.
+std::optional<int> LinesOfActor(Role role) {
   switch (role) {
     case Role::kGuest:
     case Role::kStudent:
@@ -19,9 +21,9 @@ int LinesOfActor(Role role) {
       return 1000;
     case Role::kOperator:
     case Role::kAdmin:
-      return 0;
+      return std::nullopt;
   }
-  return 0;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -30,12 +32,12 @@ void AuditLog::Add(const Principal& who,
                    const std::string& verb,
                    const std::string& object,
                    const std::string& detail) {
-  const int lines_max = LinesOfActor(who.role);
-  if (lines_max == 0) return Write(who, verb, object, detail);
+  const std::optional<int> lines_max = LinesOfActor(who.role);
+  if (!lines_max) return Write(who, verb, object, detail);
   Counted counted;
   {
     const std::lock_guard lock(mutex_);
-    counted = Count(who.owner_key() + " " + verb, lines_max, clock_.Wall());
+    counted = Count(who.owner_key() + " " + verb, *lines_max, clock_.Wall());
   }
   if (counted.write) Write(who, verb, object, detail + counted.remark);
 }
@@ -72,7 +74,7 @@ AuditLog::Counted AuditLog::Count(const std::string& key, int lines_max, WallTim
 }
 
 void AuditLog::AddBounded(const AuditNote& note) {
-  if (note.who.signed_in() && LinesOfActor(note.who.role) == 0) {
+  if (note.who.signed_in() && !LinesOfActor(note.who.role)) {
     return Write(note.who, note.verb, note.object, note.detail);
   }
   std::string detail = note.detail;

@@ -12,12 +12,12 @@
 
 namespace faultlab::server {
 
-/// Writes down who did what. A deed that is done and stored is not refused because its line cannot
-/// be written: the program's log says so then.
+/// Logs who did what. An action that is done and stored is not refused because its line cannot be
+/// written; the program's log then reports it.
 ///
-/// Of one student (or all guests) an hour has at most 200 lines of a verb, of one teacher or
-/// service 1000: no program in a loop fills what is kept for good. The last one says that more are
-/// left out, the first one of a later hour how many were.
+/// One student (or all guests together) gets at most 200 lines of a verb in an hour, one teacher or
+/// service 1000, so that a program in a loop cannot fill the log, which is kept for ever. The last
+/// line states that more are omitted, the first line of a later hour how many were.
 class AuditLog {
  public:
   /// Both must outlive it.
@@ -28,8 +28,8 @@ class AuditLog {
            const std::string& verb,
            const std::string& object,
            const std::string& detail);
-  /// For what strangers can do as often as they like: in an hour at most 30 lines of a verb about
-  /// an object and 1000 of a verb. Of operators and admins who are signed in, all.
+  /// For actions that anybody can repeat: at most 30 lines of a verb about one object and 1000 of a
+  /// verb in an hour. For operators and admins who are signed in there is no limit.
   void AddBounded(const AuditNote& note);
 
  private:
@@ -40,7 +40,7 @@ class AuditLog {
   };
   struct Counted {
     bool write = true;
-    std::string remark;  ///< for the detail
+    std::string remark;  ///< appended to the detail
   };
   Counted Count(const std::string& key, int lines_max, WallTime now);
   void Write(const Principal& who,

@@ -12,7 +12,7 @@ namespace faultlab::server {
 
 inline constexpr std::string_view kCsrfHeaderName = "X-CSRF-Token";
 
-/// The parts of a request that say who asks. Views into the request; empty = header absent.
+/// The parts of a request that identify the caller. Views into the request; empty = header absent.
 struct RequestCredentials {
   std::string_view cookie;         ///< Cookie
   std::string_view authorization;  ///< Authorization: Bearer flk_..
@@ -24,14 +24,14 @@ struct RequestCredentials {
   bool changes_state = false;  ///< method is neither GET nor HEAD
 };
 
-/// Says who sent a request. Thread-safe; may touch the database but never hashes a password.
+/// Authenticates a request. Thread-safe; may use the database but never hashes a password.
 class Authenticator {
  public:
   virtual ~Authenticator() = default;
 
-  /// No credentials: the guest. Wrong, expired or revoked ones: kUnauthorized, never the guest.
-  /// A cookie on a state-changing request without the right CSRF token, or from a foreign Origin:
-  /// kForbidden.
+  /// Without credentials: the guest. Wrong, expired or revoked credentials: kUnauthorized, never
+  /// the guest. A cookie on a state-changing request without the right CSRF token, or from a
+  /// foreign Origin: kForbidden.
   virtual core::Result<Principal> Authenticate(const RequestCredentials& credentials,
                                                WallTime now) = 0;
 };

@@ -9,14 +9,14 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-/// One line per operation. In each column the letters say on whose objects the role may do it:
-/// n = collection or new, o = own, c = of a course one teaches (attends, for fault sets), f =
-/// foreign.
+/// One line per operation. In each column the letters state on which objects the role may do it: n
+/// = collection or new object, o = own, c = of a course that the caller teaches (attends, for fault
+/// sets), f = foreign.
 struct Rule {
   Operation operation;
   std::string_view name;
-  std::string_view scope;  ///< that an API key needs
-  Operation seen_by;       ///< who may do this may know that the object exists
+  std::string_view scope;  ///< that an API key must have
+  Operation seen_by;       ///< whoever may do this may know that the object exists
   std::array<std::string_view, kRoleCount> allowed;
 };
 

@@ -7,16 +7,16 @@
 
 namespace faultlab::server {
 
-/// Everything that the API can be asked to do. An endpoint names exactly one.
+/// All operations of the API. An endpoint uses exactly one.
 enum class Operation {
   kReadPublic,  ///< health, description, own identity
   kListRigs,    ///< rigs, their state, availability
-  kStartRun,    ///< on a rig that the lab grants
+  kStartRun,    ///< on a rig that the lab has granted
   kReadRun,     ///< record, samples, plots, export, live stream
   kChangeRun,   ///< rename, stop, command
   kDeleteRun,
   kUploadRecording,
-  kManageOwnAccount,  ///< password, API keys of one's own
+  kManageOwnAccount,  ///< own password, own API keys
   kReadUsers,
   kManageUsers,
   kReadCourse,
@@ -36,7 +36,7 @@ enum class Operation {
 inline constexpr int kOperationCount = 23;
 std::string_view Name(Operation operation);
 
-/// Whose object it is, seen from the caller.
+/// The owner of the object, relative to the caller.
 enum class Ownership {
   kNone,     ///< a collection or a new object
   kOwn,      ///< the caller's
@@ -44,7 +44,7 @@ enum class Ownership {
   kForeign,  ///< somebody else's
 };
 inline constexpr int kOwnershipCount = 4;
-/// kOwn or kForeign, without asking about courses.
+/// kOwn or kForeign, without regard to courses.
 Ownership OwnershipOf(const Principal& who, std::string_view owner_key);
 
 /// The authorization matrix: role x operation x ownership, in one table (authorization.cc).
@@ -52,9 +52,9 @@ bool Allowed(Role role, Operation operation, Ownership ownership);
 /// The scope that an API key needs for an operation; empty when every key has it.
 std::string_view ScopeOf(Operation operation);
 
-/// Matrix and, for API keys, scope. Guests who are refused get kUnauthorized ("sign in first"),
-/// others kForbidden; a foreign object that the caller may not even read is kNotFound, so that ids
-/// cannot be probed.
+/// Checks the matrix and, for API keys, the scope. A refused guest gets kUnauthorized ("sign in
+/// first"), others kForbidden; a foreign object that the caller may not even read is kNotFound, so
+/// that ids cannot be probed.
 core::Status Authorize(const Principal& principal, Operation operation, Ownership ownership);
 
 }  // namespace faultlab::server

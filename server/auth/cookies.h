@@ -5,8 +5,8 @@
 namespace faultlab::server {
 
 inline constexpr std::string_view kSessionCookieName = "faultlab_session";
-/// Says that this browser has signed in before: it proves nothing, but a stranger's wrong tries do
-/// not slow it down.
+/// Shows that this browser has signed in before. It does not authenticate; it only exempts the
+/// browser from the limits that others' wrong tries cause.
 inline constexpr std::string_view kDeviceCookieName = "faultlab_device";
 
 /// The value of one cookie of a Cookie header; empty when it is not there.

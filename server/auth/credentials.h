@@ -8,12 +8,12 @@
 #include "server/storage/database.h"
 #include "server/wall_time.h"
 
-// Rows by which an account is let in without its password: sign-ins, devices, keys, links.
+// Rows that give access to an account without its password: sign-ins, devices, keys, links.
 namespace faultlab::server::credentials {
 
-/// Whether this device has signed in to the account of this login.
+/// Whether this device has signed in to the account with this login.
 bool IsKnownDevice(Transaction& tx, const std::string& login, const std::string& device_hash);
-/// The device has signed in now. The newest 20 of an account are kept, for 400 days.
+/// Stores that the device has signed in now. The newest 20 of an account are kept, for 400 days.
 void RememberDevice(Transaction& tx, std::int64_t account, const std::string& hash, WallTime now);
 
 struct NewSignIn {
@@ -25,12 +25,12 @@ struct NewSignIn {
 /// The newest 200 sign-ins of an account are kept, for 12 h.
 void AddSignIn(Transaction& tx, const NewSignIn& sign_in, WallTime now);
 
-/// All sign-ins but the one with this hash, and all devices.
+/// Ends all sign-ins except the one with this hash, and all devices.
 void EndSignIns(Transaction& tx, std::int64_t account, const std::string& but_this);
-/// API keys and the calendar link.
+/// Ends API keys and the calendar link.
 void EndKeys(Transaction& tx, std::int64_t account);
-/// All of it, one-time links too, and identities that were added to the account later: whoever had
-/// the password may have added them.
+/// Ends all of these, one-time links too, and removes identities that were added to the account
+/// later, because somebody who knew the password may have added them.
 void EndAll(Transaction& tx, std::int64_t account);
 
 }  // namespace faultlab::server::credentials

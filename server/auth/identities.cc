@@ -1,4 +1,4 @@
-// Accounts: people whom a sign-in provider vouches for.
+// Accounts: people authenticated by a sign-in provider.
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
 
@@ -18,7 +18,7 @@ Error NotLetIn(const std::string& reason, const std::string& message) {
   return {ErrorCode::kForbidden, message, "", reason};
 }
 
-/// The answer to a sign-in counts once. Sign-ins that are over by their age are forgotten.
+/// The answer to a sign-in is accepted only once. Expired sign-ins are deleted.
 core::Status UseUp(Transaction& tx, const std::string& state_hash, WallTime now) {
   const std::int64_t now_ms = ToMilliseconds(now);
   const std::int64_t expires_ms = ToMilliseconds(now + kStateLives);
@@ -61,7 +61,7 @@ std::int64_t CountIdentities(Transaction& tx, std::int64_t account) {
   return count;
 }
 
-/// A class list made it and nobody has ever signed in to it.
+/// Made by a class list, and nobody has ever signed in to it.
 bool IsUnclaimed(Transaction& tx, const account_rows::Row& row) {
   return row.password_hash.empty() && row.role == Name(Role::kStudent) && row.disabled == 0 &&
          CountIdentities(tx, row.account.id) == 0;
@@ -79,7 +79,7 @@ core::Result<Account> MakeStudent(Transaction& tx,
   return account_rows::Find(tx, "login = :value", login)->ToAccount();
 }
 
-/// The account of somebody who signs in for the first time.
+/// The account of a person who signs in for the first time.
 core::Result<Account> FirstAccount(Transaction& tx,
                                    const VouchedPerson& person,
                                    const NewcomerRules& rules,

@@ -17,7 +17,7 @@ constexpr auto kLinkLives = std::chrono::hours(24);
 constexpr std::size_t kPasswordMin = 10;
 constexpr std::size_t kPasswordMax = 1024;
 
-/// The only link of the account from now on.
+/// Makes a link and removes the account's earlier ones.
 std::string PutLink(Transaction& tx,
                     std::int64_t account,
                     const std::string& made_by,
@@ -123,7 +123,7 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
     if (count == 0) return refused;
     return Done{};
   });
-  if (!known.ok()) return known.error();  // nobody makes us compute argon2id with a made-up link
+  if (!known.ok()) return known.error();  // no argon2id for a made-up link
   const auto password_hash = hasher_.Hash(new_password);
   if (!password_hash.ok()) return password_hash.error();
   std::int64_t account_id = 0;

@@ -14,10 +14,11 @@ inline constexpr int kRoleCount = 6;
 std::string_view Name(Role role);
 std::optional<Role> ParseRole(std::string_view name);
 
-/// How the caller proved who they are.
+/// How the caller was authenticated.
 enum class Proof : std::uint8_t { kNone, kSessionCookie, kApiKey };
 
-/// Who asks. An ordinary value: made once per request by the Authenticator, passed along.
+/// The caller of a request. A plain value: made once per request by the Authenticator, passed
+/// along.
 struct Principal {
   std::int64_t user_id = 0;  ///< 0 for the guest
   std::string login = "guest";
@@ -26,14 +27,15 @@ struct Principal {
   Proof proof = Proof::kNone;
   std::int64_t api_key_id = 0;     ///< > 0 when proof is kApiKey
   std::set<std::string> scopes;    ///< of the API key: "runs:read", "runs:write", "jobs", "lab", ..
-  std::string csrf_token;          ///< to be shown to the page by GET auth/me; empty for keys
+  std::string csrf_token;          ///< the page gets it by GET auth/me; empty for keys
   std::string session_token_hash;  ///< identifies the sign-in for logout; empty for keys
 
   std::string address_key{};  ///< AddressKey of the client
 
-  /// Whose requests, runs and bytes are counted together: an account, or all guests of an address.
+  /// The unit by which requests, runs and bytes are counted: an account, or all guests of an
+  /// address.
   std::string caller_key() const;
-  /// Stored as `owner` of runs and other objects: "guest", "user:7". A key owns as its user.
+  /// Stored as `owner` of runs and other objects: "guest", "user:7". A key has its user as owner.
   std::string owner_key() const;
   bool signed_in() const { return user_id != 0; }
 };

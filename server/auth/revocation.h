@@ -7,16 +7,17 @@
 
 namespace faultlab::server {
 
-/// Which rights of an account have ended, told after they have ended in the database. Whatever was
-/// opened with them (a WebSocket, a stream code) closes; what is still allowed can be opened again.
+/// The rights of an account that have ended; sent after they have ended in the database. Everything
+/// opened with them (a WebSocket, a stream code) is closed; what is still allowed can be opened
+/// again.
 struct Revocation {
   enum class What : std::uint8_t {
-    kEverything,    ///< password reset, disabled, another role: all that the account has open
-    kOtherSignIns,  ///< password changed: all sign-ins but `sign_in`; keys stay
-    kSignIn,        ///< signed out: `sign_in` alone
+    kEverything,    ///< password reset, disabled, role changed: all that is open
+    kOtherSignIns,  ///< password changed: all sign-ins except `sign_in`; keys stay valid
+    kSignIn,        ///< signed out: only `sign_in`
     kApiKeys,       ///< all keys of the account
-    kApiKey,        ///< `api_key_id` alone
-    kCourse,        ///< no longer a member of `course_id`: what it and the course's teachers saw
+    kApiKey,        ///< only `api_key_id`
+    kCourse,        ///< no longer a member of `course_id`; also what its teachers saw
   };
   What what = What::kEverything;
   std::int64_t account_id = 0;
@@ -25,8 +26,8 @@ struct Revocation {
   std::int64_t course_id = 0;
 };
 
-/// Must what `who` has opened close? For kCourse only of the account itself: whether a teacher may
-/// still watch depends on whose run it is.
+/// Whether what `who` has opened must be closed. For kCourse this concerns only the account itself:
+/// whether a teacher may still watch depends on the run's owner.
 bool Ends(const Revocation& revocation, const Principal& who);
 
 }  // namespace faultlab::server

@@ -55,7 +55,7 @@ bool SameSecret(std::string_view a, std::string_view b) {
   return a.size() == b.size() && sodium_memcmp(a.data(), b.data(), a.size()) == 0;
 }
 
-/// One of the places in which a hash may be computed.
+/// One of the places for computing a hash.
 class PasswordHasher::Turn {
  public:
   explicit Turn(PasswordHasher& hasher) : hasher_(hasher) {
@@ -96,7 +96,7 @@ core::Result<std::string> PasswordHasher::Hash(std::string_view password) {
                                            crypto_pwhash_OPSLIMIT_INTERACTIVE,
                                            crypto_pwhash_MEMLIMIT_INTERACTIVE,
                                            crypto_pwhash_ALG_ARGON2ID13);
-  if (failed != 0) return Busy();  // only memory can run out
+  if (failed != 0) return Busy();  // it can fail only for lack of memory
   return std::string(text.data());
 }
 

@@ -12,13 +12,13 @@ namespace faultlab::server {
 
 /// prefix + 32 random bytes as base64url: session cookies, API keys, links.
 std::string NewSecret(std::string_view prefix);
-/// BLAKE2b-256 as hex: what the database keeps of a secret.
+/// BLAKE2b-256 as hex: the form in which the database stores a secret.
 std::string HashSecret(std::string_view secret);
-/// In constant time.
+/// Compares in constant time.
 bool SameSecret(std::string_view a, std::string_view b);
 
-/// argon2id (libsodium, interactive limits: 64 MiB, about 100 ms), never more than `parallel_max`
-/// at once; who cannot start within `patience` is told kBusy. Blocks its caller: never on a network
+/// argon2id (libsodium, interactive limits: 64 MiB, about 100 ms), at most `parallel_max` at once;
+/// a caller that cannot start within `patience` gets kBusy. Blocks its caller: never on a network
 /// thread.
 class PasswordHasher {
  public:
@@ -26,7 +26,7 @@ class PasswordHasher {
                           std::chrono::milliseconds patience = std::chrono::seconds(5));
 
   core::Result<std::string> Hash(std::string_view password);
-  /// With an empty hash (no such account) it works as long and says no.
+  /// With an empty hash (no such account) it takes the same time and returns false.
   core::Result<bool> Verify(const std::string& hash, std::string_view password);
 
  private:

@@ -1,4 +1,4 @@
-// Accounts: proving who one is.
+// Accounts: authentication by password.
 #include <algorithm>
 
 #include "server/auth/account_rows.h"
@@ -22,7 +22,7 @@ Error SignInAgain() {
   return {ErrorCode::kUnauthorized, "your sign-in has ended; sign in again", ""};
 }
 
-/// "https://lab.example:8443" is of host "lab.example:8443".
+/// "https://lab.example:8443" has the host "lab.example:8443".
 bool OriginIsHost(std::string_view origin, std::string_view host) {
   const std::size_t scheme = origin.find("://");
   return scheme != std::string_view::npos && origin.substr(scheme + 3) == host;
@@ -164,7 +164,7 @@ SignInOutcome Accounts::SignIn(const SignInRequest& request, WallTime now) {
   if (!found.ok()) return {found.error()};
   const std::optional<account_rows::Row>& row = found.value().row;
   const auto note = [&](const std::string& verb) {
-    // A login that is not known may be a password that went into the wrong field.
+    // An unknown login is not logged, because it may be a password typed into the wrong field.
     return AuditNote{Principal{},
                      verb,
                      row ? "user:" + std::to_string(row->account.id) : "unknown login",

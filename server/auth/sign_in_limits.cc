@@ -35,7 +35,7 @@ core::Result<SignInLimits::Pass> SignInLimits::Begin(const std::string& account,
   }
   const std::string network = AddressKey(address);
   const std::string pair = account + " " + network;
-  // Whoever has not failed here yet is not shut out by what others did, here or elsewhere.
+  // An account and network without failures here is not blocked by failures elsewhere.
   const bool first = !by_pair_.Knows(pair);
   core::Status status = pass.Count(by_pair_, pair, false, now);
   if (status.ok()) status = pass.Count(by_network_, network, true, now);

@@ -10,22 +10,22 @@
 
 namespace faultlab::server {
 
-/// Slows down the guessing of passwords without giving a stranger the means to lock the owner out.
+/// Slows down the guessing of passwords without letting others lock the owner out. Limits of
 ///
-///   a device that has signed in to the account before    5 tries of its own, then as everybody:
+///   a device that has signed in to the account before    5 tries, then the limits below
 ///   account and network together                         5 tries
-///   the network, whatever the account                   20 tries
-///   the account, from wherever                          30 tries
+///   the network, for all accounts                       20 tries
+///   the account, from all networks                      30 tries
 ///
-/// Of one process: several servers on one database each count for themselves. Thread-safe.
+/// In one process: several servers on one database count separately. Thread-safe.
 class SignInLimits {
  public:
-  /// A try that has begun: it stays a failure unless it is given back.
+  /// A try that has begun: it counts as a failure unless one of the functions below is called.
   class Pass {
    public:
     /// The password was right.
     void Succeeded();
-    /// Nobody looked at the password: the database or the hasher had no time.
+    /// The password was not checked, because the database or the hasher was busy.
     void NotJudged();
 
    private:
@@ -33,14 +33,14 @@ class SignInLimits {
     struct Counted {
       Throttle* throttle;
       std::string name;
-      bool shared;  ///< with tries of others, which a success does not forgive
+      bool shared;  ///< counted together with tries of others; a success does not clear it
     };
     core::Status Count(Throttle& throttle, const std::string& name, bool shared, WallTime now);
     std::vector<Counted> counted_;
   };
 
-  /// `account` is the login, whether there is such an account or not; `device` is empty unless the
-  /// device is known to have signed in to it. kTooMany with the seconds to wait.
+  /// `account` is the login, also if no such account exists; `device` is empty unless the device is
+  /// known to have signed in to it. kTooMany with the seconds to wait.
   core::Result<Pass> Begin(const std::string& account,
                            const std::string& address,
                            const std::string& device,

@@ -42,7 +42,7 @@ core::Status Throttle::Try(const std::string& name, WallTime now) {
   Failures& entry = failures_[name];
   const milliseconds wait = WaitAfter(entry.count, free_tries_);
   const auto since = std::chrono::duration_cast<milliseconds>(now - entry.last);
-  // A clock set back must not lock people out for longer than the longest wait.
+  // A clock that was set back must not lock people out for longer than the longest wait.
   const bool clock_went_back = since < -kWaitMax;
   if (clock_went_back || since > hours(1)) entry = {};
   if (entry.count > 0 && since < wait) return Wait(std::min(wait - since, kWaitMax));

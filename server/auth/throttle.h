@@ -10,20 +10,21 @@
 
 namespace faultlab::server {
 
-/// Slows down guessing: after `free_tries` failures under one name the wait doubles from 1 s to
-/// 15 min; an hour of peace forgets. A try counts as a failure from its start, so a hundred at the
-/// same moment are a hundred. Holds at most 10 000 names, oldest leave first. Thread-safe.
+/// Slows down guessing: after `free_tries` failures under one name the wait doubles from 1 s to 15
+/// min; after an hour without failures the name is cleared. A try counts as a failure from its
+/// start, so a hundred tries at the same moment count as a hundred. Holds at most 10 000 names; the
+/// oldest are removed first. Thread-safe.
 class Throttle {
  public:
   explicit Throttle(int free_tries) : free_tries_(free_tries) {}
 
-  /// kTooMany with the seconds to wait; nothing is counted then.
+  /// kTooMany with the seconds to wait; this try is then not counted.
   core::Status Try(const std::string& name, WallTime now);
-  /// A failure under this name is remembered.
+  /// Whether a failure under this name is stored.
   bool Knows(const std::string& name);
-  /// The try that was begun is no failure.
+  /// The try that was begun is not a failure.
   void Forgive(const std::string& name);
-  /// Nor are those before.
+  /// Clears this name: the earlier tries are not failures either.
   void Forget(const std::string& name);
 
  private:

@@ -6,7 +6,7 @@
 
 namespace faultlab::server {
 
-/// Adds a subcommand whose options live as long as the program and whose `run` gives the status.
+/// Adds a subcommand whose options live as long as the program and whose `run` returns the status.
 template <typename Options>
 CLI::App& AddCommand(CLI::App& app,
                      const std::string& name,

@@ -59,7 +59,8 @@ std::string LinkText(const std::string& login, const std::string& secret) {
          secret + "\n";
 }
 
-/// The deed is done and stored: that it is not in the audit log is said, not refused.
+/// The change is done and stored; if it cannot be written to the audit log, this is reported and
+/// not refused.
 void Audit(Accounts& accounts, const std::string& verb, const Account& account) {
   const std::string object = "user:" + std::to_string(account.id);
   const Status kept = accounts.Audit("system", verb, object, "faultlab admin", Now());
@@ -82,7 +83,8 @@ int SetDisabled(const UserOptions& options, bool disabled) {
   });
 }
 
-/// A principal that stands for the account itself: the command line is trusted with the file.
+/// A principal for the account itself: whoever can use the command line has the database file
+/// anyway.
 Principal Standing(const Account& account) {
   Principal principal;
   principal.user_id = account.id;
@@ -281,7 +283,8 @@ int RunRestore(const BackupOptions& options) {
     PrintError("cannot read " + options.file + ": no such file");
     return kExitBadInput;
   }
-  // Opening may migrate: the backup itself stays as it is, a copy is checked and put in place.
+  // Opening a database may migrate it, so a copy is checked and installed; the backup itself is not
+  // changed.
   fs::create_directories(options.target.data_dir, error);
   const fs::path copy = target.string() + ".part";
   fs::copy_file(options.file, copy, fs::copy_options::overwrite_existing, error);

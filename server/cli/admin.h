@@ -10,7 +10,7 @@
 
 namespace faultlab::server {
 
-/// Which database an admin command works on.
+/// The database that an admin command uses.
 struct AdminTarget {
   std::string data_dir = "data";  ///< holds faultlab.db
   std::string database_url;       ///< "postgresql://.."; empty: SQLite in data_dir
@@ -44,9 +44,9 @@ struct RehearseOptions {
   bool json = false;
 };
 
-/// Opens what is there; never makes a new database by accident.
+/// Opens an existing database; never makes a new one by accident.
 core::Result<std::unique_ptr<Database>> OpenExisting(const AdminTarget& target);
-/// kExitBadInput for what the caller can mend, kExitFailure for what the machine must.
+/// kExitBadInput for errors that the caller can correct, kExitFailure for errors of the machine.
 int ExitCodeOf(const core::Error& error);
 
 /// All print to the standard output and return an exit status (console.h).
@@ -57,19 +57,19 @@ int RunUserLink(const UserOptions& options);
 int RunUserDisable(const UserOptions& options);
 int RunUserEnable(const UserOptions& options);
 
-/// Prints the key, once.
+/// Prints the key, which cannot be shown again.
 int RunKeyAdd(const KeyOptions& options);
 int RunKeyList(const KeyOptions& options);
 int RunKeyRevoke(const KeyOptions& options);
 
-/// A consistent copy while the server works. The file must not exist.
+/// Copies the database consistently while the server works. The file must not exist.
 int RunBackup(const BackupOptions& options);
-/// Puts a checked backup into an empty data folder; refuses where a database is.
+/// Installs a checked backup in an empty data folder; refuses if there is a database.
 int RunRestore(const BackupOptions& options);
 /// The engine's own integrity check.
 int RunCheck(const AdminTarget& target);
 
-/// The real scheduler on a fake clock; kExitFailure when a rule broke.
+/// Runs the real scheduler on a fake clock; kExitFailure when an invariant was broken.
 int RunRehearse(const RehearseOptions& options);
 
 }  // namespace faultlab::server

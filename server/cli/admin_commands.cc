@@ -17,7 +17,7 @@ void AddTarget(CLI::App& command, AdminTarget& target) {
   command.add_option("--database", target.database_url, "postgresql://.. instead of the folder");
 }
 
-/// `faultlab admin ..`: everything that works on the database without the server.
+/// `faultlab admin ..`: the commands that use the database without the server.
 class AdminCommands {
  public:
   AdminCommands(CLI::App& app, std::function<int()>& chosen) {

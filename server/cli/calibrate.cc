@@ -1,22 +1,26 @@
 #include "server/cli/calibrate.h"
 
 #include <algorithm>
-#include <boost/json/serialize.hpp>
 #include <iterator>
+#include <utility>
 #include <vector>
 
 #include "core/calibration/calibrate.h"
+#include "hardware/bench/benches.h"
 #include "server/api/iso8601.h"
+#include "server/cli/calibration_file.h"
 #include "server/cli/console.h"
 #include "server/clock.h"
 #include "server/csv/csv_record.h"
-#include "server/csv/file_io.h"
-#include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 
 namespace faultlab::server {
 int RunCalibrate(const CalibrateOptions& options) {
-  const core::Result<core::DiagnosisOptions> parsed = ParseFlags(options.flags);
+  const core::Result<const core::Bench*> bench = hardware::LoadBench(options.flags.bench);
+  if (!bench) {
+    return Fail(bench.error(), kExitBadInput);
+  }
+  core::Result<core::DiagnosisOptions> parsed = ParseFlags(options.flags, *bench.value());
   if (!parsed) {
     return Fail(parsed.error(), kExitBadInput);
   }
@@ -31,18 +35,22 @@ int RunCalibrate(const CalibrateOptions& options) {
   for (const std::string& note : record.value().notes) {
     PrintError("note: " + note);
   }
+  core::DiagnosisOptions diagnosis = std::move(parsed).value();
+  FollowPeriod(options.flags, record.value().period_s, diagnosis);
   std::vector<core::Sample> stretch;
   std::copy_if(record.value().samples.begin(),
                record.value().samples.end(),
                std::back_inserter(stretch),
                [&](const core::Sample& sample) {
-                 return sample.t_s >= parsed.value().healthy_from_s &&
-                        sample.t_s < parsed.value().healthy_to_s;
+                 return sample.t_s >= diagnosis.healthy_from_s &&
+                        sample.t_s < diagnosis.healthy_to_s;
                });
   core::CalibrationOptions calibrate;
-  calibrate.data_sheet = parsed.value().nominal;
-  calibrate.channels = parsed.value().channels;
-  calibrate.period_s = record.value().period_s;
+  calibrate.bench = diagnosis.bench;
+  calibrate.um_rail_v = diagnosis.um_rail_v;
+  calibrate.data_sheet = diagnosis.nominal;
+  calibrate.channels = diagnosis.channels;
+  calibrate.period_s = diagnosis.period_s;
   calibrate.false_alarms_per_day = options.false_alarms_per_day;
   core::Result<core::Calibration> calibration = core::Calibrate(stretch, calibrate);
   if (!calibration) {
@@ -52,7 +60,7 @@ int RunCalibrate(const CalibrateOptions& options) {
   calibration.value().dated = options.dated.empty() ? Iso8601(SystemClock().Wall()) : options.dated;
   if (!options.output.empty()) {
     const core::Status written =
-        WriteFile(options.output, boost::json::serialize(ToJson(calibration.value())) + "\n");
+        WriteCalibrationFile(options.output, calibration.value(), *bench.value());
     if (!written) {
       return Fail(written.error(), kExitFailure);
     }

@@ -1,17 +1,40 @@
 #include "server/cli/calibration_file.h"
 
+#include <boost/json.hpp>
+
 #include "server/csv/file_io.h"
 #include "server/diagnosis_json/calibration_json.h"
 
 namespace faultlab::server {
 
-core::Result<core::Calibration> ReadCalibrationFile(const std::string& path) {
+namespace json = boost::json;
+
+core::Result<core::Calibration> ReadCalibrationFile(const std::string& path,
+                                                    const core::Bench& bench) {
   constexpr std::size_t kBytesMax = std::size_t{1} << 20;
   const core::Result<std::string> text = ReadFile(path, kBytesMax);
   if (!text) {
     return text.error();
   }
-  return ParseCalibration(text.value(), path);
+  boost::system::error_code failed;
+  const json::value value = json::parse(text.value(), failed);
+  const json::object* object = failed ? nullptr : value.if_object();
+  const json::value* of = object != nullptr ? object->if_contains("bench") : nullptr;
+  if (of != nullptr && of->is_string() && of->get_string() != bench.name) {
+    return core::Error{core::ErrorCode::kInvalid,
+                       path + ": of a rig of bench '" + std::string(of->get_string()) +
+                           "', not of '" + bench.name + "'; give the file of that bench as --bench",
+                       "bench"};
+  }
+  return ParseCalibration(text.value(), path, bench);
+}
+
+core::Status WriteCalibrationFile(const std::string& path,
+                                  const core::Calibration& calibration,
+                                  const core::Bench& bench) {
+  json::object document = ToJson(calibration, bench);
+  document["bench"] = bench.name;
+  return WriteFile(path, json::serialize(document) + "\n");
 }
 
 }  // namespace faultlab::server

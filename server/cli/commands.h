@@ -9,8 +9,8 @@ class App;
 
 namespace faultlab::server {
 
-/// Adds a group of subcommands. Parsing fills options that live in what is returned, and sets
-/// `chosen` to the function that runs the command and gives the exit status.
+/// Adds a group of subcommands. Parsing fills options that live in the returned object, and sets
+/// `chosen` to the function that runs the command and returns the exit status.
 using CommandGroup = std::shared_ptr<const void>;
 
 CommandGroup AddLabCommands(CLI::App& app, std::function<int()>& chosen);

@@ -6,17 +6,16 @@
 
 namespace faultlab::server {
 
-/// What a subcommand returns to the shell.
+/// The exit status of a subcommand.
 inline constexpr int kExitOk = 0;
-inline constexpr int kExitFailure = 1;  ///< an output could not be written, a part is missing
-inline constexpr int kExitBadInput =
-    2;  ///< an option, a file or a value is wrong: stderr says which
+inline constexpr int kExitFailure = 1;   ///< an output could not be written, a part is missing
+inline constexpr int kExitBadInput = 2;  ///< an option, a file or a value is wrong; stderr names it
 
 /// "faultlab: message" on stderr.
 void PrintError(std::string_view message);
 /// Prints the error and returns `exit_code`.
 int Fail(const core::Error& error, int exit_code);
-/// Writes to the standard output, at once; kExitFailure when that does not take it all.
+/// Writes to the standard output at once; kExitFailure when not all of it could be written.
 int Print(std::string_view text);
 
 /// "0.1.0"

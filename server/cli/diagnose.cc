@@ -10,10 +10,12 @@
 #include <utility>
 
 #include "core/diagnosis/diagnose_record.h"
+#include "core/types/number_text.h"
+#include "hardware/bench/benches.h"
 #include "server/cli/calibration_file.h"
 #include "server/cli/console.h"
 #include "server/csv/csv_record.h"
-#include "server/csv/number_text.h"
+#include "server/diagnosis_json/channels_text.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/plots/record_figure.h"
 
@@ -27,7 +29,8 @@ using core::Result;
 
 json::object JsonOf(const std::string& file,
                     const CsvRecord& record,
-                    const core::Diagnosis& diagnosis) {
+                    const core::Diagnosis& diagnosis,
+                    const core::Bench& bench) {
   json::array channels;
   for (const std::string& channel : record.channels) {
     channels.emplace_back(channel);
@@ -36,14 +39,14 @@ json::object JsonOf(const std::string& file,
                       {"samples", record.samples.size()},
                       {"period_s", record.period_s},
                       {"channels", std::move(channels)}};
-  json::object rest = ToJson(diagnosis);
+  json::object rest = ToJson(diagnosis, bench);
   for (json::key_value_pair& member : rest) {
     out.emplace(member.key(), std::move(member.value()));
   }
   return out;
 }
 
-/// Each folder replaced by the recordings in it, by name.
+/// Replaces each folder by the recordings in it, sorted by name.
 Result<std::vector<std::string>> WithFolders(const std::vector<std::string>& names) {
   namespace fs = std::filesystem;
   std::vector<std::string> files;
@@ -73,33 +76,41 @@ Result<std::vector<std::string>> WithFolders(const std::vector<std::string>& nam
   return files;
 }
 
-}  // namespace
-
-Result<core::DiagnosisOptions> ParseFlags(const DiagnosisFlags& flags) {
-  const auto refuse = [](const std::string& message, const std::string& field) {
-    return Error{ErrorCode::kInvalid, message, field};
-  };
-  core::DiagnosisOptions options;
-  const std::size_t colon = flags.healthy.find(':');
-  const std::optional<double> from = ParseNumber(flags.healthy.substr(0, colon));
+/// "FROM:TO" into the stretch that is taken as fault-free.
+core::Status ReadHealthy(const std::string& text, core::DiagnosisOptions& options) {
+  const std::size_t colon = text.find(':');
+  const std::optional<double> from = core::ParseNumber(text.substr(0, colon));
   const std::optional<double> to =
-      colon == std::string::npos ? std::nullopt : ParseNumber(flags.healthy.substr(colon + 1));
+      colon == std::string::npos ? std::nullopt : core::ParseNumber(text.substr(colon + 1));
   if (!from || !to || *from < 0.0 || *to <= *from) {
-    return refuse("--healthy '" + flags.healthy +
-                      "': expected FROM:TO in seconds, 0 <= FROM < TO, for example 0.5:5",
-                  "healthy");
+    return Error{
+        ErrorCode::kInvalid,
+        "--healthy '" + text + "': expected FROM:TO in seconds, 0 <= FROM < TO, for example 0.5:5",
+        "healthy"};
   }
   options.healthy_from_s = *from;
   options.healthy_to_s = *to;
-  if (flags.channels != "um" && flags.channels != "all") {
-    return refuse("--channels '" + flags.channels + "': expected um or all", "channels");
+  return core::Done{};
+}
+
+}  // namespace
+
+Result<core::DiagnosisOptions> ParseFlags(const DiagnosisFlags& flags, const core::Bench& bench) {
+  const auto refuse = [](const std::string& message, const std::string& field) {
+    return Error{ErrorCode::kInvalid, message, field};
+  };
+  core::DiagnosisOptions options = core::OptionsOf(bench);
+  if (!flags.healthy.empty()) {
+    if (const core::Status read = ReadHealthy(flags.healthy, options); !read) return read.error();
   }
-  options.channels = flags.channels == "um" ? core::Channels::kUmOnly : core::Channels::kAll;
+  const auto channels = ParseChannels(flags.channels, bench);
+  if (!channels) return refuse("--" + channels.error().message, "channels");
+  options.channels = channels.value();
   if (flags.values != "table2" && flags.values != "none") {
     return refuse("--values '" + flags.values + "': expected table2 or none", "values");
   }
   if (!flags.calibration.empty()) {
-    Result<core::Calibration> calibration = ReadCalibrationFile(flags.calibration);
+    Result<core::Calibration> calibration = ReadCalibrationFile(flags.calibration, bench);
     if (!calibration) {
       return calibration.error();
     }
@@ -107,6 +118,13 @@ Result<core::DiagnosisOptions> ParseFlags(const DiagnosisFlags& flags) {
   }
   options.values = flags.values == "table2" ? core::ValuePrior::kTable2 : core::ValuePrior::kNone;
   return options;
+}
+
+void FollowPeriod(const DiagnosisFlags& flags, double period_s, core::DiagnosisOptions& options) {
+  options.period_s = period_s;
+  if (flags.healthy.empty()) {
+    options.healthy_to_s = core::OptionsOf(*options.bench, period_s).healthy_to_s;
+  }
 }
 
 core::Status CheckCalibration(const core::DiagnosisOptions& options, double period_s) {
@@ -128,7 +146,11 @@ core::Status CheckCalibration(const core::DiagnosisOptions& options, double peri
 }
 
 int RunDiagnose(const DiagnoseCommandOptions& options) {
-  Result<core::DiagnosisOptions> parsed = ParseFlags(options.flags);
+  const Result<const core::Bench*> bench = hardware::LoadBench(options.flags.bench);
+  if (!bench) {
+    return Fail(bench.error(), kExitBadInput);
+  }
+  Result<core::DiagnosisOptions> parsed = ParseFlags(options.flags, *bench.value());
   if (!parsed) {
     return Fail(parsed.error(), kExitBadInput);
   }
@@ -153,12 +175,13 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
       PrintError("note: " + note);
     }
     core::DiagnosisOptions diagnose = parsed.value();
-    diagnose.period_s = record.value().period_s;
+    FollowPeriod(options.flags, record.value().period_s, diagnose);
     core::Diagnosis diagnosis = core::DiagnoseRecord(record.value().samples, diagnose);
     AddModelFits(record.value().samples, diagnose, diagnosis);
-    const std::string text = options.json
-                                 ? json::serialize(JsonOf(file, record.value(), diagnosis)) + "\n"
-                                 : ToText(diagnosis, file);
+    const std::string text =
+        options.json
+            ? json::serialize(JsonOf(file, record.value(), diagnosis, *diagnose.bench)) + "\n"
+            : ToText(diagnosis, file);
     if (Print(text) != kExitOk) {
       return kExitFailure;
     }

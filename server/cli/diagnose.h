@@ -9,29 +9,35 @@
 
 namespace faultlab::server {
 
-/// What the commands that diagnose a recording have in common.
+/// The options of all commands that diagnose a recording.
 struct DiagnosisFlags {
-  std::string healthy = "0.5:5";  ///< "from:to" in seconds, fault-free
-  std::string channels = "all";   ///< "um" or "all"
-  std::string values = "none";    ///< "table2": faults have values that the relays can connect
-  std::string calibration;        ///< JSON of `calibrate`; empty: learnt from the record's start
+  std::string bench;             ///< FILE.toml; empty: the paper's
+  std::string healthy;           ///< "from:to" in seconds, fault-free; empty: the bench's
+  std::string channels = "all";  ///< "um" or "all"
+  std::string values = "none";   ///< "table2": faults have values that the relays can connect
+  std::string calibration;       ///< JSON of `calibrate`; empty: estimated from the record's start
 };
 
 struct DiagnoseCommandOptions {
-  std::vector<std::string> files;  ///< or folders: all recordings in them, by name
+  std::vector<std::string> files;  ///< files, or folders: all recordings in them, sorted by name
   DiagnosisFlags flags;
   bool json = false;
 };
 
-/// Refuses by the option's name. Reads the calibration's file.
-core::Result<core::DiagnosisOptions> ParseFlags(const DiagnosisFlags& flags);
+/// For a record of this bench. Refuses by the option's name. Reads the calibration's file.
+core::Result<core::DiagnosisOptions> ParseFlags(const DiagnosisFlags& flags,
+                                                const core::Bench& bench);
+
+/// Takes the period of the record, and the stretch that is usual at that period unless the flags
+/// name one.
+void FollowPeriod(const DiagnosisFlags& flags, double period_s, core::DiagnosisOptions& options);
 
 /// kInvalid when a stored calibration does not fit a record of this period.
 core::Status CheckCalibration(const core::DiagnosisOptions& options, double period_s);
 
-/// Diagnoses each file, in order, and prints the answer: text, or one JSON object a line. A file
-/// that cannot be read is reported on stderr and the others go on.
-/// @returns kExitOk whatever the verdicts are; kExitBadInput when any file or flag was refused.
+/// Diagnoses each file, in order, and prints the result: text, or one JSON object per line. A file
+/// that cannot be read is reported on stderr, and the other files are still diagnosed.
+/// @returns kExitOk, whatever the verdicts are; kExitBadInput when a file or flag was refused
 int RunDiagnose(const DiagnoseCommandOptions& options);
 
 }  // namespace faultlab::server

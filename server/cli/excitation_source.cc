@@ -3,15 +3,15 @@
 #include <string_view>
 #include <utility>
 
+#include "core/signals/excitation_text.h"
 #include "server/csv/csv_record.h"
-#include "server/csv/excitation_text.h"
 
 namespace faultlab::server {
 
 core::Result<core::ExcitationSpec> ReadExcitation(const std::string& text, std::uint64_t seed) {
   constexpr std::string_view kFile = "file:";
   if (!text.starts_with(kFile)) {
-    return ParseExcitation(text, seed);
+    return core::ParseExcitation(text, seed);
   }
   const core::Result<CsvRecord> record = ReadCsv(text.substr(kFile.size()));
   if (!record) {

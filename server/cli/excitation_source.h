@@ -8,7 +8,7 @@
 
 namespace faultlab::server {
 
-/// What ParseExcitation reads, or "file:RECORDING.csv": its uc_v, as long as it is.
+/// Accepts what ParseExcitation accepts, and "file:RECORDING.csv": the recording's whole uc_v.
 core::Result<core::ExcitationSpec> ReadExcitation(const std::string& text, std::uint64_t seed);
 
 }  // namespace faultlab::server

@@ -2,6 +2,7 @@
 
 #include <boost/json/serialize.hpp>
 
+#include "hardware/bench/benches.h"
 #include "server/cli/calibration_file.h"
 #include "server/cli/console.h"
 #include "server/cli/excitation_source.h"
@@ -17,21 +18,27 @@ using core::Result;
 
 Result<IsolabilityQuestion> Question(const IsolabilityCommandOptions& options) {
   IsolabilityQuestion question = options.question;
+  const Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
+  if (!bench) return bench.error();
+  question.bench = bench.value();
   if (!options.calibration.empty()) {
-    Result<core::Calibration> calibration = ReadCalibrationFile(options.calibration);
+    Result<core::Calibration> calibration =
+        ReadCalibrationFile(options.calibration, *bench.value());
     if (!calibration) {
       return calibration.error();
     }
     question.calibration = std::move(calibration).value();
   }
-  Result<core::ExcitationSpec> excitation = ReadExcitation(options.excitation, 1);
+  const std::string excitation_name =
+      options.excitation.empty() ? bench.value()->excitation_text : options.excitation;
+  Result<core::ExcitationSpec> excitation = ReadExcitation(excitation_name, 1);
   if (!excitation) {
     return excitation.error();
   }
   question.excitation = std::move(excitation).value();
-  question.excitation_name = options.excitation;
+  question.excitation_name = excitation_name;
   for (const std::string& text : options.faults) {
-    const Result<core::Fault> fault = ParseFault(text + "@0");
+    const Result<core::Fault> fault = ParseFault(text + "@0", *bench.value());
     if (!fault) {
       return fault.error();
     }

@@ -5,6 +5,7 @@
 #include "hardware/lcm/rig_agent_program.h"
 #include "server/app/serve.h"
 #include "server/cli/add_command.h"
+#include "server/cli/bench_option.h"
 #include "server/cli/commands.h"
 #include "server/cli/lcm_log_command.h"
 
@@ -31,6 +32,10 @@ class LabCommands {
     serve.add_option("--listen", serve_.listen, "HOST:PORT, default 127.0.0.1:8080");
     serve.add_option("--data", serve_.data_dir, "Folder of the database, default data");
     serve.add_option("--lcm", serve_.lcm_url, "LCM bus: live tap and remote rigs, udpm://..");
+    serve.add_option("--bench",
+                     serve_.benches,
+                     "FILE.toml or a shipped bench (paper, servo-motor, gear-motor); repeat for "
+                     "several, the usual one first");
     serve.add_option("--sim-rigs", serve_.sim_rigs, "Number of simulated rigs");
     serve.add_option("--sim-speed", serve_.sim_speed, "1 = real time; 20 = 20 s take 1 s");
     serve.add_option("--fixture-seed", serve_.fixture_seed, "Seed of runs that name none");
@@ -53,8 +58,8 @@ class LabCommands {
     rig.add_option("--id", rig_.id, "Name of the rig; default: the one in --config");
     rig.add_option("--lcm", rig_.lcm_url, "Bus to the server, udpm://239.255.76.67:7667?ttl=1");
     rig.add_option("--config", rig_.config_file, "Bench TOML; without it the bench is simulated");
-    rig.add_option("--profile", rig_.profile, "Of the simulated bench: bench or multisim")
-        ->capture_default_str();
+    AddBench(rig, rig_.bench);
+    rig.add_option("--profile", rig_.profile, "A simulator of the bench, default its first");
     rig.add_option("--speed", rig_.speed, "Of the simulated bench")->capture_default_str();
     rig.add_option("--keys", rig_.key_directory, "Folder with ID.key, default ~/.faultlab/keys");
     rig.add_option("--state",
@@ -70,9 +75,9 @@ class LabCommands {
     rig.add_flag("!--no-supervisor", rig_.supervise, "No second process that guards the first");
     rig.footer(
         "Examples:\n"
-        "  faultlab rig --id bench-1 --config bench.toml --lcm 'udpm://239.255.76.67:7667?ttl=1'\n"
+        "  faultlab rig --id bench-1 --config rig.toml --lcm 'udpm://239.255.76.67:7667?ttl=1'\n"
         "  faultlab rig --id far-sim --profile multisim --lcm 'udpm://239.255.76.67:7667?ttl=1'\n"
-        "  faultlab rig --id bench-1 --config bench.toml --self-test");
+        "  faultlab rig --id bench-1 --config rig.toml --self-test");
   }
 
   void AddLcm(CLI::App& app, std::function<int()>& chosen) {
@@ -88,6 +93,7 @@ class LabCommands {
         .add_option("RECORDING", lcm_export_.recording, "CSV file, or the id of a stored run")
         ->required();
     export_log.add_option("-o,--output", lcm_export_.output, "LCM log to write")->required();
+    AddBench(export_log, lcm_export_.bench);
     export_log.add_option("--rig", lcm_export_.rig, "Channel FAULTLAB.<rig>.SAMPLE")
         ->capture_default_str();
     export_log.add_option("--run", lcm_export_.run, "Name of the run on the bus");
@@ -101,6 +107,7 @@ class LabCommands {
                                       chosen);
     import_log.add_option("LOG", lcm_import_.log, "File of lcm-logger")->required();
     import_log.add_option("-o,--output", lcm_import_.output, "FILE.csv or FILE.csv.gz")->required();
+    AddBench(import_log, lcm_import_.bench);
     import_log.add_option("--run", lcm_import_.run, "Which run; default the first in the log");
     lcm.footer(
         "Examples:\n"

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "hardware/bench/benches.h"
 #include "hardware/lcm/lcm_log.h"
 #include "hardware/lcm/rig_name.h"
 #include "server/cli/console.h"
@@ -42,7 +43,10 @@ int RunLcmExport(const LcmExportOptions& options) {
     PrintError("--rig needs a name of 1 to 40 letters, digits, - and _");
     return kExitBadInput;
   }
-  core::Result<SourceRecording> source = LoadRecording(options.recording, options.data_dir);
+  const core::Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
+  if (!bench) return Fail(bench.error(), kExitBadInput);
+  core::Result<SourceRecording> source =
+      LoadRecording(options.recording, options.data_dir, *bench.value());
   if (!source) return Fail(source.error(), kExitBadInput);
   for (const std::string& note : source.value().notes) PrintError("note: " + note);
   hardware::LcmRecord record;
@@ -57,7 +61,10 @@ int RunLcmExport(const LcmExportOptions& options) {
 }
 
 int RunLcmImport(const LcmImportOptions& options) {
-  const core::Result<hardware::LcmRecord> record = hardware::ReadLcmLog(options.log, options.run);
+  const core::Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
+  if (!bench) return Fail(bench.error(), kExitBadInput);
+  const core::Result<hardware::LcmRecord> record =
+      hardware::ReadLcmLog(options.log, options.run, *bench.value());
   if (!record) return ExitOf(record.error());
   const hardware::LcmRecord& read = record.value();
   if (read.lost_samples > 0) {

@@ -3,6 +3,9 @@
 #include <string>
 
 #include "server/cli/add_command.h"
+#include "server/cli/bench_check.h"
+#include "server/cli/bench_new.h"
+#include "server/cli/bench_option.h"
 #include "server/cli/commands.h"
 #include "server/cli/isolability.h"
 #include "server/cli/reproduce.h"
@@ -15,6 +18,7 @@ class ModelCommands {
   ModelCommands(CLI::App& app, std::function<int()>& chosen) {
     AddReproduce(app, chosen);
     AddIsolability(app, chosen);
+    AddBenches(app, chosen);
   }
 
  private:
@@ -25,6 +29,7 @@ class ModelCommands {
                                      reproduce_,
                                      &RunReproduce,
                                      chosen);
+    AddBench(reproduce, reproduce_.bench);
     reproduce.add_flag("--json", reproduce_.json, "One JSON object instead of tables");
     reproduce.add_option("--plots", reproduce_.plots_dir, "Folder for the figures as PNG");
     reproduce.add_option("--seed", reproduce_.seed, "Noise")->capture_default_str();
@@ -47,19 +52,22 @@ class ModelCommands {
                                        &RunIsolability,
                                        chosen);
     IsolabilityQuestion& asked = isolability_.question;
+    AddBench(isolability, isolability_.bench);
     isolability.add_option("--fault",
                            isolability_.faults,
-                           "COMPONENT=VALUE, repeatable; without it the paper's 18 faults");
-    isolability.add_option("--channels", asked.channels, "um or all")->capture_default_str();
+                           "COMPONENT=VALUE, repeatable; without it those of the bench");
+    isolability.add_option(
+        "--channels", asked.channels, "um or all; default um, if the bench measures it");
     isolability.add_option("--window", asked.window_samples, "Samples of the fault")
         ->capture_default_str();
-    isolability.add_option("--profile", asked.profile, "bench or multisim")->capture_default_str();
+    isolability.add_option(
+        "--profile", asked.profile, "A simulator of the bench, default its first");
     isolability.add_option("--calibration",
                            isolability_.calibration,
                            "FILE.json of 'faultlab calibrate': this rig, not a profile");
     isolability.add_option("--um-noise", asked.um_noise_v, "Volt, instead of the rig's own");
-    isolability.add_option("--excitation", isolability_.excitation, "As of simulate")
-        ->capture_default_str();
+    isolability.add_option(
+        "--excitation", isolability_.excitation, "As of simulate, default the bench's");
     isolability.add_flag("--json", isolability_.json, "One JSON object");
     isolability.add_option("-o,--output", isolability_.output, "The matrix as FILE.png");
     isolability.footer(
@@ -71,6 +79,34 @@ class ModelCommands {
         "  faultlab isolability --calibration rig.json --um-noise 0.03");
   }
 
+  void AddBenches(CLI::App& app, std::function<int()>& chosen) {
+    CLI::App& bench = *app.add_subcommand("bench", "Describes a bench, and says what it can tell");
+    bench.require_subcommand(1);
+    CLI::App& check = AddCommand(bench,
+                                 "check",
+                                 "Is the description sound, and what can be diagnosed on it",
+                                 check_,
+                                 &RunBenchCheck,
+                                 chosen);
+    check.add_option("FILE", check_.bench, "Description, FILE.toml")->required();
+    check.add_option("--channels", check_.channels, "all or um")->capture_default_str();
+    check.footer(
+        "Refusals name file, line and key. The answer comes from the model alone, before anything "
+        "is built.\n\n"
+        "Examples:\n"
+        "  faultlab bench new --structure motor-driver -o mine.toml\n"
+        "  faultlab bench check mine.toml\n"
+        "  faultlab simulate --bench mine.toml --fault J=2e-5@10 -o run.csv\n"
+        "  faultlab diagnose --bench mine.toml run.csv");
+    CLI::App& fresh = AddCommand(
+        bench, "new", "A commented description to start from", new_, &RunBenchNew, chosen);
+    fresh.add_option("--structure", new_.structure, "inverting-amplifier or motor-driver")
+        ->capture_default_str();
+    fresh.add_option("-o,--output", new_.output, "FILE.toml, - = stdout")->capture_default_str();
+  }
+
+  BenchCheckOptions check_;
+  BenchNewOptions new_;
   ReproduceOptions reproduce_;
   IsolabilityCommandOptions isolability_;
 };

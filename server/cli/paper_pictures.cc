@@ -17,7 +17,6 @@
 namespace faultlab::server {
 namespace {
 
-using core::Component;
 using core::Result;
 using core::Status;
 using core::TableFault;
@@ -31,17 +30,18 @@ std::string FaultText(const TableFault& fault) {
 
 class Painter {
  public:
-  Painter(std::string folder, std::uint64_t seed) : folder_(std::move(folder)), seed_(seed) {}
+  Painter(const core::Bench& bench, std::string folder, std::uint64_t seed)
+      : bench_(bench), folder_(std::move(folder)), seed_(seed) {}
 
   /// A figure of one record, by name.
   Status Draw(int number, std::string_view name, const std::optional<TableFault>& fault) {
-    const std::vector<core::Sample> samples = core::PaperRecord(fault, seed_);
+    const std::vector<core::Sample> samples = core::PaperRecord(bench_, fault, seed_);
     FigureContext context = Context(number);
     context.name = "Figure " + std::to_string(number) + " of the paper, simulated";
     if (fault) {
       context.faults = {{fault->component, fault->value, kFaultSeconds}};
     }
-    core::DiagnosisOptions options;
+    core::DiagnosisOptions options = core::OptionsOf(bench_);
     options.values = core::ValuePrior::kTable2;
     Result<Figure> figure = MakeFigure(name, samples, options, std::move(context));
     return figure ? Save(number, figure.value()) : Status(figure.error());
@@ -57,7 +57,7 @@ class Painter {
       for (const TableFault& fault : faults) {
         OverlayTrace trace;
         trace.name = FaultText(fault);
-        for (const core::Sample& sample : core::PaperRecord(fault, seed_)) {
+        for (const core::Sample& sample : core::PaperRecord(bench_, fault, seed_)) {
           trace.t_s.push_back(sample.t_s);
           trace.um_v.push_back(sample.um_v);
         }
@@ -89,13 +89,14 @@ class Painter {
     return WriteFile(path.string(), png.value());
   }
 
+  const core::Bench& bench_;
   std::string folder_;
   std::uint64_t seed_;
 };
 
 }  // namespace
 
-Status DrawPaperPictures(const std::string& folder, std::uint64_t seed) {
+Status DrawPaperPictures(const core::Bench& bench, const std::string& folder, std::uint64_t seed) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
@@ -103,43 +104,32 @@ Status DrawPaperPictures(const std::string& folder, std::uint64_t seed) {
                        "cannot make the folder " + folder + ": " + error.message(),
                        "plots"};
   }
-  Painter painter(folder, seed);
+  Painter painter(bench, folder, seed);
+  const auto of = [&](const char* symbol, double value) {
+    return TableFault{bench.Find(symbol).value(), value};
+  };
   const std::vector<std::function<Status()>> pictures = {
       [&] { return painter.Draw(14, "signals", std::nullopt); },
       [&] {
         return painter.DrawOverlay(
             15,
-            {{"(a) R_{1}", {{Component::kR1, 10}, {Component::kR1, 56}, {Component::kR1, 100}}},
-             {"(b) R_{9}",
-              {{Component::kR9, 33e3}, {Component::kR9, 56e3}, {Component::kR9, 100e3}}},
-             {"(c) C_{8}",
-              {{Component::kC8, 1e-6}, {Component::kC8, 10e-6}, {Component::kC8, 47e-6}}},
-             {"(d) R_{12}",
-              {{Component::kR12, 5.6e3}, {Component::kR12, 3.3e3}, {Component::kR12, 2e3}}}});
+            {{"(a) R_{1}", {of("R1", 10), of("R1", 56), of("R1", 100)}},
+             {"(b) R_{9}", {of("R9", 33e3), of("R9", 56e3), of("R9", 100e3)}},
+             {"(c) C_{8}", {of("C8", 1e-6), of("C8", 10e-6), of("C8", 47e-6)}},
+             {"(d) R_{12}", {of("R12", 5.6e3), of("R12", 3.3e3), of("R12", 2e3)}}});
       },
       [&] {
-        return painter.DrawOverlay(
-            16,
-            {{"(a) R_{a}", {{Component::kRa, 0.741}}},
-             {"(b) R_{a}", {{Component::kRa, 74.1}}},
-             {"(c) B", {{Component::kB, 1.8e-4}, {Component::kB, 1.8e-5}}},
-             {"(d) J", {{Component::kJ, 1.43e-8}, {Component::kJ, 1.43e-4}}}});
+        return painter.DrawOverlay(16,
+                                   {{"(a) R_{a}", {of("Ra", 0.741)}},
+                                    {"(b) R_{a}", {of("Ra", 74.1)}},
+                                    {"(c) B", {of("B", 1.8e-4), of("B", 1.8e-5)}},
+                                    {"(d) J", {of("J", 1.43e-8), of("J", 1.43e-4)}}});
       },
-      [&] {
-        return painter.Draw(17, "swa", TableFault{Component::kR1, 10});
-      },
-      [&] {
-        return painter.Draw(18, "swa", TableFault{Component::kB, 1.8e-5});
-      },
-      [&] {
-        return painter.Draw(19, "sia", TableFault{Component::kC8, 10e-6});
-      },
-      [&] {
-        return painter.Draw(20, "sia", TableFault{Component::kRa, 74.1});
-      },
-      [&] {
-        return painter.Draw(23, "models", TableFault{Component::kR1, 100});
-      }};
+      [&] { return painter.Draw(17, "swa", of("R1", 10)); },
+      [&] { return painter.Draw(18, "swa", of("B", 1.8e-5)); },
+      [&] { return painter.Draw(19, "sia", of("C8", 10e-6)); },
+      [&] { return painter.Draw(20, "sia", of("Ra", 74.1)); },
+      [&] { return painter.Draw(23, "models", of("R1", 100)); }};
   for (const std::function<Status()>& draw : pictures) {
     if (Status drawn = draw(); !drawn) {
       return drawn;

@@ -74,7 +74,7 @@ int RunPersonExport(const PersonOptions& options) {
     return kExitBadInput;
   }
   fs::create_directories(folder, ec);
-  if (!ec) fs::permissions(folder, fs::perms::owner_all, ec);  // and so whatever is in it
+  if (!ec) fs::permissions(folder, fs::perms::owner_all, ec);  // protects all files in it
   if (ec) {
     PrintError("cannot make " + options.folder + ": " + ec.message());
     return kExitFailure;

@@ -10,12 +10,12 @@ struct PersonOptions {
   AdminTarget target;
   std::string login;
   std::string folder;  ///< of an export: must not exist
-  bool yes = false;    ///< of an erasure: asked for in words
+  bool yes = false;    ///< of an erasure: confirmed on the command line
 };
 
-/// Everything that is kept of an account: person.json, and each recording as CSV.
+/// Writes everything that is stored about an account: person.json, and each recording as CSV.
 int RunPersonExport(const PersonOptions& options);
-/// Takes a person out of the database for good.
+/// Erases a person from the database for ever.
 int RunPersonErase(const PersonOptions& options);
 
 }  // namespace faultlab::server

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "hardware/bench/benches.h"
 #include "server/cli/console.h"
 #include "server/cli/figure_file.h"
 #include "server/cli/recording_source.h"
@@ -10,13 +11,18 @@
 namespace faultlab::server {
 
 int RunPlot(const PlotOptions& options) {
-  core::Result<core::DiagnosisOptions> parsed = ParseFlags(options.flags);
-  if (!parsed) {
-    return Fail(parsed.error(), kExitBadInput);
+  const core::Result<const core::Bench*> bench = hardware::LoadBench(options.flags.bench);
+  if (!bench) {
+    return Fail(bench.error(), kExitBadInput);
   }
-  const core::Result<SourceRecording> source = LoadRecording(options.recording, options.data_dir);
+  const core::Result<SourceRecording> source =
+      LoadRecording(options.recording, options.data_dir, *bench.value());
   if (!source) {
     return Fail(source.error(), kExitBadInput);
+  }
+  core::Result<core::DiagnosisOptions> parsed = ParseFlags(options.flags, *source.value().bench);
+  if (!parsed) {
+    return Fail(parsed.error(), kExitBadInput);
   }
   for (const std::string& note : source.value().notes) {
     PrintError("note: " + note);

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "server/cli/add_command.h"
+#include "server/cli/bench_option.h"
 #include "server/cli/calibrate.h"
 #include "server/cli/commands.h"
 #include "server/cli/diagnose.h"
@@ -24,7 +25,7 @@ constexpr char kSimulateExamples[] =
     "Excitations: prbs[:low,high,clock,order,seed]  step[:low,high,at]\n"
     "  multisine[:offset,amplitude,lines,base,seed]  chirp[:offset,amplitude,from,to]\n"
     "  file:RECORDING.csv (its uc_v)               volts, seconds, hertz\n"
-    "Columns written: t_s, uc_v, um_v, ua_v (V), ia_a (A), n_rpm (behind the 3.8:1 gear).";
+    "Columns written: t_s, uc_v, um_v, ua_v (V), ia_a (A), n_rpm (behind the gear).";
 
 constexpr char kDiagnoseExamples[] =
     "Input: CSV with a header of t_s,uc_v,um_v and any of ua_v,ia_a,n_rpm, in any order. Other\n"
@@ -79,8 +80,11 @@ constexpr char kPlotExamples[] =
     "  faultlab plot RUN-ID --data data --figure signals -o run.png";
 
 void AddDiagnosisFlags(CLI::App& command, DiagnosisFlags& flags) {
-  command.add_option("--healthy", flags.healthy, "Fault-free stretch FROM:TO in seconds")
-      ->capture_default_str();
+  AddBench(command, flags.bench);
+  command.add_option(
+      "--healthy",
+      flags.healthy,
+      "Fault-free stretch FROM:TO in seconds; default: 0.5:5, longer for slow benches");
   command.add_option("--channels", flags.channels, "Channels to use: um or all")
       ->capture_default_str();
   command
@@ -111,17 +115,20 @@ class RecordCommands {
                                     simulate_,
                                     &RunSimulate,
                                     chosen);
+    AddBench(simulate, simulate_.bench);
     simulate.add_option("--fault",
                         simulate_.faults,
                         "COMPONENT=VALUE@SECONDS, repeatable; @A..B drifts, @AtoB goes back");
-    simulate.add_option("--profile", simulate_.profile, "bench (friction, noise) or multisim")
-        ->capture_default_str();
+    simulate.add_option("--profile",
+                        simulate_.profile,
+                        "A simulator of the bench, default its first; of the paper's: bench "
+                        "(friction, noise) or multisim");
     simulate.add_option("--seed", simulate_.seed, "Noise and excitation")->capture_default_str();
     simulate.add_option("--duration", simulate_.duration_s, "Seconds")->capture_default_str();
-    simulate.add_option("--period", simulate_.period_s, "Sample period in seconds")
-        ->capture_default_str();
-    simulate.add_option("--excitation", simulate_.excitation, "Control voltage, see below")
-        ->capture_default_str();
+    simulate.add_option(
+        "--period", simulate_.period_s, "Sample period in seconds, default the bench's");
+    simulate.add_option(
+        "--excitation", simulate_.excitation, "Control voltage, see below; default the bench's");
     simulate.add_option("-o,--output", simulate_.output, "FILE.csv or FILE.csv.gz, - = stdout")
         ->required();
     simulate.footer(kSimulateExamples);
@@ -149,9 +156,12 @@ class RecordCommands {
                                      &RunCalibrate,
                                      chosen);
     calibrate.add_option("FILE", calibrate_.recording, "Recording, .csv or .csv.gz")->required();
+    AddBench(calibrate, calibrate_.flags.bench);
     calibrate.add_option("-o,--output", calibrate_.output, "FILE.json; '-' prints it");
-    calibrate.add_option("--healthy", calibrate_.flags.healthy, "Fault-free stretch in seconds")
-        ->capture_default_str();
+    calibrate.add_option("--healthy",
+                         calibrate_.flags.healthy,
+                         "Fault-free stretch FROM:TO in seconds; default: 0.5:5, longer for slow "
+                         "benches");
     calibrate.add_option("--channels", calibrate_.flags.channels, "um or all")
         ->capture_default_str();
     calibrate
@@ -169,6 +179,7 @@ class RecordCommands {
                                  &RunStudy,
                                  chosen);
     study.add_option("FILE", study_.recording, "Recording, .csv or .csv.gz")->required();
+    AddBench(study, study_.bench);
     study.add_option("--k", study_.windows, "Windows K of SWA, samples")->capture_default_str();
     study.add_option("--km", study_.integrals, "Windows K:m of SIA, samples")
         ->capture_default_str();

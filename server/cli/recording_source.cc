@@ -2,8 +2,10 @@
 
 #include <filesystem>
 
+#include "hardware/bench/benches.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/fault_text.h"
+#include "server/experiment/benches.h"
 #include "server/experiment/plan_json.h"
 #include "server/storage/database.h"
 #include "server/storage/recording_store.h"
@@ -21,7 +23,7 @@ bool IsCsvName(const std::string& name) {
          std::filesystem::exists(name, ignored);
 }
 
-Result<SourceRecording> FromCsv(const std::string& path) {
+Result<SourceRecording> FromCsv(const std::string& path, const core::Bench& bench) {
   Result<CsvRecord> record = ReadCsv(path);
   if (!record) {
     return record.error();
@@ -29,7 +31,8 @@ Result<SourceRecording> FromCsv(const std::string& path) {
   CsvRecord& read = record.value();
   SourceRecording out;
   out.name = std::filesystem::path(path).filename().string();
-  out.faults = FaultsInComments(read.comments);
+  out.bench = &bench;
+  out.faults = FaultsInComments(read.comments, bench);
   out.period_s = read.period_s;
   out.notes = std::move(read.notes);
   out.samples = std::move(read.samples);
@@ -61,15 +64,23 @@ Result<SourceRecording> FromStore(const std::string& id, const std::string& data
   SourceRecording out;
   out.name = record.value().name.empty() ? id : record.value().name;
   out.period_s = record.value().period_s;
-  out.faults = FaultsOfPlan(record.value().plan_json);
+  const Result<const core::Bench*> bench =
+      Benches(*database.value(), {&hardware::PaperBench()}).OfRecording(record.value().bench);
+  if (!bench) {
+    return bench.error();
+  }
+  out.bench = bench.value();
+  out.faults = FaultsOfPlan(record.value().plan_json, *bench.value());
   out.samples = std::move(samples).value();
   return out;
 }
 
 }  // namespace
 
-Result<SourceRecording> LoadRecording(const std::string& recording, const std::string& data_dir) {
-  return IsCsvName(recording) ? FromCsv(recording) : FromStore(recording, data_dir);
+Result<SourceRecording> LoadRecording(const std::string& recording,
+                                      const std::string& data_dir,
+                                      const core::Bench& bench) {
+  return IsCsvName(recording) ? FromCsv(recording, bench) : FromStore(recording, data_dir);
 }
 
 }  // namespace faultlab::server

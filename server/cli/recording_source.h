@@ -3,24 +3,27 @@
 #include <string>
 #include <vector>
 
+#include "core/bench/bench.h"
 #include "core/types/fault.h"
 #include "core/types/result.h"
 #include "core/types/sample.h"
 
 namespace faultlab::server {
 
-/// A recording with what is known of its making.
+/// A recording with what is known about its origin.
 struct SourceRecording {
   std::string name;
+  const core::Bench* bench = nullptr;  ///< of a stored run its own, else as asked
   std::vector<core::Sample> samples;
   double period_s = 0.0;
-  std::vector<core::Fault> faults;  ///< injected, as far as the recording says
+  std::vector<core::Fault> faults;  ///< the injected faults, if the recording contains them
   std::vector<std::string> notes;
 };
 
-/// `recording` is a CSV file if there is one of that name or it ends in .csv or .csv.gz, else the
-/// id of a run stored below `data_dir`.
+/// `recording` is a CSV file if a file of that name exists or it ends in .csv or .csv.gz; otherwise
+/// it is the id of a run stored in `data_dir`.
 core::Result<SourceRecording> LoadRecording(const std::string& recording,
-                                            const std::string& data_dir);
+                                            const std::string& data_dir,
+                                            const core::Bench& bench);
 
 }  // namespace faultlab::server

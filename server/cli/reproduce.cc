@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "hardware/bench/benches.h"
 #include "server/cli/console.h"
 #include "server/cli/paper_pictures.h"
 
@@ -82,7 +83,15 @@ int RunReproduce(const ReproduceOptions& options) {
     PrintError("--repetitions must be 1 to 1000");
     return kExitBadInput;
   }
+  const core::Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
+  if (!bench) return Fail(bench.error(), kExitBadInput);
+  if (!core::IsPublished(*bench.value())) {
+    PrintError("the printed tables are of the paper's bench; " + bench.value()->name +
+               " lacks one of its components or simulators, or has another period");
+    return kExitBadInput;
+  }
   core::ReproductionOptions settings;
+  settings.bench = bench.value();
   settings.seed = options.seed;
   settings.repetitions = options.repetitions;
   const core::Reproduction reproduction = core::Reproduce(settings);
@@ -94,7 +103,7 @@ int RunReproduce(const ReproduceOptions& options) {
   if (options.plots_dir.empty()) {
     return kExitOk;
   }
-  const core::Status drawn = DrawPaperPictures(options.plots_dir, options.seed);
+  const core::Status drawn = DrawPaperPictures(*bench.value(), options.plots_dir, options.seed);
   return drawn ? kExitOk : Fail(drawn.error(), kExitFailure);
 }
 

@@ -10,6 +10,7 @@ namespace faultlab::server {
 
 struct ReproduceOptions {
   bool json = false;
+  std::string bench;      ///< FILE.toml; empty: the paper's
   std::string plots_dir;  ///< empty: no pictures; made when missing
   std::uint64_t seed = 1;
   int repetitions = 9;  ///< records for each fault, whose median is shown

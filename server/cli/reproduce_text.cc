@@ -57,7 +57,7 @@ std::vector<std::string> ColumnNames(const core::PaperTable& table) {
   return names;
 }
 
-/// Wide tables go below each other: at most three pairs of columns fit a terminal.
+/// A wide table is split: at most three pairs of columns fit the width of a terminal.
 constexpr std::size_t kPairsMax = 3;
 
 class TableText {

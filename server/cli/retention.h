@@ -12,7 +12,7 @@ struct RetentionOptions {
   bool json = false;
 };
 
-/// Deletes what the rules let go, or only shows it; the server does the same once a day.
+/// Deletes what the rules no longer keep, or only lists it; the server deletes the same once a day.
 int RunRetention(const RetentionOptions& options);
 
 }  // namespace faultlab::server

@@ -1,9 +1,12 @@
 #include "server/cli/simulate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 
 #include "core/plant/simulate_record.h"
+#include "hardware/bench/benches.h"
 #include "server/cli/console.h"
 #include "server/cli/excitation_source.h"
 #include "server/csv/csv_record.h"
@@ -17,12 +20,31 @@ using core::Error;
 using core::ErrorCode;
 using core::Result;
 
-constexpr double kConverterRange_v = 10.0;  // NI 9263: what a control voltage can be at all
+/// The settings from the flags and the bench together.
+struct Plan {
+  const core::Bench* bench = nullptr;
+  const core::BenchProfile* profile = nullptr;
+  double period_s = 0.0;
+  std::string excitation;
+};
 
-Result<std::vector<core::Fault>> ParseFaults(const SimulateOptions& options, double end_s) {
+Result<Plan> MakePlan(const SimulateOptions& options) {
+  const Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
+  if (!bench) return bench.error();
+  const auto profile = hardware::FindProfile(*bench.value(), options.profile);
+  if (!profile) return profile.error();
+  return Plan{bench.value(),
+              profile.value(),
+              options.period_s.value_or(bench.value()->period_s),
+              options.excitation.empty() ? bench.value()->excitation_text : options.excitation};
+}
+
+Result<std::vector<core::Fault>> ParseFaults(const SimulateOptions& options,
+                                             const core::Bench& bench,
+                                             double end_s) {
   std::vector<core::Fault> faults;
   for (const std::string& text : options.faults) {
-    Result<core::Fault> fault = ParseFault(text);
+    Result<core::Fault> fault = ParseFault(text, bench);
     if (!fault) {
       return fault.error();
     }
@@ -37,42 +59,49 @@ Result<std::vector<core::Fault>> ParseFaults(const SimulateOptions& options, dou
   return faults;
 }
 
-Result<std::vector<double>> MakeInput(const SimulateOptions& options) {
-  const Result<core::ExcitationSpec> spec = ReadExcitation(options.excitation, options.seed);
+Result<std::vector<double>> MakeInput(const SimulateOptions& options, const Plan& plan) {
+  const Result<core::ExcitationSpec> spec = ReadExcitation(plan.excitation, options.seed);
   if (!spec) {
     return spec.error();
   }
   const std::size_t samples_max = CsvLimits{}.rows_max;
-  if (!(options.duration_s / options.period_s <= static_cast<double>(samples_max))) {
+  if (!(options.duration_s / plan.period_s <= static_cast<double>(samples_max))) {
     return Error{ErrorCode::kTooLarge,
                  "the run would have more than " + std::to_string(samples_max) +
                      " samples; use a shorter --duration",
                  "duration_s"};
   }
-  Result<std::vector<double>> uc =
-      core::Generate(spec.value(), options.duration_s, options.period_s);
+  Result<std::vector<double>> uc = core::Generate(spec.value(), options.duration_s, plan.period_s);
   if (!uc) {
     Error error = uc.error();
     const bool named = error.field.empty() || error.message.find(error.field) != std::string::npos;
     error.message = "excitation: " + (named ? "" : error.field + ": ") + error.message;
     return error;
   }
+  const double range_v = plan.profile->converters.range_v;
   for (const double value : uc.value()) {
-    if (!(std::abs(value) <= kConverterRange_v)) {
-      return Error{ErrorCode::kInvalid,
-                   "excitation: " + std::to_string(value) +
-                       " V is beyond the converter's range of -10 V to 10 V",
-                   "excitation"};
+    if (!(std::abs(value) <= range_v)) {
+      std::array<char, 80> text;
+      std::snprintf(text.data(),
+                    text.size(),
+                    "%f V is beyond the converter's range of -%g V to %g V",
+                    value,
+                    range_v,
+                    range_v);
+      return Error{ErrorCode::kInvalid, std::string("excitation: ") + text.data(), "excitation"};
     }
   }
   return uc;
 }
 
-CsvWriteOptions Describe(const SimulateOptions& options, const std::vector<core::Fault>& faults) {
+CsvWriteOptions Describe(const SimulateOptions& options,
+                         const Plan& plan,
+                         const std::vector<core::Fault>& faults) {
   CsvWriteOptions out;
   out.comments.push_back("faultlab " + std::string(Version()) + " simulate");
-  out.comments.push_back("profile " + options.profile + ", seed " + std::to_string(options.seed) +
-                         ", excitation " + options.excitation);
+  out.comments.push_back("bench " + plan.bench->name + ", profile " + plan.profile->name +
+                         ", seed " + std::to_string(options.seed) + ", excitation " +
+                         plan.excitation);
   for (const core::Fault& fault : faults) {
     out.comments.push_back(FaultComment(fault));
   }
@@ -82,31 +111,29 @@ CsvWriteOptions Describe(const SimulateOptions& options, const std::vector<core:
 }  // namespace
 
 int RunSimulate(const SimulateOptions& options) {
-  const Result<core::BenchProfile> profile = core::FindBenchProfile(options.profile);
-  if (!profile) {
-    return Fail(profile.error(), kExitBadInput);
+  const Result<Plan> made = MakePlan(options);
+  if (!made) {
+    return Fail(made.error(), kExitBadInput);
   }
-  if (!(options.period_s > profile.value().delta_s) || options.period_s > 1.0) {
+  const Plan& plan = made.value();
+  if (!(plan.period_s > plan.profile->delta_s) || plan.period_s > 1.0) {
     PrintError("--period must be above the profile's delay of " +
-               std::to_string(1e3 * profile.value().delta_s) + " ms and at most 1 s");
+               std::to_string(1e3 * plan.profile->delta_s) + " ms and at most 1 s");
     return kExitBadInput;
   }
-  const Result<std::vector<double>> uc = MakeInput(options);
+  const Result<std::vector<double>> uc = MakeInput(options, plan);
   if (!uc) {
     return Fail(uc.error(), kExitBadInput);
   }
-  const double end_s = static_cast<double>(uc.value().size()) * options.period_s;
-  const Result<std::vector<core::Fault>> faults = ParseFaults(options, end_s);
+  const double end_s = static_cast<double>(uc.value().size()) * plan.period_s;
+  const Result<std::vector<core::Fault>> faults = ParseFaults(options, *plan.bench, end_s);
   if (!faults) {
     return Fail(faults.error(), kExitBadInput);
   }
-  const std::vector<core::Sample> samples = core::SimulateRecord(profile.value(),
-                                                                 core::PlantParameters{},
-                                                                 uc.value(),
-                                                                 faults.value(),
-                                                                 options.seed,
-                                                                 options.period_s);
-  const core::Status written = WriteCsv(options.output, samples, Describe(options, faults.value()));
+  const std::vector<core::Sample> samples = core::SimulateRecord(
+      *plan.profile, plan.bench->nominal, uc.value(), faults.value(), options.seed, plan.period_s);
+  const core::Status written =
+      WriteCsv(options.output, samples, Describe(options, plan, faults.value()));
   return written ? kExitOk : Fail(written.error(), kExitFailure);
 }
 

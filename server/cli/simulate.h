@@ -1,25 +1,25 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
-
-#include "core/types/plant_parameters.h"
 
 namespace faultlab::server {
 
 struct SimulateOptions {
+  std::string bench;                ///< FILE.toml; empty: the paper's
   std::vector<std::string> faults;  ///< see ParseFault
-  std::string profile = "bench";
-  std::uint64_t seed = 1;  ///< of the noise, and of the excitation unless it names its own
+  std::string profile;              ///< a simulator of the bench; empty: its usual one
+  std::uint64_t seed = 1;           ///< of the noise, and of the excitation unless that has its own
   double duration_s = 20.0;
-  double period_s = core::kSamplePeriodSeconds;
-  std::string excitation = "prbs";  ///< see ParseExcitation
-  std::string output;               ///< FILE.csv[.gz], "-" = standard output
+  std::optional<double> period_s;  ///< nothing: the bench's
+  std::string excitation;          ///< see ParseExcitation; empty: the bench's
+  std::string output;              ///< FILE.csv[.gz], "-" = standard output
 };
 
-/// One run of the simulated bench into a CSV file, which names profile, seed and faults in its
-/// comments. The same options give the same bytes.
+/// Writes one run of the simulated bench to a CSV file, whose comments contain profile, seed and
+/// faults. The same options give the same bytes.
 int RunSimulate(const SimulateOptions& options);
 
 }  // namespace faultlab::server

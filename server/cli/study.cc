@@ -13,12 +13,13 @@
 
 #include "core/diagnosis/diagnose_record.h"
 #include "core/paper/window_study.h"
+#include "core/types/number_text.h"
+#include "hardware/bench/benches.h"
 #include "server/cli/console.h"
 #include "server/cli/figure_file.h"
 #include "server/cli/study_text.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/fault_text.h"
-#include "server/csv/number_text.h"
 #include "server/plots/record_figure.h"
 
 namespace faultlab::server {
@@ -49,9 +50,11 @@ std::optional<int> ParseCount(std::string_view text) {
 }
 
 Result<std::vector<VariantSpec>> ParseVariants(const StudyCommandOptions& options,
+                                               core::EstimatedChannel channel,
                                                double period_s,
                                                double delta_s) {
   VariantSpec spec;
+  spec.channel = channel;
   spec.order = options.order;
   spec.affine = options.affine;
   spec.period_s = period_s;
@@ -91,15 +94,16 @@ Result<std::vector<VariantSpec>> ParseVariants(const StudyCommandOptions& option
 /// Time of the change, if the record has one.
 Result<std::optional<double>> ChangeOf(const StudyCommandOptions& options,
                                        const CsvRecord& record,
-                                       const core::Diagnosis& diagnosis) {
+                                       const core::Diagnosis& diagnosis,
+                                       const core::Bench& bench) {
   if (options.change == "none") {
     return std::optional<double>();
   }
   if (options.change == "auto") {
-    const std::vector<core::Fault> faults = FaultsInComments(record.comments);
+    const std::vector<core::Fault> faults = FaultsInComments(record.comments, bench);
     return faults.empty() ? diagnosis.verdict.onset_s : std::optional(faults.front().at_s);
   }
-  const std::optional<double> at_s = ParseNumber(options.change);
+  const std::optional<double> at_s = core::ParseNumber(options.change);
   if (!at_s) {
     return Error{ErrorCode::kInvalid,
                  "--change '" + options.change + "': expected auto, none or a time in seconds",
@@ -161,7 +165,7 @@ core::Status Draw(const StudyCommandOptions& options,
       continue;
     }
     if (!swa && !options.exact) {
-      context.nominal_sia.reset();  // the paper's rule reads b1 and a1 30 % high
+      context.nominal_sia.reset();  // the paper's rule gives b1 and a1 that are 30 % too high
     }
     const std::string name = swa ? "swa.png" : "sia.png";
     const core::Status written = WriteFigure(
@@ -201,6 +205,9 @@ int RunStudy(const StudyCommandOptions& options) {
   if (const core::Status drawable = CheckPlots(options); !drawable) {
     return Fail(drawable.error(), kExitBadInput);
   }
+  const Result<const core::Bench*> loaded = hardware::LoadBench(options.bench);
+  if (!loaded) return Fail(loaded.error(), kExitBadInput);
+  const core::Bench& bench = *loaded.value();
   const Result<CsvRecord> read = ReadCsv(options.recording);
   if (!read) {
     return Fail(read.error(), kExitBadInput);
@@ -209,17 +216,17 @@ int RunStudy(const StudyCommandOptions& options) {
   for (const std::string& note : record.notes) {
     PrintError("note: " + note);
   }
-  core::DiagnosisOptions diagnose;
+  core::DiagnosisOptions diagnose = core::OptionsOf(bench);
   diagnose.values = core::ValuePrior::kTable2;
   diagnose.period_s = record.period_s;
   const core::Diagnosis diagnosis = core::DiagnoseRecord(record.samples, diagnose);
   const double delta_s = diagnosis.calibration ? diagnosis.calibration->delta_s : 0.0;
   const Result<std::vector<VariantSpec>> variants =
-      ParseVariants(options, record.period_s, delta_s);
+      ParseVariants(options, bench.structure->estimated, record.period_s, delta_s);
   if (!variants) {
     return Fail(variants.error(), kExitBadInput);
   }
-  const Result<std::optional<double>> change = ChangeOf(options, record, diagnosis);
+  const Result<std::optional<double>> change = ChangeOf(options, record, diagnosis, bench);
   if (!change) {
     return Fail(change.error(), kExitBadInput);
   }
@@ -242,7 +249,7 @@ int RunStudy(const StudyCommandOptions& options) {
   FigureContext context;
   context.name = std::filesystem::path(options.recording).filename().string();
   context.footer = "faultlab " + std::string(Version());
-  context.faults = FaultsInComments(record.comments);
+  context.faults = FaultsInComments(record.comments, bench);
   context.verdict = diagnosis.verdict;
   context.nominal_swa =
       diagnosis.nominal_estimates[static_cast<std::size_t>(core::EstimatorId::kSwa100)];

@@ -10,7 +10,7 @@
 
 namespace faultlab::server {
 
-/// What a window study was made of.
+/// The settings of a window study.
 struct StudySettings {
   std::string name;
   double period_s = 0.0;

@@ -7,12 +7,12 @@
 
 namespace faultlab::server {
 
-/// One column of a recording and where its number lives.
+/// One column of a recording and the member of a sample that holds its number.
 struct CsvChannel {
   std::string_view name;
   double core::Sample::*member;
-  bool required;  ///< the file must have it
-  bool finite;    ///< and every row must have a number in it
+  bool required;  ///< the file must have it; ia_a may replace um_v
+  bool finite;    ///< every row must have a number in it
 };
 
 /// Canonical order: time, command, then what the converters read.
@@ -24,5 +24,9 @@ inline constexpr std::array<CsvChannel, 6> kCsvChannelTable = {{
     {"ia_a", &core::Sample::ia_a, false, false},
     {"n_rpm", &core::Sample::n_rpm, false, false},
 }};
+
+/// The measurement that a recording must have: um, or ia on benches without um.
+inline constexpr std::size_t kUmChannel = 2;
+inline constexpr std::size_t kIaChannel = 4;
 
 }  // namespace faultlab::server

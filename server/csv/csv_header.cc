@@ -77,7 +77,7 @@ const CsvChannel* FindChannel(std::string_view name) {
   });
 }
 
-/// The unit that stands behind a channel's plain name: "t_s" -> "s".
+/// The unit at the end of a channel's plain name: "t_s" -> "s".
 std::string_view OwnUnit(const CsvChannel& channel) {
   return channel.name.substr(channel.name.find('_') + 1);
 }
@@ -89,8 +89,7 @@ std::pair<std::string_view, std::string_view> SplitUnit(std::string_view name) {
     const std::size_t close = std::min(name.find_first_of("])}", open), name.size());
     return {Stripped(name.substr(0, open)), Stripped(name.substr(open + 1, close - open - 1))};
   }
-  // "n/rpm", "t in ms", "um mv", "time_ms": what follows is a unit only if what stands before is a
-  // name.
+  // "n/rpm", "t in ms", "um mv", "time_ms": the second part is a unit only if the first is a name.
   for (std::size_t at = 1; at < name.size(); ++at) {
     const char c = name[at];
     if ((c != '/' && c != ' ' && c != '_') ||

@@ -109,7 +109,7 @@ class Parser {
     for (std::size_t i = 0; i < kCsvChannelTable.size(); ++i) {
       if (found[i]) {
         record_.channels.emplace_back(kCsvChannelTable[i].name);
-      } else if (kCsvChannelTable[i].required) {
+      } else if (kCsvChannelTable[i].required && !(i == kUmChannel && found[kIaChannel])) {
         return MissingColumn(kCsvChannelTable[i].name, *header);
       }
     }
@@ -155,7 +155,7 @@ class Parser {
         "missing from the header '" + Shown(header) + "', expected " + std::string(kWanted));
   }
 
-  /// A second line of a header that holds units: "s;V;V".
+  /// A second line of a header that contains units: "s;V;V".
   bool TakeUnits(std::string_view rest) {
     std::array<double, kColumnsMax> factors;
     std::size_t cells = 0;
@@ -249,14 +249,21 @@ class Parser {
                   "expected a number in every row, found '" + Shown(cell) +
                       "'; only measured channels may miss a reading");
     }
-    // One NaN for all: a lost reading must not carry the bits of some other program.
+    // The same NaN everywhere: a lost reading must not contain the bits of another program's NaN.
     sample.*channel.member = std::isnan(value)      ? core::kAbsent
                              : column.factor == 1.0 ? value
                                                     : value * column.factor;
     return std::nullopt;
   }
 
-  /// Lost readings are noted; a required channel without any number is refused.
+  bool HasNumber(std::size_t channel) const {
+    return std::any_of(
+        record_.samples.begin(), record_.samples.end(), [channel](const core::Sample& sample) {
+          return !std::isnan(sample.*kCsvChannelTable[channel].member);
+        });
+  }
+
+  /// Adds notes about lost readings; refuses a required channel without any number.
   std::optional<Error> CheckChannels() {
     for (const CsvColumn& column : columns_) {
       const CsvChannel* const channel = column.channel;
@@ -271,7 +278,8 @@ class Parser {
           ++lost;
         }
       }
-      if (lost == record_.samples.size() && channel->required) {
+      const bool stands_in = channel == &kCsvChannelTable[kUmChannel] && HasNumber(kIaChannel);
+      if (lost == record_.samples.size() && channel->required && !stands_in) {
         return CsvError(
             name_, first_line, channel->name, "no row has a number, expected the measured voltage");
       }

@@ -11,14 +11,14 @@
 
 namespace faultlab::server {
 
-/// What a file may cost before it is refused with ErrorCode::kTooLarge. Bytes are counted after
+/// Limits above which a file is refused with ErrorCode::kTooLarge. Bytes are counted after
 /// decompression, so that a small gzip file cannot fill the memory.
 struct CsvLimits {
   std::size_t bytes_max = std::size_t{256} << 20;
   std::size_t rows_max = 4'000'000;
 };
 
-/// A recording as a file holds it.
+/// The recording in a file.
 struct CsvRecord {
   /// Ascending index, 0 for the first row. A missing row is a jump of the index; a lost reading
   /// (empty cell or NaN) is core::kAbsent. t_s is the file's own time.
@@ -26,19 +26,19 @@ struct CsvRecord {
   double period_s = 0.0;              ///< step of the time base, seconds
   std::vector<std::string> channels;  ///< names found, canonical order: "t_s", "uc_v", "um_v", ..
   std::vector<std::string> comments;  ///< lines that begin with '#', without it
-  /// Sentences about what was accepted but may matter: gaps, lost readings, ignored columns.
+  /// Sentences about content that was accepted but may matter: gaps, lost readings, ignored
+  /// columns.
   std::vector<std::string> notes;
-  std::int64_t missing_samples = 0;  ///< rows that the time base says are not there
+  std::int64_t missing_samples = 0;  ///< rows missing according to the time base
 };
 
-/// Reads the text of a CSV file. `name` stands before each message ("file.csv:12: column um_v:
-/// ..").
+/// Parses the text of a CSV file. `name` precedes each message ("file.csv:12: column um_v: ..").
 ///   header: t_s, uc_v, um_v and any of ua_v, ia_a, n_rpm, in any order, or other names and units
-///   (csv_header.h); a second line may hold the units; unknown columns are noted and ignored; cells
-///   stand between commas, or between semicolons, tabs or blanks, and then decimal commas are read
-///   too; '#' begins a comment line; Windows line ends and a UTF-8 mark are accepted.
-///   t_s must rise by one period (or by whole periods where rows are missing); uc_v must be finite;
-///   the other channels may be empty or NaN where a reading was lost.
+///   (csv_header.h); a second line may contain the units; unknown columns are noted and ignored;
+///   cells are separated by commas, or by semicolons, tabs or blanks, and then decimal commas are
+///   allowed too; '#' begins a comment line; Windows line ends and a UTF-8 mark are accepted.
+///   t_s must increase by one period (or by whole periods where rows are missing); uc_v must be
+///   finite; the other channels may be empty or NaN where a reading was lost.
 /// Errors: kInvalid (`field` is the column) or kTooLarge.
 core::Result<CsvRecord> ParseCsv(std::string_view text,
                                  std::string_view name,

@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::size_t kShownCellBytes = 24;
 
-/// A cell whose decimal mark is a comma, as from_chars wants it; false when it is longer than any
-/// number or holds marks of thousands.
+/// Converts a cell with a decimal comma to the form that from_chars needs; false when it is longer
+/// than any number or contains thousands separators.
 class PointNumber {
  public:
   bool Set(std::string_view cell) {

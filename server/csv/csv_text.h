@@ -7,9 +7,9 @@
 
 namespace faultlab::server {
 
-/// Lines, cells and numbers of a text; knows nothing of columns.
+/// Lines, cells and numbers of a text, independent of columns.
 
-/// Hands out lines with their numbers; knows nothing of columns.
+/// Returns lines with their numbers.
 class LineCursor {
  public:
   explicit LineCursor(std::string_view text) : rest_(text) {}
@@ -34,18 +34,18 @@ class LineCursor {
   std::uint32_t number_ = 0;
 };
 
-/// Without blanks around it, then without quotes.
+/// The cell without surrounding blanks, then without quotes.
 std::string_view Trim(std::string_view cell);
 
-/// What stands in a message: short, and without bytes that would spoil a terminal.
+/// The cell for a message: short, and without bytes that would disturb a terminal.
 std::string Shown(std::string_view cell);
 
-/// The text up to the next separator, which goes with it; `more` is false behind the last cell. The
-/// separator ' ' stands for any number of blanks.
+/// Removes the text up to the next separator, and the separator, from `rest`; `more` is false after
+/// the last cell. The separator ' ' stands for any number of blanks.
 std::string_view TakeCell(char separator, std::string_view& rest, bool& more);
 
-/// A whole cell as a number: finite or NaN, a decimal comma where the separator leaves it free.
-/// Nothing for marks of thousands.
+/// A whole cell as a number: finite or NaN, with a decimal comma if the separator is not a comma.
+/// Nothing for a text with thousands separators.
 std::optional<double> ParseCell(char separator, std::string_view cell);
 
 }  // namespace faultlab::server

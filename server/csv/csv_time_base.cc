@@ -11,14 +11,14 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-/// How late a paced loop may be and still own its tick: just under half a period.
+/// How late a sample of a paced loop may be and still belong to its tick: just under half a period.
 constexpr double kGridTolerance = 0.45;
-/// A step belongs to another time base when it differs from the median by more than this ..
+/// A step belongs to another time base if it differs from the median by more than this ..
 constexpr double kStepTolerance = 0.25;
-/// .. and the next ones differ alike: that many in a row are no accident of lost rows.
+/// .. and so do the next ones in the same way: this many in a row are not lost rows.
 constexpr std::size_t kSameStepsMax = 10;
 constexpr double kAlike = 0.05;
-/// Beyond it no model of the bench says anything: the unit of the time is wrong.
+/// Above it no model of the bench applies: the unit of the time is wrong.
 constexpr double kPeriodMax_s = 1.0;
 constexpr std::size_t kGapNotesMax = 3;
 constexpr double kMicrosecondsPerSecond = 1e6;
@@ -60,8 +60,9 @@ std::optional<std::size_t> OtherTimeBase(std::span<const core::Sample> samples, 
 }
 
 double RefinePeriod(std::span<const core::Sample> samples, double median) {
-  // A late row makes a long and a short step: what rounding left over of one is handed to the next,
-  // but fades, for the median itself is a little off and would add up.
+  // A late row makes a long step and a short one, so the rounding remainder of a step is passed on
+  // to the next. It is reduced each time, because the median itself has a small error that would
+  // add up.
   constexpr double kFade = 0.5;
   double periods = 0.0;
   double left_over = 0.0;

@@ -11,7 +11,7 @@
 
 namespace faultlab::server {
 
-/// "name:line: column c: message", the shape of every message about a CSV file.
+/// "name:line: column c: message", the form of every message about a CSV file.
 core::Error CsvError(std::string_view name,
                      std::uint32_t line,
                      std::string_view column,
@@ -21,8 +21,8 @@ core::Error CsvError(std::string_view name,
 /// the notes about gaps. `line_of[row]` is for messages.
 ///   period = median step, refined over the whole file and rounded to a microsecond when the whole
 ///   file agrees with that; index = nearest multiple of the period after the first row.
-/// Refuses time that stands still or goes back, a row further than kGridTolerance periods from its
-/// place, two time bases in one file, and more rows missing than present.
+/// Refuses time that does not increase, a row further than kGridTolerance periods from its place,
+/// two time bases in one file, and more rows missing than present.
 std::optional<core::Error> AssignTimeBase(CsvRecord& record,
                                           std::span<const std::uint32_t> line_of,
                                           std::string_view name);

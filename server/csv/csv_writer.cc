@@ -38,13 +38,15 @@ void FormatCsv(std::span<const core::Sample> samples,
                const CsvWriteOptions& options,
                const std::function<void(std::string_view)>& take) {
   std::vector<const CsvChannel*> channels;
-  for (const CsvChannel& channel : kCsvChannelTable) {
-    const auto holds_number = [&](const core::Sample& sample) {
+  const auto is_measured = [&samples](const CsvChannel& channel) {
+    return std::any_of(samples.begin(), samples.end(), [&](const core::Sample& sample) {
       return !std::isnan(sample.*channel.member);
-    };
-    if (channel.required || std::any_of(samples.begin(), samples.end(), holds_number)) {
-      channels.push_back(&channel);
-    }
+    });
+  };
+  for (const CsvChannel& channel : kCsvChannelTable) {
+    const bool needed = channel.required && (&channel != &kCsvChannelTable[kUmChannel] ||
+                                             !is_measured(kCsvChannelTable[kIaChannel]));
+    if (needed || is_measured(channel)) channels.push_back(&channel);
   }
   constexpr std::size_t kPieceBytes = 16 << 10;
   std::string out;

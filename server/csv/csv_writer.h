@@ -24,7 +24,8 @@ void FormatCsv(std::span<const core::Sample> samples,
                const CsvWriteOptions& options,
                const std::function<void(std::string_view)>& take);
 
-/// FormatCsv into a file, gzip when the name ends in ".gz". The file is whole or not there.
+/// FormatCsv into a file, with gzip if the name ends in ".gz". The file is either complete or not
+/// there.
 core::Status WriteCsv(const std::string& path,
                       std::span<const core::Sample> samples,
                       const CsvWriteOptions& options = {});

@@ -3,7 +3,7 @@
 #include <array>
 #include <charconv>
 
-#include "server/csv/number_text.h"
+#include "core/types/number_text.h"
 
 namespace faultlab::server {
 namespace {
@@ -21,6 +21,14 @@ std::string Shortest(double value) {
   return {text.data(), end.ptr};
 }
 
+std::string SymbolsOf(const core::Bench& bench) {
+  std::string symbols;
+  for (const core::ComponentInfo& part : bench.parts) {
+    symbols += (symbols.empty() ? "" : ", ") + part.symbol;
+  }
+  return symbols;
+}
+
 struct Separator {
   std::string_view text;
   FaultKind kind;
@@ -29,7 +37,7 @@ constexpr Separator kSeparators[] = {{"..", FaultKind::kDrift}, {"to", FaultKind
 
 }  // namespace
 
-core::Result<Fault> ParseFault(std::string_view text) {
+core::Result<Fault> ParseFault(std::string_view text, const core::Bench& bench) {
   const auto refuse = [text](const std::string& what) {
     return Error{ErrorCode::kInvalid, "fault '" + std::string(text) + "': " + what, "fault"};
   };
@@ -40,14 +48,14 @@ core::Result<Fault> ParseFault(std::string_view text) {
   }
   Fault fault;
   const std::string_view name = text.substr(0, equals);
-  const std::optional<core::Component> component = core::ParseComponent(name);
+  const std::optional<core::Component> component = bench.Find(name);
   if (!component) {
-    return refuse("unknown component '" + std::string(name) +
-                  "', expected one of R1, R9, R12, C8, Ra, J, B");
+    return refuse("unknown component '" + std::string(name) + "', expected one of " +
+                  SymbolsOf(bench));
   }
   fault.component = *component;
   const std::string_view value_text = text.substr(equals + 1, at - equals - 1);
-  const std::optional<double> value = ParseValue(value_text);
+  const std::optional<double> value = core::ParseValue(value_text);
   if (!value || *value <= 0.0) {
     return refuse("value '" + std::string(value_text) + "' must be a number above 0 in " +
                   std::string(core::Unit(*component)));
@@ -59,7 +67,7 @@ core::Result<Fault> ParseFault(std::string_view text) {
     if (cut == std::string_view::npos) {
       continue;
     }
-    const std::optional<double> until = ParseNumber(when.substr(cut + separator.text.size()));
+    const std::optional<double> until = core::ParseNumber(when.substr(cut + separator.text.size()));
     if (!until) {
       return refuse("time after '" + std::string(separator.text) + "' must be a number of seconds");
     }
@@ -68,7 +76,7 @@ core::Result<Fault> ParseFault(std::string_view text) {
     when = when.substr(0, cut);
     break;
   }
-  const std::optional<double> at_s = ParseNumber(when);
+  const std::optional<double> at_s = core::ParseNumber(when);
   if (!at_s || *at_s < 0.0) {
     return refuse("time '" + std::string(when) + "' must be a number of seconds, 0 or more");
   }
@@ -94,14 +102,15 @@ std::string FaultComment(const Fault& fault) {
   return std::string(kCommentMark) + FormatFault(fault);
 }
 
-std::vector<Fault> FaultsInComments(const std::vector<std::string>& comments) {
+std::vector<Fault> FaultsInComments(const std::vector<std::string>& comments,
+                                    const core::Bench& bench) {
   std::vector<Fault> faults;
   for (const std::string& comment : comments) {
     if (!comment.starts_with(kCommentMark)) {
       continue;
     }
     const core::Result<Fault> fault =
-        ParseFault(std::string_view(comment).substr(kCommentMark.size()));
+        ParseFault(std::string_view(comment).substr(kCommentMark.size()), bench);
     if (fault) {
       faults.push_back(fault.value());
     }

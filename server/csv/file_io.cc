@@ -31,7 +31,7 @@ class Descriptor {
     }
   }
   int get() const { return fd_; }
-  /// Closing can report what writing did not (a full network disk).
+  /// Closing can report an error that writing did not (a full network disk).
   bool Close() {
     const int fd = fd_;
     fd_ = -1;
@@ -172,7 +172,7 @@ Result<std::string> Gunzip(std::string_view compressed,
   std::string bytes;
   std::array<char, 1 << 16> chunk;
   int code = Z_OK;
-  bool member_complete = false;  // whatever follows a complete member must be a member
+  bool member_complete = false;  // bytes after a complete member must be another member
   do {
     if (stream.avail_in == 0) {
       const std::size_t part = std::min<std::size_t>(compressed.size(), 1U << 30);

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "core/calibration/calibrate.h"
 #include "core/filter/rig_parameters.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/diagnosis_json/plant_json.h"
@@ -24,10 +25,10 @@ using core::ErrorCode;
 using core::Result;
 
 constexpr int kVersion = 1;
-constexpr std::size_t kCovarianceSize =
-    static_cast<std::size_t>(core::kCoordinateCount) * core::kCoordinateCount;
+constexpr std::size_t kRows = core::kCoordinateCount;
+constexpr std::size_t kRowsWithLa = core::kCoordinateMax;
 
-/// Numbers that a calibration cannot do without, and their least values.
+/// Numbers that a calibration must have, and their least values.
 struct Field {
   std::string_view name;
   double Calibration::*member;
@@ -41,7 +42,7 @@ constexpr std::array<Field, 13> kFields = {
      {"gain_factor", &Calibration::gain_factor, 1e-6},
      {"mc_nm", &Calibration::mc_nm, 0.0},
      {"mc_sigma_nm", &Calibration::mc_sigma_nm, 0.0},
-     {"um_noise_v", &Calibration::um_noise_v, 1e-9},
+     {"um_noise_v", &Calibration::um_noise_v, 0.0},
      {"ia_noise_a", &Calibration::ia_noise_a, 0.0},
      {"n_noise_rpm", &Calibration::n_noise_rpm, 0.0},
      {"friction_noise_nm", &Calibration::friction_noise_nm, 0.0},
@@ -60,7 +61,8 @@ constexpr std::array<Threshold, 6> kThresholds = {
      {"glr_100", &core::DetectionThresholds::glr_long},
      {"glr_500", &core::DetectionThresholds::glr_slow}}};
 
-/// 64 numbers, row by row; with nothing below `diagonal_min` on the diagonal.
+/// 64 numbers, or 81 of a bench that states a tolerance of La, row by row; with nothing below
+/// `diagonal_min` on the diagonal.
 void ReadMatrix(DocumentReader& reader,
                 std::string_view member,
                 double diagonal_min,
@@ -68,16 +70,16 @@ void ReadMatrix(DocumentReader& reader,
   for (const json::value& one : reader.Array(member)) {
     out.push_back(one.is_number() ? one.to_number<double>() : core::kAbsent);
   }
-  bool sound = out.size() == kCovarianceSize;
-  for (std::size_t i = 0; sound && i < kCovarianceSize; ++i) {
-    const std::size_t row = i / core::kCoordinateCount;
-    const std::size_t column = i % core::kCoordinateCount;
+  const std::size_t rows = out.size() == kRowsWithLa * kRowsWithLa ? kRowsWithLa : kRows;
+  bool sound = out.size() == rows * rows;
+  for (std::size_t i = 0; sound && i < out.size(); ++i) {
+    const std::size_t row = i / rows;
+    const std::size_t column = i % rows;
     sound = std::isfinite(out[i]) && (row != column || out[i] >= diagonal_min);
   }
   if (!sound) {
     reader.Refuse(
-        member,
-        "expected " + std::to_string(kCovarianceSize) + " numbers, row by row, a covariance");
+        member, "expected " + std::to_string(kRows * kRows) + " numbers, row by row, a covariance");
   }
 }
 
@@ -113,7 +115,7 @@ json::array ListOf(const std::vector<double>& numbers) {
 
 }  // namespace
 
-json::object ToJson(const Calibration& calibration) {
+json::object ToJson(const Calibration& calibration, const core::Bench& bench) {
   json::array quantities;
   for (const core::CalibratedQuantity& quantity : calibration.quantities) {
     quantities.emplace_back(json::object{{"name", quantity.name},
@@ -139,12 +141,13 @@ json::object ToJson(const Calibration& calibration) {
   json::object out = {{"version", calibration.version},
                       {"dated", calibration.dated},
                       {"samples", calibration.samples},
+                      {"used_um", calibration.used_um},
                       {"used_ia", calibration.used_ia},
                       {"used_n", calibration.used_n}};
   for (const Field& field : kFields) {
     out[field.name] = Number(calibration.*field.member);
   }
-  AddPlant(calibration.nominal, out);
+  AddPlant(calibration.nominal, bench, out);
   out["quantities"] = std::move(quantities);
   out["checks"] = std::move(checks);
   out["thresholds"] = std::move(thresholds);
@@ -153,7 +156,9 @@ json::object ToJson(const Calibration& calibration) {
   return out;
 }
 
-Result<Calibration> CalibrationFromJson(const json::value& value, std::string_view name) {
+Result<Calibration> CalibrationFromJson(const json::value& value,
+                                        std::string_view name,
+                                        const core::Bench& bench) {
   const auto refuse = [&](const std::string& message, std::string field) {
     return Error{ErrorCode::kInvalid, std::string(name) + ": " + message, std::move(field)};
   };
@@ -173,12 +178,19 @@ Result<Calibration> CalibrationFromJson(const json::value& value, std::string_vi
   out.dated = reader.Text("dated");
   constexpr double kSamplesMax = 1e9;
   out.samples = static_cast<int>(std::min(kSamplesMax, reader.Number("samples", 1.0)));
+  // Documents from before there were benches without um do not contain it.
+  out.used_um = !object->contains("used_um") || reader.Flag("used_um");
   out.used_ia = reader.Flag("used_ia");
   out.used_n = reader.Flag("used_n");
   for (const Field& field : kFields) {
     out.*field.member = reader.Number(field.name, field.least);
   }
-  out.nominal = ReadPlant(reader, error);
+  constexpr double kNoiseLeast = 1e-9;
+  if (out.used_um && out.um_noise_v < kNoiseLeast) {
+    reader.Refuse("um_noise_v", "expected a number above 0");
+  }
+  out.nominal = ReadPlant(reader, bench, error);
+  out.mc_unit_nm = core::McUnitOf(bench);
   constexpr double kAboveZero = 1e-18;
   DocumentReader thresholds(reader.Object("thresholds"), "thresholds/", error);
   for (const Threshold& threshold : kThresholds) {
@@ -191,7 +203,9 @@ Result<Calibration> CalibrationFromJson(const json::value& value, std::string_vi
   return out;
 }
 
-Result<Calibration> ParseCalibration(std::string_view text, std::string_view name) {
+Result<Calibration> ParseCalibration(std::string_view text,
+                                     std::string_view name,
+                                     const core::Bench& bench) {
   boost::system::error_code failed;
   const json::value value = json::parse(text, failed);
   if (failed) {
@@ -199,7 +213,7 @@ Result<Calibration> ParseCalibration(std::string_view text, std::string_view nam
                  std::string(name) + ": not JSON (" + failed.message() + ")",
                  "calibration"};
   }
-  return CalibrationFromJson(value, name);
+  return CalibrationFromJson(value, name, bench);
 }
 
 }  // namespace faultlab::server

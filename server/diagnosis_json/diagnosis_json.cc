@@ -137,9 +137,8 @@ json::object ToJson(core::EstimatorId id, const core::Estimate<3>& estimate) {
 
 json::object ToJson(const core::PaperMethods& paper) {
   json::object full_values;
-  for (const core::Component component : core::kAllComponents) {
-    full_values[core::Name(component)] =
-        Number(paper.full_jacobian_values[static_cast<std::size_t>(core::Index(component))]);
+  for (std::size_t i = 0; i < paper.full_jacobian_values.size(); ++i) {
+    full_values[core::Name(paper.exact[i].component)] = Number(paper.full_jacobian_values[i]);
   }
   return {{"nominal", Theta(paper.nominal)},
           {"estimate", Theta(paper.estimate)},
@@ -154,10 +153,10 @@ json::object ToJson(const core::PaperMethods& paper) {
                         {"pseudo_inverse_values", std::move(full_values)}}}};
 }
 
-json::object ToJson(const core::Diagnosis& diagnosis) {
+json::object ToJson(const core::Diagnosis& diagnosis, const core::Bench& bench) {
   json::object out = ToJson(diagnosis.verdict);
-  out["calibration"] =
-      diagnosis.calibration ? json::value(ToJson(*diagnosis.calibration)) : json::value(nullptr);
+  out["calibration"] = diagnosis.calibration ? json::value(ToJson(*diagnosis.calibration, bench))
+                                             : json::value(nullptr);
   if (diagnosis.calibration_refusal) {
     out["calibration_refusal"] = Error(*diagnosis.calibration_refusal);
   }

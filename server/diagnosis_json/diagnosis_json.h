@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/bench/bench.h"
 #include "core/diagnosis/diagnosis.h"
 #include "core/types/estimate.h"
 #include "core/types/frame.h"
@@ -14,8 +15,8 @@
 
 namespace faultlab::server {
 
-/// The one place that turns a diagnosis into JSON, for the command line, HTTP and the live stream.
-/// A number that does not exist (NaN, infinity, nothing) is null.
+/// The only place that converts a diagnosis to JSON, for the command line, HTTP and the live
+/// stream. A number that does not exist (NaN, infinity, nothing) is null.
 
 /// {"verdict","detected_at_s","onset_s","detector","group":[..],"candidates":[{"component","value",
 /// "sigma","unit","bound","score","margin"}],"path":[{"question","answer","value","threshold",
@@ -24,12 +25,13 @@ boost::json::object ToJson(const core::Verdict& verdict);
 
 /// The verdict's members, then "calibration" (null when refused), "calibration_refusal"?,
 /// "estimates":{"swa_50":{..}, ..}, "fit_percent":{"nominal":..}, "paper":{..}, "episodes":[..].
-/// "file", "samples", "period_s" and "channels" are put in front by whoever read the record.
-boost::json::object ToJson(const core::Diagnosis& diagnosis);
+/// The program that read the record adds "file", "samples", "period_s" and "channels" in front.
+boost::json::object ToJson(const core::Diagnosis& diagnosis, const core::Bench& bench);
 
-/// Reads what ToJson(Diagnosis) wrote, as a recording keeps it. What only the reports show is left
-/// out: `paper`, the reason of a refusal, the sums of squares. Refuses, naming the member.
-core::Result<core::Diagnosis> ParseDiagnosis(std::string_view text);
+/// Reads the output of ToJson(Diagnosis), as stored with a recording. Members that only reports
+/// show are skipped: `paper`, the reason of a refusal, the sums of squares. A refusal names the
+/// member.
+core::Result<core::Diagnosis> ParseDiagnosis(std::string_view text, const core::Bench& bench);
 
 /// {"names":["b0d","b1d","a1d"],"theta","sigma","condition","status","age","nominal"?}
 boost::json::object ToJson(core::EstimatorId id, const core::Estimate<3>& estimate);
@@ -38,13 +40,13 @@ boost::json::object ToJson(core::EstimatorId id, const core::Estimate<3>& estima
 /// "full_jacobian"}
 boost::json::object ToJson(const core::PaperMethods& paper);
 
-/// null unless finite.
+/// The number; null unless it is finite.
 boost::json::value Number(double value);
 
-/// One calibration as a person reads it: a table of the rig's own values with their errors.
+/// A calibration for people: a table of the rig's own values with their errors.
 std::string ToText(const core::Calibration& calibration, const std::string& name);
 
-/// One diagnosis as a person reads it: several lines, each ended. `name` is the record.
+/// A diagnosis for people: several complete lines. `name` is the record.
 std::string ToText(const core::Diagnosis& diagnosis, const std::string& name);
 
 }  // namespace faultlab::server

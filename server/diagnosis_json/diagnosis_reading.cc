@@ -1,4 +1,4 @@
-// The way back from the JSON of a diagnosis.
+// Reads a diagnosis from JSON.
 #include <algorithm>
 #include <boost/json.hpp>
 #include <cmath>
@@ -17,11 +17,13 @@ double NumberOrAbsent(const json::value& value) {
   return value.is_number() ? value.to_number<double>() : core::kAbsent;
 }
 
-std::vector<core::Component> ReadNames(const json::array& names, std::optional<Error>& error) {
+std::vector<core::Component> ReadNames(const core::Bench& bench,
+                                       const json::array& names,
+                                       std::optional<Error>& error) {
   std::vector<core::Component> out;
   for (const json::value& name : names) {
     const auto component =
-        name.is_string() ? core::ParseComponent(std::string_view(name.get_string())) : std::nullopt;
+        name.is_string() ? bench.Find(std::string_view(name.get_string())) : std::nullopt;
     if (component) {
       out.push_back(*component);
     } else if (!error) {
@@ -31,10 +33,12 @@ std::vector<core::Component> ReadNames(const json::array& names, std::optional<E
   return out;
 }
 
-core::Candidate ReadCandidate(const json::value& value, std::optional<Error>& error) {
+core::Candidate ReadCandidate(const core::Bench& bench,
+                              const json::value& value,
+                              std::optional<Error>& error) {
   DocumentReader reader(EntryOf(value), "candidates/", error);
   core::Candidate out;
-  const auto component = core::ParseComponent(reader.Text("component"));
+  const auto component = bench.Find(reader.Text("component"));
   if (component) {
     out.component = *component;
   } else {
@@ -62,7 +66,9 @@ core::PathStep ReadStep(const json::value& value, std::optional<Error>& error) {
   return out;
 }
 
-core::Verdict ReadVerdict(const json::object& object, std::optional<Error>& error) {
+core::Verdict ReadVerdict(const core::Bench& bench,
+                          const json::object& object,
+                          std::optional<Error>& error) {
   DocumentReader reader(object, "", error);
   core::Verdict out;
   const std::string word = reader.Text("verdict");
@@ -76,9 +82,9 @@ core::Verdict ReadVerdict(const json::object& object, std::optional<Error>& erro
   out.detected_at_s = reader.NumberOrNull("detected_at_s");
   out.onset_s = reader.NumberOrNull("onset_s");
   out.detector = reader.Text("detector");
-  out.group = ReadNames(reader.Array("group"), error);
+  out.group = ReadNames(bench, reader.Array("group"), error);
   for (const json::value& one : reader.Array("candidates")) {
-    out.candidates.push_back(ReadCandidate(one, error));
+    out.candidates.push_back(ReadCandidate(bench, one, error));
   }
   for (const json::value& one : reader.Array("path")) out.path.push_back(ReadStep(one, error));
   out.settled = reader.Flag("settled");
@@ -114,7 +120,7 @@ void ReadEstimates(const json::object& object,
 
 }  // namespace
 
-core::Result<core::Diagnosis> ParseDiagnosis(std::string_view text) {
+core::Result<core::Diagnosis> ParseDiagnosis(std::string_view text, const core::Bench& bench) {
   boost::system::error_code failed;
   const json::value value = json::parse(text, failed);
   std::optional<Error> error;
@@ -123,7 +129,7 @@ core::Result<core::Diagnosis> ParseDiagnosis(std::string_view text) {
   }
   const json::object& object = value.get_object();
   core::Diagnosis out;
-  out.verdict = ReadVerdict(object, error);
+  out.verdict = ReadVerdict(bench, object, error);
   DocumentReader reader(object, "", error);
   ReadEstimates(reader.Object("estimates"), error, out);
   for (const auto& [model, percent] : reader.Object("fit_percent")) {
@@ -131,7 +137,7 @@ core::Result<core::Diagnosis> ParseDiagnosis(std::string_view text) {
   }
   for (const json::value& one : reader.Array("episodes")) {
     core::FaultEpisode episode;
-    episode.verdict = ReadVerdict(EntryOf(one), error);
+    episode.verdict = ReadVerdict(bench, EntryOf(one), error);
     DocumentReader entry(EntryOf(one), "episodes/", error);
     const bool drift = entry.Text("shape") == "drift";
     episode.shape = drift ? core::FaultShape::kDrift : core::FaultShape::kAbrupt;
@@ -141,7 +147,7 @@ core::Result<core::Diagnosis> ParseDiagnosis(std::string_view text) {
   if (error) return *error;
   if (const json::value* calibration = object.if_contains("calibration");
       calibration != nullptr && !calibration->is_null()) {
-    auto read = CalibrationFromJson(*calibration, "stored diagnosis");
+    auto read = CalibrationFromJson(*calibration, "stored diagnosis", bench);
     if (!read) return read.error();
     out.calibration = std::move(read).value();
   }

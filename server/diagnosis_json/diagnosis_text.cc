@@ -121,7 +121,8 @@ void AppendCalibration(std::ostringstream& out, const core::Diagnosis& diagnosis
       << Digits(kMilli * calibration.delta_s, 3) << " ms, Mc "
       << Digits(kMilli * calibration.mc_nm, 3) << " +- "
       << Digits(kMilli * calibration.mc_sigma_nm, 1) << " mNm, noise "
-      << Digits(kMilli * calibration.um_noise_v, 3) << " mV, "
+      << (calibration.used_um ? Digits(kMilli * calibration.um_noise_v, 3) + " mV, "
+                              : Digits(kMilli * calibration.ia_noise_a, 3) + " mA, ")
       << Digits(calibration.thresholds.false_alarms_per_day, 3) << " false alarm a day\n";
 }
 
@@ -159,14 +160,14 @@ std::string ToText(const core::Calibration& calibration, const std::string& name
     out << '\n';
   }
   constexpr double kMilli = 1e3;
-  out << Label("noise") << "um " << Digits(kMilli * calibration.um_noise_v, 3) << " mV";
-  if (calibration.used_ia) {
-    out << ", ia " << Digits(kMilli * calibration.ia_noise_a, 3) << " mA";
-  }
-  if (calibration.used_n) {
-    out << ", n " << Digits(calibration.n_noise_rpm, 3) << " rpm";
-  }
-  out << '\n'
+  std::string noise;
+  const auto add = [&noise](const std::string& channel) {
+    noise += (noise.empty() ? "" : ", ") + channel;
+  };
+  if (calibration.used_um) add("um " + Digits(kMilli * calibration.um_noise_v, 3) + " mV");
+  if (calibration.used_ia) add("ia " + Digits(kMilli * calibration.ia_noise_a, 3) + " mA");
+  if (calibration.used_n) add("n " + Digits(calibration.n_noise_rpm, 3) + " rpm");
+  out << Label("noise") << noise << '\n'
       << Label("alarms") << Digits(calibration.thresholds.false_alarms_per_day, 3)
       << " false one a day\n";
   for (const core::CalibrationCheck& check : calibration.checks) {
@@ -178,7 +179,7 @@ std::string ToText(const core::Calibration& calibration, const std::string& name
 std::string ToText(const core::Diagnosis& diagnosis, const std::string& name) {
   std::ostringstream out;
   const core::Verdict& verdict = diagnosis.verdict;
-  // Nothing is being learnt any more when the record has ended.
+  // The record has ended, so the calibration does not continue.
   const bool refused =
       verdict.kind == core::VerdictKind::kCalibrating && diagnosis.calibration_refusal.has_value();
   std::string kind(refused ? "no diagnosis" : core::Name(verdict.kind));

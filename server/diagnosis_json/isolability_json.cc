@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <span>
+#include <vector>
 
 #include "server/diagnosis_json/diagnosis_json.h"
 
@@ -44,8 +45,8 @@ json::value NumberOrNull(const std::optional<double>& value) {
 
 json::object FaultJson(const core::FaultIsolability& fault) {
   json::array rivals;
-  for (const core::Component component : core::kAllComponents) {
-    const core::NearestRival& rival = fault.rival[static_cast<std::size_t>(core::Index(component))];
+  for (const core::NearestRival& rival : fault.rival) {
+    const core::Component component = rival.component;
     rivals.emplace_back(json::object{{"component", core::Name(component)},
                                      {"kl", Number(rival.kl_nats)},
                                      {"value", Number(rival.value)}});
@@ -90,7 +91,9 @@ json::object ToJson(const core::Isolability& isolability) {
   for (const std::vector<core::Component>& group : isolability.ambiguous) {
     ambiguous.emplace_back(Names(group));
   }
-  return {{"components", Names(core::kAllComponents)},
+  std::vector<core::Component> components;
+  for (const core::SmallestVisible& one : isolability.smallest) components.push_back(one.component);
+  return {{"components", Names(components)},
           {"fisher", Rows(isolability.fisher)},
           {"overlap", Rows(isolability.overlap)},
           {"smallest", std::move(smallest)},

@@ -13,7 +13,7 @@ namespace faultlab::server {
 /// "kl_separable"}; distances in nats.
 boost::json::object ToJson(const core::Isolability& isolability);
 
-/// The same for a person: what is visible, how small, what can be taken for what.
+/// The same for people: which faults are visible, down to which size, and which can be confused.
 std::string ToText(const core::Isolability& isolability);
 
 }  // namespace faultlab::server

@@ -4,7 +4,10 @@
 #include <cstdio>
 #include <utility>
 
-#include "core/plant/profile.h"
+#include "core/calibration/bench_noise.h"
+#include "core/calibration/calibrate.h"
+#include "hardware/bench/benches.h"
+#include "server/diagnosis_json/channels_text.h"
 
 namespace faultlab::server {
 namespace {
@@ -26,25 +29,29 @@ core::Status SetRig(const IsolabilityQuestion& question, core::IsolabilityOption
     out.period_s = question.calibration->period_s;
     return core::Done{};
   }
-  const Result<core::BenchProfile> profile = core::FindBenchProfile(question.profile);
-  if (!profile) {
-    return Error{ErrorCode::kInvalid, profile.error().message, "profile"};
-  }
-  const core::BenchProfile& bench = profile.value();
-  out.rig.delta_s = bench.delta_s;
-  out.rig.mc_nm = bench.friction.mc_nm;
-  out.noise = {bench.noise.um_v,
-               bench.noise.ia_a,
-               bench.noise.n_rpm * core::kRadPerSecondOfRpm,
-               bench.friction.noise_rms_nm,
-               bench.friction.noise_tau_s};
+  const core::Bench& bench = *question.bench;
+  const Result<const core::BenchProfile*> profile = hardware::FindProfile(bench, question.profile);
+  if (!profile) return Error{ErrorCode::kInvalid, profile.error().message, "profile"};
+  out.rig = {bench.nominal,
+             1.0,
+             profile.value()->delta_s,
+             profile.value()->friction.mc_nm,
+             core::McUnitOf(bench)};
+  out.noise = core::NoiseOf(*profile.value(), bench.nominal.gear_ratio);
+  out.period_s = bench.period_s;
   return core::Done{};
 }
 
 }  // namespace
 
+Result<core::Channels> ChannelsOf(const IsolabilityQuestion& question) {
+  if (!question.channels.empty()) return ParseChannels(question.channels, *question.bench);
+  return question.bench->um.exists ? core::Channels::kUmOnly : core::Channels::kAll;
+}
+
 Result<core::IsolabilityOptions> ToOptions(const IsolabilityQuestion& question) {
   core::IsolabilityOptions out;
+  out.bench = question.bench;
   const core::Status rig = SetRig(question, out);
   if (!rig) {
     return rig.error();
@@ -58,12 +65,9 @@ Result<core::IsolabilityOptions> ToOptions(const IsolabilityQuestion& question) 
     }
     out.noise.um_v = noise_v;
   }
-  if (question.channels != "um" && question.channels != "all") {
-    return Error{ErrorCode::kInvalid,
-                 "channels '" + question.channels + "': expected um or all",
-                 "channels"};
-  }
-  out.channels = question.channels == "um" ? core::Channels::kUmOnly : core::Channels::kAll;
+  const auto channels = ChannelsOf(question);
+  if (!channels) return channels.error();
+  out.channels = channels.value();
   out.window_samples = question.window_samples;
   const double duration_s = kSettlingSeconds + out.window_samples * out.period_s;
   Result<std::vector<double>> uc = core::Generate(question.excitation, duration_s, out.period_s);
@@ -76,11 +80,15 @@ Result<core::IsolabilityOptions> ToOptions(const IsolabilityQuestion& question) 
 }
 
 std::string ToText(const IsolabilityQuestion& question) {
-  std::string text = question.calibration ? "rig calibrated " + question.calibration->dated
-                                          : question.profile + " profile";
-  text += ", " + question.excitation_name + ", " +
-          (question.channels == "um" ? "U_{m} alone" : "all channels") + ", " +
-          std::to_string(question.window_samples) + " samples of the fault";
+  std::string text =
+      question.calibration
+          ? "rig calibrated " + question.calibration->dated
+          : (question.profile.empty() ? question.bench->profiles.front().name : question.profile) +
+                " profile";
+  const auto channels = ChannelsOf(question);
+  const bool um_alone = channels.ok() && channels.value() == core::Channels::kUmOnly;
+  text += ", " + question.excitation_name + ", " + (um_alone ? "U_{m} alone" : "all channels") +
+          ", " + std::to_string(question.window_samples) + " samples of the fault";
   if (question.um_noise_v) {
     std::array<char, 40> noise;
     std::snprintf(noise.data(), noise.size(), ", %.3g mV noise", *question.um_noise_v / kMillivolt);

@@ -11,19 +11,24 @@
 
 namespace faultlab::server {
 
-/// A fault set, the rig it would be switched on, and what one would look at, as a person writes it.
+/// A fault set, its rig, and the channels and the time to be used, as a person states them.
 struct IsolabilityQuestion {
-  std::string profile = "bench";  ///< bench or multisim: a rig that nobody has calibrated
-  std::optional<core::Calibration> calibration;  ///< of one rig; then `profile` says nothing
+  const core::Bench* bench = nullptr;  ///< never null
+  std::string
+      profile;  ///< a simulator of the bench for a rig without a calibration; empty: the usual one
+  std::optional<core::Calibration> calibration;  ///< of one rig; then `profile` is not used
   core::ExcitationSpec excitation = core::PrbsSpec{};
   std::string excitation_name = "prbs";  ///< for ToText
-  std::string channels = "um";           ///< um or all
+  std::string channels;                  ///< um or all; empty: um, if the bench measures it
   int window_samples = 100;              ///< of the fault
-  std::optional<double> um_noise_v;      ///< in the place of the rig's own
-  std::vector<core::FaultSize> faults;   ///< empty: the paper's 18
+  std::optional<double> um_noise_v;      ///< replaces the rig's own
+  std::vector<core::FaultSize> faults;   ///< empty: those of the bench, see FaultsOf
 };
 
-/// Refuses (kInvalid, field = the member's name) what is not as above.
+/// What `channels` means.
+core::Result<core::Channels> ChannelsOf(const IsolabilityQuestion& question);
+
+/// Refuses (kInvalid, field = the member's name) values that do not match the comments above.
 core::Result<core::IsolabilityOptions> ToOptions(const IsolabilityQuestion& question);
 
 /// The question in a line, for a figure.

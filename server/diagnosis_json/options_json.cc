@@ -28,9 +28,10 @@ bool Choice(DocumentReader& reader,
 
 std::string OptionsText(const core::DiagnosisOptions& options) {
   json::object out;
-  AddPlant(options.nominal, out);
-  out["calibration"] =
-      options.calibration ? json::value(ToJson(*options.calibration)) : json::value(nullptr);
+  AddPlant(options.nominal, *options.bench, out);
+  out["calibration"] = options.calibration
+                           ? json::value(ToJson(*options.calibration, *options.bench))
+                           : json::value(nullptr);
   out["healthy_from_s"] = options.healthy_from_s;
   out["healthy_to_s"] = options.healthy_to_s;
   out["channels"] = options.channels == core::Channels::kUmOnly ? "um" : "all";
@@ -42,14 +43,14 @@ std::string OptionsText(const core::DiagnosisOptions& options) {
   return json::serialize(out);
 }
 
-core::Result<core::DiagnosisOptions> ParseOptions(std::string_view text) {
+core::Result<core::DiagnosisOptions> ParseOptions(std::string_view text, const core::Bench& bench) {
   boost::system::error_code failed;
   const json::value value = json::parse(text, failed);
   std::optional<core::Error> error;
   const json::value nothing;
   DocumentReader reader(EntryOf(failed ? nothing : value), "", error);
-  core::DiagnosisOptions options;
-  options.nominal = ReadPlant(reader, error);
+  core::DiagnosisOptions options = core::OptionsOf(bench);
+  options.nominal = ReadPlant(reader, bench, error);
   options.healthy_from_s = reader.Number("healthy_from_s", 0.0);
   options.healthy_to_s = reader.Number("healthy_to_s", 0.0);
   options.channels =
@@ -62,7 +63,7 @@ core::Result<core::DiagnosisOptions> ParseOptions(std::string_view text) {
   options.um_rail_v = reader.Number("um_rail_v", 0.0);
   if (error) return *error;
   if (!value.at("calibration").is_null()) {
-    auto calibration = CalibrationFromJson(value.at("calibration"), "stored options");
+    auto calibration = CalibrationFromJson(value.at("calibration"), "stored options", bench);
     if (!calibration) return calibration.error();
     options.calibration = std::move(calibration).value();
   }

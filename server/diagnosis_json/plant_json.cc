@@ -1,7 +1,9 @@
 #include "server/diagnosis_json/plant_json.h"
 
-#include <array>
+#include <algorithm>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace faultlab::server {
 namespace {
@@ -10,44 +12,60 @@ namespace json = boost::json;
 
 constexpr double kAboveZero = 1e-18;
 
-/// The plant's constants beside the seven components.
-struct Constant {
-  std::string_view name;
-  double core::PlantParameters::*member;
-};
-constexpr std::array<Constant, 7> kConstants = {{{"Ke", &core::PlantParameters::ke_v_per_rad_s},
-                                                 {"KT", &core::PlantParameters::kt_nm_per_a},
-                                                 {"La", &core::PlantParameters::la_henry},
-                                                 {"R5", &core::PlantParameters::r5_ohm},
-                                                 {"R10", &core::PlantParameters::r10_ohm},
-                                                 {"R14", &core::PlantParameters::r14_ohm},
-                                                 {"R15", &core::PlantParameters::r15_ohm}}};
+/// Parameters of the structure that no component of the bench changes, in the order in which they
+/// are written.
+std::vector<int> ConstantsOf(const core::Bench& bench) {
+  std::vector<int> order = {
+      core::kKe, core::kKt, core::kLa, core::kSeries, core::kRa, core::kJ, core::kB};
+  for (int i = core::kMotorParameters; i < bench.structure->parameter_count(); ++i) {
+    order.push_back(i);
+  }
+  std::erase_if(order, [&](int parameter) {
+    return std::any_of(
+        bench.parts.begin(), bench.parts.end(), [&](const core::ComponentInfo& part) {
+          return part.parameter == parameter;
+        });
+  });
+  return order;
+}
+
+std::string_view SymbolOf(const core::Bench& bench, int parameter) {
+  return bench.structure->parameters[static_cast<std::size_t>(parameter)].symbol;
+}
+
+/// The least value of a parameter: a bench may have no series resistor.
+double LeastOf(const core::Bench& bench, int parameter) {
+  return bench.nominal.Get(parameter) > 0.0 ? kAboveZero : 0.0;
+}
 
 }  // namespace
 
-void AddPlant(const core::PlantParameters& plant, json::object& out) {
+void AddPlant(const core::PlantParameters& plant, const core::Bench& bench, json::object& out) {
   json::object nominal;
-  for (const core::Component component : core::kAllComponents) {
+  for (const core::Component component : bench.components()) {
     nominal[core::Name(component)] = plant.Get(component);
   }
   json::object constants;
-  for (const Constant& constant : kConstants) {
-    constants[constant.name] = plant.*constant.member;
+  for (const int parameter : ConstantsOf(bench)) {
+    constants[SymbolOf(bench, parameter)] = plant.Get(parameter);
   }
   out["nominal"] = std::move(nominal);
   out["constants"] = std::move(constants);
 }
 
-core::PlantParameters ReadPlant(DocumentReader& document, std::optional<core::Error>& error) {
-  core::PlantParameters plant;
+core::PlantParameters ReadPlant(DocumentReader& document,
+                                const core::Bench& bench,
+                                std::optional<core::Error>& error) {
+  core::PlantParameters plant = bench.nominal;
   DocumentReader nominal(document.Object("nominal"), "nominal/", error);
-  for (const core::Component component : core::kAllComponents) {
+  for (const core::Component component : bench.components()) {
     const double value = nominal.Number(core::Name(component), kAboveZero);
-    if (value >= kAboveZero) plant.Set(component, value);  // refused already otherwise
+    // Smaller values have already been refused. Coupled parameters are among the constants.
+    if (value >= kAboveZero) plant.Set(component.info().parameter, value);
   }
   DocumentReader constants(document.Object("constants"), "constants/", error);
-  for (const Constant& constant : kConstants) {
-    plant.*constant.member = constants.Number(constant.name, kAboveZero);
+  for (const int parameter : ConstantsOf(bench)) {
+    plant.Set(parameter, constants.Number(SymbolOf(bench, parameter), LeastOf(bench, parameter)));
   }
   return plant;
 }

@@ -40,21 +40,28 @@ core::Result<DiagnosisRequest> ParseDiagnosisRequest(const json::object& body) {
   const json::object* wanted = in.ObjectOrNull("diagnose");
   (void)in.TextOr("name", "", kIdBytesMax);
   if (auto error = in.Finish()) return *error;
+  if (wanted == nullptr) {
+    return core::Error{core::ErrorCode::kInvalid, "Say what is to be diagnosed.", "/diagnose"};
+  }
   ObjectReader settings(*wanted, "/diagnose");
   DiagnosisRequest request;
-  core::DiagnosisOptions& options = request.options;
   request.recording = settings.Text("recording", kIdBytesMax);
-  options.values = settings.WordOr("values", "none", {"none", "table2"}) == "table2"
+  request.values = settings.WordOr("values", "none", {"none", "table2"}) == "table2"
                        ? core::ValuePrior::kTable2
                        : core::ValuePrior::kNone;
-  options.channels = settings.WordOr("channels", "all", {"all", "um"}) == "um"
+  request.channels = settings.WordOr("channels", "all", {"all", "um"}) == "um"
                          ? core::Channels::kUmOnly
                          : core::Channels::kAll;
-  options.healthy_from_s = settings.NumberOr("healthy_from_s", 0.5, 0.0, kSecondsMax);
-  options.healthy_to_s = settings.NumberOr("healthy_to_s", 5.0, 0.0, kSecondsMax);
-  options.false_alarms_per_day = settings.NumberOr("false_alarms_per_day", 1.0, 1e-6, 1e6);
-  options.motor_faults = settings.BooleanOr("motor_faults", true);
-  if (options.healthy_to_s <= options.healthy_from_s) {
+  const auto seconds = [&settings](const char* name, std::optional<double>& to) {
+    if (settings.Has(name)) to = settings.NumberOr(name, 0.0, 0.0, kSecondsMax);
+  };
+  seconds("healthy_from_s", request.healthy_from_s);
+  seconds("healthy_to_s", request.healthy_to_s);
+  request.false_alarms_per_day = settings.NumberOr("false_alarms_per_day", 1.0, 1e-6, 1e6);
+  request.motor_faults = settings.BooleanOr("motor_faults", true);
+  const core::DiagnosisOptions usual;
+  if (request.healthy_to_s.value_or(usual.healthy_to_s) <=
+      request.healthy_from_s.value_or(usual.healthy_from_s)) {
     settings.Refuse("healthy_to_s", "The healthy stretch ends after it begins.");
   }
   if (auto error = settings.Finish()) return *error;
@@ -77,11 +84,22 @@ core::Result<std::string> Diagnose(Recordings& recordings,
   const auto recording = recordings.Load(std::move(record).value());
   if (!recording) return OnRecording(recording.error());
   const std::vector<core::Sample>& samples = recording.value().samples;
-  core::DiagnosisOptions options = request.options;
-  options.period_s = recording.value().record.period_s;
+  const core::Bench& bench = *recording.value().options.bench;
+  if (request.channels == core::Channels::kUmOnly && !bench.um.exists) {
+    return core::Error{core::ErrorCode::kInvalid,
+                       "The bench " + bench.name + " does not measure um; use all channels.",
+                       "/diagnose/channels"};
+  }
+  core::DiagnosisOptions options = core::OptionsOf(bench, recording.value().record.period_s);
+  options.channels = request.channels;
+  options.values = request.values;
+  options.healthy_from_s = request.healthy_from_s.value_or(options.healthy_from_s);
+  options.healthy_to_s = request.healthy_to_s.value_or(options.healthy_to_s);
+  options.false_alarms_per_day = request.false_alarms_per_day;
+  options.motor_faults = request.motor_faults;
   core::Diagnosis diagnosis = core::DiagnoseRecord(samples, options);
   AddModelFits(samples, options, diagnosis);
-  json::object out = ToJson(diagnosis);
+  json::object out = ToJson(diagnosis, bench);
   out["recording"] = request.recording;
   out["samples"] = samples.size();
   out["period_s"] = options.period_s;

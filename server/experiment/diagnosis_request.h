@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/json/object.hpp>
+#include <optional>
 #include <string>
 
 #include "core/diagnosis/diagnosis.h"
@@ -14,7 +15,12 @@ namespace faultlab::server {
 /// makes no run. The settings are those of `faultlab diagnose`.
 struct DiagnosisRequest {
   std::string recording;
-  core::DiagnosisOptions options;
+  core::Channels channels = core::Channels::kAll;
+  core::ValuePrior values = core::ValuePrior::kNone;
+  std::optional<double> healthy_from_s;  ///< nullopt: as the bench has it
+  std::optional<double> healthy_to_s;
+  double false_alarms_per_day = 1.0;
+  bool motor_faults = true;
 };
 
 /// Errors name the field.

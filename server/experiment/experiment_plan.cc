@@ -28,6 +28,9 @@ std::string VoltageField(const core::ExcitationSpec& spec, std::size_t sample, b
 
 core::Result<hardware::RunPlan> ResolvePlan(const ExperimentPlan& wanted,
                                             const hardware::RigDescription& rig) {
+  if (wanted.bench != rig.bench) {
+    return refusal::OtherBench(rig.id, *rig.bench, wanted.bench->name);
+  }
   auto uc_v = core::Generate(wanted.excitation, wanted.duration_s, wanted.period_s);
   if (!uc_v) {
     core::Error error = uc_v.error();

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/bench/bench.h"
 #include "core/signals/excitation.h"
 #include "core/types/fault.h"
 #include "core/types/plant_parameters.h"
@@ -15,15 +16,16 @@ namespace faultlab::server {
 
 inline constexpr double kRunSecondsMin = 1.0;
 inline constexpr double kRunSecondsMax = 600.0;
-inline constexpr std::int64_t kRunSamplesMax = 60'000;
+inline constexpr std::int64_t kRunSamplesMax = 600'000;  // 600 s at 1 kHz
 inline constexpr std::size_t kRunFaultsMax = 64;
 inline constexpr std::size_t kNameBytesMax = 200;
 
-/// What somebody wants to run: the paper's experiment, unless they say otherwise.
+/// What somebody wants to run: the usual experiment of the bench, unless they say otherwise.
 struct ExperimentPlan {
-  std::string rig;  ///< empty: any free simulated rig
+  const core::Bench* bench = nullptr;  ///< that the plan was written for; never null
+  std::string rig;                     ///< empty: any free simulated rig of the bench
   core::ExcitationSpec excitation;
-  double period_s = core::kSamplePeriodSeconds;
+  double period_s = 0.01;
   double duration_s = 20.0;
   std::vector<core::Fault> faults;
   std::int64_t fault_set = 0;  ///< not 0: take the faults of this set

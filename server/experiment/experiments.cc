@@ -4,8 +4,10 @@
 #include <chrono>
 #include <utility>
 
+#include "hardware/bench/benches.h"
 #include "hardware/replay_rig.h"
 #include "server/experiment/plan_json.h"
+#include "server/json/json_reader.h"
 #include "server/run/refusals.h"
 #include "server/run/run_messages.h"
 
@@ -17,10 +19,11 @@ namespace json = boost::json;
 constexpr double kReplayLongestS = 3600.0;
 
 /// What happened to the plant in a recording; its replay shows it again.
-std::vector<hardware::RigEvent> EventsOfThePlant(std::span<const RecordedEvent> recorded) {
+std::vector<hardware::RigEvent> EventsOfThePlant(std::span<const RecordedEvent> recorded,
+                                                 const core::Bench& bench) {
   std::vector<hardware::RigEvent> out;
   for (const RecordedEvent& each : recorded) {
-    auto event = ToRigEvent(each);
+    auto event = ToRigEvent(each, bench);
     const bool of_the_plant = event && (event->kind == hardware::RigEventKind::kFaultCommanded ||
                                         event->kind == hardware::RigEventKind::kRelayConfirmed ||
                                         event->kind == hardware::RigEventKind::kGap);
@@ -31,13 +34,65 @@ std::vector<hardware::RigEvent> EventsOfThePlant(std::span<const RecordedEvent> 
 
 }  // namespace
 
+/// Texts that are not there are empty; what is no text is refused when the plan is read.
+core::Result<const core::Bench*> Experiments::BenchOf(const json::object& body) {
+  const auto text = [&body](const char* name) -> std::string {
+    const json::value* value = body.if_contains(name);
+    return value != nullptr && value->is_string() ? std::string(value->get_string()) : "";
+  };
+  const std::string rig = text("rig");
+  const std::string asked = text("bench");
+  if (asked.size() > kBenchNameBytesMax) {
+    return core::Error{core::ErrorCode::kInvalid, "No bench has so long a name.", "/bench"};
+  }
+  if (rig.empty()) {
+    if (asked.empty()) return &parts_.benches.usual();
+    return parts_.benches.Find(asked);
+  }
+  auto bench = BenchOfRig(parts_.bay, parts_.benches, rig);
+  if (!bench || asked.empty()) return bench;
+  if (asked != bench.value()->id && asked != bench.value()->name) {
+    return refusal::OtherBench(rig, *bench.value(), asked);
+  }
+  return bench;
+}
+
+core::Result<ExperimentPlan> Experiments::Read(const json::object& body) {
+  const auto bench = BenchOf(body);
+  if (!bench) return bench.error();
+  return ParsePlan(body, *bench.value(), parts_.default_seed);
+}
+
+core::Result<Work> Experiments::ReadWork(const json::object& body) {
+  if (body.contains("diagnose")) {
+    auto request = ParseDiagnosisRequest(body);
+    if (!request) return request.error();
+    return Work(std::move(request).value());
+  }
+  auto plan = Read(body);
+  if (!plan) return plan.error();
+  return Work(std::move(plan).value());
+}
+
+core::Result<Work> Experiments::ReadWork(std::string_view document) {
+  auto body = ParseJsonObject(document);
+  if (!body) return body.error();
+  const bool plan = !body.value().contains("diagnose") && !body.value().contains("recording");
+  // Programs that knew the paper's bench alone named none.
+  if (plan && !body.value().contains("bench")) body.value()["bench"] = hardware::PaperBench().name;
+  return ReadWork(body.value());
+}
+
 core::Status Experiments::TakeFaultSet(const Principal& who, ExperimentPlan& plan) {
   if (plan.fault_set == 0) return core::Done{};
   const auto set = parts_.fault_set_access.Find(who, plan.fault_set, Operation::kReadFaultSet);
   if (!set) {
     return refusal::NoFaultSet();
   }
-  auto faults = ParseFaults(set.value().faults_json, plan.duration_s);
+  if (set.value().bench != plan.bench->name) {
+    return refusal::FaultSetOfOtherBench(set.value().bench, *plan.bench);
+  }
+  auto faults = ParseFaults(set.value().faults_json, *plan.bench, plan.duration_s);
   if (!faults) return faults.error();
   plan.faults = std::move(faults).value();
   if (!set.value().visible) plan.hidden_faults = true;
@@ -86,7 +141,8 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
   if (!events) return refusal::At(events.error(), "/recording");
   hardware::ReplayRigOptions options;
   options.speed = parts_.speed;
-  options.events = EventsOfThePlant(events.value());
+  options.events = EventsOfThePlant(events.value(), *recording.options.bench);
+  options.bench = recording.options.bench;
   const double period_s = recording.record.period_s;
   RunRequest run;
   run.place = std::move(place).value();
@@ -114,7 +170,7 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
   auto place = PlaceFor(who, by, KindOn(plan.rig), planned);
   if (!place) return place.error();
   // The rig comes first, for any one may do: the plan is resolved for the one that runs it.
-  auto hold = parts_.rigs.Hold(who, by, plan.rig, length);
+  auto hold = parts_.rigs.Hold(who, by, plan.rig, *plan.bench, length);
   if (!hold) return hold.error();
   const hardware::RigDescription& about = hold.value().rig().description();
   auto resolved = ResolvePlan(plan, about);
@@ -124,6 +180,7 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
   run.hidden_faults = plan.hidden_faults;
   run.plan = std::move(resolved).value();
   run.plan_json = json::serialize(PlanToJson(plan, about));
+  run.diagnosis = core::OptionsOf(*about.bench, plan.period_s);
   run.diagnosis.values = about.any_value ? core::ValuePrior::kNone : core::ValuePrior::kTable2;
   run.hold = std::move(hold).value();
   run.place = std::move(place).value();
@@ -136,13 +193,15 @@ core::Result<RunSnapshot> Experiments::Start(const Principal& who,
   const std::int64_t set = plan.fault_set;
   const core::Status taken = TakeFaultSet(who, plan);
   if (!taken.ok()) return taken.error();
+  auto run = plan.recording.empty() ? OnRig(who, by, plan) : Replay(who, by, plan);
+  if (!run) return run.error();
   if (set != 0) {
     const core::Status used = parts_.fault_sets.MarkUsed(set);
     if (!used.ok()) return used.error();
   }
-  auto run = plan.recording.empty() ? OnRig(who, by, plan) : Replay(who, by, plan);
-  if (!run) return run.error();
   RunRequest ready = std::move(run).value();
+  const core::Status kept = parts_.benches.Keep(*ready.diagnosis.bench, parts_.clock.Wall());
+  if (!kept.ok()) return kept.error();
   ready.owner = who.owner_key();
   return parts_.runs.Start(std::move(ready));
 }
@@ -150,7 +209,8 @@ core::Result<RunSnapshot> Experiments::Start(const Principal& who,
 core::Status Experiments::Check(const Principal& who, ExperimentPlan& plan) {
   const core::Status taken = TakeFaultSet(who, plan);
   if (!taken.ok() || !plan.recording.empty()) return taken;
-  const auto rig = parts_.bay.Find(plan.rig);
+  const auto rig =
+      plan.rig.empty() ? parts_.bay.FindSimulator(*plan.bench) : parts_.bay.Find(plan.rig);
   // Another server's: that one looks at the plan when it gets the job.
   if (!rig && parts_.rigs.IsKnownElsewhere(plan.rig)) return core::Done{};
   if (!rig) return rig.error();

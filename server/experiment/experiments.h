@@ -1,11 +1,18 @@
 #pragma once
 
+#include <boost/json/object.hpp>
+#include <cstdint>
+#include <string_view>
+
 #include "core/types/result.h"
+#include "server/clock.h"
+#include "server/experiment/benches.h"
 #include "server/experiment/experiment_plan.h"
 #include "server/experiment/fault_set_access.h"
 #include "server/experiment/recordings.h"
 #include "server/experiment/rig_access.h"
 #include "server/experiment/storage_quota.h"
+#include "server/experiment/work.h"
 #include "server/run/run_manager.h"
 #include "server/run/run_places.h"
 
@@ -28,21 +35,32 @@ class Experiments {
     lab::FaultSets& fault_sets;
     RunPlaces& places;
     StorageQuota& quota;
-    double speed = 1.0;  ///< of replays
+    Benches& benches;
+    const Clock& clock;
+    std::uint64_t default_seed = 1;  ///< of plans without one
+    double speed = 1.0;              ///< of replays
   };
   /// All parts must outlive it.
   explicit Experiments(Parts parts) : parts_(parts) {}
+
+  /// The body of POST runs: a plan for the bench of its rig, or the one that it names, or the usual
+  /// one.
+  core::Result<ExperimentPlan> Read(const boost::json::object& body);
+  /// What a job does: such a body, or a diagnosis.
+  core::Result<Work> ReadWork(const boost::json::object& body);
+  /// As the job keeps it.
+  core::Result<Work> ReadWork(std::string_view document);
 
   /// An experiment on a rig, or the replay of a recording. Refusals name the member of the plan by
   /// a JSON pointer; see RigAccess::Hold for those of the rig.
   core::Result<RunSnapshot> Start(const Principal& who, StartedBy by, ExperimentPlan plan);
 
-  /// Refuses now what Start would refuse later, but for the state of the rig. A fault set is taken:
-  /// its faults stand in the plan then.
-  /// (The set is used when a run of it starts or is kept as a job: MarkUsed.)
+  /// Refuses now what Start would refuse later, but for the state of the rig. The faults of a fault
+  /// set stand in the plan then; whoever keeps the plan marks the set as used (Start does).
   core::Status Check(const Principal& who, ExperimentPlan& plan);
 
  private:
+  core::Result<const core::Bench*> BenchOf(const boost::json::object& body);
   core::Status TakeFaultSet(const Principal& who, ExperimentPlan& plan);
   core::Result<RunRequest> OnRig(const Principal& who, StartedBy by, const ExperimentPlan& plan);
   core::Result<RunRequest> Replay(const Principal& who, StartedBy by, const ExperimentPlan& plan);

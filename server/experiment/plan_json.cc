@@ -5,7 +5,9 @@
 #include <cmath>
 
 #include "core/types/component_bounds.h"
+#include "server/experiment/benches.h"
 #include "server/json/json_reader.h"
+#include "server/run/refusals.h"
 
 namespace faultlab::server {
 namespace {
@@ -21,13 +23,21 @@ core::Error Refusal(std::string field, std::string message) {
   return {core::ErrorCode::kInvalid, std::move(message), std::move(field)};
 }
 
-core::Result<core::ExcitationSpec> ParseExcitation(const json::object& object) {
+/// The bench's usual excitation where it is of this kind: what a plan leaves out is taken from it.
+template <typename Spec>
+Spec UsualOr(const core::ExcitationSpec& usual) {
+  const Spec* spec = std::get_if<Spec>(&usual);
+  return spec != nullptr ? *spec : Spec{};
+}
+
+core::Result<core::ExcitationSpec> ParseExcitation(const json::object& object,
+                                                   const core::ExcitationSpec& usual) {
   ObjectReader in(object, "/excitation");
   const std::string_view kind =
       in.WordOr("kind", "prbs", {"prbs", "step", "multisine", "chirp", "samples"});
   core::ExcitationSpec spec;
   if (kind == "prbs") {
-    core::PrbsSpec prbs;
+    auto prbs = UsualOr<core::PrbsSpec>(usual);
     prbs.low_v = in.NumberOr("low_v", prbs.low_v, -kVoltMax, kVoltMax);
     prbs.high_v = in.NumberOr("high_v", prbs.high_v, -kVoltMax, kVoltMax);
     prbs.clock_s = in.NumberOr("clock_s", prbs.clock_s, 0.001, 10.0);
@@ -36,20 +46,20 @@ core::Result<core::ExcitationSpec> ParseExcitation(const json::object& object) {
         in.IntegerOr("order", prbs.order, core::kPrbsOrderMin, core::kPrbsOrderMax));
     spec = prbs;
   } else if (kind == "step") {
-    core::StepSpec step;
+    auto step = UsualOr<core::StepSpec>(usual);
     step.low_v = in.NumberOr("low_v", step.low_v, -kVoltMax, kVoltMax);
     step.high_v = in.NumberOr("high_v", step.high_v, -kVoltMax, kVoltMax);
     step.at_s = in.NumberOr("at_s", step.at_s, 0.0, kRunSecondsMax);
     spec = step;
   } else if (kind == "multisine") {
-    core::MultisineSpec multisine;
+    auto multisine = UsualOr<core::MultisineSpec>(usual);
     multisine.offset_v = in.NumberOr("offset_v", multisine.offset_v, -kVoltMax, kVoltMax);
     multisine.amplitude_v = in.NumberOr("amplitude_v", multisine.amplitude_v, 0.0, kVoltMax);
     multisine.lines = static_cast<int>(in.IntegerOr("lines", multisine.lines, 1, 1000));
     multisine.seed = static_cast<std::uint64_t>(in.IntegerOr("seed", 1, 0, kSeedMax));
     spec = multisine;
   } else if (kind == "chirp") {
-    core::ChirpSpec chirp;
+    auto chirp = UsualOr<core::ChirpSpec>(usual);
     chirp.offset_v = in.NumberOr("offset_v", chirp.offset_v, -kVoltMax, kVoltMax);
     chirp.amplitude_v = in.NumberOr("amplitude_v", chirp.amplitude_v, 0.0, kVoltMax);
     chirp.from_hz = in.NumberOr("from_hz", chirp.from_hz, 0.0, kHertzMax);
@@ -76,15 +86,16 @@ core::Result<core::ExcitationSpec> ParseExcitation(const json::object& object) {
 
 core::Result<core::Fault> ParseFault(const json::value& value,
                                      const std::string& pointer,
+                                     const core::Bench& bench,
                                      double duration_s) {
   const json::object* object = value.if_object();
   if (object == nullptr) return Refusal(pointer, "A fault must be an object.");
   ObjectReader in(*object, pointer);
   core::Fault fault;
-  const std::string name = in.Text("component", 8);
-  const auto component = core::ParseComponent(name);
+  const std::string name = in.Text("component", core::kSymbolBytesMax);
+  const auto component = bench.Find(name);
   if (!component) {
-    in.Refuse("component", "Unknown component '" + name + "'; known: R1, R9, R12, C8, Ra, J, B.");
+    in.Refuse(refusal::At(refusal::NoComponent(bench, name), pointer + "/component"));
   } else {
     fault.component = *component;
   }
@@ -108,7 +119,9 @@ core::Result<core::Fault> ParseFault(const json::value& value,
   return fault;
 }
 
-json::object ExcitationToJson(const core::ExcitationSpec& spec) {
+}  // namespace
+
+json::object ToJson(const core::ExcitationSpec& spec) {
   json::object out{{"kind", core::Name(spec)}};
   if (const auto* prbs = std::get_if<core::PrbsSpec>(&spec)) {
     out["low_v"] = prbs->low_v;
@@ -136,18 +149,21 @@ json::object ExcitationToJson(const core::ExcitationSpec& spec) {
   return out;
 }
 
-}  // namespace
-
-core::Result<ExperimentPlan> ParsePlan(const json::object& object, std::uint64_t default_seed) {
+core::Result<ExperimentPlan> ParsePlan(const json::object& object,
+                                       const core::Bench& bench,
+                                       std::uint64_t default_seed) {
   ObjectReader in(object, "");
   ExperimentPlan plan;
+  plan.bench = &bench;
+  plan.period_s = bench.period_s;
+  (void)in.TextOr("bench", {}, kBenchNameBytesMax);  // the caller has read it to find `bench`
   plan.rig = in.TextOr("rig", {}, 64);
   plan.name = in.TextOr("name", {}, kNameBytesMax);
   plan.recording = in.TextOr("recording", {}, 64);
   plan.seed = static_cast<std::uint64_t>(
       in.IntegerOr("seed", static_cast<std::int64_t>(default_seed), 0, kSeedMax));
   const bool replay = !plan.recording.empty();
-  for (const char* own : {"excitation", "faults", "duration_s", "period_s"}) {
+  for (const char* own : {"bench", "rig", "excitation", "faults", "duration_s", "period_s"}) {
     if (replay && in.Has(own)) {
       in.Refuse(own, "A replay takes '" + std::string(own) + "' from its recording.");
     }
@@ -155,12 +171,14 @@ core::Result<ExperimentPlan> ParsePlan(const json::object& object, std::uint64_t
   plan.period_s = in.NumberOr("period_s", plan.period_s, 0.001, 1.0);
   plan.duration_s = in.NumberOr("duration_s", plan.duration_s, kRunSecondsMin, kRunSecondsMax);
   if (const json::object* excitation = in.ObjectOrNull("excitation")) {
-    auto spec = ParseExcitation(*excitation);
+    auto spec = ParseExcitation(*excitation, bench.excitation);
     if (spec) {
       plan.excitation = std::move(spec).value();
     } else {
       in.Refuse(spec.error());
     }
+  } else {
+    plan.excitation = bench.excitation;
   }
   if (const auto* samples = std::get_if<core::SamplesSpec>(&plan.excitation)) {
     const double length_s = static_cast<double>(samples->uc_v.size()) * plan.period_s;
@@ -172,11 +190,6 @@ core::Result<ExperimentPlan> ParsePlan(const json::object& object, std::uint64_t
       in.Refuse(Refusal("/excitation/uc_v", "The list must last from 1 s to 600 s."));
     }
   }
-  if (plan.duration_s / plan.period_s > static_cast<double>(kRunSamplesMax) + 0.5) {
-    in.Refuse("duration_s",
-              "A run has at most " + std::to_string(kRunSamplesMax) +
-                  " samples; shorten it or lengthen 'period_s'.");
-  }
   if (in.Has("fault_set")) {
     plan.fault_set = in.Integer("fault_set", 1, INT64_MAX);
     if (in.Has("faults")) in.Refuse("fault_set", "Give faults or a fault_set, not both.");
@@ -184,7 +197,7 @@ core::Result<ExperimentPlan> ParsePlan(const json::object& object, std::uint64_t
   }
   plan.hidden_faults = in.BooleanOr("hidden_faults", false);
   if (const json::array* list = in.ArrayOrNull("faults", kRunFaultsMax)) {
-    auto faults = ParseFaults(*list, plan.duration_s);
+    auto faults = ParseFaults(*list, bench, plan.duration_s);
     if (faults) {
       plan.faults = std::move(faults).value();
     } else {
@@ -208,20 +221,24 @@ json::array ToJson(const std::vector<core::Fault>& faults) {
   return out;
 }
 
-core::Result<std::vector<core::Fault>> ParseFaults(const json::array& list, double duration_s) {
+core::Result<std::vector<core::Fault>> ParseFaults(const json::array& list,
+                                                   const core::Bench& bench,
+                                                   double duration_s) {
   std::vector<core::Fault> faults;
   for (std::size_t i = 0; i < list.size(); ++i) {
-    auto fault = ParseFault(list[i], "/faults/" + std::to_string(i), duration_s);
+    auto fault = ParseFault(list[i], "/faults/" + std::to_string(i), bench, duration_s);
     if (!fault) return fault.error();
     faults.push_back(fault.value());
   }
   return faults;
 }
 
-core::Result<std::vector<core::Fault>> ParseFaults(std::string_view document, double duration_s) {
+core::Result<std::vector<core::Fault>> ParseFaults(std::string_view document,
+                                                   const core::Bench& bench,
+                                                   double duration_s) {
   boost::system::error_code ec;
   const json::value list = json::parse(document, ec);
-  if (!ec && list.is_array()) return ParseFaults(list.get_array(), duration_s);
+  if (!ec && list.is_array()) return ParseFaults(list.get_array(), bench, duration_s);
   return Refusal("/faults", "The stored faults are damaged.");
 }
 
@@ -233,7 +250,7 @@ json::object PlanToJson(const ExperimentPlan& plan, const hardware::RigDescripti
     return out;
   }
   out["duration_s"] = plan.duration_s;
-  out["excitation"] = ExcitationToJson(plan.excitation);
+  out["excitation"] = ToJson(plan.excitation);
   out["seed"] = plan.seed;
   out["faults"] = ToJson(plan.faults);
   return out;
@@ -255,13 +272,13 @@ bool HidesFaults(std::string_view plan_json) {
   return hidden != nullptr && hidden->is_bool() && hidden->get_bool();
 }
 
-std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json) {
+std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json, const core::Bench& bench) {
   boost::system::error_code ec;
   const json::value plan = json::parse(plan_json, ec);
   const json::object* object = ec ? nullptr : plan.if_object();
   const json::value* list = object != nullptr ? object->if_contains("faults") : nullptr;
   if (list == nullptr || !list->is_array()) return {};
-  auto faults = ParseFaults(list->get_array(), kRunSecondsMax);
+  auto faults = ParseFaults(list->get_array(), bench, kRunSecondsMax);
   return faults ? std::move(faults).value() : std::vector<core::Fault>{};
 }
 

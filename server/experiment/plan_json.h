@@ -13,9 +13,10 @@
 
 namespace faultlab::server {
 
-/// A plan as a person or a script writes it. Refuses unknown fields, wrong kinds and values that no
-/// rig could take; Error.field is a JSON pointer.
+/// A plan as a person or a script writes it for this bench. Refuses unknown fields, wrong kinds and
+/// values that no rig could take; Error.field is a JSON pointer.
 core::Result<ExperimentPlan> ParsePlan(const boost::json::object& object,
+                                       const core::Bench& bench,
                                        std::uint64_t default_seed);
 
 /// The plan as it was resolved for `rig`, as the API shows and stores it: every field with its
@@ -24,9 +25,12 @@ boost::json::object PlanToJson(const ExperimentPlan& plan, const hardware::RigDe
 
 /// A list of faults for a run of this length. Refuses by JSON pointer: "/faults/2/at_s".
 core::Result<std::vector<core::Fault>> ParseFaults(const boost::json::array& list,
+                                                   const core::Bench& bench,
                                                    double duration_s);
 /// The same of a stored document, such as a fault set.
-core::Result<std::vector<core::Fault>> ParseFaults(std::string_view document, double duration_s);
+core::Result<std::vector<core::Fault>> ParseFaults(std::string_view document,
+                                                   const core::Bench& bench,
+                                                   double duration_s);
 boost::json::array ToJson(const std::vector<core::Fault>& faults);
 
 /// How long a stored plan lasts; 0 for a replay.
@@ -34,6 +38,8 @@ double SecondsOfPlan(std::string_view plan_json);
 /// Of a stored plan: its faults go to no bus.
 bool HidesFaults(std::string_view plan_json);
 /// The faults of a stored plan; empty when it has none.
-std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json);
+std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json, const core::Bench& bench);
+/// An excitation as plans hold it.
+boost::json::object ToJson(const core::ExcitationSpec& spec);
 
 }  // namespace faultlab::server

@@ -21,7 +21,7 @@ constexpr std::size_t kSamplesPerChunk = 1000;
 std::string TextOf(const core::Diagnosis& diagnosis,
                    const Recording& recording,
                    std::span<const std::string> channels = {}) {
-  json::object object = ToJson(diagnosis);
+  json::object object = ToJson(diagnosis, *recording.options.bench);
   object["samples"] = recording.samples.size();
   object["period_s"] = recording.record.period_s;
   if (!channels.empty()) object["channels"] = json::array(channels.begin(), channels.end());
@@ -34,10 +34,10 @@ std::string WordOf(const core::Diagnosis& diagnosis) {
 
 }  // namespace
 
-core::Result<core::DiagnosisOptions> OptionsOf(const RunRecord& record) {
-  core::DiagnosisOptions options;
+core::Result<core::DiagnosisOptions> OptionsOf(const RunRecord& record, const core::Bench& bench) {
+  core::DiagnosisOptions options = core::OptionsOf(bench);
   if (!record.options_json.empty()) {
-    auto stored = ParseOptions(record.options_json);
+    auto stored = ParseOptions(record.options_json, bench);
     if (!stored) return stored.error();
     options = std::move(stored).value();
   }
@@ -69,8 +69,14 @@ core::Result<RunRecord> Recordings::Find(const Principal& who,
   return record;
 }
 
+core::Result<core::DiagnosisOptions> Recordings::OptionsFor(const RunRecord& record) {
+  const auto bench = benches_.OfRecording(record.bench);
+  if (!bench) return bench.error();
+  return OptionsOf(record, *bench.value());
+}
+
 core::Result<Recording> Recordings::Load(RunRecord record, std::int64_t from, std::int64_t to) {
-  auto options = OptionsOf(record);
+  auto options = OptionsFor(record);
   if (!options) return options.error();
   auto samples = store_.LoadSamples(record.id, from, to);
   if (!samples) return samples.error();
@@ -121,7 +127,7 @@ core::Result<core::Diagnosis> Recordings::DiagnosisOf(const Recording& recording
     return diagnosis;
   }
   if (!record.diagnosis_json.empty()) {
-    auto stored = ParseDiagnosis(record.diagnosis_json);
+    auto stored = ParseDiagnosis(record.diagnosis_json, *recording.options.bench);
     if (stored) return stored;
     // Of a program too old to be read member by member: made again, and the old text stays.
     return core::DiagnoseRecord(recording.samples, recording.options);
@@ -143,14 +149,14 @@ core::Result<Figure> Recordings::FigureOf(const RunRecord& record,
   FigureContext context;
   context.name = record.name.empty() ? record.id : record.name;
   context.footer = footer;
-  context.faults = FaultsOfPlan(record.plan_json);
+  context.faults = FaultsOfPlan(record.plan_json, *recording.value().options.bench);
   return MakeFigure(
       name, samples, recording.value().options, diagnosis.value(), std::move(context));
 }
 
 core::Result<RunRecord> Recordings::Keep(Upload upload) {
   Recording recording;
-  recording.options.period_s = upload.period_s;
+  recording.options = core::OptionsOf(*upload.bench, upload.period_s);
   recording.samples = std::move(upload.samples);
   const core::Diagnosis diagnosis = core::DiagnoseRecord(recording.samples, recording.options);
   RunRecord& record = recording.record;
@@ -158,9 +164,12 @@ core::Result<RunRecord> Recordings::Keep(Upload upload) {
   record.name = upload.name;
   record.owner = upload.owner;
   record.source = "upload";
+  record.bench = upload.bench->id;
   record.period_s = upload.period_s;
   record.options_json = OptionsText(recording.options);
   record.created_at = clock_.Wall();
+  const core::Status described = benches_.Keep(*upload.bench, record.created_at);
+  if (!described.ok()) return described.error();
   core::Status stored = store_.Begin(record);
   for (std::size_t at = 0; stored.ok() && at < recording.samples.size(); at += kSamplesPerChunk) {
     const std::size_t size = std::min(kSamplesPerChunk, recording.samples.size() - at);

@@ -12,6 +12,7 @@
 #include "core/types/result.h"
 #include "server/auth/accounts.h"
 #include "server/auth/authorization.h"
+#include "server/experiment/benches.h"
 #include "server/plots/figure.h"
 #include "server/run/run_manager.h"
 #include "server/storage/recording_store.h"
@@ -36,8 +37,12 @@ struct Recording {
 class Recordings {
  public:
   /// All must outlive it.
-  Recordings(RecordingStore& store, RunManager& runs, Accounts& accounts, const Clock& clock)
-      : store_(store), runs_(runs), accounts_(accounts), clock_(clock) {}
+  Recordings(RecordingStore& store,
+             RunManager& runs,
+             Accounts& accounts,
+             Benches& benches,
+             const Clock& clock)
+      : store_(store), runs_(runs), accounts_(accounts), benches_(benches), clock_(clock) {}
 
   /// The record, if `who` may do `operation` on it.
   core::Result<RunRecord> Find(const Principal& who, const std::string& id, Operation operation);
@@ -59,6 +64,7 @@ class Recordings {
   struct Upload {
     std::string name;
     std::string owner;
+    const core::Bench* bench = nullptr;  ///< on which it was measured; never null
     std::vector<std::string> channels;
     double period_s = 0.0;
     std::vector<core::Sample> samples;
@@ -66,18 +72,20 @@ class Recordings {
   core::Result<RunRecord> Keep(Upload upload);
 
  private:
+  core::Result<core::DiagnosisOptions> OptionsFor(const RunRecord& record);
   core::Result<core::Diagnosis> DiagnosisOf(const Recording& recording);
   core::Result<core::Diagnosis> Repair(const Recording& recording, std::string* text);
 
   RecordingStore& store_;
   RunManager& runs_;
   Accounts& accounts_;
+  Benches& benches_;
   const Clock& clock_;
 };
 
-/// The options that are stored with the record; of a recording of an older program, what that
-/// program used.
-core::Result<core::DiagnosisOptions> OptionsOf(const RunRecord& record);
+/// The options that are stored with the record of this bench; of a recording of an older program,
+/// what that program used.
+core::Result<core::DiagnosisOptions> OptionsOf(const RunRecord& record, const core::Bench& bench);
 
 /// What the rig's loop was like over the run, one JSON object: its last event carries it. "null"
 /// before that.

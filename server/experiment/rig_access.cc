@@ -40,6 +40,14 @@ bool IsKnown(const lab::LabService& service, const RigBay& bay, const std::strin
   return service.state()->rigs.contains(rig) || bay.Find(rig).ok();
 }
 
+core::Result<const core::Bench*> BenchOfRig(const RigBay& bay,
+                                            Benches& benches,
+                                            const std::string& rig) {
+  const auto here = bay.Find(rig);
+  if (here.ok()) return here.value().description.bench;
+  return benches.OfRig(rig);
+}
+
 RigAccess::RigAccess(lab::LabService& service,
                      RigBay& bay,
                      std::function<void(std::string_view)> log)
@@ -67,11 +75,13 @@ bool RigAccess::IsKnownElsewhere(const std::string& rig) const {
 core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
                                              StartedBy by,
                                              const std::string& rig,
+                                             const core::Bench& bench,
                                              milliseconds length) {
   std::vector<lab::RigId> simulators;
   if (rig.empty()) {
     for (const RigStatus& each : bay_.List()) {
-      if (!NeedsSession(each)) simulators.push_back(each.description.id);
+      if (NeedsSession(each) || each.description.bench != &bench) continue;
+      simulators.push_back(each.description.id);
     }
   } else {
     const auto found = bay_.Find(rig);
@@ -105,8 +115,9 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
 core::Result<RigHold> RigAccess::Hold(const Principal& who,
                                       StartedBy by,
                                       const std::string& rig,
+                                      const core::Bench& bench,
                                       milliseconds length) {
-  const core::Result<lab::Lease> lease = LeaseFor(who, by, rig, length);
+  const core::Result<lab::Lease> lease = LeaseFor(who, by, rig, bench, length);
   if (!lease) return lease.error();
   auto hold = bay_.Acquire(lease.value());
   if (!hold) EndPractice(lease.value());

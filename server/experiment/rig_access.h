@@ -7,6 +7,7 @@
 
 #include "core/types/result.h"
 #include "server/auth/principal.h"
+#include "server/experiment/benches.h"
 #include "server/lab/lab_service.h"
 #include "server/run/rig_bay.h"
 
@@ -21,6 +22,11 @@ bool NeedsSession(const RigStatus& rig);
 /// Some server of the lab has, or had, this rig.
 bool IsKnown(const lab::LabService& service, const RigBay& bay, const std::string& rig);
 
+/// What a rig of this server or another one is built like.
+core::Result<const core::Bench*> BenchOfRig(const RigBay& bay,
+                                            Benches& benches,
+                                            const std::string& rig);
+
 /// Gives a rig into the hands of the lease that the caller has on it, by the newest state of the
 /// lab. A run on a simulator gets a practice lease of its own, which ends when it lets go.
 class RigAccess {
@@ -31,12 +37,13 @@ class RigAccess {
   RigAccess(const RigAccess&) = delete;
   RigAccess& operator=(const RigAccess&) = delete;
 
-  /// For a run of at most `length` on `rig` ("": any free simulator). kForbidden without a session,
-  /// kConflict when the rig hangs on another member, kUnavailable before its first check, kBusy
-  /// when no simulator is free.
+  /// For a run of at most `length` on `rig` ("": any free simulator of `bench`). kForbidden without
+  /// a session, kConflict when the rig hangs on another member, kUnavailable before its first
+  /// check, kBusy when no simulator is free.
   core::Result<RigHold> Hold(const Principal& who,
                              StartedBy by,
                              const std::string& rig,
+                             const core::Bench& bench,
                              std::chrono::milliseconds length);
   /// May this person command what runs on this rig now? A replay has the rig "".
   bool MayCommand(const Principal& who, const std::string& rig) const;
@@ -47,6 +54,7 @@ class RigAccess {
   core::Result<lab::Lease> LeaseFor(const Principal& who,
                                     StartedBy by,
                                     const std::string& rig,
+                                    const core::Bench& bench,
                                     std::chrono::milliseconds length);
   void EndPractice(const lab::Lease& lease);
 

@@ -56,7 +56,7 @@ void CheckName(std::string_view name) {
   LAB_CHECK(good, name);
 }
 
-/// What stands before the numbers of every array.
+/// The part of an array before its numbers.
 std::string ArrayHead(std::string_view name,
                       std::uint32_t array_class,
                       std::size_t rows,
@@ -97,7 +97,7 @@ MatFile::MatFile(Spool& out, std::string_view about) : out_(out) {
   head.resize(kAboutBytes, ' ');
   head.append(kSubsystemBytes, '\0');
   Append(head, kVersion);
-  head += "IM";  // read as "MI" by a machine of the same byte order
+  head += "IM";  // a machine with the same byte order reads it as "MI"
   out_.Append(head);
 }
 

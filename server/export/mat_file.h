@@ -10,14 +10,14 @@
 
 namespace faultlab::server {
 
-/// Writes a MATLAB level 5 file: what `load` reads in MATLAB, Octave and scipy.
-/// Numbers are double, arrays column-major, no compression. Names must be MATLAB names
-/// (letter, then letters, digits, '_', at most 63). Own code: libmatio writes to paths only and
-/// brings HDF5 into every start; a test reads the result back through libmatio.
+/// Writes a MATLAB level 5 file, which `load` reads in MATLAB, Octave and scipy. Numbers are
+/// double, arrays column-major, no compression. Names must be MATLAB names (letter, then letters,
+/// digits, '_', at most 63). Not libmatio, because it writes to paths only and loads HDF5 at every
+/// start; a test reads the result back through libmatio.
 class MatFile {
  public:
-  /// `about` is the text in the file's head, at most 116 bytes are kept. `out` is empty and
-  /// outlives this.
+  /// `about` is the text in the file's head, of which at most 116 bytes are kept. `out` must be
+  /// empty and outlive this object.
   MatFile(Spool& out, std::string_view about);
 
   /// values [rows x columns], column after column.
@@ -30,7 +30,8 @@ class MatFile {
   /// UTF-8; code points above U+FFFF become '?'.
   void AddText(std::string_view name, std::string_view text);
 
-  /// An array whose numbers come later. @returns where in the spool the first one stands.
+  /// Reserves an array whose numbers are written later. @returns the offset of the first one in the
+  /// spool
   std::uint64_t ReserveMatrix(std::string_view name, std::size_t rows, std::size_t columns);
 
  private:

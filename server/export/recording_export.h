@@ -11,13 +11,14 @@
 
 namespace faultlab::server {
 
-/// A recording as it leaves the laboratory.
+/// A recording in the form in which it is exported.
 struct RecordingExport {
   std::string name;
   std::string origin;  ///< rig, run id, version: one line
   double period_s = 0.0;
   std::span<const core::Sample> samples;
-  /// Calls back with the estimates at each sample, in order: a million frames are never in memory.
+  /// Calls back with the estimates at each sample, in order, so that a million frames are never in
+  /// memory.
   std::function<void(const std::function<void(const core::Frame&)>&)> each_frame;
   boost::json::value diagnosis;  ///< object of `diagnose --json`, or null
 };

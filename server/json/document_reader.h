@@ -11,12 +11,12 @@
 
 namespace faultlab::server {
 
-/// Reads a document that a program like this one wrote: members one by one, the first that is not
-/// as it must be is remembered, members that nobody asks for are left alone. (What a person or a
-/// stranger sent is read with ObjectReader, which refuses unknown members.)
+/// Reads a document that this program wrote: members one by one. The first wrong member is stored
+/// as the error; members that are not read are ignored. (Input from people or other programs is
+/// read with ObjectReader, which refuses unknown members.)
 class DocumentReader {
  public:
-  /// @param prefix  stands before the member's name in messages: "quantities/"
+  /// @param prefix  precedes the member's name in messages: "quantities/"
   /// @param error   of the whole document; set once
   DocumentReader(const boost::json::object& object,
                  std::string prefix,
@@ -25,7 +25,7 @@ class DocumentReader {
 
   /// Finite and at least `least`.
   double Number(std::string_view member, double least);
-  /// null and absent are nothing.
+  /// null and absent give nothing.
   std::optional<double> NumberOrNull(std::string_view member);
   std::string Text(std::string_view member);
   bool Flag(std::string_view member);
@@ -40,8 +40,8 @@ class DocumentReader {
   std::optional<core::Error>& error_;
 };
 
-/// An entry of an array of objects; an empty object when it is none, so that its first member is
-/// refused.
+/// An entry of an array of objects; if it is not an object, an empty one, so that its first member
+/// is refused.
 const boost::json::object& EntryOf(const boost::json::value& value);
 
 }  // namespace faultlab::server

@@ -13,12 +13,12 @@
 
 namespace faultlab::server {
 
-/// Parses the body of a request. Empty is {}. Refuses what is not one JSON object.
+/// Parses the body of a request. An empty body is {}. Refuses everything except one JSON object.
 core::Result<boost::json::object> ParseJsonObject(std::string_view text);
 
-/// Reads one JSON object strictly: members are asked for by name, and Finish() refuses whatever was
-/// not asked for. The first refusal is kept, with a JSON pointer to the member; later reads give
-/// their fallback, so that a parser reads straight down and looks at the error once.
+/// Reads one JSON object strictly: members are read by name, and Finish() refuses members that were
+/// not read. The first refusal is stored, with a JSON pointer to the member; later reads return
+/// their fallback, so that a parser needs to check the error only once.
 ///
 ///   ObjectReader in(object, "/excitation");
 ///   spec.low_v = in.NumberOr("low_v", 2.0, -10, 10);
@@ -41,7 +41,7 @@ class ObjectReader {
   /// UTF-8 without control characters, at most `bytes_max` bytes.
   std::string Text(std::string_view name, std::size_t bytes_max);
   std::string TextOr(std::string_view name, std::string fallback, std::size_t bytes_max);
-  /// One of the words; the refusal lists them. The first one when it fails.
+  /// One of the words; a refusal lists them. Returns the first word on failure.
   std::string_view WordOr(std::string_view name,
                           std::string_view fallback,
                           std::initializer_list<std::string_view> words);
@@ -49,13 +49,13 @@ class ObjectReader {
   const boost::json::object* ObjectOrNull(std::string_view name);
   const boost::json::array* ArrayOrNull(std::string_view name, std::size_t size_max);
 
-  /// Refuses `name` for a reason of the caller's.
+  /// Refuses `name` for a reason given by the caller.
   void Refuse(std::string_view name, std::string message);
   void Refuse(core::Error error);
 
   const std::optional<core::Error>& error() const { return error_; }
   std::string Pointer(std::string_view name) const;
-  /// The first refusal; unknown members are one.
+  /// The first refusal; an unknown member is refused too.
   std::optional<core::Error> Finish();
 
  private:

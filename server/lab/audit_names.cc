@@ -27,7 +27,7 @@ std::string WithoutLogin(std::string_view list, const std::string& login, const 
   }
 }
 
-/// "role student; name Ann": a new name is the last word of a change.
+/// "role student; name Ann": a new name is the last part of a change.
 std::string WithoutName(const std::string& change, const std::string& by) {
   const std::size_t after = change.find("; " + std::string(kNewName));
   if (change.starts_with(kNewName)) return std::string(kNewName) + by;
@@ -47,12 +47,12 @@ std::string DetailWithout(const AuditLine& line,
   }
   if (line.actor == person.owner) {
     if (line.verb == "accept_invitation" || line.verb == "decline_invitation") return by;
-    if (line.verb == "create_key") return "";  // a name of theirs
+    if (line.verb == "create_key") return "";  // the name that the person gave to the key
   }
   return line.detail;
 }
 
-/// `faultlab admin` used to write a login there, and nothing else does.
+/// `faultlab admin` used to write a login into `object`; nothing else does.
 bool ObjectIsLogin(const AuditLine& line) {
   return line.actor == "system" && line.detail == "faultlab admin" &&
          line.object.find(':') == std::string::npos;

@@ -7,8 +7,9 @@
 
 #include "server/storage/database.h"
 
-// Where the audit log says a person's login or name, which is in few places, known by the verb.
-// Nothing else is looked at: a login may be a word of the log, a name an address.
+// Finds a person's login or name in the audit log. They occur in a few places only, which the verb
+// determines. Nothing else is searched, because a login may also be a common word of the log, and a
+// name an address.
 namespace faultlab::server::lab {
 
 struct AuditLine {
@@ -27,9 +28,9 @@ struct LoggedPerson {
 
 /// The line with `by` in place of the person; nullopt when it does not name them.
 std::optional<AuditLine> Renamed(AuditLine line, const LoggedPerson& person, const std::string& by);
-/// The lines that name the person, oldest first, as they are.
+/// The lines that name the person, oldest first, unchanged.
 std::vector<AuditLine> LinesThatName(Transaction& tx, const LoggedPerson& person);
-/// The one change that the log takes.
+/// The only change that is ever made in the log.
 void RenameInLog(Transaction& tx, const LoggedPerson& person, const std::string& by);
 
 }  // namespace faultlab::server::lab

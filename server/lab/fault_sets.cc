@@ -16,7 +16,7 @@ using soci::into;
 using soci::use;
 
 constexpr const char* kColumns =
-    "id, course_id, account_id, name, version, visible, faults, used, replaces, created_ms";
+    "id, course_id, account_id, name, bench, version, visible, faults, used, replaces, created_ms";
 
 struct Row {
   FaultSet set;
@@ -56,6 +56,7 @@ void ForEachRow(Transaction& tx, const std::string& condition, const Each& each)
        into(row.set.course_id),
        into(row.set.author),
        into(row.set.name),
+       into(row.set.bench),
        into(row.set.version),
        into(row.visible),
        into(row.set.faults_json),
@@ -79,16 +80,18 @@ FaultSet Insert(Transaction& tx, const FaultSet& set) {
   FaultSet out = set;
   out.used = false;
   // The newest id may be another server's set.
-  tx.sql() << "INSERT INTO fault_set (course_id, account_id, name, version, visible, faults, used, "
-              "deleted, replaces, created_ms) VALUES (:course, :author, :name, :version, :visible, "
-              ":faults, 0, 0, :replaces, :created) RETURNING id",
+  tx.sql()
+      << "INSERT INTO fault_set (course_id, account_id, name, bench, version, visible, faults, "
+         "used, deleted, replaces, created_ms) VALUES (:course, :author, :name, :bench, "
+         ":version, :visible, "
+         ":faults, 0, 0, :replaces, :created) RETURNING id",
       into(out.id), use(set.course_id, "course"), use(set.author, "author"), use(set.name, "name"),
-      use(set.version, "version"), use(visible, "visible"), use(set.faults_json, "faults"),
-      use(set.replaces, "replaces"), use(created_ms, "created");
+      use(set.bench, "bench"), use(set.version, "version"), use(visible, "visible"),
+      use(set.faults_json, "faults"), use(set.replaces, "replaces"), use(created_ms, "created");
   return out;
 }
 
-/// Runs tell of a used one: it is kept, with the newest of its author's.
+/// A used set is kept because its runs refer to it, but only the newest kOfAuthorMax of an author.
 void Retire(Transaction& tx, const FaultSet& set) {
   const std::int64_t kept = FaultSets::kOfAuthorMax;
   tx.sql() << "UPDATE fault_set SET deleted = 1 WHERE id = :id", use(set.id, "id");
@@ -125,10 +128,11 @@ core::Result<FaultSet> FaultSets::Change(const FaultSet& set, std::int64_t versi
       return Insert(tx, next);
     }
     const std::int64_t visible = set.visible ? 1 : 0;
-    tx.sql() << "UPDATE fault_set SET name = :name, visible = :visible, faults = :faults, "
+    tx.sql() << "UPDATE fault_set SET name = :name, bench = :bench, visible = :visible, faults = "
+                ":faults, "
                 "version = :version WHERE id = :id",
-        use(next.name, "name"), use(visible, "visible"), use(next.faults_json, "faults"),
-        use(next.version, "version"), use(next.id, "id");
+        use(next.name, "name"), use(next.bench, "bench"), use(visible, "visible"),
+        use(next.faults_json, "faults"), use(next.version, "version"), use(next.id, "id");
     return *Find(tx, set.id);
   });
 }
@@ -139,7 +143,6 @@ core::Status FaultSets::Delete(std::int64_t id, std::int64_t version) {
     const auto before = Find(tx, id);
     if (!before) return NoSet();
     if (before->version != version) return Changed();
-    // Runs tell of a used one.
     if (before->used) {
       Retire(tx, *before);
     } else {
@@ -177,8 +180,9 @@ core::Result<std::vector<FaultSet>> FaultSets::List(std::optional<std::int64_t> 
 }
 
 core::Status FaultSets::MarkUsed(std::int64_t id) {
-  // Most are used already: a look, no write that others wait for.
+  // Most sets are marked already; then no write is needed, which would make others wait.
   const auto set = Get(id);
+  if (!set.ok() && set.error().code != ErrorCode::kNotFound) return set.error();
   if (!set.ok() || set.value().used) return Done{};
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     tx.sql() << "UPDATE fault_set SET used = 1 WHERE id = :id", use(id, "id");

@@ -12,12 +12,13 @@
 namespace faultlab::server::lab {
 
 /// A named fault schedule of an instructor. Immutable once a run has used it: a change then makes a
-/// new one with the next version number, which `replaces` the old.
+/// new fault set with the next version number, which `replaces` the old one.
 struct FaultSet {
   std::int64_t id = 0;
-  std::int64_t course_id = 0;  ///< 0: of no course, only its author's
+  std::int64_t course_id = 0;  ///< 0: in no course, visible to its author only
   std::int64_t author = 0;
   std::string name;
+  std::string bench;  ///< core::Bench::name: its components have the faults
   std::int64_t version = 1;
   bool visible = true;      ///< to the students of the course
   std::string faults_json;  ///< array as in POST runs, validated by the caller
@@ -35,13 +36,14 @@ class FaultSets {
 
   /// kConflict "fault_sets_full" when the author has kOfAuthorMax.
   core::Result<FaultSet> Create(FaultSet set);
-  /// kStale when `version` is not the stored one. A used set stays as it is and a new one, with a
-  /// new id, is returned.
+  /// kStale when `version` is not the stored one. A used set stays unchanged; a new set with a new
+  /// id is returned.
   core::Result<FaultSet> Change(const FaultSet& set, std::int64_t version);
   core::Status Delete(std::int64_t id, std::int64_t version);
   core::Result<FaultSet> Get(std::int64_t id);
-  /// Those that `reader` wrote, of courses that they teach, and the visible ones of courses that
-  /// they attend; nullopt: all. Not deleted nor replaced, by id, after `after`.
+  /// The sets that `reader` wrote, those of the courses that they teach, and the visible ones of
+  /// the courses that they attend; nullopt: all. Without deleted and replaced sets, in order of id,
+  /// after `after`.
   core::Result<std::vector<FaultSet>> List(std::optional<std::int64_t> reader,
                                            std::int64_t after,
                                            int limit);

@@ -96,7 +96,7 @@ core::Status CheckRoom(Transaction& tx, const std::string& owner, const std::vec
                {{"kept", std::to_string(kept)}, {"most", most}}};
 }
 
-/// Whoever sends and cancels for hours would fill the database with nothing.
+/// An owner who submits and cancels jobs for hours would fill the database.
 void DropOldIdle(Transaction& tx, const std::string& owner) {
   const int kept = JobStore::kIdleKept;
   tx.sql() << "DELETE FROM job WHERE id IN (SELECT id FROM job WHERE owner = :owner AND state IN "

@@ -17,7 +17,7 @@ std::optional<std::string> Stored(Transaction& tx, const std::string& owner) {
   return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
 }
 
-/// What stands under `owner`: made by the first server that asks.
+/// The value stored under `owner`. The first server that asks makes it.
 core::Result<std::string> Shared(Database& database,
                                  const std::string& owner,
                                  std::string_view prefix) {
@@ -29,7 +29,7 @@ core::Result<std::string> Shared(Database& database,
     return made;
   };
   Text text = database.Write(Durability::kPromise, get_or_make);
-  // Two servers that start together make it once: the second one finds it.
+  // When two servers start together, the write of the second fails; its second try finds the value.
   if (!text) text = database.Write(Durability::kPromise, get_or_make);
   return text;
 }

@@ -10,19 +10,21 @@
 namespace faultlab::server::lab {
 namespace {
 
-/// Smaller differences between the clocks are drift, not somebody setting the time.
+/// Smaller differences between the clocks are drift; larger ones mean that the clock was set.
 constexpr Milliseconds kJump{2000};
 constexpr std::size_t kRequestsMax = 10'000;
-/// Of one turn: what is computed in its transaction must not take the 750 ms after which the
-/// database believes that this process is frozen.
+/// Requests in one turn: computing them in the transaction must take less than 750 ms, after which
+/// the database treats this process as frozen.
 constexpr std::ptrdiff_t kRequestsOfATurn = 50;
 constexpr Milliseconds kLeaseAlone = std::chrono::hours(24);
 constexpr Milliseconds kJoinLook{250};
 constexpr const char* kMemberField = "server_id";
-/// From the lease of a practice run to its hands on the simulator: Acquire waits 5 s at most.
+/// Longest time from the lease of a practice run until it holds the simulator: Acquire waits 5 s at
+/// most.
 constexpr Milliseconds kPracticeBegins = std::chrono::seconds(30);
 constexpr Milliseconds kLostRunLook = std::chrono::seconds(10);
-/// What a run may take for its last diagnosis and its end, when its rig is in other hands.
+/// Longest time in which a run may store its last diagnosis and its end after its rig was passed
+/// on.
 constexpr Milliseconds kLastWords = std::chrono::minutes(2);
 
 std::vector<LabEvent> ToEvents(const std::vector<Notice>& notices, WallTime now) {
@@ -54,7 +56,7 @@ core::Result<std::unique_ptr<LabService>> LabService::Open(Database& database,
                                                            LabServiceOptions options) {
   auto service =
       std::unique_ptr<LabService>(new LabService(database, clock, duties, std::move(options)));
-  // A process of this id that has died a moment ago leaves its place when its lease ends.
+  // A previous process with this id that has just died keeps its place until its lease ends.
   const auto give_up = std::chrono::steady_clock::now() + service->options_.join_patience;
   std::deque<Request> none;
   core::Status loaded = service->Transact(none, Entry::kJoins);
@@ -163,7 +165,7 @@ void LabService::Main() {
 void LabService::Turn(std::deque<Request> requests) {
   const core::Status stored = Transact(requests, Entry::kStays);
   for (Request& request : requests) request.stored.set_value(stored);
-  if (stored.ok()) StartChecks();  // else there is nobody to take their answers
+  if (stored.ok()) StartChecks();  // otherwise the result of a check could not be stored
 }
 
 void LabService::NoticeClockJump(Scheduler& next) {
@@ -172,13 +174,14 @@ void LabService::NoticeClockJump(Scheduler& next) {
   const auto passed = std::chrono::duration_cast<Milliseconds>(
       monotonic - std::exchange(last_monotonic_, monotonic));
   const Milliseconds jump = wall - std::exchange(last_wall_, wall) - passed;
-  // Servers that share a database would each shift what the other has shifted: there the machines'
-  // clocks are kept by NTP.
+  // Each server that shares the database would apply the same shift again; there NTP must keep the
+  // clocks of the machines.
   if (database_.engine() == Engine::kPostgresql) return;
   if (jump > kJump || jump < -kJump) next.ClockJumped(jump);
 }
 
-/// Practice is nothing but its run: where that has ended unheard (the database was away), it ends.
+/// A practice session exists only for its run. If the end of the run was not noticed (the database
+/// was away), the session ends here.
 void LabService::NoticeRuns(Scheduler& next, WallTime now) {
   std::vector<std::pair<SessionId, bool>> changed;
   std::vector<SessionId> left;
@@ -194,7 +197,7 @@ void LabService::NoticeRuns(Scheduler& next, WallTime now) {
   }
   for (const SessionId id : left) next.EndPractice(id, now);
   for (const auto& [id, running] : changed) {
-    // Neither refuses an active session.
+    // Neither call refuses an active session.
     (void)(running ? next.RunStarted(id, now) : next.RunEnded(id, now));
   }
 }
@@ -204,7 +207,7 @@ Milliseconds LabService::ClockOffset() const {
                                                   clock_.Monotonic().time_since_epoch());
 }
 
-/// Leases, bookings and waits of all members are read by the clocks of all.
+/// Every member judges the leases, bookings and waits of all members by its own clock.
 core::Status LabService::CheckClock(Transaction& tx) {
   const Milliseconds limit = options_.clock_error_max;
   if (limit == Milliseconds{0} || tx.engine() != Engine::kPostgresql) return core::Done{};
@@ -222,8 +225,8 @@ core::Status LabService::CheckClock(Transaction& tx) {
                      ""};
 }
 
-/// After an outage of the database every lease has run out: each member gets the time of one to
-/// come back before the others believe that it is gone.
+/// After an outage of the database every lease has ended: each member gets the time of one lease to
+/// come back before the others may remove it.
 bool LabService::MayRemove() {
   const MonotonicTime now = clock_.Monotonic();
   const Milliseconds lease = options_.policy.member_lease;
@@ -232,7 +235,7 @@ bool LabService::MayRemove() {
   return now >= remove_from_;
 }
 
-/// A run stores its own end; where that failed, it would be running for ever.
+/// A run stores its own end; if that failed, the run would stay `running` for ever.
 void LabService::InterruptLostRuns(Transaction& tx, WallTime now) {
   const MonotonicTime looked = clock_.Monotonic();
   if (looked - last_look_ < kLostRunLook) return;
@@ -250,8 +253,9 @@ void LabService::InterruptLostRuns(Transaction& tx, WallTime now) {
   past_runs_ = std::move(past);
 }
 
-/// The place among the members: taken at the start, renewed with the turns, taken anew when the
-/// others have given it up (this process was frozen). Members whose leases have ended are removed.
+/// The membership of this process: taken at the start, renewed at each turn, and taken again when
+/// the others have removed this member because it was frozen. Members whose leases have ended are
+/// removed.
 core::Status LabService::KeepMembership(Transaction& tx,
                                         Scheduler& next,
                                         Entry entry,
@@ -273,13 +277,13 @@ core::Status LabService::KeepMembership(Transaction& tx,
                          kMemberField};
     }
     if (entry == Entry::kStays) {
-      next.MemberGone(options_.member, now);  // what it had was given up meanwhile
+      next.MemberGone(options_.member, now);  // its former rigs were given up in the meantime
     }
-    (void)InterruptRuns(tx, options_.member, now);  // of the process that was here before
+    (void)InterruptRuns(tx, options_.member, now);  // runs of the previous process
     if (self == all.end()) self = all.insert(all.end(), Member{});
     *self = {options_.member, boot_, options_.address, WallTime{}};
   }
-  // Half of a lease may be lost to a busy machine.
+  // A busy machine may lose half of a lease.
   const Milliseconds lease = options_.alone ? kLeaseAlone : options_.policy.member_lease;
   const bool renews = self->lease_until < now + lease / 2;
   const Milliseconds moved = ClockOffset() - checked_offset_;
@@ -336,14 +340,15 @@ core::Status LabService::Transact(std::deque<Request>& requests, Entry entry) {
         return core::Done{};
       });
   if (!stored.ok()) {
-    version_ = -1;            // whatever happened, the next turn starts from the disk
-    checked_epochs_.clear();  // the answer of a check may have been in it: it is asked for again
+    version_ = -1;            // after a failure the next turn loads the state from the disk
+    checked_epochs_.clear();  // its result may be lost, so the check is repeated
     const bool replaced = entry == Entry::kStays && stored.error().field == kMemberField;
     if (replaced) FenceForReplacement(next->state());
     return stored;
   }
   in_force_until_ = looked + (member_until_ - now);
-  // Before anybody hears of it: a run or a command of an older epoch must not outlive the answer.
+  // Fence before any answer is sent: a run or a command of an older epoch must not continue after
+  // it.
   FenceRigs(next->state());
   Publish(std::move(*next), version);
   return stored;
@@ -353,8 +358,8 @@ bool LabService::InForce() const {
   return options_.alone || clock_.Monotonic() < in_force_until_.load();
 }
 
-/// A rig that was ours once is fenced as well: a server that was frozen still runs what the others
-/// have ended.
+/// A rig that this server had before is fenced too: after being frozen, this server may still run
+/// what the others have ended.
 void LabService::FenceRigs(const LabState& state) {
   for (const auto& [id, rig] : state.rigs) {
     if (!IsOwn(rig) && !fenced_epochs_.contains(id)) continue;
@@ -365,8 +370,8 @@ void LabService::FenceRigs(const LabState& state) {
   }
 }
 
-/// A new process has this member's place and may go on with the very epochs that this one knows:
-/// here nothing below the next one is admitted.
+/// A new process has taken this member's place and may use the same epochs that this process knows.
+/// Therefore this process accepts only epochs from the next one on.
 void LabService::FenceForReplacement(const LabState& state) {
   for (auto& [id, fenced] : fenced_epochs_) {
     const auto rig = state.rigs.find(id);
@@ -389,7 +394,7 @@ void LabService::Publish(Scheduler next, std::int64_t version) {
   if (moved && options_.changed) options_.changed();
 }
 
-/// Checks follow from the stored state, not from who changed it: so they survive a crash, and a
+/// Checks follow from the stored state, whoever changed it. Therefore they survive a crash, and a
 /// server checks its own rigs when another one ended the session.
 void LabService::StartChecks() {
   for (const auto& [id, rig] : scheduler_.state().rigs) {

@@ -23,48 +23,47 @@
 
 namespace faultlab::server::lab {
 
-/// What this server does for its own rigs when the lab says so. Called on the service's thread,
-/// never with a lock held; must not wait for a network and must not call back into the service from
-/// the same stack.
+/// What this server does for its own rigs when the lab requires it. Called on the service's thread,
+/// without any lock; must not wait for a network and must not call the service from the same stack.
 class RigDuties {
  public:
   virtual ~RigDuties() = default;
-  /// When this returns, the rig refuses every run and command below `epoch`, and what ran under one
-  /// is stopping. Called after the commit and before anybody is told of it.
+  /// When this returns, the rig refuses every run and command below `epoch`, and a run with a lower
+  /// epoch is stopping. Called after the commit and before any answer is sent.
   virtual void Fence(const RigId& rig, std::uint64_t epoch) = 0;
-  /// Begin the check between users; answer later by LabService::CleaningDone.
+  /// Begins the check between users; its result comes later by LabService::CleaningDone.
   virtual void StartCleaning(const Lease& lease) = 0;
-  /// Is a run in progress on this rig? Asked at every turn: a run is work, not idleness.
+  /// Whether a run is in progress on this rig, asked at every turn: a run counts as activity.
   virtual bool RunInProgress(const RigId&) { return false; }
 };
 
 struct LabServiceOptions {
   Policy policy;
   Milliseconds tick{1000};
-  /// This server among those of the database. Its rigs are those that it has claimed.
+  /// This server's id among the members of the database. Its rigs are those that it has claimed.
   std::string member = "local";
-  std::string address;  ///< "host:port", for the others
-  /// No other server can have this database (its folder is locked): a place that a dead process
-  /// left is taken at once, not when its lease ends.
+  std::string address;  ///< "host:port" for the other members
+  /// No other server can use this database (its folder is locked): the place of a dead process is
+  /// taken at once, not when its lease ends.
   bool alone = true;
-  /// Members whose clocks are further off the database's than this take no part: every input is
-  /// refused until the clock is right. 0: not looked at.
+  /// If this member's clock differs from the database's by more than this, every input is refused
+  /// until the clock is right. 0: not checked.
   Milliseconds clock_error_max{0};
-  /// How long the start waits for a place that a dead process left. Real time.
+  /// How long the start waits for the place of a dead process. Real time.
   Milliseconds join_patience{0};
-  /// Told after a new state is published, also when another server made it. On the service's
+  /// Called after a new state is published, also when another server made it. On the service's
   /// thread: must not block. May be empty.
   std::function<void()> changed{};
 };
 
 /// The scheduler with its disk, clock and thread. Inputs that come at the same time share one
-/// transaction, each is refused or accepted by itself, and everybody is answered after the commit.
-/// Two servers on one PostgreSQL take turns on the row of the version and reload when it moved.
-/// Each is a member with a lease that it renews with its turns: one that is silent for longer has
-/// lost its rigs and runs to the others, and joins anew when it wakes up. What an outage of the
-/// database swallowed is made up for from the state: checks are asked for again, practice that
-/// nobody runs ends, runs whose end was lost are interrupted, and nobody is late for the time in
-/// which no server could answer.
+/// transaction; each is refused or accepted separately, and the answers are sent after the commit.
+/// Two servers on one PostgreSQL take turns by locking the row of the version, and reload when it
+/// has changed. Each server is a member with a lease that it renews at each turn. A member that is
+/// silent for longer loses its rigs and runs to the others, and joins again when it resumes. After
+/// an outage of the database the state is repaired: checks are requested again, practice without a
+/// run ends, runs whose end was not stored become interrupted, and deadlines are extended by the
+/// time in which no server could answer.
 class LabService {
  public:
   static core::Result<std::unique_ptr<LabService>> Open(Database& database,
@@ -85,7 +84,7 @@ class LabService {
     if (!stored.ok()) return stored.error();
     return std::move(*outcome);
   }
-  /// Time passes now, without waiting for the next tick.
+  /// Applies the passing of time now, without waiting for the next tick.
   core::Status TickNow();
   core::Status CleaningDone(const RigId& rig,
                             std::uint64_t epoch,
@@ -96,21 +95,21 @@ class LabService {
   std::shared_ptr<const LabState> state() const;
   core::Result<std::vector<LabEvent>> EventsSince(UserId user, std::int64_t since, int limit);
   WallTime Now() const { return clock_.Wall(); }
-  /// The member that has this rig, nullopt when nobody has.
+  /// The member that has this rig; nullopt when no member has it.
   std::optional<Member> MemberOf(const RigId& rig) const;
-  /// nullopt when no such server is alive.
+  /// nullopt when no live member has this id.
   std::optional<Member> MemberWithId(const std::string& id) const;
   /// The live members besides this one.
   std::vector<Member> Others() const;
   const std::string& member() const { return options_.member; }
-  /// Is this process a member still, by its own clock? One that was frozen, or cut off from the
-  /// database, may have lost its rigs to others before it hears of it. Any thread; cheap.
+  /// Whether this process is still a member, by its own clock. A process that was frozen, or cut
+  /// off from the database, may have lost its rigs before it learns of it. Any thread; cheap.
   bool InForce() const;
   const Policy& policy() const { return options_.policy; }
 
  private:
   using Input = std::function<void(Scheduler&, WallTime)>;
-  /// Of a turn: the first one of this process takes the place, the others keep it.
+  /// The first turn of this process takes its place; later turns keep it.
   enum class Entry : std::uint8_t { kJoins, kStays };
   struct Request {
     Input input;
@@ -141,22 +140,22 @@ class LabService {
   const LabServiceOptions options_;
   const std::string boot_;
 
-  // Of the thread.
+  // Used by the service's thread only.
   Scheduler scheduler_;
   std::int64_t version_ = -1;
   std::int64_t published_version_ = -1;
   std::map<RigId, std::uint64_t> fenced_epochs_;
-  std::map<RigId, std::uint64_t> checked_epochs_;  ///< of the newest check that was begun
+  std::map<RigId, std::uint64_t> checked_epochs_;  ///< epoch of the newest check begun on each rig
   WallTime last_wall_{};
   MonotonicTime last_monotonic_{};
-  Milliseconds checked_offset_{};  ///< wall less monotonic time when the clock was last found right
+  Milliseconds checked_offset_{};  ///< wall minus monotonic time, when last found right
   MonotonicTime last_turn_{};
-  std::atomic<MonotonicTime> in_force_until_{};  ///< of the member's lease, when it was last stored
-  WallTime member_until_{};                      ///< as the transaction of the turn has it
+  std::atomic<MonotonicTime> in_force_until_{};  ///< end of the member's lease, as last stored
+  WallTime member_until_{};                      ///< the same in the transaction of this turn
   MonotonicTime remove_from_{};
-  MonotonicTime last_look_{};  ///< at runs whose end may be lost
+  MonotonicTime last_look_{};  ///< last search for runs whose end was not stored
   std::map<std::string, MonotonicTime>
-      past_runs_;  ///< since when their leases are known to be over
+      past_runs_;  ///< the time since when their leases are known to have ended
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

@@ -13,7 +13,7 @@ namespace {
 using soci::into;
 using soci::use;
 
-// One list of columns per table, used to write and to read.
+// There is one list of columns per table, used to write and to read.
 
 template <typename Visit>
 void Fields(Rig& rig, Visit&& visit) {
@@ -102,7 +102,7 @@ void Fields(Usage& usage, Visit&& visit) {
   visit("at_ms", usage.at);
 }
 
-// Whole numbers stand for ids, enums, flags and times; 0 for an absent time.
+// Ids, enums, flags and times are stored as whole numbers; an absent time is 0.
 
 template <typename Value>
 std::int64_t ToNumber(const Value& value) {
@@ -243,8 +243,8 @@ std::int64_t LockVersion(Transaction& tx) {
   std::int64_t version = 0;
   std::string query = "SELECT version FROM lab_meta WHERE id = 1";
   if (tx.engine() == Engine::kPostgresql) {
-    // A server that stops in the middle (a frozen process) must not stop the others: the database
-    // ends its transaction.
+    // A server that stops inside the transaction (a frozen process) must not block the others: the
+    // database ends its transaction.
     tx.sql() << "SET LOCAL idle_in_transaction_session_timeout = '750ms'";
     query += " FOR UPDATE";
   }
@@ -287,7 +287,8 @@ void Save(Transaction& tx, const Changes& changes, std::int64_t version) {
     const std::int64_t number = Number(id);
     tx.sql() << "DELETE FROM lab_outage WHERE id = :id", use(number, "id");
   }
-  // Ended tickets and sessions first: the unique indexes allow one live of each.
+  // Ended tickets and sessions are written first, because the unique indexes allow only one live
+  // row of each.
   for (const bool ended : {true, false}) {
     for (const Ticket& ticket : changes.tickets) {
       const bool is_live =
@@ -298,7 +299,8 @@ void Save(Transaction& tx, const Changes& changes, std::int64_t version) {
       if ((session.state == SessionState::kClosed) == ended) Put(tx, "lab_session", session);
     }
   }
-  // Bookings that swap rigs would overlap half-way: all leave their rigs before any takes one.
+  // Bookings that swap rigs would overlap half-way, so all leave their rigs before any takes a new
+  // one.
   for (Booking booking : changes.bookings) {
     booking.rig.clear();
     Put(tx, "lab_booking", booking);

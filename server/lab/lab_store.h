@@ -8,7 +8,7 @@
 
 namespace faultlab::server::lab {
 
-/// One line of what a user was told.
+/// One message to a user.
 struct LabEvent {
   std::int64_t seq = 0;
   UserId user{};
@@ -22,17 +22,17 @@ struct LabEvent {
 /// throws what the database throws.
 namespace lab_store {
 
-/// Rises with every stored transition. On PostgreSQL the row stays locked until the transaction
+/// Increases with every stored transition. On PostgreSQL the row stays locked until the transaction
 /// ends, so that servers change the lab one after the other.
 std::int64_t LockVersion(Transaction& tx);
-/// Runs of this server, of the last day, that are stored as running though their rig has had a
-/// newer lease since: they are about to end, or their end was lost.
+/// Runs of this server, of the last day, that are stored as running although their rig has had a
+/// newer lease since: they are about to end, or their end was not stored.
 std::vector<std::string> RunsOfPastLeases(Transaction& tx,
                                           const std::string& server_id,
                                           WallTime now);
-/// Everything that is alive.
+/// Loads everything that has not ended.
 LabState Load(Transaction& tx);
-/// Stores the changes and the next version. Ended things stay as history.
+/// Stores the changes and the next version. Things that have ended stay as history.
 void Save(Transaction& tx, const Changes& changes, std::int64_t version);
 void AddEvents(Transaction& tx, const std::vector<LabEvent>& events);
 /// Events of one user after `since`, oldest first.

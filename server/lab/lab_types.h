@@ -46,21 +46,21 @@ enum class RigStatus : std::uint8_t {
 };
 std::string_view Name(RigStatus status);
 
-/// A bench or simulator as the scheduler knows it.
+/// A bench or simulator, as represented in the scheduler.
 struct Rig {
   RigId id;
   std::string rig_class;
-  bool elastic = false;  ///< a simulator, built anew for each lease: no queue and no check
+  bool elastic = false;  ///< a simulator that is built anew for each lease: no queue and no check
   RigStatus status = RigStatus::kOffline;
-  std::uint64_t epoch = 0;  ///< rises with every holder and every cleaning
-  WallTime cleaning_due{};  ///< kCleaning: fails closed when this passes; kOffline: no check before
-  Milliseconds wear{};      ///< time under sessions
-  std::string reason;       ///< why it is not ready, for people
-  std::string server;       ///< the member that has it; empty = nobody
+  std::uint64_t epoch = 0;  ///< increases with every holder and every cleaning
+  WallTime cleaning_due{};  ///< kCleaning: the check fails then; kOffline: no check before
+  Milliseconds wear{};      ///< total time in sessions
+  std::string reason;       ///< why the rig is not ready, for people
+  std::string server;       ///< the member that has the rig; empty: none
   friend bool operator==(const Rig&, const Rig&) = default;
 };
 
-/// A planned time without a rig.
+/// A planned time in which a rig is not available.
 struct Outage {
   OutageId id{};
   RigId rig;
@@ -83,29 +83,30 @@ struct Ticket {
   std::string job;      ///< kJob: what to run
   double weight = 0.0;  ///< class weight of the order, see FairScore
   Milliseconds min{};   ///< shortest useful session
-  Milliseconds want{};  ///< longest asked for
+  Milliseconds want{};  ///< longest requested session
   WallTime created{};
   TicketState state = TicketState::kWaiting;
   SessionId offered{};  ///< kOffered, kClaimed: the session that holds the rig
   int offers_missed = 0;
   int place = 0;                     ///< 1 = next; 0 when not waiting
-  std::optional<WallTime> expected;  ///< newest estimate of the start; nullopt: no rig in sight
-  std::optional<WallTime> first_expected;  ///< the first one told to the user
+  std::optional<WallTime> expected;  ///< newest estimate of the start; nullopt: no rig is expected
+  std::optional<WallTime> first_expected;  ///< the first estimate sent to the user
   friend bool operator==(const Ticket&, const Ticket&) = default;
 };
 
 enum class BookingState : std::uint8_t {
   kBooked,
-  kHeld,  ///< due: a rig is held, the user has the grace time
+  kHeld,  ///< due: a rig is held for the user during the grace time
   kClaimed,
   kNoShow,
   kCancelled,
-  kUnfulfilled,  ///< no rig could be given; credited
+  kUnfulfilled,  ///< no rig was available; credited
   kDone
 };
 std::string_view Name(BookingState state);
 
-/// A promised session on a rig of a class. `rig` is the plan and may change until the start.
+/// A session on a rig of a class, promised in advance. `rig` is the plan and may change until the
+/// start.
 struct Booking {
   BookingId id{};
   UserId user{};
@@ -115,7 +116,7 @@ struct Booking {
   RigId rig;
   SessionId session{};
   std::int64_t version = 1;
-  std::string note;  ///< why it moved or fell, for the user
+  std::string note;  ///< why it was moved or cancelled, for the user
   friend bool operator==(const Booking&, const Booking&) = default;
 };
 
@@ -123,7 +124,7 @@ enum class SessionState : std::uint8_t { kHeld, kActive, kClosed };
 std::string_view Name(SessionState state);
 enum class EndReason : std::uint8_t {
   kNone,
-  kEnded,  ///< by the user
+  kEnded,  ///< ended by the user
   kExpired,
   kIdle,
   kNoShow,       ///< booking not claimed in the grace time
@@ -153,7 +154,7 @@ struct Session {
   bool run_in_progress = false;
   int warning_stage = 0;  ///< 0 none, 1 = 5 min, 2 = 1 min, 3 = 30 s
   std::optional<WallTime> idle_answer_until;
-  UserId offered_to{};  ///< hand-over on offer
+  UserId offered_to{};  ///< user to whom control was offered
   EndReason end_reason = EndReason::kNone;
   std::string end_text;
   friend bool operator==(const Session&, const Session&) = default;
@@ -176,7 +177,7 @@ struct Notice {
 };
 
 struct Policy {
-  Milliseconds member_lease{10'000};  ///< a server that is silent for so long is gone
+  Milliseconds member_lease{10'000};  ///< a server that is silent for longer is removed
   Milliseconds offer{45'000};
   Milliseconds grace{180'000};
   Milliseconds cleaning{30'000};       ///< reserved on the timeline behind every session
@@ -186,7 +187,7 @@ struct Policy {
   Milliseconds idle{180'000};
   Milliseconds idle_answer{60'000};
   Milliseconds session_min{300'000};
-  Milliseconds session_max{7'200'000};  ///< of one ticket; extensions come on top
+  Milliseconds session_max{7'200'000};  ///< of one ticket; extensions are added to it
   Milliseconds booking_min{300'000};
   Milliseconds booking_max{14'400'000};
   Milliseconds booking_ahead{std::chrono::hours(24 * 60)};
@@ -195,13 +196,13 @@ struct Policy {
   Milliseconds no_show_charge{600'000};
   int live_bookings_max = 3;
   int waiting_jobs_max = 64;        ///< per user and class
-  double job_weight_s = -21'600.0;  ///< a job stands six hours behind a person who asks with it
+  double job_weight_s = -21'600.0;  ///< a job is treated as if it had come six hours later
   double age_weight_per_s = 1.0;
-  double fresh_user_bonus_s = 1800.0;  ///< a user without past use stands this much ahead
-  double use_quota_s = 7200.0;         ///< past use at which the bonus has halved
+  double fresh_user_bonus_s = 1800.0;  ///< bonus of a user without past use
+  double use_quota_s = 7200.0;         ///< past use that halves the bonus
 };
 
-/// Everything that is alive. Ended things leave after TakeChanges().
+/// Everything that has not ended. Ended things are removed after TakeChanges().
 struct LabState {
   std::map<RigId, Rig> rigs;
   std::map<OutageId, Outage> outages;

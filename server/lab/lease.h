@@ -7,23 +7,24 @@
 
 namespace faultlab::server::lab {
 
-/// The right of one holder to one rig until its end. Made by the scheduler in the transaction that
-/// activates a session or starts a check, and by nobody else; it travels whole to the rig bay, the
-/// rig and its agent. A rig refuses whatever comes with an epoch below the highest that it knows.
+/// The right of one holder to one rig until a given time. Only the scheduler makes it, in the
+/// transaction that activates a session or starts a check. The whole lease is passed to the rig
+/// bay, the rig and its agent. A rig refuses every request with an epoch below the highest that it
+/// knows.
 struct Lease {
   RigId rig;
   SessionId session{};      ///< none for a check between users
-  std::uint64_t epoch = 0;  ///< of the rig; rises with every lease
+  std::uint64_t epoch = 0;  ///< of the rig; increases with every lease
   UserId holder{};          ///< none for guests and checks
   WallTime until{};
 };
 
-/// Of an active session.
+/// The lease of an active session.
 inline Lease LeaseOf(const Session& session) {
   return {session.rig, session.id, session.epoch, session.user, session.hard_end};
 }
 
-/// The highest epoch of one rig: what every layer between the calendar and the relays enforces.
+/// The highest epoch of one rig. Every layer between the calendar and the relays enforces it.
 class Fence {
  public:
   void Raise(std::uint64_t epoch) { epoch_ = std::max(epoch_, epoch); }

@@ -8,24 +8,24 @@
 
 namespace faultlab::server::lab {
 
-/// A running server of this database. It holds its place by a lease of its own, which it renews
-/// with its turns; when the lease ends, the others take its rigs offline and end its runs.
+/// A running server of this database. Its membership is a lease, which it renews at each turn; when
+/// the lease ends, the others take its rigs offline and end its runs.
 struct Member {
   std::string id;       ///< server_id of its settings
-  std::string boot;     ///< random, new with each start: a second server of the same id is another
+  std::string boot;     ///< random, new with each start
   std::string address;  ///< "host:port" at which it serves
   WallTime lease_until{};
 };
 
-/// Rows of the members. Every function takes part in the caller's transaction, behind
+/// The rows of the members. Every function takes part in the caller's transaction, after
 /// lab_store::LockVersion, and throws what the database throws.
 namespace members {
 
 std::vector<Member> Load(Transaction& tx);
 void Put(Transaction& tx, const Member& member);
-/// The time of the database's machine: what the clocks of the members are held against. PostgreSQL.
+/// The time of the database's machine, with which the members' clocks are compared. PostgreSQL.
 WallTime DatabaseTime(Transaction& tx);
-/// Its runs are interrupted: nothing is recorded into them any more.
+/// Removes a member and interrupts its runs: nothing more is recorded into them.
 void Remove(Transaction& tx, const std::string& id, WallTime now);
 
 }  // namespace members

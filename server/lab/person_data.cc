@@ -19,15 +19,15 @@ using core::ErrorCode;
 using soci::into;
 using soci::use;
 
-/// Where things of a person stand. `condition` has :id, the number of the account, or :owner, its
-/// key "user:7".
+/// A table that contains data of a person. `condition` may contain :id, the number of the account,
+/// and :owner, its key "user:7".
 struct Place {
   const char* table;
   const char* columns;
   const char* condition;
 };
 
-/// The audit log comes last: lines that others wrote are added to it.
+/// The audit log comes last, because lines that others wrote are added to it.
 constexpr std::array kPlaces = {
     Place{"account", "id, login, name, role, disabled, created_ms", "id = :id"},
     Place{"sign_in", "created_ms, expires_ms, address", "account_id = :id"},
@@ -78,10 +78,11 @@ std::string Text(const soci::row& row, std::size_t at) {
   }
 }
 
-/// A condition names one parameter several times, and SOCI binds each by its place.
+/// A condition uses one parameter several times, but SOCI binds parameters by place, so the values
+/// are inserted as text.
 std::string Bound(std::string condition, std::int64_t id, const std::string& owner) {
   const std::string number = std::to_string(id);
-  const std::string quoted = "'" + owner + "'";  // "user:7": made here, of a number
+  const std::string quoted = "'" + owner + "'";  // safe to insert: built here from a number
   for (const auto& [word, by] :
        {std::pair{std::string(":id"), number}, std::pair{std::string(":owner"), quoted}}) {
     for (std::size_t at = condition.find(word); at != std::string::npos;
@@ -110,7 +111,7 @@ PersonTable Read(Transaction& tx, const Place& place, std::int64_t account_id) {
   return table;
 }
 
-/// What must end before its person can go.
+/// What has to end before the person can be erased.
 core::Status CheckAtRest(Transaction& tx, std::int64_t account_id) {
   struct Living {
     const char* what;
@@ -140,7 +141,7 @@ LoggedPerson PersonOf(Transaction& tx, std::int64_t account_id) {
   return person;
 }
 
-/// Lines of others that name the person, without the others of a class list.
+/// Lines that others wrote and that name the person, without the other people of a class list.
 void AddLinesOfOthers(Transaction& tx, const LoggedPerson& person, PersonTable& table) {
   for (AuditLine line : LinesThatName(tx, person)) {
     if (line.actor == person.owner || line.object == person.owner) continue;
@@ -160,11 +161,11 @@ std::string ReplayedBy(const std::string& plan_json) {
   return plan_json.substr(begin, plan_json.find('"', begin) - begin);
 }
 
-/// A replay that somebody else made, and its replays, are named for the recording: by its id from
-/// now on.
+/// A replay by another person is named after the recording, and so are replays of it; from now on
+/// they are named by the recording's id.
 void RenameReplays(Transaction& tx, const std::string& owner) {
   const std::string prefix = "replay of ";
-  std::map<std::string, std::pair<std::string, std::string>> names;  // by id: before, now
+  std::map<std::string, std::pair<std::string, std::string>> names;  // by id: old name, new name
   {
     const soci::rowset<soci::row> rows =
         (tx.sql().prepare << "SELECT id, name FROM recording WHERE owner = :owner AND name <> ''",

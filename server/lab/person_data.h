@@ -10,26 +10,26 @@
 
 namespace faultlab::server::lab {
 
-/// One table's rows of a person, as text: what an export shows.
+/// One table's rows about a person, as text, for an export.
 struct PersonTable {
   std::string name;                            ///< "account", "recording", ..
   std::vector<std::string> columns;            ///< without hashes of secrets
   std::vector<std::vector<std::string>> rows;  ///< numbers as text
 };
 
-/// Everything that is kept of an account but for its samples, in one transaction.
+/// Everything that is stored about an account except its samples, in one transaction.
 core::Result<std::vector<PersonTable>> PersonData(Database& database, std::int64_t account_id);
 /// Ids of the recordings of an account, oldest first.
 core::Result<std::vector<std::string>> RecordingsOf(Database& database, std::int64_t account_id);
 
-/// Takes a person out of the database, in one transaction: recordings with their samples, jobs,
-/// keys, sign-ins, links, devices, identities, enrolments, invitations and news go; the account
-/// becomes "erased-7", without a name and disabled for good. What stays carries its number alone:
-/// past sessions and bookings, fault sets of courses, and the audit log, in which the login and the
-/// name are replaced where a line has them by its kind (audit_names.h); replays that others made of
-/// their recordings are named by the id. What people wrote by hand (a reason, a note, the name of
-/// another's run) stays as it is. kConflict while a run, session, booking, place in the queue or
-/// job of theirs lives.
+/// Erases a person from the database, in one transaction. Deleted: recordings with their samples,
+/// jobs, keys, sign-ins, links, devices, identities, enrolments, invitations and news. The account
+/// becomes "erased-7", without a name and disabled for ever. Kept with the number of the account
+/// only: past sessions and bookings, fault sets of courses, and the audit log, in which login and
+/// name are replaced where the kind of the line says that it contains them (audit_names.h); replays
+/// that others made of the recordings are named by their id. Text that people wrote themselves (a
+/// reason, a note, the name of another's run) is not changed. kConflict while the person has a
+/// running run, session, booking, place in the queue or job.
 core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime now);
 
 }  // namespace faultlab::server::lab

@@ -14,7 +14,8 @@ using soci::use;
 constexpr auto kKept = std::chrono::hours(24);
 constexpr auto kDeadAfter = std::chrono::minutes(10);
 
-/// The oldest go. What is being done stays, or it could be done twice.
+/// Drops the oldest answers. A request in progress stays, because it could be executed twice
+/// otherwise.
 void DropBeyondLimits(Transaction& tx, const std::string& owner) {
   const int answers = RememberedAnswers::kOfOwnerMax;
   const std::int64_t letters = RememberedAnswers::kLettersOfOwnerMax;

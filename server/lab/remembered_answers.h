@@ -10,12 +10,12 @@
 
 namespace faultlab::server::lab {
 
-/// Answers by (owner, Idempotency-Key), kept for a day: of each owner the newest, as far as the
-/// limits go. Thread-safe, stateless.
+/// Answers by (owner, Idempotency-Key), kept for a day; of each owner the newest, within the
+/// limits. Thread-safe, stateless.
 class RememberedAnswers {
  public:
   static constexpr int kOfOwnerMax = 1000;
-  static constexpr std::int64_t kLettersOfOwnerMax = 4 << 20;  ///< of their bodies together
+  static constexpr std::int64_t kLettersOfOwnerMax = 4 << 20;  ///< total size of stored bodies
 
   explicit RememberedAnswers(Database& database) : database_(database) {}
 
@@ -23,9 +23,10 @@ class RememberedAnswers {
     int status = 0;
     std::string body;
   };
-  /// The answer of the same request before, or nullopt: do it now, then Finish or Forget.
-  /// kConflict: another request had this key. kBusy: the first one is still being done; after ten
-  /// minutes without an end it counts as dead (the server crashed) and may be done again.
+  /// The answer to the same request before, or nullopt: execute the request, then call Finish or
+  /// Forget. kConflict: a different request had this key. kBusy: the first request is still
+  /// executing; after ten minutes without an end it counts as dead (the server crashed) and may be
+  /// executed again.
   core::Result<std::optional<Answer>> Begin(const std::string& owner,
                                             const std::string& key,
                                             const std::string& request_hash,

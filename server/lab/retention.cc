@@ -13,7 +13,7 @@ using soci::use;
 
 constexpr int kTurnMax = 10'000;
 
-/// A recording that something still needs.
+/// Excludes recordings that are still needed.
 constexpr const char* kNotInUse =
     " AND r.state <> 'running' "
     "AND NOT EXISTS (SELECT 1 FROM job w WHERE w.state IN ('waiting', 'running') "
@@ -29,7 +29,7 @@ class Search {
  public:
   Search(Transaction& tx, RetentionReport& report) : tx_(tx), report_(report) {}
 
-  /// `query` gives id, owner, created_ms and has the one parameter :before.
+  /// `query` selects id, owner, created_ms and has the one parameter :before.
   void Add(const char* kind, const char* rule, const std::string& query, std::int64_t before_ms) {
     Expired found;
     std::int64_t created_ms = 0;
@@ -65,7 +65,7 @@ void Find(Transaction& tx, const RetentionRules& rules, WallTime now, RetentionR
                Before(now, rules.guest_days));
   }
   if (rules.student_days > 0) {
-    // Of students all of whose courses have ended, the last one so long ago.
+    // Recordings of students whose courses have all ended, the last one before :before.
     search.Add("recording",
                "student_days",
                recordings +
@@ -97,14 +97,14 @@ void Remove(Transaction& tx, const Expired& item) {
     tx.sql() << "DELETE FROM job WHERE id = :id", use(item.id, "id");
     return;
   }
-  // Samples lie in blobs that no foreign key reaches.
+  // Samples are in blobs that no foreign key refers to.
   const std::string chunks = "recording:" + item.id;
   tx.sql() << "DELETE FROM blob_store WHERE owner = :owner", use(chunks, "owner");
   tx.sql() << "DELETE FROM recording_event WHERE recording_id = :id", use(item.id, "id");
   tx.sql() << "DELETE FROM recording WHERE id = :id", use(item.id, "id");
 }
 
-/// Rows that only age: counts them, and deletes them when asked.
+/// Rows that only have an age: counts them, and deletes them if `remove` is set.
 std::int64_t Sweep(Transaction& tx,
                    const std::string& table_and_condition,
                    std::int64_t before_ms,

@@ -15,15 +15,15 @@ struct RetentionRules {
   int guest_days = 30;     ///< recordings of guests, after they were made
   int student_days = 365;  ///< recordings of students, after the last of their courses has ended
   int job_days = 90;       ///< jobs and the recordings of their runs, after they ended
-  int news_days = 365;     ///< what users were told; used links and sign-ins that are over
+  int news_days = 365;     ///< messages to users; used links and sign-ins that have ended
 };
 
-/// One thing that a rule lets go.
+/// One thing that has been kept long enough.
 struct Expired {
   std::string kind;  ///< "recording", "job"
   std::string id;
   std::string owner;
-  std::string rule;  ///< the member of RetentionRules that says so
+  std::string rule;  ///< the member of RetentionRules that applies
   WallTime created_at{};
 };
 
@@ -33,9 +33,9 @@ struct RetentionReport {
   std::int64_t stale = 0;  ///< links, sign-ins
 };
 
-/// Finds what the rules let go, oldest first, at most 10 000 things a turn; with `remove` deletes
-/// it and writes one audit line, all in one transaction. Never touched: what runs, what a waiting
-/// or running job needs, and the source of a running replay.
+/// Finds what has been kept long enough, oldest first, at most 10 000 things at a time. With
+/// `remove` it deletes them and writes one audit line, all in one transaction. It never touches
+/// running runs, what a waiting or running job needs, and the source of a running replay.
 core::Result<RetentionReport> Retain(Database& database,
                                      const RetentionRules& rules,
                                      WallTime now,

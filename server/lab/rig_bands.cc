@@ -34,4 +34,11 @@ core::Status RigBands::Put(const std::string& rig,
   });
 }
 
+core::Status RigBands::Forget(const std::string& rig) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "DELETE FROM rig_band WHERE rig = :rig", use(rig, "rig");
+    return core::Done{};
+  });
+}
+
 }  // namespace faultlab::server::lab

@@ -10,43 +10,58 @@
 
 namespace faultlab::server::lab {
 
-/// The check between users (rule 7): 3 s of the paper's PRBS, then the estimate inside its band.
-inline constexpr double kCheckSeconds = 3.0;
+/// The check between users (rule 7): so long the bench's usual excitation, then the estimate inside
+/// its band. 3 s, or as many samples as that are at 100 Hz on a slower bench.
+double CheckSeconds(const core::Bench& bench);
 
-/// What SWA over the newest 200 samples of a check says of a rig, and the centre of its band.
+/// The estimate of SWA over the newest 200 samples of a check that excite, and the centre of a
+/// rig's band.
 struct RigBand {
-  double b0d = 0.0;  ///< direct term: tells every relay position of R1, R9, R12 and C8 from nominal
+  double b0d = 0.0;   ///< direct term, per V: every relay position of the paper's bench changes it
   double gain = 0.0;  ///< (b0d + b1d) / (1 + a1d)
   double a1d = 0.0;   ///< minus the pole
 };
-/// Of the data sheet: for a rig that was never commissioned.
-RigBand NominalBand(double period_s, double delta_s);
+/// What healthy rigs of a class give in a check.
+struct RigNorm {
+  RigBand centre;
+  /// Standard deviations, by friction and noise alone: relative for b0d and gain.
+  RigBand spread;
+};
+/// Of the data sheet, for a rig that was never commissioned: the bench's usual simulator makes the
+/// check, several times, with the friction that `bench.norm` expects. Refuses a bench whose usual
+/// excitation gives no estimate.
+core::Result<RigNorm> NominalNorm(const core::Bench& bench, double delta_s);
 
 struct RigVerdict {
   bool passed = false;
   std::string text;                   ///< what failed, for the operator
-  std::optional<RigBand> measured{};  ///< when the record gave an estimate
-  /// Nothing was checked: the rig did not take the lease (another lab holds it, it is not heard).
-  /// To be tried again; it says nothing of the rig's health.
+  std::optional<RigBand> measured{};  ///< set when the record gave an estimate
+  /// Nothing was checked, because the rig did not accept the lease (another lab holds it, its
+  /// messages do not arrive). The check is tried again; the rig's health is unknown.
   bool put_off = false;
 };
-/// Of a check that an error has ended. A lease below what the rig has seen fails the check and says
-/// that an operator must adopt the rig; one that the rig cannot take now puts it off.
+/// The verdict of a check that ended with an error. If the rig has seen a higher epoch than the
+/// lease's, the check fails with the message that an operator must adopt the rig; if the rig cannot
+/// accept the lease now, the check is put off.
 RigVerdict VerdictOf(const core::Error& error);
 
-/// Is this record of a check that of a healthy rig? b0d and gain within 10 % of the band's, a1d
-/// within 0.12. Too few or invalid samples: no. Pure.
+/// Whether this record of a check is that of a healthy rig: b0d and gain within 10 % of the band's,
+/// a1d within 0.12, or four standard deviations of `norm.spread` where these are more. Too few or
+/// invalid samples fail. Pure.
+/// @param band  of this rig; nullopt: norm.centre
 RigVerdict JudgeCheck(std::span<const core::Sample> samples,
-                      double period_s,
+                      const core::Bench& bench,
                       double delta_s,
-                      const RigBand& band);
-/// May this be stored as the band of a rig? Within 30 % of the data sheet and 0.2 of its pole: a
-/// bench with a relay stuck in a fault never becomes its own norm. The sentence says what is not.
-core::Status CheckBand(const RigBand& measured, const RigBand& nominal);
+                      const RigNorm& norm,
+                      const std::optional<RigBand>& band = std::nullopt);
+/// Whether this may be stored as the band of a rig: within 30 % of the data sheet and 0.2 of its
+/// pole (or four standard deviations), so that a bench with a relay stuck in a fault position is
+/// never taken as the norm. The message names what is outside.
+core::Status CheckBand(const RigBand& measured, const RigNorm& norm);
 
-/// Walks the relays with read-back, plays the PRBS, judges; leaves the rig safe. Blocks as long as
-/// the rig's pace needs. Contract: `rig` is idle and leased with `epoch`.
-/// @param band  of this rig; nullopt: the data sheet's
+/// Walks the relays with read-back, plays the excitation, judges; leaves the rig safe. Blocks as
+/// long as the rig's pace needs. Contract: `rig` is idle and leased with `epoch`.
+/// @param band  of this rig; nullopt: that of the data sheet
 RigVerdict CheckRig(hardware::Rig& rig,
                     hardware::Epoch epoch,
                     const std::optional<RigBand>& band = std::nullopt);

@@ -84,7 +84,7 @@ bool Scheduler::SomebodyWaits(const std::string& rig_class) const {
 }
 
 void Scheduler::Notify(UserId user, std::string topic, std::string text, SessionId session) {
-  if (user == UserId{}) return;  // guests have no news
+  if (user == UserId{}) return;  // guests get no messages
   notices_.push_back({user, session, std::move(topic), std::move(text)});
 }
 
@@ -124,7 +124,7 @@ void Scheduler::Charge(UserId user, Milliseconds use, WallTime now) {
   touched_users_.insert(user);
 }
 
-/// Ends every lease of the rig. A simulator is built anew for the next one and needs no check.
+/// Ends every lease of the rig. A simulator is built anew for its next lease and needs no check.
 void Scheduler::StartCleaning(Rig& rig, WallTime now) {
   ++rig.epoch;
   rig.status = rig.elastic ? RigStatus::kReady : RigStatus::kCleaning;
@@ -160,7 +160,7 @@ void Scheduler::Close(Session& session, EndReason reason, const std::string& tex
     } else if (failed) {
       b.state = BookingState::kBooked;
       b.session = {};
-      b.rig.clear();  // the next tick finds another one
+      b.rig.clear();  // the next tick plans another rig
     } else {
       b.state = BookingState::kCancelled;
     }
@@ -186,7 +186,7 @@ void Scheduler::Close(Session& session, EndReason reason, const std::string& tex
     rig.reason.clear();
     Touch(rig);
   }
-  const bool told = session.kind != TicketKind::kPractice;  // the page of the run says it
+  const bool told = session.kind != TicketKind::kPractice;  // a run's page shows its end
   if (told) Notify(session.user, std::string(Name(reason)), text, session.id);
 }
 
@@ -263,8 +263,8 @@ void Scheduler::StoodStill(Milliseconds length) {
   }
 }
 
-/// A rig that was only held is checked like a ready one before anybody gets it; who it was held for
-/// is the next one again.
+/// A rig that was only held is checked, like a ready one, before anybody gets it. The user for whom
+/// it was held is the next again.
 void Scheduler::TakeBack(Session& session) {
   session.state = SessionState::kClosed;
   session.end_reason = EndReason::kRigFailed;
@@ -300,7 +300,7 @@ void Scheduler::Recover(WallTime now, const std::string& server) {
       Close(session, EndReason::kRigFailed, "the server restarted", now);
     } else if (session.run_in_progress) {
       session.run_in_progress = false;
-      session.charged_from = now;  // the interrupted run is charged back
+      session.charged_from = now;  // the interrupted run is not charged
       Notify(session.user, "interrupted", "the server restarted; your run was cut", id);
       Touch(session);
     }

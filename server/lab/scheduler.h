@@ -22,7 +22,7 @@ struct TicketRequest {
   Milliseconds want{std::chrono::minutes(30)};
 };
 
-/// What a request for a rig gives: one's own live session (rule 4), or a ticket.
+/// The answer to a request for a rig: the user's own live session (rule 4), or a ticket.
 using TicketAnswer = std::variant<Session, Ticket>;
 
 /// What has changed since the last TakeChanges(), to be stored in one transaction. Ended things
@@ -39,10 +39,11 @@ struct Changes {
   bool empty() const;
 };
 
-/// The lab's rules as a state machine (design: lab, rules 1-12). Pure: no clock, no randomness, no
-/// I/O; `now` comes with every input and only rises, except by ClockJumped. A refused input changes
-/// nothing. What the world must do follows from the state: a rig refuses epochs below its own, and
-/// a rig in kCleaning is checked. What users must know comes out as notices.
+/// The lab's rules as a state machine (rules 1-12 of the README). Pure: no clock, no randomness, no
+/// I/O; `now` comes with every input and never decreases, except by ClockJumped. A refused input
+/// changes nothing. The duties of the servers follow from the state: a rig refuses epochs below its
+/// own, and a rig in kCleaning is checked. Messages to users are returned as notices. An input for
+/// a thing that does not exist gives kNotFound.
 class Scheduler {
  public:
   explicit Scheduler(Policy policy = {}, LabState state = {});
@@ -50,33 +51,34 @@ class Scheduler {
   const LabState& state() const { return state_; }
   const Policy& policy() const { return policy_; }
 
-  // Rigs. A rig enters as kOffline; Claim starts its cleaning, only a passed one gives kReady.
+  // Rigs. A rig enters as kOffline; Claim starts its cleaning, and only a passed check gives
+  // kReady.
   core::Status AddRig(const RigId& id, const std::string& rig_class, bool elastic);
-  /// The member `server` hears this rig and has it from now on, unless another one has it
-  /// (kConflict). It is checked before anybody gets it.
+  /// The member `server` receives this rig and has it from now on, unless another member has it
+  /// (kConflict). The rig is checked before anybody gets it.
   core::Status Claim(const RigId& rig, const std::string& server, WallTime now);
-  /// This member is gone: its rigs go offline and are free to be claimed, sessions on them end,
-  /// bookings move or fall.
+  /// Member `server` is gone: its rigs go offline and may be claimed, sessions on them end,
+  /// bookings move or are cancelled.
   void MemberGone(const std::string& server, WallTime now);
-  /// Nobody has the rig then.
+  /// The rig then belongs to no member.
   core::Status RigOffline(const RigId& rig, const std::string& reason, WallTime now);
-  /// kStale when `epoch` is not that of the running cleaning.
+  /// kStale when `epoch` is not that of the check in progress.
   core::Status CleaningDone(
       const RigId& rig, std::uint64_t epoch, bool passed, const std::string& detail, WallTime now);
-  /// The rig did not take the lease of this check: nothing is known of its health. It waits as
-  /// kOffline until Claim, and some seconds at least.
+  /// The rig did not accept the lease of this check, so its health is unknown. It waits as kOffline
+  /// until Claim, and for some seconds at least.
   core::Status CheckPutOff(const RigId& rig,
                            std::uint64_t epoch,
                            const std::string& reason,
                            WallTime now);
   core::Status Quarantine(const RigId& rig, const std::string& reason, WallTime now);
-  /// Out of quarantine or maintenance: into cleaning.
+  /// Ends quarantine or maintenance and starts a check.
   core::Status Release(const RigId& rig, WallTime now);
-  /// The check between users once more, of a ready rig.
+  /// Checks a ready rig once more.
   core::Status Recheck(const RigId& rig, WallTime now);
-  /// The rig has seen epochs up to `seen`, which this state may be behind of, as after a restore:
-  /// its next one is above both, and begins a check. A session on it ends uncharged. kConflict when
-  /// the rig is in order.
+  /// The rig has seen epochs up to `seen`, which may be above this state's, as after a restore of
+  /// the database. Its next epoch is above both and begins a check. A session on the rig ends
+  /// uncharged. kConflict when the rig is in order.
   core::Status Adopt(const RigId& rig, std::uint64_t seen, WallTime now);
   core::Result<Outage> AddOutage(const RigId& rig,
                                  const Interval& during,
@@ -84,11 +86,12 @@ class Scheduler {
                                  WallTime now);
   core::Status RemoveOutage(OutageId id, WallTime now);
 
-  // Queue. Asking twice gives the same ticket.
+  // Queue. Asking twice returns the same ticket.
   core::Result<TicketAnswer> RequestTicket(const TicketRequest& request, WallTime now);
   core::Result<Session> AcceptTicket(TicketId id, UserId user, WallTime now);
   core::Status LeaveTicket(TicketId id, WallTime now);
-  /// The job is no more, or done: its ticket leaves, its session ends. Nothing when it has neither.
+  /// The job was cancelled or is done: its ticket is removed, its session ends. No effect when it
+  /// has neither.
   core::Status DropJob(const std::string& job, WallTime now);
 
   // Calendar.
@@ -96,7 +99,7 @@ class Scheduler {
                              const std::string& rig_class,
                              const Interval& during,
                              WallTime now);
-  /// `version` as last seen by the caller: kStale when the booking has changed since.
+  /// `version` as last read by the caller: kStale when the booking has changed since.
   core::Status CancelBooking(BookingId id, std::int64_t version, WallTime now);
   core::Result<Session> ClaimBooking(BookingId id, UserId user, WallTime now);
 
@@ -113,24 +116,25 @@ class Scheduler {
                                  UserId instructor,
                                  const std::string& reason,
                                  WallTime now);
-  /// One run at once on the first ready simulator of `among` (rule 11), for `length` at most. Ends
-  /// by EndPractice. kBusy when none is ready.
+  /// Starts one run at once on the first ready simulator of `among` (rule 11), for `length` at
+  /// most. Ends by EndPractice. kBusy when none is ready.
   core::Result<Session> Practice(UserId user,
                                  const std::vector<RigId>& among,
                                  Milliseconds length,
                                  WallTime now);
-  /// Nothing when the session has ended or is none of practice.
+  /// No effect when the session has ended or is not a practice session.
   void EndPractice(SessionId id, WallTime now);
 
-  /// Time passes: heal, bind due bookings, no-shows, ends, idle, warnings, offers, estimates.
+  /// Applies the passing of time: moves bookings off bad rigs, binds due bookings, no-shows, ends,
+  /// idle, warnings, offers, estimates.
   void Tick(WallTime now);
   /// The wall clock was set: leases and waits keep their length, the calendar keeps its dates.
   void ClockJumped(Milliseconds delta);
-  /// For so long nobody could reach the lab: what people or checks had a given time for has as much
-  /// more. The calendar and the ends of sessions keep their dates.
+  /// Nobody could reach the lab for `length`: time limits of people and checks are extended by it.
+  /// The calendar and the ends of sessions keep their dates.
   void StoodStill(Milliseconds length);
-  /// After a restart of the server of these rigs (empty: of all): their runs have ended, what was
-  /// ready or being checked is checked anew.
+  /// After a restart of `server` (empty: of all servers): the runs on its rigs have ended; rigs
+  /// that were ready or in a check are checked again.
   void Recover(WallTime now, const std::string& server = {});
 
   std::vector<Notice> TakeNotices();
@@ -187,7 +191,7 @@ class Scheduler {
   std::set<UserId> touched_users_;
 };
 
-/// The first broken promise in a state, or empty: two sessions on a rig, two of one user in a
+/// The first broken invariant of a state, or empty: two sessions on a rig, two of one user in a
 /// class, a lease without its rig, a ready rig with a holder, an offer without its ticket.
 std::string FindBrokenInvariant(const LabState& state);
 

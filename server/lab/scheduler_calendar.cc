@@ -1,4 +1,5 @@
-// Rules 2, 5 and 8: bookings on the common timeline, no-shows, healing.
+// Rules 2, 5 and 8 of the README: bookings on the common timeline, no-shows, moving bookings off
+// bad rigs.
 #include <algorithm>
 
 #include "server/lab/scheduler.h"
@@ -135,7 +136,8 @@ void Scheduler::Unfulfil(Booking& booking, const std::string& why) {
   Notify(booking.user, "unfulfilled", "your booking fell, nothing is charged: " + why);
 }
 
-/// Bookings that start before `horizon` on a rig that will not be there move to an equal one.
+/// Moves bookings that start before `horizon` from a rig that will not be available to an equal
+/// rig.
 void Scheduler::ReplanBookings(const std::string& rig_class, WallTime horizon, WallTime now) {
   for (auto& [id, booking] : state_.bookings) {
     if (booking.state != BookingState::kBooked || booking.rig_class != rig_class) continue;
@@ -209,8 +211,9 @@ Rig* Scheduler::RigForDueBooking(const Booking& booking, WallTime now) {
   return best;
 }
 
-/// The user already works on a rig of the class when the booking begins: the session goes on to
-/// the booking's end if its rig is free so long; else it ends, and the booking takes its own rig.
+/// The user already has a session on a rig of the class when the booking begins. The session is
+/// prolonged to the booking's end if its rig is free for so long; otherwise it ends, and the
+/// booking takes its own rig.
 void Scheduler::MergeBooking(Booking& booking, Session& own, WallTime now) {
   const WallTime end = std::max(own.hard_end, booking.during.end);
   const bool claimed = own.state == SessionState::kActive;

@@ -1,4 +1,4 @@
-// Rules 3, 4, 11 and 12: one fair queue per class, elastic simulators, jobs in gaps.
+// Rules 3, 4, 11 and 12 of the README: one fair queue per class, elastic simulators, jobs in gaps.
 #include <algorithm>
 
 #include "server/lab/fair_order.h"
@@ -12,7 +12,7 @@ using core::Done;
 using core::Error;
 using core::ErrorCode;
 
-/// Estimates are told in steps of 10 s, so that a queue that only ages writes nothing.
+/// Estimates are given in steps of 10 s, so that a queue in which only time passes is not written.
 constexpr Milliseconds kEstimateGrid{10'000};
 constexpr WallTime kNever = WallTime::max();
 
@@ -21,13 +21,14 @@ WallTime RoundUp(WallTime time) {
   return beyond == Milliseconds{0} ? time : time + (kEstimateGrid - beyond);
 }
 
-/// One rig's future while estimating: busy intervals in order, and from when it is free.
+/// The future of one rig while estimating: busy intervals in order, and the time from which it is
+/// free.
 struct Lane {
   WallTime free_at{};
   std::vector<Interval> busy;
 };
 
-/// The first time at which `length` and the cleaning behind it fit into the lane.
+/// The first time at which `length` and the cleaning after it fit.
 WallTime FirstFit(const Lane& lane, Milliseconds length, Milliseconds cleaning) {
   WallTime start = lane.free_at;
   for (const Interval& busy : lane.busy) {
@@ -150,7 +151,7 @@ core::Status Scheduler::DropJob(const std::string& job, WallTime now) {
 }
 
 bool Scheduler::OfferTo(Ticket& ticket, WallTime now) {
-  // The user may have come by a session in another way (hand-over, booking): rule 4.
+  // The user may have got a session in another way (passed on, booking): rule 4.
   const bool person = ticket.kind == TicketKind::kPerson;
   if (person && LiveSessionOf(ticket.user, ticket.rig_class) != nullptr) return false;
   Rig* best = nullptr;
@@ -210,7 +211,7 @@ void Scheduler::Estimate(WallTime now) {
       if (rig.rig_class != rig_class || !Promising(state_, rig, now)) continue;
       Lane lane{now, BusyIntervals(state_, id, policy_)};
       if (rig.status == RigStatus::kCleaning) {
-        // A check is expected to take its usual time, not its limit.
+        // A check is expected to take its usual time, not its time limit.
         lane.free_at = now + policy_.cleaning;
         std::erase_if(lane.busy,
                       [due = rig.cleaning_due](const Interval& busy) { return busy.end == due; });

@@ -1,4 +1,5 @@
-// Rules 7 and 8: a rig is handed on only after a passed check; health is part of allocation.
+// Rules 7 and 8 of the README: a rig is passed on only after a passed check; health is part of
+// allocation.
 #include <algorithm>
 
 #include "server/lab/scheduler.h"
@@ -40,7 +41,7 @@ core::Status Scheduler::Claim(const RigId& id, const std::string& server, WallTi
     return Error{ErrorCode::kConflict, "server " + rig->server + " has this rig", ""};
   }
   const bool paused = rig->status == RigStatus::kOffline && now < rig->cleaning_due;
-  if (paused) return Done{};  // its check was put off: somebody else has the agent
+  if (paused) return Done{};  // its check was put off, because another lab holds the rig
   const bool is_new = rig->server.empty();
   rig->server = server;
   Touch(*rig);
@@ -73,7 +74,7 @@ core::Status Scheduler::RigOffline(const RigId& id, const std::string& reason, W
   if (Session* session = LiveSessionOn(id)) {
     Close(*session, EndReason::kRigFailed, "the rig failed: " + reason, now);
   }
-  // Only held or free until now: whoever gets it next has a newer epoch all the same.
+  // The rig was only held or free until now, but its next lease needs a newer epoch all the same.
   ++rig->epoch;
   rig->status = RigStatus::kOffline;
   rig->reason = reason;
@@ -193,7 +194,7 @@ core::Result<Outage> Scheduler::AddOutage(const RigId& id,
       Notify(session->user, "shortened", "planned outage: " + reason, session->id);
     }
   }
-  // Bookings that lay there move now, or their users learn today that they fell.
+  // Bookings in this time move now; if one cannot move, its user is told now.
   for (auto& [booking_id, booking] : state_.bookings) {
     const Interval taken{booking.during.start, booking.during.end + policy_.cleaning};
     if (booking.state != BookingState::kBooked || booking.rig != id) continue;

@@ -1,4 +1,4 @@
-// Rules 1, 4, 5, 6 and 9: leases, extension, idle, hand-over.
+// Rules 1, 4, 5, 6 and 9 of the README: leases, extension, idle, passing on control.
 #include <algorithm>
 #include <array>
 
@@ -190,7 +190,7 @@ void Scheduler::TickEnd(Session& session, WallTime now) {
     Close(session, EndReason::kExpired, "the time is over", now);
     return;
   }
-  if (session.kind != TicketKind::kPerson) return;  // a machine needs no warning
+  if (session.kind != TicketKind::kPerson) return;  // jobs get no warnings
   int stage = 0;
   while (stage < 3 && left <= kWarnings[static_cast<std::size_t>(stage)].before) ++stage;
   if (stage <= session.warning_stage) return;

@@ -18,7 +18,7 @@ bool IsFree(const std::vector<Interval>& busy, const Interval& during) {
 
 using BusyByRig = std::map<RigId, std::vector<Interval>>;
 
-/// Sessions, cleaning and outages only: what a new plan cannot move.
+/// Only sessions, cleaning and outages, which a new plan cannot move.
 BusyByRig FixedBusy(const LabState& state,
                     const std::string& rig_class,
                     WallTime now,
@@ -97,7 +97,7 @@ WallTime NextCommitment(const LabState& state, const RigId& rig, WallTime from) 
   WallTime next = WallTime::max();
   for (const auto& [id, booking] : state.bookings) {
     if (booking.state != BookingState::kBooked || booking.rig != rig) continue;
-    // A booking whose start has passed without a rig still wants this one: nothing fits before it.
+    // A booking whose start has passed without a rig still needs this one: nothing fits before it.
     next = std::min(next, std::max(booking.during.start, from));
   }
   for (const auto& [id, outage] : state.outages) {
@@ -185,7 +185,8 @@ std::vector<WallTime> NextFree(const LabState& state,
                                WallTime now,
                                const Policy& policy) {
   const BusyByRig busy = FixedBusy(state, rig_class, now, policy, /*with_bookings=*/true);
-  // A free stretch begins at the range's start or where something ends: no other start is earlier.
+  // A free interval begins at the start of the range or where something ends; no other start is
+  // earlier.
   std::vector<WallTime> candidates = {std::max(range.start, now)};
   for (const auto& [id, intervals] : busy) {
     for (const auto& interval : intervals) candidates.push_back(interval.end);

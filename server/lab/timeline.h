@@ -17,15 +17,16 @@ std::vector<Interval> BusyIntervals(const LabState& state,
                                     const Policy& policy,
                                     std::optional<BookingId> without = std::nullopt);
 
-/// Works now, or will by itself: ready, leased, cleaning, or in a planned outage that ends.
+/// Whether the rig works now, or will work without repair: ready, leased, in cleaning, or in a
+/// planned outage that ends.
 bool Promising(const LabState& state, const Rig& rig, WallTime now);
 
-/// The start of the first planned thing (booking or outage) on the rig at or after `from`;
-/// WallTime::max() when there is none.
+/// The start of the first booking or planned outage on the rig at or after `from`; WallTime::max()
+/// when there is none.
 WallTime NextCommitment(const LabState& state, const RigId& rig, WallTime from);
 
-/// The rig of the class that can take [start, end) and the cleaning behind it, or nullptr. Prefers
-/// `preferred`, then the least worn, then the lowest id.
+/// The rig of the class that is free for [start, end) and the cleaning after it, or nullptr.
+/// Prefers `preferred`, then the least used, then the lowest id.
 const Rig* FindFreeRig(const LabState& state,
                        const std::string& rig_class,
                        const Interval& during,
@@ -34,8 +35,8 @@ const Rig* FindFreeRig(const LabState& state,
                        const RigId& preferred,
                        std::optional<BookingId> without = std::nullopt);
 
-/// Places every kBooked booking of a class anew, with one more if given, each on one rig for its
-/// whole time. nullopt when greedy placing by start finds no room for all.
+/// Plans every kBooked booking of a class anew, and one more if given, each on one rig for its
+/// whole time. nullopt when greedy placing by start does not find room for all.
 std::optional<std::map<BookingId, RigId>> PlanAll(const LabState& state,
                                                   const std::string& rig_class,
                                                   const std::optional<Booking>& extra,

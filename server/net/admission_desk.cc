@@ -34,7 +34,7 @@ asio::awaitable<Admission> AskAdmission(ConnectionHost& host,
   Admission admission;
   const HandlerPool::Turn turn{caller};
   for (int tries = 1; tries <= kTries; ++tries) {
-    admission = {};  // a place in the line is let go before it is asked for again
+    admission = {};  // releases a place in a queue before asking again
     if (auto full = PoolRefusal(host, host.pool, turn)) {
       admission.refusal = std::move(*full);
       co_return admission;

@@ -8,14 +8,14 @@
 
 namespace faultlab::server {
 
-/// Why a pool takes nothing of this caller now, counted; nothing when it does.
+/// The refusal, counted, if a pool accepts no work of this caller now; nothing if it does.
 std::optional<HttpResponse> PoolRefusal(ConnectionHost& host,
                                         const HandlerPool& pool,
                                         const HandlerPool::Turn& turn);
 
-/// Asks a route, on the pool, whether the request may come in; as long as it says "not yet", again
-/// every half second for half a minute. In between no thread waits. Contract: the route has
-/// `admit`. `caller` takes turns with others.
+/// Asks a route, on the pool, whether the request is permitted. While the answer is "not yet", it
+/// asks again every half second for half a minute; no thread waits in between. Contract: the route
+/// has `admit`. `caller` takes turns with others.
 boost::asio::awaitable<Admission> AskAdmission(ConnectionHost& host,
                                                const Route& route,
                                                const HttpRequest& request,

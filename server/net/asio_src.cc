@@ -1,4 +1,4 @@
-// The one place where Asio's and Beast's own sources are compiled.
+// The only file that compiles Asio's and Beast's own sources.
 #include <utility>
 
 #include <boost/asio/impl/src.hpp>

@@ -6,13 +6,13 @@
 
 namespace faultlab::server {
 
-/// How many bytes of all connections together may wait in memory for a peer: bodies that are not
-/// read to their end, answers that are not sent to theirs. Of one thread.
+/// Limits how many bytes of all connections together may wait in memory for a peer: bodies that are
+/// not completely read, answers that are not completely sent. For use by one thread.
 class ByteBudget {
  public:
   explicit ByteBudget(std::size_t bytes_max) : bytes_max_(bytes_max) {}
 
-  /// Bytes taken from the budget, given back at its end.
+  /// Bytes taken from the budget; its destructor gives them back.
   class Hold {
    public:
     Hold() = default;
@@ -28,7 +28,7 @@ class ByteBudget {
       if (budget_ != nullptr) budget_->held_ -= bytes_;
     }
     std::size_t bytes() const { return bytes_; }
-    /// Joins another hold of the same budget.
+    /// Adds another hold of the same budget to this one.
     void Add(Hold&& other) {
       if (budget_ == nullptr) {
         *this = std::move(other);
@@ -43,7 +43,7 @@ class ByteBudget {
     std::size_t bytes_ = 0;
   };
 
-  /// Nothing when the budget has not so many left.
+  /// Nothing when the budget has fewer bytes left.
   std::optional<Hold> Take(std::size_t bytes) {
     if (bytes > bytes_max_ - held_) return std::nullopt;
     held_ += bytes;

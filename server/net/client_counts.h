@@ -7,10 +7,10 @@
 
 namespace faultlab::server {
 
-/// How many places each client holds. Of one thread.
+/// Counts the places of each client. For use by one thread.
 class ClientCounts {
  public:
-  /// One place, given back at its end.
+  /// One place; its destructor gives it back.
   class Place {
    public:
     Place() = default;
@@ -22,11 +22,11 @@ class ClientCounts {
       return *this;
     }
     ~Place() {
-      if (own_ != nullptr && --own_->second == 0)
-        counts_->of_.erase(counts_->of_.find(own_->first));
+      if (own_ == nullptr || --own_->second > 0) return;
+      counts_->of_.erase(counts_->of_.find(own_->first));
     }
     bool taken() const { return own_ != nullptr; }
-    /// How many places its client holds; 0 when it is not taken.
+    /// The number of places of its client; 0 if this place is not taken.
     std::size_t of_client() const { return own_ == nullptr ? 0 : own_->second; }
 
    private:
@@ -37,7 +37,7 @@ class ClientCounts {
     }
 
     ClientCounts* counts_ = nullptr;
-    std::pair<const std::string, std::size_t>* own_ = nullptr;  ///< stays where it is in the map
+    std::pair<const std::string, std::size_t>* own_ = nullptr;  ///< map nodes do not move
   };
 
   Place Take(const std::string& client) { return {*this, client}; }
@@ -47,7 +47,7 @@ class ClientCounts {
   }
 
  private:
-  std::unordered_map<std::string, std::size_t> of_;  ///< none is 0
+  std::unordered_map<std::string, std::size_t> of_;  ///< no entry is 0
 };
 
 }  // namespace faultlab::server

@@ -69,7 +69,7 @@ void Connection::Sweep() {
   if (host_.now < deadline_) return;
   ++host_.counters.deadlines;
   if (reading_request_) {
-    // Best effort: a socket that takes no bytes now is closed without them.
+    // Best effort: if the socket accepts no bytes now, it is closed without them.
     const HttpResponse late = Problem(
         408, "timeout", "Request timeout", "The request did not arrive in time; send it faster.");
     const std::string bytes = EncodeResponseHead(late, host_.date, false, true);
@@ -93,7 +93,7 @@ RouteAnswer Connection::Handle(const Route& route) const {
   }
 }
 
-/// What the sender asks from time to time; nothing where nobody's right can end.
+/// The check that the sender repeats from time to time; empty when no permission can end.
 std::function<bool()> Connection::StillMay(const Route* route) const {
   if (route == nullptr || !route->still_may) return {};
   return [this, route] {
@@ -184,7 +184,7 @@ asio::awaitable<Connection::Next> Connection::Serve() {
     co_return Next::kClose;
   }
   reading_request_ = false;
-  deadline_ = Steady::time_point::max();  // the handler's time is ours, not the client's
+  deadline_ = Steady::time_point::max();  // the handler has no deadline here
   request_.body = parser_->get().body();
   const bool keep_alive = parser_->get().keep_alive() && !last_request_;
   HttpResponse response;
@@ -199,8 +199,8 @@ asio::awaitable<Connection::Next> Connection::Serve() {
   } else {
     response = Problem(404, "not_found", "Not found", "There is nothing at this address.");
   }
-  // Until it is sent to its end. A small answer is never in the way of the budget, and what a
-  // request has changed is told whatever it says.
+  // Held until the answer is completely sent. A small answer does not need the budget, and the
+  // answer to a request that has changed something is always sent.
   if (safe && response.body.size() > kSmallBytes) {
     auto hold = host_.TakeBytes(response.body.size(), *this);
     if (hold) {
@@ -229,7 +229,7 @@ asio::awaitable<Connection::Next> Connection::Serve() {
 asio::awaitable<void> Connection::Run() {
   for (;;) {
     idle_ = buffer_.size() == 0;
-    // A connection that waits keeps neither the last body nor the buffer it came through.
+    // A waiting connection keeps neither the last body nor its read buffer.
     if (idle_ && buffer_.capacity() > kIdleBufferBytesMax) buffer_.shrink_to_fit();
     waits_since_ = host_.now;
     reading_request_ = false;

@@ -19,8 +19,8 @@
 
 namespace faultlab::server {
 
-/// One connection: reads requests, has them handled, writes the answers. Lives in its own coroutine
-/// on the network thread.
+/// One connection: reads requests, runs their handlers, writes the answers. Runs as its own
+/// coroutine on the network thread.
 class Connection {
  public:
   Connection(ConnectionHost& host, boost::asio::ip::tcp::socket socket);
@@ -28,36 +28,36 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  /// Until the peer leaves, a deadline passes, or the socket becomes a WebSocket.
+  /// Runs until the peer leaves, a deadline passes, or the socket becomes a WebSocket.
   boost::asio::awaitable<void> Run();
 
-  /// Does what is due: closes it when its deadline has passed. Twice a second.
+  /// Closes the connection when its deadline has passed. Called twice a second.
   void Sweep();
-  /// Between requests: closing it loses nothing.
+  /// Between two requests: closing the connection loses nothing.
   bool idle() const { return idle_ && !tunnel_ && socket_.is_open(); }
-  /// The client has the word: it is to send the rest of a request, or to take the rest of an
-  /// answer.
+  /// The server waits for the client: for the rest of a request, or until it receives the rest of
+  /// an answer.
   bool waits_for_client() const { return slow_.taken() && socket_.is_open(); }
-  /// How many such connections that client has.
+  /// The number of such connections of that client.
   std::size_t waiting_of_client() const { return slow_.of_client(); }
-  /// How many connections the peer's address has.
+  /// The number of connections of the peer's address.
   std::size_t of_address() const { return place_.of_client(); }
-  /// Since when it has been idle or has waited for its client.
+  /// The time since which it has been idle or has waited for its client.
   std::chrono::steady_clock::time_point waits_since() const { return waits_since_; }
   void Close();
-  /// Bytes of the budget that the request at work and its answer hold, and with whom that caller
-  /// takes turns.
+  /// Bytes of the budget held by the current request and its answer.
   std::size_t held_bytes() const { return body_bytes_.bytes() + answer_bytes_.bytes(); }
+  /// The caller of the current request: an account, or an address.
   const std::string& caller() const { return caller_; }
   bool caller_is_known() const { return caller_is_known_; }
   /// Closes it and gives its bytes back at once.
   void GiveUp();
-  /// The request at work is the last one; a connection that waits is closed at once.
+  /// The current request is the last one; a waiting connection is closed at once.
   void CloseIfIdle();
 
  private:
   using Parser = boost::beast::http::request_parser<boost::beast::http::string_body>;
-  static constexpr std::size_t kSmallBytes = 64 << 10;  ///< what waits without asking the budget
+  static constexpr std::size_t kSmallBytes = 64 << 10;  ///< what may wait without the budget
   enum class Next { kKeepAlive, kClose, kUpgraded };
 
   void Deadline(std::chrono::milliseconds from_now) { deadline_ = host_.now + from_now; }
@@ -65,7 +65,7 @@ class Connection {
 
   boost::asio::awaitable<bool> ReadMore(std::size_t bytes);
   boost::asio::awaitable<bool> ReadHeader();
-  /// False when the request is refused and the connection at its end.
+  /// False when the request is refused and the connection ends.
   boost::asio::awaitable<bool> Admit(const Route& route);
   boost::asio::awaitable<bool> ReadBody(std::size_t bytes_max);
   bool HoldBody(std::size_t bytes);
@@ -87,19 +87,19 @@ class Connection {
   boost::beast::flat_buffer buffer_;
   std::optional<Parser> parser_;
   HttpRequest request_;
-  ByteBudget::Hold body_bytes_;     ///< of the request at work, as far as it has arrived
-  ByteBudget::Hold answer_bytes_;   ///< until it is sent to its end
-  std::shared_ptr<void> admitted_;  ///< of the request at work
+  ByteBudget::Hold body_bytes_;     ///< of the current request, as far as it has arrived
+  ByteBudget::Hold answer_bytes_;   ///< until the answer is completely sent
+  std::shared_ptr<void> admitted_;  ///< of the current request
   std::string peer_address_;
   std::string address_key_;       ///< of the peer
   ClientCounts::Place place_;     ///< of `address_key_`
-  ClientCounts::Place slow_;      ///< taken while the client has the word
-  std::string caller_;            ///< of the request at work: with whom others take turns
+  ClientCounts::Place slow_;      ///< taken while waiting for the client
+  std::string caller_;            ///< of the current request; callers take turns
   bool caller_is_known_ = false;  ///< has an account
-  std::string hop_client_;        ///< of the request at work, when another server passed it on
+  std::string hop_client_;        ///< of the current request, if another server passed it on
   std::chrono::steady_clock::time_point deadline_ = std::chrono::steady_clock::time_point::max();
   PacedSender sender_;
-  bool behind_proxy_ = false;  ///< the peer may say who the client is
+  bool behind_proxy_ = false;  ///< the peer may state who the client is
   bool reading_request_ = false;
   bool idle_ = false;
   bool tunnel_ = false;

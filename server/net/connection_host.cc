@@ -7,9 +7,10 @@
 namespace faultlab::server {
 namespace {
 
-/// Whose bytes are worth most to the others: a stranger's before those of an account, then of the
-/// caller who holds most, then of the connection that has waited for longest. Nobody gives way to a
-/// caller who would then hold more, but a stranger does to an account.
+/// The connection to close for `bytes` more of the asker's. Connections without an account are
+/// chosen first, then those of the caller who holds most, then the one that has waited longest. An
+/// asker with an account may close any connection without one, an asker without an account none
+/// with one; within one kind, only connections of a caller who holds more than the asker would.
 Connection* WhoGivesWay(const std::unordered_set<Connection*>& connections,
                         const Connection& asker,
                         std::size_t bytes) {

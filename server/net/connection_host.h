@@ -21,7 +21,8 @@ namespace faultlab::server {
 
 class Connection;
 
-/// What the connections of one server share. Only the atomics may be read off the network thread.
+/// The data that the connections of one server share. Only the atomics may be read by other threads
+/// than the network thread.
 struct ConnectionHost {
   struct Counters {
     std::atomic<std::uint64_t> accepted{0}, refused{0}, open{0}, requests{0}, deadlines{0},
@@ -38,10 +39,10 @@ struct ConnectionHost {
   ByteBudget waiting_bytes{options.limits.waiting_bytes_max};
   std::unordered_set<Connection*> connections{};
   ClientCounts of_address{};    ///< connections, by AddressKey of the peer
-  ClientCounts slow_clients{};  ///< connections that wait for their client, by who that is
-  ClientCounts slow_bodies{};   ///< of those, the ones that read a body
-  /// Requests that wait for each of the other servers, by who asks: those that read, and the
-  /// others, whose places no reader takes.
+  ClientCounts slow_clients{};  ///< connections that wait for their client, by client
+  ClientCounts slow_bodies{};   ///< those of them that read a body
+  /// Requests that wait for each of the other servers, by caller: those that read, and those that
+  /// change, whose places readers cannot take. WebSocket handshakes, by the client's address.
   PeerLines reads_at_peer{options.limits.peers.waiting_max,
                           options.limits.peers.waiting_per_caller_max};
   PeerLines changes_at_peer{options.limits.peers.waiting_max,
@@ -49,18 +50,19 @@ struct ConnectionHost {
   PeerLines handshakes_with_peer{options.limits.peers.waiting_max,
                                  (options.limits.peers.waiting_max + 1) / 2};
   ClientCounts tunnels_of_client{};             ///< by the client's address
-  std::chrono::steady_clock::time_point now{};  ///< coarse: moved twice a second
-  std::string date{};                           ///< of `now`, as answers carry it
-  // Connections live in the coroutines that io owns: io goes first, what they touch stays above.
+  std::chrono::steady_clock::time_point now{};  ///< coarse: updated twice a second
+  std::string date{};                           ///< of `now`, in the format of HTTP
+  // Connections live in coroutines that io owns. Members above io outlive it, because the
+  // coroutines use them.
   HandlerPool pool{options.limits.pool};
   HandlerPool heavy{options.limits.heavy};
   HandlerPool password{options.limits.password};
   HandlerPool outside{options.limits.outside};
   boost::asio::io_context io{1};
 
-  /// Bytes for a body or an answer of `asker`. When the budget is full, others who wait for their
-  /// clients are closed until it has room: strangers for an account, else who holds more. Nothing
-  /// when nobody is left who should give way.
+  /// Takes bytes for a body or an answer of `asker`. When the budget is full, connections that wait
+  /// for their clients are closed until there is room: those without an account for one with an
+  /// account, otherwise those of a caller who holds more. Nothing when no connection may be closed.
   std::optional<ByteBudget::Hold> TakeBytes(std::size_t bytes, const Connection& asker);
 
   std::array<HandlerPool*, 4> Pools() { return {&pool, &heavy, &password, &outside}; }

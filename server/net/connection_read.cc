@@ -1,4 +1,4 @@
-// How a connection reads a request: header, who sent it, body.
+// How a connection reads a request: header, client, body.
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <cstdint>
@@ -21,7 +21,7 @@ using boost::system::error_code;
 
 constexpr std::size_t kReadBytes = 4096;
 constexpr std::size_t kBodyReadBytes = 64 << 10;
-/// Asked of the budget ahead of what has arrived.
+/// Step by which the budget is taken in advance.
 constexpr std::size_t kBodyStepBytes = 64 << 10;
 
 HttpMethod ToMethod(beast::http::verb verb) {
@@ -47,7 +47,8 @@ std::string_view View(beast::string_view text) {
   return {text.data(), text.size()};
 }
 
-/// A request that two readers could cut in two ways, or that names two hosts.
+/// Refuses a request whose length two readers could understand differently, or that names two
+/// hosts.
 std::optional<HttpResponse> FramingRefusal(const beast::http::request_header<>& header) {
   using beast::http::field;
   const auto lines = [&header](field name) {
@@ -78,12 +79,12 @@ asio::awaitable<bool> Connection::ReadMore(std::size_t bytes) {
 }
 
 asio::awaitable<bool> Connection::ReadHeader() {
-  request_.method = HttpMethod::kGet;  // until known: a refusal then carries its body
+  request_.method = HttpMethod::kGet;  // until known; a refusal then has a body
   caller_ = address_key_;
   caller_is_known_ = false;
   parser_.emplace();
   parser_->header_limit(static_cast<std::uint32_t>(host_.options.limits.header_bytes_max));
-  // The limit of the body depends on the route: checked by Serve before a byte of it is taken.
+  // The limit of the body depends on the route; Serve checks it before a byte of the body is read.
   parser_->body_limit(boost::none);
   for (;;) {
     if (buffer_.size() > 0) {
@@ -159,7 +160,7 @@ asio::awaitable<bool> Connection::ReadBody(std::size_t bytes_max) {
       co_return false;
     }
     const std::size_t body_bytes = parser_->get().body().size();
-    // What stays in the buffer of a message that is complete is the next request.
+    // When the message is complete, the rest of the buffer is the next request.
     if (!framing.Covers(used, body_bytes, parser_->is_done() ? 0 : buffer_.size())) {
       co_await Refuse(
           Problem(400, "bad_request", "Bad body", "Chunk extensions and trailers are too long."));
@@ -185,7 +186,7 @@ asio::awaitable<bool> Connection::ReadBody(std::size_t bytes_max) {
   co_return true;
 }
 
-/// The budget is asked for what has arrived, in steps; a small body is never in its way.
+/// Takes budget for what has arrived, in steps; a small body does not need it.
 bool Connection::HoldBody(std::size_t bytes) {
   if (bytes <= kSmallBytes || bytes <= body_bytes_.bytes()) return true;
   const std::size_t wanted = bytes + kBodyStepBytes;
@@ -215,7 +216,7 @@ void Connection::FillRequest() {
   caller_ = address_key_;
   caller_is_known_ = false;
   if (!behind_proxy_ || !request_.Header(kHopHeader).empty()) return;
-  // What the proxy itself says stands last: it may add a line, or an entry to the client's.
+  // The proxy's own entry is the last: it may add a line, or an entry to the client's line.
   if (const std::string_view list = LastHeader("X-Forwarded-For"); !list.empty()) {
     request_.remote_address = ForwardedAddress(LastListEntry(list));
     caller_ = AddressKey(request_.remote_address);
@@ -230,9 +231,10 @@ std::string_view Connection::LastHeader(std::string_view name) const {
   return {};
 }
 
-/// Who the client is says the server that passed the request on. A hop that is not sealed by one is
-/// refused and not ignored: read without it, the request would be that server's own.
-/// @returns false when there is a hop that is not believed.
+/// Reads the client's address from the server that passed the request on. A hop without a valid
+/// seal is refused and not ignored, because otherwise the request would be treated as that server's
+/// own.
+/// @returns false when there is a hop without a valid seal
 bool Connection::ReadHop() {
   const std::string_view value = request_.Header(kHopHeader);
   if (value.empty()) return true;

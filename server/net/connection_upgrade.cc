@@ -1,4 +1,4 @@
-// How a connection becomes a WebSocket: of this server, or through it of another one.
+// How a connection becomes a WebSocket of this server, or through it of another one.
 #include <atomic>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/use_awaitable.hpp>
@@ -24,7 +24,7 @@ using boost::system::error_code;
 
 constexpr int kTunnelsFullS = 60;
 
-/// One tunnel among those that are open.
+/// The place of one open tunnel.
 class TunnelPlace {
  public:
   explicit TunnelPlace(std::atomic<std::uint64_t>& open) : open_(open) { ++open_; }
@@ -46,7 +46,7 @@ asio::awaitable<bool> Connection::SwitchProtocols() {
   co_return co_await sender_.Send(answer);
 }
 
-/// Why there is no room for one more tunnel, or for one more of this client.
+/// The refusal if there is no room for one more tunnel, or for one more of this client.
 std::optional<HttpResponse> Connection::TunnelRefusal() const {
   const std::size_t max = host_.options.limits.peers.tunnels_max;
   if (!host_.seal || host_.counters.tunnels >= max) {
@@ -57,9 +57,10 @@ std::optional<HttpResponse> Connection::TunnelRefusal() const {
       429, "Too many windows of your address are open; close some of them.", kTunnelsFullS);
 }
 
-/// The peer shakes hands first; then the bytes go both ways as they come. Its viewers are pinged,
-/// so silence means that it is gone. Only the peer knows whether the code is good: until it has
-/// said so, the client has a place among the handshakes and none among the tunnels.
+/// The handshake with the peer comes first; then bytes are copied in both directions. The peer
+/// pings its viewers, so silence means that the connection is dead. Only the peer can check the
+/// code; until it has accepted it, the client has a place among the handshakes and none among the
+/// tunnels.
 asio::awaitable<Connection::Next> Connection::TunnelTo(const PeerAddress& peer) {
   const auto& limits = host_.options.limits;
   std::optional<HttpResponse> full = TunnelRefusal();
@@ -73,7 +74,7 @@ asio::awaitable<Connection::Next> Connection::TunnelTo(const PeerAddress& peer) 
     co_return Next::kClose;
   }
   std::optional<PeerLines::Place> waiting(host_.handshakes_with_peer.Take(peer.address, caller_));
-  deadline_ = std::chrono::steady_clock::time_point::max();  // the exchange has its own
+  deadline_ = std::chrono::steady_clock::time_point::max();  // the exchange has its own deadline
   PeerExchange exchange(host_.io, limits.peers, peer);
   const std::string hop = SealedHop(host_, request_, peer);
   auto answer = co_await exchange.Ask(request_, hop);
@@ -84,7 +85,7 @@ asio::awaitable<Connection::Next> Connection::TunnelTo(const PeerAddress& peer) 
     co_await Refuse(std::move(refusal));
     co_return Next::kClose;
   }
-  if (auto late = TunnelRefusal()) {  // others have come in meanwhile
+  if (auto late = TunnelRefusal()) {  // other tunnels may have opened meanwhile
     co_await Refuse(std::move(*late));
     co_return Next::kClose;
   }
@@ -93,7 +94,7 @@ asio::awaitable<Connection::Next> Connection::TunnelTo(const PeerAddress& peer) 
   const std::string early = exchange.pending();
   const std::string ahead(static_cast<const char*>(buffer_.data().data()), buffer_.size());
   error_code ec;
-  idle_ = true;  // from here on nothing is lost when the server stops
+  idle_ = true;  // from here on, stopping the server loses nothing
   tunnel_ = true;
   if (!co_await SwitchProtocols() || !co_await sender_.Send(early)) co_return Next::kClose;
   co_await asio::async_write(

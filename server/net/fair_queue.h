@@ -9,8 +9,8 @@
 
 namespace faultlab::server {
 
-/// What callers wait for. They take turns: whoever has a hundred things in the queue delays nobody
-/// who has one. Not thread-safe.
+/// A queue in which callers take turns: a caller with a hundred waiting tasks does not delay a
+/// caller with one. Not thread-safe.
 template <typename Task>
 class FairQueue {
  public:
@@ -21,7 +21,7 @@ class FairQueue {
     ++size_;
   }
 
-  /// The oldest task of the caller whose turn it is; nothing when the queue is empty.
+  /// The oldest task of the caller whose turn it is; nothing if the queue is empty.
   std::optional<Task> Pop() {
     if (turns_.empty()) return std::nullopt;
     const std::string caller = std::move(turns_.front());
@@ -45,7 +45,7 @@ class FairQueue {
   }
 
  private:
-  std::map<std::string, std::deque<Task>> tasks_;  ///< none is empty
+  std::map<std::string, std::deque<Task>> tasks_;  ///< no entry is empty
   std::deque<std::string> turns_;                  ///< callers in `tasks_`, each once
   std::size_t size_ = 0;
 };

@@ -12,7 +12,8 @@ std::string_view LastListEntry(std::string_view list) {
 }
 
 std::string_view ForwardedAddress(std::string_view entry) {
-  // Without brackets the colons of IPv6 are its own; the port of IPv4 stands behind the only one.
+  // Without brackets an IPv6 address has several colons; with an IPv4 address the only colon
+  // precedes the port.
   const bool bare_v6 = !entry.starts_with('[') && entry.find(':') != entry.rfind(':');
   std::string_view address = entry;
   if (!bare_v6) {

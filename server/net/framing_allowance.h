@@ -4,15 +4,15 @@
 
 namespace faultlab::server {
 
-/// How much of a message may be neither header nor body: sizes of chunks, their extensions,
-/// trailers. The parser has no limit for them. A body in chunks of one byte is within it.
+/// Limits the part of a message that is neither header nor body: sizes of chunks, their extensions,
+/// trailers. The parser has no limit for them. A body in chunks of one byte is allowed.
 class FramingAllowance {
  public:
-  /// After the parser was given what has arrived.
-  /// @param used  bytes that it took
-  /// @param body_bytes  of the body, as far as it has come
+  /// To be called after the parser was given the bytes that have arrived.
+  /// @param used  bytes that it consumed
+  /// @param body_bytes  length of the body so far
   /// @param unread  bytes that it left, waiting for the rest of a line or of the trailers
-  /// @returns false when the message is to be refused
+  /// @returns false when the message must be refused
   bool Covers(std::size_t used, std::size_t body_bytes, std::size_t unread) {
     used_ += used;
     return unread <= kBytes && used_ - body_bytes <= kBytes + kPerBodyByte * body_bytes;

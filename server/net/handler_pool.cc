@@ -46,8 +46,8 @@ void HandlerPool::Push(const Turn& turn, Task task) {
   changed_.notify_one();
 }
 
-/// The lane behind the last one that has work waiting and a thread free; the end when there is
-/// none.
+/// The lane after the last one used that has waiting work and may use one more thread; the end if
+/// there is none.
 HandlerPool::Lanes::iterator HandlerPool::NextLane() {
   const auto ready = [this](const Lanes::value_type& entry) {
     const Lane& lane = entry.second;
@@ -62,13 +62,14 @@ HandlerPool::Lanes::iterator HandlerPool::NextLane() {
 }
 
 void HandlerPool::Work() {
-  // On Linux this is the thread's own; a refusal leaves it as it is.
+  // On Linux this changes only this thread; if refused, the priority stays.
   if (limits_.nice > 0) setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), limits_.nice);
   std::unique_lock lock(mutex_);
   for (;;) {
     auto next = lanes_.end();
     changed_.wait(lock, [&] { return (next = NextLane()) != lanes_.end() || closed_; });
-    // Closed: what waits in a lane is done by whoever works for it now.
+    // Closed, and no lane may use one more thread: the threads that serve the lanes now do their
+    // remaining work.
     if (next == lanes_.end()) return;
     last_lane_ = next->first;
     Lane& lane = next->second;

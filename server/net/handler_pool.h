@@ -22,8 +22,8 @@
 
 namespace faultlab::server {
 
-/// Threads on which handlers run that block. Callers take turns. Work that waits for the same thing
-/// outside is of one lane, and lanes take turns as well: one that is stuck leaves threads to
+/// Threads for handlers that block. Callers take turns. Work that waits for the same external
+/// service is in one lane; lanes take turns as well, so that a stuck lane leaves threads to the
 /// others.
 class HandlerPool {
  public:
@@ -36,18 +36,18 @@ class HandlerPool {
   explicit HandlerPool(PoolLimits limits) : limits_(limits) {}
 
   void Start();
-  /// Nothing more is taken.
+  /// No more work is accepted.
   void Close();
-  /// What was taken is done. Once, behind Close().
+  /// Waits until the accepted work is done. Call once, after Close().
   void Join();
 
-  /// Whether Run may be called now. Of the network thread.
+  /// Whether Run may be called now. Network thread only.
   Room RoomFor(const Turn& turn) const;
-  /// How many wait for a thread. Any thread.
+  /// Number of tasks that wait for a thread. Any thread.
   std::size_t waiting() const;
 
-  /// Runs `work` on a thread of the pool and gives what it returns, back on `io`. Contract:
-  /// RoomFor(turn) is kFree.
+  /// Runs `work` on a thread of the pool and returns its result on `io`. Contract: RoomFor(turn) is
+  /// kFree.
   template <typename Work>
   boost::asio::awaitable<std::invoke_result_t<Work&>> Run(boost::asio::io_context& io,
                                                           const Turn& turn,
@@ -57,7 +57,7 @@ class HandlerPool {
     co_return co_await asio::async_initiate<const asio::use_awaitable_t<>, void(Outcome)>(
         [this, &io, &turn, work = std::move(work)](auto handler) mutable {
           using Handler = decltype(handler);
-          // std::function wants a copyable task, and a handler is not.
+          // std::function needs a copyable task, and a handler is not copyable.
           auto waiting = std::make_shared<Handler>(std::move(handler));
           Push(turn, [&io, work = std::move(work), waiting = std::move(waiting)]() mutable {
             Outcome outcome = work();
@@ -84,7 +84,7 @@ class HandlerPool {
   const PoolLimits limits_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  Lanes lanes_;  ///< those that have work, waiting or in hand
+  Lanes lanes_;  ///< lanes with work, waiting or running
   std::string last_lane_;
   std::size_t waiting_ = 0;
   bool closed_ = false;

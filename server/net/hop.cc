@@ -14,14 +14,16 @@
 namespace faultlab::server {
 namespace {
 
-/// The clocks of two servers differ by 2 s at most (server/lab), and a hop waits for a connection.
+/// The clocks of two servers differ by at most 2 s (server/lab), and a hop may wait for a
+/// connection.
 constexpr std::chrono::milliseconds kHopLife{10'000};
 
 std::string_view Scheme(bool https) {
   return https ? "https" : "http";
 }
 
-/// HMAC-SHA256 as hex over the fields, each behind its length: no two sets of fields are one text.
+/// HMAC-SHA256 as hex over the fields, each preceded by its length, so that different fields never
+/// give the same text.
 std::string Mac(const std::string& secret, std::initializer_list<std::string_view> fields) {
   std::string text;
   for (const std::string_view field : fields) {
@@ -79,7 +81,7 @@ std::optional<Hop> HopSeal::Open(std::string_view value,
     return std::nullopt;
   }
   std::int64_t at_ms = 0;
-  (void)std::from_chars(at.data(), at.data() + at.size(), at_ms);  // we wrote it
+  (void)std::from_chars(at.data(), at.data() + at.size(), at_ms);  // sealed, so a server wrote it
   const auto age = now - FromMilliseconds(at_ms);
   if (age > kHopLife || age < -kHopLife) return std::nullopt;
   return Hop{std::string(value), scheme == "https"};

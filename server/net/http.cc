@@ -26,7 +26,7 @@ std::string_view Trim(std::string_view text) {
   return text;
 }
 
-/// Cuts the part before `separator` off the front of `rest`.
+/// Removes the part before `separator` from the front of `rest` and returns it.
 std::string_view TakeUntil(std::string_view& rest, char separator) {
   const std::size_t end = rest.find(separator);
   const std::string_view part = rest.substr(0, end);
@@ -62,7 +62,7 @@ std::vector<std::pair<std::string, std::string>> HttpRequest::QueryAll() const {
     std::string_view value = TakeUntil(rest, '&');
     if (value.empty()) continue;
     const std::string_view key = TakeUntil(value, '=');
-    // A broken escape stays as it was sent: it then names nothing that exists.
+    // A broken escape is kept as it was sent; the result then matches nothing that exists.
     all.emplace_back(PercentDecode(key, true).value_or(std::string(key)),
                      PercentDecode(value, true).value_or(std::string(value)));
   }

@@ -19,26 +19,27 @@ enum class HttpMethod : std::uint8_t { kGet, kHead, kPost, kPut, kPatch, kDelete
 
 std::string_view Name(HttpMethod method);
 
-/// ASCII letters of either case are the same: names of headers.
+/// Equal when the case of ASCII letters is ignored: for names of headers.
 bool EqualNoCase(std::string_view a, std::string_view b);
 
-/// A whole request as a handler sees it. Every view lives until the handler returns.
+/// A complete request, as passed to a handler. Every view is valid until the handler returns.
 struct HttpRequest {
   HttpMethod method = HttpMethod::kGet;
   std::string_view target;  ///< as sent: "/api/v1/runs?limit=5"
   std::string_view path;    ///< target up to '?'
-  std::string_view query;   ///< target behind '?', still encoded
+  std::string_view query;   ///< target after '?', still encoded
   std::vector<std::pair<std::string_view, std::string_view>> headers;
   std::string_view body;
-  /// Who asks: the peer, or the last X-Forwarded-For entry when the peer is a trusted proxy.
+  /// The client: the peer, or the last X-Forwarded-For entry when the peer is a trusted proxy.
   std::string_view remote_address;
   bool https = false;  ///< X-Forwarded-Proto of a trusted proxy
-  /// Another server of the lab passed it on, and proved it; the client is as that one saw it.
+  /// Another server of the lab passed the request on, with a valid seal; the client is the one that
+  /// server stated.
   bool from_peer = false;
-  /// What the pattern's {names} matched, in order, percent-decoded.
+  /// The values of the {names} of the pattern, in order, percent-decoded.
   std::vector<std::pair<std::string_view, std::string>> path_parameters;
 
-  /// Value of a header, any case of `name`; empty if absent.
+  /// Value of a header, in any case of `name`; empty if absent.
   std::string_view Header(std::string_view name) const;
   /// First value of a query parameter, decoded ("+" is a space). nullopt if absent.
   std::optional<std::string> Query(std::string_view name) const;
@@ -52,13 +53,13 @@ struct HttpRequest {
 
 struct HttpResponse {
   int status = 200;
-  /// Static lifetime. Empty: it stands among the headers.
+  /// Static lifetime. Empty: the content type is among the headers.
   std::string_view content_type = "application/json";
   std::vector<std::pair<std::string, std::string>> headers;
   std::string body;
   /// Sent instead of `body` when not empty: bytes that live as long as the process.
   std::string_view static_body;
-  /// Sent instead of either when set: piece by piece, so that it never stands in memory.
+  /// Sent instead of either when set: piece by piece, so that it is never completely in memory.
   std::shared_ptr<const Spool> spool{};
 
   std::string_view payload() const {
@@ -74,16 +75,17 @@ HttpResponse Problem(int status,
                      std::string_view detail,
                      std::string_view field = {});
 
-/// A refusal that will not stand for long: 429 or 503 with Retry-After.
+/// A temporary refusal: 429 or 503 with Retry-After.
 HttpResponse TryAgain(int status, std::string_view detail, int seconds);
 
 std::string_view ReasonPhrase(int status);
 
 /// Decodes %XX; with `plus_is_space` also '+'. nullopt on a broken escape or a NUL.
 std::optional<std::string> PercentDecode(std::string_view text, bool plus_is_space);
-/// Appends `text` as a JSON string with its quotes; bytes that are no UTF-8 become U+FFFD.
+/// Appends `text` as a JSON string with its quotes; bytes that are not UTF-8 become U+FFFD.
 void AppendJsonString(std::string& out, std::string_view text);
-/// Adds ,"reason":"..","parameters":{..} to an open JSON object; nothing for an error without one.
+/// Adds ,"reason":"..","parameters":{..} to an open JSON object; adds nothing for an error without
+/// a reason.
 void AppendReason(std::string& out, const core::Error& error);
 
 }  // namespace faultlab::server

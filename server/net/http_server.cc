@@ -74,7 +74,7 @@ asio::awaitable<void> HttpServer::Impl::Accept() {
     if (stopping_) co_return;
     if (ec) {
       host_.Report("accept: " + ec.message());
-      // Out of descriptors, most likely: give running requests a moment to end.
+      // Most likely there are no free descriptors: give running requests a moment to end.
       asio::steady_timer pause(host_.io, std::chrono::milliseconds(100));
       co_await pause.async_wait(asio::redirect_error(asio::use_awaitable, ec));
       continue;
@@ -105,7 +105,7 @@ asio::awaitable<void> HttpServer::Impl::Accept() {
   }
 }
 
-/// Room for one more connection; one that waits makes it when there is none.
+/// Whether there is room for one more connection; if not, one that waits is closed.
 const char* HttpServer::Impl::RefusalOf(const tcp::socket& socket) {
   error_code ec;
   const std::string peer = socket.remote_endpoint(ec).address().to_string();
@@ -114,13 +114,13 @@ const char* HttpServer::Impl::RefusalOf(const tcp::socket& socket) {
   if (!proxy && host_.of_address.Of(AddressKey(peer)) >= limits.connections_per_address_max) {
     return "Too many connections from your address; close some.";
   }
-  const std::size_t tunnels = host_.counters.tunnels;  // have a limit of their own
+  const std::size_t tunnels = host_.counters.tunnels;  // tunnels have a limit of their own
   if (host_.connections.size() - tunnels < limits.connections_max) return nullptr;
   return CloseOneThatWaits() ? nullptr : "Too many connections; try again in a minute.";
 }
 
-/// An idle one; when there is none, one whose client has the word. Of the client that has most of
-/// them, the one that has waited for longest.
+/// Closes an idle connection, or, if none is idle, one that waits for its client. Of the client
+/// that has most such connections, the one that has waited longest is closed.
 bool HttpServer::Impl::CloseOneThatWaits() {
   Connection* victim = nullptr;
   std::tuple<bool, std::size_t, Steady::duration> worst;
@@ -183,9 +183,8 @@ core::Status HttpServer::Impl::Bind() {
   acceptor_.open(endpoint.protocol(), ec);
   if (!ec) acceptor_.set_option(tcp::acceptor::reuse_address(true), ec);
   if (!ec) acceptor_.bind(endpoint, ec);
-  // What it accepts inherits this.
-  if (!ec)
-    acceptor_.set_option(tcp::socket::send_buffer_size(host_.options.limits.send_buffer_bytes), ec);
+  const tcp::socket::send_buffer_size inherited(host_.options.limits.send_buffer_bytes);
+  if (!ec) acceptor_.set_option(inherited, ec);
   if (!ec) acceptor_.listen(asio::socket_base::max_listen_connections, ec);
   if (ec) return refusal(ec);
   port_ = acceptor_.local_endpoint().port();
@@ -221,7 +220,8 @@ void HttpServer::Impl::CloseAll() {
 void HttpServer::Impl::Stop() {
   if (!started_) return;
   started_ = false;
-  // Nothing may be given to the pool once it is joined: its end would come after that of io.
+  // After the pool is joined nothing may be given to it, because its end would come after the end
+  // of io.
   std::promise<void> closed;
   asio::post(host_.io, [&] {
     CloseAll();

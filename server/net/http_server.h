@@ -22,23 +22,24 @@ namespace faultlab::server {
 
 struct HttpLimits {
   std::size_t header_bytes_max = 16 << 10;
-  std::size_t connections_max = 4096;  ///< when there are more, one that waits is closed
-  std::size_t connections_per_address_max = 1024;  ///< of clients that come through no proxy
-  /// Bodies of one caller that have not come along with their header; more are 429.
+  std::size_t connections_max = 4096;  ///< above this number a waiting connection is closed
+  std::size_t connections_per_address_max = 1024;  ///< of clients that do not come through a proxy
+  /// Bodies of one caller that did not arrive with their header; more are refused with 429.
   std::size_t slow_bodies_per_caller_max = 64;
   PoolLimits pool;  ///< of handlers that wait for disk or database
   PoolLimits heavy{.threads = 2, .waiting_max = 256, .waiting_per_caller_max = 24, .nice = 10};
   PoolLimits outside{
       .threads = 8, .waiting_max = 256, .waiting_per_caller_max = 128, .threads_per_lane = 3};
   PoolLimits password{.threads = 2, .waiting_max = 128, .waiting_per_caller_max = 64, .nice = 5};
-  std::size_t waiting_bytes_max = 256 << 20;  ///< unread bodies and unsent answers; more are 503
+  std::size_t waiting_bytes_max = 256 << 20;  ///< unread bodies and unsent answers; above: 503
   std::chrono::milliseconds header_deadline{
-      10'000};  ///< first byte of a request to its last header
+      10'000};  ///< from the first byte of a request to its last header
   std::chrono::milliseconds body_deadline{120'000};
   std::chrono::milliseconds write_deadline{30'000};  ///< of each 512 kB of an answer: 17 kB/s
   std::chrono::milliseconds idle_deadline{75'000};   ///< kept-alive connection between requests
-  std::chrono::milliseconds look_every{2'000};       ///< whether who takes an answer still may
-  /// Of an answer, in the kernel: out of reach when the right to it ends. The kernel takes twice.
+  std::chrono::milliseconds look_every{2'000};       ///< interval of the calls of `still_may`
+  /// Of an answer, in the kernel, which a later loss of permission cannot stop. The kernel doubles
+  /// it.
   int send_buffer_bytes = 256 << 10;
   PeerLimits peers;
 };
@@ -46,23 +47,24 @@ struct HttpLimits {
 struct HttpServerOptions {
   std::string listen = "127.0.0.1:8080";  ///< "host:port", "[::1]:0"; port 0 = any free one
   HttpLimits limits;
-  /// Host names a request may carry besides IP literals of this listener and "localhost" (DNS
-  /// rebinding is refused by this). Empty and not on loopback: any.
+  /// Host names that a request may carry besides IP literals of this listener and "localhost" (this
+  /// refuses DNS rebinding). Empty and not on loopback: any name.
   std::vector<std::string> allowed_hosts;
-  /// Whose X-Forwarded-For and -Proto are believed, besides loopback: "10.0.0.2", "10.1.0.0/16".
+  /// Proxies whose X-Forwarded-For and -Proto are trusted, besides loopback: "10.0.0.2",
+  /// "10.1.0.0/16".
   TrustedProxies trusted_proxies;
-  /// Told of handlers that threw and of sockets that could not be accepted. Any thread.
+  /// Called when a handler has thrown or a socket could not be accepted. Any thread.
   std::function<void(std::string_view)> on_error;
 };
 
 /// A socket that has switched to the WebSocket protocol, 101 already sent.
 struct UpgradedSocket {
-  int fd = -1;          ///< non-blocking; the taker owns it
-  std::string pending;  ///< bytes the client sent behind its handshake
+  int fd = -1;          ///< non-blocking; the receiver owns it
+  std::string pending;  ///< bytes that the client sent after its handshake
 };
 
-/// Answer to a request to become a WebSocket: a refusal, who takes the socket, or the server at
-/// which it ends: then the bytes go through this one both ways.
+/// Answer to a request to become a WebSocket: a refusal, a receiver of the socket, or the server at
+/// which it ends; in the last case this server copies the bytes in both directions.
 using UpgradeDecision =
     std::variant<HttpResponse, std::function<void(UpgradedSocket)>, PeerAddress>;
 
@@ -75,19 +77,19 @@ struct HttpCounters {
   std::uint64_t deadlines_missed = 0;
   std::uint64_t pool_refused = 0;   ///< requests
   std::uint64_t pool_waiting = 0;   ///< in all pools
-  std::uint64_t bytes_refused = 0;  ///< requests refused because too many bytes waited
-  std::uint64_t passed_on = 0;      ///< requests that other servers were asked
-  std::uint64_t peers_silent = 0;   ///< of those, how many got no answer
+  std::uint64_t bytes_refused = 0;  ///< refused because too many bytes waited
+  std::uint64_t passed_on = 0;      ///< requests passed on to other servers
+  std::uint64_t peers_silent = 0;   ///< those of them that got no answer
   std::uint64_t tunnels_open = 0;   ///< WebSockets that end at another server
 };
 
-/// HTTP/1.1 on one network thread. Deadlines on every read and write, limits that hold before a
-/// byte of the body is stored, keep-alive, HEAD, security headers on each answer.
-/// Handlers marked kPool run on a small pool; the network thread never waits for them.
+/// HTTP/1.1 on one network thread. Deadlines on every read and write, limits that apply before a
+/// byte of the body is stored, keep-alive, HEAD, security headers on each answer. Handlers marked
+/// kPool run on a small pool; the network thread never waits for them.
 class HttpServer {
  public:
-  /// `router` must outlive the server. `upgrade` decides on GETs that ask for a WebSocket; it runs
-  /// on the network thread and must not block.
+  /// `router` must outlive the server. `upgrade` decides about GETs that ask for a WebSocket; it
+  /// runs on the network thread and must not block.
   HttpServer(HttpServerOptions options,
              const Router& router,
              std::function<UpgradeDecision(const HttpRequest&)> upgrade);
@@ -95,14 +97,14 @@ class HttpServer {
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
 
-  /// From now on hops of the other servers are believed, and requests passed on to them. Before
-  /// Start(); without it a request that carries a hop is refused.
+  /// Sets the seal: hops of the other servers are then trusted, and requests are passed on to them.
+  /// To be called before Start(); without it a request with a hop is refused.
   void SetHopSeal(HopSeal seal);
-  /// Takes the address: connections wait from now on. Refuses with a sentence naming it.
+  /// Binds the address; connections may wait from then on. A refusal names the address.
   core::Status Bind();
-  /// Starts the threads, which answer. Binds first when Bind has not been called.
+  /// Starts the threads, which answer requests. Binds first if Bind was not called.
   core::Status Start();
-  /// The real port, after Bind().
+  /// The actual port, after Bind().
   int port() const;
   std::string address() const;  ///< "127.0.0.1:40123", "[::1]:40123"
   /// True when only this machine can reach the listener.

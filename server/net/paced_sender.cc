@@ -18,9 +18,9 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-constexpr std::size_t kInlineBodyBytes = 8 << 10;  ///< copied behind the head: one buffer, one send
-constexpr std::size_t kSendPieceBytes = 512 << 10;  ///< in each write_deadline
-constexpr std::size_t kDiscardBytesMax = 4 << 20;   ///< read away so that a refusal is not reset
+constexpr std::size_t kInlineBodyBytes = 8 << 10;   ///< copied after the head: one buffer, one send
+constexpr std::size_t kSendPieceBytes = 512 << 10;  ///< sent within one write_deadline
+constexpr std::size_t kDiscardBytesMax = 4 << 20;   ///< discarded before closing, to avoid a reset
 
 }  // namespace
 
@@ -40,17 +40,17 @@ void PacedSender::LookIfDue() {
   look_at_ = host_.now + host_.options.limits.look_every;
   look_due_ = true;
   error_code ec;
-  socket_.cancel(ec);  // Send goes on behind the question
+  socket_.cancel(ec);  // Send continues after the check
 }
 
 /// @returns false when the connection has been cut
 asio::awaitable<bool> PacedSender::CutWhenItMayNot() {
   if (!std::exchange(look_due_, false)) co_return true;
   const HandlerPool::Turn turn{asks_for_};
-  if (host_.pool.RoomFor(turn) != HandlerPool::Room::kFree) co_return true;  // the next time
+  if (host_.pool.RoomFor(turn) != HandlerPool::Room::kFree) co_return true;  // checked next time
   if (co_await host_.pool.Run(host_.io, turn, still_may_)) co_return true;
   error_code ec;
-  // What waits in the kernel goes with it.
+  // The data that waits in the kernel is discarded too.
   socket_.set_option(asio::socket_base::linger(true, 0), ec);
   socket_.close(ec);
   co_return false;
@@ -96,7 +96,7 @@ asio::awaitable<bool> PacedSender::Send(const HttpResponse& response,
   co_return co_await Send(payload);
 }
 
-/// The disk is read on the pool: the network thread never waits for it.
+/// The disk is read on the pool, because the network thread must not wait for it.
 asio::awaitable<bool> PacedSender::SendSpool(const Spool& spool, const std::string& caller) {
   constexpr std::chrono::milliseconds kPoolPause{100};
   const HandlerPool::Turn turn{caller};
@@ -111,7 +111,7 @@ asio::awaitable<bool> PacedSender::SendSpool(const Spool& spool, const std::stri
     }
     const std::optional<std::string> piece = co_await host_.pool.Run(
         host_.io, turn, [&spool, at] { return spool.Read(at, kSendPieceBytes); });
-    // What the head promised cannot be kept: only the end of the connection tells.
+    // The promised length cannot be sent; only the end of the connection can show this.
     if (!piece || piece->empty()) co_return false;
     if (!co_await Send(*piece)) co_return false;
     at += piece->size();

@@ -11,11 +11,11 @@
 
 namespace faultlab::server {
 
-/// Sends answers to one client, each piece by a deadline of its own: a client that takes one more
-/// slowly than the slowest line served is given up.
+/// Sends answers to one client, each piece with its own deadline: a client that reads more slowly
+/// than the minimum rate is disconnected.
 class PacedSender {
  public:
-  /// @param deadline  of the connection, which closes it when the time has come
+  /// @param deadline  of the connection, which closes itself when it has passed
   PacedSender(ConnectionHost& host,
               boost::asio::ip::tcp::socket& socket,
               std::chrono::steady_clock::time_point& deadline)
@@ -24,17 +24,17 @@ class PacedSender {
   /// False when the client is gone.
   boost::asio::awaitable<bool> Send(std::string_view bytes);
   /// @param to_head  the request was HEAD: no payload
-  /// @param caller  for whom a spooled payload is read
+  /// @param caller  on whose behalf a spooled payload is read
   boost::asio::awaitable<bool> Send(const HttpResponse& response,
                                     bool to_head,
                                     bool keep_alive,
                                     const std::string& caller);
-  /// Answers and ends the connection without a reset: what the client still sends is read away for
-  /// a while, for a reset would take the answer from under its eyes.
+  /// Answers and ends the connection without a reset: for a while it discards what the client still
+  /// sends, because a reset would delete the answer before the client has read it.
   boost::asio::awaitable<void> Refuse(HttpResponse response, bool to_head);
 
-  /// While it lives, `still_may` is asked every `look_every`, on the pool, for `caller`; when it
-  /// says no, the connection is cut. An empty one is not asked.
+  /// While it exists, `still_may` is called every `look_every`, on the pool, for `caller`; when it
+  /// returns false, the connection is cut. An empty function is not called.
   class Watch {
    public:
     Watch(PacedSender& sender, const std::string& caller, std::function<bool()> still_may);
@@ -45,8 +45,8 @@ class PacedSender {
    private:
     PacedSender& sender_;
   };
-  /// Has the question asked when it is time. Of whoever looks at the clock, between two steps of
-  /// this sender.
+  /// Requests the check when it is due. Called from the code that checks the clock, between two
+  /// steps of this sender.
   void LookIfDue();
 
  private:
@@ -58,12 +58,12 @@ class PacedSender {
   boost::asio::ip::tcp::socket& socket_;
   std::chrono::steady_clock::time_point& deadline_;
   std::function<bool()> still_may_;
-  std::string asks_for_;  ///< the caller, while there is a question
+  std::string asks_for_;  ///< the caller, while a check is set
   std::chrono::steady_clock::time_point look_at_{};
   bool look_due_ = false;
 };
 
-/// Until a refused or closing client is gone.
+/// Time for a refused or closing client to leave.
 inline constexpr std::chrono::milliseconds kLinger{2000};
 
 }  // namespace faultlab::server

@@ -41,7 +41,7 @@ std::string SealedHop(const ConnectionHost& host,
                       const HttpRequest& request,
                       const PeerAddress& peer) {
   HttpRequest sent = request;
-  if (sent.method == HttpMethod::kHead) sent.method = HttpMethod::kGet;  // as PeerExchange asks
+  if (sent.method == HttpMethod::kHead) sent.method = HttpMethod::kGet;  // as PeerExchange sends it
   return host.seal->Seal(
       {std::string(request.remote_address), request.https}, peer.name, sent, SystemClock().Wall());
 }

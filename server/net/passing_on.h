@@ -7,17 +7,17 @@
 
 namespace faultlab::server {
 
-/// The value of kHopHeader for `request` on its way to `peer`. Contract: the host has a seal.
+/// The value of kHopHeader for `request` to `peer`. Contract: the host has a seal.
 std::string SealedHop(const ConnectionHost& host,
                       const HttpRequest& request,
                       const PeerAddress& peer);
 
-/// Too many wait for this peer.
+/// Too many requests wait for this peer.
 core::Error PeerFull(const PeerAddress& peer);
 
-/// The answer of other servers to a request of a client. No thread waits: a peer that is silent
-/// costs its callers their time and nobody else's. A caller who has its part of what may wait for a
-/// peer gets 429, of a list as well. `request`, `ask` and `caller` outlive it.
+/// Gets the answer of other servers to a client's request. No thread waits: a silent peer delays
+/// only its own callers. A caller whose share of the places at a peer is full gets 429, also for a
+/// list. `request`, `ask` and `caller` must outlive it.
 boost::asio::awaitable<HttpResponse> PassOn(ConnectionHost& host,
                                             const HttpRequest& request,
                                             const AskPeers& ask,

@@ -25,11 +25,11 @@ using boost::system::error_code;
 
 constexpr std::size_t kReadBytes = 16 << 10;
 constexpr std::size_t kHeaderBytesMax = 16 << 10;
-/// Of a tunnel: what waits in the kernel is old when it is read.
+/// For a tunnel: data that waits in the kernel is already old when it is read.
 constexpr int kSocketBufferBytes = 64 << 10;
 
-/// What a handler may read of a request. The others are of this connection (Connection, TE, ..) or
-/// would be a client's word about itself (X-Forwarded-For, X-Faultlab-Hop).
+/// Headers of a request that a handler may read. The others belong to this connection (Connection,
+/// TE, ..) or would let a client make statements about itself (X-Forwarded-For, X-Faultlab-Hop).
 constexpr std::array<std::string_view, 15> kRequestHeaders = {"Host",
                                                               "Cookie",
                                                               "Authorization",
@@ -45,7 +45,7 @@ constexpr std::array<std::string_view, 15> kRequestHeaders = {"Host",
                                                               "Sec-WebSocket-Key",
                                                               "Sec-WebSocket-Version",
                                                               "Sec-WebSocket-Protocol"};
-/// What a handler may say; the rest of an answer's head is written by each server itself.
+/// Headers that a handler may set; each server writes the rest of an answer's head itself.
 constexpr std::array<std::string_view, 8> kAnswerHeaders = {"Content-Type",
                                                             "Location",
                                                             "Retry-After",
@@ -80,7 +80,7 @@ std::string Encode(const HttpRequest& request, std::string_view hop) {
   return out;
 }
 
-/// Reads from one end and writes to the other until the one ends.
+/// Reads from one end and writes to the other until one of them ends.
 asio::awaitable<void> Pump(tcp::socket& from,
                            tcp::socket& to,
                            const std::function<void()>& heard,
@@ -98,7 +98,7 @@ asio::awaitable<void> Pump(tcp::socket& from,
   }
   error_code ignored;
   if (ec == asio::error::eof) {
-    // Its last bytes are on their way to the other end, which now closes as well.
+    // The last bytes are on their way to the other end, which now closes as well.
     to.shutdown(tcp::socket::shutdown_send, ignored);
     ending();
   } else {
@@ -109,7 +109,7 @@ asio::awaitable<void> Pump(tcp::socket& from,
 
 }  // namespace
 
-/// Closes the socket when its time has come; gone with this object.
+/// Closes the socket when its time has passed; ends with this object.
 class PeerExchange::Deadline {
  public:
   Deadline(PeerExchange& exchange, std::chrono::milliseconds from_now) : timer_(exchange.io_) {
@@ -149,7 +149,7 @@ asio::awaitable<core::Status> PeerExchange::Connect() {
                                parsed.value().port);
   if (!ec) socket_->open(endpoint.protocol(), ec);
   if (!ec) socket_->set_option(tcp::no_delay(true), ec);
-  // Before it connects: the window is agreed on then.
+  // Before connecting, because the window is negotiated then.
   if (!ec) socket_->set_option(tcp::socket::receive_buffer_size(kSocketBufferBytes), ec);
   if (ec) co_return Unreachable();
   const Deadline deadline(*this, limits_.connect_deadline);
@@ -174,7 +174,7 @@ asio::awaitable<core::Result<HttpResponse>> PeerExchange::Ask(const HttpRequest&
   error_code ec;
   co_await asio::async_write(
       *socket_, asio::buffer(bytes), asio::redirect_error(asio::use_awaitable, ec));
-  // A refusal may come before the body is read: what the peer says counts.
+  // A refusal may come before the body is read, so the peer's answer is used.
   auto answer = co_await ReadAnswer(silence);
   co_return answer;
 }
@@ -205,7 +205,7 @@ asio::awaitable<core::Result<HttpResponse>> PeerExchange::ReadAnswer(const core:
   }
   HttpResponse response;
   response.status = parser.get().result_int();
-  response.content_type = {};  // stands among the headers
+  response.content_type = {};  // it is among the headers
   for (const auto& field : parser.get()) {
     const std::string_view known = Known(
         kAnswerHeaders, std::string_view(field.name_string().data(), field.name_string().size()));

@@ -16,21 +16,21 @@
 
 namespace faultlab::server {
 
-/// One request to another server, on a connection of its own, as a coroutine of the network thread.
-/// Whatever the peer does, it ends by its deadlines.
+/// One request to another server, on its own connection, as a coroutine of the network thread. Its
+/// deadlines end it whatever the peer does.
 class PeerExchange {
  public:
   PeerExchange(boost::asio::io_context& io, const PeerLimits& limits, const PeerAddress& peer);
 
-  /// Sends `request` as it came: method (HEAD as GET), target, body, and of the headers those that
-  /// a handler reads. `hop` is the value of kHopHeader. The error is a sentence for the client, and
-  /// says whether the request may have changed something.
-  /// An answer 101 leaves the connection open: then socket() and pending() are the WebSocket's.
+  /// Sends `request` as it came: method (HEAD as GET), target, body, and those headers that a
+  /// handler reads. `hop` is the value of kHopHeader. The error is a sentence for the client and
+  /// states whether the request may have changed something. After an answer 101 the connection
+  /// stays open: socket() and pending() are then the WebSocket's.
   boost::asio::awaitable<core::Result<HttpResponse>> Ask(const HttpRequest& request,
                                                          std::string_view hop);
 
   boost::asio::ip::tcp::socket& socket() { return *socket_; }
-  /// Bytes of the peer behind its answer 101.
+  /// Bytes that the peer sent after its answer 101.
   std::string pending() const;
 
  private:
@@ -42,13 +42,13 @@ class PeerExchange {
   boost::asio::io_context& io_;
   const PeerLimits limits_;
   const PeerAddress& peer_;
-  std::shared_ptr<boost::asio::ip::tcp::socket> socket_;  ///< its deadlines hold it as well
+  std::shared_ptr<boost::asio::ip::tcp::socket> socket_;  ///< its deadlines share it
   boost::beast::flat_buffer buffer_;
 };
 
-/// Bytes both ways between a client and a peer until one of them ends, in fixed buffers: who does
-/// not read is not read from. `heard` is called for each piece that the peer sends, `ending` once
-/// when one side has closed.
+/// Copies bytes in both directions between a client and a peer until one of them ends, in fixed
+/// buffers: if one side does not read, the other is not read from. `heard` is called for each piece
+/// from the peer, `ending` once when one side has closed.
 boost::asio::awaitable<void> Tunnel(boost::asio::ip::tcp::socket& client,
                                     boost::asio::ip::tcp::socket& peer,
                                     std::function<void()> heard,

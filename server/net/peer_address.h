@@ -12,20 +12,20 @@ namespace faultlab::server {
 
 /// Another server of the same lab.
 struct PeerAddress {
-  std::string name;     ///< as texts name it
-  std::string address;  ///< "10.0.0.2:8080"; empty: it has said none
+  std::string name;     ///< name in messages
+  std::string address;  ///< "10.0.0.2:8080"; empty if unknown
 };
 
-/// The request goes on to other servers, as it came.
+/// The request is passed on to other servers, unchanged.
 struct AskPeers {
   std::vector<PeerAddress> peers;
-  /// Makes one answer of theirs, in the order of `peers`; on the pool. Empty: there is one peer,
-  /// and its answer is the answer.
+  /// Makes one answer of the peers' answers, in the order of `peers`; on the pool. Empty: there is
+  /// one peer, and its answer is used.
   std::function<HttpResponse(std::vector<core::Result<HttpResponse>>)> join{};
-  std::string caller{};  ///< with whom others share what may wait; empty: the client's address
+  std::string caller{};  ///< whose places are counted; empty: the address
 };
 
-/// What a handler says: the answer, or who has it.
+/// The result of a handler: an answer, or the servers that have it.
 using RouteAnswer = std::variant<HttpResponse, AskPeers>;
 
 }  // namespace faultlab::server

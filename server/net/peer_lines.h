@@ -7,19 +7,19 @@
 
 namespace faultlab::server {
 
-/// Who waits for each of the other servers, and on whose behalf: one caller has at most a part of
-/// the places. Of one thread.
+/// The requests that wait for each of the other servers, by caller: one caller has at most a part
+/// of the places. For use by one thread.
 class PeerLines {
  public:
   enum class Room { kFree, kFull, kCallerFull };
-  /// Given back at its end.
+  /// A place; its destructor gives it back.
   struct Place {
     ClientCounts::Place of_peer;
     ClientCounts::Place of_caller;
   };
 
-  /// @param waiting_max     for one peer
-  /// @param per_caller_max  of them, of one caller
+  /// @param waiting_max     places for one peer
+  /// @param per_caller_max  places of one caller among them
   PeerLines(std::size_t waiting_max, std::size_t per_caller_max)
       : waiting_max_(waiting_max), per_caller_max_(per_caller_max) {}
 

@@ -14,8 +14,8 @@ std::string_view TakeSegment(std::string_view& rest) {
 
 struct Score {
   bool matched = false;
-  int literals = 0;   ///< more literal segments win
-  bool open = false;  ///< "/*" loses to everything else
+  int literals = 0;   ///< the pattern with more literal segments wins
+  bool open = false;  ///< "/*" is used only if no other pattern matches
 };
 
 /// One segment: a literal, or prefix{name}suffix.
@@ -104,7 +104,7 @@ Router::Match Router::Find(HttpRequest& request) const {
     match.route = &route;
     request.path_parameters.swap(parameters);
   }
-  // A path that exists for another method is 405 even when a "/*" route would take it.
+  // A path that exists for another method is 405, also where a "/*" route would match.
   if (match.route != nullptr && best.open && !match.allow.empty()) match.route = nullptr;
   if (match.route != nullptr) match.allow.clear();
   return match;

@@ -14,39 +14,39 @@
 
 namespace faultlab::server {
 
-/// Where a handler runs. Nothing that touches disk, database or a picture may be kInline. What
-/// computes for more than some milliseconds is kHeavy, what hashes a password kPassword, what asks
-/// a site elsewhere kOutside: the rest of the page never waits for any of them.
+/// Where a handler runs. A handler that uses disk, database or a picture must not be kInline. More
+/// than some milliseconds of computing is kHeavy, password hashing kPassword, a request to an
+/// external site kOutside: the rest of the page never waits for these.
 enum class RunsOn { kInline, kPool, kHeavy, kPassword, kOutside };
 
-/// The answer to a header: may its body be read, its handler be run?
+/// The answer to a header: whether its body may be read and its handler be run.
 struct Admission {
   std::optional<HttpResponse> refusal{};
-  bool not_yet = false;          ///< ask again in a moment; for good, it is the refusal
-  std::shared_ptr<void> held{};  ///< let go when the request has been answered or is asked again
-  std::string caller{};          ///< with whom others take turns; empty: the client's address
-  bool known = false;            ///< the caller has an account: strangers give way to it
+  bool not_yet = false;          ///< ask again in a moment; when tries run out, it is the refusal
+  std::shared_ptr<void> held{};  ///< released after the answer, or before asking again
+  std::string caller{};          ///< takes turns with other callers; empty: the client's address
+  bool known = false;            ///< the caller has an account (precedence)
 };
 
 struct Route {
   HttpMethod method = HttpMethod::kGet;
-  std::string pattern;  ///< "/api/v1/runs/{id}/plots/{figure}.png"; "/*" at the end takes any rest
+  std::string pattern;  ///< "/api/v1/runs/{id}/plots/{figure}.png"; "/*" at the end is any rest
   RunsOn runs_on = RunsOn::kPool;
   std::size_t body_bytes_max = 0;
   std::function<RouteAnswer(const HttpRequest&)> handle;
-  /// Asked, on the pool, before a body is stored that did not come along with its header; request
-  /// without the body. May be empty.
+  /// Called, on the pool, before a body is stored that did not arrive with its header; the request
+  /// has no body then. May be empty.
   std::function<Admission(const HttpRequest&)> admit{};
-  bool always_admit = false;  ///< `admit` is asked about every request
-  /// Asked, on the pool, from time to time while an answer is on its way: when it says no, the
+  bool always_admit = false;  ///< call `admit` for every request
+  /// Called, on the pool, from time to time while an answer is sent: when it returns false, the
   /// connection is cut. May be empty.
   std::function<bool(const HttpRequest&)> still_may{};
-  /// The {name} whose value is the request's lane in its pool; see PoolLimits. Empty: none.
+  /// The {name} whose value selects the request's lane in its pool; see PoolLimits. Empty: no lane.
   std::string lane{};
 };
 
-/// Finds the route of a request. Literal segments win over {names}, both over "/*".
-/// Immutable while the server runs, so any thread may ask.
+/// Finds the route of a request. Literal segments win over {names}, both over "/*". Immutable while
+/// the server runs, so any thread may call it.
 class Router {
  public:
   void Add(Route route);

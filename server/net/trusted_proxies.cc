@@ -10,7 +10,7 @@ namespace faultlab::server {
 namespace {
 
 using Bytes = std::array<unsigned char, 16>;
-constexpr int kMappedBits = 96;  ///< in front of an IPv4 address
+constexpr int kMappedBits = 96;  ///< prefix of an IPv4 address
 constexpr int kByteBits = 8;
 
 struct Address {

@@ -9,10 +9,10 @@
 
 namespace faultlab::server {
 
-/// Addresses whose word about the client is believed.
+/// Addresses of proxies whose statements about the client are trusted.
 class TrustedProxies {
  public:
-  /// "10.0.0.2", "10.1.0.0/16", "2001:db8::/32"; kInvalid names the one that is none.
+  /// "10.0.0.2", "10.1.0.0/16", "2001:db8::/32"; kInvalid names the text that is not an address.
   static core::Result<TrustedProxies> Parse(const std::vector<std::string>& texts);
 
   bool Has(std::string_view address) const;

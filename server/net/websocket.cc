@@ -130,7 +130,7 @@ std::optional<FrameReader::Message> FrameReader::Next() {
       length = 0;
       for (std::size_t i = 0; i < length_bytes; ++i) length = (length << 8) | at(2 + i);
     }
-    // Judged before a byte of the payload is waited for: a stated 2^63 costs nothing.
+    // Checked before any byte of the payload is waited for: a stated length of 2^63 costs nothing.
     if (length > message_bytes_max_ || fragments_.size() + length > message_bytes_max_) {
       return Fail(CloseCode::kTooBig);
     }
@@ -155,7 +155,7 @@ std::optional<FrameReader::Message> FrameReader::Next() {
     return whole;
   }
   if (consumed_ == buffer_.size()) {
-    // An idle viewer keeps no bytes.
+    // An idle viewer uses no buffer memory.
     buffer_ = {};
     consumed_ = 0;
   }

@@ -35,12 +35,12 @@ std::string AcceptKey(std::string_view key);
 /// True for a Sec-WebSocket-Key: 16 bytes in base64.
 bool IsValidKey(std::string_view key);
 
-/// A whole unmasked server frame, FIN set.
+/// A complete unmasked server frame, FIN set.
 std::string EncodeFrame(Opcode opcode, std::string_view payload);
 std::string EncodeClose(CloseCode code, std::string_view reason);
 bool IsValidUtf8(std::string_view text);
 
-/// Cuts a client's byte stream into messages. Client frames must be masked; fragments are joined;
+/// Splits a client's byte stream into messages. Client frames must be masked; fragments are joined;
 /// control frames may come between fragments. Holds at most `message_bytes_max` bytes.
 class FrameReader {
  public:
@@ -50,11 +50,11 @@ class FrameReader {
     Opcode opcode = Opcode::kText;  ///< kText, kBinary, kClose, kPing or kPong
     std::string payload;
   };
-  /// Takes all of `bytes`; call Next() until it has nothing more.
+  /// Appends all of `bytes`; then call Next() until it returns nothing.
   void Append(std::string_view bytes);
   /// The next whole message; nullopt when more bytes are needed or after a protocol error.
   std::optional<Message> Next();
-  /// Set once the peer broke the protocol; nothing is read any more.
+  /// Set after the peer violated the protocol; nothing more is read.
   std::optional<CloseCode> error() const { return error_; }
 
  private:

@@ -20,7 +20,7 @@ struct WebRequest {
   std::string form{};                ///< sent by POST when not empty; else GET
 };
 
-/// Asks other people's servers, over https alone, and follows no redirect. It blocks for up to
+/// Sends requests to external servers, by https only, without following redirects. Blocks for up to
 /// `deadline`: on pool threads only. Thread-safe.
 class HttpsClient {
  public:
@@ -33,16 +33,17 @@ class HttpsClient {
   };
   explicit HttpsClient(Options options);
 
-  /// May this address be asked at all? kInvalid with the reason.
+  /// Whether a request to this address is allowed. kInvalid with the reason if not.
   core::Status CheckUrl(const std::string& url) const;
-  /// Any status is an answer. kUnavailable, with libcurl's words, when there is none.
+  /// An answer with any status is a result. kUnavailable, with libcurl's message, if there is no
+  /// answer.
   core::Result<WebAnswer> Ask(const WebRequest& request) const;
 
  private:
   const Options options_;
 };
 
-/// A value in a query or a form.
+/// Encodes a value for a query or a form.
 std::string FormEncode(std::string_view text);
 
 }  // namespace faultlab::server::oidc

@@ -30,7 +30,8 @@ std::optional<double> Seconds(const json::object& claims, std::string_view name)
   return seconds;
 }
 
-/// For this client, and for others only when it says that this one asked.
+/// The token is for this client; if it is for others too, it must state that this client requested
+/// it.
 bool IsForClient(const json::object& claims, const std::string& client_id) {
   const json::value* aud = claims.if_contains("aud");
   if (aud == nullptr) return false;

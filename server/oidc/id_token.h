@@ -9,16 +9,17 @@
 
 namespace faultlab::server::oidc {
 
-/// What an ID token must say to be the answer to our question (OpenID Connect Core 3.1.3.7).
+/// The claims that an ID token must have to be the answer to the request (OpenID Connect Core
+/// 3.1.3.7).
 struct ExpectedToken {
   std::string issuer;  ///< byte for byte
   std::string client_id;
   std::string nonce;
-  std::string access_token;  ///< that came beside it; empty if none did
+  std::string access_token;  ///< received together with it; empty if none was
   WallTime now{};
 };
 
-/// Of claims whose signature was proved. 60 s are allowed for clocks that differ.
+/// Checks claims whose signature is already verified. Clocks may differ by 60 s.
 core::Status CheckIdToken(const boost::json::object& claims, const ExpectedToken& expected);
 
 /// at_hash of an access token: the left half of its SHA-256.

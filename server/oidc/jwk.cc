@@ -18,7 +18,7 @@ namespace {
 namespace json = boost::json;
 
 constexpr int kRsaBitsMin = 2048;
-constexpr int kRsaBitsMax = 8192;  // a longer one only costs time
+constexpr int kRsaBitsMax = 8192;  // longer keys would only take time
 constexpr std::size_t kKeysMax = 64;
 constexpr std::size_t kP256Bytes = 32;
 
@@ -113,7 +113,7 @@ std::optional<Jwk> ParseKey(const json::value& value) {
   return out;
 }
 
-/// r and s of a JWS as DER, which OpenSSL takes; empty when it is not two numbers of 32 bytes.
+/// r and s of a JWS as DER, which OpenSSL needs; empty if it is not two numbers of 32 bytes.
 std::string EcdsaDer(std::string_view signature) {
   if (signature.size() != 2 * kP256Bytes) return {};
   Number r(BN_bin2bn(Bytes(signature), kP256Bytes, nullptr));

@@ -60,7 +60,7 @@ const Jwk* KeyOf(const JwtHeader& header, const std::vector<Jwk>& keys) {
   const Jwk* found = nullptr;
   for (const Jwk& key : keys) {
     if (key.kind != header.kind || (!header.kid.empty() && key.kid != header.kid)) continue;
-    if (found != nullptr) return nullptr;  // two could be meant: none is
+    if (found != nullptr) return nullptr;  // ambiguous: two keys match
     found = &key;
   }
   return found;

@@ -10,13 +10,13 @@
 
 namespace faultlab::server::oidc {
 
-/// What stands in front of a token's signature: read before any key is looked at.
+/// The header of a token, read before any key is selected.
 struct JwtHeader {
   SignatureKind kind = SignatureKind::kRs256;
   std::string kid;  ///< empty if the token names no key
 };
 
-/// A token that was taken apart, nothing of it proved.
+/// A parsed token; nothing in it is verified yet.
 struct UnprovedJwt {
   JwtHeader header;
   std::string signed_text;  ///< "header.payload"
@@ -24,14 +24,14 @@ struct UnprovedJwt {
   std::string signature;
 };
 
-/// kInvalid for whatever is not three parts of strict base64url with RS256 or ES256 in the header,
-/// and for `crit`: extensions that we do not know.
+/// kInvalid for everything that is not three parts of strict base64url with RS256 or ES256 in the
+/// header, and for `crit` (unknown extensions).
 core::Result<UnprovedJwt> TakeApart(std::string_view token);
 
-/// The key that a token names; without a name, the only one of its kind. Null if there is none.
+/// The key that a token names; if it names none, the only key of its kind. Null if there is none.
 const Jwk* KeyOf(const JwtHeader& header, const std::vector<Jwk>& keys);
 
-/// The claims, when the key's signature is under them.
+/// The claims, if the signature is valid for the key.
 core::Result<boost::json::object> Prove(const UnprovedJwt& token, const Jwk& key);
 
 }  // namespace faultlab::server::oidc

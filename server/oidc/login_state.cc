@@ -63,7 +63,7 @@ std::optional<LoginState> LoginSeal::Open(std::string_view text, WallTime now) c
   if (crypto_secretbox_open_easy(Raw(opened), Raw(box), box.size(), Raw(nonce), Raw(key_)) != 0) {
     return std::nullopt;
   }
-  const json::value value = json::parse(opened);  // we wrote it
+  const json::value value = json::parse(opened);  // sealed, so it is valid
   const json::object& in = value.as_object();
   LoginState out;
   out.provider = TextOf(in, "provider");
@@ -92,8 +92,8 @@ std::string ChallengeOf(std::string_view verifier) {
 }
 
 std::string PathHere(std::string_view text) {
-  // "//evil.example" and "/\evil.example" are addresses of other hosts for a browser, which also
-  // drops tabs and line ends before it looks.
+  // A browser treats "//evil.example" and "/\evil.example" as addresses of other hosts, and it
+  // first removes tabs and line ends.
   const bool path = !text.empty() && text.size() <= kPathMax && text[0] == '/' &&
                     (text.size() == 1 || (text[1] != '/' && text[1] != '\\'));
   const bool plain = std::all_of(text.begin(), text.end(), [](char c) {

@@ -9,17 +9,17 @@
 
 namespace faultlab::server::oidc {
 
-/// A sign-in that has left for the provider. It travels in a cookie of the browser that began it,
-/// sealed, so strangers who begin sign-ins fill nothing here, any server of the lab can finish it,
-/// and nobody can finish it in another browser.
+/// A sign-in that is in progress at the provider. It is stored, sealed, in a cookie of the browser
+/// that began it. Therefore sign-ins begun by strangers use no memory here, any server of the lab
+/// can finish a sign-in, and nobody can finish it in another browser.
 struct LoginState {
   std::string provider;
-  std::string state;         ///< goes to the provider and back
-  std::string nonce;         ///< comes back in the ID token
-  std::string verifier;      ///< PKCE: goes only to the token endpoint
+  std::string state;         ///< sent to the provider and returned
+  std::string nonce;         ///< returned in the ID token
+  std::string verifier;      ///< PKCE: sent only to the token endpoint
   std::string redirect_uri;  ///< of the callback
-  std::string next;          ///< where on this site to go afterwards
-  std::int64_t add_to = 0;   ///< account that asks to be known by this identity too; 0: a sign-in
+  std::string next;          ///< path on this site to go to afterwards
+  std::int64_t add_to = 0;   ///< account to which this identity is to be added; 0: a sign-in
   WallTime began{};
 };
 
@@ -31,9 +31,9 @@ class LoginSeal {
   /// @param secret  random, of any length
   explicit LoginSeal(std::string_view secret);
 
-  /// Letters of base64url.
+  /// The sealed state, in letters of base64url.
   std::string Close(const LoginState& state) const;
-  /// Nothing when it was not sealed here, or more than 10 min ago.
+  /// Nothing if it was not sealed with this key, or more than 10 min ago.
   std::optional<LoginState> Open(std::string_view text, WallTime now) const;
 
  private:
@@ -44,7 +44,7 @@ class LoginSeal {
 std::string RandomText();
 /// BASE64URL(SHA256(verifier)): code_challenge of PKCE S256.
 std::string ChallengeOf(std::string_view verifier);
-/// A path on this site, for a browser to go to: `text` if it is one, else "/my".
+/// A path on this site to which a browser may be sent: `text` if it is one, otherwise "/my".
 std::string PathHere(std::string_view text);
 
 }  // namespace faultlab::server::oidc

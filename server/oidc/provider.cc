@@ -75,7 +75,7 @@ core::Result<Discovery> Provider::Discover() {
   discovery_failed_.reset();
   if (parsed.ok()) discovery_ = parsed.value();
   if (!parsed.ok()) discovery_failed_ = parsed.error();
-  if (!parsed.ok() && discovery_) return *discovery_;  // what was true an hour ago
+  if (!parsed.ok() && discovery_) return *discovery_;  // use the document of an hour ago
   return parsed;
 }
 
@@ -118,7 +118,7 @@ core::Result<std::vector<Jwk>> Provider::Keys(const Discovery& discovery, bool n
       const auto age = clock_.Monotonic() - *keys_asked_at_;
       if (age < kKeysPause || (!newer && age < kDocumentsLive)) return keys_;
     }
-    keys_asked_at_ = clock_.Monotonic();  // others use what there is meanwhile
+    keys_asked_at_ = clock_.Monotonic();  // meanwhile other threads use the known keys
   }
   const auto answer = Ask({discovery.jwks_uri, {"Accept: application/json"}});
   const bool good = answer.ok() && answer.value().status == kOk;
@@ -130,7 +130,7 @@ core::Result<std::vector<Jwk>> Provider::Keys(const Discovery& discovery, bool n
   const std::lock_guard lock(mutex_);
   if (parsed.ok()) keys_ = parsed.value();
   if (!parsed.ok() && !keys_.empty()) return keys_;
-  if (!parsed.ok()) keys_asked_at_.reset();  // the first time: the next sign-in asks again
+  if (!parsed.ok()) keys_asked_at_.reset();  // first fetch: the next sign-in tries again
   return parsed;
 }
 

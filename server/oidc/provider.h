@@ -17,10 +17,9 @@
 
 namespace faultlab::server::oidc {
 
-/// Talks to one provider: its documents are fetched when they are first needed and kept. After a
-/// question without an answer nobody waits for it again for 5 s: until then whoever asks is refused
-/// at once. Such refusals have the reason kAway. What blocks is said so: on pool threads only.
-/// Thread-safe.
+/// Communicates with one provider: its documents are fetched when they are first needed, and kept.
+/// If a request gets no answer, further requests are refused at once for 5 s; such refusals have
+/// the reason kAway. Functions that block say so: on pool threads only. Thread-safe.
 class Provider {
  public:
   static constexpr const char* kAway = "oidc_away";
@@ -30,22 +29,22 @@ class Provider {
 
   const ProviderSettings& settings() const { return settings_; }
 
-  /// Blocks when it is not known yet. After a failure it is not asked again for 10 s.
+  /// Blocks if it is not known yet. After a failure it is not fetched again for 10 s.
   core::Result<Discovery> Discover();
 
   struct Tokens {
     std::string id_token;
     std::string access_token;
   };
-  /// Blocks. The code of a callback for tokens.
+  /// Blocks. Exchanges the code of a callback for tokens.
   core::Result<Tokens> Exchange(const Discovery& discovery,
                                 const std::string& code,
                                 const std::string& verifier,
                                 const std::string& redirect_uri);
-  /// Blocks when keys are fetched: at first, and for a key that is not known, once a minute. The
-  /// claims of a token that is the provider's; what they say is not checked.
+  /// Blocks when keys are fetched: at first, and for an unknown key, at most once a minute. Returns
+  /// the claims of a token signed by the provider; the claims themselves are not checked.
   core::Result<boost::json::object> ClaimsOf(const Discovery& discovery, std::string_view token);
-  /// Blocks. What the userinfo endpoint says of `subject`.
+  /// Blocks. The answer of the userinfo endpoint about `subject`.
   core::Result<boost::json::object> UserInfo(const Discovery& discovery,
                                              const std::string& access_token,
                                              const std::string& subject);
@@ -57,8 +56,8 @@ class Provider {
   const ProviderSettings settings_;
   const Clock& clock_;
   const HttpsClient client_;
-  std::mutex mutex_;                        ///< of what follows; not held while anybody is asked
-  std::optional<MonotonicTime> silent_at_;  ///< it gave no answer then, and none since
+  std::mutex mutex_;                        ///< guards the following; not held during requests
+  std::optional<MonotonicTime> silent_at_;  ///< time of a request without an answer
   std::optional<Discovery> discovery_;
   MonotonicTime discovered_at_{};
   std::optional<core::Error> discovery_failed_;

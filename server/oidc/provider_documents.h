@@ -9,28 +9,29 @@
 
 namespace faultlab::server::oidc {
 
-/// What a provider says of itself at /.well-known/openid-configuration.
+/// The provider's description at /.well-known/openid-configuration.
 struct Discovery {
   std::string issuer;
   std::string authorization_endpoint;
   std::string token_endpoint;
-  std::string userinfo_endpoint;  ///< empty: it has none
+  std::string userinfo_endpoint;  ///< empty if it has none
   std::string jwks_uri;
-  bool says_issuer = false;     ///< its callbacks carry iss (RFC 9207)
-  bool secret_in_form = false;  ///< it takes no Authorization header at the token endpoint
+  bool says_issuer = false;     ///< its callbacks contain iss (RFC 9207)
+  bool secret_in_form = false;  ///< its token endpoint does not accept an Authorization header
 };
 
 std::string DiscoveryUrl(const std::string& issuer);
 
-/// kInvalid unless it is the document of exactly this issuer with addresses that may be asked.
+/// kInvalid unless it is the document of exactly this issuer, with addresses that may be requested.
 core::Result<Discovery> ParseDiscovery(const WebAnswer& answer,
                                        const std::string& issuer,
                                        const HttpsClient& client);
 
-/// The JSON object of an answer 200; else kUnavailable with `what` and the provider's error code.
+/// The JSON object of an answer with status 200; otherwise kUnavailable with `what` and the
+/// provider's error code.
 core::Result<boost::json::object> ObjectOf(const WebAnswer& answer, const std::string& what);
 
-/// A stranger's words for a log: printable ASCII, 200 bytes at most.
+/// Untrusted text for a log: printable ASCII, at most 200 bytes.
 std::string ForLog(std::string_view text);
 
 }  // namespace faultlab::server::oidc

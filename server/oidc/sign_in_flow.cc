@@ -24,7 +24,7 @@ Error Failed(const std::string& why) {
   return Refusal(ErrorCode::kForbidden, "oidc_failed", why);
 }
 
-/// Of a question to the provider in the middle of a sign-in.
+/// The refusal when a request to the provider fails during a sign-in.
 Error Failed(const Error& cause) {
   return cause.reason == Provider::kAway ? Away(cause) : Failed(cause.message);
 }
@@ -33,7 +33,7 @@ bool Same(const std::string& a, const std::string& b) {
   return a.size() == b.size() && !a.empty() && sodium_memcmp(a.data(), b.data(), a.size()) == 0;
 }
 
-/// The provider said who it is, and it is the one that was asked (RFC 9207).
+/// The provider has stated its issuer, and it is the expected one (RFC 9207).
 core::Status CheckIssuer(const SignInFlow::Callback& callback, const Discovery& discovery) {
   if (callback.has_issuer && callback.issuer != discovery.issuer) {
     return Failed("the answer is of the issuer " + ForLog(callback.issuer));
@@ -134,7 +134,7 @@ core::Result<Person> SignInFlow::Ask(Provider& provider,
   const auto more = provider.UserInfo(
       discovery.value(), tokens.value().access_token, TextOf(claims.value(), "sub"));
   if (!more) return Failed(more.error());
-  for (const auto& claim : more.value()) claims.value().insert(claim);  // those that are not there
+  for (const auto& claim : more.value()) claims.value().insert(claim);  // only absent ones
   const auto person = Admit(claims.value(), provider.settings().admission);
   if (!person) return Refusal(ErrorCode::kForbidden, "oidc_not_allowed", person.error().message);
   return person;

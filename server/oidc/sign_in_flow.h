@@ -24,16 +24,17 @@ namespace faultlab::server::oidc {
 ///     |                   |<---------------- ID token, userinfo|
 ///     |                   | Person, or a refusal
 ///
-/// Refusals carry a `reason` for the page; their message is for the log. Both calls block: on pool
-/// threads only. Thread-safe.
+/// Refusals contain a `reason` for the page; their message is for the log. Both calls block: on
+/// pool threads only. Thread-safe.
 class SignInFlow {
  public:
-  /// @param secret  of the seal; shared by the servers of a database. `clock` must outlive it.
+  /// @param secret  the key of the seal, shared by the servers of a database; `clock` must outlive
+  ///    it
   SignInFlow(std::vector<ProviderSettings> providers, std::string_view secret, const Clock& clock);
 
-  /// In the operator's order.
+  /// In the order of the configuration.
   const std::vector<std::unique_ptr<Provider>>& providers() const { return providers_; }
-  /// Null for an id that nobody has.
+  /// Null for an unknown id.
   Provider* Find(std::string_view id) const;
 
   struct Departure {
@@ -45,7 +46,7 @@ class SignInFlow {
                                 const std::string& next,
                                 std::int64_t add_to);
 
-  /// What came back to the callback, as it came.
+  /// The parameters of a callback, unchanged.
   struct Callback {
     std::string provider;
     std::string sealed;  ///< the cookie

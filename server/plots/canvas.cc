@@ -19,7 +19,7 @@ cv::Scalar Pen(Rgb colour) {
           static_cast<double>(colour.blue)};
 }
 
-/// Centre of pixel (0, 0) is (0, 0) for OpenCV, (0.5, 0.5) for us.
+/// The centre of pixel (0, 0) is (0, 0) in OpenCV and (0.5, 0.5) here.
 cv::Point Fixed(PixelPoint point, int left = 0, int top = 0) {
   const auto fix = [](double value) {
     return static_cast<int>(
@@ -49,7 +49,7 @@ std::vector<std::vector<PixelPoint>> CutIntoDashes(std::span<const PixelPoint> p
     const PixelPoint to = points[i];
     double length = std::hypot(to.x - from.x, to.y - from.y);
     if (length > kFarAway) {
-      length = 0.0;  // a jump out of the picture is not worth a million dashes
+      length = 0.0;  // stop: a line far outside the picture would make a million dashes
     }
     while (length > left) {
       const double share = left / length;
@@ -110,7 +110,9 @@ void Canvas::Fill(const PixelRect& rect, Rgb colour) {
 }
 
 void Canvas::Shade(const PixelRect& rect, Rgb colour, double share) {
-  cv::Mat part = image_(Inside(rect, image_));
+  const cv::Rect region = Inside(rect, image_);
+  if (region.empty()) return;  // OpenCV refuses to add to an image without pixels
+  cv::Mat part = image_(region);
   part.convertTo(part, -1, 1.0 - share);
   part += Pen(colour) * share;
 }

@@ -17,7 +17,7 @@ struct Rgb {
   int blue = 0;
 };
 
-/// Okabe-Ito, readable without colour sight; the page uses the same values.
+/// Okabe-Ito colours, readable for colour-blind people; the page uses the same values.
 Rgb ColourOf(Ink ink);
 /// `share` of the colour on white paper.
 Rgb Tint(Rgb colour, double share);
@@ -49,30 +49,31 @@ struct Stroke {
   double dash_unit_px = 4.0;
 };
 
-/// White paper with the few things a plot draws on it. Pixels count from the top left corner;
-/// lines are antialiased with 1/16 pixel.
+/// A white picture on which a plot is drawn. Pixels count from the top left corner; lines are
+/// antialiased with 1/16 pixel.
 class Canvas {
  public:
   /// `type` must outlive the canvas.
   Canvas(int width, int height, Typeface& type);
 
   void Fill(const PixelRect& rect, Rgb colour);
-  /// Lays `share` of the colour over what is there; overlapping shades darken.
+  /// Blends `share` of the colour over the picture; overlapping shades become darker.
   void Shade(const PixelRect& rect, Rgb colour, double share);
   void Frame(const PixelRect& rect, const Stroke& stroke);
   void Line(PixelPoint from, PixelPoint to, const Stroke& stroke);
-  /// Joined line through `points`; what lies outside `clip` is not drawn.
+  /// Connected line through `points`; parts outside `clip` are not drawn.
   void Polyline(std::span<const PixelPoint> points, const Stroke& stroke, const PixelRect& clip);
   void Polygon(std::span<const PixelPoint> points, Rgb colour);
   void Disc(PixelPoint centre, double radius, Rgb colour);
-  /// `x` is the left edge, centre or right edge of the text; `middle_y` the middle of its capitals.
+  /// `x` is the left edge, centre or right edge of the text; `middle_y` is the middle of its
+  /// capitals.
   void Text(std::string_view text,
             double x,
             double middle_y,
             int size_px,
             Rgb colour,
             Align align = Align::kLeft);
-  /// Reads from bottom to top, centred on (x, y).
+  /// Text that reads from bottom to top, centred on (x, y).
   void VerticalText(std::string_view text, double x, double y, int size_px, Rgb colour);
   int TextWidth(std::string_view text, int size_px) { return type_->Width(text, size_px); }
 

@@ -18,17 +18,15 @@ constexpr int kA1 = 2;
 struct FamilyNames {
   const char* title;
   const char* parameters[kFamilySize];
-  const char* unit_b0;
-  const char* unit_slow;  // of b1 and a1
 };
 
-constexpr FamilyNames kSwaNames = {
-    "Estimates of the sliding window algorithm (SWA)", {"b_{0d}", "b_{1d}", "a_{1d}"}, "V/V", ""};
-constexpr FamilyNames kSiaNames = {
-    "Estimates of the sliding integral algorithm (SIA)", {"b_{0}", "b_{1}", "a_{1}"}, "V/V", "s"};
+constexpr FamilyNames kSwaNames = {"Estimates of the sliding window algorithm (SWA)",
+                                   {"b_{0d}", "b_{1d}", "a_{1d}"}};
+constexpr FamilyNames kSiaNames = {"Estimates of the sliding integral algorithm (SIA)",
+                                   {"b_{0}", "b_{1}", "a_{1}"}};
 
-/// Range of the bulk of the values: a short window may throw single estimates far away, and the
-/// start-up does; both would press everything else flat.
+/// Range of most of the values. A short window may give a few extreme estimates, and so does the
+/// start-up; in their range all other values would look flat.
 std::optional<std::pair<double, double>> BulkRange(const Panel& panel) {
   constexpr double kTail = 0.01;
   constexpr double kMargin = 0.12;
@@ -160,10 +158,12 @@ Figure MakeCurvesFigure(std::span<const EstimateCurve> curves,
     figure.x.range = {t_s.front(), t_s.back() + PeriodOf(t_s)};
   }
   Panel upper;
-  upper.y = {names.parameters[kB0], names.unit_b0, std::nullopt};
+  const bool ia = context.estimated == core::EstimatedChannel::kIa;
+  upper.y = {names.parameters[kB0], ia ? "A/V" : "V/V", std::nullopt};
   Panel lower;
-  lower.y = {std::string(names.parameters[kB1]) + ", " + names.parameters[kA1],
-             names.unit_slow,
+  const char* unit_b1 = !ia ? "" : swa ? " (A/V)" : " (A·s/V)";
+  lower.y = {std::string(names.parameters[kB1]) + unit_b1 + ", " + names.parameters[kA1],
+             swa ? "" : "s",
              std::nullopt};
   lower.weight = 1.15;
   for (std::size_t i = 0; i < curves.size(); ++i) {

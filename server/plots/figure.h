@@ -8,27 +8,27 @@
 
 namespace faultlab::server {
 
-/// A drawing as data: what is shown, not how. The OpenCV renderer makes the PNG of it, the browser
-/// draws the same thing from ToJson(). Text may hold subscripts as "b_{0d}"; PlainText() drops the
-/// mark-up for renderers that do not know it.
+/// A drawing as data: its content, not its appearance. The OpenCV renderer makes the PNG from it,
+/// the browser draws the same content from ToJson(). Text may contain subscripts as "b_{0d}";
+/// PlainText() removes the mark-up for renderers without subscripts.
 enum class Ink { kBlue, kVermilion, kGreen, kSky, kPurple, kOrange, kBlack, kGrey };
 enum class Dash { kSolid, kDashed, kDotted };
 
 struct Axis {
   std::string label;  ///< "U_{m}"
   std::string unit;   ///< "V"; empty for a pure number
-  /// Fixed range; without it the renderer takes that of the data, with a margin.
+  /// Fixed range; without it the renderer uses the range of the data, with a margin.
   std::optional<std::pair<double, double>> range;
 };
 
 /// x ascending; NaN in y breaks the line.
 struct Series {
-  std::string name;  ///< legend entry; empty keeps it out of the legend
+  std::string name;  ///< legend entry; empty: not in the legend
   Ink ink = Ink::kBlue;
   Dash dash = Dash::kSolid;
   double width = 1.6;         ///< points at scale 1
-  bool stair = false;         ///< holds its value to the next x (a control voltage)
-  std::optional<bool> scale;  ///< false: does not widen the automatic y range (default true)
+  bool stair = false;         ///< keeps its value until the next x (a control voltage)
+  std::optional<bool> scale;  ///< false: not used for the automatic y range (default true)
   std::vector<double> x;
   std::vector<double> y;
 };
@@ -47,7 +47,7 @@ struct Band {
   Ink ink = Ink::kGrey;
 };
 
-/// A part of the panel's own series, magnified above them; leave room for it in Axis::range.
+/// A part of the panel's own series, magnified above them; Axis::range must leave room for it.
 struct Inset {
   double x_from = 0.0;
   double x_to = 1.0;
@@ -55,7 +55,8 @@ struct Inset {
 
 enum class MarkKind { kFault, kDetected, kIsolated, kReturned };
 
-/// An instant, drawn through all panels: shape, dash and label differ, not colour alone.
+/// An instant, drawn through all panels, distinguished by shape, dash and label, not only by
+/// colour.
 struct Mark {
   MarkKind kind = MarkKind::kFault;
   double x = 0.0;
@@ -89,7 +90,7 @@ struct Figure {
   std::vector<Panel> panels;
   std::vector<Mark> marks;
   CellMatrix matrix;
-  std::string footer;  ///< where it comes from: rig, run, version
+  std::string footer;  ///< origin: rig, run, version
 };
 
 /// "b_{0d}" -> "b0d".

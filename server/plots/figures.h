@@ -15,16 +15,17 @@
 
 namespace faultlab::server {
 
-/// What every figure of one recording shares.
+/// The data that all figures of one recording share.
 struct FigureContext {
   std::string name;                 ///< "R1 = 100 Ω at 10 s", a run's name or a file's
   std::string footer;               ///< rig, run id, version
-  std::vector<core::Fault> faults;  ///< what was injected, if it may be shown
+  std::vector<core::Fault> faults;  ///< the injected faults, if they may be shown
   std::optional<core::Verdict> verdict;
   /// Horizontal reference lines of the estimates, {b0d, b1d, a1d} and {b0, b1, a1}; from the
   /// calibration of the rig, or from the paper's nominal values.
   std::optional<std::array<double, 3>> nominal_swa;
   std::optional<std::array<double, 3>> nominal_sia;
+  core::EstimatedChannel estimated = core::EstimatedChannel::kUm;  ///< of which the estimates are
 };
 
 /// Paper Figures 14-16: Uc with a magnified part, Um, and Ia and n where the recording has them.
@@ -39,17 +40,17 @@ Figure MakeEstimatesFigure(std::span<const core::Frame> frames,
                            EstimatorFamily family,
                            const FigureContext& context);
 
-/// The estimates of one window over a record; a value that is no point to draw is NaN.
+/// The estimates of one window over a record; a value that cannot be drawn is NaN.
 struct EstimateCurve {
   std::string name;  ///< "K = 100", "(K, m) = (100, 20)"
   std::vector<double> t_s;
   std::array<std::vector<double>, 3> theta;  ///< b0d b1d a1d, or b0 b1 a1
   int settling_samples = 0;                  ///< after a change: (K-1), SIA (K+m-1)
 };
-/// As many as have an ink of their own.
+/// The number of inks for curves.
 inline constexpr std::size_t kEstimateCurvesMax = 6;
 
-/// The same figure of any windows of one family, kEstimateCurvesMax at most. Throws ContractError
+/// The same figure for any windows of one family, at most kEstimateCurvesMax. Throws ContractError
 /// for more.
 Figure MakeCurvesFigure(std::span<const EstimateCurve> curves,
                         EstimatorFamily family,
@@ -58,15 +59,15 @@ Figure MakeCurvesFigure(std::span<const EstimateCurve> curves,
 /// "K = 100", "(K, m) = (100, 20)".
 std::string WindowName(int window_samples, int integral_samples);
 
-/// Whether an estimate with these standard errors of b0, b1, a1 can be drawn: computed from this
-/// very sample, with a known error. b1 and a1 come from one pole: when that is only bounded (sigma
-/// infinite), neither is a point to draw.
+/// Whether an estimate with these standard errors of b0, b1, a1 can be drawn: it is computed from
+/// this very sample and its error is known. b1 and a1 come from one pole: if that is only bounded
+/// (sigma infinite), neither can be drawn.
 bool IsDrawable(core::EstimateStatus status,
                 int age_samples,
                 const std::array<double, 3>& sigma,
                 int parameter);
 
-/// One model's simulated output beside the measurement.
+/// The simulated output of one model, to be compared with the measurement.
 struct ModelOutput {
   std::string key;   ///< "swa", "sia", "model_mc_0.33mNm", "faultlab"
   std::string name;  ///< "SWA", "M_{c} 0.33 mNm"
@@ -80,8 +81,8 @@ struct ModelComparison {
   std::vector<ModelOutput> models;
 };
 
-/// Paper Figure 23: measured Um against the models, the fit in the legend, residuals below.
-/// Shows at most `shown_s` seconds of the stretch, from its start; the fits are of the whole.
+/// Paper Figure 23: measured Um and the models, the fits in the legend, residuals below. Shows at
+/// most `shown_s` seconds from the start of the stretch; the fits are of the whole stretch.
 Figure MakeModelsFigure(const ModelComparison& comparison,
                         const FigureContext& context,
                         double shown_s = 2.0);
@@ -98,7 +99,7 @@ struct OverlayPanel {
 };
 Figure MakeOverlayFigure(const std::vector<OverlayPanel>& panels, const FigureContext& context);
 
-/// "signals", "swa", "sia", "models": the names that the command line and the HTTP interface take.
+/// "signals", "swa", "sia", "models": the names used on the command line and in the HTTP interface.
 inline constexpr std::string_view kFigureNames[] = {"signals", "swa", "sia", "models"};
 
 }  // namespace faultlab::server

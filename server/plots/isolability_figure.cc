@@ -24,7 +24,7 @@ std::string DistanceText(double distance) {
   if (!std::isfinite(distance)) {
     return "∞";
   }
-  constexpr double kNothing = 0.005;  // less cannot be seen in two decimals
+  constexpr double kNothing = 0.005;  // smaller values are 0 with two decimals
   constexpr double kLong = 1e4;
   if (distance < kNothing) {
     return "0";
@@ -50,8 +50,8 @@ Figure MakeIsolabilityFigure(const core::Isolability& isolability, const std::st
   matrix.row_title = "Fault";
   matrix.column_title = "Distance (nats) to the nearest record of";
   matrix.columns.push_back("healthy");
-  for (const core::Component component : core::kAllComponents) {
-    matrix.columns.push_back(ComponentLabel(component));
+  for (const core::SmallestVisible& one : isolability.smallest) {
+    matrix.columns.push_back(ComponentLabel(one.component));
   }
   for (const core::FaultIsolability& fault : isolability.faults) {
     const core::Component own = fault.fault.component;
@@ -59,9 +59,9 @@ Figure MakeIsolabilityFigure(const core::Isolability& isolability, const std::st
                           ValueText(fault.fault.value, core::Unit(own)));
     matrix.value.push_back(Confusion(fault.kl_nominal_nats, isolability.kl_visible_nats));
     matrix.text.push_back(DistanceText(fault.kl_nominal_nats));
-    for (const core::Component component : core::kAllComponents) {
-      const double distance = fault.rival[static_cast<std::size_t>(core::Index(component))].kl_nats;
-      const bool itself = component == own;
+    for (const core::NearestRival& rival : fault.rival) {
+      const double distance = rival.kl_nats;
+      const bool itself = rival.component == own;
       matrix.value.push_back(itself ? std::nan("")
                                     : Confusion(distance, isolability.kl_separable_nats));
       matrix.text.push_back(itself ? "" : DistanceText(distance));

@@ -8,8 +8,8 @@
 namespace faultlab::server {
 
 /// A fault set as a matrix: a row for each fault, a column for "healthy" and for each component
-/// that it may be taken for. A cell holds the distance in nats; the fuller its colour, the easier
-/// the mistake: full where the two cannot be told apart.
+/// with which it may be confused. A cell contains the distance in nats; the darker it is, the
+/// easier the two are confused: full colour means that they cannot be distinguished.
 Figure MakeIsolabilityFigure(const core::Isolability& isolability, const std::string& subtitle);
 
 }  // namespace faultlab::server

@@ -98,13 +98,14 @@ void DrawMarkLabels(Canvas& canvas,
   const std::vector<Mark> shown = InOrder(marks, scale);
   const double half = style.Px(kSymbol);
   const double gap = style.Px(kGap);
-  double taken = scale.plot.left;  // everything left of it is written on
+  double taken = scale.plot.left;  // the space left of it is occupied
   for (std::size_t i = 0; i < shown.size(); ++i) {
     const Mark& mark = shown[i];
     const double line = scale.ToX(mark.x);
     const double width = 2 * half + gap + canvas.TextWidth(mark.label, style.legend_px);
     const bool crowded = i + 1 < shown.size() && scale.ToX(shown[i + 1].x) < line + width + 2 * gap;
-    // The first of close neighbours stands left of its line, with the symbol at the line.
+    // If two marks are close, the label of the first is left of its line, with the symbol at the
+    // line.
     const bool to_the_left = crowded && line - width - gap > taken;
     const double start = to_the_left ? line - width : std::max(line, taken);
     if (to_the_left) {

@@ -14,7 +14,7 @@ void DrawMarkLines(Canvas& canvas,
                    const std::vector<Mark>& marks,
                    const PlotScale& scale);
 
-/// Symbol and label of each mark in a strip whose middle is `y`; labels keep clear of each other.
+/// Symbol and label of each mark in a strip whose middle is `y`; labels do not overlap.
 void DrawMarkLabels(Canvas& canvas,
                     const PlotStyle& style,
                     const std::vector<Mark>& marks,

@@ -10,7 +10,7 @@ namespace {
 
 constexpr Rgb kFullColour = {0x00, 0x72, 0xB2};
 constexpr Rgb kEmptyColour = {0xF2, 0xF2, 0xF2};
-constexpr double kWhiteTextFrom = 0.55;  // share of the colour from which black is hard to read
+constexpr double kWhiteTextFrom = 0.55;  // share of the colour; above, black is unreadable
 
 int WidestText(Canvas& canvas, const std::vector<std::string>& texts, int size_px) {
   int widest = 0;

@@ -1,28 +1,28 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <string>
 #include <vector>
 
 #include "core/plant/coefficients.h"
+#include "core/plant/measured_gain.h"
 #include "core/plant/model_fit.h"
 #include "core/plant/sampled_model.h"
 #include "server/plots/record_figure.h"
-#include "server/plots/ticks.h"
 
 namespace faultlab::server {
 namespace {
 
 constexpr double kStretchSecondsMin = 2.0;
 constexpr double kStretchSecondsMax = 10.0;  // as the paper's: from the fault at 10 s to 20 s
-/// Delay of a rig that no calibration knows: the paper's own loop.
-constexpr double kUsualDeltaPeriods = 0.95;
-constexpr double kPaperMcMillis[] = {0.0, 0.33, 0.48};  // mNm, paper Tables 13-20
 
 struct Stretch {
   std::vector<double> t_s, uc_v, um_v;
 };
 
 /// From the fault (or the middle of the record) to its end, at most kStretchSecondsMax, without a
-/// gap and without a lost reading; the last such piece wins.
+/// gap and without a lost reading; of several such pieces the last.
 Stretch FindStretch(std::span<const core::Sample> samples, double from_s, double period_s) {
   std::size_t begin = 0;
   std::size_t best_begin = 0;
@@ -66,7 +66,9 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
                               const core::DiagnosisOptions& options,
                               const core::Diagnosis& diagnosis) {
   ModelComparison comparison;
-  if (samples.empty()) {
+  // The models compute um; benches that are diagnosed by their current have no comparison yet.
+  const bool by_um = options.bench->structure->estimated == core::EstimatedChannel::kUm;
+  if (samples.empty() || !by_um) {
     return comparison;
   }
   const core::Verdict& verdict = diagnosis.verdict;
@@ -82,7 +84,7 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
     comparison.models.push_back({key, name, fit.fit_percent, std::move(fit.simulated_v)});
   };
   const double delta_s = diagnosis.calibration ? diagnosis.calibration->delta_s
-                                               : kUsualDeltaPeriods * options.period_s;
+                                               : std::min(options.bench->delta_s, options.period_s);
   const auto estimate = [&](core::EstimatorId id) -> const core::Estimate<3>& {
     return diagnosis.estimates[static_cast<std::size_t>(id)];
   };
@@ -107,18 +109,21 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
     return plant;
   };
   const core::ContinuousCoefficients eq3 = core::MakeContinuous(with_fault(options.nominal));
-  for (const double mc_millis : kPaperMcMillis) {
-    const std::string mc = FormatNumber(mc_millis, mc_millis == 0.0 ? 0 : 2);
-    add("model_mc_" + mc + (mc_millis == 0.0 ? "" : "mNm"),
-        "M_{c} " + mc + " mNm",
-        core::FitFriction(
-            eq3, 1e-3 * mc_millis, stretch.uc_v, stretch.um_v, options.period_s, delta_s));
+  std::vector<double> frictions_nm = {0.0};
+  const std::vector<double>& published = options.bench->published.mc_nm;
+  frictions_nm.insert(frictions_nm.end(), published.begin(), published.end());
+  if (published.empty()) frictions_nm.push_back(options.bench->norm.mc_nm);
+  for (const double mc_nm : frictions_nm) {
+    std::array<char, 32> mc{};
+    std::snprintf(mc.data(), mc.size(), "%.3g", 1e3 * mc_nm);
+    add(std::string("model_mc_") + mc.data() + (mc_nm == 0.0 ? "" : "mNm"),
+        std::string("M_{c} ") + mc.data() + " mNm",
+        core::FitFriction(eq3, mc_nm, stretch.uc_v, stretch.um_v, options.period_s, delta_s));
   }
   if (diagnosis.calibration) {
     const core::Calibration& calibration = *diagnosis.calibration;
-    core::PlantParameters plant = with_fault(calibration.nominal);
-    // The sampled plant knows no gain factor of the amplifier: R12 carries it.
-    plant.r12_ohm = calibration.gain_factor * plant.re2_ohm() - plant.r14_ohm - plant.r15_ohm;
+    const core::PlantParameters plant =
+        core::WithMeasuredGain(with_fault(calibration.nominal), calibration.gain_factor);
     add("faultlab",
         "faultlab",
         core::FitSampled(core::MakeSampledModel(plant, options.period_s, delta_s),

@@ -9,7 +9,7 @@
 namespace faultlab::server {
 namespace {
 
-/// One look for each model; the measurement is black.
+/// The appearance of each model; the measurement is black.
 struct Look {
   Ink ink;
   Dash dash;
@@ -28,7 +28,7 @@ Figure MakeModelsFigure(const ModelComparison& comparison,
                         double shown_s) {
   LAB_CHECK(comparison.t_s.size() == comparison.um_v.size());
   Figure figure = MakeFigureOf("Measured and simulated output", context);
-  for (const Mark& mark : figure.marks) {  // the stretch lies behind the fault: say which
+  for (const Mark& mark : figure.marks) {  // the stretch follows the fault: name it
     if (mark.kind == MarkKind::kFault) {
       figure.subtitle += (figure.subtitle.empty() ? "" : ", ") + mark.label;
     }

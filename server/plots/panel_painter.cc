@@ -16,7 +16,7 @@ constexpr double kTickLength = 6;
 constexpr double kLabelGap = 10;
 constexpr double kPixelsPerTick = 34;
 
-/// Spreads label heights so that neighbours keep `distance`; ascending order is kept.
+/// Moves label heights apart so that neighbours have `distance`; their order stays ascending.
 void SpreadApart(std::vector<double>& places, double distance, double lowest, double highest) {
   for (std::size_t i = 1; i < places.size(); ++i) {
     places[i] = std::max(places[i], places[i - 1] + distance);
@@ -84,7 +84,7 @@ void PanelPainter::SetPlot(const PixelRect& plot,
   x_ticks_ = x_ticks;
   const int count = std::max(2, static_cast<int>(plot.height / style_.Px(kPixelsPerTick)));
   y_ticks_ = MakeTicks(scale_.y.first, scale_.y.second, count);
-  if (panel_.inset) {  // numbers beside the inset would count nothing
+  if (panel_.inset) {  // numbers beside the inset would not belong to its scale
     double highest = -std::numeric_limits<double>::infinity();
     for (const Series& series : panel_.series) {
       for (const double value : series.y) {
@@ -333,7 +333,7 @@ void PanelPainter::DrawInset(const Inset& inset) {
     return;
   }
   const double data_top = scale_.ToY(high);
-  const double room = data_top - plot.top;  // the builder left it free above the data
+  const double room = data_top - plot.top;  // the builder of the figure left it free above the data
   const PixelRect box = {plot.left + static_cast<int>(0.03 * plot.width),
                          plot.top + static_cast<int>(0.12 * room) + style_.inset_px,
                          static_cast<int>(0.44 * plot.width),

@@ -21,19 +21,19 @@ struct PlotStyle {
 
 std::string AxisText(const Axis& axis, int exponent);
 
-/// One panel with everything that belongs to it alone.
+/// One panel and everything that belongs to it alone.
 class PanelPainter {
  public:
   PanelPainter(Canvas& canvas, const PlotStyle& style, const Panel& panel);
 
-  /// Height of title and legend above the panel when it is `width` wide.
+  /// Height of title and legend above the panel, for this `width`.
   int HeadHeight(int width) const;
-  /// Needs the y range and the height; fixes the ticks.
+  /// Sets the y range and the height; computes the ticks.
   void SetPlot(const PixelRect& plot, std::pair<double, double> x_range, const Ticks& x_ticks);
   int TickLabelWidth() const;
   int LevelLabelWidth() const;
 
-  /// Ground, bands, grid and levels: what marks and series lie upon.
+  /// Background, bands, grid and levels, which lie below marks and series.
   void DrawGround();
   void DrawSeries();
   /// Frame, numbers, label, legend, inset.

@@ -32,7 +32,7 @@ void AppendChunk(std::string& out, std::string_view type, std::string_view data)
   AppendBigEndian(out, static_cast<std::uint32_t>(crc));
 }
 
-/// Each row as its difference to the row above, behind the number of the filter.
+/// Each row as its difference to the row above, preceded by the number of the filter.
 std::vector<std::uint8_t> FilterRows(std::span<const std::uint8_t> rgb,
                                      std::size_t stride,
                                      std::size_t height) {

@@ -38,7 +38,7 @@ std::pair<double, double> XRange(const Figure& figure) {
   return low < high ? std::pair(low, high) : std::pair(0.0, 1.0);
 }
 
-/// Draws title, subtitle and footer; returns what is left for the rest.
+/// Draws title, subtitle and footer; returns the remaining area.
 PixelRect DrawHeading(Canvas& canvas, const PlotStyle& style, const Figure& figure) {
   const int margin = style.Px(kOuterMargin);
   int top = margin;
@@ -65,8 +65,8 @@ PixelRect DrawHeading(Canvas& canvas, const PlotStyle& style, const Figure& figu
   return {margin, top, canvas.width() - 2 * margin, bottom - top};
 }
 
-/// Heights first, then ticks, then the width of their labels: the panels share left and right
-/// edges.
+/// Heights first, then ticks, then the width of their labels, because the panels share their left
+/// and right edges.
 void PlacePanels(std::vector<PanelPainter>& painters,
                  const Figure& figure,
                  const PlotStyle& style,
@@ -146,7 +146,7 @@ void DrawPanels(Canvas& canvas, const PlotStyle& style, const Figure& figure, Pi
     painter.DrawSeries();
     painter.DrawFrame(area.left + 0.6 * style.label_px);
   }
-  // The labels stand above the legend of the first panel.
+  // The labels are above the legend of the first panel.
   DrawMarkLabels(canvas,
                  style,
                  figure.marks,

@@ -13,7 +13,7 @@ struct RenderOptions {
   int scale = 1;  ///< 1 or 2: twice the pixels, same layout
   /// DejaVuSans.ttf; empty = $FAULTLAB_FONT, then where fonts-dejavu-core puts it.
   std::string font_path;
-  int png_level = 1;  ///< 1..3: above, encoding costs ten times the drawing
+  int png_level = 1;  ///< 1..3; above 3, encoding takes ten times as long as drawing
 };
 
 /// PNG bytes of a figure: white ground, antialiased, 1600 x 900 at scale 1.

@@ -7,8 +7,8 @@
 namespace faultlab::server {
 namespace {
 
-constexpr double kLineWidth = 1.0;        // 2000 points on 1400 pixels: a finer line shows more
-constexpr double kLensSeconds = 1.0;      // what the magnified part shows
+constexpr double kLineWidth = 1.0;        // for 2000 points on 1400 pixels
+constexpr double kLensSeconds = 1.0;      // duration of the magnified part
 constexpr double kLensRoom = 1.9;         // free space above the data, in heights of the data
 constexpr double kLensPlaceShare = 0.42;  // of the recording, so that it stays clear of the middle
 

@@ -10,8 +10,8 @@
 namespace faultlab::server {
 namespace {
 
-constexpr int kEngineering = 3;    // exponents go by thousands
-constexpr double kTinyMax = 2e-3;  // below this the labels get an exponent
+constexpr int kEngineering = 3;    // exponents are multiples of three
+constexpr double kTinyMax = 2e-3;  // for smaller values the labels get an exponent
 constexpr double kHugeMin = 1e5;
 constexpr double kEdgeSlack = 1e-9;  // of a step: a tick on the very edge counts as inside
 

@@ -8,7 +8,7 @@
 namespace faultlab::server {
 namespace {
 
-/// Collects the points of one pixel column and hands on those that can be seen.
+/// Collects the points of one pixel column and passes on those that are visible.
 class ColumnThinner {
  public:
   explicit ColumnThinner(std::vector<PixelPoint>& out) : out_(out) {}

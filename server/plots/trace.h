@@ -8,7 +8,7 @@
 
 namespace faultlab::server {
 
-/// Where numbers land on the paper: x to the right, y upward inside `plot`.
+/// The map from values to pixels: x to the right, y upward inside `plot`.
 struct PlotScale {
   PixelRect plot;
   std::pair<double, double> x;
@@ -22,9 +22,9 @@ struct PlotScale {
   }
 };
 
-/// The unbroken stretches of a series as pixels; NaN breaks, a stair gets its corners. Where more
-/// than four points share a pixel column only its first, lowest, highest and last are kept, so no
-/// peak is lost.
+/// The unbroken stretches of a series as pixels; NaN breaks the line, a stair gets its corners. If
+/// more than four points share a pixel column, only its first, lowest, highest and last are kept,
+/// so that no peak is lost.
 std::vector<std::vector<PixelPoint>> MakeTraces(const Series& series, const PlotScale& scale);
 
 }  // namespace faultlab::server

@@ -26,7 +26,7 @@ constexpr double kAscent = 0.95;   // of the size: room for Å and for a supersc
 constexpr double kDescent = 0.35;  // room for g and for a subscript
 constexpr int kFixedPoint = 64;    // FreeType counts in 1/64 pixel
 
-/// A stretch of text on one height.
+/// A part of a text at one height.
 struct Piece {
   std::string_view text;
   int shift = 0;  // -1 subscript, 0, +1 superscript
@@ -52,7 +52,7 @@ std::vector<Piece> SplitScripts(std::string_view text) {
   return pieces;
 }
 
-/// Next code point of UTF-8; a broken byte is U+FFFD and costs one byte.
+/// Next code point of UTF-8; a broken byte gives U+FFFD and counts as one byte.
 char32_t TakeCodePoint(std::string_view& text) {
   constexpr char32_t kBroken = 0xFFFD;
   const auto lead = static_cast<unsigned char>(text.front());
@@ -98,7 +98,7 @@ class FreeTypeFace final : public Typeface {
 
   TextBitmap Draw(std::string_view text, int size_px) override {
     TextBitmap bitmap;
-    const int margin = 2;  // a slanted or wide letter may reach over its advance
+    const int margin = 2;  // a slanted or wide letter may be wider than its advance
     bitmap.width = Width(text, size_px) + margin;
     bitmap.baseline = static_cast<int>(std::ceil(kAscent * size_px));
     bitmap.height = bitmap.baseline + static_cast<int>(std::ceil(kDescent * size_px));

@@ -10,7 +10,7 @@
 
 namespace faultlab::server {
 
-/// Grey levels of a line of text, row by row; `baseline` is the row on which letters stand.
+/// Grey levels of a line of text, row by row; `baseline` is the row of the base line.
 struct TextBitmap {
   int width = 0;
   int height = 0;
@@ -18,8 +18,9 @@ struct TextBitmap {
   std::vector<std::uint8_t> coverage;  ///< [height x width], 0 = paper, 255 = ink
 };
 
-/// One TrueType face through FreeType. Text is UTF-8 and may hold "_{..}" (subscript) and "^{..}"
-/// (superscript). A letter the face lacks is drawn as its empty box. Not thread-safe.
+/// One TrueType face through FreeType. Text is UTF-8 and may contain "_{..}" (subscript) and
+/// "^{..}" (superscript). A letter that the face does not have is drawn as an empty box. Not
+/// thread-safe.
 class Typeface {
  public:
   /// `path` empty: $FAULTLAB_FONT, then the places where Linux distributions put DejaVuSans.ttf.

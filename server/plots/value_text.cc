@@ -37,7 +37,7 @@ std::string WithPrefix(double value, const std::string& unit, int digits) {
       {{1e6, "M"}, {1e3, "k"}, {1.0, ""}, {1e-3, "m"}, {1e-6, "µ"}, {1e-9, "n"}, {1e-12, "p"}}};
   const double magnitude = std::abs(Rounded(value, digits));
   for (const Prefix& prefix : kPrefixes) {
-    constexpr double kSlack = 1.0 - 1e-12;  // 1e-6 / 1e-6 may be a hair below 1
+    constexpr double kSlack = 1.0 - 1e-12;  // 1e-6 / 1e-6 may be slightly below 1
     if (magnitude >= prefix.factor * kSlack) {
       return Significant(value / prefix.factor, digits) + " " + prefix.letter + unit;
     }

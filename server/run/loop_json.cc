@@ -8,7 +8,7 @@ namespace {
 
 namespace json = boost::json;
 
-/// Whole microseconds: nothing finer is measured.
+/// Whole microseconds; measurements are not finer.
 std::int64_t Microseconds(double time_s) {
   return std::llround(time_s * 1e6);
 }

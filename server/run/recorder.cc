@@ -8,7 +8,7 @@
 namespace faultlab::server {
 namespace {
 
-/// A restart of the database takes a second or two. A run in real time queues a minute.
+/// A restart of the database takes a second or two. The queue of a run in real time holds a minute.
 constexpr std::chrono::seconds kOutageMax{30};
 constexpr std::chrono::milliseconds kNextTry{250};
 

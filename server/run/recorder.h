@@ -17,24 +17,24 @@
 namespace faultlab::server {
 
 /// Writes recordings asynchronously: one thread, one bounded queue for each run. Nothing is ever
-/// dropped: a database that is busy or away is tried again for half a minute; when a run's queue is
-/// full, or the store refuses, that run is told and must end.
+/// dropped. If the database is busy or away, writing is tried again for half a minute; if a run's
+/// queue is full or the store refuses, the run gets an error and must end.
 class Recorder {
  public:
   static constexpr std::size_t kQueuedMax = 64;  ///< chunks and event lists per run
 
   explicit Recorder(RecordingStore& store);
-  ~Recorder();  ///< writes what is queued
+  ~Recorder();  ///< writes the queued data first
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// What to do when the queue of the run is full.
+  /// The behaviour when the queue of the run is full.
   enum class WhenFull { kFail, kWait };
 
-  /// False: the queue is full or an earlier write failed; Drain says which.
+  /// False: the queue is full or an earlier write failed; Drain returns which.
   bool Append(const std::string& run, std::vector<core::Sample> samples, WhenFull when_full);
   bool Append(const std::string& run, std::vector<RecordedEvent> events, WhenFull when_full);
-  /// Waits until all of the run's queue is stored, then forgets the run.
+  /// Waits until the run's queue is stored, then removes the queue.
   /// @returns the first failure, or Done
   core::Status Drain(const std::string& run);
 
@@ -47,7 +47,7 @@ class Recorder {
   struct Book {
     std::size_t queued = 0;
     std::string failure;
-    std::int64_t events = 0;  ///< stored
+    std::int64_t events = 0;  ///< number of events stored
   };
   bool Enqueue(Item item, WhenFull when_full);
   void Loop();

@@ -10,7 +10,7 @@ namespace {
 using core::Error;
 using core::ErrorCode;
 
-/// In as few digits as tell it from its neighbours.
+/// With as few digits as distinguish the value from its neighbours.
 std::string Text(double value) {
   std::array<char, 32> text;
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
@@ -148,6 +148,35 @@ Error NotPositive(core::Component component) {
           "value",
           "value_not_positive",
           {{"component", Symbol(component)}}};
+}
+
+Error NoComponent(const core::Bench& bench, std::string_view symbol) {
+  std::string known;
+  for (const core::Component each : bench.components()) {
+    known += (known.empty() ? "" : ", ") + Symbol(each);
+  }
+  const std::string shown(symbol);
+  return {ErrorCode::kInvalid,
+          "Unknown component '" + shown + "'; known: " + known + ".",
+          "component",
+          "no_component",
+          {{"component", shown}, {"known", known}}};
+}
+
+Error OtherBench(const std::string& rig, const core::Bench& its, const std::string& asked) {
+  return {ErrorCode::kInvalid,
+          "Rig '" + rig + "' is of bench '" + its.name + "', not of '" + asked + "'.",
+          "/bench",
+          "other_bench",
+          {{"rig", rig}, {"bench", its.name}, {"asked", asked}}};
+}
+
+Error FaultSetOfOtherBench(const std::string& its, const core::Bench& wanted) {
+  return {ErrorCode::kInvalid,
+          "This fault set is for bench '" + its + "'; the rig is of bench '" + wanted.name + "'.",
+          "/fault_set",
+          "fault_set_of_other_bench",
+          {{"its", its}, {"bench", wanted.name}}};
 }
 
 Error NotSwitchable(const std::string& rig, core::Component component) {

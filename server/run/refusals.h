@@ -4,11 +4,12 @@
 #include <string>
 #include <string_view>
 
+#include "core/bench/bench.h"
 #include "core/types/component.h"
 #include "core/types/result.h"
 
-// What people are refused when they run an experiment: each with a reason and parameters, so that a
-// page can say it in its own language. The list stands in server/run/README.md.
+// The refusals for people who run an experiment, each with a reason and parameters, so that a page
+// can show it in its own language. The list is in server/run/README.md.
 namespace faultlab::server::refusal {
 
 core::Error NoSimulator();
@@ -16,33 +17,38 @@ core::Error RigNeedsSession(const std::string& rig);
 core::Error RigJustFound(const std::string& rig);
 core::Error NoRig(const std::string& rig);
 core::Error RigInUse(const std::string& rig);
-/// The session has ended or was passed on.
+/// The session has ended or was passed on to another user.
 core::Error TurnIsOver(const std::string& rig);
-/// Its server does not answer.
+/// The server of the rig does not answer.
 core::Error RigAway(const std::string& rig);
 core::Error RigElsewhere(const std::string& rig, const std::string& member);
 core::Error RunsFull();
-/// As many of one person as one person may have.
+/// This person has as many runs as one person may have.
 core::Error YourRunsFull(int runs_max);
 core::Error YourSimulatorsFull(int simulators_max);
 core::Error ReplayTooLong(double longest_s);
-/// Of one owner; in samples.
+/// Recorded samples of one owner.
 core::Error QuotaFull(std::int64_t kept, std::int64_t most);
 core::Error RunEnded();
 core::Error StaleEpoch();
 /// The server may have lost its rigs to another one: it was frozen, or the database is away.
 core::Error OutOfTouch();
-/// The run ends before it has learnt the healthy rig.
+/// The run ends before the calibration of the healthy rig is complete.
 core::Error RunTooShort();
+/// @param symbol  that `bench` does not have
+core::Error NoComponent(const core::Bench& bench, std::string_view symbol);
+/// The rig is of another bench than what is asked of it.
+core::Error OtherBench(const std::string& rig, const core::Bench& its, const std::string& asked);
 core::Error NotPositive(core::Component component);
 core::Error NotSwitchable(const std::string& rig, core::Component component);
-/// @param values  that its relays connect: "1, 10, 56, 100"
+/// @param values  the values that its relays can connect: "1, 10, 56, 100"
 core::Error NotOfTheRelays(core::Component component, const std::string& values);
 core::Error VoltageOutside(const std::string& rig, double lowest_v, double highest_v);
 core::Error NoFaultSet();
+core::Error FaultSetOfOtherBench(const std::string& its, const core::Bench& wanted);
 core::Error EmptyRecording();
 
-/// The refusal of a part: its field becomes `field`.
+/// The refusal for a part of a request: its field becomes `field`.
 core::Error At(core::Error error, std::string field);
 
 }  // namespace faultlab::server::refusal

@@ -81,7 +81,7 @@ void RigBay::LookAround() const {
       return slot.description.id == rig.status.description.id;
     });
     const bool is_new = known == slots_.end();
-    if (!is_new && !known->remote) continue;  // a name on the bus makes no local rig a far one
+    if (!is_new && !known->remote) continue;  // a local rig stays local
     Slot& slot = is_new ? slots_.emplace_back() : *known;
     if (is_new) {
       slot.profile = std::move(rig.status.profile);
@@ -93,7 +93,8 @@ void RigBay::LookAround() const {
   }
 }
 
-/// Under the mutex. The rig that must be fenced, outside it; null when nothing older runs.
+/// Called with the mutex held. Returns the rig that must be fenced after unlocking; null when
+/// nothing older runs.
 std::shared_ptr<hardware::Rig> RigBay::StopOlder(Slot& slot, std::uint64_t epoch) {
   if (slot.revoked == nullptr || slot.held_epoch >= epoch) return nullptr;
   *slot.revoked = true;
@@ -113,7 +114,7 @@ void RigBay::Fence(const std::string& rig, std::uint64_t epoch) {
   if (running != nullptr) running->Fence(hardware::Epoch{epoch});
 }
 
-/// The slot of the lease, taken; its rig is still to be made.
+/// Reserves the slot of the lease; its rig is not made yet.
 core::Result<std::size_t> RigBay::Take(const lab::Lease& lease,
                                        std::chrono::milliseconds patience) {
   std::unique_lock lock(mutex_);
@@ -150,7 +151,8 @@ core::Result<RigHold> RigBay::Acquire(const lab::Lease& lease, std::chrono::mill
   const core::Result<std::size_t> taken = Take(lease, patience);
   if (!taken) return taken.error();
   const std::size_t index = taken.value();
-  // Building a rig may take a moment (a remote one answers over a network): not under the lock.
+  // Building a rig may take a moment (a remote rig answers over a network), so it is done without
+  // the lock.
   Factory make;
   {
     const std::lock_guard lock(mutex_);
@@ -179,13 +181,13 @@ core::Result<RigHold> RigBay::Acquire(const lab::Lease& lease, std::chrono::mill
     hold.rig_ = std::move(rig);
     hold.revoked_ = slot.revoked;
   }
-  // A fence that came while the rig was made has found none to stop.
+  // A fence that came while the rig was being made had no rig to stop.
   if (hold.revoked()) return refusal::TurnIsOver(lease.rig);
   return hold;
 }
 
 void RigBay::Return(std::size_t index) {
-  std::shared_ptr<hardware::Rig> rig;  // outlives the lock: the end of a rig is a safe stop
+  std::shared_ptr<hardware::Rig> rig;  // destroyed after unlocking: its end is a safe stop
   {
     const std::lock_guard lock(mutex_);
     Slot& slot = slots_[index];
@@ -223,14 +225,20 @@ core::Result<RigStatus> RigBay::Find(std::string_view id) const {
   LookAround();
   const std::lock_guard lock(mutex_);
   for (const Slot& slot : slots_) {
-    const bool fits = id.empty() ? slot.description.kind == hardware::RigKind::kSimulated
-                                 : slot.description.id == id;
-    if (fits) return Describe(slot);
-  }
-  if (id.empty()) {
-    return core::Error{core::ErrorCode::kNotFound, "This server has no simulated rig.", "/rig"};
+    if (slot.description.id == id) return Describe(slot);
   }
   return refusal::NoRig(std::string(id));
+}
+
+core::Result<RigStatus> RigBay::FindSimulator(const core::Bench& bench) const {
+  const std::lock_guard lock(mutex_);
+  for (const Slot& slot : slots_) {
+    const hardware::RigDescription& about = slot.description;
+    if (about.kind == hardware::RigKind::kSimulated && about.bench == &bench) return Describe(slot);
+  }
+  return core::Error{core::ErrorCode::kNotFound,
+                     "This server simulates no rig of bench '" + bench.name + "'.",
+                     "/rig"};
 }
 
 std::vector<RigStatus> RigBay::List() const {

@@ -19,25 +19,25 @@
 
 namespace faultlab::server {
 
-/// A rig as the list shows it.
+/// A rig as shown in the list.
 struct RigStatus {
   hardware::RigDescription description;
   std::string profile;  ///< "bench", "multisim"
   hardware::RigState state = hardware::RigState::kIdle;
   hardware::Epoch epoch{};
   bool leased = false;
-  std::optional<hardware::Trip> trip{};             ///< holds the rig until ClearTrip
+  std::optional<hardware::Trip> trip{};             ///< blocks the rig until ClearTrip
   hardware::LoopQuality loop{};                     ///< over all leases
-  std::optional<hardware::RemoteRigInfo> remote{};  ///< of a far rig: link, holder, calibration
+  std::optional<hardware::RemoteRigInfo> remote{};  ///< of a remote rig: link, holder, calibration
 };
 
 class RigBay;
 
-/// A rig in the hands of a lease. Its end is a safe stop and gives the rig back.
+/// A rig held by a lease. The end of the hold is a safe stop and gives the rig back.
 class RigHold {
  public:
   RigHold() = default;
-  /// Of a rig that belongs to no bay: a replay, whose one holder keeps it to its end.
+  /// For a rig without a bay: a replay, which has one holder until its end.
   explicit RigHold(std::shared_ptr<hardware::Rig> rig) : rig_(std::move(rig)) { lease_.epoch = 1; }
   RigHold(RigHold&& other) noexcept { *this = std::move(other); }
   RigHold& operator=(RigHold&& other) noexcept;
@@ -47,33 +47,33 @@ class RigHold {
   const std::shared_ptr<hardware::Rig>& shared_rig() const { return rig_; }
   const lab::Lease& lease() const { return lease_; }
   hardware::Epoch epoch() const { return hardware::Epoch{lease_.epoch}; }
-  /// True once the bay was fenced above this lease: the rig has been stopped for it.
+  /// True after the bay was fenced above this lease: the rig has been stopped.
   bool revoked() const { return revoked_ != nullptr && revoked_->load(); }
   void Release();
 
  private:
   friend class RigBay;
-  RigBay* bay_ = nullptr;  ///< null: a rig that belongs to no bay
+  RigBay* bay_ = nullptr;  ///< null: a rig without a bay
   std::size_t slot_ = 0;
   lab::Lease lease_;
   std::shared_ptr<hardware::Rig> rig_;
   std::shared_ptr<std::atomic<bool>> revoked_;
 };
 
-/// All rigs of this server and whose hands they are in. It makes no epochs: those come with the
-/// leases of the lab. Thread-safe.
+/// All rigs of this server and the leases that hold them. The epochs come with the leases of the
+/// lab; the bay makes none. Thread-safe.
 class RigBay {
  public:
   using Factory = std::function<std::shared_ptr<hardware::Rig>()>;
 
-  /// A rig that `make` builds anew for each lease: a practice bench forgets its trips.
+  /// A rig that `make` builds anew for each lease, so that a practice bench starts without trips.
   void Add(hardware::RigDescription description, std::string profile, Factory make);
 
-  /// A rig that is there between leases, too, and keeps its trip and its heat.
+  /// A rig that exists between leases, too, and keeps its trip and its temperature.
   void AddResident(std::shared_ptr<hardware::Rig> rig, std::string profile);
 
-  /// Where rigs turn up by themselves (agents on a bus). Asked at each look at the bay. A name that
-  /// this bay has by other means stays what it is.
+  /// Adds a source of rigs that appear by themselves (agents on a bus). It is asked at each access
+  /// to the bay. A name that this bay already has from elsewhere is not changed.
   struct Found {
     RigStatus status;
     Factory make;  ///< always the same rig
@@ -81,28 +81,31 @@ class RigBay {
   using Finder = std::function<std::vector<Found>()>;
   void SetFinder(Finder finder);
 
-  /// Names on the bus that nothing proves (no key here), for operators to see. They are no rigs of
-  /// this bay; a name that the bay has is left out.
+  /// Names on the bus that nothing proves (there is no key for them here), shown to operators. They
+  /// are not rigs of this bay; a name that the bay has is left out.
   using Strangers = std::function<std::vector<RigStatus>()>;
   void SetStrangers(Strangers strangers);
   std::vector<RigStatus> ListStrangers() const;
 
-  /// Told when a hold has ended and its rig is free again. Any thread. Empty: nobody.
+  /// Sets a function that is called when a hold has ended and its rig is free again. Any thread.
+  /// May be empty.
   void OnRelease(std::function<void(const lab::Lease&)> told);
 
-  /// The rig of the lease. A holder of an older epoch is stopped and waited for up to `patience`.
-  /// kStale when the bay is fenced above the lease; kBusy when the lease has the rig already, or
-  /// the older holder did not let go; kNotFound; kUnavailable when the rig does not answer.
+  /// Acquires the rig of the lease. The holder of an older epoch is stopped and waited for, up to
+  /// `patience`. kStale when the bay is fenced above the lease; kBusy when the lease has the rig
+  /// already, or the older holder did not release it; kNotFound; kUnavailable when the rig does not
+  /// answer.
   core::Result<RigHold> Acquire(const lab::Lease& lease,
                                 std::chrono::milliseconds patience = std::chrono::seconds(5));
-  /// When this returns, nothing below `epoch` can acquire the rig or command it, and what runs
-  /// under a lower one is stopping. An unknown rig is fenced when it turns up.
+  /// When this returns, no lease below `epoch` can acquire or command the rig, and a run with a
+  /// lower epoch is stopping. An unknown rig is fenced when it appears.
   void Fence(const std::string& rig, std::uint64_t epoch);
 
-  /// The description of that rig, or of the first simulated one when `id` is empty.
   core::Result<RigStatus> Find(std::string_view id) const;
+  /// The first that is built like this.
+  core::Result<RigStatus> FindSimulator(const core::Bench& bench) const;
   std::vector<RigStatus> List() const;
-  bool Holds(std::string_view id) const;  ///< somebody's hands are on it
+  bool Holds(std::string_view id) const;  ///< true while a lease holds it
 
  private:
   friend class RigHold;
@@ -112,11 +115,11 @@ class RigBay {
     Factory make;
     std::shared_ptr<hardware::Rig> rig;  ///< while held
     std::shared_ptr<hardware::Rig> resident;
-    std::shared_ptr<std::atomic<bool>> revoked;  ///< of the hold; null = nobody holds it
+    std::shared_ptr<std::atomic<bool>> revoked;  ///< of the hold; null: not held
     std::uint64_t held_epoch = 0;
-    hardware::RigState state = hardware::RigState::kIdle;  ///< as found, while not held
-    std::optional<hardware::RemoteRigInfo> remote;         ///< as found
-    hardware::LoopQuality loop;                            ///< of the rigs that are no more
+    hardware::RigState state = hardware::RigState::kIdle;  ///< last known, while not held
+    std::optional<hardware::RemoteRigInfo> remote;         ///< last known
+    hardware::LoopQuality loop;                            ///< of former rigs of this slot
   };
   RigStatus Describe(const Slot& slot) const;
   core::Result<std::size_t> Take(const lab::Lease& lease, std::chrono::milliseconds patience);

@@ -15,11 +15,12 @@ namespace {
 
 constexpr std::chrono::milliseconds kReadPatience{20};
 constexpr std::chrono::milliseconds kReadoutInterval{200};
-constexpr std::chrono::milliseconds kSaveInterval{1000};  ///< a crash costs at most this
+constexpr std::chrono::milliseconds kSaveInterval{1000};  ///< the most that a crash can lose
 constexpr double kChunkSeconds = 1.0;
+constexpr double kFrameSeconds = 0.05;
 constexpr int kRowsPerFrameMax = 250;
 constexpr std::size_t kEventsShownMax = 1000;
-/// Half a minute for a database that is away.
+/// Tries for half a minute, in case the database is away.
 constexpr int kEndTries = 60;
 constexpr std::chrono::milliseconds kEndRetry{500};
 
@@ -27,21 +28,24 @@ bool IsRealTime(const hardware::RigDescription& description, double speed) {
   return description.kind == hardware::RigKind::kRemote || speed == 1.0;
 }
 
-/// 20 frames a second of wall time, whatever the speed.
-int RowsPerFrame(double speed) {
+/// 20 frames a second of wall time, whatever the speed and the period; one of a sample on a slow
+/// bench.
+int RowsPerFrame(double speed, double period_s) {
   if (speed <= 0.0) return kRowsPerFrameMax;
-  const double rows = std::round(kLiveSamplesPerFrame * speed);
+  const double rows = std::round(kFrameSeconds / period_s * speed);
   return std::clamp(static_cast<int>(rows), 1, kRowsPerFrameMax);
 }
 
-std::string DiagnosisText(const core::Diagnosis& diagnosis, std::int64_t samples, double period_s) {
-  boost::json::object object = ToJson(diagnosis);
+std::string DiagnosisText(const core::Diagnosis& diagnosis,
+                          const core::DiagnosisOptions& options,
+                          std::int64_t samples) {
+  boost::json::object object = ToJson(diagnosis, *options.bench);
   object["samples"] = samples;
-  object["period_s"] = period_s;
+  object["period_s"] = options.period_s;
   return boost::json::serialize(object);
 }
 
-/// End of the stretch for which changes wait. A recording refuses them all by itself.
+/// End of the stretch in which changes wait. A replay refuses all changes itself.
 std::optional<double> LearningEnd(const core::DiagnosisOptions& pipeline,
                                   core::Learning learning,
                                   const hardware::RigDescription& rig) {
@@ -60,17 +64,19 @@ Run::Run(RunServices services, RunRequest request, RunRecord record, CommandHand
       pipeline_(request_.diagnosis),
       id_(record.id),
       real_time_(IsRealTime(rig_->description(), services_.speed)),
-      rows_per_frame_(RowsPerFrame(real_time_ ? 1.0 : services_.speed)),
+      rows_per_frame_(RowsPerFrame(real_time_ ? 1.0 : services_.speed, record.period_s)),
       samples_per_chunk_(
           std::max(1, static_cast<int>(std::lround(kChunkSeconds / record.period_s)))),
       box_(std::make_shared<SolverBox>()),
-      positions_(NominalPositions(request_.diagnosis.nominal)),
+      nominal_positions_(NominalPositions(*request_.diagnosis.bench, request_.diagnosis.nominal)),
+      positions_(nominal_positions_),
       learning_(pipeline_.learning()),
       waiting_(LearningEnd(request_.diagnosis, learning_, rig_->description())) {
   state_.id = record.id;
   state_.name = record.name;
   state_.owner = record.owner;
   state_.rig = record.rig;
+  state_.bench = record.bench;
   state_.epoch = epoch_;
   state_.plan_json = record.plan_json;
   state_.created_at = record.created_at;
@@ -117,6 +123,7 @@ std::string Run::Hello() {
     state = state_.state;
   }
   return HelloMembers({id_,
+                       request_.diagnosis.bench->id,
                        state,
                        epoch_,
                        1.0 / state_.period_s,
@@ -151,10 +158,10 @@ void Run::Main() {
   ended_.notify_all();
 }
 
-/// The rig is free for the next lease before the recording is finished.
+/// Releases the rig for the next lease before the recording is finished.
 void Run::LetGo() {
   rig_->SafeStop("the run has ended");
-  // The next run may begin now: this object lives until somebody looks for ended runs.
+  // The next run may begin now, although this object exists until ended runs are collected.
   request_.place.reset();
   RigHold hold;
   {
@@ -170,7 +177,7 @@ void Run::Drain() {
   for (;;) {
     messages.clear();
     const hardware::ReadStatus status = rig_->Read(messages, kReadPatience);
-    TellChanges();  // before the rig's answer to them
+    TellChanges();  // before the rig's answers to them
     for (const hardware::RigMessage& message : messages) {
       if (const auto* sample = std::get_if<core::Sample>(&message)) {
         OnSample(*sample);
@@ -219,7 +226,7 @@ void Run::ExchangeTasks() {
     services_.solver.Submit(std::move(*task), box_);
     if (real_time_) return;
     // Simulated time stands still meanwhile, so that verdicts fall on the same samples each time;
-    // the rig hears that its holder lives.
+    // the rig gets a sign of life from its holder.
     std::optional<core::DiagnosisResult> result;
     while (!(result = box_->Take(kReadPatience))) rig_->KeepAlive(epoch_);
     pipeline_.Accept(std::move(*result));
@@ -266,7 +273,7 @@ void Run::FollowVerdict() {
 }
 
 void Run::OnRigEvent(const hardware::RigEvent& event) {
-  Follow(positions_, event, request_.diagnosis.nominal);
+  Follow(positions_, event, nominal_positions_);
   if (event.kind == hardware::RigEventKind::kTrip) {
     services_.log("run " + id_ + ": interlock of rig " + rig_->description().id + ": " +
                   event.text);
@@ -274,7 +281,7 @@ void Run::OnRigEvent(const hardware::RigEvent& event) {
   } else if (event.kind == hardware::RigEventKind::kFinished) {
     finished_ = true;
   } else if (event.kind == hardware::RigEventKind::kStopped && request_.hold.revoked()) {
-    stopped_by_us_ = true;  // the bay did, for the end of the session
+    stopped_by_us_ = true;  // the bay stopped it, at the end of the session
   } else if (event.kind == hardware::RigEventKind::kStopped && !stopped_by_us_ &&
              failure_.empty()) {
     failure_ = event.text;
@@ -295,7 +302,7 @@ void Run::OnRigEvent(const hardware::RigEvent& event) {
 }
 
 void Run::AddEvent(RecordedEvent event) {
-  FlushRows();  // a viewer has the samples before it hears what happened on them
+  FlushRows();  // viewers get the samples before the events on them
   std::string text = event.json;
   unsaved_events_.push_back(event);
   {
@@ -342,11 +349,11 @@ void Run::Fail(const std::string& reason) {
 void Run::Complete(core::Diagnosis& diagnosis) {
   if (!services_.complete) return;
   const auto samples = services_.store.LoadSamples(id_);
-  if (!samples.ok()) return;  // already told by Drain
+  if (!samples.ok()) return;  // Drain has reported it already
   services_.complete(samples.value(), request_.diagnosis, diagnosis);
 }
 
-/// A database that is busy or away is tried again; its own first try may have been stored.
+/// Tries again if the database is busy or away. An earlier try may have been stored.
 core::Status Run::StoreEnd(RunState state, const std::string& text, core::VerdictKind verdict) {
   const WallTime now = services_.clock.Wall();
   const std::string word(core::Name(verdict));
@@ -378,15 +385,15 @@ void Run::Finish() {
   if (failure_.empty() && finished_) state = RunState::kFinished;
   if (failure_.empty() && !finished_ && stopped_by_us_) state = RunState::kStopped;
   const std::int64_t samples = Snapshot().samples;
-  const std::string text = DiagnosisText(diagnosis, samples, state_.period_s);
+  const std::string text = DiagnosisText(diagnosis, request_.diagnosis, samples);
   const core::Status stored = StoreEnd(state, text, diagnosis.verdict.kind);
   if (!stored.ok()) {
     services_.log("run " + id_ + ": its end could not be stored: " + stored.error().message);
     state = RunState::kFailed;
   }
   const hardware::RigDescription& rig = rig_->description();
-  // A fault inside the stretch would become part of what is taken for the healthy rig, and a hidden
-  // one would be told by it.
+  // A fault inside the stretch would become part of the calibration of the healthy rig, and a
+  // hidden fault could be read from that calibration.
   const bool learnt_from_healthy =
       !request_.hidden_faults && std::all_of(request_.plan.faults.begin(),
                                              request_.plan.faults.end(),
@@ -395,7 +402,7 @@ void Run::Finish() {
                                              });
   if (services_.calibrated && stored.ok() && diagnosis.calibration && learnt_from_healthy &&
       !request_.diagnosis.calibration && rig.kind != hardware::RigKind::kReplay) {
-    services_.calibrated(rig.id, id_, *diagnosis.calibration);
+    services_.calibrated({rig.id, id_, *request_.diagnosis.bench, *diagnosis.calibration});
   }
   {
     const std::lock_guard lock(mutex_);

@@ -23,18 +23,18 @@
 
 namespace faultlab::server {
 
-/// Counted by run threads, read by /metrics.
+/// Counted by the run threads, read by /metrics.
 struct SharedRunCounters {
   std::atomic<std::uint64_t> started{0}, samples{0}, overruns{0}, gaps{0};
   std::array<std::atomic<std::uint64_t>, 5> ended{};
 };
 
-/// What every run shares.
+/// What all runs share.
 struct RunServices {
   RecordingStore& store;
   Recorder& recorder;
   Solver& solver;
-  Worker& commands;  ///< where live commands wait for rigs that answer slowly
+  Worker& commands;  ///< runs live commands, so that only its thread waits for slow rigs
   StreamHub& hub;
   const Clock& clock;
   SharedRunCounters* counters;
@@ -45,11 +45,11 @@ struct RunServices {
   decltype(RunManagerOptions::calibrated) calibrated;
 };
 
-/// One experiment from its start to its stored end, on a thread of its own. The rig is safe before
-/// the run says that it has ended, whatever ended it.
+/// One experiment from its start to its stored end, on its own thread. The rig is safe before the
+/// run reports its end, whatever the reason.
 class Run : public std::enable_shared_from_this<Run> {
  public:
-  /// `request.hold` has an armed rig; the record has been begun.
+  /// `request.hold` has an armed rig; the recording has been begun.
   Run(RunServices services, RunRequest request, RunRecord record, CommandHandler on_command);
   ~Run();  ///< stops and waits
   Run(const Run&) = delete;
@@ -60,20 +60,21 @@ class Run : public std::enable_shared_from_this<Run> {
   core::Result<Accepted> Command(hardware::Epoch epoch, const hardware::RigCommand& command);
   RunSnapshot Snapshot() const;
   hardware::Epoch epoch() const { return epoch_; }
+  const core::Bench& bench() const { return *request_.diagnosis.bench; }
   bool ended() const { return ended_.load(); }
   void Wait() const { ended_.wait(false); }
 
  private:
   void Main();
   void LetGo();
-  void Drain();  ///< until the end of the rig's stream
+  void Drain();  ///< runs until the end of the rig's stream
   void OnSample(const core::Sample& sample);
   void OnRigEvent(const hardware::RigEvent& event);
   void ExchangeTasks();
   void FollowVerdict();
   void FollowLearning();
   void ReleaseChanges();
-  void ApplyWaitingChanges();  ///< on the commands' thread, or the run's in simulated time
+  void ApplyWaitingChanges();  ///< on the thread of the commands, or of the run in simulated time
   core::Result<Accepted> Hold(const hardware::RigCommand& change);
   void TellChanges();
   void AddEvent(RecordedEvent event);
@@ -93,11 +94,11 @@ class Run : public std::enable_shared_from_this<Run> {
   CommandHandler on_command_;
   core::Pipeline pipeline_;
   const std::string id_;
-  const bool real_time_;  ///< a reader that is slow fails the run; otherwise the rig waits
+  const bool real_time_;  ///< a slow reader fails the run; otherwise the rig waits
   const int rows_per_frame_;
   const int samples_per_chunk_;
 
-  // Of the run's thread.
+  // Used by the run's thread only.
   std::unique_ptr<RunTapStream> tap_;  ///< may be null
   std::vector<StreamRow> rows_;
   std::int64_t rows_first_ = 0;
@@ -112,21 +113,22 @@ class Run : public std::enable_shared_from_this<Run> {
   std::optional<double> detected_at_s_;
   std::optional<core::Component> isolated_;
   std::shared_ptr<SolverBox> box_;
-  std::string failure_;                ///< why the run fails; empty while it does not
+  std::string failure_;                ///< why the run fails; empty if it does not
   hardware::LoopQuality loop_before_;  ///< of the rig, when the run began
   bool finished_ = false;
   bool recording_broken_ = false;
+  const Positions nominal_positions_;
   Positions positions_;
   std::string verdict_text_;
   core::Learning learning_;
-  bool release_due_ = false;  ///< the stretch is over: what waits may act
+  bool release_due_ = false;  ///< the stretch is over: waiting changes may act
 
   WaitingChanges waiting_;
 
   mutable std::mutex mutex_;  ///< guards state_
   RunSnapshot state_;
   std::mutex control_mutex_;  ///< held while a command, stop or release goes to the rig
-  bool rig_is_ours_ = true;   ///< under it: after LetGo the rig may be somebody else's
+  bool rig_is_ours_ = true;   ///< guarded by it; after LetGo another lease may have the rig
   std::atomic<bool> stopped_by_us_{false};
   std::atomic<bool> ended_{false};
   std::thread thread_;

@@ -1,4 +1,4 @@
-// Changes of the rig while a run goes on, and how they wait until the healthy rig is learnt.
+// Changes of the rig during a run, and how they wait until the healthy rig is calibrated.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -10,7 +10,7 @@
 namespace faultlab::server {
 namespace {
 
-/// Rounding of values that went through JSON.
+/// Rounding error of values that went through JSON.
 constexpr double kSameValue = 1e-9;
 
 bool Same(double a, double b) {
@@ -27,7 +27,8 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
   using Kind = hardware::RigCommand::Kind;
   const std::lock_guard lock(control_mutex_);
   if (!rig_is_ours_) return refusal::RunEnded();
-  // A change that would wait asks no rig, which would refuse it: the bay's word counts here.
+  // A waiting change does not reach the rig, which would check the epoch, so the check is made
+  // here.
   if (epoch != epoch_ || request_.hold.revoked()) return refusal::StaleEpoch();
   if (command.kind == Kind::kAllNominal) waiting_.DropAll();
   if (command.kind == Kind::kSetComponent) {
@@ -45,7 +46,7 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
   return Accepted{};
 }
 
-/// Under control_mutex_. Says now what the rig would refuse later.
+/// Called with control_mutex_ held. Refuses at once what the rig would refuse later.
 core::Result<Accepted> Run::Hold(const hardware::RigCommand& change) {
   const double until_s = request_.diagnosis.healthy_to_s;
   const double duration_s =
@@ -54,7 +55,7 @@ core::Result<Accepted> Run::Hold(const hardware::RigCommand& change) {
     return refusal::RunTooShort();
   }
   if (waiting_.Hold(change.component, change.value)) return Accepted{until_s};
-  const core::Status taken = rig_->Command(epoch_, change);  // the run came to its end just now
+  const core::Status taken = rig_->Command(epoch_, change);  // the run ended just now
   if (!taken.ok()) return taken.error();
   return Accepted{};
 }
@@ -72,7 +73,7 @@ void Run::FollowLearning() {
   }
 }
 
-/// A rig may take its time to answer, which the run's thread has only while simulated time stands
+/// A rig may answer slowly. The run's thread can wait for it only while simulated time stands
 /// still.
 void Run::ReleaseChanges() {
   if (!real_time_) {
@@ -87,7 +88,7 @@ void Run::ReleaseChanges() {
 
 void Run::ApplyWaitingChanges() {
   for (;;) {
-    const std::lock_guard lock(control_mutex_);  // for each: Stop need not wait for all
+    const std::lock_guard lock(control_mutex_);  // per change: Stop need not wait
     if (!rig_is_ours_) return;
     const auto change = waiting_.Next();
     if (!change) return;

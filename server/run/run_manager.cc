@@ -15,11 +15,14 @@ namespace {
 
 constexpr std::size_t kCommandsWaitingMax = 256;
 
-hardware::RigCommand ToRigCommand(const CommandMessage& message) {
+core::Result<hardware::RigCommand> ToRigCommand(const CommandMessage& message,
+                                                const core::Bench& bench) {
   hardware::RigCommand command;
-  command.kind = message.action == ViewerAction::kSet ? hardware::RigCommand::Kind::kSetComponent
-                                                      : hardware::RigCommand::Kind::kAllNominal;
-  command.component = message.component;
+  if (message.action != ViewerAction::kSet) return command;
+  const auto component = bench.Find(message.component);
+  if (!component) return refusal::NoComponent(bench, message.component);
+  command.kind = hardware::RigCommand::Kind::kSetComponent;
+  command.component = *component;
   command.value = message.value;
   return command;
 }
@@ -58,7 +61,7 @@ class RunManager::Impl {
   mutable std::mutex mutex_;
   bool closed_ = false;
   std::map<std::string, std::shared_ptr<Run>, std::less<>> runs_;
-  Worker commands_{kCommandsWaitingMax};  ///< goes first: its work refers to the rest
+  Worker commands_{kCommandsWaitingMax};  ///< destroyed first: it uses the others
 };
 
 std::shared_ptr<Run> RunManager::Impl::Find(std::string_view id) const {
@@ -104,6 +107,7 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   record.source = "run";
   record.server_id = options_.server_id;
   record.epoch = static_cast<std::uint64_t>(epoch);
+  record.bench = request.diagnosis.bench->id;
   record.period_s = request.plan.period_s;
   record.plan_json = request.plan_json;
   record.options_json = OptionsText(request.diagnosis);
@@ -161,7 +165,9 @@ core::Result<Accepted> RunManager::Impl::Obey(const std::string& id,
     return Accepted{};
   }
   if (!in_force_()) return refusal::OutOfTouch();
-  return run->Command(message.epoch, ToRigCommand(message));
+  const auto command = ToRigCommand(message, run->bench());
+  if (!command) return command.error();
+  return run->Command(message.epoch, command.value());
 }
 
 RunManager::RunManager(RunManagerOptions options,

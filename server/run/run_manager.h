@@ -22,8 +22,8 @@
 
 namespace faultlab::server {
 
-/// One run's way to somebody besides the viewers (the LCM tap). Called on the run's thread: must
-/// not block.
+/// Sends one run's data to a receiver other than the viewers (the LCM tap). Called on the run's
+/// thread: must not block.
 class RunTapStream {
  public:
   virtual ~RunTapStream() = default;
@@ -45,18 +45,19 @@ struct RunRequest {
   std::string owner;      ///< Principal::owner_key()
   std::string plan_json;  ///< the resolved plan as the API shows it, one JSON object
   hardware::RunPlan plan;
-  RigHold hold;                      ///< of the rig that it runs on
-  bool hidden_faults = false;        ///< the tap stays silent
+  RigHold hold;                      ///< of the rig on which it runs
+  bool hidden_faults = false;        ///< true: nothing is sent to the tap
   core::DiagnosisOptions diagnosis;  ///< stored with the run; the period is the plan's
-  std::shared_ptr<void> place{};     ///< of RunPlaces; let go when the run has ended
+  std::shared_ptr<void> place{};     ///< of RunPlaces; released when the run has ended
 };
 
-/// What is known of a run while it lives.
+/// What is known of a running run.
 struct RunSnapshot {
   std::string id;
   std::string name;
   std::string owner;
   std::string rig;
+  std::string bench;  ///< core::Bench::id
   hardware::Epoch epoch{};
   RunState state = RunState::kRunning;
   std::string plan_json;
@@ -64,25 +65,31 @@ struct RunSnapshot {
   std::int64_t samples = 0;
   double period_s = 0.01;
   std::vector<RecordedEvent> events;
-  std::string verdict;         ///< word
+  std::string verdict;         ///< the kind of the verdict
   std::string diagnosis_json;  ///< so far
-  /// What `verdict` rests on, without the estimates of later samples; null before the first one.
+  /// The diagnosis that `verdict` belongs to, without the estimates of later samples; null before
+  /// the first one.
   std::shared_ptr<const core::Diagnosis> diagnosis{};
+};
+
+/// What a run has learnt about the rig that it ran on.
+struct LearntRig {
+  const std::string& rig;
+  const std::string& run;
+  const core::Bench& bench;
+  const core::Calibration& calibration;
 };
 
 struct RunManagerOptions {
   std::string server_id = "local";
   double speed = 1.0;  ///< of the simulated rigs: frames are batched to 20 a second of wall time
-  /// Adds to the diagnosis of an ended run what needs the whole recording (fits of models). May be
-  /// empty. Called on the run's thread.
+  /// Adds those parts of an ended run's diagnosis that need the whole recording (fits of models).
+  /// May be empty. Called on the run's thread.
   std::function<void(
       std::span<const core::Sample>, const core::DiagnosisOptions&, core::Diagnosis&)>
       complete;
-  /// What a run has learnt about the rig that it ran on (never of a replay). May be empty. Called
-  /// on the run's thread, after its end is stored.
-  std::function<void(
-      const std::string& rig, const std::string& run, const core::Calibration& calibration)>
-      calibrated;
+  /// Never of a replay. May be empty. Called on the run's thread, after its end is stored.
+  std::function<void(const LearntRig& learnt)> calibrated;
 };
 
 struct RunCounters {
@@ -100,8 +107,8 @@ struct RunCounters {
 ///                                   |  samples, events --> [recorder thread] --> RecordingStore
 ///                                   +-- isolation tasks --> [solver thread]
 ///
-/// Whatever ends a run (plan played, stop, trip, a full queue, a bug) ends in SafeStop and in a
-/// stored state. A viewer that is slow, dead or hostile does not reach the run thread at all.
+/// Whatever ends a run (plan complete, stop, trip, a full queue, a programming error), it ends with
+/// SafeStop and a stored state. A slow, dead or hostile viewer does not affect the run thread.
 class RunManager {
  public:
   RunManager(RunManagerOptions options,
@@ -113,23 +120,25 @@ class RunManager {
   RunManager(const RunManager&) = delete;
   RunManager& operator=(const RunManager&) = delete;
 
-  /// May be null. Before the first Start.
+  /// May be null. To be called before the first Start.
   void SetTap(RunTap* tap);
-  /// Asked before each live command: may this process still drive rigs? Before the first Start.
+  /// Sets the check before each live command: whether this process may still drive rigs. To be
+  /// called before the first Start.
   void SetGuard(std::function<bool()> in_force);
 
-  /// Arms, records, starts. kStale when the lease ended meanwhile.
+  /// Arms, records, starts. kStale when the lease has ended meanwhile.
   core::Result<RunSnapshot> Start(RunRequest request);
-  /// The rig goes safe; the run ends as `stopped` within a moment. kNotFound, kConflict when over.
+  /// The rig becomes safe; the run ends as `stopped` within a moment. kNotFound; kConflict when it
+  /// has ended.
   core::Status Stop(std::string_view id, std::string_view reason);
-  /// Acts at the rig's next tick. A change that comes while the run learns its healthy rig waits
-  /// for the end of the stretch; the answer says until when. kStale when the epoch is not the
-  /// run's.
+  /// Acts at the rig's next tick. A change that comes during the calibration of the healthy rig
+  /// waits for the end of that stretch; the answer contains the time. kStale when the epoch is not
+  /// the run's.
   core::Result<Accepted> Command(std::string_view id,
                                  hardware::Epoch epoch,
                                  const hardware::RigCommand& command);
 
-  /// A running run, or one that ended a moment ago. Ended runs live in the RecordingStore.
+  /// A running run, or one that ended a moment ago. Older runs are in the RecordingStore.
   std::optional<RunSnapshot> Find(std::string_view id) const;
   std::vector<RunSnapshot> Running() const;
   /// Blocks until the run has ended and is stored. For tests and jobs.

@@ -60,7 +60,9 @@ RecordedEvent MakeEvent(const hardware::RigEvent& event,
                         double period_s,
                         const hardware::LoopQuality* loop) {
   json::object object = EventObject(hardware::Name(event.kind), event.index, period_s);
-  if (NamesComponent(event.kind)) object["component"] = core::Name(event.component);
+  if (NamesComponent(event.kind) && event.component.exists()) {
+    object["component"] = core::Name(event.component);
+  }
   if (HasValue(event.kind)) object["value"] = Finite(event.value);
   if (!event.text.empty()) object["text"] = event.text;
   if (loop != nullptr) object["loop"] = ToJson(*loop);
@@ -89,7 +91,8 @@ RecordedEvent MakeChangeEvent(const ChangeNote& note, std::int64_t index, double
   return Recorded(note.kind, index, object);
 }
 
-std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& recorded) {
+std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& recorded,
+                                             const core::Bench& bench) {
   const auto kind = ParseRigEventKind(recorded.kind);
   if (!kind) return std::nullopt;
   boost::system::error_code ec;
@@ -106,7 +109,7 @@ std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& recorded) {
     event.text = std::string(text->get_string());
   }
   if (const auto* name = object->if_contains("component"); name != nullptr && name->is_string()) {
-    if (const auto component = core::ParseComponent(std::string_view(name->get_string()))) {
+    if (const auto component = bench.Find(std::string_view(name->get_string()))) {
       event.component = *component;
     }
   }
@@ -141,17 +144,17 @@ std::string EndText(RunState state) {
   return json::serialize(json::object{{"type", "end"}, {"state", Name(state)}});
 }
 
-Positions NominalPositions(const core::PlantParameters& nominal) {
+Positions NominalPositions(const core::Bench& bench, const core::PlantParameters& nominal) {
   Positions positions;
-  for (const core::Component component : core::kAllComponents) {
+  for (const core::Component component : bench.components()) {
     positions[component] = {nominal.Get(component), "confirmed"};
   }
   return positions;
 }
 
-void Follow(Positions& positions,
-            const hardware::RigEvent& event,
-            const core::PlantParameters& nominal) {
+void Follow(Positions& positions, const hardware::RigEvent& event, const Positions& nominal) {
+  // An event of a component that this program does not know.
+  if (NamesComponent(event.kind) && !event.component.exists()) return;
   switch (event.kind) {
     case RigEventKind::kFaultCommanded:
       positions[event.component].state = "commanded";
@@ -165,7 +168,7 @@ void Follow(Positions& positions,
     case RigEventKind::kTrip:
     case RigEventKind::kStopped:
     case RigEventKind::kFinished:
-      positions = NominalPositions(nominal);  // every way out leaves the relays nominal
+      positions = nominal;  // every way out leaves the relays nominal
       break;
     default:
       break;
@@ -176,6 +179,7 @@ std::string HelloMembers(const HelloParts& parts) {
   json::object object;
   object["run"] = parts.run;
   object["state"] = Name(parts.state);
+  object["bench"] = parts.bench;
   object["epoch"] = static_cast<std::uint64_t>(parts.epoch);
   object["rate_hz"] = parts.rate_hz;
   json::object positions;
@@ -196,7 +200,7 @@ std::string HelloMembers(const HelloParts& parts) {
       json::object{{"swa", json::array{discrete.b0d, discrete.b1d, discrete.a1d}},
                    {"sia", json::array{continuous.b0, continuous.b1, continuous.a1}}};
   std::string text = json::serialize(object);
-  // Plan, events and verdict are JSON already.
+  // Plan, events and verdict are already JSON text.
   std::string out = text.substr(1, text.size() - 2);
   out.append(",\"plan\":").append(parts.plan_json.empty() ? "{}" : parts.plan_json);
   out.append(",\"events\":[");

@@ -16,7 +16,7 @@
 
 namespace faultlab::server {
 
-/// Back from the word of the contract: "started", "fault_commanded", "relay_confirmed", ..
+/// Inverse of the name in the contract: "started", "fault_commanded", "relay_confirmed", ..
 std::optional<hardware::RigEventKind> ParseRigEventKind(std::string_view name);
 
 /// {"type":"event","kind","index","t_s","component"?,"value"?,"text"?,"loop"?}
@@ -30,10 +30,10 @@ RecordedEvent MakeDiagnosisEvent(std::string_view kind,
                                  double period_s,
                                  const core::Candidate* candidate,
                                  std::string_view text);
-/// An event of a change that waits or waited for the end of the learning.
+/// An event of a change that waits, or waited, for the end of the calibration.
 RecordedEvent MakeChangeEvent(const ChangeNote& note, std::int64_t index, double period_s);
 /// Back from a recording. nullopt for events that no rig said.
-std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& event);
+std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& event, const core::Bench& bench);
 
 /// {"type":"readout","index","estimators":[{"name","theta","sigma","condition","status","age"}]}
 std::string ReadoutText(const core::Frame& frame);
@@ -49,15 +49,14 @@ struct ComponentPosition {
   double value = 0.0;
   std::string_view state = "confirmed";  ///< "commanded" | "confirmed" | "refused"
 };
-using Positions = std::map<core::Component, ComponentPosition>;
-Positions NominalPositions(const core::PlantParameters& nominal);
-void Follow(Positions& positions,
-            const hardware::RigEvent& event,
-            const core::PlantParameters& nominal);
+using Positions = std::map<core::Component, ComponentPosition, core::ByIndex>;
+Positions NominalPositions(const core::Bench& bench, const core::PlantParameters& nominal);
+void Follow(Positions& positions, const hardware::RigEvent& event, const Positions& nominal);
 
-/// Members of hello that the run knows, without braces.
+/// Members of `hello` that the run knows, without braces.
 struct HelloParts {
   std::string_view run;
+  std::string_view bench;  ///< core::Bench::id
   RunState state = RunState::kRunning;
   hardware::Epoch epoch{};
   double rate_hz = 100.0;
@@ -65,8 +64,8 @@ struct HelloParts {
   const Positions& positions;
   const std::vector<RecordedEvent>& events;
   std::string_view verdict_text;           ///< of VerdictText
-  std::optional<double> learning_until_s;  ///< end of the stretch that is being learnt from
-  WaitingChanges::Values waiting;          ///< changes that wait for that end
+  std::optional<double> learning_until_s;  ///< end of the calibration stretch
+  WaitingChanges::Values waiting;          ///< changes that wait for this end
   core::PlantParameters nominal;
   double delta_s = 0.0;
 };

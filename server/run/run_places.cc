@@ -30,7 +30,7 @@ core::Result<std::shared_ptr<void>> RunPlaces::Take(const std::string& caller,
     ++taken_->all.runs;
     taken_->replayed_samples += samples;
   }
-  // Not null, and not owned by this pointer: it only carries the deleter.
+  // Not null, and does not own what it points to: it only carries the deleter.
   return std::shared_ptr<void>(taken_.get(), [taken = taken_, caller, simulators, samples](void*) {
     const std::lock_guard lock(taken->mutex);
     --taken->all.runs;

@@ -11,24 +11,25 @@
 
 namespace faultlab::server {
 
-/// On what a run runs. What needs a session is never counted: there is one run for each such rig,
-/// and whoever waited for the rig must not find the server full.
+/// The kind of rig of a run. Runs that need a session (kLeased) are not counted: there is only one
+/// for each rig, and a user who waited for the rig must not find the server full.
 enum class RunKind { kLeased, kSimulator, kReplay };
 
 struct RunPlaceLimits {
   int runs_max = 32;                              ///< on simulators and replays together
   int runs_per_caller_max = 8;                    ///< of one caller
-  int simulators_per_caller = 2;                  ///< of one caller, so that nobody has all of them
-  std::int64_t replayed_samples_max = 2'000'000;  ///< of all replays that run; they are in memory
+  int simulators_per_caller = 2;                  ///< of one caller, so that others have some
+  std::int64_t replayed_samples_max = 2'000'000;  ///< of all running replays; they are in memory
 };
 
-/// Who may run how much at the same time. Thread-safe; places may outlive this.
+/// Limits how many runs each caller may have at the same time. Thread-safe; places may outlive
+/// this.
 class RunPlaces {
  public:
   explicit RunPlaces(RunPlaceLimits limits) : limits_(limits) {}
 
-  /// A place, given back when the last copy is gone. A job has no caller: "".
-  /// @param samples  of a replay
+  /// Takes a place; it is given back when the last copy is destroyed. A job has no caller: "".
+  /// @param samples  number of samples of a replay
   core::Result<std::shared_ptr<void>> Take(const std::string& caller,
                                            RunKind kind,
                                            std::int64_t samples);

@@ -56,7 +56,7 @@ void Solver::Loop() {
     try {
       result = core::RunTask(task);
     } catch (const std::exception& error) {
-      // A bug in one fit must not end the others: the pipeline learns that this one has no answer.
+      // An error in one fit must not end the others: the pipeline gets a result without an answer.
       result = core::Unanswered(task, {core::ErrorCode::kInvalid, error.what(), "solver"});
     }
     box->Put(std::move(result));

@@ -14,11 +14,11 @@
 
 namespace faultlab::server {
 
-/// Where the result of a run's task arrives; the run looks in between two samples.
+/// Receives the result of a run's task; the run checks it between two samples.
 class SolverBox {
  public:
   void Put(core::DiagnosisResult result);
-  /// The result if there is one, or comes within `patience`.
+  /// The result if there is one, or if it comes within `patience`.
   std::optional<core::DiagnosisResult> Take(
       std::chrono::milliseconds patience = std::chrono::milliseconds(0));
 
@@ -33,7 +33,7 @@ class SolverBox {
 class Solver {
  public:
   Solver();
-  ~Solver();  ///< forgets what is queued
+  ~Solver();  ///< drops queued tasks
   Solver(const Solver&) = delete;
   Solver& operator=(const Solver&) = delete;
 

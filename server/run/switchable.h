@@ -6,8 +6,8 @@
 
 namespace faultlab::server {
 
-/// Whether the rig can give a component this value, by what the rig says of itself. Error.field is
-/// "component" or "value".
+/// Whether the rig can give a component this value, according to the rig's description. Error.field
+/// is "component" or "value".
 core::Status CheckSwitchable(const hardware::RigDescription& rig,
                              core::Component component,
                              double value);

@@ -12,49 +12,49 @@
 
 namespace faultlab::server {
 
-/// What has become of a change, for the events of the run.
+/// The outcome of a change, for the events of the run.
 struct ChangeNote {
   std::string_view kind;  ///< "change_waits", "change_dropped" or "refused"
-  core::Component component = core::Component::kR1;
+  core::Component component{};
   double value = 0.0;
   std::string text;
 };
 
-/// Live changes that came while the run learns its healthy rig. Such a change would spoil the
-/// stretch by which the whole run is judged, so it waits for the end of the stretch; the newest for
-/// a component wins.
+/// Live changes that come while the run calibrates its model of the healthy rig. Such a change
+/// would disturb the stretch on which the diagnosis of the whole run depends, so it waits for the
+/// end of the stretch; the newest change of a component replaces earlier ones.
 ///
 ///   Hold, Drop --> values --Next, after the stretch--> the rig
 ///                    +--> notes --> events of the run
 ///
-/// Thread-safe. Who decides between Hold and the rig, and between Next and the rig, holds one lock
-/// around both.
+/// Thread-safe. The caller must hold one lock around the choice between Hold and the rig, and
+/// around Next and the rig.
 class WaitingChanges {
  public:
-  using Values = std::map<core::Component, double>;
+  using Values = std::map<core::Component, double, core::ByIndex>;
   using Change = Values::value_type;
 
   /// @param until_s  end of the stretch; nullopt: there is none, nothing waits
   explicit WaitingChanges(std::optional<double> until_s)
       : until_s_(until_s), open_(!until_s.has_value()) {}
 
-  /// True: the change waits. False: it is for the rig, now.
+  /// True: the change waits. False: send it to the rig now.
   bool Hold(core::Component component, double value);
-  /// The component shall be nominal: nothing waits for it any more.
+  /// The component is set to nominal: its waiting change is dropped.
   void Drop(core::Component component);
   void DropAll();
 
-  /// The stretch is over: the next change for the rig. nullopt: none is left, and from now on
-  /// nothing waits.
+  /// After the stretch: the next change for the rig. nullopt: none is left, and later changes do
+  /// not wait.
   std::optional<Change> Next();
-  /// The rig did not take a change that Next gave.
+  /// The rig refused a change that Next returned.
   void Refuse(const Change& change, std::string reason);
-  /// The run ends: nothing waits any more.
+  /// The run ends: waiting changes are dropped.
   void End();
 
-  bool open() const;  ///< changes go to the rig
+  bool open() const;  ///< true: changes go to the rig at once
   Values values() const;
-  /// What has happened since the last call, in order.
+  /// The notes since the last call, in order.
   std::vector<ChangeNote> TakeNotes();
 
  private:

@@ -9,16 +9,16 @@
 
 namespace faultlab::server {
 
-/// One thread that does things in the order given: live commands, so that neither the network nor
-/// the hub waits for a rig.
+/// One thread that does work in the given order. It runs live commands, so that neither the network
+/// nor the hub waits for a rig.
 class Worker {
  public:
   explicit Worker(std::size_t waiting_max);
-  ~Worker();  ///< does what is queued
+  ~Worker();  ///< does the queued work first
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  /// False when `waiting_max` wait already.
+  /// False when `waiting_max` tasks already wait.
   bool Submit(std::function<void()> work);
 
  private:

@@ -16,7 +16,7 @@ namespace {
 
 using Found = std::optional<std::pair<std::int64_t, Bytes>>;
 
-/// One statement through libpq on SOCI's own connection, so it is part of SOCI's transaction.
+/// One statement through libpq on SOCI's own connection, so that it is part of SOCI's transaction.
 class PostgresQuery {
  public:
   PostgresQuery(Transaction& tx,

@@ -14,9 +14,9 @@ namespace faultlab::server {
 
 using Bytes = std::vector<std::byte>;
 
-/// Bytes under (owner, sequence). SQLite goes through soci::blob, PostgreSQL through binary libpq:
-/// soci::blob means a large object there, and hex is three times slower.
-/// Each function takes part in the caller's transaction and throws what the database throws.
+/// Bytes under (owner, sequence). SQLite uses soci::blob. PostgreSQL uses binary libpq, because
+/// soci::blob is a large object there, and hex is three times slower. Each function takes part in
+/// the caller's transaction and throws what the database throws.
 namespace blob_store {
 
 /// Replaces nothing: an existing (owner, sequence) is a constraint violation.

@@ -21,7 +21,7 @@ constexpr std::size_t kDictionaryMax = 256;
 
 enum Mode : std::uint8_t { kRaw = 0, kConstant = 1, kDictionary = 2, kRunOfIndex = 3, kClock = 4 };
 
-using Column = std::vector<std::uint64_t>;  // bit patterns: comparing them keeps NaN and -0 exact
+using Column = std::vector<std::uint64_t>;  // bit patterns: NaN and -0 stay exact
 
 constexpr std::array<std::uint32_t, 256> MakeCrcTable() {
   std::array<std::uint32_t, 256> table{};
@@ -82,7 +82,7 @@ double ClockTime(std::uint64_t index, double period_s) {
   return static_cast<double>(static_cast<std::int64_t>(index)) * period_s;
 }
 
-/// The period with which every t is index * period bit for bit, or 0.
+/// The period for which every t is index * period, bit for bit; 0 if there is none.
 double ClockPeriod(const Column& index, const Column& time) {
   const auto last = static_cast<double>(static_cast<std::int64_t>(index.back()));
   if (last == 0.0) return 0.0;
@@ -93,7 +93,7 @@ double ClockPeriod(const Column& index, const Column& time) {
     }
     return true;
   };
-  // t / index may be off by a rounding: the usual periods are tried first, exactly as written.
+  // t / index may have a rounding error: the usual periods are tried first, exactly as written.
   for (const double period : {0.01, 0.001, 0.005, 0.02, 0.002, 0.05, 0.1, guess}) {
     if (fits(period)) return period;
   }

@@ -13,8 +13,8 @@ namespace faultlab::server {
 namespace {
 
 constexpr std::int64_t kPageBytes = 4096;
-/// A process that stops in the middle of a write (frozen, or its machine is gone) keeps the rows
-/// that it has locked for so long; the others must be done with it within a member's lease.
+/// A process that stops in the middle of a write (frozen, or its machine is gone) keeps its locked
+/// rows for this long; the others must get them within the lease of a member.
 constexpr const char* kWriterIdleMax = "3s";
 constexpr const char* kReaderIdleMax = "30s";
 
@@ -64,7 +64,7 @@ std::unique_ptr<soci::session> ConnectionPool::Connect(bool writes) const {
 }
 
 void ConnectionPool::DropIdle() {
-  std::array<std::vector<std::unique_ptr<soci::session>>, 2> dropped;  // closed outside the lock
+  std::array<std::vector<std::unique_ptr<soci::session>>, 2> dropped;  // closed after unlocking
   const std::lock_guard lock(mutex_);
   dropped.swap(idle_);
 }
@@ -81,7 +81,7 @@ ConnectionPool::Lease ConnectionPool::Acquire(bool writes) {
       return line.front() == ticket && leased_[kind] < leased_max_[kind];
     });
     std::erase(line, ticket);
-    if (!line.empty()) freed_.notify_all();  // for whoever is the first now
+    if (!line.empty()) freed_.notify_all();  // another waiter is the first now
     if (!free) throw PoolTimeout("the database is busy with other requests; try again");
     ++leased_[kind];
     if (!idle_[kind].empty()) {

@@ -12,8 +12,9 @@
 
 namespace faultlab::server {
 
-/// Connections to one database. SQLite has one writing connection, so writers in this process take
-/// turns here instead of polling for the file lock. Lost connections are replaced on the next use.
+/// Connections to one database. SQLite has one writing connection, so writers in this process wait
+/// for each other here instead of polling for the file lock. Lost connections are replaced at the
+/// next use.
 class ConnectionPool {
  public:
   ConnectionPool(Engine engine, DatabaseOptions options);
@@ -37,7 +38,7 @@ class ConnectionPool {
 
   /// Waits up to the patience of the options. Throws PoolTimeout, or what connecting throws.
   Lease Acquire(bool writes);
-  /// One of them was found dead: the others that nobody uses are not tried any more.
+  /// One connection was found dead: the other unused ones are closed without being tried.
   void DropIdle();
 
  private:
@@ -49,7 +50,7 @@ class ConnectionPool {
   std::mutex mutex_;
   std::condition_variable freed_;
   std::array<std::vector<std::unique_ptr<soci::session>>, 2> idle_;  // [0] readers, [1] writers
-  std::array<std::deque<std::uint64_t>, 2> lines_;  ///< who waits, the first comes first
+  std::array<std::deque<std::uint64_t>, 2> lines_;  ///< tickets of waiting callers, oldest first
   std::uint64_t next_ticket_ = 0;
   std::array<int, 2> leased_{};
   std::array<int, 2> leased_max_{};

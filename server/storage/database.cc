@@ -24,7 +24,7 @@ const char* BeginStatement(Engine engine, bool writes) {
   return writes ? "BEGIN" : "BEGIN READ ONLY";
 }
 
-/// Of what only a command of the operator can meet.
+/// For failures that only a command of the operator can cause.
 Error ForOperators(TranslatedError failure) {
   failure.error.message += ": " + failure.engine_says;
   return std::move(failure.error);
@@ -49,7 +49,8 @@ Transaction::Transaction(soci::session& session, Engine engine, bool writes, Dur
   }
   session_ << BeginStatement(engine, writes);
   open_ = true;
-  // PostgreSQL commits both in full: its server may crash while this one records on.
+  // PostgreSQL commits both in full, because its server may crash while this one continues to
+  // record.
 }
 
 Transaction::~Transaction() {
@@ -57,7 +58,7 @@ Transaction::~Transaction() {
   try {
     session_ << "ROLLBACK";
   } catch (const std::exception&) {
-    // The engine has rolled back by itself (full disk, lost connection): nothing is left to undo.
+    // The engine has already rolled back (full disk, lost connection); there is nothing to undo.
   }
 }
 
@@ -71,7 +72,8 @@ struct Database::Impl {
       : engine(the_engine), options(the_options), pool(the_engine, std::move(of_connections)) {}
   const Engine engine;
   const DatabaseOptions options;
-  /// The same at most once a second: a database that is away fails every request.
+  /// Reports a repeated failure at most once a second: if the database is away, every request
+  /// fails.
   void Tell(const TranslatedError& failure) {
     if (!options.on_error || failure.error.code == ErrorCode::kBusy) return;
     const auto now = std::chrono::steady_clock::now();
@@ -145,7 +147,7 @@ core::Status Database::RunErased(bool writes,
   Begun begun = Begun::kYes;
   core::Status status = RunOnce(writes, durability, body, begun);
   if (begun == Begun::kYes) return status;
-  // The server was restarted while the connections waited in the pool: nothing has been done yet.
+  // The server was restarted while the connections waited in the pool; nothing has been done yet.
   impl_->pool.DropIdle();
   return RunOnce(writes, durability, body, begun);
 }
@@ -193,7 +195,7 @@ core::Status Database::RunOnce(bool writes,
 core::Status Database::Check() {
   return Read([](Transaction& tx) -> core::Status {
     if (tx.engine() == Engine::kPostgresql) {
-      tx.sql() << "SET LOCAL statement_timeout = 0";  // reads everything
+      tx.sql() << "SET LOCAL statement_timeout = 0";  // this reads everything
       for (const auto& table : TableNames(tx)) {
         long long rows = 0;
         tx.sql() << "SELECT COUNT(*) FROM (SELECT t::text FROM " + table + " t) everything",

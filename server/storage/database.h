@@ -20,33 +20,34 @@ namespace faultlab::server {
 
 enum class Engine { kSqlite, kPostgresql };
 
-/// How much a commit promises.
+/// What a commit guarantees.
 enum class Durability {
   kPromise,    ///< on the disk before the call returns: bookings, sessions, finished runs
-  kTelemetry,  ///< on SQLite a power cut may lose the last moments, never the order: live samples
+  kTelemetry,  ///< on SQLite a power cut may lose the last moments, but not the order: live samples
 };
 
-/// Where a write stands when it is looked at from outside.
+/// Which side of the commit an observer of a write is called at.
 enum class CommitMoment { kBefore, kAfter };
 
 struct DatabaseOptions {
   /// A file path (SQLite), or a PostgreSQL connection string: "postgresql://user@host/name" or
   /// "postgresql:host=/run/pg dbname=lab".
   std::string location;
-  /// How long a caller waits for the writer's turn or a free connection before kBusy.
+  /// How long a caller waits for the writing connection or a free connection before kBusy.
   std::chrono::milliseconds patience{5000};
-  /// SQLite: refuse to grow beyond this, 0 = no limit. A full quota answers like a full disk.
+  /// SQLite: do not grow beyond this; 0 = no limit. A full quota gives the same error as a full
+  /// disk.
   std::int64_t bytes_max = 0;
   int connections_max = 6;
-  /// Told what the engine itself said of a failure, which people are not. Any thread.
+  /// Receives the engine's own message of a failure, which is not shown to people. Any thread.
   std::function<void(std::string_view)> on_error{};
-  /// Called around the commit of each write, on its thread, when set: the crash tests kill the
-  /// process there.
+  /// Called before and after the commit of each write, on its thread, if set: the crash tests kill
+  /// the process there.
   std::function<void(CommitMoment)> at_commit{};
 };
 
-/// One open transaction on one connection. Ends in Commit(); anything else rolls back.
-/// SQLite: writers start with BEGIN IMMEDIATE, so a body never finds half-way that it must wait.
+/// One open transaction on one connection. Ends with Commit(); otherwise it is rolled back. SQLite:
+/// writers start with BEGIN IMMEDIATE, so a body never has to wait half-way.
 class Transaction {
  public:
   Transaction(soci::session& session, Engine engine, bool writes, Durability durability);
@@ -65,14 +66,15 @@ class Transaction {
   bool open_ = false;
 };
 
-/// The one door to SQLite or PostgreSQL. Thread-safe. Creates and migrates the schema on opening.
+/// The only access to SQLite or PostgreSQL. Thread-safe. Creates and migrates the schema on
+/// opening.
 ///
 /// A body runs inside one transaction: when it returns a value the transaction is committed, when
-/// it returns an Error or throws it is rolled back. Database exceptions never leave: a full disk, a
-/// locked or corrupt file, a lost server become an Error that says what to do. A connection that
-/// was lost while nobody used it is replaced; one that is lost in a body is an Error: whether it
-/// was committed nobody knows. A body must not keep references to the transaction, nor start
-/// another one on the same Database.
+/// it returns an Error or throws it is rolled back. Database exceptions do not leave this class: a
+/// full disk, a locked or corrupt file, and a lost server become an Error that states what to do. A
+/// connection that was lost while unused is replaced; if it is lost within a body, the result is an
+/// Error, and it is unknown whether the transaction was committed. A body must not keep references
+/// to the transaction, nor start another one on the same Database.
 class Database {
  public:
   static core::Result<std::unique_ptr<Database>> Open(DatabaseOptions options);
@@ -91,10 +93,10 @@ class Database {
   const DatabaseOptions& options() const;
   int schema_version() const;
 
-  /// Asks the engine to verify itself (SQLite: integrity_check; PostgreSQL: reads every table) and
-  /// the foreign keys. An Error names the first damage.
+  /// Lets the engine check itself (SQLite: integrity_check; PostgreSQL: reads every table) and the
+  /// foreign keys. An Error names the first damage.
   core::Status Check();
-  /// A consistent copy of the whole database into a new file (SQLite), while others go on working.
+  /// Copies the whole database consistently into a new file (SQLite), while other callers continue.
   /// PostgreSQL is backed up by pg_dump; the Error says so.
   core::Status BackupTo(const std::string& path);
 

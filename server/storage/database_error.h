@@ -16,18 +16,20 @@ class PoolTimeout : public std::runtime_error {
 };
 
 struct TranslatedError {
-  core::Error error{};           ///< for a person: without the engine's words
+  core::Error error{};           ///< for a person, without the engine's message
   std::string engine_says{};     ///< for the log: SQL, paths, parameters
   bool connection_lost = false;  ///< the connection must not be used again
 };
 
-/// What a database exception means for the caller and what to do about it.
-/// A constraint violation is kConflict, a lock kBusy, disk and damage kUnavailable.
+/// The meaning of a database exception for the caller, and what to do about it. A constraint
+/// violation is kConflict, a lock kBusy, disk and damage kUnavailable.
 TranslatedError TranslateDatabaseError(const std::exception& exception);
 
-/// Reason of an Error while the database server cannot be reached: nothing is known of the write.
+/// Reason of an Error while the database server cannot be reached: the outcome of a write is
+/// unknown.
 inline constexpr std::string_view kDatabaseAway = "database_away";
-/// Another try may go through: the database was busy, or away. A full or damaged disk stays so.
+/// Whether another try may succeed: the database was busy or away. A full or damaged disk remains
+/// so.
 bool MayPass(const core::Error& error);
 
 }  // namespace faultlab::server

@@ -8,8 +8,8 @@
 
 namespace faultlab::server {
 
-/// Whether the database takes a write: a full disk still reads. Asked at most once a second,
-/// however often a stranger asks. Thread-safe.
+/// Whether the database accepts a write (a full disk can still be read). Checked at most once a
+/// second, however often this is called. Thread-safe.
 class DatabaseHealth {
  public:
   DatabaseHealth(Database& database, const Clock& clock) : database_(database), clock_(clock) {}

@@ -17,7 +17,7 @@ std::string Reason() {
   return std::generic_category().message(errno);
 }
 
-/// What the holder wrote into the file: its process id.
+/// The text that the holder wrote into the file: its process id.
 std::string HolderOf(int fd) {
   std::array<char, 20> text{};
   const ssize_t size = pread(fd, text.data(), text.size(), 0);
@@ -44,7 +44,7 @@ core::Result<FolderLock> FolderLock::Take(const std::string& path) {
                        "data_dir"};
   }
   const std::string self = std::to_string(getpid()) + "\n";
-  // The lock holds without this text, too (a full disk): it is for people.
+  // The lock is valid also without this text, which is for people (the disk may be full).
   if (ftruncate(lock.fd_, 0) == 0) (void)!pwrite(lock.fd_, self.data(), self.size(), 0);
   return lock;
 }

@@ -6,13 +6,13 @@
 
 namespace faultlab::server {
 
-/// One server per database file: an exclusive lock, held while this lives. The kernel gives it back
-/// when the process dies, however it dies.
+/// Allows one server per database file: an exclusive lock, held by this object. The kernel releases
+/// it when the process dies for any reason.
 class FolderLock {
  public:
-  /// Of a lock file at `path`, made when it is missing. Links to it are followed: whatever the
-  /// names, one file is locked once. kConflict when another process holds it (the message has its
-  /// process id), kUnavailable when the file cannot be made.
+  /// Locks a file at `path`, which is made when it is missing. Links are followed, so that one file
+  /// is locked only once, under whatever names. kConflict when another process holds it (the
+  /// message has its process id), kUnavailable when the file cannot be made.
   static core::Result<FolderLock> Take(const std::string& path);
 
   FolderLock(FolderLock&& other) noexcept;

@@ -10,7 +10,7 @@ namespace faultlab::server {
 namespace {
 constexpr std::string_view kAlphabet = "0123456789abcdefghijklmnopqrstuvwxyz";
 constexpr int kLength = 20;
-constexpr unsigned char kFairBelow = 252;  // 7 * 36: larger bytes would favour the first letters
+constexpr unsigned char kFairBelow = 252;  // 7 * 36; larger bytes would bias the letters
 }  // namespace
 
 std::string NewId(std::string_view prefix) {

@@ -5,7 +5,7 @@
 
 namespace faultlab::server {
 
-/// A random id that nobody guesses: prefix + "-" + 20 characters of [0-9a-z] (about 103 bits).
+/// A random id that cannot be guessed: prefix + "-" + 20 characters of [0-9a-z] (about 103 bits).
 std::string NewId(std::string_view prefix);
 
 }  // namespace faultlab::server

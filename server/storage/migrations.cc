@@ -7,7 +7,7 @@
 namespace faultlab::server {
 namespace {
 
-/// Any constant: servers on one PostgreSQL that start together migrate one after the other.
+/// Any constant: servers that start together on one PostgreSQL migrate one after the other.
 constexpr const char* kMigrationLock = "SELECT pg_advisory_xact_lock(7170281)";
 
 std::string ForEngine(std::string statement, Engine engine) {

@@ -13,14 +13,14 @@ namespace faultlab::server {
 struct Migration {
   int version;
   std::string description;
-  std::vector<std::string> statements;           ///< both engines
-  std::vector<std::string> sqlite_statements;    ///< then these, on SQLite
-  std::vector<std::string> postgres_statements;  ///< or these, on PostgreSQL
+  std::vector<std::string> statements;           ///< for both engines
+  std::vector<std::string> sqlite_statements;    ///< after them, on SQLite
+  std::vector<std::string> postgres_statements;  ///< or, on PostgreSQL
 };
 
 const std::vector<Migration>& AllMigrations();
 
-/// Applies what is missing up to `target`, each step in one transaction, and returns the version
+/// Applies the missing steps up to `target`, each in one transaction, and returns the version
 /// reached. Safe when two servers start at once. Refuses a schema newer than this program.
 core::Result<int> Migrate(soci::session& session, Engine engine, int target);
 

@@ -19,7 +19,7 @@ std::string Quoted(std::string_view value) {
   return out + "'";
 }
 
-/// A password with an unescaped '/' makes libpq take its beginning for the port.
+/// If a password contains an unescaped '/', libpq takes its beginning for the port.
 bool PortIsNumber(const PQconninfoOption* options) {
   for (const PQconninfoOption* option = options; option->keyword != nullptr; ++option) {
     if (std::string_view(option->keyword) != "port" || option->val == nullptr) continue;
@@ -51,7 +51,7 @@ core::Result<std::string> PostgresParameters(const std::string& location) {
     if (option->val == nullptr) continue;
     out += std::string(option->keyword) + "=" + Quoted(option->val) + " ";
   }
-  // SOCI loses a quoted value with spaces when it is the last one.
+  // SOCI loses a quoted value with spaces if it is the last one.
   return out + "fallback_application_name=faultlab";
 }
 

@@ -24,15 +24,14 @@ constexpr int kPageMax = 500;
 constexpr std::array<std::string_view, 5> kStateNames = {
     "running", "finished", "stopped", "failed", "interrupted"};
 constexpr const char* kColumns =
-    "id, name, owner, rig, source, server_id, epoch, period_s, plan_json, options_json, state, "
-    "created_ms, "
-    "ended_ms, samples, diagnosis_json, verdict ";
+    "id, name, owner, rig, source, server_id, epoch, bench, period_s, plan_json, options_json, "
+    "state, created_ms, ended_ms, samples, diagnosis_json, verdict ";
 
 Error NotFound() {
   return {ErrorCode::kNotFound, "no such thing, or not yours to see", ""};
 }
 
-/// The row of kColumns, and how it becomes a record.
+/// The row of kColumns, and its conversion to a record.
 struct Row {
   RunRecord record;
   std::int64_t epoch = 0;
@@ -50,6 +49,7 @@ struct Row {
     statement.exchange(into(record.source));
     statement.exchange(into(record.server_id));
     statement.exchange(into(epoch));
+    statement.exchange(into(record.bench));
     statement.exchange(into(record.period_s));
     statement.exchange(into(record.plan_json));
     statement.exchange(into(record.options_json));
@@ -79,7 +79,7 @@ struct Progress {
   std::int64_t next_index = 0;
 };
 
-/// Reads the row for an update; on PostgreSQL other writers of this run wait until we commit.
+/// Reads the row for an update; on PostgreSQL other writers of this run wait until the commit.
 std::optional<Progress> LockRun(Transaction& tx, const std::string& run_id) {
   Progress progress;
   std::string query = "SELECT state, samples, next_index FROM recording WHERE id = :id";
@@ -136,17 +136,19 @@ core::Status RecordingStore::Begin(const RunRecord& record) {
     const std::string state(Name(record.state));
     const std::int64_t created_ms = ToMilliseconds(record.created_at);
     const std::int64_t none = 0;
-    tx.sql() << "INSERT INTO recording (id, name, owner, rig, source, server_id, epoch, period_s, "
-                "plan_json, options_json, state, created_ms, samples, next_index, diagnosis_json, "
-                "verdict) "
-                "VALUES (:id, :name, :owner, :rig, :source, :server, :epoch, :period, :plan, "
-                ":options, :state, :created, :samples, :next, :diagnosis, :verdict)",
+    tx.sql()
+        << "INSERT INTO recording (id, name, owner, rig, source, server_id, epoch, bench, "
+           "period_s, "
+           "plan_json, options_json, state, created_ms, samples, next_index, diagnosis_json, "
+           "verdict) "
+           "VALUES (:id, :name, :owner, :rig, :source, :server, :epoch, :bench, :period, :plan, "
+           ":options, :state, :created, :samples, :next, :diagnosis, :verdict)",
         use(record.id, "id"), use(record.name, "name"), use(record.owner, "owner"),
         use(record.rig, "rig"), use(record.source, "source"), use(record.server_id, "server"),
-        use(epoch, "epoch"), use(record.period_s, "period"), use(record.plan_json, "plan"),
-        use(record.options_json, "options"), use(state, "state"), use(created_ms, "created"),
-        use(none, "samples"), use(none, "next"), use(record.diagnosis_json, "diagnosis"),
-        use(record.verdict, "verdict");
+        use(epoch, "epoch"), use(record.bench, "bench"), use(record.period_s, "period"),
+        use(record.plan_json, "plan"), use(record.options_json, "options"), use(state, "state"),
+        use(created_ms, "created"), use(none, "samples"), use(none, "next"),
+        use(record.diagnosis_json, "diagnosis"), use(record.verdict, "verdict");
     return Done{};
   });
 }
@@ -164,7 +166,7 @@ core::Status RecordingStore::AppendChunk(const std::string& run_id,
       return Error{ErrorCode::kConflict, "the run has ended: " + progress->state, ""};
     }
     if (first_index < progress->next_index) {
-      // The answer of a first try was lost: it is stored.
+      // The answer to an earlier try was lost; the chunk is already stored.
       if (blob_store::Get(tx, ChunkOwner(run_id), first_index) == bytes) return Done{};
       return Error{ErrorCode::kConflict,
                    "samples from " + std::to_string(first_index) +

@@ -9,26 +9,30 @@
 
 namespace faultlab::server {
 
-/// What one run taught about its rig.
+/// The calibration of a rig from one run.
 struct RigCalibration {
   std::string rig;
-  std::string run;  ///< the run that was calibrated on
+  std::string run;    ///< the run that was calibrated on
+  std::string bench;  ///< core::Bench::id
   WallTime at{};
   std::string json;  ///< ToJson(core::Calibration)
 };
 
-/// The calibrations of each rig, dated: how its parameters, its delay and its noise drift over the
-/// months. Thread-safe, stateless.
+/// The calibrations of each rig with their dates, which show how its parameters, its delay and its
+/// noise drift over months. Thread-safe, stateless.
 class RigCalibrations {
  public:
-  /// Kept for each rig; older ones go.
+  /// Number kept for each rig; older ones are deleted.
   static constexpr int kKept = 100;
 
   explicit RigCalibrations(Database& database) : database_(database) {}
 
   core::Status Add(const RigCalibration& calibration);
-  /// Newest first, at most `limit`. Empty for a rig that nobody knows.
-  core::Result<std::vector<RigCalibration>> List(const std::string& rig, int limit);
+  /// Of the rig while it was this bench, newest first, at most `limit`. Empty for a rig that nobody
+  /// knows.
+  core::Result<std::vector<RigCalibration>> List(const std::string& rig,
+                                                 const std::string& bench,
+                                                 int limit);
 
  private:
   Database& database_;

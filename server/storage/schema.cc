@@ -217,8 +217,8 @@ Migration DevicesAndIdentities() {
           .postgres_statements = {}};
 }
 
-/// Names that anybody had said on the bus were stored as rigs: those that were never checked nor
-/// given to anybody.
+/// Names that anybody had sent on the bus were stored as rigs; this removes those that were never
+/// checked and never given to anybody.
 Migration ForgottenRigNames() {
   return {.version = 11,
           .description = "names on the bus that were never rigs",
@@ -228,7 +228,7 @@ Migration ForgottenRigNames() {
           .postgres_statements = {}};
 }
 
-/// A teacher sees what a student made since they joined.
+/// A teacher sees what a student has made since joining.
 Migration EnrolledSince() {
   return {.version = 12,
           .description = "since when somebody is enrolled",
@@ -237,9 +237,10 @@ Migration EnrolledSince() {
           .postgres_statements = {}};
 }
 
-/// What lists show of a job stands beside its body, which goes when the job has ended.
+/// The columns that lists show of a job are stored beside its body, which is deleted when the job
+/// has ended.
 Migration BoundedRows() {
-  // PostgreSQL cannot take apart what has a zero byte in it.
+  // PostgreSQL cannot parse JSON that contains a zero byte.
   const std::string fill =
       "UPDATE job SET run_name = COALESCE($NAME, ''), rig = COALESCE($RIG, ''), "
       "recording = COALESCE($RECORDING, '') WHERE body LIKE '{%' AND body NOT LIKE '%\\\\u0000%'";
@@ -277,7 +278,7 @@ Migration BoundedRows() {
           clear}};
 }
 
-/// What a rig learnt from a run with hidden faults told their values.
+/// The calibration from a run with hidden faults revealed their values.
 Migration CalibrationsOfHiddenFaults() {
   return {.version = 14,
           .description = "calibrations that hidden faults were in",
@@ -287,12 +288,27 @@ Migration CalibrationsOfHiddenFaults() {
           .postgres_statements = {}};
 }
 
-/// Accounts that a class list made, by whose list it was (0 = an admin or the person).
+/// Accounts made by a class list, with the owner of that list (0 = an admin or the person).
 Migration AccountsOfClassLists() {
   return {.version = 15,
           .description = "who made an account by a class list",
           .statements = {"ALTER TABLE account ADD COLUMN made_by BIGINT NOT NULL DEFAULT 0",
                          "CREATE INDEX account_by_maker ON account (made_by)"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
+/// What rigs are built like, and by which description each recording is read. '' stands for the
+/// paper's bench, which older programs knew alone.
+Migration BenchDescriptions() {
+  return {.version = 16,
+          .description = "descriptions of benches",
+          .statements = {"CREATE TABLE bench (id TEXT PRIMARY KEY, text TEXT NOT NULL, "
+                         "since_ms BIGINT NOT NULL)",
+                         "CREATE TABLE rig_bench (rig TEXT PRIMARY KEY, bench TEXT NOT NULL)",
+                         "ALTER TABLE recording ADD COLUMN bench TEXT NOT NULL DEFAULT ''",
+                         "ALTER TABLE rig_calibration ADD COLUMN bench TEXT NOT NULL DEFAULT ''",
+                         "ALTER TABLE fault_set ADD COLUMN bench TEXT NOT NULL DEFAULT 'paper'"},
           .sqlite_statements = {},
           .postgres_statements = {}};
 }
@@ -314,7 +330,8 @@ const std::vector<Migration>& AllMigrations() {
                                               EnrolledSince(),
                                               BoundedRows(),
                                               CalibrationsOfHiddenFaults(),
-                                              AccountsOfClassLists()};
+                                              AccountsOfClassLists(),
+                                              BenchDescriptions()};
   return kAll;
 }
 

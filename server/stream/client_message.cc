@@ -4,6 +4,7 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "core/types/component.h"
 #include "server/net/http.h"
 
 namespace faultlab::server {
@@ -96,11 +97,11 @@ core::Result<ClientMessage> ParseCommand(const json::object& object) {
   }
 
   const json::value* component = object.if_contains("component");
-  const auto parsed = component != nullptr && component->is_string()
-                          ? core::ParseComponent(std::string_view(component->get_string()))
-                          : std::nullopt;
-  if (!parsed) return Expected("component", "one of R1, R9, R12, C8, Ra, J, B");
-  command.component = *parsed;
+  if (component == nullptr || !component->is_string() || component->get_string().empty() ||
+      component->get_string().size() > core::kSymbolBytesMax) {
+    return Expected("component", "the symbol of a component, such as \"Ra\"");
+  }
+  command.component = std::string(component->get_string());
   const auto value = Number(object, "value");
   if (!value || *value <= 0.0) {
     return Expected("value", "a positive number in the SI unit of the component");

@@ -7,7 +7,6 @@
 #include <string_view>
 #include <variant>
 
-#include "core/types/component.h"
 #include "core/types/result.h"
 #include "hardware/rig.h"
 
@@ -21,10 +20,10 @@ enum class ViewerAction { kSet, kNominal, kStop };
 /// {"type":"command","epoch":3,"id":"7","action":"set","component":"R1","value":100}
 struct CommandMessage {
   hardware::Epoch epoch{};
-  std::string id;  ///< chosen by the client (text or number), echoed in the ack as it came
+  std::string id;  ///< chosen by the client (text or number), returned unchanged in the ack
   bool id_is_number = false;
   ViewerAction action = ViewerAction::kNominal;
-  core::Component component = core::Component::kR1;
+  std::string component;  ///< of kSet: a symbol of the run's bench, unless the client errs
   double value = 0.0;
 };
 
@@ -33,18 +32,18 @@ struct PingMessage {
   double t = 0.0;
 };
 
-/// {"type":"resume","since":1234}: everything from sample `since` on, please.
+/// {"type":"resume","since":1234}: requests everything from sample `since` on.
 struct ResumeMessage {
   std::int64_t since = 0;
 };
 
 using ClientMessage = std::variant<CommandMessage, PingMessage, ResumeMessage>;
 
-/// Reads one text message of a viewer. Unknown types, unknown fields, missing fields, wrong kinds
-/// and non-finite numbers are refused by name; any bytes may come in.
+/// Parses one text message of a viewer. Unknown types, unknown fields, missing fields, wrong kinds
+/// and non-finite numbers are refused, and the refusal names the field; the input may be any bytes.
 core::Result<ClientMessage> ParseClientMessage(std::string_view text);
 
-/// What became of a command that was not refused.
+/// The result of a command that was accepted.
 struct Accepted {
   std::optional<double> waits_until_s;  ///< run time at which it acts; nullopt: now
 };

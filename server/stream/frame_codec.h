@@ -17,12 +17,11 @@ inline constexpr int kChannelCount = kSignalCount + 3 * core::kEstimatorCount;
 inline constexpr int kStatusBytes = 8;  ///< one per estimator, two of padding
 inline constexpr std::size_t kFrameHeaderBytes = 16;
 inline constexpr std::size_t kRowBytes = kChannelCount * sizeof(float) + kStatusBytes;
-inline constexpr int kLiveSamplesPerFrame = 5;
 
 /// "uc_v", "um_v", .., "sia_500_20.a1": the columns of a row, in order.
 const std::array<std::string, kChannelCount>& ChannelNames();
 
-/// One sample with its estimates as it goes over the wire. NaN = absent or not available.
+/// One sample with its estimates, as it is transmitted. NaN = absent or not available.
 struct StreamRow {
   std::array<float, kChannelCount> values;
   std::array<std::uint8_t, kStatusBytes> statuses;

@@ -23,10 +23,10 @@ HubInbox::Posted HubInbox::Post(std::function<void()> work, bool droppable) {
     if (closed_) return Posted::kClosed;
     if (droppable && work_.size() >= droppable_max_) return Posted::kFull;
     work_.push_back(std::move(work));
-    if (work_.size() > 1) return Posted::kYes;  // the one before has rung
+    if (work_.size() > 1) return Posted::kYes;  // the earlier work has already signalled
   }
   const std::uint64_t one = 1;
-  // An eventfd refuses only when 2^64 - 2 rings are unheard: then the hub is awake anyway.
+  // An eventfd refuses only after 2^64 - 2 unread signals: the hub is awake then.
   [[maybe_unused]] const ssize_t rung = ::write(fd_, &one, sizeof one);
   return Posted::kYes;
 }

@@ -7,10 +7,10 @@
 
 namespace faultlab::server {
 
-/// Work that other threads hand to the hub's thread, which waits for it on fd() with its sockets.
+/// Work that other threads pass to the hub's thread, which waits on fd() together with its sockets.
 class HubInbox {
  public:
-  /// @param droppable_max  this much work waiting: more of the droppable kind is refused
+  /// @param droppable_max  when this much work waits, more droppable work is refused
   explicit HubInbox(std::size_t droppable_max) : droppable_max_(droppable_max) {}
   ~HubInbox();
   HubInbox(const HubInbox&) = delete;
@@ -22,10 +22,10 @@ class HubInbox {
 
   enum class Posted { kYes, kFull, kClosed };
   Posted Post(std::function<void()> work, bool droppable);  ///< any thread
-  void Close();                                             ///< nothing is taken from now on
+  void Close();                                             ///< no more work is accepted
   bool closed() const;
 
-  void RunAll();  ///< on the hub's thread: what waits now
+  void RunAll();  ///< on the hub's thread: runs the work that waits now
 
  private:
   const std::size_t droppable_max_;

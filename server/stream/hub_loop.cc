@@ -22,7 +22,7 @@ using websocket::Opcode;
 constexpr std::uint64_t kWakeUp = 0;  ///< epoll data of the inbox; viewers count from 1
 constexpr int kTickMilliseconds = 250;
 constexpr int kCatchUpRows = 50;           ///< per frame
-constexpr int kCatchUpFramesPerTurn = 16;  ///< then the others have their turn
+constexpr int kCatchUpFramesPerTurn = 16;  ///< then the other viewers have their turn
 constexpr std::chrono::milliseconds kClosePatience{2000};
 
 SharedBytes Shared(std::string bytes) {
@@ -182,7 +182,7 @@ void HubLoop::Reply(ViewerId viewer, std::string_view text) {
 void HubLoop::CloseChannel(const std::string& run, std::string_view end_text, std::string hello) {
   Channel* channel = FindChannel(run);
   if (channel == nullptr) return;
-  channel->ended = clock_.Monotonic();  // before anybody hears of it
+  channel->ended = clock_.Monotonic();  // before any viewer is told
   channel->options.on_command = nullptr;
   PublishText(run, end_text, std::move(hello));
 }
@@ -205,7 +205,7 @@ void HubLoop::SendHello(Viewer& viewer, const Channel& channel) {
 void HubLoop::Refuse(int fd, std::string_view why) {
   const std::string bytes = websocket::EncodeClose(CloseCode::kTryAgainLater, why);
   if (::send(fd, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL) < 0) {
-    // Nobody to tell.
+    // There is no viewer to tell.
   }
   ::close(fd);
 }
@@ -219,7 +219,7 @@ void HubLoop::Adopt(UpgradedSocket socket,
   if (own != of_caller_.end() && own->second >= options_.viewers_per_caller_max) {
     return Refuse(socket.fd, "too many windows of yours are open");
   }
-  // The other half is for those who have an account: no crowd of guests takes it from them.
+  // The other half is reserved for viewers with an account, so that guests cannot take it.
   if (owner.guest() && guests_ >= (options_.viewers_max + 1) / 2) {
     return Refuse(socket.fd, "too many guests are watching");
   }
@@ -362,7 +362,7 @@ void HubLoop::OnReadable(Viewer& viewer) {
     viewer.broken = any_broken_ = true;
     return;
   }
-  if (viewer.close_by) return;  // read away until the peer closes
+  if (viewer.close_by) return;  // input is discarded until the peer closes
   viewer.last_heard = clock_.Monotonic();
   viewer.reader.Append({bytes.data(), static_cast<std::size_t>(got)});
   while (!viewer.broken && !viewer.close_by) {

@@ -66,7 +66,7 @@ class HubLoop {
   void OnText(Viewer& viewer, const std::string& text);
   void Deliver(Viewer& viewer, const SharedBytes& bytes, int samples);
   void DeliverText(Viewer& viewer, std::string_view text);
-  /// Counts the mistake, says it, and closes with `code`.
+  /// Counts the error, sends it, and closes with `code`.
   void Reject(Viewer& viewer,
               websocket::CloseCode code,
               std::string_view why,
@@ -96,8 +96,8 @@ class HubLoop {
   std::thread thread_;
 
   std::unordered_map<std::uint64_t, std::unique_ptr<Viewer>> viewers_;
-  std::unordered_map<std::string, std::size_t> of_caller_;  ///< viewers
-  std::size_t guests_ = 0;                                  ///< viewers
+  std::unordered_map<std::string, std::size_t> of_caller_;  ///< number of viewers
+  std::size_t guests_ = 0;                                  ///< number of guests among the viewers
   std::vector<std::unique_ptr<Channel>> channels_;
   std::unordered_map<std::string, std::size_t> channel_by_run_;
   std::uint64_t next_viewer_ = 1;

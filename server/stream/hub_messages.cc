@@ -1,4 +1,5 @@
-// What viewers say to the hub: limits, protocol errors, and the three messages of client_message.h.
+// What viewers send to the hub: limits, protocol errors, and the three messages of
+// client_message.h.
 #include <array>
 #include <cstdio>
 #include <utility>
@@ -76,7 +77,7 @@ void HubLoop::OnText(Viewer& viewer, const std::string& text) {
   if (!parsed) {
     ++counters_.protocol_errors;
     DeliverText(viewer, ErrorText(parsed.error().message));
-    // A wrong field is a mistake of a program that speaks our language; the rest is noise.
+    // A wrong field is an error of a program that uses this protocol; anything else is garbage.
     const bool garbage = parsed.error().field.empty();
     if (garbage) Close(viewer, CloseCode::kInvalidText, "not a message of this server");
     if (++viewer.refusals >= kRefusalsMax) Close(viewer, CloseCode::kPolicy, "too many errors");

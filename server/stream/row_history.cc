@@ -32,7 +32,7 @@ void RowHistory::Append(std::int64_t first_index,
   rows_.insert(rows_.end(), rows.begin(), rows.end());
   next_ = first_index + static_cast<std::int64_t>(rows.size());
   if (rows_.size() <= rows_max) return;
-  // A tenth at a time, so that the copy is rare.
+  // Removes a tenth at a time, so that the copy is rare.
   const std::size_t excess = std::min(rows_.size(), rows_.size() - rows_max + rows_max / 10);
   rows_.erase(rows_.begin(), rows_.begin() + static_cast<std::ptrdiff_t>(excess));
   first_ += static_cast<std::int64_t>(excess);

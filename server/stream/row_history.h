@@ -9,17 +9,17 @@
 
 namespace faultlab::server {
 
-/// The newest rows of a run, one for each index from first() up to next(): what a viewer that comes
-/// late, or comes back, is sent.
+/// The newest rows of a run, one for each index from first() up to next(), for viewers that come
+/// late or come back.
 class RowHistory {
  public:
-  /// Rows that leave a hole of indices get absent rows before them; rows that go back in time, or
-  /// jump further than `rows_max` ahead, start the history anew. Keeps at most `rows_max` rows.
+  /// If rows leave a gap of indices, absent rows are put before them. If they go back in time, or
+  /// jump further than `rows_max` ahead, the history starts anew. Keeps at most `rows_max` rows.
   void Append(std::int64_t first_index, std::span<const StreamRow> rows, std::size_t rows_max);
 
   std::int64_t first() const { return first_; }
   std::int64_t next() const { return next_; }
-  /// At most `count` rows from `from` on, which lies in [first(), next()].
+  /// At most `count` rows beginning with `from`, which lies in [first(), next()].
   std::span<const StreamRow> From(std::int64_t from, std::int64_t count) const;
 
  private:

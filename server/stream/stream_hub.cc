@@ -89,7 +89,7 @@ std::vector<ViewerOwner> StreamHub::Owners() {
   auto known = owners->get_future();
   const bool asked =
       loop_->Post([loop = loop_.get(), owners] { owners->set_value(loop->Owners()); }, false);
-  constexpr std::chrono::seconds kPatience{2};  // a hub that stops may never come to it
+  constexpr std::chrono::seconds kPatience{2};  // a hub that is stopping may never execute it
   if (!asked || known.wait_for(kPatience) != std::future_status::ready) return {};
   return known.get();
 }

@@ -26,11 +26,11 @@ enum class ViewerId : std::uint64_t {};
 struct StreamHubOptions {
   std::size_t viewers_max = 4096;  ///< guests together have at most half of them
   std::size_t viewers_per_caller_max = 256;
-  std::size_t ring_messages = 64;           ///< per viewer, behind a full socket
-  std::size_t text_bytes_max = 512 << 10;   ///< per viewer, of texts that wait behind a full socket
+  std::size_t ring_messages = 64;           ///< per viewer, while its socket is full
+  std::size_t text_bytes_max = 512 << 10;   ///< per viewer, of waiting texts
   std::size_t inbox_messages_max = 8192;    ///< between the runs and the hub
   std::size_t history_rows_max = 60'000;    ///< per channel, 100 bytes each
-  int socket_send_buffer_bytes = 64 << 10;  ///< bounds how old the bytes in the kernel can be
+  int socket_send_buffer_bytes = 64 << 10;  ///< limits the age of the bytes in the kernel
   std::chrono::milliseconds ping_interval{15'000};
   std::chrono::milliseconds silence_max{45'000};  ///< no byte from a viewer for this long: closed
   std::chrono::milliseconds linger{30'000};       ///< a finished channel closes its viewers then
@@ -43,19 +43,19 @@ struct StreamCounters {
   std::uint64_t channels_open = 0;
   std::uint64_t messages_sent = 0;
   std::uint64_t bytes_sent = 0;
-  std::uint64_t messages_dropped = 0;  ///< by full viewer rings
-  std::uint64_t inbox_refused = 0;     ///< messages that found the inbox full
+  std::uint64_t messages_dropped = 0;  ///< from full viewer rings
+  std::uint64_t inbox_refused = 0;     ///< messages refused because the inbox was full
   std::uint64_t protocol_errors = 0;
 };
 
-/// Receives what viewers ask of a run. Called on the hub's thread: must not block.
+/// Receives the commands of viewers. Called on the hub's thread: must not block.
 using CommandHandler = std::function<void(ViewerId viewer, const CommandMessage& command)>;
 
 struct ChannelOptions {
   std::string run;
-  MonotonicTime started;  ///< t_server of frames and pongs counts from here
+  MonotonicTime started;  ///< zero of t_server in frames and pongs
   CommandHandler on_command;
-  /// False: a channel of texts only. Its hello is a whole message, sent as it stands.
+  /// False: a channel of texts only. Its hello is a complete message and sent unchanged.
   bool signals = true;
 };
 
@@ -64,11 +64,11 @@ struct ChannelOptions {
 ///   run thread --Publish--> inbox --> [hub thread] --send(MSG_DONTWAIT)--> viewers
 ///                                       |  history of each channel, for `resume`
 ///
-/// A batch is framed once and the same bytes go to every viewer. A viewer whose socket is full gets
-/// a ring of at most `ring_messages`; then its oldest frames are dropped and it is told how many.
+/// A batch is framed once and the same bytes go to every viewer. If a viewer's socket is full, up
+/// to `ring_messages` wait in a ring; then its oldest frames are dropped and it is told how many.
 /// Texts are not dropped: a viewer that leaves `text_bytes_max` of them unread is closed with 1013.
-/// Nothing a viewer does can delay a run: Publish copies into a bounded inbox and returns.
-/// All public functions are thread-safe.
+/// A viewer cannot delay a run: Publish copies into a bounded inbox and returns. All public
+/// functions are thread-safe.
 class StreamHub {
  public:
   StreamHub(StreamHubOptions options, const Clock& clock);
@@ -82,23 +82,25 @@ class StreamHub {
   /// @param hello  members of the hello message that the run knows, as JSON without braces:
   ///               `"run":"r1","state":"running",..`
   void OpenChannel(ChannelOptions options, std::string hello);
-  /// Rows follow each other without a hole; `first_index` of the next call is this one's end.
+  /// Publishes consecutive rows without a gap; `first_index` of the next call is the end of this
+  /// one.
   void Publish(std::string_view run, std::int64_t first_index, std::span<const StreamRow> rows);
-  /// A JSON text to every viewer; later viewers get `hello` instead (empty: unchanged).
+  /// Sends a JSON text to every viewer; viewers that come later get `hello` (empty: unchanged).
   void PublishText(std::string_view run, std::string text, std::string hello = {});
-  /// A JSON text to one viewer.
+  /// Sends a JSON text to one viewer.
   void Reply(ViewerId viewer, std::string text);
-  /// The last text of the run; viewers are closed with 1000 once drained and `linger` has passed.
+  /// Sends the last text of the run; viewers are closed with 1000 when they have received all and
+  /// `linger` has passed.
   void CloseChannel(std::string_view run, std::string end_text, std::string hello);
 
-  /// Takes the socket over. Unknown run: closed with 1008. No place for one more viewer, one more
-  /// of this caller or one more guest: closed with 1013.
+  /// Takes ownership of the socket. Unknown run: closed with 1008. No room for one more viewer, for
+  /// one more of this caller or for one more guest: closed with 1013.
   void Adopt(UpgradedSocket socket, std::string_view run, ViewerOwner owner, bool can_command);
-  /// Closes the viewers of such owners with 1008: the right by which they were opened has ended.
-  /// What they have sent and is not yet read has no effect.
+  /// Closes the viewers of these owners with 1008, because the right by which they were opened has
+  /// ended. Messages that they have sent and that are not yet read have no effect.
   void CloseOf(std::function<bool(const ViewerOwner&)> which);
-  /// Who watches, one for each account, sign-in and key. Waits for the hub's thread;
-  /// empty when that stops.
+  /// The owners of all viewers, one for each account, sign-in and key. Waits for the hub's thread;
+  /// empty when that is stopping.
   std::vector<ViewerOwner> Owners();
 
   StreamCounters counters() const;

@@ -18,7 +18,7 @@ namespace faultlab::server {
 
 inline constexpr std::chrono::seconds kStreamTokenLife{30};
 
-/// What a one-time code opens.
+/// What a one-time code gives access to.
 struct StreamGrant {
   std::string run;
   ViewerOwner owner{};
@@ -26,30 +26,30 @@ struct StreamGrant {
 };
 
 struct StreamTokenLimits {
-  std::size_t codes_max = 20'000;          ///< that live; guests have at most half of them
+  std::size_t codes_max = 20'000;          ///< valid codes; guests have at most half of them
   std::size_t codes_per_caller_max = 200;  ///< of one caller
 };
 
-/// One-time codes for /ws, so that no credential stands in an address. Thread-safe.
+/// One-time codes for /ws, so that no address contains a credential. Thread-safe.
 class StreamTokens {
  public:
-  /// @param issuer  this server's name: its codes carry it, so that each server knows where they
-  /// open
+  /// @param issuer  this server's name: it is part of each code, so that every server knows where
+  ///    the code is valid
   explicit StreamTokens(const Clock& clock,
                         std::string issuer = "local",
                         StreamTokenLimits limits = {})
       : clock_(clock), issuer_(std::move(issuer)), limits_(limits) {}
 
-  /// A fresh code of 128 random bits behind the issuer's name: "local.abc..". Where the caller, the
-  /// guests or everybody have as many as they may, their oldest gives way.
+  /// A new code of 128 random bits after the issuer's name: "local.abc..". If the caller, the
+  /// guests, or all together have their maximum of codes, their oldest becomes invalid.
   std::string Issue(StreamGrant grant);
-  /// The grant, once, within its life.
+  /// Returns the grant once, while the code is valid.
   std::optional<StreamGrant> Redeem(std::string_view code);
-  /// The name in a code; empty when it is none.
+  /// The issuer's name in a code; empty if it is not a code.
   static std::string_view IssuerOf(std::string_view code);
-  /// Codes of such owners open nothing any more.
+  /// Makes the codes of these owners invalid.
   void Drop(const std::function<bool(const ViewerOwner&)>& which);
-  /// Of the codes that are not used yet, each once.
+  /// The owners of unused codes, each once.
   std::vector<ViewerOwner> Owners();
 
  private:
@@ -58,7 +58,7 @@ class StreamTokens {
     MonotonicTime expires;
   };
   void DropExpired(MonotonicTime now);
-  /// When such owners have `max` codes, the oldest of these gives way.
+  /// When these owners have `max` codes, the oldest of them becomes invalid.
   void KeepBelow(std::size_t max, const std::function<bool(const ViewerOwner&)>& which);
 
   const Clock& clock_;

@@ -30,7 +30,7 @@ bool Viewer::MakeRoom(std::size_t bytes, int samples) {
     if (waiting > text_bytes_max_) return false;
   }
   if (queue_.size() < ring_messages_) return true;
-  // The front may be half sent: dropping it would break the frame in the stream.
+  // The first message may be half sent; dropping it would leave a broken frame in the stream.
   const auto first = queue_.begin() + (front_sent_ > 0 ? 1 : 0);
   const auto oldest =
       std::find_if(first, queue_.end(), [](const Waiting& waiting) { return waiting.samples > 0; });

@@ -14,11 +14,11 @@
 
 namespace faultlab::server {
 
-/// Bytes of one WebSocket frame, shared by every viewer it goes to.
+/// The bytes of one WebSocket frame, shared by all viewers that receive it.
 using SharedBytes = std::shared_ptr<const std::string>;
 
-/// One socket of a browser, as the hub's thread sees it: what waits to be sent, and what is known
-/// of the peer. Owns the descriptor.
+/// One socket of a browser, for the hub's thread: the waiting messages, and what is known of the
+/// peer. Owns the descriptor.
 ///
 ///   Send -> empty queue: send(MSG_DONTWAIT) at once  -> all gone: done
 ///        -> socket full: queue of at most `ring_messages`, oldest frames dropped and counted;
@@ -27,7 +27,7 @@ class Viewer {
  public:
   enum class Sent { kAll, kQueued, kFull, kBroken };
 
-  /// @param text_bytes_max  of messages that may not be dropped, behind the one that is being sent
+  /// @param text_bytes_max  for messages that may not be dropped, except the one that is being sent
   Viewer(std::uint64_t id, int fd, std::size_t ring_messages, std::size_t text_bytes_max);
   ~Viewer();
   Viewer(const Viewer&) = delete;
@@ -36,7 +36,7 @@ class Viewer {
   /// @param samples  > 0: a signal frame, which may be dropped; 0: a message that may not.
   /// kFull: the peer does not read, and `bytes` are not kept. kBroken: the peer is gone.
   Sent Send(const SharedBytes& bytes, int samples);
-  /// Drops what waits, but for the message that is half sent.
+  /// Drops waiting messages, except one that is half sent.
   void Forget();
   /// After the socket became writable. kAll: the queue is empty.
   Sent Flush();
@@ -45,11 +45,11 @@ class Viewer {
   int fd() const { return fd_; }
   bool drained() const { return queue_.empty(); }
 
-  /// Samples dropped since the last call; the peer is then told.
+  /// Samples dropped since the last call; the caller then tells the peer.
   std::int64_t TakeDropped();
   std::uint64_t dropped_messages() const { return dropped_messages_; }
 
-  // State that the hub keeps beside the socket.
+  // State that the hub stores with the socket.
   websocket::FrameReader reader{kClientMessageBytesMax};
   std::size_t channel = 0;     ///< slot in the hub
   std::int64_t catch_up = -1;  ///< next index of history to send; -1: live
@@ -69,9 +69,9 @@ class Viewer {
     SharedBytes bytes;
     int samples;
   };
-  /// One more message of this kind and size may wait.
+  /// Whether one more message of this kind and size may wait; drops frames for it if necessary.
   bool MakeRoom(std::size_t bytes, int samples);
-  /// Bytes of `text` that the socket took; -1 when it is broken.
+  /// Number of bytes that the socket accepted; -1 when it is broken.
   std::ptrdiff_t Write(const char* data, std::size_t size) const;
 
   std::uint64_t id_;
@@ -79,7 +79,7 @@ class Viewer {
   std::size_t ring_messages_;
   std::size_t text_bytes_max_;
   std::vector<Waiting> queue_;
-  std::size_t front_sent_ = 0;  ///< bytes of queue_.front() already gone
+  std::size_t front_sent_ = 0;  ///< bytes of queue_.front() already sent
   std::int64_t dropped_samples_ = 0;
   std::uint64_t dropped_messages_ = 0;
 };

@@ -1,13 +1,13 @@
 // Alarm levels of the detection bank, by simulation: the constants of
 // core/detection/detection_thresholds.cc.
 //   alarm_levels [--hours 168] [--seed 2]
-// A healthy rig whose parameters and noise are known exactly, made by the prediction model itself
-// (state, friction and readings drawn from their own covariances) under PRBS of 10 ms. Crossings of
-// each statistic are counted at a grid of levels; a crossing within a second of the one before it
-// belongs to it. The tail is exponential, so
+// A healthy rig whose parameters and noise are known exactly is simulated by the prediction model
+// itself (state, friction and readings drawn from their own covariances) under PRBS of 10 ms.
+// Crossings of each statistic are counted at a grid of levels; a crossing within a second of the
+// previous one belongs to it. The tail is exponential, so
 //   level = at_day + per_decade * log10(crossings per 24 h)
 // is fitted where crossings are neither crowded (kRateMax) nor few (kCountMin), each level weighted
-// by its count. Deterministic for a seed. Some 70 s of CPU time for the 168 hours (a week).
+// by its count. Deterministic for a seed. Takes some 70 s of CPU time for the 168 hours (a week).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,10 +16,11 @@
 #include <cstring>
 #include <vector>
 
+#include "core/bench/profile.h"
 #include "core/detection/detector.h"
-#include "core/plant/profile.h"
 #include "core/signals/prbs.h"
 #include "core/signals/random.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::study {
 namespace {
@@ -34,7 +35,7 @@ constexpr int kGrid = 100;
 constexpr int kApart = 100;
 constexpr double kRateMax = 1000.0;  // a day
 constexpr int kCountMin = 8;
-constexpr double kSamplesPerDay = 24.0 * 3600.0 * kSampleRateHz;
+constexpr double kSamplesPerDay = 24.0 * 3600.0 * (1.0 / paper::kPeriodS);
 constexpr int kWarmUp = 2000;
 constexpr int kRecord = 360'000;
 
@@ -59,7 +60,7 @@ class Crossings {
     double mean_y = 0.0;
     double xx = 0.0;
     double xy = 0.0;
-    // From above: at low levels everything is one long crossing.
+    // From above, because at low levels the signal crosses once and stays above.
     std::size_t lowest = kGrid;
     while (lowest > 1 && count_[lowest - 1] / days <= kRateMax) --lowest;
     for (int pass = 0; pass < 2; ++pass) {
@@ -102,7 +103,7 @@ class ModelRecord {
     o.restart = first_;
     o.u = u;
     o.u_prev = first_ ? u : last_u_;
-    const double sign = std::clamp(x_(2) / kCreepSpeed, -1.0, 1.0);
+    const double sign = std::clamp(x_(2) / model_.creep_rad_s, -1.0, 1.0);
     const Eigen::Vector4d next = model_.phi * x_ + model_.g_prev * o.u_prev + model_.g * u +
                                  model_.g_torque * (sign * model_.mc_nm);
     x_ = next;
@@ -128,16 +129,16 @@ class ModelRecord {
 };
 
 void PrintLevels(double hours, unsigned mask, std::uint64_t seed) {
-  const BenchProfile bench = BenchProfileBench();
-  RigParameters rig;
+  const BenchProfile bench = paper::Hardware();
+  RigParameters rig = paper::Rig();
   rig.delta_s = bench.delta_s;
   rig.mc_nm = bench.friction.mc_nm;
-  NoiseLevel noise;
-  noise.w_rad_s = bench.noise.n_rpm * kRadPerSecondOfRpm;
+  NoiseLevel noise = paper::Noise();
+  noise.w_rad_s = bench.noise.n_rpm * paper::kRadPerSecondOfRpm;
   constexpr int kKnownExactly = 1'000'000'000;
   constexpr double kNever = 1e300;
   const DetectionThresholds never{1.0, kNever, kNever, kNever, kNever, kNever};
-  const PredictionModel model = MakePredictionModel(rig, noise, kSamplePeriodSeconds);
+  const PredictionModel model = MakePredictionModel(rig, noise, paper::kPeriodS);
   std::array<Crossings, kStatistics> crossings;
   long judged = 0;
   const int records = std::max(1, static_cast<int>(std::lround(hours)));
@@ -146,10 +147,16 @@ void PrintLevels(double hours, unsigned mask, std::uint64_t seed) {
     PrbsSpec prbs;
     prbs.order = 16;
     prbs.seed = 1 + static_cast<std::uint32_t>(r);
-    const std::vector<double> uc_v = MakePrbs(prbs, kRecord, kSamplePeriodSeconds);
+    const std::vector<double> uc_v = MakePrbs(prbs, kRecord, paper::kPeriodS);
     ModelRecord record(model, mask, record_seed);
-    Detector detector(
-        rig, noise, kSamplePeriodSeconds, mask, never, kKnownExactly, NoiseScale(kKnownExactly));
+    Detector detector(paper::Bench(),
+                      rig,
+                      noise,
+                      paper::kPeriodS,
+                      mask,
+                      never,
+                      kKnownExactly,
+                      NoiseScale(kKnownExactly));
     for (int k = 0; k < kRecord; ++k) {
       detector.Push(record.Next(uc_v[static_cast<std::size_t>(k)]));
       if (k < kWarmUp) continue;

@@ -1,9 +1,9 @@
-// A seeded Monte Carlo study of the diagnosis: false alarms on healthy rigs, and per fault the
-// delay of detection, the rate of right isolation and the error of identification.
+// A seeded Monte Carlo study of the diagnosis: false alarms on healthy rigs, and, for each fault,
+// the delay of detection, the rate of correct isolation and the error of identification.
 //   diagnosis_study [--hours H] [--rig-minutes M] [--trials N] [--robust-trials N] [--seed S]
 //   [--verbose] [-o FILE]
-// Writes markdown. Every number is a simulation of core's plant, judged by core's pipeline as a
-// live run would use it, with no list of possible values; the same seed gives the same table.
+// Writes markdown. Every number comes from a simulation with core's plant, diagnosed by core's
+// pipeline as in a live run, without a list of possible values; the same seed gives the same table.
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -14,6 +14,7 @@
 #include "tests/bench/study_alarms.h"
 #include "tests/bench/study_statistics.h"
 #include "tests/bench/study_tables.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::study {
 namespace {
@@ -58,18 +59,18 @@ int Run(const Settings& settings) {
     std::fflush(out);
   }
   if (settings.trials > 0) {
-    PrintFaultTable(out, settings, PaperFaultSizes(), false);
-    const std::vector<FaultSize> small = {{Component::kR1, 1.3},
-                                          {Component::kR9, 1.1},
-                                          {Component::kR9, 0.9},
-                                          {Component::kR12, 0.9},
-                                          {Component::kR12, 1.2},
-                                          {Component::kRa, 1.2},
-                                          {Component::kRa, 0.8},
-                                          {Component::kJ, 1.3},
-                                          {Component::kJ, 0.7},
-                                          {Component::kB, 1.3},
-                                          {Component::kB, 0.7}};
+    PrintFaultTable(out, settings, FaultsOf(paper::Bench()), false);
+    const std::vector<FaultSize> small = {{paper::kR1, 1.3},
+                                          {paper::kR9, 1.1},
+                                          {paper::kR9, 0.9},
+                                          {paper::kR12, 0.9},
+                                          {paper::kR12, 1.2},
+                                          {paper::kRa, 1.2},
+                                          {paper::kRa, 0.8},
+                                          {paper::kJ, 1.3},
+                                          {paper::kJ, 0.7},
+                                          {paper::kB, 1.3},
+                                          {paper::kB, 0.7}};
     PrintFaultTable(out, settings, small, true);
   }
   if (settings.robust_trials > 0) {

@@ -1,7 +1,7 @@
-// What one update of an estimator costs, and the paper's 216 000 estimates, each beside peers that
-// run in the same call: batch QR of every window (the paper's way), running sums from cumulative
-// sums (numpy's way, in C++), up- and down-dating with Eigen's LDLT, and numpy itself if it is
-// there. CPU time of the thread, best of the repetitions. The ratios are what to look at.
+// The cost of one update of an estimator, and of the paper's 216 000 estimates. Peers run in the
+// same call: batch QR of every window (the paper's method), differences of cumulative sums (numpy's
+// method, in C++), up- and down-dating with Eigen's LDLT, and numpy itself if it is installed. CPU
+// time of the thread, best of the repetitions. Compare the ratios.
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
@@ -18,6 +18,7 @@
 #include "core/estimators/instrumental_swa.h"
 #include "core/estimators/sia.h"
 #include "core/estimators/swa.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 namespace {
@@ -86,7 +87,7 @@ void FillRow(const Record& record, std::size_t k, Eigen::Index row, Phi& phi, Ei
   y(row) = record.y[k];
 }
 
-/// The paper's way: every window anew, by QR.
+/// The paper's method: QR of every window.
 double BatchQr(const Record& record) {
   return Measure(static_cast<int>(record.u.size()), 3, [&] {
     Phi phi(kWindow, 3);
@@ -103,7 +104,7 @@ double BatchQr(const Record& record) {
   });
 }
 
-/// numpy's fastest way in C++: differences of cumulative sums, LDLT, no errors.
+/// numpy's fastest method in C++: differences of cumulative sums, LDLT, no errors.
 double CumulativeSums(const Record& record) {
   using Matrix4 = Eigen::Matrix4d;
   std::vector<Matrix4> sums(record.u.size(), Matrix4::Zero());
@@ -208,7 +209,7 @@ void PrintWholePaper() {
     for (std::size_t k = 0; k < record.u.size(); ++k) {
       Sample& sample = samples.emplace_back();
       sample.index = static_cast<std::int64_t>(k);
-      sample.t_s = kSamplePeriodSeconds * static_cast<double>(k);
+      sample.t_s = paper::kPeriodS * static_cast<double>(k);
       sample.uc_v = record.u[k];
       sample.um_v = record.y[k];
     }

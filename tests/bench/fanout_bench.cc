@@ -1,4 +1,4 @@
-// What a live viewer costs: the stream hub beside a bare loop of send(), in one run, on the same
+// The cost of a live viewer: the stream hub and a bare loop of send(), in one run, on the same
 // machine, with the same frames and the same clients.
 //   fanout_bench [VIEWERS] [FRAMES_PER_S] [SECONDS]      default 1000 20 10
 // The server side is this process, pinned to core 0; the clients are a forked process on core 1.
@@ -79,12 +79,12 @@ double ResidentKb() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1024.0;
 }
 
-/// Seconds on the clock that all processes of the machine share.
+/// Seconds on a clock that all processes of the machine share.
 double Now() {
   return std::chrono::duration<double>(SteadyClock::now().time_since_epoch()).count();
 }
 
-/// One viewer of the client process: cuts its stream into frames and looks at their time stamps.
+/// One viewer of the client process: splits its stream into frames and reads their time stamps.
 struct Reader {
   std::string bytes;
 
@@ -147,7 +147,7 @@ struct Reader {
       }
       const double now = Now();
       readers[i].Take(buffer.data(), static_cast<std::size_t>(got), [&](const char* frame) {
-        double sent = 0.0;  // the first value of the row block: when it was published
+        double sent = 0.0;  // the first value of the row block: the time of publication
         float parts[2];
         std::memcpy(parts, frame + kFrameHeaderBytes, sizeof parts);
         sent = static_cast<double>(parts[0]) + static_cast<double>(parts[1]);
@@ -223,7 +223,7 @@ Cost Measure(const Load& load, Take take, Play play, Finish finish) {
   return cost;
 }
 
-/// Encode once, send() to each: nothing else.
+/// Encodes once and calls send() for each viewer; nothing else.
 Cost BareLoop(const Load& load) {
   std::vector<int> sockets;
   return Measure(

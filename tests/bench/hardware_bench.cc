@@ -1,5 +1,5 @@
-// The hardware layer's figures, each with the command: build/release/tests/bench/hardware_bench
-// A program, not a Google Benchmark: most of what it measures is waiting. About 40 s.
+// The figures of the hardware layer, printed by build/release/tests/bench/hardware_bench. It is a
+// program, not a Google Benchmark, because most of what it measures is waiting. About 40 s.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -17,6 +17,7 @@
 #include "hardware/simulated/simulated_rig.h"
 #include "tests/hardware/lossy_bus.h"
 #include "tests/hardware/remote_world.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -35,8 +36,8 @@ RunPlan RandomPlan(int samples) {
   return plan;
 }
 
-/// `count` simulated rigs in real time on one farm thread, their samples through the whole
-/// pipeline on this one; two threads, whose shares of a core are added.
+/// `count` simulated rigs in real time on one farm thread; this thread runs their samples through
+/// the whole pipeline. The shares of a core of both threads are added.
 void Farm(int count) {
   const auto farm = MakeRigFarm(static_cast<std::size_t>(count));
   std::vector<std::unique_ptr<Rig>> rigs;
@@ -47,7 +48,7 @@ void Farm(int count) {
     options.queue_messages = 1024;
     options.watchdog = std::chrono::seconds(10);
     rigs.push_back(MakeSimulatedRig(options));
-    pipelines.emplace_back(core::DiagnosisOptions{});
+    pipelines.emplace_back(paper::Options());
     RunPlan plan = RandomPlan(300);
     plan.seed = static_cast<std::uint64_t>(i);
     (void)rigs.back()->Arm(std::move(plan), kEpoch);
@@ -160,7 +161,7 @@ void LoopLateness(bool loaded) {
   for (std::thread& thread : load) thread.join();
 }
 
-/// From Command to the event that says it acted, on a real-time rig; ticks are 10 ms.
+/// The time from Command to the event of its action, on a real-time rig; ticks are 10 ms.
 void CommandToActuation() {
   SimulatedRigOptions options;
   const auto rig = MakeSimulatedRig(options);
@@ -174,7 +175,7 @@ void CommandToActuation() {
     const Time::time_point asked = Time::now();
     (void)rig->Command(kEpoch,
                        {.kind = RigCommand::Kind::kSetComponent,
-                        .component = core::Component::kRa,
+                        .component = paper::kRa,
                         .value = high ? 9.0 : 7.41});
     for (bool acted = false; !acted;) {
       messages.clear();

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Requests per second for a small JSON answer: faultlab beside nginx serving the same bytes from a
-# file. Same machine, same client, rounds in turn; servers on core 0, wrk on core 1.
+# Requests per second for a small JSON answer: faultlab, and nginx serving the same bytes from a
+# file. Same machine, same client, alternating rounds; servers on core 0, wrk on core 1.
 #   tests/bench/http_bench.sh [FAULTLAB_BINARY] [SECONDS] [ROUNDS]
 set -eu
 binary=${1:-build/release/faultlab}

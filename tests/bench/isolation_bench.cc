@@ -1,5 +1,5 @@
-// CPU time of what leaves the sample path: calibration, and isolation at every stage of a fault.
-// Goal: 20 ms each, so that a verdict is renewed while the next samples come in.
+// CPU time of the tasks outside the sample path: calibration, and isolation at every stage of a
+// fault. Goal: 20 ms each, so that a verdict is renewed while the next samples arrive.
 //   isolation_bench [--each]     --each: a line for every task slower than the goal
 #include <algorithm>
 #include <array>
@@ -15,6 +15,7 @@
 #include "core/isolability/isolability.h"
 #include "core/plant/simulate_record.h"
 #include "core/signals/prbs.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::core {
 namespace {
@@ -44,9 +45,10 @@ Fault At(Component component, double value, FaultKind kind = FaultKind::kAbrupt)
 }
 
 void Run(const std::vector<Fault>& faults, Channels channels, bool each, Costs& costs) {
-  const std::vector<double> uc_v = MakePrbs(PrbsSpec{}, 2000, kSamplePeriodSeconds);
-  const std::vector<Sample> samples = SimulateRecord(BenchProfileBench(), {}, uc_v, faults, 3);
-  DiagnosisOptions config;
+  const std::vector<double> uc_v = MakePrbs(PrbsSpec{}, 2000, paper::kPeriodS);
+  const std::vector<Sample> samples =
+      SimulateRecord(paper::Hardware(), paper::Plant(), uc_v, faults, 3, paper::kPeriodS);
+  DiagnosisOptions config = paper::Options();
   config.channels = channels;
   Pipeline pipeline(config);
   for (const Sample& sample : samples) {
@@ -92,13 +94,13 @@ void Print(const char* what, std::vector<double> ms) {
 void Main(bool each) {
   for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
     Costs costs;
-    for (const FaultSize& fault : PaperFaultSizes()) {
+    for (const FaultSize& fault : FaultsOf(paper::Bench())) {
       Run({At(fault.component, fault.value)}, channels, each, costs);
     }
-    Run({At(Component::kR9, 18e3, FaultKind::kDrift)}, channels, each, costs);
-    Run({At(Component::kRa, 15.0, FaultKind::kDrift)}, channels, each, costs);
-    Run({At(Component::kR1, 5.0), At(Component::kJ, 4e-6)}, channels, each, costs);
-    Run({At(Component::kRa, 4.0), At(Component::kB, 2e-5)}, channels, each, costs);
+    Run({At(paper::kR9, 18e3, FaultKind::kDrift)}, channels, each, costs);
+    Run({At(paper::kRa, 15.0, FaultKind::kDrift)}, channels, each, costs);
+    Run({At(paper::kR1, 5.0), At(paper::kJ, 4e-6)}, channels, each, costs);
+    Run({At(paper::kRa, 4.0), At(paper::kB, 2e-5)}, channels, each, costs);
     std::printf("%s\n", channels == Channels::kUmOnly ? "um" : "um+ia+n");
     Print("calibration, 450 samples", costs.calibrate_ms);
     Print("isolation, a component is named", costs.single_ms);

@@ -1,6 +1,7 @@
 // One rig's online cost per sample: simulated plant, six estimators, detection bank; and how many
 // rigs one core runs in real time at 100 Hz. Goals: pipeline <= 2 us a sample, >= 5 000 rigs.
-// The peer in the same run is the plain way to do less: batch QR of one SWA window per sample.
+// The peer in the same run is a simple method that computes less: batch QR of one SWA window per
+// sample.
 #include <Eigen/QR>
 #include <algorithm>
 #include <array>
@@ -14,6 +15,7 @@
 #include "core/estimators/estimator_bank.h"
 #include "core/plant/simulate_record.h"
 #include "core/signals/prbs.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::core {
 namespace {
@@ -59,7 +61,7 @@ double BatchQr(const std::vector<Sample>& samples) {
 }
 
 double PipelineCost(const std::vector<Sample>& samples, Channels channels) {
-  DiagnosisOptions config;
+  DiagnosisOptions config = paper::Options();
   config.channels = channels;
   Pipeline learning(config);
   for (std::size_t k = 0; k < 600; ++k) {
@@ -82,11 +84,11 @@ double PipelineCost(const std::vector<Sample>& samples, Channels channels) {
 }
 
 void Main() {
-  const std::vector<double> uc_v = MakePrbs(PrbsSpec{}, kSamples, kSamplePeriodSeconds);
-  const BenchProfile profile = BenchProfileBench();
+  const std::vector<double> uc_v = MakePrbs(PrbsSpec{}, kSamples, paper::kPeriodS);
+  const BenchProfile profile = paper::Hardware();
   std::vector<Sample> samples;
   const double plant = NanosecondsPerSample(
-      5, [&] { samples = SimulateRecord(profile, PlantParameters{}, uc_v, {}, 1); });
+      5, [&] { samples = SimulateRecord(profile, paper::Plant(), uc_v, {}, 1, paper::kPeriodS); });
   const double bank = NanosecondsPerSample(5, [&] {
     EstimatorBank estimators;
     std::array<Estimate<3>, kEstimatorCount> out;
@@ -106,7 +108,7 @@ void Main() {
   std::printf("  peer: QR of one window alone               %8.0f ns  x%.2f of the pipeline\n",
               qr,
               qr / all);
-  const double rigs = 1e9 / kSampleRateHz / (plant + all);
+  const double rigs = 1e9 / (1.0 / paper::kPeriodS) / (plant + all);
   std::printf("rigs in real time on one core, plant included: %.0f  goal 5000\n", rigs);
 }
 

@@ -1,4 +1,4 @@
-// What one simulated sample costs, and how many rigs one core simulates at 100 Hz.
+// The cost of one simulated sample, and the number of rigs that one core simulates at 100 Hz.
 #include <benchmark/benchmark.h>
 
 #include <vector>
@@ -8,6 +8,7 @@
 #include "core/plant/simulate_record.h"
 #include "core/signals/excitation.h"
 #include "core/signals/random.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 namespace {
@@ -15,7 +16,7 @@ namespace {
 constexpr double kRateHz = 100.0;
 
 std::vector<double> PaperInput() {
-  return MakePrbs(PrbsSpec{}, 2000, kSamplePeriodSeconds);
+  return MakePrbs(PrbsSpec{}, 2000, paper::kPeriodS);
 }
 
 void BM_Normal(benchmark::State& state) {
@@ -37,8 +38,8 @@ void RunSamples(benchmark::State& state, const BenchProfile& profile, const Plan
     plant.SetInput(uc_v[k]);
     k = k + 1 == uc_v.size() ? 0 : k + 1;
     plant.Advance(profile.delta_s);
-    Acquire(plant.outputs(), noise, sample);
-    plant.Advance(kSamplePeriodSeconds - profile.delta_s);
+    Acquire(plant.outputs(), paper::Hardware().converters, paper::kGearRatio, noise, sample);
+    plant.Advance(paper::kPeriodS - profile.delta_s);
     benchmark::DoNotOptimize(sample);
   }
   state.counters["rigs_per_core"] = benchmark::Counter(
@@ -46,30 +47,30 @@ void RunSamples(benchmark::State& state, const BenchProfile& profile, const Plan
 }
 
 void BM_BenchSample(benchmark::State& state) {
-  RunSamples(state, BenchProfileBench(), PlantParameters{});
+  RunSamples(state, paper::Hardware(), paper::Plant());
 }
 BENCHMARK(BM_BenchSample);
 
 void BM_MultisimSample(benchmark::State& state) {
-  RunSamples(state, BenchProfileMultisim(), PlantParameters{});
+  RunSamples(state, paper::CircuitSimulation(), paper::Plant());
 }
 BENCHMARK(BM_MultisimSample);
 
 void BM_OscillatingMotorSample(benchmark::State& state) {
-  PlantParameters p;
+  PlantParameters p = paper::Plant();
   p.j_kg_m2 = 1.43e-8;
-  RunSamples(state, BenchProfileBench(), p);
+  RunSamples(state, paper::Hardware(), p);
 }
 BENCHMARK(BM_OscillatingMotorSample);
 
 // 1000 rigs side by side: their states no longer fit the first cache.
 void BM_ManyRigsSample(benchmark::State& state) {
-  const BenchProfile profile = BenchProfileBench();
+  const BenchProfile profile = paper::Hardware();
   const auto rigs = static_cast<std::size_t>(state.range(0));
   std::vector<Plant> plants;
   std::vector<MeasurementNoise> noises;
   for (std::size_t i = 0; i < rigs; ++i) {
-    plants.emplace_back(PlantParameters{}, profile, StreamSeed(1, i));
+    plants.emplace_back(paper::Plant(), profile, StreamSeed(1, i));
     noises.emplace_back(profile.noise, StreamSeed(2, i));
   }
   const std::vector<double> uc_v = PaperInput();
@@ -79,8 +80,9 @@ void BM_ManyRigsSample(benchmark::State& state) {
     for (std::size_t i = 0; i < rigs; ++i) {
       plants[i].SetInput(uc_v[(k + i) % uc_v.size()]);
       plants[i].Advance(profile.delta_s);
-      Acquire(plants[i].outputs(), noises[i], sample);
-      plants[i].Advance(kSamplePeriodSeconds - profile.delta_s);
+      Acquire(
+          plants[i].outputs(), paper::Hardware().converters, paper::kGearRatio, noises[i], sample);
+      plants[i].Advance(paper::kPeriodS - profile.delta_s);
       benchmark::DoNotOptimize(sample);
     }
     ++k;
@@ -93,16 +95,16 @@ BENCHMARK(BM_ManyRigsSample)->Arg(1000);
 
 void BM_PaperRecord(benchmark::State& state) {
   const std::vector<double> uc_v = PaperInput();
-  const std::vector<Fault> faults = {{.component = Component::kR1, .value = 100.0}};
+  const std::vector<Fault> faults = {{.component = paper::kR1, .value = 100.0}};
   for (auto _ : state) {
     benchmark::DoNotOptimize(
-        SimulateRecord(BenchProfileBench(), PlantParameters{}, uc_v, faults, 1));
+        SimulateRecord(paper::Hardware(), paper::Plant(), uc_v, faults, 1, paper::kPeriodS));
   }
 }
 BENCHMARK(BM_PaperRecord);
 
 void BM_Propagator(benchmark::State& state) {
-  const LinearSystem system = MakeLinearSystem(PlantParameters{}, 0.0, LinearRegime{});
+  const LinearSystem system = MakeLinearSystem(paper::Plant(), 0.0, LinearRegime{});
   for (auto _ : state) {
     benchmark::DoNotOptimize(MakePropagator(system, 0.01));
   }

@@ -1,5 +1,5 @@
-// What a picture costs: figure of architecture.md "1600x900 plot, 3 x 2000 points: <= 60 ms, and
-// <= 0.4 x matplotlib". The peer runs in the same call, when python3 has matplotlib.
+// The cost of a picture. Goal for 1600x900 pixels and 3 x 2000 points: <= 60 ms, and <= 0.4 x
+// matplotlib. The peer runs in the same call if python3 has matplotlib.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ constexpr int kPoints = 2000;
 constexpr double kGoalMs = 60.0;
 constexpr double kGoalRatio = 0.4;
 
-/// Three noisy traces in one panel, the same as tests/bench/plot_peer.py draws.
+/// Three noisy traces in one panel, the same as in tests/bench/plot_peer.py.
 Figure ThreeTraces() {
   Figure figure;
   figure.title = "Three traces";

@@ -7,6 +7,7 @@
 #include "core/plant/simulate_record.h"
 #include "core/signals/prbs.h"
 #include "tests/bench/study_trial.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::study {
 
@@ -14,7 +15,8 @@ using namespace core;
 
 AlarmCount CountFalseAlarms(const Settings& settings, bool um_only) {
   AlarmCount count;
-  const int samples_per_rig = static_cast<int>(settings.rig_minutes * 60.0 * kSampleRateHz);
+  const int samples_per_rig =
+      static_cast<int>(settings.rig_minutes * 60.0 * (1.0 / paper::kPeriodS));
   for (int run = 0; count.hours < settings.hours; ++run) {
     const std::uint64_t seed = StreamSeed(settings.seed, 1000 + static_cast<std::uint64_t>(run));
     Random random(StreamSeed(seed, 7));
@@ -22,9 +24,10 @@ AlarmCount CountFalseAlarms(const Settings& settings, bool um_only) {
     PrbsSpec prbs;
     prbs.order = 16;
     prbs.seed = 1 + random.Below(1000);
-    const std::vector<double> uc_v = MakePrbs(prbs, samples_per_rig, kSamplePeriodSeconds);
-    const std::vector<Sample> samples = SimulateRecord(BenchProfileBench(), rig, uc_v, {}, seed);
-    DiagnosisOptions config;
+    const std::vector<double> uc_v = MakePrbs(prbs, samples_per_rig, paper::kPeriodS);
+    const std::vector<Sample> samples =
+        SimulateRecord(paper::Hardware(), rig, uc_v, {}, seed, paper::kPeriodS);
+    DiagnosisOptions config = paper::Options();
     config.channels = um_only ? Channels::kUmOnly : Channels::kAll;
     Pipeline pipeline(config);
     std::optional<double> last;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/filter/innovation_filter.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::study {
 
@@ -13,7 +14,7 @@ using namespace core;
 namespace {
 
 // The rig is known to a tenth of the tolerances of core/calibration/calibrate.cc, the least that a
-// calibration may come to believe; Mc and delta as there.
+// calibration can reach; Mc and delta as there.
 constexpr ParameterOffsets kTolerance = {0.005, 0.005, 0.005, 0.005, 0.02, 0.003, 2.0, 3.5};
 constexpr double kStep = 1e-4;
 constexpr double kFromS = 0.5;
@@ -26,22 +27,24 @@ double CramerRaoSd(const RigParameters& rig,
                    std::span<const Sample> record,
                    Channels channels) {
   const std::vector<Observation> all =
-      MakeObservations(record, channels, kSamplePeriodSeconds, 10.0);
-  const auto from = static_cast<std::size_t>(std::lround(kFromS * kSampleRateHz));
+      MakeObservations(record, channels, paper::kPeriodS, 10.0, paper::kGearRatio);
+  const auto from = static_cast<std::size_t>(std::lround(kFromS * (1.0 / paper::kPeriodS)));
   const auto stretch = std::span<const Observation>(all).subspan(from);
-  const auto onset = static_cast<std::size_t>(std::ceil(fault.at_s * kSampleRateHz - 1e-6)) - from;
+  const auto onset =
+      static_cast<std::size_t>(std::ceil(fault.at_s * (1.0 / paper::kPeriodS) - 1e-6)) - from;
   const auto run = [&](int moved, InnovationTrace& trace) {
     ParameterOffsets q{};
     if (moved < kCoordinateCount && moved >= 0) q[static_cast<std::size_t>(moved)] = kStep;
-    RigParameters healthy = WithOffsets(rig, q, kSamplePeriodSeconds);
+    RigParameters healthy = WithOffsets(rig, q, paper::kPeriodS);
     RigParameters faulty = healthy;
-    // A coordinate of the component itself moves the healthy value; the faulty one is its own.
+    // An offset of the coordinate that belongs to the component changes its healthy value only; the
+    // faulty value stays.
     const double value = fault.value * std::exp(moved == kCoordinateCount ? kStep : 0.0);
     faulty.plant.Set(fault.component, value);
-    const PredictionModel before = MakePredictionModel(healthy, noise, kSamplePeriodSeconds);
-    const PredictionModel after = MakePredictionModel(faulty, noise, kSamplePeriodSeconds);
+    const PredictionModel before = MakePredictionModel(healthy, noise, paper::kPeriodS);
+    const PredictionModel after = MakePredictionModel(faulty, noise, paper::kPeriodS);
     const std::array<ModelSegment, 2> segments = {
-        {{0, &before}, {onset, &after, fault.component == Component::kC8}}};
+        {{0, &before}, {onset, &after, fault.component == paper::kC8}}};
     RunInnovations(segments, stretch, &trace);
   };
   InnovationTrace base;

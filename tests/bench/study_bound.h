@@ -10,9 +10,9 @@
 namespace faultlab::study {
 
 /// Cramer-Rao bound of log(fault value): the standard error that no unbiased estimator can beat on
-/// this record, healthy part and faulty part together, when the rig is known within its data
-/// sheet's tolerances (those of the calibration) and the noise exactly. From the innovations of the
-/// true model, sensitivities by differences; the onset is taken as known.
+/// this record, with its healthy and faulty parts together, when the rig is known within its data
+/// sheet's tolerances (those of the calibration) and the noise exactly. Computed from the
+/// innovations of the true model, with sensitivities by differences; the onset is taken as known.
 double CramerRaoSd(const core::RigParameters& rig,
                    const core::NoiseLevel& noise,
                    const core::Fault& fault,

@@ -50,7 +50,8 @@ inline Interval PoissonInterval(int count) {
   return {count == 0 ? 0.0 : solve(count - 1, 0.975), solve(count, 0.025)};
 }
 
-/// The share-quantile of the values; NaN of none. Not-detected entries may be infinite.
+/// The share-quantile of the values; NaN if there are none. Entries of undetected faults may be
+/// infinite.
 inline double Quantile(std::vector<double> values, double share) {
   if (values.empty()) {
     return std::numeric_limits<double>::quiet_NaN();

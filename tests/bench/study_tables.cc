@@ -8,6 +8,7 @@
 
 #include "tests/bench/study_statistics.h"
 #include "tests/bench/study_trial.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::study {
 
@@ -186,10 +187,10 @@ void PrintRobustness(std::FILE* out, const Settings& settings) {
     std::fflush(out);
   };
   for (const Case& setting : cases) {
-    row(setting, PaperFaultSizes());
+    row(setting, FaultsOf(paper::Bench()));
   }
   // Gains that drive um beyond the converter's +-10 V at the upper level of the input.
-  const std::vector<FaultSize> clipping = {{Component::kR12, 18e3}, {Component::kR9, 5e3}};
+  const std::vector<FaultSize> clipping = {{paper::kR12, 18e3}, {paper::kR9, 5e3}};
   for (const bool um_only : {true, false}) {
     row({.name = "um clipped at the rail (R12 18 k, R9 5 k)", .um_only = um_only}, clipping);
   }

@@ -8,13 +8,13 @@
 
 namespace faultlab::study {
 
-/// One row a fault, both sets of channels. @param relative_value  see RunTrial.
+/// One row for each fault, with both sets of channels. @param relative_value  see RunTrial
 void PrintFaultTable(std::FILE* out,
                      const Settings& settings,
                      std::span<const core::FaultSize> faults,
                      bool relative_value);
 
-/// One row a circumstance, all of the paper's faults in it.
+/// One row for each case, with all of the paper's faults in it.
 void PrintRobustness(std::FILE* out, const Settings& settings);
 
 }  // namespace faultlab::study

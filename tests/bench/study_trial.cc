@@ -10,6 +10,7 @@
 #include "core/plant/simulate_record.h"
 #include "core/signals/prbs.h"
 #include "tests/bench/study_bound.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::study {
 
@@ -17,19 +18,19 @@ using namespace core;
 
 namespace {
 
-/// The components that a fault cannot be told from with these channels in one second, itself first:
-/// what the isolability analysis computes from the model for a healthy rig.
+/// The components that cannot be distinguished from a fault with these channels within one second,
+/// the faulty one first: computed by the isolability analysis from the model of a healthy rig.
 std::vector<Component> Indistinguishable(const FaultSize& fault, bool um_only) {
   IsolabilityOptions options;
-  options.rig.mc_nm = BenchProfileBench().friction.mc_nm;
-  options.rig.delta_s = BenchProfileBench().delta_s;
+  options.rig.mc_nm = paper::Hardware().friction.mc_nm;
+  options.rig.delta_s = paper::Hardware().delta_s;
   options.channels = um_only ? Channels::kUmOnly : Channels::kAll;
-  options.uc_v = MakePrbs(PrbsSpec{}, 300, kSamplePeriodSeconds);
+  options.uc_v = MakePrbs(PrbsSpec{}, 300, paper::kPeriodS);
   options.faults = {fault};
   return AnalyseIsolability(options).value().faults.front().group;
 }
 
-/// A fault, its component or the component with some of those that nothing separates it from.
+/// The verdict names the fault: its component, alone or with some that cannot be separated from it.
 bool NamesIt(const Verdict& verdict, const std::vector<Component>& allowed) {
   if (verdict.kind != VerdictKind::kFault) {
     return false;
@@ -53,8 +54,8 @@ void SolveTasks(Pipeline& pipeline) {
 }
 
 PlantParameters DrawRig(double tolerance, Random& random) {
-  PlantParameters rig;
-  for (Component component : kAllComponents) {
+  PlantParameters rig = paper::Plant();
+  for (Component component : paper::Parts()) {
     rig.Set(component, rig.Get(component) * (1.0 + tolerance * random.Uniform(-1.0, 1.0)));
   }
   return rig;
@@ -87,7 +88,7 @@ Outcome RunTrial(const Case& setting,
                  bool verbose) {
   Random random(StreamSeed(seed, 7));
   const PlantParameters rig = DrawRig(setting.tolerance, random);
-  BenchProfile profile = BenchProfileBench();
+  BenchProfile profile = paper::Hardware();
   profile.noise.um_v = setting.um_noise_v;
   Fault fault;
   fault.component = size.component;
@@ -97,13 +98,13 @@ Outcome RunTrial(const Case& setting,
   prbs.clock_s = setting.clock_s;
   prbs.seed = 1 + random.Below(1000);
   constexpr int kSamples = 2000;
-  const std::vector<double> uc_v = MakePrbs(prbs, kSamples, kSamplePeriodSeconds);
+  const std::vector<double> uc_v = MakePrbs(prbs, kSamples, paper::kPeriodS);
   const std::vector<Sample> samples =
-      SimulateRecord(profile, rig, uc_v, std::span<const Fault>(&fault, 1), seed);
+      SimulateRecord(profile, rig, uc_v, std::span<const Fault>(&fault, 1), seed, paper::kPeriodS);
 
   const std::vector<Component> allowed =
       Indistinguishable({fault.component, fault.value}, setting.um_only);
-  DiagnosisOptions config;
+  DiagnosisOptions config = paper::Options();
   config.channels = setting.um_only ? Channels::kUmOnly : Channels::kAll;
   Pipeline pipeline(config);
   Outcome outcome;
@@ -118,7 +119,7 @@ Outcome RunTrial(const Case& setting,
     }
     if (verdict.detected_at_s && !(outcome.delay_samples < 1e9)) {
       outcome.delay_samples =
-          1.0 + std::floor((*verdict.detected_at_s - fault.at_s) / kSamplePeriodSeconds + 1e-6);
+          1.0 + std::floor((*verdict.detected_at_s - fault.at_s) / paper::kPeriodS + 1e-6);
     }
     if (sample.t_s < fault.at_s + 1.0) {
       outcome.isolated_1s = NamesIt(verdict, allowed);
@@ -130,7 +131,7 @@ Outcome RunTrial(const Case& setting,
   RigParameters truth{rig, 1.0, profile.delta_s, profile.friction.mc_nm};
   const NoiseLevel noise{profile.noise.um_v,
                          profile.noise.ia_a,
-                         profile.noise.n_rpm * kRadPerSecondOfRpm,
+                         profile.noise.n_rpm * paper::kRadPerSecondOfRpm,
                          profile.friction.noise_rms_nm,
                          profile.friction.noise_tau_s};
   outcome.cramer_rao_sd = CramerRaoSd(truth, noise, fault, samples, config.channels);

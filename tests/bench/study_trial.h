@@ -10,7 +10,7 @@
 
 namespace faultlab::study {
 
-/// One circumstance under which faults are tried.
+/// One set of conditions under which faults are simulated.
 struct Case {
   const char* name;
   double um_noise_v = 0.015;
@@ -21,7 +21,7 @@ struct Case {
   double at_to_s = 12.0;
 };
 
-/// What became of one fault in one simulated record.
+/// The outcome of one fault in one simulated record.
 struct Outcome {
   bool calibrated = false;
   bool false_alarm = false;  ///< before the fault
@@ -34,9 +34,9 @@ struct Outcome {
   double cramer_rao_sd = 0.0;  ///< of log(value), see CramerRaoSd
 };
 
-/// Runs one record of 20 s through a live pipeline, tasks solved at once.
-/// @param relative_value  size.value is a factor on the rig's own value.
-/// @param verbose  prints what did not go as it should.
+/// Runs one record of 20 s through a live pipeline; its tasks are run at once.
+/// @param relative_value  size.value is a factor on the rig's own value
+/// @param verbose  prints unexpected outcomes
 Outcome RunTrial(const Case& setting,
                  const core::FaultSize& size,
                  std::uint64_t seed,

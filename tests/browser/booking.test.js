@@ -84,7 +84,7 @@ describe("booking", { timeout: SUITE_MS }, () => {
       });
       await mine.page.getByRole("button", { name: "Book", exact: true }).click();
       await mine.page.getByRole("alert").waitFor();
-      await mine.page.locator(".taken").first().waitFor(); // and the grid says why
+      await mine.page.locator(".taken").first().waitFor(); // and the grid shows the reason
       await free.first().click();
       await mine.page.getByRole("button", { name: "Book", exact: true }).click();
       await mine.page.getByRole("listitem").filter({ hasText: "booked" }).waitFor();

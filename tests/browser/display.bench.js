@@ -1,4 +1,4 @@
-// Frames per second while a run is live, beside an empty page in the same browser:
+// Frames per second while a run is live, compared with an empty page in the same browser:
 //   FAULTLAB_BIN=.. node tests/browser/display.bench.js
 import { launchBrowser, openPage, startPaperRun, startServer } from "./support.js";
 

@@ -1,11 +1,11 @@
-// The people of a lab, made over the REST interface, so that a test of the page begins where it
-// has something to say; and their pages.
+// The people of a lab and their pages, made over the REST interface, so that a test of the page can
+// start with data.
 import assert from "node:assert/strict";
 import { openPage } from "./support.js";
 
 const PASSWORD = "correct horse battery";
 
-/** Accounts, courses and sign-ins on `server`; the first start's link makes the admin. */
+/** Accounts, courses and sign-ins on `server`; the first-start link makes the admin. */
 export async function makeWorld(server) {
   const token = /reset\?token=([\w-]+)/.exec(server.output())?.[1];
   assert.ok(token, `the first start prints a link:\n${server.output()}`);
@@ -40,7 +40,7 @@ export async function makeWorld(server) {
       await reset(json.link.split("token=")[1]);
       return signIn(login);
     },
-    /** Invites `students`, who have accounts: each joins when they accept. */
+    /** Invites `students`, who have accounts; each joins by accepting. */
     async course(teacher, name, students) {
       const { json: course } = await call(teacher, "POST", "/courses", { name });
       const lines = students.map((who) => `${who.login},${who.login}`).join("\n");

@@ -1,9 +1,10 @@
-// The first seconds of a run: the server learns the healthy rig, and changes wait for that.
+// The first seconds of a run: the server calibrates the healthy rig, and changes wait for the end
+// of this.
 import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
 import { launchBrowser, openPage, SUITE_MS, startServer, story, waitForReview } from "./support.js";
 
-/** Starts a run without a planned fault and waits for its sliders; the run's id. */
+/** Starts a run without a planned fault and waits for its sliders; returns the run's id. */
 async function startHealthyRun(page, seconds) {
   await page.getByLabel("Duration, s").fill(String(seconds));
   await page.locator("#set-R1").focus();
@@ -24,7 +25,7 @@ describe("while the healthy rig is learnt", { timeout: SUITE_MS }, () => {
   let browser;
 
   before(async () => {
-    server = await startServer({ speed: 0.5 }); // ten seconds to press in, on any machine
+    server = await startServer({ speed: 0.5 }); // ten seconds for the clicks, enough on any machine
     browser = await launchBrowser();
   });
   after(async () => {
@@ -42,7 +43,7 @@ describe("while the healthy rig is learnt", { timeout: SUITE_MS }, () => {
     const armed = page.locator(".armed", { hasText: /R1 → 100 Ω in [0-5]\.\d s/ });
     await armed.waitFor();
 
-    const second = await context.newPage(); // somebody else's tab, and one that comes back
+    const second = await context.newPage(); // another user's tab, opened later
     await second.goto(page.url());
     await second.locator(".slider.waiting #set-R1").waitFor();
     await second.close();

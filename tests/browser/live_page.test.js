@@ -36,7 +36,7 @@ describe("live page", { timeout: SUITE_MS }, () => {
       const { page, close } = await openPage(browser, server.url);
       const id = await startPaperRun(page);
       await page.locator(CHART).first().waitFor();
-      await waitForDrawings(page, CHART, 5); // the charts move while the run goes on
+      await waitForDrawings(page, CHART, 5); // the charts move during the run
       await waitForReview(page);
 
       const verdict = page.locator(".verdict");
@@ -108,7 +108,7 @@ describe("live page", { timeout: SUITE_MS }, () => {
   });
 
   story("every number of the bench is the server's: the page shows what it is told", async () => {
-    const { page, close } = await openPage(browser, `${server.url}/help`);
+    const { page, close } = await openPage(browser, `${server.url}/status`);
     await page.route("**/api/v1/benches", async (route) => {
       const answer = await route.fetch();
       const benches = await answer.json();
@@ -119,6 +119,7 @@ describe("live page", { timeout: SUITE_MS }, () => {
         { value: 4, line: "Do91" },
         { value: 100, line: "Do92" },
       ];
+      bench.parameters.find((each) => each.symbol === "R1").value = 4;
       bench.components = [...bench.components.filter((each) => each !== r1).slice(0, 1), r1];
       bench.healthy.to_s = 9;
       bench.run.max_s = 77;
@@ -136,6 +137,8 @@ describe("live page", { timeout: SUITE_MS }, () => {
       ["4 Ω", "100 Ω"],
     );
     assert.equal(await page.getByLabel("Duration, s").getAttribute("max"), "77");
+    await page.locator("#set-R1").focus();
+    await page.keyboard.press("2"); // by itself a plan is of the first component
     await page.getByLabel("Fault at, s").fill("8.5");
     await page.getByText(/from the first 9 s/).waitFor();
     await page.getByLabel("Fault at, s").fill("10");
@@ -152,13 +155,15 @@ describe("live page", { timeout: SUITE_MS }, () => {
     async () => {
       const { page, close } = await openPage(browser, server.url, { allow: /ERR_FAILED/ });
       const id = await startPaperRun(page);
-      await page.route("**/api/v1/benches", (route) => route.abort());
+      await page.route("**/api/v1/benches**", (route) => route.abort());
+      await page.route("**/api/v1/benches/**", (route) => route.abort());
       await page.goto(server.url);
       await page.getByRole("alert").getByText("The server does not answer").waitFor();
       assert.equal(await page.locator(".slider").count(), 0, "no values that nobody has said");
       await page.goto(`${server.url}/lab/${id}`);
       await page.getByRole("heading", { name: "The run could not be loaded" }).waitFor();
-      await page.unroute("**/api/v1/benches");
+      await page.unroute("**/api/v1/benches**");
+      await page.unroute("**/api/v1/benches/**");
       await page.getByRole("button", { name: "Try again" }).click();
       await waitForReview(page);
       await page.getByText("R1 = 100 Ω (relay Do0)").waitFor();

@@ -1,5 +1,5 @@
-// Signing in at a provider: oidc-provider from npm as a university runs one, and a provider that
-// does wrong. Both on loopback, which only `insecure_loopback` allows.
+// Signing in at a provider: oidc-provider from npm, configured as at a university, and a provider
+// that violates the protocol. Both are on loopback, which only `insecure_loopback` allows.
 import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
 import { hostileProvider } from "../oidc_provider/hostile_provider.js";
@@ -54,7 +54,7 @@ describe("signing in at a provider", { timeout: SUITE_MS }, () => {
     await evil?.stop();
   });
 
-  /** A browser without a page: keeps cookies by host, follows nothing by itself. */
+  /** A client without a page: keeps cookies by host and follows no redirect automatically. */
   function visitor() {
     const jars = new Map();
     return {
@@ -83,7 +83,7 @@ describe("signing in at a provider", { timeout: SUITE_MS }, () => {
   }
   const start = (who, id, next = "") =>
     who.go(`${server.url}/api/v1/auth/oidc/${id}/start?next=${encodeURIComponent(next)}`);
-  /** From our button to the address of our callback, not opened yet. */
+  /** From the sign-in button to the address of the callback, which is not opened yet. */
   async function arrive(who, next) {
     const left = await start(who, "evil", next);
     assert.equal(left.status, 303);
@@ -144,7 +144,7 @@ describe("signing in at a provider", { timeout: SUITE_MS }, () => {
     };
     assert.match(await tryAs("Sign in with University", "nobody"), /did not allow/);
     assert.match(await tryAs("Sign in with Staff", "ann"), /does not admit/);
-    // Never by login or e-mail into an account that exists, least of all the admin's.
+    // An existing account is never found by login or e-mail, in particular not the admin's.
     assert.match(await tryAs("Sign in with University", "admin"), /with your login exists/);
     await context.close();
   });
@@ -180,7 +180,7 @@ describe("signing in at a provider", { timeout: SUITE_MS }, () => {
     // Again in the same browser, which has forgotten the sign-in.
     who.here.delete("faultlab_session");
     refused(await who.go(callback), who, "oidc_elsewhere");
-    // And with the cookie that somebody kept, at a provider that takes a code twice.
+    // And with a cookie that was kept, at a provider that accepts a code twice.
     const given = hostile.tokensGiven;
     for (const [name, value] of kept) who.here.set(name, value);
     refused(await who.go(callback), who, "oidc_elsewhere");
@@ -192,7 +192,7 @@ describe("signing in at a provider", { timeout: SUITE_MS }, () => {
     const callback = await arrive(attacker);
     const victim = visitor();
     refused(await victim.go(callback), victim, "oidc_elsewhere");
-    // Also when the victim has begun one, or comes with a code for another provider of ours.
+    // Also when the victim has begun a sign-in, or comes with a code of another provider.
     await start(victim, "evil");
     refused(await victim.go(callback), victim, "oidc_elsewhere");
     const own = visitor();

@@ -96,7 +96,7 @@ describe("operator", { timeout: SUITE_MS }, () => {
     await theirs.page.getByLabel("Login").fill("pera");
     await theirs.page.getByLabel("Password").fill("correct horse battery");
     await theirs.page.getByRole("main").getByRole("button", { name: "Sign in" }).click();
-    await theirs.page.getByRole("heading", { name: "Jobs", exact: true }).waitFor(); // where they were
+    await theirs.page.getByRole("heading", { name: "Jobs", exact: true }).waitFor(); // the page on which they were
     await theirs.close();
 
     await page.reload();

@@ -1,4 +1,4 @@
-// The browser's own print: every chart stands whole on the paper, whatever window it was printed from.
+// The browser's print: every chart is complete on the paper, whatever the size of the window was.
 import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
 import {
@@ -15,7 +15,7 @@ const WIDE = { width: 1440, height: 900 };
 const PHONE = { width: 390, height: 844 };
 const A4_WIDTH_PX = 794;
 
-/** Measures on the paper, when the page has been laid out for it and its own listeners have drawn. */
+/** Measures the printed layout, after the page's own listeners have drawn. */
 function measureOnPaper() {
   const listen = MediaQueryList.prototype.addEventListener;
   globalThis.paper = [];
@@ -56,7 +56,7 @@ function assertInside(inner, outer, words) {
   assert.ok(inside, `${words}: ${JSON.stringify(inner)} in ${JSON.stringify(outer)}`);
 }
 
-/** Prints, and returns what stood on the paper, when every chart is whole there. */
+/** Prints, and returns what is on the paper; every chart must be complete. */
 async function printWhole(page) {
   const pdf = await page.pdf({ format: "A4" });
   assert.equal(pdf.subarray(0, 5).toString(), "%PDF-");

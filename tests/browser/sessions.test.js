@@ -25,7 +25,7 @@ describe("sessions", { timeout: SUITE_MS }, () => {
   });
   beforeEach(clear);
 
-  /** Ends whatever somebody holds or waits for, and waits for the check of the bench. */
+  /** Ends all sessions and queue places, and waits for the check of the bench. */
   async function clear() {
     const { json: sessions } = await world.call(world.admin, "GET", "/sessions?all=1");
     for (const who of students) {
@@ -39,7 +39,7 @@ describe("sessions", { timeout: SUITE_MS }, () => {
     }
     await world.benchesReady(1);
   }
-  /** Takes the bench and starts a run on it that outlasts the test; the page shows it. */
+  /** Takes the bench and starts a run on it that lasts longer than the test; the page shows it. */
   async function runOnBench(page) {
     await takeBench(page);
     await page.getByRole("link", { name: "Use the rig" }).click();
@@ -202,7 +202,7 @@ describe("sessions", { timeout: SUITE_MS }, () => {
     },
   );
 
-  /** Uses the rig that one holds, and commands it. */
+  /** Uses the rig of the user's session, and commands it. */
   async function runHeld(page) {
     await page.goto(`${server.url}/my`);
     await page.getByRole("link", { name: "Use the rig" }).click();

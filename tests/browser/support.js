@@ -1,5 +1,5 @@
-// What the browser tests share: the real server in a directory of its own, Chromium, axe, and a page
-// whose every console error, failed request and word to another host is kept for the test to judge.
+// Shared by the browser tests: the real server in a directory of its own, Chromium, axe, and a page
+// that records every console error, failed request and request to another host.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { createSocket } from "node:dgram";
@@ -23,7 +23,7 @@ const FLAGS = [
   "--disable-component-update",
   "--disable-sync",
 ];
-// Generous in time, exact in content: the same tests run beside a compiler on an old laptop.
+// Long time limits, exact contents: the same tests run on an old laptop during a build.
 export const PATIENCE_MS = 30_000;
 export const SUITE_MS = 300_000;
 
@@ -41,7 +41,7 @@ function binary() {
 const servers = new Set();
 const pages = new Set();
 
-/** A test that, when it fails, also says what its pages showed and what the server wrote. */
+/** A test that, on failure, also prints what its pages showed and what the server logged. */
 export function story(name, body) {
   it(name, async (context) => {
     try {
@@ -63,12 +63,13 @@ export function story(name, body) {
 
 /**
  * Starts `faultlab serve` on a free port. `speed` is simulated seconds per second, `benches` the
- * number of simulated benches that need a session, `bus` where far rigs are looked for, `settings`
- * the rest of its configuration.
+ * number of simulated benches that need a session, `bench` the descriptions to start with, `bus` the
+ * LCM address where remote rigs are searched for, `settings` the rest of its configuration.
  */
 export async function startServer({
   speed = 1,
   benches = 0,
+  bench = [],
   bus,
   data,
   settings = "",
@@ -90,6 +91,7 @@ export async function startServer({
       data ?? join(own.path, "data"),
       "--sim-speed",
       String(speed),
+      ...bench.flatMap((each) => ["--bench", each]),
     ],
     { stdio: ["ignore", "pipe", "pipe"] },
   );
@@ -122,7 +124,7 @@ export async function startServer({
   return server;
 }
 
-/** Does a datagram to the group reach its own machine? */
+/** Whether a datagram to the group reaches its own machine. */
 function hearsItself(group, port) {
   const socket = createSocket({ type: "udp4", reuseAddr: true });
   return new Promise((resolve) => {
@@ -146,8 +148,8 @@ function hearsItself(group, port) {
 }
 
 /**
- * The agent of a simulated far rig on a bus of its own that stays on this machine. It has seen
- * `epoch` in the hands of another lab. Null where the machine has no multicast.
+ * The agent of a simulated remote rig on a bus of its own that stays on this machine. It has
+ * seen `epoch` from another lab. Null if the machine has no multicast.
  */
 export async function startAgent({ id, epoch }) {
   const group = "239.255.76.67";
@@ -184,7 +186,7 @@ export async function startAgent({ id, epoch }) {
   };
 }
 
-/** A wire to the server that can be cut: everything through it breaks off, new calls are refused. */
+/** A connection to the server that can be cut: all open connections break, new ones are refused. */
 export async function startWire(url) {
   const target = new URL(url);
   const sockets = new Set();
@@ -219,7 +221,7 @@ export async function startWire(url) {
       open = false;
       for (const socket of sockets) socket.destroy();
     },
-    /** Resolves when `count` more calls have been refused since now. */
+    /** Resolves when `count` more connections have been refused. */
     refusals(count) {
       return new Promise((resolve) => waiting.push({ count: refused + count, resolve }));
     },
@@ -237,7 +239,7 @@ export function launchBrowser() {
   return chromium.launch({ executablePath: "/usr/bin/chromium", headless: true, args: FLAGS });
 }
 
-/** A fresh page. `allow` matches console errors that the test provokes on purpose. */
+/** A new page. `allow` matches console errors that the test causes on purpose. */
 export async function openPage(browser, url, { allow = /^$/, ...options } = {}) {
   const context = await browser.newContext({
     viewport: { width: 1440, height: 900 },
@@ -294,7 +296,7 @@ export async function axe(page) {
 
 export const START = "Run the paper's experiment";
 
-/** Presses the button; the run's id. */
+/** Presses the button; returns the run's id. */
 export async function startPaperRun(page) {
   await page.getByRole("button", { name: START }).click();
   await page.waitForURL(/\/lab\/.+/);

@@ -6,6 +6,7 @@
 #include "core/plant/simulate_record.h"
 #include "core/signals/prbs.h"
 #include "core/types/fault.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 
@@ -21,14 +22,14 @@ inline Fault AbruptFault(Component component, double value, double at_s = 10.0) 
 inline std::vector<Sample> BenchRecord(const std::vector<Fault>& faults,
                                        std::uint64_t seed = 1,
                                        double duration_s = 20.0,
-                                       const PlantParameters& rig = {},
+                                       const PlantParameters& rig = paper::Plant(),
                                        double clock_s = 0.01) {
   PrbsSpec spec;
   spec.seed = seed;
   spec.clock_s = clock_s;
-  const auto samples = static_cast<int>(std::lround(duration_s / kSamplePeriodSeconds));
-  const std::vector<double> uc = MakePrbs(spec, samples, kSamplePeriodSeconds);
-  return SimulateRecord(BenchProfileBench(), rig, uc, faults, seed);
+  const auto samples = static_cast<int>(std::lround(duration_s / paper::kPeriodS));
+  const std::vector<double> uc = MakePrbs(spec, samples, paper::kPeriodS);
+  return SimulateRecord(paper::Hardware(), rig, uc, faults, seed, paper::kPeriodS);
 }
 
 /// The samples of [from_s, to_s).

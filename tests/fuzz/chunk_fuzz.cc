@@ -1,5 +1,5 @@
-// Stored samples: a damaged chunk is refused, and the decoder holds even under a right checksum.
-// What passes is written and read back bit for bit.
+// Stored samples: a damaged chunk is refused, also if its checksum is right. An accepted chunk is
+// written and read back bit for bit.
 #include <zlib.h>
 
 #include <cstring>
@@ -36,7 +36,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size < kHead) return 0;
   constexpr unsigned char kMagic[] = {'F', 'L', 'C', 'H', 1, 0, 7, 0};
   std::memcpy(bytes.data(), kMagic, sizeof kMagic);
-  bytes[10] = bytes[11] = std::byte{0};  // at most 65535 samples: an input is to cost little
+  bytes[10] = bytes[11] = std::byte{0};  // at most 65535 samples, to save time
   const auto crc = static_cast<std::uint32_t>(crc32(
       0, reinterpret_cast<const Bytef*>(bytes.data() + kHead), static_cast<uInt>(size - kHead)));
   for (std::size_t i = 0; i < 4; ++i) bytes[kCrcAt + i] = static_cast<std::byte>(crc >> 8 * i);

@@ -1,5 +1,5 @@
-// What a browser writes into its socket: a message that passes is within its bounds, a refusal says
-// why.
+// Text that a browser sends over its socket: an accepted message is within its bounds, a refusal
+// has a message.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

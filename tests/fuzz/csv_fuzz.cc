@@ -1,5 +1,5 @@
-// Whatever bytes arrive as a recording: the reader answers with a record that keeps its promises or
-// with an error that has a sentence; it never crashes, hangs or takes more than its limits.
+// Any bytes as a recording: the reader returns a record that satisfies its contract, or an error
+// with a message; it never crashes, hangs or exceeds its limits.
 #include <bit>
 #include <cmath>
 #include <cstddef>

@@ -1,4 +1,4 @@
-// A course's list of students, as far as it gets without a course: read whole or refused with its
+// A list of students, as far as it is read without a course: read completely, or refused with the
 // line.
 #include <filesystem>
 

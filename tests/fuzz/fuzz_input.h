@@ -9,7 +9,7 @@
 
 namespace faultlab::fuzz {
 
-/// What must hold for every input.
+/// A condition that must hold for every input.
 inline void Require(bool condition) {
   if (!condition) std::abort();
 }
@@ -18,7 +18,7 @@ inline std::string_view Text(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};
 }
 
-/// Takes an input apart.
+/// Splits an input.
 class Input {
  public:
   Input(const std::uint8_t* data, std::size_t size) : left_(Text(data, size)) {}
@@ -30,7 +30,7 @@ class Input {
     left_.remove_prefix(1);
     return byte;
   }
-  /// A piece behind its length of 2 bytes; what is left when it is shorter.
+  /// A piece preceded by its length in 2 bytes; the rest if it is shorter.
   std::string_view Piece() {
     const std::size_t high = Byte();
     const std::size_t length = high << 8 | Byte();

@@ -1,5 +1,5 @@
-// Bytes on a connection to the real server code, over loopback in one thread: requests behind one
-// another, broken ones. Each answer is one of ours; nothing stays open.
+// Bytes on a connection to the real server code, over loopback in one thread: several requests in
+// sequence, broken ones. Each answer is well-formed; nothing stays open.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -34,7 +34,7 @@ class World {
     const int client = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     const auto to = acceptor_.local_endpoint();
     Require(client >= 0 && connect(client, to.data(), static_cast<socklen_t>(to.size())) == 0);
-    // It has no port to keep: a million connections one after the other.
+    // Closes without TIME_WAIT, because there are a million connections one after the other.
     const linger none{.l_onoff = 1, .l_linger = 0};
     setsockopt(client, SOL_SOCKET, SO_LINGER, &none, sizeof none);
     (void)!send(client, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
@@ -45,7 +45,7 @@ class World {
       host_.io.restart();
       while (host_.io.run_one_for(std::chrono::seconds(5)) > 0) {
       }
-      Require(host_.io.stopped());  // it has ended: there is no more work
+      Require(host_.io.stopped());  // the connection has ended: no work is left
     }
     CheckAnswers(client);
     close(client);

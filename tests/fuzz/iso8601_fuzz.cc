@@ -1,4 +1,4 @@
-// Times of requests: one that passes is written and read back to the same millisecond.
+// Times in requests: an accepted one is written and read back to the same millisecond.
 #include "server/api/iso8601.h"
 #include "tests/fuzz/fuzz_input.h"
 

@@ -1,5 +1,5 @@
-// Whatever bytes arrive from the bus or stand in a log: a message that passes is whole, the rest is
-// refused without a crash.
+// Any bytes from the bus or in a log: an accepted message is complete, the rest is refused without
+// a crash.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -11,6 +11,7 @@
 #include "hardware/lcm/message_codec.h"
 #include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/sealed_message.h"
+#include "tests/paper_bench.h"
 
 namespace {
 
@@ -21,7 +22,7 @@ void Require(bool condition) {
   if (!condition) std::abort();
 }
 
-/// The body behind the hash of its type, as a message of the type.
+/// The body that follows the hash of its type, as a message of the type.
 template <typename Message>
 void Check(const Bytes& body) {
   Bytes bytes;
@@ -41,10 +42,10 @@ void CheckOne(std::size_t which, const Bytes& body, MessageList<Messages...>) {
 
 }  // namespace
 
-/// The first byte chooses the type, the rest is the body; and all of it is a log.
+/// The first byte selects the type, the rest is the body; all of it is also read as a log.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::istringstream log(std::string(reinterpret_cast<const char*>(data), size));
-  const auto record = ReadLcmLog(log, "fuzz.lcm", "");
+  const auto record = ReadLcmLog(log, "fuzz.lcm", "", faultlab::paper::Bench());
   Require(record.ok() || !record.error().message.empty());
   (void)SealedRig({data, size});
   Require(!OpenSealed({data, size}, "c", "rig", RigKey{}).has_value());

@@ -1,5 +1,5 @@
-// Whatever datagrams arrive on the bus's port: every number of one that passes is within its bound,
-// and memory and messages stay within theirs.
+// Any datagrams on the bus's port: every number of an accepted one is within its bound, and so are
+// memory and messages.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -29,7 +29,7 @@ void CheckPacket(const LcmPacket& packet, Bytes datagram) {
 
 }  // namespace
 
-/// Datagrams one behind the other: sender 1 byte, size 2 bytes, datagram.
+/// Datagrams in sequence: sender 1 byte, size 2 bytes, datagram.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   MessageAssembly assembly([](std::string_view channel) { return channel.starts_with("FAULT"); });
   Bytes left(data, size);

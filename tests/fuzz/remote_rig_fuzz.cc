@@ -1,5 +1,5 @@
-// What an agent may tell a server under the right key: the harness seals. Records of kind 1 byte,
-// piece body.
+// Messages from an agent to a server under the right key: the harness seals them. Records of kind 1
+// byte, piece body.
 #include "faultlab_msgs/rig_announce_t.hpp"
 #include "faultlab_msgs/rig_reply_t.hpp"
 #include "faultlab_msgs/rig_stream_t.hpp"
@@ -41,7 +41,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const int kind = input.Byte();
     const std::string_view body = input.Piece();
     now += Nanoseconds(static_cast<std::int64_t>(kind) * 1'000'000);
-    const bool in_order = (kind & 4) != 0;  // so that it gets past the first checks
+    const bool in_order = (kind & 4) != 0;  // so that it passes the first checks
     if (kind % 4 == 0) {
       SealedInput<faultlab_msgs::rig_announce_t> said(body);
       if (said.message && in_order) said.message->boot = 1;

@@ -1,4 +1,4 @@
-// Target, headers and names of a request behind the HTTP parser: routes, percent decoding, queries,
+// Target, headers and names of a request after the HTTP parser: routes, percent decoding, queries,
 // cookies, hosts.
 //   piece target, piece Cookie, piece Host, piece Origin
 #include "server/net/http.h"
@@ -42,7 +42,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   HttpRequest request;
   request.method = static_cast<HttpMethod>(input.Byte() % 7);
   request.target = input.Piece();
-  // The HTTP parser lets no such byte pass.
+  // The HTTP parser does not accept such bytes.
   for (const char c : request.target) {
     if (static_cast<unsigned char>(c) <= 0x20 || c == 0x7f) return 0;
   }

@@ -1,21 +1,26 @@
-// What a server may tell an agent under the right key: the harness seals. Records of flags 1 byte,
-// piece body of a command. A bench that is not running has its drive off, whatever was said.
+// Messages from a server to an agent under the right key: the harness seals them. Records of flags
+// 1 byte, piece body of a command. A bench that is not running has its drive off, whatever the
+// input.
 #include <filesystem>
 
 #include "hardware/lcm/channels.h"
 #include "hardware/lcm/epoch_file.h"
 #include "hardware/lcm/rig_agent.h"
 #include "tests/fuzz/sealed_input.h"
+#include "tests/paper_bench.h"
 
 using namespace faultlab::hardware;  // NOLINT(google-build-using-namespace)
 using faultlab::fuzz::Require;
 
 namespace {
 
-/// Takes what a rig may be given, and looks at it: it has no thread, so that an input costs little.
+/// Accepts what a rig accepts, and checks it. It has no thread, so that an input takes little time.
 class Bench final : public Rig {
  public:
-  Bench() { description_.id = faultlab::fuzz::kRig; }
+  Bench() {
+    description_.id = faultlab::fuzz::kRig;
+    description_.bench = &faultlab::paper::Bench();
+  }
   const RigDescription& description() const override { return description_; }
   RigState state() const override { return state_; }
   faultlab::core::Status Arm(RunPlan plan, Epoch) override {

@@ -27,8 +27,8 @@ class DeafBus final : public hardware::MessageBus {
   void Handle(std::chrono::milliseconds) override {}
 };
 
-/// The body of a message as the fuzzer has made it, under the key: as it is when it is no message
-/// of the type, else with the rig's name, so that it gets past the seal.
+/// The body of a message, sealed with the key. If it is a message of the type, it gets the rig's
+/// name, so that it passes the first checks; otherwise it is unchanged.
 template <typename Message>
 struct SealedInput {
   explicit SealedInput(std::string_view body) {

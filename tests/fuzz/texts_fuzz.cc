@@ -1,11 +1,12 @@
-// The short texts of command lines, CSV comments and request targets. The first byte chooses one.
+// The short texts of command lines, CSV comments and request targets. The first byte selects one.
 #include <cmath>
 
 #include "core/signals/excitation.h"
-#include "server/csv/excitation_text.h"
+#include "core/signals/excitation_text.h"
+#include "core/types/number_text.h"
 #include "server/csv/fault_text.h"
-#include "server/csv/number_text.h"
 #include "tests/fuzz/fuzz_input.h"
+#include "tests/paper_bench.h"
 
 using namespace faultlab;  // NOLINT(google-build-using-namespace)
 using fuzz::Require;
@@ -18,18 +19,20 @@ bool Same(const core::Fault& a, const core::Fault& b) {
 }
 
 void CheckFault(std::string_view text) {
-  const auto fault = server::ParseFault(text);
+  const auto fault = server::ParseFault(text, faultlab::paper::Bench());
   if (!fault) return Require(!fault.error().message.empty());
-  const auto again = server::ParseFault(server::FormatFault(fault.value()));
+  const auto again =
+      server::ParseFault(server::FormatFault(fault.value()), faultlab::paper::Bench());
   Require(again.ok() && Same(again.value(), fault.value()));
-  const auto comments = server::FaultsInComments({server::FaultComment(fault.value())});
+  const auto comments =
+      server::FaultsInComments({server::FaultComment(fault.value())}, faultlab::paper::Bench());
   Require(comments.size() == 1 && Same(comments[0], fault.value()));
 }
 
 void CheckExcitation(std::string_view text) {
-  const auto spec = server::ParseExcitation(text, 1);
+  const auto spec = core::ParseExcitation(text, 1);
   if (!spec) return Require(!spec.error().message.empty());
-  // A short run of what the form lets pass: values, or a refusal.
+  // Computes a short excitation from an accepted text: values, or a refusal.
   const auto volts = core::Generate(spec.value(), 0.01, 64);
   if (!volts) return Require(!volts.error().message.empty());
   for (const double volt : volts.value()) Require(std::isfinite(volt));
@@ -46,8 +49,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } else if (which == 1) {
     CheckExcitation(text);
   } else {
-    if (const auto number = server::ParseNumber(text)) Require(std::isfinite(*number));
-    if (const auto value = server::ParseValue(text)) Require(std::isfinite(*value));
+    if (const auto number = core::ParseNumber(text)) Require(std::isfinite(*number));
+    if (const auto value = core::ParseValue(text)) Require(std::isfinite(*value));
   }
   return 0;
 }

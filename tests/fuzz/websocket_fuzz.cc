@@ -1,5 +1,5 @@
-// The raw stream of a viewer's socket, in pieces as a network delivers them. The first byte says
-// how long the pieces are.
+// The raw stream of a viewer's socket, in pieces as a network delivers them. The first byte
+// determines their length.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Who is on the bus: keys that are here, names that nothing proves.
+// The names on the bus: those with a key here, and those that nothing proves.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// A driver call that does not return holds nobody.
+// A driver call that does not return must not block other threads.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +7,7 @@
 #include "hardware/daq/guarded_daq.h"
 #include "tests/hardware/rig_runs.h"
 #include "tests/hardware/test_bench.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -16,19 +17,22 @@ constexpr RigCommand kClear{.kind = RigCommand::Kind::kClearTrip};
 constexpr Nanoseconds kPatience = std::chrono::milliseconds(20);
 
 TestBenchOptions Guarded() {
-  return {.clock = nullptr, .watchdog = {}, .limits = {}, .driver_patience = kPatience};
+  return {.clock = nullptr,
+          .watchdog = {},
+          .limits = paper::Bench().limits,
+          .driver_patience = kPatience};
 }
 
 RunPlan ShortPlan() {
   RunPlan plan = SquarePlan(8);
-  plan.faults = {{.component = core::Component::kR1, .value = 10.0, .at_s = 0.03}};
+  plan.faults = {{.component = paper::kR1, .value = 10.0, .at_s = 0.03}};
   return plan;
 }
 
 TEST(DriverHang, AtEveryCallComesBackAsALatchedTripAndClearsWhenTheDriverAnswers) {
   int calls = 0;
   {
-    TestBenchOptions patient = Guarded();  // a busy machine may keep this one waiting
+    TestBenchOptions patient = Guarded();  // a busy machine may delay this one
     patient.driver_patience = std::chrono::seconds(5);
     TestBench whole(patient);
     ASSERT_TRUE(whole.rig->Arm(ShortPlan(), kEpoch).ok());
@@ -50,7 +54,7 @@ TEST(DriverHang, AtEveryCallComesBackAsALatchedTripAndClearsWhenTheDriverAnswers
       ASSERT_TRUE(started || !bench.journal.hangs()) << n;
     }
     bench.rig->SafeStop("asked while the driver hangs");
-    if (!bench.journal.hangs()) {  // a busy machine held up a call before
+    if (!bench.journal.hangs()) {  // a busy machine may have delayed an earlier call
       options.driver_patience *= 2;
       ASSERT_LT(options.driver_patience, std::chrono::minutes(1)) << n;
       continue;
@@ -80,12 +84,12 @@ TEST(DriverHang, OfAWriteThatReturnsLateIsFollowedByDriveZero) {
   journal.hang_at = 0;
   const auto clock = std::make_shared<ManualClock>();
   const BenchConfig config = SimulatedBenchConfig({});
-  const auto daq =
-      MakeGuardedDaq(std::make_unique<FaultyDaq>(
-                         std::make_unique<SimulatedDaq>(
-                             core::BenchProfileBench(), config.scaling, config.wiring, clock),
-                         journal),
-                     {.patience = kPatience});
+  const auto daq = MakeGuardedDaq(
+      std::make_unique<FaultyDaq>(
+          std::make_unique<SimulatedDaq>(
+              paper::Bench(), paper::Hardware(), config.scaling, config.wiring, clock),
+          journal),
+      {.patience = kPatience});
   EXPECT_THROW(daq->WriteDrive(3.0), DriverHang);
   EXPECT_THROW(daq->ReadRelayLines(), DriverHang) << "at once, and the driver is left alone";
   journal.Release();
@@ -106,7 +110,7 @@ TEST(DriverHang, DoesNotHoldTheEndOfTheDaq) {
   {
     const auto clock = std::make_shared<ManualClock>();
     const BenchConfig config = SimulatedBenchConfig({});
-    // Keeps the journal until the driver's thread, which outlives this scope, has let go.
+    // Keeps the journal until the driver's thread, which outlives this scope, has ended its use.
     class KeptDaq final : public Daq {
      public:
       KeptDaq(std::shared_ptr<DaqJournal> the_journal, std::unique_ptr<Daq> inner)
@@ -125,12 +129,12 @@ TEST(DriverHang, DoesNotHoldTheEndOfTheDaq) {
       const std::shared_ptr<DaqJournal> journal_;
       FaultyDaq faulty_;
     };
-    const auto daq =
-        MakeGuardedDaq(std::make_unique<KeptDaq>(
-                           journal,
-                           std::make_unique<SimulatedDaq>(
-                               core::BenchProfileBench(), config.scaling, config.wiring, clock)),
-                       {.patience = kPatience});
+    const auto daq = MakeGuardedDaq(
+        std::make_unique<KeptDaq>(
+            journal,
+            std::make_unique<SimulatedDaq>(
+                paper::Bench(), paper::Hardware(), config.scaling, config.wiring, clock)),
+        {.patience = kPatience});
     EXPECT_THROW(daq->WriteDrive(3.0), DriverHang);
   }
   journal->Release();

@@ -1,4 +1,4 @@
-// The real drivers' code against stand-ins with the real signatures.
+// The real drivers' code with stand-ins that have the real signatures.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -10,17 +10,20 @@
 #include <thread>
 #include <vector>
 
+#include "hardware/bench/benches.h"
 #include "hardware/config/bench_file.h"
 #include "hardware/daq/shared_library.h"
 #include "hardware/supervisor.h"
 #include "tests/hardware/rig_runs.h"
 #include "tests/hardware/stand_in.h"
 #include "tests/hardware/test_bench.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 namespace {
 
 using testing::HasSubstr;
+using testing::StartsWith;
 
 std::string NiConfig(const std::string& method) {
   return std::string("driver = \"nidaqmx\"\n[nidaqmx]\nlibrary = \"") + STAND_IN_NIDAQMX +
@@ -60,14 +63,14 @@ class RealDriver : public testing::TestWithParam<Driver> {
     control_ = function();
     *control_ = StandInControl{};
     control_->begin_run = true;
-    bench_.driver_patience = std::chrono::seconds(10);  // a busy machine is no driver that hangs
+    bench_.driver_patience = std::chrono::seconds(10);  // a busy machine is not a hanging driver
   }
   ~RealDriver() override {
     EXPECT_EQ(control_->open_handles, 0);
     EXPECT_EQ(control_->misuses, 0) << control_->misuse;
   }
 
-  /// Steps a machine through a plan by hand, the stand-in's time with it.
+  /// Steps a machine through a plan, and the stand-in's time with it.
   RunLog Play(RigMachine& machine, const RunPlan& plan) {
     RunLog log;
     std::vector<RigMessage> messages;
@@ -96,7 +99,7 @@ TEST_P(RealDriver, ReadsTheSameBenchAsTheSimulatedRig) {
   const auto machine =
       MakeBenchMachine(bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
   RunPlan plan = SquarePlan(300);
-  plan.faults = {{.component = core::Component::kR12, .value = 3300.0, .at_s = 1.0}};
+  plan.faults = {{.component = paper::kR12, .value = 3300.0, .at_s = 1.0}};
   const RunLog log = Play(*machine, plan);
   SimulatedRigOptions options;
   options.speed = 0.0;
@@ -111,7 +114,7 @@ TEST_P(RealDriver, ReadsTheSameBenchAsTheSimulatedRig) {
     ASSERT_EQ(log.samples[k].ia_a, expected.samples[k].ia_a) << k;
     ASSERT_NEAR(log.samples[k].n_rpm, expected.samples[k].n_rpm, 1e-9) << k;
   }
-  // From the fault on the contacts travel for 3 ms here, and for none there.
+  // After the fault the contacts travel for 3 ms on this bench, and for no time in the other.
   EXPECT_NEAR(log.samples[250].ua_v, expected.samples[250].ua_v, 0.1);
   ASSERT_EQ(log.Of(RigEventKind::kRelayConfirmed).size(), 1u);
   EXPECT_EQ(machine->MakeSafe(), "");
@@ -143,7 +146,7 @@ TEST_P(RealDriver, ReportsTheDriversOwnWordsAtEachCallThatFails) {
     ASSERT_LE(control_->open_handles, 1) << "only a failed clear may leave a task: call " << n;
     control_->open_handles = 0;
   }
-  EXPECT_GT(reported, calls / 2);  // safe stops retry, clearing has nobody to tell
+  EXPECT_GT(reported, calls / 2);  // safe stops are repeated; clearing has no receiver for a report
 }
 
 TEST_P(RealDriver, FeedsTheBoardsOwnWatchdogOnceASample) {
@@ -176,10 +179,10 @@ TEST_P(RealDriver, IsMadeSafeByTheSupervisorWhenItsAgentIsKilled) {
         return 0;
       },
       [&] {
-        // In another process: what it finds is told by what it leaves behind.
+        // In another process: the state that it leaves shows what it has done.
         double drive_v = 0.0;
         std::ifstream(state) >> drive_v;
-        if (std::abs(drive_v - 3.0) > 1e-3) return false;  // the board holds what it was told last
+        if (std::abs(drive_v - 3.0) > 1e-3) return false;  // the board keeps the last value
         const auto machine = MakeBenchMachine(
             bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
         return machine->MakeSafe().empty();
@@ -254,16 +257,27 @@ TEST(Supervisor, KillsAnAgentWhenTheSecondLineHangsToo) {
 
 // ---- configuration ------------------------------------------------------------------------------
 
-std::string RefusalOf(const std::string& text) {
-  const core::Result<BenchFile> file = ParseBenchFile(text, "bench.toml");
+std::string RefusalOf(const std::string& text, const std::string& bench = "") {
+  const core::Result<BenchFile> file = ParseBenchFile(text, "bench.toml", bench);
   return file.ok() ? "accepted" : file.error().message;
+}
+
+/// The description of the servo motor (500 Hz) in a file, with keys of J and another range of uc.
+std::string FastBench(const std::string& of_j, const std::string& input = "input_min_v = 0.0") {
+  std::string text = LoadBench("servo-motor").value()->text;
+  text.insert(text.find("offered = [1e-6"), of_j);
+  const std::string as_shipped = "input_min_v = 0.0";
+  text.replace(text.find(as_shipped), as_shipped.size(), input);
+  const std::filesystem::path path = testing::TempDir() + "fast_bench.toml";
+  std::ofstream(path) << text;
+  return path;
 }
 
 TEST(BenchFile, OfNothingIsTheSimulatedPaperBench) {
   const core::Result<BenchFile> file = ParseBenchFile("", "bench.toml");
   ASSERT_TRUE(file.ok());
   EXPECT_EQ(file.value().driver, BenchFile::Driver::kSimulated);
-  EXPECT_EQ(file.value().config.wiring.line[0][0], 17);
+  EXPECT_EQ(file.value().config.wiring.boards.at(0).info().positions.at(0).line, 17);
   EXPECT_EQ(file.value().config.limits.current_continuous_a, 0.629);
 }
 
@@ -285,7 +299,6 @@ pulses_per_revolution = 512
 method = "count"
 [relays]
 inverted = false
-R1 = [1, 2, 3, 4]
 gap_ms = 4
 settle_ms = 4.5
 rest_ms = 200
@@ -302,26 +315,59 @@ fifo_priority = 80
 ride_through_s = 30
 )",
                                                       "bench.toml");
-  // R1 takes Do2, Do3 and Do4, which Table 2 gives to other boards.
-  ASSERT_FALSE(file.ok());
-  EXPECT_THAT(file.error().message, HasSubstr("in use already"));
-  EXPECT_EQ(file.error().field, "relays.R9");
+  ASSERT_TRUE(file.ok()) << file.error().message;
+  EXPECT_EQ(file.value().config.wiring.boards.size(), 4U);
+}
+
+TEST(BenchFile, GivesRelaysTheTimeBeforeTheReading) {
+  const std::string what = "gap_ms 3 + settle_ms 3 must be below delta_ms 5";
+  EXPECT_EQ(RefusalOf("driver = \"nidaqmx\"\n[loop]\ndelta_ms = 5\n"),
+            "bench.toml:3: loop.delta_ms is too short: relays." + what +
+                ": the sample would be read while relays move");
+  EXPECT_THAT(
+      RefusalOf("driver = \"nidaqmx\"\n\n[relays]\nsettle_ms = 7\n"),
+      StartsWith("bench.toml:4: relays.settle_ms is too long: gap_ms 3 + settle_ms 7 must be "
+                 "below delta_ms 9.5"));
+  const std::string fast = FastBench("values = [11e-6, 22e-6]\nlines = [1, 2]\n");
+  EXPECT_THAT(RefusalOf("driver = \"nidaqmx\"\n", fast),
+              StartsWith("bench.toml: relays.gap_ms is missing and then 3: gap_ms 3 + settle_ms 3 "
+                         "must be below delta_ms 1.5"));
+  EXPECT_EQ(RefusalOf("driver = \"nidaqmx\"\n[relays]\ngap_ms = 0.6\nsettle_ms = 0.6\n", fast),
+            "accepted");
+}
+
+TEST(BenchFile, AsksNoRelayTimeOfABenchWithoutRelays) {
+  const core::Result<BenchFile> file =
+      ParseBenchFile(NiConfig("frequency"), "bench.toml", "servo-motor");
+  ASSERT_TRUE(file.ok()) << file.error().message;
+  EXPECT_DOUBLE_EQ(OpenRig(file.value())->description().delta_s, 1.5e-3);
+}
+
+TEST(BenchFile, SaysWhatMakesAnAmplifierNeedFourQuadrants) {
+  EXPECT_EQ(RefusalOf("[limits]\nuc_min_v = -1\n[amplifier]\nquadrants = 2\n"),
+            "bench.toml:4: amplifier.quadrants is 2, but uc may be -1 V by limits.uc_min_v: write "
+            "quadrants = 4, or limits.uc_min_v = 0");
+  const std::string both = FastBench("", "input_min_v = -5.0");
+  EXPECT_EQ(RefusalOf("id = \"a\"\n", both),
+            "bench.toml: amplifier.quadrants is missing and then 2, but uc may be -5 V by the "
+            "description of the bench servo-motor: write quadrants = 4, or limits.uc_min_v = 0");
+  EXPECT_EQ(RefusalOf("[amplifier]\nquadrants = 4\n", both), "accepted");
+  EXPECT_EQ(RefusalOf("[limits]\nuc_min_v = 0\n", both), "accepted");
 }
 
 TEST(BenchFile, RefusesWithLineAndKey) {
   EXPECT_EQ(RefusalOf("a = \n").rfind("bench.toml:1: ", 0), 0u);
   EXPECT_EQ(RefusalOf("\n\n[limits]\nuc_max_v = \"5\"\n"),
-            "bench.toml:4: limits.uc_max_v must be a number from 0.1 to 10");
+            "bench.toml:4: limits.uc_max_v must be a number from 0.1 to 100");
   EXPECT_EQ(RefusalOf("[limits]\ncurrent_peak_a = -1\n"),
             "bench.toml:2: limits.current_peak_a must be a number from 0.01 to 100");
   EXPECT_EQ(RefusalOf("[loop]\n\nspeed = 3\n"),
             "bench.toml:3: loop.speed is not a key of this table");
   EXPECT_EQ(RefusalOf("driver = \"usb\"\n"),
             "bench.toml:1: driver must be one of simulated, nidaqmx, comedi");
-  EXPECT_EQ(RefusalOf("[relays]\nR1 = [1, 2, 3]\n"),
-            "bench.toml:2: relays.R1 must be 4 whole numbers from 0 to 31: the lines of its "
-            "positions, nominal first");
-  EXPECT_THAT(RefusalOf("[relays]\nR1 = [17, 16, 1, 32]\n"), HasSubstr("from 0 to 31"));
+  EXPECT_EQ(RefusalOf("[relays]\nR1 = [17, 16, 1, 0]\n"),
+            "bench.toml:2: relays.R1 belongs into the bench's description now: `lines` of its "
+            "[[component]]");
   EXPECT_EQ(RefusalOf("[scaling]\num_v_per_v = 0\n"),
             "bench.toml:2: scaling.um_v_per_v must not be 0");
   EXPECT_THAT(RefusalOf("driver = \"comedi\"\n[encoder]\nmethod = \"frequency\"\n"),

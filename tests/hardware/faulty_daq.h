@@ -13,11 +13,11 @@
 
 namespace faultlab::hardware {
 
-/// What happened at the terminals, and what is to go wrong.
+/// The calls at the terminals, and the failures to inject.
 struct DaqJournal {
   int calls = 0;
   int fail_at = -1;             ///< this call throws (0 = the first) ..
-  int failures = 1;             ///< .. and so many after it
+  int failures = 1;             ///< .. and this many calls after it
   std::uint32_t stuck_low = 0;  ///< relay lines that read 0 whatever is written
   int hang_at = -1;             ///< this call does not return before Release
   std::vector<std::uint32_t> levels;

@@ -1,5 +1,5 @@
-// Real processes that are stopped by SIGSTOP while they drive a board, and what their supervisor
-// does.
+// Real processes that are stopped by SIGSTOP while they drive a board, and the reaction of their
+// supervisor.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -31,9 +31,9 @@ using Steady = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 using testing::HasSubstr;
 
-/// Nothing here takes as long, on any machine.
+/// Nothing here takes this long, on any machine.
 constexpr std::chrono::seconds kLong(60);
-/// Well above the 300 ms that a supervisor waits.
+/// Much longer than the 300 ms that a supervisor waits.
 constexpr milliseconds kFreeze(900);
 constexpr int kAgentStatus = 7;
 
@@ -52,8 +52,8 @@ void Freeze(milliseconds time) {
 
 volatile std::sig_atomic_t end_asked = 0;
 
-/// A supervisor, its agent and the stand-in of a board, as `faultlab rig` has them: an agent that
-/// drives a run as long as it lives, or has driven one. What they leave behind is read from files.
+/// A supervisor, its agent and the stand-in of a board, as started by `faultlab rig`: the agent
+/// drives a run as long as it lives, or has driven one. Their results are read from files.
 class SupervisedAgent {
  public:
   enum class Does { kDrive, kDriveAndRest };
@@ -119,7 +119,7 @@ class SupervisedAgent {
     const std::string failures = folder_ + "/failures";
     return Supervise([&](const SendWord& send) { return RunAgent(does, send); },
                      [&] {
-                       // Each call is a process of its own: they count in a file.
+                       // Each call is a process of its own, so the calls are counted in a file.
                        const long failed = Number("failures");
                        if (failed < failing_make_safes) {
                          std::ofstream(failures) << failed + 1;
@@ -183,7 +183,7 @@ TEST(FrozenAgent, IsKilledAndDriveIsZero) {
   EXPECT_FALSE(bench.Lives(agent));
   EXPECT_THAT(bench.said(), HasSubstr("fallen silent: it is killed"));
   EXPECT_THAT(bench.said(), HasSubstr("drive 0, relays nominal"));
-  EXPECT_LT(took.count(), 10'000.0);  // 300 ms where nothing else runs
+  EXPECT_LT(took.count(), 10'000.0);  // 300 ms on an idle machine
 }
 
 TEST(FrozenAgent, IsCleanedUpAfterUntilTheBoardAnswers) {
@@ -251,7 +251,7 @@ TEST(FrozenSupervisor, WithItsAgentGivesTheAgentTimeToSpeak) {
   kill(bench.supervisor(), SIGSTOP);
   Freeze(kFreeze);
   kill(bench.supervisor(), SIGCONT);
-  Freeze(milliseconds(30));  // it looks first, and finds nothing said
+  Freeze(milliseconds(30));  // it checks first, and finds no heartbeat
   kill(bench.agent(), SIGCONT);
   Freeze(kFreeze);
   EXPECT_TRUE(bench.Lives(bench.agent()));
@@ -261,7 +261,7 @@ TEST(FrozenSupervisor, WithItsAgentGivesTheAgentTimeToSpeak) {
 }
 
 TEST(KilledSupervisor, LeavesAnAgentThatStopsTheMotorItself) {
-  ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);  // the agent becomes our child
+  ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0);  // the agent becomes a child of this process
   SupervisedAgent bench(Does::kDrive);
   const pid_t agent = bench.agent();
   kill(bench.supervisor(), SIGKILL);

@@ -1,4 +1,4 @@
-// When the motor is driven, words go out, and only while both threads live.
+// While the motor is driven, heartbeats are sent, and only while both threads live.
 #include "hardware/heartbeat.h"
 
 #include <gtest/gtest.h>
@@ -80,9 +80,9 @@ TEST_F(HeartbeatAlone, IsSilentWhileTheMainLoopStandsStill) {
   EXPECT_GT(said_.size(), heard);
 }
 
-/// A bench whose heartbeat and calls can be put in order.
+/// A bench whose heartbeats and calls are recorded in their order.
 struct WatchedBench {
-  std::vector<std::pair<Word, double>> said;  ///< and the drive at that moment
+  std::vector<std::pair<Word, double>> said;  ///< with the drive at that moment
   TestBench bench;
 
   WatchedBench() : bench(Options(*this)) {}

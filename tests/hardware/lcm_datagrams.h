@@ -1,6 +1,6 @@
 #pragma once
 
-// LCM's datagrams as somebody else writes them, with any numbers.
+// LCM's datagrams as another program may send them, with any numbers.
 #include <cstdint>
 #include <span>
 #include <string>
@@ -43,7 +43,7 @@ inline Datagram FragmentDatagram(const FragmentHead& head, std::string_view body
   return out;
 }
 
-/// On a channel: fragments with odd numbers in every place. The first kills liblcm 1.3.1.
+/// For a channel: fragments with wrong numbers in every place. The first one crashes liblcm 1.3.1.
 inline std::vector<Datagram> BadDatagrams(const std::string& channel) {
   constexpr std::uint32_t kOdd[] = {0, 1, 3000, 0x7fffffff, 0x80000000, 0xfffffff0, 0xffffffff};
   constexpr std::uint16_t kNumbers[] = {0, 1, 2, 0xffff};
@@ -60,7 +60,7 @@ inline std::vector<Datagram> BadDatagrams(const std::string& channel) {
       FragmentDatagram(next({.size = 10, .count = 2}), ""),
       FragmentDatagram(next({.size = 10, .count = 2}), "A"),
       ShortDatagram(sequence++, channel)};  // the channel does not end
-  // A good one and the same behind it.
+  // A correct one, followed by the same again.
   FragmentHead head = next({.size = 3000, .count = 2});
   bad.push_back(FragmentDatagram(head, body));
   head.number = 1;
@@ -84,7 +84,7 @@ inline std::vector<Datagram> BadDatagrams(const std::string& channel) {
   return bad;
 }
 
-/// A message as its sender writes it.
+/// A message as its sender encodes it.
 inline std::vector<Datagram> DatagramsOf(std::uint32_t sequence,
                                          std::string_view channel,
                                          std::span<const std::uint8_t> message) {
@@ -97,7 +97,7 @@ inline std::vector<Datagram> DatagramsOf(std::uint32_t sequence,
   return datagrams;
 }
 
-/// Bytes of which no two neighbouring pieces are alike.
+/// Bytes of which no two neighbouring pieces are equal.
 inline std::vector<std::uint8_t> SomeBytes(std::size_t size, std::uint32_t seed = 1) {
   std::vector<std::uint8_t> bytes(size);
   std::uint32_t state = seed;

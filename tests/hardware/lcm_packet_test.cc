@@ -56,7 +56,7 @@ TEST(LcmPacket, OfAnotherMagicIsRefused) {
   EXPECT_FALSE(ReadLcmPacket(datagram).has_value());
 }
 
-/// The datagram that killed liblcm: offset + size is 82 in 32 bits.
+/// The datagram that crashes liblcm: offset + size is 82 in 32 bits.
 TEST(LcmPacket, WhoseOffsetWrapsIn32BitsIsRefused) {
   const std::string body = std::string("FAULTLAB.ANNOUNCE\0", 18) + std::string(100, 'x');
   EXPECT_FALSE(

@@ -13,6 +13,7 @@
 #include "hardware/simulated/simulated_rig.h"
 #include "tests/hardware/rig_runs.h"
 #include "tests/hardware/wire_message.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -34,7 +35,7 @@ RunLog SomeRun() {
   options.speed = 0.0;
   const auto rig = MakeSimulatedRig(options);
   RunPlan plan = SquarePlan(200);
-  plan.faults = {{.component = core::Component::kR1, .value = 56.0, .at_s = 1.0}};
+  plan.faults = {{.component = paper::kR1, .value = 56.0, .at_s = 1.0}};
   EXPECT_TRUE(rig->Arm(plan, Epoch{1}).ok());
   EXPECT_TRUE(rig->Start(Epoch{1}).ok());
   return Drain(*rig);
@@ -67,7 +68,7 @@ TEST_F(LcmLog, OfATapGivesTheRunBackBitEqual) {
     EXPECT_EQ(tap.value()->published(), run.events.size() + 2 * run.samples.size());
     EXPECT_EQ(tap.value()->failed(), 0u);
   }
-  const core::Result<LcmRecord> record = ReadLcmLog(path_, "");
+  const core::Result<LcmRecord> record = ReadLcmLog(path_, "", paper::Bench());
   ASSERT_TRUE(record.ok());
   EXPECT_EQ(record.value().rig, "sim-1");
   EXPECT_EQ(record.value().run, "run-7");
@@ -89,9 +90,10 @@ TEST_F(LcmLog, OfARecordingReplaysThroughTheReplayRig) {
                    .events = run.events,
                    .lost_samples = 0};
   ASSERT_TRUE(WriteLcmLog(path_, record, 1'700'000'000'000'000).ok());
-  core::Result<LcmRecord> read = ReadLcmLog(path_, "r");
+  core::Result<LcmRecord> read = ReadLcmLog(path_, "r", paper::Bench());
   ASSERT_TRUE(read.ok());
   ReplayRigOptions options;
+  options.bench = &paper::Bench();
   options.speed = 0.0;
   const auto rig = MakeReplayRig(read.value().samples, options);
   ASSERT_TRUE(rig->Arm(ReplayPlan(0.01), Epoch{1}).ok());
@@ -104,23 +106,23 @@ TEST_F(LcmLog, CountsTheSamplesThatTheBusLost) {
   const LcmRecord whole{
       .rig = "sim-1", .run = "x", .samples = run.samples, .events = {}, .lost_samples = 0};
   ASSERT_TRUE(WriteLcmLog(path_, whole, 0).ok());
-  // Drop what lies between two marks of the file: a log cut in its middle.
+  // Removes the part between two marks of the file: a log cut in its middle.
   std::ifstream in(path_, std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(in)), {});
   const std::size_t event_bytes = bytes.size() / run.samples.size();
   ASSERT_EQ(event_bytes * run.samples.size(), bytes.size());
   std::ofstream(path_, std::ios::binary | std::ios::trunc)
       << bytes.substr(0, 50 * event_bytes) << bytes.substr(60 * event_bytes);
-  const core::Result<LcmRecord> record = ReadLcmLog(path_, "x");
+  const core::Result<LcmRecord> record = ReadLcmLog(path_, "x", paper::Bench());
   ASSERT_TRUE(record.ok());
   EXPECT_EQ(record.value().samples.size(), run.samples.size() - 10);
   EXPECT_EQ(record.value().lost_samples, 10);
 }
 
 TEST_F(LcmLog, ThatIsMissingOrOfSomethingElseSaysSo) {
-  EXPECT_EQ(ReadLcmLog(path_ + ".no", "").error().code, core::ErrorCode::kNotFound);
+  EXPECT_EQ(ReadLcmLog(path_ + ".no", "", paper::Bench()).error().code, core::ErrorCode::kNotFound);
   std::ofstream(path_) << "not an LCM log at all";
-  EXPECT_EQ(ReadLcmLog(path_, "").error().code, core::ErrorCode::kNotFound);
+  EXPECT_EQ(ReadLcmLog(path_, "", paper::Bench()).error().code, core::ErrorCode::kNotFound);
 }
 
 /// A log of one event with these lengths in its header, and as many bytes as `data` has.
@@ -139,13 +141,15 @@ TEST_F(LcmLog, WithLengthsThatNoEventHasSaysSo) {
   for (const std::int32_t length : kBadLengths) {
     if (length != 1 << 24) {
       std::istringstream data(LogWithLengths(8, length, "R.SAMPLE", "some bytes"));
-      const auto record = ReadLcmLog(data, "run.lcm", "");
+      const auto record = ReadLcmLog(data, "run.lcm", "", paper::Bench());
       ASSERT_FALSE(record.ok()) << length;
       EXPECT_EQ(record.error().code, core::ErrorCode::kInvalid) << length;
       EXPECT_THAT(record.error().message, testing::HasSubstr("run.lcm: event 0")) << length;
     }
     std::istringstream channel(LogWithLengths(length, 4, "R.SAMPLE", "some bytes"));
-    EXPECT_EQ(ReadLcmLog(channel, "run.lcm", "").error().code, core::ErrorCode::kInvalid) << length;
+    EXPECT_EQ(ReadLcmLog(channel, "run.lcm", "", paper::Bench()).error().code,
+              core::ErrorCode::kInvalid)
+        << length;
   }
 }
 
@@ -165,12 +169,12 @@ TEST_F(LcmLog, WithAMessageWhoseLengthsAreBadSaysSoOrSkipsIt) {
       };
       for (const std::size_t at : sample.strings) {
         std::istringstream log(log_of(sample, at, "FAULTLAB.r.SAMPLE"));
-        EXPECT_THAT(ReadLcmLog(log, "run.lcm", "").error().message,
+        EXPECT_THAT(ReadLcmLog(log, "run.lcm", "", paper::Bench()).error().message,
                     testing::HasSubstr("is no faultlab_msgs.sample_t"));
       }
       for (const std::size_t at : event.strings) {
         std::istringstream log(log_of(event, at, "FAULTLAB.r.EVENT"));
-        EXPECT_THAT(ReadLcmLog(log, "run.lcm", "").error().message,
+        EXPECT_THAT(ReadLcmLog(log, "run.lcm", "", paper::Bench()).error().message,
                     testing::HasSubstr("holds no samples"));
       }
     }
@@ -190,7 +194,7 @@ TEST_F(LcmLog, ThatIsCutInsideAnEventGivesWhatIsWhole) {
   const std::size_t event_bytes = bytes.size() / 3;
   for (std::size_t size = 2 * event_bytes; size < bytes.size(); ++size) {
     std::istringstream cut(bytes.substr(0, size));
-    const auto record = ReadLcmLog(cut, "run.lcm", "x");
+    const auto record = ReadLcmLog(cut, "run.lcm", "x", paper::Bench());
     ASSERT_TRUE(record.ok()) << size;
     EXPECT_EQ(record.value().samples.size(), 2u) << size;
   }

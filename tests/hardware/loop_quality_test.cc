@@ -4,6 +4,7 @@
 
 #include "tests/hardware/rig_runs.h"
 #include "tests/hardware/test_bench.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -46,20 +47,21 @@ TEST(LoopQuality, StampsACommandFromItsAcceptanceToItsRelays) {
   // The command comes while the loop sleeps; 7 ms of wall time pass until it wakes.
   const auto clock = std::make_shared<StumblingClock>([&asked](int sleep) {
     if (sleep == 21) {
-      EXPECT_TRUE(asked->rig
-                      ->Command(kEpoch,
-                                {.kind = RigCommand::Kind::kSetComponent,
-                                 .component = core::Component::kR1,
-                                 .value = 10.0})
-                      .ok());
+      EXPECT_TRUE(
+          asked->rig
+              ->Command(
+                  kEpoch,
+                  {.kind = RigCommand::Kind::kSetComponent, .component = paper::kR1, .value = 10.0})
+              .ok());
       asked->wall->Advance(std::chrono::milliseconds(7));
     }
     return Nanoseconds(0);
   });
-  TestBench bench(TestBenchOptions{.clock = clock, .watchdog = {}, .limits = {}});
+  TestBench bench(
+      TestBenchOptions{.clock = clock, .watchdog = {}, .limits = paper::Bench().limits});
   asked = &bench;
   RunPlan plan = SquarePlan(60);
-  plan.faults = {{.component = core::Component::kR9, .value = 33e3, .at_s = 0.3}};
+  plan.faults = {{.component = paper::kR9, .value = 33e3, .at_s = 0.3}};
   ASSERT_TRUE(bench.rig->Arm(plan, kEpoch).ok());
   ASSERT_TRUE(bench.rig->Start(kEpoch).ok());
   EXPECT_EQ(Drain(*bench.rig).Of(RigEventKind::kRelayConfirmed).size(), 2u);

@@ -17,14 +17,14 @@
 
 namespace faultlab::hardware {
 
-/// What a network does to datagrams; probabilities.
+/// The effects of a network on datagrams; probabilities.
 struct Weather {
   double loss = 0.0;
   double duplicate = 0.0;
   double reorder = 0.0;  ///< the message waits until another one has overtaken it
 };
 
-/// An extended regular expression for whole channel names, as LCM's.
+/// An extended regular expression for whole channel names, as in LCM.
 class ChannelPattern {
  public:
   explicit ChannelPattern(const std::string& text) : compiled_(new regex_t) {
@@ -44,12 +44,12 @@ class ChannelPattern {
   std::unique_ptr<regex_t, Free> compiled_;
 };
 
-/// A bus in memory with several ends and bad weather between them.
+/// A bus in memory with several ends and an unreliable connection between them.
 class LossyBus {
  public:
   LossyBus(Weather weather, std::uint64_t seed) : weather_(weather), random_(seed) {}
 
-  /// All ends hear all messages, their own too, as UDP multicast does.
+  /// All ends receive all messages, including their own, as with UDP multicast.
   std::unique_ptr<MessageBus> MakeEnd() {
     auto end = std::make_unique<End>(*this);
     const std::lock_guard lock(mutex_);
@@ -62,7 +62,7 @@ class LossyBus {
     const std::lock_guard lock(mutex_);
     cut_ = cut;
   }
-  /// Everything that was published, lost or not: what an impostor may record.
+  /// All published messages, lost or not: those that an attacker may record.
   std::vector<std::pair<std::string, std::vector<std::uint8_t>>> overheard() const {
     const std::lock_guard lock(mutex_);
     return overheard_;

@@ -22,7 +22,7 @@ class MessageAssemblyTest : public testing::Test {
     EXPECT_TRUE(packet.has_value());
     return packet ? assembly_.Add(sender, *packet) : std::nullopt;
   }
-  /// Of all fragments, one must complete a message.
+  /// Adds all fragments, one of which must complete a message.
   std::optional<LcmMessage> AddAll(const LcmSender& sender, const std::vector<Datagram>& all) {
     std::optional<LcmMessage> message;
     for (const Datagram& datagram : all) {
@@ -30,7 +30,7 @@ class MessageAssemblyTest : public testing::Test {
     }
     return message;
   }
-  /// A message "CH" of 10 bytes, in pieces at will.
+  /// A piece of the message "CH" of 10 bytes, with any numbers.
   static Datagram Piece(std::uint16_t number,
                         std::uint16_t count,
                         std::uint32_t offset,

@@ -1,4 +1,4 @@
-// No length in a message is believed: every type, every place of a length.
+// No length in a message is trusted: every type, every place of a length.
 #include "hardware/lcm/message_layout.h"
 
 #include <gtest/gtest.h>
@@ -95,7 +95,7 @@ TYPED_TEST(EveryMessage, IsRefusedWhenItIsCutAtAnyByteOrTooLong) {
   for (int i = 0; i < 5; ++i) {
     const WireMessage wire = this->Next();
     for (std::size_t size = 0; size < wire.bytes.size(); ++size) {
-      // Bytes of its own: a read past their end is seen by the sanitizer.
+      // Its own buffer, so that the sanitizer detects a read past its end.
       const std::vector<std::uint8_t> cut(wire.bytes.begin(),
                                           wire.bytes.begin() + static_cast<std::ptrdiff_t>(size));
       ASSERT_FALSE(FromBytes<TypeParam>(cut).has_value()) << size;
@@ -124,12 +124,12 @@ TYPED_TEST(EveryMessage, SurvivesRandomChangesAndWhatPassesIsWhole) {
         case 1:
           bytes[at] = static_cast<std::uint8_t>(this->random_.Below(256));
           break;
-        case 2:  // a length, anything
+        case 2:  // any length
           PutInt(bytes,
                  places[this->random_.Below(places.size())],
                  static_cast<std::int32_t>(this->random_.Below(1ull << 32)));
           break;
-        default:  // a length, near
+        default:  // a length near the right one
           PutInt(bytes,
                  places[this->random_.Below(places.size())],
                  static_cast<std::int32_t>(this->random_.Below(40)) - 4);
@@ -155,7 +155,7 @@ TEST(MessageLayouts, AreThereForEveryTypeOfTheFolder) {
 }
 
 TEST(MessageLayouts, AreWalkedBeforeEveryDecode) {
-  // LCM's decoders, and what calls them: typed subscriptions and liblcm's reader of logs.
+  // LCM's decoders and their callers: typed subscriptions and liblcm's reader of logs.
   const std::vector<std::string> calls = {
       ".decode(", "->decode(", "_decodeNoHash(", "readNextEvent(", ".subscribe(", "->subscribe("};
   std::set<std::string> callers;

@@ -4,11 +4,16 @@
 #include <algorithm>
 #include <future>
 
+#include "faultlab_msgs/rig_bench_t.hpp"
+#include "hardware/bench/bench_reader.h"
+#include "hardware/bench/benches.h"
+#include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/sealed_message.h"
 #include "tests/hardware/lcm_datagrams.h"
 #include "tests/hardware/remote_world.h"
 #include "tests/hardware/rig_runs.h"
 #include "tests/hardware/wire_message.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -54,7 +59,7 @@ TEST(RemoteRig, RunsAsIfItWereHere) {
   EXPECT_EQ(server.rig().description().kind, RigKind::kRemote);
   EXPECT_TRUE(server.rig().description().any_value);
   RunPlan plan = SquarePlan(500);
-  plan.faults = {{.component = core::Component::kR1, .value = 100.0, .at_s = 2.0}};
+  plan.faults = {{.component = paper::kR1, .value = 100.0, .at_s = 2.0}};
   const core::Status armed = server.rig().Arm(plan, kEpoch);
   ASSERT_TRUE(armed.ok()) << armed.error().message;
   EXPECT_EQ(server.rig().state(), RigState::kArmed);
@@ -77,7 +82,7 @@ TEST(RemoteRig, LosesNothingInAStorm) {
   ASSERT_TRUE(server.rig().Arm(plan, kEpoch).ok());
   ASSERT_TRUE(server.rig().Start(kEpoch).ok());
   ExpectWhole(Drain(server.rig()), plan);
-  // How many samples share a message is the machine's mood; how many messages are lost is not.
+  // How many samples share a message depends on the machine; how many messages are lost does not.
   EXPECT_GT(bus.lost() * 10, bus.overheard().size()) << "this was no storm";
   EXPECT_GT(server.rig().info().gaps_refilled, 0);
 }
@@ -187,7 +192,7 @@ TEST(RemoteRig, AHigherEpochOfItsOwnLabTakesItOverAtOnce) {
   const core::Status armed = next.rig().Arm(SquarePlan(50), Epoch{4});
   ASSERT_TRUE(armed.ok()) << armed.error().message;
   EXPECT_EQ(Drain(frozen.rig()).last_text(), "the lease was revoked");
-  // Whatever it does, it gets nothing back.
+  // Whatever it sends, it gets no answer.
   EXPECT_EQ(frozen.rig().Arm(SquarePlan(10), kEpoch).error().code, core::ErrorCode::kStale);
   EXPECT_EQ(frozen.rig().Arm(SquarePlan(10), Epoch{4}).error().code, core::ErrorCode::kBusy);
   ASSERT_TRUE(next.rig().Start(Epoch{4}).ok());
@@ -211,7 +216,7 @@ TEST(RemoteRig, AnEpochBelowTheRigsIsRefusedAsStaleAndNamesBoth) {
   while (behind.rig().info().epoch != Epoch{500}) std::this_thread::yield();
 }
 
-/// The commands that were published behind the first `from` messages, heard or not.
+/// The commands that were published after the first `from` messages, received or not.
 std::vector<faultlab_msgs::rig_command_t> CommandsFrom(const LossyBus& bus, std::size_t from) {
   std::vector<faultlab_msgs::rig_command_t> commands;
   const auto overheard = bus.overheard();
@@ -225,7 +230,7 @@ std::vector<faultlab_msgs::rig_command_t> CommandsFrom(const LossyBus& bus, std:
 }
 
 /// The link is dead: Fence returns at once, nothing of the old epoch is accepted any more, and the
-/// agent hears of it as soon as the link is back.
+/// agent is informed as soon as the link is back.
 TEST(RemoteRig, AFenceWaitsForNoNetworkAndReachesTheAgentWhenThereIsOne) {
   LossyBus bus(kFine, 18);
   AgentThread agent(bus, kSpeed, RidesThrough(600));
@@ -234,17 +239,27 @@ TEST(RemoteRig, AFenceWaitsForNoNetworkAndReachesTheAgentWhenThereIsOne) {
   ASSERT_TRUE(server.rig().Arm(SquarePlan(50'000), kEpoch).ok());
   ASSERT_TRUE(server.rig().Start(kEpoch).ok());
   std::future<RunLog> reader = std::async(std::launch::async, [&] { return Drain(server.rig()); });
-  bus.SetCut(true);
-  std::future<core::Status> caught = std::async(std::launch::async, [&] {
-    return server.rig().Command(kEpoch, {});  // waits for an answer that does not come
-  });
+  const std::size_t begun = bus.overheard().size();
+  std::future<core::Status> caught;
+  const auto ask = [&] {
+    server.WaitUntilHeard();
+    bus.SetCut(true);
+    caught = std::async(std::launch::async, [&] {
+      return server.rig().Command(kEpoch, {});  // waits for an answer that never comes
+    });
+  };
   const auto asks = [&] {
-    const auto commands = CommandsFrom(bus, 0);
+    const auto commands = CommandsFrom(bus, begun);
     return std::any_of(commands.begin(), commands.end(), [](const auto& command) {
       return command.action == "nominal";
     });
   };
-  while (!asks()) std::this_thread::yield();
+  ask();
+  while (!asks()) {
+    if (caught.wait_for(std::chrono::milliseconds(1)) == std::future_status::timeout) continue;
+    bus.SetCut(false);  // a busy machine found the link lost before it asked
+    ask();
+  }
   std::future<void> fenced = std::async(std::launch::async, [&] { server.rig().Fence(Epoch{4}); });
   const bool at_once = fenced.wait_for(std::chrono::seconds(5)) == std::future_status::ready;
   EXPECT_TRUE(at_once) << "Fence waits for the network";
@@ -317,7 +332,7 @@ TEST(RemoteRig, AKilledServerLeavesASafeRigThatTheNextServerMayTake) {
   next.WaitUntilHeard();
   core::Status armed = next.rig().Arm(SquarePlan(50), Epoch{4});
   while (!armed.ok() && armed.error().code == core::ErrorCode::kBusy) {
-    armed = next.rig().Arm(SquarePlan(50), Epoch{4});  // until the dead server's lease ran out
+    armed = next.rig().Arm(SquarePlan(50), Epoch{4});  // until the dead server's lease has ended
   }
   ASSERT_TRUE(armed.ok()) << armed.error().message;
   ASSERT_TRUE(next.rig().Start(Epoch{4}).ok());
@@ -333,7 +348,7 @@ TEST(RemoteRig, AKilledAgentIsLostThenBackAndTheRunSaysSo) {
   ASSERT_TRUE(server.rig().Arm(SquarePlan(6000), kEpoch).ok());
   ASSERT_TRUE(server.rig().Start(kEpoch).ok());
   std::future<RunLog> reader = std::async(std::launch::async, [&] { return Drain(server.rig()); });
-  bus.SetCut(true);  // its goodbye must not be heard
+  bus.SetCut(true);  // its last message must not arrive
   agent.reset();
   while (server.rig().info().link != LinkState::kLost) std::this_thread::yield();
   bus.SetCut(false);
@@ -375,8 +390,8 @@ TEST(RemoteRig, WalksItsSixteenRelayPositions) {
 TEST(RemoteRig, WhoseAgentSpeaksAnotherProtocolIsRefusedInWords) {
   LossyBus bus(kFine, 12);
   const std::shared_ptr<MessageBus> end = bus.MakeEnd();
-  // Of a later version, and of the one before messages were sealed: its mac at the end of any
-  // layout.
+  // Of a later version, and of the version before messages were sealed: its mac is at the end of
+  // any layout.
   const auto later = [](const RigKey& key) {
     return SealBytes(SomeBytes(300), kAnnounceChannel, "far-1", key, kProtocol + 1);
   };
@@ -396,6 +411,60 @@ TEST(RemoteRig, WhoseAgentSpeaksAnotherProtocolIsRefusedInWords) {
   RemoteRig other("far-1", end, {.holder = "lab/a", .key = TestKey()}, FastTime(kSpeed), UnixNs);
   other.OnAnnounce(later(wrong));
   EXPECT_EQ(other.info().refusal, "") << "anybody may send anything";
+}
+
+std::vector<std::uint8_t> Announcement(const core::Bench& bench, std::int64_t seq) {
+  faultlab_msgs::rig_announce_t said{};
+  RigDescription description;
+  description.bench = &bench;
+  Encode(description, said);
+  said.rig = "far-1";
+  said.boot = 1;
+  said.seq = seq;
+  return Sealed(said, kAnnounceChannel, TestKey());
+}
+
+std::vector<std::uint8_t> Description(const std::string& text) {
+  faultlab_msgs::rig_bench_t said;
+  said.rig = "far-1";
+  said.text = text;
+  return Sealed(said, BenchChannel("far-1"), TestKey());
+}
+
+TEST(RemoteRig, IsWhatItsAgentDescribesAndNothingBefore) {
+  LossyBus bus(kFine, 13);
+  const std::shared_ptr<MessageBus> end = bus.MakeEnd();
+  // Read, not kept: nobody in this process knows the bench by its id.
+  const core::Bench mine = ReadBench(paper::Bench().text + "# of another laboratory\n", "").value();
+  ASSERT_EQ(FindKeptBench(mine.id), nullptr);
+  RemoteRig rig("far-1", end, {.holder = "lab/a", .key = TestKey()}, FastTime(kSpeed), UnixNs);
+  rig.OnAnnounce(Announcement(mine, 1));
+  EXPECT_FALSE(rig.IsDescribed());
+  rig.OnBench(Description("[bench]\nname = 1\n"));
+  EXPECT_THAT(rig.bench_refusal(), testing::HasSubstr("bench of far-1:2: bench.name"));
+  EXPECT_FALSE(rig.IsDescribed());
+  rig.OnBench(Description(mine.text));
+  EXPECT_EQ(rig.bench_refusal(), "");
+  ASSERT_TRUE(rig.IsDescribed());
+  EXPECT_EQ(rig.description().bench->id, mine.id);
+  EXPECT_FALSE(rig.AnnouncesAnotherBench());
+  rig.OnAnnounce(Announcement(paper::Bench(), 2));
+  EXPECT_TRUE(rig.AnnouncesAnotherBench());
+  EXPECT_EQ(rig.description().bench->id, mine.id) << "readers hold a reference";
+}
+
+TEST(RigAgent, SendsTheDescriptionOfItsBenchBesideItsAnnouncements) {
+  LossyBus bus(kFine, 14);
+  const auto end = bus.MakeEnd();
+  std::optional<std::string> text;
+  end->Subscribe(
+      "FAULTLAB\\.far-1\\.BENCH", [&](const std::string& channel, MessageBus::Bytes bytes) {
+        const auto said = Opened<faultlab_msgs::rig_bench_t>(bytes, channel, "far-1", TestKey());
+        if (said) text = said->text;
+      });
+  AgentThread agent(bus, kSpeed, RigAgentSettings{});
+  while (!text) end->Handle(std::chrono::milliseconds(1));
+  EXPECT_EQ(*text, paper::Bench().text);
 }
 
 }  // namespace

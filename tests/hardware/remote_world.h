@@ -19,7 +19,7 @@
 
 namespace faultlab::hardware {
 
-/// Time that passes `speed` times faster than the machine's.
+/// Time that passes `speed` times as fast as the machine's.
 inline std::function<Nanoseconds()> FastTime(double speed) {
   return [speed] {
     return Nanoseconds(static_cast<std::int64_t>(
@@ -37,7 +37,7 @@ inline RigKey TestKey() {
   return key;
 }
 
-/// A folder for the epochs of a world's agents. Ends with this object.
+/// A folder for the epochs of a world's agents. Removed with this object.
 class StateFolder {
  public:
   StateFolder() {
@@ -62,7 +62,7 @@ class StateFolder {
 /// An agent with a simulated bench in a thread of its own.
 class AgentThread {
  public:
-  /// @param state  for more than one start of the same agent; null: of this one alone
+  /// @param state  for several starts of the same agent; null: for this one alone
   AgentThread(LossyBus& bus,
               double speed,
               RigAgentSettings settings,
@@ -91,7 +91,7 @@ class AgentThread {
   }
 
   Rig& rig() { return *rig_; }
-  /// Only when the thread has ended, or for what does not change.
+  /// To be called only when the thread has ended, or for what does not change.
   RigAgent& agent() { return *agent_; }
 
  private:
@@ -103,10 +103,10 @@ class AgentThread {
   std::thread thread_;
 };
 
-/// A server that knows one far rig.
+/// A server that knows one remote rig.
 class ServerThread {
  public:
-  /// @param give_up  of one request, in time of the world
+  /// @param give_up  time limit of one request, in time of the world
   ServerThread(LossyBus& bus,
                double speed,
                std::string holder,
@@ -132,7 +132,7 @@ class ServerThread {
       }
     });
   }
-  /// As if killed: no goodbye.
+  /// Ends as if killed: without a last message.
   ~ServerThread() {
     stop_ = true;
     thread_.join();

@@ -1,4 +1,4 @@
-// The agent alone, with its messages put in by hand: who may command?
+// The agent alone; the test passes its messages directly: who may command?
 #include "hardware/lcm/rig_agent.h"
 
 #include <gtest/gtest.h>
@@ -16,6 +16,7 @@
 #include "tests/hardware/remote_world.h"
 #include "tests/hardware/rig_runs.h"
 #include "tests/hardware/wire_message.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -38,7 +39,7 @@ class RigAgentAlone : public testing::Test {
     StartAgent();
   }
 
-  /// The agent's program starts anew; its file is what it knows.
+  /// Starts the agent's program again; it knows only what is in its file.
   void StartAgent(const std::string& state = "") {
     agent_.reset();
     end_ = bus_.MakeEnd();
@@ -276,7 +277,7 @@ TEST_F(RigAgentAlone, ALeaseEndsByItselfAndIsGivenAgainWithItsEpoch) {
 TEST_F(RigAgentAlone, ShowsTheBusOneMessageOfOneLengthASampleHoweverManyFaultsBegin) {
   SimulatedRigOptions options;
   options.id = "far-1";
-  options.watchdog = std::chrono::seconds(30);  // a busy machine is no silent holder
+  options.watchdog = std::chrono::seconds(30);  // a busy machine is not a silent holder
   agent_.reset();
   rig_ = MakeSimulatedRig(options);
   StartAgent();
@@ -303,8 +304,8 @@ TEST_F(RigAgentAlone, ShowsTheBusOneMessageOfOneLengthASampleHoweverManyFaultsBe
       });
   ASSERT_TRUE(Lease(41, "lab/a").ok);
   std::vector<faultlab_msgs::fault_t> faults;
-  for (const core::Component component : core::kAllComponents) {
-    const double value = 1.2 * core::PlantParameters{}.Get(component);
+  for (const core::Component component : paper::Parts()) {
+    const double value = 1.2 * paper::Plant().Get(component);
     faults.push_back(ToMessage({.component = component, .value = value, .at_s = 0.3}));
   }
   BeginRun(41, "lab/a", faults);
@@ -349,7 +350,7 @@ TEST_F(RigAgentAlone, AcceptsNothingOfAMillionForgedReplayedAndStaleTries) {
   for (int i = 0; i < kTries - kStale; ++i) {
     auto bytes = recorded;
     if (i % 4 != 0) {
-      // One to three bits turned, anywhere: head, nonce, box, tag.
+      // Flips one to three bits anywhere: head, nonce, box, tag.
       for (std::uint64_t n = 1 + random.Below(3); n > 0; --n) {
         bytes[random.Below(bytes.size())] ^= static_cast<std::uint8_t>(1u << random.Below(8));
       }

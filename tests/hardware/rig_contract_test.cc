@@ -1,4 +1,4 @@
-// One contract for every Rig of this process.
+// The same contract tests for every Rig of this process.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +7,7 @@
 #include "hardware/replay_rig.h"
 #include "hardware/simulated/simulated_rig.h"
 #include "tests/hardware/rig_runs.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -29,7 +30,7 @@ std::vector<core::Sample> Recording(int samples) {
   return recording;
 }
 
-std::unique_ptr<Rig> MakeSimulated(SimulatedProfile profile) {
+std::unique_ptr<Rig> MakeSimulated(const std::string& profile) {
   SimulatedRigOptions options;
   options.profile = profile;
   options.speed = 0.0;
@@ -39,15 +40,14 @@ std::unique_ptr<Rig> MakeSimulated(SimulatedProfile profile) {
 constexpr int kSamples = 300;
 
 const Kind kKinds[] = {
-    {"SimulatedBench",
-     [] { return MakeSimulated(SimulatedProfile::kBench); },
-     [] { return SquarePlan(kSamples); }},
+    {"SimulatedBench", [] { return MakeSimulated("bench"); }, [] { return SquarePlan(kSamples); }},
     {"SimulatedMultisim",
-     [] { return MakeSimulated(SimulatedProfile::kMultisim); },
+     [] { return MakeSimulated("multisim"); },
      [] { return SquarePlan(kSamples); }},
     {"Replay",
      [] {
        ReplayRigOptions options;
+       options.bench = &paper::Bench();
        options.speed = 0.0;
        return MakeReplayRig(Recording(kSamples), options);
      },

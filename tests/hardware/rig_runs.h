@@ -11,7 +11,7 @@
 
 namespace faultlab::hardware {
 
-/// What a whole run said.
+/// The messages of a whole run.
 struct RunLog {
   std::vector<core::Sample> samples;
   std::vector<RigEvent> events;
@@ -27,7 +27,7 @@ struct RunLog {
   std::string last_text() const { return events.empty() ? "" : events.back().text; }
 };
 
-/// Drains a started rig to its end. `on_sample` sees each sample as it is read.
+/// Reads a started rig to its end. `on_sample` is called for each sample as it is read.
 inline RunLog Drain(Rig& rig, const std::function<void(const core::Sample&)>& on_sample = {}) {
   RunLog log;
   std::vector<RigMessage> messages;
@@ -47,7 +47,7 @@ inline RunLog Drain(Rig& rig, const std::function<void(const core::Sample&)>& on
   return log;
 }
 
-/// A square wave between 2 V and 3 V: enough to see everything move.
+/// A square wave between 2 V and 3 V: it moves every quantity visibly.
 inline RunPlan SquarePlan(int samples) {
   RunPlan plan;
   for (int k = 0; k < samples; ++k) plan.uc_v.push_back((k / 7) % 2 == 0 ? 3.0 : 2.0);

@@ -1,4 +1,4 @@
-// A run in pieces: late, twice, in any order, with holes.
+// A run in pieces: late, repeated, in any order, with gaps.
 #include "hardware/lcm/run_assembly.h"
 
 #include <gtest/gtest.h>
@@ -8,6 +8,7 @@
 #include "core/signals/random.h"
 #include "hardware/lcm/clock_offset.h"
 #include "hardware/lcm/run_ring.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -46,7 +47,7 @@ TEST(RunAssembly, GivesEveryMessageOnceAndInOrderWhateverTheOrderOfThePieces) {
               pieces[static_cast<std::size_t>(random.Uniform() * static_cast<double>(i))]);
   }
   RunAssembly assembly;
-  assembly.Begin(kRun);
+  assembly.Begin(kRun, paper::Bench());
   std::vector<RigMessage> out;
   for (const auto& piece : pieces) assembly.Take(piece, out);
   const std::vector<std::int64_t> indices = Indices(out);
@@ -60,7 +61,7 @@ TEST(RunAssembly, NamesItsHolesAndIsWholeWhenTheyAreFilled) {
   RunRing ring(1000);
   for (std::int64_t k = 0; k < 40; ++k) ring.Push(SampleOf(k));
   RunAssembly assembly;
-  assembly.Begin(kRun);
+  assembly.Begin(kRun, paper::Bench());
   std::vector<RigMessage> out;
   assembly.Take(Piece(ring, 0, 4), out);
   assembly.Take(Piece(ring, 8, 12), out);
@@ -81,7 +82,7 @@ TEST(RunAssembly, NamesItsHolesAndIsWholeWhenTheyAreFilled) {
 TEST(RunAssembly, SaysWhatTheAgentNoLongerHasAndKeepsWhatItHas) {
   RunRing ring(10);
   RunAssembly assembly;
-  assembly.Begin(kRun);
+  assembly.Begin(kRun, paper::Bench());
   std::vector<RigMessage> out;
   for (std::int64_t k = 0; k < 6; ++k) ring.Push(SampleOf(k));
   assembly.Take(Piece(ring, 0, 2), out);
@@ -102,7 +103,7 @@ TEST(RunAssembly, TakesNothingOfAnotherRun) {
   RunRing ring(10);
   ring.Push(SampleOf(0));
   RunAssembly assembly;
-  assembly.Begin(kRun + 1);
+  assembly.Begin(kRun + 1, paper::Bench());
   std::vector<RigMessage> out;
   assembly.Take(Piece(ring, 0, 1), out);
   EXPECT_TRUE(out.empty());

@@ -10,6 +10,7 @@
 
 #include "tests/hardware/rig_runs.h"
 #include "tests/hardware/test_bench.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -20,9 +21,9 @@ constexpr Epoch kEpoch{1};
 
 RunPlan PlanWithFaults(int samples) {
   RunPlan plan = SquarePlan(samples);
-  plan.faults = {{.component = Component::kR12, .value = 5600.0, .at_s = 0.1},
-                 {.component = Component::kR1, .value = 10.0, .at_s = 0.2},
-                 {.component = Component::kC8, .value = 1e-6, .at_s = 0.2}};
+  plan.faults = {{.component = paper::kR12, .value = 5600.0, .at_s = 0.1},
+                 {.component = paper::kR1, .value = 10.0, .at_s = 0.2},
+                 {.component = paper::kC8, .value = 1e-6, .at_s = 0.2}};
   return plan;
 }
 
@@ -31,6 +32,12 @@ RunLog RunOf(TestBench& bench, const RunPlan& plan) {
   EXPECT_TRUE(armed.ok()) << (armed.ok() ? "" : armed.error().message);
   EXPECT_TRUE(bench.rig->Start(kEpoch).ok());
   return Drain(*bench.rig);
+}
+
+RigLimits RestingFor(double seconds) {
+  RigLimits limits = paper::Bench().limits;
+  limits.relay_rest_s = seconds;
+  return limits;
 }
 
 TEST(SafeStop, FollowsTheEndOfThePlan) {
@@ -67,7 +74,7 @@ TEST(SafeStop, FollowsAFailureAtTheNthCallForEveryN) {
     }
     EXPECT_TRUE(bench.IsSafe()) << "call " << n;
   }
-  EXPECT_GT(failed_runs, 80);  // the rest fell into arming or into the retries of the safe stop
+  EXPECT_GT(failed_runs, 80);  // others hit arming or the safe stop
 }
 
 TEST(SafeStop, SaysSoWhenTheBoardDoesNotAnswerAtAll) {
@@ -85,7 +92,7 @@ TEST(SafeStop, SaysSoWhenTheBoardDoesNotAnswerAtAll) {
 TEST(SafeStop, FollowsSilenceOfTheHolder) {
   TestBench bench(TestBenchOptions{.clock = nullptr,
                                    .watchdog = std::chrono::milliseconds(500),
-                                   .limits = {},
+                                   .limits = paper::Bench().limits,
                                    .wait_for_reader = false,
                                    .queue_messages = 1u << 20});
   ASSERT_TRUE(bench.rig->Arm(SquarePlan(1'000'000), kEpoch).ok());
@@ -103,13 +110,13 @@ TEST(SafeStop, FollowsSilenceOfTheHolder) {
 TEST(SafeStop, FollowsAFullQueue) {
   TestBench bench(TestBenchOptions{.clock = nullptr,
                                    .watchdog = {},
-                                   .limits = {},
+                                   .limits = paper::Bench().limits,
                                    .wait_for_reader = false,
                                    .queue_messages = 8});
   ASSERT_TRUE(bench.rig->Arm(SquarePlan(100), kEpoch).ok());
   ASSERT_TRUE(bench.rig->Start(kEpoch).ok());
   while (bench.rig->state() == RigState::kRunning) std::this_thread::yield();
-  const RunLog log = Drain(*bench.rig);  // ends after the rig was made safe
+  const RunLog log = Drain(*bench.rig);  // ends after the rig is safe
   EXPECT_TRUE(bench.IsSafe());
   EXPECT_THAT(log.last_text(), HasSubstr("queue full"));
   EXPECT_EQ(log.samples.size(), 7u);  // kStarted is the eighth
@@ -118,7 +125,8 @@ TEST(SafeStop, FollowsAFullQueue) {
 TEST(SafeStop, FollowsTooManyLateTicksInARow) {
   const auto clock = std::make_shared<StumblingClock>(
       [](int sleep) { return std::chrono::milliseconds(sleep >= 40 ? 25 : 0); });
-  TestBench bench(TestBenchOptions{.clock = clock, .watchdog = {}, .limits = {}});
+  TestBench bench(
+      TestBenchOptions{.clock = clock, .watchdog = {}, .limits = paper::Bench().limits});
   const RunLog log = RunOf(bench, SquarePlan(200));
   EXPECT_THAT(log.last_text(), HasSubstr("overrun"));
   EXPECT_EQ(log.Of(RigEventKind::kOverrun).size(), 5u);
@@ -140,7 +148,8 @@ TEST(SafeStop, MayComeFromOutsideWhileTheLoopWaitsForItsReader) {
 TEST(Overrun, OfOneTickMovesTheGridAndTellsTheTruthAboutTime) {
   const auto clock = std::make_shared<StumblingClock>(
       [](int sleep) { return std::chrono::milliseconds(sleep == 41 ? 25 : 0); });
-  TestBench bench(TestBenchOptions{.clock = clock, .watchdog = {}, .limits = {}});
+  TestBench bench(
+      TestBenchOptions{.clock = clock, .watchdog = {}, .limits = paper::Bench().limits});
   const RunLog log = RunOf(bench, SquarePlan(100));
   ASSERT_EQ(log.samples.size(), 100u);
   EXPECT_EQ(log.events.back().kind, RigEventKind::kFinished);
@@ -153,13 +162,18 @@ TEST(Overrun, OfOneTickMovesTheGridAndTellsTheTruthAboutTime) {
 }
 
 TEST(Relays, HangOnLinesThatComeInFours) {
-  // Paper Table 2, where "Do156 ohm" of R1 reads Do1, 56 ohm.
-  const RelayWiring wiring;
-  EXPECT_EQ(wiring.line[0], (std::array<int, 4>{17, 16, 1, 0}));
-  EXPECT_EQ(core::RelayValues(Component::kR1)[2], 56.0);
+  // Paper Table 2, where "Do156 ohm" of R1 means Do1, 56 ohm.
+  const RelayWiring wiring = WiringOf(paper::Bench());
+  const auto lines_of = [](core::Component board) {
+    std::array<int, 4> lines{};
+    for (std::size_t i = 0; i < lines.size(); ++i) lines[i] = board.info().positions.at(i).line;
+    return lines;
+  };
+  EXPECT_EQ(lines_of(paper::kR1), (std::array<int, 4>{17, 16, 1, 0}));
+  EXPECT_EQ(paper::RelayValues(paper::kR1)[2], 56.0);
   std::set<std::array<int, 4>> fours;
-  for (const std::array<int, 4>& board : wiring.line) {
-    std::array<int, 4> lines = board;
+  for (const core::Component board : wiring.boards) {
+    std::array<int, 4> lines = lines_of(board);
     std::sort(lines.begin(), lines.end());
     fours.insert(lines);
   }
@@ -173,17 +187,17 @@ TEST(Relays, AreSwitchedInTheOrderThatEachBoardNeeds) {
   TestBench bench;
   RunPlan plan = SquarePlan(400);
   double at_s = 0.1;
-  for (const Component component : kRelayComponents) {
-    for (const double value : core::RelayValues(component)) {
+  for (const Component component : WiringOf(paper::Bench()).boards) {
+    for (const double value : paper::RelayValues(component)) {
       plan.faults.push_back({.component = component, .value = value, .at_s = at_s});
       at_s += 0.1;
     }
   }
   const RunLog log = RunOf(bench, plan);
   EXPECT_EQ(log.events.back().kind, RigEventKind::kFinished) << log.last_text();
-  EXPECT_EQ(log.Of(RigEventKind::kRelayConfirmed).size(), 12u);  // nominal to nominal is no news
+  EXPECT_EQ(log.Of(RigEventKind::kRelayConfirmed).size(), 12u);  // none for nominal to nominal
   EXPECT_EQ(bench.daq->abuse().two_connected, 0);
-  EXPECT_EQ(bench.daq->abuse().r12_open, 0);
+  EXPECT_EQ(bench.daq->abuse().left_open, 0);
   bool both_r12 = false;
   for (const std::uint32_t levels : bench.journal.levels) {
     both_r12 = both_r12 || ((~levels & (1u << 6)) != 0 && (~levels & (1u << 7)) != 0);
@@ -215,7 +229,7 @@ TEST(Relays, ThatReadBackOtherwiseTripAndTheTripLatches) {
 
 TEST(Relays, RestBetweenTwoSwitchingsAndTheNewestCommandWins) {
   TestBench bench(TestBenchOptions{
-      .clock = nullptr, .watchdog = {}, .limits = {.relay_rest_s = 0.5}, .queue_messages = 4});
+      .clock = nullptr, .watchdog = {}, .limits = RestingFor(0.5), .queue_messages = 4});
   ASSERT_TRUE(bench.rig->Arm(SquarePlan(200), kEpoch).ok());
   ASSERT_TRUE(bench.rig->Start(kEpoch).ok());
   const RunLog log = Drain(*bench.rig, [&](const core::Sample& sample) {
@@ -223,7 +237,7 @@ TEST(Relays, RestBetweenTwoSwitchingsAndTheNewestCommandWins) {
       EXPECT_TRUE(bench.rig
                       ->Command(kEpoch,
                                 {.kind = RigCommand::Kind::kSetComponent,
-                                 .component = Component::kR1,
+                                 .component = paper::kR1,
                                  .value = value})
                       .ok());
     };
@@ -243,11 +257,11 @@ TEST(Relays, RestBetweenTwoSwitchingsAndTheNewestCommandWins) {
 TEST(Relays, OfABenchTakeTableValuesOnly) {
   TestBench bench;
   RunPlan plan = SquarePlan(10);
-  plan.faults = {{.component = Component::kR1, .value = 12.0}};
+  plan.faults = {{.component = paper::kR1, .value = 12.0}};
   EXPECT_THAT(bench.rig->Arm(plan, kEpoch).error().message, HasSubstr("1, 10, 56, 100"));
-  plan.faults = {{.component = Component::kJ, .value = 1e-6}};
+  plan.faults = {{.component = paper::kJ, .value = 1e-6}};
   EXPECT_EQ(bench.rig->Arm(plan, kEpoch).error().field, "faults/0/value");
-  plan.faults = {{.component = Component::kR9,
+  plan.faults = {{.component = paper::kR9,
                   .value = 33e3,
                   .at_s = 1.0,
                   .kind = core::FaultKind::kDrift,
@@ -290,12 +304,12 @@ std::optional<Trip> Feed(Interlocks& interlocks,
 }
 
 TEST(Interlocks, LetTheContinuousCurrentFlowForEver) {
-  Interlocks interlocks{RigLimits()};
+  Interlocks interlocks{paper::Bench().limits};
   EXPECT_FALSE(Feed(interlocks, 0.628, 600.0).has_value());
 }
 
 TEST(Interlocks, TripOnHeatWhenTheFirstOrderModelSays) {
-  Interlocks interlocks{RigLimits()};
+  Interlocks interlocks{paper::Bench().limits};
   const std::optional<Trip> trip = Feed(interlocks, 1.0, 60.0);
   ASSERT_TRUE(trip.has_value());
   EXPECT_EQ(trip->name, "over_heat");
@@ -306,7 +320,7 @@ TEST(Interlocks, TripOnHeatWhenTheFirstOrderModelSays) {
 }
 
 TEST(Interlocks, ForgetHeatOnlyAsTheWindingDoes) {
-  Interlocks interlocks{RigLimits()};
+  Interlocks interlocks{paper::Bench().limits};
   EXPECT_FALSE(Feed(interlocks, 1.0, 5.0).has_value());
   const double hot = interlocks.heat();
   interlocks.StartRun();
@@ -316,7 +330,7 @@ TEST(Interlocks, ForgetHeatOnlyAsTheWindingDoes) {
 }
 
 TEST(Interlocks, TripOnOneSampleAboveThePeak) {
-  Interlocks interlocks{RigLimits()};
+  Interlocks interlocks{paper::Bench().limits};
   const auto trip = interlocks.Check(Reading(7, -1.95), 0.01);
   ASSERT_TRUE(trip.has_value());
   EXPECT_EQ(trip->name, "over_current");
@@ -325,7 +339,7 @@ TEST(Interlocks, TripOnOneSampleAboveThePeak) {
 }
 
 TEST(Interlocks, TripOnAMotorThatStandsUnderCurrentButNotOnOneThatStarts) {
-  Interlocks interlocks{RigLimits()};
+  Interlocks interlocks{paper::Bench().limits};
   EXPECT_FALSE(Feed(interlocks, 0.6, 0.4, 0.0).has_value());
   EXPECT_FALSE(Feed(interlocks, 0.6, 0.1, 50.0).has_value());
   const auto trip = Feed(interlocks, 0.6, 1.0, 0.0);
@@ -335,7 +349,7 @@ TEST(Interlocks, TripOnAMotorThatStandsUnderCurrentButNotOnOneThatStarts) {
 }
 
 TEST(Interlocks, TripOnVoltageAndIgnoreChannelsThatAreNotThere) {
-  Interlocks interlocks{RigLimits()};
+  Interlocks interlocks{paper::Bench().limits};
   core::Sample sample = Reading(0, core::kAbsent, core::kAbsent);
   EXPECT_FALSE(interlocks.Check(sample, 0.01).has_value());
   sample.ua_v = 12.7;
@@ -343,8 +357,9 @@ TEST(Interlocks, TripOnVoltageAndIgnoreChannelsThatAreNotThere) {
 }
 
 TEST(Interlocks, EndARunInASafeStopWithNameValueAndTime) {
-  TestBench bench(
-      TestBenchOptions{.clock = nullptr, .watchdog = {}, .limits = {.current_peak_a = 0.2}});
+  RigLimits limits = paper::Bench().limits;
+  limits.current_peak_a = 0.2;
+  TestBench bench(TestBenchOptions{.clock = nullptr, .watchdog = {}, .limits = limits});
   const RunLog log = RunOf(bench, SquarePlan(100));
   ASSERT_EQ(log.Of(RigEventKind::kTrip).size(), 1u);
   EXPECT_THAT(log.Of(RigEventKind::kTrip)[0].text, HasSubstr("over_current: motor current"));
@@ -355,8 +370,9 @@ TEST(Interlocks, EndARunInASafeStopWithNameValueAndTime) {
 }
 
 TEST(Envelope, RefusesAStepSteeperThanTheSlew) {
-  TestBench bench(
-      TestBenchOptions{.clock = nullptr, .watchdog = {}, .limits = {.slew_v_per_s = 200.0}});
+  RigLimits limits = paper::Bench().limits;
+  limits.slew_v_per_s = 200.0;
+  TestBench bench(TestBenchOptions{.clock = nullptr, .watchdog = {}, .limits = limits});
   RunPlan plan;
   plan.uc_v = {2.0, 3.0, 5.0, 2.9};
   const core::Status refused = bench.rig->Arm(plan, kEpoch);

@@ -11,6 +11,7 @@
 #include "faultlab_msgs/rig_sealed_t.hpp"
 #include "hardware/lcm/rig_codec.h"
 #include "tests/hardware/lcm_datagrams.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -62,7 +63,7 @@ TEST(SealedMessage, TellsNeitherComponentNorValueNorHowManyFaultsThereAre) {
     arm.rig = kRig;
     arm.action = "arm";
     for (int i = 0; i < faults; ++i) {
-      arm.faults.push_back(ToMessage({.component = core::Component::kR12, .value = 23456.5}));
+      arm.faults.push_back(ToMessage({.component = paper::kR12, .value = 23456.5}));
     }
     arm.fault_count = faults;
     const auto plain = ToBytes(arm);
@@ -82,9 +83,8 @@ TEST(SealedMessage, IsAsLongWithTheEventsOfAFaultAsWithoutAndWithManyFaultsAsWit
     piece.rig = kRig;
     piece.items.push_back(ToItem(core::Sample{.index = 600, .t_s = 6.0}));
     for (int i = 0; i < events; ++i) {
-      piece.items.push_back(ToItem(RigEvent{.kind = RigEventKind::kFaultCommanded,
-                                            .component = core::Component::kR12,
-                                            .text = "scheduled"}));
+      piece.items.push_back(ToItem(RigEvent{
+          .kind = RigEventKind::kFaultCommanded, .component = paper::kR12, .text = "scheduled"}));
     }
     piece.count = static_cast<std::int32_t>(piece.items.size());
     return Sealed(piece, StreamChannel(kRig), SomeKey()).size();
@@ -96,7 +96,7 @@ TEST(SealedMessage, IsAsLongWithTheEventsOfAFaultAsWithoutAndWithManyFaultsAsWit
     arm.rig = kRig;
     arm.action = "arm";
     for (int i = 0; i < faults; ++i) {
-      arm.faults.push_back(ToMessage({.component = core::Component::kR12, .value = 23456.5}));
+      arm.faults.push_back(ToMessage({.component = paper::kR12, .value = 23456.5}));
     }
     arm.fault_count = faults;
     return Sealed(arm, kChannel, SomeKey()).size();

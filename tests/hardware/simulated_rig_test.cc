@@ -9,9 +9,12 @@
 #include "core/plant/converters.h"
 #include "core/plant/simulate_record.h"
 #include "tests/hardware/rig_runs.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 namespace {
+
+constexpr double kConverterStepV = 2.0 * 10.0 / core::kConverterSteps;
 
 using core::Component;
 constexpr Epoch kEpoch{1};
@@ -32,19 +35,19 @@ TEST(SimulatedRig, ReadsWhatCoresPlantSaysWithinOneStepOfItsConverters) {
   const auto rig = MakeSimulatedRig(Fast());
   RunPlan plan = SquarePlan(2000);
   plan.seed = 42;
-  plan.faults = {{.component = Component::kR1, .value = 100.0, .at_s = 10.0},
-                 {.component = Component::kRa, .value = 14.0, .at_s = 15.0}};
+  plan.faults = {{.component = paper::kR1, .value = 100.0, .at_s = 10.0},
+                 {.component = paper::kRa, .value = 14.0, .at_s = 15.0}};
   const RunLog log = RunOf(*rig, plan);
   const std::vector<core::Sample> expected = core::SimulateRecord(
-      core::BenchProfileBench(), core::PlantParameters(), plan.uc_v, plan.faults, plan.seed);
+      paper::Hardware(), paper::Plant(), plan.uc_v, plan.faults, plan.seed, paper::kPeriodS);
   ASSERT_EQ(log.samples.size(), expected.size());
-  // um passes a 2:1 divider here and none there: half a step of each converter.
-  constexpr double kUmStep = 1.5 * core::kConverterStepV + 1e-9;
+  // um passes a 2:1 divider on one rig and none on the other: half a step of each converter.
+  constexpr double kUmStep = 1.5 * kConverterStepV + 1e-9;
   for (std::size_t k = 0; k < expected.size(); ++k) {
     EXPECT_EQ(log.samples[k].t_s, expected[k].t_s);
     EXPECT_EQ(log.samples[k].uc_v, expected[k].uc_v);
     ASSERT_NEAR(log.samples[k].um_v, expected[k].um_v, kUmStep) << k;
-    ASSERT_NEAR(log.samples[k].ia_a, expected[k].ia_a, core::kConverterStepV / 5.0) << k;
+    ASSERT_NEAR(log.samples[k].ia_a, expected[k].ia_a, kConverterStepV / 5.0) << k;
     ASSERT_NEAR(log.samples[k].n_rpm, expected[k].n_rpm, 1e-6) << k;
   }
 }
@@ -62,7 +65,7 @@ TEST(SimulatedRig, SeedDecidesTheNoise) {
 TEST(SimulatedRig, ScheduledFaultIsAnnouncedAndConfirmedAtItsSample) {
   const auto rig = MakeSimulatedRig(Fast());
   RunPlan plan = SquarePlan(200);
-  plan.faults = {{.component = Component::kR12, .value = 3300.0, .at_s = 1.0}};
+  plan.faults = {{.component = paper::kR12, .value = 3300.0, .at_s = 1.0}};
   const RunLog log = RunOf(*rig, plan);
   const auto commanded = log.Of(RigEventKind::kFaultCommanded);
   const auto confirmed = log.Of(RigEventKind::kRelayConfirmed);
@@ -70,7 +73,7 @@ TEST(SimulatedRig, ScheduledFaultIsAnnouncedAndConfirmedAtItsSample) {
   ASSERT_EQ(confirmed.size(), 1u);
   EXPECT_EQ(commanded[0].index, 100);
   EXPECT_EQ(confirmed[0].index, 100);
-  EXPECT_EQ(confirmed[0].component, Component::kR12);
+  EXPECT_EQ(confirmed[0].component, paper::kR12);
   EXPECT_EQ(confirmed[0].value, 3300.0);
   // k falls from 2.4 to 1.06 from sample 100 on.
   EXPECT_GT(log.samples[99].ua_v / log.samples[99].uc_v, 2.3);
@@ -80,7 +83,7 @@ TEST(SimulatedRig, ScheduledFaultIsAnnouncedAndConfirmedAtItsSample) {
 TEST(SimulatedRig, IntermittentFaultComesAndGoes) {
   const auto rig = MakeSimulatedRig(Fast());
   RunPlan plan = SquarePlan(300);
-  plan.faults = {{.component = Component::kR9,
+  plan.faults = {{.component = paper::kR9,
                   .value = 33e3,
                   .at_s = 1.0,
                   .kind = core::FaultKind::kIntermittent,
@@ -97,7 +100,7 @@ TEST(SimulatedRig, IntermittentFaultComesAndGoes) {
 TEST(SimulatedRig, DriftIsAnnouncedAtItsStartAndConfirmedAtItsEnd) {
   const auto rig = MakeSimulatedRig(Fast());
   RunPlan plan = SquarePlan(300);
-  plan.faults = {{.component = Component::kRa,
+  plan.faults = {{.component = paper::kRa,
                   .value = 20.0,
                   .at_s = 1.0,
                   .kind = core::FaultKind::kDrift,
@@ -115,7 +118,7 @@ TEST(SimulatedRig, DriftIsAnnouncedAtItsStartAndConfirmedAtItsEnd) {
 
 TEST(SimulatedRig, LiveCommandActsAndSaysOnWhichSample) {
   SimulatedRigOptions options = Fast();
-  options.queue_messages = 8;  // the rig cannot run far ahead of its reader
+  options.queue_messages = 8;  // the rig cannot be far ahead of its reader
   const auto rig = MakeSimulatedRig(options);
   ASSERT_TRUE(rig->Arm(SquarePlan(400), kEpoch).ok());
   ASSERT_TRUE(rig->Start(kEpoch).ok());
@@ -123,7 +126,7 @@ TEST(SimulatedRig, LiveCommandActsAndSaysOnWhichSample) {
     if (sample.index == 100) {
       EXPECT_TRUE(rig->Command(kEpoch,
                                {.kind = RigCommand::Kind::kSetComponent,
-                                .component = Component::kR12,
+                                .component = paper::kR12,
                                 .value = 2000.0})
                       .ok());
     }
@@ -155,8 +158,8 @@ TEST(SimulatedRig, TakesValuesOffTheTableAndMotorFaultsLive) {
                  {.kind = RigCommand::Kind::kSetComponent, .component = component, .value = value})
               .ok());
     };
-    if (sample.index == 50) set(Component::kR1, 17.5);
-    if (sample.index == 100) set(Component::kJ, 5e-6);
+    if (sample.index == 50) set(paper::kR1, 17.5);
+    if (sample.index == 100) set(paper::kJ, 5e-6);
     if (sample.index == 200) {
       EXPECT_TRUE(rig->Command(kEpoch, {}).ok());  // all nominal
     }
@@ -165,9 +168,9 @@ TEST(SimulatedRig, TakesValuesOffTheTableAndMotorFaultsLive) {
   ASSERT_EQ(confirmed.size(), 4u);
   EXPECT_EQ(confirmed[0].value, 17.5);
   EXPECT_EQ(confirmed[1].value, 5e-6);
-  EXPECT_EQ(confirmed[2].component, Component::kR1);
+  EXPECT_EQ(confirmed[2].component, paper::kR1);
   EXPECT_EQ(confirmed[2].value, 1.0);
-  EXPECT_EQ(confirmed[3].component, Component::kJ);
+  EXPECT_EQ(confirmed[3].component, paper::kJ);
   EXPECT_EQ(confirmed[3].value, 1.43e-6);
 }
 
@@ -185,12 +188,12 @@ TEST(SimulatedRig, RefusesWhatIsOutsideTheEnvelopeByName) {
   plan.uc_v[4] = std::nan("");
   EXPECT_EQ(field(plan), "uc_v/4");
   plan = SquarePlan(10);
-  plan.faults = {{.component = Component::kR1, .value = -1.0}};
+  plan.faults = {{.component = paper::kR1, .value = -1.0}};
   EXPECT_EQ(field(plan), "faults/0/value");
-  plan.faults = {{.component = Component::kR1, .value = 10.0, .at_s = -1.0}};
+  plan.faults = {{.component = paper::kR1, .value = 10.0, .at_s = -1.0}};
   EXPECT_EQ(field(plan), "faults/0/at_s");
-  plan.faults = {{.component = Component::kR1, .value = 10.0, .at_s = 1.0},
-                 {.component = Component::kR1, .value = 56.0, .at_s = 1.02}};
+  plan.faults = {{.component = paper::kR1, .value = 10.0, .at_s = 1.0},
+                 {.component = paper::kR1, .value = 56.0, .at_s = 1.02}};
   EXPECT_EQ(field(plan), "faults/0/at_s");
   plan = SquarePlan(0);
   EXPECT_EQ(field(plan), "uc_v");
@@ -222,7 +225,7 @@ TEST(SimulatedRig, GatedCountReadsTheMeanSpeedInWholePulses) {
 
 TEST(SimulatedRig, CurrentModeDrivesOneFifthAmperePerVolt) {
   SimulatedRigOptions options = Fast();
-  options.profile = SimulatedProfile::kMultisim;
+  options.profile = "multisim";
   options.amplifier_mode = core::AmplifierMode::kCurrent;
   const auto rig = MakeSimulatedRig(options);
   EXPECT_EQ(rig->description().amplifier_mode, core::AmplifierMode::kCurrent);

@@ -4,15 +4,15 @@
 
 namespace faultlab::hardware {
 
-/// How a test reaches into a stand-in driver (a shared library of its own, loaded by the code under
-/// test): each exports `StandInControl* stand_in_control()`.
+/// Gives a test access to a stand-in driver (a shared library, loaded by the code under test): each
+/// exports `StandInControl* stand_in_control()`.
 struct StandInControl {
   std::int64_t now_ns = 0;  ///< time of its plant
   std::uint64_t seed = 1;
   int calls = 0;          ///< driver calls since the last reset
-  int fail_at = -1;       ///< this call answers with an error
-  int open_handles = 0;   ///< tasks or devices not given back
-  int misuses = 0;        ///< calls in a wrong order or with arguments that make no sense
+  int fail_at = -1;       ///< this call returns an error
+  int open_handles = 0;   ///< tasks or devices not released
+  int misuses = 0;        ///< calls in a wrong order or with impossible arguments
   char misuse[256] = {};  ///< the first of them
   double drive_v = 0.0;
   std::uint32_t relay_levels = 0xffffffffu;

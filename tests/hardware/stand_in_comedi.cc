@@ -32,9 +32,9 @@ bool IsOpen(comedi_t* device) {
   return ok;
 }
 
-/// 0..65535 for -10..10 V, as a 16-bit board has it.
+/// 0..65535 for -10..10 V, as on a 16-bit board.
 lsampl_t Code(double volt) {
-  return static_cast<lsampl_t>(core::ConverterCode(volt) + 32768);
+  return static_cast<lsampl_t>(core::ConverterCode(volt, 10.0) + 32768);
 }
 
 }  // namespace
@@ -71,7 +71,7 @@ comedi_range* comedi_get_range(comedi_t* device, unsigned subdevice, unsigned, u
 }
 
 double comedi_to_phys(lsampl_t data, comedi_range*, lsampl_t) {
-  return (static_cast<double>(data) - 32768.0) * core::kConverterStepV;
+  return (static_cast<double>(data) - 32768.0) * (2.0 * 10.0 / core::kConverterSteps);
 }
 lsampl_t comedi_from_phys(double volt, comedi_range*, lsampl_t) {
   return Code(volt);
@@ -90,7 +90,7 @@ int comedi_data_read(comedi_t* device,
     return 1;
   }
   if (subdevice != kAnalogIn || channel > 2 || aref != AREF_DIFF) plant.Misuse("AI read");
-  // One scan is three reads of one instant: the noise is drawn once.
+  // One scan is three reads at one instant, so the noise is drawn once.
   static AnalogReading scan;
   if (channel == 0) scan = plant.daq().ReadAnalog();
   *data = Code(channel == 0 ? scan.um_v : channel == 1 ? scan.ua_v : scan.ia_v);

@@ -26,7 +26,7 @@ StandInPlant plant;
 std::map<TaskHandle, Task> tasks;
 std::intptr_t next_handle = 1;
 
-constexpr std::int32_t kInjected = -50405;  // "no transfer in progress": any error will do
+constexpr std::int32_t kInjected = -50405;  // "no transfer in progress"; any error is suitable
 constexpr std::int32_t kInvalidTask = -200088;
 constexpr std::int32_t kBadChannel = -200170;
 

@@ -6,18 +6,22 @@
 
 #include "hardware/simulated/simulated_daq.h"
 #include "tests/hardware/stand_in.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 
-/// What both stand-ins are made of: the simulated bench behind terminals, and a record of misuse.
+/// The common part of both stand-ins: the simulated bench behind terminals, and a record of misuse.
 class StandInPlant {
  public:
   StandInControl control;
 
   SimulatedDaq& daq() {
     if (!daq_) {
-      daq_ = std::make_unique<SimulatedDaq>(
-          core::BenchProfileBench(), ChannelScaling(), RelayWiring(), clock_);
+      daq_ = std::make_unique<SimulatedDaq>(paper::Bench(),
+                                            paper::Hardware(),
+                                            ScalingOf(paper::Bench()),
+                                            WiringOf(paper::Bench()),
+                                            clock_);
       daq_->WriteRelayLines(control.relay_levels);
       daq_->BeginRun(control.seed);
     }

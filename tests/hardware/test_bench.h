@@ -12,10 +12,11 @@
 #include "hardware/simulated/simulated_daq.h"
 #include "hardware/simulated/simulated_machine.h"
 #include "tests/hardware/faulty_daq.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 
-/// A wall clock that moves when told to.
+/// A wall clock that moves only when the test moves it.
 class ManualClock final : public Clock {
  public:
   Nanoseconds Now() const override { return Nanoseconds(now_.load()); }
@@ -50,15 +51,15 @@ class StumblingClock final : public Clock {
 struct TestBenchOptions {
   std::shared_ptr<Clock> clock;  ///< null: simulated, as fast as it is read
   Nanoseconds watchdog{0};
-  RigLimits limits;
+  RigLimits limits = paper::Bench().limits;
   bool wait_for_reader = true;
   std::size_t queue_messages = 64;
   Nanoseconds driver_patience{0};  ///< 0 = the driver is called without a guard
   std::shared_ptr<Heartbeat> heartbeat = nullptr;
 };
 
-/// A bench rig (not a simulator: no port, real relay times) whose Daq is the simulated one, with
-/// everything inside to be seen.
+/// A bench rig (not a simulator: no simulator port, real relay times) whose Daq is the simulated
+/// one; all its parts are accessible.
 struct TestBench {
   DaqJournal journal;
   SimulatedDaq* daq = nullptr;
@@ -74,7 +75,7 @@ struct TestBench {
     config.timing = RelayTiming();
     if (!options.clock) options.clock = MakeSimulatedClock(0.0, Nanoseconds(0));
     auto simulated = std::make_unique<SimulatedDaq>(
-        core::BenchProfileBench(), config.scaling, config.wiring, options.clock);
+        paper::Bench(), paper::Hardware(), config.scaling, config.wiring, options.clock);
     daq = simulated.get();
     daq->BeginRun(1);
     std::unique_ptr<Daq> driver = std::make_unique<FaultyDaq>(std::move(simulated), journal);

@@ -12,14 +12,14 @@
 
 namespace faultlab::hardware {
 
-/// A message as bytes, made from its layout alone, and where its lengths lie.
+/// A message as bytes, made from its layout alone, and the positions of its lengths.
 struct WireMessage {
   std::vector<std::uint8_t> bytes;
   std::vector<std::size_t> strings;  ///< offsets of the lengths of strings
   std::vector<std::size_t> counts;   ///< offsets of the counts of arrays
 };
 
-/// Lengths that no message has, whatever its size.
+/// Lengths that no message has, of any size.
 inline constexpr std::int32_t kBadLengths[] = {std::numeric_limits<std::int32_t>::min(),
                                                std::numeric_limits<std::int32_t>::min() + 1,
                                                -1000,
@@ -46,7 +46,7 @@ inline void AppendBody(const MessageLayout& layout, core::Random& random, WireMe
   }
   for (std::size_t i = 0; i < layout.fields.size(); ++i) {
     const FieldLayout& field = layout.fields[i];
-    if (count[i] > 0) {  // it says how many elements an array has
+    if (count[i] > 0) {  // it is the number of elements of an array
       out.counts.push_back(out.bytes.size());
       out.bytes.resize(out.bytes.size() + 4);
       PutInt(out.bytes, out.bytes.size() - 4, static_cast<std::int32_t>(count[i] - 1));
@@ -76,7 +76,7 @@ inline void AppendBody(const MessageLayout& layout, core::Random& random, WireMe
   }
 }
 
-/// A whole message of this type, hash and all.
+/// A complete message of this type, with its hash.
 template <typename Message>
 WireMessage MakeWireMessage(core::Random& random) {
   WireMessage out;

@@ -1,5 +1,5 @@
-// A provider that does wrong on request. Everything that it does not do wrong is right, so that a
-// refusal is about the one thing.
+// A provider that violates the protocol in one way, on request. Everything else is right, so that a
+// refusal concerns only that one error.
 import { createHmac, randomUUID } from "node:crypto";
 import { calculateJwkThumbprint, exportJWK, exportSPKI, generateKeyPair, SignJWT } from "jose";
 import { bodyOf } from "./listener.js";
@@ -14,7 +14,7 @@ export async function hostileProvider(issuer) {
   const publicPem = await exportSPKI(right.publicKey);
   const asked = new Map();
   const provider = {
-    /** What it does wrong: the names below. */
+    /** The error to make: the names below. */
     mode: "",
     subject: "hostile-ann",
     login: "hostile.ann",
@@ -89,7 +89,8 @@ export async function hostileProvider(issuer) {
         return response.end();
       }
       case "/token": {
-        // A code is taken as often as it comes: only the server under test can refuse the second.
+        // A code is accepted any number of times, so that only the server under test can refuse the
+        // second.
         const question = asked.get((await bodyOf(request)).get("code"));
         if (!question) return say(response, { error: "invalid_grant" }, 400);
         provider.tokensGiven++;

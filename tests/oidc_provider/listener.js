@@ -1,5 +1,5 @@
-// A port of loopback whose address is known before anybody answers there: the server under test
-// has to know its provider's issuer, and the provider that server's address.
+// A port of loopback whose address is known before anybody answers there, because the server under
+// test needs its provider's issuer, and the provider needs the server's address.
 import { createServer } from "node:http";
 
 export async function listen() {

@@ -1,5 +1,5 @@
-// A provider as universities run one: oidc-provider from npm. Everybody signs in under the name
-// that they type, and agrees to everything.
+// A provider as at a university: oidc-provider from npm. Everybody signs in under the name that
+// they type, and consents to everything.
 import { exportJWK, generateKeyPair } from "jose";
 import Provider from "oidc-provider";
 import { bodyOf } from "./listener.js";
@@ -10,7 +10,7 @@ const people = {
   admin: { name: "Not The Admin", preferred_username: "admin", email: "admin@uns.example" },
 };
 
-/** A request handler. `client` is what the server under test says of itself. */
+/** A request handler. `client` is the registration of the server under test. */
 export async function realProvider(issuer, client) {
   const { privateKey } = await generateKeyPair("RS256", { extractable: true });
   const provider = new Provider(issuer, {

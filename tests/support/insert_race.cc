@@ -11,7 +11,7 @@ namespace {
 using server::Durability;
 using server::Transaction;
 
-/// Any number: the trigger waits for it, Run holds it.
+/// Any number: the trigger waits for this lock, and Run holds it.
 constexpr const char* kGate = "77001";
 
 }  // namespace

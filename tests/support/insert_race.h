@@ -9,8 +9,8 @@
 
 namespace faultlab::tests {
 
-/// Two writers on PostgreSQL in one order: an INSERT of the first has been done and its transaction
-/// is open while all of the second happens.
+/// Two writers on PostgreSQL in a fixed order: the first has executed an INSERT and keeps its
+/// transaction open while the second runs completely.
 class InsertRace {
  public:
   /// Rows of `table` (with a column `name`) whose name begins with "first" are inserted by the

@@ -10,22 +10,22 @@ namespace faultlab::tests {
 /// Checks values against an OpenAPI 3.1 description: the part of JSON Schema that it uses ($ref
 /// into components, type, enum, const, properties, required, additionalProperties, items, oneOf,
 /// minimum, maximum, exclusiveMinimum, maxLength, minItems, maxItems, pattern).
-/// An unknown keyword is an error too, so that nothing in the description goes unchecked.
+/// An unknown keyword is an error too, so that no part of the description remains unchecked.
 class ApiDescription {
  public:
   explicit ApiDescription(std::string_view openapi_json);
 
-  /// What is wrong, with the path of the value; nullopt when it fits.
+  /// The error, with the path of the value; nullopt if the value fits.
   std::optional<std::string> CheckSchema(const boost::json::value& value,
                                          const boost::json::value& schema,
                                          const std::string& at = "") const;
-  /// An answer of `method path-pattern`: status, content type and (for JSON) body.
+  /// Checks an answer of `method path-pattern`: status, content type and (for JSON) body.
   std::optional<std::string> CheckAnswer(std::string_view method,
                                          std::string_view pattern,
                                          int status,
                                          std::string_view content_type,
                                          std::string_view body) const;
-  /// A JSON request body.
+  /// Checks a JSON request body.
   std::optional<std::string> CheckRequest(std::string_view method,
                                           std::string_view pattern,
                                           std::string_view body) const;

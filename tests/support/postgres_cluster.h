@@ -6,9 +6,9 @@
 
 namespace faultlab::tests {
 
-/// A private PostgreSQL cluster in a temporary folder, reached by a unix socket only. Started by
-/// the first test that asks, gone with the process (also when that is killed). Needs no rights: as
-/// root it runs as `postgres` or `nobody`, for initdb refuses root.
+/// A private PostgreSQL cluster in a temporary folder, reachable by a unix socket only. The first
+/// test that needs it starts it; it ends with the process (also when that is killed). Needs no
+/// rights: as root it runs as `postgres` or `nobody`, because initdb refuses root.
 class PostgresCluster {
  public:
   /// The cluster of this process; throws std::runtime_error when PostgreSQL cannot start.

@@ -199,6 +199,7 @@ std::optional<WebSocketClient::Frame> WebSocketClient::Read() {
     buffer_.erase(0, header + size);
     if (frame.opcode != 9) return frame;
     SendFrame(0x8A, frame.payload);
+    ++pings_answered_;
   }
 }
 

@@ -28,7 +28,7 @@ constexpr milliseconds kAwayMax{20};
 constexpr int kTriesMax = 5;
 constexpr const char* kTry = "FAULTLAB_REAL_TIME_TRY";
 
-/// Notes in `away_ms` for how long this core did nothing for us, at most.
+/// Stores in `away_ms` the longest time for which this core did not run this process.
 void Watch(int core, std::atomic<int>& away_ms) {
   cpu_set_t one;
   CPU_ZERO(&one);
@@ -45,7 +45,8 @@ void Watch(int core, std::atomic<int>& away_ms) {
   }
 }
 
-/// Watches every core from a process of its own: some tests fork, and want no threads beside them.
+/// Watches every core from a separate process, because some tests fork and must have no other
+/// threads.
 class CoreWatch {
  public:
   CoreWatch() {

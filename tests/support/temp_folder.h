@@ -8,7 +8,7 @@
 
 namespace faultlab::tests {
 
-/// A folder under /tmp that goes with the object.
+/// A folder under /tmp that is removed with the object.
 class TempFolder {
  public:
   TempFolder() {

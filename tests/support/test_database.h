@@ -16,7 +16,7 @@ class TestDatabase {
 
   server::Database& operator*() { return *database_; }
   server::Database* operator->() { return database_.get(); }
-  /// Closes and opens again, as a restart of the server would.
+  /// Closes and opens the database, as in a restart of the server.
   void Reopen();
   /// A second server on the same database.
   std::unique_ptr<server::Database> OpenAnother() const;

@@ -1,5 +1,5 @@
-// The allowed arrows between folders, held by reading every #include: web -> server -> hardware ->
-// core -> Eigen and std. Inside core and inside server a table says who may include whom.
+// Checks the allowed arrows between folders by reading every #include: web -> server -> hardware ->
+// core -> Eigen and std. Inside core and inside server a table lists the allowed includes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -61,20 +61,31 @@ const Arrows kCore = {
     {"numerics", {}},
     {"signals", {"types"}},
     {"estimators", {"types", "numerics"}},
+    {"structures", {"types"}},
+    {"bench", {"types"}},
     {"filter", {"types", "numerics"}},
-    {"plant", {"types", "signals"}},
-    {"detection", {"types", "filter"}},
-    {"isolability", {"types", "numerics", "filter"}},
-    {"calibration", {"types", "filter", "detection"}},
-    {"isolation", {"types", "numerics", "filter"}},
-    {"paper", {"types", "numerics", "estimators", "plant"}},
+    {"plant", {"types", "bench", "signals"}},
+    {"detection", {"types", "bench", "filter"}},
+    {"isolability", {"types", "bench", "numerics", "filter"}},
+    {"calibration", {"types", "bench", "filter", "detection"}},
+    {"isolation", {"types", "bench", "numerics", "filter"}},
+    {"paper", {"types", "structures", "bench", "numerics", "estimators", "plant"}},
     {"diagnosis",
-     {"types", "estimators", "plant", "filter", "detection", "calibration", "isolation", "paper"}},
-    {"paper/reproduction", {"types", "signals", "estimators", "plant", "paper", "diagnosis"}},
+     {"types",
+      "bench",
+      "estimators",
+      "plant",
+      "filter",
+      "detection",
+      "calibration",
+      "isolation",
+      "paper"}},
+    {"paper/reproduction",
+     {"types", "bench", "signals", "estimators", "plant", "paper", "diagnosis"}},
 };
 
-/// The headers of `server` itself, such as clock.h, are everybody's. A folder inside a folder is
-/// its own when it stands here.
+/// Every folder may include the headers of `server` itself, such as clock.h. A folder inside a
+/// folder is separate if it is listed here.
 const Arrows kServer = {
     {"csv", {}},
     {"json", {}},
@@ -130,7 +141,8 @@ const Arrows kServer = {
       "storage"}},
 };
 
-/// The longest entry of `arrows` that `path` (relative to the tree) lies in; else its first part.
+/// The longest entry of `arrows` that contains `path` (relative to the tree); otherwise the first
+/// part of the path.
 std::string FolderOf(const Arrows& arrows, const std::string& path) {
   std::string folder = path.substr(0, path.find('/'));
   for (const auto& [name, targets] : arrows) {
@@ -139,7 +151,7 @@ std::string FolderOf(const Arrows& arrows, const std::string& path) {
   return folder;
 }
 
-/// Every include inside `tree` that no arrow allows, and every folder that has no arrows.
+/// Every include inside `tree` that no arrow allows, and every folder without an entry.
 std::vector<std::string> Breaches(const std::string& tree,
                                   const Arrows& arrows,
                                   const std::set<std::string>& everybodys,
@@ -163,7 +175,7 @@ std::vector<std::string> Breaches(const std::string& tree,
   return breaches;
 }
 
-/// A folder on the way of `arrows` that leads back to itself; "" when there is none.
+/// A folder from which the arrows lead back to itself; "" if there is none.
 std::string Circle(const Arrows& arrows) {
   std::map<std::string, std::set<std::string>> reached = arrows;
   for (std::size_t i = 0; i < arrows.size(); ++i) {
@@ -180,7 +192,7 @@ std::string Circle(const Arrows& arrows) {
   return "";
 }
 
-/// How many folders the longest way down `arrows` has. Contract: no circle.
+/// The number of folders on the longest path of `arrows`. Contract: no circle.
 std::size_t Floors(const Arrows& arrows) {
   std::map<std::string, std::size_t> floor;
   for (std::size_t round = 0; round < arrows.size(); ++round) {
@@ -246,7 +258,7 @@ TEST(Layering, FindsAnArrowThatPointsUp) {
   EXPECT_NE(Circle({{"a", {"b"}}, {"b", {"c"}}, {"c", {"a"}}}), "");
 }
 
-/// A library is included where its wrapper is, and nowhere else.
+/// A library is included only where its wrapper is.
 TEST(Layering, LibrariesStayInTheirFolders) {
   const std::map<std::string, std::vector<std::string>> homes = {
       {"CLI/", {"server/cli/", "server/main.cc"}},
@@ -319,7 +331,8 @@ TEST(Layering, NothingOfTheProductPointsAtItsTests) {
   }
 }
 
-/// Calls that core's sources must not hold, however they came in (Random::Random is our own).
+/// Calls that core's sources must not contain, from whatever header (Random::Random belongs to
+/// core).
 TEST(Layering, CoreInvertsNoMatrixDrawsNoUnseededNumberAndPrintsNothing) {
   const std::regex pattern(
       R"(\.inverse\(\)|[^m]::Random\(|std::rand\b|::now\(\)|\bf?(open|printf|puts)\()");
@@ -339,6 +352,45 @@ TEST(Layering, CoreInvertsNoMatrixDrawsNoUnseededNumberAndPrintsNothing) {
     }
   }
   EXPECT_GT(lines, 1000);
+}
+
+/// Source without its // comments, by line.
+std::vector<std::string> CodeOf(const fs::path& path) {
+  std::vector<std::string> lines;
+  std::ifstream file(path);
+  for (std::string text; std::getline(file, text);)
+    lines.push_back(text.substr(0, text.find("//")));
+  return lines;
+}
+
+TEST(Benches, NoConstantOfThePapersStandsOutsideItsDescription) {
+  // Its parts and its data sheet. The paper's own tables and figures are of that bench alone, and a
+  // structure names its parameters.
+  static const std::regex kConstant(
+      R"re("(R1|R9|R12|C8)"|\b7\.41\b|\b25\.5e-3\b|\b1\.43e-6\b|\b0\.77e-3\b|\b47e-12\b|\b1\.8e-6\b|\b9\.5e-3\b|\b0\.0095\b)re");
+  const std::vector<std::string> excepted = {
+      "core/paper/", "core/structures/inverting_amplifier/", "server/cli/paper_pictures.cc"};
+  std::vector<std::string> found;
+  for (const char* folder : {"core", "hardware", "server"}) {
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kRoot / folder)) {
+      const std::string name = fs::relative(entry.path(), kRoot).string();
+      const std::string extension = entry.path().extension().string();
+      if (!entry.is_regular_file() || (extension != ".h" && extension != ".cc")) continue;
+      if (std::any_of(excepted.begin(), excepted.end(), [&](const std::string& each) {
+            return StartsWith(name, each);
+          })) {
+        continue;
+      }
+      int line = 0;
+      for (const std::string& code : CodeOf(entry.path())) {
+        ++line;
+        if (std::regex_search(code, kConstant)) {
+          found.push_back(name + ":" + std::to_string(line) + ": " + code);
+        }
+      }
+    }
+  }
+  EXPECT_THAT(found, testing::IsEmpty());
 }
 
 }  // namespace

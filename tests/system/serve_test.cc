@@ -1,4 +1,4 @@
-// A whole server in this process, spoken to over its sockets.
+// A complete server in this process, used over its sockets.
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "server/app/application.h"
+#include "server/csv/file_io.h"
 #include "server/storage/database.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/raw_client.h"
@@ -50,7 +51,7 @@ class ServeTest : public ::testing::Test {
   }
   int port() const { return application_->port(); }
 
-  /// Sends a request and holds the answer against the API's description.
+  /// Sends a request and checks the answer against the API's description.
   HttpAnswer Call(const std::string& method,
                   const std::string& pattern,
                   const std::string& target,
@@ -127,7 +128,8 @@ TEST_F(ServeTest, GoesFromARequestToTheStreamTheRecordingAndThePlot) {
       std::uint32_t first = 0;
       std::memcpy(&count, frame->payload.data() + 2, 2);
       std::memcpy(&first, frame->payload.data() + 4, 4);
-      // Live frames may have come before the hub heard `resume`; from its answer on, none repeats.
+      // Live frames may have come before the hub received `resume`; after its answer no frame
+      // repeats.
       if (first == 0 && next > 0 && !resumed) {
         resumed = true;
         next = 0;
@@ -446,6 +448,20 @@ TEST_F(ServeTest, TakesACsvAndReplaysItThroughTheLiveView) {
       1u);
 }
 
+TEST_F(ServeTest, TakesACompressedCsv) {
+  const std::string csv = CallRun("GET", "/export.csv", Finished(kPaper)).body;
+  const auto upload = [&](const std::string& body) {
+    return Call("POST", "/api/v1/recordings", "/api/v1/recordings", body, "application/gzip");
+  };
+  const std::string packed = Gzip(csv);
+  const HttpAnswer whole = upload(packed);
+  ASSERT_EQ(whole.status, 201) << whole.body;
+  EXPECT_EQ(Object(whole).at("samples"), 2000);
+  EXPECT_EQ(upload(packed.substr(0, packed.size() / 2)).status, 400);
+  EXPECT_EQ(upload(csv).status, 400);
+  EXPECT_EQ(upload(Gzip(std::string(100 << 20, '0'))).status, 413) << "of a small body";
+}
+
 TEST_F(ServeTest, NamesAMotorFaultOfAReplayedRecordingThoughNoReplayCanSwitchOne) {
   const std::string run =
       Finished(R"({"faults":[{"component":"Ra","value":30,"at_s":10}],"seed":7})");
@@ -491,7 +507,7 @@ TEST_F(ServeTest, ACallerHasTwoLargeDownloadsUnreadAtMost) {
   ASSERT_TRUE(application_->store().Begin(record).ok());
   std::vector<core::Sample> samples(100'000);
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const double third = static_cast<double>(i) / 3.0;  // long in JSON: more than a socket holds
+    const double third = static_cast<double>(i) / 3.0;  // many digits, to fill the socket's buffer
     samples[i] = {static_cast<std::int64_t>(i), third, third, third, third, third, third};
   }
   ASSERT_TRUE(application_->store().AppendChunk("rec-long", 0, samples).ok());
@@ -505,7 +521,7 @@ TEST_F(ServeTest, ACallerHasTwoLargeDownloadsUnreadAtMost) {
     client->Send(ask);
     ASSERT_EQ(recv(client->fd(), &byte, 1, MSG_PEEK), 1) << "the answer is on its way";
   }
-  // Four more may wait; the fifth is told to come back.
+  // Four more may wait; the fifth is refused.
   std::vector<std::unique_ptr<tests::RawClient>> waiting;
   HttpAnswer refused;
   while (refused.status != 429 && waiting.size() < 20) {

@@ -1,5 +1,5 @@
-// Writes generated/api.d.ts from the server's OpenAPI description, so that `check` holds the page
-// to the contract. Touches the file only when the contract changed.
+// Writes generated/api.d.ts from the server's OpenAPI description, so that `npm run check` compares
+// the page with the contract. Writes the file only when the contract has changed.
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import openapiTS, { astToString } from "openapi-typescript";
 

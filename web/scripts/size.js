@@ -1,4 +1,4 @@
-// Fails the build when the first load of a page grows beyond its budget (design: 90 kB gzipped).
+// Fails the build when the first load of a page exceeds its budget of 90 kB gzipped.
 import { readFileSync, rmSync } from "node:fs";
 import { join } from "node:path";
 import { gzipSync } from "node:zlib";
@@ -31,7 +31,7 @@ for (const page of pages) {
   const name = page.replace(/^.*\/(.*)\.svelte$/, "$1").padEnd(14);
   console.log(`${name} ${(bytes / 1000).toFixed(1).padStart(6)} kB gzipped of ${BUDGET / 1000}`);
 }
-rmSync(join(dist, ".vite"), { recursive: true }); // not part of what is served
+rmSync(join(dist, ".vite"), { recursive: true }); // not to be served
 if (failed) {
   console.error("a page's first load is over its budget");
   process.exit(1);

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { CHANNELS, decodeFrame, encodeFrame, FrameError } from "../src/stream/frame";
-import { decodeFrames } from "../src/stream/frame_reader";
+import { FrameReader, readFrames } from "../src/stream/frame_reader";
 import { block, random } from "./support/blocks";
 
 describe("frame decoder", () => {
@@ -67,9 +67,38 @@ describe("recorded frames", () => {
   const frames = [0, 5, 10].map((first) => encodeFrame(block(first, 5, (c, i) => c + i)));
   const bytes = recorded(frames);
 
-  it("are read one after the other", () => {
+  function read(...pieces: Uint8Array[]): number[] {
     const firsts: number[] = [];
-    decodeFrames(bytes.buffer as ArrayBuffer, (read) => firsts.push(read.firstIndex));
+    const reader = new FrameReader((one) => {
+      expect(one.values[1]).toBe(one.firstIndex + 1);
+      firsts.push(one.firstIndex);
+    });
+    for (const piece of pieces) reader.take(piece);
+    reader.end();
+    return firsts;
+  }
+
+  it("are read one after the other, in pieces cut anywhere", () => {
+    expect(read(bytes)).toEqual([0, 5, 10]);
+    for (let cut = 0; cut <= bytes.length; cut++) {
+      expect(read(bytes.subarray(0, cut), bytes.subarray(cut))).toEqual([0, 5, 10]);
+    }
+    expect(read(...[...bytes].map((byte) => Uint8Array.of(byte)))).toEqual([0, 5, 10]);
+  });
+
+  it("are read as they come", async () => {
+    const firsts: number[] = [];
+    const answer = new Response(
+      new ReadableStream({
+        start(controller) {
+          for (let at = 0; at < bytes.length; at += 100) {
+            controller.enqueue(bytes.slice(at, at + 100));
+          }
+          controller.close();
+        },
+      }),
+    );
+    await readFrames(answer, (one) => firsts.push(one.firstIndex));
     expect(firsts).toEqual([0, 5, 10]);
   });
 
@@ -77,12 +106,7 @@ describe("recorded frames", () => {
     const whole = bytes.length / frames.length;
     for (let length = 1; length < bytes.length; length++) {
       if (length % whole === 0) continue;
-      const cut = bytes.slice(0, length).buffer as ArrayBuffer;
-      expect(() => decodeFrames(cut, () => {}), `${length} bytes`).toThrow(FrameError);
+      expect(() => read(bytes.subarray(0, length)), String(length)).toThrow(FrameError);
     }
-  });
-
-  it("are refused when a length is absurd", () => {
-    expect(() => decodeFrames(new Uint8Array([0, 0, 0, 255]).buffer, () => {})).toThrow(FrameError);
   });
 });

@@ -1,9 +1,23 @@
 import { describe, expect, it } from "vitest";
 import { beforeAfter } from "../src/live/before_after";
-import { ESTIMATORS, type EstimatorShape, settleS } from "../src/live/estimators";
-import { formatNumber, formatQuantity, formatWithSigma } from "../src/plant/quantity";
+import {
+  ESTIMATORS,
+  type EstimatorShape,
+  parameterUnit,
+  settleS,
+  windowS,
+} from "../src/live/estimators";
+import { signalsOf } from "../src/live/signals";
+import {
+  formatNumber,
+  formatQuantity,
+  formatSeconds,
+  formatSpan,
+  formatTick,
+  formatWithSigma,
+} from "../src/plant/quantity";
 import { Slide } from "../src/stream/slide";
-import { bench, rigOf } from "./support/bench";
+import { bench, DRIVER, driver, rigOf } from "./support/bench";
 import { block } from "./support/blocks";
 
 describe("a bench", () => {
@@ -11,7 +25,7 @@ describe("a bench", () => {
     expect(bench.values("R1")).toEqual([2, 100, 220]);
     expect(bench.line("R1", 220)).toBe("Do7");
     expect(bench.line("R1", Math.fround(100.000001))).toBe("Do8");
-    expect(bench.line("R1", 97)).toBeNull(); // a simulator took it: no relay did
+    expect(bench.line("R1", 97)).toBeNull(); // only a simulator accepts it; no relay connects it
     expect(bench.nominal("R12")).toBe(4700);
     expect(bench.isNominal("R12", 10e3)).toBe(false);
     expect(bench.moves("R1")).toBe("b0, a1");
@@ -25,6 +39,26 @@ describe("a bench", () => {
     expect(bench.published("R1", 100)?.swa).toEqual([0.1, 0.2, 0.3]);
     expect(bench.published("R1", 220)).toBeUndefined();
     expect(bench.published("J", 100)).toBeUndefined();
+  });
+  it("writes values in the unit that its description gives them", () => {
+    expect(bench.format("R12", 5600)).toBe("5.6 kΩ");
+    expect(driver.format("Disc", 2.2e-5)).toBe("2.2·10⁻⁵ kg·m²");
+    expect(driver.change("k", 2)).toBe("k → 2 V/V");
+    expect(driver.formatWithSigma("k", 2.013, 0.02)).toBe("2.01 ± 0.02 V/V");
+  });
+  it("finds the component of a parameter that has another name", () => {
+    expect(driver.componentOf("J")).toBe("Disc");
+    expect(driver.componentOf("k")).toBe("k");
+    expect(driver.componentOf("Ra")).toBeUndefined();
+  });
+  it("offers the channels that it has, and that its rig has", () => {
+    expect(bench.channels()).toEqual(["um", "ua", "ia", "n"]);
+    expect(signalsOf(driver).map((signal) => signal.name)).toEqual(["uc", "ia", "n"]);
+    const blind = rigOf("blind", true);
+    blind.capabilities.ua = false;
+    expect(bench.channels(blind)).toEqual(["um", "ia", "n"]);
+    expect(driver.channels(blind)).toEqual(["ia", "n"]); // the rig is another bench by now
+    expect(driver.channels(rigOf("own", true, DRIVER))).toEqual(["ia", "n"]);
   });
   it("has no value for a component that it does not have", () => {
     expect(bench.nominal("B")).toBeNaN();
@@ -45,6 +79,17 @@ describe("an estimator", () => {
     expect(settleS(swa100, 0.01)).toBeCloseTo(0.99, 12);
     expect(settleS(swa100, 0.02)).toBeCloseTo(1.98, 12);
     expect(settleS(sia100, 0.01)).toBeCloseTo(1.19, 12);
+    expect(windowS(swa100, 0.001)).toBeCloseTo(0.1, 12);
+    expect(windowS(sia100, 0.1)).toBeCloseTo(12, 12);
+  });
+});
+
+describe("the parameters of a model", () => {
+  it("have the units that follow from what it predicts", () => {
+    const units = (unit: "V" | "A") =>
+      ["b0", "b1", "a1", "b0d", "b1d", "a1d"].map((name) => parameterUnit(name, unit));
+    expect(units("V")).toEqual(["", "s", "s", "", "", ""]);
+    expect(units("A")).toEqual(["A/V", "A·s/V", "s", "A/V", "A/V", ""]);
   });
 });
 
@@ -53,7 +98,7 @@ describe("before and after", () => {
     const slide = new Slide(2000, 0.01);
     const estimator = ESTIMATORS[1];
     if (!estimator) throw new Error("no estimator");
-    // 1 before the fault at 10 s, 2 after it; nonsense while the window holds both
+    // 1 before the fault at 10 s, 2 after it; another value while the window contains both
     slide.append(block(0, 2000, (_, index) => (index < 1000 ? 1 : index < 1000 + 99 ? 1e6 : 2)));
     const rows = beforeAfter(slide, estimator, 10, 20, [3, 4, 5], undefined);
     expect(rows.map((row) => row.before)).toEqual([1, 1, 1]);
@@ -65,22 +110,43 @@ describe("before and after", () => {
 
 describe("quantities", () => {
   it("are written as a person reads them", () => {
-    expect(formatQuantity("R12", 5600)).toBe("5.6 kΩ");
-    expect(formatQuantity("C8", 47e-12)).toBe("47 pF");
-    expect(formatQuantity("C8", 1e-6)).toBe("1 µF");
-    expect(formatQuantity("R1", 100)).toBe("100 Ω");
-    expect(formatQuantity("J", 1.43e-6)).toBe("1.43·10⁻⁶ kg·m²");
+    expect(formatQuantity("ohm", 5600)).toBe("5.6 kΩ");
+    expect(formatQuantity("F", 47e-12)).toBe("47 pF");
+    expect(formatQuantity("farad", 1e-6)).toBe("1 µF");
+    expect(formatQuantity("ohm", 100)).toBe("100 Ω");
+    expect(formatQuantity("kg m^2", 1.43e-6)).toBe("1.43·10⁻⁶ kg·m²");
+    expect(formatQuantity("kg m2", 2)).toBe("2 kg·m²");
+    expect(formatQuantity("V/(rad/s)", 0.0255)).toBe("25.5 mV·s/rad");
+    expect(formatQuantity("V/V", 4)).toBe("4 V/V");
+    expect(formatQuantity("furlong", 3)).toBe("3 furlong");
+    expect(formatQuantity("", 3)).toBe("3");
+    expect(formatQuantity("ohm", 0)).toBe("0 Ω");
+    expect(formatQuantity("ohm", null)).toBe("–");
+  });
+  it("stand on a scale without a long unit", () => {
+    expect(formatTick("ohm", 5600, 10)).toBe("5.6 kΩ");
+    expect(formatTick("kg m^2", 1.43e-6, 1)).toBe("1.43·10⁻⁶");
+    expect(formatTick("V/V", 3.6, 4)).toBe("3.6");
+    expect(formatTick("V/(rad/s)", 0.0117, 0.0234)).toBe("11.7");
   });
   it("carry the digits that their error leaves", () => {
-    expect(formatWithSigma("R1", 99.62, 0.41)).toBe("99.6 ± 0.4 Ω");
-    expect(formatWithSigma("R1", 99.62, 0.123)).toBe("99.62 ± 0.12 Ω");
-    expect(formatWithSigma("R1", 99.62, null)).toBe("99.6 Ω");
-    expect(formatWithSigma("B", 1.834e-5, 2e-7)).toBe("(1.83 ± 0.02)·10⁻⁵ Nm·s/rad");
-    expect(formatWithSigma("R9", 56012, 130)).toBe("56.01 ± 0.13 kΩ");
+    expect(formatWithSigma("ohm", 99.62, 0.41)).toBe("99.6 ± 0.4 Ω");
+    expect(formatWithSigma("ohm", 99.62, 0.123)).toBe("99.62 ± 0.12 Ω");
+    expect(formatWithSigma("ohm", 99.62, null)).toBe("99.6 Ω");
+    expect(formatWithSigma("Nm/(rad/s)", 1.834e-5, 2e-7)).toBe("(1.83 ± 0.02)·10⁻⁵ Nm·s/rad");
+    expect(formatWithSigma("ohm", 56012, 130)).toBe("56.01 ± 0.13 kΩ");
+    expect(formatWithSigma("V/V", 3.61, 0.02)).toBe("3.61 ± 0.02 V/V");
   });
   it("show a missing number as a dash", () => {
     expect(formatNumber(Number.NaN)).toBe("–");
     expect(formatNumber(null)).toBe("–");
     expect(formatNumber(-0.5751)).toBe("−0.5751");
+  });
+  it("of time have the decimals of the period", () => {
+    expect(formatSeconds(10, 0.01)).toBe("10.00");
+    expect(formatSeconds(10.0024, 0.002)).toBe("10.002");
+    expect(formatSeconds(10.5, 0.1)).toBe("10.50");
+    expect(formatSpan(0.05)).toBe("50 ms");
+    expect(formatSpan(1.2)).toBe("1.2 s");
   });
 });

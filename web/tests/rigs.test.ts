@@ -1,17 +1,23 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import type { Schemas } from "../src/api/types";
-import { Rigs } from "../src/shell/rigs.svelte";
-import { ABOUT, rigOf } from "./support/bench";
+import { Benches } from "../src/shell/benches.svelte";
+import { rigs } from "../src/shell/rigs.svelte";
+import { ABOUT, DRIVER, know, rigOf } from "./support/bench";
 
 /** Answers of the server, given when the test says. */
-const asked = new Map<string, (answer: unknown) => void>();
-const says = (path: string, items: unknown[]) => asked.get(path)?.({ items });
+const asked = new Map<string, ((answer: unknown, status?: number) => void)[]>();
+const says = (path: string, answer: unknown, status = 200) => {
+  for (const answered of asked.get(path) ?? []) answered(answer, status);
+  asked.delete(path);
+};
 const settled = () => new Promise((resume) => setTimeout(resume));
 
 beforeEach(() => {
   vi.stubGlobal("fetch", (address: string) => {
+    const path = address.replace("/api/v1", "");
     return new Promise((resolve) => {
-      asked.set(address.replace("/api/v1", ""), (answer) => resolve(Response.json(answer)));
+      const waiting = asked.get(path) ?? [];
+      waiting.push((answer, status) => resolve(Response.json(answer, { status })));
+      asked.set(path, waiting);
     });
   });
 });
@@ -20,38 +26,95 @@ afterEach(() => {
   vi.unstubAllGlobals();
 });
 
-function known(rigs: Rigs) {
-  const state = { here: false };
-  void rigs.known().then(() => {
-    state.here = true;
-  });
-  return state;
-}
-
-describe("the bench of a run", () => {
-  const other: Schemas["Bench"] = { ...ABOUT, id: "other" };
-
-  it("does not wait for the rigs where there is one bench", async () => {
-    const rigs = new Rigs();
-    const state = known(rigs);
-    expect([...asked.keys()].sort()).toEqual(["/benches", "/rig-classes", "/rigs"]); // at once
-    says("/benches", [ABOUT]);
-    await settled();
-    expect(state.here).toBe(true);
-    expect(rigs.benchOf(undefined)?.about.id).toBe("made-up");
+describe("benches", () => {
+  it("come with the list, the first is the server's first", async () => {
+    const benches = new Benches();
+    const done = benches.load();
+    says("/benches", { items: [DRIVER, ABOUT] });
+    await done;
+    expect(benches.first?.title).toBe(DRIVER.title);
+    expect((await benches.need(ABOUT.id)).about).toEqual(ABOUT);
+    expect(asked.size).toBe(0); // nothing more was fetched
   });
 
-  it("is the rig's own where there are several, and is not shown before the rig is known", async () => {
-    const rigs = new Rigs();
-    const state = known(rigs);
-    says("/benches", [other, ABOUT]);
+  it("of an old run are fetched once by their id", async () => {
+    const benches = new Benches();
+    void benches.load();
+    const both = Promise.all([benches.need(ABOUT.id), benches.need(ABOUT.id)]);
     await settled();
-    expect(state.here).toBe(false);
-    says("/rig-classes", []);
-    says("/rigs", [rigOf("sim-1", true)]);
+    expect([...asked.keys()]).toEqual(["/benches"]); // it may be in the list
+    says("/benches", { items: [DRIVER] });
     await settled();
-    expect(state.here).toBe(true);
-    expect(rigs.benchOf(rigs.find("sim-1"))?.about.id).toBe("made-up");
-    expect(rigs.benchOf(rigs.find("gone"))?.about.id).toBe("other");
+    expect(asked.get(`/benches/${ABOUT.id}`)).toHaveLength(1);
+    says(`/benches/${ABOUT.id}`, ABOUT);
+    const [one, other] = await both;
+    expect(one).toBe(other);
+    expect(await benches.need(ABOUT.id)).toBe(one);
+    expect(asked.size).toBe(0);
+    expect(benches.list.map((bench) => bench.id)).toEqual([DRIVER.id]);
+  });
+
+  it("that the server does not know fail with its reason, and may be asked for again", async () => {
+    const benches = new Benches();
+    for (let turn = 0; turn < 2; turn++) {
+      const answer = benches.need("gone-1");
+      await settled();
+      says("/benches/gone-1", { detail: "No such bench." }, 404);
+      await expect(answer).rejects.toThrow("No such bench.");
+    }
+  });
+
+  it("that are only drawn are asked for once, however often they are drawn", async () => {
+    const benches = new Benches();
+    for (let turn = 0; turn < 3; turn++) {
+      expect(benches.find("gone-2")).toBeUndefined();
+      await settled();
+      says("/benches/gone-2", { detail: "No such bench." }, 404);
+      await settled();
+    }
+    expect(asked.size).toBe(0);
+    expect(benches.find(undefined)).toBeUndefined();
+  });
+
+  it("are asked for again when the list did not come", async () => {
+    const benches = new Benches();
+    const first = benches.load();
+    says("/benches", {}, 500);
+    await expect(first).rejects.toThrow();
+    const second = benches.load();
+    says("/benches", { items: [ABOUT] });
+    await second;
+    expect(benches.list).toHaveLength(1);
+  });
+});
+
+describe("rigs", () => {
+  it("are grouped by their bench", () => {
+    know(
+      [ABOUT, DRIVER],
+      [
+        rigOf("a", true),
+        rigOf("b", true, DRIVER),
+        rigOf("c", false),
+        { ...rigOf("d", true), bench: null },
+      ],
+    );
+    const groups = rigs.groups.map(({ bench, rigs }) => [bench?.title, rigs.map((rig) => rig.id)]);
+    expect(groups).toEqual([
+      [ABOUT.title, ["a", "c"]],
+      [DRIVER.title, ["b"]],
+      [undefined, ["d"]],
+    ]);
+  });
+
+  it("for a plan that names none are simulated ones of its bench, a free one first", () => {
+    const busy = { ...rigOf("b-1", true, DRIVER), state: "running" as const };
+    know([ABOUT, DRIVER], [rigOf("a", true), busy, rigOf("b-2", true, DRIVER)]);
+    const [first, second] = rigs.groups;
+    expect(rigs.simulated(first?.bench)?.id).toBe("a");
+    expect(rigs.simulated(second?.bench)?.id).toBe("b-2");
+    rigs.list = [busy];
+    expect(rigs.simulated(second?.bench)?.id).toBe("b-1");
+    expect(rigs.simulated(first?.bench)).toBeUndefined();
   });
 });

@@ -83,6 +83,75 @@ describe("Slide", () => {
   });
 });
 
+describe("the view of a slide", () => {
+  const wave = (channel: number, index: number) =>
+    index % 977 === 0 ? Number.NaN : Math.sin(index / 7) * channel + (index % 1013 === 5 ? 99 : 0);
+
+  it("is the samples themselves where each has a pixel", () => {
+    const slide = new Slide(4000, 0.001);
+    slide.append(block(0, 4000, wave));
+    const [time, values] = slide.view(1, 1.5, [3], 2);
+    expect(time.length).toBe(503);
+    expect(time[1]).toBeCloseTo(1, 9);
+    expect(values?.[1]).toBeCloseTo(slide.value(3, 1000), 6);
+  });
+
+  it.each([8, 20, 100, 5000])(
+    "has the lowest and the highest of all samples where %i share a pixel, and not many more",
+    (perPixel) => {
+      const count = 100_000;
+      const slide = new Slide(60_000, 0.001); // what it holds has moved by then
+      const next = random(perPixel);
+      for (let at = 0; at < count; ) {
+        const size = 1 + Math.floor(next() * 200);
+        slide.append(block(at, Math.min(size, count - at), wave));
+        at += size;
+      }
+      const [time, low = new Float32Array(0)] = slide.view(0, 1e9, [2], perPixel);
+      expect(time.length).toBe(low.length);
+      expect(time.length).toBeLessThan(
+        (4 * (slide.end - slide.first)) / Math.min(perPixel, 1024) + 4,
+      );
+      const worst: string[] = [];
+      for (let at = 0; at < time.length; at += 2) {
+        const from = Math.round((time[at] as number) / 0.001);
+        const bucket = 2 * Math.round(((time[at + 1] as number) - (time[at] as number)) / 0.001);
+        expect(bucket).toBeLessThanOrEqual(perPixel);
+        const all: number[] = [];
+        for (let index = from; index < from + bucket; index++) {
+          const value = slide.value(2, index);
+          if (Number.isFinite(value)) all.push(value);
+        }
+        if (low[at] !== Math.min(...all) || low[at + 1] !== Math.max(...all))
+          worst.push(`at ${from}`);
+      }
+      expect(worst).toEqual([]);
+    },
+  );
+
+  it("takes late samples, and leaves a bucket of lost ones empty", () => {
+    const slide = new Slide(4000, 0.001);
+    slide.append(block(0, 500, () => 1));
+    slide.append(block(700, 500, () => 1));
+    const at = (index: number) => {
+      const [time, values = new Float32Array(0)] = slide.view(0, 2, [0], 64);
+      return values[time.findIndex((t) => t >= index * 0.001 - 1e-9)];
+    };
+    expect(at(576)).toBeNaN();
+    slide.append(block(500, 200, () => 5));
+    expect(at(576)).toBe(5);
+  });
+
+  it("is bounded: 600 s at 1 kHz hold what one sample of each needs, and half of that", () => {
+    const slide = new Slide(600_000, 0.001);
+    const [time, ...columns] = slide.view(0, 600, [0, 1, 2], 1000);
+    slide.append(block(0, 5, () => 0));
+    expect(columns.every((column) => column.length === time.length)).toBe(true);
+    const held = slide.columns.length * (slide.columns[0]?.byteLength ?? 0);
+    expect(held / 1e6).toBeLessThan(60);
+  });
+});
+
 describe("moments", () => {
   it("are those of the samples in the span, NaN left out", () => {
     const slide = new Slide(100, 0.01);

@@ -4,7 +4,7 @@ import { FaultCommands } from "../src/live/fault_commands.svelte";
 import { PlanModel } from "../src/live/plan_model.svelte";
 import { faultyComponents } from "../src/live/positions";
 import type { ClientMessage, Hello } from "../src/stream/messages";
-import { bench, knowTheBench } from "./support/bench";
+import { ABOUT, bench, know } from "./support/bench";
 
 const PERIOD = 0.01;
 
@@ -12,6 +12,7 @@ function hello(more: Partial<Hello> = {}): Hello {
   return {
     type: "hello",
     run: "run-1",
+    bench: bench.id,
     state: "running",
     epoch: 3,
     first_index: 0,
@@ -99,10 +100,10 @@ describe("a change while the healthy rig is learnt", () => {
 
 describe("a planned fault", () => {
   it("is told to be too early while the healthy rig is learnt", () => {
-    knowTheBench();
-    const plan = PlanModel.paper();
+    know([ABOUT]);
+    const plan = new PlanModel();
     expect(plan.tooEarly).toBe(false);
-    plan.atS = 6.9; // the bench is learnt at 7 s
+    plan.atS.value = 6.9; // the bench is learnt at 7 s
     expect(plan.tooEarly).toBe(true);
     plan.set("R1", bench.nominal("R1"));
     expect(plan.tooEarly).toBe(false);

@@ -10,9 +10,10 @@
 
 namespace faultlab::core {
 
-/// The Kalman filter behind RunInnovations, for one model or for several side by side; each lane
-/// gets the bits that it would get alone. kMcResponse: also the innovations' derivative by Mc.
-template <class Lane, bool kMcResponse>
+/// The Kalman filter behind RunInnovations, for one model or for several side by side. Each lane
+/// gives the same bits as a run alone. kMcResponse: also computes the derivative of the innovations
+/// by Mc. kSaturates: some model does; without it, no time is spent on that.
+template <class Lane, bool kMcResponse, bool kSaturates>
 class LaneFilter {
  public:
   using Whitened = std::array<Lane, kOutputCount>;
@@ -21,11 +22,13 @@ class LaneFilter {
   void SetModel(std::size_t lane, const PredictionModel& model, bool uncharged) {
     model_.Set(lane, model);
     if (uncharged) SetLane(x_.z, lane, 0.0);
+    holds_ = model.creep_rad_s <= 0.0;
     SetLane(quiet_, lane, 0.0);
     held_ = false;
   }
 
-  /// Leaves the whitened innovations of the channels in now.mask (0 for a um that is no news).
+  /// Stores the whitened innovations of the channels in now.mask (0 for a um that carries no
+  /// information).
   [[gnu::always_inline]] void Step(const Observation& now, Whitened& z) {
     if (!held_ || now.restart || now.mask != mask_ || now.clipped != 0) {
       StepUnsettled(now, z);
@@ -38,7 +41,7 @@ class LaneFilter {
     }
   }
 
-  /// What a lane has found; `count_of`: readings that went by, for each channel.
+  /// The summary of one lane; `count_of`: number of readings of each channel.
   InnovationSummary Summary(std::size_t lane, const std::array<int, kOutputCount>& count_of) const {
     InnovationSummary sum;
     sum.count_of = count_of;
@@ -57,24 +60,34 @@ class LaneFilter {
  private:
   using Mask = LaneMask<Lane>;
 
-  // The gains count as settled when no S has moved by more than this share for some samples; what
-  // is lost by holding them is of second order in it.
-  static constexpr double kSettledShare = 2e-4;
-  static constexpr double kSettledSamples = 6.0;
+  // What the supply lets through.
+  [[gnu::always_inline]] auto Limited(double u) const {
+    if constexpr (kSaturates) {
+      Lane through = Lane{} + u;
+      through = through < model_.u_min ? model_.u_min : through;
+      return model_.u_max < through ? model_.u_max : through;
+    } else {
+      return u;
+    }
+  }
 
   // Step of prediction_model.h, lane by lane. The friction term is added last: it has the longest
   // dependency chain.
   [[gnu::always_inline]] void Advance(const Observation& now) {
     const LaneModel<Lane>& m = model_;
     const Lane one = Lane{} + 1.0;
-    Lane sign = x_.w * (1.0 / kCreepSpeed);
+    const auto u_prev = Limited(now.u_prev);
+    const auto u = Limited(now.u);
+    const LaneState<Lane> next = Carried(m, x_);
+    Lane sign = x_.w * m.sign_per_speed;
+    if (kSaturates && holds_)
+      sign = (next.w + (m.w_prev * u_prev + m.w_now * u)) * m.sign_per_speed;
     sign = sign < -one ? -one : sign;
     sign = one < sign ? one : sign;
     const Lane torque = sign * m.mc;
-    const LaneState<Lane> next = Carried(m, x_);
-    x_.z = next.z + (m.z_prev * now.u_prev + m.z_now * now.u);
-    x_.i = next.i + (m.i_prev * now.u_prev + m.i_now * now.u) + m.i_torque * torque;
-    x_.w = next.w + (m.w_prev * now.u_prev + m.w_now * now.u) + m.w_torque * torque;
+    x_.z = next.z + (m.z_prev * u_prev + m.z_now * u);
+    x_.i = next.i + (m.i_prev * u_prev + m.i_now * u) + m.i_torque * torque;
+    x_.w = next.w + (m.w_prev * u_prev + m.w_now * u) + m.w_torque * torque;
     x_.d = next.d;
     if constexpr (kMcResponse) {
       by_mc_ = Carried(m, by_mc_);
@@ -85,7 +98,7 @@ class LaneFilter {
 
   [[gnu::always_inline]] Lane Innovation(int channel, const Observation& now) const {
     Lane y = Lane{} + now.y[static_cast<std::size_t>(channel)];
-    if (channel == 0) y = y - model_.um_u * now.u;
+    if (channel == 0) y = y - model_.um_u * Limited(now.u);
     return y - Reading(channel, model_, x_);
   }
 
@@ -111,9 +124,11 @@ class LaneFilter {
     }
   }
 
-  Mask Settled() const { return quiet_ >= Lane{} + kSettledSamples; }
+  // The gains count as settled when no S has moved by more than a small share for some samples;
+  // what is lost by holding them is of second order in it.
+  Mask Settled() const { return quiet_ >= model_.settled_samples; }
 
-  // A step while the covariance of some lane moves.
+  // A step while the covariance of some lane still changes.
   [[gnu::noinline]] void StepUnsettled(const Observation& now, Whitened& z) {
     const Lane zero{};
     const Mask none = zero < zero;
@@ -126,12 +141,12 @@ class LaneFilter {
     Mask no_news = none;
     if (now.clipped != 0) {
       const double rail = now.clipped;
-      const Lane predicted = Reading(0, model_, x_) + model_.um_u * now.u;
+      const Lane predicted = Reading(0, model_, x_) + model_.um_u * Limited(now.u);
       no_news = predicted * rail >= zero + now.y[0] * rail;
       no_news_ += no_news ? zero + 1.0 : zero;
     }
-    // Other channels than the held gains are for: the covariance is taken up again, near enough
-    // where it was left.
+    // The held gains are for other channels: the covariance recursion continues from its last
+    // value, which is near enough.
     const Mask left = now.mask != mask_ ? Not(none) : no_news;
     const Mask restless = left & Settled();
     quiet_ = restless ? zero : quiet_;
@@ -154,7 +169,7 @@ class LaneFilter {
     held_ = All(Settled());
   }
 
-  // Gain and S from the covariance, where `mask` is set. Returns where S has moved.
+  // Gain and S from the covariance, for the lanes in `mask`. Returns the lanes whose S has changed.
   Mask FindGain(int channel, Mask mask) {
     const auto c = static_cast<std::size_t>(channel);
     const LaneState<Lane> pc = p_.Times(channel, model_);
@@ -167,22 +182,31 @@ class LaneFilter {
     gain_[c].w = mask ? gain.w : gain_[c].w;
     gain_[c].d = mask ? gain.d : gain_[c].d;
     weight_[c] = mask ? 1.0 / SquareRoot(s) : weight_[c];
-    const Mask moved = mask & (Magnitude(s - s_[c]) > kSettledShare * s);
+    const Mask moved = mask & (Magnitude(s - s_[c]) > model_.settled_share * s);
     s_[c] = mask ? s : s_[c];
     return moved;
   }
 
-  // Nothing is known. The guess is rest under the present input: friction's sign is right then.
+  // The state is unknown. It starts at rest under the present input, so that the sign of friction
+  // is right.
   void Start(const Observation& now) {
     const LaneModel<Lane>& m = model_;
     const Lane zero{};
     const Lane one = zero + 1.0;
-    const Lane z = (m.z_prev + m.z_now) * now.u / (one - m.zz);
-    const Lane b_i = m.iz * z + (m.i_prev + m.i_now) * now.u + m.i_torque * m.mc;
-    const Lane b_w = m.wz * z + (m.w_prev + m.w_now) * now.u + m.w_torque * m.mc;
+    const auto u = Limited(now.u);
+    Lane mc = m.mc;
+    if (kSaturates && holds_ && now.u < 0.0) mc = -mc;
+    const Lane z = (m.z_prev + m.z_now) * u / (one - m.zz);
+    const Lane b_i = m.iz * z + (m.i_prev + m.i_now) * u + m.i_torque * mc;
+    const Lane b_w = m.wz * z + (m.w_prev + m.w_now) * u + m.w_torque * mc;
     const Lane determinant = (one - m.ii) * (one - m.ww) - m.iw * m.wi;
-    const Lane i = (b_i * (one - m.ww) + m.iw * b_w) / determinant;
-    const Lane w = (m.wi * b_i + (one - m.ii) * b_w) / determinant;
+    Lane i = (b_i * (one - m.ww) + m.iw * b_w) / determinant;
+    Lane w = (m.wi * b_i + (one - m.ii) * b_w) / determinant;
+    if (kSaturates && holds_) {
+      const Mask stands = now.u < 0.0 ? w > zero : w < zero;
+      i = stands ? (b_i - m.i_torque * mc) / (one - m.ii) : i;
+      w = stands ? zero : w;
+    }
     const Lane largest = zero + std::numeric_limits<double>::max();
     const Mask finite =
         (Magnitude(z) <= largest) & (Magnitude(i) <= largest) & (Magnitude(w) <= largest);
@@ -191,9 +215,9 @@ class LaneFilter {
     x_.w = finite ? w : zero;
     by_mc_ = LaneState<Lane>{};
     p_ = LaneCovariance<Lane>{};
-    p_.zz = zero + kPoleSdV * kPoleSdV;
-    p_.ii = zero + kCurrentSdA * kCurrentSdA;
-    p_.ww = zero + kSpeedSdRadS * kSpeedSdRadS;
+    p_.zz = m.start_z;
+    p_.ii = m.start_i;
+    p_.ww = m.start_w;
     p_.dd = m.torque_variance;
     quiet_ = zero;
     started_ = true;
@@ -207,14 +231,15 @@ class LaneFilter {
   std::array<Lane, kOutputCount> chi2_{};
   Lane mc_cross_{};
   Lane mc_square_{};
-  bool held_ = false;  // all lanes are settled, with the channels of mask_
+  bool holds_ = false;  // friction holds the motor at rest
+  bool held_ = false;   // all lanes are settled, with the channels of mask_
   bool started_ = false;
   unsigned mask_ = 0;
-  // Only while the covariance moves.
+  // Used only while the covariance changes.
   std::array<Lane, kOutputCount> s_{};
   LaneCovariance<Lane> p_{};
-  Lane quiet_{};    // samples since an S has moved
-  Lane no_news_{};  // readings of um that were no more than a bound
+  Lane quiet_{};    // samples since an S last changed
+  Lane no_news_{};  // readings of um that were only bounds
 };
 
 }  // namespace faultlab::core

@@ -49,17 +49,27 @@ requires(sizeof(Mask) > sizeof(double)) [[gnu::always_inline]] inline bool All(M
   return all;
 }
 
+/// A filter's gains count as settled when no S has moved by more than this share for so many
+/// samples, at 100 Hz and below. Faster samples move it less each, and the friction's deviation,
+/// which is slow, is found last: there it takes as long.
+inline constexpr double kSettledShare = 2e-4;
+inline constexpr double kSettledSamples = 6.0;
+
 /// Prediction models side by side, without their zeros: C8's pole z and the friction's deviation d
 /// move by themselves, current i and speed w by everything.
 template <class Lane>
 struct LaneModel {
-  Lane zz, iz, ii, iw, id, wz, wi, ww, wd, dd;  ///< phi: to, from
+  Lane zz, iz, ii, iw, id, wz, wi, ww, wd, dd;  ///< phi; first letter: row, second letter: column
   Lane z_prev, i_prev, w_prev;                  ///< g_prev
   Lane z_now, i_now, w_now;                     ///< g
   Lane i_torque, w_torque, mc;
   Lane um_z, um_i, um_u;  ///< um = um_z z + um_i i + um_u u; the other readings are states
   Lane step_variance, torque_variance;
   std::array<Lane, kOutputCount> reading_variance;
+  Lane sign_per_speed;
+  Lane u_min, u_max;
+  Lane start_z, start_i, start_w;  ///< variances before the first reading
+  Lane settled_share, settled_samples;
 
   void Set(std::size_t lane, const PredictionModel& m) {
     SetLane(zz, lane, m.phi(0, 0));
@@ -89,6 +99,14 @@ struct LaneModel {
     for (std::size_t c = 0; c < kOutputCount; ++c) {
       SetLane(reading_variance[c], lane, m.reading_variance[c]);
     }
+    SetLane(sign_per_speed, lane, m.sign_per_speed);
+    SetLane(u_min, lane, m.u_min);
+    SetLane(u_max, lane, m.u_max);
+    SetLane(start_z, lane, m.start_sd(0) * m.start_sd(0));
+    SetLane(start_i, lane, m.start_sd(1) * m.start_sd(1));
+    SetLane(start_w, lane, m.start_sd(2) * m.start_sd(2));
+    SetLane(settled_share, lane, kSettledShare / m.density);
+    SetLane(settled_samples, lane, kSettledSamples * m.density);
   }
 };
 

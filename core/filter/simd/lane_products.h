@@ -9,8 +9,8 @@
 
 namespace faultlab::core {
 
-/// Sums of v v', v = (slopes towards the neighbours, the point), row by row; of each sum's row the
-/// part from its diagonal on. Columns beyond the point are padding.
+/// Sums of v v' over the rows, with v = (slopes towards the neighbours, the point). Only the upper
+/// triangle of the sums is computed. Columns beyond the point are padding.
 template <class Lane>
 void SumLaneProducts(const ProductRows& rows, ProductSums& sums) {
   constexpr std::size_t kLanes = kLaneCount<Lane>;

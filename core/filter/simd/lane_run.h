@@ -12,15 +12,15 @@
 
 namespace faultlab::core {
 
-/// Lanes beyond the paths repeat the last one.
-template <class Lane, bool kMcResponse>
-void RunLanes(const LaneRun& run) {
+/// RunLanes, compiled for models that saturate and for models that do not.
+template <class Lane, bool kMcResponse, bool kSaturates>
+void RunFilters(const LaneRun& run) {
   constexpr std::size_t kLanes = kLaneCount<Lane>;
   constexpr std::size_t kNever = std::numeric_limits<std::size_t>::max();
   const std::span<const ModelPath> paths = run.paths;
   const std::size_t filter_count = (paths.size() + kLanes - 1) / kLanes;
-  std::array<LaneFilter<Lane, kMcResponse>, kPathsTogether / kLanes> filters;
-  std::array<std::size_t, kPathsTogether> segment{};  // that is next, for each lane
+  std::array<LaneFilter<Lane, kMcResponse, kSaturates>, kPathsTogether / kLanes> filters;
+  std::array<std::size_t, kPathsTogether> segment{};  // the next segment of each lane
   std::size_t next_switch = 0;
   std::array<Lane, kOutputCount> z{};
   double* row = run.table;
@@ -54,6 +54,13 @@ void RunLanes(const LaneRun& run) {
   for (std::size_t i = 0; i < paths.size(); ++i) {
     run.sums[i] = filters[i / kLanes].Summary(i % kLanes, run.count_of);
   }
+}
+
+/// Lanes beyond the paths repeat the last one.
+template <class Lane, bool kMcResponse>
+void RunLanes(const LaneRun& run) {
+  run.saturates ? RunFilters<Lane, kMcResponse, true>(run)
+                : RunFilters<Lane, kMcResponse, false>(run);
 }
 
 }  // namespace faultlab::core

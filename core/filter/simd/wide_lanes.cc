@@ -10,9 +10,9 @@
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 
-// What is included up to here is compiled for any x86-64. What follows is instantiated by this file
-// alone, compiled for AVX2 (not for fused multiply-add, which would change the bits), and called
-// where the processor has it.
+// Headers included above are compiled for any x86-64. The code below is instantiated in this file
+// only, which is compiled for AVX2 (not for fused multiply-add, which would change the bits), and
+// is called only on processors that have AVX2.
 #include <algorithm>
 #include <cstring>
 #include <limits>

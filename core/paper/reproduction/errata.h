@@ -7,7 +7,7 @@
 
 namespace faultlab::core {
 
-/// Why a printed number of the paper should not be trusted; empty when nothing is known against it.
+/// Why a printed number of the paper should not be trusted; empty if no error is known.
 /// @param table  3..20;  @param name  of the row, see TableRow
 /// The list and its reasons: core/README.md, "Errata of the paper".
 std::string ErratumOf(int table, const std::optional<TableFault>& fault, const std::string& name);

@@ -8,12 +8,13 @@
 
 namespace faultlab::core {
 
-/// The tables 3..20 while they fill.
+/// Collects the rows of Tables 3..20.
 class ReproducedTables {
  public:
   ReproducedTables();
 
-  /// Appends a row with its erratum; a row with one is not compared. Lives until the next Add.
+  /// Appends a row with its erratum; a row with an erratum is not compared. The reference is valid
+  /// until the next Add.
   TableRow& Add(int table,
                 const std::optional<TableFault>& fault,
                 std::string name,

@@ -31,9 +31,22 @@ using Theta = std::array<double, 3>;
 constexpr std::array<const char*, 3> kSwaNames = {"b0d", "b1d", "a1d"};
 constexpr std::array<const char*, 3> kSiaNames = {"b0", "b1", "a1"};
 
-BenchProfile ProfileOf(const std::optional<TableFault>& fault) {
-  const bool motor = fault && !IsRelaySwitched(fault->component);
-  return motor ? BenchProfileMultisim() : BenchProfileBench();
+// Components that relays cannot change were simulated in the paper.
+constexpr const char* kHardware = "bench";
+constexpr const char* kCircuitSimulation = "multisim";
+constexpr double kPaperPeriodS = 0.01;
+
+const BenchProfile& ProfileOf(const Bench& bench, const std::optional<TableFault>& fault) {
+  const bool motor = fault && !IsSwitched(fault->component);
+  const BenchProfile* profile = bench.FindProfile(motor ? kCircuitSimulation : kHardware);
+  LAB_CHECK(profile != nullptr, bench.name);
+  return *profile;
+}
+
+TableFault FaultOf(const Bench& bench, const PaperFault& paper) {
+  const std::optional<Component> component = bench.Find(paper.component);
+  LAB_CHECK(component.has_value(), paper.component);
+  return {*component, paper.value};
 }
 
 double Median(std::vector<double> values) {
@@ -61,7 +74,7 @@ struct PaperEstimates {
   Theta sia{};
 };
 
-/// Estimates whose windows lie inside [from, to).
+/// Estimates from windows that lie inside [from, to).
 PaperEstimates EstimateStretch(std::span<const Sample> record,
                                std::size_t from,
                                std::size_t to,
@@ -79,7 +92,7 @@ PaperEstimates EstimateStretch(std::span<const Sample> record,
           .sia = MedianTheta(rows[1], from + kSiaWindow + kSiaIntegral - 1, to)};
 }
 
-/// What one simulated record gives.
+/// The results of one simulated record.
 struct Outcome {
   PaperEstimates estimates;
   std::vector<double> fits;  ///< in the order of CompareModels
@@ -87,26 +100,29 @@ struct Outcome {
   FitRow fit;
 };
 
-PlantParameters TruthOf(const std::optional<TableFault>& fault) {
-  PlantParameters truth;
+PlantParameters TruthOf(const Bench& bench, const std::optional<TableFault>& fault) {
+  PlantParameters truth = bench.nominal;
   if (fault) {
     truth.Set(fault->component, fault->value);
   }
   return truth;
 }
 
-double TrueModelFit(const std::optional<TableFault>& fault, std::span<const Sample> stretch) {
-  const BenchProfile profile = ProfileOf(fault);
+double TrueModelFit(const Bench& bench,
+                    const std::optional<TableFault>& fault,
+                    std::span<const Sample> stretch) {
+  const BenchProfile& profile = ProfileOf(bench, fault);
   const SampledModel model =
-      MakeSampledModel(TruthOf(fault), kSamplePeriodSeconds, profile.delta_s);
+      MakeSampledModel(TruthOf(bench, fault), bench.period_s, profile.delta_s);
   return FitSampled(model, profile.friction.mc_nm, ControlVoltages(stretch), MotorVoltages(stretch))
       .fit_percent;
 }
 
-void Diagnose(const std::optional<TableFault>& fault,
+void Diagnose(const Bench& bench,
+              const std::optional<TableFault>& fault,
               std::span<const Sample> record,
               Outcome& outcome) {
-  DiagnosisOptions options;
+  DiagnosisOptions options = OptionsOf(bench);
   options.values = ValuePrior::kNone;
   const Diagnosis diagnosis = DiagnoseRecord(record, options);
   outcome.identified = kAbsent;
@@ -125,37 +141,42 @@ void Diagnose(const std::optional<TableFault>& fault,
   }
 }
 
-Outcome Run(const std::optional<TableFault>& fault, std::uint64_t seed, bool isolate) {
-  const std::vector<Sample> record = PaperRecord(fault, seed);
+Outcome Run(const Bench& bench,
+            const std::optional<TableFault>& fault,
+            std::uint64_t seed,
+            bool isolate) {
+  const std::vector<Sample> record = PaperRecord(bench, fault, seed);
   const std::size_t from = fault ? kFaultAt : kStartUp;
   const std::size_t to = fault ? record.size() : kFaultAt;
   const std::span<const Sample> stretch = std::span(record).subspan(from, to - from);
 
   Outcome outcome;
-  outcome.estimates = EstimateStretch(record, from, to, ProfileOf(fault).noise.um_v);
+  outcome.estimates = EstimateStretch(record, from, to, ProfileOf(bench, fault).noise.um_v);
   const auto& [swa, sia] = outcome.estimates;
   ModelsToCompare models;
   models.swa = {swa[0], swa[1], swa[2]};
   models.sia.b0 = sia[0];
   models.sia.b1 = sia[1];
   models.sia.a1 = sia[2];
-  models.plant = TruthOf(fault);
-  for (const ComparedFit& named : CompareModels(models, stretch)) {
+  models.plant = TruthOf(bench, fault);
+  for (const ComparedFit& named : CompareModels(models, stretch, bench.period_s)) {
     outcome.fits.push_back(named.fit.fit_percent);
   }
   if (isolate) {
-    Diagnose(fault, record, outcome);
+    Diagnose(bench, fault, record, outcome);
   }
-  outcome.fit.truth_percent = TrueModelFit(fault, std::span(record).last(kSamples - kFaultAt));
+  outcome.fit.truth_percent =
+      TrueModelFit(bench, fault, std::span(record).last(kSamples - kFaultAt));
   return outcome;
 }
 
-/// The median of each table's number over the repetitions; isolation on the first record.
+/// The medians of the tables' numbers over the repetitions; isolation only on the first record.
 Outcome RunRepeated(const std::optional<TableFault>& fault, const ReproductionOptions& options) {
   LAB_CHECK(options.repetitions >= 1, options.repetitions);
   std::vector<Outcome> outcomes;
   for (int r = 0; r < options.repetitions; ++r) {
-    outcomes.push_back(Run(fault, options.seed + static_cast<std::uint64_t>(r), r == 0));
+    outcomes.push_back(
+        Run(*options.bench, fault, options.seed + static_cast<std::uint64_t>(r), r == 0));
   }
   const auto median = [&outcomes](auto&& number) {
     std::vector<double> values;
@@ -177,26 +198,27 @@ Outcome RunRepeated(const std::optional<TableFault>& fault, const ReproductionOp
 
 /// Paper Eq. (42), (43) with one column of the exact Jacobian, on exact Eq. (4) coefficients: how
 /// Tables 11 and 12 were made (erratum 6).
-double SingleColumn(const TableFault& fault) {
-  const ContinuousCoefficients nominal = MakeContinuous(PlantParameters{});
-  const ContinuousCoefficients faulty = MakeContinuous(TruthOf(fault));
+double SingleColumn(const Bench& bench, const TableFault& fault) {
+  const ContinuousCoefficients nominal = MakeContinuous(bench.nominal);
+  const ContinuousCoefficients faulty = MakeContinuous(TruthOf(bench, fault));
   const Eigen::Vector3d change(
       faulty.b0 - nominal.b0, faulty.b1 - nominal.b1, faulty.a1 - nominal.a1);
-  const Eigen::Vector3d column = ContinuousJacobian(PlantParameters{}).col(Index(fault.component));
-  return PlantParameters{}.Get(fault.component) + column.dot(change) / column.squaredNorm();
+  const Eigen::Vector3d column =
+      ContinuousJacobian(bench.nominal, std::span(&fault.component, 1)).col(0);
+  return bench.nominal.Get(fault.component) + column.dot(change) / column.squaredNorm();
+}
+
+const PublishedFault& PrintedOf(const Bench& bench, std::string_view component, double value) {
+  const PublishedFault* printed = bench.published.Find(component, value);
+  LAB_CHECK(printed != nullptr, component, value);
+  return *printed;
 }
 
 /// The printed row that a simulated fault is compared with: Table 7 exchanges two (erratum 2).
-const Theta& PrintedSia(const PaperFault& fault) {
-  if (fault.component == Component::kR9) {
-    const double partner = fault.value == 33e3 ? 100e3 : fault.value == 100e3 ? 33e3 : fault.value;
-    for (const PaperFault& other : PrintedFaults()) {
-      if (other.component == fault.component && other.value == partner) {
-        return other.sia;
-      }
-    }
-  }
-  return fault.sia;
+const Theta& PrintedSia(const Bench& bench, const PaperFault& fault) {
+  const bool exchanged = fault.component == "R9" && (fault.value == 33e3 || fault.value == 100e3);
+  const double row = exchanged ? 133e3 - fault.value : fault.value;
+  return PrintedOf(bench, fault.component, row).sia;
 }
 
 void AddFits(ReproducedTables& tables,
@@ -214,37 +236,54 @@ void AddFits(ReproducedTables& tables,
   }
 }
 
-void AddFault(ReproducedTables& tables, const PaperFault& paper, const Outcome& outcome) {
-  const TableFault fault{paper.component, paper.value};
+void AddFault(ReproducedTables& tables,
+              const Bench& bench,
+              const PaperFault& paper,
+              const Outcome& outcome) {
+  const TableFault fault = FaultOf(bench, paper);
+  const PublishedFault& printed = PrintedOf(bench, paper.component, paper.value);
+  const auto [swa_table, sia_table, identified_table] = printed.tables;
   for (std::size_t j = 0; j < 3; ++j) {
-    tables.Add(paper.swa_table, fault, kSwaNames[j], paper.swa[j], outcome.estimates.swa[j]);
+    tables.Add(swa_table, fault, kSwaNames[j], printed.swa[j], outcome.estimates.swa[j]);
     TableRow& sia = tables.Add(
-        paper.sia_table, fault, kSiaNames[j], PrintedSia(paper)[j], outcome.estimates.sia[j]);
-    if (paper.component == Component::kR9) {
-      sia.compared = true;  // with the row that belongs to it
+        sia_table, fault, kSiaNames[j], PrintedSia(bench, paper)[j], outcome.estimates.sia[j]);
+    if (paper.component == "R9") {
+      sia.compared = true;  // compared with the row of the right fault (erratum 2)
     }
   }
-  tables.Add(paper.identified_table, fault, "Eq. 42", paper.identified, SingleColumn(fault)).truth =
-      fault.value;
-  TableRow& fit = tables.Add(
-      paper.identified_table, fault, "isolation fit", paper.identified, outcome.identified);
+  tables.Add(identified_table, fault, "Eq. 42", printed.identified, SingleColumn(bench, fault))
+      .truth = fault.value;
+  TableRow& fit =
+      tables.Add(identified_table, fault, "isolation fit", printed.identified, outcome.identified);
   fit.truth = fault.value;
-  fit.compared = false;  // meant to differ: the paper's is off by up to 81 %
+  fit.compared = false;  // a difference is expected: the paper's value is off by up to 81 %
   AddFits(tables, paper.fit_table, fault, paper.fits, outcome.fits);
 }
 
 }  // namespace
 
-std::vector<Sample> PaperRecord(const std::optional<TableFault>& fault, std::uint64_t seed) {
+bool IsPublished(const Bench& bench) {
+  const bool all = std::all_of(PrintedFaults().begin(), PrintedFaults().end(), [&](const auto& p) {
+    return bench.published.Find(p.component, p.value) != nullptr;
+  });
+  return all && bench.period_s == kPaperPeriodS && bench.FindProfile(kHardware) != nullptr &&
+         bench.FindProfile(kCircuitSimulation) != nullptr;
+}
+
+std::vector<Sample> PaperRecord(const Bench& bench,
+                                const std::optional<TableFault>& fault,
+                                std::uint64_t seed) {
   std::vector<Fault> faults;
   if (fault) {
     faults.push_back({.component = fault->component, .value = fault->value, .at_s = kFaultAtS});
   }
-  const std::vector<double> uc_v = MakePrbs(PrbsSpec{.seed = seed}, kSamples, kSamplePeriodSeconds);
-  return SimulateRecord(ProfileOf(fault), PlantParameters{}, uc_v, faults, seed);
+  const std::vector<double> uc_v = MakePrbs(PrbsSpec{.seed = seed}, kSamples, bench.period_s);
+  return SimulateRecord(ProfileOf(bench, fault), bench.nominal, uc_v, faults, seed, bench.period_s);
 }
 
 Reproduction Reproduce(const ReproductionOptions& options) {
+  LAB_CHECK(options.bench != nullptr && IsPublished(*options.bench));
+  const Bench& bench = *options.bench;
   Reproduction reproduction;
   ReproducedTables tables;
 
@@ -254,9 +293,9 @@ Reproduction Reproduce(const ReproductionOptions& options) {
   reproduction.fits.back().paper_percent = std::max(PaperNominalFits().swa, PaperNominalFits().sia);
 
   for (const PaperFault& paper : PrintedFaults()) {
-    const TableFault fault{paper.component, paper.value};
+    const TableFault fault = FaultOf(bench, paper);
     const Outcome outcome = RunRepeated(fault, options);
-    AddFault(tables, paper, outcome);
+    AddFault(tables, bench, paper, outcome);
     FitRow& row = reproduction.fits.emplace_back(outcome.fit);
     row.fault = fault;
     row.paper_percent = std::max(paper.fits.swa, paper.fits.sia);

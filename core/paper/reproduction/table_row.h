@@ -8,9 +8,9 @@
 
 namespace faultlab::core {
 
-/// The component and value of a row; nothing in Table 13 (before any fault).
+/// The component and value of a row; none in Table 13 (healthy rig).
 struct TableFault {
-  Component component = Component::kR1;
+  Component component{};
   double value = 0.0;
 };
 
@@ -22,18 +22,18 @@ struct TableRow {
   /// exact coefficients) and "isolation fit" (ours, from the record); 13-20 "swa", "sia", "mc_0",
   /// "mc_0.48mNm", "mc_0.33mNm".
   std::string name;
-  double paper = 0.0;  ///< as printed; Table 7's two exchanged rows stand with their own fault
+  double paper = 0.0;  ///< as printed; Table 7's two exchanged rows are put back
   double ours = 0.0;
-  std::optional<double> truth;  ///< what the simulated rig really had (Tables 11, 12)
-  std::string erratum;          ///< why this printed number should not be trusted; empty mostly
-  bool compared = true;         ///< counts in the summary: false where an erratum forbids it
+  std::optional<double> truth;  ///< the value in the simulated rig (Tables 11, 12)
+  std::string erratum;          ///< why this printed number should not be trusted; usually empty
+  bool compared = true;         ///< counts in the summary; false for a row with an erratum
 };
 
 struct PaperTable {
   int table = 0;
   std::string title;
   std::string unit;      ///< "" , "SI", "percent"
-  std::string profile;   ///< the rig that our numbers come from
+  std::string profile;   ///< the simulator of our numbers
   std::string settings;  ///< estimator and window, one line
   std::vector<TableRow> rows;
   double mean_relative_error = 0.0;  ///< mean |ours/paper - 1| of compared rows; 0 in 13..20

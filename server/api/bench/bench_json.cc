@@ -8,24 +8,14 @@
 #include <vector>
 
 #include "core/diagnosis/diagnosis_options.h"
-#include "core/paper/paper_tables.h"
 #include "core/plant/coefficients.h"
-#include "hardware/relay_board.h"
-#include "server/experiment/experiment_plan.h"
+#include "server/experiment/plan_json.h"
 
 namespace faultlab::server {
 namespace {
 
 namespace json = boost::json;
 using core::Component;
-
-struct MotorValue {
-  Component component;
-  double value;
-};
-/// What simulators offer beside the motor faults of the paper.
-constexpr std::array<MotorValue, 3> kMoreMotorValues = {
-    {{Component::kRa, 14.8}, {Component::kJ, 1.43e-5}, {Component::kB, 1.8e-8}}};
 
 /// A smaller change of a model parameter is lost in the estimators' noise.
 constexpr double kSeenChange = 1e-3;
@@ -34,43 +24,30 @@ json::array ToArray(const std::array<double, 3>& values) {
   return {values[0], values[1], values[2]};
 }
 
-/// Nominal first, then rising.
-std::vector<double> MotorValues(Component component, double nominal) {
-  std::vector<double> values{nominal};
-  for (const core::PaperFault& fault : core::PrintedFaults()) {
-    if (fault.component == component) values.push_back(fault.value);
-  }
-  for (const MotorValue& more : kMoreMotorValues) {
-    if (more.component == component) values.push_back(more.value);
-  }
-  std::sort(values.begin() + 1, values.end());
-  return values;
-}
-
 json::array RelayValuesToJson(Component component) {
-  const hardware::RelayWiring wiring;
-  const auto& boards = hardware::kRelayComponents;
-  const auto board = std::find(boards.begin(), boards.end(), component) - boards.begin();
-  const auto& lines = wiring.line[static_cast<std::size_t>(board)];
   json::array out;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    out.push_back(json::object{{"value", core::RelayValues(component)[i]},
-                               {"line", "Do" + std::to_string(lines[i])}});
+  for (const core::SwitchPosition& position : component.info().positions) {
+    out.push_back(
+        json::object{{"value", position.value}, {"line", "Do" + std::to_string(position.line)}});
   }
   return out;
 }
 
-json::array MotorValuesToJson(Component component, double nominal) {
+/// Nominal first, then rising.
+json::array OfferedToJson(Component component, double nominal) {
+  std::vector<double> values{nominal};
+  for (const double value : component.info().offered) values.push_back(value);
+  std::sort(values.begin() + 1, values.end());
   json::array out;
-  for (const double value : MotorValues(component, nominal)) {
+  for (const double value : values) {
     out.push_back(json::object{{"value", value}, {"line", nullptr}});
   }
   return out;
 }
 
 /// The model parameters that one of `values` moves visibly.
-json::array MovedBy(Component component, const json::array& values) {
-  const core::ContinuousCoefficients nominal = core::MakeContinuous(core::PlantParameters{});
+json::array MovedBy(const core::Bench& bench, Component component, const json::array& values) {
+  const core::ContinuousCoefficients nominal = core::MakeContinuous(bench.nominal);
   struct Moved {
     const char* name;
     double core::ContinuousCoefficients::*parameter;
@@ -81,7 +58,7 @@ json::array MovedBy(Component component, const json::array& values) {
   json::array out;
   for (const Moved& moved : kParameters) {
     const bool seen = std::any_of(values.begin(), values.end(), [&](const json::value& each) {
-      core::PlantParameters plant;
+      core::PlantParameters plant = bench.nominal;
       plant.Set(component, each.at("value").as_double());
       const double after = core::MakeContinuous(plant).*moved.parameter;
       const double before = nominal.*moved.parameter;
@@ -92,49 +69,110 @@ json::array MovedBy(Component component, const json::array& values) {
   return out;
 }
 
-json::object ComponentToJson(Component component) {
-  const double nominal = core::PlantParameters{}.Get(component);
-  const bool relay = core::IsRelaySwitched(component);
-  json::array values = relay ? RelayValuesToJson(component) : MotorValuesToJson(component, nominal);
-  json::array moves = MovedBy(component, values);
+const core::ParameterInfo& ParameterOf(const core::Bench& bench, Component component) {
+  return bench.structure->parameters[static_cast<std::size_t>(component.info().parameter)];
+}
+
+json::object ComponentToJson(const core::Bench& bench, Component component) {
+  const double nominal = bench.nominal.Get(component);
+  const bool relay = core::IsSwitched(component);
+  json::array values = relay ? RelayValuesToJson(component) : OfferedToJson(component, nominal);
+  json::array moves = MovedBy(bench, component, values);
   return {{"symbol", core::Name(component)},
           {"unit", core::Unit(component)},
+          {"changes", ParameterOf(bench, component).symbol},
+          {"meaning", ParameterOf(bench, component).meaning},
           {"switched_by", relay ? "relay" : "simulator"},
           {"nominal", nominal},
           {"values", std::move(values)},
           {"moves", std::move(moves)}};
 }
 
-json::object PublishedToJson() {
+/// What the description says was published; null when it says nothing.
+json::value PublishedToJson(const core::Bench& bench) {
+  if (bench.published.faults.empty()) return nullptr;
   json::array faults;
-  for (const core::PaperFault& fault : core::PrintedFaults()) {
-    faults.push_back(json::object{{"component", core::Name(fault.component)},
-                                  {"value", fault.value},
-                                  {"swa", ToArray(fault.swa)},
-                                  {"sia", ToArray(fault.sia)},
-                                  {"identified", fault.identified},
-                                  {"tables",
-                                   {{"swa", fault.swa_table},
-                                    {"sia", fault.sia_table},
-                                    {"identified", fault.identified_table}}}});
+  for (const core::PublishedFault& fault : bench.published.faults) {
+    faults.push_back(json::object{
+        {"component", fault.component},
+        {"value", fault.value},
+        {"swa", ToArray(fault.swa)},
+        {"sia", ToArray(fault.sia)},
+        {"identified", fault.identified},
+        {"tables",
+         {{"swa", fault.tables[0]}, {"sia", fault.tables[1]}, {"identified", fault.tables[2]}}}});
   }
-  return {{"source", "doi:10.3390/app15158322"}, {"faults", std::move(faults)}};
+  return json::object{{"source", bench.published.source}, {"faults", std::move(faults)}};
+}
+
+json::object ChannelToJson(const core::BenchChannel& channel) {
+  json::object out{{"exists", channel.exists}, {"min", nullptr}, {"max", nullptr}};
+  if (channel.exists) {
+    out["min"] = channel.min;
+    out["max"] = channel.max;
+  }
+  return out;
+}
+
+json::array ParametersToJson(const core::Bench& bench) {
+  json::array out;
+  for (int i = 0; i < bench.structure->parameter_count(); ++i) {
+    const core::ParameterInfo& info = bench.structure->parameters[static_cast<std::size_t>(i)];
+    out.push_back(json::object{{"symbol", info.symbol},
+                               {"unit", info.unit},
+                               {"value", bench.nominal.Get(i)},
+                               {"meaning", info.meaning}});
+  }
+  return out;
+}
+
+/// Where charts of the estimates begin: around nominal, and 0 in sight.
+json::object RangesToJson(const core::Bench& bench) {
+  const core::ContinuousCoefficients model = core::MakeContinuous(bench.nominal);
+  const core::DiscreteCoefficients discrete =
+      core::Discretise(model, bench.period_s, bench.delta_s);
+  const auto range = [](double nominal) {
+    constexpr double kRoom = 1.5;
+    return json::array{std::min(0.0, kRoom * nominal), std::max(0.0, kRoom * nominal)};
+  };
+  return {{"b0d", range(discrete.b0d)},
+          {"b1d", range(discrete.b1d)},
+          {"a1d", range(discrete.a1d)},
+          {"b0", range(model.b0)},
+          {"b1", range(model.b1)},
+          {"a1", range(model.a1)}};
 }
 
 }  // namespace
 
-json::object PaperBenchToJson() {
-  const core::DiagnosisOptions pipeline;
+json::object BenchToJson(const core::Bench& bench) {
+  const core::DiagnosisOptions pipeline = core::OptionsOf(bench);
   json::array components;
-  for (const Component component : core::kAllComponents) {
-    components.push_back(ComponentToJson(component));
+  for (const Component component : bench.components()) {
+    components.push_back(ComponentToJson(bench, component));
   }
-  return {{"id", kPaperBench},
-          {"period_s", core::kSamplePeriodSeconds},
+  const bool ia = bench.structure->estimated == core::EstimatedChannel::kIa;
+  return {{"id", bench.id},
+          {"name", bench.name},
+          {"title", bench.title},
+          {"structure", {{"name", bench.structure->name}, {"title", bench.structure->title}}},
+          {"period_s", bench.period_s},
+          {"delta_s", bench.delta_s},
+          {"gear_ratio", bench.nominal.gear_ratio},
+          {"excitation", ToJson(bench.excitation)},
+          {"input", {{"min_v", bench.limits.uc_v_min}, {"max_v", bench.limits.uc_v_max}}},
+          {"channels",
+           {{"um", ChannelToJson(bench.um)},
+            {"ua", ChannelToJson(bench.ua)},
+            {"ia", ChannelToJson(bench.ia)},
+            {"n", ChannelToJson(bench.n)}}},
+          {"estimated", {{"channel", ia ? "ia" : "um"}, {"unit", ia ? "A" : "V"}}},
+          {"estimate_ranges", RangesToJson(bench)},
+          {"parameters", ParametersToJson(bench)},
           {"healthy", {{"from_s", pipeline.healthy_from_s}, {"to_s", pipeline.healthy_to_s}}},
           {"run", {{"min_s", kRunSecondsMin}, {"max_s", kRunSecondsMax}}},
           {"components", std::move(components)},
-          {"published", PublishedToJson()}};
+          {"published", PublishedToJson(bench)}};
 }
 
 json::object ModelToJson(const core::PlantParameters& plant, double period_s, double delta_s) {

@@ -1,20 +1,17 @@
 #pragma once
 
 #include <boost/json/object.hpp>
-#include <string_view>
 
+#include "core/bench/bench.h"
 #include "core/types/plant_parameters.h"
 
 namespace faultlab::server {
 
-/// The paper's bench: every rig is one today, and every recording is read as if it came from one.
-inline constexpr std::string_view kPaperBench = "antic-2025";
-
-/// A bench as GET /api/v1/benches shows it: its components in the order in which they are shown,
-/// the values that can be set and the relay line that connects each, the stretch in which a run
-/// learns its healthy rig, how long a run may be, and what was published about its faults.
-/// What differs between the rigs of one bench is in RigToJson.
-boost::json::object PaperBenchToJson();
+/// A bench as GET /api/v1/benches shows it: its data sheet, its components in the order in which
+/// they are shown, the values that can be set and the relay line that connects each, its channels,
+/// the stretch in which a run learns its healthy rig, how long a run may be, and what was published
+/// about its faults. What differs between the rigs of one bench is in RigToJson.
+boost::json::object BenchToJson(const core::Bench& bench);
 
 /// Parameters of the first-order model of these components: as SIA reads them {b0, b1, a1}, and as
 /// SWA does {b0d, b1d, a1d}, um read `delta_s` after its input.

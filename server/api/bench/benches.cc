@@ -1,10 +1,10 @@
-// What the bench of a rig is, and the model that its parts give: for everybody, the same for all.
+// What the benches are, and the models that their parts give: for everybody, the same for all.
 #include <algorithm>
 #include <boost/json.hpp>
 #include <charconv>
-#include <functional>
+#include <string>
+#include <utility>
 
-#include "hardware/rig.h"
 #include "server/api/bench/bench_json.h"
 #include "server/api/bench/benches.h"
 
@@ -14,23 +14,10 @@ namespace {
 namespace json = boost::json;
 
 constexpr const char* kMinute = "public, max-age=60";
+/// An id stands for one text.
+constexpr const char* kForEver = "public, max-age=31536000, immutable";
 /// Farther from nominal the parameters of the model leave what a number can hold.
 constexpr double kFactorMax = 1e9;
-
-struct Document {
-  std::string text;
-  std::string etag;
-};
-
-const Document& Benches() {
-  static const Document document = [] {
-    Document made;
-    made.text = json::serialize(json::object{{"items", json::array{PaperBenchToJson()}}});
-    made.etag = "\"" + std::to_string(std::hash<std::string>{}(made.text)) + "\"";
-    return made;
-  }();
-  return document;
-}
 
 struct NumberRule {
   double fallback;
@@ -54,15 +41,16 @@ core::Result<double> QueryNumber(const HttpRequest& request,
 }
 
 /// The nominal plant, or with the component that the query changes.
-core::Result<core::PlantParameters> QueryPlant(const HttpRequest& request) {
-  core::PlantParameters plant;
+core::Result<core::PlantParameters> QueryPlant(const HttpRequest& request,
+                                               const core::Bench& bench) {
+  core::PlantParameters plant = bench.nominal;
   const auto name = request.Query("component");
   if (name.has_value() != request.Query("value").has_value()) {
     return core::Error{
         core::ErrorCode::kInvalid, "Give 'component' and 'value' together.", "component"};
   }
   if (!name) return plant;
-  const auto component = core::ParseComponent(*name);
+  const auto component = bench.Find(*name);
   if (!component) {
     return core::Error{
         core::ErrorCode::kInvalid, "This bench has no component '" + *name + "'.", "component"};
@@ -80,55 +68,104 @@ core::Result<core::PlantParameters> QueryPlant(const HttpRequest& request) {
   return plant;
 }
 
-core::Result<HttpResponse> ListBenches(const ApiRequest& request) {
+core::Result<HttpResponse> ListBenches(Benches& benches, const ApiRequest& request) {
   const core::Status known = OnlyQuery(request.http, {});
   if (!known.ok()) return known.error();
+  const auto list = benches.List();
+  if (!list) return list.error();
+  std::string etag = "\"";
+  for (const core::Bench* bench : list.value()) etag += bench->id + " ";
+  etag.back() = '"';
   HttpResponse response;
-  response.headers.emplace_back("ETag", Benches().etag);
-  response.headers.emplace_back("Cache-Control", kMinute);
-  if (request.http.Header("If-None-Match").find(Benches().etag) != std::string_view::npos) {
+  if (request.http.Header("If-None-Match").find(etag) != std::string_view::npos) {
     response.status = 304;
   } else {
-    response.static_body = Benches().text;
+    json::array items;
+    for (const core::Bench* bench : list.value()) {
+      items.push_back(BenchToJson(*bench));
+    }
+    response = JsonResponse(json::object{{"items", std::move(items)}});
   }
+  response.headers.emplace_back("ETag", std::move(etag));
+  response.headers.emplace_back("Cache-Control", kMinute);
   return response;
 }
 
-core::Result<HttpResponse> GetBenchModel(const ApiRequest& request) {
+/// The bench of the path, with how long what is said of it stays true.
+struct Asked {
+  const core::Bench* bench = nullptr;
+  const char* cache_control = kMinute;
+};
+
+core::Result<Asked> BenchOf(Benches& benches, const ApiRequest& request) {
+  const std::string& name = request.http.PathParameter("bench");
+  const auto bench = benches.Find(name);
+  if (!bench) return core::Error{bench.error().code, bench.error().message, ""};
+  return Asked{bench.value(), bench.value()->id == name ? kForEver : kMinute};
+}
+
+core::Result<HttpResponse> GetBench(Benches& benches, const ApiRequest& request) {
+  const core::Status known = OnlyQuery(request.http, {});
+  if (!known.ok()) return known.error();
+  const auto asked = BenchOf(benches, request);
+  if (!asked) return asked.error();
+  HttpResponse response = JsonResponse(BenchToJson(*asked.value().bench));
+  response.headers.emplace_back("Cache-Control", asked.value().cache_control);
+  return response;
+}
+
+core::Result<HttpResponse> GetBenchFile(Benches& benches, const ApiRequest& request) {
+  const core::Status known = OnlyQuery(request.http, {});
+  if (!known.ok()) return known.error();
+  const auto asked = BenchOf(benches, request);
+  if (!asked) return asked.error();
+  HttpResponse response;
+  response.content_type = "application/toml; charset=utf-8";
+  response.body = asked.value().bench->text;
+  response.headers.emplace_back("Cache-Control", asked.value().cache_control);
+  response.headers.emplace_back("Content-Disposition",
+                                "attachment; filename=\"" + asked.value().bench->name + ".toml\"");
+  return response;
+}
+
+core::Result<HttpResponse> GetBenchModel(Benches& benches, const ApiRequest& request) {
   const core::Status known = OnlyQuery(request.http, {"component", "value", "period_s", "delta_s"});
   if (!known.ok()) return known.error();
-  if (request.http.PathParameter("bench") != kPaperBench) {
-    return core::Error{core::ErrorCode::kNotFound, "There is no such bench.", ""};
-  }
-  const auto plant = QueryPlant(request.http);
+  const auto asked = BenchOf(benches, request);
+  if (!asked) return asked.error();
+  const core::Bench& bench = *asked.value().bench;
+  const auto plant = QueryPlant(request.http, bench);
   if (!plant) return plant.error();
-  const auto period_s = QueryNumber(
-      request.http,
-      "period_s",
-      {core::kSamplePeriodSeconds, 1e-3, 1.0, "'period_s' must lie between 1 ms and 1 s."});
+  const auto period_s =
+      QueryNumber(request.http,
+                  "period_s",
+                  {bench.period_s, 1e-3, 1.0, "'period_s' must lie between 1 ms and 1 s."});
   if (!period_s) return period_s.error();
   const auto delta_s = QueryNumber(request.http,
                                    "delta_s",
-                                   {std::min(hardware::RigDescription{}.delta_s, period_s.value()),
+                                   {std::min(bench.delta_s, period_s.value()),
                                     0.0,
                                     period_s.value(),
                                     "'delta_s' must lie in the period."});
   if (!delta_s) return delta_s.error();
   HttpResponse response =
       JsonResponse(ModelToJson(plant.value(), period_s.value(), delta_s.value()));
-  response.headers.emplace_back("Cache-Control", kMinute);
+  response.headers.emplace_back("Cache-Control", asked.value().cache_control);
   return response;
 }
 
 }  // namespace
 
-std::vector<ApiRoute> BenchRoutes() {
+std::vector<ApiRoute> BenchRoutes(Benches& benches) {
   using enum HttpMethod;
   using enum Operation;
   using enum Guard;
+  const auto on = [&benches](auto handler) { return On(benches, handler); };
   return {
-      {kGet, "/api/v1/benches", kReadPublic, kOpen, ListBenches},
-      {kGet, "/api/v1/benches/{bench}/model", kReadPublic, kOpen, GetBenchModel},
+      {kGet, "/api/v1/benches", kReadPublic, kOpen, on(ListBenches)},
+      {kGet, "/api/v1/benches/{bench}", kReadPublic, kOpen, on(GetBench)},
+      {kGet, "/api/v1/benches/{bench}/file", kReadPublic, kOpen, on(GetBenchFile)},
+      {kGet, "/api/v1/benches/{bench}/model", kReadPublic, kOpen, on(GetBenchModel)},
   };
 }
 

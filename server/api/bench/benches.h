@@ -3,10 +3,12 @@
 #include <vector>
 
 #include "server/api/gate.h"
+#include "server/experiment/benches.h"
 
 namespace faultlab::server {
 
-/// What the bench of a rig is, and the model that its parts give: for everybody, the same for all.
-std::vector<ApiRoute> BenchRoutes();
+/// What the benches are, and the models that their parts give: for everybody, the same for all.
+/// @param benches  must outlive the routes
+std::vector<ApiRoute> BenchRoutes(Benches& benches);
 
 }  // namespace faultlab::server

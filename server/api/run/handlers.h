@@ -22,9 +22,9 @@ struct RunApi {
   Accounts& accounts;
   StreamTokens& tokens;
   StorageQuota& quota;
+  Benches& benches;
   RunPlaces& places;
   AuditLog& audit;
-  std::uint64_t default_seed = 1;
   DiskReserve spool_disk;
 
   /// For an answer that may be large.

@@ -20,6 +20,7 @@ json::object RecordToJson(const RunRecord& record) {
   json::object out{{"id", record.id},
                    {"name", record.name},
                    {"rig", record.rig},
+                   {"bench", record.bench},
                    {"source", record.source},
                    {"owner", record.owner},
                    {"state", Name(record.state)},
@@ -47,6 +48,7 @@ RunRecord RecordOf(const RunSnapshot& live) {
   record.id = live.id;
   record.name = live.name;
   record.rig = live.rig;
+  record.bench = live.bench;
   record.source = "run";
   record.owner = live.owner;
   record.epoch = static_cast<std::uint64_t>(live.epoch);
@@ -93,7 +95,7 @@ core::Result<RunFilter> FilterOf(RunApi& api, const ApiRequest& request) {
 }  // namespace
 
 core::Result<HttpResponse> CreateRun(RunApi& api, const ApiRequest& request) {
-  auto plan = ParsePlan(request.body, api.default_seed);
+  auto plan = api.experiments.Read(request.body);
   if (!plan) return plan.error();
   const auto started =
       api.experiments.Start(request.who, StartedBy::kPerson, std::move(plan).value());

@@ -2,6 +2,7 @@
 
 #include "server/api/run/handlers.h"
 #include "server/csv/csv_record.h"
+#include "server/csv/file_io.h"
 
 namespace faultlab::server {
 namespace {
@@ -9,6 +10,8 @@ namespace {
 namespace json = boost::json;
 
 constexpr std::size_t kRowsMax = 1'000'000;
+/// Of the text, after decompression: a run of 600 s at 1 kHz is 54 MB.
+constexpr std::size_t kTextBytesMax = 80 << 20;
 
 template <typename Items>
 json::array Texts(const Items& items) {
@@ -17,34 +20,58 @@ json::array Texts(const Items& items) {
   return out;
 }
 
+/// On which the recording was measured.
+core::Result<const core::Bench*> BenchOf(RunApi& api, const HttpRequest& request) {
+  const auto name = request.Query("bench");
+  if (!name) return &api.benches.usual();
+  auto bench = api.benches.Find(*name);
+  if (!bench) return core::Error{core::ErrorCode::kInvalid, bench.error().message, "bench"};
+  return bench;
+}
+
 }  // namespace
 
 core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"name"});
+  const core::Status query = OnlyQuery(request.http, {"name", "bench"});
   if (!query.ok()) return query.error();
-  if (!request.http.Header("Content-Type").starts_with("text/csv")) {
+  const std::string_view type = request.http.Header("Content-Type");
+  const bool gzip = type.starts_with("application/gzip");
+  if (!gzip && !type.starts_with("text/csv")) {
     return Problem(415,
                    "unsupported_media_type",
                    "Unsupported media type",
-                   "Send the recording as Content-Type: text/csv.");
+                   "Send the recording as Content-Type: text/csv, or application/gzip.");
   }
   const std::string name = CutText(request.http.Query("name").value_or("upload"), kNameBytesMax);
+  const auto bench = BenchOf(api, request.http);
+  if (!bench) return bench.error();
+  std::string unpacked;
+  if (gzip) {
+    auto text = Gunzip(request.http.body, name, kTextBytesMax);
+    if (!text) return text.error();
+    unpacked = std::move(text).value();
+  }
   CsvLimits limits;
-  limits.bytes_max = kUpload.bytes_max;
+  limits.bytes_max = kTextBytesMax;
   limits.rows_max = kRowsMax;
-  auto parsed = ParseCsv(request.http.body, name, limits);
+  auto parsed = ParseCsv(gzip ? std::string_view(unpacked) : request.http.body, name, limits);
   if (!parsed) return parsed.error();
   CsvRecord csv = std::move(parsed).value();
 
   const std::size_t size = csv.samples.size();
   const core::Status room = api.quota.MakeRoom(request.who, static_cast<std::int64_t>(size));
   if (!room.ok()) return room.error();
-  const auto kept = api.recordings.Keep(
-      {name, request.who.owner_key(), csv.channels, csv.period_s, std::move(csv.samples)});
+  const auto kept = api.recordings.Keep({name,
+                                         request.who.owner_key(),
+                                         bench.value(),
+                                         csv.channels,
+                                         csv.period_s,
+                                         std::move(csv.samples)});
   if (!kept) return kept.error();
   const RunRecord& record = kept.value();
   HttpResponse response = JsonResponse(json::object{{"id", record.id},
                                                     {"name", record.name},
+                                                    {"bench", record.bench},
                                                     {"samples", size},
                                                     {"period_s", csv.period_s},
                                                     {"channels", Texts(csv.channels)},
@@ -72,6 +99,7 @@ core::Result<HttpResponse> ListRecordings(RunApi& api, const ApiRequest& request
   for (const RunRecord& record : page.value().items) {
     items.push_back(json::object{{"id", record.id},
                                  {"name", record.name},
+                                 {"bench", record.bench},
                                  {"samples", record.samples},
                                  {"period_s", record.period_s},
                                  {"created_at", Iso8601(record.created_at)},

@@ -1,5 +1,6 @@
 // fault-sets: an instructor's named fault schedules.
 #include <boost/json.hpp>
+#include <map>
 
 #include "server/api/work/handlers.h"
 #include "server/experiment/plan_json.h"
@@ -11,9 +12,11 @@ namespace {
 namespace json = boost::json;
 using lab::FaultSet;
 
-json::object SetToJson(const FaultSet& set) {
+/// @param bench  of the set, if a server has it now
+json::object SetToJson(const FaultSet& set, const core::Bench* bench) {
   json::object out{{"id", set.id},
                    {"name", set.name},
+                   {"bench", bench != nullptr ? bench->id : set.bench},
                    {"course", nullptr},
                    {"visible", set.visible},
                    {"version", set.version},
@@ -26,17 +29,23 @@ json::object SetToJson(const FaultSet& set) {
   return out;
 }
 
-HttpResponse SetResponse(const FaultSet& set, int status) {
-  HttpResponse response = JsonResponse(SetToJson(set), status);
+const core::Bench* BenchOf(WorkApi& api, const FaultSet& set) {
+  const auto bench = api.benches.Find(set.bench);
+  return bench.ok() ? bench.value() : nullptr;
+}
+
+HttpResponse SetResponse(WorkApi& api, const FaultSet& set, int status) {
+  HttpResponse response = JsonResponse(SetToJson(set, BenchOf(api, set)), status);
   response.headers.emplace_back("ETag", "\"" + std::to_string(set.version) + "\"");
   return response;
 }
 
 /// Reads name, visible, faults into `set`; faults are checked as those of a run are.
-core::Status ReadSet(const ApiRequest& request, FaultSet& set) {
+core::Status ReadSet(WorkApi& api, const ApiRequest& request, FaultSet& set) {
   ObjectReader in(request.body, "");
   set.name = in.Text("name", 200);
   set.visible = in.BooleanOr("visible", true);
+  if (in.Has("bench")) set.bench = in.Text("bench", 64);
   if (in.Has("course")) set.course_id = in.Integer("course", 1, INT64_MAX);
   const json::array* faults = in.ArrayOrNull("faults", kRunFaultsMax);
   if (auto error = in.Finish()) return *error;
@@ -44,8 +53,12 @@ core::Status ReadSet(const ApiRequest& request, FaultSet& set) {
     return core::Error{core::ErrorCode::kInvalid, "Give at least one fault.", "/faults"};
   }
   set.faults_json = json::serialize(*faults);
+  const auto bench = set.bench.empty() ? core::Result<const core::Bench*>(&api.benches.usual())
+                                       : api.benches.Find(set.bench);
+  if (!bench) return core::Error{core::ErrorCode::kInvalid, bench.error().message, "/bench"};
+  set.bench = bench.value()->name;
   // The longest run, so that only what no run could take is refused here.
-  const auto parsed = ParseFaults(*faults, kRunSecondsMax);
+  const auto parsed = ParseFaults(*faults, *bench.value(), kRunSecondsMax);
   if (!parsed) return parsed.error();
   return core::Done{};
 }
@@ -85,7 +98,12 @@ core::Result<HttpResponse> ListFaultSets(WorkApi& api, const ApiRequest& request
                                   page.value().limit);
   if (!sets) return sets.error();
   json::array items;
-  for (const FaultSet& set : sets.value()) items.push_back(SetToJson(set));
+  std::map<std::string, const core::Bench*> benches;
+  for (const FaultSet& set : sets.value()) {
+    const auto [bench, is_new] = benches.try_emplace(set.bench);
+    if (is_new) bench->second = BenchOf(api, set);
+    items.push_back(SetToJson(set, bench->second));
+  }
   return page.value().Answer(std::move(items), sets.value().empty() ? 0 : sets.value().back().id);
 }
 
@@ -93,7 +111,7 @@ core::Result<HttpResponse> CreateFaultSet(WorkApi& api, const ApiRequest& reques
   FaultSet set;
   set.author = request.who.user_id;
   set.created_at = api.clock.Wall();
-  const core::Status read = ReadSet(request, set);
+  const core::Status read = ReadSet(api, request, set);
   if (!read.ok()) return read.error();
   const core::Status teaches = MayTeach(api, request.who, set.course_id);
   if (!teaches.ok()) return teaches.error();
@@ -101,7 +119,7 @@ core::Result<HttpResponse> CreateFaultSet(WorkApi& api, const ApiRequest& reques
   if (!made) return made.error();
   api.audit.Add(
       request.who, "create_fault_set", "fault_set:" + std::to_string(made.value().id), "");
-  return SetResponse(made.value(), 201);
+  return SetResponse(api, made.value(), 201);
 }
 
 core::Result<HttpResponse> ChangeFaultSet(WorkApi& api, const ApiRequest& request) {
@@ -109,7 +127,7 @@ core::Result<HttpResponse> ChangeFaultSet(WorkApi& api, const ApiRequest& reques
   if (!managed) return managed.error();
   const auto& [set, version] = managed.value();
   FaultSet next = set;
-  const core::Status read = ReadSet(request, next);
+  const core::Status read = ReadSet(api, request, next);
   if (!read.ok()) return read.error();
   if (next.course_id != set.course_id) {
     return core::Error{core::ErrorCode::kInvalid, "A set stays in its course.", "/course"};
@@ -117,7 +135,7 @@ core::Result<HttpResponse> ChangeFaultSet(WorkApi& api, const ApiRequest& reques
   auto changed = api.fault_sets.Change(next, version);
   if (!changed) return changed.error();
   api.audit.Add(request.who, "change_fault_set", "fault_set:" + std::to_string(set.id), "");
-  return SetResponse(changed.value(), 200);
+  return SetResponse(api, changed.value(), 200);
 }
 
 core::Result<HttpResponse> DeleteFaultSet(WorkApi& api, const ApiRequest& request) {

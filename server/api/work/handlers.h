@@ -26,9 +26,9 @@ struct WorkApi {
   RunManager& runs;
   RecordingStore& store;
   RigCalibrations& calibrations;
+  Benches& benches;
   AuditLog& audit;
   const Clock& clock;
-  std::uint64_t default_seed = 1;
 };
 
 std::vector<ApiRoute> RoutesOf(WorkApi& api);

@@ -1,9 +1,9 @@
 // fault-sets/{id}/isolability: which faults of a set can be seen and told apart.
 #include <boost/json.hpp>
 
+#include "core/signals/excitation_text.h"
+#include "core/types/number_text.h"
 #include "server/api/work/handlers.h"
-#include "server/csv/excitation_text.h"
-#include "server/csv/number_text.h"
 #include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/isolability_json.h"
 #include "server/diagnosis_json/isolability_question.h"
@@ -21,23 +21,26 @@ constexpr std::int64_t kWindowMin = 10;
 constexpr std::int64_t kWindowMax = 500;  // five seconds of a fault; a second of work
 
 /// The newest that a run has learnt about the rig.
-core::Result<core::Calibration> NewestCalibration(WorkApi& api, const std::string& rig) {
+core::Result<core::Calibration> NewestCalibration(WorkApi& api,
+                                                  const std::string& rig,
+                                                  const core::Bench& bench) {
   if (!IsKnown(api.service, api.bay, rig)) {
     return Error{ErrorCode::kInvalid, "There is no rig '" + rig + "'.", "rig"};
   }
-  const auto rows = api.calibrations.List(rig, 1);
+  const auto rows = api.calibrations.List(rig, bench.id, 1);
   if (!rows) return rows.error();
   if (rows.value().empty()) {
     return Error{ErrorCode::kInvalid,
-                 "No run has calibrated '" + rig + "' yet: start one, or leave rig out.",
+                 "No run has calibrated '" + rig + "' as a rig of bench '" + bench.name +
+                     "' yet: start one, or leave rig out.",
                  "rig"};
   }
-  return ParseCalibration(rows.value().front().json, "The stored calibration of " + rig);
+  return ParseCalibration(rows.value().front().json, "The stored calibration of " + rig, bench);
 }
 
 core::Status SetExcitation(const HttpRequest& request, IsolabilityQuestion& question) {
   question.excitation_name = request.Query("excitation").value_or(question.excitation_name);
-  auto excitation = ParseExcitation(question.excitation_name, 1);
+  auto excitation = core::ParseExcitation(question.excitation_name, 1);
   if (!excitation) return excitation.error();
   question.excitation = std::move(excitation).value();
   return core::Done{};
@@ -51,6 +54,10 @@ core::Result<IsolabilityQuestion> QuestionOf(WorkApi& api,
       OnlyQuery(http, {"rig", "profile", "excitation", "channels", "window_samples", "um_noise_v"});
   if (!query.ok()) return query.error();
   IsolabilityQuestion question;
+  const auto bench = api.benches.Find(set.bench);
+  if (!bench) return bench.error();
+  question.bench = bench.value();
+  question.excitation_name = question.bench->excitation_text;
   auto window =
       QueryInteger(http, "window_samples", question.window_samples, kWindowMin, kWindowMax);
   if (!window) return window.error();
@@ -58,18 +65,18 @@ core::Result<IsolabilityQuestion> QuestionOf(WorkApi& api,
   question.channels = http.Query("channels").value_or(question.channels);
   question.profile = http.Query("profile").value_or(question.profile);
   if (const auto text = http.Query("um_noise_v")) {
-    question.um_noise_v = ParseNumber(*text);
+    question.um_noise_v = core::ParseNumber(*text);
     if (!question.um_noise_v) {
       return Error{ErrorCode::kInvalid, "um_noise_v must be a number (volt).", "um_noise_v"};
     }
   }
   if (const core::Status set_one = SetExcitation(http, question); !set_one) return set_one.error();
   if (const auto rig = http.Query("rig")) {
-    auto calibration = NewestCalibration(api, *rig);
+    auto calibration = NewestCalibration(api, *rig, *question.bench);
     if (!calibration) return calibration.error();
     question.calibration = std::move(calibration).value();
   }
-  const auto faults = ParseFaults(set.faults_json, kRunSecondsMax);
+  const auto faults = ParseFaults(set.faults_json, *question.bench, kRunSecondsMax);
   if (!faults) return faults.error();
   for (const core::Fault& fault : faults.value()) {
     question.faults.push_back({fault.component, fault.value});

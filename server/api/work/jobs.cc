@@ -70,7 +70,7 @@ core::Result<lab::Job> CheckedJob(WorkApi& api,
   if (!wanted.is_object()) {
     return core::Error{core::ErrorCode::kInvalid, "A run is a JSON object.", ""};
   }
-  auto work = ParseWork(wanted.as_object(), api.default_seed);
+  auto work = api.experiments.ReadWork(wanted.as_object());
   if (!work) return work.error();
   lab::Job job;
   if (const auto* diagnosis = std::get_if<DiagnosisRequest>(&work.value())) {
@@ -89,6 +89,8 @@ core::Result<lab::Job> CheckedJob(WorkApi& api,
   json::object kept = wanted.as_object();
   if (kept.erase("fault_set") > 0) kept["faults"] = ToJson(plan.faults);
   if (plan.hidden_faults) kept["hidden_faults"] = true;
+  // By name: the job runs on what the name stands for when its turn comes, or is refused.
+  if (plan.recording.empty()) kept["bench"] = plan.bench->name;
   job.run_name = plan.name;
   job.rig = plan.rig;
   job.body = json::serialize(kept);

@@ -8,7 +8,8 @@
 
 namespace faultlab::server::lab {
 
-/// Seeded randomness with the same numbers on every machine (std's distributions promise less).
+/// Seeded random numbers that are the same on every machine (std's distributions do not guarantee
+/// this).
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}

@@ -18,7 +18,7 @@ constexpr Milliseconds kHour{3'600'000};
 constexpr std::size_t kCredentialsKept = 64;
 constexpr const char* kServer = "server";
 
-/// What is true of one rig outside the scheduler: its fence, and whom it served.
+/// The state of one rig outside the scheduler: its fence, and the session that it last served.
 struct RigSide {
   Fence fence;
   SessionId last_session{};
@@ -40,7 +40,8 @@ struct PendingCheck {
   bool passes = true;
 };
 
-/// Inputs are random, so most refusals are right and are dropped: the invariants are what counts.
+/// Inputs are random, so most refusals are correct and are ignored; only the invariants are
+/// checked.
 class World {
  public:
   World(std::uint64_t seed, RehearsalReport& report) : random_(seed), report_(report) {
@@ -63,13 +64,13 @@ class World {
     if (before_commit) committed = scheduler_;
     Act();
     if (before_commit) {
-      scheduler_ = *committed;  // the transaction was never stored
+      scheduler_ = *committed;  // the transaction was not stored
     } else {
       Observe();
     }
     if (crash) {
       ++report_.crashes;
-      checks_.clear();  // they died with the process
+      checks_.clear();  // lost with the process
       for (auto& [id, side] : sides_) side.last_check = 0;
       const LabState stored = scheduler_.state();
       scheduler_ = Scheduler(scheduler_.policy(), stored);
@@ -207,7 +208,7 @@ class World {
     }
   }
 
-  /// Somebody sends a command with credentials of any age.
+  /// A user sends a command with an epoch of any age.
   void Command() {
     if (credentials_.empty()) return;
     const bool newest = random_.Chance(0.3);
@@ -224,7 +225,7 @@ class World {
     }
   }
 
-  /// The newest epoch that was ever promised for each rig, from what the scheduler stored.
+  /// Collects the newest epoch of each rig that the scheduler has stored.
   void Observe() {
     for (const auto& [id, rig] : scheduler_.state().rigs) {
       newest_[id] = std::max(newest_[id], rig.epoch);
@@ -239,7 +240,7 @@ class World {
       side.fence.Raise(rig.epoch);
       if (rig.status != RigStatus::kCleaning || side.last_check == rig.epoch) continue;
       side.last_check = rig.epoch;
-      if (random_.Chance(0.02)) continue;  // the answer is lost: must fail closed by time
+      if (random_.Chance(0.02)) continue;  // lost result: the check must time out
       checks_.push_back({id,
                          rig.epoch,
                          now_ + random_.Between(Milliseconds{5'000}, Milliseconds{30'000}),

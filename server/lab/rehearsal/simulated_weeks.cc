@@ -19,8 +19,8 @@ constexpr int kRigs = 4;
 constexpr int kUsers = 18;
 constexpr Milliseconds kStep{seconds(5)};
 constexpr Milliseconds kSlot{minutes(30)};
-constexpr double kBooksAhead = 0.25;  ///< of all wishes are bookings for a later hour
-constexpr double kNoShow = 0.15;      ///< of bookings are forgotten
+constexpr double kBooksAhead = 0.25;  ///< share of requests that are bookings for a later hour
+constexpr double kNoShow = 0.15;      ///< share of bookings whose user does not come
 constexpr Milliseconds kOpens{hours(8)};
 constexpr Milliseconds kCloses{hours(20)};
 constexpr WallTime kMonday{Milliseconds{1'767'571'200'000}};  // 2026-01-05T00:00Z
@@ -31,7 +31,7 @@ bool Open(WallTime time) {
   return of_day >= kOpens && of_day < kCloses;
 }
 
-/// What somebody wants next: asked for at `at`, `length` of useful work.
+/// The next request of a user: made at `at`, for `length` of useful work.
 struct Wish {
   int user = 0;
   WallTime at{};
@@ -41,7 +41,8 @@ struct Wish {
   bool no_show = false;
 };
 
-/// People think, want the rig, use it, think again: equal people, more than the rigs can serve.
+/// Users think, request the rig, use it, and think again. All users are equal, and there are more
+/// than the rigs can serve.
 class People {
  public:
   explicit People(std::uint64_t seed) : random_(seed) {}
@@ -92,7 +93,7 @@ double Seconds(Milliseconds duration) {
   return std::chrono::duration<double>(duration).count();
 }
 
-/// Only what lies in opening hours counts: at night the lab costs nobody anything.
+/// Only time within opening hours counts; at night the rigs cost nothing.
 double OpenSeconds(WallTime from, WallTime to) {
   double open_s = 0.0;
   for (WallTime t = from; t < to; t += kStep) {
@@ -101,7 +102,7 @@ double OpenSeconds(WallTime from, WallTime to) {
   return open_s;
 }
 
-/// Of what the scheduler has no reason to refuse in these weeks.
+/// For calls that the scheduler has no reason to refuse in these weeks.
 void Must(const core::Status& done) {
   if (!done.ok()) LAB_CHECK(false, done.error().message);
 }
@@ -220,7 +221,7 @@ class OurWeek {
   void WaitForBooking(Desk& desk, UserId user) {
     const auto booking = scheduler_.state().bookings.find(desk.booking);
     if (booking == scheduler_.state().bookings.end()) {
-      Rethink(desk);  // missed, or no rig
+      Rethink(desk);  // no-show, or no rig was available
     } else if (booking->second.state == BookingState::kHeld && !desk.wish.no_show) {
       desk.asked = booking->second.during.start;
       const auto session = scheduler_.ClaimBooking(desk.booking, user, now_);
@@ -287,13 +288,14 @@ class OurWeek {
   WallTime now_ = kMonday;
   std::vector<Desk> desks_;
   std::map<RigId, std::pair<std::uint64_t, WallTime>> checks_;
-  std::map<RigId, std::uint64_t> seen_epochs_;  ///< of the checks that have begun
+  std::map<RigId, std::uint64_t> seen_epochs_;  ///< epochs of the checks that have begun
   std::map<std::int64_t, bool> days_;
   Tally tally_;
 };
 
-/// Each wish takes whole slots on the first rig free at the next slot border, in the order of
-/// asking; a booking takes the first slots at or after its hour. A no-show wastes its slots.
+/// Each request takes whole slots on the first rig that is free at the next slot border, in the
+/// order of the requests; a booking takes the first slots at or after its hour. A no-show wastes
+/// its slots.
 WeekFigures FixedSlots(int weeks, std::uint64_t seed) {
   People people(seed);
   Tally tally;

@@ -6,23 +6,24 @@
 #include <vector>
 
 #include "tests/core/bench_records.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::core {
 namespace {
 
 TEST(Calibrate, RecoversARigThatIsOffItsDataSheetFromAllChannels) {
-  PlantParameters rig;
-  rig.r1_ohm *= 1.04;
+  PlantParameters rig = paper::Plant();
+  rig.series_ohm *= 1.04;
   rig.ra_ohm *= 0.96;
   rig.j_kg_m2 *= 1.05;
   rig.ke_v_per_rad_s *= 0.97;
   rig.kt_nm_per_a *= 0.97;
   const auto record = Between(BenchRecord({}, 51, 6.0, rig), 0.5, 5.0);
-  const Result<Calibration> result = Calibrate(record, {});
+  const Result<Calibration> result = Calibrate(record, paper::ToCalibrate());
   ASSERT_TRUE(result.ok()) << result.error().message;
   const Calibration& c = result.value();
   EXPECT_NEAR(c.delta_s, 0.0095, 1e-4);
-  EXPECT_NEAR(c.nominal.r1_ohm, rig.r1_ohm, 0.04);
+  EXPECT_NEAR(c.nominal.series_ohm, rig.series_ohm, 0.04);
   EXPECT_NEAR(c.nominal.ra_ohm, rig.ra_ohm, 0.05);
   EXPECT_NEAR(c.nominal.j_kg_m2, rig.j_kg_m2, 0.01e-6);
   EXPECT_NEAR(c.nominal.ke_v_per_rad_s, rig.ke_v_per_rad_s, 2e-5);
@@ -36,10 +37,11 @@ TEST(Calibrate, RecoversARigThatIsOffItsDataSheetFromAllChannels) {
 TEST(Calibrate, FindsDeltaOfBothProfiles) {
   PrbsSpec spec;
   const std::vector<double> uc = MakePrbs(spec, 600, 0.01);
-  for (const BenchProfile& profile : {BenchProfileBench(), BenchProfileMultisim()}) {
-    const auto record = Between(SimulateRecord(profile, {}, uc, {}, 52), 0.5, 5.0);
+  for (const BenchProfile& profile : {paper::Hardware(), paper::CircuitSimulation()}) {
+    const auto record =
+        Between(SimulateRecord(profile, paper::Plant(), uc, {}, 52, paper::kPeriodS), 0.5, 5.0);
     for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
-      CalibrationOptions options;
+      CalibrationOptions options = paper::ToCalibrate();
       options.channels = channels;
       const Result<Calibration> result = Calibrate(record, options);
       ASSERT_TRUE(result.ok()) << result.error().message;
@@ -51,7 +53,7 @@ TEST(Calibrate, FindsDeltaOfBothProfiles) {
 
 TEST(Calibrate, SaysWhatTheChannelsCannotSee) {
   const auto record = Between(BenchRecord({}, 53, 6.0), 0.5, 5.0);
-  CalibrationOptions options;
+  CalibrationOptions options = paper::ToCalibrate();
   options.channels = Channels::kUmOnly;
   const Result<Calibration> result = Calibrate(record, options);
   ASSERT_TRUE(result.ok());
@@ -67,24 +69,27 @@ TEST(Calibrate, SaysWhatTheChannelsCannotSee) {
 
 TEST(Calibrate, RefusesByNamingTheCheck) {
   const auto refusal = [](const std::vector<Sample>& samples) {
-    const Result<Calibration> result = Calibrate(samples, {});
+    const Result<Calibration> result = Calibrate(samples, paper::ToCalibrate());
     return result.ok() ? std::string("accepted") : result.error().field;
   };
   EXPECT_EQ(refusal({}), "length");
   EXPECT_EQ(refusal(Between(BenchRecord({}, 54, 6.0), 0.5, 1.5)), "length");
   std::vector<double> constant(600, 2.5);
-  EXPECT_EQ(refusal(Between(SimulateRecord(BenchProfileBench(), {}, constant, {}, 55), 0.5, 5.0)),
-            "excitation");
+  EXPECT_EQ(
+      refusal(Between(
+          SimulateRecord(paper::Hardware(), paper::Plant(), constant, {}, 55, paper::kPeriodS),
+          0.5,
+          5.0)),
+      "excitation");
   std::vector<Sample> silent = Between(BenchRecord({}, 56, 6.0), 0.5, 5.0);
   for (std::size_t k = 0; k < silent.size(); k += 2) silent[k].um_v = kAbsent;
   EXPECT_EQ(refusal(silent), "missing");
-  PlantParameters loud;
-  loud.r12_ohm = 18e3;
+  PlantParameters loud = paper::Plant();
+  loud.Set(paper::kR12, 18e3);
   EXPECT_EQ(refusal(Between(BenchRecord({}, 57, 6.0, loud), 0.5, 5.0)), "saturation");
-  EXPECT_EQ(
-      refusal(Between(BenchRecord({AbruptFault(Component::kRa, 9.0, 3.0)}, 58, 6.0), 0.5, 5.0)),
-      "stationarity");
-  PlantParameters other;
+  EXPECT_EQ(refusal(Between(BenchRecord({AbruptFault(paper::kRa, 9.0, 3.0)}, 58, 6.0), 0.5, 5.0)),
+            "stationarity");
+  PlantParameters other = paper::Plant();
   other.j_kg_m2 = 4e-6;
   EXPECT_EQ(refusal(Between(BenchRecord({}, 59, 6.0, other), 0.5, 5.0)), "tolerance");
 }

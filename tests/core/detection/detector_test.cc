@@ -6,20 +6,18 @@
 
 #include "core/calibration/calibrate.h"
 #include "tests/core/bench_records.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::core {
 namespace {
 
 TEST(Detector, KeepsQuietForAQuarterOfAnHourAndSeesAFaultAfterIt) {
-  RigParameters rig;
-  rig.mc_nm = 0.33e-3;
-  NoiseLevel noise;
-  noise.w_rad_s = 0.5 * kRadPerSecondOfRpm;
-  const auto record = BenchRecord({AbruptFault(Component::kRa, 6.0, 900.0)}, 61, 901.0);
+  const auto record = BenchRecord({AbruptFault(paper::kRa, 6.0, 900.0)}, 61, 901.0);
   const auto healthy = Between(BenchRecord({}, 62, 8.0), 0.5, 8.0);
-  const Result<Calibration> calibration = Calibrate(healthy, {});
+  const Result<Calibration> calibration = Calibrate(healthy, paper::ToCalibrate());
   ASSERT_TRUE(calibration.ok());
-  Detector detector(ParametersOf(calibration.value()),
+  Detector detector(paper::Bench(),
+                    ParametersOf(calibration.value()),
                     NoiseOf(calibration.value()),
                     0.01,
                     7U,
@@ -27,7 +25,7 @@ TEST(Detector, KeepsQuietForAQuarterOfAnHourAndSeesAFaultAfterIt) {
                     calibration.value().samples,
                     NoiseScale(calibration.value().samples));
   const auto observations =
-      MakeObservations(Between(record, 0.5, 901.0), Channels::kAll, 0.01, 10.0);
+      MakeObservations(Between(record, 0.5, 901.0), Channels::kAll, 0.01, 10.0, paper::kGearRatio);
   std::optional<std::size_t> first;
   for (std::size_t k = 0; k < observations.size() && !first; ++k) {
     if (detector.Push(observations[k])) first = k;

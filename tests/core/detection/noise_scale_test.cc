@@ -22,8 +22,9 @@ TEST(NoiseScale, BelievesTheCalibrationBeforeItHasSeenAnything) {
 }
 
 TEST(NoiseScale, SettlesAtTheNoiseThatTheHealthyRecordShows) {
-  // A calibration that read 13 mV of 15: z has a standard deviation of 1.15. 20 000 readings leave
-  // a standard error of 0.5 %, the prior's 450 readings pull by 1 %.
+  // The calibration measured 13 mV, the true value is 15 mV: z has a standard deviation of 1.15. 20
+  // 000 readings leave a standard error of 0.5 %; the prior's 450 readings change the result by 1
+  // %.
   EXPECT_NEAR(After(40'000, 1.15).Weight(0), 1.0 / 1.15, 0.02);
   EXPECT_NEAR(After(40'000, 0.92).Weight(0), 1.0 / 0.92, 0.02);
 }

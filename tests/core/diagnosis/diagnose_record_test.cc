@@ -7,6 +7,7 @@
 #include "core/diagnosis/pipeline.h"
 #include "tests/core/bench_records.h"
 #include "tests/core/diagnosis/verdicts.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 namespace {
@@ -17,26 +18,26 @@ struct PaperFault {
   double tolerance;  // relative; 0: a bound is right
 };
 
-// The 18 faults of the paper's Tables 3 to 10. Ra x 10 and C8 at 1 uF move um least.
+// The 18 faults of the paper's Tables 3 to 10. Ra x 10 and C8 at 1 uF change um least.
 const std::vector<PaperFault>& AllPaperFaults() {
-  static const std::vector<PaperFault> faults = {{Component::kR1, 10.0, 0.02},
-                                                 {Component::kR1, 56.0, 0.02},
-                                                 {Component::kR1, 100.0, 0.02},
-                                                 {Component::kR9, 33e3, 0.02},
-                                                 {Component::kR9, 56e3, 0.02},
-                                                 {Component::kR9, 100e3, 0.03},
-                                                 {Component::kR12, 2e3, 0.02},
-                                                 {Component::kR12, 3.3e3, 0.02},
-                                                 {Component::kR12, 5.6e3, 0.02},
-                                                 {Component::kC8, 1e-6, 0.02},
-                                                 {Component::kC8, 10e-6, 0.02},
-                                                 {Component::kC8, 47e-6, 0.02},
-                                                 {Component::kRa, 0.741, 0.12},
-                                                 {Component::kRa, 74.1, 0.10},
-                                                 {Component::kJ, 1.43e-4, 0.12},
-                                                 {Component::kJ, 1.43e-8, 0.0},
-                                                 {Component::kB, 1.8e-4, 0.05},
-                                                 {Component::kB, 1.8e-5, 0.05}};
+  static const std::vector<PaperFault> faults = {{paper::kR1, 10.0, 0.02},
+                                                 {paper::kR1, 56.0, 0.02},
+                                                 {paper::kR1, 100.0, 0.02},
+                                                 {paper::kR9, 33e3, 0.02},
+                                                 {paper::kR9, 56e3, 0.02},
+                                                 {paper::kR9, 100e3, 0.03},
+                                                 {paper::kR12, 2e3, 0.02},
+                                                 {paper::kR12, 3.3e3, 0.02},
+                                                 {paper::kR12, 5.6e3, 0.02},
+                                                 {paper::kC8, 1e-6, 0.02},
+                                                 {paper::kC8, 10e-6, 0.02},
+                                                 {paper::kC8, 47e-6, 0.02},
+                                                 {paper::kRa, 0.741, 0.12},
+                                                 {paper::kRa, 74.1, 0.10},
+                                                 {paper::kJ, 1.43e-4, 0.12},
+                                                 {paper::kJ, 1.43e-8, 0.0},
+                                                 {paper::kB, 1.8e-4, 0.05},
+                                                 {paper::kB, 1.8e-5, 0.05}};
   return faults;
 }
 
@@ -79,151 +80,150 @@ TEST(DiagnoseRecord, SaysNominalOfAHealthyRig) {
 }
 
 TEST(DiagnoseRecord, CannotTellR9FromR12AndSaysBothValues) {
-  const Diagnosis diagnosis = DiagnoseRecord(BenchRecord({AbruptFault(Component::kR9, 33e3)}, 6),
-                                             FreeValues(Channels::kAll));
+  const Diagnosis diagnosis =
+      DiagnoseRecord(BenchRecord({AbruptFault(paper::kR9, 33e3)}, 6), FreeValues(Channels::kAll));
   EXPECT_EQ(diagnosis.verdict.group.size(), 2U);
-  EXPECT_NEAR(ValueOf(diagnosis.verdict, Component::kR9), 33e3, 300.0);
-  EXPECT_NEAR(ValueOf(diagnosis.verdict, Component::kR12), 5818.0, 30.0);
+  EXPECT_NEAR(ValueOf(diagnosis.verdict, paper::kR9), 33e3, 300.0);
+  EXPECT_NEAR(ValueOf(diagnosis.verdict, paper::kR12), 5818.0, 30.0);
 }
 
 TEST(DiagnoseRecord, ResolvesR9AndR12ByTheValuesThatRelaysCanConnect) {
   DiagnosisOptions options = FreeValues(Channels::kUmOnly);
   options.values = ValuePrior::kTable2;
-  const Diagnosis r9 = DiagnoseRecord(BenchRecord({AbruptFault(Component::kR9, 33e3)}, 7), options);
-  EXPECT_EQ(r9.verdict.group, std::vector<Component>{Component::kR9}) << r9.verdict.reason;
+  const Diagnosis r9 = DiagnoseRecord(BenchRecord({AbruptFault(paper::kR9, 33e3)}, 7), options);
+  EXPECT_EQ(r9.verdict.group, std::vector<Component>{paper::kR9}) << r9.verdict.reason;
   EXPECT_DOUBLE_EQ(r9.verdict.candidates.front().value, 33e3);
-  const Diagnosis r12 =
-      DiagnoseRecord(BenchRecord({AbruptFault(Component::kR12, 5.6e3)}, 8), options);
-  EXPECT_EQ(r12.verdict.group, std::vector<Component>{Component::kR12}) << r12.verdict.reason;
+  const Diagnosis r12 = DiagnoseRecord(BenchRecord({AbruptFault(paper::kR12, 5.6e3)}, 8), options);
+  EXPECT_EQ(r12.verdict.group, std::vector<Component>{paper::kR12}) << r12.verdict.reason;
 }
 
 TEST(DiagnoseRecord, KnowsThatAGainBelowHalfCanOnlyBeR12) {
-  const Diagnosis diagnosis = DiagnoseRecord(BenchRecord({AbruptFault(Component::kR12, 2e3)}, 9),
+  const Diagnosis diagnosis = DiagnoseRecord(BenchRecord({AbruptFault(paper::kR12, 2e3)}, 9),
                                              FreeValues(Channels::kUmOnly));
-  EXPECT_EQ(diagnosis.verdict.group, std::vector<Component>{Component::kR12});
+  EXPECT_EQ(diagnosis.verdict.group, std::vector<Component>{paper::kR12});
 }
 
 TEST(DiagnoseRecord, GivesABoundForAnInertiaTooSmallToSize) {
-  const Diagnosis diagnosis = DiagnoseRecord(BenchRecord({AbruptFault(Component::kJ, 1.43e-8)}, 10),
+  const Diagnosis diagnosis = DiagnoseRecord(BenchRecord({AbruptFault(paper::kJ, 1.43e-8)}, 10),
                                              FreeValues(Channels::kAll));
   ASSERT_FALSE(diagnosis.verdict.candidates.empty());
   const Candidate& best = diagnosis.verdict.candidates.front();
-  EXPECT_EQ(best.component, Component::kJ);
+  EXPECT_EQ(best.component, paper::kJ);
   EXPECT_EQ(best.bound, '<');
   EXPECT_LT(best.value, 3e-7);
   EXPECT_TRUE(std::isnan(best.sigma));
 }
 
 TEST(DiagnoseRecord, FollowsADrift) {
-  Fault drift = AbruptFault(Component::kR9, 18e3, 6.0);
+  Fault drift = AbruptFault(paper::kR9, 18e3, 6.0);
   drift.kind = FaultKind::kDrift;
   drift.until_s = 16.0;
   for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
     const Diagnosis diagnosis = DiagnoseRecord(BenchRecord({drift}, 11), FreeValues(channels));
     EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kFault) << diagnosis.verdict.reason;
-    EXPECT_TRUE(Names(diagnosis.verdict, Component::kR9)) << diagnosis.verdict.reason;
-    EXPECT_NEAR(ValueOf(diagnosis.verdict, Component::kR9), 18e3, 400.0);
+    EXPECT_TRUE(Names(diagnosis.verdict, paper::kR9)) << diagnosis.verdict.reason;
+    EXPECT_NEAR(ValueOf(diagnosis.verdict, paper::kR9), 18e3, 400.0);
     EXPECT_LT(*diagnosis.verdict.detected_at_s, 7.0);
     EXPECT_EQ(diagnosis.episodes.size(), 1U);
   }
 }
 
 TEST(DiagnoseRecord, CallsADoubleFaultUnknown) {
-  const Diagnosis diagnosis = DiagnoseRecord(
-      BenchRecord({AbruptFault(Component::kR1, 5.0), AbruptFault(Component::kJ, 4e-6)}, 12),
-      FreeValues(Channels::kAll));
+  const Diagnosis diagnosis =
+      DiagnoseRecord(BenchRecord({AbruptFault(paper::kR1, 5.0), AbruptFault(paper::kJ, 4e-6)}, 12),
+                     FreeValues(Channels::kAll));
   EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kUnknownFault) << diagnosis.verdict.reason;
   EXPECT_TRUE(diagnosis.verdict.group.empty());
 }
 
 TEST(DiagnoseRecord, SeesTheReturnToNominal) {
-  Fault spell = AbruptFault(Component::kR1, 10.0, 8.0);
+  Fault spell = AbruptFault(paper::kR1, 10.0, 8.0);
   spell.kind = FaultKind::kIntermittent;
   spell.until_s = 14.0;
   const Diagnosis diagnosis =
       DiagnoseRecord(BenchRecord({spell}, 13), FreeValues(Channels::kUmOnly));
   EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
   ASSERT_EQ(diagnosis.episodes.size(), 1U);
-  EXPECT_TRUE(Names(diagnosis.episodes[0].verdict, Component::kR1));
+  EXPECT_TRUE(Names(diagnosis.episodes[0].verdict, paper::kR1));
   ASSERT_TRUE(diagnosis.episodes[0].ended_at_s.has_value());
   EXPECT_NEAR(*diagnosis.episodes[0].ended_at_s, 14.0, 0.3);
 }
 
 TEST(DiagnoseRecord, SeesASecondFaultAfterTheFirst) {
   const Diagnosis diagnosis = DiagnoseRecord(
-      BenchRecord(
-          {AbruptFault(Component::kR1, 10.0, 8.0), AbruptFault(Component::kR12, 5.6e3, 14.0)}, 14),
+      BenchRecord({AbruptFault(paper::kR1, 10.0, 8.0), AbruptFault(paper::kR12, 5.6e3, 14.0)}, 14),
       FreeValues(Channels::kAll));
   ASSERT_EQ(diagnosis.episodes.size(), 2U);
-  EXPECT_TRUE(Names(diagnosis.episodes[0].verdict, Component::kR1));
-  EXPECT_TRUE(Names(diagnosis.episodes[1].verdict, Component::kR12))
+  EXPECT_TRUE(Names(diagnosis.episodes[0].verdict, paper::kR1));
+  EXPECT_TRUE(Names(diagnosis.episodes[1].verdict, paper::kR12))
       << diagnosis.episodes[1].verdict.reason;
-  EXPECT_NEAR(ValueOf(diagnosis.episodes[1].verdict, Component::kR12), 5.6e3, 60.0);
+  EXPECT_NEAR(ValueOf(diagnosis.episodes[1].verdict, paper::kR12), 5.6e3, 60.0);
 }
 
 TEST(DiagnoseRecord, LearnsARigThatIsOffItsDataSheet) {
-  PlantParameters rig;
-  rig.r1_ohm *= 1.05;
-  rig.r12_ohm *= 0.96;
+  PlantParameters rig = paper::Plant();
+  rig.series_ohm *= 1.05;
+  rig.Set(paper::kR12, rig.Get(paper::kR12) * 0.96);
   rig.ra_ohm *= 0.95;
   rig.j_kg_m2 *= 1.05;
   for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
     const Diagnosis diagnosis = DiagnoseRecord(
-        BenchRecord({AbruptFault(Component::kJ, 4e-6)}, 15, 20.0, rig), FreeValues(channels));
-    EXPECT_EQ(diagnosis.verdict.group, std::vector<Component>{Component::kJ})
+        BenchRecord({AbruptFault(paper::kJ, 4e-6)}, 15, 20.0, rig), FreeValues(channels));
+    EXPECT_EQ(diagnosis.verdict.group, std::vector<Component>{paper::kJ})
         << diagnosis.verdict.reason;
-    EXPECT_NEAR(ValueOf(diagnosis.verdict, Component::kJ), 4e-6, 0.2e-6);
+    EXPECT_NEAR(ValueOf(diagnosis.verdict, paper::kJ), 4e-6, 0.2e-6);
   }
 }
 
 TEST(DiagnoseRecord, StatesACapacitorNoCloserThanTheResistorsBesideItAreKnown) {
-  PlantParameters rig;
-  rig.r12_ohm *= 0.96;
-  rig.r9_ohm *= 1.03;
+  PlantParameters rig = paper::Plant();
+  rig.Set(paper::kR12, rig.Get(paper::kR12) * 0.96);
+  rig.Set(paper::kR9, rig.Get(paper::kR9) * 1.03);
   for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
     const Diagnosis diagnosis = DiagnoseRecord(
-        BenchRecord({AbruptFault(Component::kC8, 10e-6)}, 31, 20.0, rig), FreeValues(channels));
+        BenchRecord({AbruptFault(paper::kC8, 10e-6)}, 31, 20.0, rig), FreeValues(channels));
     ASSERT_FALSE(diagnosis.verdict.candidates.empty());
     const Candidate& best = diagnosis.verdict.candidates.front();
-    ASSERT_EQ(best.component, Component::kC8) << diagnosis.verdict.reason;
+    ASSERT_EQ(best.component, paper::kC8) << diagnosis.verdict.reason;
     EXPECT_NEAR(best.value, 10e-6, 3.0 * best.sigma);
     EXPECT_LT(best.sigma, 1e-6);
   }
 }
 
 TEST(DiagnoseRecord, LivesWithMissingRepeatedAndBrokenSamples) {
-  std::vector<Sample> record = BenchRecord({AbruptFault(Component::kR1, 10.0)}, 16);
+  std::vector<Sample> record = BenchRecord({AbruptFault(paper::kR1, 10.0)}, 16);
   std::vector<Sample> damaged;
   for (const Sample& sample : record) {
     if (sample.index % 97 == 50) continue;  // lost
     damaged.push_back(sample);
-    if (sample.index % 89 == 20) damaged.push_back(sample);  // said twice
+    if (sample.index % 89 == 20) damaged.push_back(sample);  // repeated
     if (sample.index % 61 == 7) damaged.back().um_v = std::numeric_limits<double>::quiet_NaN();
     if (sample.index % 127 == 9) damaged.back().uc_v = std::numeric_limits<double>::infinity();
   }
   for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
     const Diagnosis diagnosis = DiagnoseRecord(damaged, FreeValues(channels));
-    EXPECT_EQ(diagnosis.verdict.group, std::vector<Component>{Component::kR1})
+    EXPECT_EQ(diagnosis.verdict.group, std::vector<Component>{paper::kR1})
         << diagnosis.verdict.reason;
-    EXPECT_NEAR(ValueOf(diagnosis.verdict, Component::kR1), 10.0, 0.3);
+    EXPECT_NEAR(ValueOf(diagnosis.verdict, paper::kR1), 10.0, 0.3);
     EXPECT_GE(*diagnosis.verdict.detected_at_s, 10.0);
   }
 }
 
 TEST(DiagnoseRecord, TakesAReadingAtTheRailForABound) {
-  // k = 4.0: 12 V at 3 V input, the converter ends at 10 V.
-  const std::vector<Sample> record = BenchRecord({AbruptFault(Component::kR12, 18e3)}, 17);
+  // k = 4.0: 12 V at 3 V input, but the converter's range ends at 10 V.
+  const std::vector<Sample> record = BenchRecord({AbruptFault(paper::kR12, 18e3)}, 17);
   for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
     const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(channels));
     EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kFault) << diagnosis.verdict.reason;
-    EXPECT_TRUE(Names(diagnosis.verdict, Component::kR12)) << diagnosis.verdict.reason;
-    EXPECT_NEAR(ValueOf(diagnosis.verdict, Component::kR12), 18e3, 400.0);
+    EXPECT_TRUE(Names(diagnosis.verdict, paper::kR12)) << diagnosis.verdict.reason;
+    EXPECT_NEAR(ValueOf(diagnosis.verdict, paper::kR12), 18e3, 400.0);
   }
 }
 
 TEST(DiagnoseRecord, SaysNotExcitedUnderAConstantInput) {
   std::vector<double> uc(2000, 2.5);
-  const auto record = SimulateRecord(BenchProfileBench(), {}, uc, {}, 18);
+  const auto record =
+      SimulateRecord(paper::Hardware(), paper::Plant(), uc, {}, 18, paper::kPeriodS);
   const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(Channels::kAll));
   EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNotExcited);
   ASSERT_TRUE(diagnosis.calibration_refusal.has_value());
@@ -240,7 +240,7 @@ TEST(DiagnoseRecord, RefusesARecordShorterThanTheWindow) {
 }
 
 TEST(DiagnoseRecord, RefusesAHealthyStretchThatHoldsAFault) {
-  const auto record = BenchRecord({AbruptFault(Component::kR1, 10.0, 3.0)}, 20);
+  const auto record = BenchRecord({AbruptFault(paper::kR1, 10.0, 3.0)}, 20);
   for (Channels channels : {Channels::kUmOnly, Channels::kAll}) {
     const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(channels));
     ASSERT_TRUE(diagnosis.calibration_refusal.has_value());

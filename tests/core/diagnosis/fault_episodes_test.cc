@@ -4,6 +4,7 @@
 
 #include <utility>
 #include <vector>
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 namespace {
@@ -20,10 +21,10 @@ Verdict FaultAt(double t_s, std::vector<Component> group = {}) {
 TEST(FaultEpisodes, ANewAlarmEndsTheOneBefore) {
   FaultEpisodes episodes;
   episodes.Open(FaultAt(10.0));
-  Verdict named = FaultAt(10.0, {Component::kR1});
+  Verdict named = FaultAt(10.0, {paper::kR1});
   episodes.Update(named, FaultShape::kAbrupt, 10.0);
   episodes.Open(FaultAt(15.0));
-  Verdict other = FaultAt(15.0, {Component::kJ});
+  Verdict other = FaultAt(15.0, {paper::kJ});
   episodes.Update(other, FaultShape::kAbrupt, 15.0);
   ASSERT_EQ(episodes.list().size(), 2U);
   EXPECT_EQ(episodes.list()[0].ended_at_s, 15.0);
@@ -33,17 +34,17 @@ TEST(FaultEpisodes, ANewAlarmEndsTheOneBefore) {
 TEST(FaultEpisodes, TheSameComponentAgainIsOneEpisodeWithTheFirstDetection) {
   FaultEpisodes episodes;
   episodes.Open(FaultAt(10.0));
-  Verdict named = FaultAt(10.0, {Component::kR9, Component::kR12});
+  Verdict named = FaultAt(10.0, {paper::kR9, paper::kR12});
   episodes.Update(named, FaultShape::kDrift, 10.0);
   episodes.Open(FaultAt(12.0));
-  Verdict again = FaultAt(12.0, {Component::kR12});
+  Verdict again = FaultAt(12.0, {paper::kR12});
   episodes.Update(again, FaultShape::kDrift, 12.0);
   ASSERT_EQ(episodes.list().size(), 1U);
   EXPECT_EQ(again.detected_at_s, 10.0);
   EXPECT_EQ(again.onset_s, 9.99);
   EXPECT_FALSE(episodes.list()[0].ended_at_s.has_value());
-  // A later fit of the same alarm keeps it.
-  Verdict later = FaultAt(12.0, {Component::kR12});
+  // A later fit of the same alarm stays in the episode.
+  Verdict later = FaultAt(12.0, {paper::kR12});
   episodes.Update(later, FaultShape::kDrift, 12.0);
   EXPECT_EQ(later.detected_at_s, 10.0);
   EXPECT_EQ(episodes.list().size(), 1U);

@@ -8,13 +8,14 @@
 #include "core/diagnosis/diagnose_record.h"
 #include "tests/core/bench_records.h"
 #include "tests/core/diagnosis/verdicts.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::core {
 namespace {
 
 TEST(Pipeline, SaysTheSameAsARecordWhenItsTasksComeBackAtOnce) {
-  const auto record = BenchRecord({AbruptFault(Component::kR1, 100.0)}, 31);
-  DiagnosisOptions config;
+  const auto record = BenchRecord({AbruptFault(paper::kR1, 100.0)}, 31);
+  DiagnosisOptions config = paper::Options();
   config.channels = Channels::kUmOnly;
   Pipeline pipeline(config);
   std::uint64_t version = pipeline.verdict_version();
@@ -24,7 +25,7 @@ TEST(Pipeline, SaysTheSameAsARecordWhenItsTasksComeBackAtOnce) {
     while (auto task = pipeline.TakeTask()) pipeline.Accept(RunTask(*task));
     EXPECT_GE(pipeline.verdict_version(), version);
     version = pipeline.verdict_version();
-    if (sample.t_s < 11.05 && Names(pipeline.verdict(), Component::kR1)) {
+    if (sample.t_s < 11.05 && Names(pipeline.verdict(), paper::kR1)) {
       named_within_a_second = true;
     }
   }
@@ -36,7 +37,7 @@ TEST(Pipeline, SaysTheSameAsARecordWhenItsTasksComeBackAtOnce) {
 }
 
 TEST(Pipeline, SaysHowFarItIsWithLearningTheHealthyRig) {
-  DiagnosisOptions config;
+  DiagnosisOptions config = paper::Options();
   Pipeline pipeline(config);
   std::optional<DiagnosisTask> task;
   for (const Sample& sample : BenchRecord({}, 36, 8.0)) {
@@ -52,8 +53,8 @@ TEST(Pipeline, SaysHowFarItIsWithLearningTheHealthyRig) {
   config.calibration = *pipeline.calibration();
   EXPECT_EQ(Pipeline(config).learning(), Learning::kLearnt);
 
-  Pipeline spoilt{DiagnosisOptions{}};
-  for (const Sample& sample : BenchRecord({AbruptFault(Component::kR1, 10.0, 3.0)}, 20, 8.0)) {
+  Pipeline spoilt{paper::Options()};
+  for (const Sample& sample : BenchRecord({AbruptFault(paper::kR1, 10.0, 3.0)}, 20, 8.0)) {
     spoilt.Push(sample);
     while (auto work = spoilt.TakeTask()) spoilt.Accept(RunTask(*work));
   }
@@ -61,8 +62,8 @@ TEST(Pipeline, SaysHowFarItIsWithLearningTheHealthyRig) {
 }
 
 TEST(Pipeline, DetectsEvenWhenNobodySolvesItsTasksInTime) {
-  const auto record = BenchRecord({AbruptFault(Component::kR12, 5.6e3)}, 32);
-  DiagnosisOptions config;
+  const auto record = BenchRecord({AbruptFault(paper::kR12, 5.6e3)}, 32);
+  DiagnosisOptions config = paper::Options();
   Pipeline pipeline(config);
   std::optional<DiagnosisTask> late;
   for (const Sample& sample : record) {
@@ -70,7 +71,7 @@ TEST(Pipeline, DetectsEvenWhenNobodySolvesItsTasksInTime) {
     auto task = pipeline.TakeTask();
     if (!task) continue;
     if (std::holds_alternative<CalibrationTask>(*task)) {
-      late = std::move(task);  // comes back three seconds late
+      late = std::move(task);  // accepted three seconds late
     }
     if (late && sample.t_s > 8.0) {
       pipeline.Accept(RunTask(*late));
@@ -84,8 +85,8 @@ TEST(Pipeline, DetectsEvenWhenNobodySolvesItsTasksInTime) {
 
 TEST(Pipeline, RemembersTheOnsetOfAFaultThatIsLongSince) {
   const Diagnosis diagnosis = DiagnoseRecord(
-      BenchRecord({AbruptFault(Component::kR1, 100.0)}, 35, 90.0), FreeValues(Channels::kAll));
-  ASSERT_TRUE(Names(diagnosis.verdict, Component::kR1)) << diagnosis.verdict.reason;
+      BenchRecord({AbruptFault(paper::kR1, 100.0)}, 35, 90.0), FreeValues(Channels::kAll));
+  ASSERT_TRUE(Names(diagnosis.verdict, paper::kR1)) << diagnosis.verdict.reason;
   EXPECT_NEAR(*diagnosis.verdict.detected_at_s, 10.0, 0.031);
   EXPECT_NEAR(*diagnosis.verdict.onset_s, 10.0, 0.02);
 }
@@ -96,8 +97,8 @@ TEST(Pipeline, UsesAStoredCalibrationFromTheFirstSampleOn) {
   DiagnosisOptions options = FreeValues(Channels::kAll);
   options.calibration = first.calibration;
   const Diagnosis second =
-      DiagnoseRecord(BenchRecord({AbruptFault(Component::kC8, 10e-6, 2.0)}, 34, 6.0), options);
-  EXPECT_EQ(second.verdict.group, std::vector<Component>{Component::kC8}) << second.verdict.reason;
+      DiagnoseRecord(BenchRecord({AbruptFault(paper::kC8, 10e-6, 2.0)}, 34, 6.0), options);
+  EXPECT_EQ(second.verdict.group, std::vector<Component>{paper::kC8}) << second.verdict.reason;
   EXPECT_NEAR(*second.verdict.onset_s, 2.0, 0.02);
 }
 

@@ -4,11 +4,12 @@
 
 #include "core/diagnosis/diagnosis_options.h"
 #include "core/types/verdict.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::core {
 
 inline DiagnosisOptions FreeValues(Channels channels) {
-  DiagnosisOptions options;
+  DiagnosisOptions options = paper::Options();
   options.channels = channels;
   options.values = ValuePrior::kNone;
   return options;

@@ -4,7 +4,7 @@
 
 namespace faultlab::testing {
 
-/// Least squares of one window by QR and SVD, nothing shared with the code under test.
+/// Least squares of one window by QR and SVD, independent of the code under test.
 struct BatchAnswer {
   std::vector<double> theta;
   std::vector<double> sigma;

@@ -44,11 +44,10 @@ bool SameBits(const Answer& a, const Answer& b) {
   return equal;
 }
 
-/// The six estimators one by one, as the bank must answer.
+/// The six estimators one by one; the bank must give the same results.
 class OneByOne {
  public:
-  explicit OneByOne(const EstimatorBankOptions& options)
-      : intake_(options.period_s, options.um_rail_v) {
+  explicit OneByOne(const EstimatorBankOptions& options) : intake_(options.period_s, options.rail) {
     for (const EstimatorShape& shape : kEstimatorShapes) {
       if (shape.integral_samples == 0) {
         SwaOptions<1> swa;
@@ -84,7 +83,7 @@ class OneByOne {
   std::vector<Sia<1>> sia_;
 };
 
-/// Every kind of sample: noise, gaps short and long, clipped, non-finite, a still input.
+/// Every kind of sample: noise, short and long gaps, clipped, non-finite, a constant input.
 std::vector<Sample> RoughSamples() {
   std::vector<Sample> samples;
   for (Sample sample : MakeSamples(6000, 0.015, 1)) {
@@ -189,7 +188,7 @@ TEST(EstimatorBank, StaysTrueAcrossMissingSamples) {
   Answer answer;
   for (const Sample& sample : MakeSamples(1200, 0.0, 5)) {
     if (sample.index % 150 >= 147) {
-      continue;  // three lost every 1.5 s
+      continue;  // three samples lost every 1.5 s
     }
     bank.Push(sample, answer);
     for (const Estimate<3>& estimate : answer) {

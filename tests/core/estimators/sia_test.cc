@@ -65,7 +65,7 @@ TEST(Sia, RecoversTheContinuousParametersInExactModeForEveryReadingDelay) {
 }
 
 TEST(Sia, PropagatesItsErrorsThroughTheExactMapping) {
-  // Against numerical derivatives of the mapping applied to the paper-mode answer.
+  // Compared with numerical derivatives of the mapping, applied to the result in paper mode.
   const double delta_s = 9.5e-3;
   const Record record = MakeFirstOrder(MakeBinary(700, 1, 3), delta_s, 0.015, 3);
   Sia<1> exact(Options(500, 20, SiaMode::kExact, delta_s));
@@ -87,8 +87,8 @@ TEST(Sia, PropagatesItsErrorsThroughTheExactMapping) {
         p[0], a1 * (p[0] - (p[0] - p[1] / p[2]) * std::exp(delta_s / a1)), a1};
   };
   const testing::BatchAnswer batch = testing::SolveBatch(rows);
-  // Jackknife-free: the covariance along each direction comes from perturbing y by one row's
-  // share: d theta = sum_k (d theta / d y_k) e, with white e of variance sse/(n-p).
+  // The covariance along each direction, by perturbing y by one row's share: d theta = sum_k (d
+  // theta / d y_k) e, with white e of variance sse/(n-p).
   std::array<double, 3> variance{};
   for (std::size_t k = 0; k < rows.size(); ++k) {
     std::vector<std::vector<double>> moved = rows;
@@ -229,7 +229,7 @@ TEST(Sia, IsInvalidForExactlyTheSamplesWhoseRowsHoldANonFiniteReading) {
   for (std::size_t k = 0; k < record.u.size(); ++k) {
     clean.Push(record.u[k], record.y[k]);
     struck.Push(k == 150 ? std::numeric_limits<double>::quiet_NaN() : record.u[k], record.y[k]);
-    // Rows 150 .. 160 hold it; row 160 leaves with sample 210.
+    // Rows 150 .. 160 contain it; row 160 leaves with sample 210.
     if (k >= 150 && k < 210) {
       EXPECT_EQ(struck.estimate().status, EstimateStatus::kInvalid) << k;
     } else {

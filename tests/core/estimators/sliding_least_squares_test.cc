@@ -66,7 +66,7 @@ TEST(SlidingLeastSquares, ReachesTheCertifiedValuesOfNorris) {
   EXPECT_NEAR(std::sqrt(answer.sse / 34.0), 0.884796396144373, 1e-9);
 }
 
-/// Rows with correlated columns of different size, as a slow plant gives them.
+/// Rows with correlated columns of different size, as a slow plant produces them.
 template <int P>
 class CorrelatedRows {
  public:
@@ -103,9 +103,9 @@ void ExpectBatchAnswer(const Estimate<P>& estimate,
     rows.emplace_back(row.begin(), row.end());
   }
   const BatchAnswer batch = SolveBatch(rows);
-  // Normal equations lose condition * 1e-16 of theta; a factor 100 for sums and factorisation.
+  // Normal equations lose condition * 1e-16 of theta; factor 100 for sums and factorisation.
   const double loss = 1e-14 * batch.unit_condition;
-  // sse is what remains of sum y^2: it keeps an error of that size's rounding.
+  // sse is the remainder of sum y^2, so it has a rounding error of that size.
   const double sse_error = 1e-12 * batch.sum_of_squares;
   for (std::size_t j = 0; j < P; ++j) {
     EXPECT_NEAR(estimate.theta[j], batch.theta[j], loss * batch.scale[j]) << where;

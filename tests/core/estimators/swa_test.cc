@@ -137,7 +137,7 @@ TEST(Swa, StatesErrorsThatMatchTheScatterOfItsEstimates) {
     }
   }
   for (std::size_t j = 0; j < 3; ++j) {
-    // 398 windows: the ratio of variances scatters by 7 %; four of these.
+    // 398 windows: the ratio of variances has a standard deviation of 7 %; four of these.
     EXPECT_NEAR(squares[j] / stated[j], 1.0, 0.28) << "parameter " << j << " of " << windows;
   }
 }
@@ -196,7 +196,7 @@ TEST(Swa, IsInvalidWhileANonFiniteSampleReachesIntoItsWindow) {
     for (std::size_t k = 0; k < record.u.size(); ++k) {
       clean.Push(record.u[k], record.y[k]);
       struck.Push(record.u[k], k == 120 ? bad : record.y[k]);
-      // Rows 120 and 121 hold it; row 121 leaves with sample 171.
+      // Rows 120 and 121 contain it; row 121 leaves with sample 171.
       if (k >= 120 && k < 171) {
         EXPECT_EQ(struck.estimate().status, EstimateStatus::kInvalid) << k;
       } else if (k >= 171) {
@@ -231,7 +231,7 @@ TEST(Swa, BuildsNoRowAcrossAGapOrAClippedReading) {
       swa.Push(record.u[k], record.y[k]);
     }
   }
-  // Exact data: one row that straddled would leave residuals of volts.
+  // Exact data: one row across the gap would leave residuals of volts.
   EXPECT_LT(swa.estimate().sse, 1e-9);
   EXPECT_NEAR(swa.estimate().theta[2], -0.5751, 1e-3);
 }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "core/filter/riccati_recursion.h"
@@ -14,53 +15,59 @@
 #include "core/filter/simd/lane_run.h"
 #include "core/signals/random.h"
 #include "tests/core/bench_records.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::core {
 namespace {
 
+constexpr double kNoEnd = std::numeric_limits<double>::infinity();
+
 RigParameters BenchRig() {
-  RigParameters rig;
+  RigParameters rig = paper::Rig();
   rig.mc_nm = 0.33e-3;
   return rig;
 }
 
 NoiseLevel BenchNoise() {
-  NoiseLevel noise;
-  noise.w_rad_s = 0.5 * kRadPerSecondOfRpm;
+  NoiseLevel noise = paper::Noise();
+  noise.w_rad_s = 0.5 * paper::kRadPerSecondOfRpm;
   return noise;
 }
 
-// A fault on the way, readings that are missing, samples that are missing, um at a rail.
+// A stretch with a fault, missing readings, missing samples, and um at a rail.
 std::vector<Observation> EventfulStretch(double um_rail_v) {
-  std::vector<Sample> record = BenchRecord({AbruptFault(Component::kRa, 5.0, 4.0)}, 43, 8.0);
+  std::vector<Sample> record = BenchRecord({AbruptFault(paper::kRa, 5.0, 4.0)}, 43, 8.0);
   for (std::size_t k = 150; k < 170; ++k) record[k].ia_a = kAbsent;
   for (std::size_t k = 330; k < 340; ++k) record[k].um_v = kAbsent;
   for (std::size_t k = 600; k < 605; ++k) record[k].n_rpm = kAbsent;
   record.erase(record.begin() + 500, record.begin() + 520);
-  return MakeObservations(record, Channels::kAll, 0.01, um_rail_v);
+  return MakeObservations(record, Channels::kAll, 0.01, um_rail_v, paper::kGearRatio);
 }
 
-// Different enough that their gains settle at different samples.
-std::vector<PredictionModel> DifferentModels() {
+// Models so different that their gains settle at different samples. The supply of every second one
+// ends at `output_max_v`.
+std::vector<PredictionModel> DifferentModels(double output_max_v) {
   std::vector<PredictionModel> models;
   const auto add = [&](Component component, double value) {
     RigParameters rig = BenchRig();
     rig.plant.Set(component, value);
+    if (models.size() % 2 == 1) rig.plant.range.output_max_v = output_max_v;
     models.push_back(MakePredictionModel(rig, BenchNoise(), 0.01));
   };
-  add(Component::kR1, 1.0);
-  add(Component::kR1, 100.0);
-  add(Component::kC8, 47e-6);
-  add(Component::kRa, 60.0);
-  add(Component::kJ, 1e-4);
-  add(Component::kJ, 2e-8);
-  add(Component::kR9, 33e3);
+  add(paper::kR1, 1.0);
+  add(paper::kR1, 100.0);
+  add(paper::kC8, 47e-6);
+  add(paper::kRa, 60.0);
+  add(paper::kJ, 1e-4);
+  add(paper::kJ, 2e-8);
+  add(paper::kR9, 33e3);
   return models;
 }
 
-void ExpectTheBitsOfEachAlone(const std::vector<Observation>& stretch) {
-  const std::vector<PredictionModel> models = DifferentModels();
-  // Twenty paths, more than step together, each changing its model at a sample of its own.
+void ExpectTheBitsOfEachAlone(const std::vector<Observation>& stretch,
+                              double output_max_v = kNoEnd) {
+  const std::vector<PredictionModel> models = DifferentModels(output_max_v);
+  // Twenty paths, more than step together; each changes its model at another sample.
   std::vector<std::vector<ModelSegment>> segments;
   std::vector<ModelPath> paths;
   for (std::size_t i = 0; i < 20; ++i) {
@@ -75,9 +82,13 @@ void ExpectTheBitsOfEachAlone(const std::vector<Observation>& stretch) {
   InnovationTable table;
   RunInnovations(paths, stretch, sums, &table);
   RunWithMcResponse(paths, stretch, with_mc);
-  // Two to a register, on whatever processor.
+  // Two to a register, on any processor.
   std::vector<InnovationSummary> narrow(kPathsTogether);
-  LaneRun pairs{std::span<const ModelPath>(paths).first(kPathsTogether), stretch, {}, narrow};
+  LaneRun pairs{std::span<const ModelPath>(paths).first(kPathsTogether),
+                stretch,
+                {},
+                narrow,
+                output_max_v < kNoEnd};
   InnovationTable narrow_table(table.rows(), kPathsTogether);
   pairs.table = narrow_table.data();
   pairs.stride = kPathsTogether;
@@ -103,13 +114,13 @@ void ExpectTheBitsOfEachAlone(const std::vector<Observation>& stretch) {
 }
 
 TEST(InnovationFilter, LeavesWhiteUnitInnovationsOfAHealthyBench) {
-  RigParameters rig;
+  RigParameters rig = paper::Rig();
   rig.mc_nm = 0.33e-3;
   const auto record = Between(BenchRecord({}, 41), 0.5, 20.0);
-  const auto stretch = MakeObservations(record, Channels::kAll, 0.01, 10.0);
+  const auto stretch = MakeObservations(record, Channels::kAll, 0.01, 10.0, paper::kGearRatio);
   InnovationTrace trace;
-  NoiseLevel noise;
-  noise.w_rad_s = 0.5 * kRadPerSecondOfRpm;
+  NoiseLevel noise = paper::Noise();
+  noise.w_rad_s = 0.5 * paper::kRadPerSecondOfRpm;
   const InnovationSummary sum =
       RunInnovations(MakePredictionModel(rig, noise, 0.01), stretch, &trace);
   ASSERT_EQ(sum.count, 3 * 1950);
@@ -129,15 +140,15 @@ TEST(InnovationFilter, LeavesWhiteUnitInnovationsOfAHealthyBench) {
 }
 
 TEST(InnovationFilter, ForgetsWhereItStarted) {
-  // The same stretch behind a gap of unknown length must cost no more than the first samples.
+  // After a gap of unknown length the same stretch may cost at most the first samples.
   const auto record = Between(BenchRecord({}, 42), 0.5, 8.0);
-  RigParameters rig;
+  RigParameters rig = paper::Rig();
   rig.mc_nm = 0.33e-3;
-  const PredictionModel model = MakePredictionModel(rig, NoiseLevel{}, 0.01);
+  const PredictionModel model = MakePredictionModel(rig, paper::Noise(), 0.01);
   std::vector<Sample> cut = record;
   cut.erase(cut.begin() + 300, cut.begin() + 340);
-  const auto whole = MakeObservations(record, Channels::kUmOnly, 0.01, 10.0);
-  const auto gapped = MakeObservations(cut, Channels::kUmOnly, 0.01, 10.0);
+  const auto whole = MakeObservations(record, Channels::kUmOnly, 0.01, 10.0, paper::kGearRatio);
+  const auto gapped = MakeObservations(cut, Channels::kUmOnly, 0.01, 10.0, paper::kGearRatio);
   EXPECT_TRUE(gapped[300].restart);
   const double n = static_cast<double>(gapped.size());
   EXPECT_NEAR(RunInnovations(model, gapped).chi2 / n,
@@ -156,9 +167,15 @@ TEST(InnovationFilter, GivesModelsSideBySideTheBitsThatEachGetsAloneAtTheRail) {
   ExpectTheBitsOfEachAlone(stretch);
 }
 
+TEST(InnovationFilter, GivesModelsSideBySideTheBitsThatEachGetsAloneWhereTheSupplyOfSomeEnds) {
+  // A healthy output is twice the input, which switches between 2 V and 3 V.
+  ExpectTheBitsOfEachAlone(EventfulStretch(10.0), 5.0);
+}
+
 TEST(InnovationFilter, IsTheTextbooksKalmanFilterWithGainsThatAreHeldWhenTheyHaveSettled) {
-  const auto stretch = MakeObservations(BenchRecord({}, 44, 6.0), Channels::kAll, 0.01, 10.0);
-  for (const PredictionModel& model : DifferentModels()) {
+  const auto stretch =
+      MakeObservations(BenchRecord({}, 44, 6.0), Channels::kAll, 0.01, 10.0, paper::kGearRatio);
+  for (const PredictionModel& model : DifferentModels(kNoEnd)) {
     InnovationTrace trace;
     RunInnovations(model, stretch, &trace);
     RiccatiRecursion recursion(model);
@@ -175,7 +192,7 @@ TEST(InnovationFilter, IsTheTextbooksKalmanFilterWithGainsThatAreHeldWhenTheyHav
       const Observation& o = stretch[k];
       const bool held = quiet >= 6;
       if (k > 0) {
-        const double sign = std::clamp(x(2) / kCreepSpeed, -1.0, 1.0);
+        const double sign = std::clamp(x(2) / model.creep_rad_s, -1.0, 1.0);
         const Eigen::Vector4d next = model.phi * x + model.g_prev * o.u_prev + model.g * o.u +
                                      model.g_torque * (sign * model.mc_nm);
         x = next;
@@ -198,7 +215,7 @@ TEST(InnovationFilter, IsTheTextbooksKalmanFilterWithGainsThatAreHeldWhenTheyHav
       if (!held) quiet = moved ? 0 : quiet + 1;
     }
     EXPECT_GE(quiet, 6);
-    // Rounding, of a covariance that falls by eight orders of magnitude.
+    // Rounding error of a covariance that falls by eight orders of magnitude.
     EXPECT_LT(worst, 1e-6 * largest);
   }
 }
@@ -231,8 +248,11 @@ TEST(LaneProducts, AreTheProductsOfSlopesAndPoint) {
 
 TEST(InnovationFilter, TellsTheResponseToMcOfAMotorThatTurnsOneWay) {
   const auto record = BenchRecord({}, 45, 6.0);
-  const auto stretch =
-      MakeObservations(std::span<const Sample>(record).subspan(100), Channels::kUmOnly, 0.01, 10.0);
+  const auto stretch = MakeObservations(std::span<const Sample>(record).subspan(100),
+                                        Channels::kUmOnly,
+                                        0.01,
+                                        10.0,
+                                        paper::kGearRatio);
   RigParameters rig = BenchRig();
   const auto sum_of = [&] {
     const PredictionModel model = MakePredictionModel(rig, BenchNoise(), 0.01);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tests/core/bench_records.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::core {
 namespace {
@@ -14,18 +15,19 @@ namespace {
 class MapFitOfTwo : public testing::Test {
  protected:
   MapFitOfTwo() {
-    PlantParameters rig;
+    PlantParameters rig = paper::Plant();
     rig.ra_ohm *= 1.2;
     rig.j_kg_m2 *= 1.1;
-    stretch_ = MakeObservations(BenchRecord({}, 71, 6.0, rig), Channels::kAll, 0.01, 10.0);
+    stretch_ = MakeObservations(
+        BenchRecord({}, 71, 6.0, rig), Channels::kAll, 0.01, 10.0, paper::kGearRatio);
     models_.stretch = stretch_;
     models_.model_at = [](const Eigen::VectorXd& q, std::size_t) {
-      RigParameters at;
+      RigParameters at = paper::Rig();
       at.mc_nm = 0.33e-3;
       at.plant.ra_ohm *= std::exp(q(0));
       at.plant.j_kg_m2 *= std::exp(q(1));
-      NoiseLevel noise;
-      noise.w_rad_s = 0.5 * kRadPerSecondOfRpm;
+      NoiseLevel noise = paper::Noise();
+      noise.w_rad_s = 0.5 * paper::kRadPerSecondOfRpm;
       return MakePredictionModel(at, noise, 0.01);
     };
     prior_.mean = Eigen::VectorXd::Zero(2);
@@ -49,7 +51,8 @@ TEST_F(MapFitOfTwo, FindsTheLowestCostAndSaysHowSharpItIs) {
   EXPECT_NEAR(fit.point(0), std::log(1.2), 0.01);
   EXPECT_NEAR(fit.point(1), std::log(1.1), 0.01);
   EXPECT_NEAR(fit.cost(), CostAt(fit.point), 1e-9 * std::abs(fit.cost()));
-  // Three standard errors along a coordinate, the other held, cost 9 over its own curvature's part.
+  // Moving one coordinate by `step` and holding the other raises the cost by step^2 times the
+  // curvature along it.
   for (Eigen::Index i = 0; i < 2; ++i) {
     const double step = 3.0 * std::sqrt(fit.covariance(i, i));
     const double rise = step * step * (fit.information(i, i) + prior_.information(i, i));

@@ -7,16 +7,17 @@
 
 #include "core/plant/sampled_model.h"
 #include "core/signals/prbs.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::core {
 namespace {
 
 TEST(PredictionModel, AgreesWithThePlantsOwnSampledModel) {
-  RigParameters rig;
-  rig.plant.c8_farad = 2.2e-6;
-  rig.plant.r1_ohm = 10.0;
+  RigParameters rig = paper::Rig();
+  rig.plant.Set(paper::kC8, 2.2e-6);
+  rig.plant.series_ohm = 10.0;
   rig.mc_nm = 0.33e-3;
-  const PredictionModel mine = MakePredictionModel(rig, NoiseLevel{}, 0.01);
+  const PredictionModel mine = MakePredictionModel(rig, paper::Noise(), 0.01);
   const SampledModel other = MakeSampledModel(rig.plant, 0.01, rig.delta_s);
   PrbsSpec spec;
   const std::vector<double> uc = MakePrbs(spec, 400, 0.01);
@@ -32,7 +33,8 @@ TEST(PredictionModel, AgreesWithThePlantsOwnSampledModel) {
                                  mine.g * uc[k] + mine.g_torque * rig.mc_nm;
     x = next;
     const Eigen::Vector3d y = mine.c * x + mine.d * uc[k];
-    // The first samples differ by the start: one counts from the edge, the other from the reading.
+    // The first samples differ by the start: one model starts at the edge, the other at the
+    // reading.
     if (k > 100) worst = std::max(worst, (y - y_other).cwiseAbs().maxCoeff());
   }
   EXPECT_LT(worst, 1e-6);

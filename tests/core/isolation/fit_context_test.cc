@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/core/isolation/fault_stretch.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 namespace {
@@ -19,7 +20,7 @@ TEST(UpdatePosterior, LearnsFromAHealthyStretch) {
 }
 
 TEST(UpdatePosterior, LearnsNothingFromAStretchThatHoldsAFault) {
-  FaultStretch faulty({AbruptFault(Component::kRa, 12.0, 1.0)}, 152, 0.02);
+  FaultStretch faulty({AbruptFault(paper::kRa, 12.0, 1.0)}, 152, 0.02);
   const GaussianPrior before = faulty.context.calibration;
   UpdatePosterior(faulty.context.stretch, faulty.context);
   EXPECT_EQ(faulty.context.calibration.information, before.information);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/core/isolation/fault_stretch.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 namespace {
@@ -18,8 +19,8 @@ HypothesisFit StartAt(Component component, double value) {
 }
 
 TEST(Hypothesis, OfTheRightComponentFindsItsValueAndLeavesOnlyNoise) {
-  FaultStretch fault({AbruptFault(Component::kRa, 12.0, 1.0)}, 101, 0.002);
-  HypothesisFit fit = StartAt(Component::kRa, 10.0);
+  FaultStretch fault({AbruptFault(paper::kRa, 12.0, 1.0)}, 101, 0.002);
+  HypothesisFit fit = StartAt(paper::kRa, 10.0);
   RefineComponent(fault.context, fit);
   EXPECT_NEAR(std::log(fit.value / 12.0), 0.0, 4.0 * fit.log_sigma);
   EXPECT_LT(fit.log_sigma, 0.02);
@@ -31,27 +32,27 @@ TEST(Hypothesis, OfTheRightComponentFindsItsValueAndLeavesOnlyNoise) {
 
 TEST(Hypothesis, OfNoFaultCostsMoreTheMoreTheFaultShows) {
   FaultStretch healthy({}, 102);
-  FaultStretch faulty({AbruptFault(Component::kRa, 12.0, 1.0)}, 102);
+  FaultStretch faulty({AbruptFault(paper::kRa, 12.0, 1.0)}, 102);
   const HypothesisFit null_healthy = FitNullHypothesis(healthy.context);
   const HypothesisFit null_faulty = FitNullHypothesis(faulty.context);
-  HypothesisFit fit = StartAt(Component::kRa, 12.0);
+  HypothesisFit fit = StartAt(paper::kRa, 12.0);
   RefineComponent(faulty.context, fit);
   EXPECT_LT(null_healthy.chi2 / null_healthy.count, 1.3);
   EXPECT_GT(null_faulty.cost, fit.cost + 1000.0);
 }
 
 TEST(Hypothesis, AtAGivenValueIsNoBetterThanTheFreeFit) {
-  FaultStretch fault({AbruptFault(Component::kR1, 10.0, 1.0)}, 103);
-  HypothesisFit fit = StartAt(Component::kR1, 10.0);
+  FaultStretch fault({AbruptFault(paper::kR1, 10.0, 1.0)}, 103);
+  HypothesisFit fit = StartAt(paper::kR1, 10.0);
   RefineComponent(fault.context, fit);
-  EXPECT_NEAR(FitComponentAt(fault.context, Component::kR1, fit.value).cost, fit.cost, 0.5);
+  EXPECT_NEAR(FitComponentAt(fault.context, paper::kR1, fit.value).cost, fit.cost, 0.5);
   const double away = fit.value * std::exp(5.0 * fit.log_sigma);
-  EXPECT_GT(FitComponentAt(fault.context, Component::kR1, away).cost, fit.cost + 9.0);
+  EXPECT_GT(FitComponentAt(fault.context, paper::kR1, away).cost, fit.cost + 9.0);
 }
 
 TEST(Hypothesis, TellsABoundForAnInertiaThatIsTooSmallToSee) {
-  FaultStretch fault({AbruptFault(Component::kJ, 1.43e-8, 1.0)}, 104, 0.01, Channels::kUmOnly);
-  HypothesisFit fit = StartAt(Component::kJ, 5e-8);
+  FaultStretch fault({AbruptFault(paper::kJ, 1.43e-8, 1.0)}, 104, 0.01, Channels::kUmOnly);
+  HypothesisFit fit = StartAt(paper::kJ, 5e-8);
   RefineComponent(fault.context, fit);
   EXPECT_EQ(fit.bound, '<');
   EXPECT_GT(fit.value, 1.43e-8);
@@ -59,11 +60,11 @@ TEST(Hypothesis, TellsABoundForAnInertiaThatIsTooSmallToSee) {
 }
 
 TEST(Hypothesis, FollowsAValueThatMoves) {
-  Fault drift = AbruptFault(Component::kRa, 15.0, 3.0);
+  Fault drift = AbruptFault(paper::kRa, 15.0, 3.0);
   drift.kind = FaultKind::kDrift;
   drift.until_s = 5.0;
   FaultStretch fault({drift}, 105, 0.002);
-  HypothesisFit constant = StartAt(Component::kRa, 11.0);
+  HypothesisFit constant = StartAt(paper::kRa, 11.0);
   RefineComponent(fault.context, constant);
   const DriftFit moving = FitDrift(fault.context, constant);
   EXPECT_NEAR(moving.first_value, 7.41, 0.4);
@@ -72,10 +73,10 @@ TEST(Hypothesis, FollowsAValueThatMoves) {
 }
 
 TEST(Hypothesis, PredictionsOfR9AndR12CannotBeToldApart) {
-  FaultStretch fault({AbruptFault(Component::kR9, 33e3, 1.0)}, 106);
-  HypothesisFit r9 = StartAt(Component::kR9, 30e3);
-  HypothesisFit r12 = StartAt(Component::kR12, 6e3);
-  HypothesisFit ra = StartAt(Component::kRa, 7.0);
+  FaultStretch fault({AbruptFault(paper::kR9, 33e3, 1.0)}, 106);
+  HypothesisFit r9 = StartAt(paper::kR9, 30e3);
+  HypothesisFit r12 = StartAt(paper::kR12, 6e3);
+  HypothesisFit ra = StartAt(paper::kRa, 7.0);
   RefineComponent(fault.context, r9);
   RefineComponent(fault.context, r12);
   RefineComponent(fault.context, ra);
@@ -85,10 +86,10 @@ TEST(Hypothesis, PredictionsOfR9AndR12CannotBeToldApart) {
 }
 
 TEST(Hypothesis, RatherBelievesInTenfoldThanInHundredfold) {
-  const PlantParameters plant;
-  EXPECT_NEAR(MagnitudePrior(plant, Component::kJ, 10.0 * plant.j_kg_m2), 1.0, 1e-12);
-  EXPECT_NEAR(MagnitudePrior(plant, Component::kJ, plant.j_kg_m2 / 100.0), 4.0, 1e-12);
-  EXPECT_NEAR(MagnitudePrior(plant, Component::kC8, 1e-6), 0.0, 1e-12);
+  const PlantParameters plant = paper::Plant();
+  EXPECT_NEAR(MagnitudePrior(plant, paper::kJ, 10.0 * plant.j_kg_m2), 1.0, 1e-12);
+  EXPECT_NEAR(MagnitudePrior(plant, paper::kJ, plant.j_kg_m2 / 100.0), 4.0, 1e-12);
+  EXPECT_NEAR(MagnitudePrior(plant, paper::kC8, 1e-6), 0.0, 1e-12);
 }
 
 }  // namespace

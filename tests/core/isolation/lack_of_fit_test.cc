@@ -4,6 +4,7 @@
 
 #include "core/isolation/component_scan.h"
 #include "tests/core/isolation/fault_stretch.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 namespace {
@@ -15,16 +16,16 @@ HypothesisFit BestOf(const FaultStretch& fault, Component component) {
 }
 
 TEST(LackOfFit, IsNotFoundInTheRightHypothesis) {
-  FaultStretch fault({AbruptFault(Component::kRa, 12.0, 1.0)}, 111, 0.002);
-  const LackOfFit judged = TestLackOfFit(fault.context, BestOf(fault, Component::kRa));
+  FaultStretch fault({AbruptFault(paper::kRa, 12.0, 1.0)}, 111, 0.002);
+  const LackOfFit judged = TestLackOfFit(fault.context, BestOf(fault, paper::kRa));
   EXPECT_TRUE(judged.adequate) << judged.score << " " << judged.moved;
   EXPECT_TRUE(judged.relaxed);
   EXPECT_LT(judged.relaxed_gain, 45.0);
 }
 
 TEST(LackOfFit, IsFoundByTheScoreInTheWrongComponent) {
-  FaultStretch fault({AbruptFault(Component::kRa, 12.0, 1.0)}, 112, 0.002);
-  const LackOfFit judged = TestLackOfFit(fault.context, BestOf(fault, Component::kC8));
+  FaultStretch fault({AbruptFault(paper::kRa, 12.0, 1.0)}, 112, 0.002);
+  const LackOfFit judged = TestLackOfFit(fault.context, BestOf(fault, paper::kC8));
   EXPECT_FALSE(judged.adequate);
   EXPECT_GT(judged.score, 2.0);
   EXPECT_FALSE(judged.relaxed) << "the score alone decides";
@@ -32,8 +33,8 @@ TEST(LackOfFit, IsFoundByTheScoreInTheWrongComponent) {
 
 TEST(LackOfFit, NamesTheSecondComponentThatRelaxingMoves) {
   FaultStretch fault(
-      {AbruptFault(Component::kR9, 33e3, 1.0), AbruptFault(Component::kRa, 8.2, 1.0)}, 113, 0.002);
-  const HypothesisFit fit = BestOf(fault, Component::kR9);
+      {AbruptFault(paper::kR9, 33e3, 1.0), AbruptFault(paper::kRa, 8.2, 1.0)}, 113, 0.002);
+  const HypothesisFit fit = BestOf(fault, paper::kR9);
   LackOfFit judged = TestScore(fit);
   TestRelaxed(fault.context, fit, judged);
   EXPECT_FALSE(judged.adequate);
@@ -41,7 +42,7 @@ TEST(LackOfFit, NamesTheSecondComponentThatRelaxingMoves) {
 }
 
 TEST(LackOfFit, IsNotJudgedByRelaxingFewReadings) {
-  FaultStretch fault({AbruptFault(Component::kRa, 12.0, 1.0)}, 114, 0.002);
+  FaultStretch fault({AbruptFault(paper::kRa, 12.0, 1.0)}, 114, 0.002);
   fault.context.stretch = fault.context.stretch.first(19);  // 57 readings
   const HypothesisFit fit = FitNullHypothesis(fault.context);
   LackOfFit judged;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/core/isolation/fault_stretch.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 namespace {
@@ -21,7 +22,7 @@ MapFit MadeFit(const FitContext& context) {
 
 TEST(ValueError, IsTheFitsOwnWhenNothingElseIsUncertain) {
   FaultStretch fault({}, 141);
-  EXPECT_NEAR(LogSigma(fault.context, MadeFit(fault.context), 0, Component::kRa, 9.0), 0.01, 1e-12);
+  EXPECT_NEAR(LogSigma(fault.context, MadeFit(fault.context), 0, paper::kRa, 9.0), 0.01, 1e-12);
 }
 
 TEST(ValueError, GrowsByTheToleranceCovarianceAlongTheSlope) {
@@ -29,25 +30,24 @@ TEST(ValueError, GrowsByTheToleranceCovarianceAlongTheSlope) {
   fault.context.tolerance_covariance =
       4e-4 * Eigen::MatrixXd::Identity(kCoordinateCount, kCoordinateCount);
   // 1e-4 + 2^2 4e-4
-  EXPECT_NEAR(LogSigma(fault.context, MadeFit(fault.context), 0, Component::kRa, 9.0),
-              std::sqrt(17e-4),
-              1e-9);
+  EXPECT_NEAR(
+      LogSigma(fault.context, MadeFit(fault.context), 0, paper::kRa, 9.0), std::sqrt(17e-4), 1e-9);
 }
 
 TEST(ValueError, CountsTheOtherResistorsOfTheGainForR9AndR12Alone) {
   FaultStretch fault({}, 141);
   fault.context.part_tolerance = 0.01;
   const MapFit fit = MadeFit(fault.context);
-  EXPECT_NEAR(LogSigma(fault.context, fit, 0, Component::kR1, 10.0), 0.01, 1e-12);
-  EXPECT_GT(LogSigma(fault.context, fit, 0, Component::kR9, 33e3), 0.011);
-  EXPECT_GT(LogSigma(fault.context, fit, 0, Component::kR12, 5.6e3), 0.011);
-  // The further R9 is above R10, the less the gain says about it.
-  EXPECT_GT(LogSigma(fault.context, fit, 0, Component::kR9, 100e3),
-            LogSigma(fault.context, fit, 0, Component::kR9, 33e3));
+  EXPECT_NEAR(LogSigma(fault.context, fit, 0, paper::kR1, 10.0), 0.01, 1e-12);
+  EXPECT_GT(LogSigma(fault.context, fit, 0, paper::kR9, 33e3), 0.011);
+  EXPECT_GT(LogSigma(fault.context, fit, 0, paper::kR12, 5.6e3), 0.011);
+  // The more R9 exceeds R10, the less the gain depends on it.
+  EXPECT_GT(LogSigma(fault.context, fit, 0, paper::kR9, 100e3),
+            LogSigma(fault.context, fit, 0, paper::kR9, 33e3));
 }
 
 TEST(ValueError, OfACapacitorIsAboutTheToleranceOfTheResistorsBesideIt) {
-  FaultStretch fault({AbruptFault(Component::kC8, 10e-6, 1.0)}, 142, 0.002);
+  FaultStretch fault({AbruptFault(paper::kC8, 10e-6, 1.0)}, 142, 0.002);
   fault.context.part_tolerance = 0.02;
   GaussianPrior prior;
   prior.mean = Eigen::VectorXd::Zero(1 + kCoordinateCount);
@@ -57,7 +57,7 @@ TEST(ValueError, OfACapacitorIsAboutTheToleranceOfTheResistorsBesideIt) {
   prior.information.bottomRightCorner(kCoordinateCount, kCoordinateCount) =
       fault.context.calibration.information;
   // tau = C8 (Re2 + R5): Re2 is 12 of 13 kohm, R12 alone 10 of them.
-  const double sigma = CapacitorLogSigma(fault.context, prior, prior.mean);
+  const double sigma = CapacitorLogSigma(fault.context, paper::kC8, prior, prior.mean);
   EXPECT_GT(sigma, 0.005);
   EXPECT_LT(sigma, 0.03);
 }

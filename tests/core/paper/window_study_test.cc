@@ -6,6 +6,7 @@
 
 #include "core/paper/reproduction/reproduction.h"
 #include "core/plant/coefficients.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 namespace {
@@ -14,13 +15,15 @@ constexpr std::size_t kStart = 50;
 constexpr std::size_t kChange = 1000;
 
 std::vector<WindowStudyRow> Study(Component component, double value) {
-  return StudyWindows(
-             PaperRecord(TableFault{component, value}, 1), kStart, kChange, PaperVariants())
+  return StudyWindows(PaperRecord(paper::Bench(), TableFault{component, value}, 1),
+                      kStart,
+                      kChange,
+                      PaperVariants())
       .value();
 }
 
 TEST(WindowStudy, RunsThePapersSixVariantsInOneCall) {
-  const auto rows = Study(Component::kR1, 10.0);
+  const auto rows = Study(paper::kR1, 10.0);
   std::vector<std::string> names;
   std::vector<int> transients;
   for (const WindowStudyRow& row : rows) {
@@ -37,7 +40,7 @@ TEST(WindowStudy, RunsThePapersSixVariantsInOneCall) {
 }
 
 TEST(WindowStudy, LongerWindowsSpreadLessAndSettleLater) {
-  const auto rows = Study(Component::kR1, 10.0);
+  const auto rows = Study(paper::kR1, 10.0);
   for (const int i : {0, 1, 3, 4}) {
     const WindowStudyRow& shorter = rows[static_cast<std::size_t>(i)];
     const WindowStudyRow& longer = rows[static_cast<std::size_t>(i + 1)];
@@ -51,12 +54,12 @@ TEST(WindowStudy, LongerWindowsSpreadLessAndSettleLater) {
 }
 
 TEST(WindowStudy, MeansAreThePlantsOnBothSidesOfTheChange) {
-  // R12 changes the gain alone, which every variant estimates without bias.
-  PlantParameters faulty;
-  faulty.r12_ohm = 2e3;
-  const double before = MakeContinuous(PlantParameters{}).b0;
+  // R12 changes only the gain, which every variant estimates without bias.
+  PlantParameters faulty = paper::Plant();
+  faulty.Set(paper::kR12, 2e3);
+  const double before = MakeContinuous(paper::Plant()).b0;
   const double after = MakeContinuous(faulty).b0;
-  for (const WindowStudyRow& row : Study(Component::kR12, 2e3)) {
+  for (const WindowStudyRow& row : Study(paper::kR12, 2e3)) {
     if (row.spec.method == EstimatorMethod::kSia) {
       // Coulomb friction lowers um by some millivolts of its volts.
       EXPECT_NEAR(row.before[0].mean, before, 0.01 * before) << row.name;
@@ -66,7 +69,7 @@ TEST(WindowStudy, MeansAreThePlantsOnBothSidesOfTheChange) {
 }
 
 TEST(WindowStudy, WithoutAChangeThereIsNoAfter) {
-  const std::vector<Sample> record = PaperRecord(std::nullopt, 1);
+  const std::vector<Sample> record = PaperRecord(paper::Bench(), std::nullopt, 1);
   const auto rows = StudyWindows(record, kStart, record.size(), PaperVariants()).value();
   for (const WindowStudyRow& row : rows) {
     EXPECT_TRUE(row.after.empty());
@@ -75,7 +78,7 @@ TEST(WindowStudy, WithoutAChangeThereIsNoAfter) {
 }
 
 TEST(WindowStudy, RefusalsNameTheField) {
-  const std::vector<Sample> record = PaperRecord(std::nullopt, 1);
+  const std::vector<Sample> record = PaperRecord(paper::Bench(), std::nullopt, 1);
   EXPECT_EQ(StudyWindows(record, 100, 100, PaperVariants()).error().field, "change");
   EXPECT_EQ(StudyWindows(record, 0, 2001, PaperVariants()).error().field, "change");
   EXPECT_EQ(StudyWindows(record, 0, 300, PaperVariants()).error().field, "5/window_samples");

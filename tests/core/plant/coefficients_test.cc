@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/signals/random.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 namespace {
@@ -15,13 +16,13 @@ constexpr double kPrinted4 = 0.5e-4;
 constexpr double kRounding = 1e-12;
 
 PlantParameters Faulty(Component component, double value) {
-  PlantParameters parameters;
+  PlantParameters parameters = paper::Plant();
   parameters.Set(component, value);
   return parameters;
 }
 
 TEST(Coefficients, NominalValuesAreThoseOfThePaper) {
-  const ContinuousCoefficients c = MakeContinuous(PlantParameters{});
+  const ContinuousCoefficients c = MakeContinuous(paper::Plant());
   EXPECT_NEAR(c.b0, 2.3935, kPrinted4);
   EXPECT_NEAR(c.b1, 0.0382, kPrinted4);
   EXPECT_NEAR(c.a1, 0.01807, 0.5e-5);
@@ -32,15 +33,15 @@ TEST(Coefficients, NominalValuesAreThoseOfThePaper) {
 }
 
 TEST(Coefficients, GainOnlyFaultsLeaveThePoleAlone) {
-  const ContinuousCoefficients nominal = MakeContinuous(PlantParameters{});
-  EXPECT_EQ(MakeContinuous(Faulty(Component::kR9, 33e3)).a1, nominal.a1);
-  EXPECT_NEAR(MakeContinuous(Faulty(Component::kR12, 2e3)).a1, nominal.a1, 1e-6);  // C8 = 47 pF
-  EXPECT_NEAR(MakeContinuous(Faulty(Component::kR9, 33e3)).b0, 1.559, 0.5e-3);     // erratum 2
+  const ContinuousCoefficients nominal = MakeContinuous(paper::Plant());
+  EXPECT_EQ(MakeContinuous(Faulty(paper::kR9, 33e3)).a1, nominal.a1);
+  EXPECT_NEAR(MakeContinuous(Faulty(paper::kR12, 2e3)).a1, nominal.a1, 1e-6);  // C8 = 47 pF
+  EXPECT_NEAR(MakeContinuous(Faulty(paper::kR9, 33e3)).b0, 1.559, 0.5e-3);     // erratum 2
 }
 
 TEST(Coefficients, DiscretisationIsTheSampledStepResponse) {
   // Closed form: y(t) = b0 (1 - e^-t/a1) + b1/a1 e^-t/a1 after a unit step at an edge.
-  const ContinuousCoefficients c = MakeContinuous(Faulty(Component::kR1, 10.0));
+  const ContinuousCoefficients c = MakeContinuous(Faulty(paper::kR1, 10.0));
   for (const double delta_s : {0.0, 0.0045, 0.0095}) {
     const DiscreteCoefficients d = Discretise(c, kPeriodS, delta_s);
     double y = d.b0d;
@@ -56,8 +57,8 @@ TEST(Coefficients, DiscretisationIsTheSampledStepResponse) {
 TEST(Coefficients, InverseUndoesDiscretisationForRandomPlantsAndDelays) {
   Random random(7);
   for (int i = 0; i < 1000; ++i) {
-    PlantParameters parameters;
-    for (const Component component : kAllComponents) {
+    PlantParameters parameters = paper::Plant();
+    for (const Component component : paper::Parts()) {
       parameters.Set(component, parameters.Get(component) * std::exp(random.Uniform(-1.5, 1.5)));
     }
     const double delta_s = random.Uniform(0.0, kPeriodS);
@@ -80,15 +81,15 @@ TEST(Coefficients, NoContinuousModelForAPoleOutsideTheUnitIntervalIsClaimed) {
 }
 
 // Check values of the exact Jacobian at nominal, five digits, computed independently of this code.
-constexpr double kCheck[3][kComponentCount] = {
+constexpr double kCheck[3][7] = {
     {-6.4749e-3, -1.1968e-4, 1.9946e-4, 0.0, 1.756e-5, 0.0, -3.5249e3},
     {-1.0339e-4, -1.9110e-6, 3.1850e-6, 2393.5, 5.0545e-3, 2.6727e4, -4.8307e2},
     {2.1002e-3, 0.0, 4.7e-11, 1.3e4, 2.1002e-3, 1.2639e4, -2.2844e2}};
 
 TEST(CoefficientJacobian, HasTheKnownValuesAtNominal) {
-  const CoefficientJacobian jacobian = ContinuousJacobian(PlantParameters{});
+  const CoefficientJacobian jacobian = ContinuousJacobian(paper::Plant(), paper::Parts());
   for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < kComponentCount; ++column) {
+    for (int column = 0; column < paper::Bench().component_count(); ++column) {
       const double expected = kCheck[row][column];
       EXPECT_NEAR(jacobian(row, column), expected, 3e-4 * std::abs(expected))
           << row << " " << column;
@@ -100,15 +101,17 @@ TEST(CoefficientJacobian, EqualsCentralDifferencesAtRandomPlants) {
   Random random(11);
   constexpr double kStep = 1e-5;  // truncation 1e-10, rounding 1e-11 of the values
   for (int i = 0; i < 50; ++i) {
-    PlantParameters parameters;
-    for (const Component component : kAllComponents) {
+    PlantParameters parameters = paper::Plant();
+    for (const Component component : paper::Parts()) {
       parameters.Set(component, parameters.Get(component) * std::exp(random.Uniform(-1.0, 1.0)));
     }
-    parameters.c8_farad = 1e-6 * std::exp(random.Uniform(-1.0, 1.0));  // so that C8 matters
+    parameters.Set(paper::kC8,
+                   1e-6 * std::exp(random.Uniform(-1.0, 1.0)));  // so that C8 has an effect
     const double delta_s = random.Uniform(0.0, kPeriodS);
-    const CoefficientJacobian continuous = ContinuousJacobian(parameters);
-    const CoefficientJacobian discrete = DiscreteJacobian(parameters, kPeriodS, delta_s);
-    for (const Component component : kAllComponents) {
+    const CoefficientJacobian continuous = ContinuousJacobian(parameters, paper::Parts());
+    const CoefficientJacobian discrete =
+        DiscreteJacobian(parameters, paper::Parts(), kPeriodS, delta_s);
+    for (const Component component : paper::Parts()) {
       const double value = parameters.Get(component);
       PlantParameters up = parameters;
       PlantParameters down = parameters;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/types/check.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 namespace {
@@ -12,50 +13,51 @@ namespace {
 constexpr double kPeriodS = 0.1;
 
 TEST(FaultSchedule, AnAbruptFaultActsFromTheFirstSampleNotBeforeItsTime) {
-  const FaultSchedule schedule({{.component = Component::kR1, .value = 10.0, .at_s = 0.3}}, {});
-  EXPECT_EQ(schedule.ValueAt(Component::kR1, 2 * kPeriodS), 1.0);
-  EXPECT_EQ(schedule.ValueAt(Component::kR1, 3 * kPeriodS), 10.0);
-  EXPECT_EQ(schedule.ValueAt(Component::kR1, 600.0), 10.0);
-  EXPECT_EQ(schedule.ValueAt(Component::kR9, 600.0), 10e3);
+  const FaultSchedule schedule({{.component = paper::kR1, .value = 10.0, .at_s = 0.3}},
+                               paper::Plant());
+  EXPECT_EQ(schedule.ValueAt(paper::kR1, 2 * kPeriodS), 1.0);
+  EXPECT_EQ(schedule.ValueAt(paper::kR1, 3 * kPeriodS), 10.0);
+  EXPECT_EQ(schedule.ValueAt(paper::kR1, 600.0), 10.0);
+  EXPECT_EQ(schedule.ValueAt(paper::kR9, 600.0), 10e3);
 }
 
 TEST(FaultSchedule, ADriftIsLinearAndStays) {
-  const FaultSchedule schedule({{.component = Component::kR9,
+  const FaultSchedule schedule({{.component = paper::kR9,
                                  .value = 18e3,
                                  .at_s = 5.0,
                                  .kind = FaultKind::kDrift,
                                  .until_s = 17.0}},
-                               {});
-  EXPECT_EQ(schedule.ValueAt(Component::kR9, 4.9), 10e3);
-  EXPECT_DOUBLE_EQ(schedule.ValueAt(Component::kR9, 11.0), 14e3);
-  EXPECT_EQ(schedule.ValueAt(Component::kR9, 17.0), 18e3);
-  EXPECT_EQ(schedule.ValueAt(Component::kR9, 20.0), 18e3);
+                               paper::Plant());
+  EXPECT_EQ(schedule.ValueAt(paper::kR9, 4.9), 10e3);
+  EXPECT_DOUBLE_EQ(schedule.ValueAt(paper::kR9, 11.0), 14e3);
+  EXPECT_EQ(schedule.ValueAt(paper::kR9, 17.0), 18e3);
+  EXPECT_EQ(schedule.ValueAt(paper::kR9, 20.0), 18e3);
 }
 
 TEST(FaultSchedule, AnIntermittentFaultLastsItsHalfOpenInterval) {
-  const FaultSchedule schedule({{.component = Component::kR12,
+  const FaultSchedule schedule({{.component = paper::kR12,
                                  .value = 2e3,
                                  .at_s = 1.0,
                                  .kind = FaultKind::kIntermittent,
                                  .until_s = 2.0}},
-                               {});
-  EXPECT_EQ(schedule.ValueAt(Component::kR12, 1.0), 2e3);
-  EXPECT_EQ(schedule.ValueAt(Component::kR12, 1.9), 2e3);
-  EXPECT_EQ(schedule.ValueAt(Component::kR12, 2.0), 10e3);
+                               paper::Plant());
+  EXPECT_EQ(schedule.ValueAt(paper::kR12, 1.0), 2e3);
+  EXPECT_EQ(schedule.ValueAt(paper::kR12, 1.9), 2e3);
+  EXPECT_EQ(schedule.ValueAt(paper::kR12, 2.0), 10e3);
 }
 
 TEST(FaultSchedule, LeavesWhatAnOperatorCommandedUntilItsOwnFaultActs) {
-  Plant plant(PlantParameters{}, BenchProfileBench(), 1);
-  FaultSchedule schedule({{.component = Component::kR1, .value = 100.0, .at_s = 1.0}}, {});
+  Plant plant(paper::Plant(), paper::Hardware(), 1);
+  FaultSchedule schedule({{.component = paper::kR1, .value = 100.0, .at_s = 1.0}}, paper::Plant());
   schedule.Apply(0.0, plant);
-  plant.Set(Component::kR1, 10.0);
+  plant.Set(paper::kR1, 10.0);
   schedule.Apply(0.5, plant);
-  EXPECT_EQ(plant.parameters().r1_ohm, 10.0);
+  EXPECT_EQ(plant.parameters().series_ohm, 10.0);
   schedule.Apply(1.0, plant);
-  EXPECT_EQ(plant.parameters().r1_ohm, 100.0);
-  plant.Set(Component::kR1, 1.0);
+  EXPECT_EQ(plant.parameters().series_ohm, 100.0);
+  plant.Set(paper::kR1, 1.0);
   schedule.Apply(1.1, plant);
-  EXPECT_EQ(plant.parameters().r1_ohm, 1.0);
+  EXPECT_EQ(plant.parameters().series_ohm, 1.0);
 }
 
 TEST(FaultSchedule, RefusalsNameTheField) {

@@ -7,6 +7,7 @@
 
 #include "core/plant/plant.h"
 #include "core/signals/prbs.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 namespace {
@@ -56,7 +57,7 @@ TEST(ModelFit, AnUnstableOrImpossibleModelIsNotAFit) {
       FitContinuous({.b0 = 2.0, .b1 = 0.1, .a1 = -0.1}, uc_v, uc_v, kPeriodS, 0.0).fit_percent));
 }
 
-// The plant itself, turning and noiseless, against the models that claim to describe it.
+// The plant itself, turning and without noise, compared with its models.
 struct Recording {
   std::vector<double> uc_v;
   std::vector<double> um_v;
@@ -78,19 +79,19 @@ Recording Record(const PlantParameters& p, const BenchProfile& profile) {
 }
 
 BenchProfile QuietBench() {
-  BenchProfile profile = BenchProfileBench();
+  BenchProfile profile = paper::Hardware();
   profile.friction.noise_rms_nm = 0.0;
   return profile;
 }
 
 class EveryComponent : public testing::TestWithParam<Component> {};
-INSTANTIATE_TEST_SUITE_P(Models, EveryComponent, testing::ValuesIn(kAllComponents));
+INSTANTIATE_TEST_SUITE_P(Models, EveryComponent, testing::ValuesIn(paper::Parts()));
 
 TEST_P(EveryComponent, SampledModelIsThePlantToTheLastDigit) {
-  PlantParameters p;
-  const double factor = GetParam() == Component::kC8    ? 1e5
-                        : GetParam() == Component::kR12 ? 0.3  // 3 would reach the supply
-                                                        : 3.0;
+  PlantParameters p = paper::Plant();
+  const double factor = GetParam() == paper::kC8    ? 1e5
+                        : GetParam() == paper::kR12 ? 0.3  // 3 reaches the supply
+                                                    : 3.0;
   p.Set(GetParam(), factor * p.Get(GetParam()));
   const BenchProfile profile = QuietBench();
   const Recording r = Record(p, profile);
@@ -100,8 +101,8 @@ TEST_P(EveryComponent, SampledModelIsThePlantToTheLastDigit) {
 }
 
 TEST(ModelFit, FirstOrderModelMissesOnlyTheInductance) {
-  const BenchProfile profile = BenchProfileMultisim();
-  const PlantParameters p;
+  const BenchProfile profile = paper::CircuitSimulation();
+  const PlantParameters p = paper::Plant();
   const Recording r = Record(p, profile);
   const double fit =
       FitContinuous(MakeContinuous(p), r.uc_v, r.um_v, kPeriodS, profile.delta_s).fit_percent;
@@ -117,15 +118,15 @@ TEST(ModelFit, FirstOrderModelMissesOnlyTheInductance) {
 }
 
 TEST(ModelFit, IgnoringDeltaCostsFit) {
-  const BenchProfile profile = BenchProfileMultisim();
-  const Recording r = Record(PlantParameters{}, profile);
-  const ContinuousCoefficients c = MakeContinuous(PlantParameters{});
+  const BenchProfile profile = paper::CircuitSimulation();
+  const Recording r = Record(paper::Plant(), profile);
+  const ContinuousCoefficients c = MakeContinuous(paper::Plant());
   EXPECT_LT(FitContinuous(c, r.uc_v, r.um_v, kPeriodS, 0.0).fit_percent, 97.0);
 }
 
 TEST(ModelFit, FrictionChannelMattersWhenR1IsLarge) {
-  PlantParameters p;
-  p.r1_ohm = 100.0;
+  PlantParameters p = paper::Plant();
+  p.series_ohm = 100.0;
   const BenchProfile profile = QuietBench();
   const Recording r = Record(p, profile);
   const ContinuousCoefficients c = MakeContinuous(p);
@@ -138,7 +139,7 @@ TEST(ModelFit, FrictionChannelMattersWhenR1IsLarge) {
 }
 
 TEST(SampledModel, SteadyStateIsAFixedPoint) {
-  const SampledModel model = MakeSampledModel(PlantParameters{}, kPeriodS, 0.0095);
+  const SampledModel model = MakeSampledModel(paper::Plant(), kPeriodS, 0.0095);
   const Eigen::Vector3d x = model.SteadyState(2.5, 0.33e-3);
   const Eigen::Vector3d next = model.phi * x + model.gamma_u * 2.5 + model.gamma_m * 0.33e-3;
   EXPECT_LT((next - x).norm(), 1e-10 * x.norm());

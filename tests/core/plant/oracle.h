@@ -3,14 +3,15 @@
 #include <array>
 #include <cmath>
 
-#include "core/plant/profile.h"
+#include "core/bench/profile.h"
 #include "core/types/plant_parameters.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 
 /// An independent integration of paper Eq. (1)-(2) for tests: classical Runge-Kutta of fourth order
-/// with a step far below every time constant, friction judged at every step. Shares no code with
-/// Plant: no matrix exponential, no event search.
+/// with a step far below every time constant; friction is evaluated at every step. Shares no code
+/// with Plant: no matrix exponential, no event search.
 class RungeKuttaPlant {
  public:
   RungeKuttaPlant(const PlantParameters& p, const FrictionModel& friction) : p_(p), f_(friction) {}
@@ -37,13 +38,16 @@ class RungeKuttaPlant {
     }
   }
 
-  double Output(double uc_v) const { return OutputOf(x_, uc_v) - p_.r1_ohm * x_[1]; }
+  double Output(double uc_v) const { return OutputOf(x_, uc_v) - p_.series_ohm * x_[1]; }
   const State& state() const { return x_; }
 
  private:
   double OutputOf(const State& x, double uc_v) const {
-    const double g = 1.0 / p_.r5_ohm + 1.0 / p_.re2_ohm();
-    return (uc_v / p_.re1_ohm() + x[0] / p_.r5_ohm) / g;
+    const auto of = [&](const char* symbol) { return paper::Value(p_, symbol); };
+    const double re1_ohm = of("R9") * of("R10") / (of("R9") + of("R10"));
+    const double re2_ohm = of("R12") + of("R14") + of("R15");
+    const double g = 1.0 / of("R5") + 1.0 / re2_ohm;
+    return (uc_v / re1_ohm + x[0] / of("R5")) / g;
   }
 
   State Slope(const State& x, double uc_v) const {
@@ -52,8 +56,8 @@ class RungeKuttaPlant {
     const double torque =
         f_.mc_nm + (f_.ms_nm - f_.mc_nm) * std::exp(-std::pow(speed, f_.stribeck_shape));
     State slope;
-    slope[0] = (out - x[0]) / (p_.r5_ohm * p_.c8_farad);
-    slope[1] = (out - (p_.ra_ohm + p_.r1_ohm) * x[1] - p_.ke_v_per_rad_s * x[2]) / p_.la_henry;
+    slope[0] = (out - x[0]) / (paper::Value(p_, "R5") * p_.Get(paper::kC8));
+    slope[1] = (out - (p_.ra_ohm + p_.series_ohm) * x[1] - p_.ke_v_per_rad_s * x[2]) / p_.la_henry;
     slope[2] = sense_ == 0 ? 0.0
                            : (p_.kt_nm_per_a * x[1] - p_.b_nm_per_rad_s * x[2] - sense_ * torque) /
                                  p_.j_kg_m2;
@@ -64,7 +68,7 @@ class RungeKuttaPlant {
     return {x[0] + step * slope[0], x[1] + step * slope[1], x[2] + step * slope[2]};
   }
 
-  PlantParameters p_;
+  PlantParameters p_ = paper::Plant();
   FrictionModel f_;
   State x_{};
   int sense_ = 0;

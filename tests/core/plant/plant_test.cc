@@ -7,6 +7,7 @@
 #include "core/signals/prbs.h"
 #include "core/types/check.h"
 #include "tests/core/plant/oracle.h"
+#include "tests/paper_bench.h"
 #include "tests/support/heap_guard.h"
 
 namespace faultlab::core {
@@ -14,23 +15,23 @@ namespace {
 
 constexpr double kPeriodS = 0.01;
 constexpr double kDeltaS = 0.0095;
-// Rounding of a matrix exponential with up to 20 squarings.
+// Rounding error of a matrix exponential with up to 20 squarings.
 constexpr double kExact = 1e-9;
 
 BenchProfile Frictionless() {
-  BenchProfile profile = BenchProfileMultisim();
+  BenchProfile profile = paper::CircuitSimulation();
   profile.noise = {};
   return profile;
 }
 
 BenchProfile QuietBench() {
-  BenchProfile profile = BenchProfileBench();
+  BenchProfile profile = paper::Hardware();
   profile.friction.noise_rms_nm = 0.0;
   return profile;
 }
 
 TEST(Plant, SteadyStateIsThatOfTheEquations) {
-  const PlantParameters p;
+  const PlantParameters p = paper::Plant();
   const BenchProfile profile = QuietBench();
   Plant plant(p, profile, 1);
   plant.SetInput(3.0);
@@ -39,19 +40,19 @@ TEST(Plant, SteadyStateIsThatOfTheEquations) {
   }
   // Uout = 2.4 * 3; Uout = (Ra+R1) i + Ke w, KT i = B w + Mc.
   const double ke_kt = p.ke_v_per_rad_s * p.kt_nm_per_a;
-  const double r = p.ra_ohm + p.r1_ohm;
+  const double r = p.ra_ohm + p.series_ohm;
   const double w =
       (7.2 * p.kt_nm_per_a - r * profile.friction.mc_nm) / (p.b_nm_per_rad_s * r + ke_kt);
   const PlantOutputs out = plant.outputs();
   EXPECT_NEAR(out.ua_v, 7.2, kExact);
   EXPECT_NEAR(out.omega_rad_s, w, kExact * w);
   EXPECT_NEAR(out.ia_a, (p.b_nm_per_rad_s * w + profile.friction.mc_nm) / p.kt_nm_per_a, kExact);
-  EXPECT_NEAR(out.um_v, out.ua_v - p.r1_ohm * out.ia_a, kExact);
+  EXPECT_NEAR(out.um_v, out.ua_v - p.series_ohm * out.ia_a, kExact);
 }
 
 TEST(Plant, StepLengthDoesNotMatterWhileTheMotorTurns) {
   for (const double j : {1.43e-8, 1.43e-6, 1.43e-4}) {
-    PlantParameters p;
+    PlantParameters p = paper::Plant();
     p.j_kg_m2 = j;
     Plant coarse(p, Frictionless(), 1);
     Plant fine(p, Frictionless(), 1);
@@ -80,23 +81,23 @@ struct OracleCase {
 class PlantOracle : public ::testing::TestWithParam<OracleCase> {};
 INSTANTIATE_TEST_SUITE_P(Faults,
                          PlantOracle,
-                         ::testing::Values(OracleCase{"nominal", Component::kR1, 1.0, 2},
-                                           OracleCase{"Tustin", Component::kR1, 1.0, 1},
-                                           OracleCase{"R1_100", Component::kR1, 100.0, 2},
-                                           OracleCase{"R9_56k", Component::kR9, 56e3, 2},
-                                           OracleCase{"C8_1u", Component::kC8, 1e-6, 2},
-                                           OracleCase{"C8_47u", Component::kC8, 47e-6, 1},
-                                           OracleCase{"Ra_74", Component::kRa, 74.1, 2},
-                                           OracleCase{"J_small", Component::kJ, 1.43e-8, 2},
-                                           OracleCase{"J_small_Tustin", Component::kJ, 1.43e-8, 1},
-                                           OracleCase{"J_large", Component::kJ, 1.43e-4, 2},
-                                           OracleCase{"B_large", Component::kB, 1.8e-4, 2}),
+                         ::testing::Values(OracleCase{"nominal", paper::kR1, 1.0, 2},
+                                           OracleCase{"Tustin", paper::kR1, 1.0, 1},
+                                           OracleCase{"R1_100", paper::kR1, 100.0, 2},
+                                           OracleCase{"R9_56k", paper::kR9, 56e3, 2},
+                                           OracleCase{"C8_1u", paper::kC8, 1e-6, 2},
+                                           OracleCase{"C8_47u", paper::kC8, 47e-6, 1},
+                                           OracleCase{"Ra_74", paper::kRa, 74.1, 2},
+                                           OracleCase{"J_small", paper::kJ, 1.43e-8, 2},
+                                           OracleCase{"J_small_Tustin", paper::kJ, 1.43e-8, 1},
+                                           OracleCase{"J_large", paper::kJ, 1.43e-4, 2},
+                                           OracleCase{"B_large", paper::kB, 1.8e-4, 2}),
                          [](const auto& one) { return one.param.name; });
 
-// From rest through break-away, the Stribeck region, running, coasting to standstill and away
-// again: an input that visits every event, against Runge-Kutta steps of 0.2 us.
+// From rest through break-away, the Stribeck region, running, and coasting to standstill and away
+// again: an input that reaches every kind of event, compared with Runge-Kutta steps of 0.2 us.
 TEST_P(PlantOracle, FollowsRungeKuttaThroughStartStopAndStart) {
-  PlantParameters p;
+  PlantParameters p = paper::Plant();
   p.Set(GetParam().component, GetParam().value);
   BenchProfile profile = QuietBench();
   profile.friction.stribeck_shape = GetParam().shape;
@@ -126,9 +127,10 @@ TEST_P(PlantOracle, FollowsRungeKuttaThroughStartStopAndStart) {
 
 TEST(Plant, MotorSticksUntilTheDriveExceedsStaticFriction) {
   const BenchProfile profile = QuietBench();
-  const PlantParameters p;
+  const PlantParameters p = paper::Plant();
   // i = 2.4 uc / (Ra+R1) at standstill: breaks away above Ms / KT.
-  const double uc_limit = profile.friction.ms_nm / p.kt_nm_per_a * (p.ra_ohm + p.r1_ohm) / p.gain();
+  const double uc_limit =
+      profile.friction.ms_nm / p.kt_nm_per_a * (p.ra_ohm + p.series_ohm) / p.gain();
   Plant plant(p, profile, 1);
   plant.SetInput(0.999 * uc_limit);
   plant.Advance(0.5);
@@ -141,7 +143,7 @@ TEST(Plant, MotorSticksUntilTheDriveExceedsStaticFriction) {
 }
 
 TEST(Plant, CoastsToStandstillInFiniteTimeAndStays) {
-  const PlantParameters p;
+  const PlantParameters p = paper::Plant();
   Plant plant(p, QuietBench(), 1);
   plant.SetInput(3.0);
   plant.Advance(0.5);
@@ -153,11 +155,12 @@ TEST(Plant, CoastsToStandstillInFiniteTimeAndStays) {
 }
 
 TEST(Plant, StribeckStepsConvergeInSecondOrder) {
-  // The same low-speed stretch advanced in ever shorter calls: the error against the finest falls.
+  // The same low-speed stretch advanced in shorter and shorter calls: the error relative to the
+  // shortest decreases.
   BenchProfile profile = QuietBench();
-  profile.friction.ms_nm = 0.8e-3;  // a term strong enough to see
+  profile.friction.ms_nm = 0.8e-3;  // large enough to be visible
   const auto speed_after = [&profile](double call_s) {
-    Plant plant(PlantParameters{}, profile, 1);
+    Plant plant(paper::Plant(), profile, 1);
     plant.SetInput(0.18);
     const int calls = static_cast<int>(std::round(0.008 / call_s));
     for (int i = 0; i < calls; ++i) {
@@ -174,18 +177,18 @@ TEST(Plant, StribeckStepsConvergeInSecondOrder) {
 }
 
 TEST(Plant, SwitchedCapacitorComesUnchargedAndADriftingOneKeepsItsCharge) {
-  PlantParameters p;
-  p.c8_farad = 10e-6;
+  PlantParameters p = paper::Plant();
+  p.Set(paper::kC8, 10e-6);
   Plant plant(p, Frictionless(), 1);
   plant.SetInput(3.0);
   plant.Advance(1.0);
   const double charged_v = plant.state()(0);
   EXPECT_NEAR(charged_v, 7.2, 0.01);
-  plant.Drift(Component::kC8, 20e-6);
+  plant.Drift(paper::kC8, 20e-6);
   EXPECT_NEAR(plant.state()(0), 0.5 * charged_v, kExact);
-  plant.Set(Component::kC8, 20e-6);  // no change: nothing is switched
+  plant.Set(paper::kC8, 20e-6);  // no change: nothing is switched
   EXPECT_NEAR(plant.state()(0), 0.5 * charged_v, kExact);
-  plant.Set(Component::kC8, 47e-6);
+  plant.Set(paper::kC8, 47e-6);
   EXPECT_EQ(plant.state()(0), 0.0);
   // At once the output falls to the divider's k R5/(R5+Re2).
   EXPECT_NEAR(plant.outputs().ua_v, 7.2 * 1.0 / 13.0, kExact);
@@ -194,8 +197,8 @@ TEST(Plant, SwitchedCapacitorComesUnchargedAndADriftingOneKeepsItsCharge) {
 TEST(Plant, OutputStopsAtTheSupplyAndComesBack) {
   BenchProfile profile = Frictionless();
   profile.amplifier.output_max_v = 6.0;
-  PlantParameters p;
-  p.c8_farad = 1e-6;  // so that the output crosses the limit between samples
+  PlantParameters p = paper::Plant();
+  p.Set(paper::kC8, 1e-6);  // so that the output crosses the limit between samples
   Plant plant(p, profile, 1);
   plant.SetInput(3.0);
   for (int i = 0; i < 50; ++i) {
@@ -209,7 +212,7 @@ TEST(Plant, OutputStopsAtTheSupplyAndComesBack) {
 }
 
 TEST(Plant, TwoQuadrantsGiveNoNegativeVoltageButBrakingCurrent) {
-  Plant plant(PlantParameters{}, QuietBench(), 1);
+  Plant plant(paper::Plant(), QuietBench(), 1);
   plant.SetInput(3.0);
   plant.Advance(0.5);
   plant.SetInput(-3.0);
@@ -221,7 +224,7 @@ TEST(Plant, TwoQuadrantsGiveNoNegativeVoltageButBrakingCurrent) {
 
   BenchProfile four = QuietBench();
   four.amplifier.quadrants = Quadrants::kFour;
-  Plant reversible(PlantParameters{}, four, 1);
+  Plant reversible(paper::Plant(), four, 1);
   reversible.SetInput(-3.0);
   reversible.Advance(0.5);
   EXPECT_NEAR(reversible.outputs().ua_v, -7.2, kExact);
@@ -231,7 +234,7 @@ TEST(Plant, TwoQuadrantsGiveNoNegativeVoltageButBrakingCurrent) {
 TEST(Plant, GainErrorScalesTheOutput) {
   BenchProfile profile = Frictionless();
   profile.amplifier.gain_error = 0.01;
-  Plant plant(PlantParameters{}, profile, 1);
+  Plant plant(paper::Plant(), profile, 1);
   plant.SetInput(2.0);
   plant.Advance(0.5);
   EXPECT_NEAR(plant.outputs().ua_v, 4.8 * 1.01, kExact);
@@ -240,7 +243,7 @@ TEST(Plant, GainErrorScalesTheOutput) {
 TEST(Plant, CurrentModeHoldsAFifthOfAnAmperePerVoltAndSpeedRisesLinearly) {
   BenchProfile profile = Frictionless();
   profile.amplifier.mode = AmplifierMode::kCurrent;
-  PlantParameters p;
+  PlantParameters p = paper::Plant();
   p.j_kg_m2 = 1.43e-4;
   Plant plant(p, profile, 1);
   plant.SetInput(0.5);
@@ -255,7 +258,7 @@ TEST(Plant, CurrentModeHoldsAFifthOfAnAmperePerVoltAndSpeedRisesLinearly) {
 TEST(Plant, CurrentModeRunsIntoTheSupplyWhenTheMotorIsFast) {
   BenchProfile profile = Frictionless();
   profile.amplifier.mode = AmplifierMode::kCurrent;
-  const PlantParameters p;
+  const PlantParameters p = paper::Plant();
   Plant plant(p, profile, 1);
   plant.SetInput(0.5);
   for (int i = 0; i < 5; ++i) {
@@ -263,15 +266,15 @@ TEST(Plant, CurrentModeRunsIntoTheSupplyWhenTheMotorIsFast) {
   }
   EXPECT_EQ(plant.outputs().ua_v, 15.0);
   const double ke_kt = p.ke_v_per_rad_s * p.kt_nm_per_a;
-  const double w = 15.0 * p.kt_nm_per_a / (p.b_nm_per_rad_s * (p.ra_ohm + p.r1_ohm) + ke_kt);
+  const double w = 15.0 * p.kt_nm_per_a / (p.b_nm_per_rad_s * (p.ra_ohm + p.series_ohm) + ke_kt);
   EXPECT_NEAR(plant.outputs().omega_rad_s, w, 1e-6 * w);
   EXPECT_LT(plant.outputs().ia_a, 0.1);
 }
 
 TEST(Plant, FrictionNoiseHasItsSpreadAndCorrelationTime) {
-  BenchProfile profile = BenchProfileBench();
+  BenchProfile profile = paper::Hardware();
   profile.friction.noise_rms_nm = 0.05e-3;
-  const PlantParameters p;
+  const PlantParameters p = paper::Plant();
   Plant plant(p, profile, 3);
   plant.SetInput(3.0);
   plant.Advance(1.0);
@@ -301,7 +304,7 @@ TEST(Plant, FrictionNoiseHasItsSpreadAndCorrelationTime) {
 }
 
 TEST(Plant, CopyGoesOnWithTheSameNumbers) {
-  Plant plant(PlantParameters{}, BenchProfileBench(), 5);
+  Plant plant(paper::Plant(), paper::Hardware(), 5);
   plant.SetInput(2.5);
   plant.Advance(0.3);
   Plant copy = plant;
@@ -310,15 +313,15 @@ TEST(Plant, CopyGoesOnWithTheSameNumbers) {
   EXPECT_EQ(plant.state(), copy.state());
 }
 
-// Whatever a simulator is asked for, within four decades either way of every component.
+// For any component values within four decades either way.
 TEST(Plant, StaysFiniteAndInsideTheSupplyForAnyComponentValues) {
   Random random(17);
   for (int i = 0; i < 60; ++i) {
-    PlantParameters p;
-    for (const Component component : kAllComponents) {
+    PlantParameters p = paper::Plant();
+    for (const Component component : paper::Parts()) {
       p.Set(component, p.Get(component) * std::pow(10.0, random.Uniform(-4.0, 4.0)));
     }
-    BenchProfile profile = BenchProfileBench();
+    BenchProfile profile = paper::Hardware();
     profile.amplifier.quadrants = i % 2 == 0 ? Quadrants::kTwo : Quadrants::kFour;
     profile.friction.stribeck_shape = 1 + i % 2;
     Plant plant(p, profile, static_cast<std::uint64_t>(i));
@@ -330,7 +333,7 @@ TEST(Plant, StaysFiniteAndInsideTheSupplyForAnyComponentValues) {
                   std::isfinite(out.ia_a) && std::isfinite(out.angle_rad))
           << i;
       EXPECT_LE(std::abs(out.ua_v), 15.0);
-      // No torque but KT i drives it: the current cannot pass what 15 V and back EMF give.
+      // Only the torque KT i drives it: the current cannot exceed what 15 V and the back EMF allow.
       EXPECT_LE(std::abs(out.omega_rad_s), 1.5 * 2.0 * 15.0 / p.ke_v_per_rad_s) << i;
       plant.Advance(kPeriodS - kDeltaS);
     }
@@ -338,11 +341,11 @@ TEST(Plant, StaysFiniteAndInsideTheSupplyForAnyComponentValues) {
 }
 
 TEST(Plant, AdvanceAllocatesNothingThroughStartRunAndStop) {
-  Plant plant(PlantParameters{}, BenchProfileBench(), 1);
+  Plant plant(paper::Plant(), paper::Hardware(), 1);
   const faultlab::testing::HeapGuard guard;
   for (const double uc : {0.1, 3.0, 2.0, 0.0, 0.0, 2.5}) {
     plant.SetInput(uc);
-    plant.Set(Component::kR1, 1.0 + uc);
+    plant.Set(paper::kR1, 1.0 + uc);
     for (int k = 0; k < 30; ++k) {
       plant.Advance(kDeltaS);
       plant.Advance(kPeriodS - kDeltaS);
@@ -352,14 +355,14 @@ TEST(Plant, AdvanceAllocatesNothingThroughStartRunAndStop) {
 }
 
 TEST(Plant, ContractsAreHeld) {
-  Plant plant(PlantParameters{}, BenchProfileBench(), 1);
+  Plant plant(paper::Plant(), paper::Hardware(), 1);
   EXPECT_THROW(plant.SetInput(std::nan("")), ContractError);
   EXPECT_THROW(plant.Advance(-1.0), ContractError);
   EXPECT_THROW(plant.Advance(2.0), ContractError);
   EXPECT_THROW(plant.SetFriction(0.5e-3, 0.4e-3), ContractError);
-  PlantParameters bad;
+  PlantParameters bad = paper::Plant();
   bad.j_kg_m2 = -1.0;
-  EXPECT_THROW(Plant(bad, BenchProfileBench(), 1), ContractError);
+  EXPECT_THROW(Plant(bad, paper::Hardware(), 1), ContractError);
 }
 
 }  // namespace

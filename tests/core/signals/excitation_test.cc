@@ -12,7 +12,7 @@ namespace faultlab::core {
 namespace {
 
 constexpr double kPeriodS = 0.01;
-// Rounding of some hundred cosines.
+// Rounding error of some hundred cosines.
 constexpr double kTolerance = 1e-9;
 
 std::complex<double> Line(const std::vector<double>& x, int harmonic) {

@@ -3,30 +3,31 @@
 #include <gtest/gtest.h>
 
 #include "core/types/check.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::core {
 namespace {
 
 TEST(PlantParameters, NominalGainIsTwelveFifths) {
-  EXPECT_DOUBLE_EQ(PlantParameters{}.gain(), 12.0 / 5.0);  // paper section 2.1.2
+  EXPECT_DOUBLE_EQ(paper::Plant().gain(), 12.0 / 5.0);  // paper section 2.1.2
 }
 
 TEST(PlantParameters, SetChangesOneComponentAlone) {
-  for (const Component changed : kAllComponents) {
-    PlantParameters parameters;
+  for (const Component changed : paper::Parts()) {
+    PlantParameters parameters = paper::Plant();
     parameters.Set(changed, 2.0 * parameters.Get(changed));
-    for (const Component component : kAllComponents) {
+    for (const Component component : paper::Parts()) {
       const double factor = component == changed ? 2.0 : 1.0;
-      EXPECT_DOUBLE_EQ(parameters.Get(component), factor * PlantParameters{}.Get(component))
+      EXPECT_DOUBLE_EQ(parameters.Get(component), factor * paper::Plant().Get(component))
           << Name(changed) << " " << Name(component);
     }
   }
 }
 
 TEST(PlantParameters, RefusesWhatIsNotPositive) {
-  PlantParameters parameters;
-  EXPECT_THROW(parameters.Set(Component::kJ, 0.0), ContractError);
-  EXPECT_THROW(parameters.Set(Component::kJ, -1.0), ContractError);
+  PlantParameters parameters = paper::Plant();
+  EXPECT_THROW(parameters.Set(paper::kJ, 0.0), ContractError);
+  EXPECT_THROW(parameters.Set(paper::kJ, -1.0), ContractError);
 }
 
 }  // namespace

@@ -17,13 +17,13 @@ namespace faultlab::server {
 
 std::string ReadText(const std::string& path);
 
-/// How somebody proves who they are.
+/// The credentials of a person.
 struct Person {
   std::string headers;
 };
 
-/// The lab over HTTP, in a whole server in this process; every answer is held against the API's
-/// description.
+/// The lab over HTTP, in a complete server in this process; every answer is checked against the
+/// API's description.
 class ApiTest : public ::testing::Test {
  protected:
   ApiTest();
@@ -42,9 +42,9 @@ class ApiTest : public ::testing::Test {
 
   Person ByPassword(const std::string& login);
   Person Admin();
-  /// An account with a cookie made below HTTP, for tests that are not about signing in.
+  /// An account with a cookie, made without HTTP, for tests of other things than signing in.
   Person Make(const std::string& login, Role role);
-  /// Taught by one and attended by the other, both by login.
+  /// A course taught by one and attended by the other, both given by login.
   Course MakeCourse(const std::string& teacher, const std::string& student);
   void WaitForBenches(int ready);
   static std::string In(std::chrono::minutes from_now);

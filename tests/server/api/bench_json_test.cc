@@ -11,6 +11,7 @@
 
 #include "core/paper/paper_tables.h"
 #include "hardware/simulated/simulated_rig.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::server {
 namespace {
@@ -36,7 +37,7 @@ TEST(BenchJson, NamesTheRelayLinesThatARigsSelfTestWalks) {
   }
   ASSERT_EQ(walked.size(), 16u);
   std::map<std::pair<std::string, double>, std::string> shown;
-  const json::object bench = PaperBenchToJson();
+  const json::object bench = BenchToJson(paper::Bench());
   for (const json::value& component : bench.at("components").as_array()) {
     for (const json::value& value : component.at("values").as_array()) {
       if (component.at("switched_by") != "relay") continue;
@@ -48,22 +49,22 @@ TEST(BenchJson, NamesTheRelayLinesThatARigsSelfTestWalks) {
 }
 
 TEST(BenchJson, OffersEveryPublishedFaultAndTheNominalValueFirst) {
-  const json::object bench = PaperBenchToJson();
+  const json::object bench = BenchToJson(paper::Bench());
   EXPECT_EQ(bench.at("published").at("faults").as_array().size(), 18u);
   for (const core::PaperFault& fault : core::PrintedFaults()) {
-    const json::object& component = Find(bench, core::Name(fault.component));
+    const json::object& component = Find(bench, std::string(fault.component));
     std::set<double> offered;
     for (const json::value& each : component.at("values").as_array()) {
       offered.insert(each.at("value").as_double());
     }
-    EXPECT_TRUE(offered.contains(fault.value)) << core::Name(fault.component) << fault.value;
+    EXPECT_TRUE(offered.contains(fault.value)) << std::string(fault.component) << fault.value;
     EXPECT_EQ(component.at("values").at(0).at("value"), component.at("nominal"));
     EXPECT_EQ(offered.size(), 4u);
   }
 }
 
 TEST(BenchJson, SaysWhatEachComponentMovesInTheModel) {
-  const json::object bench = PaperBenchToJson();
+  const json::object bench = BenchToJson(paper::Bench());
   const std::map<std::string, std::string> expected = {{"R1", R"(["b0","b1","a1"])"},
                                                        {"R9", R"(["b0","b1"])"},
                                                        {"R12", R"(["b0","b1"])"},
@@ -77,14 +78,14 @@ TEST(BenchJson, SaysWhatEachComponentMovesInTheModel) {
 }
 
 TEST(BenchJson, GivesTheModelOfThePaperSampledWithTheDelay) {
-  const json::object at_edge = ModelToJson({}, 0.01, 0.0);
+  const json::object at_edge = ModelToJson(paper::Plant(), 0.01, 0.0);
   EXPECT_NEAR(at_edge.at("sia").at(0).as_double(), 2.3935, 5e-5);
   EXPECT_NEAR(at_edge.at("sia").at(1).as_double(), 0.0382, 5e-5);
   EXPECT_NEAR(at_edge.at("sia").at(2).as_double(), 0.01807, 5e-6);
   EXPECT_NEAR(at_edge.at("swa").at(0).as_double(), 2.1146, 5e-4);
   EXPECT_NEAR(at_edge.at("swa").at(1).as_double(), -1.0975, 5e-4);
   EXPECT_NEAR(at_edge.at("swa").at(2).as_double(), -0.5751, 5e-5);
-  const json::object late = ModelToJson({}, 0.01, 0.0095);
+  const json::object late = ModelToJson(paper::Plant(), 0.01, 0.0095);
   EXPECT_EQ(late.at("sia"), at_edge.at("sia"));
   EXPECT_NE(late.at("swa").at(0), at_edge.at("swa").at(0));
   EXPECT_EQ(late.at("swa").at(2), at_edge.at("swa").at(2));

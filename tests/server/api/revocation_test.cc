@@ -1,4 +1,4 @@
-// What is open ends with the right by which it was opened.
+// Connections end with the right by which they were opened.
 #include <boost/json.hpp>
 #include <memory>
 
@@ -12,7 +12,7 @@ namespace json = boost::json;
 
 class RevocationTest : public ApiTest {
  protected:
-  /// A window on a run of their own, by which they may command.
+  /// A person's viewer of their own run, by which they may send commands.
   std::unique_ptr<tests::WebSocketClient> Watch(const Person& who) {
     if (run_.empty()) {
       const json::object run = Ok(Call(who, "POST", "runs", "runs", R"({"duration_s":600})"), 201);
@@ -20,7 +20,7 @@ class RevocationTest : public ApiTest {
     }
     return Open(who, true);
   }
-  /// A window of somebody else on that run.
+  /// Another person's viewer of that run.
   std::unique_ptr<tests::WebSocketClient> WatchOf(const Person& who) { return Open(who, false); }
   std::unique_ptr<tests::WebSocketClient> Open(const Person& who, bool commands) {
     const std::string target = "runs/" + run_ + "/stream-token";
@@ -32,7 +32,7 @@ class RevocationTest : public ApiTest {
     EXPECT_TRUE(hello && hello->find(can) != std::string::npos);
     return page;
   }
-  /// The code with which the server closes it; 0 when it just ends.
+  /// The close code of the server; 0 if the connection ends without one.
   static int CloseCodeOf(tests::WebSocketClient& page) {
     while (const auto frame = page.Read()) {
       if (frame->opcode == 8) return frame->close_code();

@@ -1,4 +1,4 @@
-// Queue, bookings and sessions over HTTP, and what a listener is told.
+// Queue, bookings and sessions over HTTP, and the messages of the feed.
 #include <gtest/gtest.h>
 
 #include <boost/json.hpp>
@@ -225,7 +225,7 @@ TEST_F(ApiTest, TellsAListenerItsPlaceAndItsSessionWithoutBeingAsked) {
   } while (!told.empty() && told.at("tickets").as_array().empty());
   EXPECT_EQ(told.at("tickets").at(0).at("place").as_int64(), 1);
 
-  // One ends: the waiting one is offered the bench after its check, and hears of it.
+  // One session ends: the waiting user is offered the bench after its check, and gets a message.
   const json::array held = Ok(Call(ann, "GET", "sessions", "sessions")).at("items").as_array();
   ASSERT_EQ(held.size(), 1u);
   const std::string id = std::to_string(held[0].at("id").as_int64());
@@ -239,7 +239,7 @@ TEST_F(ApiTest, TellsAListenerItsPlaceAndItsSessionWithoutBeingAsked) {
   EXPECT_EQ(told.at("sessions").at(0).at("state"), "held");
   EXPECT_TRUE(news) << "an offer is news";
 
-  // Nothing of another person comes here, and who is not signed in has no feed.
+  // The feed contains nothing of another person, and a guest has no feed.
   EXPECT_EQ(json::serialize(told).find("ann"), std::string::npos);
   EXPECT_EQ(Call({}, "POST", "events/stream-token", "events/stream-token", "{}").status, 401);
 }

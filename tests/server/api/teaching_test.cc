@@ -212,7 +212,7 @@ TEST_F(ApiTest, JobsThatWaitCountForTheirOwnerUntilTheyEnd) {
   for (const json::value& job : jobs.at("items").as_array()) {
     (void)Call(ann, "DELETE", "jobs/{id}", "jobs/" + std::string(job.at("id").as_string()));
   }
-  for (int i = 0; i < 3000 && bytes() > 0; ++i) {  // those that run are finished first
+  for (int i = 0; i < 3000 && bytes() > 0; ++i) {  // running jobs finish first
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   EXPECT_EQ(bytes(), 0);

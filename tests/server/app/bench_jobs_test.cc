@@ -70,7 +70,7 @@ TEST_F(BenchJobs, WaitBehindPeopleAndAreNoWayToTheRigForTheirOwner) {
   const json::object ann = Accepted("ann");
   const json::object bob = Accepted("bob");
   const std::string id = IdOf(Submit("ann", R"({"runs":[{"rig":"bench-1","duration_s":3}]})")[0]);
-  // The job has its ticket before the person asks, and still the person is the next.
+  // The job gets its ticket before the person asks; nevertheless the person is next.
   json::array tickets;
   for (int i = 0; i < 2000 && tickets.empty(); ++i) {
     tickets = world_.Expect(200, "ann", "GET", "tickets").at("items").as_array();
@@ -100,7 +100,7 @@ TEST_F(BenchJobs, ACancelledOneLeavesTheQueue) {
   (void)Accepted("bob");
   const std::string id = IdOf(Submit("ann", R"({"runs":[{"rig":"bench-1","duration_s":3}]})")[0]);
   HttpAnswer answer;
-  for (int i = 0; i < 2000 && answer.status != 204; ++i) {  // 409 while a worker looks at it
+  for (int i = 0; i < 2000 && answer.status != 204; ++i) {  // 409 while a worker holds it
     answer = world_.Call("ann", "DELETE", "/api/v1/jobs/{id}", "/api/v1/jobs/" + id);
   }
   EXPECT_EQ(answer.status, 204);

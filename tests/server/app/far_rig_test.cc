@@ -1,5 +1,5 @@
-// The lab with a real agent on a bus: whose rig it is, and what people are told when it is not
-// ours.
+// The lab with a real agent on a bus: which lab has the rig, and what people are told when it is
+// another one.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ class FarRigTest : public testing::Test {
     bay_.SetFinder({});
   }
 
-  /// @param epoch  that the rig has had in this lab
+  /// @param epoch  epoch that the rig has had in this lab
   void StartServer(std::uint64_t epoch = 0) {
     shared_ = std::make_unique<tests::SharedRigs>(*database_, bay_, clock_);
     const core::Status known =
@@ -73,7 +73,7 @@ class FarRigTest : public testing::Test {
     const auto rig = state->rigs.find("far-1");
     return rig == state->rigs.end() ? lab::Rig{} : rig->second;
   }
-  /// Waits for it. @returns what the rig was until then.
+  /// Waits for the status. @returns the statuses of the rig until then
   std::set<lab::RigStatus> Await(lab::RigStatus wanted, const std::string& reason = "") {
     std::set<lab::RigStatus> seen;
     for (int i = 0; i < 60'000; ++i) {
@@ -108,7 +108,7 @@ class FarRigTest : public testing::Test {
 
   LossyBus bus_{{}, 1};
   const StateFolder state_;
-  std::atomic<int> looks_{0};  ///< at the bus
+  std::atomic<int> looks_{0};  ///< number of searches on the bus
   ServerThread here_{bus_, kSpeed, "here/a"};
 
   tests::TestDatabase database_{Engine::kSqlite};

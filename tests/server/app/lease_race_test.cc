@@ -1,4 +1,4 @@
-// Who has a rig, without HTTP: before the scheduler knows it, and in races for it.
+// Leases of a rig, without HTTP: before the scheduler knows the rig, and in races for it.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -8,6 +8,7 @@
 
 #include "hardware/simulated/simulated_rig.h"
 #include "server/run/run_manager.h"
+#include "tests/paper_rig.h"
 #include "tests/server/app/shared_rigs.h"
 #include "tests/support/test_database.h"
 
@@ -32,7 +33,7 @@ class SharedRigsTest : public testing::Test {
   core::Result<RigHold> Hold(const Principal& who,
                              const std::string& rig,
                              std::chrono::milliseconds length) {
-    return shared_->access().Hold(who, StartedBy::kPerson, rig, length);
+    return shared_->access().Hold(who, StartedBy::kPerson, rig, paper::Bench(), length);
   }
   core::Status GuestMayUse(const std::string& rig) {
     const auto hold = Hold(Principal{}, rig, std::chrono::seconds(1));
@@ -60,7 +61,7 @@ TEST_F(SharedRigsTest, LetsNobodyUseABenchInTheMomentInWhichItIsFound) {
   }
 }
 
-/// Of a rig on the bus, after a restart: its check is due before its agent is heard.
+/// A rig on the bus after a restart: its check is due before its agent's messages arrive.
 TEST_F(SharedRigsTest, ARigThatIsNotHeardYetHasNotFailedItsCheck) {
   const core::Status claimed =
       shared_->service().Do([](lab::Scheduler& scheduler, WallTime now) -> core::Status {
@@ -73,12 +74,12 @@ TEST_F(SharedRigsTest, ARigThatIsNotHeardYetHasNotFailedItsCheck) {
   EXPECT_EQ(rig().status, lab::RigStatus::kOffline) << rig().reason;
 }
 
-/// A person with a session on the bench, whose session ends or is handed over while they start a
-/// run: whatever the order, no run of the older epoch is left when the end has been told.
+/// A person has a session on the bench, which ends or is handed over while the person starts a run.
+/// In any order, no run of the older epoch is left when the end has been announced.
 class LeaseRace : public SharedRigsTest {
  protected:
   LeaseRace() {
-    // Made anew for each lease, which takes a moment, as with a rig that answers over a network.
+    // Built anew for each lease, which takes a moment, as with a rig that answers over a network.
     hardware::SimulatedRigOptions options;
     options.id = "bench-1";
     options.kind = hardware::RigKind::kBench;
@@ -114,11 +115,12 @@ class LeaseRace : public SharedRigsTest {
     EXPECT_TRUE(given.ok()) << given.error().message;
     return given.value();
   }
-  /// A whole POST /runs but for HTTP.
+  /// A complete POST /runs except for HTTP.
   void StartRun(const Principal& who) {
     auto hold = Hold(who, "bench-1", std::chrono::seconds(60));
     if (!hold) return;
     RunRequest request;
+    request.diagnosis = paper::Options();
     request.plan.uc_v.assign(1000, 2.0);
     request.hold = std::move(hold).value();
     (void)runs_.Start(std::move(request));
@@ -126,9 +128,9 @@ class LeaseRace : public SharedRigsTest {
   int RunsBelow(std::uint64_t epoch) {
     int count = 0;
     for (const RunSnapshot& run : runs_.Running()) {
-      // The second one would wait for the end of the learning stretch: it does not ask the rig.
+      // The second change would wait for the end of the calibration, so the rig does not check it.
       const hardware::RigCommand change{
-          hardware::RigCommand::Kind::kSetComponent, core::Component::kR1, 100.0};
+          hardware::RigCommand::Kind::kSetComponent, paper::kR1, 100.0};
       const bool commands = runs_.Command(run.id, run.epoch, {}).ok() ||
                             runs_.Command(run.id, run.epoch, change).ok();
       if (commands && static_cast<std::uint64_t>(run.epoch) < epoch) ++count;
@@ -139,7 +141,7 @@ class LeaseRace : public SharedRigsTest {
   std::atomic<std::chrono::microseconds> making_{};
 };
 
-/// How many rounds of each race, and which schedules: more by hand than in CI.
+/// The number of rounds of each race, and the seed: larger by hand than in CI.
 std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
   const char* text = std::getenv(name);
   return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
@@ -149,8 +151,8 @@ enum class Change { kEnd, kHandOver, kTakeOver };
 
 class LeaseRaces : public LeaseRace, public testing::WithParamInterface<Change> {
  protected:
-  /// The schedule of one thread: other work for a moment that is drawn, with or without giving up
-  /// the processor on the way.
+  /// Varies the schedule of one thread: other work for a random time, with or without yielding the
+  /// processor.
   void Dawdle(std::mt19937_64& chance) {
     const auto moment = std::chrono::microseconds(chance() % kSpread.count());
     const bool yields = chance() % 2 == 0;
@@ -178,7 +180,7 @@ class LeaseRaces : public LeaseRace, public testing::WithParamInterface<Change> 
       EXPECT_NE(store_.Get(run.id).value().state, RunState::kFinished) << "it drove on";
     }
   }
-  /// The check between users is not what this is about.
+  /// The check between users is not the subject here.
   void PassCheck() {
     const std::uint64_t check = shared_->service().state()->rigs.at("bench-1").epoch;
     (void)shared_->service().CleaningDone("bench-1", check, true, "");
@@ -186,7 +188,7 @@ class LeaseRaces : public LeaseRace, public testing::WithParamInterface<Change> 
   }
 
   static constexpr lab::UserId kHeir{2};
-  static constexpr std::chrono::microseconds kSpread{3000};  ///< about what a start takes
+  static constexpr std::chrono::microseconds kSpread{3000};  ///< about the time of a start
 };
 
 TEST_P(LeaseRaces, LeaveNoRunOfTheOlderEpochAndLetTheHeirIn) {
@@ -211,11 +213,11 @@ TEST_P(LeaseRaces, LeaveNoRunOfTheOlderEpochAndLetTheHeirIn) {
       StartRun(Person(1));
     });
     go = true;
-    const bool runs_before = chance() % 4 == 0;  // else the two race
+    const bool runs_before = chance() % 4 == 0;  // otherwise the two race
     if (runs_before) starter.join();
     Dawdle(chance);
     const core::Status changed = Make(GetParam(), session.id);
-    // The change is told: from now on nothing of the old epoch may drive or start to.
+    // The change is announced: from now on nothing of the old epoch may drive or start to drive.
     EXPECT_EQ(RunsBelow(session.epoch + 1), 0);
     if (!runs_before) starter.join();
     ASSERT_TRUE(changed.ok()) << changed.error().message;

@@ -7,15 +7,18 @@
 #include "server/app/rig_upkeep.h"
 #include "server/experiment/rig_access.h"
 #include "server/lab/lab_service.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::tests {
 
-/// Rigs as the server shares them, without HTTP: the lab, who looks after the rigs, and who may
-/// have one. The product's own parts, put together as in app/services.cc.
+/// Rigs as the server shares them, without HTTP: the lab, the upkeep of the rigs, and the access to
+/// them. Made of the product's own parts, as in app/services.cc.
 class SharedRigs {
  public:
   SharedRigs(server::Database& database, server::RigBay& bay, const server::Clock& clock)
-      : bands_(database), upkeep_(bay, bands_, clock, Silent) {
+      : bands_(database),
+        benches_(database, {&paper::Bench()}),
+        upkeep_(bay, bands_, benches_, clock, Silent) {
     server::lab::LabServiceOptions options;
     options.member = "local";
     options.alone = true;
@@ -36,6 +39,7 @@ class SharedRigs {
   static void Silent(std::string_view) {}
 
   server::lab::RigBands bands_;
+  server::Benches benches_;
   server::RigUpkeep upkeep_;
   std::unique_ptr<server::lab::LabService> service_;
   std::unique_ptr<server::RigAccess> access_;

@@ -3,8 +3,7 @@
 #include <gmock/gmock.h>
 #include <soci/soci.h>
 
-#include "tests/support/engines.h"
-#include "tests/support/test_database.h"
+#include "tests/server/auth/accounts_fixture.h"
 
 namespace faultlab::server {
 namespace {
@@ -13,45 +12,6 @@ using core::ErrorCode;
 using std::chrono::hours;
 using std::chrono::minutes;
 using std::chrono::seconds;
-
-constexpr WallTime kNow{std::chrono::milliseconds{1'770'000'000'000}};
-const std::string kPassword = "correct horse battery";
-
-class AccountsTest : public testing::TestWithParam<Engine> {
- protected:
-  Account Person(const std::string& login, Role role, bool password = false) {
-    const auto account = accounts_.Create(login, "Ünï 名 " + login, role, kNow);
-    EXPECT_TRUE(account.ok());
-    if (password) {
-      const auto link = accounts_.CreateLink(account.value().id, kNow);
-      EXPECT_TRUE(accounts_.UseLink(link.value(), kPassword, kNow).ok());
-    }
-    return account.value();
-  }
-  static Principal As(const Account& account) {
-    Principal who;
-    who.user_id = account.id;
-    who.login = account.login;
-    who.role = account.role;
-    return who;
-  }
-  core::Result<SignedIn> SignIn(const std::string& login,
-                                const std::string& password,
-                                WallTime now = kNow) {
-    return accounts_.SignIn({login, password, "192.0.2.1", ""}, now).signed_in;
-  }
-  RequestCredentials WithCookie(const std::string& secret) {
-    cookie_ = "a=b; faultlab_session=" + secret + "; c=d";
-    RequestCredentials credentials;
-    credentials.cookie = cookie_;
-    credentials.remote_address = "192.0.2.1";
-    credentials.host = "lab.example";
-    return credentials;
-  }
-  tests::TestDatabase database_{GetParam()};
-  Accounts accounts_{*database_, GuestAccess::kLoopback};
-  std::string cookie_;
-};
 
 TEST_P(AccountsTest, FirstStartGivesAnAdminLinkOnceAndNoDefaultPassword) {
   const auto link = accounts_.FirstStartLink("a", kNow).value();
@@ -104,71 +64,6 @@ TEST_P(AccountsTest, AnAccountHasAHundredKeysAndKeepsAsManyThatAreOver) {
   const auto listed = accounts_.ListKeys(ann.id, kNow + hours(1)).value();
   EXPECT_EQ(listed.size(), static_cast<std::size_t>(Accounts::kPastKeysKept));
   EXPECT_TRUE(listed.back().revoked) << "the newest are kept";
-}
-
-TEST_P(AccountsTest, APersonTeachesTwoHundredCoursesAndListsThemByPages) {
-  const Account teacher = Person("teacher", Role::kInstructor);
-  for (int i = 0; i < Accounts::kCoursesTaughtMax; ++i) {
-    ASSERT_TRUE(accounts_.CreateCourse("c", teacher.id, kNow).ok());
-  }
-  EXPECT_EQ(accounts_.CreateCourse("c", teacher.id, kNow).error().reason, "courses_full");
-  std::int64_t after = 0;
-  for (const int expected : {150, 50, 0}) {
-    const auto page = accounts_.ListCourses(teacher.id, false, after, 150).value();
-    ASSERT_EQ(page.size(), static_cast<std::size_t>(expected));
-    if (!page.empty()) after = page.back().id;
-  }
-  const std::int64_t old = accounts_.ListCourses(teacher.id, false, 0, 1).value()[0].id;
-  ASSERT_TRUE(accounts_.EndEnrolment(old, teacher.id).ok());
-  EXPECT_TRUE(accounts_.CreateCourse("c", teacher.id, kNow).ok());
-}
-
-TEST_P(AccountsTest, ACourseHasFiveThousandMembersAndInvitations) {
-  const Account teacher = Person("teacher", Role::kInstructor);
-  const std::int64_t course = accounts_.CreateCourse("c", teacher.id, kNow).value().id;
-  const std::int64_t others = Accounts::kMembersMax - 1;
-  const auto filled = database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
-                "version) WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE "
-                "i < :others) SELECT 'member.' || CAST(i AS TEXT), 'M', 'student', '', 0, 0, 1 "
-                "FROM n",
-        soci::use(others, "others");
-    tx.sql() << "INSERT INTO enrolment (course_id, account_id, teaches, since_ms) SELECT "
-                "CAST(:course AS BIGINT), id, 0, 0 FROM account WHERE login LIKE 'member.%'",
-        soci::use(course, "course");
-    return core::Done{};
-  });
-  ASSERT_TRUE(filled.ok()) << filled.error().message;
-  const auto refused = accounts_.EnrolCsv(As(teacher), course, "one.more,S\n", kNow);
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error().reason, "course_full");
-  EXPECT_FALSE(accounts_.GetByLogin("one.more").ok()) << "nothing of a refused list stays";
-}
-
-TEST_P(AccountsTest, ClassListsOfATeacherMakeTenThousandAccounts) {
-  const Account teacher = Person("teacher", Role::kInstructor);
-  const Account other = Person("other", Role::kInstructor);
-  const std::int64_t course = accounts_.CreateCourse("c", teacher.id, kNow).value().id;
-  const std::int64_t last = Accounts::kAccountsMadeMax - 1;
-  ASSERT_TRUE(accounts_.EnrolCsv(As(teacher), course, "s.0,S\n", kNow).ok());
-  const auto filled = database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
-                "version, made_by) WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n "
-                "WHERE i < :last) SELECT 's.' || CAST(i AS TEXT), 'S', 'student', '', 0, 0, 1, "
-                "made_by FROM n, account WHERE login = 's.0'",
-        soci::use(last, "last");
-    return core::Done{};
-  });
-  ASSERT_TRUE(filled.ok()) << filled.error().message;
-  // Leaving the course again makes no room for others.
-  const std::int64_t first = accounts_.GetByLogin("s.0").value().id;
-  ASSERT_TRUE(accounts_.EndEnrolment(course, first).ok());
-  const auto refused = accounts_.EnrolCsv(As(teacher), course, "one.more,S\n", kNow);
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error().reason, "accounts_full");
-  EXPECT_FALSE(accounts_.GetByLogin("one.more").ok()) << "nothing of a refused list stays";
-  EXPECT_TRUE(accounts_.EnrolCsv(As(teacher), course, "s.1,S\n", kNow).ok()) << "is invited";
-  EXPECT_TRUE(accounts_.EnrolCsv(As(other), course, "one.more,S\n", kNow).ok());
 }
 
 TEST_P(AccountsTest, ALinkDiesAfterADayAndWhenANewerOneIsMade) {
@@ -306,98 +201,6 @@ TEST_P(AccountsTest, RefusesLoginsThatAreTakenOrUnreadable) {
     EXPECT_EQ(accounts_.Create(bad, "x", Role::kStudent, kNow).error().field, "login") << bad;
   }
   EXPECT_EQ(accounts_.Create("service", "x", Role::kService, kNow).error().field, "role");
-}
-
-TEST_P(AccountsTest, ACsvEnrolsAllOrNobodyAndNamesTheWrongLine) {
-  const Account teacher = Person("teacher", Role::kInstructor);
-  const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
-  const std::string csv =
-      "\xEF\xBB\xBFlogin,name\r\nann,Ann Ångström\r\n\r\n\"bob\",\"山田 太郎\"\r\n";
-  const Principal who = As(teacher);
-  EXPECT_THAT(accounts_.EnrolCsv(who, course.id, csv, kNow).value().enrolled,
-              testing::ElementsAre("ann", "bob"));
-  const Enrolment again = accounts_.EnrolCsv(who, course.id, csv, kNow).value();
-  EXPECT_EQ(again.members_already, 2) << "twice changes nothing";
-  EXPECT_TRUE(again.enrolled.empty() && again.invited.empty());
-  EXPECT_EQ(accounts_.Members(course.id).value().size(), 3u);
-  EXPECT_EQ(accounts_.GetByLogin("bob").value().name, "山田 太郎");
-  const auto wrong = accounts_.EnrolCsv(who, course.id, "cem,Cem\nno comma here\n", kNow);
-  ASSERT_FALSE(wrong.ok());
-  EXPECT_NE(wrong.error().message.find("line 2"), std::string::npos);
-  EXPECT_EQ(accounts_.GetByLogin("cem").error().code, ErrorCode::kNotFound);
-  std::string million;
-  for (int i = 0; i < 1'000'000; ++i) million += "u" + std::to_string(1000000 + i) + ",x\n";
-  EXPECT_EQ(accounts_.EnrolCsv(who, course.id, million, kNow).error().code, ErrorCode::kTooLarge);
-}
-
-TEST_P(AccountsTest, AnAccountThatExistsJoinsACourseByItsOwnConsentOnly) {
-  const Account teacher = Person("teacher", Role::kInstructor);
-  const Account ann = Person("ann", Role::kStudent);
-  const Account boss = Person("boss", Role::kAdmin);
-  const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
-  const std::string csv = "ann,Ann\nboss,Boss\nnew,New\n";
-  const Enrolment asked = accounts_.EnrolCsv(As(teacher), course.id, csv, kNow).value();
-  EXPECT_THAT(asked.enrolled, testing::ElementsAre("new"));
-  EXPECT_THAT(asked.invited, testing::ElementsAre("ann", "boss"));
-  EXPECT_EQ(accounts_.Relation(As(teacher), ann.id).value(), Ownership::kForeign);
-  EXPECT_FALSE(accounts_.Attends(ann.id, course.id).value());
-  auto log = accounts_.ListAudit(0, 10).value();
-  ASSERT_EQ(log.size(), 2u);
-  EXPECT_EQ(log[0].verb + " " + log[0].detail, "invite ann, boss");
-  EXPECT_EQ(log[1].verb + " " + log[1].detail, "enrol new");
-  const Enrolment again = accounts_.EnrolCsv(As(teacher), course.id, csv, kNow).value();
-  EXPECT_THAT(again.invited, testing::IsEmpty());
-  EXPECT_EQ(again.invited_already, 2);
-  EXPECT_EQ(again.members_already, 1);
-  EXPECT_EQ(accounts_.ListAudit(0, 10).value().size(), 2u)
-      << "the same list again says nothing new";
-
-  const auto invitations = accounts_.InvitationsOf(ann.id).value();
-  ASSERT_EQ(invitations.size(), 1u);
-  EXPECT_EQ(invitations[0].course_name, "Signals");
-  EXPECT_EQ(invitations[0].invited_by, teacher.name);
-  EXPECT_EQ(accounts_.InvitationsTo(course.id).value().size(), 2u);
-
-  ASSERT_TRUE(accounts_.AnswerInvitation(boss.id, course.id, /*accept=*/false).ok());
-  EXPECT_EQ(accounts_.Relation(As(teacher), boss.id).value(), Ownership::kForeign);
-  ASSERT_TRUE(accounts_.AnswerInvitation(ann.id, course.id, /*accept=*/true).ok());
-  EXPECT_EQ(accounts_.Relation(As(teacher), ann.id).value(), Ownership::kCourse);
-  EXPECT_TRUE(accounts_.InvitationsTo(course.id).value().empty());
-  EXPECT_EQ(accounts_.AnswerInvitation(ann.id, course.id, true).error().code, ErrorCode::kNotFound);
-}
-
-TEST_P(AccountsTest, AnAdminEnrolsAccountsThatExist) {
-  const Account teacher = Person("teacher", Role::kInstructor);
-  const Account ann = Person("ann", Role::kStudent);
-  const Account boss = Person("boss", Role::kAdmin);
-  const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
-  ASSERT_TRUE(accounts_.EnrolCsv(As(teacher), course.id, "ann,Ann\n", kNow).ok());
-  const Enrolment done = accounts_.EnrolCsv(As(boss), course.id, "ann,Ann\n", kNow).value();
-  EXPECT_THAT(done.enrolled, testing::ElementsAre("ann"));
-  EXPECT_TRUE(accounts_.Attends(ann.id, course.id).value());
-  EXPECT_TRUE(accounts_.InvitationsOf(ann.id).value().empty());
-}
-
-TEST_P(AccountsTest, AnInstructorIsRelatedToTheStudentsOfOwnCoursesOnly) {
-  const Account teacher = Person("teacher", Role::kInstructor);
-  const Account other = Person("other", Role::kInstructor);
-  const Account ann = Person("ann", Role::kStudent);
-  const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
-  ASSERT_TRUE(accounts_.Enrol(course.id, ann.id, false).ok());
-  const auto relation = [&](const Account& who) {
-    Principal principal;
-    principal.user_id = who.id;
-    return accounts_.Relation(principal, ann.id).value();
-  };
-  EXPECT_EQ(relation(teacher), Ownership::kCourse);
-  EXPECT_EQ(relation(other), Ownership::kForeign);
-  EXPECT_EQ(relation(ann), Ownership::kOwn);
-  EXPECT_TRUE(accounts_.Teaches(teacher.id, course.id).value());
-  EXPECT_FALSE(accounts_.Teaches(ann.id, course.id).value());
-  EXPECT_TRUE(accounts_.Attends(ann.id, course.id).value());
-  EXPECT_EQ(accounts_.ListCourses(ann.id, false, 0, 50).value().size(), 1u);
-  EXPECT_TRUE(accounts_.ListCourses(other.id, false, 0, 50).value().empty());
-  EXPECT_EQ(accounts_.Enrol(999, ann.id, false).error().code, ErrorCode::kNotFound);
 }
 
 TEST_P(AccountsTest, TheAuditLogOnlyGrows) {

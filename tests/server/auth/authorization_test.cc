@@ -8,8 +8,8 @@
 namespace faultlab::server {
 namespace {
 
-/// The whole matrix written down a second time: for each operation the six roles guest, student,
-/// instructor, operator, admin, service; letters n(one) o(wn) c(ourse) f(oreign).
+/// The whole matrix, written independently a second time: for each operation the six roles guest,
+/// student, instructor, operator, admin, service; letters n(one) o(wn) c(ourse) f(oreign).
 const std::map<std::string, std::string> kExpected = {
     {"read_public", "nocf nocf nocf nocf nocf nocf"},
     {"list_rigs", "nocf nocf nocf nocf nocf nocf"},

@@ -37,7 +37,7 @@ class CredentialsTest : public testing::TestWithParam<Engine> {
                        const std::string& login = "ann") {
     return accounts_.SignIn({login, password, address, device}, kNow);
   }
-  /// Wrong tries until the account itself is slowed down, from everywhere.
+  /// Makes wrong tries until the account itself is limited, from all networks.
   void Besiege() {
     for (int i = 0; i < 6; ++i) {
       for (int j = 0; j < 5; ++j) {
@@ -47,7 +47,7 @@ class CredentialsTest : public testing::TestWithParam<Engine> {
       }
     }
   }
-  /// All that lets ann in beside her password.
+  /// Everything that lets ann in besides her password.
   struct Held {
     SignedIn here;
     std::string key;

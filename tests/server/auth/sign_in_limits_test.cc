@@ -13,7 +13,7 @@ using std::chrono::seconds;
 constexpr WallTime kNow{std::chrono::milliseconds{1'770'000'000'000}};
 const std::string kHome = "192.0.2.1";
 
-/// How many tries come through before one is refused.
+/// The number of tries until one is refused.
 int TriesUntilRefused(SignInLimits& limits,
                       const std::string& account,
                       const std::string& address,
@@ -83,7 +83,7 @@ TEST(SignInLimits, ASuccessForgivesItselfAndTheOwnersMistakesButNotWhatOthersDid
   ASSERT_TRUE(right.ok());
   right.value().Succeeded();
   EXPECT_EQ(TriesUntilRefused(limits, "ann", kHome), 5);
-  // 4 + 5 of 20 of the network are used: whoever has an account cannot guess without end.
+  // 4 + 5 of the 20 of the network are used: a person with an account cannot guess without limit.
   EXPECT_EQ(TriesUntilRefused(limits, "bob", kHome) + TriesUntilRefused(limits, "cem", kHome) +
                 TriesUntilRefused(limits, "dan", kHome),
             11);

@@ -7,7 +7,7 @@
 
 namespace faultlab::server {
 
-/// What a child process left behind.
+/// The result of a child process.
 struct Finished {
   int exit_code = -1;  ///< -1: ended by a signal
   std::string out;
@@ -20,7 +20,7 @@ class ChildProgram : public ::testing::Test {
   ChildProgram();
   ~ChildProgram() override;
 
-  /// Runs `faultlab ARGUMENTS` in the folder; `before` stands in front of it in the shell.
+  /// Runs `faultlab ARGUMENTS` in the folder; `before` precedes it in the shell.
   Finished Run(const std::string& arguments, const std::string& before = "") const;
   void Write(const std::string& name, const std::string& text) const;
   std::string Read(const std::string& name) const;

@@ -15,7 +15,7 @@ bool Contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// On a database as the server leaves it.
+/// A database as the server leaves it.
 class CliAdminOfALab : public ChildProgram {
  protected:
   CliAdminOfALab() {

@@ -76,8 +76,8 @@ TEST_F(CliDiagnose, GivesEachBadFileItsSentenceAndGoesOnWithTheOthers) {
     two_bases += std::to_string(k < 60 ? 0.01 * k : 0.59 + 0.02 * (k - 59)) + ",2,5\n";
   }
   const std::pair<std::string, std::string> cases[] = {
-      {"t_s,uc_v,ia_a\n0,2,5\n",
-       "faultlab: bad.csv:1: column um_v: missing from the header 't_s,uc_v,ia_a', expected t_s, "
+      {"t_s,uc_v,ua_v\n0,2,5\n",
+       "faultlab: bad.csv:1: column um_v: missing from the header 't_s,uc_v,ua_v', expected t_s, "
        "uc_v, um_v (required) and ua_v, ia_a, n_rpm (optional), separated by commas\n"},
       {"t_s,uc_v,um_v\n0,2,5\n0.01,2,x\n",
        "faultlab: bad.csv:3: column um_v: expected a number, found 'x'\n"},
@@ -159,7 +159,7 @@ TEST_F(CliDiagnose, AnswersForARecordThatIsTooShortOrTooPoor) {
   EXPECT_EQ(poor.at("reason"), poor.at("calibration_refusal").at("message"));
   EXPECT_EQ(poor.at("reason"),
             "not calibrated, check 'excitation' failed: the input switches 0 times, at least 8 are "
-            "needed; use an input that switches, such as a PRBS of 2 V and 3 V");
+            "needed; use an input that switches, such as a PRBS");
   const Finished text = Run("diagnose flat.csv");
   EXPECT_EQ(text.out.rfind("flat.csv: not excited\n", 0), 0u) << text.out;
   EXPECT_EQ(text.out.find("not calibrated"), text.out.rfind("not calibrated")) << "said once";
@@ -189,6 +189,26 @@ TEST_F(CliDiagnose, DiagnosesARecordWithoutAHealthyStartByAStoredCalibration) {
   }
 }
 
+TEST_F(CliDiagnose, FitsTheModelsToTenSecondsOfAnyPeriod) {
+  ASSERT_EQ(Run("simulate --period 0.02 --excitation prbs:clock=0.04 --duration 20 --fault "
+                "R12=3.3k@9.9 -o slow.csv")
+                .exit_code,
+            0);
+  const json::value answer = Answer("slow.csv");
+  EXPECT_GT(answer.at("fit_percent").at("isolated").to_number<double>(), 95.0)
+      << "the healthy half is no part of it";
+}
+
+TEST_F(CliDiagnose, LearnsLongerFromSlowSamples) {
+  ASSERT_EQ(Run("simulate --period 0.05 --excitation prbs:clock=0.1 --duration 30 --fault "
+                "R1=100@20 -o slow.csv")
+                .exit_code,
+            0);
+  const json::value answer = Answer("slow.csv");
+  EXPECT_EQ(answer.at("verdict"), "fault");
+  EXPECT_EQ(Run("calibrate slow.csv -o rig.json").exit_code, 0);
+}
+
 TEST_F(CliDiagnose, RefusesACalibrationThatIsNoneOrOfAnotherPeriod) {
   ASSERT_EQ(Run("simulate --duration 6 --seed 5 -o healthy.csv").exit_code, 0);
   ASSERT_EQ(Run("calibrate healthy.csv -o rig.json").exit_code, 0);
@@ -206,6 +226,9 @@ TEST_F(CliDiagnose, RefusesACalibrationThatIsNoneOrOfAnotherPeriod) {
   EXPECT_EQ(Run("diagnose --calibration cut.json healthy.csv").err,
             "faultlab: cut.json: member delta_s: expected a number\n");
   Write("none.json", "{\"verdict\":1");
+  EXPECT_EQ(Run("diagnose --bench gear-motor --calibration rig.json healthy.csv").err,
+            "faultlab: rig.json: of a rig of bench 'paper', not of 'gear-motor'; give the file of "
+            "that bench as --bench\n");
   EXPECT_EQ(Run("diagnose --calibration none.json healthy.csv").exit_code, 2);
   EXPECT_EQ(Run("diagnose --calibration absent.json healthy.csv").exit_code, 2);
 }

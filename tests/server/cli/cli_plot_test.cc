@@ -35,6 +35,17 @@ TEST_F(CliPlot, DrawsEveryFigureOfARecording) {
   }
 }
 
+TEST_F(CliPlot, GivesEstimatesOfACurrentTheirUnits) {
+  ASSERT_EQ(Run("simulate --bench gear-motor -o run.csv").exit_code, 0);
+  ASSERT_EQ(Run("plot run.csv --bench gear-motor --figure sia -o sia.json").exit_code, 0);
+  const std::string figure = Read("sia.json");
+  EXPECT_NE(figure.find("A/V"), std::string::npos);
+  EXPECT_EQ(figure.find("V/V"), std::string::npos);
+  const Finished models = Run("plot run.csv --bench gear-motor --figure models -o models.png");
+  EXPECT_EQ(models.exit_code, 2);
+  EXPECT_NE(models.err.find("the models compute um"), std::string::npos) << models.err;
+}
+
 TEST_F(CliPlot, MarksTheFaultThatTheFileNames) {
   ASSERT_EQ(Run("simulate --fault C8=10u@10 -o run.csv").exit_code, 0);
   ASSERT_EQ(Run("plot run.csv -o figure.json").exit_code, 0);

@@ -84,7 +84,7 @@ TEST_F(CliSimulate, LeavesNothingHalfWrittenWhenTheDiskIsFull) {
   const Finished device = Run("simulate -o /dev/full");
   EXPECT_EQ(device.exit_code, 1);
   EXPECT_EQ(device.err, "faultlab: cannot write /dev/full: No space left on device\n");
-  // A limit on the size of files stands in for a disk that fills up in the middle.
+  // A limit on the size of files replaces a disk that becomes full during the write.
   const Finished limited = Run("simulate -o run.csv", "ulimit -f 8; trap '' XFSZ;");
   EXPECT_EQ(limited.exit_code, 1);
   EXPECT_EQ(limited.err, "faultlab: cannot write run.csv: File too large\n");

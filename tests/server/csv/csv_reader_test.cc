@@ -114,7 +114,7 @@ TEST(CsvReader, KeepsAPeriodThatIsNoRoundNumber) {
   EXPECT_EQ(read.value().samples.back().index, 2999);
 }
 
-/// Two rows of a bench, written in different ways, must read as the same numbers.
+/// Checks that two rows of a bench, written in another way, are read as the same numbers.
 void ExpectTheTwoRows(const std::string& text) {
   const core::Result<CsvRecord> read = Parse(text);
   ASSERT_TRUE(read) << read.error().message << "\n" << text;
@@ -172,9 +172,21 @@ TEST(CsvReader, SaysWhatToChangeInAHandWrittenFile) {
   EXPECT_THAT(ErrorOf("t,Uc,Um\n0,2,5,\n"), StartsWith("file.csv:2: found 4 cells, expected 3"));
 }
 
+TEST(CsvReader, TakesCurrentInPlaceOfVoltage) {
+  for (const char* text :
+       {"t_s,uc_v,ia_a\n0,2,0.5\n0.01,2,0.5\n", "t_s,uc_v,um_v,ia_a\n0,2,,0.5\n0.01,2,,0.5\n"}) {
+    const core::Result<CsvRecord> record = ParseCsv(text, "file.csv");
+    ASSERT_TRUE(record.ok()) << record.error().message;
+    EXPECT_TRUE(std::isnan(record.value().samples.at(0).um_v));
+    EXPECT_EQ(record.value().samples.at(1).ia_a, 0.5);
+  }
+  EXPECT_EQ(ErrorOf("t_s,uc_v,um_v,ia_a\n0,2,,\n0.01,2,,\n"),
+            "file.csv:2: column um_v: no row has a number, expected the measured voltage");
+}
+
 TEST(CsvReader, NamesTheMissingColumn) {
-  EXPECT_EQ(ErrorOf("t_s,uc_v,ia_a\n0,2,5\n"),
-            "file.csv:1: column um_v: missing from the header 't_s,uc_v,ia_a', expected t_s, uc_v, "
+  EXPECT_EQ(ErrorOf("t_s,uc_v,ua_v\n0,2,5\n"),
+            "file.csv:1: column um_v: missing from the header 't_s,uc_v,ua_v', expected t_s, uc_v, "
             "um_v (required) and ua_v, ia_a, n_rpm (optional), separated by commas");
   EXPECT_EQ(ErrorOf("0,2,5\n0.01,2,5\n"),
             "file.csv:1: no header: the first line is '0,2,5'; put a line with the columns' names "

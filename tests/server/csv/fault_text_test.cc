@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include "tests/paper_bench.h"
 
 namespace faultlab::server {
 namespace {
@@ -9,19 +10,19 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST(FaultText, ReadsAbruptDriftingAndIntermittentFaults) {
-  const core::Fault abrupt = ParseFault("R1=100@10").value();
-  EXPECT_EQ(abrupt.component, core::Component::kR1);
+  const core::Fault abrupt = ParseFault("R1=100@10", paper::Bench()).value();
+  EXPECT_EQ(abrupt.component, paper::kR1);
   EXPECT_EQ(abrupt.value, 100.0);
   EXPECT_EQ(abrupt.at_s, 10.0);
   EXPECT_EQ(abrupt.kind, core::FaultKind::kAbrupt);
 
-  const core::Fault drift = ParseFault("R9=18k@5..17.5").value();
+  const core::Fault drift = ParseFault("R9=18k@5..17.5", paper::Bench()).value();
   EXPECT_EQ(drift.value, 18000.0);
   EXPECT_EQ(drift.at_s, 5.0);
   EXPECT_EQ(drift.until_s, 17.5);
   EXPECT_EQ(drift.kind, core::FaultKind::kDrift);
 
-  const core::Fault passing = ParseFault("C8=10u@5to8").value();
+  const core::Fault passing = ParseFault("C8=10u@5to8", paper::Bench()).value();
   EXPECT_DOUBLE_EQ(passing.value, 10e-6);
   EXPECT_EQ(passing.until_s, 8.0);
   EXPECT_EQ(passing.kind, core::FaultKind::kIntermittent);
@@ -29,15 +30,17 @@ TEST(FaultText, ReadsAbruptDriftingAndIntermittentFaults) {
 
 TEST(FaultText, WritesWhatItReads) {
   for (const char* text : {"R1=100@10", "J=1.43e-08@0", "R9=18000@5..17.5", "C8=1e-05@5to8"}) {
-    EXPECT_EQ(FormatFault(ParseFault(text).value()), text);
-    EXPECT_EQ(FormatFault(FaultsInComments({"other", FaultComment(ParseFault(text).value())})[0]),
-              text);
+    EXPECT_EQ(FormatFault(ParseFault(text, paper::Bench()).value()), text);
+    EXPECT_EQ(
+        FormatFault(FaultsInComments(
+            {"other", FaultComment(ParseFault(text, paper::Bench()).value())}, paper::Bench())[0]),
+        text);
   }
 }
 
 TEST(FaultText, SaysWhichPartOfAFaultIsWrong) {
   const auto error = [](const char* text) {
-    const core::Result<core::Fault> fault = ParseFault(text);
+    const core::Result<core::Fault> fault = ParseFault(text, paper::Bench());
     return fault ? std::string("accepted") : fault.error().message;
   };
   EXPECT_EQ(error("R13=100@10"),

@@ -5,6 +5,7 @@
 #include <boost/json.hpp>
 
 #include "server/json/json_reader.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::server {
 namespace {
@@ -12,18 +13,20 @@ namespace {
 core::Result<ExperimentPlan> Parsed(std::string_view text, std::uint64_t default_seed) {
   const auto object = ParseJsonObject(text);
   if (!object) return object.error();
-  return ParsePlan(object.value(), default_seed);
+  return ParsePlan(object.value(), paper::Bench(), default_seed);
 }
 
 hardware::RigDescription Simulator() {
   hardware::RigDescription rig;
+  rig.bench = &paper::Bench();
   rig.id = "sim-1";
+  rig.uc_v_max = 5.0;
   rig.any_value = true;
   rig.motor_faults = true;
   return rig;
 }
 
-/// The field that is refused, by the parser or by the rig's envelope; "" when nothing is.
+/// The refused field, by the parser or by the rig's envelope; "" if nothing is refused.
 std::string RefusedField(const std::string& text, const hardware::RigDescription& rig) {
   const auto body = Parsed(text, 1);
   if (!body.ok()) return body.error().field.empty() ? "body" : body.error().field;
@@ -59,7 +62,7 @@ TEST(PlanJson, ReadsEveryKindOfFaultAndExcitation) {
     EXPECT_TRUE(ResolvePlan(body.value(), Simulator()).ok()) << excitation;
     // The plan that is stored can be read back.
     const auto plan = PlanToJson(body.value(), Simulator());
-    EXPECT_EQ(FaultsOfPlan(boost::json::serialize(plan)).size(), 2u);
+    EXPECT_EQ(FaultsOfPlan(boost::json::serialize(plan), paper::Bench()).size(), 2u);
   }
 }
 
@@ -85,7 +88,7 @@ TEST(PlanJson, NamesTheFieldThatIsWrong) {
       {R"({"duration_s":0})", "/duration_s"},
       {R"({"duration_s":"20"})", "/duration_s"},
       {R"({"period_s":0})", "/period_s"},
-      {R"({"period_s":0.001,"duration_s":600})", "/duration_s"},
+      {R"({"period_s":0.0005})", "/period_s"},
       {R"({"seed":-1})", "/seed"},
       {R"({"name":7})", "/name"},
       {R"({"name":"a\nb"})", "/name"},
@@ -122,6 +125,8 @@ TEST(PlanJson, NamesTheFieldThatIsWrong) {
 
 TEST(PlanJson, AsksARelayBoardOnlyForWhatItHas) {
   hardware::RigDescription bench;
+  bench.bench = &paper::Bench();
+  bench.uc_v_max = 5.0;
   bench.id = "bench-1";
   EXPECT_EQ(RefusedField(R"({"faults":[{"component":"R1","value":56}]})", bench), "");
   EXPECT_EQ(RefusedField(R"({"faults":[{"component":"R1","value":57}]})", bench),

@@ -1,4 +1,4 @@
-// A recording is judged by the options and the diagnosis that its run has stored.
+// A recording is shown with the options and the diagnosis that are stored with it.
 #include "server/experiment/recordings.h"
 #include "core/diagnosis/diagnose_record.h"
 
@@ -9,6 +9,7 @@
 
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/diagnosis_json/options_json.h"
+#include "tests/paper_rig.h"
 #include "tests/server/run/run_fixture.h"
 
 namespace faultlab::server {
@@ -18,7 +19,7 @@ namespace json = boost::json;
 
 class RecordingsTest : public tests::RunFixture {
  protected:
-  /// R1 = 100 ohm in a run that is told that relays connect it: found to be 100 exactly.
+  /// R1 = 100 ohm in a run whose options state that relays connect it: identified as exactly 100.
   RunRecord RunOfARealBench() {
     RunRequest request = Paper();
     request.diagnosis.values = core::ValuePrior::kTable2;
@@ -27,7 +28,7 @@ class RecordingsTest : public tests::RunFixture {
     return record;
   }
   static double ValueFound(const std::string& diagnosis) {
-    const auto parsed = ParseDiagnosis(diagnosis);
+    const auto parsed = ParseDiagnosis(diagnosis, paper::Bench());
     EXPECT_TRUE(parsed.ok()) << parsed.error().message;
     return parsed.value().verdict.candidates.front().value;
   }
@@ -44,13 +45,15 @@ class RecordingsTest : public tests::RunFixture {
   }
 
   Accounts accounts_{*database_, GuestAccess::kEverywhere};
-  Recordings recordings_{*store_, *manager_, accounts_, clock_};
+  Benches benches_{*database_, {&paper::Bench()}};
+  Recordings recordings_{*store_, *manager_, accounts_, benches_, clock_};
 };
 
 TEST_F(RecordingsTest, OptionsComeBackFromTheirText) {
-  core::DiagnosisOptions options;
+  core::DiagnosisOptions options = paper::Options();
   options.nominal.j_kg_m2 = 1.0 / 3.0 * 1e-6;
-  options.nominal.r5_ohm = 999.0 + 1.0 / 7.0;
+  const int r5 = options.bench->structure->Find("R5");
+  options.nominal.Set(r5, 999.0 + 1.0 / 7.0);
   options.calibration = Learnt();
   options.healthy_from_s = 0.1 + 0.2;
   options.healthy_to_s = 4.25;
@@ -60,10 +63,10 @@ TEST_F(RecordingsTest, OptionsComeBackFromTheirText) {
   options.period_s = 0.005;
   options.false_alarms_per_day = 0.3;
   options.um_rail_v = 9.99;
-  const auto back = ParseOptions(OptionsText(options));
+  const auto back = ParseOptions(OptionsText(options), paper::Bench());
   ASSERT_TRUE(back.ok()) << back.error().message;
   EXPECT_DOUBLE_EQ(back.value().nominal.j_kg_m2, options.nominal.j_kg_m2);
-  EXPECT_DOUBLE_EQ(back.value().nominal.r5_ohm, options.nominal.r5_ohm);
+  EXPECT_DOUBLE_EQ(back.value().nominal.Get(r5), options.nominal.Get(r5));
   EXPECT_DOUBLE_EQ(back.value().healthy_from_s, options.healthy_from_s);
   EXPECT_EQ(back.value().healthy_to_s, options.healthy_to_s);
   EXPECT_EQ(back.value().channels, options.channels);
@@ -78,15 +81,15 @@ TEST_F(RecordingsTest, OptionsComeBackFromTheirText) {
 
 TEST_F(RecordingsTest, DamagedOptionsAreRefusedByMember) {
   for (const char* damage : {"", "[]", "{}", R"({"nominal":{"R1":1}})"}) {
-    const auto parsed = ParseOptions(damage);
+    const auto parsed = ParseOptions(damage, paper::Bench());
     ASSERT_FALSE(parsed.ok()) << damage;
     EXPECT_NE(parsed.error().message.find("member "), std::string::npos) << parsed.error().message;
   }
-  json::object whole = json::parse(OptionsText({})).as_object();
+  json::object whole = json::parse(OptionsText(paper::Options())).as_object();
   for (const auto& [member, value] : json::object(whole)) {
     json::object wrong = whole;
     wrong[member] = json::array{1};
-    const auto parsed = ParseOptions(json::serialize(wrong));
+    const auto parsed = ParseOptions(json::serialize(wrong), paper::Bench());
     ASSERT_FALSE(parsed.ok()) << member;
   }
 }
@@ -99,7 +102,7 @@ TEST_F(RecordingsTest, AFigureDrawsTheVerdictThatTheRunHasStored) {
   EXPECT_NE(Find(figure, MarkKind::kDetected)->label.find("= 100 Ω"), std::string::npos)
       << Find(figure, MarkKind::kDetected)->label;
 
-  // Nothing is fitted again: another stored verdict is another picture.
+  // Nothing is fitted again: another stored verdict gives another picture.
   json::object other = json::parse(record.diagnosis_json).as_object();
   other["detected_at_s"] = 12.5;
   ASSERT_TRUE(store_->ReplaceDiagnosis(record.id, json::serialize(other), "fault").ok());
@@ -110,7 +113,7 @@ TEST_F(RecordingsTest, AFigureDrawsTheVerdictThatTheRunHasStored) {
 
 TEST_F(RecordingsTest, TheModelsOfAFigureFitAsTheRunHasStored) {
   const RunRecord record = RunOfARealBench();
-  auto parsed = ParseDiagnosis(record.diagnosis_json).value();
+  auto parsed = ParseDiagnosis(record.diagnosis_json, paper::Bench()).value();
   const Recording recording = recordings_.Load(record).value();
   core::Diagnosis made = core::DiagnoseRecord(recording.samples, recording.options);
   EXPECT_EQ(parsed.verdict.candidates.front().component, made.verdict.candidates.front().component);
@@ -153,7 +156,7 @@ TEST_F(RecordingsTest, ARunThatACrashHasCutIsDiagnosedByItsOwnOptions) {
 TEST_F(RecordingsTest, ARecordingOfAnOlderProgramIsReadAsThatProgramDid) {
   RunRecord old;
   old.period_s = 0.02;
-  const auto options = OptionsOf(old);
+  const auto options = OptionsOf(old, paper::Bench());
   ASSERT_TRUE(options.ok());
   EXPECT_EQ(options.value().values, core::ValuePrior::kNone);
   EXPECT_EQ(options.value().period_s, 0.02);
@@ -164,6 +167,7 @@ TEST_F(RecordingsTest, AnUploadKeepsItsSamplesAndOptions) {
   Recordings::Upload upload;
   upload.name = "mine";
   upload.owner = "user:1";
+  upload.bench = &paper::Bench();
   upload.channels = {"uc_v", "um_v"};
   upload.period_s = 0.01;
   upload.samples = store_->LoadSamples(run.id).value();

@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 namespace json = boost::json;
 
-/// Three samples, the middle one without a current; estimates that tell sample and parameter.
+/// Three samples, the middle one without a current; the estimates encode sample and parameter.
 class RecordingExportTest : public ::testing::Test {
  protected:
   RecordingExportTest() {

@@ -9,7 +9,7 @@
 namespace faultlab::tests {
 namespace {
 
-using namespace server::lab;  // NOLINT: a script reads better without its words' last name
+using namespace server::lab;  // NOLINT: shorter names keep the script readable
 using core::Done;
 using core::Status;
 using server::RunRecord;
@@ -35,7 +35,7 @@ CrashDay::CrashDay(server::Database& database, Progress from, std::function<void
   clock_.Advance(seconds(from.second));
   LabServiceOptions options;
   options.member = kServer;
-  options.tick = std::chrono::hours(1);  // the script says when time passes
+  options.tick = std::chrono::hours(1);  // the script advances the time
   auto opened = LabService::Open(database, clock_, bench_, options);
   Want(opened.ok(), opened.ok() ? "" : "the lab opens: " + opened.error().message);
   service_ = std::move(opened).value();
@@ -78,7 +78,7 @@ void CrashDay::Tick() {
 }
 
 void CrashDay::TickUntil(const std::function<bool()>& reached, const std::string& what) {
-  // A restart begins offers and holds anew: what time brings may come some of them later.
+  // A restart begins offers and holds anew, so a transition caused by time may come later.
   for (int tries = 0; tries < 20 && !reached(); ++tries) {
     if (tries > 0) At(progress_.second + 15);
     Tick();
@@ -367,7 +367,7 @@ void CrashDay::StartRun() {
   record.created_at = clock_.Wall();
   core::Status begun = recordings_.Begin(record);
   while (!begun.ok() && begun.error().code == core::ErrorCode::kConflict) {
-    record.id += "-again";  // a life was cut here before
+    record.id += "-again";  // a process was killed here before
     begun = recordings_.Begin(record);
   }
   Want(begun.ok(), begun.ok() ? "" : "the recording begins: " + begun.error().message);
@@ -378,7 +378,7 @@ void CrashDay::StartRun() {
 }
 
 void CrashDay::RecordRun() {
-  if (run_.empty()) return;  // cut by the kill; its user sees that it was interrupted
+  if (run_.empty()) return;  // the kill ended the run; its user sees that it was interrupted
   std::vector<core::Sample> samples(100);
   for (std::size_t i = 0; i < samples.size(); ++i) samples[i].index = static_cast<std::int64_t>(i);
   Want(recordings_.AppendChunk(run_, 0, samples).ok(), "a second of samples is stored");

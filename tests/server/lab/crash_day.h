@@ -13,26 +13,26 @@
 
 namespace faultlab::tests {
 
-/// How far a life of the server has come: the step and the second of the day. Survives the kill.
+/// How far a process of the server has come: the step and the second of the day. Survives the kill.
 struct Progress {
   int step = 0;
   int second = 0;
 };
 
 /// One scripted day of a lab with two benches and a simulator, on the real service, stores and
-/// disk: every transition of the state machines happens at a known second. Each step says what
-/// somebody wants and asks again if need be, as people do after an error: so a day that was cut
-/// anywhere can go on with the step that was cut. Throws std::runtime_error when a step does not
-/// reach what it wants.
+/// disk: every transition of the state machines happens at a known second. Each step makes a
+/// request and repeats it if necessary, as people do after an error, so that a day that was cut
+/// anywhere can continue with the step that was cut. Throws std::runtime_error when a step does not
+/// reach its goal.
 class CrashDay {
  public:
-  /// What a server does at its start: marks cut runs, gives jobs back, opens the lab (which checks
-  /// its rigs anew). `note` is told of every step and every move of the clock.
+  /// The start of a server: marks cut runs, gives jobs back, opens the lab (which checks its rigs
+  /// anew). `note` is called at every step and every advance of the clock.
   CrashDay(server::Database& database, Progress from, std::function<void(Progress)> note);
 
   static int steps();
   static std::string NameOf(int step);
-  /// The checks that the restart asked for pass.
+  /// Lets the checks pass that the restart requested.
   void PassChecks();
   void Run(int step);
   const server::lab::LabService& service() const { return *service_; }

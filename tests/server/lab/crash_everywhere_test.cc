@@ -1,7 +1,7 @@
 // A process with the real service on a real disk is killed with SIGKILL right before and right
-// after every single commit of a scripted day (crash_day.h), which passes every transition of the
-// state machines. What had been answered is there, nothing is there by half, and the day goes on
-// to the same end.
+// after every single commit of a scripted day (crash_day.h), which contains every transition of the
+// state machines. Everything that was answered must be stored, nothing may be stored partly, and
+// the day must continue to the same end.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -30,13 +30,13 @@ using tests::TableDump;
 
 constexpr int kNever = 0;
 
-/// Where a life ends: at the n-th commit, counted from 1.
+/// Where a process is killed: at the n-th commit, counted from 1.
 struct Kill {
   int commit = kNever;
   CommitMoment moment = CommitMoment::kBefore;
 };
 
-/// Written by a process that will be killed, read by the one that lives on.
+/// Written by a process that will be killed, read by the test.
 class ProgressFile {
  public:
   explicit ProgressFile(const std::string& path)
@@ -59,7 +59,7 @@ class ProgressFile {
   int fd_;
 };
 
-/// Lives the day from `from` in a process of its own, until its end (true) or the kill (false).
+/// Runs the day from `from` in a child process, until its end (true) or the kill (false).
 bool Live(const DatabaseOptions& where, Progress from, Kill kill_at, const ProgressFile& file) {
   const pid_t child = fork();
   if (child == 0) {
@@ -99,7 +99,7 @@ LabState StateOf(Database& database) {
   return state;
 }
 
-/// What the day was for, without the numbers that a restart may change.
+/// The results of the day, without the numbers that a restart may change.
 std::vector<std::string> Outcome(const TableDump& dump) {
   std::vector<std::string> out;
   const auto add = [&](const std::string& key, const std::string& value) {
@@ -117,7 +117,7 @@ std::vector<std::string> Outcome(const TableDump& dump) {
   return out;
 }
 
-/// The restart's own promises: the order of the queue, the leases, rising epochs, cut runs.
+/// Checks the restart itself: the order of the queue, the leases, increasing epochs, cut runs.
 void CheckRestart(const LabState& before, const LabState& after, Database& database, WallTime now) {
   const TableDump dump = tests::DumpTables(database);
   EXPECT_EQ(FindBrokenInvariant(after), "");
@@ -150,7 +150,7 @@ void CheckRestart(const LabState& before, const LabState& after, Database& datab
       EXPECT_TRUE(!session.run_in_progress || still->second.charged_from == now) << "charged back";
       continue;
     }
-    // What was due at this very second may have happened now.
+    // A transition that was due at this second may have happened now.
     const int reason =
         std::stoi(dump.at("lab_session " + std::to_string(Number(id))).at("end_reason"));
     const std::set<EndReason> by_time = {EndReason::kExpired, EndReason::kIdle};
@@ -171,7 +171,7 @@ void CheckRestart(const LabState& before, const LabState& after, Database& datab
 
 class CrashEverywhere : public testing::TestWithParam<Engine> {
  protected:
-  /// The dump that a life leaves which starts in the morning and ends at `kill_at`.
+  /// The dump after a day from the morning that is killed at `kill_at`.
   TableDump DumpAfter(Kill kill_at) {
     tests::TestDatabase database{GetParam()};
     const ProgressFile file(database.folder().File("progress"));
@@ -185,7 +185,7 @@ class CrashEverywhere : public testing::TestWithParam<Engine> {
       ADD_FAILURE() << "commit " << kill_at.commit << ": " << error.what();
     }
   }
-  /// Kills, restarts, checks the restart, lives on to the end.
+  /// Kills, restarts, checks the restart, continues to the end.
   void KillRestartAndLiveOn(Kill kill_at) {
     SCOPED_TRACE("killed " +
                  std::string(kill_at.moment == CommitMoment::kBefore ? "before" : "after") +
@@ -198,7 +198,7 @@ class CrashEverywhere : public testing::TestWithParam<Engine> {
     EXPECT_TRUE(database->Check().ok());
     Progress reached = file.Read();
     SCOPED_TRACE("in step: " + CrashDay::NameOf(reached.step));
-    // Every third one dies again in the middle of its recovery.
+    // Every third process is killed again during its recovery.
     if (kill_at.commit % 3 == 0) {
       const int commit = 1 + kill_at.commit % 5;
       EXPECT_FALSE(Live(database.options(), reached, {commit, kill_at.moment}, file) &&
@@ -243,7 +243,7 @@ TEST_P(CrashEverywhere, TheDayPassesEveryTransition) {
     day.Run(step);
     look();
   }
-  // As numbers, the enumerators of lab_types.h; "" is the birth of a row.
+  // The enumerators of lab_types.h as numbers; "" is the creation of a row.
   const std::vector<std::string> wanted = {
       // rig: 0 offline, 1 ready, 2 leased, 3 cleaning, 4 quarantined, 5 maintenance
       "lab_rig.status >3",
@@ -275,7 +275,8 @@ TEST_P(CrashEverywhere, TheDayPassesEveryTransition) {
       "lab_booking.state 0>4",
       "lab_booking.state 0>5",
       "lab_booking.state 2>6",
-      // session: 0 held, 1 active, 2 closed, and why it ended, and how it was warned
+      // session: 0 held, 1 active, 2 closed; then the reason of its end, and the stage of its
+      // warning
       "lab_session.state >0",
       "lab_session.state 0>1",
       "lab_session.state 1>2",
@@ -305,8 +306,8 @@ TEST_P(CrashEverywhere, AKillBeforeOrAfterAnyCommitLosesNothingAndTheDayGoesOnTo
   ASSERT_EQ(outcome_.size(), 19u) << "8 tickets, 5 bookings, 3 rigs, 3 jobs";
   TableDump after_the_one_before;
   int commits = 0;
-  // A cluster's database takes a second to make: there after every fourth commit and before the
-  // next.
+  // Making a database of a cluster takes a second: on PostgreSQL only after every fourth commit and
+  // before the next.
   const bool all = GetParam() == Engine::kSqlite;
   for (int commit = 1;; ++commit) {
     commits = commit;

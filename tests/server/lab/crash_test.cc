@@ -1,5 +1,5 @@
-// The real program is killed with SIGKILL right after, and in the middle of, each transition of the
-// lab; what it had answered must be there when it starts again.
+// The real program is killed with SIGKILL right after, and during, each transition of the lab;
+// everything that it had answered must be there when it starts again.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -124,7 +124,7 @@ class CrashTest : public ::testing::Test {
     tests::RawClient client(server_->port());
     client.Send("POST /api/v1/" + target + " HTTP/1.1\r\nHost: 127.0.0.1\r\n" + keys_[who] +
                 "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
-    // A spread of moments: before, in and after the transaction.
+    // Different moments: before, in and after the transaction.
     std::this_thread::sleep_for(std::chrono::microseconds(300 * (kills_++ % 12)));
     server_->Kill();
   }
@@ -133,7 +133,7 @@ class CrashTest : public ::testing::Test {
     CheckTheDisk();
     server_ = std::make_unique<Server>(folder_);
   }
-  /// Between two lives of the server: the stored state keeps every promise of the scheduler.
+  /// After a kill: the stored state satisfies every invariant of the scheduler.
   void CheckTheDisk() {
     auto database = Database::Open({.location = folder_.File("data/faultlab.db")});
     ASSERT_TRUE(database.ok()) << database.error().message;
@@ -173,7 +173,8 @@ class CrashTest : public ::testing::Test {
 };
 
 TEST_F(CrashTest, WhateverWasAnsweredIsThereAfterTheKill) {
-  // Asked: both tickets, in their order; the rig itself is checked anew before anybody gets it.
+  // Requested: both tickets are there in their order; the rig is checked again before anybody gets
+  // it.
   const std::int64_t ann_ticket = AskedTicket("ann");
   const std::int64_t bob_ticket = AskedTicket("bob");
   Restart();
@@ -189,7 +190,7 @@ TEST_F(CrashTest, WhateverWasAnsweredIsThereAfterTheKill) {
   EXPECT_EQ(sessions[0].at("id"), session.at("id"));
   EXPECT_EQ(sessions[0].at("epoch"), session.at("epoch"));
 
-  // In the middle of a run: it says so, and what it recorded is there.
+  // During a run: it is marked as interrupted, and its recorded samples are there.
   const json::object run = Ok(Call("ann", "POST", "runs", R"({"rig":"bench-1","duration_s":600})"));
   const std::string run_path = "runs/" + std::string(run.at("id").as_string());
   for (int i = 0; i < 500; ++i) {
@@ -207,7 +208,7 @@ TEST_F(CrashTest, WhateverWasAnsweredIsThereAfterTheKill) {
   EXPECT_GE(cut.at("samples").as_int64(), seen - 2000);
   EXPECT_GT(cut.at("samples").as_int64(), 0);
 
-  // Ended: nobody has it, and it is checked before Bob does.
+  // Ended: nobody has the rig, and it is checked before Bob gets it.
   const std::string id = std::to_string(session.at("id").as_int64());
   EXPECT_EQ(Call("ann", "POST", "sessions/" + id + "/end", "{}").status, 204);
   Restart();

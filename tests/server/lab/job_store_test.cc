@@ -1,4 +1,4 @@
-// A claim of a job is a lease: who has lost it changes nothing of it any more.
+// A claim of a job is a lease: a server that has lost it cannot change the job.
 #include "server/lab/job_store.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ class JobStoreTest : public testing::TestWithParam<Engine> {
     EXPECT_TRUE(job.ok());
     return job.ok() && job.value().has_value();
   }
-  /// Every write of a claim, refused as that of a stranger.
+  /// Every write by a server whose claim is lost is refused.
   void ExpectStale(const Job& lost, WallTime now) {
     const Job before = jobs_.Get(lost.id).value();
     const auto stale = [](const core::Status& status) {
@@ -70,7 +70,7 @@ TEST_P(JobStoreTest, AServerThatWasFrozenFinishesNothingOfTheNextClaim) {
   EXPECT_TRUE(jobs_.SetRun(next, "run-b").ok());
   EXPECT_TRUE(jobs_.Renew(next, later + seconds(60)).ok());
   EXPECT_TRUE(jobs_.Finish(next, "finished", "", later).ok());
-  ExpectStale(next, later);  // it is over for everybody
+  ExpectStale(next, later);  // the job has ended for everybody
   EXPECT_EQ(jobs_.Get("job-1").value().run_id, "run-b");
 }
 
@@ -107,7 +107,7 @@ TEST_P(JobStoreTest, TheBodiesOfJobsThatWaitOrRunAreCountedAndGoAtTheEnd) {
   job.owner = "user:1";
   job.run_name = "wide";
   job.created_at = kStart;
-  job.body = std::string(JobStore::kBodyBytesMax / 2 - 1, 'x');  // beside the "{}" of job-1
+  job.body = std::string(JobStore::kBodyBytesMax / 2 - 1, 'x');  // in addition to the "{}" of job-1
   const auto add = [&](const std::string& id) {
     job.id = id;
     return jobs_.Add({job});

@@ -22,7 +22,7 @@ inline constexpr UserId kBob{2};
 inline constexpr UserId kCem{3};
 inline constexpr UserId kTeacher{9};
 
-/// A scheduler at noon, whose checks between users pass when the test says so.
+/// A scheduler at noon; the test decides when its checks between users pass.
 class LabFixture : public testing::Test {
  protected:
   void AddReadyRigs(int count, const std::string& rig_class = "bench", bool elastic = false) {
@@ -72,7 +72,7 @@ class LabFixture : public testing::Test {
     if (found == lab_.state().sessions.end()) return nullptr;
     return found->second.state == SessionState::kClosed ? nullptr : &found->second;
   }
-  /// Topics told to a user since the last call of this.
+  /// Topics of the messages to a user since the last call.
   std::vector<std::string> Told(UserId user) {
     std::vector<std::string> topics;
     for (const Notice& notice : lab_.TakeNotices()) {
@@ -80,7 +80,7 @@ class LabFixture : public testing::Test {
     }
     return topics;
   }
-  /// Would the rig's fence, as it is raised from this state, let a command of this epoch through?
+  /// Whether the rig's fence, raised according to this state, accepts a command of this epoch.
   bool Admits(const RigId& rig, std::uint64_t epoch) const {
     Fence fence;
     fence.Raise(lab_.state().rigs.at(rig).epoch);

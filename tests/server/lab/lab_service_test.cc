@@ -40,7 +40,7 @@ class LabServiceTest : public testing::TestWithParam<Engine> {
   }
   std::unique_ptr<LabService> OpenService(Database& database, WaitingBench& bench) {
     LabServiceOptions options;
-    options.tick = hours(1);  // the tests say when time passes
+    options.tick = hours(1);  // the tests advance the time
     auto opened = LabService::Open(database, clock_, bench, options);
     EXPECT_TRUE(opened.ok());
     return std::move(opened).value();
@@ -281,7 +281,7 @@ TEST_P(LabServiceTest, TwoHundredWhoAskTogetherAreAllAnsweredConsistently) {
 }
 
 TEST_P(LabServiceTest, AWallClockSetForwardAnHourLengthensNoLeaseAndCutsNone) {
-  if (GetParam() == Engine::kPostgresql) return;  // there the clocks are kept by NTP: see the code
+  if (GetParam() == Engine::kPostgresql) return;  // there NTP keeps the clocks: see the code
   const Session session = Start(*service_, 1).value();
   clock_.JumpWall(hours(1));
   ASSERT_TRUE(service_->TickNow().ok());

@@ -1,4 +1,4 @@
-// Servers that share a PostgreSQL: one dies, one freezes, one has a wrong clock.
+// Servers that share a PostgreSQL: one dies, one is frozen, one has a wrong clock.
 #include "server/lab/members.h"
 
 #include <gtest/gtest.h>
@@ -52,14 +52,14 @@ class Members : public testing::Test {
     bench_a_.PassChecks(*a_);
     bench_b_.PassChecks(*b_);
   }
-  /// Time passes while only these members take their turns.
+  /// Lets time pass while only these members take their turns.
   void Pass(seconds time, std::initializer_list<LabService*> awake) {
     for (seconds passed{0}; passed < time; passed += seconds(2)) {
       clock_.Advance(seconds(2));
       for (LabService* server : awake) ASSERT_TRUE(server->TickNow().ok());
     }
   }
-  /// A person with a session on b's rig, which runs something.
+  /// A person with a session on b's rig, with a run in progress.
   Session SessionOnB() {
     Session out;
     for (int user = 1; out.rig != "b-1"; ++user) {
@@ -105,7 +105,7 @@ TEST_F(Members, ADeadOnesRigsGoOfflineItsSessionsEndAndItsRunsAreInterrupted) {
   EXPECT_FALSE(state->sessions.contains(session.id));
   EXPECT_EQ(StateOfRun(), RunState::kInterrupted);
   EXPECT_NE(state->rigs.at("a-1").status, RigStatus::kOffline);
-  // A rig of the bus that a hears as well is a's now.
+  // A rig of the bus that a receives as well now belongs to a.
   EXPECT_TRUE(AddRig(*a_, "b-1").ok());
   EXPECT_EQ(a_->MemberOf("b-1")->id, "a");
 }
@@ -126,7 +126,7 @@ TEST_F(Members, OneThatWakesUpIsFencedWritesNothingAndJoinsAnew) {
 
 TEST_F(Members, NobodyIsRemovedForAnOutageOfTheDatabase) {
   const Session session = SessionOnB();
-  clock_.Advance(minutes(2));  // nobody could renew
+  clock_.Advance(minutes(2));  // no member could renew its lease
   ASSERT_TRUE(a_->TickNow().ok());
   Pass(seconds(4), {a_.get()});
   ASSERT_TRUE(b_->TickNow().ok());
@@ -153,8 +153,7 @@ TEST_F(Members, OneWhoseClockIsFarOffTheDatabasesTakesNoPart) {
   options.member = "c";
   options.alone = false;
   options.clock_error_max = seconds(1);
-  const auto off =
-      LabService::Open(*database_, clock_, third, options);  // a clock of 2026 for ever
+  const auto off = LabService::Open(*database_, clock_, third, options);  // its clock stays in 2026
   ASSERT_FALSE(off.ok());
   EXPECT_NE(off.error().message.find("keep it by NTP"), std::string::npos) << off.error().message;
   SystemClock right;
@@ -240,7 +239,7 @@ TEST_F(Members, AnOutageMakesNobodyANoShowAndFailsNoCheck) {
   const RigId held = a_->state()->bookings.at(booked.value().id).rig;
   const RigId other = held == "a-1" ? "b-1" : "a-1";
   ASSERT_TRUE(a_->Do([&](Scheduler& lab, WallTime now) { return lab.Recheck(other, now); }).ok());
-  clock_.Advance(minutes(10));  // nobody reaches the database
+  clock_.Advance(minutes(10));  // the database cannot be reached
   ASSERT_TRUE(a_->TickNow().ok());
   ASSERT_TRUE(b_->TickNow().ok());
   const auto state = b_->state();
@@ -270,7 +269,7 @@ TEST_F(Members, OneThatFreezesInItsTurnStopsTheOthersForLessThanASecond) {
     EXPECT_FALSE(lost.ok()) << "its transaction is gone";
   });
   locked.get_future().wait();
-  EXPECT_TRUE(a_->TickNow().ok());  // the database ends the frozen turn: 5 s is the patience
+  EXPECT_TRUE(a_->TickNow().ok());  // the database ends the frozen turn; the patience is 5 s
   thaw.set_value();
   frozen.join();
 }
@@ -326,9 +325,9 @@ TEST(TwoServers, ShareOneQueueAndOneSetOfRigs) {
                   })
                   .ok());
   ASSERT_TRUE(server_b->TickNow().ok());
-  ASSERT_TRUE(server_b->TickNow().ok());  // the duties of the first are done before the second
+  ASSERT_TRUE(server_b->TickNow().ok());  // before the duties of the second
   EXPECT_EQ(bench_b.fence("b-1"), server_b->state()->rigs.at("b-1").epoch);
-  // Server b dies in the middle of the check: its rig goes offline, a goes on.
+  // Server b dies during the check: its rig goes offline, a continues.
   server_b.reset();
   for (int i = 0; i < 10; ++i) {
     clock.Advance(seconds(2));

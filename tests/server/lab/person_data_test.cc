@@ -153,7 +153,7 @@ TEST_P(PersonDataTest, EveryTableWithAPersonInItIsExported) {
                   })
                   .ok());
   EXPECT_THAT(with_person, Contains("job")) << "the question finds something";
-  with_person.erase("blob_store");  // of recordings: their samples are exported as CSV
+  with_person.erase("blob_store");  // of recordings, whose samples are exported as CSV
   std::set<std::string> exported;
   const auto tables = PersonData(*database_, Person("ann", "Ann")).value();
   for (const PersonTable& table : tables) {

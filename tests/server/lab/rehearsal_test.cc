@@ -5,7 +5,8 @@
 namespace faultlab::server::lab {
 namespace {
 
-/// ctest runs a tenth of the published 10^6 steps per seed, `faultlab admin rehearse` all of them.
+/// ctest runs a quarter of the published 10^6 steps per seed, `faultlab admin rehearse` all of
+/// them.
 constexpr std::int64_t kSteps = 250'000;
 
 TEST(Rehearsal, NeverAllocatesTwiceNorAcceptsAStaleCommandInRandomWorlds) {

@@ -20,7 +20,8 @@ class RememberedAnswersTest : public testing::TestWithParam<Engine> {
     ASSERT_FALSE(answers_.Begin("user:1", key, "hash", At(number)).value().has_value());
     ASSERT_TRUE(answers_.Finish("user:1", key, 400, body).ok());
   }
-  /// Asked once more: the answer of before, or begun as if it were new.
+  /// Repeats the request: true if the earlier answer is returned; otherwise it is begun as a new
+  /// one.
   bool Remembers(const std::string& key) {
     return answers_.Begin("user:1", key, "hash", At(9999)).value().has_value();
   }

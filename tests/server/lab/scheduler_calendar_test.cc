@@ -75,7 +75,7 @@ TEST_F(Calendar, MovesPlansAmongEqualRigsToFitOneMore) {
   ASSERT_EQ(a.rig, b.rig) << "first fit puts both on one rig";
   const Booking c = Book(kCem, hours(3), hours(1));
   EXPECT_NE(b.rig, c.rig);
-  // Ann's rig is free at 14:00, Cem's is not, but a plan exists for a long one if somebody moves.
+  // Ann's rig is free at 14:00 and Cem's is not, but a long booking fits if another one moves.
   const auto d = lab_.Book(kTeacher, "bench", {now_ + minutes(130), now_ + minutes(175)}, now_);
   EXPECT_TRUE(d.ok()) << d.error().message;
 }

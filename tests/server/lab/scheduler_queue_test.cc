@@ -224,7 +224,7 @@ TEST_F(PracticeRuns, GetALeaseEachAtOnceUntilNoSimulatorIsFree) {
   EXPECT_EQ(LeaseOf(ann).until, now_ + minutes(1));
   EXPECT_EQ(Practise(kBob).error().code, ErrorCode::kBusy);
   lab_.EndPractice(ann.id, now_);
-  lab_.EndPractice(ann.id, now_);  // twice changes nothing
+  lab_.EndPractice(ann.id, now_);  // a second call changes nothing
   EXPECT_FALSE(Admits(ann.rig, ann.epoch));
   const Session bob = Practise(kBob).value();
   EXPECT_EQ(bob.rig, ann.rig) << "and no check stands between";

@@ -150,7 +150,7 @@ TEST_F(Rigs, ARigThatIsNotAheadOfTheLabNeedsNoAdoption) {
     EXPECT_EQ(refused.error().code, ErrorCode::kConflict);
   }
   EXPECT_NE(Live(ann.id), nullptr);
-  // What is out of order all the same (of equal epochs, another lab has the rig's).
+  // The rig is out of order although the epochs are equal, because another lab has used it.
   ASSERT_TRUE(lab_.Quarantine("bench-1", "it has seen this epoch of another lab", now_).ok());
   const std::uint64_t epoch = lab_.state().rigs.at("bench-1").epoch;
   ASSERT_TRUE(lab_.Adopt("bench-1", epoch, now_).ok());

@@ -7,12 +7,12 @@
 
 namespace faultlab::tests {
 
-/// "lab_ticket 7" -> column -> value: everything that the lab's tables hold, as text.
+/// "lab_ticket 7" -> column -> value: the contents of the lab's tables, as text.
 using Row = std::map<std::string, std::string>;
 using TableDump = std::map<std::string, Row>;
 
 TableDump DumpTables(server::Database& database);
-/// The first difference in words; empty when the dumps are equal.
+/// A description of the first difference; empty when the dumps are equal.
 std::string FirstDifference(const TableDump& a, const TableDump& b);
 
 }  // namespace faultlab::tests

@@ -33,7 +33,8 @@ class WaitingBench : public RigDuties {
     const std::lock_guard lock(mutex_);
     running_ = rig;
   }
-  /// The service asks for a check after it has answered who caused it: wait for the question.
+  /// The service requests a check after it has answered the request that caused it; this waits for
+  /// it.
   void AwaitChecks(std::size_t count) {
     std::unique_lock lock(mutex_);
     EXPECT_TRUE(
@@ -49,7 +50,7 @@ class WaitingBench : public RigDuties {
       EXPECT_TRUE(service.CleaningDone(rig, epoch, true, "").ok());
     }
   }
-  /// The checks have passed, and the database does not hear of it.
+  /// The checks have passed, but the result does not reach the database.
   void FailToPassChecks(LabService& service) {
     std::map<RigId, std::uint64_t> checks;
     {

@@ -26,7 +26,7 @@ TEST(HopSeal, TellsTheReceiverWhoTheClientIs) {
   ASSERT_TRUE(hop);
   EXPECT_EQ(hop->client, "2001:db8::1");
   EXPECT_TRUE(hop->https);
-  // A proxy's word about the client may be any text.
+  // A proxy may state any text as the client.
   const auto odd = b.Open(a.Seal({"a b", false}, "b", request, kNow), request, kNow);
   ASSERT_TRUE(odd);
   EXPECT_EQ(odd->client, "a b");

@@ -1,4 +1,4 @@
-// What a client may send and how long it may take: see the table in server/net/README.md.
+// What a client may send and how long it may take: tests the table in server/net/README.md.
 #include <gtest/gtest.h>
 
 #include <sys/socket.h>
@@ -69,7 +69,7 @@ TEST_F(HttpServerTest, BytesOnTheirWayAreBoundedForAllConnectionsTogether) {
            "\r\n\r\n";
   };
   {
-    RawClient idle(port, 4096);  // asks and does not read
+    RawClient idle(port, 4096);  // sends a request and does not read
     idle.Send(ask);
     char first = 0;
     ASSERT_EQ(recv(idle.fd(), &first, 1, MSG_PEEK), 1) << "the answer is on its way";
@@ -80,7 +80,8 @@ TEST_F(HttpServerTest, BytesOnTheirWayAreBoundedForAllConnectionsTogether) {
     uploader.Send(offer(4 * kMega) + std::string(4 * kMega, 'x'));
     EXPECT_EQ(uploader.ReadAnswer().status, 503) << "an upload waits for the same bytes";
     EXPECT_EQ(server_->counters().bytes_refused, 2u);
-    // What is promised and does not come takes nothing from the others; what is small asks nobody.
+    // An announced body that does not arrive takes nothing from others; a small body needs no
+    // budget.
     std::vector<std::unique_ptr<RawClient>> liars;
     for (int i = 0; i < 20; ++i) {
       liars.push_back(std::make_unique<RawClient>(port));
@@ -91,7 +92,7 @@ TEST_F(HttpServerTest, BytesOnTheirWayAreBoundedForAllConnectionsTogether) {
     small.Send(offer(3) + "abc");
     EXPECT_EQ(small.ReadAnswer().status, 200) << "and what a request has done is told";
   }
-  // The idle connection is gone: its bytes are free again once the server has noticed.
+  // The idle connection has ended: its bytes are free once the server has noticed.
   HttpAnswer answer;
   for (int i = 0; i < 1000 && answer.status != 200; ++i) answer = Get(port, "/big");
   EXPECT_EQ(answer.body.size(), 8u * kMega);
@@ -364,7 +365,7 @@ TEST_F(HttpServerTest, AnswersOthersWhileEveryPoolThreadIsBusy) {
   waits.Send(wait);
   while (server_->counters().pool_waiting == 0) std::this_thread::yield();
   EXPECT_EQ(Get(port, "/hello").status, 200);
-  // One may wait for a thread; the next is told to come back.
+  // One may wait for a thread; the next is refused.
   const HttpAnswer refused = Get(port, "/wait");
   EXPECT_EQ(refused.status, 503);
   EXPECT_EQ(refused.Header("Retry-After"), "1");

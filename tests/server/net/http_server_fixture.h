@@ -16,7 +16,7 @@
 
 namespace faultlab::server {
 
-/// Keeps a handler inside until it is opened.
+/// Blocks a handler until it is opened.
 class Gate {
  public:
   void Pass() {

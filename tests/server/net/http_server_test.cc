@@ -91,7 +91,7 @@ TEST_F(HttpServerTest, BelievesAProxyOnLoopbackAboutTheClient) {
       Get(port, "/peer", "X-Forwarded-For: 10.0.0.1, 203.0.113.7\r\nX-Forwarded-Proto: https\r\n")
           .body,
       "203.0.113.7 https");
-  // A proxy that adds a line of its own: what stands last is what the proxy says.
+  // A proxy that adds a line of its own: the last line is the proxy's.
   EXPECT_EQ(
       Get(port, "/peer", "X-Forwarded-For: 127.0.0.1\r\nX-Forwarded-For: 203.0.113.9\r\n").body,
       "203.0.113.9 http");

@@ -1,4 +1,4 @@
-// Two servers of one lab on loopback: `near_` passes on what `far_` has.
+// Two servers of one lab on loopback: `near_` passes on requests for what `far_` has.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -13,8 +13,8 @@
 
 #include "server/clock.h"
 #include "server/net/http_server.h"
+#include "tests/support/loopback_listener.h"
 #include "tests/support/raw_client.h"
-#include "tests/support/silent_listener.h"
 
 namespace faultlab::server {
 namespace {
@@ -22,15 +22,15 @@ namespace {
 using std::chrono::milliseconds;
 using tests::Get;
 using tests::HttpAnswer;
+using tests::LoopbackListener;
 using tests::RawClient;
 using tests::Request;
-using tests::SilentListener;
 using tests::Socket;
 using tests::WebSocketClient;
 
 constexpr std::size_t kMegabyte = 1 << 20;
 
-/// What a browser behind a proxy sends to become a WebSocket.
+/// The request by which a browser behind a proxy becomes a WebSocket.
 std::string HandshakeOf(const std::string& address) {
   return "GET /ws?code=good HTTP/1.1\r\nHost: localhost\r\nX-Forwarded-For: " + address +
          "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
@@ -81,7 +81,7 @@ class PeerTest : public ::testing::Test {
         far_options_, far_router_, [](const HttpRequest& request) -> UpgradeDecision {
           if (request.Query("code") != "good") return Problem(403, "bad_code", "No", "No.");
           return [](UpgradedSocket socket) {
-            // Everything comes back, until the client ends; the socket blocks again.
+            // Returns everything that it receives, until the client ends; the socket blocks again.
             std::thread([socket = std::move(socket)] {
               const auto say = [&](std::string_view text) {
                 return send(socket.fd, text.data(), text.size(), MSG_NOSIGNAL) ==
@@ -117,7 +117,7 @@ class PeerTest : public ::testing::Test {
   HttpServerOptions far_options_;
   Router far_router_;
   Router near_router_;
-  std::string far_address_ = "127.0.0.1:1";  ///< where nobody listens
+  std::string far_address_ = "127.0.0.1:1";  ///< an address where nobody listens
   std::unique_ptr<HttpServer> far_;
   std::unique_ptr<HttpServer> near_;
 };
@@ -167,7 +167,7 @@ TEST_F(PeerTest, HopsThatNoServerOfTheLabSealedAreRefused) {
   EXPECT_EQ(ask(far, hop(HopSeal("secret", "near"), "near")).status, 403) << "of another server";
   EXPECT_EQ(ask(far, hop(HopSeal("secret", "near"), "far")).status, 201);
   EXPECT_EQ(near_->counters().passed_on, 0u);
-  // A proxy's header does not mend a hop that is not believed, nor outdo one that is.
+  // A proxy's header cannot repair an invalid hop, and cannot override a valid one.
   EXPECT_EQ(ask(far, hop(stranger, "far") + "X-Forwarded-For: 10.1.1.1\r\n").status, 403);
   const HttpAnswer both =
       ask(far, hop(HopSeal("secret", "near"), "far") + "X-Forwarded-For: 10.1.1.1\r\n");
@@ -198,7 +198,7 @@ TEST_F(PeerTest, ThatIsNotThereIsSaidAtOnce) {
 }
 
 TEST_F(PeerTest, ThatIsSilentTakesNoPoolThreadAndItsCallersAreBounded) {
-  SilentListener silent;
+  LoopbackListener silent;
   far_address_ = silent.address();
   options_.limits.peers.waiting_max = 2;
   const int near = StartNear();
@@ -206,7 +206,7 @@ TEST_F(PeerTest, ThatIsSilentTakesNoPoolThreadAndItsCallersAreBounded) {
   RawClient second(near);
   for (RawClient* client : {&first, &second}) {
     client->Send("GET /large HTTP/1.1\r\nHost: localhost\r\n\r\n");
-    silent.Accept();  // it has been asked, and is shut again: said at once
+    silent.Accept();  // closed after the request arrived, which is reported at once
   }
   EXPECT_EQ(first.ReadAnswer().status, 503);
   EXPECT_EQ(second.ReadAnswer().status, 503);
@@ -222,14 +222,14 @@ TEST_F(PeerTest, ThatIsSilentTakesNoPoolThreadAndItsCallersAreBounded) {
   const HttpAnswer fifth = Get(near, "/large");
   EXPECT_EQ(fifth.status, 503);
   EXPECT_NE(fifth.body.find("Too many requests wait for server 'far'"), std::string::npos);
-  // Who changes something has places of their own.
+  // Requests that change something have places of their own.
   RawClient stops(near);
   stops.Send("POST /stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\n\r\n");
   const Socket held_stop = silent.Accept();
 }
 
 TEST_F(PeerTest, OneCallerHasAPartOfWhatMayWaitForAPeer) {
-  SilentListener silent;
+  LoopbackListener silent;
   far_address_ = silent.address();
   options_.limits.peers.waiting_per_caller_max = 1;
   options_.limits.peers.answer_deadline = std::chrono::minutes(1);
@@ -249,12 +249,12 @@ TEST_F(PeerTest, OneCallerHasAPartOfWhatMayWaitForAPeer) {
 
   RawClient mila(near);
   mila.Send("GET /of/mila HTTP/1.1\r\nHost: localhost\r\n\r\n");
-  silent.Accept();  // it has been asked, and is shut again
+  silent.Accept();  // closed after the request arrived
   EXPECT_NE(mila.ReadAnswer().body.find("Server 'far' does not answer"), std::string::npos);
 }
 
 TEST_F(PeerTest, ThatIsSilentIsGivenUp) {
-  SilentListener silent;
+  LoopbackListener silent;
   far_address_ = silent.address();
   options_.limits.peers.answer_deadline = milliseconds(50);
   options_.limits.peers.change_deadline = milliseconds(50);
@@ -297,7 +297,7 @@ TEST_F(PeerTest, AWebSocketGoesThroughBothWaysAndEndsForBoth) {
   WebSocketClient client(near, "/ws?code=good");
   ASSERT_EQ(client.status(), 101);
   EXPECT_EQ(near_->counters().tunnels_open, 1u);
-  // More than all buffers between them hold, read only when all of it is sent.
+  // More than all buffers between them can hold, read only after all of it was sent.
   const std::string sent(8 * kMegabyte, 'w');
   std::thread sender([&] {
     EXPECT_TRUE(client.Send(sent));
@@ -328,7 +328,7 @@ TEST_F(PeerTest, WebSocketsToPeersHaveALimitOfTheirOwn) {
   WebSocketClient second(near, "/ws?code=good");
   EXPECT_EQ(second.status(), 503);
   const RawClient idle(near);
-  // With `second`, which is still being told, and `idle` this is the third.
+  // With `second`, which is still being answered, and `idle` this is the third.
   EXPECT_EQ(Get(near, "/own").status, 200) << "a tunnel takes no place of a request";
 }
 
@@ -346,7 +346,7 @@ TEST_F(PeerTest, OneAddressHasHalfOfTheWebSocketsToPeers) {
 }
 
 TEST_F(PeerTest, HandshakesOfStrangersTakeNoPlaceOfTunnelsAndRequests) {
-  SilentListener silent;
+  LoopbackListener silent;
   far_address_ = silent.address();
   options_.limits.peers.waiting_max = 2;
   options_.limits.peers.answer_deadline = std::chrono::minutes(1);
@@ -367,13 +367,13 @@ TEST_F(PeerTest, HandshakesOfStrangersTakeNoPlaceOfTunnelsAndRequests) {
 
   RawClient student(near);
   student.Send("GET /large HTTP/1.1\r\nHost: localhost\r\n\r\n");
-  silent.Accept();  // it has been asked, and is shut again
+  silent.Accept();  // closed after the request arrived
   EXPECT_NE(student.ReadAnswer().body.find("Server 'far' does not answer"), std::string::npos);
 }
 
 TEST_F(PeerTest, ASilentTunnelIsClosed) {
   options_.limits.peers.tunnel_silence = milliseconds(50);
-  options_.limits.idle_deadline = milliseconds(50);  // how often deadlines are looked at
+  options_.limits.idle_deadline = milliseconds(50);  // interval of the checks of deadlines
   StartFar();
   WebSocketClient client(StartNear(), "/ws?code=good");
   ASSERT_EQ(client.status(), 101);

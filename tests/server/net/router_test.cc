@@ -11,7 +11,7 @@ class RouterTest : public ::testing::Test {
     router_.Add(
         {method, pattern, RunsOn::kInline, 0, [](const HttpRequest&) { return HttpResponse{}; }});
   }
-  /// The pattern that takes the request, or "404", or "405 " and what is allowed.
+  /// The pattern that matches the request, or "404", or "405 " and the allowed methods.
   std::string Find(HttpMethod method, std::string_view path) {
     request_ = {};
     request_.method = method;

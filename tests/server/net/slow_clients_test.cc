@@ -1,5 +1,5 @@
-// Clients that send half a request, or take half an answer, use up neither memory nor the places
-// of others.
+// Clients that send half a request, or read half an answer, use up neither memory nor the places of
+// others.
 #include <gtest/gtest.h>
 
 #include <sys/socket.h>
@@ -33,7 +33,7 @@ std::string HalfABody(const std::string& from) {
          "\r\nContent-Length: 100\r\n\r\n{";
 }
 
-/// Whether the server has closed its end without a word or with one.
+/// Whether the server has closed its end, with or without an answer.
 bool Ended(const RawClient& client) {
   char byte = 0;
   return recv(client.fd(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) >= 0;
@@ -42,7 +42,7 @@ bool Ended(const RawClient& client) {
 TEST_F(HttpServerTest, WhatIsNoBodyOfAChunkedRequestIsBounded) {
   const int port = Start();
   const std::string much(200'000, 'a');
-  std::string extensions;  // each chunk is small, its extension is not
+  std::string extensions;  // each chunk is small, its extension is large
   for (int i = 0; i < 20; ++i) {
     extensions += "1;" + std::string(15'000, 'e') + "\r\nx\r\n";
   }

@@ -31,7 +31,7 @@ std::vector<Jwk> KeysOf(const json::array& keys) {
   return ParseJwks(json::serialize(json::object{{"keys", keys}})).value();
 }
 
-/// "ok", or why not.
+/// "ok", or the reason of the refusal.
 std::string Check(const std::string& token, const std::vector<Jwk>& keys) {
   const auto apart = TakeApart(token);
   if (!apart) return apart.error().message;
@@ -80,7 +80,7 @@ TEST(Jwt, ATokenWithoutASignatureOrWithASharedSecretIsRefused) {
   EXPECT_THAT(Check(Rsa().Token(no_alg, kClaims), keys), HasSubstr("not signed"));
   no_alg["alg"] = json::array{"RS256"};
   EXPECT_THAT(Check(Rsa().Token(no_alg, kClaims), keys), HasSubstr("not signed"));
-  // The public key, which everybody has, as the secret of an HMAC.
+  // The public key, which everybody knows, used as the secret of an HMAC.
   for (const std::string& secret : {Rsa().PublicPem(), json::serialize(Rsa().Jwk())}) {
     for (const char* alg : {"HS256", "RS256"}) {
       const std::string text = Unsigned(with_alg(alg), kClaims);

@@ -2,15 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
 #include <string>
 #include <thread>
+
+#include "tests/support/loopback_listener.h"
 
 namespace faultlab::server::oidc {
 namespace {
@@ -18,47 +17,36 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// Takes connections on loopback and closes them, with the answer that it has or without a word.
+/// Accepts connections on loopback and closes them, with its answer or without one.
 class Site {
  public:
-  Site() : fd_(socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    auto* const any = reinterpret_cast<sockaddr*>(&address);
-    EXPECT_EQ(bind(fd_, any, size), 0);
-    EXPECT_EQ(listen(fd_, 8), 0);
-    EXPECT_EQ(getsockname(fd_, any, &size), 0);
-    url_ = "http://127.0.0.1:" + std::to_string(ntohs(address.sin_port));
-    thread_ = std::thread([this] { Serve(); });
-  }
+  Site() : thread_([this] { Serve(); }) {}
   ~Site() {
-    shutdown(fd_, SHUT_RDWR);
+    listener_.Shutdown();
     thread_.join();
-    close(fd_);
   }
   Site(const Site&) = delete;
   Site& operator=(const Site&) = delete;
 
-  const std::string& url() const { return url_; }
+  std::string url() const { return "http://" + listener_.address(); }
   int asked() const { return asked_; }
   void Answers(bool yes) { answers_ = yes; }
 
  private:
   void Serve() {
-    for (int client = 0; (client = accept(fd_, nullptr, nullptr)) >= 0; close(client)) {
+    while (true) {
+      const tests::Socket client = listener_.Accept();
+      if (client.fd() < 0) return;
       ++asked_;
       std::string request(8192, '\0');
-      if (recv(client, request.data(), request.size(), 0) <= 0 || !answers_) continue;
+      if (recv(client.fd(), request.data(), request.size(), 0) <= 0 || !answers_) continue;
       const std::string answer =
           "HTTP/1.1 200 OK\r\nContent-Length: 18\r\n\r\n{\"id_token\":\"abc\"}";
-      EXPECT_GT(send(client, answer.data(), answer.size(), MSG_NOSIGNAL), 0);
+      EXPECT_GT(send(client.fd(), answer.data(), answer.size(), MSG_NOSIGNAL), 0);
     }
   }
 
-  int fd_;
-  std::string url_;
+  tests::LoopbackListener listener_;
   std::atomic<int> asked_{0};
   std::atomic<bool> answers_{false};
   std::thread thread_;

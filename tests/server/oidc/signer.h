@@ -8,16 +8,16 @@ struct evp_pkey_st;
 
 namespace faultlab::server::oidc {
 
-/// A provider's key pair, made for a test, and what it signs.
+/// A provider's key pair, made for a test, and tokens signed by it.
 class Signer {
  public:
-  /// RSA when `bits` is not 0, else P-256.
+  /// RSA if `bits` is not 0, otherwise P-256.
   Signer(std::string kid, unsigned bits);
 
   boost::json::object Jwk() const;
   std::string PublicPem() const;
   std::string Sign(const std::string& text) const;
-  /// A token with this header (as it is) and these claims.
+  /// A token with exactly this header and these claims.
   std::string Token(const boost::json::object& header, const boost::json::object& claims) const;
   boost::json::object Header() const;
 

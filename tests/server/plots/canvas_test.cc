@@ -13,7 +13,7 @@ class CanvasTest : public ::testing::Test {
  protected:
   CanvasTest() : type_(Typeface::Load("").value()), canvas_(200, 100, *type_) {}
 
-  /// Darkest channel of a pixel; 255 is paper.
+  /// Darkest channel of a pixel; 255 is white.
   int At(int x, int y) const {
     const std::uint8_t* pixel = canvas_.pixels().data() + 3 * (y * canvas_.width() + x);
     return std::min({pixel[0], pixel[1], pixel[2]});
@@ -50,8 +50,14 @@ TEST_F(CanvasTest, LeavesGapsInADashedLine) {
   EXPECT_GT(dashed, 0.4 * InkIn(0, 45, 200, 10));
 }
 
+TEST_F(CanvasTest, ShadesNothingWhereARectangleHasNoPixels) {
+  canvas_.Shade({50, 20, 0, 60}, {0, 0, 0}, 0.5);
+  canvas_.Shade({900, 20, 100, 60}, {0, 0, 0}, 0.5);
+  EXPECT_EQ(InkIn(0, 0, 200, 100), 0);
+}
+
 TEST_F(CanvasTest, DrawsGreekAndMicroAsLettersNotBoxes) {
-  const TextBitmap box = type_->Draw("\uFFFF", 40);  // no face has it
+  const TextBitmap box = type_->Draw("\uFFFF", 40);  // no face contains this letter
   for (const char* letter : {"Ω", "µ", "θ", "σ", "ž", "Ж"}) {
     const TextBitmap drawn = type_->Draw(letter, 40);
     EXPECT_NE(drawn.coverage, box.coverage) << letter;

@@ -7,6 +7,7 @@
 
 #include "server/csv/csv_record.h"
 #include "server/plots/record_figure.h"
+#include "tests/paper_rig.h"
 
 namespace faultlab::server {
 namespace {
@@ -22,7 +23,7 @@ CsvRecord Recording() {
 FigureContext Context() {
   FigureContext context;
   context.name = "R1";
-  context.faults = {{core::Component::kR1, 33.0, 10.0}};
+  context.faults = {{paper::kR1, 33.0, 10.0}};
   return context;
 }
 
@@ -117,7 +118,7 @@ TEST(ModelsFigure, PutsTheFitIntoTheLegendAndTheErrorBelow) {
 
 TEST(RecordFigure, DrawsEveryFigureOfARecordingByName) {
   const CsvRecord record = Recording();
-  core::DiagnosisOptions options;
+  core::DiagnosisOptions options = paper::Options();
   options.values = core::ValuePrior::kTable2;
   options.period_s = record.period_s;
   for (const std::string_view name : kFigureNames) {

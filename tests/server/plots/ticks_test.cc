@@ -33,7 +33,7 @@ TEST(Ticks, LieInsideTheRangeAndNeverExceedTheCount) {
     const double from = normal(random) * std::pow(10.0, exponent(random));
     const double to = from + std::abs(normal(random)) * std::pow(10.0, exponent(random));
     if (!(to - from > 1e-6 * std::abs(from))) {
-      continue;  // a range that doubles can hardly tell from a point
+      continue;  // too narrow to be distinguished from a point in double precision
     }
     const Ticks ticks = MakeTicks(from, to, 7);
     ASSERT_GE(ticks.at.size(), 1u) << from << ' ' << to;

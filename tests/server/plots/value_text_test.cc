@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "server/plots/figure.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::server {
 namespace {
@@ -23,9 +24,9 @@ TEST(ValueText, WritesMechanicalUnitsWithAPowerOfTen) {
 }
 
 TEST(ValueText, SetsTheNumberOfAPartBelowTheLine) {
-  EXPECT_EQ(ComponentLabel(core::Component::kR12), "R_{12}");
-  EXPECT_EQ(ComponentLabel(core::Component::kRa), "R_{a}");
-  EXPECT_EQ(ComponentLabel(core::Component::kJ), "J");
+  EXPECT_EQ(ComponentLabel(paper::kR12), "R_{12}");
+  EXPECT_EQ(ComponentLabel(paper::kRa), "R_{a}");
+  EXPECT_EQ(ComponentLabel(paper::kJ), "J");
   EXPECT_EQ(PlainText("b_{0d} in 10^{\u22126}"), "b0d in 10\u22126");
   EXPECT_EQ(PlainText("a_{b"), "a_{b") << "an open bracket is no mark-up";
 }

@@ -7,13 +7,17 @@
 #include <vector>
 
 #include "hardware/rig.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::tests {
 
-/// A rig that says what a test gives it, and remembers what it was told.
+/// A rig that returns the messages given by a test, and records the commands that it gets.
 class FakeRig : public hardware::Rig {
  public:
-  explicit FakeRig(std::string id = "fake-1") { description_.id = std::move(id); }
+  explicit FakeRig(std::string id = "fake-1") {
+    description_.id = std::move(id);
+    description_.bench = &paper::Bench();
+  }
 
   void Say(hardware::RigMessage message) {
     const std::lock_guard lock(mutex_);
@@ -35,7 +39,7 @@ class FakeRig : public hardware::Rig {
     const std::lock_guard lock(mutex_);
     return stops_;
   }
-  /// Waits until the rig has been told `count` things.
+  /// Waits until the rig has received `count` commands.
   void AwaitCommands(std::size_t count) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return commands_.size() >= count; });

@@ -1,5 +1,5 @@
-// One recording, one truth: what viewers saw while a run lived, what they see when its recording is
-// played again, and what is computed from it afterwards are the same bits.
+// What viewers received during a run, what they receive when its recording is replayed, and what is
+// computed from the recording later are the same bits.
 #include "hardware/replay_rig.h"
 
 #include <gtest/gtest.h>
@@ -14,6 +14,7 @@
 #include "server/experiment/recordings.h"
 #include "server/net/http_server.h"
 #include "server/net/router.h"
+#include "tests/paper_rig.h"
 #include "tests/server/run/run_fixture.h"
 #include "tests/support/raw_client.h"
 
@@ -104,7 +105,7 @@ class ReplayTest : public tests::RunFixture {
     RunRecord record;
     WireRows rows;  ///< what a viewer was sent
   };
-  /// Runs to the end before the eyes of a viewer.
+  /// Runs to the end while a viewer watches.
   Seen Watch(RunRequest request) {
     Seen seen;
     const auto started = manager_->Start(std::move(request));
@@ -136,8 +137,10 @@ TEST_F(ReplayTest, ShowsTheBitsThatLiveViewersSaw) {
   const auto samples = store_->LoadSamples(live.record.id, 0, 5000).value();
 
   hardware::ReplayRigOptions options;
+  options.bench = &paper::Bench();
   options.speed = 0.0;
   RunRequest request;
+  request.diagnosis = paper::Options();
   request.owner = "guest";
   request.plan = hardware::ReplayPlan(live.record.period_s);
   request.hold = RigHold(hardware::MakeReplayRig(samples, options));
@@ -146,11 +149,12 @@ TEST_F(ReplayTest, ShowsTheBitsThatLiveViewersSaw) {
 
   FrameTap::Frames computed;
   WireRows computed_rows;
-  core::ReplayEstimates(samples, OptionsOf(live.record).value(), [&](const core::Frame& frame) {
-    computed.push_back(BitsOf(frame));
-    const StreamRow row = MakeRow(frame);
-    AddRows(EncodeFrameMessage({&row, 1}, frame.sample.index, 0.0), computed_rows);
-  });
+  core::ReplayEstimates(
+      samples, OptionsOf(live.record, paper::Bench()).value(), [&](const core::Frame& frame) {
+        computed.push_back(BitsOf(frame));
+        const StreamRow row = MakeRow(frame);
+        AddRows(EncodeFrameMessage({&row, 1}, frame.sample.index, 0.0), computed_rows);
+      });
 
   const FrameTap::Frames& made = tap_.Of(live.record.id);
   const FrameTap::Frames& made_again = tap_.Of(replayed.record.id);

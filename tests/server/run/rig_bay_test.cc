@@ -8,6 +8,7 @@
 
 #include "hardware/simulated/simulated_rig.h"
 #include "tests/hardware/rig_runs.h"
+#include "tests/paper_bench.h"
 #include "tests/server/run/fake_rig.h"
 
 namespace faultlab::server {
@@ -18,6 +19,7 @@ using namespace std::chrono_literals;
 
 hardware::RigDescription Simulated(const std::string& id) {
   hardware::RigDescription description;
+  description.bench = &paper::Bench();
   description.id = id;
   description.kind = hardware::RigKind::kSimulated;
   return description;
@@ -147,7 +149,7 @@ TEST_F(RigBayTest, ANameOnTheBusMakesNoLocalRigAFarOne) {
 TEST_F(RigBayTest, AStrangerIsShownAndIsNoRig) {
   bay_.SetStrangers([] {
     std::vector<RigStatus> strangers(2);
-    strangers[0].description.id = "sim-1";  // as one of ours
+    strangers[0].description.id = "sim-1";  // the name of a rig of this bay
     strangers[1].description.id = "stranger";
     return strangers;
   });
@@ -179,11 +181,11 @@ TEST_F(RigBayTest, StaysFreeWhenARigCannotBeBuilt) {
   EXPECT_TRUE(bay_.Acquire(LeaseOn("sim-1", 1)).ok());
 }
 
-/// A simulated bench whose shaft is held: 5 V stall it within a second.
+/// A simulated bench whose shaft is held: at 5 V the stall trips within a second.
 core::Status RunWithHeldShaft(hardware::Rig& rig, hardware::Epoch epoch) {
   hardware::RunPlan plan;
   plan.uc_v.assign(200, 5.0);
-  plan.faults = {{.component = core::Component::kB, .value = 1.0, .at_s = 0.0}};
+  plan.faults = {{.component = paper::kB, .value = 1.0, .at_s = 0.0}};
   core::Status status = rig.Arm(plan, epoch);
   if (status.ok()) status = rig.Start(epoch);
   if (status.ok()) (void)hardware::Drain(rig);

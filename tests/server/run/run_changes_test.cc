@@ -1,4 +1,4 @@
-// Changes of the rig while a run learns what its healthy rig is like.
+// Changes of the rig while a run calibrates its model of the healthy rig.
 #include <gtest/gtest.h>
 
 #include <boost/json.hpp>
@@ -8,6 +8,7 @@
 
 #include "hardware/replay_rig.h"
 #include "server/run/run_messages.h"
+#include "tests/paper_rig.h"
 #include "tests/server/run/run_fixture.h"
 
 namespace faultlab::server {
@@ -23,7 +24,7 @@ hardware::RigCommand Set(Component component, double value) {
   return {Kind::kSetComponent, component, value};
 }
 
-/// A viewer with exact timing: does something on the run's own thread, at one sample.
+/// Acts with exact timing: on the run's own thread, at one sample.
 class AtSample : public RunTap {
  public:
   using Deed = std::function<void(const std::string& run, hardware::Epoch epoch)>;
@@ -60,11 +61,11 @@ class RunChangesTest : public tests::RunFixture {
     EXPECT_TRUE(started.ok());
     return started.value().id;
   }
-  /// Samples [from, to) under a constant voltage, which teaches nothing.
+  /// Samples [from, to) under a constant voltage, which is not enough for a calibration.
   static void Play(FakeRig& rig, int from, int to) {
     for (int i = from; i < to; ++i) rig.Say(SampleAt(i));
   }
-  /// A run may be under way before Start has returned.
+  /// A run may have begun before Start has returned.
   void AwaitKnown(const std::string& run) const {
     while (!manager_->Find(run)) std::this_thread::yield();
   }
@@ -94,7 +95,7 @@ TEST_F(RunChangesTest, AChangeInTheFirstSecondWaitsAndIsNamedAsIfItCameAfterTheL
   std::optional<Accepted> answer;
   AtSample second(100, [&](const std::string& run, hardware::Epoch epoch) {
     AwaitKnown(run);
-    auto taken = manager_->Command(run, epoch, Set(Component::kR1, 100.0));
+    auto taken = manager_->Command(run, epoch, Set(paper::kR1, 100.0));
     if (taken.ok()) answer = taken.value();
   });
   manager_->SetTap(&second);
@@ -123,15 +124,15 @@ TEST_F(RunChangesTest, AChangeInTheFirstSecondWaitsAndIsNamedAsIfItCameAfterTheL
 TEST_F(RunChangesTest, TheNewestForAComponentWinsAndNominalTakesItBack) {
   auto rig = std::make_shared<FakeRig>();
   const std::string id = Begin(rig);
-  for (const auto& change : {Set(Component::kR1, 10.0),
-                             Set(Component::kR1, 56.0),
-                             Set(Component::kR12, 2e3),
-                             Set(Component::kC8, 1e-6)}) {
+  for (const auto& change : {Set(paper::kR1, 10.0),
+                             Set(paper::kR1, 56.0),
+                             Set(paper::kR12, 2e3),
+                             Set(paper::kC8, 1e-6)}) {
     const auto taken = manager_->Command(id, kEpoch, change);
     ASSERT_TRUE(taken.ok());
     EXPECT_EQ(taken.value().waits_until_s, 5.0);
   }
-  const auto back = manager_->Command(id, kEpoch, Set(Component::kR12, 10e3));
+  const auto back = manager_->Command(id, kEpoch, Set(paper::kR12, 10e3));
   ASSERT_TRUE(back.ok());
   EXPECT_FALSE(back.value().waits_until_s) << "a return to nominal needs no waiting";
   ASSERT_EQ(rig->commands().size(), 1u);
@@ -141,16 +142,16 @@ TEST_F(RunChangesTest, TheNewestForAComponentWinsAndNominalTakesItBack) {
   Finish(*rig, id);
   const auto told = rig->commands();
   ASSERT_EQ(told.size(), 3u);
-  EXPECT_EQ(told[1].component, Component::kR1);
+  EXPECT_EQ(told[1].component, paper::kR1);
   EXPECT_EQ(told[1].value, 56.0);
-  EXPECT_EQ(told[2].component, Component::kC8);
+  EXPECT_EQ(told[2].component, paper::kC8);
   EXPECT_TRUE(FirstOf(id, "change_dropped"));
 }
 
 TEST_F(RunChangesTest, AllNominalTakesBackWhatWaits) {
   auto rig = std::make_shared<FakeRig>();
   const std::string id = Begin(rig);
-  ASSERT_TRUE(manager_->Command(id, kEpoch, Set(Component::kR1, 100.0)).ok());
+  ASSERT_TRUE(manager_->Command(id, kEpoch, Set(paper::kR1, 100.0)).ok());
   ASSERT_TRUE(manager_->Command(id, kEpoch, {}).ok());
   Play(*rig, 0, 600);
   Finish(*rig, id);
@@ -162,14 +163,14 @@ TEST_F(RunChangesTest, AllNominalTakesBackWhatWaits) {
 TEST_F(RunChangesTest, GoesToTheRigAtOnceAfterTheLearning) {
   auto rig = std::make_shared<FakeRig>();
   const std::string id = Begin(rig);
-  ASSERT_TRUE(manager_->Command(id, kEpoch, Set(Component::kR9, 33e3)).ok());
+  ASSERT_TRUE(manager_->Command(id, kEpoch, Set(paper::kR9, 33e3)).ok());
   Play(*rig, 0, 501);
   rig->AwaitCommands(1);
-  // What came before has gone; a change may still find the last word of it under way.
-  auto taken = manager_->Command(id, kEpoch, Set(Component::kR1, 10.0));
+  // Earlier changes have been sent; a new change may still find the last of them in progress.
+  auto taken = manager_->Command(id, kEpoch, Set(paper::kR1, 10.0));
   ASSERT_TRUE(taken.ok());
   rig->AwaitCommands(2);
-  EXPECT_EQ(rig->commands()[1].component, Component::kR1);
+  EXPECT_EQ(rig->commands()[1].component, paper::kR1);
   Finish(*rig, id);
 }
 
@@ -177,7 +178,7 @@ TEST_F(RunChangesTest, InRealTimeTheRunDoesNotWaitForTheRigsAnswer) {
   Manage(1.0);
   auto rig = std::make_shared<FakeRig>();
   const std::string id = Begin(rig);
-  ASSERT_TRUE(manager_->Command(id, kEpoch, Set(Component::kR1, 100.0)).ok());
+  ASSERT_TRUE(manager_->Command(id, kEpoch, Set(paper::kR1, 100.0)).ok());
   Play(*rig, 0, 501);
   rig->AwaitCommands(1);
   EXPECT_EQ(rig->commands()[0].value, 100.0);
@@ -187,7 +188,7 @@ TEST_F(RunChangesTest, InRealTimeTheRunDoesNotWaitForTheRigsAnswer) {
 TEST_F(RunChangesTest, ActsAllTheSameWhenTheRigCannotBeLearnt) {
   auto rig = std::make_shared<FakeRig>();
   const std::string id = Begin(rig);
-  ASSERT_TRUE(manager_->Command(id, kEpoch, Set(Component::kR1, 100.0)).ok());
+  ASSERT_TRUE(manager_->Command(id, kEpoch, Set(paper::kR1, 100.0)).ok());
   Play(*rig, 0, 520);
   rig->AwaitCommands(1);
   Finish(*rig, id);
@@ -198,21 +199,21 @@ TEST_F(RunChangesTest, ActsAllTheSameWhenTheRigCannotBeLearnt) {
 TEST_F(RunChangesTest, DiesWithTheRun) {
   auto rig = std::make_shared<FakeRig>();
   const std::string id = Begin(rig);
-  ASSERT_TRUE(manager_->Command(id, kEpoch, Set(Component::kR1, 100.0)).ok());
+  ASSERT_TRUE(manager_->Command(id, kEpoch, Set(paper::kR1, 100.0)).ok());
   Play(*rig, 0, 100);
   EXPECT_TRUE(manager_->Stop(id, "enough").ok());
   manager_->Wait(id);
   EXPECT_TRUE(rig->commands().empty());
   EXPECT_TRUE(FirstOf(id, "change_waits"));
-  EXPECT_FALSE(manager_->Command(id, kEpoch, Set(Component::kR1, 10.0)).ok());
+  EXPECT_FALSE(manager_->Command(id, kEpoch, Set(paper::kR1, 10.0)).ok());
 }
 
 TEST_F(RunChangesTest, TheRigHasTheLastWordWhenTheWaitingIsOver) {
   auto rig = std::make_shared<FakeRig>();
   const std::string id = Begin(rig);
-  ASSERT_TRUE(manager_->Command(id, kEpoch, Set(Component::kR1, 100.0)).ok());
+  ASSERT_TRUE(manager_->Command(id, kEpoch, Set(paper::kR1, 100.0)).ok());
   Play(*rig, 0, 100);
-  rig->Fence(hardware::Epoch{2});  // somebody else holds the rig now
+  rig->Fence(hardware::Epoch{2});  // another lease has the rig now
   Play(*rig, 100, 520);
   Finish(*rig, id);
   EXPECT_TRUE(rig->commands().empty());
@@ -222,9 +223,9 @@ TEST_F(RunChangesTest, TheRigHasTheLastWordWhenTheWaitingIsOver) {
 TEST_F(RunChangesTest, RefusesAtOnceWhatTheRigWouldRefuseLater) {
   auto rig = std::make_shared<FakeRig>();
   const std::string id = Begin(rig);
-  EXPECT_EQ(manager_->Command(id, kEpoch, Set(Component::kR1, 37.0)).error().field, "value");
-  EXPECT_EQ(manager_->Command(id, kEpoch, Set(Component::kJ, 1e-5)).error().field, "component");
-  EXPECT_EQ(manager_->Command(id, hardware::Epoch{0}, Set(Component::kR1, 100.0)).error().code,
+  EXPECT_EQ(manager_->Command(id, kEpoch, Set(paper::kR1, 37.0)).error().field, "value");
+  EXPECT_EQ(manager_->Command(id, kEpoch, Set(paper::kJ, 1e-5)).error().field, "component");
+  EXPECT_EQ(manager_->Command(id, hardware::Epoch{0}, Set(paper::kR1, 100.0)).error().code,
             core::ErrorCode::kStale);
   Play(*rig, 0, 520);
   Finish(*rig, id);
@@ -237,7 +238,7 @@ TEST_F(RunChangesTest, RefusesInARunThatEndsBeforeTheHealthyRigIsLearnt) {
   request.plan.uc_v.assign(400, 2.0);
   const auto started = manager_->Start(std::move(request));
   ASSERT_TRUE(started.ok());
-  const auto taken = manager_->Command(started.value().id, kEpoch, Set(Component::kR1, 100.0));
+  const auto taken = manager_->Command(started.value().id, kEpoch, Set(paper::kR1, 100.0));
   ASSERT_FALSE(taken.ok());
   EXPECT_EQ(taken.error().code, core::ErrorCode::kConflict);
 }
@@ -248,13 +249,15 @@ TEST_F(RunChangesTest, ARecordingRefusesByItself) {
   std::optional<core::Result<Accepted>> answer;
   AtSample tenth(10, [&](const std::string& run, hardware::Epoch epoch) {
     AwaitKnown(run);
-    answer = manager_->Command(run, epoch, Set(Component::kR1, 100.0));
+    answer = manager_->Command(run, epoch, Set(paper::kR1, 100.0));
   });
   manager_->SetTap(&tenth);
   hardware::ReplayRigOptions options;
+  options.bench = &paper::Bench();
   options.speed = 0.0;
   options.queue_messages = 16;
   RunRequest replay;
+  replay.diagnosis = paper::Options();
   replay.plan = hardware::ReplayPlan(0.01);
   replay.hold = RigHold(hardware::MakeReplayRig(samples, options));
   RunToEnd(std::move(replay));
@@ -264,10 +267,10 @@ TEST_F(RunChangesTest, ARecordingRefusesByItself) {
 
 TEST(WaitingChanges, AreToldOnceEachInTheirOrder) {
   WaitingChanges waiting(5.0);
-  EXPECT_TRUE(waiting.Hold(Component::kR1, 10.0));
-  EXPECT_TRUE(waiting.Hold(Component::kR1, 100.0));
-  waiting.Drop(Component::kC8);  // nothing waits for it
-  EXPECT_EQ(waiting.values(), (WaitingChanges::Values{{Component::kR1, 100.0}}));
+  EXPECT_TRUE(waiting.Hold(paper::kR1, 10.0));
+  EXPECT_TRUE(waiting.Hold(paper::kR1, 100.0));
+  waiting.Drop(paper::kC8);  // nothing waits for it
+  EXPECT_EQ(waiting.values(), (WaitingChanges::Values{{paper::kR1, 100.0}}));
   waiting.DropAll();
   const auto notes = waiting.TakeNotes();
   ASSERT_EQ(notes.size(), 3u);
@@ -275,20 +278,21 @@ TEST(WaitingChanges, AreToldOnceEachInTheirOrder) {
   EXPECT_EQ(notes[2].kind, "change_dropped");
   EXPECT_TRUE(waiting.TakeNotes().empty());
   EXPECT_FALSE(waiting.Next());
-  EXPECT_FALSE(waiting.Hold(Component::kR1, 10.0)) << "the stretch is over";
+  EXPECT_FALSE(waiting.Hold(paper::kR1, 10.0)) << "the stretch is over";
 }
 
 TEST(WaitingChanges, HoldNothingWhereNothingIsLearnt) {
   WaitingChanges waiting(std::nullopt);
-  EXPECT_FALSE(waiting.Hold(Component::kR1, 10.0));
+  EXPECT_FALSE(waiting.Hold(paper::kR1, 10.0));
   EXPECT_TRUE(waiting.TakeNotes().empty());
 }
 
 TEST(RunMessages, HelloSaysWhatWaitsAndUntilWhen) {
-  const core::PlantParameters nominal;
-  const Positions positions = NominalPositions(nominal);
+  const core::PlantParameters nominal = paper::Plant();
+  const Positions positions = NominalPositions(paper::Bench(), nominal);
   const std::vector<RecordedEvent> none;
   HelloParts parts{"run-1",
+                   "paper-1",
                    RunState::kRunning,
                    kEpoch,
                    100.0,
@@ -297,7 +301,7 @@ TEST(RunMessages, HelloSaysWhatWaitsAndUntilWhen) {
                    none,
                    "null",
                    5.0,
-                   {{Component::kR1, 100.0}},
+                   {{paper::kR1, 100.0}},
                    nominal,
                    0.0095};
   const auto hello = boost::json::parse("{" + HelloMembers(parts) + "}").as_object();

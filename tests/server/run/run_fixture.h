@@ -15,6 +15,7 @@
 #include "hardware/simulated/simulated_rig.h"
 #include "server/run/run_manager.h"
 #include "server/storage/database.h"
+#include "tests/paper_rig.h"
 #include "tests/server/run/fake_rig.h"
 #include "tests/support/temp_folder.h"
 
@@ -44,9 +45,9 @@ class RunFixture : public ::testing::Test {
   void Manage(double speed) {
     RunManagerOptions options;
     options.speed = speed;
-    options.calibrated = [this](const std::string&, const std::string& run, const auto&) {
+    options.calibrated = [this](const LearntRig& learnt) {
       const std::lock_guard lock(calibrated_mutex_);
-      calibrated_.push_back(run);
+      calibrated_.push_back(learnt.run);
     };
     manager_ = std::make_unique<RunManager>(
         options, *store_, *hub_, clock_, [this](std::string_view text) {
@@ -54,7 +55,7 @@ class RunFixture : public ::testing::Test {
         });
   }
 
-  /// Runs that taught something about their rig.
+  /// Number of runs that gave a calibration of their rig.
   std::size_t calibrated() {
     const std::lock_guard lock(calibrated_mutex_);
     return calibrated_.size();
@@ -63,22 +64,24 @@ class RunFixture : public ::testing::Test {
   /// The paper's experiment, R1 = 100 ohm at 10 s.
   RunRequest Paper(double duration_s = 20.0) {
     RunRequest request;
+    request.diagnosis = paper::Options();
     request.owner = "guest";
     request.hold = Hold("sim-1");
     request.plan.uc_v = core::Generate(core::PrbsSpec{}, duration_s, 0.01).value();
     if (duration_s > 10.0) {
-      request.plan.faults = {{core::Component::kR1, 100.0, 10.0, core::FaultKind::kAbrupt, 0.0}};
+      request.plan.faults = {{paper::kR1, 100.0, 10.0, core::FaultKind::kAbrupt, 0.0}};
     }
     return request;
   }
-  /// The rig under the next lease of its epoch; empty hands when the bay does not give it.
+  /// The rig under the next lease of its epoch; an empty hold if the bay refuses it.
   RigHold Hold(const std::string& rig) {
     auto hold = bay_.Acquire({.rig = rig, .epoch = ++epoch_});
     return hold ? std::move(hold).value() : RigHold{};
   }
-  /// A run on a rig that says what the test tells it.
+  /// A run on a rig that returns the messages given by the test.
   RunRequest Scripted(const std::shared_ptr<FakeRig>& rig) {
     RunRequest request;
+    request.diagnosis = paper::Options();
     request.owner = "guest";
     request.plan.uc_v.assign(1000, 2.0);
     request.hold = RigHold(rig);
@@ -98,10 +101,10 @@ class RunFixture : public ::testing::Test {
     manager_->Wait(started.value().id);
     return store_->Get(started.value().id).value();
   }
-  /// What a run on the simulated rig learns about it.
+  /// The calibration from a run on the simulated rig.
   core::Calibration Learnt() {
     const auto samples = store_->LoadSamples(RunToEnd(Paper(6.0)).id, 50, 500).value();
-    return core::Calibrate(samples, core::CalibrationOptions{}).value();
+    return core::Calibrate(samples, paper::ToCalibrate()).value();
   }
   std::vector<std::string> Kinds(const std::string& id) {
     std::vector<std::string> kinds;

@@ -7,6 +7,7 @@
 
 #include "server/run/recorder.h"
 #include "server/run/run_messages.h"
+#include "tests/paper_bench.h"
 #include "tests/server/run/run_fixture.h"
 
 namespace faultlab::server {
@@ -59,7 +60,7 @@ TEST_F(RunManagerTest, LearnsARigFromNoRunWithHiddenFaultsNorWithOneInTheHealthy
   RunToEnd(std::move(hidden));
   EXPECT_EQ(calibrated(), 1u);
   RunRequest early = Paper(8.0);
-  early.plan.faults = {{core::Component::kRa, 7.55, 0.1, core::FaultKind::kAbrupt, 0.0}};
+  early.plan.faults = {{paper::kRa, 7.55, 0.1, core::FaultKind::kAbrupt, 0.0}};
   RunToEnd(std::move(early));
   EXPECT_EQ(calibrated(), 1u);
 }
@@ -112,7 +113,7 @@ TEST_F(RunManagerTest, FailsTheRunWhenTheRecordingCannotBeWritten) {
   auto rig = std::make_shared<FakeRig>();
   auto started = manager_->Start(Scripted(rig));
   ASSERT_TRUE(started.ok());
-  // Ended behind the run's back: the store refuses every further chunk.
+  // The recording is finished without the run's knowledge: the store refuses every further chunk.
   ASSERT_TRUE(store_->Finish(started.value().id, RunState::kFailed, clock_.Wall(), "", "").ok());
   for (int i = 0; i < 150; ++i) rig->Say(SampleAt(i));
   for (int i = 150; i < 300; ++i) rig->Say(SampleAt(i));
@@ -180,12 +181,13 @@ TEST_F(RunManagerTest, StopsEveryRunWhenTheServerStops) {
 TEST_F(RunManagerTest, LetsCommandsOfTheEpochThroughToTheRig) {
   auto rig = std::make_shared<FakeRig>();
   RunRequest request = Scripted(rig);
-  request.diagnosis.calibration = Learnt();  // nothing to learn: nothing waits
+  request.diagnosis.calibration = Learnt();  // already calibrated: no change waits
   auto started = manager_->Start(std::move(request));
   ASSERT_TRUE(started.ok());
   const std::string id = started.value().id;
   hardware::RigCommand command;
   command.kind = hardware::RigCommand::Kind::kSetComponent;
+  command.component = paper::kR1;
   command.value = 56.0;
   EXPECT_TRUE(manager_->Command(id, hardware::Epoch{1}, command).ok());
   EXPECT_EQ(manager_->Command(id, hardware::Epoch{0}, command).error().code,
@@ -220,37 +222,37 @@ TEST(RunMessages, EventsComeBackFromARecording) {
   hardware::RigEvent event;
   event.kind = hardware::RigEventKind::kRelayConfirmed;
   event.index = 1000;
-  event.component = core::Component::kC8;
+  event.component = paper::kC8;
   event.value = 1e-6;
   const RecordedEvent recorded = MakeEvent(event, 0.01);
   EXPECT_EQ(recorded.kind, "relay_confirmed");
   const auto json = boost::json::parse(recorded.json).as_object();
   EXPECT_EQ(json.at("t_s").to_number<double>(), 10.0);
-  const auto back = ToRigEvent(recorded);
+  const auto back = ToRigEvent(recorded, paper::Bench());
   ASSERT_TRUE(back);
   EXPECT_EQ(back->index, 1000);
-  EXPECT_EQ(back->component, core::Component::kC8);
+  EXPECT_EQ(back->component, paper::kC8);
   EXPECT_EQ(back->value, 1e-6);
-  EXPECT_FALSE(ToRigEvent(MakeDiagnosisEvent("detected", 5, 0.01, nullptr, "glr")));
+  EXPECT_FALSE(ToRigEvent(MakeDiagnosisEvent("detected", 5, 0.01, nullptr, "glr"), paper::Bench()));
 }
 
 TEST(RunMessages, PositionsFollowTheRigAndNotTheWish) {
-  const core::PlantParameters nominal;
-  Positions positions = NominalPositions(nominal);
+  const Positions nominal = NominalPositions(paper::Bench(), paper::Plant());
+  Positions positions = nominal;
   hardware::RigEvent event;
-  event.component = core::Component::kR1;
+  event.component = paper::kR1;
   event.value = 100.0;
   event.kind = hardware::RigEventKind::kFaultCommanded;
   Follow(positions, event, nominal);
-  EXPECT_EQ(positions[core::Component::kR1].value, 1.0);
-  EXPECT_EQ(positions[core::Component::kR1].state, "commanded");
+  EXPECT_EQ(positions[paper::kR1].value, 1.0);
+  EXPECT_EQ(positions[paper::kR1].state, "commanded");
   event.kind = hardware::RigEventKind::kRelayConfirmed;
   Follow(positions, event, nominal);
-  EXPECT_EQ(positions[core::Component::kR1].value, 100.0);
-  EXPECT_EQ(positions[core::Component::kR1].state, "confirmed");
+  EXPECT_EQ(positions[paper::kR1].value, 100.0);
+  EXPECT_EQ(positions[paper::kR1].state, "confirmed");
   event.kind = hardware::RigEventKind::kStopped;
   Follow(positions, event, nominal);
-  EXPECT_EQ(positions[core::Component::kR1].value, 1.0);
+  EXPECT_EQ(positions[paper::kR1].value, 1.0);
 }
 
 TEST(RunMessages, ReadoutHasNullsForWhatIsNotKnown) {

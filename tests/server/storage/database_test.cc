@@ -124,7 +124,7 @@ TEST(SqliteDatabase, ServesWritersInTheOrderInWhichTheyCame) {
   stop = true;
   for (std::thread& thread : greedy) thread.join();
   std::sort(before_ours.begin(), before_ours.end());
-  // The eight who were there, and one at work; in any order it would be 18.
+  // The eight that waited before, and one at work; in any order it would be 18.
   EXPECT_LE(before_ours[54], 10);
 }
 
@@ -231,7 +231,7 @@ TEST(SqliteDatabase, CopiesItselfWhileOthersWrite) {
 
 TEST(PostgresDatabase, ConnectionsThatTheServerDroppedWhileTheyWereIdleCostNobodyAnAnswer) {
   tests::TestDatabase database(Engine::kPostgresql);
-  std::vector<std::thread> together;  // so that the pool holds more than one
+  std::vector<std::thread> together;  // so that the pool contains more than one
   for (int i = 0; i < 4; ++i) {
     together.emplace_back([&, i] { EXPECT_TRUE(PutBytes(*database, i, 10).ok()); });
   }

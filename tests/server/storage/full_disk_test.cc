@@ -1,4 +1,4 @@
-// A real disk that is really full: a tmpfs of a few megabytes in a mount namespace of this process.
+// A real full disk: a tmpfs of a few megabytes in a mount namespace of this process.
 #include <gmock/gmock.h>
 #include <libpq-fe.h>
 #include <sched.h>
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
-/// Mounted until the object goes. `mounted()` is false where this process may not mount.
+/// Mounted while the object exists. `mounted()` is false where this process may not mount.
 class SmallDisk {
  public:
   explicit SmallDisk(int megabytes) {
@@ -50,7 +50,7 @@ RunRecord Run(const std::string& id) {
   return record;
 }
 
-/// Chunks of a run until the disk is full; how many were stored.
+/// Stores chunks of a run until the disk is full; returns how many were stored.
 std::int64_t FillWithChunks(RecordingStore& store, const std::string& run, core::Status& refusal) {
   std::vector<core::Sample> samples(1000);
   std::int64_t stored = 0;
@@ -65,7 +65,8 @@ std::int64_t FillWithChunks(RecordingStore& store, const std::string& run, core:
   return stored;
 }
 
-/// Fills, checks that what was answered is there, makes room by `free`, checks that it goes on.
+/// Fills the disk, checks that everything answered is stored, frees space by `free`, checks that it
+/// continues.
 template <typename Free>
 void FillFreeAndGoOn(Database& database, const Free& free) {
   RecordingStore store(database);
@@ -109,7 +110,7 @@ TEST(FullDisk, AtTheStartIsAClearSentence) {
               AnyOf(HasSubstr("full"), HasSubstr("cannot be opened"), HasSubstr("disk")));
 }
 
-/// One statement on a connection of its own; the first value of the answer.
+/// Executes one statement on a separate connection; returns the first value of the answer.
 std::string Sql(const std::string& connection, const std::string& statement) {
   PGconn* link = PQconnectdb(connection.c_str());
   PGresult* result = PQexec(link, statement.c_str());
@@ -122,7 +123,7 @@ std::string Sql(const std::string& connection, const std::string& statement) {
 }
 
 TEST(FullDisk, OnPostgresqlIsSaidNothingIsLostAndItGoesOnWhenThereIsSpace) {
-  // Before the cluster starts, so that it sees the disk.
+  // Before the cluster starts, so that the cluster uses this disk.
   const SmallDisk disk(32);
   if (!disk.mounted()) GTEST_SKIP() << "this process may not mount";
   const std::string location = tests::PostgresCluster::Instance().CreateDatabase();

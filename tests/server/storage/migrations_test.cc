@@ -24,7 +24,7 @@ class Migrations : public testing::TestWithParam<Engine> {
     if (GetParam() == Engine::kSqlite) return {*soci::factory_sqlite3(), location};
     return {*soci::factory_postgresql(), location.substr(std::string("postgresql:").size())};
   }
-  /// Every column of every table, as the engine sees it.
+  /// Every column of every table, as reported by the engine.
   std::set<std::string> Shape(const std::string& location) const {
     const char* query =
         GetParam() == Engine::kSqlite

@@ -28,7 +28,7 @@ class RecordingStoreTest : public testing::TestWithParam<Engine> {
     record.source = "run";
     record.server_id = "server-a";
     record.epoch = 42;
-    record.period_s = 0.1 + 0.2;  // not a round number: must come back bit for bit
+    record.period_s = 0.1 + 0.2;  // not a round number: must be read back bit for bit
     record.plan_json = R"({"name":"a \"quoted\" 'one'"})";
     record.created_at = kStart - std::chrono::seconds(age_s);
     return record;
@@ -150,7 +150,7 @@ TEST_P(RecordingStoreTest, FinishesOnceAndTakesNoSamplesAfterwards) {
 
 TEST_P(RecordingStoreTest, PagesNewestFirstWithoutLosingOrRepeatingOne) {
   for (int i = 0; i < 7; ++i) {
-    // Two and two share a creation time: the id decides.
+    // Pairs have the same creation time; then the id decides.
     ASSERT_TRUE(store_.Begin(Record("run-" + std::to_string(i), i / 2)).ok());
   }
   std::vector<std::string> ids;

@@ -10,6 +10,7 @@
 #include "server/stream/client_message.h"
 #include "server/stream/frame_codec.h"
 #include "server/stream/stream_tokens.h"
+#include "tests/paper_bench.h"
 
 namespace faultlab::server {
 namespace {
@@ -64,7 +65,7 @@ TEST(ClientMessage, ReadsACommand) {
   EXPECT_EQ(command.epoch, hardware::Epoch{3});
   EXPECT_EQ(command.id, "a7");
   EXPECT_EQ(command.action, ViewerAction::kSet);
-  EXPECT_EQ(command.component, core::Component::kR1);
+  EXPECT_EQ(command.component, "R1");
   EXPECT_EQ(command.value, 100.0);
 }
 
@@ -93,7 +94,7 @@ TEST(ClientMessage, RefusesByTheNameOfTheField) {
       {R"({"type":"command","epoch":1,"id":[],"action":"stop"})", "id"},
       {R"({"type":"command","epoch":1,"id":"1","action":"explode"})", "action"},
       {R"({"type":"command","epoch":1,"id":"1","action":"stop","component":"R1"})", "component"},
-      {R"({"type":"command","epoch":1,"id":"1","action":"set","component":"R2","value":1})",
+      {R"({"type":"command","epoch":1,"id":"1","action":"set","component":"","value":1})",
        "component"},
       {R"({"type":"command","epoch":1,"id":"1","action":"set","component":"R1"})", "value"},
       {R"({"type":"command","epoch":1,"id":"1","action":"set","component":"R1","value":0})",

@@ -159,7 +159,7 @@ def build_images(engine, checkout):
     engine.make_stand_ins()
     print(f"base images: {time.monotonic() - began:.0f} s", flush=True)
     began = time.monotonic()
-    # The name that podman-compose gives the image of the service "lab" of the folder "deploy".
+    # podman-compose gives this name to the image of the service "lab" of the folder "deploy".
     engine.podman(
         "build", "--pull=never", "--network=host", "-f", "deploy/Dockerfile", "-t", "deploy_lab", ".", cwd=checkout
     )

@@ -14,7 +14,8 @@ COPY postgres-entrypoint /usr/local/bin/
 VOLUME /var/lib/postgresql/data
 ENTRYPOINT ["/usr/local/bin/postgres-entrypoint"]
 """
-# What faultlab's compose file uses of the official image: user, password file, database, a kept folder.
+# The features of the official image that faultlab's compose file uses: user, password file,
+# database, a kept folder.
 POSTGRES_ENTRYPOINT = """#!/bin/sh
 set -eu
 data=/var/lib/postgresql/data
@@ -51,7 +52,7 @@ class Engine:
             return path
 
         runtime = "runc" if shutil.which("runc") else "crun"
-        # Podman asks for more than a machine may give.
+        # Podman's default limits may exceed those of the machine.
         limits = [
             f'"{name}={min(resource.getrlimit(kind)[1], most)}:{min(resource.getrlimit(kind)[1], most)}"'
             for name, kind, most in [
@@ -95,7 +96,7 @@ class Engine:
         """debian:12 and debian:12-slim: a bare Debian with this machine's mirror, registry and certificates."""
         root = os.path.join(self.folder, "debian")
         self.call("debootstrap", "--variant=minbase", "bookworm", root, mirror())
-        # Under names of their own: installing ca-certificates writes its bundle anew.
+        # Under names of their own, because installing ca-certificates rewrites its bundle.
         for source, target in [
             ("/etc/apt/sources.list.d/debian.sources", "/etc/apt/sources.list.d/debian.sources"),
             ("/etc/ssl/certs/ca-certificates.crt", CERTIFICATES),

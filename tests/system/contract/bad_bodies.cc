@@ -32,7 +32,7 @@ class Generator {
       const std::string key = name.substr(name.rfind('/') + 1);
       return Resolve(document_.at("components").at("schemas").at(key));
     }
-    // Of alternatives the first object: the others are mistakes of this one.
+    // Of several alternatives the first object is used: the mistakes are made in it.
     if (const json::value* one_of = object.if_contains("oneOf")) {
       for (const json::value& option : one_of->as_array()) {
         const json::object& resolved = Resolve(option);

@@ -6,17 +6,17 @@
 
 namespace faultlab::tests {
 
-/// One request body made from a good one by one mistake.
+/// A request body made from a correct one by one mistake.
 struct BadBody {
   std::string mistake;  ///< "missing /faults/0/component", for the message
   std::string text;
 };
 
 /// Every mistake that the schema of a body suggests, one at a time, in every member down to depth
-/// three: missing, unknown, each wrong type, too long, too many, out of range, no such word; and
-/// texts that are no JSON object at all.
+/// three: missing, unknown, each wrong type, too long, too many, out of range, not one of the
+/// words; and texts that are not a JSON object.
 /// @param document  the OpenAPI description, for $ref
-/// @param good      fits the schema
+/// @param good      a body that fits the schema
 std::vector<BadBody> BadBodies(const boost::json::object& document,
                                const boost::json::value& schema,
                                const boost::json::object& good);

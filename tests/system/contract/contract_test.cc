@@ -1,6 +1,6 @@
-// Every operation of the API's description, driven against a running server: once as meant, with
-// real ids; then by every role, with ids of others and of nothing, and with every mistake that its
-// parameters and its body's schema suggest. Each answer is held against the description.
+// Runs every operation of the API's description on a running server: first correctly, with real
+// ids; then by every role, with ids of other users and of nothing, and with every mistake that its
+// parameters and its body's schema suggest. Each answer is checked against the description.
 #include <gtest/gtest.h>
 
 #include <boost/json.hpp>
@@ -27,6 +27,7 @@ std::string IfMatch(std::int64_t version) {
 }
 
 const std::string kCsv = "Content-Type: text/csv\r\n";
+const std::string kGzip = "Content-Type: application/gzip\r\n";
 
 std::string RecordingCsv() {
   std::string text = "t_s,uc_v,um_v\n";
@@ -38,7 +39,7 @@ std::string RecordingCsv() {
   return text;
 }
 
-/// The ids of what lives when the mistakes begin, by pattern.
+/// The ids of the objects that exist when the mistakes begin, by pattern.
 class Contract {
  public:
   void Experiments();
@@ -95,6 +96,14 @@ void Contract::Experiments() {
                 "If-None-Match: " + std::string(list.Header("ETag")) + "\r\n");
   world_.Expect(200, "guest", "GET", "benches/{bench}/model", bench);
   Remember("/api/v1/benches/{bench}/model", bench, "guest");
+  world_.Expect(200, "guest", "GET", "benches/{bench}", bench);
+  Remember("/api/v1/benches/{bench}", bench, "guest");
+  const HttpAnswer file = world_.Call("guest",
+                                      "GET",
+                                      "/api/v1/benches/{bench}/file",
+                                      "/api/v1/benches/" + bench.at("bench") + "/file");
+  EXPECT_EQ(file.status, 200);
+  Remember("/api/v1/benches/{bench}/file", bench, "guest");
   const json::object run = world_.Expect(
       201,
       "ann",
@@ -141,7 +150,7 @@ void Contract::Experiments() {
   Remember("/api/v1/recordings", {}, "ann");
   const json::object upload =
       world_.Expect(201, "ann", "POST", "recordings", {}, RecordingCsv(), kCsv);
-  // The mistakes delete it, and the run lives on for its other operations.
+  // The mistakes delete the upload; the run remains for its other operations.
   Remember("/api/v1/runs/{id}", {{"id", Id(upload)}}, "ann");
 }
 
@@ -212,7 +221,7 @@ void Contract::People() {
                 "auth/password",
                 {},
                 R"({"old":"correct horse battery","new":"correct horse battery"})");
-  // Nobody listens at this provider; oidc.test.js signs in at others.
+  // No provider listens at this address; oidc.test.js signs in at real ones.
   const Values provider{{"id", "uni"}};
   world_.Expect(200, "guest", "GET", "auth/providers");
   world_.Expect(200, "ann", "GET", "usage");
@@ -309,7 +318,7 @@ void Contract::Sessions() {
       world_.Expect(201, "ann", "POST", "bookings", {}, json::serialize(later));
   Remember("/api/v1/bookings/{id}", {{"id", Id(kept)}}, "ann");
   Remember("/api/v1/bookings/{id}/claim", {{"id", Id(kept)}}, "ann");
-  // A session that lives while the mistakes are made.
+  // A session that stays active while the mistakes are made.
   const json::object live =
       world_.Expect(201, "ann", "POST", "tickets", {}, R"({"rig_class":"bench"})");
   const json::object works = world_.Expect(
@@ -327,7 +336,7 @@ void Contract::JobsAndFaultSets() {
   world_.Expect(200, "ann", "GET", "jobs");
   world_.Expect(404, "bob", "GET", "jobs/{id}", job);
   Remember("/api/v1/jobs/{id}", job, "ann");
-  // More than two workers can have begun: the last of them still waits.
+  // More jobs than the two workers can have begun, so that the last one still waits.
   const std::string many =
       R"({"runs":[{"duration_s":600},{"duration_s":600},{"duration_s":600},{"duration_s":2}]})";
   const json::object queued = world_.Expect(202, "ann", "POST", "jobs", {}, many);
@@ -412,6 +421,7 @@ void Contract::WrongBodies(const std::string& method,
   if (content.contains("text/csv")) {
     for (const char* body : {"\x01\x02", "a,b\n1", "t_s,uc_v,um_v\n0,1\n", "login\n\n\n,,,"}) {
       EXPECT_GE(send(body, kCsv), 400) << pattern << " " << body;
+      EXPECT_GE(send(body, kGzip), 400) << pattern << " " << body;
     }
     return;
   }
@@ -425,7 +435,8 @@ void Contract::WrongBodies(const std::string& method,
   EXPECT_EQ(send(std::string(std::size_t{2} << 20, ' '), ""), 413) << pattern;
   for (const BadBody& bad : BadBodies(world_.description().document(), media.at("schema"), good)) {
     if (bad.text.empty()) continue;
-    // What the schema refuses the server refuses; what it cannot say, the server may take.
+    // The server must refuse what the schema refuses; what the schema cannot express, the server
+    // may accept.
     const bool refused = world_.description().CheckRequest(method, pattern, bad.text).has_value();
     if (!refused) continue;
     EXPECT_GE(send(bad.text, ""), 400) << method << " " << pattern << ": " << bad.mistake << "\n"
@@ -437,7 +448,7 @@ void Contract::Mistake(const std::string& method,
                        const std::string& pattern,
                        const json::object& operation) {
   const Known& known = KnownOf(pattern);
-  // Without an If-Match that fits and without a body nothing is changed by asking.
+  // Without a matching If-Match and without a body, a request changes nothing.
   for (const char* who : {"guest", "bob", "ann", "robot", "reader", "teacher", "operator"}) {
     if (pattern.ends_with("/auth/logout") || method == "POST") break;
     (void)world_.Call(
@@ -485,7 +496,7 @@ void Contract::Report() {
           missing += " " + std::to_string(number);
         }
       }
-      // Signing in at a provider is oidc.test.js's, which has some.
+      // Signing in at a provider is tested by oidc.test.js, which has providers.
       const bool elsewhere =
           path.starts_with("/api/v1/auth/oidc/") || path == "/api/v1/auth/identities/{id}";
       EXPECT_TRUE(succeeded || elsewhere || path == "/api/v1/bookings/{id}/claim" ||

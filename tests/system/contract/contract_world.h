@@ -14,21 +14,21 @@
 
 namespace faultlab::tests {
 
-/// A whole server with people of every role, and everything that has an id made by one of them.
-/// Each answer is held against the description and counted: operation x status.
+/// A complete server with people of every role, and with one object of every kind that has an id.
+/// Each answer is checked against the description and counted: operation x status.
 class ContractWorld {
  public:
   ContractWorld();
 
   /// "guest", "ann" and "bob" (students), "teacher", "operator", "admin", "robot" (a key of ann's
-  /// with every scope), "reader" (a key with the scope runs:read alone).
+  /// with every scope), "reader" (a key with only the scope runs:read).
   HttpAnswer Call(const std::string& who,
                   const std::string& method,
                   const std::string& pattern,
                   const std::string& target,
                   const std::string& body = {},
                   const std::string& headers = {});
-  /// The same, and the status must be `status`; the parsed body, or {}.
+  /// The same, and the status must be `status`; returns the parsed body, or {}.
   boost::json::object Expect(int status,
                              const std::string& who,
                              const std::string& method,
@@ -36,7 +36,7 @@ class ContractWorld {
                              const std::map<std::string, std::string>& parameters = {},
                              const std::string& body = {},
                              const std::string& headers = {});
-  /// The pattern with its {names} filled in; a name without a value stays 1.
+  /// The pattern with its {names} replaced; a name without a value becomes 1.
   static std::string Fill(std::string pattern, const std::map<std::string, std::string>& values);
 
   /// Blocks until both benches have passed their checks.

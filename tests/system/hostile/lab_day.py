@@ -22,8 +22,8 @@ class Student(threading.Thread):
         self.server = server
         self.login = login
         self.address = address
-        self.done = {}  # what -> how often
-        self.refused = {}  # what and status -> how often
+        self.done = {}  # action -> count
+        self.refused = {}  # action and status -> count
         self.over = threading.Event()
 
     def stop(self):

@@ -10,7 +10,7 @@ from people import LiveView, first_admin, new_person
 from processes import Agent, Server, await_true
 
 LEASE_S = 10.0  # of a member
-GONE_S = LEASE_S + 4.0  # until the others have noticed, with their turns of a second
+GONE_S = LEASE_S + 4.0  # until the others have noticed, in their turns of one second
 BUS = "udpm://239.255.76.67:7667?ttl=0"
 FAR = "far-1"
 
@@ -172,7 +172,7 @@ def frozen(world):
     load.start([world.a, b])
     probe = Probe(b, world.person())
     time.sleep(5)
-    before = probe.longest_s()  # what this machine needs for an answer while nobody is frozen
+    before = probe.longest_s()  # time of an answer on this machine while no server is frozen
     proof.figure("frozen: longest time without an answer of b before", f"{before:.2f} s")
     longest = 0.0
     for _ in range(world.options.freezes):
@@ -397,7 +397,7 @@ def run(proof, options, folder, postgres):
             proof.say(f"-- {step.__name__}: {step.__doc__.splitlines()[0]}")
             try:
                 step(world)
-            except Exception as error:  # the next step may still tell something
+            except Exception as error:  # the next step may still give information
                 proof.broken(f"{step.__name__}: {error!r}")
     finally:
         world.end()

@@ -161,5 +161,5 @@ def run(proof, options, folder, postgres):
         proof.say(f"-- {step.__name__}: {step.__doc__.splitlines()[0]}")
         try:
             step(proof, options, folder, postgres)
-        except Exception as error:  # the next step may still tell something
+        except Exception as error:  # the next step may still give information
             proof.broken(f"{step.__name__}: {error!r}")

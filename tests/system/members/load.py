@@ -6,7 +6,7 @@ import time
 
 from people import new_person
 
-PATIENCE_S = 6.0  # of somebody who waits for a server
+PATIENCE_S = 6.0  # how long a user waits for a server
 TICKET = {"rig_class": "bench", "min_s": 300}
 
 
@@ -160,7 +160,7 @@ class Probe:
         self.server = server
         self.person = person
         self.stop = threading.Event()
-        self.silences = []  # (began, seconds) between two answers that are no 503
+        self.silences = []  # (began, seconds) between two answers other than 503
         self.slow = []
         self.thread = threading.Thread(target=self._work, daemon=True)
         self.thread.start()

@@ -37,7 +37,8 @@ MemberProcess::MemberProcess(const std::string& folder,
     _exit(127);
   }
   close(ends[1]);
-  // "faultlab listening on http://127.0.0.1:40123": the end of the pipe comes before when it fails.
+  // Reads "faultlab listening on http://127.0.0.1:40123"; if the server fails, the pipe ends
+  // without it.
   std::FILE* said = fdopen(ends[0], "r");
   std::array<char, 200> line{};
   const bool listens = std::fgets(line.data(), line.size(), said) != nullptr;

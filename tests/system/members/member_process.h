@@ -6,10 +6,11 @@
 
 namespace faultlab::tests {
 
-/// A `faultlab serve` in a process of its own, on a free port of 127.0.0.1. Dies with this process.
+/// A `faultlab serve` in a process of its own, on a free port of 127.0.0.1. It dies with this
+/// process.
 class MemberProcess {
  public:
-  /// Throws std::runtime_error unless it listens. What it logs is in `folder`/`id`.log.
+  /// Throws std::runtime_error unless the server listens. Its log is in `folder`/`id`.log.
   /// @param settings  more lines for its configuration file
   MemberProcess(const std::string& folder,
                 const std::string& id,
@@ -20,7 +21,7 @@ class MemberProcess {
   MemberProcess& operator=(const MemberProcess&) = delete;
 
   int port() const { return port_; }
-  /// SIGKILL; it says nothing more to anybody.
+  /// Sends SIGKILL; the server sends nothing more.
   void Kill();
 
  private:

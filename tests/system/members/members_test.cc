@@ -1,4 +1,4 @@
-// Servers on one PostgreSQL, as processes: `a` has no bench, `b` has one. Most is asked of `a`.
+// Servers on one PostgreSQL, as processes: `a` has no bench, `b` has one. Most requests go to `a`.
 #include <gtest/gtest.h>
 #include <soci/soci.h>
 
@@ -16,9 +16,9 @@
 #include "server/lab/members.h"
 #include "server/net/hop.h"
 #include "tests/support/json_schema.h"
+#include "tests/support/loopback_listener.h"
 #include "tests/support/postgres_cluster.h"
 #include "tests/support/raw_client.h"
-#include "tests/support/silent_listener.h"
 #include "tests/support/temp_folder.h"
 #include "tests/system/members/member_process.h"
 
@@ -31,7 +31,7 @@ using tests::MemberProcess;
 using tests::RawClient;
 using tests::WebSocketClient;
 
-/// Nothing here takes as long, on any machine.
+/// Nothing here takes this long, on any machine.
 constexpr std::chrono::seconds kLong(60);
 
 WallTime Now() {
@@ -44,7 +44,7 @@ std::string ReadText(const std::string& path) {
   return text.str();
 }
 
-/// The servers and their database live as long as the suite: each start takes a second.
+/// The servers and their database live as long as the suite, because each start takes a second.
 struct Servers {
   tests::TempFolder folder;
   const std::string location = tests::PostgresCluster::Instance().CreateDatabase();
@@ -66,7 +66,7 @@ class MembersTest : public ::testing::Test {
         accounts_(database_, GuestAccess::kNever),
         description_(ReadText(FAULTLAB_SOURCE_DIR "/server/api/openapi.json")) {}
 
-  /// The headers of somebody who has signed in: a cookie and its CSRF token.
+  /// The headers of a person who has signed in: a cookie and its CSRF token.
   std::string Person(const std::string& login, Role role) {
     const std::string password = "correct horse battery";
     const auto account = accounts_.Create(login, login, role, Now());
@@ -76,7 +76,7 @@ class MembersTest : public ::testing::Test {
     return "Cookie: faultlab_session=" + in.cookie_secret +
            "\r\nX-CSRF-Token: " + in.principal.csrf_token + "\r\n";
   }
-  /// Asks a server and holds what it says against the API's description.
+  /// Sends a request to a server and checks the answer against the API's description.
   HttpAnswer Ask(int port,
                  const std::string& headers,
                  const std::string& method,
@@ -116,7 +116,7 @@ class MembersTest : public ::testing::Test {
     }
     return true;
   }
-  /// Until a server knows a rig of another one.
+  /// Waits until a server knows a rig of another one.
   void WaitForRig(const std::string& id, const std::string& status) {
     ASSERT_TRUE(Eventually([&] {
       const HttpAnswer health = AskA("", "GET", "rigs/{id}/health", id);
@@ -156,7 +156,7 @@ TEST_F(MembersTest, ABenchOfAnotherMemberIsUsedThroughThisOne) {
   const json::object asked = Got(201, AskA(ann, "POST", "tickets", {}, R"({"rig_class":"bench"})"));
   const std::string ticket = std::to_string(asked.at("ticket").at("id").as_int64());
   const json::object session = Got(200, AskA(ann, "POST", "tickets/{id}/accept", ticket, "{}"));
-  // What the page chooses from: the rigs of both.
+  // The list from which the page chooses: the rigs of both.
   std::set<std::string> rigs;
   const json::object list = Got(200, AskA(ann, "GET", "rigs"));
   for (const json::value& rig : list.at("items").as_array()) {
@@ -179,7 +179,7 @@ TEST_F(MembersTest, ABenchOfAnotherMemberIsUsedThroughThisOne) {
   const auto ack = viewer->ReadTextWith("\"ack\"");
   ASSERT_TRUE(ack);
   EXPECT_TRUE(json::parse(*ack).at("ok").as_bool()) << *ack;
-  // The live run, its events and its picture; the session knows its run.
+  // The live run, its events and its picture; the session refers to its run.
   ASSERT_TRUE(Eventually([&] {
     const auto events = Got(200, AskA(ann, "GET", "runs/{id}/events", run)).at("items");
     return json::serialize(events).find("fault_commanded") != std::string::npos;
@@ -199,7 +199,7 @@ TEST_F(MembersTest, ABenchOfAnotherMemberIsUsedThroughThisOne) {
 
   Got(202, AskA(ann, "POST", "runs/{id}/stop", run, "{}"));
   EXPECT_TRUE(viewer->ReadTextWith("\"end\"")) << "its viewers are told";
-  // Who looks a moment later is still told of the end.
+  // A viewer that connects a moment later still gets the end.
   EXPECT_TRUE(Watch(ann, run)->ReadTextWith("\"hello\""));
   ASSERT_TRUE(Eventually(
       [&] { return Got(200, AskA(ann, "GET", "runs/{id}", run)).at("state") == "stopped"; }));
@@ -211,13 +211,13 @@ TEST_F(MembersTest, OperatorsAndGuestsReachWhatTheOtherMemberHas) {
   const std::string ann = Person("ben", Role::kStudent);
   const std::string oper = Person("oper", Role::kOperator);
   WaitForRig("b-sim-1", "ready");
-  // Only b knows what holds its bench: nothing, or that it has no agent.
+  // Only b knows the trip of its bench: none, and the bench has no agent.
   EXPECT_EQ(AskA(oper, "POST", "rigs/{id}/clear-trip", kBench, "{}").status, 409);
   EXPECT_EQ(AskA(oper, "POST", "rigs/{id}/adopt", kBench, "{}").status, 409);
   EXPECT_EQ(AskA(ann, "POST", "rigs/{id}/clear-trip", kBench, "{}").status, 403);
   EXPECT_EQ(AskA(oper, "GET", "rigs/{id}/calibrations", kBench).status, 200);
 
-  // Practice: on the simulator that is named, and a code opens at any server.
+  // Practice: on the named simulator; a code is accepted by any server.
   const std::string run = StartRun("", R"({"rig":"b-sim-1","duration_s":600})");
   const std::string code = CodeFor("", run);
   {
@@ -226,11 +226,11 @@ TEST_F(MembersTest, OperatorsAndGuestsReachWhatTheOtherMemberHas) {
   }
   EXPECT_EQ(WebSocketClient(a_.port(), "/ws?code=" + code).status(), 403) << "once";
   EXPECT_EQ(AskA("", "POST", "runs/{id}/stop", run, "{}").status, 202);
-  // A guest from far away is none, whichever server they ask.
+  // A guest from another network is refused by every server.
   const std::string far = "X-Forwarded-For: 203.0.113.9\r\n";
   EXPECT_EQ(AskA(far, "GET", "runs/{id}", run).status, 401);
-  // Jobs for the other member's rig are checked by its description, and whoever claims one, it runs
-  // there.
+  // Jobs for the other member's rig are checked with its description, and run there, whichever
+  // server claims them.
   const std::string one = R"({"rig":"b-sim-1","duration_s":1})";
   const json::object jobs =
       Got(202, AskA(ann, "POST", "jobs", {}, R"({"runs":[)" + one + "," + one + "," + one + "]}"));
@@ -257,7 +257,7 @@ TEST_F(MembersTest, AHopIsBelievedFromMembersAloneAndGoesNoFurther) {
   const std::string secret = lab::HopSecret(database_).value();
   EXPECT_EQ(tests::Get(b_.port(), target, hop("guessed", "127.0.0.1")).status, 403);
   EXPECT_EQ(Ask(b_.port(), hop(secret, "203.0.113.9"), "GET", "runs/{id}", run).status, 401);
-  // a has the run, and b says so instead of asking a.
+  // a has the run; b reports this instead of asking a.
   const HttpAnswer back = Ask(b_.port(), hop(secret, "127.0.0.1"), "GET", "runs/{id}", run);
   EXPECT_EQ(back.status, 503);
   EXPECT_EQ(back.Header("Retry-After"), "1");
@@ -302,7 +302,7 @@ TEST_F(MembersTest, AMemberThatDiesLeavesItsRunInterrupted) {
 TEST_F(MembersTest, WhoAsksASilentMemberOftenLeavesRoomForOthersOfTheSameAddress) {
   const std::string ann = Person("often", Role::kStudent);
   const std::string mila = Person("once", Role::kStudent);
-  const tests::SilentListener silent;
+  const tests::LoopbackListener silent;
   const auto until = [&](std::chrono::hours from_now) {
     const lab::Member member{"silent", "boot", silent.address(), Now() + from_now};
     return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
@@ -315,7 +315,7 @@ TEST_F(MembersTest, WhoAsksASilentMemberOftenLeavesRoomForOthersOfTheSameAddress
     EXPECT_EQ(AskA(mila, "GET", "rigs").status, 200);
     return silent.HasBeenAsked();
   }));
-  // A list waits 3 s for the silent one; far more of them come at once than one caller may have.
+  // A list waits 3 s for the silent server; far more lists come at once than one caller may have.
   std::vector<std::unique_ptr<RawClient>> lists;
   for (int i = 0; i < 80; ++i) {
     lists.push_back(std::make_unique<RawClient>(a_.port()));

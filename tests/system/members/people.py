@@ -116,8 +116,8 @@ class LiveView:
     """The WebSocket of one run: commands, and which of them were accepted when."""
 
     def __init__(self, server, person, run):
-        self.sent = {}  # id of a command -> when it was sent
-        self.accepted = {}  # id -> when its ack said ok
+        self.sent = {}  # id of a command -> time of sending
+        self.accepted = {}  # id -> time of its ack with ok
         self.refused = {}
         self.hello = threading.Event()
         self.epoch = 0

@@ -10,8 +10,8 @@ from people import LiveView, new_person
 from processes import await_true
 
 KINDS = ("end", "hand-over", "take-over", "booking")
-RUN_S = 600.0  # of the rig's time: a run that is not stopped outlives its round by far
-LET_GO_S = 1.5  # after an answer a stopped run has ended, on any machine
+RUN_S = 600.0  # of the rig's time: a run that is not stopped lasts much longer than its round
+LET_GO_S = 1.5  # a stopped run has ended this long after the answer, on any machine
 SPREAD_S = 0.020
 
 
@@ -183,7 +183,8 @@ class Lane:
             time.sleep(0.02)
             self.check_commands(kind, view, told)
             view.close()
-        if outcome["run"].ok:  # a run that was begun in time and is over: its view takes no command
+        if outcome["run"].ok:  # a run that was begun in time and has ended: its view accepts no
+                               # command
             late = LiveView(server, ex, outcome["run"].body["id"])
             if late.open:
                 late.command()
@@ -218,7 +219,7 @@ def race(proof, server, admin, rounds, seed, lanes):
                 kind, live = left.pop()
             try:
                 lane.round(kind, live)
-            except Exception as error:  # the other lanes go on; the proof has failed
+            except Exception as error:  # the other lanes continue; the proof has failed
                 proof.broken(f"{kind}: {error!r}")
             with lock:
                 done[kind] += 1

@@ -1,4 +1,4 @@
-// What a host on the bus's network learns and can invent.
+// What a host on the bus's network can learn and forge.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/sealed_message.h"
 #include "hardware/lcm/unkeyed_names.h"
+#include "tests/paper_bench.h"
 #include "tests/system/network/network_world.h"
 #include "tests/system/network/udp_relay.h"
 
@@ -24,7 +25,7 @@ using Bytes = std::vector<std::uint8_t>;
 constexpr Epoch kEpoch{1};
 constexpr double kValue = 123.456789;
 
-/// As LCM writes them into a message.
+/// As encoded by LCM in a message.
 Bytes OnTheWire(double value) {
   const auto bits = std::bit_cast<std::uint64_t>(value);
   Bytes bytes;
@@ -49,7 +50,7 @@ TEST(BusSecrecy, NoDatagramOfARunHoldsItsPlanItsFaultOrWhatTheRelayAnswered) {
   const auto finder = Finder(kAgentPort, "here");
   const auto rig = WaitFor(*finder, "dark-1");
   RunPlan plan = SquarePlan(150);
-  plan.faults = {{.component = core::Component::kR1, .value = kValue, .at_s = 0.5}};
+  plan.faults = {{.component = paper::kR1, .value = kValue, .at_s = 0.5}};
   faultlab_msgs::rig_command_t arm{};
   arm.uc_v = plan.uc_v;
   arm.uc_count = static_cast<std::int32_t>(plan.uc_v.size());
@@ -70,7 +71,7 @@ TEST(BusSecrecy, NoDatagramOfARunHoldsItsPlanItsFaultOrWhatTheRelayAnswered) {
   ExpectEveryIndex(log, 150);
   ASSERT_FALSE(log.Of(RigEventKind::kFaultCommanded).empty());
 
-  std::map<std::string, int> heard;  // by channel
+  std::map<std::string, int> heard;  // messages received, by channel
   while (const auto datagram = probe.Receive()) {
     for (const std::string& channel : {std::string(kAnnounceChannel),
                                        CommandChannel("dark-1"),
@@ -85,7 +86,7 @@ TEST(BusSecrecy, NoDatagramOfARunHoldsItsPlanItsFaultOrWhatTheRelayAnswered) {
   EXPECT_GT(heard[StreamChannel("dark-1")], 20);
 }
 
-/// An announcement of anybody: in the clear, or under a key of their own.
+/// An announcement that anybody can send: unsealed, or sealed with a key of their own.
 Bytes Forged(const std::string& name, bool sealed) {
   faultlab_msgs::rig_announce_t said{};
   said.rig = name;
@@ -105,7 +106,8 @@ TEST(BusSecrecy, TenThousandInventedNamesAreBoundedAndShutNoRigOut) {
     const std::string name =
         i % 100 < 4 ? "sim-" + std::to_string(i % 100 + 1) : "invented-" + std::to_string(i);
     bus->Publish(kAnnounceChannel, Forged(name, i % 2 == 0));
-    bus->Publish(kAnnounceChannel, Forged("bright-1", i % 2 == 0));  // of the one that comes
+    bus->Publish(kAnnounceChannel,
+                 Forged("bright-1", i % 2 == 0));  // of the rig that appears later
     if (i % 500 == 0) most = std::max(most, finder->Unkeyed().size());
     if (i == 5000) agent = std::make_unique<AgentHere>("bright-1", 1.0, 30.0);
   }
@@ -141,6 +143,26 @@ TEST(BusSecrecy, AKeyThatIsCopiedLaterOpensTheRigWithoutARestart) {
   const auto rig = WaitFor(*finder, "later-1");
   EXPECT_TRUE(finder->Unkeyed().empty());
   EXPECT_TRUE(rig->Arm(SquarePlan(20), kEpoch).ok());
+  std::filesystem::remove_all(folder);
+}
+
+TEST(BusSecrecy, AnAgentOfAnotherVersionIsNamedWithWhatToDo) {
+  const std::string folder = KeyFolder() + "_older";
+  std::filesystem::create_directories(folder);
+  const RigKey key = LoadOrMakeRigKey(folder, "older-1").value();
+  const auto finder =
+      OpenRigFinder(
+          {.lcm_url = Url(kAgentPort), .key_directory = folder, .lab = "", .server_name = "here"})
+          .value();
+  const auto bus = OpenLcmBus(Url(kAgentPort)).value();
+  while (finder->Unkeyed().empty()) {
+    bus->Publish(kAnnounceChannel,
+                 SealBytes(Bytes(300, 7), kAnnounceChannel, "older-1", key, kProtocol - 1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  const RemoteRigInfo rig = finder->Unkeyed().at(0);
+  EXPECT_EQ(rig.description.id, "older-1");
+  EXPECT_NE(rig.refusal.find("update the older one"), std::string::npos) << rig.refusal;
   std::filesystem::remove_all(folder);
 }
 

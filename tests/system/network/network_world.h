@@ -22,14 +22,15 @@
 
 namespace faultlab::hardware {
 
-/// One folder for this process and the ones that it forks.
+/// One folder for this process and its child processes.
 inline const std::string& KeyFolder() {
   static const std::string folder =
       testing::TempDir() + "/network_keys_" + std::to_string(getpid());
   return folder;
 }
 
-/// An agent with a simulated bench on the real bus, in this process: its counts can be seen.
+/// An agent with a simulated bench on the real bus, in this process, so that its counts can be
+/// read.
 class AgentHere {
  public:
   AgentHere(const std::string& id, double speed, double ride_through_s)
@@ -59,7 +60,7 @@ class AgentHere {
     });
   }
   ~AgentHere() { Stop(); }
-  /// Ends the thread; the counts may be read then.
+  /// Ends the thread; then the counts may be read.
   const RigAgentCounts& Stop() {
     stop_ = true;
     if (thread_.joinable()) thread_.join();

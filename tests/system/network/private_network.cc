@@ -1,4 +1,4 @@
-// main of the tests that need a network: a namespace of this process alone.
+// main of the tests that need a network: a network namespace for this process alone.
 #include <sched.h>
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-// Far rigs over real UDP multicast.
+// Remote rigs over real UDP multicast.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -24,6 +24,7 @@
 #include "tests/hardware/lcm_datagrams.h"
 #include "tests/hardware/rig_runs.h"
 #include "tests/hardware/wire_message.h"
+#include "tests/paper_bench.h"
 #include "tests/system/network/lcm_logger.h"
 #include "tests/system/network/network_world.h"
 #include "tests/system/network/udp_relay.h"
@@ -47,7 +48,8 @@ pid_t ForkAgent(const std::string& id) {
   _exit(RunRigAgent(options));
 }
 
-/// An empty frame at the pace of a run: lcm-logger's small socket buffer loses a flood.
+/// Sends an empty frame at the pace of a run, because lcm-logger's small socket buffer loses faster
+/// frames.
 void PublishPaced(LcmTap::Stream& stream) {
   const auto clock = MakeSteadyClock();
   (void)clock->SleepUntil(clock->Now() + std::chrono::milliseconds(5));
@@ -140,7 +142,8 @@ TEST(Network, AKilledAgentIsLostAndItsNextStartIsFound) {
   EXPECT_EQ(Drain(*rig).last_text(), "the agent started anew");
   reviver.join();
   EXPECT_EQ(InfoOf(*finder, "net-4").link, LinkState::kBack);
-  // It knows what it has seen: an older lease of the lab is of no use, that of the session goes on.
+  // The rig stores what it has seen: an older lease of the lab is refused, that of the session
+  // continues.
   const auto other = Finder(kAgentPort, "other", "lab");
   const core::Status stale = WaitFor(*other, "net-4")->Arm(SquarePlan(20), Epoch{40});
   EXPECT_EQ(stale.error().code, core::ErrorCode::kStale) << stale.error().message;
@@ -155,7 +158,8 @@ TEST(Network, AKilledAgentIsLostAndItsNextStartIsFound) {
 }
 
 TEST(Network, AKilledServerStopsTheRunAndTheNextOneGetsTheRig) {
-  // While this process has one thread: a lock that another one held would stay closed for ever.
+  // Fork while this process has one thread: a lock held by another thread would stay locked for
+  // ever.
   const pid_t server = fork();
   if (server == 0) {
     const auto finder = Finder(kAgentPort, "doomed");
@@ -211,7 +215,7 @@ TEST(Network, AnImpostorChangesNothing) {
   EXPECT_GT(counts.forged, 0u);
 }
 
-/// Puts messages of a type on the bus, each with one length that no message has.
+/// Sends messages of a type on the bus, each with one length that no real message has.
 template <typename Message>
 int PublishBadLengths(MessageBus& bus,
                       const std::string& channel,
@@ -242,7 +246,7 @@ TEST(Network, ADatagramWithABadLengthHarmsNeitherServerNorAgent) {
   const RigKey key = LoadOrMakeRigKey(KeyFolder(), "net-9").value();
   const auto bus = OpenLcmBus(Url(kAgentPort)).value();
   int sent = PublishBadLengths<faultlab_msgs::rig_announce_t>(*bus, kAnnounceChannel, "net-9", key);
-  // Of a rig whose key is known here.
+  // Messages of a rig whose key is known here.
   {
     faultlab_msgs::rig_announce_t own{};
     own.rig = "net-9";
@@ -304,7 +308,8 @@ TEST(Network, SeveralAgentsAndTwoServersFindEachOther) {
   ExpectEveryIndex(Drain(*mine), 50);
 }
 
-/// What was heard of `sent` over UDP, which may lose: true to the sample, every loss counted.
+/// Compares the received part of `sent`: UDP may lose samples, but each received one is exact and
+/// every loss is counted.
 void ExpectHeard(const LcmRecord& heard, const std::vector<core::Sample>& sent) {
   ASSERT_GT(heard.samples.size(), sent.size() / 2) << "lost more than a busy machine explains";
   for (const core::Sample& sample : heard.samples) {
@@ -314,7 +319,7 @@ void ExpectHeard(const LcmRecord& heard, const std::vector<core::Sample>& sent) 
     ASSERT_NE(same, sent.end()) << "sample " << sample.index << " was never sent";
     ASSERT_EQ(sample.um_v, same->um_v);
   }
-  // Losses behind the last sample heard are known to nobody.
+  // Losses after the last received sample cannot be known.
   const auto first_unheard = std::find_if(sent.begin(), sent.end(), [&](const core::Sample& one) {
     return one.index > heard.samples.back().index;
   });
@@ -333,7 +338,7 @@ TEST(Network, ATappedRunIsRecordedByLcmLoggerAndPlayedByLcmLogplayer) {
     return std::filesystem::exists(file, none) && std::filesystem::file_size(file, none) > 0;
   };
   {
-    // Until the logger listens: its file grows.
+    // Waits until the logger listens: its file grows.
     LcmTap::Stream hello(*tap.value(), "net-8", "hello", kEpoch);
     while (!has_bytes(path)) {
       PublishPaced(hello);
@@ -349,11 +354,11 @@ TEST(Network, ATappedRunIsRecordedByLcmLoggerAndPlayedByLcmLogplayer) {
   const RunLog run = Drain(*rig, [&](const core::Sample& sample) {
     stream.Publish(core::Frame{.sample = sample, .estimates = {}});
   });
-  // lcm-logger writes every 100 ms; a marker behind the run tells that all of it is there.
+  // lcm-logger writes every 100 ms; a marker after the run shows that the run is complete.
   LcmTap::Stream marker(*tap.value(), "net-8", "marker", kEpoch);
-  while (!ReadLcmLog(path, "marker").ok()) PublishPaced(marker);
+  while (!ReadLcmLog(path, "marker", paper::Bench()).ok()) PublishPaced(marker);
   logger.reset();
-  const auto record = ReadLcmLog(path, "run");
+  const auto record = ReadLcmLog(path, "run", paper::Bench());
   ASSERT_TRUE(record.ok()) << record.error().message;
   ExpectHeard(record.value(), run.samples);
 
@@ -371,9 +376,9 @@ TEST(Network, ATappedRunIsRecordedByLcmLoggerAndPlayedByLcmLogplayer) {
   const std::string play =
       "lcm-logplayer --lcm-url='" + Url(kAgentPort) + "' " + path + " > /dev/null";
   ASSERT_EQ(std::system(play.c_str()), 0);
-  while (!ReadLcmLog(again, "marker").ok()) PublishPaced(marker);
+  while (!ReadLcmLog(again, "marker", paper::Bench()).ok()) PublishPaced(marker);
   logger.reset();
-  const auto played = ReadLcmLog(again, "exported");
+  const auto played = ReadLcmLog(again, "exported", paper::Bench());
   ASSERT_TRUE(played.ok()) << played.error().message;
   ExpectHeard(played.value(), export_record.samples);
 }

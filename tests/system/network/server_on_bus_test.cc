@@ -1,4 +1,4 @@
-// A whole server on a bus where anybody may say anything and everybody listens.
+// A complete server on a bus on which anybody can send and listen.
 #include <gtest/gtest.h>
 #include <soci/soci.h>
 
@@ -22,7 +22,7 @@ namespace {
 
 namespace json = boost::json;
 
-/// Who listens to the tap: how many messages of each run.
+/// Listens to the tap and counts the messages of each run.
 class Listener {
  public:
   Listener() : bus_(hardware::OpenLcmBus(hardware::Url(hardware::kAgentPort)).value()) {
@@ -84,7 +84,7 @@ class ServerOnBus : public ApiTest {
   std::string StartRun(const Person& who, const std::string& body) {
     return std::string(Ok(Call(who, "POST", "runs", "runs", body), 201).at("id").as_string());
   }
-  /// Waits until the run is stored; what it said on the bus is there by then.
+  /// Waits until the run is stored; its messages on the bus have arrived by then.
   void Await(const Person& who, const std::string& run) {
     application_->runs().Wait(run);
     EXPECT_EQ(Ok(Call(who, "GET", "runs/{id}", "runs/" + run)).at("state"), "finished");
@@ -202,7 +202,7 @@ TEST_F(ServerOnBus, TheTapIsSilentForHiddenFaultsAlsoInAJobAndInAReplay) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   } while (done.at("state") != "finished" && done.at("state") != "failed");
   ASSERT_EQ(done.at("state"), "finished");
-  // The tap speaks of others, and what it says comes in order: theirs would be here by now.
+  // The tap sends other runs, in order: messages of the hidden ones would have arrived by now.
   const std::string told = run(R"({"duration_s":3,"fault_set":)" + shown + "}");
   while (listener.runs()[told] < 100) std::this_thread::yield();
   const auto runs = listener.runs();

@@ -25,7 +25,7 @@ namespace {
 using Datagram = std::vector<std::uint8_t>;
 using SteadyTime = std::chrono::steady_clock::time_point;
 
-/// One end on a multicast group: hears everybody but itself.
+/// A socket on a multicast group that receives from everybody except itself.
 class GroupSocket {
  public:
   explicit GroupSocket(int port)
@@ -67,7 +67,7 @@ class GroupSocket {
     const ssize_t got = recvfrom(
         in_, buffer.data(), buffer.size(), MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&from), &size);
     if (got < 0) return std::nullopt;
-    if (from.sin_port == own_port_) return Datagram();  // our own echo
+    if (from.sin_port == own_port_) return Datagram();  // our own datagram
     return Datagram(buffer.begin(), buffer.begin() + got);
   }
 
@@ -187,7 +187,8 @@ std::optional<Datagram> UdpProbe::Receive() {
 }
 
 struct UdpImpostor::State {
-  /// For each datagram heard: a busy machine is not drowned by the test itself.
+  /// Limits how many forged datagrams follow each received one, so that the test does not overload
+  /// a busy machine.
   static constexpr int kForged = 8;
 
   State(int port, std::uint64_t seed) : group(port), random(seed) {
@@ -213,7 +214,7 @@ struct UdpImpostor::State {
       for (; owed > 0; --owed) {
         Datagram again = heard[random.Below(heard.size())];
         if (random.Uniform() < 0.5) {
-          // Behind LCM's own header and the channel's name, so that it arrives as a message.
+          // After LCM's own header and the channel's name, so that it arrives as a message.
           const std::size_t from = std::min<std::size_t>(again.size() - 1, 40);
           again[from + random.Below(again.size() - from)] ^= 0x10;
         }

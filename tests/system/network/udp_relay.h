@@ -8,12 +8,12 @@
 
 namespace faultlab::hardware {
 
-/// Bad weather on a real network: carries UDP datagrams between two multicast groups of this
-/// machine, losing, doubling and delaying some. For kernels without tc netem.
+/// A bad network connection: carries UDP datagrams between two multicast groups of this machine,
+/// and loses, duplicates and delays some of them. For kernels without tc netem.
 struct RelayWeather {
   double loss = 0.0;
   double duplicate = 0.0;
-  double reorder = 0.0;  ///< waits until the next datagram has overtaken it
+  double reorder = 0.0;  ///< probability that a datagram waits until the next one has overtaken it
   int delay_ms = 0;      ///< of every datagram
 };
 
@@ -37,7 +37,7 @@ class UdpProbe {
   explicit UdpProbe(int port);
   ~UdpProbe();
   void Send(std::span<const std::uint8_t> datagram);
-  /// The next one that was sent by somebody else; nothing when none is there.
+  /// The next datagram of another sender; nothing if there is none.
   std::optional<std::vector<std::uint8_t>> Receive();
 
  private:
@@ -45,8 +45,8 @@ class UdpProbe {
   std::unique_ptr<State> state_;
 };
 
-/// While it lives, sends 8 for every datagram that it hears on the group: earlier ones again, half
-/// of them with some bits turned.
+/// While it exists, it sends 8 datagrams for every one that it receives on the group: repetitions
+/// of earlier ones, half of them with some bits flipped.
 class UdpImpostor {
  public:
   UdpImpostor(int port, std::uint64_t seed);

@@ -1,4 +1,4 @@
-// Our bus beside liblcm's tools, over real UDP multicast (main: private_network.cc).
+// This program's bus and liblcm's tools, over real UDP multicast (main: private_network.cc).
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -44,11 +44,11 @@ std::vector<LcmEvent> EventsOf(const std::string& path) {
 TEST(UdpmBus, LongMessagesPassBetweenOurBusAndLiblcm) {
   const std::string path = testing::TempDir() + "/network_long.lcm";
   const auto bus = OpenLcmBus(Url(kAgentPort)).value();
-  // Around the sizes where liblcm begins a fragment.
+  // Sizes around those at which liblcm begins another fragment.
   const std::size_t sizes[] = {
       0, 1, 1500, 65'492, 65'493, 65'494, 130'967, 130'968, 130'969, 200'000};
   {
-    // Published until lcm-logger has written each of them: its socket buffer is small.
+    // Sent until lcm-logger has written each of them, because its socket buffer is small.
     Logger logger(path);
     std::set<std::size_t> missing(std::begin(sizes), std::end(sizes));
     const auto clock = MakeSteadyClock();
@@ -74,7 +74,7 @@ TEST(UdpmBus, LongMessagesPassBetweenOurBusAndLiblcm) {
   UdpProbe probe(kAgentPort);
   const std::string play =
       "lcm-logplayer --speed=20 --lcm-url='" + Url(kAgentPort) + "' " + path + " > /dev/null";
-  // Heard while it plays: all of it at once is more than a socket buffer need hold.
+  // Received while the log is played, because all of it at once may exceed a socket buffer.
   auto played = std::async(std::launch::async, [&play] { return std::system(play.c_str()); });
   const auto quiet_clock = MakeSteadyClock();
   auto last = quiet_clock->Now();

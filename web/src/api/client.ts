@@ -11,7 +11,7 @@ import type {
   Schemas,
 } from "./types";
 
-/** A refusal by the server, in its own words (RFC 9457). */
+/** A refusal by the server, with its message (RFC 9457). */
 export class ApiError extends Error {
   constructor(
     readonly status: number,
@@ -26,21 +26,21 @@ export class ApiError extends Error {
 const base = "/api/v1";
 let csrfToken = "";
 
-/** Sent with everything that changes something, once the page has signed in. */
+/** Sets the token that is sent with every request that changes something, after the sign-in. */
 export function useCsrfToken(token: string): void {
   csrfToken = token;
 }
 
 let unauthorized = () => {};
 
-/** Called when the server no longer knows who this is. */
+/** Sets a handler that is called when the server no longer accepts the sign-in. */
 export function onUnauthorized(handler: () => void): void {
   unauthorized = handler;
 }
 
 const triesMax = 4;
 
-/** Reads that the server has no room for now are asked for again when it says. */
+/** Repeats a GET for which the server has no capacity, after the time that the server states. */
 async function patiently(path: string, init: RequestInit): Promise<Response> {
   for (let tries = 1; ; tries++) {
     const response = await fetch(base + path, { credentials: "same-origin", ...init });
@@ -108,13 +108,14 @@ export const api = {
   logout: () => send<unknown>("POST", "/auth/logout", {}),
   rigs: async () => (await get<Page<Rig>>("/rigs")).items,
   benches: async () => (await get<Schemas["BenchList"]>("/benches")).items,
+  bench: (bench: string) => get<Schemas["Bench"]>(`/benches/${id(bench)}`),
   /** The bench's model: nominal, or with one component changed. */
   model: (bench: string, query: string) =>
     get<Schemas["BenchModel"]>(`/benches/${id(bench)}/model?${query}`),
   rigClasses: async () => (await get<Page<Schemas["RigClass"]>>("/rig-classes")).items,
 
   startRun: (plan: RunRequest) => send<Run>("POST", "/runs", plan),
-  /** Of a course that one teaches: the runs of its students. */
+  /** With `course`: the runs of the students of a course that the user teaches. */
   runs: (cursor?: string, limit = 30, course?: number) =>
     get<Page<Run>>(
       `/runs?limit=${limit}${cursor ? `&cursor=${id(cursor)}` : ""}${course ? `&course=${course}` : ""}`,
@@ -132,16 +133,19 @@ export const api = {
 
   usage: () => get<Schemas["Usage"]>("/usage"),
   recordings: async () => (await get<Page<Recording>>("/recordings")).items,
-  uploadRecording: async (csv: Blob, name: string) => {
-    const response = await request(`/recordings?name=${id(name)}`, {
+  uploadRecording: async (csv: Blob, name: string, bench: string | undefined) => {
+    const of = bench ? `&bench=${id(bench)}` : "";
+    const response = await request(`/recordings?name=${id(name)}${of}`, {
       method: "POST",
       body: csv,
-      headers: { "Content-Type": "text/csv" },
+      headers: { "Content-Type": csv.type },
     });
     return (await response.json()) as Recording;
   },
 };
 
+/** The description that a bench was made from, to start another one from. */
+export const benchFileUrl = (bench: string) => `${base}/benches/${id(bench)}/file`;
 export const exportUrl = (run: string, format: "csv" | "mat" | "json") =>
   `${base}/runs/${id(run)}/export.${format}`;
 export const plotUrl = (run: string, figure: string, scale: 1 | 2) =>

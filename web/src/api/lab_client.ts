@@ -26,7 +26,7 @@ import type { Page, RunRequest, Schemas } from "./types";
 type Id = string | number;
 const at = (id: Id) => encodeURIComponent(String(id));
 const items = async <T>(path: string) => (await get<Page<T>>(path)).items;
-/** Every page of a list that has pages. */
+/** All pages of a list. */
 const all = async <T>(path: string) => {
   const found: T[] = [];
   let cursor = "";
@@ -39,7 +39,7 @@ const all = async <T>(path: string) => {
 };
 const page = <T>(path: string, cursor?: string) =>
   get<Page<T>>(`${path}?limit=50${cursor ? `&cursor=${at(cursor)}` : ""}`);
-/** What one looks at when a fault set is judged. */
+/** The conditions under which a fault set is judged. */
 export interface IsolabilityView {
   channels: "um" | "all";
   window_samples: number;
@@ -54,7 +54,7 @@ export const lab = {
   changePassword: (old: string, fresh: string, endKeys: boolean) =>
     send<unknown>("POST", "/auth/password", { old, new: fresh, end_keys: endKeys }),
   providers: () => items<Provider>("/auth/providers"),
-  /** Where a browser goes to sign in at a provider, and then to `next`. */
+  /** The address at which a browser signs in at a provider and then goes on to `next`. */
   signInAddress: (provider: string, next: string) =>
     `/api/v1/auth/oidc/${at(provider)}/start?next=${at(next)}`,
   identities: () => items<Identity>("/auth/identities"),
@@ -66,7 +66,10 @@ export const lab = {
     send<unknown>("POST", "/auth/reset", { token, password }),
 
   rigClasses: api.rigClasses,
-  /** Free rigs in steps of `minutes`, and the first starts at which so long a session fits. */
+  /**
+   * Free rigs in steps of `minutes`, and the first times at which a session of that length can
+   * start.
+   */
   availability: (rigClass: string, span: Span, minutes: number) =>
     get<Availability>(
       `/rig-classes/${at(rigClass)}/availability?from=${at(span.start)}&to=${at(span.end)}&minutes=${minutes}`,
@@ -148,9 +151,9 @@ export const lab = {
     send<unknown>("DELETE", `/courses/${at(course)}/members/${at(user)}`),
   enrol: (course: number, csv: string) =>
     sendText<Enrolled>("POST", `/courses/${at(course)}/members`, csv, "text/csv"),
-  /** Accounts asked to join a course that one teaches. */
+  /** Accounts invited to a course that the user teaches. */
   courseInvitations: (course: number) => items<Invitation>(`/courses/${at(course)}/invitations`),
-  /** Courses that ask oneself to join. */
+  /** Courses to which the user is invited. */
   invitations: () => items<Invitation>("/invitations"),
   answerInvitation: (course: number, answer: "accept" | "decline") =>
     send<unknown>("POST", `/invitations/${at(course)}/${answer}`, {}),

@@ -10,7 +10,9 @@ export interface StoredCalibration {
   at: string;
   calibration: {
     delta_s: number;
+    used_um?: boolean;
     um_noise_v: number;
+    ia_noise_a?: number;
     quantities: {
       name: string;
       unit: string;
@@ -35,7 +37,7 @@ export type Invitation = Schemas["Invitation"];
 export type ApiKey = Schemas["ApiKey"];
 export type Identity = Schemas["Identity"];
 export type Provider = Schemas["Provider"];
-/** With its secret, which is shown once. */
+/** With its secret, which is shown only once. */
 export type NewApiKey = Schemas["NewApiKey"];
 export type AuditEntry = Schemas["AuditEntry"];
 

@@ -1,19 +1,22 @@
 import type { components } from "../../generated/api";
 
-/** The server's JSON. All of it is read from the contract (server/api/openapi.json). */
+/** The server's JSON. All types come from the contract (server/api/openapi.json). */
 export type Schemas = components["schemas"];
 
 export type Problem = Partial<Schemas["Problem"]>;
 export type Me = Pick<Schemas["Me"], "role" | "name"> & Partial<Schemas["Me"]>;
 export type Role = Me["role"];
-/** `lab` and `reason` are the lab's word: may it be handed out, and if not, why. */
+/**
+ * `lab` and `reason` come from the lab: whether the rig may be given to a user, and if not, why.
+ */
 export type Rig = Schemas["Rig"] & {
   lab?: Schemas["LabRig"]["status"];
   reason?: string;
 };
 
 export type Fault = Schemas["Fault"];
-export type Component = Fault["component"];
+/** The symbol of a component: which there are, the bench says (plant/bench). */
+export type Component = string;
 export type FaultKind = NonNullable<Fault["kind"]>;
 export type Excitation = Schemas["Excitation"];
 export type RunRequest = Schemas["RunRequest"];
@@ -51,7 +54,7 @@ export interface Page<T> {
   next_cursor: string | null;
 }
 
-/** Of the stream, which OpenAPI does not describe. */
+/** A part of the stream, which OpenAPI does not describe. */
 export type EstimatorName =
   | "swa_50"
   | "swa_100"

@@ -1,4 +1,4 @@
-/** What the page needs of a chart, whoever draws it. */
+/** The interface of a chart for the page, independent of the library that draws it. */
 
 export interface TraceStyle {
   label: string;
@@ -14,14 +14,14 @@ export interface Marker {
   label: string;
 }
 
-/** What lies behind and over the traces. */
+/** The decoration behind and over the traces. */
 export interface Decoration {
   markers: Marker[];
   /** Horizontal lines: the nominal parameter. */
   levels: number[];
-  /** Where a healthy estimate stays. */
+  /** Range of a healthy estimate. */
   band: [number, number] | null;
-  /** Time in which the estimators still hold samples from before the fault. */
+  /** Time in which the estimators' windows still contain samples from before the fault. */
   settling: [number, number][];
   /** Times without samples. */
   gaps: [number, number][];
@@ -45,9 +45,9 @@ export interface ChartOptions {
   traces: TraceStyle[];
   colors: ChartColors;
   fonts: { axis: string; label: string };
-  /** Pointer moved over the chart: run time under it, null when it left. */
+  /** The pointer moved over the chart: run time under it, null when it left. */
   onHover?: (timeS: number | null) => void;
-  /** A time span was dragged out. */
+  /** A time span was selected by dragging. */
   onSelect?: (fromS: number, toS: number) => void;
   /** A click without drag. */
   onPick?: (timeS: number) => void;

@@ -1,6 +1,6 @@
 import type { ChartColors, Decoration, Marker } from "./chart_port";
 
-/** Where a chart's plotting area lies on the canvas, in device pixels. */
+/** Position of a chart's plotting area on the canvas, in device pixels. */
 export interface Area {
   left: number;
   top: number;

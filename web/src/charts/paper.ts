@@ -1,7 +1,8 @@
 /**
- * Calls `draw` when the page goes to paper and when it is back on the screen. On the way to paper it
- * is called twice: before the page is laid out for it, and, where the browser tells, after.
- * @returns how to end that
+ * Calls `draw` before the page is printed and again when it is back on the screen. Before
+ * printing it is called twice: before the layout for paper and, if the browser reports it,
+ * after.
+ * @returns a function that ends this
  */
 export function onPaper(draw: () => void): () => void {
   const media = matchMedia("print");

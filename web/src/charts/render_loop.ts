@@ -1,4 +1,4 @@
-/** Redraw rates of the display as it degrades, redraws per second. */
+/** Redraw rates per second, from the best to the slowest. */
 export const RATES = [60, 30, 15, 5] as const;
 const SLOW_FRAME_MS = 34;
 const SLOW_FOR_MS = 3000;
@@ -6,14 +6,14 @@ const FAST_AGAIN_MS = 15000;
 const WINDOW = 120;
 
 export interface Drawable {
-  /** Draws if something changed; says nothing otherwise. `now` in seconds. */
+  /** Draws if something has changed. `now` in seconds. */
   draw(now: number): void;
 }
 
 /**
- * One requestAnimationFrame loop for every chart of a page. When frames take too long (95th
- * percentile above 34 ms for 3 s) it draws less often, 60, 30, 15, 5 times a second, and tells.
- * The recording does not depend on it.
+ * One requestAnimationFrame loop for all charts of a page. When frames take too long (95th
+ * percentile above 34 ms for 3 s) it draws less often, 60, 30, 15, 5 times a second, and reports
+ * the rate. The recording is not affected.
  */
 export class RenderLoop {
   private readonly drawables = new Set<Drawable>();

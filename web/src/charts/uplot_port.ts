@@ -14,8 +14,8 @@ const EMPTY: Decoration = {
 const CLICK_PIXELS = 3;
 
 /**
- * uPlot behind ChartPort. Lines are one device pixel wide: that is what the browser's rasteriser
- * draws quickly; 1.25 pixels cost four times as much.
+ * uPlot behind ChartPort. Lines are one device pixel wide, because the browser's rasteriser
+ * draws these fastest; 1.25 pixels take four times as long.
  */
 class UplotPort implements ChartPort {
   private plot: uPlot;

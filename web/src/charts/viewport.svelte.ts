@@ -1,10 +1,10 @@
 /** Seconds that a chart can show at once; the first is the default. */
-export const WINDOWS_S = [20, 10, 5, 60, 600];
-const SPAN_MIN_S = 0.2;
+export const WINDOWS_S = [20, 10, 5, 2, 1, 60, 600];
+const SPAN_SAMPLES_MIN = 20;
 
 /**
- * The piece of run time on the screen, one for all charts. While `live`, it follows the newest
- * sample; panning or zooming lets it go, `follow` takes it up again.
+ * The interval of run time on the screen, the same for all charts. While `live`, it follows the
+ * newest sample; panning or zooming stops this, `follow` starts it again.
  */
 export class Viewport {
   live = $state(true);
@@ -12,6 +12,12 @@ export class Viewport {
   left = $state(0);
   /** Run time at which the display was paused, null while it plays. */
   pausedAt = $state<number | null>(null);
+
+  private readonly spanMin: number;
+
+  constructor(periodS: number) {
+    this.spanMin = SPAN_SAMPLES_MIN * periodS;
+  }
 
   /** [from, to] in run time, when the newest sample shown is at `edge`. */
   range(edge: number): [number, number] {
@@ -31,7 +37,7 @@ export class Viewport {
 
   show(from: number, to: number): void {
     this.live = false;
-    this.span = Math.max(SPAN_MIN_S, to - from);
+    this.span = Math.max(this.spanMin, to - from);
     this.left = Math.max(0, from);
   }
 
@@ -44,7 +50,7 @@ export class Viewport {
   zoom(factor: number, edge: number): void {
     const [from, to] = this.range(edge);
     const centre = (from + to) / 2;
-    const span = Math.min(600, Math.max(SPAN_MIN_S, (to - from) * factor));
+    const span = Math.min(600, Math.max(this.spanMin, (to - from) * factor));
     this.show(Math.max(0, centre - span / 2), Math.max(0, centre - span / 2) + span);
   }
 

@@ -1,4 +1,4 @@
-/** A range that ends on round numbers and leaves a little air around [low, high]. */
+/** A range that ends on round numbers, with a small margin around [low, high]. */
 export function niceRange(low: number, high: number): [number, number] {
   const span = Math.max(high - low, Math.abs(high) * 1e-3, 1e-9);
   const pad = span * 0.12;
@@ -34,10 +34,21 @@ export function spread(
   return [at(tail), at(1 - tail)];
 }
 
+/** Of a range of which less than this share is used, most is empty. */
+const USED_LEAST = 0.4;
+
+/** `range`, or that of the data alone when they use little of it. */
+export function narrowed(range: [number, number], low: number, high: number): [number, number] {
+  const used = (high - low) / (range[1] - range[0]);
+  return used < USED_LEAST ? niceRange(low, high) : range;
+}
+
 /** What may stick out of a range, as a share of it, before the range grows. */
 const TOLERANCE = 0.03;
 
-/** Grows `range` on the side that [low, high] leaves; a range never shrinks by itself. */
+/**
+ * Extends `range` on the side where [low, high] exceeds it; a range never shrinks automatically.
+ */
 export function grown(range: [number, number], low: number, high: number): [number, number] {
   const slack = TOLERANCE * (range[1] - range[0]);
   const below = low < range[0] - slack;

@@ -1,4 +1,7 @@
-/** The server's description of a drawing (server/plots/figure.h): what is shown, not how. */
+/**
+ * The server's description of a drawing (server/plots/figure.h): its content, not its
+ * appearance.
+ */
 export interface FigureAxis {
   label: string;
   unit: string;
@@ -45,7 +48,10 @@ export interface Aligned {
   y: Float32Array[];
 }
 
-/** Series with x of their own on one common, ascending x; NaN where a series has no point. */
+/**
+ * Puts series with x values of their own on one common, ascending x; NaN where a series has no
+ * point.
+ */
 export function align(series: { x: (number | null)[]; y: (number | null)[] }[]): Aligned {
   const all = new Set<number>();
   for (const { x } of series) for (const at of x) if (at !== null) all.add(at);

@@ -1,6 +1,7 @@
 /**
- * Serbian in Cyrillic from the Latin catalogue. The two scripts map letter for letter; what is not a
- * Serbian word stays Latin: {values}, `code`, signal and parameter names, formats, units.
+ * Converts the Latin Serbian catalogue to Cyrillic. The two scripts correspond letter by letter.
+ * Text that is not a Serbian word stays Latin: {values}, `code`, signal and parameter names,
+ * formats, units.
  */
 const DIGRAPHS: [string, string][] = [
   ["DŽ", "Џ"],
@@ -17,7 +18,7 @@ const LATIN = "ABVGDĐEŽZIJKLMNOPRSTĆUFHCČŠabvgdđežzijklmnoprstćufhcčš"
 const CYRILLIC = "АБВГДЂЕЖЗИЈКЛМНОПРСТЋУФХЦЧШабвгдђежзијклмнопрстћуфхцчш";
 
 const KEEP =
-  /\{\w+\}|`[^`]*`|\b(?:faultlab|[RCK]\d+|R[aeK]|J|B|K|L|M|T|F|A|Esc|Um|Uc|Ua|Ia|SWA|SIA|PRBS|CSV|MAT|PNG|PDF|JSON|MATLAB|API|REST|WebSocket|OpenAPI|Python|GitHub|REVIEW|RTT|SIM|[ab][01]d?|[xXqQwWyY]\w*|\d+\s?(?:ms|s|V|Hz|px|x|kHz|mV|min|MB)|(?:ms|Hz|rpm|mm))\b/g;
+  /\{\w+\}|`[^`]*`|\b(?:faultlab|K|B|L|M|T|F|A|Esc|Um|Uc|Ua|Ia|SWA|SIA|PRBS|CSV|MAT|PNG|PDF|JSON|MATLAB|API|REST|WebSocket|OpenAPI|Python|GitHub|REVIEW|RTT|SIM|[ab][01]d?|[xXqQwWyY]\w*|\d+\s?(?:ms|s|V|Hz|px|x|kHz|mV|min|MB)|(?:ms|Hz|rpm|mm))\b/g;
 
 function letters(text: string): string {
   let out = text;

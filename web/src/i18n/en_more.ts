@@ -1,28 +1,44 @@
-/** English of the other pages, loaded with the first of them. */
+/** English for the other pages, loaded with the first of them. */
 export const enMore = {
   help_run: "Running an experiment",
   help_run_text:
-    "The large button runs the paper's experiment on a simulator. Your own experiment takes another excitation, duration or fault. A run goes on without the browser: close the page, come back, and it is there. Stop, or Esc, brings the rig to its safe state at any time.",
+    "The large button runs a first experiment on a simulator. Your own experiment takes another excitation, duration or fault. A run goes on without the browser: close the page, come back, and it is there. Stop, or Esc, brings the rig to its safe state at any time.",
   help_charts: "Reading the charts",
   help_charts_text:
     "The upper charts are the measured signals. Drag over a chart to look closer, L returns. A red line is a fault confirmed by the rig, a dashed blue line its detection, a dotted one its isolation. Hatched time has no samples: it is never bridged.",
   help_faults: "Switching faults",
   help_faults_text:
-    "A slider's hollow thumb means commanded, a solid one that the rig has read the relay back. A change in the first seconds waits until the healthy rig is learnt: set the part back to nominal to cancel it. A refusal says why. The motor's own parameters can be changed on simulators only.",
+    "A slider's hollow thumb means commanded, a solid one that the rig has read the relay back. A change in the first seconds waits until the healthy rig is learnt: set the part back to nominal to cancel it. A refusal says why. What has no relay can be changed on simulators only.",
   help_estimates: "The estimates",
   help_estimates_text:
     "SWA fits the discrete model over the last K samples, SIA the continuous one by sliding integrals of length m within K samples. The dotted line is the nominal value, the band three standard deviations of the healthy part. The shaded time after a fault is when the window still holds samples from before it.",
   help_verdict: "The verdict",
   help_verdict_text:
-    "A fault is detected by the residual of the rig's own healthy model and isolated by the component whose change explains the record best; its value comes with a standard error. R9 and R12 change only the gain, and no sensor tells them apart: then both are named. The decision path is the paper's own way, with the number that decided each step.",
+    "A fault is detected by the residual of the rig's own healthy model and isolated by the component whose change explains the record best; its value comes with a standard error. Components that no sensor tells apart are named together. A decision path, where a bench has one, is the way of its publication, with the number that decided each step.",
   help_link: "The link",
   help_link_text:
     "The chip shows the round trip and samples that have not arrived. After a cut the page reconnects by itself and fetches what it missed. The recording on the server does not depend on it.",
   help_data: "Data and plots",
   help_data_text:
     "Every run can be downloaded as CSV, MAT or JSON, its figures as PNG at one and two times the size. The REST interface under /api/v1 gives the same data.",
-  help_paper:
-    "Method and values: Antić et al., Detection, Isolation, and Identification of Multiplicative Faults in a DC Motor and Amplifier Using Parameter Estimation Techniques, Applied Sciences 15 (2025) 8322.",
+  help_benches: "The benches of this server",
+  bench_sampled: "A sample every {period}, read {delay} after the output changes. {excitation}.",
+  bench_measures: "Measured: {channels}. The estimators predict {estimated}.",
+  bench_learns:
+    "A run learns its healthy rig until {seconds} s, and lasts from {shortest} s to {longest} s.",
+  bench_file: "Description (TOML)",
+  bench_faults: "Components whose faults it knows",
+  bench_parameters: "Data sheet",
+  what_it_is: "What it is",
+  nominal_value: "Nominal",
+  fault_values: "Faulty values",
+  changes_terms: "Changes",
+  switched_by: "Switched by",
+  by_relay: "relay",
+  by_simulator: "simulator",
+  published_in: "Published: {source}",
+  compare_different:
+    "These runs are of benches whose estimators predict different signals: compare their estimates with that in mind.",
   compare_how: "Choose two to four runs in the list of runs.",
   estimator: "Estimator",
   align_on_fault: "align on the fault",
@@ -217,7 +233,7 @@ export const enMore = {
   my_jobs: "My jobs",
   jobs_left: "{count} not yet done",
   calibrated_at: "Calibrated {time}",
-  delay_and_noise: "delay {delay} ms, noise of um {noise} mV",
+  delay_and_noise: "delay {delay}, noise of {channel} {noise}",
   data_sheet: "Data sheet",
   commission: "Commission",
   interlock: "Interlock",
@@ -241,7 +257,7 @@ export const enMore = {
   judge_channels: "Measured",
   judge_window: "Time after the fault",
   judge_what:
-    "From the model of the rig, PRBS 2 V / 3 V and its noise: seen with 1 false alarm a day, told apart with 1 % of mistakes.",
+    "From the model of the bench, {excitation} and its noise: seen with 1 false alarm a day, told apart with 1 % of mistakes.",
   is_seen: "Seen",
   taken_for: "Can be taken for",
   nothing_else: "nothing else",

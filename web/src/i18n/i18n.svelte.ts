@@ -18,7 +18,7 @@ export async function loadCatalogue(locale: Locale): Promise<Catalogue> {
     import("./cyrillic"),
   ]);
   const script = locale === "sr-Cyrl" ? toCyrillic : (text: string) => text;
-  // `back ticks` in the catalogue keep words out of the change of script
+  // `back ticks` in the catalogue exclude words from the change of script
   return Object.fromEntries(
     Object.entries({ ...srLatn, ...refusalsSr }).map(([key, text]) => [
       key,
@@ -43,12 +43,12 @@ class I18n {
     document.documentElement.lang = locale;
   }
 
-  /** Brings the texts of pages other than the first; they are all there in another language. */
+  /** Loads the texts of all pages; in a language other than English they are already complete. */
   async loadAll(): Promise<void> {
     if (untrack(() => this.locale) === "en") this.catalogue = await loadCatalogue("en");
   }
 
-  /** For dates and times: 24 hours and day before month, also in English. */
+  /** Locale for dates and times: 24 hours and day before month, also in English. */
   get dates(): string {
     return this.locale === "en" ? "en-GB" : this.locale;
   }
@@ -64,7 +64,7 @@ class I18n {
 
 export const i18n = new I18n();
 
-/** The text of `key` in the language in force, with {name} replaced. */
+/** The text of `key` in the current language, with {name} replaced. */
 export function t(key: Key, values: Record<string, string | number> = {}): string {
   return fill(i18n.text(key), values);
 }

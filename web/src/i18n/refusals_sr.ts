@@ -1,6 +1,6 @@
 /**
- * Why the server refuses something, by the reason that it gives: the READMEs of server/run and
- * server/auth list them. In English the server's own sentence is shown.
+ * Why the server refuses something, by the `reason` that it sends; the READMEs of server/run and
+ * server/auth list the reasons. In English the server's own sentence is shown.
  */
 export const refusalsSr: Record<string, string> = {
   refused_no_simulator: "Ovaj server nema simulatora.",
@@ -26,6 +26,11 @@ export const refusalsSr: Record<string, string> = {
   refused_component_not_switchable: "Uređaj {rig} ne može da menja {component}.",
   refused_value_not_of_the_relays: "Releji za {component} imaju vrednosti {values}.",
   refused_voltage_outside: "Upravljački napon uređaja {rig} ide od {lowest_v} V do {highest_v} V.",
+  refused_no_component: "Nema komponente {component}; poznate su: {known}.",
+  refused_other_bench: "Uređaj {rig} je sa stola {bench}, a ne sa stola {asked}.",
+  refused_no_bench: "Ovde nema takvog stola; postoje: {benches}.",
+  refused_fault_set_of_other_bench:
+    "Ovaj skup kvarova je za sto {its}, a uređaj je sa stola {bench}.",
   refused_no_fault_set: "Za vas nema takvog skupa kvarova.",
   refused_empty_recording: "Snimak je prazan.",
   refused_your_runs_full:

@@ -1,7 +1,9 @@
 import type { Key } from "./catalogue";
 import { i18n, t } from "./i18n.svelte";
 
-/** The server's word for a state, a role or a kind, in the reader's language; itself if unknown. */
+/**
+ * The server's word for a state, a role or a kind, in the user's language; unchanged if unknown.
+ */
 export function word(
   group: "state" | "rig" | "verdict" | "role" | "booking",
   value: string,
@@ -10,7 +12,7 @@ export function word(
   return i18n.has(key) ? t(key as Key) : value;
 }
 
-/** What the server refuses and why; its own English where there is no better word. */
+/** What the server refuses and why; the server's English message if there is no translation. */
 export function refusalWords(refusal: {
   message: string;
   reason?: string;
@@ -20,14 +22,14 @@ export function refusalWords(refusal: {
   return i18n.has(key) ? t(key as Key, refusal.parameters) : refusal.message;
 }
 
-/** Why a sign-in at a provider came to nothing, by the word in the page's address. */
+/** Why a sign-in at a provider failed, by the word in the page's address. */
 export function providerRefusal(reason: string | null): string {
   if (!reason) return "";
   const key = `failed_${reason}`;
   return i18n.has(key) ? t(key as Key) : t("failed_oidc_failed");
 }
 
-/** A message of the lab by its topic; the server's own English where there is no better word. */
+/** A message of the lab by its topic; the server's English text if there is no translation. */
 export function newsWords(event: { topic: string; text: string }): string {
   const key = `news_${event.topic}`;
   return i18n.has(key) ? t(key as Key, { text: event.text }) : event.text;

@@ -1,4 +1,7 @@
-/** Runs what may be refused, keeps the refusal for the page to show, and shows what is true after. */
+/**
+ * Runs actions that may be refused, keeps the refusal for the page to show, and reloads the
+ * data.
+ */
 export class Attempts {
   failure = $state("");
   busy = $state(false);
@@ -11,7 +14,10 @@ export class Attempts {
     this.loaded = await this.run(this.load);
   }
 
-  /** Does something and fetches anew, also after a refusal: it often says that the page was stale. */
+  /**
+   * Runs an action and reloads, also after a refusal, which often means that the page was out of
+   * date.
+   */
   async act(action: () => Promise<unknown>): Promise<boolean> {
     const done = await this.run(action);
     const refusal = this.failure;

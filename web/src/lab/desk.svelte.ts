@@ -10,10 +10,10 @@ import { LabFeed, type LabState } from "./feed";
 const TICK_MS = 1000;
 const NEWS_MAX = 20;
 const EVENTS_PER_PAGE = 100;
-/** The lab warns five minutes, one minute and half a minute before the end. */
+/** The lab warns five minutes, one minute and half a minute before the end of a session. */
 export const ENDS_SOON_MS = 5 * 60_000;
 
-/** What the signed-in user holds in the lab: session, place in the queue, bookings, news. */
+/** The signed-in user's part of the lab: session, place in the queue, bookings, news. */
 export class LabDesk {
   session = $state.raw<Session | null>(null);
   offeredToMe = $state.raw<Session | null>(null);
@@ -21,7 +21,7 @@ export class LabDesk {
   bookings = $state.raw<Booking[]>([]);
   classes = $state.raw<RigClass[]>([]);
   news = $state.raw<LabEvent[]>([]);
-  /** What was refused: stays until the next action. */
+  /** The last refusal; it is shown until the next action. */
   private refusal = $state("");
   private silent = $state(false);
   loaded = $state(false);
@@ -30,7 +30,7 @@ export class LabDesk {
   private feed: LabFeed | null = null;
   private timer: ReturnType<typeof setInterval> | undefined;
 
-  /** Rigs that need a session: simulators do not. */
+  /** Classes of rigs that need a session; simulators do not. */
   get benches(): RigClass[] {
     return this.classes.filter((each) => !each.elastic);
   }
@@ -43,7 +43,7 @@ export class LabDesk {
     return this.tickets.find((ticket) => ticket.state === "offered");
   }
 
-  /** The rig that is kept until the offered ticket is accepted. */
+  /** The rig that is reserved until the offered ticket is accepted. */
   get held(): Session | null {
     return this.offer && this.session?.state === "held" ? this.session : null;
   }
@@ -53,7 +53,7 @@ export class LabDesk {
     return session?.state === "active" && Date.parse(session.hard_end) - this.now < ENDS_SOON_MS;
   }
 
-  /** Listens for as long as somebody shows the desk; the answer ends that. */
+  /** Listens while a component shows the desk; the returned function ends this. */
   open(): () => void {
     if (this.users++ === 0) {
       this.feed = new LabFeed({
@@ -75,7 +75,7 @@ export class LabDesk {
     };
   }
 
-  /** Does something, and shows the refusal. What came of it is pushed. */
+  /** Runs an action and shows a refusal. Its effects arrive over the feed. */
   async act(action: () => Promise<unknown>): Promise<boolean> {
     try {
       await action();
@@ -100,7 +100,7 @@ export class LabDesk {
     void this.loadRest(false);
   }
 
-  /** What is not this user's own: the classes and, at first, what was told before. */
+  /** Loads the data that is not the user's own: the classes and, at first, earlier news. */
   private async loadRest(withNews = true): Promise<void> {
     try {
       this.classes = await lab.rigClasses();
@@ -110,7 +110,7 @@ export class LabDesk {
     }
   }
 
-  /** The next user of this page must not see what this one had. */
+  /** Clears everything: the next user of this page must not see the data of the previous one. */
   private forget(): void {
     this.session = null;
     this.offeredToMe = null;
@@ -123,7 +123,7 @@ export class LabDesk {
   }
 }
 
-/** Oldest first, page by page: the newest come last. */
+/** News so far, oldest first, page by page. */
 async function toldSoFar(): Promise<LabEvent[]> {
   let told: LabEvent[] = [];
   for (let since = 0; ; ) {

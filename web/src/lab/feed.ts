@@ -5,12 +5,15 @@ import { Link, socketAddress } from "../stream/link";
 
 const ASK_EVERY_MS = 3000;
 
-/** What the lab says to one user after every change: all of it, so that a cut needs no repair. */
+/**
+ * The complete state for one user, sent by the lab after every change, so that a lost connection
+ * needs no repair.
+ */
 export interface LabState {
   tickets: Ticket[];
   sessions: Session[];
   bookings: Booking[];
-  /** Told since the message before; the page asks for what is older. */
+  /** News since the previous message; the page requests older ones. */
   news: LabEvent[];
   next: number;
 }
@@ -21,8 +24,9 @@ export interface LabFeedEvents {
 }
 
 /**
- * The lab's own stream: queue place, offers and warnings come without asking. Where the server
- * refuses the stream (a proxy that knows no WebSocket), the same is asked for every 3 s.
+ * The lab's stream: queue place, offers and warnings arrive without polling. If the server
+ * refuses the stream (a proxy that does not support WebSockets), the same data is requested
+ * every 3 s.
  */
 export class LabFeed {
   private since = 0;

@@ -1,6 +1,6 @@
 import type { Page } from "../api/types";
 
-/** A list that the server hands out page by page. */
+/** A list that the server sends page by page. */
 export class Pages<T> {
   items = $state.raw<T[]>([]);
   private cursor = $state<string | null>(null);

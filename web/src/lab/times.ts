@@ -15,12 +15,12 @@ export function localTime(moment: string | Date): string {
   return asDate(moment).toLocaleString(i18n.dates, MOMENT);
 }
 
-/** "Mon 23 Nov, 14:30 – 15:00": the day is said once when it is one day. */
+/** "Mon 23 Nov, 14:30 – 15:00": the day appears only once if both times are on it. */
 export function span(start: string | Date, end: string | Date): string {
   return new Intl.DateTimeFormat(i18n.dates, MOMENT).formatRange(asDate(start), asDate(end));
 }
 
-/** "1:05:09" or "4:59" until `iso`; "0:00" when it has passed. */
+/** "1:05:09" or "4:59" until `iso`; "0:00" after it. */
 export function timeLeft(iso: string, nowMs: number): string {
   const seconds = Math.max(0, Math.round((Date.parse(iso) - nowMs) / 1000));
   const two = (value: number) => String(value).padStart(2, "0");

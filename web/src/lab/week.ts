@@ -13,12 +13,12 @@ export interface Slot {
   state: SlotState;
 }
 
-/** 00:00, local time, of the day that holds `moment`. */
+/** 00:00, local time, of the day of `moment`. */
 export function dayStart(moment: Date): Date {
   return new Date(moment.getFullYear(), moment.getMonth(), moment.getDate());
 }
 
-/** Calendar days are added, not hours: a day of a clock change has 23 or 25 of them. */
+/** Adds calendar days, not hours: a day of a clock change has 23 or 25 hours. */
 export function addDays(day: Date, days: number): Date {
   return new Date(day.getFullYear(), day.getMonth(), day.getDate() + days);
 }
@@ -64,6 +64,6 @@ function stateOf(
   if (from.getTime() < now.getTime()) return "past";
   const hits = busy.filter((span) => span.from < to.getTime() && from.getTime() < span.to);
   if (hits.some((span) => span.kind === "mine")) return "mine";
-  if (free > 0) return "free"; // of several rigs one suffices
+  if (free > 0) return "free"; // one of several rigs is enough
   return hits.some((span) => span.kind === "outage") ? "outage" : "taken";
 }

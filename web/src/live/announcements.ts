@@ -1,16 +1,18 @@
 import type { Diagnosis, RunEvent } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
-import { formatQuantity } from "../plant/quantity";
+import type { Bench } from "../plant/bench";
+import { formatSeconds } from "../plant/quantity";
 
-/** What is said aloud about an event, if anything. */
+/** The announcement of an event for screen readers, if there is one. */
 export function announcementOf(
   event: RunEvent,
   verdict: Diagnosis | null,
+  bench: Bench,
   period: number,
 ): string | null {
   const component = event.component ?? "";
-  const time = (event.index * period).toFixed(2);
-  const value = event.component ? formatQuantity(event.component, event.value) : "";
+  const time = formatSeconds(event.index * period, period);
+  const value = event.component ? bench.format(event.component, event.value) : "";
   switch (event.kind) {
     case "started":
       return t("say_started");

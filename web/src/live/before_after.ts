@@ -4,6 +4,7 @@ import { PARAMETERS, settleS } from "./estimators";
 import { moments } from "./statistics";
 
 const BEFORE_S = 5;
+const BEFORE_SAMPLES = 100;
 
 export interface BeforeAfterRow {
   name: string;
@@ -14,8 +15,8 @@ export interface BeforeAfterRow {
 }
 
 /**
- * Mean estimates over the healthy seconds before `onsetS` and over the time after the estimator has
- * settled, beside what the model predicts for the fault and what was published about it.
+ * Mean estimates over the healthy seconds before `onsetS` and over the time after the estimator
+ * has settled, together with the model's prediction for the fault and the published values.
  */
 export function beforeAfter(
   slide: Slide,
@@ -27,7 +28,10 @@ export function beforeAfter(
 ): BeforeAfterRow[] {
   const settles = settleS(estimator, slide.period);
   const healthyEnd = onsetS ?? endS;
-  const healthyFrom = Math.max(settles + 0.5, healthyEnd - BEFORE_S);
+  const healthyFrom = Math.max(
+    settles + 0.5,
+    healthyEnd - Math.max(BEFORE_S, BEFORE_SAMPLES * slide.period),
+  );
   const settled = onsetS === null ? null : onsetS + settles + slide.period;
   return PARAMETERS[estimator.family].map((name, at) => ({
     name,

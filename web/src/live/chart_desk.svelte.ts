@@ -1,10 +1,9 @@
 import { SvelteSet } from "svelte/reactivity";
-import type { Component, EstimatorName } from "../api/types";
+import type { EstimatorName } from "../api/types";
 import type { Marker } from "../charts/chart_port";
 import type { RenderLoop } from "../charts/render_loop";
 import type { Viewport } from "../charts/viewport.svelte";
 import { t } from "../i18n/i18n.svelte";
-import { formatQuantity } from "../plant/quantity";
 import type { Slide } from "../stream/slide";
 import { type EstimatorShape, type Family, primaryOf } from "./estimators";
 import type { RunModel } from "./run_model.svelte";
@@ -13,7 +12,7 @@ export type Tab = "swa" | "sia" | "models";
 const GROW_EVERY_MS = 500;
 const AFTER_MARKER = 0.25;
 
-/** What the charts of one screen share: view, markers, cursor, chosen estimators. */
+/** The state that the charts of one screen share: view, markers, cursor, selected estimators. */
 export class ChartDesk {
   tab = $state<Tab>("sia");
   readonly shown = new SvelteSet<EstimatorName>([
@@ -28,9 +27,9 @@ export class ChartDesk {
   hover = $state<number | null>(null);
   cursorA = $state<number | null>(null);
   cursorB = $state<number | null>(null);
-  /** Rises when the charts shall take ranges that hold all that is visible. */
+  /** Increases when the charts must adapt their ranges to all that is visible. */
   fits = $state(0);
-  /** Rises when the charts may widen their ranges. */
+  /** Increases when the charts may widen their ranges. */
   growths = $state(0);
   private timer: ReturnType<typeof setInterval> | undefined;
   private marked = -1;
@@ -85,7 +84,7 @@ export class ChartDesk {
     else this.cursorB = this.cursorB === null ? at : null;
   }
 
-  /** Brings the next marker, in time, a quarter from the left edge. */
+  /** Moves the next marker, in time, to a quarter of the width from the left edge. */
   nextMarker(): void {
     const times = this.markers.filter((m) => m.kind !== "planned").map((m) => m.timeS);
     if (times.length === 0) return;
@@ -101,7 +100,7 @@ export class ChartDesk {
     );
   }
 
-  /** Run time of the first change of a component away from its nominal value, as the rig says. */
+  /** Run time of the first change of a component from its nominal value, according to the rig. */
   get faultTime(): number | null {
     const event = this.faultEvent;
     return event ? this.model.timeOf(event) : null;
@@ -117,7 +116,7 @@ export class ChartDesk {
     );
   }
 
-  /** Change time for shading and tables: the rig's word, else the diagnosis' estimate. */
+  /** Time of the change for shading and tables: from the rig, otherwise the diagnosis' estimate. */
   get onset(): number | null {
     return (
       this.faultTime ?? this.model.verdict?.onset_s ?? this.model.verdict?.detected_at_s ?? null
@@ -128,6 +127,7 @@ export class ChartDesk {
 
   private makeMarkers(): Marker[] {
     const { model } = this;
+    const { bench } = model;
     const markers: Marker[] = [];
     const acted = new Set<string>();
     for (const event of model.events) {
@@ -135,11 +135,11 @@ export class ChartDesk {
       if (event.kind === "relay_confirmed" && event.component && event.value !== undefined) {
         const name = event.component;
         acted.add(name);
-        const healthy = model.bench.isNominal(name, event.value);
-        const label = `${name} → ${formatQuantity(name, event.value)}${model.bench.simulated(name) ? " SIM" : ""}`;
+        const healthy = bench.isNominal(name, event.value);
+        const label = `${bench.change(name, event.value)}${bench.simulated(name) ? " SIM" : ""}`;
         markers.push({ kind: healthy ? "planned" : "fault", timeS, label });
       } else if (event.kind === "detected") {
-        const since = this.faultTime === null ? "" : ` +${(timeS - this.faultTime).toFixed(2)} s`;
+        const since = this.faultTime === null ? "" : ` +${model.seconds(timeS - this.faultTime)} s`;
         markers.push({ kind: "detected", timeS, label: t("mark_detected") + since });
       } else if (event.kind === "isolated") {
         markers.push({ kind: "isolated", timeS, label: t("mark_isolated") });
@@ -151,21 +151,20 @@ export class ChartDesk {
     }
     for (const fault of model.running ? (model.run?.plan?.faults ?? []) : []) {
       if (acted.has(fault.component)) continue;
-      const value = formatQuantity(fault.component, fault.value);
       markers.push({
         kind: "planned",
         timeS: fault.at_s ?? 0,
-        label: `${fault.component} → ${value}`,
+        label: bench.change(fault.component, fault.value),
       });
     }
     for (const [name, value] of Object.entries(model.faults.waiting)) {
-      const label = `${name} → ${formatQuantity(name as Component, value)}`;
+      const label = bench.change(name, value);
       markers.push({ kind: "planned", timeS: model.faults.learningUntilS ?? 0, label });
     }
     const armed = model.faults.injection;
     if (armed) {
-      const value = formatQuantity(armed.component, armed.value);
-      markers.push({ kind: "planned", timeS: armed.atS, label: `${armed.component} → ${value}` });
+      const label = bench.change(armed.component, armed.value);
+      markers.push({ kind: "planned", timeS: armed.atS, label });
     }
     if (this.cursorA !== null) markers.push({ kind: "cursorA", timeS: this.cursorA, label: "" });
     if (this.cursorB !== null) markers.push({ kind: "cursorB", timeS: this.cursorB, label: "" });

@@ -5,7 +5,7 @@ export type Family = "swa" | "sia";
 export interface EstimatorShape {
   name: EstimatorName;
   family: Family;
-  /** First of its three columns among the stream's channels. */
+  /** Index of the first of its three columns among the stream's channels. */
   column: number;
   window: number; // K
   integral: number; // m, 0 for SWA
@@ -45,9 +45,29 @@ export const PARAMETERS: Record<Family, [string, string, string]> = {
   sia: ["b0", "b1", "a1"],
 };
 
-/** Seconds until no sample from before a change is left in the window. */
+/** Seconds until the window contains no sample from before a change. */
 export function settleS(estimator: EstimatorShape, period: number): number {
   return (estimator.window + estimator.integral - 1) * period;
+}
+
+/** The samples that one estimate is made of, in run time. */
+export function windowS(estimator: EstimatorShape, period: number): number {
+  return (estimator.window + estimator.integral) * period;
+}
+
+/** The unit of a parameter of the model from uc to a channel of the unit `channel`; "" without. */
+export function parameterUnit(parameter: string, channel: "V" | "A"): string {
+  const gain = channel === "V" ? "" : `${channel}/V`;
+  switch (parameter) {
+    case "a1":
+      return "s";
+    case "b1":
+      return gain ? `${channel}·s/V` : "s";
+    case "a1d":
+      return "";
+    default:
+      return gain;
+  }
 }
 
 export function ofFamily(family: Family): EstimatorShape[] {
@@ -60,7 +80,7 @@ export function windowLabel(estimator: EstimatorShape): string {
     : `(${estimator.window},${estimator.integral})`;
 }
 
-/** The one that tables and bands use: the paper's best, K = 100, if shown, else the first shown. */
+/** The one that tables and bands use: that of 100 samples if shown, else the first shown. */
 export function primaryOf(family: Family, shown: Set<EstimatorName>): EstimatorShape {
   const all = ofFamily(family);
   const visible = all.filter((estimator) => shown.has(estimator.name));

@@ -20,25 +20,26 @@ export interface Injection {
   atS: number;
 }
 
-/** Sends to the rig; false when there is no link to send over. */
+/** Sends a message to the rig; false when there is no link. */
 export type SendToRig = (message: ClientMessage) => boolean;
 
 /**
- * What this page asks of the rig, and what the rig says about it. A setting is "commanded" from the
- * request on and "confirmed" by the rig's event alone; each command carries the epoch of the lease.
- * A change that comes before the healthy rig is learnt waits in the server, which says so.
+ * The requests of this page to the rig, and the rig's answers. A setting is "commanded" from the
+ * request on and "confirmed" only by the rig's event; each command carries the epoch of the
+ * lease. A change before the end of the calibration waits in the server, and the server reports
+ * this.
  */
 export class FaultCommands {
   settings = $state.raw<Settings>({});
-  /** What waits in the server, and the run time until which it does. */
+  /** Changes that wait in the server, and the run time until which they wait. */
   waiting = $state.raw<Waiting>({});
   learningUntilS = $state<number | null>(null);
   readonly shown: Settings;
   canCommand = $state(false);
-  /** The server has said that somebody else commands this rig. */
+  /** The server has reported that another user commands this rig. */
   watching = $state(false);
   injection = $state<Injection | null>(null);
-  /** Why the newest command for no single component (all nominal) was refused. */
+  /** Why the newest command without a component (all nominal) was refused. */
   refusal = $state("");
   private epoch = 0;
   private nextId = 1;
@@ -52,7 +53,7 @@ export class FaultCommands {
     this.shown = $derived(withWaiting(this.bench, this.settings, this.waiting));
   }
 
-  /** The stream (re)opened: the rig's own word replaces what was here. */
+  /** The stream was (re)opened: the state reported by the rig replaces the state here. */
   take(hello: Hello): void {
     this.epoch = hello.epoch;
     this.canCommand = hello.can_command;

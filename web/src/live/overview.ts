@@ -7,6 +7,7 @@ export function drawOverview(
   context: CanvasRenderingContext2D,
   slide: Slide,
   channel: number,
+  color: string,
   durationS: number,
   window: [number, number],
   markers: Marker[],
@@ -28,7 +29,7 @@ export function drawOverview(
   }
   const scale = (height - 4 * ratio) / Math.max(high - low, 1e-9);
   const y = (value: number) => height - 2 * ratio - (value - low) * scale;
-  context.fillStyle = colors.um;
+  context.fillStyle = color;
   for (let column = 0; column < width; column++) {
     const bottom = envelope[2 * column] as number;
     const top = envelope[2 * column + 1] as number;
@@ -59,11 +60,13 @@ export function columnExtremes(
   width: number,
 ): Float64Array {
   const envelope = new Float64Array(2 * width).fill(Number.NaN);
-  const values = slide.columns[channel] as Float32Array;
-  for (let index = slide.first; index < slide.end; index++) {
-    const value = values[slide.slot(index)] as number;
+  const perPixel = durationS / slide.period / width;
+  const [times, values = new Float32Array(0)] = slide.view(0, durationS, [channel], perPixel);
+  for (let at = 0; at < values.length; at++) {
+    const value = values[at] as number;
     if (!Number.isFinite(value)) continue;
-    const column = Math.min(width - 1, Math.floor((index * slide.period * width) / durationS));
+    const share = (times[at] as number) / durationS;
+    const column = Math.min(width - 1, Math.floor(share * width + 1e-9));
     const low = envelope[2 * column] as number;
     const high = envelope[2 * column + 1] as number;
     if (!(value >= low)) envelope[2 * column] = value;

@@ -1,128 +1,205 @@
-import { SvelteMap } from "svelte/reactivity";
-import type {
-  Component,
-  Excitation,
-  Fault,
-  FaultKind,
-  Rig,
-  RunPlan,
-  RunRequest,
-} from "../api/types";
+import type { Component, Excitation, Fault, FaultKind, Rig, Run, RunRequest } from "../api/types";
 import type { Bench } from "../plant/bench";
+import { type ExcitationKind, kindOf, levelsOf } from "../plant/excitation";
+import { benches } from "../shell/benches.svelte";
 import { rigs } from "../shell/rigs.svelte";
 
-export type ExcitationKind = "prbs" | "step" | "multisine" | "chirp";
+type Values = Record<Component, number>;
 
-/** The experiment that the next press of "run" makes. As new it is the paper's. */
+/**
+ * The first experiment on a bench: its own excitation, and its first component at the last of its
+ * values. The healthy rig is learnt for a quarter of it, and half of it is healthy.
+ */
+function firstOn(bench: Bench) {
+  const { excitation, run, period_s: periodS } = bench.about;
+  const [component] = bench.symbols;
+  const value = component === undefined ? undefined : bench.values(component).at(-1);
+  const values: Values =
+    component === undefined || value === undefined ? {} : { [component]: value };
+  const [lowV, highV] = levelsOf(excitation);
+  return {
+    values,
+    durationS: Math.min(run.max_s, Math.max(run.min_s, 4 * bench.learningS)),
+    excitation: kindOf(excitation),
+    lowV,
+    highV,
+    fromHz: Number((0.005 / periodS).toPrecision(3)),
+    toHz: Number((0.2 / periodS).toPrecision(3)),
+  };
+}
+
+/** A field of a plan: what was chosen for the bench that it has now, else that bench's own. */
+class Choice<T> {
+  private chosen = $state.raw<{ bench: Bench; value: T } | null>(null);
+
+  constructor(
+    private readonly bench: () => Bench | undefined,
+    private readonly own: (bench: Bench) => T,
+    private readonly none: T,
+  ) {}
+
+  get value(): T {
+    const bench = this.bench();
+    if (!bench) return this.none;
+    return this.chosen?.bench === bench ? this.chosen.value : this.own(bench);
+  }
+  set value(value: T) {
+    const bench = this.bench();
+    if (bench) this.chosen = { bench, value };
+  }
+}
+
+/**
+ * The experiment that the next press of "run" makes. What nobody has chosen is that of the bench's
+ * first experiment; a choice is for one bench, and does not count when a rig of another one is
+ * chosen. Nothing can be chosen before the bench is known.
+ */
 export class PlanModel {
-  readonly values = new SvelteMap<Component, number>();
+  /** Its id; empty: a simulated one. */
   rig = $state("");
-  atS = $state(10);
-  durationS = $state(20);
-  kind = $state<FaultKind>("abrupt");
-  untilS = $state(15);
-  excitation = $state<ExcitationKind>("prbs");
-  lowV = $state(2);
-  highV = $state(3);
-  fromHz = $state(0.5);
-  toHz = $state(20);
-  lines = $state(20);
   seed = $state(1);
   name = $state("");
+  readonly values = this.choice<Values>((first) => first.values, {});
+  readonly durationS = this.choice((first) => first.durationS, 0);
+  readonly atS = this.choice((first) => first.durationS / 2, 0);
+  readonly untilS = this.choice((first) => (first.durationS * 3) / 4, 0);
+  readonly kind = this.choice<FaultKind>(() => "abrupt", "abrupt");
+  readonly excitation = this.choice<ExcitationKind>((first) => first.excitation, "prbs");
+  readonly lowV = this.choice((first) => first.lowV, 0);
+  readonly highV = this.choice((first) => first.highV, 0);
+  readonly fromHz = this.choice((first) => first.fromHz, 0);
+  readonly toHz = this.choice((first) => first.toHz, 0);
+  readonly lines = this.choice(() => 20, 20);
   /** Id of a saved fault set; the sliders are not used then. */
-  faultSet = $state("");
+  readonly faultSet = this.choice(() => "", "");
 
-  static paper(): PlanModel {
-    const plan = new PlanModel();
-    plan.values.set("R1", 100);
-    return plan;
-  }
+  /** @param benchId  that of a plan without a rig; null is the server's first */
+  constructor(private readonly benchId: string | null = null) {}
 
-  static from(source: RunPlan | undefined): PlanModel {
-    const plan = new PlanModel();
-    const fault = source?.faults?.[0];
-    for (const each of source?.faults ?? []) plan.values.set(each.component, each.value);
+  /** The next run after this one: the same bench, faults and length. */
+  static after(run: Pick<Run, "bench" | "plan"> | null): PlanModel {
+    const plan = new PlanModel(run?.bench);
+    const faults = run?.plan.faults ?? [];
+    plan.values.value = Object.fromEntries(faults.map((fault) => [fault.component, fault.value]));
+    if (run?.plan.duration_s) plan.durationS.value = run.plan.duration_s;
+    const [fault] = faults;
     if (fault) {
-      plan.atS = fault.at_s ?? 0;
-      plan.kind = fault.kind ?? "abrupt";
-      if (fault.until_s) plan.untilS = fault.until_s;
+      plan.atS.value = fault.at_s ?? 0;
+      plan.kind.value = fault.kind ?? "abrupt";
+      if (fault.until_s) plan.untilS.value = fault.until_s;
     }
-    plan.durationS = source?.duration_s ?? 20;
     return plan;
   }
 
-  /** The rig that takes the plan, if it is there; one that is not named is a simulated one. */
+  /** The rig for the plan, if it exists; without a name it is a simulated rig. */
   get target(): Rig | undefined {
-    return rigs.find(this.rig) ?? rigs.list.find((rig) => rig.kind === "simulated");
+    return rigs.find(this.rig) ?? rigs.simulated(this.bench);
   }
 
-  /** Not before the rigs are known. */
-  get bench(): Bench | undefined {
-    return rigs.benchOf(this.target);
+  get faulty(): Component[] {
+    return Object.keys(this.values.value);
   }
 
   value(component: Component): number {
-    return this.values.get(component) ?? this.bench?.nominal(component) ?? Number.NaN;
+    return this.values.value[component] ?? this.bench?.nominal(component) ?? Number.NaN;
   }
 
   set(component: Component, value: number): void {
-    if (this.bench?.isNominal(component, value)) this.values.delete(component);
-    else this.values.set(component, value);
+    const { [component]: _, ...others } = this.values.value;
+    const nominal = this.bench?.isNominal(component, value);
+    this.values.value = nominal ? others : { ...others, [component]: value };
   }
 
-  /** One fault at a time, as the paper. */
   only(component: Component, value: number): void {
-    this.values.clear();
+    this.values.value = {};
     this.set(component, value);
   }
 
   get faults(): Fault[] {
-    return [...this.values].map(([component, value]) => ({
+    return Object.entries(this.values.value).map(([component, value]) => ({
       component,
       value,
-      at_s: this.atS,
-      ...(this.kind === "abrupt" ? {} : { kind: this.kind, until_s: this.untilS }),
+      at_s: this.atS.value,
+      ...(this.kind.value === "abrupt"
+        ? {}
+        : { kind: this.kind.value, until_s: this.untilS.value }),
     }));
   }
 
-  /** Run time until which the healthy rig is learnt. */
+  /** Run time at which the calibration of the healthy rig ends. */
   get learningS(): number {
     return this.bench?.learningS ?? 0;
   }
 
-  /** The fault comes while the healthy rig is learnt: such a run has no diagnosis. */
+  /** The fault comes during the calibration: such a run has no diagnosis. */
   get tooEarly(): boolean {
-    return !this.faultSet && this.values.size > 0 && this.atS < this.learningS;
+    return !this.faultSet.value && this.faulty.length > 0 && this.atS.value < this.learningS;
   }
 
   request(): RunRequest {
     return {
-      ...(this.rig ? { rig: this.rig } : {}),
+      ...(this.rig ? { rig: this.rig } : { bench: this.bench?.id }),
       excitation: this.excitationRequest(),
-      duration_s: this.durationS,
-      ...(this.faultSet ? { fault_set: Number(this.faultSet) } : { faults: this.faults }),
+      duration_s: this.durationS.value,
+      ...(this.faultSet.value
+        ? { fault_set: Number(this.faultSet.value) }
+        : { faults: this.faults }),
       seed: this.seed,
       ...(this.name ? { name: this.name } : {}),
     };
   }
 
+  /** Undefined until it is known. */
+  get bench(): Bench | undefined {
+    const named = rigs.find(this.rig);
+    if (named) return benches.find(named.bench);
+    return this.benchId === null ? benches.first : benches.find(this.benchId);
+  }
+
+  private choice<T>(own: (first: ReturnType<typeof firstOn>) => T, none: T): Choice<T> {
+    return new Choice(
+      () => this.bench,
+      (bench) => own(firstOn(bench)),
+      none,
+    );
+  }
+
   private excitationRequest(): Excitation {
-    const offset_v = (this.lowV + this.highV) / 2;
-    const amplitude_v = (this.highV - this.lowV) / 2;
-    switch (this.excitation) {
+    const offset_v = (this.lowV.value + this.highV.value) / 2;
+    const amplitude_v = (this.highV.value - this.lowV.value) / 2;
+    const { seed } = this;
+    switch (this.excitation.value) {
       case "prbs":
         return {
+          ...this.ownPrbs,
           kind: "prbs",
-          low_v: this.lowV,
-          high_v: this.highV,
-          seed: this.seed,
+          low_v: this.lowV.value,
+          high_v: this.highV.value,
+          seed,
         };
       case "step":
-        return { kind: "step", low_v: this.lowV, high_v: this.highV, at_s: 1 };
+        return { kind: "step", low_v: this.lowV.value, high_v: this.highV.value, at_s: 1 };
       case "multisine":
-        return { kind: "multisine", offset_v, amplitude_v, lines: this.lines, seed: this.seed };
+        return { kind: "multisine", offset_v, amplitude_v, lines: this.lines.value, seed };
       case "chirp":
-        return { kind: "chirp", offset_v, amplitude_v, from_hz: this.fromHz, to_hz: this.toHz };
+        return {
+          kind: "chirp",
+          offset_v,
+          amplitude_v,
+          from_hz: this.fromHz.value,
+          to_hz: this.toHz.value,
+        };
     }
+  }
+
+  /** Clock and order of the bench's own sequence, which suit its motor. */
+  private get ownPrbs() {
+    const own = this.bench?.about.excitation;
+    if (!own || (own.kind !== "prbs" && own.kind !== undefined)) return {};
+    const { clock_s, order } = own;
+    return {
+      ...(clock_s === undefined ? {} : { clock_s }),
+      ...(order === undefined ? {} : { order }),
+    };
   }
 }

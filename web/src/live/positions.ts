@@ -9,7 +9,7 @@ export type SettingState =
   | "confirmed"
   | "refused";
 
-/** What is known of one component's setting: where the rig says it is, and what was asked of it. */
+/** The setting of one component: the value reported by the rig, and the requested value. */
 export interface Setting {
   actual: number;
   asked: number | null;
@@ -19,34 +19,31 @@ export interface Setting {
   atS: number | null;
 }
 
-export type Settings = Partial<Record<Component, Setting>>;
+export type Settings = Record<Component, Setting>;
 
 /** Changes that wait in the server until the healthy rig is learnt. */
-export type Waiting = Partial<Record<Component, number>>;
+export type Waiting = Record<Component, number>;
 
 export function settingAt(bench: Bench, component: Component, value: number): Setting {
   const state = bench.isNominal(component, value) ? "nominal" : "confirmed";
   return { actual: value, asked: null, state, reason: "", atS: null };
 }
 
-/** As it is known, else nominal. */
+/** The known setting, otherwise the nominal one. */
 export function settingOf(bench: Bench, settings: Settings, component: Component): Setting {
   return settings[component] ?? settingAt(bench, component, bench.nominal(component));
 }
 
-export function settingsFrom(
-  bench: Bench,
-  positions: Partial<Record<Component, Position>>,
-): Settings {
+export function settingsFrom(bench: Bench, positions: Record<Component, Position>): Settings {
   const settings: Settings = {};
   for (const [name, position] of Object.entries(positions)) {
-    const component = name as Component;
+    const component = name;
     settings[component] = settingAt(bench, component, position.value);
   }
   return settings;
 }
 
-/** The user asked for `value`: hollow until the rig answers. */
+/** The user requested `value`: shown hollow until the rig answers. */
 export function asked(
   bench: Bench,
   settings: Settings,
@@ -70,7 +67,7 @@ export function refused(
   return { ...settings, [component]: { ...before, asked: null, state: "refused", reason } };
 }
 
-/** What an event of the rig says about the settings. The rig's word alone makes one "confirmed". */
+/** The effect of a rig's event on the settings. Only the rig can make a setting "confirmed". */
 export function applied(
   bench: Bench,
   settings: Settings,
@@ -85,7 +82,7 @@ export function applied(
   }
   if (event.kind === "change_waits" || event.kind === "change_dropped") {
     const before = settingOf(bench, settings, component);
-    return { ...settings, [component]: settingAt(bench, component, before.actual) }; // the rig was not asked
+    return { ...settings, [component]: settingAt(bench, component, before.actual) }; // not sent to the rig
   }
   if (value === undefined || value === null) return settings;
   if (event.kind === "fault_commanded") return asked(bench, settings, component, value);
@@ -97,7 +94,7 @@ export function applied(
   return settings;
 }
 
-/** What an event says about the changes that wait. */
+/** The effect of an event on the waiting changes. */
 export function waitingAfter(waiting: Waiting, event: RunEvent): Waiting {
   const { kind, component, value } = event;
   if (kind === "trip" || kind === "stopped" || kind === "finished") return {};
@@ -111,11 +108,11 @@ export function waitingAfter(waiting: Waiting, event: RunEvent): Waiting {
   return others;
 }
 
-/** What the sliders show: a change that waits stands over what the rig says. */
+/** The settings shown by the sliders: a waiting change replaces the value of the rig. */
 export function withWaiting(bench: Bench, settings: Settings, waiting: Waiting): Settings {
   const shown = { ...settings };
   for (const [name, value] of Object.entries(waiting)) {
-    const component = name as Component;
+    const component = name;
     const before = settingOf(bench, settings, component);
     shown[component] = { ...before, asked: value, state: "waiting" };
   }
@@ -123,7 +120,7 @@ export function withWaiting(bench: Bench, settings: Settings, waiting: Waiting):
 }
 
 export function faultyComponents(bench: Bench, settings: Settings): Component[] {
-  return (Object.keys(settings) as Component[]).filter((component) => {
+  return Object.keys(settings).filter((component) => {
     const setting = settings[component] as Setting;
     return !bench.isNominal(component, setting.asked ?? setting.actual);
   });

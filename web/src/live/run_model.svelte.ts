@@ -3,12 +3,14 @@ import type { Component, Diagnosis, Rig, Run, RunEvent, RunState } from "../api/
 import { t } from "../i18n/i18n.svelte";
 import { refusalWords } from "../i18n/words";
 import type { Bench } from "../plant/bench";
+import { formatSeconds } from "../plant/quantity";
 import { announcer } from "../shell/announcer.svelte";
+import { benches } from "../shell/benches.svelte";
 import { rigs } from "../shell/rigs.svelte";
 import { readFrames } from "../stream/frame_reader";
 import { type LinkPhase, socketAddress } from "../stream/link";
 import type { Hello, Readout, ServerMessage } from "../stream/messages";
-import { PlayoutClock } from "../stream/playout_clock";
+import { PlayoutClock, playoutDelayS } from "../stream/playout_clock";
 import { RunSocket } from "../stream/run_socket";
 import { Slide } from "../stream/slide";
 import { announcementOf } from "./announcements";
@@ -18,7 +20,12 @@ import { gapSpans } from "./statistics";
 
 const TICK_MS = 200;
 const STALE_AFTER_S = 0.5;
-const SAMPLES_MAX = 60_000;
+/** And not before so many samples should have come. */
+const STALE_SAMPLES = 5;
+/** 600 s at 1 kHz: more than that no server records. */
+const SAMPLES_MAX = 600_000;
+/** Room for a run whose length is not known before. */
+const SAMPLES_MIN = 2000;
 const LAG_MAX_S = 0.5;
 
 export type Phase = "loading" | "live" | "review" | "missing" | "failed";
@@ -36,8 +43,8 @@ class RunOver extends Error {}
 const now = () => performance.now() / 1000;
 
 /**
- * One run on the screen, live or recorded. Samples go socket -> decoder -> slide and never touch
- * reactive state; what the page's text shows is copied from there five times a second.
+ * One run on the screen, live or recorded. Samples go socket -> decoder -> slide and never
+ * become reactive state; what is shown as text is copied from there five times a second.
  */
 export class RunModel {
   phase = $state<Phase>("loading");
@@ -50,9 +57,7 @@ export class RunModel {
   nominal = $state.raw<{ swa: number[]; sia: number[] } | null>(null);
   private calibratedDelayS = $state<number | null>(null);
   /** From the converter's edge to the sample of um: of this run, else of its rig, else not known. */
-  private readonly delayS = $derived(
-    this.calibratedDelayS ?? rigs.find(this.run?.rig)?.capabilities.delta_s,
-  );
+  private readonly delayS = $derived(this.calibratedDelayS ?? this.rig?.capabilities.delta_s);
   link = $state.raw<LinkState>({ phase: "connecting", roundTripS: null, ageS: null, gaps: 0 });
   readonly period = $derived(this.run?.period_s ?? Number.NaN);
   /** Run time of the newest sample, five times a second. */
@@ -60,7 +65,7 @@ export class RunModel {
   gaps = $state.raw<[number, number][]>([]);
   slide = $state.raw<Slide | null>(null);
 
-  readonly clock = new PlayoutClock();
+  readonly clock = new PlayoutClock(() => playoutDelayS(this.period));
   private commands = $state.raw<FaultCommands | null>(null);
   private readonly countdown = new Countdown();
   private socket: RunSocket | null = null;
@@ -73,7 +78,7 @@ export class RunModel {
 
   constructor(readonly id: string) {}
 
-  /** Here as soon as the phase is not "loading" any more. */
+  /** Available when the phase is no longer "loading". */
   get faults(): FaultCommands {
     if (!this.commands) throw new Error("the bench of this run is not known yet");
     return this.commands;
@@ -83,21 +88,28 @@ export class RunModel {
     return this.faults.bench;
   }
 
+  /** The rig of this run, if it is still there as the bench that it was. */
+  get rig(): Rig | undefined {
+    const rig = rigs.find(this.run?.rig);
+    return rig?.bench === this.run?.bench ? rig : undefined;
+  }
+
   get duration(): number {
     const samples = this.phase === "review" ? (this.run?.samples ?? 0) * this.period : 0;
-    return this.run?.plan?.duration_s ?? (samples || 20);
+    return this.run?.plan?.duration_s ?? (samples || 1);
   }
 
   get running(): boolean {
     return this.phase === "live" && this.state === "running";
   }
 
-  /** The newest sample is old: what the charts show is not what the rig does. */
+  /** The newest sample is old: the charts do not show the present state of the rig. */
   get stale(): boolean {
-    return this.running && (this.link.ageS ?? 0) > STALE_AFTER_S;
+    const after = Math.max(STALE_AFTER_S, STALE_SAMPLES * this.period);
+    return this.running && (this.link.ageS ?? 0) > after;
   }
 
-  /** Seconds until the healthy rig is learnt; 0 when nothing has to wait for that. */
+  /** Seconds until the end of the calibration; 0 when no change has to wait for it. */
   get learningLeft(): number {
     const until = this.faults.learningUntilS;
     return this.running && until !== null ? Math.max(0, until - this.elapsed) : 0;
@@ -108,24 +120,21 @@ export class RunModel {
   }
 
   async open(): Promise<void> {
-    this.phase = "loading"; // whoever shows the old samples lets go of them
+    this.phase = "loading"; // components that show the old samples release them
     try {
-      const [run] = await Promise.all([api.run(this.id), rigs.known()]);
+      benches.load().catch(() => {}); // often the bench is in the list
+      void rigs.once();
+      const run = await api.run(this.id);
+      const bench = await benches.need(run.bench);
       this.run = run;
       this.state = run.state;
-      this.know(rigs.find(run.rig));
+      this.commands ??= new FaultCommands(bench, (message) => this.socket?.send(message) ?? false);
       this.slide = new Slide(this.sampleCount(), this.period);
       if (this.state === "running") this.goLive();
       else await this.load();
     } catch (error) {
       this.fail(error);
     }
-  }
-
-  private know(rig: Rig | undefined): void {
-    const bench = rigs.benchOf(rig);
-    if (!bench) throw new Error("the server describes no bench");
-    this.commands ??= new FaultCommands(bench, (message) => this.socket?.send(message) ?? false);
   }
 
   /** The network or the tab came back. */
@@ -148,19 +157,25 @@ export class RunModel {
     }
   }
 
-  /** Sends the command when the rig's clock reaches `atS`. */
+  /** Sends the command when the rig's run time reaches `atS`. */
   inject(injection: Injection): void {
     const wait = injection.atS - this.clock.rigTime(now()) - (this.roundTripS ?? 0) / 2;
     this.faults.inject(injection, wait);
   }
 
   /**
-   * Run time to draw up to: the playout clock's, but never beyond the newest sample (a cut link
-   * freezes the charts) nor far behind it (a simulator may run faster than time).
+   * Run time up to which charts are drawn: that of the playout clock, but not beyond the newest
+   * sample (a cut link stops the charts) and not far behind it (a simulator may run faster than
+   * real time).
    */
   shownTime(nowS: number): number {
     const newest = (this.slide?.end ?? 0) * this.period;
     return Math.min(newest, Math.max(this.clock.time(nowS), newest - LAG_MAX_S, 0));
+  }
+
+  /** Run time as this run's samples can tell it: "10.00". */
+  seconds(timeS: number): string {
+    return formatSeconds(timeS, this.period);
   }
 
   timeOf(event: RunEvent): number {
@@ -169,7 +184,7 @@ export class RunModel {
 
   private sampleCount(): number {
     const planned = Math.ceil((this.run?.plan?.duration_s ?? 0) / this.period);
-    return Math.min(SAMPLES_MAX, Math.max(planned, this.run?.samples ?? 0, 2000));
+    return Math.min(SAMPLES_MAX, Math.max(planned, this.run?.samples ?? 0, SAMPLES_MIN));
   }
 
   private goLive(): void {
@@ -217,14 +232,14 @@ export class RunModel {
     void this.socket.connect();
   }
 
-  /** Asks again for samples that the server dropped because this page was too slow for them. */
+  /** Requests samples again that the server dropped because this page was too slow. */
   private refillGap(): void {
     if (!this.refill || (this.slide?.missing ?? 0) === 0) return;
     this.refill = false;
     this.socket?.send({ type: "resume", since: this.firstMissing() });
   }
 
-  /** Where to resume: the first sample that is not here. */
+  /** Index at which to resume: the first missing sample. */
   private firstMissing(): number {
     const slide = this.slide;
     if (!slide) return 0;
@@ -279,11 +294,11 @@ export class RunModel {
   private onEvent(event: RunEvent): void {
     this.events = [...this.events, event];
     this.faults.apply(event, this.period);
-    const words = announcementOf(event, this.verdict, this.period);
+    const words = announcementOf(event, this.verdict, this.bench, this.period);
     if (words) announcer.say(event.kind, words);
   }
 
-  /** The run ended while we watched: nothing is thrown away, the page turns to review. */
+  /** The run ended while it was shown: nothing is discarded, and the page changes to review. */
   private async finish(): Promise<void> {
     clearInterval(this.tick);
     this.faults.cancelInjection();
@@ -294,7 +309,7 @@ export class RunModel {
     announcer.say("end", t("say_finished"));
   }
 
-  /** A run that was over when the page came. */
+  /** Loads a run that had already ended when the page was opened. */
   private async load(): Promise<void> {
     const slide = this.slide as Slide;
     this.events = this.run?.events ?? [];
@@ -314,7 +329,10 @@ export class RunModel {
     this.elapsed = end;
   }
 
-  /** What the server made of the whole run. A failure is shown and can be tried again. */
+  /**
+   * Loads the server's results for the whole run. A failure is shown, and the user can try
+   * again.
+   */
   async loadResults(): Promise<void> {
     this.failure = "";
     try {
@@ -325,26 +343,26 @@ export class RunModel {
       if (!this.nominal) void this.learnNominal(diagnosis.calibration?.delta_s);
       if (run.events && run.events.length >= this.events.length) this.events = run.events;
     } catch (error) {
-      // a run that was interrupted early has no diagnosis, and that is no failure
+      // a run that was interrupted early has no diagnosis, which is not a failure
       if (!(error instanceof ApiError)) this.failure = String(error);
     }
   }
 
-  /** What the estimators read of this bench, sampled as this run: nominal, or with a fault. */
+  /** The estimators' values on this bench, sampled as in this run: nominal, or with a fault. */
   model(component?: Component, value?: number) {
     const delay = this.delayS === undefined ? "" : `&delta_s=${this.delayS}`;
     const fault = component ? `&component=${component}&value=${value}` : "";
-    return api.model(this.bench.about.id, `period_s=${this.period}${delay}${fault}`);
+    return api.model(this.bench.id, `period_s=${this.period}${delay}${fault}`);
   }
 
-  /** The nominal parameters of a recorded run, sampled with the delay that its rig showed. */
+  /** Loads the nominal parameters for a recorded run, sampled with the delay of its rig. */
   private async learnNominal(delayS: number | null | undefined): Promise<void> {
     try {
       if (typeof delayS === "number") this.calibratedDelayS = delayS;
       else await rigs.once();
       this.nominal = await this.model();
     } catch {
-      // the charts have no nominal line then
+      // the charts then have no nominal line
     }
   }
 
@@ -369,7 +387,12 @@ export class RunModel {
       this.seenMissing = slide.missing;
       this.gaps = gapSpans(slide);
     }
-    this.countdown.at(this.elapsed, this.run?.plan?.faults ?? [], this.faults.injection);
+    this.countdown.at(
+      this.elapsed,
+      this.bench,
+      this.run?.plan?.faults ?? [],
+      this.faults.injection,
+    );
   }
 
   private fail(error: unknown): void {

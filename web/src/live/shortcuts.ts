@@ -28,7 +28,7 @@ const TEXT = 'input:not([type="range"], [type="checkbox"], [type="radio"]), text
 const ARROWS = 'input[type="range"], [role="slider"], .scroll-x';
 const PRESSABLE = "button, a[href], summary, input";
 
-/** Listens for the keys of the live page; the answer stops listening. */
+/** Listens for the keys of the live page; the returned function stops it. */
 export function shortcuts(actions: Actions): () => void {
   const onKey = (event: KeyboardEvent) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
@@ -89,7 +89,7 @@ function act(key: string, target: Element, actions: Actions): boolean {
 }
 
 function zoomKey(key: string, onSlider: boolean, actions: Actions): boolean {
-  // Up and down scroll the page where it is longer than the screen.
+  // Up and down keys scroll the page if it is longer than the screen.
   const scrolls = document.documentElement.scrollHeight > innerHeight + 4;
   if (onSlider || scrolls) return false;
   actions.zoom(key === "ArrowUp" ? 0.5 : 2);

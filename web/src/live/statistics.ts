@@ -10,18 +10,22 @@ export interface Moments {
 export function moments(slide: Slide, channel: number, fromS: number, toS: number): Moments | null {
   const first = Math.max(slide.first, Math.ceil(fromS / slide.period - 1e-9));
   const last = Math.min(slide.end, Math.ceil(toS / slide.period - 1e-9));
+  if (last <= first) return null;
+  const start = slide.slot(first);
+  const column = slide.columns[channel]?.subarray(start, start + last - first) ?? [];
   let count = 0;
-  let mean = 0;
-  let squares = 0;
-  for (let index = first; index < last; index++) {
-    const value = slide.value(channel, index);
+  let sum = 0;
+  for (const value of column) {
     if (!Number.isFinite(value)) continue;
     count++;
-    const step = value - mean;
-    mean += step / count;
-    squares += step * (value - mean);
+    sum += value;
   }
   if (count === 0) return null;
+  const mean = sum / count;
+  let squares = 0;
+  for (const value of column) {
+    if (Number.isFinite(value)) squares += (value - mean) ** 2;
+  }
   return { mean, deviation: count > 1 ? Math.sqrt(squares / (count - 1)) : 0, count };
 }
 

@@ -5,7 +5,7 @@ export interface WindowStyle {
   dash?: number[];
 }
 
-/** Short, medium and long estimator windows differ in colour and in dash. */
+/** Short, medium and long estimator windows differ in colour and in dash pattern. */
 export function windowStyles(colors: Tokens): WindowStyle[] {
   return [
     { color: colors.short, dash: [2, 2] },

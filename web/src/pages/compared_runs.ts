@@ -3,13 +3,14 @@ import type { Run, RunEvent } from "../api/types";
 import type { Aligned } from "../figures/figure";
 import { moments } from "../live/statistics";
 import type { Bench } from "../plant/bench";
-import { rigs } from "../shell/rigs.svelte";
+import { benches } from "../shell/benches.svelte";
 import { readFrames } from "../stream/frame_reader";
 import { Slide } from "../stream/slide";
 
-/** One recorded run, ready to be laid over others. */
+/** One recorded run, prepared for comparison. */
 export interface ComparedRun {
   run: Run;
+  bench: Bench;
   label: string;
   slide: Slide;
   durationS: number;
@@ -19,25 +20,27 @@ export interface ComparedRun {
   lastMean(channel: number): number | null;
 }
 
-export function firstFault(events: RunEvent[], bench: Bench | undefined): RunEvent | undefined {
+export function firstFault(events: RunEvent[], bench: Bench): RunEvent | undefined {
   return events.find(
     (event) =>
       event.kind === "relay_confirmed" &&
       event.component !== undefined &&
       typeof event.value === "number" &&
-      !bench?.isNominal(event.component, event.value),
+      !bench.isNominal(event.component, event.value),
   );
 }
 
 export async function loadCompared(id: string): Promise<ComparedRun> {
-  const [run] = await Promise.all([api.run(id), rigs.known()]);
+  const run = await api.run(id);
+  const bench = await benches.need(run.bench);
   const period = run.period_s;
   const slide = new Slide(Math.max(run.samples ?? 0, 1), period);
   await readFrames(await api.frames(id), (block) => slide.append(block));
-  const fault = firstFault(run.events ?? [], rigs.benchOf(rigs.find(run.rig)));
+  const fault = firstFault(run.events ?? [], bench);
   const durationS = slide.end * period;
   return {
     run,
+    bench,
     label: run.name || run.id,
     slide,
     durationS,
@@ -56,10 +59,13 @@ export function overlay(runs: ComparedRun[], channel: number, onFault: boolean):
   const count = Math.max(0, to - from);
   const x = Float64Array.from({ length: count }, (_, at) => (from + at) * period);
   const y = runs.map((run) => {
-    const column = new Float32Array(count).fill(Number.NaN);
-    for (let index = run.slide.first; index < run.slide.end; index++) {
-      const at = Math.round((index * run.slide.period - shift(run)) / period) - from;
-      if (at >= 0 && at < count) column[at] = run.slide.value(channel, index);
+    const samples = run.slide.columns[channel] as Float32Array;
+    const column = new Float32Array(count);
+    for (let at = 0; at < count; at++) {
+      // a run of a longer period holds each sample until its next one
+      const index = Math.floor(((from + at) * period + shift(run)) / run.slide.period + 1e-6);
+      const slot = run.slide.slot(index);
+      column[at] = slot < 0 ? Number.NaN : (samples[slot] as number);
     }
     return column;
   });

@@ -1,4 +1,4 @@
-/** As much of OpenAPI 3.1 as the reference page reads. */
+/** The part of OpenAPI 3.1 that the reference page uses. */
 export interface Schema {
   type?: string | string[];
   description?: string;
@@ -71,7 +71,7 @@ export function answerText(description: OpenApi, answer: { description?: string;
   );
 }
 
-/** An example body in the description, as JSON text. */
+/** An example body from the description, as JSON text. */
 export function exampleOf(operation: Operation): string {
   const content = operation.requestBody?.content?.["application/json"];
   const example = content?.example ?? Object.values(content?.examples ?? {})[0]?.value;

@@ -1,16 +1,28 @@
-import type { RunPlan } from "../api/types";
+import type { Excitation, RunPlan } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
-import { formatQuantity } from "../plant/quantity";
+import type { Bench } from "../plant/bench";
+import { kindOf, levelsOf } from "../plant/excitation";
 
-/** "PRBS, R1 → 100 Ω @ 10 s" */
-export function planWords(plan: RunPlan | undefined): string {
+/** "PRBS, J → 22·10⁻⁶ kg·m² @ 10 s"; without the value while the bench is not known. */
+export function planWords(plan: RunPlan | undefined, bench: Bench | undefined): string {
   if (!plan) return "";
   if (plan.recording) return t("a_recording");
   const faults = (plan.faults ?? []).map(
-    (fault) =>
-      `${fault.component} → ${formatQuantity(fault.component, fault.value)} @ ${fault.at_s} s`,
+    ({ component, value, at_s }) => `${bench?.change(component, value) ?? component} @ ${at_s} s`,
   );
-  const excitation = plan.excitation?.kind ?? "prbs";
-  const name = excitation === "prbs" ? "PRBS" : excitation;
-  return [name, ...(faults.length > 0 ? faults : [t("no_fault")])].join(", ");
+  return [kindWords(plan.excitation ?? {}), ...(faults.length > 0 ? faults : [t("no_fault")])].join(
+    ", ",
+  );
+}
+
+/** "PRBS" */
+export function kindWords(excitation: Excitation): string {
+  const kind = kindOf(excitation);
+  return kind === "prbs" ? "PRBS" : t(`excitation_${kind}`);
+}
+
+/** "PRBS, 2 V to 3 V" */
+export function excitationWords(excitation: Excitation): string {
+  const [low, high] = levelsOf(excitation);
+  return t("excitation_is", { kind: kindWords(excitation), low, high });
 }

@@ -1,5 +1,3 @@
-import type { Component } from "../api/types";
-
 const PREFIXES: [number, string][] = [
   [1e6, "M"],
   [1e3, "k"],
@@ -23,30 +21,79 @@ const SUPERSCRIPT: Record<string, string> = {
   "9": "⁹",
 };
 
-export function unitOf(component: Component): string {
-  if (component === "C8") return "F";
-  if (component === "J") return "kg·m²";
-  if (component === "B") return "Nm·s/rad";
-  return "Ω";
+interface ShownUnit {
+  text: string;
+  /** Written with an SI prefix: "5.6 kΩ", not "5600 Ω". */
+  prefixed: boolean;
+}
+/** Units of descriptions, which are words of ASCII, as people write them. */
+const UNITS: Record<string, ShownUnit> = {
+  ohm: { text: "Ω", prefixed: true },
+  F: { text: "F", prefixed: true },
+  farad: { text: "F", prefixed: true },
+  H: { text: "H", prefixed: true },
+  henry: { text: "H", prefixed: true },
+  V: { text: "V", prefixed: true },
+  A: { text: "A", prefixed: true },
+  s: { text: "s", prefixed: true },
+  "V/(rad/s)": { text: "V·s/rad", prefixed: true },
+  "V s/rad": { text: "V·s/rad", prefixed: true },
+  "V s": { text: "V·s", prefixed: true },
+  "Nm/A": { text: "Nm/A", prefixed: true },
+  "Nm/(rad/s)": { text: "Nm·s/rad", prefixed: false },
+  "Nm s/rad": { text: "Nm·s/rad", prefixed: false },
+  "V/V": { text: "V/V", prefixed: false },
+};
+
+/** A unit that is not in the list is shown as it is, with its powers raised. */
+function shownUnit(unit: string): ShownUnit {
+  const text = () =>
+    unit
+      .replace(/\^?(-?\d+)/g, (_, power: string) => raised(Number(power)))
+      .trim()
+      .replace(/\s+/g, "·");
+  return UNITS[unit] ?? { text: text(), prefixed: false };
 }
 
-const usesPrefix = (component: Component) => component !== "J" && component !== "B";
+export function formatUnit(unit: string): string {
+  return shownUnit(unit).text;
+}
 
-/** "5.6 kΩ", "47 pF", "1.43·10⁻⁶ kg·m²". */
-export function formatQuantity(
-  component: Component,
-  value: number | null | undefined,
-  digits = 3,
-): string {
+/** "5.6 kΩ", "47 pF", "1.43·10⁻⁶ kg·m²". @param unit SI, as a bench's description names it */
+export function formatQuantity(unit: string, value: number | null | undefined, digits = 3): string {
+  return `${formatShort(unit, value, digits)}${tail(unit, value)}`;
+}
+
+const TICK_UNIT_MAX = 2;
+
+/**
+ * For ticks of a scale around `nominal`. A long unit is left out: the numbers are then in the unit
+ * that the nominal value is written in.
+ */
+export function formatTick(unit: string, value: number, nominal: number): string {
+  const { text, prefixed } = shownUnit(unit);
+  if (!prefixed) return formatShort(unit, value, 3);
+  if (text.length <= TICK_UNIT_MAX) return formatQuantity(unit, value);
+  return plain(value / prefixOf(nominal)[0], 3);
+}
+
+function formatShort(unit: string, value: number | null | undefined, digits: number): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  if (!usesPrefix(component)) return `${scientific(value, digits)} ${unitOf(component)}`;
-  const [scale, prefix] = prefixOf(value);
-  return `${plain(value / scale, digits)} ${prefix}${unitOf(component)}`;
+  if (!shownUnit(unit).prefixed) return bare(value, digits);
+  const [scale] = prefixOf(value);
+  return plain(value / scale, digits);
 }
 
-/** "99.6 ± 0.4 Ω": the value to the digits that its standard error leaves. */
+function tail(unit: string, value: number | null | undefined): string {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "";
+  const { text, prefixed } = shownUnit(unit);
+  const whole = `${prefixed ? prefixOf(value)[1] : ""}${text}`;
+  return whole && ` ${whole}`;
+}
+
+/** "99.6 ± 0.4 Ω": the value with as many digits as its standard error justifies. */
 export function formatWithSigma(
-  component: Component,
+  unit: string,
   value: number | null,
   sigma: number | null | undefined,
 ): string {
@@ -57,21 +104,28 @@ export function formatWithSigma(
     !Number.isFinite(sigma) ||
     sigma <= 0
   ) {
-    return formatQuantity(component, value);
+    return formatQuantity(unit, value);
   }
-  const unit = unitOf(component);
-  if (usesPrefix(component)) {
-    const [scale, prefix] = prefixOf(value);
-    const decimals = decimalsFor(sigma / scale);
-    return `${(value / scale).toFixed(decimals)} ± ${(sigma / scale).toFixed(decimals)} ${prefix}${unit}`;
-  }
-  const exponent = Math.floor(Math.log10(Math.abs(value)));
-  const scale = 10 ** exponent;
+  const powered = !shownUnit(unit).prefixed && isPowered(value);
+  const exponent = powered ? Math.floor(Math.log10(Math.abs(value))) : 0;
+  const scale = shownUnit(unit).prefixed ? prefixOf(value)[0] : 10 ** exponent;
   const decimals = decimalsFor(sigma / scale);
-  return `(${(value / scale).toFixed(decimals)} ± ${(sigma / scale).toFixed(decimals)})·10${raised(exponent)} ${unit}`;
+  const both = `${minus((value / scale).toFixed(decimals))} ± ${(sigma / scale).toFixed(decimals)}`;
+  return `${powered ? `(${both})·10${raised(exponent)}` : both}${tail(unit, value)}`;
+}
+
+/** Too small or too large to be read without a power of ten. */
+function isPowered(value: number): boolean {
+  const size = Math.abs(value);
+  return size !== 0 && (size < 0.01 || size >= 1e5);
+}
+
+function bare(value: number, digits: number): string {
+  return isPowered(value) ? scientific(value, digits) : plain(value, digits);
 }
 
 function prefixOf(value: number): [number, string] {
+  if (value === 0) return [1, ""];
   const size = Math.abs(value);
   for (const [scale, prefix] of PREFIXES) if (size >= scale * 0.9995) return [scale, prefix];
   return PREFIXES[PREFIXES.length - 1] as [number, string];
@@ -98,7 +152,7 @@ function raised(exponent: number): string {
   return [...String(exponent)].map((c) => SUPERSCRIPT[c] ?? c).join("");
 }
 
-/** A number for a table: four significant digits, a real minus sign. */
+/** A number for a table: four significant digits, a true minus sign. */
 export function formatNumber(value: number | null | undefined, digits = 4): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (value !== 0 && Math.abs(value) < 1e-4) return scientific(value, digits);
@@ -116,4 +170,14 @@ export function formatClock(seconds: number): string {
   const minutes = Math.floor(tenths / 600);
   const rest = tenths % 600;
   return `${String(minutes).padStart(2, "0")}:${String(Math.floor(rest / 10)).padStart(2, "0")}.${rest % 10}`;
+}
+
+/** Run time with the decimals that samples `periodS` apart need: "10.00", "10.002". */
+export function formatSeconds(seconds: number, periodS: number): string {
+  return minus(seconds.toFixed(Math.min(6, Math.max(2, Math.ceil(-Math.log10(periodS) - 1e-9)))));
+}
+
+/** A length of time to three digits, and in the unit that suits it: "50 ms", "1.2 s". */
+export function formatSpan(seconds: number): string {
+  return formatQuantity("s", seconds);
 }

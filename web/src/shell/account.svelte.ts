@@ -10,11 +10,14 @@ const RANK: Record<Role, number> = {
   admin: 4,
 };
 
-/** Who is using the page. The server decides what they may do; this only hides what they may not. */
+/**
+ * The user of the page. The server decides what the user may do; this only hides what is not
+ * allowed.
+ */
 class Account {
   me = $state.raw<Me>({ role: "guest", name: "guest" });
   loaded = $state(false);
-  /** The sign-in ended while the page was open: by time, or from elsewhere. */
+  /** The sign-in ended while the page was open: by a time limit, or from elsewhere. */
   expired = $state(false);
 
   constructor() {
@@ -33,7 +36,7 @@ class Account {
     return RANK[this.me.role] >= RANK[role];
   }
 
-  /** Where to sign in, and come back from. */
+  /** The address of the sign-in page, with the page to return to. */
   signInPath(from: string): string {
     return `/signin?next=${encodeURIComponent(from)}`;
   }
@@ -42,7 +45,7 @@ class Account {
     try {
       this.take(await api.me());
     } catch {
-      this.take({ role: "guest", name: "guest" }); // an expired cookie is a guest who may sign in
+      this.take({ role: "guest", name: "guest" }); // a guest, who may sign in again
     }
     this.loaded = true;
   }

@@ -1,8 +1,8 @@
 const PAUSE_MS = 2000;
 
 /**
- * What a screen reader hears: one polite region, at most one message in 2 s. Messages that come
- * sooner wait; the newest of a kind replaces an older one still waiting.
+ * Messages for screen readers: one polite region, at most one message in 2 s. Messages that come
+ * sooner wait; a new message replaces a waiting one of the same kind.
  */
 export class Announcer {
   message = $state("");

@@ -1,14 +1,19 @@
 import { api } from "../api/client";
 import type { Rig } from "../api/types";
-import { Bench } from "../plant/bench";
+import type { Bench } from "../plant/bench";
+import { benches } from "./benches.svelte";
 
-/** The rigs of this server, fetched once and again on demand, and the benches that they are. */
+export interface RigGroup {
+  /** Undefined of rigs that have not said it. */
+  bench: Bench | undefined;
+  rigs: Rig[];
+}
+
+/** The rigs of this server, fetched once and again on demand. */
 export class Rigs {
   list = $state.raw<Rig[]>([]);
-  benches = $state.raw<Bench[]>([]);
   failure = $state("");
   loaded = $state(false);
-  private asked: Promise<void> | null = null;
   private last: Promise<void> | null = null;
 
   load(): Promise<void> {
@@ -16,21 +21,14 @@ export class Rigs {
     return this.last;
   }
 
-  /** As they were fetched last, or are being fetched. */
+  /** Loads the rigs unless they are loaded or being loaded. */
   once(): Promise<void> {
     return this.last && !this.failure ? this.last : this.load();
   }
 
-  /** What a page needs before it shows a value: the benches, and the rigs if they choose one. */
-  async known(): Promise<void> {
-    const rigsHere = this.once();
-    await this.loadBenches();
-    if (this.benches.length > 1) await rigsHere;
-  }
-
   private async fetchAll(): Promise<void> {
     try {
-      const [list, classes] = await Promise.all([api.rigs(), api.rigClasses(), this.loadBenches()]);
+      const [list, classes] = await Promise.all([api.rigs(), api.rigClasses(), benches.load()]);
       const lab = new Map(classes.flatMap((each) => each.members).map((rig) => [rig.id, rig]));
       this.list = list.map((rig) => {
         const known = lab.get(rig.id);
@@ -47,23 +45,21 @@ export class Rigs {
     return this.list.find((rig) => rig.id === id);
   }
 
-  /** The server's first bench is that of recordings and of rigs that are gone. */
-  benchOf(rig: Rig | undefined): Bench | undefined {
-    return this.benches.find((bench) => bench.about.id === rig?.bench) ?? this.benches[0];
+  /** A simulated rig of this bench that a plan without a rig may use, a free one before others. */
+  simulated(bench: Bench | undefined): Rig | undefined {
+    const all = this.list.filter((rig) => rig.kind === "simulated" && rig.bench === bench?.id);
+    return all.find((rig) => rig.state === "idle" && !rig.in_use) ?? all[0];
   }
 
-  /** Benches do not change while the page is open. */
-  private loadBenches(): Promise<void> {
-    this.asked ??= api.benches().then(
-      (list) => {
-        this.benches = list.map((about) => new Bench(about));
-      },
-      (error) => {
-        this.asked = null;
-        throw error;
-      },
-    );
-    return this.asked;
+  /** By bench, in the order in which rigs name them. */
+  get groups(): RigGroup[] {
+    const groups = new Map<string | null, RigGroup>();
+    for (const rig of this.list) {
+      const group = groups.get(rig.bench);
+      if (group) group.rigs.push(rig);
+      else groups.set(rig.bench, { bench: benches.find(rig.bench), rigs: [rig] });
+    }
+    return [...groups.values()];
   }
 }
 

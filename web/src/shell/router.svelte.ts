@@ -1,4 +1,4 @@
-/** Where the page is: a path, and whoever shows it. History API, no library. */
+/** The address of the page: a path, observed by the components. History API, no library. */
 class Router {
   path = $state(location.pathname);
   query = $state(new URLSearchParams(location.search));

@@ -11,7 +11,7 @@ const HEADER_BYTES = 16;
 const VERSION = 1;
 const TYPE_SAMPLES = 1;
 
-/** Status of one estimate, as core/types/estimate.h numbers it. */
+/** Status of one estimate, numbered as in core/types/estimate.h. */
 export const STATUS_WEAK = 1;
 export const STATUS_NOT_EXCITED = 2;
 export const STATUS_INVALID = 3;

@@ -1,7 +1,10 @@
 const FIRST_RETRY_MS = 250;
 const LAST_RETRY_MS = 8000;
 const PING_EVERY_MS = 2000;
-/** Pings are answered at once: after this silence the link is dead, whatever the socket says. */
+/**
+ * Pings are answered at once: after this silence the link is dead, even if the socket is still
+ * open.
+ */
 const SILENCE_MAX_MS = 8000;
 
 export type LinkPhase = "connecting" | "open" | "waiting" | "closed";
@@ -12,12 +15,12 @@ export interface LinkEvents {
   /** Everything but pongs. */
   text(message: { type: string }): void;
   binary(data: ArrayBuffer): void;
-  /** The server says no for good. */
+  /** The server refuses permanently. */
   refused(error: unknown): void;
 }
 
 export interface LinkOptions {
-  /** Fetches a one-time code and gives the address of the socket. */
+  /** Requests a one-time code and returns the address of the socket. */
   address: () => Promise<string>;
   isFatal: (error: unknown) => boolean;
   open?: (url: string) => WebSocket;
@@ -32,8 +35,9 @@ export function socketAddress(code: string): string {
 }
 
 /**
- * A WebSocket that comes back by itself: opens /ws with a fresh one-time code, and again after a cut
- * (0.25 s, doubling to 8 s, with jitter) until `close`. Whoever uses it says when it is `ready`.
+ * A WebSocket that reconnects automatically: opens /ws with a new one-time code, and again after
+ * a cut (after 0.25 s, doubling to 8 s, with jitter) until `close`. Its user calls `ready` when
+ * the connection works.
  */
 export class Link {
   private socket: WebSocket | null = null;
@@ -80,7 +84,7 @@ export class Link {
     };
   }
 
-  /** The other side has answered in its own words: the link is open. */
+  /** The server has answered with a message of the protocol: the link works. */
   ready(): void {
     this.attempts = 0;
     this.events.phase("open");
@@ -89,7 +93,7 @@ export class Link {
     this.ping();
   }
 
-  /** The network or the tab is back: a pause before the next attempt ends now. */
+  /** The network or the tab is available again: the pause before the next attempt ends now. */
   wake(): void {
     if (this.done || this.retry === undefined) return;
     clearTimeout(this.retry);

@@ -12,6 +12,8 @@ import type {
 export interface Hello {
   type: "hello";
   run: string;
+  /** Id of its bench. */
+  bench: string;
   state: RunState;
   epoch: number;
   first_index: number;
@@ -21,11 +23,11 @@ export interface Hello {
   estimators: EstimatorName[];
   nominal: { swa: number[]; sia: number[] };
   plan: RunPlan;
-  positions: Partial<Record<Component, Position>>;
+  positions: Record<Component, Position>;
   /** Run time at which the healthy rig is learnt; null when nothing has to wait for that. */
   learning_until_s: number | null;
   /** Values of the changes that wait for it. */
-  waiting: Partial<Record<Component, number>>;
+  waiting: Record<Component, number>;
   can_command: boolean;
   events: RunEvent[];
   verdict: Diagnosis | null;

@@ -1,13 +1,20 @@
+const DELAY_S = 0.1;
+const DELAY_SAMPLES = 2;
+
 /** Frames wait this long before they are drawn, so that jitter on the way does not show. */
-export const PLAYOUT_DELAY_S = 0.1;
+export function playoutDelayS(periodS: number): number {
+  return Math.max(DELAY_S, DELAY_SAMPLES * (periodS || 0));
+}
 const FORGET_PER_S = 0.002;
 
 /**
- * Run time as the charts show it: the server's clock less the playout delay.
- * The offset between the clocks is that of the quickest frame seen, forgotten slowly (2 ms a second),
- * so that one early frame does not fix it for ever.
+ * Run time shown by the charts: the server's clock minus the playout delay. The offset between
+ * the clocks is that of the quickest frame so far, which is slowly forgotten (2 ms a second), so
+ * that one early frame does not determine it for ever.
  */
 export class PlayoutClock {
+  constructor(private readonly delayS: () => number = () => DELAY_S) {}
+
   private offset = Number.NaN;
   private observedAt = 0;
   private frozenAt = Number.NaN;
@@ -21,7 +28,7 @@ export class PlayoutClock {
     this.frozenAt = Number.NaN;
   }
 
-  /** The run ended: time stands at its last sample. */
+  /** The run ended: the time stays at its last sample. */
   freeze(runTime: number): void {
     this.frozenAt = runTime;
   }
@@ -30,10 +37,10 @@ export class PlayoutClock {
     return !Number.isNaN(this.offset) || !Number.isNaN(this.frozenAt);
   }
 
-  /** Run time to draw up to, at local time `now`. */
+  /** Run time up to which charts are drawn, at local time `now`. */
   time(now: number): number {
     if (!Number.isNaN(this.frozenAt)) return this.frozenAt;
-    return Number.isNaN(this.offset) ? 0 : now + this.offset - PLAYOUT_DELAY_S;
+    return Number.isNaN(this.offset) ? 0 : now + this.offset - this.delayS();
   }
 
   /** Run time at the rig, without the playout delay. */

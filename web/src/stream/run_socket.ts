@@ -3,19 +3,22 @@ import { Link, type LinkEvents, type LinkOptions } from "./link";
 import type { ClientMessage, Hello, ServerMessage } from "./messages";
 
 export interface RunSocketEvents extends Pick<LinkEvents, "phase" | "roundTrip" | "refused"> {
-  /** The stream is open; what is missing was asked of the server. */
+  /** The stream is open; missing samples have been requested from the server. */
   hello(message: Hello): void;
   block(block: SampleBlock): void;
   message(message: Exclude<ServerMessage, Hello>): void;
 }
 
 export interface RunSocketOptions extends LinkOptions {
-  /** Index of the first sample not yet here; asked for after every (re)connect. */
+  /** Index of the first missing sample; it is requested after every (re)connection. */
   nextIndex: () => number;
   events: RunSocketEvents;
 }
 
-/** The live stream of one run over a link: asks for what it missed, closes with the run. */
+/**
+ * The live stream of one run over a link: requests missing samples, and closes at the end of the
+ * run.
+ */
 export class RunSocket {
   private readonly link: Link;
 

@@ -1,7 +1,7 @@
 import type { ChartColors } from "../charts/chart_port";
 import type { Tokens } from "./tokens";
 
-/** Colours and fonts of a chart in the theme in force. */
+/** Colours and fonts of a chart in the current theme. */
 export function chartLook(tokens: Tokens): {
   colors: ChartColors;
   fonts: { axis: string; label: string };

@@ -9,7 +9,7 @@ function stored(): ThemeChoice {
   return value === "light" || value === "dark" ? value : "auto";
 }
 
-/** The theme in force; the page and the charts take their colours from `tokens`. */
+/** The current theme; the page and the charts take their colours from `tokens`. */
 class Theme {
   choice = $state<ThemeChoice>("auto");
   private systemDark = $state(false);
@@ -50,7 +50,7 @@ class Theme {
     }
   }
 
-  /** Paper is light, whatever the screen is. */
+  /** Printed pages use the light theme. */
   private print(on: boolean): void {
     this.printing = on;
     flushSync();

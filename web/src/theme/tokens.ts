@@ -1,7 +1,8 @@
 /**
- * Every colour of the page, once: CSS gets them as custom properties, the charts read them here, and
- * a unit test holds their contrast (text >= 4.5:1, lines >= 3:1 on their surface).
- * Trace colours are Okabe and Ito's, darkened or lightened where a theme needs it.
+ * Every colour of the page, defined once: CSS gets them as custom properties, the charts read
+ * them here, and a unit test checks their contrast (text >= 4.5:1, lines >= 3:1 on their
+ * surface). Trace colours are those of Okabe and Ito, darkened or lightened where a theme needs
+ * it.
  */
 export interface Tokens {
   page: string;

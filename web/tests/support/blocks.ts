@@ -1,6 +1,6 @@
 import { CHANNELS, type SampleBlock } from "../../src/stream/frame";
 
-/** A block whose value of a channel at an index is given by `value`; all estimates excited. */
+/** A block in which `value` gives the value of a channel at an index; all estimates are excited. */
 export function block(
   firstIndex: number,
   count: number,

@@ -1,0 +1,36 @@
+#include "core/structures/motor_driver/motor_driver.h"
+
+#include "core/structures/motor_parameters.h"
+
+namespace faultlab::core {
+namespace {
+
+constexpr auto kParameters =
+    WithMotor<1>({"Rs", "ohm", "shunt in series with the motor", PartKind::kResistor},
+                 {{
+                     {"k", "V/V", "gain of the driver"},
+                 }});
+
+/// A driver follows its input within a switching period; the models need a lag above zero.
+constexpr double kLagS = 1e-6;
+
+AmplifierResponse Response(const AmplifierValues& p) {
+  return {p[0], 1.0, kLagS};
+}
+
+ResponseSlope Slope(const AmplifierValues&, int) {
+  return {1.0, 0.0, 0.0};
+}
+
+}  // namespace
+
+constexpr Structure kMotorDriver = {
+    .name = "motor-driver",
+    .title = "Driver of known gain and DC motor",
+    .parameters = kParameters,
+    .response = Response,
+    .slope = Slope,
+    .estimated = EstimatedChannel::kIa,
+};
+
+}  // namespace faultlab::core

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "core/types/structure.h"
+
+namespace faultlab::core {
+
+/// A driver whose gain is known (an H-bridge, a servo amplifier in voltage mode) and the motor,
+/// with or without a shunt Rs in series:
+///   Uout = k Uc,   ia = k (J s + B) / (J (Ra+Rs) s + B (Ra+Rs) + Ke KT) Uc
+/// Without a shunt um is the driver's own output and gives only k; the other information is in ia
+/// and n. ia distinguishes k, Ra, J and B; n alone does not separate k from Ke, nor J from Ra.
+extern const Structure kMotorDriver;
+
+}  // namespace faultlab::core

@@ -1,0 +1,103 @@
+#include "server/app/local_rigs.h"
+
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "hardware/bench/benches.h"
+#include "hardware/simulated/simulated_rig.h"
+
+namespace faultlab::server {
+namespace {
+
+/// What one farm thread steps with room to spare: see hardware/README.md.
+constexpr int kRigsPerFarm = 2000;
+
+/// Servers that share a database share the names of its rigs.
+std::string RigName(const Config& config, const std::string& kind, int number) {
+  const std::string prefix = config.server_id == Config{}.server_id ? "" : config.server_id + "-";
+  return prefix + kind + std::to_string(number);
+}
+
+hardware::SimulatedRigOptions OptionsOf(const Config& config, const LocalBench& local) {
+  hardware::SimulatedRigOptions options;
+  options.bench = local.bench;
+  options.speed = config.sim_speed;
+  options.profile = local.settings.profile;
+  return options;
+}
+
+/// Rigs in real time share a few threads, however many there are; at other speeds each waits for
+/// its reader on a thread of its own.
+void AddSimulators(RigBay& bay,
+                   const Config& config,
+                   const LocalBench& local,
+                   const std::string& kind) {
+  std::shared_ptr<hardware::RigFarm> farm;
+  for (int i = 1; i <= local.settings.simulators; ++i) {
+    if (config.sim_speed == 1.0 && i % kRigsPerFarm == 1) {
+      farm = hardware::MakeRigFarm(kRigsPerFarm);
+    }
+    hardware::SimulatedRigOptions options = OptionsOf(config, local);
+    options.farm = farm;
+    options.id = RigName(config, kind, i);
+    options.rig_class = local.bench->rig_class + "-sim";
+    const hardware::RigDescription description = hardware::MakeSimulatedRig(options)->description();
+    const std::string profile = description.profile;
+    bay.Add(description, profile, [options] {
+      return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
+    });
+  }
+}
+
+void AddStandIns(RigBay& bay,
+                 const Config& config,
+                 const LocalBench& local,
+                 const std::string& kind) {
+  for (int i = 1; i <= local.settings.lab; ++i) {
+    hardware::SimulatedRigOptions options = OptionsOf(config, local);
+    options.id = RigName(config, kind, i);
+    options.profile.clear();
+    options.rig_class = local.bench->rig_class;
+    options.kind = hardware::RigKind::kBench;
+    std::shared_ptr<hardware::Rig> rig = hardware::MakeSimulatedRig(options);
+    const std::string profile = rig->description().profile;
+    bay.AddResident(std::move(rig), profile);
+  }
+}
+
+}  // namespace
+
+core::Result<std::vector<LocalBench>> LoadLocalBenches(const Config& config) {
+  std::vector<BenchSettings> wanted = config.benches;
+  if (wanted.empty()) {
+    wanted.push_back({"", config.sim_rigs, config.sim_profile, config.lab_benches});
+  }
+  std::vector<LocalBench> benches;
+  std::set<std::string> names;
+  for (BenchSettings& settings : wanted) {
+    const auto bench = hardware::LoadBench(settings.file);
+    if (!bench) return bench.error();
+    if (!names.insert(bench.value()->name).second) {
+      return core::Error{core::ErrorCode::kInvalid,
+                         settings.file + ": a bench named '" + bench.value()->name +
+                             "' is given twice; change `name` in one of the files",
+                         "bench"};
+    }
+    const auto profile = hardware::FindProfile(*bench.value(), settings.profile);
+    if (!profile) return profile.error();
+    benches.push_back({bench.value(), std::move(settings)});
+  }
+  return benches;
+}
+
+void AddLocalRigs(RigBay& bay, const Config& config, const std::vector<LocalBench>& benches) {
+  for (const LocalBench& local : benches) {
+    const std::string prefix = &local == &benches.front() ? "" : local.bench->name + "-";
+    AddSimulators(bay, config, local, prefix + "sim-");
+    AddStandIns(bay, config, local, prefix + "bench-");
+  }
+}
+
+}  // namespace faultlab::server

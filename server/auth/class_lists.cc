@@ -1,0 +1,174 @@
+// Accounts: class lists as CSV.
+#include <algorithm>
+#include <utility>
+
+#include "server/auth/account_rows.h"
+#include "server/auth/accounts.h"
+#include "server/auth/course_rows.h"
+#include "server/storage/turns.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+using soci::into;
+using soci::use;
+
+constexpr std::size_t kCsvLinesMax = 5000;
+
+struct CsvLine {
+  std::string login;
+  std::string name;
+};
+
+std::string_view Trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r')) {
+    text.remove_suffix(1);
+  }
+  return text;
+}
+
+std::string_view Field(std::string_view text) {
+  text = Trimmed(text);
+  const bool quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
+  return quoted ? text.substr(1, text.size() - 2) : text;
+}
+
+core::Result<std::vector<CsvLine>> ParseCsv(std::string_view csv) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (csv.starts_with(kByteOrderMark)) csv.remove_prefix(kByteOrderMark.size());
+  std::vector<CsvLine> lines;
+  std::size_t number = 0;
+  while (!csv.empty()) {
+    const std::size_t end = std::min(csv.find('\n'), csv.size());
+    const std::string_view line = Trimmed(csv.substr(0, end));
+    csv.remove_prefix(std::min(end + 1, csv.size()));
+    ++number;
+    const auto refuse = [&](const std::string& what) {
+      return Error{ErrorCode::kInvalid, "line " + std::to_string(number) + ": " + what, ""};
+    };
+    if (line.empty()) continue;
+    const std::size_t comma = line.find(',');
+    if (comma == std::string_view::npos) return refuse("expected login,name");
+    const std::string_view login = Field(line.substr(0, comma));
+    const std::string_view name = Field(line.substr(comma + 1));
+    if (number == 1 && login == "login") continue;
+    const auto normal = NormalLogin(login);
+    if (!normal.ok()) return refuse(normal.error().message);
+    if (name.empty() || name.size() > 200) return refuse("a name has 1 to 200 bytes");
+    if (lines.size() == kCsvLinesMax) {
+      return Error{ErrorCode::kTooLarge, "5000 lines at most; split the file", ""};
+    }
+    lines.push_back({normal.value(), std::string(name)});
+  }
+  if (lines.empty()) return Error{ErrorCode::kInvalid, "no line holds login,name", ""};
+  return lines;
+}
+
+std::optional<std::int64_t> AccountOf(Transaction& tx, const std::string& login) {
+  std::int64_t id = 0;
+  tx.sql() << "SELECT id FROM account WHERE login = :login", into(id), use(login, "login");
+  if (!tx.sql().got_data()) return std::nullopt;
+  return id;
+}
+
+/// `maker`: 0 if an admin makes it.
+std::int64_t AddStudent(Transaction& tx, const CsvLine& line, std::int64_t maker, WallTime now) {
+  const std::int64_t now_ms = ToMilliseconds(now);
+  tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
+              "version, made_by) VALUES (:login, :name, 'student', '', 0, :now, 1, :maker)",
+      use(line.login, "login"), use(line.name, "name"), use(now_ms, "now"), use(maker, "maker");
+  return AccountOf(tx, line.login).value();
+}
+
+/// Writes lines that name every login; a long list needs several lines.
+void PutAuditLines(Transaction& tx,
+                   const Principal& who,
+                   const std::string& verb,
+                   std::int64_t course,
+                   const std::vector<std::string>& logins,
+                   WallTime now) {
+  constexpr std::size_t kDetailBytes = 1000;
+  const std::string object = "course:" + std::to_string(course);
+  std::string detail;
+  for (std::size_t i = 0; i < logins.size(); ++i) {
+    detail += (detail.empty() ? "" : ", ") + logins[i];
+    if (detail.size() < kDetailBytes && i + 1 < logins.size()) continue;
+    account_rows::PutAuditLine(tx, who.owner_key(), verb, object, std::exchange(detail, {}), now);
+  }
+}
+
+core::Status CheckMembers(Transaction& tx, std::int64_t course) {
+  std::int64_t count = 0;
+  tx.sql() << "SELECT (SELECT COUNT(*) FROM enrolment WHERE course_id = :course) + "
+              "(SELECT COUNT(*) FROM course_invitation WHERE course_id = :same)",
+      into(count), use(course, "course"), use(course, "same");
+  if (count <= Accounts::kMembersMax) return Done{};
+  const std::string most = std::to_string(Accounts::kMembersMax);
+  return Error{ErrorCode::kConflict,
+               "a course has at most " + most +
+                   " members and invitations; make another course for the others",
+               "",
+               "course_full",
+               {{"most", most}}};
+}
+
+core::Status CheckAccountsMade(Transaction& tx, std::int64_t maker) {
+  std::int64_t count = 0;
+  tx.sql() << "SELECT COUNT(*) FROM account WHERE made_by = :maker", into(count),
+      use(maker, "maker");
+  if (count <= Accounts::kAccountsMadeMax) return Done{};
+  const std::string most = std::to_string(Accounts::kAccountsMadeMax);
+  return Error{ErrorCode::kConflict,
+               "one teacher's class lists make at most " + most +
+                   " accounts; ask an admin to erase those of earlier years",
+               "",
+               "accounts_full",
+               {{"most", most}}};
+}
+
+}  // namespace
+
+core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
+                                           std::int64_t course_id,
+                                           std::string_view csv,
+                                           WallTime now) {
+  const auto lines = ParseCsv(csv);
+  if (!lines.ok()) return lines.error();
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Enrolment> {
+    if (!course_rows::Exists(tx, course_id)) return course_rows::NoCourse();
+    TakeTurn(tx, "members of " + std::to_string(course_id));
+    const std::int64_t maker = who.role == Role::kAdmin ? 0 : who.user_id;
+    if (maker != 0) TakeTurn(tx, "accounts made by " + std::to_string(maker));
+    Enrolment out;
+    for (const CsvLine& line : lines.value()) {
+      std::optional<std::int64_t> known = AccountOf(tx, line.login);
+      if (known && course_rows::IsMember(tx, course_id, *known)) {
+        ++out.members_already;
+      } else if (known && who.role != Role::kAdmin) {
+        if (course_rows::PutInvitation(tx, course_id, *known, who.user_id, now)) {
+          out.invited.push_back(line.login);
+        } else {
+          ++out.invited_already;
+        }
+      } else {
+        if (!known) known = AddStudent(tx, line, maker, now);
+        course_rows::PutMember(tx, course_id, *known, /*teaches=*/false);
+        course_rows::DropInvitation(tx, course_id, *known);
+        out.enrolled.push_back(line.login);
+      }
+    }
+    if (const auto room = CheckMembers(tx, course_id); !room.ok()) return room.error();
+    if (maker != 0) {
+      if (const auto room = CheckAccountsMade(tx, maker); !room.ok()) return room.error();
+    }
+    PutAuditLines(tx, who, "enrol", course_id, out.enrolled, now);
+    PutAuditLines(tx, who, "invite", course_id, out.invited, now);
+    return out;
+  });
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,105 @@
+#include "server/experiment/benches.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/types/check.h"
+#include "hardware/bench/benches.h"
+
+namespace faultlab::server {
+
+using core::Error;
+using core::ErrorCode;
+
+Benches::Benches(Database& database, std::vector<const core::Bench*> own)
+    : store_(database), own_(std::move(own)) {
+  LAB_CHECK(!own_.empty());
+}
+
+core::Result<std::vector<const core::Bench*>> Benches::List() {
+  const auto texts = store_.TextsOfRigs();
+  if (!texts) return texts.error();
+  std::vector<const core::Bench*> list = own_;
+  for (const std::string& text : texts.value()) {
+    const auto bench = hardware::KeepBench(text, "the bench of a rig");
+    // What only a newer member can read is not this member's to show.
+    if (!bench || std::find(list.begin(), list.end(), bench.value()) != list.end()) continue;
+    list.push_back(bench.value());
+  }
+  return list;
+}
+
+core::Result<const core::Bench*> Benches::ById(const std::string& id) {
+  if (const core::Bench* kept = hardware::FindKeptBench(id)) return kept;
+  const auto text = store_.Text(id);
+  if (!text) return text.error();
+  if (text.value().empty()) return nullptr;
+  return hardware::KeepBench(text.value(), "the stored bench " + id);
+}
+
+core::Result<const core::Bench*> Benches::Find(const std::string& id_or_name) {
+  if (id_or_name.size() > kBenchNameBytesMax) {
+    return Error{ErrorCode::kNotFound, "No bench has so long a name.", "/bench"};
+  }
+  const auto list = List();
+  if (!list) return list.error();
+  std::string known;
+  for (const core::Bench* bench : list.value()) {
+    if (bench->id == id_or_name || bench->name == id_or_name) return bench;
+    known += (known.empty() ? "" : ", ") + bench->name;
+  }
+  const auto stored = ById(id_or_name);
+  if (!stored || stored.value() != nullptr) return stored;
+  return Error{ErrorCode::kNotFound,
+               "No bench '" + id_or_name + "' here: there is " + known + ".",
+               "/bench",
+               "no_bench",
+               {{"benches", known}}};
+}
+
+core::Result<const core::Bench*> Benches::OfRecording(const std::string& id) {
+  if (id.empty()) return &hardware::PaperBench();
+  const auto bench = ById(id);
+  if (!bench || bench.value() != nullptr) return bench;
+  return Error{ErrorCode::kUnavailable,
+               "The description of bench " + id + ", of which this recording is, is lost.",
+               ""};
+}
+
+core::Result<const core::Bench*> Benches::OfRig(const std::string& rig) {
+  const auto text = store_.TextOfRig(rig);
+  if (!text) return text.error();
+  if (text.value().empty()) return &usual();
+  return hardware::KeepBench(text.value(), "the bench of " + rig);
+}
+
+core::Status Benches::NameOlderRecordings(WallTime now) {
+  const core::Bench& paper = hardware::PaperBench();
+  const core::Status kept = Keep(paper, now);
+  return kept.ok() ? store_.NameOlderRecordings(paper.id) : kept;
+}
+
+core::Status Benches::Keep(const core::Bench& bench, WallTime now) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (stored_.contains(bench.id)) return core::Done{};
+  }
+  const core::Status stored = store_.Add(bench.id, bench.text, now);
+  if (!stored.ok()) return stored;
+  const std::lock_guard lock(mutex_);
+  stored_.insert(bench.id);
+  return core::Done{};
+}
+
+core::Result<std::vector<std::string>> Benches::PutRigs(
+    const std::map<std::string, const core::Bench*>& rigs, WallTime now) {
+  std::map<std::string, std::string> ids;
+  for (const auto& [rig, bench] : rigs) {
+    const core::Status kept = Keep(*bench, now);
+    if (!kept.ok()) return kept.error();
+    ids[rig] = bench->id;
+  }
+  return store_.PutRigs(ids);
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,82 @@
+#include "server/storage/bench_store.h"
+
+#include <soci/soci.h>
+
+namespace faultlab::server {
+namespace {
+
+using core::Done;
+using soci::into;
+using soci::use;
+
+core::Result<std::string> TextBy(Database& database, const char* query, const std::string& key) {
+  return database.Read([&](Transaction& tx) -> core::Result<std::string> {
+    std::string text;
+    tx.sql() << query, into(text), use(key, "key");
+    return text;
+  });
+}
+
+}  // namespace
+
+core::Status BenchStore::Add(const std::string& id, const std::string& text, WallTime now) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const std::int64_t now_ms = ToMilliseconds(now);
+    tx.sql() << "INSERT INTO bench (id, text, since_ms) VALUES (:id, :text, :since) "
+                "ON CONFLICT (id) DO NOTHING",
+        use(id, "id"), use(text, "text"), use(now_ms, "since");
+    return Done{};
+  });
+}
+
+core::Result<std::string> BenchStore::Text(const std::string& id) {
+  return TextBy(database_, "SELECT text FROM bench WHERE id = :key", id);
+}
+
+core::Result<std::vector<std::string>> BenchStore::PutRigs(
+    const std::map<std::string, std::string>& rigs) {
+  using Rigs = std::vector<std::string>;
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Rigs> {
+    Rigs others;
+    for (const auto& [rig, bench] : rigs) {
+      std::string before;
+      tx.sql() << "SELECT bench FROM rig_bench WHERE rig = :rig", into(before), use(rig, "rig");
+      if (before == bench) continue;
+      if (!before.empty()) others.push_back(rig);
+      tx.sql() << "INSERT INTO rig_bench (rig, bench) VALUES (:rig, :bench) "
+                  "ON CONFLICT (rig) DO UPDATE SET bench = excluded.bench",
+          use(rig, "rig"), use(bench, "bench");
+    }
+    return others;
+  });
+}
+
+core::Result<std::string> BenchStore::TextOfRig(const std::string& rig) {
+  return TextBy(database_,
+                "SELECT b.text FROM rig_bench r JOIN bench b ON b.id = r.bench WHERE r.rig = :key",
+                rig);
+}
+
+core::Result<std::vector<std::string>> BenchStore::TextsOfRigs() {
+  using Texts = std::vector<std::string>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Texts> {
+    Texts texts;
+    std::string text;
+    soci::statement query = (tx.sql().prepare << "SELECT text FROM bench WHERE id IN (SELECT bench "
+                                                 "FROM rig_bench) ORDER BY since_ms DESC, id",
+                             into(text));
+    query.execute();
+    while (query.fetch()) texts.push_back(text);
+    return texts;
+  });
+}
+
+core::Status BenchStore::NameOlderRecordings(const std::string& id) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "UPDATE recording SET bench = :id WHERE bench = ''", use(id, "id");
+    tx.sql() << "UPDATE rig_calibration SET bench = :id WHERE bench = ''", use(id, "id");
+    return Done{};
+  });
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,391 @@
+// Benches that are not among the shipped ones, described in a few lines each; their records come
+// from a simulator of this file: Runge-Kutta steps, its own friction, noise and supply.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/diagnosis/diagnose_record.h"
+#include "hardware/bench/benches.h"
+#include "tests/core/diagnosis/verdicts.h"
+
+namespace faultlab::core {
+namespace {
+
+constexpr double kHealthyS = 8.0;
+constexpr double kDurationS = 14.0;
+constexpr double kFrictionTauS = 0.5;
+
+// A rig as it is, not as its data sheet says.
+struct Rig {
+  double period_s, delta_s;
+  double k, rs, ra, la, ke, kt, j, b, mc;
+  double supply_min_v, supply_max_v;
+  double low_v, high_v;
+  int clock;  // periods of one step of the input
+  double ia_noise, ia_max, n_noise;
+  bool has_um;
+  double speed_step_s = 0.0;  // 1/speed is read in multiples of it: an encoder and its timer
+  double friction_noise_nm = 0.0;
+};
+
+class Motor {
+ public:
+  explicit Motor(const Rig& of) : rig(of) {}
+
+  double output_v(double uc_v) const {
+    return std::clamp(rig.k * uc_v, rig.supply_min_v, rig.supply_max_v);
+  }
+
+  void Run(double uc_v, double duration_s) {
+    const double step_max_s =
+        std::min({1e-4, rig.period_s / 20.0, 0.5 * rig.la / (rig.ra + rig.rs)});
+    const int steps = static_cast<int>(std::ceil(duration_s / step_max_s));
+    const double h = duration_s / steps;
+    for (int n = 0; n < steps; ++n) {
+      const bool stands = std::abs(w) < 0.05 && std::abs(rig.kt * i) <= rig.mc;
+      if (stands) w = 0.0;
+      const double way = w != 0.0 ? std::copysign(1.0, w) : std::copysign(1.0, i);
+      const auto slope = [&](double current, double speed, double& di, double& dw) {
+        di = (output_v(uc_v) - (rig.ra + rig.rs) * current - rig.ke * speed) / rig.la;
+        dw = stands ? 0.0 : (rig.kt * current - rig.b * speed - (rig.mc + drag_nm) * way) / rig.j;
+      };
+      double i1, w1, i2, w2, i3, w3, i4, w4;
+      slope(i, w, i1, w1);
+      slope(i + 0.5 * h * i1, w + 0.5 * h * w1, i2, w2);
+      slope(i + 0.5 * h * i2, w + 0.5 * h * w2, i3, w3);
+      slope(i + h * i3, w + h * w3, i4, w4);
+      const double before = w;
+      i += h / 6.0 * (i1 + 2.0 * i2 + 2.0 * i3 + i4);
+      w += h / 6.0 * (w1 + 2.0 * w2 + 2.0 * w3 + w4);
+      if (before * w < 0.0) w = 0.0;
+    }
+  }
+
+  Rig rig;
+  double i = 0.0;
+  double w = 0.0;
+  double drag_nm = 0.0;  // in addition to Mc
+};
+
+double Rounded(double w, double step_s) {
+  return step_s > 0.0 && w > 0.0 ? 1.0 / (std::round(1.0 / (w * step_s)) * step_s) : w;
+}
+
+// `faulty` from kHealthyS on.
+std::vector<Sample> Record(const Rig& rig, const Rig& faulty, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::bernoulli_distribution coin;
+  Motor motor(rig);
+  std::vector<Sample> record;
+  double uc = rig.low_v;
+  const auto samples = static_cast<int>(std::lround(kDurationS / rig.period_s));
+  for (int k = 0; k < samples; ++k) {
+    const double t_s = k * rig.period_s;
+    if (t_s >= kHealthyS - 1e-9) motor.rig = faulty;
+    if (k % rig.clock == 0) uc = coin(random) ? rig.high_v : rig.low_v;
+    if (rig.friction_noise_nm > 0.0) {
+      const double kept = std::exp(-rig.period_s / kFrictionTauS);
+      motor.drag_nm = kept * motor.drag_nm +
+                      std::sqrt(1.0 - kept * kept) * rig.friction_noise_nm * normal(random);
+    }
+    motor.Run(uc, rig.delta_s);
+    Sample sample;
+    sample.index = k;
+    sample.t_s = t_s;
+    sample.uc_v = uc;
+    if (rig.has_um) {
+      sample.um_v = motor.output_v(uc) - motor.rig.rs * motor.i + 0.01 * normal(random);
+    }
+    sample.ia_a = std::clamp(motor.i + rig.ia_noise * normal(random), -rig.ia_max, rig.ia_max);
+    sample.n_rpm =
+        Rounded(motor.w, rig.speed_step_s) * 30.0 / std::numbers::pi + rig.n_noise * normal(random);
+    record.push_back(sample);
+    motor.Run(uc, rig.period_s - rig.delta_s);
+  }
+  return record;
+}
+
+const Bench& BenchOf(const std::string& text) {
+  const Result<const Bench*> bench = hardware::KeepBench(text, "unseen.toml");
+  if (!bench.ok()) throw std::runtime_error(bench.error().message);
+  return *bench.value();
+}
+
+Diagnosis Diagnose(const Bench& bench, const std::vector<Sample>& record) {
+  DiagnosisOptions options = OptionsOf(bench);
+  options.healthy_to_s = kHealthyS - 0.5;
+  return DiagnoseRecord(record, options);
+}
+
+void ExpectNamed(const Bench& bench,
+                 const std::vector<Sample>& record,
+                 const char* symbol,
+                 double value,
+                 double allowed) {
+  const Diagnosis diagnosis = Diagnose(bench, record);
+  ASSERT_FALSE(diagnosis.calibration_refusal.has_value()) << diagnosis.calibration_refusal->message;
+  const Verdict& verdict = diagnosis.verdict;
+  const Component component = bench.Find(symbol).value();
+  ASSERT_EQ(verdict.kind, VerdictKind::kFault) << symbol << ' ' << value << ": " << verdict.reason;
+  ASSERT_EQ(verdict.group, std::vector<Component>{component}) << verdict.reason;
+  EXPECT_NEAR(ValueOf(verdict, component), value, allowed * value) << verdict.reason;
+  EXPECT_GE(*verdict.detected_at_s, kHealthyS - 1e-9);
+}
+
+// A 200 W motor at 24 V of 48 V, 5 ms: currents of tens of ampere, no voltage measured.
+constexpr const char* kBig = R"(
+[bench]
+name = "big"
+structure = "motor-driver"
+period_s = 0.005
+delta_s = 0.004
+input_max_v = 5.0
+output_min_v = -48.0
+output_max_v = 48.0
+[plant]
+Rs = 0.0
+Ra = 0.32
+La = 0.6e-3
+Ke = 0.07
+KT = 0.07
+J = 3.5e-4
+B = 2e-4
+k = 10.0
+[[component]]
+symbol = "Ra"
+[[component]]
+symbol = "Ke"
+and_with_it = "KT"
+[[component]]
+symbol = "J"
+[[component]]
+symbol = "k"
+[channel.ia]
+noise = 50e-3
+range = [-60.0, 60.0]
+[channel.n]
+noise = 1.0
+[norm]
+gain = 0.02
+Ra = 0.08
+J = 0.08
+B = 0.3
+Ke = 0.04
+mc_nm = 20e-3
+mc_sigma_nm = 10e-3
+friction_noise_nm = 1e-3
+)";
+constexpr Rig kBigRig = {0.005, 0.004, 10.1, 0.0, 0.34, 0.63e-3, 0.068, 0.068, 3.7e-4, 1.7e-4,
+                         23e-3, -48.0, 48.0, 1.0, 2.0,  10,      50e-3, 60.0,  1.0,    false};
+
+TEST(UnseenBench, BigMotorIsNominalWithoutAFault) {
+  for (const unsigned seed : {1U, 2U, 3U, 4U}) {
+    const Diagnosis diagnosis = Diagnose(BenchOf(kBig), Record(kBigRig, kBigRig, seed));
+    ASSERT_FALSE(diagnosis.calibration_refusal.has_value());
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
+    EXPECT_TRUE(diagnosis.episodes.empty());
+  }
+}
+
+TEST(UnseenBench, WithoutAVoltageTheRigIsWithinItsStatedErrors) {
+  // k, Ra, Ke, J, B and Mc may all be scaled alike: tolerances alone say by how much.
+  const Diagnosis diagnosis = Diagnose(BenchOf(kBig), Record(kBigRig, kBigRig, 4));
+  ASSERT_TRUE(diagnosis.calibration.has_value());
+  const auto expect = [&](const char* name, double value) {
+    for (const CalibratedQuantity& q : diagnosis.calibration->quantities) {
+      if (q.name == name) {
+        EXPECT_NEAR(q.value, value, 2.5 * q.sigma) << name;
+      }
+    }
+  };
+  expect("k", kBigRig.k);
+  expect("Ra", kBigRig.ra);
+  expect("Ke", kBigRig.ke);
+  expect("J", kBigRig.j);
+}
+
+TEST(UnseenBench, SupplyThatEndsHidesNoFaultOfTheGain) {
+  Rig faulty = kBigRig;
+  faulty.k = 30.0;  // 60 V are asked for, 48 V come
+  ExpectNamed(BenchOf(kBig), Record(kBigRig, faulty, 5), "k", faulty.k, 0.05);
+}
+
+TEST(UnseenBench, FasterMotorIsReadMoreCoarselyAndHasOneFault) {
+  // 1000 pulses a revolution, 40 MHz: the rounding is 6 rpm at 700 rad/s, 1 rpm while healthy. The
+  // known fault is watched with that too.
+  Rig healthy = kBigRig;
+  healthy.speed_step_s = 1000.0 / (2.0 * std::numbers::pi * 40e6);
+  Rig faulty = healthy;
+  faulty.k = 30.0;
+  ExpectNamed(BenchOf(kBig), Record(healthy, faulty, 10), "k", faulty.k, 0.05);
+  faulty = healthy;
+  faulty.ke = faulty.kt = 0.021;
+  ExpectNamed(BenchOf(kBig), Record(healthy, faulty, 11), "Ke", faulty.ke, 0.05);
+}
+
+double LogErrorOf(const Verdict& verdict, const Bench& bench, const char* symbol, double value) {
+  return std::log(ValueOf(verdict, bench.Find(symbol).value()) / value);
+}
+
+TEST(UnseenBench, WithoutAVoltageAFaultIsOffByTheCommonFactorAlone) {
+  // The noise of friction must not decide by which factor all parameters are scaled.
+  const Bench& bench = BenchOf(kBig);
+  Rig healthy = kBigRig;
+  healthy.friction_noise_nm = 2e-3;
+  for (const unsigned seed : {12U, 13U, 14U, 15U}) {
+    Rig faulty = healthy;
+    faulty.j = 1.4e-3;
+    const Diagnosis diagnosis = Diagnose(bench, Record(healthy, faulty, seed));
+    ASSERT_EQ(diagnosis.verdict.kind, VerdictKind::kFault) << diagnosis.verdict.reason;
+    const double common = std::log(diagnosis.calibration->nominal.gain() *
+                                   diagnosis.calibration->gain_factor / healthy.k);
+    EXPECT_NEAR(LogErrorOf(diagnosis.verdict, bench, "J", faulty.j), common, 0.001) << seed;
+  }
+}
+
+TEST(UnseenBench, WithoutAVoltageTheGainsErrorIncludesTheCommonFactor) {
+  const Bench& bench = BenchOf(kBig);
+  Rig faulty = kBigRig;
+  faulty.k = 7.0;
+  const Diagnosis diagnosis = Diagnose(bench, Record(kBigRig, faulty, 16));
+  ASSERT_EQ(diagnosis.verdict.kind, VerdictKind::kFault) << diagnosis.verdict.reason;
+  const Candidate& k = diagnosis.verdict.candidates.front();
+  ASSERT_EQ(Name(k.component), "k");
+  // Tolerances of 2 % of the gain, 4 % of Ke, 8 % of Ra and J: 1.7 % together.
+  EXPECT_NEAR(k.sigma / k.value, 0.017, 0.003);
+  EXPECT_NEAR(k.value, faulty.k, 2.5 * k.sigma);
+}
+
+TEST(UnseenBench, CurrentBeyondItsConverterIsNoReading) {
+  Rig faulty = kBigRig;
+  faulty.ra = 0.032;  // a step of 10 V drives more than 60 A
+  ExpectNamed(BenchOf(kBig), Record(kBigRig, faulty, 6), "Ra", faulty.ra, 0.08);
+}
+
+// A small motor with a shunt, all channels, 1 ms: La/(Ra + Rs) is a tenth of a period, and four
+// tenths after a short circuit of the winding.
+constexpr const char* kFast = R"(
+[bench]
+name = "fast"
+structure = "motor-driver"
+period_s = 0.001
+delta_s = 0.0004
+input_max_v = 5.0
+[plant]
+Rs = 0.2
+Ra = 2.3
+La = 0.24e-3
+Ke = 23.4e-3
+KT = 23.4e-3
+J = 4e-6
+B = 4e-6
+k = 5.0
+[[component]]
+symbol = "Ra"
+[[component]]
+symbol = "Rs"
+[[component]]
+symbol = "Ke"
+and_with_it = "KT"
+[[component]]
+symbol = "J"
+[[component]]
+symbol = "B"
+[channel.um]
+noise = 10e-3
+range = [-25.0, 25.0]
+[channel.ia]
+noise = 5e-3
+range = [-12.0, 12.0]
+[channel.n]
+noise = 1.0
+[norm]
+gain = 0.02
+series = 0.02
+Ra = 0.06
+J = 0.08
+B = 0.3
+Ke = 0.04
+La = 0.10
+mc_nm = 0.8e-3
+mc_sigma_nm = 0.4e-3
+friction_noise_nm = 0.03e-3
+)";
+constexpr Rig kFastRig = {0.001,  0.0004, 5.05, 0.2, 2.2, 0.26e-3, 23.0e-3, 23.0e-3, 3.8e-6, 4.6e-6,
+                          0.9e-3, -24.0,  24.0, 1.0, 2.0, 10,      5e-3,    12.0,    1.0,    true};
+
+TEST(UnseenBench, InductanceWithinItsToleranceIsNoSecondFault) {
+  Rig faulty = kFastRig;
+  faulty.ra = 0.23;
+  ExpectNamed(BenchOf(kFast), Record(kFastRig, faulty, 7), "Ra", faulty.ra, 0.03);
+}
+
+TEST(UnseenBench, OneFaultOfTheMotorConstantIsNotTwo) {
+  Rig faulty = kFastRig;
+  faulty.ke = faulty.kt = 0.07;
+  ExpectNamed(BenchOf(kFast), Record(kFastRig, faulty, 8), "Ke", faulty.ke, 0.03);
+}
+
+// Geared cheap motor at 20 ms: friction is a third of what the drive gives.
+constexpr const char* kStalling = R"(
+[bench]
+name = "stalling"
+structure = "motor-driver"
+period_s = 0.02
+delta_s = 0.015
+input_max_v = 5.0
+output_min_v = 0.0
+output_max_v = 12.0
+[plant]
+Rs = 0.5
+Ra = 6.0
+La = 2e-3
+Ke = 11e-3
+KT = 11e-3
+J = 1.5e-6
+B = 1e-6
+k = 2.4
+[[component]]
+symbol = "Ra"
+[[component]]
+symbol = "Ke"
+and_with_it = "KT"
+[[component]]
+symbol = "J"
+[[component]]
+symbol = "k"
+[channel.um]
+noise = 10e-3
+range = [-15.0, 15.0]
+[channel.ia]
+noise = 5e-3
+range = [-3.0, 3.0]
+[channel.n]
+noise = 3.0
+[norm]
+gain = 0.03
+Ra = 0.10
+J = 0.15
+B = 0.5
+Ke = 0.05
+mc_nm = 1.0e-3
+mc_sigma_nm = 0.4e-3
+friction_noise_nm = 0.05e-3
+)";
+constexpr Rig kStallingRig = {0.02,   0.015, 2.35, 0.5, 6.3, 2e-3, 10.7e-3, 10.7e-3, 1.6e-6, 1.2e-6,
+                              1.1e-3, 0.0,   12.0, 1.0, 3.0, 4,    5e-3,    3.0,     3.0,    true};
+
+TEST(UnseenBench, MotorThatComesToRestTellsWhatStoppedIt) {
+  Rig faulty = kStallingRig;
+  faulty.ra = 63.0;  // 1 V of input no more overcomes friction, 3 V hardly
+  ExpectNamed(BenchOf(kStalling), Record(kStallingRig, faulty, 9), "Ra", faulty.ra, 0.05);
+}
+
+}  // namespace
+}  // namespace faultlab::core

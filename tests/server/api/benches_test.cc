@@ -1,0 +1,132 @@
+// Several benches in one server, over HTTP: each rig and each recording is read by its own
+// description, also when the server has it no more.
+#include <gmock/gmock.h>
+
+#include <boost/json.hpp>
+#include <thread>
+
+#include "hardware/bench/benches.h"
+#include "tests/server/api/api_world.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using testing::HasSubstr;
+using testing::SizeIs;
+using tests::HttpAnswer;
+
+class BenchesTest : public ApiTest {
+ protected:
+  BenchesTest() { Serve({{"paper", 2, "", 0}, {"servo-motor", 2, "", 0}}); }
+
+  /// Starts the server anew, as if its settings had been changed.
+  void Serve(std::vector<BenchSettings> benches) {
+    application_.reset();
+    config_.lab_benches = 0;
+    config_.sim_speed = 0.0;
+    config_.benches = std::move(benches);
+    auto opened = Application::Open(config_);
+    ASSERT_TRUE(opened.ok()) << opened.error().message;
+    application_ = std::move(opened).value();
+  }
+  static const core::Bench& Servo() { return *hardware::LoadBench("servo-motor").value(); }
+  json::object Get(const std::string& pattern, const std::string& target) {
+    return Ok(Call({}, "GET", pattern, target));
+  }
+  HttpAnswer Post(const std::string& body) { return Call({}, "POST", "runs", "runs", body); }
+  std::string RunToEnd(const std::string& body) {
+    const std::string id(Ok(Post(body), 201).at("id").as_string());
+    for (int i = 0; i < 3000; ++i) {
+      if (Get("runs/{id}", "runs/" + id).at("state") != "running") break;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return id;
+  }
+  std::string FaultOnServo() {
+    return RunToEnd(R"({"rig":"servo-motor-sim-1","duration_s":12,"seed":4,
+                        "faults":[{"component":"Ra","value":6.0,"at_s":7}]})");
+  }
+};
+
+TEST_F(BenchesTest, ListsThemTheUsualOneFirstAndRigsNameTheirs) {
+  const json::array items = Get("benches", "benches").at("items").as_array();
+  ASSERT_THAT(items, SizeIs(2));
+  EXPECT_EQ(items[0].at("name"), "paper");
+  EXPECT_EQ(items[1].at("name"), "servo-motor");
+  EXPECT_EQ(items[1].at("structure").at("name"), "motor-driver");
+  EXPECT_EQ(items[1].at("channels").at("um").at("exists"), false);
+  EXPECT_EQ(items[1].at("estimated").at("unit"), "A");
+  EXPECT_TRUE(items[1].at("published").is_null());
+  const json::object rigs = Get("rigs", "rigs");
+  for (const json::value& rig : rigs.at("items").as_array()) {
+    const bool servo = rig.at("id").as_string().starts_with("servo-motor-");
+    EXPECT_EQ(rig.at("bench"), items[servo ? 1 : 0].at("id"));
+    EXPECT_EQ(rig.at("capabilities").at("um"), !servo);
+    EXPECT_EQ(rig.at("class"), servo ? "servo-motor-sim" : "bench-sim");
+  }
+  const HttpAnswer file = Call({}, "GET", "benches/{bench}/file", "benches/servo-motor/file");
+  EXPECT_EQ(file.body, Servo().text);
+}
+
+TEST_F(BenchesTest, ARunIsPlannedAndDiagnosedByTheBenchOfItsRig) {
+  const std::string id = FaultOnServo();
+  const json::object run = Get("runs/{id}", "runs/" + id);
+  EXPECT_EQ(run.at("state"), "finished");
+  EXPECT_EQ(run.at("bench").as_string(), Servo().id);
+  EXPECT_EQ(run.at("period_s"), Servo().period_s);
+  EXPECT_EQ(run.at("samples"), 6000);
+  EXPECT_EQ(run.at("verdict"), "fault");
+  const json::object diagnosis = Get("runs/{id}/diagnosis", "runs/" + id + "/diagnosis");
+  const json::value& best = diagnosis.at("candidates").at(0);
+  EXPECT_EQ(best.at("component"), "Ra");
+  EXPECT_NEAR(best.at("value").to_number<double>(), 6.0, 0.06);
+}
+
+TEST_F(BenchesTest, APlanForAnotherBenchIsRefusedByName) {
+  const auto refusal = [this](const std::string& body) { return Ok(Post(body), 400); };
+  EXPECT_EQ(refusal(R"({"rig":"servo-motor-sim-1",
+                        "faults":[{"component":"R1","value":10,"at_s":7}]})")
+                .at("reason"),
+            "no_component");
+  EXPECT_EQ(refusal(R"({"rig":"servo-motor-sim-1","bench":"paper"})").at("reason"), "other_bench");
+  EXPECT_EQ(refusal(R"({"rig":"sim-1","faults":[{"component":"Ke","value":0.01,"at_s":7}]})")
+                .at("reason"),
+            "no_component");
+  EXPECT_EQ(Post(R"({"bench":"qube"})").status, 404);
+  const std::string any = RunToEnd(R"({"bench":"servo-motor","duration_s":2})");
+  EXPECT_THAT(std::string(Get("runs/{id}", "runs/" + any).at("rig").as_string()),
+              HasSubstr("servo-motor-sim-"));
+}
+
+TEST_F(BenchesTest, ARecordingStaysReadableWhenTheServerHasItsBenchNoMore) {
+  const std::string id = FaultOnServo();
+  const std::string target = "runs/" + id;
+  const HttpAnswer before = Call({}, "GET", "runs/{id}/diagnosis", target + "/diagnosis");
+  Serve({{"paper", 1, "", 0}});
+  EXPECT_THAT(Get("benches", "benches").at("items").as_array(), SizeIs(2))
+      << "the rigs were seen, and may come back";
+  EXPECT_EQ(Get("runs/{id}", target).at("bench").as_string(), Servo().id);
+  EXPECT_EQ(Call({}, "GET", "runs/{id}/diagnosis", target + "/diagnosis").body, before.body);
+  EXPECT_EQ(Call({}, "GET", "runs/{id}/plots/{figure}.png", target + "/plots/signals.png").status,
+            200);
+  EXPECT_EQ(Get("benches/{bench}", "benches/" + Servo().id).at("name"), "servo-motor");
+}
+
+TEST_F(BenchesTest, AFaultSetIsForOneBench) {
+  const Person teacher = Make("teacher", Role::kInstructor);
+  const std::string body =
+      R"({"name":"magnets","bench":"servo-motor","faults":[{"component":"Ke","value":0.02,"at_s":1}]})";
+  const json::object set = Ok(Call(teacher, "POST", "fault-sets", "fault-sets", body), 201);
+  EXPECT_EQ(set.at("bench").as_string(), Servo().id);
+  const std::string use =
+      R"({"duration_s":2,"fault_set":)" + std::to_string(set.at("id").as_int64()) + R"(,"rig":")";
+  const auto start = [&](const std::string& rig) {
+    return Call(teacher, "POST", "runs", "runs", use + rig + "\"}");
+  };
+  EXPECT_EQ(start("servo-motor-sim-1").status, 201);
+  EXPECT_EQ(Ok(start("sim-1"), 400).at("reason"), "fault_set_of_other_bench");
+}
+
+}  // namespace
+}  // namespace faultlab::server

@@ -1,0 +1,29 @@
+import type { Component as View } from "svelte";
+import type { Parts } from "./parts";
+
+interface Circuit {
+  /** Parameters of the structure that have a place in the drawing. */
+  places: readonly string[];
+  load: () => Promise<{ default: View<{ parts: Parts }> }>;
+}
+
+const MOTOR = ["Ra", "La", "Ke", "KT", "J", "B"];
+
+/** One drawing for each structure of the server's `core/structures`, by its name. */
+const CIRCUITS: Partial<Record<string, Circuit>> = {
+  "inverting-amplifier": {
+    places: ["R9", "R10", "R5", "C8", "R12", "R14", "R15", "R1", ...MOTOR],
+    load: () => import("./InvertingAmplifier.svelte"),
+  },
+  "motor-driver": {
+    places: ["k", "Rs", ...MOTOR],
+    load: () => import("./MotorDriver.svelte"),
+  },
+};
+
+/** Of a structure that this page does not know: blocks without places. */
+const BLOCKS: Circuit = { places: [], load: () => import("./BlockDiagram.svelte") };
+
+export function circuitOf(structure: string): Circuit {
+  return CIRCUITS[structure] ?? BLOCKS;
+}
