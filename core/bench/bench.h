@@ -15,6 +15,9 @@
 
 namespace faultlab::core {
 
+/// Without a pulse of the encoder for this time, the speed reads as 0.
+inline constexpr double kPulseTimeoutS = 0.01;
+
 /// The properties of one measured channel of this class of benches.
 struct BenchChannel {
   bool exists = false;
@@ -57,7 +60,7 @@ struct BenchNorm {
 struct Bench {
   std::string name;       ///< "paper": a-z, 0-9, -
   std::string title;      ///< for people
-  std::string id;         ///< name, "-", 12 hex digits of the SHA-256 of `text`
+  std::string id;         ///< name, "-", 12 hex digits of a SHA-256 of what `text` says
   std::string rig_class;  ///< of the rigs that are built so: "bench"; simulators append "-sim"
   const Structure* structure = nullptr;
   double period_s = 0.01;
@@ -91,6 +94,12 @@ struct Bench {
   std::optional<Component> Find(std::string_view symbol) const;
   /// nullptr if the bench has no profile with this name.
   const BenchProfile* FindProfile(std::string_view profile) const;
+  /// The input can turn the motor both ways.
+  bool reverses() const { return input_min_v < 0.0 && input_max_v > 0.0; }
+  /// Motor shaft, rad/s: where the motor passes through rest, a slower speed reads as 0 though it
+  /// is not. 0 where it turns one way, or where pulses are not timed: then 0 is a reading.
+  double SpeedFloor() const;
+  ReadingRules readings() const;
 };
 
 }  // namespace faultlab::core

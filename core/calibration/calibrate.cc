@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <vector>
 
 #include "core/calibration/bench_noise.h"
 #include "core/calibration/calibrate.h"
@@ -14,11 +15,13 @@
 namespace faultlab::core {
 namespace {
 
-// Nearly flat prior of delta over the period, in units of a tenth of the period.
-constexpr double kDeltaTolerance = 3.5;
+// Of delta, in units of a tenth of the period. The published bench: nearly flat over the period.
+constexpr double kDeltaTolerance = 1.0;
+constexpr double kPublishedDeltaTolerance = 3.5;
 // The unit of the coordinate Mc is half of its tolerance.
 constexpr double kMcTolerance = 2.0;
-// The first guesses of delta and noise may be far off, so the fit starts from several values.
+// The description may be wrong about delta, and the first guess of the noise be far off, so the fit
+// starts from several values, shares of the period.
 constexpr std::array<double, 3> kDeltaStartShares = {0.95, 0.5, 0.1};
 constexpr int kNoiseRounds = 3;
 // Friction noise cannot be estimated on every rig; a broad prior on its logarithm keeps the
@@ -49,6 +52,23 @@ GaussianPrior DataSheetPrior(const ParameterOffsets& tolerance, double scale, in
     prior.information(i, i) = 1.0 / (sd * sd);
   }
   return prior;
+}
+
+// Where a fit begins, and what it expects.
+struct DeltaStart {
+  double expected_s = 0.0;
+  double first_s = 0.0;
+};
+
+std::vector<DeltaStart> DeltaStartsOf(const Bench& bench, double period_s) {
+  std::vector<DeltaStart> starts;
+  const double described_s = std::min(bench.delta_s, kDeltaStartShares.front() * period_s);
+  if (bench.fits_follow_noise) starts.push_back({described_s, described_s});
+  for (const double share : kDeltaStartShares) {
+    const double first_s = share * period_s;
+    starts.push_back({bench.fits_follow_noise ? described_s : first_s, first_s});
+  }
+  return starts;
 }
 
 MapFit FitRig(const Bench& bench,
@@ -228,7 +248,8 @@ double McUnitOf(const Bench& bench) {
   return bench.norm.mc_sigma_nm / kMcTolerance;
 }
 
-ParameterOffsets TolerancesOf(const BenchNorm& norm) {
+ParameterOffsets TolerancesOf(const Bench& bench) {
+  const BenchNorm& norm = bench.norm;
   return {norm.gain,
           norm.series,
           norm.ra,
@@ -236,21 +257,17 @@ ParameterOffsets TolerancesOf(const BenchNorm& norm) {
           norm.b,
           norm.ke,
           kMcTolerance,
-          kDeltaTolerance,
+          bench.fits_follow_noise ? kDeltaTolerance : kPublishedDeltaTolerance,
           norm.la};
 }
 
 Result<Calibration> Calibrate(std::span<const Sample> samples, const CalibrationOptions& options) {
   LAB_CHECK(options.bench != nullptr);
   const BenchNorm& norm = options.bench->norm;
-  const ParameterOffsets tolerance = TolerancesOf(norm);
+  const ParameterOffsets tolerance = TolerancesOf(*options.bench);
   const double period_s = options.period_s;
-  const std::vector<Observation> stretch = MakeObservations(samples,
-                                                            options.channels,
-                                                            period_s,
-                                                            options.um_rail_v,
-                                                            options.data_sheet.gear_ratio,
-                                                            options.bench->ia.Inside());
+  const std::vector<Observation> stretch = MakeObservations(
+      samples, options.bench->readings(), options.channels, period_s, options.um_rail_v);
   Calibration calibration;
   calibration.period_s = period_s;
   if (!samples.empty()) {
@@ -269,20 +286,17 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
 
   const int coordinates = CoordinateCountOf(norm);
   const GaussianPrior prior = DataSheetPrior(tolerance, 1.0, coordinates);
-  RigParameters base{options.data_sheet, 1.0, 0.5 * period_s, norm.mc_nm, McUnitOf(*options.bench)};
   NoiseLevel noise = NoiseOf(*options.bench);
+  RigParameters base{options.data_sheet, 1.0, 0.0, norm.mc_nm, McUnitOf(*options.bench)};
   MapFit best;
   bool have = false;
-  for (double share : kDeltaStartShares) {
+  for (const DeltaStart& start : DeltaStartsOf(*options.bench, period_s)) {
     RigParameters started = base;
-    started.delta_s = share * period_s;
-    MapFit fit = FitRig(*options.bench,
-                        started,
-                        noise,
-                        period_s,
-                        stretch,
-                        prior,
-                        Eigen::VectorXd::Zero(coordinates));
+    started.delta_s = start.expected_s;
+    Eigen::VectorXd point = Eigen::VectorXd::Zero(coordinates);
+    point(static_cast<int>(Coordinate::kDelta)) =
+        (start.first_s - start.expected_s) / (kDeltaUnitPeriods * period_s);
+    MapFit fit = FitRig(*options.bench, started, noise, period_s, stretch, prior, point);
     if (!have || fit.cost() < best.cost()) {
       have = true;
       best = fit;
@@ -295,8 +309,12 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     best = FitRig(*options.bench, base, noise, period_s, stretch, prior, best.point);
   }
   const double data_sheet_cost = best.prior_cost;
-  const ToleranceChoice choice =
-      ChooseTolerance(*options.bench, tolerance, base, noise, period_s, stretch, best);
+  // Without a voltage the data tell the parameters up to a common factor: they may agree with the
+  // data sheet by chance, and say nothing of its tolerances.
+  ToleranceChoice choice{best, Eigen::MatrixXd::Zero(coordinates, coordinates)};
+  if (calibration.used_um) {
+    choice = ChooseTolerance(*options.bench, tolerance, base, noise, period_s, stretch, best);
+  }
   best = choice.fit;
   const RigParameters rig = WithGainInItsPart(WithOffsets(base, best.point, period_s));
 
@@ -329,7 +347,10 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     quantity.sigma = SigmaOf(rig, i, sigma, period_s);
     quantity.prior_value = ValueOf(base, i);
     const double own = tolerance[at];
-    if (i == static_cast<int>(Coordinate::kDelta)) quantity.prior_value = 0.5 * period_s;
+    const bool published = !options.bench->fits_follow_noise;
+    if (published && i == static_cast<int>(Coordinate::kDelta)) {
+      quantity.prior_value = 0.5 * period_s;
+    }
     quantity.prior_sigma = SigmaOf(base, i, own, period_s);
     // Compared with the scaled tolerance: an error that shrank only with the tolerance scale does
     // not come from the data.

@@ -24,7 +24,7 @@ struct CalibrationOptions {
 double McUnitOf(const Bench& bench);
 /// What is known of a rig before anything is measured: one standard deviation of each Coordinate; 0
 /// holds it at the data sheet.
-ParameterOffsets TolerancesOf(const BenchNorm& norm);
+ParameterOffsets TolerancesOf(const Bench& bench);
 
 /// Calibrates on samples that the caller knows to be fault-free and past the start-up.
 ///   maximises  log p(samples | q) + log p(q)   over q = {k, R1, Ra, J, B, Ke, Mc, delta, noise}

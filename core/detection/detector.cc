@@ -88,6 +88,7 @@ Detector::Detector(const Bench& bench,
           static_cast<int>(std::lround(kFindingTimeConstants * noise.friction_tau_s / period_s))),
       short_samples_(static_cast<int>(SpanOf(kShort, period_s))),
       long_samples_(static_cast<int>(SpanOf(kLong, period_s))),
+      passage_samples_(std::min(finding_samples_max_ - 1, short_samples_)),
       forget_(1.0 - 1.0 / static_cast<double>(SpanOf(kSlow, period_s))),
       thresholds_(thresholds),
       noise_scale_(noise_scale),
@@ -105,7 +106,10 @@ Detector::Detector(const Bench& bench,
 }
 
 void Detector::Restart(const Observation& observation) {
-  for (Model& m : models_) m.x = TurningState(m.model, observation.u);
+  for (Model& m : models_) {
+    m.x = TurningState(m.model, observation.u);
+    m.friction.direction = m.model.holds() && m.x(2) < 0.0 ? -1.0 : 1.0;
+  }
   recursion_.Restart();
   finding_samples_ = finding_samples_max_;
   cusum_ = 0.0;
@@ -122,9 +126,19 @@ void Detector::Restart(const Observation& observation) {
   slow_weight_square_ = 0.0;
 }
 
-const ChannelGains& Detector::Gains(unsigned use) {
+double Detector::PassageVariance(const Observation& o) const {
+  const PredictionModel& m = models_[0].model;
+  if (!m.holds() || o.restart) return 0.0;
+  FrictionStep friction;
+  (void)Step(m, models_[0].x, m.Limited(o.u_prev), m.Limited(o.u), friction);
+  return friction.passage_variance;
+}
+
+const ChannelGains& Detector::Gains(unsigned use, double passage_variance) {
+  if (passage_variance > 0.0) finding_samples_ = std::max(finding_samples_, passage_samples_);
   if (finding_samples_ == 0) return settled_;
   if (finding_samples_ < finding_samples_max_) recursion_.Predict();
+  recursion_.WidenSpeed(passage_variance);
   --finding_samples_;
   for (int channel = 0; channel < kOutputCount; ++channel) {
     const auto c = static_cast<std::size_t>(channel);
@@ -152,12 +166,15 @@ void Detector::Whiten(const Observation& o,
     Eigen::Vector4d& x = models_[i].x;
     const double u = limited_ ? m.Limited(o.u) : o.u;
     if (!o.restart) {
-      const Eigen::Vector4d next = Step(m, x, limited_ ? m.Limited(o.u_prev) : o.u_prev, u);
+      const double u_prev = limited_ ? m.Limited(o.u_prev) : o.u_prev;
+      const Eigen::Vector4d next = Step(m, x, u_prev, u, models_[i].friction);
       x = next;
     }
+    const double turned = models_[i].friction.direction - 1.0;
     z[i] = {};
     const auto correct = [&](std::size_t c, double e) {
       x += gains.gain[c] * e;
+      if (turned != 0.0) x(3) += turned * gains.gain[c](3) * e;  // the gains are of s = 1
       z[i][c] = e * gains.inverse_sd[c];
     };
     // um is made of two states and the input; the other readings are states.
@@ -180,7 +197,7 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   }
   std::array<std::array<double, kOutputCount>, kDirections + 1> z;
   const bool coarse = speed_step_s_ > 0.0 && (use & 4U) != 0U;
-  const ChannelGains& gains = Gains(use);
+  const ChannelGains& gains = Gains(use, PassageVariance(o));
   if (coarse) {
     Whiten(o, WithRounding(gains, o.y[2]), z, use);
   } else {

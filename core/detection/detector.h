@@ -85,6 +85,7 @@ class Detector {
   struct Model {
     PredictionModel model;
     Eigen::Vector4d x = Eigen::Vector4d::Zero();
+    FrictionStep friction;  ///< of the last step
   };
   struct Cell {
     std::array<float, kDirections> cross{};
@@ -92,7 +93,10 @@ class Detector {
   };
 
   void Restart(const Observation& observation);
-  const ChannelGains& Gains(unsigned use);
+  const ChannelGains& Gains(unsigned use, double passage_variance);
+  /// What a passage of the reference's motor through rest in this period adds to the variance of
+  /// its speed ((rad/s)^2); 0 where there is none.
+  double PassageVariance(const Observation& observation) const;
   /// `gains` for a speed that is rounded as much as this one is.
   ChannelGains WithRounding(const ChannelGains& gains, double speed_rad_s) const;
   /// Whitened innovations of all models; z[0] is the reference's.
@@ -113,6 +117,7 @@ class Detector {
   int finding_samples_max_;
   int short_samples_;
   int long_samples_;
+  int passage_samples_;  ///< for which gains are found again after a passage through rest
   double forget_;
   DetectionThresholds thresholds_;
   NoiseScale noise_scale_;

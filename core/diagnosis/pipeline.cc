@@ -54,11 +54,7 @@ Verdict NominalVerdict(std::string reason) {
 namespace {
 
 ObservationBuilder MakeBuilder(const DiagnosisOptions& options) {
-  return {options.channels,
-          options.period_s,
-          options.um_rail_v,
-          options.nominal.gear_ratio,
-          options.bench->ia.Inside()};
+  return {options.bench->readings(), options.channels, options.period_s, options.um_rail_v};
 }
 
 }  // namespace

@@ -1,10 +1,30 @@
 #include "core/filter/observation.h"
 
 #include <cmath>
+#include <limits>
 
 #include "core/filter/rig_parameters.h"
 
 namespace faultlab::core {
+namespace {
+
+unsigned ChannelsOf(const ReadingRules& rules, Channels channels) {
+  const unsigned described =
+      (rules.has_um ? 1U : 0U) | (rules.has_ia ? 2U : 0U) | (rules.has_n ? 4U : 0U);
+  return channels == Channels::kAll ? described : described & 1U;
+}
+
+}  // namespace
+
+ObservationBuilder::ObservationBuilder(const ReadingRules& rules,
+                                       Channels channels,
+                                       double period_s,
+                                       double um_rail_v)
+    : rules_(rules),
+      channels_(ChannelsOf(rules, channels)),
+      rad_per_s_of_rpm_(RadPerSecondOfRpm(rules.gear_ratio)),
+      intake_(period_s, rules.has_um ? um_rail_v : std::numeric_limits<double>::infinity()) {}
+
 bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
   if (!std::isfinite(sample.uc_v) || !std::isfinite(sample.t_s)) return false;
   const SampleStep step = intake_.Classify(sample);
@@ -14,10 +34,11 @@ bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
   out.u = sample.uc_v;
   out.y = {sample.um_v, sample.ia_a, sample.n_rpm * rad_per_s_of_rpm_};
   out.mask = 0;
-  const int usable = channels_ == Channels::kAll ? kOutputCount : 1;
   for (int c = 0; c < kOutputCount; ++c) {
     double& y = out.y[static_cast<std::size_t>(c)];
-    if (c < usable && std::isfinite(y) && (c != 1 || ia_.Holds(y))) {
+    const bool read =
+        (c != 1 || rules_.ia.Holds(y)) && (c != 2 || std::abs(y) >= rules_.speed_floor_rad_s);
+    if (((channels_ >> c) & 1U) != 0U && std::isfinite(y) && read) {
       out.mask = static_cast<std::uint8_t>(out.mask | (1U << c));
     } else {
       y = 0.0;
@@ -31,12 +52,11 @@ bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
 }
 
 std::vector<Observation> MakeObservations(std::span<const Sample> samples,
+                                          const ReadingRules& rules,
                                           Channels channels,
                                           double period_s,
-                                          double um_rail_v,
-                                          double gear_ratio,
-                                          const ReadingRange& ia) {
-  ObservationBuilder builder(channels, period_s, um_rail_v, gear_ratio, ia);
+                                          double um_rail_v) {
+  ObservationBuilder builder(rules, channels, period_s, um_rail_v);
   std::vector<Observation> observations;
   observations.reserve(samples.size());
   Observation next;

@@ -34,24 +34,17 @@ constexpr double RoundingVariance(double w_rad_s, double step_s) {
 /// samples are dropped; a missing sample or a missing input restarts the state.
 class ObservationBuilder {
  public:
-  /// @param gear_ratio  motor shaft : the shaft whose speed n is
-  /// @param ia  a current outside is no reading
-  ObservationBuilder(Channels channels,
+  ObservationBuilder(const ReadingRules& rules,
+                     Channels channels,
                      double period_s,
-                     double um_rail_v,
-                     double gear_ratio,
-                     const ReadingRange& ia = {})
-      : channels_(channels),
-        ia_(ia),
-        rad_per_s_of_rpm_(RadPerSecondOfRpm(gear_ratio)),
-        intake_(period_s, um_rail_v) {}
+                     double um_rail_v);
 
   /// False: the sample contains nothing to use.
   bool Push(const Sample& sample, Observation& out);
 
  private:
-  Channels channels_;
-  ReadingRange ia_;
+  ReadingRules rules_;
+  unsigned channels_;  ///< bit c: channel c is used
   double rad_per_s_of_rpm_;
   SampleIntake intake_;
   double last_u_ = 0.0;
@@ -59,10 +52,9 @@ class ObservationBuilder {
 };
 
 std::vector<Observation> MakeObservations(std::span<const Sample> samples,
+                                          const ReadingRules& rules,
                                           Channels channels,
                                           double period_s,
-                                          double um_rail_v,
-                                          double gear_ratio,
-                                          const ReadingRange& ia = {});
+                                          double um_rail_v);
 
 }  // namespace faultlab::core

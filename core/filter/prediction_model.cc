@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/filter/mean_direction.h"
 #include "core/numerics/lanes.h"
 #include "core/types/check.h"
 
@@ -18,8 +19,6 @@ constexpr double kFastestPoleS = 2e-5;
 constexpr double kSpeedScale = 100.0;
 constexpr double kTorqueScale = 1e-3;
 constexpr double kReferencePeriodS = 0.01;
-// rad/s. Without friction the direction changes here.
-constexpr double kSlowest = 1e-6;
 
 // A linear map of (z, i, w, d, u, torque) that leaves u and torque as they are, or the generator of
 // such a map, stored without the zeros. Nonzero couplings: z <- u; d is decoupled; i and w <- all.
@@ -109,6 +108,25 @@ Eigen::Vector4d TurningState(const PredictionModel& m, double u) {
   return x.allFinite() ? x : Eigen::Vector4d::Zero();
 }
 
+Eigen::Vector4d StepHeld(const PredictionModel& m,
+                         const Eigen::Vector4d& x,
+                         double u_prev,
+                         double u,
+                         FrictionStep& friction) {
+  const Eigen::Vector4d torque = m.phi.col(3) * x(3) + m.g_torque * m.mc_nm;
+  Eigen::Vector4d next = m.phi.leftCols<3>() * x.head<3>() + m.g_prev * u_prev + m.g * u;
+  ActFriction(x(2),
+              m.edge_w.head<3>().dot(x.head<3>()) + m.edge_w_u * u_prev,
+              next(2),
+              std::max(-(m.edge_w(3) * x(3) + m.edge_w_torque * m.mc_nm), 0.0),
+              std::max(-torque(2), 0.0),
+              friction.direction,
+              friction.passage_variance);
+  next.head<3>() += friction.direction * torque.head<3>();
+  next(3) = torque(3);
+  return next;
+}
+
 PredictionModel MakePredictionModel(const RigParameters& rig,
                                     const NoiseLevel& noise,
                                     double period_s) {
@@ -158,6 +176,12 @@ PredictionModel MakePredictionModel(const RigParameters& rig,
   m.g_torque(1) = (e.ii[1] * e.im[0] + e.iw[1] * e.wm[0] + e.im[1]) / kTorqueScale;
   m.g_torque(2) = (e.wi[1] * e.im[0] + e.ww[1] * e.wm[0] + e.wm[1]) * (kSpeedScale / kTorqueScale);
   m.g_torque(3) = 0.0;
+  m.edge_w = Eigen::Vector4d(kSpeedScale * e.wz[0],
+                             kSpeedScale * e.wi[0],
+                             e.ww[0],
+                             e.wd[0] * (kSpeedScale / kTorqueScale));
+  m.edge_w_u = kSpeedScale * e.wu[0];
+  m.edge_w_torque = e.wm[0] * (kSpeedScale / kTorqueScale);
   m.c.setZero();
   m.c(0, 0) = k * (1.0 - direct);
   m.c(0, 1) = -p.series_ohm;
@@ -171,8 +195,6 @@ PredictionModel MakePredictionModel(const RigParameters& rig,
   m.reading_variance = {
       noise.um_v * noise.um_v, noise.ia_a * noise.ia_a, noise.w_rad_s * noise.w_rad_s};
   m.creep_rad_s = p.range.creep_rad_s;
-  const double held = m.creep_rad_s > 0.0 ? m.creep_rad_s : -m.g_torque(2) * m.mc_nm;
-  m.sign_per_speed = 1.0 / std::max(held, kSlowest);
   m.u_min = p.range.output_min_v / k;
   m.u_max = p.range.output_max_v / k;
   m.start_sd = {p.range.input_v, p.range.current_a, p.range.speed_rad_s};

@@ -21,6 +21,8 @@ class RiccatiRecursion {
   /// Marks the state as unknown.
   void Restart();
   void Predict();
+  /// Adds to what is not known of the speed, (rad/s)^2.
+  void WidenSpeed(double variance) { p_(2, 2) += variance; }
   /// Processes one scalar reading: returns S and stores the gain in `gain`.
   double Correct(int channel, Eigen::Vector4d& gain);
 

@@ -114,11 +114,10 @@ class Isolation {
   explicit Isolation(const IsolationTask& task)
       : task_(task),
         observations_(MakeObservations(task.samples,
+                                       task.options.bench->readings(),
                                        task.options.channels,
                                        task.options.period_s,
-                                       task.options.um_rail_v,
-                                       task.calibration->nominal.gear_ratio,
-                                       task.options.bench->ia.Inside())) {
+                                       task.options.um_rail_v)) {
     nominal_.rig = ParametersOf(*task.calibration);
     nominal_.noise = NoiseOf(*task.calibration);
     nominal_.calibration = PriorOf(*task.calibration);

@@ -207,7 +207,8 @@ PaperMethods RunPaperMethods(const Bench& bench,
   const Vector3 half = ToVector(band);
   const Vector3 change = at_estimate - at_nominal;
   if (!change.allFinite()) return out;
-  if (bench.structure == &kInvertingAmplifier) {
+  const bool published = !bench.published.source.empty();
+  if (published && bench.structure == &kInvertingAmplifier) {
     Decisions(bench, out).Decide(at_nominal, at_estimate, half);
   }
 

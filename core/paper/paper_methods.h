@@ -40,7 +40,7 @@ struct PaperMethods {
 ContinuousTheta FirstOrderTheta(const PlantParameters& plant, double gain_factor = 1.0);
 
 /// Runs all methods for the components of `bench`. The decision algorithm belongs to the paper's
-/// structure and asks what its parameters change: other structures have no path.
+/// structure, and its thresholds to a bench that a publication describes: others have no path.
 /// @param band  half width of each coefficient's band (> 0), e.g. 4 sigma
 PaperMethods RunPaperMethods(const Bench& bench,
                              const PlantParameters& nominal,

@@ -5,11 +5,12 @@
 #include <limits>
 #include <numbers>
 
+#include "core/bench/bench.h"
+
 namespace faultlab::core {
 namespace {
 
 constexpr double kRpmPerRadPerS = 60.0 / (2.0 * std::numbers::pi);
-constexpr double kPulseTimeoutS = 0.01;
 
 double PulsesPerRad(int per_revolution) {
   return per_revolution / (2.0 * std::numbers::pi);

@@ -34,6 +34,16 @@ struct ReadingRange {
   bool Holds(double reading) const { return reading > min && reading < max; }
 };
 
+/// Which readings of a bench are values (Bench::readings).
+struct ReadingRules {
+  bool has_um = false;
+  bool has_ia = false;
+  bool has_n = false;
+  ReadingRange ia;                 ///< A; outside is no reading
+  double speed_floor_rad_s = 0.0;  ///< motor shaft; a slower speed is no reading
+  double gear_ratio = 1.0;         ///< motor shaft : the shaft whose speed n is
+};
+
 enum class SampleUse {
   kIgnore,   ///< a repetition, or older than a sample already used; it is skipped
   kUse,      ///< the next sample of the record; its values may still be non-finite

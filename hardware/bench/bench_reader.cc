@@ -30,6 +30,8 @@ constexpr double kPeriodMaxS = 0.1;
 /// Length of the run for which the excitation has to make sense.
 constexpr double kUsualRunS = 20.0;
 
+constexpr std::size_t kTitleBytesMax = 100;
+
 std::string Digits(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.3g", value);
@@ -43,11 +45,11 @@ bool IsName(const std::string& text) {
 }
 
 /// See Bench::id.
-std::string IdOf(const Bench& bench) {
+std::string IdOf(const Bench& bench, const std::string& contents) {
   constexpr std::size_t kBytes = 6;
   std::array<unsigned char, crypto_hash_sha256_BYTES> hash{};
   crypto_hash_sha256(
-      hash.data(), reinterpret_cast<const unsigned char*>(bench.text.data()), bench.text.size());
+      hash.data(), reinterpret_cast<const unsigned char*>(contents.data()), contents.size());
   std::array<char, 2 * kBytes + 1> hex{};
   sodium_bin2hex(hex.data(), hex.size(), hash.data(), kBytes);
   return bench.name + "-" + hex.data();
@@ -66,6 +68,9 @@ void ReadHead(TomlTable& head, Bench& bench) {
   if (!IsName(bench.name)) head.Refuse("name", "must be of a-z, 0-9 and -, at most 40");
   head.Text("title", bench.title);
   if (bench.title.empty()) bench.title = bench.name;
+  if (bench.title.size() > kTitleBytesMax) {
+    head.Refuse("title", "must be at most " + std::to_string(kTitleBytesMax) + " bytes");
+  }
   bench.rig_class = bench.name;
   head.Text("rig_class", bench.rig_class);
   if (!IsName(bench.rig_class)) head.Refuse("rig_class", "must be of a-z, 0-9 and -, at most 40");
@@ -330,10 +335,14 @@ void Read(TomlTable& root, Bench& bench) {
 
 core::Result<Bench> ReadBench(std::string_view text, std::string_view name) {
   Bench bench;
-  const core::Status read = ReadToml(text, name, [&bench](TomlTable& root) { Read(root, bench); });
+  std::string contents;
+  const core::Status read = ReadToml(text, name, [&](TomlTable& root) {
+    Read(root, bench);
+    contents = root.Contents();
+  });
   if (!read.ok()) return read.error();
   bench.text = text;
-  bench.id = IdOf(bench);
+  bench.id = IdOf(bench, contents);
   return bench;
 }
 

@@ -20,7 +20,7 @@ class KeptBenches {
   core::Result<const core::Bench*> Keep(std::string_view text, std::string_view name) {
     const std::lock_guard lock(mutex_);
     const auto found = kept_.find(text);
-    if (found != kept_.end()) return found->second.get();
+    if (found != kept_.end()) return found->second;
     if (text.size() > kBenchTextBytesMax) {
       return core::Error{core::ErrorCode::kInvalid,
                          std::string(name) + ": longer than " +
@@ -36,21 +36,21 @@ class KeptBenches {
     }
     core::Result<core::Bench> bench = ReadBench(text, name);
     if (!bench) return bench.error();
-    auto owned = std::make_unique<const core::Bench>(std::move(bench).value());
-    return kept_.emplace(std::string(text), std::move(owned)).first->second.get();
+    std::unique_ptr<const core::Bench>& owned = benches_[bench.value().id];
+    if (owned == nullptr) owned = std::make_unique<const core::Bench>(std::move(bench).value());
+    return kept_.emplace(std::string(text), owned.get()).first->second;
   }
 
   const core::Bench* Find(std::string_view id) {
     const std::lock_guard lock(mutex_);
-    for (const auto& [text, bench] : kept_) {
-      if (bench->id == id) return bench.get();
-    }
-    return nullptr;
+    const auto found = benches_.find(id);
+    return found != benches_.end() ? found->second.get() : nullptr;
   }
 
  private:
   std::mutex mutex_;
-  std::map<std::string, std::unique_ptr<const core::Bench>, std::less<>> kept_;  ///< by text
+  std::map<std::string, std::unique_ptr<const core::Bench>, std::less<>> benches_;  ///< by id
+  std::map<std::string, const core::Bench*, std::less<>> kept_;                     ///< by text
 };
 
 KeptBenches& Kept() {

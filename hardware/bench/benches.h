@@ -20,8 +20,8 @@ inline constexpr std::size_t kBenchTextBytesMax = 64 * 1024;
 inline constexpr std::size_t kBenchesMax = 1000;
 
 /// The bench of this text, read once and kept until the process ends: components and options refer
-/// to it without owning it. The same text is the same bench. A laboratory has a few; kUnavailable
-/// when kBenchesMax are kept. Thread-safe, as all of this file.
+/// to it without owning it. Texts that say the same are one bench, with the first one's text. A
+/// laboratory has a few; kUnavailable when kBenchesMax are kept. Thread-safe, as all of this file.
 core::Result<const core::Bench*> KeepBench(std::string_view text, std::string_view name);
 /// Of a file, or of a shipped bench by its name ("servo-motor"); empty is PaperBench().
 core::Result<const core::Bench*> LoadBench(const std::string& path);

@@ -12,6 +12,7 @@ constexpr void CheckToml(bool holds, const char* what) {
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <set>
@@ -41,6 +42,30 @@ bool IsWhole(const toml::node& node, std::int64_t min, std::int64_t max) {
 
 std::string WholeFrom(int min, int max) {
   return " from " + std::to_string(min) + " to " + std::to_string(max);
+}
+
+/// 6 and 6.0 say the same.
+void WriteWholeNumbersAsOthers(toml::table& table);
+
+void WriteWholeNumbersAsOthers(toml::array& array) {
+  for (std::size_t i = 0; i < array.size(); ++i) {
+    toml::node& node = array[i];
+    if (toml::table* table = node.as_table()) WriteWholeNumbersAsOthers(*table);
+    if (toml::array* inner = node.as_array()) WriteWholeNumbersAsOthers(*inner);
+    if (const auto whole = node.value_exact<std::int64_t>()) {
+      array.replace(array.cbegin() + static_cast<std::ptrdiff_t>(i), static_cast<double>(*whole));
+    }
+  }
+}
+
+void WriteWholeNumbersAsOthers(toml::table& table) {
+  for (auto&& [key, node] : table) {
+    if (toml::table* inner = node.as_table()) WriteWholeNumbersAsOthers(*inner);
+    if (toml::array* array = node.as_array()) WriteWholeNumbersAsOthers(*array);
+    if (const auto whole = node.value_exact<std::int64_t>()) {
+      table.insert_or_assign(key, static_cast<double>(*whole));
+    }
+  }
 }
 
 core::Error ErrorAt(std::string_view file,
@@ -256,6 +281,14 @@ void TomlTable::RefuseWhatNobodyAskedFor() const {
   for (const auto& [key, sub] : state_->subs) sub->RefuseWhatNobodyAskedFor();
 }
 
+std::string TomlTable::Contents() const {
+  toml::table plain = *state_->table;
+  WriteWholeNumbersAsOthers(plain);
+  std::ostringstream out;
+  out << toml::json_formatter(plain);
+  return std::move(out).str();
+}
+
 core::Status ReadToml(std::string_view text,
                       std::string_view file,
                       const std::function<void(TomlTable&)>& read) {
@@ -282,7 +315,8 @@ core::Result<std::string> LoadText(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();
-  if (in) return std::move(text).str();
+  std::error_code none;
+  if (in && !std::filesystem::is_directory(path, none)) return std::move(text).str();
   return core::Error{.code = core::ErrorCode::kNotFound,
                      .message = path + " cannot be read; is it a file?",
                      .field = {}};

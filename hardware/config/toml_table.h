@@ -43,6 +43,9 @@ class TomlTable {
   void Integers(
       const std::string& key, std::span<int> values, int min, int max, const std::string& meaning);
 
+  /// What the table says, for comparing: without comments, layout and order of its keys.
+  std::string Contents() const;
+
   /// Ends the reading with "FILE:LINE: KEY what".
   [[noreturn]] void Refuse(const std::string& key, const std::string& what) const;
 

@@ -28,6 +28,10 @@ core::BenchProfile ProfileOf(const SimulatedRigOptions& options) {
   return *profile;
 }
 
+core::Quadrants QuadrantsOf(const SimulatedRigOptions& options) {
+  return options.amplifier_quadrants.value_or(ProfileOf(options).amplifier.quadrants);
+}
+
 }  // namespace
 
 BenchConfig SimulatedBenchConfig(const SimulatedRigOptions& options) {
@@ -42,8 +46,8 @@ BenchConfig SimulatedBenchConfig(const SimulatedRigOptions& options) {
   description.delta_s = profile.delta_s;
   description.profile = profile.name;
   description.amplifier_mode = options.amplifier_mode;
-  description.amplifier_quadrants = options.amplifier_quadrants;
-  if (options.amplifier_quadrants == core::Quadrants::kFour)
+  description.amplifier_quadrants = QuadrantsOf(options);
+  if (options.amplifier_quadrants == core::Quadrants::kFour && config.limits.uc_v_min >= 0.0)
     config.limits.uc_v_min = -config.limits.uc_v_max;
   if (options.gated_speed) config.scaling.speed = SpeedMethod::kGatedCount;
   config.timing = {.gap = Nanoseconds(0), .settle = Nanoseconds(0)};  // ideal contacts
@@ -55,7 +59,7 @@ std::unique_ptr<RigMachine> MakeSimulatedMachine(const SimulatedRigOptions& opti
                                                  std::shared_ptr<const Clock> clock) {
   core::BenchProfile profile = ProfileOf(options);
   profile.amplifier.mode = options.amplifier_mode;
-  profile.amplifier.quadrants = options.amplifier_quadrants;
+  profile.amplifier.quadrants = QuadrantsOf(options);
   auto daq = std::make_unique<SimulatedDaq>(
       BenchOf(options), std::move(profile), config.scaling, config.wiring, std::move(clock));
   SimulatorPort* port = daq.get();

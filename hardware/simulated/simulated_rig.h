@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "hardware/rig.h"
@@ -25,7 +26,7 @@ struct SimulatedRigOptions {
   std::chrono::milliseconds watchdog{500};
   std::size_t queue_messages = 4096;  ///< bound of the queue between the rig and its reader
   core::AmplifierMode amplifier_mode = core::AmplifierMode::kVoltage;
-  core::Quadrants amplifier_quadrants = core::Quadrants::kTwo;
+  std::optional<core::Quadrants> amplifier_quadrants;  ///< none: the profile's
   /// Speed as pulses counted over one period (quantum 1.6 rpm, mean over the period) instead of
   /// the frequency of the last pulses.
   bool gated_speed = false;

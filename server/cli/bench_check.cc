@@ -117,18 +117,33 @@ std::optional<std::string> NotLearned(const Bench& bench, std::span<const double
          learned.error().message;
 }
 
-/// An input that reverses the motor: the models know friction at a speed, not the passage through
-/// rest.
+/// What an input that reverses the motor needs of the counter.
 std::optional<std::string> TurnsBack(const hardware::RunForecast& forecast) {
   constexpr double kShare = 0.02;
   for (const hardware::SignalForecast& signal : forecast.signals) {
-    if (signal.name != "n") continue;
+    if (signal.name != "n" || !signal.in_use) continue;
     const double back = std::min(-signal.reaches.min, signal.reaches.max);
     const double most = std::max(-signal.reaches.min, signal.reaches.max);
     if (back <= kShare * most) return std::nullopt;
     return Format("n goes from %.4g to %.4g rpm: ", signal.reaches.min, signal.reaches.max) +
-           "friction around rest is not modelled, so that healthy rigs may raise alarms; use an "
-           "excitation that turns the motor one way";
+           "simulators read the direction, the drivers of real rigs count pulses without it";
+  }
+  return std::nullopt;
+}
+
+/// A speed from the times of an encoder's pulses is the mean of the last interval.
+std::optional<std::string> SlowPulses(const Bench& bench, const hardware::RunForecast& forecast) {
+  constexpr double kEnough = 50.0;
+  if (bench.n.step_s <= 0.0) return std::nullopt;
+  for (const hardware::SignalForecast& signal : forecast.signals) {
+    if (signal.name != "n" || !signal.in_use) continue;
+    const double rpm = 0.5 * std::abs(signal.reaches.min + signal.reaches.max);
+    const double pulses = rpm / 60.0 * bench.nominal.gear_ratio * bench.pulses_per_revolution;
+    if (bench.reverses() || pulses * bench.period_s >= kEnough) return std::nullopt;
+    return Format("n: %.3g pulses of the encoder in a period at ", pulses * bench.period_s) +
+           Format("%.4g rpm: the speed is the mean of the last interval, which the models do not ",
+                  rpm) +
+           Format("know; with fewer than %g faults may be called unknown", kEnough);
   }
   return std::nullopt;
 }
@@ -169,10 +184,8 @@ UsualRun PlayUsualRun(const Bench& bench, std::span<const double> uc_v) {
   for (const hardware::RunProblem& problem : problems) {
     run.text += "PROBLEM: " + problem.text + "\n";
   }
-  if (const auto turns = TurnsBack(healthy)) {
-    run.problems += bench.um.exists ? 0 : 1;
-    run.text += (bench.um.exists ? "note: " : "PROBLEM: ") + *turns + "\n";
-  }
+  if (const auto turns = TurnsBack(healthy)) run.text += "note: " + *turns + "\n";
+  if (const auto slow = SlowPulses(bench, healthy)) run.text += "note: " + *slow + "\n";
   if (const auto note = RelayNote(bench)) run.text += "note: " + *note + "\n";
   for (const core::FaultSize& fault : core::FaultsOf(bench)) {
     const auto faulty = hardware::ForecastRun(
@@ -221,7 +234,7 @@ std::string ErrorTable(const core::IsolabilityOptions& question) {
   out.erase(out.find_last_not_of(' ') + 1);
   out += "\n";
   for (const core::ExpectedError& error :
-       core::ExpectedErrors(asked, core::TolerancesOf(bench.norm), windows)) {
+       core::ExpectedErrors(asked, core::TolerancesOf(bench), windows)) {
     out += Padded(std::string(core::Name(error.fault.component)) +
                       Format(" = %.6g ", error.fault.value) +
                       std::string(core::Unit(error.fault.component)),
@@ -254,6 +267,11 @@ int RunBenchCheck(const BenchCheckOptions& options) {
   if (!judged) return Fail(judged.error(), kExitBadInput);
   const UsualRun run = PlayUsualRun(bench, uc_v.value());
   std::string out = HeadOf(bench) + run.text;
+  if (core::FaultsOf(bench).empty()) {
+    out +=
+        "\nnote: no component has `values` or `offered`: which faults can be confused, and the "
+        "errors of their values, are not told\n";
+  }
   out += "\nWhat the first " + Format("%g", question.value().window_samples * bench.period_s) +
          " s of a fault show under " + bench.excitation_text + ":\n" + ToText(judged.value()) +
          ErrorTable(question.value());

@@ -1,4 +1,5 @@
 #include "server/cli/calibrate.h"
+#include "server/diagnosis_json/channels_text.h"
 
 #include <algorithm>
 #include <iterator>
@@ -36,6 +37,10 @@ int RunCalibrate(const CalibrateOptions& options) {
     PrintError("note: " + note);
   }
   core::DiagnosisOptions diagnosis = std::move(parsed).value();
+  for (const std::string& note :
+       NotesOnUnused(record.value().channels, *diagnosis.bench, options.recording)) {
+    PrintError("note: " + note);
+  }
   FollowPeriod(options.flags, record.value().period_s, diagnosis);
   std::vector<core::Sample> stretch;
   std::copy_if(record.value().samples.begin(),

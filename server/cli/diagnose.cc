@@ -175,6 +175,9 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
       PrintError("note: " + note);
     }
     core::DiagnosisOptions diagnose = parsed.value();
+    for (const std::string& note : NotesOnUnused(record.value().channels, *diagnose.bench, file)) {
+      PrintError("note: " + note);
+    }
     FollowPeriod(options.flags, record.value().period_s, diagnose);
     core::Diagnosis diagnosis = core::DiagnoseRecord(record.value().samples, diagnose);
     AddModelFits(record.value().samples, diagnose, diagnosis);

@@ -1,6 +1,6 @@
 #include "server/diagnosis_json/channels_text.h"
 
-#include <string>
+#include <utility>
 
 namespace faultlab::server {
 
@@ -15,6 +15,22 @@ core::Result<core::Channels> ParseChannels(std::string_view text, const core::Be
   return core::Error{core::ErrorCode::kInvalid,
                      "channels 'um': the bench " + bench.name + " does not measure um; use all",
                      "channels"};
+}
+
+std::vector<std::string> NotesOnUnused(std::span<const std::string> columns,
+                                       const core::Bench& bench,
+                                       std::string_view file) {
+  const std::pair<std::string_view, bool> described[] = {
+      {"um_v", bench.um.exists}, {"ia_a", bench.ia.exists}, {"n_rpm", bench.n.exists}};
+  std::vector<std::string> notes;
+  for (const std::string& column : columns) {
+    for (const auto& [name, exists] : described) {
+      if (column != name || exists) continue;
+      notes.push_back(std::string(file) + ": column " + column + " is not used: the bench " +
+                      bench.name + " has no such channel in its description");
+    }
+  }
+  return notes;
 }
 
 }  // namespace faultlab::server

@@ -33,6 +33,30 @@ core::Result<RunRecord> Find(Recordings& recordings,
   return record;
 }
 
+/// The request for a record of this bench: what it leaves out is as usual there.
+core::Result<core::DiagnosisOptions> OptionsOf(const DiagnosisRequest& request,
+                                               const core::Bench& bench,
+                                               double period_s) {
+  if (request.channels == core::Channels::kUmOnly && !bench.um.exists) {
+    return core::Error{core::ErrorCode::kInvalid,
+                       "The bench " + bench.name + " does not measure um; use all channels.",
+                       "/diagnose/channels"};
+  }
+  core::DiagnosisOptions options = core::OptionsOf(bench, period_s);
+  options.channels = request.channels;
+  options.values = request.values;
+  options.healthy_from_s = request.healthy_from_s.value_or(options.healthy_from_s);
+  options.healthy_to_s = request.healthy_to_s.value_or(options.healthy_to_s);
+  options.false_alarms_per_day = request.false_alarms_per_day;
+  options.motor_faults = request.motor_faults;
+  if (options.healthy_to_s <= options.healthy_from_s) {
+    return core::Error{core::ErrorCode::kInvalid,
+                       "The healthy stretch ends after it begins.",
+                       "/diagnose/healthy_to_s"};
+  }
+  return options;
+}
+
 }  // namespace
 
 core::Result<DiagnosisRequest> ParseDiagnosisRequest(const json::object& body) {
@@ -59,11 +83,6 @@ core::Result<DiagnosisRequest> ParseDiagnosisRequest(const json::object& body) {
   seconds("healthy_to_s", request.healthy_to_s);
   request.false_alarms_per_day = settings.NumberOr("false_alarms_per_day", 1.0, 1e-6, 1e6);
   request.motor_faults = settings.BooleanOr("motor_faults", true);
-  const core::DiagnosisOptions usual;
-  if (request.healthy_to_s.value_or(usual.healthy_to_s) <=
-      request.healthy_from_s.value_or(usual.healthy_from_s)) {
-    settings.Refuse("healthy_to_s", "The healthy stretch ends after it begins.");
-  }
   if (auto error = settings.Finish()) return *error;
   return request;
 }
@@ -73,7 +92,10 @@ core::Status CheckDiagnosis(Recordings& recordings,
                             const DiagnosisRequest& request) {
   const auto record = Find(recordings, who, request);
   if (!record) return record.error();
-  return core::Done{};
+  const auto stored = recordings.OptionsFor(record.value());
+  if (!stored) return OnRecording(stored.error());
+  const auto options = OptionsOf(request, *stored.value().bench, record.value().period_s);
+  return options.ok() ? core::Status(core::Done{}) : options.error();
 }
 
 core::Result<std::string> Diagnose(Recordings& recordings,
@@ -85,24 +107,14 @@ core::Result<std::string> Diagnose(Recordings& recordings,
   if (!recording) return OnRecording(recording.error());
   const std::vector<core::Sample>& samples = recording.value().samples;
   const core::Bench& bench = *recording.value().options.bench;
-  if (request.channels == core::Channels::kUmOnly && !bench.um.exists) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "The bench " + bench.name + " does not measure um; use all channels.",
-                       "/diagnose/channels"};
-  }
-  core::DiagnosisOptions options = core::OptionsOf(bench, recording.value().record.period_s);
-  options.channels = request.channels;
-  options.values = request.values;
-  options.healthy_from_s = request.healthy_from_s.value_or(options.healthy_from_s);
-  options.healthy_to_s = request.healthy_to_s.value_or(options.healthy_to_s);
-  options.false_alarms_per_day = request.false_alarms_per_day;
-  options.motor_faults = request.motor_faults;
-  core::Diagnosis diagnosis = core::DiagnoseRecord(samples, options);
-  AddModelFits(samples, options, diagnosis);
+  const auto options = OptionsOf(request, bench, recording.value().record.period_s);
+  if (!options) return options.error();
+  core::Diagnosis diagnosis = core::DiagnoseRecord(samples, options.value());
+  AddModelFits(samples, options.value(), diagnosis);
   json::object out = ToJson(diagnosis, bench);
   out["recording"] = request.recording;
   out["samples"] = samples.size();
-  out["period_s"] = options.period_s;
+  out["period_s"] = options.value().period_s;
   return json::serialize(out);
 }
 

@@ -51,6 +51,7 @@ class Recordings {
   core::Result<Recording> Load(RunRecord record,
                                std::int64_t from = 0,
                                std::int64_t to = kSampleIndexMax);
+  core::Result<core::DiagnosisOptions> OptionsFor(const RunRecord& record);
   /// As they are now, for a run that goes on.
   core::Result<std::vector<RecordedEvent>> Events(const RunRecord& record);
   /// As JSON: of a run that goes on, its verdict so far. A recording that was cut by a crash is
@@ -72,7 +73,6 @@ class Recordings {
   core::Result<RunRecord> Keep(Upload upload);
 
  private:
-  core::Result<core::DiagnosisOptions> OptionsFor(const RunRecord& record);
   core::Result<core::Diagnosis> DiagnosisOf(const Recording& recording);
   core::Result<core::Diagnosis> Repair(const Recording& recording, std::string* text);
 

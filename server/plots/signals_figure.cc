@@ -64,12 +64,12 @@ Figure MakeSignalsFigure(std::span<const core::Sample> samples, const FigureCont
   um.width = kLineWidth;
   if (HoldsNumbers(ua)) {
     output.y.label = "U_{m}, U_{a}";
-    ua.name = "U_{a}, before R_{1}";
+    ua.name = "U_{a}, of the amplifier";
     um.name = "U_{m}, over the motor";
     output.series.push_back(std::move(ua));
   }
-  output.series.push_back(std::move(um));
-  figure.panels.push_back(std::move(output));
+  if (HoldsNumbers(um)) output.series.push_back(std::move(um));
+  if (!output.series.empty()) figure.panels.push_back(std::move(output));
 
   struct Optional {
     double core::Sample::*channel;

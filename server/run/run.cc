@@ -222,15 +222,25 @@ void Run::OnSample(const core::Sample& sample) {
 
 void Run::ExchangeTasks() {
   if (auto result = box_->Take()) pipeline_.Accept(std::move(*result));
-  while (auto task = pipeline_.TakeTask()) {
+  while (!Leaving()) {
+    std::optional<core::DiagnosisTask> task = pipeline_.TakeTask();
+    if (!task) return;
     services_.solver.Submit(std::move(*task), box_);
     if (real_time_) return;
     // Simulated time stands still meanwhile, so that verdicts fall on the same samples each time;
     // the rig gets a sign of life from its holder.
     std::optional<core::DiagnosisResult> result;
-    while (!(result = box_->Take(kReadPatience))) rig_->KeepAlive(epoch_);
+    while (!(result = box_->Take(kReadPatience))) {
+      if (Leaving()) return;
+      rig_->KeepAlive(epoch_);
+    }
     pipeline_.Accept(std::move(*result));
   }
+}
+
+/// The run was stopped or its lease has ended: it waits for no fit of another run.
+bool Run::Leaving() const {
+  return stopped_by_us_ || request_.hold.revoked();
 }
 
 void Run::FollowVerdict() {
@@ -373,6 +383,7 @@ void Run::Finish() {
   TellChanges();
   PublishReadout();
   if (auto result = box_->Take()) pipeline_.Accept(std::move(*result));
+  box_.reset();
   core::Diagnosis diagnosis = pipeline_.Finish();
   FollowVerdict();
   verdict_text_ = VerdictText(diagnosis.verdict);

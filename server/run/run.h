@@ -71,6 +71,7 @@ class Run : public std::enable_shared_from_this<Run> {
   void OnSample(const core::Sample& sample);
   void OnRigEvent(const hardware::RigEvent& event);
   void ExchangeTasks();
+  bool Leaving() const;
   void FollowVerdict();
   void FollowLearning();
   void ReleaseChanges();

@@ -51,6 +51,7 @@ void Solver::Loop() {
     if (stop_) return;
     auto [task, box] = std::move(queue_.front());
     queue_.pop_front();
+    if (box.use_count() == 1) continue;  // its run has ended
     lock.unlock();
     core::DiagnosisResult result;
     try {

@@ -27,7 +27,7 @@ double CramerRaoSd(const RigParameters& rig,
                    std::span<const Sample> record,
                    Channels channels) {
   const std::vector<Observation> all =
-      MakeObservations(record, channels, paper::kPeriodS, 10.0, paper::kGearRatio);
+      MakeObservations(record, paper::Bench().readings(), channels, paper::kPeriodS, 10.0);
   const auto from = static_cast<std::size_t>(std::lround(kFromS * (1.0 / paper::kPeriodS)));
   const auto stretch = std::span<const Observation>(all).subspan(from);
   const auto onset =

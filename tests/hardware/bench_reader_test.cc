@@ -56,6 +56,18 @@ TEST(BenchReader, KeepsOneBenchForOneText) {
   EXPECT_EQ(PaperBench().Find("R1"), paper::kR1);
 }
 
+TEST(BenchReader, KnowsABenchByWhatItsTextSays) {
+  const std::string& text = PaperBench().text;
+  const std::string named = "[bench]\nname = \"paper\"\n";
+  EXPECT_EQ(KeepBench("# mended\n" + text + "\n\n# the end", "mine.toml").value(), &PaperBench());
+  EXPECT_EQ(KeepBench(Changed(text, named, "[bench] # ours\nname   = \"paper\"\n"), "x").value(),
+            &PaperBench());
+  const std::string& servo = LoadBench("servo-motor").value()->text;
+  EXPECT_EQ(KeepBench(Changed(servo, "k = 4.0", "k = 4"), "x").value(),
+            LoadBench("servo-motor").value());
+  EXPECT_NE(ReadBench(Changed(text, "J = ", "J = 1"), "x").value().id, PaperBench().id);
+}
+
 TEST(BenchReader, RefusesWithFileLineKeyAndWhatWasExpected) {
   EXPECT_THAT(RefusalOf(PaperBench().text, "period_s = 0.01", "period_s = 0.5"),
               StartsWith("mine.toml:8: bench.period_s must be a number from 0.001 to 0.1"));

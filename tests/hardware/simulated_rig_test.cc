@@ -8,6 +8,7 @@
 
 #include "core/plant/converters.h"
 #include "core/plant/simulate_record.h"
+#include "hardware/bench/benches.h"
 #include "tests/hardware/rig_runs.h"
 #include "tests/paper_bench.h"
 
@@ -233,6 +234,23 @@ TEST(SimulatedRig, CurrentModeDrivesOneFifthAmperePerVolt) {
   plan.uc_v.assign(20, 0.5);
   const RunLog log = RunOf(*rig, plan);
   EXPECT_NEAR(log.samples[10].ia_a, 0.1, 2e-3);
+}
+
+TEST(SimulatedRig, TurnsBackwardsWhereItsBenchDoes) {
+  std::string text = LoadBench("servo-motor").value()->text;
+  const std::string one_way = "input_min_v = 0.0";
+  text.replace(text.find(one_way), one_way.size(), "input_min_v = -5.0");
+  SimulatedRigOptions options = Fast();
+  options.bench = KeepBench(text, "both-ways.toml").value();
+  const auto rig = MakeSimulatedRig(options);
+  EXPECT_EQ(rig->description().amplifier_quadrants, core::Quadrants::kFour);
+  EXPECT_EQ(rig->description().uc_v_min, -5.0);
+  RunPlan plan;
+  plan.period_s = options.bench->period_s;
+  plan.uc_v.assign(200, -1.0);
+  const RunLog log = RunOf(*rig, plan);
+  ASSERT_EQ(log.samples.size(), 200u);
+  EXPECT_LT(log.samples.back().n_rpm, -300.0);
 }
 
 TEST(SimulatedRig, FourQuadrantsTakeNegativeDriveAndTurnBackwards) {

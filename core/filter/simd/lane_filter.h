@@ -6,9 +6,37 @@
 #include <limits>
 
 #include "core/filter/innovations.h"
+#include "core/filter/mean_direction.h"
 #include "core/filter/simd/lane_model.h"
 
 namespace faultlab::core {
+
+/// Sums of log S for lanes whose motor passes through rest: there S never settles for long.
+template <class Lane>
+struct Passages {
+  std::array<int, kOutputCount> readings{};
+  std::array<bool, kLaneCount<Lane>> any{};
+  std::array<std::array<double, kLaneCount<Lane>>, kOutputCount> log_s{};
+
+  /// A lane's first passage: its readings so far had the S at which it settled.
+  void Begin(LaneMask<Lane> passes, const std::array<Lane, kOutputCount>& s, Lane no_news) {
+    for (std::size_t lane = 0; lane < any.size(); ++lane) {
+      if (!IsSet(passes, lane) || any[lane]) continue;
+      any[lane] = true;
+      for (std::size_t c = 0; c < kOutputCount; ++c) {
+        const double count = readings[c] - (c == 0 ? GetLane(no_news, lane) : 0.0);
+        log_s[c][lane] = count > 0.0 ? count * std::log(GetLane(s[c], lane)) : 0.0;
+      }
+    }
+  }
+
+  [[gnu::always_inline]] void Add(std::size_t c, Lane s, LaneMask<Lane> used) {
+    ++readings[c];
+    for (std::size_t lane = 0; lane < any.size(); ++lane) {
+      if (any[lane] && IsSet(used, lane)) log_s[c][lane] += std::log(GetLane(s, lane));
+    }
+  }
+};
 
 /// The Kalman filter behind RunInnovations, for one model or for several side by side. Each lane
 /// gives the same bits as a run alone. kMcResponse: also computes the derivative of the innovations
@@ -22,7 +50,7 @@ class LaneFilter {
   void SetModel(std::size_t lane, const PredictionModel& model, bool uncharged) {
     model_.Set(lane, model);
     if (uncharged) SetLane(x_.z, lane, 0.0);
-    holds_ = model.creep_rad_s <= 0.0;
+    holds_ = model.holds();
     SetLane(quiet_, lane, 0.0);
     held_ = false;
   }
@@ -31,13 +59,21 @@ class LaneFilter {
   /// information).
   [[gnu::always_inline]] void Step(const Observation& now, Whitened& z) {
     if (!held_ || now.restart || now.mask != mask_ || now.clipped != 0) {
-      StepUnsettled(now, z);
+      const bool starts = !started_ || now.restart;
+      starts ? Start(now) : Advance(now);
+      CorrectUnsettled(now, z, starts);
       return;
     }
     Advance(now);
+    if (kSaturates && holds_ && !All(Not(passes_))) {
+      CorrectUnsettled(now, z, false);
+      return;
+    }
     for (int channel = 0; channel < kOutputCount; ++channel) {
       if ((now.mask & (1U << channel)) == 0U) continue;
+      const auto c = static_cast<std::size_t>(channel);
       CorrectWith(channel, Innovation(channel, now), Reading(channel, model_, by_mc_), z);
+      if (kSaturates && holds_) passages_.Add(c, s_[c], Lane{} == Lane{});
     }
   }
 
@@ -50,7 +86,10 @@ class LaneFilter {
       sum.chi2_of[c] = GetLane(chi2_[c], lane);
       sum.chi2 += sum.chi2_of[c];
       sum.count += sum.count_of[c];
-      if (sum.count_of[c] > 0) sum.log_det += sum.count_of[c] * std::log(GetLane(s_[c], lane));
+      if (sum.count_of[c] == 0) continue;
+      sum.log_det += kSaturates && passages_.any[lane]
+                         ? passages_.log_s[c][lane]
+                         : sum.count_of[c] * std::log(GetLane(s_[c], lane));
     }
     sum.mc_cross = GetLane(mc_cross_, lane);
     sum.mc_square = GetLane(mc_square_, lane);
@@ -74,14 +113,16 @@ class LaneFilter {
   // Step of prediction_model.h, lane by lane. The friction term is added last: it has the longest
   // dependency chain.
   [[gnu::always_inline]] void Advance(const Observation& now) {
+    if (kSaturates && holds_) {
+      AdvanceHeld(now);
+      return;
+    }
     const LaneModel<Lane>& m = model_;
     const Lane one = Lane{} + 1.0;
     const auto u_prev = Limited(now.u_prev);
     const auto u = Limited(now.u);
     const LaneState<Lane> next = Carried(m, x_);
     Lane sign = x_.w * m.sign_per_speed;
-    if (kSaturates && holds_)
-      sign = (next.w + (m.w_prev * u_prev + m.w_now * u)) * m.sign_per_speed;
     sign = sign < -one ? -one : sign;
     sign = one < sign ? one : sign;
     const Lane torque = sign * m.mc;
@@ -96,10 +137,50 @@ class LaneFilter {
     }
   }
 
+  // The same where friction holds the motor at rest and turns around with it.
+  [[gnu::always_inline]] void AdvanceHeld(const Observation& now) {
+    const LaneModel<Lane>& m = model_;
+    const Lane zero{};
+    const auto u_prev = Limited(now.u_prev);
+    const auto u = Limited(now.u);
+    const LaneState<Lane> next = Carried(m, LaneState<Lane>{x_.z, x_.i, x_.w, zero});
+    const Lane i_friction = m.id * x_.d + m.i_torque * m.mc;
+    const Lane w_friction = m.wd * x_.d + m.w_torque * m.mc;
+    const Lane free = next.w + (m.w_prev * u_prev + m.w_now * u);
+    const Lane edge_friction = m.edge_wd * x_.d + m.edge_w_torque * m.mc;
+    const Lane edge_free =
+        (m.edge_wz * x_.z + m.edge_wi * x_.i) + (m.edge_ww * x_.w + m.edge_wu * u_prev);
+    ActFriction(x_.w,
+                edge_free,
+                free,
+                edge_friction < zero ? -edge_friction : zero,
+                w_friction < zero ? -w_friction : zero,
+                way_,
+                passage_variance_);
+    passes_ = passage_variance_ > zero;
+    const Lane sign = way_;
+    x_.z = next.z + (m.z_prev * u_prev + m.z_now * u);
+    x_.i = next.i + (m.i_prev * u_prev + m.i_now * u) + sign * i_friction;
+    x_.w = free + sign * w_friction;
+    x_.d = m.dd * x_.d;
+    if constexpr (kMcResponse) {
+      const Lane by_torque = by_mc_.d;
+      by_mc_ = Carried(m, LaneState<Lane>{by_mc_.z, by_mc_.i, by_mc_.w, zero});
+      by_mc_.i += sign * (m.i_torque + m.id * by_torque);
+      by_mc_.w += sign * (m.w_torque + m.wd * by_torque);
+      by_mc_.d = m.dd * by_torque;
+    }
+  }
+
   [[gnu::always_inline]] Lane Innovation(int channel, const Observation& now) const {
     Lane y = Lane{} + now.y[static_cast<std::size_t>(channel)];
     if (channel == 0) y = y - model_.um_u * Limited(now.u);
     return y - Reading(channel, model_, x_);
+  }
+
+  // The gain of d is that of a motor that turns forward: s = 1.
+  [[gnu::always_inline]] Lane Forward(Lane gain) const {
+    return kSaturates && holds_ ? way_ * gain : gain;
   }
 
   // Corrects the state by one reading with the present gain. `by_mc`: derivative of the predicted
@@ -110,14 +191,14 @@ class LaneFilter {
     x_.z += gain.z * e;
     x_.i += gain.i * e;
     x_.w += gain.w * e;
-    x_.d += gain.d * e;
+    x_.d += Forward(gain.d) * e;
     z[c] = e * weight_[c];
     chi2_[c] += z[c] * z[c];
     if constexpr (kMcResponse) {
       by_mc_.z -= gain.z * by_mc;
       by_mc_.i -= gain.i * by_mc;
       by_mc_.w -= gain.w * by_mc;
-      by_mc_.d -= gain.d * by_mc;
+      by_mc_.d -= Forward(gain.d) * by_mc;
       const Lane whitened = by_mc * weight_[c];
       mc_cross_ += z[c] * whitened;
       mc_square_ += whitened * whitened;
@@ -128,15 +209,17 @@ class LaneFilter {
   // what is lost by holding them is of second order in it.
   Mask Settled() const { return quiet_ >= model_.settled_samples; }
 
-  // A step while the covariance of some lane still changes.
-  [[gnu::noinline]] void StepUnsettled(const Observation& now, Whitened& z) {
+  // The corrections of a step while the covariance of some lane changes.
+  [[gnu::noinline]] void CorrectUnsettled(const Observation& now, Whitened& z, bool starts) {
     const Lane zero{};
     const Mask none = zero < zero;
-    if (!started_ || now.restart) {
-      Start(now);
-    } else {
-      Advance(now);
+    if (!starts) {
+      if (kSaturates && holds_) {
+        passages_.Begin(passes_, s_, no_news_);
+        quiet_ = passes_ ? zero : quiet_;
+      }
       p_.Replace(Not(Settled()), p_.Predicted(model_));
+      if (kSaturates && holds_) p_.ww += passes_ ? passage_variance_ : zero;
     }
     Mask no_news = none;
     if (now.clipped != 0) {
@@ -160,6 +243,10 @@ class LaneFilter {
       const Lane e = Innovation(channel, now);
       const Lane by_mc = Reading(channel, model_, by_mc_);
       CorrectWith(channel, used ? e : zero, used ? by_mc : zero, z);
+      if (kSaturates && holds_) {
+        const auto c = static_cast<std::size_t>(channel);
+        passages_.Add(c, s_[c], used);
+      }
     }
     if (now.mask != 0) {
       const Mask waits = settled | no_news;
@@ -213,6 +300,7 @@ class LaneFilter {
     x_.z = finite ? z : zero;
     x_.i = finite ? i : zero;
     x_.w = finite ? w : zero;
+    way_ = x_.w < zero ? -one : one;
     by_mc_ = LaneState<Lane>{};
     p_ = LaneCovariance<Lane>{};
     p_.zz = m.start_z;
@@ -220,17 +308,21 @@ class LaneFilter {
     p_.ww = m.start_w;
     p_.dd = m.torque_variance;
     quiet_ = zero;
+    passes_ = zero < zero;
     started_ = true;
   }
 
   LaneModel<Lane> model_{};
   LaneState<Lane> x_{};
   LaneState<Lane> by_mc_{};  // dx/dMc
+  Lane way_{};               // where friction holds the motor: s of the last step
   std::array<LaneState<Lane>, kOutputCount> gain_{};
   std::array<Lane, kOutputCount> weight_{};  // 1 / sqrt(S)
   std::array<Lane, kOutputCount> chi2_{};
   Lane mc_cross_{};
   Lane mc_square_{};
+  Mask passes_{};  // through rest, in the last step
+  Lane passage_variance_{};
   bool holds_ = false;  // friction holds the motor at rest
   bool held_ = false;   // all lanes are settled, with the channels of mask_
   bool started_ = false;
@@ -240,6 +332,7 @@ class LaneFilter {
   LaneCovariance<Lane> p_{};
   Lane quiet_{};    // samples since an S last changed
   Lane no_news_{};  // readings of um that were only bounds
+  Passages<Lane> passages_;
 };
 
 }  // namespace faultlab::core

@@ -49,6 +49,15 @@ requires(sizeof(Mask) > sizeof(double)) [[gnu::always_inline]] inline bool All(M
   return all;
 }
 
+[[gnu::always_inline]] inline bool IsSet(bool mask, std::size_t) {
+  return mask;
+}
+template <class Mask>
+requires(sizeof(Mask) > sizeof(double))
+    [[gnu::always_inline]] inline bool IsSet(Mask mask, std::size_t lane) {
+  return mask[lane] != 0;
+}
+
 /// A filter's gains count as settled when no S has moved by more than this share for so many
 /// samples, at 100 Hz and below. Faster samples move it less each, and the friction's deviation,
 /// which is slow, is found last: there it takes as long.
@@ -63,10 +72,11 @@ struct LaneModel {
   Lane z_prev, i_prev, w_prev;                  ///< g_prev
   Lane z_now, i_now, w_now;                     ///< g
   Lane i_torque, w_torque, mc;
+  Lane edge_wz, edge_wi, edge_ww, edge_wd, edge_wu, edge_w_torque;  ///< the speed at the edge of u
   Lane um_z, um_i, um_u;  ///< um = um_z z + um_i i + um_u u; the other readings are states
   Lane step_variance, torque_variance;
   std::array<Lane, kOutputCount> reading_variance;
-  Lane sign_per_speed;
+  Lane sign_per_speed;  ///< without friction that holds the motor: s = w times this, within +-1
   Lane u_min, u_max;
   Lane start_z, start_i, start_w;  ///< variances before the first reading
   Lane settled_share, settled_samples;
@@ -91,6 +101,12 @@ struct LaneModel {
     SetLane(i_torque, lane, m.g_torque(1));
     SetLane(w_torque, lane, m.g_torque(2));
     SetLane(mc, lane, m.mc_nm);
+    SetLane(edge_wz, lane, m.edge_w(0));
+    SetLane(edge_wi, lane, m.edge_w(1));
+    SetLane(edge_ww, lane, m.edge_w(2));
+    SetLane(edge_wd, lane, m.edge_w(3));
+    SetLane(edge_wu, lane, m.edge_w_u);
+    SetLane(edge_w_torque, lane, m.edge_w_torque);
     SetLane(um_z, lane, m.c(0, 0));
     SetLane(um_i, lane, m.c(0, 1));
     SetLane(um_u, lane, m.d(0));
@@ -99,7 +115,7 @@ struct LaneModel {
     for (std::size_t c = 0; c < kOutputCount; ++c) {
       SetLane(reading_variance[c], lane, m.reading_variance[c]);
     }
-    SetLane(sign_per_speed, lane, m.sign_per_speed);
+    SetLane(sign_per_speed, lane, m.holds() ? 0.0 : 1.0 / m.creep_rad_s);
     SetLane(u_min, lane, m.u_min);
     SetLane(u_max, lane, m.u_max);
     SetLane(start_z, lane, m.start_sd(0) * m.start_sd(0));

@@ -3,6 +3,7 @@
 #include "server/api/run/handlers.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/file_io.h"
+#include "server/diagnosis_json/channels_text.h"
 
 namespace faultlab::server {
 namespace {
@@ -58,6 +59,9 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   if (!parsed) return parsed.error();
   CsvRecord csv = std::move(parsed).value();
 
+  for (std::string& note : NotesOnUnused(csv.channels, *bench.value(), name)) {
+    csv.notes.push_back(std::move(note));
+  }
   const std::size_t size = csv.samples.size();
   const core::Status room = api.quota.MakeRoom(request.who, static_cast<std::int64_t>(size));
   if (!room.ok()) return room.error();

@@ -24,8 +24,8 @@ TEST(Detector, KeepsQuietForAQuarterOfAnHourAndSeesAFaultAfterIt) {
                     calibration.value().thresholds,
                     calibration.value().samples,
                     NoiseScale(calibration.value().samples));
-  const auto observations =
-      MakeObservations(Between(record, 0.5, 901.0), Channels::kAll, 0.01, 10.0, paper::kGearRatio);
+  const auto observations = MakeObservations(
+      Between(record, 0.5, 901.0), paper::Bench().readings(), Channels::kAll, 0.01, 10.0);
   std::optional<std::size_t> first;
   for (std::size_t k = 0; k < observations.size() && !first; ++k) {
     if (detector.Push(observations[k])) first = k;

@@ -31,6 +31,8 @@ struct Rig {
   bool has_um;
   double speed_step_s = 0.0;  // 1/speed is read in multiples of it: an encoder and its timer
   double friction_noise_nm = 0.0;
+  double breakaway_nm = 0.0;  // what friction holds at rest, where it is more than Mc
+  double still_rad_s = 0.0;   // a slower motor is read as standing
 };
 
 class Motor {
@@ -47,7 +49,8 @@ class Motor {
     const int steps = static_cast<int>(std::ceil(duration_s / step_max_s));
     const double h = duration_s / steps;
     for (int n = 0; n < steps; ++n) {
-      const bool stands = std::abs(w) < 0.05 && std::abs(rig.kt * i) <= rig.mc;
+      const double held = std::max(rig.mc, rig.breakaway_nm) + drag_nm;
+      const bool stands = std::abs(w) < 0.05 && std::abs(rig.kt * i) <= held;
       if (stands) w = 0.0;
       const double way = w != 0.0 ? std::copysign(1.0, w) : std::copysign(1.0, i);
       const auto slope = [&](double current, double speed, double& di, double& dw) {
@@ -73,7 +76,7 @@ class Motor {
 };
 
 double Rounded(double w, double step_s) {
-  return step_s > 0.0 && w > 0.0 ? 1.0 / (std::round(1.0 / (w * step_s)) * step_s) : w;
+  return step_s > 0.0 && w != 0.0 ? 1.0 / (std::round(1.0 / (w * step_s)) * step_s) : w;
 }
 
 // `faulty` from kHealthyS on.
@@ -103,8 +106,9 @@ std::vector<Sample> Record(const Rig& rig, const Rig& faulty, unsigned seed) {
       sample.um_v = motor.output_v(uc) - motor.rig.rs * motor.i + 0.01 * normal(random);
     }
     sample.ia_a = std::clamp(motor.i + rig.ia_noise * normal(random), -rig.ia_max, rig.ia_max);
-    sample.n_rpm =
-        Rounded(motor.w, rig.speed_step_s) * 30.0 / std::numbers::pi + rig.n_noise * normal(random);
+    sample.n_rpm = Rounded(std::abs(motor.w) < rig.still_rad_s ? 0.0 : motor.w, rig.speed_step_s) *
+                       30.0 / std::numbers::pi +
+                   rig.n_noise * normal(random);
     record.push_back(sample);
     motor.Run(uc, rig.period_s - rig.delta_s);
   }
@@ -385,6 +389,111 @@ TEST(UnseenBench, MotorThatComesToRestTellsWhatStoppedIt) {
   Rig faulty = kStallingRig;
   faulty.ra = 63.0;  // 1 V of input no more overcomes friction, 3 V hardly
   ExpectNamed(BenchOf(kStalling), Record(kStallingRig, faulty, 9), "Ra", faulty.ra, 0.05);
+}
+
+// A small motor that turns both ways, 2 ms: it passes through rest many times a second.
+constexpr const char* kBothWays = R"(
+[bench]
+name = "both-ways"
+structure = "motor-driver"
+period_s = 0.002
+delta_s = 0.001
+input_min_v = -5.0
+input_max_v = 5.0
+output_min_v = -24.0
+output_max_v = 24.0
+[plant]
+Rs = 0.0
+Ra = 2.3
+La = 0.24e-3
+Ke = 23.4e-3
+KT = 23.4e-3
+J = 11e-6
+B = 5e-6
+k = 4.0
+[[component]]
+symbol = "Ra"
+[[component]]
+symbol = "Ke"
+and_with_it = "KT"
+[[component]]
+symbol = "J"
+[[component]]
+symbol = "k"
+[channel.ia]
+noise = 5e-3
+range = [-12.0, 12.0]
+[channel.n]
+noise = 1.0
+pulses_per_revolution = 250
+[norm]
+gain = 0.02
+Ra = 0.05
+J = 0.05
+B = 0.3
+Ke = 0.03
+mc_nm = 2.0e-3
+mc_sigma_nm = 1.0e-3
+friction_noise_nm = 0.2e-3
+)";
+constexpr Rig kBothWaysRig = {0.002,   0.001,   4.04,
+                              0.0,     2.2,     0.26e-3,
+                              23.0e-3, 23.0e-3, 11.4e-6,
+                              5.5e-6,  2.3e-3,  -24.0,
+                              24.0,    -0.5,    0.5,
+                              15,      5e-3,    12.0,
+                              1.0,     false,   250.0 / (2.0 * std::numbers::pi * 40e6),
+                              0.2e-3,  2.8e-3,  2.0 * std::numbers::pi / (250.0 * 0.01)};
+
+TEST(UnseenBench, MotorThatTurnsBothWaysIsNominalWithoutAFault) {
+  for (const unsigned seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
+    const Diagnosis diagnosis =
+        Diagnose(BenchOf(kBothWays), Record(kBothWaysRig, kBothWaysRig, seed));
+    ASSERT_FALSE(diagnosis.calibration_refusal.has_value())
+        << diagnosis.calibration_refusal->message;
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
+    EXPECT_TRUE(diagnosis.episodes.empty());
+  }
+}
+
+TEST(UnseenBench, FaultsOfAMotorThatTurnsBothWaysAreNamed) {
+  Rig faulty = kBothWaysRig;
+  faulty.ra = 3.0;
+  ExpectNamed(BenchOf(kBothWays), Record(kBothWaysRig, faulty, 7), "Ra", faulty.ra, 0.05);
+  faulty = kBothWaysRig;
+  faulty.ke = faulty.kt = 19e-3;
+  ExpectNamed(BenchOf(kBothWays), Record(kBothWaysRig, faulty, 8), "Ke", faulty.ke, 0.05);
+  faulty = kBothWaysRig;
+  faulty.j = 20e-6;
+  ExpectNamed(BenchOf(kBothWays), Record(kBothWaysRig, faulty, 9), "J", faulty.j, 0.05);
+  faulty = kBothWaysRig;
+  faulty.k = 3.2;
+  ExpectNamed(BenchOf(kBothWays), Record(kBothWaysRig, faulty, 10), "k", faulty.k, 0.05);
+}
+
+TEST(UnseenBench, ColumnsThatTheDescriptionDoesNotNameAreNotUsed) {
+  std::vector<Sample> record = Record(kBigRig, kBigRig, 1);
+  for (Sample& sample : record) sample.um_v = 10.0 * sample.uc_v;
+  const Diagnosis diagnosis = Diagnose(BenchOf(kBig), record);
+  ASSERT_TRUE(diagnosis.calibration.has_value());
+  EXPECT_FALSE(diagnosis.calibration->used_um);
+  EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
+}
+
+TEST(UnseenBench, WithoutAVoltageAgreementByChanceTellsNothingOfTheCommonFactor) {
+  Rig as_its_data_sheet = {0.005, 0.004, 10.0, 0.0, 0.32, 0.6e-3, 0.07,  0.07, 3.5e-4, 2e-4,
+                           20e-3, -48.0, 48.0, 1.0, 2.0,  10,     50e-3, 60.0, 1.0,    false};
+  const Diagnosis diagnosis =
+      Diagnose(BenchOf(kBig), Record(as_its_data_sheet, as_its_data_sheet, 3));
+  ASSERT_TRUE(diagnosis.calibration.has_value());
+  for (const CalibratedQuantity& q : diagnosis.calibration->quantities) {
+    if (q.name == "k" || q.name == "Ke") {
+      EXPECT_GT(q.sigma, 0.012 * q.value) << q.name;
+    }
+    if (q.name == "delta") {
+      EXPECT_EQ(q.prior_value, 0.004);
+    }
+  }
 }
 
 }  // namespace

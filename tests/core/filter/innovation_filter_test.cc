@@ -41,7 +41,7 @@ std::vector<Observation> EventfulStretch(double um_rail_v) {
   for (std::size_t k = 330; k < 340; ++k) record[k].um_v = kAbsent;
   for (std::size_t k = 600; k < 605; ++k) record[k].n_rpm = kAbsent;
   record.erase(record.begin() + 500, record.begin() + 520);
-  return MakeObservations(record, Channels::kAll, 0.01, um_rail_v, paper::kGearRatio);
+  return MakeObservations(record, paper::Bench().readings(), Channels::kAll, 0.01, um_rail_v);
 }
 
 // Models so different that their gains settle at different samples. The supply of every second one
@@ -117,7 +117,8 @@ TEST(InnovationFilter, LeavesWhiteUnitInnovationsOfAHealthyBench) {
   RigParameters rig = paper::Rig();
   rig.mc_nm = 0.33e-3;
   const auto record = Between(BenchRecord({}, 41), 0.5, 20.0);
-  const auto stretch = MakeObservations(record, Channels::kAll, 0.01, 10.0, paper::kGearRatio);
+  const auto stretch =
+      MakeObservations(record, paper::Bench().readings(), Channels::kAll, 0.01, 10.0);
   InnovationTrace trace;
   NoiseLevel noise = paper::Noise();
   noise.w_rad_s = 0.5 * paper::kRadPerSecondOfRpm;
@@ -147,8 +148,10 @@ TEST(InnovationFilter, ForgetsWhereItStarted) {
   const PredictionModel model = MakePredictionModel(rig, paper::Noise(), 0.01);
   std::vector<Sample> cut = record;
   cut.erase(cut.begin() + 300, cut.begin() + 340);
-  const auto whole = MakeObservations(record, Channels::kUmOnly, 0.01, 10.0, paper::kGearRatio);
-  const auto gapped = MakeObservations(cut, Channels::kUmOnly, 0.01, 10.0, paper::kGearRatio);
+  const auto whole =
+      MakeObservations(record, paper::Bench().readings(), Channels::kUmOnly, 0.01, 10.0);
+  const auto gapped =
+      MakeObservations(cut, paper::Bench().readings(), Channels::kUmOnly, 0.01, 10.0);
   EXPECT_TRUE(gapped[300].restart);
   const double n = static_cast<double>(gapped.size());
   EXPECT_NEAR(RunInnovations(model, gapped).chi2 / n,
@@ -173,8 +176,8 @@ TEST(InnovationFilter, GivesModelsSideBySideTheBitsThatEachGetsAloneWhereTheSupp
 }
 
 TEST(InnovationFilter, IsTheTextbooksKalmanFilterWithGainsThatAreHeldWhenTheyHaveSettled) {
-  const auto stretch =
-      MakeObservations(BenchRecord({}, 44, 6.0), Channels::kAll, 0.01, 10.0, paper::kGearRatio);
+  const auto stretch = MakeObservations(
+      BenchRecord({}, 44, 6.0), paper::Bench().readings(), Channels::kAll, 0.01, 10.0);
   for (const PredictionModel& model : DifferentModels(kNoEnd)) {
     InnovationTrace trace;
     RunInnovations(model, stretch, &trace);
@@ -249,10 +252,10 @@ TEST(LaneProducts, AreTheProductsOfSlopesAndPoint) {
 TEST(InnovationFilter, TellsTheResponseToMcOfAMotorThatTurnsOneWay) {
   const auto record = BenchRecord({}, 45, 6.0);
   const auto stretch = MakeObservations(std::span<const Sample>(record).subspan(100),
+                                        paper::Bench().readings(),
                                         Channels::kUmOnly,
                                         0.01,
-                                        10.0,
-                                        paper::kGearRatio);
+                                        10.0);
   RigParameters rig = BenchRig();
   const auto sum_of = [&] {
     const PredictionModel model = MakePredictionModel(rig, BenchNoise(), 0.01);

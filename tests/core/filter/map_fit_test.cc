@@ -19,7 +19,7 @@ class MapFitOfTwo : public testing::Test {
     rig.ra_ohm *= 1.2;
     rig.j_kg_m2 *= 1.1;
     stretch_ = MakeObservations(
-        BenchRecord({}, 71, 6.0, rig), Channels::kAll, 0.01, 10.0, paper::kGearRatio);
+        BenchRecord({}, 71, 6.0, rig), paper::Bench().readings(), Channels::kAll, 0.01, 10.0);
     models_.stretch = stretch_;
     models_.model_at = [](const Eigen::VectorXd& q, std::size_t) {
       RigParameters at = paper::Rig();

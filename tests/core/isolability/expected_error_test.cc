@@ -57,7 +57,7 @@ TEST(ExpectedErrors, GrowWithWhatIsUnknownAndShrinkWithTime) {
   const double known = SigmaOf(options, {});
   const std::vector<int> windows = {100, 500, 2000};
   const std::vector<double> errors =
-      ExpectedErrors(options, TolerancesOf(bench.norm), windows).front().relative_sigma;
+      ExpectedErrors(options, TolerancesOf(bench), windows).front().relative_sigma;
   EXPECT_GT(errors[2], known);
   EXPECT_GT(errors[1], errors[2]);
   EXPECT_GT(errors[0], errors[1]);
@@ -67,8 +67,8 @@ TEST(ExpectedErrors, OfABenchWithoutVoltageDoNotFallBelowItsDataSheet) {
   // k, Ra, Ke, KT, J, B and friction multiplied by one factor leave current and speed as they are.
   const Bench& bench = Shipped("servo-motor");
   const IsolabilityOptions options = QuestionOf(bench, {{bench.Find("J").value(), 22e-6}}, 10.0);
-  EXPECT_GT(SigmaOf(options, TolerancesOf(bench.norm)), 0.01);
-  ParameterOffsets gain_known = TolerancesOf(bench.norm);
+  EXPECT_GT(SigmaOf(options, TolerancesOf(bench)), 0.01);
+  ParameterOffsets gain_known = TolerancesOf(bench);
   gain_known[static_cast<std::size_t>(Coordinate::kGain)] = 1e-6;
   EXPECT_LT(SigmaOf(options, gain_known), 0.005);
 }
@@ -128,7 +128,7 @@ double MeasuredError(const Bench& bench, FaultSize fault, double window_s, int r
 void ExpectThoseOfDiagnoses(const Bench& bench, FaultSize fault, double window_s) {
   constexpr int kRigs = 16;
   const IsolabilityOptions question = QuestionOf(bench, {fault}, window_s);
-  const double expected = SigmaOf(question, TolerancesOf(bench.norm));
+  const double expected = SigmaOf(question, TolerancesOf(bench));
   const double measured = MeasuredError(bench, fault, window_s, kRigs);
   EXPECT_GT(measured, 0.57 * expected) << Name(fault.component);
   EXPECT_LT(measured, 1.46 * expected) << Name(fault.component);
@@ -146,7 +146,7 @@ TEST(ExpectedErrors, ContainThatAnyPartOfTheGainMayBeOff) {
   ExpectThoseOfDiagnoses(bench, {bench.Find("C8").value(), 1e-6}, 4.0);
   // R12 is five sixths of the feedback; its 5 % count twice at 2 of 4 kohm.
   const IsolabilityOptions question = QuestionOf(bench, {{bench.Find("R12").value(), 2e3}}, 2.0);
-  EXPECT_NEAR(SigmaOf(question, TolerancesOf(bench.norm)), 2.0 * 0.05 * 10.0 / 12.0, 0.005);
+  EXPECT_NEAR(SigmaOf(question, TolerancesOf(bench)), 2.0 * 0.05 * 10.0 / 12.0, 0.005);
 }
 
 }  // namespace

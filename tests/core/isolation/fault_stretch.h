@@ -19,10 +19,10 @@ class FaultStretch {
                double coordinate_sd = 0.01,
                Channels channels = Channels::kAll)
       : observations_(MakeObservations(Between(BenchRecord(faults, seed, 6.0), 3.0, 5.0),
+                                       paper::Bench().readings(),
                                        channels,
                                        0.01,
-                                       10.0,
-                                       paper::kGearRatio)) {
+                                       10.0)) {
     context.rig = paper::Rig();
     context.noise = paper::Noise();
     context.rig.mc_nm = 0.33e-3;

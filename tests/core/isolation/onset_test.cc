@@ -25,10 +25,10 @@ Change Of(Component component, double value) {
 
 std::vector<Observation> Stretch(const std::vector<Fault>& faults, std::uint64_t seed) {
   return MakeObservations(Between(BenchRecord(faults, seed, 6.0), 3.0, 6.0),
+                          paper::Bench().readings(),
                           Channels::kAll,
                           0.01,
-                          10.0,
-                          paper::kGearRatio);
+                          10.0);
 }
 
 TEST(EstimateOnset, FindsTheSampleOfALargeChange) {

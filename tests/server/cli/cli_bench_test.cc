@@ -85,7 +85,7 @@ TEST_F(CliBench, CheckEndsWithStatus1WhereTheUsualRunCannotBeMade) {
       {"low=1,high=2,clock=0.02\"\ninput_max_v = 5.0\noutput_max_v",
        "low=-2,high=2,clock=0.02\"\ninput_max_v = 5.0\ninput_min_v = -5.0\noutput_min_v = -12.0\n"
        "output_max_v",
-       "PROBLEM: n goes from -"},
+       "PROBLEM: the interlock over_heat ends the run"},
       {"k = 4.0", "k = 7.0", "PROBLEM: output goes from 7 to 14 V, the supply gives 0 to 12 V"},
   };
   for (const Bad& bad : cases) {
@@ -103,6 +103,19 @@ TEST_F(CliBench, CheckSaysThatItsRelaysAreTooSlow) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_TRUE(Holds(run.out, "gap_ms + settle_ms of the rig file must be below delta_s = 5 ms"))
       << run.out;
+}
+
+TEST_F(CliBench, CheckSaysWhatAnInputThatReversesNeeds) {
+  std::string text = Small("prbs:low=1,high=2,clock=0.02", "prbs:low=-1,high=1,clock=0.1");
+  const std::string to = "input_max_v = 5.0";
+  text.replace(text.find(to), to.size(), to + "\ninput_min_v = -5.0\noutput_min_v = -12.0");
+  text.replace(text.find("ia]\nnoise = 5e-3"), 16, "ia]\nnoise = 5e-3\n[channel.n]\nnoise = 1.0");
+  Write("both-ways.toml", text);
+  const Finished run = Run("bench check both-ways.toml");
+  EXPECT_EQ(run.exit_code, 0) << run.err << run.out;
+  EXPECT_TRUE(Holds(run.out, "the drivers of real rigs count pulses without it")) << run.out;
+  const Finished one_way = Run("bench check mine.toml");
+  EXPECT_FALSE(Holds(one_way.out, "count pulses without it")) << one_way.out;
 }
 
 TEST_F(CliBench, IsSimulatedCalibratedAndDiagnosed) {

@@ -1,0 +1,64 @@
+#pragma once
+
+namespace faultlab::core {
+
+/// The mean of the sign of a speed over a stretch of time, in which Coulomb friction acts against
+/// it: between -1 and 1 where the motor comes to rest or reverses. `before`: the speed at the start
+/// of the stretch; `free`: at its end, without friction; `held` >= 0: how much friction changes the
+/// speed in the whole stretch. While friction acts one way the speed is taken as linear in time.
+/// For a double or several side by side (lanes.h), as all of this file.
+template <class Lane>
+[[gnu::always_inline]] inline Lane MeanDirection(Lane before, Lane free, Lane held) {
+  const Lane zero{};
+  const Lane one = zero + 1.0;
+  const Lane drive = free - before;
+  const Lane lead = before == zero ? drive : before;
+  const Lane way = lead < zero ? -one : one;
+  const Lane after = free - way * held;
+  // Passes through rest: before it friction acts along `way`, then against the drive.
+  const Lane share = before / (before - after);
+  const Lane back = drive < zero ? -one : one;
+  const Lane reversed = back + (way - back) * share;
+  const Lane size = drive < zero ? -drive : drive;
+  const Lane passing = held < size ? reversed : free / held;
+  return after * way < zero ? passing : way;
+}
+
+/// What the passage of a motor through rest adds to the variance of its speed: the speed is not
+/// linear in time, and friction around rest is more than Coulomb's. Continuous; 0 for a motor that
+/// turns one way or stands. `s`: MeanDirection of the same.
+template <class Lane>
+[[gnu::always_inline]] inline Lane PassageVariance(Lane before, Lane free, Lane held, Lane s) {
+  constexpr double kShare = 0.4;  // standard deviation, of what friction changes the speed by
+  const Lane zero{};
+  const Lane drive = free - before;
+  const Lane size = drive < zero ? -drive : drive;
+  const Lane passes = held < size ? 1.0 - held / size : zero;
+  return (kShare * held) * (kShare * held) * (1.0 - s * s) * passes;
+}
+
+/// Both over a period in which the input changes once: a motor near rest may turn around twice.
+/// `edge_free` and `edge_held`: the speed without friction, and what friction changes it by, at
+/// that edge.
+template <class Lane>
+[[gnu::always_inline]] inline void ActFriction(Lane before,
+                                               Lane edge_free,
+                                               Lane free,
+                                               Lane edge_held,
+                                               Lane held,
+                                               Lane& direction,
+                                               Lane& variance) {
+  const Lane zero{};
+  const Lane first = MeanDirection(before, edge_free, edge_held);
+  const Lane slowed = first * edge_held;
+  const Lane edge = edge_free - slowed;
+  const Lane later_held = held > edge_held ? held - edge_held : zero;
+  const Lane later_free = free - slowed;
+  const Lane later = MeanDirection(edge, later_free, later_held);
+  const Lane share = held > zero ? edge_held / held : zero;
+  direction = later + (first - later) * share;
+  variance = PassageVariance(before, edge_free, edge_held, first) +
+             PassageVariance(edge, later_free, later_held, later);
+}
+
+}  // namespace faultlab::core
