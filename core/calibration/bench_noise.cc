@@ -7,7 +7,8 @@ NoiseLevel NoiseOf(const Bench& bench) {
           bench.ia.noise,
           bench.n.noise * RadPerSecondOfRpm(bench.nominal.gear_ratio),
           bench.norm.friction_noise_nm,
-          bench.norm.friction_tau_s};
+          bench.norm.friction_tau_s,
+          PassageNoise(bench.norm.mc_nm, bench.nominal.j_kg_m2, bench.period_s)};
 }
 
 NoiseLevel NoiseOf(const BenchProfile& profile, double gear_ratio) {

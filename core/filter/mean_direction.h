@@ -24,22 +24,20 @@ template <class Lane>
   return after * way < zero ? passing : way;
 }
 
-/// What the passage of a motor through rest adds to the variance of its speed: the speed is not
-/// linear in time, and friction around rest is more than Coulomb's. Continuous; 0 for a motor that
-/// turns one way or stands. `s`: MeanDirection of the same.
+/// How much of a whole passage through rest a stretch is: 0 for a motor that turns one way or
+/// stands, 1 where it spends half of it on each side. Continuous. `s`: MeanDirection of the same.
 template <class Lane>
-[[gnu::always_inline]] inline Lane PassageVariance(Lane before, Lane free, Lane held, Lane s) {
-  constexpr double kShare = 0.4;  // standard deviation, of what friction changes the speed by
+[[gnu::always_inline]] inline Lane PassageShare(Lane before, Lane free, Lane held, Lane s) {
   const Lane zero{};
   const Lane drive = free - before;
   const Lane size = drive < zero ? -drive : drive;
-  const Lane passes = held < size ? 1.0 - held / size : zero;
-  return (kShare * held) * (kShare * held) * (1.0 - s * s) * passes;
+  const Lane leaves = held < size ? 1.0 - held / size : zero;
+  return (1.0 - s * s) * leaves;
 }
 
 /// Both over a period in which the input changes once: a motor near rest may turn around twice.
 /// `edge_free` and `edge_held`: the speed without friction, and what friction changes it by, at
-/// that edge.
+/// that edge. `passage`: PassageShare, as a variance.
 template <class Lane>
 [[gnu::always_inline]] inline void ActFriction(Lane before,
                                                Lane edge_free,
@@ -47,7 +45,7 @@ template <class Lane>
                                                Lane edge_held,
                                                Lane held,
                                                Lane& direction,
-                                               Lane& variance) {
+                                               Lane& passage) {
   const Lane zero{};
   const Lane first = MeanDirection(before, edge_free, edge_held);
   const Lane slowed = first * edge_held;
@@ -57,8 +55,9 @@ template <class Lane>
   const Lane later = MeanDirection(edge, later_free, later_held);
   const Lane share = held > zero ? edge_held / held : zero;
   direction = later + (first - later) * share;
-  variance = PassageVariance(before, edge_free, edge_held, first) +
-             PassageVariance(edge, later_free, later_held, later);
+  const Lane rest = 1.0 - share;
+  passage = share * share * PassageShare(before, edge_free, edge_held, first) +
+            rest * rest * PassageShare(edge, later_free, later_held, later);
 }
 
 }  // namespace faultlab::core

@@ -122,6 +122,7 @@ Eigen::Vector4d StepHeld(const PredictionModel& m,
               std::max(-torque(2), 0.0),
               friction.direction,
               friction.passage_variance);
+  friction.passage_variance *= m.passage_variance;
   next.head<3>() += friction.direction * torque.head<3>();
   next(3) = torque(3);
   return next;
@@ -192,6 +193,7 @@ PredictionModel MakePredictionModel(const RigParameters& rig,
   m.torque_variance = noise.friction_nm * noise.friction_nm;
   m.torque_step_variance =
       m.torque_variance * (1.0 - std::exp(-2.0 * period_s / noise.friction_tau_s));
+  m.passage_variance = noise.passage_rad_s * noise.passage_rad_s;
   m.reading_variance = {
       noise.um_v * noise.um_v, noise.ia_a * noise.ia_a, noise.w_rad_s * noise.w_rad_s};
   m.creep_rad_s = p.range.creep_rad_s;

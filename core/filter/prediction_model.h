@@ -40,6 +40,7 @@ struct PredictionModel {
   double mc_nm = 0.0;
   double torque_step_variance = 0.0;                    ///< of e, Nm^2
   double torque_variance = 0.0;                         ///< stationary, of d, Nm^2
+  double passage_variance = 0.0;                        ///< of w, by a whole passage, (rad/s)^2
   std::array<double, kOutputCount> reading_variance{};  ///< V^2, A^2, (rad/s)^2
   double creep_rad_s = 5.0;  ///< OperatingRange's; above 0: s = w / creep_rad_s within +-1
   /// Inputs at which the output meets the end of its supply.

@@ -56,12 +56,18 @@ RigParameters ParametersOf(const Calibration& calibration) {
           GainPartOf(calibration.nominal)};
 }
 
+double PassageNoise(double mc_nm, double j_kg_m2, double period_s) {
+  constexpr double kShare = 0.2;
+  return kShare * mc_nm / j_kg_m2 * period_s;
+}
+
 NoiseLevel NoiseOf(const Calibration& calibration) {
   return {calibration.um_noise_v,
           calibration.ia_noise_a,
           calibration.n_noise_rpm * RadPerSecondOfRpm(calibration.nominal.gear_ratio),
           calibration.friction_noise_nm,
-          calibration.friction_tau_s};
+          calibration.friction_tau_s,
+          PassageNoise(calibration.mc_nm, calibration.nominal.j_kg_m2, calibration.period_s)};
 }
 
 NoiseLevel DetectionNoiseOf(const Calibration& calibration) {

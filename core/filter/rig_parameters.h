@@ -28,7 +28,14 @@ struct NoiseLevel {
   double w_rad_s = 0.0;  ///< motor shaft
   double friction_nm = 0.0;
   double friction_tau_s = 0.5;
+  double passage_rad_s = 0.0;  ///< of the speed, by a passage through rest: PassageNoise
 };
+
+/// What a whole passage of a motor through rest adds to the standard deviation of its speed
+/// (rad/s): the speed is not linear in time meanwhile, and friction around rest is more than
+/// Coulomb's. A share of what friction changes the speed by in a period; of the rig as described or
+/// learned, so that a fit gains nothing by changing it.
+double PassageNoise(double mc_nm, double j_kg_m2, double period_s);
 
 /// The coordinates in which a rig may differ from its data sheet. All but Mc and delta are
 /// logarithms of a factor on the data-sheet value, so that a tolerance is a plain number.

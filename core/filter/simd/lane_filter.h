@@ -157,6 +157,7 @@ class LaneFilter {
                 w_friction < zero ? -w_friction : zero,
                 way_,
                 passage_variance_);
+    passage_variance_ = passage_variance_ * m.passage_variance;
     passes_ = passage_variance_ > zero;
     const Lane sign = way_;
     x_.z = next.z + (m.z_prev * u_prev + m.z_now * u);
@@ -216,7 +217,8 @@ class LaneFilter {
     if (!starts) {
       if (kSaturates && holds_) {
         passages_.Begin(passes_, s_, no_news_);
-        quiet_ = passes_ ? zero : quiet_;
+        passed_ = passed_ | passes_;
+        quiet_ = passed_ ? zero : quiet_;
       }
       p_.Replace(Not(Settled()), p_.Predicted(model_));
       if (kSaturates && holds_) p_.ww += passes_ ? passage_variance_ : zero;
@@ -249,7 +251,7 @@ class LaneFilter {
       }
     }
     if (now.mask != 0) {
-      const Mask waits = settled | no_news;
+      const Mask waits = settled | no_news | passed_;
       const Lane next = moved ? zero : quiet_ + 1.0;
       quiet_ = waits ? quiet_ : next;
     }
@@ -322,6 +324,7 @@ class LaneFilter {
   Lane mc_cross_{};
   Lane mc_square_{};
   Mask passes_{};  // through rest, in the last step
+  Mask passed_{};  // in any; then gains never settle, so that sums stay smooth
   Lane passage_variance_{};
   bool holds_ = false;  // friction holds the motor at rest
   bool held_ = false;   // all lanes are settled, with the channels of mask_

@@ -74,7 +74,7 @@ struct LaneModel {
   Lane i_torque, w_torque, mc;
   Lane edge_wz, edge_wi, edge_ww, edge_wd, edge_wu, edge_w_torque;  ///< the speed at the edge of u
   Lane um_z, um_i, um_u;  ///< um = um_z z + um_i i + um_u u; the other readings are states
-  Lane step_variance, torque_variance;
+  Lane step_variance, torque_variance, passage_variance;
   std::array<Lane, kOutputCount> reading_variance;
   Lane sign_per_speed;  ///< without friction that holds the motor: s = w times this, within +-1
   Lane u_min, u_max;
@@ -112,6 +112,7 @@ struct LaneModel {
     SetLane(um_u, lane, m.d(0));
     SetLane(step_variance, lane, m.torque_step_variance);
     SetLane(torque_variance, lane, m.torque_variance);
+    SetLane(passage_variance, lane, m.passage_variance);
     for (std::size_t c = 0; c < kOutputCount; ++c) {
       SetLane(reading_variance[c], lane, m.reading_variance[c]);
     }

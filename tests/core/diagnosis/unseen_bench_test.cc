@@ -456,6 +456,35 @@ TEST(UnseenBench, MotorThatTurnsBothWaysIsNominalWithoutAFault) {
   }
 }
 
+TEST(UnseenBench, CurrentThatLagsBehindAReversalIsNoFault) {
+  // La/Ra is most of a period, and the motor often turns around twice in one.
+  std::string text = kBothWays;
+  for (const auto& [from, to] :
+       {std::pair{"La = 0.24e-3", "La = 2.4e-3"},
+        std::pair{"mc_nm = 2.0e-3", "La = 0.1\nmc_nm = 6.0e-3"},
+        std::pair{"friction_noise_nm = 0.2e-3", "friction_noise_nm = 0.1e-3"}}) {
+    text.replace(text.find(from), std::string(from).size(), to);
+  }
+  Rig rig = kBothWaysRig;
+  rig.la = 2.5e-3;
+  rig.mc = 6.5e-3;
+  rig.breakaway_nm = 9e-3;
+  rig.friction_noise_nm = 0.1e-3;
+  rig.low_v = -2.5;
+  rig.high_v = 2.5;
+  rig.clock = 7;
+  for (const unsigned seed : {21U, 22U, 23U, 24U}) {
+    const Diagnosis diagnosis = Diagnose(BenchOf(text), Record(rig, rig, seed));
+    ASSERT_FALSE(diagnosis.calibration_refusal.has_value())
+        << diagnosis.calibration_refusal->message;
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
+    EXPECT_TRUE(diagnosis.episodes.empty());
+  }
+  Rig faulty = rig;
+  faulty.j = 22e-6;
+  ExpectNamed(BenchOf(text), Record(rig, faulty, 25), "J", faulty.j, 0.06);
+}
+
 TEST(UnseenBench, FaultsOfAMotorThatTurnsBothWaysAreNamed) {
   Rig faulty = kBothWaysRig;
   faulty.ra = 3.0;

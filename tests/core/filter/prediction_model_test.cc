@@ -52,6 +52,17 @@ TEST(PredictionModel, FrictionActsOneWayUntilTheMotorPassesThroughRest) {
       << "without friction its way is still known";
 }
 
+TEST(PredictionModel, APassageThroughRestIsNoneWhereTheMotorTurnsOneWayOrStands) {
+  const auto passage = [](double before, double free, double held) {
+    return PassageShare(before, free, held, MeanDirection(before, free, held));
+  };
+  EXPECT_EQ(passage(100.0, 90.0, 5.0), 0.0);
+  EXPECT_EQ(passage(3.0, 1.0, 8.0), 0.0);
+  EXPECT_NEAR(passage(10.0, -10.0, 0.1), 1.0, 0.01);
+  // Continuous where a passage begins, so that a fit can follow it.
+  EXPECT_NEAR(passage(10.0, 5.0 - 1e-9, 5.0), 0.0, 1e-6);
+}
+
 TEST(PredictionModel, FrictionBringsTheMotorToRestAndHoldsItThere) {
   for (const double before : {0.0, 3.0, -3.0}) {
     for (const double drive : {-2.0, 0.0, 2.0}) {
