@@ -19,6 +19,8 @@ constexpr double kFastestPoleS = 2e-5;
 constexpr double kSpeedScale = 100.0;
 constexpr double kTorqueScale = 1e-3;
 constexpr double kReferencePeriodS = 0.01;
+// Of a motor so fast that its speed overshoots.
+constexpr double kKeptMin = 0.01;
 
 // A linear map of (z, i, w, d, u, torque) that leaves u and torque as they are, or the generator of
 // such a map, stored without the zeros. Nonzero couplings: z <- u; d is decoupled; i and w <- all.
@@ -120,6 +122,8 @@ Eigen::Vector4d StepHeld(const PredictionModel& m,
               next(2),
               std::max(-(m.edge_w(3) * x(3) + m.edge_w_torque * m.mc_nm), 0.0),
               std::max(-torque(2), 0.0),
+              m.edge_kept,
+              m.later_kept,
               friction.direction,
               friction.passage_variance);
   friction.passage_variance *= m.passage_variance;
@@ -183,6 +187,8 @@ PredictionModel MakePredictionModel(const RigParameters& rig,
                              e.wd[0] * (kSpeedScale / kTorqueScale));
   m.edge_w_u = kSpeedScale * e.wu[0];
   m.edge_w_torque = e.wm[0] * (kSpeedScale / kTorqueScale);
+  m.edge_kept = std::clamp(e.ww[0], kKeptMin, 1.0);
+  m.later_kept = std::clamp(e.ww[1], kKeptMin, 1.0);
   m.c.setZero();
   m.c(0, 0) = k * (1.0 - direct);
   m.c(0, 1) = -p.series_ohm;

@@ -37,6 +37,8 @@ struct PredictionModel {
   Eigen::Vector4d edge_w = Eigen::Vector4d::Zero();
   double edge_w_u = 0.0;
   double edge_w_torque = 0.0;
+  double edge_kept = 1.0;   ///< share of a speed that is left at the edge
+  double later_kept = 1.0;  ///< share of the speed at the edge that is left at the end
   double mc_nm = 0.0;
   double torque_step_variance = 0.0;                    ///< of e, Nm^2
   double torque_variance = 0.0;                         ///< stationary, of d, Nm^2

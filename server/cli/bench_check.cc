@@ -137,13 +137,17 @@ std::optional<std::string> SlowPulses(const Bench& bench, const hardware::RunFor
   if (bench.n.step_s <= 0.0) return std::nullopt;
   for (const hardware::SignalForecast& signal : forecast.signals) {
     if (signal.name != "n" || !signal.in_use) continue;
-    const double rpm = 0.5 * std::abs(signal.reaches.min + signal.reaches.max);
+    // Half of the fastest where the motor passes through rest, else the middle.
+    const double fastest = std::max(-signal.reaches.min, signal.reaches.max);
+    const double middle = 0.5 * std::abs(signal.reaches.min + signal.reaches.max);
+    const double rpm = bench.reverses() ? 0.5 * fastest : middle;
     const double pulses = rpm / 60.0 * bench.nominal.gear_ratio * bench.pulses_per_revolution;
-    if (bench.reverses() || pulses * bench.period_s >= kEnough) return std::nullopt;
+    if (pulses * bench.period_s >= kEnough) return std::nullopt;
     return Format("n: %.3g pulses of the encoder in a period at ", pulses * bench.period_s) +
            Format("%.4g rpm: the speed is the mean of the last interval, which the models do not ",
                   rpm) +
-           Format("know; with fewer than %g faults may be called unknown", kEnough);
+           Format("know; with fewer than %g faults may be called unknown and values be off",
+                  kEnough);
   }
   return std::nullopt;
 }

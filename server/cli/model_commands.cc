@@ -57,7 +57,7 @@ class ModelCommands {
                            isolability_.faults,
                            "COMPONENT=VALUE, repeatable; without it those of the bench");
     isolability.add_option(
-        "--channels", asked.channels, "um or all; default um, if the bench measures it");
+        "--channels", asked.channels, "um or all; default um, where the estimators use it");
     isolability.add_option("--window", asked.window_samples, "Samples of the fault")
         ->capture_default_str();
     isolability.add_option(

@@ -46,7 +46,8 @@ core::Status SetRig(const IsolabilityQuestion& question, core::IsolabilityOption
 
 Result<core::Channels> ChannelsOf(const IsolabilityQuestion& question) {
   if (!question.channels.empty()) return ParseChannels(question.channels, *question.bench);
-  return question.bench->um.exists ? core::Channels::kUmOnly : core::Channels::kAll;
+  const bool by_um = question.bench->structure->estimated == core::EstimatedChannel::kUm;
+  return by_um ? core::Channels::kUmOnly : core::Channels::kAll;
 }
 
 Result<core::IsolabilityOptions> ToOptions(const IsolabilityQuestion& question) {

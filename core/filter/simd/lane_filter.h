@@ -155,6 +155,8 @@ class LaneFilter {
                 free,
                 edge_friction < zero ? -edge_friction : zero,
                 w_friction < zero ? -w_friction : zero,
+                m.edge_kept,
+                m.later_kept,
                 way_,
                 passage_variance_);
     passage_variance_ = passage_variance_ * m.passage_variance;

@@ -72,6 +72,7 @@ struct LaneModel {
   Lane z_prev, i_prev, w_prev;                  ///< g_prev
   Lane z_now, i_now, w_now;                     ///< g
   Lane i_torque, w_torque, mc;
+  Lane edge_kept, later_kept;  ///< shares of the speed that are left, before and after the edge
   Lane edge_wz, edge_wi, edge_ww, edge_wd, edge_wu, edge_w_torque;  ///< the speed at the edge of u
   Lane um_z, um_i, um_u;  ///< um = um_z z + um_i i + um_u u; the other readings are states
   Lane step_variance, torque_variance, passage_variance;
@@ -101,6 +102,8 @@ struct LaneModel {
     SetLane(i_torque, lane, m.g_torque(1));
     SetLane(w_torque, lane, m.g_torque(2));
     SetLane(mc, lane, m.mc_nm);
+    SetLane(edge_kept, lane, m.edge_kept);
+    SetLane(later_kept, lane, m.later_kept);
     SetLane(edge_wz, lane, m.edge_w(0));
     SetLane(edge_wi, lane, m.edge_w(1));
     SetLane(edge_ww, lane, m.edge_w(2));

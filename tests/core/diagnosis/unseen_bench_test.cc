@@ -461,6 +461,7 @@ TEST(UnseenBench, CurrentThatLagsBehindAReversalIsNoFault) {
   std::string text = kBothWays;
   for (const auto& [from, to] :
        {std::pair{"La = 0.24e-3", "La = 2.4e-3"},
+        std::pair{"symbol = \"J\"", "symbol = \"J\"\nrange = [1e-6, 2e-4]"},
         std::pair{"mc_nm = 2.0e-3", "La = 0.1\nmc_nm = 6.0e-3"},
         std::pair{"friction_noise_nm = 0.2e-3", "friction_noise_nm = 0.1e-3"}}) {
     text.replace(text.find(from), std::string(from).size(), to);

@@ -42,19 +42,19 @@ TEST(PredictionModel, AgreesWithThePlantsOwnSampledModel) {
 }
 
 TEST(PredictionModel, FrictionActsOneWayUntilTheMotorPassesThroughRest) {
-  EXPECT_EQ(MeanDirection(100.0, 90.0, 5.0), 1.0);
-  EXPECT_EQ(MeanDirection(-100.0, -90.0, 5.0), -1.0);
-  EXPECT_EQ(MeanDirection(0.0, 8.0, 5.0), 1.0);
+  EXPECT_EQ(MeanDirection(100.0, 90.0, 5.0, 1.0), 1.0);
+  EXPECT_EQ(MeanDirection(-100.0, -90.0, 5.0, 1.0), -1.0);
+  EXPECT_EQ(MeanDirection(0.0, 8.0, 5.0, 1.0), 1.0);
   // From 6 to -14 in a period, with friction 4 of it: rest after 6/20 of the period.
-  EXPECT_DOUBLE_EQ(MeanDirection(6.0, -10.0, 4.0), 0.3 - 0.7);
-  EXPECT_DOUBLE_EQ(MeanDirection(-6.0, 10.0, 4.0), 0.7 - 0.3);
-  EXPECT_EQ(MeanDirection(6.0, -10.0, 0.0) < 0.0, true)
+  EXPECT_DOUBLE_EQ(MeanDirection(6.0, -10.0, 4.0, 1.0), 0.3 - 0.7);
+  EXPECT_DOUBLE_EQ(MeanDirection(-6.0, 10.0, 4.0, 1.0), 0.7 - 0.3);
+  EXPECT_EQ(MeanDirection(6.0, -10.0, 0.0, 1.0) < 0.0, true)
       << "without friction its way is still known";
 }
 
 TEST(PredictionModel, APassageThroughRestIsNoneWhereTheMotorTurnsOneWayOrStands) {
   const auto passage = [](double before, double free, double held) {
-    return PassageShare(before, free, held, MeanDirection(before, free, held));
+    return PassageShare(before, free, held, 1.0, MeanDirection(before, free, held, 1.0));
   };
   EXPECT_EQ(passage(100.0, 90.0, 5.0), 0.0);
   EXPECT_EQ(passage(3.0, 1.0, 8.0), 0.0);
@@ -67,7 +67,8 @@ TEST(PredictionModel, FrictionBringsTheMotorToRestAndHoldsItThere) {
   for (const double before : {0.0, 3.0, -3.0}) {
     for (const double drive : {-2.0, 0.0, 2.0}) {
       const double free = before + drive;
-      EXPECT_NEAR(free - 8.0 * MeanDirection(before, free, 8.0), 0.0, 1e-12) << before << drive;
+      EXPECT_NEAR(free - 8.0 * MeanDirection(before, free, 8.0, 1.0), 0.0, 1e-12)
+          << before << drive;
     }
   }
 }
