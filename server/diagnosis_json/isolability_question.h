@@ -19,7 +19,7 @@ struct IsolabilityQuestion {
   std::optional<core::Calibration> calibration;  ///< of one rig; then `profile` is not used
   core::ExcitationSpec excitation = core::PrbsSpec{};
   std::string excitation_name = "prbs";  ///< for ToText
-  std::string channels;                  ///< um or all; empty: um, if the structure is estimated by it
+  std::string channels;                  ///< um or all; empty: um, where estimators use it
   int window_samples = 100;              ///< of the fault
   std::optional<double> um_noise_v;      ///< replaces the rig's own
   std::vector<core::FaultSize> faults;   ///< empty: those of the bench, see FaultsOf
