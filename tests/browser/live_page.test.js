@@ -126,6 +126,7 @@ describe("live page", { timeout: SUITE_MS }, () => {
       bench.published.faults.find((each) => each.value === 100).sia[0] = 8.765;
       await route.fulfill({ response: answer, json: benches });
     });
+    await page.reload(); // the page may have asked before the route was there
     await page.getByRole("link", { name: "Lab", exact: true }).click();
     await page.locator("#set-R1").waitFor();
     assert.deepEqual(await page.locator(".slider label").allInnerTexts(), ["R9", "R1"]);
