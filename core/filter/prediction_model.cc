@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/filter/mean_direction.h"
 #include "core/numerics/lanes.h"
+#include "core/plant/rest_passage.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {

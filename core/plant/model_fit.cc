@@ -58,6 +58,25 @@ Eigen::VectorXd Powers(double base, std::size_t rows) {
   return powers;
 }
 
+/// Output of 1/(a12 s + 1), read `delta_s` after the edges of `directions`, which are 1 throughout
+/// if there are none.
+std::vector<double> FrictionChannel(std::span<const double> directions,
+                                    double a12_s,
+                                    double period_s,
+                                    double delta_s,
+                                    std::size_t samples) {
+  std::vector<double> out(samples, 1.0);
+  LAB_CHECK(directions.empty() || directions.size() == samples, directions.size(), samples);
+  const double over_period = std::exp(-period_s / a12_s);
+  const double over_delta = std::exp(-delta_s / a12_s);
+  double state = 0.0;
+  for (std::size_t k = 0; k < directions.size(); ++k) {
+    out[k] = directions[k] + (state - directions[k]) * over_delta;
+    state = directions[k] + (state - directions[k]) * over_period;
+  }
+  return out;
+}
+
 ModelFit NoFit(std::size_t samples) {
   return {.fit_percent = kNotANumber, .simulated_v = std::vector<double>(samples, kNotANumber)};
 }
@@ -105,15 +124,18 @@ ModelFit FitFriction(const ContinuousCoefficients& model,
                      std::span<const double> uc_v,
                      std::span<const double> um_v,
                      double period_s,
-                     double delta_s) {
+                     double delta_s,
+                     std::span<const double> directions) {
   LAB_CHECK(uc_v.size() == um_v.size(), uc_v.size(), um_v.size());
   if (!(model.a1 > 0.0 && model.a12 > 0.0)) {
     return NoFit(um_v.size());
   }
   const DiscreteCoefficients discrete = Discretise(model, period_s, delta_s);
   std::vector<double> forced = Forced(discrete, uc_v);
-  for (double& y : forced) {
-    y -= model.b02 * mc_nm;
+  const std::vector<double> friction =
+      FrictionChannel(directions, model.a12, period_s, delta_s, forced.size());
+  for (std::size_t k = 0; k < forced.size(); ++k) {
+    forced[k] -= model.b02 * mc_nm * friction[k];
   }
   Eigen::MatrixXd columns(static_cast<Eigen::Index>(uc_v.size()), 2);
   columns.col(0) = Powers(-discrete.a1d, uc_v.size());
@@ -124,10 +146,11 @@ ModelFit FitFriction(const ContinuousCoefficients& model,
 ModelFit FitSampled(const SampledModel& model,
                     double mc_nm,
                     std::span<const double> uc_v,
-                    std::span<const double> um_v) {
+                    std::span<const double> um_v,
+                    std::span<const double> directions) {
   LAB_CHECK(uc_v.size() == um_v.size(), uc_v.size(), um_v.size());
   std::vector<double> forced(uc_v.size());
-  SimulateUm(model, uc_v, mc_nm, Eigen::Vector3d::Zero(), forced);
+  SimulateUm(model, uc_v, mc_nm, Eigen::Vector3d::Zero(), forced, directions);
   Eigen::MatrixXd columns(static_cast<Eigen::Index>(uc_v.size()), 3);
   Eigen::RowVector3d row = model.c.row(0);
   for (Eigen::Index k = 0; k < columns.rows(); ++k) {

@@ -33,19 +33,22 @@ ModelFit FitContinuous(const ContinuousCoefficients& model,
                        double period_s,
                        double delta_s);
 
-/// Eq. (3): transfer function from Uc minus the friction channel b02/(a12 s + 1) with constant Mc.
-/// Both initial states by least squares.
+/// Eq. (3): transfer function from Uc minus the friction channel b02/(a12 s + 1) with constant Mc,
+/// times `directions` (FrictionDirections) if there are any. Both initial states by least squares.
 ModelFit FitFriction(const ContinuousCoefficients& model,
                      double mc_nm,
                      std::span<const double> uc_v,
                      std::span<const double> um_v,
                      double period_s,
-                     double delta_s);
+                     double delta_s,
+                     std::span<const double> directions = {});
 
-/// The exact sampled plant with constant Mc, three initial states by least squares.
+/// The exact sampled plant with constant Mc, times `directions` if there are any; three initial
+/// states by least squares.
 ModelFit FitSampled(const SampledModel& model,
                     double mc_nm,
                     std::span<const double> uc_v,
-                    std::span<const double> um_v);
+                    std::span<const double> um_v,
+                    std::span<const double> directions = {});
 
 }  // namespace faultlab::core

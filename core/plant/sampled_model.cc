@@ -1,8 +1,10 @@
 #include "core/plant/sampled_model.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 
 #include "core/plant/propagator.h"
+#include "core/plant/rest_passage.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {
@@ -36,16 +38,37 @@ SampledModel MakeSampledModel(const PlantParameters& p, double period_s, double 
   return model;
 }
 
+std::vector<double> FrictionDirections(const SampledModel& model,
+                                       std::span<const double> uc_v,
+                                       double mc_nm) {
+  std::vector<double> directions(uc_v.size());
+  const double kept = std::clamp(model.phi(2, 2), 0.0, 1.0);
+  const double held = -model.gamma_m(2) * mc_nm;
+  Eigen::Vector3d x = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < uc_v.size(); ++k) {
+    const Eigen::Vector3d free = model.phi * x + model.gamma_u * uc_v[k];
+    directions[k] = MeanDirection(x(2), free(2), held, kept);
+    x = free + model.gamma_m * (mc_nm * directions[k]);
+  }
+  return directions;
+}
+
 Eigen::Vector3d SimulateUm(const SampledModel& model,
                            std::span<const double> uc_v,
                            double mc_nm,
                            const Eigen::Vector3d& x0,
-                           std::span<double> um_v) {
+                           std::span<double> um_v,
+                           std::span<const double> directions) {
   LAB_CHECK(uc_v.size() == um_v.size(), uc_v.size(), um_v.size());
+  LAB_CHECK(directions.empty() || directions.size() == uc_v.size(), directions.size());
   Eigen::Vector3d x = x0;
-  const Eigen::Vector3d from_friction = model.gamma_m * mc_nm;
-  const double um_from_friction = model.d_m(0) * mc_nm;
+  Eigen::Vector3d from_friction = model.gamma_m * mc_nm;
+  double um_from_friction = model.d_m(0) * mc_nm;
   for (std::size_t k = 0; k < uc_v.size(); ++k) {
+    if (!directions.empty()) {
+      from_friction = model.gamma_m * (mc_nm * directions[k]);
+      um_from_friction = model.d_m(0) * mc_nm * directions[k];
+    }
     um_v[k] = model.c.row(0).dot(x) + model.d_u(0) * uc_v[k] + um_from_friction;
     const Eigen::Vector3d next = model.phi * x + model.gamma_u * uc_v[k] + from_friction;
     x = next;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <vector>
 
 #include "core/types/plant_parameters.h"
 
@@ -27,12 +28,20 @@ struct SampledModel {
 /// Contract: positive parameters, 0 <= delta < period.
 SampledModel MakeSampledModel(const PlantParameters& parameters, double period_s, double delta_s);
 
-/// um(k) from x(0) = x0 under u(0..n-1) and constant Mc. um [n], same length as uc.
-/// Returns the state after the last sample.
+/// The share of Mc that acts in each period, -1 to 1: the mean sign of the speed of a motor that
+/// starts at rest under u(0..n-1). For motors that turn both ways; a motor that turns one way
+/// has 1.
+std::vector<double> FrictionDirections(const SampledModel& model,
+                                       std::span<const double> uc_v,
+                                       double mc_nm);
+
+/// um(k) from x(0) = x0 under u(0..n-1) and Mc, times `directions` [n] if there are any. um [n],
+/// same length as uc. Returns the state after the last sample.
 Eigen::Vector3d SimulateUm(const SampledModel& model,
                            std::span<const double> uc_v,
                            double mc_nm,
                            const Eigen::Vector3d& x0,
-                           std::span<double> um_v);
+                           std::span<double> um_v,
+                           std::span<const double> directions = {});
 
 }  // namespace faultlab::core

@@ -36,6 +36,7 @@ Status Apply(std::string_view text, const std::vector<Setting>& settings) {
   const auto refuse = [](const std::string& what) {
     return Error{ErrorCode::kInvalid, "excitation: " + what, "excitation"};
   };
+  std::vector<std::string_view> given;
   while (!text.empty()) {
     const std::size_t comma = text.find(',');
     const std::string_view part = text.substr(0, comma);
@@ -51,6 +52,10 @@ Status Apply(std::string_view text, const std::vector<Setting>& settings) {
     if (found == nullptr || equals == std::string_view::npos) {
       return refuse("'" + std::string(part) + "' is not NAME=NUMBER with one of " + names);
     }
+    if (std::ranges::find(given, name) != given.end()) {
+      return refuse(std::string(name) + " is given twice");
+    }
+    given.push_back(name);
     const std::optional<double> value = ParseNumber(part.substr(equals + 1));
     const bool whole = found->whole_max > 0.0;
     if (!value ||

@@ -26,6 +26,15 @@ core::Result<core::Calibration> ReadCalibrationFile(const std::string& path,
                            "', not of '" + bench.name + "'; give the file of that bench as --bench",
                        "bench"};
   }
+  const json::value* id = object != nullptr ? object->if_contains("bench_id") : nullptr;
+  if (id != nullptr && id->is_string() && id->get_string() != bench.id) {
+    return core::Error{core::ErrorCode::kInvalid,
+                       path + ": the bench '" + bench.name +
+                           "' was described otherwise when this was measured (" +
+                           std::string(id->get_string()) + ", now " + bench.id +
+                           "); calibrate again, or give the file of then as --bench",
+                       "bench_id"};
+  }
   return ParseCalibration(text.value(), path, bench);
 }
 
@@ -34,6 +43,7 @@ core::Status WriteCalibrationFile(const std::string& path,
                                   const core::Bench& bench) {
   json::object document = ToJson(calibration, bench);
   document["bench"] = bench.name;
+  document["bench_id"] = bench.id;
   return WriteFile(path, json::serialize(document) + "\n");
 }
 

@@ -85,9 +85,9 @@ int RunReproduce(const ReproduceOptions& options) {
   }
   const core::Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
   if (!bench) return Fail(bench.error(), kExitBadInput);
-  if (!core::IsPublished(*bench.value())) {
-    PrintError("the printed tables are of the paper's bench; " + bench.value()->name +
-               " lacks one of its components or simulators, or has another period");
+  if (const std::string missing = core::MissingForTables(*bench.value()); !missing.empty()) {
+    PrintError("the printed tables are of the paper's bench; " + bench.value()->name + " has not " +
+               missing);
     return kExitBadInput;
   }
   core::ReproductionOptions settings;

@@ -91,6 +91,22 @@ Result<std::vector<double>> MakeInput(const SimulateOptions& options, const Plan
       return Error{ErrorCode::kInvalid, std::string("excitation: ") + text.data(), "excitation"};
     }
   }
+  const auto [least, most] = std::minmax_element(uc.value().begin(), uc.value().end());
+  const double low = least == uc.value().end() ? 0.0 : *least;
+  const double high = most == uc.value().end() ? 0.0 : *most;
+  if (low < plan.bench->input_min_v || high > plan.bench->input_max_v) {
+    std::array<char, 160> text;
+    std::snprintf(
+        text.data(),
+        text.size(),
+        "note: the excitation goes from %g V to %g V; a rig of this bench refuses what is "
+        "outside %g V to %g V",
+        low,
+        high,
+        plan.bench->input_min_v,
+        plan.bench->input_max_v);
+    PrintError(text.data());
+  }
   return uc;
 }
 

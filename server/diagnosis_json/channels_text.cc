@@ -11,17 +11,25 @@ core::Result<core::Channels> ParseChannels(std::string_view text, const core::Be
                        "channels '" + std::string(text) + "': expected um or all",
                        "channels"};
   }
-  if (bench.um.exists) return core::Channels::kUmOnly;
+  const char* why = nullptr;
+  if (!bench.um.exists) {
+    why = "does not measure um";
+  } else if (bench.structure->estimated != core::EstimatedChannel::kUm) {
+    why = "has a driver, whose voltage says little of the motor";
+  }
+  if (why == nullptr) return core::Channels::kUmOnly;
   return core::Error{core::ErrorCode::kInvalid,
-                     "channels 'um': the bench " + bench.name + " does not measure um; use all",
+                     "channels 'um': the bench " + bench.name + " " + why + "; use all",
                      "channels"};
 }
 
 std::vector<std::string> NotesOnUnused(std::span<const std::string> columns,
                                        const core::Bench& bench,
                                        std::string_view file) {
-  const std::pair<std::string_view, bool> described[] = {
-      {"um_v", bench.um.exists}, {"ia_a", bench.ia.exists}, {"n_rpm", bench.n.exists}};
+  const std::pair<std::string_view, bool> described[] = {{"um_v", bench.um.exists},
+                                                         {"ua_v", bench.ua.exists},
+                                                         {"ia_a", bench.ia.exists},
+                                                         {"n_rpm", bench.n.exists}};
   std::vector<std::string> notes;
   for (const std::string& column : columns) {
     for (const auto& [name, exists] : described) {

@@ -113,23 +113,39 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
   const std::vector<double>& published = options.bench->published.mc_nm;
   frictions_nm.insert(frictions_nm.end(), published.begin(), published.end());
   if (published.empty()) frictions_nm.push_back(options.bench->norm.mc_nm);
+  const auto directions = [&](const core::SampledModel& model, double mc_nm) {
+    const bool turns_both_ways =
+        std::ranges::min(stretch.uc_v) < 0.0 && std::ranges::max(stretch.uc_v) > 0.0;
+    return turns_both_ways ? core::FrictionDirections(model, stretch.uc_v, mc_nm)
+                           : std::vector<double>();
+  };
+  const core::SampledModel sampled =
+      core::MakeSampledModel(with_fault(options.nominal), options.period_s, delta_s);
   for (const double mc_nm : frictions_nm) {
     std::array<char, 32> mc{};
     std::snprintf(mc.data(), mc.size(), "%.3g", 1e3 * mc_nm);
     add(std::string("model_mc_") + mc.data() + (mc_nm == 0.0 ? "" : "mNm"),
         std::string("M_{c} ") + mc.data() + " mNm",
-        core::FitFriction(eq3, mc_nm, stretch.uc_v, stretch.um_v, options.period_s, delta_s));
+        core::FitFriction(eq3,
+                          mc_nm,
+                          stretch.uc_v,
+                          stretch.um_v,
+                          options.period_s,
+                          delta_s,
+                          directions(sampled, mc_nm)));
   }
   if (diagnosis.calibration) {
     const core::Calibration& calibration = *diagnosis.calibration;
     const core::PlantParameters plant =
         core::WithMeasuredGain(with_fault(calibration.nominal), calibration.gain_factor);
+    const core::SampledModel model = core::MakeSampledModel(plant, options.period_s, delta_s);
     add("faultlab",
         "faultlab",
-        core::FitSampled(core::MakeSampledModel(plant, options.period_s, delta_s),
+        core::FitSampled(model,
                          calibration.mc_nm,
                          stretch.uc_v,
-                         stretch.um_v));
+                         stretch.um_v,
+                         directions(model, calibration.mc_nm)));
   }
   return comparison;
 }

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "core/filter/innovations.h"
-#include "core/filter/mean_direction.h"
 #include "core/filter/simd/lane_model.h"
+#include "core/plant/rest_passage.h"
 
 namespace faultlab::core {
 

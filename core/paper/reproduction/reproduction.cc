@@ -262,12 +262,19 @@ void AddFault(ReproducedTables& tables,
 
 }  // namespace
 
-bool IsPublished(const Bench& bench) {
-  const bool all = std::all_of(PrintedFaults().begin(), PrintedFaults().end(), [&](const auto& p) {
-    return bench.published.Find(p.component, p.value) != nullptr;
-  });
-  return all && bench.period_s == kPaperPeriodS && bench.FindProfile(kHardware) != nullptr &&
-         bench.FindProfile(kCircuitSimulation) != nullptr;
+std::string MissingForTables(const Bench& bench) {
+  for (const auto& printed : PrintedFaults()) {
+    if (bench.published.Find(printed.component, printed.value) == nullptr) {
+      return "a published fault of " + std::string(printed.component);
+    }
+  }
+  if (bench.period_s != kPaperPeriodS) return "a period_s of 0.01";
+  for (const char* profile : {kHardware, kCircuitSimulation}) {
+    if (bench.FindProfile(profile) == nullptr) {
+      return "a [[simulator]] named " + std::string(profile);
+    }
+  }
+  return {};
 }
 
 std::vector<Sample> PaperRecord(const Bench& bench,
@@ -282,7 +289,7 @@ std::vector<Sample> PaperRecord(const Bench& bench,
 }
 
 Reproduction Reproduce(const ReproductionOptions& options) {
-  LAB_CHECK(options.bench != nullptr && IsPublished(*options.bench));
+  LAB_CHECK(options.bench != nullptr && MissingForTables(*options.bench).empty());
   const Bench& bench = *options.bench;
   Reproduction reproduction;
   ReproducedTables tables;

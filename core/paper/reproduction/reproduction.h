@@ -43,19 +43,19 @@ struct Reproduction {
   ReproductionSummary summary;
 };
 
-/// True for the bench of the printed tables: it has all their components, the two simulators and
-/// the paper's period.
-bool IsPublished(const Bench& bench);
+/// What a bench lacks to be the one of the printed tables: one of their components, the paper's
+/// period or one of the two simulators. Empty: nothing.
+std::string MissingForTables(const Bench& bench);
 
 /// Simulates the paper's 18 faults (bench profile for R1, R9, R12, C8, multisim for Ra, J, B) and
 /// computes Tables 3-20. One fixed configuration per profile, without tuning by row: SWA K = 100,
 /// SIA (K, m) = (500, 20) in the paper's rule, both with the rig's output noise subtracted from the
 /// normal equations, `ours` = median over the settled part of the records. Takes a few seconds.
-/// Contract: IsPublished(*options.bench).
+/// Contract: the bench misses nothing for the tables.
 Reproduction Reproduce(const ReproductionOptions& options);
 
 /// The record behind one row, for the figures.
-/// Contract: IsPublished(bench).
+/// Contract: as Reproduce.
 std::vector<Sample> PaperRecord(const Bench& bench,
                                 const std::optional<TableFault>& fault,
                                 std::uint64_t seed);

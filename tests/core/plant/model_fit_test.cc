@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/plant/plant.h"
 #include "core/signals/prbs.h"
@@ -63,12 +65,14 @@ struct Recording {
   std::vector<double> um_v;
 };
 
-Recording Record(const PlantParameters& p, const BenchProfile& profile) {
+Recording Record(const PlantParameters& p,
+                 const BenchProfile& profile,
+                 std::vector<double> uc_v = MakePrbs({}, 500, kPeriodS)) {
   Plant plant(p, profile, 1);
   plant.SetInput(2.5);
   plant.Advance(0.5);
   Recording recording;
-  recording.uc_v = MakePrbs({}, 500, kPeriodS);
+  recording.uc_v = std::move(uc_v);
   for (const double uc : recording.uc_v) {
     plant.SetInput(uc);
     plant.Advance(profile.delta_s);
@@ -136,6 +140,35 @@ TEST(ModelFit, FrictionChannelMattersWhenR1IsLarge) {
   EXPECT_GT(fit(0.33e-3), 99.5);
   EXPECT_LT(fit(0.48e-3), 40.0);
   EXPECT_LT(fit(0.0), -100.0);
+}
+
+TEST(ModelFit, FrictionTurnsAroundWithTheMotor) {
+  BenchProfile profile = QuietBench();
+  profile.amplifier.quadrants = Quadrants::kFour;
+  profile.friction.ms_nm = profile.friction.mc_nm;
+  const PlantParameters p = paper::Plant();
+  const double mc_nm = profile.friction.mc_nm;
+  const Recording r = Record(p, profile, MakePrbs({.low_v = -1.0, .high_v = 2.0}, 500, kPeriodS));
+  const SampledModel model = MakeSampledModel(p, kPeriodS, profile.delta_s);
+  const std::vector<double> directions = FrictionDirections(model, r.uc_v, mc_nm);
+  EXPECT_EQ(std::ranges::max(directions), 1.0);
+  EXPECT_EQ(std::ranges::min(directions), -1.0);
+  EXPECT_GT(FitSampled(model, mc_nm, r.uc_v, r.um_v, directions).fit_percent, 99.9);
+  EXPECT_LT(FitSampled(model, mc_nm, r.uc_v, r.um_v).fit_percent, 99.8);
+  const auto eq3 = [&](std::span<const double> along) {
+    return FitFriction(MakeContinuous(p), mc_nm, r.uc_v, r.um_v, kPeriodS, profile.delta_s, along)
+        .fit_percent;
+  };
+  EXPECT_GT(eq3(directions), 99.0);
+  EXPECT_LT(eq3({}), eq3(directions));
+}
+
+TEST(ModelFit, AMotorThatTurnsOneWayHasOneDirection) {
+  const BenchProfile profile = QuietBench();
+  const Recording r = Record(paper::Plant(), profile);
+  const SampledModel model = MakeSampledModel(paper::Plant(), kPeriodS, profile.delta_s);
+  EXPECT_EQ(FrictionDirections(model, r.uc_v, profile.friction.mc_nm),
+            std::vector<double>(r.uc_v.size(), 1.0));
 }
 
 TEST(SampledModel, SteadyStateIsAFixedPoint) {

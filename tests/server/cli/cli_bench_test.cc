@@ -131,6 +131,34 @@ TEST_F(CliBench, IsSimulatedCalibratedAndDiagnosed) {
   EXPECT_EQ(Run("plot --bench mine.toml run.csv --figure signals -o run.png").exit_code, 0);
 }
 
+TEST_F(CliBench, ACalibrationIsOfTheBenchAsItWasDescribed) {
+  Write("small.toml", Small());
+  ASSERT_EQ(Run("simulate --bench small.toml --duration 8 -o run.csv").err, "");
+  ASSERT_EQ(Run("calibrate --bench small.toml run.csv -o rig.json").err, "");
+  Write("small.toml", "# of the second cupboard\n" + Small());
+  EXPECT_EQ(Run("diagnose --bench small.toml --calibration rig.json run.csv").exit_code, 0);
+  Write("small.toml", Small("k = 4.0", "k = 4.1"));
+  const Finished changed = Run("diagnose --bench small.toml --calibration rig.json run.csv");
+  EXPECT_EQ(changed.exit_code, 2);
+  EXPECT_TRUE(
+      Holds(changed.err, "the bench 'small' was described otherwise when this was measured"))
+      << changed.err;
+}
+
+TEST_F(CliBench, ADriversVoltageIsNoChannelToDiagnoseBy) {
+  Write("um.toml", Small() + "[channel.um]\nnoise = 0.02\n");
+  const Finished run = Run("isolability --bench um.toml --channels um");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_TRUE(Holds(run.err, "has a driver, whose voltage says little of the motor")) << run.err;
+}
+
+TEST_F(CliBench, SimulateNotesAnInputThatARigRefuses) {
+  const Finished run =
+      Run("simulate --bench mine.toml --excitation prbs:low=-1,high=2 --duration 2 -o run.csv");
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_TRUE(Holds(run.err, "note: the excitation goes from -1 V to 2 V")) << run.err;
+}
+
 TEST_F(CliBench, RefusalsSayWhatWasExpected) {
   Write("bad.toml", "[bench]\nname = \"x\"\nstructure = \"motor-driver\"\nperiod_s = 1\n");
   const std::pair<std::string, std::string> cases[] = {
@@ -140,7 +168,7 @@ TEST_F(CliBench, RefusalsSayWhatWasExpected) {
       {"simulate --bench mine.toml --fault R1=3@5 -o x.csv", "expected one of Ra, Ke, J, B, k"},
       {"simulate --bench mine.toml --profile multisim -o x.csv", "there is \"bench\""},
       {"isolability --bench mine.toml --channels um", "does not measure um"},
-      {"reproduce --bench mine.toml", "the printed tables are of the paper's bench"}};
+      {"reproduce --bench mine.toml", "has not a published fault of R1"}};
   for (const auto& [arguments, message] : cases) {
     const Finished run = Run(arguments);
     EXPECT_EQ(run.exit_code, 2) << arguments;

@@ -55,6 +55,7 @@ TEST_F(CliSimulate, RefusesBadOptionsByNameAndWritesNothing) {
        "seed\n"},
       {"--excitation prbs:order=2.5",
        "faultlab: excitation: order must be a whole number, found '2.5'\n"},
+      {"--excitation prbs:low=1,low=2", "faultlab: excitation: low is given twice\n"},
       {"--excitation noise",
        "faultlab: excitation 'noise' is not known, expected prbs, step, multisine or chirp\n"},
       {"--duration 1e9",
