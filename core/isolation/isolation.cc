@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "core/isolation/friction_hold.h"
 #include "core/isolation/lack_of_fit.h"
 #include "core/isolation/onset.h"
 #include "core/isolation/ranked_hypotheses.h"
@@ -151,13 +152,18 @@ class Isolation {
       verdict.reason = "too few samples after the alarm";
       return result;
     }
+    FitContext on_top = nominal_;
+    for (const Candidate& fault : task_.reference) {
+      on_top.rig = WithComponent(on_top.rig, fault.component, fault.value);
+    }
+    held_ = !task_.reference.empty() && HardlyTurns(on_top.rig, on_top.stretch);
+    if (held_) {
+      changeable_.clear();
+      for (const Candidate& fault : task_.reference) changeable_.push_back(fault.component);
+    }
     Explanation explanation = ExplainFrom(nominal_);
     bool second = false;
-    if (!task_.reference.empty() && explanation.gain >= kFaultGain) {
-      FitContext on_top = nominal_;
-      for (const Candidate& fault : task_.reference) {
-        on_top.rig = WithComponent(on_top.rig, fault.component, fault.value);
-      }
+    if (!task_.reference.empty() && !held_ && explanation.gain >= kFaultGain) {
       Explanation added = ExplainFrom(on_top);
       const HypothesisFit& another = added.set.best();
       const double share =
@@ -191,7 +197,7 @@ class Isolation {
   }
 
   RankedHypotheses Fit(const FitContext& context, FitPolicy policy) const {
-    return RankHypotheses(context, Changeable(task_.options), task_.options.values, policy);
+    return RankHypotheses(context, changeable_, task_.options.values, policy);
   }
 
   static FitContext Newest(const FitContext& context, std::size_t samples) {
@@ -279,7 +285,7 @@ class Isolation {
     if (second) result.present = task_.reference;
     result.present.push_back(verdict.candidates.front());
 
-    if (!explanation.lack_of_fit.adequate) {
+    if (!explanation.lack_of_fit.adequate && !held_) {
       verdict.kind = VerdictKind::kUnknownFault;
       verdict.group.clear();
       verdict.reason = "no single component explains the record";
@@ -294,6 +300,7 @@ class Isolation {
     verdict.kind = VerdictKind::kFault;
     verdict.reason = FaultSentence(verdict);
     if (explanation.shape == FaultShape::kDrift) verdict.reason += " and moving";
+    if (held_) verdict.reason += "; the motor hardly turns, so that nothing more can be told";
     if (second) verdict.reason += ", on top of " + ValueText(task_.reference.front());
     if (set.off_list && explanation.shape == FaultShape::kAbrupt) {
       verdict.reason += "; no relay position has this value";
@@ -342,6 +349,10 @@ class Isolation {
   std::vector<Observation> observations_;
   FitContext nominal_;
   std::span<const Observation> since_fault_;
+  std::vector<Component> changeable_ = Changeable(task_.options);
+  /// The faults that are known already hold the motor near rest (HardlyTurns): only their own
+  /// values are told from then on.
+  bool held_ = false;
 };
 
 }  // namespace

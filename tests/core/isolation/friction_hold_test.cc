@@ -1,0 +1,36 @@
+#include "core/isolation/friction_hold.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "tests/paper_bench.h"
+
+namespace faultlab::core {
+namespace {
+
+RigParameters RigOf(const PlantParameters& plant, double mc_nm) {
+  RigParameters rig;
+  rig.plant = plant;
+  rig.mc_nm = mc_nm;
+  return rig;
+}
+
+TEST(HardlyTurns, WhereFrictionTakesMuchOfTheDriveOfBothDirections) {
+  PlantParameters plant = paper::Plant();
+  const std::array<Observation, 3> both = {
+      Observation{.u = -1.0}, Observation{.u = 2.0}, Observation{.u = 1.0}};
+  const double torque_nm =
+      plant.kt_nm_per_a * plant.gain() * 2.0 / (plant.ra_ohm + plant.series_ohm);
+  EXPECT_TRUE(HardlyTurns(RigOf(plant, 0.41 * torque_nm), both));
+  EXPECT_FALSE(HardlyTurns(RigOf(plant, 0.39 * torque_nm), both));
+}
+
+TEST(HardlyTurns, NeverWhereTheInputHasOneSign) {
+  const std::array<Observation, 2> one = {Observation{.u = 0.0}, Observation{.u = 2.0}};
+  EXPECT_FALSE(HardlyTurns(RigOf(paper::Plant(), 1.0), one));
+  EXPECT_FALSE(HardlyTurns(RigOf(paper::Plant(), 1.0), {}));
+}
+
+}  // namespace
+}  // namespace faultlab::core
