@@ -21,16 +21,18 @@ double FitOf(const Calibration& calibration,
   PlantParameters plant = calibration.nominal;
   for (const Candidate& fault : faults) plant.Set(fault.component, fault.value);
   plant = WithMeasuredGain(plant, calibration.gain_factor);
+  const EstimatedChannel channel = plant.structure->estimated;
   std::vector<double> uc;
-  std::vector<double> um;
+  std::vector<double> y;
   for (const Sample& sample : samples) {
     uc.push_back(sample.uc_v);
-    um.push_back(sample.um_v);
+    y.push_back(ReadingOf(sample, channel));
   }
   return FitSampled(MakeSampledModel(plant, calibration.period_s, calibration.delta_s),
+                    SampledModel::RowOf(channel),
                     calibration.mc_nm,
                     uc,
-                    um)
+                    y)
       .fit_percent;
 }
 
@@ -43,8 +45,9 @@ Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions
     while (std::optional<DiagnosisTask> task = pipeline.TakeTask()) pipeline.Accept(RunTask(*task));
   }
   Diagnosis diagnosis = pipeline.Finish();
-  // The paper compares um only.
-  if (diagnosis.calibration && diagnosis.calibration->used_um && samples.size() > 1) {
+  const bool by_ia = options.bench->structure->estimated == EstimatedChannel::kIa;
+  const auto uses_it = [&](const Calibration& by) { return by_ia ? by.used_ia : by.used_um; };
+  if (diagnosis.calibration && uses_it(*diagnosis.calibration) && samples.size() > 1) {
     const auto fitted = static_cast<std::size_t>(std::lround(kFitSeconds / options.period_s));
     const auto tail = samples.last(std::min(fitted, samples.size()));
     diagnosis.fit_percent.push_back({"nominal", FitOf(*diagnosis.calibration, {}, tail)});

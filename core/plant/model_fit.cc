@@ -24,15 +24,15 @@ ModelFit FitInitialStates(std::vector<double> forced,
   ModelFit fit;
   if (rows == 0 || !simulated.allFinite() || !columns.allFinite() || !target.allFinite()) {
     fit.fit_percent = kNotANumber;
-    fit.simulated_v.assign(measured.size(), kNotANumber);
+    fit.simulated.assign(measured.size(), kNotANumber);
     return fit;
   }
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr;
   qr.setThreshold(kRankTolerance);
   qr.compute(columns);
   simulated += columns * qr.solve(target - simulated);
-  fit.simulated_v = std::move(forced);
-  fit.fit_percent = CompareFit(measured, fit.simulated_v);
+  fit.simulated = std::move(forced);
+  fit.fit_percent = CompareFit(measured, fit.simulated);
   return fit;
 }
 
@@ -78,7 +78,7 @@ std::vector<double> FrictionChannel(std::span<const double> directions,
 }
 
 ModelFit NoFit(std::size_t samples) {
-  return {.fit_percent = kNotANumber, .simulated_v = std::vector<double>(samples, kNotANumber)};
+  return {.fit_percent = kNotANumber, .simulated = std::vector<double>(samples, kNotANumber)};
 }
 
 }  // namespace
@@ -103,32 +103,32 @@ double CompareFit(std::span<const double> measured, std::span<const double> simu
 
 ModelFit FitDiscrete(const DiscreteCoefficients& model,
                      std::span<const double> uc_v,
-                     std::span<const double> um_v) {
-  LAB_CHECK(uc_v.size() == um_v.size(), uc_v.size(), um_v.size());
-  return FitInitialStates(Forced(model, uc_v), Powers(-model.a1d, uc_v.size()), um_v);
+                     std::span<const double> y_measured) {
+  LAB_CHECK(uc_v.size() == y_measured.size(), uc_v.size(), y_measured.size());
+  return FitInitialStates(Forced(model, uc_v), Powers(-model.a1d, uc_v.size()), y_measured);
 }
 
 ModelFit FitContinuous(const ContinuousCoefficients& model,
                        std::span<const double> uc_v,
-                       std::span<const double> um_v,
+                       std::span<const double> y_measured,
                        double period_s,
                        double delta_s) {
   if (!(model.a1 > 0.0)) {
-    return NoFit(um_v.size());
+    return NoFit(y_measured.size());
   }
-  return FitDiscrete(Discretise(model, period_s, delta_s), uc_v, um_v);
+  return FitDiscrete(Discretise(model, period_s, delta_s), uc_v, y_measured);
 }
 
 ModelFit FitFriction(const ContinuousCoefficients& model,
                      double mc_nm,
                      std::span<const double> uc_v,
-                     std::span<const double> um_v,
+                     std::span<const double> y_measured,
                      double period_s,
                      double delta_s,
                      std::span<const double> directions) {
-  LAB_CHECK(uc_v.size() == um_v.size(), uc_v.size(), um_v.size());
+  LAB_CHECK(uc_v.size() == y_measured.size(), uc_v.size(), y_measured.size());
   if (!(model.a1 > 0.0 && model.a12 > 0.0)) {
-    return NoFit(um_v.size());
+    return NoFit(y_measured.size());
   }
   const DiscreteCoefficients discrete = Discretise(model, period_s, delta_s);
   std::vector<double> forced = Forced(discrete, uc_v);
@@ -140,31 +140,37 @@ ModelFit FitFriction(const ContinuousCoefficients& model,
   Eigen::MatrixXd columns(static_cast<Eigen::Index>(uc_v.size()), 2);
   columns.col(0) = Powers(-discrete.a1d, uc_v.size());
   columns.col(1) = Powers(std::exp(-period_s / model.a12), uc_v.size());
-  return FitInitialStates(std::move(forced), columns, um_v);
+  return FitInitialStates(std::move(forced), columns, y_measured);
 }
 
 ModelFit FitSampled(const SampledModel& model,
+                    int row,
                     double mc_nm,
                     std::span<const double> uc_v,
-                    std::span<const double> um_v,
-                    std::span<const double> directions) {
-  LAB_CHECK(uc_v.size() == um_v.size(), uc_v.size(), um_v.size());
+                    std::span<const double> y_measured) {
+  LAB_CHECK(uc_v.size() == y_measured.size(), uc_v.size(), y_measured.size());
   std::vector<double> forced(uc_v.size());
-  SimulateUm(model, uc_v, mc_nm, Eigen::Vector3d::Zero(), forced, directions);
+  Simulate(model,
+           row,
+           uc_v,
+           mc_nm,
+           Eigen::Vector3d::Zero(),
+           forced,
+           FrictionDirections(model, uc_v, mc_nm));
   Eigen::MatrixXd columns(static_cast<Eigen::Index>(uc_v.size()), 3);
-  Eigen::RowVector3d row = model.c.row(0);
+  Eigen::RowVector3d response = model.c.row(row);
   for (Eigen::Index k = 0; k < columns.rows(); ++k) {
-    columns.row(k) = row;
-    const Eigen::RowVector3d next = row * model.phi;
-    row = next;
+    columns.row(k) = response;
+    const Eigen::RowVector3d next = response * model.phi;
+    response = next;
   }
-  for (Eigen::Index j = 0; j < 3; ++j) {  // without units: V/V, V/A and V s/rad are treated alike
+  for (Eigen::Index j = 0; j < 3; ++j) {  // without units: all states are treated alike
     const double norm = columns.col(j).norm();
     if (norm > 0.0) {
       columns.col(j) /= norm;
     }
   }
-  return FitInitialStates(std::move(forced), columns, um_v);
+  return FitInitialStates(std::move(forced), columns, y_measured);
 }
 
 }  // namespace faultlab::core

@@ -16,20 +16,21 @@ double CompareFit(std::span<const double> measured, std::span<const double> simu
 /// A simulated output with the initial state that fits the measurement best.
 struct ModelFit {
   double fit_percent = 0.0;
-  std::vector<double> simulated_v;
+  std::vector<double> simulated;
 };
 
+/// `y`: the measured channel that the models are of, um (V) or ia (A).
 /// Simulated output (not a one-step prediction) of y(k) = b0d u(k) + b1d u(k-1) - a1d y(k-1). The
 /// initial state x1, with y(0) = b0d u(0) + x1, is found by least squares.
 ModelFit FitDiscrete(const DiscreteCoefficients& model,
                      std::span<const double> uc_v,
-                     std::span<const double> um_v);
+                     std::span<const double> y);
 
 /// The same for the continuous model, whose output is read `delta_s` after the edge of its input
 /// (delta = 0 is how the paper uses an SIA estimate).
 ModelFit FitContinuous(const ContinuousCoefficients& model,
                        std::span<const double> uc_v,
-                       std::span<const double> um_v,
+                       std::span<const double> y,
                        double period_s,
                        double delta_s);
 
@@ -38,17 +39,17 @@ ModelFit FitContinuous(const ContinuousCoefficients& model,
 ModelFit FitFriction(const ContinuousCoefficients& model,
                      double mc_nm,
                      std::span<const double> uc_v,
-                     std::span<const double> um_v,
+                     std::span<const double> y,
                      double period_s,
                      double delta_s,
                      std::span<const double> directions = {});
 
-/// The exact sampled plant with constant Mc, times `directions` if there are any; three initial
-/// states by least squares.
+/// Output `row` of the exact sampled plant (SampledModel::c) with friction Mc, which turns around
+/// with the motor (FrictionDirections); three initial states by least squares.
 ModelFit FitSampled(const SampledModel& model,
+                    int row,
                     double mc_nm,
                     std::span<const double> uc_v,
-                    std::span<const double> um_v,
-                    std::span<const double> directions = {});
+                    std::span<const double> y);
 
 }  // namespace faultlab::core

@@ -41,6 +41,9 @@ SampledModel MakeSampledModel(const PlantParameters& p, double period_s, double 
 std::vector<double> FrictionDirections(const SampledModel& model,
                                        std::span<const double> uc_v,
                                        double mc_nm) {
+  if (uc_v.empty()) return {};
+  const auto [least, most] = std::ranges::minmax(uc_v);
+  if (!(least < 0.0 && most > 0.0)) return {};
   std::vector<double> directions(uc_v.size());
   const double kept = std::clamp(model.phi(2, 2), 0.0, 1.0);
   const double held = -model.gamma_m(2) * mc_nm;
@@ -53,23 +56,24 @@ std::vector<double> FrictionDirections(const SampledModel& model,
   return directions;
 }
 
-Eigen::Vector3d SimulateUm(const SampledModel& model,
-                           std::span<const double> uc_v,
-                           double mc_nm,
-                           const Eigen::Vector3d& x0,
-                           std::span<double> um_v,
-                           std::span<const double> directions) {
-  LAB_CHECK(uc_v.size() == um_v.size(), uc_v.size(), um_v.size());
+Eigen::Vector3d Simulate(const SampledModel& model,
+                         int row,
+                         std::span<const double> uc_v,
+                         double mc_nm,
+                         const Eigen::Vector3d& x0,
+                         std::span<double> y,
+                         std::span<const double> directions) {
+  LAB_CHECK(uc_v.size() == y.size(), uc_v.size(), y.size());
   LAB_CHECK(directions.empty() || directions.size() == uc_v.size(), directions.size());
   Eigen::Vector3d x = x0;
   Eigen::Vector3d from_friction = model.gamma_m * mc_nm;
-  double um_from_friction = model.d_m(0) * mc_nm;
+  double y_from_friction = model.d_m(row) * mc_nm;
   for (std::size_t k = 0; k < uc_v.size(); ++k) {
     if (!directions.empty()) {
       from_friction = model.gamma_m * (mc_nm * directions[k]);
-      um_from_friction = model.d_m(0) * mc_nm * directions[k];
+      y_from_friction = model.d_m(row) * mc_nm * directions[k];
     }
-    um_v[k] = model.c.row(0).dot(x) + model.d_u(0) * uc_v[k] + um_from_friction;
+    y[k] = model.c.row(row).dot(x) + model.d_u(row) * uc_v[k] + y_from_friction;
     const Eigen::Vector3d next = model.phi * x + model.gamma_u * uc_v[k] + from_friction;
     x = next;
   }

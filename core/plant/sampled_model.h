@@ -21,6 +21,10 @@ struct SampledModel {
   Eigen::Vector3d d_u;  ///< rows um, ia, w
   Eigen::Vector3d d_m;
 
+  /// The row of a channel.
+  static constexpr int RowOf(EstimatedChannel channel) {
+    return channel == EstimatedChannel::kIa ? 1 : 0;
+  }
   /// State at rest under a constant input: (I - phi) x = gamma_u u + gamma_m Mc.
   Eigen::Vector3d SteadyState(double uc_v, double mc_nm) const;
 };
@@ -29,19 +33,20 @@ struct SampledModel {
 SampledModel MakeSampledModel(const PlantParameters& parameters, double period_s, double delta_s);
 
 /// The share of Mc that acts in each period, -1 to 1: the mean sign of the speed of a motor that
-/// starts at rest under u(0..n-1). For motors that turn both ways; a motor that turns one way
-/// has 1.
+/// starts at rest under u(0..n-1). Empty, for 1 throughout, where u has not both signs.
 std::vector<double> FrictionDirections(const SampledModel& model,
                                        std::span<const double> uc_v,
                                        double mc_nm);
 
-/// um(k) from x(0) = x0 under u(0..n-1) and Mc, times `directions` [n] if there are any. um [n],
-/// same length as uc. Returns the state after the last sample.
-Eigen::Vector3d SimulateUm(const SampledModel& model,
-                           std::span<const double> uc_v,
-                           double mc_nm,
-                           const Eigen::Vector3d& x0,
-                           std::span<double> um_v,
-                           std::span<const double> directions = {});
+/// Output `row` of the model (0 um, 1 ia, 2 w) from x(0) = x0 under u(0..n-1) and Mc, times
+/// `directions` [n] if there are any. y [n], same length as uc. Returns the state after the last
+/// sample.
+Eigen::Vector3d Simulate(const SampledModel& model,
+                         int row,
+                         std::span<const double> uc_v,
+                         double mc_nm,
+                         const Eigen::Vector3d& x0,
+                         std::span<double> y,
+                         std::span<const double> directions = {});
 
 }  // namespace faultlab::core

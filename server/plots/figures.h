@@ -72,17 +72,19 @@ struct ModelOutput {
   std::string key;   ///< "swa", "sia", "model_mc_0.33mNm", "faultlab"
   std::string name;  ///< "SWA", "M_{c} 0.33 mNm"
   double fit_percent = 0.0;
-  std::vector<double> um_v;  ///< one value per sample of the stretch
+  std::vector<double> y;  ///< one value per sample of the stretch
 };
 
 struct ModelComparison {
-  std::vector<double> t_s;   ///< the stretch that was simulated
-  std::vector<double> um_v;  ///< measured
+  core::EstimatedChannel channel = core::EstimatedChannel::kUm;  ///< of y: um (V) or ia (A)
+  std::vector<double> t_s;                                       ///< the stretch that was simulated
+  std::vector<double> y;                                         ///< measured
   std::vector<ModelOutput> models;
 };
 
-/// Paper Figure 23: measured Um and the models, the fits in the legend, residuals below. Shows at
-/// most `shown_s` seconds from the start of the stretch; the fits are of the whole stretch.
+/// Paper Figure 23: measured Um (or Ia) and the models, the fits in the legend, residuals below.
+/// Shows at most `shown_s` seconds from the start of the stretch; the fits are of the whole
+/// stretch.
 Figure MakeModelsFigure(const ModelComparison& comparison,
                         const FigureContext& context,
                         double shown_s = 2.0);

@@ -9,6 +9,7 @@
 #include "core/plant/measured_gain.h"
 #include "core/plant/model_fit.h"
 #include "core/plant/sampled_model.h"
+#include "core/types/sample_intake.h"
 #include "server/plots/record_figure.h"
 
 namespace faultlab::server {
@@ -18,18 +19,21 @@ constexpr double kStretchSecondsMin = 2.0;
 constexpr double kStretchSecondsMax = 10.0;  // as the paper's: from the fault at 10 s to 20 s
 
 struct Stretch {
-  std::vector<double> t_s, uc_v, um_v;
+  std::vector<double> t_s, uc_v, y;
 };
 
 /// From the fault (or the middle of the record) to its end, at most kStretchSecondsMax, without a
 /// gap and without a lost reading; of several such pieces the last.
-Stretch FindStretch(std::span<const core::Sample> samples, double from_s, double period_s) {
+Stretch FindStretch(std::span<const core::Sample> samples,
+                    core::EstimatedChannel channel,
+                    double from_s,
+                    double period_s) {
   std::size_t begin = 0;
   std::size_t best_begin = 0;
   std::size_t best_end = 0;
   const auto usable = [&](std::size_t k) {
     return samples[k].t_s >= from_s && std::isfinite(samples[k].uc_v) &&
-           std::isfinite(samples[k].um_v);
+           std::isfinite(core::ReadingOf(samples[k], channel));
   };
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (!usable(k)) {
@@ -50,7 +54,7 @@ Stretch FindStretch(std::span<const core::Sample> samples, double from_s, double
   for (std::size_t k = best_begin; k < best_end; ++k) {
     stretch.t_s.push_back(samples[k].t_s);
     stretch.uc_v.push_back(samples[k].uc_v);
-    stretch.um_v.push_back(samples[k].um_v);
+    stretch.y.push_back(core::ReadingOf(samples[k], channel));
   }
   return stretch;
 }
@@ -66,22 +70,21 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
                               const core::DiagnosisOptions& options,
                               const core::Diagnosis& diagnosis) {
   ModelComparison comparison;
-  // The models compute um; benches that are diagnosed by their current have no comparison yet.
-  const bool by_um = options.bench->structure->estimated == core::EstimatedChannel::kUm;
-  if (samples.empty() || !by_um) {
+  comparison.channel = options.bench->structure->estimated;
+  if (samples.empty()) {
     return comparison;
   }
   const core::Verdict& verdict = diagnosis.verdict;
   const double middle = 0.5 * (samples.front().t_s + samples.back().t_s);
   const double from_s = verdict.onset_s ? *verdict.onset_s : verdict.detected_at_s.value_or(middle);
-  Stretch stretch = FindStretch(samples, from_s, options.period_s);
+  Stretch stretch = FindStretch(samples, comparison.channel, from_s, options.period_s);
   comparison.t_s = stretch.t_s;
-  comparison.um_v = stretch.um_v;
+  comparison.y = stretch.y;
   if (stretch.t_s.empty()) {
     return comparison;
   }
   const auto add = [&](const std::string& key, const std::string& name, core::ModelFit fit) {
-    comparison.models.push_back({key, name, fit.fit_percent, std::move(fit.simulated_v)});
+    comparison.models.push_back({key, name, fit.fit_percent, std::move(fit.simulated)});
   };
   const double delta_s = diagnosis.calibration ? diagnosis.calibration->delta_s
                                                : std::min(options.bench->delta_s, options.period_s);
@@ -92,14 +95,14 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
   if (IsUsable(swa)) {
     add("swa",
         "SWA",
-        core::FitDiscrete({swa.theta[0], swa.theta[1], swa.theta[2]}, stretch.uc_v, stretch.um_v));
+        core::FitDiscrete({swa.theta[0], swa.theta[1], swa.theta[2]}, stretch.uc_v, stretch.y));
   }
   const core::Estimate<3>& sia = estimate(core::EstimatorId::kSia100x20);
   if (IsUsable(sia) && sia.theta[2] > 0.0) {
     const core::ContinuousCoefficients model = {sia.theta[0], sia.theta[1], sia.theta[2], 0.0, 0.0};
     add("sia",
         "SIA",
-        core::FitContinuous(model, stretch.uc_v, stretch.um_v, options.period_s, delta_s));
+        core::FitContinuous(model, stretch.uc_v, stretch.y, options.period_s, delta_s));
   }
   const bool fault = verdict.kind == core::VerdictKind::kFault && !verdict.candidates.empty();
   const auto with_fault = [&](core::PlantParameters plant) {
@@ -113,12 +116,6 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
   const std::vector<double>& published = options.bench->published.mc_nm;
   frictions_nm.insert(frictions_nm.end(), published.begin(), published.end());
   if (published.empty()) frictions_nm.push_back(options.bench->norm.mc_nm);
-  const auto directions = [&](const core::SampledModel& model, double mc_nm) {
-    const bool turns_both_ways =
-        std::ranges::min(stretch.uc_v) < 0.0 && std::ranges::max(stretch.uc_v) > 0.0;
-    return turns_both_ways ? core::FrictionDirections(model, stretch.uc_v, mc_nm)
-                           : std::vector<double>();
-  };
   const core::SampledModel sampled =
       core::MakeSampledModel(with_fault(options.nominal), options.period_s, delta_s);
   for (const double mc_nm : frictions_nm) {
@@ -129,23 +126,22 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
         core::FitFriction(eq3,
                           mc_nm,
                           stretch.uc_v,
-                          stretch.um_v,
+                          stretch.y,
                           options.period_s,
                           delta_s,
-                          directions(sampled, mc_nm)));
+                          core::FrictionDirections(sampled, stretch.uc_v, mc_nm)));
   }
   if (diagnosis.calibration) {
     const core::Calibration& calibration = *diagnosis.calibration;
     const core::PlantParameters plant =
         core::WithMeasuredGain(with_fault(calibration.nominal), calibration.gain_factor);
-    const core::SampledModel model = core::MakeSampledModel(plant, options.period_s, delta_s);
     add("faultlab",
         "faultlab",
-        core::FitSampled(model,
+        core::FitSampled(core::MakeSampledModel(plant, options.period_s, delta_s),
+                         core::SampledModel::RowOf(comparison.channel),
                          calibration.mc_nm,
                          stretch.uc_v,
-                         stretch.um_v,
-                         directions(model, calibration.mc_nm)));
+                         stretch.y));
   }
   return comparison;
 }

@@ -26,7 +26,7 @@ constexpr Look kLooks[] = {{Ink::kBlue, Dash::kSolid},
 Figure MakeModelsFigure(const ModelComparison& comparison,
                         const FigureContext& context,
                         double shown_s) {
-  LAB_CHECK(comparison.t_s.size() == comparison.um_v.size());
+  LAB_CHECK(comparison.t_s.size() == comparison.y.size());
   Figure figure = MakeFigureOf("Measured and simulated output", context);
   for (const Mark& mark : figure.marks) {  // the stretch follows the fault: name it
     if (mark.kind == MarkKind::kFault) {
@@ -47,10 +47,12 @@ Figure MakeModelsFigure(const ModelComparison& comparison,
   const std::vector<double> t = cut(comparison.t_s);
 
   Panel output;
-  output.y = {"U_{m}", "V", std::nullopt};
+  const bool current = comparison.channel == core::EstimatedChannel::kIa;
+  const char* unit = current ? "A" : "V";
+  output.y = {current ? "I_{a}" : "U_{m}", unit, std::nullopt};
   output.weight = 2.0;
   Panel residual;
-  residual.y = {"Residual", "V", std::nullopt};
+  residual.y = {"Residual", unit, std::nullopt};
   residual.levels.push_back({0.0, "", Ink::kGrey});
 
   Series measured;
@@ -58,22 +60,22 @@ Figure MakeModelsFigure(const ModelComparison& comparison,
   measured.ink = Ink::kBlack;
   measured.width = 2.4;
   measured.x = t;
-  measured.y = cut(comparison.um_v);
+  measured.y = cut(comparison.y);
   output.series.push_back(std::move(measured));
   std::size_t i = 0;
   for (const ModelOutput& model : comparison.models) {
-    LAB_CHECK(model.um_v.size() == comparison.t_s.size(), model.name, model.um_v.size());
+    LAB_CHECK(model.y.size() == comparison.t_s.size(), model.name, model.y.size());
     Series series;
     const Look& look = kLooks[i++ % std::size(kLooks)];
     series.name = model.name + "  " + FormatNumber(model.fit_percent, 1) + " %";
     series.ink = look.ink;
     series.dash = look.dash;
     series.x = t;
-    series.y = cut(model.um_v);
+    series.y = cut(model.y);
     Series error = series;
     error.name.clear();
     for (std::size_t k = 0; k < shown; ++k) {
-      error.y[k] = comparison.um_v[k] - model.um_v[k];
+      error.y[k] = comparison.y[k] - model.y[k];
     }
     output.series.push_back(std::move(series));
     residual.series.push_back(std::move(error));

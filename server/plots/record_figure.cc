@@ -77,13 +77,6 @@ core::Result<Figure> MakeFigure(std::string_view name,
     const EstimatorFamily family = name == "swa" ? EstimatorFamily::kSwa : EstimatorFamily::kSia;
     return MakeEstimatesFigure(Replay(samples, options), family, context);
   }
-  if (context.estimated != core::EstimatedChannel::kUm) {
-    return core::Error{
-        core::ErrorCode::kInvalid,
-        "the models compute um; benches that are diagnosed by their current, such as "
-        "this one, have no such figure",
-        "figure"};
-  }
   const ModelComparison comparison = CompareModels(samples, options, diagnosis);
   if (comparison.t_s.empty()) {
     return core::Error{core::ErrorCode::kInvalid,

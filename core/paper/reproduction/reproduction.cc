@@ -114,7 +114,11 @@ double TrueModelFit(const Bench& bench,
   const BenchProfile& profile = ProfileOf(bench, fault);
   const SampledModel model =
       MakeSampledModel(TruthOf(bench, fault), bench.period_s, profile.delta_s);
-  return FitSampled(model, profile.friction.mc_nm, ControlVoltages(stretch), MotorVoltages(stretch))
+  return FitSampled(model,
+                    SampledModel::RowOf(EstimatedChannel::kUm),
+                    profile.friction.mc_nm,
+                    ControlVoltages(stretch),
+                    MotorVoltages(stretch))
       .fit_percent;
 }
 

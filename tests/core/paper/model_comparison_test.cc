@@ -36,7 +36,7 @@ TEST(CompareModels, NamesTheFiveModelsOfThePaperInOrder) {
   std::vector<std::string> names;
   for (const ComparedFit& compared : CompareModels(TrueModels(plant), record, paper::kPeriodS)) {
     names.push_back(compared.name);
-    EXPECT_EQ(compared.fit.simulated_v.size(), record.size());
+    EXPECT_EQ(compared.fit.simulated.size(), record.size());
   }
   EXPECT_EQ(names, (std::vector<std::string>{"swa", "sia", "mc_0", "mc_0.48mNm", "mc_0.33mNm"}));
 }

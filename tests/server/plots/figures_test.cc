@@ -105,10 +105,10 @@ TEST(ModelsFigure, PutsTheFitIntoTheLegendAndTheErrorBelow) {
   ModelComparison comparison;
   for (int k = 0; k < 500; ++k) {
     comparison.t_s.push_back(10.0 + 0.01 * k);
-    comparison.um_v.push_back(std::sin(0.3 * k));
+    comparison.y.push_back(std::sin(0.3 * k));
   }
-  comparison.models.push_back({"swa", "SWA", 98.64, comparison.um_v});
-  comparison.models[0].um_v[0] -= 0.25;
+  comparison.models.push_back({"swa", "SWA", 98.64, comparison.y});
+  comparison.models[0].y[0] -= 0.25;
   const Figure figure = MakeModelsFigure(comparison, Context());
   ASSERT_EQ(figure.panels.size(), 2u);
   EXPECT_EQ(figure.panels[0].series[1].name, "SWA  98.6 %");
