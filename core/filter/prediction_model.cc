@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/numerics/lanes.h"
-#include "core/plant/rest_passage.h"
+#include "core/numerics/rest_passage.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {

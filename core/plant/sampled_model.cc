@@ -3,8 +3,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "core/numerics/rest_passage.h"
 #include "core/plant/propagator.h"
-#include "core/plant/rest_passage.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {

@@ -64,7 +64,7 @@ const Arrows kCore = {
     {"structures", {"types"}},
     {"bench", {"types"}},
     {"filter", {"types", "numerics"}},
-    {"plant", {"types", "bench", "signals"}},
+    {"plant", {"types", "numerics", "bench", "signals"}},
     {"detection", {"types", "bench", "filter"}},
     {"isolability", {"types", "bench", "numerics", "filter"}},
     {"calibration", {"types", "bench", "filter", "detection"}},

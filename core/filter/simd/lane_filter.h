@@ -7,7 +7,7 @@
 
 #include "core/filter/innovations.h"
 #include "core/filter/simd/lane_model.h"
-#include "core/plant/rest_passage.h"
+#include "core/numerics/rest_passage.h"
 
 namespace faultlab::core {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "core/plant/rest_passage.h"
+#include "core/numerics/rest_passage.h"
 #include "core/plant/sampled_model.h"
 #include "core/signals/prbs.h"
 #include "tests/paper_rig.h"
