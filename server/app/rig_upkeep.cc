@@ -13,6 +13,8 @@ using std::chrono::seconds;
 
 constexpr milliseconds kRigPatience = seconds(20);  ///< until the last run has released the rig
 constexpr milliseconds kFollow = seconds(1);
+/// A check is three seconds of waiting for the rig: all rigs of a laboratory are ready after those.
+constexpr int kChecksAtOnce = 16;
 
 /// Why nobody can use this rig now, although it is a rig of this server; empty: it can be used.
 std::string WhyOffline(const RigStatus& rig) {
@@ -44,7 +46,7 @@ RigUpkeep::~RigUpkeep() {
 void RigUpkeep::Start(lab::LabService& service) {
   service_ = &service;
   FollowRigs();
-  threads_.emplace_back([this] { CheckLoop(); });
+  for (int i = 0; i < kChecksAtOnce; ++i) threads_.emplace_back([this] { CheckLoop(); });
   threads_.emplace_back([this] {
     while (!WaitForStop(kFollow)) FollowRigs();
   });

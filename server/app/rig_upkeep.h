@@ -39,7 +39,7 @@ class RigUpkeep : public lab::RigDuties {
 
   /// The service already has these duties, and must exist until Stop.
   void Start(lab::LabService& service);
-  /// Starts no new checks; waits for one in progress.
+  /// Starts no new checks; waits for those in progress.
   void Stop();
 
   void WithNextCheck(const std::string& rig, CheckExtra extra);
