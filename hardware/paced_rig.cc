@@ -14,6 +14,9 @@ core::Error Conflict(std::string message) {
   return {.code = core::ErrorCode::kConflict, .message = std::move(message), .field = {}};
 }
 
+/// How the reason of a stop begins when nobody has been heard.
+constexpr std::string_view kWatchdog = "watchdog";
+
 double Seconds(Nanoseconds time) {
   return std::chrono::duration<double>(time).count();
 }
@@ -93,6 +96,7 @@ core::Status PacedRig::Arm(RunPlan plan, Epoch epoch) {
   commands_.clear();
   asked_at_.fill(kNotAsked);
   stop_reason_.reset();
+  safe_after_.reset();
   stop_asked_ = false;
   period_ = Nanoseconds(std::llround(plan.period_s * 1e9));
   planned_ = shift_ = Nanoseconds(0);
@@ -204,6 +208,7 @@ void PacedRig::Fence(Epoch epoch) {
 }
 
 void PacedRig::SafeStop(std::string_view reason) {
+  const Nanoseconds asked_at = options_.wall->Now();
   {
     const std::lock_guard lock(mutex_);
     if (!stop_reason_) stop_reason_ = std::string(reason);
@@ -214,6 +219,7 @@ void PacedRig::SafeStop(std::string_view reason) {
     const std::lock_guard machine_lock(machine_mutex_);
     const std::string unsafe = machine_->MakeSafe();
     const std::lock_guard lock(mutex_);
+    if (unsafe.empty()) NoteSafe(asked_at);
     if (state_ == RigState::kArmed) {
       state_ = RigState::kIdle;
       queue_.Close();
@@ -247,6 +253,11 @@ core::Result<SelfTestReport> PacedRig::SelfTest(Epoch epoch) {
   }
   if (!machine_->MakeSafe().empty()) report.ok = false;
   return report;
+}
+
+/// Call with mutex_ held, when the machine has been made safe.
+void PacedRig::NoteSafe(Nanoseconds cause_at) {
+  if (!safe_after_) safe_after_ = options_.wall->Now() - cause_at;
 }
 
 void PacedRig::Latch(Trip trip) {
@@ -291,7 +302,7 @@ std::string PacedRig::TakeStopReason() {
     const std::lock_guard lock(mutex_);
     if (stop_reason_) return *stop_reason_;
   }
-  if (HolderIsSilent()) return "watchdog: no word from the holder";
+  if (HolderIsSilent()) return std::string(kWatchdog) + ": no word from the holder";
   if (consecutive_overruns_ >= options_.consecutive_overruns_max) {
     return "overrun: " + std::to_string(consecutive_overruns_) + " ticks in a row came late";
   }
@@ -311,7 +322,7 @@ std::string PacedRig::Deliver(std::vector<RigMessage>& messages) {
     if (queue_.PushUntil(std::move(message), deadline, [this] { return stop_asked_.load(); })) {
       continue;
     }
-    if (!stop_asked_) return "watchdog: no word from the holder";
+    if (!stop_asked_) return std::string(kWatchdog) + ": no word from the holder";
     queue_.PushLast(std::move(message));
     // NOLINTEND(bugprone-use-after-move)
   }
@@ -321,6 +332,7 @@ std::string PacedRig::Deliver(std::vector<RigMessage>& messages) {
 std::optional<Nanoseconds> PacedRig::Step(const Wake& wake) noexcept {
   std::string reason;
   bool finished = false;
+  Nanoseconds cause_at = options_.wall->Now();
   messages_.clear();
   try {
     if (first_step_) {
@@ -330,7 +342,9 @@ std::optional<Nanoseconds> PacedRig::Step(const Wake& wake) noexcept {
     } else {
       CountTick(wake, messages_);
     }
+    const Nanoseconds heard_at(heard_at_ns_.load(std::memory_order_relaxed));
     reason = TakeStopReason();
+    if (reason.starts_with(kWatchdog)) cause_at = heard_at;
     if (reason.empty()) {
       taken_.clear();
       std::optional<Nanoseconds> next;
@@ -376,11 +390,11 @@ std::optional<Nanoseconds> PacedRig::Step(const Wake& wake) noexcept {
     const std::lock_guard lock(mutex_);
     Latch({.name = "internal", .index = next_index_, .text = error.what()});
   }
-  Finish(std::move(reason), finished);
+  Finish(std::move(reason), finished, cause_at);
   return std::nullopt;
 }
 
-void PacedRig::Finish(std::string reason, bool finished) {
+void PacedRig::Finish(std::string reason, bool finished, Nanoseconds cause_at) {
   {
     const std::lock_guard lock(mutex_);
     state_ = RigState::kStopping;
@@ -397,6 +411,7 @@ void PacedRig::Finish(std::string reason, bool finished) {
   if (!unsafe.empty()) reason += (reason.empty() ? "unsafe: " : "; unsafe: ") + unsafe;
   const bool tripped = machine_trip || !unsafe.empty();
   const std::lock_guard lock(mutex_);
+  if (unsafe.empty()) NoteSafe(cause_at);
   if (machine_trip) Latch(*machine_trip);
   if (!unsafe.empty()) Latch({.name = "unsafe", .index = next_index_, .text = unsafe});
   if (trip_) {
@@ -405,10 +420,11 @@ void PacedRig::Finish(std::string reason, bool finished) {
                              .value = trip_->value,
                              .text = trip_->name + ": " + trip_->text});
   }
-  queue_.PushLast(
-      RigEvent{.kind = finished && !tripped ? RigEventKind::kFinished : RigEventKind::kStopped,
-               .index = next_index_,
-               .text = std::move(reason)});
+  const bool stopped = !finished || tripped;
+  queue_.PushLast(RigEvent{.kind = stopped ? RigEventKind::kStopped : RigEventKind::kFinished,
+                           .index = next_index_,
+                           .value = stopped && safe_after_ ? Seconds(*safe_after_) : 0.0,
+                           .text = std::move(reason)});
   queue_.Close();
   state_ = trip_ ? RigState::kTripped : RigState::kIdle;
   state_changed_.notify_all();

@@ -70,7 +70,8 @@ class PacedRig final : public Rig, private LoopTask {
   void CountActuation(const std::vector<RigMessage>& said);
   std::string Deliver(std::vector<RigMessage>& messages);
   std::string TakeStopReason();
-  void Finish(std::string reason, bool finished);
+  void Finish(std::string reason, bool finished, Nanoseconds cause_at);
+  void NoteSafe(Nanoseconds cause_at);
   void Latch(Trip trip);
 
   const std::unique_ptr<RigMachine> machine_;
@@ -88,6 +89,7 @@ class PacedRig final : public Rig, private LoopTask {
   /// When the newest command for a component came that has not acted yet.
   std::array<Nanoseconds, core::kComponentsMax> asked_at_{};
   std::optional<std::string> stop_reason_;
+  std::optional<Nanoseconds> safe_after_;  ///< RigEvent::value of the run's end
   std::optional<Trip> trip_;
   LoopQuality quality_;
   Nanoseconds period_{0};

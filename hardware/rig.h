@@ -84,6 +84,9 @@ struct RigEvent {
   RigEventKind kind = RigEventKind::kStarted;
   std::int64_t index = 0;  ///< the sample on which it acted
   core::Component component{};
+  /// Of kStopped: seconds from its cause (the request, the last word of a silent holder, the tick
+  /// that failed) to drive 0 and nominal relays; 0 where the rig could not be made safe or the link
+  /// told of no time.
   double value = 0.0;
   std::string text;
 };

@@ -1,7 +1,9 @@
 #include "hardware/lcm/rig_agent.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "core/types/check.h"
@@ -341,6 +343,20 @@ void RigAgent::Refill(std::int64_t from, std::int64_t to) {
   counts_.refill_messages += counts_.stream_messages - before;
 }
 
+void RigAgent::Log(const RigEvent& event) const {
+  const std::string run = "run " + std::to_string(run_);
+  const std::string at = " at sample " + std::to_string(event.index);
+  if (event.kind == RigEventKind::kStarted) {
+    settings_.say(run + " begins, epoch " + std::to_string(ToInt(epoch())) + " of " + holder_);
+  } else if (event.kind == RigEventKind::kFinished) {
+    settings_.say(run + " has been played to its end" + at);
+  } else if (event.kind == RigEventKind::kStopped) {
+    std::array<char, 64> after{};
+    std::snprintf(after.data(), after.size(), ", bench safe after %.1f ms: ", 1e3 * event.value);
+    settings_.say(run + " stopped" + at + (event.value > 0.0 ? after.data() : ": ") + event.text);
+  }
+}
+
 /// While a run lasts, each message follows a sample and is of one length: the events of a fault
 /// ride with samples, and where they are many, some ride with the next. Who listens to the bus
 /// sees the samples' beat and nothing else.
@@ -350,6 +366,7 @@ void RigAgent::StreamRun() {
   bool sampled = false;
   for (const RigMessage& message : messages_) {
     ring_.Push(message);
+    if (const auto* event = std::get_if<RigEvent>(&message)) Log(*event);
     sampled = sampled || std::holds_alternative<core::Sample>(message);
   }
   const bool running = rig_.state() == RigState::kRunning;
@@ -367,6 +384,9 @@ void RigAgent::Poll() {
   StreamRun();
   const Nanoseconds now = now_();
   if (rig_.state() == RigState::kRunning && now - heard_at_ > settings_.watchdog) {
+    const auto silence = std::chrono::duration_cast<std::chrono::milliseconds>(now - heard_at_);
+    settings_.say("no word from " + holder_ + " for " + std::to_string(silence.count()) +
+                  " ms: the motor is stopped");
     rig_.SafeStop("watchdog: no word from the lease holder");
     StreamRun();
   }

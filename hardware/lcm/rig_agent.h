@@ -22,6 +22,8 @@ namespace faultlab::hardware {
 struct RigAgentSettings {
   RigKey key{};
   std::string calibration;  ///< told to whoever listens
+  /// Takes a line for the log: how each run began and ended.
+  std::function<void(const std::string&)> say = [](const std::string&) {};
   /// Silence of the lease holder after which a run is stopped.
   Nanoseconds watchdog = std::chrono::milliseconds(500);
   /// Length of a lease; each word of its holder renews it. Longer than the watchdog.
@@ -87,6 +89,7 @@ class RigAgent {
   void Refill(std::int64_t from, std::int64_t to);
   void SelfTest(Reply& reply);
   void Send(Reply reply);
+  void Log(const RigEvent& event) const;
   void StreamRun();
   void PublishPieces(std::int64_t from, std::int64_t to);
   void Publish(faultlab_msgs::rig_stream_t piece);

@@ -1,8 +1,16 @@
 #include "hardware/lcm/rig_agent_program.h"
 
+#include <linux/capability.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
+#include <ctime>
 #include <exception>
 #include <memory>
 #include <utility>
@@ -31,8 +39,25 @@ void AskEnd(int) {
   end_asked = 1;
 }
 
+/// 2026-11-20T08:15:02.123Z faultlab rig: TEXT
 void Say(const std::string& text) {
-  std::fprintf(stderr, "faultlab rig: %s\n", text.c_str());
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  tm utc{};
+  gmtime_r(&now.tv_sec, &utc);
+  std::array<char, 32> stamp{};
+  std::strftime(stamp.data(), stamp.size(), "%Y-%m-%dT%H:%M:%S", &utc);
+  std::fprintf(
+      stderr, "%s.%03ldZ faultlab rig: %s\n", stamp.data(), now.tv_nsec / 1'000'000, text.c_str());
+}
+
+/// A page that was swapped out would hold up the loop that drives, or the one that watches it.
+bool LockMemory() {
+  // With a limit the call may succeed and a later allocation fail.
+  rlimit limit{};
+  const bool unlimited = getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY;
+  const bool privileged = geteuid() == 0 && prctl(PR_CAPBSET_READ, CAP_IPC_LOCK) == 1;
+  return (unlimited || privileged) && mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
 }
 
 std::string JsonText(const std::string& text) {
@@ -175,11 +200,13 @@ int Serve(const RigAgentOptions& options,
   Heartbeat::Options beats;
   beats.driver_slack = std::max(Nanoseconds(0), file.driver_patience - BenchFile().driver_patience);
   const auto heartbeat = std::make_shared<Heartbeat>(send, MakeSteadyClock(), beats);
+  if (file.driver != BenchFile::Driver::kSimulated) (void)LockMemory();  // RunRigAgent tells
   const std::unique_ptr<Rig> rig = OpenRig(file, heartbeat);
   rig->SafeStop("the agent begins");  // in whatever state the bench was found
   RigAgentSettings settings;
   settings.key = key;
   settings.calibration = file.calibration;
+  settings.say = Say;
   const auto ride_through = Nanoseconds(static_cast<std::int64_t>(file.ride_through_s * 1e9));
   settings.watchdog = std::max(settings.watchdog, ride_through);
   settings.lease += ride_through;
@@ -259,6 +286,9 @@ int RunRigAgent(const RigAgentOptions& given) {
   if (!epochs) {
     Say(epochs.error().message);
     return kBadOptions;
+  }
+  if (file.value().driver != BenchFile::Driver::kSimulated && !LockMemory()) {
+    Say("its memory is not locked and may be swapped out: give it LimitMEMLOCK=infinity");
   }
   const auto work = [&](const SendWord& send) {
     return guarded([&] { return Serve(options, file.value(), key.value(), epochs.value(), send); });

@@ -87,6 +87,7 @@ TEST(SafeStop, SaysSoWhenTheBoardDoesNotAnswerAtAll) {
   EXPECT_EQ(bench.rig->state(), RigState::kTripped);
   EXPECT_THAT(log.last_text(), HasSubstr("drive 0 failed"));
   EXPECT_THAT(log.last_text(), HasSubstr("relays nominal failed"));
+  EXPECT_EQ(log.events.back().value, 0.0) << "drive 0 was not reached";
 }
 
 TEST(SafeStop, FollowsSilenceOfTheHolder) {
@@ -103,7 +104,9 @@ TEST(SafeStop, FollowsSilenceOfTheHolder) {
   EXPECT_EQ(bench.rig->state(), RigState::kRunning);
   bench.wall->Advance(std::chrono::milliseconds(101));
   while (bench.rig->state() == RigState::kRunning) std::this_thread::yield();
-  EXPECT_THAT(Drain(*bench.rig).last_text(), HasSubstr("watchdog"));
+  const RunLog log = Drain(*bench.rig);
+  EXPECT_THAT(log.last_text(), HasSubstr("watchdog"));
+  EXPECT_NEAR(log.events.back().value, 0.507, 1e-9) << "501 ms of silence, 6 ms of relays";
   EXPECT_TRUE(bench.IsSafe());
 }
 
