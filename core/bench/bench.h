@@ -49,6 +49,7 @@ struct BenchNorm {
   double b = 0.20;
   double ke = 0.03;
   double la = 0.0;                     ///< 0: held at the data sheet
+  double lag = 0.0;                    ///< of the amplifier; 0: held at the data sheet
   double mc_nm = 0.33e-3;              ///< Coulomb friction, expected
   double mc_sigma_nm = 0.2e-3;         ///< in Nm
   double friction_noise_nm = 0.02e-3;  ///< rms of the slow part of the friction torque

@@ -33,8 +33,12 @@ constexpr double kNoiseFloorShare = 1e-5;
 // The same of the speed: of the largest that it may start from.
 constexpr double kNoiseFloorSpeedShare = 2e-5;
 
+// Tolerance of a coordinate that is there and must not move.
+constexpr double kHeld = 1e-6;
+
 int CoordinateCountOf(const BenchNorm& norm) {
-  return norm.la > 0.0 ? kCoordinateMax : kCoordinateCount;
+  if (norm.lag > 0.0) return kCoordinateMax;
+  return norm.la > 0.0 ? kCoordinateCountWithLa : kCoordinateCount;
 }
 
 // If a rig agrees with its data sheet in every quantity that can be estimated, the others are
@@ -195,9 +199,9 @@ void FitNoise(const Bench& bench,
 
 // The second is the structure's own name of the series resistor.
 constexpr std::array<const char*, kCoordinateMax> kNames = {
-    "k", "", "Ra", "J", "B", "Ke", "Mc", "delta", "La"};
+    "k", "", "Ra", "J", "B", "Ke", "Mc", "delta", "La", "lag"};
 constexpr std::array<const char*, kCoordinateMax> kUnits = {
-    "V/V", "ohm", "ohm", "kg m^2", "Nm/(rad/s)", "V/(rad/s)", "Nm", "s", "henry"};
+    "V/V", "ohm", "ohm", "kg m^2", "Nm/(rad/s)", "V/(rad/s)", "Nm", "s", "henry", "s"};
 
 double ValueOf(const RigParameters& rig, int coordinate) {
   switch (static_cast<Coordinate>(coordinate)) {
@@ -219,6 +223,8 @@ double ValueOf(const RigParameters& rig, int coordinate) {
       return rig.delta_s;
     case Coordinate::kLa:
       return rig.plant.la_henry;
+    case Coordinate::kLag:
+      return rig.lag_factor * rig.plant.response().lag_s;
   }
   return 0.0;
 }
@@ -258,7 +264,8 @@ ParameterOffsets TolerancesOf(const Bench& bench) {
           norm.ke,
           kMcTolerance,
           bench.fits_follow_noise ? kDeltaTolerance : kPublishedDeltaTolerance,
-          norm.la};
+          norm.lag > 0.0 ? std::max(norm.la, kHeld) : norm.la,
+          norm.lag};
 }
 
 Result<Calibration> Calibrate(std::span<const Sample> samples, const CalibrationOptions& options) {
@@ -320,6 +327,7 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
 
   calibration.nominal = rig.plant;
   calibration.gain_factor = rig.gain_factor;
+  calibration.lag_factor = rig.lag_factor;
   calibration.delta_s = rig.delta_s;
   calibration.mc_nm = rig.mc_nm;
   calibration.mc_unit_nm = rig.mc_unit_nm;

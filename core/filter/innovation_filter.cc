@@ -34,8 +34,7 @@ void RunAll(std::span<const ModelPath> paths,
   for (ModelPath path : paths) LAB_CHECK(!path.empty() && path.front().from == 0);
   LaneRun run{paths, stretch, CountReadings(stretch), sums, SomeModelSaturates(paths)};
   if (table != nullptr) {
-    constexpr std::size_t kStep = kProductColumns;  // columns are padded to a multiple of this
-    run.stride = paths.size() == 1 ? 1 : (paths.size() + kStep - 1) / kStep * kStep;
+    run.stride = paths.size() == 1 ? 1 : PaddedColumns(paths.size());
     const Eigen::Index rows = run.count_of[0] + run.count_of[1] + run.count_of[2];
     const auto columns = static_cast<Eigen::Index>(run.stride);
     if (table->rows() != rows || table->cols() != columns) table->setZero(rows, columns);

@@ -48,14 +48,15 @@ class PointRuns {
     Eigen::MatrixXd points = point.replicate(1, n + 1);
     points.diagonal().array() += kDifference;
     Run(points, &table_);
-    LAB_CHECK(table_.cols() == static_cast<Eigen::Index>(kProductColumns), n);
+    LAB_CHECK(table_.cols() <= static_cast<Eigen::Index>(kProductColumnsMax), n);
     ProductSums sums;
     SumProducts({table_.data(),
                  static_cast<std::size_t>(table_.rows()),
+                 static_cast<std::size_t>(table_.cols()),
                  static_cast<std::size_t>(n),
                  1.0 / kDifference},
                 sums);
-    const Eigen::Map<const Eigen::Matrix<double, kProductColumns, kProductColumns>> lower(
+    const Eigen::Map<const Eigen::Matrix<double, kProductColumnsMax, kProductColumnsMax>> lower(
         sums.front().data());
     Linearisation around;
     around.sum = sums_[static_cast<std::size_t>(n)];

@@ -138,7 +138,7 @@ PredictionModel MakePredictionModel(const RigParameters& rig,
   const PlantParameters& p = rig.plant;
   LAB_CHECK(rig.delta_s > 0.0 && rig.delta_s < period_s, rig.delta_s, period_s);
   const AmplifierResponse response = p.response();
-  const double pole = std::max(response.lag_s, kFastestPoleS);
+  const double pole = std::max(rig.lag_factor * response.lag_s, kFastestPoleS);
   const double direct = response.direct;
   const double k = rig.gain_factor * response.gain;
 

@@ -19,6 +19,7 @@ RigParameters WithOffsets(const RigParameters& base, const ParameterOffsets& q, 
   moved.plant.ke_v_per_rad_s *= std::exp(at(Coordinate::kKe));
   moved.plant.kt_nm_per_a *= std::exp(at(Coordinate::kKe));
   moved.plant.la_henry *= std::exp(at(Coordinate::kLa));
+  moved.lag_factor *= std::exp(at(Coordinate::kLag));
   moved.mc_nm += at(Coordinate::kMc) * base.mc_unit_nm;
   moved.delta_s =
       std::clamp(moved.delta_s + at(Coordinate::kDelta) * (kDeltaUnitPeriods * period_s),
@@ -30,7 +31,7 @@ RigParameters WithOffsets(const RigParameters& base, const ParameterOffsets& q, 
 RigParameters WithOffsets(const RigParameters& base,
                           const Eigen::Ref<const Eigen::VectorXd>& q,
                           double period_s) {
-  LAB_CHECK(q.size() == kCoordinateCount || q.size() == kCoordinateMax, q.size());
+  LAB_CHECK(IsCoordinateCount(q.size()), q.size());
   ParameterOffsets offsets{};
   for (int i = 0; i < q.size(); ++i) offsets[static_cast<std::size_t>(i)] = q(i);
   return WithOffsets(base, offsets, period_s);
@@ -53,7 +54,9 @@ RigParameters ParametersOf(const Calibration& calibration) {
           calibration.delta_s,
           calibration.mc_nm,
           calibration.mc_unit_nm,
-          GainPartOf(calibration.nominal)};
+          GainPartOf(calibration.nominal),
+          1.0,
+          calibration.lag_factor};
 }
 
 double PassageNoise(double mc_nm, double j_kg_m2, double period_s) {

@@ -17,6 +17,7 @@ struct RigParameters {
   double mc_unit_nm = 1e-4;  ///< scale of the coordinate kMc
   int gain_part = -1;        ///< the parameter that alone is the gain, as Component's; -1: several
   double j_factor = 1.0;     ///< what WithOffsets has made of J
+  double lag_factor = 1.0;   ///< of the amplifier's lag_s
 
   double gain() const { return gain_factor * plant.gain(); }
 };
@@ -39,22 +40,27 @@ double PassageNoise(double mc_nm, double j_kg_m2, double period_s);
 
 /// The coordinates in which a rig may differ from its data sheet. All but Mc and delta are
 /// logarithms of a factor on the data-sheet value, so that a tolerance is a plain number.
-enum class Coordinate { kGain, kSeries, kRa, kJ, kB, kKe, kMc, kDelta, kLa };
+enum class Coordinate { kGain, kSeries, kRa, kJ, kB, kKe, kMc, kDelta, kLa, kLag };
 
-/// Every bench has these; La is one where its data sheet states a tolerance of it, else it is held.
+/// Every bench has the first 8. La is one where its data sheet states a tolerance of it, else it is
+/// held; the amplifier's lag is one where it can be seen. (The share of its gain that acts at once
+/// is held: readings once a period show it no other than delta.)
 inline constexpr int kCoordinateCount = 8;
-inline constexpr int kCoordinateMax = 9;
+inline constexpr int kCoordinateCountWithLa = 9;
+inline constexpr int kCoordinateMax = 10;
+constexpr bool IsCoordinateCount(Eigen::Index n) {
+  return n == kCoordinateCount || n == kCoordinateCountWithLa || n == kCoordinateMax;
+}
 using ParameterOffsets = std::array<double, kCoordinateMax>;
 
 /// Units of the two linear coordinates: Mc in RigParameters::mc_unit_nm, delta in this share of the
 /// period.
 inline constexpr double kDeltaUnitPeriods = 0.1;
 
-/// `base` moved by `q`: gain_factor, Rs, Ra, J, B, Ke (= KT), La times exp(q), Mc and delta plus q.
-/// delta is kept inside (0, period).
+/// `base` moved by `q`: gain_factor, Rs, Ra, J, B, Ke (= KT), La, lag_factor times
+/// exp(q), Mc and delta plus q. delta is kept inside (0, period).
 RigParameters WithOffsets(const RigParameters& base, const ParameterOffsets& q, double period_s);
-/// The same for a vector of kCoordinateCount or kCoordinateMax entries.
-/// Contract: no other size.
+/// The same for a vector. Contract: IsCoordinateCount(q.size()).
 RigParameters WithOffsets(const RigParameters& base,
                           const Eigen::Ref<const Eigen::VectorXd>& q,
                           double period_s);

@@ -19,6 +19,8 @@ RigParameters WithComponent(const RigParameters& rig, Component component, doubl
   RigParameters changed = rig;
   changed.plant.Set(component, value);
   if (component.info().parameter == rig.gain_part) changed.gain_factor = 1.0;
+  // What the lag is off the data sheet is mostly its capacitor's error.
+  if (component.info().kind == PartKind::kCapacitor) changed.lag_factor = 1.0;
   return changed;
 }
 

@@ -37,7 +37,7 @@ struct FitContext {
 };
 
 /// The rig with another value of one component. A part that alone is the gain takes the offset of
-/// the gain with it.
+/// the gain with it, and a capacitor that of the lag.
 /// @param value  SI unit of the component, > 0
 RigParameters WithComponent(const RigParameters& rig, Component component, double value);
 

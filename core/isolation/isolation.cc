@@ -69,15 +69,16 @@ GaussianPrior PriorOf(const Calibration& calibration) {
   if (covariance.size() == kCoordinateMax * kCoordinateMax) {
     return PriorOf<kCoordinateMax>(covariance.data());
   }
+  if (covariance.size() == kCoordinateCountWithLa * kCoordinateCountWithLa) {
+    return PriorOf<kCoordinateCountWithLa>(covariance.data());
+  }
   LAB_CHECK(covariance.size() == kCoordinateCount * kCoordinateCount, covariance.size());
   return PriorOf<kCoordinateCount>(covariance.data());
 }
 
 Eigen::MatrixXd ToleranceCovarianceOf(const Calibration& calibration) {
   if (calibration.tolerance_covariance.size() != calibration.covariance.size()) return {};
-  const auto n = static_cast<Eigen::Index>(
-      calibration.covariance.size() == kCoordinateMax * kCoordinateMax ? kCoordinateMax
-                                                                       : kCoordinateCount);
+  const auto n = std::lround(std::sqrt(static_cast<double>(calibration.covariance.size())));
   return Eigen::Map<const Eigen::MatrixXd>(calibration.tolerance_covariance.data(), n, n);
 }
 

@@ -39,7 +39,8 @@ void TestRelaxed(const FitContext& context, const HypothesisFit& fit, LackOfFit&
                                                                "the motor constant",
                                                                "the friction torque",
                                                                "delta",
-                                                               "La"};
+                                                               "La",
+                                                               "the amplifier's lag"};
   judged.relaxed = true;
   if (fit.count < kCountForJudgement) return;
   const RelaxedFit relaxed = FitRelaxed(context, fit);

@@ -56,6 +56,7 @@ struct Calibration {
   /// sheet's values; the offset of the amplifier's gain is in gain_factor.
   PlantParameters nominal;
   double gain_factor = 1.0;  ///< k = gain_factor * nominal.gain()
+  double lag_factor = 1.0;   ///< of nominal.response().lag_s
   double delta_s = 0.0;      ///< DAC edge of uc(k) to ADC sample um(k)
   double mc_nm = 0.0;        ///< Coulomb friction torque
   double mc_sigma_nm = 0.0;
@@ -68,8 +69,9 @@ struct Calibration {
   double friction_tau_s = 0.5;     ///< its correlation time (Ornstein-Uhlenbeck)
 
   std::vector<CalibratedQuantity> quantities;
-  /// Posterior covariance of the coordinates (k, R1, Ra, J, B, Ke: logarithms; Mc: 0.1 mNm; delta:
-  /// ms), 8 x 8, row-major.
+  /// Posterior covariance of the coordinates (k, R1, Ra, J, B, Ke: logarithms; Mc: mc_unit_nm;
+  /// delta: a tenth of the period; of some benches also La, and the amplifier's lag:
+  /// logarithms), 8 x 8, 9 x 9 or 10 x 10, row-major.
   std::vector<double> covariance;
   /// Extra covariance from averaging over tolerance scales, weighted by evidence (same shape;
   /// empty: none). `covariance` is that of the likeliest scale alone; estimates use it, stated

@@ -227,7 +227,8 @@ void ReadLimits(TomlTable& root, Bench& bench) {
 constexpr double kFrictionMinNm = 1e-9;
 
 /// @param stall_nm  torque of the motor at rest under the largest input
-void ReadNorm(TomlTable& table, double stall_nm, core::BenchNorm& norm) {
+/// @param sees_lag  the amplifier's lag is not small beside the sample period
+void ReadNorm(TomlTable& table, double stall_nm, bool sees_lag, core::BenchNorm& norm) {
   const auto share = [&table](const char* key, double& value) {
     table.Number(key, value, 1e-4, 1.0);
   };
@@ -239,6 +240,8 @@ void ReadNorm(TomlTable& table, double stall_nm, core::BenchNorm& norm) {
   share("Ke", norm.ke);
   norm.la = 0.10;
   table.Number("La", norm.la, 0.0, 1.0);
+  norm.lag = sees_lag ? 0.10 : 0.0;
+  table.Number("lag", norm.lag, 0.0, 1.0);
   // Friction that is not stated is a fiftieth of what the motor has at rest, and as uncertain.
   constexpr double kFrictionShare = 0.02;
   constexpr double kFrictionNoiseShare = 0.06;
@@ -302,7 +305,9 @@ void Read(TomlTable& root, Bench& bench) {
   ReadPublication(root, bench);
   ReadLimits(root, bench);
   const double stall_nm = ReadOperatingRange(root, bench);
-  ReadNorm(root.Sub("norm"), stall_nm, bench.norm);
+  constexpr double kLagSeenPeriods = 0.02;
+  const bool sees_lag = bench.nominal.response().lag_s > kLagSeenPeriods * bench.period_s;
+  ReadNorm(root.Sub("norm"), stall_nm, sees_lag, bench.norm);
   for (TomlTable* table : root.Subs("simulator")) ReadSimulator(*table, bench);
   if (bench.profiles.empty()) {
     BenchProfile usual;

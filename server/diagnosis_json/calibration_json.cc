@@ -26,7 +26,8 @@ using core::Result;
 
 constexpr int kVersion = 1;
 constexpr std::size_t kRows = core::kCoordinateCount;
-constexpr std::size_t kRowsWithLa = core::kCoordinateMax;
+constexpr std::size_t kRowsWithLa = core::kCoordinateCountWithLa;
+constexpr std::size_t kRowsMax = core::kCoordinateMax;
 
 /// Numbers that a calibration must have, and their least values.
 struct Field {
@@ -61,8 +62,8 @@ constexpr std::array<Threshold, 6> kThresholds = {
      {"glr_100", &core::DetectionThresholds::glr_long},
      {"glr_500", &core::DetectionThresholds::glr_slow}}};
 
-/// 64 numbers, or 81 of a bench that states a tolerance of La, row by row; with nothing below
-/// `diagonal_min` on the diagonal.
+/// 64 numbers, or 81 of a bench that states a tolerance of La, or 100 of one whose lag can be seen,
+/// row by row; with nothing below `diagonal_min` on the diagonal.
 void ReadMatrix(DocumentReader& reader,
                 std::string_view member,
                 double diagonal_min,
@@ -70,7 +71,9 @@ void ReadMatrix(DocumentReader& reader,
   for (const json::value& one : reader.Array(member)) {
     out.push_back(one.is_number() ? one.to_number<double>() : core::kAbsent);
   }
-  const std::size_t rows = out.size() == kRowsWithLa * kRowsWithLa ? kRowsWithLa : kRows;
+  const std::size_t rows = out.size() == kRowsMax * kRowsMax         ? kRowsMax
+                           : out.size() == kRowsWithLa * kRowsWithLa ? kRowsWithLa
+                                                                     : kRows;
   bool sound = out.size() == rows * rows;
   for (std::size_t i = 0; sound && i < out.size(); ++i) {
     const std::size_t row = i / rows;
@@ -147,6 +150,9 @@ json::object ToJson(const Calibration& calibration, const core::Bench& bench) {
   for (const Field& field : kFields) {
     out[field.name] = Number(calibration.*field.member);
   }
+  if (calibration.covariance.size() == kRowsMax * kRowsMax) {
+    out["lag_factor"] = Number(calibration.lag_factor);
+  }
   AddPlant(calibration.nominal, bench, out);
   out["quantities"] = std::move(quantities);
   out["checks"] = std::move(checks);
@@ -184,6 +190,9 @@ Result<Calibration> CalibrationFromJson(const json::value& value,
   out.used_n = reader.Flag("used_n");
   for (const Field& field : kFields) {
     out.*field.member = reader.Number(field.name, field.least);
+  }
+  if (object->contains("lag_factor")) {
+    out.lag_factor = reader.Number("lag_factor", 1e-6);
   }
   constexpr double kNoiseLeast = 1e-9;
   if (out.used_um && out.um_noise_v < kNoiseLeast) {

@@ -15,6 +15,8 @@
 namespace faultlab::server {
 namespace {
 
+/// Of a record that is faster than its bench's delta: the models read before the next edge.
+constexpr double kDeltaShareMax = 0.99;
 constexpr double kStretchSecondsMin = 2.0;
 constexpr double kStretchSecondsMax = 10.0;  // as the paper's: from the fault at 10 s to 20 s
 
@@ -86,8 +88,9 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
   const auto add = [&](const std::string& key, const std::string& name, core::ModelFit fit) {
     comparison.models.push_back({key, name, fit.fit_percent, std::move(fit.simulated)});
   };
-  const double delta_s = diagnosis.calibration ? diagnosis.calibration->delta_s
-                                               : std::min(options.bench->delta_s, options.period_s);
+  const double delta_s = diagnosis.calibration
+                             ? diagnosis.calibration->delta_s
+                             : std::min(options.bench->delta_s, kDeltaShareMax * options.period_s);
   const auto estimate = [&](core::EstimatorId id) -> const core::Estimate<3>& {
     return diagnosis.estimates[static_cast<std::size_t>(id)];
   };

@@ -27,14 +27,22 @@ struct LaneRun {
 /// are the same.
 bool RunWideLanes(const LaneRun& run, bool mc_response);
 
-/// Columns of the tables whose products are summed, padding included.
+/// Columns of the tables whose products are summed, padding included: enough for a bench whose
+/// amplifier's lag is held, and for any.
 inline constexpr std::size_t kProductColumns = 12;
-using ProductSums = std::array<std::array<double, kProductColumns>, kProductColumns>;
+inline constexpr std::size_t kProductColumnsMax = 16;
+/// The first of the two that holds `n` columns; else the next multiple of the first.
+constexpr std::size_t PaddedColumns(std::size_t n) {
+  if (n > kProductColumns && n <= kProductColumnsMax) return kProductColumnsMax;
+  return (n + kProductColumns - 1) / kProductColumns * kProductColumns;
+}
+using ProductSums = std::array<std::array<double, kProductColumnsMax>, kProductColumnsMax>;
 
 /// Rows of an InnovationTable: columns of the neighbours, and column `point` of the point itself.
 struct ProductRows {
   const double* first = nullptr;
   std::size_t count = 0;
+  std::size_t columns = kProductColumns;  ///< or kProductColumnsMax
   std::size_t point = 0;
   double per_difference = 0.0;  ///< 1 / distance of the neighbours from the point
 };

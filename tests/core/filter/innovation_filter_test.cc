@@ -225,14 +225,14 @@ TEST(InnovationFilter, IsTheTextbooksKalmanFilterWithGainsThatAreHeldWhenTheyHav
 
 TEST(LaneProducts, AreTheProductsOfSlopesAndPoint) {
   Random random(7);
-  constexpr auto kColumns = static_cast<Eigen::Index>(kProductColumns);
-  InnovationTable table(333, kColumns);
-  for (double& value : table.reshaped()) value = random.Normal();
-  for (Eigen::Index n : {8, 9, 10, 11}) {
+  for (Eigen::Index n : {8, 9, 10, 11, 12, 13, 14}) {
+    const std::size_t columns = PaddedColumns(static_cast<std::size_t>(n + 1));
+    InnovationTable table(333, static_cast<Eigen::Index>(columns));
+    for (double& value : table.reshaped()) value = random.Normal();
     InnovationTable v = table.leftCols(n + 1);
     v.leftCols(n) = (table.leftCols(n).colwise() - table.col(n)) * 1e5;
     const Eigen::MatrixXd expected = v.transpose() * v;
-    const ProductRows rows{table.data(), 333, static_cast<std::size_t>(n), 1e5};
+    const ProductRows rows{table.data(), 333, columns, static_cast<std::size_t>(n), 1e5};
     ProductSums widest;
     ProductSums pairs;
     SumProducts(rows, widest);
