@@ -1,8 +1,18 @@
 #include "core/bench/bench.h"
 
+#include <algorithm>
 #include <numbers>
 
 namespace faultlab::core {
+namespace {
+
+// The speed from the last pulses is that of a moment ago, which is another one where the motor has
+// just passed through rest. It is known well enough from so many pulses in a period on, ..
+constexpr double kTimedPulses = 200.0;
+// .. or, of an encoder that is too coarse for that, above this share of the usual speed.
+constexpr double kSlowShare = 0.3;
+
+}  // namespace
 
 std::vector<Component> Bench::components() const {
   std::vector<Component> out;
@@ -35,7 +45,10 @@ ReadingRules Bench::readings() const {
 
 double Bench::SpeedFloor() const {
   if (!reverses() || n.step_s <= 0.0) return 0.0;
-  return 2.0 * std::numbers::pi / (pulses_per_revolution * kPulseTimeoutS);
+  const double per_pulse = 2.0 * std::numbers::pi / pulses_per_revolution;
+  const double timed =
+      std::min(kTimedPulses * per_pulse / period_s, kSlowShare * usual_speed_rad_s);
+  return std::max(per_pulse / kPulseTimeoutS, timed);
 }
 
 }  // namespace faultlab::core

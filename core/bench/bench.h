@@ -86,6 +86,7 @@ struct Bench {
   bool fits_follow_noise = true;
   std::vector<BenchProfile> profiles;  ///< what simulators of it can be, the usual one first
   Publication published;               ///< to compare with
+  double usual_speed_rad_s = 0.0;      ///< no load, under the largest input of `excitation`
   std::string text;                    ///< the description as it was read
 
   int component_count() const { return static_cast<int>(parts.size()); }
@@ -97,8 +98,8 @@ struct Bench {
   const BenchProfile* FindProfile(std::string_view profile) const;
   /// The input can turn the motor both ways.
   bool reverses() const { return input_min_v < 0.0 && input_max_v > 0.0; }
-  /// Motor shaft, rad/s: where the motor passes through rest, a slower speed reads as 0 though it
-  /// is not. 0 where it turns one way, or where pulses are not timed: then 0 is a reading.
+  /// Motor shaft, rad/s: where the motor passes through rest, a slower speed is not read well, as
+  /// it is timed by few pulses or none. 0 where it turns one way, or where pulses are not timed.
   double SpeedFloor() const;
   ReadingRules readings() const;
 };

@@ -308,6 +308,10 @@ void Read(TomlTable& root, Bench& bench) {
   constexpr double kLagSeenPeriods = 0.02;
   const bool sees_lag = bench.nominal.response().lag_s > kLagSeenPeriods * bench.period_s;
   ReadNorm(root.Sub("norm"), stall_nm, sees_lag, bench.norm);
+  const auto input = core::Generate(bench.excitation, kUsualRunS, bench.period_s);
+  double peak_v = 0.0;
+  for (const double uc_v : input.value()) peak_v = std::max(peak_v, std::abs(uc_v));
+  bench.usual_speed_rad_s = bench.nominal.gain() * peak_v / bench.nominal.ke_v_per_rad_s;
   for (TomlTable* table : root.Subs("simulator")) ReadSimulator(*table, bench);
   if (bench.profiles.empty()) {
     BenchProfile usual;

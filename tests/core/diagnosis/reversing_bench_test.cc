@@ -69,6 +69,29 @@ TEST(ReversingBench, MotorThatTurnsBothWaysIsNominalWithoutAFault) {
   }
 }
 
+TEST(ReversingBench, ASpeedOfAPulseAgoIsNoFault) {
+  std::string text = kBothWays;
+  const std::string pulses = "pulses_per_revolution = 250";
+  text.replace(text.find(pulses), pulses.size(), "pulses_per_revolution = 2000");
+  const std::string noise = "noise = 1.0";
+  text.replace(text.find(noise), noise.size(), "noise = 0.2");
+  Rig rig = kBothWaysRig;
+  rig.speed_step_s = 0.0;
+  rig.still_rad_s = 2.0 * std::numbers::pi / (2000.0 * 0.01);
+  rig.pulse_rad = 2.0 * std::numbers::pi / 2000.0;
+  rig.n_noise = 0.2;
+  for (const unsigned seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
+    const Diagnosis diagnosis = Diagnose(BenchOf(text), Record(rig, rig, seed));
+    ASSERT_FALSE(diagnosis.calibration_refusal.has_value())
+        << diagnosis.calibration_refusal->message;
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
+    EXPECT_TRUE(diagnosis.episodes.empty()) << seed;
+  }
+  Rig faulty = rig;
+  faulty.j = 20e-6;
+  ExpectNamed(BenchOf(text), Record(rig, faulty, 9), "J", faulty.j, 0.05);
+}
+
 TEST(ReversingBench, CurrentThatLagsBehindAReversalIsNoFault) {
   // La/Ra is most of a period, and the motor often turns around twice in one.
   std::string text = kBothWays;

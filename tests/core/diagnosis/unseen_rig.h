@@ -36,6 +36,7 @@ struct Rig {
   double friction_noise_nm = 0.0;
   double breakaway_nm = 0.0;  // what friction holds at rest, where it is more than Mc
   double still_rad_s = 0.0;   // a slower motor is read as standing
+  double pulse_rad = 0.0;     // the speed is read as it was one pulse ago
 };
 
 class Motor {
@@ -68,6 +69,7 @@ class Motor {
       const double before = w;
       i += h / 6.0 * (i1 + 2.0 * i2 + 2.0 * i3 + i4);
       w += h / 6.0 * (w1 + 2.0 * w2 + 2.0 * w3 + w4);
+      acceleration = (w - before) / h;
       if (before * w < 0.0) w = 0.0;
     }
   }
@@ -75,8 +77,15 @@ class Motor {
   Rig rig;
   double i = 0.0;
   double w = 0.0;
+  double acceleration = 0.0;
   double drag_nm = 0.0;  // in addition to Mc
 };
+
+inline double SpeedAPulseAgo(const Motor& motor, double period_s) {
+  if (motor.rig.pulse_rad == 0.0 || motor.w == 0.0) return motor.w;
+  const double ago_s = std::min(motor.rig.pulse_rad / std::abs(motor.w), period_s);
+  return motor.w - motor.acceleration * ago_s;
+}
 
 inline double Rounded(double w, double step_s) {
   return step_s > 0.0 && w != 0.0 ? 1.0 / (std::round(1.0 / (w * step_s)) * step_s) : w;
@@ -109,8 +118,9 @@ inline std::vector<Sample> Record(const Rig& rig, const Rig& faulty, unsigned se
       sample.um_v = motor.output_v(uc) - motor.rig.rs * motor.i + 0.01 * normal(random);
     }
     sample.ia_a = std::clamp(motor.i + rig.ia_noise * normal(random), -rig.ia_max, rig.ia_max);
-    sample.n_rpm = Rounded(std::abs(motor.w) < rig.still_rad_s ? 0.0 : motor.w, rig.speed_step_s) *
-                       30.0 / std::numbers::pi +
+    const double w = SpeedAPulseAgo(motor, rig.period_s);
+    sample.n_rpm = Rounded(std::abs(w) < rig.still_rad_s ? 0.0 : w, rig.speed_step_s) * 30.0 /
+                       std::numbers::pi +
                    rig.n_noise * normal(random);
     record.push_back(sample);
     motor.Run(uc, rig.period_s - rig.delta_s);
