@@ -213,3 +213,7 @@ const char* __lsan_default_suppressions(void);
 const char* __lsan_default_suppressions(void) {
   return "leak:libsimavr\n";
 }
+const char* __lsan_default_options(void);
+const char* __lsan_default_options(void) {
+  return "print_suppressions=0";
+}
