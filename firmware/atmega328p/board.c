@@ -305,8 +305,12 @@ int main(void) {
   device_begin(reset_cause(flags));
   set_sleep_mode(SLEEP_MODE_IDLE);
   sei();
+  uint16_t time_before = 0;
   for (;;) {
-    wdt_reset();
+    /* A main loop for which no time passes (an encoder input that rings) is not alive. */
+    const uint16_t time = board_time();
+    if (time != time_before) wdt_reset();
+    time_before = time;
     /* Not more than a frame in one turn. */
     for (uint8_t i = 0; i < 64 && rx_out != rx_in; ++i) {
       const uint8_t byte = rx[rx_out];

@@ -160,6 +160,12 @@ void BenchAtPins::OnConvert() {
 /// One quarter of a pulse at most, then the next wake-up: at the next quarter or at the next look
 /// at the motor.
 void BenchAtPins::OnWake(std::uint64_t cycle) {
+  if (flooded_) {
+    encoder_a_ = !encoder_a_;
+    avr_chip_set_pin(chip_, 'D', 2, encoder_a_ ? 1 : 0);
+    avr_chip_wake_at(chip_, cycle + 20);
+    return;
+  }
   constexpr double kTurn = 2.0 * std::numbers::pi;
   const int per_revolution = paper::Bench().pulses_per_revolution;
   if (cycle >= sliced_at_ + kSliceCycles) {

@@ -38,6 +38,7 @@ class BenchAtPins {
     stuck_connected_ = connected;
     MoveContacts();
   }
+  void FloodEncoder(bool on) { flooded_ = on; }
   void SwapEncoder() { swapped_ = !swapped_; }
   double drive_v() const { return drive_v_; }
   /// Cycle at which uc became 0 V last.
@@ -81,6 +82,7 @@ class BenchAtPins {
   std::uint32_t read_shift_ = 0;
 
   bool swapped_ = false;
+  bool flooded_ = false;
   bool encoder_a_ = false;
   std::int64_t quarter_ = 0;  ///< of an encoder pulse, as shown at the pins
   double angle_quarters_ = 0.0;

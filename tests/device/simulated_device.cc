@@ -227,6 +227,11 @@ void SimulatedDevice::SwapEncoder() {
   bench_->SwapEncoder();
 }
 
+void SimulatedDevice::FloodEncoder(bool on) {
+  const std::lock_guard lock(mutex_);
+  bench_->FloodEncoder(on);
+}
+
 void SimulatedDevice::StickLines(std::uint32_t connected) {
   const std::lock_guard lock(mutex_);
   bench_->StickLines(connected);

@@ -50,6 +50,8 @@ class SimulatedDevice {
   int noise_hits();
   /// A and B are exchanged.
   void SwapEncoder();
+  /// An encoder input that rings: an interrupt for each few instructions.
+  void FloodEncoder(bool on);
   void StickLines(std::uint32_t connected);
 
   /// Volts at the output of uc, and the lines that are connected, at this moment.
