@@ -99,9 +99,8 @@ void ReadLimits(TomlTable& limits, RigLimits& to) {
 }
 
 void ReadDriver(TomlTable& root, BenchFile& file) {
-  file.driver =
-      static_cast<BenchFile::Driver>(
-          root.Choice("driver", 0, {"simulated", "nidaqmx", "comedi", "device"}));
+  file.driver = static_cast<BenchFile::Driver>(
+      root.Choice("driver", 0, {"simulated", "nidaqmx", "comedi", "device"}));
   TomlTable& simulated = root.Sub("simulated");
   std::vector<std::string> profiles;
   for (const core::BenchProfile& each : file.config.description.bench->profiles) {
@@ -256,7 +255,8 @@ core::Result<BenchFile> LoadBenchFile(const std::string& path, const std::string
 }
 
 std::unique_ptr<Daq> OpenDaq(const BenchFile& file) {
-  LAB_CHECK(file.driver == BenchFile::Driver::kNiDaqmx || file.driver == BenchFile::Driver::kComedi);
+  LAB_CHECK(file.driver == BenchFile::Driver::kNiDaqmx ||
+            file.driver == BenchFile::Driver::kComedi);
   ComediChannels comedi = file.comedi;
   comedi.relay_lines = file.config.wiring.mask();
   std::unique_ptr<Daq> driver = file.driver == BenchFile::Driver::kComedi

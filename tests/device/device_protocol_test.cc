@@ -174,6 +174,28 @@ TEST_F(DeviceProtocol, SilenceInArmedAndInRunIsAFaultThatLatches) {
   }
 }
 
+TEST_F(DeviceProtocol, ARelayThatMovesByItselfIsAFault) {
+  ASSERT_EQ(Plan(), kNone);
+  ASSERT_EQ(Data(0, 24), kNone);
+  ASSERT_EQ(Arm(1000), kNone);
+  ASSERT_EQ(Ask(DeviceMessage::kStart), kNone);
+  Pass(milliseconds(50));
+  device_.StickLines(1u << 1);
+  Pass(milliseconds(30));
+  EXPECT_EQ(Status().fault, DeviceFault::kRelay);
+  EXPECT_EQ(device_.drive_v(), 0.0);
+  EXPECT_EQ(Status().lines, BenchAtPins::kNominal | 1u << 1);
+}
+
+TEST_F(DeviceProtocol, ARelayThatDoesNotCloseIsAFault) {
+  ASSERT_EQ(Arm(1000), kNone);
+  device_.StickLines(1u << 17);  // R1 = 1 ohm does not let go
+  ASSERT_EQ(Relay(kRelayNow, kOther), kNone);
+  Pass(milliseconds(20));
+  EXPECT_EQ(Status().fault, DeviceFault::kRelay);
+  EXPECT_EQ(device_.abuse().two_connected, 0) << "nothing is added to a part that did not let go";
+}
+
 TEST_F(DeviceProtocol, AMissingValueIsAFault) {
   ASSERT_EQ(Plan(), kNone);
   ASSERT_EQ(Data(0, 20), kNone);
@@ -227,8 +249,8 @@ TEST_F(DeviceProtocol, KeepsTimeUpToFiveHundredHertz) {
   EXPECT_EQ(device_.uart_overruns(), 0u);
 }
 
-/// The encoder interrupts without end: the main loop crawls on, but no other interrupt comes, so that
-/// no time passes for it. The chip's own watchdog must see that.
+/// The encoder interrupts without end: the main loop crawls on, but no other interrupt comes, so
+/// that no time passes for it. The chip's own watchdog must see that.
 TEST_F(DeviceProtocol, AProgramThatHangsIsResetAndSafe) {
   ASSERT_EQ(Plan(), kNone);
   for (std::uint32_t first = 0; first < 120; first += 24) ASSERT_EQ(Data(first, 24), kNone);
