@@ -25,10 +25,10 @@ static volatile uint32_t next;   /* the sample whose tick comes next */
 static volatile bool go_safe;    /* the relays are still to follow */
 static volatile bool converting; /* a tick waits for its reading */
 static volatile bool reading_full;
-static struct board_reading reading;
+static volatile struct board_reading reading;
 static volatile int16_t driven; /* the code that is out */
 static int16_t driven_at_tick;
-static int16_t driven_at_reading;
+static volatile int16_t driven_at_reading;
 static int16_t plan[PLAN_VALUES];
 static volatile uint32_t received; /* values of the plan */
 static uint32_t samples;
@@ -319,20 +319,21 @@ void device_on_reading(const struct board_reading* now) {
 }
 
 static void compose_sample(void) {
+  const struct board_reading now = reading;
   const uint32_t lines = board_relays_read();
   const uint32_t k = history_end;
   uint8_t* at = history[k % HISTORY_SAMPLES];
   at = put_u32(at, k);
   at = put_u32(at, k * period_us);
   at = put_u16(at, (uint16_t)driven_at_reading);
-  at = put_u16(at, (uint16_t)reading.um);
-  at = put_u16(at, (uint16_t)reading.ua);
-  at = put_u16(at, (uint16_t)reading.ia);
-  at = put_u32(at, (uint32_t)reading.count);
-  at = put_u16(at, reading.edge_age_us);
-  at = put_u16(at, (uint16_t)reading.gate_count);
-  at = put_u16(at, reading.gate_tenth_us);
-  at = put_u32(at, reading.converted_us);
+  at = put_u16(at, (uint16_t)now.um);
+  at = put_u16(at, (uint16_t)now.ua);
+  at = put_u16(at, (uint16_t)now.ia);
+  at = put_u32(at, (uint32_t)now.count);
+  at = put_u16(at, now.edge_age_us);
+  at = put_u16(at, (uint16_t)now.gate_count);
+  at = put_u16(at, now.gate_tenth_us);
+  at = put_u32(at, now.converted_us);
   at = put_u32(at, lines);
   at = put_u8(at, state);
   at = put_u8(at, relays_settled() ? FLAG_RELAYS_SETTLED : 0);

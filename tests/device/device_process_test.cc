@@ -82,6 +82,7 @@ class DeviceAndHost : public testing::Test {
   DeviceAndHost() {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
+    std::fflush(nullptr);  // or the child says it again
     supervisor_ = fork();
     if (supervisor_ == 0) _exit(RunSupervisor());
     device_.RunInRealTime();
