@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/types/check.h"
+#include "hardware/io_error.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -46,8 +47,8 @@ std::size_t RelayBoard::BoardOf(core::Component component) const {
   return 0;
 }
 
-RelayBoard::RelayBoard(Daq& daq, RelayWiring wiring, RelayTiming timing)
-    : daq_(daq),
+RelayBoard::RelayBoard(RelayLines& lines, RelayWiring wiring, RelayTiming timing)
+    : lines_(lines),
       wiring_(std::move(wiring)),
       timing_(timing),
       position_(wiring_.boards.size()),
@@ -95,12 +96,12 @@ void RelayBoard::Request(core::Component component, int position) {
 
 RelayBoard::Stage RelayBoard::Write(std::uint32_t connected, Nanoseconds wait) {
   connected_ = connected;
-  daq_.WriteRelayLines(wiring_.inverted ? ~connected : connected);
+  lines_.WriteRelayLines(wiring_.inverted ? ~connected : connected);
   return {.progress = Progress::kWait, .wait = wait, .text = {}};
 }
 
 std::string RelayBoard::ReadbackDifference() {
-  const std::uint32_t seen = Connected(daq_.ReadRelayLines());
+  const std::uint32_t seen = Connected(lines_.ReadRelayLines());
   if (seen == connected_) return {};
   return "relay lines " + Hex(connected_) + " were written, " + Hex(seen) +
          " are read back (first difference: Do" +
@@ -149,7 +150,7 @@ RelayBoard::Stage RelayBoard::Advance() {
 void RelayBoard::ForceNominalFirst() {
   std::uint32_t seen = connected_;
   try {
-    seen = Connected(daq_.ReadRelayLines());
+    seen = Connected(lines_.ReadRelayLines());
   } catch (const IoError&) {
     // The lines do not answer: go by what was written last.
   }

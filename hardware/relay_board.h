@@ -7,7 +7,7 @@
 #include "core/bench/bench.h"
 #include "core/types/component.h"
 #include "hardware/clock.h"
-#include "hardware/daq/daq.h"
+#include "hardware/relay_lines.h"
 
 namespace faultlab::hardware {
 
@@ -50,7 +50,7 @@ class RelayBoard {
   };
 
   /// Contract: the wiring's lines are different and in [0, 32).
-  RelayBoard(Daq& daq, RelayWiring wiring, RelayTiming timing);
+  RelayBoard(RelayLines& lines, RelayWiring wiring, RelayTiming timing);
 
   /// Wants `position` (0 = nominal) on a board; Advance makes it so.
   /// Contract: IsSwitched(component), position in range.
@@ -89,7 +89,7 @@ class RelayBoard {
   Stage Write(std::uint32_t connected, Nanoseconds wait);
   bool Verify(Stage& stage);
 
-  Daq& daq_;
+  RelayLines& lines_;
   const RelayWiring wiring_;
   const RelayTiming timing_;
   std::uint32_t mask_ = 0;

@@ -10,6 +10,7 @@
 #include "hardware/bench/benches.h"
 #include "hardware/config/toml_table.h"
 #include "hardware/daq/guarded_daq.h"
+#include "hardware/device/device_machine.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -39,6 +40,12 @@ Nanoseconds Milliseconds(double value) {
 
 void ReadRelays(TomlTable& relays, BenchFile& file) {
   RelayWiring& wiring = file.config.wiring;
+  if (file.driver == BenchFile::Driver::kDevice) {
+    if (relays.Has("inverted")) {
+      relays.Refuse("inverted", "belongs into the device: its lines are told as connected or not");
+    }
+    wiring.inverted = false;
+  }
   relays.Flag("inverted", wiring.inverted);
   for (const core::Component component : wiring.boards) {
     const std::string symbol(core::Name(component));
@@ -92,8 +99,8 @@ void ReadLimits(TomlTable& limits, RigLimits& to) {
 }
 
 void ReadDriver(TomlTable& root, BenchFile& file) {
-  file.driver =
-      static_cast<BenchFile::Driver>(root.Choice("driver", 0, {"simulated", "nidaqmx", "comedi"}));
+  file.driver = static_cast<BenchFile::Driver>(
+      root.Choice("driver", 0, {"simulated", "nidaqmx", "comedi", "device"}));
   TomlTable& simulated = root.Sub("simulated");
   std::vector<std::string> profiles;
   for (const core::BenchProfile& each : file.config.description.bench->profiles) {
@@ -135,6 +142,15 @@ void ReadDriver(TomlTable& root, BenchFile& file) {
   number("relay_base", file.comedi.relay_base, 0);
   number("range", file.comedi.range, 0);
   comedi.Word("reference", file.comedi.reference, {"ground", "common", "diff"});
+
+  TomlTable& device = root.Sub("device");
+  device.Text("port", file.device.port);
+  device.Integer("baud", file.device.baud, 1200, 4'000'000);
+  if (file.driver == BenchFile::Driver::kDevice || device.Has("port")) {
+    if (const std::string problem = PortProblem(file.device.port); !problem.empty()) {
+      device.Refuse("port", problem);
+    }
+  }
 }
 
 void Read(TomlTable& root, const std::string& asked, BenchFile& file) {
@@ -207,8 +223,10 @@ void Read(TomlTable& root, const std::string& asked, BenchFile& file) {
   TomlTable& link = root.Sub("link");
   link.Number("ride_through_s", file.ride_through_s, 0.0, 120.0);
 
+  // What a device lacks, it says itself.
+  const bool board = !simulated && file.driver != BenchFile::Driver::kDevice;
   const auto wired = [&](bool described, bool on_comedi, const std::string& ni_channel) {
-    return described && (simulated || (comedi ? on_comedi : !ni_channel.empty()));
+    return described && (!board || (comedi ? on_comedi : !ni_channel.empty()));
   };
   description.has_ua = wired(description.has_ua, file.comedi.ua >= 0, file.nidaqmx.ua);
   description.has_ia = wired(description.has_ia, file.comedi.ia >= 0, file.nidaqmx.ia);
@@ -237,7 +255,8 @@ core::Result<BenchFile> LoadBenchFile(const std::string& path, const std::string
 }
 
 std::unique_ptr<Daq> OpenDaq(const BenchFile& file) {
-  LAB_CHECK(file.driver != BenchFile::Driver::kSimulated);
+  LAB_CHECK(file.driver == BenchFile::Driver::kNiDaqmx ||
+            file.driver == BenchFile::Driver::kComedi);
   ComediChannels comedi = file.comedi;
   comedi.relay_lines = file.config.wiring.mask();
   std::unique_ptr<Daq> driver = file.driver == BenchFile::Driver::kComedi
@@ -249,6 +268,13 @@ std::unique_ptr<Daq> OpenDaq(const BenchFile& file) {
                          .fifo_priority = file.fifo_priority});
 }
 
+std::unique_ptr<RigMachine> OpenMachine(const BenchFile& file, std::shared_ptr<Clock> wall) {
+  if (file.driver == BenchFile::Driver::kDevice) {
+    return MakeDeviceMachine(file.config, file.device, std::move(wall));
+  }
+  return MakeBenchMachine(file.config, OpenDaq(file), nullptr, std::move(wall));
+}
+
 std::unique_ptr<Rig> OpenRig(const BenchFile& file, std::shared_ptr<Heartbeat> heartbeat) {
   if (file.driver == BenchFile::Driver::kSimulated) {
     SimulatedRigOptions options = file.simulated;
@@ -256,12 +282,13 @@ std::unique_ptr<Rig> OpenRig(const BenchFile& file, std::shared_ptr<Heartbeat> h
     return MakeSimulatedRig(std::move(options));
   }
   const std::shared_ptr<Clock> wall = MakeSteadyClock();
-  PacedRigOptions paced{
-      .clock = MakeSteadyClock(), .wall = wall, .runner = MakeThreadRunner(file.fifo_priority)};
+  const bool device = file.driver == BenchFile::Driver::kDevice;
+  PacedRigOptions paced{.clock = device ? MakeFollowingClock() : MakeSteadyClock(),
+                        .wall = wall,
+                        .runner = MakeThreadRunner(file.fifo_priority)};
   paced.consecutive_overruns_max = file.late_ticks_max;
   paced.heartbeat = std::move(heartbeat);
-  return std::make_unique<PacedRig>(MakeBenchMachine(file.config, OpenDaq(file), nullptr, wall),
-                                    std::move(paced));
+  return std::make_unique<PacedRig>(OpenMachine(file, wall), std::move(paced));
 }
 
 }  // namespace faultlab::hardware

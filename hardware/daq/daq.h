@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "hardware/io_error.h"
+#include "hardware/relay_lines.h"
 
 namespace faultlab::hardware {
 
@@ -15,18 +16,11 @@ struct AnalogReading {
 
 /// The converter, relay and counter lines of one bench: as thin as the drivers allow, terminal
 /// volts and line levels, no meaning. Calls never overlap. A call that fails throws IoError.
-class Daq {
+class Daq : public RelayLines {
  public:
-  virtual ~Daq() = default;
-
   /// Volt at the output terminal from now on. @returns what the converter makes of it.
   virtual double WriteDrive(double terminal_v) = 0;
   virtual AnalogReading ReadAnalog() = 0;
-
-  /// Levels of the relay lines: bit i is line Do<i>.
-  virtual void WriteRelayLines(std::uint32_t levels) = 0;
-  /// Read back from the port, not from memory.
-  virtual std::uint32_t ReadRelayLines() = 0;
 
   /// Frequency of the encoder's pulses, hertz, 0 at standstill; negative backwards if the counter
   /// knows the sense.

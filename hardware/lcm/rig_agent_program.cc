@@ -242,9 +242,7 @@ int Serve(const RigAgentOptions& options,
 bool MakeBenchSafe(const BenchFile& file) {
   if (file.driver == BenchFile::Driver::kSimulated) return true;  // it died with the agent
   try {
-    const std::shared_ptr<Clock> wall = MakeSteadyClock();
-    const std::string unsafe =
-        MakeBenchMachine(file.config, OpenDaq(file), nullptr, wall)->MakeSafe();
+    const std::string unsafe = OpenMachine(file, MakeSteadyClock())->MakeSafe();
     if (!unsafe.empty()) Say("second line: " + unsafe);
     return unsafe.empty();
   } catch (const std::exception& error) {

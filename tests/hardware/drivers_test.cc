@@ -364,7 +364,7 @@ TEST(BenchFile, RefusesWithLineAndKey) {
   EXPECT_EQ(RefusalOf("[loop]\n\nspeed = 3\n"),
             "bench.toml:3: loop.speed is not a key of this table");
   EXPECT_EQ(RefusalOf("driver = \"usb\"\n"),
-            "bench.toml:1: driver must be one of simulated, nidaqmx, comedi");
+            "bench.toml:1: driver must be one of simulated, nidaqmx, comedi, device");
   EXPECT_EQ(RefusalOf("[relays]\nR1 = [17, 16, 1, 0]\n"),
             "bench.toml:2: relays.R1 belongs into the bench's description now: `lines` of its "
             "[[component]]");
@@ -373,6 +373,12 @@ TEST(BenchFile, RefusesWithLineAndKey) {
   EXPECT_THAT(RefusalOf("driver = \"comedi\"\n[encoder]\nmethod = \"frequency\"\n"),
               HasSubstr("must be \"count\""));
   EXPECT_THAT(RefusalOf("driver = \"nidaqmx\"\n[loop]\ndelta_ms = 5\n"), HasSubstr("relays move"));
+  EXPECT_THAT(RefusalOf("driver = \"device\"\n"), HasSubstr("port must be a serial line"));
+  EXPECT_EQ(RefusalOf("driver = \"device\"\n[device]\nport = \"tcp:crio\"\n"),
+            "bench.toml:3: device.port must be tcp:HOST:PORT");
+  EXPECT_THAT(RefusalOf("driver = \"device\"\n[device]\nport = \"/dev/ttyUSB0\"\n"
+                        "[relays]\ninverted = true\n"),
+              HasSubstr("relays.inverted belongs into the device"));
   EXPECT_THAT(RefusalOf("[amplifier]\nquadrants = 3\n"), HasSubstr("2 or 4"));
   EXPECT_THAT(RefusalOf("limits = 3\n"), HasSubstr("[limits]"));
 }
