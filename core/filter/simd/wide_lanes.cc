@@ -10,9 +10,11 @@
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 
-// Headers included above are compiled for any x86-64. The code below is instantiated in this file
-// only, which is compiled for AVX2 (not for fused multiply-add, which would change the bits), and
-// is called only on processors that have AVX2.
+// Headers included above are compiled for any x86-64. Whatever templates of the headers below are
+// instantiated in this file, and with whatever lanes, is AVX2: what other processors run too
+// belongs into another file (sum_products.cc). The code below is instantiated in this file only,
+// which is compiled for AVX2 (not for fused multiply-add, which would change the bits), and is
+// called only on processors that have AVX2.
 #include <algorithm>
 #include <cstring>
 #include <limits>
@@ -62,16 +64,14 @@ bool RunWideLanes(const LaneRun& run, bool mc_response) {
   return HasAvx2();
 }
 
-void SumProducts(const ProductRows& rows, ProductSums& sums) {
-  HasAvx2() ? SumAvx2(rows, sums) : SumLaneProducts<Lanes2>(rows, sums);
+bool SumWideProducts(const ProductRows& rows, ProductSums& sums) {
+  if (HasAvx2()) SumAvx2(rows, sums);
+  return HasAvx2();
 }
 
 }  // namespace faultlab::core
 
 #else
-
-#include "core/filter/simd/lane_products.h"
-#include "core/filter/simd/lane_run.h"
 
 namespace faultlab::core {
 
@@ -79,8 +79,8 @@ bool RunWideLanes(const LaneRun&, bool) {
   return false;
 }
 
-void SumProducts(const ProductRows& rows, ProductSums& sums) {
-  SumLaneProducts<Lanes2>(rows, sums);
+bool SumWideProducts(const ProductRows&, ProductSums&) {
+  return false;
 }
 
 }  // namespace faultlab::core

@@ -39,6 +39,9 @@ struct ProductRows {
   double per_difference = 0.0;  ///< 1 / distance of the neighbours from the point
 };
 
+/// SumLaneProducts with four lanes to a register on processors that can; returns false on others.
+bool SumWideProducts(const ProductRows& rows, ProductSums& sums);
+
 /// SumLaneProducts with the widest registers of the processor.
 void SumProducts(const ProductRows& rows, ProductSums& sums);
 
