@@ -159,6 +159,17 @@ TEST_P(RealDriver, FeedsTheBoardsOwnWatchdogOnceASample) {
   EXPECT_EQ(control_->misuses, 0) << control_->misuse;
 }
 
+TEST_P(RealDriver, NeedsNoCounter) {
+  bench_.nidaqmx.counter = "";
+  bench_.comedi.counter = -1;
+  bench_.config.description.has_n = false;
+  const auto machine =
+      MakeBenchMachine(bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
+  const RunLog log = Play(*machine, SquarePlan(3));
+  ASSERT_EQ(log.samples.size(), 3u);
+  EXPECT_TRUE(std::isnan(log.samples[2].n_rpm));
+}
+
 TEST_P(RealDriver, WalksAllSixteenPositions) {
   const auto machine =
       MakeBenchMachine(bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
