@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 
-from laboratory import RIG, Laboratory, await_true, rig_file
+from laboratory import Laboratory, await_true, rig_file
 from machine import HERE, SUBJECT_TO_LOAD_S, Failure, Machine, memory_image
 
 SKIPPED = 77
@@ -169,10 +169,10 @@ class Proof:
         text = self.tripped(run)
         check("Input/output error" in text, text)
         self.machine.tell_board("works")
-        cleared = self.lab.admin.post(self.lab, f"rigs/{RIG}/clear-trip")
-        check(cleared.ok, f"the trip cannot be cleared: {cleared}")
+        self.lab.end()  # makes the bench safe; only an operator could clear the trip
+        self.lab = None
         board = self.machine.board()
-        check(abs(board["drive_uv"]) < 1000, f"driven after the trip was cleared: {board}")
+        check(abs(board["drive_uv"]) < 1000, f"driven: {board}")
         check_relays_nominal(board)
 
     def unplugged(self):

@@ -44,14 +44,24 @@ class Laboratory:
     def __init__(self, machine):
         self.machine = machine
         self.port = machine.port
-        machine.sh(
+        said, _ = machine.sh(
             f"setsid faultlab serve --listen 0.0.0.0:8080 --data /tmp/data --sim-rigs 0 --lcm '{BUS}' "
             "> /tmp/server.log 2>&1 & echo pid $!"
         )
+        self.server = int(re.search(r"pid (\d+)", said).group(1))
         self.start_agent()
         await_true("the server listens", lambda: "listening on" in self.said(), SUBJECT_TO_LOAD_S, 0.2)
         self.admin = KeyHolder(machine, "boss", "admin")
         self.session = None
+
+    def end(self):
+        """Nothing is left of it, so that another begins anew."""
+        self.machine.sh(f"kill -9 {self.server}; kill {self.supervisor}")
+        await_true(
+            "the agent ends", lambda: self.machine.sh(f"test -d /proc/{self.supervisor}")[1] != 0,
+            SUBJECT_TO_LOAD_S, 0.1,
+        )
+        self.machine.sh("rm -rf /tmp/data /tmp/.faultlab /tmp/*.log")
 
     def said(self):
         return self.machine.sh("cat /tmp/server.log")[0]
