@@ -180,7 +180,8 @@ std::optional<Nanoseconds> BenchMachine::Drive(const StepTime& time, std::vector
       config_.scaling.uc.ToTerminal(plan_.uc_v[static_cast<std::size_t>(index_)]);
   uc_v_ = config_.scaling.uc.ToUnit(daq_->WriteDrive(terminal_v));
   daq_->FeedWatchdog();
-  if (index_ == 0 && config_.scaling.speed == SpeedMethod::kGatedCount) {
+  if (index_ == 0 && config_.description.has_n &&
+      config_.scaling.speed == SpeedMethod::kGatedCount) {
     pulses_ = daq_->ReadPulseCount();
     pulses_at_ = time.actual;
   }

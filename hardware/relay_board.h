@@ -27,6 +27,14 @@ struct RelayWiring {
     }
     return lines;
   }
+  /// The levels at which every board connects its nominal part and nothing else.
+  std::uint32_t nominal_levels() const {
+    std::uint32_t connected = 0;
+    for (const core::Component board : boards) {
+      connected |= 1u << board.info().positions.front().line;
+    }
+    return inverted ? ~connected : connected;
+  }
 };
 RelayWiring WiringOf(const core::Bench& bench);
 

@@ -132,13 +132,15 @@ void ReadDriver(TomlTable& root, BenchFile& file) {
   };
   number("analog_in", file.comedi.analog_in, 0);
   number("analog_out", file.comedi.analog_out, 0);
-  number("digital", file.comedi.digital, 0);
+  comedi.OneOrMore("digital", file.comedi.digital, 0, 255);
   number("counter", file.comedi.counter, -1);
   number("drive", file.comedi.drive, 0);
   number("um", file.comedi.um, 0);
   number("ua", file.comedi.ua, -1);
   number("ia", file.comedi.ia, -1);
   number("counter_channel", file.comedi.counter_channel, 0);
+  file.comedi.counts =
+      static_cast<CountDirection>(comedi.Choice("counts", 0, {"up", "down", "both"}));
   number("relay_base", file.comedi.relay_base, 0);
   number("range", file.comedi.range, 0);
   comedi.Word("reference", file.comedi.reference, {"ground", "common", "diff"});
@@ -151,6 +153,26 @@ void ReadDriver(TomlTable& root, BenchFile& file) {
       device.Refuse("port", problem);
     }
   }
+}
+
+/// A motor that reverses needs a counter that knows the sense: others give the speed without sign.
+void CheckDirection(TomlTable& root, const BenchFile& file) {
+  const bool comedi = file.driver == BenchFile::Driver::kComedi;
+  if (!file.config.description.has_n || file.config.limits.uc_v_min >= 0.0) return;
+  if (comedi && file.comedi.counts == CountDirection::kBoth) return;
+  const std::string why = "knows no direction, but uc may be " +
+                          Number(file.config.limits.uc_v_min) +
+                          " V and the motor then turns backwards: ";
+  if (comedi) {
+    root.Sub("comedi").Refuse(
+        "counts",
+        "is \"" + std::string(file.comedi.counts == CountDirection::kUp ? "up" : "down") +
+            "\": such a counter " + why +
+            "use one that decodes both channels of the encoder and write counts = \"both\", or "
+            "write counter = -1, or limits.uc_min_v = 0");
+  }
+  root.Sub("nidaqmx").Refuse(
+      "counter", "counts edges: it " + why + "write counter = \"\", or limits.uc_min_v = 0");
 }
 
 void Read(TomlTable& root, const std::string& asked, BenchFile& file) {
@@ -193,8 +215,14 @@ void Read(TomlTable& root, const std::string& asked, BenchFile& file) {
   ReadLimits(root.Sub("limits"), file.config.limits);
 
   TomlTable& amplifier = root.Sub("amplifier");
-  description.amplifier_mode =
-      static_cast<core::AmplifierMode>(amplifier.Choice("mode", 0, {"voltage", "current"}));
+  if (amplifier.Choice("mode", 0, {"voltage", "current"}) == 1) {
+    amplifier.Refuse(
+        "mode",
+        "is \"current\", which cannot be diagnosed: the estimators and the rig's check "
+        "are of an amplifier that gives a voltage, and at a constant current a motor "
+        "without load runs up until over_voltage trips: wire the amplifier for voltage "
+        "and write mode = \"voltage\"");
+  }
   int quadrants = 2;
   amplifier.Integer("quadrants", quadrants, 2, 4);
   if (quadrants == 3) amplifier.Refuse("quadrants", "must be 2 or 4");
@@ -231,8 +259,8 @@ void Read(TomlTable& root, const std::string& asked, BenchFile& file) {
   description.has_ua = wired(description.has_ua, file.comedi.ua >= 0, file.nidaqmx.ua);
   description.has_ia = wired(description.has_ia, file.comedi.ia >= 0, file.nidaqmx.ia);
   description.has_n = wired(description.has_n, file.comedi.counter >= 0, file.nidaqmx.counter);
+  if (!simulated) CheckDirection(root, file);
   file.simulated.rig_class = description.rig_class;
-  file.simulated.amplifier_mode = description.amplifier_mode;
   file.simulated.amplifier_quadrants = description.amplifier_quadrants;
   file.simulated.gated_speed = file.config.scaling.speed == SpeedMethod::kGatedCount;
 }
@@ -259,6 +287,8 @@ std::unique_ptr<Daq> OpenDaq(const BenchFile& file) {
             file.driver == BenchFile::Driver::kComedi);
   ComediChannels comedi = file.comedi;
   comedi.relay_lines = file.config.wiring.mask();
+  comedi.nominal_levels = file.config.wiring.nominal_levels();
+  comedi.drive_zero_v = file.config.scaling.uc.ToTerminal(0.0);
   std::unique_ptr<Daq> driver = file.driver == BenchFile::Driver::kComedi
                                     ? OpenComedi(comedi)
                                     : OpenNiDaqmx(file.nidaqmx, file.config.scaling.speed);

@@ -218,6 +218,20 @@ void TomlTable::Integers(const std::string& key, std::vector<int>& values, int m
   Refuse(key, "must be a list of whole numbers" + WholeFrom(min, max));
 }
 
+void TomlTable::OneOrMore(const std::string& key, std::vector<int>& values, int min, int max) {
+  const toml::node* node = state_->Find(key);
+  if (node == nullptr) return;
+  if (IsWhole(*node, min, max)) {
+    values = {static_cast<int>(*node->value<std::int64_t>())};
+    return;
+  }
+  const toml::array* list = node->as_array();
+  if (list == nullptr || list->empty()) {
+    Refuse(key, "must be a whole number, or a list of them," + WholeFrom(min, max));
+  }
+  Integers(key, values, min, max);
+}
+
 bool TomlTable::Has(const std::string& key) const {
   return state_->table->contains(key);
 }

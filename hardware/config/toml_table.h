@@ -36,6 +36,8 @@ class TomlTable {
   /// A list of any length.
   void Numbers(const std::string& key, std::vector<double>& values, double min, double max);
   void Integers(const std::string& key, std::vector<int>& values, int min, int max);
+  /// One number, or a list of at least one.
+  void OneOrMore(const std::string& key, std::vector<int>& values, int min, int max);
   bool Has(const std::string& key) const;
   /// The index of the word.
   int Choice(const std::string& key, int fallback, const std::vector<std::string>& words);

@@ -159,6 +159,17 @@ TEST_P(RealDriver, FeedsTheBoardsOwnWatchdogOnceASample) {
   EXPECT_EQ(control_->misuses, 0) << control_->misuse;
 }
 
+TEST_P(RealDriver, NeedsNoCounter) {
+  bench_.nidaqmx.counter = "";
+  bench_.comedi.counter = -1;
+  bench_.config.description.has_n = false;
+  const auto machine =
+      MakeBenchMachine(bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
+  const RunLog log = Play(*machine, SquarePlan(3));
+  ASSERT_EQ(log.samples.size(), 3u);
+  EXPECT_TRUE(std::isnan(log.samples[2].n_rpm));
+}
+
 TEST_P(RealDriver, WalksAllSixteenPositions) {
   const auto machine =
       MakeBenchMachine(bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
@@ -255,6 +266,36 @@ TEST(Supervisor, KillsAnAgentWhenTheSecondLineHangsToo) {
   EXPECT_THAT(said.back(), HasSubstr("NOT safe"));
 }
 
+/// The stand-in has analog in, analog out, 24 digital lines and a counter: 0 to 3.
+std::string ComediRefusal(const std::string& keys) {
+  const BenchFile bench = Parsed(std::string("driver = \"comedi\"\n[comedi]\nlibrary = \"") +
+                                 STAND_IN_COMEDI + "\"\n" + keys);
+  try {
+    OpenDaq(bench);
+  } catch (const IoError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(ComediBoard, SaysWhatItHasInsteadOfWhatTheConfigurationNames) {
+  EXPECT_EQ(ComediRefusal(""), "accepted");
+  EXPECT_EQ(ComediRefusal("digital = 4\n"),
+            "/dev/comedi0 has the subdevices 0 to 3, comedi.digital is 4");
+  EXPECT_EQ(ComediRefusal("digital = 3\n"),
+            "subdevice 3 of /dev/comedi0 is a counter, comedi.digital must be digital in and out");
+  EXPECT_EQ(ComediRefusal("relay_base = 8\n"),
+            "subdevice 2 of /dev/comedi0 has 24 lines, the description's relays use line 16 behind "
+            "relay_base 8: name more subdevices in comedi.digital, or lower `lines` in the "
+            "description");
+  EXPECT_EQ(ComediRefusal("analog_out = 0\n"),
+            "subdevice 0 of /dev/comedi0 is analog in, comedi.analog_out must be analog out");
+  EXPECT_EQ(ComediRefusal("ia = 3\n"),
+            "subdevice 0 of /dev/comedi0 has the channels 0 to 2, comedi.ia is 3");
+  EXPECT_EQ(ComediRefusal("counter = 3\ncounter_channel = 1\n"),
+            "subdevice 3 of /dev/comedi0 has the channels 0 to 0, comedi.counter_channel is 1");
+}
+
 // ---- configuration ------------------------------------------------------------------------------
 
 std::string RefusalOf(const std::string& text, const std::string& bench = "") {
@@ -306,7 +347,7 @@ rest_ms = 200
 uc_max_v = 4.0
 current_continuous_a = 0.5
 [amplifier]
-mode = "current"
+mode = "voltage"
 quadrants = 2
 [loop]
 delta_ms = 9.0
@@ -353,6 +394,33 @@ TEST(BenchFile, SaysWhatMakesAnAmplifierNeedFourQuadrants) {
             "description of the bench servo-motor: write quadrants = 4, or limits.uc_min_v = 0");
   EXPECT_EQ(RefusalOf("[amplifier]\nquadrants = 4\n", both), "accepted");
   EXPECT_EQ(RefusalOf("[limits]\nuc_min_v = 0\n", both), "accepted");
+}
+
+TEST(BenchFile, RefusesAnAmplifierThatNobodyCanDiagnose) {
+  EXPECT_THAT(RefusalOf("[amplifier]\nmode = \"current\"\n"),
+              StartsWith("bench.toml:2: amplifier.mode is \"current\", which cannot be diagnosed"));
+}
+
+TEST(BenchFile, RefusesACounterWithoutDirectionForAMotorThatReverses) {
+  const std::string reverses = "[limits]\nuc_min_v = -5\n[amplifier]\nquadrants = 4\n";
+  const std::string comedi = "driver = \"comedi\"\n[comedi]\ncounter = 3\n";
+  EXPECT_THAT(
+      RefusalOf(comedi + reverses),
+      StartsWith("bench.toml:2: comedi.counts is \"up\": such a counter knows no direction, "
+                 "but uc may be -5 V"));
+  EXPECT_EQ(RefusalOf(comedi + "counts = \"both\"\n" + reverses), "accepted");
+  EXPECT_EQ(RefusalOf("driver = \"comedi\"\n" + reverses), "accepted");
+  EXPECT_THAT(RefusalOf("driver = \"nidaqmx\"\n[nidaqmx]\ncounter = \"Mod3/ctr0\"\n" + reverses),
+              StartsWith("bench.toml:3: nidaqmx.counter counts edges: it knows no direction"));
+  EXPECT_EQ(RefusalOf("driver = \"nidaqmx\"\n[nidaqmx]\ncounter = \"\"\n" + reverses), "accepted");
+}
+
+TEST(BenchFile, TakesOneDigitalSubdeviceOrAList) {
+  EXPECT_EQ(Parsed("[comedi]\ndigital = 3\n").comedi.digital, std::vector<int>{3});
+  EXPECT_EQ(Parsed("[comedi]\ndigital = [4, 2]\n").comedi.digital, (std::vector<int>{4, 2}));
+  EXPECT_EQ(
+      RefusalOf("[comedi]\ndigital = []\n"),
+      "bench.toml:2: comedi.digital must be a whole number, or a list of them, from 0 to 255");
 }
 
 TEST(BenchFile, RefusesWithLineAndKey) {
