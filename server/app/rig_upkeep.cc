@@ -1,5 +1,6 @@
 #include "server/app/rig_upkeep.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,8 @@ constexpr milliseconds kRigPatience = seconds(20);  ///< until the last run has 
 constexpr milliseconds kFollow = seconds(1);
 /// A check is three seconds of waiting for the rig: all rigs of a laboratory are ready after those.
 constexpr int kChecksAtOnce = 16;
+/// After the start: agents are heard one after the other, and a session outlives a restart.
+constexpr seconds kHearingTime{5};
 
 /// Why nobody can use this rig now, although it is a rig of this server; empty: it can be used.
 std::string WhyOffline(const RigStatus& rig) {
@@ -45,6 +48,7 @@ RigUpkeep::~RigUpkeep() {
 
 void RigUpkeep::Start(lab::LabService& service) {
   service_ = &service;
+  heard_from_ = clock_.Monotonic() + kHearingTime;
   FollowRigs();
   for (int i = 0; i < kChecksAtOnce; ++i) threads_.emplace_back([this] { CheckLoop(); });
   threads_.emplace_back([this] {
@@ -120,16 +124,37 @@ void RigUpkeep::FollowBenches(const std::vector<RigStatus>& rigs) {
   }
 }
 
+/// Rigs that this server had before its last start and has no longer, as after a change of its
+/// settings. They are claimed again when they appear.
+std::vector<lab::RigId> RigUpkeep::FindGone(const lab::LabState& state,
+                                            const std::vector<RigStatus>& rigs) const {
+  const bool all_heard = clock_.Monotonic() >= heard_from_;
+  std::vector<lab::RigId> gone;
+  for (const auto& [id, rig] : state.rigs) {
+    const bool out =
+        rig.status == lab::RigStatus::kOffline || rig.status == lab::RigStatus::kQuarantined;
+    if (rig.server != service_->member() || out) continue;
+    if (!rig.elastic && !all_heard) continue;
+    const bool here = std::any_of(rigs.begin(), rigs.end(), [&id = id](const RigStatus& each) {
+      return each.description.id == id;
+    });
+    if (!here) gone.push_back(id);
+  }
+  return gone;
+}
+
 /// Rigs come and go: the scheduler learns it here, and cleans what has come.
 void RigUpkeep::FollowRigs() {
   struct Change {
     RigStatus rig;
+    std::string why;        ///< it is offline; empty: it can be used
     bool describe = false;  ///< the lab does not know the rig, or has another description of it
   };
   std::vector<Change> changes;
   std::vector<RigStatus> rigs = bay_.List();
   FollowBenches(rigs);
   const auto state = service_->state();
+  const std::vector<lab::RigId> gone = FindGone(*state, rigs);
   for (RigStatus& rig : rigs) {
     const auto known = state->rigs.find(rig.description.id);
     const bool is_new = known == state->rigs.end();
@@ -141,24 +166,27 @@ void RigUpkeep::FollowRigs() {
     const bool is_other = !is_new && described &&
                           (known->second.rig_class != rig.description.rig_class ||
                            known->second.elastic == NeedsSession(rig));
-    const std::string why = WhyOffline(rig);
+    std::string why = WhyOffline(rig);
     const bool known_offline = is_new || known->second.status == lab::RigStatus::kOffline;
     const bool unclaimed = owner.empty() && why.empty();
     const bool other_reason =
         known_offline && !why.empty() && (is_new || known->second.reason != why);
     if (is_new || is_other || unclaimed || !why.empty() != known_offline || other_reason) {
-      changes.push_back({std::move(rig), is_new || is_other});
+      changes.push_back({std::move(rig), std::move(why), is_new || is_other});
     }
   }
-  if (changes.empty()) return;
+  if (changes.empty() && gone.empty()) return;
   const core::Status told =
       service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
-        for (const auto& [rig, describe] : changes) {
+        for (const lab::RigId& id : gone) {
+          if (scheduler.state().rigs.at(id).server != service_->member()) continue;
+          (void)scheduler.RigOffline(id, "this server has no such rig now", now);
+        }
+        for (const auto& [rig, why, describe] : changes) {
           const std::string& id = rig.description.id;
           core::Status done = core::Done{};
           if (describe) done = scheduler.AddRig(id, rig.description.rig_class, !NeedsSession(rig));
           if (done.ok()) {
-            const std::string why = WhyOffline(rig);
             done = why.empty() ? scheduler.Claim(id, service_->member(), now)
                                : scheduler.RigOffline(id, why, now);
           }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <boost/json.hpp>
+#include <map>
 #include <thread>
 
 #include "hardware/bench/benches.h"
@@ -126,6 +127,35 @@ TEST_F(BenchesTest, AFaultSetIsForOneBench) {
   };
   EXPECT_EQ(start("servo-motor-sim-1").status, 201);
   EXPECT_EQ(Ok(start("sim-1"), 400).at("reason"), "fault_set_of_other_bench");
+}
+
+TEST_F(BenchesTest, RigsThatTheServerHasNoMoreAreOfflineUntilTheyAreBack) {
+  const Person student = Make("student", Role::kStudent);
+  using Ready = std::map<std::string, std::int64_t>;
+  const auto ready = [this] {
+    Ready counts;
+    const json::object classes = Get("rig-classes", "rig-classes");
+    for (const json::value& each : classes.at("items").as_array()) {
+      const std::string id(each.at("id").as_string());
+      if (id.ends_with("-sim")) counts[id] = each.at("ready").as_int64();
+    }
+    return counts;
+  };
+  EXPECT_EQ(ready(), (Ready{{"bench-sim", 2}, {"servo-motor-sim", 2}}));
+  Serve({{"paper", 2, "", 0}});
+  EXPECT_EQ(ready(), (Ready{{"bench-sim", 2}, {"servo-motor-sim", 0}}));
+  const json::object rig = Get("rigs/{id}/health", "rigs/servo-motor-sim-1/health");
+  EXPECT_EQ(rig.at("status"), "offline");
+  EXPECT_EQ(rig.at("reason"), "this server has no such rig now");
+  const json::object asked =
+      Ok(Call(student, "POST", "tickets", "tickets", R"({"rig_class":"servo-motor-sim"})"), 201);
+  ASSERT_TRUE(asked.contains("ticket")) << json::serialize(asked);
+  EXPECT_EQ(asked.at("ticket").at("state"), "waiting");
+  EXPECT_TRUE(asked.at("ticket").at("expected").is_null());
+  // The first bench's are "sim-1", ..; the names of the others begin with their bench.
+  Serve({{"servo-motor", 2, "", 0}, {"paper", 1, "", 0}});
+  EXPECT_EQ(ready(), (Ready{{"bench-sim", 1}, {"servo-motor-sim", 1}})) << "one for the ticket";
+  EXPECT_EQ(Get("rigs/{id}/health", "rigs/sim-1/health").at("rig_class"), "servo-motor-sim");
 }
 
 }  // namespace
