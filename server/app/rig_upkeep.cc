@@ -19,10 +19,40 @@ constexpr int kChecksAtOnce = 16;
 /// After the start: agents are heard one after the other, and a session outlives a restart.
 constexpr seconds kHearingTime{5};
 
+/// What rigs of each class are built like: this server's own, else the far one of the smallest id.
+std::map<std::string, const core::Bench*> BenchesOfClasses(const std::vector<RigStatus>& rigs) {
+  std::map<std::string, const RigStatus*> first;
+  for (const RigStatus& rig : rigs) {
+    if (rig.description.rig_class.empty() || rig.description.bench == nullptr) continue;
+    const RigStatus*& best = first[rig.description.rig_class];
+    const auto rank = [](const RigStatus& each) {
+      return std::pair(each.remote.has_value(), std::string_view(each.description.id));
+    };
+    if (best == nullptr || rank(rig) < rank(*best)) best = &rig;
+  }
+  std::map<std::string, const core::Bench*> benches;
+  for (const auto& [name, rig] : first) benches[name] = rig->description.bench;
+  return benches;
+}
+
+/// Rigs of a class are interchangeable.
+/// @returns why this far rig cannot be one of its class; empty: it can
+std::string WhyNotOfItsClass(const RigStatus& rig,
+                             const std::map<std::string, const core::Bench*>& benches) {
+  const auto of_class = benches.find(rig.description.rig_class);
+  const bool fits = !rig.remote || of_class == benches.end() || rig.description.bench == nullptr ||
+                    of_class->second->id == rig.description.bench->id;
+  if (fits) return "";
+  return "its class " + rig.description.rig_class + " has rigs built otherwise (" +
+         of_class->second->id + "): give its description another rig_class, or update it";
+}
+
 /// Why nobody can use this rig now, although it is a rig of this server; empty: it can be used.
-std::string WhyOffline(const RigStatus& rig) {
+std::string WhyOffline(const RigStatus& rig,
+                       const std::map<std::string, const core::Bench*>& benches) {
   if (rig.remote && !rig.remote->refusal.empty()) return rig.remote->refusal;
-  return rig.state == hardware::RigState::kOffline ? "the rig does not answer" : "";
+  if (rig.state == hardware::RigState::kOffline) return "the rig does not answer";
+  return WhyNotOfItsClass(rig, benches);
 }
 
 /// If the rig does not answer yet, or the database is away, the rig's health is unknown.
@@ -155,6 +185,7 @@ void RigUpkeep::FollowRigs() {
   FollowBenches(rigs);
   const auto state = service_->state();
   const std::vector<lab::RigId> gone = FindGone(*state, rigs);
+  const std::map<std::string, const core::Bench*> benches = BenchesOfClasses(rigs);
   for (RigStatus& rig : rigs) {
     const auto known = state->rigs.find(rig.description.id);
     const bool is_new = known == state->rigs.end();
@@ -166,7 +197,7 @@ void RigUpkeep::FollowRigs() {
     const bool is_other = !is_new && described &&
                           (known->second.rig_class != rig.description.rig_class ||
                            known->second.elastic == NeedsSession(rig));
-    std::string why = WhyOffline(rig);
+    std::string why = WhyOffline(rig, benches);
     const bool known_offline = is_new || known->second.status == lab::RigStatus::kOffline;
     const bool unclaimed = owner.empty() && why.empty();
     const bool other_reason =
