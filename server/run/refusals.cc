@@ -23,8 +23,13 @@ std::string Symbol(core::Component component) {
 
 }  // namespace
 
-Error NoSimulator() {
-  return {ErrorCode::kNotFound, "This server has no simulated rig.", "/rig", "no_simulator"};
+Error NoSimulator(const std::string& bench) {
+  return {ErrorCode::kNotFound,
+          "This server has no simulated rig of bench '" + bench +
+              "'; name one of its other benches, or a rig.",
+          "/bench",
+          "no_simulator",
+          {{"bench", bench}}};
 }
 
 Error RigNeedsSession(const std::string& rig) {

@@ -12,7 +12,7 @@
 // can show it in its own language. The list is in server/run/README.md.
 namespace faultlab::server::refusal {
 
-core::Error NoSimulator();
+core::Error NoSimulator(const std::string& bench);
 core::Error RigNeedsSession(const std::string& rig);
 core::Error RigJustFound(const std::string& rig);
 core::Error NoRig(const std::string& rig);

@@ -158,5 +158,13 @@ TEST_F(BenchesTest, RigsThatTheServerHasNoMoreAreOfflineUntilTheyAreBack) {
   EXPECT_EQ(Get("rigs/{id}/health", "rigs/sim-1/health").at("rig_class"), "servo-motor-sim");
 }
 
+TEST_F(BenchesTest, NoSimulatorOfABenchIsRefusedByTheBenchsName) {
+  Serve({{"paper", 1, "", 0}, {"servo-motor", 0, "", 0}});
+  const json::object refused = Ok(Post(R"({"bench":"servo-motor"})"), 404);
+  EXPECT_EQ(refused.at("reason"), "no_simulator");
+  EXPECT_EQ(refused.at("parameters").at("bench"), "servo-motor");
+  EXPECT_THAT(std::string(refused.at("detail").as_string()), HasSubstr("of bench 'servo-motor'"));
+}
+
 }  // namespace
 }  // namespace faultlab::server

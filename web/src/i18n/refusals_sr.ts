@@ -3,7 +3,7 @@
  * server/auth list the reasons. In English the server's own sentence is shown.
  */
 export const refusalsSr: Record<string, string> = {
-  refused_no_simulator: "Ovaj server nema simulatora.",
+  refused_no_simulator: "Ovaj server nema simulatora stola {bench}; navedite drugi sto ili uređaj.",
   refused_rig_needs_session:
     "Za uređaj {rig} potreban je termin: stanite u red ili ga rezervišite.",
   refused_rig_just_found:
