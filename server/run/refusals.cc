@@ -184,6 +184,15 @@ Error FaultSetOfOtherBench(const std::string& its, const core::Bench& wanted) {
           {{"its", its}, {"bench", wanted.name}}};
 }
 
+Error BenchHasChanged(const core::Bench& now) {
+  return {ErrorCode::kConflict,
+          "The description of bench '" + now.name + "' has changed: it is " + now.id +
+              " now. Check the faults against it and give this id.",
+          "/bench",
+          "bench_has_changed",
+          {{"bench", now.name}, {"now", now.id}}};
+}
+
 Error NotSwitchable(const std::string& rig, core::Component component) {
   return {ErrorCode::kInvalid,
           "Rig '" + rig + "' cannot change " + Symbol(component) + ".",

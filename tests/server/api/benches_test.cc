@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <boost/json.hpp>
+#include <fstream>
 #include <map>
 #include <thread>
 
@@ -127,6 +128,31 @@ TEST_F(BenchesTest, AFaultSetIsForOneBench) {
   };
   EXPECT_EQ(start("servo-motor-sim-1").status, 201);
   EXPECT_EQ(Ok(start("sim-1"), 400).at("reason"), "fault_set_of_other_bench");
+}
+
+TEST_F(BenchesTest, AFaultSetForAnOlderDescriptionIsRefused) {
+  const Person teacher = Make("teacher", Role::kInstructor);
+  std::string text = Servo().text;
+  const auto ke = text.find("[[component]]\nsymbol = \"Ke\"");
+  ASSERT_NE(ke, std::string::npos);
+  text.erase(ke, text.find("[[component]]", ke + 1) - ke);
+  const std::string file = (folder_.path() / "changed.toml").string();
+  std::ofstream(file) << text;
+  Serve({{"paper", 1, "", 0}, {file, 1, "", 0}});
+  const std::string now(Get("benches/{bench}", "benches/servo-motor").at("id").as_string());
+  ASSERT_NE(now, Servo().id);
+  const auto save = [&](const std::string& bench, const std::string& component) {
+    const std::string body = R"({"name":"s","bench":")" + bench + R"(","faults":[{"component":")" +
+                             component + R"(","value":4.64,"at_s":1}]})";
+    return Call(teacher, "POST", "fault-sets", "fault-sets", body);
+  };
+  for (const std::string component : {"Ke", "Ra"}) {
+    const json::object refused = Ok(save(Servo().id, component), 409);
+    EXPECT_EQ(refused.at("reason"), "bench_has_changed");
+    EXPECT_EQ(refused.at("parameters").at("now").as_string(), now);
+  }
+  EXPECT_EQ(Ok(save("servo-motor", "Ke"), 400).at("reason"), "no_component");
+  EXPECT_EQ(Ok(save(now, "Ra"), 201).at("bench").as_string(), now);
 }
 
 TEST_F(BenchesTest, RigsThatTheServerHasNoMoreAreOfflineUntilTheyAreBack) {

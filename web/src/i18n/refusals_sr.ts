@@ -29,6 +29,8 @@ export const refusalsSr: Record<string, string> = {
   refused_no_component: "Nema komponente {component}; poznate su: {known}.",
   refused_other_bench: "Uređaj {rig} je sa stola {bench}, a ne sa stola {asked}.",
   refused_no_bench: "Ovde nema takvog stola; postoje: {benches}.",
+  refused_bench_has_changed:
+    "Opis stola {bench} se promenio: sada je {now}. Proverite kvarove prema njemu i navedite taj opis.",
   refused_fault_set_of_other_bench:
     "Ovaj skup kvarova je za sto {its}, a uređaj je sa stola {bench}.",
   refused_no_fault_set: "Za vas nema takvog skupa kvarova.",
