@@ -130,6 +130,16 @@ TEST_F(BenchesTest, AFaultSetIsForOneBench) {
   EXPECT_EQ(Ok(start("sim-1"), 400).at("reason"), "fault_set_of_other_bench");
 }
 
+TEST_F(BenchesTest, AnExportNamesTheBenchOfItsRun) {
+  const std::string id = RunToEnd(R"({"rig":"servo-motor-sim-1","duration_s":1})");
+  const std::string target = "runs/" + id;
+  const HttpAnswer csv = Call({}, "GET", "runs/{id}/export.csv", target + "/export.csv");
+  EXPECT_THAT(csv.body, HasSubstr("\n# bench servo-motor, id " + Servo().id + "\n"));
+  const json::object all = Get("runs/{id}/export.json", target + "/export.json");
+  EXPECT_EQ(all.at("bench").as_string(), Servo().id);
+  EXPECT_EQ(all.at("bench_name"), "servo-motor");
+}
+
 TEST_F(BenchesTest, AFaultSetForAnOlderDescriptionIsRefused) {
   const Person teacher = Make("teacher", Role::kInstructor);
   std::string text = Servo().text;
