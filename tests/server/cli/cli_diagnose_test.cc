@@ -92,7 +92,8 @@ TEST_F(CliDiagnose, GivesEachBadFileItsSentenceAndGoesOnWithTheOthers) {
   const std::pair<std::string, std::string> cases[] = {
       {"t_s,uc_v,ua_v\n0,2,5\n",
        "faultlab: bad.csv:1: column um_v: missing from the header 't_s,uc_v,ua_v', expected t_s, "
-       "uc_v, um_v (required) and ua_v, ia_a, n_rpm (optional), separated by commas\n"},
+       "uc_v, um_v (or ia_a where a bench is diagnosed by it) and any of ua_v, ia_a, n_rpm, "
+       "separated by commas\n"},
       {"t_s,uc_v,um_v\n0,2,5\n0.01,2,x\n",
        "faultlab: bad.csv:3: column um_v: expected a number, found 'x'\n"},
       {"t_s,uc_v,um_v\n0,2,5\n0.01,NaN,5\n",
@@ -107,7 +108,8 @@ TEST_F(CliDiagnose, GivesEachBadFileItsSentenceAndGoesOnWithTheOthers) {
        "0.01 s as in most of the file\n"},
       {"",
        "faultlab: bad.csv:1: the file is empty, expected a header line with t_s, uc_v, um_v "
-       "(required) and ua_v, ia_a, n_rpm (optional), separated by commas\n"}};
+       "(or ia_a where a bench is diagnosed by it) and any of ua_v, ia_a, n_rpm, separated by "
+       "commas\n"}};
   for (const auto& [text, message] : cases) {
     Write("bad.csv", text);
     const Finished run = Run("diagnose --json bad.csv " + std::string(kData) + "/nofault.csv.gz");
