@@ -1,5 +1,6 @@
 #include "server/app/rig_upkeep.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -15,11 +16,43 @@ constexpr milliseconds kRigPatience = seconds(20);  ///< until the last run has 
 constexpr milliseconds kFollow = seconds(1);
 /// A check is three seconds of waiting for the rig: all rigs of a laboratory are ready after those.
 constexpr int kChecksAtOnce = 16;
+/// After the start: agents are heard one after the other, and a session outlives a restart.
+constexpr seconds kHearingTime{5};
+
+/// What rigs of each class are built like: this server's own, else the far one of the smallest id.
+std::map<std::string, const core::Bench*> BenchesOfClasses(const std::vector<RigStatus>& rigs) {
+  std::map<std::string, const RigStatus*> first;
+  for (const RigStatus& rig : rigs) {
+    if (rig.description.rig_class.empty() || rig.description.bench == nullptr) continue;
+    const RigStatus*& best = first[rig.description.rig_class];
+    const auto rank = [](const RigStatus& each) {
+      return std::pair(each.remote.has_value(), std::string_view(each.description.id));
+    };
+    if (best == nullptr || rank(rig) < rank(*best)) best = &rig;
+  }
+  std::map<std::string, const core::Bench*> benches;
+  for (const auto& [name, rig] : first) benches[name] = rig->description.bench;
+  return benches;
+}
+
+/// Rigs of a class are interchangeable.
+/// @returns why this far rig cannot be one of its class; empty: it can
+std::string WhyNotOfItsClass(const RigStatus& rig,
+                             const std::map<std::string, const core::Bench*>& benches) {
+  const auto of_class = benches.find(rig.description.rig_class);
+  const bool fits = !rig.remote || of_class == benches.end() || rig.description.bench == nullptr ||
+                    of_class->second->id == rig.description.bench->id;
+  if (fits) return "";
+  return "its class " + rig.description.rig_class + " has rigs built otherwise (" +
+         of_class->second->id + "): give its description another rig_class, or update it";
+}
 
 /// Why nobody can use this rig now, although it is a rig of this server; empty: it can be used.
-std::string WhyOffline(const RigStatus& rig) {
+std::string WhyOffline(const RigStatus& rig,
+                       const std::map<std::string, const core::Bench*>& benches) {
   if (rig.remote && !rig.remote->refusal.empty()) return rig.remote->refusal;
-  return rig.state == hardware::RigState::kOffline ? "the rig does not answer" : "";
+  if (rig.state == hardware::RigState::kOffline) return "the rig does not answer";
+  return WhyNotOfItsClass(rig, benches);
 }
 
 /// If the rig does not answer yet, or the database is away, the rig's health is unknown.
@@ -45,6 +78,7 @@ RigUpkeep::~RigUpkeep() {
 
 void RigUpkeep::Start(lab::LabService& service) {
   service_ = &service;
+  heard_from_ = clock_.Monotonic() + kHearingTime;
   FollowRigs();
   for (int i = 0; i < kChecksAtOnce; ++i) threads_.emplace_back([this] { CheckLoop(); });
   threads_.emplace_back([this] {
@@ -120,16 +154,38 @@ void RigUpkeep::FollowBenches(const std::vector<RigStatus>& rigs) {
   }
 }
 
+/// Rigs that this server had before its last start and has no longer, as after a change of its
+/// settings. They are claimed again when they appear.
+std::vector<lab::RigId> RigUpkeep::FindGone(const lab::LabState& state,
+                                            const std::vector<RigStatus>& rigs) const {
+  const bool all_heard = clock_.Monotonic() >= heard_from_;
+  std::vector<lab::RigId> gone;
+  for (const auto& [id, rig] : state.rigs) {
+    const bool out =
+        rig.status == lab::RigStatus::kOffline || rig.status == lab::RigStatus::kQuarantined;
+    if (rig.server != service_->member() || out) continue;
+    if (!rig.elastic && !all_heard) continue;
+    const bool here = std::any_of(rigs.begin(), rigs.end(), [&id = id](const RigStatus& each) {
+      return each.description.id == id;
+    });
+    if (!here) gone.push_back(id);
+  }
+  return gone;
+}
+
 /// Rigs come and go: the scheduler learns it here, and cleans what has come.
 void RigUpkeep::FollowRigs() {
   struct Change {
     RigStatus rig;
+    std::string why;        ///< it is offline; empty: it can be used
     bool describe = false;  ///< the lab does not know the rig, or has another description of it
   };
   std::vector<Change> changes;
   std::vector<RigStatus> rigs = bay_.List();
   FollowBenches(rigs);
   const auto state = service_->state();
+  const std::vector<lab::RigId> gone = FindGone(*state, rigs);
+  const std::map<std::string, const core::Bench*> benches = BenchesOfClasses(rigs);
   for (RigStatus& rig : rigs) {
     const auto known = state->rigs.find(rig.description.id);
     const bool is_new = known == state->rigs.end();
@@ -141,24 +197,27 @@ void RigUpkeep::FollowRigs() {
     const bool is_other = !is_new && described &&
                           (known->second.rig_class != rig.description.rig_class ||
                            known->second.elastic == NeedsSession(rig));
-    const std::string why = WhyOffline(rig);
+    std::string why = WhyOffline(rig, benches);
     const bool known_offline = is_new || known->second.status == lab::RigStatus::kOffline;
     const bool unclaimed = owner.empty() && why.empty();
     const bool other_reason =
         known_offline && !why.empty() && (is_new || known->second.reason != why);
     if (is_new || is_other || unclaimed || !why.empty() != known_offline || other_reason) {
-      changes.push_back({std::move(rig), is_new || is_other});
+      changes.push_back({std::move(rig), std::move(why), is_new || is_other});
     }
   }
-  if (changes.empty()) return;
+  if (changes.empty() && gone.empty()) return;
   const core::Status told =
       service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
-        for (const auto& [rig, describe] : changes) {
+        for (const lab::RigId& id : gone) {
+          if (scheduler.state().rigs.at(id).server != service_->member()) continue;
+          (void)scheduler.RigOffline(id, "this server has no such rig now", now);
+        }
+        for (const auto& [rig, why, describe] : changes) {
           const std::string& id = rig.description.id;
           core::Status done = core::Done{};
           if (describe) done = scheduler.AddRig(id, rig.description.rig_class, !NeedsSession(rig));
           if (done.ok()) {
-            const std::string why = WhyOffline(rig);
             done = why.empty() ? scheduler.Claim(id, service_->member(), now)
                                : scheduler.RigOffline(id, why, now);
           }

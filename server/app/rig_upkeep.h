@@ -50,6 +50,8 @@ class RigUpkeep : public lab::RigDuties {
 
  private:
   void FollowRigs();
+  std::vector<lab::RigId> FindGone(const lab::LabState& state,
+                                   const std::vector<RigStatus>& rigs) const;
   void FollowBenches(const std::vector<RigStatus>& rigs);
   void CheckLoop();
   lab::RigVerdict Check(const lab::Lease& lease);
@@ -62,6 +64,7 @@ class RigUpkeep : public lab::RigDuties {
   const Clock& clock_;
   const std::function<void(std::string_view)> log_;
   lab::LabService* service_ = nullptr;
+  MonotonicTime heard_from_{};  ///< when far rigs that are there have been heard
   std::mutex mutex_;
   std::condition_variable wake_;
   bool stopping_ = false;

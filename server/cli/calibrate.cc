@@ -12,6 +12,7 @@
 #include "server/cli/calibration_file.h"
 #include "server/cli/console.h"
 #include "server/clock.h"
+#include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 
@@ -36,6 +37,10 @@ int RunCalibrate(const CalibrateOptions& options) {
   for (const std::string& note : record.value().notes) {
     PrintError("note: " + note);
   }
+  NoteOtherBench(options.recording,
+                 BenchInComments(record.value().comments),
+                 options.flags.bench,
+                 *bench.value());
   core::DiagnosisOptions diagnosis = std::move(parsed).value();
   for (const std::string& note :
        NotesOnUnused(record.value().channels, *diagnosis.bench, options.recording)) {

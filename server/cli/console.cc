@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <string>
 
+#include "server/csv/bench_comment.h"
 #include "server/csv/file_io.h"
 
 namespace faultlab::server {
@@ -15,6 +16,14 @@ void PrintError(std::string_view message) {
 int Fail(const core::Error& error, int exit_code) {
   PrintError(error.message);
   return exit_code;
+}
+
+void NoteOtherBench(const std::string& file,
+                    const std::string& named,
+                    const std::string& bench_option,
+                    const core::Bench& read_as) {
+  const std::string note = NoteOnOtherBench(file, named, read_as);
+  if (bench_option.empty() && !note.empty()) PrintError("note: " + note);
 }
 
 int Print(std::string_view text) {

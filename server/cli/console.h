@@ -1,7 +1,9 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
+#include "core/bench/bench.h"
 #include "core/types/result.h"
 
 namespace faultlab::server {
@@ -15,6 +17,12 @@ inline constexpr int kExitBadInput = 2;  ///< an option, a file or a value is wr
 void PrintError(std::string_view message);
 /// Prints the error and returns `exit_code`.
 int Fail(const core::Error& error, int exit_code);
+/// "faultlab: note: .." on stderr, when a file without --bench names another bench than it is read
+/// as.
+void NoteOtherBench(const std::string& file,
+                    const std::string& named,
+                    const std::string& bench_option,
+                    const core::Bench& read_as);
 /// Writes to the standard output at once; kExitFailure when not all of it could be written.
 int Print(std::string_view text);
 

@@ -14,6 +14,7 @@
 #include "hardware/bench/benches.h"
 #include "server/cli/calibration_file.h"
 #include "server/cli/console.h"
+#include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
 #include "server/diagnosis_json/channels_text.h"
 #include "server/diagnosis_json/diagnosis_json.h"
@@ -174,6 +175,8 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
     for (const std::string& note : record.value().notes) {
       PrintError("note: " + note);
     }
+    NoteOtherBench(
+        file, BenchInComments(record.value().comments), options.flags.bench, *bench.value());
     core::DiagnosisOptions diagnose = parsed.value();
     for (const std::string& note : NotesOnUnused(record.value().channels, *diagnose.bench, file)) {
       PrintError("note: " + note);

@@ -27,6 +27,8 @@ int RunPlot(const PlotOptions& options) {
   for (const std::string& note : source.value().notes) {
     PrintError("note: " + note);
   }
+  NoteOtherBench(
+      options.recording, source.value().bench_named, options.flags.bench, *source.value().bench);
   core::DiagnosisOptions diagnose = parsed.value();
   diagnose.period_s = source.value().period_s;
   if (const core::Status fits = CheckCalibration(diagnose, diagnose.period_s); !fits) {

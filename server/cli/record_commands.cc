@@ -90,7 +90,7 @@ void AddDiagnosisFlags(CLI::App& command, DiagnosisFlags& flags) {
   command
       .add_option("--values",
                   flags.values,
-                  "table2: a fault has a value that the relays can connect; none: any value")
+                  "table2: a fault has a value that the bench lists; none: any value")
       ->capture_default_str();
   command.add_option("--calibration",
                      flags.calibration,

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "hardware/bench/benches.h"
+#include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/fault_text.h"
 #include "server/experiment/benches.h"
@@ -32,6 +33,7 @@ Result<SourceRecording> FromCsv(const std::string& path, const core::Bench& benc
   SourceRecording out;
   out.name = std::filesystem::path(path).filename().string();
   out.bench = &bench;
+  out.bench_named = BenchInComments(read.comments);
   out.faults = FaultsInComments(read.comments, bench);
   out.period_s = read.period_s;
   out.notes = std::move(read.notes);

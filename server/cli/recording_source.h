@@ -14,6 +14,7 @@ namespace faultlab::server {
 struct SourceRecording {
   std::string name;
   const core::Bench* bench = nullptr;  ///< of a stored run its own, else as asked
+  std::string bench_named;             ///< in the comments of a file; empty: none
   std::vector<core::Sample> samples;
   double period_s = 0.0;
   std::vector<core::Fault> faults;  ///< the injected faults, if the recording contains them

@@ -9,6 +9,7 @@
 #include "hardware/bench/benches.h"
 #include "server/cli/console.h"
 #include "server/cli/excitation_source.h"
+#include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/csv_writer.h"
 #include "server/csv/fault_text.h"
@@ -115,9 +116,8 @@ CsvWriteOptions Describe(const SimulateOptions& options,
                          const std::vector<core::Fault>& faults) {
   CsvWriteOptions out;
   out.comments.push_back("faultlab " + std::string(Version()) + " simulate");
-  out.comments.push_back("bench " + plan.bench->name + ", profile " + plan.profile->name +
-                         ", seed " + std::to_string(options.seed) + ", excitation " +
-                         plan.excitation);
+  out.comments.push_back(BenchComment(*plan.bench) + ", profile " + plan.profile->name + ", seed " +
+                         std::to_string(options.seed) + ", excitation " + plan.excitation);
   for (const core::Fault& fault : faults) {
     out.comments.push_back(FaultComment(fault));
   }

@@ -18,6 +18,7 @@
 #include "server/cli/console.h"
 #include "server/cli/figure_file.h"
 #include "server/cli/study_text.h"
+#include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/fault_text.h"
 #include "server/plots/record_figure.h"
@@ -216,6 +217,7 @@ int RunStudy(const StudyCommandOptions& options) {
   for (const std::string& note : record.notes) {
     PrintError("note: " + note);
   }
+  NoteOtherBench(options.recording, BenchInComments(record.comments), options.bench, bench);
   core::DiagnosisOptions diagnose = core::OptionsOf(bench);
   diagnose.values = core::ValuePrior::kTable2;
   diagnose.period_s = record.period_s;

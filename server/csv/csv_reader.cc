@@ -21,7 +21,8 @@ using core::Sample;
 constexpr std::size_t kColumnsMax = 64;
 constexpr std::size_t kCommentsMax = 1000;
 constexpr std::string_view kWanted =
-    "t_s, uc_v, um_v (required) and ua_v, ia_a, n_rpm (optional), separated by commas";
+    "t_s, uc_v, um_v (or ia_a where a bench is diagnosed by it) and any of ua_v, ia_a, n_rpm, "
+    "separated by commas";
 
 class Parser {
  public:

@@ -103,7 +103,7 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
       return lab::LeaseOf(session.value());
     }
     if (rig.empty()) {
-      return refusal::NoSimulator();
+      return refusal::NoSimulator(bench.name);
     }
     if (!state.rigs.contains(rig)) {
       return refusal::RigJustFound(rig);

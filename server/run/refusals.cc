@@ -23,8 +23,13 @@ std::string Symbol(core::Component component) {
 
 }  // namespace
 
-Error NoSimulator() {
-  return {ErrorCode::kNotFound, "This server has no simulated rig.", "/rig", "no_simulator"};
+Error NoSimulator(const std::string& bench) {
+  return {ErrorCode::kNotFound,
+          "This server has no simulated rig of bench '" + bench +
+              "'; name one of its other benches, or a rig.",
+          "/bench",
+          "no_simulator",
+          {{"bench", bench}}};
 }
 
 Error RigNeedsSession(const std::string& rig) {
@@ -177,6 +182,15 @@ Error FaultSetOfOtherBench(const std::string& its, const core::Bench& wanted) {
           "/fault_set",
           "fault_set_of_other_bench",
           {{"its", its}, {"bench", wanted.name}}};
+}
+
+Error BenchHasChanged(const core::Bench& now) {
+  return {ErrorCode::kConflict,
+          "The description of bench '" + now.name + "' has changed: it is " + now.id +
+              " now. Check the faults against it and give this id.",
+          "/bench",
+          "bench_has_changed",
+          {{"bench", now.name}, {"now", now.id}}};
 }
 
 Error NotSwitchable(const std::string& rig, core::Component component) {

@@ -12,7 +12,7 @@
 // can show it in its own language. The list is in server/run/README.md.
 namespace faultlab::server::refusal {
 
-core::Error NoSimulator();
+core::Error NoSimulator(const std::string& bench);
 core::Error RigNeedsSession(const std::string& rig);
 core::Error RigJustFound(const std::string& rig);
 core::Error NoRig(const std::string& rig);
@@ -39,6 +39,8 @@ core::Error RunTooShort();
 core::Error NoComponent(const core::Bench& bench, std::string_view symbol);
 /// The rig is of another bench than what is asked of it.
 core::Error OtherBench(const std::string& rig, const core::Bench& its, const std::string& asked);
+/// An older description of this bench was given.
+core::Error BenchHasChanged(const core::Bench& now);
 core::Error NotPositive(core::Component component);
 core::Error NotSwitchable(const std::string& rig, core::Component component);
 /// @param values  the values that its relays can connect: "1, 10, 56, 100"

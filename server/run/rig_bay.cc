@@ -236,9 +236,7 @@ core::Result<RigStatus> RigBay::FindSimulator(const core::Bench& bench) const {
     const hardware::RigDescription& about = slot.description;
     if (about.kind == hardware::RigKind::kSimulated && about.bench == &bench) return Describe(slot);
   }
-  return core::Error{core::ErrorCode::kNotFound,
-                     "This server simulates no rig of bench '" + bench.name + "'.",
-                     "/rig"};
+  return refusal::NoSimulator(bench.name);
 }
 
 std::vector<RigStatus> RigBay::List() const {

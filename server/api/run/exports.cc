@@ -4,6 +4,7 @@
 #include "core/diagnosis/diagnose_record.h"
 #include "server/api/run/columns.h"
 #include "server/api/run/handlers.h"
+#include "server/csv/bench_comment.h"
 #include "server/csv/csv_writer.h"
 #include "server/experiment/plan_json.h"
 #include "server/export/recording_export.h"
@@ -25,9 +26,11 @@ core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request) {
   const RunRecord& record = recording.value().record;
   const auto events = api.recordings.Events(record);
   if (!events) return events.error();
+  const core::Bench& bench = *recording.value().options.bench;
   CsvWriteOptions options;
   options.comments = {
       "faultlab run " + record.id + ", rig " + record.rig + ", " + Iso8601(record.created_at),
+      BenchComment(bench) + ", id " + bench.id,
       "plan " + record.plan_json,
       "loop " + LoopText(events.value())};
   auto out = api.MakeSpool();
@@ -46,6 +49,11 @@ core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
   AppendJsonString(out, record.name);
   out.append(",\"rig\":");
   AppendJsonString(out, record.rig);
+  const core::Bench& bench = *recording.value().options.bench;
+  out.append(",\"bench\":");
+  AppendJsonString(out, bench.id);
+  out.append(",\"bench_name\":");
+  AppendJsonString(out, bench.name);
   out.append(",\"state\":\"").append(Name(record.state));
   out.append("\",\"created_at\":\"").append(Iso8601(record.created_at));
   out.append("\",\"period_s\":");

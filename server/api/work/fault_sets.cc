@@ -5,6 +5,7 @@
 #include "server/api/work/handlers.h"
 #include "server/experiment/plan_json.h"
 #include "server/json/json_reader.h"
+#include "server/run/refusals.h"
 
 namespace faultlab::server {
 namespace {
@@ -40,6 +41,16 @@ HttpResponse SetResponse(WorkApi& api, const FaultSet& set, int status) {
   return response;
 }
 
+/// By name or id, as it is described now: a set is kept by the name of its bench.
+core::Result<const core::Bench*> PresentBench(WorkApi& api, const std::string& id_or_name) {
+  if (id_or_name.empty()) return &api.benches.usual();
+  const auto asked = api.benches.Find(id_or_name);
+  const auto now = asked.ok() ? api.benches.Find(asked.value()->name) : asked;
+  if (!now) return core::Error{core::ErrorCode::kInvalid, now.error().message, "/bench"};
+  if (now.value()->id != asked.value()->id) return refusal::BenchHasChanged(*now.value());
+  return now;
+}
+
 /// Reads name, visible, faults into `set`; faults are checked as those of a run are.
 core::Status ReadSet(WorkApi& api, const ApiRequest& request, FaultSet& set) {
   ObjectReader in(request.body, "");
@@ -53,9 +64,8 @@ core::Status ReadSet(WorkApi& api, const ApiRequest& request, FaultSet& set) {
     return core::Error{core::ErrorCode::kInvalid, "Give at least one fault.", "/faults"};
   }
   set.faults_json = json::serialize(*faults);
-  const auto bench = set.bench.empty() ? core::Result<const core::Bench*>(&api.benches.usual())
-                                       : api.benches.Find(set.bench);
-  if (!bench) return core::Error{core::ErrorCode::kInvalid, bench.error().message, "/bench"};
+  const auto bench = PresentBench(api, set.bench);
+  if (!bench) return bench.error();
   set.bench = bench.value()->name;
   // The longest run, so that only what no run could take is refused here.
   const auto parsed = ParseFaults(*faults, *bench.value(), kRunSecondsMax);

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 
 #include <boost/json.hpp>
+#include <fstream>
+#include <map>
 #include <thread>
 
 #include "hardware/bench/benches.h"
@@ -126,6 +128,78 @@ TEST_F(BenchesTest, AFaultSetIsForOneBench) {
   };
   EXPECT_EQ(start("servo-motor-sim-1").status, 201);
   EXPECT_EQ(Ok(start("sim-1"), 400).at("reason"), "fault_set_of_other_bench");
+}
+
+TEST_F(BenchesTest, AnExportNamesTheBenchOfItsRun) {
+  const std::string id = RunToEnd(R"({"rig":"servo-motor-sim-1","duration_s":1})");
+  const std::string target = "runs/" + id;
+  const HttpAnswer csv = Call({}, "GET", "runs/{id}/export.csv", target + "/export.csv");
+  EXPECT_THAT(csv.body, HasSubstr("\n# bench servo-motor, id " + Servo().id + "\n"));
+  const json::object all = Get("runs/{id}/export.json", target + "/export.json");
+  EXPECT_EQ(all.at("bench").as_string(), Servo().id);
+  EXPECT_EQ(all.at("bench_name"), "servo-motor");
+}
+
+TEST_F(BenchesTest, AFaultSetForAnOlderDescriptionIsRefused) {
+  const Person teacher = Make("teacher", Role::kInstructor);
+  std::string text = Servo().text;
+  const auto ke = text.find("[[component]]\nsymbol = \"Ke\"");
+  ASSERT_NE(ke, std::string::npos);
+  text.erase(ke, text.find("[[component]]", ke + 1) - ke);
+  const std::string file = (folder_.path() / "changed.toml").string();
+  std::ofstream(file) << text;
+  Serve({{"paper", 1, "", 0}, {file, 1, "", 0}});
+  const std::string now(Get("benches/{bench}", "benches/servo-motor").at("id").as_string());
+  ASSERT_NE(now, Servo().id);
+  const auto save = [&](const std::string& bench, const std::string& component) {
+    const std::string body = R"({"name":"s","bench":")" + bench + R"(","faults":[{"component":")" +
+                             component + R"(","value":4.64,"at_s":1}]})";
+    return Call(teacher, "POST", "fault-sets", "fault-sets", body);
+  };
+  for (const std::string component : {"Ke", "Ra"}) {
+    const json::object refused = Ok(save(Servo().id, component), 409);
+    EXPECT_EQ(refused.at("reason"), "bench_has_changed");
+    EXPECT_EQ(refused.at("parameters").at("now").as_string(), now);
+  }
+  EXPECT_EQ(Ok(save("servo-motor", "Ke"), 400).at("reason"), "no_component");
+  EXPECT_EQ(Ok(save(now, "Ra"), 201).at("bench").as_string(), now);
+}
+
+TEST_F(BenchesTest, RigsThatTheServerHasNoMoreAreOfflineUntilTheyAreBack) {
+  const Person student = Make("student", Role::kStudent);
+  using Ready = std::map<std::string, std::int64_t>;
+  const auto ready = [this] {
+    Ready counts;
+    const json::object classes = Get("rig-classes", "rig-classes");
+    for (const json::value& each : classes.at("items").as_array()) {
+      const std::string id(each.at("id").as_string());
+      if (id.ends_with("-sim")) counts[id] = each.at("ready").as_int64();
+    }
+    return counts;
+  };
+  EXPECT_EQ(ready(), (Ready{{"bench-sim", 2}, {"servo-motor-sim", 2}}));
+  Serve({{"paper", 2, "", 0}});
+  EXPECT_EQ(ready(), (Ready{{"bench-sim", 2}, {"servo-motor-sim", 0}}));
+  const json::object rig = Get("rigs/{id}/health", "rigs/servo-motor-sim-1/health");
+  EXPECT_EQ(rig.at("status"), "offline");
+  EXPECT_EQ(rig.at("reason"), "this server has no such rig now");
+  const json::object asked =
+      Ok(Call(student, "POST", "tickets", "tickets", R"({"rig_class":"servo-motor-sim"})"), 201);
+  ASSERT_TRUE(asked.contains("ticket")) << json::serialize(asked);
+  EXPECT_EQ(asked.at("ticket").at("state"), "waiting");
+  EXPECT_TRUE(asked.at("ticket").at("expected").is_null());
+  // The first bench's are "sim-1", ..; the names of the others begin with their bench.
+  Serve({{"servo-motor", 2, "", 0}, {"paper", 1, "", 0}});
+  EXPECT_EQ(ready(), (Ready{{"bench-sim", 1}, {"servo-motor-sim", 1}})) << "one for the ticket";
+  EXPECT_EQ(Get("rigs/{id}/health", "rigs/sim-1/health").at("rig_class"), "servo-motor-sim");
+}
+
+TEST_F(BenchesTest, NoSimulatorOfABenchIsRefusedByTheBenchsName) {
+  Serve({{"paper", 1, "", 0}, {"servo-motor", 0, "", 0}});
+  const json::object refused = Ok(Post(R"({"bench":"servo-motor"})"), 404);
+  EXPECT_EQ(refused.at("reason"), "no_simulator");
+  EXPECT_EQ(refused.at("parameters").at("bench"), "servo-motor");
+  EXPECT_THAT(std::string(refused.at("detail").as_string()), HasSubstr("of bench 'servo-motor'"));
 }
 
 }  // namespace

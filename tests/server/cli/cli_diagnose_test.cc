@@ -55,6 +55,20 @@ TEST_F(CliDiagnose, AnswersForAnIndependentRecordingOfTheBench) {
   EXPECT_TRUE(healthy.at("detected_at_s").is_null());
 }
 
+TEST_F(CliDiagnose, SaysThatAFileIsOfAnotherBenchThanItIsReadAs) {
+  ASSERT_EQ(Run("simulate --bench servo-motor --duration 12 -o servo.csv").exit_code, 0);
+  ASSERT_EQ(Run("simulate --duration 12 -o paper.csv").exit_code, 0);
+  const std::string note =
+      "note: servo.csv is of bench servo-motor, it is read as paper: give --bench\n";
+  for (const std::string command : {"diagnose", "calibrate -o c.json", "plot -o p.png", "study"}) {
+    EXPECT_NE(Run(command + " servo.csv").err.find(note), std::string::npos) << command;
+    EXPECT_EQ(Run(command + " paper.csv").err.find("is of bench"), std::string::npos) << command;
+  }
+  const Finished as_it_is = Run("diagnose --bench servo-motor servo.csv");
+  EXPECT_EQ(as_it_is.exit_code, 0);
+  EXPECT_EQ(as_it_is.err.find("is of bench"), std::string::npos) << as_it_is.err;
+}
+
 TEST_F(CliDiagnose, PrintsTextForAPerson) {
   const Finished run = Run("diagnose --healthy 0.5:4 " + std::string(kData) + "/r1_33ohm.csv.gz");
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -78,7 +92,8 @@ TEST_F(CliDiagnose, GivesEachBadFileItsSentenceAndGoesOnWithTheOthers) {
   const std::pair<std::string, std::string> cases[] = {
       {"t_s,uc_v,ua_v\n0,2,5\n",
        "faultlab: bad.csv:1: column um_v: missing from the header 't_s,uc_v,ua_v', expected t_s, "
-       "uc_v, um_v (required) and ua_v, ia_a, n_rpm (optional), separated by commas\n"},
+       "uc_v, um_v (or ia_a where a bench is diagnosed by it) and any of ua_v, ia_a, n_rpm, "
+       "separated by commas\n"},
       {"t_s,uc_v,um_v\n0,2,5\n0.01,2,x\n",
        "faultlab: bad.csv:3: column um_v: expected a number, found 'x'\n"},
       {"t_s,uc_v,um_v\n0,2,5\n0.01,NaN,5\n",
@@ -93,7 +108,8 @@ TEST_F(CliDiagnose, GivesEachBadFileItsSentenceAndGoesOnWithTheOthers) {
        "0.01 s as in most of the file\n"},
       {"",
        "faultlab: bad.csv:1: the file is empty, expected a header line with t_s, uc_v, um_v "
-       "(required) and ua_v, ia_a, n_rpm (optional), separated by commas\n"}};
+       "(or ia_a where a bench is diagnosed by it) and any of ua_v, ia_a, n_rpm, separated by "
+       "commas\n"}};
   for (const auto& [text, message] : cases) {
     Write("bad.csv", text);
     const Finished run = Run("diagnose --json bad.csv " + std::string(kData) + "/nofault.csv.gz");

@@ -185,9 +185,11 @@ TEST(CsvReader, TakesCurrentInPlaceOfVoltage) {
 }
 
 TEST(CsvReader, NamesTheMissingColumn) {
-  EXPECT_EQ(ErrorOf("t_s,uc_v,ua_v\n0,2,5\n"),
-            "file.csv:1: column um_v: missing from the header 't_s,uc_v,ua_v', expected t_s, uc_v, "
-            "um_v (required) and ua_v, ia_a, n_rpm (optional), separated by commas");
+  EXPECT_EQ(
+      ErrorOf("t_s,uc_v,ua_v\n0,2,5\n"),
+      "file.csv:1: column um_v: missing from the header 't_s,uc_v,ua_v', expected t_s, uc_v, "
+      "um_v (or ia_a where a bench is diagnosed by it) and any of ua_v, ia_a, n_rpm, separated by "
+      "commas");
   EXPECT_EQ(ErrorOf("0,2,5\n0.01,2,5\n"),
             "file.csv:1: no header: the first line is '0,2,5'; put a line with the columns' names "
             "above it, for example t_s,uc_v,um_v");

@@ -43,17 +43,32 @@ export function narrowed(range: [number, number], low: number, high: number): [n
   return used < USED_LEAST ? niceRange(low, high) : range;
 }
 
-/** What may stick out of a range, as a share of it, before the range grows. */
-const TOLERANCE = 0.03;
+/** What may stick out of a range, as a share of it, before the range grows: about half a line. */
+const TOLERANCE = 0.005;
 
 /**
- * Extends `range` on the side where [low, high] exceeds it; a range never shrinks automatically.
+ * Extends `range` on the side where [low, high], the bulk of what is shown, or the median of one of
+ * the signals exceeds it. A range never shrinks automatically, and leaves room when it grows, so
+ * noise moves it once at most.
  */
-export function grown(range: [number, number], low: number, high: number): [number, number] {
+export function grown(
+  range: [number, number],
+  low: number,
+  high: number,
+  medians: number[] = [],
+): [number, number] {
   const slack = TOLERANCE * (range[1] - range[0]);
-  const below = low < range[0] - slack;
-  const above = high > range[1] + slack;
+  const below = low < range[0] - slack || medians.some((median) => median < range[0]);
+  const above = high > range[1] + slack || medians.some((median) => median > range[1]);
   if (!below && !above) return range;
-  const [from, to] = niceRange(Math.min(range[0], low), Math.max(range[1], high));
+  const [from, to] = niceRange(
+    Math.min(range[0], low, ...medians),
+    Math.max(range[1], high, ...medians),
+  );
   return [below ? from : range[0], above ? to : range[1]];
+}
+
+/** Of the finite values in each of `columns`[from, to). */
+export function mediansOf(columns: Float32Array[], from: number, to: number): number[] {
+  return columns.flatMap((column) => spread([column], from, to, 0)?.[0] ?? []);
 }

@@ -3,7 +3,7 @@
  * server/auth list the reasons. In English the server's own sentence is shown.
  */
 export const refusalsSr: Record<string, string> = {
-  refused_no_simulator: "Ovaj server nema simulatora.",
+  refused_no_simulator: "Ovaj server nema simulatora stola {bench}; navedite drugi sto ili uređaj.",
   refused_rig_needs_session:
     "Za uređaj {rig} potreban je termin: stanite u red ili ga rezervišite.",
   refused_rig_just_found:
@@ -29,6 +29,8 @@ export const refusalsSr: Record<string, string> = {
   refused_no_component: "Nema komponente {component}; poznate su: {known}.",
   refused_other_bench: "Uređaj {rig} je sa stola {bench}, a ne sa stola {asked}.",
   refused_no_bench: "Ovde nema takvog stola; postoje: {benches}.",
+  refused_bench_has_changed:
+    "Opis stola {bench} se promenio: sada je {now}. Proverite kvarove prema njemu i navedite taj opis.",
   refused_fault_set_of_other_bench:
     "Ovaj skup kvarova je za sto {its}, a uređaj je sa stola {bench}.",
   refused_no_fault_set: "Za vas nema takvog skupa kvarova.",

@@ -68,6 +68,12 @@ export class ChartDesk {
     this.view.pause(this.view.pausedAt === null ? this.edge() : null);
   }
 
+  /** Whether the charts show what `follow` makes them show: the newest samples, or the whole run. */
+  get following(): boolean {
+    const { model, view } = this;
+    return view.live && (model.running || view.span >= model.duration);
+  }
+
   follow(): void {
     this.view.follow();
     if (!this.model.running) this.view.setSpan(Math.max(this.model.duration, 1));

@@ -1,0 +1,92 @@
+// Rigs of a class are interchangeable: an agent whose description differs from that of its class
+// waits outside.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "hardware/bench/benches.h"
+#include "hardware/simulated/simulated_rig.h"
+#include "tests/server/app/shared_rigs.h"
+#include "tests/support/test_database.h"
+
+namespace faultlab::server {
+namespace {
+
+const core::Bench& Servo() {
+  return *hardware::LoadBench("servo-motor").value();
+}
+
+/// Agents of the class "desks" on a bus, each by its description; and this server's own rigs.
+class ClassOfFarRigs : public testing::Test {
+ protected:
+  ~ClassOfFarRigs() override {
+    if (shared_) shared_->Stop();
+    bay_.SetFinder({});
+  }
+
+  static std::shared_ptr<hardware::Rig> MakeRig(const std::string& id, const core::Bench& bench) {
+    hardware::SimulatedRigOptions options;
+    options.id = id;
+    options.bench = &bench;
+    options.rig_class = "desks";
+    options.kind = hardware::RigKind::kBench;
+    options.speed = 0.0;
+    return hardware::MakeSimulatedRig(options);
+  }
+  void Hear(const std::string& id, const core::Bench& bench) {
+    RigBay::Found found;
+    const std::shared_ptr<hardware::Rig> rig = MakeRig(id, bench);
+    found.status.description = rig->description();
+    found.status.description.kind = hardware::RigKind::kRemote;
+    found.status.remote.emplace().link = hardware::LinkState::kBack;
+    found.make = [rig] { return rig; };
+    heard_.push_back(std::move(found));
+  }
+  void Start() {
+    bay_.SetFinder([this] { return heard_; });
+    shared_ = std::make_unique<tests::SharedRigs>(*database_, bay_, clock_);
+  }
+  std::string ReasonOf(const std::string& rig) {
+    const lab::Rig known = shared_->service().state()->rigs.at(rig);
+    return std::string(Name(known.status)) + ": " + known.reason;
+  }
+  void AwaitReady(const std::string& rig) {
+    for (int i = 0; i < 6'000 && ReasonOf(rig) != "ready: "; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_EQ(ReasonOf(rig), "ready: ");
+  }
+  static std::string BuiltOtherwise(const core::Bench& bench) {
+    return "offline: its class desks has rigs built otherwise (" + bench.id +
+           "): give its description another rig_class, or update it";
+  }
+
+  tests::TestDatabase database_{Engine::kSqlite};
+  SystemClock clock_;
+  RigBay bay_;
+  std::vector<RigBay::Found> heard_;
+  std::unique_ptr<tests::SharedRigs> shared_;
+};
+
+TEST_F(ClassOfFarRigs, IsBuiltLikeThisServersOwnRigs) {
+  Hear("a-far", Servo());
+  Hear("b-far", paper::Bench());
+  bay_.AddResident(MakeRig("own", paper::Bench()), "bench");
+  Start();
+  EXPECT_EQ(ReasonOf("a-far"), BuiltOtherwise(paper::Bench()));
+  AwaitReady("own");
+  AwaitReady("b-far");
+  EXPECT_EQ(ReasonOf("a-far"), BuiltOtherwise(paper::Bench()));
+}
+
+TEST_F(ClassOfFarRigs, IsBuiltLikeTheFirstAgentWhenTheServerHasNoneOfItsOwn) {
+  Hear("b-far", paper::Bench());
+  Hear("a-far", Servo());
+  Start();
+  AwaitReady("a-far");
+  EXPECT_EQ(ReasonOf("b-far"), BuiltOtherwise(Servo()));
+}
+
+}  // namespace
+}  // namespace faultlab::server
