@@ -88,5 +88,44 @@ TEST_F(ClassOfFarRigs, IsBuiltLikeTheFirstAgentWhenTheServerHasNoneOfItsOwn) {
   EXPECT_EQ(ReasonOf("b-far"), BuiltOtherwise(Servo()));
 }
 
+/// An agent is heard some seconds after a restart of the server, in which a session goes on.
+TEST(RigsOfBefore, AreWaitedForBeforeTheirSessionsEnd) {
+  tests::TestDatabase database(Engine::kSqlite);
+  ManualClock clock;
+  constexpr lab::UserId kUser{1};
+  {
+    RigBay bay;
+    hardware::SimulatedRigOptions options;
+    options.id = "desk";
+    options.rig_class = "desks";
+    options.kind = hardware::RigKind::kBench;
+    bay.AddResident(hardware::MakeSimulatedRig(options), "bench");
+    tests::SharedRigs before(*database, bay, clock);
+    const std::uint64_t check = before.service().state()->rigs.at("desk").epoch;
+    (void)before.service().CleaningDone("desk", check, true, "");  // its check is not the subject
+    ASSERT_EQ(before.service().state()->rigs.at("desk").status, lab::RigStatus::kReady);
+    const auto session = before.service().Do(
+        [&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Session> {
+          const auto ticket =
+              scheduler.RequestTicket({.user = kUser, .rig_class = "desks", .job = ""}, now);
+          if (!ticket) return ticket.error();
+          return scheduler.AcceptTicket(std::get<lab::Ticket>(ticket.value()).id, kUser, now);
+        });
+    ASSERT_TRUE(session.ok()) << session.error().message;
+    before.Stop();
+  }
+  RigBay empty;
+  tests::SharedRigs after(*database, empty, clock);
+  const auto desk = [&] { return after.service().state()->rigs.at("desk"); };
+  EXPECT_EQ(desk().status, lab::RigStatus::kLeased);
+  clock.Advance(std::chrono::seconds(6));
+  for (int i = 0; i < 6'000 && desk().status == lab::RigStatus::kLeased; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_EQ(desk().status, lab::RigStatus::kOffline);
+  EXPECT_EQ(desk().reason, "this server has no such rig now");
+  after.Stop();
+}
+
 }  // namespace
 }  // namespace faultlab::server
