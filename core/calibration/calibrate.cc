@@ -24,6 +24,9 @@ constexpr double kMcTolerance = 2.0;
 // starts from several values, shares of the period.
 constexpr std::array<double, 3> kDeltaStartShares = {0.95, 0.5, 0.1};
 constexpr int kNoiseRounds = 3;
+// So much more noise than described is another rig's.
+constexpr double kOther = 1.5;
+constexpr double kNoisy = 5.0;
 // Friction noise cannot be estimated on every rig; a broad prior on its logarithm keeps the
 // estimate bounded.
 constexpr double kFrictionNoisePriorLogSd = 0.7;
@@ -155,6 +158,12 @@ double* NoiseOfChannel(NoiseLevel& noise, std::size_t channel) {
   }
 }
 
+double FrictionPriorCost(const Bench& bench, const NoiseLevel& level) {
+  const double off =
+      std::log(level.friction_nm / bench.norm.friction_noise_nm) / kFrictionNoisePriorLogSd;
+  return off * off;
+}
+
 // Maximum likelihood of the noise levels at fixed parameters: coordinate search in logarithms.
 void FitNoise(const Bench& bench,
               const RigParameters& rig,
@@ -163,10 +172,8 @@ void FitNoise(const Bench& bench,
               unsigned mask,
               NoiseLevel& noise) {
   const auto cost = [&](const NoiseLevel& level) {
-    const double friction_off =
-        std::log(level.friction_nm / bench.norm.friction_noise_nm) / kFrictionNoisePriorLogSd;
     return RunInnovations(MakePredictionModel(rig, level, period_s), stretch).cost() +
-           friction_off * friction_off;
+           FrictionPriorCost(bench, level);
   };
   const std::array<double, kOutputCount> floor = {
       kNoiseFloorShare * (bench.um.max - bench.um.min),
@@ -195,6 +202,70 @@ void FitNoise(const Bench& bench,
       if (!improved) break;
     }
   }
+}
+
+// The rig and the noise that explain a stretch best together, from a first guess of the noise.
+struct Explained {
+  RigParameters base;
+  MapFit fit;
+  NoiseLevel noise;
+  double cost = 0.0;
+};
+
+Explained Explain(const Bench& bench,
+                  const RigParameters& data_sheet,
+                  NoiseLevel noise,
+                  double period_s,
+                  std::span<const Observation> stretch,
+                  unsigned mask,
+                  const GaussianPrior& prior) {
+  Explained found;
+  bool have = false;
+  for (const DeltaStart& start : DeltaStartsOf(bench, period_s)) {
+    RigParameters started = data_sheet;
+    started.delta_s = start.expected_s;
+    Eigen::VectorXd point = Eigen::VectorXd::Zero(prior.mean.size());
+    point(static_cast<int>(Coordinate::kDelta)) =
+        (start.first_s - start.expected_s) / (kDeltaUnitPeriods * period_s);
+    MapFit fit = FitRig(bench, started, noise, period_s, stretch, prior, point);
+    if (!have || fit.cost() < found.fit.cost()) {
+      have = true;
+      found.fit = fit;
+      found.base = started;
+    }
+  }
+  for (int round = 0; round < kNoiseRounds; ++round) {
+    const RigParameters rig = WithOffsets(found.base, found.fit.point, period_s);
+    FitNoise(bench, rig, period_s, stretch, mask, noise);
+    found.fit = FitRig(bench, found.base, noise, period_s, stretch, prior, found.fit.point);
+  }
+  found.noise = noise;
+  found.cost = found.fit.cost() + FrictionPriorCost(bench, noise);
+  return found;
+}
+
+// Readings that are much noisier than the description says look like friction in the first fits,
+// which may lead astray: then it begins again with noisy readings, which look like nothing else.
+Explained ExplainWell(const Bench& bench,
+                      const RigParameters& data_sheet,
+                      double period_s,
+                      std::span<const Observation> stretch,
+                      unsigned mask,
+                      const GaussianPrior& prior) {
+  const NoiseLevel described = NoiseOf(bench);
+  Explained first = Explain(bench, data_sheet, described, period_s, stretch, mask, prior);
+  bool other = first.noise.friction_nm > kOther * described.friction_nm;
+  NoiseLevel noisy = described;
+  for (std::size_t c = 0; c < kOutputCount; ++c) {
+    if ((mask & (1U << c)) == 0U) continue;
+    double& start = *NoiseOfChannel(noisy, c);
+    const double found = *NoiseOfChannel(first.noise, c);
+    other = other || found > kOther * start;
+    start = std::max(kNoisy * start, found);
+  }
+  if (!bench.fits_follow_noise || !other) return first;
+  Explained second = Explain(bench, data_sheet, noisy, period_s, stretch, mask, prior);
+  return second.cost < first.cost ? second : first;
 }
 
 // The second is the structure's own name of the series resistor.
@@ -293,28 +364,16 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
 
   const int coordinates = CoordinateCountOf(norm);
   const GaussianPrior prior = DataSheetPrior(tolerance, 1.0, coordinates);
-  NoiseLevel noise = NoiseOf(*options.bench);
-  RigParameters base{options.data_sheet, 1.0, 0.0, norm.mc_nm, McUnitOf(*options.bench)};
-  MapFit best;
-  bool have = false;
-  for (const DeltaStart& start : DeltaStartsOf(*options.bench, period_s)) {
-    RigParameters started = base;
-    started.delta_s = start.expected_s;
-    Eigen::VectorXd point = Eigen::VectorXd::Zero(coordinates);
-    point(static_cast<int>(Coordinate::kDelta)) =
-        (start.first_s - start.expected_s) / (kDeltaUnitPeriods * period_s);
-    MapFit fit = FitRig(*options.bench, started, noise, period_s, stretch, prior, point);
-    if (!have || fit.cost() < best.cost()) {
-      have = true;
-      best = fit;
-      base = started;
-    }
-  }
-  for (int round = 0; round < kNoiseRounds; ++round) {
-    FitNoise(
-        *options.bench, WithOffsets(base, best.point, period_s), period_s, stretch, mask, noise);
-    best = FitRig(*options.bench, base, noise, period_s, stretch, prior, best.point);
-  }
+  const Explained explained =
+      ExplainWell(*options.bench,
+                  {options.data_sheet, 1.0, 0.0, norm.mc_nm, McUnitOf(*options.bench)},
+                  period_s,
+                  stretch,
+                  mask,
+                  prior);
+  const RigParameters& base = explained.base;
+  const NoiseLevel& noise = explained.noise;
+  MapFit best = explained.fit;
   const double data_sheet_cost = best.prior_cost;
   // Without a voltage the data tell the parameters up to a common factor: they may agree with the
   // data sheet by chance, and say nothing of its tolerances.

@@ -18,7 +18,7 @@ constexpr double kFitSeconds = 10.0;
 double FitOf(const Calibration& calibration,
              std::span<const Candidate> faults,
              std::span<const Sample> samples) {
-  PlantParameters plant = calibration.nominal;
+  PlantParameters plant = WithMeasuredLag(calibration.nominal, calibration.lag_factor);
   for (const Candidate& fault : faults) plant.Set(fault.component, fault.value);
   plant = WithMeasuredGain(plant, calibration.gain_factor);
   const EstimatedChannel channel = plant.structure->estimated;

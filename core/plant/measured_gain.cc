@@ -14,4 +14,14 @@ PlantParameters WithMeasuredGain(const PlantParameters& plant, double factor) {
   return measured;
 }
 
+PlantParameters WithMeasuredLag(const PlantParameters& plant, double factor) {
+  const Structure& structure = *plant.structure;
+  PlantParameters measured = plant;
+  for (int i = kMotorParameters; i < structure.parameter_count(); ++i) {
+    if (structure.parameters[static_cast<std::size_t>(i)].kind != PartKind::kCapacitor) continue;
+    measured.amplifier[static_cast<std::size_t>(i - kMotorParameters)] *= factor;
+  }
+  return measured;
+}
+
 }  // namespace faultlab::core

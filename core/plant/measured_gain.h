@@ -9,4 +9,8 @@ namespace faultlab::core {
 /// driver).
 PlantParameters WithMeasuredGain(const PlantParameters& plant, double factor);
 
+/// The plant with another lag of its amplifier, as if its capacitor were off: lag_s times `factor`,
+/// the direct share as it is.
+PlantParameters WithMeasuredLag(const PlantParameters& plant, double factor);
+
 }  // namespace faultlab::core

@@ -19,11 +19,11 @@ int Fail(const core::Error& error, int exit_code) {
 }
 
 void NoteOtherBench(const std::string& file,
-                    const std::string& named,
+                    const NamedBench& named,
                     const std::string& bench_option,
                     const core::Bench& read_as) {
   const std::string note = NoteOnOtherBench(file, named, read_as);
-  if (bench_option.empty() && !note.empty()) PrintError("note: " + note);
+  if (!note.empty()) PrintError("note: " + note + (bench_option.empty() ? ": give --bench" : ""));
 }
 
 int Print(std::string_view text) {

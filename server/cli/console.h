@@ -5,6 +5,7 @@
 
 #include "core/bench/bench.h"
 #include "core/types/result.h"
+#include "server/csv/bench_comment.h"
 
 namespace faultlab::server {
 
@@ -17,10 +18,10 @@ inline constexpr int kExitBadInput = 2;  ///< an option, a file or a value is wr
 void PrintError(std::string_view message);
 /// Prints the error and returns `exit_code`.
 int Fail(const core::Error& error, int exit_code);
-/// "faultlab: note: .." on stderr, when a file without --bench names another bench than it is read
-/// as.
+/// "faultlab: note: .." on stderr, when a file names another bench than it is read as, or another
+/// description of it.
 void NoteOtherBench(const std::string& file,
-                    const std::string& named,
+                    const NamedBench& named,
                     const std::string& bench_option,
                     const core::Bench& read_as);
 /// Writes to the standard output at once; kExitFailure when not all of it could be written.

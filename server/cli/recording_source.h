@@ -7,6 +7,7 @@
 #include "core/types/fault.h"
 #include "core/types/result.h"
 #include "core/types/sample.h"
+#include "server/csv/bench_comment.h"
 
 namespace faultlab::server {
 
@@ -14,7 +15,7 @@ namespace faultlab::server {
 struct SourceRecording {
   std::string name;
   const core::Bench* bench = nullptr;  ///< of a stored run its own, else as asked
-  std::string bench_named;             ///< in the comments of a file; empty: none
+  NamedBench bench_named;              ///< in the comments of a file
   std::vector<core::Sample> samples;
   double period_s = 0.0;
   std::vector<core::Fault> faults;  ///< the injected faults, if the recording contains them

@@ -136,8 +136,9 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
   }
   if (diagnosis.calibration) {
     const core::Calibration& calibration = *diagnosis.calibration;
-    const core::PlantParameters plant =
-        core::WithMeasuredGain(with_fault(calibration.nominal), calibration.gain_factor);
+    const core::PlantParameters plant = core::WithMeasuredGain(
+        with_fault(core::WithMeasuredLag(calibration.nominal, calibration.lag_factor)),
+        calibration.gain_factor);
     add("faultlab",
         "faultlab",
         core::FitSampled(core::MakeSampledModel(plant, options.period_s, delta_s),

@@ -1,5 +1,6 @@
 #include "server/plots/value_text.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -76,9 +77,12 @@ std::string ValueText(double value, std::string_view unit, int digits) {
 
 std::string ComponentLabel(core::Component component) {
   const std::string_view name = core::Name(component);
-  return name.size() == 1
+  // R12 and Ra have an index; a name that somebody gave, such as Shunt, has none.
+  const std::string_view index = name.substr(1);
+  const bool number = std::ranges::all_of(index, [](char c) { return c >= '0' && c <= '9'; });
+  return index.empty() || !(number || index.size() == 1)
              ? std::string(name)
-             : std::string(name.substr(0, 1)) + "_{" + std::string(name.substr(1)) + "}";
+             : std::string(name.substr(0, 1)) + "_{" + std::string(index) + "}";
 }
 
 }  // namespace faultlab::server

@@ -30,7 +30,7 @@ core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request) {
   CsvWriteOptions options;
   options.comments = {
       "faultlab run " + record.id + ", rig " + record.rig + ", " + Iso8601(record.created_at),
-      BenchComment(bench) + ", id " + bench.id,
+      BenchComment(bench),
       "plan " + record.plan_json,
       "loop " + LoopText(events.value())};
   auto out = api.MakeSpool();

@@ -1,6 +1,7 @@
 #include <boost/json.hpp>
 
 #include "server/api/run/handlers.h"
+#include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/file_io.h"
 #include "server/diagnosis_json/channels_text.h"
@@ -60,6 +61,10 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   CsvRecord csv = std::move(parsed).value();
 
   for (std::string& note : NotesOnUnused(csv.channels, *bench.value(), name)) {
+    csv.notes.push_back(std::move(note));
+  }
+  if (std::string note = NoteOnOtherBench(name, BenchInComments(csv.comments), *bench.value());
+      !note.empty()) {
     csv.notes.push_back(std::move(note));
   }
   const std::size_t size = csv.samples.size();

@@ -76,6 +76,23 @@ TEST(UnseenBench, WithoutAVoltageTheRigIsWithinItsStatedErrors) {
   expect("J", kBigRig.j);
 }
 
+TEST(UnseenBench, ReadingsNoisierThanDescribedAreNoFriction) {
+  std::string text = kBig;
+  const std::string noise = "noise = 1.0";
+  text.replace(text.find(noise), noise.size(), "noise = 0.1");
+  for (const unsigned seed : {4U, 5U, 6U, 7U}) {
+    const Diagnosis diagnosis = Diagnose(BenchOf(text), Record(kBigRig, kBigRig, seed));
+    ASSERT_TRUE(diagnosis.calibration.has_value()) << diagnosis.calibration_refusal->message;
+    EXPECT_LT(diagnosis.calibration->friction_noise_nm, 5e-3) << seed;
+    for (const CalibratedQuantity& q : diagnosis.calibration->quantities) {
+      if (q.name == "k") {
+        EXPECT_NEAR(q.value, kBigRig.k, 2.5 * q.sigma) << seed;
+      }
+    }
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
+  }
+}
+
 TEST(UnseenBench, SupplyThatEndsHidesNoFaultOfTheGain) {
   Rig faulty = kBigRig;
   faulty.k = 30.0;  // 60 V are asked for, 48 V come

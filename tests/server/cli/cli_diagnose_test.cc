@@ -67,6 +67,15 @@ TEST_F(CliDiagnose, SaysThatAFileIsOfAnotherBenchThanItIsReadAs) {
   const Finished as_it_is = Run("diagnose --bench servo-motor servo.csv");
   EXPECT_EQ(as_it_is.exit_code, 0);
   EXPECT_EQ(as_it_is.err.find("is of bench"), std::string::npos) << as_it_is.err;
+  ASSERT_EQ(Run("bench new --structure motor-driver -o mine.toml").exit_code, 0);
+  ASSERT_EQ(Run("simulate --bench mine.toml --duration 12 -o mine.csv").exit_code, 0);
+  std::string text = Read("mine.toml");
+  EXPECT_EQ(Run("diagnose --bench mine.toml mine.csv").err, "");
+  Write("mine.toml", text.replace(text.find("\nJ = "), 5, "\nJ = 1"));
+  const Finished changed = Run("diagnose --bench mine.toml mine.csv");
+  EXPECT_NE(changed.err.find("was described otherwise"), std::string::npos) << changed.err;
+  const Finished other = Run("diagnose --bench mine.toml servo.csv");
+  EXPECT_NE(other.err.find("is of bench servo-motor"), std::string::npos) << other.err;
 }
 
 TEST_F(CliDiagnose, PrintsTextForAPerson) {
