@@ -60,7 +60,7 @@ RigParameters ParametersOf(const Calibration& calibration) {
 }
 
 double PassageNoise(double mc_nm, double j_kg_m2, double period_s) {
-  constexpr double kShare = 0.2;
+  constexpr double kShare = 0.3;
   return kShare * mc_nm / j_kg_m2 * period_s;
 }
 
