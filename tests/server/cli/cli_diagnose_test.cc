@@ -74,7 +74,7 @@ TEST_F(CliDiagnose, SaysThatAFileIsOfAnotherBenchThanItIsReadAs) {
   Write("mine.toml", text.replace(text.find("\nJ = "), 5, "\nJ = 1"));
   const Finished changed = Run("diagnose --bench mine.toml mine.csv");
   EXPECT_NE(changed.err.find("was described otherwise"), std::string::npos) << changed.err;
-  const Finished other = Run("diagnose --bench mine.toml servo.csv");
+  const Finished other = Run("diagnose --bench gear-motor servo.csv");
   EXPECT_NE(other.err.find("is of bench servo-motor"), std::string::npos) << other.err;
 }
 
