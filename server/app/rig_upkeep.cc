@@ -1,6 +1,7 @@
 #include "server/app/rig_upkeep.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -19,14 +20,23 @@ constexpr int kChecksAtOnce = 16;
 /// After the start: agents are heard one after the other, and a session outlives a restart.
 constexpr seconds kHearingTime{5};
 
-/// What rigs of each class are built like: this server's own, else the far one of the smallest id.
-std::map<std::string, const core::Bench*> BenchesOfClasses(const std::vector<RigStatus>& rigs) {
+/// What rigs of each class are built like: this server's own, else a far one that it has in use
+/// already, whose sessions a newcomer must not end, else the far one of the smallest id.
+std::map<std::string, const core::Bench*> BenchesOfClasses(const std::vector<RigStatus>& rigs,
+                                                           const lab::LabState& state,
+                                                           std::string_view member) {
+  const auto is_new = [&](const RigStatus& rig) {
+    const auto known = state.rigs.find(rig.description.id);
+    return known == state.rigs.end() || known->second.status == lab::RigStatus::kOffline ||
+           known->second.server != member;
+  };
   std::map<std::string, const RigStatus*> first;
   for (const RigStatus& rig : rigs) {
     if (rig.description.rig_class.empty() || rig.description.bench == nullptr) continue;
     const RigStatus*& best = first[rig.description.rig_class];
-    const auto rank = [](const RigStatus& each) {
-      return std::pair(each.remote.has_value(), std::string_view(each.description.id));
+    const auto rank = [&](const RigStatus& each) {
+      return std::tuple(
+          each.remote.has_value(), is_new(each), std::string_view(each.description.id));
     };
     if (best == nullptr || rank(rig) < rank(*best)) best = &rig;
   }
@@ -185,7 +195,8 @@ void RigUpkeep::FollowRigs() {
   FollowBenches(rigs);
   const auto state = service_->state();
   const std::vector<lab::RigId> gone = FindGone(*state, rigs);
-  const std::map<std::string, const core::Bench*> benches = BenchesOfClasses(rigs);
+  const std::map<std::string, const core::Bench*> benches =
+      BenchesOfClasses(rigs, *state, service_->member());
   for (RigStatus& rig : rigs) {
     const auto known = state->rigs.find(rig.description.id);
     const bool is_new = known == state->rigs.end();

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <mutex>
 #include <thread>
 
 #include "hardware/bench/benches.h"
@@ -41,10 +42,14 @@ class ClassOfFarRigs : public testing::Test {
     found.status.description.kind = hardware::RigKind::kRemote;
     found.status.remote.emplace().link = hardware::LinkState::kBack;
     found.make = [rig] { return rig; };
+    const std::lock_guard lock(mutex_);
     heard_.push_back(std::move(found));
   }
   void Start() {
-    bay_.SetFinder([this] { return heard_; });
+    bay_.SetFinder([this] {
+      const std::lock_guard lock(mutex_);
+      return heard_;
+    });
     shared_ = std::make_unique<tests::SharedRigs>(*database_, bay_, clock_);
   }
   std::string ReasonOf(const std::string& rig) {
@@ -65,6 +70,7 @@ class ClassOfFarRigs : public testing::Test {
   tests::TestDatabase database_{Engine::kSqlite};
   SystemClock clock_;
   RigBay bay_;
+  std::mutex mutex_;
   std::vector<RigBay::Found> heard_;
   std::unique_ptr<tests::SharedRigs> shared_;
 };
@@ -86,6 +92,18 @@ TEST_F(ClassOfFarRigs, IsBuiltLikeTheFirstAgentWhenTheServerHasNoneOfItsOwn) {
   Start();
   AwaitReady("a-far");
   EXPECT_EQ(ReasonOf("b-far"), BuiltOtherwise(Servo()));
+}
+
+TEST_F(ClassOfFarRigs, StaysAsItIsWhenAnAgentOfASmallerIdComes) {
+  Hear("b-far", paper::Bench());
+  Start();
+  AwaitReady("b-far");
+  Hear("a-far", Servo());
+  for (int i = 0; i < 6'000 && !shared_->service().state()->rigs.contains("a-far"); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_EQ(ReasonOf("a-far"), BuiltOtherwise(paper::Bench()));
+  EXPECT_EQ(ReasonOf("b-far"), "ready: ");
 }
 
 /// An agent is heard some seconds after a restart of the server, in which a session goes on.
