@@ -14,9 +14,6 @@ core::Error Conflict(std::string message) {
   return {.code = core::ErrorCode::kConflict, .message = std::move(message), .field = {}};
 }
 
-/// How the reason of a stop begins when nobody has been heard.
-constexpr std::string_view kWatchdog = "watchdog";
-
 double Seconds(Nanoseconds time) {
   return std::chrono::duration<double>(time).count();
 }
@@ -297,24 +294,32 @@ void PacedRig::CountActuation(const std::vector<RigMessage>& said) {
   }
 }
 
-std::string PacedRig::TakeStopReason() {
-  {
-    const std::lock_guard lock(mutex_);
-    if (stop_reason_) return *stop_reason_;
-  }
-  if (HolderIsSilent()) return std::string(kWatchdog) + ": no word from the holder";
-  if (consecutive_overruns_ >= options_.consecutive_overruns_max) {
-    return "overrun: " + std::to_string(consecutive_overruns_) + " ticks in a row came late";
-  }
-  return {};
+PacedRig::Stop PacedRig::StopOfSilence() const {
+  return {"watchdog: no word from the holder",
+          Nanoseconds(heard_at_ns_.load(std::memory_order_relaxed))};
 }
 
-/// @returns empty, or why the messages could not be handed on.
-std::string PacedRig::Deliver(std::vector<RigMessage>& messages) {
+PacedRig::Stop PacedRig::FindStop() const {
+  const Nanoseconds now = options_.wall->Now();
+  {
+    const std::lock_guard lock(mutex_);
+    if (stop_reason_) return {*stop_reason_, now};
+  }
+  if (HolderIsSilent()) return StopOfSilence();
+  if (consecutive_overruns_ >= options_.consecutive_overruns_max) {
+    return {"overrun: " + std::to_string(consecutive_overruns_) + " ticks in a row came late", now};
+  }
+  return {"", now};
+}
+
+/// @returns no reason, or why the messages could not be handed on.
+PacedRig::Stop PacedRig::Deliver(std::vector<RigMessage>& messages) {
   for (RigMessage& message : messages) {
     if (queue_.TryPush(std::move(message))) continue;
     // NOLINTBEGIN(bugprone-use-after-move): a message that is not taken is not moved from
-    if (!options_.wait_for_reader) return "queue full: nobody reads the samples";
+    if (!options_.wait_for_reader) {
+      return {"queue full: nobody reads the samples", options_.wall->Now()};
+    }
     constexpr auto kForever = std::chrono::hours(24 * 365);
     const auto deadline =
         std::chrono::steady_clock::now() +
@@ -322,7 +327,7 @@ std::string PacedRig::Deliver(std::vector<RigMessage>& messages) {
     if (queue_.PushUntil(std::move(message), deadline, [this] { return stop_asked_.load(); })) {
       continue;
     }
-    if (!stop_asked_) return std::string(kWatchdog) + ": no word from the holder";
+    if (!stop_asked_) return StopOfSilence();
     queue_.PushLast(std::move(message));
     // NOLINTEND(bugprone-use-after-move)
   }
@@ -330,9 +335,9 @@ std::string PacedRig::Deliver(std::vector<RigMessage>& messages) {
 }
 
 std::optional<Nanoseconds> PacedRig::Step(const Wake& wake) noexcept {
-  std::string reason;
+  const Nanoseconds tick_at = options_.wall->Now();
+  Stop stop{"", tick_at};
   bool finished = false;
-  Nanoseconds cause_at = options_.wall->Now();
   messages_.clear();
   try {
     if (first_step_) {
@@ -342,10 +347,8 @@ std::optional<Nanoseconds> PacedRig::Step(const Wake& wake) noexcept {
     } else {
       CountTick(wake, messages_);
     }
-    const Nanoseconds heard_at(heard_at_ns_.load(std::memory_order_relaxed));
-    reason = TakeStopReason();
-    if (reason.starts_with(kWatchdog)) cause_at = heard_at;
-    if (reason.empty()) {
+    stop = FindStop();
+    if (stop.reason.empty()) {
       taken_.clear();
       std::optional<Nanoseconds> next;
       bool tripped = false;
@@ -370,31 +373,33 @@ std::optional<Nanoseconds> PacedRig::Step(const Wake& wake) noexcept {
           next_index_ = sample->index + 1;
         }
       }
-      reason = Deliver(messages_);
-      if (reason.empty() && !tripped && next) {
+      if (Stop undelivered = Deliver(messages_); !undelivered.reason.empty()) {
+        stop = std::move(undelivered);
+      }
+      if (stop.reason.empty() && !tripped && next) {
         planned_ = *next;
         const Nanoseconds due = started_at_ + planned_ + shift_;
         if (options_.heartbeat) options_.heartbeat->Beat(due - options_.clock->Now());
         return due;
       }
-      finished = reason.empty() && !tripped;
+      finished = stop.reason.empty() && !tripped;
     } else {
       Deliver(messages_);
     }
   } catch (const IoError& error) {
-    reason = std::string("io_error: ") + error.what();
+    stop = {std::string("io_error: ") + error.what(), tick_at};
     const std::lock_guard lock(mutex_);
     Latch({.name = "io_error", .index = next_index_, .text = error.what()});
   } catch (const std::exception& error) {
-    reason = std::string("internal: ") + error.what();
+    stop = {std::string("internal: ") + error.what(), tick_at};
     const std::lock_guard lock(mutex_);
     Latch({.name = "internal", .index = next_index_, .text = error.what()});
   }
-  Finish(std::move(reason), finished, cause_at);
+  Finish(std::move(stop), finished);
   return std::nullopt;
 }
 
-void PacedRig::Finish(std::string reason, bool finished, Nanoseconds cause_at) {
+void PacedRig::Finish(Stop stop, bool finished) {
   {
     const std::lock_guard lock(mutex_);
     state_ = RigState::kStopping;
@@ -407,11 +412,11 @@ void PacedRig::Finish(std::string reason, bool finished, Nanoseconds cause_at) {
     machine_trip = machine_->trip();
   }
   if (options_.heartbeat && unsafe.empty()) options_.heartbeat->End();
-  if (machine_trip) reason = machine_trip->name + ": " + machine_trip->text;
-  if (!unsafe.empty()) reason += (reason.empty() ? "unsafe: " : "; unsafe: ") + unsafe;
+  if (machine_trip) stop.reason = machine_trip->name + ": " + machine_trip->text;
+  if (!unsafe.empty()) stop.reason += (stop.reason.empty() ? "unsafe: " : "; unsafe: ") + unsafe;
   const bool tripped = machine_trip || !unsafe.empty();
   const std::lock_guard lock(mutex_);
-  if (unsafe.empty()) NoteSafe(cause_at);
+  if (unsafe.empty()) NoteSafe(stop.cause_at);
   if (machine_trip) Latch(*machine_trip);
   if (!unsafe.empty()) Latch({.name = "unsafe", .index = next_index_, .text = unsafe});
   if (trip_) {
@@ -424,7 +429,7 @@ void PacedRig::Finish(std::string reason, bool finished, Nanoseconds cause_at) {
   queue_.PushLast(RigEvent{.kind = stopped ? RigEventKind::kStopped : RigEventKind::kFinished,
                            .index = next_index_,
                            .value = stopped && safe_after_ ? Seconds(*safe_after_) : 0.0,
-                           .text = std::move(reason)});
+                           .text = std::move(stop.reason)});
   queue_.Close();
   state_ = trip_ ? RigState::kTripped : RigState::kIdle;
   state_changed_.notify_all();

@@ -63,14 +63,21 @@ class PacedRig final : public Rig, private LoopTask {
   Clock& clock() override { return *options_.clock; }
   std::optional<Nanoseconds> Step(const Wake& wake) noexcept override;
 
+  /// Why a run ends, and since when that was so; without a reason it goes on.
+  struct Stop {
+    std::string reason;
+    Nanoseconds cause_at{0};
+  };
+
   core::Status CheckEpoch(Epoch epoch) const;
   void HeardFrom();
   bool HolderIsSilent() const;
+  Stop StopOfSilence() const;
   void CountTick(const Wake& wake, std::vector<RigMessage>& out);
   void CountActuation(const std::vector<RigMessage>& said);
-  std::string Deliver(std::vector<RigMessage>& messages);
-  std::string TakeStopReason();
-  void Finish(std::string reason, bool finished, Nanoseconds cause_at);
+  Stop Deliver(std::vector<RigMessage>& messages);
+  Stop FindStop() const;
+  void Finish(Stop stop, bool finished);
   void NoteSafe(Nanoseconds cause_at);
   void Latch(Trip trip);
 
