@@ -9,6 +9,7 @@
 #include "core/plant/fault_schedule.h"
 #include "core/types/check.h"
 #include "hardware/fault_desk.h"
+#include "hardware/self_test.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -246,33 +247,16 @@ double BenchMachine::ReadSpeedRpm(Nanoseconds now) {
 
 SelfTestReport BenchMachine::SelfTest() {
   daq_->Prepare();
-  SelfTestReport report{.positions = {}, .ok = true};
-  for (const core::Component component : config_.wiring.boards) {
-    const auto& positions = component.info().positions;
-    for (int position = 0; position < static_cast<int>(positions.size()); ++position) {
-      SelfTestPosition result{.component = component,
-                              .value = positions[static_cast<std::size_t>(position)].value,
-                              .line = "Do" + std::to_string(relays_.line(component, position)),
-                              .ok = true,
-                              .text = {}};
-      try {
-        if (const std::string unsafe = MakeSafe(); !unsafe.empty()) throw IoError(unsafe);
-        relays_.Request(component, position);
-        while (relays_.busy()) {
-          const RelayBoard::Stage stage = relays_.Advance();
-          if (stage.progress == RelayBoard::Progress::kMismatch) throw IoError(stage.text);
-          Wait(stage.wait);
-        }
-        Wait(Nanoseconds(std::llround(config_.limits.relay_rest_s * 1e9)));
-      } catch (const IoError& error) {
-        result.ok = false;
-        result.text = error.what();
-      }
-      report.ok = report.ok && result.ok;
-      report.positions.push_back(std::move(result));
+  return WalkPositions(config_.wiring, relays_, [this](core::Component component, int position) {
+    if (const std::string unsafe = MakeSafe(); !unsafe.empty()) throw IoError(unsafe);
+    relays_.Request(component, position);
+    while (relays_.busy()) {
+      const RelayBoard::Stage stage = relays_.Advance();
+      if (stage.progress == RelayBoard::Progress::kMismatch) throw IoError(stage.text);
+      Wait(stage.wait);
     }
-  }
-  return report;
+    Wait(Nanoseconds(std::llround(config_.limits.relay_rest_s * 1e9)));
+  });
 }
 
 }  // namespace

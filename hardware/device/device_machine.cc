@@ -14,6 +14,7 @@
 #include "hardware/fault_desk.h"
 #include "hardware/relay_board.h"
 #include "hardware/rig_limits.h"
+#include "hardware/self_test.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -392,34 +393,17 @@ std::string DeviceMachine::MakeSafe() noexcept {
 }
 
 SelfTestReport DeviceMachine::SelfTest() {
-  SelfTestReport report{.positions = {}, .ok = true};
-  for (const core::Component component : config_.wiring.boards) {
-    const auto& positions = component.info().positions;
-    for (int position = 0; position < static_cast<int>(positions.size()); ++position) {
-      SelfTestPosition result{.component = component,
-                              .value = positions[static_cast<std::size_t>(position)].value,
-                              .line = "Do" + std::to_string(relays_.line(component, position)),
-                              .ok = true,
-                              .text = {}};
-      try {
-        if (const std::string unsafe = MakeSafe(); !unsafe.empty()) throw IoError(unsafe);
-        port_.Ask(DeviceMessage::kClear);
-        Arm();
-        relays_.Request(component, position);
-        while (relays_.busy()) (void)relays_.Advance();
-        port_.Ask(DeviceMessage::kRelay, RelayPayload(kRelayNow, lines_.ReadRelayLines()));
-        (void)WaitForLines(lines_.ReadRelayLines());
-        clock_->SleepUntil(clock_->Now() +
-                           Nanoseconds(std::llround(config_.limits.relay_rest_s * 1e9)));
-      } catch (const IoError& error) {
-        result.ok = false;
-        result.text = error.what();
-      }
-      report.ok = report.ok && result.ok;
-      report.positions.push_back(std::move(result));
-    }
-  }
-  return report;
+  return WalkPositions(config_.wiring, relays_, [this](core::Component component, int position) {
+    if (const std::string unsafe = MakeSafe(); !unsafe.empty()) throw IoError(unsafe);
+    port_.Ask(DeviceMessage::kClear);
+    Arm();
+    relays_.Request(component, position);
+    while (relays_.busy()) (void)relays_.Advance();
+    port_.Ask(DeviceMessage::kRelay, RelayPayload(kRelayNow, lines_.ReadRelayLines()));
+    (void)WaitForLines(lines_.ReadRelayLines());
+    clock_->SleepUntil(clock_->Now() +
+                       Nanoseconds(std::llround(config_.limits.relay_rest_s * 1e9)));
+  });
 }
 
 class FollowingClock final : public Clock {
