@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <vector>
 
-#include "core/calibration/bench_noise.h"
 #include "core/calibration/calibrate.h"
 #include "core/calibration/stretch_checks.h"
+#include "core/calibration/stretch_fit.h"
 #include "core/detection/detection_thresholds.h"
 #include "core/filter/map_fit.h"
 #include "core/filter/observation.h"
@@ -20,22 +20,6 @@ constexpr double kDeltaTolerance = 1.0;
 constexpr double kPublishedDeltaTolerance = 3.5;
 // The unit of the coordinate Mc is half of its tolerance.
 constexpr double kMcTolerance = 2.0;
-// The description may be wrong about delta, and the first guess of the noise be far off, so the fit
-// starts from several values, shares of the period.
-constexpr std::array<double, 3> kDeltaStartShares = {0.95, 0.5, 0.1};
-constexpr int kNoiseRounds = 3;
-// So much more noise than described is another rig's.
-constexpr double kOther = 1.5;
-constexpr double kNoisy = 5.0;
-// Friction noise cannot be estimated on every rig; a broad prior on its logarithm keeps the
-// estimate bounded.
-constexpr double kFrictionNoisePriorLogSd = 0.7;
-// Lower bound of the reading noise as a share of the range: neither the converters (16 bit) nor the
-// model are better.
-constexpr double kNoiseFloorShare = 1e-5;
-// The same of the speed: of the largest that it may start from.
-constexpr double kNoiseFloorSpeedShare = 2e-5;
-
 // Tolerance of a coordinate that is there and must not move.
 constexpr double kHeld = 1e-6;
 
@@ -59,39 +43,6 @@ GaussianPrior DataSheetPrior(const ParameterOffsets& tolerance, double scale, in
     prior.information(i, i) = 1.0 / (sd * sd);
   }
   return prior;
-}
-
-// Where a fit begins, and what it expects.
-struct DeltaStart {
-  double expected_s = 0.0;
-  double first_s = 0.0;
-};
-
-std::vector<DeltaStart> DeltaStartsOf(const Bench& bench, double period_s) {
-  std::vector<DeltaStart> starts;
-  const double described_s = std::min(bench.delta_s, kDeltaStartShares.front() * period_s);
-  if (bench.fits_follow_noise) starts.push_back({described_s, described_s});
-  for (const double share : kDeltaStartShares) {
-    const double first_s = share * period_s;
-    starts.push_back({bench.fits_follow_noise ? described_s : first_s, first_s});
-  }
-  return starts;
-}
-
-MapFit FitRig(const Bench& bench,
-              const RigParameters& base,
-              const NoiseLevel& noise,
-              double period_s,
-              std::span<const Observation> stretch,
-              const GaussianPrior& prior,
-              const Eigen::VectorXd& start) {
-  const StretchModels models{stretch, [&](const Eigen::VectorXd& q, std::size_t) {
-                               return MakePredictionModel(
-                                   WithOffsets(base, q, period_s), noise, period_s);
-                             }};
-  MapFitOptions options;
-  options.follow_noise = bench.fits_follow_noise;
-  return FitMap(models, prior, start, options);
 }
 
 // -2 log of the evidence (the probability of the stretch under a prior) by Laplace's approximation,
@@ -145,127 +96,6 @@ ToleranceChoice ChooseTolerance(const Bench& bench,
   choice.tolerance_covariance = spread / total - choice.fit.covariance;
   choice.tolerance_scale = std::sqrt(scale_square / total);
   return choice;
-}
-
-double* NoiseOfChannel(NoiseLevel& noise, std::size_t channel) {
-  switch (channel) {
-    case 0:
-      return &noise.um_v;
-    case 1:
-      return &noise.ia_a;
-    default:
-      return &noise.w_rad_s;
-  }
-}
-
-double FrictionPriorCost(const Bench& bench, const NoiseLevel& level) {
-  const double off =
-      std::log(level.friction_nm / bench.norm.friction_noise_nm) / kFrictionNoisePriorLogSd;
-  return off * off;
-}
-
-// Maximum likelihood of the noise levels at fixed parameters: coordinate search in logarithms.
-void FitNoise(const Bench& bench,
-              const RigParameters& rig,
-              double period_s,
-              std::span<const Observation> stretch,
-              unsigned mask,
-              NoiseLevel& noise) {
-  const auto cost = [&](const NoiseLevel& level) {
-    return RunInnovations(MakePredictionModel(rig, level, period_s), stretch).cost() +
-           FrictionPriorCost(bench, level);
-  };
-  const std::array<double, kOutputCount> floor = {
-      kNoiseFloorShare * (bench.um.max - bench.um.min),
-      kNoiseFloorShare * (bench.ia.max - bench.ia.min),
-      kNoiseFloorSpeedShare * rig.plant.range.speed_rad_s};
-  double best = cost(noise);
-  for (double factor : {2.0, 1.4, 1.15, 1.05, 1.015}) {
-    for (int pass = 0; pass < 4; ++pass) {
-      bool improved = false;
-      for (std::size_t c = 0; c <= kOutputCount; ++c) {
-        if (c < kOutputCount && (mask & (1U << c)) == 0U) continue;
-        for (double move : {factor, 1.0 / factor}) {
-          for (int repeat = 0; repeat < 8; ++repeat) {
-            NoiseLevel tried = noise;
-            double* value = c < kOutputCount ? NoiseOfChannel(tried, c) : &tried.friction_nm;
-            *value *= move;
-            if (c < kOutputCount && *value < floor[c]) break;
-            const double tried_cost = cost(tried);
-            if (tried_cost >= best - 1e-3) break;
-            best = tried_cost;
-            noise = tried;
-            improved = true;
-          }
-        }
-      }
-      if (!improved) break;
-    }
-  }
-}
-
-// The rig and the noise that explain a stretch best together, from a first guess of the noise.
-struct Explained {
-  RigParameters base;
-  MapFit fit;
-  NoiseLevel noise;
-  double cost = 0.0;
-};
-
-Explained Explain(const Bench& bench,
-                  const RigParameters& data_sheet,
-                  NoiseLevel noise,
-                  double period_s,
-                  std::span<const Observation> stretch,
-                  unsigned mask,
-                  const GaussianPrior& prior) {
-  Explained found;
-  bool have = false;
-  for (const DeltaStart& start : DeltaStartsOf(bench, period_s)) {
-    RigParameters started = data_sheet;
-    started.delta_s = start.expected_s;
-    Eigen::VectorXd point = Eigen::VectorXd::Zero(prior.mean.size());
-    point(static_cast<int>(Coordinate::kDelta)) =
-        (start.first_s - start.expected_s) / (kDeltaUnitPeriods * period_s);
-    MapFit fit = FitRig(bench, started, noise, period_s, stretch, prior, point);
-    if (!have || fit.cost() < found.fit.cost()) {
-      have = true;
-      found.fit = fit;
-      found.base = started;
-    }
-  }
-  for (int round = 0; round < kNoiseRounds; ++round) {
-    const RigParameters rig = WithOffsets(found.base, found.fit.point, period_s);
-    FitNoise(bench, rig, period_s, stretch, mask, noise);
-    found.fit = FitRig(bench, found.base, noise, period_s, stretch, prior, found.fit.point);
-  }
-  found.noise = noise;
-  found.cost = found.fit.cost() + FrictionPriorCost(bench, noise);
-  return found;
-}
-
-// Readings that are much noisier than the description says look like friction in the first fits,
-// which may lead astray: then it begins again with noisy readings, which look like nothing else.
-Explained ExplainWell(const Bench& bench,
-                      const RigParameters& data_sheet,
-                      double period_s,
-                      std::span<const Observation> stretch,
-                      unsigned mask,
-                      const GaussianPrior& prior) {
-  const NoiseLevel described = NoiseOf(bench);
-  Explained first = Explain(bench, data_sheet, described, period_s, stretch, mask, prior);
-  bool other = first.noise.friction_nm > kOther * described.friction_nm;
-  NoiseLevel noisy = described;
-  for (std::size_t c = 0; c < kOutputCount; ++c) {
-    if ((mask & (1U << c)) == 0U) continue;
-    double& start = *NoiseOfChannel(noisy, c);
-    const double found = *NoiseOfChannel(first.noise, c);
-    other = other || found > kOther * start;
-    start = std::max(kNoisy * start, found);
-  }
-  if (!bench.fits_follow_noise || !other) return first;
-  Explained second = Explain(bench, data_sheet, noisy, period_s, stretch, mask, prior);
-  return second.cost < first.cost ? second : first;
 }
 
 // The second is the structure's own name of the series resistor.
@@ -365,12 +195,12 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
   const int coordinates = CoordinateCountOf(norm);
   const GaussianPrior prior = DataSheetPrior(tolerance, 1.0, coordinates);
   const Explained explained =
-      ExplainWell(*options.bench,
-                  {options.data_sheet, 1.0, 0.0, norm.mc_nm, McUnitOf(*options.bench)},
-                  period_s,
-                  stretch,
-                  mask,
-                  prior);
+      ExplainStretch(*options.bench,
+                     {options.data_sheet, 1.0, 0.0, norm.mc_nm, McUnitOf(*options.bench)},
+                     period_s,
+                     stretch,
+                     mask,
+                     prior);
   const RigParameters& base = explained.base;
   const NoiseLevel& noise = explained.noise;
   MapFit best = explained.fit;

@@ -28,6 +28,7 @@ ParameterOffsets TolerancesOf(const Bench& bench);
 
 /// Calibrates on samples that the caller knows to be fault-free and past the start-up.
 ///   maximises  log p(samples | q) + log p(q)   over q = {k, R1, Ra, J, B, Ke, Mc, delta, noise}
+/// and, on benches that state their tolerances, La and the amplifier's lag,
 /// where p(samples | q) is the innovation form (Kalman filter) of the exact sampled model and p(q)
 /// the data sheet's tolerances (5 %; delta flat in [0, period]).
 /// Cost: 5-50 ms; allocates. Refuses (Error.field names the check) a stretch that is too short, not

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "core/bench/bench.h"
+#include "core/filter/map_fit.h"
+#include "core/filter/observation.h"
+#include "core/filter/rig_parameters.h"
+
+namespace faultlab::core {
+
+/// The most likely rig for a stretch whose noise is known.
+/// @param base   what the coordinates are offsets of
+/// @param start  the coordinates with which the search begins
+MapFit FitRig(const Bench& bench,
+              const RigParameters& base,
+              const NoiseLevel& noise,
+              double period_s,
+              std::span<const Observation> stretch,
+              const GaussianPrior& prior,
+              const Eigen::VectorXd& start);
+
+/// The rig and the noise that explain a stretch best together.
+struct Explained {
+  RigParameters base;  ///< what fit.point is an offset of
+  MapFit fit;
+  NoiseLevel noise;
+  double cost = 0.0;  ///< fit.cost() and that of the friction's noise
+};
+
+/// Fits the rig, from several delays, and the noise in turn.
+/// @param data_sheet  the rig without offsets; its delta is not used
+/// @param mask        bit c: the stretch has readings of channel c
+Explained ExplainStretch(const Bench& bench,
+                         const RigParameters& data_sheet,
+                         double period_s,
+                         std::span<const Observation> stretch,
+                         unsigned mask,
+                         const GaussianPrior& prior);
+
+}  // namespace faultlab::core
