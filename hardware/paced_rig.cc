@@ -360,7 +360,10 @@ std::optional<Nanoseconds> PacedRig::Step(const Wake& wake) noexcept {
             const std::lock_guard lock(mutex_);
             taken_.swap(commands_);
           }
-          const StepTime time{.planned = planned_, .actual = options_.clock->Now() - started_at_};
+          const StepTime time{.planned = planned_,
+                              .actual = options_.clock->Now() - started_at_,
+                              .clock = options_.clock.get(),
+                              .started_at = started_at_};
           next = machine_->Step(time, taken_, messages_);
           tripped = machine_->trip().has_value();
         } else {

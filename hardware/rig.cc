@@ -48,6 +48,8 @@ std::string_view Name(RigEventKind kind) {
       return "trip";
     case RigEventKind::kOverrun:
       return "overrun";
+    case RigEventKind::kDeltaStrays:
+      return "delta_strays";
     case RigEventKind::kGap:
       return "gap";
     case RigEventKind::kFinished:

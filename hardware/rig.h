@@ -75,6 +75,7 @@ enum class RigEventKind {
   kRefused,         ///< with the reason in `text`
   kTrip,            ///< an interlock acted; `text` names it, `value` is what it saw
   kOverrun,         ///< a tick came late by `value` seconds
+  kDeltaStrays,     ///< for a second delta was `value` seconds, which is not the described one
   kGap,             ///< samples [index, index + value) were lost on the way
   kFinished,        ///< the plan was played to its end
   kStopped,         ///< safe stop before the end; `text` says why
@@ -94,7 +95,8 @@ struct RigEvent {
 /// Text of a kFaultCommanded that a Command caused, not the plan.
 inline constexpr std::string_view kLiveText = "live";
 
-/// "started", "fault_commanded", "relay_confirmed", "refused", "trip", "overrun", "gap",
+/// "started", "fault_commanded", "relay_confirmed", "refused", "trip", "overrun", "delta_strays",
+/// "gap",
 /// "finished", "stopped": the words of the stream and of recordings.
 std::string_view Name(RigEventKind kind);
 

@@ -16,6 +16,11 @@ namespace faultlab::hardware {
 struct StepTime {
   Nanoseconds planned{0};
   Nanoseconds actual{0};
+  const Clock* clock = nullptr;  ///< of the loop
+  Nanoseconds started_at{0};     ///< by that clock
+
+  /// The time since the start of the run at which this is called.
+  Nanoseconds Now() const { return clock == nullptr ? actual : clock->Now() - started_at; }
 };
 
 /// What a rig does, without thread, lease, queue or pace: those are PacedRig's. The calls never

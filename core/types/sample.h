@@ -21,6 +21,9 @@ struct Sample {
   double ua_v = kAbsent;   ///< armature voltage before R1 (amplifier's output terminal)
   double ia_a = kAbsent;   ///< armature current
   double n_rpm = kAbsent;  ///< speed of the shaft behind the gear
+  /// Seconds from the DAC edge to the middle of this sample's conversions, as measured; NaN where
+  /// nobody measures it (simulators, recordings from elsewhere).
+  double delta_s = kAbsent;
 };
 
 }  // namespace faultlab::core

@@ -349,6 +349,7 @@ void DeviceMachine::Deliver(const DeviceSample& raw, std::vector<RigMessage>& ou
   if (rig.has_ua) sample.ua_v = scaling.ua.ToUnit(info_.ua.ToVolt(raw.ua));
   if (rig.has_ia) sample.ia_a = scaling.ia.ToUnit(info_.ia.ToVolt(raw.ia));
   if (rig.has_n) sample.n_rpm = speed_.Rpm(raw, t_s_);
+  sample.delta_s = raw.converted_us * 1e-6;
   out.emplace_back(sample);
 
   if (!trip_) trip_ = interlocks_.Check(sample, sample.t_s - before_s_);

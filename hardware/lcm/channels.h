@@ -7,7 +7,8 @@ namespace faultlab::hardware {
 
 /// What a message must say, so that agent and server understand each other. 2: epochs are the
 /// server's. 3: messages are sealed. 4: rigs describe their bench.
-inline constexpr std::int32_t kProtocol = 4;
+/// 5: samples carry their delta.
+inline constexpr std::int32_t kProtocol = 5;
 
 /// The channels of the bus.
 inline const std::string kAnnounceChannel = "FAULTLAB.ANNOUNCE";

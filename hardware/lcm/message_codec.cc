@@ -11,6 +11,7 @@ constexpr std::array kEventKinds = {RigEventKind::kStarted,
                                     RigEventKind::kRefused,
                                     RigEventKind::kTrip,
                                     RigEventKind::kOverrun,
+                                    RigEventKind::kDeltaStrays,
                                     RigEventKind::kGap,
                                     RigEventKind::kFinished,
                                     RigEventKind::kStopped};

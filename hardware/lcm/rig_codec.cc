@@ -154,6 +154,7 @@ faultlab_msgs::rig_item_t ToItem(const RigMessage& message) {
     item.ua_v = sample->ua_v;
     item.ia_a = sample->ia_a;
     item.n_rpm = sample->n_rpm;
+    item.delta_s = sample->delta_s;
     return item;
   }
   const auto& event = std::get<RigEvent>(message);
@@ -173,7 +174,8 @@ RigMessage FromItem(const faultlab_msgs::rig_item_t& item, const core::Bench& be
                         .um_v = item.um_v,
                         .ua_v = item.ua_v,
                         .ia_a = item.ia_a,
-                        .n_rpm = item.n_rpm};
+                        .n_rpm = item.n_rpm,
+                        .delta_s = item.delta_s};
   }
   faultlab_msgs::event_t event;
   event.index = item.index;

@@ -16,13 +16,14 @@ struct CsvChannel {
 };
 
 /// Canonical order: time, command, then what the converters read.
-inline constexpr std::array<CsvChannel, 6> kCsvChannelTable = {{
+inline constexpr std::array<CsvChannel, 7> kCsvChannelTable = {{
     {"t_s", &core::Sample::t_s, true, true},
     {"uc_v", &core::Sample::uc_v, true, true},
     {"um_v", &core::Sample::um_v, true, false},
     {"ua_v", &core::Sample::ua_v, false, false},
     {"ia_a", &core::Sample::ia_a, false, false},
     {"n_rpm", &core::Sample::n_rpm, false, false},
+    {"delta_s", &core::Sample::delta_s, false, false},
 }};
 
 /// The measurement that a recording must have: um, or ia on benches without um.

@@ -21,7 +21,7 @@ bool NamesComponent(RigEventKind kind) {
 
 bool HasValue(RigEventKind kind) {
   return NamesComponent(kind) || kind == RigEventKind::kTrip || kind == RigEventKind::kOverrun ||
-         kind == RigEventKind::kGap;
+         kind == RigEventKind::kDeltaStrays || kind == RigEventKind::kGap;
 }
 
 json::value Finite(double value) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 
@@ -15,7 +16,8 @@ static_assert(std::endian::native == std::endian::little, "add byte swaps for th
 
 constexpr std::uint32_t kMagic = 0x48434C46;  // "FLCH"
 constexpr std::uint16_t kVersion = 1;
-constexpr std::uint16_t kColumns = 7;
+constexpr std::uint16_t kColumnsMax = 8;
+constexpr std::uint16_t kColumnsWithoutDelta = 7;
 constexpr std::size_t kHeaderBytes = 16;
 constexpr std::size_t kDictionaryMax = 256;
 
@@ -58,12 +60,15 @@ bool Take(std::span<const std::byte>& in, T& value) {
   return true;
 }
 
-std::array<Column, kColumns> ToColumns(std::span<const core::Sample> samples) {
-  std::array<Column, kColumns> columns;
+using Columns = std::array<Column, kColumnsMax>;
+
+Columns ToColumns(std::span<const core::Sample> samples) {
+  Columns columns;
   for (auto& column : columns) column.reserve(samples.size());
   for (const auto& s : samples) {
     columns[0].push_back(static_cast<std::uint64_t>(s.index));
-    const std::array<double, 6> values = {s.t_s, s.uc_v, s.um_v, s.ua_v, s.ia_a, s.n_rpm};
+    const std::array<double, 7> values = {
+        s.t_s, s.uc_v, s.um_v, s.ua_v, s.ia_a, s.n_rpm, s.delta_s};
     for (std::size_t i = 0; i < values.size(); ++i) {
       columns[i + 1].push_back(std::bit_cast<std::uint64_t>(values[i]));
     }
@@ -179,13 +184,12 @@ core::Error Damaged(const char* what) {
           ""};
 }
 
-core::Sample ToSample(const std::array<Column, kColumns>& columns, std::size_t i) {
+core::Sample ToSample(const Columns& columns, std::size_t count, std::size_t i) {
   core::Sample s;
   s.index = static_cast<std::int64_t>(columns[0][i]);
-  const std::array<double*, 6> fields = {&s.t_s, &s.uc_v, &s.um_v, &s.ua_v, &s.ia_a, &s.n_rpm};
-  for (std::size_t c = 0; c < fields.size(); ++c) {
-    *fields[c] = std::bit_cast<double>(columns[c + 1][i]);
-  }
+  const std::array<double*, 7> fields = {
+      &s.t_s, &s.uc_v, &s.um_v, &s.ua_v, &s.ia_a, &s.n_rpm, &s.delta_s};
+  for (std::size_t c = 1; c < count; ++c) *fields[c - 1] = std::bit_cast<double>(columns[c][i]);
   return s;
 }
 
@@ -194,6 +198,9 @@ core::Sample ToSample(const std::array<Column, kColumns>& columns, std::size_t i
 Bytes EncodeChunk(std::span<const core::Sample> samples) {
   LAB_CHECK(!samples.empty() && samples.size() <= kChunkSamplesMax, samples.size());
   const auto columns = ToColumns(samples);
+  const bool has_delta = std::any_of(
+      samples.begin(), samples.end(), [](const auto& s) { return !std::isnan(s.delta_s); });
+  const std::uint16_t count = has_delta ? kColumnsMax : kColumnsWithoutDelta;
   Bytes body;
   if (RisesByOne(columns[0])) {
     Append(body, kRunOfIndex);
@@ -208,13 +215,13 @@ Bytes EncodeChunk(std::span<const core::Sample> samples) {
   } else {
     AppendColumn(body, columns[1]);
   }
-  for (std::size_t c = 2; c < columns.size(); ++c) AppendColumn(body, columns[c]);
+  for (std::size_t c = 2; c < count; ++c) AppendColumn(body, columns[c]);
 
   Bytes out;
   out.reserve(kHeaderBytes + body.size());
   Append(out, kMagic);
   Append(out, kVersion);
-  Append(out, kColumns);
+  Append(out, count);
   Append(out, static_cast<std::uint32_t>(samples.size()));
   Append(out, Crc32(body));
   out.insert(out.end(), body.begin(), body.end());
@@ -232,19 +239,22 @@ core::Result<std::vector<core::Sample>> DecodeChunk(std::span<const std::byte> b
     return Damaged("too short");
   }
   if (magic != kMagic) return Damaged("wrong magic");
-  if (version != kVersion || column_count != kColumns) return Damaged("unknown version");
+  const bool known = column_count == kColumnsMax || column_count == kColumnsWithoutDelta;
+  if (version != kVersion || !known) return Damaged("unknown version");
   if (samples == 0 || samples > kChunkSamplesMax) return Damaged("impossible length");
   if (Crc32(bytes) != checksum) return Damaged("wrong checksum");
 
-  std::array<Column, kColumns> columns;
-  for (auto& column : columns) {
-    column.resize(samples);
-    if (!TakeColumn(bytes, columns[0], column)) return Damaged("short column");
+  Columns columns;
+  for (std::size_t c = 0; c < column_count; ++c) {
+    columns[c].resize(samples);
+    if (!TakeColumn(bytes, columns[0], columns[c])) return Damaged("short column");
   }
   if (!bytes.empty()) return Damaged("bytes left over");
   std::vector<core::Sample> out;
   out.reserve(samples);
-  for (std::size_t i = 0; i < samples; ++i) out.push_back(ToSample(columns, i));
+  for (std::size_t i = 0; i < samples; ++i) {
+    out.push_back(ToSample(columns, column_count, i));
+  }
   return out;
 }
 

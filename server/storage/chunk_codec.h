@@ -12,8 +12,9 @@ namespace faultlab::server {
 inline constexpr int kChunkSamplesMax = 1 << 20;
 
 /// Samples as bytes, little endian, bit-exact (NaN payloads and signed zeros included):
-///   u32 magic "FLCH", u16 version = 1, u16 columns = 7, u32 samples n, u32 CRC-32 of all that
-///   follows, then the columns index, t_s, uc_v, um_v, ua_v, ia_a, n_rpm, each a u8 mode and
+///   u32 magic "FLCH", u16 version = 1, u16 columns = 7 or 8, u32 samples n, u32 CRC-32 of all that
+///   follows, then the columns index, t_s, uc_v, um_v, ua_v, ia_a, n_rpm and, in chunks of 8
+///   columns, delta_s (else NaN), each a u8 mode and
 ///     0 raw        n x 8 bytes
 ///     1 constant   8 bytes
 ///     2 dictionary u8 k-1, k x 8 bytes, n x u8     (k <= 256 distinct values and shorter than raw)

@@ -211,6 +211,7 @@ export const en = {
   event_not_learnt: "healthy rig not learnt",
   event_trip: "interlock",
   event_overrun: "late tick",
+  event_delta_strays: "delta strays",
   event_gap: "samples lost",
   event_detected: "detected",
   event_isolated: "isolated",

@@ -212,6 +212,7 @@ export const srLatn: Catalogue = {
   event_not_learnt: "ispravan uređaj nije naučen",
   event_trip: "zaštita",
   event_overrun: "zakasneli takt",
+  event_delta_strays: "delta odstupa",
   event_gap: "izgubljeni uzorci",
   event_detected: "otkriveno",
   event_isolated: "izolovano",
