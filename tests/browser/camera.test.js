@@ -116,7 +116,7 @@ describe("camera of a bench", { timeout: SUITE_MS }, () => {
       reducedMotion: "no-preference",
     });
     const card = benchCard(page);
-    await card.getByText(/Animation from the measured n, 60 times slower/).waitFor();
+    await card.getByText(/Animation from the measured n, 20 times slower/).waitFor();
     await card.getByText(/^n = \d+ rpm\.$/).waitFor();
     const angle = () => card.locator(".rotor").getAttribute("transform");
     await page.waitForFunction(() => document.querySelector(".rotor")?.getAttribute("transform"));
