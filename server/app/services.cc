@@ -134,7 +134,8 @@ void Services::BuildApi(Router& router) {
       base_.tokens,
       audit_,
       base_.clock,
-      [this](const std::string& rig, CheckExtra extra) { upkeep_.WithNextCheck(rig, extra); }});
+      [this](const std::string& rig, CheckExtra extra) { upkeep_.WithNextCheck(rig, extra); },
+      [this](const std::string& rig) { return upkeep_.ContactsOf(rig); }});
   feed_ = std::make_unique<PersonFeed>(*sharing_api_);
   sharing_api_->feed = feed_.get();
   work_api_ = std::make_unique<WorkApi>(WorkApi{*experiments_,
