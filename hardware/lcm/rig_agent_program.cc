@@ -224,6 +224,17 @@ int Serve(const RigAgentOptions& options,
   return unsafe ? kUnsafe : kFine;
 }
 
+/// What the file allows and this bench will not do well.
+void SayWhatWillNotWork(const BenchFile& file) {
+  const RigDescription& rig = file.config.description;
+  if (file.driver == BenchFile::Driver::kSimulated) return;
+  if (rig.has_n && file.config.scaling.speed == SpeedMethod::kGatedCount &&
+      rig.bench->estimates_use_n()) {
+    Say("its speed is counted, which is the mean of a period and not the speed at the sample: "
+        "write counted = true under [channel.n] of the description, or calibration refuses it");
+  }
+}
+
 /// The second line: the board is opened anew, in a process of its own.
 bool MakeBenchSafe(const BenchFile& file) {
   if (file.driver == BenchFile::Driver::kSimulated) return true;  // it died with the agent
@@ -275,6 +286,7 @@ int RunRigAgent(const RigAgentOptions& given) {
   if (file.value().driver != BenchFile::Driver::kSimulated && !LockMemory()) {
     Say("its memory is not locked and may be swapped out: give it LimitMEMLOCK=infinity");
   }
+  SayWhatWillNotWork(file.value());
   if (options.self_test) {
     const auto test = [&](const SendWord& send) {
       return guarded([&] { return SelfTest(options, file.value(), send); });
