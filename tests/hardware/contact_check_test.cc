@@ -140,6 +140,21 @@ TEST(Contacts, ToleranceOfPartsAndFrictionAreNoWrongWires) {
   }
 }
 
+TEST(Contacts, APartOfAnotherSizeIsToBeMeasured) {
+  RunPlan plan = ContactPlan(paper::Bench());
+  for (core::Fault& fault : plan.faults) {
+    if (fault.component == paper::kR1 && fault.value == 100.0) fault.value = 1000.0;
+  }
+  const ContactReport report = JudgeContacts(
+      core::SimulateRecord(
+          paper::Hardware(), paper::Bench().nominal, plan.uc_v, plan.faults, 7, plan.period_s),
+      paper::Bench(),
+      kPaperDeltaS);
+  const ContactFinding finding = Of(report, paper::kR1, 100.0);
+  EXPECT_EQ(finding.contact, Contact::kWrong);
+  EXPECT_THAT(finding.text, HasSubstr("of another size"));
+}
+
 TEST(Contacts, APartWithoutEffectIsReadBackOnly) {
   core::Bench bench = paper::Bench();
   std::vector<core::Component> parts;
