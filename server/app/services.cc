@@ -117,7 +117,10 @@ void Services::BuildApi(Router& router) {
                                              base_.benches,
                                              places_,
                                              audit_,
-                                             options_.storage.disk});
+                                             options_.storage.disk,
+                                             base_.cameras,
+                                             base_.pictures,
+                                             base_.clock});
   people_api_ = std::make_unique<PeopleApi>(PeopleApi{base_.accounts, audit_, base_.clock});
   sign_in_flow_ =
       std::make_unique<oidc::SignInFlow>(options_.providers, options_.login_secret, base_.clock);

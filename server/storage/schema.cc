@@ -313,6 +313,19 @@ Migration BenchDescriptions() {
           .postgres_statements = {}};
 }
 
+/// Pictures of the bench during a run; their bytes are in blob_store.
+Migration RecordingPictures() {
+  return {.version = 17,
+          .description = "pictures of recordings",
+          .statements = {"CREATE TABLE recording_picture ("
+                         "recording_id TEXT NOT NULL REFERENCES recording (id) ON DELETE CASCADE, "
+                         "picture BIGINT NOT NULL, sample_index BIGINT NOT NULL, "
+                         "why TEXT NOT NULL, content_type TEXT NOT NULL, "
+                         "size_bytes BIGINT NOT NULL, PRIMARY KEY (recording_id, picture))"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -331,7 +344,8 @@ const std::vector<Migration>& AllMigrations() {
                                               BoundedRows(),
                                               CalibrationsOfHiddenFaults(),
                                               AccountsOfClassLists(),
-                                              BenchDescriptions()};
+                                              BenchDescriptions(),
+                                              RecordingPictures()};
   return kAll;
 }
 
