@@ -159,6 +159,9 @@ class Application::Impl {
         config_.samples_of_guests,
         {config_.data_dir, static_cast<std::int64_t>(config_.disk_reserve_mb) << 20}};
     options.log = [](std::string_view text) { spdlog::warn("{}", text); };
+    options.find_far_rig = [this](const std::string& id) -> std::shared_ptr<hardware::Rig> {
+      return finder_ != nullptr ? finder_->Find(id) : nullptr;
+    };
     options.providers = config_.providers;
     options.public_url = config_.public_url;
     auto secret = lab::LoginSecret(*database_);

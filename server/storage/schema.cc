@@ -313,6 +313,16 @@ Migration BenchDescriptions() {
           .postgres_statements = {}};
 }
 
+/// The name by which a far rig keeps the run: what a server that was killed has not written is read
+/// again from there.
+Migration RunsKeptByTheRig() {
+  return {.version = 17,
+          .description = "runs that their rigs keep",
+          .statements = {"ALTER TABLE recording ADD COLUMN kept_run TEXT NOT NULL DEFAULT ''"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -331,7 +341,8 @@ const std::vector<Migration>& AllMigrations() {
                                               BoundedRows(),
                                               CalibrationsOfHiddenFaults(),
                                               AccountsOfClassLists(),
-                                              BenchDescriptions()};
+                                              BenchDescriptions(),
+                                              RunsKeptByTheRig()};
   return kAll;
 }
 
