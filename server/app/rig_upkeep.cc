@@ -60,8 +60,8 @@ std::string WhyNotOfItsClass(const RigStatus& rig,
 /// Why nobody can use this rig now, although it is a rig of this server; empty: it can be used.
 std::string WhyOffline(const RigStatus& rig,
                        const std::map<std::string, const core::Bench*>& benches) {
-  if (rig.remote && !rig.remote->refusal.empty()) return rig.remote->refusal;
-  if (rig.state == hardware::RigState::kOffline) return "the rig does not answer";
+  if (rig.remote && rig.remote->refusal) return rig.remote->refusal_text;
+  if (rig.state == hardware::RigState::kOffline) return "its agent is not heard";
   return WhyNotOfItsClass(rig, benches);
 }
 

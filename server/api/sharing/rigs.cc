@@ -290,7 +290,7 @@ core::Result<HttpResponse> AdoptRig(SharingApi& api, const ApiRequest& request) 
     return core::Error{
         core::ErrorCode::kConflict, "Only a rig with an agent of its own can be adopted.", ""};
   }
-  if (!remote->refusal.empty()) return core::Error{core::ErrorCode::kConflict, remote->refusal, ""};
+  if (remote->refusal) return core::Error{core::ErrorCode::kConflict, remote->refusal_text, ""};
   if (!remote->epoch || remote->link == hardware::LinkState::kLost) {
     return core::Error{core::ErrorCode::kConflict, "The rig's agent is not heard.", ""};
   }
