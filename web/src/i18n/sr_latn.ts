@@ -121,6 +121,10 @@ export const srLatn: Catalogue = {
   follow: "Uživo",
   whole_run: "Ceo ogled",
   fit: "Uklopi",
+  measure: "Izmeri",
+  lens: "Lupa",
+  lens_shows: "{span} od toga, nacrtano široko.",
+  wheel_hint: "`Ctrl` + točkić gleda bliže; sam točkić pomera stranicu.",
   window: "Vremenski prozor",
   unseen: "{seconds} s neviđeno, snimljeno",
   lower_charts: "Donji grafici",
@@ -245,7 +249,11 @@ export const srLatn: Catalogue = {
   key_live: "prati ogled ili ga prikaži celog",
   key_fit: "uklopi ose u ono što se vidi",
   key_marker: "idi na sledeću oznaku",
-  key_cursors: "postavi ili ukloni kursor A, B",
+  key_measure: "kursori, statistika i prave; ponovo: ukloni ih",
+  key_cursors: "postavi ili ukloni kursor A, B: kod pokazivača ili u sredini",
+  key_move_cursor: "pomeri poslednji kursor: za stoti deo prikaza, za uzorak",
+  key_select: "izaberi ono što se vidi",
+  key_lens: "lupa: kratak deo nacrtan široko",
   key_table: "uzorci u tabeli",
   key_position: "položaj izabranog klizača",
   key_nominal: "svi delovi nominalni",
@@ -268,9 +276,30 @@ export const srLatn: Catalogue = {
   help_run: "Izvođenje ogleda",
   help_run_text:
     "Veliko dugme pokreće prvi ogled na simulatoru. Sopstveni ogled može imati drugu pobudu, trajanje ili otkaz. Ogled se nastavlja i bez pregledača: zatvorite stranicu, vratite se i on je tu. Zaustavi, ili Esc, u svakom trenutku dovodi uređaj u bezbedno stanje.",
+  by_hand: "Miš i dodir",
+  hand_wheel:
+    "`Ctrl` (ili ⌘) + točkić nad grafikom, ili dva prsta na podlozi: bliže, šire. `Shift` + točkić: ranije, kasnije. Sam točkić pomera stranicu.",
+  hand_drag:
+    "Prevlačenje preko grafika: bliže. Dvostruki klik: ponovo sve. `Shift` + prevlačenje: izaberi deo i izmeri ga.",
+  hand_measure:
+    "Kad je Izmeri uključeno, klik postavlja kursor A, pa B; kursor se može vući, a prevlačenje drugde bira deo.",
+  hand_touch:
+    "Na ekranu na dodir jedan prst pomera vreme, dva gledaju bliže ili šire, dvostruki dodir prikazuje ponovo sve.",
+  measure_how: "Kliknite na grafik ili pritisnite `A` i `B`; prevlačenje bira deo.",
+  cursor_time: "Vreme kursora {name}, s",
+  select_view: "Izaberi ono što se vidi",
+  zoom_to_span: "Pogledaj to bliže",
+  measured_values: "Vrednosti kod kursora, statistika između njih",
+  mean: "srednja",
+  deviation: "st. odst.",
+  lowest: "najmanja",
+  highest: "najveća",
+  slope: "nagib prave",
+  statistics_are:
+    "Statistika i prava (isprekidana) uzoraka od kursora do kursora, {span}, oba kraja uključena.",
   help_charts: "Čitanje grafika",
   help_charts_text:
-    "Gornji grafici su izmereni signali. Prevucite preko grafika da pogledate bliže, L vraća. Crvena linija je otkaz koji je uređaj potvrdio, isprekidana plava njegovo otkrivanje, tačkasta izolovanje. Šrafirano vreme nema uzoraka i nikada se ne premošćava.",
+    "Gornji grafici su izmereni signali. Prevucite preko grafika ili okrenite točkić uz `Ctrl` da pogledate bliže; dvostruki klik vraća, a sam točkić pomera stranicu. Izmeri postavlja dva kursora i daje vrednosti, statistiku i nagib između njih; lupa crta poslednju sekundu, ili onu pod pokazivačem, široko. Crvena linija je otkaz koji je uređaj potvrdio, isprekidana plava njegovo otkrivanje, tačkasta izolovanje. Šrafirano vreme nema uzoraka i nikada se ne premošćava.",
   help_faults: "Zadavanje otkaza",
   help_faults_text:
     "Šuplji klizač znači zadato, puni da je uređaj pročitao relej. Promena u prvim sekundama čeka da se nauči ispravan uređaj: vratite deo na nominalno da je opozovete. Odbijanje kaže razlog. Ono što nema relej menja se samo na simulatorima.",

@@ -25,6 +25,7 @@ export interface Tokens {
   band: string;
   settle: string;
   gap: string;
+  select: string;
   uc: string;
   um: string;
   ua: string;
@@ -56,6 +57,7 @@ export const light: Tokens = {
   band: "rgba(0, 114, 178, 0.13)",
   settle: "rgba(230, 159, 0, 0.17)",
   gap: "rgba(90, 100, 110, 0.25)",
+  select: "rgba(20, 32, 43, 0.07)",
   uc: "#0072b2",
   um: "#d55e00",
   ua: "#008a64",
@@ -87,6 +89,7 @@ export const dark: Tokens = {
   band: "rgba(86, 180, 233, 0.16)",
   settle: "rgba(240, 190, 70, 0.15)",
   gap: "rgba(160, 175, 190, 0.22)",
+  select: "rgba(232, 238, 244, 0.1)",
   uc: "#56b4e9",
   um: "#ff9a52",
   ua: "#2fc796",
