@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { placeLabel } from "../src/charts/decoration";
+import { groupsOf, placeLabel } from "../src/charts/decoration";
 import { heldView, wheelFactor } from "../src/charts/gestures";
 import { Viewport } from "../src/charts/viewport.svelte";
 import { Cursors } from "../src/live/cursors.svelte";
@@ -186,20 +186,27 @@ describe("the lens", () => {
 
 describe("the label of a marker", () => {
   const room = { from: 0, to: 100 };
+  const at = (x: number) => ({ from: x - 3, to: x + 3 });
   it("stands right of its symbol, a fault's left of it", () => {
-    expect(placeLabel(50, 5, 20, room, [], false)).toEqual({ from: 55, to: 75 });
-    expect(placeLabel(50, 5, 20, room, [], true)).toEqual({ from: 25, to: 45 });
+    expect(placeLabel(at(50), 2, 20, room, [], false)).toEqual({ from: 55, to: 75 });
+    expect(placeLabel(at(50), 2, 20, room, [], true)).toEqual({ from: 25, to: 45 });
   });
   it("goes to the other side, or is left out, when something is in the way", () => {
-    expect(placeLabel(90, 5, 20, room, [], false)).toEqual({ from: 65, to: 85 });
-    expect(placeLabel(50, 5, 20, room, [{ from: 60, to: 65 }], false)).toEqual({
-      from: 25,
-      to: 45,
-    });
-    const both = [
-      { from: 60, to: 65 },
-      { from: 30, to: 35 },
-    ];
-    expect(placeLabel(50, 5, 20, room, both, false)).toBeNull();
+    expect(placeLabel(at(90), 2, 20, room, [], false)).toEqual({ from: 65, to: 85 });
+    const right = { from: 60, to: 65 };
+    expect(placeLabel(at(50), 2, 20, room, [right], false)).toEqual({ from: 25, to: 45 });
+    const both = [right, { from: 30, to: 35 }];
+    expect(placeLabel(at(50), 2, 20, room, both, false)).toBeNull();
+  });
+  it("symbols too close to each other stand in a row", () => {
+    const marker = (timeS: number) => ({ kind: "detected" as const, timeS, label: "" });
+    const groups = groupsOf(
+      [10, 12, 13, 40].map((x) => ({ marker: marker(x), x })),
+      3,
+    );
+    expect(groups.map(({ members, from, to }) => [members.length, from, to])).toEqual([
+      [3, 7, 25],
+      [1, 37, 43],
+    ]);
   });
 });

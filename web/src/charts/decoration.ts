@@ -68,7 +68,7 @@ export function drawBehind(
 
 /**
  * Draws the marker lines, and their symbols and labels in the lane above the plot, where they hide
- * no trace. A symbol always stands at its line; a label that has no room is left out.
+ * no trace. Symbols that would overlap stand in a row; a label that has no room is left out.
  */
 export function drawMarkers(
   context: Context,
@@ -85,31 +85,78 @@ export function drawMarkers(
   const shown = decoration.markers
     .map((marker) => ({ marker, x: Math.round(area.x(marker.timeS)) + 0.5 }))
     .filter(({ x }) => x >= area.left && x <= area.left + area.width);
-  const taken: Span[] = [];
   for (const { marker, x } of shown) {
     context.strokeStyle = colorOf(marker.kind, colors);
     context.lineWidth = area.ratio;
     context.setLineDash(DASH[marker.kind].map((length) => length * area.ratio));
     line(context, x, area.top, x, area.top + area.height);
-    context.fillStyle = context.strokeStyle;
-    context.textAlign = "center";
-    context.fillText(SYMBOL[marker.kind], x, middle);
-    const half = context.measureText(SYMBOL[marker.kind]).width / 2;
-    taken.push({ from: x - half, to: x + half });
   }
-  context.textAlign = "left";
-  for (const { marker, x } of decoration.labels ? shown : []) {
-    if (!marker.label) continue;
-    const width = context.measureText(marker.label).width;
-    const half = context.measureText(SYMBOL[marker.kind]).width / 2 + 3 * area.ratio;
-    const room = { from: area.left, to: area.left + area.width };
-    const span = placeLabel(x, half, width, room, taken, marker.kind === "fault");
-    if (!span) continue;
-    taken.push(span);
-    context.fillStyle = colorOf(marker.kind, colors);
-    context.fillText(marker.label, span.from, middle);
+  const half = (context.measureText(SYMBOL.fault).width + area.ratio) / 2;
+  const groups = groupsOf(shown, half);
+  context.textAlign = "center";
+  for (const group of groups) {
+    group.members.forEach(({ kind }, at) => {
+      context.fillStyle = colorOf(kind, colors);
+      context.fillText(SYMBOL[kind], group.from + (2 * at + 1) * half, middle);
+    });
   }
+  if (decoration.labels) labelGroups(context, area, groups, colors, middle);
   context.restore();
+}
+
+interface Group {
+  members: Marker[];
+  from: number;
+  to: number;
+}
+
+/** Markers so close that their symbols, `half` wide on each side, stand in a row. */
+export function groupsOf(shown: { marker: Marker; x: number }[], half: number): Group[] {
+  const groups: Group[] = [];
+  for (const { marker, x } of shown) {
+    const last = groups.at(-1);
+    if (last && x - half < last.to) {
+      last.members.push(marker);
+      last.to += 2 * half;
+    } else {
+      groups.push({ members: [marker], from: x - half, to: x + half });
+    }
+  }
+  return groups;
+}
+
+/** The label of a fault stands left of its group, those of the others right of it. */
+function labelGroups(
+  context: Context,
+  area: Area,
+  groups: Group[],
+  colors: ChartColors,
+  middle: number,
+): void {
+  context.textAlign = "left";
+  const space = 3 * area.ratio;
+  const room = { from: area.left, to: area.left + area.width };
+  const taken: Span[] = groups.map(({ from, to }) => ({ from, to }));
+  for (const group of groups) {
+    const named = group.members.filter(({ label }) => label);
+    const faults = named.filter(({ kind }) => kind === "fault");
+    const others = named.filter(({ kind }) => kind !== "fault");
+    for (const part of [faults, others]) {
+      const [first] = part;
+      if (!first) continue;
+      const all = part.map(({ label }) => label).join(", ");
+      // all labels of the group if they have room, else the first
+      for (const text of [all, first.label]) {
+        const width = context.measureText(text).width;
+        const span = placeLabel(group, space, width, room, taken, part === faults);
+        if (!span) continue;
+        taken.push(span);
+        context.fillStyle = colorOf(first.kind, colors);
+        context.fillText(text, span.from, middle);
+        break;
+      }
+    }
+  }
 }
 
 export interface Span {
@@ -118,21 +165,21 @@ export interface Span {
 }
 
 /**
- * Where a label of `width` stands beside a symbol at `x`: right of it, or left of it if it is
+ * Where a label of `width` stands, `space` beside its symbols: right of them, or left if it is
  * `leftFirst` or has no room there.
  * @returns null if something is in the way on both sides
  */
 export function placeLabel(
-  x: number,
-  half: number,
+  symbols: Span,
+  space: number,
   width: number,
   room: Span,
   taken: Span[],
   leftFirst: boolean,
 ): Span | null {
   const sides = [
-    { from: x + half, to: x + half + width },
-    { from: x - half - width, to: x - half },
+    { from: symbols.to + space, to: symbols.to + space + width },
+    { from: symbols.from - space - width, to: symbols.from - space },
   ];
   if (leftFirst) sides.reverse();
   const free = (side: Span) =>
