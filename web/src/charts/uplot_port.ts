@@ -179,7 +179,7 @@ function nameAxis(
   context.fillStyle = color;
   context.textAlign = "right";
   context.textBaseline = "top";
-  context.fillText(name, area.left - 6 * area.ratio, area.top + area.height + 4 * area.ratio);
+  context.fillText(name, area.left - 16 * area.ratio, area.top + area.height + 4 * area.ratio);
   context.restore();
 }
 

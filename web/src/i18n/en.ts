@@ -154,6 +154,8 @@ export const en = {
   set_confirmed_relay: "relay {relay} confirmed",
   set_refused: "refused",
   refused_other: "{component} is not nominal: one fault at a time",
+  refused_coming: "{change} comes at {time} s: one fault at a time",
+  set_previewed: "Enter, or wait",
   one_at_a_time: "one fault at a time",
   inject_at: "inject at",
   inject_at_s: "Time of injection in seconds",

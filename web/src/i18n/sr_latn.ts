@@ -154,6 +154,8 @@ export const srLatn: Catalogue = {
   set_confirmed_relay: "relej {relay} potvrđen",
   set_refused: "odbijeno",
   refused_other: "{component} nije nominalno: jedan otkaz u isto vreme",
+  refused_coming: "{change} dolazi u {time} s: jedan otkaz u isto vreme",
+  set_previewed: "`Enter`, ili sačekajte",
   one_at_a_time: "jedan otkaz u isto vreme",
   inject_at: "zadaj u",
   inject_at_s: "Vreme zadavanja u sekundama",
