@@ -5,7 +5,7 @@ export const enMore = {
     "The large button runs a first experiment on a simulator. Your own experiment takes another excitation, duration or fault. A run goes on without the browser: close the page, come back, and it is there. Stop, or Esc, brings the rig to its safe state at any time.",
   help_charts: "Reading the charts",
   help_charts_text:
-    "The upper charts are the measured signals. Drag over a chart to look closer, L returns. A red line is a fault confirmed by the rig, a dashed blue line its detection, a dotted one its isolation. Hatched time has no samples: it is never bridged.",
+    "The upper charts are the measured signals. Drag over a chart, or turn the wheel with Ctrl, to look closer; a double click returns, and the wheel alone scrolls the page. Measure places two cursors and gives values, statistics and slope between them; the lens draws the newest second, or the one under the pointer, wide. A red line is a fault confirmed by the rig, a dashed blue line its detection, a dotted one its isolation. Hatched time has no samples: it is never bridged.",
   help_faults: "Switching faults",
   help_faults_text:
     "A slider's hollow thumb means commanded, a solid one that the rig has read the relay back. A change in the first seconds waits until the healthy rig is learnt: set the part back to nominal to cancel it. A refusal says why. What has no relay can be changed on simulators only.",
@@ -277,4 +277,42 @@ export const enMore = {
   whose_runs: "Whose runs",
   runs_of: "Runs of {course}",
   student: "Student",
+  key_pause: "pause the display, the recording goes on",
+  key_pan: "earlier, later",
+  key_zoom: "closer, wider",
+  key_live: "follow the run, or show all of it",
+  key_fit: "fit the axes to what is visible",
+  key_marker: "go to the next marker",
+  key_measure: "cursors, statistics and fits; again: remove them",
+  key_cursors: "set or remove cursor A, B: at the pointer or in the middle",
+  key_move_cursor: "move the cursor set last: by a hundredth of the view, by a sample",
+  key_select: "select what is visible",
+  key_lens: "lens: a short part drawn wide",
+  key_table: "samples as a table",
+  key_position: "position of the focused fault slider",
+  key_nominal: "all parts nominal",
+  key_stop: "stop the run",
+  key_help: "this list",
+  shortcuts_on: "single-key shortcuts (Esc always stops)",
+  by_hand: "Mouse and touch",
+  hand_wheel:
+    "Ctrl (or ⌘) + wheel over a chart, or two fingers on a touch pad: closer, wider. Shift + wheel: earlier, later. The wheel alone scrolls the page.",
+  hand_drag:
+    "Drag over a chart: look closer. Double click: everything again. Shift + drag: select a span and measure it.",
+  hand_measure:
+    "With Measure on, a click places cursor A, then B; a cursor can be dragged, and dragging elsewhere selects a span.",
+  hand_touch:
+    "On a touch screen, one finger moves the time, two look closer or wider, a double tap shows everything again.",
+  measure_how: "Click a chart or press A and B; drag to select a span.",
+  cursor_time: "Time of cursor {name}, s",
+  select_view: "Select the view",
+  zoom_to_span: "Zoom to it",
+  measured_values: "Values at the cursors, statistics between them",
+  mean: "mean",
+  deviation: "std. dev.",
+  lowest: "min",
+  highest: "max",
+  slope: "slope of the fit",
+  statistics_are:
+    "Statistics and straight-line fit (dashed) of the samples from cursor to cursor, {span}, both ends included.",
 };
