@@ -315,4 +315,16 @@ export const enMore = {
   slope: "slope of the fit",
   statistics_are:
     "Statistics and straight-line fit (dashed) of the samples from cursor to cursor, {span}, both ends included.",
+  camera_of: "Camera picture of {rig}",
+  camera_age: "{seconds} s old",
+  camera_waits: "Waiting for the first picture.",
+  camera_silent: "The camera gives no picture.",
+  camera_stale: "The picture is stale: {seconds} s old.",
+  camera_fails: "The camera gives no picture. This one is {seconds} s old.",
+  motor_animation: "Animation from the measured n, {times} times slower.",
+  motor_still: "Drawing, without motion as your system asks.",
+  motor_unmeasured: "Drawing: this rig does not measure n.",
+  picture_fault: "fault switched",
+  picture_detection: "fault detected",
+  picture_end: "end of the run",
 };
