@@ -60,4 +60,8 @@ std::string_view Name(RigEventKind kind) {
   return "?";
 }
 
+core::Status Rig::Resume(const std::string&) {
+  return core::Error{core::ErrorCode::kNotFound, "rig " + description().id + " keeps no run", {}};
+}
+
 }  // namespace faultlab::hardware

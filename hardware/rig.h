@@ -160,6 +160,17 @@ class Rig {
   virtual std::optional<Trip> trip() const = 0;
   /// Lateness of the loop since the rig was made: for /metrics, and by difference for a recording.
   virtual LoopQuality loop_quality() const = 0;
+
+  /// Since the last word of a far rig; nothing for a rig in this process, which cannot fall silent.
+  virtual std::optional<std::chrono::nanoseconds> silence() const { return std::nullopt; }
+  /// Names the armed or running run for Resume, in this process or a later one: a far rig keeps the
+  /// messages of its newest run. Empty: this rig keeps none.
+  virtual std::string kept_run() const { return {}; }
+  /// Reads again the run of this name: Read then gives what the rig still has of it, from its first
+  /// message to its end. Needs no lease and commands nothing. kNotFound: the rig has the run no
+  /// longer (it began another one, or started anew); kUnavailable: it is not heard; kConflict: a
+  /// run is read already.
+  virtual core::Status Resume(const std::string& kept_run);
 };
 
 }  // namespace faultlab::hardware

@@ -90,18 +90,23 @@ LoopQuality RemoteRig::loop_quality() const {
   return announced_ ? DecodeLoop(*announced_) : LoopQuality{};
 }
 
-/// Call with mutex_ held.
-std::string RemoteRig::Refusal() const {
-  const bool heard = Link() != LinkState::kLost;
-  if (!heard && foreign_protocol_) {
-    return "its agent and this server are of versions that do not understand each other: update "
-           "the older one";
+/// Call with mutex_ held. A rig that we hear is not made another by what else says its name.
+std::optional<RigRefusal> RemoteRig::Refusal() const {
+  if (Link() == LinkState::kLost) {
+    if (foreign_protocol_) return RigRefusal::kOtherProtocol;
+    if (other_key_) return RigRefusal::kOtherKey;
+    return std::nullopt;
   }
-  const bool held = heard && announced_ && !announced_->holder.empty();
+  const bool held = announced_ && !announced_->holder.empty();
   if (held && LabOf(announced_->holder) != LabOf(settings_.holder)) {
-    return "the rig is held by " + announced_->holder;
+    return RigRefusal::kHeldElsewhere;
   }
-  return {};
+  return std::nullopt;
+}
+
+std::optional<std::chrono::nanoseconds> RemoteRig::silence() const {
+  const std::lock_guard lock(mutex_);
+  return now_() - heard_at_;
 }
 
 RemoteRigInfo RemoteRig::info() const {
@@ -121,6 +126,9 @@ RemoteRigInfo RemoteRig::info() const {
       heard_at_.count() < 0 ? 0.0 : std::chrono::duration<double>(now_() - heard_at_).count();
   info.gaps_refilled = assembly_.refilled();
   info.refusal = Refusal();
+  if (info.refusal) {
+    info.refusal_text = RefusalText(*info.refusal, announced_ ? announced_->holder : "");
+  }
   if (!announced_) return info;
   info.behind = announced_->behind == Name(RigKind::kBench) ? RigKind::kBench : RigKind::kSimulated;
   info.holder = announced_->holder;
@@ -210,6 +218,36 @@ core::Status RemoteRig::Arm(RunPlan plan, Epoch epoch) {
   assembly_.Begin(run, *description_.bench);
   queue_.Reopen();
   run_state_ = RigState::kArmed;
+  return core::Done{};
+}
+
+std::string RemoteRig::kept_run() const {
+  const std::lock_guard lock(mutex_);
+  if (!announced_ || assembly_.run() < 0) return {};
+  return std::to_string(announced_->boot) + "/" + std::to_string(assembly_.run());
+}
+
+core::Status RemoteRig::Resume(const std::string& kept_run) {
+  const std::lock_guard control(control_mutex_);
+  const std::lock_guard lock(mutex_);
+  if (run_state_ != RigState::kIdle) {
+    return Conflict("the rig is " + std::string(Name(run_state_)));
+  }
+  if (Link() == LinkState::kLost || !announced_ || !described_) {
+    return Unavailable("rig " + id_ + " is not heard");
+  }
+  const bool begun = announced_->run_next_seq > 0 || announced_->state == Name(RigState::kRunning);
+  const std::string newest =
+      std::to_string(announced_->boot) + "/" + std::to_string(announced_->run);
+  if (!begun || kept_run != newest) {
+    return core::Error{.code = core::ErrorCode::kNotFound,
+                       .message = "rig " + id_ + " has run " + newest + " now, not " + kept_run,
+                       .field = {}};
+  }
+  assembly_.Begin(announced_->run, *description_.bench);
+  assembly_.Expect(announced_->run_next_seq);
+  queue_.Reopen();
+  run_state_ = RigState::kRunning;
   return core::Done{};
 }
 

@@ -63,6 +63,10 @@ class RemoteRig final : public Rig {
   core::Result<SelfTestReport> SelfTest(Epoch epoch) override;
   std::optional<Trip> trip() const override;
   LoopQuality loop_quality() const override;
+  std::optional<std::chrono::nanoseconds> silence() const override;
+  /// The agent's start and its number of the run.
+  std::string kept_run() const override;
+  core::Status Resume(const std::string& kept_run) override;
 
   RemoteRigInfo info() const;
   const RigKey& key() const { return settings_.key; }
@@ -73,8 +77,12 @@ class RemoteRig final : public Rig {
   /// Why the description that came last cannot be read; empty: it can, or none came.
   std::string bench_refusal() const;
 
+  /// Its agent has another key now: a run ends, and this object is of no more use.
+  void GiveUp(const std::string& reason);
+
   /// Messages of this rig, as the bus gives them.
-  void OnAnnounce(MessageBus::Bytes bytes);
+  /// @returns false when the owner of this rig's key did not make it
+  bool OnAnnounce(MessageBus::Bytes bytes);
   void OnBench(MessageBus::Bytes bytes);
   void OnReply(MessageBus::Bytes bytes);
   void OnStream(MessageBus::Bytes bytes);
@@ -86,7 +94,7 @@ class RemoteRig final : public Rig {
   core::Status Upload(const RunPlan& plan, Epoch epoch, std::int64_t& run);
   core::Result<AgentLine::Reply> Ask(AgentLine::Message message);
   LinkState Link() const;
-  std::string Refusal() const;
+  std::optional<RigRefusal> Refusal() const;
   void TakeDescription(const faultlab_msgs::rig_announce_t& said);
   void FollowTrip(const RigEvent& event);
   void Deliver(std::vector<RigMessage> messages);
@@ -108,6 +116,7 @@ class RemoteRig final : public Rig {
   std::optional<faultlab_msgs::rig_announce_t> announced_;
   Nanoseconds heard_at_{-1};
   bool foreign_protocol_ = false;  ///< of the last announcement
+  bool other_key_ = false;         ///< the last one of this name was not made with our key
 
   Nanoseconds holder_word_at_{-1};
   std::atomic<int> readers_{0};

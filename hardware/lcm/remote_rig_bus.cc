@@ -27,19 +27,20 @@ bool EndsRun(const RigMessage& message) {
 
 }  // namespace
 
-void RemoteRig::OnAnnounce(MessageBus::Bytes bytes) {
+bool RemoteRig::OnAnnounce(MessageBus::Bytes bytes) {
   std::optional<faultlab_msgs::rig_announce_t> said = ReadAnnouncement(bytes, id_, settings_.key);
   if (!said) {
-    if (!IsForeignProtocol(bytes, id_, settings_.key)) return;
+    const bool foreign = IsForeignProtocol(bytes, id_, settings_.key);
     const std::lock_guard lock(mutex_);
-    foreign_protocol_ = true;
-    return;
+    foreign_protocol_ = foreign;
+    other_key_ = !foreign;
+    return foreign;
   }
   const std::lock_guard lock(mutex_);
   // An old announcement of this or another start is no word of life.
   if (announced_ && (said->boot == announced_->boot ? said->seq <= announced_->seq
                                                     : said->sent_ns <= announced_->sent_ns)) {
-    return;
+    return true;
   }
   if (!announced_ || said->boot != announced_->boot) {
     line_.SetBoot(said->boot);
@@ -48,12 +49,20 @@ void RemoteRig::OnAnnounce(MessageBus::Bytes bytes) {
     }
   }
   heard_at_ = now_();
-  foreign_protocol_ = false;
+  foreign_protocol_ = other_key_ = false;
   if (!described_) TakeDescription(*said);
   if (run_state_ == RigState::kRunning && said->run == assembly_.run()) {
     assembly_.Expect(said->run_next_seq);
   }
+  const bool superseded = run_state_ == RigState::kRunning && said->run > assembly_.run();
   announced_ = std::move(said);
+  if (superseded) EndRun("the rig has begun another run");
+  return true;
+}
+
+void RemoteRig::GiveUp(const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  if (run_state_ == RigState::kRunning || run_state_ == RigState::kArmed) EndRun(reason);
 }
 
 /// Call with mutex_ held. What is said of the rig stays while it lives: readers hold a reference.

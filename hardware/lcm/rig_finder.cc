@@ -24,11 +24,6 @@ namespace faultlab::hardware {
 namespace {
 
 constexpr auto kTurn = std::chrono::milliseconds(5);
-constexpr const char* kNoKey =
-    "its key is not here: copy its .key file from the agent's key folder into this server's";
-constexpr const char* kNoBench = "the description of its bench has not come yet";
-constexpr const char* kOtherKey =
-    "its announcements are not made with the key that is here, or it is not the rig of this name";
 
 std::int64_t UnixNs() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -87,14 +82,17 @@ class Finder final : public RigFinder {
       info.description.kind = RigKind::kRemote;
       info.silent_s = std::chrono::duration<double>(now - heard.heard_at).count();
       info.refusal = heard.why;
+      info.refusal_text = RefusalText(heard.why);
       list.push_back(std::move(info));
     }
     for (const auto& [id, rig] : rigs_) {
       if (rig->IsDescribed()) continue;
       RemoteRigInfo info = rig->info();
       const std::string why = rig->bench_refusal();
-      if (!why.empty()) info.refusal = "the description of its bench is refused: " + why;
-      if (info.refusal.empty()) info.refusal = kNoBench;
+      if (!why.empty() || !info.refusal) {
+        info.refusal = why.empty() ? RigRefusal::kBenchAwaited : RigRefusal::kBenchUnreadable;
+        info.refusal_text = RefusalText(*info.refusal, why);
+      }
       list.push_back(std::move(info));
     }
     return list;
@@ -117,20 +115,23 @@ class Finder final : public RigFinder {
   void OnAnnounce(MessageBus::Bytes bytes) {
     const std::optional<std::string> name = SealedRig(bytes);
     if (!name || !IsRigName(*name)) return;
-    if (const auto rig = KnownRig(*name)) {
-      rig->OnAnnounce(bytes);
+    const Nanoseconds now = clock_->Now();
+    const auto rig = KnownRig(*name);
+    if (rig != nullptr && rig->OnAnnounce(bytes)) {
       if (!rig->AnnouncesAnotherBench()) return;
       const std::lock_guard lock(mutex_);
       MakeRig(*name, rig->key(), bytes);
       return;
     }
-    const Nanoseconds now = clock_->Now();
     const std::optional<RigKey> key = keys_.Find(*name, now);
+    if (rig != nullptr && key == rig->key()) return;  // it is silent, or this is not its name
     const bool proved = key && (ReadAnnouncement(bytes, *name, *key).has_value() ||
                                 IsForeignProtocol(bytes, *name, *key));
+    if (rig != nullptr && !proved) return;
+    if (rig != nullptr) rig->GiveUp("the rig has another key now");
     const std::lock_guard lock(mutex_);
     if (!proved) {
-      unkeyed_.Hear(*name, key ? kOtherKey : kNoKey, now);
+      unkeyed_.Hear(*name, key ? RigRefusal::kOtherKey : RigRefusal::kNoKey, now);
       return;
     }
     unkeyed_.Remove(*name);

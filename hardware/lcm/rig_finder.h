@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/types/result.h"
@@ -18,6 +19,21 @@ enum class LinkState {
   kLost,  ///< silent for more than 2 s
 };
 std::string_view Name(LinkState state);  ///< "back", "late", "lost"
+
+/// Why this server cannot use a rig that it hears.
+enum class RigRefusal {
+  kHeldElsewhere,    ///< another lab has the lease
+  kNoKey,            ///< its key is not here
+  kOtherKey,         ///< its messages are not made with the key that is here
+  kOtherProtocol,    ///< its agent and this server are of versions that do not go together
+  kBenchUnreadable,  ///< the description of its bench is refused
+  kBenchAwaited,     ///< the description of its bench has not come yet
+};
+/// "held_elsewhere", "no_key", "other_key", "other_protocol", "bench_unreadable", "bench_awaited".
+std::string_view Name(RigRefusal refusal);
+/// One sentence for a person, with what to do.
+/// @param detail  the holder of kHeldElsewhere, the error of kBenchUnreadable
+std::string RefusalText(RigRefusal refusal, const std::string& detail = {});
 
 /// What a far rig says about itself, and we about the way to it.
 struct RemoteRigInfo {
@@ -37,9 +53,9 @@ struct RemoteRigInfo {
   LoopQuality loop;                ///< of the agent's loop, since the agent started
   /// The highest that the agent has seen, by an announcement with its key.
   std::optional<Epoch> epoch;
-  /// Why this server cannot use it though it may be heard, for a person: another lab holds it, its
-  /// key is not here, its agent speaks another protocol. Empty: it can.
-  std::string refusal;
+  /// Why this server cannot use it though it may be heard; nothing: it can.
+  std::optional<RigRefusal> refusal;
+  std::string refusal_text;  ///< the same for a person, with what to do; empty: it can
 };
 
 struct RigFinderOptions {

@@ -5,13 +5,13 @@
 
 namespace faultlab::hardware {
 
-void UnkeyedNames::Hear(const std::string& name, std::string why, Nanoseconds now) {
+void UnkeyedNames::Hear(const std::string& name, RigRefusal why, Nanoseconds now) {
   if (names_.size() >= kNamesMax && !names_.contains(name)) {
     names_.erase(std::min_element(names_.begin(), names_.end(), [](const auto& a, const auto& b) {
       return a.second.heard_at < b.second.heard_at;
     }));
   }
-  names_[name] = {name, now, std::move(why)};
+  names_[name] = {name, now, why};
 }
 
 std::vector<UnkeyedNames::Name> UnkeyedNames::List(Nanoseconds now) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hardware/clock.h"
+#include "hardware/lcm/rig_finder.h"
 
 namespace faultlab::hardware {
 
@@ -20,10 +21,10 @@ class UnkeyedNames {
   struct Name {
     std::string name;
     Nanoseconds heard_at{};
-    std::string why;  ///< it is not believed
+    RigRefusal why = RigRefusal::kNoKey;  ///< it is not believed
   };
 
-  void Hear(const std::string& name, std::string why, Nanoseconds now);
+  void Hear(const std::string& name, RigRefusal why, Nanoseconds now);
   void Remove(const std::string& name) { names_.erase(name); }
   std::vector<Name> List(Nanoseconds now) const;
 

@@ -37,9 +37,11 @@ json::object LinkToJson(const hardware::RemoteRigInfo& remote) {
                    {"round_trip_s", remote.round_trip_s},
                    {"clock_offset_s", nullptr},
                    {"refilled", remote.gaps_refilled},
-                   {"seen_epoch", nullptr}};
+                   {"seen_epoch", nullptr},
+                   {"refusal", nullptr}};
   if (remote.clock_offset_s) out["clock_offset_s"] = *remote.clock_offset_s;
   if (remote.epoch) out["seen_epoch"] = static_cast<std::uint64_t>(*remote.epoch);
+  if (remote.refusal) out["refusal"] = hardware::Name(*remote.refusal);
   return out;
 }
 
@@ -50,11 +52,17 @@ json::value CalibrationToJson(const std::optional<hardware::RemoteRigInfo>& remo
   return out;
 }
 
+/// A run of a rig that is not heard may go on there and is waited for, but nobody knows.
+hardware::RigState StateShown(const RigStatus& rig) {
+  const bool lost = rig.remote && rig.remote->link == hardware::LinkState::kLost;
+  return lost ? hardware::RigState::kOffline : rig.state;
+}
+
 /// One sentence when a person should look; null when the rig is well.
 json::value HealthOf(const RigStatus& rig) {
   if (rig.trip) return json::value(rig.trip->name + ": " + rig.trip->text);
   if (!rig.remote) return nullptr;
-  if (!rig.remote->refusal.empty()) return json::value(rig.remote->refusal);
+  if (rig.remote->refusal) return json::value(rig.remote->refusal_text);
   if (rig.remote->link == hardware::LinkState::kLost) return "the agent is not heard";
   if (rig.remote->link == hardware::LinkState::kLate) return "the agent is late";
   return nullptr;
@@ -75,7 +83,7 @@ json::object RigToJson(const RigStatus& rig, WallTime now) {
                    {"bench", about.bench != nullptr ? json::value(about.bench->id) : nullptr},
                    {"kind", hardware::Name(about.kind)},
                    {"profile", rig.profile},
-                   {"state", hardware::Name(rig.state)},
+                   {"state", hardware::Name(StateShown(rig))},
                    {"in_use", rig.leased},
                    {"epoch", static_cast<std::uint64_t>(rig.epoch)},
                    {"capabilities",

@@ -167,6 +167,9 @@ class Application::Impl {
                       config_.replayed_samples_max};
     options.storage = {config_.samples_per_account, config_.samples_of_guests, Disk()};
     options.log = [](std::string_view text) { spdlog::warn("{}", text); };
+    options.find_far_rig = [this](const std::string& id) -> std::shared_ptr<hardware::Rig> {
+      return finder_ != nullptr ? finder_->Find(id) : nullptr;
+    };
     options.providers = config_.providers;
     options.public_url = config_.public_url;
     auto secret = lab::LoginSecret(*database_);

@@ -22,6 +22,7 @@ Services::Services(const Base& base, Options options)
       places_(options_.places),
       quota_(base.store, jobs_, options_.storage),
       health_(base.database, base.clock),
+      rests_(base.store, base.clock, options_.find_far_rig, options_.log),
       upkeep_(base.bay, bands_, base.benches, base.clock, options_.log) {}
 
 core::Result<std::unique_ptr<Services>> Services::Open(const Base& base,
@@ -42,7 +43,9 @@ void Services::Stop() {
   job_runner_.reset();
   retention_.reset();
   viewer_watch_.reset();
+  rests_.Stop();
   upkeep_.Stop();
+  base_.bay.SetGate({});
 }
 
 core::Status Services::JoinLab() {
@@ -73,6 +76,10 @@ core::Status Services::JoinLab() {
                                                                   base_.clock,
                                                                   options_.default_seed,
                                                                   options_.speed});
+  rests_.Start([this](const RunRecord& record) { return IsOurRest(record); });
+  base_.bay.SetGate([this](const std::string& rig, std::chrono::milliseconds patience) {
+    return rests_.Await(rig, patience);
+  });
   upkeep_.Start(*service_);
   job_runner_ = std::make_unique<JobRunner>(JobRunner::Parts{jobs_,
                                                              *service_,
@@ -91,6 +98,15 @@ core::Status Services::JoinLab() {
   viewer_watch_ =
       std::make_unique<ViewerWatch>(base_.accounts, base_.hub, base_.tokens, base_.clock);
   return core::Done{};
+}
+
+/// The rig's member reads; while the rig is nobody's, the one that recorded. That one may never
+/// come back: after a while each ends what nobody has read.
+bool Services::IsOurRest(const RunRecord& record) const {
+  constexpr auto kLeftToItsMember = std::chrono::minutes(10);
+  if (const auto member = service_->MemberOf(record.rig)) return member->id == service_->member();
+  if (record.server_id == service_->member()) return true;
+  return record.ended_at && base_.clock.Wall() > *record.ended_at + kLeftToItsMember;
 }
 
 void Services::BuildApi(Router& router) {
@@ -137,7 +153,8 @@ void Services::BuildApi(Router& router) {
       base_.tokens,
       audit_,
       base_.clock,
-      [this](const std::string& rig, CheckExtra extra) { upkeep_.WithNextCheck(rig, extra); }});
+      [this](const std::string& rig, CheckExtra extra) { upkeep_.WithNextCheck(rig, extra); },
+      [this](const std::string& rig) { return upkeep_.ContactsOf(rig); }});
   feed_ = std::make_unique<PersonFeed>(*sharing_api_);
   sharing_api_->feed = feed_.get();
   work_api_ = std::make_unique<WorkApi>(WorkApi{*experiments_,

@@ -16,6 +16,7 @@
 #include "server/api/work/handlers.h"
 #include "server/app/daily_retention.h"
 #include "server/app/job_runner.h"
+#include "server/app/rest_upkeep.h"
 #include "server/app/rig_upkeep.h"
 #include "server/app/viewer_watch.h"
 #include "server/auth/audit_log.h"
@@ -60,7 +61,8 @@ class Services {
     StorageLimits storage;
     std::vector<oidc::ProviderSettings> providers;
     std::string public_url;
-    std::string login_secret;  ///< shared by the servers of this database
+    std::string login_secret;          ///< shared by the servers of this database
+    RestUpkeep::FindRig find_far_rig;  ///< null for a rig that is not heard
     std::function<void(std::string_view)> log;
   };
   /// Takes the member's lease, ends what a crash cut off, adds the routes to `router`, starts to
@@ -81,6 +83,7 @@ class Services {
  private:
   Services(const Base& base, Options options);
   core::Status JoinLab();
+  bool IsOurRest(const RunRecord& record) const;
   void BuildApi(Router& router);
 
   const Base base_;
@@ -96,6 +99,7 @@ class Services {
   RunPlaces places_;
   StorageQuota quota_;
   DatabaseHealth health_;
+  RestUpkeep rests_;
   RigUpkeep upkeep_;
   std::unique_ptr<lab::LabService> service_;
   std::unique_ptr<RigAccess> rig_access_;

@@ -70,6 +70,15 @@ bool RigAccess::IsKnownElsewhere(const std::string& rig) const {
   return member && member->id != service_.member();
 }
 
+/// A rig of the lab of which this server hears the name only, as when its key is gone.
+std::optional<core::Error> RigAccess::RefusalOfStranger(const std::string& rig) const {
+  for (const RigStatus& stranger : bay_.ListStrangers()) {
+    const bool named = stranger.description.id == rig && stranger.remote;
+    if (named && stranger.remote->refusal) return refusal::RigRefused(rig, *stranger.remote);
+  }
+  return std::nullopt;
+}
+
 /// The lease by the newest stored state, which the service has fenced the bay with before it
 /// answers.
 core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
@@ -85,8 +94,13 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
     }
   } else {
     const auto found = bay_.Find(rig);
-    if (!found && service_.state()->rigs.contains(rig)) return refusal::RigAway(rig);
+    if (!found && service_.state()->rigs.contains(rig)) {
+      const auto refused = RefusalOfStranger(rig);
+      return refused ? *refused : refusal::RigAway(rig);
+    }
     if (!found) return found.error();
+    const auto& remote = found.value().remote;
+    if (remote && remote->refusal) return refusal::RigRefused(rig, *remote);
     if (!NeedsSession(found.value())) simulators.push_back(rig);
   }
   return service_.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<lab::Lease> {

@@ -56,6 +56,7 @@ class RigAccess {
                                     const std::string& rig,
                                     const core::Bench& bench,
                                     std::chrono::milliseconds length);
+  std::optional<core::Error> RefusalOfStranger(const std::string& rig) const;
   void EndPractice(const lab::Lease& lease);
 
   lab::LabService& service_;

@@ -81,6 +81,30 @@ Error RigElsewhere(const std::string& rig, const std::string& member) {
           {{"rig", rig}, {"member", member}}};
 }
 
+Error RigRefused(const std::string& rig, const hardware::RemoteRigInfo& why) {
+  return {ErrorCode::kUnavailable,
+          "Rig '" + rig + "' cannot be used now: " + why.refusal_text + ".",
+          "/rig",
+          std::string(hardware::Name(*why.refusal)),
+          {{"rig", rig}}};
+}
+
+Error OfLease(const std::string& rig, Error error) {
+  if (error.field != hardware::kLeaseField || error.code != ErrorCode::kBusy) return error;
+  error.reason = hardware::Name(hardware::RigRefusal::kHeldElsewhere);
+  error.parameters = {{"rig", rig}};
+  return error;
+}
+
+Error RestAwaited(const std::string& rig) {
+  return {ErrorCode::kUnavailable,
+          "The end of the last run is still being read from rig '" + rig +
+              "'; try again in a few seconds.",
+          "/rig",
+          "rest_awaited",
+          {{"rig", rig}}};
+}
+
 Error RunsFull() {
   return {ErrorCode::kBusy, "As many runs as this server allows are running.", "", "runs_full"};
 }

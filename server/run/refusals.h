@@ -7,6 +7,7 @@
 #include "core/bench/bench.h"
 #include "core/types/component.h"
 #include "core/types/result.h"
+#include "hardware/lcm/rig_finder.h"
 
 // The refusals for people who run an experiment, each with a reason and parameters, so that a page
 // can show it in its own language. The list is in server/run/README.md.
@@ -22,6 +23,12 @@ core::Error TurnIsOver(const std::string& rig);
 /// The server of the rig does not answer.
 core::Error RigAway(const std::string& rig);
 core::Error RigElsewhere(const std::string& rig, const std::string& member);
+/// Nobody can use the rig, which this server hears: RigRefusal is the reason.
+core::Error RigRefused(const std::string& rig, const hardware::RemoteRigInfo& why);
+/// The rig does not take the lease: the error of its Arm, with a reason if another lab has it.
+core::Error OfLease(const std::string& rig, core::Error error);
+/// The end of the run before is being read from the rig: RunRest.
+core::Error RestAwaited(const std::string& rig);
 core::Error RunsFull();
 /// This person has as many runs as one person may have.
 core::Error YourRunsFull(int runs_max);

@@ -68,6 +68,23 @@ std::vector<RigStatus> RigBay::ListStrangers() const {
   return strangers;
 }
 
+void RigBay::SetGate(Gate gate) {
+  const std::lock_guard lock(mutex_);
+  gate_ = std::move(gate);
+}
+
+core::Status RigBay::PassGate(const std::string& rig, std::chrono::milliseconds patience) const {
+  Gate gate;
+  {
+    const std::lock_guard lock(mutex_);
+    const bool far = std::any_of(slots_.begin(), slots_.end(), [&](const Slot& slot) {
+      return slot.description.id == rig && slot.remote.has_value();
+    });
+    if (far) gate = gate_;
+  }
+  return gate ? gate(rig, patience) : core::Done{};
+}
+
 void RigBay::OnRelease(std::function<void(const lab::Lease&)> told) {
   released_ = std::move(told);
 }
@@ -148,6 +165,8 @@ core::Result<std::size_t> RigBay::Take(const lab::Lease& lease,
 
 core::Result<RigHold> RigBay::Acquire(const lab::Lease& lease, std::chrono::milliseconds patience) {
   LookAround();
+  const core::Status passed = PassGate(lease.rig, patience);
+  if (!passed.ok()) return passed.error();
   const core::Result<std::size_t> taken = Take(lease, patience);
   if (!taken) return taken.error();
   const std::size_t index = taken.value();

@@ -87,6 +87,11 @@ class RigBay {
   void SetStrangers(Strangers strangers);
   std::vector<RigStatus> ListStrangers() const;
 
+  /// Asked before a lease acquires a far rig; waits up to the patience of Acquire, whose answer its
+  /// error is. May be empty.
+  using Gate = std::function<core::Status(const std::string& rig, std::chrono::milliseconds)>;
+  void SetGate(Gate gate);
+
   /// Sets a function that is called when a hold has ended and its rig is free again. Any thread.
   /// May be empty.
   void OnRelease(std::function<void(const lab::Lease&)> told);
@@ -126,8 +131,10 @@ class RigBay {
   std::shared_ptr<hardware::Rig> StopOlder(Slot& slot, std::uint64_t epoch);
   void Return(std::size_t slot);
   void LookAround() const;
+  core::Status PassGate(const std::string& rig, std::chrono::milliseconds patience) const;
 
   Finder finder_;
+  Gate gate_;
   Strangers strangers_;
   std::function<void(const lab::Lease&)> released_;
   mutable std::mutex mutex_;

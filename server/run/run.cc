@@ -16,6 +16,7 @@ namespace {
 constexpr std::chrono::milliseconds kReadPatience{20};
 constexpr std::chrono::milliseconds kReadoutInterval{200};
 constexpr std::chrono::milliseconds kSaveInterval{1000};  ///< the most that a crash can lose
+constexpr std::chrono::seconds kSilentAfter{2};
 constexpr double kChunkSeconds = 1.0;
 constexpr double kFrameSeconds = 0.05;
 constexpr int kRowsPerFrameMax = 250;
@@ -196,6 +197,7 @@ void Run::Drain() {
       last_readout_ = now;
       PublishReadout();
       FollowVerdict();
+      FollowLink();
     }
     if (now - last_save_ >= kSaveInterval) {
       last_save_ = now;
@@ -207,6 +209,17 @@ void Run::Drain() {
       rig_->SafeStop(failure_);
     }
   }
+}
+
+void Run::FollowLink() {
+  const std::optional<std::chrono::nanoseconds> silence = rig_->silence();
+  const bool silent = silence && *silence > kSilentAfter;
+  const std::int64_t index = last_frame_ ? last_frame_->sample.index + 1 : 0;
+  const std::optional<double> before = silent_s_;
+  silent_s_.reset();
+  if (silent) silent_s_ = std::chrono::duration<double>(*silence).count();
+  if (silent && !before) AddEvent(MakeLinkEvent("rig_silent", index, state_.period_s, {}));
+  if (!silent && before) AddEvent(MakeLinkEvent("rig_heard", index, state_.period_s, before));
 }
 
 void Run::OnSample(const core::Sample& sample) {

@@ -84,6 +84,7 @@ class Run : public std::enable_shared_from_this<Run> {
   void FlushRows();
   void FlushRecording(bool all);
   void PublishReadout();
+  void FollowLink();
   void Fail(const std::string& reason);
   void Finish();
   core::Status StoreEnd(RunState state, const std::string& text, core::VerdictKind verdict);
@@ -118,6 +119,7 @@ class Run : public std::enable_shared_from_this<Run> {
   std::shared_ptr<SolverBox> box_;
   std::string failure_;                ///< why the run fails; empty if it does not
   hardware::LoopQuality loop_before_;  ///< of the rig, when the run began
+  std::optional<double> silent_s_;     ///< so long the rig has not been heard; nothing: it is heard
   bool finished_ = false;
   bool recording_broken_ = false;
   const Positions nominal_positions_;

@@ -97,7 +97,7 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   const hardware::RigDescription& description = rig.description();
   request.diagnosis.period_s = request.plan.period_s;
   const core::Status armed = rig.Arm(request.plan, epoch);
-  if (!armed.ok()) return armed.error();
+  if (!armed.ok()) return refusal::OfLease(description.id, armed.error());
 
   RunRecord record;
   record.id = NewId("run");
@@ -112,6 +112,7 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   record.plan_json = request.plan_json;
   record.options_json = OptionsText(request.diagnosis);
   record.created_at = clock_.Wall();
+  record.kept_run = rig.kept_run();
   const core::Status begun = store_.Begin(record);
   if (!begun.ok()) return begun.error();
 

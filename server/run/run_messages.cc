@@ -91,6 +91,23 @@ RecordedEvent MakeChangeEvent(const ChangeNote& note, std::int64_t index, double
   return Recorded(note.kind, index, object);
 }
 
+RecordedEvent MakeLinkEvent(std::string_view kind,
+                            std::int64_t index,
+                            double period_s,
+                            std::optional<double> silent_s) {
+  json::object object = EventObject(kind, index, period_s);
+  if (silent_s) object["value"] = Finite(*silent_s);
+  return Recorded(kind, index, object);
+}
+
+RecordedEvent MakeRestEvent(std::int64_t index, std::int64_t samples, double period_s) {
+  constexpr std::string_view kKind = "rest_fetched";
+  json::object object = EventObject(kKind, index, period_s);
+  object["value"] = samples;
+  object["text"] = "read from the rig after the server had ended without a word";
+  return Recorded(kKind, index, object);
+}
+
 std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& recorded,
                                              const core::Bench& bench) {
   const auto kind = ParseRigEventKind(recorded.kind);

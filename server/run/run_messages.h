@@ -32,6 +32,13 @@ RecordedEvent MakeDiagnosisEvent(std::string_view kind,
                                  std::string_view text);
 /// An event of a change that waits, or waited, for the end of the calibration.
 RecordedEvent MakeChangeEvent(const ChangeNote& note, std::int64_t index, double period_s);
+/// "rig_silent", or "rig_heard" with the length of the silence as its value.
+RecordedEvent MakeLinkEvent(std::string_view kind,
+                            std::int64_t index,
+                            double period_s,
+                            std::optional<double> silent_s);
+/// "rest_fetched": `samples` from `index` on were read from the rig after its server had died.
+RecordedEvent MakeRestEvent(std::int64_t index, std::int64_t samples, double period_s);
 /// Back from a recording. nullopt for events that no rig said.
 std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& event, const core::Bench& bench);
 

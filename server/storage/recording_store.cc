@@ -26,7 +26,7 @@ constexpr std::array<std::string_view, 5> kStateNames = {
     "running", "finished", "stopped", "failed", "interrupted"};
 constexpr const char* kColumns =
     "id, name, owner, rig, source, server_id, epoch, bench, period_s, plan_json, options_json, "
-    "state, created_ms, ended_ms, samples, diagnosis_json, verdict ";
+    "state, created_ms, ended_ms, samples, diagnosis_json, verdict, kept_run ";
 
 Error NotFound() {
   return {ErrorCode::kNotFound, "no such thing, or not yours to see", ""};
@@ -60,6 +60,7 @@ struct Row {
     statement.exchange(into(record.samples));
     statement.exchange(into(record.diagnosis_json));
     statement.exchange(into(record.verdict));
+    statement.exchange(into(record.kept_run));
   }
 
   RunRecord ToRecord() const {
@@ -78,17 +79,40 @@ struct Progress {
   std::string state;
   std::int64_t samples = 0;
   std::int64_t next_index = 0;
+  std::string kept_run;
+
+  bool AwaitsRest() const { return state == Name(RunState::kInterrupted) && !kept_run.empty(); }
 };
 
 /// Reads the row for an update; on PostgreSQL other writers of this run wait until the commit.
 std::optional<Progress> LockRun(Transaction& tx, const std::string& run_id) {
   Progress progress;
-  std::string query = "SELECT state, samples, next_index FROM recording WHERE id = :id";
+  std::string query = "SELECT state, samples, next_index, kept_run FROM recording WHERE id = :id";
   if (tx.engine() == Engine::kPostgresql) query += " FOR UPDATE";
   tx.sql() << query, into(progress.state), into(progress.samples), into(progress.next_index),
-      use(run_id, "id");
+      into(progress.kept_run), use(run_id, "id");
   if (!tx.sql().got_data()) return std::nullopt;
   return progress;
+}
+
+std::int64_t NextEvent(Transaction& tx, const std::string& run_id) {
+  std::int64_t seq = 0;
+  tx.sql() << "SELECT COALESCE(MAX(seq), -1) + 1 FROM recording_event WHERE recording_id = :id",
+      into(seq), use(run_id, "id");
+  return seq;
+}
+
+void AddEvents(Transaction& tx,
+               const std::string& run_id,
+               std::span<const RecordedEvent> events,
+               std::int64_t seq) {
+  for (const auto& event : events) {
+    tx.sql() << "INSERT INTO recording_event (recording_id, seq, sample_index, kind, json) "
+                "VALUES (:id, :seq, :index, :kind, :json)",
+        use(run_id, "id"), use(seq, "seq"), use(event.index, "index"), use(event.kind, "kind"),
+        use(event.json, "json");
+    ++seq;
+  }
 }
 
 std::string ChunkOwner(const std::string& run_id) {
@@ -141,15 +165,16 @@ core::Status RecordingStore::Begin(const RunRecord& record) {
         << "INSERT INTO recording (id, name, owner, rig, source, server_id, epoch, bench, "
            "period_s, "
            "plan_json, options_json, state, created_ms, samples, next_index, diagnosis_json, "
-           "verdict) "
+           "verdict, kept_run) "
            "VALUES (:id, :name, :owner, :rig, :source, :server, :epoch, :bench, :period, :plan, "
-           ":options, :state, :created, :samples, :next, :diagnosis, :verdict)",
+           ":options, :state, :created, :samples, :next, :diagnosis, :verdict, :kept)",
         use(record.id, "id"), use(record.name, "name"), use(record.owner, "owner"),
         use(record.rig, "rig"), use(record.source, "source"), use(record.server_id, "server"),
         use(epoch, "epoch"), use(record.bench, "bench"), use(record.period_s, "period"),
         use(record.plan_json, "plan"), use(record.options_json, "options"), use(state, "state"),
         use(created_ms, "created"), use(none, "samples"), use(none, "next"),
-        use(record.diagnosis_json, "diagnosis"), use(record.verdict, "verdict");
+        use(record.diagnosis_json, "diagnosis"), use(record.verdict, "verdict"),
+        use(record.kept_run, "kept");
     return Done{};
   });
 }
@@ -159,11 +184,26 @@ core::Status RecordingStore::AppendChunk(const std::string& run_id,
                                          std::span<const core::Sample> samples) {
   if (samples.empty()) return Done{};
   CheckOrder(first_index, samples);
+  return Append(run_id, RunState::kRunning, samples);
+}
+
+core::Status RecordingStore::AppendRest(const std::string& run_id,
+                                        std::span<const core::Sample> samples) {
+  if (samples.empty()) return Done{};
+  CheckOrder(samples.front().index, samples);
+  return Append(run_id, RunState::kInterrupted, samples);
+}
+
+core::Status RecordingStore::Append(const std::string& run_id,
+                                    RunState state,
+                                    std::span<const core::Sample> samples) {
+  const std::int64_t first_index = samples.front().index;
   const Bytes bytes = EncodeChunk(samples);
   return database_.Write(Durability::kTelemetry, [&](Transaction& tx) -> core::Status {
     const auto progress = LockRun(tx, run_id);
     if (!progress) return NotFound();
-    if (progress->state != Name(RunState::kRunning)) {
+    const bool rest = state == RunState::kInterrupted;
+    if (rest ? !progress->AwaitsRest() : progress->state != Name(state)) {
       return Error{ErrorCode::kConflict, "the run has ended: " + progress->state, ""};
     }
     if (first_index < progress->next_index) {
@@ -189,17 +229,9 @@ core::Status RecordingStore::AppendEvents(const std::string& run_id,
   if (events.empty()) return Done{};
   return database_.Write(Durability::kTelemetry, [&](Transaction& tx) -> core::Status {
     if (!LockRun(tx, run_id)) return NotFound();
-    std::int64_t seq = 0;
-    tx.sql() << "SELECT COALESCE(MAX(seq), -1) + 1 FROM recording_event WHERE recording_id = :id",
-        into(seq), use(run_id, "id");
+    const std::int64_t seq = NextEvent(tx, run_id);
     if (first >= 0 && seq >= first + static_cast<std::int64_t>(events.size())) return Done{};
-    for (const auto& event : events) {
-      tx.sql() << "INSERT INTO recording_event (recording_id, seq, sample_index, kind, json) "
-                  "VALUES (:id, :seq, :index, :kind, :json)",
-          use(run_id, "id"), use(seq, "seq"), use(event.index, "index"), use(event.kind, "kind"),
-          use(event.json, "json");
-      ++seq;
-    }
+    AddEvents(tx, run_id, events, seq);
     return Done{};
   });
 }
@@ -226,6 +258,40 @@ core::Status RecordingStore::Finish(const std::string& run_id,
   });
 }
 
+core::Result<std::vector<RunRecord>> RecordingStore::AwaitingRest() {
+  return database_.Read([&](Transaction& tx) -> core::Result<std::vector<RunRecord>> {
+    Row row;
+    soci::statement statement(tx.sql());
+    row.BindInto(statement);
+    statement.alloc();
+    statement.prepare(std::string("SELECT ") + kColumns +
+                      "FROM recording WHERE state = 'interrupted' AND kept_run <> '' "
+                      "ORDER BY created_ms DESC, id");
+    statement.define_and_bind();
+    statement.execute(false);
+    std::vector<RunRecord> records;
+    while (statement.fetch()) records.push_back(row.ToRecord());
+    return records;
+  });
+}
+
+core::Status RecordingStore::EndRest(const std::string& run_id,
+                                     RunState state,
+                                     std::span<const RecordedEvent> events) {
+  LAB_CHECK(state != RunState::kRunning);
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const auto progress = LockRun(tx, run_id);
+    if (!progress) return NotFound();
+    if (!progress->AwaitsRest()) return Done{};
+    AddEvents(tx, run_id, events, NextEvent(tx, run_id));
+    const std::string name(Name(state));
+    tx.sql() << "UPDATE recording SET state = :state, kept_run = '', diagnosis_json = '', "
+                "verdict = '' WHERE id = :id",
+        use(name, "state"), use(run_id, "id");
+    return Done{};
+  });
+}
+
 core::Status RecordingStore::ReplaceDiagnosis(const std::string& run_id,
                                               const std::string& diagnosis_json,
                                               const std::string& verdict) {
@@ -247,6 +313,12 @@ core::Status RecordingStore::Delete(const std::string& run_id) {
     if (!progress) return NotFound();
     if (progress->state == Name(RunState::kRunning)) {
       return Error{ErrorCode::kConflict, "stop the run before deleting it", ""};
+    }
+    if (progress->AwaitsRest()) {
+      return Error{ErrorCode::kConflict,
+                   "The rest of this run is being read from its rig; delete it in a few minutes.",
+                   "",
+                   "rest_awaited"};
     }
     EraseRecordingBlobs(tx, run_id);
     tx.sql() << "DELETE FROM recording WHERE id = :id", use(run_id, "id");
@@ -273,6 +345,7 @@ core::Result<std::optional<std::string>> RecordingStore::OldestEndedOf(const std
   return database_.Read([&](Transaction& tx) -> core::Result<std::optional<std::string>> {
     std::string id;
     tx.sql() << "SELECT id FROM recording WHERE owner = :owner AND state <> 'running' "
+                "AND NOT (state = 'interrupted' AND kept_run <> '') "
                 "ORDER BY created_ms, id LIMIT 1",
         into(id), use(owner, "owner");
     return tx.sql().got_data() ? std::optional<std::string>(id) : std::nullopt;

@@ -42,6 +42,13 @@ struct RunRecord {
   std::int64_t samples = 0;    ///< number of stored samples
   std::string diagnosis_json;  ///< empty until Finish
   std::string verdict;         ///< Name(VerdictKind), empty until Finish
+  /// hardware::Rig::kept_run, by which the rig may still have what is missing here; empty: it has
+  /// nothing, or nobody asks any more.
+  std::string kept_run;
+
+  /// Its server died, and its rest has not been read from the rig yet: see
+  /// RecordingStore::AppendRest.
+  bool AwaitsRest() const { return state == RunState::kInterrupted && !kept_run.empty(); }
 };
 
 /// One line of a run's event list, in the JSON that viewers get.
@@ -95,7 +102,19 @@ class RecordingStore {
   core::Status ReplaceDiagnosis(const std::string& run_id,
                                 const std::string& diagnosis_json,
                                 const std::string& verdict);
-  /// Deletes record, samples, pictures and events. Refuses a running run (kConflict).
+  /// Interrupted runs whose rest may still be in their rigs. Until EndRest they are not deleted.
+  core::Result<std::vector<RunRecord>> AwaitingRest();
+  /// Appends to such a run, as AppendChunk does to a running one. Refuses every other (kConflict).
+  core::Status AppendRest(const std::string& run_id, std::span<const core::Sample> samples);
+  /// Nothing more will come. `state` is the end as the rig knows it, kInterrupted if it does not. A
+  /// diagnosis of the part that was there before is forgotten. No effect on a run that awaits
+  /// nothing.
+  core::Status EndRest(const std::string& run_id,
+                       RunState state,
+                       std::span<const RecordedEvent> events);
+
+  /// Deletes record, samples, pictures and events. Refuses a running run, and one whose rest is
+  /// being read (kConflict).
   core::Status Delete(const std::string& run_id);
 
   /// Samples that a shorter recording counts for: 4.5 kB of rows.
@@ -120,6 +139,10 @@ class RecordingStore {
   core::Result<std::vector<RecordedEvent>> LoadEvents(const std::string& run_id);
 
  private:
+  core::Status Append(const std::string& run_id,
+                      RunState state,
+                      std::span<const core::Sample> samples);
+
   Database& database_;
 };
 

@@ -326,6 +326,16 @@ Migration RecordingPictures() {
           .postgres_statements = {}};
 }
 
+/// The name by which a far rig keeps the run: what a server that was killed has not written is read
+/// again from there.
+Migration RunsKeptByTheRig() {
+  return {.version = 18,
+          .description = "runs that their rigs keep",
+          .statements = {"ALTER TABLE recording ADD COLUMN kept_run TEXT NOT NULL DEFAULT ''"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -345,7 +355,8 @@ const std::vector<Migration>& AllMigrations() {
                                               CalibrationsOfHiddenFaults(),
                                               AccountsOfClassLists(),
                                               BenchDescriptions(),
-                                              RecordingPictures()};
+                                              RecordingPictures(),
+                                              RunsKeptByTheRig()};
   return kAll;
 }
 

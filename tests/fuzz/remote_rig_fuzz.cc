@@ -19,7 +19,7 @@ void Check(const RemoteRig& rig) {
                                   &info.description.profile,
                                   &info.holder,
                                   &info.calibration,
-                                  &info.refusal}) {
+                                  &info.refusal_text}) {
     Require(IsUtf8(*text) && text->size() < 500);
   }
   if (info.trip) Require(IsUtf8(info.trip->name) && IsUtf8(info.trip->text));

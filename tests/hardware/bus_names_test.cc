@@ -15,28 +15,29 @@ using std::chrono::seconds;
 
 TEST(UnkeyedNames, AreBoundedAndTheLongestUnheardLeavesFirst) {
   UnkeyedNames names;
-  names.Hear("true-1", "no key", seconds(0));
-  for (int i = 0; i < 63; ++i) names.Hear("invented-" + std::to_string(i), "", seconds(1));
-  names.Hear("true-1", "no key", seconds(2));
+  names.Hear("true-1", RigRefusal::kNoKey, seconds(0));
+  for (int i = 0; i < 63; ++i)
+    names.Hear("invented-" + std::to_string(i), RigRefusal::kOtherKey, seconds(1));
+  names.Hear("true-1", RigRefusal::kNoKey, seconds(2));
   for (int i = 63; i < 10'500; ++i) {
-    names.Hear("invented-" + std::to_string(i), "", seconds(3));
+    names.Hear("invented-" + std::to_string(i), RigRefusal::kOtherKey, seconds(3));
     ASSERT_LE(names.List(seconds(3)).size(), UnkeyedNames::kNamesMax);
   }
-  names.Hear("true-1", "no key", seconds(4));
+  names.Hear("true-1", RigRefusal::kNoKey, seconds(4));
   const auto list = names.List(seconds(4));
   EXPECT_EQ(list.size(), UnkeyedNames::kNamesMax);
   EXPECT_EQ(
       std::count_if(list.begin(),
                     list.end(),
-                    [](const auto& each) { return each.name == "true-1" && each.why == "no key"; }),
+                    [](const auto& each) { return each.name == "true-1" && each.why == RigRefusal::kNoKey; }),
       1)
       << "no flood shuts a name out";
 }
 
 TEST(UnkeyedNames, LeaveAfterAMinuteOfSilence) {
   UnkeyedNames names;
-  names.Hear("one", "", seconds(0));
-  names.Hear("two", "", seconds(30));
+  names.Hear("one", RigRefusal::kOtherKey, seconds(0));
+  names.Hear("two", RigRefusal::kOtherKey, seconds(30));
   EXPECT_EQ(names.List(seconds(59)).size(), 2u);
   EXPECT_EQ(names.List(seconds(60)).size(), 1u);
   EXPECT_TRUE(names.List(seconds(90)).empty());

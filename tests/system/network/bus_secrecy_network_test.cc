@@ -137,7 +137,7 @@ TEST(BusSecrecy, AKeyThatIsCopiedLaterOpensTheRigWithoutARestart) {
   while (finder->Unkeyed().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   const RemoteRigInfo name = finder->Unkeyed().at(0);
   EXPECT_EQ(name.description.id, "later-1");
-  EXPECT_NE(name.refusal.find("copy its .key file"), std::string::npos) << name.refusal;
+  EXPECT_NE(name.refusal_text.find("copy its .key file"), std::string::npos) << name.refusal_text;
   EXPECT_TRUE(finder->List().empty());
   std::filesystem::copy(KeyFolder() + "/later-1.key", folder + "/later-1.key");
   const auto rig = WaitFor(*finder, "later-1");
@@ -162,7 +162,7 @@ TEST(BusSecrecy, AnAgentOfAnotherVersionIsNamedWithWhatToDo) {
   }
   const RemoteRigInfo rig = finder->Unkeyed().at(0);
   EXPECT_EQ(rig.description.id, "older-1");
-  EXPECT_NE(rig.refusal.find("update the older one"), std::string::npos) << rig.refusal;
+  EXPECT_NE(rig.refusal_text.find("update the older one"), std::string::npos) << rig.refusal_text;
   std::filesystem::remove_all(folder);
 }
 

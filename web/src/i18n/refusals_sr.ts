@@ -14,6 +14,18 @@ export const refusalsSr: Record<string, string> = {
   refused_rig_away: "Server uređaja {rig} ne odgovara; pokušajte za nekoliko sekundi.",
   refused_rig_in_use: "Uređaj {rig} je zauzet; pokušajte uskoro.",
   refused_simulators_in_use: "Svi simulatori su zauzeti; pokušajte uskoro.",
+  refused_held_elsewhere: "Uređaj {rig} sada drži druga laboratorija; sačekajte da ga oslobodi.",
+  refused_no_key:
+    "Ključ uređaja {rig} nije na ovom serveru: operater treba da prekopira njegovu datoteku `.key` od agenta.",
+  refused_other_key:
+    "Poruke uređaja {rig} nisu načinjene ključem koji je na ovom serveru: operater treba ponovo da prekopira datoteku `.key` od agenta.",
+  refused_other_protocol:
+    "Agent uređaja {rig} i ovaj server su različitih verzija i ne razumeju se: operater treba da osveži stariji.",
+  refused_bench_unreadable:
+    "Opis stola uređaja {rig} ne može da se pročita: operater treba da ga popravi kod agenta.",
+  refused_bench_awaited: "Opis stola uređaja {rig} još nije stigao; pokušajte za nekoliko sekundi.",
+  refused_rest_awaited:
+    "Ostatak poslednjeg ogleda se još preuzima sa uređaja; pokušajte za nekoliko sekundi.",
   refused_turn_is_over: "Vaš termin na uređaju {rig} je završen.",
   refused_runs_full: "U toku je onoliko ogleda koliko ovaj server dopušta.",
   refused_run_ended: "Ogled je završen.",

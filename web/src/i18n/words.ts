@@ -1,3 +1,4 @@
+import type { Rig } from "../api/types";
 import type { Key } from "./catalogue";
 import { i18n, t } from "./i18n.svelte";
 
@@ -20,6 +21,15 @@ export function refusalWords(refusal: {
 }): string {
   const key = `refused_${refusal.reason}`;
   return i18n.has(key) ? t(key as Key, refusal.parameters) : refusal.message;
+}
+
+/** Why nobody can use a rig now; empty if there is nothing to say. */
+export function rigTrouble(rig: Rig): string {
+  const message = rig.health ?? "";
+  if (rig.link?.refusal) {
+    return refusalWords({ message, reason: rig.link.refusal, parameters: { rig: rig.id } });
+  }
+  return rig.reason || (rig.link?.state === "lost" ? message : "");
 }
 
 /** Why a sign-in at a provider failed, by the word in the page's address. */

@@ -109,6 +109,12 @@ export class RunModel {
     return this.running && (this.link.ageS ?? 0) > after;
   }
 
+  /** Run time since which the server has not heard the rig; null while it does. */
+  get rigSilentFrom(): number | null {
+    const last = this.events.findLast((event) => /^rig_(silent|heard)$/.test(event.kind));
+    return this.running && last?.kind === "rig_silent" ? this.timeOf(last) : null;
+  }
+
   /** Seconds until the end of the calibration; 0 when no change has to wait for it. */
   get learningLeft(): number {
     const until = this.faults.learningUntilS;
@@ -157,10 +163,10 @@ export class RunModel {
     }
   }
 
-  /** Sends the command when the rig's run time reaches `atS`. */
-  inject(injection: Injection): void {
+  /** Sends the command when the rig's run time reaches `atS`, unless `obstacle` then has a reason. */
+  inject(injection: Injection, obstacle: () => string): void {
     const wait = injection.atS - this.clock.rigTime(now()) - (this.roundTripS ?? 0) / 2;
-    this.faults.inject(injection, wait);
+    this.faults.inject(injection, wait, obstacle);
   }
 
   /**
