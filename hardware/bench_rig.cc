@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/plant/fault_schedule.h"
 #include "core/types/check.h"
+#include "hardware/delta_watch.h"
 #include "hardware/fault_desk.h"
 #include "hardware/self_test.h"
 
@@ -23,6 +25,11 @@ Trip HangTrip(const DriverHang& hang, std::int64_t index, double t_s) {
           .index = index,
           .t_s = t_s,
           .text = hang.what()};
+}
+
+/// A driver's call that acts about half way between its beginning and its end.
+Nanoseconds Middle(Nanoseconds begin, Nanoseconds end) {
+  return begin + (end - begin) / 2;
 }
 
 class BenchMachine final : public RigMachine {
@@ -73,6 +80,7 @@ class BenchMachine final : public RigMachine {
     phase_ = Phase::kDrive;
     index_ = 0;
     before_s_ = -plan.period_s;
+    delta_watch_.emplace(config_.description.delta_s, plan.period_s);
   }
 
   std::optional<Nanoseconds> Step(const StepTime& time,
@@ -165,9 +173,11 @@ class BenchMachine final : public RigMachine {
   Nanoseconds period_{0};
   Phase phase_ = Phase::kDrive;
   std::int64_t index_ = 0;
-  double uc_v_ = 0.0;      ///< as the converter put it out
-  double t_s_ = 0.0;       ///< of the drive edge
-  double before_s_ = 0.0;  ///< t_s of the sample before
+  double uc_v_ = 0.0;        ///< as the converter put it out
+  double t_s_ = 0.0;         ///< of the drive edge
+  double before_s_ = 0.0;    ///< t_s of the sample before
+  Nanoseconds drive_at_{0};  ///< the middle of the call that put uc out
+  std::optional<DeltaWatch> delta_watch_;
   std::uint32_t pulses_ = 0;
   Nanoseconds pulses_at_{0};
 };
@@ -179,7 +189,9 @@ std::optional<Nanoseconds> BenchMachine::Drive(const StepTime& time, std::vector
       time.actual == time.planned ? nominal_s : std::chrono::duration<double>(time.actual).count();
   const double terminal_v =
       config_.scaling.uc.ToTerminal(plan_.uc_v[static_cast<std::size_t>(index_)]);
+  const Nanoseconds before = time.Now();
   uc_v_ = config_.scaling.uc.ToUnit(daq_->WriteDrive(terminal_v));
+  drive_at_ = Middle(before, time.Now());
   daq_->FeedWatchdog();
   if (index_ == 0 && config_.description.has_n &&
       config_.scaling.speed == SpeedMethod::kGatedCount) {
@@ -213,7 +225,9 @@ std::optional<Nanoseconds> BenchMachine::Relays(Nanoseconds now, std::vector<Rig
 }
 
 std::optional<Nanoseconds> BenchMachine::Read(const StepTime& time, std::vector<RigMessage>& out) {
+  const Nanoseconds before = time.Now();
   const AnalogReading analog = daq_->ReadAnalog();
+  const Nanoseconds middle = Middle(before, time.Now());
   const ChannelScaling& scaling = config_.scaling;
   core::Sample sample;
   sample.index = index_;
@@ -223,6 +237,11 @@ std::optional<Nanoseconds> BenchMachine::Read(const StepTime& time, std::vector<
   if (config_.description.has_ua) sample.ua_v = scaling.ua.ToUnit(analog.ua_v);
   if (config_.description.has_ia) sample.ia_a = scaling.ia.ToUnit(analog.ia_v);
   if (config_.description.has_n) sample.n_rpm = ReadSpeedRpm(time.actual);
+  if (port_ == nullptr) {
+    const std::chrono::duration<double> by_this_clock = middle - drive_at_;
+    sample.delta_s = analog.middle_after_s.value_or(by_this_clock.count());
+  }
+  if (auto strays = delta_watch_->Push(sample)) out.emplace_back(*std::move(strays));
   out.emplace_back(sample);
 
   trip_ = interlocks_.Check(sample, sample.t_s - before_s_);

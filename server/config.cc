@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "hardware/config/toml_table.h"
+#include "server/camera/camera_desk.h"
 
 namespace faultlab::server {
 namespace {
@@ -81,6 +82,19 @@ BenchSettings ReadBench(hardware::TomlTable& in) {
   return out;
 }
 
+CameraSettings ReadCamera(hardware::TomlTable& in, const std::vector<CameraSettings>& before) {
+  CameraSettings out;
+  in.Text("rig", out.rig);
+  if (out.rig.empty()) in.Refuse("rig", "is missing: the id of the rig that the camera looks at");
+  for (const CameraSettings& other : before) {
+    if (other.rig == out.rig) in.Refuse("rig", "has another camera already");
+  }
+  in.Text("snapshot", out.snapshot);
+  const core::Status address = CameraDesk::CheckAddress(out.snapshot);
+  if (!address.ok()) in.Refuse("snapshot", address.error().message);
+  return out;
+}
+
 void Read(hardware::TomlTable& in, Config& config) {
   in.Text("listen", config.listen);
   in.Text("data_dir", config.data_dir);
@@ -140,6 +154,10 @@ void Read(hardware::TomlTable& in, Config& config) {
   hardware::TomlTable& lcm = in.Sub("lcm");
   lcm.Text("url", config.lcm_url);
   lcm.Text("keys", config.lcm_keys);
+
+  for (hardware::TomlTable* camera : in.Subs("camera")) {
+    config.cameras.push_back(ReadCamera(*camera, config.cameras));
+  }
 
   for (hardware::TomlTable* provider : in.Subs("oidc")) {
     config.providers.push_back(ReadProvider(*provider, config.providers));

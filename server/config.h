@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/types/result.h"
+#include "server/camera/camera_settings.h"
 #include "server/net/trusted_proxies.h"
 #include "server/oidc/provider_settings.h"
 
@@ -48,6 +49,8 @@ struct Config {
 
   std::string public_url;  ///< "https://lab.example.org", as browsers know it; empty: by Host
   std::vector<oidc::ProviderSettings> providers;  ///< sign-in services besides local accounts
+
+  std::vector<CameraSettings> cameras;  ///< one for each rig at most
 
   std::string lcm_url;   ///< live tap and remote rigs; empty: neither
   std::string lcm_keys;  ///< folder of ID.key files; empty: the default of the rig finder

@@ -37,7 +37,7 @@ const BenchProfile* Bench::FindProfile(std::string_view profile) const {
 ReadingRules Bench::readings() const {
   return {.has_um = um.exists,
           .has_ia = ia.exists,
-          .has_n = n.exists,
+          .has_n = estimates_use_n(),
           .ia = ia.Inside(),
           .speed_floor_rad_s = SpeedFloor(),
           .gear_ratio = nominal.gear_ratio};

@@ -29,6 +29,9 @@ struct BenchChannel {
   /// n: the reading at speed w is rounded to steps of w^2 times this, s: an encoder's pulse periods
   /// are counted by a timer. 0: no coarser than `noise` at any speed.
   double step_s = 0.0;
+  /// n: pulses counted over the period. The reading is a mean, not the speed at the sample: it is
+  /// shown and recorded, but nothing is estimated from it.
+  bool counted = false;
 
   /// Readings that are values. The last code of a converter of 12 bit or more is outside.
   ReadingRange Inside() const {
@@ -101,6 +104,8 @@ struct Bench {
   /// Motor shaft, rad/s: where the motor passes through rest, a slower speed is not read well, as
   /// it is timed by few pulses or none. 0 where it turns one way, or where pulses are not timed.
   double SpeedFloor() const;
+  /// n is the speed at the sample, which estimates may use.
+  bool estimates_use_n() const { return n.exists && !n.counted; }
   ReadingRules readings() const;
 };
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <vector>
 
 #include "core/calibration/calibrate.h"
@@ -18,6 +19,9 @@ namespace {
 // Of delta, in units of a tenth of the period. The published bench: nearly flat over the period.
 constexpr double kDeltaTolerance = 1.0;
 constexpr double kPublishedDeltaTolerance = 3.5;
+// A measured delta is believed within this, seconds: it tells when the calls were made, not what
+// the converters and their wires add.
+constexpr double kMeasuredDeltaSigmaS = 0.1e-3;
 // The unit of the coordinate Mc is half of its tolerance.
 constexpr double kMcTolerance = 2.0;
 // Tolerance of a coordinate that is there and must not move.
@@ -26,6 +30,19 @@ constexpr double kHeld = 1e-6;
 int CoordinateCountOf(const BenchNorm& norm) {
   if (norm.lag > 0.0) return kCoordinateMax;
   return norm.la > 0.0 ? kCoordinateCountWithLa : kCoordinateCount;
+}
+
+// The mean of the measured deltas; none unless most samples carry one.
+std::optional<double> MeasuredDelta(std::span<const Sample> samples, double period_s) {
+  double sum_s = 0.0;
+  std::size_t measured = 0;
+  for (const Sample& sample : samples) {
+    if (!(sample.delta_s > 0.0 && sample.delta_s < period_s)) continue;
+    sum_s += sample.delta_s;
+    ++measured;
+  }
+  if (measured == 0 || 2 * measured < samples.size()) return std::nullopt;
+  return sum_s / static_cast<double>(measured);
 }
 
 // If a rig agrees with its data sheet in every quantity that can be estimated, the others are
@@ -172,8 +189,13 @@ ParameterOffsets TolerancesOf(const Bench& bench) {
 Result<Calibration> Calibrate(std::span<const Sample> samples, const CalibrationOptions& options) {
   LAB_CHECK(options.bench != nullptr);
   const BenchNorm& norm = options.bench->norm;
-  const ParameterOffsets tolerance = TolerancesOf(*options.bench);
+  ParameterOffsets tolerance = TolerancesOf(*options.bench);
   const double period_s = options.period_s;
+  const std::optional<double> measured_delta_s = MeasuredDelta(samples, period_s);
+  if (measured_delta_s) {
+    tolerance[static_cast<std::size_t>(Coordinate::kDelta)] =
+        kMeasuredDeltaSigmaS / (kDeltaUnitPeriods * period_s);
+  }
   const std::vector<Observation> stretch = MakeObservations(
       samples, options.bench->readings(), options.channels, period_s, options.um_rail_v);
   Calibration calibration;
@@ -200,7 +222,8 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
                      period_s,
                      stretch,
                      mask,
-                     prior);
+                     prior,
+                     measured_delta_s);
   const RigParameters& base = explained.base;
   const NoiseLevel& noise = explained.noise;
   MapFit best = explained.fit;
@@ -245,7 +268,7 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     quantity.prior_value = ValueOf(base, i);
     const double own = tolerance[at];
     const bool published = !options.bench->fits_follow_noise;
-    if (published && i == static_cast<int>(Coordinate::kDelta)) {
+    if (published && !measured_delta_s && i == static_cast<int>(Coordinate::kDelta)) {
       quantity.prior_value = 0.5 * period_s;
     }
     quantity.prior_sigma = SigmaOf(base, i, own, period_s);

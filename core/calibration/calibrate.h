@@ -30,7 +30,8 @@ ParameterOffsets TolerancesOf(const Bench& bench);
 ///   maximises  log p(samples | q) + log p(q)   over q = {k, R1, Ra, J, B, Ke, Mc, delta, noise}
 /// and, on benches that state their tolerances, La and the amplifier's lag,
 /// where p(samples | q) is the innovation form (Kalman filter) of the exact sampled model and p(q)
-/// the data sheet's tolerances (5 %; delta flat in [0, period]).
+/// the data sheet's tolerances (5 %; delta flat in [0, period], or within 0.1 ms of the mean of
+/// Sample::delta_s where most samples carry it).
 /// Cost: 5-50 ms; allocates. Refuses (Error.field names the check) a stretch that is too short, not
 /// exciting, saturated, or not healthy: parameters far outside tolerance, residual not stationary,
 /// noise too large.

@@ -34,7 +34,13 @@ struct DeltaStart {
   double first_s = 0.0;
 };
 
-std::vector<DeltaStart> DeltaStartsOf(const Bench& bench, double period_s) {
+std::vector<DeltaStart> DeltaStartsOf(const Bench& bench,
+                                      double period_s,
+                                      std::optional<double> measured_s) {
+  if (measured_s) {
+    const double within_s = std::min(*measured_s, kDeltaStartShares.front() * period_s);
+    return {{within_s, within_s}};
+  }
   std::vector<DeltaStart> starts;
   const double described_s = std::min(bench.delta_s, kDeltaStartShares.front() * period_s);
   if (bench.fits_follow_noise) starts.push_back({described_s, described_s});
@@ -108,10 +114,11 @@ Explained ExplainFrom(const Bench& bench,
                       double period_s,
                       std::span<const Observation> stretch,
                       unsigned mask,
-                      const GaussianPrior& prior) {
+                      const GaussianPrior& prior,
+                      std::optional<double> measured_delta_s) {
   Explained found;
   bool have = false;
-  for (const DeltaStart& start : DeltaStartsOf(bench, period_s)) {
+  for (const DeltaStart& start : DeltaStartsOf(bench, period_s, measured_delta_s)) {
     RigParameters started = data_sheet;
     started.delta_s = start.expected_s;
     Eigen::VectorXd point = Eigen::VectorXd::Zero(prior.mean.size());
@@ -159,9 +166,11 @@ Explained ExplainStretch(const Bench& bench,
                          double period_s,
                          std::span<const Observation> stretch,
                          unsigned mask,
-                         const GaussianPrior& prior) {
+                         const GaussianPrior& prior,
+                         std::optional<double> measured_delta_s) {
   const NoiseLevel described = NoiseOf(bench);
-  Explained first = ExplainFrom(bench, data_sheet, described, period_s, stretch, mask, prior);
+  Explained first =
+      ExplainFrom(bench, data_sheet, described, period_s, stretch, mask, prior, measured_delta_s);
   bool more = first.noise.friction_nm > kMoreNoise * described.friction_nm;
   NoiseLevel noisy = described;
   for (std::size_t c = 0; c < kOutputCount; ++c) {
@@ -172,7 +181,8 @@ Explained ExplainStretch(const Bench& bench,
     start = std::max(kNoisyReadings * start, found);
   }
   if (!bench.fits_follow_noise || !more) return first;
-  Explained second = ExplainFrom(bench, data_sheet, noisy, period_s, stretch, mask, prior);
+  Explained second =
+      ExplainFrom(bench, data_sheet, noisy, period_s, stretch, mask, prior, measured_delta_s);
   return second.cost < first.cost ? second : first;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 
 #include "core/bench/bench.h"
@@ -32,11 +33,13 @@ struct Explained {
 /// Fits the rig, from several delays, and the noise in turn.
 /// @param data_sheet  the rig without offsets; its delta is not used
 /// @param mask        bit c: the stretch has readings of channel c
+/// @param measured_delta_s  what the rig says of its delta; none: the description's is expected
 Explained ExplainStretch(const Bench& bench,
                          const RigParameters& data_sheet,
                          double period_s,
                          std::span<const Observation> stretch,
                          unsigned mask,
-                         const GaussianPrior& prior);
+                         const GaussianPrior& prior,
+                         std::optional<double> measured_delta_s);
 
 }  // namespace faultlab::core

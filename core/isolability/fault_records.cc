@@ -21,7 +21,7 @@ std::uint8_t MaskOf(const IsolabilityOptions& options) {
   const bool all = options.channels == Channels::kAll;
   return static_cast<std::uint8_t>((bench.um.exists ? 1U : 0U) |
                                    (all && bench.ia.exists ? 2U : 0U) |
-                                   (all && bench.n.exists ? 4U : 0U));
+                                   (all && bench.estimates_use_n() ? 4U : 0U));
 }
 
 // Where a healthy rig turning forward settles under constant input, by running it there: on the

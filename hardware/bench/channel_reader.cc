@@ -66,6 +66,7 @@ void ReadSpeed(TomlTable& channels, Bench& bench) {
   ReadEnds(table, kRpmMax, ends);
   bench.n.min = ends[0];
   bench.n.max = ends[1];
+  table.Flag("counted", bench.n.counted);
 }
 
 }  // namespace

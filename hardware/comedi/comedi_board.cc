@@ -33,6 +33,7 @@ ComediApi::ComediApi(const SharedLibrary& library) {
   library.Find("comedi_strerror", error_text);
   library.Find("comedi_get_n_subdevices", get_subdevices);
   library.Find("comedi_get_subdevice_type", get_type);
+  library.Find("comedi_get_subdevice_flags", get_flags);
   library.Find("comedi_get_n_channels", get_channels);
   library.Find("comedi_get_maxdata", get_maxdata);
   library.Find("comedi_get_range", get_range);
@@ -43,6 +44,11 @@ ComediApi::ComediApi(const SharedLibrary& library) {
   library.Find("comedi_dio_config", dio_config);
   library.Find("comedi_dio_get_config", dio_get_config);
   library.Find("comedi_dio_bitfield2", dio_bitfield2);
+  library.Find("comedi_set_read_subdevice", set_read_subdevice);
+  library.Find("comedi_command_test", command_test);
+  library.Find("comedi_command", command);
+  library.Find("comedi_cancel", cancel);
+  library.Find("comedi_fileno", file_number);
   library.Find("comedi_reset", reset);
   library.Find("comedi_arm", arm);
 }

@@ -20,6 +20,7 @@ struct ComediApi {
   decltype(comedi_strerror)* error_text;
   decltype(comedi_get_n_subdevices)* get_subdevices;
   decltype(comedi_get_subdevice_type)* get_type;
+  decltype(comedi_get_subdevice_flags)* get_flags;
   decltype(comedi_get_n_channels)* get_channels;
   decltype(comedi_get_maxdata)* get_maxdata;
   decltype(comedi_get_range)* get_range;
@@ -30,6 +31,11 @@ struct ComediApi {
   decltype(comedi_dio_config)* dio_config;
   decltype(comedi_dio_get_config)* dio_get_config;
   decltype(comedi_dio_bitfield2)* dio_bitfield2;
+  decltype(comedi_set_read_subdevice)* set_read_subdevice;
+  decltype(comedi_command_test)* command_test;
+  decltype(comedi_command)* command;
+  decltype(comedi_cancel)* cancel;
+  decltype(comedi_fileno)* file_number;
   decltype(comedi_reset)* reset;
   decltype(comedi_arm)* arm;
 };

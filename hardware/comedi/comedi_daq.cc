@@ -3,6 +3,7 @@
 #include <limits>
 #include <optional>
 
+#include "hardware/comedi/analog_scan.h"
 #include "hardware/comedi/comedi_board.h"
 #include "hardware/comedi/pulse_counter.h"
 #include "hardware/comedi/relay_ports.h"
@@ -40,10 +41,12 @@ class Comedi final : public Daq {
                                                reference_,
                                                code);
     if (status < 0) board_.Fail("comedi_data_write");
+    if (scan_) scan_->Start();
     return board_.api().to_phys(code, out_.range, out_.maxdata);
   }
 
   AnalogReading ReadAnalog() override {
+    if (scan_) return OfScan();
     return {.um_v = ReadVolts(channels_.um),
             .ua_v = ReadVolts(channels_.ua),
             .ia_v = ReadVolts(channels_.ia)};
@@ -60,7 +63,11 @@ class Comedi final : public Daq {
     return counter_->Read();
   }
 
-  void Prepare() override {}
+  void Prepare() override {
+    if (!scan_ && channels_.may_scan) {
+      scan_ = AnalogScan::Of(board_, Inputs(), channels_.delta_s);
+    }
+  }
   void FeedWatchdog() override {}
   bool has_watchdog() const override { return false; }
 
@@ -83,6 +90,31 @@ class Comedi final : public Daq {
     return scale;
   }
 
+  /// Of the wired channels um, ua, ia, in this order.
+  AnalogScan::Inputs Inputs() const {
+    AnalogScan::Inputs inputs{.subdevice = Unsigned(channels_.analog_in), .channels = {}};
+    for (const int channel : {channels_.um, channels_.ua, channels_.ia}) {
+      if (channel < 0) continue;
+      inputs.channels.push_back(CR_PACK(Unsigned(channel), Unsigned(channels_.range), reference_));
+    }
+    return inputs;
+  }
+
+  AnalogReading OfScan() {
+    const AnalogScan::Scan scan = scan_->Collect();
+    auto code = scan.codes.begin();
+    const auto volts = [&](int channel) {
+      if (channel < 0) return std::numeric_limits<double>::quiet_NaN();
+      return board_.api().to_phys(*code++, in_.range, in_.maxdata);
+    };
+    AnalogReading reading;
+    reading.um_v = volts(channels_.um);
+    reading.ua_v = volts(channels_.ua);
+    reading.ia_v = volts(channels_.ia);
+    reading.middle_after_s = scan.middle_after_s;
+    return reading;
+  }
+
   double ReadVolts(int channel) {
     if (channel < 0) return std::numeric_limits<double>::quiet_NaN();
     lsampl_t code = 0;
@@ -103,6 +135,7 @@ class Comedi final : public Daq {
   Scale out_;
   std::optional<RelayPorts> relays_;
   std::optional<PulseCounter> counter_;
+  std::unique_ptr<AnalogScan> scan_;  ///< null: single reads
 };
 
 }  // namespace

@@ -37,11 +37,15 @@ struct ComediChannels {
   double drive_zero_v = 0.0;                   ///< terminal volts of drive 0
   int range = 0;                               ///< index of the +-10 V range, both ways
   std::string reference = "ground";            ///< ground | common | diff
+  bool may_scan = true;                        ///< false: single reads, whatever the board can do
+  double delta_s = 0.0;                        ///< drive edge to the middle of a scan
 };
 
 /// Loads libcomedi, opens the board and puts out drive 0 before anything else. Relay lines that are
 /// no outputs yet become outputs at nominal levels; outputs keep their levels. Comedi counts
-/// pulses; it has no frequency of its own. Throws IoError with the library's own words, or with
+/// pulses; it has no frequency of its own. After Prepare, a board that clocks its converters
+/// (analog_scan.h) converts delta_s after each WriteDrive, and ReadAnalog gives that scan; other
+/// boards convert in ReadAnalog. Throws IoError with the library's own words, or with
 /// what the board has instead of what the configuration names.
 std::unique_ptr<Daq> OpenComedi(const ComediChannels& channels);
 

@@ -119,6 +119,7 @@ void ReadDriver(TomlTable& root, BenchFile& file) {
   ni.Word("terminal", file.nidaqmx.terminal, {"rse", "nrse", "diff"});
   ni.Text("relays", file.nidaqmx.relays);
   ni.Text("counter", file.nidaqmx.counter);
+  file.nidaqmx.quadrature = ni.Choice("counts", 0, {"edges", "quadrature"}) == 1;
   ni.Text("watchdog", file.nidaqmx.watchdog);
   double watchdog_ms = 200.0;
   ni.Number("watchdog_ms", watchdog_ms, 20.0, 10'000.0);
@@ -144,6 +145,7 @@ void ReadDriver(TomlTable& root, BenchFile& file) {
   number("relay_base", file.comedi.relay_base, 0);
   number("range", file.comedi.range, 0);
   comedi.Word("reference", file.comedi.reference, {"ground", "common", "diff"});
+  file.comedi.may_scan = comedi.Choice("conversions", 0, {"auto", "read"}) == 0;
 
   TomlTable& device = root.Sub("device");
   device.Text("port", file.device.port);
@@ -160,6 +162,7 @@ void CheckDirection(TomlTable& root, const BenchFile& file) {
   const bool comedi = file.driver == BenchFile::Driver::kComedi;
   if (!file.config.description.has_n || file.config.limits.uc_v_min >= 0.0) return;
   if (comedi && file.comedi.counts == CountDirection::kBoth) return;
+  if (!comedi && file.nidaqmx.quadrature) return;
   const std::string why = "knows no direction, but uc may be " +
                           Number(file.config.limits.uc_v_min) +
                           " V and the motor then turns backwards: ";
@@ -172,7 +175,10 @@ void CheckDirection(TomlTable& root, const BenchFile& file) {
             "write counter = -1, or limits.uc_min_v = 0");
   }
   root.Sub("nidaqmx").Refuse(
-      "counter", "counts edges: it " + why + "write counter = \"\", or limits.uc_min_v = 0");
+      "counter",
+      "counts edges: it " + why +
+          "wire both channels of the encoder and write counts = \"quadrature\", or write counter "
+          "= \"\", or limits.uc_min_v = 0");
 }
 
 void Read(TomlTable& root, const std::string& asked, BenchFile& file) {
@@ -205,11 +211,17 @@ void Read(TomlTable& root, const std::string& asked, BenchFile& file) {
   encoder.Integer("pulses_per_revolution", file.config.scaling.pulses_per_revolution, 1, 100000);
   encoder.Number("gear_ratio", file.config.scaling.gear_ratio, 0.01, 1000.0);
   const bool comedi = file.driver == BenchFile::Driver::kComedi;
-  file.config.scaling.speed =
-      static_cast<SpeedMethod>(encoder.Choice("method", comedi ? 1 : 0, {"frequency", "count"}));
+  const bool quadrature = file.driver == BenchFile::Driver::kNiDaqmx && file.nidaqmx.quadrature;
+  file.config.scaling.speed = static_cast<SpeedMethod>(
+      encoder.Choice("method", comedi || quadrature ? 1 : 0, {"frequency", "count"}));
   if (comedi && file.config.scaling.speed == SpeedMethod::kPulseFrequency) {
     encoder.Refuse("method", "must be \"count\": Comedi has no frequency");
   }
+  if (quadrature && file.config.scaling.speed == SpeedMethod::kPulseFrequency) {
+    encoder.Refuse("method", "must be \"count\": nidaqmx.counts is \"quadrature\"");
+  }
+  constexpr int kCountsOfPulse = 4;  // each edge of both channels
+  if (quadrature) file.config.scaling.pulses_per_revolution *= kCountsOfPulse;
 
   ReadRelays(root.Sub("relays"), file);
   ReadLimits(root.Sub("limits"), file.config.limits);
@@ -289,6 +301,7 @@ std::unique_ptr<Daq> OpenDaq(const BenchFile& file) {
   comedi.relay_lines = file.config.wiring.mask();
   comedi.nominal_levels = file.config.wiring.nominal_levels();
   comedi.drive_zero_v = file.config.scaling.uc.ToTerminal(0.0);
+  comedi.delta_s = file.config.description.delta_s;
   std::unique_ptr<Daq> driver = file.driver == BenchFile::Driver::kComedi
                                     ? OpenComedi(comedi)
                                     : OpenNiDaqmx(file.nidaqmx, file.config.scaling.speed);

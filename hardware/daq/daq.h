@@ -13,8 +13,8 @@ struct AnalogReading {
   double um_v = 0.0;
   double ua_v = 0.0;
   double ia_v = 0.0;
-  /// Seconds from the call to the middle of the conversions, where the board's own clock tells it;
-  /// else the middle of the call is taken for it.
+  /// Seconds from the edge of the last WriteDrive to the middle of the conversions, where the
+  /// board's own clock tells it; else the middle of the call is taken for it.
   std::optional<double> middle_after_s = std::nullopt;
 };
 

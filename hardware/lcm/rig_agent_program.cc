@@ -12,17 +12,22 @@
 #include <cstdio>
 #include <ctime>
 #include <exception>
+#include <functional>
+#include <future>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "hardware/bench/benches.h"
 #include "hardware/config/bench_file.h"
+#include "hardware/contact_check.h"
 #include "hardware/heartbeat.h"
 #include "hardware/lcm/epoch_file.h"
 #include "hardware/lcm/message_bus.h"
 #include "hardware/lcm/rig_agent.h"
 #include "hardware/lcm/rig_key.h"
 #include "hardware/lcm/rig_name.h"
+#include "hardware/lcm/self_test_text.h"
 #include "hardware/supervisor.h"
 
 namespace faultlab::hardware {
@@ -58,54 +63,6 @@ bool LockMemory() {
   const bool unlimited = getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY;
   const bool privileged = geteuid() == 0 && prctl(PR_CAPBSET_READ, CAP_IPC_LOCK) == 1;
   return (unlimited || privileged) && mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0;
-}
-
-std::string JsonText(const std::string& text) {
-  std::string json = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      json += '\\';
-      json += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      char escape[8];
-      std::snprintf(escape, sizeof escape, "\\u%04x", static_cast<unsigned>(c));
-      json += escape;
-    } else {
-      json += c;
-    }
-  }
-  return json + "\"";
-}
-
-void PrintJson(const SelfTestReport& report) {
-  std::string json = "{\"positions\":[";
-  for (std::size_t i = 0; i < report.positions.size(); ++i) {
-    const SelfTestPosition& position = report.positions[i];
-    char value[32];
-    std::snprintf(value, sizeof value, "%.9g", position.value);
-    json += std::string(i == 0 ? "" : ",") +
-            "{\"component\":" + JsonText(std::string(core::Name(position.component))) +
-            ",\"value\":" + value + ",\"line\":" + JsonText(position.line) +
-            ",\"ok\":" + (position.ok ? "true" : "false") +
-            (position.text.empty() ? "" : ",\"text\":" + JsonText(position.text)) + "}";
-  }
-  json += std::string("],\"ok\":") + (report.ok ? "true" : "false") + "}";
-  std::printf("%s\n", json.c_str());
-}
-
-void PrintTable(const SelfTestReport& report) {
-  for (const SelfTestPosition& position : report.positions) {
-    const std::string name(core::Name(position.component));
-    const std::string unit(core::Unit(position.component));
-    std::printf("%-4s %10.4g %-6s %-5s %s %s\n",
-                name.c_str(),
-                position.value,
-                unit.c_str(),
-                position.line.c_str(),
-                position.ok ? "ok" : "FAILED",
-                position.text.c_str());
-  }
-  std::printf("%s\n", report.ok ? "all positions answer" : "SELF-TEST FAILED");
 }
 
 /// `options.id` is filled in from the file when it is empty.
@@ -148,15 +105,49 @@ core::Result<BenchFile> FileOf(RigAgentOptions& options) {
   return file;
 }
 
-int SelfTest(const BenchFile& file, bool json) {
-  const std::unique_ptr<Rig> rig = OpenRig(file);
-  const SelfTestReport report = rig->SelfTest(Epoch{1}).value();  // it was made just now: idle
-  if (json) {
-    PrintJson(report);
-  } else {
-    PrintTable(report);
+Heartbeat::Options BeatsOf(const BenchFile& file) {
+  Heartbeat::Options beats;
+  beats.driver_slack = std::max(Nanoseconds(0), file.driver_patience - BenchFile().driver_patience);
+  return beats;
+}
+
+void EndOnSignals() {
+  struct sigaction end = {};
+  end.sa_handler = AskEnd;
+  sigaction(SIGTERM, &end, nullptr);
+  sigaction(SIGINT, &end, nullptr);
+}
+
+/// The motor turns meanwhile: a signal stops it, and this thread's turns say that the process
+/// lives.
+core::Result<ContactReport> ContactsOf(Rig& rig, Heartbeat& heartbeat) {
+  auto report = std::async(std::launch::async, [&rig] { return CheckContacts(rig, Epoch{1}); });
+  bool stopped = false;
+  while (report.wait_for(std::chrono::milliseconds(2)) != std::future_status::ready) {
+    heartbeat.MainLoopTurn();
+    if (end_asked == 0 || std::exchange(stopped, true)) continue;
+    rig.SafeStop("the self-test was asked to end");
   }
-  return report.ok ? kFine : kUnsafe;
+  return report.get();
+}
+
+int SelfTest(const RigAgentOptions& options, const BenchFile& file, const SendWord& send) {
+  EndOnSignals();
+  const auto heartbeat = std::make_shared<Heartbeat>(send, MakeSteadyClock(), BeatsOf(file));
+  const std::unique_ptr<Rig> rig = OpenRig(file, heartbeat);
+  const SelfTestReport report = rig->SelfTest(Epoch{1}).value();  // it was made just now: idle
+  std::optional<ContactReport> contacts;
+  if (options.contacts && report.ok) {
+    core::Result<ContactReport> checked = ContactsOf(*rig, *heartbeat);
+    if (!checked) {
+      Say("the contacts could not be checked: " + checked.error().message);
+      return kUnsafe;
+    }
+    contacts = std::move(checked).value();
+  }
+  const ContactReport* const shown = contacts ? &*contacts : nullptr;
+  std::fputs((options.json ? JsonOf(report, shown) : TableOf(report, shown)).c_str(), stdout);
+  return report.ok && (!contacts || contacts->ok) ? kFine : kUnsafe;
 }
 
 /// Every trip reaches the log; one of a driver that hangs reaches the second line, too.
@@ -188,18 +179,13 @@ int Serve(const RigAgentOptions& options,
           const RigKey& key,
           EpochFile epochs,
           const SendWord& send) {
-  struct sigaction end = {};
-  end.sa_handler = AskEnd;
-  sigaction(SIGTERM, &end, nullptr);
-  sigaction(SIGINT, &end, nullptr);
+  EndOnSignals();
   core::Result<std::unique_ptr<MessageBus>> bus = OpenLcmBus(options.lcm_url);
   if (!bus) {
     Say(bus.error().message);
     return kNoBus;
   }
-  Heartbeat::Options beats;
-  beats.driver_slack = std::max(Nanoseconds(0), file.driver_patience - BenchFile().driver_patience);
-  const auto heartbeat = std::make_shared<Heartbeat>(send, MakeSteadyClock(), beats);
+  const auto heartbeat = std::make_shared<Heartbeat>(send, MakeSteadyClock(), BeatsOf(file));
   if (file.driver != BenchFile::Driver::kSimulated) (void)LockMemory();  // RunRigAgent tells
   const std::unique_ptr<Rig> rig = OpenRig(file, heartbeat);
   rig->SafeStop("the agent begins");  // in whatever state the bench was found
@@ -238,6 +224,17 @@ int Serve(const RigAgentOptions& options,
   return unsafe ? kUnsafe : kFine;
 }
 
+/// What the file allows and this bench will not do well.
+void SayWhatWillNotWork(const BenchFile& file) {
+  const RigDescription& rig = file.config.description;
+  if (file.driver == BenchFile::Driver::kSimulated) return;
+  if (rig.has_n && file.config.scaling.speed == SpeedMethod::kGatedCount &&
+      rig.bench->estimates_use_n()) {
+    Say("its speed is counted, which is the mean of a period and not the speed at the sample: "
+        "write counted = true under [channel.n] of the description, or calibration refuses it");
+  }
+}
+
 /// The second line: the board is opened anew, in a process of its own.
 bool MakeBenchSafe(const BenchFile& file) {
   if (file.driver == BenchFile::Driver::kSimulated) return true;  // it died with the agent
@@ -249,6 +246,20 @@ bool MakeBenchSafe(const BenchFile& file) {
     Say(std::string("second line: ") + error.what());
     return false;
   }
+}
+
+/// Does the work in a process that a second one guards.
+int Guard(const RigAgentOptions& options,
+          const BenchFile& file,
+          const std::function<int(const SendWord&)>& work) {
+  if (!options.supervise) return work([](Word) {});
+  // Ctrl-Z would stop both processes with the motor on.
+  (void)std::signal(SIGTSTP, SIG_IGN);
+  SupervisorOptions second_line;
+  if (file.driver != BenchFile::Driver::kSimulated) second_line.fifo_priority = file.fifo_priority;
+  second_line.say = [](const char* text) { Say(text); };
+  return Supervise(
+      work, [&] { return MakeBenchSafe(file); }, second_line);
 }
 
 }  // namespace
@@ -272,8 +283,15 @@ int RunRigAgent(const RigAgentOptions& given) {
       return kUnsafe;
     }
   };
+  if (file.value().driver != BenchFile::Driver::kSimulated && !LockMemory()) {
+    Say("its memory is not locked and may be swapped out: give it LimitMEMLOCK=infinity");
+  }
+  SayWhatWillNotWork(file.value());
   if (options.self_test) {
-    return guarded([&] { return SelfTest(file.value(), options.json); });
+    const auto test = [&](const SendWord& send) {
+      return guarded([&] { return SelfTest(options, file.value(), send); });
+    };
+    return options.contacts ? Guard(options, file.value(), test) : test([](Word) {});
   }
   const core::Result<RigKey> key = LoadOrMakeRigKey(options.key_directory, options.id);
   if (!key) {
@@ -285,22 +303,9 @@ int RunRigAgent(const RigAgentOptions& given) {
     Say(epochs.error().message);
     return kBadOptions;
   }
-  if (file.value().driver != BenchFile::Driver::kSimulated && !LockMemory()) {
-    Say("its memory is not locked and may be swapped out: give it LimitMEMLOCK=infinity");
-  }
-  const auto work = [&](const SendWord& send) {
+  return Guard(options, file.value(), [&](const SendWord& send) {
     return guarded([&] { return Serve(options, file.value(), key.value(), epochs.value(), send); });
-  };
-  if (!options.supervise) return work([](Word) {});
-  // Ctrl-Z would stop both processes with the motor on.
-  (void)std::signal(SIGTSTP, SIG_IGN);
-  SupervisorOptions second_line;
-  if (file.value().driver != BenchFile::Driver::kSimulated) {
-    second_line.fifo_priority = file.value().fifo_priority;
-  }
-  second_line.say = [](const char* text) { Say(text); };
-  return Supervise(
-      work, [&] { return MakeBenchSafe(file.value()); }, second_line);
+  });
 }
 
 }  // namespace faultlab::hardware

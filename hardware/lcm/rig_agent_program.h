@@ -24,7 +24,9 @@ struct RigAgentOptions {
   /// of 500 ms stops it.
   double ride_through_s = 0.0;
   bool self_test = false;  ///< --self-test: walk the relay positions, print, exit
-  bool json = false;       ///< --json, with --self-test
+  /// --contacts, with --self-test: the supply is on, each position is recognised by its effect.
+  bool contacts = false;
+  bool json = false;  ///< --json, with --self-test
   /// --no-supervisor: without the second process that makes the bench safe when this one is killed
   /// by SIGKILL or drives the motor and stands still. For a debugger.
   bool supervise = true;

@@ -17,6 +17,9 @@ inline constexpr std::int32_t kNrse = 10078;            // DAQmx_Val_NRSE
 inline constexpr std::int32_t kVolts = 10348;           // DAQmx_Val_Volts
 inline constexpr std::int32_t kHz = 10373;              // DAQmx_Val_Hz
 inline constexpr std::int32_t kRising = 10280;          // DAQmx_Val_Rising
+inline constexpr std::int32_t kX4 = 10092;              // DAQmx_Val_X4
+inline constexpr std::int32_t kTicks = 10304;           // DAQmx_Val_Ticks
+inline constexpr std::int32_t kAHighBHigh = 10040;      // DAQmx_Val_AHighBHigh
 inline constexpr std::int32_t kLowFreq1Ctr = 10105;     // DAQmx_Val_LowFreq1Ctr
 inline constexpr std::int32_t kCountUp = 10128;         // DAQmx_Val_CountUp
 inline constexpr std::int32_t kChanForAllLines = 1;     // DAQmx_Val_ChanForAllLines
@@ -67,6 +70,17 @@ struct Api {
                                          std::int32_t edge,
                                          std::uint32_t initial_count,
                                          std::int32_t direction);
+  std::int32_t (*CreateCIAngEncoderChan)(TaskHandle task,
+                                         const char counter[],
+                                         const char name[],
+                                         std::int32_t decoding,
+                                         Bool32 index_enable,
+                                         double index_value,
+                                         std::int32_t index_phase,
+                                         std::int32_t units,
+                                         std::uint32_t pulses_per_revolution,
+                                         double initial_angle,
+                                         const char custom_scale[]);
   std::int32_t (*StartTask)(TaskHandle task);
   std::int32_t (*StopTask)(TaskHandle task);
   std::int32_t (*ClearTask)(TaskHandle task);

@@ -17,6 +17,7 @@ Api::Api(const SharedLibrary& library) {
   library.Find("DAQmxCreateDOChan", CreateDOChan);
   library.Find("DAQmxCreateCIFreqChan", CreateCIFreqChan);
   library.Find("DAQmxCreateCICountEdgesChan", CreateCICountEdgesChan);
+  library.Find("DAQmxCreateCIAngEncoderChan", CreateCIAngEncoderChan);
   library.Find("DAQmxStartTask", StartTask);
   library.Find("DAQmxStopTask", StopTask);
   library.Find("DAQmxClearTask", ClearTask);
@@ -214,7 +215,22 @@ class NiDaqmx final : public Daq {
 
   void OpenCounter(SpeedMethod speed) {
     counter_ = std::make_unique<Task>(api_, "faultlab_counter");
-    if (speed == SpeedMethod::kGatedCount) {
+    if (channels_.quadrature) {
+      // Counts below 0 come as 2^32 - 1 and so on: a difference has its sign.
+      constexpr std::uint32_t kAnyNumber = 1;  // of no effect on ticks
+      counter_->Check(api_.CreateCIAngEncoderChan(counter_->handle(),
+                                                  channels_.counter.c_str(),
+                                                  "n",
+                                                  nidaqmx::kX4,
+                                                  0,
+                                                  0.0,
+                                                  nidaqmx::kAHighBHigh,
+                                                  nidaqmx::kTicks,
+                                                  kAnyNumber,
+                                                  0.0,
+                                                  nullptr),
+                      "DAQmxCreateCIAngEncoderChan");
+    } else if (speed == SpeedMethod::kGatedCount) {
       counter_->Check(api_.CreateCICountEdgesChan(counter_->handle(),
                                                   channels_.counter.c_str(),
                                                   "n",

@@ -19,13 +19,15 @@ struct NiDaqmxChannels {
   std::string terminal = "rse";      ///< rse | nrse | diff
   std::string relays = "cRIO1Mod4/port0";
   std::string counter = "cRIO1Mod3/ctr0";  ///< empty = not wired
+  /// The counter decodes both channels of the encoder, four counts a pulse, backwards downwards.
+  bool quadrature = false;
   /// Device with a watchdog of its own that puts the drive to 0 V; empty = the device has none.
   std::string watchdog;
   double watchdog_s = 0.2;  ///< without being fed, once every sample
 };
 
 /// Loads the driver and sets the tasks up; drive and relays stay as they are until written.
-/// Throws IoError with the driver's own words.
+/// With `quadrature`, `speed` is kGatedCount. Throws IoError with the driver's own words.
 std::unique_ptr<Daq> OpenNiDaqmx(const NiDaqmxChannels& channels, SpeedMethod speed);
 
 }  // namespace faultlab::hardware

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "hardware/lcm/rig_finder.h"
+#include "server/app/camera_rigs.h"
 #include "server/app/lcm_run_tap.h"
 #include "server/app/local_rigs.h"
 #include "server/app/member_address.h"
@@ -15,12 +16,15 @@
 #include "server/app/services.h"
 #include "server/app/static_files.h"
 #include "server/auth/accounts.h"
+#include "server/camera/camera_desk.h"
+#include "server/camera/picture_taker.h"
 #include "server/diagnosis_json/calibration_json.h"
 #include "server/lab/lab_id.h"
 #include "server/plots/record_figure.h"
 #include "server/run/rig_bay.h"
 #include "server/storage/database.h"
 #include "server/storage/folder_lock.h"
+#include "server/storage/picture_store.h"
 #include "server/storage/postgres_location.h"
 #include "server/storage/rig_calibrations.h"
 #include "server/stream/stream_tokens.h"
@@ -85,6 +89,10 @@ class Application::Impl {
         hub_(HubOptions(config), clock_),
         tokens_(clock_, config.server_id),
         accounts_(*database_, ToGuestAccess(config.guests)),
+        cameras_(
+            config.cameras, clock_, {}, [](std::string_view text) { spdlog::warn("{}", text); }),
+        pictures_(*database_),
+        picture_taker_(TakerParts()),
         runs_(RunOptions(config), store_, hub_, clock_, [](std::string_view text) {
           spdlog::warn("{}", text);
         }) {
@@ -98,6 +106,8 @@ class Application::Impl {
   /// The address is bound before stored data is changed: a server that cannot serve must not mark,
   /// end or recover anything that another server may be using.
   core::Status Start() {
+    const core::Status cameras = CheckCameraRigs(config_, bay_);
+    if (!cameras.ok()) return cameras;
     const core::Status bound = http_->Bind();
     if (!bound.ok()) return bound;
     const core::Status described = benches_.NameOlderRecordings(clock_.Wall());
@@ -126,6 +136,7 @@ class Application::Impl {
     http_->Stop();
     if (services_) services_->Stop();
     runs_.Shutdown();
+    picture_taker_.Stop();
     hub_.Stop();
   }
 
@@ -154,10 +165,7 @@ class Application::Impl {
                       config_.runs_per_caller_max,
                       std::max(1, Simulators() / 2),
                       config_.replayed_samples_max};
-    options.storage = {
-        config_.samples_per_account,
-        config_.samples_of_guests,
-        {config_.data_dir, static_cast<std::int64_t>(config_.disk_reserve_mb) << 20}};
+    options.storage = {config_.samples_per_account, config_.samples_of_guests, Disk()};
     options.log = [](std::string_view text) { spdlog::warn("{}", text); };
     options.find_far_rig = [this](const std::string& id) -> std::shared_ptr<hardware::Rig> {
       return finder_ != nullptr ? finder_->Find(id) : nullptr;
@@ -176,6 +184,8 @@ class Application::Impl {
                                     tokens_,
                                     accounts_,
                                     runs_,
+                                    cameras_,
+                                    pictures_,
                                     clock_},
                                    std::move(options),
                                    router_);
@@ -247,7 +257,10 @@ class Application::Impl {
     return options;
   }
   RunManagerOptions RunOptions(const Config& config) {
-    return {config.server_id, config.sim_speed, AddModelFits, [this](const LearntRig& learnt) {
+    return {config.server_id,
+            config.sim_speed,
+            AddModelFits,
+            [this](const LearntRig& learnt) {
               const WallTime now = clock_.Wall();
               core::Calibration calibration = learnt.calibration;
               calibration.dated = Iso8601(now);
@@ -258,7 +271,26 @@ class Application::Impl {
                                      now,
                                      boost::json::serialize(ToJson(calibration, learnt.bench))});
               if (!kept.ok()) spdlog::warn("rig {}: {}", learnt.rig, kept.error().message);
+            },
+            [this](const RunMoment& moment) {
+              picture_taker_.Note({moment.run, moment.rig, moment.index, std::string(moment.why)});
             }};
+  }
+  DiskReserve Disk() const {
+    return {config_.data_dir, static_cast<std::int64_t>(config_.disk_reserve_mb) << 20};
+  }
+  PictureTaker::Parts TakerParts() {
+    return {cameras_,
+            pictures_,
+            clock_,
+            Disk(),
+            [this](const PictureMoment& moment) {
+              const std::vector<RunSnapshot> running = runs_.Running();
+              return std::none_of(running.begin(), running.end(), [&](const RunSnapshot& run) {
+                return run.id != moment.run && run.rig == moment.rig && run.on_rig;
+              });
+            },
+            [](std::string_view text) { spdlog::warn("{}", text); }};
   }
   static HttpServerOptions NetOptions(const Config& config) {
     HttpServerOptions options;
@@ -287,6 +319,9 @@ class Application::Impl {
   StreamHub hub_;
   StreamTokens tokens_;
   Accounts accounts_;
+  CameraDesk cameras_;
+  PictureStore pictures_;
+  PictureTaker picture_taker_;
   RunManager runs_;
   Router router_;
   std::unique_ptr<Services> services_;

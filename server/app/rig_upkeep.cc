@@ -111,6 +111,13 @@ void RigUpkeep::WithNextCheck(const std::string& rig, CheckExtra extra) {
   extras_[rig].insert(extra);
 }
 
+std::optional<RigContacts> RigUpkeep::ContactsOf(const std::string& rig) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = contacts_.find(rig);
+  if (found == contacts_.end()) return std::nullopt;
+  return found->second;
+}
+
 void RigUpkeep::Fence(const lab::RigId& rig, std::uint64_t epoch) {
   bay_.Fence(rig, epoch);
 }
@@ -301,6 +308,10 @@ lab::RigVerdict RigUpkeep::CheckHeld(RigHold& hold) {
   const auto band = bands_.Get(id);
   if (!band.ok()) return NotBegun(band.error());
   lab::RigVerdict verdict = lab::CheckRig(hold.rig(), hold.epoch(), band.value());
+  if (verdict.passed && extras.contains(CheckExtra::kContacts)) {
+    const lab::RigVerdict contacts = CheckContactsOf(hold);
+    if (!contacts.passed) return contacts;
+  }
   if (!extras.contains(CheckExtra::kCommission) || !verdict.measured) return verdict;
   const hardware::RigDescription& about = hold.rig().description();
   const core::Result<lab::RigNorm> norm = lab::NominalNorm(*about.bench, about.delta_s);
@@ -310,6 +321,25 @@ lab::RigVerdict RigUpkeep::CheckHeld(RigHold& hold) {
     stored = bands_.Put(id, *verdict.measured, "commissioned", clock_.Wall());
   }
   return {stored.ok(), stored.ok() ? "" : stored.error().message, verdict.measured};
+}
+
+/// Of a rig with relays alone; the parts of a simulator have no wires.
+lab::RigVerdict RigUpkeep::CheckContactsOf(RigHold& hold) {
+  if (hold.rig().description().any_value) return {true, "", std::nullopt};
+  const auto report = hardware::CheckContacts(hold.rig(), hold.epoch());
+  if (!report.ok()) return lab::VerdictOf(report.error());
+  const hardware::ContactReport& contacts = report.value();
+  {
+    const std::lock_guard lock(mutex_);
+    contacts_.insert_or_assign(hold.lease().rig, RigContacts{clock_.Wall(), contacts});
+  }
+  std::string wrong = contacts.nominal;
+  for (const hardware::ContactFinding& finding : contacts.positions) {
+    if (finding.contact != hardware::Contact::kWrong || !wrong.empty()) continue;
+    wrong =
+        std::string(core::Name(finding.component)) + " on " + finding.line + ": " + finding.text;
+  }
+  return {contacts.ok, wrong, std::nullopt};
 }
 
 }  // namespace faultlab::server

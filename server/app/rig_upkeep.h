@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -43,6 +44,8 @@ class RigUpkeep : public lab::RigDuties {
   void Stop();
 
   void WithNextCheck(const std::string& rig, CheckExtra extra);
+  /// None before the first check of the contacts.
+  std::optional<RigContacts> ContactsOf(const std::string& rig) const;
 
   void Fence(const lab::RigId& rig, std::uint64_t epoch) override;
   void StartCleaning(const lab::Lease& lease) override;
@@ -56,6 +59,7 @@ class RigUpkeep : public lab::RigDuties {
   void CheckLoop();
   lab::RigVerdict Check(const lab::Lease& lease);
   lab::RigVerdict CheckHeld(RigHold& hold);
+  lab::RigVerdict CheckContactsOf(RigHold& hold);
   bool WaitForStop(std::chrono::milliseconds patience);
 
   RigBay& bay_;
@@ -65,11 +69,12 @@ class RigUpkeep : public lab::RigDuties {
   const std::function<void(std::string_view)> log_;
   lab::LabService* service_ = nullptr;
   MonotonicTime heard_from_{};  ///< when far rigs that are there have been heard
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable wake_;
   bool stopping_ = false;
   std::deque<lab::Lease> checks_;
-  std::map<lab::RigId, std::set<CheckExtra>> extras_;        ///< of the next check
+  std::map<lab::RigId, std::set<CheckExtra>> extras_;  ///< of the next check
+  std::map<lab::RigId, RigContacts> contacts_;
   std::map<lab::RigId, const core::Bench*> stored_benches_;  ///< of the thread that follows rigs
   std::set<lab::RigId> rebuilt_;  ///< those whose bands and sessions have not been ended yet
   std::vector<std::thread> threads_;

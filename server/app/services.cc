@@ -133,7 +133,10 @@ void Services::BuildApi(Router& router) {
                                              base_.benches,
                                              places_,
                                              audit_,
-                                             options_.storage.disk});
+                                             options_.storage.disk,
+                                             base_.cameras,
+                                             base_.pictures,
+                                             base_.clock});
   people_api_ = std::make_unique<PeopleApi>(PeopleApi{base_.accounts, audit_, base_.clock});
   sign_in_flow_ =
       std::make_unique<oidc::SignInFlow>(options_.providers, options_.login_secret, base_.clock);
@@ -150,7 +153,8 @@ void Services::BuildApi(Router& router) {
       base_.tokens,
       audit_,
       base_.clock,
-      [this](const std::string& rig, CheckExtra extra) { upkeep_.WithNextCheck(rig, extra); }});
+      [this](const std::string& rig, CheckExtra extra) { upkeep_.WithNextCheck(rig, extra); },
+      [this](const std::string& rig) { return upkeep_.ContactsOf(rig); }});
   feed_ = std::make_unique<PersonFeed>(*sharing_api_);
   sharing_api_->feed = feed_.get();
   work_api_ = std::make_unique<WorkApi>(WorkApi{*experiments_,

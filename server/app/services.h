@@ -45,6 +45,8 @@ class Services {
     StreamTokens& tokens;
     Accounts& accounts;
     RunManager& runs;
+    CameraDesk& cameras;
+    PictureStore& pictures;
     const Clock& clock;
   };
   struct Options {

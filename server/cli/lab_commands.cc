@@ -71,13 +71,19 @@ class LabCommands {
                    "Seconds that a run goes on when its server falls silent")
         ->capture_default_str();
     rig.add_flag("--self-test", rig_.self_test, "Walk the relay positions, print, exit");
+    rig.add_flag("--contacts",
+                 rig_.contacts,
+                 "With --self-test and the supply on: recognise each position by its effect; the "
+                 "motor turns")
+        ->needs("--self-test");
     rig.add_flag("--json", rig_.json, "With --self-test: the report as JSON");
     rig.add_flag("!--no-supervisor", rig_.supervise, "No second process that guards the first");
     rig.footer(
         "Examples:\n"
         "  faultlab rig --id bench-1 --config rig.toml --lcm 'udpm://239.255.76.67:7667?ttl=1'\n"
         "  faultlab rig --id far-sim --profile multisim --lcm 'udpm://239.255.76.67:7667?ttl=1'\n"
-        "  faultlab rig --id bench-1 --config rig.toml --self-test");
+        "  faultlab rig --id bench-1 --config rig.toml --self-test\n"
+        "  faultlab rig --id bench-1 --config rig.toml --self-test --contacts");
   }
 
   void AddLcm(CLI::App& app, std::function<int()>& chosen) {

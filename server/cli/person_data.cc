@@ -11,6 +11,7 @@
 #include "server/csv/csv_writer.h"
 #include "server/csv/file_io.h"
 #include "server/lab/person_data.h"
+#include "server/storage/picture_store.h"
 #include "server/storage/recording_store.h"
 
 namespace faultlab::server {
@@ -37,6 +38,21 @@ json::object ToJson(const std::vector<lab::PersonTable>& tables) {
   return out;
 }
 
+core::Status WritePictures(Database& database, const std::string& run, const fs::path& folder) {
+  PictureStore store(database);
+  const auto pictures = store.List(run);
+  if (!pictures) return pictures.error();
+  for (const StoredPicture& picture : pictures.value()) {
+    const auto bytes = store.Load(run, picture.index);
+    if (!bytes) return bytes.error();
+    const std::string ending = picture.content_type == "image/png" ? ".png" : ".jpg";
+    const std::string name = run + "-" + std::to_string(picture.index) + ending;
+    const core::Status saved = WriteFile((folder / name).string(), bytes.value());
+    if (!saved.ok()) return saved;
+  }
+  return core::Done{};
+}
+
 core::Status WriteAll(Database& database, std::int64_t account_id, const fs::path& folder) {
   const auto tables = lab::PersonData(database, account_id);
   if (!tables) return tables.error();
@@ -51,6 +67,8 @@ core::Status WriteAll(Database& database, std::int64_t account_id, const fs::pat
     if (!samples) return samples.error();
     const core::Status saved = WriteCsv((folder / (id + ".csv")).string(), samples.value());
     if (!saved.ok()) return saved;
+    const core::Status seen = WritePictures(database, id, folder);
+    if (!seen.ok()) return seen;
   }
   return core::Done{};
 }

@@ -15,9 +15,9 @@ struct CsvWriteOptions {
   std::vector<std::string> comments;  ///< each becomes a line "# ..", line breaks become blanks
 };
 
-/// The text of a recording: t_s, uc_v, um_v and those of ua_v, ia_a, n_rpm that hold any number.
-/// Every number is the shortest text that reads back to the same bits; a lost reading is an empty
-/// cell.
+/// The text of a recording: t_s, uc_v, um_v and those of ua_v, ia_a, n_rpm, delta_s that hold any
+/// number. Every number is the shortest text that reads back to the same bits; a lost reading is an
+/// empty cell.
 std::string FormatCsv(std::span<const core::Sample> samples, const CsvWriteOptions& options = {});
 /// The same in pieces of some kilobytes.
 void FormatCsv(std::span<const core::Sample> samples,

@@ -23,10 +23,10 @@ struct RecordingExport {
   boost::json::value diagnosis;  ///< object of `diagnose --json`, or null
 };
 
-/// MATLAB level 5: columns t_s, uc_v, um_v, ua_v, ia_a, n_rpm and sample_index, scalar period_s;
-/// per estimator an n x 3 matrix (swa_100: b0d b1d a1d; sia_100_20: b0 b1 a1), its standard errors
-/// (swa_100_sigma) and status (swa_100_status: 0 excited, 1 weak, 2 not excited, 3 invalid); texts
-/// name, origin, diagnosis_json. A lost number is NaN.
+/// MATLAB level 5: columns t_s, uc_v, um_v, ua_v, ia_a, n_rpm, delta_s and sample_index, scalar
+/// period_s; per estimator an n x 3 matrix (swa_100: b0d b1d a1d; sia_100_20: b0 b1 a1), its
+/// standard errors (swa_100_sigma) and status (swa_100_status: 0 excited, 1 weak, 2 not excited, 3
+/// invalid); texts name, origin, diagnosis_json. A lost number is NaN.
 void WriteMat(const RecordingExport& recording, Spool& out);
 
 }  // namespace faultlab::server

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/lab/audit_names.h"
+#include "server/storage/picture_store.h"
 
 namespace faultlab::server::lab {
 namespace {
@@ -42,6 +43,9 @@ constexpr std::array kPlaces = {
           "id, name, rig, source, state, created_ms, ended_ms, samples, period_s, plan_json, "
           "diagnosis_json",
           "owner = :owner"},
+    Place{"recording_picture",
+          "recording_id, picture, sample_index, why, content_type, size_bytes",
+          "recording_id IN (SELECT id FROM recording WHERE owner = :owner)"},
     Place{"job", "id, name, state, body, result, error, created_ms, ended_ms", "owner = :owner"},
     Place{"fault_set", "id, course_id, name, faults, created_ms", "account_id = :id"},
     Place{"remembered_answer", "idempotency_key, status, body, at_ms", "owner = :owner"},
@@ -195,6 +199,13 @@ void RenameReplays(Transaction& tx, const std::string& owner) {
   }
 }
 
+std::vector<std::string> RecordingIds(Transaction& tx, const std::string& owner) {
+  const soci::rowset<std::string> rows =
+      (tx.sql().prepare << "SELECT id FROM recording WHERE owner = :owner ORDER BY created_ms",
+       use(owner, "owner"));
+  return {rows.begin(), rows.end()};
+}
+
 }  // namespace
 
 core::Result<std::vector<PersonTable>> PersonData(Database& database, std::int64_t account_id) {
@@ -208,13 +219,7 @@ core::Result<std::vector<PersonTable>> PersonData(Database& database, std::int64
 
 core::Result<std::vector<std::string>> RecordingsOf(Database& database, std::int64_t account_id) {
   return database.Read([&](Transaction& tx) -> core::Result<std::vector<std::string>> {
-    const std::string owner = OwnerKey(account_id);
-    std::vector<std::string> ids;
-    const soci::rowset<std::string> rows =
-        (tx.sql().prepare << "SELECT id FROM recording WHERE owner = :owner ORDER BY created_ms",
-         use(owner, "owner"));
-    for (const std::string& id : rows) ids.push_back(id);
-    return ids;
+    return RecordingIds(tx, OwnerKey(account_id));
   });
 }
 
@@ -225,9 +230,7 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
     const std::string owner = OwnerKey(account_id);
     RenameReplays(tx, owner);
     const std::string own = "(SELECT id FROM recording WHERE owner = '" + owner + "')";
-    tx.sql() << "DELETE FROM blob_store WHERE owner IN (SELECT 'recording:' || id FROM recording "
-                "WHERE owner = :owner)",
-        use(owner, "owner");
+    for (const std::string& id : RecordingIds(tx, owner)) EraseRecordingBlobs(tx, id);
     tx.sql() << "DELETE FROM recording_event WHERE recording_id IN " + own;
     for (const char* table : {"recording", "job", "remembered_answer"}) {
       tx.sql() << std::string("DELETE FROM ") + table + " WHERE owner = :owner",

@@ -5,6 +5,8 @@
 #include <chrono>
 #include <set>
 
+#include "server/storage/picture_store.h"
+
 namespace faultlab::server::lab {
 namespace {
 
@@ -97,9 +99,7 @@ void Remove(Transaction& tx, const Expired& item) {
     tx.sql() << "DELETE FROM job WHERE id = :id", use(item.id, "id");
     return;
   }
-  // Samples are in blobs that no foreign key refers to.
-  const std::string chunks = "recording:" + item.id;
-  tx.sql() << "DELETE FROM blob_store WHERE owner = :owner", use(chunks, "owner");
+  EraseRecordingBlobs(tx, item.id);
   tx.sql() << "DELETE FROM recording_event WHERE recording_id = :id", use(item.id, "id");
   tx.sql() << "DELETE FROM recording WHERE id = :id", use(item.id, "id");
 }

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <mutex>
 #include <tuple>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "core/diagnosis/diagnosis_options.h"
@@ -16,6 +14,7 @@
 #include "core/plant/simulate_record.h"
 #include "core/signals/excitation.h"
 #include "core/types/check.h"
+#include "hardware/played_run.h"
 
 namespace faultlab::server::lab {
 namespace {
@@ -33,9 +32,6 @@ constexpr double kSpreads = 4.0;
 /// Coulomb friction of the simulated rigs, in standard deviations of the norm's: the middles of
 /// eight equally probable parts of the normal distribution.
 constexpr std::array<double, 8> kFrictions = {-1.53, -0.89, -0.49, -0.16, 0.16, 0.49, 0.89, 1.53};
-
-constexpr auto kPatience = std::chrono::milliseconds(200);
-constexpr auto kPatienceForEnd = std::chrono::seconds(27);  ///< beyond the plan
 
 constexpr double kCheckSecondsMin = 3.0;
 constexpr int kCheckSamplesMin = 300;
@@ -197,37 +193,13 @@ RigVerdict CheckRig(hardware::Rig& rig, hardware::Epoch epoch, const std::option
   hardware::RunPlan plan;
   plan.period_s = bench.period_s;
   plan.uc_v = std::move(uc_v).value();
-  core::Status status = rig.Arm(std::move(plan), epoch);
-  if (status.ok()) status = rig.Start(epoch);
-  if (!status.ok()) return VerdictOf(status.error());
-  std::vector<core::Sample> samples;
-  std::vector<hardware::RigMessage> messages;
-  std::string trip;
-  const auto give_up = std::chrono::steady_clock::now() + kPatienceForEnd +
-                       std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-                           std::chrono::duration<double>(CheckSeconds(bench)));
-  hardware::ReadStatus read = hardware::ReadStatus::kMore;
-  while (read == hardware::ReadStatus::kMore) {
-    if (std::chrono::steady_clock::now() > give_up) {
-      rig.SafeStop("the check took too long");
-      return Failed("the rig did not finish the check's plan");
-    }
-    messages.clear();
-    read = rig.Read(messages, kPatience);
-    for (const hardware::RigMessage& message : messages) {
-      if (const auto* sample = std::get_if<core::Sample>(&message)) {
-        samples.push_back(*sample);
-      } else if (std::get<hardware::RigEvent>(message).kind == hardware::RigEventKind::kTrip) {
-        trip = std::get<hardware::RigEvent>(message).text;
-      }
-    }
-  }
-  rig.SafeStop("the check has ended");
-  if (!trip.empty()) return Failed("an interlock tripped: " + trip);
+  const core::Result<std::vector<core::Sample>> samples =
+      hardware::PlayRun(rig, epoch, std::move(plan), "the check");
+  if (!samples) return VerdictOf(samples.error());
   const double delta_s = rig.description().delta_s;
   const core::Result<RigNorm> norm = NominalNorm(bench, delta_s);
   if (!norm) return Failed(norm.error().message);
-  return JudgeCheck(samples, bench, delta_s, norm.value(), band);
+  return JudgeCheck(samples.value(), bench, delta_s, norm.value(), band);
 }
 
 }  // namespace faultlab::server::lab

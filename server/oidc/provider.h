@@ -10,10 +10,10 @@
 
 #include "core/types/result.h"
 #include "server/clock.h"
-#include "server/oidc/https_client.h"
 #include "server/oidc/jwk.h"
 #include "server/oidc/provider_documents.h"
 #include "server/oidc/provider_settings.h"
+#include "server/web_client/web_client.h"
 
 namespace faultlab::server::oidc {
 
@@ -55,7 +55,7 @@ class Provider {
 
   const ProviderSettings settings_;
   const Clock& clock_;
-  const HttpsClient client_;
+  const WebClient client_;
   std::mutex mutex_;                        ///< guards the following; not held during requests
   std::optional<MonotonicTime> silent_at_;  ///< time of a request without an answer
   std::optional<Discovery> discovery_;

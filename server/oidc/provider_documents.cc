@@ -54,7 +54,7 @@ core::Result<json::object> ObjectOf(const WebAnswer& answer, const std::string& 
 
 core::Result<Discovery> ParseDiscovery(const WebAnswer& answer,
                                        const std::string& issuer,
-                                       const HttpsClient& client) {
+                                       const WebClient& client) {
   const auto object = ObjectOf(answer, "the provider's configuration");
   if (!object) return object.error();
   const json::object& in = object.value();

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "core/types/result.h"
-#include "server/oidc/https_client.h"
+#include "server/web_client/web_client.h"
 
 namespace faultlab::server::oidc {
 
@@ -25,7 +25,7 @@ std::string DiscoveryUrl(const std::string& issuer);
 /// kInvalid unless it is the document of exactly this issuer, with addresses that may be requested.
 core::Result<Discovery> ParseDiscovery(const WebAnswer& answer,
                                        const std::string& issuer,
-                                       const HttpsClient& client);
+                                       const WebClient& client);
 
 /// The JSON object of an answer with status 200; otherwise kUnavailable with `what` and the
 /// provider's error code.

@@ -73,6 +73,7 @@ std::vector<std::vector<PixelPoint>> CutIntoDashes(std::span<const PixelPoint> p
 
 }  // namespace
 
+// The page draws with the same colours: web/src/theme/inks.ts, compared by web/tests/inks.test.ts.
 Rgb ColourOf(Ink ink) {
   switch (ink) {
     case Ink::kBlue:
@@ -82,11 +83,11 @@ Rgb ColourOf(Ink ink) {
     case Ink::kGreen:
       return {0x00, 0x9E, 0x73};
     case Ink::kSky:
-      return {0x56, 0xB4, 0xE9};
+      return {0x0A, 0x98, 0xD6};
     case Ink::kPurple:
       return {0xAA, 0x44, 0x99};
     case Ink::kOrange:
-      return {0xE6, 0x9F, 0x00};
+      return {0xB5, 0x7A, 0x00};
     case Ink::kBlack:
       return {0x11, 0x11, 0x11};
     case Ink::kGrey:

@@ -143,8 +143,16 @@ Figure MakeEstimatesFigure(std::span<const core::Frame> frames,
 Figure MakeCurvesFigure(std::span<const EstimateCurve> curves,
                         EstimatorFamily family,
                         const FigureContext& context) {
-  constexpr std::array<Ink, kEstimateCurvesMax> kInks = {
-      Ink::kBlue, Ink::kVermilion, Ink::kGreen, Ink::kPurple, Ink::kOrange, Ink::kSky};
+  struct Look {
+    Ink ink;
+    Dash dash;
+  };
+  constexpr std::array<Look, kEstimateCurvesMax> kLooks = {{{Ink::kGreen, Dash::kDotted},
+                                                            {Ink::kBlue, Dash::kSolid},
+                                                            {Ink::kPurple, Dash::kDashed},
+                                                            {Ink::kVermilion, Dash::kDotted},
+                                                            {Ink::kBlack, Dash::kSolid},
+                                                            {Ink::kOrange, Dash::kDashed}}};
   LAB_CHECK(curves.size() <= kEstimateCurvesMax, curves.size());
   const bool swa = family == EstimatorFamily::kSwa;
   const FamilyNames& names = swa ? kSwaNames : kSiaNames;
@@ -157,48 +165,31 @@ Figure MakeCurvesFigure(std::span<const EstimateCurve> curves,
     const std::vector<double>& t_s = curves.front().t_s;
     figure.x.range = {t_s.front(), t_s.back() + PeriodOf(t_s)};
   }
-  Panel upper;
   const bool ia = context.estimated == core::EstimatedChannel::kIa;
-  upper.y = {names.parameters[kB0], ia ? "A/V" : "V/V", std::nullopt};
-  Panel lower;
-  const char* unit_b1 = !ia ? "" : swa ? " (A/V)" : " (A·s/V)";
-  lower.y = {std::string(names.parameters[kB1]) + unit_b1 + ", " + names.parameters[kA1],
-             swa ? "" : "s",
-             std::nullopt};
-  lower.weight = 1.15;
-  for (std::size_t i = 0; i < curves.size(); ++i) {
-    upper.series.push_back(SeriesOf(curves[i], kB0, kInks[i], Dash::kSolid));
-    upper.series.back().name = curves[i].name;
-    lower.series.push_back(SeriesOf(curves[i], kB1, kInks[i], Dash::kSolid));
-    lower.series.push_back(SeriesOf(curves[i], kA1, kInks[i], Dash::kDashed));
+  const char* const gain = ia ? "A/V" : "V/V";
+  const std::array<const char*, kFamilySize> units = {
+      gain, swa ? gain : (ia ? "A·s/V" : "s"), swa ? (ia ? "A/A" : "V/V") : "s"};
+  const std::optional<double> change = FirstChange(context);
+  for (int parameter = 0; parameter < kFamilySize; ++parameter) {
+    const auto at = static_cast<std::size_t>(parameter);
+    Panel panel;
+    panel.y = {names.parameters[at], units[at], std::nullopt};
+    for (std::size_t i = 0; i < curves.size(); ++i) {
+      panel.series.push_back(SeriesOf(curves[i], parameter, kLooks[i].ink, kLooks[i].dash));
+      if (parameter == kB0) {
+        panel.series.back().name = curves[i].name;
+      }
+    }
+    if (nominal) {
+      panel.levels.push_back(
+          {(*nominal)[at], std::string(names.parameters[at]) + " nom.", Ink::kGrey});
+    }
+    if (change && drawn) {
+      AddSettlingBands(panel, *change, curves, parameter == kB0);
+    }
+    panel.y.range = BulkRange(panel);
+    figure.panels.push_back(std::move(panel));
   }
-  Series key_b1;
-  key_b1.name = names.parameters[kB1];
-  key_b1.ink = Ink::kBlack;
-  Series key_a1 = key_b1;
-  key_a1.name = names.parameters[kA1];
-  key_a1.dash = Dash::kDashed;
-  lower.series.push_back(std::move(key_b1));
-  lower.series.push_back(std::move(key_a1));
-
-  if (nominal) {
-    const auto level = [&](int parameter) {
-      return Level{(*nominal)[static_cast<std::size_t>(parameter)],
-                   std::string(names.parameters[parameter]) + " nom.",
-                   Ink::kGrey};
-    };
-    upper.levels.push_back(level(kB0));
-    lower.levels.push_back(level(kB1));
-    lower.levels.push_back(level(kA1));
-  }
-  if (const std::optional<double> change = FirstChange(context); change && drawn) {
-    AddSettlingBands(upper, *change, curves, true);
-    AddSettlingBands(lower, *change, curves, false);
-  }
-  upper.y.range = BulkRange(upper);
-  lower.y.range = BulkRange(lower);
-  figure.panels.push_back(std::move(upper));
-  figure.panels.push_back(std::move(lower));
   return figure;
 }
 

@@ -33,9 +33,10 @@ Figure MakeSignalsFigure(std::span<const core::Sample> samples, const FigureCont
 
 enum class EstimatorFamily { kSwa, kSia };
 
-/// Paper Figures 17-20: b0 alone above, b1 and a1 together below; the three windows of the family,
-/// nominal lines, markers, and the transient after the fault ((K-1)T or (K+m-1)T) shaded.
-/// An estimate that is invalid, not excited or older than its sample is a gap in the line.
+/// Paper Figures 17-20: b0, b1 and a1, a panel each; the three windows of the family, which differ
+/// in colour and in dash; nominal lines, markers, and the transient after the fault ((K-1)T or
+/// (K+m-1)T) shaded. An estimate that is invalid, not excited or older than its sample is a gap in
+/// the line.
 Figure MakeEstimatesFigure(std::span<const core::Frame> frames,
                            EstimatorFamily family,
                            const FigureContext& context);
@@ -47,7 +48,7 @@ struct EstimateCurve {
   std::array<std::vector<double>, 3> theta;  ///< b0d b1d a1d, or b0 b1 a1
   int settling_samples = 0;                  ///< after a change: (K-1), SIA (K+m-1)
 };
-/// The number of inks for curves.
+/// The number of pairs of ink and dash for curves.
 inline constexpr std::size_t kEstimateCurvesMax = 6;
 
 /// The same figure for any windows of one family, at most kEstimateCurvesMax. Throws ContractError

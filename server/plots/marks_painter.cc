@@ -5,7 +5,8 @@
 namespace faultlab::server {
 namespace {
 
-constexpr Rgb kFaultColour = {0xC0, 0x1C, 0x28};
+constexpr Rgb kFaultColour = {0xB3, 0x00, 0x1B};
+constexpr Rgb kDetectColour = {0x00, 0x5A, 0x8F};
 constexpr double kSymbol = 7;  // half size
 constexpr double kGap = 8;
 
@@ -14,11 +15,9 @@ Rgb ColourOf(MarkKind kind) {
     case MarkKind::kFault:
       return kFaultColour;
     case MarkKind::kDetected:
-      return ColourOf(Ink::kBlue);
     case MarkKind::kIsolated:
-      return ColourOf(Ink::kGreen);
     case MarkKind::kReturned:
-      return ColourOf(Ink::kGrey);
+      return kDetectColour;
   }
   return {};
 }

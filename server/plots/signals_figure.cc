@@ -58,9 +58,10 @@ Figure MakeSignalsFigure(std::span<const core::Sample> samples, const FigureCont
   figure.panels.push_back(MakeInputPanel(samples));
 
   Panel output = MakePanel("U_{m}", "V", 1.0);
-  Series ua = MakeChannelSeries(samples, &core::Sample::ua_v, Ink::kSky);
+  Series ua = MakeChannelSeries(samples, &core::Sample::ua_v, Ink::kGreen);
   ua.width = kLineWidth;
-  Series um = MakeChannelSeries(samples, &core::Sample::um_v, Ink::kBlue);
+  ua.dash = Dash::kDashed;
+  Series um = MakeChannelSeries(samples, &core::Sample::um_v, Ink::kVermilion);
   um.width = kLineWidth;
   if (HoldsNumbers(ua)) {
     output.y.label = "U_{m}, U_{a}";
@@ -77,8 +78,8 @@ Figure MakeSignalsFigure(std::span<const core::Sample> samples, const FigureCont
     const char* unit;
     Ink ink;
   };
-  for (const Optional& one : {Optional{&core::Sample::ia_a, "I_{a}", "A", Ink::kVermilion},
-                              Optional{&core::Sample::n_rpm, "n", "rpm", Ink::kGreen}}) {
+  for (const Optional& one : {Optional{&core::Sample::ia_a, "I_{a}", "A", Ink::kPurple},
+                              Optional{&core::Sample::n_rpm, "n", "rpm", Ink::kSky}}) {
     Series series = MakeChannelSeries(samples, one.channel, one.ink);
     if (HoldsNumbers(series)) {
       series.width = kLineWidth;

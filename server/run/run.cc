@@ -81,6 +81,7 @@ Run::Run(RunServices services, RunRequest request, RunRecord record, CommandHand
   state_.epoch = epoch_;
   state_.plan_json = record.plan_json;
   state_.created_at = record.created_at;
+  state_.began = services_.clock.Monotonic();
   state_.period_s = record.period_s;
   state_.verdict = core::Name(pipeline_.verdict().kind);
   verdict_text_ = VerdictText(pipeline_.verdict());
@@ -164,6 +165,10 @@ void Run::LetGo() {
   rig_->SafeStop("the run has ended");
   // The next run may begin now, although this object exists until ended runs are collected.
   request_.place.reset();
+  {
+    const std::lock_guard lock(mutex_);
+    state_.on_rig = false;
+  }
   RigHold hold;
   {
     const std::lock_guard lock(control_mutex_);
@@ -273,6 +278,7 @@ void Run::FollowVerdict() {
     if (verdict.detected_at_s && verdict.detected_at_s != detected_at_s_) {
       const auto index = static_cast<std::int64_t>(std::llround(*verdict.detected_at_s / period_s));
       AddEvent(MakeDiagnosisEvent("detected", index, period_s, nullptr, verdict.detector));
+      TellMoment(now, "detection");
       isolated_.reset();
     }
     if (detected_at_s_ && !verdict.detected_at_s && verdict.kind == core::VerdictKind::kNominal) {
@@ -322,6 +328,15 @@ void Run::OnRigEvent(const hardware::RigEvent& event) {
   const hardware::LoopQuality loop =
       last ? rig_->loop_quality().Since(loop_before_) : hardware::LoopQuality{};
   AddEvent(MakeEvent(event, state_.period_s, last ? &loop : nullptr));
+  if (last) TellMoment(event.index, "end");
+  if (event.kind == hardware::RigEventKind::kRelayConfirmed && event.component.exists() &&
+      event.value != request_.diagnosis.nominal.Get(event.component)) {
+    TellMoment(event.index, "fault");
+  }
+}
+
+void Run::TellMoment(std::int64_t index, std::string_view why) const {
+  if (services_.moment) services_.moment({id_, state_.rig, index, why});
 }
 
 void Run::AddEvent(RecordedEvent event) {

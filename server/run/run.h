@@ -43,6 +43,7 @@ struct RunServices {
   std::function<void(std::string_view)> log;
   decltype(RunManagerOptions::complete) complete;
   decltype(RunManagerOptions::calibrated) calibrated;
+  decltype(RunManagerOptions::moment) moment{};
 };
 
 /// One experiment from its start to its stored end, on its own thread. The rig is safe before the
@@ -79,6 +80,7 @@ class Run : public std::enable_shared_from_this<Run> {
   core::Result<Accepted> Hold(const hardware::RigCommand& change);
   void TellChanges();
   void AddEvent(RecordedEvent event);
+  void TellMoment(std::int64_t index, std::string_view why) const;
   void FlushRows();
   void FlushRecording(bool all);
   void PublishReadout();

@@ -127,7 +127,8 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
                        options_.speed,
                        log_,
                        options_.complete,
-                       options_.calibrated};
+                       options_.calibrated,
+                       options_.moment};
   const std::string id = record.id;
   auto run = std::make_shared<Run>(
       std::move(services),

@@ -62,6 +62,8 @@ struct RunSnapshot {
   RunState state = RunState::kRunning;
   std::string plan_json;
   WallTime created_at{};
+  MonotonicTime began{};
+  bool on_rig = true;  ///< false: the rig may have gone to another run already
   std::int64_t samples = 0;
   double period_s = 0.01;
   std::vector<RecordedEvent> events;
@@ -80,6 +82,14 @@ struct LearntRig {
   const core::Calibration& calibration;
 };
 
+/// Something of a run that a picture of the bench is worth.
+struct RunMoment {
+  const std::string& run;
+  const std::string& rig;
+  std::int64_t index = 0;  ///< of the sample
+  std::string_view why;    ///< "fault": one was switched; "detection"; "end"
+};
+
 struct RunManagerOptions {
   std::string server_id = "local";
   double speed = 1.0;  ///< of the simulated rigs: frames are batched to 20 a second of wall time
@@ -90,6 +100,8 @@ struct RunManagerOptions {
       complete;
   /// Never of a replay. May be empty. Called on the run's thread, after its end is stored.
   std::function<void(const LearntRig& learnt)> calibrated;
+  /// May be empty. Called on the run's thread: must not block.
+  std::function<void(const RunMoment& moment)> moment{};
 };
 
 struct RunCounters {

@@ -10,6 +10,7 @@
 #include "core/types/check.h"
 #include "server/storage/blob_store.h"
 #include "server/storage/chunk_codec.h"
+#include "server/storage/picture_store.h"
 
 namespace faultlab::server {
 namespace {
@@ -319,7 +320,7 @@ core::Status RecordingStore::Delete(const std::string& run_id) {
                    "",
                    "rest_awaited"};
     }
-    blob_store::Erase(tx, ChunkOwner(run_id));
+    EraseRecordingBlobs(tx, run_id);
     tx.sql() << "DELETE FROM recording WHERE id = :id", use(run_id, "id");
     return Done{};
   });
@@ -328,11 +329,15 @@ core::Status RecordingStore::Delete(const std::string& run_id) {
 core::Result<std::int64_t> RecordingStore::SamplesOf(const std::string& owner) {
   return database_.Read([&](Transaction& tx) -> core::Result<std::int64_t> {
     std::int64_t samples = 0;
+    std::int64_t picture_bytes = 0;
     const std::int64_t least = kSamplesLeast;
     tx.sql() << "SELECT CAST(COALESCE(SUM(CASE WHEN samples < :least THEN :same ELSE samples END), "
                 "0) AS BIGINT) FROM recording WHERE owner = :owner",
         into(samples), use(least, "least"), use(least, "same"), use(owner, "owner");
-    return samples;
+    tx.sql() << "SELECT CAST(COALESCE(SUM(p.size_bytes), 0) AS BIGINT) FROM recording_picture p "
+                "JOIN recording r ON r.id = p.recording_id WHERE r.owner = :owner",
+        into(picture_bytes), use(owner, "owner");
+    return samples + picture_bytes / kSampleBytes;
   });
 }
 

@@ -113,13 +113,16 @@ class RecordingStore {
                        RunState state,
                        std::span<const RecordedEvent> events);
 
-  /// Deletes record, samples and events. Refuses a running run, and one whose rest is being read
-  /// (kConflict).
+  /// Deletes record, samples, pictures and events. Refuses a running run, and one whose rest is
+  /// being read (kConflict).
   core::Status Delete(const std::string& run_id);
 
   /// Samples that a shorter recording counts for: 4.5 kB of rows.
   static constexpr std::int64_t kSamplesLeast = 150;
-  /// Number of samples in all recordings of an owner, each counted as at least kSamplesLeast.
+  /// Bytes of a stored sample, for counting pictures as samples.
+  static constexpr std::int64_t kSampleBytes = 30;
+  /// Number of samples in all recordings of an owner, each counted as at least kSamplesLeast, and
+  /// the pictures of these recordings as so many samples as need the same space.
   core::Result<std::int64_t> SamplesOf(const std::string& owner);
   /// The oldest ended recording of an owner.
   core::Result<std::optional<std::string>> OldestEndedOf(const std::string& owner);

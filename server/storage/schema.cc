@@ -313,10 +313,23 @@ Migration BenchDescriptions() {
           .postgres_statements = {}};
 }
 
+/// Pictures of the bench during a run; their bytes are in blob_store.
+Migration RecordingPictures() {
+  return {.version = 17,
+          .description = "pictures of recordings",
+          .statements = {"CREATE TABLE recording_picture ("
+                         "recording_id TEXT NOT NULL REFERENCES recording (id) ON DELETE CASCADE, "
+                         "picture BIGINT NOT NULL, sample_index BIGINT NOT NULL, "
+                         "why TEXT NOT NULL, content_type TEXT NOT NULL, "
+                         "size_bytes BIGINT NOT NULL, PRIMARY KEY (recording_id, picture))"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 /// The name by which a far rig keeps the run: what a server that was killed has not written is read
 /// again from there.
 Migration RunsKeptByTheRig() {
-  return {.version = 17,
+  return {.version = 18,
           .description = "runs that their rigs keep",
           .statements = {"ALTER TABLE recording ADD COLUMN kept_run TEXT NOT NULL DEFAULT ''"},
           .sqlite_statements = {},
@@ -342,6 +355,7 @@ const std::vector<Migration>& AllMigrations() {
                                               CalibrationsOfHiddenFaults(),
                                               AccountsOfClassLists(),
                                               BenchDescriptions(),
+                                              RecordingPictures(),
                                               RunsKeptByTheRig()};
   return kAll;
 }

@@ -38,6 +38,15 @@ TEST(BenchReader, GivesThePapersBenchAsPrinted) {
   EXPECT_DOUBLE_EQ(bench.um.max, 10.0);
 }
 
+TEST(BenchReader, ACountedSpeedIsMeasuredButNotEstimatedFrom) {
+  const auto counted = ReadBench(
+      Changed(PaperBench().text, "[channel.n]\n", "[channel.n]\ncounted = true\n"), "mine.toml");
+  ASSERT_TRUE(counted.ok()) << counted.error().message;
+  EXPECT_TRUE(counted.value().n.exists);
+  EXPECT_FALSE(counted.value().readings().has_n);
+  EXPECT_TRUE(PaperBench().readings().has_n);
+}
+
 TEST(BenchReader, GivesABenchOfTheOtherStructure) {
   const auto kept = LoadBench("servo-motor");
   ASSERT_TRUE(kept.ok()) << kept.error().message;

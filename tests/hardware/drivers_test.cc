@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -35,9 +36,14 @@ std::string NiWatchdogConfig() {
          STAND_IN_NIDAQMX + "\"\n";
 }
 
-std::string ComediConfig() {
+std::string NiQuadratureConfig() {
+  return std::string("driver = \"nidaqmx\"\n[nidaqmx]\ncounts = \"quadrature\"\nlibrary = \"") +
+         STAND_IN_NIDAQMX + "\"\n";
+}
+
+std::string ComediConfig(const std::string& more = "") {
   return std::string("driver = \"comedi\"\n[comedi]\nlibrary = \"") + STAND_IN_COMEDI +
-         "\"\ncounter = 3\nreference = \"diff\"\n";
+         "\"\ncounter = 3\nreference = \"diff\"\n" + more;
 }
 
 BenchFile Parsed(const std::string& text) {
@@ -53,6 +59,7 @@ struct Driver {
   const char* library;
   std::string config;
   bool counts;
+  StandInScans scans = StandInScans::kNone;
 };
 
 class RealDriver : public testing::TestWithParam<Driver> {
@@ -61,13 +68,18 @@ class RealDriver : public testing::TestWithParam<Driver> {
     StandInControlFunction* function = nullptr;
     library_.Find("stand_in_control", function);
     control_ = function();
-    *control_ = StandInControl{};
-    control_->begin_run = true;
+    Reset();
     bench_.driver_patience = std::chrono::seconds(10);  // a busy machine is not a hanging driver
   }
   ~RealDriver() override {
     EXPECT_EQ(control_->open_handles, 0);
     EXPECT_EQ(control_->misuses, 0) << control_->misuse;
+  }
+
+  void Reset() {
+    *control_ = StandInControl{};
+    control_->begin_run = true;
+    control_->scans = GetParam().scans;
   }
 
   /// Steps a machine through a plan, and the stand-in's time with it.
@@ -132,8 +144,7 @@ TEST_P(RealDriver, ReportsTheDriversOwnWordsAtEachCallThatFails) {
   ASSERT_GT(calls, 20);
   int reported = 0;
   for (int n = 0; n < calls; ++n) {
-    *control_ = StandInControl{};
-    control_->begin_run = true;
+    Reset();
     control_->fail_at = n;
     try {
       const auto machine = MakeBenchMachine(
@@ -211,10 +222,151 @@ TEST_P(RealDriver, IsMadeSafeByTheSupervisorWhenItsAgentIsKilled) {
 INSTANTIATE_TEST_SUITE_P(
     Boards,
     RealDriver,
-    testing::Values(Driver{"NiFrequency", STAND_IN_NIDAQMX, NiConfig("frequency"), false},
-                    Driver{"NiCount", STAND_IN_NIDAQMX, NiConfig("count"), true},
-                    Driver{"NiWatchdog", STAND_IN_NIDAQMX, NiWatchdogConfig(), false},
-                    Driver{"Comedi", STAND_IN_COMEDI, ComediConfig(), true}),
+    testing::Values(
+        Driver{"NiFrequency", STAND_IN_NIDAQMX, NiConfig("frequency"), false},
+        Driver{"NiCount", STAND_IN_NIDAQMX, NiConfig("count"), true},
+        Driver{"NiWatchdog", STAND_IN_NIDAQMX, NiWatchdogConfig(), false},
+        Driver{"NiQuadrature", STAND_IN_NIDAQMX, NiQuadratureConfig(), true},
+        Driver{"Comedi", STAND_IN_COMEDI, ComediConfig(), true},
+        Driver{"ComediBothWays", STAND_IN_COMEDI, ComediConfig("counts = \"both\"\n"), true},
+        Driver{"ComediClocked", STAND_IN_COMEDI, ComediConfig(), true, StandInScans::kAtOnce}),
+    [](const testing::TestParamInfo<Driver>& driver) { return std::string(driver.param.name); });
+
+// ---- counters that know the sense ---------------------------------------------------------------
+
+/// The counter of a motor that runs forwards, its encoder's channels swapped or not.
+class DirectedCounter : public RealDriver {
+ protected:
+  RunLog Speeds(bool swapped) {
+    Reset();
+    control_->swapped = swapped;
+    const auto machine =
+        MakeBenchMachine(bench_.config, OpenDaq(bench_), nullptr, std::make_shared<ManualClock>());
+    return Play(*machine, SquarePlan(300));  // long enough for a counter of 16 bits to wrap
+  }
+};
+
+TEST_P(DirectedCounter, GivesSpeedWithItsSignAndWrapsBothWays) {
+  const RunLog forwards = Speeds(false);
+  const RunLog backwards = Speeds(true);
+  ASSERT_EQ(backwards.samples.size(), forwards.samples.size());
+  EXPECT_GT(forwards.samples.back().n_rpm, 100.0);
+  for (std::size_t k = 0; k < forwards.samples.size(); ++k) {
+    ASSERT_NEAR(backwards.samples[k].n_rpm, -forwards.samples[k].n_rpm, 1e-9) << k;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Boards,
+    DirectedCounter,
+    testing::Values(Driver{"NiQuadrature", STAND_IN_NIDAQMX, NiQuadratureConfig(), true},
+                    Driver{"Comedi", STAND_IN_COMEDI, ComediConfig("counts = \"both\"\n"), true}),
+    [](const testing::TestParamInfo<Driver>& driver) { return std::string(driver.param.name); });
+
+// ---- conversions that the board clocks ----------------------------------------------------------
+
+class ClockedConversions : public RealDriver {
+ protected:
+  std::unique_ptr<Daq> Opened() {
+    std::unique_ptr<Daq> daq = OpenDaq(bench_);
+    daq->Prepare();
+    return daq;
+  }
+};
+
+TEST_P(ClockedConversions, TellTheirMiddleAfterTheDrivesEdge) {
+  const std::unique_ptr<Daq> daq = Opened();
+  const double delta_s = bench_.config.description.delta_s;
+  daq->WriteDrive(2.0);
+  const AnalogReading reading = daq->ReadAnalog();
+  ASSERT_TRUE(reading.middle_after_s.has_value());
+  EXPECT_GE(*reading.middle_after_s, delta_s - 1e-6);  // the timer's grain
+  EXPECT_LT(*reading.middle_after_s, delta_s + 5.0);   // of a machine that stood still, too
+  EXPECT_NEAR(reading.um_v, 0.0, 1.0);                 // the scan before it has 7 V
+}
+
+TEST_P(ClockedConversions, AreOfTheEdgeBeforeThem) {
+  const std::unique_ptr<Daq> daq = Opened();
+  daq->WriteDrive(2.0);
+  daq->WriteDrive(3.0);  // the scan of the edge before is broken off
+  EXPECT_EQ(control_->cancels, 1);
+  EXPECT_TRUE(daq->ReadAnalog().middle_after_s.has_value());
+  EXPECT_THROW(daq->ReadAnalog(), IoError);  // one edge, one scan
+}
+
+TEST_P(ClockedConversions, AreBrokenOffAtTheEnd) {
+  std::unique_ptr<Daq> daq = Opened();
+  daq->WriteDrive(2.0);
+  daq.reset();
+  EXPECT_EQ(control_->cancels, 1);
+}
+
+TEST_P(ClockedConversions, ThatDoNotComeAreAnErrorAndTheDriveIsStillWritten) {
+  const std::unique_ptr<Daq> daq = Opened();
+  control_->scans_silent = true;
+  daq->WriteDrive(2.0);
+  try {
+    daq->ReadAnalog();
+    ADD_FAILURE() << "no error";
+  } catch (const IoError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("does not come: 0 of "));
+  }
+  daq->WriteDrive(0.0);
+  EXPECT_EQ(control_->drive_v, 0.0);
+  EXPECT_EQ(control_->cancels, 1);
+}
+
+TEST_P(ClockedConversions, ThatCannotBeginAreAnErrorOfTheReadingNotOfTheDrive) {
+  const std::unique_ptr<Daq> daq = Opened();
+  control_->fail_at = control_->calls + 1;  // after the drive's write
+  daq->WriteDrive(2.0);
+  EXPECT_NEAR(control_->drive_v, 2.0, 1e-3);
+  try {
+    daq->ReadAnalog();
+    ADD_FAILURE() << "no error";
+  } catch (const IoError& error) {
+    EXPECT_THAT(error.what(), StartsWith("comedi_command failed: the stand-in was told to fail"));
+  }
+}
+
+TEST_P(ClockedConversions, LeaveSingleReadsWhereTheTrialGivesNothing) {
+  control_->scans_silent = true;
+  const std::unique_ptr<Daq> daq = Opened();
+  daq->WriteDrive(2.0);
+  EXPECT_FALSE(daq->ReadAnalog().middle_after_s.has_value());
+  EXPECT_EQ(control_->cancels, control_->commands);
+  control_->scans_silent = false;
+  daq->Prepare();  // of the next run
+  daq->WriteDrive(2.0);
+  EXPECT_TRUE(daq->ReadAnalog().middle_after_s.has_value());
+}
+
+TEST_P(ClockedConversions, AreNotUsedWhereTheyAreNotWanted) {
+  bench_.comedi.may_scan = false;
+  const std::unique_ptr<Daq> daq = Opened();
+  daq->WriteDrive(2.0);
+  EXPECT_FALSE(daq->ReadAnalog().middle_after_s.has_value());
+  EXPECT_EQ(control_->commands, 0);
+}
+
+TEST_P(ClockedConversions, AreNotUsedWhereAScanTakesTooMuchOfDelta) {
+  bench_.config.description.delta_s = 0.4e-3;
+  const std::unique_ptr<Daq> daq = Opened();
+  EXPECT_EQ(control_->commands, 0);
+}
+
+TEST_P(ClockedConversions, AreNotBegunByWhoOnlyMakesTheBenchSafe) {
+  const std::unique_ptr<Daq> daq = OpenDaq(bench_);  // the agent that hangs may have the inputs
+  daq->WriteDrive(0.0);
+  EXPECT_EQ(control_->commands, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Boards,
+    ClockedConversions,
+    testing::Values(
+        Driver{"AtOnce", STAND_IN_COMEDI, ComediConfig(), true, StandInScans::kAtOnce},
+        Driver{"AfterAPeriod", STAND_IN_COMEDI, ComediConfig(), true, StandInScans::kAfterAPeriod}),
     [](const testing::TestParamInfo<Driver>& driver) { return std::string(driver.param.name); });
 
 TEST(Supervisor, HandsOnTheStatusOfAnAgentThatEnds) {
@@ -413,6 +565,18 @@ TEST(BenchFile, RefusesACounterWithoutDirectionForAMotorThatReverses) {
   EXPECT_THAT(RefusalOf("driver = \"nidaqmx\"\n[nidaqmx]\ncounter = \"Mod3/ctr0\"\n" + reverses),
               StartsWith("bench.toml:3: nidaqmx.counter counts edges: it knows no direction"));
   EXPECT_EQ(RefusalOf("driver = \"nidaqmx\"\n[nidaqmx]\ncounter = \"\"\n" + reverses), "accepted");
+  EXPECT_EQ(RefusalOf("driver = \"nidaqmx\"\n[nidaqmx]\ncounts = \"quadrature\"\n" + reverses),
+            "accepted");
+}
+
+TEST(BenchFile, CountsFourEdgesAPulseInQuadrature) {
+  const BenchFile bench = Parsed(NiQuadratureConfig() + "[encoder]\npulses_per_revolution = 500\n");
+  EXPECT_EQ(bench.config.scaling.pulses_per_revolution, 2000);
+  EXPECT_EQ(bench.config.scaling.speed, SpeedMethod::kGatedCount);
+  EXPECT_EQ(Parsed(NiConfig("count")).config.scaling.pulses_per_revolution, 1000);
+  EXPECT_EQ(RefusalOf("driver = \"nidaqmx\"\n[nidaqmx]\ncounts = \"quadrature\"\n[encoder]\n"
+                      "method = \"frequency\"\n"),
+            "bench.toml:5: encoder.method must be \"count\": nidaqmx.counts is \"quadrature\"");
 }
 
 TEST(BenchFile, TakesOneDigitalSubdeviceOrAList) {

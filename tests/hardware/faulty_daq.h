@@ -2,9 +2,11 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -21,7 +23,11 @@ struct DaqJournal {
   std::uint32_t stuck_low = 0;  ///< relay lines that read 0 whatever is written
   int hang_at = -1;             ///< this call does not return before Release
   std::vector<std::uint32_t> levels;
+  /// What reaches the relays of the lines that were written; read-back sees the port, not the wire.
+  std::function<std::uint32_t(std::uint32_t)> wires;
   std::atomic<double> drive_v = -1.0;
+  /// What happens while a call is under way: a slow board lets time pass.
+  std::function<void(std::string_view)> during = [](std::string_view) {};
 
   void Release() {
     const std::lock_guard lock(mutex);
@@ -62,11 +68,12 @@ class FaultyDaq final : public Daq {
   void WriteRelayLines(std::uint32_t levels) override {
     Count("WriteRelayLines");
     journal_.levels.push_back(levels);
-    inner_->WriteRelayLines(levels);
+    inner_->WriteRelayLines(journal_.wires ? journal_.wires(levels) : levels);
   }
   std::uint32_t ReadRelayLines() override {
     Count("ReadRelayLines");
-    return inner_->ReadRelayLines() & ~journal_.stuck_low;
+    const bool by_port = journal_.wires && !journal_.levels.empty();
+    return (by_port ? journal_.levels.back() : inner_->ReadRelayLines()) & ~journal_.stuck_low;
   }
   double ReadPulseFrequencyHz() override {
     Count("ReadPulseFrequencyHz");
@@ -89,6 +96,7 @@ class FaultyDaq final : public Daq {
  private:
   void Count(const char* what) {
     const int call = journal_.calls++;
+    journal_.during(what);
     if (call == journal_.hang_at) journal_.Hang();
     if (journal_.fail_at >= 0 && call >= journal_.fail_at &&
         call < journal_.fail_at + journal_.failures) {

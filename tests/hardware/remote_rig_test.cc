@@ -87,31 +87,36 @@ TEST(RemoteRig, LosesNothingInAStorm) {
   EXPECT_GT(server.rig().info().gaps_refilled, 0);
 }
 
-TEST(RemoteRig, ACutOfFiveSecondsLosesNothingWhenTheRunRidesThrough) {
+/// Seconds of a cut.
+class ACut : public testing::TestWithParam<int> {};
+
+TEST_P(ACut, LosesNothingWhenTheRunRidesThrough) {
+  const std::chrono::seconds cut(GetParam());
   LossyBus bus(kFine, 3);
-  AgentThread agent(bus, kSpeed, RidesThrough(60));
+  AgentThread agent(bus, kSpeed, RidesThrough(90));
   ServerThread server(bus, kSpeed, "a");
   server.WaitUntilHeard();
-  const RunPlan plan = SquarePlan(1000);
+  const RunPlan plan = SquarePlan(500 + 100 * GetParam());
   ASSERT_TRUE(server.rig().Arm(plan, kEpoch).ok());
   ASSERT_TRUE(server.rig().Start(kEpoch).ok());
   std::thread mender;
   const RunLog log = Drain(server.rig(), [&](const core::Sample& sample) {
     if (sample.index != 200) return;
     bus.SetCut(true);
-    mender = std::thread([&] {
-      // 5 s of the run.
-      const auto time = FastTime(kSpeed);
-      const Nanoseconds until = time() + std::chrono::seconds(5);
+    mender = std::thread([&bus, cut] {
+      const auto time = FastTime(kSpeed);  // seconds of the run
+      const Nanoseconds until = time() + cut;
       while (time() < until) std::this_thread::yield();
       bus.SetCut(false);
     });
   });
   mender.join();
   ExpectWhole(log, plan);
-  EXPECT_GT(server.rig().info().gaps_refilled, 300);
+  EXPECT_GT(server.rig().info().gaps_refilled, 60 * GetParam());
   EXPECT_EQ(log.events.back().kind, RigEventKind::kFinished);
 }
+
+INSTANTIATE_TEST_SUITE_P(Seconds, ACut, testing::Values(1, 5, 60));
 
 TEST(RemoteRig, SilenceOfTheServerStopsTheRunAndTheRecordingIsWholeUpToThere) {
   LossyBus bus(kFine, 4);

@@ -1,8 +1,14 @@
 // A stand-in for libcomedi: declared by the real header, answers from the plant.
 #include <comedilib.h>
+#include <fcntl.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
+#include <thread>
+#include <vector>
 
 #include "core/plant/converters.h"
 #include "tests/hardware/stand_in_plant.h"
@@ -31,6 +37,17 @@ constexpr unsigned kCounter = 3;
 /// Lines of the paper's bench that connect the nominal parts.
 constexpr unsigned kNominalLow = 1u << 17 | 1u << 19 | 1u << 21 | 1u << 6;
 
+/// The command that goes on; its values come through a pipe.
+struct Scans {
+  comedi_cmd command{};
+  bool going_on = false;
+  bool ended = false;  ///< all its values are in the pipe
+  int ends[2] = {-1, -1};
+};
+Scans scans;
+constexpr unsigned kConvertMinNs = 5000;
+constexpr unsigned kTimerNs = 1000;  ///< all times are multiples of it
+
 bool IsOpen(comedi_t* device) {
   const bool ok = reinterpret_cast<int*>(device) == &device_mark && plant.control.open_handles == 1;
   if (!ok) plant.Misuse("a device that is not open");
@@ -40,6 +57,42 @@ bool IsOpen(comedi_t* device) {
 /// 0..65535 for -10..10 V, as on a 16-bit board.
 lsampl_t Code(double volt) {
   return static_cast<lsampl_t>(core::ConverterCode(volt, 10.0) + 32768);
+}
+
+AnalogReading ReadTogether() {
+  return plant.daq().ReadAnalog();
+}
+
+unsigned Rounded(unsigned time_ns) {
+  return (time_ns + kTimerNs / 2) / kTimerNs * kTimerNs;
+}
+
+/// The scans of the command. Those before the last one are of a board that the test does not look
+/// at: they are not of the plant.
+void MakeValues() {
+  const comedi_cmd& command = scans.command;
+  std::vector<sampl_t> values;
+  for (unsigned scan = 1; scan < command.stop_arg; ++scan) {
+    values.insert(values.end(), command.chanlist_len, sampl_t{0xdead});
+  }
+  // A single scan at once is of no drive's edge: a trial.
+  const bool trial = plant.control.scans == StandInScans::kAtOnce && command.stop_arg == 1;
+  const AnalogReading last = trial ? AnalogReading{} : ReadTogether();
+  for (unsigned i = 0; i < command.chanlist_len; ++i) {
+    const unsigned channel = CR_CHAN(command.chanlist[i]);
+    const double volt = channel == 0 ? last.um_v : channel == 1 ? last.ua_v : last.ia_v;
+    values.push_back(static_cast<sampl_t>(Code(volt)));
+  }
+  const std::size_t bytes = values.size() * sizeof(sampl_t);
+  if (write(scans.ends[1], values.data(), bytes) != static_cast<ssize_t>(bytes)) {
+    plant.Misuse("more values than the buffer holds");
+  }
+}
+
+void Drain() {
+  char rest[4096];
+  while (read(scans.ends[0], rest, sizeof rest) > 0) {
+  }
 }
 
 }  // namespace
@@ -52,13 +105,17 @@ StandInControl* stand_in_control() {
 
 comedi_t* comedi_open(const char* file) {
   if (plant.Called() || std::strncmp(file, "/dev/comedi", 11) != 0) return nullptr;
+  if (pipe2(scans.ends, O_NONBLOCK) != 0) return nullptr;
   ++plant.control.open_handles;
   drive_written = false;
   return reinterpret_cast<comedi_t*>(&device_mark);
 }
 
 int comedi_close(comedi_t* device) {
-  if (IsOpen(device)) --plant.control.open_handles;
+  if (!IsOpen(device)) return 0;
+  --plant.control.open_handles;
+  scans.going_on = false;
+  for (const int end : scans.ends) close(end);
   return 0;
 }
 
@@ -85,6 +142,17 @@ int comedi_get_subdevice_type(comedi_t* device, unsigned subdevice) {
       return COMEDI_SUBD_COUNTER;
   }
 }
+int comedi_get_subdevice_flags(comedi_t* device, unsigned subdevice) {
+  if (plant.Called() || !IsOpen(device)) return -1;
+  if (subdevice != kAnalogIn) plant.Misuse("flags");
+  return plant.control.scans == StandInScans::kNone ? SDF_READABLE : SDF_READABLE | SDF_CMD_READ;
+}
+int comedi_set_read_subdevice(comedi_t* device, unsigned subdevice) {
+  if (plant.Called() || !IsOpen(device)) return -1;
+  if (subdevice != kAnalogIn) plant.Misuse("subdevice for reading");
+  return 0;
+}
+
 int comedi_get_n_channels(comedi_t* device, unsigned subdevice) {
   if (plant.Called() || !IsOpen(device)) return -1;
   return subdevice == kDigital ? static_cast<int>(kDigitalLines) : subdevice == kCounter ? 1 : 3;
@@ -114,13 +182,15 @@ int comedi_data_read(comedi_t* device,
   if (plant.Called() || !IsOpen(device)) return -1;
   if (subdevice == kCounter) {
     if (!counter_armed) plant.Misuse("a counter that was not armed");
-    *data = (plant.daq().ReadPulseCount() + kCounterMax - 5) & kCounterMax;
+    const lsampl_t pulses = plant.daq().ReadPulseCount();
+    *data = ((plant.control.swapped ? 0 - pulses : pulses) + kCounterMax - 5) & kCounterMax;
     return 1;
   }
   if (subdevice != kAnalogIn || channel > 2 || aref != AREF_DIFF) plant.Misuse("AI read");
+  if (scans.going_on) plant.Misuse("AI read during a command");
   // One scan is three reads at one instant, so the noise is drawn once.
   static AnalogReading scan;
-  if (channel == 0) scan = plant.daq().ReadAnalog();
+  if (channel == 0) scan = ReadTogether();
   *data = Code(channel == 0 ? scan.um_v : channel == 1 ? scan.ua_v : scan.ia_v);
   return 1;
 }
@@ -178,6 +248,64 @@ int comedi_arm(comedi_t* device, unsigned subdevice, unsigned) {
   if (plant.Called() || !IsOpen(device)) return -1;
   if (subdevice != kCounter) plant.Misuse("arm");
   counter_armed = true;
+  return 0;
+}
+
+int comedi_command_test(comedi_t* device, comedi_cmd* command) {
+  if (plant.Called() || !IsOpen(device)) return -1;
+  if (plant.control.scans == StandInScans::kNone) return 1;
+  if (command->start_src != TRIG_NOW || command->scan_begin_src != TRIG_TIMER ||
+      command->convert_src != TRIG_TIMER || command->scan_end_src != TRIG_COUNT ||
+      command->stop_src != TRIG_COUNT) {
+    return 1;
+  }
+  const comedi_cmd before = *command;
+  command->convert_arg = std::max(command->convert_arg, kConvertMinNs);
+  command->scan_begin_arg =
+      std::max(command->scan_begin_arg, command->convert_arg * command->scan_end_arg);
+  if (command->convert_arg != before.convert_arg ||
+      command->scan_begin_arg != before.scan_begin_arg ||
+      command->scan_end_arg != command->chanlist_len || command->stop_arg == 0) {
+    return 3;
+  }
+  command->convert_arg = Rounded(command->convert_arg);
+  command->scan_begin_arg = Rounded(command->scan_begin_arg);
+  return command->convert_arg != before.convert_arg ||
+                 command->scan_begin_arg != before.scan_begin_arg
+             ? 4
+             : 0;
+}
+
+int comedi_command(comedi_t* device, comedi_cmd* command) {
+  if (plant.Called() || !IsOpen(device)) return -1;
+  if (scans.going_on) plant.Misuse("a command while another goes on");
+  if (Rounded(command->scan_begin_arg) != command->scan_begin_arg) plant.Misuse("untested command");
+  scans.command = *command;
+  scans.going_on = true;
+  scans.ended = false;
+  ++plant.control.commands;
+  return 0;
+}
+
+/// Whoever asks for the file is about to read: the scans are made now, of the plant as it is now,
+/// because the test's time stands between the command and the reading.
+int comedi_fileno(comedi_t* device) {
+  if (plant.Called() || !IsOpen(device)) return -1;
+  if (scans.going_on && !scans.ended && !plant.control.scans_silent) {
+    if (plant.control.scans == StandInScans::kAfterAPeriod) {
+      std::this_thread::sleep_for(std::chrono::nanoseconds(scans.command.scan_begin_arg));
+    }
+    MakeValues();
+    scans.ended = true;
+  }
+  return scans.ends[0];
+}
+
+int comedi_cancel(comedi_t* device, unsigned subdevice) {
+  if (!IsOpen(device) || subdevice != kAnalogIn) plant.Misuse("cancel");
+  if (scans.going_on && !scans.ended) ++plant.control.cancels;
+  scans.going_on = false;
+  Drain();
   return 0;
 }
 

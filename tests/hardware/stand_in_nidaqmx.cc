@@ -14,7 +14,16 @@ using namespace faultlab::hardware;
 using nidaqmx::Bool32;
 using nidaqmx::TaskHandle;
 
-enum class Kind { kNone, kAnalogIn, kAnalogOut, kDigitalOut, kFrequency, kCount, kWatchdog };
+enum class Kind {
+  kNone,
+  kAnalogIn,
+  kAnalogOut,
+  kDigitalOut,
+  kFrequency,
+  kCount,
+  kEncoder,
+  kWatchdog
+};
 
 struct Task {
   Kind kind = Kind::kNone;
@@ -144,6 +153,25 @@ std::int32_t DAQmxCreateCICountEdgesChan(TaskHandle task,
   return AddChannel(task, Kind::kCount, counter, "/ctr");
 }
 
+std::int32_t DAQmxCreateCIAngEncoderChan(TaskHandle task,
+                                         const char counter[],
+                                         const char[],
+                                         std::int32_t decoding,
+                                         Bool32 index_enable,
+                                         double,
+                                         std::int32_t,
+                                         std::int32_t units,
+                                         std::uint32_t pulses_per_revolution,
+                                         double initial_angle,
+                                         const char[]) {
+  STAND_IN_CALL();
+  if (decoding != nidaqmx::kX4 || index_enable != 0 || units != nidaqmx::kTicks ||
+      pulses_per_revolution == 0 || initial_angle != 0.0) {
+    plant.Misuse("arguments of CIAngEncoder");
+  }
+  return AddChannel(task, Kind::kEncoder, counter, "/ctr");
+}
+
 std::int32_t DAQmxStartTask(TaskHandle handle) {
   STAND_IN_CALL();
   Task* task = Find(handle);
@@ -228,8 +256,14 @@ std::int32_t DAQmxReadCounterScalarF64(TaskHandle handle, double, double* value,
 
 std::int32_t DAQmxReadCounterScalarU32(TaskHandle handle, double, std::uint32_t* value, Bool32*) {
   STAND_IN_CALL();
-  if (Running(handle, Kind::kCount) == nullptr) return kInvalidTask;
+  const bool encoder = Find(handle) != nullptr && Find(handle)->kind == Kind::kEncoder;
+  if (Running(handle, encoder ? Kind::kEncoder : Kind::kCount) == nullptr) return kInvalidTask;
   *value = plant.daq().ReadPulseCount();
+  if (encoder) {
+    // Each edge of both channels, below 0 as 2^32 - 1 and so on.
+    const std::uint32_t counts = 4 * *value;
+    *value = plant.control.swapped ? 0 - counts : counts;
+  }
   return 0;
 }
 

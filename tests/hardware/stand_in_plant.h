@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -52,8 +53,10 @@ class StandInPlant {
 
  private:
   struct ControlledClock final : Clock {
-    const std::int64_t* now_ns = nullptr;
-    Nanoseconds Now() const override { return Nanoseconds(now_ns != nullptr ? *now_ns : 0); }
+    std::int64_t* now_ns = nullptr;
+    Nanoseconds Now() const override {
+      return Nanoseconds(now_ns != nullptr ? std::atomic_ref(*now_ns).load() : 0);
+    }
     Wake SleepUntil(Nanoseconds) override { return {}; }
   };
 

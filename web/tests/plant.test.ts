@@ -88,8 +88,8 @@ describe("the parameters of a model", () => {
   it("have the units that follow from what it predicts", () => {
     const units = (unit: "V" | "A") =>
       ["b0", "b1", "a1", "b0d", "b1d", "a1d"].map((name) => parameterUnit(name, unit));
-    expect(units("V")).toEqual(["", "s", "s", "", "", ""]);
-    expect(units("A")).toEqual(["A/V", "A·s/V", "s", "A/V", "A/V", ""]);
+    expect(units("V")).toEqual(["V/V", "s", "s", "V/V", "V/V", "V/V"]);
+    expect(units("A")).toEqual(["A/V", "A·s/V", "s", "A/V", "A/V", "A/A"]);
   });
 });
 

@@ -7,8 +7,10 @@
 #include "server/api/gate.h"
 #include "server/auth/accounts.h"
 #include "server/auth/audit_log.h"
+#include "server/camera/camera_desk.h"
 #include "server/experiment/experiments.h"
 #include "server/run/run_manager.h"
+#include "server/storage/picture_store.h"
 
 // Runs and uploads: starting, watching, their data, figures and exports.
 namespace faultlab::server {
@@ -26,6 +28,9 @@ struct RunApi {
   RunPlaces& places;
   AuditLog& audit;
   DiskReserve spool_disk;
+  CameraDesk& cameras;
+  PictureStore& pictures;
+  const Clock& clock;
 
   /// For an answer that may be large.
   std::unique_ptr<Spool> MakeSpool() const { return std::make_unique<Spool>(spool_disk); }
@@ -56,6 +61,13 @@ core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request);
 // figures.cc
 core::Result<HttpResponse> GetPlot(RunApi& api, const ApiRequest& request);
 core::Result<HttpResponse> GetFigure(RunApi& api, const ApiRequest& request);
+
+// pictures.cc
+/// Whether GetCamera has a picture for those who see the run.
+bool HasCamera(RunApi& api, const RunRecord& run);
+core::Result<HttpResponse> GetCamera(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> ListPictures(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> GetPicture(RunApi& api, const ApiRequest& request);
 
 // usage.cc
 core::Result<HttpResponse> GetUsage(RunApi& api, const ApiRequest& request);

@@ -64,9 +64,11 @@ json::array EventsOf(std::span<const RecordedEvent> events) {
   return out;
 }
 
-HttpResponse Created(const RunSnapshot& started) {
-  json::object out = RecordToJson(RecordOf(started));
+HttpResponse Created(RunApi& api, const RunSnapshot& started) {
+  const RunRecord record = RecordOf(started);
+  json::object out = RecordToJson(record);
   AddLive(out, started);
+  out["camera"] = HasCamera(api, record);
   HttpResponse response = JsonResponse(out, 201);
   response.headers.emplace_back("Location", "/api/v1/runs/" + started.id);
   return response;
@@ -100,7 +102,7 @@ core::Result<HttpResponse> CreateRun(RunApi& api, const ApiRequest& request) {
   const auto started =
       api.experiments.Start(request.who, StartedBy::kPerson, std::move(plan).value());
   if (!started) return started.error();
-  return Created(started.value());
+  return Created(api, started.value());
 }
 
 core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
@@ -135,6 +137,7 @@ core::Result<HttpResponse> GetRun(RunApi& api, const ApiRequest& request) {
   if (!events) return events.error();
   out["loop"] = ParsedOr(LoopText(events.value()), nullptr);
   out["events"] = EventsOf(events.value());
+  out["camera"] = HasCamera(api, request.run);
   return JsonResponse(out);
 }
 

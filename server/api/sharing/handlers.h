@@ -2,8 +2,10 @@
 
 #include <boost/json/object.hpp>
 #include <functional>
+#include <optional>
 #include <string>
 
+#include "hardware/contact_check.h"
 #include "server/api/gate.h"
 #include "server/auth/accounts.h"
 #include "server/auth/audit_log.h"
@@ -18,8 +20,14 @@ namespace faultlab::server {
 class PersonFeed;
 
 /// kCommission: its figures become the rig's band. kClearTrip: it opens the latch of an interlock
-/// first.
-enum class CheckExtra { kCommission, kClearTrip };
+/// first. kContacts: each relay position is recognised by its effect, if the rig has no others.
+enum class CheckExtra { kCommission, kClearTrip, kContacts };
+
+/// The relay positions of a rig when they were last recognised by their effect.
+struct RigContacts {
+  WallTime checked;
+  hardware::ContactReport report;
+};
 
 struct SharingApi {
   lab::LabService& service;
@@ -34,6 +42,8 @@ struct SharingApi {
   const Clock& clock;
   /// What the next check of this rig does besides. Then ask for a check.
   std::function<void(const std::string& rig, CheckExtra extra)> with_next_check;
+  /// Of this member's checks since it started.
+  std::function<std::optional<RigContacts>(const std::string& rig)> contacts_of = {};
   PersonFeed* feed = nullptr;
 };
 

@@ -1,6 +1,7 @@
 // rig-classes, availability, and what operators do with rigs.
 #include <algorithm>
 #include <boost/json.hpp>
+#include <cmath>
 #include <map>
 
 #include "server/api/rig_json.h"
@@ -165,6 +166,29 @@ core::Result<HttpResponse> GetAvailability(SharingApi& api, const ApiRequest& re
       {"busy", std::move(busy)}, {"next_free", std::move(next_free)}, {"slots", std::move(slots)}});
 }
 
+json::value Finite(double value) {
+  return std::isfinite(value) ? json::value(value) : json::value(nullptr);
+}
+
+json::object ContactsToJson(const RigContacts& contacts) {
+  json::array positions;
+  for (const hardware::ContactFinding& finding : contacts.report.positions) {
+    positions.push_back(json::object{{"component", core::Name(finding.component)},
+                                     {"value", finding.value},
+                                     {"line", finding.line},
+                                     {"contact", Name(finding.contact)},
+                                     {"um_expected_v", Finite(finding.um_expected_v)},
+                                     {"um_seen_v", Finite(finding.um_seen_v)},
+                                     {"ia_expected_a", Finite(finding.ia_expected_a)},
+                                     {"ia_seen_a", Finite(finding.ia_seen_a)},
+                                     {"text", finding.text}});
+  }
+  return {{"checked", Iso8601(contacts.checked)},
+          {"ok", contacts.report.ok},
+          {"nominal", contacts.report.nominal},
+          {"positions", std::move(positions)}};
+}
+
 core::Result<HttpResponse> GetRigHealth(SharingApi& api, const ApiRequest& request) {
   const auto state = api.service.state();
   const auto rig = state->rigs.find(request.http.PathParameter("id"));
@@ -181,6 +205,9 @@ core::Result<HttpResponse> GetRigHealth(SharingApi& api, const ApiRequest& reque
     outages.push_back(std::move(item));
   }
   out["outages"] = std::move(outages);
+  if (const std::optional<RigContacts> contacts = api.contacts_of(rig->first)) {
+    out["contacts"] = ContactsToJson(*contacts);
+  }
   return JsonResponse(out);
 }
 
@@ -212,8 +239,10 @@ core::Result<HttpResponse> TestRig(SharingApi& api, const ApiRequest& request) {
                request,
                "self_test",
                "",
-               [](lab::Scheduler& scheduler, const std::string& id, WallTime now) {
-                 return scheduler.Recheck(id, now);
+               [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) -> core::Status {
+                 const core::Status begun = scheduler.Recheck(id, now);
+                 if (begun.ok()) api.with_next_check(id, CheckExtra::kContacts);
+                 return begun;
                });
 }
 

@@ -51,6 +51,30 @@ TEST(Calibrate, FindsDeltaOfBothProfiles) {
   }
 }
 
+TEST(Calibrate, BelievesAMeasuredDelta) {
+  PrbsSpec spec;
+  const std::vector<double> uc = MakePrbs(spec, 600, paper::kPeriodS);
+  BenchProfile slow = paper::Hardware();
+  slow.delta_s = 5.2e-3;  // of slow converters; the description says 9.5 ms
+  auto record =
+      Between(SimulateRecord(slow, paper::Plant(), uc, {}, 52, paper::kPeriodS), 0.5, 5.0);
+  CalibrationOptions options = paper::ToCalibrate();
+  options.channels = Channels::kUmOnly;
+  const auto delta_of = [&] {
+    const Result<Calibration> result = Calibrate(record, options);
+    EXPECT_TRUE(result.ok());
+    return result.value().quantities[static_cast<std::size_t>(Coordinate::kDelta)];
+  };
+  const CalibratedQuantity guessed = delta_of();
+  for (std::size_t k = 0; k < record.size(); ++k) {
+    record[k].delta_s = 5.2e-3 + (k % 2 == 0 ? 5e-5 : -5e-5);
+  }
+  const CalibratedQuantity measured = delta_of();
+  EXPECT_NEAR(measured.value, 5.2e-3, 1e-4);
+  EXPECT_NEAR(measured.prior_value, 5.2e-3, 1e-6);
+  EXPECT_LT(measured.sigma, 0.5 * guessed.sigma);
+}
+
 TEST(Calibrate, SaysWhatTheChannelsCannotSee) {
   const auto record = Between(BenchRecord({}, 53, 6.0), 0.5, 5.0);
   CalibrationOptions options = paper::ToCalibrate();

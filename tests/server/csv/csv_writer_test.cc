@@ -26,6 +26,7 @@ TEST(CsvWriter, WritesNumbersThatReadBackToTheSameBits) {
     samples[k].um_v = normal(random);
     samples[k].ia_a = k % 10 == 4 ? core::kAbsent : 1e-9 * normal(random);
     samples[k].n_rpm = 1e5 * normal(random);
+    samples[k].delta_s = k == 3 ? core::kAbsent : 9.5e-3 + 1e-5 * normal(random);
   }
   const core::Result<CsvRecord> read = ParseCsv(FormatCsv(samples), "written");
   ASSERT_TRUE(read) << read.error().message;
@@ -37,6 +38,7 @@ TEST(CsvWriter, WritesNumbersThatReadBackToTheSameBits) {
     EXPECT_EQ(Bits(back.um_v), Bits(samples[k].um_v));
     EXPECT_EQ(Bits(back.ia_a), Bits(samples[k].ia_a));
     EXPECT_EQ(Bits(back.n_rpm), Bits(samples[k].n_rpm));
+    EXPECT_EQ(Bits(back.delta_s), Bits(samples[k].delta_s));
   }
 }
 

@@ -60,7 +60,7 @@ TEST(Render, MakesAPngThatAnotherDecoderReads) {
   ASSERT_EQ(image.rows, 900);
   EXPECT_EQ(image.at<cv::Vec3b>(0, 0), cv::Vec3b(255, 255, 255)) << "white ground";
   EXPECT_GT(InkOf(image, cv::Vec3b(0xB2, 0x72, 0x00)), 500) << "the blue line";
-  EXPECT_GT(InkOf(image, cv::Vec3b(0x28, 0x1C, 0xC0)), 500) << "the red line of the fault";
+  EXPECT_GT(InkOf(image, cv::Vec3b(0x1B, 0x00, 0xB3)), 500) << "the red line of the fault";
 }
 
 TEST(Render, DoublesThePixelsAndKeepsTheLayout) {

@@ -38,7 +38,8 @@ void ExpectBitEqual(const std::vector<core::Sample>& a, const std::vector<core::
                               &core::Sample::um_v,
                               &core::Sample::ua_v,
                               &core::Sample::ia_a,
-                              &core::Sample::n_rpm}) {
+                              &core::Sample::n_rpm,
+                              &core::Sample::delta_s}) {
       ASSERT_EQ(std::bit_cast<std::uint64_t>(a[i].*member),
                 std::bit_cast<std::uint64_t>(b[i].*member))
           << i;
@@ -72,6 +73,33 @@ TEST(ChunkCodec, GivesBackIndexesWithGapsAndTimesWithJitter) {
   const auto decoded = DecodeChunk(EncodeChunk(samples));
   ASSERT_TRUE(decoded.ok());
   ExpectBitEqual(samples, decoded.value());
+}
+
+TEST(ChunkCodec, KeepsTheMeasuredDeltaInAColumnOfItsOwn) {
+  auto samples = BenchLike(50, 1);
+  const std::size_t without = EncodeChunk(samples).size();
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    samples[i].delta_s = 9.5e-3 + 1e-6 * static_cast<double>(i);
+  }
+  const Bytes chunk = EncodeChunk(samples);
+  EXPECT_EQ(std::to_integer<int>(chunk[6]), 8);  // columns
+  EXPECT_LE(chunk.size(), without + 1 + 50 * sizeof(double));
+  const auto decoded = DecodeChunk(chunk);
+  ASSERT_TRUE(decoded.ok());
+  ExpectBitEqual(samples, decoded.value());
+}
+
+/// As servers wrote it before samples had a delta: one sample, index 7, t 0.07 s, uc 2 V.
+TEST(ChunkCodec, ReadsAChunkOfSevenColumns) {
+  std::vector<core::Sample> samples(1);
+  samples[0].index = 7;
+  samples[0].t_s = 0.07;
+  samples[0].uc_v = 2.0;
+  const Bytes chunk = EncodeChunk(samples);
+  EXPECT_EQ(std::to_integer<int>(chunk[6]), 7);
+  const auto decoded = DecodeChunk(chunk);
+  ASSERT_TRUE(decoded.ok());
+  EXPECT_TRUE(std::isnan(decoded.value()[0].delta_s));
 }
 
 TEST(ChunkCodec, GivesBackARandomRecordOfAnyLength) {

@@ -139,10 +139,20 @@ void Contract::Experiments() {
   }
   world_.Expect(409, "ann", "POST", "runs/{id}/stop", id);
   const json::object long_run =
-      world_.Expect(201, "ann", "POST", "runs", {}, R"({"duration_s":600})");
+      world_.Expect(201, "ann", "POST", "runs", {}, R"({"rig":"sim-1","duration_s":600})");
+  world_.Expect(200, "ann", "GET", "runs/{id}/camera", {{"id", Id(long_run)}});
   world_.Expect(409, "ann", "DELETE", "runs/{id}", {{"id", Id(long_run)}});
   world_.Expect(202, "ann", "POST", "runs/{id}/stop", {{"id", Id(long_run)}}, "{}");
   world_.WaitForRun(Id(long_run));
+  world_.WaitForPicture(Id(long_run));
+  const Values picture{{"id", Id(long_run)}, {"index", "1"}};
+  world_.Expect(404, "ann", "GET", "runs/{id}/camera", picture);
+  world_.Expect(200, "ann", "GET", "runs/{id}/pictures", picture);
+  world_.Expect(200, "ann", "GET", "runs/{id}/pictures/{index}", picture);
+  for (const char* part : {"camera", "pictures", "pictures/{index}"}) {
+    Remember(
+        "/api/v1/runs/{id}/" + std::string(part), {{"id", id.at("id")}, {"index", "1"}}, "ann");
+  }
   world_.Expect(404, "bob", "GET", "runs/{id}", id);
   world_.Expect(204, "ann", "DELETE", "runs/{id}", {{"id", Id(long_run)}});
   Remember("/api/v1/runs/{id}/stop", id, "ann");

@@ -51,7 +51,7 @@ async function patiently(path: string, init: RequestInit): Promise<Response> {
   }
 }
 
-async function request(path: string, init: RequestInit = {}): Promise<Response> {
+export async function request(path: string, init: RequestInit = {}): Promise<Response> {
   const headers = new Headers(init.headers);
   if (csrfToken && init.method && init.method !== "GET") headers.set("X-CSRF-Token", csrfToken);
   const response = await patiently(path, { ...init, headers });

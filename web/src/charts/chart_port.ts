@@ -9,9 +9,17 @@ export interface TraceStyle {
 }
 
 export interface Marker {
-  kind: "fault" | "detected" | "isolated" | "planned" | "cursorA" | "cursorB" | "trip";
+  kind: "fault" | "detected" | "isolated" | "planned" | "cursorA" | "cursorB" | "trip" | "stopped";
   timeS: number;
   label: string;
+}
+
+/** A straight line over a span of run time. */
+export interface Segment {
+  fromS: number;
+  from: number;
+  toS: number;
+  to: number;
 }
 
 /** The decoration behind and over the traces. */
@@ -25,8 +33,14 @@ export interface Decoration {
   settling: [number, number][];
   /** Times without samples. */
   gaps: [number, number][];
-  /** Shaded to the right of the newest sample: not yet measured. */
+  /** Whether markers have their label beside their symbol. */
   labels: boolean;
+  /** The span between the cursors. */
+  selection?: [number, number] | null;
+  /** The span that a lens shows. */
+  lens?: [number, number] | null;
+  /** Lines fitted to the traces. */
+  fits?: Segment[];
 }
 
 export interface ChartColors {
@@ -39,12 +53,15 @@ export interface ChartColors {
   band: string;
   settle: string;
   gap: string;
+  select: string;
 }
 
 export interface ChartOptions {
   traces: TraceStyle[];
   colors: ChartColors;
   fonts: { axis: string; label: string };
+  /** Name and unit of the horizontal axis. */
+  xName: string;
   /** The pointer moved over the chart: run time under it, null when it left. */
   onHover?: (timeS: number | null) => void;
   /** A time span was selected by dragging. */
@@ -59,6 +76,8 @@ export interface ChartPort {
   resize(width: number, height: number): void;
   /** Draws `columns` (time first) in the given ranges. */
   draw(columns: Columns, x: [number, number], y: [number, number], decoration: Decoration): void;
+  /** The plotting area on the screen: its left edge and width, in CSS pixels. */
+  plotArea(): { left: number; width: number };
   destroy(): void;
 }
 

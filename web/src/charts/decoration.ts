@@ -1,4 +1,4 @@
-import type { ChartColors, Decoration, Marker } from "./chart_port";
+import type { ChartColors, Decoration, Marker, Segment } from "./chart_port";
 
 /** Position of a chart's plotting area on the canvas, in device pixels. */
 export interface Area {
@@ -12,6 +12,9 @@ export interface Area {
   ratio: number;
 }
 
+/** Height of the lane for markers above a plot, CSS pixels. */
+export const LANE = 15;
+
 type Context = CanvasRenderingContext2D;
 
 const SYMBOL: Record<Marker["kind"], string> = {
@@ -20,6 +23,7 @@ const SYMBOL: Record<Marker["kind"], string> = {
   detected: "◆",
   isolated: "●",
   trip: "✖",
+  stopped: "■",
   cursorA: "A",
   cursorB: "B",
 };
@@ -29,6 +33,7 @@ const DASH: Record<Marker["kind"], number[]> = {
   detected: [5, 3],
   isolated: [1, 3],
   trip: [],
+  stopped: [],
   cursorA: [],
   cursorB: [],
 };
@@ -42,6 +47,8 @@ export function drawBehind(
   context.save();
   clip(context, area);
   for (const span of decoration.settling) fillSpan(context, area, span, colors.settle);
+  if (decoration.selection) fillSpan(context, area, decoration.selection, colors.select);
+  if (decoration.lens) frameSpan(context, area, decoration.lens, colors);
   for (const gap of decoration.gaps) hatchSpan(context, area, gap, colors.gap);
   if (decoration.band) {
     const top = area.y(decoration.band[1]);
@@ -59,6 +66,10 @@ export function drawBehind(
   context.restore();
 }
 
+/**
+ * Draws the marker lines, and their symbols and labels in the lane above the plot, where they hide
+ * no trace. Symbols that would overlap stand in a row; a label that has no room is left out.
+ */
 export function drawMarkers(
   context: Context,
   area: Area,
@@ -67,44 +78,140 @@ export function drawMarkers(
   font: string,
 ): void {
   context.save();
+  drawFits(context, area, decoration.fits ?? [], colors.text);
   context.font = font;
-  context.textAlign = "left";
-  context.textBaseline = "top";
-  const lineHeight = 13 * area.ratio;
-  const taken: { row: number; from: number; to: number }[] = [];
-  for (const marker of decoration.markers) {
-    const x = Math.round(area.x(marker.timeS)) + 0.5;
-    if (x < area.left || x > area.left + area.width) continue;
-    const color =
-      marker.kind === "fault" || marker.kind === "planned" || marker.kind === "trip"
-        ? colors.fault
-        : marker.kind === "cursorA" || marker.kind === "cursorB"
-          ? colors.text
-          : colors.detect;
-    context.strokeStyle = color;
+  context.textBaseline = "middle";
+  const middle = area.top - (LANE / 2) * area.ratio;
+  const shown = decoration.markers
+    .map((marker) => ({ marker, x: Math.round(area.x(marker.timeS)) + 0.5 }))
+    .filter(({ x }) => x >= area.left && x <= area.left + area.width);
+  for (const { marker, x } of shown) {
+    context.strokeStyle = colorOf(marker.kind, colors);
     context.lineWidth = area.ratio;
     context.setLineDash(DASH[marker.kind].map((length) => length * area.ratio));
     line(context, x, area.top, x, area.top + area.height);
-    const text =
-      decoration.labels && marker.label
-        ? `${SYMBOL[marker.kind]} ${marker.label}`
-        : SYMBOL[marker.kind];
-    const width = context.measureText(text).width;
-    const space = 4 * area.ratio;
-    const right = area.left + area.width;
-    const leftSide = marker.kind === "fault" || x + space + width > right;
-    const from = leftSide && x - space - width > area.left ? x - space - width : x + space;
-    let row = 0;
-    while (taken.some((t) => t.row === row && t.from < from + width && from < t.to)) row++;
-    taken.push({ row, from: from - space, to: from + width + space });
-    const top = area.top + 2 * area.ratio + row * lineHeight;
-    context.setLineDash([]);
-    context.fillStyle = colors.surface;
-    context.globalAlpha = 0.82;
-    context.fillRect(from - 1, top - 1, width + 2, lineHeight);
-    context.globalAlpha = 1;
-    context.fillStyle = color;
-    context.fillText(text, from, top);
+  }
+  const half = (context.measureText(SYMBOL.fault).width + area.ratio) / 2;
+  const groups = groupsOf(shown, half);
+  context.textAlign = "center";
+  for (const group of groups) {
+    group.members.forEach(({ kind }, at) => {
+      context.fillStyle = colorOf(kind, colors);
+      context.fillText(SYMBOL[kind], group.from + (2 * at + 1) * half, middle);
+    });
+  }
+  if (decoration.labels) labelGroups(context, area, groups, colors, middle);
+  context.restore();
+}
+
+interface Group {
+  members: Marker[];
+  from: number;
+  to: number;
+}
+
+/** Markers so close that their symbols, `half` wide on each side, stand in a row. */
+export function groupsOf(shown: { marker: Marker; x: number }[], half: number): Group[] {
+  const groups: Group[] = [];
+  for (const { marker, x } of shown) {
+    const last = groups.at(-1);
+    if (last && x - half < last.to) {
+      last.members.push(marker);
+      last.to += 2 * half;
+    } else {
+      groups.push({ members: [marker], from: x - half, to: x + half });
+    }
+  }
+  return groups;
+}
+
+/** The label of a fault stands left of its group, those of the others right of it. */
+function labelGroups(
+  context: Context,
+  area: Area,
+  groups: Group[],
+  colors: ChartColors,
+  middle: number,
+): void {
+  context.textAlign = "left";
+  const space = 3 * area.ratio;
+  const room = { from: area.left, to: area.left + area.width };
+  const taken: Span[] = groups.map(({ from, to }) => ({ from, to }));
+  for (const group of groups) {
+    const named = group.members.filter(({ label }) => label);
+    const faults = named.filter(({ kind }) => kind === "fault");
+    const others = named.filter(({ kind }) => kind !== "fault");
+    for (const part of [faults, others]) {
+      const [first] = part;
+      if (!first) continue;
+      const all = part.map(({ label }) => label).join(", ");
+      // all labels of the group if they have room, else the first
+      for (const text of [all, first.label]) {
+        const width = context.measureText(text).width;
+        const span = placeLabel(group, space, width, room, taken, part === faults);
+        if (!span) continue;
+        taken.push(span);
+        context.fillStyle = colorOf(first.kind, colors);
+        context.fillText(text, span.from, middle);
+        break;
+      }
+    }
+  }
+}
+
+export interface Span {
+  from: number;
+  to: number;
+}
+
+/**
+ * Where a label of `width` stands, `space` beside its symbols: right of them, or left if it is
+ * `leftFirst` or has no room there.
+ * @returns null if something is in the way on both sides
+ */
+export function placeLabel(
+  symbols: Span,
+  space: number,
+  width: number,
+  room: Span,
+  taken: Span[],
+  leftFirst: boolean,
+): Span | null {
+  const sides = [
+    { from: symbols.to + space, to: symbols.to + space + width },
+    { from: symbols.from - space - width, to: symbols.from - space },
+  ];
+  if (leftFirst) sides.reverse();
+  const free = (side: Span) =>
+    side.from >= room.from &&
+    side.to <= room.to &&
+    !taken.some((other) => other.from < side.to && side.from < other.to);
+  return sides.find(free) ?? null;
+}
+
+function colorOf(kind: Marker["kind"], colors: ChartColors): string {
+  switch (kind) {
+    case "fault":
+    case "planned":
+    case "trip":
+      return colors.fault;
+    case "detected":
+    case "isolated":
+      return colors.detect;
+    default:
+      return colors.text;
+  }
+}
+
+function drawFits(context: Context, area: Area, fits: Segment[], color: string): void {
+  if (fits.length === 0) return;
+  context.save();
+  clip(context, area);
+  context.strokeStyle = color;
+  context.lineWidth = 1.5 * area.ratio;
+  context.setLineDash([8 * area.ratio, 4 * area.ratio]);
+  for (const fit of fits) {
+    line(context, area.x(fit.fromS), area.y(fit.from), area.x(fit.toS), area.y(fit.to));
   }
   context.restore();
 }
@@ -128,6 +235,25 @@ function fillSpan(context: Context, area: Area, span: [number, number], color: s
   if (to <= from) return;
   context.fillStyle = color;
   context.fillRect(from, area.top, to - from, area.height);
+}
+
+function frameSpan(
+  context: Context,
+  area: Area,
+  span: [number, number],
+  colors: ChartColors,
+): void {
+  fillSpan(context, area, span, colors.select);
+  const from = area.x(span[0]);
+  context.strokeStyle = colors.text;
+  context.lineWidth = area.ratio;
+  context.setLineDash([]);
+  context.strokeRect(
+    from,
+    area.top + area.ratio / 2,
+    area.x(span[1]) - from,
+    area.height - area.ratio,
+  );
 }
 
 function hatchSpan(context: Context, area: Area, span: [number, number], color: string): void {

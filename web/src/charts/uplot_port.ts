@@ -1,7 +1,7 @@
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import type { ChartFactory, ChartOptions, ChartPort, Columns, Decoration } from "./chart_port";
-import { type Area, drawBehind, drawMarkers } from "./decoration";
+import { type Area, drawBehind, drawMarkers, LANE } from "./decoration";
 
 const EMPTY: Decoration = {
   markers: [],
@@ -53,6 +53,10 @@ class UplotPort implements ChartPort {
     });
   }
 
+  plotArea(): { left: number; width: number } {
+    return this.plot.over.getBoundingClientRect();
+  }
+
   destroy(): void {
     this.plot.destroy();
   }
@@ -71,7 +75,9 @@ class UplotPort implements ChartPort {
   }
 
   private make(width: number, height: number): uPlot {
-    const { traces, colors, fonts } = this.options;
+    const { traces, colors, fonts, xName } = this.options;
+    const scaled = (font: string) =>
+      font.replace(/(\d+)px/, (_, px) => `${Math.round(Number(px) * this.ratio)}px`);
     const line = 1 / devicePixelRatio;
     const axis: uPlot.Axis = {
       stroke: colors.text,
@@ -86,7 +92,7 @@ class UplotPort implements ChartPort {
       height,
       pxAlign: 1,
       legend: { show: false },
-      padding: [6, 8, 0, 0],
+      padding: [LANE, 8, 0, 0],
       scales: {
         x: { time: false, auto: false, range: () => this.x },
         y: { auto: false, range: () => this.y },
@@ -120,16 +126,16 @@ class UplotPort implements ChartPort {
         },
       },
       hooks: {
-        drawAxes: [(plot) => drawBehind(plot.ctx, this.area(plot), this.decoration, colors)],
+        drawAxes: [
+          (plot) => {
+            const area = this.area(plot);
+            drawBehind(plot.ctx, area, this.decoration, colors);
+            nameAxis(plot.ctx, area, xName, colors.text, scaled(fonts.axis));
+          },
+        ],
         draw: [
           (plot) =>
-            drawMarkers(
-              plot.ctx,
-              this.area(plot),
-              this.decoration,
-              colors,
-              fonts.label.replace(/(\d+)px/, (_, px) => `${Math.round(Number(px) * this.ratio)}px`),
-            ),
+            drawMarkers(plot.ctx, this.area(plot), this.decoration, colors, scaled(fonts.label)),
         ],
         setCursor: [
           (plot) => {
@@ -158,6 +164,23 @@ class UplotPort implements ChartPort {
     const empty = [new Float64Array(0), ...traces.map(() => new Float32Array(0))];
     return new uPlot(options, empty as unknown as uPlot.AlignedData, this.host);
   }
+}
+
+/** Writes the name of the horizontal axis in the corner left of its numbers. */
+function nameAxis(
+  context: CanvasRenderingContext2D,
+  area: Area,
+  name: string,
+  color: string,
+  font: string,
+): void {
+  context.save();
+  context.font = font;
+  context.fillStyle = color;
+  context.textAlign = "right";
+  context.textBaseline = "top";
+  context.fillText(name, area.left - 16 * area.ratio, area.top + area.height + 4 * area.ratio);
+  context.restore();
 }
 
 function tick(value: number): string {

@@ -1,6 +1,7 @@
 /** Seconds that a chart can show at once; the first is the default. */
 export const WINDOWS_S = [20, 10, 5, 2, 1, 60, 600];
 const SPAN_SAMPLES_MIN = 20;
+const SPAN_MAX_S = 600;
 
 /**
  * The interval of run time on the screen, the same for all charts. While `live`, it follows the
@@ -8,7 +9,7 @@ const SPAN_SAMPLES_MIN = 20;
  */
 export class Viewport {
   live = $state(true);
-  span = $state(20);
+  span = $state(WINDOWS_S[0] as number);
   left = $state(0);
   /** Run time at which the display was paused, null while it plays. */
   pausedAt = $state<number | null>(null);
@@ -37,7 +38,7 @@ export class Viewport {
 
   show(from: number, to: number): void {
     this.live = false;
-    this.span = Math.max(this.spanMin, to - from);
+    this.span = Math.min(SPAN_MAX_S, Math.max(this.spanMin, to - from));
     this.left = Math.max(0, from);
   }
 
@@ -47,11 +48,13 @@ export class Viewport {
     this.left = Math.max(0, from + share * this.span);
   }
 
-  zoom(factor: number, edge: number): void {
+  /** Shows `factor` times the span; the time `aroundS` stays where it is on the screen. */
+  zoom(factor: number, edge: number, aroundS?: number): void {
     const [from, to] = this.range(edge);
-    const centre = (from + to) / 2;
-    const span = Math.min(600, Math.max(this.spanMin, (to - from) * factor));
-    this.show(Math.max(0, centre - span / 2), Math.max(0, centre - span / 2) + span);
+    const around = aroundS ?? (from + to) / 2;
+    const span = Math.min(SPAN_MAX_S, Math.max(this.spanMin, (to - from) * factor));
+    const left = around - ((around - from) / (to - from)) * span;
+    this.show(Math.max(0, left), Math.max(0, left) + span);
   }
 
   pause(at: number | null): void {

@@ -64,6 +64,12 @@ class I18n {
 
 export const i18n = new I18n();
 
+/** Loads a part of the page together with the texts that it needs. */
+export async function late<T>(load: () => Promise<T>): Promise<T> {
+  const [part] = await Promise.all([load(), i18n.loadAll()]);
+  return part;
+}
+
 /** The text of `key` in the current language, with {name} replaced. */
 export function t(key: Key, values: Record<string, string | number> = {}): string {
   return fill(i18n.text(key), values);

@@ -4,17 +4,25 @@ import type { Marker } from "../charts/chart_port";
 import type { RenderLoop } from "../charts/render_loop";
 import type { Viewport } from "../charts/viewport.svelte";
 import { t } from "../i18n/i18n.svelte";
+import { announcer } from "../shell/announcer.svelte";
 import type { Slide } from "../stream/slide";
+import { type CursorName, Cursors } from "./cursors.svelte";
 import { type EstimatorShape, type Family, primaryOf } from "./estimators";
+import { Lens } from "./lens.svelte";
 import type { RunModel } from "./run_model.svelte";
 
-export type Tab = "swa" | "sia" | "models";
+export type Tab = "swa" | "sia" | "models" | "table";
 const GROW_EVERY_MS = 500;
 const AFTER_MARKER = 0.25;
+const DEFAULT_SPAN_S = 20;
+const HINT_MS = 2500;
+const CURSOR_STEPS = 100;
 
 /** The state that the charts of one screen share: view, markers, cursor, selected estimators. */
 export class ChartDesk {
   tab = $state<Tab>("sia");
+  /** The estimators of the lower charts, or of those before another tab was opened. */
+  family = $state<Family>("sia");
   readonly shown = new SvelteSet<EstimatorName>([
     "swa_50",
     "swa_100",
@@ -25,21 +33,31 @@ export class ChartDesk {
   ]);
   /** Run time under the pointer. */
   hover = $state<number | null>(null);
-  cursorA = $state<number | null>(null);
-  cursorB = $state<number | null>(null);
+  readonly cursors: Cursors;
+  readonly lens: Lens;
+  /** The chart that the pointer is on or was last on. */
+  pointed: HTMLElement | null = null;
+  /** The user turned the wheel over a chart and may want to know how to zoom. */
+  wheelHint = $state(false);
   /** Increases when the charts must adapt their ranges to all that is visible. */
   fits = $state(0);
   /** Increases when the charts may widen their ranges. */
   growths = $state(0);
   private timer: ReturnType<typeof setInterval> | undefined;
   private marked = -1;
+  private hintTimer: ReturnType<typeof setTimeout> | undefined;
+  /** Run time under the pointer outside the lens. */
+  private outside: number | null = null;
 
   constructor(
     readonly model: RunModel,
     readonly slide: Slide,
     readonly view: Viewport,
     readonly loop: RenderLoop,
-  ) {}
+  ) {
+    this.cursors = new Cursors(slide);
+    this.lens = new Lens(view, slide);
+  }
 
   start(): void {
     this.timer = setInterval(() => {
@@ -49,6 +67,7 @@ export class ChartDesk {
 
   stop(): void {
     clearInterval(this.timer);
+    clearTimeout(this.hintTimer);
   }
 
   /** Run time up to which samples are drawn now. */
@@ -56,8 +75,14 @@ export class ChartDesk {
     return this.view.pausedAt ?? this.model.shownTime(nowS);
   }
 
-  get family(): Family {
-    return this.tab === "swa" ? "swa" : "sia";
+  openTab(tab: Tab): void {
+    this.tab = tab;
+    if (tab === "swa" || tab === "sia") this.family = tab;
+  }
+
+  /** Opens the table of samples, or goes back to the charts. */
+  toggleTable(): void {
+    this.openTab(this.tab === "table" ? this.family : "table");
   }
 
   primary(family: Family): EstimatorShape {
@@ -83,11 +108,69 @@ export class ChartDesk {
     this.fits++;
   }
 
-  pinCursor(which: "A" | "B"): void {
+  /** The default view: the newest samples, or the whole of a run that is over. */
+  reset(): void {
+    this.follow();
+    if (this.model.running) this.view.setSpan(DEFAULT_SPAN_S);
+    this.fit();
+  }
+
+  /** Shows `factor` times the span; a run that is over ends at its last sample. */
+  zoom(factor: number, aroundS?: number): void {
+    const { model, view } = this;
+    view.zoom(factor, this.edge(), aroundS);
+    if (!model.running) this.keepInRun();
+  }
+
+  show(fromS: number, toS: number): void {
+    this.view.show(fromS, toS);
+    if (!this.model.running) this.keepInRun();
+  }
+
+  private keepInRun(): void {
+    const { model, view } = this;
+    const length = Math.max(model.duration, 1);
+    if (view.span >= length) this.follow();
+    else view.left = Math.min(view.left, length - view.span);
+  }
+
+  /** The pointer is at this time; in the lens it must not move what the lens shows. */
+  point(timeS: number | null, inLens: boolean): void {
+    this.hover = timeS;
+    if (!inLens) this.outside = timeS;
+  }
+
+  lensRange(edge: number): [number, number] {
+    return this.lens.range(edge, this.outside ?? this.cursors.newest);
+  }
+
+  hintAtWheel(): void {
+    this.wheelHint = true;
+    clearTimeout(this.hintTimer);
+    this.hintTimer = setTimeout(() => {
+      this.wheelHint = false;
+    }, HINT_MS);
+  }
+
+  /** Sets or removes a cursor, at the pointer or in the middle of what is shown. */
+  pinCursor(which: CursorName): void {
     const [from, to] = this.view.range(this.edge());
-    const at = this.hover ?? (from + to) / 2;
-    if (which === "A") this.cursorA = this.cursorA === null ? at : null;
-    else this.cursorB = this.cursorB === null ? at : null;
+    const middle = (from + Math.min(to, this.edge())) / 2;
+    const free = this.cursors.at(which) === null;
+    this.cursors.set(which, free ? (this.hover ?? middle) : null);
+  }
+
+  /** Puts the cursors on the ends of what is shown. */
+  selectView(): void {
+    const [from, to] = this.view.range(this.edge());
+    this.cursors.select(from, Math.min(to, this.edge()));
+  }
+
+  /** Moves the cursor that was set last: by samples, or by hundredths of the view. */
+  moveCursor(steps: number, bySample: boolean): void {
+    const step = bySample ? this.slide.period : this.view.span / CURSOR_STEPS;
+    const moved = this.cursors.move(steps * step);
+    if (moved) announcer.say("cursor", `${moved[0]} ${this.model.seconds(moved[1])} s`);
   }
 
   /** Moves the next marker, in time, to a quarter of the width from the left edge. */
@@ -100,10 +183,8 @@ export class ChartDesk {
 
   showTime(timeS: number): void {
     const span = Math.min(this.view.span, 5);
-    this.view.show(
-      Math.max(0, timeS - AFTER_MARKER * span),
-      Math.max(0, timeS - AFTER_MARKER * span) + span,
-    );
+    const from = Math.max(0, timeS - AFTER_MARKER * span);
+    this.show(from, from + span);
   }
 
   /** Run time of the first change of a component from its nominal value, according to the rig. */
@@ -153,6 +234,8 @@ export class ChartDesk {
         markers.push({ kind: "isolated", timeS, label: t("mark_returned") });
       } else if (event.kind === "trip") {
         markers.push({ kind: "trip", timeS, label: t("mark_trip") });
+      } else if (event.kind === "stopped") {
+        markers.push({ kind: "stopped", timeS, label: t("state_stopped") });
       }
     }
     for (const fault of model.running ? (model.run?.plan?.faults ?? []) : []) {
@@ -172,8 +255,9 @@ export class ChartDesk {
       const label = bench.change(armed.component, armed.value);
       markers.push({ kind: "planned", timeS: armed.atS, label });
     }
-    if (this.cursorA !== null) markers.push({ kind: "cursorA", timeS: this.cursorA, label: "" });
-    if (this.cursorB !== null) markers.push({ kind: "cursorB", timeS: this.cursorB, label: "" });
+    const { a, b } = this.cursors;
+    if (a !== null) markers.push({ kind: "cursorA", timeS: a, label: "" });
+    if (b !== null) markers.push({ kind: "cursorB", timeS: b, label: "" });
     return markers.sort((a, b) => a.timeS - b.timeS);
   }
 }

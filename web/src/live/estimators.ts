@@ -55,18 +55,17 @@ export function windowS(estimator: EstimatorShape, period: number): number {
   return (estimator.window + estimator.integral) * period;
 }
 
-/** The unit of a parameter of the model from uc to a channel of the unit `channel`; "" without. */
+/** The unit of a parameter of the model from uc to a channel of the unit `channel`. */
 export function parameterUnit(parameter: string, channel: "V" | "A"): string {
-  const gain = channel === "V" ? "" : `${channel}/V`;
   switch (parameter) {
     case "a1":
       return "s";
     case "b1":
-      return gain ? `${channel}·s/V` : "s";
+      return channel === "V" ? "s" : `${channel}·s/V`;
     case "a1d":
-      return "";
+      return `${channel}/${channel}`;
     default:
-      return gain;
+      return `${channel}/V`;
   }
 }
 

@@ -106,14 +106,16 @@ export class FaultCommands {
     }
   }
 
-  /** Sends the setting after `waitS` seconds. */
-  inject(injection: Injection, waitS: number): void {
+  /** Sends the setting after `waitS` seconds, or refuses it for the reason that `obstacle` has then. */
+  inject(injection: Injection, waitS: number, obstacle: () => string = () => ""): void {
     this.cancelInjection();
     this.injection = injection;
     this.timer = setTimeout(
       () => {
         this.injection = null;
-        this.set(injection.component, injection.value);
+        const reason = obstacle();
+        if (reason) this.refuse(injection.component, reason);
+        else this.set(injection.component, injection.value);
       },
       Math.max(0, waitS * 1000),
     );

@@ -3,6 +3,7 @@ import type { Bench } from "../plant/bench";
 import { type ExcitationKind, kindOf, levelsOf } from "../plant/excitation";
 import { benches } from "../shell/benches.svelte";
 import { rigs } from "../shell/rigs.svelte";
+import { oneFault } from "./one_fault.svelte";
 
 type Values = Record<Component, number>;
 
@@ -113,6 +114,18 @@ export class PlanModel {
   only(component: Component, value: number): void {
     this.values.value = {};
     this.set(component, value);
+  }
+
+  /** As the setting "one fault at a time" has it. */
+  pick(component: Component, value: number): void {
+    if (oneFault.on) this.only(component, value);
+    else this.set(component, value);
+  }
+
+  /** Of several faults the one that was chosen last stays. */
+  keepOne(): void {
+    const last = Object.entries(this.values.value).at(-1);
+    if (last) this.only(...last);
   }
 
   get faults(): Fault[] {

@@ -163,10 +163,10 @@ export class RunModel {
     }
   }
 
-  /** Sends the command when the rig's run time reaches `atS`. */
-  inject(injection: Injection): void {
+  /** Sends the command when the rig's run time reaches `atS`, unless `obstacle` then has a reason. */
+  inject(injection: Injection, obstacle: () => string): void {
     const wait = injection.atS - this.clock.rigTime(now()) - (this.roundTripS ?? 0) / 2;
-    this.faults.inject(injection, wait);
+    this.faults.inject(injection, wait, obstacle);
   }
 
   /**

@@ -9,6 +9,11 @@ export interface Actions {
   marker(): void;
   table(): void;
   cursor(which: "A" | "B"): void;
+  /** Moves the cursor that was set last. */
+  moveCursor(steps: number, bySample: boolean): void;
+  measure(): void;
+  selectView(): void;
+  lens(): void;
   help(): void;
 }
 
@@ -40,25 +45,28 @@ export function shortcuts(actions: Actions): () => void {
       return;
     }
     if (!shortcutPreference.on || target.closest(TEXT)) return;
-    const done = act(event.key, target, actions);
+    const done = act(event, target, actions);
     if (done) event.preventDefault();
   };
   addEventListener("keydown", onKey);
   return () => removeEventListener("keydown", onKey);
 }
 
-function act(key: string, target: Element, actions: Actions): boolean {
+function act({ key, shiftKey }: KeyboardEvent, target: Element, actions: Actions): boolean {
   const onSlider = target.closest(ARROWS) !== null;
   if (key === " ") {
     if (target.closest(PRESSABLE)) return false;
     actions.pause();
   } else if (key === "ArrowLeft" || key === "ArrowRight") {
     if (onSlider) return false;
-    actions.pan(key === "ArrowLeft" ? -0.1 : 0.1);
+    const way = key === "ArrowLeft" ? -1 : 1;
+    if (shiftKey) actions.moveCursor(way, false);
+    else actions.pan(0.1 * way);
   } else if (key === "ArrowUp" || key === "ArrowDown") {
     return zoomKey(key, onSlider, actions);
   } else if (key === "+" || key === "=") actions.zoom(0.5);
   else if (key === "-") actions.zoom(2);
+  else if (key === "," || key === ".") actions.moveCursor(key === "," ? -1 : 1, true);
   else if (key === "0") actions.nominal();
   else if (key === "?") actions.help();
   else {
@@ -80,6 +88,15 @@ function act(key: string, target: Element, actions: Actions): boolean {
         break;
       case "b":
         actions.cursor("B");
+        break;
+      case "c":
+        actions.measure();
+        break;
+      case "s":
+        actions.selectView();
+        break;
+      case "z":
+        actions.lens();
         break;
       default:
         return false;

@@ -18,6 +18,7 @@ export function chartLook(tokens: Tokens): {
       band: tokens.band,
       settle: tokens.settle,
       gap: tokens.gap,
+      select: tokens.select,
     },
     fonts: { axis: `11px ${family}`, label: `600 11px ${family}` },
   };

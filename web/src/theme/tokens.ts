@@ -1,8 +1,9 @@
+import { darkInks, lightInks, tracesIn } from "./inks";
+
 /**
  * Every colour of the page, defined once: CSS gets them as custom properties, the charts read
  * them here, and a unit test checks their contrast (text >= 4.5:1, lines >= 3:1 on their
- * surface). Trace colours are those of Okabe and Ito, darkened or lightened where a theme needs
- * it.
+ * surface). Traces are drawn in the inks of `inks.ts`.
  */
 export interface Tokens {
   page: string;
@@ -25,6 +26,7 @@ export interface Tokens {
   band: string;
   settle: string;
   gap: string;
+  select: string;
   uc: string;
   um: string;
   ua: string;
@@ -56,14 +58,8 @@ export const light: Tokens = {
   band: "rgba(0, 114, 178, 0.13)",
   settle: "rgba(230, 159, 0, 0.17)",
   gap: "rgba(90, 100, 110, 0.25)",
-  uc: "#0072b2",
-  um: "#d55e00",
-  ua: "#008a64",
-  ia: "#aa4499",
-  n: "#1f7fb8",
-  short: "#008a64",
-  medium: "#0063b0",
-  long: "#b0339a",
+  select: "rgba(20, 32, 43, 0.07)",
+  ...tracesIn(lightInks),
 };
 
 export const dark: Tokens = {
@@ -87,14 +83,8 @@ export const dark: Tokens = {
   band: "rgba(86, 180, 233, 0.16)",
   settle: "rgba(240, 190, 70, 0.15)",
   gap: "rgba(160, 175, 190, 0.22)",
-  uc: "#56b4e9",
-  um: "#ff9a52",
-  ua: "#2fc796",
-  ia: "#e08ad2",
-  n: "#7cc7f2",
-  short: "#2fc796",
-  medium: "#63b3ff",
-  long: "#f08ce0",
+  select: "rgba(232, 238, 244, 0.1)",
+  ...tracesIn(darkInks),
 };
 
 /** WCAG relative luminance of "#rrggbb". */

@@ -1,12 +1,15 @@
-#include "server/oidc/https_client.h"
+#include "server/web_client/web_client.h"
 
+#include <arpa/inet.h>
 #include <curl/curl.h>
+#include <netinet/in.h>
 
+#include <cstdint>
 #include <memory>
 
 #include "core/types/check.h"
 
-namespace faultlab::server::oidc {
+namespace faultlab::server {
 namespace {
 
 struct FreeUrl {
@@ -38,6 +41,16 @@ bool IsLoopback(const std::string& host) {
   return host == "127.0.0.1" || host == "localhost" || host == "[::1]";
 }
 
+bool IsPrivate(const in_addr& address) {
+  const std::uint32_t bits = ntohl(address.s_addr);
+  return (bits >> 24U) == 127 || (bits >> 24U) == 10 || (bits >> 20U) == 0xAC1 ||
+         (bits >> 16U) == 0xC0A8;
+}
+
+bool IsPrivate(const in6_addr& address) {
+  return IN6_IS_ADDR_LOOPBACK(&address) || (address.s6_addr[0] & 0xFEU) == 0xFC;
+}
+
 struct Body {
   std::string text;
   std::size_t bytes_max = 0;
@@ -57,25 +70,27 @@ core::Error Unavailable(const std::string& what) {
 
 }  // namespace
 
-HttpsClient::HttpsClient(Options options) : options_(std::move(options)) {
+WebClient::WebClient(WebClientOptions options) : options_(std::move(options)) {
   StartCurl();
 }
 
-core::Status HttpsClient::CheckUrl(const std::string& url) const {
+core::Status WebClient::CheckUrl(const std::string& url) const {
   const std::unique_ptr<CURLU, FreeUrl> parsed(curl_url());
   const bool readable =
       parsed && curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0) == CURLUE_OK;
   if (!readable) return core::Error{core::ErrorCode::kInvalid, "'" + url + "' is no address", ""};
   const std::string scheme = Part(parsed.get(), CURLUPART_SCHEME);
   const std::string host = Part(parsed.get(), CURLUPART_HOST);
-  const bool near = options_.insecure_loopback && scheme == "http" && IsLoopback(host);
-  if ((scheme != "https" && !near) || !Part(parsed.get(), CURLUPART_USER).empty()) {
+  const bool near = (options_.insecure_loopback && IsLoopback(host)) ||
+                    (options_.insecure_local && IsLocalHost(host));
+  const bool allowed = scheme == "https" || (scheme == "http" && near);
+  if (!allowed || !Part(parsed.get(), CURLUPART_USER).empty()) {
     return core::Error{core::ErrorCode::kInvalid, "'" + url + "' is not https", ""};
   }
   return core::Done{};
 }
 
-core::Result<WebAnswer> HttpsClient::Ask(const WebRequest& request) const {
+core::Result<WebAnswer> WebClient::Ask(const WebRequest& request) const {
   if (const core::Status good = CheckUrl(request.url); !good.ok()) return good.error();
   const std::unique_ptr<CURL, FreeCurl> curl(curl_easy_init());
   if (!curl) return Unavailable("no memory for a connection");
@@ -121,6 +136,16 @@ core::Result<WebAnswer> HttpsClient::Ask(const WebRequest& request) const {
   return WebAnswer{static_cast<int>(status), std::move(body.text)};
 }
 
+bool IsLocalHost(std::string_view host) {
+  if (host == "localhost" || host.ends_with(".local")) return true;
+  in_addr four{};
+  if (inet_pton(AF_INET, std::string(host).c_str(), &four) == 1) return IsPrivate(four);
+  if (!host.starts_with('[') || !host.ends_with(']')) return false;
+  const std::string inside(host.substr(1, host.size() - 2));
+  in6_addr six{};
+  return inet_pton(AF_INET6, inside.c_str(), &six) == 1 && IsPrivate(six);
+}
+
 std::string FormEncode(std::string_view text) {
   constexpr std::string_view kDigits = "0123456789ABCDEF";
   std::string out;
@@ -139,4 +164,4 @@ std::string FormEncode(std::string_view text) {
   return out;
 }
 
-}  // namespace faultlab::server::oidc
+}  // namespace faultlab::server
