@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "server/run/run_messages.h"
 #include "tests/server/run/run_fixture.h"
 
 namespace faultlab::server {
@@ -67,7 +68,7 @@ class RunRestTest : public tests::RunFixture {
   }
 
   static constexpr const char* kRun = "run-1";
-  static inline const RigEvent kStarted{.kind = RigEventKind::kStarted};
+  static inline const RigEvent kStarted{.kind = RigEventKind::kStarted, .text = {}};
   std::shared_ptr<tests::FakeRig> rig_ = std::make_shared<tests::FakeRig>();
 };
 
@@ -99,7 +100,7 @@ TEST_F(RunRestTest, IsBegunAgainAfterAnotherCut) {
   EXPECT_TRUE(Record().AwaitsRest());
   rig_->Say(kStarted);
   Say(0, 300);
-  rig_->Say(RigEvent{.kind = RigEventKind::kFinished, .index = 300});
+  rig_->Say(RigEvent{.kind = RigEventKind::kFinished, .index = 300, .text = {}});
   rig_->End();
   RunRest rest = Rest();
   ASSERT_TRUE(rest.Begin().ok());
@@ -109,7 +110,7 @@ TEST_F(RunRestTest, IsBegunAgainAfterAnotherCut) {
 }
 
 TEST_F(RunRestTest, SaysWhichSamplesTheRigHasLost) {
-  rig_->Say(RigEvent{.kind = RigEventKind::kGap, .index = 0, .value = 151});
+  rig_->Say(RigEvent{.kind = RigEventKind::kGap, .index = 0, .value = 151, .text = {}});
   Say(150, 160);
   rig_->Say(RigEvent{.kind = RigEventKind::kTrip, .index = 160, .text = "stall: blocked"});
   rig_->Say(RigEvent{.kind = RigEventKind::kStopped, .index = 160, .text = "stall"});
@@ -125,9 +126,9 @@ TEST_F(RunRestTest, SaysWhichSamplesTheRigHasLost) {
 }
 
 TEST_F(RunRestTest, OfWhatIsStoredAlreadyTheRigMayHaveLostAnything) {
-  rig_->Say(RigEvent{.kind = RigEventKind::kGap, .index = 0, .value = 80});
+  rig_->Say(RigEvent{.kind = RigEventKind::kGap, .index = 0, .value = 80, .text = {}});
   Say(80, 120);
-  rig_->Say(RigEvent{.kind = RigEventKind::kFinished, .index = 120});
+  rig_->Say(RigEvent{.kind = RigEventKind::kFinished, .index = 120, .text = {}});
   rig_->End();
   RunRest rest = Rest();
   ASSERT_TRUE(rest.Begin().ok());
