@@ -79,6 +79,39 @@ TEST_F(RunManagerTest, StoresAStoppedRunWhole) {
   EXPECT_FALSE(manager_->Stop(started.value().id, "again").ok());
 }
 
+TEST_F(RunManagerTest, SaysWhenItsRigFallsSilentAndWhenItIsHeardAgain) {
+  auto rig = std::make_shared<FakeRig>();
+  auto started = manager_->Start(Scripted(rig));
+  ASSERT_TRUE(started.ok());
+  const std::string id = started.value().id;
+  const auto await = [&](const std::string& kind) {
+    while (true) {
+      const RunSnapshot now = manager_->Find(id).value();
+      for (const RecordedEvent& event : now.events) {
+        if (event.kind == kind) return event;
+      }
+      clock_.Advance(std::chrono::milliseconds(200));
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  };
+  for (int i = 0; i < 150; ++i) rig->Say(SampleAt(i));
+  rig->FallSilentFor(std::chrono::milliseconds(2001));
+  EXPECT_EQ(await("rig_silent").index, 150);
+  rig->FallSilentFor(std::chrono::milliseconds(0));
+  EXPECT_THAT(await("rig_heard").json, testing::HasSubstr("\"value\":2.001"));
+  rig->End();
+  manager_->Wait(id);
+  const auto kinds = Kinds(id);
+  EXPECT_EQ(std::count(kinds.begin(), kinds.end(), "rig_silent"), 1);
+}
+
+TEST_F(RunManagerTest, GivesALeaseThatAnotherLabHasAReason) {
+  auto rig = std::make_shared<FakeRig>();
+  rig->arm_answer_ = core::Error{
+      core::ErrorCode::kBusy, "the rig is held by x/y", std::string(hardware::kLeaseField)};
+  EXPECT_EQ(manager_->Start(Scripted(rig)).error().reason, "held_elsewhere");
+}
+
 TEST_F(RunManagerTest, FailsTheRunOfATrippedRigAndKeepsItsSamples) {
   auto rig = std::make_shared<FakeRig>();
   auto started = manager_->Start(Scripted(rig));

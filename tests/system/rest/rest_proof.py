@@ -132,7 +132,7 @@ def the_agents_watchdog_ends_the_run(world):
     assert diagnosis["samples"] == samples, diagnosis
     await_true("the next run ends", lambda: world.about(next_run)["state"] == "finished")
     assert world.admin.delete(world.server, f"runs/{run}").status == 204
-    print(f"  {samples} samples, {world.of_kind(next_run, 'rest_fetched') or 'all'} there")
+    print(f"  all {samples} samples are there")
 
 
 def a_run_that_rides_through_is_read_to_its_end(world):
@@ -176,6 +176,25 @@ def an_agent_that_started_anew_has_nothing(world):
     assert stored >= 150, stored
 
 
+def a_killed_agent_is_gone_within_two_seconds(world):
+    run = world.start_run(60)
+    world.await_samples(run, 150)
+    world.agent.kill()
+    killed = time.monotonic()
+
+    def shown():
+        rigs = world.admin.get(world.server, "rigs").body["items"]
+        return next(rig for rig in rigs if rig["id"] == RIG)
+
+    await_true("the rig is offline", lambda: shown()["state"] == "offline", 10)
+    offline_s = time.monotonic() - killed
+    await_true("the run says so", lambda: world.of_kind(run, "rig_silent"), 10)
+    silent_s = time.monotonic() - killed
+    assert shown()["health"] == "the agent is not heard", shown()
+    assert offline_s < 2.6 and silent_s < 2.8, (offline_s, silent_s)
+    print(f"  offline in the list after {offline_s:.2f} s, event in the run after {silent_s:.2f} s")
+
+
 def main():
     parser = argparse.ArgumentParser(prog="tests/system/rest/run", description=__doc__)
     parser.add_argument("--program", default=os.path.join(HERE, "../../../build/ci/faultlab"))
@@ -184,6 +203,7 @@ def main():
         (the_agents_watchdog_ends_the_run, 0),
         (a_run_that_rides_through_is_read_to_its_end, 30),
         (killed_again_while_it_reads, 30),
+        (a_killed_agent_is_gone_within_two_seconds, 0),
         (an_agent_that_started_anew_has_nothing, 0),
     )
     for case, ride_through_s in cases:
