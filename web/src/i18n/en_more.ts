@@ -315,4 +315,16 @@ export const enMore = {
   slope: "slope of the fit",
   statistics_are:
     "Statistics and straight-line fit (dashed) of the samples from cursor to cursor, {span}, both ends included.",
+  download_data: "Data",
+  download_plots: "Plots",
+  download_csv: "CSV, samples and estimates",
+  download_mat: "MAT, for MATLAB and Python",
+  download_json: "JSON, with plan, events, verdict",
+  download_png: "PNG {scale}×, {figure}",
+  download_so_far: "While the run goes on: what is recorded so far.",
+  figure_signals: "Signals",
+  figure_swa: "SWA estimates",
+  figure_sia: "SIA estimates",
+  figure_models: "Models and measurement",
+  print: "Print this run",
 };
