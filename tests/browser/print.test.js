@@ -112,7 +112,7 @@ describe("print", { timeout: SUITE_MS }, () => {
       story(`from ${name}, ${deviceScaleFactor} pixels to the point`, async () => {
         const { page, close } = await openRun({ viewport, deviceScaleFactor });
         const charts = await printWhole(page);
-        assert.equal(charts.length, 8, "seven charts and the overview");
+        assert.equal(charts.length, 9, "seven charts, the lens and the overview");
         for (const { canvas, pixels, coloured } of charts) {
           assert.ok(Math.abs(canvas.right - canvas.left - pixels) <= 1, "drawn for the paper");
           assert.ok(coloured > 0.002, `the traces are drawn: ${coloured}`);
@@ -154,7 +154,7 @@ describe("print", { timeout: SUITE_MS }, () => {
     await waitForReview(page);
     await page.locator(".plot canvas").nth(6).waitFor({ state: "attached" });
     await page.evaluate(measureOnPaper);
-    assert.equal((await printWhole(page)).length, 8);
+    assert.equal((await printWhole(page)).length, 9);
     await close();
   });
 });

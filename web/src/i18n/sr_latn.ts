@@ -144,6 +144,9 @@ export const srLatn: Catalogue = {
   overview: "Ceo ogled, vidljivi deo",
   table_of_samples: "Uzorci u tabeli",
 
+  faults_short: "Otkazi",
+  menu: "Meni",
+  chart_shown: "Grafik {place}",
   faults: "Zadavanje otkaza",
   set_nominal: "nominalno",
   set_planned: "planirano",

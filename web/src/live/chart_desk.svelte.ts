@@ -39,6 +39,8 @@ export class ChartDesk {
   pointed: HTMLElement | null = null;
   /** The user turned the wheel over a chart and may want to know how to zoom. */
   wheelHint = $state(false);
+  /** The charts that a phone shows, by key. */
+  chosen = $state.raw<[string, string]>(["input", "p0"]);
   /** Increases when the charts must adapt their ranges to all that is visible. */
   fits = $state(0);
   /** Increases when the charts may widen their ranges. */
@@ -87,6 +89,13 @@ export class ChartDesk {
 
   primary(family: Family): EstimatorShape {
     return primaryOf(family, this.shown);
+  }
+
+  /** Shows a chart in place 0 or 1 of a phone; the other one gives way if it is the same. */
+  choose(place: number, key: string): void {
+    const [first, second] = this.chosen;
+    if (place === 0) this.chosen = [key, key === second ? first : second];
+    else this.chosen = [key === first ? second : first, key];
   }
 
   togglePause(): void {
