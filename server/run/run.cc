@@ -19,6 +19,7 @@ constexpr std::chrono::milliseconds kSaveInterval{1000};  ///< the most that a c
 constexpr std::chrono::seconds kSilentAfter{2};
 constexpr double kChunkSeconds = 1.0;
 constexpr double kFrameSeconds = 0.05;
+constexpr double kPresentSeconds = 3.0;
 constexpr int kRowsPerFrameMax = 250;
 constexpr std::size_t kEventsShownMax = 1000;
 /// Tries for half a minute, in case the database is away.
@@ -278,7 +279,7 @@ void Run::FollowVerdict() {
     if (verdict.detected_at_s && verdict.detected_at_s != detected_at_s_) {
       const auto index = static_cast<std::int64_t>(std::llround(*verdict.detected_at_s / period_s));
       AddEvent(MakeDiagnosisEvent("detected", index, period_s, nullptr, verdict.detector));
-      TellMoment(now, "detection");
+      if (IsPresent(now)) TellMoment(now, "detection");
       isolated_.reset();
     }
     if (detected_at_s_ && !verdict.detected_at_s && verdict.kind == core::VerdictKind::kNominal) {
@@ -328,15 +329,22 @@ void Run::OnRigEvent(const hardware::RigEvent& event) {
   const hardware::LoopQuality loop =
       last ? rig_->loop_quality().Since(loop_before_) : hardware::LoopQuality{};
   AddEvent(MakeEvent(event, state_.period_s, last ? &loop : nullptr));
-  if (last) TellMoment(event.index, "end");
+  if (last) TellMoment(last_frame_ ? last_frame_->sample.index : 0, "end");
   if (event.kind == hardware::RigEventKind::kRelayConfirmed && event.component.exists() &&
-      event.value != request_.diagnosis.nominal.Get(event.component)) {
+      event.value != request_.diagnosis.nominal.Get(event.component) && IsPresent(event.index)) {
     TellMoment(event.index, "fault");
   }
 }
 
 void Run::TellMoment(std::int64_t index, std::string_view why) const {
   if (services_.moment) services_.moment({id_, state_.rig, index, why});
+}
+
+/// False for what a far rig tells late, after a cut of its link: a picture would show another time.
+bool Run::IsPresent(std::int64_t index) const {
+  const std::chrono::duration<double> elapsed = services_.clock.Monotonic() - state_.began;
+  return !real_time_ ||
+         elapsed.count() - static_cast<double>(index) * state_.period_s < kPresentSeconds;
 }
 
 void Run::AddEvent(RecordedEvent event) {

@@ -81,6 +81,7 @@ class Run : public std::enable_shared_from_this<Run> {
   void TellChanges();
   void AddEvent(RecordedEvent event);
   void TellMoment(std::int64_t index, std::string_view why) const;
+  bool IsPresent(std::int64_t index) const;
   void FlushRows();
   void FlushRecording(bool all);
   void PublishReadout();

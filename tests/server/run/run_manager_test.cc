@@ -41,6 +41,41 @@ TEST_F(RunManagerTest, RecordsThePapersExperimentAndNamesTheFault) {
   }
 }
 
+TEST_F(RunManagerTest, TellsTheMomentsOfFaultDetectionAndEnd) {
+  RunToEnd(Paper());
+  const auto told = moments();
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_EQ(told[0], "fault@1000");
+  EXPECT_TRUE(told[1].starts_with("detection@10")) << told[1];
+  EXPECT_EQ(told[2], "end@1999");
+}
+
+TEST_F(RunManagerTest, TellsNoMomentOfAFaultThatIsHeardOfLateOrOfAReturnToNominal) {
+  Manage(1.0);
+  auto rig = std::make_shared<FakeRig>();
+  auto started = manager_->Start(Scripted(rig));
+  ASSERT_TRUE(started.ok());
+  const auto confirm = [&](std::int64_t index, double r1_ohm) {
+    hardware::RigEvent event;
+    event.kind = hardware::RigEventKind::kRelayConfirmed;
+    event.index = index;
+    event.component = paper::kR1;
+    event.value = r1_ohm;
+    rig->Say(event);
+  };
+  clock_.Advance(std::chrono::seconds(60));
+  confirm(100, 100.0);   // 59 s ago
+  confirm(5900, 100.0);  // 1 s ago
+  confirm(5950, 1.0);
+  rig->Say(SampleAt(5960));
+  hardware::RigEvent finished;
+  finished.kind = hardware::RigEventKind::kFinished;
+  rig->Say(finished);
+  rig->End();
+  manager_->Wait(started.value().id);
+  EXPECT_EQ(moments(), (std::vector<std::string>{"fault@5900", "end@5960"}));
+}
+
 TEST_F(RunManagerTest, GivesTheSameSamplesAndVerdictsForTheSameSeed) {
   const RunRecord first = RunToEnd(Paper());
   const RunRecord second = RunToEnd(Paper());
