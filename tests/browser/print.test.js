@@ -117,9 +117,10 @@ describe("print", { timeout: SUITE_MS }, () => {
           assert.ok(Math.abs(canvas.right - canvas.left - pixels) <= 1, "drawn for the paper");
           assert.ok(coloured > 0.002, `the traces are drawn: ${coloured}`);
         }
-        assert.equal(await page.locator(".plot canvas").first().isVisible(), true);
+        await page.locator(".plot canvas:visible").first().waitFor();
         await page.waitForFunction(() => {
-          const host = document.querySelector(".chart .plot");
+          const hosts = [...document.querySelectorAll(".chart .plot")];
+          const host = hosts.find((each) => each.checkVisibility());
           return host.querySelector("canvas").clientWidth === host.clientWidth;
         });
         await close();

@@ -8,7 +8,7 @@ export const enMore = {
     "The upper charts are the measured signals. Drag over a chart, or turn the wheel with Ctrl, to look closer; a double click returns, and the wheel alone scrolls the page. Measure places two cursors and gives values, statistics and slope between them; the lens draws the newest second, or the one under the pointer, wide. A red line is a fault confirmed by the rig, a dashed blue line its detection, a dotted one its isolation. Hatched time has no samples: it is never bridged.",
   help_faults: "Switching faults",
   help_faults_text:
-    "A slider's hollow thumb means commanded, a solid one that the rig has read the relay back. A change in the first seconds waits until the healthy rig is learnt: set the part back to nominal to cancel it. A refusal says why. What has no relay can be changed on simulators only.",
+    "Arrow keys switch where they rest, or on Enter, not the values on the way. With one fault at a time, a fault is refused beside another one, also beside one that the plan brings later. A slider's hollow thumb means commanded, a solid one that the rig has read the relay back. A change in the first seconds waits until the healthy rig is learnt: set the part back to nominal to cancel it. A refusal says why. What has no relay can be changed on simulators only.",
   help_estimates: "The estimates",
   help_estimates_text:
     "SWA fits the discrete model over the last K samples, SIA the continuous one by sliding integrals of length m within K samples. The dotted line is the nominal value, the band three standard deviations of the healthy part. The shaded time after a fault is when the window still holds samples from before it.",

@@ -311,7 +311,7 @@ export const srLatn: Catalogue = {
     "Gornji grafici su izmereni signali. Prevucite preko grafika ili okrenite točkić uz `Ctrl` da pogledate bliže; dvostruki klik vraća, a sam točkić pomera stranicu. Izmeri postavlja dva kursora i daje vrednosti, statistiku i nagib između njih; lupa crta poslednju sekundu, ili onu pod pokazivačem, široko. Crvena linija je otkaz koji je uređaj potvrdio, isprekidana plava njegovo otkrivanje, tačkasta izolovanje. Šrafirano vreme nema uzoraka i nikada se ne premošćava.",
   help_faults: "Zadavanje otkaza",
   help_faults_text:
-    "Šuplji klizač znači zadato, puni da je uređaj pročitao relej. Promena u prvim sekundama čeka da se nauči ispravan uređaj: vratite deo na nominalno da je opozovete. Odbijanje kaže razlog. Ono što nema relej menja se samo na simulatorima.",
+    "Strelice zadaju vrednost na kojoj se zaustave, ili na `Enter`, a ne one usput. Uz jedan otkaz u isto vreme, otkaz se odbija pored drugog, i pored onog koji plan tek donosi. Šuplji klizač znači zadato, puni da je uređaj pročitao relej. Promena u prvim sekundama čeka da se nauči ispravan uređaj: vratite deo na nominalno da je opozovete. Odbijanje kaže razlog. Ono što nema relej menja se samo na simulatorima.",
   help_estimates: "Procene",
   help_estimates_text:
     "SWA prilagođava diskretni model poslednjim K uzorcima, SIA kontinualni pomoću kliznih integrala dužine m unutar K uzoraka. Tačkasta linija je nominalna vrednost, pojas tri standardna odstupanja ispravnog dela. Osenčeno vreme posle otkaza je ono u kome prozor još sadrži uzorke od pre njega.",
