@@ -20,7 +20,7 @@ export const enMore = {
     "The chip shows the round trip and samples that have not arrived. After a cut the page reconnects by itself and fetches what it missed. The recording on the server does not depend on it.",
   help_data: "Data and plots",
   help_data_text:
-    "Every run can be downloaded as CSV, MAT or JSON, its figures as PNG at one and two times the size. The REST interface under /api/v1 gives the same data.",
+    "A run that has ended has a report to print (PDF, also by Ctrl+P). Every run can be downloaded as CSV, MAT or JSON, its figures as PNG at one and two times the size. The REST interface under /api/v1 gives the same data.",
   help_benches: "The benches of this server",
   bench_sampled: "A sample every {period}, read {delay} after the output changes. {excitation}.",
   bench_measures: "Measured: {channels}. The estimators predict {estimated}.",
