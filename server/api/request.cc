@@ -154,17 +154,34 @@ core::Result<HttpResponse> Spooled(std::unique_ptr<Spool> bytes, std::string_vie
 
 core::Result<HttpResponse> Download(std::unique_ptr<Spool> bytes,
                                     std::string_view content_type,
-                                    std::string file_name) {
-  for (char& c : file_name) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '-' || c == '_' || c == '.';
-    if (!plain) c = '_';
-  }
+                                    std::string_view file_name) {
   auto response = Spooled(std::move(bytes), content_type);
   if (!response) return response;
   response.value().headers.emplace_back("Content-Disposition",
-                                        "attachment; filename=\"" + file_name + "\"");
+                                        ContentDisposition("attachment", file_name));
   return response;
+}
+
+std::string ContentDisposition(std::string_view kind, std::string_view file_name) {
+  constexpr std::string_view kHex = "0123456789ABCDEF";
+  std::string plain;
+  std::string encoded;
+  for (const char c : file_name) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool safe = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                      c == '-' || c == '_' || c == '.';
+    if (safe) {
+      plain += c;
+      encoded += c;
+      continue;
+    }
+    const bool continues = (byte & 0xC0U) == 0x80U;  // of a character that has its '_' already
+    if (!continues) plain += '_';
+    encoded += '%';
+    encoded += kHex[byte >> 4];
+    encoded += kHex[byte & 0xFU];
+  }
+  return std::string(kind) + "; filename=\"" + plain + "\"; filename*=UTF-8''" + encoded;
 }
 
 int HttpStatus(core::ErrorCode code) {

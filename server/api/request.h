@@ -61,10 +61,13 @@ HttpResponse JsonText(std::string text);
 HttpResponse NoContent();
 /// What was written to a spool; kUnavailable when the disk did not take it.
 core::Result<HttpResponse> Spooled(std::unique_ptr<Spool> bytes, std::string_view content_type);
-/// The same as a file to save: Content-Disposition with a safe name.
+/// The same as a file to save, see ContentDisposition.
 core::Result<HttpResponse> Download(std::unique_ptr<Spool> bytes,
                                     std::string_view content_type,
-                                    std::string file_name);
+                                    std::string_view file_name);
+/// "attachment; filename=..; filename*=..": the name in UTF-8 (RFC 5987), and for old clients with
+/// '_' for whatever is not a plain letter. `kind` is "attachment" or "inline".
+std::string ContentDisposition(std::string_view kind, std::string_view file_name);
 HttpResponse ProblemOf(const core::Error& error);
 int HttpStatus(core::ErrorCode code);
 

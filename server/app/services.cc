@@ -136,7 +136,8 @@ void Services::BuildApi(Router& router) {
                                              options_.storage.disk,
                                              base_.cameras,
                                              base_.pictures,
-                                             base_.clock});
+                                             base_.clock,
+                                             options_.public_url});
   people_api_ = std::make_unique<PeopleApi>(PeopleApi{base_.accounts, audit_, base_.clock});
   sign_in_flow_ =
       std::make_unique<oidc::SignInFlow>(options_.providers, options_.login_secret, base_.clock);

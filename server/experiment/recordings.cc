@@ -137,22 +137,37 @@ core::Result<core::Diagnosis> Recordings::DiagnosisOf(const Recording& recording
   return Repair(recording, &text);
 }
 
+core::Result<Review> Recordings::ReviewOf(RunRecord record) {
+  auto recording = Load(std::move(record));
+  if (!recording) return recording.error();
+  auto diagnosis = DiagnosisOf(recording.value());
+  if (!diagnosis) return diagnosis.error();
+  return Review{std::move(recording).value(), std::move(diagnosis).value()};
+}
+
 core::Result<Figure> Recordings::FigureOf(const RunRecord& record,
                                           const std::string& name,
                                           const std::string& footer) {
   auto recording = Load(record);
   if (!recording) return recording.error();
-  const std::vector<core::Sample>& samples = recording.value().samples;
-  const core::Status fit = CheckFigure(name, samples);
+  const core::Status fit = CheckFigure(name, recording.value().samples);
   if (!fit.ok()) return fit.error();
-  const auto diagnosis = DiagnosisOf(recording.value());
+  auto diagnosis = DiagnosisOf(recording.value());
   if (!diagnosis) return diagnosis.error();
+  return FigureOf(Review{std::move(recording).value(), std::move(diagnosis).value()}, name, footer);
+}
+
+core::Result<Figure> Recordings::FigureOf(const Review& review,
+                                          const std::string& name,
+                                          const std::string& footer) {
+  const Recording& recording = review.recording;
+  const RunRecord& record = recording.record;
   FigureContext context;
   context.name = record.name.empty() ? record.id : record.name;
   context.footer = footer;
-  context.faults = FaultsOfPlan(record.plan_json, *recording.value().options.bench);
+  context.faults = FaultsOfPlan(record.plan_json, *recording.options.bench);
   return MakeFigure(
-      name, samples, recording.value().options, diagnosis.value(), std::move(context));
+      name, recording.samples, recording.options, review.diagnosis, std::move(context));
 }
 
 core::Result<RunRecord> Recordings::Keep(Upload upload) {

@@ -26,6 +26,12 @@ struct Recording {
   std::vector<core::Sample> samples;
 };
 
+/// A recording with its diagnosis.
+struct Review {
+  Recording recording;
+  core::Diagnosis diagnosis;
+};
+
 /// What runs and uploads have left behind, read by people and jobs. Every estimate, figure and
 /// export of a recording uses the diagnosis options that are stored with it, and the diagnosis that
 /// was made live; nothing is fitted a second time.
@@ -57,10 +63,14 @@ class Recordings {
   /// As JSON: of a run that goes on, its verdict so far. A recording that was cut by a crash is
   /// diagnosed now, and keeps it.
   core::Result<std::string> DiagnosisText(const RunRecord& record);
+  core::Result<Review> ReviewOf(RunRecord record);
   /// One of kFigureNames, in the words of MakeFigure. `footer` stands below it.
   core::Result<Figure> FigureOf(const RunRecord& record,
                                 const std::string& name,
                                 const std::string& footer);
+  static core::Result<Figure> FigureOf(const Review& review,
+                                       const std::string& name,
+                                       const std::string& footer);
   /// Diagnoses and stores what somebody measured elsewhere.
   struct Upload {
     std::string name;

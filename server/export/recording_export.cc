@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <boost/json/serialize.hpp>
+#include <charconv>
+#include <cmath>
 #include <string_view>
 #include <vector>
 
@@ -83,7 +85,52 @@ void WriteEstimates(const RecordingExport& recording, MatFile& file, Spool& out)
   for (ColumnWriter& column : columns) column.Flush();
 }
 
+void AppendCell(std::string& line, double value) {
+  line += ',';
+  if (!std::isfinite(value)) return;
+  std::array<char, 32> text;
+  line.append(text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr);
+}
+
+std::string EstimatesHead() {
+  std::string head = "index,t_s";
+  for (const core::EstimatorShape& shape : core::kEstimatorShapes) {
+    const std::string name = "," + std::string(shape.name) + "_";
+    const char* suffix = shape.integral_samples == 0 ? "d" : "";
+    constexpr std::array<std::string_view, kParameters> kNames = {"b0", "b1", "a1"};
+    for (const std::string_view parameter : kNames) {
+      head.append(name).append(parameter).append(suffix);
+    }
+    for (const std::string_view parameter : kNames) {
+      head.append(name).append(parameter).append(suffix).append("_sigma");
+    }
+    head.append(name).append("status");
+  }
+  return head + "\n";
+}
+
 }  // namespace
+
+void WriteEstimatesCsv(const RecordingExport& recording, Spool& out) {
+  out.Append("# " + recording.origin + ": estimates\n" + EstimatesHead());
+  std::string piece;
+  recording.each_frame([&](const core::Frame& frame) {
+    piece += std::to_string(frame.sample.index);
+    AppendCell(piece, frame.sample.t_s);
+    for (const core::Estimate<3>& estimate : frame.estimates) {
+      const core::Estimate<3> shown = Honest(estimate);
+      for (const double value : shown.theta) AppendCell(piece, value);
+      for (const double value : shown.sigma) AppendCell(piece, value);
+      piece.append(",").append(core::Name(estimate.status));
+    }
+    piece += '\n';
+    constexpr std::size_t kPieceBytes = 16 << 10;
+    if (piece.size() < kPieceBytes) return;
+    out.Append(piece);
+    piece.clear();
+  });
+  out.Append(piece);
+}
 
 void WriteMat(const RecordingExport& recording, Spool& out) {
   MatFile file(out, "MATLAB 5.0 MAT-file, faultlab recording");

@@ -29,4 +29,9 @@ struct RecordingExport {
 /// invalid); texts name, origin, diagnosis_json. A lost number is NaN.
 void WriteMat(const RecordingExport& recording, Spool& out);
 
+/// CSV with a row for each sample: index, t_s; per estimator its parameters (swa_100_b0d), their
+/// standard errors (swa_100_b0d_sigma) and its status (swa_100_status: excited, weak, not_excited,
+/// invalid). An estimate that does not exist is an empty cell. The first line is a comment.
+void WriteEstimatesCsv(const RecordingExport& recording, Spool& out);
+
 }  // namespace faultlab::server

@@ -65,10 +65,10 @@ void DrawMatrix(Canvas& canvas,
       const double value = matrix.value[r * columns + c];
       const double share = std::isnan(value) ? 0.0 : std::clamp(value, 0.0, 1.0);
       const Rgb ground = std::isnan(value) ? kEmptyColour : Tint(kFullColour, 0.04 + 0.96 * share);
-      canvas.Fill({edge_x(c) + style.scale,
-                   edge_y(r) + style.scale,
-                   edge_x(c + 1) - edge_x(c) - 2 * style.scale,
-                   edge_y(r + 1) - edge_y(r) - 2 * style.scale},
+      canvas.Fill({edge_x(c) + style.line_px,
+                   edge_y(r) + style.line_px,
+                   edge_x(c + 1) - edge_x(c) - 2 * style.line_px,
+                   edge_y(r + 1) - edge_y(r) - 2 * style.line_px},
                   ground);
       canvas.Text(matrix.text[r * columns + c],
                   0.5 * (edge_x(c) + edge_x(c + 1)),

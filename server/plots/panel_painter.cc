@@ -29,8 +29,9 @@ void SpreadApart(std::vector<double>& places, double distance, double lowest, do
 
 }  // namespace
 
-PlotStyle::PlotStyle(int scale_in)
+PlotStyle::PlotStyle(double scale_in)
     : scale(scale_in),
+      line_px(Px(1)),
       title_px(Px(28)),
       subtitle_px(Px(19)),
       label_px(Px(22)),
@@ -138,7 +139,7 @@ void PanelPainter::DrawGround() {
     const int bottom = band.y_from ? y(*band.y_from) : plot.bottom();
     canvas_.Shade({left, top, right - left, bottom - top}, ColourOf(band.ink), kBandShare);
   }
-  const Stroke grid = {kGridColour, style_.scale};
+  const Stroke grid = {kGridColour, style_.line_px};
   for (const double at : x_ticks_.at) {
     const double x = std::round(scale_.ToX(at)) + 0.5;
     canvas_.Line({x, plot.top + 0.5}, {x, plot.bottom() + 0.5}, grid);
@@ -189,7 +190,7 @@ void PanelPainter::DrawSeries() {
 
 void PanelPainter::DrawFrame(double y_label_x) {
   const PixelRect& plot = scale_.plot;
-  const Stroke frame = {kTextColour, style_.scale};
+  const Stroke frame = {kTextColour, style_.line_px};
   canvas_.Frame(plot, frame);
   const double tick = style_.Px(kTickLength);
   for (const double at : x_ticks_.at) {
@@ -288,7 +289,7 @@ void PanelPainter::DrawLegendEntry(const LegendEntry& entry, double x, double y)
     const PixelRect box = {
         static_cast<int>(x), static_cast<int>(y) - height / 2, static_cast<int>(swatch), height};
     canvas_.Fill(box, Tint(ColourOf(entry.band->ink), 2 * kBandShare));
-    canvas_.Frame(box, {Tint(ColourOf(entry.band->ink), 0.5), style_.scale});
+    canvas_.Frame(box, {Tint(ColourOf(entry.band->ink), 0.5), style_.line_px});
   }
   canvas_.Text(entry.text, x + swatch + style_.Px(kSwatchGap), y, style_.legend_px, kTextColour);
 }
@@ -338,7 +339,7 @@ void PanelPainter::DrawInset(const Inset& inset) {
                          plot.top + static_cast<int>(0.12 * room) + style_.inset_px,
                          static_cast<int>(0.44 * plot.width),
                          static_cast<int>(0.72 * room) - style_.inset_px};
-  const Stroke thin = {kQuietColour, style_.scale};
+  const Stroke thin = {kQuietColour, style_.line_px};
   const double x_from = scale_.ToX(inset.x_from);
   const double x_to = scale_.ToX(inset.x_to);
   const double data_bottom = scale_.ToY(low);
@@ -360,7 +361,7 @@ void PanelPainter::DrawInset(const Inset& inset) {
   const Ticks ticks = MakeTicks(inset.x_from, inset.x_to, 8);
   for (std::size_t i = 0; i < ticks.at.size(); ++i) {
     const double x = std::round(magnified.ToX(ticks.at[i])) + 0.5;
-    canvas_.Line({x, box.top + 0.5}, {x, box.bottom() + 0.5}, {kGridColour, style_.scale});
+    canvas_.Line({x, box.top + 0.5}, {x, box.bottom() + 0.5}, {kGridColour, style_.line_px});
     canvas_.Text(ticks.labels[i],
                  x,
                  box.top - 0.75 * style_.inset_px,

@@ -12,10 +12,11 @@ namespace faultlab::server {
 
 /// Sizes in pixels, all multiplied by the picture's scale.
 struct PlotStyle {
-  explicit PlotStyle(int scale_in);
+  explicit PlotStyle(double scale_in);
   int Px(double at_scale_one) const;
 
-  int scale;
+  double scale;
+  int line_px;  ///< of grid and frames
   int title_px, subtitle_px, label_px, tick_px, legend_px, footer_px, inset_px;
 };
 

@@ -155,6 +155,17 @@ void DrawPanels(Canvas& canvas, const PlotStyle& style, const Figure& figure, Pi
   DrawXAxis(canvas, style, figure, painters.back().plot_scale());
 }
 
+Canvas Draw(const Figure& figure, int width, int height, const PlotStyle& style, Typeface& type) {
+  Canvas canvas(width, height, type);
+  const PixelRect area = DrawHeading(canvas, style, figure);
+  if (!figure.matrix.rows.empty()) {
+    DrawMatrix(canvas, style, figure.matrix, area);
+  } else if (!figure.panels.empty()) {
+    DrawPanels(canvas, style, figure, area);
+  }
+  return canvas;
+}
+
 }  // namespace
 
 core::Result<std::string> RenderPng(const Figure& figure, const RenderOptions& options) {
@@ -174,20 +185,39 @@ core::Result<std::string> RenderPng(const Figure& figure, const RenderOptions& o
   if (!type) {
     return type.error();
   }
-  const PlotStyle style(options.scale);
-  Canvas canvas(options.width_px * options.scale, options.height_px * options.scale, *type.value());
-  const PixelRect area = DrawHeading(canvas, style, figure);
-  if (!figure.matrix.rows.empty()) {
-    DrawMatrix(canvas, style, figure.matrix, area);
-  } else if (!figure.panels.empty()) {
-    DrawPanels(canvas, style, figure, area);
-  }
+  const Canvas canvas = Draw(figure,
+                             options.width_px * options.scale,
+                             options.height_px * options.scale,
+                             PlotStyle(options.scale),
+                             *type.value());
   const auto density = static_cast<std::uint32_t>(std::lround(kPixelsPerMetre * options.scale));
   return EncodePng(canvas.pixels(),
                    canvas.width(),
                    canvas.height(),
                    std::clamp(options.png_level, 1, 9),
                    density);
+}
+
+core::Result<Pixels> RenderForPrint(const Figure& figure,
+                                    double width_mm,
+                                    double height_mm,
+                                    const std::string& font_path) {
+  if (!(width_mm >= 80 && width_mm <= 300 && height_mm >= 50 && height_mm <= 300)) {
+    return core::Error{
+        core::ErrorCode::kInvalid, "a figure on paper is 80 to 300 mm wide, 50 to 300 mm high", ""};
+  }
+  core::Result<std::unique_ptr<Typeface>> type = Typeface::Load(font_path);
+  if (!type) return type.error();
+  constexpr double kMmPerInch = 25.4;
+  constexpr double kMmPerMetre = 1000.0;
+  constexpr double kLarger = 1.1;  // text of 7 points
+  constexpr double kPixelsPerMm = kPrintDpi / kMmPerInch;
+  const Canvas canvas = Draw(figure,
+                             static_cast<int>(std::lround(width_mm * kPixelsPerMm)),
+                             static_cast<int>(std::lround(height_mm * kPixelsPerMm)),
+                             PlotStyle(kLarger * kPixelsPerMm * kMmPerMetre / kPixelsPerMetre),
+                             *type.value());
+  return Pixels{canvas.width(), canvas.height(), {canvas.pixels().begin(), canvas.pixels().end()}};
 }
 
 }  // namespace faultlab::server

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "core/types/result.h"
 #include "server/plots/figure.h"
@@ -21,5 +23,21 @@ struct RenderOptions {
 /// is out of range (width 400..4000, height 300..4000, scale 1..2).
 /// Thread-safe; about 20 ms of CPU for three traces of 2000 points.
 core::Result<std::string> RenderPng(const Figure& figure, const RenderOptions& options = {});
+
+/// RGB rows, top down, without padding.
+struct Pixels {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+
+inline constexpr double kPrintDpi = 300.0;
+
+/// The same figure for paper: kPrintDpi, lines and text a little larger than in the PNG. kInvalid
+/// when the size is out of range (80..300 mm, 50..300 mm).
+core::Result<Pixels> RenderForPrint(const Figure& figure,
+                                    double width_mm,
+                                    double height_mm,
+                                    const std::string& font_path = {});
 
 }  // namespace faultlab::server

@@ -178,7 +178,9 @@ class FreeTypeFace final : public Typeface {
   std::map<std::pair<char32_t, int>, Glyph> glyphs_;
 };
 
-std::string FindFont(const std::string& wanted) {
+}  // namespace
+
+std::string Typeface::Find(const std::string& wanted) {
   if (!wanted.empty()) {
     return wanted;
   }
@@ -190,10 +192,8 @@ std::string FindFont(const std::string& wanted) {
   return found == kUsualPlaces.end() ? "" : *found;
 }
 
-}  // namespace
-
 core::Result<std::unique_ptr<Typeface>> Typeface::Load(const std::string& wanted) {
-  const std::string path = FindFont(wanted);
+  const std::string path = Find(wanted);
   const auto unavailable = [](const std::string& what) {
     return core::Error{core::ErrorCode::kUnavailable,
                        what +

@@ -27,6 +27,9 @@ class Typeface {
   static core::Result<std::unique_ptr<Typeface>> Load(const std::string& path);
   virtual ~Typeface() = default;
 
+  /// The file that Load would read; empty when there is none.
+  static std::string Find(const std::string& path = {});
+
   virtual int Width(std::string_view text, int size_px) = 0;
   virtual TextBitmap Draw(std::string_view text, int size_px) = 0;
 };

@@ -56,7 +56,7 @@ describe("live page", { timeout: SUITE_MS }, () => {
 
       await page.locator("summary", { hasText: "Download" }).click();
       const csvWaiting = page.waitForEvent("download");
-      await page.getByRole("link", { name: /^CSV/ }).click();
+      await page.getByRole("link", { name: "CSV, samples" }).click();
       const csv = (await readDownload(await csvWaiting)).toString();
       const lines = csv.split(/\r?\n/).filter((line) => line && !line.startsWith("#"));
       assert.match(lines[0], /^t_s,uc_v,um_v/);

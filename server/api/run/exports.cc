@@ -3,6 +3,7 @@
 
 #include "core/diagnosis/diagnose_record.h"
 #include "server/api/run/columns.h"
+#include "server/api/run/file_names.h"
 #include "server/api/run/handlers.h"
 #include "server/csv/bench_comment.h"
 #include "server/csv/csv_writer.h"
@@ -14,29 +15,55 @@ namespace {
 
 namespace json = boost::json;
 
-std::string FileName(const RunRecord& record, std::string_view extension) {
-  return record.id + std::string(extension);
+/// Of all estimators at each sample.
+RecordingExport EstimatesOf(const Recording& recording) {
+  RecordingExport out;
+  out.name = recording.record.name;
+  out.origin = "faultlab run " + recording.record.id + ", rig " + recording.record.rig;
+  out.period_s = recording.record.period_s;
+  out.samples = recording.samples;
+  out.each_frame = [&recording](const std::function<void(const core::Frame&)>& each) {
+    core::ReplayEstimates(recording.samples, recording.options, each);
+  };
+  return out;
 }
 
 }  // namespace
 
-core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request) {
-  auto recording = api.recordings.Load(request.run);
-  if (!recording) return recording.error();
-  const RunRecord& record = recording.value().record;
-  const auto events = api.recordings.Events(record);
-  if (!events) return events.error();
-  const core::Bench& bench = *recording.value().options.bench;
+void FormatCsvOf(const Recording& recording,
+                 std::span<const RecordedEvent> events,
+                 const std::function<void(std::string_view)>& take) {
+  const RunRecord& record = recording.record;
   CsvWriteOptions options;
   options.comments = {
       "faultlab run " + record.id + ", rig " + record.rig + ", " + Iso8601(record.created_at),
-      BenchComment(bench),
+      BenchComment(*recording.options.bench),
       "plan " + record.plan_json,
-      "loop " + LoopText(events.value())};
+      "loop " + LoopText(events)};
+  FormatCsv(recording.samples, options, take);
+}
+
+core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request) {
+  const core::Status query = OnlyQuery(request.http, {"content"});
+  if (!query.ok()) return query.error();
+  const std::string content = request.http.Query("content").value_or("samples");
+  if (content != "samples" && content != "estimates") {
+    return core::Error{
+        core::ErrorCode::kInvalid, "The content is samples or estimates.", "content"};
+  }
+  auto recording = api.recordings.Load(request.run);
+  if (!recording) return recording.error();
   auto out = api.MakeSpool();
-  FormatCsv(
-      recording.value().samples, options, [&out](std::string_view piece) { out->Append(piece); });
-  return Download(std::move(out), "text/csv; charset=utf-8", FileName(record, ".csv"));
+  if (content == "samples") {
+    const auto events = api.recordings.Events(request.run);
+    if (!events) return events.error();
+    FormatCsvOf(
+        recording.value(), events.value(), [&out](std::string_view piece) { out->Append(piece); });
+  } else {
+    WriteEstimatesCsv(EstimatesOf(recording.value()), *out);
+  }
+  return Download(
+      std::move(out), "text/csv; charset=utf-8", FileNameOf(request.run, content, "csv"));
 }
 
 core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
@@ -71,26 +98,20 @@ core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
   file->Append(out);
   AppendSampleColumns(*file, recording.value().samples);
   file->Append("}");
-  return Download(std::move(file), "application/json", FileName(record, ".json"));
+  return Download(std::move(file), "application/json", FileNameOf(record, "all", "json"));
 }
 
 core::Result<HttpResponse> ExportMat(RunApi& api, const ApiRequest& request) {
   auto recording = api.recordings.Load(request.run);
   if (!recording) return recording.error();
   const RunRecord& record = recording.value().record;
-  RecordingExport all;
-  all.name = record.name;
-  all.origin = "faultlab run " + record.id + ", rig " + record.rig;
-  all.period_s = record.period_s;
-  all.samples = recording.value().samples;
-  all.each_frame = [&](const std::function<void(const core::Frame&)>& each) {
-    core::ReplayEstimates(recording.value().samples, recording.value().options, each);
-  };
+  RecordingExport all = EstimatesOf(recording.value());
   boost::system::error_code ec;
   all.diagnosis = json::parse(record.diagnosis_json, ec);
   auto out = api.MakeSpool();
   WriteMat(all, *out);
-  return Download(std::move(out), "application/x-matlab-data", FileName(record, ".mat"));
+  return Download(
+      std::move(out), "application/x-matlab-data", FileNameOf(record, "samples-estimates", "mat"));
 }
 
 }  // namespace faultlab::server

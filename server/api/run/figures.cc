@@ -1,5 +1,6 @@
 #include <boost/json.hpp>
 
+#include "server/api/run/file_names.h"
 #include "server/api/run/handlers.h"
 #include "server/plots/figure_json.h"
 #include "server/plots/render.h"
@@ -28,12 +29,12 @@ core::Result<HttpResponse> GetPlot(RunApi& api, const ApiRequest& request) {
   options.scale = static_cast<int>(scale.value());
   auto png = RenderPng(figure.value(), options);
   if (!png) return png.error();
+  const std::string kind = request.http.PathParameter("figure") + (options.scale == 1 ? "" : "_2x");
   HttpResponse response;
   response.content_type = "image/png";
   response.body = std::move(png).value();
   response.headers.emplace_back("Content-Disposition",
-                                "inline; filename=\"" + request.http.PathParameter("id") + "-" +
-                                    request.http.PathParameter("figure") + ".png\"");
+                                ContentDisposition("inline", FileNameOf(request.run, kind, "png")));
   return response;
 }
 

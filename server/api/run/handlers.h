@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -31,6 +32,7 @@ struct RunApi {
   CameraDesk& cameras;
   PictureStore& pictures;
   const Clock& clock;
+  std::string public_url;  ///< "https://lab.example.org"; empty: not known
 
   /// For an answer that may be large.
   std::unique_ptr<Spool> MakeSpool() const { return std::make_unique<Spool>(spool_disk); }
@@ -53,10 +55,18 @@ core::Result<HttpResponse> GetSamples(RunApi& api, const ApiRequest& request);
 core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request);
 core::Result<HttpResponse> GetDiagnosis(RunApi& api, const ApiRequest& request);
 
+/// The CSV of a recording, in pieces: what ExportCsv sends and whose SHA-256 the report states.
+void FormatCsvOf(const Recording& recording,
+                 std::span<const RecordedEvent> events,
+                 const std::function<void(std::string_view)>& take);
+
 // exports.cc
 core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request);
 core::Result<HttpResponse> ExportMat(RunApi& api, const ApiRequest& request);
 core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request);
+
+// report.cc
+core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request);
 
 // figures.cc
 core::Result<HttpResponse> GetPlot(RunApi& api, const ApiRequest& request);

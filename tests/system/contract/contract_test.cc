@@ -121,6 +121,8 @@ void Contract::Experiments() {
                            "/estimates?estimator=swa_100",
                            "/diagnosis",
                            "/export.csv",
+                           "/export.csv?content=estimates",
+                           "/report.pdf?language=sr",
                            "/export.mat",
                            "/export.json"}) {
     const std::string target = "runs/{id}" + std::string(part);

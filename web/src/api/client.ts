@@ -148,5 +148,9 @@ export const api = {
 export const benchFileUrl = (bench: string) => `${base}/benches/${id(bench)}/file`;
 export const exportUrl = (run: string, format: "csv" | "mat" | "json") =>
   `${base}/runs/${id(run)}/export.${format}`;
+export const estimatesUrl = (run: string) => `${exportUrl(run, "csv")}?content=estimates`;
+/** The report as PDF; Serbian is in Latin script. */
+export const reportUrl = (run: string, locale: string) =>
+  `${base}/runs/${id(run)}/report.pdf?language=${locale === "en" ? "en" : "sr"}`;
 export const plotUrl = (run: string, figure: string, scale: 1 | 2) =>
   `${base}/runs/${id(run)}/plots/${figure}.png?scale=${scale}`;

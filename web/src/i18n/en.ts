@@ -237,6 +237,7 @@ export const en = {
   mark_trip: "interlock",
   models_after_run: "Models are compared with the measurement when the run is over.",
   download: "Download",
+  report_at: "Report to print:",
   keyboard_help: "Keys",
   say_connected: "Connected to the run.",
   say_link_lost: "The link is cut. The run goes on; the page reconnects by itself.",

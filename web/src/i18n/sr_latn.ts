@@ -241,7 +241,10 @@ export const srLatn: Catalogue = {
   download: "Preuzmi",
   download_data: "Podaci",
   download_plots: "Slike",
-  download_csv: "CSV, uzorci i procene",
+  download_report: "Izveštaj (PDF), za štampu",
+  report_at: "Izveštaj za štampu:",
+  download_csv: "CSV, uzorci",
+  download_estimates: "CSV, procene",
   download_mat: "MAT, za MATLAB i Python",
   download_json: "JSON, sa planom, događajima, zaključkom",
   download_png: "PNG {scale}×, {figure}",
@@ -323,7 +326,7 @@ export const srLatn: Catalogue = {
     "Oznaka pokazuje vreme odziva i uzorke koji nisu stigli. Posle prekida stranica se sama povezuje i uzima ono što je propustila. Snimak na serveru ne zavisi od toga.",
   help_data: "Podaci i slike",
   help_data_text:
-    "Svaki ogled se može preuzeti kao CSV, MAT ili JSON, a slike kao PNG u jednostrukoj i dvostrukoj veličini. REST pristup pod `/api/v1` daje iste podatke.",
+    "Završen ogled ima izveštaj za štampu (PDF, i sa `Ctrl+P`). Svaki ogled se može preuzeti kao CSV, MAT ili JSON, a slike kao PNG u jednostrukoj i dvostrukoj veličini. REST pristup pod `/api/v1` daje iste podatke.",
   help_benches: "Stolovi ovog servera",
   bench_sampled: "Odbirak na svakih {period}, očitan {delay} posle promene izlaza. {excitation}.",
   bench_measures: "Meri se: {channels}. Estimatori predviđaju {estimated}.",
@@ -348,7 +351,6 @@ export const srLatn: Catalogue = {
   compare_chosen: "Poredi oglede: {count}",
   estimator: "Estimator",
   align_on_fault: "poravnaj na otkaz",
-  print: "Odštampaj ovaj ogled",
   api_what:
     "Sve što radi stranica može i program. Greške su `problem+json (RFC 9457)`, spiskovi se čitaju stranu po stranu pomoću `cursor`, a nepoznata polja se odbijaju po imenu.",
   api_live: "Podaci uživo",

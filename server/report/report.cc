@@ -1,0 +1,510 @@
+#include "server/report/report.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <memory>
+
+#include "server/plots/render.h"
+#include "server/plots/value_text.h"
+#include "server/report/paper.h"
+
+namespace faultlab::server {
+namespace {
+
+constexpr int kPagesMax = 3;
+constexpr std::size_t kFaultsShown = 10;
+constexpr std::size_t kStepsShown = 6;
+constexpr double kMilli = 1e3;
+/// A step whose number is nearer to its limit than this factor could have gone the other way.
+constexpr double kClose = 2.0;
+
+std::string Signed(std::string text) {
+  return text.starts_with('-') ? "\u2212" + text.substr(1) : text;
+}
+
+std::string Digits(double value, int digits) {
+  if (!std::isfinite(value)) return "–";
+  std::array<char, 40> text;
+  const auto end = std::to_chars(
+      text.data(), text.data() + text.size(), value, std::chars_format::general, digits);
+  return Signed({text.data(), end.ptr});
+}
+
+std::string Fixed(double value, int decimals) {
+  if (!std::isfinite(value)) return "–";
+  std::array<char, 400> text;
+  const auto end = std::to_chars(
+      text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals);
+  return Signed({text.data(), end.ptr});
+}
+
+std::string Number(std::optional<double> value, int digits = 4) {
+  return value ? Digits(*value, digits) : "–";
+}
+
+/// "10^{−6}" -> "10⁻⁶": the page's text has no other markup.
+std::string Raised(const std::string& text) {
+  static const std::array<const char*, 10> kRaised = {
+      "⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  const std::size_t at = text.find("^{");
+  const std::size_t end = text.find('}', at);
+  if (at == std::string::npos || end == std::string::npos) return text;
+  std::string out = text.substr(0, at);
+  std::string power = text.substr(at + 2, end - at - 2);
+  const std::string minus = "\u2212";
+  if (power.starts_with(minus)) {
+    out += "⁻";
+    power.erase(0, minus.size());
+  }
+  for (const char c : power) {
+    if (c >= '0' && c <= '9') out += kRaised[static_cast<std::size_t>(c - '0')];
+  }
+  return out + text.substr(end + 1);
+}
+
+std::string ValueOf(core::Component component, double value, int digits = 4) {
+  return std::isfinite(value) ? Raised(ValueText(value, core::Unit(component), digits)) : "–";
+}
+
+std::string WithName(core::Component component, double value) {
+  return std::string(core::Name(component)) + " = " + ValueOf(component, value);
+}
+
+std::string Joined(const std::vector<std::string>& names, std::string_view word) {
+  std::string out;
+  for (const std::string& name : names) {
+    if (!out.empty()) out.append(" ").append(word).append(" ");
+    out += name;
+  }
+  return out;
+}
+
+std::vector<std::string> NamedBy(const core::Verdict& verdict) {
+  std::vector<std::string> names;
+  for (const core::Component component : verdict.group) names.emplace_back(core::Name(component));
+  if (names.empty() && !verdict.candidates.empty()) {
+    names.emplace_back(core::Name(verdict.candidates.front().component));
+  }
+  return names;
+}
+
+bool IsClose(const core::PathStep& step) {
+  if (!std::isfinite(step.value) || !std::isfinite(step.threshold) || step.threshold == 0.0) {
+    return false;
+  }
+  const double times = std::abs(step.value / step.threshold);
+  return times > 1.0 / kClose && times < kClose;
+}
+
+/// "2026-11-21T01:02:03.456Z" -> "2026-11-21T01:02:03Z", which cairo reads.
+std::string ToTheSecond(const std::string& iso) {
+  return iso.substr(0, iso.find('.')) + (iso.find('.') == std::string::npos ? "" : "Z");
+}
+
+/// "2026-11-21T01:02:03.456Z" -> "2026-11-21 01:02:03 UTC"
+std::string Readable(const std::string& iso) {
+  constexpr std::size_t kToTheSecond = 19;
+  if (iso.size() < kToTheSecond) return iso;
+  std::string out = iso.substr(0, kToTheSecond) + " UTC";
+  out[10] = ' ';
+  return out;
+}
+
+/// Writes one report onto a paper.
+class Writer {
+ public:
+  Writer(const RunReport& report, Language language) : report_(report), words_(WordsOf(language)) {}
+
+  Paper::About About(int pages_total) const {
+    return {.title = Title(),
+            .author = report_.made_by,
+            .creator = "faultlab " + report_.version,
+            .made_at = ToTheSecond(report_.ended_at.empty() ? report_.began_at : report_.ended_at),
+            .footer = std::string(words_.run) + " " + report_.id,
+            .pages_total = pages_total};
+  }
+
+  void Text(Paper& paper) const {
+    if (!report_.address.empty()) {
+      if (const auto code = MakeQrCode(report_.address)) paper.Code(*code, report_.address);
+    }
+    paper.Paragraph(words_.report, Paper::Tone::kQuiet);
+    paper.Title(Title());
+    Facts(paper);
+    Verdict(paper);
+    Path(paper);
+    Faults(paper);
+    Estimates(paper);
+    Origin(paper);
+  }
+
+  /// A figure that could not be drawn is a sentence.
+  void Figures(Paper& paper,
+               const std::vector<core::Result<Pixels>>& pictures,
+               double height_mm) const {
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      const std::string caption = Caption(report_.figures[i]);
+      if (pictures[i].ok()) {
+        paper.Picture(pictures[i].value(), height_mm, caption);
+      } else {
+        paper.Paragraph(Fill(words_.no_figure, {caption, pictures[i].error().message}));
+      }
+    }
+  }
+
+ private:
+  std::string Title() const { return report_.name.empty() ? report_.id : report_.name; }
+
+  std::string Caption(const std::string& name) const {
+    if (name == "signals") return words_.figure_signals;
+    if (name == "swa") return words_.figure_swa;
+    if (name == "sia") return words_.figure_sia;
+    return words_.figure_models;
+  }
+
+  std::string State() const {
+    if (report_.state == "stopped") return words_.state_stopped;
+    if (report_.state == "failed") return words_.state_failed;
+    if (report_.state == "interrupted") return words_.state_interrupted;
+    return words_.state_finished;
+  }
+
+  void Facts(Paper& paper) const {
+    paper.Fact(words_.run, report_.id + ", " + State());
+    paper.Fact(words_.made_by, report_.made_by.empty() ? words_.guest : report_.made_by);
+    const std::string ended = Readable(report_.ended_at);
+    paper.Fact(words_.time, Readable(report_.began_at) + (ended.empty() ? "" : " – " + ended));
+    paper.Fact(words_.rig, report_.rig.empty() ? words_.uploaded : report_.rig);
+    paper.Fact(words_.bench, Fill(words_.description, {report_.bench->title, report_.bench->id}));
+    paper.Fact(words_.samples_name,
+               Fill(words_.samples,
+                    {std::to_string(report_.samples),
+                     Digits(kMilli * report_.period_s, 6),
+                     Digits(static_cast<double>(report_.samples) * report_.period_s, 6)}));
+    paper.Fact(words_.excitation, report_.excitation);
+    paper.Fact(words_.replay_of, report_.replay_of);
+    Calibration(paper);
+  }
+
+  void Calibration(Paper& paper) const {
+    if (!report_.diagnosis.calibration) {
+      paper.Fact(
+          words_.calibration,
+          std::string(words_.calibration_none) +
+              (report_.calibration_refusal.empty() ? "" : ": " + report_.calibration_refusal));
+      return;
+    }
+    const core::Calibration& found = *report_.diagnosis.calibration;
+    paper.Fact(words_.calibration,
+               found.dated.empty()
+                   ? Fill(words_.calibrated_on_run, {Fixed(found.from_s, 2), Fixed(found.to_s, 2)})
+                   : Fill(words_.calibrated_before, {found.dated}));
+    paper.Fact(words_.delta, Digits(kMilli * found.delta_s, 4) + " ms");
+    std::string noise;
+    const auto add = [&noise](const std::string& channel) {
+      noise += (noise.empty() ? "" : ", ") + channel;
+    };
+    if (found.used_um) add("um " + Digits(kMilli * found.um_noise_v, 3) + " mV");
+    if (found.used_ia) add("ia " + Digits(kMilli * found.ia_noise_a, 3) + " mA");
+    if (found.used_n) add("n " + Digits(found.n_noise_rpm, 3) + " rpm");
+    paper.Fact(words_.noise, noise);
+    paper.Fact(words_.false_alarms_name,
+               Fill(words_.false_alarms, {Digits(found.thresholds.false_alarms_per_day, 3)}));
+  }
+
+  std::string VerdictText() const {
+    const core::Verdict& verdict = report_.diagnosis.verdict;
+    switch (verdict.kind) {
+      case core::VerdictKind::kFault:
+        return Fill(words_.verdict_fault, {Joined(NamedBy(verdict), words_.or_word)});
+      case core::VerdictKind::kUnknownFault:
+        return words_.verdict_unknown;
+      case core::VerdictKind::kNominal:
+        return words_.verdict_nominal;
+      case core::VerdictKind::kNotExcited:
+        return words_.verdict_not_excited;
+      case core::VerdictKind::kCalibrating:
+        break;
+    }
+    return words_.verdict_none;
+  }
+
+  std::string Sized(const core::Candidate& candidate) const {
+    const std::string value = ValueOf(candidate.component, candidate.value);
+    const std::string nominal = ValueOf(candidate.component, candidate.component.info().nominal);
+    if (candidate.bound != 0) {
+      return Fill(words_.bound, {std::string(1, candidate.bound) + " " + value, nominal});
+    }
+    return Fill(words_.standard_error,
+                {value, ValueOf(candidate.component, candidate.sigma, 3), nominal});
+  }
+
+  void Verdict(Paper& paper) const {
+    const core::Verdict& verdict = report_.diagnosis.verdict;
+    paper.Heading(words_.verdict);
+    paper.Paragraph(VerdictText(), Paper::Tone::kStrong);
+    if (verdict.kind == core::VerdictKind::kFault) {
+      const std::vector<std::string> named = NamedBy(verdict);
+      const core::Candidate* runner_up = nullptr;
+      for (const core::Candidate& candidate : verdict.candidates) {
+        const std::string name(core::Name(candidate.component));
+        if (std::ranges::find(named, name) != named.end()) {
+          paper.Fact(name, Sized(candidate));
+        } else if (runner_up == nullptr) {
+          runner_up = &candidate;
+        }
+      }
+      if (named.size() > 1) paper.Paragraph(words_.group);
+      if (!verdict.candidates.empty()) {
+        paper.Fact(words_.certainty,
+                   Fill(words_.explains, {Digits(verdict.candidates.front().score, 3)}));
+      }
+      if (runner_up != nullptr) {
+        paper.Fact(
+            words_.runner_up,
+            Fill(words_.runner_up_is,
+                 {WithName(runner_up->component, runner_up->value), Digits(runner_up->score, 3)}));
+      }
+    }
+    if (verdict.detected_at_s) {
+      std::string text =
+          Fill(words_.detected_at, {Fixed(*verdict.detected_at_s, 2), verdict.detector});
+      if (verdict.onset_s) text += Fill(words_.began_at, {Fixed(*verdict.onset_s, 2)});
+      paper.Fact(words_.detected, text);
+    }
+    if (verdict.kind != core::VerdictKind::kFault && !verdict.reason.empty()) {
+      paper.Paragraph(verdict.reason);
+    }
+    const bool concluded = verdict.kind == core::VerdictKind::kFault ||
+                           verdict.kind == core::VerdictKind::kUnknownFault;
+    if (concluded && !verdict.settled) paper.Paragraph(words_.unsettled);
+  }
+
+  void Path(Paper& paper) const {
+    const core::Verdict& verdict = report_.diagnosis.verdict;
+    if (verdict.path.empty() && report_.bench->published.source.empty()) return;
+    paper.Heading(words_.path);
+    if (verdict.path.empty()) {
+      paper.Paragraph(words_.path_none);
+      return;
+    }
+    for (std::size_t i = 0; i < std::min(verdict.path.size(), kStepsShown); ++i) {
+      const core::PathStep& step = verdict.path[i];
+      std::string text = std::to_string(i + 1) + ". " +
+                         Fill(words_.step,
+                              {step.question,
+                               step.answer ? words_.yes : words_.no,
+                               Digits(step.value, 4),
+                               Digits(step.threshold, 4)});
+      if (!step.leads_to.empty()) text += Fill(words_.leads_to, {step.leads_to});
+      paper.Paragraph(text);
+    }
+    Outcome(paper);
+  }
+
+  void Outcome(Paper& paper) const {
+    const core::Verdict& verdict = report_.diagnosis.verdict;
+    const std::string end = Joined(PathEnd(verdict.path, *report_.bench), words_.or_word);
+    if (end.empty()) return;
+    const PathOutcome outcome = ComparePath(verdict, *report_.bench);
+    if (outcome == PathOutcome::kNothing) {
+      paper.Paragraph(Fill(words_.path_alone, {end}));
+      return;
+    }
+    if (outcome == PathOutcome::kAgrees) {
+      paper.Paragraph(Fill(words_.path_agrees, {end}));
+      return;
+    }
+    std::string why = words_.why_window;
+    if (outcome == PathOutcome::kUnknown) why = words_.why_unknown;
+    if (outcome == PathOutcome::kSettling) why = words_.why_settling;
+    if (outcome == PathOutcome::kClose) {
+      why = Fill(words_.why_close, {std::ranges::find_if(verdict.path, IsClose)->question});
+    }
+    paper.Paragraph(Fill(words_.path_differs, {end, VerdictText()}) + " " + why,
+                    Paper::Tone::kStrong);
+  }
+
+  void Faults(Paper& paper) const {
+    if (report_.rig.empty()) return;
+    paper.Heading(words_.faults);
+    if (report_.faults.empty()) {
+      paper.Paragraph(words_.faults_none);
+      return;
+    }
+    const std::array<Paper::Column, 5> columns = {{{words_.at_time, 22, true},
+                                                   {words_.at_sample, 22, true},
+                                                   {words_.component, 32, false},
+                                                   {words_.value, 50, false},
+                                                   {words_.rig_says, 48, false}}};
+    std::vector<std::vector<std::string>> rows;
+    for (const ReportFault& fault : report_.faults) {
+      if (rows.size() == kFaultsShown) break;
+      const bool nominal = fault.value == fault.component.info().nominal;
+      rows.push_back({Fixed(fault.t_s, 2),
+                      std::to_string(fault.index),
+                      std::string(core::Name(fault.component)),
+                      ValueOf(fault.component, fault.value) +
+                          (nominal ? std::string(" (") + words_.nominal + ")" : ""),
+                      fault.said == ReportFault::Said::kConfirmed ? words_.confirmed
+                      : fault.said == ReportFault::Said::kRefused ? words_.refused
+                                                                  : words_.unconfirmed});
+    }
+    paper.Table(columns, rows);
+    if (report_.faults.size() > kFaultsShown) {
+      paper.Paragraph(
+          Fill(words_.faults_more, {std::to_string(report_.faults.size() - kFaultsShown)}));
+    }
+  }
+
+  void Estimates(Paper& paper) const {
+    if (report_.estimates.empty()) return;
+    paper.Heading(words_.before_after);
+    const std::array<Paper::Column, 6> columns = {{{words_.parameter, 22, false},
+                                                   {"", 46, false},
+                                                   {words_.before, 26, true},
+                                                   {words_.after, 26, true},
+                                                   {words_.change, 26, true},
+                                                   {words_.model, 28, true}}};
+    std::vector<std::vector<std::string>> rows;
+    for (const ReportEstimates& one : report_.estimates) {
+      for (const ReportEstimates::Row& row : one.rows) {
+        const bool both = row.before && row.after && *row.before != 0.0;
+        rows.push_back({row.name,
+                        one.title,
+                        Number(row.before),
+                        Number(row.after),
+                        both ? Change(*row.before, *row.after) : "–",
+                        Number(row.model)});
+      }
+    }
+    paper.Table(columns, rows);
+    paper.Paragraph(report_.modelled
+                        ? Fill(words_.model_for,
+                               {WithName(report_.modelled->component, report_.modelled->value)})
+                        : std::string(words_.means),
+                    Paper::Tone::kQuiet);
+  }
+
+  static std::string Change(double before, double after) {
+    constexpr double kPercent = 100.0;
+    const std::string text = Fixed(kPercent * (after - before) / std::abs(before), 1);
+    return after > before ? "+" + text : text;
+  }
+
+  void Origin(Paper& paper) const {
+    paper.Heading(words_.origin);
+    paper.Fact(words_.program, "faultlab " + report_.version);
+    paper.Fact(words_.checksum, report_.csv_sha256);
+    paper.Fact(words_.address, report_.address);
+  }
+
+  const RunReport& report_;
+  const ReportWords& words_;
+};
+
+/// The largest height at which `count` pictures fit on the pages that are left.
+double PictureHeight(std::size_t count, int page, double left_mm) {
+  constexpr double kHighest = 120.0;
+  constexpr double kLowest = 60.0;
+  constexpr double kStep = 2.0;
+  for (double height = kHighest; height > kLowest; height -= kStep) {
+    const double each = Paper::PictureMm(height);
+    const auto fits = [&](double room) {
+      return static_cast<std::size_t>(std::max(0.0, room / each));
+    };
+    std::size_t room = fits(left_mm);
+    for (int next = page + 1; next <= kPagesMax; ++next) room += fits(Paper::kHeightMm);
+    if (room >= count) return height;
+  }
+  return kLowest;
+}
+
+/// For a draft, which needs their number alone.
+std::vector<core::Result<Pixels>> WithoutPixels(const std::vector<core::Result<Pixels>>& pictures) {
+  std::vector<core::Result<Pixels>> out;
+  for (const auto& picture : pictures) {
+    out.push_back(picture ? core::Result<Pixels>(Pixels{}) : picture.error());
+  }
+  return out;
+}
+
+/// A picture under a caption needs no heading and no footer of its own.
+Figure Bare(Figure figure) {
+  figure.title.clear();
+  figure.subtitle.clear();
+  figure.footer.clear();
+  return figure;
+}
+
+}  // namespace
+
+std::vector<std::string> PathEnd(const std::vector<core::PathStep>& path,
+                                 const core::Bench& bench) {
+  std::vector<std::string> names;
+  if (path.empty()) return names;
+  std::string word;
+  const auto take = [&] {
+    if (bench.Find(word)) names.push_back(word);
+    word.clear();
+  };
+  for (const char c : path.back().leads_to) {
+    if (c == ' ' || c == ',' || c == '/') {
+      take();
+    } else {
+      word += c;
+    }
+  }
+  take();
+  return names;
+}
+
+PathOutcome ComparePath(const core::Verdict& verdict, const core::Bench& bench) {
+  const std::vector<std::string> end = PathEnd(verdict.path, bench);
+  if (end.empty()) return PathOutcome::kNothing;
+  if (verdict.kind == core::VerdictKind::kUnknownFault) return PathOutcome::kUnknown;
+  if (verdict.kind != core::VerdictKind::kFault) return PathOutcome::kNothing;
+  const std::vector<std::string> named = NamedBy(verdict);
+  const bool shared = std::ranges::any_of(
+      end, [&](const auto& name) { return std::ranges::find(named, name) != named.end(); });
+  if (named.empty()) return PathOutcome::kNothing;
+  if (shared) return PathOutcome::kAgrees;
+  if (!verdict.settled) return PathOutcome::kSettling;
+  return std::ranges::any_of(verdict.path, IsClose) ? PathOutcome::kClose : PathOutcome::kWindow;
+}
+
+core::Result<std::string> ReportPdf(const RunReport& report, Language language) {
+  const Writer writer(report, language);
+  double height_mm = 0.0;
+  {
+    auto draft = Paper::Open(writer.About(0));
+    if (!draft) return draft.error();
+    writer.Text(*draft.value());
+    height_mm =
+        PictureHeight(report.figures.size(), draft.value()->page(), draft.value()->left_mm());
+  }
+  std::vector<core::Result<Pixels>> pictures;
+  for (const std::string& name : report.figures) {
+    auto figure = report.figure(name);
+    pictures.push_back(
+        figure ? RenderForPrint(Bare(std::move(figure).value()), Paper::kWidthMm, height_mm)
+               : figure.error());
+  }
+  int pages = 0;
+  {
+    auto draft = Paper::Open(writer.About(0));
+    if (!draft) return draft.error();
+    writer.Text(*draft.value());
+    writer.Figures(*draft.value(), WithoutPixels(pictures), height_mm);
+    pages = draft.value()->page();
+  }
+  auto paper = Paper::Open(writer.About(pages));
+  if (!paper) return paper.error();
+  writer.Text(*paper.value());
+  writer.Figures(*paper.value(), pictures, height_mm);
+  return paper.value()->Finish();
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/bench/bench.h"
+#include "core/diagnosis/diagnosis.h"
+#include "core/types/fault.h"
+#include "core/types/result.h"
+#include "server/plots/figure.h"
+#include "server/report/report_words.h"
+
+namespace faultlab::server {
+
+/// What a rig did with one change of a component.
+struct ReportFault {
+  enum class Said { kConfirmed, kRefused, kNothing };
+  double t_s = 0.0;
+  std::int64_t index = 0;
+  core::Component component{};
+  double value = 0.0;  ///< SI
+  Said said = Said::kNothing;
+};
+
+/// Means of the estimates of one estimator.
+struct ReportEstimates {
+  std::string title;  ///< "SWA, K = 100"
+  struct Row {
+    std::string name;  ///< "b0d"
+    std::optional<double> before;
+    std::optional<double> after;
+    std::optional<double> model;  ///< after, as the calibrated model predicts it
+  };
+  std::vector<Row> rows;
+};
+
+/// Everything that a report says. Whoever fills it leaves out what its reader may not see.
+struct RunReport {
+  std::string id;
+  std::string name;
+  std::string made_by;   ///< empty: a guest
+  std::string began_at;  ///< ISO 8601, UTC
+  std::string ended_at;
+  std::string state;                   ///< "finished", "stopped", "failed", "interrupted"
+  std::string rig;                     ///< empty for an upload
+  const core::Bench* bench = nullptr;  ///< never null
+  std::int64_t samples = 0;
+  double period_s = 0.0;
+  std::string excitation;  ///< "prbs: low_v 2, high_v 3"; empty: not known
+  std::string replay_of;   ///< id of the recording; empty: none
+  std::vector<ReportFault> faults;
+
+  core::Diagnosis diagnosis;
+  std::string calibration_refusal;  ///< why there is none
+  std::vector<ReportEstimates> estimates;
+  std::optional<core::Fault> modelled;  ///< of ReportEstimates::Row::model
+
+  /// The figures by name, in this order. Made one after the other, each when it is drawn: those of
+  /// a long run are large.
+  std::vector<std::string> figures;
+  std::function<core::Result<Figure>(const std::string&)> figure;
+
+  std::string version;     ///< "0.1.0"
+  std::string csv_sha256;  ///< 64 hex digits
+  std::string address;     ///< of the run's page; empty: not known
+};
+
+/// The report as PDF, A4, one to three pages: facts, verdict, path, tables; then the figures, 300
+/// dpi. The same report gives the same bytes. kUnavailable without a font.
+/// Thread-safe; about half a second of CPU.
+core::Result<std::string> ReportPdf(const RunReport& report, Language language);
+
+/// The components at the end of the paper's path; empty for none.
+std::vector<std::string> PathEnd(const std::vector<core::PathStep>& path, const core::Bench& bench);
+
+/// Why the path ends elsewhere than the verdict, as far as the data show it.
+enum class PathOutcome { kNothing, kAgrees, kUnknown, kSettling, kClose, kWindow };
+PathOutcome ComparePath(const core::Verdict& verdict, const core::Bench& bench);
+
+}  // namespace faultlab::server
