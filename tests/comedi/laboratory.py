@@ -46,7 +46,7 @@ class Laboratory:
         self.port = machine.port
         machine.sh(
             f"setsid faultlab serve --listen 0.0.0.0:8080 --data /tmp/data --sim-rigs 0 --lcm '{BUS}' "
-            "> /tmp/server.log 2>&1 &"
+            "> /tmp/server.log 2>&1 & true"
         )
         self.start_agent()
         await_true("the server listens", lambda: "listening on" in self.said(), SUBJECT_TO_LOAD_S, 0.2)
