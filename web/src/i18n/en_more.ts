@@ -340,5 +340,4 @@ export const enMore = {
   figure_swa: "SWA estimates",
   figure_sia: "SIA estimates",
   figure_models: "Models and measurement",
-  print: "Print this run",
 };
