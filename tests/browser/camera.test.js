@@ -10,10 +10,11 @@ import {
   story,
   waitForDrawings,
   waitForReview,
+  waitForRunTime,
 } from "./support.js";
 
 const PLAN = {
-  duration_s: 20,
+  duration_s: 300,
   faults: [{ component: "R1", value: 100, at_s: 8 }],
 };
 const CANVAS = '[aria-label="Camera picture of sim-1"] canvas';
@@ -46,7 +47,10 @@ describe("camera of a bench", { timeout: SUITE_MS }, () => {
     assert.equal(answer.status, 201, JSON.stringify(run));
     return run;
   }
-  const stop = (run) => fetch(`${server.url}/api/v1/runs/${run.id}/stop`, { method: "POST" });
+  async function stop(run) {
+    const answer = await fetch(`${server.url}/api/v1/runs/${run.id}/stop`, { method: "POST" });
+    assert.equal(answer.status, 202, await answer.text());
+  }
   const benchCard = (page) =>
     page.locator(".card", { has: page.getByRole("heading", { name: "Bench", exact: true }) });
 
@@ -69,6 +73,8 @@ describe("camera of a bench", { timeout: SUITE_MS }, () => {
       if (process.env.PICTURES) {
         await page.screenshot({ path: `${process.env.PICTURES}/camera-live.png`, fullPage: true });
       }
+      await waitForRunTime(page, 10);
+      await stop(run);
       await waitForReview(page);
 
       const stored = card.getByRole("img");
