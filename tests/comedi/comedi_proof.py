@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 
-from laboratory import RIG, Laboratory, await_true, rig_file
+from laboratory import Laboratory, await_true, rig_file
 from machine import HERE, SUBJECT_TO_LOAD_S, Failure, Machine, memory_image
 
 SKIPPED = 77
@@ -100,7 +100,7 @@ class Proof:
     def contacts(self):
         """Each relay position is recognised by what it does to the motor, however the board converts."""
         machine = self.machine
-        machine.write("/tmp/rig.toml", rig_file("3", counter=-1))
+        machine.write("/tmp/rig.toml", rig_file("3"))
         machine.load_board(CHIP, AFTER_A_PERIOD)
         text, status = machine.sh("faultlab rig --config /tmp/rig.toml --self-test --contacts --json 2>&1")
         report = report_of(text).get("contacts", {})
@@ -116,10 +116,7 @@ class Proof:
         """The laboratory on an 8255, its rig ready."""
         if self.lab is None:
             self.machine.load_board(CHIP, self.commands, int(self.reverses))
-            # Without the encoder where a run is diagnosed: the mean speed of a gated count is not the
-            # speed at the sample, and calibration refuses it ("farthest Ra").
-            counter = 2 if self.reverses else -1
-            self.machine.write("/tmp/rig.toml", rig_file("3", counter, self.reverses))
+            self.machine.write("/tmp/rig.toml", rig_file("3", self.reverses))
             self.lab = Laboratory(self.machine)
             self.lab.await_ready()
         return self.lab

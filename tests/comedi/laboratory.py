@@ -16,10 +16,10 @@ BUS = "udpm://239.255.76.67:7667?ttl=0"
 RIG = "bench-1"
 
 
-def rig_file(digital, counter=2, reverses=False):
+def rig_file(digital, reverses=False):
     return (
-        f'id = "{RIG}"\nclass = "comedi-bench"\ndriver = "comedi"\n[comedi]\ndigital = {digital}\n'
-        f'counter = {counter}\ncounts = "both"\n[link]\nride_through_s = 30\n'
+        f'id = "{RIG}"\nclass = "comedi-bench"\nbench = "/counted.toml"\ndriver = "comedi"\n'
+        f'[comedi]\ndigital = {digital}\ncounter = 2\ncounts = "both"\n[link]\nride_through_s = 30\n'
     ) + ("[limits]\nuc_min_v = -5\n[amplifier]\nquadrants = 4\n" if reverses else "")
 
 
