@@ -47,6 +47,8 @@ class World:
         self.ride_through_s = ride_through_s
         self.agent = self.new_agent()
         self.server = None
+
+    def begin(self):
         self.start_server()
         self.admin = first_admin(self.server)
         lab.await_rigs(self.admin, self.server, [RIG], "ready")
@@ -62,8 +64,9 @@ class World:
         )
 
     def close(self, failed):
-        self.server.kill()
-        self.agent.kill()
+        for process in (self.server, self.agent):
+            if process is not None:
+                process.kill()
         if failed:
             print(f"files are in {self.folder.path}", file=sys.stderr)
         else:
@@ -221,6 +224,7 @@ def main():
         world = World(program, ride_through_s)
         failed = True
         try:
+            world.begin()
             case(world)
             failed = False
         finally:
