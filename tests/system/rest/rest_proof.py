@@ -83,15 +83,6 @@ class World:
         except TimeoutError:
             raise AssertionError(f"no run starts: {self.refusal}") from None
 
-    def refusal_once_heard(self):
-        """The answer to a new run when the server has found the rig again."""
-
-        def heard():
-            answer = self.admin.start_run(self.server, RIG, 1)
-            return None if answer.body.get("reason") in ("rig_away", "no_rig") else answer
-
-        return await_true("the rig is heard", heard, 10, 0.1)
-
     def about(self, run):
         return self.admin.get(self.server, f"runs/{run}").body
 
@@ -143,26 +134,34 @@ def the_agents_watchdog_ends_the_run(world):
     print(f"  all {samples} samples are there")
 
 
-def a_run_that_rides_through_is_read_to_its_end(world):
-    run = world.start_run(12)
+def a_run_that_rides_through_ends_when_its_server_returns(world):
+    """Nobody could stop it: the returned server takes the rig with a higher epoch, which does."""
+    run = world.start_run(60)
     world.await_samples(run, 250)
     world.server.kill()
-    time.sleep(1.0)
+    time.sleep(2.0)
+    world.agent.freeze()
     world.start_server()
-    assert world.about(run)["state"] == "interrupted", "the agent's run goes on"
+    assert world.about(run)["state"] == "interrupted", "what the agent has is awaited"
     deleted = world.admin.delete(world.server, f"runs/{run}")
     assert deleted.status == 409 and deleted.body["reason"] == "rest_awaited", deleted
-    refused = world.refusal_once_heard()
-    assert refused.body.get("reason") == "rest_awaited", refused
-    await_true("the run ends", lambda: world.about(run)["state"] == "finished", 30)
-    world.expect_whole(run, 1200)
-    assert len(world.of_kind(run, "finished")) == 1
+    world.agent.wake()
+    woken = time.monotonic()
+    samples, cause = await_true("the run is stopped", world.agent.last_stop, 20)
+    stopped_s = time.monotonic() - woken
+    assert "lease" in cause, cause
+    world.start_run(1)  # waits for the rest
+    world.expect_whole(run, samples)
+    assert samples > 400, samples
+    stopped = world.of_kind(run, "stopped")
+    assert len(stopped) == 1 and "lease" in stopped[0]["text"], stopped
     fetched = world.of_kind(run, "rest_fetched")[0]
-    print(f"  1200 samples, {fetched['value']} of them fetched from {fetched['t_s']} s on")
+    print(f"  stopped {stopped_s:.2f} s after the agent could hear of it; {samples} samples, "
+          f"{fetched['value']} of them fetched from {fetched['t_s']} s on")
 
 
 def killed_again_while_it_reads(world):
-    run = world.start_run(12)
+    run = world.start_run(60)
     world.await_samples(run, 150)
     world.server.kill()
     for _ in range(3):
@@ -170,8 +169,9 @@ def killed_again_while_it_reads(world):
         time.sleep(0.7)
         world.server.kill()
     world.start_server()
-    await_true("the run ends", lambda: world.about(run)["state"] == "finished", 30)
-    world.expect_whole(run, 1200)
+    samples, _ = await_true("the run is stopped", world.agent.last_stop, 20)
+    world.start_run(1)
+    world.expect_whole(run, samples)
 
 
 def an_agent_that_started_anew_has_nothing(world):
@@ -214,7 +214,7 @@ def main():
     program = os.path.abspath(parser.parse_args().program)
     cases = (
         (the_agents_watchdog_ends_the_run, WATCHDOG_S),
-        (a_run_that_rides_through_is_read_to_its_end, 30),
+        (a_run_that_rides_through_ends_when_its_server_returns, 30),
         (killed_again_while_it_reads, 30),
         (a_killed_agent_is_gone_within_two_seconds, WATCHDOG_S),
         (an_agent_that_started_anew_has_nothing, WATCHDOG_S),
