@@ -1,0 +1,144 @@
+// The report and the other files of a run, as their owner and others get them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <boost/json.hpp>
+
+#include "tests/server/report/pdf_reader.h"
+#include "tests/system/contract/contract_world.h"
+
+namespace faultlab::tests {
+namespace {
+
+namespace json = boost::json;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+class ReportApiTest : public ::testing::Test {
+ protected:
+  std::string Run(const std::string& who, const std::string& body) {
+    const json::object run = world_.Expect(201, who, "POST", "runs", {}, body);
+    std::string id(run.at("id").as_string());
+    world_.WaitForRun(id);
+    return id;
+  }
+  HttpAnswer File(const std::string& who, const std::string& id, const std::string& file) {
+    const std::string pattern = "/api/v1/runs/{id}/" + file.substr(0, file.find('?'));
+    return world_.Call(who, "GET", pattern, "/api/v1/runs/" + id + "/" + file);
+  }
+
+  ContractWorld world_;
+};
+
+TEST_F(ReportApiTest, ReportsARunToWhoeverMayReadIt) {
+  const std::string id = Run(
+      "ann",
+      R"({"duration_s":8,"name":"Čas 1/2","faults":[{"component":"R1","value":100,"at_s":6}]})");
+  const HttpAnswer report = File("ann", id, "report.pdf");
+  ASSERT_EQ(report.status, 200);
+  EXPECT_EQ(report.Header("Content-Type"), "application/pdf");
+  EXPECT_THAT(report.Header("Content-Disposition"), StartsWith("inline; filename=\"20"));
+  EXPECT_THAT(report.Header("Content-Disposition"), HasSubstr("_%C4%8Cas-1-2_report.pdf"));
+  PdfReader pdf(report.body);
+  const std::string text = pdf.Text();
+  EXPECT_EQ(pdf.Pages(), 3);
+  EXPECT_THAT(text, HasSubstr(Squeezed("Made by ann")));
+  EXPECT_THAT(text, HasSubstr(Squeezed("prbs: low 2 V, high 3 V, clock 0.01 s")));
+  EXPECT_THAT(text, HasSubstr(Squeezed("Fault: R1")));
+  EXPECT_THAT(text, HasSubstr(Squeezed("6.00 600 R1 100 Ω confirmed")));
+  EXPECT_GT(pdf.Coloured(2), 0.002);
+  EXPECT_GT(pdf.Coloured(3), 0.002);
+  EXPECT_TRUE(File("ann", id, "report.pdf").body == report.body) << "same bytes";
+  EXPECT_TRUE(File("operator", id, "report.pdf").body == report.body);
+  EXPECT_EQ(File("bob", id, "report.pdf").status, 404);
+  EXPECT_EQ(File("guest", id, "report.pdf").status, 404);
+  EXPECT_EQ(File("ann", id, "report.pdf?language=de").status, 400);
+}
+
+TEST_F(ReportApiTest, NamesTheChecksumOfTheCsvThatIsDownloaded) {
+  const std::string id = Run("ann", R"({"duration_s":3})");
+  const HttpAnswer csv = File("ann", id, "export.csv");
+  TempFolder folder;
+  std::ofstream(folder.File("a.csv"), std::ios::binary) << csv.body;
+  std::FILE* pipe = ::popen(("sha256sum " + folder.File("a.csv")).c_str(), "r");
+  ASSERT_NE(pipe, nullptr);
+  std::array<char, 65> sum{};
+  EXPECT_EQ(std::fread(sum.data(), 1, 64, pipe), 64U);
+  ::pclose(pipe);
+  EXPECT_THAT(PdfReader(File("ann", id, "report.pdf").body).Text(), HasSubstr(sum.data()));
+}
+
+TEST_F(ReportApiTest, ARunThatGoesOnHasNoReportYet) {
+  const json::object run = world_.Expect(201, "ann", "POST", "runs", {}, R"({"duration_s":600})");
+  const std::string id(run.at("id").as_string());
+  const HttpAnswer refused = File("ann", id, "report.pdf");
+  EXPECT_EQ(refused.status, 409);
+  EXPECT_THAT(refused.body, HasSubstr("when the run has ended"));
+  world_.Expect(202, "ann", "POST", "runs/{id}/stop", {{"id", id}}, "{}");
+  world_.WaitForRun(id);
+  EXPECT_THAT(PdfReader(File("ann", id, "report.pdf").body).Text(), HasSubstr("stopped"));
+}
+
+/// The report knows the events of the run's JSON and no other source of the truth.
+TEST_F(ReportApiTest, ShowsNoMoreFaultsThanTheRunsJson) {
+  const std::string id = Run(
+      "ann",
+      R"({"duration_s":8,"hidden_faults":true,"faults":[{"component":"R1","value":100,"at_s":6}]})");
+  const json::object run = world_.Expect(200, "ann", "GET", "runs/{id}", {{"id", id}});
+  bool told = false;
+  for (const json::value& event : run.at("events").as_array()) {
+    told = told || event.at("kind") == "relay_confirmed";
+  }
+  const HttpAnswer report = File("ann", id, "report.pdf");
+  const std::string text = PdfReader(report.body).Text();
+  EXPECT_EQ(text.find(Squeezed("600 R1 100 Ω confirmed")) != std::string::npos, told);
+  for (const char* file : {"report.pdf", "export.csv", "export.json", "plots/swa.png"}) {
+    const std::string pattern = std::string(file) == "plots/swa.png" ? "plots/{figure}.png" : file;
+    const HttpAnswer answer = world_.Call(
+        "ann", "GET", "/api/v1/runs/{id}/" + pattern, "/api/v1/runs/" + id + "/" + file);
+    EXPECT_THAT(answer.Header("Content-Disposition"), Not(HasSubstr("R1"))) << file;
+  }
+  EXPECT_EQ(File("bob", id, "report.pdf").status, 404);
+}
+
+TEST_F(ReportApiTest, NamesItsFilesForWhatTheyAre) {
+  const std::string id =
+      Run("ann", R"({"duration_s":3,"faults":[{"component":"R1","value":100,"at_s":2}]})");
+  const auto name = [&](const std::string& file, const std::string& pattern) {
+    return world_
+        .Call("ann", "GET", "/api/v1/runs/{id}/" + pattern, "/api/v1/runs/" + id + "/" + file)
+        .Header("Content-Disposition");
+  };
+  EXPECT_THAT(name("export.csv", "export.csv"), HasSubstr("_R1_samples.csv\""));
+  EXPECT_THAT(name("export.csv?content=estimates", "export.csv"), HasSubstr("_R1_estimates.csv\""));
+  EXPECT_THAT(name("export.mat", "export.mat"), HasSubstr("_R1_samples-estimates.mat\""));
+  EXPECT_THAT(name("plots/swa.png?scale=1", "plots/{figure}.png"), HasSubstr("_R1_swa.png\""));
+  EXPECT_THAT(name("plots/swa.png?scale=2", "plots/{figure}.png"), HasSubstr("_R1_swa_2x.png\""));
+}
+
+TEST_F(ReportApiTest, ExportsTheEstimatesOfEverySample) {
+  const std::string id = Run("ann", R"({"duration_s":3})");
+  std::istringstream lines(File("ann", id, "export.csv?content=estimates").body);
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_THAT(line, StartsWith("# faultlab run " + id));
+  std::getline(lines, line);
+  EXPECT_THAT(line, StartsWith("index,t_s,swa_50_b0d,swa_50_b1d,swa_50_a1d,swa_50_b0d_sigma,"));
+  const auto columns = std::count(line.begin(), line.end(), ',');
+  EXPECT_EQ(columns, 2 + 6 * 7 - 1);
+  int rows = 0;
+  std::string last;
+  while (std::getline(lines, line)) {
+    last = line;
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), columns);
+    if (rows++ > 0) continue;
+    EXPECT_THAT(line, StartsWith("0,0,,,,,,,invalid,"));
+  }
+  EXPECT_EQ(rows, 300);
+  EXPECT_THAT(last, HasSubstr("excited"));
+  EXPECT_EQ(File("ann", id, "export.csv?content=all").status, 400);
+}
+
+}  // namespace
+}  // namespace faultlab::tests
