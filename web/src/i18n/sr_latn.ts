@@ -192,7 +192,7 @@ export const srLatn: Catalogue = {
   settling: "smirivanje, još {seconds} s",
   not_excited_explained: "Pobuda nije dovoljno bogata: procene se ne prikazuju.",
   calibrating_explained: "Pragovi se određuju iz ispravnog početka ogleda.",
-  decision_path: "Put odlučivanja",
+  decision_path: "Put odlučivanja iz rada",
   path_empty: "Put se pojavljuje kada parametar izađe iz svog opsega.",
   show_evidence: "Pokaži dokaz na graficima",
   limit: "granica",
@@ -603,4 +603,29 @@ export const srLatn: Catalogue = {
   whose_runs: "Čiji ogledi",
   runs_of: "Ogledi kursa {course}",
   student: "Student",
+  learnt_of: "naučeno {done} s od {needed} s",
+  last_change: "promenjeno na",
+  not_detected: "nije otkriveno",
+  being_worked_out: "Nešto se promenilo; utvrđuje se šta.",
+  earlier: "Ranije u ovom ogledu",
+  say_detected_further: "Dalja promena otkrivena u {time} sekundi.",
+  say_detected_return: "Povratak na nominalno otkriven u {time} sekundi.",
+  say_returned: "Uređaj je opet ispravan, u {time} sekundi.",
+  path_explained:
+    "Objavljeni metod, radi poređenja. Ispituje tri parametra jednog prozora; presuda iznad uzima sve odbirke i njihove greške.",
+  path_differs: "Ne slaže se s presudom.",
+  path_differs_unknown:
+    "Put se završava u {end} jer poznaje samo pojedinačne otkaze. Po presudi nijedna komponenta sama ne objašnjava snimak.",
+  path_differs_settling:
+    "Put se završava u {end}, presuda u {said}: prozor još sadrži odbirke od pre promene.",
+  path_differs_close:
+    "Put se završava u {end}, presuda u {said}. Korak „{question}“ bio je tesan: {value}, granica {limit}.",
+  path_differs_window:
+    "Put se završava u {end}, presuda u {said}: put gleda jedan prozor i ne zna koji otkazi liče jedan na drugi.",
+  path_outside: "{a} van svog opsega?",
+  path_opposite: "{a} i {b} u suprotnim smerovima?",
+  path_same: "{a} i {b} u istom smeru?",
+  event_learning: "ponovo se uči",
+  column_for_none: "Bez modela: ni {others} nije nominalno.",
+  change_shown: "Prikazana promena",
 };
