@@ -28,6 +28,7 @@ constexpr std::size_t kUnsettledPart = 4;
 constexpr int kFrictionSteps = 5;   ///< of half a standard deviation, each way
 constexpr double kVisible = 3.0;    ///< two effects that are closer look the same
 constexpr double kNear = 1.5;       ///< always near enough
+constexpr double kFar = 6.0;        ///< what is farther from every part is none of them
 constexpr double kNearShare = 0.5;  ///< of the effect itself: tolerances of several parts add up
 constexpr double kNominalShare = 0.25;  ///< of the level, for the nominal windows
 
@@ -310,13 +311,17 @@ class Judge {
     } else {
       finding.contact = near && looks_the_same ? Contact::kRecognised : Contact::kWrong;
     }
-    if (finding.contact == Contact::kWrong) finding.text = Looks(component, likest, position);
+    if (finding.contact == Contact::kWrong) {
+      finding.text = Looks(component, likest, position, nearest > kFar);
+    }
     return finding;
   }
 
-  static std::string Looks(core::Component component, int likest, int position) {
+  /// @param far  it is no part of this board
+  static std::string Looks(core::Component component, int likest, int position, bool far) {
     if (likest == 0) return "nothing changes: the relay, its contact or its wire";
     if (likest < 0) return "no samples of it";
+    if (far) return "no part of this board does that: an open contact, or a wire of another board";
     if (likest == position) return "the effect is of another size: measure the part";
     const auto& like = component.info().positions[static_cast<std::size_t>(likest)];
     std::array<char, 96> text{};

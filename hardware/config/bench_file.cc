@@ -98,6 +98,26 @@ void ReadLimits(TomlTable& limits, RigLimits& to) {
   limits.Number("stall_s", to.stall_s, 0.02, 60.0);
 }
 
+/// An interlock that its channel cannot reach never acts: as for a description, of this rig's own
+/// limits and scaling.
+void CheckReach(TomlTable& root, const BenchFile& file) {
+  constexpr double kConverterV = 10.0;  // of the widest range that boards are sold with
+  const RigLimits& limits = file.config.limits;
+  TomlTable& table = root.Sub("limits");
+  const auto reads = [](const ChannelScale& scale, double value) {
+    return std::max(std::abs(scale.ToTerminal(value)), std::abs(scale.ToTerminal(-value))) <
+           kConverterV;
+  };
+  if (file.config.description.has_ia && !reads(file.config.scaling.ia, limits.current_peak_a)) {
+    table.Refuse("current_peak_a",
+                 "is " + Number(limits.current_peak_a) +
+                     " A, which ia cannot read through this scaling: over_current would never act");
+  }
+  if (limits.current_continuous_a > limits.current_peak_a) {
+    table.Refuse("current_continuous_a", "must not be above current_peak_a");
+  }
+}
+
 void ReadDriver(TomlTable& root, BenchFile& file) {
   file.driver = static_cast<BenchFile::Driver>(
       root.Choice("driver", 0, {"simulated", "nidaqmx", "comedi", "device"}));
@@ -272,6 +292,7 @@ void Read(TomlTable& root, const std::string& asked, BenchFile& file) {
   description.has_ia = wired(description.has_ia, file.comedi.ia >= 0, file.nidaqmx.ia);
   description.has_n = wired(description.has_n, file.comedi.counter >= 0, file.nidaqmx.counter);
   if (!simulated) CheckDirection(root, file);
+  if (!simulated) CheckReach(root, file);
   file.simulated.rig_class = description.rig_class;
   file.simulated.amplifier_quadrants = description.amplifier_quadrants;
   file.simulated.gated_speed = file.config.scaling.speed == SpeedMethod::kGatedCount;

@@ -28,8 +28,9 @@ RestUpkeep::~RestUpkeep() {
   Stop();
 }
 
-void RestUpkeep::Start(IsOurs is_ours) {
+void RestUpkeep::Start(IsOurs is_ours, EndRun end_run) {
   is_ours_ = std::move(is_ours);
+  end_run_ = std::move(end_run);
   thread_ = std::thread([this] { Loop(); });
 }
 
@@ -92,6 +93,7 @@ bool RestUpkeep::Begin(const RunRecord& record) {
   auto rig = find_rig_(record.rig);
   core::Status begun = refusal::NoRig(record.rig);
   if (rig != nullptr) {
+    if (rig->state() == hardware::RigState::kRunning) end_run_(record.rig);
     auto rest = std::make_unique<RunRest>(std::move(rig), store_, record);
     begun = rest->Begin();
     if (begun.ok()) {

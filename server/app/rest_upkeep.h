@@ -27,6 +27,8 @@ class RestUpkeep {
   using FindRig = std::function<std::shared_ptr<hardware::Rig>(const std::string& id)>;
   /// Whether this server reads the rest of this run, and none of the others of its database.
   using IsOurs = std::function<bool(const RunRecord& record)>;
+  /// Ends what this rig still plays: nobody could stop it, and nobody answers for it.
+  using EndRun = std::function<void(const std::string& rig)>;
 
   RestUpkeep(RecordingStore& store,
              const Clock& clock,
@@ -34,7 +36,7 @@ class RestUpkeep {
              std::function<void(std::string_view)> log);
   ~RestUpkeep();  ///< Stop()
 
-  void Start(IsOurs is_ours);
+  void Start(IsOurs is_ours, EndRun end_run);
   /// What is not read yet is read by the next start.
   void Stop();
   /// Waits until nothing is missing of the runs of this rig. kUnavailable after `patience`.
@@ -57,6 +59,7 @@ class RestUpkeep {
   const FindRig find_rig_;
   const std::function<void(std::string_view)> log_;
   IsOurs is_ours_;
+  EndRun end_run_;
 
   // Of the thread.
   std::map<std::string, Reading> readings_;             ///< by run

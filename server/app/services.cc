@@ -77,7 +77,12 @@ core::Status Services::JoinLab() {
                                                                   base_.clock,
                                                                   options_.default_seed,
                                                                   options_.speed});
-  rests_.Start([this](const RunRecord& record) { return IsOurRest(record); });
+  rests_.Start([this](const RunRecord& record) { return IsOurRest(record); },
+               [this](const std::string& rig) {
+                 const core::Status ended = service_->Do(
+                     [&](lab::Scheduler& lab, WallTime now) { return lab.RenewLease(rig, now); });
+                 if (!ended.ok()) options_.log("rig " + rig + ": " + ended.error().message);
+               });
   base_.bay.SetGate([this](const std::string& rig, std::chrono::milliseconds patience) {
     return rests_.Await(rig, patience);
   });

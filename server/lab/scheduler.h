@@ -57,6 +57,9 @@ class Scheduler {
   /// The member `server` receives this rig and has it from now on, unless another member has it
   /// (kConflict). The rig is checked before anybody gets it.
   core::Status Claim(const RigId& rig, const std::string& server, WallTime now);
+  /// The rig plays a run that nobody holds any more, as its server died: the lease gets a new
+  /// epoch, which ends that run. The session goes on. No effect on a rig that is not leased.
+  core::Status RenewLease(const RigId& rig, WallTime now);
   /// Member `server` is gone: its rigs go offline and may be claimed, sessions on them end,
   /// bookings move or are cancelled.
   void MemberGone(const std::string& server, WallTime now);

@@ -50,6 +50,18 @@ core::Status Scheduler::Claim(const RigId& id, const std::string& server, WallTi
   return Done{};
 }
 
+core::Status Scheduler::RenewLease(const RigId& id, WallTime now) {
+  Rig* rig = FindRig(id);
+  if (rig == nullptr) return NoRig();
+  Session* session = LiveSessionOn(id);
+  if (session == nullptr || session->state != SessionState::kActive) return Done{};
+  session->epoch = ++rig->epoch;
+  Touch(*rig);
+  Touch(*session);
+  Tick(now);
+  return Done{};
+}
+
 void Scheduler::MemberGone(const std::string& server, WallTime now) {
   std::vector<RigId> theirs;
   for (const auto& [id, rig] : state_.rigs) {

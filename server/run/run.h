@@ -127,7 +127,8 @@ class Run : public std::enable_shared_from_this<Run> {
   std::shared_ptr<SolverBox> box_;
   std::string failure_;                ///< why the run fails; empty if it does not
   hardware::LoopQuality loop_before_;  ///< of the rig, when the run began
-  std::optional<double> silent_s_;     ///< so long the rig has not been heard; nothing: it is heard
+  std::chrono::steady_clock::time_point listened_at_{};  ///< when the link was last looked at
+  std::optional<double> silent_s_;  ///< so long the rig has not been heard; nothing: it is heard
   bool finished_ = false;
   bool recording_broken_ = false;
   const Positions nominal_positions_;

@@ -111,6 +111,7 @@ TEST(Contacts, AContactThatDoesNotCloseIsFound) {
   bench.journal.wires = [](std::uint32_t levels) { return levels | Bit(1); };  // R1 = 56 ohm open
   const ContactReport report = ReportOf(bench);
   EXPECT_EQ(Of(report, paper::kR1, 56.0).contact, Contact::kWrong);
+  EXPECT_THAT(Of(report, paper::kR1, 56.0).text, HasSubstr("an open contact"));
   EXPECT_EQ(Of(report, paper::kR1, 100.0).contact, Contact::kRecognised);
 }
 

@@ -52,6 +52,19 @@ TEST_F(Rigs, AnAnswerToAnOlderCheckIsStale) {
   EXPECT_EQ(Status("bench-1"), RigStatus::kCleaning);
 }
 
+TEST_F(Rigs, ARenewedLeaseRevokesWhatItHeldAndTheSessionGoesOn) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn);
+  ASSERT_TRUE(lab_.RenewLease("bench-1", now_).ok());
+  const Session* renewed = Live(session.id);
+  ASSERT_NE(renewed, nullptr);
+  EXPECT_GT(renewed->epoch, session.epoch);
+  EXPECT_FALSE(Admits("bench-1", session.epoch));
+  EXPECT_TRUE(Admits("bench-1", renewed->epoch));
+  EXPECT_EQ(renewed->hard_end, session.hard_end);
+  EXPECT_EQ(Status("bench-1"), RigStatus::kLeased);
+}
+
 TEST_F(Rigs, EveryHolderAndEveryCheckRaisesTheEpochAndRevokesTheOneBefore) {
   AddReadyRigs(1);
   const Session ann = Start(kAnn);
