@@ -93,7 +93,7 @@ for (const bench of BENCHES) {
       assert.equal(await page.getByRole("columnheader", { name: "published" }).count(), 0);
       assert.deepEqual(await axe(page), []);
       await page.keyboard.press("t");
-      await page.getByRole("columnheader", { name: "ia A" }).waitFor();
+      await page.getByRole("columnheader", { name: "ia, A" }).waitFor();
       assert.equal(await page.getByRole("columnheader", { name: "um V" }).count(), 0);
 
       const phone = await context.newPage();
