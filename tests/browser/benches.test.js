@@ -20,7 +20,7 @@ const BENCHES = [
     title: "Motor with a disc on a servo amplifier, 500 Hz",
     sliders: ["Ra", "Ke", "J", "B", "k"],
     window: "(100,20) 240 ms",
-    speed: "n rpm",
+    speed: "n, rpm",
     clock: "10.000 s",
     live: { component: "k", key: "2", value: "2 V/V", means: 2 },
   },
@@ -29,7 +29,7 @@ const BENCHES = [
     title: "Hobby gear motor on an H-bridge",
     sliders: ["Ra", "Ke", "J", "B", "k"],
     window: "(100,20) 1.2 s",
-    speed: "n rpm, behind the gear",
+    speed: "n, rpm, behind the gear",
     clock: "10.00 s",
     live: { component: "k", key: "2", value: "1.2 V/V", means: 1.2 },
   },
@@ -73,7 +73,12 @@ for (const bench of BENCHES) {
       await page
         .locator(`.drawing .faulty[data-part="${component}"]`, { hasText: value })
         .waitFor();
-      assert.deepEqual(await texts(page, ".signals .title"), ["Uc V", "Ia A", bench.speed]);
+      assert.deepEqual(await texts(page, ".signals .title"), [
+        "Lens: Uc, V",
+        "Uc, V",
+        "Ia, A",
+        bench.speed,
+      ]);
       await page.getByText(bench.window).waitFor();
       await page.getByRole("button", { name: "SIA of Ia: b0, b1, a1" }).waitFor();
       await waitForReview(page);
@@ -88,8 +93,8 @@ for (const bench of BENCHES) {
       assert.equal(await page.getByRole("columnheader", { name: "published" }).count(), 0);
       assert.deepEqual(await axe(page), []);
       await page.keyboard.press("t");
-      await page.getByRole("columnheader", { name: "ia A" }).waitFor();
-      assert.equal(await page.getByRole("columnheader", { name: "um V" }).count(), 0);
+      await page.getByRole("columnheader", { name: "ia, A" }).waitFor();
+      assert.equal(await page.getByRole("columnheader", { name: "um, V" }).count(), 0);
 
       const phone = await context.newPage();
       await phone.setViewportSize({ width: 390, height: 800 });
