@@ -52,7 +52,7 @@ TEST_F(ReportApiTest, ReportsARunToWhoeverMayReadIt) {
   EXPECT_TRUE(File("ann", id, "report.pdf").body == report.body) << "same bytes";
   EXPECT_TRUE(File("operator", id, "report.pdf").body == report.body);
   EXPECT_EQ(File("bob", id, "report.pdf").status, 404);
-  EXPECT_EQ(File("guest", id, "report.pdf").status, 404);
+  EXPECT_EQ(File("guest", id, "report.pdf").status, 401);
   EXPECT_EQ(File("ann", id, "report.pdf?language=de").status, 400);
 }
 
@@ -153,7 +153,7 @@ TEST_F(ReportApiTest, TheExampleInPythonReadsWhatIsDownloaded) {
       "/deploy/examples')\n"
       "import numpy, load_run\n"
       "run = load_run.read_csv('samples.csv')\n"
-      "assert len(run['t_s']) == 300 and run['uc_v'].min() == 2 and run['uc_v'].max() == 3\n"
+      "assert len(run['t_s']) == 300 and abs(run['uc_v'].mean() - 2.5) < 0.1\n"
       "assert any(c.startswith('bench ') for c in run['comments']), run['comments']\n"
       "found = load_run.read_csv('estimates.csv')\n"
       "assert numpy.isnan(found['sia_100_20_b0'][0])\n"
@@ -162,7 +162,7 @@ TEST_F(ReportApiTest, TheExampleInPythonReadsWhatIsDownloaded) {
       "load_run.main(['samples.csv', 'estimates.csv'])\n";
   std::ofstream(folder.File("check.py")) << program;
   const std::string command =
-      "cd " + folder.path().string() + " && PYTHONDONTWRITEBYTECODE=1 python3 check.py";
+      "cd " + folder.path().string() + " && PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 check.py";
   EXPECT_EQ(std::system(command.c_str()), 0) << "packages python3, python3-numpy";
 }
 
