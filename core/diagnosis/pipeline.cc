@@ -336,12 +336,27 @@ void Pipeline::Accept(DiagnosisResult result) {
     return;
   }
   auto& learnt = std::get<CalibrationResult>(result);
-  if (s.phase != State::Phase::kCalibrating) return;
+  if (s.phase != State::Phase::kCalibrating || learnt.id < s.oldest_valid_id) return;
   if (learnt.calibration != nullptr) {
     s.Calibrated(std::move(learnt.calibration));
   } else {
     s.Refuse(learnt.refusal.value_or(Error{ErrorCode::kInvalid, "calibration refused", ""}));
   }
+}
+
+void Pipeline::LearnAgain(double from_s) {
+  DiagnosisOptions next = state_->options;
+  next.healthy_to_s = from_s + next.healthy_to_s - next.healthy_from_s;
+  next.healthy_from_s = from_s;
+  next.calibration.reset();
+  // Everything but the estimates begins again; results of older tasks are not taken.
+  auto fresh = std::make_unique<State>(std::move(next));
+  fresh->bank = std::move(state_->bank);
+  fresh->frame = state_->frame;
+  fresh->version = state_->version + 1;
+  fresh->next_id = state_->next_id;
+  fresh->oldest_valid_id = state_->next_id;
+  state_ = std::move(fresh);
 }
 
 Learning Pipeline::learning() const {

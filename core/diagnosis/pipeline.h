@@ -53,6 +53,11 @@ class Pipeline {
   std::optional<DiagnosisTask> TakeTask();
   void Accept(DiagnosisResult result);
 
+  /// Starts the diagnosis anew: the healthy stretch begins at `from_s`, not before the samples
+  /// pushed so far, and is as long as the options say. What was calibrated and found is forgotten,
+  /// as in the diagnosis of a record with this stretch; the estimates go on.
+  void LearnAgain(double from_s);
+
   Learning learning() const;
   /// Null until known; the stored calibration if the options contained one.
   std::shared_ptr<const Calibration> calibration() const;

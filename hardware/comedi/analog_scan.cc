@@ -1,5 +1,6 @@
 #include "hardware/comedi/analog_scan.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <unistd.h>
 
@@ -50,6 +51,8 @@ bool AnalogScan::Plan(double delta_s) {
   const int flags = api.get_flags(board_.device(), inputs_.subdevice);
   if (flags < 0 || (flags & SDF_CMD_READ) == 0) return false;
   if (api.set_read_subdevice(board_.device(), inputs_.subdevice) < 0) return false;
+  const int file = api.file_number(board_.device());
+  if (file < 0 || fcntl(file, F_SETFL, fcntl(file, F_GETFL) | O_NONBLOCK) < 0) return false;
   value_bytes_ = (flags & SDF_LSAMPL) != 0 ? sizeof(lsampl_t) : sizeof(sampl_t);
   const nanoseconds delta(std::llround(delta_s * 1e9));
   command_ = Command(delta, 1);
@@ -145,20 +148,26 @@ std::vector<lsampl_t> AnalogScan::Fetch(std::size_t values, Steady::time_point d
   std::vector<std::byte> bytes(values * value_bytes_);
   std::size_t here = 0;
   while (here < bytes.size()) {
+    const ssize_t got = read(file, &bytes[here], bytes.size() - here);
+    if (got > 0) {
+      here += static_cast<std::size_t>(got);
+      continue;
+    }
+    if (got == 0) throw IoError("the board ended its scan too early");
+    if (errno == EINTR) continue;
+    if (errno != EAGAIN) {
+      throw IoError(std::string("reading the scan failed: ") + std::strerror(errno));
+    }
+    // Read once more after the deadline: who was late to wake up is not without its values, and
+    // only a read tells of a device that has gone.
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Steady::now());
-    pollfd ready{.fd = file, .events = POLLIN, .revents = 0};
-    const int events = left.count() > 0 ? poll(&ready, 1, static_cast<int>(left.count())) : 0;
-    if (events < 0 && errno == EINTR) continue;
-    if (events == 0) {
+    if (left.count() <= 0) {
       throw IoError(
           "the scan of the analog inputs does not come: " + std::to_string(here / value_bytes_) +
           " of " + std::to_string(values) + " values are there");
     }
-    const ssize_t got = events < 0 ? -1 : read(file, &bytes[here], bytes.size() - here);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) throw IoError(std::string("reading the scan failed: ") + std::strerror(errno));
-    if (got == 0) throw IoError("the board ended its scan too early");
-    here += static_cast<std::size_t>(got);
+    pollfd ready{.fd = file, .events = POLLIN, .revents = 0};
+    (void)poll(&ready, 1, static_cast<int>(left.count()));
   }
   std::vector<lsampl_t> codes(values, 0);
   for (std::size_t i = 0; i < values; ++i) {

@@ -46,7 +46,7 @@ class AnalogScan {
   /// not come in kPatience after its time.
   Scan Collect();
 
-  static constexpr std::chrono::milliseconds kPatience{100};
+  static constexpr std::chrono::milliseconds kPatience{50};
 
  private:
   using Steady = std::chrono::steady_clock;

@@ -9,12 +9,38 @@
 
 #include "hardware/lcm/lcm_event_file.h"
 #include "hardware/lcm/message_codec.h"
+#include "hardware/lcm/rig_name.h"
 
 namespace faultlab::hardware {
 namespace {
 
 bool EndsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+constexpr std::size_t kChannelsNamed = 10;
+
+std::string Messages(std::int64_t count) {
+  return std::to_string(count) + (count == 1 ? " message" : " messages");
+}
+
+/// Of each channel, those beyond the first ten together.
+void AddChannels(const std::map<std::string, std::int64_t>& channels,
+                 const std::string& why,
+                 std::vector<std::string>& sentences) {
+  std::size_t named = 0;
+  std::int64_t rest = 0;
+  for (const auto& [channel, count] : channels) {
+    if (++named > kChannelsNamed) {
+      rest += count;
+      continue;
+    }
+    sentences.push_back(Messages(count) + " of channel " + ShownText(channel, 100) +
+                        " skipped: " + why);
+  }
+  if (rest == 0) return;
+  sentences.push_back(Messages(rest) + " of " + std::to_string(named - kChannelsNamed) +
+                      " more channels skipped: " + why);
 }
 
 template <typename Message>
@@ -32,6 +58,18 @@ void Append(lcm::LogFile& log,
 }
 
 }  // namespace
+
+std::vector<std::string> LcmSkipped::Sentences() const {
+  std::vector<std::string> sentences;
+  AddChannels(channels, "neither samples nor events of a run", sentences);
+  AddChannels(undecoded, "could not be decoded", sentences);
+  if (other_runs > 0) sentences.push_back(Messages(other_runs) + " of other runs skipped");
+  if (unknown_events > 0) {
+    sentences.push_back(Messages(unknown_events) +
+                        " of events that this version or this bench does not know skipped");
+  }
+  return sentences;
+}
 
 core::Result<LcmRecord> ReadLcmLog(const std::string& path,
                                    const std::string& run,
@@ -64,22 +102,33 @@ core::Result<LcmRecord> ReadLcmLog(std::istream& in,
     if (EndsWith(event.channel, ".SAMPLE")) {
       const auto sample = FromBytes<faultlab_msgs::sample_t>(event.data);
       if (!sample) {
-        return core::Error{.code = core::ErrorCode::kInvalid,
-                           .message = path + ": event " + std::to_string(event.number) +
-                                      " is no faultlab_msgs.sample_t",
-                           .field = {}};
+        ++record.skipped.undecoded[event.channel];
+        continue;
       }
       if (record.run.empty()) record.run = sample->run;
-      if (sample->run != record.run) continue;
+      if (sample->run != record.run) {
+        ++record.skipped.other_runs;
+        continue;
+      }
       record.rig = sample->rig;
       record.samples.push_back(Decode(*sample));
       seq_max = std::max(seq_max, sample->seq);
     } else if (EndsWith(event.channel, ".EVENT")) {
       const auto said = FromBytes<faultlab_msgs::event_t>(event.data);
-      if (!said || (!record.run.empty() && said->run != record.run)) continue;
+      if (!said) {
+        ++record.skipped.undecoded[event.channel];
+        continue;
+      }
       if (record.run.empty()) record.run = said->run;
-      if (const std::optional<RigEvent> known = Decode(*said, bench))
+      if (said->run != record.run) {
+        ++record.skipped.other_runs;
+      } else if (const std::optional<RigEvent> known = Decode(*said, bench)) {
         record.events.push_back(*known);
+      } else {
+        ++record.skipped.unknown_events;
+      }
+    } else {
+      ++record.skipped.channels[event.channel];
     }
   }
   const auto by_index = [](const core::Sample& a, const core::Sample& b) {
@@ -92,10 +141,11 @@ core::Result<LcmRecord> ReadLcmLog(std::istream& in,
                   [](const core::Sample& a, const core::Sample& b) { return a.index == b.index; }),
       record.samples.end());
   if (record.samples.empty()) {
+    std::string message =
+        path + " holds no samples" + (run.empty() ? std::string() : " of run " + run);
+    for (const std::string& sentence : record.skipped.Sentences()) message += "; " + sentence;
     return core::Error{
-        .code = core::ErrorCode::kNotFound,
-        .message = path + " holds no samples" + (run.empty() ? std::string() : " of run " + run),
-        .field = {}};
+        .code = core::ErrorCode::kNotFound, .message = std::move(message), .field = {}};
   }
   record.lost_samples = seq_max + 1 - static_cast<std::int64_t>(record.samples.size());
   return record;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <istream>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,18 @@
 
 namespace faultlab::hardware {
 
+/// What a log holds that is not in the record made of it, in messages.
+struct LcmSkipped {
+  std::map<std::string, std::int64_t> channels;   ///< that carry neither samples nor events
+  std::map<std::string, std::int64_t> undecoded;  ///< by channel: damaged, or of another type
+  std::int64_t other_runs = 0;
+  std::int64_t unknown_events = 0;  ///< of a kind or component that is not known here
+
+  /// A sentence each, for a person: "3000 messages of channel FAULTLAB.sim-1.ESTIMATES skipped:
+  /// ..". Channels beyond the first ten are counted together. Empty: nothing was skipped.
+  std::vector<std::string> Sentences() const;
+};
+
 /// One run out of an LCM log.
 struct LcmRecord {
   std::string rig;
@@ -18,11 +31,12 @@ struct LcmRecord {
   std::vector<core::Sample> samples;  ///< by index, without doubles
   std::vector<RigEvent> events;
   std::int64_t lost_samples = 0;  ///< holes in the sequence of the bus
+  LcmSkipped skipped{};
 };
 
 /// Reads what lcm-logger wrote of a tap. With an empty `run` the first run in the log is taken;
-/// events name components of `bench`. kNotFound when the file or the run is not there, kInvalid for
-/// samples that cannot be decoded and for events with lengths that no log has.
+/// events name components of `bench`. What cannot be decoded is skipped and counted. kNotFound when
+/// the file or the run is not there; kInvalid for an event of the log with lengths that no log has.
 core::Result<LcmRecord> ReadLcmLog(const std::string& path,
                                    const std::string& run,
                                    const core::Bench& bench);

@@ -166,8 +166,14 @@ std::optional<core::Error> RigAgent::RefuseLease(const Command& command) const {
                                   seen.holder + ", this lease is of epoch " + std::to_string(epoch),
                        .field = field};
   }
-  // The very lease that another member has: one of the two must be gone.
-  if (same && Leased() && holder_ != command.holder) return busy;
+  // The very lease that another member has, or this one before it was started again: it is given
+  // when that one has been silent for long enough.
+  if (same && Leased() && holder_ != command.holder) {
+    return core::Error{.code = core::ErrorCode::kUnavailable,
+                       .message = "the rig still waits for " + holder_ +
+                                  ", which had this lease: try again in a few seconds",
+                       .field = field};
+  }
   return std::nullopt;
 }
 

@@ -285,8 +285,10 @@ class Application::Impl {
             clock_,
             Disk(),
             [this](const PictureMoment& moment) {
-              const auto run = runs_.Find(moment.run);
-              return (run && run->on_rig) || !bay_.Holds(moment.rig);
+              const std::vector<RunSnapshot> running = runs_.Running();
+              return std::none_of(running.begin(), running.end(), [&](const RunSnapshot& run) {
+                return run.id != moment.run && run.rig == moment.rig && run.on_rig;
+              });
             },
             [](std::string_view text) { spdlog::warn("{}", text); }};
   }

@@ -61,7 +61,7 @@ std::string WhyNotOfItsClass(const RigStatus& rig,
 std::string WhyOffline(const RigStatus& rig,
                        const std::map<std::string, const core::Bench*>& benches) {
   if (rig.remote && rig.remote->refusal) return rig.remote->refusal_text;
-  if (rig.state == hardware::RigState::kOffline) return "its agent is not heard";
+  if (rig.state == hardware::RigState::kOffline) return "the rig does not answer";
   return WhyNotOfItsClass(rig, benches);
 }
 

@@ -73,6 +73,7 @@ core::Status Services::JoinLab() {
                                                                   places_,
                                                                   quota_,
                                                                   base_.benches,
+                                                                  base_.calibrations,
                                                                   base_.clock,
                                                                   options_.default_seed,
                                                                   options_.speed});

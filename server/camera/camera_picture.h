@@ -12,7 +12,7 @@ namespace faultlab::server {
 struct CameraPicture {
   std::string bytes;              ///< a whole JPEG or PNG file
   std::string_view content_type;  ///< "image/jpeg" or "image/png"
-  MonotonicTime asked{};          ///< when the camera was asked for it
+  MonotonicTime asked{};          ///< when the camera was asked; its frame may be a little older
   MonotonicTime arrived{};
 };
 

@@ -37,7 +37,8 @@ class PictureTaker {
     PictureStore& store;
     const Clock& clock;
     DiskReserve disk;
-    /// Whether the rig still shows this run: asked when the picture has come, before it is stored.
+    /// Whether the rig shows this run, or nothing: asked when the picture has come, before it is
+    /// stored.
     std::function<bool(const PictureMoment&)> still_shown;
     std::function<void(std::string_view)> log;
   };

@@ -71,6 +71,7 @@ int RunLcmImport(const LcmImportOptions& options) {
     PrintError("note: " + std::to_string(read.lost_samples) +
                " samples were lost on the bus; their rows are missing");
   }
+  for (const std::string& sentence : read.skipped.Sentences()) PrintError("note: " + sentence);
   CsvWriteOptions csv;
   csv.comments = {"rig " + read.rig + ", run " + read.run + ", from the LCM log " +
                   std::filesystem::path(options.log).filename().string()};

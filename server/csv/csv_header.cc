@@ -13,7 +13,7 @@ struct Alias {
   std::string_view name;  ///< lower case, without blanks and underscores
   std::string_view channel;
 };
-constexpr std::array<Alias, 32> kAliases = {
+constexpr std::array<Alias, 33> kAliases = {
     {{"t", "t_s"},         {"time", "t_s"},   {"timestamp", "t_s"},  {"zeit", "t_s"},
      {"vreme", "t_s"},     {"uc", "uc_v"},    {"u", "uc_v"},         {"ucmd", "uc_v"},
      {"ucontrol", "uc_v"}, {"input", "uc_v"}, {"um", "um_v"},        {"y", "um_v"},
@@ -21,7 +21,8 @@ constexpr std::array<Alias, 32> kAliases = {
      {"ua", "ua_v"},       {"va", "ua_v"},    {"uamp", "ua_v"},      {"uout", "ua_v"},
      {"ia", "ia_a"},       {"i", "ia_a"},     {"im", "ia_a"},        {"imotor", "ia_a"},
      {"current", "ia_a"},  {"n", "n_rpm"},    {"rpm", "n_rpm"},      {"speed", "n_rpm"},
-     {"nout", "n_rpm"},    {"nrpm", "n_rpm"}, {"drehzahl", "n_rpm"}, {"brzina", "n_rpm"}}};
+     {"nout", "n_rpm"},    {"nrpm", "n_rpm"}, {"drehzahl", "n_rpm"}, {"brzina", "n_rpm"},
+     {"delta", "delta_s"}}};
 
 struct Unit {
   std::string_view name;  ///< lower case

@@ -144,10 +144,10 @@ class Parser {
   }
 
   static std::string_view UnitsOf(std::string_view channel) {
-    return channel == "t_s"     ? "s, ms or us"
-           : channel == "ia_a"  ? "A or mA"
-           : channel == "n_rpm" ? "rpm or rad/s"
-                                : "V or mV";
+    return channel == "t_s" || channel == "delta_s" ? "s, ms or us"
+           : channel == "ia_a"                      ? "A or mA"
+           : channel == "n_rpm"                     ? "rpm or rad/s"
+                                                    : "V or mV";
   }
 
   Error MissingColumn(std::string_view missing, std::string_view header) const {

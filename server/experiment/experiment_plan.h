@@ -31,6 +31,8 @@ struct ExperimentPlan {
   std::int64_t fault_set = 0;  ///< not 0: take the faults of this set
   /// Samples, estimates and events go to no bus. Always so for a set that students do not see.
   bool hidden_faults = false;
+  /// Start with what a recent run learnt about the rig, if there is one, instead of learning it.
+  bool learn_if_needed = false;
   std::uint64_t seed = 1;
   std::string recording;  ///< not empty: replay this one; excitation and faults are its own
   std::string name;

@@ -6,6 +6,7 @@
 
 #include "hardware/bench/benches.h"
 #include "hardware/replay_rig.h"
+#include "server/diagnosis_json/calibration_json.h"
 #include "server/experiment/plan_json.h"
 #include "server/json/json_reader.h"
 #include "server/run/refusals.h"
@@ -17,6 +18,8 @@ namespace {
 namespace json = boost::json;
 
 constexpr double kReplayLongestS = 3600.0;
+/// A motor warms up and cools down within an hour, which changes its resistance and its friction.
+constexpr std::chrono::hours kLearntFor{1};
 
 /// What happened to the plant in a recording; its replay shows it again.
 std::vector<hardware::RigEvent> EventsOfThePlant(std::span<const RecordedEvent> recorded,
@@ -161,6 +164,22 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
   return run;
 }
 
+/// The plan says which run's calibration it is. Without a fitting one the run learns its own.
+void Experiments::UseWhatWasLearnt(const std::string& rig, RunRequest& run) {
+  const core::Bench& bench = *run.diagnosis.bench;
+  const auto newest = parts_.calibrations.List(rig, bench.id, 1);
+  if (!newest.ok() || newest.value().empty()) return;
+  const RigCalibration& stored = newest.value().front();
+  if (parts_.clock.Wall() > stored.at + kLearntFor) return;
+  auto calibration = ParseCalibration(stored.json, "The calibration of " + stored.run, bench);
+  if (!calibration || calibration.value().period_s != run.plan.period_s) return;
+  run.diagnosis.calibration = std::move(calibration).value();
+  json::object shown = json::parse(run.plan_json).as_object();
+  shown["calibration"] =
+      json::object{{"run", stored.run}, {"at", run.diagnosis.calibration->dated}};
+  run.plan_json = json::serialize(shown);
+}
+
 core::Result<RunRequest> Experiments::OnRig(const Principal& who,
                                             StartedBy by,
                                             const ExperimentPlan& plan) {
@@ -182,6 +201,7 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
   run.plan_json = json::serialize(PlanToJson(plan, about));
   run.diagnosis = core::OptionsOf(*about.bench, plan.period_s);
   run.diagnosis.values = about.any_value ? core::ValuePrior::kNone : core::ValuePrior::kTable2;
+  if (plan.learn_if_needed) UseWhatWasLearnt(about.id, run);
   run.hold = std::move(hold).value();
   run.place = std::move(place).value();
   return run;

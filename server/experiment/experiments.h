@@ -15,6 +15,7 @@
 #include "server/experiment/work.h"
 #include "server/run/run_manager.h"
 #include "server/run/run_places.h"
+#include "server/storage/rig_calibrations.h"
 
 namespace faultlab::server {
 
@@ -36,6 +37,7 @@ class Experiments {
     RunPlaces& places;
     StorageQuota& quota;
     Benches& benches;
+    RigCalibrations& calibrations;
     const Clock& clock;
     std::uint64_t default_seed = 1;  ///< of plans without one
     double speed = 1.0;              ///< of replays
@@ -63,6 +65,7 @@ class Experiments {
   core::Result<const core::Bench*> BenchOf(const boost::json::object& body);
   core::Status TakeFaultSet(const Principal& who, ExperimentPlan& plan);
   core::Result<RunRequest> OnRig(const Principal& who, StartedBy by, const ExperimentPlan& plan);
+  void UseWhatWasLearnt(const std::string& rig, RunRequest& run);
   core::Result<RunRequest> Replay(const Principal& who, StartedBy by, const ExperimentPlan& plan);
   RunKind KindOn(const std::string& rig) const;
   core::Result<std::shared_ptr<void>> PlaceFor(const Principal& who,

@@ -162,8 +162,10 @@ core::Result<ExperimentPlan> ParsePlan(const json::object& object,
   plan.recording = in.TextOr("recording", {}, 64);
   plan.seed = static_cast<std::uint64_t>(
       in.IntegerOr("seed", static_cast<std::int64_t>(default_seed), 0, kSeedMax));
+  plan.learn_if_needed = in.WordOr("learn", "anew", {"anew", "if_needed"}) == "if_needed";
   const bool replay = !plan.recording.empty();
-  for (const char* own : {"bench", "rig", "excitation", "faults", "duration_s", "period_s"}) {
+  for (const char* own :
+       {"learn", "bench", "rig", "excitation", "faults", "duration_s", "period_s"}) {
     if (replay && in.Has(own)) {
       in.Refuse(own, "A replay takes '" + std::string(own) + "' from its recording.");
     }

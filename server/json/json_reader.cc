@@ -27,6 +27,37 @@ bool HasControlCharacter(std::string_view text) {
   return false;
 }
 
+/// A member that is refused, with a reason for pages in other languages; see server/run/README.md.
+core::Error Mistake(std::string pointer,
+                    std::string message,
+                    std::string reason,
+                    std::vector<core::ErrorParameter> parameters) {
+  return {core::ErrorCode::kInvalid,
+          std::move(message),
+          std::move(pointer),
+          std::move(reason),
+          std::move(parameters)};
+}
+
+core::Error Missing(std::string pointer, std::string_view name) {
+  const std::string member(name);
+  return Mistake(
+      std::move(pointer), "'" + member + "' is missing.", "member_missing", {{"member", member}});
+}
+
+core::Error Outside(std::string pointer,
+                    std::string_view name,
+                    std::string_view kind,
+                    const std::string& lo,
+                    const std::string& hi) {
+  const std::string member(name);
+  return Mistake(
+      std::move(pointer),
+      "'" + member + "' must be " + std::string(kind) + " from " + lo + " to " + hi + ".",
+      "number_outside",
+      {{"member", member}, {"lowest", lo}, {"highest", hi}});
+}
+
 }  // namespace
 
 core::Result<json::object> ParseJsonObject(std::string_view text) {
@@ -77,12 +108,16 @@ void ObjectReader::Refuse(core::Error error) {
 }
 
 void ObjectReader::RefuseKind(std::string_view name, const std::string& expected) {
-  Refuse(name, "'" + std::string(name) + "' must be " + expected + ".");
+  const std::string member(name);
+  Refuse(Mistake(Pointer(name),
+                 "'" + member + "' must be " + expected + ".",
+                 "kind_wrong",
+                 {{"member", member}}));
 }
 
 double ObjectReader::Number(std::string_view name, double lo, double hi) {
   if (Find(name) == nullptr) {
-    Refuse(name, "'" + std::string(name) + "' is missing.");
+    Refuse(Missing(Pointer(name), name));
     return lo;
   }
   return NumberOr(name, lo, lo, hi);
@@ -93,13 +128,13 @@ double ObjectReader::NumberOr(std::string_view name, double fallback, double lo,
   if (value == nullptr) return fallback;
   const double number = value->is_number() ? value->to_number<double>() : std::nan("");
   if (std::isfinite(number) && number >= lo && number <= hi) return number;
-  RefuseKind(name, "a number from " + Format(lo) + " to " + Format(hi));
+  Refuse(Outside(Pointer(name), name, "a number", Format(lo), Format(hi)));
   return fallback;
 }
 
 std::int64_t ObjectReader::Integer(std::string_view name, std::int64_t lo, std::int64_t hi) {
   if (Find(name) == nullptr) {
-    Refuse(name, "'" + std::string(name) + "' is missing.");
+    Refuse(Missing(Pointer(name), name));
     return lo;
   }
   return IntegerOr(name, lo, lo, hi);
@@ -114,7 +149,7 @@ std::int64_t ObjectReader::IntegerOr(std::string_view name,
   if (value->is_int64() && value->get_int64() >= lo && value->get_int64() <= hi) {
     return value->get_int64();
   }
-  RefuseKind(name, "a whole number from " + std::to_string(lo) + " to " + std::to_string(hi));
+  Refuse(Outside(Pointer(name), name, "a whole number", std::to_string(lo), std::to_string(hi)));
   return fallback;
 }
 
@@ -128,7 +163,7 @@ bool ObjectReader::BooleanOr(std::string_view name, bool fallback) {
 
 std::string ObjectReader::Text(std::string_view name, std::size_t bytes_max) {
   if (Find(name) == nullptr) {
-    Refuse(name, "'" + std::string(name) + "' is missing.");
+    Refuse(Missing(Pointer(name), name));
     return {};
   }
   return TextOr(name, {}, bytes_max);
@@ -143,8 +178,13 @@ std::string ObjectReader::TextOr(std::string_view name,
       !HasControlCharacter(value->get_string())) {
     return std::string(value->get_string());
   }
-  RefuseKind(
-      name, "a text of at most " + std::to_string(bytes_max) + " bytes without control characters");
+  const std::string member(name);
+  const std::string most = std::to_string(bytes_max);
+  Refuse(Mistake(
+      Pointer(name),
+      "'" + member + "' must be a text of at most " + most + " bytes without control characters.",
+      "text_refused",
+      {{"member", member}, {"most", most}}));
   return fallback;
 }
 
@@ -158,7 +198,11 @@ std::string_view ObjectReader::WordOr(std::string_view name,
     if (value->is_string() && value->get_string() == word) return word;
     list.append(list.empty() ? "'" : ", '").append(word).append("'");
   }
-  RefuseKind(name, "one of " + list);
+  const std::string member(name);
+  Refuse(Mistake(Pointer(name),
+                 "'" + member + "' must be one of " + list + ".",
+                 "word_unknown",
+                 {{"member", member}, {"words", list}}));
   return fallback;
 }
 
@@ -185,7 +229,10 @@ std::optional<core::Error> ObjectReader::Finish() {
     std::string known;
     for (const std::string& name : asked_) known.append(known.empty() ? "" : ", ").append(name);
     const std::string shown(member.key().substr(0, kNameShownMax));
-    Refuse(member.key(), "Unknown field '" + shown + "'; known here: " + known + ".");
+    Refuse(Mistake(Pointer(member.key()),
+                   "Unknown field '" + shown + "'; known here: " + known + ".",
+                   "member_unknown",
+                   {{"member", shown}, {"known", known}}));
     break;
   }
   return error_;

@@ -40,12 +40,13 @@ constexpr std::array kPlaces = {
     Place{"enrolment", "course_id, teaches", "account_id = :id"},
     Place{"course_invitation", "course_id, invited_by, created_ms", "account_id = :id"},
     Place{"recording",
-          "id, name, rig, source, state, created_ms, ended_ms, samples, period_s, plan_json, "
+          "id, name, note, rig, source, state, created_ms, ended_ms, samples, period_s, plan_json, "
           "diagnosis_json",
           "owner = :owner"},
     Place{"recording_picture",
           "recording_id, picture, sample_index, why, content_type, size_bytes",
           "recording_id IN (SELECT id FROM recording WHERE owner = :owner)"},
+    Place{"recording_star", "recording_id", "who = :owner"},
     Place{"job", "id, name, state, body, result, error, created_ms, ended_ms", "owner = :owner"},
     Place{"fault_set", "id, course_id, name, faults, created_ms", "account_id = :id"},
     Place{"remembered_answer", "idempotency_key, status, body, at_ms", "owner = :owner"},
@@ -232,6 +233,7 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
     const std::string own = "(SELECT id FROM recording WHERE owner = '" + owner + "')";
     for (const std::string& id : RecordingIds(tx, owner)) EraseRecordingBlobs(tx, id);
     tx.sql() << "DELETE FROM recording_event WHERE recording_id IN " + own;
+    tx.sql() << "DELETE FROM recording_star WHERE who = :owner", use(owner, "owner");
     for (const char* table : {"recording", "job", "remembered_answer"}) {
       tx.sql() << std::string("DELETE FROM ") + table + " WHERE owner = :owner",
           use(owner, "owner");

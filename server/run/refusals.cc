@@ -179,6 +179,30 @@ Error NotPositive(core::Component component) {
           {{"component", Symbol(component)}}};
 }
 
+Error NotNominal(const std::string& component) {
+  return {ErrorCode::kConflict,
+          component + " is not nominal: set all parts back to nominal, then learn the rig again.",
+          "",
+          "not_nominal",
+          {{"component", component}}};
+}
+
+Error ChangePlanned(const std::string& component, double at_s) {
+  return {ErrorCode::kConflict,
+          "The plan changes " + component + " at " + Text(at_s) +
+              " s, while the rig would be learnt; learn it again after that, at nominal.",
+          "",
+          "change_planned",
+          {{"component", component}, {"at_s", Text(at_s)}}};
+}
+
+Error LearnsOnce() {
+  return {ErrorCode::kConflict,
+          "A replay, and a run whose faults are hidden, learns its rig only once.",
+          "",
+          "learns_once"};
+}
+
 Error NoComponent(const core::Bench& bench, std::string_view symbol) {
   std::string known;
   for (const core::Component each : bench.components()) {

@@ -42,6 +42,12 @@ core::Error StaleEpoch();
 core::Error OutOfTouch();
 /// The run ends before the calibration of the healthy rig is complete.
 core::Error RunTooShort();
+/// Learning anew: a component is not nominal.
+core::Error NotNominal(const std::string& component);
+/// Learning anew: the plan changes a component in the stretch.
+core::Error ChangePlanned(const std::string& component, double at_s);
+/// Learning anew: a replay, or a run with hidden faults.
+core::Error LearnsOnce();
 /// @param symbol  that `bench` does not have
 core::Error NoComponent(const core::Bench& bench, std::string_view symbol);
 /// The rig is of another bench than what is asked of it.

@@ -128,7 +128,27 @@ void RigBay::Fence(const std::string& rig, std::uint64_t epoch) {
     }
   }
   returned_.notify_all();
-  if (running != nullptr) running->Fence(hardware::Epoch{epoch});
+  if (running != nullptr) {
+    running->Fence(hardware::Epoch{epoch});
+  } else {
+    FenceFar(rig, epoch);
+  }
+}
+
+/// A far rig may play on after its server has died: nobody here holds it, but from this epoch on
+/// somebody else answers for the motor.
+void RigBay::FenceFar(const std::string& rig, std::uint64_t epoch) {
+  Factory make;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const Slot& slot : slots_) {
+      const bool plays =
+          slot.remote && slot.revoked == nullptr && slot.remote->state != hardware::RigState::kIdle;
+      if (slot.description.id == rig && plays) make = slot.make;
+    }
+  }
+  const std::shared_ptr<hardware::Rig> far = make ? make() : nullptr;
+  if (far != nullptr) far->Fence(hardware::Epoch{epoch});
 }
 
 /// Reserves the slot of the lease; its rig is not made yet.
@@ -165,6 +185,8 @@ core::Result<std::size_t> RigBay::Take(const lab::Lease& lease,
 
 core::Result<RigHold> RigBay::Acquire(const lab::Lease& lease, std::chrono::milliseconds patience) {
   LookAround();
+  FenceFar(lease.rig,
+           lease.epoch);  // first: the gate waits for what a run that goes on still gives
   const core::Status passed = PassGate(lease.rig, patience);
   if (!passed.ok()) return passed.error();
   const core::Result<std::size_t> taken = Take(lease, patience);

@@ -128,6 +128,7 @@ class RigBay {
   };
   RigStatus Describe(const Slot& slot) const;
   core::Result<std::size_t> Take(const lab::Lease& lease, std::chrono::milliseconds patience);
+  void FenceFar(const std::string& rig, std::uint64_t epoch);
   std::shared_ptr<hardware::Rig> StopOlder(Slot& slot, std::uint64_t epoch);
   void Return(std::size_t slot);
   void LookAround() const;

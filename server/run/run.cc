@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "server/diagnosis_json/diagnosis_json.h"
+#include "server/diagnosis_json/options_json.h"
 #include "server/storage/database_error.h"
 
 namespace faultlab::server {
@@ -19,6 +20,7 @@ constexpr std::chrono::milliseconds kSaveInterval{1000};  ///< the most that a c
 constexpr std::chrono::seconds kSilentAfter{2};
 constexpr double kChunkSeconds = 1.0;
 constexpr double kFrameSeconds = 0.05;
+constexpr double kPresentSeconds = 3.0;
 constexpr int kRowsPerFrameMax = 250;
 constexpr std::size_t kEventsShownMax = 1000;
 /// Tries for half a minute, in case the database is away.
@@ -224,6 +226,8 @@ void Run::FollowLink() {
 
 void Run::OnSample(const core::Sample& sample) {
   ExchangeTasks();
+  if (learn_again_) RestartLearning(sample.t_s);
+  next_index_ = sample.index + 1;
   const core::Frame& frame = pipeline_.Push(sample);
   last_frame_ = frame;
   const std::int64_t expected = rows_first_ + static_cast<std::int64_t>(rows_.size());
@@ -275,10 +279,13 @@ void Run::FollowVerdict() {
       state_.diagnosis_json = verdict_text_;
       state_.diagnosis = std::move(diagnosis);
     }
-    if (verdict.detected_at_s && verdict.detected_at_s != detected_at_s_) {
+    // A later alarm may turn out to belong to an earlier one, which was told already.
+    const bool newer = verdict.detected_at_s && *verdict.detected_at_s > told_s_;
+    if (newer) {
+      told_s_ = *verdict.detected_at_s;
       const auto index = static_cast<std::int64_t>(std::llround(*verdict.detected_at_s / period_s));
       AddEvent(MakeDiagnosisEvent("detected", index, period_s, nullptr, verdict.detector));
-      TellMoment(now, "detection");
+      if (IsPresent(now)) TellMoment(now, "detection");
       isolated_.reset();
     }
     if (detected_at_s_ && !verdict.detected_at_s && verdict.kind == core::VerdictKind::kNominal) {
@@ -303,6 +310,7 @@ void Run::FollowVerdict() {
 
 void Run::OnRigEvent(const hardware::RigEvent& event) {
   Follow(positions_, event, nominal_positions_);
+  NoteFaulty();
   if (event.kind == hardware::RigEventKind::kTrip) {
     services_.log("run " + id_ + ": interlock of rig " + rig_->description().id + ": " +
                   event.text);
@@ -328,15 +336,22 @@ void Run::OnRigEvent(const hardware::RigEvent& event) {
   const hardware::LoopQuality loop =
       last ? rig_->loop_quality().Since(loop_before_) : hardware::LoopQuality{};
   AddEvent(MakeEvent(event, state_.period_s, last ? &loop : nullptr));
-  if (last) TellMoment(event.index, "end");
+  if (last) TellMoment(last_frame_ ? last_frame_->sample.index : 0, "end");
   if (event.kind == hardware::RigEventKind::kRelayConfirmed && event.component.exists() &&
-      event.value != request_.diagnosis.nominal.Get(event.component)) {
+      event.value != request_.diagnosis.nominal.Get(event.component) && IsPresent(event.index)) {
     TellMoment(event.index, "fault");
   }
 }
 
 void Run::TellMoment(std::int64_t index, std::string_view why) const {
   if (services_.moment) services_.moment({id_, state_.rig, index, why});
+}
+
+/// False for what a far rig tells late, after a cut of its link: a picture would show another time.
+bool Run::IsPresent(std::int64_t index) const {
+  const std::chrono::duration<double> elapsed = services_.clock.Monotonic() - state_.began;
+  return !real_time_ ||
+         elapsed.count() - static_cast<double>(index) * state_.period_s < kPresentSeconds;
 }
 
 void Run::AddEvent(RecordedEvent event) {
@@ -391,6 +406,12 @@ void Run::Complete(core::Diagnosis& diagnosis) {
   services_.complete(samples.value(), request_.diagnosis, diagnosis);
 }
 
+/// Without them a repair of the diagnosis would learn from the first stretch.
+void Run::StoreOptions() {
+  const core::Status stored = services_.store.ReplaceOptions(id_, OptionsText(request_.diagnosis));
+  if (!stored.ok()) services_.log("run " + id_ + ": its options: " + stored.error().message);
+}
+
 /// Tries again if the database is busy or away. An earlier try may have been stored.
 core::Status Run::StoreEnd(RunState state, const std::string& text, core::VerdictKind verdict) {
   const WallTime now = services_.clock.Wall();
@@ -425,6 +446,7 @@ void Run::Finish() {
   if (failure_.empty() && !finished_ && stopped_by_us_) state = RunState::kStopped;
   const std::int64_t samples = Snapshot().samples;
   const std::string text = DiagnosisText(diagnosis, request_.diagnosis, samples);
+  if (learnt_again_) StoreOptions();
   const core::Status stored = StoreEnd(state, text, diagnosis.verdict.kind);
   if (!stored.ok()) {
     services_.log("run " + id_ + ": its end could not be stored: " + stored.error().message);

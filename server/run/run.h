@@ -59,6 +59,9 @@ class Run : public std::enable_shared_from_this<Run> {
   core::Status Start();
   void Stop(std::string_view reason);
   core::Result<Accepted> Command(hardware::Epoch epoch, const hardware::RigCommand& command);
+  /// The diagnosis starts anew with the next samples: a spoilt stretch need not spoil the run. All
+  /// components must be nominal, and stay so until the end of the stretch, to which changes wait.
+  core::Result<Accepted> LearnAgain();
   RunSnapshot Snapshot() const;
   hardware::Epoch epoch() const { return epoch_; }
   const core::Bench& bench() const { return *request_.diagnosis.bench; }
@@ -75,18 +78,22 @@ class Run : public std::enable_shared_from_this<Run> {
   bool Leaving() const;
   void FollowVerdict();
   void FollowLearning();
+  void NoteFaulty();
+  void RestartLearning(double next_t_s);
   void ReleaseChanges();
   void ApplyWaitingChanges();  ///< on the thread of the commands, or of the run in simulated time
   core::Result<Accepted> Hold(const hardware::RigCommand& change);
   void TellChanges();
   void AddEvent(RecordedEvent event);
   void TellMoment(std::int64_t index, std::string_view why) const;
+  bool IsPresent(std::int64_t index) const;
   void FlushRows();
   void FlushRecording(bool all);
   void PublishReadout();
   void FollowLink();
   void Fail(const std::string& reason);
   void Finish();
+  void StoreOptions();
   core::Status StoreEnd(RunState state, const std::string& text, core::VerdictKind verdict);
   void Complete(core::Diagnosis& diagnosis);
   std::string Hello();
@@ -115,6 +122,7 @@ class Run : public std::enable_shared_from_this<Run> {
   std::uint64_t verdict_sent_ = 0;
   MonotonicTime verdict_sent_at_{};
   std::optional<double> detected_at_s_;
+  double told_s_ = -1.0;  ///< of the newest "detected"
   std::optional<core::Component> isolated_;
   std::shared_ptr<SolverBox> box_;
   std::string failure_;                ///< why the run fails; empty if it does not
@@ -129,8 +137,12 @@ class Run : public std::enable_shared_from_this<Run> {
   bool release_due_ = false;  ///< the stretch is over: waiting changes may act
 
   WaitingChanges waiting_;
+  std::atomic<bool> learn_again_{false};
+  std::atomic<std::int64_t> next_index_{0};  ///< of the samples, as far as they have come
+  bool learnt_again_ = false;                ///< the options differ from the stored ones
 
-  mutable std::mutex mutex_;  ///< guards state_
+  mutable std::mutex mutex_;  ///< guards state_ and faulty_
+  std::string faulty_;        ///< components that are not nominal, or not confirmed: "R1, R12"
   RunSnapshot state_;
   std::mutex control_mutex_;  ///< held while a command, stop or release goes to the rig
   bool rig_is_ours_ = true;   ///< guarded by it; after LetGo another lease may have the rig

@@ -46,6 +46,65 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
   return Accepted{};
 }
 
+core::Result<Accepted> Run::LearnAgain() {
+  const std::lock_guard lock(control_mutex_);
+  if (!rig_is_ours_) return refusal::RunEnded();
+  if (request_.hold.revoked()) return refusal::StaleEpoch();
+  const bool replay = rig_->description().kind == hardware::RigKind::kReplay;
+  if (replay || request_.hidden_faults) return refusal::LearnsOnce();
+  {
+    const std::lock_guard state(mutex_);
+    if (!faulty_.empty()) return refusal::NotNominal(faulty_);
+  }
+  const core::DiagnosisOptions& options = request_.diagnosis;
+  const double now_s = static_cast<double>(next_index_.load()) * options.period_s;
+  const double until_s = now_s + options.healthy_to_s - options.healthy_from_s;
+  if (static_cast<double>(request_.plan.uc_v.size()) * options.period_s <= until_s) {
+    return refusal::RunTooShort();
+  }
+  for (const core::Fault& fault : request_.plan.faults) {
+    if (fault.at_s >= now_s && fault.at_s < until_s) {
+      return refusal::ChangePlanned(std::string(core::Name(fault.component)), fault.at_s);
+    }
+  }
+  waiting_.Restart(until_s);
+  learn_again_ = true;
+  return Accepted{until_s};
+}
+
+void Run::NoteFaulty() {
+  std::string faulty;
+  for (const auto& [component, position] : positions_) {
+    const bool nominal = Same(position.value, request_.diagnosis.nominal.Get(component));
+    if (nominal && position.state != "commanded") continue;
+    if (!faulty.empty()) faulty += ", ";
+    faulty += core::Name(component);
+  }
+  const std::lock_guard lock(mutex_);
+  faulty_ = std::move(faulty);
+}
+
+/// Before the sample at `next_t_s`. A rig may answer a command slowly: then the next sample tries
+/// again, so that this thread waits for nobody.
+void Run::RestartLearning(double next_t_s) {
+  const std::unique_lock lock(control_mutex_, std::try_to_lock);
+  if (!lock) return;
+  learn_again_ = false;
+  core::DiagnosisOptions& options = request_.diagnosis;
+  const double length_s = options.healthy_to_s - options.healthy_from_s;
+  options.healthy_from_s = next_t_s;
+  options.healthy_to_s = next_t_s + length_s;
+  options.calibration.reset();
+  learnt_again_ = true;
+  waiting_.Restart(options.healthy_to_s);
+  pipeline_.LearnAgain(next_t_s);
+  learning_ = pipeline_.learning();
+  detected_at_s_.reset();
+  isolated_.reset();
+  const std::int64_t now = last_frame_ ? last_frame_->sample.index + 1 : 0;
+  AddEvent(MakeLearningEvent(now, options.healthy_to_s, state_.period_s));
+}
+
 /// Called with control_mutex_ held. Refuses at once what the rig would refuse later.
 core::Result<Accepted> Run::Hold(const hardware::RigCommand& change) {
   const double until_s = request_.diagnosis.healthy_to_s;

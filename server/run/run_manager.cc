@@ -215,6 +215,12 @@ core::Result<Accepted> RunManager::Command(std::string_view id,
   return run->Command(epoch, command);
 }
 
+core::Result<Accepted> RunManager::LearnAgain(std::string_view id) {
+  const std::shared_ptr<Run> run = impl_->Find(id);
+  if (run == nullptr || run->ended()) return refusal::RunEnded();
+  return run->LearnAgain();
+}
+
 std::optional<RunSnapshot> RunManager::Find(std::string_view id) const {
   const std::shared_ptr<Run> run = impl_->Find(id);
   if (run == nullptr) return std::nullopt;

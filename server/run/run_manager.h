@@ -150,6 +150,10 @@ class RunManager {
                                  hardware::Epoch epoch,
                                  const hardware::RigCommand& command);
 
+  /// The run learns its healthy rig again from now on; the answer contains the end of the stretch.
+  /// kNotFound; kConflict when it cannot, with the reason.
+  core::Result<Accepted> LearnAgain(std::string_view id);
+
   /// A running run, or one that ended a moment ago. Older runs are in the RecordingStore.
   std::optional<RunSnapshot> Find(std::string_view id) const;
   std::vector<RunSnapshot> Running() const;

@@ -100,6 +100,13 @@ RecordedEvent MakeLinkEvent(std::string_view kind,
   return Recorded(kind, index, object);
 }
 
+RecordedEvent MakeLearningEvent(std::int64_t index, double until_s, double period_s) {
+  constexpr std::string_view kKind = "learning";
+  json::object object = EventObject(kKind, index, period_s);
+  object["value"] = until_s;
+  return Recorded(kKind, index, object);
+}
+
 RecordedEvent MakeRestEvent(std::int64_t index, std::int64_t samples, double period_s) {
   constexpr std::string_view kKind = "rest_fetched";
   json::object object = EventObject(kKind, index, period_s);

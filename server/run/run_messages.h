@@ -30,6 +30,8 @@ RecordedEvent MakeDiagnosisEvent(std::string_view kind,
                                  double period_s,
                                  const core::Candidate* candidate,
                                  std::string_view text);
+/// "learning": the healthy rig is learnt anew, until the run time `until_s`, which is its value.
+RecordedEvent MakeLearningEvent(std::int64_t index, double until_s, double period_s);
 /// An event of a change that waits, or waited, for the end of the calibration.
 RecordedEvent MakeChangeEvent(const ChangeNote& note, std::int64_t index, double period_s);
 /// "rig_silent", or "rig_heard" with the length of the silence as its value.

@@ -42,6 +42,12 @@ void WaitingChanges::Refuse(const Change& change, std::string reason) {
   notes_.push_back({"refused", change.first, change.second, std::move(reason)});
 }
 
+void WaitingChanges::Restart(double until_s) {
+  const std::lock_guard lock(mutex_);
+  until_s_ = until_s;
+  open_ = false;
+}
+
 void WaitingChanges::End() {
   const std::lock_guard lock(mutex_);
   values_.clear();

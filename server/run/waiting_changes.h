@@ -49,6 +49,9 @@ class WaitingChanges {
   std::optional<Change> Next();
   /// The rig refused a change that Next returned.
   void Refuse(const Change& change, std::string reason);
+  /// Another stretch has begun, which ends at `until_s`: changes wait again, also those that still
+  /// did.
+  void Restart(double until_s);
   /// The run ends: waiting changes are dropped.
   void End();
 
@@ -58,8 +61,8 @@ class WaitingChanges {
   std::vector<ChangeNote> TakeNotes();
 
  private:
-  const std::optional<double> until_s_;
   mutable std::mutex mutex_;
+  std::optional<double> until_s_;
   bool open_;
   Values values_;
   std::vector<ChangeNote> notes_;

@@ -26,7 +26,7 @@ constexpr std::array<std::string_view, 5> kStateNames = {
     "running", "finished", "stopped", "failed", "interrupted"};
 constexpr const char* kColumns =
     "id, name, owner, rig, source, server_id, epoch, bench, period_s, plan_json, options_json, "
-    "state, created_ms, ended_ms, samples, diagnosis_json, verdict, kept_run ";
+    "state, created_ms, ended_ms, samples, diagnosis_json, verdict, kept_run, note ";
 
 Error NotFound() {
   return {ErrorCode::kNotFound, "no such thing, or not yours to see", ""};
@@ -61,6 +61,7 @@ struct Row {
     statement.exchange(into(record.diagnosis_json));
     statement.exchange(into(record.verdict));
     statement.exchange(into(record.kept_run));
+    statement.exchange(into(record.note));
   }
 
   RunRecord ToRecord() const {
@@ -124,6 +125,16 @@ void CheckOrder(std::int64_t first_index, std::span<const core::Sample> samples)
   for (std::size_t i = 1; i < samples.size(); ++i) {
     LAB_CHECK(samples[i].index > samples[i - 1].index, samples[i].index);
   }
+}
+
+/// For LIKE .. ESCAPE '!': what contains `text`, whatever the case of its ASCII letters.
+std::string ContainsPattern(const std::string& text) {
+  std::string out = "%";
+  for (const char c : text) {
+    if (c == '%' || c == '_' || c == '!') out.push_back('!');
+    out.push_back(c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c);
+  }
+  return out + "%";
 }
 
 struct Cursor {
@@ -292,6 +303,16 @@ core::Status RecordingStore::EndRest(const std::string& run_id,
   });
 }
 
+core::Status RecordingStore::ReplaceOptions(const std::string& run_id,
+                                            const std::string& options_json) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    if (!LockRun(tx, run_id)) return NotFound();
+    tx.sql() << "UPDATE recording SET options_json = :options WHERE id = :id",
+        use(options_json, "options"), use(run_id, "id");
+    return Done{};
+  });
+}
+
 core::Status RecordingStore::ReplaceDiagnosis(const std::string& run_id,
                                               const std::string& diagnosis_json,
                                               const std::string& verdict) {
@@ -352,6 +373,78 @@ core::Result<std::optional<std::string>> RecordingStore::OldestEndedOf(const std
   });
 }
 
+core::Status RecordingStore::Describe(const std::string& run_id,
+                                      const std::optional<std::string>& name,
+                                      const std::optional<std::string>& note) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    if (!LockRun(tx, run_id)) return NotFound();
+    if (name) {
+      tx.sql() << "UPDATE recording SET name = :name WHERE id = :id", use(*name, "name"),
+          use(run_id, "id");
+    }
+    if (note) {
+      tx.sql() << "UPDATE recording SET note = :note WHERE id = :id", use(*note, "note"),
+          use(run_id, "id");
+    }
+    return Done{};
+  });
+}
+
+core::Status RecordingStore::SetStar(const std::string& run_id,
+                                     const std::string& who,
+                                     bool starred) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    if (!LockRun(tx, run_id)) return NotFound();
+    tx.sql() << "DELETE FROM recording_star WHERE recording_id = :id AND who = :who",
+        use(run_id, "id"), use(who, "who");
+    if (starred) {
+      tx.sql() << "INSERT INTO recording_star (recording_id, who) VALUES (:id, :who)",
+          use(run_id, "id"), use(who, "who");
+    }
+    return Done{};
+  });
+}
+
+core::Result<std::set<std::string>> RecordingStore::StarredOf(
+    const std::string& who, std::span<const std::string> run_ids) {
+  using Ids = std::set<std::string>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Ids> {
+    Ids out;
+    for (const std::string& run_id : run_ids) {
+      long long found = 0;
+      tx.sql() << "SELECT COUNT(*) FROM recording_star WHERE recording_id = :id AND who = :who",
+          into(found), use(run_id, "id"), use(who, "who");
+      if (found > 0) out.insert(run_id);
+    }
+    return out;
+  });
+}
+
+core::Result<std::map<std::string, std::vector<RecordedEvent>>> RecordingStore::ChangesOf(
+    std::span<const std::string> run_ids, int most) {
+  using Changes = std::map<std::string, std::vector<RecordedEvent>>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Changes> {
+    Changes out;
+    for (const std::string& run_id : run_ids) {
+      RecordedEvent event;
+      soci::statement statement =
+          (tx.sql().prepare << "SELECT sample_index, kind, json FROM recording_event "
+                               "WHERE recording_id = :id AND kind = 'relay_confirmed' "
+                               "ORDER BY seq DESC LIMIT :most",
+           into(event.index),
+           into(event.kind),
+           into(event.json),
+           use(run_id, "id"),
+           use(most, "most"));
+      statement.execute(false);
+      std::vector<RecordedEvent>& of = out[run_id];
+      while (statement.fetch()) of.push_back(event);
+      std::reverse(of.begin(), of.end());
+    }
+    return out;
+  });
+}
+
 core::Result<RunRecord> RecordingStore::Get(const std::string& run_id) {
   return database_.Read([&](Transaction& tx) -> core::Result<RunRecord> {
     Row row;
@@ -406,6 +499,24 @@ core::Result<RunPage> RecordingStore::List(const std::string& cursor,
           " AND EXISTS (SELECT 1 FROM enrolment e WHERE e.course_id = :course AND e.teaches = 0 "
           "AND owner = 'user:' || e.account_id AND created_ms >= e.since_ms)";
       statement.exchange(use(*filter.course, "course"));
+    }
+    const std::string pattern = filter.text ? ContainsPattern(*filter.text) : std::string();
+    if (filter.text) {
+      query += " AND LOWER(name || ' ' || note || ' ' || id) LIKE :pattern ESCAPE '!'";
+      statement.exchange(use(pattern, "pattern"));
+    }
+    if (filter.rig) {
+      query += " AND rig = :rig";
+      statement.exchange(use(*filter.rig, "rig"));
+    }
+    if (filter.verdict) {
+      query += " AND verdict = :verdict";
+      statement.exchange(use(*filter.verdict, "verdict"));
+    }
+    if (filter.starred_by) {
+      query +=
+          " AND EXISTS (SELECT 1 FROM recording_star s WHERE s.recording_id = id AND s.who = :who)";
+      statement.exchange(use(*filter.starred_by, "who"));
     }
     if (after) {
       query += " AND (created_ms < :before OR (created_ms = :same AND id < :id))";

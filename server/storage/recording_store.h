@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -45,6 +47,7 @@ struct RunRecord {
   /// hardware::Rig::kept_run, by which the rig may still have what is missing here; empty: it has
   /// nothing, or nobody asks any more.
   std::string kept_run;
+  std::string note;  ///< free text of its owner
 
   /// Its server died, and its rest has not been read from the rig yet: see
   /// RecordingStore::AppendRest.
@@ -62,6 +65,10 @@ struct RunFilter {
   std::optional<std::string> owner;      ///< only recordings of this owner
   std::optional<std::string> source;     ///< "run" or "upload"
   std::optional<std::int64_t> course{};  ///< only recordings of students of this course
+  std::optional<std::string> text{};     ///< only those whose name, note or id contains this
+  std::optional<std::string> rig{};
+  std::optional<std::string> verdict{};     ///< Name(VerdictKind)
+  std::optional<std::string> starred_by{};  ///< only those with a star of this Principal::owner_key
 };
 
 struct RunPage {
@@ -98,6 +105,8 @@ class RecordingStore {
                       WallTime ended_at,
                       const std::string& diagnosis_json,
                       const std::string& verdict);
+  /// The options of a diagnosis that has begun anew within the run.
+  core::Status ReplaceOptions(const std::string& run_id, const std::string& options_json);
   /// Stores a newer diagnosis for an ended run.
   core::Status ReplaceDiagnosis(const std::string& run_id,
                                 const std::string& diagnosis_json,
@@ -126,6 +135,19 @@ class RecordingStore {
   core::Result<std::int64_t> SamplesOf(const std::string& owner);
   /// The oldest ended recording of an owner.
   core::Result<std::optional<std::string>> OldestEndedOf(const std::string& owner);
+
+  /// What is absent stays as it is.
+  core::Status Describe(const std::string& run_id,
+                        const std::optional<std::string>& name,
+                        const std::optional<std::string>& note);
+  /// A star is a person's own, on whatever recording.
+  core::Status SetStar(const std::string& run_id, const std::string& who, bool starred);
+  /// Those of `run_ids` with a star of this person.
+  core::Result<std::set<std::string>> StarredOf(const std::string& who,
+                                                std::span<const std::string> run_ids);
+  /// The newest changes that the rig has confirmed, in order, at most `most` of each run.
+  core::Result<std::map<std::string, std::vector<RecordedEvent>>> ChangesOf(
+      std::span<const std::string> run_ids, int most);
 
   core::Result<RunRecord> Get(const std::string& run_id);
   /// A page by the cursor of the previous page; "" is the first page. 1 <= limit <= 500. A cursor

@@ -336,6 +336,19 @@ Migration RunsKeptByTheRig() {
           .postgres_statements = {}};
 }
 
+/// Stars are of the person by whose key recordings are owned, "user:7".
+Migration NotesAndStars() {
+  return {.version = 19,
+          .description = "notes and stars of recordings",
+          .statements = {"ALTER TABLE recording ADD COLUMN note TEXT NOT NULL DEFAULT ''",
+                         "CREATE TABLE recording_star ("
+                         "recording_id TEXT NOT NULL REFERENCES recording (id) ON DELETE CASCADE, "
+                         "who TEXT NOT NULL, PRIMARY KEY (recording_id, who))",
+                         "CREATE INDEX recording_star_by_person ON recording_star (who)"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -356,7 +369,8 @@ const std::vector<Migration>& AllMigrations() {
                                               AccountsOfClassLists(),
                                               BenchDescriptions(),
                                               RecordingPictures(),
-                                              RunsKeptByTheRig()};
+                                              RunsKeptByTheRig(),
+                                              NotesAndStars()};
   return kAll;
 }
 

@@ -5,8 +5,9 @@ import { after, before, describe } from "node:test";
 import { launchBrowser, openPage, SUITE_MS, startServer, story, waitForReview } from "./support.js";
 
 /** Starts a run without a planned fault and waits for its sliders; returns the run's id. */
-async function startHealthyRun(page, seconds) {
+async function startHealthyRun(page, seconds, anew = true) {
   await page.getByLabel("Duration, s").fill(String(seconds));
+  await page.getByLabel("learn the healthy rig anew").setChecked(anew);
   await page.locator("#set-R1").focus();
   await page.keyboard.press("1");
   await page.getByRole("button", { name: "Run this experiment" }).click();
@@ -78,6 +79,51 @@ describe("while the healthy rig is learnt", { timeout: SUITE_MS }, () => {
     assert.ok(kinds.includes("change_dropped"), kinds.join());
     assert.ok(!kinds.includes("fault_commanded"), kinds.join());
     await close();
+  });
+
+  story("the next run of the hour starts at once, and says what it starts with", async () => {
+    const { page, close } = await openPage(browser, server.url);
+    const id = await startHealthyRun(page, 4, false);
+    await page
+      .locator(".verdict", { hasText: /Watched with what was learnt of this rig on/ })
+      .waitFor();
+    assert.match(await page.locator(".verdict .heading").innerText(), /No fault/);
+    await waitForReview(page);
+    const run = await (await page.request.get(`${server.url}/api/v1/runs/${id}`)).json();
+    assert.ok(run.plan.calibration.run.startsWith("run-"));
+    await close();
+  });
+
+  story("a spoilt beginning is said, and the rig is learnt again within the run", async () => {
+    const spoilt = {
+      bench: "paper",
+      duration_s: 40,
+      faults: [
+        { component: "R1", value: 100, at_s: 1 },
+        { component: "R1", value: 1, at_s: 5.5 },
+      ],
+    };
+    const quick = await startServer({ speed: 2 });
+    const { page, close } = await openPage(browser, quick.url);
+    const answer = await page.request.post(`${quick.url}/api/v1/runs`, { data: spoilt });
+    const { id } = await answer.json();
+    await page.goto(`${quick.url}/lab/${id}`);
+    await page.locator(".verdict progress").waitFor();
+    assert.match(await page.locator(".verdict").innerText(), /\d\.\d s of 4\.5 s learnt/);
+    const again = page.getByRole("button", { name: "Learn the healthy rig again" });
+    await page.locator(".verdict .primary", { hasText: "Learn the healthy rig again" }).waitFor();
+    await page.locator(".slider.nominal #set-R1:not([disabled])").waitFor();
+    await again.click();
+    await page.locator(".verdict progress").waitFor();
+    await page.locator(".verdict.nominal").waitFor();
+    await page.locator("#set-R1").focus();
+    await page.keyboard.press("4");
+    await page.locator(".verdict .heading", { hasText: "Fault: R1 ↑" }).waitFor();
+    const kinds = (await eventsOf(page, quick.url, id)).map((event) => event.kind);
+    assert.ok(kinds.indexOf("not_learnt") < kinds.indexOf("learning"), kinds.join());
+    assert.ok(kinds.indexOf("learning") < kinds.indexOf("learnt"), kinds.join());
+    await close();
+    await quick.stop();
   });
 
   story("a plan with a fault in these seconds is warned of", async () => {

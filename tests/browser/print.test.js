@@ -112,14 +112,15 @@ describe("print", { timeout: SUITE_MS }, () => {
       story(`from ${name}, ${deviceScaleFactor} pixels to the point`, async () => {
         const { page, close } = await openRun({ viewport, deviceScaleFactor });
         const charts = await printWhole(page);
-        assert.equal(charts.length, 8, "seven charts and the overview");
+        assert.equal(charts.length, 9, "seven charts, the lens and the overview");
         for (const { canvas, pixels, coloured } of charts) {
           assert.ok(Math.abs(canvas.right - canvas.left - pixels) <= 1, "drawn for the paper");
           assert.ok(coloured > 0.002, `the traces are drawn: ${coloured}`);
         }
-        assert.equal(await page.locator(".plot canvas").first().isVisible(), true);
+        await page.locator(".plot canvas:visible").first().waitFor();
         await page.waitForFunction(() => {
-          const host = document.querySelector(".chart .plot");
+          const hosts = [...document.querySelectorAll(".chart .plot")];
+          const host = hosts.find((each) => each.checkVisibility());
           return host.querySelector("canvas").clientWidth === host.clientWidth;
         });
         await close();
@@ -169,7 +170,7 @@ describe("print", { timeout: SUITE_MS }, () => {
     await waitForReview(page);
     await page.locator(".plot canvas").nth(6).waitFor({ state: "attached" });
     await page.evaluate(measureOnPaper);
-    assert.equal((await printWhole(page)).length, 8);
+    assert.equal((await printWhole(page)).length, 9);
     await close();
   });
 });

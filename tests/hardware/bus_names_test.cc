@@ -26,11 +26,12 @@ TEST(UnkeyedNames, AreBoundedAndTheLongestUnheardLeavesFirst) {
   names.Hear("true-1", RigRefusal::kNoKey, seconds(4));
   const auto list = names.List(seconds(4));
   EXPECT_EQ(list.size(), UnkeyedNames::kNamesMax);
-  EXPECT_EQ(
-      std::count_if(list.begin(),
-                    list.end(),
-                    [](const auto& each) { return each.name == "true-1" && each.why == RigRefusal::kNoKey; }),
-      1)
+  EXPECT_EQ(std::count_if(list.begin(),
+                          list.end(),
+                          [](const auto& each) {
+                            return each.name == "true-1" && each.why == RigRefusal::kNoKey;
+                          }),
+            1)
       << "no flood shuts a name out";
 }
 

@@ -170,7 +170,8 @@ TEST_F(LcmLog, WithAMessageWhoseLengthsAreBadSaysSoOrSkipsIt) {
       for (const std::size_t at : sample.strings) {
         std::istringstream log(log_of(sample, at, "FAULTLAB.r.SAMPLE"));
         EXPECT_THAT(ReadLcmLog(log, "run.lcm", "", paper::Bench()).error().message,
-                    testing::HasSubstr("is no faultlab_msgs.sample_t"));
+                    testing::HasSubstr("1 message of channel FAULTLAB.r.SAMPLE skipped: could "
+                                       "not be decoded"));
       }
       for (const std::size_t at : event.strings) {
         std::istringstream log(log_of(event, at, "FAULTLAB.r.EVENT"));
@@ -179,6 +180,40 @@ TEST_F(LcmLog, WithAMessageWhoseLengthsAreBadSaysSoOrSkipsIt) {
       }
     }
   }
+}
+
+TEST_F(LcmLog, WithMoreThanTheRunSaysInWordsWhatWasSkipped) {
+  const RunLog run = SomeRun();
+  const auto write = [&](const std::string& name) {
+    LcmRecord record{
+        .rig = "sim-1", .run = name, .samples = run.samples, .events = {}, .lost_samples = 0};
+    EXPECT_TRUE(WriteLcmLog(path_, record, 0).ok());
+    std::ifstream in(path_, std::ios::binary);
+    return std::string((std::istreambuf_iterator<char>(in)), {});
+  };
+  std::string bytes = write("one") + write("other");
+  for (int i = 0; i < 12; ++i) {
+    const std::string channel = "CAMERA." + std::to_string(10 + i);
+    for (int k = 0; k < 3; ++k) {
+      bytes += LogWithLengths(static_cast<std::int32_t>(channel.size()), 4, channel, "pict");
+    }
+  }
+  bytes += LogWithLengths(8, 5, "R.SAMPLE", "five5");
+  bytes += LogWithLengths(7, 5, "R.EVENT", "five5");
+  std::istringstream log(bytes);
+  const auto record = ReadLcmLog(log, "run.lcm", "", paper::Bench());
+  ASSERT_TRUE(record.ok());
+  ExpectSame(record.value().samples, run.samples);
+  const std::vector<std::string> said = record.value().skipped.Sentences();
+  ASSERT_EQ(said.size(), 14u);
+  EXPECT_EQ(said[0],
+            "3 messages of channel CAMERA.10 skipped: neither samples nor events of a run");
+  EXPECT_EQ(said[10], "6 messages of 2 more channels skipped: neither samples nor events of a run");
+  EXPECT_EQ(said[11], "1 message of channel R.EVENT skipped: could not be decoded");
+  EXPECT_EQ(said[12], "1 message of channel R.SAMPLE skipped: could not be decoded");
+  EXPECT_EQ(said[13], std::to_string(run.samples.size()) + " messages of other runs skipped");
+  std::istringstream whole(write("one"));
+  EXPECT_TRUE(ReadLcmLog(whole, "run.lcm", "", paper::Bench()).value().skipped.Sentences().empty());
 }
 
 TEST_F(LcmLog, ThatIsCutInsideAnEventGivesWhatIsWhole) {

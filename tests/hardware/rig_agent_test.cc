@@ -190,7 +190,7 @@ TEST_F(RigAgentAlone, GivesItsEpochAgainToTheLabThatHadItAndToNoOther) {
   EXPECT_TRUE(Refused(core::ErrorCode::kStale, "seen epoch 41 of lab/a")) << reply_.message;
   EXPECT_TRUE(Lease(41, "lab/b").ok) << "a lab makes each epoch once";
   (void)Lease(41, "lab/a");
-  EXPECT_TRUE(Refused(core::ErrorCode::kBusy, "held by lab/b")) << reply_.message;
+  EXPECT_TRUE(Refused(core::ErrorCode::kUnavailable, "still waits for lab/b")) << reply_.message;
 }
 
 TEST_F(RigAgentAlone, AHigherEpochOfItsLabTakesTheRigAtOnceAndEndsTheOlderRun) {

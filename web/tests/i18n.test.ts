@@ -1,4 +1,5 @@
 import { describe, expect, it } from "vitest";
+import stretchChecks from "../../core/calibration/stretch_checks.cc?raw";
 import contract from "../../server/api/openapi.json";
 import authReadme from "../../server/auth/README.md?raw";
 import runReadme from "../../server/run/README.md?raw";
@@ -9,7 +10,7 @@ import { enMore } from "../src/i18n/en_more";
 import { fill, loadCatalogue } from "../src/i18n/i18n.svelte";
 import { refusalsSr } from "../src/i18n/refusals_sr";
 import { srLatn } from "../src/i18n/sr_latn";
-import { refusalWords } from "../src/i18n/words";
+import { detailWords, learningWords, placeWords, refusalWords } from "../src/i18n/words";
 
 const refusalsOfTheServer = [runReadme, authReadme]
   .map(
@@ -86,6 +87,56 @@ describe("refusals", () => {
   });
 });
 
+describe("texts of the server that the page does not show as they are", () => {
+  const server = import.meta.glob("../../server/**/*.cc", {
+    query: "?raw",
+    import: "default",
+    eager: true,
+  }) as Record<string, string>;
+  const sources = Object.values(server).join("\n");
+  const all = (form: RegExp, text = sources) => [
+    ...new Set([...text.matchAll(form)].map((match) => match[1] as string)),
+  ];
+
+  it("every reason of a refusal of runs and of a sent member has a sentence", () => {
+    const files = ["../../server/run/refusals.cc", "../../server/json/json_reader.cc"];
+    const reasons = files.flatMap((file) =>
+      all(/(?<![{"\w])"([a-z]+(?:_[a-z]+)+)"(?:,\s*\{\{|\};)/g, server[file] ?? ""),
+    );
+    expect(reasons.length).toBeGreaterThan(30);
+    expect(reasons.filter((reason) => !refusalsSr[`refused_${reason}`])).toEqual([]);
+  });
+  it("every verb of the audit log is said in the reader's language", () => {
+    const verbs = [
+      ...all(/audit\.Add(?:Bounded)?\(\s*\{?[\w.() ]+,\s*"([a-z_]+)"/g),
+      ...all(/AuditNote\s+\w+\{\s*[\w.() ]+,\s*"([a-z_]+)"/g),
+      ...all(/note\("([a-z_]+)"\)/g),
+      ...all(/'system', '([a-z_]+)'/g),
+    ];
+    expect(verbs.length).toBeGreaterThan(20);
+    expect(verbs.filter((verb) => !keys.some((key) => key === `audit_${verb}`))).toEqual([]);
+  });
+  it("every check of the healthy beginning has a sentence", () => {
+    const checks = all(/Judge\(\s*checks,\s*"([a-z]+)"/g, stretchChecks);
+    expect(checks.length).toBeGreaterThan(6);
+    expect(checks.filter((check) => !keys.some((key) => key === `check_${check}`))).toEqual([]);
+    const unknown = "not calibrated, check 'other' failed: 1 V";
+    expect(learningWords(unknown)).toBe(unknown);
+  });
+  it("the detail of a line of the log is told member by member", () => {
+    expect(detailWords('{"disabled":true,"new_name":"Vera"}')).toBe(
+      "disabled: true, new name: Vera",
+    );
+    expect(detailWords("from 10.0.0.1")).toBe("from 10.0.0.1");
+    expect(detailWords("{broken")).toBe("{broken");
+  });
+  it("a refused fault is named by its place, not by a pointer", () => {
+    expect(placeWords("/faults/1/at_s")).toBe("Fault 2: ");
+    expect(placeWords("/rig")).toBe("");
+    expect(placeWords(undefined)).toBe("");
+  });
+});
+
 describe("words of the contract", () => {
   const { schemas } = contract.components;
   it.each([
@@ -118,6 +169,7 @@ describe("keys", () => {
       .join("\n");
     const groups = [...text.matchAll(/\bword\("(\w+)"/g)].map((match) => `${match[1]}_`);
     groups.push("news_"); // by topic of a lab event
+    groups.push("audit_", "check_"); // by verb of the audit log, by check of the calibration
     groups.push("failed_oidc_"); // by the word of a refused sign-in
     const topics = [...text.matchAll(/"(\w+)"/g)].map((match) => match[1]);
     const used = (key: string) =>

@@ -18,7 +18,15 @@ describe("a new plan", () => {
       duration_s: 28,
       faults: [{ component: "R1", value: 220, at_s: 14 }],
       seed: 1,
+      learn: "if_needed",
     });
+  });
+
+  it("learns the rig anew only when it is told to", () => {
+    both();
+    const plan = new PlanModel();
+    plan.learnAnew = true;
+    expect(plan.request().learn).toBeUndefined();
   });
 
   it("asks for nothing before the bench is known, and then keeps what is chosen", () => {
@@ -53,6 +61,7 @@ describe("a new plan", () => {
       duration_s: 12,
       faults: [{ component: "Disc", value: 2.2e-5, at_s: 6 }],
       seed: 1,
+      learn: "if_needed",
     });
     expect([plan.fromHz.value, plan.toHz.value]).toEqual([5, 200]);
     plan.excitation.value = "prbs"; // the clock of another kind says nothing

@@ -100,7 +100,13 @@ describe("before and after", () => {
     if (!estimator) throw new Error("no estimator");
     // 1 before the fault at 10 s, 2 after it; another value while the window contains both
     slide.append(block(0, 2000, (_, index) => (index < 1000 ? 1 : index < 1000 + 99 ? 1e6 : 2)));
-    const rows = beforeAfter(slide, estimator, 10, 20, [3, 4, 5], undefined);
+    const rows = beforeAfter(
+      slide,
+      estimator,
+      { fromS: 0, atS: 10, toS: 20 },
+      [3, 4, 5],
+      undefined,
+    );
     expect(rows.map((row) => row.before)).toEqual([1, 1, 1]);
     expect(rows.map((row) => row.after)).toEqual([2, 2, 2]);
     expect(rows.map((row) => row.predicted)).toEqual([3, 4, 5]);

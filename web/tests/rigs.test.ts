@@ -1,4 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { rigTrouble } from "../src/i18n/words";
 import { Benches } from "../src/shell/benches.svelte";
 import { rigs } from "../src/shell/rigs.svelte";
 import { ABOUT, DRIVER, know, rigOf } from "./support/bench";
@@ -116,5 +117,27 @@ describe("rigs", () => {
     rigs.list = [busy];
     expect(rigs.simulated(second?.bench)?.id).toBe("b-1");
     expect(rigs.simulated(first?.bench)).toBeUndefined();
+  });
+
+  it("that are refused say the code's sentence, in English the server's with what to do", () => {
+    const link = {
+      state: "lost",
+      silent_s: 3,
+      behind: "bench",
+      key_known: false,
+      holder: "",
+      held_by_us: false,
+      round_trip_s: 0,
+      clock_offset_s: null,
+      refilled: 0,
+      seen_epoch: null,
+      refusal: "no_key",
+    } as const;
+    const health = "its key is not here: copy its .key file";
+    const rig = { ...rigOf("far-1", false), health, link, reason: "the rig does not answer" };
+    expect(rigTrouble(rig)).toBe(health);
+    expect(rigTrouble({ ...rig, link: { ...link, refusal: null } })).toBe(rig.reason);
+    expect(rigTrouble({ ...rig, reason: "", link: { ...link, refusal: null } })).toBe(health);
+    expect(rigTrouble(rigOf("a", true))).toBe("");
   });
 });

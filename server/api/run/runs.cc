@@ -1,5 +1,6 @@
 #include <boost/json.hpp>
 
+#include "server/api/run/found_json.h"
 #include "server/api/run/handlers.h"
 #include "server/experiment/plan_json.h"
 #include "server/json/json_reader.h"
@@ -10,6 +11,9 @@ namespace {
 
 namespace json = boost::json;
 
+constexpr std::size_t kNoteBytesMax = 2000;
+constexpr int kChangesShown = 8;  ///< of each run in a list
+
 json::value ParsedOr(std::string_view text, json::value fallback) {
   boost::system::error_code ec;
   json::value value = json::parse(text, ec);
@@ -19,6 +23,7 @@ json::value ParsedOr(std::string_view text, json::value fallback) {
 json::object RecordToJson(const RunRecord& record) {
   json::object out{{"id", record.id},
                    {"name", record.name},
+                   {"note", record.note},
                    {"rig", record.rig},
                    {"bench", record.bench},
                    {"source", record.source},
@@ -78,6 +83,15 @@ HttpResponse Created(RunApi& api, const RunSnapshot& started) {
 core::Result<RunFilter> FilterOf(RunApi& api, const ApiRequest& request) {
   RunFilter filter;
   filter.source = "run";
+  filter.text = request.http.Query("q");
+  filter.rig = request.http.Query("rig");
+  filter.verdict = request.http.Query("verdict");
+  if (const auto starred = request.http.Query("starred")) {
+    if (*starred != "true") {
+      return core::Error{core::ErrorCode::kInvalid, "starred is true, or absent.", "starred"};
+    }
+    filter.starred_by = request.who.owner_key();
+  }
   const bool all = Authorize(request.who, Operation::kReadRun, Ownership::kForeign).ok();
   if (!request.http.Query("course")) {
     if (!all) filter.owner = request.who.owner_key();
@@ -106,7 +120,8 @@ core::Result<HttpResponse> CreateRun(RunApi& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"cursor", "limit", "course"});
+  const core::Status query =
+      OnlyQuery(request.http, {"cursor", "limit", "course", "q", "rig", "verdict", "starred"});
   if (!query.ok()) return query.error();
   auto limit = PageLimit(request.http);
   if (!limit) return limit.error();
@@ -115,11 +130,23 @@ core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
   auto page =
       api.store.List(request.http.Query("cursor").value_or(""), limit.value(), filter.value());
   if (!page) return page.error();
+  std::vector<std::string> ids;
+  for (const RunRecord& record : page.value().items) ids.push_back(record.id);
+  const auto changes = api.store.ChangesOf(ids, kChangesShown);
+  if (!changes) return changes.error();
+  const auto starred = api.store.StarredOf(request.who.owner_key(), ids);
+  if (!starred) return starred.error();
   json::array items;
   for (const RunRecord& record : page.value().items) {
     json::object item = RecordToJson(record);
+    item["changes"] = ChangesToJson(changes.value().at(record.id));
+    item["findings"] = FindingsToJson(record.diagnosis_json);
+    item["starred"] = starred.value().contains(record.id);
     if (record.state == RunState::kRunning) {
-      if (const auto live = api.runs.Find(record.id)) AddLive(item, *live);
+      if (const auto live = api.runs.Find(record.id)) {
+        AddLive(item, *live);
+        item["findings"] = FindingsToJson(live->diagnosis_json);
+      }
     }
     items.push_back(std::move(item));
   }
@@ -135,6 +162,9 @@ core::Result<HttpResponse> GetRun(RunApi& api, const ApiRequest& request) {
   }
   const auto events = api.recordings.Events(request.run);
   if (!events) return events.error();
+  const auto starred = api.store.StarredOf(request.who.owner_key(), std::span(&request.run.id, 1));
+  if (!starred) return starred.error();
+  out["starred"] = starred.value().contains(request.run.id);
   out["loop"] = ParsedOr(LoopText(events.value()), nullptr);
   out["events"] = EventsOf(events.value());
   out["camera"] = HasCamera(api, request.run);
@@ -147,6 +177,39 @@ core::Result<HttpResponse> ListEvents(RunApi& api, const ApiRequest& request) {
   return JsonResponse(json::object{{"items", EventsOf(events.value())}});
 }
 
+/// Name and note are its owner's, a star is anybody's own.
+core::Result<HttpResponse> DescribeRun(RunApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  std::optional<std::string> name, note;
+  if (in.Has("name")) name = in.Text("name", kNameBytesMax);
+  if (in.Has("note")) note = in.Text("note", kNoteBytesMax);
+  const bool has_star = in.Has("starred");
+  const bool star = in.BooleanOr("starred", false);
+  if (auto error = in.Finish()) return *error;
+  if (name || note) {
+    const auto whose =
+        api.accounts.RelationTo(request.who, request.run.owner, request.run.created_at);
+    if (!whose) return whose.error();
+    const core::Status allowed = Authorize(request.who, Operation::kDeleteRun, whose.value());
+    if (!allowed.ok()) return allowed.error();
+    const core::Status described = api.store.Describe(request.run.id, name, note);
+    if (!described.ok()) return described.error();
+  }
+  const std::string who = request.who.owner_key();
+  if (has_star) {
+    const core::Status set = api.store.SetStar(request.run.id, who, star);
+    if (!set.ok()) return set.error();
+  }
+  const auto record = api.store.Get(request.run.id);
+  if (!record) return record.error();
+  const auto starred = api.store.StarredOf(who, std::span(&request.run.id, 1));
+  if (!starred) return starred.error();
+  return JsonResponse(json::object{{"id", record.value().id},
+                                   {"name", record.value().name},
+                                   {"note", record.value().note},
+                                   {"starred", starred.value().contains(record.value().id)}});
+}
+
 core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
   if (request.run.state != RunState::kRunning) {
     return refusal::RunEnded();
@@ -157,6 +220,14 @@ core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
   }
   if (!stopped.ok()) return stopped.error();
   return JsonResponse(json::object{{"id", request.run.id}, {"state", "stopping"}}, 202);
+}
+
+core::Result<HttpResponse> LearnAgain(RunApi& api, const ApiRequest& request) {
+  if (request.run.state != RunState::kRunning) return refusal::RunEnded();
+  const auto begun = api.runs.LearnAgain(request.run.id);
+  if (!begun) return begun.error();
+  const double until_s = begun.value().waits_until_s.value_or(0.0);
+  return JsonResponse(json::object{{"id", request.run.id}, {"learning_until_s", until_s}}, 202);
 }
 
 core::Result<HttpResponse> DeleteRun(RunApi& api, const ApiRequest& request) {

@@ -1,41 +1,56 @@
 // SPDX-License-Identifier: GPL-2.0
+/* clang-format off: columns below */
 /*
  * A Comedi board with the paper's motor behind it, for tests: analog in (um, ua, ia), analog out
  * (uc), relay lines, a counter with direction. Time passes in the motor as it does outside.
  *
- * digital = 0: one port of 32 lines, direction for each line (as on NI boards)
- *           1: an 8255 of 24 lines by the kernel's own comedi_8255; its chip clears its latches
- * when directions change 2: three ports of 8 lines /proc/motor_bench tells what the terminals saw;
- * written to, it takes mark    the times begin anew fail    every instruction fails with EIO
- * (works: no longer) unplug  the device goes while it is open, as one on USB (plug: it is back)
+ * digital  = 0  one port of 32 lines, direction for each line (as on NI boards)
+ *            1  an 8255 of 24 lines by the kernel's own comedi_8255; its chip clears its latches
+ *               when directions change
+ *            2  three ports of 8 lines
+ * commands = 0  the analog inputs have single reads only
+ *            1  they take commands, whose first scan begins at once
+ *            2  whose first scan begins a period later
+ *
+ * /proc/motor_bench tells what the terminals saw; written to, it takes
+ *   mark    the times begin anew
+ *   fail    every instruction and command fails with EIO (works: no longer)
+ *   unplug  the device goes while it is open, as one on USB (plug: it is back)
  */
+/* clang-format on */
 #include <linux/comedi/comedi_8255.h>
 #include <linux/comedi/comedidev.h>
 #include <linux/device.h>
+#include <linux/hrtimer.h>
 #include <linux/ktime.h>
 #include <linux/module.h>
-#include <linux/mutex.h>
 #include <linux/proc_fs.h>
 #include <linux/random.h>
 #include <linux/seq_file.h>
+#include <linux/spinlock.h>
 
 #include "motor.h"
 
 static int digital;
 module_param(digital, int, 0444);
+static int commands;
+module_param(commands, int, 0444);
 static int reverses; /* the amplifier's supply has both signs */
 module_param(reverses, int, 0444);
 
 enum { AI, AO, COUNTER, DIGITAL }; /* subdevices; the ports come last */
 enum { BOARD_R12 = 2, BOARDS = 4 };
 
+#define AI_CHANNELS 8
+#define MIDDLE_CHANNEL 1 /* of um, ua, ia */
+#define CONVERT_MIN_NS 5000
 #define COUNTER_MAX 0xffffff
 #define COUNTER_START 0xfffff0 /* wraps soon */
 #define CODE_ZERO 32768
 #define UV_PER_CODE(code) (((s64)(code)-CODE_ZERO) * 20000000 / 65535)
 
 static struct {
-  struct mutex lock;
+  spinlock_t lock; /* also taken by the scans' timer, in a softirq */
   struct motor motor;
   u64 at_ns; /* of the motor */
   u32 latch, outputs;
@@ -45,9 +60,23 @@ static struct {
   const char* first; /* instruction after the device was opened */
   u32 born_low;      /* lines whose latch was 0 when they became outputs */
   u64 mark_ns, zero_ns, drive_writes;
+  u64 edge_ns; /* of the newest write of the drive */
+  /* from there to the conversions of MIDDLE_CHANNEL, since the mark */
+  u64 deltas, delta_sum_ns, delta_min_ns, delta_max_ns;
   u64 crowded_since, crowded_ns; /* longest time that R1, R9 or C8 had two contacts */
   u64 open_since, open_ns;       /* longest time that R12 had none */
-} bench = {.lock = __MUTEX_INITIALIZER(bench.lock), .first = ""};
+} bench = {.lock = __SPIN_LOCK_UNLOCKED(bench.lock), .first = ""};
+
+/* The command of the analog inputs. */
+static struct {
+  struct hrtimer timer;
+  struct comedi_device* dev;
+  struct comedi_subdevice* s;
+  u64 at_ns;            /* of the next conversion */
+  unsigned int channel; /* of the channel list */
+  u64 begin_ns;         /* of the scan */
+  u64 taken;            /* commands since the module was loaded */
+} scan;
 
 static struct class* bench_class;
 static struct device* bench_device;
@@ -57,7 +86,7 @@ static int plugged;
 static void follow_lines(u64 now) {
   int i, crowded = 0;
 
-  bench.motor.levels = bench.latch | ~bench.outputs;
+  motor_switch(&bench.motor, bench.latch | ~bench.outputs);
   for (i = 0; i < BOARDS; ++i)
     if (i != BOARD_R12 && motor_contacts(bench.motor.levels, i) > 1) crowded = 1;
   if (crowded && !bench.crowded_since) bench.crowded_since = now;
@@ -73,32 +102,61 @@ static void follow_lines(u64 now) {
   }
 }
 
-static u64 advance(void) {
-  const u64 now = ktime_get_ns();
-
+static u64 advance_to(u64 now) {
+  if (now <= bench.at_ns) return bench.at_ns;
   motor_advance(&bench.motor, min_t(u64, now - bench.at_ns, 2 * NSEC_PER_SEC));
   bench.at_ns = now;
   return now;
 }
 
+static u64 advance(void) {
+  return advance_to(ktime_get_ns());
+}
+
 /* Every instruction begins here: with the lock, the motor at the present time. */
 static int begin(const char* what) {
-  mutex_lock(&bench.lock);
+  spin_lock_bh(&bench.lock);
   advance();
   if (!*bench.first) bench.first = what;
   if (!bench.failing) return 0;
-  mutex_unlock(&bench.lock);
+  spin_unlock_bh(&bench.lock);
   return -EIO;
 }
 
 static void end(void) {
-  mutex_unlock(&bench.lock);
+  spin_unlock_bh(&bench.lock);
 }
 
 static s64 noise_uv(s64 rms_uv) {
   const u32 r = get_random_u32(); /* the sum of four bytes: rms 147.8 */
 
   return ((s64)((r & 255) + (r >> 8 & 255) + (r >> 16 & 255) + (r >> 24)) - 510) * rms_uv / 148;
+}
+
+/* @counts: this conversion is one that the program wants, its time from the drive's edge matters.
+ */
+static u16 convert(unsigned int channel, int counts) {
+  const struct motor* m = &bench.motor;
+  const u64 delta_ns = bench.at_ns - bench.edge_ns;
+  s64 uv = 0;
+
+  switch (channel) {
+    case 0:
+      uv = m->um_uv / 2 + noise_uv(7500);
+      break;
+    case 1:
+      uv = m->ua_uv / 2 + noise_uv(7500);
+      break;
+    case 2:
+      uv = m->ia_ua * 5 + noise_uv(5000);
+      break;
+  }
+  if (channel == MIDDLE_CHANNEL && counts) {
+    if (!bench.deltas++ || delta_ns < bench.delta_min_ns) bench.delta_min_ns = delta_ns;
+    bench.delta_max_ns = max(bench.delta_max_ns, delta_ns);
+    bench.delta_sum_ns += delta_ns;
+  }
+  return clamp_t(s64, div64_s64(uv * 65535, 20000000) + CODE_ZERO, 0, 65535);
 }
 
 static int ai_read(struct comedi_device* dev,
@@ -109,25 +167,82 @@ static int ai_read(struct comedi_device* dev,
   int status = begin("analog in");
 
   if (status) return status;
-  for (i = 0; i < insn->n; ++i) {
-    const struct motor* m = &bench.motor;
-    s64 uv = 0;
-
-    switch (CR_CHAN(insn->chanspec)) {
-      case 0:
-        uv = m->um_uv / 2 + noise_uv(7500);
-        break;
-      case 1:
-        uv = m->ua_uv / 2 + noise_uv(7500);
-        break;
-      case 2:
-        uv = m->ia_ua * 5 + noise_uv(5000);
-        break;
-    }
-    data[i] = clamp_t(s64, div64_s64(uv * 65535, 20000000) + CODE_ZERO, 0, 65535);
-  }
+  for (i = 0; i < insn->n; ++i) data[i] = convert(CR_CHAN(insn->chanspec), 1);
   end();
   return insn->n;
+}
+
+/* One conversion of the command, by the board's timer: its time is the timer's, not that of the
+ * processor which comes later. Of a command only the last scan is wanted. */
+static enum hrtimer_restart convert_next(struct hrtimer* timer) {
+  struct comedi_async* async = scan.s->async;
+  struct comedi_cmd* cmd = &async->cmd;
+  u16 code;
+
+  spin_lock_bh(&bench.lock);
+  advance_to(scan.at_ns);
+  code = convert(CR_CHAN(cmd->chanlist[scan.channel]), async->scans_done + 1 == cmd->stop_arg);
+  spin_unlock_bh(&bench.lock);
+  comedi_buf_write_samples(scan.s, &code, 1);
+  if (++scan.channel < cmd->chanlist_len) {
+    scan.at_ns += cmd->convert_arg;
+  } else {
+    scan.channel = 0;
+    scan.begin_ns += cmd->scan_begin_arg;
+    scan.at_ns = scan.begin_ns;
+    if (async->scans_done >= cmd->stop_arg) async->events |= COMEDI_CB_EOA;
+  }
+  if (async->events & COMEDI_CB_EOA) {
+    comedi_handle_events(scan.dev, scan.s);
+    return HRTIMER_NORESTART;
+  }
+  comedi_handle_events(scan.dev, scan.s);
+  hrtimer_set_expires(timer, ns_to_ktime(scan.at_ns));
+  return HRTIMER_RESTART;
+}
+
+static int ai_command_test(struct comedi_device* dev,
+                           struct comedi_subdevice* s,
+                           struct comedi_cmd* cmd) {
+  int wrong = 0;
+
+  wrong |= comedi_check_trigger_src(&cmd->start_src, TRIG_NOW);
+  wrong |= comedi_check_trigger_src(&cmd->scan_begin_src, TRIG_TIMER);
+  wrong |= comedi_check_trigger_src(&cmd->convert_src, TRIG_TIMER);
+  wrong |= comedi_check_trigger_src(&cmd->scan_end_src, TRIG_COUNT);
+  wrong |= comedi_check_trigger_src(&cmd->stop_src, TRIG_COUNT);
+  if (wrong) return 1;
+  wrong |= comedi_check_trigger_arg_is(&cmd->start_arg, 0);
+  wrong |= comedi_check_trigger_arg_min(&cmd->convert_arg, CONVERT_MIN_NS);
+  wrong |= comedi_check_trigger_arg_is(&cmd->scan_end_arg, cmd->chanlist_len);
+  wrong |= comedi_check_trigger_arg_min(&cmd->scan_begin_arg, cmd->convert_arg * cmd->scan_end_arg);
+  wrong |= comedi_check_trigger_arg_min(&cmd->stop_arg, 1);
+  if (wrong) return 3;
+  /* the timer has steps of a microsecond */
+  wrong |= comedi_check_trigger_arg_is(&cmd->convert_arg, rounddown(cmd->convert_arg, 1000));
+  wrong |= comedi_check_trigger_arg_is(&cmd->scan_begin_arg, rounddown(cmd->scan_begin_arg, 1000));
+  return wrong ? 4 : 0;
+}
+
+static int ai_command(struct comedi_device* dev, struct comedi_subdevice* s) {
+  int status = begin("analog command");
+
+  if (status) return status;
+  scan.dev = dev;
+  scan.s = s;
+  scan.channel = 0;
+  scan.begin_ns = bench.at_ns + (commands == 2 ? s->async->cmd.scan_begin_arg : 0);
+  scan.at_ns = scan.begin_ns;
+  scan.taken++;
+  end();
+  hrtimer_start(&scan.timer, ns_to_ktime(scan.at_ns), HRTIMER_MODE_ABS_SOFT);
+  return 0;
+}
+
+/* The timer itself calls this at the end of its command, and then does not begin again. */
+static int ai_cancel(struct comedi_device* dev, struct comedi_subdevice* s) {
+  if (!in_softirq()) hrtimer_cancel(&scan.timer);
+  return 0;
 }
 
 static int ao_write(struct comedi_device* dev,
@@ -144,6 +259,7 @@ static int ao_write(struct comedi_device* dev,
     s->readback[CR_CHAN(insn->chanspec)] = data[i];
     bench.motor.uc_uv = UV_PER_CODE(data[i]);
     bench.drive_writes++;
+    bench.edge_ns = bench.at_ns;
     if (was_driven && abs(bench.motor.uc_uv) <= 1000) bench.zero_ns = bench.at_ns;
   }
   end();
@@ -202,7 +318,7 @@ static int dio_config(struct comedi_device* dev,
 static int chip_io(struct comedi_device* dev, int write, int port, int data, unsigned long base) {
   int answer = 0;
 
-  mutex_lock(&bench.lock);
+  spin_lock_bh(&bench.lock);
   advance();
   if (!*bench.first) bench.first = "8255";
   if (port == I8255_CTRL_REG && write && (data & I8255_CTRL_CW)) {
@@ -216,7 +332,7 @@ static int chip_io(struct comedi_device* dev, int write, int port, int data, uns
     answer = (bench.latch | ~bench.outputs) >> 8 * port & 0xff;
   }
   follow_lines(bench.at_ns);
-  mutex_unlock(&bench.lock);
+  spin_unlock_bh(&bench.lock);
   return answer;
 }
 
@@ -260,9 +376,9 @@ static int counter_config(struct comedi_device* dev,
 }
 
 static int bench_open(struct comedi_device* dev) {
-  mutex_lock(&bench.lock);
+  spin_lock_bh(&bench.lock);
   bench.first = "";
-  mutex_unlock(&bench.lock);
+  spin_unlock_bh(&bench.lock);
   return 0;
 }
 
@@ -285,8 +401,17 @@ static int bench_attach(struct comedi_device* dev, unsigned long context) {
   status = comedi_alloc_subdevices(dev, DIGITAL + ports);
   if (status) return status;
 
-  analog(&dev->subdevices[AI], COMEDI_SUBD_AI, 8);
-  dev->subdevices[AI].insn_read = ai_read;
+  s = &dev->subdevices[AI];
+  analog(s, COMEDI_SUBD_AI, AI_CHANNELS);
+  s->insn_read = ai_read;
+  if (commands) {
+    dev->read_subdev = s;
+    s->subdev_flags |= SDF_CMD_READ;
+    s->len_chanlist = AI_CHANNELS;
+    s->do_cmdtest = ai_command_test;
+    s->do_cmd = ai_command;
+    s->cancel = ai_cancel;
+  }
 
   s = &dev->subdevices[AO];
   analog(s, COMEDI_SUBD_AO, 2);
@@ -328,7 +453,7 @@ static struct comedi_driver bench_driver = {
 static int show(struct seq_file* out, void* unused) {
   u64 now;
 
-  mutex_lock(&bench.lock);
+  spin_lock_bh(&bench.lock);
   now = advance();
   seq_printf(out, "drive_uv %lld\n", bench.motor.uc_uv);
   seq_printf(out, "since_mark_us %llu\n", div_u64(now - bench.mark_ns, 1000));
@@ -338,6 +463,12 @@ static int show(struct seq_file* out, void* unused) {
       "zero_after_us %lld\n",
       bench.zero_ns > bench.mark_ns ? (s64)div_u64(bench.zero_ns - bench.mark_ns, 1000) : -1);
   seq_printf(out, "drive_writes %llu\n", bench.drive_writes);
+  seq_printf(out, "commands %llu\n", scan.taken);
+  seq_printf(out, "deltas %llu\n", bench.deltas);
+  seq_printf(out, "delta_min_ns %llu\n", bench.delta_min_ns);
+  seq_printf(out, "delta_max_ns %llu\n", bench.delta_max_ns);
+  seq_printf(
+      out, "delta_mean_ns %llu\n", bench.deltas ? div64_u64(bench.delta_sum_ns, bench.deltas) : 0);
   seq_printf(out, "lines 0x%08x\n", bench.motor.levels);
   seq_printf(out, "outputs 0x%08x\n", bench.outputs);
   seq_printf(out, "born_low 0x%08x\n", bench.born_low);
@@ -347,7 +478,7 @@ static int show(struct seq_file* out, void* unused) {
   seq_printf(out, "ia_ua %lld\n", bench.motor.ia_ua);
   seq_printf(out, "speed_mrad_s %lld\n", bench.motor.speed_urad_s / 1000);
   seq_printf(out, "first %s\n", bench.first);
-  mutex_unlock(&bench.lock);
+  spin_unlock_bh(&bench.lock);
   return 0;
 }
 
@@ -370,10 +501,11 @@ static ssize_t take_word(struct file* file, const char __user* user, size_t leng
     plugged = 1;
     return length;
   }
-  mutex_lock(&bench.lock);
+  spin_lock_bh(&bench.lock);
   if (!strcmp(word, "mark")) {
     bench.mark_ns = ktime_get_ns();
     bench.crowded_ns = bench.open_ns = 0;
+    bench.deltas = bench.delta_sum_ns = bench.delta_max_ns = 0;
     if (bench.crowded_since) bench.crowded_since = bench.mark_ns;
     if (bench.open_since) bench.open_since = bench.mark_ns;
   } else if (!strcmp(word, "fail")) {
@@ -383,7 +515,7 @@ static ssize_t take_word(struct file* file, const char __user* user, size_t leng
   } else {
     length = -EINVAL;
   }
-  mutex_unlock(&bench.lock);
+  spin_unlock_bh(&bench.lock);
   return length;
 }
 
@@ -402,6 +534,8 @@ static int __init bench_init(void) {
   bench.motor.rail_max_uv = 15000000;
   bench.motor.rail_min_uv = reverses ? -15000000 : 0;
   bench.motor.levels = ~0u;
+  hrtimer_init(&scan.timer, CLOCK_MONOTONIC, HRTIMER_MODE_ABS_SOFT);
+  scan.timer.function = convert_next;
   status = comedi_driver_register(&bench_driver);
   if (status) return status;
   bench_class = class_create(THIS_MODULE, "motor_bench");

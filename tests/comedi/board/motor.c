@@ -90,6 +90,13 @@ static void step(struct motor* m, s64 ns, s64 r1_mohm, s64 re1_ohm, s64 re2_ohm,
   m->angle_nrad += div64_s64((before + m->speed_urad_s) / 2 * (ns / 1000), 1000);
 }
 
+void motor_switch(struct motor* m, u32 levels) {
+  const s64 stays_pf = sum_pf(m->levels | levels), pf = sum_pf(levels);
+
+  if (pf > stays_pf) m->lag_nv = m->lag_nv / 1000 * (stays_pf / 1000) / (pf / 1000 + 1) * 1000;
+  m->levels = levels;
+}
+
 void motor_advance(struct motor* m, u64 ns) {
   const s64 r1_mohm = parallel_mohm(m->levels, R1);
   const s64 r9_ohm = parallel_mohm(m->levels, R9) / 1000;

@@ -11,7 +11,7 @@
 struct motor {
   /* inputs, held */
   s64 uc_uv;
-  u32 levels; /* of the relay lines; 0 connects a part */
+  u32 levels; /* of the relay lines, 0 connects a part; set by motor_switch */
   s64 rail_min_uv, rail_max_uv;
   /* state */
   s64 lag_nv; /* voltage of the amplifier that C8 delays */
@@ -21,6 +21,8 @@ struct motor {
   s64 ua_uv, um_uv, ia_ua;
 };
 
+/* The relays connect other parts. A capacitor is uncharged when it is connected. */
+void motor_switch(struct motor* m, u32 levels);
 /* Advances by `ns` nanoseconds, in steps of at most 50 us. */
 void motor_advance(struct motor* m, u64 ns);
 /* Pulses of an encoder of 1000 a revolution, backwards negative. */

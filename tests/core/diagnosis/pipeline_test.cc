@@ -36,6 +36,46 @@ TEST(Pipeline, SaysTheSameAsARecordWhenItsTasksComeBackAtOnce) {
   EXPECT_EQ(live.verdict.candidates.front().value, offline.verdict.candidates.front().value);
 }
 
+TEST(Pipeline, ThatLearnsAgainSaysTheSameAsARecordWithThatStretch) {
+  constexpr double kFromS = 7.0;
+  // The first stretch is spoilt, the rig is healthy again at 6.5 s.
+  core::Fault spoilt = AbruptFault(paper::kR1, 10.0, 3.0);
+  core::Fault mended = AbruptFault(paper::kR1, paper::Plant().Get(paper::kR1), 6.5);
+  const auto record = BenchRecord({spoilt, mended, AbruptFault(paper::kR1, 100.0, 14.0)}, 33, 20.0);
+  const auto work = [](Pipeline& pipeline) {
+    while (auto task = pipeline.TakeTask()) pipeline.Accept(RunTask(*task));
+  };
+  Pipeline pipeline{paper::Options()};
+  for (const Sample& sample : record) {
+    if (sample.t_s < kFromS) {
+      pipeline.Push(sample);
+      work(pipeline);
+      continue;
+    }
+    if (sample.index == 700) {
+      EXPECT_EQ(pipeline.learning(), Learning::kGivenUp);
+      const std::uint64_t version = pipeline.verdict_version();
+      pipeline.LearnAgain(sample.t_s);
+      EXPECT_GT(pipeline.verdict_version(), version);
+      EXPECT_EQ(pipeline.learning(), Learning::kStretch);
+      EXPECT_EQ(pipeline.calibration(), nullptr);
+    }
+    pipeline.Push(sample);
+    work(pipeline);
+  }
+  const Diagnosis live = pipeline.Finish();
+  EXPECT_TRUE(Names(live.verdict, paper::kR1));
+  EXPECT_FALSE(live.calibration_refusal);
+  DiagnosisOptions options = paper::Options();
+  options.healthy_from_s = kFromS;
+  options.healthy_to_s = kFromS + 4.5;
+  const Diagnosis offline = DiagnoseRecord(record, options);
+  ASSERT_FALSE(live.verdict.candidates.empty());
+  ASSERT_FALSE(offline.verdict.candidates.empty());
+  EXPECT_EQ(live.verdict.candidates.front().value, offline.verdict.candidates.front().value);
+  EXPECT_EQ(live.estimates[0].theta[0], offline.estimates[0].theta[0]);
+}
+
 TEST(Pipeline, SaysHowFarItIsWithLearningTheHealthyRig) {
   DiagnosisOptions config = paper::Options();
   Pipeline pipeline(config);

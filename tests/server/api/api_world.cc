@@ -27,11 +27,13 @@ std::string ReadText(const std::string& path) {
   return text.str();
 }
 
-ApiTest::ApiTest() : description_(ReadText(FAULTLAB_SOURCE_DIR "/server/api/openapi.json")) {
+ApiTest::ApiTest(std::vector<CameraSettings> cameras)
+    : description_(ReadText(FAULTLAB_SOURCE_DIR "/server/api/openapi.json")) {
   config_.listen = "127.0.0.1:0";
   config_.data_dir = folder_.File("data");
   config_.sim_speed = 50.0;
   config_.lab_benches = 2;
+  config_.cameras = std::move(cameras);
   auto opened = Application::Open(config_);
   EXPECT_TRUE(opened.ok()) << opened.error().message;
   application_ = std::move(opened).value();

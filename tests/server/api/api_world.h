@@ -6,6 +6,7 @@
 #include <chrono>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "server/app/application.h"
 #include "server/auth/accounts.h"
@@ -26,7 +27,7 @@ struct Person {
 /// API's description.
 class ApiTest : public ::testing::Test {
  protected:
-  ApiTest();
+  explicit ApiTest(std::vector<CameraSettings> cameras = {});
 
   static WallTime Now() {
     return std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());

@@ -31,6 +31,12 @@ pool_threads = 2
 [lcm]
 url = "memq://"
 keys = "/etc/faultlab/keys"
+[[camera]]
+rig = "bench-1"
+snapshot = "http://127.0.0.1:8081/snapshot"
+[[camera]]
+rig = "bench-2"
+snapshot = "https://cameras.example.org/2.jpg"
 [[oidc]]
 id = "uni"
 label = "Univerzitet"
@@ -65,6 +71,10 @@ insecure_loopback = true
   EXPECT_EQ(config.runs_max, 5);
   EXPECT_EQ(config.pool_threads, 2);
   EXPECT_EQ(config.lcm_keys, "/etc/faultlab/keys");
+  ASSERT_EQ(config.cameras.size(), 2u);
+  EXPECT_EQ(config.cameras[0].rig, "bench-1");
+  EXPECT_EQ(config.cameras[0].snapshot, "http://127.0.0.1:8081/snapshot");
+  EXPECT_EQ(config.cameras[1].snapshot, "https://cameras.example.org/2.jpg");
   ASSERT_EQ(config.providers.size(), 2u);
   const oidc::ProviderSettings& uni = config.providers[0];
   EXPECT_EQ(uni.id, "uni");
@@ -111,6 +121,12 @@ TEST(Config, NamesFileLineAndSetting) {
       {"[[oidc]]\nid = \"a\"\nissuer = \"https://x\"\nclient_id = \"c\"\n"
        "client_secret_file = \"/no/such\"\n",
        "f.toml:5: oidc.client_secret_file cannot be read"},
+      {"[[camera]]\nsnapshot = \"http://127.0.0.1/\"\n", "f.toml:1: camera.rig is missing"},
+      {"[[camera]]\nrig = \"a\"\nsnapshot = \"http://example.org/\"\n",
+       "f.toml:3: camera.snapshot must be the address of a picture"},
+      {"[[camera]]\nrig = \"a\"\nsnapshot = \"http://[::1]/\"\n"
+       "[[camera]]\nrig = \"a\"\nsnapshot = \"http://[::1]/\"\n",
+       "f.toml:5: camera.rig has another camera already"},
   };
   for (const auto& wrong : cases) {
     const auto parsed = ParseConfig(wrong.text, "f.toml");

@@ -160,6 +160,13 @@ TEST_F(FarRigTest, ThatAnotherLabHoldsIsWaitedForAndNeverQuarantined) {
   std::set<lab::RigStatus> was = Await(lab::RigStatus::kOffline, "the rig is held by there/b");
   const std::uint64_t epoch = Rig().epoch;
   EXPECT_EQ(Adopt("far-1").error().code, core::ErrorCode::kConflict);
+  Principal student;
+  student.user_id = 5;
+  const auto asked = shared_->access().Hold(
+      student, StartedBy::kPerson, "far-1", paper::Bench(), std::chrono::seconds(1));
+  ASSERT_FALSE(asked.ok());
+  EXPECT_EQ(asked.error().reason, "held_elsewhere");
+  EXPECT_THAT(asked.error().message, HasSubstr("the rig is held by there/b"));
   const int looks = looks_;
   while (looks_ < looks + 3) {
     clock_.Advance(std::chrono::seconds(1));

@@ -7,6 +7,7 @@
 
 #include "server/auth/accounts.h"
 #include "server/lab/remembered_answers.h"
+#include "server/storage/picture_store.h"
 #include "server/storage/recording_store.h"
 #include "tests/support/engines.h"
 #include "tests/support/test_database.h"
@@ -134,6 +135,23 @@ TEST_P(PersonDataTest, TheExportHasRememberedAnswersAndLinesOfOthersAboutThePers
   const PersonTable log = Exported(vic, "audit_log");
   ASSERT_EQ(log.rows.size(), 1u);
   EXPECT_EQ(log.rows[0].back(), "vic") << "nobody else of the list";
+}
+
+TEST_P(PersonDataTest, PicturesOfThePersonsRunsAreExportedAndErased) {
+  const std::int64_t ann = Person("ann", "Ann");
+  const std::int64_t vic = Person("vic", "Vic");
+  Record("r1", vic, "", "{}");
+  Record("r2", ann, "", "{}");
+  PictureStore pictures(*database_);
+  const StoredPicture end{.why = "end", .content_type = "image/jpeg"};
+  for (const char* run : {"r1", "r2"}) ASSERT_TRUE(pictures.Add(run, end, "bytes").ok());
+  const PersonTable table = Exported(vic, "recording_picture");
+  ASSERT_EQ(table.rows.size(), 1u);
+  EXPECT_EQ(table.rows[0][0], "r1");
+  ASSERT_TRUE(ErasePerson(*database_, vic, kNow).ok());
+  EXPECT_FALSE(pictures.Load("r1", 1).ok());
+  EXPECT_TRUE(pictures.List("r1").value().empty());
+  EXPECT_TRUE(pictures.Load("r2", 1).ok()) << "those of others stay";
 }
 
 TEST_P(PersonDataTest, EveryTableWithAPersonInItIsExported) {

@@ -6,6 +6,7 @@
 
 #include "server/auth/accounts.h"
 #include "server/lab/job_store.h"
+#include "server/storage/picture_store.h"
 #include "server/storage/recording_store.h"
 #include "tests/support/engines.h"
 #include "tests/support/test_database.h"
@@ -75,12 +76,17 @@ TEST_P(RetentionTest, GuestsRecordingsGoAfterTheirDaysAndADryRunOnlySaysSo) {
   Record("old", "guest", 31);
   Record("new", "guest", 29);
   Record("mine", "user:7", 5000);
+  PictureStore pictures(*database_);
+  const StoredPicture end{.why = "end", .content_type = "image/jpeg"};
+  for (const char* run : {"old", "new"}) ASSERT_TRUE(pictures.Add(run, end, "bytes").ok());
   EXPECT_THAT(Retained(false), ElementsAre("recording old"));
   EXPECT_TRUE(There("old")) << "a dry run deletes nothing";
   EXPECT_THAT(accounts_.ListAudit(0, 10).value(), IsEmpty());
   EXPECT_THAT(Retained(true), ElementsAre("recording old"));
   EXPECT_FALSE(There("old"));
+  EXPECT_FALSE(pictures.Load("old", 1).ok()) << "with their pictures";
   EXPECT_TRUE(There("new"));
+  EXPECT_TRUE(pictures.Load("new", 1).ok());
   EXPECT_TRUE(There("mine"));
   const auto log = accounts_.ListAudit(0, 10).value();
   ASSERT_EQ(log.size(), 1u);

@@ -75,6 +75,19 @@ class FakeRig : public hardware::Rig {
   }
   std::optional<hardware::Trip> trip() const override { return std::nullopt; }
   hardware::LoopQuality loop_quality() const override { return {}; }
+  std::optional<std::chrono::nanoseconds> silence() const override {
+    const std::lock_guard lock(mutex_);
+    return silence_;
+  }
+  void FallSilentFor(std::optional<std::chrono::nanoseconds> silence) {
+    const std::lock_guard lock(mutex_);
+    silence_ = silence;
+  }
+  std::string kept_run() const override { return kept_run_; }
+  core::Status Resume(const std::string& kept_run) override {
+    if (kept_run == kept_run_) return core::Done{};
+    return core::Error{core::ErrorCode::kNotFound, "another run", {}};
+  }
   hardware::ReadStatus Read(std::vector<hardware::RigMessage>& out,
                             std::chrono::milliseconds patience) override {
     std::unique_lock lock(mutex_);
@@ -102,6 +115,7 @@ class FakeRig : public hardware::Rig {
 
   core::Status arm_answer_ = core::Done{};
   hardware::RigDescription description_;
+  std::string kept_run_;
 
  private:
   mutable std::mutex mutex_;
@@ -110,6 +124,7 @@ class FakeRig : public hardware::Rig {
   std::vector<std::string> stops_;
   std::vector<hardware::RigCommand> commands_;
   hardware::Epoch epoch_{};
+  std::optional<std::chrono::nanoseconds> silence_;
   bool ended_ = false;
   bool broken_ = false;
 };

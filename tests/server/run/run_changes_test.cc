@@ -196,6 +196,92 @@ TEST_F(RunChangesTest, ActsAllTheSameWhenTheRigCannotBeLearnt) {
   EXPECT_NE(TextOf(id, "not_learnt").find("excit"), std::string::npos) << TextOf(id, "not_learnt");
 }
 
+TEST_F(RunChangesTest, ARunWhoseStretchWasSpoiltLearnsAgainAndNamesWhatComesLater) {
+  std::optional<core::Result<Accepted>> early, late;
+  std::optional<Accepted> waiting;
+  AtSample seventh(700, [&](const std::string& run, hardware::Epoch epoch) {
+    AwaitKnown(run);
+    late = manager_->LearnAgain(run);
+    auto taken = manager_->Command(run, epoch, Set(paper::kR12, 2e3));
+    if (taken.ok()) waiting = taken.value();
+    (void)manager_->Command(run, epoch, Set(paper::kR12, 10e3));
+  });
+  AtSample third(300, [&](const std::string& run, hardware::Epoch) {
+    AwaitKnown(run);
+    early = manager_->LearnAgain(run);
+  });
+  manager_->SetTap(&third);
+  RunRequest first = Paper();
+  const auto spoilt = [](RunRequest& request) {
+    request.plan.faults = {{paper::kR1, 10.0, 2.0, core::FaultKind::kAbrupt, 0.0},
+                           {paper::kR1, 1.0, 6.0, core::FaultKind::kAbrupt, 0.0},
+                           {paper::kR1, 100.0, 14.0, core::FaultKind::kAbrupt, 0.0}};
+  };
+  spoilt(first);
+  EXPECT_EQ(RunToEnd(std::move(first)).verdict, "calibrating");
+  ASSERT_TRUE(early);
+  ASSERT_FALSE(early->ok()) << "R1 is not nominal";
+  EXPECT_EQ(early->error().reason, "not_nominal");
+  EXPECT_EQ(early->error().parameters.front().value, "R1");
+
+  manager_->SetTap(&seventh);
+  RunRequest second = Paper();
+  spoilt(second);
+  const RunRecord record = RunToEnd(std::move(second));
+  ASSERT_TRUE(late && late->ok());
+  ASSERT_TRUE(waiting);
+  EXPECT_TRUE(waiting->waits_until_s) << "a change waits again";
+  const auto learning = FirstOf(record.id, "learning");
+  ASSERT_TRUE(learning);
+  EXPECT_EQ(learning->index, 701);
+  const auto until = boost::json::parse(learning->json).as_object().at("value").to_number<double>();
+  EXPECT_NEAR(until, 7.01 + 4.5, 1e-9);
+  EXPECT_TRUE(FirstOf(record.id, "not_learnt"));
+  EXPECT_TRUE(FirstOf(record.id, "learnt"));
+  EXPECT_EQ(record.verdict, "fault") << record.diagnosis_json;
+  const auto options = boost::json::parse(record.options_json).as_object();
+  EXPECT_NEAR(options.at("healthy_from_s").to_number<double>(), 7.01, 1e-9)
+      << "a repair of the diagnosis learns from the same stretch";
+}
+
+TEST_F(RunChangesTest, LearnsAgainOnlyWhenTheStretchFitsIntoThePlan) {
+  std::optional<core::Result<Accepted>> planned;
+  AtSample sixth(600, [&](const std::string& run, hardware::Epoch) {
+    AwaitKnown(run);
+    planned = manager_->LearnAgain(run);
+  });
+  manager_->SetTap(&sixth);
+  RunToEnd(Paper());
+  ASSERT_TRUE(planned);
+  ASSERT_FALSE(planned->ok());
+  EXPECT_EQ(planned->error().reason, "change_planned");
+  manager_->SetTap(&sixth);
+  RunToEnd(Paper(9.0));
+  ASSERT_FALSE(planned->ok());
+  EXPECT_EQ(planned->error().reason, "run_too_short");
+  manager_->SetTap(&sixth);
+  RunRequest hidden = Paper(30.0);
+  hidden.plan.faults.clear();
+  const RunRecord record = RunToEnd(std::move(hidden));
+  EXPECT_TRUE(planned->ok());
+  EXPECT_EQ(manager_->LearnAgain(record.id).error().reason, "run_ended");
+}
+
+TEST_F(RunChangesTest, ASecondChangeOfTheSameFaultIsToldAsDetectedOnce) {
+  RunRequest request = Paper();
+  request.plan.faults = {{paper::kR1, 10.0, 8.0, core::FaultKind::kAbrupt, 0.0},
+                         {paper::kR1, 56.0, 14.0, core::FaultKind::kAbrupt, 0.0}};
+  const RunRecord record = RunToEnd(std::move(request));
+  const auto events = store_->LoadEvents(record.id);
+  std::vector<std::int64_t> detected;
+  for (const RecordedEvent& event : events.value()) {
+    if (event.kind == "detected") detected.push_back(event.index);
+  }
+  ASSERT_EQ(detected.size(), 2u);
+  EXPECT_NEAR(static_cast<double>(detected[0]), 800.0, 2.0);
+  EXPECT_NEAR(static_cast<double>(detected[1]), 1400.0, 2.0);
+}
+
 TEST_F(RunChangesTest, DiesWithTheRun) {
   auto rig = std::make_shared<FakeRig>();
   const std::string id = Begin(rig);

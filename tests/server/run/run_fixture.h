@@ -46,8 +46,12 @@ class RunFixture : public ::testing::Test {
     RunManagerOptions options;
     options.speed = speed;
     options.calibrated = [this](const LearntRig& learnt) {
-      const std::lock_guard lock(calibrated_mutex_);
+      const std::lock_guard lock(told_mutex_);
       calibrated_.push_back(learnt.run);
+    };
+    options.moment = [this](const RunMoment& moment) {
+      const std::lock_guard lock(told_mutex_);
+      moments_.push_back(std::string(moment.why) + "@" + std::to_string(moment.index));
     };
     manager_ = std::make_unique<RunManager>(
         options, *store_, *hub_, clock_, [this](std::string_view text) {
@@ -57,8 +61,14 @@ class RunFixture : public ::testing::Test {
 
   /// Number of runs that gave a calibration of their rig.
   std::size_t calibrated() {
-    const std::lock_guard lock(calibrated_mutex_);
+    const std::lock_guard lock(told_mutex_);
     return calibrated_.size();
+  }
+
+  /// What pictures would be taken of: "fault@1000".
+  std::vector<std::string> moments() {
+    const std::lock_guard lock(told_mutex_);
+    return moments_;
   }
 
   /// The paper's experiment, R1 = 100 ohm at 10 s.
@@ -125,8 +135,9 @@ class RunFixture : public ::testing::Test {
   RigBay bay_;
   std::uint64_t epoch_ = 0;
   std::string log_;
-  std::mutex calibrated_mutex_;
+  std::mutex told_mutex_;
   std::vector<std::string> calibrated_;
+  std::vector<std::string> moments_;
   std::unique_ptr<RunManager> manager_;
 };
 

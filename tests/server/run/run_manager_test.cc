@@ -41,6 +41,41 @@ TEST_F(RunManagerTest, RecordsThePapersExperimentAndNamesTheFault) {
   }
 }
 
+TEST_F(RunManagerTest, TellsTheMomentsOfFaultDetectionAndEnd) {
+  RunToEnd(Paper());
+  const auto told = moments();
+  ASSERT_EQ(told.size(), 3u);
+  EXPECT_EQ(told[0], "fault@1000");
+  EXPECT_TRUE(told[1].starts_with("detection@10")) << told[1];
+  EXPECT_EQ(told[2], "end@1999");
+}
+
+TEST_F(RunManagerTest, TellsNoMomentOfAFaultThatIsHeardOfLateOrOfAReturnToNominal) {
+  Manage(1.0);
+  auto rig = std::make_shared<FakeRig>();
+  auto started = manager_->Start(Scripted(rig));
+  ASSERT_TRUE(started.ok());
+  const auto confirm = [&](std::int64_t index, double r1_ohm) {
+    hardware::RigEvent event;
+    event.kind = hardware::RigEventKind::kRelayConfirmed;
+    event.index = index;
+    event.component = paper::kR1;
+    event.value = r1_ohm;
+    rig->Say(event);
+  };
+  clock_.Advance(std::chrono::seconds(60));
+  confirm(100, 100.0);   // 59 s ago
+  confirm(5900, 100.0);  // 1 s ago
+  confirm(5950, 1.0);
+  rig->Say(SampleAt(5960));
+  hardware::RigEvent finished;
+  finished.kind = hardware::RigEventKind::kFinished;
+  rig->Say(finished);
+  rig->End();
+  manager_->Wait(started.value().id);
+  EXPECT_EQ(moments(), (std::vector<std::string>{"fault@5900", "end@5960"}));
+}
+
 TEST_F(RunManagerTest, GivesTheSameSamplesAndVerdictsForTheSameSeed) {
   const RunRecord first = RunToEnd(Paper());
   const RunRecord second = RunToEnd(Paper());
@@ -77,6 +112,39 @@ TEST_F(RunManagerTest, StoresAStoppedRunWhole) {
   EXPECT_EQ(record.samples, 150);
   EXPECT_EQ(rig->stops().front(), "enough");
   EXPECT_FALSE(manager_->Stop(started.value().id, "again").ok());
+}
+
+TEST_F(RunManagerTest, SaysWhenItsRigFallsSilentAndWhenItIsHeardAgain) {
+  auto rig = std::make_shared<FakeRig>();
+  auto started = manager_->Start(Scripted(rig));
+  ASSERT_TRUE(started.ok());
+  const std::string id = started.value().id;
+  const auto await = [&](const std::string& kind) {
+    while (true) {
+      const RunSnapshot now = manager_->Find(id).value();
+      for (const RecordedEvent& event : now.events) {
+        if (event.kind == kind) return event;
+      }
+      clock_.Advance(std::chrono::milliseconds(200));
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  };
+  for (int i = 0; i < 150; ++i) rig->Say(SampleAt(i));
+  rig->FallSilentFor(std::chrono::milliseconds(2001));
+  EXPECT_EQ(await("rig_silent").index, 150);
+  rig->FallSilentFor(std::chrono::milliseconds(0));
+  EXPECT_THAT(await("rig_heard").json, testing::HasSubstr("\"value\":2.001"));
+  rig->End();
+  manager_->Wait(id);
+  const auto kinds = Kinds(id);
+  EXPECT_EQ(std::count(kinds.begin(), kinds.end(), "rig_silent"), 1);
+}
+
+TEST_F(RunManagerTest, GivesALeaseThatAnotherLabHasAReason) {
+  auto rig = std::make_shared<FakeRig>();
+  rig->arm_answer_ = core::Error{
+      core::ErrorCode::kBusy, "the rig is held by x/y", std::string(hardware::kLeaseField)};
+  EXPECT_EQ(manager_->Start(Scripted(rig)).error().reason, "held_elsewhere");
 }
 
 TEST_F(RunManagerTest, FailsTheRunOfATrippedRigAndKeepsItsSamples) {

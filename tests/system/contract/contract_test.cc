@@ -139,15 +139,50 @@ void Contract::Experiments() {
     world_.Expect(200, "ann", "GET", figure, id);
     Remember("/api/v1/" + std::string(figure), id, "ann");
   }
+  const json::object described = world_.Expect(
+      200, "ann", "PATCH", "runs/{id}", id, R"({"name":"A b 50%","note":"warm","starred":true})");
+  EXPECT_EQ(described.at("note"), "warm");
+  world_.Expect(404, "bob", "PATCH", "runs/{id}", id, R"({"starred":true})");
+  world_.Expect(400, "ann", "PATCH", "runs/{id}", id, R"({"owner":"bob"})");
+  const auto found = [this](const std::string& query) {
+    const HttpAnswer answer =
+        world_.Call("ann", "GET", "/api/v1/runs", "/api/v1/runs?" + query);
+    EXPECT_EQ(answer.status, 200) << query;
+    return json::parse(answer.body).at("items").as_array().size();
+  };
+  EXPECT_EQ(found("q=a%20B%2050%25"), 1u);
+  EXPECT_EQ(found("q=50_"), 0u) << "no pattern of SQL";
+  EXPECT_EQ(found("q=WARM&starred=true"), 1u);
+  EXPECT_EQ(found("starred=true&rig=no-such"), 0u);
+  EXPECT_EQ(found("q=warm&verdict=not_excited"), 0u);
+  EXPECT_EQ(world_.Call("ann", "GET", "/api/v1/runs", "/api/v1/runs?starred=1").status, 400);
+  const json::object unstarred =
+      world_.Expect(200, "ann", "PATCH", "runs/{id}", id, R"({"starred":false})");
+  EXPECT_EQ(unstarred.at("name"), "A b 50%");
+  EXPECT_EQ(found("starred=true"), 0u);
   world_.Expect(409, "ann", "POST", "runs/{id}/stop", id);
+  world_.Expect(409, "ann", "POST", "runs/{id}/calibration", id);
   const json::object long_run =
-      world_.Expect(201, "ann", "POST", "runs", {}, R"({"duration_s":600})");
+      world_.Expect(201, "ann", "POST", "runs", {}, R"({"rig":"sim-1","duration_s":600})");
+  world_.Expect(200, "ann", "GET", "runs/{id}/camera", {{"id", Id(long_run)}});
   world_.Expect(409, "ann", "DELETE", "runs/{id}", {{"id", Id(long_run)}});
+  world_.Expect(202, "ann", "POST", "runs/{id}/calibration", {{"id", Id(long_run)}}, "{}");
+  world_.Expect(404, "bob", "POST", "runs/{id}/calibration", {{"id", Id(long_run)}}, "{}");
   world_.Expect(202, "ann", "POST", "runs/{id}/stop", {{"id", Id(long_run)}}, "{}");
   world_.WaitForRun(Id(long_run));
+  world_.WaitForPicture(Id(long_run));
+  const Values picture{{"id", Id(long_run)}, {"index", "1"}};
+  world_.Expect(404, "ann", "GET", "runs/{id}/camera", picture);
+  world_.Expect(200, "ann", "GET", "runs/{id}/pictures", picture);
+  world_.Expect(200, "ann", "GET", "runs/{id}/pictures/{index}", picture);
+  for (const char* part : {"camera", "pictures", "pictures/{index}"}) {
+    Remember(
+        "/api/v1/runs/{id}/" + std::string(part), {{"id", id.at("id")}, {"index", "1"}}, "ann");
+  }
   world_.Expect(404, "bob", "GET", "runs/{id}", id);
   world_.Expect(204, "ann", "DELETE", "runs/{id}", {{"id", Id(long_run)}});
   Remember("/api/v1/runs/{id}/stop", id, "ann");
+  Remember("/api/v1/runs/{id}/calibration", id, "ann");
   Remember("/api/v1/runs/{id}/stream-token", id, "ann");
   Remember("/api/v1/recordings", {}, "ann");
   const json::object upload =

@@ -47,6 +47,7 @@ ContractWorld::ContractWorld()
   config.data_dir = folder_.File("data");
   config.sim_speed = 50.0;
   config.lab_benches = 2;
+  config.cameras.push_back({"sim-1", camera_.url()});
   server::oidc::ProviderSettings provider;
   provider.id = "uni";
   provider.label = "University";
@@ -148,6 +149,15 @@ void ContractWorld::WaitForBenches() {
 
 void ContractWorld::WaitForRun(const std::string& id) {
   application_->runs().Wait(id);
+}
+
+void ContractWorld::WaitForPicture(const std::string& id) {
+  server::PictureStore pictures(*database_);
+  for (int i = 0; i < 1000; ++i) {
+    if (!pictures.List(id).value().empty()) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  FAIL() << "no picture was stored";
 }
 
 std::string ContractWorld::In(std::chrono::minutes from_now) const {

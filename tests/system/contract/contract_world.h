@@ -8,6 +8,8 @@
 
 #include "server/app/application.h"
 #include "server/auth/accounts.h"
+#include "server/storage/picture_store.h"
+#include "tests/support/camera_site.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/temp_folder.h"
@@ -48,6 +50,8 @@ class ContractWorld {
   const ApiDescription& description() const { return description_; }
   int port() const { return application_->port(); }
   server::Accounts& accounts() { return *accounts_; }
+  /// Blocks until a picture of the run is stored.
+  void WaitForPicture(const std::string& id);
   /// "get /api/v1/runs/{id}" -> statuses seen.
   const std::map<std::string, std::set<int>>& seen() const { return seen_; }
   int calls() const { return calls_; }
@@ -56,6 +60,7 @@ class ContractWorld {
   void MakePerson(const std::string& login, server::Role role);
 
   TempFolder folder_;
+  CameraSite camera_;  ///< looks at sim-1
   ApiDescription description_;
   std::unique_ptr<server::Application> application_;
   std::unique_ptr<server::Database> database_;

@@ -15,6 +15,7 @@
 #include "server/lab/lab_id.h"
 #include "server/lab/members.h"
 #include "server/net/hop.h"
+#include "tests/support/camera_site.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/loopback_listener.h"
 #include "tests/support/postgres_cluster.h"
@@ -48,9 +49,14 @@ std::string ReadText(const std::string& path) {
 struct Servers {
   tests::TempFolder folder;
   const std::string location = tests::PostgresCluster::Instance().CreateDatabase();
+  tests::CameraSite camera;  ///< of b's bench
   MemberProcess a{folder.path(), "a", location, kOneSimulator};
-  MemberProcess b{
-      folder.path(), "b", location, std::string(kOneSimulator) + "[lab]\nbenches = 1\n"};
+  MemberProcess b{folder.path(),
+                  "b",
+                  location,
+                  std::string(kOneSimulator) +
+                      "[lab]\nbenches = 1\n[[camera]]\nrig = \"b-bench-1\"\nsnapshot = \"" +
+                      camera.url() + "\"\n"};
   std::unique_ptr<Database> database = Database::Open({.location = location}).value();
   static constexpr const char* kOneSimulator = "[simulators]\ncount = 1\n";
 };
@@ -187,6 +193,11 @@ TEST_F(MembersTest, ABenchOfAnotherMemberIsUsedThroughThisOne) {
   const json::object live = Got(200, AskA(ann, "GET", "runs/{id}", run));
   EXPECT_EQ(live.at("state"), "running");
   EXPECT_GT(live.at("samples").to_number<int>(), 0);
+  EXPECT_TRUE(live.at("camera").as_bool());
+  const HttpAnswer picture = AskA(ann, "GET", "runs/{id}/camera", run);
+  EXPECT_EQ(picture.status, 200);
+  EXPECT_EQ(picture.Header("Content-Type"), "image/jpeg");
+  EXPECT_FALSE(picture.Header("X-Picture-Age-Ms").empty());
   ASSERT_TRUE(Eventually([&] {
     const auto figure = tests::Get(a_.port(), "/api/v1/runs/" + run + "/figures/signals", ann);
     return figure.status == 200;

@@ -137,12 +137,41 @@ TEST(BusSecrecy, AKeyThatIsCopiedLaterOpensTheRigWithoutARestart) {
   while (finder->Unkeyed().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   const RemoteRigInfo name = finder->Unkeyed().at(0);
   EXPECT_EQ(name.description.id, "later-1");
+  EXPECT_EQ(name.refusal, RigRefusal::kNoKey);
   EXPECT_NE(name.refusal_text.find("copy its .key file"), std::string::npos) << name.refusal_text;
   EXPECT_TRUE(finder->List().empty());
   std::filesystem::copy(KeyFolder() + "/later-1.key", folder + "/later-1.key");
   const auto rig = WaitFor(*finder, "later-1");
   EXPECT_TRUE(finder->Unkeyed().empty());
   EXPECT_TRUE(rig->Arm(SquarePlan(20), kEpoch).ok());
+  std::filesystem::remove_all(folder);
+}
+
+TEST(BusSecrecy, AnAgentThatHasAnotherKeyNowIsSaidToAndFoundAgainWhenThatIsCopied) {
+  const std::string folder = KeyFolder() + "_server";
+  std::filesystem::create_directories(folder);
+  const std::string file = "/renewed-1.key";
+  const auto finder =
+      OpenRigFinder(
+          {.lcm_url = Url(kAgentPort), .key_directory = folder, .lab = "", .server_name = "here"})
+          .value();
+  {
+    AgentHere agent("renewed-1", 1.0, 0.0);
+    std::filesystem::copy(KeyFolder() + file, folder + file);
+    (void)WaitFor(*finder, "renewed-1");
+  }
+  std::filesystem::remove(KeyFolder() + file);
+  AgentHere again("renewed-1", 1.0, 0.0);  // makes a key of its own
+  while (InfoOf(*finder, "renewed-1").refusal != RigRefusal::kOtherKey) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  std::filesystem::copy(
+      KeyFolder() + file, folder + file, std::filesystem::copy_options::overwrite_existing);
+  const auto rig = WaitFor(*finder, "renewed-1");
+  EXPECT_FALSE(InfoOf(*finder, "renewed-1").refusal);
+  ASSERT_TRUE(rig->Arm(SquarePlan(20), kEpoch).ok());
+  ASSERT_TRUE(rig->Start(kEpoch).ok());
+  ExpectEveryIndex(Drain(*rig), 20);
   std::filesystem::remove_all(folder);
 }
 

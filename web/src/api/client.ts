@@ -51,7 +51,7 @@ async function patiently(path: string, init: RequestInit): Promise<Response> {
   }
 }
 
-async function request(path: string, init: RequestInit = {}): Promise<Response> {
+export async function request(path: string, init: RequestInit = {}): Promise<Response> {
   const headers = new Headers(init.headers);
   if (csrfToken && init.method && init.method !== "GET") headers.set("X-CSRF-Token", csrfToken);
   const response = await patiently(path, { ...init, headers });
@@ -102,6 +102,15 @@ async function parsed<T>(response: Response): Promise<T> {
 
 const id = encodeURIComponent;
 
+/** What a list of runs shows; an empty member hides nothing. */
+export interface RunFilter {
+  q?: string;
+  rig?: string;
+  verdict?: string;
+  starred?: boolean;
+  course?: number;
+}
+
 export const api = {
   me: () => get<Me>("/auth/me"),
   login: (login: string, password: string) => send<Me>("POST", "/auth/login", { login, password }),
@@ -115,14 +124,22 @@ export const api = {
   rigClasses: async () => (await get<Page<Schemas["RigClass"]>>("/rig-classes")).items,
 
   startRun: (plan: RunRequest) => send<Run>("POST", "/runs", plan),
-  /** With `course`: the runs of the students of a course that the user teaches. */
-  runs: (cursor?: string, limit = 30, course?: number) =>
-    get<Page<Run>>(
-      `/runs?limit=${limit}${cursor ? `&cursor=${id(cursor)}` : ""}${course ? `&course=${course}` : ""}`,
-    ),
+  /** With `course` in the filter: the runs of the students of a course that the user teaches. */
+  runs: (cursor?: string, limit = 30, filter: RunFilter = {}) => {
+    const query = new URLSearchParams({ limit: String(limit) });
+    for (const [name, value] of Object.entries({ cursor, ...filter })) {
+      if (value) query.set(name, String(value));
+    }
+    return get<Page<Run>>(`/runs?${query}`);
+  },
+  /** Name and note of one's own run; a star of one's own on any. */
+  describeRun: (run: string, what: { name?: string; note?: string; starred?: boolean }) =>
+    send<Schemas["RunDescription"]>("PATCH", `/runs/${id(run)}`, what),
   run: (run: string) => get<Run>(`/runs/${id(run)}`),
   deleteRun: (run: string) => send<unknown>("DELETE", `/runs/${id(run)}`),
   stopRun: (run: string) => send<unknown>("POST", `/runs/${id(run)}/stop`),
+  /** The run learns its healthy rig again, from now on. */
+  learnAgain: (run: string) => send<unknown>("POST", `/runs/${id(run)}/calibration`),
   streamToken: (run: string) =>
     send<{ code: string; expires_in_s: number }>("POST", `/runs/${id(run)}/stream-token`),
   diagnosis: (run: string) => get<Diagnosis>(`/runs/${id(run)}/diagnosis`),

@@ -35,6 +35,8 @@ export type Diagnosis = Omit<Schemas["Diagnosis"], "path" | "calibration" | "fit
   path?: PathStep[];
   calibration?: { delta_s?: number | null } | null;
   fit_percent?: Record<string, number | null>;
+  /** What was found of each stretch in which the rig was not nominal; not of a run that goes on. */
+  episodes?: Finding[];
 };
 export type VerdictKind = Diagnosis["verdict"];
 /** One question of the decision path, with the number that decided it. */
@@ -46,6 +48,12 @@ export interface PathStep {
   leads_to?: string;
 }
 export type Candidate = Schemas["Candidate"];
+/** What the server says of one stretch in which the rig is not nominal. */
+export type Finding = Pick<
+  Diagnosis,
+  "verdict" | "detected_at_s" | "onset_s" | "group" | "candidates"
+> &
+  Partial<Pick<Diagnosis, "settled" | "reason" | "path">> & { ended_at_s?: number | null };
 
 export type Recording = Schemas["Recording"];
 

@@ -34,6 +34,12 @@ export const refusalsSr: Record<string, string> = {
     "Ovaj server je izgubio vezu sa laboratorijom; pokušajte za nekoliko sekundi.",
   refused_run_too_short:
     "Ovaj ogled se završava pre nego što se nauči ispravan uređaj, pa se u njemu ništa ne može menjati: planirajte duži.",
+  refused_not_nominal:
+    "{component} nije nominalno: vratite sve delove na nominalno, pa ponovo učite uređaj.",
+  refused_change_planned:
+    "Plan menja {component} u {at_s} s, dok bi se uređaj učio; učite ga ponovo posle toga.",
+  refused_learns_once:
+    "Ponavljanje snimka i ogled sa skrivenim kvarovima uče svoj uređaj samo jednom.",
   refused_value_not_positive: "{component} mora biti veće od 0, u jedinici `SI`.",
   refused_component_not_switchable: "Uređaj {rig} ne može da menja {component}.",
   refused_value_not_of_the_relays: "Releji za {component} imaju vrednosti {values}.",
@@ -64,5 +70,12 @@ export const refusalsSr: Record<string, string> = {
   refused_accounts_full:
     "Spiskovi jednog nastavnika prave najviše {most} naloga; administrator može obrisati stare.",
   refused_disk_full: "Disk servera je skoro pun: nastavljaju se samo termini na uređajima.",
+  refused_member_missing: "Nedostaje „`{member}`“.",
+  refused_member_unknown: "Polje „`{member}`“ je nepoznato; ovde postoje: `{known}`.",
+  refused_number_outside: "„`{member}`“ mora biti broj od {lowest} do {highest}.",
+  refused_text_refused:
+    "„`{member}`“ mora biti tekst od najviše {most} bajtova, bez upravljačkih znakova.",
+  refused_word_unknown: "„`{member}`“ mora biti jedno od: `{words}`.",
+  refused_kind_wrong: "„`{member}`“ je pogrešne vrste.",
   refused_sign_in_throttled: "Previše neuspelih pokušaja; pokušajte za {seconds} s.",
 };

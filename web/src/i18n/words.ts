@@ -32,6 +32,44 @@ export function rigTrouble(rig: Rig): string {
   return rig.reason || (rig.link?.state === "lost" ? message : "");
 }
 
+/**
+ * Where in what was sent the refused member is, if its own name does not say it: "Fault 2: ".
+ * @param field  JSON pointer, or the name of a column
+ */
+export function placeWords(field: string | undefined): string {
+  const at = /^\/faults\/(\d+)\//.exec(field ?? "")?.[1];
+  return at === undefined ? "" : `${t("fault")} ${Number(at) + 1}: `;
+}
+
+/** What somebody did, by the verb of the audit log: "changed a user". */
+export function auditWords(verb: string): string {
+  const key = `audit_${verb}`;
+  return i18n.has(key) ? t(key as Key) : verb.replaceAll("_", " ");
+}
+
+/** The detail of a line of the audit log; the members of an object one by one. */
+export function detailWords(detail: string): string {
+  if (!detail.startsWith("{")) return detail;
+  try {
+    const members = Object.entries(JSON.parse(detail) as Record<string, unknown>);
+    return members
+      .map(([name, value]) => {
+        const said = name === "role" && typeof value === "string" ? word("role", value) : value;
+        return `${name.replaceAll("_", " ")}: ${typeof said === "object" ? JSON.stringify(said) : said}`;
+      })
+      .join(", ");
+  } catch {
+    return detail;
+  }
+}
+
+/** Why the healthy rig was not learnt, by the check that failed; else the server's English text. */
+export function learningWords(reason: string): string {
+  const check = /check '([a-z_]+)' failed/.exec(reason)?.[1] ?? "";
+  const key = `check_${check}`;
+  return i18n.has(key) ? t(key as Key) : reason;
+}
+
 /** Why a sign-in at a provider failed, by the word in the page's address. */
 export function providerRefusal(reason: string | null): string {
   if (!reason) return "";

@@ -1,18 +1,29 @@
-import type { Diagnosis, RunEvent } from "../api/types";
+import type { RunEvent } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
 import type { Bench } from "../plant/bench";
 import { formatSeconds } from "../plant/quantity";
+import { newest, type Story } from "./episodes";
+import { namedBy } from "./paper_path";
 
-/** The announcement of an event for screen readers, if there is one. */
+const SAID = {
+  first: "say_detected",
+  further: "say_detected_further",
+  return: "say_detected_return",
+} as const;
+
+/**
+ * The announcement of an event for screen readers, if there is one. @param story  with this event
+ */
 export function announcementOf(
   event: RunEvent,
-  verdict: Diagnosis | null,
+  story: Story,
   bench: Bench,
   period: number,
 ): string | null {
   const component = event.component ?? "";
   const time = formatSeconds(event.index * period, period);
   const value = event.component ? bench.format(event.component, event.value) : "";
+  const detection = newest(story)?.detections.at(-1);
   switch (event.kind) {
     case "started":
       return t("say_started");
@@ -27,9 +38,17 @@ export function announcementOf(
     case "not_learnt":
       return t("event_not_learnt");
     case "detected":
-      return t("say_detected", { time });
-    case "isolated":
-      return t("say_isolated", { component: component || (verdict?.group ?? []).join(", "), time });
+      // a detection that was told before, or of an earlier episode, is not said again
+      if (!detection || Math.abs(detection.atS - event.index * period) > period / 2) return null;
+      return t(SAID[detection.of], { time });
+    case "isolated": {
+      const finding = newest(story)?.finding;
+      const named = finding ? namedBy(finding) : [];
+      const said = named.includes(component) ? named.join(` ${t("or")} `) : component;
+      return t("say_isolated", { component: said, time });
+    }
+    case "returned":
+      return t("say_returned", { time });
     case "trip":
       return t("say_trip", { reason: event.text ?? "" });
     default:

@@ -7,6 +7,7 @@ import { t } from "../i18n/i18n.svelte";
 import { announcer } from "../shell/announcer.svelte";
 import type { Slide } from "../stream/slide";
 import { type CursorName, Cursors } from "./cursors.svelte";
+import type { Change, Story } from "./episodes";
 import { type EstimatorShape, type Family, primaryOf } from "./estimators";
 import { Lens } from "./lens.svelte";
 import type { RunModel } from "./run_model.svelte";
@@ -39,10 +40,14 @@ export class ChartDesk {
   pointed: HTMLElement | null = null;
   /** The user turned the wheel over a chart and may want to know how to zoom. */
   wheelHint = $state(false);
+  /** The charts that a phone shows, by key. */
+  chosen = $state.raw<[string, string]>(["input", "p0"]);
   /** Increases when the charts must adapt their ranges to all that is visible. */
   fits = $state(0);
   /** Increases when the charts may widen their ranges. */
   growths = $state(0);
+  /** Number of the change that was chosen for the table of before and after. */
+  chosenChange = $state<number | null>(null);
   private timer: ReturnType<typeof setInterval> | undefined;
   private marked = -1;
   private hintTimer: ReturnType<typeof setTimeout> | undefined;
@@ -87,6 +92,13 @@ export class ChartDesk {
 
   primary(family: Family): EstimatorShape {
     return primaryOf(family, this.shown);
+  }
+
+  /** Shows a chart in place 0 or 1 of a phone; the other one gives way if it is the same. */
+  choose(place: number, key: string): void {
+    const [first, second] = this.chosen;
+    if (place === 0) this.chosen = [key, key === second ? first : second];
+    else this.chosen = [key === first ? second : first, key];
   }
 
   togglePause(): void {
@@ -187,27 +199,34 @@ export class ChartDesk {
     this.show(from, from + span);
   }
 
-  /** Run time of the first change of a component from its nominal value, according to the rig. */
-  get faultTime(): number | null {
-    const event = this.faultEvent;
-    return event ? this.model.timeOf(event) : null;
+  private get story(): Story {
+    return this.model.story;
   }
 
-  get faultEvent() {
-    return this.model.events.find(
-      (event) =>
-        event.kind === "relay_confirmed" &&
-        event.component !== undefined &&
-        typeof event.value === "number" &&
-        !this.model.bench.isNominal(event.component, event.value),
-    );
-  }
-
-  /** Time of the change for shading and tables: from the rig, otherwise the diagnosis' estimate. */
+  /** When the rig was first not nominal: what is before it is healthy. */
   get onset(): number | null {
-    return (
-      this.faultTime ?? this.model.verdict?.onset_s ?? this.model.verdict?.detected_at_s ?? null
-    );
+    return this.story.episodes[0]?.onsetS ?? null;
+  }
+
+  /** When something changed: for each, the estimators' windows hold samples from before it. */
+  readonly changeTimes: number[] = $derived.by(() => {
+    const unreported = this.story.episodes.filter((each) => each.changes.length === 0);
+    const times = [
+      ...this.story.changes.map((each) => each.atS),
+      ...unreported.map((each) => each.onsetS),
+    ];
+    return times.sort((a, b) => a - b);
+  });
+
+  /** The change that the table of before and after is about: the last, or one that was chosen. */
+  get change(): Change | null {
+    const { changes } = this.story;
+    return changes[this.chosenChange ?? changes.length - 1] ?? changes.at(-1) ?? null;
+  }
+
+  /** When the newest change was, whoever says so. */
+  get lastOnset(): number | null {
+    return this.changeTimes.at(-1) ?? null;
   }
 
   readonly markers: Marker[] = $derived.by(() => this.makeMarkers());
@@ -217,18 +236,18 @@ export class ChartDesk {
     const { bench } = model;
     const markers: Marker[] = [];
     const acted = new Set<string>();
-    for (const event of model.events) {
+    for (const { component, value, atS, nominal } of this.story.changes) {
+      acted.add(component);
+      const label = `${bench.change(component, value)}${bench.simulated(component) ? " SIM" : ""}`;
+      markers.push({ kind: nominal ? "planned" : "fault", timeS: atS, label });
+    }
+    for (const { atS, delayS } of this.story.episodes.flatMap((each) => each.detections)) {
+      const since = delayS === null ? "" : ` +${model.seconds(delayS)} s`;
+      markers.push({ kind: "detected", timeS: atS, label: t("mark_detected") + since });
+    }
+    for (const event of this.story.events) {
       const timeS = model.timeOf(event);
-      if (event.kind === "relay_confirmed" && event.component && event.value !== undefined) {
-        const name = event.component;
-        acted.add(name);
-        const healthy = bench.isNominal(name, event.value);
-        const label = `${bench.change(name, event.value)}${bench.simulated(name) ? " SIM" : ""}`;
-        markers.push({ kind: healthy ? "planned" : "fault", timeS, label });
-      } else if (event.kind === "detected") {
-        const since = this.faultTime === null ? "" : ` +${model.seconds(timeS - this.faultTime)} s`;
-        markers.push({ kind: "detected", timeS, label: t("mark_detected") + since });
-      } else if (event.kind === "isolated") {
+      if (event.kind === "isolated") {
         markers.push({ kind: "isolated", timeS, label: t("mark_isolated") });
       } else if (event.kind === "returned") {
         markers.push({ kind: "isolated", timeS, label: t("mark_returned") });

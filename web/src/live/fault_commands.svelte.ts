@@ -66,6 +66,7 @@ export class FaultCommands {
   }
 
   apply(event: RunEvent, period: number): void {
+    if (event.kind === "learning") this.learningUntilS = event.value ?? null;
     this.settings = applied(this.bench, this.settings, event, period);
     this.waiting = waitingAfter(this.waiting, event);
   }

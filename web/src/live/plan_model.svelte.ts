@@ -60,6 +60,8 @@ export class PlanModel {
   rig = $state("");
   seed = $state(1);
   name = $state("");
+  /** Otherwise the run starts with what was learnt of its rig in the last hour. */
+  learnAnew = $state(false);
   readonly values = this.choice<Values>((first) => first.values, {});
   readonly durationS = this.choice((first) => first.durationS, 0);
   readonly atS = this.choice((first) => first.durationS / 2, 0);
@@ -158,6 +160,7 @@ export class PlanModel {
         ? { fault_set: Number(this.faultSet.value) }
         : { faults: this.faults }),
       seed: this.seed,
+      ...(this.learnAnew ? {} : { learn: "if_needed" as const }),
       ...(this.name ? { name: this.name } : {}),
     };
   }

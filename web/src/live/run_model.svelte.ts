@@ -15,6 +15,7 @@ import { RunSocket } from "../stream/run_socket";
 import { Slide } from "../stream/slide";
 import { announcementOf } from "./announcements";
 import { Countdown } from "./countdown";
+import { type Story, tellStory } from "./episodes";
 import { FaultCommands, type Injection } from "./fault_commands.svelte";
 import { gapSpans } from "./statistics";
 
@@ -60,6 +61,14 @@ export class RunModel {
   private readonly delayS = $derived(this.calibratedDelayS ?? this.rig?.capabilities.delta_s);
   link = $state.raw<LinkState>({ phase: "connecting", roundTripS: null, ageS: null, gaps: 0 });
   readonly period = $derived(this.run?.period_s ?? Number.NaN);
+  /** What happened in this run and what is known of it: the parts of the page tell this. */
+  readonly story: Story = $derived(
+    tellStory(
+      { events: this.events, verdict: this.verdict, findings: this.verdict?.episodes },
+      this.bench,
+      this.period,
+    ),
+  );
   /** Run time of the newest sample, five times a second. */
   elapsed = $state(0);
   gaps = $state.raw<[number, number][]>([]);
@@ -113,6 +122,16 @@ export class RunModel {
   get rigSilentFrom(): number | null {
     const last = this.events.findLast((event) => /^rig_(silent|heard)$/.test(event.kind));
     return this.running && last?.kind === "rig_silent" ? this.timeOf(last) : null;
+  }
+
+  /** How far the healthy rig is learnt, in seconds of the run; null when it is not being learnt. */
+  get learning(): { doneS: number; neededS: number } | null {
+    const untilS = this.running ? this.faults.learningUntilS : null;
+    if (untilS === null || this.elapsed > untilS) return null;
+    const again = this.events.findLast((event) => event.kind === "learning");
+    const fromS = again ? this.timeOf(again) : this.bench.about.healthy.from_s;
+    const neededS = untilS - fromS;
+    return { doneS: Math.min(neededS, Math.max(0, this.elapsed - fromS)), neededS };
   }
 
   /** Seconds until the end of the calibration; 0 when no change has to wait for it. */
@@ -300,7 +319,7 @@ export class RunModel {
   private onEvent(event: RunEvent): void {
     this.events = [...this.events, event];
     this.faults.apply(event, this.period);
-    const words = announcementOf(event, this.verdict, this.bench, this.period);
+    const words = announcementOf(event, this.story, this.bench, this.period);
     if (words) announcer.say(event.kind, words);
   }
 

@@ -1,11 +1,13 @@
 import { api } from "../api/client";
-import type { Run, RunEvent } from "../api/types";
+import type { Run } from "../api/types";
 import type { Aligned } from "../figures/figure";
+import { tellStory } from "../live/episodes";
 import { moments } from "../live/statistics";
 import type { Bench } from "../plant/bench";
 import { benches } from "../shell/benches.svelte";
 import { readFrames } from "../stream/frame_reader";
 import { Slide } from "../stream/slide";
+import { foundWords, happenedWords } from "./run_summary";
 
 /** One recorded run, prepared for comparison. */
 export interface ComparedRun {
@@ -14,20 +16,11 @@ export interface ComparedRun {
   label: string;
   slide: Slide;
   durationS: number;
-  /** Run time of its first fault, 0 without one. */
-  onsetS: number;
+  /** Run time at which the rig was first not nominal; null: it always was. */
+  onsetS: number | null;
+  happened: string;
   verdict: string;
   lastMean(channel: number): number | null;
-}
-
-export function firstFault(events: RunEvent[], bench: Bench): RunEvent | undefined {
-  return events.find(
-    (event) =>
-      event.kind === "relay_confirmed" &&
-      event.component !== undefined &&
-      typeof event.value === "number" &&
-      !bench.isNominal(event.component, event.value),
-  );
 }
 
 export async function loadCompared(id: string): Promise<ComparedRun> {
@@ -35,17 +28,32 @@ export async function loadCompared(id: string): Promise<ComparedRun> {
   const bench = await benches.need(run.bench);
   const period = run.period_s;
   const slide = new Slide(Math.max(run.samples ?? 0, 1), period);
-  await readFrames(await api.frames(id), (block) => slide.append(block));
-  const fault = firstFault(run.events ?? [], bench);
+  const [frames, diagnosis] = await Promise.all([
+    api.frames(id),
+    api.diagnosis(id).catch(() => null), // a run that was interrupted early has none
+  ]);
+  await readFrames(frames, (block) => slide.append(block));
+  const sources = {
+    events: run.events ?? [],
+    verdict: diagnosis,
+    findings: diagnosis?.episodes ?? [],
+  };
+  const story = tellStory(sources, bench, period);
   const durationS = slide.end * period;
+  const summary: Run = {
+    ...run,
+    changes: story.changes.map(({ component, value, atS }) => ({ component, value, at_s: atS })),
+    findings: diagnosis?.episodes?.map((each) => ({ ended_at_s: null, ...each })) ?? [],
+  };
   return {
     run,
     bench,
     label: run.name || run.id,
     slide,
     durationS,
-    onsetS: fault ? fault.index * period : 0,
-    verdict: run.verdict ?? "",
+    onsetS: story.episodes[0]?.onsetS ?? null,
+    happened: happenedWords(summary, bench),
+    verdict: foundWords(summary, bench),
     lastMean: (channel) => moments(slide, channel, durationS - 1, durationS)?.mean ?? null,
   };
 }
@@ -53,7 +61,7 @@ export async function loadCompared(id: string): Promise<ComparedRun> {
 /** A channel of several runs on one axis: time since the start, or since each run's fault. */
 export function overlay(runs: ComparedRun[], channel: number, onFault: boolean): Aligned {
   const period = Math.min(...runs.map((run) => run.slide.period));
-  const shift = (run: ComparedRun) => (onFault ? run.onsetS : 0);
+  const shift = (run: ComparedRun) => (onFault ? (run.onsetS ?? 0) : 0);
   const from = Math.min(...runs.map((run) => Math.round(-shift(run) / period)));
   const to = Math.max(...runs.map((run) => Math.round((run.durationS - shift(run)) / period)));
   const count = Math.max(0, to - from);
@@ -70,4 +78,20 @@ export function overlay(runs: ComparedRun[], channel: number, onFault: boolean):
     return column;
   });
   return { x, y };
+}
+
+/** What a plot shows between two times, as text: "t_s,run 1,run 2" and a line for each sample. */
+export function overlayCsv(data: Aligned, labels: string[], fromS: number, toS: number): string {
+  const quoted = labels.map((label) => `"${label.replaceAll('"', '""')}"`);
+  const lines = [["t_s", ...quoted].join(",")];
+  for (let at = 0; at < data.x.length; at++) {
+    const t = data.x[at] as number;
+    if (t < fromS || t > toS) continue;
+    const values = data.y.map((column) => {
+      const value = column[at] as number;
+      return Number.isFinite(value) ? String(value) : "";
+    });
+    lines.push([Number(t.toFixed(6)), ...values].join(","));
+  }
+  return `${lines.join("\n")}\n`;
 }

@@ -1,0 +1,39 @@
+import type { Candidate, Diagnosis, Finding } from "../api/types";
+import { t } from "../i18n/i18n.svelte";
+import { word } from "../i18n/words";
+import type { Bench } from "../plant/bench";
+import { namedBy } from "./paper_path";
+import type { RunModel } from "./run_model.svelte";
+
+/** "Fault: R1 ↑", "Fault: R12 or R9", "No fault". */
+export function verdictWords(finding: Finding, bench: Bench | undefined): string {
+  if (finding.verdict !== "fault") return word("verdict", finding.verdict);
+  const named = namedBy(finding);
+  if (named.length === 0) return t("fault");
+  const best = finding.candidates[0];
+  const alone = named.length === 1 && best && bench;
+  const arrow = !alone ? "" : (best.value ?? 0) >= bench.nominal(best.component) ? " ↑" : " ↓";
+  return `${t("fault")}: ${named.join(` ${t("or")} `)}${arrow}`;
+}
+
+/** The candidates that the verdict names: one, or several that no sensor tells apart. */
+export function candidatesOf(verdict: Diagnosis | null): Candidate[] {
+  if (!verdict) return [];
+  return namedBy(verdict)
+    .map((name) => verdict.candidates?.find((each) => each.component === name))
+    .filter((each): each is Candidate => each !== undefined);
+}
+
+/** What is known of the run now: "Fault: R1 ↑", "Learning the healthy rig". */
+export function verdictHeading(model: RunModel): string {
+  const { verdict, learning, running } = model;
+  if (learning || !verdict) return t(learning || running ? "verdict_calibrating" : "verdict_none");
+  if (verdict.verdict !== "calibrating") return verdictWords(verdict, model.bench);
+  return t(running && !verdict.settled ? "verdict_calibrating" : "verdict_none");
+}
+
+/** "100.2 ± 0.1 Ω", or "> 5 mF" of a value that the record only bounds. */
+export function sizeOf(model: RunModel, { component, value, sigma, bound }: Candidate): string {
+  if (bound) return `${bound} ${model.bench.format(component, value)}`;
+  return model.bench.formatWithSigma(component, value, sigma);
+}

@@ -1,0 +1,60 @@
+import type { Run, RunEvent } from "../api/types";
+import { t } from "../i18n/i18n.svelte";
+import { word } from "../i18n/words";
+import { type Story, tellStory } from "../live/episodes";
+import { namedBy } from "../live/paper_path";
+import { verdictWords } from "../live/verdict_words";
+import type { Bench } from "../plant/bench";
+import { kindWords, planWords } from "./plan_words";
+
+const TOLD_MAX = 3;
+
+/** The story of a run as its list tells it. */
+export function storyOf(run: Run, bench: Bench): Story {
+  const events = (run.changes ?? []).map(
+    ({ component, value, at_s }): RunEvent => ({
+      kind: "relay_confirmed",
+      index: Math.round((at_s ?? 0) / run.period_s),
+      t_s: at_s ?? 0,
+      component,
+      value,
+    }),
+  );
+  return tellStory({ events, findings: run.findings }, bench, run.period_s);
+}
+
+/** What happened: "PRBS, R12 → 5.6 kΩ @ 10 s"; of a run that goes on, what is planned too. */
+export function happenedWords(run: Run, bench: Bench | undefined): string {
+  if (!bench || (run.state === "running" && !run.changes?.length))
+    return planWords(run.plan, bench);
+  const { changes } = storyOf(run, bench);
+  const told = changes
+    .slice(-TOLD_MAX)
+    .map(
+      ({ component, value, atS }) =>
+        `${bench.change(component, value)} @ ${Number(atS.toFixed(2))} s`,
+    );
+  if (changes.length > TOLD_MAX) told.unshift("…");
+  const first = run.plan?.recording ? t("a_recording") : kindWords(run.plan?.excitation ?? {});
+  const nothing = run.plan?.recording ? [] : [t("no_fault")];
+  return [first, ...(told.length > 0 ? told : nothing)].join(", ");
+}
+
+/** What was found: "R1 ↑ 100 Ω; R12 or R9". */
+export function foundWords(run: Run, bench: Bench | undefined): string {
+  if (!run.verdict) return "–";
+  // a run without a calibration at its end does not get one later
+  if (run.verdict === "calibrating" && run.state !== "running") return t("verdict_none");
+  const found = (run.findings ?? []).filter(
+    ({ verdict }) => verdict === "fault" || verdict === "unknown_fault",
+  );
+  if (!bench || found.length === 0) return word("verdict", run.verdict);
+  return found
+    .map((finding) => {
+      const [best] = finding.candidates;
+      const alone = finding.verdict === "fault" && namedBy(finding).length === 1 && best;
+      const words = verdictWords(finding, bench);
+      return alone ? `${words} ${bench.format(best.component, best.value)}` : words;
+    })
+    .join("; ");
+}
