@@ -217,7 +217,10 @@ core::Result<Pixels> RenderForPrint(const Figure& figure,
                              static_cast<int>(std::lround(height_mm * kPixelsPerMm)),
                              PlotStyle(kLarger * kPixelsPerMm * kMmPerMetre / kPixelsPerMetre),
                              *type.value());
-  return Pixels{canvas.width(), canvas.height(), {canvas.pixels().begin(), canvas.pixels().end()}};
+  const std::span<const std::uint8_t> drawn = canvas.pixels();
+  Pixels out{canvas.width(), canvas.height(), {}};
+  out.rgb.assign(drawn.data(), drawn.data() + drawn.size());
+  return out;
 }
 
 }  // namespace faultlab::server

@@ -128,6 +128,21 @@ describe("print", { timeout: SUITE_MS }, () => {
     }
   }
 
+  story("Ctrl+P and the printed page lead to the report", async () => {
+    const { page, context, close } = await openRun({ viewport: WIDE });
+    const report = `/api/v1/runs/${run}/report.pdf?language=en`;
+    const answer = await page.request.get(`${server.url}${report}`);
+    assert.equal(answer.headers()["content-type"], "application/pdf");
+    assert.equal((await answer.body()).subarray(0, 5).toString(), "%PDF-");
+    await page.emulateMedia({ media: "print" });
+    await page.getByText(`Report to print: ${server.url}${report}`).waitFor();
+    await page.emulateMedia({ media: null });
+    const asked = context.waitForEvent("request", (request) => request.url().endsWith(report));
+    await page.keyboard.press("Control+p");
+    await asked;
+    await close();
+  });
+
   story("in the dark theme, with the model check", async () => {
     const { page, close } = await openRun({ viewport: WIDE, colorScheme: "dark" });
     await page.getByRole("button", { name: "Model check" }).click();

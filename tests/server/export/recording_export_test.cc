@@ -11,6 +11,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <regex>
 
 #include "core/types/check.h"
 #include "server/csv/csv_record.h"
@@ -72,6 +74,21 @@ class MatVariable {
  private:
   matvar_t* variable_;
 };
+
+/// No MATLAB is at hand to run it.
+TEST_F(RecordingExportTest, TheExampleInMatlabReadsVariablesThatAreThere) {
+  Spool out({.folder = fs::temp_directory_path()});
+  WriteMat(recording_, out);
+  const std::string file = std::move(out).TakeMemory();
+  std::ifstream in(FAULTLAB_EXAMPLES "/load_run.m");
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  static const std::regex kUsed(R"(run\.([A-Za-z0-9_]+))");
+  int used = 0;
+  for (std::sregex_iterator at(text.begin(), text.end(), kUsed), end; at != end; ++at, ++used) {
+    EXPECT_NE(file.find((*at)[1].str()), std::string::npos) << at->str();
+  }
+  EXPECT_GT(used, 5);
+}
 
 TEST_F(RecordingExportTest, WritesAMatFileThatLibmatioReads) {
   const fs::path path = fs::temp_directory_path() / ("faultlab-" + std::to_string(::getpid()));

@@ -52,7 +52,7 @@ TEST_F(ReportApiTest, ReportsARunToWhoeverMayReadIt) {
   EXPECT_TRUE(File("ann", id, "report.pdf").body == report.body) << "same bytes";
   EXPECT_TRUE(File("operator", id, "report.pdf").body == report.body);
   EXPECT_EQ(File("bob", id, "report.pdf").status, 404);
-  EXPECT_EQ(File("guest", id, "report.pdf").status, 404);
+  EXPECT_EQ(File("guest", id, "report.pdf").status, 401);
   EXPECT_EQ(File("ann", id, "report.pdf?language=de").status, 400);
 }
 
@@ -138,6 +138,32 @@ TEST_F(ReportApiTest, ExportsTheEstimatesOfEverySample) {
   EXPECT_EQ(rows, 300);
   EXPECT_THAT(last, HasSubstr("excited"));
   EXPECT_EQ(File("ann", id, "export.csv?content=all").status, 400);
+}
+
+TEST_F(ReportApiTest, TheExampleInPythonReadsWhatIsDownloaded) {
+  const std::string id = Run("ann", R"({"duration_s":3})");
+  TempFolder folder;
+  const auto keep = [&](const char* name, const std::string& file) {
+    std::ofstream(folder.File(name), std::ios::binary) << File("ann", id, file).body;
+  };
+  keep("samples.csv", "export.csv");
+  keep("estimates.csv", "export.csv?content=estimates");
+  const std::string program =
+      "import sys; sys.path.insert(0, '" FAULTLAB_SOURCE_DIR
+      "/deploy/examples')\n"
+      "import numpy, load_run\n"
+      "run = load_run.read_csv('samples.csv')\n"
+      "assert len(run['t_s']) == 300 and abs(run['uc_v'].mean() - 2.5) < 0.1\n"
+      "assert any(c.startswith('bench ') for c in run['comments']), run['comments']\n"
+      "found = load_run.read_csv('estimates.csv')\n"
+      "assert numpy.isnan(found['sia_100_20_b0'][0])\n"
+      "assert found['sia_100_20_status'][-1] == 'excited'\n"
+      "assert 2.2 < found['sia_100_20_b0'][-1] < 2.6, found['sia_100_20_b0'][-1]\n"
+      "load_run.main(['samples.csv', 'estimates.csv'])\n";
+  std::ofstream(folder.File("check.py")) << program;
+  const std::string command =
+      "cd " + folder.path().string() + " && PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 check.py";
+  EXPECT_EQ(std::system(command.c_str()), 0) << "packages python3, python3-numpy";
 }
 
 }  // namespace
