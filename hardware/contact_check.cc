@@ -75,10 +75,7 @@ std::size_t WindowOf(std::size_t switching) {
   return 2 + 2 * switching;
 }
 
-std::vector<double> DriveOf(const core::Bench& bench) {
-  const auto usual = core::Generate(bench.excitation, 300 * bench.period_s, bench.period_s);
-  double high_v = bench.input_max_v;
-  if (usual) high_v = *std::max_element(usual.value().begin(), usual.value().end());
+std::vector<double> DriveOf(const core::Bench& bench, double high_v) {
   const std::size_t window = WindowSamples(bench);
   std::vector<double> uc_v;
   for (std::size_t k = 0; k < window * WindowCount(bench); ++k) {
@@ -169,10 +166,13 @@ class Windows {
 
 class Judge {
  public:
-  Judge(const core::Bench& bench, double delta_s, std::span<const core::Sample> samples)
+  Judge(const core::Bench& bench,
+        double high_v,
+        double delta_s,
+        std::span<const core::Sample> samples)
       : bench_(bench),
         delta_s_(delta_s),
-        uc_v_(DriveOf(bench)),
+        uc_v_(DriveOf(bench, high_v)),
         switchings_(SwitchingsOf(bench)),
         channels_(ChannelsOf(bench)),
         seen_(bench, InOrder(samples, uc_v_.size())),
@@ -358,27 +358,38 @@ std::string_view Name(Contact contact) {
   return "?";
 }
 
-RunPlan ContactPlan(const core::Bench& bench) {
+double ContactDrive(const core::Bench& bench) {
+  const auto usual = core::Generate(bench.excitation, 300 * bench.period_s, bench.period_s);
+  if (!usual || usual.value().empty()) return bench.input_max_v;
+  const auto [least, most] = std::minmax_element(usual.value().begin(), usual.value().end());
+  return std::abs(*least) > std::abs(*most) ? *least : *most;
+}
+
+RunPlan ContactPlan(const core::Bench& bench, double high_v) {
   RunPlan plan;
   plan.period_s = bench.period_s;
-  plan.uc_v = DriveOf(bench);
+  plan.uc_v = DriveOf(bench, high_v);
   plan.faults = FaultsOf(bench, kUnchanged, 0);
   return plan;
 }
 
 ContactReport JudgeContacts(std::span<const core::Sample> samples,
                             const core::Bench& bench,
+                            double high_v,
                             double delta_s) {
   LAB_CHECK(!bench.profiles.empty(), bench.name);
-  return Judge(bench, delta_s, samples).Report();
+  return Judge(bench, high_v, delta_s, samples).Report();
 }
 
 core::Result<ContactReport> CheckContacts(Rig& rig, Epoch epoch) {
-  const core::Bench& bench = *rig.description().bench;
+  const RigDescription& about = rig.description();
+  const core::Bench& bench = *about.bench;
+  // A rig may have closer limits than its class.
+  const double high_v = std::clamp(ContactDrive(bench), about.uc_v_min, about.uc_v_max);
   const core::Result<std::vector<core::Sample>> samples =
-      PlayRun(rig, epoch, ContactPlan(bench), "the check of the contacts");
+      PlayRun(rig, epoch, ContactPlan(bench, high_v), "the check of the contacts");
   if (!samples) return samples.error();
-  return JudgeContacts(samples.value(), bench, rig.description().delta_s);
+  return JudgeContacts(samples.value(), bench, high_v, about.delta_s);
 }
 
 }  // namespace faultlab::hardware

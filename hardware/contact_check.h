@@ -41,15 +41,20 @@ struct ContactReport {
 
 /// One run with the supply on, at levels of the bench's usual excitation: nominal windows and
 /// windows of one position each in turn, the drive stepping up in the middle of each.
-RunPlan ContactPlan(const core::Bench& bench);
+/// @param high_v  uc of the second half of a window; the first half has two thirds of it
+RunPlan ContactPlan(const core::Bench& bench, double high_v);
+/// The usual one: the end of the bench's usual excitation that is farther from 0.
+double ContactDrive(const core::Bench& bench);
 
 /// Compares a run of ContactPlan with what the bench's description makes of it: no second list of
 /// expected readings that could differ from the description. A position is recognised when the
 /// change that it makes to um and ia is nearest to its own among those of all parts of its board.
 /// Pure.
+/// @param high_v   of the plan
 /// @param delta_s  DAC edge to ADC sample of the rig
 ContactReport JudgeContacts(std::span<const core::Sample> samples,
                             const core::Bench& bench,
+                            double high_v,
                             double delta_s);
 
 /// Plays and judges; leaves the rig safe. Blocks for the plan's time. Contract: `rig` is idle.

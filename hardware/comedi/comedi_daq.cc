@@ -1,7 +1,9 @@
 #include "hardware/comedi/comedi_daq.h"
 
+#include <chrono>
 #include <limits>
 #include <optional>
+#include <string>
 
 #include "hardware/comedi/analog_scan.h"
 #include "hardware/comedi/comedi_board.h"
@@ -28,12 +30,19 @@ class Comedi final : public Daq {
     board_.RequireChannel("ua", channels.ua, channels.analog_in, inputs);
     board_.RequireChannel("ia", channels.ia, channels.analog_in, inputs);
     in_ = ScaleOf(channels.analog_in, channels.um);
+    if (channels.ia >= 0 && in_.range->max <= channels.ia_reach_v) {
+      throw IoError("the analog inputs of " + channels.device + " end at " +
+                    std::to_string(in_.range->max) + " V in this range, ia needs more than " +
+                    std::to_string(channels.ia_reach_v) +
+                    " V for its interlock over_current: choose a wider comedi.range");
+    }
     relays_.emplace(board_, channels);
     if (channels.counter >= 0) counter_.emplace(board_, channels);
   }
 
   double WriteDrive(double terminal_v) override {
     const lsampl_t code = board_.api().from_phys(terminal_v, out_.range, out_.maxdata);
+    const Time before = std::chrono::steady_clock::now();
     const int status = board_.api().data_write(board_.device(),
                                                Unsigned(channels_.analog_out),
                                                Unsigned(channels_.drive),
@@ -42,14 +51,22 @@ class Comedi final : public Daq {
                                                code);
     if (status < 0) board_.Fail("comedi_data_write");
     if (scan_) scan_->Start();
+    drive_at_ = Middle(before);
     return board_.api().to_phys(code, out_.range, out_.maxdata);
   }
 
   AnalogReading ReadAnalog() override {
     if (scan_) return OfScan();
-    return {.um_v = ReadVolts(channels_.um),
-            .ua_v = ReadVolts(channels_.ua),
-            .ia_v = ReadVolts(channels_.ia)};
+    // One after the other, which may take as long as delta: um, by which is diagnosed, comes first.
+    const Time before = std::chrono::steady_clock::now();
+    AnalogReading reading;
+    const bool by_um = channels_.um >= 0;
+    const double first_v = ReadVolts(by_um ? channels_.um : channels_.ia);
+    reading.middle_after_s = std::chrono::duration<double>(Middle(before) - drive_at_).count();
+    reading.um_v = by_um ? first_v : std::numeric_limits<double>::quiet_NaN();
+    reading.ua_v = ReadVolts(channels_.ua);
+    reading.ia_v = by_um ? ReadVolts(channels_.ia) : first_v;
+    return reading;
   }
 
   void WriteRelayLines(std::uint32_t levels) override { relays_->Write(levels); }
@@ -72,6 +89,10 @@ class Comedi final : public Daq {
   bool has_watchdog() const override { return false; }
 
  private:
+  using Time = std::chrono::steady_clock::time_point;
+  /// A call acts about half way between its beginning and now.
+  static Time Middle(Time begin) { return begin + (std::chrono::steady_clock::now() - begin) / 2; }
+
   struct Scale {
     comedi_range* range = nullptr;
     lsampl_t maxdata = 0;
@@ -133,6 +154,7 @@ class Comedi final : public Daq {
   const unsigned reference_;
   Scale in_;
   Scale out_;
+  Time drive_at_{};
   std::optional<RelayPorts> relays_;
   std::optional<PulseCounter> counter_;
   std::unique_ptr<AnalogScan> scan_;  ///< null: single reads

@@ -323,6 +323,8 @@ std::unique_ptr<Daq> OpenDaq(const BenchFile& file) {
   comedi.nominal_levels = file.config.wiring.nominal_levels();
   comedi.drive_zero_v = file.config.scaling.uc.ToTerminal(0.0);
   comedi.delta_s = file.config.description.delta_s;
+  comedi.ia_reach_v =
+      std::abs(file.config.scaling.ia.ToTerminal(file.config.limits.current_peak_a));
   std::unique_ptr<Daq> driver = file.driver == BenchFile::Driver::kComedi
                                     ? OpenComedi(comedi)
                                     : OpenNiDaqmx(file.nidaqmx, file.config.scaling.speed);

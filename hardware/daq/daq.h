@@ -13,8 +13,9 @@ struct AnalogReading {
   double um_v = 0.0;
   double ua_v = 0.0;
   double ia_v = 0.0;
-  /// Seconds from the edge of the last WriteDrive to the middle of the conversions, where the
-  /// board's own clock tells it; else the middle of the call is taken for it.
+  /// Seconds from the edge of the last WriteDrive to the conversion of um (of ia where um is not
+  /// wired), where the driver knows it: by the board's clock, or as it reads one channel after the
+  /// other. Else the middle of the call is taken for it.
   std::optional<double> middle_after_s = std::nullopt;
 };
 

@@ -93,10 +93,12 @@ bool RestUpkeep::Begin(const RunRecord& record) {
   auto rig = find_rig_(record.rig);
   core::Status begun = refusal::NoRig(record.rig);
   if (rig != nullptr) {
-    if (rig->state() == hardware::RigState::kRunning) end_run_(record.rig);
     auto rest = std::make_unique<RunRest>(std::move(rig), store_, record);
     begun = rest->Begin();
     if (begun.ok()) {
+      // Of a run that has ended too: its lease, which the agent keeps for a server that died, must
+      // not stand in the way of the next one.
+      end_run_(record.rig);
       readings_[record.id] = {std::move(rest), now};
       return true;
     }

@@ -19,6 +19,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 constexpr double kPaperDeltaS = 9.5e-3;
+const double kDriveV = ContactDrive(paper::Bench());
 
 std::uint32_t Bit(int line) {
   return 1u << line;
@@ -63,6 +64,21 @@ TEST(Contacts, OfAHealthyBenchAreAllRecognised) {
         << finding.um_expected_v << " seen " << finding.um_seen_v;
     EXPECT_NEAR(finding.um_seen_v, finding.um_expected_v, 0.05 + 0.05 * finding.um_expected_v);
   }
+}
+
+TEST(Contacts, AreRecognisedWithinTheCloserLimitsOfARig) {
+  TestBenchOptions options;
+  options.limits.uc_v_max = 2.5;
+  TestBench bench(options);
+  EXPECT_TRUE(ReportOf(bench).ok);
+}
+
+TEST(Contacts, ADriveBelowZeroIsUsedWhereTheExcitationIs) {
+  core::Bench bench = paper::Bench();
+  auto& prbs = std::get<core::PrbsSpec>(bench.excitation);
+  prbs.low_v = -2.0;
+  prbs.high_v = 0.0;
+  EXPECT_DOUBLE_EQ(ContactDrive(bench), -2.0);
 }
 
 TEST(Contacts, ExchangedWiresAreNamed) {
@@ -117,7 +133,7 @@ TEST(Contacts, AContactThatDoesNotCloseIsFound) {
 
 /// A run of the plan on a rig that is not its data sheet.
 std::vector<core::Sample> RunOn(const core::PlantParameters& rig, double mc_nm) {
-  const RunPlan plan = ContactPlan(paper::Bench());
+  const RunPlan plan = ContactPlan(paper::Bench(), kDriveV);
   core::BenchProfile profile = paper::Hardware();
   profile.friction.mc_nm = mc_nm;
   profile.friction.ms_nm = 1.5 * mc_nm;
@@ -131,7 +147,8 @@ TEST(Contacts, ToleranceOfPartsAndFrictionAreNoWrongWires) {
       rig.ra_ohm *= share;
       rig.ke_v_per_rad_s *= 2.0 - share;
       rig.kt_nm_per_a *= 2.0 - share;
-      const ContactReport report = JudgeContacts(RunOn(rig, mc_nm), paper::Bench(), kPaperDeltaS);
+      const ContactReport report =
+          JudgeContacts(RunOn(rig, mc_nm), paper::Bench(), kDriveV, kPaperDeltaS);
       EXPECT_TRUE(report.ok) << share << " " << mc_nm << " " << report.nominal;
       for (const ContactFinding& finding : report.positions) {
         EXPECT_NE(finding.contact, Contact::kWrong)
@@ -142,7 +159,7 @@ TEST(Contacts, ToleranceOfPartsAndFrictionAreNoWrongWires) {
 }
 
 TEST(Contacts, APartOfAnotherSizeIsToBeMeasured) {
-  RunPlan plan = ContactPlan(paper::Bench());
+  RunPlan plan = ContactPlan(paper::Bench(), kDriveV);
   for (core::Fault& fault : plan.faults) {
     if (fault.component == paper::kR1 && fault.value == 100.0) fault.value = 1000.0;
   }
@@ -150,6 +167,7 @@ TEST(Contacts, APartOfAnotherSizeIsToBeMeasured) {
       core::SimulateRecord(
           paper::Hardware(), paper::Bench().nominal, plan.uc_v, plan.faults, 7, plan.period_s),
       paper::Bench(),
+      kDriveV,
       kPaperDeltaS);
   const ContactFinding finding = Of(report, paper::kR1, 100.0);
   EXPECT_EQ(finding.contact, Contact::kWrong);
@@ -162,10 +180,10 @@ TEST(Contacts, APartWithoutEffectIsReadBackOnly) {
   for (core::ComponentInfo& part : bench.parts) {
     if (part.symbol == "C8") part.positions[1].value = 48e-12;
   }
-  const RunPlan plan = ContactPlan(bench);
+  const RunPlan plan = ContactPlan(bench, kDriveV);
   const std::vector<core::Sample> record = core::SimulateRecord(
       paper::Hardware(), bench.nominal, plan.uc_v, plan.faults, 7, plan.period_s);
-  const ContactReport report = JudgeContacts(record, bench, kPaperDeltaS);
+  const ContactReport report = JudgeContacts(record, bench, kDriveV, kPaperDeltaS);
   EXPECT_TRUE(report.ok);
   for (const ContactFinding& finding : report.positions) {
     EXPECT_EQ(finding.contact,
@@ -175,11 +193,11 @@ TEST(Contacts, APartWithoutEffectIsReadBackOnly) {
 }
 
 TEST(Contacts, LostSamplesAndNoSamplesAreNoRecognition) {
-  const RunPlan plan = ContactPlan(paper::Bench());
-  EXPECT_FALSE(JudgeContacts({}, paper::Bench(), kPaperDeltaS).ok);
+  const RunPlan plan = ContactPlan(paper::Bench(), kDriveV);
+  EXPECT_FALSE(JudgeContacts({}, paper::Bench(), kDriveV, kPaperDeltaS).ok);
   std::vector<core::Sample> record = RunOn(paper::Bench().nominal, 0.33e-3);
   std::erase_if(record, [](const core::Sample& sample) { return sample.index % 7 == 3; });
-  EXPECT_TRUE(JudgeContacts(record, paper::Bench(), kPaperDeltaS).ok);
+  EXPECT_TRUE(JudgeContacts(record, paper::Bench(), kDriveV, kPaperDeltaS).ok);
 }
 
 TEST(Contacts, TheRunStaysInsideEveryShippedBench) {

@@ -333,19 +333,22 @@ TEST_P(ClockedConversions, LeaveSingleReadsWhereTheTrialGivesNothing) {
   control_->scans_silent = true;
   const std::unique_ptr<Daq> daq = Opened();
   daq->WriteDrive(2.0);
-  EXPECT_FALSE(daq->ReadAnalog().middle_after_s.has_value());
-  EXPECT_EQ(control_->cancels, control_->commands);
+  const int commands = control_->commands;
+  (void)daq->ReadAnalog();
+  EXPECT_EQ(control_->cancels, commands);
+  EXPECT_EQ(control_->commands, commands);
   control_->scans_silent = false;
   daq->Prepare();  // of the next run
   daq->WriteDrive(2.0);
-  EXPECT_TRUE(daq->ReadAnalog().middle_after_s.has_value());
+  (void)daq->ReadAnalog();
+  EXPECT_GT(control_->commands, commands);
 }
 
 TEST_P(ClockedConversions, AreNotUsedWhereTheyAreNotWanted) {
   bench_.comedi.may_scan = false;
   const std::unique_ptr<Daq> daq = Opened();
   daq->WriteDrive(2.0);
-  EXPECT_FALSE(daq->ReadAnalog().middle_after_s.has_value());
+  (void)daq->ReadAnalog();
   EXPECT_EQ(control_->commands, 0);
 }
 
