@@ -321,8 +321,8 @@ class Judge {
   static std::string Looks(core::Component component, int likest, int position, bool far) {
     if (likest == 0) return "nothing changes: the relay, its contact or its wire";
     if (likest < 0) return "no samples of it";
-    if (far) return "no part of this board does that: an open contact, or a wire of another board";
     if (likest == position) return "the effect is of another size: measure the part";
+    if (far) return "no part of this board does that: an open contact, or a wire of another board";
     const auto& like = component.info().positions[static_cast<std::size_t>(likest)];
     std::array<char, 96> text{};
     std::snprintf(text.data(),
