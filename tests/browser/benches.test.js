@@ -100,6 +100,7 @@ for (const bench of BENCHES) {
       await phone.setViewportSize({ width: 390, height: 800 });
       await phone.goto(page.url());
       await waitForReview(phone);
+      await phone.getByRole("button", { name: "Next run" }).click(); // the sheet has the circuit
       const drawing = phone.getByRole("img", { name: new RegExp(`${component} = ${value}`) });
       await drawing.waitFor();
       const { x, width } = await drawing.boundingBox();

@@ -311,7 +311,7 @@ describe("signals", { timeout: SUITE_MS }, () => {
     await page.locator("#set-R12").focus();
     await page.keyboard.press("4");
     await page.locator(".slider.refused #set-R12").waitFor();
-    await page.getByText("R1 → 100 Ω comes at 500.00 s").waitFor();
+    await page.locator(".detail", { hasText: "R1 → 100 Ω comes at 500.00 s" }).waitFor();
     await page.getByLabel("one fault at a time").uncheck();
     await page.locator("#set-R12").focus();
     await page.keyboard.press("4");
