@@ -145,8 +145,7 @@ void Contract::Experiments() {
   world_.Expect(404, "bob", "PATCH", "runs/{id}", id, R"({"starred":true})");
   world_.Expect(400, "ann", "PATCH", "runs/{id}", id, R"({"owner":"bob"})");
   const auto found = [this](const std::string& query) {
-    const HttpAnswer answer =
-        world_.Call("ann", "GET", "/api/v1/runs", "/api/v1/runs?" + query);
+    const HttpAnswer answer = world_.Call("ann", "GET", "/api/v1/runs", "/api/v1/runs?" + query);
     EXPECT_EQ(answer.status, 200) << query;
     return json::parse(answer.body).at("items").as_array().size();
   };
