@@ -216,7 +216,7 @@ void Run::Drain() {
 void Run::FollowLink() {
   // A process that stood still has not listened: what the rig said meanwhile is read first.
   const auto now = std::chrono::steady_clock::now();
-  if (now - std::exchange(listened_at_, now) > kSilentAfter / 4) return;
+  if (now - std::exchange(listened_at_, now) >= kSilentAfter) return;
   const std::optional<std::chrono::nanoseconds> silence = rig_->silence();
   const bool silent = silence && *silence > kSilentAfter;
   const std::int64_t index = last_frame_ ? last_frame_->sample.index + 1 : 0;
