@@ -273,6 +273,10 @@ void Read(TomlTable& root, const std::string& asked, BenchFile& file) {
   double delta_ms = 1e3 * description.delta_s;
   loop.Number("delta_ms", delta_ms, 0.1, 1000.0);
   description.delta_s = delta_ms * 1e-3;
+  const double period_ms = 1e3 * description.bench->period_s;
+  if (!simulated && delta_ms >= period_ms) {
+    loop.Refuse("delta_ms", "must lie inside the period of " + Number(period_ms) + " ms");
+  }
   loop.Integer("fifo_priority", file.fifo_priority, 0, 99);
   loop.Integer("late_ticks_max", file.late_ticks_max, 1, 1000);
   double driver_timeout_ms = 250.0;

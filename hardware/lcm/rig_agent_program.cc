@@ -22,6 +22,7 @@
 #include "hardware/config/bench_file.h"
 #include "hardware/contact_check.h"
 #include "hardware/heartbeat.h"
+#include "hardware/lcm/board_lock.h"
 #include "hardware/lcm/epoch_file.h"
 #include "hardware/lcm/message_bus.h"
 #include "hardware/lcm/rig_agent.h"
@@ -132,6 +133,11 @@ core::Result<ContactReport> ContactsOf(Rig& rig, Heartbeat& heartbeat) {
 
 int SelfTest(const RigAgentOptions& options, const BenchFile& file, const SendWord& send) {
   EndOnSignals();
+  const core::Result<BoardLock> lock = BoardLock::Take(file, options.state_directory);
+  if (!lock) {
+    Say(lock.error().message);
+    return kUnsafe;
+  }
   const auto heartbeat = std::make_shared<Heartbeat>(send, MakeSteadyClock(), BeatsOf(file));
   const std::unique_ptr<Rig> rig = OpenRig(file, heartbeat);
   const SelfTestReport report = rig->SelfTest(Epoch{1}).value();  // it was made just now: idle
@@ -190,6 +196,11 @@ int Serve(const RigAgentOptions& options,
   }
   const auto heartbeat = std::make_shared<Heartbeat>(send, MakeSteadyClock(), BeatsOf(file));
   if (file.driver != BenchFile::Driver::kSimulated) (void)LockMemory();  // RunRigAgent tells
+  const core::Result<BoardLock> lock = BoardLock::Take(file, options.state_directory);
+  if (!lock) {
+    Say(lock.error().message);
+    return kUnsafe;
+  }
   const std::unique_ptr<Rig> rig = OpenRig(file, heartbeat);
   rig->SafeStop("the agent begins");  // in whatever state the bench was found
   RigAgentSettings settings;

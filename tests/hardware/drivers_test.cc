@@ -596,6 +596,8 @@ TEST(BenchFile, RefusesWithLineAndKey) {
             "bench.toml:4: limits.uc_max_v must be a number from 0.1 to 100");
   EXPECT_THAT(RefusalOf("driver = \"comedi\"\n[limits]\ncurrent_peak_a = 50\n"),
               HasSubstr("current_peak_a is 50 A, which ia cannot read"));
+  EXPECT_EQ(RefusalOf("driver = \"nidaqmx\"\n[loop]\ndelta_ms = 20\n"),
+            "bench.toml:3: loop.delta_ms must lie inside the period of 10 ms");
   EXPECT_EQ(RefusalOf("[limits]\ncurrent_peak_a = -1\n"),
             "bench.toml:2: limits.current_peak_a must be a number from 0.01 to 100");
   EXPECT_EQ(RefusalOf("[loop]\n\nspeed = 3\n"),
