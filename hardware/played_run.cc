@@ -53,6 +53,10 @@ core::Result<std::vector<core::Sample>> PlayRun(Rig& rig,
   }
   rig.SafeStop(std::string(what) + " has ended");
   if (!trip.empty()) return Unavailable("an interlock tripped: " + trip);
+  if (stopped.starts_with("watchdog")) {
+    return core::Error{
+        .code = core::ErrorCode::kBusy, .message = "the rig stopped: " + stopped, .field = {}};
+  }
   if (!stopped.empty()) return Unavailable("the rig stopped: " + stopped);
   return samples;
 }

@@ -13,7 +13,7 @@ namespace faultlab::hardware {
 /// pace needs, at most 27 s beyond the plan.
 /// @param what  names the run in errors: "the check"
 /// @returns its samples; an error for a refusal (as the rig gave it), an interlock that tripped, or
-/// a run that did not end.
+/// a run that did not end. kBusy: the rig heard nothing from us in time, which says nothing of it.
 core::Result<std::vector<core::Sample>> PlayRun(Rig& rig,
                                                 Epoch epoch,
                                                 RunPlan plan,

@@ -30,11 +30,10 @@ class Comedi final : public Daq {
     board_.RequireChannel("ua", channels.ua, channels.analog_in, inputs);
     board_.RequireChannel("ia", channels.ia, channels.analog_in, inputs);
     in_ = ScaleOf(channels.analog_in, channels.um);
-    if (channels.ia >= 0 && in_.range->max <= channels.ia_reach_v) {
+    if (in_.range->max <= channels.reach_v) {
       throw IoError("the analog inputs of " + channels.device + " end at " +
-                    std::to_string(in_.range->max) + " V in this range, ia needs more than " +
-                    std::to_string(channels.ia_reach_v) +
-                    " V for its interlock over_current: choose a wider comedi.range");
+                    std::to_string(in_.range->max) + " V in this range, the interlocks need " +
+                    std::to_string(channels.reach_v) + " V: choose a wider comedi.range");
     }
     relays_.emplace(board_, channels);
     if (channels.counter >= 0) counter_.emplace(board_, channels);

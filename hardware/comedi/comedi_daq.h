@@ -38,8 +38,8 @@ struct ComediChannels {
   int range = 0;                               ///< index of the +-10 V range, both ways
   std::string reference = "ground";            ///< ground | common | diff
   bool may_scan = true;                        ///< false: single reads, whatever the board can do
-  /// Terminal volts that ia must be able to show, so that its interlock can act; 0: any.
-  double ia_reach_v = 0.0;
+  /// Terminal volts that the inputs must be able to show, so that the interlocks can act; 0: any.
+  double reach_v = 0.0;
   double delta_s = 0.0;  ///< drive edge to the middle of a scan
 };
 

@@ -1,5 +1,6 @@
 #include "hardware/config/bench_file.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -98,20 +99,31 @@ void ReadLimits(TomlTable& limits, RigLimits& to) {
   limits.Number("stall_s", to.stall_s, 0.02, 60.0);
 }
 
+/// Volts at the terminal at which a channel shows this value, of either sign.
+double TerminalReach(const ChannelScale& scale, double value) {
+  return std::max(std::abs(scale.ToTerminal(value)), std::abs(scale.ToTerminal(-value)));
+}
+
 /// An interlock that its channel cannot reach never acts: as for a description, of this rig's own
 /// limits and scaling.
 void CheckReach(TomlTable& root, const BenchFile& file) {
   constexpr double kConverterV = 10.0;  // of the widest range that boards are sold with
   const RigLimits& limits = file.config.limits;
+  const ChannelScaling& scaling = file.config.scaling;
+  const RigDescription& rig = file.config.description;
   TomlTable& table = root.Sub("limits");
-  const auto reads = [](const ChannelScale& scale, double value) {
-    return std::max(std::abs(scale.ToTerminal(value)), std::abs(scale.ToTerminal(-value))) <
-           kConverterV;
+  const auto refuse = [&](const char* key, double value, const char* what) {
+    table.Refuse(key,
+                 "is " + Number(value) + ", which " + what + " cannot read: it would never act");
   };
-  if (file.config.description.has_ia && !reads(file.config.scaling.ia, limits.current_peak_a)) {
-    table.Refuse("current_peak_a",
-                 "is " + Number(limits.current_peak_a) +
-                     " A, which ia cannot read through this scaling: over_current would never act");
+  const bool um = rig.has_um && TerminalReach(scaling.um, limits.voltage_v_max) >= kConverterV;
+  const bool ua = rig.has_ua && TerminalReach(scaling.ua, limits.voltage_v_max) >= kConverterV;
+  if (um || ua) refuse("voltage_max_v", limits.voltage_v_max, um ? "um" : "ua");
+  if (rig.has_ia && TerminalReach(scaling.ia, limits.current_peak_a) >= kConverterV) {
+    refuse("current_peak_a", limits.current_peak_a, "ia");
+  }
+  if (rig.has_ia && TerminalReach(scaling.ia, limits.stall_current_a) >= kConverterV) {
+    refuse("stall_current_a", limits.stall_current_a, "ia");
   }
   if (limits.current_continuous_a > limits.current_peak_a) {
     table.Refuse("current_continuous_a", "must not be above current_peak_a");
@@ -327,8 +339,15 @@ std::unique_ptr<Daq> OpenDaq(const BenchFile& file) {
   comedi.nominal_levels = file.config.wiring.nominal_levels();
   comedi.drive_zero_v = file.config.scaling.uc.ToTerminal(0.0);
   comedi.delta_s = file.config.description.delta_s;
-  comedi.ia_reach_v =
-      std::abs(file.config.scaling.ia.ToTerminal(file.config.limits.current_peak_a));
+  const ChannelScaling& scaling = file.config.scaling;
+  const RigLimits& limits = file.config.limits;
+  if (comedi.um >= 0) comedi.reach_v = TerminalReach(scaling.um, limits.voltage_v_max);
+  if (comedi.ua >= 0) {
+    comedi.reach_v = std::max(comedi.reach_v, TerminalReach(scaling.ua, limits.voltage_v_max));
+  }
+  if (comedi.ia >= 0) {
+    comedi.reach_v = std::max(comedi.reach_v, TerminalReach(scaling.ia, limits.current_peak_a));
+  }
   std::unique_ptr<Daq> driver = file.driver == BenchFile::Driver::kComedi
                                     ? OpenComedi(comedi)
                                     : OpenNiDaqmx(file.nidaqmx, file.config.scaling.speed);

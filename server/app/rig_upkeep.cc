@@ -279,6 +279,10 @@ void RigUpkeep::CheckLoop() {
 /// Waits until nobody holds the rig. An exception of its driver is a failed check.
 lab::RigVerdict RigUpkeep::Check(const lab::Lease& lease) {
   try {
+    // After a start, a far rig is heard within a second or two.
+    while (!bay_.Find(lease.rig).ok() && clock_.Monotonic() < heard_from_) {
+      if (WaitForStop(kFollow)) break;
+    }
     auto hold = bay_.Acquire(lease, kRigPatience);
     if (!hold.ok()) return NotBegun(hold.error());
     return CheckHeld(hold.value());

@@ -125,7 +125,10 @@ core::Result<RigNorm> SimulatedNorm(const core::Bench& bench, double delta_s) {
 
 RigVerdict VerdictOf(const core::Error& error) {
   RigVerdict verdict = Failed(error.message);
-  if (error.field != hardware::kLeaseField) return verdict;
+  if (error.field != hardware::kLeaseField) {
+    verdict.put_off = error.code == core::ErrorCode::kBusy && error.field.empty();
+    return verdict;
+  }
   if (error.code == core::ErrorCode::kStale) {
     verdict.text += ": this server's database is behind the rig, adopt the rig";
   } else {

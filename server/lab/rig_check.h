@@ -40,7 +40,8 @@ struct RigVerdict {
   /// messages do not arrive). The check is tried again; the rig's health is unknown.
   bool put_off = false;
 };
-/// The verdict of a check that ended with an error. If the rig has seen a higher epoch than the
+/// The verdict of a check that ended with an error. What was this server's own silence (kBusy of
+/// PlayRun) is put off. If the rig has seen a higher epoch than the
 /// lease's, the check fails with the message that an operator must adopt the rig; if the rig cannot
 /// accept the lease now, the check is put off.
 RigVerdict VerdictOf(const core::Error& error);

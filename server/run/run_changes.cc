@@ -67,6 +67,11 @@ core::Result<Accepted> Run::LearnAgain() {
       return refusal::ChangePlanned(std::string(core::Name(fault.component)), fault.at_s);
     }
   }
+  // Once a second is enough for anybody.
+  constexpr double kPauseS = 1.0;
+  if (learn_again_ || (learnt_again_ && now_s - options.healthy_from_s < kPauseS)) {
+    return Accepted{learn_again_ ? until_s : options.healthy_to_s};
+  }
   waiting_.Restart(until_s);
   learn_again_ = true;
   return Accepted{until_s};

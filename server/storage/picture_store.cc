@@ -21,7 +21,7 @@ std::string BlobOwner(const std::string& run) {
   return "pictures:" + run;
 }
 
-Error NotFound() {
+Error NoSuchPicture() {
   return {ErrorCode::kNotFound, "no such thing, or not yours to see", ""};
 }
 
@@ -51,7 +51,7 @@ core::Status PictureStore::Add(const std::string& run,
                                StoredPicture picture,
                                std::string_view bytes) {
   return database_.Write(Durability::kTelemetry, [&](Transaction& tx) -> core::Status {
-    if (!LockRecording(tx, run)) return NotFound();
+    if (!LockRecording(tx, run)) return NoSuchPicture();
     int same = 0;
     tx.sql() << "SELECT COUNT(*) FROM recording_picture WHERE recording_id = :id AND "
                 "sample_index = :sample AND why = :why",
@@ -99,7 +99,7 @@ core::Result<std::vector<StoredPicture>> PictureStore::List(const std::string& r
 core::Result<std::string> PictureStore::Load(const std::string& run, int index) {
   return database_.Read([&](Transaction& tx) -> core::Result<std::string> {
     const std::optional<Bytes> bytes = blob_store::Get(tx, BlobOwner(run), index);
-    if (!bytes) return NotFound();
+    if (!bytes) return NoSuchPicture();
     return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
   });
 }

@@ -502,7 +502,7 @@ core::Result<RunPage> RecordingStore::List(const std::string& cursor,
     }
     const std::string pattern = filter.text ? ContainsPattern(*filter.text) : std::string();
     if (filter.text) {
-      query += " AND LOWER(name || ' ' || note || ' ' || id) LIKE :pattern ESCAPE '!'";
+      query += " AND LOWER(name || ' ' || note || ' ' || id) LIKE LOWER(:pattern) ESCAPE '!'";
       statement.exchange(use(pattern, "pattern"));
     }
     if (filter.rig) {

@@ -595,7 +595,11 @@ TEST(BenchFile, RefusesWithLineAndKey) {
   EXPECT_EQ(RefusalOf("\n\n[limits]\nuc_max_v = \"5\"\n"),
             "bench.toml:4: limits.uc_max_v must be a number from 0.1 to 100");
   EXPECT_THAT(RefusalOf("driver = \"comedi\"\n[limits]\ncurrent_peak_a = 50\n"),
-              HasSubstr("current_peak_a is 50 A, which ia cannot read"));
+              HasSubstr("current_peak_a is 50, which ia cannot read"));
+  EXPECT_THAT(RefusalOf("driver = \"comedi\"\n[limits]\nvoltage_max_v = 25\n"),
+              HasSubstr("voltage_max_v is 25, which um cannot read"));
+  EXPECT_THAT(RefusalOf("driver = \"comedi\"\n[limits]\nstall_current_a = 5\n"),
+              HasSubstr("stall_current_a is 5, which ia cannot read"));
   EXPECT_EQ(RefusalOf("driver = \"nidaqmx\"\n[loop]\ndelta_ms = 20\n"),
             "bench.toml:3: loop.delta_ms must lie inside the period of 10 ms");
   EXPECT_EQ(RefusalOf("[limits]\ncurrent_peak_a = -1\n"),

@@ -201,7 +201,7 @@ TEST(RemoteRig, AHigherEpochOfItsOwnLabTakesItOverAtOnce) {
   EXPECT_EQ(Drain(frozen.rig()).last_text(), "the lease was revoked");
   // Whatever it sends, it gets no answer.
   EXPECT_EQ(frozen.rig().Arm(SquarePlan(10), kEpoch).error().code, core::ErrorCode::kStale);
-  EXPECT_EQ(frozen.rig().Arm(SquarePlan(10), Epoch{4}).error().code, core::ErrorCode::kBusy);
+  EXPECT_EQ(frozen.rig().Arm(SquarePlan(10), Epoch{4}).error().code, core::ErrorCode::kUnavailable);
   ASSERT_TRUE(next.rig().Start(Epoch{4}).ok());
   EXPECT_EQ(Drain(next.rig()).samples.size(), 50u);
 }
