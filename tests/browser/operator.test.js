@@ -102,10 +102,10 @@ describe("operator", { timeout: SUITE_MS }, () => {
     await page.reload();
     const audit = page.getByRole("region", { name: "Audit log" });
     await audit
-      .getByText(/change_user pera/)
+      .getByText(/changed the user: pera/)
       .first()
       .waitFor();
-    await audit.getByText(/quarantine rig:bench-1/).waitFor();
+    await audit.getByText(/quarantined: .*bench-1/).waitFor();
     await close();
   });
 
@@ -163,7 +163,7 @@ describe("operator", { timeout: SUITE_MS }, () => {
     await rig.getByText("free").waitFor();
     await rig.getByText(/has seen epoch/).waitFor({ state: "detached" });
     await page.reload();
-    await page.getByText(/adopt rig:far-1 seen epoch 500/).waitFor();
+    await page.getByText(/adopted the epoch of: .*far-1.*500/).waitFor();
     await close();
   });
 

@@ -158,7 +158,7 @@ describe("sessions", { timeout: SUITE_MS }, () => {
       await one.page.goto(`${server.url}/my`);
       await one.page.getByRole("listitem").filter({ hasText: "the motor is hot" }).waitFor();
       await operator.page.reload();
-      await operator.page.getByText("take_over session").waitFor();
+      await operator.page.getByText(/took over the session/).waitFor();
       await one.close();
       await operator.close();
     },
