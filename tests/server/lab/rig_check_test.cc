@@ -49,6 +49,14 @@ TEST(RigCheck, FailsEveryRelayThatSticksInAFault) {
   }
 }
 
+TEST(RigCheck, IsPutOffWhenTheRigHeardNothingFromUsInTime) {
+  // What PlayRun says of a run that the rig's watchdog ended.
+  const RigVerdict stalled = VerdictOf({core::ErrorCode::kBusy, "the rig stopped: watchdog", ""});
+  EXPECT_TRUE(stalled.put_off);
+  EXPECT_FALSE(stalled.passed);
+  EXPECT_FALSE(VerdictOf({core::ErrorCode::kUnavailable, "an interlock tripped", ""}).put_off);
+}
+
 TEST(RigCheck, JudgesByTheRigsOwnBandOnceItHasOne) {
   const RigVerdict healthy = JudgeWith(paper::kR1, 1.0);
   ASSERT_TRUE(healthy.measured.has_value());
