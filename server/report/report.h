@@ -73,11 +73,4 @@ struct RunReport {
 /// Thread-safe; about half a second of CPU.
 core::Result<std::string> ReportPdf(const RunReport& report, Language language);
 
-/// The components at the end of the paper's path; empty for none.
-std::vector<std::string> PathEnd(const std::vector<core::PathStep>& path, const core::Bench& bench);
-
-/// Why the path ends elsewhere than the verdict, as far as the data show it.
-enum class PathOutcome { kNothing, kAgrees, kUnknown, kSettling, kClose, kWindow };
-PathOutcome ComparePath(const core::Verdict& verdict, const core::Bench& bench);
-
 }  // namespace faultlab::server

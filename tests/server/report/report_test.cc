@@ -8,6 +8,7 @@
 
 #include "hardware/bench/benches.h"
 #include "server/plots/figures.h"
+#include "server/report/path_outcome.h"
 #include "tests/server/report/pdf_reader.h"
 
 namespace faultlab::server {
