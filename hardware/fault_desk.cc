@@ -2,27 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "core/types/plant_parameters.h"
+#include "hardware/refusal.h"
 
 namespace faultlab::hardware {
 namespace {
 
 /// Rounding of sample times.
 constexpr double kTimeSlackS = 1e-9;
-
-std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
-core::Error Invalid(std::string message, std::string field) {
-  return {
-      .code = core::ErrorCode::kInvalid, .message = std::move(message), .field = std::move(field)};
-}
 
 }  // namespace
 
@@ -37,11 +26,17 @@ core::Status FaultDesk::CheckValue(core::Component component,
                                    const std::string& field) const {
   const std::string name(core::Name(component));
   if (!(std::isfinite(value) && value > 0.0)) {
-    return Invalid(name + " must be above 0 " + std::string(core::Unit(component)), field);
+    return Invalid(name + " must be above 0 " + std::string(core::Unit(component)),
+                   field,
+                   "value_not_positive",
+                   {{"component", name}});
   }
   if (!core::IsSwitched(component)) {
     if (description_.motor_faults && port_ != nullptr) return core::Done{};
-    return Invalid(name + " is the motor's own: only a simulator can change it", field);
+    return Invalid(name + " is the motor's own: only a simulator can change it",
+                   field,
+                   "component_not_switchable",
+                   {{"rig", description_.id}, {"component", name}});
   }
   if (RelayPositionOf(component, value) >= 0) return core::Done{};
   if (description_.any_value && port_ != nullptr) return core::Done{};
@@ -49,9 +44,12 @@ core::Status FaultDesk::CheckValue(core::Component component,
   for (const core::SwitchPosition& known : component.info().positions) {
     values += (values.empty() ? "" : ", ") + Number(known.value);
   }
-  return Invalid("no relay connects " + name + " = " + Number(value) + ": there are " + values +
-                     " " + std::string(core::Unit(component)),
-                 field);
+  return Invalid(
+      "no relay connects " + name + " = " + Number(value) + ": there are " + values + " " +
+          std::string(core::Unit(component)),
+      field,
+      "value_not_of_the_relays",
+      {{"component", name}, {"values", values}, {"unit", std::string(core::Unit(component))}});
 }
 
 core::Status FaultDesk::Check(const RigCommand& command) const {
@@ -64,7 +62,7 @@ core::Status FaultDesk::Check(const RunPlan& plan) const {
     const core::Fault& fault = plan.faults[i];
     const std::string field = "faults/" + std::to_string(i);
     if (auto good = core::Validate(fault); !good) {
-      return Invalid(good.error().message, field + "/" + good.error().field);
+      return Invalid(good.error().message, field + "/" + good.error().field, good.error().reason);
     }
     if (auto good = CheckValue(fault.component, fault.value, field + "/value"); !good) return good;
     const bool by_relay = core::IsSwitched(fault.component);
@@ -72,7 +70,9 @@ core::Status FaultDesk::Check(const RunPlan& plan) const {
         (port_ == nullptr || !description_.any_value)) {
       return Invalid(std::string(core::Name(fault.component)) +
                          " sits on relays, which jump: only a simulator can drift",
-                     field + "/kind");
+                     field + "/kind",
+                     "relays_jump",
+                     {{"component", std::string(core::Name(fault.component))}});
     }
     if (!by_relay) continue;
     // Switching times of one board must leave its relays their rest.
@@ -88,7 +88,11 @@ core::Status FaultDesk::Check(const RunPlan& plan) const {
       if (apart_s > kTimeSlackS && apart_s < relay_rest_s_ - kTimeSlackS) {
         return Invalid(std::string(core::Name(fault.component)) + " would switch twice within " +
                            Number(apart_s) + " s: its relays rest " + Number(relay_rest_s_) + " s",
-                       field + "/at_s");
+                       field + "/at_s",
+                       "relays_rest",
+                       {{"component", std::string(core::Name(fault.component))},
+                        {"apart_s", Number(apart_s)},
+                        {"rest_s", Number(relay_rest_s_)}});
       }
     }
   }

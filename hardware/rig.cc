@@ -61,7 +61,8 @@ std::string_view Name(RigEventKind kind) {
 }
 
 core::Status Rig::Resume(const std::string&) {
-  return core::Error{core::ErrorCode::kNotFound, "rig " + description().id + " keeps no run", {}};
+  return core::Error{
+      core::ErrorCode::kNotFound, "rig " + description().id + " keeps no run", {}, "internal"};
 }
 
 }  // namespace faultlab::hardware

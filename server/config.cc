@@ -151,6 +151,12 @@ void Read(hardware::TomlTable& in, Config& config) {
   storage.Integer("samples_of_guests", config.samples_of_guests, 0, 2'000'000'000);
   storage.Integer("disk_reserve_mb", config.disk_reserve_mb, 0, 1'000'000);
 
+  hardware::TomlTable& notify = in.Sub("notify");
+  notify.Integers("reminders_min", config.reminders_min, 1, 7 * 24 * 60);
+  hardware::TomlTable& webhooks = in.Sub("webhooks");
+  webhooks.Flag("insecure_local", config.webhooks_insecure_local);
+  webhooks.Text("ca_file", config.webhooks_ca_file);
+
   hardware::TomlTable& lcm = in.Sub("lcm");
   lcm.Text("url", config.lcm_url);
   lcm.Text("keys", config.lcm_keys);

@@ -50,6 +50,10 @@ struct Config {
   std::string public_url;  ///< "https://lab.example.org", as browsers know it; empty: by Host
   std::vector<oidc::ProviderSettings> providers;  ///< sign-in services besides local accounts
 
+  std::vector<int> reminders_min{720, 15};  ///< before a booking; empty: none
+  bool webhooks_insecure_local = false;     ///< webhooks may be http:// in the local network
+  std::string webhooks_ca_file;             ///< PEM, instead of the system's authorities
+
   std::vector<CameraSettings> cameras;  ///< one for each rig at most
 
   std::string lcm_url;   ///< live tap and remote rigs; empty: neither

@@ -19,6 +19,9 @@ struct BenchLimits {
   double stall_speed_rpm = 10.0;  ///< of the shaft whose speed is n
   double stall_s = 0.5;
   double relay_rest_s = 0.05;  ///< shortest time between two switchings of a board
+  /// Closings that a relay's data sheet rates it for. The default is what common signal relays
+  /// stand at their full load; small loads such as these wear them less.
+  double relay_life = 1e5;
 };
 
 }  // namespace faultlab::core

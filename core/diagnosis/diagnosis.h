@@ -40,4 +40,17 @@ struct Diagnosis {
   std::vector<FaultEpisode> episodes;  ///< in time order
 };
 
+/// The episodes; of a diagnosis that has none listed, its verdict as the only one.
+inline std::vector<FaultEpisode> EpisodesOf(const Diagnosis& diagnosis) {
+  if (!diagnosis.episodes.empty() || !diagnosis.verdict.detected_at_s) return diagnosis.episodes;
+  return {{diagnosis.verdict, FaultShape::kAbrupt, std::nullopt}};
+}
+
+/// Since when the rig is as it is at the end of the record; nothing when it never changed.
+inline std::optional<double> NewestChange(const Diagnosis& diagnosis) {
+  const std::optional<double> fault = NewestChange(diagnosis.verdict);
+  if (fault || diagnosis.episodes.empty()) return fault;
+  return diagnosis.episodes.back().ended_at_s;
+}
+
 }  // namespace faultlab::core

@@ -6,7 +6,10 @@
 namespace faultlab::core {
 namespace {
 
-void TakeDetectionFrom(const Verdict& first, Verdict& next) {
+void ContinueFrom(const Verdict& first, Verdict& next) {
+  const std::vector<Detection> now = DetectionsOf(next);
+  next.further = first.further;
+  next.further.insert(next.further.end(), now.begin(), now.end());
   next.detected_at_s = first.detected_at_s;
   next.onset_s = first.onset_s;
   next.detector = first.detector;
@@ -15,30 +18,35 @@ void TakeDetectionFrom(const Verdict& first, Verdict& next) {
 }  // namespace
 
 void FaultEpisodes::Open(const Verdict& verdict) {
-  merged_ = false;
+  continued_.reset();
   if (open_) list_.back().ended_at_s = verdict.detected_at_s;
   list_.push_back({verdict, FaultShape::kAbrupt, std::nullopt});
   open_ = true;
 }
 
 void FaultEpisodes::Withdraw() {
-  list_.pop_back();
+  if (continued_) {
+    list_.back() = *continued_;
+    continued_.reset();
+  } else {
+    list_.pop_back();
+  }
   open_ = false;
 }
 
 void FaultEpisodes::Update(Verdict& next, FaultShape shape, double alarm_t_s) {
   if (ContinuesTheOneBefore(next, alarm_t_s)) {
     list_.pop_back();
+    continued_ = list_.back();
     list_.back().ended_at_s.reset();
-    merged_ = true;
   }
-  if (merged_) TakeDetectionFrom(list_.back().verdict, next);
+  if (continued_) ContinueFrom(continued_->verdict, next);
   list_.back().verdict = next;
   list_.back().shape = shape;
 }
 
 bool FaultEpisodes::ContinuesTheOneBefore(const Verdict& next, double alarm_t_s) const {
-  if (merged_ || list_.size() < 2 || next.kind != VerdictKind::kFault) return false;
+  if (continued_ || list_.size() < 2 || next.kind != VerdictKind::kFault) return false;
   const FaultEpisode& last = list_[list_.size() - 2];
   if (!last.ended_at_s || *last.ended_at_s != alarm_t_s) return false;
   const std::vector<Component>& then = last.verdict.group;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/diagnosis/diagnosis.h"
@@ -12,12 +13,14 @@ class FaultEpisodes {
  public:
   /// A new alarm: ends the open episode, if there is one, at `verdict.detected_at_s`.
   void Open(const Verdict& verdict);
-  /// Removes the newest episode, because its alarm was withdrawn.
+  /// Removes what the newest alarm has begun, because it was withdrawn: an episode, or a further
+  /// change of the episode before it, which then ends at that alarm.
   void Withdraw();
 
   /// `next` is the verdict about the newest episode. If it names a component of the episode that
   /// this alarm has ended, both are one episode: the value has changed further, or the first fit
-  /// was too early. Then `next` takes the detection and the onset of the first episode.
+  /// was too early. Then `next` takes the detection and the onset of the first episode, and
+  /// its own become the newest of `further`.
   void Update(Verdict& next, FaultShape shape, double alarm_t_s);
 
   const std::vector<FaultEpisode>& list() const { return list_; }
@@ -27,7 +30,8 @@ class FaultEpisodes {
 
   std::vector<FaultEpisode> list_;
   bool open_ = false;
-  bool merged_ = false;  ///< the newest alarm belongs to the episode before it
+  /// The episode before the newest alarm, when that alarm belongs to it.
+  std::optional<FaultEpisode> continued_;
 };
 
 }  // namespace faultlab::core

@@ -46,8 +46,8 @@ constexpr std::array<std::uint32_t, kPrbsOrderMax + 1> kTaps = {0,
 // A clock time that equals a sample time up to rounding of k * period belongs to that sample.
 constexpr double kClockSlack = 1e-9;
 
-Error Refuse(std::string field, const std::string& message) {
-  return Error{ErrorCode::kInvalid, message, std::move(field)};
+Error Refuse(std::string field, std::string reason, const std::string& message) {
+  return Error{ErrorCode::kInvalid, message, std::move(field), std::move(reason)};
 }
 
 }  // namespace
@@ -70,16 +70,17 @@ Status Validate(const PrbsSpec& spec, double period_s) {
     std::ostringstream text;
     text << "PRBS order must be " << kPrbsOrderMin << " to " << kPrbsOrderMax << ", not "
          << spec.order << ".";
-    return Refuse("order", text.str());
+    return Refuse("order", "prbs_order_outside", text.str());
   }
   if (!(std::isfinite(spec.clock_s) && spec.clock_s >= period_s * (1.0 - kClockSlack))) {
-    return Refuse("clock_s", "The PRBS clock must be at least one sample period.");
+    return Refuse(
+        "clock_s", "clock_too_short", "The PRBS clock must be at least one sample period.");
   }
   if (!std::isfinite(spec.low_v)) {
-    return Refuse("low_v", "The low level must be a number of volts.");
+    return Refuse("low_v", "voltage_not_a_number", "The low level must be a number of volts.");
   }
   if (!(std::isfinite(spec.high_v) && spec.high_v > spec.low_v)) {
-    return Refuse("high_v", "The high level must lie above the low level.");
+    return Refuse("high_v", "high_below_low", "The high level must lie above the low level.");
   }
   return Done{};
 }

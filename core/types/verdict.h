@@ -56,16 +56,45 @@ struct PathStep {
   std::string leads_to;    ///< next test or the component named
 };
 
+/// One alarm, and the change that raised it.
+struct Detection {
+  double detected_at_s = 0.0;     ///< time of the sample at which the alarm was raised
+  std::optional<double> onset_s;  ///< estimated time of the change
+  std::string detector;           ///< which test of the bank raised it
+};
+
 struct Verdict {
   VerdictKind kind = VerdictKind::kCalibrating;
   std::optional<double> detected_at_s;  ///< time of the sample at which the alarm was raised
   std::optional<double> onset_s;        ///< estimated time of the change
   std::string detector;                 ///< which test of the bank raised it
-  std::vector<Component> group;         ///< cannot be separated by a sensor; one entry = isolated
-  std::vector<Candidate> candidates;    ///< best first
-  std::vector<PathStep> path;           ///< the paper's decision algorithm, in the order taken
-  bool settled = false;                 ///< false until the window after the fault is full
-  std::string reason;                   ///< one sentence for a person
+  /// The alarms after that one that belong to the same fault: its value has changed further. The
+  /// candidates are what is known since the newest.
+  std::vector<Detection> further;
+  std::vector<Component> group;       ///< cannot be separated by a sensor; one entry = isolated
+  std::vector<Candidate> candidates;  ///< best first
+  std::vector<PathStep> path;         ///< the paper's decision algorithm, in the order taken
+  bool settled = false;               ///< false until the window after the fault is full
+  std::string reason;                 ///< one sentence for a person
 };
+
+/// All alarms of the fault, in time order.
+inline std::vector<Detection> DetectionsOf(const Verdict& verdict) {
+  std::vector<Detection> all;
+  if (verdict.detected_at_s) {
+    all.push_back({*verdict.detected_at_s, verdict.onset_s, verdict.detector});
+  }
+  all.insert(all.end(), verdict.further.begin(), verdict.further.end());
+  return all;
+}
+
+/// Since when the candidates' values hold, as far as it is known.
+inline std::optional<double> NewestChange(const Verdict& verdict) {
+  if (verdict.further.empty()) {
+    return verdict.onset_s ? verdict.onset_s : verdict.detected_at_s;
+  }
+  const Detection& newest = verdict.further.back();
+  return newest.onset_s.value_or(newest.detected_at_s);
+}
 
 }  // namespace faultlab::core

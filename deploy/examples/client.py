@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""An automated lab in 80 lines: a sweep over the values of one component, as jobs.
+"""An automated lab in 90 lines: a sweep over the values of one component, as jobs.
 
 Needs only Python's standard library and an API key with the scopes jobs and runs:read
 (page: your account > API keys, or POST /api/v1/api-keys).
@@ -43,6 +43,15 @@ class Lab:
     def json(self, *args, **kwargs):
         return json.loads(self.call(*args, **kwargs))
 
+    def jobs(self, batch):
+        """All jobs of a batch, as they were requested; the list comes newest first, in pages."""
+        jobs, cursor = [], ""
+        while cursor is not None:
+            page = self.json("GET", f"jobs?batch={batch}&limit=200" + cursor)
+            jobs += page["items"]
+            cursor = page["next_cursor"] and f"&cursor={page['next_cursor']}"
+        return jobs[::-1]
+
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -70,7 +79,7 @@ def main():
     batch = lab.json("POST", "jobs", {"name": "sweep", "runs": runs},
                      {"Idempotency-Key": str(uuid.uuid4())})["batch"]
     while True:
-        jobs = lab.json("GET", f"jobs?batch={batch}&limit=200")["items"]
+        jobs = lab.jobs(batch)
         progress = sum(job["progress"] for job in jobs) / len(jobs)
         print(f"\r{100 * progress:3.0f} %", end="", file=sys.stderr, flush=True)
         if all(job["state"] in ("finished", "failed", "cancelled") for job in jobs):
@@ -79,7 +88,7 @@ def main():
     print(file=sys.stderr)
 
     failed = False
-    for value, job in zip(values, reversed(jobs)):  # the list is newest first
+    for value, job in zip(values, jobs, strict=True):
         if job["state"] != "finished":
             print(f"{value:g}\t{job['state']}\t{job['error']}")
             failed = True

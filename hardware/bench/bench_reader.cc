@@ -222,6 +222,7 @@ void ReadLimits(TomlTable& root, Bench& bench) {
   number("stall_speed_rpm", limits.stall_speed_rpm, 1e-3, 1e6);
   number("stall_s", limits.stall_s, 0.01, 1e3);
   table.Number("relay_rest_s", limits.relay_rest_s, 0.01, 60.0);
+  table.Number("relay_life", limits.relay_life, 1.0, 1e10);
 }
 
 constexpr double kFrictionMinNm = 1e-9;

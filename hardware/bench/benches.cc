@@ -89,7 +89,9 @@ core::Result<const core::BenchProfile*> FindProfile(const core::Bench& bench,
   return core::Error{core::ErrorCode::kNotFound,
                      "No profile \"" + std::string(name) + "\" of the bench " + bench.name +
                          ": there is " + known + ".",
-                     "profile"};
+                     "profile",
+                     "no_profile",
+                     {{"profile", std::string(name)}, {"known", known}}};
 }
 
 const core::Bench& PaperBench() {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hardware/bench/value_bounds.h"
+#include "hardware/refusal.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -23,12 +24,6 @@ constexpr double kSameShare = 1e-6;
 
 bool AreSame(double a, double b) {
   return std::abs(a - b) <= kSameShare * std::abs(b);
-}
-
-std::string TextOf(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
 }
 
 bool IsSymbol(const std::string& text) {
@@ -119,7 +114,7 @@ void ReadRange(TomlTable& table, ComponentInfo& part) {
   const bool sees_no_nominal = part.least_visible > part.nominal;
   if (part.nominal > part.value_max || (part.nominal < part.value_min && !sees_no_nominal)) {
     table.Refuse("range",
-                 "must have the nominal value " + TextOf(part.nominal) + " of [plant] inside");
+                 "must have the nominal value " + Number(part.nominal) + " of [plant] inside");
   }
 }
 
@@ -134,15 +129,15 @@ void CheckFaults(TomlTable& table,
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double value = values[i];
     if (AreSame(value, part.nominal)) {
-      table.Refuse(key, "must not hold the nominal value: " + TextOf(value) + " is no fault");
+      table.Refuse(key, "must not hold the nominal value: " + Number(value) + " is no fault");
     }
     if (value < part.value_min || value > part.value_max) {
       table.Refuse(key,
-                   "must lie inside `range`, where a diagnosis looks: " + TextOf(value) +
-                       " is outside " + TextOf(part.value_min) + " to " + TextOf(part.value_max));
+                   "must lie inside `range`, where a diagnosis looks: " + Number(value) +
+                       " is outside " + Number(part.value_min) + " to " + Number(part.value_max));
     }
     for (std::size_t j = 0; j < i; ++j) {
-      if (AreSame(value, values[j])) table.Refuse(key, "holds " + TextOf(value) + " twice");
+      if (AreSame(value, values[j])) table.Refuse(key, "holds " + Number(value) + " twice");
     }
   }
 }

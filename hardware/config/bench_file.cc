@@ -1,10 +1,8 @@
 #include "hardware/config/bench_file.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "core/types/check.h"
@@ -12,6 +10,7 @@
 #include "hardware/config/toml_table.h"
 #include "hardware/daq/guarded_daq.h"
 #include "hardware/device/device_machine.h"
+#include "hardware/refusal.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -27,12 +26,6 @@ void ReadScale(TomlTable& section,
   if (gain == 0.0) section.Refuse(key, "must not be 0");
   s.v_per_unit = gain;
   section.Number(name + "_offset_v", s.offset_v, -10.0, 10.0);
-}
-
-std::string Number(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.6g", value);
-  return text.data();
 }
 
 Nanoseconds Milliseconds(double value) {

@@ -32,7 +32,23 @@ bool ReadBytes(std::istream& in, std::int64_t size, Bytes& out) {
   return true;
 }
 
+void AppendUnsigned(std::uint64_t value, int bytes, std::string& out) {
+  for (int shift = 8 * (bytes - 1); shift >= 0; shift -= 8) {
+    out.push_back(static_cast<char>(value >> shift & 0xff));
+  }
+}
+
 }  // namespace
+
+void AppendLcmEvent(const LcmEvent& event, std::string& out) {
+  AppendUnsigned(kSync, 4, out);
+  AppendUnsigned(static_cast<std::uint64_t>(event.number), 8, out);
+  AppendUnsigned(static_cast<std::uint64_t>(event.timestamp_us), 8, out);
+  AppendUnsigned(event.channel.size(), 4, out);
+  AppendUnsigned(event.data.size(), 4, out);
+  out += event.channel;
+  out.append(event.data.begin(), event.data.end());
+}
 
 bool LcmEventFile::FindSync() {
   std::uint32_t word = 0;

@@ -18,6 +18,9 @@ struct LcmEvent {
   std::vector<std::uint8_t> data;
 };
 
+/// Appends the event as lcm-logger writes it. Contract: the channel has 1 to 999 bytes.
+void AppendLcmEvent(const LcmEvent& event, std::string& out);
+
 /// Reads the events of an LCM log, with bounded lengths: liblcm's reader allocates what the file
 /// says.
 ///   sync word EDA1DA01, number 8, time 8, channel length 4, data length 4, channel, data

@@ -5,8 +5,6 @@
 #include <fstream>
 #include <limits>
 
-#include <lcm/lcm-cpp.hpp>
-
 #include "hardware/lcm/lcm_event_file.h"
 #include "hardware/lcm/message_codec.h"
 #include "hardware/lcm/rig_name.h"
@@ -19,6 +17,7 @@ bool EndsWith(const std::string& text, const std::string& end) {
 }
 
 constexpr std::size_t kChannelsNamed = 10;
+constexpr std::size_t kPieceBytes = 64 << 10;
 
 std::string Messages(std::int64_t count) {
   return std::to_string(count) + (count == 1 ? " message" : " messages");
@@ -41,20 +40,6 @@ void AddChannels(const std::map<std::string, std::int64_t>& channels,
   if (rest == 0) return;
   sentences.push_back(Messages(rest) + " of " + std::to_string(named - kChannelsNamed) +
                       " more channels skipped: " + why);
-}
-
-template <typename Message>
-void Append(lcm::LogFile& log,
-            std::int64_t timestamp_us,
-            const std::string& channel,
-            const Message& message) {
-  std::vector<std::uint8_t> bytes = ToBytes(message);
-  lcm::LogEvent event;
-  event.timestamp = timestamp_us;
-  event.channel = channel;
-  event.datalen = static_cast<std::int32_t>(bytes.size());
-  event.data = bytes.data();
-  log.writeEvent(&event);
 }
 
 }  // namespace
@@ -151,48 +136,66 @@ core::Result<LcmRecord> ReadLcmLog(std::istream& in,
   return record;
 }
 
+void FormatLcmLog(const LcmRecord& record,
+                  std::int64_t begun_unix_us,
+                  const std::function<void(std::string_view)>& take) {
+  const auto time_us = [begun_unix_us](double t_s) {
+    return begun_unix_us + static_cast<std::int64_t>(t_s * 1e6);
+  };
+  std::int64_t number = 0;
+  std::string bytes;
+  const auto append = [&](double t_s, const char* kind, const auto& message) {
+    AppendLcmEvent({.number = number++,
+                    .timestamp_us = time_us(t_s),
+                    .channel = "FAULTLAB." + record.rig + kind,
+                    .data = ToBytes(message)},
+                   bytes);
+  };
+  std::size_t next_event = 0;
+  double t_s = 0.0;
+  const auto append_events_to = [&](std::int64_t index) {
+    while (next_event < record.events.size() && record.events[next_event].index <= index) {
+      faultlab_msgs::event_t out;
+      out.rig = record.rig;
+      out.run = record.run;
+      out.seq = static_cast<std::int64_t>(next_event);
+      out.t_s = t_s;
+      Encode(record.events[next_event++], out);
+      append(t_s, ".EVENT", out);
+    }
+  };
+  std::int64_t seq = 0;
+  for (const core::Sample& sample : record.samples) {
+    t_s = sample.t_s;
+    append_events_to(sample.index);
+    faultlab_msgs::sample_t out;
+    out.rig = record.rig;
+    out.run = record.run;
+    out.epoch = 0;
+    out.seq = seq++;
+    out.sent_ns = time_us(t_s) * 1000;
+    Encode(sample, out);
+    append(t_s, ".SAMPLE", out);
+    if (bytes.size() >= kPieceBytes) {
+      take(bytes);
+      bytes.clear();
+    }
+  }
+  append_events_to(std::numeric_limits<std::int64_t>::max());
+  take(bytes);
+}
+
 core::Status WriteLcmLog(const std::string& path,
                          const LcmRecord& record,
                          std::int64_t begun_unix_us) {
-  // Whole or not at all.
   const std::string partial = path + ".partial";
-  {
-    lcm::LogFile log(partial, "w");
-    if (!log.good()) {
-      return core::Error{.code = core::ErrorCode::kUnavailable,
-                         .message = partial + " cannot be written",
-                         .field = {}};
-    }
-    const auto time_us = [begun_unix_us](double t_s) {
-      return begun_unix_us + static_cast<std::int64_t>(t_s * 1e6);
-    };
-    std::size_t next_event = 0;
-    std::int64_t seq = 0;
-    double t_s = 0.0;
-    const auto write_events_to = [&](std::int64_t index) {
-      while (next_event < record.events.size() && record.events[next_event].index <= index) {
-        faultlab_msgs::event_t out;
-        out.rig = record.rig;
-        out.run = record.run;
-        out.seq = static_cast<std::int64_t>(next_event);
-        out.t_s = t_s;
-        Encode(record.events[next_event++], out);
-        Append(log, time_us(t_s), "FAULTLAB." + record.rig + ".EVENT", out);
-      }
-    };
-    for (const core::Sample& sample : record.samples) {
-      t_s = sample.t_s;
-      write_events_to(sample.index);
-      faultlab_msgs::sample_t out;
-      out.rig = record.rig;
-      out.run = record.run;
-      out.epoch = 0;
-      out.seq = seq++;
-      out.sent_ns = time_us(t_s) * 1000;
-      Encode(sample, out);
-      Append(log, time_us(t_s), "FAULTLAB." + record.rig + ".SAMPLE", out);
-    }
-    write_events_to(std::numeric_limits<std::int64_t>::max());
+  std::ofstream out(partial, std::ios::binary);
+  FormatLcmLog(record, begun_unix_us, [&out](std::string_view piece) { out << piece; });
+  out.close();
+  if (!out) {
+    return core::Error{.code = core::ErrorCode::kUnavailable,
+                       .message = partial + " cannot be written",
+                       .field = {}};
   }
   std::error_code failed;
   std::filesystem::rename(partial, path, failed);

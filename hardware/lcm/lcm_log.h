@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <istream>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/types/result.h"
@@ -46,8 +48,12 @@ core::Result<LcmRecord> ReadLcmLog(std::istream& in,
                                    const std::string& run,
                                    const core::Bench& bench);
 
-/// Writes a recording as the log that lcm-logger would have made of its tap, for lcm-logplayer.
-/// `begun_unix_us` is the start of the run. An existing file is replaced.
+/// A recording as the log that lcm-logger would have made of its tap, for lcm-logplayer, in pieces.
+/// `begun_unix_us` is the start of the run. Contract: IsRigName(record.rig).
+void FormatLcmLog(const LcmRecord& record,
+                  std::int64_t begun_unix_us,
+                  const std::function<void(std::string_view)>& take);
+/// The same as a file, whole or not at all. An existing file is replaced.
 core::Status WriteLcmLog(const std::string& path,
                          const LcmRecord& record,
                          std::int64_t begun_unix_us);

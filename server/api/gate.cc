@@ -125,7 +125,7 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
                                        const Principal& who) {
   for (const auto& [name, value] : http.path_parameters) {
     if (!websocket::IsValidUtf8(value)) {
-      return Error{ErrorCode::kNotFound, "There is nothing at this address.", ""};
+      return Error{ErrorCode::kNotFound, "There is nothing at this address.", "", "nothing_here"};
     }
   }
   RunRecord run;
@@ -161,7 +161,10 @@ core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequ
   const bool plain =
       std::all_of(key.begin(), key.end(), [](char c) { return c > ' ' && c < 0x7F; });
   if (key.size() > kIdempotencyKeyMax || !plain) {
-    return Error{ErrorCode::kInvalid, "At most 200 letters of ASCII.", "Idempotency-Key"};
+    return Error{ErrorCode::kInvalid,
+                 "At most 200 letters of ASCII.",
+                 "Idempotency-Key",
+                 "idempotency_key_wrong"};
   }
   lab::RememberedAnswers& answers = parts_.answers;
   const std::string owner = request.who.owner_key();

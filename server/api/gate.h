@@ -37,6 +37,7 @@ struct BodyRule {
 inline constexpr BodyRule kNoBody{};
 inline constexpr BodyRule kJson{1 << 20, BodyKind::kJson};
 inline constexpr BodyRule kJsonOnce{1 << 20, BodyKind::kJson, true};
+inline constexpr BodyRule kJobBatch{4 << 20, BodyKind::kJson, true};  ///< of 10,000 runs
 inline constexpr BodyRule kEmpty{1 << 20, BodyKind::kEmpty};
 inline constexpr BodyRule kEmptyOnce{1 << 20, BodyKind::kEmpty, true};
 inline constexpr BodyRule kSignInJson{4 << 10, BodyKind::kJson};  ///< of people not known yet

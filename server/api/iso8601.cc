@@ -45,7 +45,8 @@ core::Result<WallTime> ParseIso8601(std::string_view text, const std::string& fi
   }
   return core::Error{core::ErrorCode::kInvalid,
                      "Give a time as 2026-11-21T10:00:00Z or with an offset as +01:00.",
-                     field};
+                     field,
+                     "time_unreadable"};
 }
 
 std::optional<WallTime> LeadingDate(std::string_view text) {

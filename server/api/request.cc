@@ -4,6 +4,7 @@
 #include <boost/json.hpp>
 #include <charconv>
 #include <utility>
+#include <vector>
 
 #include "server/net/websocket.h"
 
@@ -41,7 +42,11 @@ core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
   return core::Error{core::ErrorCode::kInvalid,
                      "'" + std::string(name) + "' must be a whole number from " +
                          std::to_string(lo) + " to " + std::to_string(hi) + ".",
-                     std::string(name)};
+                     std::string(name),
+                     "number_outside",
+                     {{"member", std::string(name)},
+                      {"lowest", std::to_string(lo)},
+                      {"highest", std::to_string(hi)}}};
 }
 
 ViewerOwner ViewerOwnerOf(const Principal& who) {
@@ -75,8 +80,11 @@ HttpResponse Page::Answer(boost::json::array items, std::int64_t last) const {
   return JsonResponse(out);
 }
 
-core::Result<Page> PageOf(const HttpRequest& request) {
-  const core::Status known = OnlyQuery(request, {"cursor", "limit"});
+core::Result<Page> PageOf(const HttpRequest& request,
+                          std::initializer_list<std::string_view> also) {
+  std::vector<std::string_view> names{"cursor", "limit"};
+  names.insert(names.end(), also.begin(), also.end());
+  const core::Status known = OnlyQuery(request, names);
   if (!known.ok()) return known.error();
   const auto after = QueryInteger(request, "cursor", 0, 0, INT64_MAX);
   if (!after) return after.error();
@@ -85,16 +93,48 @@ core::Result<Page> PageOf(const HttpRequest& request) {
   return Page{after.value(), limit.value()};
 }
 
-core::Status OnlyQuery(const HttpRequest& request, std::initializer_list<std::string_view> known) {
+core::Result<std::optional<std::string>> QueryWord(const HttpRequest& request,
+                                                   std::string_view name,
+                                                   std::span<const std::string_view> words) {
+  auto word = request.Query(name);
+  if (!word || std::ranges::find(words, *word) != words.end()) return word;
+  std::string allowed;
+  for (const std::string_view each : words) {
+    if (!allowed.empty()) allowed += ", ";
+    allowed += each;
+  }
+  return core::Error{core::ErrorCode::kInvalid,
+                     "'" + std::string(name) + "' must be one of: " + allowed + ".",
+                     std::string(name),
+                     "word_unknown",
+                     {{"member", std::string(name)}, {"words", allowed}}};
+}
+
+core::Status OnlyQuery(const HttpRequest& request, std::span<const std::string_view> known) {
+  std::vector<std::string> given;
   for (const auto& [name, value] : request.QueryAll()) {
     if (!websocket::IsValidUtf8(name) || !websocket::IsValidUtf8(value)) {
-      return core::Error{core::ErrorCode::kInvalid, "A query parameter is not UTF-8.", ""};
+      return core::Error{
+          core::ErrorCode::kInvalid, "A query parameter is not UTF-8.", "", "not_utf8"};
     }
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    if (std::find(known.begin(), known.end(), name) != known.end()) {
+      if (std::ranges::find(given, name) == given.end()) {
+        given.push_back(name);
+        continue;
+      }
+      return core::Error{core::ErrorCode::kInvalid,
+                         "The query parameter '" + name + "' is given twice.",
+                         name,
+                         "query_twice",
+                         {{"member", name}}};
+    }
     constexpr std::size_t kShownMax = 64;
     const std::string shown = name.size() > kShownMax ? "(a long name)" : name;
-    return core::Error{
-        core::ErrorCode::kInvalid, "Unknown query parameter '" + shown + "'.", shown};
+    return core::Error{core::ErrorCode::kInvalid,
+                       "Unknown query parameter '" + shown + "'.",
+                       shown,
+                       "query_unknown",
+                       {{"member", shown}}};
   }
   return core::Done{};
 }
@@ -104,7 +144,7 @@ core::Result<std::int64_t> PathNumber(const ApiRequest& request, std::string_vie
   std::int64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error == std::errc() && end == text.data() + text.size() && number > 0) return number;
-  return Error{ErrorCode::kNotFound, "There is no such thing.", ""};
+  return Error{ErrorCode::kNotFound, "There is no such thing.", "", "nothing_here"};
 }
 
 core::Result<std::int64_t> RequiredVersion(const ApiRequest& request) {
@@ -118,7 +158,13 @@ core::Result<std::int64_t> RequiredVersion(const ApiRequest& request) {
   if (!text.empty() && error == std::errc() && end == text.data() + text.size()) return version;
   return Error{ErrorCode::kInvalid,
                "Send If-Match with the version that you saw, for example If-Match: \"3\".",
-               "If-Match"};
+               "If-Match",
+               "version_missing"};
+}
+
+boost::json::value TimeOrNull(const std::optional<WallTime>& time) {
+  if (!time) return nullptr;
+  return boost::json::value(Iso8601(*time));
 }
 
 HttpResponse JsonResponse(const boost::json::value& value, int status) {
@@ -211,11 +257,7 @@ int HttpStatus(core::ErrorCode code) {
 
 HttpResponse ProblemOf(const core::Error& error) {
   const int status = HttpStatus(error.code);
-  HttpResponse response =
-      Problem(status, Name(error.code), ReasonPhrase(status), error.message, error.field);
-  response.body.pop_back();
-  AppendReason(response.body, error);
-  response.body.push_back('}');
+  HttpResponse response = Problem(status, error);
   if (status == 429) response.headers.emplace_back("Retry-After", SecondsToWait(error));
   if (status == 503) response.headers.emplace_back("Retry-After", "2");
   if (status == 401) response.headers.emplace_back("WWW-Authenticate", "Bearer");

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -38,16 +40,32 @@ struct Page {
   /// `last` is the id of the last item, looked at when the page is full.
   HttpResponse Answer(boost::json::array items, std::int64_t last) const;
 };
-/// ?cursor= and ?limit=, and no other parameter.
-core::Result<Page> PageOf(const HttpRequest& request);
+/// ?cursor= and ?limit=, and no other parameter besides `also`.
+core::Result<Page> PageOf(const HttpRequest& request,
+                          std::initializer_list<std::string_view> also = {});
 /// A whole-number query parameter.
 core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
                                         std::string_view name,
                                         std::int64_t fallback,
                                         std::int64_t lo,
                                         std::int64_t hi);
-/// Refuses query parameters that are not in `known`, by name, and any that is not UTF-8.
-core::Status OnlyQuery(const HttpRequest& request, std::initializer_list<std::string_view> known);
+/// A query parameter that is one of `words`; none where it is absent.
+core::Result<std::optional<std::string>> QueryWord(const HttpRequest& request,
+                                                   std::string_view name,
+                                                   std::span<const std::string_view> words);
+inline core::Result<std::optional<std::string>> QueryWord(
+    const HttpRequest& request,
+    std::string_view name,
+    std::initializer_list<std::string_view> words) {
+  return QueryWord(request, name, std::span(words.begin(), words.size()));
+}
+/// Refuses query parameters that are not in `known`, by name, any that is given twice, and any that
+/// is not UTF-8.
+core::Status OnlyQuery(const HttpRequest& request, std::span<const std::string_view> known);
+inline core::Status OnlyQuery(const HttpRequest& request,
+                              std::initializer_list<std::string_view> known) {
+  return OnlyQuery(request, std::span(known.begin(), known.size()));
+}
 /// At most `bytes_max` bytes, cut between characters.
 std::string CutText(std::string text, std::size_t bytes_max);
 /// The number in the path's {id}; kNotFound when it is none.
@@ -56,6 +74,8 @@ core::Result<std::int64_t> PathNumber(const ApiRequest& request, std::string_vie
 core::Result<std::int64_t> RequiredVersion(const ApiRequest& request);
 
 HttpResponse JsonResponse(const boost::json::value& value, int status = 200);
+/// As Iso8601 writes it.
+boost::json::value TimeOrNull(const std::optional<WallTime>& time);
 /// JSON that was put together as text.
 HttpResponse JsonText(std::string text);
 HttpResponse NoContent();

@@ -130,7 +130,8 @@ core::Result<HttpResponse> ListRigCalibrations(SystemApi& api, const ApiRequest&
   if (!limit) return limit.error();
   const std::string& rig = request.http.PathParameter("id");
   if (!IsKnown(api.service, api.bay, rig)) {
-    return core::Error{core::ErrorCode::kNotFound, "There is no rig '" + rig + "'.", ""};
+    return core::Error{
+        core::ErrorCode::kNotFound, "There is no rig '" + rig + "'.", "", "no_rig", {{"rig", rig}}};
   }
   const auto bench = BenchOfRig(api.bay, api.benches, rig);
   if (!bench) return bench.error();
@@ -155,7 +156,7 @@ std::vector<ApiRoute> RoutesOf(SystemApi& api) {
   const auto on = [&api](auto handler) { return On(api, handler); };
   return {
       {kGet, "/healthz", kReadPublic, kOpen, on(Healthz)},
-      {kGet, "/readyz", kReadPublic, kRole, on(Readyz)},
+      {kGet, "/readyz", kReadPublic, kAnybody, on(Readyz)},
       {kGet, "/metrics", kReadPublic, kRole, on(Metrics)},
       {kGet, "/api/v1/openapi.json", kReadPublic, kOpen, on(OpenApi)},
       {kGet, "/api/v1/auth/me", kReadPublic, kRole, on(Me)},

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <boost/json/serialize.hpp>
 #include <filesystem>
+#include <thread>
 #include <utility>
 
 #include "hardware/lcm/rig_finder.h"
 #include "server/app/camera_rigs.h"
+#include "server/app/job_places.h"
 #include "server/app/lcm_run_tap.h"
 #include "server/app/local_rigs.h"
 #include "server/app/member_address.h"
@@ -19,10 +21,12 @@
 #include "server/camera/camera_desk.h"
 #include "server/camera/picture_taker.h"
 #include "server/diagnosis_json/calibration_json.h"
+#include "server/disk_ballast.h"
 #include "server/lab/lab_id.h"
 #include "server/plots/record_figure.h"
 #include "server/run/rig_bay.h"
 #include "server/storage/database.h"
+#include "server/storage/database_check.h"
 #include "server/storage/folder_lock.h"
 #include "server/storage/picture_store.h"
 #include "server/storage/postgres_location.h"
@@ -88,6 +92,7 @@ class Application::Impl {
         benches_(*database_, BenchesOf(local_benches_)),
         hub_(HubOptions(config), clock_),
         tokens_(clock_, config.server_id),
+        ballast_(BallastDisk(config), [](std::string_view text) { spdlog::error("{}", text); }),
         accounts_(*database_, ToGuestAccess(config.guests)),
         cameras_(
             config.cameras, clock_, {}, [](std::string_view text) { spdlog::warn("{}", text); }),
@@ -154,6 +159,8 @@ class Application::Impl {
     if (!address) return address.error();
     options.address = address.value();
     options.speed = config_.sim_speed;
+    const int cores = static_cast<int>(std::thread::hardware_concurrency());
+    options.job_places = JobPlaces(Simulators(), config_.sim_speed, std::max(1, cores));
     options.default_seed = config_.fixture_seed.value_or(1);
     options.openapi = EmbeddedOpenApi();
     options.http_counters = [this] { return http_->counters(); };
@@ -166,10 +173,15 @@ class Application::Impl {
                       std::max(1, Simulators() / 2),
                       config_.replayed_samples_max};
     options.storage = {config_.samples_per_account, config_.samples_of_guests, Disk()};
+    options.disk_check = [this] { return ballast_.Check(); };
     options.log = [](std::string_view text) { spdlog::warn("{}", text); };
     options.find_far_rig = [this](const std::string& id) -> std::shared_ptr<hardware::Rig> {
       return finder_ != nullptr ? finder_->Find(id) : nullptr;
     };
+    options.news.reminders.clear();
+    for (const int each : config_.reminders_min) options.news.reminders.emplace_back(each);
+    options.webhooks_insecure_local = config_.webhooks_insecure_local;
+    options.webhooks_ca_file = config_.webhooks_ca_file;
     options.providers = config_.providers;
     options.public_url = config_.public_url;
     auto secret = lab::LoginSecret(*database_);
@@ -274,10 +286,17 @@ class Application::Impl {
             },
             [this](const RunMoment& moment) {
               picture_taker_.Note({moment.run, moment.rig, moment.index, std::string(moment.why)});
-            }};
+            },
+            (std::filesystem::path(config.data_dir) / "faultlab.backlog").string(),
+            [this] { return ballast_.CheckForRecording(); }};
   }
   DiskReserve Disk() const {
     return {config_.data_dir, static_cast<std::int64_t>(config_.disk_reserve_mb) << 20};
+  }
+  /// A database server has a disk of its own.
+  DiskReserve BallastDisk(const Config& config) const {
+    if (database_->engine() != Engine::kSqlite) return {};
+    return {config.data_dir, static_cast<std::int64_t>(config.disk_reserve_mb) << 20};
   }
   PictureTaker::Parts TakerParts() {
     return {cameras_,
@@ -318,6 +337,7 @@ class Application::Impl {
   std::unique_ptr<RunTap> tap_;
   StreamHub hub_;
   StreamTokens tokens_;
+  DiskBallast ballast_;
   Accounts accounts_;
   CameraDesk cameras_;
   PictureStore pictures_;
@@ -341,6 +361,11 @@ core::Result<std::unique_ptr<Application>> Application::Open(const Config& confi
   options.on_error = [](std::string_view text) { spdlog::error("{}", text); };
   auto database = Database::Open(std::move(options));
   if (!database) return database.error();
+  // PostgreSQL checks itself; reading a whole cluster at each start would take too long.
+  if (database.value()->engine() == Engine::kSqlite) {
+    const core::Status sound = CheckDatabase(*database.value());
+    if (!sound.ok()) return sound.error();
+  }
   auto impl = std::make_unique<Impl>(
       config, std::move(benches).value(), std::move(lock).value(), std::move(database).value());
   const core::Status started = impl->Start();

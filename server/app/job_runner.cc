@@ -1,5 +1,6 @@
 #include "server/app/job_runner.h"
 
+#include <algorithm>
 #include <utility>
 #include <variant>
 
@@ -8,23 +9,44 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
+using std::chrono::steady_clock;
 
-constexpr milliseconds kIdle{500};
-constexpr milliseconds kLease = seconds(60);
-constexpr milliseconds kPoll{200};
 /// A job that found no rig is tried again after this time; other jobs have their turn meanwhile.
-constexpr milliseconds kNextLook = seconds(1);
-/// The server that has the job's rig has this long to claim the job; after that any server may.
-constexpr milliseconds kHandedFor = seconds(10);
+constexpr seconds kNextTry{1};
+/// While so many jobs have found no rig, no other is claimed.
+constexpr std::size_t kPutOffMax = 16;
+/// What happens at other members rings no bell here: their jobs, and cancelled ones.
+constexpr seconds kLookAtOthers{1};
 /// Time for arming, the first sample and the end of the recording, in addition to the run itself.
 constexpr milliseconds kMargin = seconds(30);
+constexpr const char* kServerStops = "the server stops";
+
+const lab::Session* SessionOf(const lab::LabState& state, const std::string& job) {
+  for (const auto& [id, session] : state.sessions) {
+    const bool runs = session.kind == lab::TicketKind::kJob && session.job == job;
+    if (runs && session.state != lab::SessionState::kClosed) return &session;
+  }
+  return nullptr;
+}
+
+bool HasTicket(const lab::LabState& state, const std::string& job) {
+  return std::any_of(state.tickets.begin(), state.tickets.end(), [&](const auto& entry) {
+    return entry.second.kind == lab::TicketKind::kJob && entry.second.job == job;
+  });
+}
+
+/// Of this owner on this rig, so many jobs ask at the same time: more could not begin.
+int AskingAtOnce(const lab::LabState& state, const std::string& rig_class) {
+  return static_cast<int>(
+      std::count_if(state.rigs.begin(), state.rigs.end(), [&](const auto& entry) {
+        return entry.second.rig_class == rig_class;
+      }));
+}
 
 }  // namespace
 
 JobRunner::JobRunner(Parts parts, Options options) : parts_(parts), options_(std::move(options)) {
-  for (int i = 0; i < options_.workers; ++i) {
-    threads_.emplace_back([this] { Loop(); });
-  }
+  thread_ = std::thread([this] { Main(); });
 }
 
 JobRunner::~JobRunner() {
@@ -32,42 +54,259 @@ JobRunner::~JobRunner() {
 }
 
 void JobRunner::Stop() {
+  std::vector<std::string> runs;
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
+    for (const InProgress& it : in_progress_) {
+      if (!it.run.empty()) runs.push_back(it.run);
+    }
   }
-  wake_.notify_all();
-  for (std::thread& thread : threads_) thread.join();
-  threads_.clear();
+  parts_.bell.Ring();
+  for (const std::string& run : runs) (void)parts_.runs.Stop(run, kServerStops);
+  if (thread_.joinable()) thread_.join();
+  for (InProgress& it : in_progress_) it.thread.join();
+  in_progress_.clear();
 }
 
-bool JobRunner::WaitForStop(milliseconds patience) {
-  std::unique_lock lock(mutex_);
-  return wake_.wait_for(lock, patience, [&] { return stopping_; });
+bool JobRunner::stopping() const {
+  const std::lock_guard lock(mutex_);
+  return stopping_;
 }
 
-void JobRunner::Loop() {
-  while (true) {
-    const WallTime now = parts_.clock.Wall();
-    Log(parts_.jobs.Reap(now, ""));
-    const auto job = parts_.jobs.Claim(options_.server_id, now, now + kLease);
-    Log(job);
-    if (job.ok() && job.value()) {
-      Do(*job.value());
-      if (WaitForStop(milliseconds(0))) return;
-    } else if (WaitForStop(kIdle)) {
-      return;
+void JobRunner::Main() {
+  while (!stopping()) {
+    retry_ = false;
+    Look();
+    parts_.bell.Await(NextLook());
+  }
+}
+
+void JobRunner::Look() {
+  JoinEnded();
+  Reap();
+  StopLost();
+  const Rigs rigs = RigsNow();
+  if (!rigs.ask_for.empty()) AskForBenches(rigs);
+  BeginOnBenches();
+  BeginInPlaces(rigs);
+}
+
+/// Durations by the steady clock: no step of the wall clock makes a job wait.
+std::optional<JobRunner::Steady> JobRunner::NextLook() {
+  const Steady now = steady_clock::now();
+  std::optional<Steady> next;
+  if (retry_ || !parts_.service.Others().empty()) next = now + kLookAtOthers;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [job, until] : put_off_) next = next ? std::min(*next, until) : until;
+  return next;
+}
+
+/// Jobs of members that are gone, and of this server's process before this one.
+void JobRunner::Reap() {
+  const Steady now = steady_clock::now();
+  if (now - reaped_ < kLookAtOthers) {
+    retry_ = true;
+    return;
+  }
+  const auto reaped = parts_.jobs.Reap(parts_.clock.Wall());
+  Log(reaped);
+  retry_ = retry_ || !reaped.ok();
+  reaped_ = now;
+}
+
+void JobRunner::JoinEnded() {
+  const std::lock_guard lock(mutex_);
+  for (auto it = in_progress_.begin(); it != in_progress_.end();) {
+    if (!it->ended) {
+      ++it;
+      continue;
+    }
+    it->thread.join();  // it only has to return
+    it = in_progress_.erase(it);
+  }
+  std::erase_if(put_off_,
+                [now = steady_clock::now()](const auto& each) { return each.second <= now; });
+}
+
+/// Stops the runs of jobs that were cancelled at another member, or that this server lost while it
+/// was frozen.
+void JobRunner::StopLost() {
+  if (parts_.service.Others().empty()) return;
+  std::vector<std::pair<std::string, std::string>> running;  // job, run
+  {
+    const std::lock_guard lock(mutex_);
+    for (const InProgress& it : in_progress_) {
+      if (!it.run.empty() && !it.over && !it.ended) running.emplace_back(it.job.id, it.run);
+    }
+  }
+  if (running.empty()) return;
+  const auto held = parts_.jobs.HeldBy({parts_.service.member(), parts_.service.boot()});
+  Log(held);
+  if (!held.ok()) return;
+  for (const auto& [job, run] : running) {
+    if (std::ranges::find(held.value(), job) != held.value().end()) continue;
+    (void)parts_.runs.Stop(run, "its job is over");
+  }
+}
+
+JobRunner::Rigs JobRunner::RigsNow() const {
+  Rigs rigs;
+  const std::string& own = parts_.service.member();
+  const auto state = parts_.service.state();
+  for (const auto& [id, rig] : state->rigs) {
+    const auto member = parts_.service.MemberOf(id);
+    const bool others = member && member->id != own;
+    if (!rig.elastic) rigs.benches.push_back(id);
+    if (!rig.elastic && !others) rigs.ask_for.push_back(id);
+    if (!rig.elastic || others) rigs.not_without.push_back(id);
+  }
+  return rigs;
+}
+
+core::Result<lab::TicketRequest> JobRunner::TicketFor(const lab::Job& job,
+                                                      const lab::LabState& state) {
+  const auto work = parts_.experiments.ReadWork(std::string_view(job.body));
+  if (!work) return work.error();
+  const auto& plan = std::get<ExperimentPlan>(work.value());  // a diagnosis names no rig
+  lab::TicketRequest request;
+  request.user = lab::UserId{job.account_id};
+  request.rig_class = state.rigs.at(job.rig).rig_class;
+  request.kind = lab::TicketKind::kJob;
+  request.job = job.id;
+  request.weight = parts_.service.policy().job_weight_s;
+  request.min = request.want =
+      std::chrono::ceil<milliseconds>(std::chrono::duration<double>(plan.duration_s)) + kMargin;
+  return request;
+}
+
+/// The jobs that wait for a bench have places in its queue; nothing else is held for them.
+void JobRunner::AskForBenches(const Rigs& rigs) {
+  const auto state = parts_.service.state();
+  int at_once = 0;
+  for (const std::string& rig : rigs.ask_for) {
+    at_once = std::max(at_once, AskingAtOnce(*state, state->rigs.at(rig).rig_class));
+  }
+  const auto waiting = parts_.jobs.WaitingOn(rigs.ask_for, at_once);
+  Log(waiting);
+  if (!waiting.ok()) {
+    retry_ = true;
+    return;
+  }
+  for (const lab::Job& job : waiting.value()) {
+    if (HasTicket(*state, job.id) || SessionOf(*state, job.id) != nullptr) continue;
+    if (IsPutOff(job.id)) continue;
+    const auto request = TicketFor(job, *state);
+    core::Status asked = core::Done{};
+    if (request.ok()) {
+      const auto answer = parts_.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
+        return scheduler.RequestTicket(request.value(), now);
+      });
+      if (!answer.ok()) asked = answer.error();
+    } else {
+      asked = request.error();
+    }
+    if (asked.ok()) continue;
+    const core::ErrorCode code = asked.error().code;
+    if (code == core::ErrorCode::kBusy || code == core::ErrorCode::kUnavailable) {
+      PutOff(job.id);
+      continue;
+    }
+    const auto claimed = parts_.jobs.ClaimThis(
+        {parts_.service.member(), parts_.service.boot()}, job.id, parts_.clock.Wall());
+    Log(claimed);
+    if (claimed.ok() && claimed.value()) {
+      Finish(*claimed.value(), "failed", asked.error().message);
     }
   }
 }
 
-void JobRunner::Finish(const lab::Job& job, const std::string& state, const std::string& error) {
-  Log(parts_.jobs.Finish(job, state, error, parts_.clock.Wall()));
+/// A job whose session has begun on a rig of this server begins at once: it needs no place.
+void JobRunner::BeginOnBenches() {
+  const auto state = parts_.service.state();
+  for (const auto& [id, session] : state->sessions) {
+    const bool ours = session.kind == lab::TicketKind::kJob &&
+                      session.state == lab::SessionState::kActive &&
+                      state->rigs.at(session.rig).server == parts_.service.member();
+    if (!ours || IsPutOff(session.job)) continue;
+    {
+      const std::lock_guard lock(mutex_);
+      const bool begun = std::any_of(
+          in_progress_.begin(), in_progress_.end(), [&, &session = session](const InProgress& it) {
+            return it.job.id == session.job;
+          });
+      if (begun) continue;
+    }
+    auto claimed = parts_.jobs.ClaimThis(
+        {parts_.service.member(), parts_.service.boot()}, session.job, parts_.clock.Wall());
+    Log(claimed);
+    if (!claimed.ok()) {
+      retry_ = true;
+    } else if (claimed.value()) {
+      Begin(std::move(*claimed.value()), session.rig);
+    } else if (const auto job = parts_.jobs.Get(session.job);
+               !job.ok() || job.value().ended_at.has_value()) {
+      Drop(session.job);
+    }
+  }
 }
 
-/// If this fails, the job waits again after its lease has ended.
-void JobRunner::GiveBack(const lab::Job& job) {
-  Log(parts_.jobs.GiveBack(job, parts_.clock.Wall() + kNextLook));
+void JobRunner::BeginInPlaces(const Rigs& rigs) {
+  while (true) {
+    lab::JobsLeftOut left_out{rigs.not_without, {}};
+    {
+      const std::lock_guard lock(mutex_);
+      const auto taken =
+          std::count_if(in_progress_.begin(), in_progress_.end(), [](const InProgress& it) {
+            return it.bench.empty() && !it.ended;
+          });
+      if (stopping_ || taken >= options_.places || put_off_.size() >= kPutOffMax) return;
+      for (const auto& [job, until] : put_off_) left_out.ids.push_back(job);
+    }
+    auto claimed = parts_.jobs.Claim(
+        {parts_.service.member(), parts_.service.boot()}, left_out, parts_.clock.Wall());
+    Log(claimed);
+    retry_ = retry_ || !claimed.ok();
+    if (!claimed.ok() || !claimed.value()) return;
+    Begin(std::move(*claimed.value()), "");
+  }
+}
+
+void JobRunner::Begin(lab::Job job, std::string bench) {
+  const std::lock_guard lock(mutex_);
+  InProgress& it = in_progress_.emplace_back();
+  it.job = std::move(job);
+  it.bench = std::move(bench);
+  it.thread = std::thread([this, &it] {
+    Do(it);
+    {
+      const std::lock_guard inner(mutex_);
+      it.ended = true;
+    }
+    parts_.bell.Ring();
+  });
+}
+
+bool JobRunner::IsPutOff(const std::string& job) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = put_off_.find(job);
+  return found != put_off_.end() && steady_clock::now() < found->second;
+}
+
+void JobRunner::PutOff(const std::string& job) {
+  const std::lock_guard lock(mutex_);
+  put_off_[job] = steady_clock::now() + kNextTry;
+}
+
+void JobRunner::Finish(const lab::Job& job, const std::string& state, const std::string& error) {
+  const core::Status stored = parts_.jobs.Finish(job, state, error, parts_.clock.Wall());
+  // A claim that is over has been told to the job's owner already.
+  if (!stored.ok() && stored.error().code != core::ErrorCode::kStale) Log(stored);
+}
+
+void JobRunner::Drop(const std::string& job) {
+  Log(parts_.service.Do(
+      [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.DropJob(job, now); }));
 }
 
 std::optional<Principal> JobRunner::OwnerOf(const lab::Job& job) const {
@@ -81,16 +320,20 @@ std::optional<Principal> JobRunner::OwnerOf(const lab::Job& job) const {
   return who;
 }
 
-void JobRunner::Do(const lab::Job& job) {
-  const std::optional<Principal> who = OwnerOf(job);
-  if (!who) return Finish(job, "failed", "its account is gone or disabled");
-  auto work = parts_.experiments.ReadWork(std::string_view(job.body));
-  if (!work) return Finish(job, "failed", work.error().message);
-  if (const auto* request = std::get_if<DiagnosisRequest>(&work.value())) {
-    DoDiagnosis(job, *who, *request);
+void JobRunner::Do(InProgress& it) {
+  const std::optional<Principal> who = OwnerOf(it.job);
+  auto work = parts_.experiments.ReadWork(std::string_view(it.job.body));
+  if (!who) {
+    Finish(it.job, "failed", "its account is gone or disabled");
+  } else if (!work) {
+    Finish(it.job, "failed", work.error().message);
+  } else if (const auto* request = std::get_if<DiagnosisRequest>(&work.value())) {
+    DoDiagnosis(it.job, *who, *request);
   } else {
-    DoRun(job, *who, std::get<ExperimentPlan>(std::move(work).value()));
+    DoRun(it, *who, std::get<ExperimentPlan>(std::move(work).value()));
   }
+  // When the server stops, the session stays with its job.
+  if (!it.bench.empty() && !stopping() && !IsPutOff(it.job.id)) Drop(it.job.id);
 }
 
 void JobRunner::DoDiagnosis(const lab::Job& job,
@@ -102,81 +345,43 @@ void JobRunner::DoDiagnosis(const lab::Job& job,
   Finish(job, kept.ok() ? "finished" : "failed", kept.ok() ? "" : kept.error().message);
 }
 
-/// Whether the rig needs no session; "" means any such rig.
-bool JobRunner::IsElastic(const std::string& rig) const {
-  const auto state = parts_.service.state();
-  const auto known = state->rigs.find(rig);
-  return known == state->rigs.end() || known->second.elastic;
-}
-
-core::Result<std::optional<std::string>> JobRunner::RigFor(const lab::Job& job,
-                                                           const ExperimentPlan& plan) {
-  using MaybeRig = std::optional<std::string>;
-  if (IsElastic(plan.rig)) return MaybeRig{plan.rig};
-  const auto state = parts_.service.state();
-  lab::TicketRequest request;
-  request.user = lab::UserId{job.account_id};
-  request.rig_class = state->rigs.at(plan.rig).rig_class;
-  request.kind = lab::TicketKind::kJob;
-  request.job = job.id;
-  request.weight = parts_.service.policy().job_weight_s;
-  request.min = request.want =
-      std::chrono::ceil<milliseconds>(std::chrono::duration<double>(plan.duration_s)) + kMargin;
-  const auto answer = parts_.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
-    return scheduler.RequestTicket(request, now);
-  });
-  if (!answer.ok()) {
-    if (answer.error().code == core::ErrorCode::kBusy) return MaybeRig{};
-    return answer.error();
-  }
-  const auto* session = std::get_if<lab::Session>(&answer.value());
-  if (session == nullptr || session->state != lab::SessionState::kActive) return MaybeRig{};
-  if (!parts_.service.MemberOf(session->rig)) return MaybeRig{};
-  return MaybeRig{session->rig};
-}
-
-void JobRunner::DoRun(const lab::Job& job, const Principal& who, ExperimentPlan plan) {
-  const auto rig = RigFor(job, plan);
-  if (!rig.ok()) return Finish(job, "failed", rig.error().message);
-  if (!rig.value()) return GiveBack(job);
-  plan.rig = *rig.value();
-  if (const auto member = parts_.service.MemberOf(plan.rig);
-      member && member->id != options_.server_id) {
-    Log(parts_.jobs.HandTo(job, member->id, parts_.clock.Wall() + kHandedFor));
-    return;
-  }
-  const bool in_session = !IsElastic(plan.rig);
+void JobRunner::DoRun(InProgress& it, const Principal& who, ExperimentPlan plan) {
+  if (!it.bench.empty()) plan.rig = it.bench;
   const auto started = parts_.experiments.Start(who, StartedBy::kJob, std::move(plan));
-  if (!started.ok() && started.error().code == core::ErrorCode::kBusy) return GiveBack(job);
-  if (started.ok()) {
-    Follow(job, started.value().id);
-  } else {
-    Finish(job, "failed", started.error().message);
+  if (started.ok()) return Follow(it, started.value().id);
+  if (started.error().code != core::ErrorCode::kBusy) {
+    return Finish(it.job, "failed", started.error().message);
   }
-  // When the server stops, the session stays with its job.
-  if (!in_session || WaitForStop(milliseconds(0))) return;
-  Log(parts_.service.Do(
-      [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.DropJob(job.id, now); }));
+  PutOff(it.job.id);
+  Log(parts_.jobs.GiveBack(it.job));
 }
 
-void JobRunner::Follow(const lab::Job& job, const std::string& run) {
-  Log(parts_.jobs.SetRun(job, run));
-  for (auto live = parts_.runs.Find(run); live && live->state == RunState::kRunning;
-       live = parts_.runs.Find(run)) {
-    // Stopping the server stops the run; its job waits for the next start.
-    if (WaitForStop(kPoll)) return;
-    const core::Status renewed = parts_.jobs.Renew(job, parts_.clock.Wall() + kLease);
-    Log(renewed);
-    if (!renewed.ok() && renewed.error().code == core::ErrorCode::kStale) {
-      Log(parts_.runs.Stop(run, "its job has gone to another server"));
-      return;
-    }
+void JobRunner::Follow(InProgress& it, const std::string& run) {
+  const core::Status kept = parts_.jobs.SetRun(it.job, run);
+  bool stop = !kept.ok();  // cancelled meanwhile, or another server may have the job
+  {
+    const std::lock_guard lock(mutex_);
+    it.run = run;
+    it.over = stop;
+    stop = stop || stopping_;
   }
+  if (stop) (void)parts_.runs.Stop(run, kept.ok() ? kServerStops : "its job is over");
   parts_.runs.Wait(run);
-  const auto record = parts_.store.Get(run);
-  const bool finished = record.ok() && record.value().state == RunState::kFinished;
-  const std::string state(record.ok() ? Name(record.value().state) : "lost");
-  Finish(job, finished ? "finished" : "failed", finished ? "" : "its run ended as " + state);
+  FinishByRun(it);
+}
+
+void JobRunner::FinishByRun(const InProgress& it) {
+  const auto record = parts_.store.Get(it.run);
+  if (!record.ok()) return Finish(it.job, "failed", "its run ended as lost");
+  const RunState state = record.value().state;
+  if (state == RunState::kFinished) return Finish(it.job, "finished", "");
+  if (state == RunState::kStopped && stopping()) return Log(parts_.jobs.GiveBack(it.job));
+  const auto lab_state = parts_.service.state();
+  const bool taken_away = !it.bench.empty() && SessionOf(*lab_state, it.job.id) == nullptr;
+  if (state == RunState::kStopped && !taken_away) {
+    return Finish(it.job, "cancelled", "its run was stopped");
+  }
+  Finish(it.job, "failed", "its run ended as " + std::string(Name(state)));
 }
 
 }  // namespace faultlab::server

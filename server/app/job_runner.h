@@ -1,23 +1,33 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <functional>
+#include <list>
+#include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "server/app/doorbell.h"
 #include "server/experiment/experiments.h"
 #include "server/experiment/work.h"
 #include "server/lab/job_store.h"
 
 namespace faultlab::server {
 
-/// Executes jobs (rule 12 of server/lab): claims them, runs them, renews their leases. A run on a
-/// rig that needs a session waits in the rig's queue with the lowest weight, gets a session of its
-/// own and gives the rig back after each run, so that a person never waits longer than one run.
+/// Executes jobs (rule 12 of server/lab). A job is claimed only when it can begin: when one of this
+/// server's places is free, or when the lab has given its rig to it. It holds neither while it
+/// waits.
+///
+///   a job is added, a job ends, the lab changes --> Doorbell --> one thread that asks the lab for
+///   benches and claims jobs --> a thread for each job in progress
+///
+/// A run on a rig that needs a session waits in the rig's queue with the lowest weight, gets a
+/// session of its own and gives the rig back after each run, so that a person never waits longer
+/// than one run.
 class JobRunner {
  public:
   struct Parts {
@@ -29,10 +39,10 @@ class JobRunner {
     RunManager& runs;
     RecordingStore& store;
     const Clock& clock;
+    Doorbell& bell;  ///< rung whenever a job was added or the lab has changed
   };
   struct Options {
-    std::string server_id;
-    int workers = 2;
+    int places = 1;  ///< of jobs that need no session
     std::function<void(std::string_view)> log;
   };
   /// All parts must outlive the runner.
@@ -40,35 +50,67 @@ class JobRunner {
   ~JobRunner();  ///< Stop()
   JobRunner(const JobRunner&) = delete;
   JobRunner& operator=(const JobRunner&) = delete;
-  /// Starts no new jobs; the job of a run in progress waits for the next start.
+  /// Starts no new jobs and stops the runs of those in progress, which wait again.
   void Stop();
 
  private:
-  void Loop();
-  void Do(const lab::Job& job);
+  using Steady = std::chrono::steady_clock::time_point;
+  /// A job that this server has claimed.
+  struct InProgress {
+    lab::Job job;
+    std::string bench;  ///< of the job's session; empty: the job takes a place
+    std::string run;
+    bool over = false;  ///< its run is to be stopped
+    bool ended = false;
+    std::thread thread;
+  };
+  /// Which rigs jobs may name here.
+  struct Rigs {
+    std::vector<std::string> benches;      ///< those that need a session
+    std::vector<std::string> ask_for;      ///< benches for which this server asks the lab
+    std::vector<std::string> not_without;  ///< benches, and other members' simulators
+  };
+
+  void Main();
+  void Look();
+  std::optional<Steady> NextLook();
+  void Reap();
+  void JoinEnded();
+  void StopLost();
+  Rigs RigsNow() const;
+  void AskForBenches(const Rigs& rigs);
+  core::Result<lab::TicketRequest> TicketFor(const lab::Job& job, const lab::LabState& state);
+  void BeginOnBenches();
+  void BeginInPlaces(const Rigs& rigs);
+  void Begin(lab::Job job, std::string bench);
+  bool IsPutOff(const std::string& job) const;
+  void PutOff(const std::string& job);
+
+  // On the thread of the job.
+  void Do(InProgress& it);
   /// The account that owns the job, in its present state. nullopt: deleted or disabled.
   std::optional<Principal> OwnerOf(const lab::Job& job) const;
   void DoDiagnosis(const lab::Job& job, const Principal& who, const DiagnosisRequest& request);
-  void DoRun(const lab::Job& job, const Principal& who, ExperimentPlan plan);
-  /// The rig that the job may use now: "" if any simulator is suitable, nullopt if the job must
-  /// wait.
-  core::Result<std::optional<std::string>> RigFor(const lab::Job& job, const ExperimentPlan& plan);
-  bool IsElastic(const std::string& rig) const;
-  void Follow(const lab::Job& job, const std::string& run);
+  void DoRun(InProgress& it, const Principal& who, ExperimentPlan plan);
+  void Follow(InProgress& it, const std::string& run);
+  void FinishByRun(const InProgress& it);
   void Finish(const lab::Job& job, const std::string& state, const std::string& error);
-  void GiveBack(const lab::Job& job);
+  void Drop(const std::string& job);
+  bool stopping() const;
   template <typename T>
   void Log(const core::Result<T>& done) const {
     if (!done.ok()) options_.log("jobs: " + done.error().message);
   }
-  bool WaitForStop(std::chrono::milliseconds patience);
 
   const Parts parts_;
   const Options options_;
-  std::mutex mutex_;
-  std::condition_variable wake_;
+  mutable std::mutex mutex_;
   bool stopping_ = false;
-  std::vector<std::thread> threads_;
+  std::list<InProgress> in_progress_;
+  std::map<std::string, Steady> put_off_;  ///< jobs that found no rig, until they are tried again
+  bool retry_ = false;                     ///< the database or the lab did not answer
+  Steady reaped_{};
+  std::thread thread_;
 };
 
 }  // namespace faultlab::server

@@ -1,11 +1,14 @@
 #include "server/app/rig_upkeep.h"
 
 #include <algorithm>
+#include <cmath>
+#include <sstream>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 #include "server/experiment/rig_access.h"
+#include "server/storage/database_error.h"
 
 namespace faultlab::server {
 namespace {
@@ -73,14 +76,48 @@ lab::RigVerdict NotBegun(const core::Error& error) {
   return verdict;
 }
 
+/// The database takes nothing now: another try may succeed.
+bool IsNotStored(const core::Error& error) {
+  return error.code == core::ErrorCode::kBusy || error.code == core::ErrorCode::kUnavailable;
+}
+
+std::string KindOf(const std::set<CheckExtra>& extras) {
+  if (extras.contains(CheckExtra::kCommission)) return "commission";
+  if (extras.contains(CheckExtra::kClearTrip)) return "clear_trip";
+  if (extras.contains(CheckExtra::kContacts)) return "self_test";
+  return "between_users";
+}
+
+/// What is expected is the limit on both sides: the change is compared as a whole, not this figure.
+lab::CheckStep StepOf(const hardware::ContactFinding& finding) {
+  std::ostringstream subject;
+  subject << core::Name(finding.component) << " = " << finding.value << ", " << finding.line;
+  lab::CheckStep step{.step = "contact",
+                      .subject = subject.str(),
+                      .passed = finding.contact != hardware::Contact::kWrong,
+                      .text = finding.text};
+  if (std::isfinite(finding.um_seen_v)) {
+    step.figure = {finding.um_seen_v, finding.um_expected_v, finding.um_expected_v, "V"};
+  } else if (std::isfinite(finding.ia_seen_a)) {
+    step.figure = {finding.ia_seen_a, finding.ia_expected_a, finding.ia_expected_a, "A"};
+  }
+  return step;
+}
+
 }  // namespace
 
 RigUpkeep::RigUpkeep(RigBay& bay,
                      lab::RigBands& bands,
+                     lab::CheckLog& check_log,
                      Benches& benches,
                      const Clock& clock,
                      std::function<void(std::string_view)> log)
-    : bay_(bay), bands_(bands), benches_(benches), clock_(clock), log_(std::move(log)) {}
+    : bay_(bay),
+      bands_(bands),
+      check_log_(check_log),
+      benches_(benches),
+      clock_(clock),
+      log_(std::move(log)) {}
 
 RigUpkeep::~RigUpkeep() {
   Stop();
@@ -125,6 +162,8 @@ void RigUpkeep::Fence(const lab::RigId& rig, std::uint64_t epoch) {
 void RigUpkeep::StartCleaning(const lab::Lease& lease) {
   {
     const std::lock_guard lock(mutex_);
+    // After an outage of the database the lab asks again, although the check may still go on.
+    if (!checking_.emplace(lease.rig, lease.epoch).second) return;
     checks_.push_back(lease);
   }
   wake_.notify_all();
@@ -256,17 +295,14 @@ void RigUpkeep::CheckLoop() {
       lease = std::move(checks_.front());
       checks_.pop_front();
     }
-    const lab::RigVerdict verdict = Check(lease);
-    // If a newer check of the rig has begun, this result is stale and refused, as it should be.
-    const core::Status told =
-        service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
-          if (verdict.put_off) {
-            return scheduler.CheckPutOff(lease.rig, lease.epoch, verdict.text, now);
-          }
-          return scheduler.CleaningDone(lease.rig, lease.epoch, verdict.passed, verdict.text, now);
-        });
-    if (!told.ok() && told.error().code != core::ErrorCode::kStale) {
-      log_("rig " + lease.rig + ": its check cannot be stored: " + told.error().message);
+    std::string kind;
+    const lab::RigVerdict verdict = Check(lease, kind);
+    // Before the rig is free: who sees that a check has ended finds it in the list.
+    if (!verdict.put_off) LogCheck(lease.rig, kind, verdict);
+    TellVerdict(lease, verdict);
+    {
+      const std::lock_guard lock(mutex_);
+      checking_.erase({lease.rig, lease.epoch});
     }
     if (verdict.put_off) {
       log_("rig " + lease.rig + " cannot be checked now: " + verdict.text);
@@ -276,8 +312,28 @@ void RigUpkeep::CheckLoop() {
   }
 }
 
+/// Stores the result of a check, however long the database is away: what an operator has asked for
+/// beside the check would not be done again. If a newer check of the rig has begun, this result is
+/// stale and refused, as it should be.
+void RigUpkeep::TellVerdict(const lab::Lease& lease, const lab::RigVerdict& verdict) {
+  for (;;) {
+    const core::Status told =
+        service_->Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
+          if (verdict.put_off) {
+            return scheduler.CheckPutOff(lease.rig, lease.epoch, verdict.text, now);
+          }
+          return scheduler.CleaningDone(lease.rig, lease.epoch, verdict.passed, verdict.text, now);
+        });
+    if (told.ok() || told.error().code == core::ErrorCode::kStale) return;
+    log_("rig " + lease.rig + ": its check is not stored yet: " + told.error().message);
+    if (!IsNotStored(told.error()) || WaitForStop(kFollow)) return;
+  }
+}
+
 /// Waits until nobody holds the rig. An exception of its driver is a failed check.
-lab::RigVerdict RigUpkeep::Check(const lab::Lease& lease) {
+/// @param kind  of the check, for the log
+lab::RigVerdict RigUpkeep::Check(const lab::Lease& lease, std::string& kind) {
+  kind = KindOf({});
   try {
     // After a start, a far rig is heard within a second or two.
     while (!bay_.Find(lease.rig).ok() && clock_.Monotonic() < heard_from_) {
@@ -285,7 +341,9 @@ lab::RigVerdict RigUpkeep::Check(const lab::Lease& lease) {
     }
     auto hold = bay_.Acquire(lease, kRigPatience);
     if (!hold.ok()) return NotBegun(hold.error());
-    return CheckHeld(hold.value());
+    const std::set<CheckExtra> extras = TakeExtras(lease.rig);
+    kind = KindOf(extras);
+    return CheckHeld(hold.value(), extras);
   } catch (const std::exception& error) {
     return {false, error.what(), std::nullopt};
   }
@@ -293,16 +351,8 @@ lab::RigVerdict RigUpkeep::Check(const lab::Lease& lease) {
 
 /// The check by the rig's own band. When an operator commissions the rig, the check determines the
 /// band.
-lab::RigVerdict RigUpkeep::CheckHeld(RigHold& hold) {
+lab::RigVerdict RigUpkeep::CheckHeld(RigHold& hold, const std::set<CheckExtra>& extras) {
   const std::string& id = hold.lease().rig;
-  std::set<CheckExtra> extras;
-  {
-    const std::lock_guard lock(mutex_);
-    if (const auto found = extras_.find(id); found != extras_.end()) {
-      extras = std::move(found->second);
-      extras_.erase(found);
-    }
-  }
   if (extras.contains(CheckExtra::kClearTrip)) {
     hardware::RigCommand clear;
     clear.kind = hardware::RigCommand::Kind::kClearTrip;
@@ -313,8 +363,12 @@ lab::RigVerdict RigUpkeep::CheckHeld(RigHold& hold) {
   if (!band.ok()) return NotBegun(band.error());
   lab::RigVerdict verdict = lab::CheckRig(hold.rig(), hold.epoch(), band.value());
   if (verdict.passed && extras.contains(CheckExtra::kContacts)) {
-    const lab::RigVerdict contacts = CheckContactsOf(hold);
-    if (!contacts.passed) return contacts;
+    lab::RigVerdict contacts = CheckContactsOf(hold);
+    verdict.steps.insert(verdict.steps.end(), contacts.steps.begin(), contacts.steps.end());
+    if (!contacts.passed) {
+      contacts.steps = std::move(verdict.steps);
+      return contacts;
+    }
   }
   if (!extras.contains(CheckExtra::kCommission) || !verdict.measured) return verdict;
   const hardware::RigDescription& about = hold.rig().description();
@@ -323,8 +377,41 @@ lab::RigVerdict RigUpkeep::CheckHeld(RigHold& hold) {
       norm ? lab::CheckBand(*verdict.measured, norm.value()) : core::Status(norm.error());
   if (stored.ok()) {
     stored = bands_.Put(id, *verdict.measured, "commissioned", clock_.Wall());
+    while (!stored.ok() && MayPass(stored.error()) && !WaitForStop(kFollow)) {
+      stored = bands_.Put(id, *verdict.measured, "commissioned", clock_.Wall());
+    }
   }
-  return {stored.ok(), stored.ok() ? "" : stored.error().message, verdict.measured};
+  if (stored.ok()) return {.passed = true, .measured = verdict.measured, .steps = verdict.steps};
+  verdict.passed = false;
+  verdict.text = stored.error().message;
+  verdict.steps.push_back({.step = "norm", .text = verdict.text});
+  return verdict;
+}
+
+std::set<CheckExtra> RigUpkeep::TakeExtras(const std::string& rig) {
+  const std::lock_guard lock(mutex_);
+  const auto found = extras_.find(rig);
+  if (found == extras_.end()) return {};
+  const std::set<CheckExtra> extras = std::move(found->second);
+  extras_.erase(found);
+  return extras;
+}
+
+void RigUpkeep::LogCheck(const std::string& rig,
+                         const std::string& kind,
+                         const lab::RigVerdict& verdict) {
+  const lab::CheckRecord record{.rig = rig,
+                                .at = clock_.Wall(),
+                                .kind = kind,
+                                .passed = verdict.passed,
+                                .reason = verdict.passed ? "" : verdict.text,
+                                .steps = verdict.steps};
+  core::Status stored = check_log_.Add(record);
+  while (!stored.ok() && MayPass(stored.error()) && !WaitForStop(kFollow)) {
+    stored = check_log_.Add(record);
+  }
+  if (!stored.ok())
+    log_("rig " + rig + ": its check is not in the list: " + stored.error().message);
 }
 
 /// Of a rig with relays alone; the parts of a simulator have no wires.
@@ -338,12 +425,15 @@ lab::RigVerdict RigUpkeep::CheckContactsOf(RigHold& hold) {
     contacts_.insert_or_assign(hold.lease().rig, RigContacts{clock_.Wall(), contacts});
   }
   std::string wrong = contacts.nominal;
+  std::vector<lab::CheckStep> steps;
+  if (!contacts.nominal.empty()) steps.push_back({.step = "contact", .text = contacts.nominal});
   for (const hardware::ContactFinding& finding : contacts.positions) {
+    steps.push_back(StepOf(finding));
     if (finding.contact != hardware::Contact::kWrong || !wrong.empty()) continue;
     wrong =
         std::string(core::Name(finding.component)) + " on " + finding.line + ": " + finding.text;
   }
-  return {contacts.ok, wrong, std::nullopt};
+  return {.passed = contacts.ok, .text = wrong, .steps = std::move(steps)};
 }
 
 }  // namespace faultlab::server

@@ -10,10 +10,12 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "server/api/sharing/handlers.h"
 #include "server/experiment/benches.h"
+#include "server/lab/check_log.h"
 #include "server/lab/lab_service.h"
 #include "server/lab/rig_bands.h"
 #include "server/lab/rig_check.h"
@@ -31,6 +33,7 @@ class RigUpkeep : public lab::RigDuties {
   /// All must outlive it.
   RigUpkeep(RigBay& bay,
             lab::RigBands& bands,
+            lab::CheckLog& check_log,
             Benches& benches,
             const Clock& clock,
             std::function<void(std::string_view)> log);
@@ -57,13 +60,17 @@ class RigUpkeep : public lab::RigDuties {
                                    const std::vector<RigStatus>& rigs) const;
   void FollowBenches(const std::vector<RigStatus>& rigs);
   void CheckLoop();
-  lab::RigVerdict Check(const lab::Lease& lease);
-  lab::RigVerdict CheckHeld(RigHold& hold);
+  lab::RigVerdict Check(const lab::Lease& lease, std::string& kind);
+  lab::RigVerdict CheckHeld(RigHold& hold, const std::set<CheckExtra>& extras);
   lab::RigVerdict CheckContactsOf(RigHold& hold);
+  std::set<CheckExtra> TakeExtras(const std::string& rig);
+  void TellVerdict(const lab::Lease& lease, const lab::RigVerdict& verdict);
+  void LogCheck(const std::string& rig, const std::string& kind, const lab::RigVerdict& verdict);
   bool WaitForStop(std::chrono::milliseconds patience);
 
   RigBay& bay_;
   lab::RigBands& bands_;
+  lab::CheckLog& check_log_;
   Benches& benches_;
   const Clock& clock_;
   const std::function<void(std::string_view)> log_;
@@ -73,7 +80,8 @@ class RigUpkeep : public lab::RigDuties {
   std::condition_variable wake_;
   bool stopping_ = false;
   std::deque<lab::Lease> checks_;
-  std::map<lab::RigId, std::set<CheckExtra>> extras_;  ///< of the next check
+  std::set<std::pair<lab::RigId, std::uint64_t>> checking_;  ///< waiting or in progress: epoch
+  std::map<lab::RigId, std::set<CheckExtra>> extras_;        ///< of the next check
   std::map<lab::RigId, RigContacts> contacts_;
   std::map<lab::RigId, const core::Bench*> stored_benches_;  ///< of the thread that follows rigs
   std::set<lab::RigId> rebuilt_;  ///< those whose bands and sessions have not been ended yet

@@ -15,6 +15,9 @@ Services::Services(const Base& base, Options options)
       fault_sets_(base.database),
       answers_(base.database),
       bands_(base.database),
+      check_log_(base.database),
+      relay_wear_(base.database),
+      alarms_(base.database),
       calendar_links_(base.database),
       audit_(base.accounts, base.clock, options_.log),
       fault_set_access_(fault_sets_, base.accounts),
@@ -22,8 +25,10 @@ Services::Services(const Base& base, Options options)
       places_(options_.places),
       quota_(base.store, jobs_, options_.storage),
       health_(base.database, base.clock),
+      webhooks_(base.database),
+      hook_sender_(options_.webhooks_insecure_local, options_.webhooks_ca_file),
       rests_(base.store, base.clock, options_.find_far_rig, options_.log),
-      upkeep_(base.bay, bands_, base.benches, base.clock, options_.log) {}
+      upkeep_(base.bay, bands_, check_log_, base.benches, base.clock, options_.log) {}
 
 core::Result<std::unique_ptr<Services>> Services::Open(const Base& base,
                                                        Options options,
@@ -41,8 +46,10 @@ Services::~Services() {
 
 void Services::Stop() {
   job_runner_.reset();
+  rig_watch_.reset();
   retention_.reset();
   viewer_watch_.reset();
+  dispatcher_.reset();
   rests_.Stop();
   upkeep_.Stop();
   base_.bay.SetGate({});
@@ -55,13 +62,17 @@ core::Status Services::JoinLab() {
   options.alone = base_.database.engine() == Engine::kSqlite;
   options.clock_error_max = seconds(1);
   options.join_patience = options.policy.member_lease + seconds(1);
+  options.changed = [this] { job_bell_.Ring(); };
+  jobs_.OnAdded([this] { job_bell_.Ring(); });
   auto service = lab::LabService::Open(base_.database, base_.clock, upkeep_, std::move(options));
   if (!service.ok()) return service.error();
   service_ = std::move(service).value();
   base_.runs.SetGuard([&service = *service_] { return service.InForce(); });
   // From here on this process is the only one with its server_id.
-  const auto reaped = jobs_.Reap(base_.clock.Wall(), options_.server_id);
+  const auto reaped = jobs_.Reap(base_.clock.Wall());
   if (!reaped.ok()) return reaped.error();
+  const core::Status whole = base_.runs.StoreBacklogs();
+  if (!whole.ok()) return whole;
   rig_access_ = std::make_unique<RigAccess>(*service_, base_.bay, options_.log);
   experiments_ = std::make_unique<Experiments>(Experiments::Parts{base_.runs,
                                                                   base_.store,
@@ -86,6 +97,13 @@ core::Status Services::JoinLab() {
   base_.bay.SetGate([this](const std::string& rig, std::chrono::milliseconds patience) {
     return rests_.Await(rig, patience);
   });
+  rig_watch_ = std::make_unique<RigWatch>(RigWatch::Parts{*service_,
+                                                          base_.bay,
+                                                          alarms_,
+                                                          relay_wear_,
+                                                          options_.storage.disk,
+                                                          base_.clock,
+                                                          options_.log});
   upkeep_.Start(*service_);
   job_runner_ = std::make_unique<JobRunner>(JobRunner::Parts{jobs_,
                                                              *service_,
@@ -94,15 +112,19 @@ core::Status Services::JoinLab() {
                                                              recordings_,
                                                              base_.runs,
                                                              base_.store,
-                                                             base_.clock},
+                                                             base_.clock,
+                                                             job_bell_},
                                             JobRunner::Options{
-                                                .server_id = options_.server_id,
+                                                .places = options_.job_places,
                                                 .log = options_.log,
                                             });
   retention_ = std::make_unique<DailyRetention>(
       base_.database, base_.clock, options_.retention, options_.log);
   viewer_watch_ =
       std::make_unique<ViewerWatch>(base_.accounts, base_.hub, base_.tokens, base_.clock);
+  dispatcher_ = std::make_unique<notify::Dispatcher>(
+      notify::Dispatcher::Parts{base_.database, *service_, hook_sender_, base_.clock, options_.log},
+      options_.news);
   return core::Done{};
 }
 
@@ -116,7 +138,10 @@ bool Services::IsOurRest(const RunRecord& record) const {
 }
 
 void Services::BuildApi(Router& router) {
-  const auto database_check = [this] { return health_.Check(); };
+  const auto database_check = [this] {
+    const core::Status writes = health_.Check();
+    return writes.ok() && options_.disk_check ? options_.disk_check() : writes;
+  };
   system_api_ = std::make_unique<SystemApi>(SystemApi{base_.runs,
                                                       base_.bay,
                                                       base_.hub,
@@ -164,6 +189,17 @@ void Services::BuildApi(Router& router) {
       [this](const std::string& rig) { return upkeep_.ContactsOf(rig); }});
   feed_ = std::make_unique<PersonFeed>(*sharing_api_);
   sharing_api_->feed = feed_.get();
+  operate_api_ = std::make_unique<OperateApi>(OperateApi{*service_,
+                                                         base_.accounts,
+                                                         base_.bay,
+                                                         check_log_,
+                                                         relay_wear_,
+                                                         alarms_,
+                                                         base_.database,
+                                                         audit_,
+                                                         base_.clock});
+  notify_api_ =
+      std::make_unique<NotifyApi>(NotifyApi{webhooks_, hook_sender_, audit_, base_.clock});
   work_api_ = std::make_unique<WorkApi>(WorkApi{*experiments_,
                                                 recordings_,
                                                 fault_sets_,
@@ -178,15 +214,19 @@ void Services::BuildApi(Router& router) {
                                                 base_.benches,
                                                 audit_,
                                                 base_.clock});
+  demonstration_api_ = std::make_unique<DemonstrationApi>(base_.benches);
   whereabouts_ = std::make_unique<Whereabouts>(*service_, base_.clock);
   gate_ = std::make_unique<Gate>(Gate::Parts{
       base_.accounts, recordings_, answers_, *whereabouts_, base_.tokens, base_.hub, base_.clock});
   gate_->AddRoutes(router, RoutesOf(*system_api_));
   gate_->AddRoutes(router, BenchRoutes(base_.benches));
+  gate_->AddRoutes(router, RoutesOf(*demonstration_api_));
   gate_->AddRoutes(router, RoutesOf(*run_api_));
   gate_->AddRoutes(router, RoutesOf(*people_api_));
   gate_->AddRoutes(router, RoutesOf(*providers_api_));
   gate_->AddRoutes(router, RoutesOf(*sharing_api_));
+  gate_->AddRoutes(router, RoutesOf(*operate_api_));
+  gate_->AddRoutes(router, RoutesOf(*notify_api_));
   gate_->AddRoutes(router, RoutesOf(*work_api_));
 }
 

@@ -6,7 +6,10 @@
 #include <string_view>
 #include <vector>
 
+#include "server/api/bench/demonstrations.h"
 #include "server/api/gate.h"
+#include "server/api/notify/handlers.h"
+#include "server/api/operate/handlers.h"
 #include "server/api/people/handlers.h"
 #include "server/api/people/providers.h"
 #include "server/api/run/handlers.h"
@@ -15,17 +18,26 @@
 #include "server/api/system.h"
 #include "server/api/work/handlers.h"
 #include "server/app/daily_retention.h"
+#include "server/app/doorbell.h"
 #include "server/app/job_runner.h"
 #include "server/app/rest_upkeep.h"
 #include "server/app/rig_upkeep.h"
+#include "server/app/rig_watch.h"
 #include "server/app/viewer_watch.h"
 #include "server/auth/audit_log.h"
 #include "server/auth/calendar_links.h"
 #include "server/experiment/experiments.h"
+#include "server/lab/alarms.h"
+#include "server/lab/check_log.h"
 #include "server/lab/fault_sets.h"
 #include "server/lab/job_store.h"
 #include "server/lab/lab_service.h"
+#include "server/lab/relay_wear.h"
 #include "server/lab/rig_bands.h"
+#include "server/notify/dispatcher.h"
+#include "server/notify/hook_sender.h"
+#include "server/notify/news.h"
+#include "server/notify/webhooks.h"
 #include "server/storage/database_health.h"
 
 namespace faultlab::server {
@@ -53,6 +65,7 @@ class Services {
     std::string server_id;
     std::string address;  ///< "host:port", for the other members of this database
     double speed = 1.0;   ///< of replays
+    int job_places = 1;   ///< see JobPlaces
     std::uint64_t default_seed = 1;
     std::string_view openapi;
     std::function<HttpCounters()> http_counters;
@@ -61,8 +74,12 @@ class Services {
     StorageLimits storage;
     std::vector<oidc::ProviderSettings> providers;
     std::string public_url;
-    std::string login_secret;          ///< shared by the servers of this database
-    RestUpkeep::FindRig find_far_rig;  ///< null for a rig that is not heard
+    std::string login_secret;  ///< shared by the servers of this database
+    notify::NewsOptions news;
+    bool webhooks_insecure_local = false;
+    std::string webhooks_ca_file;
+    RestUpkeep::FindRig find_far_rig;          ///< null for a rig that is not heard
+    std::function<core::Status()> disk_check;  ///< whether the disk is not full, for /readyz
     std::function<void(std::string_view)> log;
   };
   /// Takes the member's lease, ends what a crash cut off, adds the routes to `router`, starts to
@@ -88,10 +105,14 @@ class Services {
 
   const Base base_;
   const Options options_;
+  Doorbell job_bell_;
   lab::JobStore jobs_;
   lab::FaultSets fault_sets_;
   lab::RememberedAnswers answers_;
   lab::RigBands bands_;
+  lab::CheckLog check_log_;
+  lab::RelayWear relay_wear_;
+  lab::Alarms alarms_;
   CalendarLinks calendar_links_;
   AuditLog audit_;
   FaultSetAccess fault_set_access_;
@@ -99,6 +120,8 @@ class Services {
   RunPlaces places_;
   StorageQuota quota_;
   DatabaseHealth health_;
+  notify::Webhooks webhooks_;
+  notify::HookSender hook_sender_;
   RestUpkeep rests_;
   RigUpkeep upkeep_;
   std::unique_ptr<lab::LabService> service_;
@@ -113,10 +136,15 @@ class Services {
   std::unique_ptr<ProvidersApi> providers_api_;
   std::unique_ptr<SharingApi> sharing_api_;
   std::unique_ptr<PersonFeed> feed_;
+  std::unique_ptr<OperateApi> operate_api_;
+  std::unique_ptr<NotifyApi> notify_api_;
   std::unique_ptr<WorkApi> work_api_;
+  std::unique_ptr<DemonstrationApi> demonstration_api_;
   std::unique_ptr<JobRunner> job_runner_;
+  std::unique_ptr<RigWatch> rig_watch_;
   std::unique_ptr<DailyRetention> retention_;
   std::unique_ptr<ViewerWatch> viewer_watch_;
+  std::unique_ptr<notify::Dispatcher> dispatcher_;
 };
 
 }  // namespace faultlab::server

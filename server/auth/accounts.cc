@@ -2,13 +2,17 @@
 #include "server/auth/accounts.h"
 
 #include <algorithm>
+#include <deque>
 
 #include "server/auth/account_rows.h"
 #include "server/auth/credentials.h"
+#include "server/auth/search_text.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server {
 namespace {
+
+constexpr int kPeopleOfAWordMax = 500;  ///< whose lines a search of the audit log includes
 
 using core::Done;
 using core::Error;
@@ -46,10 +50,21 @@ core::Status CheckLiveKeys(Transaction& tx, std::int64_t account, std::int64_t n
 
 core::Status CheckName(const std::string& name) {
   if (name.empty() || name.size() > kNameBytesMax) {
-    return Error{ErrorCode::kInvalid, "a name has 1 to 200 bytes", "name"};
+    return Error{ErrorCode::kInvalid, "a name has 1 to 200 bytes", "name", "name_length"};
   }
   return Done{};
 }
+
+/// What people call the object of a line; NULL when it has no name or is gone.
+constexpr std::string_view kObjectName =
+    "CASE WHEN object LIKE 'course:%' THEN "
+    "(SELECT name FROM course WHERE id = CAST(SUBSTR(object, 8) AS BIGINT)) "
+    "WHEN object LIKE 'fault_set:%' THEN "
+    "(SELECT name FROM fault_set WHERE id = CAST(SUBSTR(object, 11) AS BIGINT)) "
+    "WHEN object LIKE 'key:%' THEN "
+    "(SELECT name FROM api_key WHERE id = CAST(SUBSTR(object, 5) AS BIGINT)) "
+    "WHEN object LIKE 'session:%' THEN "
+    "(SELECT rig FROM lab_session WHERE id = CAST(SUBSTR(object, 9) AS BIGINT)) END";
 
 }  // namespace
 
@@ -61,8 +76,10 @@ core::Result<std::string> NormalLogin(std::string_view login) {
   const bool plain =
       out.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789._@-") == std::string::npos;
   if (out.size() < 3 || out.size() > 64 || !plain) {
-    return Error{
-        ErrorCode::kInvalid, "a login has 3 to 64 of the letters a-z, 0-9, . _ @ -", "login"};
+    return Error{ErrorCode::kInvalid,
+                 "a login has 3 to 64 of the letters a-z, 0-9, . _ @ -",
+                 "login",
+                 "login_wrong"};
   }
   return out;
 }
@@ -75,11 +92,15 @@ core::Result<Account> Accounts::Create(const std::string& login,
   if (!normal.ok()) return normal.error();
   if (const auto good = CheckName(name); !good.ok()) return good.error();
   if (role == Role::kGuest || role == Role::kService) {
-    return Error{ErrorCode::kInvalid, "student, instructor, operator or admin", "role"};
+    return Error{ErrorCode::kInvalid,
+                 "student, instructor, operator or admin",
+                 "role",
+                 "word_unknown",
+                 {{"member", "role"}, {"words", "student, instructor, operator, admin"}}};
   }
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Account> {
     if (account_rows::Find(tx, "login = :value", normal.value())) {
-      return Error{ErrorCode::kConflict, "this login is taken", "login"};
+      return Error{ErrorCode::kConflict, "this login is taken", "login", "login_taken"};
     }
     const std::string role_name(Name(role));
     const std::int64_t now_ms = ToMilliseconds(now);
@@ -116,7 +137,8 @@ core::Result<Account> Accounts::Change(std::int64_t id,
                               use(version, "version"));
     change.execute(true);
     if (change.get_affected_rows() != 1) {
-      return Error{ErrorCode::kStale, "the account has changed; look at it again", ""};
+      return Error{
+          ErrorCode::kStale, "the account has changed; look at it again", "", "account_changed"};
     }
     if (new_disabled != 0) credentials::EndAll(tx, id);
     const Account after = account_rows::Find(tx, "id = :value", id)->ToAccount();
@@ -146,26 +168,36 @@ core::Result<Account> Accounts::GetByLogin(const std::string& login) {
   });
 }
 
-core::Result<std::vector<Account>> Accounts::List(std::int64_t after, int limit) {
+core::Result<std::vector<Account>> Accounts::List(const AccountFilter& filter,
+                                                  std::int64_t after,
+                                                  int limit) {
   using Found = std::vector<Account>;
+  const std::string wanted = FoldLetters(filter.text);
   return database_.Read([&](Transaction& tx) -> core::Result<Found> {
+    std::string query = std::string("SELECT ") + account_rows::kColumns +
+                        " FROM account WHERE id > " + std::to_string(after);
+    if (filter.role) query += " AND role = '" + std::string(Name(*filter.role)) + "'";
+    if (filter.course) {
+      query += " AND id IN (SELECT account_id FROM enrolment WHERE course_id = " +
+               std::to_string(*filter.course) + ")";
+    }
     account_rows::Row row;
-    soci::statement statement =
-        (tx.sql().prepare << std::string("SELECT ") + account_rows::kColumns +
-                                 " FROM account WHERE id > :after ORDER BY id LIMIT :count",
-         into(row.account.id),
-         into(row.account.login),
-         into(row.account.name),
-         into(row.role),
-         into(row.password_hash),
-         into(row.disabled),
-         into(row.created_ms),
-         into(row.account.version),
-         use(after, "after"),
-         use(limit, "count"));
+    soci::statement statement = (tx.sql().prepare << query + " ORDER BY id",
+                                 into(row.account.id),
+                                 into(row.account.login),
+                                 into(row.account.name),
+                                 into(row.role),
+                                 into(row.password_hash),
+                                 into(row.disabled),
+                                 into(row.created_ms),
+                                 into(row.account.version));
     statement.execute(false);
     Found out;
-    while (statement.fetch()) out.push_back(row.ToAccount());
+    // Compared here: SQLite knows the case of ASCII letters only, and names are in any script.
+    while (std::ssize(out) < limit && statement.fetch()) {
+      const std::string text = FoldLetters(row.account.login + " " + row.account.name);
+      if (text.find(wanted) != std::string::npos) out.push_back(row.ToAccount());
+    }
     return out;
   });
 }
@@ -176,18 +208,30 @@ core::Result<Accounts::NewKey> Accounts::CreateKey(const Principal& who,
                                                    WallTime expires_at,
                                                    WallTime now) {
   if (const auto good = CheckName(name); !good.ok()) return good.error();
-  if (scopes.empty()) return Error{ErrorCode::kInvalid, "name at least one scope", "scopes"};
+  if (scopes.empty())
+    return Error{ErrorCode::kInvalid, "name at least one scope", "scopes", "scopes_missing"};
   std::string joined;
   for (const auto& scope : scopes) {
     if (std::find(kScopes.begin(), kScopes.end(), scope) == kScopes.end()) {
       return Error{ErrorCode::kInvalid,
-                   "scopes are runs:read, runs:write, jobs, lab; not " + scope,
-                   "scopes"};
+                   "there is no scope " + scope,
+                   "scopes",
+                   "scope_unknown",
+                   {{"scope", scope}}};
+    }
+    if (!MayHaveScope(who.role, scope)) {
+      return Error{
+          ErrorCode::kForbidden,
+          "a key of the role " + std::string(Name(who.role)) + " has no use for the scope " + scope,
+          "scopes",
+          "scope_of_others",
+          {{"scope", scope}}};
     }
     joined += (joined.empty() ? "" : " ") + scope;
   }
   if (expires_at <= now || expires_at > now + kKeyLivesMax) {
-    return Error{ErrorCode::kInvalid, "a key lives up to 400 days from now", "expires_at"};
+    return Error{
+        ErrorCode::kInvalid, "a key lives up to 400 days from now", "expires_at", "key_lifetime"};
   }
   NewKey out;
   out.secret = NewSecret("flk_");
@@ -262,7 +306,7 @@ core::Status Accounts::RevokeKey(std::int64_t account_id, std::int64_t key_id, W
          use(account_id, "account"));
     change.execute(true);
     if (change.get_affected_rows() != 1) {
-      return Error{ErrorCode::kNotFound, "you have no such key", ""};
+      return Error{ErrorCode::kNotFound, "you have no such key", "", "no_api_key"};
     }
     DropPastKeys(tx, account_id, ToMilliseconds(now));
     return Done{};
@@ -284,30 +328,80 @@ core::Status Accounts::Audit(const std::string& actor,
   });
 }
 
-core::Result<std::vector<AuditEntry>> Accounts::ListAudit(std::int64_t before, int limit) {
+core::Result<std::vector<AuditEntry>> Accounts::ListAudit(const AuditFilter& filter,
+                                                          std::int64_t before,
+                                                          int limit) {
   using Entries = std::vector<AuditEntry>;
+  // Names are compared here, not by the database: List().
+  const auto ids_of = [&](const std::string& text) -> core::Result<std::string> {
+    std::string ids = "-1";
+    if (text.empty()) return ids;
+    const auto people = List({.text = text}, 0, kPeopleOfAWordMax);
+    if (!people) return people.error();
+    for (const Account& each : people.value()) ids += ", " + std::to_string(each.id);
+    return ids;
+  };
+  const auto named = ids_of(filter.text);
+  if (!named) return named.error();
+  const auto doers = ids_of(filter.who);
+  if (!doers) return doers.error();
   return database_.Read([&](Transaction& tx) -> core::Result<Entries> {
+    std::string condition = "1 = 1";
+    if (before > 0) condition += " AND seq < " + std::to_string(before);
+    if (filter.from) condition += " AND at_ms >= " + std::to_string(ToMilliseconds(*filter.from));
+    if (filter.to) condition += " AND at_ms < " + std::to_string(ToMilliseconds(*filter.to));
     AuditEntry entry;
     std::int64_t at_ms = 0;
-    soci::statement statement =
-        (tx.sql().prepare << "SELECT seq, at_ms, actor, COALESCE(doer.login, ''), verb, object, "
-                             "COALESCE(target.login, ''), detail FROM audit_log "
-                             "LEFT JOIN account doer ON doer.id = CASE WHEN actor LIKE 'user:%' "
-                             "THEN CAST(SUBSTR(actor, 6) AS BIGINT) END "
-                             "LEFT JOIN account target ON target.id = CASE WHEN object LIKE "
-                             "'user:%' THEN CAST(SUBSTR(object, 6) AS BIGINT) END "
-                             "WHERE seq < :before OR :all = 0 ORDER BY seq DESC LIMIT :count",
-         into(entry.seq),
-         into(at_ms),
-         into(entry.actor),
-         into(entry.actor_login),
-         into(entry.verb),
-         into(entry.object),
-         into(entry.object_login),
-         into(entry.detail),
-         use(before, "before"),
-         use(before, "all"),
-         use(limit, "count"));
+    const std::string text = ContainsPattern(filter.text);
+    const std::string who = ContainsPattern(filter.who);
+    std::deque<std::string> names;
+    soci::statement statement(tx.sql());  // ends before what it is bound to
+    // In the order in which they stand in the query.
+    if (!filter.text.empty()) statement.exchange(use(text, "text"));
+    if (!filter.text.empty() || !filter.verbs.empty()) {
+      std::string either = filter.text.empty()
+                               ? "1 = 0"
+                               : "LOWER(verb || ' ' || object || ' ' || detail || ' ' || "
+                                 "COALESCE(doer.login, actor) || ' ' || COALESCE(target.login, "
+                                 "'') || ' ' || COALESCE(" +
+                                     std::string(kObjectName) +
+                                     ", '')) LIKE LOWER(:text) ESCAPE '!' OR doer.id IN (" +
+                                     named.value() + ") OR target.id IN (" + named.value() + ")";
+      for (const std::string& verb : filter.verbs) {
+        names.push_back("verb" + std::to_string(names.size()));
+        either += " OR verb = :" + names.back();
+        statement.exchange(use(verb, names.back()));
+      }
+      condition += " AND (" + either + ")";
+    }
+    if (!filter.who.empty()) {
+      condition +=
+          " AND (LOWER(COALESCE(doer.login, actor)) LIKE LOWER(:who) ESCAPE '!' OR "
+          "doer.id IN (" +
+          doers.value() + "))";
+      statement.exchange(use(who, "who"));
+    }
+    statement.exchange(into(entry.seq));
+    statement.exchange(into(at_ms));
+    statement.exchange(into(entry.actor));
+    statement.exchange(into(entry.actor_login));
+    statement.exchange(into(entry.verb));
+    statement.exchange(into(entry.object));
+    statement.exchange(into(entry.object_login));
+    statement.exchange(into(entry.object_name));
+    statement.exchange(into(entry.detail));
+    statement.alloc();
+    statement.prepare(
+        "SELECT seq, at_ms, actor, COALESCE(doer.login, ''), verb, object, "
+        "COALESCE(target.login, ''), COALESCE(" +
+        std::string(kObjectName) +
+        ", ''), detail FROM audit_log "
+        "LEFT JOIN account doer ON doer.id = CASE WHEN actor LIKE 'user:%' "
+        "THEN CAST(SUBSTR(actor, 6) AS BIGINT) END "
+        "LEFT JOIN account target ON target.id = CASE WHEN object LIKE "
+        "'user:%' THEN CAST(SUBSTR(object, 6) AS BIGINT) END WHERE " +
+        condition + " ORDER BY seq DESC LIMIT " + std::to_string(limit));
+    statement.define_and_bind();
     statement.execute(false);
     Entries out;
     while (statement.fetch()) {

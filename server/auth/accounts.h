@@ -78,7 +78,24 @@ struct AuditEntry {
   std::string verb;
   std::string object;
   std::string object_login;  ///< when the object is an account
+  std::string object_name;   ///< of a course, fault set or key that exists; of a session its rig
   std::string detail;
+};
+
+/// Which accounts a list has; what is absent does not restrict it.
+struct AccountFilter {
+  std::string text{};  ///< part of login (often a mail address) or name, in any case
+  std::optional<Role> role{};
+  std::optional<std::int64_t> course{};  ///< members, teachers included
+};
+
+/// Which lines of the audit log a list has; what is absent does not restrict it.
+struct AuditFilter {
+  std::string text{};                ///< part of verb, object, detail or of a login
+  std::vector<std::string> verbs{};  ///< lines with one of these are taken besides those of `text`
+  std::string who{};                 ///< part of the login (or key) of who did it
+  std::optional<WallTime> from{};
+  std::optional<WallTime> to{};
 };
 
 struct SignInRequest {
@@ -210,7 +227,12 @@ class Accounts : public Authenticator {
   core::Result<Account> Get(std::int64_t id);
   core::Result<Account> GetByLogin(const std::string& login);
   /// In order of id, after `after`.
-  core::Result<std::vector<Account>> List(std::int64_t after, int limit);
+  core::Result<std::vector<Account>> List(const AccountFilter& filter,
+                                          std::int64_t after,
+                                          int limit);
+  core::Result<std::vector<Account>> List(std::int64_t after, int limit) {
+    return List({}, after, limit);
+  }
 
   /// The key itself is returned only here. Scopes: kScopes; at most 400 days.
   struct NewKey {
@@ -274,7 +296,12 @@ class Accounts : public Authenticator {
                      const std::string& detail,
                      WallTime now);
   /// Newest first, below `before` (0 = from the newest).
-  core::Result<std::vector<AuditEntry>> ListAudit(std::int64_t before, int limit);
+  core::Result<std::vector<AuditEntry>> ListAudit(const AuditFilter& filter,
+                                                  std::int64_t before,
+                                                  int limit);
+  core::Result<std::vector<AuditEntry>> ListAudit(std::int64_t before, int limit) {
+    return ListAudit({}, before, limit);
+  }
 
  private:
   core::Result<Principal> BySession(std::string_view secret,
@@ -299,10 +326,6 @@ class Accounts : public Authenticator {
   Throttle old_passwords_{5};  ///< tries to change a password, by sign-in
   std::function<void(const Revocation&)> on_revoked_;
 };
-
-/// The scopes that a key may have.
-inline constexpr std::array<std::string_view, 4> kScopes = {
-    "runs:read", "runs:write", "jobs", "lab"};
 
 /// 3 to 64 of [a-z0-9._@-] after lowering; kInvalid names the field.
 core::Result<std::string> NormalLogin(std::string_view login);

@@ -1,5 +1,6 @@
 #include "server/auth/authorization.h"
 
+#include <algorithm>
 #include <array>
 #include <string>
 
@@ -31,10 +32,10 @@ constexpr std::array<Rule, kOperationCount> kMatrix = {{
     {Operation::kDeleteRun,       "delete_run",        "runs:write", Operation::kReadRun,         {"o",    "o",    "o",    "o",    "ocf",  "o"}},
     {Operation::kUploadRecording, "upload_recording",  "runs:write", Operation::kReadRun,         {"n",    "n",    "n",    "n",    "n",    "n"}},
     {Operation::kManageOwnAccount,"manage_own_account","",           Operation::kManageOwnAccount,{"",     "no",   "no",   "no",   "no",   ""}},
-    {Operation::kReadUsers,       "read_users",        "",           Operation::kReadUsers,       {"",     "o",    "oc",   "nocf", "nocf", ""}},
-    {Operation::kManageUsers,     "manage_users",      "",           Operation::kReadUsers,       {"",     "",     "",     "",     "nocf", ""}},
+    {Operation::kReadUsers,       "read_users",        "people",     Operation::kReadUsers,       {"",     "o",    "oc",   "nocf", "nocf", ""}},
+    {Operation::kManageUsers,     "manage_users",      "people",     Operation::kReadUsers,       {"",     "",     "",     "",     "nocf", ""}},
     {Operation::kReadCourse,      "read_course",       "lab",        Operation::kReadCourse,      {"",     "noc",  "noc",  "nocf", "nocf", "noc"}},
-    {Operation::kManageCourse,    "manage_course",     "",           Operation::kReadCourse,      {"",     "",     "no",   "",     "nocf", ""}},
+    {Operation::kManageCourse,    "manage_course",     "courses",    Operation::kReadCourse,      {"",     "",     "no",   "",     "nocf", ""}},
     {Operation::kUseTicket,       "use_ticket",        "lab",        Operation::kUseTicket,       {"",     "no",   "no",   "nocf", "nocf", "no"}},
     {Operation::kUseBooking,      "use_booking",       "lab",        Operation::kUseBooking,      {"",     "no",   "no",   "nocf", "nocf", "no"}},
     {Operation::kUseSession,      "use_session",       "lab",        Operation::kUseSession,      {"",     "no",   "no",   "nocf", "nocf", "no"}},
@@ -42,10 +43,12 @@ constexpr std::array<Rule, kOperationCount> kMatrix = {{
     {Operation::kSpectate,        "spectate",          "runs:read",  Operation::kSpectate,        {"",     "no",   "noc",  "nocf", "nocf", "no"}},
     {Operation::kSubmitJob,       "submit_job",        "jobs",       Operation::kSubmitJob,       {"",     "no",   "no",   "nocf", "nocf", "no"}},
     {Operation::kReadFaultSet,    "read_fault_set",    "lab",        Operation::kReadFaultSet,    {"",     "noc",  "noc",  "nocf", "nocf", "noc"}},
-    {Operation::kManageFaultSet,  "manage_fault_set",  "",           Operation::kReadFaultSet,    {"",     "",     "no",   "",     "nocf", ""}},
-    {Operation::kOperateRig,      "operate_rig",       "",           Operation::kListRigs,        {"",     "",     "",     "nocf", "nocf", ""}},
-    {Operation::kReadAudit,       "read_audit",        "",           Operation::kReadAudit,       {"",     "",     "",     "nocf", "nocf", ""}},
+    {Operation::kManageFaultSet,  "manage_fault_set",  "courses",    Operation::kReadFaultSet,    {"",     "",     "no",   "",     "nocf", ""}},
+    {Operation::kOperateRig,      "operate_rig",       "operate",    Operation::kListRigs,        {"",     "",     "",     "nocf", "nocf", ""}},
+    {Operation::kReadAudit,       "read_audit",        "audit",      Operation::kReadAudit,       {"",     "",     "",     "nocf", "nocf", ""}},
     {Operation::kReadMetrics,     "read_metrics",      "",           Operation::kReadMetrics,     {"nocf", "nocf", "nocf", "nocf", "nocf", "nocf"}},
+    {Operation::kManageWebhooks,  "manage_webhooks",   "",           Operation::kManageWebhooks,  {"",     "",     "",     "",     "nocf", ""}},
+    {Operation::kManagePolicy,    "manage_policy",     "operate",    Operation::kManagePolicy,    {"",     "",     "",     "",     "nocf", ""}},
 }};
 // clang-format on
 
@@ -59,6 +62,26 @@ static_assert(LinesStandInTheOrderOfTheEnum());
 
 const Rule& RuleOf(Operation operation) {
   return kMatrix[static_cast<std::size_t>(operation)];
+}
+
+/// Keys may do this only for an account whose role may: the column `service` is empty.
+bool IsForStaff(const Rule& rule) {
+  return rule.allowed[static_cast<std::size_t>(Role::kService)].empty();
+}
+
+/// With the scope of the operation a key may do what its account may do.
+Role RoleFor(const Principal& principal, const Rule& rule) {
+  const bool lends = principal.proof == Proof::kApiKey && IsForStaff(rule) && !rule.scope.empty() &&
+                     principal.scopes.contains(std::string(rule.scope));
+  return lends ? principal.account_role : principal.role;
+}
+
+Error ScopeLacking(const Rule& rule) {
+  return {ErrorCode::kForbidden,
+          "this API key lacks the scope " + std::string(rule.scope),
+          "",
+          "scope_lacking",
+          {{"scope", std::string(rule.scope)}}};
 }
 
 }  // namespace
@@ -77,25 +100,37 @@ bool Allowed(Role role, Operation operation, Ownership ownership) {
   return allowed.find(kLetters[static_cast<std::size_t>(ownership)]) != std::string_view::npos;
 }
 
+bool MayHaveScope(Role role, std::string_view scope) {
+  return std::ranges::any_of(kMatrix, [&](const Rule& rule) {
+    return rule.scope == scope &&
+           (!IsForStaff(rule) || Allowed(role, rule.operation, Ownership::kNone));
+  });
+}
+
 core::Status Authorize(const Principal& principal, Operation operation, Ownership ownership) {
   const Rule& rule = RuleOf(operation);
-  if (Allowed(principal.role, operation, ownership)) {
+  if (Allowed(RoleFor(principal, rule), operation, ownership)) {
     const bool needs_scope = principal.proof == Proof::kApiKey && !rule.scope.empty();
     if (!needs_scope || principal.scopes.contains(std::string(rule.scope))) return core::Done{};
-    return Error{
-        ErrorCode::kForbidden, "this API key lacks the scope " + std::string(rule.scope), ""};
+    return ScopeLacking(rule);
+  }
+  if (principal.proof == Proof::kApiKey && !rule.scope.empty() && IsForStaff(rule) &&
+      Allowed(principal.account_role, operation, ownership)) {
+    return ScopeLacking(rule);
   }
   if (principal.role == Role::kGuest) {
-    return Error{ErrorCode::kUnauthorized, "sign in first", ""};
+    return Error{ErrorCode::kUnauthorized, "sign in first", "", "sign_in_first"};
   }
   const bool of_others = ownership == Ownership::kCourse || ownership == Ownership::kForeign;
   if (of_others && !Allowed(principal.role, rule.seen_by, ownership)) {
-    return Error{ErrorCode::kNotFound, "no such thing, or not yours to see", ""};
+    return Error{ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
   }
   return Error{
       ErrorCode::kForbidden,
       "the role " + std::string(Name(principal.role)) + " may not " + std::string(rule.name),
-      ""};
+      "",
+      "role_may_not",
+      {{"role", std::string(Name(principal.role))}, {"operation", std::string(rule.name)}}};
 }
 
 Ownership OwnershipOf(const Principal& who, std::string_view owner_key) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string_view>
 
 #include "core/types/result.h"
@@ -32,8 +33,10 @@ enum class Operation {
   kOperateRig,  ///< outages, quarantine, self-test, maintenance
   kReadAudit,
   kReadMetrics,
+  kManageWebhooks,
+  kManagePolicy,
 };
-inline constexpr int kOperationCount = 23;
+inline constexpr int kOperationCount = 25;
 std::string_view Name(Operation operation);
 
 /// The owner of the object, relative to the caller.
@@ -51,6 +54,12 @@ Ownership OwnershipOf(const Principal& who, std::string_view owner_key);
 bool Allowed(Role role, Operation operation, Ownership ownership);
 /// The scope that an API key needs for an operation; empty when every key has it.
 std::string_view ScopeOf(Operation operation);
+
+/// The scopes that an API key may have. With the last four it acts with the role of its account.
+inline constexpr std::array<std::string_view, 8> kScopes = {
+    "runs:read", "runs:write", "jobs", "lab", "operate", "people", "courses", "audit"};
+/// Whether a key of this role with this scope could do anything more than one without.
+bool MayHaveScope(Role role, std::string_view scope);
 
 /// Checks the matrix and, for API keys, the scope. A refused guest gets kUnauthorized ("sign in
 /// first"), others kForbidden; a foreign object that the caller may not even read is kNotFound, so

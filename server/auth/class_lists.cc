@@ -47,24 +47,30 @@ core::Result<std::vector<CsvLine>> ParseCsv(std::string_view csv) {
     const std::string_view line = Trimmed(csv.substr(0, end));
     csv.remove_prefix(std::min(end + 1, csv.size()));
     ++number;
-    const auto refuse = [&](const std::string& what) {
-      return Error{ErrorCode::kInvalid, "line " + std::to_string(number) + ": " + what, ""};
+    const auto refuse = [&](const std::string& what, std::string reason) {
+      return Error{ErrorCode::kInvalid,
+                   "line " + std::to_string(number) + ": " + what,
+                   "",
+                   std::move(reason),
+                   {{"line", std::to_string(number)}}};
     };
     if (line.empty()) continue;
     const std::size_t comma = line.find(',');
-    if (comma == std::string_view::npos) return refuse("expected login,name");
+    if (comma == std::string_view::npos) return refuse("expected login,name", "line_without_name");
     const std::string_view login = Field(line.substr(0, comma));
     const std::string_view name = Field(line.substr(comma + 1));
     if (number == 1 && login == "login") continue;
     const auto normal = NormalLogin(login);
-    if (!normal.ok()) return refuse(normal.error().message);
-    if (name.empty() || name.size() > 200) return refuse("a name has 1 to 200 bytes");
+    if (!normal.ok()) return refuse(normal.error().message, "line_login_wrong");
+    if (name.empty() || name.size() > 200)
+      return refuse("a name has 1 to 200 bytes", "line_name_length");
     if (lines.size() == kCsvLinesMax) {
-      return Error{ErrorCode::kTooLarge, "5000 lines at most; split the file", ""};
+      return Error{ErrorCode::kTooLarge, "5000 lines at most; split the file", "", "list_too_long"};
     }
     lines.push_back({normal.value(), std::string(name)});
   }
-  if (lines.empty()) return Error{ErrorCode::kInvalid, "no line holds login,name", ""};
+  if (lines.empty())
+    return Error{ErrorCode::kInvalid, "no line holds login,name", "", "list_empty"};
   return lines;
 }
 

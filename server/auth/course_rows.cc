@@ -10,7 +10,7 @@ using soci::into;
 using soci::use;
 
 core::Error NoCourse() {
-  return {core::ErrorCode::kNotFound, "there is no such course", ""};
+  return {core::ErrorCode::kNotFound, "there is no such course", "", "no_course"};
 }
 
 bool Exists(Transaction& tx, std::int64_t course) {

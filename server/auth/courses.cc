@@ -48,7 +48,7 @@ core::Result<Course> Accounts::CreateCourse(const std::string& name,
                                             std::int64_t teacher,
                                             WallTime now) {
   if (name.empty() || name.size() > 200) {
-    return Error{ErrorCode::kInvalid, "a name has 1 to 200 bytes", "name"};
+    return Error{ErrorCode::kInvalid, "a name has 1 to 200 bytes", "name", "name_length"};
   }
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Course> {
     Course course;
@@ -131,7 +131,8 @@ core::Status Accounts::EndEnrolment(std::int64_t course_id, std::int64_t account
          use(account_id, "account"));
     removal.execute(true);
     if (removal.get_affected_rows() != 1) {
-      return Error{ErrorCode::kNotFound, "this account is not a member of the course", ""};
+      return Error{
+          ErrorCode::kNotFound, "this account is not a member of the course", "", "not_a_member"};
     }
     return Done{};
   });

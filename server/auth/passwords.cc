@@ -47,10 +47,12 @@ std::int64_t FirstAdmin(Transaction& tx, WallTime now) {
 
 core::Status CheckPasswordRules(std::string_view password) {
   if (password.size() < kPasswordMin) {
-    return Error{ErrorCode::kInvalid, "a password has at least 10 characters", "password"};
+    return Error{
+        ErrorCode::kInvalid, "a password has at least 10 characters", "password", "password_short"};
   }
   if (password.size() > kPasswordMax) {
-    return Error{ErrorCode::kInvalid, "a password has at most 1024 bytes", "password"};
+    return Error{
+        ErrorCode::kInvalid, "a password has at most 1024 bytes", "password", "password_long"};
   }
   return Done{};
 }
@@ -74,7 +76,8 @@ core::Status Accounts::ChangePassword(const Principal& who,
     old_passwords_.Forgive(attempt);
     return right.error();
   }
-  const Error wrong{ErrorCode::kForbidden, "the old password is wrong", "old"};
+  const Error wrong{
+      ErrorCode::kForbidden, "the old password is wrong", "old", "old_password_wrong"};
   if (!right.value()) return wrong;
   old_passwords_.Forget(attempt);
   const auto hash = hasher_.Hash(new_password);
@@ -113,7 +116,8 @@ core::Result<std::int64_t> Accounts::UseLink(const std::string& secret,
                                              WallTime now) {
   if (const auto rules = CheckPasswordRules(new_password); !rules.ok()) return rules.error();
   const std::string hash = HashSecret(secret);
-  const Error refused{ErrorCode::kForbidden, "this link is unknown, used or expired", "token"};
+  const Error refused{
+      ErrorCode::kForbidden, "this link is unknown, used or expired", "token", "link_over"};
   const std::int64_t now_ms = ToMilliseconds(now);
   const auto known = database_.Read([&](Transaction& tx) -> core::Status {
     std::int64_t count = 0;

@@ -25,10 +25,11 @@ struct Principal {
   std::string name = "guest";  ///< as shown to others
   Role role = Role::kGuest;
   Proof proof = Proof::kNone;
-  std::int64_t api_key_id = 0;     ///< > 0 when proof is kApiKey
-  std::set<std::string> scopes;    ///< of the API key: "runs:read", "runs:write", "jobs", "lab", ..
-  std::string csrf_token;          ///< the page gets it by GET auth/me; empty for keys
-  std::string session_token_hash;  ///< identifies the sign-in for logout; empty for keys
+  std::int64_t api_key_id = 0;       ///< > 0 when proof is kApiKey
+  std::set<std::string> scopes;      ///< of the API key, see kScopes
+  Role account_role = Role::kGuest;  ///< of the key's account now; `role` is kService then
+  std::string csrf_token;            ///< the page gets it by GET auth/me; empty for keys
+  std::string session_token_hash;    ///< identifies the sign-in for logout; empty for keys
 
   std::string address_key{};  ///< AddressKey of the client
 

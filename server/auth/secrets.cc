@@ -17,7 +17,10 @@ void StartSodium() {
 }
 
 core::Error Busy() {
-  return {core::ErrorCode::kBusy, "too many sign-ins at once; try again in a moment", ""};
+  return {core::ErrorCode::kBusy,
+          "too many sign-ins at once; try again in a moment",
+          "",
+          "sign_ins_full"};
 }
 
 }  // namespace

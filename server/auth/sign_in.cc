@@ -15,11 +15,11 @@ using soci::into;
 using soci::use;
 
 Error WrongCredentials() {
-  return {ErrorCode::kUnauthorized, "login or password is wrong", ""};
+  return {ErrorCode::kUnauthorized, "login or password is wrong", "", "sign_in_wrong"};
 }
 
 Error SignInAgain() {
-  return {ErrorCode::kUnauthorized, "your sign-in has ended; sign in again", ""};
+  return {ErrorCode::kUnauthorized, "your sign-in has ended; sign in again", "", "sign_in_ended"};
 }
 
 /// "https://lab.example:8443" has the host "lab.example:8443".
@@ -61,7 +61,8 @@ core::Result<Principal> Accounts::Authenticate(const RequestCredentials& credent
   constexpr std::string_view kBearer = "Bearer ";
   if (!credentials.authorization.empty()) {
     if (!credentials.authorization.starts_with(kBearer)) {
-      return Error{ErrorCode::kUnauthorized, "use Authorization: Bearer <api key>", ""};
+      return Error{
+          ErrorCode::kUnauthorized, "use Authorization: Bearer <api key>", "", "bearer_needed"};
     }
     return ByKey(credentials.authorization.substr(kBearer.size()), now);
   }
@@ -71,7 +72,7 @@ core::Result<Principal> Accounts::Authenticate(const RequestCredentials& credent
   if (guests_ == GuestAccess::kEverywhere || (guests_ == GuestAccess::kLoopback && near)) {
     return Principal{};
   }
-  return Error{ErrorCode::kUnauthorized, "sign in first", ""};
+  return Error{ErrorCode::kUnauthorized, "sign in first", "", "sign_in_first"};
 }
 
 core::Result<Principal> Accounts::BySession(std::string_view secret,
@@ -99,7 +100,8 @@ core::Result<Principal> Accounts::BySession(std::string_view secret,
   if (foreign_origin || !SameSecret(credentials.csrf_token, found.value().csrf_token)) {
     return Error{ErrorCode::kForbidden,
                  "the request does not come from this page: send X-CSRF-Token of auth/me",
-                 ""};
+                 "",
+                 "not_from_page"};
   }
   return found;
 }
@@ -107,8 +109,10 @@ core::Result<Principal> Accounts::BySession(std::string_view secret,
 core::Result<Principal> Accounts::ByKey(std::string_view secret, WallTime now) {
   const std::string hash = HashSecret(secret);
   return database_.Read([&](Transaction& tx) -> core::Result<Principal> {
-    const Error refused{
-        ErrorCode::kUnauthorized, "this API key is unknown, expired or revoked", ""};
+    const Error refused{ErrorCode::kUnauthorized,
+                        "this API key is unknown, expired or revoked",
+                        "",
+                        "api_key_unknown"};
     std::int64_t id = 0;
     std::int64_t account_id = 0;
     std::int64_t expires_ms = 0;
@@ -122,6 +126,7 @@ core::Result<Principal> Accounts::ByKey(std::string_view secret, WallTime now) {
     const auto row = account_rows::Find(tx, "id = :value", account_id);
     if (!row || row->disabled != 0) return refused;
     Principal principal = ToPrincipal(row->ToAccount());
+    principal.account_role = principal.role;
     principal.role = Role::kService;
     principal.proof = Proof::kApiKey;
     principal.api_key_id = id;

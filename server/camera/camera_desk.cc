@@ -22,7 +22,7 @@ WebClientOptions ClientOptions(const CameraDesk::Limits& limits) {
 }
 
 Error NoPicture(std::string why) {
-  return {ErrorCode::kUnavailable, std::move(why), ""};
+  return {ErrorCode::kUnavailable, std::move(why), "", "camera_silent"};
 }
 
 }  // namespace
@@ -65,13 +65,14 @@ core::Status CameraDesk::CheckAddress(const std::string& url) {
                "must be the address of a picture: http://.. on this machine or in the local "
                "network (127.0.0.1, 10.0.0.7, [fd00::7], camera.local), or https://.., without a "
                "password",
-               ""};
+               "",
+               "internal"};
 }
 
 core::Result<SharedPicture> CameraDesk::Look(std::string_view rig, MonotonicTime after) {
   const auto found = cameras_.find(rig);
   if (found == cameras_.end()) {
-    return Error{ErrorCode::kNotFound, "This rig has no camera.", ""};
+    return Error{ErrorCode::kNotFound, "This rig has no camera.", "", "no_camera"};
   }
   Camera& camera = *found->second;
   std::unique_lock lock(camera.mutex);

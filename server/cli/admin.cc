@@ -12,7 +12,9 @@
 #include "server/cli/console.h"
 #include "server/csv/file_io.h"
 #include "server/lab/rehearsal/rehearsal.h"
+#include "server/run/run_messages.h"
 #include "server/storage/database.h"
+#include "server/storage/database_check.h"
 
 namespace faultlab::server {
 namespace {
@@ -59,11 +61,14 @@ std::string LinkText(const std::string& login, const std::string& secret) {
          secret + "\n";
 }
 
-/// The change is done and stored; if it cannot be written to the audit log, this is reported and
-/// not refused.
-void Audit(Accounts& accounts, const std::string& verb, const Account& account) {
+/// By a verb of kAuditVerbs. The change is done and stored; if it cannot be written to the audit
+/// log, this is reported and not refused.
+void Audit(Accounts& accounts,
+           const std::string& verb,
+           const Account& account,
+           const std::string& detail) {
   const std::string object = "user:" + std::to_string(account.id);
-  const Status kept = accounts.Audit("system", verb, object, "faultlab admin", Now());
+  const Status kept = accounts.Audit("system", verb, object, detail, Now());
   if (!kept) PrintError("done, but not in the audit log: " + kept.error().message);
 }
 
@@ -78,7 +83,7 @@ int SetDisabled(const UserOptions& options, bool disabled) {
     if (!changed) {
       return changed.error();
     }
-    Audit(accounts, disabled ? "disable" : "enable", changed.value());
+    Audit(accounts, "change_user", changed.value(), disabled ? "disabled" : "enabled");
     return Line(changed.value());
   });
 }
@@ -95,11 +100,33 @@ Principal Standing(const Account& account) {
   return principal;
 }
 
+/// A line for each recording.
+Result<std::string> CutAllDamage(Database& database) {
+  const auto damaged = FindDamagedRecordings(database);
+  if (!damaged) return damaged.error();
+  std::string text;
+  RecordingStore store(database);
+  for (const DamagedRecording& each : damaged.value()) {
+    const Result<RunRecord> record = store.Get(each.id);
+    if (!record) return record.error();
+    const auto lost = CutDamage(database, each.id, [&](std::int64_t index, std::int64_t samples) {
+      return MakeEvent({.kind = hardware::RigEventKind::kGap,
+                        .index = index,
+                        .value = static_cast<double>(samples),
+                        .text = "damaged on the disk, taken out by an operator"},
+                       record.value().period_s);
+    });
+    if (!lost) return lost.error();
+    text += each.id + ": " + std::to_string(lost.value()) + " samples taken out\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Database>> OpenExisting(const AdminTarget& target) {
   if (!target.database_url.empty()) {
-    return Database::Open({.location = target.database_url});
+    return Database::Open({.location = target.database_url, .existing = true});
   }
   const fs::path file = DatabaseFile(target);
   std::error_code ignored;
@@ -109,7 +136,7 @@ Result<std::unique_ptr<Database>> OpenExisting(const AdminTarget& target) {
                      "; name its folder with --data, or start the server once",
                  "data"};
   }
-  return Database::Open({.location = file.string()});
+  return Database::Open({.location = file.string(), .existing = true});
 }
 
 int ExitCodeOf(const Error& error) {
@@ -151,7 +178,7 @@ int RunUserAdd(const UserOptions& options) {
     if (!account) {
       return account.error();
     }
-    Audit(accounts, "create", account.value());
+    Audit(accounts, "create_user", account.value(), account.value().login);
     const Result<std::string> link = accounts.CreateLink(account.value().id, Now());
     if (!link) {
       return link.error();
@@ -170,7 +197,7 @@ int RunUserLink(const UserOptions& options) {
     if (!link) {
       return link.error();
     }
-    Audit(accounts, "link", account.value());
+    Audit(accounts, "reset_link", account.value(), "faultlab admin");
     return LinkText(account.value().login, link.value());
   });
 }
@@ -294,8 +321,9 @@ int RunRestore(const BackupOptions& options) {
   }
   Status good = core::Done{};
   {
-    const Result<std::unique_ptr<Database>> database = Database::Open({.location = copy.string()});
-    good = database ? database.value()->Check() : Status(database.error());
+    const Result<std::unique_ptr<Database>> database =
+        Database::Open({.location = copy.string(), .existing = true});
+    good = database ? CheckDatabase(*database.value()) : Status(database.error());
   }
   for (const char* suffix : {"-wal", "-shm"}) {
     fs::remove(copy.string() + suffix, error);
@@ -313,12 +341,18 @@ int RunRestore(const BackupOptions& options) {
   return Print("Restored to " + target.string() + "\n");
 }
 
-int RunCheck(const AdminTarget& target) {
-  const Result<std::unique_ptr<Database>> database = OpenExisting(target);
+int RunCheck(const CheckOptions& options) {
+  const Result<std::unique_ptr<Database>> database = OpenExisting(options.target);
   if (!database) {
     return Fail(database.error(), ExitCodeOf(database.error()));
   }
-  const Status sound = database.value()->Check();
+  if (options.cut_damage) {
+    const Result<std::string> cut = CutAllDamage(*database.value());
+    if (!cut) return Fail(cut.error(), kExitFailure);
+    const int printed = Print(cut.value());
+    if (printed != kExitOk) return printed;
+  }
+  const Status sound = CheckDatabase(*database.value());
   return sound ? Print("The database is sound\n") : Fail(sound.error(), kExitFailure);
 }
 
@@ -328,8 +362,15 @@ int RunRehearse(const RehearseOptions& options) {
     PrintError("--steps must be 1 to " + std::to_string(kStepsMax) + " and --weeks 0 or more");
     return kExitBadInput;
   }
-  const lab::RehearsalReport report =
-      lab::Rehearse({.steps = options.steps, .seed = options.seed, .weeks = options.weeks});
+  const auto rehearsed = lab::Rehearse({.steps = options.steps,
+                                        .seed = options.seed,
+                                        .weeks = options.weeks,
+                                        .database = options.database});
+  if (!rehearsed.ok()) {
+    PrintError(rehearsed.error().message);
+    return kExitFailure;
+  }
+  const lab::RehearsalReport& report = rehearsed.value();
   const bool held = report.double_allocations == 0 && report.stale_commands_accepted == 0 &&
                     report.broken_invariants == 0;
   std::string text = lab::ToJson(report) + "\n";

@@ -37,10 +37,16 @@ struct BackupOptions {
   std::string file;
 };
 
+struct CheckOptions {
+  AdminTarget target;
+  bool cut_damage = false;  ///< delete what cannot be read of damaged recordings
+};
+
 struct RehearseOptions {
   std::int64_t steps = 1'000'000;
   std::uint64_t seed = 1;
   int weeks = 2;
+  std::string database;  ///< empty: in memory
   bool json = false;
 };
 
@@ -66,8 +72,8 @@ int RunKeyRevoke(const KeyOptions& options);
 int RunBackup(const BackupOptions& options);
 /// Installs a checked backup in an empty data folder; refuses if there is a database.
 int RunRestore(const BackupOptions& options);
-/// The engine's own integrity check.
-int RunCheck(const AdminTarget& target);
+/// The engine's own integrity check, and every chunk of every recording.
+int RunCheck(const CheckOptions& options);
 
 /// Runs the real scheduler on a fake clock; kExitFailure when an invariant was broken.
 int RunRehearse(const RehearseOptions& options);

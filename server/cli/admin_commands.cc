@@ -28,7 +28,7 @@ class AdminCommands {
         "  faultlab admin users add ana --name \"Ana Petrović\" --role instructor\n"
         "  faultlab admin keys add ana --scope runs:read --scope runs:write --days 30\n"
         "  faultlab admin backup /var/backups/lab.db        while the server works\n"
-        "  faultlab admin rehearse --steps 1000000 --seed 1 the scheduler on a fake clock");
+        "  faultlab admin rehearse --steps 1000000 --seed 1 the lab on a fake clock");
     AddUsers(admin, chosen);
     AddKeys(admin, chosen);
     CLI::App& backup = AddCommand(
@@ -39,18 +39,26 @@ class AdminCommands {
     restore.add_option("FILE", restore_.file, "Made by backup")->required();
     AddTarget(backup, backup_.target);
     AddTarget(restore, restore_.target);
-    AddTarget(AddCommand(admin, "check", "Integrity of the database", check_, &RunCheck, chosen),
-              check_);
+    CLI::App& check =
+        AddCommand(admin, "check", "Integrity of the database", check_, &RunCheck, chosen);
+    AddTarget(check, check_.target);
+    check.add_flag("--cut-damage",
+                   check_.cut_damage,
+                   "Delete what cannot be read of damaged recordings, with an event in its place");
     AddRetention(admin, chosen);
     CLI::App& rehearse = AddCommand(admin,
                                     "rehearse",
-                                    "The scheduler against random people, failures and crashes",
+                                    "The lab against random people, failures and crashes",
                                     rehearse_,
                                     &RunRehearse,
                                     chosen);
     rehearse.add_option("--steps", rehearse_.steps, "Random inputs")->capture_default_str();
     rehearse.add_option("--seed", rehearse_.seed, "Same seed, same report")->capture_default_str();
     rehearse.add_option("--weeks", rehearse_.weeks, "Simulated weeks")->capture_default_str();
+    rehearse.add_option("--database",
+                        rehearse_.database,
+                        "SQLite file or postgresql: location without rigs, filled and emptied; "
+                        "default: in memory");
     rehearse.add_flag("--json", rehearse_.json, "The report as one JSON object");
   }
 
@@ -128,13 +136,15 @@ class AdminCommands {
       AddTarget(*command, key_.target);
     }
     add.add_option("--name", key_.name, "What it is for")->capture_default_str();
-    add.add_option("--scope", key_.scopes, "runs:read, runs:write, jobs, lab; repeatable");
+    add.add_option("--scope",
+                   key_.scopes,
+                   "runs:read, runs:write, jobs, lab, operate, people, courses, audit; repeatable");
     add.add_option("--days", key_.days, "Good for, at most 400")->capture_default_str();
     revoke.add_option("ID", key_.id, "Number of the key")->required();
   }
 
   AdminTarget list_;
-  AdminTarget check_;
+  CheckOptions check_;
   UserOptions user_;
   PersonOptions person_;
   KeyOptions key_;

@@ -14,10 +14,12 @@
 #include "hardware/bench/benches.h"
 #include "server/cli/calibration_file.h"
 #include "server/cli/console.h"
+#include "server/cli/methods.h"
 #include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
 #include "server/diagnosis_json/channels_text.h"
 #include "server/diagnosis_json/diagnosis_json.h"
+#include "server/methods/method_run_json.h"
 #include "server/plots/record_figure.h"
 
 namespace faultlab::server {
@@ -146,6 +148,30 @@ core::Status CheckCalibration(const core::DiagnosisOptions& options, double peri
                "calibration"};
 }
 
+namespace {
+
+/// One method of the literature on one record.
+Result<std::string> DiagnoseByMethod(const core::MethodInfo& method,
+                                     const std::string& file,
+                                     const CsvRecord& record,
+                                     const core::DiagnosisOptions& diagnose,
+                                     bool as_json) {
+  core::MethodOptions options = core::MethodOptionsOf(*diagnose.bench, record.period_s);
+  options.healthy_from_s = diagnose.healthy_from_s;
+  options.healthy_to_s = diagnose.healthy_to_s;
+  const Result<core::MethodTask> task = core::PrepareMethods(record.samples, options);
+  if (!task) return task.error();
+  const core::MethodRun run =
+      core::RunMethod(method, task.value(), record.samples, options.healthy_to_s);
+  if (!as_json) return ToText(run, file);
+  json::object out = {{"file", file}};
+  json::object found = ToJson(run);
+  for (json::key_value_pair& member : found) out.emplace(member.key(), std::move(member.value()));
+  return json::serialize(out) + "\n";
+}
+
+}  // namespace
+
 int RunDiagnose(const DiagnoseCommandOptions& options) {
   const Result<const core::Bench*> bench = hardware::LoadBench(options.flags.bench);
   if (!bench) {
@@ -154,6 +180,11 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
   Result<core::DiagnosisOptions> parsed = ParseFlags(options.flags, *bench.value());
   if (!parsed) {
     return Fail(parsed.error(), kExitBadInput);
+  }
+  const core::MethodInfo* method = core::FindMethod(options.method);
+  if (!options.method.empty()) {
+    const core::Status usable = CheckMethod(options.method, *bench.value());
+    if (!usable) return Fail(usable.error(), kExitBadInput);
   }
   int exit_code = kExitOk;
   const Result<std::vector<std::string>> files = WithFolders(options.files);
@@ -182,6 +213,17 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
       PrintError("note: " + note);
     }
     FollowPeriod(options.flags, record.value().period_s, diagnose);
+    if (method != nullptr) {
+      const Result<std::string> said =
+          DiagnoseByMethod(*method, file, record.value(), diagnose, options.json);
+      if (!said) {
+        PrintError(file + ": " + said.error().message);
+        exit_code = kExitBadInput;
+      } else if (Print(said.value()) != kExitOk) {
+        return kExitFailure;
+      }
+      continue;
+    }
     core::Diagnosis diagnosis = core::DiagnoseRecord(record.value().samples, diagnose);
     AddModelFits(record.value().samples, diagnose, diagnosis);
     const std::string text =

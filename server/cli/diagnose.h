@@ -22,6 +22,7 @@ struct DiagnoseCommandOptions {
   std::vector<std::string> files;  ///< files, or folders: all recordings in them, sorted by name
   DiagnosisFlags flags;
   bool json = false;
+  std::string method;  ///< of core/methods, in place of faultlab's own diagnosis; empty: that one
 };
 
 /// For a record of this bench. Refuses by the option's name. Reads the calibration's file.

@@ -2,7 +2,7 @@
 #include <memory>
 #include <string>
 
-#include "hardware/lcm/rig_agent_program.h"
+#include "hardware/rig_program/rig_options.h"
 #include "server/app/serve.h"
 #include "server/cli/add_command.h"
 #include "server/cli/bench_option.h"
@@ -55,35 +55,7 @@ class LabCommands {
                                rig_,
                                &hardware::RunRigAgent,
                                chosen);
-    rig.add_option("--id", rig_.id, "Name of the rig; default: the one in --config");
-    rig.add_option("--lcm", rig_.lcm_url, "Bus to the server, udpm://239.255.76.67:7667?ttl=1");
-    rig.add_option("--config", rig_.config_file, "Bench TOML; without it the bench is simulated");
-    AddBench(rig, rig_.bench);
-    rig.add_option("--profile", rig_.profile, "A simulator of the bench, default its first");
-    rig.add_option("--speed", rig_.speed, "Of the simulated bench")->capture_default_str();
-    rig.add_option("--keys", rig_.key_directory, "Folder with ID.key, default ~/.faultlab/keys");
-    rig.add_option("--state",
-                   rig_.state_directory,
-                   "Folder with ID.epoch, the highest epoch seen, default ~/.faultlab/state; "
-                   "no lease is given when it cannot be written");
-    rig.add_option("--ride-through",
-                   rig_.ride_through_s,
-                   "Seconds that a run goes on when its server falls silent")
-        ->capture_default_str();
-    rig.add_flag("--self-test", rig_.self_test, "Walk the relay positions, print, exit");
-    rig.add_flag("--contacts",
-                 rig_.contacts,
-                 "With --self-test and the supply on: recognise each position by its effect; the "
-                 "motor turns")
-        ->needs("--self-test");
-    rig.add_flag("--json", rig_.json, "With --self-test: the report as JSON");
-    rig.add_flag("!--no-supervisor", rig_.supervise, "No second process that guards the first");
-    rig.footer(
-        "Examples:\n"
-        "  faultlab rig --id bench-1 --config rig.toml --lcm 'udpm://239.255.76.67:7667?ttl=1'\n"
-        "  faultlab rig --id far-sim --profile multisim --lcm 'udpm://239.255.76.67:7667?ttl=1'\n"
-        "  faultlab rig --id bench-1 --config rig.toml --self-test\n"
-        "  faultlab rig --id bench-1 --config rig.toml --self-test --contacts");
+    hardware::AddRigOptions(rig, "faultlab rig", rig_);
   }
 
   void AddLcm(CLI::App& app, std::function<int()>& chosen) {

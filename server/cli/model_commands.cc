@@ -8,6 +8,7 @@
 #include "server/cli/bench_option.h"
 #include "server/cli/commands.h"
 #include "server/cli/isolability.h"
+#include "server/cli/methods.h"
 #include "server/cli/reproduce.h"
 
 namespace faultlab::server {
@@ -18,6 +19,7 @@ class ModelCommands {
   ModelCommands(CLI::App& app, std::function<int()>& chosen) {
     AddReproduce(app, chosen);
     AddIsolability(app, chosen);
+    AddMethods(app, chosen);
     AddBenches(app, chosen);
   }
 
@@ -79,6 +81,35 @@ class ModelCommands {
         "  faultlab isolability --calibration rig.json --um-noise 0.03");
   }
 
+  void AddMethods(CLI::App& app, std::function<int()>& chosen) {
+    CLI::App& methods = AddCommand(app,
+                                   "methods",
+                                   "Every method of the literature on the same records",
+                                   methods_,
+                                   &RunMethods,
+                                   chosen);
+    AddBench(methods, methods_.bench);
+    methods.add_option("--method", methods_.methods, "NAME, repeatable; without it all");
+    methods.add_option("--recordings",
+                       methods_.recordings,
+                       "Folder of recordings, with their faults in comments or in manifest.json; "
+                       "without it simulated runs");
+    methods.add_option("--trials", methods_.trials, "Simulated records of each fault")
+        ->capture_default_str();
+    methods.add_option("--hours", methods_.hours, "Healthy simulated hours of each method")
+        ->capture_default_str();
+    methods.add_option("--seed", methods_.seed, "Of the first record")->capture_default_str();
+    methods.add_flag("--tune", methods_.tune, "Finds tunings and alarm levels on other seeds");
+    methods.add_flag("--json", methods_.json, "One JSON object");
+    methods.add_option("--markdown", methods_.markdown, "FILE.md: Table 21 with figures");
+    methods.add_option("--plots", methods_.plots_dir, "Folder for methods.png");
+    methods.footer(
+        "Examples:\n"
+        "  faultlab methods --trials 2 --hours 0.5\n"
+        "  faultlab methods --method rls --method ekf-bank --json | jq .methods\n"
+        "  faultlab methods --recordings records --markdown table.md --plots figures");
+  }
+
   void AddBenches(CLI::App& app, std::function<int()>& chosen) {
     CLI::App& bench = *app.add_subcommand("bench", "Describes a bench, and says what it can tell");
     bench.require_subcommand(1);
@@ -109,6 +140,7 @@ class ModelCommands {
   BenchNewOptions new_;
   ReproduceOptions reproduce_;
   IsolabilityCommandOptions isolability_;
+  MethodsCommandOptions methods_;
 };
 
 }  // namespace

@@ -145,6 +145,10 @@ class RecordCommands {
         ->required();
     AddDiagnosisFlags(diagnose, diagnose_.flags);
     diagnose.add_flag("--json", diagnose_.json, "One JSON object a line and file");
+    diagnose.add_option("--method",
+                        diagnose_.method,
+                        "A method of 'faultlab methods' in place of faultlab's own: ls, rls, "
+                        "ekf-bank, ..");
     diagnose.footer(kDiagnoseExamples);
   }
 

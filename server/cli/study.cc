@@ -252,7 +252,7 @@ int RunStudy(const StudyCommandOptions& options) {
   context.name = std::filesystem::path(options.recording).filename().string();
   context.footer = "faultlab " + std::string(Version());
   context.faults = FaultsInComments(record.comments, bench);
-  context.verdict = diagnosis.verdict;
+  context.episodes = core::EpisodesOf(diagnosis);
   context.nominal_swa =
       diagnosis.nominal_estimates[static_cast<std::size_t>(core::EstimatorId::kSwa100)];
   context.nominal_sia =

@@ -34,10 +34,13 @@ class Parser {
       return Error{ErrorCode::kTooLarge,
                    std::string(name_) + ": more than " + std::to_string(limits_.bytes_max) +
                        " bytes; split the recording",
-                   ""};
+                   "",
+                   "file_too_large",
+                   {{"most", std::to_string(limits_.bytes_max)}}};
     }
     if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF")) {
-      return Fail("", "the text is UTF-16, expected UTF-8; save the file as CSV UTF-8");
+      return Fail(
+          "", "csv_not_utf8", "the text is UTF-16, expected UTF-8; save the file as CSV UTF-8");
     }
     if (std::optional<Error> error = ReadHeader()) {
       return *error;
@@ -62,8 +65,9 @@ class Parser {
     return text;
   }
 
-  Error Fail(std::string_view column, const std::string& message) const {
-    return CsvError(name_, std::max<std::uint32_t>(lines_.number(), 1), column, message);
+  Error Fail(std::string_view column, std::string reason, const std::string& message) const {
+    return CsvError(
+        name_, std::max<std::uint32_t>(lines_.number(), 1), column, std::move(reason), message);
   }
 
   /// The next line that is neither blank nor a comment; comments are kept.
@@ -86,7 +90,9 @@ class Parser {
   std::optional<Error> ReadHeader() {
     const std::optional<std::string_view> header = NextContent();
     if (!header) {
-      return Fail("", "the file is empty, expected a header line with " + std::string(kWanted));
+      return Fail("",
+                  "csv_empty",
+                  "the file is empty, expected a header line with " + std::string(kWanted));
     }
     separator_ = FindSeparator(Trim(*header));
     std::array<bool, kCsvChannelTable.size()> found{};
@@ -96,7 +102,8 @@ class Parser {
       const std::string_view name = TakeCell(separator_, rest, more);
       numbers_alone = numbers_alone && !name.empty() && ParseCell(separator_, name).has_value();
       if (columns_.size() == kColumnsMax) {
-        return Fail("", "more than " + std::to_string(kColumnsMax) + " columns");
+        return Fail(
+            "", "csv_columns_full", "more than " + std::to_string(kColumnsMax) + " columns");
       }
       if (std::optional<Error> error = AddColumn(name, found)) {
         return error;
@@ -104,6 +111,7 @@ class Parser {
     }
     if (numbers_alone) {
       return Fail("",
+                  "csv_no_header",
                   "no header: the first line is '" + Shown(*header) +
                       "'; put a line with the columns' names above it, for example t_s,uc_v,um_v");
     }
@@ -129,11 +137,12 @@ class Parser {
     const auto at = static_cast<std::size_t>(column.channel - kCsvChannelTable.data());
     if (!column.unknown_unit.empty()) {
       return Fail(Shown(name),
+                  "csv_unit_unknown",
                   "unit '" + Shown(column.unknown_unit) + "' is not known for " +
                       std::string(canonical) + "; expected " + std::string(UnitsOf(canonical)));
     }
     if (found[at]) {
-      return Fail(canonical, "appears twice in the header, expected once");
+      return Fail(canonical, "csv_column_twice", "appears twice in the header, expected once");
     }
     found[at] = true;
     if (name != canonical) {
@@ -153,6 +162,7 @@ class Parser {
   Error MissingColumn(std::string_view missing, std::string_view header) const {
     return Fail(
         missing,
+        "csv_column_missing",
         "missing from the header '" + Shown(header) + "', expected " + std::string(kWanted));
   }
 
@@ -191,7 +201,9 @@ class Parser {
         return Error{ErrorCode::kTooLarge,
                      std::string(name_) + ": more than " + std::to_string(limits_.rows_max) +
                          " rows; split the recording",
-                     ""};
+                     "",
+                     "file_rows_full",
+                     {{"most", std::to_string(limits_.rows_max)}}};
       }
       if (rows_at_.empty() && !units_taken_ && TakeUnits(*line)) {
         units_taken_ = true;
@@ -207,6 +219,7 @@ class Parser {
     constexpr std::size_t kRowsMin = 2;  // one step is needed to know the period
     if (record_.samples.size() < kRowsMin) {
       return Fail("",
+                  "csv_too_few_rows",
                   "the file has " + std::to_string(record_.samples.size()) +
                       " data rows, expected at least 2");
     }
@@ -226,6 +239,7 @@ class Parser {
     }
     if (cells != columns_.size()) {
       return Fail("",
+                  "csv_cells_wrong",
                   "found " + std::to_string(cells) + " cells, expected " +
                       std::to_string(columns_.size()) + " as in the header" +
                       (separator_ == ',' ? " (decimal point, comma only between cells)" : ""));
@@ -241,12 +255,14 @@ class Parser {
     if (!cell.empty()) {
       const std::optional<double> number = ParseCell(separator_, cell);
       if (!number) {
-        return Fail(channel.name, "expected a number, found '" + Shown(cell) + "'");
+        return Fail(
+            channel.name, "csv_not_a_number", "expected a number, found '" + Shown(cell) + "'");
       }
       value = *number;
     }
     if (channel.finite && std::isnan(value)) {
       return Fail(channel.name,
+                  "csv_not_a_number",
                   "expected a number in every row, found '" + Shown(cell) +
                       "'; only measured channels may miss a reading");
     }
@@ -281,8 +297,11 @@ class Parser {
       }
       const bool stands_in = channel == &kCsvChannelTable[kUmChannel] && HasNumber(kIaChannel);
       if (lost == record_.samples.size() && channel->required && !stands_in) {
-        return CsvError(
-            name_, first_line, channel->name, "no row has a number, expected the measured voltage");
+        return CsvError(name_,
+                        first_line,
+                        channel->name,
+                        "csv_column_without_numbers",
+                        "no row has a number, expected the measured voltage");
       }
       if (lost > 0) {
         record_.notes.push_back(std::string(name_) + ": column " + std::string(channel->name) +

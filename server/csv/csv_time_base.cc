@@ -85,10 +85,15 @@ double RefinePeriod(std::span<const core::Sample> samples, double median) {
 Error CsvError(std::string_view name,
                std::uint32_t line,
                std::string_view column,
+               std::string reason,
                const std::string& message) {
   const std::string where = std::string(name) + ":" + std::to_string(line) + ": ";
   const std::string what = column.empty() ? "" : "column " + std::string(column) + ": ";
-  return {ErrorCode::kInvalid, where + what + message, std::string(column)};
+  return {ErrorCode::kInvalid,
+          where + what + message,
+          std::string(column),
+          std::move(reason),
+          {{"line", std::to_string(line)}, {"column", std::string(column)}}};
 }
 
 std::optional<Error> AssignTimeBase(CsvRecord& record,
@@ -96,14 +101,15 @@ std::optional<Error> AssignTimeBase(CsvRecord& record,
                                     std::string_view name) {
   std::vector<core::Sample>& samples = record.samples;
   LAB_CHECK(samples.size() >= 2 && line_of.size() == samples.size());
-  const auto fail = [&](std::size_t row, const std::string& message) {
-    return CsvError(name, line_of[row], "t_s", message);
+  const auto fail = [&](std::size_t row, std::string reason, const std::string& message) {
+    return CsvError(name, line_of[row], "t_s", std::move(reason), message);
   };
   for (std::size_t row = 1; row < samples.size(); ++row) {
     const double before = samples[row - 1].t_s;
     if (!(samples[row].t_s > before)) {
       const bool same = samples[row].t_s == before;
       return fail(row,
+                  "csv_time_back",
                   std::string("time ") + (same ? "repeats " : "goes back from ") + Seconds(before) +
                       (same ? "" : " to " + Seconds(samples[row].t_s)) +
                       ", expected it to rise by one period in each row");
@@ -112,12 +118,14 @@ std::optional<Error> AssignTimeBase(CsvRecord& record,
   const double median = MedianStep(samples);
   if (const std::optional<std::size_t> row = OtherTimeBase(samples, median)) {
     return fail(*row,
+                "csv_two_time_bases",
                 "two time bases: the step is " +
                     Seconds(samples[*row].t_s - samples[*row - 1].t_s) +
                     " from here on, expected " + Seconds(median) + " as in most of the file");
   }
   if (median > kPeriodMax_s) {
     return fail(1,
+                "csv_rows_far_apart",
                 "the rows are " + Seconds(median) +
                     " apart, too far for a motor that settles in 0.1 s; if the time is in "
                     "milliseconds, name the column t_ms");
@@ -132,11 +140,13 @@ std::optional<Error> AssignTimeBase(CsvRecord& record,
     const double index = std::round(place);
     if (std::abs(place - index) > kGridTolerance || index <= static_cast<double>(before)) {
       return fail(row,
+                  "csv_step_wrong",
                   "step of " + Seconds(step) + ", expected " + Seconds(record.period_s) +
                       " or a whole multiple where rows are missing");
     }
     if (index - static_cast<double>(row) > static_cast<double>(samples.size())) {
       return fail(row,
+                  "csv_time_jumps",
                   "time jumps by " + Seconds(step) + ": more rows missing than present, expected " +
                       Seconds(record.period_s) + " between rows");
     }

@@ -15,6 +15,7 @@ namespace faultlab::server {
 core::Error CsvError(std::string_view name,
                      std::uint32_t line,
                      std::string_view column,
+                     std::string reason,
                      const std::string& message);
 
 /// Finds the period of record.samples[..].t_s and sets the indices, period_s, missing_samples and

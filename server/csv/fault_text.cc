@@ -39,7 +39,8 @@ constexpr Separator kSeparators[] = {{"..", FaultKind::kDrift}, {"to", FaultKind
 
 core::Result<Fault> ParseFault(std::string_view text, const core::Bench& bench) {
   const auto refuse = [text](const std::string& what) {
-    return Error{ErrorCode::kInvalid, "fault '" + std::string(text) + "': " + what, "fault"};
+    return Error{
+        ErrorCode::kInvalid, "fault '" + std::string(text) + "': " + what, "fault", "internal"};
   };
   const std::size_t equals = text.find('=');
   const std::size_t at = text.find('@');

@@ -50,7 +50,9 @@ Error TooLarge(std::string_view name, std::size_t bytes_max) {
   return {ErrorCode::kTooLarge,
           std::string(name) + ": more than " + std::to_string(bytes_max >> 20) +
               " MiB of text; split the recording",
-          ""};
+          "",
+          "file_too_large",
+          {{"most", std::to_string(bytes_max)}}};
 }
 
 bool WriteAll(int fd, std::string_view bytes) {
@@ -68,7 +70,7 @@ bool WriteAll(int fd, std::string_view bytes) {
 }
 
 Error WriteError(const std::string& path, const std::string& reason) {
-  return {ErrorCode::kUnavailable, "cannot write " + path + ": " + reason, ""};
+  return {ErrorCode::kUnavailable, "cannot write " + path + ": " + reason, "", "disk_refuses"};
 }
 
 Status WriteInPlace(const std::string& path, std::string_view bytes) {
@@ -130,7 +132,8 @@ Result<std::string> ReadFile(const std::string& path, std::size_t bytes_max) {
       continue;
     }
     if (got < 0) {
-      return Error{ErrorCode::kUnavailable, "cannot read " + name + ": " + Reason(), ""};
+      return Error{
+          ErrorCode::kUnavailable, "cannot read " + name + ": " + Reason(), "", "disk_refuses"};
     }
     if (got == 0) {
       break;
@@ -165,7 +168,8 @@ Result<std::string> Gunzip(std::string_view compressed,
                            std::size_t bytes_max) {
   const Error damaged = {ErrorCode::kInvalid,
                          std::string(name) + ": damaged or cut gzip data; copy the file again",
-                         ""};
+                         "",
+                         "gzip_damaged"};
   z_stream stream{};
   constexpr int kGzipOnly = 16 + MAX_WBITS;
   LAB_CHECK(::inflateInit2(&stream, kGzipOnly) == Z_OK);

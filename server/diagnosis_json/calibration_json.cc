@@ -166,7 +166,8 @@ Result<Calibration> CalibrationFromJson(const json::value& value,
                                         std::string_view name,
                                         const core::Bench& bench) {
   const auto refuse = [&](const std::string& message, std::string field) {
-    return Error{ErrorCode::kInvalid, std::string(name) + ": " + message, std::move(field)};
+    return Error{
+        ErrorCode::kInvalid, std::string(name) + ": " + message, std::move(field), "internal"};
   };
   const json::object* object = value.if_object();
   if (object != nullptr && object->contains("calibration")) {
@@ -220,7 +221,8 @@ Result<Calibration> ParseCalibration(std::string_view text,
   if (failed) {
     return Error{ErrorCode::kInvalid,
                  std::string(name) + ": not JSON (" + failed.message() + ")",
-                 "calibration"};
+                 "calibration",
+                 "internal"};
   }
   return CalibrationFromJson(value, name, bench);
 }

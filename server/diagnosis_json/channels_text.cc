@@ -9,7 +9,9 @@ core::Result<core::Channels> ParseChannels(std::string_view text, const core::Be
   if (text != "um") {
     return core::Error{core::ErrorCode::kInvalid,
                        "channels '" + std::string(text) + "': expected um or all",
-                       "channels"};
+                       "channels",
+                       "word_unknown",
+                       {{"member", "channels"}, {"words", "um, all"}}};
   }
   const char* why = nullptr;
   if (!bench.um.exists) {
@@ -20,7 +22,9 @@ core::Result<core::Channels> ParseChannels(std::string_view text, const core::Be
   if (why == nullptr) return core::Channels::kUmOnly;
   return core::Error{core::ErrorCode::kInvalid,
                      "channels 'um': the bench " + bench.name + " " + why + "; use all",
-                     "channels"};
+                     "channels",
+                     "channel_missing",
+                     {{"bench", bench.name}}};
 }
 
 std::vector<std::string> NotesOnUnused(std::span<const std::string> columns,

@@ -66,6 +66,16 @@ json::array Path(std::span<const core::PathStep> path) {
   return out;
 }
 
+json::array Detections(std::span<const core::Detection> detections) {
+  json::array out;
+  for (const core::Detection& one : detections) {
+    out.emplace_back(json::object{{"detected_at_s", server::Number(one.detected_at_s)},
+                                  {"onset_s", Number(one.onset_s)},
+                                  {"detector", one.detector}});
+  }
+  return out;
+}
+
 json::object Theta(const core::ContinuousTheta& theta) {
   json::object out;
   for (std::size_t i = 0; i < theta.size(); ++i) {
@@ -108,15 +118,17 @@ json::value Number(double value) {
 }
 
 json::object ToJson(const core::Verdict& verdict) {
-  return {{"verdict", core::Name(verdict.kind)},
-          {"detected_at_s", Number(verdict.detected_at_s)},
-          {"onset_s", Number(verdict.onset_s)},
-          {"detector", verdict.detector},
-          {"group", Names(verdict.group)},
-          {"candidates", Candidates(verdict.candidates)},
-          {"path", Path(verdict.path)},
-          {"settled", verdict.settled},
-          {"reason", verdict.reason}};
+  json::object out{{"verdict", core::Name(verdict.kind)},
+                   {"detected_at_s", Number(verdict.detected_at_s)},
+                   {"onset_s", Number(verdict.onset_s)},
+                   {"detector", verdict.detector},
+                   {"group", Names(verdict.group)},
+                   {"candidates", Candidates(verdict.candidates)},
+                   {"path", Path(verdict.path)},
+                   {"settled", verdict.settled},
+                   {"reason", verdict.reason}};
+  if (!verdict.further.empty()) out["further"] = Detections(verdict.further);
+  return out;
 }
 
 json::object ToJson(core::EstimatorId id, const core::Estimate<3>& estimate) {

@@ -20,7 +20,8 @@ namespace faultlab::server {
 
 /// {"verdict","detected_at_s","onset_s","detector","group":[..],"candidates":[{"component","value",
 /// "sigma","unit","bound","score","margin"}],"path":[{"question","answer","value","threshold",
-/// "leads_to"}],"settled","reason"}
+/// "leads_to"}],"settled","reason","further"?:[{"detected_at_s","onset_s","detector"}]}; "further"
+/// are the alarms of the same fault after the first: the candidates are since the newest.
 boost::json::object ToJson(const core::Verdict& verdict);
 
 /// The verdict's members, then "calibration" (null when refused), "calibration_refusal"?,

@@ -27,7 +27,7 @@ std::vector<core::Component> ReadNames(const core::Bench& bench,
     if (component) {
       out.push_back(*component);
     } else if (!error) {
-      error = Error{core::ErrorCode::kInvalid, "unknown component", "group"};
+      error = Error{core::ErrorCode::kInvalid, "unknown component", "group", "internal"};
     }
   }
   return out;
@@ -66,6 +66,12 @@ core::PathStep ReadStep(const json::value& value, std::optional<Error>& error) {
   return out;
 }
 
+core::Detection ReadDetection(const json::value& value, std::optional<Error>& error) {
+  DocumentReader reader(EntryOf(value), "further/", error);
+  return {
+      reader.Number("detected_at_s", 0.0), reader.NumberOrNull("onset_s"), reader.Text("detector")};
+}
+
 core::Verdict ReadVerdict(const core::Bench& bench,
                           const json::object& object,
                           std::optional<Error>& error) {
@@ -87,6 +93,11 @@ core::Verdict ReadVerdict(const core::Bench& bench,
     out.candidates.push_back(ReadCandidate(bench, one, error));
   }
   for (const json::value& one : reader.Array("path")) out.path.push_back(ReadStep(one, error));
+  if (object.contains("further")) {
+    for (const json::value& one : reader.Array("further")) {
+      out.further.push_back(ReadDetection(one, error));
+    }
+  }
   out.settled = reader.Flag("settled");
   out.reason = reader.Text("reason");
   return out;
@@ -125,7 +136,10 @@ core::Result<core::Diagnosis> ParseDiagnosis(std::string_view text, const core::
   const json::value value = json::parse(text, failed);
   std::optional<Error> error;
   if (failed || !value.is_object()) {
-    return Error{core::ErrorCode::kInvalid, "the stored diagnosis is no JSON object", "diagnosis"};
+    return Error{core::ErrorCode::kInvalid,
+                 "the stored diagnosis is no JSON object",
+                 "diagnosis",
+                 "internal"};
   }
   const json::object& object = value.get_object();
   core::Diagnosis out;

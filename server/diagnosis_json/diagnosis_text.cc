@@ -63,14 +63,20 @@ bool InGroup(const core::Verdict& verdict, core::Component component) {
   return false;
 }
 
-void AppendVerdict(std::ostringstream& out, const core::Verdict& verdict) {
-  if (verdict.detected_at_s) {
-    out << Label("detected") << "at " << Seconds(*verdict.detected_at_s);
-    if (verdict.onset_s) {
-      out << ", began at about " << Seconds(*verdict.onset_s);
+void AppendDetections(std::ostringstream& out, const core::Verdict& verdict) {
+  std::string_view label = "detected";
+  for (const core::Detection& one : core::DetectionsOf(verdict)) {
+    out << Label(label) << "at " << Seconds(one.detected_at_s);
+    if (one.onset_s) {
+      out << ", began at about " << Seconds(*one.onset_s);
     }
-    out << (verdict.detector.empty() ? "" : " (" + verdict.detector + ")") << '\n';
+    out << (one.detector.empty() ? "" : " (" + one.detector + ")") << '\n';
+    label = "again";
   }
+}
+
+void AppendVerdict(std::ostringstream& out, const core::Verdict& verdict) {
+  AppendDetections(out, verdict);
   if (verdict.kind == core::VerdictKind::kFault) {
     out << Label("component") << Joined(verdict.group)
         << (verdict.group.size() > 1 ? "  (these sensors cannot tell them apart)" : "") << '\n';
@@ -193,6 +199,9 @@ std::string ToText(const core::Diagnosis& diagnosis, const std::string& name) {
     for (const core::FaultEpisode& episode : diagnosis.episodes) {
       out << Label("") << Seconds(episode.verdict.detected_at_s.value_or(0.0)) << ": "
           << core::Name(episode.verdict.kind) << ' ' << Joined(episode.verdict.group);
+      for (const core::Detection& again : episode.verdict.further) {
+        out << ", again " << Seconds(again.detected_at_s);
+      }
       if (episode.ended_at_s) {
         out << ", until " << Seconds(*episode.ended_at_s);
       }

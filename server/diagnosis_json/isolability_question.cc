@@ -31,7 +31,11 @@ core::Status SetRig(const IsolabilityQuestion& question, core::IsolabilityOption
   }
   const core::Bench& bench = *question.bench;
   const Result<const core::BenchProfile*> profile = hardware::FindProfile(bench, question.profile);
-  if (!profile) return Error{ErrorCode::kInvalid, profile.error().message, "profile"};
+  if (!profile) {
+    Error error = profile.error();
+    error.code = ErrorCode::kInvalid;
+    return error;
+  }
   out.rig = {bench.nominal,
              1.0,
              profile.value()->delta_s,
@@ -62,7 +66,9 @@ Result<core::IsolabilityOptions> ToOptions(const IsolabilityQuestion& question) 
     if (!(noise_v >= kUmNoiseMin_v && noise_v <= kUmNoiseMax_v)) {
       return Error{ErrorCode::kInvalid,
                    "um_noise_v must lie between 0.00001 and 1 (volt, one standard deviation)",
-                   "um_noise_v"};
+                   "um_noise_v",
+                   "number_outside",
+                   {{"member", "um_noise_v"}, {"lowest", "0.00001"}, {"highest", "1"}}};
     }
     out.noise.um_v = noise_v;
   }

@@ -39,7 +39,7 @@ core::Result<const core::Bench*> Benches::ById(const std::string& id) {
 
 core::Result<const core::Bench*> Benches::Find(const std::string& id_or_name) {
   if (id_or_name.size() > kBenchNameBytesMax) {
-    return Error{ErrorCode::kNotFound, "No bench has so long a name.", "/bench"};
+    return Error{ErrorCode::kNotFound, "No bench has so long a name.", "/bench", "bench_name_long"};
   }
   const auto list = List();
   if (!list) return list.error();
@@ -63,7 +63,9 @@ core::Result<const core::Bench*> Benches::OfRecording(const std::string& id) {
   if (!bench || bench.value() != nullptr) return bench;
   return Error{ErrorCode::kUnavailable,
                "The description of bench " + id + ", of which this recording is, is lost.",
-               ""};
+               "",
+               "bench_lost",
+               {{"bench", id}}};
 }
 
 core::Result<const core::Bench*> Benches::OfRig(const std::string& rig) {

@@ -27,8 +27,10 @@ core::Result<RunRecord> Find(Recordings& recordings,
   auto record = recordings.Find(who, request.recording, Operation::kReadRun);
   if (!record) return OnRecording(record.error());
   if (record.value().state == RunState::kRunning) {
-    return core::Error{
-        core::ErrorCode::kConflict, "The recording is not finished.", "/diagnose/recording"};
+    return core::Error{core::ErrorCode::kConflict,
+                       "The recording is not finished.",
+                       "/diagnose/recording",
+                       "recording_unfinished"};
   }
   return record;
 }
@@ -40,7 +42,9 @@ core::Result<core::DiagnosisOptions> OptionsOf(const DiagnosisRequest& request,
   if (request.channels == core::Channels::kUmOnly && !bench.um.exists) {
     return core::Error{core::ErrorCode::kInvalid,
                        "The bench " + bench.name + " does not measure um; use all channels.",
-                       "/diagnose/channels"};
+                       "/diagnose/channels",
+                       "channel_missing",
+                       {{"bench", bench.name}}};
   }
   core::DiagnosisOptions options = core::OptionsOf(bench, period_s);
   options.channels = request.channels;
@@ -52,7 +56,8 @@ core::Result<core::DiagnosisOptions> OptionsOf(const DiagnosisRequest& request,
   if (options.healthy_to_s <= options.healthy_from_s) {
     return core::Error{core::ErrorCode::kInvalid,
                        "The healthy stretch ends after it begins.",
-                       "/diagnose/healthy_to_s"};
+                       "/diagnose/healthy_to_s",
+                       "stretch_backwards"};
   }
   return options;
 }
@@ -65,7 +70,11 @@ core::Result<DiagnosisRequest> ParseDiagnosisRequest(const json::object& body) {
   (void)in.TextOr("name", "", kIdBytesMax);
   if (auto error = in.Finish()) return *error;
   if (wanted == nullptr) {
-    return core::Error{core::ErrorCode::kInvalid, "Say what is to be diagnosed.", "/diagnose"};
+    return core::Error{core::ErrorCode::kInvalid,
+                       "Say what is to be diagnosed.",
+                       "/diagnose",
+                       "member_missing",
+                       {{"member", "diagnose"}}};
   }
   ObjectReader settings(*wanted, "/diagnose");
   DiagnosisRequest request;

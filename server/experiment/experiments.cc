@@ -46,7 +46,8 @@ core::Result<const core::Bench*> Experiments::BenchOf(const json::object& body) 
   const std::string rig = text("rig");
   const std::string asked = text("bench");
   if (asked.size() > kBenchNameBytesMax) {
-    return core::Error{core::ErrorCode::kInvalid, "No bench has so long a name.", "/bench"};
+    return core::Error{
+        core::ErrorCode::kInvalid, "No bench has so long a name.", "/bench", "bench_name_long"};
   }
   if (rig.empty()) {
     if (asked.empty()) return &parts_.benches.usual();

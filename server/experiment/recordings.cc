@@ -8,6 +8,7 @@
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/diagnosis_json/options_json.h"
 #include "server/experiment/plan_json.h"
+#include "server/experiment/rig_changes.h"
 #include "server/plots/record_figure.h"
 #include "server/storage/ids.h"
 
@@ -142,7 +143,10 @@ core::Result<Review> Recordings::ReviewOf(RunRecord record) {
   if (!recording) return recording.error();
   auto diagnosis = DiagnosisOf(recording.value());
   if (!diagnosis) return diagnosis.error();
-  return Review{std::move(recording).value(), std::move(diagnosis).value()};
+  auto events = Events(recording.value().record);
+  if (!events) return events.error();
+  return Review{
+      std::move(recording).value(), std::move(diagnosis).value(), std::move(events).value()};
 }
 
 core::Result<Figure> Recordings::FigureOf(const RunRecord& record,
@@ -154,7 +158,12 @@ core::Result<Figure> Recordings::FigureOf(const RunRecord& record,
   if (!fit.ok()) return fit.error();
   auto diagnosis = DiagnosisOf(recording.value());
   if (!diagnosis) return diagnosis.error();
-  return FigureOf(Review{std::move(recording).value(), std::move(diagnosis).value()}, name, footer);
+  auto events = Events(record);
+  if (!events) return events.error();
+  return FigureOf(
+      Review{std::move(recording).value(), std::move(diagnosis).value(), std::move(events).value()},
+      name,
+      footer);
 }
 
 core::Result<Figure> Recordings::FigureOf(const Review& review,
@@ -165,7 +174,12 @@ core::Result<Figure> Recordings::FigureOf(const Review& review,
   FigureContext context;
   context.name = record.name.empty() ? record.id : record.name;
   context.footer = footer;
-  context.faults = FaultsOfPlan(record.plan_json, *recording.options.bench);
+  const core::Bench& bench = *recording.options.bench;
+  context.faults = FaultsOfPlan(record.plan_json, bench);
+  if (!HidesFaults(record.plan_json)) {
+    context.faults =
+        FaultsToShow(ChangesOf(review.events, bench, record.period_s), std::move(context.faults));
+  }
   return MakeFigure(
       name, recording.samples, recording.options, review.diagnosis, std::move(context));
 }

@@ -26,10 +26,11 @@ struct Recording {
   std::vector<core::Sample> samples;
 };
 
-/// A recording with its diagnosis.
+/// A recording with its diagnosis, and what happened meanwhile.
 struct Review {
   Recording recording;
   core::Diagnosis diagnosis;
+  std::vector<RecordedEvent> events;
 };
 
 /// What runs and uploads have left behind, read by people and jobs. Every estimate, figure and

@@ -88,10 +88,12 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
                                              milliseconds length) {
   std::vector<lab::RigId> simulators;
   if (rig.empty()) {
+    std::vector<lab::RigId> let_go_soon;  // its lease has ended, its run has not let go of it yet
     for (const RigStatus& each : bay_.List()) {
       if (NeedsSession(each) || each.description.bench != &bench) continue;
-      simulators.push_back(each.description.id);
+      (each.leased ? let_go_soon : simulators).push_back(each.description.id);
     }
+    simulators.insert(simulators.end(), let_go_soon.begin(), let_go_soon.end());
   } else {
     const auto found = bay_.Find(rig);
     if (!found && service_.state()->rigs.contains(rig)) {

@@ -63,7 +63,8 @@ void DocumentReader::Refuse(std::string_view member, const std::string& message)
   if (error_) return;
   error_ = core::Error{core::ErrorCode::kInvalid,
                        "member " + prefix_ + std::string(member) + ": " + message,
-                       prefix_ + std::string(member)};
+                       prefix_ + std::string(member),
+                       "internal"};
 }
 
 const json::object& EntryOf(const json::value& value) {

@@ -67,11 +67,14 @@ core::Result<json::object> ParseJsonObject(std::string_view text) {
   boost::system::error_code ec;
   json::value value = json::parse(text, ec, {}, options);
   if (ec) {
-    return core::Error{
-        core::ErrorCode::kInvalid, "The body is not JSON: " + ec.message() + ".", {}};
+    return core::Error{core::ErrorCode::kInvalid,
+                       "The body is not JSON: " + ec.message() + ".",
+                       {},
+                       "body_not_json"};
   }
   if (!value.is_object()) {
-    return core::Error{core::ErrorCode::kInvalid, "The body must be a JSON object.", {}};
+    return core::Error{
+        core::ErrorCode::kInvalid, "The body must be a JSON object.", {}, "body_not_json"};
   }
   return std::move(value.get_object());
 }
@@ -99,8 +102,11 @@ bool ObjectReader::Has(std::string_view name) {
   return Find(name) != nullptr;
 }
 
-void ObjectReader::Refuse(std::string_view name, std::string message) {
-  Refuse(core::Error{core::ErrorCode::kInvalid, std::move(message), Pointer(name)});
+void ObjectReader::Refuse(std::string_view name,
+                          std::string reason,
+                          std::string message,
+                          std::vector<core::ErrorParameter> parameters) {
+  Refuse(Mistake(Pointer(name), std::move(message), std::move(reason), std::move(parameters)));
 }
 
 void ObjectReader::Refuse(core::Error error) {

@@ -49,8 +49,11 @@ class ObjectReader {
   const boost::json::object* ObjectOrNull(std::string_view name);
   const boost::json::array* ArrayOrNull(std::string_view name, std::size_t size_max);
 
-  /// Refuses `name` for a reason given by the caller.
-  void Refuse(std::string_view name, std::string message);
+  /// Refuses `name` for a reason given by the caller: a word of the contract's RefusalReason.
+  void Refuse(std::string_view name,
+              std::string reason,
+              std::string message,
+              std::vector<core::ErrorParameter> parameters = {});
   void Refuse(core::Error error);
 
   const std::optional<core::Error>& error() const { return error_; }

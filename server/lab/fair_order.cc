@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace faultlab::server::lab {
 namespace {
@@ -23,21 +24,31 @@ double FairScore(const Ticket& ticket, double decayed_use_s, WallTime now, const
          policy.fresh_user_bonus_s * std::exp2(-decayed_use_s / policy.use_quota_s) + ticket.weight;
 }
 
+bool KeepsPlace(const Ticket& ticket, WallTime now, const Policy& policy) {
+  return ticket.kind == TicketKind::kPerson && ticket.first_expected &&
+         now - ticket.created >= policy.asked_together &&
+         *ticket.first_expected <= now + policy.keeps_place;
+}
+
 std::vector<TicketId> QueueOrder(const LabState& state,
                                  const std::string& rig_class,
                                  WallTime now,
                                  const Policy& policy) {
-  std::vector<std::pair<double, TicketId>> scored;
+  std::vector<std::tuple<bool, WallTime, double, TicketId>> ranked;
   for (const auto& [id, ticket] : state.tickets) {
     if (ticket.state != TicketState::kWaiting || ticket.rig_class != rig_class) continue;
+    if (KeepsPlace(ticket, now, policy)) {
+      ranked.emplace_back(false, *ticket.first_expected, 0.0, id);
+      continue;
+    }
     const auto used = state.usage.find(ticket.user);
     const double use_s = used == state.usage.end() ? 0.0 : DecayedUse(used->second, now, policy);
-    scored.emplace_back(-FairScore(ticket, use_s, now, policy), id);
+    ranked.emplace_back(true, WallTime{}, -FairScore(ticket, use_s, now, policy), id);
   }
-  std::sort(scored.begin(), scored.end());
+  std::sort(ranked.begin(), ranked.end());
   std::vector<TicketId> order;
-  order.reserve(scored.size());
-  for (const auto& entry : scored) order.push_back(entry.second);
+  order.reserve(ranked.size());
+  for (const auto& entry : ranked) order.push_back(std::get<TicketId>(entry));
   return order;
 }
 

@@ -15,7 +15,13 @@ double DecayedUse(const Usage& usage, WallTime now, const Policy& policy);
 /// front.
 double FairScore(const Ticket& ticket, double decayed_use_s, WallTime now, const Policy& policy);
 
-/// The waiting tickets of a class in the order of service.
+/// Whether other tickets no longer overtake this one: it is a person's, it was not made just now
+/// (policy.asked_together), and its first estimate is at most policy.keeps_place ahead. So the
+/// first estimate stays true.
+bool KeepsPlace(const Ticket& ticket, WallTime now, const Policy& policy);
+
+/// The waiting tickets of a class in the order of service: those that keep their place, by their
+/// first estimate; then the others, by their score.
 std::vector<TicketId> QueueOrder(const LabState& state,
                                  const std::string& rig_class,
                                  WallTime now,

@@ -33,7 +33,7 @@ struct Row {
 };
 
 Error NoSet() {
-  return {ErrorCode::kNotFound, "no such thing, or not yours to see", ""};
+  return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
 }
 Error Full() {
   const std::string most = std::to_string(FaultSets::kOfAuthorMax);
@@ -44,7 +44,8 @@ Error Full() {
           {{"most", most}}};
 }
 Error Changed() {
-  return {ErrorCode::kStale, "the fault set has changed; look at it again", ""};
+  return {
+      ErrorCode::kStale, "the fault set has changed; look at it again", "", "fault_set_changed"};
 }
 
 template <typename Each>

@@ -2,6 +2,9 @@
 
 #include <soci/soci.h>
 
+#include <algorithm>
+#include <tuple>
+
 #include "server/storage/turns.h"
 
 namespace faultlab::server::lab {
@@ -15,7 +18,7 @@ using soci::use;
 
 constexpr const char* kColumns =
     "id, owner, account_id, batch, name, run_name, rig, recording, state, run_id, error, result, "
-    "created_ms, started_ms, ended_ms, attempts, server_id";
+    "created_ms, started_ms, ended_ms, attempts, server_id, boot";
 
 struct Row {
   Job job;
@@ -41,6 +44,7 @@ struct Row {
     statement.exchange(into(ended_ms));
     statement.exchange(into(job.attempts));
     statement.exchange(into(job.server_id));
+    statement.exchange(into(job.boot));
   }
   Job ToJob() const {
     Job out = job;
@@ -80,7 +84,11 @@ core::Status CheckRoom(Transaction& tx, const std::string& owner, const std::vec
   tx.sql() << "SELECT COUNT(*) FROM job WHERE owner = :owner AND state = 'waiting'", into(waiting),
       use(owner, "owner");
   if (waiting + static_cast<std::int64_t>(jobs.size()) > JobStore::kWaitingMax) {
-    return Error{ErrorCode::kTooMany, "your quota of 1000 waiting jobs is used; wait for some", ""};
+    return Error{ErrorCode::kTooMany,
+                 "your quota of " + std::to_string(JobStore::kWaitingMax) +
+                     " waiting jobs is used; wait for some",
+                 "",
+                 "waiting_jobs_full"};
   }
   const std::int64_t kept = BodyBytes(tx, owner);
   std::int64_t bytes = kept;
@@ -106,56 +114,170 @@ void DropOldIdle(Transaction& tx, const std::string& owner) {
 }
 
 Error NoJob() {
-  return {ErrorCode::kNotFound, "no such thing, or not yours to see", ""};
+  return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
 }
+
+/// "(:x0, :x1)", and the values bound to it.
+std::string BindList(soci::statement& statement, const std::vector<std::string>& values) {
+  std::string text;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::string name = "x" + std::to_string(i);
+    text += (i == 0 ? "(:" : ", :") + name;
+    statement.exchange(use(values[i], name));
+  }
+  return text + ")";
+}
+
+/// The waiting jobs of one owner that name the same rig, "" for none.
+struct WaitingGroup {
+  std::string rig;
+  std::string owner;
+  std::int64_t oldest_ms = 0;
+  int running = 0;  ///< jobs of the owner
+};
+
+/// One step in the index for each group, however many jobs wait in it.
+std::vector<WaitingGroup> WaitingGroups(Transaction& tx) {
+  std::vector<WaitingGroup> groups;
+  WaitingGroup next;
+  tx.sql() << "SELECT rig, owner, created_ms FROM job WHERE state = 'waiting' "
+              "ORDER BY rig, owner, created_ms LIMIT 1",
+      into(next.rig), into(next.owner), into(next.oldest_ms);
+  while (tx.sql().got_data()) {
+    groups.push_back(next);
+    const WaitingGroup& last = groups.back();
+    tx.sql() << "SELECT rig, owner, created_ms FROM job WHERE state = 'waiting' AND "
+                "(rig, owner) > (:rig, :owner) ORDER BY rig, owner, created_ms LIMIT 1",
+        into(next.rig), into(next.owner), into(next.oldest_ms), use(last.rig, "rig"),
+        use(last.owner, "owner");
+  }
+  return groups;
+}
+
+/// The owner with the fewest running jobs first, then who has waited longest.
+void OrderByTurn(Transaction& tx, std::vector<WaitingGroup>& groups) {
+  std::string owner;
+  int running = 0;
+  soci::statement statement =
+      (tx.sql().prepare << "SELECT owner, COUNT(*) FROM job WHERE state = 'running' GROUP BY owner",
+       into(owner),
+       into(running));
+  statement.execute(false);
+  while (statement.fetch()) {
+    for (WaitingGroup& group : groups) {
+      if (group.owner == owner) group.running = running;
+    }
+  }
+  std::sort(groups.begin(), groups.end(), [](const WaitingGroup& a, const WaitingGroup& b) {
+    return std::tie(a.running, a.oldest_ms, a.owner) < std::tie(b.running, b.oldest_ms, b.owner);
+  });
+}
+
+/// The oldest job of the group. On PostgreSQL nobody else can change it until the transaction ends.
+std::optional<std::string> LockOldest(Transaction& tx,
+                                      const WaitingGroup& group,
+                                      const std::vector<std::string>& left_out) {
+  std::string id;
+  soci::statement statement(tx.sql());
+  statement.exchange(into(id));
+  statement.exchange(use(group.rig, "rig"));
+  statement.exchange(use(group.owner, "owner"));
+  std::string query =
+      "SELECT id FROM job WHERE state = 'waiting' AND rig = :rig AND owner = :owner";
+  if (!left_out.empty()) query += " AND id NOT IN " + BindList(statement, left_out);
+  query += " ORDER BY created_ms, id LIMIT 1";
+  if (tx.engine() == Engine::kPostgresql) query += " FOR UPDATE SKIP LOCKED";
+  statement.alloc();
+  statement.prepare(query);
+  statement.define_and_bind();
+  if (!statement.execute(true)) return std::nullopt;
+  return id;
+}
+
+/// On PostgreSQL the membership cannot end, nor pass to a new process, before the transaction ends:
+/// whoever ends it sees the claim.
+bool LockMembership(Transaction& tx, const Claimant& who) {
+  int found = 0;
+  std::string query = "SELECT 1 FROM lab_member WHERE id = :id AND boot = :boot";
+  if (tx.engine() == Engine::kPostgresql) query += " FOR SHARE";
+  tx.sql() << query, into(found), use(who.server_id, "id"), use(who.boot, "boot");
+  return tx.sql().got_data();
+}
+
+/// The job with its body, now running; nullopt if it does not wait.
+std::optional<Job> Begin(Transaction& tx,
+                         const Claimant& who,
+                         const std::string& id,
+                         WallTime now) {
+  const std::int64_t now_ms = ToMilliseconds(now);
+  soci::statement change =
+      (tx.sql().prepare << "UPDATE job SET state = 'running', server_id = :server, boot = :boot, "
+                           "started_ms = :now, attempts = attempts + 1 "
+                           "WHERE id = :id AND state = 'waiting'",
+       use(who.server_id, "server"),
+       use(who.boot, "boot"),
+       use(now_ms, "now"),
+       use(id, "id"));
+  change.execute(true);
+  if (change.get_affected_rows() != 1) return std::nullopt;
+  std::optional<Job> job = FindJob(tx, id);
+  tx.sql() << "SELECT body FROM job WHERE id = :id", into(job->body), use(id, "id");
+  return job;
+}
+
+constexpr const char* kNoMembership =
+    "NOT EXISTS (SELECT 1 FROM lab_member m WHERE m.id = job.server_id AND m.boot = job.boot)";
 
 }  // namespace
 
 template <typename Bind>
-core::Status JobStore::Change(const Job& claimed,
-                              Durability durability,
-                              const char* columns,
-                              const Bind& bind) {
-  return database_.Write(durability, [&](Transaction& tx) -> core::Status {
+core::Status JobStore::Change(const Job& claimed, const char* columns, const Bind& bind) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const Error over{ErrorCode::kStale, "this claim of the job is over", "", "internal"};
+    if (!LockMembership(tx, {claimed.server_id, claimed.boot})) return over;
     soci::statement statement(tx.sql());
     bind(statement);
     statement.exchange(use(claimed.id, "id"));
     statement.exchange(use(claimed.server_id, "server"));
+    statement.exchange(use(claimed.boot, "boot"));
     statement.exchange(use(claimed.attempts, "attempt"));
     statement.alloc();
     statement.prepare(std::string("UPDATE job SET ") + columns +
-                      " WHERE id = :id AND server_id = :server AND attempts = :attempt AND "
-                      "state = 'running'");
+                      " WHERE id = :id AND server_id = :server AND boot = :boot AND "
+                      "attempts = :attempt AND state = 'running'");
     statement.define_and_bind();
     statement.execute(true);
     if (statement.get_affected_rows() == 1) return Done{};
-    return Error{ErrorCode::kStale, "this claim of the job is over", ""};
+    return over;
   });
 }
 
 core::Status JobStore::Add(const std::vector<Job>& jobs) {
-  if (jobs.empty()) return Error{ErrorCode::kInvalid, "no runs", "/runs"};
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    const std::string& owner = jobs.front().owner;
-    TakeTurn(tx, "jobs of " + owner);
-    if (const auto room = CheckRoom(tx, owner, jobs); !room.ok()) return room;
-    DropOldIdle(tx, owner);
-    for (const Job& job : jobs) {
-      const auto bytes = static_cast<std::int64_t>(job.body.size());
-      const std::int64_t created_ms = ToMilliseconds(job.created_at);
-      tx.sql()
-          << "INSERT INTO job (id, owner, account_id, batch, name, body, body_bytes, run_name, "
-             "rig, "
-             "recording, state, run_id, error, created_ms, started_ms, ended_ms, server_id, "
-             "lease_until_ms, attempts) VALUES (:id, :owner, :account, :batch, :name, :body, "
-             ":bytes, :run_name, :rig, :recording, 'waiting', '', '', :created, 0, 0, '', 0, 0)",
-          use(job.id, "id"), use(job.owner, "owner"), use(job.account_id, "account"),
-          use(job.batch, "batch"), use(job.name, "name"), use(job.body, "body"),
-          use(bytes, "bytes"), use(job.run_name, "run_name"), use(job.rig, "rig"),
-          use(job.recording, "recording"), use(created_ms, "created");
-    }
-    return Done{};
-  });
+  if (jobs.empty()) return Error{ErrorCode::kInvalid, "no runs", "/runs", "runs_outside"};
+  const core::Status added =
+      database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+        const std::string& owner = jobs.front().owner;
+        TakeTurn(tx, "jobs of " + owner);
+        if (const auto room = CheckRoom(tx, owner, jobs); !room.ok()) return room;
+        DropOldIdle(tx, owner);
+        for (const Job& job : jobs) {
+          const auto bytes = static_cast<std::int64_t>(job.body.size());
+          const std::int64_t created_ms = ToMilliseconds(job.created_at);
+          tx.sql()
+              << "INSERT INTO job (id, owner, account_id, batch, name, body, body_bytes, run_name, "
+                 "rig, "
+                 "recording, state, run_id, error, created_ms, started_ms, ended_ms, server_id, "
+                 "attempts) VALUES (:id, :owner, :account, :batch, :name, :body, "
+                 ":bytes, :run_name, :rig, :recording, 'waiting', '', '', :created, 0, 0, '', 0)",
+              use(job.id, "id"), use(job.owner, "owner"), use(job.account_id, "account"),
+              use(job.batch, "batch"), use(job.name, "name"), use(job.body, "body"),
+              use(bytes, "bytes"), use(job.run_name, "run_name"), use(job.rig, "rig"),
+              use(job.recording, "recording"), use(created_ms, "created");
+        }
+        return Done{};
+      });
+  if (added.ok() && added_) added_();
+  return added;
 }
 
 core::Result<Job> JobStore::Get(const std::string& id) {
@@ -207,46 +329,69 @@ core::Result<std::vector<Job>> JobStore::List(const std::string& owner,
   });
 }
 
-core::Result<std::optional<Job>> JobStore::Claim(const std::string& server_id,
-                                                 WallTime now,
-                                                 WallTime lease_until) {
-  using MaybeJob = std::optional<Job>;
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<MaybeJob> {
-    std::string id;
-    std::string query =
-        "SELECT id FROM job j WHERE state = 'waiting' AND "
-        "(lease_until_ms <= :now OR server_id = :server) ORDER BY "
-        "(SELECT COUNT(*) FROM job r WHERE r.owner = j.owner AND r.state = 'running'), "
-        "created_ms, id LIMIT 1";
-    const std::int64_t now_ms = ToMilliseconds(now);
-    if (tx.engine() == Engine::kPostgresql) query += " FOR UPDATE OF j SKIP LOCKED";
-    tx.sql() << query, into(id), use(now_ms, "now"), use(server_id, "server");
-    if (!tx.sql().got_data()) return MaybeJob{};
-    const std::int64_t lease_ms = ToMilliseconds(lease_until);
-    tx.sql() << "UPDATE job SET state = 'running', server_id = :server, started_ms = :now, "
-                "lease_until_ms = :lease, attempts = attempts + 1 WHERE id = :id",
-        use(server_id, "server"), use(now_ms, "now"), use(lease_ms, "lease"), use(id, "id");
-    MaybeJob job = FindJob(tx, id);
-    tx.sql() << "SELECT body FROM job WHERE id = :id", into(job->body), use(id, "id");
-    return job;
+core::Result<std::vector<Job>> JobStore::WaitingOn(const std::vector<std::string>& rigs,
+                                                   int limit) {
+  using Jobs = std::vector<Job>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Jobs> {
+    Jobs out;
+    for (const WaitingGroup& group : WaitingGroups(tx)) {
+      if (std::ranges::find(rigs, group.rig) == rigs.end()) continue;
+      Job job;
+      soci::statement statement =
+          (tx.sql().prepare << "SELECT id, owner, account_id, rig, body FROM job WHERE "
+                               "state = 'waiting' AND rig = :rig AND owner = :owner "
+                               "ORDER BY created_ms, id LIMIT :count",
+           into(job.id),
+           into(job.owner),
+           into(job.account_id),
+           into(job.rig),
+           into(job.body),
+           use(group.rig, "rig"),
+           use(group.owner, "owner"),
+           use(limit, "count"));
+      statement.execute(false);
+      while (statement.fetch()) out.push_back(job);
+    }
+    return out;
   });
 }
 
-core::Status JobStore::Renew(const Job& claimed, WallTime lease_until) {
-  const std::int64_t lease_ms = ToMilliseconds(lease_until);
-  return Change(claimed, Durability::kTelemetry, "lease_until_ms = :lease", [&](auto& statement) {
-    statement.exchange(use(lease_ms, "lease"));
+core::Result<std::optional<Job>> JobStore::Claim(const Claimant& who,
+                                                 const JobsLeftOut& left_out,
+                                                 WallTime now) {
+  using MaybeJob = std::optional<Job>;
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<MaybeJob> {
+    std::vector<WaitingGroup> groups = WaitingGroups(tx);
+    std::erase_if(groups, [&](const WaitingGroup& group) {
+      return std::ranges::find(left_out.on_rigs, group.rig) != left_out.on_rigs.end();
+    });
+    if (groups.empty() || !LockMembership(tx, who)) return MaybeJob{};
+    OrderByTurn(tx, groups);
+    for (const WaitingGroup& group : groups) {
+      const auto id = LockOldest(tx, group, left_out.ids);
+      if (id) return Begin(tx, who, *id, now);
+    }
+    return MaybeJob{};
+  });
+}
+
+core::Result<std::optional<Job>> JobStore::ClaimThis(const Claimant& who,
+                                                     const std::string& id,
+                                                     WallTime now) {
+  using MaybeJob = std::optional<Job>;
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<MaybeJob> {
+    if (!LockMembership(tx, who)) return MaybeJob{};
+    return Begin(tx, who, id, now);
   });
 }
 
 core::Status JobStore::SetRun(const Job& claimed, const std::string& run_id) {
-  return Change(claimed, Durability::kPromise, "run_id = :run", [&](auto& statement) {
-    statement.exchange(use(run_id, "run"));
-  });
+  return Change(
+      claimed, "run_id = :run", [&](auto& statement) { statement.exchange(use(run_id, "run")); });
 }
 
 core::Status JobStore::SetResult(const Job& claimed, const std::string& result) {
-  return Change(claimed, Durability::kPromise, "result = :result", [&](auto& statement) {
+  return Change(claimed, "result = :result", [&](auto& statement) {
     statement.exchange(use(result, "result"));
   });
 }
@@ -258,70 +403,72 @@ core::Status JobStore::Finish(const Job& claimed,
   const std::int64_t now_ms = ToMilliseconds(now);
   const char* columns =
       "state = :state, error = :error, ended_ms = :now, body = '', body_bytes = 0";
-  return Change(claimed, Durability::kPromise, columns, [&](auto& statement) {
+  return Change(claimed, columns, [&](auto& statement) {
     statement.exchange(use(state, "state"));
     statement.exchange(use(error, "error"));
     statement.exchange(use(now_ms, "now"));
   });
 }
 
-core::Status JobStore::GiveBack(const Job& claimed, WallTime not_before) {
-  const std::int64_t wait_ms = ToMilliseconds(not_before);
+core::Status JobStore::GiveBack(const Job& claimed) {
   const char* columns =
-      "state = 'waiting', server_id = '', started_ms = 0, lease_until_ms = :wait, "
+      "state = 'waiting', server_id = '', boot = '', started_ms = 0, run_id = '', "
       "attempts = attempts - 1";
-  return Change(claimed, Durability::kPromise, columns, [&](auto& statement) {
-    statement.exchange(use(wait_ms, "wait"));
+  return Change(claimed, columns, [](auto&) {});
+}
+
+core::Result<std::vector<std::string>> JobStore::HeldBy(const Claimant& who) {
+  using Ids = std::vector<std::string>;
+  return database_.Read([&](Transaction& tx) -> core::Result<Ids> {
+    std::string id;
+    soci::statement statement =
+        (tx.sql().prepare << "SELECT id FROM job WHERE state = 'running' AND server_id = :server "
+                             "AND boot = :boot",
+         into(id),
+         use(who.server_id, "server"),
+         use(who.boot, "boot"));
+    statement.execute(false);
+    Ids out;
+    while (statement.fetch()) out.push_back(id);
+    return out;
   });
 }
 
-core::Status JobStore::HandTo(const Job& claimed, const std::string& server_id, WallTime until) {
-  const std::int64_t until_ms = ToMilliseconds(until);
-  const char* columns =
-      "state = 'waiting', server_id = :next, started_ms = 0, lease_until_ms = :until, "
-      "attempts = attempts - 1";
-  return Change(claimed, Durability::kPromise, columns, [&](auto& statement) {
-    statement.exchange(use(server_id, "next"));
-    statement.exchange(use(until_ms, "until"));
-  });
-}
-
-core::Status JobStore::Cancel(const std::string& id, WallTime now) {
-  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+core::Result<Job> JobStore::Cancel(const std::string& id, WallTime now) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Job> {
     const std::int64_t now_ms = ToMilliseconds(now);
     soci::statement change =
-        (tx.sql().prepare << "UPDATE job SET state = 'cancelled', ended_ms = :now, "
-                             "body = '', body_bytes = 0 WHERE id = :id AND state = 'waiting'",
+        (tx.sql().prepare << std::string("UPDATE job SET state = 'cancelled', ended_ms = :now, "
+                                         "body = '', body_bytes = 0 WHERE id = :id AND ") +
+                                 kLive,
          use(now_ms, "now"),
          use(id, "id"));
     change.execute(true);
-    if (change.get_affected_rows() == 1) return Done{};
-    if (!FindJob(tx, id)) return NoJob();
-    return Error{ErrorCode::kConflict, "the job has begun; stop its run instead", ""};
+    const auto job = FindJob(tx, id);
+    if (!job) return NoJob();
+    if (change.get_affected_rows() == 1) return *job;
+    return Error{ErrorCode::kConflict, "the job has ended already", "", "job_ended"};
   });
 }
 
-core::Result<int> JobStore::Reap(WallTime now, const std::string& own_server_id) {
+core::Result<int> JobStore::Reap(WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<int> {
     const std::int64_t now_ms = ToMilliseconds(now);
     soci::statement failed =
-        (tx.sql().prepare << "UPDATE job SET state = 'failed', ended_ms = :now, body = '', "
-                             "body_bytes = 0, "
-                             "error = 'the server died three times on this job' WHERE "
-                             "state = 'running' AND attempts >= :most AND "
-                             "(lease_until_ms < :limit OR server_id = :server)",
+        (tx.sql().prepare << std::string(
+                                 "UPDATE job SET state = 'failed', ended_ms = :now, body = '', "
+                                 "body_bytes = 0, "
+                                 "error = 'the server died three times on this job' WHERE "
+                                 "state = 'running' AND attempts >= :most AND ") +
+                                 kNoMembership,
          use(now_ms, "now"),
-         use(kAttemptsMax, "most"),
-         use(now_ms, "limit"),
-         use(own_server_id, "server"));
+         use(kAttemptsMax, "most"));
     failed.execute(true);
     soci::statement again =
-        (tx.sql().prepare << "UPDATE job SET state = 'waiting', started_ms = 0, "
-                             "lease_until_ms = 0 WHERE "
-                             "state = 'running' AND (lease_until_ms < :limit OR "
-                             "server_id = :server)",
-         use(now_ms, "limit"),
-         use(own_server_id, "server"));
+        (tx.sql().prepare << std::string(
+                                 "UPDATE job SET state = 'waiting', server_id = '', boot = '', "
+                                 "started_ms = 0, run_id = '' WHERE state = 'running' AND ") +
+                                 kNoMembership);
     again.execute(true);
     return static_cast<int>(failed.get_affected_rows() + again.get_affected_rows());
   });

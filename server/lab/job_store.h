@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/types/result.h"
@@ -18,7 +20,7 @@ struct Job {
   std::int64_t account_id = 0;
   std::string batch;  ///< jobs of one request share it
   std::string name;
-  std::string body;  ///< a POST runs body; loaded by Claim alone, deleted at the end
+  std::string body;  ///< a POST runs body; loaded for who does the job, deleted at the end
   // Taken from the body, for lists; empty when the body does not contain it.
   std::string run_name;
   std::string rig;
@@ -26,28 +28,45 @@ struct Job {
   std::string state = "waiting";
   std::string run_id;
   std::string error;
-  std::string result;     ///< JSON result of a job that makes no run
-  std::string server_id;  ///< of the newest claim, with `attempts`; empty before the first
+  std::string result;  ///< JSON result of a job that makes no run
+  // Of the newest claim, together with `attempts`; empty before the first.
+  std::string server_id;
+  std::string boot;
   WallTime created_at{};
   std::optional<WallTime> started_at;
   std::optional<WallTime> ended_at;
   int attempts = 0;
 };
 
-/// The queue of jobs, shared by all servers of a database. A claim is a lease that its server
-/// renews; if the server dies, the lease ends and the job waits again, three times at most. A
-/// server that was frozen in the meantime cannot change a job that another server has claimed.
-/// Thread-safe, stateless.
+/// A server in one period of its membership (members.h): Member::id and Member::boot.
+struct Claimant {
+  std::string server_id;
+  std::string boot;
+};
+
+/// Which waiting jobs a server may not begin now.
+struct JobsLeftOut {
+  std::vector<std::string> on_rigs;  ///< those that name one of these
+  std::vector<std::string> ids;
+};
+
+/// The queue of jobs, shared by all servers of a database. A claim lasts as long as its server's
+/// membership; if that ends, the job waits again, three times at most. Every write of a claim is
+/// fenced by member, boot and attempt: a server that was frozen in the meantime cannot change a job
+/// that another one may have claimed. Thread-safe.
 class JobStore {
  public:
   explicit JobStore(Database& database) : database_(database) {}
 
   static constexpr int kAttemptsMax = 3;
-  static constexpr int kWaitingMax = 1000;  ///< per owner
+  static constexpr int kWaitingMax = 20'000;  ///< per owner
   /// Largest total size of the bodies of an owner's waiting and running jobs.
   static constexpr std::int64_t kBodyBytesMax = 16 << 20;
   /// Of an owner's jobs that ended without a run, this many of the newest are kept.
   static constexpr int kIdleKept = 1000;
+
+  /// `added` is called after jobs were added here. To be called before the first Add.
+  void OnAdded(std::function<void()> added) { added_ = std::move(added); }
 
   /// Adds all jobs or none. kTooMany when the owner would have too many jobs; kConflict "jobs_full"
   /// when their bodies would be too large.
@@ -61,42 +80,47 @@ class JobStore {
                                       std::int64_t before_ms,
                                       const std::string& before_id,
                                       int limit);
-  /// The next waiting job, now leased to this server; the owner with the fewest running jobs goes
-  /// first. SKIP LOCKED on PostgreSQL: no two servers get the same job. nullopt: no job waits.
-  core::Result<std::optional<Job>> Claim(const std::string& server_id,
-                                         WallTime now,
-                                         WallTime lease_until);
+  /// The oldest waiting jobs that name one of `rigs`: `limit` of each owner and rig, with their
+  /// bodies.
+  core::Result<std::vector<Job>> WaitingOn(const std::vector<std::string>& rigs, int limit);
+
+  /// The next waiting job, now of this claimant; the owner with the fewest running jobs goes first.
+  /// SKIP LOCKED on PostgreSQL: no two servers get the same job. nullopt: no such job waits, or the
+  /// membership has ended.
+  core::Result<std::optional<Job>> Claim(const Claimant& who,
+                                         const JobsLeftOut& left_out,
+                                         WallTime now);
+  /// The same for this job. nullopt: it does not wait.
+  core::Result<std::optional<Job>> ClaimThis(const Claimant& who,
+                                             const std::string& id,
+                                             WallTime now);
   // The following functions are for the holder of the claim, with the job as Claim returned it.
-  // kStale, without any change, when another server has the job in the meantime (the lease ended):
-  // then stop the job's run.
-  core::Status Renew(const Job& claimed, WallTime lease_until);
+  // kStale, without any change, when the claim is over (the membership has ended, the job was
+  // cancelled): then stop the job's run.
   core::Status SetRun(const Job& claimed, const std::string& run_id);
   core::Status SetResult(const Job& claimed, const std::string& result);
   core::Status Finish(const Job& claimed,
                       const std::string& state,
                       const std::string& error,
                       WallTime now);
-  /// Back to waiting, because no rig was free; not claimed again before `not_before`. Does not
-  /// count as an attempt.
-  core::Status GiveBack(const Job& claimed, WallTime not_before);
-  /// Back to waiting for the server that has the rig; no other server claims the job before
-  /// `until`.
-  core::Status HandTo(const Job& claimed, const std::string& server_id, WallTime until);
+  /// Back to waiting, because no rig was free. Does not count as an attempt.
+  core::Status GiveBack(const Job& claimed);
+  /// The jobs whose claims by this membership are valid.
+  core::Result<std::vector<std::string>> HeldBy(const Claimant& who);
 
-  /// Cancels a waiting job; any other gives kConflict.
-  core::Status Cancel(const std::string& id, WallTime now);
-  /// Returns jobs whose leases have ended to the queue, and at the start also those of this server.
-  core::Result<int> Reap(WallTime now, const std::string& own_server_id);
+  /// Ends a waiting or running job; any other gives kConflict. Its claim is over: whoever has its
+  /// run stops it.
+  core::Result<Job> Cancel(const std::string& id, WallTime now);
+  /// Returns jobs whose memberships have ended to the queue.
+  core::Result<int> Reap(WallTime now);
 
  private:
   /// Sets `columns` of a job if its claim is still valid.
   template <typename Bind>
-  core::Status Change(const Job& claimed,
-                      Durability durability,
-                      const char* columns,
-                      const Bind& bind);
+  core::Status Change(const Job& claimed, const char* columns, const Bind& bind);
 
   Database& database_;
+  std::function<void()> added_;
 };
 
 }  // namespace faultlab::server::lab

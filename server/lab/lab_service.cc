@@ -5,13 +5,14 @@
 #include <utility>
 
 #include "server/storage/ids.h"
-#include "server/storage/recording_store.h"
 
 namespace faultlab::server::lab {
 namespace {
 
 /// Smaller differences between the clocks are drift; larger ones mean that the clock was set.
 constexpr Milliseconds kJump{2000};
+/// A step of the clock that is not taken back for so long is right.
+constexpr Milliseconds kBelieved = std::chrono::minutes(5);
 constexpr std::size_t kRequestsMax = 10'000;
 /// Requests in one turn: computing them in the transaction must take less than 750 ms, after which
 /// the database treats this process as frozen.
@@ -30,32 +31,56 @@ constexpr Milliseconds kLastWords = std::chrono::minutes(2);
 std::vector<LabEvent> ToEvents(const std::vector<Notice>& notices, WallTime now) {
   std::vector<LabEvent> events;
   for (const Notice& notice : notices) {
-    events.push_back({0, notice.user, now, notice.topic, notice.text, notice.session});
+    events.push_back({0,
+                      notice.user,
+                      now,
+                      notice.topic,
+                      notice.text,
+                      notice.session,
+                      notice.rig,
+                      notice.other,
+                      notice.why,
+                      notice.reason,
+                      notice.time,
+                      {}});
   }
   return events;
 }
 
+std::vector<Rig> AllRigs(const LabState& state) {
+  std::vector<Rig> rigs;
+  for (const auto& [id, rig] : state.rigs) rigs.push_back(rig);
+  return rigs;
+}
+
 }  // namespace
 
-LabService::LabService(Database& database,
+LabService::LabService(std::unique_ptr<LabStore> store,
                        const Clock& clock,
                        RigDuties& duties,
                        LabServiceOptions options)
-    : database_(database),
+    : store_(std::move(store)),
       clock_(clock),
       duties_(duties),
       options_(std::move(options)),
-      boot_(NewId("boot")),
       scheduler_(options_.policy),
       last_wall_(clock.Wall()),
-      last_monotonic_(clock.Monotonic()) {}
+      last_monotonic_(clock.Monotonic()),
+      boot_(NewId("boot")) {}
 
 core::Result<std::unique_ptr<LabService>> LabService::Open(Database& database,
                                                            const Clock& clock,
                                                            RigDuties& duties,
                                                            LabServiceOptions options) {
-  auto service =
-      std::unique_ptr<LabService>(new LabService(database, clock, duties, std::move(options)));
+  return Open(std::make_unique<DatabaseLabStore>(database), clock, duties, std::move(options));
+}
+
+core::Result<std::unique_ptr<LabService>> LabService::Open(std::unique_ptr<LabStore> store,
+                                                           const Clock& clock,
+                                                           RigDuties& duties,
+                                                           LabServiceOptions options) {
+  auto service = std::unique_ptr<LabService>(
+      new LabService(std::move(store), clock, duties, std::move(options)));
   // A previous process with this id that has just died keeps its place until its lease ends.
   const auto give_up = std::chrono::steady_clock::now() + service->options_.join_patience;
   std::deque<Request> none;
@@ -67,6 +92,7 @@ core::Result<std::unique_ptr<LabService>> LabService::Open(Database& database,
   }
   if (!loaded.ok()) return loaded.error();
   service->StartChecks();
+  if (!service->options_.own_thread) return service;
   service->thread_ = std::thread([raw = service.get()] { raw->Main(); });
   return service;
 }
@@ -77,16 +103,31 @@ LabService::~LabService() {
     stopping_ = true;
   }
   wake_.notify_all();
-  if (thread_.joinable()) thread_.join();
+  if (!thread_.joinable()) return;
+  thread_.join();
+  if (!options_.alone) return;  // the others notice it
+  (void)store_->Write([this](LabTurn& turn) -> core::Status {
+    turn.StoodStill(clock_.Wall());
+    return core::Done{};
+  });
 }
 
 core::Status LabService::Submit(Input input) {
+  if (!options_.own_thread) {
+    std::deque<Request> one;
+    one.push_back({std::move(input), {}});
+    std::future<core::Status> stored = one.front().stored.get_future();
+    Turn(std::move(one));
+    return stored.get();
+  }
   std::future<core::Status> stored;
   {
     const std::lock_guard lock(mutex_);
-    if (stopping_) return core::Error{core::ErrorCode::kUnavailable, "the server stops", ""};
+    if (stopping_)
+      return core::Error{core::ErrorCode::kUnavailable, "the server stops", "", "server_stops"};
     if (requests_.size() >= kRequestsMax) {
-      return core::Error{core::ErrorCode::kBusy, "too many requests at once; try again", ""};
+      return core::Error{
+          core::ErrorCode::kBusy, "too many requests at once; try again", "", "lab_busy"};
     }
     requests_.push_back({std::move(input), {}});
     stored = requests_.back().stored.get_future();
@@ -113,13 +154,17 @@ std::shared_ptr<const LabState> LabService::state() const {
   return published_;
 }
 
+Policy LabService::policy() const {
+  Policy policy = options_.policy;
+  const auto now = state();
+  if (now->settings) static_cast<PolicySettings&>(policy) = *now->settings;
+  return policy;
+}
+
 core::Result<std::vector<LabEvent>> LabService::EventsSince(UserId user,
                                                             std::int64_t since,
                                                             int limit) {
-  using Events = std::vector<LabEvent>;
-  return database_.Read([&](Transaction& tx) -> core::Result<Events> {
-    return lab_store::EventsSince(tx, user, since, limit);
-  });
+  return store_->EventsSince(user, since, limit);
 }
 
 std::optional<Member> LabService::MemberOf(const RigId& rig) const {
@@ -147,6 +192,11 @@ std::vector<Member> LabService::Others() const {
   return others;
 }
 
+std::string LabService::boot() const {
+  const std::lock_guard lock(mutex_);
+  return boot_;
+}
+
 void LabService::Main() {
   while (true) {
     std::deque<Request> requests;
@@ -168,7 +218,7 @@ void LabService::Turn(std::deque<Request> requests) {
   if (stored.ok()) StartChecks();  // otherwise the result of a check could not be stored
 }
 
-void LabService::NoticeClockJump(Scheduler& next) {
+void LabService::NoticeClockJump() {
   const WallTime wall = clock_.Wall();
   const MonotonicTime monotonic = clock_.Monotonic();
   const auto passed = std::chrono::duration_cast<Milliseconds>(
@@ -176,8 +226,15 @@ void LabService::NoticeClockJump(Scheduler& next) {
   const Milliseconds jump = wall - std::exchange(last_wall_, wall) - passed;
   // Each server that shares the database would apply the same shift again; there NTP must keep the
   // clocks of the machines.
-  if (database_.engine() == Engine::kPostgresql) return;
-  if (jump > kJump || jump < -kJump) next.ClockJumped(jump);
+  if (store_->shared() || (jump <= kJump && jump >= -kJump)) return;
+  const Milliseconds unbelieved = Milliseconds(unbelieved_ms_.load()) + jump;
+  const bool set_back = unbelieved <= kJump && unbelieved >= -kJump;
+  unbelieved_ms_ = set_back ? 0 : unbelieved.count();
+  jumped_at_ = monotonic;
+}
+
+bool LabService::BelievesClock() const {
+  return unbelieved_ms_.load() != 0 && last_monotonic_ - jumped_at_ >= kBelieved;
 }
 
 /// A practice session exists only for its run. If the end of the run was not noticed (the database
@@ -208,11 +265,11 @@ Milliseconds LabService::ClockOffset() const {
 }
 
 /// Every member judges the leases, bookings and waits of all members by its own clock.
-core::Status LabService::CheckClock(Transaction& tx) {
+core::Status LabService::CheckClock(LabTurn& turn) {
   const Milliseconds limit = options_.clock_error_max;
-  if (limit == Milliseconds{0} || tx.engine() != Engine::kPostgresql) return core::Done{};
+  if (limit == Milliseconds{0} || !store_->shared()) return core::Done{};
   const WallTime asked = clock_.Wall();
-  const WallTime theirs = members::DatabaseTime(tx);
+  const WallTime theirs = turn.StoreTime();
   const Milliseconds error = asked + (clock_.Wall() - asked) / 2 - theirs;
   if (error <= limit && error >= -limit) {
     checked_offset_ = ClockOffset();
@@ -222,7 +279,8 @@ core::Status LabService::CheckClock(Transaction& tx) {
                      "this machine's clock is " + std::to_string(error.count()) +
                          " ms off the database's, and servers may differ by " +
                          std::to_string(limit.count()) + " ms; keep it by NTP",
-                     ""};
+                     "",
+                     "clock_off"};
 }
 
 /// After an outage of the database every lease has ended: each member gets the time of one lease to
@@ -236,18 +294,18 @@ bool LabService::MayRemove() {
 }
 
 /// A run stores its own end; if that failed, the run would stay `running` for ever.
-void LabService::InterruptLostRuns(Transaction& tx, WallTime now) {
+void LabService::InterruptLostRuns(LabTurn& turn, WallTime now) {
   const MonotonicTime looked = clock_.Monotonic();
   if (looked - last_look_ < kLostRunLook) return;
   last_look_ = looked;
   std::map<std::string, MonotonicTime> past;
-  for (const std::string& run : lab_store::RunsOfPastLeases(tx, options_.member, now)) {
+  for (const std::string& run : turn.RunsOfPastLeases(options_.member, now)) {
     const auto known = past_runs_.find(run);
     const MonotonicTime since = known == past_runs_.end() ? looked : known->second;
     if (looked - since < kLastWords) {
       past.emplace(run, since);
     } else {
-      InterruptRun(tx, run, now);
+      turn.InterruptRun(run, now);
     }
   }
   past_runs_ = std::move(past);
@@ -256,14 +314,15 @@ void LabService::InterruptLostRuns(Transaction& tx, WallTime now) {
 /// The membership of this process: taken at the start, renewed at each turn, and taken again when
 /// the others have removed this member because it was frozen. Members whose leases have ended are
 /// removed.
-core::Status LabService::KeepMembership(Transaction& tx,
-                                        Scheduler& next,
-                                        Entry entry,
-                                        WallTime now) {
-  std::vector<Member> all = members::Load(tx);
+core::Status LabService::KeepMembership(LabTurn& turn, Scheduler& next, Entry entry, WallTime now) {
+  std::vector<Member> all = turn.Members();
   WallTime somebody_until{};
   for (const Member& each : all) somebody_until = std::max(somebody_until, each.lease_until);
-  if (!all.empty() && somebody_until < now) next.StoodStill(now - somebody_until);
+  if (!all.empty() && somebody_until < now) {
+    next.StoodStill(now - somebody_until);
+    turn.StoodStill(somebody_until);
+    use_unknown_ = true;
+  }
   auto self = std::find_if(
       all.begin(), all.end(), [&](const Member& each) { return each.id == options_.member; });
   const bool ours = self != all.end() && self->boot == boot_;
@@ -274,12 +333,15 @@ core::Status LabService::KeepMembership(Transaction& tx,
       return core::Error{core::ErrorCode::kConflict,
                          "another server with server_id '" + options_.member +
                              "' uses this database; give each server an id of its own",
-                         kMemberField};
+                         kMemberField,
+                         "internal"};
     }
     if (entry == Entry::kStays) {
       next.MemberGone(options_.member, now);  // its former rigs were given up in the meantime
+      const std::lock_guard lock(mutex_);
+      boot_ = NewId("boot");  // what the past membership has claimed is not claimed by this one
     }
-    (void)InterruptRuns(tx, options_.member, now);  // runs of the previous process
+    turn.InterruptRunsOf(options_.member, now);  // runs of the previous process
     if (self == all.end()) self = all.insert(all.end(), Member{});
     *self = {options_.member, boot_, options_.address, WallTime{}};
   }
@@ -289,12 +351,12 @@ core::Status LabService::KeepMembership(Transaction& tx,
   const Milliseconds moved = ClockOffset() - checked_offset_;
   const Milliseconds unnoticed = options_.clock_error_max / 2;
   if (renews || moved > unnoticed || moved < -unnoticed) {
-    const core::Status clock = CheckClock(tx);
+    const core::Status clock = CheckClock(turn);
     if (!clock.ok()) return clock;
   }
   if (renews) {
     self->lease_until = now + lease;
-    members::Put(tx, *self);
+    turn.PutMember(*self);
   }
   member_until_ = self->lease_until;
   const bool may_remove = MayRemove();
@@ -304,7 +366,7 @@ core::Status LabService::KeepMembership(Transaction& tx,
       continue;
     }
     next.MemberGone(each->id, now);
-    members::Remove(tx, each->id, now);
+    turn.RemoveMember(each->id, now);
     each = all.erase(each);
   }
   const std::lock_guard lock(mutex_);
@@ -317,28 +379,39 @@ core::Status LabService::Transact(std::deque<Request>& requests, Entry entry) {
   std::int64_t version = 0;
   MonotonicTime looked{};
   WallTime now{};
-  const core::Status stored =
-      database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-        version = lab_store::LockVersion(tx);
-        next.emplace(version == version_ ? scheduler_
-                                         : Scheduler(options_.policy, lab_store::Load(tx)));
-        NoticeClockJump(*next);
-        looked = clock_.Monotonic();
-        now = clock_.Wall();
-        const core::Status member = KeepMembership(tx, *next, entry, now);
-        if (!member.ok()) return member;
-        if (entry == Entry::kJoins) next->Recover(now, options_.member);
-        InterruptLostRuns(tx, now);
-        NoticeRuns(*next, now);
-        for (Request& request : requests) request.input(*next, now);
-        next->Tick(now);
-        const std::vector<LabEvent> events = ToEvents(next->TakeNotices(), now);
-        const Changes changes = next->TakeChanges();
-        if (changes.empty() && events.empty()) return core::Done{};
-        lab_store::Save(tx, changes, ++version);
-        lab_store::AddEvents(tx, events);
-        return core::Done{};
-      });
+  bool believes = false;
+  const core::Status stored = store_->Write([&](LabTurn& turn) -> core::Status {
+    version = turn.LockVersion();
+    next.emplace(version == version_ ? scheduler_ : Scheduler(options_.policy, turn.Load()));
+    // The turn that followed a step of the clock was stored, although its answer was lost.
+    if (shifted_version_ >= 0 && version >= shifted_version_) unbelieved_ms_ = 0;
+    shifted_version_ = -1;
+    NoticeClockJump();
+    looked = clock_.Monotonic();
+    believes = BelievesClock();
+    now = believes ? clock_.Wall() : Now();
+    if (believes) {
+      next->ClockJumped(Milliseconds(unbelieved_ms_.load()), now);
+      shifted_version_ = version + 1;
+    }
+    const core::Status member = KeepMembership(turn, *next, entry, now);
+    if (!member.ok()) return member;
+    if (entry == Entry::kJoins) next->Recover(now, options_.member);
+    InterruptLostRuns(turn, now);
+    NoticeRuns(*next, now);
+    for (Request& request : requests) request.input(*next, now);
+    next->Tick(now);
+    const std::vector<LabEvent> events = ToEvents(next->TakeNotices(), now);
+    const Changes changes = next->TakeChanges();
+    if (entry == Entry::kJoins || std::exchange(use_unknown_, false)) {
+      turn.NoteUse(next->state(), AllRigs(next->state()), now);
+    }
+    if (changes.empty() && events.empty()) return core::Done{};
+    turn.Save(changes, ++version);
+    turn.NoteUse(next->state(), changes.rigs, now);
+    turn.AddEvents(events);
+    return core::Done{};
+  });
   if (!stored.ok()) {
     version_ = -1;            // after a failure the next turn loads the state from the disk
     checked_epochs_.clear();  // its result may be lost, so the check is repeated
@@ -346,6 +419,8 @@ core::Status LabService::Transact(std::deque<Request>& requests, Entry entry) {
     if (replaced) FenceForReplacement(next->state());
     return stored;
   }
+  if (believes) unbelieved_ms_ = 0;
+  shifted_version_ = -1;
   in_force_until_ = looked + (member_until_ - now);
   // Fence before any answer is sent: a run or a command of an older epoch must not continue after
   // it.

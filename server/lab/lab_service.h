@@ -38,7 +38,7 @@ class RigDuties {
 };
 
 struct LabServiceOptions {
-  Policy policy;
+  Policy policy;  ///< its settings until an admin changes them
   Milliseconds tick{1000};
   /// This server's id among the members of the database. Its rigs are those that it has claimed.
   std::string member = "local";
@@ -51,6 +51,10 @@ struct LabServiceOptions {
   Milliseconds clock_error_max{0};
   /// How long the start waits for the place of a dead process. Real time.
   Milliseconds join_patience{0};
+  /// Inputs are computed on the caller's thread, one caller at a time, and time passes by TickNow
+  /// only: a rehearsal gives the same result each time. Then the store may throw, which leaves this
+  /// service as a process that has died.
+  bool own_thread = true;
   /// Called after a new state is published, also when another server made it. On the service's
   /// thread: must not block. May be empty.
   std::function<void()> changed{};
@@ -67,6 +71,10 @@ struct LabServiceOptions {
 class LabService {
  public:
   static core::Result<std::unique_ptr<LabService>> Open(Database& database,
+                                                        const Clock& clock,
+                                                        RigDuties& duties,
+                                                        LabServiceOptions options);
+  static core::Result<std::unique_ptr<LabService>> Open(std::unique_ptr<LabStore> store,
                                                         const Clock& clock,
                                                         RigDuties& duties,
                                                         LabServiceOptions options);
@@ -94,7 +102,9 @@ class LabService {
   /// The last stored state. Immutable, shared.
   std::shared_ptr<const LabState> state() const;
   core::Result<std::vector<LabEvent>> EventsSince(UserId user, std::int64_t since, int limit);
-  WallTime Now() const { return clock_.Wall(); }
+  /// The lab's time: the wall clock, but a step of it counts after 5 minutes only, because somebody
+  /// may set the clock back.
+  WallTime Now() const { return clock_.Wall() - Milliseconds(unbelieved_ms_.load()); }
   /// The member that has this rig; nullopt when no member has it.
   std::optional<Member> MemberOf(const RigId& rig) const;
   /// nullopt when no live member has this id.
@@ -102,10 +112,14 @@ class LabService {
   /// The live members besides this one.
   std::vector<Member> Others() const;
   const std::string& member() const { return options_.member; }
+  /// Member::boot of this process's present membership. A process that has lost its place and joins
+  /// again has another one.
+  std::string boot() const;
   /// Whether this process is still a member, by its own clock. A process that was frozen, or cut
   /// off from the database, may have lost its rigs before it learns of it. Any thread; cheap.
   bool InForce() const;
-  const Policy& policy() const { return options_.policy; }
+  /// With the settings of state().
+  Policy policy() const;
 
  private:
   using Input = std::function<void(Scheduler&, WallTime)>;
@@ -116,17 +130,21 @@ class LabService {
     std::promise<core::Status> stored;
   };
 
-  LabService(Database& database, const Clock& clock, RigDuties& duties, LabServiceOptions options);
+  LabService(std::unique_ptr<LabStore> store,
+             const Clock& clock,
+             RigDuties& duties,
+             LabServiceOptions options);
   core::Status Submit(Input input);
   void Main();
   void Turn(std::deque<Request> requests);
   core::Status Transact(std::deque<Request>& requests, Entry entry);
-  void NoticeClockJump(Scheduler& next);
+  void NoticeClockJump();
+  bool BelievesClock() const;
   void NoticeRuns(Scheduler& next, WallTime now);
-  core::Status KeepMembership(Transaction& tx, Scheduler& next, Entry entry, WallTime now);
+  core::Status KeepMembership(LabTurn& turn, Scheduler& next, Entry entry, WallTime now);
   Milliseconds ClockOffset() const;
-  core::Status CheckClock(Transaction& tx);
-  void InterruptLostRuns(Transaction& tx, WallTime now);
+  core::Status CheckClock(LabTurn& turn);
+  void InterruptLostRuns(LabTurn& turn, WallTime now);
   bool MayRemove();
   bool IsOwn(const Rig& rig) const { return rig.server == options_.member; }
   void Publish(Scheduler next, std::int64_t version);
@@ -134,11 +152,10 @@ class LabService {
   void FenceForReplacement(const LabState& state);
   void StartChecks();
 
-  Database& database_;
+  const std::unique_ptr<LabStore> store_;
   const Clock& clock_;
   RigDuties& duties_;
   const LabServiceOptions options_;
-  const std::string boot_;
 
   // Used by the service's thread only.
   Scheduler scheduler_;
@@ -148,11 +165,16 @@ class LabService {
   std::map<RigId, std::uint64_t> checked_epochs_;  ///< epoch of the newest check begun on each rig
   WallTime last_wall_{};
   MonotonicTime last_monotonic_{};
-  Milliseconds checked_offset_{};  ///< wall minus monotonic time, when last found right
+  /// Steps of the wall clock that the lab's time has not followed yet.
+  std::atomic<std::int64_t> unbelieved_ms_{0};
+  MonotonicTime jumped_at_{};          ///< the newest of these steps
+  std::int64_t shifted_version_ = -1;  ///< of the turn that follows them; it may not be stored
+  Milliseconds checked_offset_{};      ///< wall minus monotonic time, when last found right
   MonotonicTime last_turn_{};
   std::atomic<MonotonicTime> in_force_until_{};  ///< end of the member's lease, as last stored
   WallTime member_until_{};                      ///< the same in the transaction of this turn
   MonotonicTime remove_from_{};
+  bool use_unknown_ = false;   ///< what the rigs are used for, after a time without any server
   MonotonicTime last_look_{};  ///< last search for runs whose end was not stored
   std::map<std::string, MonotonicTime>
       past_runs_;  ///< the time since when their leases are known to have ended
@@ -162,6 +184,7 @@ class LabService {
   std::deque<Request> requests_;
   std::shared_ptr<const LabState> published_;
   std::vector<Member> members_;  ///< as of the last turn
+  std::string boot_;
   bool stopping_ = false;
   std::thread thread_;
 };

@@ -7,6 +7,8 @@
 #include <string>
 #include <type_traits>
 
+#include "server/lab/policy_settings.h"
+
 namespace faultlab::server::lab::lab_store {
 namespace {
 
@@ -26,6 +28,7 @@ void Fields(Rig& rig, Visit&& visit) {
   visit("wear_ms", rig.wear);
   visit("reason", rig.reason);
   visit("server", rig.server);
+  visit("check_failed", rig.check_failed);
 }
 
 template <typename Visit>
@@ -35,6 +38,7 @@ void Fields(Outage& outage, Visit&& visit) {
   visit("start_ms", outage.during.start);
   visit("end_ms", outage.during.end);
   visit("reason", outage.reason);
+  visit("fallen", outage.fallen);
 }
 
 template <typename Visit>
@@ -88,6 +92,7 @@ void Fields(Session& session, Visit&& visit) {
   visit("last_control_ms", session.last_control);
   visit("charged_from_ms", session.charged_from);
   visit("run_in_progress", session.run_in_progress);
+  visit("extended_ms", session.extended);
   visit("warning_stage", session.warning_stage);
   visit("idle_answer_ms", session.idle_answer_until);
   visit("offered_to", session.offered_to);
@@ -100,7 +105,23 @@ void Fields(Usage& usage, Visit&& visit) {
   visit("user_id", usage.user);
   visit("seconds", usage.seconds);
   visit("at_ms", usage.at);
+  visit("week", usage.week);
+  visit("this_week_ms", usage.this_week);
 }
+
+/// A setting of the policy by name: one that is added later needs no column.
+struct StoredSetting {
+  std::string name;
+  std::int64_t value = 0;
+};
+
+template <typename Visit>
+void Fields(StoredSetting& setting, Visit&& visit) {
+  visit("name", setting.name);
+  visit("value", setting.value);
+}
+
+constexpr const char* kVersionSetting = "version";
 
 // Ids, enums, flags and times are stored as whole numbers; an absent time is 0.
 
@@ -277,6 +298,13 @@ LabState Load(Transaction& tx) {
   ForEachRow<Session>(
       tx, "lab_session WHERE state < 2", [&](const Session& s) { state.sessions[s.id] = s; });
   ForEachRow<Usage>(tx, "lab_usage", [&](const Usage& u) { state.usage[u.user] = u; });
+  ForEachRow<StoredSetting>(tx, "lab_policy", [&](const StoredSetting& stored) {
+    if (!state.settings) state.settings.emplace();
+    if (stored.name == kVersionSetting) state.settings->version = stored.value;
+    for (const PolicySetting& each : kPolicySettings) {
+      if (each.name == stored.name) SetValue(*state.settings, each, stored.value);
+    }
+  });
   return state;
 }
 
@@ -307,6 +335,14 @@ void Save(Transaction& tx, const Changes& changes, std::int64_t version) {
   }
   for (const Booking& booking : changes.bookings) Put(tx, "lab_booking", booking);
   for (const Usage& usage : changes.usage) Put(tx, "lab_usage", usage);
+  if (changes.settings) {
+    Put(tx, "lab_policy", StoredSetting{kVersionSetting, changes.settings->version});
+    for (const PolicySetting& each : kPolicySettings) {
+      Put(tx,
+          "lab_policy",
+          StoredSetting{std::string(each.name), ValueOf(*changes.settings, each)});
+    }
+  }
   tx.sql() << "UPDATE lab_meta SET version = :version, next_id = :next WHERE id = 1",
       use(version, "version"), use(changes.next_id, "next");
 }
@@ -316,10 +352,14 @@ void AddEvents(Transaction& tx, const std::vector<LabEvent>& events) {
     const std::int64_t user = Number(event.user);
     const std::int64_t at_ms = ToMilliseconds(event.at);
     const std::int64_t session = Number(event.session);
-    tx.sql() << "INSERT INTO lab_event (user_id, at_ms, topic, text, session) "
-                "VALUES (:user, :at, :topic, :text, :session)",
+    const std::int64_t other = Number(event.other);
+    const std::int64_t time_ms = ToNumber(event.time);
+    tx.sql() << "INSERT INTO lab_event (user_id, at_ms, topic, text, session, rig, other_id, why, "
+                "reason, time_ms) VALUES (:user, :at, :topic, :text, :session, :rig, :other, :why, "
+                ":reason, :time)",
         use(user, "user"), use(at_ms, "at"), use(event.topic, "topic"), use(event.text, "text"),
-        use(session, "session");
+        use(session, "session"), use(event.rig, "rig"), use(other, "other"), use(event.why, "why"),
+        use(event.reason, "reason"), use(time_ms, "time");
   }
 }
 
@@ -327,15 +367,27 @@ std::vector<LabEvent> EventsSince(Transaction& tx, UserId user, std::int64_t sin
   LabEvent event;
   std::int64_t at_ms = 0;
   std::int64_t session = 0;
+  std::int64_t other = 0;
+  std::int64_t time_ms = 0;
+  std::int64_t start_ms = 0;
   const std::int64_t user_id = Number(user);
   soci::statement statement =
-      (tx.sql().prepare << "SELECT seq, at_ms, topic, text, session FROM lab_event "
-                           "WHERE user_id = :user AND seq > :since ORDER BY seq LIMIT :count",
+      (tx.sql().prepare
+           << "SELECT e.seq, e.at_ms, e.topic, e.text, e.session, e.rig, e.other_id, "
+              "e.why, e.reason, e.time_ms, COALESCE(s.start_ms, e.at_ms) FROM lab_event e "
+              "LEFT JOIN lab_session s ON s.id = e.session "
+              "WHERE e.user_id = :user AND e.seq > :since ORDER BY e.seq LIMIT :count",
        into(event.seq),
        into(at_ms),
        into(event.topic),
        into(event.text),
        into(session),
+       into(event.rig),
+       into(other),
+       into(event.why),
+       into(event.reason),
+       into(time_ms),
+       into(start_ms),
        use(user_id, "user"),
        use(since, "since"),
        use(limit, "count"));
@@ -345,6 +397,9 @@ std::vector<LabEvent> EventsSince(Transaction& tx, UserId user, std::int64_t sin
     event.user = user;
     event.at = FromMilliseconds(at_ms);
     event.session = SessionId{session};
+    event.other = UserId{other};
+    FromNumber(time_ms, event.time);
+    event.session_start = FromMilliseconds(start_ms);
     out.push_back(event);
   }
   return out;

@@ -36,6 +36,9 @@ struct Interval {
   friend auto operator<=>(const Interval&, const Interval&) = default;
 };
 
+/// "2026-01-05 12:40 UTC", for sentences.
+std::string UtcText(WallTime time);
+
 enum class RigStatus : std::uint8_t {
   kOffline,
   kReady,
@@ -52,11 +55,12 @@ struct Rig {
   std::string rig_class;
   bool elastic = false;  ///< a simulator that is built anew for each lease: no queue and no check
   RigStatus status = RigStatus::kOffline;
-  std::uint64_t epoch = 0;  ///< increases with every holder and every cleaning
-  WallTime cleaning_due{};  ///< kCleaning: the check fails then; kOffline: no check before
-  Milliseconds wear{};      ///< total time in sessions
-  std::string reason;       ///< why the rig is not ready, for people
-  std::string server;       ///< the member that has the rig; empty: none
+  std::uint64_t epoch = 0;    ///< increases with every holder and every cleaning
+  WallTime cleaning_due{};    ///< kCleaning: the check fails then; kOffline: no check before
+  Milliseconds wear{};        ///< total time in sessions
+  std::string reason;         ///< why the rig is not ready, for people
+  std::string server;         ///< the member that has the rig; empty: none
+  bool check_failed = false;  ///< kQuarantined: by its check, and `reason` is what the check found
   friend bool operator==(const Rig&, const Rig&) = default;
 };
 
@@ -66,6 +70,8 @@ struct Outage {
   RigId rig;
   Interval during;
   std::string reason;
+  /// Whose bookings it has cancelled, and when those were: WriteFallen() in notices.h.
+  std::string fallen;
   friend bool operator==(const Outage&, const Outage&) = default;
 };
 
@@ -152,7 +158,8 @@ struct Session {
   WallTime last_control{};
   WallTime charged_from{};
   bool run_in_progress = false;
-  int warning_stage = 0;  ///< 0 none, 1 = 5 min, 2 = 1 min, 3 = 30 s
+  Milliseconds extended{};  ///< by how much automatic extensions have moved its end
+  int warning_stage = 0;    ///< 0 none, 1 = 5 min, 2 = 1 min, 3 = 30 s
   std::optional<WallTime> idle_answer_until;
   UserId offered_to{};  ///< user to whom control was offered
   EndReason end_reason = EndReason::kNone;
@@ -165,6 +172,8 @@ struct Usage {
   UserId user{};
   double seconds = 0.0;
   WallTime at{};
+  std::int64_t week = 0;     ///< WeekOf the newest use
+  Milliseconds this_week{};  ///< use in that week, for PolicySettings::week_max
   friend bool operator==(const Usage&, const Usage&) = default;
 };
 
@@ -174,16 +183,24 @@ struct Notice {
   SessionId session{};
   std::string topic;  ///< "offer", "place", "warning", "extended", "idle", "ended", "no_show", ..
   std::string text;
+  RigId rig;        ///< empty: of no certain rig
+  UserId other{};   ///< who did it, or got it; none: the lab itself
+  std::string why;  ///< the words of a person or of the rig; may be empty
+  /// What the lab had to do it for: "limit", "queue", "booking", "outage", "rig_out", "rig_gone",
+  /// "none_free", "replanned", "clock"; may be empty.
+  std::string reason{};
+  /// Of "warning" and "shortened" the end of the session; of a booking its start.
+  std::optional<WallTime> time{};
 };
 
-struct Policy {
-  Milliseconds member_lease{10'000};  ///< a server that is silent for longer is removed
-  Milliseconds offer{45'000};
-  Milliseconds grace{180'000};
-  Milliseconds cleaning{30'000};       ///< reserved on the timeline behind every session
-  Milliseconds cleaning_max{120'000};  ///< longer than this: quarantine
-  Milliseconds check_pause{10'000};    ///< between checks that a rig does not let begin
+/// What an admin may change while the lab runs; stored with the state. kPolicySettings in
+/// policy_settings.h lists the names and limits.
+struct PolicySettings {
+  std::int64_t version = 0;     ///< rises with each change; 0: never changed
+  Milliseconds offer{45'000};   ///< to accept an offered rig
+  Milliseconds grace{180'000};  ///< to claim a due booking
   Milliseconds extend_step{600'000};
+  Milliseconds extended_max{std::chrono::hours(4)};  ///< of all extensions of one session
   Milliseconds idle{180'000};
   Milliseconds idle_answer{60'000};
   Milliseconds session_min{300'000};
@@ -191,15 +208,28 @@ struct Policy {
   Milliseconds booking_min{300'000};
   Milliseconds booking_max{14'400'000};
   Milliseconds booking_ahead{std::chrono::hours(24 * 60)};
+  Milliseconds no_show_charge{600'000};
+  Milliseconds week_max{};  ///< on real rigs, per user and calendar week (UTC); 0: no limit
+  int live_bookings_max = 3;
+  int waiting_jobs_max = 64;  ///< per user and class
+  friend bool operator==(const PolicySettings&, const PolicySettings&) = default;
+};
+
+/// All numbers of the rules. Those outside PolicySettings are properties of the lab's machines and
+/// of its order, the same for all members.
+struct Policy : PolicySettings {
+  Milliseconds member_lease{10'000};   ///< a server that is silent for longer is removed
+  Milliseconds cleaning{30'000};       ///< reserved on the timeline behind every session
+  Milliseconds cleaning_max{120'000};  ///< longer than this: quarantine
+  Milliseconds check_pause{10'000};    ///< between checks that a rig does not let begin
   Milliseconds heal_ahead{900'000};
   Milliseconds half_life{std::chrono::hours(24 * 7)};
-  Milliseconds no_show_charge{600'000};
-  int live_bookings_max = 3;
-  int waiting_jobs_max = 64;        ///< per user and class
   double job_weight_s = -21'600.0;  ///< a job is treated as if it had come six hours later
   double age_weight_per_s = 1.0;
-  double fresh_user_bonus_s = 1800.0;  ///< bonus of a user without past use
-  double use_quota_s = 7200.0;         ///< past use that halves the bonus
+  double fresh_user_bonus_s = 1800.0;   ///< bonus of a user without past use
+  double use_quota_s = 7200.0;          ///< past use that halves the bonus
+  Milliseconds asked_together{60'000};  ///< among those who ask within this time the score decides
+  Milliseconds keeps_place{900'000};    ///< whose first estimate is so near is not overtaken
 };
 
 /// Everything that has not ended. Ended things are removed after TakeChanges().
@@ -210,6 +240,7 @@ struct LabState {
   std::map<BookingId, Booking> bookings;
   std::map<SessionId, Session> sessions;
   std::map<UserId, Usage> usage;
+  std::optional<PolicySettings> settings;  ///< nullopt: nobody has changed them
   std::int64_t next_id = 1;
   friend bool operator==(const LabState&, const LabState&) = default;
 };

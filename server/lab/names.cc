@@ -1,4 +1,6 @@
 #include <array>
+#include <chrono>
+#include <cstdio>
 
 #include "server/lab/lab_types.h"
 
@@ -11,6 +13,22 @@ std::string_view Pick(const std::array<std::string_view, N>& names, Enum value) 
 }
 
 }  // namespace
+
+std::string UtcText(WallTime time) {
+  const auto day = std::chrono::floor<std::chrono::days>(time);
+  const std::chrono::year_month_day date(day);
+  const std::chrono::hh_mm_ss clock(time - day);
+  std::array<char, 64> text;
+  std::snprintf(text.data(),
+                text.size(),
+                "%04d-%02u-%02u %02d:%02d UTC",
+                static_cast<int>(date.year()),
+                static_cast<unsigned>(date.month()),
+                static_cast<unsigned>(date.day()),
+                static_cast<int>(clock.hours().count()),
+                static_cast<int>(clock.minutes().count()));
+  return text.data();
+}
 
 std::string_view Name(RigStatus status) {
   static constexpr std::array<std::string_view, 6> kNames = {

@@ -53,8 +53,11 @@ constexpr std::array kPlaces = {
     Place{"lab_ticket", "id, rig_class, created_ms, state", "user_id = :id"},
     Place{"lab_booking", "id, rig_class, rig, start_ms, end_ms, state, note", "user_id = :id"},
     Place{"lab_session", "id, rig, start_ms, hard_end_ms, state, end_text", "user_id = :id"},
-    Place{"lab_usage", "seconds, at_ms", "user_id = :id"},
-    Place{"lab_event", "at_ms, topic, text", "user_id = :id"},
+    Place{"lab_usage", "seconds, at_ms, week, this_week_ms", "user_id = :id"},
+    Place{"lab_event", "at_ms, topic, text, rig, why, reason, time_ms", "user_id = :id"},
+    Place{"mail_choice", "address, language, kinds, asked_ms, verified_ms", "account_id = :id"},
+    Place{"outbox", "channel, kind, about, created_ms, state", "account_id = :id"},
+    Place{"alarm", "kind, subject, acked_ms", "acked_by = :id"},
     Place{"audit_log", "at_ms, actor, verb, object, detail", "actor = :owner OR object = :owner"},
 };
 
@@ -135,7 +138,8 @@ core::Status CheckAtRest(Transaction& tx, std::int64_t account_id) {
     if (count == 0) continue;
     return Error{ErrorCode::kConflict,
                  std::string("this account has ") + living.what + "; end it first",
-                 ""};
+                 "",
+                 "internal"};
   }
   return Done{};
 }
@@ -244,6 +248,8 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
                               "api_key",
                               "one_time_link",
                               "calendar_link",
+                              "mail_choice",
+                              "outbox",
                               "enrolment",
                               "course_invitation"}) {
       tx.sql() << std::string("DELETE FROM ") + table + " WHERE account_id = :id",

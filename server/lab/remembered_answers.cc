@@ -59,12 +59,16 @@ core::Result<std::optional<RememberedAnswers::Answer>> RememberedAnswers::Begin(
                 "AND idempotency_key = :key",
         into(answer.status), into(answer.body), into(hash), use(owner, "owner"), use(key, "key");
     if (hash != request_hash) {
-      return Error{
-          ErrorCode::kConflict, "This key came with another request before.", "Idempotency-Key"};
+      return Error{ErrorCode::kConflict,
+                   "This key came with another request before.",
+                   "Idempotency-Key",
+                   "key_of_other_request"};
     }
     if (answer.status == 0) {
-      return Error{
-          ErrorCode::kBusy, "The first request with this key is being done.", "Idempotency-Key"};
+      return Error{ErrorCode::kBusy,
+                   "The first request with this key is being done.",
+                   "Idempotency-Key",
+                   "first_request_goes_on"};
     }
     return MaybeAnswer{answer};
   });

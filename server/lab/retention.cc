@@ -5,6 +5,7 @@
 #include <chrono>
 #include <set>
 
+#include "server/lab/rig_use.h"
 #include "server/storage/picture_store.h"
 
 namespace faultlab::server::lab {
@@ -14,6 +15,8 @@ using soci::into;
 using soci::use;
 
 constexpr int kTurnMax = 10'000;
+/// Longer than what is shown of it, 30 days.
+constexpr auto kUseKept = std::chrono::hours(24 * 40);
 
 /// Excludes recordings that are still needed.
 constexpr const char* kNotInUse =
@@ -136,6 +139,7 @@ core::Result<RetentionReport> Retain(Database& database,
       report.stale = Sweep(tx, "one_time_link WHERE expires_ms < :before", before_ms, remove) +
                      Sweep(tx, "sign_in WHERE expires_ms < :before", before_ms, remove);
     }
+    if (remove) rig_use::Forget(tx, now - kUseKept);
     const bool any = !report.items.empty() || report.news > 0 || report.stale > 0;
     if (remove && any) {
       const std::int64_t now_ms = ToMilliseconds(now);

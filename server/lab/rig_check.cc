@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <sstream>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -40,22 +41,55 @@ RigVerdict Failed(std::string text) {
   return {false, std::move(text), std::nullopt};
 }
 
-/// The first quantity outside the tolerances about `centre`; empty when all are inside. NaN is
-/// outside.
-std::string Outside(const RigBand& found,
-                    const RigBand& centre,
-                    const RigBand& spread,
-                    const Tolerance& tolerance) {
-  const double direct = found.b0d / centre.b0d;
-  if (!(std::abs(direct - 1.0) <= std::max(tolerance.gain, kSpreads * spread.b0d))) {
-    return "b0d is " + std::to_string(direct) + " of its norm";
+RigVerdict FailedAt(RigVerdict verdict, CheckStep step) {
+  verdict.passed = false;
+  verdict.text = step.text;
+  verdict.steps.push_back(std::move(step));
+  return verdict;
+}
+
+std::string PositionText(const hardware::SelfTestPosition& position) {
+  std::ostringstream text;
+  text << core::Name(position.component) << " = " << position.value << ", " << position.line;
+  return text.str();
+}
+
+/// The three quantities against the tolerances about `centre`. NaN is outside.
+std::vector<CheckStep> Compare(const RigBand& found,
+                               const RigBand& centre,
+                               const RigBand& spread,
+                               const Tolerance& tolerance) {
+  std::vector<CheckStep> steps;
+  const auto gain = [&](const char* name, double RigBand::*quantity) {
+    const double share = std::max(tolerance.gain, kSpreads * spread.*quantity);
+    const double middle = centre.*quantity;
+    const double ratio = found.*quantity / middle;
+    CheckStep step{.step = name};
+    step.passed = std::abs(ratio - 1.0) <= share;
+    const double reach = share * std::abs(middle);
+    step.figure = {found.*quantity, middle - reach, middle + reach, "1/V"};
+    if (!step.passed) {
+      step.text = std::string(name) + " is " + std::to_string(ratio) + " of its norm";
+    }
+    steps.push_back(std::move(step));
+  };
+  gain("b0d", &RigBand::b0d);
+  gain("gain", &RigBand::gain);
+  CheckStep pole{.step = "a1d"};
+  const double reach = std::max(tolerance.pole, kSpreads * spread.a1d);
+  pole.passed = std::abs(found.a1d - centre.a1d) <= reach;
+  pole.figure = {found.a1d, centre.a1d - reach, centre.a1d + reach, ""};
+  if (!pole.passed) {
+    pole.text = "a1d is " + std::to_string(found.a1d) + ", its norm " + std::to_string(centre.a1d);
   }
-  const double ratio = found.gain / centre.gain;
-  if (!(std::abs(ratio - 1.0) <= std::max(tolerance.gain, kSpreads * spread.gain))) {
-    return "gain is " + std::to_string(ratio) + " of its norm";
-  }
-  if (!(std::abs(found.a1d - centre.a1d) <= std::max(tolerance.pole, kSpreads * spread.a1d))) {
-    return "a1d is " + std::to_string(found.a1d) + ", its norm " + std::to_string(centre.a1d);
+  steps.push_back(std::move(pole));
+  return steps;
+}
+
+/// Why the first failed step failed; empty when all passed.
+std::string FirstFailure(const std::vector<CheckStep>& steps) {
+  for (const CheckStep& step : steps) {
+    if (!step.passed) return step.text;
   }
   return {};
 }
@@ -81,7 +115,8 @@ core::Result<RigBand> EstimateOf(std::span<const core::Sample> samples,
   if (band) return *band;
   return core::Error{core::ErrorCode::kInvalid,
                      "the check's record gives no estimate: " + std::string(Name(swa.status)),
-                     ""};
+                     "",
+                     "check_no_estimate"};
 }
 
 /// Mean and standard deviation over `bands` of one quantity.
@@ -162,47 +197,67 @@ RigVerdict JudgeCheck(std::span<const core::Sample> samples,
                       const RigNorm& norm,
                       const std::optional<RigBand>& band) {
   const core::Result<RigBand> found = EstimateOf(samples, bench, delta_s);
-  if (!found) return Failed(found.error().message);
   RigVerdict verdict;
+  if (!found) return FailedAt(verdict, {.step = "record", .text = found.error().message});
   verdict.measured = found.value();
-  verdict.text = Outside(found.value(), band.value_or(norm.centre), norm.spread, kHealthy);
+  verdict.steps = Compare(found.value(), band.value_or(norm.centre), norm.spread, kHealthy);
+  verdict.text = FirstFailure(verdict.steps);
   verdict.passed = verdict.text.empty();
   return verdict;
 }
 
 core::Status CheckBand(const RigBand& measured, const RigNorm& norm) {
-  const std::string outside = Outside(measured, norm.centre, norm.spread, kCommissioned);
+  const std::string outside =
+      FirstFailure(Compare(measured, norm.centre, norm.spread, kCommissioned));
   if (outside.empty()) return core::Done{};
   return core::Error{core::ErrorCode::kInvalid,
                      "too far from the data sheet to be this rig's norm: " + outside,
-                     ""};
+                     "",
+                     "too_far_from_data_sheet"};
 }
 
 RigVerdict CheckRig(hardware::Rig& rig, hardware::Epoch epoch, const std::optional<RigBand>& band) {
+  RigVerdict so_far;
   if (const std::optional<hardware::Trip> held = rig.trip()) {
-    return Failed("the interlock " + held->name + " holds the rig: an operator must clear it");
+    return FailedAt(
+        so_far,
+        {.step = "interlock",
+         .text = "the interlock " + held->name + " holds the rig: an operator must clear it"});
   }
+  so_far.steps.push_back({.step = "interlock", .passed = true});
+  const auto ended_by = [&so_far](const core::Error& error, const char* step) {
+    const RigVerdict verdict = VerdictOf(error);
+    RigVerdict out = FailedAt(so_far, {.step = step, .text = verdict.text});
+    out.put_off = verdict.put_off;
+    return out;
+  };
   const core::Result<hardware::SelfTestReport> relays = rig.SelfTest(epoch);
-  if (!relays) return VerdictOf(relays.error());
+  if (!relays) return ended_by(relays.error(), "relay");
+  for (const hardware::SelfTestPosition& position : relays.value().positions) {
+    CheckStep step{.step = "relay", .subject = PositionText(position), .passed = position.ok};
+    if (!position.ok) step.text = "relay " + position.line + ": " + position.text;
+    so_far.steps.push_back(std::move(step));
+  }
+  so_far.text = FirstFailure(so_far.steps);
+  if (!so_far.text.empty()) return so_far;
   if (!relays.value().ok) {
-    for (const auto& position : relays.value().positions) {
-      if (!position.ok) return Failed("relay " + position.line + ": " + position.text);
-    }
-    return Failed("the relays do not answer");
+    return FailedAt(so_far, {.step = "relay", .text = "the relays do not answer"});
   }
   const core::Bench& bench = *rig.description().bench;
   auto uc_v = core::Generate(bench.excitation, CheckSeconds(bench), bench.period_s);
-  if (!uc_v) return VerdictOf(uc_v.error());
+  if (!uc_v) return ended_by(uc_v.error(), "record");
   hardware::RunPlan plan;
   plan.period_s = bench.period_s;
   plan.uc_v = std::move(uc_v).value();
   const core::Result<std::vector<core::Sample>> samples =
       hardware::PlayRun(rig, epoch, std::move(plan), "the check");
-  if (!samples) return VerdictOf(samples.error());
+  if (!samples) return ended_by(samples.error(), "record");
   const double delta_s = rig.description().delta_s;
   const core::Result<RigNorm> norm = NominalNorm(bench, delta_s);
-  if (!norm) return Failed(norm.error().message);
-  return JudgeCheck(samples.value(), bench, delta_s, norm.value(), band);
+  if (!norm) return FailedAt(so_far, {.step = "norm", .text = norm.error().message});
+  RigVerdict verdict = JudgeCheck(samples.value(), bench, delta_s, norm.value(), band);
+  verdict.steps.insert(verdict.steps.begin(), so_far.steps.begin(), so_far.steps.end());
+  return verdict;
 }
 
 }  // namespace faultlab::server::lab

@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/types/result.h"
 #include "core/types/sample.h"
@@ -32,13 +33,31 @@ struct RigNorm {
 /// excitation gives no estimate.
 core::Result<RigNorm> NominalNorm(const core::Bench& bench, double delta_s);
 
+/// One step of a check, in the order in which it was made. A check ends at its first failed step,
+/// but for the relays and the estimate, of which every line is looked at.
+struct CheckStep {
+  struct Figure {
+    double measured = 0.0;
+    double low = 0.0;  ///< allowed
+    double high = 0.0;
+    std::string unit;  ///< "1/V", "" for a1d, "V" or "A" of a contact
+  };
+  /// "interlock", "relay", "record", "b0d", "gain", "a1d", "norm", "contact".
+  std::string step{};
+  std::string subject{};  ///< of a relay or contact: "R1 = 56, Do1"
+  bool passed = false;
+  std::optional<Figure> figure{};
+  std::string text{};  ///< what is wrong, for the operator
+};
+
 struct RigVerdict {
   bool passed = false;
-  std::string text;                   ///< what failed, for the operator
+  std::string text{};                 ///< what failed, for the operator
   std::optional<RigBand> measured{};  ///< set when the record gave an estimate
   /// Nothing was checked, because the rig did not accept the lease (another lab holds it, its
   /// messages do not arrive). The check is tried again; the rig's health is unknown.
   bool put_off = false;
+  std::vector<CheckStep> steps{};  ///< as far as the check came
 };
 /// The verdict of a check that ended with an error. What was this server's own silence (kBusy of
 /// PlayRun) is put off. If the rig has seen a higher epoch than the

@@ -4,6 +4,7 @@
 
 #include "core/types/check.h"
 #include "server/lab/fair_order.h"
+#include "server/lab/policy_settings.h"
 
 namespace faultlab::server::lab {
 namespace {
@@ -34,10 +35,65 @@ bool Ended(const Session& session) {
 
 bool Changes::empty() const {
   return rigs.empty() && outages.empty() && ended_outages.empty() && tickets.empty() &&
-         bookings.empty() && sessions.empty() && usage.empty();
+         bookings.empty() && sessions.empty() && usage.empty() && !settings;
 }
 
-Scheduler::Scheduler(Policy policy, LabState state) : policy_(policy), state_(std::move(state)) {}
+Scheduler::Scheduler(Policy policy, LabState state) : policy_(policy), state_(std::move(state)) {
+  if (state_.settings) static_cast<PolicySettings&>(policy_) = *state_.settings;
+}
+
+core::Result<PolicySettings> Scheduler::ChangePolicy(PolicySettings settings, WallTime now) {
+  if (settings.version != policy_.version) {
+    return core::Error{
+        core::ErrorCode::kStale, "the policy has changed; look at it again", "", "policy_changed"};
+  }
+  const core::Status good = CheckSettings(settings);
+  if (!good.ok()) return good.error();
+  ++settings.version;
+  static_cast<PolicySettings&>(policy_) = settings;
+  state_.settings = settings;
+  touched_settings_ = true;
+  Tick(now);
+  return settings;
+}
+
+bool Scheduler::IsElastic(const std::string& rig_class) const {
+  return std::any_of(state_.rigs.begin(), state_.rigs.end(), [&](const auto& entry) {
+    return entry.second.rig_class == rig_class && entry.second.elastic;
+  });
+}
+
+Milliseconds Scheduler::WeekUse(UserId user, WallTime at) const {
+  const std::int64_t week = WeekOf(at);
+  Milliseconds use{};
+  const auto past = state_.usage.find(user);
+  if (past != state_.usage.end() && past->second.week == week) use += past->second.this_week;
+  for (const auto& [id, session] : state_.sessions) {
+    const bool counts = !Ended(session) && session.kind == TicketKind::kPerson &&
+                        session.user == user && WeekOf(session.charged_from) == week;
+    if (counts && !IsElastic(session.rig_class)) use += session.hard_end - session.charged_from;
+  }
+  for (const auto& [id, booking] : state_.bookings) {
+    const bool counts = booking.state == BookingState::kBooked && booking.user == user &&
+                        WeekOf(booking.during.start) == week;
+    if (counts && !IsElastic(booking.rig_class)) use += booking.during.length();
+  }
+  return use;
+}
+
+core::Status Scheduler::CheckWeek(UserId user,
+                                  const std::string& rig_class,
+                                  Milliseconds more,
+                                  WallTime at) const {
+  if (policy_.week_max == Milliseconds{0} || IsElastic(rig_class)) return core::Done{};
+  if (WeekUse(user, at) + more <= policy_.week_max) return core::Done{};
+  return core::Error{
+      core::ErrorCode::kConflict,
+      "your time of this week is used: " + LengthText(policy_.week_max) + " per person and week",
+      "",
+      "week_full",
+      {{"most", std::to_string(policy_.week_max / std::chrono::minutes(1))}}};
+}
 
 Rig* Scheduler::FindRig(const RigId& id) {
   const auto found = state_.rigs.find(id);
@@ -77,15 +133,29 @@ Ticket* Scheduler::LiveTicketOf(UserId user, const std::string& rig_class) {
   return nullptr;
 }
 
+/// A job is nobody.
 bool Scheduler::SomebodyWaits(const std::string& rig_class) const {
   return std::any_of(state_.tickets.begin(), state_.tickets.end(), [&](const auto& entry) {
-    return entry.second.state == TicketState::kWaiting && entry.second.rig_class == rig_class;
+    const Ticket& ticket = entry.second;
+    return ticket.kind == TicketKind::kPerson && ticket.state == TicketState::kWaiting &&
+           ticket.rig_class == rig_class;
   });
 }
 
 void Scheduler::Notify(UserId user, std::string topic, std::string text, SessionId session) {
-  if (user == UserId{}) return;  // guests get no messages
-  notices_.push_back({user, session, std::move(topic), std::move(text)});
+  Notice notice;
+  notice.user = user;
+  notice.session = session;
+  notice.topic = std::move(topic);
+  notice.text = std::move(text);
+  Notify(std::move(notice));
+}
+
+void Scheduler::Notify(Notice notice) {
+  if (notice.user == UserId{}) return;  // guests get no messages
+  const auto session = state_.sessions.find(notice.session);
+  if (notice.rig.empty() && session != state_.sessions.end()) notice.rig = session->second.rig;
+  notices_.push_back(std::move(notice));
 }
 
 Session& Scheduler::Hold(
@@ -117,10 +187,16 @@ void Scheduler::Activate(Session& session, WallTime now) {
   Touch(session);
 }
 
-void Scheduler::Charge(UserId user, Milliseconds use, WallTime now) {
+void Scheduler::Charge(UserId user, Milliseconds use, WallTime now, bool in_week) {
   Usage& usage = state_.usage[user];
   const double past = DecayedUse(usage, now, policy_);
-  usage = {user, past + std::max(0.0, std::chrono::duration<double>(use).count()), now};
+  usage.user = user;
+  usage.seconds = past + std::max(0.0, std::chrono::duration<double>(use).count());
+  usage.at = now;
+  if (in_week) {
+    if (std::exchange(usage.week, WeekOf(now)) != WeekOf(now)) usage.this_week = {};
+    usage.this_week += std::max(Milliseconds{0}, use);
+  }
   touched_users_.insert(user);
 }
 
@@ -139,7 +215,11 @@ void Scheduler::ToMaintenance(Rig& rig, const std::string& reason) {
   Touch(rig);
 }
 
-void Scheduler::Close(Session& session, EndReason reason, const std::string& text, WallTime now) {
+void Scheduler::Close(Session& session,
+                      EndReason reason,
+                      const std::string& text,
+                      WallTime now,
+                      const std::string& why) {
   Rig& rig = *FindRig(session.rig);
   const bool was_active = session.state == SessionState::kActive;
   const bool failed = reason == EndReason::kRigFailed;
@@ -178,7 +258,8 @@ void Scheduler::Close(Session& session, EndReason reason, const std::string& tex
   }
   if (was_active) {
     const bool practice = session.kind == TicketKind::kPractice;
-    if (!failed && !practice) Charge(session.user, now - session.charged_from, now);
+    const bool in_week = session.kind == TicketKind::kPerson && !rig.elastic;
+    if (!failed && !practice) Charge(session.user, now - session.charged_from, now, in_week);
     rig.wear += std::max(Milliseconds{0}, now - session.start);
     StartCleaning(rig, now);
   } else {
@@ -187,16 +268,22 @@ void Scheduler::Close(Session& session, EndReason reason, const std::string& tex
     Touch(rig);
   }
   const bool told = session.kind != TicketKind::kPractice;  // a run's page shows its end
-  if (told) Notify(session.user, std::string(Name(reason)), text, session.id);
+  // "idle" alone is the question; this is the end that follows when it is not answered.
+  const std::string topic(reason == EndReason::kIdle ? "idle_ended" : Name(reason));
+  if (told) Notify({session.user, session.id, topic, text, session.rig, {}, why});
 }
 
-void Scheduler::SwitchController(Session& session, UserId to, WallTime now) {
-  Charge(session.user, now - session.charged_from, now);
+/// `to_the_last` tells the user who had the control until now.
+void Scheduler::SwitchController(Session& session, UserId to, Notice to_the_last, WallTime now) {
+  Charge(session.user, now - session.charged_from, now, !IsElastic(session.rig_class));
   if (Ticket* waiting = LiveTicketOf(to, session.rig_class)) {
     if (waiting->state == TicketState::kWaiting) waiting->state = TicketState::kLeft;
     Touch(*waiting);
   }
-  Notify(session.user, "control", "the control went to somebody else", session.id);
+  to_the_last.user = session.user;
+  to_the_last.session = session.id;
+  to_the_last.other = to;
+  Notify(std::move(to_the_last));
   session.user = to;
   session.offered_to = {};
   session.idle_answer_until.reset();
@@ -218,12 +305,18 @@ Changes Scheduler::TakeChanges() {
   Collect(state_.bookings, touched_bookings_, changes.bookings, ended);
   Collect(state_.sessions, touched_sessions_, changes.sessions, ended);
   Collect(state_.usage, touched_users_, changes.usage, stays);
+  if (std::exchange(touched_settings_, false)) changes.settings = state_.settings;
   changes.ended_outages = std::exchange(ended_outages_, {});
   changes.next_id = state_.next_id;
   return changes;
 }
 
-void Scheduler::ClockJumped(Milliseconds delta) {
+void Scheduler::ClockJumped(Milliseconds delta, WallTime now) {
+  for (auto& [id, booking] : state_.bookings) {
+    if (booking.state == BookingState::kBooked && booking.during.end <= now) {
+      Unfulfil(booking, "clock", "");
+    }
+  }
   for (auto& [id, rig] : state_.rigs) {
     rig.cleaning_due += delta;
     Touch(rig);

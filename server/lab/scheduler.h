@@ -4,6 +4,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -35,9 +36,13 @@ struct Changes {
   std::vector<Booking> bookings;
   std::vector<Session> sessions;
   std::vector<Usage> usage;
+  std::optional<PolicySettings> settings;
   std::int64_t next_id = 1;
   bool empty() const;
 };
+
+/// A rig's reason after a failed check begins with this.
+inline constexpr std::string_view kCheckFailedText = "the check between users failed: ";
 
 /// The lab's rules as a state machine (rules 1-12 of the README). Pure: no clock, no randomness, no
 /// I/O; `now` comes with every input and never decreases, except by ClockJumped. A refused input
@@ -46,10 +51,17 @@ struct Changes {
 /// a thing that does not exist gives kNotFound.
 class Scheduler {
  public:
+  /// Settings in the state replace those of `policy`.
   explicit Scheduler(Policy policy = {}, LabState state = {});
 
   const LabState& state() const { return state_; }
   const Policy& policy() const { return policy_; }
+
+  /// From now on. What has been promised stays: bookings keep their times, sessions their ends.
+  /// kStale when `settings.version` is not the newest one.
+  core::Result<PolicySettings> ChangePolicy(PolicySettings settings, WallTime now);
+  /// Time on real rigs in the week of `at`: used, and promised by sessions and bookings.
+  Milliseconds WeekUse(UserId user, WallTime at) const;
 
   // Rigs. A rig enters as kOffline; Claim starts its cleaning, and only a passed check gives
   // kReady.
@@ -87,6 +99,7 @@ class Scheduler {
                                  const Interval& during,
                                  const std::string& reason,
                                  WallTime now);
+  /// Bookings that it has cancelled stay cancelled; their users are told that the time is free.
   core::Status RemoveOutage(OutageId id, WallTime now);
 
   // Queue. Asking twice returns the same ticket.
@@ -131,8 +144,9 @@ class Scheduler {
   /// Applies the passing of time: moves bookings off bad rigs, binds due bookings, no-shows, ends,
   /// idle, warnings, offers, estimates.
   void Tick(WallTime now);
-  /// The wall clock was set: leases and waits keep their length, the calendar keeps its dates.
-  void ClockJumped(Milliseconds delta);
+  /// The wall clock was set, and is `now`: leases and waits keep their length, the calendar keeps
+  /// its dates. Bookings that a step forward has passed over fall, and their users are told why.
+  void ClockJumped(Milliseconds delta, WallTime now);
   /// Nobody could reach the lab for `length`: time limits of people and checks are extended by it.
   /// The calendar and the ends of sessions keep their dates.
   void StoodStill(Milliseconds length);
@@ -153,16 +167,27 @@ class Scheduler {
 
   Session& Hold(Rig& rig, UserId user, WallTime hard_end, Milliseconds claim_time, WallTime now);
   void Activate(Session& session, WallTime now);
-  void Close(Session& session, EndReason reason, const std::string& text, WallTime now);
+  void Close(Session& session,
+             EndReason reason,
+             const std::string& text,
+             WallTime now,
+             const std::string& why = "");
   void StartCleaning(Rig& rig, WallTime now);
   void TakeBack(Session& session);
   void ToMaintenance(Rig& rig, const std::string& reason);
-  void Charge(UserId user, Milliseconds use, WallTime now);
-  void SwitchController(Session& session, UserId to, WallTime now);
+  /// `in_week`: it counts for PolicySettings::week_max.
+  void Charge(UserId user, Milliseconds use, WallTime now, bool in_week);
+  core::Status CheckWeek(UserId user,
+                         const std::string& rig_class,
+                         Milliseconds more,
+                         WallTime at) const;
+  bool IsElastic(const std::string& rig_class) const;
+  void SwitchController(Session& session, UserId to, Notice to_the_last, WallTime now);
   void ReplanBookings(const std::string& rig_class, WallTime horizon, WallTime now);
-  void Unfulfil(Booking& booking, const std::string& why);
+  void Unfulfil(Booking& booking, const std::string& reason, const std::string& why);
+  void TellMoved(const Booking& booking, const std::string& reason, const std::string& why);
   Rig* RigForDueBooking(const Booking& booking, WallTime now);
-  void MergeBooking(Booking& booking, Session& own, WallTime now);
+  bool EndForBooking(Booking& booking, Session& own, WallTime now);
   WallTime NextCommitmentBut(const RigId& rig, WallTime from, BookingId without) const;
 
   void TickRigs(WallTime now);
@@ -170,12 +195,15 @@ class Scheduler {
   void TickSessions(WallTime now);
   void TickIdle(Session& session, WallTime now);
   void TickEnd(Session& session, WallTime now);
+  std::string WhyItEnds(const Session& session) const;
+  Milliseconds ExtensionLeft(const Session& session) const;
   bool ExtendIfFree(Session& session, WallTime now);
   void Dispatch(WallTime now);
   bool OfferTo(Ticket& ticket, WallTime now);
   void Estimate(WallTime now);
 
   void Notify(UserId user, std::string topic, std::string text, SessionId session = {});
+  void Notify(Notice notice);
   void Touch(const Rig& rig) { touched_rigs_.insert(rig.id); }
   void Touch(const Ticket& ticket) { touched_tickets_.insert(ticket.id); }
   void Touch(const Booking& booking) { touched_bookings_.insert(booking.id); }
@@ -192,6 +220,7 @@ class Scheduler {
   std::set<OutageId> touched_outages_;
   std::vector<OutageId> ended_outages_;
   std::set<UserId> touched_users_;
+  bool touched_settings_ = false;
 };
 
 /// The first broken invariant of a state, or empty: two sessions on a rig, two of one user in a

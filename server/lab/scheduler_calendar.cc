@@ -2,6 +2,8 @@
 // bad rigs.
 #include <algorithm>
 
+#include "server/lab/notices.h"
+#include "server/lab/policy_settings.h"
 #include "server/lab/scheduler.h"
 #include "server/lab/timeline.h"
 
@@ -17,8 +19,8 @@ bool Live(const Booking& booking) {
          booking.state == BookingState::kClaimed;
 }
 
-Error Invalid(const char* message, const char* field) {
-  return {ErrorCode::kInvalid, message, field};
+Error Invalid(const char* message, const char* field, const char* reason) {
+  return {ErrorCode::kInvalid, message, field, reason};
 }
 
 }  // namespace
@@ -30,27 +32,53 @@ core::Result<Booking> Scheduler::Book(UserId user,
   const bool known = std::any_of(state_.rigs.begin(), state_.rigs.end(), [&](const auto& entry) {
     return entry.second.rig_class == rig_class;
   });
-  if (!known) return Error{ErrorCode::kNotFound, "there is no such rig class", "rig_class"};
-  if (during.start < now) return Invalid("a booking cannot start in the past", "start");
+  if (!known)
+    return Error{ErrorCode::kNotFound, "there is no such rig class", "rig_class", "no_rig_class"};
+  if (during.start < now)
+    return Invalid("a booking cannot start in the past", "start", "start_past");
   if (during.start > now + policy_.booking_ahead) {
-    return Invalid("too far ahead: 60 days at most", "start");
+    return Error{ErrorCode::kInvalid,
+                 "too far ahead: " + LengthText(policy_.booking_ahead) + " at most",
+                 "start",
+                 "booking_too_far",
+                 {{"days", std::to_string(policy_.booking_ahead / std::chrono::hours(24))}}};
   }
-  if (during.end <= during.start) return Invalid("a booking ends after it starts", "end");
-  if (during.length() < policy_.booking_min) return Invalid("5 minutes at least", "end");
-  if (during.length() > policy_.booking_max) return Invalid("4 hours at most", "end");
+  if (during.end <= during.start)
+    return Invalid("a booking ends after it starts", "end", "end_before_start");
+  if (during.length() < policy_.booking_min) {
+    return Error{ErrorCode::kInvalid,
+                 LengthText(policy_.booking_min) + " at least",
+                 "end",
+                 "booking_too_short",
+                 {{"least", std::to_string(policy_.booking_min / std::chrono::minutes(1))}}};
+  }
+  if (during.length() > policy_.booking_max) {
+    return Error{ErrorCode::kInvalid,
+                 LengthText(policy_.booking_max) + " at most",
+                 "end",
+                 "booking_too_long",
+                 {{"most", std::to_string(policy_.booking_max / std::chrono::minutes(1))}}};
+  }
   int live = 0;
   for (const auto& [id, other] : state_.bookings) {
     if (other.user != user || !Live(other)) continue;
     ++live;
     if (other.during.Overlaps(during)) {
-      return Error{ErrorCode::kConflict, "you have another booking at that time", "start"};
+      return Error{ErrorCode::kConflict,
+                   "you have another booking at that time",
+                   "start",
+                   "booking_overlaps"};
     }
   }
   if (live >= policy_.live_bookings_max) {
     return Error{ErrorCode::kConflict,
                  "you have " + std::to_string(live) + " bookings already; use or cancel one",
-                 ""};
+                 "",
+                 "bookings_full",
+                 {{"most", std::to_string(policy_.live_bookings_max)}}};
   }
+  const core::Status week = CheckWeek(user, rig_class, during.length(), during.start);
+  if (!week.ok()) return week.error();
   Booking booking;
   booking.id = BookingId{state_.next_id};
   booking.user = user;
@@ -60,13 +88,16 @@ core::Result<Booking> Scheduler::Book(UserId user,
     booking.rig = rig->id;
   } else {
     const auto plan = PlanAll(state_, rig_class, booking, now, policy_);
-    if (!plan) return Error{ErrorCode::kConflict, "no rig of this class is free then", "start"};
+    if (!plan)
+      return Error{
+          ErrorCode::kConflict, "no rig of this class is free then", "start", "no_rig_free_then"};
     booking.rig = plan->at(booking.id);
     for (auto& [id, other] : state_.bookings) {
       const auto moved = plan->find(id);
       if (moved == plan->end() || moved->second == other.rig) continue;
       other.rig = moved->second;
       Touch(other);
+      TellMoved(other, "replanned", "");
     }
   }
   NewNumber();
@@ -80,14 +111,15 @@ core::Result<Booking> Scheduler::Book(UserId user,
 core::Status Scheduler::CancelBooking(BookingId id, std::int64_t version, WallTime now) {
   const auto found = state_.bookings.find(id);
   if (found == state_.bookings.end() || !Live(found->second)) {
-    return Error{ErrorCode::kNotFound, "there is no such booking, or it is over", ""};
+    return Error{ErrorCode::kNotFound, "there is no such booking, or it is over", "", "no_booking"};
   }
   Booking& booking = found->second;
   if (booking.version != version) {
-    return Error{ErrorCode::kStale, "the booking has changed; look at it again", ""};
+    return Error{
+        ErrorCode::kStale, "the booking has changed; look at it again", "", "booking_changed"};
   }
   if (booking.state == BookingState::kClaimed) {
-    return Error{ErrorCode::kConflict, "its session runs; end the session", ""};
+    return Error{ErrorCode::kConflict, "its session runs; end the session", "", "booking_runs"};
   }
   if (booking.state == BookingState::kHeld) {
     Close(*FindLive(booking.session), EndReason::kEnded, "cancelled", now);
@@ -103,22 +135,29 @@ core::Status Scheduler::CancelBooking(BookingId id, std::int64_t version, WallTi
 core::Result<Session> Scheduler::ClaimBooking(BookingId id, UserId user, WallTime now) {
   const auto found = state_.bookings.find(id);
   if (found == state_.bookings.end() || found->second.user != user || !Live(found->second)) {
-    return Error{ErrorCode::kNotFound, "there is no such booking, or it is over", ""};
+    return Error{ErrorCode::kNotFound, "there is no such booking, or it is over", "", "no_booking"};
   }
   Tick(now);
   const auto due = state_.bookings.find(id);
   if (due == state_.bookings.end()) {
-    return Error{ErrorCode::kNotFound, "this booking is over", ""};
+    return Error{ErrorCode::kNotFound, "this booking is over", "", "no_booking"};
   }
   Booking& booking = due->second;
+  if (booking.state == BookingState::kBooked && now < booking.during.start) {
+    const std::string start = UtcText(booking.during.start);
+    return Error{ErrorCode::kConflict,
+                 "this booking begins at " + start + "; claim it then",
+                 "",
+                 "booking_early",
+                 {{"start", start}}};
+  }
   if (booking.state == BookingState::kBooked) {
-    return Error{ErrorCode::kBusy,
-                 now < booking.during.start ? "this booking has not begun yet"
-                                            : "your rig is not ready yet; it is yours next",
-                 ""};
+    return Error{
+        ErrorCode::kBusy, "your rig is not ready yet; it is yours next", "", "rig_not_ready"};
   }
   Session* session = FindLive(booking.session);
-  if (session == nullptr) return Error{ErrorCode::kNotFound, "this booking is over", ""};
+  if (session == nullptr)
+    return Error{ErrorCode::kNotFound, "this booking is over", "", "no_booking"};
   if (booking.state == BookingState::kHeld) {
     booking.state = BookingState::kClaimed;
     ++booking.version;
@@ -128,12 +167,35 @@ core::Result<Session> Scheduler::ClaimBooking(BookingId id, UserId user, WallTim
   return *session;
 }
 
-void Scheduler::Unfulfil(Booking& booking, const std::string& why) {
+void Scheduler::Unfulfil(Booking& booking, const std::string& reason, const std::string& why) {
+  const std::string text = ReasonText(reason, why);
   booking.state = BookingState::kUnfulfilled;
-  booking.note = why;
+  booking.note = text;
   ++booking.version;
   Touch(booking);
-  Notify(booking.user, "unfulfilled", "your booking fell, nothing is charged: " + why);
+  Notify({booking.user,
+          {},
+          "unfulfilled",
+          "your booking fell, nothing is charged: " + text,
+          booking.rig,
+          {},
+          why,
+          reason,
+          booking.during.start});
+}
+
+void Scheduler::TellMoved(const Booking& booking,
+                          const std::string& reason,
+                          const std::string& why) {
+  Notify({booking.user,
+          {},
+          "moved",
+          "your booking moved to an equal rig: " + ReasonText(reason, why),
+          booking.rig,
+          {},
+          why,
+          reason,
+          booking.during.start});
 }
 
 /// Moves bookings that start before `horizon` from a rig that will not be available to an equal
@@ -144,17 +206,18 @@ void Scheduler::ReplanBookings(const std::string& rig_class, WallTime horizon, W
     if (booking.during.start > horizon || booking.during.end <= now) continue;
     const Rig* rig = FindRig(booking.rig);
     if (rig != nullptr && Promising(state_, *rig, now)) continue;
-    const std::string why = rig == nullptr ? "the rig is gone" : rig->id + ": " + rig->reason;
+    const std::string reason = rig == nullptr ? "rig_gone" : "rig_out";
+    const std::string why = rig == nullptr ? "" : rig->reason;
     const Interval rest{std::max(booking.during.start, now), booking.during.end};
     const Rig* other = FindFreeRig(state_, rig_class, rest, now, policy_, "", id);
     if (other != nullptr) {
       booking.rig = other->id;
-      booking.note = "moved: " + why;
+      booking.note = "moved: " + ReasonText(reason, why);
       ++booking.version;
       Touch(booking);
-      Notify(booking.user, "moved", "your booking moved to an equal rig: " + why);
+      TellMoved(booking, reason, why);
     } else if (booking.during.start <= now) {
-      Unfulfil(booking, why);
+      Unfulfil(booking, reason, why);
     }
   }
 }
@@ -179,13 +242,11 @@ void Scheduler::TickBookings(WallTime now) {
   });
   for (Booking* booking : due) {
     if (booking->during.end <= now) {
-      Unfulfil(*booking, "no rig became free in its time");
+      Unfulfil(*booking, "none_free", "");
       continue;
     }
-    if (Session* own = LiveSessionOf(booking->user, booking->rig_class)) {
-      MergeBooking(*booking, *own, now);
-      continue;
-    }
+    Session* own = LiveSessionOf(booking->user, booking->rig_class);
+    if (own != nullptr && !EndForBooking(*booking, *own, now)) continue;
     if (Rig* rig = RigForDueBooking(*booking, now)) {
       Session& session = Hold(*rig, booking->user, booking->during.end, policy_.grace, now);
       session.booking = booking->id;
@@ -194,7 +255,10 @@ void Scheduler::TickBookings(WallTime now) {
       booking->session = session.id;
       ++booking->version;
       Touch(*booking);
-      Notify(booking->user, "due", "your rig is ready; claim it within 3 minutes", session.id);
+      Notify(booking->user,
+             "due",
+             "your rig is ready; claim it within " + LengthText(policy_.grace),
+             session.id);
     }
   }
 }
@@ -213,29 +277,36 @@ Rig* Scheduler::RigForDueBooking(const Booking& booking, WallTime now) {
 
 /// The user already has a session on a rig of the class when the booking begins. The session is
 /// prolonged to the booking's end if its rig is free for so long; otherwise it ends, and the
-/// booking takes its own rig.
-void Scheduler::MergeBooking(Booking& booking, Session& own, WallTime now) {
-  const WallTime end = std::max(own.hard_end, booking.during.end);
-  const bool claimed = own.state == SessionState::kActive;
-  const bool free = NextCommitmentBut(own.rig, own.hard_end, booking.id) >= end + policy_.cleaning;
-  if (claimed && free) {
-    own.hard_end = end;
-    own.warning_stage = 0;
-    const auto before = state_.bookings.find(own.booking);
-    if (before != state_.bookings.end()) {
-      before->second.state = BookingState::kDone;
-      Touch(before->second);
-    }
-    own.booking = booking.id;
-    booking.state = BookingState::kClaimed;
-    booking.rig = own.rig;
-    booking.session = own.id;
-    ++booking.version;
-    Touch(booking);
-    Touch(own);
-  } else if (claimed) {
-    Close(own, EndReason::kEnded, "your booking begins on another rig", now);
+/// booking takes its own rig. An offer that is not accepted yet ends, too.
+/// @returns whether the booking needs a rig now
+bool Scheduler::EndForBooking(Booking& booking, Session& own, WallTime now) {
+  if (own.state == SessionState::kHeld) {
+    const bool offer = own.ticket != TicketId{};
+    if (offer) Close(own, EndReason::kEnded, "your booking begins", now);
+    return offer;  // else an earlier booking of the same user, in its grace
   }
+  const WallTime end = std::max(own.hard_end, booking.during.end);
+  const bool free = NextCommitmentBut(own.rig, own.hard_end, booking.id) >= end + policy_.cleaning;
+  if (!free) {
+    Close(own, EndReason::kEnded, "your booking begins on another rig", now);
+    return true;
+  }
+  own.hard_end = end;
+  own.extended = {};
+  own.warning_stage = 0;
+  const auto before = state_.bookings.find(own.booking);
+  if (before != state_.bookings.end()) {
+    before->second.state = BookingState::kDone;
+    Touch(before->second);
+  }
+  own.booking = booking.id;
+  booking.state = BookingState::kClaimed;
+  booking.rig = own.rig;
+  booking.session = own.id;
+  ++booking.version;
+  Touch(booking);
+  Touch(own);
+  return false;
 }
 
 WallTime Scheduler::NextCommitmentBut(const RigId& rig, WallTime from, BookingId without) const {

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "server/lab/fair_order.h"
+#include "server/lab/policy_settings.h"
 #include "server/lab/scheduler.h"
 #include "server/lab/timeline.h"
 
@@ -45,13 +46,22 @@ core::Result<TicketAnswer> Scheduler::RequestTicket(const TicketRequest& request
   const bool known = std::any_of(state_.rigs.begin(), state_.rigs.end(), [&](const auto& entry) {
     return entry.second.rig_class == request.rig_class;
   });
-  if (!known) return Error{ErrorCode::kNotFound, "there is no such rig class", "rig_class"};
+  if (!known)
+    return Error{ErrorCode::kNotFound, "there is no such rig class", "rig_class", "no_rig_class"};
   const bool person = request.kind == TicketKind::kPerson;
   if (request.min <= Milliseconds{0} || (person && request.min < policy_.session_min)) {
-    return Error{ErrorCode::kInvalid, "5 minutes at least", "min_minutes"};
+    return Error{ErrorCode::kInvalid,
+                 LengthText(policy_.session_min) + " at least",
+                 "min_minutes",
+                 "minutes_short",
+                 {{"least", std::to_string(policy_.session_min / std::chrono::minutes(1))}}};
   }
   if (request.want < request.min || request.want > policy_.session_max) {
-    return Error{ErrorCode::kInvalid, "from the shortest useful time to 2 hours", "want_minutes"};
+    return Error{ErrorCode::kInvalid,
+                 "from the shortest useful time to " + LengthText(policy_.session_max),
+                 "want_minutes",
+                 "minutes_outside",
+                 {{"most", std::to_string(policy_.session_max / std::chrono::minutes(1))}}};
   }
   if (person) {
     const Session* own = LiveSessionOf(request.user, request.rig_class);
@@ -74,8 +84,15 @@ core::Result<TicketAnswer> Scheduler::RequestTicket(const TicketRequest& request
       if (ticket.rig_class == request.rig_class) ++waiting;
     }
     if (waiting >= policy_.waiting_jobs_max) {
-      return Error{ErrorCode::kBusy, "your quota of waiting jobs is used; wait for one", ""};
+      return Error{ErrorCode::kBusy,
+                   "your quota of waiting jobs is used; wait for one",
+                   "",
+                   "waiting_jobs_full"};
     }
+  }
+  if (person) {
+    const core::Status week = CheckWeek(request.user, request.rig_class, request.min, now);
+    if (!week.ok()) return week.error();
   }
   Ticket ticket;
   ticket.id = TicketId{NewNumber()};
@@ -101,13 +118,14 @@ core::Result<Session> Scheduler::AcceptTicket(TicketId id, UserId user, WallTime
   Tick(now);
   const auto found = state_.tickets.find(id);
   if (found == state_.tickets.end() || found->second.user != user) {
-    return Error{ErrorCode::kNotFound, "there is no such ticket, or it has ended", ""};
+    return Error{ErrorCode::kNotFound, "there is no such ticket, or it has ended", "", "no_ticket"};
   }
   Ticket& ticket = found->second;
   Session* session = FindLive(ticket.offered);
   if (ticket.state == TicketState::kClaimed && session != nullptr) return *session;
   if (ticket.state != TicketState::kOffered || session == nullptr) {
-    return Error{ErrorCode::kConflict, "no rig is offered to this ticket now", ""};
+    return Error{
+        ErrorCode::kConflict, "no rig is offered to this ticket now", "", "nothing_offered"};
   }
   ticket.state = TicketState::kClaimed;
   Touch(ticket);
@@ -118,7 +136,7 @@ core::Result<Session> Scheduler::AcceptTicket(TicketId id, UserId user, WallTime
 core::Status Scheduler::LeaveTicket(TicketId id, WallTime now) {
   const auto found = state_.tickets.find(id);
   if (found == state_.tickets.end()) {
-    return Error{ErrorCode::kNotFound, "there is no such ticket, or it has ended", ""};
+    return Error{ErrorCode::kNotFound, "there is no such ticket, or it has ended", "", "no_ticket"};
   }
   Ticket& ticket = found->second;
   if (ticket.state == TicketState::kOffered) {
@@ -128,7 +146,7 @@ core::Status Scheduler::LeaveTicket(TicketId id, WallTime now) {
     ticket.place = 0;
     Touch(ticket);
   } else {
-    return Error{ErrorCode::kConflict, "this ticket has ended", ""};
+    return Error{ErrorCode::kConflict, "this ticket has ended", "", "no_ticket"};
   }
   Tick(now);
   return Done{};
@@ -168,6 +186,11 @@ bool Scheduler::OfferTo(Ticket& ticket, WallTime now) {
   }
   if (best == nullptr) return false;
   const bool at_once = !person || best->elastic;
+  if (person && !best->elastic && policy_.week_max > Milliseconds{0}) {
+    // The week had room for the least when the ticket was made; a ticket once taken is served.
+    const Milliseconds left = policy_.week_max - WeekUse(ticket.user, now);
+    best_end = std::min(best_end, now + policy_.offer + std::max(ticket.min, left));
+  }
   Session& session = Hold(*best, ticket.user, best_end, policy_.offer, now);
   session.ticket = ticket.id;
   session.kind = ticket.kind;
@@ -179,7 +202,10 @@ bool Scheduler::OfferTo(Ticket& ticket, WallTime now) {
   if (at_once) {
     Activate(session, now);
   } else {
-    Notify(ticket.user, "offer", "a rig is yours: accept within 45 seconds", session.id);
+    Notify(ticket.user,
+           "offer",
+           "a rig is yours: accept within " + LengthText(policy_.offer),
+           session.id);
   }
   return true;
 }

@@ -2,6 +2,7 @@
 // allocation.
 #include <algorithm>
 
+#include "server/lab/notices.h"
 #include "server/lab/scheduler.h"
 #include "server/lab/timeline.h"
 
@@ -15,14 +16,14 @@ using core::ErrorCode;
 constexpr Milliseconds kLastMinute{60'000};
 
 Error NoRig() {
-  return {ErrorCode::kNotFound, "there is no such rig", ""};
+  return {ErrorCode::kNotFound, "there is no such rig", "", "nothing_here"};
 }
 
 }  // namespace
 
 core::Status Scheduler::AddRig(const RigId& id, const std::string& rig_class, bool elastic) {
   if (id.empty() || rig_class.empty()) {
-    return Error{ErrorCode::kInvalid, "a rig needs an id and a class", "id"};
+    return Error{ErrorCode::kInvalid, "a rig needs an id and a class", "id", "internal"};
   }
   const auto [entry, added] = state_.rigs.try_emplace(id);
   Rig& rig = entry->second;
@@ -38,7 +39,11 @@ core::Status Scheduler::Claim(const RigId& id, const std::string& server, WallTi
   Rig* rig = FindRig(id);
   if (rig == nullptr) return NoRig();
   if (!rig->server.empty() && rig->server != server) {
-    return Error{ErrorCode::kConflict, "server " + rig->server + " has this rig", ""};
+    return Error{ErrorCode::kConflict,
+                 "server " + rig->server + " has this rig",
+                 "",
+                 "rig_of_other_server",
+                 {{"server", rig->server}}};
   }
   const bool paused = rig->status == RigStatus::kOffline && now < rig->cleaning_due;
   if (paused) return Done{};  // its check was put off, because another lab holds the rig
@@ -84,7 +89,7 @@ core::Status Scheduler::RigOffline(const RigId& id, const std::string& reason, W
     return Done{};
   }
   if (Session* session = LiveSessionOn(id)) {
-    Close(*session, EndReason::kRigFailed, "the rig failed: " + reason, now);
+    Close(*session, EndReason::kRigFailed, "the rig failed: " + reason, now, reason);
   }
   // The rig was only held or free until now, but its next lease needs a newer epoch all the same.
   ++rig->epoch;
@@ -102,10 +107,11 @@ core::Status Scheduler::CleaningDone(
   Rig* rig = FindRig(id);
   if (rig == nullptr) return NoRig();
   if (rig->status != RigStatus::kCleaning || rig->epoch != epoch) {
-    return Error{ErrorCode::kStale, "this check is not the newest one", ""};
+    return Error{ErrorCode::kStale, "this check is not the newest one", "", "internal"};
   }
   rig->status = passed ? RigStatus::kReady : RigStatus::kQuarantined;
-  rig->reason = passed ? "" : "the check between users failed: " + detail;
+  rig->reason = passed ? "" : std::string(kCheckFailedText) + detail;
+  rig->check_failed = !passed;
   Touch(*rig);
   Tick(now);
   return Done{};
@@ -118,7 +124,7 @@ core::Status Scheduler::CheckPutOff(const RigId& id,
   Rig* rig = FindRig(id);
   if (rig == nullptr) return NoRig();
   if (rig->status != RigStatus::kCleaning || rig->epoch != epoch) {
-    return Error{ErrorCode::kStale, "this check is not the newest one", ""};
+    return Error{ErrorCode::kStale, "this check is not the newest one", "", "internal"};
   }
   const core::Status offline = RigOffline(id, reason, now);
   rig->cleaning_due = now + policy_.check_pause;
@@ -129,11 +135,12 @@ core::Status Scheduler::Quarantine(const RigId& id, const std::string& reason, W
   Rig* rig = FindRig(id);
   if (rig == nullptr) return NoRig();
   if (Session* session = LiveSessionOn(id)) {
-    Close(*session, EndReason::kRigFailed, "the rig was taken out: " + reason, now);
+    Close(*session, EndReason::kRigFailed, "the rig was taken out: " + reason, now, reason);
   }
   ++rig->epoch;
   rig->status = RigStatus::kQuarantined;
   rig->reason = reason;
+  rig->check_failed = false;
   Touch(*rig);
   Tick(now);
   return Done{};
@@ -146,7 +153,9 @@ core::Status Scheduler::Release(const RigId& id, WallTime now) {
     return Error{
         ErrorCode::kConflict,
         "only a quarantined rig is released; this one is " + std::string(Name(rig->status)),
-        ""};
+        "",
+        "not_quarantined",
+        {{"state", std::string(Name(rig->status))}}};
   }
   StartCleaning(*rig, now);
   return Done{};
@@ -158,7 +167,9 @@ core::Status Scheduler::Recheck(const RigId& id, WallTime now) {
   if (rig->status != RigStatus::kReady) {
     return Error{ErrorCode::kConflict,
                  "only a ready rig is tested; this one is " + std::string(Name(rig->status)),
-                 ""};
+                 "",
+                 "not_ready",
+                 {{"state", std::string(Name(rig->status))}}};
   }
   StartCleaning(*rig, now);
   return Done{};
@@ -172,7 +183,9 @@ core::Status Scheduler::Adopt(const RigId& id, std::uint64_t seen, WallTime now)
     return Error{ErrorCode::kConflict,
                  "this rig needs no adoption: it has seen epoch " + std::to_string(seen) +
                      ", the lab is at " + std::to_string(rig->epoch),
-                 ""};
+                 "",
+                 "no_adoption_needed",
+                 {{"seen", std::to_string(seen)}, {"epoch", std::to_string(rig->epoch)}}};
   }
   if (Session* session = LiveSessionOn(id)) {
     Close(*session, EndReason::kRigFailed, "the rig was adopted anew", now);
@@ -189,21 +202,38 @@ core::Result<Outage> Scheduler::AddOutage(const RigId& id,
                                           WallTime now) {
   if (FindRig(id) == nullptr) return NoRig();
   if (during.end <= during.start) {
-    return Error{ErrorCode::kInvalid, "an outage ends after it starts", "end"};
+    return Error{ErrorCode::kInvalid, "an outage ends after it starts", "end", "end_before_start"};
   }
-  if (during.end <= now) return Error{ErrorCode::kInvalid, "this outage is over already", "end"};
+  if (during.end <= now)
+    return Error{ErrorCode::kInvalid, "this outage is over already", "end", "outage_past"};
   if (during.end > now + policy_.booking_ahead) {
-    return Error{ErrorCode::kInvalid, "too far ahead; quarantine the rig instead", "end"};
+    return Error{
+        ErrorCode::kInvalid, "too far ahead; quarantine the rig instead", "end", "outage_too_far"};
   }
-  const Outage outage{OutageId{NewNumber()}, id, during, reason};
+  for (const auto& [known_id, known] : state_.outages) {
+    if (known.rig == id && known.during.start <= during.start && during.end <= known.during.end) {
+      return Error{
+          ErrorCode::kConflict, "this outage is planned already", "start", "outage_planned"};
+    }
+  }
+  Outage outage{OutageId{NewNumber()}, id, during, reason, ""};
   state_.outages[outage.id] = outage;
   touched_outages_.insert(outage.id);
   if (Session* session = LiveSessionOn(id)) {
     const WallTime latest = std::max(now + kLastMinute, during.start - policy_.cleaning);
     if (session->hard_end > latest && during.start < session->hard_end + policy_.cleaning) {
       session->hard_end = latest;
+      session->warning_stage = WarningStage(latest - now);  // this is the warning, too
       Touch(*session);
-      Notify(session->user, "shortened", "planned outage: " + reason, session->id);
+      Notify({session->user,
+              session->id,
+              "shortened",
+              LeftText(latest - now) + ": planned outage: " + reason,
+              session->rig,
+              {},
+              reason,
+              "outage",
+              latest});
     }
   }
   // Bookings in this time move now; if one cannot move, its user is told now.
@@ -214,21 +244,39 @@ core::Result<Outage> Scheduler::AddOutage(const RigId& id,
     const Rig* other = FindFreeRig(
         state_, booking.rig_class, booking.during, now, policy_, booking.rig, booking_id);
     if (other == nullptr) {
-      Unfulfil(booking, "planned outage: " + reason);
+      Unfulfil(booking, "outage", reason);
+      outage.fallen += WriteFallen(booking);
     } else if (other->id != booking.rig) {
       booking.rig = other->id;
       ++booking.version;
       Touch(booking);
+      TellMoved(booking, "outage", reason);
     }
   }
+  state_.outages[outage.id] = outage;
   Tick(now);
   return outage;
 }
 
 core::Status Scheduler::RemoveOutage(OutageId id, WallTime now) {
-  if (state_.outages.erase(id) == 0) {
-    return Error{ErrorCode::kNotFound, "there is no such outage", ""};
+  const auto found = state_.outages.find(id);
+  if (found == state_.outages.end()) {
+    return Error{ErrorCode::kNotFound, "there is no such outage", "", "no_outage"};
   }
+  for (const auto& [user, during] : ReadFallen(found->second)) {
+    if (during.start <= now) continue;
+    Notify({user,
+            {},
+            "freed",
+            "the planned outage is called off: the time of your booking from " +
+                UtcText(during.start) + " can be booked again",
+            found->second.rig,
+            {},
+            "",
+            "",
+            during.start});
+  }
+  state_.outages.erase(found);
   touched_outages_.erase(id);
   ended_outages_.push_back(id);
   Tick(now);
@@ -254,6 +302,7 @@ void Scheduler::TickRigs(WallTime now) {
     if (rig.status == RigStatus::kCleaning && now >= rig.cleaning_due) {
       rig.status = RigStatus::kQuarantined;
       rig.reason = "the check between users did not end in time";
+      rig.check_failed = false;
       Touch(rig);
     } else if (rig.status == RigStatus::kReady && out) {
       ToMaintenance(rig, outage->second.reason);

@@ -1,7 +1,8 @@
 // Rules 1, 4, 5, 6 and 9 of the README: leases, extension, idle, passing on control.
 #include <algorithm>
-#include <array>
 
+#include "server/lab/notices.h"
+#include "server/lab/policy_settings.h"
 #include "server/lab/scheduler.h"
 #include "server/lab/timeline.h"
 
@@ -14,16 +15,8 @@ using core::ErrorCode;
 
 constexpr Milliseconds kExtensionMin{60'000};
 
-struct Warning {
-  Milliseconds before;
-  const char* text;
-};
-constexpr std::array<Warning, 3> kWarnings = {{{Milliseconds{300'000}, "5 minutes left"},
-                                               {Milliseconds{60'000}, "1 minute left"},
-                                               {Milliseconds{30'000}, "30 seconds left"}}};
-
 Error NoSession() {
-  return {ErrorCode::kNotFound, "there is no such session, or it has ended", ""};
+  return {ErrorCode::kNotFound, "there is no such session, or it has ended", "", "no_session"};
 }
 
 }  // namespace
@@ -32,7 +25,7 @@ core::Status Scheduler::ControlActivity(SessionId id, std::uint64_t epoch, WallT
   Session* session = FindLive(id);
   if (session == nullptr || session->state != SessionState::kActive) return NoSession();
   if (session->epoch != epoch) {
-    return Error{ErrorCode::kStale, "your session on this rig has ended", ""};
+    return Error{ErrorCode::kStale, "your session on this rig has ended", "", "session_over"};
   }
   session->last_control = now;
   session->idle_answer_until.reset();
@@ -71,8 +64,24 @@ core::Status Scheduler::RunEnded(SessionId id, WallTime now) {
 core::Result<Session> Scheduler::Extend(SessionId id, WallTime now) {
   Session* session = FindLive(id);
   if (session == nullptr || session->state != SessionState::kActive) return NoSession();
+  if (session->hard_end - now > kWarnings[0]) {
+    const std::string from = UtcText(session->hard_end - kWarnings[0]);
+    return Error{ErrorCode::kConflict,
+                 "your session can be extended in its last 5 minutes, from " + from,
+                 "",
+                 "extend_early",
+                 {{"from", from}}};
+  }
+  if (ExtensionLeft(*session) < kExtensionMin) {
+    return Error{ErrorCode::kConflict,
+                 "this session has been extended by " + LengthText(session->extended) +
+                     ", and the policy allows no more",
+                 "",
+                 "extension_limit"};
+  }
   if (!ExtendIfFree(*session, now)) {
-    return Error{ErrorCode::kBusy, "no extension: somebody waits or a booking begins", ""};
+    return Error{
+        ErrorCode::kBusy, "no extension: somebody waits or a booking begins", "", "no_extension"};
   }
   return *session;
 }
@@ -95,6 +104,7 @@ core::Result<Session> Scheduler::Practice(UserId user,
   for (const RigId& id : among) {
     Rig* rig = FindRig(id);
     if (rig == nullptr || !rig->elastic || rig->status != RigStatus::kReady) continue;
+    if (NextCommitment(state_, id, now) < now + length) continue;  // rule 2
     Session& session = Hold(*rig, user, now + length, Milliseconds{0}, now);
     session.kind = TicketKind::kPractice;
     session.run_in_progress = true;
@@ -119,13 +129,19 @@ void Scheduler::EndPractice(SessionId id, WallTime now) {
 core::Status Scheduler::OfferControl(SessionId id, UserId to, WallTime) {
   Session* session = FindLive(id);
   if (session == nullptr || session->state != SessionState::kActive) return NoSession();
-  if (session->kind == TicketKind::kPractice) return NoSession();
+  if (session->kind != TicketKind::kPerson) return NoSession();  // it is for one run
   if (to == session->user) {
-    return Error{ErrorCode::kInvalid, "you have the control already", "user"};
+    return Error{ErrorCode::kInvalid, "you have the control already", "user", "control_is_yours"};
   }
   session->offered_to = to;
   Touch(*session);
-  Notify(to, "control_offered", "you are offered the control of " + session->rig, id);
+  Notify({to,
+          id,
+          "control_offered",
+          "you are offered the control of " + session->rig,
+          session->rig,
+          session->user,
+          ""});
   return Done{};
 }
 
@@ -133,12 +149,19 @@ core::Result<Session> Scheduler::AcceptControl(SessionId id, UserId user, WallTi
   Session* session = FindLive(id);
   if (session == nullptr || session->state != SessionState::kActive) return NoSession();
   if (session->offered_to != user || user == UserId{}) {
-    return Error{ErrorCode::kForbidden, "the control was not offered to you", ""};
+    return Error{
+        ErrorCode::kForbidden, "the control was not offered to you", "", "control_not_offered"};
   }
   if (LiveSessionOf(user, session->rig_class) != nullptr) {
-    return Error{ErrorCode::kConflict, "end your other session in this class first", ""};
+    return Error{ErrorCode::kConflict,
+                 "end your other session in this class first",
+                 "",
+                 "other_session_first"};
   }
-  SwitchController(*session, user, now);
+  Notice notice;
+  notice.topic = "handed_over";
+  notice.text = "the control went to whom you offered it";
+  SwitchController(*session, user, std::move(notice), now);
   return *session;
 }
 
@@ -148,32 +171,50 @@ core::Result<Session> Scheduler::TakeOver(SessionId id,
                                           WallTime now) {
   Session* session = FindLive(id);
   if (session == nullptr || session->state != SessionState::kActive) return NoSession();
-  if (session->kind == TicketKind::kPractice) return NoSession();
-  if (reason.empty()) return Error{ErrorCode::kInvalid, "say why: it is logged", "reason"};
+  if (session->kind != TicketKind::kPerson) return NoSession();  // it is for one run
+  if (reason.empty())
+    return Error{ErrorCode::kInvalid, "say why: it is logged", "reason", "reason_missing"};
   if (session->user == instructor) return *session;
   if (LiveSessionOf(instructor, session->rig_class) != nullptr) {
-    return Error{ErrorCode::kConflict, "end your other session in this class first", ""};
+    return Error{ErrorCode::kConflict,
+                 "end your other session in this class first",
+                 "",
+                 "other_session_first"};
   }
-  Notify(session->user, "taken_over", "your instructor took over: " + reason, id);
-  SwitchController(*session, instructor, now);
+  Notice notice;
+  notice.topic = "taken_over";
+  notice.text = "your instructor took over: " + reason;
+  notice.why = reason;
+  SwitchController(*session, instructor, std::move(notice), now);
   return *session;
 }
 
+/// What the policy still allows this session: of its own extensions, and of its user's week.
+Milliseconds Scheduler::ExtensionLeft(const Session& session) const {
+  const Milliseconds own = policy_.extended_max - session.extended;
+  if (policy_.week_max == Milliseconds{0} || IsElastic(session.rig_class)) return own;
+  return std::min(own, policy_.week_max - WeekUse(session.user, session.charged_from));
+}
+
 bool Scheduler::ExtendIfFree(Session& session, WallTime now) {
+  if (ExtensionLeft(session) < kExtensionMin) return false;
   if (session.kind != TicketKind::kPerson) return false;
   const WallTime next = NextCommitment(state_, session.rig, session.hard_end);
   if (next == WallTime::max() || next - policy_.cleaning > session.hard_end + kExtensionMin) {
     const WallTime limit = next == WallTime::max() ? next : next - policy_.cleaning;
-    const WallTime until = std::min(session.hard_end + policy_.extend_step, limit);
+    const Milliseconds step = std::min(policy_.extend_step, ExtensionLeft(session));
+    const WallTime until = std::min(session.hard_end + step, limit);
+    const Milliseconds more = until - session.hard_end;
     const Milliseconds room = next == WallTime::max() ? Milliseconds::max() : limit - now;
     const bool wanted =
         std::any_of(state_.tickets.begin(), state_.tickets.end(), [&](const auto& entry) {
           const Ticket& ticket = entry.second;
-          return ticket.state == TicketState::kWaiting && ticket.rig_class == session.rig_class &&
-                 ticket.min + policy_.cleaning <= room;
+          return ticket.kind == TicketKind::kPerson && ticket.state == TicketState::kWaiting &&
+                 ticket.rig_class == session.rig_class && ticket.min + policy_.cleaning <= room;
         });
     if (wanted) return false;
     session.hard_end = until;
+    session.extended += more;
     session.warning_stage = 0;
     Touch(session);
     Notify(session.user, "extended", "nobody waits: your session goes on", session.id);
@@ -182,26 +223,43 @@ bool Scheduler::ExtendIfFree(Session& session, WallTime now) {
   return false;
 }
 
+/// What keeps the session from going on: "limit", "outage", "booking" or "queue".
+std::string Scheduler::WhyItEnds(const Session& session) const {
+  if (ExtensionLeft(session) < kExtensionMin) return "limit";
+  const WallTime room = session.hard_end + kExtensionMin + policy_.cleaning;
+  const bool outage =
+      std::any_of(state_.outages.begin(), state_.outages.end(), [&](const auto& entry) {
+        const Outage& each = entry.second;
+        return each.rig == session.rig && each.during.start <= room &&
+               each.during.end > session.hard_end;
+      });
+  if (outage) return "outage";
+  return NextCommitment(state_, session.rig, session.hard_end) <= room ? "booking" : "queue";
+}
+
 void Scheduler::TickEnd(Session& session, WallTime now) {
   const Milliseconds left = session.hard_end - now;
-  if (left > kWarnings[0].before) return;
+  if (left > kWarnings[0]) return;
   if (ExtendIfFree(session, now)) return;
   if (left <= Milliseconds{0}) {
     Close(session, EndReason::kExpired, "the time is over", now);
     return;
   }
   if (session.kind != TicketKind::kPerson) return;  // jobs get no warnings
-  int stage = 0;
-  while (stage < 3 && left <= kWarnings[static_cast<std::size_t>(stage)].before) ++stage;
+  const int stage = WarningStage(left);
   if (stage <= session.warning_stage) return;
   session.warning_stage = stage;
   Touch(session);
-  const bool queue = SomebodyWaits(session.rig_class);
-  Notify(session.user,
-         "warning",
-         std::string(kWarnings[static_cast<std::size_t>(stage - 1)].text) +
-             (queue ? ": somebody waits for this rig" : ": a booking or an outage begins"),
-         session.id);
+  const std::string reason = WhyItEnds(session);
+  Notify({session.user,
+          session.id,
+          "warning",
+          LeftText(left) + ": " + ReasonText(reason, ""),
+          session.rig,
+          {},
+          "",
+          reason,
+          session.hard_end});
 }
 
 void Scheduler::TickIdle(Session& session, WallTime now) {
@@ -229,10 +287,11 @@ void Scheduler::TickSessions(WallTime now) {
   for (auto& [id, session] : state_.sessions) {
     if (session.state == SessionState::kHeld && now >= session.claim_until) {
       const bool booked = session.booking != BookingId{};
-      if (booked) Charge(session.user, policy_.no_show_charge, now);
+      const bool in_week = !IsElastic(session.rig_class);
+      if (booked) Charge(session.user, policy_.no_show_charge, now, in_week);
       Close(session,
             booked ? EndReason::kNoShow : EndReason::kOfferMissed,
-            booked ? "not claimed in 3 minutes" : "not accepted in time",
+            booked ? "not claimed in " + LengthText(policy_.grace) : "not accepted in time",
             now);
     } else if (session.state == SessionState::kHeld && now >= session.hard_end) {
       Close(session, EndReason::kRigFailed, "the rig is needed by an outage", now);

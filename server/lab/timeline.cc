@@ -16,6 +16,16 @@ bool IsFree(const std::vector<Interval>& busy, const Interval& during) {
       busy.begin(), busy.end(), [&](const Interval& b) { return b.Overlaps(during); });
 }
 
+/// As a booking needs it: with the check after it.
+bool HasRoom(const std::vector<Interval>& busy, const Interval& during, const Policy& policy) {
+  return IsFree(busy, {during.start, during.end + policy.cleaning});
+}
+
+WallTime OnGrid(WallTime time) {
+  const auto beyond = time.time_since_epoch() % kStartGrid;
+  return beyond == Milliseconds{0} ? time : time + (kStartGrid - beyond);
+}
+
 using BusyByRig = std::map<RigId, std::vector<Interval>>;
 
 /// Only sessions, cleaning and outages, which a new plan cannot move.
@@ -162,15 +172,16 @@ std::vector<Slot> Availability(const LabState& state,
                                const std::string& rig_class,
                                const Interval& range,
                                Milliseconds step,
+                               Milliseconds length,
                                WallTime now,
                                const Policy& policy) {
   LAB_CHECK(step > Milliseconds{0}, step.count());
   const BusyByRig busy = FixedBusy(state, rig_class, now, policy, /*with_bookings=*/true);
   std::vector<Slot> slots;
   for (WallTime start = range.start; start < range.end && slots.size() < kSlotsMax; start += step) {
-    Slot slot{{start, start + step}, 0};
+    Slot slot{{start, start + length}, 0};
     for (const auto& [id, intervals] : busy) {
-      if (slot.during.start >= now && IsFree(intervals, slot.during)) ++slot.free;
+      if (start >= now && HasRoom(intervals, slot.during, policy)) ++slot.free;
     }
     slots.push_back(slot);
   }
@@ -185,26 +196,32 @@ std::vector<WallTime> NextFree(const LabState& state,
                                WallTime now,
                                const Policy& policy) {
   const BusyByRig busy = FixedBusy(state, rig_class, now, policy, /*with_bookings=*/true);
-  // A free interval begins at the start of the range or where something ends; no other start is
-  // earlier.
-  std::vector<WallTime> candidates = {std::max(range.start, now)};
+  // A free interval begins where one looks, or where something ends; no other start is earlier.
+  std::vector<WallTime> candidates;
   for (const auto& [id, intervals] : busy) {
-    for (const auto& interval : intervals) candidates.push_back(interval.end);
-  }
-  const std::size_t ends = candidates.size();
-  for (std::size_t i = 0; i < ends; ++i) {
-    for (int k = 1; k < count; ++k) candidates.push_back(candidates[i] + k * kStartGrid);
+    for (const auto& interval : intervals) candidates.push_back(OnGrid(interval.end));
   }
   std::sort(candidates.begin(), candidates.end());
+  const auto fits = [&](WallTime start) {
+    return std::any_of(busy.begin(), busy.end(), [&](const auto& entry) {
+      return HasRoom(entry.second, {start, start + length}, policy);
+    });
+  };
+  const auto first_from = [&](WallTime from) {
+    if (fits(from)) return from;
+    const auto later = std::upper_bound(candidates.begin(), candidates.end(), from);
+    const auto found = std::find_if(later, candidates.end(), fits);
+    return found == candidates.end() ? WallTime::max() : *found;
+  };
   std::vector<WallTime> starts;
-  for (const WallTime start : candidates) {
-    if (static_cast<int>(starts.size()) == count || start + length > range.end) break;
-    if (start < range.start || start < now) continue;
-    if (!starts.empty() && start < starts.back() + kStartGrid) continue;
-    const Interval wanted{start, start + length + policy.cleaning};
-    const bool fits = std::any_of(
-        busy.begin(), busy.end(), [&](const auto& entry) { return IsFree(entry.second, wanted); });
-    if (fits) starts.push_back(start);
+  WallTime from = OnGrid(std::max(range.start, now));
+  Milliseconds distance = std::max(length, kStartGrid);
+  while (static_cast<int>(starts.size()) < count) {
+    const WallTime start = first_from(from);
+    if (start == WallTime::max() || start + length > range.end) break;
+    starts.push_back(start);
+    from = OnGrid(start + distance);
+    distance *= 2;
   }
   return starts;
 }

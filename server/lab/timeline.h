@@ -43,21 +43,24 @@ std::optional<std::map<BookingId, RigId>> PlanAll(const LabState& state,
                                                   WallTime now,
                                                   const Policy& policy);
 
-/// How many rigs of the class are free for a whole slot, for a week grid.
+/// On how many rigs of the class a booking could have this time, for a week grid.
 struct Slot {
   Interval during;
   int free = 0;
 };
-/// Slots of `step` from `from` to `to`; at most 2000.
+/// Slots of `length` that start every `step` from `from` to `to`; at most 2000. What is free here
+/// can be booked: the check after it has room too.
 std::vector<Slot> Availability(const LabState& state,
                                const std::string& rig_class,
                                const Interval& range,
                                Milliseconds step,
+                               Milliseconds length,
                                WallTime now,
                                const Policy& policy);
 
-/// The first `count` starts (5 min apart at least) at which a booking of `length` fits within
-/// `range`.
+/// Up to `count` starts, each on a whole 5 min, at which a booking of `length` fits within `range`:
+/// the first, then further and further from it. The second is one length later at least, and each
+/// distance is at least twice the one before, so that a few starts reach over hours and days.
 std::vector<WallTime> NextFree(const LabState& state,
                                const std::string& rig_class,
                                const Interval& range,

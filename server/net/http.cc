@@ -34,6 +34,29 @@ std::string_view TakeUntil(std::string_view& rest, char separator) {
   return part;
 }
 
+/// Without its end, so that members can follow.
+HttpResponse OpenProblem(int status,
+                         std::string_view type,
+                         std::string_view title,
+                         std::string_view detail,
+                         std::string_view field) {
+  HttpResponse response;
+  response.status = status;
+  response.content_type = "application/problem+json";
+  std::string& body = response.body;
+  body.append("{\"type\":");
+  AppendJsonString(body, "/problems/" + std::string(type));
+  body.append(",\"title\":");
+  AppendJsonString(body, title);
+  body.append(",\"status\":").append(std::to_string(status)).append(",\"detail\":");
+  AppendJsonString(body, detail);
+  if (!field.empty()) {
+    body.append(",\"field\":");
+    AppendJsonString(body, field);
+  }
+  return response;
+}
+
 }  // namespace
 
 bool EqualNoCase(std::string_view a, std::string_view b) {
@@ -134,9 +157,8 @@ void AppendJsonString(std::string& out, std::string_view text) {
 }
 
 void AppendReason(std::string& out, const core::Error& error) {
-  if (error.reason.empty()) return;
   out.append(",\"reason\":");
-  AppendJsonString(out, error.reason);
+  AppendJsonString(out, error.reason.empty() ? Name(error.code) : std::string_view(error.reason));
   out.append(",\"parameters\":{");
   for (std::size_t i = 0; i < error.parameters.size(); ++i) {
     if (i > 0) out.push_back(',');
@@ -152,21 +174,18 @@ HttpResponse Problem(int status,
                      std::string_view title,
                      std::string_view detail,
                      std::string_view field) {
-  HttpResponse response;
-  response.status = status;
-  response.content_type = "application/problem+json";
-  std::string& body = response.body;
-  body.append("{\"type\":");
-  AppendJsonString(body, "/problems/" + std::string(type));
-  body.append(",\"title\":");
-  AppendJsonString(body, title);
-  body.append(",\"status\":").append(std::to_string(status)).append(",\"detail\":");
-  AppendJsonString(body, detail);
-  if (!field.empty()) {
-    body.append(",\"field\":");
-    AppendJsonString(body, field);
-  }
-  body.push_back('}');
+  HttpResponse response = OpenProblem(status, type, title, detail, field);
+  response.body.append(",\"reason\":");
+  AppendJsonString(response.body, type);
+  response.body.push_back('}');
+  return response;
+}
+
+HttpResponse Problem(int status, const core::Error& error) {
+  HttpResponse response =
+      OpenProblem(status, Name(error.code), ReasonPhrase(status), error.message, error.field);
+  AppendReason(response.body, error);
+  response.body.push_back('}');
   return response;
 }
 

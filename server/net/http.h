@@ -68,12 +68,16 @@ struct HttpResponse {
   std::uint64_t payload_size() const { return spool ? spool->size() : payload().size(); }
 };
 
-/// RFC 9457 problem+json. `type` becomes "/problems/<type>", a stable word per kind of refusal.
+/// RFC 9457 problem+json. `type` becomes "/problems/<type>", a stable word per kind of refusal, and
+/// the `reason`.
 HttpResponse Problem(int status,
                      std::string_view type,
                      std::string_view title,
                      std::string_view detail,
                      std::string_view field = {});
+
+/// The same with the error's reason and parameters; an error without one gives its kind.
+HttpResponse Problem(int status, const core::Error& error);
 
 /// A temporary refusal: 429 or 503 with Retry-After.
 HttpResponse TryAgain(int status, std::string_view detail, int seconds);
@@ -84,8 +88,8 @@ std::string_view ReasonPhrase(int status);
 std::optional<std::string> PercentDecode(std::string_view text, bool plus_is_space);
 /// Appends `text` as a JSON string with its quotes; bytes that are not UTF-8 become U+FFFD.
 void AppendJsonString(std::string& out, std::string_view text);
-/// Adds ,"reason":"..","parameters":{..} to an open JSON object; adds nothing for an error without
-/// a reason.
+/// Adds ,"reason":"..","parameters":{..} to an open JSON object. The reason of an error without one
+/// is its kind.
 void AppendReason(std::string& out, const core::Error& error);
 
 }  // namespace faultlab::server

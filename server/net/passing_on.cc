@@ -50,7 +50,8 @@ core::Error PeerFull(const PeerAddress& peer) {
   return {core::ErrorCode::kBusy,
           "Too many requests wait for server '" + peer.name +
               "', which has what this is about; try again in a few seconds.",
-          ""};
+          "",
+          "peer_busy"};
 }
 
 asio::awaitable<HttpResponse> PassOn(ConnectionHost& host,

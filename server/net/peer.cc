@@ -132,7 +132,8 @@ core::Error PeerExchange::Unreachable() const {
   return {core::ErrorCode::kUnavailable,
           "Server '" + peer_.name +
               "' has what this is about and cannot be reached; try again in a few seconds.",
-          ""};
+          "",
+          "peer_silent"};
 }
 
 asio::awaitable<core::Status> PeerExchange::Connect() {
@@ -141,7 +142,8 @@ asio::awaitable<core::Status> PeerExchange::Connect() {
                           "Server '" + peer_.name +
                               "' has what this is about and does not say where it can be reached; "
                               "set member_address in its settings.",
-                          ""};
+                          "",
+                          "peer_silent"};
   }
   const auto parsed = ParseListenAddress(peer_.address);
   if (!parsed) co_return Unreachable();
@@ -169,7 +171,8 @@ asio::awaitable<core::Result<HttpResponse>> PeerExchange::Ask(const HttpRequest&
       safe ? "Server '" + peer_.name + "' does not answer; try again in a few seconds."
            : "Server '" + peer_.name +
                  "' has got this and does not answer: it may be done. Look before you ask again.",
-      ""};
+      "",
+      safe ? "peer_silent" : "peer_may_have_done"};
   const Deadline deadline(*this, safe ? limits_.answer_deadline : limits_.change_deadline);
   const std::string bytes = Encode(request, hop);
   error_code ec;

@@ -23,7 +23,9 @@ HttpResponse BytesFullProblem() {
 
 HttpResponse PeerProblem(const core::Error& error) {
   constexpr int kSeconds = 3;
-  return TryAgain(503, error.message, kSeconds);
+  HttpResponse response = Problem(503, error);
+  response.headers.emplace_back("Retry-After", std::to_string(kSeconds));
+  return response;
 }
 
 HttpResponse InternalProblem() {

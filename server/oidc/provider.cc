@@ -86,16 +86,16 @@ core::Result<Provider::Tokens> Provider::Exchange(const Discovery& discovery,
   WebRequest request;
   request.url = discovery.token_endpoint;
   request.headers = {"Accept: application/json"};
-  request.form = "grant_type=authorization_code&code=" + FormEncode(code) +
+  request.body = "grant_type=authorization_code&code=" + FormEncode(code) +
                  "&redirect_uri=" + FormEncode(redirect_uri) +
                  "&code_verifier=" + FormEncode(verifier);
   const std::string id = FormEncode(settings_.client_id);
   if (settings_.client_secret.empty() || discovery.secret_in_form) {
-    request.form += "&client_id=" + id;
+    request.body += "&client_id=" + id;
   }
   if (!settings_.client_secret.empty()) {
     const std::string secret = FormEncode(settings_.client_secret);
-    if (discovery.secret_in_form) request.form += "&client_secret=" + secret;
+    if (discovery.secret_in_form) request.body += "&client_secret=" + secret;
     if (!discovery.secret_in_form) {
       request.headers.push_back("Authorization: Basic " + PlainBase64(id + ":" + secret));
     }

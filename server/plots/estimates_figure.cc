@@ -114,28 +114,41 @@ bool IsDrawable(core::EstimateStatus status,
          (parameter == kB0 ? std::isfinite(sigma[kB0]) : std::isfinite(sigma[kB1] + sigma[kA1]));
 }
 
+EstimatorFamily FamilyOf(core::EstimatorId estimator) {
+  const core::EstimatorShape& shape = core::kEstimatorShapes[static_cast<std::size_t>(estimator)];
+  return shape.integral_samples == 0 ? EstimatorFamily::kSwa : EstimatorFamily::kSia;
+}
+
+EstimateCurve EmptyCurve(core::EstimatorId estimator) {
+  const core::EstimatorShape& shape = core::kEstimatorShapes[static_cast<std::size_t>(estimator)];
+  EstimateCurve curve;
+  curve.name = WindowName(shape.window_samples, shape.integral_samples);
+  curve.settling_samples = shape.window_samples + shape.integral_samples - 1;
+  return curve;
+}
+
+void Append(const core::Frame& frame, core::EstimatorId estimator, EstimateCurve& curve) {
+  const core::Estimate<3>& estimate = frame.estimates[static_cast<std::size_t>(estimator)];
+  curve.t_s.push_back(frame.sample.t_s);
+  for (int parameter = 0; parameter < kFamilySize; ++parameter) {
+    const auto at = static_cast<std::size_t>(parameter);
+    curve.theta[at].push_back(
+        IsDrawable(estimate.status, estimate.age_samples, estimate.sigma, parameter)
+            ? estimate.theta[at]
+            : core::kAbsent);
+  }
+}
+
 Figure MakeEstimatesFigure(std::span<const core::Frame> frames,
                            EstimatorFamily family,
                            const FigureContext& context) {
   const std::size_t first = static_cast<std::size_t>(
       family == EstimatorFamily::kSwa ? core::EstimatorId::kSwa50 : core::EstimatorId::kSia20x5);
-  std::vector<EstimateCurve> curves(kFamilySize);
+  std::vector<EstimateCurve> curves;
   for (std::size_t i = 0; i < kFamilySize; ++i) {
-    const core::EstimatorShape& shape = core::kEstimatorShapes[first + i];
-    EstimateCurve& curve = curves[i];
-    curve.name = WindowName(shape.window_samples, shape.integral_samples);
-    curve.settling_samples = shape.window_samples + shape.integral_samples - 1;
-    for (const core::Frame& frame : frames) {
-      const core::Estimate<3>& estimate = frame.estimates[first + i];
-      curve.t_s.push_back(frame.sample.t_s);
-      for (int parameter = 0; parameter < kFamilySize; ++parameter) {
-        const auto at = static_cast<std::size_t>(parameter);
-        curve.theta[at].push_back(
-            IsDrawable(estimate.status, estimate.age_samples, estimate.sigma, parameter)
-                ? estimate.theta[at]
-                : core::kAbsent);
-      }
-    }
+    const auto estimator = static_cast<core::EstimatorId>(first + i);
+    EstimateCurve& curve = curves.emplace_back(EmptyCurve(estimator));
+    for (const core::Frame& frame : frames) Append(frame, estimator, curve);
   }
   return MakeCurvesFigure(curves, family, context);
 }
@@ -169,7 +182,7 @@ Figure MakeCurvesFigure(std::span<const EstimateCurve> curves,
   const char* const gain = ia ? "A/V" : "V/V";
   const std::array<const char*, kFamilySize> units = {
       gain, swa ? gain : (ia ? "A·s/V" : "s"), swa ? (ia ? "A/A" : "V/V") : "s"};
-  const std::optional<double> change = FirstChange(context);
+  const std::vector<double> changes = ChangeTimes(context);
   for (int parameter = 0; parameter < kFamilySize; ++parameter) {
     const auto at = static_cast<std::size_t>(parameter);
     Panel panel;
@@ -184,8 +197,8 @@ Figure MakeCurvesFigure(std::span<const EstimateCurve> curves,
       panel.levels.push_back(
           {(*nominal)[at], std::string(names.parameters[at]) + " nom.", Ink::kGrey});
     }
-    if (change && drawn) {
-      AddSettlingBands(panel, *change, curves, parameter == kB0);
+    for (std::size_t i = 0; i < changes.size() && drawn; ++i) {
+      AddSettlingBands(panel, changes[i], curves, parameter == kB0 && i == 0);
     }
     panel.y.range = BulkRange(panel);
     figure.panels.push_back(std::move(panel));

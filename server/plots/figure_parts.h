@@ -7,12 +7,15 @@
 
 namespace faultlab::server {
 
-/// Marks of the injected faults and of the diagnosis.
+/// Marks of what changed on the rig, and of every detection.
 std::vector<Mark> MakeMarks(const FigureContext& context);
 
-/// Time of the first change: the injected one, otherwise the estimated onset; nothing if there is
-/// neither.
-std::optional<double> FirstChange(const FigureContext& context);
+/// When something changed, in time order, as far as the rig has reported it.
+std::vector<double> ReportedChanges(const FigureContext& context);
+
+/// ReportedChanges(); if there are none, the diagnosis' estimates. For each, the estimators'
+/// windows hold samples from before it.
+std::vector<double> ChangeTimes(const FigureContext& context);
 
 /// Name, time axis, marks and footer, as in every figure of a recording.
 Figure MakeFigureOf(const std::string& title, const FigureContext& context);
@@ -26,5 +29,9 @@ std::pair<double, double> WholeTime(const core::Sample& first, const core::Sampl
 Series MakeChannelSeries(std::span<const core::Sample> samples,
                          double core::Sample::*channel,
                          Ink ink);
+
+inline constexpr double kLensSeconds = 1.0;
+/// Magnifies kLensSeconds of the panel's own series above them; not when they are constant.
+void AddLens(Panel& panel, double from);
 
 }  // namespace faultlab::server

@@ -7,20 +7,21 @@
 #include <string_view>
 #include <vector>
 
+#include "core/diagnosis/diagnosis.h"
 #include "core/types/fault.h"
 #include "core/types/frame.h"
 #include "core/types/sample.h"
-#include "core/types/verdict.h"
 #include "server/plots/figure.h"
 
 namespace faultlab::server {
 
 /// The data that all figures of one recording share.
 struct FigureContext {
-  std::string name;                 ///< "R1 = 100 Ω at 10 s", a run's name or a file's
-  std::string footer;               ///< rig, run id, version
-  std::vector<core::Fault> faults;  ///< the injected faults, if they may be shown
-  std::optional<core::Verdict> verdict;
+  std::string name;    ///< "R1 = 100 Ω at 10 s", a run's name or a file's
+  std::string footer;  ///< rig, run id, version
+  /// What changed on the rig, if it may be shown, in time order; a nominal value is a return.
+  std::vector<core::Fault> faults;
+  std::vector<core::FaultEpisode> episodes;  ///< what was found
   /// Horizontal reference lines of the estimates, {b0d, b1d, a1d} and {b0, b1, a1}; from the
   /// calibration of the rig, or from the paper's nominal values.
   std::optional<std::array<double, 3>> nominal_swa;
@@ -48,6 +49,10 @@ struct EstimateCurve {
   std::array<std::vector<double>, 3> theta;  ///< b0d b1d a1d, or b0 b1 a1
   int settling_samples = 0;                  ///< after a change: (K-1), SIA (K+m-1)
 };
+/// The curve of one estimator, frame by frame: begin with an empty one.
+EstimateCurve EmptyCurve(core::EstimatorId estimator);
+void Append(const core::Frame& frame, core::EstimatorId estimator, EstimateCurve& curve);
+EstimatorFamily FamilyOf(core::EstimatorId estimator);
 /// The number of pairs of ink and dash for curves.
 inline constexpr std::size_t kEstimateCurvesMax = 6;
 

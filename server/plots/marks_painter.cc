@@ -9,6 +9,8 @@ constexpr Rgb kFaultColour = {0xB3, 0x00, 0x1B};
 constexpr Rgb kDetectColour = {0x00, 0x5A, 0x8F};
 constexpr double kSymbol = 7;  // half size
 constexpr double kGap = 8;
+constexpr double kEdge = 4;  // right of the labels
+constexpr int kRowsMax = 4;
 
 Rgb ColourOf(MarkKind kind) {
   switch (kind) {
@@ -89,32 +91,37 @@ void DrawMarkLines(Canvas& canvas,
   }
 }
 
-void DrawMarkLabels(Canvas& canvas,
-                    const PlotStyle& style,
-                    const std::vector<Mark>& marks,
-                    const PlotScale& scale,
-                    double y) {
-  const std::vector<Mark> shown = InOrder(marks, scale);
-  const double half = style.Px(kSymbol);
-  const double gap = style.Px(kGap);
-  double taken = scale.plot.left;  // the space left of it is occupied
-  for (std::size_t i = 0; i < shown.size(); ++i) {
-    const Mark& mark = shown[i];
-    const double line = scale.ToX(mark.x);
-    const double width = 2 * half + gap + canvas.TextWidth(mark.label, style.legend_px);
-    const bool crowded = i + 1 < shown.size() && scale.ToX(shown[i + 1].x) < line + width + 2 * gap;
-    // If two marks are close, the label of the first is left of its line, with the symbol at the
-    // line.
-    const bool to_the_left = crowded && line - width - gap > taken;
-    const double start = to_the_left ? line - width : std::max(line, taken);
-    if (to_the_left) {
-      canvas.Text(mark.label, start, y, style.legend_px, ColourOf(mark.kind));
-      DrawSymbol(canvas, mark.kind, line - half, y, half);
-    } else {
-      DrawSymbol(canvas, mark.kind, start + half, y, half);
-      canvas.Text(mark.label, start + 2 * half + gap, y, style.legend_px, ColourOf(mark.kind));
-    }
-    taken = start + width + 3 * gap;
+MarkLane::MarkLane(Canvas& canvas,
+                   const PlotStyle& style,
+                   const std::vector<Mark>& marks,
+                   const PlotScale& scale)
+    : canvas_(canvas), style_(style), scale_(scale), marks_(InOrder(marks, scale)) {
+  std::vector<MarkPlace> places;
+  for (const Mark& mark : marks_) {
+    const double text = canvas.TextWidth(mark.label, style.legend_px);
+    const double symbol = 2 * style.Px(kSymbol);
+    places.push_back({scale.ToX(mark.x), symbol + style.Px(kGap) + text, symbol});
+  }
+  labels_ = PlaceMarkLabels(places,
+                            {.left = static_cast<double>(scale.plot.left),
+                             .right = static_cast<double>(canvas.width() - style.Px(kEdge)),
+                             .gap = 2.0 * style.Px(kGap),
+                             .rows_max = kRowsMax});
+}
+
+void MarkLane::Draw(double bottom_y, double row_height) const {
+  const double half = style_.Px(kSymbol);
+  const double gap = style_.Px(kGap);
+  for (std::size_t i = 0; i < marks_.size(); ++i) {
+    const Mark& mark = marks_[i];
+    const MarkLabel& label = labels_[i];
+    if (label.shown == MarkLabel::Shown::kNothing) continue;
+    const double y = bottom_y - label.row * row_height;
+    const double line = scale_.ToX(mark.x);
+    DrawSymbol(canvas_, mark.kind, label.on_left ? line - half : line + half, y, half);
+    if (label.shown == MarkLabel::Shown::kSymbol) continue;
+    const double text = label.on_left ? label.start : line + 2 * half + gap;
+    canvas_.Text(mark.label, text, y, style_.legend_px, ColourOf(mark.kind));
   }
 }
 

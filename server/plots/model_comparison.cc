@@ -24,8 +24,8 @@ struct Stretch {
   std::vector<double> t_s, uc_v, y;
 };
 
-/// From the fault (or the middle of the record) to its end, at most kStretchSecondsMax, without a
-/// gap and without a lost reading; of several such pieces the last.
+/// From the newest change (or the middle of the record) to its end, at most kStretchSecondsMax,
+/// without a gap and without a lost reading; of several such pieces the last.
 Stretch FindStretch(std::span<const core::Sample> samples,
                     core::EstimatedChannel channel,
                     double from_s,
@@ -78,7 +78,7 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
   }
   const core::Verdict& verdict = diagnosis.verdict;
   const double middle = 0.5 * (samples.front().t_s + samples.back().t_s);
-  const double from_s = verdict.onset_s ? *verdict.onset_s : verdict.detected_at_s.value_or(middle);
+  const double from_s = core::NewestChange(diagnosis).value_or(middle);
   Stretch stretch = FindStretch(samples, comparison.channel, from_s, options.period_s);
   comparison.t_s = stretch.t_s;
   comparison.y = stretch.y;

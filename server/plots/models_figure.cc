@@ -21,6 +21,27 @@ constexpr Look kLooks[] = {{Ink::kBlue, Dash::kSolid},
                            {Ink::kPurple, Dash::kDashed},
                            {Ink::kOrange, Dash::kSolid}};
 
+/// What is not nominal during the stretch, which follows the newest change: each component as it
+/// was set last.
+std::vector<std::string> Present(const FigureContext& context, const ModelComparison& comparison) {
+  std::vector<std::string> labels;
+  for (std::size_t i = 0; i < context.faults.size(); ++i) {
+    const core::Fault& fault = context.faults[i];
+    const auto replaces = [&](const core::Fault& later) {
+      return later.component == fault.component &&
+             (comparison.t_s.empty() || later.at_s <= comparison.t_s.back());
+    };
+    const auto rest = context.faults.begin() + static_cast<std::ptrdiff_t>(i) + 1;
+    if (std::any_of(rest, context.faults.end(), replaces)) continue;
+    FigureContext only;
+    only.faults = {fault};
+    for (const Mark& mark : MakeMarks(only)) {
+      if (mark.kind == MarkKind::kFault) labels.push_back(mark.label);
+    }
+  }
+  return labels;
+}
+
 }  // namespace
 
 Figure MakeModelsFigure(const ModelComparison& comparison,
@@ -28,10 +49,8 @@ Figure MakeModelsFigure(const ModelComparison& comparison,
                         double shown_s) {
   LAB_CHECK(comparison.t_s.size() == comparison.y.size());
   Figure figure = MakeFigureOf("Measured and simulated output", context);
-  for (const Mark& mark : figure.marks) {  // the stretch follows the fault: name it
-    if (mark.kind == MarkKind::kFault) {
-      figure.subtitle += (figure.subtitle.empty() ? "" : ", ") + mark.label;
-    }
+  for (const std::string& fault : Present(context, comparison)) {
+    figure.subtitle += (figure.subtitle.empty() ? "" : ", ") + fault;
   }
   figure.marks.clear();
   std::size_t shown = comparison.t_s.size();

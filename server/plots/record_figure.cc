@@ -20,8 +20,8 @@ std::vector<core::Frame> Replay(std::span<const core::Sample> samples,
 }
 
 void FillContext(const core::Diagnosis& diagnosis, FigureContext& context) {
-  if (!context.verdict) {
-    context.verdict = diagnosis.verdict;
+  if (context.episodes.empty()) {
+    context.episodes = core::EpisodesOf(diagnosis);
   }
   const auto nominal = [&](core::EstimatorId id) {
     return diagnosis.nominal_estimates[static_cast<std::size_t>(id)];
@@ -43,10 +43,14 @@ core::Status CheckFigure(std::string_view name, std::span<const core::Sample> sa
     return core::Error{
         core::ErrorCode::kNotFound,
         "unknown figure '" + std::string(name) + "', expected one of signals, swa, sia, models",
-        "figure"};
+        "figure",
+        "no_figure"};
   }
   if (samples.size() < 2) {
-    return core::Error{core::ErrorCode::kInvalid, "a figure needs at least two samples", "samples"};
+    return core::Error{core::ErrorCode::kInvalid,
+                       "a figure needs at least two samples",
+                       "samples",
+                       "figure_needs_samples"};
   }
   return core::Done{};
 }
@@ -81,7 +85,8 @@ core::Result<Figure> MakeFigure(std::string_view name,
   if (comparison.t_s.empty()) {
     return core::Error{core::ErrorCode::kInvalid,
                        "the models need 2 s without a gap behind the fault; the recording has none",
-                       "samples"};
+                       "samples",
+                       "figure_needs_span"};
   }
   return MakeModelsFigure(comparison, context);
 }

@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kOuterMargin = 18;
 constexpr double kMarkStrip = 34;
+constexpr double kMarkRow = 24;  // each further row of marks
 constexpr double kPixelsPerXTick = 120;
 /// 1600 pixels fill the 170 mm between the margins of an A4 page.
 constexpr double kPixelsPerMetre = 1600 / 0.170;
@@ -131,15 +132,21 @@ void DrawXAxis(Canvas& canvas,
 void DrawPanels(Canvas& canvas, const PlotStyle& style, const Figure& figure, PixelRect area) {
   const int x_axis_height = style.tick_px + style.label_px + style.Px(24);
   area.height -= x_axis_height;
-  if (!figure.marks.empty()) {
-    area.top += style.Px(kMarkStrip);
-    area.height -= style.Px(kMarkStrip);
-  }
+  const auto add_strip = [&](double height) {
+    area.top += style.Px(height);
+    area.height -= style.Px(height);
+  };
+  if (!figure.marks.empty()) add_strip(kMarkStrip);
   std::vector<PanelPainter> painters;
   for (const Panel& panel : figure.panels) {
     painters.emplace_back(canvas, style, panel);
   }
   PlacePanels(painters, figure, style, area, XRange(figure));
+  const MarkLane narrow(canvas, style, figure.marks, painters.front().plot_scale());
+  if (narrow.rows() > 1) {
+    add_strip((narrow.rows() - 1) * kMarkRow);
+    PlacePanels(painters, figure, style, area, XRange(figure));
+  }
   for (PanelPainter& painter : painters) {
     painter.DrawGround();
     DrawMarkLines(canvas, style, figure.marks, painter.plot_scale());
@@ -147,11 +154,8 @@ void DrawPanels(Canvas& canvas, const PlotStyle& style, const Figure& figure, Pi
     painter.DrawFrame(area.left + 0.6 * style.label_px);
   }
   // The labels are above the legend of the first panel.
-  DrawMarkLabels(canvas,
-                 style,
-                 figure.marks,
-                 painters.front().plot_scale(),
-                 area.top - 0.5 * style.Px(kMarkStrip));
+  MarkLane(canvas, style, figure.marks, painters.front().plot_scale())
+      .Draw(area.top - 0.5 * style.Px(kMarkStrip), style.Px(kMarkRow));
   DrawXAxis(canvas, style, figure, painters.back().plot_scale());
 }
 
@@ -203,8 +207,10 @@ core::Result<Pixels> RenderForPrint(const Figure& figure,
                                     double height_mm,
                                     const std::string& font_path) {
   if (!(width_mm >= 80 && width_mm <= 300 && height_mm >= 50 && height_mm <= 300)) {
-    return core::Error{
-        core::ErrorCode::kInvalid, "a figure on paper is 80 to 300 mm wide, 50 to 300 mm high", ""};
+    return core::Error{core::ErrorCode::kInvalid,
+                       "a figure on paper is 80 to 300 mm wide, 50 to 300 mm high",
+                       "",
+                       "internal"};
   }
   core::Result<std::unique_ptr<Typeface>> type = Typeface::Load(font_path);
   if (!type) return type.error();

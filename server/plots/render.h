@@ -14,7 +14,7 @@ struct RenderOptions {
   int height_px = 900;
   int scale = 1;  ///< 1 or 2: twice the pixels, same layout
   /// DejaVuSans.ttf; empty = $FAULTLAB_FONT, then where fonts-dejavu-core puts it.
-  std::string font_path;
+  std::string font_path{};
   int png_level = 1;  ///< 1..3; above 3, encoding takes ten times as long as drawing
 };
 

@@ -8,8 +8,6 @@ namespace faultlab::server {
 namespace {
 
 constexpr double kLineWidth = 1.0;        // for 2000 points on 1400 pixels
-constexpr double kLensSeconds = 1.0;      // duration of the magnified part
-constexpr double kLensRoom = 1.9;         // free space above the data, in heights of the data
 constexpr double kLensPlaceShare = 0.42;  // of the recording, so that it stays clear of the middle
 
 bool HoldsNumbers(const Series& series) {
@@ -30,21 +28,12 @@ Panel MakeInputPanel(std::span<const core::Sample> samples) {
   Series series = MakeChannelSeries(samples, &core::Sample::uc_v, Ink::kBlue);
   series.stair = true;
   series.width = kLineWidth;
+  panel.series.push_back(std::move(series));
   if (!samples.empty()) {
-    const auto [low, high] = std::minmax_element(
-        samples.begin(), samples.end(), [](const core::Sample& a, const core::Sample& b) {
-          return a.uc_v < b.uc_v;
-        });
-    const double span = high->uc_v - low->uc_v;
     const double start = samples.front().t_s;
     const double length = samples.back().t_s - start;
-    if (span > 0.0 && length > 4 * kLensSeconds) {
-      const double from = start + std::floor(kLensPlaceShare * length);
-      panel.inset = Inset{from, from + kLensSeconds};
-      panel.y.range = {low->uc_v - 0.15 * span, high->uc_v + kLensRoom * span};
-    }
+    if (length > 4 * kLensSeconds) AddLens(panel, start + std::floor(kLensPlaceShare * length));
   }
-  panel.series.push_back(std::move(series));
   return panel;
 }
 

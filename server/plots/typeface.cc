@@ -199,7 +199,8 @@ core::Result<std::unique_ptr<Typeface>> Typeface::Load(const std::string& wanted
                        what +
                            "; install the package fonts-dejavu-core or set FAULTLAB_FONT to a "
                            "TrueType file",
-                       ""};
+                       "",
+                       "font_missing"};
   };
   if (path.empty()) {
     return unavailable("no font for pictures: DejaVuSans.ttf is in none of its usual places");

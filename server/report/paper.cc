@@ -33,6 +33,7 @@ constexpr double kSmallPt = 7.5;
 constexpr double kLine = 1.32;  ///< line height over size
 constexpr double kFactName = 38.0 * kPointsPerMm;
 constexpr double kCodeSide = 24.0 * kPointsPerMm;
+constexpr double kAbove = 9.0;  // a heading, and a picture below text
 constexpr double kCaptionHeight = 15.0;
 constexpr double kPictureGap = 8.0;
 
@@ -105,7 +106,8 @@ core::Result<Fonts> LoadFonts() {
                        what +
                            "; install the package fonts-dejavu-core or set FAULTLAB_FONT to a "
                            "TrueType file",
-                       ""};
+                       "",
+                       "font_missing"};
   };
   if (fonts.plain != nullptr) return fonts;
   if (library == nullptr && FT_Init_FreeType(&library) != 0) {
@@ -177,7 +179,6 @@ class CairoPaper final : public Paper {
   }
 
   void Heading(std::string_view text) override {
-    constexpr double kAbove = 9.0;
     constexpr double kKeepWithNext = 36.0;
     if (y_ + kAbove + kHeadingPt * kLine + kKeepWithNext > kBottom) {
       NewPage();
@@ -236,7 +237,10 @@ class CairoPaper final : public Paper {
   }
 
   void Picture(const Pixels& pixels, double height_mm, std::string_view caption) override {
-    if (left_mm() < PictureMm(height_mm) - kPictureGap / kPointsPerMm) NewPage();
+    const double needed = PictureMm(height_mm) * kPointsPerMm - kPictureGap;
+    if (kBottom - y_ < needed) NewPage();
+    if (below_text_) y_ += std::clamp(kBottom - y_ - needed, 0.0, kAbove);
+    below_text_ = false;
     {
       const Tagged tag(cr_, "P");
       Line(Clean(caption), kLeft, y_, kTextPt, true, kInk);
@@ -288,7 +292,8 @@ class CairoPaper final : public Paper {
       return core::Error{
           core::ErrorCode::kUnavailable,
           std::string("the report could not be written: ") + cairo_status_to_string(status),
-          ""};
+          "",
+          "internal"};
     }
     return std::move(pdf_);
   }
@@ -340,6 +345,7 @@ class CairoPaper final : public Paper {
     EndPage();
     ++page_;
     y_ = kTop;
+    below_text_ = false;
     code_bottom_ = 0.0;
   }
 
@@ -371,6 +377,7 @@ class CairoPaper final : public Paper {
       while (!line.empty() && line.back() == ' ') line.pop_back();
       Line(line, x, y_, size, strong, ink);
       y_ += size * kLine;
+      below_text_ = true;
       at = end;
       while (at < text.size() && text[at] == ' ') ++at;
     }
@@ -380,16 +387,21 @@ class CairoPaper final : public Paper {
   /// it fills the line alone.
   std::size_t LineEnd(const std::string& text, std::size_t at, double width) {
     std::size_t fits = at;
-    for (std::size_t end = at; end < text.size();) {
-      end = std::min(text.find(' ', end + 1), text.size());
-      if (Width(text.substr(at, end - at)) > width) break;
+    double used = 0.0;  // advances add up: cairo does not kern
+    while (fits < text.size()) {
+      const std::size_t end = std::min(text.find(' ', fits + 1), text.size());
+      used += Width(text.substr(fits, end - fits));
+      if (used > width) break;
       fits = end;
     }
     if (fits > at) return fits;
     std::size_t end = NextCharacter(text, at);
-    while (end < text.size() && text[end] != ' ' &&
-           Width(text.substr(at, NextCharacter(text, end) - at)) <= width) {
-      end = NextCharacter(text, end);
+    used = Width(text.substr(at, end - at));
+    while (end < text.size() && text[end] != ' ') {
+      const std::size_t next = NextCharacter(text, end);
+      used += Width(text.substr(end, next - end));
+      if (used > width) break;
+      end = next;
     }
     return end;
   }
@@ -413,12 +425,15 @@ class CairoPaper final : public Paper {
   std::string Shortened(std::string text, double width) {
     if (Width(text) <= width) return text;
     const std::string dots = "…";
-    while (!text.empty() && Width(text + dots) > width) {
-      std::size_t last = text.size() - 1;
-      while (last > 0 && (static_cast<unsigned char>(text[last]) & 0xC0U) == 0x80U) --last;
-      text.resize(last);
+    double used = Width(dots);
+    std::size_t end = 0;
+    while (end < text.size()) {
+      const std::size_t next = NextCharacter(text, end);
+      used += Width(text.substr(end, next - end));
+      if (used > width) break;
+      end = next;
     }
-    return text + dots;
+    return text.substr(0, end) + dots;
   }
 
   void Paint(const Pixels& pixels, double height) {
@@ -453,6 +468,7 @@ class CairoPaper final : public Paper {
   cairo_surface_t* surface_ = nullptr;
   cairo_t* cr_ = nullptr;
   double y_ = kTop;
+  bool below_text_ = false;   ///< on this page
   double code_bottom_ = 0.0;  ///< of the code, on its page
   int page_ = 1;
 };

@@ -13,7 +13,9 @@ constexpr double kClose = 2.0;
 
 std::vector<std::string> NamedBy(const core::Verdict& verdict) {
   std::vector<std::string> names;
-  for (const core::Component component : verdict.group) names.emplace_back(core::Name(component));
+  std::vector<core::Component> group = verdict.group;
+  std::ranges::sort(group, core::ByIndex{});
+  for (const core::Component component : group) names.emplace_back(core::Name(component));
   if (names.empty() && !verdict.candidates.empty()) {
     names.emplace_back(core::Name(verdict.candidates.front().component));
   }
@@ -50,8 +52,10 @@ std::vector<std::string> PathEnd(const std::vector<core::PathStep>& path,
 
 PathOutcome ComparePath(const core::Verdict& verdict, const core::Bench& bench) {
   const std::vector<std::string> end = PathEnd(verdict.path, bench);
-  if (end.empty()) return PathOutcome::kNothing;
-  if (verdict.kind == core::VerdictKind::kUnknownFault) return PathOutcome::kUnknown;
+  if (verdict.path.empty()) return PathOutcome::kNothing;
+  if (verdict.kind == core::VerdictKind::kUnknownFault) {
+    return end.empty() ? PathOutcome::kNothing : PathOutcome::kUnknown;
+  }
   if (verdict.kind != core::VerdictKind::kFault) return PathOutcome::kNothing;
   const std::vector<std::string> named = NamedBy(verdict);
   const bool shared = std::ranges::any_of(

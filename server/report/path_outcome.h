@@ -8,7 +8,8 @@
 
 namespace faultlab::server {
 
-/// The components of the verdict: those that no sensor tells apart, otherwise the best one.
+/// The components of the verdict: those that no sensor tells apart, in the order of the
+/// bench, otherwise the best one.
 std::vector<std::string> NamedBy(const core::Verdict& verdict);
 /// A step whose number is so near to its limit that it could have gone the other way.
 bool IsClose(const core::PathStep& step);

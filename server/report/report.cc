@@ -10,6 +10,7 @@
 #include "server/plots/value_text.h"
 #include "server/report/paper.h"
 #include "server/report/path_outcome.h"
+#include "server/report/sentences.h"
 
 namespace faultlab::server {
 namespace {
@@ -17,30 +18,22 @@ namespace {
 constexpr int kPagesMax = 3;
 constexpr std::size_t kFaultsShown = 10;
 constexpr std::size_t kStepsShown = 6;
+constexpr std::size_t kEpisodesShown = 6;
 constexpr double kMilli = 1e3;
 
 std::string Signed(std::string text) {
   return text.starts_with('-') ? "\u2212" + text.substr(1) : text;
 }
 
-std::string Digits(double value, int digits) {
-  if (!std::isfinite(value)) return "–";
-  std::array<char, 40> text;
-  const auto end = std::to_chars(
-      text.data(), text.data() + text.size(), value, std::chars_format::general, digits);
-  return Signed({text.data(), end.ptr});
-}
-
+/// Without "-0.0".
 std::string Fixed(double value, int decimals) {
   if (!std::isfinite(value)) return "–";
   std::array<char, 400> text;
   const auto end = std::to_chars(
       text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals);
-  return Signed({text.data(), end.ptr});
-}
-
-std::string Number(std::optional<double> value, int digits = 4) {
-  return value ? Digits(*value, digits) : "–";
+  const std::string number(text.data(), end.ptr);
+  return number.find_first_not_of("-0.") == std::string::npos ? Signed(number.substr(value < 0.0))
+                                                              : Signed(number);
 }
 
 /// "10^{−6}" -> "10⁻⁶": the page's text has no other markup.
@@ -63,12 +56,42 @@ std::string Raised(const std::string& text) {
   return out + text.substr(end + 1);
 }
 
-std::string ValueOf(core::Component component, double value, int digits = 4) {
-  return std::isfinite(value) ? Raised(ValueText(value, core::Unit(component), digits)) : "–";
+/// "1.86·10⁻⁵" for "1.86e-05"; a large number has no power: "1857".
+std::string Digits(double value, int digits) {
+  if (!std::isfinite(value)) return "–";
+  std::array<char, 40> text;
+  const auto end = std::to_chars(
+      text.data(), text.data() + text.size(), value, std::chars_format::general, digits);
+  const std::string_view number(text.data(), static_cast<std::size_t>(end.ptr - text.data()));
+  const std::size_t power = number.find('e');
+  if (power == std::string_view::npos) return Signed(std::string(number));
+  if (number[power + 1] != '-') return Fixed(value, 0);
+  const std::string_view digits_of = number.substr(number.find_first_not_of('0', power + 2));
+  return Signed(
+      Raised(std::string(number.substr(0, power)) + "·10^{\u2212" + std::string(digits_of) + "}"));
 }
 
-std::string WithName(core::Component component, double value) {
-  return std::string(core::Name(component)) + " = " + ValueOf(component, value);
+/// With at least so many digits, and never fewer than stand before the point: as the page does.
+std::string Factor(double value, int digits) {
+  if (!std::isfinite(value) || value <= 0.0) return "–";
+  return Fixed(value, std::max(0, digits - 1 - static_cast<int>(std::floor(std::log10(value)))));
+}
+
+/// For tables and the path, as the page writes it: four digits, "0.07870".
+std::string Number(std::optional<double> value) {
+  if (!value || !std::isfinite(*value)) return "–";
+  constexpr int kDigits = 4;
+  constexpr int kDecimalsMax = 6;
+  constexpr double kSmall = 1e-4;
+  const double size = std::abs(*value);
+  if (size == 0.0) return "0";
+  if (size < kSmall) return Digits(*value, kDigits);
+  const int power = static_cast<int>(std::floor(std::log10(size)));
+  return Fixed(*value, std::clamp(kDigits - 1 - power, 0, kDecimalsMax));
+}
+
+std::string ValueOf(core::Component component, double value, int digits = 4) {
+  return std::isfinite(value) ? Raised(ValueText(value, core::Unit(component), digits)) : "–";
 }
 
 std::string Joined(const std::vector<std::string>& names, std::string_view word) {
@@ -98,6 +121,21 @@ std::string Readable(const std::string& iso) {
 class Writer {
  public:
   Writer(const RunReport& report, Language language) : report_(report), words_(WordsOf(language)) {}
+
+  // Numbers as the report's language writes them.
+  std::string Digits(double value, int digits) const {
+    return Local(server::Digits(value, digits));
+  }
+  std::string Fixed(double value, int decimals) const {
+    return Local(server::Fixed(value, decimals));
+  }
+  std::string Number(std::optional<double> value) const { return Local(server::Number(value)); }
+  std::string Factor(double value, int digits) const {
+    return Local(server::Factor(value, digits));
+  }
+  std::string ValueOf(core::Component component, double value, int digits = 4) const {
+    return Local(server::ValueOf(component, value, digits));
+  }
 
   Paper::About About(int pages_total) const {
     return {.title = Title(),
@@ -137,7 +175,12 @@ class Writer {
   }
 
  private:
-  std::string Title() const { return report_.name.empty() ? report_.id : report_.name; }
+  /// Of a run without a name: its rig and when it was.
+  std::string Title() const {
+    if (!report_.name.empty()) return report_.name;
+    return (report_.rig.empty() ? words_.uploaded : report_.rig) + ", " +
+           Readable(report_.began_at);
+  }
 
   std::string Caption(const std::string& name) const {
     if (name == "signals") return words_.figure_signals;
@@ -182,7 +225,7 @@ class Writer {
     paper.Fact(words_.calibration,
                found.dated.empty()
                    ? Fill(words_.calibrated_on_run, {Fixed(found.from_s, 2), Fixed(found.to_s, 2)})
-                   : Fill(words_.calibrated_before, {found.dated}));
+                   : Fill(words_.calibrated_before, {Readable(found.dated)}));
     paper.Fact(words_.delta, Digits(kMilli * found.delta_s, 4) + " ms");
     std::string noise;
     const auto add = [&noise](const std::string& channel) {
@@ -196,11 +239,13 @@ class Writer {
                Fill(words_.false_alarms, {Digits(found.thresholds.false_alarms_per_day, 3)}));
   }
 
-  std::string VerdictText() const {
-    const core::Verdict& verdict = report_.diagnosis.verdict;
+  std::string VerdictText() const { return VerdictText(report_.diagnosis.verdict); }
+
+  std::string VerdictText(const core::Verdict& verdict) const {
     switch (verdict.kind) {
       case core::VerdictKind::kFault:
-        return Fill(words_.verdict_fault, {Joined(NamedBy(verdict), words_.or_word)});
+        return Fill(words_.verdict_fault,
+                    {Joined(NamedBy(verdict), words_.or_word) + Arrow(verdict)});
       case core::VerdictKind::kUnknownFault:
         return words_.verdict_unknown;
       case core::VerdictKind::kNominal:
@@ -213,14 +258,68 @@ class Writer {
     return words_.verdict_none;
   }
 
+  /// Of one component: whether its value is larger or smaller than the nominal one.
+  static const char* Arrow(const core::Verdict& verdict) {
+    if (verdict.candidates.empty() || NamedBy(verdict).size() != 1) return "";
+    const core::Candidate& best = verdict.candidates.front();
+    return best.value >= best.component.info().nominal ? " ↑" : " ↓";
+  }
+
   std::string Sized(const core::Candidate& candidate) const {
     const std::string value = ValueOf(candidate.component, candidate.value);
     const std::string nominal = ValueOf(candidate.component, candidate.component.info().nominal);
     if (candidate.bound != 0) {
       return Fill(words_.bound, {std::string(1, candidate.bound) + " " + value, nominal});
     }
-    return Fill(words_.standard_error,
-                {value, ValueOf(candidate.component, candidate.sigma, 3), nominal});
+    return Fill(words_.standard_error, {WithError(candidate), nominal});
+  }
+
+  std::string WithError(const core::Candidate& candidate) const {
+    return Local(Raised(
+        ValueWithErrorText(candidate.value, candidate.sigma, core::Unit(candidate.component), 4)));
+  }
+
+  /// "R9 = 33.0 ± 0.2 kΩ", or "C8 > 5 mF" where only a bound is known.
+  std::string Stated(const core::Candidate& candidate) const {
+    const std::string name(core::Name(candidate.component));
+    if (candidate.bound == 0) return name + " = " + WithError(candidate);
+    return name + " " + candidate.bound + " " + ValueOf(candidate.component, candidate.value);
+  }
+
+  /// "the residual test" of "residual", as the page calls it.
+  std::string Detector(const std::string& name) const {
+    if (name == "residual") return words_.detector_residual;
+    if (name == "cusum") return words_.detector_cusum;
+    const std::string_view glr = "glr_";
+    if (name.starts_with(glr)) return Fill(words_.detector_glr, {name.substr(glr.size())});
+    return name;
+  }
+
+  std::string DetectedText(const core::Detection& one) const {
+    std::string text =
+        Fill(words_.detected_at, {Fixed(one.detected_at_s, 2), Detector(one.detector)});
+    if (one.onset_s) text += Fill(words_.began_at, {Fixed(*one.onset_s, 2)});
+    return text;
+  }
+
+  /// What was found before the verdict, newest last: the rig may be nominal again.
+  void Earlier(Paper& paper) const {
+    const std::vector<core::FaultEpisode>& all = report_.diagnosis.episodes;
+    const std::size_t from = all.size() > kEpisodesShown ? all.size() - kEpisodesShown : 0;
+    for (std::size_t i = from; i < all.size(); ++i) {
+      const core::FaultEpisode& episode = all[i];
+      if (!episode.ended_at_s || !episode.verdict.detected_at_s) continue;
+      std::string said = VerdictText(episode.verdict);
+      if (episode.verdict.group.size() == 1 && !episode.verdict.candidates.empty()) {
+        said = Fill(words_.verdict_fault, {Stated(episode.verdict.candidates.front())});
+      }
+      std::string times;
+      for (const core::Detection& one : core::DetectionsOf(episode.verdict)) {
+        times += (times.empty() ? "" : ", ") + Fixed(one.detected_at_s, 2);
+      }
+      paper.Fact(words_.earlier,
+                 Fill(words_.earlier_is, {said, times, Fixed(*episode.ended_at_s, 2)}));
+    }
   }
 
   void Verdict(Paper& paper) const {
@@ -229,36 +328,37 @@ class Writer {
     paper.Paragraph(VerdictText(), Paper::Tone::kStrong);
     if (verdict.kind == core::VerdictKind::kFault) {
       const std::vector<std::string> named = NamedBy(verdict);
-      const core::Candidate* runner_up = nullptr;
-      for (const core::Candidate& candidate : verdict.candidates) {
-        const std::string name(core::Name(candidate.component));
-        if (std::ranges::find(named, name) != named.end()) {
-          paper.Fact(name, Sized(candidate));
-        } else if (runner_up == nullptr) {
-          runner_up = &candidate;
-        }
+      const auto name_of = [](const core::Candidate& one) {
+        return std::string(core::Name(one.component));
+      };
+      for (const std::string& name : named) {
+        const auto found = std::ranges::find(verdict.candidates, name, name_of);
+        if (found != verdict.candidates.end()) paper.Fact(name, Sized(*found));
       }
+      const auto runner_up = std::ranges::find_if(verdict.candidates, [&](const auto& one) {
+        return std::ranges::find(named, name_of(one)) == named.end();
+      });
       if (named.size() > 1) paper.Paragraph(words_.group);
       if (!verdict.candidates.empty()) {
         paper.Fact(words_.certainty,
                    Fill(words_.explains, {Digits(verdict.candidates.front().score, 3)}));
       }
-      if (runner_up != nullptr) {
-        paper.Fact(
-            words_.runner_up,
-            Fill(words_.runner_up_is,
-                 {WithName(runner_up->component, runner_up->value), Digits(runner_up->score, 3)}));
+      if (runner_up != verdict.candidates.end()) {
+        paper.Fact(words_.runner_up,
+                   Fill(words_.runner_up_is,
+                        {Stated(*runner_up),
+                         Factor(runner_up->score / verdict.candidates.front().score, 2)}));
       }
     }
-    if (verdict.detected_at_s) {
-      std::string text =
-          Fill(words_.detected_at, {Fixed(*verdict.detected_at_s, 2), verdict.detector});
-      if (verdict.onset_s) text += Fill(words_.began_at, {Fixed(*verdict.onset_s, 2)});
-      paper.Fact(words_.detected, text);
+    std::string label = words_.detected;
+    for (const core::Detection& one : core::DetectionsOf(verdict)) {
+      paper.Fact(label, DetectedText(one));
+      label = words_.detected_again;
     }
-    if (verdict.kind != core::VerdictKind::kFault && !verdict.reason.empty()) {
-      paper.Paragraph(verdict.reason);
-    }
+    Earlier(paper);
+    const bool explained =
+        verdict.kind == core::VerdictKind::kFault || verdict.kind == core::VerdictKind::kNominal;
+    if (!explained && !verdict.reason.empty()) paper.Paragraph(ReasonIn(words_, verdict.reason));
     const bool concluded = verdict.kind == core::VerdictKind::kFault ||
                            verdict.kind == core::VerdictKind::kUnknownFault;
     if (concluded && !verdict.settled) paper.Paragraph(words_.unsettled);
@@ -276,11 +376,11 @@ class Writer {
       const core::PathStep& step = verdict.path[i];
       std::string text = std::to_string(i + 1) + ". " +
                          Fill(words_.step,
-                              {step.question,
+                              {QuestionIn(words_, step.question),
                                step.answer ? words_.yes : words_.no,
-                               Digits(step.value, 4),
-                               Digits(step.threshold, 4)});
-      if (!step.leads_to.empty()) text += Fill(words_.leads_to, {step.leads_to});
+                               Number(step.value),
+                               Number(step.threshold)});
+      if (!step.leads_to.empty()) text += Fill(words_.leads_to, {NamesIn(words_, step.leads_to)});
       paper.Paragraph(text);
     }
     Outcome(paper);
@@ -288,25 +388,29 @@ class Writer {
 
   void Outcome(Paper& paper) const {
     const core::Verdict& verdict = report_.diagnosis.verdict;
-    const std::string end = Joined(PathEnd(verdict.path, *report_.bench), words_.or_word);
-    if (end.empty()) return;
+    std::string end = Joined(PathEnd(verdict.path, *report_.bench), words_.or_word);
     const PathOutcome outcome = ComparePath(verdict, *report_.bench);
     if (outcome == PathOutcome::kNothing) {
-      paper.Paragraph(Fill(words_.path_alone, {end}));
+      if (!end.empty()) paper.Paragraph(Fill(words_.path_alone, {end}));
       return;
     }
+    if (end.empty()) end = "–";
     if (outcome == PathOutcome::kAgrees) {
       paper.Paragraph(Fill(words_.path_agrees, {end}));
       return;
     }
+    if (outcome == PathOutcome::kUnknown) {
+      paper.Paragraph(Fill(words_.why_unknown, {end}), Paper::Tone::kStrong);
+      return;
+    }
     std::string why = words_.why_window;
-    if (outcome == PathOutcome::kUnknown) why = words_.why_unknown;
     if (outcome == PathOutcome::kSettling) why = words_.why_settling;
     if (outcome == PathOutcome::kClose) {
-      why = Fill(words_.why_close, {std::ranges::find_if(verdict.path, IsClose)->question});
+      const auto step = std::ranges::find_if(verdict.path, IsClose);
+      why = Fill(words_.why_close, {QuestionIn(words_, step->question)});
     }
-    paper.Paragraph(Fill(words_.path_differs, {end, VerdictText()}) + " " + why,
-                    Paper::Tone::kStrong);
+    const std::string said = Joined(NamedBy(verdict), words_.or_word);
+    paper.Paragraph(Fill(words_.path_differs, {end, said}) + " " + why, Paper::Tone::kStrong);
   }
 
   void Faults(Paper& paper) const {
@@ -342,16 +446,25 @@ class Writer {
   }
 
   void Estimates(Paper& paper) const {
-    if (report_.estimates.empty()) return;
+    if (report_.changes.empty()) return;
     paper.Heading(words_.before_after);
-    const std::array<Paper::Column, 6> columns = {{{words_.parameter, 22, false},
-                                                   {"", 46, false},
-                                                   {words_.before, 26, true},
-                                                   {words_.after, 26, true},
-                                                   {words_.change, 26, true},
-                                                   {words_.model, 28, true}}};
+    for (const ReportChange& change : report_.changes) Estimates(paper, change);
+    paper.Paragraph(words_.means, Paper::Tone::kQuiet);
+  }
+
+  void Estimates(Paper& paper, const ReportChange& change) const {
+    const std::string about = About(change);
+    if (!about.empty()) paper.Paragraph(about);
+    const bool published = !report_.bench->published.source.empty();
+    std::vector<Paper::Column> columns = {{words_.parameter, 20, false},
+                                          {"", 38, false},
+                                          {words_.before, 23, true},
+                                          {words_.after, 23, true},
+                                          {words_.change, 23, true},
+                                          {words_.model, 23, true}};
+    if (published) columns.push_back({words_.published, 24, true});
     std::vector<std::vector<std::string>> rows;
-    for (const ReportEstimates& one : report_.estimates) {
+    for (const ReportEstimates& one : change.estimates) {
       for (const ReportEstimates::Row& row : one.rows) {
         const bool both = row.before && row.after && *row.before != 0.0;
         rows.push_back({row.name,
@@ -360,20 +473,33 @@ class Writer {
                         Number(row.after),
                         both ? Change(*row.before, *row.after) : "–",
                         Number(row.model)});
+        if (published) rows.back().push_back(Number(row.published));
       }
     }
     paper.Table(columns, rows);
-    paper.Paragraph(report_.modelled
-                        ? Fill(words_.model_for,
-                               {WithName(report_.modelled->component, report_.modelled->value)})
-                        : std::string(words_.means),
-                    Paper::Tone::kQuiet);
   }
 
-  static std::string Change(double before, double after) {
+  /// "R12: 11.2 kΩ → 5.6 kΩ at 8.00 s"
+  std::string About(const ReportChange& change) const {
+    if (!change.t_s) return {};
+    if (!change.component.exists()) return Fill(words_.change_at, {Fixed(*change.t_s, 2)});
+    std::string text = std::string(core::Name(change.component)) + ": ";
+    if (change.before) text += ValueOf(change.component, *change.before) + " → ";
+    text = Fill(words_.changed_at,
+                {text + ValueOf(change.component, change.value), Fixed(*change.t_s, 2)});
+    std::string others;
+    for (const core::Component other : change.others) {
+      others.append(others.empty() ? "" : ", ").append(core::Name(other));
+    }
+    if (!others.empty()) text += Fill(words_.no_model, {others});
+    return text;
+  }
+
+  /// Of the magnitude, as the page has it: −1.1 -> −0.66 is −40 %.
+  std::string Change(double before, double after) const {
     constexpr double kPercent = 100.0;
-    const std::string text = Fixed(kPercent * (after - before) / std::abs(before), 1);
-    return after > before ? "+" + text : text;
+    const double change = kPercent * (after / before - 1.0);
+    return (change > 0.0 ? "+" : "") + Fixed(change, 0);
   }
 
   void Origin(Paper& paper) const {
@@ -381,6 +507,12 @@ class Writer {
     paper.Fact(words_.program, "faultlab " + report_.version);
     paper.Fact(words_.checksum, report_.csv_sha256);
     paper.Fact(words_.address, report_.address);
+    if (report_.address.empty()) paper.Paragraph(words_.no_address, Paper::Tone::kQuiet);
+  }
+
+  std::string Local(std::string number) const {
+    std::replace(number.begin(), number.end(), '.', words_.decimal_sign);
+    return number;
   }
 
   const RunReport& report_;

@@ -32,9 +32,20 @@ struct ReportEstimates {
     std::string name;  ///< "b0d"
     std::optional<double> before;
     std::optional<double> after;
-    std::optional<double> model;  ///< after, as the calibrated model predicts it
+    std::optional<double> model;      ///< after, as the model of the bench predicts it
+    std::optional<double> published;  ///< after, as it was published
   };
   std::vector<Row> rows;
+};
+
+/// One change, and the estimates before and after it.
+struct ReportChange {
+  std::optional<double> t_s;            ///< nothing: nothing has changed
+  core::Component component{};          ///< none when only the time is known
+  std::optional<double> before;         ///< its value until then, SI
+  double value = 0.0;                   ///< SI
+  std::vector<core::Component> others;  ///< that were not nominal then: there is no model
+  std::vector<ReportEstimates> estimates;
 };
 
 /// Everything that a report says. Whoever fills it leaves out what its reader may not see.
@@ -54,9 +65,8 @@ struct RunReport {
   std::vector<ReportFault> faults;
 
   core::Diagnosis diagnosis;
-  std::string calibration_refusal;  ///< why there is none
-  std::vector<ReportEstimates> estimates;
-  std::optional<core::Fault> modelled;  ///< of ReportEstimates::Row::model
+  std::string calibration_refusal;    ///< why there is none
+  std::vector<ReportChange> changes;  ///< the newest, in time order
 
   /// The figures by name, in this order. Made one after the other, each when it is drawn: those of
   /// a long run are large.

@@ -1,112 +1,134 @@
 #pragma once
 
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
 
 namespace faultlab::server {
 
-enum class Language { kEnglish, kSerbian };
+enum class Language { kEnglish, kSerbian, kSerbianCyrillic };
 
-/// "en", "sr" (Latin script).
+/// "en", "sr" (Latin script), "sr-Cyrl".
 std::optional<Language> ParseLanguage(std::string_view name);
 
 /// All texts of a report in one language. {0}, {1}.. are filled in.
 struct ReportWords {
-  const char* report;  ///< the kind of document, above its title
-  const char* run;
-  const char* made_by;
-  const char* guest;
-  const char* time;
-  const char* rig;
-  const char* uploaded;
-  const char* bench;
-  const char* description;  ///< "{0}, description {1}": bench's title and id
-  const char* state;
-  const char* state_finished;
-  const char* state_stopped;
-  const char* state_failed;
-  const char* state_interrupted;
-  const char* samples;  ///< "{0} samples, {1} apart: {2} s"
-  const char* samples_name;
-  const char* settings;
-  const char* excitation;
-  const char* replay_of;
-  const char* calibration;
-  const char* calibrated_on_run;  ///< "from this recording, {0} to {1} s"
-  const char* calibrated_before;  ///< "of {0}": stored with the rig
-  const char* calibration_none;
-  const char* delta;
-  const char* noise;
-  const char* false_alarms;  ///< "{0} a day over all tests"
-  const char* false_alarms_name;
+  char decimal_sign = '.';  ///< between the whole part of a number and its decimals
+  std::string report;       ///< the kind of document, above its title
+  std::string run;
+  std::string made_by;
+  std::string guest;
+  std::string time;
+  std::string rig;
+  std::string uploaded;
+  std::string bench;
+  std::string description;  ///< "{0}, description {1}": bench's title and id
+  std::string state;
+  std::string state_finished;
+  std::string state_stopped;
+  std::string state_failed;
+  std::string state_interrupted;
+  std::string samples;  ///< "{0} samples, {1} apart: {2} s"
+  std::string samples_name;
+  std::string settings;
+  std::string excitation;
+  std::string replay_of;
+  std::string calibration;
+  std::string calibrated_on_run;  ///< "from this recording, {0} to {1} s"
+  std::string calibrated_before;  ///< "of {0}": stored with the rig
+  std::string calibration_none;
+  std::string delta;
+  std::string noise;
+  std::string false_alarms;  ///< "{0} a day over all tests"
+  std::string false_alarms_name;
 
-  const char* faults;  ///< heading
-  const char* faults_none;
-  const char* faults_more;  ///< "and {0} more, in the JSON export"
-  const char* at_time;      ///< columns
-  const char* at_sample;
-  const char* component;
-  const char* value;
-  const char* rig_says;
-  const char* confirmed;
-  const char* refused;
-  const char* unconfirmed;
-  const char* nominal;  ///< "nominal"
+  std::string faults;  ///< heading
+  std::string faults_none;
+  std::string faults_more;  ///< "and {0} more, in the JSON export"
+  std::string at_time;      ///< columns
+  std::string at_sample;
+  std::string component;
+  std::string value;
+  std::string rig_says;
+  std::string confirmed;
+  std::string refused;
+  std::string unconfirmed;
+  std::string nominal;  ///< "nominal"
 
-  const char* verdict;
-  const char* verdict_fault;  ///< "Fault: {0}"
-  const char* or_word;
-  const char* verdict_unknown;
-  const char* verdict_nominal;
-  const char* verdict_not_excited;
-  const char* verdict_none;
-  const char* unsettled;
-  const char* detected;
-  const char* detected_at;     ///< "at {0} s by {1}"
-  const char* began_at;        ///< ", began at about {0} s"
-  const char* standard_error;  ///< "{0}, standard error {1}; nominal {2}"
-  const char* bound;           ///< "{0}; nominal {1}"
-  const char* group;
-  const char* explains;  ///< "residual {0} times what noise alone leaves (1: explains all)"
-  const char* certainty;
-  const char* runner_up;
-  const char* runner_up_is;  ///< "{0}: residual {1} times"
+  std::string verdict;
+  std::string verdict_fault;  ///< "Fault: {0}"
+  std::string or_word;
+  std::string verdict_unknown;
+  std::string verdict_nominal;
+  std::string verdict_not_excited;
+  std::string verdict_none;
+  std::string unsettled;
+  std::string detected;
+  std::string detected_again;  ///< of a further change of the same fault
+  std::string earlier;
+  std::string earlier_is;   ///< "{0}, detected at {1} s, until {2} s"
+  std::string detected_at;  ///< "at {0} s by {1}"
+  std::string detector_residual;
+  std::string detector_cusum;
+  std::string detector_glr;    ///< over {0} samples
+  std::string began_at;        ///< ", began at about {0} s"
+  std::string standard_error;  ///< "{0} (standard error); nominal {1}"
+  std::string bound;           ///< "{0}; nominal {1}"
+  std::string group;
+  std::string explains;  ///< "residual {0} times what noise alone leaves (1: explains all)"
+  std::string certainty;
+  std::string runner_up;
+  std::string runner_up_is;  ///< "{0}: residual {1} times that of the best"
 
-  const char* path;  ///< heading: the paper's method
-  const char* path_none;
-  const char* yes;
-  const char* no;
-  const char* step;          ///< "{0} — {1} ({2}, limit {3})"
-  const char* leads_to;      ///< " → {0}"
-  const char* path_agrees;   ///< "It ends at {0}, as the verdict does."
-  const char* path_alone;    ///< "It ends at {0}."
-  const char* path_differs;  ///< "It ends at {0}, the verdict is {1}."
-  const char* why_unknown;
-  const char* why_settling;
-  const char* why_close;  ///< "{0}"
-  const char* why_window;
+  std::string path;  ///< heading: the paper's method
+  std::string path_none;
+  std::string yes;
+  std::string no;
+  std::string step;          ///< "{0} — {1} ({2}, limit {3})"
+  std::string leads_to;      ///< " → {0}"
+  std::string path_agrees;   ///< "It ends at {0}, as the verdict does."
+  std::string path_alone;    ///< "It ends at {0}."
+  std::string path_differs;  ///< "The path ends at {0}, but the verdict is {1}:" and why
+  std::string why_unknown;   ///< a sentence of its own: {0} is the end of the path
+  std::string why_settling;
+  std::string why_close;  ///< "{0}"
+  std::string why_window;
 
-  const char* before_after;
-  const char* parameter;
-  const char* before;
-  const char* after;
-  const char* change;
-  const char* model;
-  const char* model_for;  ///< "Model: prediction of the calibrated model for {0}"
-  const char* means;
+  std::string outside;  ///< questions of the path: "Is {0} outside its band?"
+  std::string opposite;
+  std::string same_way;
 
-  const char* figures;
-  const char* figure_signals;
-  const char* figure_swa;
-  const char* figure_sia;
-  const char* figure_models;
-  const char* no_figure;  ///< "{0}: {1}"
+  std::string too_early;  ///< reasons of a verdict
+  std::string worked_out;
+  std::string no_single;
+  std::string beside;  ///< "{0}", "{1}": components
+  std::string two;
 
-  const char* origin;
-  const char* program;
-  const char* checksum;  ///< "SHA-256 of the CSV"
-  const char* address;
+  std::string before_after;
+  std::string parameter;
+  std::string before;
+  std::string after;
+  std::string change;
+  std::string model;
+  std::string published;
+  std::string changed_at;  ///< "{0} at {1} s"
+  std::string change_at;   ///< "Change at {0} s"
+  std::string no_model;    ///< "; no model: not nominal either: {0}"
+  std::string means;
+
+  std::string figures;
+  std::string figure_signals;
+  std::string figure_swa;
+  std::string figure_sia;
+  std::string figure_models;
+  std::string no_figure;  ///< "{0}: {1}"
+
+  std::string origin;
+  std::string program;
+  std::string checksum;  ///< "SHA-256 of the CSV"
+  std::string address;
+  std::string no_address;  ///< what to do so that reports have a link
 };
 
 const ReportWords& WordsOf(Language language);

@@ -90,8 +90,10 @@ Error RigRefused(const std::string& rig, const hardware::RemoteRigInfo& why) {
 }
 
 Error OfLease(const std::string& rig, Error error) {
-  if (error.field != hardware::kLeaseField || error.code != ErrorCode::kBusy) return error;
-  error.reason = hardware::Name(hardware::RigRefusal::kHeldElsewhere);
+  const bool held = error.field == hardware::kLeaseField && error.code == ErrorCode::kBusy;
+  if (!held && !error.reason.empty()) return error;
+  error.reason =
+      held ? std::string(hardware::Name(hardware::RigRefusal::kHeldElsewhere)) : "rig_refuses";
   error.parameters = {{"rig", rig}};
   return error;
 }
@@ -147,6 +149,13 @@ Error QuotaFull(std::int64_t kept, std::int64_t most) {
 
 Error RunEnded() {
   return {ErrorCode::kConflict, "The run has ended.", "", "run_ended"};
+}
+
+Error EndNotStored() {
+  return {ErrorCode::kConflict,
+          "The run has ended, and its end is not stored yet; try again in a moment.",
+          "",
+          "end_not_stored"};
 }
 
 Error StaleEpoch() {
@@ -254,7 +263,9 @@ Error NotOfTheRelays(core::Component component, const std::string& values) {
           "The relay board of " + Symbol(component) + " has " + values + ".",
           "value",
           "value_not_of_the_relays",
-          {{"component", Symbol(component)}, {"values", values}}};
+          {{"component", Symbol(component)},
+           {"values", values},
+           {"unit", std::string(core::Unit(component))}}};
 }
 
 Error VoltageOutside(const std::string& rig, double lowest_v, double highest_v) {
@@ -277,6 +288,11 @@ Error EmptyRecording() {
 Error At(Error error, std::string field) {
   error.field = std::move(field);
   return error;
+}
+
+Error In(Error error, std::string field) {
+  error.code = ErrorCode::kInvalid;
+  return At(std::move(error), std::move(field));
 }
 
 }  // namespace faultlab::server::refusal

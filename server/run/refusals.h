@@ -25,7 +25,8 @@ core::Error RigAway(const std::string& rig);
 core::Error RigElsewhere(const std::string& rig, const std::string& member);
 /// Nobody can use the rig, which this server hears: RigRefusal is the reason.
 core::Error RigRefused(const std::string& rig, const hardware::RemoteRigInfo& why);
-/// The rig does not take the lease: the error of its Arm, with a reason if another lab has it.
+/// The rig does not take the lease: the error of its Arm, with a reason: another lab has it, or
+/// what the rig says is in its message alone.
 core::Error OfLease(const std::string& rig, core::Error error);
 /// The end of the run before is being read from the rig: RunRest.
 core::Error RestAwaited(const std::string& rig);
@@ -37,6 +38,8 @@ core::Error ReplayTooLong(double longest_s);
 /// Recorded samples of one owner.
 core::Error QuotaFull(std::int64_t kept, std::int64_t most);
 core::Error RunEnded();
+/// The run has ended, and its end is not stored yet: for a moment, or until the database is back.
+core::Error EndNotStored();
 core::Error StaleEpoch();
 /// The server may have lost its rigs to another one: it was frozen, or the database is away.
 core::Error OutOfTouch();
@@ -65,5 +68,7 @@ core::Error EmptyRecording();
 
 /// The refusal for a part of a request: its field becomes `field`.
 core::Error At(core::Error error, std::string field);
+/// What a part of a request names is refused, so the request is invalid: as At, with kInvalid.
+core::Error In(core::Error error, std::string field);
 
 }  // namespace faultlab::server::refusal

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/run/refusals.h"
+#include "server/run/tallied_rig.h"
 
 namespace faultlab::server {
 RigHold& RigHold::operator=(RigHold&& other) noexcept {
@@ -83,6 +84,11 @@ core::Status RigBay::PassGate(const std::string& rig, std::chrono::milliseconds 
     if (far) gate = gate_;
   }
   return gate ? gate(rig, patience) : core::Done{};
+}
+
+void RigBay::SetTally(std::shared_ptr<RigTally> tally) {
+  const std::lock_guard lock(mutex_);
+  tally_ = std::move(tally);
 }
 
 void RigBay::OnRelease(std::function<void(const lab::Lease&)> told) {
@@ -208,8 +214,11 @@ core::Result<RigHold> RigBay::Acquire(const lab::Lease& lease, std::chrono::mill
   }
   if (rig == nullptr) {
     Return(index);
-    return core::Error{
-        core::ErrorCode::kUnavailable, "Rig '" + lease.rig + "' does not answer.", "/rig"};
+    return core::Error{core::ErrorCode::kUnavailable,
+                       "Rig '" + lease.rig + "' does not answer.",
+                       "/rig",
+                       "rig_silent",
+                       {{"rig", lease.rig}}};
   }
   RigHold hold;
   {
@@ -219,7 +228,7 @@ core::Result<RigHold> RigBay::Acquire(const lab::Lease& lease, std::chrono::mill
     hold.bay_ = this;
     hold.slot_ = index;
     hold.lease_ = lease;
-    hold.rig_ = std::move(rig);
+    hold.rig_ = tally_ ? std::make_shared<TalliedRig>(std::move(rig), tally_) : std::move(rig);
     hold.revoked_ = slot.revoked;
   }
   // A fence that came while the rig was being made had no rig to stop.

@@ -16,6 +16,7 @@
 #include "hardware/lcm/rig_finder.h"
 #include "hardware/rig.h"
 #include "server/lab/lease.h"
+#include "server/run/rig_tally.h"
 
 namespace faultlab::server {
 
@@ -96,6 +97,9 @@ class RigBay {
   /// May be empty.
   void OnRelease(std::function<void(const lab::Lease&)> told);
 
+  /// Where all that is held from now on counts what it does; null: nowhere.
+  void SetTally(std::shared_ptr<RigTally> tally);
+
   /// Acquires the rig of the lease. The holder of an older epoch is stopped and waited for, up to
   /// `patience`. kStale when the bay is fenced above the lease; kBusy when the lease has the rig
   /// already, or the older holder did not release it; kNotFound; kUnavailable when the rig does not
@@ -135,6 +139,7 @@ class RigBay {
   core::Status PassGate(const std::string& rig, std::chrono::milliseconds patience) const;
 
   Finder finder_;
+  std::shared_ptr<RigTally> tally_;
   Gate gate_;
   Strangers strangers_;
   std::function<void(const lab::Lease&)> released_;

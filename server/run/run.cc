@@ -23,8 +23,6 @@ constexpr double kFrameSeconds = 0.05;
 constexpr double kPresentSeconds = 3.0;
 constexpr int kRowsPerFrameMax = 250;
 constexpr std::size_t kEventsShownMax = 1000;
-/// Tries for half a minute, in case the database is away.
-constexpr int kEndTries = 60;
 constexpr std::chrono::milliseconds kEndRetry{500};
 
 bool IsRealTime(const hardware::RigDescription& description, double speed) {
@@ -404,7 +402,11 @@ void Run::Fail(const std::string& reason) {
 
 void Run::Complete(core::Diagnosis& diagnosis) {
   if (!services_.complete) return;
-  const auto samples = services_.store.LoadSamples(id_);
+  auto samples = services_.store.LoadSamples(id_);
+  while (!samples.ok() && MayPass(samples.error())) {
+    if (!services_.recorder.WaitToTryAgain(kEndRetry)) break;
+    samples = services_.store.LoadSamples(id_);
+  }
   if (!samples.ok()) return;  // Drain has reported it already
   services_.complete(samples.value(), request_.diagnosis, diagnosis);
 }
@@ -415,19 +417,31 @@ void Run::StoreOptions() {
   if (!stored.ok()) services_.log("run " + id_ + ": its options: " + stored.error().message);
 }
 
-/// Tries again if the database is busy or away. An earlier try may have been stored.
-core::Status Run::StoreEnd(RunState state, const std::string& text, core::VerdictKind verdict) {
-  const WallTime now = services_.clock.Wall();
+/// Tries again until it is stored, or can never be, or the process ends: a run that has ended and
+/// is stored as running could be neither stopped nor deleted. An earlier try may have been stored.
+core::Status Run::StoreEnd(const RunEnd& end, const std::string& text, core::VerdictKind verdict) {
   const std::string word(core::Name(verdict));
-  core::Status stored = services_.store.Finish(id_, state, now, text, word);
-  for (int tries = 1; !stored.ok() && MayPass(stored.error()) && tries < kEndTries; ++tries) {
-    std::this_thread::sleep_for(kEndRetry);
-    stored = services_.store.Finish(id_, state, now, text, word);
-    if (stored.ok() || stored.error().code != core::ErrorCode::kConflict) continue;
-    const auto record = services_.store.Get(id_);
-    if (record.ok() && record.value().state == state) return core::Done{};
+  for (bool kept = false;; kept = true) {
+    const core::Status stored = services_.store.Finish(id_, end.state, end.at, text, word);
+    if (stored.ok()) return stored;
+    if (stored.error().code == core::ErrorCode::kConflict) {
+      const auto record = services_.store.Get(id_);
+      if (record.ok() && record.value().state == end.state) return core::Done{};
+      if (record.ok()) return stored;
+    }
+    if (stored.error().code == core::ErrorCode::kNotFound) return stored;
+    if (!kept) {
+      services_.recorder.KeepEnd(id_, end);
+      services_.log("run " + id_ + ": its end is not stored yet: " + stored.error().message);
+    }
+    if (!services_.recorder.WaitToTryAgain(kEndRetry)) return stored;
   }
-  return stored;
+}
+
+RunState Run::EndState() const {
+  if (!failure_.empty()) return RunState::kFailed;
+  if (finished_) return RunState::kFinished;
+  return stopped_by_us_ ? RunState::kStopped : RunState::kFailed;
 }
 
 void Run::Finish() {
@@ -441,20 +455,24 @@ void Run::Finish() {
   verdict_text_ = VerdictText(diagnosis.verdict);
 
   FlushRecording(true);
-  const core::Status recorded = services_.recorder.Drain(id_);
-  if (!recorded.ok()) Fail(recorded.error().message);
-  Complete(diagnosis);
-  RunState state = RunState::kFailed;
-  if (failure_.empty() && finished_) state = RunState::kFinished;
-  if (failure_.empty() && !finished_ && stopped_by_us_) state = RunState::kStopped;
+  const WallTime ended_at = services_.clock.Wall();
+  const core::Status recorded = services_.recorder.Drain(id_, {EndState(), ended_at});
+  const bool left = !recorded.ok() && recorded.error().reason == kDatabaseAway;
+  if (!recorded.ok() && !left) Fail(recorded.error().message);
+  if (!left) Complete(diagnosis);
+  RunState state = EndState();
   const std::int64_t samples = Snapshot().samples;
   const std::string text = DiagnosisText(diagnosis, request_.diagnosis, samples);
-  if (learnt_again_) StoreOptions();
-  const core::Status stored = StoreEnd(state, text, diagnosis.verdict.kind);
+  if (learnt_again_ && !left) StoreOptions();
+  const core::Status stored =
+      left ? recorded : StoreEnd({state, ended_at}, text, diagnosis.verdict.kind);
   if (!stored.ok()) {
-    services_.log("run " + id_ + ": its end could not be stored: " + stored.error().message);
-    state = RunState::kFailed;
+    services_.log("run " + id_ + ": its end is not stored: " + stored.error().message);
+    if (!left) state = RunState::kFailed;
   }
+  const bool is_final = stored.ok() || stored.error().code == core::ErrorCode::kConflict ||
+                        stored.error().code == core::ErrorCode::kNotFound;
+  if (is_final) services_.recorder.Forget(id_);
   const hardware::RigDescription& rig = rig_->description();
   // A fault inside the stretch would become part of the calibration of the healthy rig, and a
   // hidden fault could be read from that calibration.

@@ -94,7 +94,8 @@ class Run : public std::enable_shared_from_this<Run> {
   void Fail(const std::string& reason);
   void Finish();
   void StoreOptions();
-  core::Status StoreEnd(RunState state, const std::string& text, core::VerdictKind verdict);
+  core::Status StoreEnd(const RunEnd& end, const std::string& text, core::VerdictKind verdict);
+  RunState EndState() const;
   void Complete(core::Diagnosis& diagnosis);
   std::string Hello();
 

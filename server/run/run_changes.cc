@@ -157,7 +157,9 @@ void Run::ApplyWaitingChanges() {
     const auto change = waiting_.Next();
     if (!change) return;
     const core::Status taken = rig_->Command(epoch_, SetTo(*change));
-    if (!taken.ok()) waiting_.Refuse(*change, taken.error().message);
+    if (!taken.ok()) {
+      waiting_.Refuse(*change, refusal::OfLease(rig_->description().id, taken.error()));
+    }
   }
 }
 

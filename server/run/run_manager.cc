@@ -8,6 +8,7 @@
 #include "server/run/refusals.h"
 #include "server/run/run.h"
 #include "server/run/worker.h"
+#include "server/storage/database_error.h"
 #include "server/storage/ids.h"
 
 namespace faultlab::server {
@@ -41,7 +42,7 @@ class RunManager::Impl {
         hub_(hub),
         clock_(clock),
         log_(std::move(log)),
-        recorder_(store) {}
+        recorder_(store, options_.backlog_folder, options_.room, log_) {}
 
   core::Result<RunSnapshot> Start(RunRequest request);
   core::Result<Accepted> Obey(const std::string& run, const CommandMessage& message);
@@ -88,7 +89,8 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   {
     const std::lock_guard lock(mutex_);
     if (closed_) {
-      return core::Error{core::ErrorCode::kUnavailable, "The server is stopping.", {}};
+      return core::Error{
+          core::ErrorCode::kUnavailable, "The server is stopping.", {}, "server_stops"};
     }
   }
 
@@ -114,7 +116,11 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
   record.created_at = clock_.Wall();
   record.kept_run = rig.kept_run();
   const core::Status begun = store_.Begin(record);
-  if (!begun.ok()) return begun.error();
+  if (!begun.ok()) {
+    // It may have been stored all the same: the answer is what was lost.
+    if (MayPass(begun.error())) recorder_.EndLater(record.id, {RunState::kFailed, clock_.Wall()});
+    return begun.error();
+  }
 
   RunServices services{store_,
                        recorder_,
@@ -141,12 +147,15 @@ core::Result<RunSnapshot> RunManager::Impl::Start(RunRequest request) {
         if (queued) return;
         hub_.Reply(
             viewer,
-            AckText(message, core::Error{core::ErrorCode::kBusy, "Too many commands wait.", {}}));
+            AckText(message,
+                    core::Error{
+                        core::ErrorCode::kBusy, "Too many commands wait.", {}, "commands_full"}));
       });
   const core::Status started = run->Start();
   if (!started.ok()) {
-    const core::Status ended = store_.Finish(id, RunState::kFailed, clock_.Wall(), "", "");
-    if (!ended.ok()) log_("run " + id + ": " + ended.error().message);
+    const RunEnd end{RunState::kFailed, clock_.Wall()};
+    const core::Status ended = store_.Finish(id, end.state, end.at, "", "");
+    if (!ended.ok()) recorder_.EndLater(id, end);
     return started.error();
   }
   ++counters_.started;
@@ -198,7 +207,8 @@ core::Result<RunSnapshot> RunManager::Start(RunRequest request) {
 core::Status RunManager::Stop(std::string_view id, std::string_view reason) {
   const std::shared_ptr<Run> run = impl_->Find(id);
   if (run == nullptr) {
-    return core::Error{core::ErrorCode::kNotFound, "There is no such run in progress.", {}};
+    return core::Error{
+        core::ErrorCode::kNotFound, "There is no such run in progress.", {}, "run_ended"};
   }
   if (run->ended()) return refusal::RunEnded();
   run->Stop(reason);
@@ -210,7 +220,8 @@ core::Result<Accepted> RunManager::Command(std::string_view id,
                                            const hardware::RigCommand& command) {
   const std::shared_ptr<Run> run = impl_->Find(id);
   if (run == nullptr) {
-    return core::Error{core::ErrorCode::kNotFound, "There is no such run in progress.", {}};
+    return core::Error{
+        core::ErrorCode::kNotFound, "There is no such run in progress.", {}, "run_ended"};
   }
   return run->Command(epoch, command);
 }
@@ -243,6 +254,12 @@ void RunManager::Wait(std::string_view id) {
   if (const std::shared_ptr<Run> run = impl_->Find(id)) run->Wait();
 }
 
+core::Status RunManager::StoreBacklogs() {
+  const std::string& folder = impl_->options_.backlog_folder;
+  if (folder.empty()) return core::Done{};
+  return server::StoreBacklogs(folder, impl_->store_, impl_->log_);
+}
+
 void RunManager::Shutdown() {
   std::vector<std::shared_ptr<Run>> all;
   {
@@ -251,6 +268,7 @@ void RunManager::Shutdown() {
     for (const auto& [id, run] : impl_->runs_) all.push_back(run);
   }
   for (const auto& run : all) run->Stop("the server stops");
+  impl_->recorder_.Leave(impl_->options_.leave_after);
   for (const auto& run : all) run->Wait();
   all.clear();
   impl_->DropEnded();

@@ -102,6 +102,13 @@ struct RunManagerOptions {
   std::function<void(const LearntRig& learnt)> calibrated;
   /// May be empty. Called on the run's thread: must not block.
   std::function<void(const RunMoment& moment)> moment{};
+  /// Where runs keep what the database does not take for a time: see Backlog. Empty: nowhere.
+  std::string backlog_folder{};
+  /// Whether the disk has room for more samples; without it a recording ends. May be empty. Any
+  /// thread.
+  std::function<core::Status()> room{};
+  /// How long Shutdown waits for a database that is away.
+  std::chrono::milliseconds leave_after{5000};
 };
 
 struct RunCounters {
@@ -159,7 +166,11 @@ class RunManager {
   std::vector<RunSnapshot> Running() const;
   /// Blocks until the run has ended and is stored. For tests and jobs.
   void Wait(std::string_view id);
-  /// Stops every run and waits for their recordings.
+  /// Stores what former processes of this server could not. To be called when their runs have been
+  /// marked as interrupted, and before the first Start.
+  core::Status StoreBacklogs();
+  /// Stops every run and waits for their recordings; for a database that is away only a moment:
+  /// the next start stores the rest.
   void Shutdown();
 
   RunCounters counters() const;

@@ -88,6 +88,12 @@ RecordedEvent MakeChangeEvent(const ChangeNote& note, std::int64_t index, double
   object["component"] = core::Name(note.component);
   object["value"] = Finite(note.value);
   if (!note.text.empty()) object["text"] = note.text;
+  if (!note.reason.empty()) object["reason"] = note.reason;
+  if (!note.parameters.empty()) {
+    json::object parameters;
+    for (const core::ErrorParameter& each : note.parameters) parameters[each.name] = each.value;
+    object["parameters"] = std::move(parameters);
+  }
   return Recorded(note.kind, index, object);
 }
 

@@ -58,7 +58,8 @@ void Solver::Loop() {
       result = core::RunTask(task);
     } catch (const std::exception& error) {
       // An error in one fit must not end the others: the pipeline gets a result without an answer.
-      result = core::Unanswered(task, {core::ErrorCode::kInvalid, error.what(), "solver"});
+      result =
+          core::Unanswered(task, {core::ErrorCode::kInvalid, error.what(), "solver", "internal"});
     }
     box->Put(std::move(result));
     lock.lock();

@@ -12,7 +12,11 @@ core::Status CheckSwitchable(const hardware::RigDescription& rig,
                              core::Component component,
                              double value) {
   if (!component.exists()) {
-    return core::Error{core::ErrorCode::kInvalid, "Say which component.", "component"};
+    return core::Error{core::ErrorCode::kInvalid,
+                       "Say which component.",
+                       "component",
+                       "member_missing",
+                       {{"member", "component"}}};
   }
   if (!(value >= core::kComponentValueMin && value <= core::kComponentValueMax)) {
     return refusal::NotPositive(component);

@@ -37,9 +37,10 @@ std::optional<WaitingChanges::Change> WaitingChanges::Next() {
   return change;
 }
 
-void WaitingChanges::Refuse(const Change& change, std::string reason) {
+void WaitingChanges::Refuse(const Change& change, const core::Error& error) {
   const std::lock_guard lock(mutex_);
-  notes_.push_back({"refused", change.first, change.second, std::move(reason)});
+  notes_.push_back(
+      {"refused", change.first, change.second, error.message, error.reason, error.parameters});
 }
 
 void WaitingChanges::Restart(double until_s) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/types/component.h"
+#include "core/types/result.h"
 
 namespace faultlab::server {
 
@@ -18,6 +19,8 @@ struct ChangeNote {
   core::Component component{};
   double value = 0.0;
   std::string text;
+  std::string reason{};  ///< of a refusal, as in core::Error
+  std::vector<core::ErrorParameter> parameters{};
 };
 
 /// Live changes that come while the run calibrates its model of the healthy rig. Such a change
@@ -48,7 +51,7 @@ class WaitingChanges {
   /// not wait.
   std::optional<Change> Next();
   /// The rig refused a change that Next returned.
-  void Refuse(const Change& change, std::string reason);
+  void Refuse(const Change& change, const core::Error& error);
   /// Another stretch has begun, which ends at `until_s`: changes wait again, also those that still
   /// did.
   void Restart(double until_s);

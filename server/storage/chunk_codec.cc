@@ -181,7 +181,8 @@ core::Error Damaged(const char* what) {
   return {core::ErrorCode::kUnavailable,
           std::string("a chunk of this recording is damaged (") + what +
               "); restore the database from a backup",
-          ""};
+          "",
+          "recording_damaged"};
 }
 
 core::Sample ToSample(const Columns& columns, std::size_t count, std::size_t i) {

@@ -18,6 +18,12 @@ constexpr std::int64_t kPageBytes = 4096;
 constexpr const char* kWriterIdleMax = "3s";
 constexpr const char* kReaderIdleMax = "30s";
 
+/// A server behind a network that swallows everything is away, too: nobody waits for minutes. What
+/// the operator writes comes later and wins.
+constexpr const char* kPostgresPatience =
+    "connect_timeout=5 tcp_user_timeout=10000 keepalives_idle=5 keepalives_interval=2 "
+    "keepalives_count=3 ";
+
 std::string QuotedForSoci(const std::string& path) {
   return "dbname=\"" + path + "\"";
 }
@@ -26,8 +32,12 @@ std::unique_ptr<soci::session> ConnectSqlite(const DatabaseOptions& options) {
   auto session =
       std::make_unique<soci::session>(*soci::factory_sqlite3(), QuotedForSoci(options.location));
   *session << "PRAGMA busy_timeout = " + std::to_string(options.patience.count());
+  int foreign = 0;  // the database of another program is refused, and stays as it is
+  *session << "SELECT EXISTS (SELECT 1 FROM sqlite_master WHERE type = 'table') AND NOT EXISTS "
+              "(SELECT 1 FROM sqlite_master WHERE name = 'schema_version')",
+      soci::into(foreign);
   std::string mode;
-  *session << "PRAGMA journal_mode = WAL", soci::into(mode);
+  if (foreign == 0) *session << "PRAGMA journal_mode = WAL", soci::into(mode);
   *session << "PRAGMA foreign_keys = ON";
   if (options.bytes_max > 0) {
     const std::int64_t pages = std::max<std::int64_t>(options.bytes_max / kPageBytes, 1);
@@ -38,7 +48,8 @@ std::unique_ptr<soci::session> ConnectSqlite(const DatabaseOptions& options) {
 }
 
 std::unique_ptr<soci::session> ConnectPostgres(const DatabaseOptions& options, bool writes) {
-  auto session = std::make_unique<soci::session>(*soci::factory_postgresql(), options.location);
+  auto session = std::make_unique<soci::session>(*soci::factory_postgresql(),
+                                                 kPostgresPatience + options.location);
   const std::string patience = std::to_string(options.patience.count());
   *session << "SET lock_timeout = " + patience;
   *session << "SET statement_timeout = '30s'";

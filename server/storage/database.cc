@@ -122,6 +122,8 @@ core::Result<std::unique_ptr<Database>> Database::Open(DatabaseOptions options) 
   auto impl = std::make_unique<Impl>(engine, options, std::move(of_connections));
   try {
     auto lease = impl->pool.Acquire(/*writes=*/true);
+    const core::Status ours = CheckOrigin(lease.session(), engine, options.existing);
+    if (!ours.ok()) return ours.error();
     const auto version = Migrate(lease.session(), engine, AllMigrations().back().version);
     if (!version.ok()) return version.error();
     impl->schema_version = version.value();

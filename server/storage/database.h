@@ -39,6 +39,9 @@ struct DatabaseOptions {
   /// disk.
   std::int64_t bytes_max = 0;
   int connections_max = 6;
+  /// A database that faultlab has made is there already: nothing else is accepted, not even an
+  /// empty one.
+  bool existing = false;
   /// Receives the engine's own message of a failure, which is not shown to people. Any thread.
   std::function<void(std::string_view)> on_error{};
   /// Called before and after the commit of each write, on its thread, if set: the crash tests kill
@@ -67,7 +70,7 @@ class Transaction {
 };
 
 /// The only access to SQLite or PostgreSQL. Thread-safe. Creates and migrates the schema on
-/// opening.
+/// opening; a database of another program is refused and not changed.
 ///
 /// A body runs inside one transaction: when it returns a value the transaction is committed, when
 /// it returns an Error or throws it is rolled back. Database exceptions do not leave this class: a

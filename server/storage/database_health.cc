@@ -7,15 +7,22 @@
 namespace faultlab::server {
 
 core::Status DatabaseHealth::Check() {
+  {
+    const std::lock_guard lock(mutex_);
+    const bool fresh = asked_ && clock_.Monotonic() - *asked_ < std::chrono::seconds(1);
+    if (fresh || asking_) return last_;
+    asking_ = true;
+  }
+  const core::Status now =
+      database_.Write(Durability::kTelemetry, [](Transaction& tx) -> core::Status {
+        tx.sql() << "UPDATE schema_version SET description = description WHERE version = 1";
+        return core::Done{};
+      });
   const std::lock_guard lock(mutex_);
-  const MonotonicTime now = clock_.Monotonic();
-  if (asked_ && now - *asked_ < std::chrono::seconds(1)) return last_;
-  last_ = database_.Write(Durability::kTelemetry, [](Transaction& tx) -> core::Status {
-    tx.sql() << "UPDATE schema_version SET description = description WHERE version = 1";
-    return core::Done{};
-  });
   asked_ = clock_.Monotonic();
-  return last_;
+  asking_ = false;
+  last_ = now;
+  return now;
 }
 
 }  // namespace faultlab::server

@@ -20,6 +20,7 @@ class DatabaseHealth {
   Database& database_;
   const Clock& clock_;
   std::mutex mutex_;
+  bool asking_ = false;  ///< the others get the last answer: nobody waits for a silent database
   std::optional<MonotonicTime> asked_;
   core::Status last_ = core::Done{};
 };

@@ -41,6 +41,43 @@ void Apply(Transaction& tx, const Migration& step) {
 
 }  // namespace
 
+core::Status CheckOrigin(soci::session& session, Engine engine, bool existing) {
+  const core::Error foreign{core::ErrorCode::kInvalid,
+                            "this is a database of another program, not of faultlab; it was not "
+                            "changed",
+                            "data"};
+  const bool sqlite = engine == Engine::kSqlite;
+  Transaction tx(session, engine, /*writes=*/false, Durability::kTelemetry);
+  int tables = 0, steps = 0, columns = 0;
+  const std::string list =
+      sqlite ? "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table'"
+             : "SELECT COUNT(*) FROM pg_tables WHERE schemaname = current_schema()";
+  const std::string name = sqlite ? " AND name = " : " AND tablename = ";
+  session << list, soci::into(tables);
+  session << list + name + "'schema_version'", soci::into(steps);
+  if (steps == 0) {
+    // On PostgreSQL a schema may be shared with others.
+    if (tables > 0 && (sqlite || existing)) return foreign;
+    if (!existing) return core::Done{};
+    return core::Error{
+        core::ErrorCode::kInvalid, "the database is empty: nothing is there", "data"};
+  }
+  session << (sqlite ? "SELECT COUNT(*) FROM pragma_table_info('schema_version') "
+                       "WHERE name IN ('version', 'description')"
+                     : "SELECT COUNT(*) FROM information_schema.columns WHERE table_schema = "
+                       "current_schema() AND table_name = 'schema_version' AND column_name IN "
+                       "('version', 'description')"),
+      soci::into(columns);
+  if (columns != 2) return foreign;
+  const std::string& ours = AllMigrations().front().description;
+  session << "SELECT COUNT(*) FROM schema_version", soci::into(tables);
+  session << "SELECT COUNT(*) FROM schema_version WHERE version = 1 AND description = :ours",
+      soci::into(steps), soci::use(ours, "ours");
+  const bool began = tables > 0;  // otherwise its first start was cut off
+  if (began && steps != 1) return foreign;
+  return core::Done{};
+}
+
 core::Result<int> Migrate(soci::session& session, Engine engine, int target) {
   const int newest = AllMigrations().back().version;
   int version = 0;

@@ -20,6 +20,10 @@ struct Migration {
 
 const std::vector<Migration>& AllMigrations();
 
+/// Refuses the database of another program; an empty one too if it must exist already. Writes
+/// nothing.
+core::Status CheckOrigin(soci::session& session, Engine engine, bool existing);
+
 /// Applies the missing steps up to `target`, each in one transaction, and returns the version
 /// reached. Safe when two servers start at once. Refuses a schema newer than this program.
 core::Result<int> Migrate(soci::session& session, Engine engine, int target);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/storage/blob_store.h"
+#include "server/storage/recording_store.h"
 
 namespace faultlab::server {
 namespace {
@@ -22,7 +23,7 @@ std::string BlobOwner(const std::string& run) {
 }
 
 Error NoSuchPicture() {
-  return {ErrorCode::kNotFound, "no such thing, or not yours to see", ""};
+  return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
 }
 
 int CountOf(Transaction& tx, const std::string& run) {
@@ -58,7 +59,7 @@ core::Status PictureStore::Add(const std::string& run,
         into(same), use(run, "id"), use(picture.sample, "sample"), use(picture.why, "why");
     const int count = CountOf(tx, run);
     if (same > 0 || !Fits(count, picture.why)) {
-      return Error{ErrorCode::kConflict, "this recording has its pictures already", ""};
+      return Error{ErrorCode::kConflict, "this recording has its pictures already", "", "internal"};
     }
     const int index = count + 1;
     const auto size_bytes = static_cast<std::int64_t>(bytes.size());
@@ -105,7 +106,7 @@ core::Result<std::string> PictureStore::Load(const std::string& run, int index) 
 }
 
 void EraseRecordingBlobs(Transaction& tx, const std::string& run) {
-  blob_store::Erase(tx, "recording:" + run);
+  blob_store::Erase(tx, RecordingBlobs(run));
   blob_store::Erase(tx, BlobOwner(run));
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <string_view>
 #include <utility>
 
 #include "core/types/check.h"
@@ -29,7 +30,7 @@ constexpr const char* kColumns =
     "state, created_ms, ended_ms, samples, diagnosis_json, verdict, kept_run, note ";
 
 Error NotFound() {
-  return {ErrorCode::kNotFound, "no such thing, or not yours to see", ""};
+  return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
 }
 
 /// The row of kColumns, and its conversion to a record.
@@ -116,15 +117,23 @@ void AddEvents(Transaction& tx,
   }
 }
 
-std::string ChunkOwner(const std::string& run_id) {
-  return "recording:" + run_id;
-}
-
 void CheckOrder(std::int64_t first_index, std::span<const core::Sample> samples) {
   LAB_CHECK(samples.front().index == first_index, samples.front().index, first_index);
   for (std::size_t i = 1; i < samples.size(); ++i) {
     LAB_CHECK(samples[i].index > samples[i - 1].index, samples[i].index);
   }
+}
+
+void PutChunk(Transaction& tx,
+              const std::string& run_id,
+              const Progress& progress,
+              std::span<const core::Sample> samples,
+              const Bytes& bytes) {
+  blob_store::Put(tx, RecordingBlobs(run_id), samples.front().index, bytes);
+  const std::int64_t count = progress.samples + static_cast<std::int64_t>(samples.size());
+  const std::int64_t next = samples.back().index + 1;
+  tx.sql() << "UPDATE recording SET samples = :samples, next_index = :next WHERE id = :id",
+      use(count, "samples"), use(next, "next"), use(run_id, "id");
 }
 
 /// For LIKE .. ESCAPE '!': what contains `text`, whatever the case of its ASCII letters.
@@ -135,6 +144,29 @@ std::string ContainsPattern(const std::string& text) {
     out.push_back(c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c);
   }
   return out + "%";
+}
+
+/// "R1": as the name of a component it is not the beginning of another one, "R12".
+bool IsSymbol(std::string_view text) {
+  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  const auto number = std::ranges::find_if_not(text, letter);
+  constexpr std::ptrdiff_t kLettersMax = 2;
+  const auto letters = number - text.begin();
+  return letters > 0 && letters <= kLettersMax && number != text.end() &&
+         std::all_of(number, text.end(), digit);
+}
+
+/// What the text of a search is looked for in. Of a symbol, longer ones do not count.
+std::string SearchedText(std::string_view text) {
+  std::string searched = "LOWER(name || ' ' || note || ' ' || id)";
+  if (!IsSymbol(text)) return searched;
+  std::string symbol;
+  for (const char c : text) symbol += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  for (char next = '0'; next <= '9'; ++next) {
+    searched = "REPLACE(" + searched + ", '" + symbol + next + "', ' ')";
+  }
+  return searched;
 }
 
 struct Cursor {
@@ -215,21 +247,18 @@ core::Status RecordingStore::Append(const std::string& run_id,
     if (!progress) return NotFound();
     const bool rest = state == RunState::kInterrupted;
     if (rest ? !progress->AwaitsRest() : progress->state != Name(state)) {
-      return Error{ErrorCode::kConflict, "the run has ended: " + progress->state, ""};
+      return Error{ErrorCode::kConflict, "the run has ended: " + progress->state, "", "run_ended"};
     }
     if (first_index < progress->next_index) {
       // The answer to an earlier try was lost; the chunk is already stored.
-      if (blob_store::Get(tx, ChunkOwner(run_id), first_index) == bytes) return Done{};
+      if (blob_store::Get(tx, RecordingBlobs(run_id), first_index) == bytes) return Done{};
       return Error{ErrorCode::kConflict,
                    "samples from " + std::to_string(first_index) +
                        " overlap what is stored up to " + std::to_string(progress->next_index),
-                   ""};
+                   "",
+                   "internal"};
     }
-    blob_store::Put(tx, ChunkOwner(run_id), first_index, bytes);
-    const std::int64_t count = progress->samples + static_cast<std::int64_t>(samples.size());
-    const std::int64_t next = samples.back().index + 1;
-    tx.sql() << "UPDATE recording SET samples = :samples, next_index = :next WHERE id = :id",
-        use(count, "samples"), use(next, "next"), use(run_id, "id");
+    PutChunk(tx, run_id, *progress, samples, bytes);
     return Done{};
   });
 }
@@ -257,7 +286,8 @@ core::Status RecordingStore::Finish(const std::string& run_id,
     const auto progress = LockRun(tx, run_id);
     if (!progress) return NotFound();
     if (progress->state != Name(RunState::kRunning)) {
-      return Error{ErrorCode::kConflict, "the run has ended already: " + progress->state, ""};
+      return Error{
+          ErrorCode::kConflict, "the run has ended already: " + progress->state, "", "run_ended"};
     }
     const std::string name(Name(state));
     const std::int64_t ended_ms = ToMilliseconds(ended_at);
@@ -303,6 +333,39 @@ core::Status RecordingStore::EndRest(const std::string& run_id,
   });
 }
 
+core::Status RecordingStore::AppendLate(const std::string& run_id,
+                                        std::span<const core::Sample> samples) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const auto progress = LockRun(tx, run_id);
+    if (!progress) return NotFound();
+    const auto first = std::find_if(samples.begin(), samples.end(), [&](const core::Sample& each) {
+      return each.index >= progress->next_index;
+    });
+    const std::span<const core::Sample> missing(first, samples.end());
+    if (missing.empty()) return Done{};
+    CheckOrder(missing.front().index, missing);
+    PutChunk(tx, run_id, *progress, missing, EncodeChunk(missing));
+    tx.sql() << "UPDATE recording SET diagnosis_json = '', verdict = '' WHERE id = :id",
+        use(run_id, "id");
+    return Done{};
+  });
+}
+
+core::Status RecordingStore::EndLate(const std::string& run_id, const std::optional<RunEnd>& end) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const auto progress = LockRun(tx, run_id);
+    if (!progress) return NotFound();
+    const bool open = progress->state == Name(RunState::kInterrupted) ||
+                      progress->state == Name(RunState::kRunning);
+    if (!end || !open) return Done{};
+    const std::string name(Name(end->state));
+    const std::int64_t ended_ms = ToMilliseconds(end->at);
+    tx.sql() << "UPDATE recording SET state = :state, ended_ms = :ended WHERE id = :id",
+        use(name, "state"), use(ended_ms, "ended"), use(run_id, "id");
+    return Done{};
+  });
+}
+
 core::Status RecordingStore::ReplaceOptions(const std::string& run_id,
                                             const std::string& options_json) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
@@ -320,7 +383,7 @@ core::Status RecordingStore::ReplaceDiagnosis(const std::string& run_id,
     const auto progress = LockRun(tx, run_id);
     if (!progress) return NotFound();
     if (progress->state == Name(RunState::kRunning)) {
-      return Error{ErrorCode::kConflict, "the run has not ended yet", ""};
+      return Error{ErrorCode::kConflict, "the run has not ended yet", "", "run_not_ended"};
     }
     tx.sql() << "UPDATE recording SET diagnosis_json = :json, verdict = :verdict WHERE id = :id",
         use(diagnosis_json, "json"), use(verdict, "verdict"), use(run_id, "id");
@@ -333,7 +396,7 @@ core::Status RecordingStore::Delete(const std::string& run_id) {
     const auto progress = LockRun(tx, run_id);
     if (!progress) return NotFound();
     if (progress->state == Name(RunState::kRunning)) {
-      return Error{ErrorCode::kConflict, "stop the run before deleting it", ""};
+      return Error{ErrorCode::kConflict, "stop the run before deleting it", "", "run_not_ended"};
     }
     if (progress->AwaitsRest()) {
       return Error{ErrorCode::kConflict,
@@ -470,15 +533,38 @@ core::Result<std::optional<std::string>> RecordingStore::RunningOn(const std::st
   });
 }
 
+core::Result<std::optional<std::string>> RecordingStore::NewestOf(const std::string& owner,
+                                                                  const std::string& rig,
+                                                                  WallTime from,
+                                                                  WallTime to) {
+  using MaybeRun = std::optional<std::string>;
+  return database_.Read([&](Transaction& tx) -> core::Result<MaybeRun> {
+    std::string id;
+    const std::int64_t from_ms = ToMilliseconds(from);
+    const std::int64_t to_ms = ToMilliseconds(to);
+    tx.sql() << "SELECT id FROM recording WHERE owner = :owner AND rig = :rig AND "
+                "created_ms BETWEEN :from AND :to ORDER BY created_ms DESC, id DESC LIMIT 1",
+        into(id), use(owner, "owner"), use(rig, "rig"), use(from_ms, "from"), use(to_ms, "to");
+    return tx.sql().got_data() ? MaybeRun(id) : MaybeRun();
+  });
+}
+
 core::Result<RunPage> RecordingStore::List(const std::string& cursor,
                                            int limit,
                                            const RunFilter& filter) {
   if (limit < 1 || limit > kPageMax) {
-    return Error{ErrorCode::kInvalid, "limit must be 1 to 500", "limit"};
+    return Error{ErrorCode::kInvalid,
+                 "limit must be 1 to 500",
+                 "limit",
+                 "number_outside",
+                 {{"member", "limit"}, {"lowest", "1"}, {"highest", "500"}}};
   }
   const auto after = ParseCursor(cursor);
   if (!cursor.empty() && !after) {
-    return Error{ErrorCode::kInvalid, "this cursor does not come from this list", "cursor"};
+    return Error{ErrorCode::kInvalid,
+                 "this cursor does not come from this list",
+                 "cursor",
+                 "cursor_foreign"};
   }
   return database_.Read([&](Transaction& tx) -> core::Result<RunPage> {
     std::string query = std::string("SELECT ") + kColumns + "FROM recording WHERE 1 = 1";
@@ -502,7 +588,7 @@ core::Result<RunPage> RecordingStore::List(const std::string& cursor,
     }
     const std::string pattern = filter.text ? ContainsPattern(*filter.text) : std::string();
     if (filter.text) {
-      query += " AND LOWER(name || ' ' || note || ' ' || id) LIKE LOWER(:pattern) ESCAPE '!'";
+      query += " AND " + SearchedText(*filter.text) + " LIKE LOWER(:pattern) ESCAPE '!'";
       statement.exchange(use(pattern, "pattern"));
     }
     if (filter.rig) {
@@ -551,7 +637,7 @@ core::Result<std::vector<core::Sample>> RecordingStore::LoadSamples(const std::s
     if (known == 0) return NotFound();
     Samples out;
     core::Status status = Done{};
-    const std::string owner = ChunkOwner(run_id);
+    const std::string owner = RecordingBlobs(run_id);
     const std::int64_t first = blob_store::SequenceAtOrBefore(tx, owner, from).value_or(from);
     blob_store::ForEach(tx, owner, first, to, [&](std::int64_t, const Bytes& bytes) {
       auto chunk = DecodeChunk(bytes);
@@ -585,6 +671,14 @@ core::Result<std::vector<RecordedEvent>> RecordingStore::LoadEvents(const std::s
     while (statement.fetch()) out.push_back(event);
     return out;
   });
+}
+
+std::string RecordingBlobs(const std::string& run_id) {
+  return "recording:" + run_id;
+}
+
+void AddRecordingEvent(Transaction& tx, const std::string& run_id, const RecordedEvent& event) {
+  AddEvents(tx, run_id, std::span(&event, 1), NextEvent(tx, run_id));
 }
 
 std::vector<std::string> InterruptRuns(Transaction& tx,

@@ -61,6 +61,12 @@ struct RecordedEvent {
   std::string json;        ///< the whole event object
 };
 
+/// How and when a run ended.
+struct RunEnd {
+  RunState state = RunState::kFailed;
+  WallTime at{};
+};
+
 struct RunFilter {
   std::optional<std::string> owner;      ///< only recordings of this owner
   std::optional<std::string> source;     ///< "run" or "upload"
@@ -87,6 +93,11 @@ class RecordingStore {
   core::Status Begin(const RunRecord& record);
   /// The run that is being recorded on this rig now; any one of them if a simulator has several.
   core::Result<std::optional<std::string>> RunningOn(const std::string& rig);
+  /// The newest run of this owner on this rig that began in [from, to].
+  core::Result<std::optional<std::string>> NewestOf(const std::string& owner,
+                                                    const std::string& rig,
+                                                    WallTime from,
+                                                    WallTime to);
   /// Appends samples whose index begins at `first_index` (= samples.front().index) and increases. A
   /// gap to the previous chunk is allowed, an overlap is refused (kConflict). An empty chunk has no
   /// effect, nor has exactly the chunk that is already stored, so that a caller may repeat a call
@@ -121,6 +132,12 @@ class RecordingStore {
   core::Status EndRest(const std::string& run_id,
                        RunState state,
                        std::span<const RecordedEvent> events);
+
+  /// Appends what a former process recorded and could not store. Samples that are there already are
+  /// left out, so that a caller may begin anew. A diagnosis of the part before is forgotten.
+  core::Status AppendLate(const std::string& run_id, std::span<const core::Sample> samples);
+  /// Nothing more will come. If `end` is known, an interrupted run has ended like that.
+  core::Status EndLate(const std::string& run_id, const std::optional<RunEnd>& end);
 
   /// Deletes record, samples, pictures and events. Refuses a running run, and one whose rest is
   /// being read (kConflict).
@@ -168,6 +185,11 @@ class RecordingStore {
   Database& database_;
 };
 
+/// The owner of a recording's chunks in the blob_store; the sequence is the index of the first
+/// sample.
+std::string RecordingBlobs(const std::string& run_id);
+/// Appends an event in the caller's transaction.
+void AddRecordingEvent(Transaction& tx, const std::string& run_id, const RecordedEvent& event);
 /// Ends the runs of a server that is gone, in the caller's transaction: they become `interrupted`,
 /// their chunks stay, and nothing can be added any more. Throws what the database throws.
 /// @returns their ids

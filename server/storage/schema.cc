@@ -349,6 +349,117 @@ Migration NotesAndStars() {
           .postgres_statements = {}};
 }
 
+/// What a message is about, as values: the page makes its own sentence of them.
+Migration FactsOfMessages() {
+  return {.version = 20,
+          .description = "rig, other person and reason of messages to users",
+          .statements = {"ALTER TABLE lab_event ADD COLUMN rig TEXT NOT NULL DEFAULT ''",
+                         "ALTER TABLE lab_event ADD COLUMN other_id BIGINT NOT NULL DEFAULT 0",
+                         "ALTER TABLE lab_event ADD COLUMN why TEXT NOT NULL DEFAULT ''"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
+/// What operators look at: the steps of checks, what each rig was used for, how often its relays
+/// have closed, and alarms. `acked_by` is the account, 0 while nobody has acknowledged.
+Migration OperationOfRigs() {
+  return {.version = 21,
+          .description = "checks, use, relay cycles and alarms of rigs",
+          .statements =
+              {"CREATE TABLE rig_check (id $ID, rig TEXT NOT NULL, at_ms BIGINT NOT NULL, "
+               "kind TEXT NOT NULL, passed BIGINT NOT NULL, reason TEXT NOT NULL)",
+               "CREATE INDEX rig_check_by_rig ON rig_check (rig, id)",
+               "CREATE TABLE rig_check_step (check_id BIGINT NOT NULL, place BIGINT NOT NULL, "
+               "step TEXT NOT NULL, subject TEXT NOT NULL, passed BIGINT NOT NULL, "
+               "has_figure BIGINT NOT NULL, measured DOUBLE PRECISION NOT NULL, "
+               "low DOUBLE PRECISION NOT NULL, high DOUBLE PRECISION NOT NULL, unit TEXT NOT NULL, "
+               "text TEXT NOT NULL, PRIMARY KEY (check_id, place))",
+               "CREATE TABLE rig_use (rig TEXT NOT NULL, at_ms BIGINT NOT NULL, "
+               "what TEXT NOT NULL, PRIMARY KEY (rig, at_ms))",
+               "CREATE TABLE relay_cycles (rig TEXT NOT NULL, line BIGINT NOT NULL, "
+               "cycles BIGINT NOT NULL, since_ms BIGINT NOT NULL, PRIMARY KEY (rig, line))",
+               "CREATE TABLE alarm (id $ID, kind TEXT NOT NULL, subject TEXT NOT NULL, "
+               "text TEXT NOT NULL, at_ms BIGINT NOT NULL, last_ms BIGINT NOT NULL, "
+               "times BIGINT NOT NULL, ended_ms BIGINT NOT NULL, acked_ms BIGINT NOT NULL, "
+               "acked_by BIGINT NOT NULL)",
+               "CREATE UNIQUE INDEX one_open_alarm ON alarm (kind, subject) WHERE ended_ms = 0"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
+/// Why the lab did something as a word, and the time that a message is about. Whose bookings an
+/// outage has cancelled. A failed check is known by a column, not by its text.
+Migration ReasonsOfMessages() {
+  return {
+      .version = 22,
+      .description = "reason and time of messages, cancelled bookings of outages, failed checks",
+      .statements = {"ALTER TABLE lab_event ADD COLUMN reason TEXT NOT NULL DEFAULT ''",
+                     "ALTER TABLE lab_event ADD COLUMN time_ms BIGINT NOT NULL DEFAULT 0",
+                     "ALTER TABLE lab_outage ADD COLUMN fallen TEXT NOT NULL DEFAULT ''",
+                     "ALTER TABLE lab_rig ADD COLUMN check_failed BIGINT NOT NULL DEFAULT 0",
+                     "UPDATE lab_rig SET check_failed = 1 WHERE status = 4 "
+                     "AND reason LIKE 'the check between users failed: %'"},
+      .sqlite_statements = {},
+      .postgres_statements = {}};
+}
+
+/// A claim of a job lasts as long as its server's membership, so it needs no lease of its own.
+/// Indexes: whose turn it is on which rig, and the jobs of a batch.
+Migration FencedJobs() {
+  return {.version = 23,
+          .description = "jobs are claimed by a membership",
+          .statements = {"ALTER TABLE job ADD COLUMN boot TEXT NOT NULL DEFAULT ''",
+                         "ALTER TABLE job DROP COLUMN lease_until_ms",
+                         "DROP INDEX job_waiting",
+                         "CREATE INDEX job_in_turn ON job (state, rig, owner, created_ms, id)",
+                         "CREATE INDEX job_by_batch ON job (batch, created_ms, id)"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
+/// Messages to other programs and by mail. `channel` is "hook:3" or "mail", `account_id` the person
+/// whom a message is about (by mail: to whom it goes). The cursor is how far the lab's own messages
+/// have been read; `told` is the same of alarms. What happened before this step is told nobody.
+Migration Outbox() {
+  return {.version = 24,
+          .description = "webhooks, mail and their outbox",
+          .statements =
+              {"CREATE TABLE webhook (id $ID, url TEXT NOT NULL, secret TEXT NOT NULL, "
+               "kinds TEXT NOT NULL, created_ms BIGINT NOT NULL, delivered_ms BIGINT NOT NULL, "
+               "failed_ms BIGINT NOT NULL, error TEXT NOT NULL)",
+               "CREATE TABLE mail_choice (account_id BIGINT PRIMARY KEY REFERENCES account (id), "
+               "address TEXT NOT NULL, language TEXT NOT NULL, kinds TEXT NOT NULL, "
+               "asked_ms BIGINT NOT NULL, verified_ms BIGINT NOT NULL)",
+               "CREATE TABLE outbox (id $ID, delivery TEXT NOT NULL UNIQUE, "
+               "channel TEXT NOT NULL, account_id BIGINT NOT NULL, kind TEXT NOT NULL, "
+               "about TEXT NOT NULL, created_ms BIGINT NOT NULL, state TEXT NOT NULL, "
+               "attempts BIGINT NOT NULL, next_ms BIGINT NOT NULL, ended_ms BIGINT NOT NULL, "
+               "error TEXT NOT NULL, member TEXT NOT NULL, boot TEXT NOT NULL)",
+               "CREATE INDEX outbox_due ON outbox (state, next_ms, id)",
+               "CREATE INDEX outbox_by_channel ON outbox (channel, state, id)",
+               "CREATE TABLE outbox_cursor (id BIGINT PRIMARY KEY, event_seq BIGINT NOT NULL, "
+               "reminded_ms BIGINT NOT NULL)",
+               "INSERT INTO outbox_cursor (id, event_seq, reminded_ms) "
+               "SELECT 1, COALESCE(MAX(seq), 0), 0 FROM lab_event",
+               "ALTER TABLE alarm ADD COLUMN told BIGINT NOT NULL DEFAULT 0",
+               "UPDATE alarm SET told = 1"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
+/// What an admin has changed of the lab's policy, and what it needs to be kept: how far a session
+/// was extended, and the use of a person in the present week.
+Migration LabPolicy() {
+  return {.version = 25,
+          .description = "policy of the lab",
+          .statements = {"CREATE TABLE lab_policy (name TEXT PRIMARY KEY, value BIGINT NOT NULL)",
+                         "ALTER TABLE lab_session ADD COLUMN extended_ms BIGINT NOT NULL DEFAULT 0",
+                         "ALTER TABLE lab_usage ADD COLUMN week BIGINT NOT NULL DEFAULT 0",
+                         "ALTER TABLE lab_usage ADD COLUMN this_week_ms BIGINT NOT NULL DEFAULT 0"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -370,7 +481,13 @@ const std::vector<Migration>& AllMigrations() {
                                               BenchDescriptions(),
                                               RecordingPictures(),
                                               RunsKeptByTheRig(),
-                                              NotesAndStars()};
+                                              NotesAndStars(),
+                                              FactsOfMessages(),
+                                              OperationOfRigs(),
+                                              ReasonsOfMessages(),
+                                              FencedJobs(),
+                                              Outbox(),
+                                              LabPolicy()};
   return kAll;
 }
 

@@ -16,7 +16,7 @@ constexpr std::int64_t kIndexMax = 1'000'000'000;
 constexpr std::uint64_t kSafeIntegerMax = 1ULL << 53;
 
 core::Error Refuse(std::string message, std::string field = {}) {
-  return {core::ErrorCode::kInvalid, std::move(message), std::move(field)};
+  return {core::ErrorCode::kInvalid, std::move(message), std::move(field), "message_wrong"};
 }
 
 core::Error Expected(std::string_view field, std::string_view what) {

@@ -56,7 +56,8 @@ core::Status HubLoop::Start() {
       epoll_ctl(epoll_fd_, EPOLL_CTL_ADD, inbox_.fd(), &event) != 0) {
     return core::Error{core::ErrorCode::kUnavailable,
                        std::string("cannot watch sockets: ") + std::strerror(errno),
-                       {}};
+                       {},
+                       "internal"};
   }
   thread_ = std::thread([this] { Loop(); });
   return core::Done{};

@@ -101,7 +101,8 @@ void HubLoop::OnText(Viewer& viewer, const std::string& text) {
                           core::Error{core::ErrorCode::kForbidden,
                                       "You are watching; only the owner of the run commands "
                                       "it.",
-                                      {}}));
+                                      {},
+                                      "watching_only"}));
     } else if (!channel.options.on_command) {
       DeliverText(
           viewer,

@@ -119,9 +119,9 @@ core::Result<WebAnswer> WebClient::Ask(const WebRequest& request) const {
   curl_easy_setopt(to, CURLOPT_WRITEDATA, &body);
   if (!options_.ca_file.empty()) curl_easy_setopt(to, CURLOPT_CAINFO, options_.ca_file.c_str());
   if (plain) curl_easy_setopt(to, CURLOPT_NOPROXY, "*");
-  if (!request.form.empty()) {
-    curl_easy_setopt(to, CURLOPT_POSTFIELDSIZE, static_cast<long>(request.form.size()));
-    curl_easy_setopt(to, CURLOPT_POSTFIELDS, request.form.c_str());
+  if (!request.body.empty()) {
+    curl_easy_setopt(to, CURLOPT_POSTFIELDSIZE, static_cast<long>(request.body.size()));
+    curl_easy_setopt(to, CURLOPT_POSTFIELDS, request.body.c_str());
   }
   const CURLcode done = curl_easy_perform(to);
   if (done != CURLE_OK) {

@@ -17,7 +17,8 @@ struct WebAnswer {
 struct WebRequest {
   std::string url;
   std::vector<std::string> headers;  ///< "Name: value"
-  std::string form{};                ///< sent by POST when not empty; else GET
+  /// Sent by POST when not empty; else GET. A form, unless a header says Content-Type.
+  std::string body{};
 };
 
 struct WebClientOptions {

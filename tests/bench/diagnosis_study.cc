@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "core/numerics/statistics.h"
 #include "tests/bench/study_alarms.h"
-#include "tests/bench/study_statistics.h"
 #include "tests/bench/study_tables.h"
 #include "tests/paper_bench.h"
 

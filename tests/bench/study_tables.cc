@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/bench/study_statistics.h"
+#include "core/numerics/statistics.h"
 #include "tests/bench/study_trial.h"
 #include "tests/paper_bench.h"
 

@@ -184,7 +184,7 @@ describe("a server of three benches", { timeout: SUITE_MS }, () => {
     await page.getByText(/R1 → 100 Ω/).waitFor();
     await page.getByRole("cell", { name: BENCHES[0].title }).waitFor();
     await page.goto(`${server.url}/compare?runs=${servo},${paper}`);
-    await page.getByText(/These runs are of benches whose estimators/).waitFor();
+    await page.getByText(/The estimators of these benches predict different signals/).waitFor();
     await page.getByRole("heading", { name: "Ia, A" }).waitFor();
     await page.getByRole("heading", { name: "Um, V" }).waitFor();
     assert.deepEqual(await axe(page), []);

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
 import { makeWorld, pageOf } from "./lab_world.js";
-import { axe, launchBrowser, SUITE_MS, startServer, story } from "./support.js";
+import { axe, confirmIn, launchBrowser, SUITE_MS, startServer, story } from "./support.js";
 
 describe("booking", { timeout: SUITE_MS }, () => {
   let server;
@@ -47,7 +47,9 @@ describe("booking", { timeout: SUITE_MS }, () => {
 
       const theirs = await pageOf(browser, server, other, "/book", zone);
       await theirs.page.locator('[data-at="1-6"].taken').waitFor();
-      await theirs.page.locator('[data-at="1-4"].free').waitFor();
+      await theirs.page.locator('[data-at="1-3"].free').waitFor();
+      const before = theirs.page.locator('[data-at="1-4"].short');
+      assert.match(await before.getAttribute("aria-label"), /09:00, too short$/);
       assert.match(
         await theirs.page.locator('[data-at="1-6"]').getAttribute("aria-label"),
         /10:00, taken$/,
@@ -58,6 +60,7 @@ describe("booking", { timeout: SUITE_MS }, () => {
       await mine.page.locator('[data-at="1-6"].mine').waitFor();
       await mine.page.goto(`${server.url}/my`);
       await booking.getByRole("button", { name: "Cancel booking" }).click();
+      await confirmIn(mine.page);
       await mine.page.getByText("No booking.").waitFor();
       await mine.close();
     },
@@ -72,7 +75,7 @@ describe("booking", { timeout: SUITE_MS }, () => {
       });
       const free = mine.page.locator(".card", { hasText: "Next free" }).getByRole("button");
       await free.first().waitFor();
-      await free.nth(3).click();
+      await free.nth(1).click();
       const { json } = await world.call(
         other,
         "GET",

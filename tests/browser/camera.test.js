@@ -137,7 +137,7 @@ describe("camera of a bench", { timeout: SUITE_MS }, () => {
 
     const still = await openPage(browser, `${server.url}/lab/${run.id}`); // asks for less motion
     await benchCard(still.page)
-      .getByText(/Drawing, without motion/)
+      .getByText(/Drawing without motion/)
       .waitFor();
     assert.equal(await benchCard(still.page).locator(".rotor").getAttribute("transform"), null);
     assert.deepEqual(await axe(still.page), []);

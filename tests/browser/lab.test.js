@@ -29,7 +29,7 @@ describe("lab", { timeout: SUITE_MS }, () => {
   async function setPassword(page, url) {
     await page.goto(url);
     await page.getByLabel("New password").fill(PASSWORD);
-    await page.getByLabel("Once more").fill(PASSWORD);
+    await page.getByLabel("Repeat the password").fill(PASSWORD);
     await page.getByRole("button", { name: "Save" }).click();
     await page.getByRole("heading", { name: "Sign in" }).waitFor();
   }
@@ -52,9 +52,10 @@ describe("lab", { timeout: SUITE_MS }, () => {
 
       await page.getByRole("link", { name: "Operate" }).click();
       await page.getByRole("heading", { name: "Users" }).waitFor();
+      await page.locator("summary", { hasText: "Add user" }).click();
       await page.getByLabel("Login", { exact: true }).fill("teacher");
       await page.getByLabel("Name", { exact: true }).fill("A Teacher");
-      await page.getByRole("combobox", { name: /^Role/ }).first().selectOption("instructor");
+      await page.locator("details form").getByRole("combobox").selectOption("instructor");
       await page.getByRole("button", { name: "Add user" }).click();
       const link = await page.locator("code").innerText();
       const added = page.getByRole("listitem").filter({ hasText: "A Teacher" });
@@ -76,7 +77,7 @@ describe("lab", { timeout: SUITE_MS }, () => {
       await set.getByLabel("Component").selectOption("R12");
       await set.getByRole("button", { name: "Save" }).click();
       await page.getByText("R12 → 5.6 kΩ @ 10 s").waitFor();
-      await page.getByText("What can be told apart?").click();
+      await page.getByText("Which faults can be distinguished?").click();
       await page.getByRole("row", { name: "R12 = 5.6 kΩ yes R9" }).waitFor();
       await page.getByLabel("Measured").selectOption("all");
       await page.getByLabel("Time after the fault").selectOption("2 s");
@@ -96,6 +97,9 @@ describe("lab", { timeout: SUITE_MS }, () => {
       await page.getByRole("button", { name: "Submit 3 runs" }).click();
       const jobs = page.getByRole("region", { name: "My jobs" }).getByRole("listitem");
       await jobs.filter({ hasText: "sweep" }).nth(2).waitFor();
+      for (const value of ["10 Ω", "56 Ω", "100 Ω"]) {
+        await jobs.getByText(`R1 ${value}`, { exact: true }).waitFor();
+      }
       assert.deepEqual(await axe(page), []);
 
       await page.getByRole("link", { name: "A Teacher" }).click();

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { openPage } from "./support.js";
 
-const PASSWORD = "correct horse battery";
+export const PASSWORD = "correct horse battery";
 
 /** Accounts, courses and sign-ins on `server`; the first-start link makes the admin. */
 export async function makeWorld(server) {
@@ -52,6 +52,18 @@ export async function makeWorld(server) {
         "text/csv",
       );
       return course;
+    },
+    async join(student, course) {
+      await call(student, "POST", `/invitations/${course.id}/accept`, {});
+    },
+    /** A run of `who` on the paper's bench that is over; its id. */
+    async run(who, plan) {
+      const { json: run } = await call(who, "POST", "/runs", { bench: "paper", ...plan });
+      for (;;) {
+        const { json } = await call(who, "GET", `/runs/${run.id}`);
+        if (json.state !== "running") return run.id;
+        await new Promise((resolve) => setTimeout(resolve, 50));
+      }
     },
     /** Waits until `count` benches have passed their first check. */
     async benchesReady(count) {

@@ -7,7 +7,7 @@ import { launchBrowser, openPage, SUITE_MS, startServer, story, waitForReview } 
 /** Starts a run without a planned fault and waits for its sliders; returns the run's id. */
 async function startHealthyRun(page, seconds, anew = true) {
   await page.getByLabel("Duration, s").fill(String(seconds));
-  await page.getByLabel("learn the healthy rig anew").setChecked(anew);
+  await page.getByLabel("learn the healthy rig again").setChecked(anew);
   await page.locator("#set-R1").focus();
   await page.keyboard.press("1");
   await page.getByRole("button", { name: "Run this experiment" }).click();
@@ -85,7 +85,7 @@ describe("while the healthy rig is learnt", { timeout: SUITE_MS }, () => {
     const { page, close } = await openPage(browser, server.url);
     const id = await startHealthyRun(page, 4, false);
     await page
-      .locator(".verdict", { hasText: /Watched with what was learnt of this rig on/ })
+      .locator(".verdict", { hasText: /The healthy rig was learnt in an earlier run, on/ })
       .waitFor();
     assert.match(await page.locator(".verdict .heading").innerText(), /No fault/);
     await waitForReview(page);
@@ -128,7 +128,7 @@ describe("while the healthy rig is learnt", { timeout: SUITE_MS }, () => {
 
   story("a plan with a fault in these seconds is warned of", async () => {
     const { page, close } = await openPage(browser, server.url);
-    const warning = page.getByText("leaves the run without a diagnosis");
+    const warning = page.getByText("a fault in that time leaves such a run without a diagnosis");
     await page.getByLabel("Fault at, s").fill("6");
     assert.equal(await warning.count(), 0);
     await page.getByLabel("Fault at, s").fill("2");

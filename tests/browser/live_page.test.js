@@ -137,11 +137,16 @@ describe("live page", { timeout: SUITE_MS }, () => {
         .allInnerTexts(),
       ["4 Ω", "100 Ω"],
     );
-    assert.equal(await page.getByLabel("Duration, s").getAttribute("max"), "77");
+    await page.getByLabel("Duration, s").fill("78");
+    const complaint = await page
+      .getByLabel("Duration, s")
+      .evaluate((field) => field.validationMessage);
+    assert.match(complaint, /\b77\b/);
+    await page.getByLabel("Duration, s").fill("20");
     await page.locator("#set-R1").focus();
     await page.keyboard.press("2"); // by itself a plan is of the first component
     await page.getByLabel("Fault at, s").fill("8.5");
-    await page.getByText(/from the first 9 s/).waitFor();
+    await page.getByText(/in the first 9 s/).waitFor();
     await page.getByLabel("Fault at, s").fill("10");
     await page.getByRole("button", { name: "Run this experiment" }).click();
     await waitForReview(page);
@@ -202,7 +207,7 @@ describe("live page", { timeout: SUITE_MS }, () => {
       await wire.refusals(2);
       wire.mend();
       await page.locator("#set-R1:not([disabled])").waitFor();
-      await page.getByText("· 0 missing").waitFor();
+      await page.getByText("· 0 samples missing").waitFor();
       await page.keyboard.press("Escape");
       await waitForReview(page);
       await close();
@@ -214,19 +219,37 @@ describe("live page", { timeout: SUITE_MS }, () => {
     const { page, close } = await openPage(browser, server.url);
     const id = await startPaperRun(page);
     await waitForReview(page);
-    const csv = await page.request.get(`${server.url}/api/v1/runs/${id}/export.csv`);
+    const answer = await page.request.get(`${server.url}/api/v1/runs/${id}/export.csv`);
+    // a bench that measures Uc and Um only
+    const csv = (await answer.text())
+      .split("\n")
+      .map((line) => (/^[#t\d]/.test(line) ? line.split(",").slice(0, 3).join(",") : line));
+    assert.match(
+      csv.find((line) => line.startsWith("t_s")),
+      /^t_s,uc_v,um_v$/,
+    );
     await page.goto(server.url);
     await page.setInputFiles('input[type="file"]', {
       name: "bench.csv",
       mimeType: "text/csv",
-      buffer: await csv.body(),
+      buffer: Buffer.from(csv.join("\n")),
     });
     await page
       .locator("li", { hasText: "bench.csv" })
       .getByRole("button", { name: "Play" })
       .click();
     await page.waitForURL(/\/lab\/.+/);
+    await page.getByText(/^A recording is being played/).waitFor();
+    assert.equal(
+      await page.locator(".slider").count(),
+      0,
+      "nothing that looks as if it could be set",
+    );
+    await waitForRunTime(page, 1);
+    const titles = () => page.locator(".signals .chart:not(.glass) .title").allInnerTexts();
+    assert.deepEqual(await titles(), ["Uc, Um, V"], "no chart without a signal");
     await waitForReview(page);
+    assert.deepEqual(await titles(), ["Uc, Um, V"]);
     assert.match(await page.locator(".heading").innerText(), /Fault: R1 ↑/);
     await close();
   });

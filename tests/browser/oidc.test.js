@@ -142,8 +142,8 @@ describe("signing in at a provider", { timeout: SUITE_MS }, () => {
       await context.clearCookies();
       return said;
     };
-    assert.match(await tryAs("Sign in with University", "nobody"), /did not allow/);
-    assert.match(await tryAs("Sign in with Staff", "ann"), /does not admit/);
+    assert.match(await tryAs("Sign in with University", "nobody"), /was not allowed/);
+    assert.match(await tryAs("Sign in with Staff", "ann"), /does not accept/);
     // An existing account is never found by login or e-mail, in particular not the admin's.
     assert.match(await tryAs("Sign in with University", "admin"), /with your login exists/);
     await context.close();

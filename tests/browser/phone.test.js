@@ -117,6 +117,13 @@ describe("phone", { timeout: SUITE_MS }, () => {
     await page.locator(".slider.nominal #set-R1").waitFor();
     await page.getByRole("button", { name: "Close" }).tap();
     await page.locator("#set-R12").waitFor({ state: "hidden" });
+    await page.getByRole("button", { name: "Faults" }).press("Enter");
+    await page.locator("#set-R12").waitFor();
+    await page.keyboard.press("Escape");
+    await page.locator("#set-R12").waitFor({ state: "hidden" });
+    await page.keyboard.press("Escape");
+    await page.locator("#set-R12").waitFor({ state: "hidden" });
+    assert.ok(await page.getByRole("button", { name: /^Stop/ }).isVisible(), "the run goes on");
     await end(page, close);
   });
 

@@ -2,10 +2,10 @@
 import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
 import {
+  finishedPaperRun,
   launchBrowser,
   openPage,
   SUITE_MS,
-  startPaperRun,
   startServer,
   story,
   waitForReview,
@@ -82,11 +82,7 @@ describe("print", { timeout: SUITE_MS }, () => {
   before(async () => {
     server = await startServer({ speed: 4 });
     browser = await launchBrowser();
-    const { page, context, close } = await openPage(browser, server.url);
-    run = await startPaperRun(page);
-    await waitForReview(page);
-    guest = await context.storageState();
-    await close();
+    ({ run, guest } = await finishedPaperRun(browser, server));
   });
   after(async () => {
     await browser?.close();

@@ -1,7 +1,15 @@
 import assert from "node:assert/strict";
 import { after, before, beforeEach, describe } from "node:test";
 import { makeWorld, pageOf } from "./lab_world.js";
-import { axe, launchBrowser, SUITE_MS, startServer, story, waitForReview } from "./support.js";
+import {
+  axe,
+  confirmIn,
+  launchBrowser,
+  SUITE_MS,
+  startServer,
+  story,
+  waitForReview,
+} from "./support.js";
 
 describe("sessions", { timeout: SUITE_MS }, () => {
   let server;
@@ -67,48 +75,42 @@ describe("sessions", { timeout: SUITE_MS }, () => {
       assert.deepEqual(await axe(first), []);
 
       await second.getByRole("button", { name: "Ask for a rig now" }).click();
-      await second.getByText("Place 1 for bench").waitFor();
+      await second.getByText(/^Place 1 in the queue: .+\(simulated\)/).waitFor();
       await second.getByText(/^Expected start \w{3} \d+ \w{3}, \d\d:\d\d$/).waitFor();
       await third.getByRole("button", { name: "Ask for a rig now" }).click();
-      await third.getByText("Place 2 for bench").waitFor();
+      await third.getByText(/^Place 2 in the queue: .+\(simulated\)/).waitFor();
       const expected = await third.getByText(/^Expected start/).innerText();
       assert.deepEqual(await axe(third), []);
 
       await first.getByRole("button", { name: "End session" }).click();
-      await second.getByText("Your turn on bench").waitFor();
-      await third.getByText("Place 1 for bench").waitFor();
+      await confirmIn(first);
+      await second.getByText(/^It is your turn: /).waitFor();
+      await third.getByText(/^Place 1 in the queue: .+\(simulated\)/).waitFor();
       assert.notEqual(await third.getByText(/^Expected start/).innerText(), expected);
       await second.getByRole("button", { name: "Accept" }).click();
       await second.getByRole("heading", { name: "Your session" }).waitFor();
       await third.getByRole("button", { name: "Leave the queue" }).click();
+      await confirmIn(third);
       await third.getByRole("button", { name: "Ask for a rig now" }).waitFor();
       for (const each of pages) await each.close();
     },
   );
 
   story(
-    "a session is extended while nobody waits, and refused in words when somebody does",
+    "a session goes on while nobody waits; when somebody does, its user is told why it ends",
     async () => {
-      const one = await pageOf(browser, server, students[0], "/my", { allow: /status of 409/ });
-      await takeBench(one.page);
-      const endOf = async () => {
-        const { json } = await world.call(students[0], "GET", "/sessions");
-        return Date.parse(json.items[0].hard_end);
-      };
-      const before = await endOf();
-      await one.page.getByRole("button", { name: "Extend" }).click();
-      const minutes = (text) => Number(/(\d+):\d\d$/.exec(text)[1]);
-      const left = one.page.locator(".card", { hasText: "Your session" }).locator("b.num");
-      await one.page.waitForFunction(() => {
-        const text = [...document.querySelectorAll("b.num")].map((each) => each.textContent).join();
-        return /\b(3[5-9]|4\d):\d\d/.test(text);
-      });
-      assert.ok(minutes(await left.innerText()) >= 35);
-      assert.equal(await endOf(), before + 10 * 60_000);
-
-      await world.call(students[1], "POST", "/tickets", { rig_class: "bench" });
-      await one.page.getByRole("button", { name: "Extend" }).click();
-      await one.page.getByRole("alert").filter({ hasText: /wait/ }).waitFor();
+      const one = await pageOf(browser, server, students[0], "/my");
+      const short = { rig_class: "bench", min_s: 300, want_s: 300 };
+      await world.call(students[0], "POST", "/tickets", short);
+      await one.page.getByRole("button", { name: "Accept" }).click();
+      const card = one.page.locator(".card.now", { hasText: "Your session" });
+      await card.getByText("It goes on by itself as long as nobody waits").waitFor();
+      const { json } = await world.call(students[1], "POST", "/tickets", short);
+      const warning = one.page.getByText(/soon.*somebody waits/i).first();
+      await warning.waitFor({ timeout: 90_000 }); // its last 5 minutes begin after the offer's 45 s
+      await card.getByText(/^4:\d\d$/).waitFor();
+      await world.call(students[1], "POST", `/tickets/${json.ticket.id}/leave`, {});
+      await card.getByText(/^14:\d\d$/).waitFor();
       await one.close();
     },
   );
@@ -131,7 +133,7 @@ describe("sessions", { timeout: SUITE_MS }, () => {
       await one.page.getByRole("button", { name: "Ask for a rig now" }).waitFor();
       await one.page
         .getByRole("listitem")
-        .filter({ hasText: "the control went to somebody else" })
+        .filter({ hasText: "mika has accepted control of bench-1" })
         .waitFor();
       await one.close();
       await two.close();
@@ -178,7 +180,7 @@ describe("sessions", { timeout: SUITE_MS }, () => {
       await runOnBench(one.page);
 
       const none = await pageOf(browser, server, stranger, "/teach");
-      await none.page.getByText("Nobody holds a rig.").waitFor();
+      await none.page.getByText(/^Nobody uses a rig now/).waitFor();
       await none.close();
 
       const two = await pageOf(browser, server, teacher, "/teach");

@@ -4,10 +4,10 @@ import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
 import {
   axe,
+  finishedPaperRun,
   launchBrowser,
   openPage,
   SUITE_MS,
-  startPaperRun,
   startServer,
   story,
   waitForReview,
@@ -27,11 +27,7 @@ describe("signals", { timeout: SUITE_MS }, () => {
   before(async () => {
     server = await startServer({ speed: 4 });
     browser = await launchBrowser();
-    const { page, context, close } = await openPage(browser, server.url);
-    run = await startPaperRun(page);
-    await waitForReview(page);
-    guest = await context.storageState();
-    await close();
+    ({ run, guest } = await finishedPaperRun(browser, server));
   });
   after(async () => {
     await browser?.close();
@@ -66,7 +62,7 @@ describe("signals", { timeout: SUITE_MS }, () => {
     await page.mouse.move(...middle);
     await page.mouse.wheel(0, 120);
     await page.waitForFunction(() => scrollY > 50);
-    await page.getByText(/Ctrl \+ wheel/).waitFor();
+    await page.getByText(/Hold Ctrl/).waitFor();
     assert.equal(await spanOf(page), 20);
     await page.evaluate(() => scrollTo(0, 0));
     await page.keyboard.down("Control");
@@ -281,7 +277,10 @@ describe("signals", { timeout: SUITE_MS }, () => {
     await waitForRunTime(page, 6);
     await page.locator("#set-R1").focus();
     for (let press = 0; press < 3; press++) await page.keyboard.press("ArrowRight");
-    assert.match(await page.locator("#set-R1").getAttribute("aria-valuetext"), /^100 Ω, Enter/);
+    assert.match(
+      await page.locator("#set-R1").getAttribute("aria-valuetext"),
+      /^100 Ω, press Enter/,
+    );
     await page.locator(".slider.confirmed #set-R1").waitFor();
     await page.keyboard.press("ArrowLeft");
     await page.keyboard.press("Enter");

@@ -32,12 +32,12 @@ describe("the parts of the run page", { timeout: SUITE_MS }, () => {
   story("the paper's path says that it disagrees, and why", async () => {
     const { page, close } = await openPage(browser, server.url);
     await reviewOf(page, [{ component: "R12", value: 5600, at_s: 10 }], 20);
-    assert.match(await page.locator(".verdict .heading").innerText(), /Fault: R12 or R9/);
+    assert.match(await page.locator(".verdict .heading").innerText(), /Fault: R9 or R12/);
     const path = page.locator(".card", { hasText: "Decision path of the paper" });
     await path.locator(".differs").waitFor();
     assert.match(
       await path.locator(".differs").innerText(),
-      /Disagrees with the verdict.*ends in B, the verdict in R12 or R9.*was close: −0\.007\d*, limit 0\.005\d*/s,
+      /Disagrees with the verdict.*ends at B, but the verdict is R9 or R12.*was close: −0\.007\d*, limit 0\.005\d*/s,
     );
     await close();
   });
@@ -53,11 +53,11 @@ describe("the parts of the run page", { timeout: SUITE_MS }, () => {
       /R1 ↑[\s\S]*56\.\d[\s\S]*R1 → 56 Ω, 18\.00 s/,
     );
     const table = page.locator(".card", { hasText: "Before / after" });
-    await table.getByText(/model and published: for R1 = 56 Ω/).waitFor();
+    await table.getByText(/calculated from the data sheet for R1 = 56 Ω/).waitFor();
     const which = table.getByLabel("Change that is shown");
     assert.equal(await which.locator("option:checked").innerText(), "R1: 10 Ω → 56 Ω, 18.00 s");
     await which.selectOption({ index: 0 });
-    await table.getByText(/model and published: for R1 = 10 Ω/).waitFor();
+    await table.getByText(/calculated from the data sheet for R1 = 10 Ω/).waitFor();
     const events = await page.getByRole("region", { name: "Events" }).locator("li").allInnerTexts();
     const detected = events.filter((each) => each.includes("detected"));
     assert.equal(detected.length, 2, detected.join());
@@ -73,7 +73,7 @@ describe("the parts of the run page", { timeout: SUITE_MS }, () => {
       { component: "R12", value: 5600, at_s: 20 },
     ]);
     const card = await page.locator(".verdict").innerText();
-    assert.match(card, /Fault: R12 or R9/);
+    assert.match(card, /Fault: R9 or R12/);
     assert.match(card, /Earlier in this run\s+8\.00–14\.00 s: R1 → 100 Ω; Fault: R1 ↑/);
     await close();
   });

@@ -296,11 +296,28 @@ export async function axe(page) {
 
 export const START = "Run the paper's experiment";
 
+/** Answers the question whether one is sure with the button that does it. */
+export async function confirmIn(page) {
+  const dialog = page.getByRole("dialog");
+  await dialog.locator("button.primary").click();
+  await dialog.waitFor({ state: "detached" });
+}
+
 /** Presses the button; returns the run's id. */
 export async function startPaperRun(page) {
   await page.getByRole("button", { name: START }).click();
   await page.waitForURL(/\/lab\/.+/);
   return decodeURIComponent(new URL(page.url()).pathname.split("/")[2]);
+}
+
+/** A guest's run of the paper's experiment that is over: its id, and the storage that owns it. */
+export async function finishedPaperRun(browser, server) {
+  const { page, context, close } = await openPage(browser, server.url);
+  const run = await startPaperRun(page);
+  await waitForReview(page);
+  const guest = await context.storageState();
+  await close();
+  return { run, guest };
 }
 
 export async function waitForReview(page) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <lcm/lcm-cpp.hpp>
 #include <sstream>
 
 #include "hardware/lcm/lcm_log.h"
@@ -99,6 +100,32 @@ TEST_F(LcmLog, OfARecordingReplaysThroughTheReplayRig) {
   ASSERT_TRUE(rig->Arm(ReplayPlan(0.01), Epoch{1}).ok());
   ASSERT_TRUE(rig->Start(Epoch{1}).ok());
   ExpectSame(Drain(*rig).samples, run.samples);
+}
+
+TEST_F(LcmLog, IsReadByTheReaderOfLcmItself) {
+  const RunLog run = SomeRun();
+  LcmRecord record{.rig = "bench-2",
+                   .run = "r",
+                   .samples = run.samples,
+                   .events = run.events,
+                   .lost_samples = 0};
+  ASSERT_TRUE(WriteLcmLog(path_, record, 1'700'000'000'000'000).ok());
+  lcm::LogFile log(path_, "r");
+  ASSERT_TRUE(log.good());
+  std::size_t samples = 0;
+  std::size_t events = 0;
+  std::int64_t number = 0;
+  while (const lcm::LogEvent* event = log.readNextEvent()) {
+    EXPECT_EQ(event->eventnum, number++);
+    EXPECT_GE(event->timestamp, 1'700'000'000'000'000);
+    if (event->channel == "FAULTLAB.bench-2.EVENT") ++events;
+    faultlab_msgs::sample_t sample;
+    if (event->channel != "FAULTLAB.bench-2.SAMPLE") continue;
+    ASSERT_EQ(sample.decode(event->data, 0, event->datalen), event->datalen);
+    EXPECT_EQ(sample.index, run.samples[samples++].index);
+  }
+  EXPECT_EQ(samples, run.samples.size());
+  EXPECT_EQ(events, run.events.size());
 }
 
 TEST_F(LcmLog, CountsTheSamplesThatTheBusLost) {

@@ -69,6 +69,7 @@ std::optional<std::string> ApiDescription::CheckSchema(const json::value& value,
       "maxItems", "minItems", "pattern", "title",      "description",      "contentEncoding",
       "example",  "minLength"};
   for (const auto& member : schema) {
+    if (member.key().starts_with("x-")) continue;  // an extension says nothing of the value
     if (std::find(kKnown.begin(), kKnown.end(), std::string_view(member.key())) == kKnown.end()) {
       return at + ": the checker does not know the keyword " + std::string(member.key());
     }

@@ -3,6 +3,7 @@ import "./theme/app.css";
 import App from "./App.svelte";
 import { i18n } from "./i18n/i18n.svelte";
 import { account } from "./shell/account.svelte";
+import { build } from "./shell/build.svelte";
 import { router } from "./shell/router.svelte";
 import { theme } from "./theme/theme.svelte";
 
@@ -11,3 +12,5 @@ router.start();
 void account.load();
 await i18n.start();
 mount(App, { target: document.getElementById("app") as HTMLElement });
+const { keepFocus } = await build.part(() => import("./shell/focus_keeper"));
+keepFocus();

@@ -55,7 +55,7 @@ describe("the page", () => {
     expect(found(/parts\.of\("R12"\)/)).toHaveLength(1); // the search sees the drawings
   });
   it("names no component of any bench", () => {
-    const names = new RegExp(`(?<![\\w.])(?:${[...symbols].join("|")})(?!\\w)`);
+    const names = new RegExp(`(?<![\\p{L}\\w.])(?:${[...symbols].join("|")})(?![\\p{L}\\w])`, "u");
     expect(found(names, drawings)).toEqual([]);
   });
   it("has no value of any bench", () => {

@@ -1,11 +1,22 @@
-import { describe, expect, it } from "vitest";
+import { beforeAll, describe, expect, it } from "vitest";
 import type { Finding, RunEvent } from "../src/api/types";
+import { i18n } from "../src/i18n/i18n.svelte";
 import { announcementOf } from "../src/live/announcements";
 import { spanAround } from "../src/live/before_after";
-import { newest, type Sources, tellStory } from "../src/live/episodes";
+import {
+  changeTimes,
+  type Episode,
+  episodeAt,
+  newest,
+  newestOnset,
+  type Sources,
+  tellStory,
+} from "../src/live/episodes";
 import { disagreement, pathEnd } from "../src/live/paper_path";
-import { verdictWords } from "../src/live/verdict_words";
+import { isolatedWords, verdictWords } from "../src/live/verdict_words";
 import { bench } from "./support/bench";
+
+beforeAll(() => i18n.loadAll());
 
 const PERIOD = 0.01;
 const event = (kind: RunEvent["kind"], atS: number, more: Partial<RunEvent> = {}): RunEvent => ({
@@ -40,6 +51,27 @@ function finding(component: string, atS: number, more: Partial<Finding> = {}): F
   };
 }
 const tell = (sources: Sources) => tellStory(sources, bench, PERIOD);
+
+describe("an uploaded record, of which no rig has reported anything", () => {
+  it("has the further changes of a fault, and their times", () => {
+    const further = [{ detected_at_s: 14.03, onset_s: 14, detector: "residual" }];
+    const story = tell({ events: [], findings: [finding("R12", 8, { further })] });
+    expect(newest(story)?.detections.map((each) => [each.atS, each.of])).toEqual([
+      [8, "first"],
+      [14.03, "further"],
+    ]);
+    expect(changeTimes(story)).toEqual([8, 14]);
+  });
+
+  it("has the newest value since the newest change", () => {
+    const since = (more: Partial<Finding>) =>
+      newestOnset(newest(tell({ events: [], findings: [finding("R12", 8, more)] })) as Episode);
+    const again = { detected_at_s: 14.03, detector: "residual" };
+    expect(since({ onset_s: 7.98 })).toBe(7.98);
+    expect(since({ onset_s: 7.98, further: [{ ...again, onset_s: 14 }] })).toBe(14);
+    expect(since({ onset_s: 7.98, further: [{ ...again, onset_s: null }] })).toBe(14.03);
+  });
+});
 
 describe("the story of a run", () => {
   /** As a server recorded it: the first detection came again after the second. */
@@ -151,6 +183,16 @@ describe("the story of a run", () => {
     expect(say(5)).toBe("A further change was detected at 18.02 seconds.");
     expect(say(6)).toBe(null);
   });
+
+  it("announces and lists all that look alike, in the order of the bench", () => {
+    const events = [confirmed("R12", 2000, 8), event("detected", 8), isolated("R12", 8.26)];
+    const verdict = finding("R12", 8, { group: ["R12", "R1"] });
+    const story = tell({ events, verdict });
+    const said = announcementOf(events[2] as RunEvent, story, bench, PERIOD);
+    expect(said).toBe("Fault isolated: R1 or R12, at 8.26 seconds.");
+    expect(episodeAt(story, 8.26)?.finding).toMatchObject(verdict);
+    expect(isolatedWords("J", verdict, bench)).toBe("J"); // named before the verdict changed
+  });
 });
 
 describe("the table of before and after", () => {
@@ -206,7 +248,7 @@ describe("the paper's path", () => {
 describe("the words of a verdict", () => {
   it("name the component and its direction, or all that look alike", () => {
     expect(verdictWords(finding("R1", 10), bench)).toBe("Fault: R1 ↑");
-    expect(verdictWords(finding("R1", 10, { group: ["R1", "R12"] }), bench)).toBe(
+    expect(verdictWords(finding("R1", 10, { group: ["R12", "R1"] }), bench)).toBe(
       "Fault: R1 or R12",
     );
     expect(verdictWords(finding("R1", 10, { verdict: "unknown_fault" }), bench)).toBe(

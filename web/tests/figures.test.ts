@@ -2,7 +2,7 @@ import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 import { align } from "../src/figures/figure";
 import { type ComparedRun, overlay } from "../src/pages/compared_runs";
-import { curlOf, entriesOf, type OpenApi } from "../src/pages/openapi";
+import { entriesOf, type OpenApi } from "../src/pages/openapi";
 import { Slide } from "../src/stream/slide";
 import { block } from "./support/blocks";
 
@@ -51,12 +51,5 @@ describe("reference of the REST interface", () => {
     expect(entries.length).toBeGreaterThan(10);
     expect(new Set(entries.map((entry) => entry.method + entry.path)).size).toBe(entries.length);
     expect(entries.filter((entry) => !entry.operation.summary)).toEqual([]);
-  });
-  it("shows a call that a person can paste", () => {
-    const start = entriesOf(description).find(
-      (entry) => entry.method === "POST" && entry.path.endsWith("/runs"),
-    );
-    if (!start) throw new Error("no POST /runs");
-    expect(curlOf(start, "http://host")).toMatch(/^curl -X POST http:\/\/host\/api\/v1\/runs/);
   });
 });

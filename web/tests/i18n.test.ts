@@ -1,45 +1,78 @@
 import { describe, expect, it } from "vitest";
 import stretchChecks from "../../core/calibration/stretch_checks.cc?raw";
 import contract from "../../server/api/openapi.json";
-import authReadme from "../../server/auth/README.md?raw";
-import runReadme from "../../server/run/README.md?raw";
-import { ApiError } from "../src/api/client";
-import { toCyrillic } from "../src/i18n/cyrillic";
-import { en as first } from "../src/i18n/en";
-import { enMore } from "../src/i18n/en_more";
-import { fill, loadCatalogue } from "../src/i18n/i18n.svelte";
-import { refusalsSr } from "../src/i18n/refusals_sr";
-import { srLatn } from "../src/i18n/sr_latn";
-import { detailWords, learningWords, placeWords, refusalWords } from "../src/i18n/words";
+import auditVerbs from "../../server/auth/audit_verbs.h?raw";
+import type { Key, Text } from "../src/i18n/catalogue";
+import { fill, formOf, LOCALES, loadCatalogue } from "../src/i18n/i18n.svelte";
+import { auditLine, detailWords, objectWords } from "../src/i18n/lab_words";
+import { texts as en } from "../src/i18n/languages/en";
+import { texts as first } from "../src/i18n/languages/en.ts?first";
+import { texts as lessons } from "../src/i18n/languages/en.ts?lessons";
+import { texts as rest } from "../src/i18n/languages/en.ts?rest";
+import { rigWords } from "../src/i18n/rig_words";
+import { toCyrillic } from "../src/i18n/serbian_scripts";
 
-const refusalsOfTheServer = [runReadme, authReadme]
-  .map(
-    (readme) => /\*\*Refusals\.\*\*[\s\S]*?`parameters`.*?: ([\s\S]*?\.)\s/.exec(readme)?.[1] ?? "",
-  )
-  .join("\n");
-const places = (text: string) => [...text.matchAll(/\{(\w+)\}/g)].map((match) => match[1]).sort();
-const en = { ...first, ...enMore };
-const keys = Object.keys(en) as (keyof typeof en)[];
+const forms = (text: Text | undefined): string[] =>
+  typeof text === "object" ? Object.values(text) : [text ?? ""];
+const places = (text: Text | undefined) =>
+  [
+    ...new Set(forms(text).flatMap((form) => [...form.matchAll(/\{(\w+)\}/g)].map((m) => m[1]))),
+  ].sort();
+const keys = Object.keys(en) as Key[];
+const others = LOCALES.map(({ locale }) => locale).filter((locale) => locale !== "en");
 
 describe("catalogues", () => {
-  it("have the same keys", () => {
-    expect(Object.keys(srLatn).sort()).toEqual([...keys].sort());
+  it("are one file each, named by the language", () => {
+    expect(LOCALES.map(({ locale }) => locale)).toEqual(["en", "sr-Latn", "sr-Cyrl"]);
+    expect(LOCALES.map(({ name }) => name)).toEqual(["English", "Srpski", "Српски"]);
   });
-  it.each(["sr-Latn", "sr-Cyrl"] as const)(
-    "%s says everything, with the same places",
-    async (locale) => {
-      const catalogue = await loadCatalogue(locale);
-      for (const key of keys) {
-        expect(catalogue[key].trim(), key).not.toBe("");
-        expect(places(catalogue[key]), key).toEqual(places(en[key]));
-        expect(catalogue[key], key).not.toContain("`");
+  it.each(others)("%s says everything, with the same places", async (locale) => {
+    const catalogue = await loadCatalogue(locale);
+    expect(Object.keys(catalogue).sort()).toEqual([...keys].sort());
+    for (const key of keys) {
+      expect(places(catalogue[key]), key).toEqual(places(en[key]));
+      for (const form of forms(catalogue[key])) {
+        expect(form.trim(), key).not.toBe("");
+        expect(form, key).not.toContain("`");
       }
-    },
-  );
+    }
+  });
+  it.each(LOCALES)("$locale has each plural form that its numbers need", async ({ locale }) => {
+    const needed = new Intl.PluralRules(locale).resolvedOptions().pluralCategories.sort();
+    for (const [key, text] of Object.entries(await loadCatalogue(locale))) {
+      if (typeof text === "string") continue;
+      expect(Object.keys(text).sort(), key).toEqual(needed);
+      expect(
+        places(text).some((place) => place === "count" || place === "most"),
+        key,
+      ).toBe(true);
+    }
+  });
+  it("choose the form by the number", () => {
+    const members = { one: "{count} član", few: "{count} člana", other: "{count} članova" };
+    const said = (count: number) => formOf(members, count, new Intl.PluralRules("sr-Latn"));
+    expect([1, 2, 5, 11, 21, 22].map(said)).toEqual([
+      "{count} član",
+      "{count} člana",
+      "{count} članova",
+      "{count} članova",
+      "{count} član",
+      "{count} člana",
+    ]);
+  });
+  it("are split for loading without a loss", () => {
+    expect({ ...first, ...rest, ...lessons }).toEqual(en);
+    expect(Object.keys(lessons).filter((key) => !key.startsWith("lesson_"))).toEqual([]);
+    expect(Object.keys(first).filter((key) => key in rest)).toEqual([]);
+    expect(first).toHaveProperty("stop");
+    expect(rest).toHaveProperty("refused_no_rig");
+  });
   it("leave no Serbian word in Latin letters when Cyrillic is chosen", async () => {
     const catalogue = await loadCatalogue("sr-Cyrl");
     for (const key of keys) {
-      const kept = catalogue[key].replace(/\{\w+\}/g, "");
+      const kept = forms(catalogue[key])
+        .join("\n")
+        .replace(/\{\w+\}/g, "");
       expect(kept, key).not.toMatch(/[čćžšđČĆŽŠĐ]/);
       // a Latin letter beside a Cyrillic one would be a half-converted word
       expect(kept, key).not.toMatch(/[a-z][а-шђјљњћџ]|[а-шђјљњћџ][a-z]/i);
@@ -51,39 +84,34 @@ describe("catalogues", () => {
     );
     expect(toCyrillic("Ljubljana, džep, Njegoš {value}")).toBe("Љубљана, џеп, Његош {value}");
   });
+  it("keep units in Latin, beside a number, a place and a label", async () => {
+    expect(toCyrillic("od 2 V do {high} V za 5 s, {delay} s s tim")).toBe(
+      "од 2 V до {high} V за 5 s, {delay} s с тим",
+    );
+    expect(toCyrillic("Trajanje, s")).toBe("Трајање, s");
+    expect(toCyrillic("Do, s tim danom")).toBe("До, с тим даном");
+    const latin = await loadCatalogue("sr-Latn");
+    const cyrillic = await loadCatalogue("sr-Cyrl");
+    const symbols = "ms|s|V|A|Hz|kHz|mV|px|mm|min|kB|MB|GB|rpm|ohm";
+    const place = `(?:\\d|\\{\\w+\\}),? |, (?=(?:${symbols})$)`;
+    const unit = new RegExp(`(?:${place})(${symbols})(?![\\p{L}\\d])`, "gmu");
+    const units = (text: Text | undefined) =>
+      [...forms(text).join("\n").matchAll(unit)].map((match) => match[1]);
+    expect(keys.filter((key) => units(latin[key]).length > 0).length).toBeGreaterThan(40);
+    for (const key of keys) expect(units(cyrillic[key]), key).toEqual(units(latin[key]));
+    // what stands in capitals is an abbreviation or a symbol, except these words
+    const words = "А|И|К|О|С|У|ПРЕГЛЕД|ПОГРЕШНИ";
+    for (const key of keys)
+      for (const form of forms(cyrillic[key]))
+        expect(
+          [...form.matchAll(/(?<![\p{L}\d])[А-ЯЂЈЉЊЋЏ]+(?![\p{L}\d])/gu)]
+            .map(([word]) => word)
+            .filter((word) => !words.split("|").includes(word)),
+          key,
+        ).toEqual([]);
+  });
   it("fill their places", () => {
     expect(fill("{a} of {b}", { a: 1 })).toBe("1 of {b}");
-  });
-});
-
-describe("refusals", () => {
-  /** `rig_elsewhere` (rig, member) in the server's list. */
-  const listed = new Map(
-    [...refusalsOfTheServer.matchAll(/`([a-z_]+)`(?:\s+\(([\w,\s]+)\))?[,.]/g)].map(
-      ([, reason, names]) => [reason as string, names?.split(/,\s+/) ?? []],
-    ),
-  );
-  it("of the server have a sentence each, with its names and numbers", () => {
-    expect(listed.size).toBeGreaterThan(10);
-    for (const [reason, names] of listed) {
-      const sentence = refusalsSr[`refused_${reason}`] ?? "";
-      expect(sentence, reason).not.toBe("");
-      for (const place of places(sentence)) expect(names, reason).toContain(place);
-    }
-    expect(Object.keys(refusalsSr)).toHaveLength(listed.size);
-  });
-  it("are said in the reader's language, else in the server's words", async () => {
-    const refusal = {
-      message: "This rig needs a session.",
-      reason: "rig_needs_session",
-      parameters: { rig: "bench-1" },
-    };
-    expect(refusalWords(refusal)).toBe(refusal.message);
-    expect(new ApiError(403, { detail: "No.", reason: "news" }).message).toBe("No.");
-    const catalogue: Record<string, string> = await loadCatalogue("sr-Cyrl");
-    expect(fill(catalogue.refused_rig_needs_session ?? "", refusal.parameters)).toBe(
-      "За уређај bench-1 потребан је термин: станите у ред или га резервишите.",
-    );
   });
 });
 
@@ -98,14 +126,6 @@ describe("texts of the server that the page does not show as they are", () => {
     ...new Set([...text.matchAll(form)].map((match) => match[1] as string)),
   ];
 
-  it("every reason of a refusal of runs and of a sent member has a sentence", () => {
-    const files = ["../../server/run/refusals.cc", "../../server/json/json_reader.cc"];
-    const reasons = files.flatMap((file) =>
-      all(/(?<![{"\w])"([a-z]+(?:_[a-z]+)+)"(?:,\s*\{\{|\};)/g, server[file] ?? ""),
-    );
-    expect(reasons.length).toBeGreaterThan(30);
-    expect(reasons.filter((reason) => !refusalsSr[`refused_${reason}`])).toEqual([]);
-  });
   it("every verb of the audit log is said in the reader's language", () => {
     const verbs = [
       ...all(/audit\.Add(?:Bounded)?\(\s*\{?[\w.() ]+,\s*"([a-z_]+)"/g),
@@ -114,26 +134,68 @@ describe("texts of the server that the page does not show as they are", () => {
       ...all(/'system', '([a-z_]+)'/g),
     ];
     expect(verbs.length).toBeGreaterThan(20);
-    expect(verbs.filter((verb) => !keys.some((key) => key === `audit_${verb}`))).toEqual([]);
+    const onTheServer = all(/\bAudit\(\s*accounts,\s*"([a-z_]+)"/g);
+    expect(onTheServer.length, "faultlab admin").toBeGreaterThan(2);
+    verbs.push(...onTheServer);
+    const known = all(/^ {4}"([a-z_]+)",$/gm, auditVerbs);
+    expect(verbs.filter((verb) => !known.includes(verb))).toEqual([]);
+    const said = keys.filter((key) => key.startsWith("audit_"));
+    expect(said.sort()).toEqual(known.map((verb) => `audit_${verb}`).sort());
   });
   it("every check of the healthy beginning has a sentence", () => {
     const checks = all(/Judge\(\s*checks,\s*"([a-z]+)"/g, stretchChecks);
     expect(checks.length).toBeGreaterThan(6);
     expect(checks.filter((check) => !keys.some((key) => key === `check_${check}`))).toEqual([]);
     const unknown = "not calibrated, check 'other' failed: 1 V";
-    expect(learningWords(unknown)).toBe(unknown);
+    expect(rigWords(unknown)).toBe(unknown);
   });
   it("the detail of a line of the log is told member by member", () => {
-    expect(detailWords('{"disabled":true,"new_name":"Vera"}')).toBe(
-      "disabled: true, new name: Vera",
+    expect(detailWords('{"disabled":true,"role":"student"}')).toBe("disabled, Role: student");
+    expect(detailWords("role student; enabled; name Vera")).toBe(
+      "Role: student, enabled, Name: Vera",
     );
     expect(detailWords("from 10.0.0.1")).toBe("from 10.0.0.1");
+    expect(detailWords("worn belt; see the note")).toBe("worn belt; see the note");
+    expect(detailWords("2026-11-23T18:34:06Z worn belt")).not.toContain("T18:34");
+    expect(detailWords("2026-11-25T10:03:00Z 2026-11-25T12:03:00Z new brushes")).toMatch(
+      /^Wed 25 Nov.*–.*: new brushes$/,
+    );
+    expect(objectWords("course:1")).toBe("1");
     expect(detailWords("{broken")).toBe("{broken");
   });
-  it("a refused fault is named by its place, not by a pointer", () => {
-    expect(placeWords("/faults/1/at_s")).toBe("Fault 2: ");
-    expect(placeWords("/rig")).toBe("");
-    expect(placeWords(undefined)).toBe("");
+  it("a line of the log is a sentence with names, none of them twice", () => {
+    const entry = {
+      id: 1,
+      at: "",
+      actor: "user:2",
+      actor_login: "vera",
+      object_name: "",
+      detail: "",
+    };
+    const line = (rest: object) =>
+      Object.values(auditLine({ ...entry, verb: "", object: "", object_login: "", ...rest })).join(
+        "|",
+      );
+    const course = { object: "course:1", object_name: "Motors" };
+    expect(line({ verb: "invite", ...course, detail: "ana" })).toBe(
+      "vera|invited to the course Motors: ana|",
+    );
+    const ana = { object: "user:3", object_login: "ana" };
+    expect(line({ verb: "end_enrolment", ...ana, detail: "Motors" })).toBe(
+      "vera|took ana out of the course Motors|",
+    );
+    expect(line({ verb: "end_enrolment", ...ana, detail: "course:7" })).toBe(
+      "vera|took ana out of the course 7|",
+    );
+    expect(line({ verb: "create_user", ...ana, detail: "ana" })).toBe("vera|made the user ana|");
+    const guest = { actor: "guest", actor_login: "" };
+    expect(line({ verb: "use_reset_link", ...ana, ...guest })).toBe(
+      "ana|set the password with a link|",
+    );
+    expect(line({ verb: "quarantine", object: "rig:bench-1", detail: "smoke" })).toBe(
+      "vera|quarantined bench-1|smoke",
+    );
+    expect(line({ verb: "of_tomorrow", object: "rig:x" })).toBe("vera|of tomorrow x|");
   });
 });
 
@@ -148,14 +210,30 @@ describe("words of the contract", () => {
     ["verdict", schemas.Diagnosis.properties.verdict.enum],
     ["booking", schemas.Booking.properties.state.enum],
     ["role", schemas.User.properties.role.enum],
+    ["alarm", schemas.Alarm.properties.kind.enum],
+    ["alarm", schemas.Alarm.properties.kind.enum.map((kind) => `${kind}_do`)],
+    ["step", schemas.CheckStep.properties.step.enum],
+    ["check_kind", schemas.RigCheck.properties.kind.enum],
   ])("every %s is said in the reader's language", (group, values) => {
     expect(values.filter((value) => !keys.some((key) => key === `${group}_${value}`))).toEqual([]);
   });
 });
 
 describe("keys", () => {
-  it("stand in one of the two English parts only", () => {
-    expect(Object.keys(first).filter((key) => key in enMore)).toEqual([]);
+  it("are loaded before a part that is loaded late", () => {
+    const files = import.meta.glob("../src/**/*.{svelte,ts}", {
+      query: "?raw",
+      import: "default",
+      eager: true,
+    }) as Record<string, string>;
+    const bare = Object.entries(files)
+      .filter(([path]) => !/\/(App\.svelte|circuits\.ts|learn\/.*|pages\/.*)$/.test(path))
+      .flatMap(([path, source]) =>
+        [...source.matchAll(/(late\(\(\) => )?import\("(\.[^"]+\.svelte)"\)/g)]
+          .filter((found) => !found[1])
+          .map((found) => `${path}: ${found[2]}`),
+      );
+    expect(bare).toEqual([]);
   });
   it("are all used by the page", () => {
     const sources = import.meta.glob("../src/**/*.{svelte,ts}", {
@@ -164,12 +242,14 @@ describe("keys", () => {
       eager: true,
     }) as Record<string, string>;
     const text = Object.entries(sources)
-      .filter(([path]) => !path.includes("/i18n/"))
+      .filter(([path]) => !/\/i18n\/(languages|i18n)/.test(path))
       .map(([, source]) => source)
       .join("\n");
     const groups = [...text.matchAll(/\bword\("(\w+)"/g)].map((match) => `${match[1]}_`);
     groups.push("news_"); // by topic of a lab event
+    groups.push("refused_", "field_", "trip_", "detector_"); // by reason of a refusal, by member of a request
     groups.push("audit_", "check_"); // by verb of the audit log, by check of the calibration
+    groups.push("policy_"); // by the name of a setting
     groups.push("failed_oidc_"); // by the word of a refused sign-in
     const topics = [...text.matchAll(/"(\w+)"/g)].map((match) => match[1]);
     const used = (key: string) =>

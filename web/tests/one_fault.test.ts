@@ -37,6 +37,11 @@ describe("a change armed for later", () => {
     vi.advanceTimersByTime(2000);
     expect(sent).toEqual([]);
     expect(faults.shown.R1).toMatchObject({ state: "refused", reason });
+    faults.reconsider();
+    expect(faults.shown.R1).toMatchObject({ state: "refused", reason });
+    reason = "";
+    faults.reconsider();
+    expect(faults.shown.R1).toMatchObject({ state: "nominal", reason: "" });
     faults.inject({ component: "R1", value: 100, atS: 14 }, 2, () => "");
     vi.advanceTimersByTime(2000);
     expect(sent).toMatchObject([{ action: "set", component: "R1", value: 100 }]);

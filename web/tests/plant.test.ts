@@ -1,4 +1,5 @@
 import { describe, expect, it } from "vitest";
+import { fixed } from "../src/i18n/numbers";
 import { beforeAfter } from "../src/live/before_after";
 import {
   ESTIMATORS,
@@ -53,7 +54,7 @@ describe("a bench", () => {
   });
   it("offers the channels that it has, and that its rig has", () => {
     expect(bench.channels()).toEqual(["um", "ua", "ia", "n"]);
-    expect(signalsOf(driver).map((signal) => signal.name)).toEqual(["uc", "ia", "n"]);
+    expect(signalsOf(driver.channels()).map((signal) => signal.name)).toEqual(["uc", "ia", "n"]);
     const blind = rigOf("blind", true);
     blind.capabilities.ua = false;
     expect(bench.channels(blind)).toEqual(["um", "ia", "n"]);
@@ -146,6 +147,11 @@ describe("quantities", () => {
   it("show a missing number as a dash", () => {
     expect(formatNumber(Number.NaN)).toBe("–");
     expect(formatNumber(null)).toBe("–");
+    expect(formatNumber(0)).toBe("0");
+    expect(fixed(-0.04, 1)).toBe("0.0");
+    expect(fixed(-0.4, 0)).toBe("0");
+    expect(fixed(-0.6, 0)).toBe("−1");
+    expect(formatNumber(0.0787)).toBe("0.07870");
     expect(formatNumber(-0.5751)).toBe("−0.5751");
   });
   it("of time have the decimals of the period", () => {

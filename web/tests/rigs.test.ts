@@ -1,5 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { rigTrouble } from "../src/i18n/words";
+import { i18n } from "../src/i18n/i18n.svelte";
+import { rigTrouble } from "../src/i18n/rig_words";
 import { Benches } from "../src/shell/benches.svelte";
 import { rigs } from "../src/shell/rigs.svelte";
 import { ABOUT, DRIVER, know, rigOf } from "./support/bench";
@@ -119,7 +120,8 @@ describe("rigs", () => {
     expect(rigs.simulated(first?.bench)).toBeUndefined();
   });
 
-  it("that are refused say the code's sentence, in English the server's with what to do", () => {
+  it("that are refused say the code's sentence, with what to do", async () => {
+    await i18n.loadAll();
     const link = {
       state: "lost",
       silent_s: 3,
@@ -135,8 +137,10 @@ describe("rigs", () => {
     } as const;
     const health = "its key is not here: copy its .key file";
     const rig = { ...rigOf("far-1", false), health, link, reason: "the rig does not answer" };
-    expect(rigTrouble(rig)).toBe(health);
-    expect(rigTrouble({ ...rig, link: { ...link, refusal: null } })).toBe(rig.reason);
+    expect(rigTrouble(rig)).toMatch(/^The key of far-1 is not on this server\./);
+    expect(rigTrouble({ ...rig, link: { ...link, refusal: null } })).toBe(
+      "The rig does not answer",
+    );
     expect(rigTrouble({ ...rig, reason: "", link: { ...link, refusal: null } })).toBe(health);
     expect(rigTrouble(rigOf("a", true))).toBe("");
   });

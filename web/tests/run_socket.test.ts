@@ -113,6 +113,27 @@ describe("RunSocket", () => {
     socket.close();
   });
 
+  it("does not take a link for dead because the tab slept, but soon if it is", async () => {
+    const { socket, events } = make();
+    await socket.connect();
+    wire(0).say(hello);
+    clockMs += 60_000; // frozen: no timer ran
+    await vi.advanceTimersByTimeAsync(2000);
+    expect(events.phase).toHaveBeenLastCalledWith("open");
+    wire(0).say({ type: "pong", t: clockMs, server_t: 1 });
+    clockMs += 2000;
+    await vi.advanceTimersByTimeAsync(2000);
+    expect(events.phase).toHaveBeenLastCalledWith("open");
+    clockMs += 60_000;
+    await vi.advanceTimersByTimeAsync(2000);
+    for (let second = 0; second < 4; second += 2) {
+      clockMs += 2000;
+      await vi.advanceTimersByTimeAsync(2000);
+    }
+    expect(events.phase).toHaveBeenLastCalledWith("waiting");
+    socket.close();
+  });
+
   it("tries at once when the network comes back, and only while it waits", async () => {
     const { socket } = make();
     await socket.connect();

@@ -1,8 +1,11 @@
-import { describe, expect, it } from "vitest";
+import { beforeAll, describe, expect, it } from "vitest";
 import type { Finding, Run } from "../src/api/types";
+import { i18n } from "../src/i18n/i18n.svelte";
 import { overlayCsv } from "../src/pages/compared_runs";
 import { foundWords, happenedWords } from "../src/pages/run_summary";
 import { bench } from "./support/bench";
+
+beforeAll(() => i18n.loadAll());
 
 const found = (component: string, group: string[], value: number, atS: number) => ({
   verdict: "fault" as const,
@@ -31,18 +34,20 @@ describe("a run in the list", () => {
       "PRBS, R1 → 100 Ω @ 44 s",
     );
   });
-  it("shows its last changes only, when there are many", () => {
+  it("shows its first and last changes, when there are many", () => {
     const changes = [10, 20, 30, 40].map((at_s) => ({
       component: "R1",
       value: at_s === 20 ? 2 : 100 + at_s,
       at_s,
     }));
-    expect(happenedWords(run({ changes }), bench)).toMatch(/^PRBS, …, R1 → 2 Ω @ 20 s, /);
+    expect(happenedWords(run({ changes }), bench)).toBe(
+      "PRBS, R1 → 110 Ω @ 10 s, …, R1 → 130 Ω @ 30 s, R1 → 140 Ω @ 40 s",
+    );
   });
   it("names the component and its value, all that look alike, and every fault", () => {
     const findings: Run["findings"] = [
       found("R1", ["R1"], 99.8, 8),
-      found("R12", ["R12", "J"], 2000, 20),
+      found("J", ["J", "R12"], 3e-5, 20),
     ];
     expect(foundWords(run({ findings }), bench)).toBe("Fault: R1 ↑ 99.8 Ω; Fault: R12 or J");
   });

@@ -1,6 +1,7 @@
 import { describe, expect, it } from "vitest";
 import { groupsOf, placeLabel } from "../src/charts/decoration";
 import { heldView, wheelFactor } from "../src/charts/gestures";
+import { colorOf } from "../src/charts/marker_colors";
 import { Viewport } from "../src/charts/viewport.svelte";
 import { Cursors } from "../src/live/cursors.svelte";
 import { Lens } from "../src/live/lens.svelte";
@@ -208,5 +209,15 @@ describe("the label of a marker", () => {
       [3, 7, 25],
       [1, 37, 43],
     ]);
+  });
+});
+
+describe("colours of markers", () => {
+  it("have red for what is wrong with the rig alone", () => {
+    const colors = { fault: "red", detect: "blue", text: "black" };
+    const of = (kind: Parameters<typeof colorOf>[0]) => colorOf(kind, colors);
+    expect([of("fault"), of("trip")]).toEqual(["red", "red"]);
+    expect([of("cursorA"), of("cursorB"), of("stopped")]).toEqual(["black", "black", "black"]);
+    expect([of("detected"), of("isolated")]).toEqual(["blue", "blue"]);
   });
 });

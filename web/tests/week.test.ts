@@ -3,7 +3,7 @@ import { timeLeft } from "../src/lab/times";
 import { addDays, dayStart, NOTHING_KNOWN, weekSlots, weekSpan } from "../src/lab/week";
 
 const zone = process.env.TZ;
-const slotsPerDay = 30;
+const slotsPerDay = 34;
 
 describe("week of slots", () => {
   beforeAll(() => {
@@ -34,7 +34,7 @@ describe("week of slots", () => {
     for (const day of days) {
       expect(day.length).toBe(slotsPerDay);
       expect(day[0]?.start.getHours()).toBe(7);
-      expect(day.at(-1)?.end.getHours()).toBe(22);
+      expect(day.at(-1)?.end.getHours()).toBe(0);
     }
   });
 
@@ -48,7 +48,7 @@ describe("week of slots", () => {
         busy: [
           { kind: "booking", rig: "bench-1", start: at(1, 9), end: at(1, 10) },
           { kind: "booking", rig: "bench-2", start: at(1, 12), end: at(1, 13) },
-          { kind: "outage", rig: "bench-1", start: at(2, 7), end: at(2, 22) },
+          { kind: "outage", rig: "bench-1", reason: "brushes", start: at(2, 7), end: at(2, 22) },
           { kind: "mine", rig: "bench-1", start: at(3, 8), end: at(3, 9) },
         ],
         next_free: [],
@@ -76,6 +76,25 @@ describe("week of slots", () => {
     expect(state(1, 12)).toBe("free"); // the class has another rig
     expect(state(2, 15)).toBe("outage");
     expect(state(3, 8)).toBe("mine");
+  });
+
+  it("names a planned outage also where another rig is free", () => {
+    const monday = dayStart(new Date(2026, 10, 23));
+    const start = new Date(new Date(monday).setHours(9)).toISOString();
+    const end = new Date(new Date(monday).setHours(10)).toISOString();
+    const [day] = weekSlots(
+      monday,
+      {
+        busy: [{ kind: "outage", rig: "bench-1", reason: "brushes", start, end }],
+        next_free: [],
+        slots: [{ start, free: 1 }],
+      },
+      new Date(0),
+    );
+    const slot = day?.find((each) => each.start.toISOString() === start);
+    expect(slot?.state).toBe("free");
+    expect(slot?.outages).toBe("bench-1: brushes");
+    expect(day?.find((each) => each.start.toISOString() === end)?.outages).toBe("");
   });
 
   it("counts down to zero and no further", () => {

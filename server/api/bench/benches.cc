@@ -1,5 +1,6 @@
 // What the benches are, and the models that their parts give: for everybody, the same for all.
 #include <algorithm>
+#include <array>
 #include <boost/json.hpp>
 #include <charconv>
 #include <string>
@@ -7,6 +8,7 @@
 
 #include "server/api/bench/bench_json.h"
 #include "server/api/bench/benches.h"
+#include "server/run/refusals.h"
 
 namespace faultlab::server {
 namespace {
@@ -19,11 +21,17 @@ constexpr const char* kForEver = "public, max-age=31536000, immutable";
 /// Farther from nominal the parameters of the model leave what a number can hold.
 constexpr double kFactorMax = 1e9;
 
+/// With as few digits as distinguish the value from its neighbours.
+std::string Shown(double value) {
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
 struct NumberRule {
   double fallback;
   double lo;
   double hi;
-  const char* refusal;
 };
 
 core::Result<double> QueryNumber(const HttpRequest& request,
@@ -35,7 +43,13 @@ core::Result<double> QueryNumber(const HttpRequest& request,
   const char* end = text->data() + text->size();
   const auto [parsed_to, error] = std::from_chars(text->data(), end, value);
   if (error != std::errc{} || parsed_to != end || !(value >= rule.lo && value <= rule.hi)) {
-    return core::Error{core::ErrorCode::kInvalid, rule.refusal, std::string(name)};
+    return core::Error{
+        core::ErrorCode::kInvalid,
+        "'" + std::string(name) + "' must be a number from " + Shown(rule.lo) + " to " +
+            Shown(rule.hi) + ".",
+        std::string(name),
+        "number_outside",
+        {{"member", std::string(name)}, {"lowest", Shown(rule.lo)}, {"highest", Shown(rule.hi)}}};
   }
   return value;
 }
@@ -46,23 +60,19 @@ core::Result<core::PlantParameters> QueryPlant(const HttpRequest& request,
   core::PlantParameters plant = bench.nominal;
   const auto name = request.Query("component");
   if (name.has_value() != request.Query("value").has_value()) {
-    return core::Error{
-        core::ErrorCode::kInvalid, "Give 'component' and 'value' together.", "component"};
+    return core::Error{core::ErrorCode::kInvalid,
+                       "Give 'component' and 'value' together.",
+                       "component",
+                       "component_and_value"};
   }
   if (!name) return plant;
   const auto component = bench.Find(*name);
   if (!component) {
-    return core::Error{
-        core::ErrorCode::kInvalid, "This bench has no component '" + *name + "'.", "component"};
+    return refusal::NoComponent(bench, *name);
   }
   const double nominal = plant.Get(*component);
-  const auto value = QueryNumber(
-      request,
-      "value",
-      {nominal,
-       nominal / kFactorMax,
-       nominal * kFactorMax,
-       "'value' must be above 0, in the SI unit, not farther than a billion times from nominal."});
+  const auto value =
+      QueryNumber(request, "value", {nominal, nominal / kFactorMax, nominal * kFactorMax});
   if (!value) return value.error();
   plant.Set(*component, value.value());
   return plant;
@@ -136,17 +146,10 @@ core::Result<HttpResponse> GetBenchModel(Benches& benches, const ApiRequest& req
   const core::Bench& bench = *asked.value().bench;
   const auto plant = QueryPlant(request.http, bench);
   if (!plant) return plant.error();
-  const auto period_s =
-      QueryNumber(request.http,
-                  "period_s",
-                  {bench.period_s, 1e-3, 1.0, "'period_s' must lie between 1 ms and 1 s."});
+  const auto period_s = QueryNumber(request.http, "period_s", {bench.period_s, 1e-3, 1.0});
   if (!period_s) return period_s.error();
-  const auto delta_s = QueryNumber(request.http,
-                                   "delta_s",
-                                   {std::min(bench.delta_s, period_s.value()),
-                                    0.0,
-                                    period_s.value(),
-                                    "'delta_s' must lie in the period."});
+  const auto delta_s = QueryNumber(
+      request.http, "delta_s", {std::min(bench.delta_s, period_s.value()), 0.0, period_s.value()});
   if (!delta_s) return delta_s.error();
   HttpResponse response =
       JsonResponse(ModelToJson(plant.value(), period_s.value(), delta_s.value()));

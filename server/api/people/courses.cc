@@ -59,6 +59,13 @@ core::Result<std::int64_t> TaughtCourse(PeopleApi& api, const ApiRequest& reques
   return id.value();
 }
 
+core::Result<std::string> CourseName(PeopleApi& api, std::int64_t course) {
+  constexpr bool kAll = true;
+  auto found = api.accounts.ListCourses(0, kAll, course - 1, 1);
+  if (!found) return found.error();
+  return found.value().empty() ? std::string() : found.value().front().name;
+}
+
 core::Result<HttpResponse> Answer(PeopleApi& api, const ApiRequest& request, bool accept) {
   auto course = PathNumber(request, "course");
   if (!course) return course.error();
@@ -129,8 +136,10 @@ core::Result<HttpResponse> EnrolMembers(PeopleApi& api, const ApiRequest& reques
   auto course = TaughtCourse(api, request);
   if (!course) return course.error();
   if (!websocket::IsValidUtf8(request.http.body)) {
-    return core::Error{
-        core::ErrorCode::kInvalid, "The list is not UTF-8; save it again as CSV UTF-8.", ""};
+    return core::Error{core::ErrorCode::kInvalid,
+                       "The list is not UTF-8; save it again as CSV UTF-8.",
+                       "",
+                       "list_not_utf8"};
   }
   auto done =
       api.accounts.EnrolCsv(request.who, course.value(), request.http.body, api.clock.Wall());
@@ -150,14 +159,17 @@ core::Result<HttpResponse> EndEnrolment(PeopleApi& api, const ApiRequest& reques
   auto teaches = api.accounts.Teaches(member.value(), course.value());
   if (!teaches) return teaches.error();
   if (teaches.value() && request.who.role != Role::kAdmin) {
-    return core::Error{core::ErrorCode::kConflict, "An admin takes a teacher out of a course.", ""};
+    return core::Error{core::ErrorCode::kConflict,
+                       "An admin takes a teacher out of a course.",
+                       "",
+                       "teacher_stays"};
   }
+  auto name = CourseName(api, course.value());
+  if (!name) return name.error();
   const core::Status ended = api.accounts.EndEnrolment(course.value(), member.value());
   if (!ended.ok()) return ended.error();
-  api.audit.Add(request.who,
-                "end_enrolment",
-                "user:" + std::to_string(member.value()),
-                "course:" + std::to_string(course.value()));
+  api.audit.Add(
+      request.who, "end_enrolment", "user:" + std::to_string(member.value()), name.value());
   return NoContent();
 }
 

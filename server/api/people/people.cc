@@ -1,7 +1,9 @@
 // users, audit log.
+#include <algorithm>
 #include <boost/json.hpp>
 
 #include "server/api/people/handlers.h"
+#include "server/auth/audit_verbs.h"
 #include "server/json/json_reader.h"
 
 namespace faultlab::server {
@@ -18,10 +20,45 @@ json::object UserToJson(const Account& account) {
           {"created_at", Iso8601(account.created_at)}};
 }
 
+namespace {
+
+/// A key that may manage people must not become an admin by them: it makes none, and changes none.
+core::Status KeyMayTouch(const ApiRequest& request, Role role) {
+  if (request.who.proof != Proof::kApiKey || role != Role::kAdmin) return core::Done{};
+  return core::Error{core::ErrorCode::kForbidden,
+                     "Only an admin who has signed in makes and changes admins; a key does not.",
+                     "",
+                     "admins_by_key"};
+}
+
+core::Status KeyMayChange(const PeopleApi& api, const ApiRequest& request, std::int64_t id) {
+  if (request.who.proof != Proof::kApiKey) return core::Done{};
+  const auto account = api.accounts.Get(id);
+  if (!account) return account.error();
+  return KeyMayTouch(request, account.value().role);
+}
+
+}  // namespace
+
 core::Result<HttpResponse> ListUsers(PeopleApi& api, const ApiRequest& request) {
-  const auto page = PageOf(request.http);
+  const auto page = PageOf(request.http, {"q", "role", "course"});
   if (!page) return page.error();
-  auto users = api.accounts.List(page.value().after, page.value().limit);
+  AccountFilter filter;
+  filter.text = request.http.Query("q").value_or("");
+  if (const auto role = request.http.Query("role")) {
+    filter.role = ParseRole(*role);
+    if (!filter.role) {
+      return core::Error{core::ErrorCode::kInvalid,
+                         "No such role.",
+                         "role",
+                         "word_unknown",
+                         {{"member", "role"}, {"words", "student, instructor, operator, admin"}}};
+    }
+  }
+  const auto course = QueryInteger(request.http, "course", 0, 1, INT64_MAX);
+  if (!course) return course.error();
+  if (course.value() > 0) filter.course = course.value();
+  auto users = api.accounts.List(filter, page.value().after, page.value().limit);
   if (!users) return users.error();
   json::array items;
   for (const Account& account : users.value()) items.push_back(UserToJson(account));
@@ -35,8 +72,9 @@ core::Result<HttpResponse> CreateUser(PeopleApi& api, const ApiRequest& request)
   const std::string_view role =
       in.WordOr("role", "student", {"student", "instructor", "operator", "admin"});
   if (auto error = in.Finish()) return *error;
-  auto made =
-      api.accounts.Create(login, name, ParseRole(role).value_or(Role::kStudent), api.clock.Wall());
+  const Role wanted = ParseRole(role).value_or(Role::kStudent);
+  if (const core::Status may = KeyMayTouch(request, wanted); !may.ok()) return may.error();
+  auto made = api.accounts.Create(login, name, wanted, api.clock.Wall());
   if (!made) return made.error();
   api.audit.Add(request.who, "create_user", "user:" + std::to_string(made.value().id), login);
   return JsonResponse(UserToJson(made.value()), 201);
@@ -57,10 +95,15 @@ core::Result<HttpResponse> ChangeUser(PeopleApi& api, const ApiRequest& request)
   }
   if (in.Has("disabled")) disabled = in.BooleanOr("disabled", false);
   if (auto error = in.Finish()) return *error;
+  core::Status may = KeyMayChange(api, request, id.value());
+  if (may.ok() && role) may = KeyMayTouch(request, *role);
+  if (!may.ok()) return may.error();
   const bool self = id.value() == request.who.user_id;
   if (self && (role.value_or(Role::kAdmin) != Role::kAdmin || disabled.value_or(false))) {
-    return core::Error{
-        core::ErrorCode::kConflict, "An admin cannot take away their own rights.", ""};
+    return core::Error{core::ErrorCode::kConflict,
+                       "An admin cannot take away their own rights.",
+                       "",
+                       "own_rights"};
   }
   std::string detail;
   if (role) detail += "role " + std::string(Name(*role)) + "; ";
@@ -76,6 +119,8 @@ core::Result<HttpResponse> ChangeUser(PeopleApi& api, const ApiRequest& request)
 core::Result<HttpResponse> CreateResetLink(PeopleApi& api, const ApiRequest& request) {
   auto id = PathNumber(request);
   if (!id) return id.error();
+  const core::Status may = KeyMayChange(api, request, id.value());
+  if (!may.ok()) return may.error();
   auto secret = api.accounts.CreateLink(id.value(), api.clock.Wall());
   if (!secret) return secret.error();
   api.audit.Add(request.who, "reset_link", "user:" + std::to_string(id.value()), "");
@@ -83,10 +128,58 @@ core::Result<HttpResponse> CreateResetLink(PeopleApi& api, const ApiRequest& req
       json::object{{"link", "/reset?token=" + secret.value()}, {"expires_in_s", 86400}}, 201);
 }
 
+namespace {
+
+/// ?verbs=quarantine,release
+core::Result<std::vector<std::string>> QueryVerbs(const ApiRequest& request) {
+  std::vector<std::string> verbs;
+  const std::string text = request.http.Query("verbs").value_or("");
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    std::string verb = text.substr(at, end - at);
+    at = end + 1;
+    if (std::ranges::find(kAuditVerbs, verb) == kAuditVerbs.end()) {
+      std::string known;
+      for (const std::string_view each : kAuditVerbs) {
+        known.append(known.empty() ? "" : ", ").append(each);
+      }
+      return core::Error{core::ErrorCode::kInvalid,
+                         "'verbs' must be some of: " + known + ".",
+                         "verbs",
+                         "word_unknown",
+                         {{"member", "verbs"}, {"words", known}}};
+    }
+    if (std::ranges::find(verbs, verb) == verbs.end()) verbs.push_back(std::move(verb));
+  }
+  return verbs;
+}
+
+core::Result<std::optional<WallTime>> QueryInstant(const ApiRequest& request,
+                                                   std::string_view name) {
+  const auto text = request.http.Query(name);
+  if (!text) return std::optional<WallTime>{};
+  const auto time = ParseIso8601(*text, std::string(name));
+  if (!time) return time.error();
+  return std::optional(time.value());
+}
+
+}  // namespace
+
 core::Result<HttpResponse> ListAuditLog(PeopleApi& api, const ApiRequest& request) {
-  const auto page = PageOf(request.http);
+  const auto page = PageOf(request.http, {"q", "verbs", "who", "from", "to"});
   if (!page) return page.error();
-  auto log = api.accounts.ListAudit(page.value().after, page.value().limit);
+  const auto verbs = QueryVerbs(request);
+  if (!verbs) return verbs.error();
+  const auto from = QueryInstant(request, "from");
+  if (!from) return from.error();
+  const auto to = QueryInstant(request, "to");
+  if (!to) return to.error();
+  const AuditFilter filter{.text = request.http.Query("q").value_or(""),
+                           .verbs = verbs.value(),
+                           .who = request.http.Query("who").value_or(""),
+                           .from = from.value(),
+                           .to = to.value()};
+  auto log = api.accounts.ListAudit(filter, page.value().after, page.value().limit);
   if (!log) return log.error();
   json::array items;
   for (const AuditEntry& entry : log.value()) {
@@ -97,6 +190,7 @@ core::Result<HttpResponse> ListAuditLog(PeopleApi& api, const ApiRequest& reques
                                  {"verb", entry.verb},
                                  {"object", entry.object},
                                  {"object_login", entry.object_login},
+                                 {"object_name", entry.object_name},
                                  {"detail", entry.detail}});
   }
   return page.value().Answer(std::move(items), log.value().empty() ? 0 : log.value().back().seq);

@@ -58,7 +58,8 @@ HttpResponse Refuse(ProvidersApi& api,
 
 core::Result<oidc::Provider*> ProviderOf(ProvidersApi& api, const ApiRequest& request) {
   oidc::Provider* provider = api.flow.Find(request.http.PathParameter("id"));
-  if (provider == nullptr) return Error{ErrorCode::kNotFound, "There is no such provider.", ""};
+  if (provider == nullptr)
+    return Error{ErrorCode::kNotFound, "There is no such provider.", "", "no_provider"};
   return provider;
 }
 
@@ -95,7 +96,8 @@ core::Result<HttpResponse> StartLink(ProvidersApi& api, const ApiRequest& reques
     api.log("provider " + id + ": " + departure.error().message);
     return Error{ErrorCode::kUnavailable,
                  "The sign-in provider does not answer; try again in a moment.",
-                 ""};
+                 "",
+                 "provider_away"};
   }
   HttpResponse response = JsonResponse(json::object{{"location", departure.value().location}});
   SetCookie(request, LoginCookie(request), departure.value().sealed, kLoginCookieS, response);

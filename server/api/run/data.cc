@@ -85,8 +85,11 @@ core::Result<HttpResponse> GetEstimates(RunApi& api, const ApiRequest& request) 
     for (const auto& known : core::kEstimatorShapes) {
       list.append(list.empty() ? "" : ", ").append(known.name);
     }
-    return core::Error{
-        core::ErrorCode::kInvalid, "Unknown estimator; known: " + list + ".", "estimator"};
+    return core::Error{core::ErrorCode::kInvalid,
+                       "Unknown estimator; known: " + list + ".",
+                       "estimator",
+                       "no_estimator",
+                       {{"known", list}}};
   }
   const auto which = static_cast<std::size_t>(shape - core::kEstimatorShapes.begin());
   auto recording = api.recordings.Load(request.run);

@@ -1,7 +1,11 @@
-// A recording as a file: CSV, MATLAB, JSON.
+// A recording as a file: CSV, MATLAB, JSON, LCM log.
+#include <algorithm>
 #include <boost/json.hpp>
+#include <chrono>
 
 #include "core/diagnosis/diagnose_record.h"
+#include "hardware/lcm/lcm_log.h"
+#include "hardware/lcm/rig_name.h"
 #include "server/api/run/columns.h"
 #include "server/api/run/file_names.h"
 #include "server/api/run/handlers.h"
@@ -9,6 +13,8 @@
 #include "server/csv/csv_writer.h"
 #include "server/experiment/plan_json.h"
 #include "server/export/recording_export.h"
+#include "server/json/plain_numbers.h"
+#include "server/run/run_messages.h"
 
 namespace faultlab::server {
 namespace {
@@ -38,19 +44,17 @@ void FormatCsvOf(const Recording& recording,
   options.comments = {
       "faultlab run " + record.id + ", rig " + record.rig + ", " + Iso8601(record.created_at),
       BenchComment(*recording.options.bench),
-      "plan " + record.plan_json,
-      "loop " + LoopText(events)};
+      "plan " + WithPlainNumbers(record.plan_json),
+      "loop " + WithPlainNumbers(LoopText(events))};
   FormatCsv(recording.samples, options, take);
 }
 
 core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request) {
   const core::Status query = OnlyQuery(request.http, {"content"});
   if (!query.ok()) return query.error();
-  const std::string content = request.http.Query("content").value_or("samples");
-  if (content != "samples" && content != "estimates") {
-    return core::Error{
-        core::ErrorCode::kInvalid, "The content is samples or estimates.", "content"};
-  }
+  const auto asked = QueryWord(request.http, "content", {"samples", "estimates"});
+  if (!asked) return asked.error();
+  const std::string content = asked.value().value_or("samples");
   auto recording = api.recordings.Load(request.run);
   if (!recording) return recording.error();
   auto out = api.MakeSpool();
@@ -99,6 +103,31 @@ core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
   AppendSampleColumns(*file, recording.value().samples);
   file->Append("}");
   return Download(std::move(file), "application/json", FileNameOf(record, "all", "json"));
+}
+
+/// What the rig said of the run: samples and its events, without those of the diagnosis.
+core::Result<HttpResponse> ExportLcmLog(RunApi& api, const ApiRequest& request) {
+  auto recording = api.recordings.Load(request.run);
+  if (!recording) return recording.error();
+  const RunRecord& record = recording.value().record;
+  const auto events = api.recordings.Events(record);
+  if (!events) return events.error();
+  hardware::LcmRecord log;
+  log.rig = hardware::IsRigName(record.rig) ? record.rig : "recording";
+  log.run = record.id;
+  for (const RecordedEvent& said : events.value()) {
+    const auto event = ToRigEvent(said, *recording.value().options.bench);
+    if (event) log.events.push_back(*event);
+  }
+  std::ranges::stable_sort(log.events, {}, &hardware::RigEvent::index);
+  log.samples = std::move(recording.value().samples);
+  const auto begun_us =
+      std::chrono::duration_cast<std::chrono::microseconds>(record.created_at.time_since_epoch());
+  auto out = api.MakeSpool();
+  hardware::FormatLcmLog(
+      log, begun_us.count(), [&out](std::string_view piece) { out->Append(piece); });
+  return Download(
+      std::move(out), "application/octet-stream", FileNameOf(record, "samples-events", "lcm"));
 }
 
 core::Result<HttpResponse> ExportMat(RunApi& api, const ApiRequest& request) {

@@ -50,10 +50,18 @@ std::string WhatOf(const RunRecord& record) {
 }  // namespace
 
 std::string FileNameOf(const RunRecord& record, std::string_view kind, std::string_view extension) {
-  const std::string iso = Iso8601(record.created_at);  // 2026-11-21T01:02:03.456Z
-  std::string what = Tidied(CutText(WhatOf(record), kNameBytesInFile));
-  if (what.empty()) what = record.id;
-  std::string name = iso.substr(0, 10) + "_" + iso.substr(11, 2) + iso.substr(14, 2) + "_" + what;
+  const std::string what = Tidied(WhatOf(record));
+  return FileNameOf(record.created_at, what.empty() ? record.id : what, kind, extension);
+}
+
+std::string FileNameOf(WallTime at,
+                       std::string_view what,
+                       std::string_view kind,
+                       std::string_view extension) {
+  const std::string iso = Iso8601(at);  // 2026-11-21T01:02:03.456Z
+  std::string name = iso.substr(0, 10) + "_" + iso.substr(11, 2) + iso.substr(14, 2);
+  const std::string tidied = Tidied(CutText(std::string(what), kNameBytesInFile));
+  if (!tidied.empty()) name.append("_").append(tidied);
   return name.append("_").append(kind).append(".").append(extension);
 }
 

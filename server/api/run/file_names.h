@@ -11,5 +11,10 @@ namespace faultlab::server {
 /// without a name is called by its rig and its first fault: "2026-11-21_0102_sim-1_R1_signals.png".
 /// Hidden faults are not named. The time is UTC.
 std::string FileNameOf(const RunRecord& record, std::string_view kind, std::string_view extension);
+/// The same of something else, begun `at`, that is called `what`.
+std::string FileNameOf(WallTime at,
+                       std::string_view what,
+                       std::string_view kind,
+                       std::string_view extension);
 
 }  // namespace faultlab::server

@@ -20,12 +20,14 @@ json::object FindingOf(const json::object& verdict) {
   json::array named = MemberOr(verdict, "candidates", json::array{}).as_array();
   const std::size_t most = std::max<std::size_t>(1, group.size());
   if (named.size() > most) named.resize(most);
-  return {{"verdict", MemberOr(verdict, "verdict", "calibrating")},
-          {"detected_at_s", MemberOr(verdict, "detected_at_s", nullptr)},
-          {"onset_s", MemberOr(verdict, "onset_s", nullptr)},
-          {"ended_at_s", MemberOr(verdict, "ended_at_s", nullptr)},
-          {"group", group},
-          {"candidates", std::move(named)}};
+  json::object out{{"verdict", MemberOr(verdict, "verdict", "calibrating")},
+                   {"detected_at_s", MemberOr(verdict, "detected_at_s", nullptr)},
+                   {"onset_s", MemberOr(verdict, "onset_s", nullptr)},
+                   {"ended_at_s", MemberOr(verdict, "ended_at_s", nullptr)},
+                   {"group", group},
+                   {"candidates", std::move(named)}};
+  if (verdict.contains("further")) out["further"] = verdict.at("further");
+  return out;
 }
 
 }  // namespace

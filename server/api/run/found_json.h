@@ -13,8 +13,8 @@ namespace faultlab::server {
 boost::json::array ChangesToJson(std::span<const RecordedEvent> changes);
 
 /// The episodes of a diagnosis with the candidates that they name:
-/// [{"verdict","detected_at_s","onset_s","ended_at_s","group","candidates"}]. A diagnosis that is
-/// not finished gives its verdict, one that found no fault an empty list.
+/// [{"verdict","detected_at_s","onset_s","ended_at_s","group","candidates","further"?}]. A
+/// diagnosis that is not finished gives its verdict, one that found no fault an empty list.
 /// @param diagnosis_json  of a recording or of a live run; may be empty
 boost::json::array FindingsToJson(std::string_view diagnosis_json);
 

@@ -65,6 +65,7 @@ void FormatCsvOf(const Recording& recording,
 // exports.cc
 core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request);
 core::Result<HttpResponse> ExportMat(RunApi& api, const ApiRequest& request);
+core::Result<HttpResponse> ExportLcmLog(RunApi& api, const ApiRequest& request);
 core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request);
 
 // report.cc
@@ -73,6 +74,9 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request);
 // figures.cc
 core::Result<HttpResponse> GetPlot(RunApi& api, const ApiRequest& request);
 core::Result<HttpResponse> GetFigure(RunApi& api, const ApiRequest& request);
+
+// comparison.cc
+core::Result<HttpResponse> GetComparison(RunApi& api, const ApiRequest& request);
 
 // pictures.cc
 /// Whether GetCamera has a picture for those who see the run.

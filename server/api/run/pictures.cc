@@ -13,7 +13,8 @@ namespace json = boost::json;
 
 /// The same answer whether there is no camera, the run has ended or its faults are hidden.
 core::Error NoCamera() {
-  return {core::ErrorCode::kNotFound, "There is no picture of this run's bench now.", ""};
+  return {
+      core::ErrorCode::kNotFound, "There is no picture of this run's bench now.", "", "no_picture"};
 }
 
 /// The run as it is now, if its rig may be looked at by all who see the run.
@@ -69,7 +70,8 @@ core::Result<HttpResponse> ListPictures(RunApi& api, const ApiRequest& request) 
 core::Result<HttpResponse> GetPicture(RunApi& api, const ApiRequest& request) {
   const auto index = PathNumber(request, "index");
   if (!index) return index.error();
-  const core::Error missing{core::ErrorCode::kNotFound, "There is no such picture.", ""};
+  const core::Error missing{
+      core::ErrorCode::kNotFound, "There is no such picture.", "", "no_picture"};
   if (HidesFaults(request.run.plan_json) || index.value() > PictureStore::kOfRunMax) {
     return missing;
   }

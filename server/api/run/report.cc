@@ -10,9 +10,7 @@
 #include <cmath>
 #include <string>
 
-#include "core/diagnosis/diagnose_record.h"
-#include "core/paper/paper_methods.h"
-#include "core/plant/coefficients.h"
+#include "server/api/run/before_after.h"
 #include "server/api/run/file_names.h"
 #include "server/api/run/handlers.h"
 #include "server/experiment/plan_json.h"
@@ -23,6 +21,8 @@ namespace faultlab::server {
 namespace {
 
 namespace json = boost::json;
+
+constexpr std::size_t kChangesShown = 3;
 
 json::value Parsed(const std::string& text) {
   boost::system::error_code ec;
@@ -66,13 +66,14 @@ std::string WithUnit(std::string_view name, double value) {
   return std::string(name) + " " + number;
 }
 
-/// "prbs: low 2 V, high 3 V, clock 0.01 s, order 10, seed 1"
+/// "PRBS: low 2 V, high 3 V, clock 0.01 s, order 10, seed 1"
 std::string ExcitationText(const json::value& plan) {
   const json::object* object = plan.if_object();
   const json::value* found = object == nullptr ? nullptr : object->if_contains("excitation");
   const json::object* excitation = found == nullptr ? nullptr : found->if_object();
   if (excitation == nullptr) return {};
   std::string text = TextIn(*found, "kind");
+  if (text == "prbs") text = "PRBS";
   std::string separator = ": ";
   for (const auto& [name, value] : *excitation) {
     if (!value.is_number()) continue;
@@ -116,121 +117,6 @@ std::vector<ReportFault> FaultsOf(std::span<const RecordedEvent> events,
   return faults;
 }
 
-/// The healthy time, and the time of the first fault.
-struct Stretches {
-  double onset_s = INFINITY;
-  double end_s = INFINITY;  ///< of the fault: the next change
-  std::optional<core::Fault> fault;
-};
-
-Stretches StretchesOf(std::span<const ReportFault> faults, const core::Verdict& verdict) {
-  Stretches out;
-  for (const ReportFault& fault : faults) {
-    if (fault.said != ReportFault::Said::kConfirmed) continue;
-    if (!out.fault && fault.value == fault.component.info().nominal) continue;
-    if (out.fault) {
-      out.end_s = fault.t_s;
-      break;
-    }
-    out.fault = core::Fault{.component = fault.component, .value = fault.value};
-    out.onset_s = fault.t_s;
-  }
-  if (out.fault) return out;
-  if (verdict.onset_s) out.onset_s = *verdict.onset_s;
-  const bool sized = verdict.kind == core::VerdictKind::kFault && !verdict.candidates.empty() &&
-                     verdict.candidates.front().bound == 0;
-  if (sized) {
-    const core::Candidate& best = verdict.candidates.front();
-    out.fault = core::Fault{.component = best.component, .value = best.value};
-  }
-  return out;
-}
-
-struct Mean {
-  double sum = 0.0;
-  int count = 0;
-  void Add(double value) {
-    sum += value;
-    ++count;
-  }
-  std::optional<double> value() const {
-    return count > 0 ? std::optional(sum / count) : std::nullopt;
-  }
-};
-
-/// What the calibrated model of the rig predicts for the fault, {b0, b1, a1} and {b0d, b1d, a1d}.
-std::optional<std::array<core::ContinuousTheta, 2>> ModelOf(
-    const Review& review, const std::optional<core::Fault>& fault) {
-  if (!fault || !std::isfinite(fault->value) || fault->value <= 0.0) return std::nullopt;
-  const auto& calibration = review.diagnosis.calibration;
-  const core::DiagnosisOptions& options = review.recording.options;
-  core::PlantParameters plant = calibration ? calibration->nominal : options.nominal;
-  plant.Set(fault->component, fault->value);
-  const core::ContinuousTheta theta =
-      core::FirstOrderTheta(plant, calibration ? calibration->gain_factor : 1.0);
-  const double delta_s = calibration ? calibration->delta_s : options.bench->delta_s;
-  const bool sampled = theta[2] > 0.0 && delta_s >= 0.0 && delta_s < options.period_s;
-  if (!sampled) return std::nullopt;
-  const core::DiscreteCoefficients discrete =
-      core::Discretise({.b0 = theta[0], .b1 = theta[1], .a1 = theta[2]}, options.period_s, delta_s);
-  return std::array<core::ContinuousTheta, 2>{
-      theta, core::ContinuousTheta{discrete.b0d, discrete.b1d, discrete.a1d}};
-}
-
-/// Means over the healthy seconds before the fault, and from when the estimator has settled.
-std::vector<ReportEstimates> EstimatesOf(const Review& review, const Stretches& stretches) {
-  constexpr std::array<core::EstimatorId, 2> kShown = {core::EstimatorId::kSwa100,
-                                                       core::EstimatorId::kSia100x20};
-  constexpr double kBeforeS = 5.0;
-  constexpr double kBeforeSamples = 100.0;
-  constexpr double kFilledS = 0.5;
-  constexpr std::array<std::string_view, 3> kNames = {"b0", "b1", "a1"};
-  const core::DiagnosisOptions& options = review.recording.options;
-  const double period_s = options.period_s;
-  std::array<std::array<Mean, 3>, kShown.size()> before;
-  std::array<std::array<Mean, 3>, kShown.size()> after;
-  std::array<double, kShown.size()> settles_s{};
-  for (std::size_t i = 0; i < kShown.size(); ++i) {
-    const core::EstimatorShape& shape = core::kEstimatorShapes[static_cast<std::size_t>(kShown[i])];
-    settles_s[i] = (shape.window_samples + std::max(0, shape.integral_samples - 1)) * period_s;
-  }
-  const double before_s = std::max(kBeforeS, kBeforeSamples * period_s);
-  core::ReplayEstimates(review.recording.samples, options, [&](const core::Frame& frame) {
-    const double t_s = frame.sample.t_s;
-    for (std::size_t i = 0; i < kShown.size(); ++i) {
-      const double healthy_from_s =
-          std::max(settles_s[i] + kFilledS,
-                   std::isfinite(stretches.onset_s) ? stretches.onset_s - before_s : 0.0);
-      const bool healthy = t_s >= healthy_from_s && t_s < stretches.onset_s;
-      const bool faulty = t_s > stretches.onset_s + settles_s[i] && t_s < stretches.end_s;
-      if (!healthy && !faulty) continue;
-      const core::Estimate<3>& estimate = frame.estimates[static_cast<std::size_t>(kShown[i])];
-      for (std::size_t p = 0; p < kNames.size(); ++p) {
-        const bool usable =
-            IsDrawable(estimate.status, estimate.age_samples, estimate.sigma, static_cast<int>(p));
-        if (usable) (healthy ? before : after)[i][p].Add(estimate.theta[p]);
-      }
-    }
-  });
-  const auto model = ModelOf(review, stretches.fault);
-  std::vector<ReportEstimates> out;
-  for (std::size_t i = 0; i < kShown.size(); ++i) {
-    const core::EstimatorShape& shape = core::kEstimatorShapes[static_cast<std::size_t>(kShown[i])];
-    const bool swa = shape.integral_samples == 0;
-    ReportEstimates one;
-    one.title =
-        (swa ? "SWA, " : "SIA, ") + WindowName(shape.window_samples, shape.integral_samples);
-    for (std::size_t p = 0; p < kNames.size(); ++p) {
-      one.rows.push_back({std::string(kNames[p]) + (swa ? "d" : ""),
-                          before[i][p].value(),
-                          after[i][p].value(),
-                          model ? std::optional((*model)[swa ? 1 : 0][p]) : std::nullopt});
-    }
-    out.push_back(std::move(one));
-  }
-  return out;
-}
-
 std::string CsvSha256(const Recording& recording, std::span<const RecordedEvent> events) {
   crypto_hash_sha256_state state;
   crypto_hash_sha256_init(&state);
@@ -252,20 +138,24 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
   if (!query.ok()) return query.error();
   const auto language = ParseLanguage(request.http.Query("language").value_or("en"));
   if (!language) {
-    return core::Error{core::ErrorCode::kInvalid, "The language is en or sr.", "language"};
+    return core::Error{core::ErrorCode::kInvalid,
+                       "The language is en, sr or sr-Cyrl.",
+                       "language",
+                       "word_unknown",
+                       {{"member", "language"}, {"words", "en, sr, sr-Cyrl"}}};
   }
   if (request.run.state == RunState::kRunning) {
     return core::Error{core::ErrorCode::kConflict,
                        "The report is made when the run has ended; this one goes on.",
-                       ""};
+                       "",
+                       "report_too_early"};
   }
   // First, because it repairs what a crash has cut.
   const auto diagnosis = api.recordings.DiagnosisText(request.run);
   if (!diagnosis) return diagnosis.error();
   const auto review = api.recordings.ReviewOf(request.run);
   if (!review) return review.error();
-  const auto events = api.recordings.Events(request.run);
-  if (!events) return events.error();
+  const std::vector<RecordedEvent>& events = review.value().events;
   auto made_by = NameOf(api.accounts, request.run.owner);
   if (!made_by) return made_by.error();
   const Recording& recording = review.value().recording;
@@ -285,22 +175,20 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
   report.period_s = record.period_s;
   report.excitation = ExcitationText(plan);
   report.replay_of = TextIn(plan, "recording");
-  report.faults = FaultsOf(events.value(), *report.bench, record.period_s);
+  report.faults = FaultsOf(events, *report.bench, record.period_s);
   report.diagnosis = review.value().diagnosis;
   const json::value told = Parsed(diagnosis.value());
   if (const json::object* object = told.if_object()) {
     const json::value* refusal = object->if_contains("calibration_refusal");
     if (refusal != nullptr) report.calibration_refusal = TextIn(*refusal, "message");
   }
-  const Stretches stretches = StretchesOf(report.faults, report.diagnosis.verdict);
-  report.estimates = EstimatesOf(review.value(), stretches);
-  report.modelled = stretches.fault;
+  report.changes = EstimatesAround(review.value(), kChangesShown);
   report.figures.assign(std::begin(kFigureNames), std::end(kFigureNames));
   report.figure = [&review](const std::string& name) {
     return Recordings::FigureOf(review.value(), name, "");
   };
   report.version = FAULTLAB_VERSION;
-  report.csv_sha256 = CsvSha256(recording, events.value());
+  report.csv_sha256 = CsvSha256(recording, events);
   if (!api.public_url.empty()) report.address = api.public_url + "/runs/" + record.id;
 
   auto pdf = ReportPdf(report, *language);

@@ -53,6 +53,7 @@ std::vector<ApiRoute> RoutesOf(RunApi& api) {
        kRunsMember},
       {kGet, "/api/v1/runs/{id}/export.csv", kReadRun, kRun, on(ExportCsv), kNoBody, kTransfer},
       {kGet, "/api/v1/runs/{id}/export.mat", kReadRun, kRun, on(ExportMat), kNoBody, kTransfer},
+      {kGet, "/api/v1/runs/{id}/export.lcm", kReadRun, kRun, on(ExportLcmLog), kNoBody, kTransfer},
       {kGet, "/api/v1/runs/{id}/export.json", kReadRun, kRun, on(ExportJson), kNoBody, kTransfer},
       {kGet, "/api/v1/runs/{id}/report.pdf", kReadRun, kRun, on(GetReport), kNoBody, kTransfer},
       {kGet, "/api/v1/runs/{id}/plots/{figure}.png", kReadRun, kRun, on(GetPlot), kNoBody, kHeavy},
@@ -74,6 +75,7 @@ std::vector<ApiRoute> RoutesOf(RunApi& api) {
        on(UploadRecording),
        kUpload,
        kTransfer},
+      {kGet, "/api/v1/comparison.png", kReadRun, kObject, on(GetComparison), kNoBody, kHeavy},
       {kGet, "/api/v1/usage", kReadRun, kObject, on(GetUsage)},
       {kGet, "/api/v1/recordings", kReadRun, kObject, on(ListRecordings)},
   };

@@ -1,5 +1,7 @@
+#include <array>
 #include <boost/json.hpp>
 
+#include "core/types/verdict.h"
 #include "server/api/run/found_json.h"
 #include "server/api/run/handlers.h"
 #include "server/experiment/plan_json.h"
@@ -48,6 +50,12 @@ void AddLive(json::object& out, const RunSnapshot& live) {
   out["verdict"] = live.verdict;
 }
 
+/// The run has let go of its rig, and its end is on the way into the database.
+bool WaitsForItsEnd(const RunApi& api, const std::string& id) {
+  const auto live = api.runs.Find(id);
+  return live && live->state == RunState::kRunning && !live->on_rig;
+}
+
 RunRecord RecordOf(const RunSnapshot& live) {
   RunRecord record;
   record.id = live.id;
@@ -79,19 +87,24 @@ HttpResponse Created(RunApi& api, const RunSnapshot& started) {
   return response;
 }
 
+constexpr std::array kVerdicts{Name(core::VerdictKind::kCalibrating),
+                               Name(core::VerdictKind::kNominal),
+                               Name(core::VerdictKind::kFault),
+                               Name(core::VerdictKind::kUnknownFault),
+                               Name(core::VerdictKind::kNotExcited)};
+
 /// One's own runs; everybody's for whoever may read them; with ?course= those of its students.
 core::Result<RunFilter> FilterOf(RunApi& api, const ApiRequest& request) {
   RunFilter filter;
   filter.source = "run";
   filter.text = request.http.Query("q");
   filter.rig = request.http.Query("rig");
-  filter.verdict = request.http.Query("verdict");
-  if (const auto starred = request.http.Query("starred")) {
-    if (*starred != "true") {
-      return core::Error{core::ErrorCode::kInvalid, "starred is true, or absent.", "starred"};
-    }
-    filter.starred_by = request.who.owner_key();
-  }
+  auto verdict = QueryWord(request.http, "verdict", kVerdicts);
+  if (!verdict) return verdict.error();
+  filter.verdict = std::move(verdict).value();
+  const auto starred = QueryWord(request.http, "starred", {"true"});
+  if (!starred) return starred.error();
+  if (starred.value()) filter.starred_by = request.who.owner_key();
   const bool all = Authorize(request.who, Operation::kReadRun, Ownership::kForeign).ok();
   if (!request.http.Query("course")) {
     if (!all) filter.owner = request.who.owner_key();
@@ -103,7 +116,9 @@ core::Result<RunFilter> FilterOf(RunApi& api, const ApiRequest& request) {
   if (!teaches) return teaches.error();
   const bool may = all || (teaches.value() &&
                            Authorize(request.who, Operation::kReadRun, Ownership::kCourse).ok());
-  if (!may) return core::Error{core::ErrorCode::kInvalid, "You teach no such course.", "course"};
+  if (!may)
+    return core::Error{
+        core::ErrorCode::kInvalid, "You teach no such course.", "course", "no_course"};
   filter.course = course.value();
   return filter;
 }
@@ -191,6 +206,12 @@ core::Result<HttpResponse> DescribeRun(RunApi& api, const ApiRequest& request) {
         api.accounts.RelationTo(request.who, request.run.owner, request.run.created_at);
     if (!whose) return whose.error();
     const core::Status allowed = Authorize(request.who, Operation::kDeleteRun, whose.value());
+    if (!allowed.ok() && allowed.error().reason == "role_may_not") {
+      return core::Error{core::ErrorCode::kForbidden,
+                         "Only the owner of a run gives it a name and a note.",
+                         "",
+                         "only_owner_names"};
+    }
     if (!allowed.ok()) return allowed.error();
     const core::Status described = api.store.Describe(request.run.id, name, note);
     if (!described.ok()) return described.error();
@@ -211,7 +232,7 @@ core::Result<HttpResponse> DescribeRun(RunApi& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
-  if (request.run.state != RunState::kRunning) {
+  if (request.run.state != RunState::kRunning || WaitsForItsEnd(api, request.run.id)) {
     return refusal::RunEnded();
   }
   const core::Status stopped = api.runs.Stop(request.run.id, "stopped by a person");
@@ -232,6 +253,10 @@ core::Result<HttpResponse> LearnAgain(RunApi& api, const ApiRequest& request) {
 
 core::Result<HttpResponse> DeleteRun(RunApi& api, const ApiRequest& request) {
   const core::Status deleted = api.store.Delete(request.run.id);
+  if (!deleted.ok() && deleted.error().reason == "run_not_ended" &&
+      WaitsForItsEnd(api, request.run.id)) {
+    return refusal::EndNotStored();
+  }
   if (!deleted.ok()) return deleted.error();
   const AuditNote note{
       request.who, "delete_run", "run:" + request.run.id, "of " + request.run.owner};

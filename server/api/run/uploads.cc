@@ -5,6 +5,7 @@
 #include "server/csv/csv_record.h"
 #include "server/csv/file_io.h"
 #include "server/diagnosis_json/channels_text.h"
+#include "server/run/refusals.h"
 
 namespace faultlab::server {
 namespace {
@@ -27,7 +28,7 @@ core::Result<const core::Bench*> BenchOf(RunApi& api, const HttpRequest& request
   const auto name = request.Query("bench");
   if (!name) return &api.benches.usual();
   auto bench = api.benches.Find(*name);
-  if (!bench) return core::Error{core::ErrorCode::kInvalid, bench.error().message, "bench"};
+  if (!bench) return refusal::In(bench.error(), "bench");
   return bench;
 }
 

@@ -62,6 +62,10 @@ core::Result<HttpResponse> AdoptRig(SharingApi& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateOutage(SharingApi& api, const ApiRequest& request);
 core::Result<HttpResponse> DeleteOutage(SharingApi& api, const ApiRequest& request);
 
+// policy.cc
+core::Result<HttpResponse> GetPolicy(SharingApi& api, const ApiRequest& request);
+core::Result<HttpResponse> ChangePolicy(SharingApi& api, const ApiRequest& request);
+
 // queue.cc
 core::Result<HttpResponse> ListTickets(SharingApi& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateTicket(SharingApi& api, const ApiRequest& request);

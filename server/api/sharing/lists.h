@@ -13,6 +13,6 @@ boost::json::array TicketsOf(const lab::LabState& state, lab::UserId user);
 boost::json::array BookingsOf(const lab::LabState& state, lab::UserId user);
 /// Live sessions of the user, and those whose control is offered to the user.
 boost::json::array SessionsOf(SharingApi& api, const lab::LabState& state, lab::UserId user);
-boost::json::array EventsToJson(std::span<const lab::LabEvent> events);
+boost::json::array EventsToJson(SharingApi& api, std::span<const lab::LabEvent> events);
 
 }  // namespace faultlab::server

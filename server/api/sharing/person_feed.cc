@@ -74,7 +74,7 @@ void PersonFeed::TellAll(const lab::LabState& state) {
     if (!news && holdings == listener.told) continue;
     listener.told = std::move(holdings);
     if (news) listener.next = events.value().back().seq;
-    const json::array told = news ? EventsToJson(events.value()) : json::array();
+    const json::array told = news ? EventsToJson(api_, events.value()) : json::array();
     api_.hub.PublishText(listener.channel,
                          Message(listener.told, told, listener.next),
                          Message(listener.told, {}, listener.next));

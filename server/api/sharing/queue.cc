@@ -1,8 +1,11 @@
 // tickets, bookings, events.
+#include <algorithm>
+#include <array>
 #include <boost/json.hpp>
 
 #include "server/api/sharing/lists.h"
 #include "server/json/json_reader.h"
+#include "server/lab/obstacles.h"
 
 namespace faultlab::server {
 namespace {
@@ -14,18 +17,27 @@ using lab::UserId;
 
 constexpr std::int64_t kDaySeconds = 86'400;
 
-json::value TimeOrNull(const std::optional<WallTime>& time) {
-  if (!time) return nullptr;
-  return json::value(Iso8601(*time));
+json::array ObstaclesToJson(const lab::LabState& state, const lab::Ticket& ticket) {
+  json::array items;
+  if (ticket.state != lab::TicketState::kWaiting) return items;
+  for (const lab::Obstacle& obstacle : lab::ObstaclesOf(state, ticket.rig_class)) {
+    json::object item{{"rig", obstacle.rig},
+                      {"kind", Name(obstacle.kind)},
+                      {"end", Iso8601(obstacle.during.end)}};
+    if (obstacle.during.start != WallTime{}) item["start"] = Iso8601(obstacle.during.start);
+    items.push_back(std::move(item));
+  }
+  return items;
 }
 
-json::object TicketToJson(const lab::Ticket& ticket) {
+json::object TicketToJson(const lab::LabState& state, const lab::Ticket& ticket) {
   json::object out{{"id", Number(ticket.id)},
                    {"rig_class", ticket.rig_class},
                    {"state", Name(ticket.state)},
                    {"place", ticket.place},
                    {"expected", TimeOrNull(ticket.expected)},
                    {"first_expected", TimeOrNull(ticket.first_expected)},
+                   {"in_the_way", ObstaclesToJson(state, ticket)},
                    {"min_s", ticket.min.count() / 1000},
                    {"want_s", ticket.want.count() / 1000},
                    {"created", Iso8601(ticket.created)}};
@@ -46,6 +58,22 @@ json::object BookingToJson(const lab::Booking& booking) {
   return out;
 }
 
+/// The recording of what a person has lost: the newest of the session that has ended.
+std::optional<std::string> RunBefore(SharingApi& api, const lab::LabEvent& event) {
+  constexpr std::array<std::string_view, 7> kLosses = {"taken_over",
+                                                       "handed_over",
+                                                       "idle_ended",
+                                                       "expired",
+                                                       "operator",
+                                                       "rig_failed",
+                                                       "interrupted"};
+  const bool loss = std::find(kLosses.begin(), kLosses.end(), event.topic) != kLosses.end();
+  if (!loss || event.rig.empty()) return std::nullopt;
+  const std::string owner = "user:" + std::to_string(Number(event.user));
+  const auto run = api.store.NewestOf(owner, event.rig, event.session_start, event.at);
+  return run.ok() ? run.value() : std::nullopt;
+}
+
 HttpResponse BookingResponse(const lab::Booking& booking, int status) {
   HttpResponse response = JsonResponse(BookingToJson(booking), status);
   response.headers.emplace_back("ETag", "\"" + std::to_string(booking.version) + "\"");
@@ -57,7 +85,8 @@ template <typename Map, typename Id>
 core::Status MayUse(const Map& map, Id id, const Principal& who, Operation operation) {
   const auto found = map.find(id);
   if (found == map.end()) {
-    return core::Error{core::ErrorCode::kNotFound, "There is no such thing, or it is over.", ""};
+    return core::Error{
+        core::ErrorCode::kNotFound, "There is no such thing, or it is over.", "", "nothing_here"};
   }
   const bool own = found->second.user == UserId{who.user_id};
   return Authorize(who, operation, own ? Ownership::kOwn : Ownership::kForeign);
@@ -69,7 +98,7 @@ core::Status MayUse(const Map& map, Id id, const Principal& who, Operation opera
 json::array TicketsOf(const lab::LabState& state, UserId user) {
   json::array items;
   for (const auto& [id, ticket] : state.tickets) {
-    if (ticket.user == user) items.push_back(TicketToJson(ticket));
+    if (ticket.user == user) items.push_back(TicketToJson(state, ticket));
   }
   return items;
 }
@@ -82,14 +111,27 @@ json::array BookingsOf(const lab::LabState& state, UserId user) {
   return items;
 }
 
-json::array EventsToJson(std::span<const lab::LabEvent> events) {
+json::array EventsToJson(SharingApi& api, std::span<const lab::LabEvent> events) {
   json::array items;
   for (const lab::LabEvent& event : events) {
-    items.push_back(json::object{{"id", event.seq},
-                                 {"topic", event.topic},
-                                 {"text", event.text},
-                                 {"session", Number(event.session)},
-                                 {"at", Iso8601(event.at)}});
+    json::object item{{"id", event.seq},
+                      {"topic", event.topic},
+                      {"text", event.text},
+                      {"session", Number(event.session)},
+                      {"at", Iso8601(event.at)}};
+    if (!event.rig.empty()) item["rig"] = event.rig;
+    if (!event.why.empty()) item["why"] = event.why;
+    if (!event.reason.empty()) item["reason"] = event.reason;
+    if (event.time) item["time"] = Iso8601(*event.time);
+    if (const auto run = RunBefore(api, event)) item["run"] = *run;
+    if (event.other != UserId{}) {
+      const auto account = api.accounts.Get(Number(event.other));
+      if (account) {
+        const Account& user = account.value();
+        item["who"] = user.name.empty() ? user.login : user.name;
+      }
+    }
+    items.push_back(std::move(item));
   }
   return items;
 }
@@ -115,8 +157,9 @@ core::Result<HttpResponse> CreateTicket(SharingApi& api, const ApiRequest& reque
   if (const auto* session = std::get_if<lab::Session>(&answer.value())) {
     return JsonResponse(json::object{{"session", SessionToJson(api, *session)}}, 201);
   }
-  return JsonResponse(json::object{{"ticket", TicketToJson(std::get<lab::Ticket>(answer.value()))}},
-                      201);
+  const auto state = api.service.state();
+  return JsonResponse(
+      json::object{{"ticket", TicketToJson(*state, std::get<lab::Ticket>(answer.value()))}}, 201);
 }
 
 core::Result<HttpResponse> AcceptTicket(SharingApi& api, const ApiRequest& request) {
@@ -210,7 +253,7 @@ core::Result<HttpResponse> ListLabEvents(SharingApi& api, const ApiRequest& requ
   auto events = api.service.EventsSince(UserId{request.who.user_id}, since.value(), limit.value());
   if (!events) return events.error();
   const std::int64_t next = events.value().empty() ? since.value() : events.value().back().seq;
-  return JsonResponse(json::object{{"items", EventsToJson(events.value())}, {"next", next}});
+  return JsonResponse(json::object{{"items", EventsToJson(api, events.value())}, {"next", next}});
 }
 
 }  // namespace faultlab::server

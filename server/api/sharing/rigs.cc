@@ -8,6 +8,7 @@
 #include "server/api/sharing/handlers.h"
 #include "server/json/json_reader.h"
 #include "server/lab/timeline.h"
+#include "server/run/refusals.h"
 
 namespace faultlab::server {
 namespace {
@@ -102,7 +103,7 @@ core::Result<HttpResponse> ListRigClasses(SharingApi& api, const ApiRequest&) {
 }
 
 core::Result<HttpResponse> GetAvailability(SharingApi& api, const ApiRequest& request) {
-  const core::Status known = OnlyQuery(request.http, {"from", "to", "minutes"});
+  const core::Status known = OnlyQuery(request.http, {"from", "to", "minutes", "step"});
   if (!known.ok()) return known.error();
   const WallTime now = api.clock.Wall();
   auto from = QueryTime(request, "from", now);
@@ -110,10 +111,13 @@ core::Result<HttpResponse> GetAvailability(SharingApi& api, const ApiRequest& re
   auto to = QueryTime(request, "to", from.value() + std::chrono::hours(24 * 7));
   if (!to) return to.error();
   if (to.value() <= from.value() || to.value() - from.value() > kRangeMax) {
-    return core::Error{core::ErrorCode::kInvalid, "'to' lies up to 62 days after 'from'.", "to"};
+    return core::Error{
+        core::ErrorCode::kInvalid, "'to' lies up to 62 days after 'from'.", "to", "range_too_long"};
   }
-  auto minutes = QueryInteger(request.http, "minutes", 30, 5, 240);
+  auto minutes = QueryInteger(request.http, "minutes", 30, 5, 1440);
   if (!minutes) return minutes.error();
+  auto step = QueryInteger(request.http, "step", minutes.value(), 5, 1440);
+  if (!step) return step.error();
   const std::string& rig_class = request.http.PathParameter("class");
   const auto state = api.service.state();
   const lab::Policy& policy = api.service.policy();
@@ -129,11 +133,13 @@ core::Result<HttpResponse> GetAvailability(SharingApi& api, const ApiRequest& re
       if (outage.rig != id || !outage.during.Overlaps(range)) continue;
       json::object item = IntervalToJson(outage.during, "outage");
       item["rig"] = id;
+      item["reason"] = outage.reason;
       busy.push_back(std::move(item));
     }
   }
   if (!class_known) {
-    return core::Error{core::ErrorCode::kNotFound, "There is no such rig class.", ""};
+    return core::Error{
+        core::ErrorCode::kNotFound, "There is no such rig class.", "", "no_rig_class"};
   }
   for (const auto& [id, booking] : state->bookings) {
     if (booking.rig_class != rig_class || !booking.during.Overlaps(range)) continue;
@@ -159,7 +165,9 @@ core::Result<HttpResponse> GetAvailability(SharingApi& api, const ApiRequest& re
     next_free.push_back(json::object{{"start", Iso8601(start)}, {"end", Iso8601(start + length)}});
   }
   json::array slots;
-  for (const lab::Slot& slot : lab::Availability(*state, rig_class, range, length, now, policy)) {
+  const auto every = std::chrono::minutes(step.value());
+  for (const lab::Slot& slot :
+       lab::Availability(*state, rig_class, range, every, length, now, policy)) {
     slots.push_back(json::object{{"start", Iso8601(slot.during.start)}, {"free", slot.free}});
   }
   return JsonResponse(json::object{
@@ -193,7 +201,11 @@ core::Result<HttpResponse> GetRigHealth(SharingApi& api, const ApiRequest& reque
   const auto state = api.service.state();
   const auto rig = state->rigs.find(request.http.PathParameter("id"));
   if (rig == state->rigs.end()) {
-    return core::Error{core::ErrorCode::kNotFound, "There is no such rig.", ""};
+    return core::Error{core::ErrorCode::kNotFound,
+                       "There is no such rig.",
+                       "",
+                       "no_rig",
+                       {{"rig", request.http.PathParameter("id")}}};
   }
   json::object out = RigToJson(rig->second);
   json::array outages;
@@ -211,16 +223,25 @@ core::Result<HttpResponse> GetRigHealth(SharingApi& api, const ApiRequest& reque
   return JsonResponse(out);
 }
 
-core::Result<HttpResponse> QuarantineRig(SharingApi& api, const ApiRequest& request) {
+/// {"reason": "..."}, which says something.
+core::Result<std::string> ReasonOf(const ApiRequest& request) {
   ObjectReader in(request.body, "");
-  const std::string reason = in.Text("reason", 500);
+  std::string reason = in.Text("reason", 500);
   if (auto error = in.Finish()) return *error;
+  if (reason.find_first_not_of(" \t\r\n") != std::string::npos) return reason;
+  return core::Error{
+      core::ErrorCode::kInvalid, "Give a reason: it is logged.", "/reason", "reason_missing"};
+}
+
+core::Result<HttpResponse> QuarantineRig(SharingApi& api, const ApiRequest& request) {
+  const auto reason = ReasonOf(request);
+  if (!reason) return reason.error();
   return OnRig(api,
                request,
                "quarantine",
-               reason,
+               reason.value(),
                [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) {
-                 return scheduler.Quarantine(id, reason, now);
+                 return scheduler.Quarantine(id, reason.value(), now);
                });
 }
 
@@ -247,16 +268,12 @@ core::Result<HttpResponse> TestRig(SharingApi& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> CommissionRig(SharingApi& api, const ApiRequest& request) {
-  ObjectReader in(request.body, "");
-  const std::string reason = in.Text("reason", 500);
-  if (auto error = in.Finish()) return *error;
-  if (reason.empty()) {
-    return core::Error{core::ErrorCode::kInvalid, "Say what was done: it is logged.", "/reason"};
-  }
+  const auto reason = ReasonOf(request);
+  if (!reason) return reason.error();
   return OnRig(api,
                request,
                "commission",
-               reason,
+               reason.value(),
                [&](lab::Scheduler& scheduler, const std::string& id, WallTime now) -> core::Status {
                  const core::Status begun = BeginCheck(scheduler, id, now);
                  if (begun.ok()) api.with_next_check(id, CheckExtra::kCommission);
@@ -268,7 +285,8 @@ core::Result<HttpResponse> ClearTrip(SharingApi& api, const ApiRequest& request)
   const auto rig = api.bay.Find(request.http.PathParameter("id"));
   if (!rig) return rig.error();
   if (!rig.value().trip) {
-    return core::Error{core::ErrorCode::kConflict, "No interlock holds this rig.", ""};
+    return core::Error{
+        core::ErrorCode::kConflict, "No interlock holds this rig.", "", "no_interlock"};
   }
   return OnRig(api,
                request,
@@ -287,12 +305,19 @@ core::Result<HttpResponse> AdoptRig(SharingApi& api, const ApiRequest& request) 
   if (!rig) return rig.error();
   const auto& remote = rig.value().remote;
   if (!remote) {
-    return core::Error{
-        core::ErrorCode::kConflict, "Only a rig with an agent of its own can be adopted.", ""};
+    return core::Error{core::ErrorCode::kConflict,
+                       "Only a rig with an agent of its own can be adopted.",
+                       "",
+                       "not_adoptable"};
   }
-  if (remote->refusal) return core::Error{core::ErrorCode::kConflict, remote->refusal_text, ""};
+  if (remote->refusal) {
+    core::Error error = refusal::RigRefused(request.http.PathParameter("id"), *remote);
+    error.code = core::ErrorCode::kConflict;
+    return error;
+  }
   if (!remote->epoch || remote->link == hardware::LinkState::kLost) {
-    return core::Error{core::ErrorCode::kConflict, "The rig's agent is not heard.", ""};
+    return core::Error{
+        core::ErrorCode::kConflict, "The rig's agent is not heard.", "", "agent_silent"};
   }
   const auto seen = static_cast<std::uint64_t>(*remote->epoch);
   return OnRig(api,
@@ -334,13 +359,16 @@ core::Result<HttpResponse> DeleteOutage(SharingApi& api, const ApiRequest& reque
   const auto state = api.service.state();
   const auto found = state->outages.find(lab::OutageId{outage.value()});
   if (found == state->outages.end() || found->second.rig != rig) {
-    return core::Error{core::ErrorCode::kNotFound, "There is no such outage.", ""};
+    return core::Error{core::ErrorCode::kNotFound, "There is no such outage.", "", "no_outage"};
   }
+  const lab::Outage& gone = found->second;
+  const std::string planned =
+      Iso8601(gone.during.start) + " " + Iso8601(gone.during.end) + " " + gone.reason;
   const core::Status done = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
     return scheduler.RemoveOutage(lab::OutageId{outage.value()}, now);
   });
   if (!done.ok()) return done.error();
-  api.audit.Add(request.who, "remove_outage", "rig:" + rig, std::to_string(outage.value()));
+  api.audit.Add(request.who, "remove_outage", "rig:" + rig, planned);
   return NoContent();
 }
 

@@ -50,6 +50,8 @@ std::vector<ApiRoute> RoutesOf(SharingApi& api) {
        kRigsMember},
       {kPost, "/api/v1/rigs/{id}/outages", kOperateRig, kRole, on(CreateOutage), kJsonOnce},
       {kDelete, "/api/v1/rigs/{id}/outages/{outage}", kOperateRig, kRole, on(DeleteOutage)},
+      {kGet, "/api/v1/policy", kListRigs, kRole, on(GetPolicy)},
+      {kPut, "/api/v1/policy", kManagePolicy, kRole, on(ChangePolicy), kJson},
       {kGet, "/api/v1/tickets", kUseTicket, kRole, on(ListTickets)},
       {kPost, "/api/v1/tickets", kUseTicket, kRole, on(CreateTicket), kJsonOnce},
       {kPost, "/api/v1/tickets/{id}/accept", kUseTicket, kRole, on(AcceptTicket), kEmpty},

@@ -24,7 +24,8 @@ const lab::Session* FindLive(const lab::LabState& state, std::int64_t id) {
 }
 
 core::Error NoSession() {
-  return {core::ErrorCode::kNotFound, "There is no such session, or it has ended.", ""};
+  return {
+      core::ErrorCode::kNotFound, "There is no such session, or it has ended.", "", "no_session"};
 }
 
 /// Runs `input` on the session of the path as its user (or whom the matrix allows).
@@ -96,13 +97,18 @@ core::Result<HttpResponse> ListSessions(SharingApi& api, const ApiRequest& reque
   const core::Status known = OnlyQuery(request.http, {"all"});
   if (!known.ok()) return known.error();
   const auto state = api.service.state();
-  if (request.http.Query("all").value_or("") != "1") {
+  const auto asked = QueryWord(request.http, "all", {"1", "0", "true", "false"});
+  if (!asked) return asked.error();
+  const std::string all = asked.value().value_or("0");
+  if (all == "0" || all == "false") {
     json::array own = SessionsOf(api, *state, UserId{request.who.user_id});
     return JsonResponse(json::object{{"items", std::move(own)}, {"next_cursor", nullptr}});
   }
   if (!Allowed(request.who.role, Operation::kTakeOverSession, Ownership::kCourse)) {
-    return core::Error{
-        core::ErrorCode::kForbidden, "Only who may take over sees the sessions of others.", "all"};
+    return core::Error{core::ErrorCode::kForbidden,
+                       "Only who may take over sees the sessions of others.",
+                       "all",
+                       "others_sessions"};
   }
   json::array items;
   for (const auto& [id, session] : state->sessions) {
@@ -124,7 +130,9 @@ core::Result<HttpResponse> ExtendSession(SharingApi& api, const ApiRequest& requ
       [](lab::Scheduler& scheduler, const lab::Session& session, WallTime now) -> core::Status {
         const auto extended = scheduler.Extend(session.id, now);
         if (!extended.ok()) {
-          return core::Error{core::ErrorCode::kConflict, extended.error().message, ""};
+          core::Error error = extended.error();
+          error.code = core::ErrorCode::kConflict;
+          return error;
         }
         return core::Done{};
       });
@@ -162,7 +170,7 @@ core::Result<HttpResponse> OfferControl(SharingApi& api, const ApiRequest& reque
   if (auto error = in.Finish()) return *error;
   auto account = api.accounts.GetByLogin(to);
   if (!account) {
-    return core::Error{core::ErrorCode::kInvalid, "Nobody here has this login.", "/to"};
+    return core::Error{core::ErrorCode::kInvalid, "Nobody here has this login.", "/to", "no_login"};
   }
   const UserId target{account.value().id};
   return OnSession(

@@ -46,7 +46,7 @@ core::Result<const core::Bench*> PresentBench(WorkApi& api, const std::string& i
   if (id_or_name.empty()) return &api.benches.usual();
   const auto asked = api.benches.Find(id_or_name);
   const auto now = asked.ok() ? api.benches.Find(asked.value()->name) : asked;
-  if (!now) return core::Error{core::ErrorCode::kInvalid, now.error().message, "/bench"};
+  if (!now) return refusal::In(now.error(), "/bench");
   if (now.value()->id != asked.value()->id) return refusal::BenchHasChanged(*now.value());
   return now;
 }
@@ -61,7 +61,8 @@ core::Status ReadSet(WorkApi& api, const ApiRequest& request, FaultSet& set) {
   const json::array* faults = in.ArrayOrNull("faults", kRunFaultsMax);
   if (auto error = in.Finish()) return *error;
   if (faults == nullptr || faults->empty()) {
-    return core::Error{core::ErrorCode::kInvalid, "Give at least one fault.", "/faults"};
+    return core::Error{
+        core::ErrorCode::kInvalid, "Give at least one fault.", "/faults", "no_faults"};
   }
   set.faults_json = json::serialize(*faults);
   const auto bench = PresentBench(api, set.bench);
@@ -78,7 +79,8 @@ core::Status MayTeach(WorkApi& api, const Principal& who, std::int64_t course) {
   auto teaches = api.accounts.Teaches(who.user_id, course);
   if (!teaches) return teaches.error();
   if (teaches.value()) return core::Done{};
-  return core::Error{core::ErrorCode::kInvalid, "You teach no such course.", "/course"};
+  return core::Error{
+      core::ErrorCode::kInvalid, "You teach no such course.", "/course", "no_course"};
 }
 
 struct Managed {
@@ -140,7 +142,8 @@ core::Result<HttpResponse> ChangeFaultSet(WorkApi& api, const ApiRequest& reques
   const core::Status read = ReadSet(api, request, next);
   if (!read.ok()) return read.error();
   if (next.course_id != set.course_id) {
-    return core::Error{core::ErrorCode::kInvalid, "A set stays in its course.", "/course"};
+    return core::Error{
+        core::ErrorCode::kInvalid, "A set stays in its course.", "/course", "course_of_set_fixed"};
   }
   auto changed = api.fault_sets.Change(next, version);
   if (!changed) return changed.error();

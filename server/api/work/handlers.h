@@ -39,6 +39,9 @@ core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request);
 core::Result<HttpResponse> GetJob(WorkApi& api, const ApiRequest& request);
 core::Result<HttpResponse> CancelJob(WorkApi& api, const ApiRequest& request);
 
+// sweep.cc
+core::Result<HttpResponse> GetSweepPlot(WorkApi& api, const ApiRequest& request);
+
 // fault_sets.cc
 core::Result<HttpResponse> ListFaultSets(WorkApi& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateFaultSet(WorkApi& api, const ApiRequest& request);

@@ -25,7 +25,8 @@ core::Result<core::Calibration> NewestCalibration(WorkApi& api,
                                                   const std::string& rig,
                                                   const core::Bench& bench) {
   if (!IsKnown(api.service, api.bay, rig)) {
-    return Error{ErrorCode::kInvalid, "There is no rig '" + rig + "'.", "rig"};
+    return Error{
+        ErrorCode::kInvalid, "There is no rig '" + rig + "'.", "rig", "no_rig", {{"rig", rig}}};
   }
   const auto rows = api.calibrations.List(rig, bench.id, 1);
   if (!rows) return rows.error();
@@ -33,7 +34,9 @@ core::Result<core::Calibration> NewestCalibration(WorkApi& api,
     return Error{ErrorCode::kInvalid,
                  "No run has calibrated '" + rig + "' as a rig of bench '" + bench.name +
                      "' yet: start one, or leave rig out.",
-                 "rig"};
+                 "rig",
+                 "rig_not_calibrated",
+                 {{"rig", rig}, {"bench", bench.name}}};
   }
   return ParseCalibration(rows.value().front().json, "The stored calibration of " + rig, bench);
 }
@@ -67,7 +70,11 @@ core::Result<IsolabilityQuestion> QuestionOf(WorkApi& api,
   if (const auto text = http.Query("um_noise_v")) {
     question.um_noise_v = core::ParseNumber(*text);
     if (!question.um_noise_v) {
-      return Error{ErrorCode::kInvalid, "um_noise_v must be a number (volt).", "um_noise_v"};
+      return Error{ErrorCode::kInvalid,
+                   "um_noise_v must be a number (volt).",
+                   "um_noise_v",
+                   "number_outside",
+                   {{"member", "um_noise_v"}, {"lowest", "0.00001"}, {"highest", "1"}}};
     }
   }
   if (const core::Status set_one = SetExcitation(http, question); !set_one) return set_one.error();

@@ -16,7 +16,9 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr std::size_t kBatchMax = 500;
+constexpr std::size_t kBatchMax = 10'000;
+/// Of a larger batch the answer contains the first ones.
+constexpr std::size_t kAnsweredMax = 500;
 
 /// Done seconds of the run over its whole length; 0 while it is not known. Of a run here, or of
 /// what another server has stored of one.
@@ -68,7 +70,11 @@ core::Result<lab::Job> CheckedJob(WorkApi& api,
                                   const json::value& wanted,
                                   std::set<std::int64_t>& sets) {
   if (!wanted.is_object()) {
-    return core::Error{core::ErrorCode::kInvalid, "A run is a JSON object.", ""};
+    return core::Error{core::ErrorCode::kInvalid,
+                       "A run is a JSON object.",
+                       "",
+                       "kind_wrong",
+                       {{"member", "runs"}}};
   }
   auto work = api.experiments.ReadWork(wanted.as_object());
   if (!work) return work.error();
@@ -114,7 +120,7 @@ core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request) {
   const json::array* runs = in.ArrayOrNull("runs", kBatchMax);
   if (auto error = in.Finish()) return *error;
   if (runs == nullptr || runs->empty()) {
-    return core::Error{core::ErrorCode::kInvalid, "Give 1 to 500 runs.", "/runs"};
+    return core::Error{core::ErrorCode::kInvalid, "Give 1 to 10000 runs.", "/runs", "runs_outside"};
   }
   const std::string batch = NewId("batch");
   const WallTime now = api.clock.Wall();
@@ -143,8 +149,11 @@ core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request) {
   const core::Status added = api.jobs.Add(jobs);
   if (!added.ok()) return added.error();
   json::array items;
-  for (const lab::Job& job : jobs) items.push_back(JobToJson(api, job));
-  return JsonResponse(json::object{{"batch", batch}, {"items", std::move(items)}}, 202);
+  for (std::size_t i = 0; i < std::min(jobs.size(), kAnsweredMax); ++i) {
+    items.push_back(JobToJson(api, jobs[i]));
+  }
+  return JsonResponse(
+      json::object{{"batch", batch}, {"count", jobs.size()}, {"items", std::move(items)}}, 202);
 }
 
 core::Result<HttpResponse> ListJobs(WorkApi& api, const ApiRequest& request) {
@@ -160,8 +169,10 @@ core::Result<HttpResponse> ListJobs(WorkApi& api, const ApiRequest& request) {
         std::from_chars(cursor.data(), cursor.data() + cursor.size(), before_ms);
     const std::size_t used = static_cast<std::size_t>(end - cursor.data());
     if (error != std::errc() || used + 1 >= cursor.size() || cursor[used] != '.') {
-      return core::Error{
-          core::ErrorCode::kInvalid, "This cursor does not come from this list.", "cursor"};
+      return core::Error{core::ErrorCode::kInvalid,
+                         "This cursor does not come from this list.",
+                         "cursor",
+                         "cursor_foreign"};
     }
     before_id = cursor.substr(used + 1);
   }
@@ -191,8 +202,11 @@ core::Result<HttpResponse> GetJob(WorkApi& api, const ApiRequest& request) {
 core::Result<HttpResponse> CancelJob(WorkApi& api, const ApiRequest& request) {
   auto job = OwnJob(api, request);
   if (!job) return job.error();
-  const core::Status done = api.jobs.Cancel(job.value().id, api.clock.Wall());
-  if (!done.ok()) return done.error();
+  const auto cancelled = api.jobs.Cancel(job.value().id, api.clock.Wall());
+  if (!cancelled.ok()) return cancelled.error();
+  // A run that is about to begin, or that another server has, is stopped by who runs the job.
+  const std::string& run = cancelled.value().run_id;
+  if (!run.empty()) (void)api.runs.Stop(run, "its job was cancelled");
   // Its place in the queue of a bench, or the rig that it was just given.
   const core::Status left = api.service.Do([&](lab::Scheduler& scheduler, WallTime now) {
     return scheduler.DropJob(job.value().id, now);

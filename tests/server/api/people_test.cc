@@ -182,9 +182,12 @@ TEST_F(ApiTest, WhoLeavesAndWhoDeletesIsWrittenDown) {
   const json::object run =
       Ok(Call(ann, "POST", "runs", "runs", R"({"duration_s":1,"rig":"sim-1"})"), 201);
   const std::string id(run.at("id").as_string());
-  while (Call(ann, "DELETE", "runs/{id}", "runs/" + id).status == 409) {
+  HttpAnswer deleted;
+  do {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+    deleted = Call(ann, "DELETE", "runs/{id}", "runs/" + id);
+  } while (deleted.status == 409);
+  EXPECT_EQ(deleted.status, 204) << deleted.body;
   EXPECT_EQ(Call(ann, "POST", "auth/logout", "auth/logout", "{}").status, 204);
   std::set<std::string> seen;
   const json::object log = Ok(Call(admin, "GET", "audit", "audit?limit=100"));
@@ -192,6 +195,9 @@ TEST_F(ApiTest, WhoLeavesAndWhoDeletesIsWrittenDown) {
     seen.insert(std::string(entry.at("actor_login").as_string()) + " " +
                 std::string(entry.at("verb").as_string()) + " " +
                 std::string(entry.at("object").as_string()));
+    if (entry.at("verb") == "end_enrolment") {
+      EXPECT_EQ(entry.at("detail").as_string(), course.name);
+    }
   }
   const std::string key = "user:" + std::to_string(accounts_->GetByLogin("ann").value().id);
   for (const std::string& line : {"teacher end_enrolment " + key,
@@ -201,6 +207,40 @@ TEST_F(ApiTest, WhoLeavesAndWhoDeletesIsWrittenDown) {
                                   "ann sign_out " + key}) {
     EXPECT_TRUE(seen.contains(line)) << line;
   }
+}
+
+TEST_F(ApiTest, AKeyOfAnAdminManagesPeopleButNoAdmins) {
+  const Person admin = Admin();
+  const Person student = Make("ann", Role::kStudent);
+  const auto wanted = [&](const char* scope) {
+    return json::serialize(json::object{{"name", "script"},
+                                        {"scopes", json::array{scope}},
+                                        {"expires_at", In(std::chrono::hours(24))}});
+  };
+  EXPECT_EQ(Call(student, "POST", "api-keys", "api-keys", wanted("people")).status, 403);
+  const auto key_of = [&](const char* scope) {
+    const json::object key = Ok(Call(admin, "POST", "api-keys", "api-keys", wanted(scope)), 201);
+    return Person{"Authorization: Bearer " + std::string(key.at("key").as_string()) + "\r\n"};
+  };
+  const Person script = key_of("people");
+  const json::object made =
+      Ok(Call(script, "POST", "users", "users", R"({"login":"bea","role":"instructor"})"), 201);
+  const std::string bea = "users/" + std::to_string(made.at("id").as_int64());
+  Ok(Call(script, "POST", "users/{id}/reset-link", bea + "/reset-link", "{}"), 201);
+  EXPECT_EQ(Call(key_of("operate"), "POST", "users", "users", R"({"login":"x12"})").status, 403);
+
+  const std::string chief = "users/" + std::to_string(accounts_->GetByLogin("admin").value().id);
+  const char* link = "users/{id}/reset-link";
+  EXPECT_EQ(Call(script, "POST", link, chief + "/reset-link", "{}").status, 403);
+  EXPECT_EQ(Call(script, "POST", "users", "users", R"({"login":"eve","role":"admin"})").status,
+            403);
+  const auto change = [&](const std::string& who, const char* body) {
+    return Call(script, "PATCH", "users/{id}", who, body, "If-Match: \"1\"\r\n").status;
+  };
+  EXPECT_EQ(change(bea, R"({"role":"admin"})"), 403);
+  EXPECT_EQ(change(chief, R"({"disabled":true})"), 403);
+  EXPECT_EQ(change(bea, R"({"role":"operator"})"), 200);
+  EXPECT_EQ(Call(script, "POST", "api-keys", "api-keys", wanted("people")).status, 403);
 }
 
 TEST_F(ApiTest, AnInstructorReadsNobodysRunsByEnrollingTheirLogin) {
@@ -294,6 +334,10 @@ TEST_F(ApiTest, AnOperatorTakesRigsOutAndBringsThemBackThroughACheck) {
   WaitForBenches(2);
   const std::string quarantine = "rigs/bench-1/quarantine";
   EXPECT_EQ(Call(ann, "POST", "rigs/{id}/quarantine", quarantine, R"({"reason":"x"})").status, 403);
+  for (const char* blank : {R"({"reason":""})", R"({"reason":"  "})"}) {
+    EXPECT_EQ(Ok(Call(op, "POST", "rigs/{id}/quarantine", quarantine, blank), 400).at("reason"),
+              "reason_missing");
+  }
   EXPECT_EQ(Ok(Call(op, "POST", "rigs/{id}/quarantine", quarantine, R"({"reason":"smells"})"))
                 .at("status"),
             "quarantined");
@@ -320,6 +364,26 @@ TEST_F(ApiTest, AnOperatorTakesRigsOutAndBringsThemBackThroughACheck) {
   EXPECT_EQ(Call(op, "DELETE", "rigs/{id}/outages/{outage}", path).status, 204);
   EXPECT_EQ(Call(op, "DELETE", "rigs/{id}/outages/{outage}", path).status, 404);
   EXPECT_EQ(Call(op, "GET", "rigs/{id}/health", "rigs/unicorn/health").status, 404);
+}
+
+TEST_F(ApiTest, AFilterThatIsNoneIsRefusedAndNotAnsweredByAnEmptyList) {
+  const Person admin = Make("boss", Role::kAdmin);
+  const auto refused = [&](const char* route, const std::string& target) {
+    return Ok(Call(admin, "GET", route, target), 400);
+  };
+  const json::object verdict = refused("runs", "runs?verdict=xx");
+  EXPECT_EQ(verdict.at("field"), "verdict");
+  EXPECT_EQ(verdict.at("reason"), "word_unknown");
+  EXPECT_EQ(verdict.at("parameters").at("words"),
+            "calibrating, nominal, fault, unknown_fault, not_excited");
+  const json::object verbs = refused("audit", "audit?verbs=quarantine,foo");
+  EXPECT_EQ(verbs.at("field"), "verbs");
+  EXPECT_EQ(verbs.at("reason"), "word_unknown");
+  const json::object twice = refused("comparison.png", "comparison.png?runs=a&runs=b");
+  EXPECT_EQ(twice.at("field"), "runs");
+  EXPECT_EQ(twice.at("reason"), "query_twice");
+  Ok(Call(admin, "GET", "runs", "runs?verdict=unknown_fault&starred=true"));
+  Ok(Call(admin, "GET", "audit", "audit?verbs=quarantine,release&q=bench"));
 }
 
 }  // namespace

@@ -31,6 +31,15 @@ class BenchJobs : public testing::Test {
     }
     return job;
   }
+  /// The run of a job that is in progress.
+  std::string RunOf(const std::string& id) {
+    json::object job = Job(id);
+    for (int i = 0; i < 6000 && job.at("run").is_null(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      job = Job(id);
+    }
+    return job.at("run").is_null() ? "" : std::string(job.at("run").as_string());
+  }
   static bool Over(const json::object& job) {
     return job.at("state") != "waiting" && job.at("state") != "running";
   }
@@ -99,13 +108,72 @@ TEST_F(BenchJobs, ACancelledOneLeavesTheQueue) {
   (void)Accepted("ann");
   (void)Accepted("bob");
   const std::string id = IdOf(Submit("ann", R"({"runs":[{"rig":"bench-1","duration_s":3}]})")[0]);
-  HttpAnswer answer;
-  for (int i = 0; i < 2000 && answer.status != 204; ++i) {  // 409 while a worker holds it
-    answer = world_.Call("ann", "DELETE", "/api/v1/jobs/{id}", "/api/v1/jobs/" + id);
-  }
-  EXPECT_EQ(answer.status, 204);
+  world_.Expect(204, "ann", "DELETE", "jobs/{id}", {{"id", id}});
   EXPECT_EQ(Job(id).at("state"), "cancelled");
   EXPECT_TRUE(world_.Expect(200, "ann", "GET", "tickets").at("items").as_array().empty());
+}
+
+TEST_F(BenchJobs, LeaveThePlacesToOthersWhileTheyWait) {
+  world_.WaitForBenches();
+  (void)Accepted("ann");
+  (void)Accepted("bob");
+  std::string runs;
+  for (int i = 0; i < 8; ++i) runs += R"({"rig":"bench-1","duration_s":3},)";
+  (void)Submit("ann", R"({"runs":[)" + runs + R"({"rig":"bench-2","duration_s":3}]})");
+  const std::string id = IdOf(Submit("ann", R"({"runs":[{"duration_s":3}]})")[0]);
+  EXPECT_EQ(Ended(id).at("state"), "finished");
+  const json::array all = world_.Expect(200, "ann", "GET", "jobs").at("items").as_array();
+  for (const json::value& job : all) {
+    EXPECT_EQ(job.at("state"), IdOf(job) == id ? "finished" : "waiting");
+  }
+}
+
+TEST_F(BenchJobs, ARunningOneIsCancelledWithTheScopeOfJobsAlone) {
+  const json::object batch =
+      world_.Expect(202, "sender", "POST", "jobs", {}, R"({"runs":[{"duration_s":600}]})");
+  const std::string id = IdOf(batch.at("items").at(0));
+  const std::string run = RunOf(id);
+  world_.Expect(204, "sender", "DELETE", "jobs/{id}", {{"id", id}});
+  const json::object job = Job(id);
+  EXPECT_EQ(job.at("state"), "cancelled");
+  EXPECT_FALSE(job.at("ended_at").is_null());
+  world_.WaitForRun(run);
+  EXPECT_EQ(world_.Expect(200, "ann", "GET", "runs/{id}", {{"id", run}}).at("state"), "stopped");
+  const HttpAnswer again =
+      world_.Call("sender", "DELETE", "/api/v1/jobs/{id}", "/api/v1/jobs/" + id);
+  EXPECT_EQ(again.status, 409);
+  EXPECT_EQ(json::parse(again.body).at("reason"), "job_ended");
+  EXPECT_EQ(Job(id).at("state"), "cancelled");
+}
+
+TEST_F(BenchJobs, AJobWhoseRunAPersonStoppedHasNotFailed) {
+  const std::string id = IdOf(Submit("ann", R"({"runs":[{"duration_s":600}]})")[0]);
+  world_.Expect(202, "ann", "POST", "runs/{id}/stop", {{"id", RunOf(id)}}, "{}");
+  const json::object job = Ended(id);
+  EXPECT_EQ(job.at("state"), "cancelled");
+  EXPECT_EQ(job.at("error"), "its run was stopped");
+}
+
+TEST_F(BenchJobs, TenThousandRunsAreOneRequest) {
+  const auto batch_of = [](int count) {
+    std::string runs;
+    for (int i = 0; i < count; ++i) {
+      runs += std::string(i == 0 ? "" : ",") +
+              R"({"duration_s":20,"faults":[{"component":"R1","value":)" + std::to_string(10 + i) +
+              R"(,"at_s":10}]})";
+    }
+    return R"({"runs":[)" + runs + "]}";
+  };
+  const HttpAnswer refused =
+      world_.Call("ann", "POST", "/api/v1/jobs", "/api/v1/jobs", batch_of(10'001));
+  EXPECT_EQ(refused.status, 400);
+  const json::object batch = world_.Expect(202, "ann", "POST", "jobs", {}, batch_of(10'000));
+  EXPECT_EQ(batch.at("count"), 10'000);
+  const json::array& items = batch.at("items").as_array();
+  EXPECT_EQ(items.size(), 500u);
+  EXPECT_EQ(Ended(IdOf(items[0])).at("state"), "finished");
+  const json::object newest = world_.Expect(200, "ann", "GET", "jobs");
+  EXPECT_EQ(newest.at("items").at(0).at("state"), "waiting");
 }
 
 TEST_F(BenchJobs, ADiagnosisOfAnUploadIsAJobWithItsSettings) {

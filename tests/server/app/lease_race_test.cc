@@ -264,5 +264,26 @@ TEST_F(SharedRigsTest, LetsEverybodyUseASimulatorAndNobodyANameThatIsNoRig) {
   EXPECT_EQ(GuestMayUse("nowhere").error().code, ErrorCode::kNotFound);
 }
 
+/// The lease of a practice may end before its run has let go of the simulator, as at a stop.
+TEST_F(SharedRigsTest, PracticeTakesASimulatorThatNobodyHolds) {
+  AddRig("sim-1", hardware::RigKind::kSimulated);
+  AddRig("sim-2", hardware::RigKind::kSimulated);
+  while (shared_->service().state()->rigs.size() < 2) std::this_thread::yield();
+  Principal one;
+  one.user_id = 1;
+  Principal two;
+  two.user_id = 2;
+  const auto first = Hold(one, "", std::chrono::seconds(1));
+  ASSERT_TRUE(first.ok()) << first.error().message;
+  const auto ended = shared_->service().Do([&](lab::Scheduler& scheduler, WallTime now) {
+    scheduler.EndPractice(first.value().lease().session, now);
+    return core::Status(core::Done{});
+  });
+  ASSERT_TRUE(ended.ok());
+  const auto second = Hold(two, "", std::chrono::seconds(1));
+  ASSERT_TRUE(second.ok()) << second.error().message;
+  EXPECT_NE(second.value().lease().rig, first.value().lease().rig);
+}
+
 }  // namespace
 }  // namespace faultlab::server

@@ -17,8 +17,9 @@ class SharedRigs {
  public:
   SharedRigs(server::Database& database, server::RigBay& bay, const server::Clock& clock)
       : bands_(database),
+        checks_(database),
         benches_(database, {&paper::Bench()}),
-        upkeep_(bay, bands_, benches_, clock, Silent) {
+        upkeep_(bay, bands_, checks_, benches_, clock, Silent) {
     server::lab::LabServiceOptions options;
     options.member = "local";
     options.alone = true;
@@ -39,6 +40,7 @@ class SharedRigs {
   static void Silent(std::string_view) {}
 
   server::lab::RigBands bands_;
+  server::lab::CheckLog checks_;
   server::Benches benches_;
   server::RigUpkeep upkeep_;
   std::unique_ptr<server::lab::LabService> service_;

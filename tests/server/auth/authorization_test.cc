@@ -34,6 +34,8 @@ const std::map<std::string, std::string> kExpected = {
     {"operate_rig", "- - - nocf nocf -"},
     {"read_audit", "- - - nocf nocf -"},
     {"read_metrics", "nocf nocf nocf nocf nocf nocf"},
+    {"manage_webhooks", "- - - - nocf -"},
+    {"manage_policy", "- - - - nocf -"},
 };
 
 TEST(Authorization, AllowsExactlyWhatTheWrittenMatrixSays) {
@@ -90,6 +92,53 @@ TEST(Authorization, AnApiKeyNeedsTheScopeOfTheOperation) {
   key.scopes = {"runs:write"};
   EXPECT_TRUE(Authorize(key, Operation::kStartRun, Ownership::kNone).ok());
   EXPECT_FALSE(Authorize(key, Operation::kReadRun, Ownership::kOwn).ok());
+}
+
+Principal KeyOf(Role role, const std::string& scope) {
+  Principal key = Person(Role::kService);
+  key.proof = Proof::kApiKey;
+  key.account_role = role;
+  key.scopes = {scope};
+  return key;
+}
+
+TEST(Authorization, AStaffScopeLendsTheRoleOfTheAccountForItsOperationsAlone) {
+  const auto may = [](Role role, const std::string& scope, Operation operation) {
+    return Authorize(KeyOf(role, scope), operation, Ownership::kNone).ok();
+  };
+  EXPECT_TRUE(may(Role::kOperator, "operate", Operation::kOperateRig));
+  EXPECT_TRUE(may(Role::kAdmin, "people", Operation::kManageUsers));
+  EXPECT_TRUE(may(Role::kInstructor, "courses", Operation::kManageCourse));
+  EXPECT_TRUE(may(Role::kOperator, "audit", Operation::kReadAudit));
+  EXPECT_FALSE(may(Role::kAdmin, "operate", Operation::kManageUsers));
+  EXPECT_FALSE(may(Role::kAdmin, "people", Operation::kOperateRig));
+  EXPECT_FALSE(may(Role::kStudent, "operate", Operation::kOperateRig)) << "no longer an operator";
+  EXPECT_FALSE(may(Role::kOperator, "people", Operation::kManageUsers));
+  EXPECT_FALSE(may(Role::kAdmin, "people", Operation::kManageOwnAccount)) << "keys make no keys";
+  EXPECT_EQ(Authorize(KeyOf(Role::kAdmin, "jobs"), Operation::kOperateRig, Ownership::kNone)
+                .error()
+                .reason,
+            "scope_lacking");
+  // The runs of others stay closed to a key, whoever has made it.
+  EXPECT_FALSE(
+      Authorize(KeyOf(Role::kAdmin, "runs:read"), Operation::kReadRun, Ownership::kForeign).ok());
+}
+
+TEST(Authorization, AScopeIsGivenByThoseWhoseRoleCanUseIt) {
+  for (const std::string_view scope : kScopes) {
+    EXPECT_TRUE(MayHaveScope(Role::kAdmin, scope)) << scope;
+  }
+  for (const std::string_view scope : {"runs:read", "runs:write", "jobs", "lab"}) {
+    EXPECT_TRUE(MayHaveScope(Role::kStudent, scope)) << scope;
+  }
+  for (const std::string_view scope : {"operate", "people", "courses", "audit"}) {
+    EXPECT_FALSE(MayHaveScope(Role::kStudent, scope)) << scope;
+  }
+  EXPECT_TRUE(MayHaveScope(Role::kInstructor, "courses"));
+  EXPECT_FALSE(MayHaveScope(Role::kInstructor, "people"));
+  EXPECT_TRUE(MayHaveScope(Role::kOperator, "people"));
+  EXPECT_FALSE(MayHaveScope(Role::kOperator, "courses"));
+  EXPECT_FALSE(MayHaveScope(Role::kAdmin, "root"));
 }
 
 }  // namespace

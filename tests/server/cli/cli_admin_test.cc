@@ -1,9 +1,13 @@
 #include <gtest/gtest.h>
 
 #include <soci/soci.h>
+#include <soci/sqlite3/soci-sqlite3.h>
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
+#include "server/auth/audit_verbs.h"
 #include "server/storage/database.h"
 #include "server/storage/recording_store.h"
 #include "tests/server/cli/child_program.h"
@@ -80,7 +84,7 @@ TEST_F(CliAdminOfALab, ExportsAndErasesAPerson) {
     std::int64_t lines = 0;
     tx.sql() << "SELECT (SELECT COUNT(*) FROM recording) + (SELECT COUNT(*) FROM blob_store WHERE "
                 "owner LIKE 'recording%') + (SELECT COUNT(*) FROM api_key) + (SELECT COUNT(*) FROM "
-                "audit_log WHERE object = 'zelda' OR detail LIKE '%Zelda%' OR detail = 'zelda')",
+                "audit_log WHERE object = 'zelda' OR detail LIKE '%Zelda U%' OR detail = 'zelda')",
         soci::into(lines);
     return lines;
   });
@@ -105,6 +109,30 @@ TEST_F(CliAdminOfALab, RefusesWhatCannotBeByName) {
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_TRUE(Contains(none.err, "there is no database at nowhere/faultlab.db")) << none.err;
   EXPECT_FALSE(Exists("nowhere"));
+}
+
+TEST_F(CliAdminOfALab, NotesWhatItHasDoneByTheVerbsOfTheServer) {
+  for (const char* command : {"add", "disable", "enable", "link"}) {
+    ASSERT_EQ(Admin(std::string("users ") + command + " ana").exit_code, 0) << command;
+  }
+  using Lines = std::vector<std::string>;
+  const auto database = Database::Open({.location = File("data/faultlab.db")});
+  const auto log = database.value()->Read([](Transaction& tx) -> core::Result<Lines> {
+    const soci::rowset<soci::row> rows =
+        (tx.sql().prepare << "SELECT verb, detail FROM audit_log ORDER BY seq");
+    Lines lines;
+    for (const soci::row& row : rows) {
+      const auto verb = row.get<std::string>(0);
+      EXPECT_NE(std::ranges::find(kAuditVerbs, verb), kAuditVerbs.end()) << verb;
+      lines.push_back(verb + " " + row.get<std::string>(1));
+    }
+    return lines;
+  });
+  EXPECT_EQ(log.value(),
+            (Lines{"create_user ana",
+                   "change_user disabled",
+                   "change_user enabled",
+                   "reset_link faultlab admin"}));
 }
 
 TEST_F(CliAdminOfALab, SaysWhenWhatItHasDoneIsNotInTheAuditLog) {
@@ -146,6 +174,53 @@ TEST_F(CliAdminOfALab, FindsADamagedDatabase) {
   Write("torn.db", bytes.substr(0, 5000));
   Write("empty/made", "");
   EXPECT_NE(Admin("restore torn.db --data empty").exit_code, 0);
+}
+
+TEST_F(CliAdminOfALab, RestoresNothingThatIsNotALab) {
+  Write("empty.db", "");
+  EXPECT_EQ(Admin("restore empty.db --data new").exit_code, 2);
+  EXPECT_FALSE(Exists("new/faultlab.db"));
+  soci::session(soci::sqlite3, "dbname=" + File("shop.db")) << "CREATE TABLE goods (id INTEGER)";
+  const Finished foreign = Admin("restore shop.db --data new");
+  EXPECT_EQ(foreign.exit_code, 2);
+  EXPECT_TRUE(Contains(foreign.err, "another program")) << foreign.err;
+  EXPECT_FALSE(Exists("new/faultlab.db"));
+  EXPECT_FALSE(Exists("new/faultlab.db.part"));
+}
+
+TEST_F(CliAdminOfALab, FindsADamagedSampleAndTheServerRefusesItUntilItIsCutOut) {
+  {
+    auto database = Database::Open({.location = File("data/faultlab.db")}).value();
+    RecordingStore store(*database);
+    RunRecord record;
+    record.id = "run-a";
+    record.source = "run";
+    ASSERT_TRUE(store.Begin(record).ok());
+    std::vector<core::Sample> samples(100);
+    for (std::size_t i = 0; i < samples.size(); ++i) samples[i].index = static_cast<int>(i);
+    ASSERT_TRUE(store.AppendChunk("run-a", 0, samples).ok());
+    ASSERT_TRUE(store.Finish("run-a", RunState::kFinished, WallTime{}, "{}", "").ok());
+    EXPECT_EQ(Admin("check").exit_code, 0);
+    const core::Status damaged =
+        database->Write(Durability::kPromise, [](Transaction& tx) -> core::Status {
+          tx.sql() << "UPDATE blob_store SET bytes = CAST(substr(bytes, 1, 40) || x'5a' || "
+                      "substr(bytes, 42) AS BLOB)";
+          return core::Done{};
+        });
+    ASSERT_TRUE(damaged.ok());
+  }
+  const Finished found = Admin("check");
+  EXPECT_EQ(found.exit_code, 1);
+  EXPECT_TRUE(Contains(found.err, "run-a")) << found.err;
+  ASSERT_EQ(Admin("backup bad.db").exit_code, 0);
+  EXPECT_EQ(Admin("restore bad.db --data new").exit_code, 2);
+  const Finished served = Run("serve --data data --listen 127.0.0.1:0", "timeout 60");
+  EXPECT_EQ(served.exit_code, 1) << served.out;
+  EXPECT_TRUE(Contains(served.err, "run-a")) << served.err;
+  const Finished cut = Admin("check --cut-damage");
+  EXPECT_EQ(cut.exit_code, 0) << cut.err;
+  EXPECT_TRUE(Contains(cut.out, "run-a: 100 samples taken out")) << cut.out;
+  EXPECT_EQ(Admin("check").exit_code, 0);
 }
 
 TEST_F(CliAdminOfALab, ShowsWhatRetentionWouldDeleteAndDeletesNothing) {

@@ -105,6 +105,7 @@ TEST_F(RecordingsTest, AFigureDrawsTheVerdictThatTheRunHasStored) {
   // Nothing is fitted again: another stored verdict gives another picture.
   json::object other = json::parse(record.diagnosis_json).as_object();
   other["detected_at_s"] = 12.5;
+  other.at("episodes").as_array().front().as_object()["detected_at_s"] = 12.5;
   ASSERT_TRUE(store_->ReplaceDiagnosis(record.id, json::serialize(other), "fault").ok());
   const Figure changed = Draw(record.id, "signals");
   ASSERT_NE(Find(changed, MarkKind::kDetected), nullptr);

@@ -72,7 +72,7 @@ class CrashDay {
   void Accept(int user);
   void Leave(int user);
   void Act(int user);
-  void Extend(int user);
+  void Extend(int user, int until);  ///< the session ends later than at second `until`
   void End(int user);
   void OfferControl(int user, int to);
   void AcceptControl(int user, int from);

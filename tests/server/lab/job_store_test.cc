@@ -1,9 +1,10 @@
 // A claim of a job is a lease: a server that has lost it cannot change the job.
 #include "server/lab/job_store.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <soci/soci.h>
 
+#include "server/lab/members.h"
 #include "tests/support/engines.h"
 #include "tests/support/test_database.h"
 
@@ -24,29 +25,55 @@ class JobStoreTest : public testing::TestWithParam<Engine> {
     job.body = "{}";
     job.created_at = kStart;
     EXPECT_TRUE(jobs_.Add({job}).ok());
+    for (const Claimant& each : {kA, kB}) Join(each);
   }
-  Job Claimed(const std::string& server, WallTime now) {
-    const auto job = jobs_.Claim(server, now, now + seconds(60));
+  /// From now on this is the process of the member.
+  void Join(const Claimant& who) {
+    EXPECT_TRUE(database_
+                    ->Write(Durability::kPromise,
+                            [&](Transaction& tx) -> core::Status {
+                              members::Put(tx, {who.server_id, who.boot, "", kStart});
+                              return core::Done{};
+                            })
+                    .ok());
+  }
+  void Leave(const Claimant& who) {
+    EXPECT_TRUE(database_
+                    ->Write(Durability::kPromise,
+                            [&](Transaction& tx) -> core::Status {
+                              members::Remove(tx, who.server_id, kStart);
+                              return core::Done{};
+                            })
+                    .ok());
+  }
+  Job Claimed(const Claimant& who, const JobsLeftOut& left_out = {}) {
+    const auto job = jobs_.Claim(who, left_out, kStart);
     EXPECT_TRUE(job.ok() && job.value().has_value());
     return job.ok() ? job.value().value_or(Job{}) : Job{};
   }
-  bool Claims(const std::string& server, WallTime now) {
-    const auto job = jobs_.Claim(server, now, now + seconds(60));
+  bool Claims(const Claimant& who, const JobsLeftOut& left_out = {}) {
+    const auto job = jobs_.Claim(who, left_out, kStart);
     EXPECT_TRUE(job.ok());
     return job.ok() && job.value().has_value();
   }
+  void AddOne(const std::string& id, const std::string& owner, const std::string& rig, int second) {
+    Job job;
+    job.id = id;
+    job.owner = owner;
+    job.rig = rig;
+    job.created_at = kStart + seconds(second);
+    EXPECT_TRUE(jobs_.Add({job}).ok());
+  }
   /// Every write by a server whose claim is lost is refused.
-  void ExpectStale(const Job& lost, WallTime now) {
+  void ExpectStale(const Job& lost) {
     const Job before = jobs_.Get(lost.id).value();
     const auto stale = [](const core::Status& status) {
       return !status.ok() && status.error().code == ErrorCode::kStale;
     };
-    EXPECT_TRUE(stale(jobs_.Renew(lost, now + seconds(60))));
     EXPECT_TRUE(stale(jobs_.SetRun(lost, "run-of-the-zombie")));
     EXPECT_TRUE(stale(jobs_.SetResult(lost, "{}")));
-    EXPECT_TRUE(stale(jobs_.GiveBack(lost, now)));
-    EXPECT_TRUE(stale(jobs_.HandTo(lost, "c", now)));
-    EXPECT_TRUE(stale(jobs_.Finish(lost, "finished", "", now)));
+    EXPECT_TRUE(stale(jobs_.GiveBack(lost)));
+    EXPECT_TRUE(stale(jobs_.Finish(lost, "finished", "", kStart)));
     const Job after = jobs_.Get(lost.id).value();
     EXPECT_EQ(after.state, before.state);
     EXPECT_EQ(after.run_id, before.run_id);
@@ -54,52 +81,100 @@ class JobStoreTest : public testing::TestWithParam<Engine> {
     EXPECT_EQ(after.attempts, before.attempts);
   }
 
+  const Claimant kA{"a", "boot-a"};
+  const Claimant kB{"b", "boot-b"};
   tests::TestDatabase database_{GetParam()};
   JobStore jobs_{*database_};
 };
 
 TEST_P(JobStoreTest, AServerThatWasFrozenFinishesNothingOfTheNextClaim) {
-  const Job frozen = Claimed("a", kStart);
-  const WallTime later = kStart + seconds(65);
-  ASSERT_EQ(jobs_.Reap(later, "").value(), 1);
-  ExpectStale(frozen, later);
-  const Job next = Claimed("b", later);
+  const Job frozen = Claimed(kA);
+  EXPECT_EQ(jobs_.Reap(kStart).value(), 0) << "its server is a member";
+  Leave(kA);
+  ExpectStale(frozen);  // before anybody has noticed
+  ASSERT_EQ(jobs_.Reap(kStart).value(), 1);
+  ExpectStale(frozen);
+  const Job next = Claimed(kB);
   EXPECT_EQ(next.attempts, 2);
   EXPECT_EQ(next.server_id, "b");
-  ExpectStale(frozen, later);
+  ExpectStale(frozen);
   EXPECT_TRUE(jobs_.SetRun(next, "run-b").ok());
-  EXPECT_TRUE(jobs_.Renew(next, later + seconds(60)).ok());
-  EXPECT_TRUE(jobs_.Finish(next, "finished", "", later).ok());
-  ExpectStale(next, later);  // the job has ended for everybody
+  EXPECT_TRUE(jobs_.Finish(next, "finished", "", kStart).ok());
+  ExpectStale(next);  // the job has ended for everybody
   EXPECT_EQ(jobs_.Get("job-1").value().run_id, "run-b");
 }
 
 TEST_P(JobStoreTest, TheSameServerStartedAnewIsAnotherClaim) {
-  const Job before = Claimed("a", kStart);
-  ASSERT_EQ(jobs_.Reap(kStart + seconds(1), "a").value(), 1);
-  const Job after = Claimed("a", kStart + seconds(1));
-  ExpectStale(before, kStart + seconds(2));
-  EXPECT_TRUE(jobs_.GiveBack(after, kStart + seconds(2)).ok());
-  ExpectStale(after, kStart + seconds(2));
+  const Job before = Claimed(kA);
+  const Claimant again{"a", "boot-a-2"};
+  Join(again);
+  ExpectStale(before);
+  EXPECT_FALSE(Claims(kA)) << "the process that was replaced";
+  ASSERT_EQ(jobs_.Reap(kStart).value(), 1);
+  const Job after = Claimed(again);
+  ExpectStale(before);
+  EXPECT_TRUE(jobs_.GiveBack(after).ok());
+  ExpectStale(after);
 }
 
-TEST_P(JobStoreTest, AJobForAnothersRigIsItsAtOnceAndEverybodysLater) {
-  const Job first = Claimed("a", kStart);
-  ASSERT_TRUE(jobs_.HandTo(first, "b", kStart + seconds(10)).ok());
-  EXPECT_FALSE(Claims("a", kStart + seconds(9)));
-  const Job second = Claimed("b", kStart + seconds(9));
-  ASSERT_TRUE(jobs_.HandTo(second, "b", kStart + seconds(20)).ok());
-  ExpectStale(second, kStart + seconds(11));
-  EXPECT_TRUE(Claims("a", kStart + seconds(20))) << "b is gone";
-  EXPECT_EQ(jobs_.Get("job-1").value().attempts, 1);
+TEST_P(JobStoreTest, AServerThatLostItsPlaceAndJoinsAgainHasLostItsClaims) {
+  const Job before = Claimed(kA);
+  Leave(kA);
+  const Claimant again{"a", "boot-a-2"};
+  Join(again);
+  ExpectStale(before);
+  EXPECT_EQ(jobs_.HeldBy(again).value().size(), 0u);
+  ASSERT_EQ(jobs_.Reap(kStart).value(), 1);
+  EXPECT_EQ(Claimed(again).attempts, 2);
 }
 
-TEST_P(JobStoreTest, AJobThatFoundNoRigIsNobodysBeforeItsNextLook) {
-  const Job first = Claimed("a", kStart);
-  ASSERT_TRUE(jobs_.GiveBack(first, kStart + seconds(1)).ok());
-  EXPECT_FALSE(Claims("a", kStart));
-  EXPECT_FALSE(Claims("b", kStart));
-  EXPECT_TRUE(Claims("a", kStart + seconds(1)));
+TEST_P(JobStoreTest, AJobOnWhichThreeServersDiedFails) {
+  for (int i = 0; i < JobStore::kAttemptsMax; ++i) {
+    const Claimant who{"c", "boot-" + std::to_string(i)};
+    Join(who);
+    EXPECT_EQ(Claimed(who).attempts, i + 1);
+    Leave(who);
+    ASSERT_EQ(jobs_.Reap(kStart).value(), 1);
+  }
+  EXPECT_EQ(jobs_.Get("job-1").value().state, "failed");
+}
+
+TEST_P(JobStoreTest, ACancelledJobIsOverForWhoRunsIt) {
+  const Job claimed = Claimed(kA);
+  ASSERT_TRUE(jobs_.SetRun(claimed, "run-a").ok());
+  EXPECT_THAT(jobs_.HeldBy(kA).value(), testing::ElementsAre("job-1"));
+  const auto cancelled = jobs_.Cancel("job-1", kStart);
+  ASSERT_TRUE(cancelled.ok());
+  EXPECT_EQ(cancelled.value().run_id, "run-a");
+  ExpectStale(claimed);
+  EXPECT_EQ(jobs_.Get("job-1").value().state, "cancelled");
+  EXPECT_TRUE(jobs_.HeldBy(kA).value().empty());
+  EXPECT_EQ(jobs_.Cancel("job-1", kStart).error().reason, "job_ended");
+}
+
+TEST_P(JobStoreTest, OnlyJobsThatCanBeginAreClaimed) {
+  AddOne("job-2", "user:1", "bench-1", 1);
+  AddOne("job-3", "user:1", "bench-1", 2);
+  AddOne("job-4", "user:2", "bench-1", 3);
+  EXPECT_FALSE(Claims(kA, {{"", "bench-1"}, {}}));
+  EXPECT_EQ(Claimed(kA, {{""}, {"job-2", "job-4"}}).id, "job-3");
+  EXPECT_FALSE(jobs_.ClaimThis(kB, "job-3", kStart).value()) << "it runs";
+  EXPECT_EQ(jobs_.ClaimThis(kB, "job-2", kStart).value()->server_id, "b");
+  std::vector<std::string> waiting;
+  AddOne("job-5", "user:1", "bench-1", 4);
+  AddOne("job-6", "user:1", "bench-1", 5);
+  const auto on_benches = jobs_.WaitingOn({"bench-1", "bench-2"}, 1);
+  for (const Job& job : on_benches.value()) waiting.push_back(job.id);
+  EXPECT_THAT(waiting, testing::ElementsAre("job-5", "job-4")) << "one of each owner";
+}
+
+TEST_P(JobStoreTest, OwnersTakeTurnsAndEachOnesJobsAreDoneInOrder) {
+  AddOne("job-2", "user:1", "", 1);
+  AddOne("job-3", "user:2", "sim-1", 2);
+  AddOne("job-4", "user:3", "", 3);
+  std::vector<std::string> order;
+  for (int i = 0; i < 4; ++i) order.push_back(Claimed(kA).id);
+  EXPECT_THAT(order, testing::ElementsAre("job-1", "job-3", "job-4", "job-2"));
 }
 
 TEST_P(JobStoreTest, TheBodiesOfJobsThatWaitOrRunAreCountedAndGoAtTheEnd) {
@@ -119,7 +194,7 @@ TEST_P(JobStoreTest, TheBodiesOfJobsThatWaitOrRunAreCountedAndGoAtTheEnd) {
   EXPECT_EQ(full.error().reason, "jobs_full");
   EXPECT_EQ(jobs_.BodyBytesOf("user:1").value(), JobStore::kBodyBytesMax);
   EXPECT_EQ(jobs_.List("user:1", "", 0, "", 10).value().front().body, "") << "a list has no bodies";
-  const Job claimed = Claimed("a", kStart);
+  const Job claimed = Claimed(kA);
   EXPECT_EQ(claimed.body.size(), job.body.size()) << "whoever does the job has it";
   EXPECT_EQ(jobs_.BodyBytesOf("user:1").value(), JobStore::kBodyBytesMax);
   ASSERT_TRUE(jobs_.Finish(claimed, "finished", "", kStart).ok());

@@ -280,15 +280,106 @@ TEST_P(LabServiceTest, TwoHundredWhoAskTogetherAreAllAnsweredConsistently) {
   EXPECT_EQ(*places.rbegin(), 198);
 }
 
+/// Lets time pass with a turn every minute.
+void PassMinutes(LabService& service, ManualClock& clock, int count) {
+  for (int i = 0; i < count; ++i) {
+    clock.Advance(minutes(1));
+    ASSERT_TRUE(service.TickNow().ok());
+  }
+}
+
 TEST_P(LabServiceTest, AWallClockSetForwardAnHourLengthensNoLeaseAndCutsNone) {
   if (GetParam() == Engine::kPostgresql) return;  // there NTP keeps the clocks: see the code
   const Session session = Start(*service_, 1).value();
   clock_.JumpWall(hours(1));
-  ASSERT_TRUE(service_->TickNow().ok());
+  PassMinutes(*service_, clock_, 4);
+  EXPECT_EQ(service_->state()->sessions.at(session.id).hard_end, session.hard_end)
+      << "somebody may set it back";
+  PassMinutes(*service_, clock_, 3);
   EXPECT_EQ(service_->state()->sessions.at(session.id).hard_end, session.hard_end + hours(1));
-  clock_.Advance(seconds(30));
-  ASSERT_TRUE(service_->TickNow().ok());
+  EXPECT_EQ(service_->Now(), clock_.Wall());
+  PassMinutes(*service_, clock_, 7);
   EXPECT_EQ(service_->state()->sessions.at(session.id).hard_end, session.hard_end + hours(1));
+}
+
+TEST_P(LabServiceTest, ABookingOutlivesAClockThatIsWrongForAWhile) {
+  if (GetParam() == Engine::kPostgresql) return;
+  const auto book = [&](int user, seconds in, seconds length) {
+    return service_
+        ->Do([&](Scheduler& lab, WallTime now) {
+          return lab.Book(UserId{user}, "bench", {now + in, now + in + length}, now);
+        })
+        .value();
+  };
+  const Booking soon = book(1, minutes(30), minutes(20));
+  for (const hours off : {hours(1), hours(-1)}) {
+    clock_.JumpWall(off);
+    PassMinutes(*service_, clock_, 3);
+    clock_.JumpWall(-off);
+    PassMinutes(*service_, clock_, 1);
+    ASSERT_TRUE(service_->state()->bookings.contains(soon.id));
+    EXPECT_EQ(service_->state()->bookings.at(soon.id).during, soon.during);
+  }
+  clock_.JumpWall(hours(1));  // and stays
+  PassMinutes(*service_, clock_, 7);
+  EXPECT_FALSE(service_->state()->bookings.contains(soon.id));
+  const auto told = service_->EventsSince(UserId{1}, 0, 100).value();
+  ASSERT_FALSE(told.empty());
+  EXPECT_NE(told.back().text.find("clock"), std::string::npos) << told.back().text;
+}
+
+TEST_P(LabServiceTest, AStepOfTheClockIsFollowedOnceAlsoWhenTheAnswerIsLost) {
+  if (GetParam() == Engine::kPostgresql) return;
+  std::atomic<bool> away{false};
+  DatabaseOptions options = database_.options();
+  options.at_commit = [&](CommitMoment moment) {
+    if (away && moment == CommitMoment::kAfter) throw std::runtime_error("the cable is out");
+  };
+  const Session session = Start(*service_, 1).value();
+  service_.reset();
+  bench_ = std::make_unique<WaitingBench>();
+  const auto database = Database::Open(options).value();
+  service_ = OpenService(*database, bench_);
+  clock_.JumpWall(hours(1));
+  PassMinutes(*service_, clock_, 5);
+  away = true;
+  clock_.Advance(minutes(1));
+  EXPECT_FALSE(service_->TickNow().ok());
+  away = false;
+  PassMinutes(*service_, clock_, 7);
+  EXPECT_EQ(service_->state()->sessions.at(session.id).hard_end, session.hard_end + hours(1));
+  service_.reset();
+}
+
+TEST_P(LabServiceTest, AChangedPolicyIsStoredAndReadByTheNextServer) {
+  EXPECT_EQ(service_->policy().version, 0);
+  const auto change = [&](LabService& service, std::int64_t version, Milliseconds grace) {
+    return service.Do([&](Scheduler& lab, WallTime now) {
+      PolicySettings settings = lab.policy();
+      settings.version = version;
+      settings.grace = grace;
+      settings.week_max = hours(10);
+      settings.live_bookings_max = 7;
+      return lab.ChangePolicy(settings, now);
+    });
+  };
+  ASSERT_TRUE(change(*service_, 0, minutes(5)).ok());
+  ASSERT_TRUE(change(*service_, 1, minutes(6)).ok());
+  EXPECT_EQ(change(*service_, 1, minutes(7)).error().code, ErrorCode::kStale);
+  EXPECT_EQ(service_->policy().grace, minutes(6));
+  const Session session = Start(*service_, 1).value();
+  PassMinutes(*service_, clock_, 28);
+  const Session extended = service_->state()->sessions.at(session.id);
+  ASSERT_GT(extended.extended, Milliseconds{0});
+  Restart();
+  service_ = OpenService(*database_, bench_);
+  const Policy policy = service_->policy();
+  EXPECT_EQ(policy.version, 2);
+  EXPECT_EQ(policy.grace, minutes(6));
+  EXPECT_EQ(policy.week_max, hours(10));
+  EXPECT_EQ(policy.live_bookings_max, 7);
+  EXPECT_EQ(policy.idle, PolicySettings{}.idle);
+  EXPECT_EQ(service_->state()->sessions.at(session.id).extended, extended.extended);
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, LabServiceTest, tests::kBothEngines, tests::EngineName);

@@ -6,6 +6,7 @@
 
 #include "server/auth/accounts.h"
 #include "server/lab/job_store.h"
+#include "server/lab/members.h"
 #include "server/storage/picture_store.h"
 #include "server/storage/recording_store.h"
 #include "tests/support/engines.h"
@@ -26,6 +27,15 @@ WallTime DaysAgo(int days) {
 
 class RetentionTest : public testing::TestWithParam<Engine> {
  protected:
+  RetentionTest() {
+    EXPECT_TRUE(database_
+                    ->Write(Durability::kPromise,
+                            [](Transaction& tx) -> core::Status {
+                              members::Put(tx, {"s", "boot", "", {}});
+                              return core::Done{};
+                            })
+                    .ok());
+  }
   void Record(const std::string& id,
               const std::string& owner,
               int days_ago,
@@ -50,7 +60,7 @@ class RetentionTest : public testing::TestWithParam<Engine> {
     job.created_at = DaysAgo(ended_days_ago + 1);
     ASSERT_TRUE(jobs_.Add({job}).ok());
     if (ended_days_ago < 0) return;
-    const Job claimed = *jobs_.Claim("s", job.created_at, DaysAgo(ended_days_ago)).value();
+    const Job claimed = *jobs_.Claim({"s", "boot"}, {}, job.created_at).value();
     ASSERT_EQ(claimed.id, id);
     ASSERT_TRUE(jobs_.SetRun(claimed, "run-of-" + id).ok());
     ASSERT_TRUE(jobs_.Finish(claimed, "finished", "", DaysAgo(ended_days_ago)).ok());

@@ -11,7 +11,7 @@ class Calendar : public LabFixture {};
 TEST_F(Calendar, GivesABookedRigAtItsHour) {
   AddReadyRigs(1);
   const Booking booking = Book(kAnn, hours(1), minutes(30));
-  EXPECT_EQ(lab_.ClaimBooking(booking.id, kAnn, now_).error().code, ErrorCode::kBusy);
+  EXPECT_EQ(lab_.ClaimBooking(booking.id, kAnn, now_).error().reason, "booking_early");
   Pass(hours(1));
   const auto session = lab_.ClaimBooking(booking.id, kAnn, now_);
   ASSERT_TRUE(session.ok());
@@ -137,12 +137,53 @@ TEST_F(Calendar, AUserWhoAlreadyWorksKeepsTheRigThroughTheBooking) {
   EXPECT_EQ(Live(session.id)->hard_end, booking.during.end);
 }
 
+TEST_F(Calendar, ClaimingEarlyIsRefusedWithTheTime) {
+  AddReadyRigs(1);
+  const Booking booking = Book(kAnn, minutes(30), hours(1));
+  const auto early = lab_.ClaimBooking(booking.id, kAnn, now_);
+  ASSERT_FALSE(early.ok());
+  EXPECT_EQ(early.error().code, ErrorCode::kConflict);
+  EXPECT_EQ(early.error().reason, "booking_early");
+  EXPECT_NE(early.error().message.find("2026-02-02 12:30 UTC"), std::string::npos)
+      << early.error().message;
+}
+
+TEST_F(Calendar, ABookingThatBeginsTakesThePlaceOfAnOffer) {
+  AddReadyRigs(2);
+  const Booking booking = Book(kAnn, minutes(30), hours(1));
+  now_ += minutes(30) - seconds(10);
+  ASSERT_EQ(Ask(kAnn, minutes(5)).state, TicketState::kOffered);
+  Pass(seconds(10));
+  EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kHeld);
+  EXPECT_TRUE(lab_.ClaimBooking(booking.id, kAnn, now_).ok());
+}
+
+TEST_F(Calendar, PracticeDoesNotTakeABookedSimulator) {
+  AddReadyRigs(1, "sim", true);
+  ASSERT_TRUE(lab_.Book(kAnn, "sim", {now_ + minutes(10), now_ + minutes(30)}, now_).ok());
+  EXPECT_FALSE(lab_.Practice(kBob, {"sim-1"}, minutes(12), now_).ok());
+  EXPECT_TRUE(lab_.Practice(kBob, {"sim-1"}, minutes(8), now_).ok());
+}
+
+TEST_F(Calendar, ABookingThatAClockStepHasPassedFallsAndSaysSo) {
+  AddReadyRigs(1);
+  const Booking booking = Book(kBob, minutes(20), minutes(20));
+  (void)Told(kBob);
+  now_ += hours(1);
+  lab_.ClockJumped(hours(1), now_);
+  const auto notices = lab_.TakeNotices();
+  ASSERT_FALSE(notices.empty());
+  EXPECT_EQ(notices.back().topic, "unfulfilled");
+  EXPECT_NE(notices.back().text.find("clock"), std::string::npos);
+  EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kUnfulfilled);
+}
+
 TEST_F(Calendar, AClockSetForwardAnHourNeitherCutsLeasesNorDoublesThem) {
   AddReadyRigs(1);
   const Session session = Start(kAnn, minutes(30));
   const Booking booking = Book(kBob, minutes(45), hours(2));
   now_ += hours(1);
-  lab_.ClockJumped(hours(1));
+  lab_.ClockJumped(hours(1), now_);
   Pass(Milliseconds{0});
   ASSERT_NE(Live(session.id), nullptr) << "half an hour was promised";
   EXPECT_EQ(Live(session.id)->hard_end, session.hard_end + hours(1));
@@ -157,7 +198,7 @@ TEST_F(Calendar, AClockSetBackAnHourDoesNotLengthenLeases) {
   const Session session = Start(kAnn, minutes(30));
   Ask(kBob);
   now_ -= hours(1);
-  lab_.ClockJumped(-hours(1));
+  lab_.ClockJumped(-hours(1), now_);
   Pass(minutes(31));
   EXPECT_EQ(Live(session.id), nullptr);
 }

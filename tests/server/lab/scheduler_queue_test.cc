@@ -103,6 +103,22 @@ TEST_F(Queue, WhoHasUsedLessGoesFirstAmongThoseWhoAskTogether) {
   EXPECT_THAT(QueueOrder(lab_.state(), "bench", now_, lab_.policy()), ElementsAre(bob.id, ann.id));
 }
 
+TEST_F(Queue, NobodyOvertakesAPersonWhoseFirstEstimateIsNear) {
+  AddReadyRigs(1);
+  const Session long_one = Start(kAnn, hours(2));
+  Pass(hours(1) + minutes(50));
+  ASSERT_TRUE(lab_.EndSession(long_one.id, EndReason::kEnded, "", now_).ok());
+  PassChecks();
+  Start(kCem, minutes(10));
+  const Ticket ann = Ask(kAnn);
+  ASSERT_LE(*ann.first_expected, now_ + lab_.policy().keeps_place);
+  now_ += minutes(2);
+  const Ticket bob = Ask(kBob);
+  EXPECT_LT(lab_.state().usage.count(kBob), 1u);
+  EXPECT_THAT(QueueOrder(lab_.state(), "bench", now_, lab_.policy()), ElementsAre(ann.id, bob.id))
+      << "Bob has used less, but Ann was told a time";
+}
+
 TEST_F(Queue, AWalkUpStartsOnlyIfItsTimeAndTheCheckFitBeforeTheBooking) {
   AddReadyRigs(1);
   Book(kBob, minutes(20), minutes(30));

@@ -228,10 +228,48 @@ TEST_F(Rigs, AnOutageShortensTheSessionAndMovesOrCancelsBookings) {
   const Booking moved = lab_.state().bookings.at(moves.id);
   EXPECT_EQ(moved.state, BookingState::kBooked);
   EXPECT_NE(moved.rig, session.rig);
-  ASSERT_TRUE(lab_.AddOutage(moved.rig, {now_ + hours(1), now_ + hours(4)}, "works", now_).ok());
+  EXPECT_THAT(Told(kBob), Contains("moved"));
+  const auto outage = lab_.AddOutage(moved.rig, {now_ + hours(1), now_ + hours(4)}, "works", now_);
+  ASSERT_TRUE(outage.ok());
   const Changes changes = lab_.TakeChanges();
   EXPECT_THAT(changes.bookings,
               Contains(testing::Field(&Booking::state, BookingState::kUnfulfilled)));
+  EXPECT_THAT(Told(kBob), Contains("unfulfilled"));
+  ASSERT_TRUE(lab_.RemoveOutage(outage.value().id, now_).ok());
+  const std::vector<Notice> told = lab_.TakeNotices();
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].user, kBob);
+  EXPECT_EQ(told[0].topic, "freed");
+  EXPECT_EQ(told[0].time, moves.during.start);
+}
+
+TEST_F(Rigs, WhomAnOutageShortensIsToldOnceHowLongIsReallyLeftAndWhy) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn, hours(1));
+  Ask(kBob);
+  (void)lab_.TakeNotices();
+  ASSERT_TRUE(
+      lab_.AddOutage("bench-1", {now_ + minutes(2), now_ + hours(1)}, "bearing", now_).ok());
+  std::vector<Notice> told = lab_.TakeNotices();
+  std::erase_if(told, [](const Notice& notice) { return notice.user != kAnn; });
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].topic, "shortened");
+  EXPECT_EQ(told[0].text, "90 s left: planned outage: bearing");
+  EXPECT_EQ(told[0].reason, "outage");
+  EXPECT_EQ(told[0].why, "bearing");
+  EXPECT_EQ(told[0].time, Live(session.id)->hard_end);
+  Pass(seconds(40));
+  told = lab_.TakeNotices();
+  std::erase_if(told, [](const Notice& notice) { return notice.user != kAnn; });
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].topic, "warning");
+  EXPECT_EQ(told[0].reason, "outage") << "although somebody waits";
+}
+
+TEST_F(Rigs, OnlyAFailedCheckIsOneWhateverAPersonWrites) {
+  AddReadyRigs(1);
+  ASSERT_TRUE(lab_.Quarantine("bench-1", std::string(kCheckFailedText) + "x", now_).ok());
+  EXPECT_FALSE(lab_.state().rigs.at("bench-1").check_failed);
 }
 
 TEST_F(Rigs, RefusesOutagesThatAreNoneOrOverOrTenYearsLong) {
@@ -242,6 +280,21 @@ TEST_F(Rigs, RefusesOutagesThatAreNoneOrOverOrTenYearsLong) {
   EXPECT_EQ(refuse(hours(1), hours(1)), ErrorCode::kInvalid);
   EXPECT_EQ(refuse(-hours(2), -hours(1)), ErrorCode::kInvalid);
   EXPECT_EQ(refuse(hours(1), hours(24 * 3650)), ErrorCode::kInvalid);
+}
+
+TEST_F(Rigs, RefusesAnOutageThatIsPlannedAlready) {
+  AddReadyRigs(2);
+  const auto plan = [&](const char* rig, Milliseconds from, Milliseconds to) {
+    return lab_.AddOutage(rig, {now_ + from, now_ + to}, "works", now_);
+  };
+  const auto first = plan("bench-1", hours(1), hours(3));
+  ASSERT_TRUE(first.ok());
+  EXPECT_EQ(plan("bench-1", hours(1), hours(3)).error().reason, "outage_planned");
+  EXPECT_EQ(plan("bench-1", hours(2), hours(3)).error().code, ErrorCode::kConflict);
+  EXPECT_TRUE(plan("bench-1", hours(2), hours(4)).ok()) << "it is longer";
+  EXPECT_TRUE(plan("bench-2", hours(1), hours(3)).ok());
+  ASSERT_TRUE(lab_.RemoveOutage(first.value().id, now_).ok());
+  EXPECT_TRUE(plan("bench-1", hours(1), hours(3)).ok());
 }
 
 TEST_F(Rigs, AfterARestartLeasesStandChecksBeginAnewAndCutRunsAreNotCharged) {

@@ -51,9 +51,13 @@ TEST_F(Sessions, AreNotExtendedIntoABooking) {
 TEST_F(Sessions, AnExtensionAskedForIsRefusedWithTheReasonWhenSomebodyWaits) {
   AddReadyRigs(1);
   const Session session = Start(kAnn);
-  EXPECT_TRUE(lab_.Extend(session.id, now_).ok());
+  const WallTime near_end = session.hard_end - minutes(4);
+  Scheduler alone = lab_;
+  EXPECT_EQ(alone.Extend(session.id, now_).error().reason, "extend_early");
+  EXPECT_TRUE(alone.Extend(session.id, near_end).ok());
+  EXPECT_EQ(alone.Extend(session.id, near_end).error().reason, "extend_early");
   Ask(kBob);
-  EXPECT_EQ(lab_.Extend(session.id, now_).error().code, ErrorCode::kBusy);
+  EXPECT_EQ(lab_.Extend(session.id, near_end).error().code, ErrorCode::kBusy);
 }
 
 TEST_F(Sessions, IdleIsAskedOnlyWhenSomebodyWaitsAndEndsUnansweredAfterAMinute) {
@@ -68,6 +72,7 @@ TEST_F(Sessions, IdleIsAskedOnlyWhenSomebodyWaitsAndEndsUnansweredAfterAMinute) 
   ASSERT_NE(Live(session.id), nullptr);
   Pass(Milliseconds{1});
   EXPECT_EQ(Live(session.id), nullptr);
+  EXPECT_THAT(Told(kAnn), ElementsAre("idle_ended")) << "the end is not the question again";
 }
 
 TEST_F(Sessions, AnAnswerOrACommandOrARunKeepsAnIdleSession) {
@@ -85,6 +90,55 @@ TEST_F(Sessions, AnAnswerOrACommandOrARunKeepsAnIdleSession) {
   Pass(lab_.policy().idle);
   Pass(lab_.policy().idle_answer);
   EXPECT_EQ(Live(session.id), nullptr);
+}
+
+TEST_F(Sessions, AnExtensionIsForTheLastFiveMinutesHoweverOftenOneAsks) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn, minutes(30));
+  for (int i = 0; i < 300; ++i) {
+    const auto early = lab_.Extend(session.id, now_);
+    ASSERT_FALSE(early.ok());
+    EXPECT_EQ(early.error().code, ErrorCode::kConflict);
+    EXPECT_EQ(early.error().reason, "extend_early");
+  }
+  EXPECT_EQ(Live(session.id)->hard_end, session.hard_end);
+  now_ = session.hard_end - minutes(4);
+  ASSERT_TRUE(lab_.Extend(session.id, now_).ok());
+  for (int i = 0; i < 300; ++i) (void)lab_.Extend(session.id, now_);
+  EXPECT_EQ(Live(session.id)->hard_end, session.hard_end + lab_.policy().extend_step);
+}
+
+TEST_F(Sessions, AWaitingJobIsNobody) {
+  AddReadyRigs(1);
+  const Session session = Start(kAnn, minutes(30));
+  TicketRequest job;
+  job.user = kBob;
+  job.rig_class = "bench";
+  job.kind = TicketKind::kJob;
+  job.job = "job-1";
+  job.min = job.want = minutes(2);
+  ASSERT_TRUE(lab_.RequestTicket(job, now_).ok());
+  Pass(lab_.policy().idle);
+  Pass(lab_.policy().idle_answer);
+  ASSERT_NE(Live(session.id), nullptr) << "nobody waits, so nobody is idle";
+  now_ = session.hard_end - minutes(4);
+  lab_.Tick(now_);
+  EXPECT_GT(Live(session.id)->hard_end, session.hard_end);
+}
+
+TEST_F(Sessions, TheSessionOfAJobIsNotPassedOn) {
+  AddReadyRigs(1);
+  TicketRequest job;
+  job.user = kBob;
+  job.rig_class = "bench";
+  job.kind = TicketKind::kJob;
+  job.job = "job-1";
+  job.min = job.want = minutes(2);
+  const auto answer = lab_.RequestTicket(job, now_);
+  ASSERT_TRUE(answer.ok());
+  const SessionId id = std::get<Session>(answer.value()).id;
+  EXPECT_EQ(lab_.OfferControl(id, kAnn, now_).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(lab_.TakeOver(id, kTeacher, "a reason", now_).error().code, ErrorCode::kNotFound);
 }
 
 TEST_F(Sessions, ControlGoesByOfferAndAcceptAndTheOldEpochDies) {
@@ -111,7 +165,28 @@ TEST_F(Sessions, AnInstructorTakesOverOnlyWithAReason) {
   ASSERT_TRUE(taken.ok());
   EXPECT_EQ(taken.value().user, kTeacher);
   EXPECT_FALSE(Admits(ann.rig, ann.epoch));
-  EXPECT_THAT(Told(kAnn), Contains("taken_over"));
+  std::vector<Notice> to_ann = lab_.TakeNotices();
+  std::erase_if(to_ann, [](const Notice& notice) { return notice.user != kAnn; });
+  ASSERT_FALSE(to_ann.empty());
+  const Notice& told = to_ann.back();
+  EXPECT_EQ(told.topic, "taken_over");
+  EXPECT_EQ(told.rig, "bench-1");
+  EXPECT_EQ(told.other, kTeacher);
+  EXPECT_EQ(told.why, "the motor screams");
+}
+
+TEST_F(Sessions, WhoHandsOverIsToldToWhom) {
+  AddReadyRigs(1);
+  const Session ann = Start(kAnn);
+  ASSERT_TRUE(lab_.OfferControl(ann.id, kBob, now_).ok());
+  (void)lab_.TakeNotices();
+  ASSERT_TRUE(lab_.AcceptControl(ann.id, kBob, now_).ok());
+  const std::vector<Notice> told = lab_.TakeNotices();
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_EQ(told[0].user, kAnn);
+  EXPECT_EQ(told[0].topic, "handed_over");
+  EXPECT_EQ(told[0].other, kBob);
+  EXPECT_EQ(told[1].topic, "control");
 }
 
 TEST_F(Sessions, UseIsChargedToWhoeverHadTheControl) {

@@ -21,7 +21,10 @@ constexpr std::array<Table, 12> kTables = {
      {"lab_session", "*"},
      {"lab_usage", "*"},
      {"lab_event", "*"},
-     {"job", "*"},
+     {"job",
+      "id, owner, account_id, batch, name, body, body_bytes, run_name, rig, recording, state, "
+      "run_id, error, result, created_ms, started_ms, ended_ms, server_id, length(boot) AS boot, "
+      "attempts"},
      {"recording", "*"},
      {"recording_event", "recording_id || '/' || seq AS k, kind, json"},
      {"blob_store", "owner || '/' || seq AS k, length(bytes) AS bytes"}}};

@@ -57,7 +57,7 @@ TEST(Problem, IsProblemJsonWithEscapedText) {
   EXPECT_EQ(response.content_type, "application/problem+json");
   EXPECT_EQ(response.body,
             R"({"type":"/problems/invalid","title":"Bad Request","status":400,)"
-            R"("detail":"say \"R1\"\u000a","field":"/faults/0/component"})");
+            R"("detail":"say \"R1\"\u000a","field":"/faults/0/component","reason":"invalid"})");
 }
 
 }  // namespace

@@ -5,8 +5,11 @@
 
 #include <cmath>
 
+#include "hardware/bench/benches.h"
 #include "server/csv/csv_record.h"
+#include "server/plots/comparison_figure.h"
 #include "server/plots/record_figure.h"
+#include "server/plots/sweep_figure.h"
 #include "tests/paper_rig.h"
 
 namespace faultlab::server {
@@ -78,6 +81,78 @@ TEST(EstimatesFigure, ShadesTheTransientOfEachWindow) {
   EXPECT_NEAR(*sia.panels[0].bands[2].x_to, 15.19, kTolerance);
 }
 
+core::Verdict FoundR1(double value, std::vector<double> at_s) {
+  core::Verdict verdict;
+  verdict.kind = core::VerdictKind::kFault;
+  verdict.detected_at_s = at_s.front();
+  verdict.onset_s = at_s.front() - 0.02;
+  for (std::size_t i = 1; i < at_s.size(); ++i) {
+    verdict.further.push_back({at_s[i], at_s[i] - 0.02, "residual"});
+  }
+  verdict.group = {paper::kR1};
+  verdict.candidates = {{paper::kR1, value, 0.1, 0, 1.0, 0.0}};
+  return verdict;
+}
+
+TEST(Marks, ShowEveryChangeAndEveryDetectionOfAFault) {
+  FigureContext context;
+  context.faults = {{paper::kR1, 33.0, 8.0}, {paper::kR1, 100.0, 14.0}, {paper::kR1, 1.0, 18.0}};
+  context.episodes = {{FoundR1(99.8, {8.03, 14.05}), core::FaultShape::kAbrupt, 18.07}};
+  const Figure figure = MakeSignalsFigure({}, context);
+  std::vector<std::string> told;
+  for (const Mark& mark : figure.marks) told.push_back(mark.label);
+  EXPECT_THAT(told,
+              ::testing::ElementsAre("R_{1} = 33 Ω",
+                                     "R_{1} = 100 Ω",
+                                     "R_{1} nominal",
+                                     "detected +0.03 s",
+                                     "detected +0.05 s: R_{1} = 99.8 Ω",
+                                     "detected +0.07 s: nominal"));
+  EXPECT_EQ(figure.marks[2].kind, MarkKind::kReturned);
+  EXPECT_EQ(figure.marks[4].x, 14.05);
+}
+
+TEST(EstimatesFigure, ShadesTheTransientOfEveryChange) {
+  std::vector<core::Frame> frames(2000);
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    frames[k].sample.index = static_cast<std::int64_t>(k);
+    frames[k].sample.t_s = 0.01 * static_cast<double>(k);
+  }
+  FigureContext context;
+  context.episodes = {{FoundR1(99.8, {8.02, 14.02}), core::FaultShape::kAbrupt, std::nullopt}};
+  const Figure swa = MakeEstimatesFigure(frames, EstimatorFamily::kSwa, context);
+  ASSERT_EQ(swa.panels[0].bands.size(), 6U);
+  EXPECT_NEAR(*swa.panels[0].bands[3].x_from, 14.0, 1e-9);
+  EXPECT_FALSE(swa.panels[0].bands[0].name.empty());
+  EXPECT_TRUE(swa.panels[0].bands[3].name.empty()) << "one entry in the legend";
+}
+
+/// The fits compare the newest model with what was measured since the newest change.
+TEST(CompareModels, FollowsTheNewestChangeOfAFault) {
+  const CsvRecord record = Recording();
+  core::DiagnosisOptions options = core::OptionsOf(hardware::PaperBench());
+  core::Diagnosis diagnosis;
+  diagnosis.verdict = FoundR1(33.0, {10.02});
+  EXPECT_NEAR(CompareModels(record.samples, options, diagnosis).t_s.front(), 10.0, 1e-6);
+  diagnosis.verdict = FoundR1(33.0, {10.02, 15.02});
+  EXPECT_NEAR(CompareModels(record.samples, options, diagnosis).t_s.front(), 15.0, 1e-6);
+  diagnosis.verdict = {};
+  diagnosis.episodes = {{FoundR1(33.0, {8.02}), core::FaultShape::kAbrupt, 12.0}};
+  EXPECT_NEAR(CompareModels(record.samples, options, diagnosis).t_s.front(), 12.0, 1e-6)
+      << "nominal again";
+}
+
+TEST(ModelsFigure, NamesWhatIsPresentInItsStretch) {
+  FigureContext context;
+  context.faults = {{paper::kR1, 33.0, 8.0}, {paper::kR1, 1.0, 12.0}, {paper::kR12, 5600.0, 14.0}};
+  ModelComparison comparison;
+  for (int k = 0; k < 300; ++k) {
+    comparison.t_s.push_back(14.0 + 0.01 * k);
+    comparison.y.push_back(5.0);
+  }
+  EXPECT_EQ(MakeModelsFigure(comparison, context).subtitle, "R_{12} = 5.6 kΩ");
+}
+
 TEST(EstimatesFigure, LeavesAGapWhereThereIsNoEstimate) {
   std::vector<core::Frame> frames(4);
   for (std::size_t k = 0; k < frames.size(); ++k) {
@@ -114,6 +189,89 @@ TEST(ModelsFigure, PutsTheFitIntoTheLegendAndTheErrorBelow) {
   EXPECT_EQ(figure.panels[0].series[1].name, "SWA  98.6 %");
   EXPECT_EQ(figure.panels[0].series[0].x.size(), 201u) << "2 s are shown";
   EXPECT_EQ(figure.panels[1].series[0].y[0], 0.25);
+}
+
+TEST(ComparisonFigure, PutsTheChangeOfEachRecordAtZero) {
+  std::vector<ComparedRecord> records(2);
+  for (int r = 0; r < 2; ++r) {
+    ComparedRecord& record = records[static_cast<std::size_t>(r)];
+    record.name = r == 0 ? "first" : "second";
+    record.zero_s = 1.0 + r;
+    record.curve = EmptyCurve(core::EstimatorId::kSia100x20);
+    for (int k = 0; k < 300; ++k) {
+      core::Frame frame{};
+      frame.sample.index = k;
+      frame.sample.t_s = 0.01 * k;
+      frame.sample.um_v = r;
+      Append(frame, core::EstimatorId::kSia100x20, record.curve);
+      record.samples.push_back(frame.sample);
+    }
+  }
+  const Figure figure = MakeComparisonFigure(records, EstimatorFamily::kSia, true, "");
+  ASSERT_EQ(figure.panels.size(), 4u);
+  EXPECT_EQ(figure.panels[0].series[0].name, "first");
+  EXPECT_NEAR(figure.panels[0].series[1].x.front(), -2.0, 1e-9);
+  EXPECT_NEAR(figure.panels[1].series[0].x.front(), -1.0, 1e-9);
+  EXPECT_NE(figure.panels[0].series[0].dash, figure.panels[0].series[1].dash);
+  EXPECT_EQ(figure.panels[0].series[1].ink, figure.panels[3].series[1].ink);
+  ASSERT_TRUE(figure.x.range);
+  EXPECT_NEAR(figure.x.range->first, -2.0, 1e-9);
+  EXPECT_NEAR(figure.x.range->second, 2.0, 1e-9);
+  ASSERT_EQ(figure.marks.size(), 1u);
+  EXPECT_EQ(figure.marks[0].x, 0.0);
+  EXPECT_TRUE(MakeComparisonFigure(records, EstimatorFamily::kSia, false, "").marks.empty());
+}
+
+TEST(SweepFigure, CountsWhatWasNamedOfEachFault) {
+  const SweepRun right{.component = paper::kR1,
+                       .value = 100.0,
+                       .named = {paper::kR1},
+                       .found = 98.0,
+                       .delay_s = 0.4};
+  const SweepRun group{.component = paper::kR9,
+                       .value = 6e4,
+                       .named = {paper::kR9, paper::kR12},
+                       .found = 1.0,
+                       .delay_s = 0.2};
+  const SweepRun missed{.component = paper::kR1, .value = 100.0};
+  const SweepRun healthy{};
+  const std::vector<SweepRun> runs = {right, missed, group, healthy};
+  const std::vector<core::Component> components = {paper::kR1, paper::kR9, paper::kR12};
+  const CellMatrix matrix = MakeSweepFigure(runs, components, "", "").matrix;
+  EXPECT_THAT(matrix.rows, testing::ElementsAre("R_{1} = 100 Ω (2)", "R_{9} = 60 kΩ", "healthy"));
+  EXPECT_THAT(matrix.text,
+              testing::ElementsAre("50 %",
+                                   "",
+                                   "",
+                                   "",
+                                   "50 %",
+                                   "0.40",
+                                   "2.0",
+                                   "",
+                                   "50 %",
+                                   "50 %",
+                                   "",
+                                   "",
+                                   "0.20",
+                                   "",
+                                   "",
+                                   "",
+                                   "",
+                                   "",
+                                   "100 %",
+                                   "",
+                                   ""));
+}
+
+TEST(SweepFigure, OfManyFaultsHasARowForEachComponent) {
+  std::vector<SweepRun> runs(kSweepRowsMax + 1);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    runs[i].component = paper::kR1;
+    runs[i].value = 20.0 + static_cast<double>(i);
+  }
+  const std::vector<core::Component> components = {paper::kR1};
+  EXPECT_THAT(MakeSweepFigure(runs, components, "", "").matrix.rows,
+              testing::ElementsAre("R_{1} (31)"));
 }
 
 TEST(RecordFigure, DrawsEveryFigureOfARecordingByName) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "server/plots/figure.h"
 #include "tests/paper_bench.h"
 
@@ -18,9 +20,19 @@ TEST(ValueText, GivesElectricalUnitsAPrefix) {
 }
 
 TEST(ValueText, WritesMechanicalUnitsWithAPowerOfTen) {
-  EXPECT_EQ(ValueText(1.43e-6, "kg m^2"), "1.43·10^{\u22126} kg m²");
-  EXPECT_EQ(ValueText(1.8e-4, "Nm/(rad/s)"), "1.8·10^{\u22124} Nm/(rad/s)");
+  EXPECT_EQ(ValueText(1.43e-6, "kg m^2"), "1.43·10^{\u22126} kg·m²");
+  EXPECT_EQ(ValueText(1.8e-4, "Nm/(rad/s)"), "1.8·10^{\u22124} Nm·s/rad");
   EXPECT_EQ(ValueText(0.5, "V"), "0.5 V");
+}
+
+/// As the page writes them (web/src/plant/quantity.ts).
+TEST(ValueText, CarriesTheDigitsThatItsErrorLeaves) {
+  EXPECT_EQ(ValueWithErrorText(99.62, 0.41, "ohm"), "99.6 ± 0.4 Ω");
+  EXPECT_EQ(ValueWithErrorText(99.62, 0.126, "ohm"), "99.62 ± 0.13 Ω");
+  EXPECT_EQ(ValueWithErrorText(5601.0, 8.0, "ohm"), "5.601 ± 0.008 kΩ");
+  EXPECT_EQ(ValueWithErrorText(1.432e-6, 2e-8, "kg m^2"), "(1.43 ± 0.02)·10^{−6} kg·m²");
+  EXPECT_EQ(ValueWithErrorText(0.5, 0.02, "V"), "0.50 ± 0.02 V");
+  EXPECT_EQ(ValueWithErrorText(100.0, NAN, "ohm"), "100 Ω");
 }
 
 TEST(ValueText, SetsTheNumberOfAPartBelowTheLine) {

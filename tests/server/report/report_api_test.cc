@@ -44,7 +44,7 @@ TEST_F(ReportApiTest, ReportsARunToWhoeverMayReadIt) {
   const std::string text = pdf.Text();
   EXPECT_EQ(pdf.Pages(), 3);
   EXPECT_THAT(text, HasSubstr(Squeezed("Made by ann")));
-  EXPECT_THAT(text, HasSubstr(Squeezed("prbs: low 2 V, high 3 V, clock 0.01 s")));
+  EXPECT_THAT(text, HasSubstr(Squeezed("PRBS: low 2 V, high 3 V, clock 0.01 s")));
   EXPECT_THAT(text, HasSubstr(Squeezed("Fault: R1")));
   EXPECT_THAT(text, HasSubstr(Squeezed("6.00 600 R1 100 Ω confirmed")));
   EXPECT_GT(pdf.Coloured(2), 0.002);
@@ -59,6 +59,8 @@ TEST_F(ReportApiTest, ReportsARunToWhoeverMayReadIt) {
 TEST_F(ReportApiTest, NamesTheChecksumOfTheCsvThatIsDownloaded) {
   const std::string id = Run("ann", R"({"duration_s":3})");
   const HttpAnswer csv = File("ann", id, "export.csv");
+  EXPECT_THAT(csv.body, HasSubstr("\"clock_s\":0.01"));
+  EXPECT_THAT(csv.body.substr(0, csv.body.find("t_s,uc_v")), Not(HasSubstr("E-")));
   TempFolder folder;
   std::ofstream(folder.File("a.csv"), std::ios::binary) << csv.body;
   std::FILE* pipe = ::popen(("sha256sum " + folder.File("a.csv")).c_str(), "r");

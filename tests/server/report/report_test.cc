@@ -9,6 +9,8 @@
 #include "hardware/bench/benches.h"
 #include "server/plots/figures.h"
 #include "server/report/path_outcome.h"
+#include "server/report/sentences.h"
+#include "server/report/serbian_scripts.h"
 #include "tests/server/report/pdf_reader.h"
 
 namespace faultlab::server {
@@ -49,7 +51,7 @@ RunReport Sample() {
   report.bench = &hardware::PaperBench();
   report.samples = 2000;
   report.period_s = 0.01;
-  report.excitation = "prbs: low 2 V, high 3 V";
+  report.excitation = "PRBS: low 2 V, high 3 V";
   report.faults = {{10.0, 1000, Part("R1"), 100.0, ReportFault::Said::kConfirmed},
                    {12.0, 1200, Part("Ra"), 9.0, ReportFault::Said::kRefused}};
   core::Verdict& verdict = report.diagnosis.verdict;
@@ -64,11 +66,17 @@ RunReport Sample() {
                   {"a1 and b0 in opposite directions?", true, 0.1063, 0.0, "R1"}};
   verdict.settled = true;
   report.diagnosis.calibration.emplace();
-  report.diagnosis.calibration->dated = "2026-11-20";
+  report.diagnosis.calibration->dated = "2026-11-20T18:22:32.428Z";
   report.diagnosis.calibration->delta_s = 9.542e-3;
   report.diagnosis.calibration->um_noise_v = 15.5e-3;
-  report.estimates = {{"SWA, K = 100", {{"b0d", 2.23, 0.2516, 0.2532}, {"b1d", -1.1, {}, {}}}}};
-  report.modelled = core::Fault{.component = Part("R1"), .value = 100.0};
+  report.changes = {{.t_s = 10.0,
+                     .component = Part("R1"),
+                     .before = 1.0,
+                     .value = 100.0,
+                     .others = {},
+                     .estimates = {{"SWA, K = 100",
+                                    {{"b0d", 2.23, 0.2516, 0.2532, 0.2528},
+                                     {"b1d", -1.1, -0.66, 1.2e-5, std::nullopt}}}}}};
   report.figures = {"signals", "swa", "sia", "models"};
   report.figure = Drawn;
   report.version = "1.2.3";
@@ -87,29 +95,32 @@ TEST(Report, SaysWhatWasMeasuredAndWhatWasFound) {
   const std::string bytes = Pdf(Sample());
   PdfReader pdf(bytes);
   const std::string text = pdf.Text();
-  for (const char* said : {"Ogled 3: čšćžđ, Покус, R1",
-                           "Mila Antić (mila)",
-                           "2026-11-21 01:02:03 UTC",
-                           "sim-1",
-                           "prbs: low 2 V, high 3 V",
-                           "2000, every 10 ms: 20 s",
-                           "of 2026-11-20, stored with the rig",
-                           "9.542 ms",
-                           "um 15.5 mV",
-                           "Fault: R1",
-                           "100.2 Ω ± 110 mΩ (standard error); nominal 1 Ω",
-                           "C8 = 3.741 mF, with a residual of 71.5 times",
-                           "at 10.02 s, by residual; the change began at about 9.99 s",
-                           "Decision path of the paper’s method",
-                           "a1 outside its band? yes (0.1063, limit 0.01452) → b0",
-                           "The path ends at R1, as the verdict does.",
-                           "10.00 1000 R1 100 Ω confirmed",
-                           "12.00 1200 Ra 9 Ω refused",
-                           "b0d SWA, K = 100 2.23 0.2516 −88.7 0.2532",
-                           "b1d SWA, K = 100 −1.1 – – –",
-                           "Models and measurement: not drawn, the recording is too short.",
-                           "faultlab 1.2.3",
-                           "https://lab.example.org/runs/run-abc"}) {
+  for (const char* said :
+       {"Ogled 3: čšćžđ, Покус, R1",
+        "Mila Antić (mila)",
+        "2026-11-21 01:02:03 UTC",
+        "sim-1",
+        "PRBS: low 2 V, high 3 V",
+        "2000, every 10 ms: 20 s",
+        "of 2026-11-20 18:22:32 UTC, stored with the rig",
+        "9.542 ms",
+        "um 15.5 mV",
+        "Fault: R1 ↑",
+        "100.20 ± 0.11 Ω (standard error); nominal 1 Ω",
+        "C8 = 3.74 ± 0.07 mF, residual 70 times as large",
+        "at 10.02 s, by the residual test; the change began at about 9.99 s",
+        "Decision path of the paper’s method",
+        "Is a1 outside its band? yes (0.1063, limit 0.01452) → b0",
+        "Have a1 and b0 moved in opposite directions? yes (0.1063, limit 0) → R1",
+        "The path ends at R1, as the verdict does.",
+        "10.00 1000 R1 100 Ω confirmed",
+        "12.00 1200 Ra 9 Ω refused",
+        "R1: 1 Ω → 100 Ω at 10.00 s",
+        "b0d SWA, K = 100 2.230 0.2516 −89 0.2532 0.2528",
+        "b1d SWA, K = 100 −1.100 −0.6600 −40 1.2·10⁻⁵ –",
+        "Models and measurement: not drawn, the recording is too short.",
+        "faultlab 1.2.3",
+        "https://lab.example.org/runs/run-abc"}) {
     EXPECT_THAT(text, HasSubstr(Squeezed(said)));
   }
   EXPECT_THAT(text, HasSubstr(std::string(64, 'a')));
@@ -120,17 +131,127 @@ TEST(Report, SaysWhatWasMeasuredAndWhatWasFound) {
   EXPECT_THAT(bytes, HasSubstr("/URI (https://lab.example.org/runs/run-abc)"));
 }
 
+TEST(Report, NamesAllOfAGroupInTheOrderOfTheBench) {
+  RunReport report = Sample();
+  core::Verdict& verdict = report.diagnosis.verdict;
+  verdict.group = {Part("R12"), Part("R9")};
+  verdict.candidates = {{Part("R12"), 5590.0, 8.0, 0, 1.016, 0.0},
+                        {Part("R9"), 37.5e3, 200.0, 0, 1.016, 0.0},
+                        {Part("R1"), 40.69, 1.0, 0, 1857.0, 1856.0}};
+  const std::string text = PdfReader(Pdf(report)).Text();
+  EXPECT_THAT(text, HasSubstr(Squeezed("Fault: R9 or R12")));
+  EXPECT_LT(text.find(Squeezed("R9 37.5 ± 0.2 kΩ")), text.find(Squeezed("R12 5.590 ± 0.008 kΩ")));
+  EXPECT_THAT(text, HasSubstr(Squeezed("R1 = 40.7 ± 1.0 Ω, residual 1828 times as large")));
+}
+
+TEST(Report, TellsEachChangeOfAFaultAndTheOnesBefore) {
+  RunReport report = Sample();
+  core::Verdict& verdict = report.diagnosis.verdict;
+  verdict.further = {{14.05, 14.0, "cusum"}};
+  core::Verdict earlier = verdict;
+  earlier.detected_at_s = 3.02;
+  earlier.further.clear();
+  earlier.group = {Part("C8")};
+  earlier.candidates = {{Part("C8"), 2e-6, 1e-8, 0, 1.0, 0.0}};
+  report.diagnosis.episodes = {{earlier, core::FaultShape::kAbrupt, 7.04},
+                               {verdict, core::FaultShape::kAbrupt, std::nullopt}};
+  ReportChange second = report.changes.front();
+  second.t_s = 14.0;
+  second.before = 100.0;
+  second.value = 33.0;
+  second.others = {Part("C8"), Part("R9")};
+  report.changes.push_back(second);
+  const std::string text = PdfReader(Pdf(report)).Text();
+  for (const char* said :
+       {"Detected at 10.02 s, by the residual test; the change began at about 9.99 s",
+        "Changed again at 14.05 s, by the CUSUM test; the change began at about 14.00 s",
+        "Before that Fault: C8 = 2.000 ± 0.010 µF; detected at 3.02 s, until 7.04 s",
+        "R1: 1 Ω → 100 Ω at 10.00 s",
+        "R1: 100 Ω → 33 Ω at 14.00 s; no model: C8, R9 not nominal either"}) {
+    EXPECT_THAT(text, HasSubstr(Squeezed(said)));
+  }
+}
+
+TEST(Report, WithoutAnAddressSaysWhatToDo) {
+  RunReport report = Sample();
+  EXPECT_THAT(PdfReader(Pdf(report)).Text(), Not(HasSubstr("public_url")));
+  report.address.clear();
+  const std::string text = PdfReader(Pdf(report)).Text();
+  EXPECT_THAT(text, HasSubstr(Squeezed("No link or QR code")));
+  EXPECT_THAT(text, HasSubstr("public_url"));
+}
+
+TEST(Report, OfARunWithoutANameIsTitledByItsRigAndTime) {
+  RunReport report = Sample();
+  report.name.clear();
+  EXPECT_THAT(PdfReader(Pdf(report)).Text(1),
+              HasSubstr(Squeezed("Report of a run sim-1, 2026-11-21 01:02:03 UTC")));
+}
+
 TEST(Report, SpeaksSerbian) {
   const std::string text = PdfReader(Pdf(Sample(), Language::kSerbian)).Text();
   for (const char* said : {"Izveštaj o ogledu",
                            "Uređaj sim-1",
-                           "Otkaz: R1",
+                           "Kvar: R1",
+                           "9,542 ms",
+                           "100,20 ± 0,11 Ω",
+                           "C8 = 3,74 ± 0,07 mF",
+                           "10,00 1000 R1 100 Ω",
+                           "2,230 0,2516 −89 0,2532",
                            "standardna greška",
                            "Put odlučivanja po metodi iz rada",
+                           "Da li je a1 van svog opsega? da (0,1063, granica 0,01452)",
                            "potvrđeno"}) {
     EXPECT_THAT(text, HasSubstr(Squeezed(said)));
   }
   EXPECT_THAT(text, Not(HasSubstr("Verdict")));
+}
+
+TEST(Report, SpeaksSerbianInCyrillicScript) {
+  const std::string text = PdfReader(Pdf(Sample(), Language::kSerbianCyrillic)).Text();
+  for (const char* said : {"Извештај о огледу",
+                           "Уређај sim-1",
+                           "Квар: R1",
+                           "9,542 ms",
+                           "100,20 ± 0,11 Ω (стандардна грешка)",
+                           "у 10,02 s; открио: тест остатака",
+                           "Да ли је a1 ван свог опсега? да (0,1063, граница 0,01452)",
+                           "Процене клизним прозором (SWA)",
+                           "SHA-256 за CSV",
+                           "последњих 5 s пре промене"}) {
+    EXPECT_THAT(text, HasSubstr(Squeezed(said)));
+  }
+}
+
+TEST(Report, WritesSerbianInBothScripts) {
+  EXPECT_EQ(ToCyrillic("Džep, LJUBAV, Njegoš, đak"), "Џеп, ЉУБАВ, Његош, ђак");
+  EXPECT_EQ(ToCyrillic("od {0} s do {1} s; s tim, 5 ms"), "од {0} s до {1} s; с тим, 5 ms");
+  EXPECT_EQ(ToCyrillic("Vreme, s"), "Време, s");
+  EXPECT_EQ(ToCyrillic("GLR test preko {0} odbiraka"), "GLR тест преко {0} одбирака");
+  EXPECT_EQ(ToCyrillic("public_url u „QR” kodu"), "public_url у „QR” коду");
+}
+
+TEST(Report, SaysTheSentencesOfTheDiagnosisInItsLanguage) {
+  const ReportWords& serbian = WordsOf(Language::kSerbian);
+  EXPECT_EQ(ReasonIn(serbian, "no single component explains the record: beside R1 also J"),
+            "Nijedna komponenta sama ne objašnjava snimak: R1 i još J.");
+  EXPECT_EQ(ReasonIn(serbian, "no single component explains the record"),
+            "Nijedna komponenta sama ne objašnjava snimak.");
+  EXPECT_EQ(ReasonIn(serbian, "of a later version"), "of a later version");
+  EXPECT_EQ(QuestionIn(serbian, "b1/a1 and a1 in the same direction?"),
+            "Da li su se b1/a1 i a1 pomerili u istom smeru?");
+  EXPECT_EQ(NamesIn(serbian, "C8, Ra or J"), "C8, Ra ili J");
+}
+
+TEST(Report, HasNoMinusBeforeNothingAndNoReasonOfAHealthyRig) {
+  RunReport report = Sample();
+  report.changes.front().estimates.front().rows = {{"b0d", 2.388, 2.379, 0.0787, std::nullopt}};
+  report.diagnosis.verdict = {};
+  report.diagnosis.verdict.kind = core::VerdictKind::kNominal;
+  report.diagnosis.verdict.reason = "the record fits the calibrated rig";
+  const std::string text = PdfReader(Pdf(report)).Text(1);
+  EXPECT_THAT(text, HasSubstr(Squeezed("2.388 2.379 0 0.07870 –")));
+  EXPECT_THAT(text, Not(HasSubstr(Squeezed("fits the calibrated rig"))));
 }
 
 TEST(Report, HasItsFiguresOnThePages) {
@@ -156,12 +277,15 @@ TEST(Report, SaysWhyThePathAndTheVerdictDiffer) {
   verdict.path.back().leads_to = "R12 or C8";
   EXPECT_EQ(ComparePath(verdict, *report.bench), PathOutcome::kWindow);
   EXPECT_THAT(PdfReader(Pdf(report)).Text(1),
-              HasSubstr(Squeezed("The path ends at R12 or C8; the verdict is different: Fault: R1. "
-                                 "The path uses the estimates of one window")));
+              HasSubstr(Squeezed("The path ends at R12 or C8, but the verdict is R1: "
+                                 "the path uses one window and does not know which")));
+  core::Verdict nowhere = verdict;
+  nowhere.path.back().leads_to = "nominal";
+  EXPECT_EQ(ComparePath(nowhere, *report.bench), PathOutcome::kWindow) << "as the page says";
   verdict.path.front().threshold = 0.09;
   EXPECT_EQ(ComparePath(verdict, *report.bench), PathOutcome::kClose);
   EXPECT_THAT(PdfReader(Pdf(report)).Text(1),
-              HasSubstr(Squeezed("The step “a1 outside its band?” was decided by a number close")));
+              HasSubstr(Squeezed("the step “Is a1 outside its band?” was close to its limit.")));
   verdict.settled = false;
   EXPECT_EQ(ComparePath(verdict, *report.bench), PathOutcome::kSettling);
   verdict.kind = core::VerdictKind::kUnknownFault;

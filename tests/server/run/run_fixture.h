@@ -45,6 +45,8 @@ class RunFixture : public ::testing::Test {
   void Manage(double speed) {
     RunManagerOptions options;
     options.speed = speed;
+    options.backlog_folder = folder_.File("backlog");
+    options.leave_after = leave_after_;
     options.calibrated = [this](const LearntRig& learnt) {
       const std::lock_guard lock(told_mutex_);
       calibrated_.push_back(learnt.run);
@@ -55,6 +57,7 @@ class RunFixture : public ::testing::Test {
     };
     manager_ = std::make_unique<RunManager>(
         options, *store_, *hub_, clock_, [this](std::string_view text) {
+          const std::lock_guard lock(told_mutex_);
           log_.append(text).append("\n");
         });
   }
@@ -134,6 +137,7 @@ class RunFixture : public ::testing::Test {
   std::unique_ptr<StreamHub> hub_;
   RigBay bay_;
   std::uint64_t epoch_ = 0;
+  std::chrono::milliseconds leave_after_{5000};
   std::string log_;
   std::mutex told_mutex_;
   std::vector<std::string> calibrated_;

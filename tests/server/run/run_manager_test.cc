@@ -273,17 +273,17 @@ TEST(Recorder, KeepsEverythingOrSaysThatItCannot) {
   RunRecord record;
   record.id = "run-a";
   ASSERT_TRUE(store.Begin(record).ok());
-  Recorder recorder(store);
+  Recorder recorder(store, "", {}, [](std::string_view) {});
   for (std::int64_t i = 0; i < 200; ++i) {
     core::Sample sample;
     sample.index = i;
     ASSERT_TRUE(
         recorder.Append("run-a", std::vector<core::Sample>{sample}, Recorder::WhenFull::kWait));
   }
-  EXPECT_TRUE(recorder.Drain("run-a").ok());
+  EXPECT_TRUE(recorder.Drain("run-a", {}).ok());
   EXPECT_EQ(store.LoadSamples("run-a", 0, 1000).value().size(), 200u);
   recorder.Append("run-unknown", std::vector<core::Sample>(1), Recorder::WhenFull::kWait);
-  EXPECT_FALSE(recorder.Drain("run-unknown").ok());
+  EXPECT_FALSE(recorder.Drain("run-unknown", {}).ok());
 }
 
 TEST(RunMessages, EventsComeBackFromARecording) {

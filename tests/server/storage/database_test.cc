@@ -188,6 +188,24 @@ TEST(SqliteDatabase, SaysThatAFileIsNoDatabase) {
   EXPECT_THAT(opened.error().message, HasSubstr("damaged"));
 }
 
+TEST(SqliteDatabase, OfAnotherProgramIsRefusedAndStaysAsItIs) {
+  tests::TempFolder folder;
+  const std::string file = folder.File("shop.db");
+  sqlite3* shop = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &shop), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(shop, "CREATE TABLE goods (id INTEGER)", nullptr, nullptr, nullptr), 0);
+  sqlite3_close(shop);
+  const auto bytes = [&] {
+    std::ifstream in(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const std::string before = bytes();
+  const auto opened = Database::Open({.location = file});
+  ASSERT_FALSE(opened.ok());
+  EXPECT_THAT(opened.error().message, HasSubstr("another program"));
+  EXPECT_TRUE(before == bytes());
+}
+
 TEST(SqliteDatabase, FindsDamageInTheMiddleOfAFile) {
   tests::TempFolder folder;
   const std::string file = folder.File("damaged.db");

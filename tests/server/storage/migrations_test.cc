@@ -146,6 +146,28 @@ TEST_P(Migrations, RefuseASchemaFromTheFuture) {
   EXPECT_THAT(opened.error().message, testing::HasSubstr("newer faultlab"));
 }
 
+TEST_P(Migrations, RefuseTheVersionsOfAnotherProgramAndChangeNothing) {
+  const std::string location = NewLocation();
+  {
+    soci::session session = Raw(location);
+    session << "CREATE TABLE schema_version (version INTEGER, description TEXT)";
+    session << "INSERT INTO schema_version (version, description) VALUES (1, 'of a shop')";
+  }
+  const auto before = Shape(location);
+  const auto opened = Database::Open({.location = location});
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, core::ErrorCode::kInvalid);
+  EXPECT_THAT(opened.error().message, testing::HasSubstr("another program"));
+  EXPECT_EQ(Shape(location), before);
+}
+
+TEST_P(Migrations, RefuseAnEmptyDatabaseWhereOneMustBe) {
+  const std::string location = NewLocation();
+  EXPECT_FALSE(Database::Open({.location = location, .existing = true}).ok());
+  ASSERT_TRUE(Database::Open({.location = location}).ok());
+  EXPECT_TRUE(Database::Open({.location = location, .existing = true}).ok());
+}
+
 INSTANTIATE_TEST_SUITE_P(Engines, Migrations, tests::kBothEngines, tests::EngineName);
 
 }  // namespace

@@ -166,6 +166,32 @@ TEST_P(RecordingStoreTest, PagesNewestFirstWithoutLosingOrRepeatingOne) {
   EXPECT_THAT(ids, ElementsAre("run-1", "run-0", "run-3", "run-2", "run-5", "run-4", "run-6"));
 }
 
+TEST_P(RecordingStoreTest, ASearchForAComponentDoesNotFindTheLongerNameOfAnother) {
+  const auto named = [&](const char* id, const char* name, const char* note) {
+    RunRecord record = Record(id);
+    record.name = name;
+    ASSERT_TRUE(store_.Begin(record).ok());
+    ASSERT_TRUE(store_.Describe(id, std::nullopt, note).ok());
+  };
+  named("run-a", "Broken R1", "");
+  named("run-b", "R12 is broken", "");
+  named("run-c", "", "first R10, then r1");
+  named("run-d", "100 times R123", "");
+  const auto found = [&](const char* text) {
+    std::vector<std::string> ids;
+    RunFilter filter;
+    filter.text = text;
+    const RunPage page = store_.List("", 10, filter).value();
+    for (const RunRecord& each : page.items) ids.push_back(each.id);
+    std::ranges::sort(ids);
+    return ids;
+  };
+  EXPECT_THAT(found("R1"), ElementsAre("run-a", "run-c"));
+  EXPECT_THAT(found("r12"), ElementsAre("run-b"));
+  EXPECT_THAT(found("R"), ElementsAre("run-a", "run-b", "run-c", "run-d"));
+  EXPECT_THAT(found("broken"), ElementsAre("run-a", "run-b"));
+}
+
 TEST_P(RecordingStoreTest, ListsOneOwnersOnlyAndRefusesAForgedCursor) {
   RunRecord other = Record("run-other");
   other.owner = "user:8";
@@ -182,6 +208,25 @@ TEST_P(RecordingStoreTest, ListsOneOwnersOnlyAndRefusesAForgedCursor) {
   }
   EXPECT_EQ(store_.List("", 0, {}).error().field, "limit");
   EXPECT_EQ(store_.List("", 501, {}).error().field, "limit");
+}
+
+TEST_P(RecordingStoreTest, FindsTheNewestRunOfAPersonOnARigInATime) {
+  RunRecord old = Record("run-1", 100);
+  RunRecord foreign = Record("run-2", 20);
+  foreign.owner = "user:8";
+  RunRecord newest = Record("run-3", 50);
+  for (RunRecord* each : {&old, &foreign, &newest}) {
+    each->rig = "bench-1";
+    ASSERT_TRUE(store_.Begin(*each).ok());
+  }
+  const auto of = [&](WallTime from, WallTime to) {
+    return store_.NewestOf(old.owner, "bench-1", from, to).value();
+  };
+  EXPECT_EQ(of(old.created_at, foreign.created_at), "run-3");
+  EXPECT_EQ(of(old.created_at, old.created_at), "run-1");
+  EXPECT_EQ(of(foreign.created_at, foreign.created_at), std::nullopt);
+  EXPECT_EQ(store_.NewestOf(old.owner, "bench-2", old.created_at, foreign.created_at).value(),
+            std::nullopt);
 }
 
 TEST_P(RecordingStoreTest, DeletesEverythingOfAnEndedRunOnly) {

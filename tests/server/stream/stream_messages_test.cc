@@ -130,7 +130,8 @@ TEST(AckText, EchoesTheIdAsItCame) {
   command.id = "12";
   command.id_is_number = true;
   EXPECT_EQ(AckText(command, core::Error{core::ErrorCode::kStale, "reload", {}}),
-            R"({"type":"ack","id":12,"ok":false,"error":{"code":"stale","message":"reload"}})");
+            R"({"type":"ack","id":12,"ok":false,"error":{"code":"stale","message":"reload",)"
+            R"("reason":"stale","parameters":{}}})");
 }
 
 TEST(AckText, SaysUntilWhenAChangeWaits) {

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <boost/json.hpp>
+#include <chrono>
 #include <cstdio>
+#include <thread>
 
 #include "tests/system/contract/bad_bodies.h"
 #include "tests/system/contract/contract_world.h"
@@ -96,6 +98,19 @@ void Contract::Experiments() {
                 "If-None-Match: " + std::string(list.Header("ETag")) + "\r\n");
   world_.Expect(200, "guest", "GET", "benches/{bench}/model", bench);
   Remember("/api/v1/benches/{bench}/model", bench, "guest");
+  const std::map<std::string, std::string> demonstrations = {
+      {"benches/{bench}/demonstration", "?changes=R9:33000,R12:5600"},
+      {"benches/{bench}/demonstration/estimates",
+       "?changes=R1:10&method=sia&window=100&integral=5&rule=paper&noise_percent=1&parameter=2"},
+      {"benches/{bench}/demonstration/detection", "?changes=R1:10&false_alarms_per_day=100"}};
+  for (const auto& [pattern, query] : demonstrations) {
+    world_.Expect(200, "guest", "GET", pattern, bench);
+    const std::string described = "/api/v1/" + pattern;
+    const std::string target = ContractWorld::Fill(described, bench);
+    EXPECT_EQ(world_.Call("guest", "GET", described, target + query).status, 200);
+    EXPECT_EQ(world_.Call("guest", "GET", described, target + "?changes=R1").status, 400);
+    Remember(described, bench, "guest");
+  }
   world_.Expect(200, "guest", "GET", "benches/{bench}", bench);
   Remember("/api/v1/benches/{bench}", bench, "guest");
   const HttpAnswer file = world_.Call("guest",
@@ -124,6 +139,7 @@ void Contract::Experiments() {
                            "/export.csv?content=estimates",
                            "/report.pdf?language=sr",
                            "/export.mat",
+                           "/export.lcm",
                            "/export.json"}) {
     const std::string target = "runs/{id}" + std::string(part);
     const std::string pattern = target.substr(0, target.find('?'));
@@ -135,6 +151,21 @@ void Contract::Experiments() {
         << target;
     Remember("/api/v1/" + pattern, id, "ann");
   }
+  EXPECT_EQ(world_
+                .Call("ann",
+                      "GET",
+                      "/api/v1/comparison.png",
+                      "/api/v1/comparison.png?align=start&runs=" + Id(run) + "," + Id(run))
+                .status,
+            200);
+  EXPECT_EQ(
+      world_.Call("bob", "GET", "/api/v1/comparison.png", "/api/v1/comparison.png?runs=" + Id(run))
+          .status,
+      404);
+  EXPECT_EQ(
+      world_.Call("ann", "GET", "/api/v1/comparison.png", "/api/v1/comparison.png?runs=a,b,c,d,e")
+          .status,
+      400);
   for (const char* figure : {"runs/{id}/plots/{figure}.png", "runs/{id}/figures/{figure}"}) {
     world_.Expect(200, "ann", "GET", figure, id);
     Remember("/api/v1/" + std::string(figure), id, "ann");
@@ -274,6 +305,33 @@ void Contract::People() {
 
 void Contract::Rigs() {
   world_.WaitForBenches();
+  const json::object hook =
+      world_.Expect(201,
+                    "admin",
+                    "POST",
+                    "webhooks",
+                    {},
+                    R"({"url":"https://127.0.0.1:1/hook","kinds":["rig_quarantined"]})");
+  world_.Expect(200, "admin", "GET", "webhooks");
+  world_.Expect(200, "admin", "POST", "webhooks/{id}/test", {{"id", Id(hook)}}, "{}");
+  Remember("/api/v1/webhooks/{id}/test", {{"id", Id(hook)}}, "admin");
+  const json::object other =
+      world_.Expect(201,
+                    "admin",
+                    "POST",
+                    "webhooks",
+                    {},
+                    R"({"url":"https://127.0.0.1:1/other","kinds":["your_turn"]})");
+  world_.Expect(204, "admin", "DELETE", "webhooks/{id}", {{"id", Id(other)}});
+  json::object policy = world_.Expect(200, "guest", "GET", "policy");
+  const std::int64_t version = policy.at("version").as_int64();
+  policy.erase("version");
+  policy["live_bookings_max"] = 5;
+  const std::string wanted = json::serialize(policy);
+  world_.Expect(403, "operator", "PUT", "policy", {}, wanted, IfMatch(version));
+  world_.Expect(200, "admin", "PUT", "policy", {}, wanted, IfMatch(version));
+  world_.Expect(409, "admin", "PUT", "policy", {}, wanted, IfMatch(version));
+  Remember("/api/v1/policy", {}, "admin");
   world_.Expect(200, "ann", "GET", "rig-classes");
   world_.Expect(200, "ann", "GET", "rig-classes/{class}/availability", {{"class", "bench"}});
   const Values rig{{"id", "bench-1"}};
@@ -281,8 +339,27 @@ void Contract::Rigs() {
   world_.Expect(200, "ann", "GET", "rigs/{id}/calibrations", rig);
   Remember("/api/v1/rigs/{id}/calibrations", rig, "ann");
   world_.Expect(200, "operator", "POST", "rigs/{id}/quarantine", rig, R"({"reason":"smells"})");
+  const json::object alarm = world_.WaitForAlarm();
+  const Values alarm_id{{"id", Id(alarm)}};
+  world_.Expect(200, "operator", "POST", "alarms/{id}/acknowledge", alarm_id, "{}");
+  Remember("/api/v1/alarms/{id}/acknowledge", alarm_id, "operator");
+  world_.Expect(200, "operator", "GET", "queue");
   world_.Expect(200, "operator", "POST", "rigs/{id}/release", rig, "{}");
   world_.WaitForBenches();
+  world_.Expect(200, "operator", "GET", "rigs/{id}/history", rig);
+  Remember("/api/v1/rigs/{id}/history", rig, "operator");
+  const Values relay{{"id", "bench-1"}, {"line", "17"}};
+  world_.Expect(404, "operator", "POST", "rigs/{id}/relays/{line}/replaced", relay, "{}");
+  Remember("/api/v1/rigs/{id}/relays/{line}/replaced", relay, "operator");
+  const std::string preview = "/api/v1/rigs/{id}/outages/preview";
+  const HttpAnswer effect =
+      world_.Call("operator",
+                  "GET",
+                  preview,
+                  "/api/v1/rigs/bench-1/outages/preview?start=" + world_.In(minutes(60)) +
+                      "&end=" + world_.In(minutes(90)));
+  EXPECT_EQ(effect.status, 200) << effect.body;
+  Remember(preview, rig, "operator");
   world_.Expect(200, "operator", "POST", "rigs/{id}/self-test", rig, "{}");
   world_.WaitForBenches();
   world_.Expect(409, "operator", "POST", "rigs/{id}/adopt", rig, "{}");
@@ -327,7 +404,7 @@ void Contract::Sessions() {
       world_.Expect(200, "ann", "POST", "tickets/{id}/accept", {{"id", ticket}}, "{}");
   const Values id{{"id", Id(session)}};
   world_.Expect(200, "ann", "POST", "sessions/{id}/still-there", id, "{}");
-  world_.Expect(200, "ann", "POST", "sessions/{id}/extend", id, "{}");
+  world_.Expect(409, "ann", "POST", "sessions/{id}/extend", id, "{}");
   world_.Expect(200, "ann", "POST", "sessions/{id}/handover", id, R"({"to":"bob"})");
   world_.Expect(200, "bob", "POST", "sessions/{id}/handover/accept", id, "{}");
   world_.Expect(200, "bob", "POST", "sessions/{id}/handover", id, R"({"to":"ann"})");
@@ -345,7 +422,7 @@ void Contract::Sessions() {
   const json::object booking =
       world_.Expect(201, "ann", "POST", "bookings", {}, json::serialize(when));
   const Values booked{{"id", Id(booking)}};
-  world_.Expect(503, "ann", "POST", "bookings/{id}/claim", booked, "{}");
+  world_.Expect(409, "ann", "POST", "bookings/{id}/claim", booked, "{}");
   world_.Expect(409, "ann", "DELETE", "bookings/{id}", booked, {}, IfMatch(7));
   world_.Expect(204, "ann", "DELETE", "bookings/{id}", booked, {}, IfMatch(1));
   const json::object later{
@@ -369,6 +446,15 @@ void Contract::JobsAndFaultSets() {
       202, "robot", "POST", "jobs", {}, R"({"runs":[{"duration_s":2},{"duration_s":2}]})");
   const Values job{{"id", Id(batch.at("items").at(0).as_object())}};
   world_.Expect(200, "robot", "GET", "jobs/{id}", job);
+  const auto is_finished = [&] {
+    return world_.Expect(200, "robot", "GET", "jobs/{id}", job).at("state") == "finished";
+  };
+  for (int i = 0; i < 300 && !is_finished(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  const Values sweep{{"id", std::string(batch.at("batch").as_string())}};
+  world_.Expect(200, "robot", "GET", "jobs/batches/{id}/sweep.png", sweep);
+  Remember("/api/v1/jobs/batches/{id}/sweep.png", sweep, "ann");
   world_.Expect(200, "ann", "GET", "jobs");
   world_.Expect(404, "bob", "GET", "jobs/{id}", job);
   Remember("/api/v1/jobs/{id}", job, "ann");
@@ -468,7 +554,7 @@ void Contract::WrongBodies(const std::string& method,
   EXPECT_FALSE(world_.description().CheckRequest(method, pattern, json::serialize(good)))
       << pattern << ": its example does not fit its schema";
   EXPECT_EQ(send("x=1", "Content-Type: application/x-www-form-urlencoded\r\n"), 415) << pattern;
-  EXPECT_EQ(send(std::string(std::size_t{2} << 20, ' '), ""), 413) << pattern;
+  EXPECT_EQ(send(std::string(std::size_t{5} << 20, ' '), ""), 413) << pattern;
   for (const BadBody& bad : BadBodies(world_.description().document(), media.at("schema"), good)) {
     if (bad.text.empty()) continue;
     // The server must refuse what the schema refuses; what the schema cannot express, the server
@@ -536,7 +622,9 @@ void Contract::Report() {
       const bool elsewhere =
           path.starts_with("/api/v1/auth/oidc/") || path == "/api/v1/auth/identities/{id}";
       EXPECT_TRUE(succeeded || elsewhere || path == "/api/v1/bookings/{id}/claim" ||
-                  path == "/api/v1/rigs/{id}/clear-trip" || path == "/api/v1/rigs/{id}/adopt")
+                  path == "/api/v1/sessions/{id}/extend" ||  // a session extends itself
+                  path == "/api/v1/rigs/{id}/clear-trip" || path == "/api/v1/rigs/{id}/adopt" ||
+                  path == "/api/v1/rigs/{id}/relays/{line}/replaced")
           << key << " never did what it is for";
       if (!missing.empty()) std::printf("  not reached: %s%s\n", key.c_str(), missing.c_str());
     }

@@ -75,6 +75,7 @@ ContractWorld::ContractWorld()
   };
   headers_["robot"] = key({"runs:read", "runs:write", "jobs", "lab"});
   headers_["reader"] = key({"runs:read"});
+  headers_["sender"] = key({"jobs"});
 }
 
 void ContractWorld::MakePerson(const std::string& login, Role role) {
@@ -145,6 +146,17 @@ void ContractWorld::WaitForBenches() {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   FAIL() << "the benches never passed their checks";
+}
+
+json::object ContractWorld::WaitForAlarm() {
+  for (int i = 0; i < 3000; ++i) {
+    const json::object page = Expect(200, "operator", "GET", "alarms");
+    const json::array& items = page.at("items").as_array();
+    if (!items.empty()) return items[0].as_object();
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  ADD_FAILURE() << "no alarm was raised";
+  return {};
 }
 
 void ContractWorld::WaitForRun(const std::string& id) {

@@ -23,7 +23,7 @@ class ContractWorld {
   ContractWorld();
 
   /// "guest", "ann" and "bob" (students), "teacher", "operator", "admin", "robot" (a key of ann's
-  /// with every scope), "reader" (a key with only the scope runs:read).
+  /// with every scope), "reader" (a key with only the scope runs:read), "sender" (with only jobs).
   HttpAnswer Call(const std::string& who,
                   const std::string& method,
                   const std::string& pattern,
@@ -43,6 +43,8 @@ class ContractWorld {
 
   /// Blocks until both benches have passed their checks.
   void WaitForBenches();
+  /// Blocks until there is an alarm; returns the newest.
+  boost::json::object WaitForAlarm();
   /// Blocks until the run has ended.
   void WaitForRun(const std::string& id);
   std::string In(std::chrono::minutes from_now) const;

@@ -55,6 +55,14 @@ MemberProcess::~MemberProcess() {
   End(SIGTERM);
 }
 
+void MemberProcess::Freeze() {
+  kill(process_, SIGSTOP);
+}
+
+void MemberProcess::Wake() {
+  kill(process_, SIGCONT);
+}
+
 void MemberProcess::Kill() {
   End(SIGKILL);
 }

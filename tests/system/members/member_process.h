@@ -21,6 +21,9 @@ class MemberProcess {
   MemberProcess& operator=(const MemberProcess&) = delete;
 
   int port() const { return port_; }
+  /// Sends SIGSTOP; the server does nothing until Wake.
+  void Freeze();
+  void Wake();
   /// Sends SIGKILL; the server sends nothing more.
   void Kill();
 

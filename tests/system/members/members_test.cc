@@ -310,6 +310,57 @@ TEST_F(MembersTest, AMemberThatDiesLeavesItsRunInterrupted) {
   EXPECT_EQ(AskA("", "POST", "runs/{id}/stop", run, "{}").status, 409);
 }
 
+TEST_F(MembersTest, AFrozenMembersJobIsDoneAgainAndItsOwnEndOfItIsRefused) {
+  const std::string ann = Person("again", Role::kStudent);
+  MemberProcess c(servers_->folder.path(), "c", servers_->location, Servers::kOneSimulator);
+  WaitForRig("c-sim-1", "ready");
+  const json::object batch =
+      Got(202, Ask(c.port(), ann, "POST", "jobs", {}, R"({"runs":[{"duration_s":6}]})"));
+  const std::string id(batch.at("items").at(0).at("id").as_string());
+  json::object job;
+  const auto is = [&](int attempts, const char* state) {
+    job = Got(200, AskA(ann, "GET", "jobs/{id}", id));
+    return job.at("attempts") == attempts && job.at("state") == state && job.at("run").is_string();
+  };
+  // Nothing tells the other members of the job; c looks for it at once.
+  ASSERT_TRUE(Eventually([&] { return is(1, "running"); }));
+  const std::string first(job.at("run").as_string());
+  c.Freeze();
+  ASSERT_TRUE(database_
+                  .Write(Durability::kPromise,
+                         [](Transaction& tx) -> core::Status {
+                           tx.sql() << "UPDATE lab_member SET lease_until_ms = 0 WHERE id = 'c'";
+                           return core::Done{};
+                         })
+                  .ok());
+  ASSERT_TRUE(Eventually([&] { return is(2, "running"); })) << json::serialize(job);
+  const std::string second(job.at("run").as_string());
+  c.Wake();
+  WaitForRig("c-sim-1", "ready");  // it has joined again
+  ASSERT_TRUE(Eventually([&] { return is(2, "finished"); })) << json::serialize(job);
+  EXPECT_EQ(job.at("run"), json::string(second));
+  EXPECT_NE(first, second);
+  EXPECT_EQ(Got(200, AskA(ann, "GET", "runs/{id}", first)).at("state"), "interrupted");
+  EXPECT_EQ(Got(200, AskA(ann, "GET", "runs/{id}", second)).at("samples"), 600);
+}
+
+TEST_F(MembersTest, AJobIsCancelledAtAnyMember) {
+  const std::string ann = Person("cancels", Role::kStudent);
+  const json::object batch =
+      Got(202, AskA(ann, "POST", "jobs", {}, R"({"runs":[{"rig":"b-sim-1","duration_s":600}]})"));
+  const std::string id(batch.at("items").at(0).at("id").as_string());
+  json::object job;
+  ASSERT_TRUE(Eventually([&] {
+    job = Got(200, AskA(ann, "GET", "jobs/{id}", id));
+    return job.at("run").is_string();
+  }));
+  const std::string run(job.at("run").as_string());
+  EXPECT_EQ(AskA(ann, "DELETE", "jobs/{id}", id).status, 204);
+  ASSERT_TRUE(Eventually(
+      [&] { return Got(200, AskA(ann, "GET", "runs/{id}", run)).at("state") == "stopped"; }));
+  EXPECT_EQ(Got(200, AskA(ann, "GET", "jobs/{id}", id)).at("state"), "cancelled");
+}
+
 TEST_F(MembersTest, WhoAsksASilentMemberOftenLeavesRoomForOthersOfTheSameAddress) {
   const std::string ann = Person("often", Role::kStudent);
   const std::string mila = Person("once", Role::kStudent);

@@ -156,9 +156,14 @@ class LiveView:
                 elif size == 127:
                     size = struct.unpack(">Q", self.input.read(8))[0]
                 payload = self.input.read(size)
-                if head[0] & 15 == 1:
+                kind = head[0] & 15
+                if kind == 1:
                     self._hear(json.loads(payload))
-                elif head[0] & 15 == 8:
+                elif kind == 2:
+                    self._rows(payload)
+                elif kind == 9:
+                    self._send(10, payload)  # a view that is silent for 45 s is closed
+                elif kind == 8:
                     break
         except (OSError, ValueError):
             pass
@@ -171,6 +176,16 @@ class LiveView:
         elif message["type"] == "ack":
             (self.accepted if message["ok"] else self.refused)[message["id"]] = time.monotonic()
 
+    def _rows(self, payload):
+        """Samples: a subclass may keep them."""
+
+    def _send(self, kind, payload):
+        mask = os.urandom(4)
+        body = bytes(b ^ mask[i % 4] for i, b in enumerate(payload))
+        size = len(payload)
+        head = bytes([0x80 | size]) if size < 126 else bytes([0x80 | 126]) + struct.pack(">H", size)
+        self.socket.sendall(bytes([0x80 | kind]) + head + mask + body)
+
     def command(self, value=100.0):
         """Sends a change of R1. @returns its id, None when the socket is closed"""
         number = str(len(self.sent) + 1)
@@ -178,12 +193,9 @@ class LiveView:
             {"type": "command", "epoch": self.epoch, "id": number, "action": "set",
              "component": "R1", "value": value}
         ).encode()
-        mask = os.urandom(4)
-        body = bytes(b ^ mask[i % 4] for i, b in enumerate(text))
-        head = bytes([0x81, 0x80 | 126]) + struct.pack(">H", len(text))
         self.sent[number] = time.monotonic()
         try:
-            self.socket.sendall(head + mask + body)
+            self._send(1, text)
         except OSError:
             self.open = False
             return None

@@ -136,7 +136,7 @@ class Server(Process):
             out.write(
                 f'listen = "127.0.0.1:0"\ndata_dir = "{data}"\nserver_id = "{name}"\n{more.get("settings", "")}'
                 f"[simulators]\ncount = {simulators}\nspeed = {speed}\n[lab]\nbenches = {benches}\n"
-                "[limits]\nruns = 64\npool_threads = 16\n"
+                f'[limits]\nruns = 64\npool_threads = 16\n{more.get("tables", "")}'
             )
             if database:
                 out.write(f'[database]\nurl = "{database}"\n')

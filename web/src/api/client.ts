@@ -1,4 +1,6 @@
-import { refusalWords } from "../i18n/words";
+import { i18n, t } from "../i18n/i18n.svelte";
+import { placeWords, refusalWords } from "../i18n/words";
+import { answered, connection } from "../shell/connection.svelte";
 import type {
   Diagnosis,
   Me,
@@ -18,12 +20,20 @@ export class ApiError extends Error {
     readonly problem: Partial<Problem>,
   ) {
     const message = problem.detail ?? problem.title ?? `HTTP ${status}`;
-    super(refusalWords({ ...problem, message }));
+    super(placeWords(problem.field) + refusalWords({ ...problem, message }));
     this.name = "ApiError";
   }
 }
 
-const base = "/api/v1";
+/** The server did not answer: the link is cut, or the server restarts. */
+export class NoAnswer extends Error {
+  constructor() {
+    super(t("server_away"));
+    this.name = "NoAnswer";
+  }
+}
+
+export const base = "/api/v1";
 let csrfToken = "";
 
 /** Sets the token that is sent with every request that changes something, after the sign-in. */
@@ -40,13 +50,31 @@ export function onUnauthorized(handler: () => void): void {
 
 const triesMax = 4;
 
-/** Repeats a GET for which the server has no capacity, after the time that the server states. */
+/**
+ * Repeats a GET: when the server answers again, if it did not answer, and, if it has no capacity,
+ * after the time that it states. What changes something is sent once.
+ */
 async function patiently(path: string, init: RequestInit): Promise<Response> {
+  const read = !init.method || init.method === "GET";
   for (let tries = 1; ; tries++) {
-    const response = await fetch(base + path, { credentials: "same-origin", ...init });
+    const response = await fetch(base + path, { credentials: "same-origin", ...init }).catch(
+      (error: unknown) => {
+        if (read && init.signal?.aborted) throw error;
+        return null;
+      },
+    );
+    if (!response || !answered(response)) {
+      const back = connection.again();
+      if (!read || tries === triesMax) throw new NoAnswer();
+      const since = connection.outages;
+      await back;
+      if (connection.outages > since) tries = 0; // it was away, not only this address
+      init.signal?.throwIfAborted();
+      continue;
+    }
     const wait = Number(response.headers.get("Retry-After") ?? Number.NaN);
-    const read = !init.method || init.method === "GET";
-    if (response.status !== 429 || !read || tries === triesMax || !(wait <= 5)) return response;
+    const full = response.status === 429 || response.status === 503;
+    if (!full || !read || tries >= triesMax || !(wait <= 5)) return response;
     await new Promise((resume) => setTimeout(resume, wait * 1000));
   }
 }
@@ -64,11 +92,21 @@ export async function request(path: string, init: RequestInit = {}): Promise<Res
   } catch {
     if (text) problem.detail = text.slice(0, 300);
   }
+  await i18n.loadAll().catch(() => {}); // without the texts it is said in the server's English
   throw new ApiError(response.status, problem);
 }
 
 export async function get<T>(path: string, signal?: AbortSignal): Promise<T> {
-  return (await request(path, { signal })).json() as Promise<T>;
+  for (let tries = 1; ; tries++) {
+    const response = await request(path, { signal });
+    try {
+      return (await response.json()) as T;
+    } catch (error) {
+      if (signal?.aborted || !(error instanceof TypeError)) throw error;
+      if (tries === triesMax) throw new NoAnswer();
+      await connection.again(); // the answer broke off
+    }
+  }
 }
 
 export async function send<T>(
@@ -76,8 +114,9 @@ export async function send<T>(
   path: string,
   body?: unknown,
   headers: Record<string, string> = {},
+  signal?: AbortSignal,
 ): Promise<T> {
-  const init: RequestInit = { method, headers };
+  const init: RequestInit = { method, headers, signal };
   if (body !== undefined) {
     init.body = JSON.stringify(body);
     init.headers = { "Content-Type": "application/json", ...headers };
@@ -100,7 +139,7 @@ async function parsed<T>(response: Response): Promise<T> {
   return (text ? JSON.parse(text) : {}) as T;
 }
 
-const id = encodeURIComponent;
+export const id = encodeURIComponent;
 
 /** What a list of runs shows; an empty member hides nothing. */
 export interface RunFilter {
@@ -137,7 +176,12 @@ export const api = {
     send<Schemas["RunDescription"]>("PATCH", `/runs/${id(run)}`, what),
   run: (run: string) => get<Run>(`/runs/${id(run)}`),
   deleteRun: (run: string) => send<unknown>("DELETE", `/runs/${id(run)}`),
-  stopRun: (run: string) => send<unknown>("POST", `/runs/${id(run)}/stop`),
+  /** Without an answer within `waitMs`: NoAnswer. Stopping twice does no harm. */
+  stopRun: (run: string, waitMs: number) =>
+    send<unknown>("POST", `/runs/${id(run)}/stop`, undefined, {}, AbortSignal.timeout(waitMs)),
+  /** Of a page that is closed: sent even after the page has gone. */
+  abandonRun: (run: string) =>
+    request(`/runs/${id(run)}/stop`, { method: "POST", keepalive: true }),
   /** The run learns its healthy rig again, from now on. */
   learnAgain: (run: string) => send<unknown>("POST", `/runs/${id(run)}/calibration`),
   streamToken: (run: string) =>
@@ -160,14 +204,3 @@ export const api = {
     return (await response.json()) as Recording;
   },
 };
-
-/** The description that a bench was made from, to start another one from. */
-export const benchFileUrl = (bench: string) => `${base}/benches/${id(bench)}/file`;
-export const exportUrl = (run: string, format: "csv" | "mat" | "json") =>
-  `${base}/runs/${id(run)}/export.${format}`;
-export const estimatesUrl = (run: string) => `${exportUrl(run, "csv")}?content=estimates`;
-/** The report as PDF; Serbian is in Latin script. */
-export const reportUrl = (run: string, locale: string) =>
-  `${base}/runs/${id(run)}/report.pdf?language=${locale === "en" ? "en" : "sr"}`;
-export const plotUrl = (run: string, figure: string, scale: 1 | 2) =>
-  `${base}/runs/${id(run)}/plots/${figure}.png?scale=${scale}`;

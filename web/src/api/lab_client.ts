@@ -1,7 +1,6 @@
 import { api, get, send, sendText } from "./client";
 import type {
   ApiKey,
-  AuditEntry,
   Availability,
   Booking,
   Course,
@@ -13,6 +12,7 @@ import type {
   Job,
   LabEvent,
   NewApiKey,
+  Policy,
   Provider,
   RigHealth,
   Session,
@@ -67,13 +67,18 @@ export const lab = {
 
   rigClasses: api.rigClasses,
   /**
-   * Free rigs in steps of `minutes`, and the first times at which a session of that length can
-   * start.
+   * On how many rigs a session of `minutes` can start every `step` minutes, and some of the times
+   * at which it can.
    */
-  availability: (rigClass: string, span: Span, minutes: number) =>
+  availability: (rigClass: string, span: Span, minutes: number, step: number) =>
     get<Availability>(
-      `/rig-classes/${at(rigClass)}/availability?from=${at(span.start)}&to=${at(span.end)}&minutes=${minutes}`,
+      `/rig-classes/${at(rigClass)}/availability?from=${at(span.start)}&to=${at(span.end)}&minutes=${minutes}&step=${step}`,
     ),
+
+  policy: () => get<Policy>("/policy"),
+  /** `version` as last read; refused when somebody else has changed it since. */
+  changePolicy: ({ version, ...settings }: Policy) =>
+    send<Policy>("PUT", "/policy", settings, ifMatch(version)),
 
   tickets: () => items<Ticket>("/tickets"),
   askForRig: (rigClass: string, minS: number, wantS: number) =>
@@ -93,7 +98,6 @@ export const lab = {
   claimBooking: (id: Id) => send<Session>("POST", `/bookings/${at(id)}/claim`, {}),
 
   sessions: () => items<Session>("/sessions"),
-  extend: (id: Id) => send<Session>("POST", `/sessions/${at(id)}/extend`, {}),
   endSession: (id: Id) => send<unknown>("POST", `/sessions/${at(id)}/end`, {}),
   stillThere: (id: Id) => send<unknown>("POST", `/sessions/${at(id)}/still-there`, {}),
   handOver: (id: Id, to: string) => send<unknown>("POST", `/sessions/${at(id)}/handover`, { to }),
@@ -117,7 +121,6 @@ export const lab = {
 
   isolability: (set: Id, view: IsolabilityView) => get<Isolability>(isolability(set, view)),
 
-  users: (cursor?: string) => page<User>("/users", cursor),
   createUser: (user: Pick<User, "login" | "name" | "role">) => send<User>("POST", "/users", user),
   changeUser: (user: User, change: Partial<Pick<User, "role" | "disabled">>) =>
     send<User>("PATCH", `/users/${at(user.id)}`, change, ifMatch(user.version)),
@@ -169,8 +172,6 @@ export const lab = {
 
   jobs: (cursor?: string) => page<Job>("/jobs", cursor),
   submitJobs: (name: string, runs: RunRequest[]) =>
-    send<{ batch: string; items: Job[] }>("POST", "/jobs", { name, runs }),
+    send<{ batch: string; count: number; items: Job[] }>("POST", "/jobs", { name, runs }),
   cancelJob: (id: string) => send<unknown>("DELETE", `/jobs/${at(id)}`),
-
-  audit: (cursor?: string) => page<AuditEntry>("/audit", cursor),
 };

@@ -23,6 +23,7 @@ export interface StoredCalibration {
   };
 }
 export type Availability = Schemas["Availability"];
+export type Policy = Schemas["Policy"];
 export type Span = Pick<Availability["next_free"][number], "start" | "end">;
 
 export type Ticket = Schemas["Ticket"];

@@ -53,7 +53,9 @@ export type Finding = Pick<
   Diagnosis,
   "verdict" | "detected_at_s" | "onset_s" | "group" | "candidates"
 > &
-  Partial<Pick<Diagnosis, "settled" | "reason" | "path">> & { ended_at_s?: number | null };
+  Partial<Pick<Diagnosis, "settled" | "reason" | "path" | "further">> & {
+    ended_at_s?: number | null;
+  };
 
 export type Recording = Schemas["Recording"];
 

@@ -1,4 +1,5 @@
 import type { ChartColors, Decoration, Marker, Segment } from "./chart_port";
+import { colorOf } from "./marker_colors";
 
 /** Position of a chart's plotting area on the canvas, in device pixels. */
 export interface Area {
@@ -187,20 +188,6 @@ export function placeLabel(
     side.to <= room.to &&
     !taken.some((other) => other.from < side.to && side.from < other.to);
   return sides.find(free) ?? null;
-}
-
-function colorOf(kind: Marker["kind"], colors: ChartColors): string {
-  switch (kind) {
-    case "fault":
-    case "planned":
-    case "trip":
-      return colors.fault;
-    case "detected":
-    case "isolated":
-      return colors.detect;
-    default:
-      return colors.text;
-  }
 }
 
 function drawFits(context: Context, area: Area, fits: Segment[], color: string): void {

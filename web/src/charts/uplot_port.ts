@@ -1,4 +1,5 @@
 import uPlot from "uplot";
+import { significant } from "../i18n/numbers";
 import "uplot/dist/uPlot.min.css";
 import type { ChartFactory, ChartOptions, ChartPort, Columns, Decoration } from "./chart_port";
 import { type Area, drawBehind, drawMarkers, LANE } from "./decoration";
@@ -86,6 +87,7 @@ class UplotPort implements ChartPort {
       grid: { stroke: colors.grid, width: line },
       ticks: { show: false },
       border: { show: false },
+      values: (_, splits) => splits.map(tick),
     };
     const options: uPlot.Options = {
       width,
@@ -98,8 +100,8 @@ class UplotPort implements ChartPort {
         y: { auto: false, range: () => this.y },
       },
       axes: [
-        { ...axis, size: 22, gap: 3, space: 48 },
-        { ...axis, size: 46, gap: 5, space: 26, values: (_, splits) => splits.map(tick) },
+        { ...axis, size: 24, gap: 5, space: 48 },
+        { ...axis, size: 48, gap: 5, space: 26 },
       ],
       series: [
         {},
@@ -179,12 +181,16 @@ function nameAxis(
   context.fillStyle = color;
   context.textAlign = "right";
   context.textBaseline = "top";
-  context.fillText(name, area.left - 16 * area.ratio, area.top + area.height + 4 * area.ratio);
+  context.fillText(name, area.left - 19 * area.ratio, area.top + area.height + 6 * area.ratio);
   context.restore();
 }
 
+/** Numbers for which the axis has no room are in thousands: "100k". */
+const ROOM = 99_999;
+
 function tick(value: number): string {
-  return Number(value.toPrecision(6)).toString().replace("-", "−");
+  if (Math.abs(value) > ROOM) return `${significant(value / 1000, 6)}k`;
+  return significant(value, 6);
 }
 
 export const makeUplot: ChartFactory = (host, options) => new UplotPort(host, options);

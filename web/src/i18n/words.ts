@@ -1,4 +1,5 @@
-import type { Rig } from "../api/types";
+import type { Schemas } from "../api/types";
+import { formatQuantity } from "../plant/quantity";
 import type { Key } from "./catalogue";
 import { i18n, t } from "./i18n.svelte";
 
@@ -6,30 +7,71 @@ import { i18n, t } from "./i18n.svelte";
  * The server's word for a state, a role or a kind, in the user's language; unchanged if unknown.
  */
 export function word(
-  group: "state" | "rig" | "verdict" | "role" | "booking",
+  group:
+    | "state"
+    | "rig"
+    | "verdict"
+    | "role"
+    | "booking"
+    | "source"
+    | "scope"
+    | "alarm"
+    | "step"
+    | "message"
+    | "use",
   value: string,
 ): string {
-  const key = `${group}_${value.toLowerCase()}`;
+  const key = `${group}_${value.toLowerCase().replace(":", "_")}`;
   return i18n.has(key) ? t(key as Key) : value;
 }
 
-/** What the server refuses and why; the server's English message if there is no translation. */
-export function refusalWords(refusal: {
+/** A refusal of the server: a reason of its contract, with names and numbers as text. */
+export interface Refused {
   message: string;
   reason?: string;
   parameters?: Record<string, string>;
-}): string {
-  const key = `refused_${refusal.reason}`;
-  return i18n.has(key) ? t(key as Key, refusal.parameters) : refusal.message;
 }
 
-/** Why nobody can use a rig now; empty if there is nothing to say. */
-export function rigTrouble(rig: Rig): string {
-  const message = rig.health ?? "";
-  if (rig.link?.refusal) {
-    return refusalWords({ message, reason: rig.link.refusal, parameters: { rig: rig.id } });
+/** What the server refuses and why; the server's English message if there is no sentence for it. */
+export function refusalWords({ message, reason, parameters = {} }: Refused): string {
+  // The contract's list of reasons: one without a sentence does not compile.
+  const key: Key = `refused_${reason as Schemas["RefusalReason"]}`;
+  if (reason && !i18n.has(key)) void i18n.loadAll();
+  if (!i18n.has(key)) return message;
+  const said = Object.entries(parameters).map(([name, value]) => [
+    name,
+    parameterWords(name, value, parameters.unit),
+  ]);
+  return t(key, Object.fromEntries(said));
+}
+
+/** Parameters that are names, also where they look like numbers. */
+const NAMES = ["rig", "bench", "its", "asked", "now", "server", "component", "login", "profile"];
+
+function parameterWords(name: string, value: string, unit?: string): string | number {
+  if (name === "member") return memberWords(value);
+  if (name === "words") return value.replaceAll("'", "");
+  if (name === "state") return word("rig", value);
+  if (name === "role") return word("role", value);
+  if (name === "values" && unit) {
+    return value
+      .split(", ")
+      .map((each) => formatQuantity(unit, Number(each)))
+      .join(", ");
   }
-  return rig.reason || (rig.link?.state === "lost" ? message : "");
+  const moment = /^(\d{4}-\d\d-\d\d) (\d\d:\d\d) UTC$/.exec(value);
+  if (moment) {
+    const format = new Intl.DateTimeFormat(i18n.dates, { dateStyle: "short", timeStyle: "short" });
+    return format.format(new Date(`${moment[1]}T${moment[2]}Z`));
+  }
+  const number = NAMES.includes(name) ? Number.NaN : Number(value);
+  return value === "" || Number.isNaN(number) ? value : number;
+}
+
+/** A member of what was sent, as the page's forms call it: "duration_s" is the duration. */
+function memberWords(member: string): string {
+  const key = `field_${member}`;
+  return i18n.has(key) ? t(key as Key) : member;
 }
 
 /**
@@ -41,44 +83,7 @@ export function placeWords(field: string | undefined): string {
   return at === undefined ? "" : `${t("fault")} ${Number(at) + 1}: `;
 }
 
-/** What somebody did, by the verb of the audit log: "changed a user". */
-export function auditWords(verb: string): string {
-  const key = `audit_${verb}`;
-  return i18n.has(key) ? t(key as Key) : verb.replaceAll("_", " ");
-}
-
-/** The detail of a line of the audit log; the members of an object one by one. */
-export function detailWords(detail: string): string {
-  if (!detail.startsWith("{")) return detail;
-  try {
-    const members = Object.entries(JSON.parse(detail) as Record<string, unknown>);
-    return members
-      .map(([name, value]) => {
-        const said = name === "role" && typeof value === "string" ? word("role", value) : value;
-        return `${name.replaceAll("_", " ")}: ${typeof said === "object" ? JSON.stringify(said) : said}`;
-      })
-      .join(", ");
-  } catch {
-    return detail;
-  }
-}
-
-/** Why the healthy rig was not learnt, by the check that failed; else the server's English text. */
-export function learningWords(reason: string): string {
-  const check = /check '([a-z_]+)' failed/.exec(reason)?.[1] ?? "";
-  const key = `check_${check}`;
-  return i18n.has(key) ? t(key as Key) : reason;
-}
-
-/** Why a sign-in at a provider failed, by the word in the page's address. */
-export function providerRefusal(reason: string | null): string {
-  if (!reason) return "";
-  const key = `failed_${reason}`;
-  return i18n.has(key) ? t(key as Key) : t("failed_oidc_failed");
-}
-
-/** A message of the lab by its topic; the server's English text if there is no translation. */
-export function newsWords(event: { topic: string; text: string }): string {
-  const key = `news_${event.topic}`;
-  return i18n.has(key) ? t(key as Key, { text: event.text }) : event.text;
+/** What an attempt that failed says. */
+export function wordsOf(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
 }

@@ -1,3 +1,4 @@
+import { wordsOf } from "../i18n/words";
 /**
  * Runs actions that may be refused, keeps the refusal for the page to show, and reloads the
  * data.
@@ -39,8 +40,4 @@ export class Attempts {
       this.busy = false;
     }
   }
-}
-
-export function wordsOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
 }

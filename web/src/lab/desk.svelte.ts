@@ -1,11 +1,13 @@
 import { lab } from "../api/lab_client";
 import type { Booking, LabEvent, RigClass, Session, Ticket } from "../api/lab_types";
 import { t } from "../i18n/i18n.svelte";
-import { newsWords } from "../i18n/words";
+import { newsWords } from "../i18n/lab_words";
+import { wordsOf } from "../i18n/words";
 import { account } from "../shell/account.svelte";
 import { announcer } from "../shell/announcer.svelte";
-import { wordsOf } from "./attempts.svelte";
+import { connection } from "../shell/connection.svelte";
 import { LabFeed, type LabState } from "./feed";
+import { dismissed, isTold } from "./told.svelte";
 
 const TICK_MS = 1000;
 const NEWS_MAX = 20;
@@ -20,7 +22,12 @@ export class LabDesk {
   tickets = $state.raw<Ticket[]>([]);
   bookings = $state.raw<Booking[]>([]);
   classes = $state.raw<RigClass[]>([]);
+  /** Newest first. */
   news = $state.raw<LabEvent[]>([]);
+  /** What was taken from this person and has not been dismissed, newest first. */
+  readonly told = $derived(dismissed.rest(this.news));
+  /** The newest event that this page knows. */
+  private newest = 0;
   /** The last refusal; it is shown until the next action. */
   private refusal = $state("");
   private silent = $state(false);
@@ -35,8 +42,9 @@ export class LabDesk {
     return this.classes.filter((each) => !each.elastic);
   }
 
+  /** A server that is away is told of once, by the whole page (shell/ConnectionNotice). */
   get failure(): string {
-    return this.refusal || (this.silent ? t("lab_silent") : "");
+    return this.refusal || (this.silent && !connection.away ? t("lab_silent") : "");
   }
 
   get offer(): Ticket | undefined {
@@ -56,13 +64,14 @@ export class LabDesk {
   /** Listens while a component shows the desk; the returned function ends this. */
   open(): () => void {
     if (this.users++ === 0) {
+      dismissed.read();
       this.feed = new LabFeed({
         state: (state) => this.take(state),
         lost: () => {
           this.silent = true;
         },
       });
-      void this.loadRest();
+      void this.loadRest(true);
       this.timer = setInterval(() => {
         this.now = Date.now();
       }, TICK_MS);
@@ -93,21 +102,33 @@ export class LabDesk {
     this.offeredToMe = state.sessions.find(offered) ?? null;
     this.tickets = state.tickets.filter((each) => /waiting|offered/.test(each.state));
     this.bookings = state.bookings.filter((booking) => Date.parse(booking.end) > Date.now());
-    this.news = [...state.news.toReversed(), ...this.news].slice(0, NEWS_MAX);
-    for (const event of state.news) announcer.say(event.topic, newsWords(event));
+    for (const event of state.news) {
+      if (!isTold(event)) announcer.say(event.topic, newsWords(event));
+    }
+    // what happened while the link was cut is not in the feed
+    const missed = state.next > Math.max(this.newest, state.news.at(-1)?.id ?? 0);
+    this.hear(state.news);
     this.silent = false;
     this.loaded = true;
-    void this.loadRest(false);
+    void this.loadRest(missed);
   }
 
-  /** Loads the data that is not the user's own: the classes and, at first, earlier news. */
-  private async loadRest(withNews = true): Promise<void> {
+  /** Loads the data that is not the user's own: the classes and, where asked, the news so far. */
+  private async loadRest(withNews: boolean): Promise<void> {
     try {
       this.classes = await lab.rigClasses();
-      if (withNews) this.news = (await toldSoFar()).toReversed().slice(0, NEWS_MAX);
+      if (withNews) this.hear(await toldSince(this.newest));
     } catch {
       this.silent = true;
     }
+  }
+
+  /** @param events  oldest first; known ones are left out */
+  private hear(events: LabEvent[]): void {
+    const known = new Set(this.news.map((event) => event.id));
+    const fresh = events.filter((event) => !known.has(event.id));
+    this.news = [...this.news, ...fresh].sort((a, b) => b.id - a.id).slice(0, NEWS_MAX);
+    this.newest = this.news[0]?.id ?? 0;
   }
 
   /** Clears everything: the next user of this page must not see the data of the previous one. */
@@ -117,16 +138,17 @@ export class LabDesk {
     this.tickets = [];
     this.bookings = [];
     this.news = [];
+    this.newest = 0;
     this.refusal = "";
     this.silent = false;
     this.loaded = false;
   }
 }
 
-/** News so far, oldest first, page by page. */
-async function toldSoFar(): Promise<LabEvent[]> {
+/** News after `since`, oldest first, page by page. */
+async function toldSince(since: number): Promise<LabEvent[]> {
   let told: LabEvent[] = [];
-  for (let since = 0; ; ) {
+  for (;;) {
     const { items, next } = await lab.events(since);
     told = [...told, ...items].slice(-NEWS_MAX);
     if (items.length < EVENTS_PER_PAGE) return told;

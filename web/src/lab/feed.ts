@@ -31,6 +31,7 @@ export interface LabFeedEvents {
 export class LabFeed {
   private since = 0;
   private closed = false;
+  private asking = false;
   private timer: ReturnType<typeof setInterval> | undefined;
   private readonly link: Link;
 
@@ -75,6 +76,8 @@ export class LabFeed {
   }
 
   private async ask(): Promise<void> {
+    if (this.asking) return;
+    this.asking = true;
     try {
       const [tickets, sessions, bookings, told] = await Promise.all([
         lab.tickets(),
@@ -86,6 +89,8 @@ export class LabFeed {
       if (!this.closed) this.take({ tickets, sessions, bookings, news, next: told.next });
     } catch {
       if (!this.closed) this.events.lost();
+    } finally {
+      this.asking = false;
     }
   }
 }

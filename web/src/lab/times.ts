@@ -28,3 +28,13 @@ export function timeLeft(iso: string, nowMs: number): string {
   if (minutes < 60) return `${minutes}:${two(seconds % 60)}`;
   return `${Math.floor(minutes / 60)}:${two(minutes % 60)}:${two(seconds % 60)}`;
 }
+
+/** The first instant of a day of `<input type="date">`, ISO 8601; empty for no day. */
+export function dayStart(day: string, daysLater = 0): string {
+  if (!day) return "";
+  const [year, month, date] = day.split("-").map(Number) as [number, number, number];
+  return new Date(year, month - 1, date + daysLater).toISOString();
+}
+
+/** The first instant after that day. */
+export const dayEnd = (day: string) => dayStart(day, 1);

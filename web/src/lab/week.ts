@@ -2,15 +2,17 @@ import type { Availability, Span } from "../api/lab_types";
 
 export const SLOT_MINUTES = 30;
 export const FIRST_HOUR = 7;
-export const LAST_HOUR = 22;
+export const LAST_HOUR = 24;
 const DAYS = 7;
 
-export type SlotState = "free" | "taken" | "mine" | "outage" | "past";
+export type SlotState = "free" | "short" | "taken" | "mine" | "outage" | "past";
 
 export interface Slot {
   start: Date;
   end: Date;
   state: SlotState;
+  /** "bench-1: new brushes": planned outages in it, also where another rig is free. */
+  outages: string;
 }
 
 /** 00:00, local time, of the day of `moment`. */
@@ -29,10 +31,14 @@ export function weekSpan(start: Date): Span {
 
 export const NOTHING_KNOWN: Availability = { busy: [], next_free: [], slots: [] };
 
-/** Seven days from `start` as columns of slots between FIRST_HOUR and LAST_HOUR, local time. */
+/**
+ * Seven days from `start` as columns of slots between FIRST_HOUR and LAST_HOUR, local time. A slot is
+ * `free` where a session that begins with it has a rig for all of its time.
+ */
 export function weekSlots(start: Date, availability: Availability, now: Date): Slot[][] {
-  const busy = availability.busy.map((span) => ({
+  const busy: Busy[] = availability.busy.map((span) => ({
     kind: span.kind,
+    what: `${span.rig}: ${span.reason ?? ""}`,
     from: Date.parse(span.start),
     to: Date.parse(span.end),
   }));
@@ -47,23 +53,37 @@ export function weekSlots(start: Date, availability: Availability, now: Date): S
       slots.push({
         start: from,
         end: to,
-        state: stateOf(from, to, busy, free.get(from.getTime()) ?? 0, now),
+        state: stateOf(from, to, busy, free.get(from.getTime()), now),
+        outages: hitsOf(from, to, busy)
+          .filter((span) => span.kind === "outage")
+          .map((span) => span.what)
+          .join(", "),
       });
     }
     return slots;
   });
 }
 
+interface Busy {
+  kind: string;
+  what: string;
+  from: number;
+  to: number;
+}
+const hitsOf = (from: Date, to: Date, busy: Busy[]) =>
+  busy.filter((span) => span.from < to.getTime() && from.getTime() < span.to);
+
 function stateOf(
   from: Date,
   to: Date,
-  busy: { kind: string; from: number; to: number }[],
-  free: number,
+  busy: Busy[],
+  free: number | undefined,
   now: Date,
 ): SlotState {
   if (from.getTime() < now.getTime()) return "past";
-  const hits = busy.filter((span) => span.from < to.getTime() && from.getTime() < span.to);
+  const hits = hitsOf(from, to, busy);
   if (hits.some((span) => span.kind === "mine")) return "mine";
-  if (free > 0) return "free"; // one of several rigs is enough
+  if (free) return "free"; // one of several rigs is enough
+  if (free === 0 && hits.length === 0) return "short"; // before something begins
   return hits.some((span) => span.kind === "outage") ? "outage" : "taken";
 }

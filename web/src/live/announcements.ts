@@ -1,9 +1,10 @@
 import type { RunEvent } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
+import { eventWords } from "../i18n/rig_words";
 import type { Bench } from "../plant/bench";
 import { formatSeconds } from "../plant/quantity";
 import { newest, type Story } from "./episodes";
-import { namedBy } from "./paper_path";
+import { isolatedWords } from "./verdict_words";
 
 const SAID = {
   first: "say_detected",
@@ -30,7 +31,7 @@ export function announcementOf(
     case "relay_confirmed":
       return t("say_confirmed", { component, value, time });
     case "refused":
-      return t("say_refused", { component, reason: event.text ?? "" });
+      return t("say_refused", { component, reason: eventWords(event) });
     case "change_waits":
       return t("say_waits", { component, value });
     case "learnt":
@@ -42,15 +43,13 @@ export function announcementOf(
       if (!detection || Math.abs(detection.atS - event.index * period) > period / 2) return null;
       return t(SAID[detection.of], { time });
     case "isolated": {
-      const finding = newest(story)?.finding;
-      const named = finding ? namedBy(finding) : [];
-      const said = named.includes(component) ? named.join(` ${t("or")} `) : component;
+      const said = isolatedWords(component, newest(story)?.finding, bench);
       return t("say_isolated", { component: said, time });
     }
     case "returned":
       return t("say_returned", { time });
     case "trip":
-      return t("say_trip", { reason: event.text ?? "" });
+      return t("say_trip", { reason: eventWords(event) });
     default:
       return null;
   }

@@ -7,7 +7,7 @@ import { t } from "../i18n/i18n.svelte";
 import { announcer } from "../shell/announcer.svelte";
 import type { Slide } from "../stream/slide";
 import { type CursorName, Cursors } from "./cursors.svelte";
-import type { Change, Story } from "./episodes";
+import { type Change, changeTimes, type Story } from "./episodes";
 import { type EstimatorShape, type Family, primaryOf } from "./estimators";
 import { Lens } from "./lens.svelte";
 import type { RunModel } from "./run_model.svelte";
@@ -16,6 +16,9 @@ export type Tab = "swa" | "sia" | "models" | "table";
 const GROW_EVERY_MS = 500;
 const AFTER_MARKER = 0.25;
 const DEFAULT_SPAN_S = 20;
+/** A review shows runs up to this length as a whole. */
+const WHOLE_UNTIL_S = 60;
+const BEFORE_ONSET = 0.25;
 const HINT_MS = 2500;
 const CURSOR_STEPS = 100;
 
@@ -108,7 +111,8 @@ export class ChartDesk {
   /** Whether the charts show what `follow` makes them show: the newest samples, or the whole run. */
   get following(): boolean {
     const { model, view } = this;
-    return view.live && (model.running || view.span >= model.duration);
+    if (!view.live || view.pausedAt !== null) return false;
+    return model.running || view.span >= model.duration;
   }
 
   follow(): void {
@@ -125,6 +129,20 @@ export class ChartDesk {
     this.follow();
     if (this.model.running) this.view.setSpan(DEFAULT_SPAN_S);
     this.fit();
+  }
+
+  /** What is seen first of a run that is over: all of it, of a long one what is around its fault. */
+  openReview(): void {
+    const { view, model } = this;
+    const untouched = view.live && view.pausedAt === null && view.span === DEFAULT_SPAN_S;
+    if (!untouched) return;
+    const onset = this.onset;
+    if (onset === null || model.duration <= WHOLE_UNTIL_S) {
+      this.follow();
+      return;
+    }
+    const from = Math.max(0, onset - BEFORE_ONSET * DEFAULT_SPAN_S);
+    this.show(from, from + DEFAULT_SPAN_S);
   }
 
   /** Shows `factor` times the span; a run that is over ends at its last sample. */
@@ -153,7 +171,8 @@ export class ChartDesk {
   }
 
   lensRange(edge: number): [number, number] {
-    return this.lens.range(edge, this.outside ?? this.cursors.newest);
+    const first = this.model.running ? null : this.onset;
+    return this.lens.range(edge, this.outside ?? this.cursors.newest ?? first);
   }
 
   hintAtWheel(): void {
@@ -209,14 +228,7 @@ export class ChartDesk {
   }
 
   /** When something changed: for each, the estimators' windows hold samples from before it. */
-  readonly changeTimes: number[] = $derived.by(() => {
-    const unreported = this.story.episodes.filter((each) => each.changes.length === 0);
-    const times = [
-      ...this.story.changes.map((each) => each.atS),
-      ...unreported.map((each) => each.onsetS),
-    ];
-    return times.sort((a, b) => a - b);
-  });
+  readonly changeTimes: number[] = $derived(changeTimes(this.story));
 
   /** The change that the table of before and after is about: the last, or one that was chosen. */
   get change(): Change | null {

@@ -1,7 +1,13 @@
 import type { Segment } from "../charts/chart_port";
-import type { Slide } from "../stream/slide";
 
 export type CursorName = "A" | "B";
+
+/** Where cursors can stand: on samples first .. end - 1, `period` seconds apart. */
+export interface Samples {
+  readonly period: number;
+  readonly first: number;
+  readonly end: number;
+}
 
 /** Two cursors on the samples, the span between them, and the lines fitted to it. */
 export class Cursors {
@@ -13,7 +19,7 @@ export class Cursors {
   fitted = $state.raw<Partial<Record<number, Segment>>>({});
   private active: CursorName = "A";
 
-  constructor(private readonly slide: Slide) {}
+  constructor(private readonly samples: Samples) {}
 
   at(which: CursorName): number | null {
     return which === "A" ? this.a : this.b;
@@ -26,7 +32,7 @@ export class Cursors {
 
   /** Places a cursor on the sample nearest to `timeS`, or removes it. */
   set(which: CursorName, timeS: number | null): void {
-    const { period, first, end } = this.slide;
+    const { period, first, end } = this.samples;
     const last = Math.max(first, end - 1);
     const at =
       timeS === null ? null : Math.min(last, Math.max(first, Math.round(timeS / period))) * period;
@@ -52,7 +58,7 @@ export class Cursors {
   move(byS: number): [CursorName, number] | null {
     const at = this.newest;
     if (at === null) return null;
-    const { period } = this.slide;
+    const { period } = this.samples;
     this.set(this.active, at + Math.sign(byS) * Math.max(period, Math.abs(byS)));
     return [this.active, this.newest ?? at];
   }

@@ -73,6 +73,27 @@ export function newest(story: Story): Episode | null {
   return story.episodes.at(-1) ?? null;
 }
 
+/** Since when the values that were found hold: the newest change, as the diagnosis estimates it. */
+export function newestOnset({ finding, onsetS }: Episode): number {
+  const again = finding?.further?.at(-1);
+  return again ? (again.onset_s ?? again.detected_at_s) : (finding?.onset_s ?? onsetS);
+}
+
+/** When something changed: for each, the estimators' windows hold samples from before it. */
+export function changeTimes(story: Story): number[] {
+  const unreported = story.episodes.filter((each) => each.changes.length === 0);
+  const found = unreported.flatMap((each) => [
+    each.onsetS,
+    ...(each.finding?.further ?? []).map((one) => one.onset_s ?? one.detected_at_s),
+  ]);
+  return [...story.changes.map((each) => each.atS), ...found].sort((a, b) => a - b);
+}
+
+/** The episode in which a detection at `atS` was named. */
+export function episodeAt(story: Story, atS: number): Episode | null {
+  return story.episodes.findLast((each) => each.onsetS <= atS + SAME_S) ?? null;
+}
+
 /** The same detection may have been recorded twice, the second time after later events. */
 function inOrder(events: readonly RunEvent[]): RunEvent[] {
   const detected = new Set<number>();
@@ -131,7 +152,10 @@ class Teller {
     const episode = found ?? this.add(finding.onset_s ?? atS);
     episode.finding = finding;
     if (episode.changes.length === 0) episode.onsetS = finding.onset_s ?? atS;
-    if (episode.detections.length === 0) this.noteDetection(episode, atS);
+    if (episode.detections.length === 0) {
+      this.noteDetection(episode, atS);
+      for (const again of finding.further ?? []) this.noteDetection(episode, again.detected_at_s);
+    }
     if (finding.ended_at_s !== null && finding.ended_at_s !== undefined) {
       episode.endedS ??= finding.ended_at_s;
     }

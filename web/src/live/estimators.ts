@@ -46,7 +46,10 @@ export const PARAMETERS: Record<Family, [string, string, string]> = {
 };
 
 /** Seconds until the window contains no sample from before a change. */
-export function settleS(estimator: EstimatorShape, period: number): number {
+export function settleS(
+  estimator: Pick<EstimatorShape, "window" | "integral">,
+  period: number,
+): number {
   return (estimator.window + estimator.integral - 1) * period;
 }
 

@@ -1,6 +1,7 @@
 import type { Component, RunEvent } from "../api/types";
 import type { Bench } from "../plant/bench";
 import { announcer } from "../shell/announcer.svelte";
+import { build } from "../shell/build.svelte";
 import type { ClientMessage, Hello } from "../stream/messages";
 import {
   applied,
@@ -9,6 +10,7 @@ import {
   refused,
   type Settings,
   settingsFrom,
+  unrefused,
   type Waiting,
   waitingAfter,
   withWaiting,
@@ -41,6 +43,7 @@ export class FaultCommands {
   injection = $state<Injection | null>(null);
   /** Why the newest command without a component (all nominal) was refused. */
   refusal = $state("");
+  private readonly obstacles = new Map<Component, () => string>();
   private epoch = 0;
   private nextId = 1;
   private readonly sent = new Map<number, Component | null>();
@@ -89,9 +92,21 @@ export class FaultCommands {
     return this.command("stop");
   }
 
-  refuse(component: Component, reason: string): void {
+  /** @param obstacle  what refuses it here, in this page, as long as it has words */
+  refuse(component: Component, reason: string, obstacle?: () => string): void {
+    if (obstacle) this.obstacles.set(component, obstacle);
+    else this.obstacles.delete(component);
     this.settings = refused(this.bench, this.settings, component, reason);
     announcer.say("refused", reason);
+  }
+
+  /** Takes back the refusals whose obstacle is gone. */
+  reconsider(): void {
+    for (const [component, obstacle] of this.obstacles) {
+      if (obstacle()) continue;
+      this.obstacles.delete(component);
+      this.settings = unrefused(this.bench, this.settings, component);
+    }
   }
 
   answered(id: number, ok: boolean, reason: string): void {
@@ -111,11 +126,13 @@ export class FaultCommands {
   inject(injection: Injection, waitS: number, obstacle: () => string = () => ""): void {
     this.cancelInjection();
     this.injection = injection;
+    build.hold(this, true); // it is armed here, in this page
     this.timer = setTimeout(
       () => {
         this.injection = null;
+        build.hold(this, false);
         const reason = obstacle();
-        if (reason) this.refuse(injection.component, reason);
+        if (reason) this.refuse(injection.component, reason, obstacle);
         else this.set(injection.component, injection.value);
       },
       Math.max(0, waitS * 1000),
@@ -125,6 +142,7 @@ export class FaultCommands {
   cancelInjection(): void {
     clearTimeout(this.timer);
     this.injection = null;
+    build.hold(this, false);
   }
 
   private command(

@@ -1,4 +1,5 @@
 import type { Marker } from "../charts/chart_port";
+import { colorOf } from "../charts/marker_colors";
 import type { Slide } from "../stream/slide";
 import type { Tokens } from "../theme/tokens";
 
@@ -46,8 +47,7 @@ export function drawOverview(
     height - ratio,
   );
   for (const marker of markers) {
-    context.fillStyle =
-      marker.kind === "detected" || marker.kind === "isolated" ? colors.detect : colors.fault;
+    context.fillStyle = colorOf(marker.kind, colors);
     context.fillRect(x(marker.timeS), 0, Math.max(1, 1.5 * ratio), height);
   }
 }

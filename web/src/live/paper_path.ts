@@ -24,17 +24,25 @@ export function disagreement(finding: Finding | null, bench: Bench): Disagreemen
   const end = pathEnd(path, bench);
   if (finding.verdict === "unknown_fault") return end.length > 0 ? { why: "unknown" } : null;
   if (finding.verdict !== "fault") return null;
-  const named = namedBy(finding);
+  const named = namedBy(finding, bench);
   if (named.length === 0 || end.some((name) => named.includes(name))) return null;
   if (finding.settled === false) return { why: "settling" };
   const step = path.find(isClose);
   return step ? { why: "close", step } : { why: "window" };
 }
 
-/** The components of the verdict: those that no sensor tells apart, otherwise the best one. */
-export function namedBy(finding: Pick<Finding, "group" | "candidates">): Component[] {
+/**
+ * The components of the verdict: those that no sensor tells apart, in the order of the bench,
+ * otherwise the best one.
+ */
+export function namedBy(
+  finding: Pick<Finding, "group" | "candidates">,
+  bench: Bench | undefined,
+): Component[] {
   const best = finding.candidates?.[0]?.component;
-  return finding.group?.length > 0 ? finding.group : best ? [best] : [];
+  if (!finding.group?.length) return best ? [best] : [];
+  const place = (name: Component) => bench?.symbols.indexOf(name) ?? 0;
+  return [...finding.group].sort((a, b) => place(a) - place(b));
 }
 
 function isClose(step: PathStep): boolean {

@@ -1,4 +1,5 @@
 import type { Component, Position, RunEvent } from "../api/types";
+import { refusalWords } from "../i18n/words";
 import { type Bench, sameValue } from "../plant/bench";
 
 export type SettingState =
@@ -67,6 +68,12 @@ export function refused(
   return { ...settings, [component]: { ...before, asked: null, state: "refused", reason } };
 }
 
+export function unrefused(bench: Bench, settings: Settings, component: Component): Settings {
+  const before = settingOf(bench, settings, component);
+  if (before.state !== "refused") return settings;
+  return { ...settings, [component]: settingAt(bench, component, before.actual) };
+}
+
 /** The effect of a rig's event on the settings. Only the rig can make a setting "confirmed". */
 export function applied(
   bench: Bench,
@@ -78,7 +85,8 @@ export function applied(
   if (event.kind === "trip") return settingsFrom(bench, {}); // every interlock leaves the relays nominal
   if (!component) return settings;
   if (event.kind === "refused") {
-    return refused(bench, settings, component, event.text ?? "");
+    const { text: message = "", reason, parameters } = event;
+    return refused(bench, settings, component, refusalWords({ message, reason, parameters }));
   }
   if (event.kind === "change_waits" || event.kind === "change_dropped") {
     const before = settingOf(bench, settings, component);

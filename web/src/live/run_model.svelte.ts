@@ -1,26 +1,29 @@
-import { ApiError, api } from "../api/client";
+import { ApiError, api, NoAnswer } from "../api/client";
 import type { Component, Diagnosis, Rig, Run, RunEvent, RunState } from "../api/types";
-import { t } from "../i18n/i18n.svelte";
-import { refusalWords } from "../i18n/words";
-import type { Bench } from "../plant/bench";
+import { late, t } from "../i18n/i18n.svelte";
+import { refusalWords, wordsOf } from "../i18n/words";
+import { type Bench, CHANNEL_NAMES, type ChannelName } from "../plant/bench";
 import { formatSeconds } from "../plant/quantity";
 import { announcer } from "../shell/announcer.svelte";
 import { benches } from "../shell/benches.svelte";
+import { build } from "../shell/build.svelte";
+import { connection } from "../shell/connection.svelte";
 import { rigs } from "../shell/rigs.svelte";
 import { readFrames } from "../stream/frame_reader";
-import { type LinkPhase, socketAddress } from "../stream/link";
+import type { LinkPhase } from "../stream/link";
 import type { Hello, Readout, ServerMessage } from "../stream/messages";
 import { PlayoutClock, playoutDelayS } from "../stream/playout_clock";
-import { RunSocket } from "../stream/run_socket";
+import type { RunSocket } from "../stream/run_socket";
 import { Slide } from "../stream/slide";
-import { announcementOf } from "./announcements";
 import { Countdown } from "./countdown";
 import { type Story, tellStory } from "./episodes";
 import { FaultCommands, type Injection } from "./fault_commands.svelte";
+import { SIGNALS } from "./signals";
 import { gapSpans } from "./statistics";
 
 const TICK_MS = 200;
 const STALE_AFTER_S = 0.5;
+const SLEPT_S = 1;
 /** And not before so many samples should have come. */
 const STALE_SAMPLES = 5;
 /** 600 s at 1 kHz: more than that no server records. */
@@ -28,8 +31,15 @@ const SAMPLES_MAX = 600_000;
 /** Room for a run whose length is not known before. */
 const SAMPLES_MIN = 2000;
 const LAG_MAX_S = 0.5;
+/** The beginning of a recording, which tells what it has. */
+const TOLD_S = 5;
+/** The verdict follows the event of an isolation within this time. */
+const VERDICT_WAIT_MS = 1000;
+const STOP_ANSWER_MS = 2000;
+/** How often a run is opened again that broke off while it was loaded. */
+const OPENED_MAX = 3;
 
-export type Phase = "loading" | "live" | "review" | "missing" | "failed";
+export type Phase = "loading" | "live" | "review" | "missing" | "signed_out" | "failed";
 
 export interface LinkState {
   phase: LinkPhase;
@@ -64,10 +74,30 @@ export class RunModel {
   /** What happened in this run and what is known of it: the parts of the page tell this. */
   readonly story: Story = $derived(
     tellStory(
-      { events: this.events, verdict: this.verdict, findings: this.verdict?.episodes },
+      {
+        events: this.events.filter((event) => this.told(event)),
+        verdict: this.toldVerdict,
+        findings: this.toldVerdict?.episodes,
+      },
       this.bench,
       this.period,
     ),
+  );
+  /** Channels of a recording that have values. */
+  private readonly recorded = $derived.by(() => {
+    const { slide } = this;
+    const told = this.phase === "review" ? this.elapsed : Math.min(this.elapsed, TOLD_S);
+    if (!this.run?.plan?.recording || !slide || told === 0) return null;
+    const [from, to] = slide.range(0, told);
+    const has = (name: ChannelName) =>
+      slide.columns[SIGNALS[name].channel]?.subarray(from, to).some(Number.isFinite);
+    return CHANNEL_NAMES.filter(has).join();
+  });
+  /** What is measured in this run: what its rig measures, or what the recording has. */
+  readonly measured: ChannelName[] = $derived(
+    this.recorded === null
+      ? this.bench.channels(this.rig)
+      : CHANNEL_NAMES.filter((name) => this.recorded?.split(",").includes(name)),
   );
   /** Run time of the newest sample, five times a second. */
   elapsed = $state(0);
@@ -79,11 +109,18 @@ export class RunModel {
   private readonly countdown = new Countdown();
   private socket: RunSocket | null = null;
   private lastBlockAt = 0;
+  private tickedAt = 0;
   private roundTripS: number | null = null;
   private linkPhase: LinkPhase = "connecting";
   private tick: ReturnType<typeof setInterval> | undefined;
   private refill = false;
   private seenMissing = -1;
+  private brokeOff = 0;
+  private heardVerdict: () => void = () => {};
+  private closed = false;
+  /** Stop was pressed: "waits" for the link, or is "sent". */
+  stopping = $state<"" | "sent" | "waits">("");
+  stopRefused = $state("");
 
   constructor(readonly id: string) {}
 
@@ -104,8 +141,8 @@ export class RunModel {
   }
 
   get duration(): number {
-    const samples = this.phase === "review" ? (this.run?.samples ?? 0) * this.period : 0;
-    return this.run?.plan?.duration_s ?? (samples || 1);
+    if (this.phase === "review") return this.elapsed || 1; // it may have ended before its plan
+    return this.run?.plan?.duration_s ?? 1;
   }
 
   get running(): boolean {
@@ -149,14 +186,16 @@ export class RunModel {
     try {
       benches.load().catch(() => {}); // often the bench is in the list
       void rigs.once();
+      const stream = build.part(() => import("../stream/run_socket"));
       const run = await api.run(this.id);
       const bench = await benches.need(run.bench);
       this.run = run;
       this.state = run.state;
       this.commands ??= new FaultCommands(bench, (message) => this.socket?.send(message) ?? false);
       this.slide = new Slide(this.sampleCount(), this.period);
-      if (this.state === "running") this.goLive();
-      else await this.load();
+      if (this.state !== "running") await this.load();
+      else if (!this.closed) this.goLive(await stream);
+      this.brokeOff = 0;
     } catch (error) {
       this.fail(error);
     }
@@ -168,18 +207,36 @@ export class RunModel {
   }
 
   close(): void {
+    this.closed = true;
     this.socket?.close();
     clearInterval(this.tick);
     this.commands?.cancelInjection();
   }
 
+  /** Sends Stop until the server has it or the run is over. */
   async stop(): Promise<void> {
+    if (this.stopping) return;
     this.faults.cancelInjection();
-    try {
-      await api.stopRun(this.id);
-    } catch (error) {
-      if (!this.faults.stop()) throw error;
+    this.stopRefused = "";
+    const cut = this.link.phase !== "open" || this.stale;
+    this.stopping = cut ? "waits" : "sent";
+    while (this.running && !(await this.sendStop())) {
+      this.stopping = "waits";
+      await connection.again();
     }
+    this.stopping = "";
+  }
+
+  /** False without an answer. */
+  private async sendStop(): Promise<boolean> {
+    try {
+      await api.stopRun(this.id, STOP_ANSWER_MS);
+    } catch (error) {
+      if (error instanceof NoAnswer) return false;
+      const over = error instanceof ApiError && error.status === 409; // it is over already
+      if (!over && !this.faults.stop()) this.stopRefused = wordsOf(error);
+    }
+    return true;
   }
 
   /** Sends the command when the rig's run time reaches `atS`, unless `obstacle` then has a reason. */
@@ -212,9 +269,11 @@ export class RunModel {
     return Math.min(SAMPLES_MAX, Math.max(planned, this.run?.samples ?? 0, SAMPLES_MIN));
   }
 
-  private goLive(): void {
+  private goLive({ RunSocket, socketAddress }: typeof import("../stream/run_socket")): void {
+    if (this.closed) return;
     this.phase = "live";
     this.lastBlockAt = now();
+    this.tickedAt = this.lastBlockAt;
     this.tick = setInterval(() => this.refresh(), TICK_MS);
     let first = true;
     this.socket = new RunSocket({
@@ -276,6 +335,11 @@ export class RunModel {
   }
 
   private onHello(hello: Hello): void {
+    if (hello.state !== "running") {
+      this.socket?.close(); // it ended while the stream was opened: no end is told any more
+      void this.reopen();
+      return;
+    }
     this.faults.take(hello);
     this.state = hello.state;
     this.nominal = hello.nominal;
@@ -293,6 +357,7 @@ export class RunModel {
         break;
       case "verdict":
         this.verdict = message;
+        this.heardVerdict();
         break;
       case "readout":
         this.readouts = message.estimators;
@@ -308,23 +373,48 @@ export class RunModel {
         );
         break;
       case "end":
-        this.state = message.state;
-        void this.finish();
+        void this.finish(message.state);
         break;
       default:
         break;
     }
   }
 
+  /** Whether the page tells of this event; an exercise hides some. */
+  protected told(_event: RunEvent): boolean {
+    return true;
+  }
+
+  protected get toldVerdict(): Diagnosis | null {
+    return this.verdict;
+  }
+
   private onEvent(event: RunEvent): void {
     this.events = [...this.events, event];
     this.faults.apply(event, this.period);
-    const words = announcementOf(event, this.story, this.bench, this.period);
+    if (this.told(event)) void this.announce(event);
+  }
+
+  private async announce(event: RunEvent): Promise<void> {
+    if (event.kind === "isolated") await this.nextVerdict(); // it names all that look alike
+    const { story } = this;
+    const { announcementOf } = await late(() => import("./announcements"));
+    const words = announcementOf(event, story, this.bench, this.period);
     if (words) announcer.say(event.kind, words);
   }
 
+  private nextVerdict(): Promise<void> {
+    return new Promise((resolve) => {
+      this.heardVerdict = resolve;
+      setTimeout(resolve, VERDICT_WAIT_MS);
+    });
+  }
+
   /** The run ended while it was shown: nothing is discarded, and the page changes to review. */
-  private async finish(): Promise<void> {
+  private async finish(state: RunState): Promise<void> {
+    // a server that goes away ends the stream too: until it answers, the link is cut
+    await api.run(this.id).catch(() => {});
+    this.state = state;
     clearInterval(this.tick);
     this.faults.cancelInjection();
     this.refresh();
@@ -369,7 +459,7 @@ export class RunModel {
       if (run.events && run.events.length >= this.events.length) this.events = run.events;
     } catch (error) {
       // a run that was interrupted early has no diagnosis, which is not a failure
-      if (!(error instanceof ApiError)) this.failure = String(error);
+      if (!(error instanceof ApiError)) this.failure = t("server_away");
     }
   }
 
@@ -400,6 +490,9 @@ export class RunModel {
     const slide = this.slide;
     if (!slide) return;
     const at = now();
+    // Timers slept: what arrived meanwhile is read after this tick, so its age is not judged yet.
+    if (at - this.tickedAt > SLEPT_S) this.lastBlockAt = at;
+    this.tickedAt = at;
     this.elapsed = slide.end * this.period;
     const ageS = this.phase === "live" ? at - this.lastBlockAt : null;
     this.link = {
@@ -421,7 +514,15 @@ export class RunModel {
   }
 
   private fail(error: unknown): void {
-    this.phase = error instanceof ApiError && error.status === 404 ? "missing" : "failed";
-    this.failure = error instanceof Error ? error.message : String(error);
+    if (error instanceof ApiError) {
+      const phases: Record<number, Phase> = { 401: "signed_out", 404: "missing" };
+      this.phase = phases[error.status] ?? "failed";
+      this.failure = error.message;
+    } else if (this.brokeOff++ < OPENED_MAX) {
+      void connection.again().then(() => this.open());
+    } else {
+      this.phase = "failed";
+      this.failure = t("server_away");
+    }
   }
 }

@@ -6,6 +6,8 @@ export interface Actions {
   fit(): void;
   nominal(): void;
   stop(): void;
+  /** Closes what lies over the page and is no dialog; false: nothing did. */
+  close(): boolean;
   marker(): void;
   table(): void;
   cursor(which: "A" | "B"): void;
@@ -19,7 +21,7 @@ export interface Actions {
 
 const KEY = "faultlab.shortcuts";
 
-/** Single-key shortcuts can be switched off (WCAG 2.1.4); Esc always stops. */
+/** Single-key shortcuts can be switched off (WCAG 2.1.4); Esc always closes or stops. */
 export const shortcutPreference = {
   get on(): boolean {
     return localStorage.getItem(KEY) !== "off";
@@ -33,17 +35,24 @@ const TEXT = 'input:not([type="range"], [type="checkbox"], [type="radio"]), text
 const ARROWS = 'input[type="range"], [role="slider"], .scroll-x';
 const PRESSABLE = "button, a[href], summary, input";
 
+/** An Esc that is pressed again, after one that closed something, does not stop the run. */
+const CLOSED_MS = 1000;
+
 /** Listens for the keys of the live page; the returned function stops it. */
 export function shortcuts(actions: Actions): () => void {
-  const onKey = (event: KeyboardEvent) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
-    const target = event.target as Element;
-    if (document.querySelector("dialog[open]")) return;
-    if (event.key === "Escape") {
-      if (target.closest("details[open]")) return;
+  let closedAt = Number.NEGATIVE_INFINITY;
+  const onEscape = (event: KeyboardEvent) => {
+    if (event.defaultPrevented || document.querySelector("dialog[open]") || actions.close()) {
+      closedAt = event.timeStamp;
+    } else if (!event.repeat && event.timeStamp - closedAt > CLOSED_MS) {
       actions.stop();
-      return;
     }
+  };
+  const onKey = (event: KeyboardEvent) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.key === "Escape") return onEscape(event);
+    if (event.defaultPrevented || document.querySelector("dialog[open]")) return;
+    const target = event.target as Element;
     if (!shortcutPreference.on || target.closest(TEXT)) return;
     const done = act(event, target, actions);
     if (done) event.preventDefault();

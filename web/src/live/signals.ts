@@ -1,4 +1,3 @@
-import type { Rig } from "../api/types";
 import type { Bench, ChannelName } from "../plant/bench";
 
 /** A measured signal, and uc, which every bench has. */
@@ -21,8 +20,8 @@ export const SIGNALS: Record<SignalName, Signal> = {
   n: { name: "n", channel: 4, label: "n", unit: "rpm" },
 };
 
-export function signalsOf(bench: Bench, rig?: Rig): Signal[] {
-  return [SIGNALS.uc, ...bench.channels(rig).map((name) => SIGNALS[name])];
+export function signalsOf(measured: ChannelName[]): Signal[] {
+  return [SIGNALS.uc, ...measured.map((name) => SIGNALS[name])];
 }
 
 /** What the estimators' models predict: the signal to look at first. */

@@ -1,14 +1,14 @@
-import type { Candidate, Diagnosis, Finding } from "../api/types";
+import type { Candidate, Component, Diagnosis, Finding } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
 import { word } from "../i18n/words";
 import type { Bench } from "../plant/bench";
 import { namedBy } from "./paper_path";
 import type { RunModel } from "./run_model.svelte";
 
-/** "Fault: R1 ↑", "Fault: R12 or R9", "No fault". */
+/** "Fault: R1 ↑", "Fault: R9 or R12", "No fault". */
 export function verdictWords(finding: Finding, bench: Bench | undefined): string {
   if (finding.verdict !== "fault") return word("verdict", finding.verdict);
-  const named = namedBy(finding);
+  const named = namedBy(finding, bench);
   if (named.length === 0) return t("fault");
   const best = finding.candidates[0];
   const alone = named.length === 1 && best && bench;
@@ -16,10 +16,20 @@ export function verdictWords(finding: Finding, bench: Bench | undefined): string
   return `${t("fault")}: ${named.join(` ${t("or")} `)}${arrow}`;
 }
 
+/** What an isolation named: "R9 or R12", the group if it is of the finding, which may be newer. */
+export function isolatedWords(
+  component: Component,
+  finding: Finding | null | undefined,
+  bench: Bench,
+): string {
+  const named = finding?.verdict === "fault" ? namedBy(finding, bench) : [];
+  return named.includes(component) ? named.join(` ${t("or")} `) : component;
+}
+
 /** The candidates that the verdict names: one, or several that no sensor tells apart. */
-export function candidatesOf(verdict: Diagnosis | null): Candidate[] {
+export function candidatesOf(verdict: Diagnosis | null, bench: Bench): Candidate[] {
   if (!verdict) return [];
-  return namedBy(verdict)
+  return namedBy(verdict, bench)
     .map((name) => verdict.candidates?.find((each) => each.component === name))
     .filter((each): each is Candidate => each !== undefined);
 }

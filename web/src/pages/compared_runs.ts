@@ -1,13 +1,22 @@
 import { api } from "../api/client";
 import type { Run } from "../api/types";
 import type { Aligned } from "../figures/figure";
-import { tellStory } from "../live/episodes";
-import { moments } from "../live/statistics";
+import { beforeAfter, spanAround } from "../live/before_after";
+import { changeTimes, type Story, tellStory } from "../live/episodes";
+import type { EstimatorShape } from "../live/estimators";
 import type { Bench } from "../plant/bench";
 import { benches } from "../shell/benches.svelte";
 import { readFrames } from "../stream/frame_reader";
 import { Slide } from "../stream/slide";
 import { foundWords, happenedWords } from "./run_summary";
+
+const RUNS_MAX = 4;
+
+/** The runs that an address names, each once. */
+export function comparedIds(query: URLSearchParams): string[] {
+  const named = query.getAll("runs").join(",").split(",");
+  return [...new Set(named.filter(Boolean))].slice(0, RUNS_MAX);
+}
 
 /** One recorded run, prepared for comparison. */
 export interface ComparedRun {
@@ -20,7 +29,8 @@ export interface ComparedRun {
   onsetS: number | null;
   happened: string;
   verdict: string;
-  lastMean(channel: number): number | null;
+  /** The means of an estimator after the last change, as on the run's page. */
+  after(estimator: EstimatorShape): (number | null)[];
 }
 
 export async function loadCompared(id: string): Promise<ComparedRun> {
@@ -54,8 +64,22 @@ export async function loadCompared(id: string): Promise<ComparedRun> {
     onsetS: story.episodes[0]?.onsetS ?? null,
     happened: happenedWords(summary, bench),
     verdict: foundWords(summary, bench),
-    lastMean: (channel) => moments(slide, channel, durationS - 1, durationS)?.mean ?? null,
+    after: (estimator) => afterLastChange(slide, story, estimator),
   };
+}
+
+/** Means after the last change; of a run without one, at its end. */
+export function afterLastChange(
+  slide: Slide,
+  story: Story,
+  estimator: EstimatorShape,
+): (number | null)[] {
+  const times = changeTimes(story);
+  const atS = story.changes.at(-1)?.atS ?? times.at(-1) ?? null;
+  const span = spanAround(atS, times, slide.end * slide.period);
+  return beforeAfter(slide, estimator, span, undefined, undefined).map((row) =>
+    atS === null ? row.before : row.after,
+  );
 }
 
 /** A channel of several runs on one axis: time since the start, or since each run's fault. */
@@ -78,6 +102,16 @@ export function overlay(runs: ComparedRun[], channel: number, onFault: boolean):
     return column;
   });
   return { x, y };
+}
+
+/** The value of each run at two times, NaN where there is none. */
+export function valuesAt(data: Aligned, aS: number | null, bS: number | null): [number, number][] {
+  const [first = 0, second = first + 1] = data.x;
+  const at = (column: Float32Array, timeS: number | null) =>
+    timeS === null
+      ? Number.NaN
+      : (column[Math.round((timeS - first) / (second - first))] ?? Number.NaN);
+  return data.y.map((column) => [at(column, aS), at(column, bS)]);
 }
 
 /** What a plot shows between two times, as text: "t_s,run 1,run 2" and a line for each sample. */

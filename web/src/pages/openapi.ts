@@ -30,7 +30,12 @@ export interface Operation {
   operationId?: string;
   parameters?: Parameter[];
   requestBody?: { description?: string; content?: Record<string, Content> };
-  responses?: Record<string, { description?: string; $ref?: string }>;
+  responses?: Record<
+    string,
+    { description?: string; $ref?: string; content?: Record<string, Content> }
+  >;
+  /** False: an API key, whatever its scopes, is refused. */
+  "x-keys"?: boolean;
 }
 export interface OpenApi {
   info: { title: string; version: string };
@@ -69,18 +74,4 @@ export function answerText(description: OpenApi, answer: { description?: string;
   return (
     (name && description.components?.responses?.[name]?.description) ?? answer.description ?? ""
   );
-}
-
-/** An example body from the description, as JSON text. */
-export function exampleOf(operation: Operation): string {
-  const content = operation.requestBody?.content?.["application/json"];
-  const example = content?.example ?? Object.values(content?.examples ?? {})[0]?.value;
-  return example === undefined ? "" : JSON.stringify(example);
-}
-
-export function curlOf(entry: Entry, origin: string): string {
-  const example = exampleOf(entry.operation);
-  const method = entry.method === "GET" ? "" : `-X ${entry.method} `;
-  const body = example ? ` -H 'Content-Type: application/json' -d '${example}'` : "";
-  return `curl ${method}${origin}${entry.path}${body}`;
 }

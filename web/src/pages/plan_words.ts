@@ -1,5 +1,6 @@
 import type { Excitation, RunPlan } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
+import { significant } from "../i18n/numbers";
 import type { Bench } from "../plant/bench";
 import { kindOf, levelsOf } from "../plant/excitation";
 
@@ -8,7 +9,8 @@ export function planWords(plan: RunPlan | undefined, bench: Bench | undefined): 
   if (!plan) return "";
   if (plan.recording) return t("a_recording");
   const faults = (plan.faults ?? []).map(
-    ({ component, value, at_s }) => `${bench?.change(component, value) ?? component} @ ${at_s} s`,
+    ({ component, value, at_s }) =>
+      `${bench?.change(component, value) ?? component} @ ${significant(at_s ?? 0, 6)} s`,
   );
   return [kindWords(plan.excitation ?? {}), ...(faults.length > 0 ? faults : [t("no_fault")])].join(
     ", ",

@@ -1,5 +1,6 @@
 import type { Run, RunEvent } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
+import { significant } from "../i18n/numbers";
 import { word } from "../i18n/words";
 import { type Story, tellStory } from "../live/episodes";
 import { namedBy } from "../live/paper_path";
@@ -28,19 +29,19 @@ export function happenedWords(run: Run, bench: Bench | undefined): string {
   if (!bench || (run.state === "running" && !run.changes?.length))
     return planWords(run.plan, bench);
   const { changes } = storyOf(run, bench);
-  const told = changes
-    .slice(-TOLD_MAX)
-    .map(
-      ({ component, value, atS }) =>
-        `${bench.change(component, value)} @ ${Number(atS.toFixed(2))} s`,
-    );
-  if (changes.length > TOLD_MAX) told.unshift("…");
+  const shown =
+    changes.length > TOLD_MAX ? [...changes.slice(0, 1), ...changes.slice(1 - TOLD_MAX)] : changes;
+  const told = shown.map(
+    ({ component, value, atS }) =>
+      `${bench.change(component, value)} @ ${significant(Number(atS.toFixed(2)), 6)} s`,
+  );
+  if (changes.length > TOLD_MAX) told.splice(1, 0, "…");
   const first = run.plan?.recording ? t("a_recording") : kindWords(run.plan?.excitation ?? {});
   const nothing = run.plan?.recording ? [] : [t("no_fault")];
   return [first, ...(told.length > 0 ? told : nothing)].join(", ");
 }
 
-/** What was found: "R1 ↑ 100 Ω; R12 or R9". */
+/** What was found: "R1 ↑ 100 Ω; R9 or R12". */
 export function foundWords(run: Run, bench: Bench | undefined): string {
   if (!run.verdict) return "–";
   // a run without a calibration at its end does not get one later
@@ -52,7 +53,7 @@ export function foundWords(run: Run, bench: Bench | undefined): string {
   return found
     .map((finding) => {
       const [best] = finding.candidates;
-      const alone = finding.verdict === "fault" && namedBy(finding).length === 1 && best;
+      const alone = finding.verdict === "fault" && namedBy(finding, bench).length === 1 && best;
       const words = verdictWords(finding, bench);
       return alone ? `${words} ${bench.format(best.component, best.value)}` : words;
     })

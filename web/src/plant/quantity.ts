@@ -1,3 +1,5 @@
+import { fixed, significant } from "../i18n/numbers";
+
 const PREFIXES: [number, string][] = [
   [1e6, "M"],
   [1e3, "k"],
@@ -110,7 +112,7 @@ export function formatWithSigma(
   const exponent = powered ? Math.floor(Math.log10(Math.abs(value))) : 0;
   const scale = shownUnit(unit).prefixed ? prefixOf(value)[0] : 10 ** exponent;
   const decimals = decimalsFor(sigma / scale);
-  const both = `${minus((value / scale).toFixed(decimals))} ± ${(sigma / scale).toFixed(decimals)}`;
+  const both = `${fixed(value / scale, decimals)} ± ${fixed(sigma / scale, decimals)}`;
   return `${powered ? `(${both})·10${raised(exponent)}` : both}${tail(unit, value)}`;
 }
 
@@ -139,7 +141,7 @@ function decimalsFor(sigma: number): number {
 }
 
 function plain(value: number, digits: number): string {
-  return minus(Number(value.toPrecision(digits)).toString());
+  return significant(value, digits);
 }
 
 function scientific(value: number, digits: number): string {
@@ -155,26 +157,23 @@ function raised(exponent: number): string {
 /** A number for a table: four significant digits, a true minus sign. */
 export function formatNumber(value: number | null | undefined, digits = 4): string {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  if (value !== 0 && Math.abs(value) < 1e-4) return scientific(value, digits);
-  const decimals = Math.max(0, digits - 1 - Math.floor(Math.log10(Math.abs(value) || 1)));
-  return minus(value.toFixed(Math.min(6, decimals)));
-}
-
-export function minus(text: string): string {
-  return text.replace("-", "−");
+  if (value === 0) return "0";
+  if (Math.abs(value) < 1e-4) return scientific(value, digits);
+  const decimals = Math.max(0, digits - 1 - Math.floor(Math.log10(Math.abs(value))));
+  return fixed(value, Math.min(6, decimals));
 }
 
 /** "00:31.9" */
 export function formatClock(seconds: number): string {
   const tenths = Math.max(0, Math.floor(seconds * 10 + 1e-6));
   const minutes = Math.floor(tenths / 600);
-  const rest = tenths % 600;
-  return `${String(minutes).padStart(2, "0")}:${String(Math.floor(rest / 10)).padStart(2, "0")}.${rest % 10}`;
+  const rest = fixed((tenths % 600) / 10, 1);
+  return `${String(minutes).padStart(2, "0")}:${rest.padStart(4, "0")}`;
 }
 
 /** Run time with the decimals that samples `periodS` apart need: "10.00", "10.002". */
 export function formatSeconds(seconds: number, periodS: number): string {
-  return minus(seconds.toFixed(Math.min(6, Math.max(2, Math.ceil(-Math.log10(periodS) - 1e-9)))));
+  return fixed(seconds, Math.min(6, Math.max(2, Math.ceil(-Math.log10(periodS) - 1e-9))));
 }
 
 /** A length of time to three digits, and in the unit that suits it: "50 ms", "1.2 s". */

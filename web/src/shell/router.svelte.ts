@@ -1,3 +1,5 @@
+import { build } from "./build.svelte";
+
 /** The address of the page: a path, observed by the components. History API, no library. */
 class Router {
   path = $state(location.pathname);
@@ -19,6 +21,10 @@ class Router {
   }
 
   go(path: string, replace = false): void {
+    if (build.incomplete) {
+      location.assign(path); // brings the new build
+      return;
+    }
     if (replace) history.replaceState(null, "", path);
     else history.pushState(null, "", path);
     this.read();

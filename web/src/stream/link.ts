@@ -6,6 +6,10 @@ const PING_EVERY_MS = 2000;
  * open.
  */
 const SILENCE_MAX_MS = 8000;
+/** The timers of this tab slept: what came meanwhile has not been read, so the silence is judged
+ * anew, and sooner. */
+const SLEPT_MS = 3 * PING_EVERY_MS;
+const SILENCE_AWAKE_MS = 3000;
 
 export type LinkPhase = "connecting" | "open" | "waiting" | "closed";
 
@@ -43,6 +47,7 @@ export class Link {
   private socket: WebSocket | null = null;
   private attempts = 0;
   private heardAt = 0;
+  private pingedAt = 0;
   private done = false;
   private retry: ReturnType<typeof setTimeout> | undefined;
   private pings: ReturnType<typeof setInterval> | undefined;
@@ -90,12 +95,17 @@ export class Link {
     this.events.phase("open");
     clearInterval(this.pings);
     this.pings = setInterval(() => this.ping(), PING_EVERY_MS);
+    this.pingedAt = this.now();
     this.ping();
   }
 
   /** The network or the tab is available again: the pause before the next attempt ends now. */
   wake(): void {
-    if (this.done || this.retry === undefined) return;
+    if (this.done) return;
+    if (this.retry === undefined) {
+      if (this.socket) this.ping();
+      return;
+    }
     clearTimeout(this.retry);
     this.retry = undefined;
     void this.connect();
@@ -132,13 +142,18 @@ export class Link {
   }
 
   private ping(): void {
-    if (this.now() - this.heardAt > SILENCE_MAX_MS) {
+    const now = this.now();
+    if (now - this.pingedAt > SLEPT_MS) {
+      this.heardAt = Math.max(this.heardAt, now - SILENCE_MAX_MS + SILENCE_AWAKE_MS);
+    }
+    this.pingedAt = now;
+    if (now - this.heardAt > SILENCE_MAX_MS) {
       const socket = this.socket;
       this.lost();
       socket?.close();
       return;
     }
-    this.send({ type: "ping", t: this.now() });
+    this.send({ type: "ping", t: now });
   }
 
   private lost(): void {

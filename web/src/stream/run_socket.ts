@@ -1,5 +1,8 @@
 import { decodeFrame, type SampleBlock } from "./frame";
 import { Link, type LinkEvents, type LinkOptions } from "./link";
+
+export { socketAddress } from "./link";
+
 import type { ClientMessage, Hello, ServerMessage } from "./messages";
 
 export interface RunSocketEvents extends Pick<LinkEvents, "phase" | "roundTrip" | "refused"> {

@@ -20,6 +20,6 @@ export function chartLook(tokens: Tokens): {
       gap: tokens.gap,
       select: tokens.select,
     },
-    fonts: { axis: `11px ${family}`, label: `600 11px ${family}` },
+    fonts: { axis: `12px ${family}`, label: `600 12px ${family}` },
   };
 }

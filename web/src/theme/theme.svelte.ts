@@ -13,11 +13,13 @@ function stored(): ThemeChoice {
 class Theme {
   choice = $state<ThemeChoice>("auto");
   private systemDark = $state(false);
+  /** The system's colours replace the page's: charts and drawings must fit them. */
+  private forced = $state(false);
   private printing = $state(false);
 
   get dark(): boolean {
     if (this.printing) return false;
-    return this.choice === "auto" ? this.systemDark : this.choice === "dark";
+    return this.choice === "auto" || this.forced ? this.systemDark : this.choice === "dark";
   }
 
   get tokens(): Tokens {
@@ -31,6 +33,13 @@ class Theme {
     query.addEventListener("change", (event) => {
       this.systemDark = event.matches;
     });
+    const forced = matchMedia("(forced-colors: active)");
+    const follow = () => {
+      this.forced = forced.matches;
+      if (this.forced) void import("./forced.css");
+    };
+    follow();
+    forced.addEventListener("change", follow);
     addEventListener("beforeprint", () => this.print(true));
     addEventListener("afterprint", () => this.print(false));
     this.apply();

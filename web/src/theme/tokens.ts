@@ -9,6 +9,8 @@ export interface Tokens {
   page: string;
   surface: string;
   raised: string;
+  /** Behind controls that cannot be used now. */
+  disabled: string;
   border: string;
   control: string;
   text: string;
@@ -41,6 +43,7 @@ export const light: Tokens = {
   page: "#eef1f4",
   surface: "#ffffff",
   raised: "#f6f8fa",
+  disabled: "#e9edf1",
   border: "#d3dae1",
   control: "#7b8794",
   text: "#14202b",
@@ -66,6 +69,7 @@ export const dark: Tokens = {
   page: "#0d1319",
   surface: "#151d25",
   raised: "#1c2630",
+  disabled: "#222c36",
   border: "#2c3945",
   control: "#7f8e9d",
   text: "#e8eef4",

@@ -1,3 +1,4 @@
+import { readFileSync } from "node:fs";
 import type { Rig, Schemas } from "../../src/api/types";
 import { Bench } from "../../src/plant/bench";
 import { benches } from "../../src/shell/benches.svelte";
@@ -152,6 +153,25 @@ export const DRIVER: About = {
 
 export const bench = new Bench(ABOUT);
 export const driver = new Bench(DRIVER);
+
+/** The resistors of the paper's amplifier, from its description. */
+const paper = readFileSync(new URL("../../../benches/paper.toml", import.meta.url), "utf8");
+const printed = (symbol: string) => Number(new RegExp(`^${symbol} = (\\S+)`, "m").exec(paper)?.[1]);
+const resistors = ["R9", "R10", "R12", "R14", "R15"].map((symbol) => ({
+  symbol,
+  unit: "ohm",
+  value: printed(symbol),
+  meaning: "",
+}));
+const gainParts = ["R9", "R12"].map((symbol) => ({
+  ...ABOUT.components[0],
+  symbol,
+  changes: symbol,
+  nominal: printed(symbol),
+  values: [{ value: printed(symbol), line: null }],
+})) as Schemas["Bench"]["components"];
+/** An amplifier whose gain R9 and R12 set. */
+export const amplifier = new Bench({ ...ABOUT, parameters: resistors, components: gainParts });
 
 /** A rig, of the first of them if nothing else is said. */
 export function rigOf(id: string, motorFaults: boolean, about: About = ABOUT): Rig {

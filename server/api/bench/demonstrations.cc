@@ -1,0 +1,237 @@
+// Recordings to learn from, and what the estimators and the detection bank make of them.
+#include "server/api/bench/demonstrations.h"
+
+#include <array>
+#include <boost/json.hpp>
+#include <charconv>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "server/api/bench/bench_json.h"
+#include "server/demonstration/demonstration.h"
+#include "server/demonstration/estimate_study.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+constexpr const char* kHour = "public, max-age=3600";
+constexpr double kNoisePercentMax = 100.0;
+constexpr double kRateMin = 1e-3;
+constexpr double kRateMax = 1e5;
+/// More than a picture of it shows.
+constexpr int kDigits = 6;
+/// No parameter's estimates are asked for.
+constexpr std::int64_t kNone = -1;
+/// Samples before and after the changes.
+constexpr std::size_t kShown = 200;
+
+struct Asked {
+  const core::Bench* bench = nullptr;
+  std::vector<core::Fault> changes;
+};
+
+core::Result<Asked> AskedOf(DemonstrationApi& api, const ApiRequest& request) {
+  const auto bench = api.benches.Find(request.http.PathParameter("bench"));
+  if (!bench) return core::Error{bench.error().code, bench.error().message, ""};
+  auto changes =
+      ParseChanges(request.http.Query("changes").value_or(std::string()), *bench.value());
+  if (!changes) return changes.error();
+  return Asked{bench.value(), std::move(changes).value()};
+}
+
+/// With as few digits as distinguish the value from its neighbours.
+std::string Shown(double value) {
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
+/// One of two words, the first by default.
+core::Result<bool> QuerySecond(const HttpRequest& http,
+                               const std::string& name,
+                               const std::string& first,
+                               const std::string& second) {
+  const std::string word = http.Query(name).value_or(first);
+  if (word == first || word == second) return word == second;
+  const std::string words = "'" + first + "', '" + second + "'";
+  return core::Error{core::ErrorCode::kInvalid,
+                     "'" + name + "' must be one of " + words + ".",
+                     name,
+                     "word_unknown",
+                     {{"member", name}, {"words", words}}};
+}
+
+core::Result<double> QueryNumber(
+    const HttpRequest& http, std::string_view name, double fallback, double lo, double hi) {
+  const auto text = http.Query(name);
+  if (!text) return fallback;
+  double value = 0.0;
+  const char* end = text->data() + text->size();
+  const auto [parsed_to, error] = std::from_chars(text->data(), end, value);
+  if (error != std::errc{} || parsed_to != end || !(value >= lo && value <= hi)) {
+    const std::string member(name);
+    const std::string lowest = Shown(lo);
+    const std::string highest = Shown(hi);
+    return core::Error{core::ErrorCode::kInvalid,
+                       "'" + member + "' must be a number from " + lowest + " to " + highest + ".",
+                       member,
+                       "number_outside",
+                       {{"member", member}, {"lowest", lowest}, {"highest", highest}}};
+  }
+  return value;
+}
+
+json::value Rounded(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  if (value == 0.0) return 0.0;
+  const double scale = std::pow(10.0, kDigits - 1 - std::floor(std::log10(std::abs(value))));
+  return std::isfinite(scale) ? std::round(value * scale) / scale : 0.0;
+}
+
+json::value Rounded(const std::optional<double>& value) {
+  return value ? Rounded(*value) : json::value(nullptr);
+}
+
+json::array Rounded(const std::vector<double>& values) {
+  json::array out;
+  out.reserve(values.size());
+  for (const double value : values) out.push_back(Rounded(value));
+  return out;
+}
+
+HttpResponse Answer(json::object body) {
+  HttpResponse response = JsonResponse(std::move(body));
+  response.headers.emplace_back("Cache-Control", kHour);
+  return response;
+}
+
+core::Result<HttpResponse> GetDemonstration(DemonstrationApi& api, const ApiRequest& request) {
+  const core::Status known = OnlyQuery(request.http, {"changes"});
+  if (!known.ok()) return known.error();
+  const auto asked = AskedOf(api, request);
+  if (!asked) return asked.error();
+  const core::Bench& bench = *asked.value().bench;
+  const auto played = PlayDemonstration(bench, asked.value().changes, {});
+  if (!played) return played.error();
+  const std::size_t first = played.value().fault_at - kShown;
+  const auto column = [&](double core::Sample::*reading) {
+    json::array out;
+    for (std::size_t i = first; i < first + 2 * kShown; ++i) {
+      out.push_back(Rounded(played.value().samples[i].*reading));
+    }
+    return out;
+  };
+  const core::PlantParameters plant = ChangedPlant(bench, asked.value().changes);
+  json::object channels{{"uc", column(&core::Sample::uc_v)}};
+  if (bench.um.exists) channels["um"] = column(&core::Sample::um_v);
+  if (bench.ua.exists) channels["ua"] = column(&core::Sample::ua_v);
+  if (bench.ia.exists) channels["ia"] = column(&core::Sample::ia_a);
+  if (bench.n.exists) channels["n"] = column(&core::Sample::n_rpm);
+  return Answer({{"period_s", bench.period_s},
+                 {"first_index", first},
+                 {"fault_at_s", static_cast<double>(played.value().fault_at) * bench.period_s},
+                 {"gain", plant.gain()},
+                 {"channels", std::move(channels)}});
+}
+
+core::Result<EstimateQuestion> QuestionOf(const ApiRequest& request, Asked asked) {
+  const HttpRequest& http = request.http;
+  EstimateQuestion question;
+  question.changes = std::move(asked.changes);
+  const auto second = QuerySecond(http, "method", "swa", "sia");
+  if (!second) return second.error();
+  const bool sia = second.value();
+  question.method = sia ? core::EstimatorMethod::kSia : core::EstimatorMethod::kSwa;
+  const auto paper = QuerySecond(http, "rule", "exact", "paper");
+  if (!paper) return paper.error();
+  question.sia_mode = paper.value() ? core::SiaMode::kPaper : core::SiaMode::kExact;
+  const auto window = QueryInteger(http, "window", 100, 6, kStudyWindowMax);
+  if (!window) return window.error();
+  question.window_samples = static_cast<int>(window.value());
+  const auto integral = QueryInteger(http, "integral", sia ? 20 : 0, 0, kStudyWindowMax - 1);
+  if (!integral) return integral.error();
+  question.integral_samples = static_cast<int>(integral.value());
+  const auto noise = QueryNumber(http, "noise_percent", 0.0, 0.0, kNoisePercentMax);
+  if (!noise) return noise.error();
+  question.added_noise_percent = noise.value();
+  return question;
+}
+
+core::Result<HttpResponse> GetEstimates(DemonstrationApi& api, const ApiRequest& request) {
+  const core::Status known =
+      OnlyQuery(request.http,
+                {"changes", "method", "window", "integral", "rule", "noise_percent", "parameter"});
+  if (!known.ok()) return known.error();
+  auto asked = AskedOf(api, request);
+  if (!asked) return asked.error();
+  const core::Bench& bench = *asked.value().bench;
+  const auto question = QuestionOf(request, std::move(asked).value());
+  if (!question) return question.error();
+  const auto shown = QueryInteger(request.http, "parameter", kNone, 0, 2);
+  if (!shown) return shown.error();
+  const auto study = StudyEstimates(bench, question.value());
+  if (!study) return study.error();
+  json::array parameters;
+  for (const EstimateStudy::Parameter& each : study.value().parameters) {
+    parameters.push_back(json::object{{"name", each.name},
+                                      {"nominal", Rounded(each.nominal)},
+                                      {"changed", Rounded(each.changed)},
+                                      {"mean", Rounded(each.mean)},
+                                      {"mean_after", Rounded(each.mean_after)},
+                                      {"deviation", Rounded(each.deviation)},
+                                      {"delay_s", Rounded(each.delay_s)}});
+  }
+  const bool none = shown.value() == kNone;
+  const auto which = static_cast<std::size_t>(none ? 0 : shown.value());
+  return Answer(
+      {{"period_s", bench.period_s},
+       {"fault_at_s", study.value().fault_at_s},
+       {"added_noise", Rounded(study.value().added_noise)},
+       {"settle_s", Rounded(study.value().settle_s)},
+       {"parameters", std::move(parameters)},
+       {"estimates", none ? json::array() : Rounded(study.value().parameters[which].estimates)}});
+}
+
+core::Result<HttpResponse> GetDetection(DemonstrationApi& api, const ApiRequest& request) {
+  const core::Status known = OnlyQuery(request.http, {"changes", "false_alarms_per_day"});
+  if (!known.ok()) return known.error();
+  const auto asked = AskedOf(api, request);
+  if (!asked) return asked.error();
+  const auto rate = QueryNumber(request.http, "false_alarms_per_day", 1.0, kRateMin, kRateMax);
+  if (!rate) return rate.error();
+  const core::Bench& bench = *asked.value().bench;
+  const auto study = api.studies.Study(bench, asked.value().changes, rate.value());
+  if (!study) return study.error();
+  const DetectionStudy& found = study.value();
+  return Answer({{"period_s", bench.period_s},
+                 {"fault_at_s", found.fault_at_s},
+                 {"watched_from_s", found.watched_from_s},
+                 {"false_alarms_s", Rounded(found.false_alarms_s)},
+                 {"delay_s", Rounded(found.delay_s)},
+                 {"detector", found.detector},
+                 {"block_samples", found.block_samples},
+                 {"level", Rounded(found.level)}});
+}
+
+}  // namespace
+
+std::vector<ApiRoute> RoutesOf(DemonstrationApi& api) {
+  using enum HttpMethod;
+  using enum Operation;
+  using enum Guard;
+  const auto on = [&api](auto handler) { return On(api, handler); };
+  using enum Cost;
+  const auto route = [](std::string_view pattern, ApiHandler handler, Cost cost) {
+    return ApiRoute{kGet, pattern, kReadPublic, kAnybody, std::move(handler), kNoBody, cost};
+  };
+  return {
+      route("/api/v1/benches/{bench}/demonstration", on(GetDemonstration), kQuick),
+      route("/api/v1/benches/{bench}/demonstration/estimates", on(GetEstimates), kQuick),
+      route("/api/v1/benches/{bench}/demonstration/detection", on(GetDetection), kHeavy),
+  };
+}
+
+}  // namespace faultlab::server

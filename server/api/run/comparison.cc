@@ -1,0 +1,127 @@
+// comparison.png: several recordings over each other.
+#include "server/plots/comparison_figure.h"
+
+#include <algorithm>
+
+#include "core/diagnosis/diagnose_record.h"
+#include "server/api/run/file_names.h"
+#include "server/api/run/handlers.h"
+#include "server/experiment/plan_json.h"
+#include "server/experiment/rig_changes.h"
+#include "server/plots/render.h"
+
+namespace faultlab::server {
+namespace {
+
+core::Result<core::EstimatorId> EstimatorIn(const HttpRequest& request) {
+  const std::string name = request.Query("estimator").value_or("sia_100_20");
+  const auto shape = std::ranges::find(core::kEstimatorShapes, name, &core::EstimatorShape::name);
+  if (shape == core::kEstimatorShapes.end()) {
+    return core::Error{core::ErrorCode::kInvalid,
+                       "Unknown estimator '" + name + "'.",
+                       "estimator",
+                       "estimator_unknown"};
+  }
+  return static_cast<core::EstimatorId>(shape - core::kEstimatorShapes.begin());
+}
+
+/// When the rig first changed: as the rig says, else as planned, else as the diagnosis estimates.
+std::optional<double> ChangeOf(const Review& review) {
+  const RunRecord& record = review.recording.record;
+  const core::Bench& bench = *review.recording.options.bench;
+  const auto changes = ChangesOf(review.events, bench, record.period_s);
+  if (!changes.empty()) return changes.front().t_s;
+  const auto faults = FaultsOfPlan(record.plan_json, bench);
+  if (!faults.empty()) return faults.front().at_s;
+  const auto& episodes = review.diagnosis.episodes;
+  return episodes.empty() ? review.diagnosis.verdict.onset_s : episodes.front().verdict.onset_s;
+}
+
+core::Result<ComparedRecord> Compared(RunApi& api,
+                                      const Principal& who,
+                                      const std::string& id,
+                                      core::EstimatorId estimator,
+                                      bool aligned) {
+  auto found = api.recordings.Find(who, id, Operation::kReadRun);
+  if (!found) return found.error();
+  auto review = api.recordings.ReviewOf(std::move(found).value());
+  if (!review) return review.error();
+  Recording& recording = review.value().recording;
+  ComparedRecord compared;
+  compared.name = recording.record.name.empty() ? recording.record.id : recording.record.name;
+  compared.estimated = recording.options.bench->structure->estimated;
+  if (aligned) compared.zero_s = ChangeOf(review.value()).value_or(0.0);
+  compared.curve = EmptyCurve(estimator);
+  core::ReplayEstimates(recording.samples, recording.options, [&](const core::Frame& frame) {
+    Append(frame, estimator, compared.curve);
+  });
+  compared.samples = std::move(recording.samples);
+  return compared;
+}
+
+/// Each run once, as they were named.
+core::Result<std::vector<std::string>> RunsIn(const HttpRequest& request) {
+  const std::string text = request.Query("runs").value_or("");
+  std::vector<std::string> ids;
+  std::size_t at = 0;
+  while (at < text.size() && ids.size() <= kComparedMax) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    const std::string id = text.substr(at, end - at);
+    if (!id.empty() && std::ranges::find(ids, id) == ids.end()) ids.push_back(id);
+    at = end + 1;
+  }
+  if (ids.empty() || ids.size() > kComparedMax) {
+    return core::Error{core::ErrorCode::kInvalid,
+                       "Give 1 to " + std::to_string(kComparedMax) + " runs: runs=ID,ID.",
+                       "runs",
+                       "compared_outside",
+                       {{"most", std::to_string(kComparedMax)}}};
+  }
+  return ids;
+}
+
+}  // namespace
+
+core::Result<HttpResponse> GetComparison(RunApi& api, const ApiRequest& request) {
+  const core::Status query = OnlyQuery(request.http, {"runs", "estimator", "align", "scale"});
+  if (!query.ok()) return query.error();
+  const auto ids = RunsIn(request.http);
+  if (!ids) return ids.error();
+  const auto estimator = EstimatorIn(request.http);
+  if (!estimator) return estimator.error();
+  const auto scale = QueryInteger(request.http, "scale", 1, 1, 2);
+  if (!scale) return scale.error();
+  const auto aligned = QueryWord(request.http, "align", {"change", "start"});
+  if (!aligned) return aligned.error();
+  const std::string align = aligned.value().value_or("change");
+  std::vector<ComparedRecord> records;
+  for (const std::string& id : ids.value()) {
+    auto compared = Compared(api, request.who, id, estimator.value(), align == "change");
+    if (!compared) return compared.error();
+    if (compared.value().samples.size() < 2) {
+      return core::Error{core::ErrorCode::kInvalid,
+                         "Run " + id + " has fewer than two samples.",
+                         "runs",
+                         "figure_needs_samples"};
+    }
+    records.push_back(std::move(compared).value());
+  }
+  std::string footer = "faultlab";
+  for (const std::string& id : ids.value()) footer += " · " + id;
+  const std::string others = std::to_string(records.size() - 1);
+  const std::string kind = records.size() == 1 ? "signals" : "compared-with-" + others;
+  const auto first = api.store.Get(ids.value().front());
+  if (!first) return first.error();
+  const std::string name = FileNameOf(first.value(), kind, "png");
+  const EstimatorFamily family = FamilyOf(estimator.value());
+  const Figure figure = MakeComparisonFigure(records, family, align == "change", footer);
+  auto png = RenderPng(figure, {.height_px = 1100, .scale = static_cast<int>(scale.value())});
+  if (!png) return png.error();
+  HttpResponse response;
+  response.content_type = "image/png";
+  response.body = std::move(png).value();
+  response.headers.emplace_back("Content-Disposition", ContentDisposition("inline", name));
+  return response;
+}
+
+}  // namespace faultlab::server

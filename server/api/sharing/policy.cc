@@ -1,0 +1,55 @@
+// policy: the numbers of the lab's rules that an admin may change.
+#include "server/lab/policy_settings.h"
+
+#include <boost/json.hpp>
+
+#include "server/api/sharing/handlers.h"
+#include "server/json/json_reader.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using lab::PolicySetting;
+using lab::PolicySettings;
+
+HttpResponse PolicyResponse(const PolicySettings& settings) {
+  json::object out{{"version", settings.version}};
+  for (const PolicySetting& each : lab::kPolicySettings) {
+    out[each.name] = ValueOf(settings, each);
+  }
+  HttpResponse response = JsonResponse(out);
+  response.headers.emplace_back("ETag", "\"" + std::to_string(settings.version) + "\"");
+  return response;
+}
+
+}  // namespace
+
+core::Result<HttpResponse> GetPolicy(SharingApi& api, const ApiRequest& request) {
+  const core::Status query = OnlyQuery(request.http, {});
+  if (!query.ok()) return query.error();
+  return PolicyResponse(api.service.policy());
+}
+
+core::Result<HttpResponse> ChangePolicy(SharingApi& api, const ApiRequest& request) {
+  const auto version = RequiredVersion(request);
+  if (!version) return version.error();
+  PolicySettings wanted;
+  wanted.version = version.value();
+  ObjectReader in(request.body, "");
+  for (const PolicySetting& each : lab::kPolicySettings) {
+    SetValue(wanted, each, in.Integer(each.name, each.least, each.most));
+  }
+  if (auto error = in.Finish()) return *error;
+  PolicySettings before;
+  const auto changed =
+      api.service.Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Result<PolicySettings> {
+        before = static_cast<const PolicySettings&>(scheduler.policy());
+        return scheduler.ChangePolicy(wanted, now);
+      });
+  if (!changed) return changed.error();
+  api.audit.Add(request.who, "change_policy", "policy", ChangedSettings(before, changed.value()));
+  return PolicyResponse(changed.value());
+}
+
+}  // namespace faultlab::server

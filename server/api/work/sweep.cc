@@ -1,0 +1,107 @@
+// jobs/batches/{id}/sweep.png: what the runs of a batch switched, and what was found.
+#include "server/plots/sweep_figure.h"
+
+#include <algorithm>
+#include <boost/json.hpp>
+
+#include "server/api/run/file_names.h"
+#include "server/api/work/handlers.h"
+#include "server/diagnosis_json/diagnosis_json.h"
+#include "server/experiment/plan_json.h"
+#include "server/plots/render.h"
+
+namespace faultlab::server {
+namespace {
+
+constexpr int kRunsMax = 500;
+
+/// Of the run's first episode.
+SweepRun RunOf(const RunRecord& record,
+               const core::Diagnosis& diagnosis,
+               const core::Bench& bench) {
+  SweepRun run;
+  const std::vector<core::Fault> faults = FaultsOfPlan(record.plan_json, bench);
+  if (!faults.empty()) {
+    run.component = faults.front().component;
+    run.value = faults.front().value;
+  }
+  const core::Verdict& verdict =
+      diagnosis.episodes.empty() ? diagnosis.verdict : diagnosis.episodes.front().verdict;
+  if (verdict.kind == core::VerdictKind::kFault) {
+    run.named = verdict.group;
+    if (!verdict.candidates.empty()) {
+      if (run.named.empty()) run.named.push_back(verdict.candidates.front().component);
+      if (verdict.candidates.front().bound == 0) run.found = verdict.candidates.front().value;
+    }
+  }
+  run.unknown = verdict.kind == core::VerdictKind::kUnknownFault;
+  if (verdict.detected_at_s && !faults.empty()) {
+    run.delay_s = *verdict.detected_at_s - faults.front().at_s;
+  }
+  return run;
+}
+
+/// Whoever may read a run may see what was found in it.
+bool MayRead(WorkApi& api, const Principal& who, const lab::Job& job) {
+  if (Authorize(who, Operation::kSubmitJob, OwnershipOf(who, job.owner)).ok()) return true;
+  if (job.run_id.empty()) return false;
+  const auto run = api.store.Get(job.run_id);
+  if (!run) return false;
+  const auto whose = api.accounts.RelationTo(who, run.value().owner, run.value().created_at);
+  return whose.ok() && Authorize(who, Operation::kReadRun, whose.value()).ok();
+}
+
+}  // namespace
+
+core::Result<HttpResponse> GetSweepPlot(WorkApi& api, const ApiRequest& request) {
+  const core::Status query = OnlyQuery(request.http, {"scale"});
+  if (!query.ok()) return query.error();
+  const auto scale = QueryInteger(request.http, "scale", 1, 1, 2);
+  if (!scale) return scale.error();
+  const std::string batch = request.http.PathParameter("id");
+  auto jobs = api.jobs.List("", batch, 0, "", kRunsMax);
+  if (!jobs) return jobs.error();
+  std::erase_if(jobs.value(), [&](const lab::Job& job) { return !MayRead(api, request.who, job); });
+  if (jobs.value().empty()) {
+    return core::Error{core::ErrorCode::kNotFound, "There is no such batch.", "", "nothing_here"};
+  }
+  std::ranges::reverse(jobs.value());  // as they were requested
+  const core::Bench* bench = nullptr;
+  std::vector<SweepRun> runs;
+  for (const lab::Job& job : jobs.value()) {
+    if (job.state != "finished" || job.run_id.empty()) continue;
+    const auto record = api.store.Get(job.run_id);
+    if (!record) continue;  // deleted since
+    const auto own = api.benches.OfRecording(record.value().bench);
+    if (!own || (bench != nullptr && own.value() != bench)) continue;
+    bench = own.value();
+    const auto diagnosis = ParseDiagnosis(record.value().diagnosis_json, *bench);
+    if (diagnosis) runs.push_back(RunOf(record.value(), diagnosis.value(), *bench));
+  }
+  if (runs.empty()) {
+    return core::Error{core::ErrorCode::kNotFound,
+                       "No run of this batch has finished yet, or none is left.",
+                       "",
+                       "no_run_finished"};
+  }
+  const std::string count = std::to_string(runs.size());
+  const std::string footer =
+      "faultlab · " + batch + " · " + count + (runs.size() == 1 ? " run" : " runs");
+  const auto symbols = bench->components();
+  const std::vector<core::Component> components(symbols.begin(), symbols.end());
+  const Figure figure =
+      MakeSweepFigure(runs, components, jobs.value().front().name + " · " + bench->name, footer);
+  auto png = RenderPng(figure, {.scale = static_cast<int>(scale.value())});
+  if (!png) return png.error();
+  HttpResponse response;
+  response.content_type = "image/png";
+  response.body = std::move(png).value();
+  response.headers.emplace_back(
+      "Content-Disposition",
+      ContentDisposition(
+          "inline",
+          FileNameOf(jobs.value().front().created_at, jobs.value().front().name, "sweep", "png")));
+  return response;
+}
+
+}  // namespace faultlab::server

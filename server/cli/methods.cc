@@ -1,0 +1,188 @@
+#include "server/cli/methods.h"
+
+#include <algorithm>
+#include <array>
+#include <boost/json/parse.hpp>
+#include <boost/json/serialize.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+
+#include "hardware/bench/benches.h"
+#include "server/cli/console.h"
+#include "server/cli/figure_file.h"
+#include "server/csv/csv_record.h"
+#include "server/csv/fault_text.h"
+#include "server/csv/file_io.h"
+#include "server/methods/method_report.h"
+#include "server/methods/method_study.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace fs = std::filesystem;
+namespace json = boost::json;
+using core::Error;
+using core::ErrorCode;
+using core::Result;
+
+constexpr std::size_t kManifestBytesMax = std::size_t{4} << 20;
+
+/// The injected faults by file, of a manifest.json beside the recordings:
+///   {"recordings": [{"file": "..", "faults": [{"component": "R1", "value": 10, "at_s": 10}]}]}
+std::map<std::string, std::vector<core::Fault>> FaultsInManifest(const fs::path& folder,
+                                                                 const core::Bench& bench) {
+  std::map<std::string, std::vector<core::Fault>> faults;
+  const Result<std::string> text = ReadFile((folder / "manifest.json").string(), kManifestBytesMax);
+  if (!text) return faults;
+  boost::system::error_code error;
+  const json::value root = json::parse(text.value(), error);
+  const json::value* list = error ? nullptr : root.find_pointer("/recordings", error);
+  if (list == nullptr || !list->is_array()) return faults;
+  for (const json::value& entry : list->get_array()) {
+    boost::system::error_code ignored;
+    const json::value* file = entry.find_pointer("/file", ignored);
+    const json::value* injected = entry.find_pointer("/faults", ignored);
+    if (file == nullptr || !file->is_string() || injected == nullptr || !injected->is_array()) {
+      continue;
+    }
+    std::vector<core::Fault>& of_file = faults[std::string(file->get_string())];
+    for (const json::value& each : injected->get_array()) {
+      const json::value* component = each.find_pointer("/component", ignored);
+      const json::value* value = each.find_pointer("/value", ignored);
+      const json::value* at_s = each.find_pointer("/at_s", ignored);
+      if (component == nullptr || !component->is_string() || value == nullptr || at_s == nullptr) {
+        continue;
+      }
+      const auto found = bench.Find(std::string_view(component->get_string()));
+      if (!found || !value->is_number() || !at_s->is_number()) continue;
+      core::Fault fault;
+      fault.component = *found;
+      fault.value = value->to_number<double>();
+      fault.at_s = at_s->to_number<double>();
+      of_file.push_back(fault);
+    }
+  }
+  return faults;
+}
+
+Result<std::vector<MethodRecord>> ReadRecordings(const std::string& folder,
+                                                 const core::Bench& bench) {
+  std::vector<std::string> files;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+       entry.increment(error)) {
+    const std::string path = entry->path().string();
+    if (path.ends_with(".csv") || path.ends_with(".csv.gz")) files.push_back(path);
+  }
+  if (error || files.empty()) {
+    return Error{ErrorCode::kNotFound,
+                 error ? "cannot read the folder " + folder + ": " + error.message()
+                       : "no .csv or .csv.gz in the folder " + folder,
+                 "recordings"};
+  }
+  std::sort(files.begin(), files.end());
+  const auto manifest = FaultsInManifest(folder, bench);
+  std::vector<MethodRecord> records;
+  for (const std::string& file : files) {
+    Result<CsvRecord> read = ReadCsv(file);
+    if (!read) return read.error();
+    MethodRecord record;
+    record.name = fs::path(file).filename().string();
+    record.samples = std::move(read.value().samples);
+    record.period_s = read.value().period_s;
+    record.faults = FaultsInComments(read.value().comments, bench);
+    const auto noted = manifest.find(record.name);
+    if (record.faults.empty() && noted != manifest.end()) record.faults = noted->second;
+    // Methods of the literature know abrupt faults, one at a time.
+    if (record.faults.size() > 1) continue;
+    records.push_back(std::move(record));
+  }
+  return records;
+}
+
+core::Status Write(const MethodsCommandOptions& options, const MethodStudy& study) {
+  if (!options.markdown.empty()) {
+    const core::Status written = WriteFile(options.markdown, ToMarkdown(study));
+    if (!written) return written;
+  }
+  if (options.plots_dir.empty() || study.faults.empty()) return core::Done{};
+  std::error_code error;
+  fs::create_directories(options.plots_dir, error);
+  return WriteFigure(
+      MakeMethodFigure(study), (fs::path(options.plots_dir) / "methods.png").string(), 1);
+}
+
+int PrintTunings(const MethodStudyOptions& options) {
+  std::string text;
+  for (const ChosenTuning& chosen : TuneMethods(options, false)) {
+    std::array<char, 120> line;
+    std::snprintf(line.data(),
+                  line.size(),
+                  "    MethodTuning{\"%s\", %.6g, %.6g},  //",
+                  std::string(chosen.method).c_str(),
+                  chosen.tuning,
+                  chosen.level);
+    text += line.data() + chosen.tried + "\n";
+  }
+  return Print(text);
+}
+
+}  // namespace
+
+core::Status CheckMethod(const std::string& name, const core::Bench& bench) {
+  const core::MethodInfo* method = core::FindMethod(name);
+  if (method == nullptr) {
+    std::string known;
+    for (const core::MethodInfo& info : core::AllMethods()) known += " " + std::string(info.name);
+    return core::Error{
+        core::ErrorCode::kInvalid, "--method '" + name + "': expected one of" + known, "method"};
+  }
+  if (!core::Fits(*method, bench)) {
+    return core::Error{core::ErrorCode::kInvalid,
+                       "--method '" + name + "' was made for another bench than " + bench.name,
+                       "method"};
+  }
+  return core::Done{};
+}
+
+int RunMethods(const MethodsCommandOptions& options) {
+  const Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
+  if (!bench) return Fail(bench.error(), kExitBadInput);
+  MethodStudyOptions study_options;
+  study_options.bench = bench.value();
+  study_options.methods = options.methods;
+  study_options.trials = options.trials;
+  study_options.healthy_hours = options.hours;
+  study_options.seed = options.seed;
+  for (const std::string& name : options.methods) {
+    const core::Status known = CheckMethod(name, *bench.value());
+    if (!known) return Fail(known.error(), kExitBadInput);
+  }
+  if (options.trials < 1 || !(options.hours >= 0.0)) {
+    return Fail({ErrorCode::kInvalid, "--trials at least 1, --hours at least 0", "trials"},
+                kExitBadInput);
+  }
+  if (options.tune) return PrintTunings(study_options);
+  const auto progress = [shown = -1](double done) mutable {
+    const int percent = static_cast<int>(100.0 * done);
+    if (percent / 5 != shown / 5 || shown < 0) std::fprintf(stderr, "%d %%\n", percent);
+    shown = percent;
+    return true;
+  };
+  MethodStudy study;
+  if (options.recordings.empty()) {
+    study = StudyMethods(study_options, progress);
+  } else {
+    const Result<std::vector<MethodRecord>> records =
+        ReadRecordings(options.recordings, *bench.value());
+    if (!records) return Fail(records.error(), kExitBadInput);
+    study = StudyRecordings(study_options, records.value(), progress);
+  }
+  if (const core::Status written = Write(options, study); !written) {
+    return Fail(written.error(), kExitFailure);
+  }
+  return Print(options.json ? json::serialize(ToJson(study)) + "\n" : ToText(study));
+}
+
+}  // namespace faultlab::server

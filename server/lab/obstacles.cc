@@ -1,0 +1,64 @@
+#include "server/lab/obstacles.h"
+
+#include <optional>
+
+namespace faultlab::server::lab {
+namespace {
+
+std::optional<Obstacle> OnRig(const LabState& state, const Rig& rig) {
+  if (rig.status == RigStatus::kCleaning) {
+    return Obstacle{rig.id, ObstacleKind::kCheck, {{}, rig.cleaning_due}};
+  }
+  for (const auto& [id, session] : state.sessions) {
+    if (session.state == SessionState::kClosed || session.rig != rig.id) continue;
+    return Obstacle{rig.id, ObstacleKind::kSession, {session.start, session.hard_end}};
+  }
+  return std::nullopt;
+}
+
+std::optional<Obstacle> AheadOf(const LabState& state, const Rig& rig) {
+  std::optional<Obstacle> first;
+  const auto take = [&](ObstacleKind kind, const Interval& during) {
+    if (!first || during.start < first->during.start) first = Obstacle{rig.id, kind, during};
+  };
+  for (const auto& [id, booking] : state.bookings) {
+    if (booking.state != BookingState::kBooked || booking.rig != rig.id) continue;
+    take(ObstacleKind::kBooking, booking.during);
+  }
+  for (const auto& [id, outage] : state.outages) {
+    if (outage.rig == rig.id) take(ObstacleKind::kOutage, outage.during);
+  }
+  return first;
+}
+
+}  // namespace
+
+std::string_view Name(ObstacleKind kind) {
+  switch (kind) {
+    case ObstacleKind::kSession:
+      return "session";
+    case ObstacleKind::kCheck:
+      return "check";
+    case ObstacleKind::kBooking:
+      return "booking";
+    case ObstacleKind::kOutage:
+      return "outage";
+  }
+  return "";
+}
+
+std::vector<Obstacle> ObstaclesOf(const LabState& state, const std::string& rig_class) {
+  std::vector<Obstacle> obstacles;
+  for (const auto& [id, rig] : state.rigs) {
+    if (rig.rig_class != rig_class || rig.status == RigStatus::kOffline ||
+        rig.status == RigStatus::kQuarantined) {
+      continue;
+    }
+    std::optional<Obstacle> found = OnRig(state, rig);
+    if (!found) found = AheadOf(state, rig);
+    if (found) obstacles.push_back(*found);
+  }
+  return obstacles;
+}
+
+}  // namespace faultlab::server::lab

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/lab/lab_types.h"
+
+namespace faultlab::server::lab {
+
+enum class ObstacleKind : std::uint8_t { kSession, kCheck, kBooking, kOutage };
+std::string_view Name(ObstacleKind kind);
+
+/// What keeps one rig from those who wait for its class.
+struct Obstacle {
+  RigId rig;
+  ObstacleKind kind{};
+  Interval during;  ///< of a session or a check: ends then at the latest
+  friend bool operator==(const Obstacle&, const Obstacle&) = default;
+};
+
+/// One for each rig of the class that works, ordered by rig: who or what is on it; on a ready rig
+/// the first booking or planned outage, before which a waiting session has no room. A ready rig
+/// without either is missing: nothing keeps it. A rig that is offline or quarantined is missing
+/// too.
+std::vector<Obstacle> ObstaclesOf(const LabState& state, const std::string& rig_class);
+
+}  // namespace faultlab::server::lab

@@ -1,0 +1,274 @@
+#include "server/methods/method_report.h"
+
+#include <array>
+#include <boost/json/array.hpp>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+#include "server/plots/value_text.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using core::Interval;
+
+[[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...) {
+  std::array<char, 400> text;
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text.data(), text.size(), format, arguments);
+  va_end(arguments);
+  return text.data();
+}
+
+std::string Share(int hits, int all) {
+  if (all == 0) return "-";
+  const Interval interval = core::WilsonInterval(hits, all);
+  return Format("%d/%d (%.0f-%.0f %%)", hits, all, 100.0 * interval.low, 100.0 * interval.high);
+}
+
+std::string Percent(double ratio) {
+  return std::isfinite(ratio) ? Format("%.2g %%", 100.0 * ratio) : std::string("-");
+}
+
+/// Median with its 95 % interval by order statistics.
+std::string Error(const MethodRow& row) {
+  if (!row.info->identifies) return "cannot";
+  if (row.errors.empty()) return "-";
+  const double n = static_cast<double>(row.errors.size());
+  const double half = 0.98 / std::sqrt(n);
+  return Percent(core::Quantile(row.errors, 0.5)) + " (" +
+         Percent(core::Quantile(row.errors, std::max(0.0, 0.5 - half))) + " - " +
+         Percent(core::Quantile(row.errors, std::min(1.0, 0.5 + half))) + ")";
+}
+
+std::string Delay(const MethodRow& row) {
+  if (row.delays.empty()) return "-";
+  return Format("%.0f / %.0f", core::Quantile(row.delays, 0.5), core::Quantile(row.delays, 0.95));
+}
+
+std::string FalseAlarms(const MethodRow& row) {
+  if (row.watched_days <= 0.0) return "-";
+  const Interval interval = core::PoissonInterval(row.false_alarms);
+  return Format("%.2g (%.2g-%.2g)",
+                row.false_alarms / row.watched_days,
+                interval.low / row.watched_days,
+                interval.high / row.watched_days);
+}
+
+std::string Transient(const MethodRow& row) {
+  if (row.faulty == 0) return "-";
+  std::string text;
+  for (std::size_t i = 0; i < row.isolated.size(); ++i) {
+    text += (i > 0 ? " " : "") +
+            Format("%.0f", 100.0 * row.isolated[i] / static_cast<double>(row.faulty));
+  }
+  return text;
+}
+
+std::string InTime(const MethodRow& row, double period_s) {
+  if (row.info->pace == core::MethodPace::kAfterwards) return "no, search after the alarm";
+  if (!row.in_time(period_s)) return "no";
+  return row.info->pace == core::MethodPace::kBlocks ? "yes, by blocks" : "yes";
+}
+
+/// "-" where there was none.
+std::string Time(const std::vector<double>& times) {
+  return times.empty() ? std::string("-") : Format("%.2g", core::Quantile(times, 0.5));
+}
+
+std::string Memory(std::size_t bytes) {
+  return bytes < 10'240 ? Format("%zu B", bytes)
+                        : Format("%.0f kB", static_cast<double>(bytes) / 1024.0);
+}
+
+std::string FaultName(const core::FaultSize& fault) {
+  return std::string(core::Name(fault.component)) + " = " +
+         PlainText(ValueText(fault.value, core::Unit(fault.component)));
+}
+
+}  // namespace
+
+std::string ToText(const MethodStudy& study) {
+  std::string text = Format("%-12s %-20s %-10s %-16s %-20s %-30s %9s %9s\n",
+                            "method",
+                            "detected",
+                            "delay",
+                            "false alarms/day",
+                            "isolated at the end",
+                            "error, median",
+                            "us/sample",
+                            "ms/diag.");
+  for (const MethodRow& row : study.rows) {
+    if (!row.fits) {
+      text += Format("%-12s made for another bench\n", std::string(row.info->name).c_str());
+      continue;
+    }
+    text += Format("%-12s %-20s %-10s %-16s %-20s %-30s %9s %9s\n",
+                   std::string(row.info->name).c_str(),
+                   Share(row.detected, row.faulty).c_str(),
+                   Delay(row).c_str(),
+                   FalseAlarms(row).c_str(),
+                   Share(row.isolated.back(), row.faulty).c_str(),
+                   Error(row).c_str(),
+                   Time(row.sample_us).c_str(),
+                   Time(row.diagnosis_ms).c_str());
+  }
+  return text;
+}
+
+std::string ToMarkdown(const MethodStudy& study) {
+  std::string out;
+  const std::string source =
+      study.faults.empty()
+          ? Format("%d given recordings", study.recordings)
+          : Format("%zu faults x %d seeds (from %llu) and %.3g h of healthy runs a method",
+                   study.faults.size(),
+                   study.options.trials,
+                   static_cast<unsigned long long>(study.options.seed),
+                   study.options.healthy_hours);
+  out +=
+      "# The methods of Table 21, measured\n\nWritten by `faultlab methods --markdown`; how, and "
+      "what the figures say about the paper's words:\n[methods/README.md](methods/README.md). "
+      "Shares with Wilson's 95 % interval, false alarms with Poisson's, medians by order "
+      "statistics.\n\n";
+  out += "## " + study.options.bench->name + ": " + source + "\n\n";
+  out +=
+      "| method | the paper's Table 21, in other words | real time | detected | delay, median / "
+      "95 % (samples) | false alarms a day | isolated at the end | isolated 0.2, 0.5, 1, 5 s after "
+      "the alarm, at the end (%) | error of the value, median | us a sample | ms a diagnosis | "
+      "memory | tuning |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const MethodRow& row : study.rows) {
+    const core::MethodInfo& info = *row.info;
+    out += "| " + std::string(info.title) + " (`" + std::string(info.name) + "`) | " +
+           std::string(info.paper.empty() ? "no row" : info.paper) + " | ";
+    if (!row.fits) {
+      out += "made for another bench | - | - | - | - | - | - | - | - | - | - |\n";
+      continue;
+    }
+    out += InTime(row, study.period_s) + " | " + Share(row.detected, row.faulty) + " | " +
+           Delay(row) + " | " + FalseAlarms(row) + " | " +
+           (info.isolates ? Share(row.isolated.back(), row.faulty) : "cannot") + " | " +
+           Transient(row) + " | " + Error(row) + " | " + Time(row.sample_us) + " | " +
+           Time(row.diagnosis_ms) + " | " + Memory(row.bytes) + " | " + std::string(info.tuned) +
+           (info.tunings.size() > 1 ? Format(" %g", info.tuning) : "") + " |\n";
+  }
+  if (study.faults.empty()) return out;
+  out += "\nBy fault: isolated at the end of " + std::to_string(study.options.trials) +
+         ", median error of the value (%):\n\n| fault |";
+  for (const MethodRow& row : study.rows) out += " " + std::string(row.info->name) + " |";
+  out += "\n|---|";
+  for (std::size_t m = 0; m < study.rows.size(); ++m) out += "---|";
+  for (std::size_t f = 0; f < study.faults.size(); ++f) {
+    out += "\n| " + FaultName(study.faults[f]) + " |";
+    for (const MethodRow& row : study.rows) {
+      if (!row.fits || f >= row.isolated_of.size()) {
+        out += " - |";
+        continue;
+      }
+      out += Format(" %d", row.isolated_of[f]);
+      if (row.detected_of[f] < study.options.trials) {
+        out += Format(" [%d]", row.detected_of[f]);
+      }
+      if (std::isfinite(row.error_of[f])) out += Format(", %.2g", 100.0 * row.error_of[f]);
+      out += " |";
+    }
+  }
+  return out + "\n\n`[n]`: only n of them were detected.\n";
+}
+
+json::object ToJson(const MethodStudy& study) {
+  const auto number = [](double value) {
+    return std::isfinite(value) ? json::value(value) : json::value(nullptr);
+  };
+  const auto interval = [](const Interval& of, double scale) {
+    return json::array{of.low * scale, of.high * scale};
+  };
+  json::array rows;
+  for (const MethodRow& row : study.rows) {
+    json::object out = {
+        {"method", row.info->name},
+        {"title", row.info->title},
+        {"group", row.info->group},
+        {"fits", row.fits},
+        {"tuned", row.info->tuned},
+        {"tuning", row.info->tuning},
+        {"level", row.info->level},
+        {"isolates", row.info->isolates},
+        {"identifies", row.info->identifies},
+        {"records", row.faulty},
+        {"refused", row.refused},
+        {"detected", row.detected},
+        {"detected_95", interval(core::WilsonInterval(row.detected, row.faulty), 1.0)},
+        {"delay_median", number(core::Quantile(row.delays, 0.5))},
+        {"delay_95", number(core::Quantile(row.delays, 0.95))},
+        {"false_alarms", row.false_alarms},
+        {"watched_days", row.watched_days}};
+    if (row.watched_days > 0.0) {
+      out["false_alarms_per_day"] = row.false_alarms / row.watched_days;
+      out["false_alarms_per_day_95"] =
+          interval(core::PoissonInterval(row.false_alarms), 1.0 / row.watched_days);
+    }
+    json::array isolated;
+    for (const int count : row.isolated) isolated.emplace_back(count);
+    out["isolated"] = std::move(isolated);
+    out["error_median"] = number(core::Quantile(row.errors, 0.5));
+    out["error_95"] = number(core::Quantile(row.errors, 0.95));
+    out["sample_us"] = number(core::Quantile(row.sample_us, 0.5));
+    out["diagnosis_ms"] = number(core::Quantile(row.diagnosis_ms, 0.5));
+    out["bytes"] = row.bytes;
+    out["real_time"] = row.in_time(study.period_s);
+    json::array by_fault;
+    for (std::size_t f = 0; f < row.isolated_of.size(); ++f) {
+      by_fault.emplace_back(json::object{{"component", core::Name(study.faults[f].component)},
+                                         {"value", study.faults[f].value},
+                                         {"detected", row.detected_of[f]},
+                                         {"delay_median", number(row.delay_of[f])},
+                                         {"isolated", row.isolated_of[f]},
+                                         {"error_median", number(row.error_of[f])}});
+    }
+    out["faults"] = std::move(by_fault);
+    rows.emplace_back(std::move(out));
+  }
+  json::array after;
+  for (const double after_s : core::kLookAfterS) after.emplace_back(after_s);
+  return {{"bench", study.options.bench->name},
+          {"trials", study.options.trials},
+          {"healthy_hours", study.options.healthy_hours},
+          {"seed", study.options.seed},
+          {"recordings", study.recordings},
+          {"period_s", study.period_s},
+          {"isolated_after_s", std::move(after)},
+          {"methods", std::move(rows)}};
+}
+
+Figure MakeMethodFigure(const MethodStudy& study) {
+  Figure figure;
+  figure.title = "Methods and faults: isolated at the end, median error of the value";
+  figure.subtitle =
+      Format("%s, %d records a fault", study.options.bench->name.c_str(), study.options.trials);
+  figure.matrix.row_title = "Method";
+  figure.matrix.column_title = "Fault";
+  for (const core::FaultSize& fault : study.faults) {
+    figure.matrix.columns.push_back(ComponentLabel(fault.component) + " " +
+                                    ValueText(fault.value, core::Unit(fault.component)));
+  }
+  for (const MethodRow& row : study.rows) {
+    if (!row.fits || row.isolated_of.size() != study.faults.size()) continue;
+    figure.matrix.rows.push_back(std::string(row.info->name));
+    for (std::size_t f = 0; f < study.faults.size(); ++f) {
+      const double share = static_cast<double>(row.isolated_of[f]) / study.options.trials;
+      figure.matrix.value.push_back(share);
+      figure.matrix.text.push_back(
+          std::isfinite(row.error_of[f]) && share > 0.0
+              ? Format("%.2g %%", 100.0 * row.error_of[f])
+              : Format("%.0f/%d", share * study.options.trials, study.options.trials));
+    }
+  }
+  figure.footer = "full colour: every record isolated; text: median error, or how many";
+  return figure;
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,405 @@
+#include "server/methods/method_study.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "core/calibration/bench_noise.h"
+#include "core/isolability/isolability.h"
+#include "core/plant/simulate_record.h"
+#include "core/signals/excitation.h"
+#include "core/signals/random.h"
+#include "core/types/time_span.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Component;
+using core::MethodInfo;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+// At 100 Hz 20 s and a minute; at higher rates the same time (SpanOf).
+constexpr std::size_t kRecordSamples = 2000;
+constexpr std::size_t kHealthySamples = 6000;
+std::size_t HealthySamples(const core::Bench& bench) {
+  return core::SpanOf(kHealthySamples, bench.period_s);
+}
+
+core::ExcitationSpec WithSeed(core::ExcitationSpec spec, std::uint64_t seed) {
+  if (auto* prbs = std::get_if<core::PrbsSpec>(&spec)) prbs->seed = seed;
+  if (auto* multisine = std::get_if<core::MultisineSpec>(&spec)) multisine->seed = seed;
+  return spec;
+}
+
+double HealthyTo(const core::Bench& bench) {
+  return core::MethodOptionsOf(bench, bench.period_s).healthy_to_s;
+}
+
+std::vector<Component> SameKind(const core::Bench& bench, const core::FaultSize& fault) {
+  core::IsolabilityOptions options;
+  options.bench = &bench;
+  const core::BenchProfile& profile = bench.profiles.front();
+  options.rig = {bench.nominal, 1.0, profile.delta_s, profile.friction.mc_nm};
+  options.noise = core::NoiseOf(profile, bench.nominal.gear_ratio);
+  options.channels = core::MethodOptionsOf(bench, bench.period_s).channels;
+  options.period_s = bench.period_s;
+  constexpr int kInputs = 300;
+  const auto input = core::Generate(bench.excitation, kInputs * bench.period_s, bench.period_s);
+  if (!input) return {fault.component};
+  options.uc_v = input.value();
+  options.faults = {fault};
+  const auto judged = core::AnalyseIsolability(options);
+  return judged ? judged.value().faults.front().group : std::vector{fault.component};
+}
+
+bool Names(const core::MethodFinding& finding, const std::vector<Component>& same_kind) {
+  if (finding.isolation != core::Answer::kGiven || finding.named == 0) return false;
+  for (std::size_t i = 0; i < finding.named; ++i) {
+    const Component named = finding.candidates[i].component;
+    if (std::find(same_kind.begin(), same_kind.end(), named) == same_kind.end()) return false;
+  }
+  return true;
+}
+
+double ErrorOf(const core::MethodFinding& finding, const core::Fault& fault) {
+  if (finding.identification != core::Answer::kGiven) return kNone;
+  for (const core::MethodCandidate& candidate : finding.candidates) {
+    if (!(candidate.component == fault.component)) continue;
+    return std::abs(candidate.value - fault.value) / fault.value;
+  }
+  return kNone;
+}
+
+void Count(const MethodOutcome& outcome, bool faulty, MethodRow& row) {
+  if (outcome.refused) {
+    ++row.refused;
+    return;
+  }
+  row.false_alarms += outcome.false_alarm ? 1 : 0;
+  row.watched_days += outcome.watched_s / 86400.0;
+  row.bytes = std::max(row.bytes, outcome.bytes);
+  if (!faulty) return;
+  ++row.faulty;
+  row.isolated.resize(core::kLookAfterS.size() + 1, 0);
+  if (outcome.sample_us > 0.0) row.sample_us.push_back(outcome.sample_us);
+  if (!outcome.detected) return;
+  ++row.detected;
+  row.delays.push_back(outcome.delay_samples);
+  row.diagnosis_ms.push_back(outcome.diagnosis_ms);
+  for (std::size_t i = 0; i < outcome.isolated.size(); ++i) {
+    row.isolated[i] += outcome.isolated[i] ? 1 : 0;
+  }
+  if (outcome.isolated.back() && std::isfinite(outcome.error)) row.errors.push_back(outcome.error);
+}
+
+std::vector<const MethodInfo*> MethodsOf(const MethodStudyOptions& options) {
+  std::vector<const MethodInfo*> chosen;
+  for (const MethodInfo& info : core::AllMethods()) {
+    const bool asked = options.methods.empty() ||
+                       std::find(options.methods.begin(), options.methods.end(), info.name) !=
+                           options.methods.end();
+    if (asked) chosen.push_back(&info);
+  }
+  return chosen;
+}
+
+MethodStudy EmptyStudy(const MethodStudyOptions& options) {
+  MethodStudy study;
+  study.options = options;
+  study.period_s = options.bench->period_s;
+  for (const MethodInfo* info : MethodsOf(options)) {
+    MethodRow row;
+    row.info = info;
+    row.fits = core::Fits(*info, *options.bench);
+    row.isolated.resize(core::kLookAfterS.size() + 1, 0);
+    study.rows.push_back(std::move(row));
+  }
+  return study;
+}
+
+/// Exceedances of a high level decay exponentially: extrapolates the maxima of blocks to one
+/// exceedance a day.
+double LevelOfOneADay(std::vector<double> maxima, double block_s) {
+  if (maxima.empty()) return 0.0;
+  std::sort(maxima.begin(), maxima.end());
+  constexpr double kTail = 0.1;
+  const auto from = static_cast<std::size_t>((1.0 - kTail) * static_cast<double>(maxima.size()));
+  const double level = maxima[from];
+  double excess = 0.0;
+  for (std::size_t i = from; i < maxima.size(); ++i) excess += maxima[i] - level;
+  excess /= static_cast<double>(maxima.size() - from);
+  const double blocks_a_day = 86400.0 / block_s;
+  return level + excess * std::log(kTail * blocks_a_day);
+}
+
+/// Largest statistic of each block of a healthy record after its calibration.
+void CollectMaxima(const MethodInfo& info,
+                   const core::MethodTask& task,
+                   const MethodRecord& record,
+                   double from_s,
+                   std::size_t block,
+                   double tuning,
+                   std::vector<double>& maxima) {
+  core::MethodSession session(info, task, tuning, std::numeric_limits<double>::infinity());
+  double most = -std::numeric_limits<double>::infinity();
+  std::size_t inside = 0;
+  for (const core::Sample& sample : record.samples) {
+    if (sample.t_s < from_s) continue;
+    session.Push(sample);
+    most = std::max(most, session.statistic());
+    if (++inside < block) continue;
+    maxima.push_back(most);
+    most = -std::numeric_limits<double>::infinity();
+    inside = 0;
+  }
+}
+
+}  // namespace
+
+MethodRecord SimulateMethodRecord(const core::Bench& bench,
+                                  const core::FaultSize* fault,
+                                  std::uint64_t seed,
+                                  std::size_t samples) {
+  core::Random random(core::StreamSeed(seed, 7));
+  MethodRecord record;
+  record.period_s = bench.period_s;
+  const double duration_s = static_cast<double>(samples) * bench.period_s;
+  if (fault != nullptr) {
+    core::Fault injected;
+    injected.component = fault->component;
+    injected.value = fault->value;
+    injected.at_s = duration_s * random.Uniform(0.4, 0.6);
+    record.faults.push_back(injected);
+  }
+  const auto input = core::Generate(
+      WithSeed(bench.excitation, 1 + random.Below(1000)), duration_s, bench.period_s);
+  LAB_CHECK(input.ok(), bench.name);
+  record.samples = core::SimulateRecord(
+      bench.profiles.front(), bench.nominal, input.value(), record.faults, seed, bench.period_s);
+  return record;
+}
+
+MethodOutcome TryMethod(const MethodInfo& info,
+                        const core::Bench& bench,
+                        const MethodRecord& record,
+                        double tuning,
+                        double level) {
+  using Clock = std::chrono::steady_clock;
+  const core::MethodOptions options = core::MethodOptionsOf(bench, record.period_s);
+  MethodOutcome outcome;
+  const core::Result<core::MethodTask> task = core::PrepareMethods(record.samples, options);
+  if (!task) {
+    outcome.refused = true;
+    return outcome;
+  }
+  core::MethodSession session(info, task.value(), tuning, level);
+  const double fault_s =
+      record.faults.empty() ? std::numeric_limits<double>::infinity() : record.faults.front().at_s;
+  core::MethodFinding finding;
+  std::size_t looked = 0;
+  Clock::duration pushing{};
+  int pushed = 0;
+  const auto look = [&] {
+    const Clock::time_point begin = Clock::now();
+    finding = session.Diagnose();
+    outcome.diagnosis_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+    outcome.isolated.push_back(Names(finding, record.same_kind));
+  };
+  Clock::time_point since = Clock::now();
+  for (const core::Sample& sample : record.samples) {
+    if (sample.t_s < options.healthy_to_s) continue;
+    const bool alarm = session.Push(sample);
+    ++pushed;
+    if (sample.t_s < fault_s) outcome.watched_s += record.period_s;
+    if (alarm) {
+      if (sample.t_s < fault_s) {
+        outcome.false_alarm = true;
+        return outcome;
+      }
+      outcome.detected = true;
+      outcome.delay_samples = 1.0 + std::floor((sample.t_s - fault_s) / record.period_s + 1e-6);
+    }
+    const bool due =
+        session.alarmed() && looked < core::kLookAfterS.size() &&
+        sample.t_s + 0.5 * record.period_s >= *session.alarmed_at_s() + core::kLookAfterS[looked];
+    if (due) {
+      pushing += Clock::now() - since;
+      look();
+      ++looked;
+      since = Clock::now();
+    }
+  }
+  pushing += Clock::now() - since;
+  outcome.sample_us =
+      std::chrono::duration<double, std::micro>(pushing).count() / std::max(pushed, 1);
+  outcome.bytes = session.bytes();
+  if (!outcome.detected) return outcome;
+  while (looked++ < core::kLookAfterS.size()) outcome.isolated.push_back(false);
+  look();
+  outcome.error = ErrorOf(finding, record.faults.front());
+  return outcome;
+}
+
+MethodStudy StudyMethods(const MethodStudyOptions& options, const Progress& progress) {
+  const core::Bench& bench = *options.bench;
+  MethodStudy study = EmptyStudy(options);
+  study.faults = core::FaultsOf(bench);
+  const std::size_t faults = study.faults.size();
+  const double healthy_s =
+      static_cast<double>(HealthySamples(bench)) * bench.period_s - HealthyTo(bench);
+  const auto healthy_records =
+      static_cast<std::size_t>(std::ceil(options.healthy_hours * 3600.0 / healthy_s));
+  const double all =
+      static_cast<double>(faults * static_cast<std::size_t>(options.trials) + healthy_records);
+  double done = 0.0;
+  for (std::size_t f = 0; f < faults; ++f) {
+    const std::vector<Component> same_kind = SameKind(bench, study.faults[f]);
+    std::vector<MethodRow> of_fault = EmptyStudy(options).rows;
+    for (int trial = 0; trial < options.trials; ++trial) {
+      const std::uint64_t seed = options.seed + 1000 * f + static_cast<std::uint64_t>(trial);
+      MethodRecord record = SimulateMethodRecord(
+          bench, &study.faults[f], seed, core::SpanOf(kRecordSamples, bench.period_s));
+      record.same_kind = same_kind;
+      for (std::size_t m = 0; m < study.rows.size(); ++m) {
+        MethodRow& row = study.rows[m];
+        if (!row.fits) continue;
+        const MethodOutcome outcome =
+            TryMethod(*row.info, bench, record, row.info->tuning, row.info->level);
+        Count(outcome, true, row);
+        Count(outcome, true, of_fault[m]);
+      }
+      if (!progress(++done / all)) return study;
+    }
+    for (std::size_t m = 0; m < study.rows.size(); ++m) {
+      study.rows[m].isolated_of.push_back(of_fault[m].isolated.back());
+      study.rows[m].detected_of.push_back(of_fault[m].detected);
+      study.rows[m].error_of.push_back(core::Quantile(of_fault[m].errors, 0.5));
+      study.rows[m].delay_of.push_back(core::Quantile(of_fault[m].delays, 0.5));
+    }
+  }
+  for (std::size_t h = 0; h < healthy_records; ++h) {
+    const MethodRecord record =
+        SimulateMethodRecord(bench, nullptr, options.seed + 100'000 + h, HealthySamples(bench));
+    for (MethodRow& row : study.rows) {
+      if (!row.fits) continue;
+      Count(TryMethod(*row.info, bench, record, row.info->tuning, row.info->level), false, row);
+    }
+    if (!progress(++done / all)) return study;
+  }
+  return study;
+}
+
+MethodStudy StudyRecordings(const MethodStudyOptions& options,
+                            const std::vector<MethodRecord>& records,
+                            const Progress& progress) {
+  MethodStudy study = EmptyStudy(options);
+  study.recordings = static_cast<int>(records.size());
+  double done = 0.0;
+  for (const MethodRecord& given : records) {
+    MethodRecord record = given;
+    if (!record.faults.empty()) {
+      record.same_kind =
+          SameKind(*options.bench, {record.faults.front().component, record.faults.front().value});
+    }
+    for (MethodRow& row : study.rows) {
+      if (!row.fits) continue;
+      Count(TryMethod(*row.info, *options.bench, record, row.info->tuning, row.info->level),
+            !record.faults.empty(),
+            row);
+    }
+    if (!progress(++done / static_cast<double>(records.size()))) break;
+  }
+  return study;
+}
+
+std::vector<ChosenTuning> TuneMethods(const MethodStudyOptions& options, bool levels_only) {
+  const core::Bench& bench = *options.bench;
+  const core::MethodOptions asked = core::MethodOptionsOf(bench, bench.period_s);
+  constexpr std::size_t kHealthyRecords = 120;
+  constexpr std::size_t kBlocks = 5;
+  const auto block = static_cast<std::size_t>(
+      (static_cast<double>(HealthySamples(bench)) - asked.healthy_to_s / bench.period_s) / kBlocks);
+  const double block_s = static_cast<double>(block) * bench.period_s;
+  std::vector<std::pair<MethodRecord, core::MethodTask>> healthy;
+  for (std::size_t h = 0; h < kHealthyRecords; ++h) {
+    MethodRecord record =
+        SimulateMethodRecord(bench, nullptr, kTuningSeed + h, HealthySamples(bench));
+    core::Result<core::MethodTask> task = core::PrepareMethods(record.samples, asked);
+    if (task) healthy.emplace_back(std::move(record), std::move(task).value());
+  }
+  std::vector<MethodRecord> faulty;
+  if (!levels_only) {
+    constexpr std::uint64_t kTrials = 2;
+    const std::vector<core::FaultSize> faults = core::FaultsOf(bench);
+    for (std::size_t f = 0; f < faults.size(); ++f) {
+      const std::vector<Component> same_kind = SameKind(bench, faults[f]);
+      for (std::uint64_t trial = 0; trial < kTrials; ++trial) {
+        faulty.push_back(SimulateMethodRecord(bench,
+                                              &faults[f],
+                                              kTuningSeed + 10'000 + 100 * f + trial,
+                                              core::SpanOf(kRecordSamples, bench.period_s)));
+        faulty.back().same_kind = same_kind;
+      }
+    }
+  }
+  std::vector<ChosenTuning> chosen;
+  for (const MethodInfo* info : MethodsOf(options)) {
+    if (info->group == "faultlab" || !core::Fits(*info, bench)) continue;
+    ChosenTuning best;
+    best.method = info->name;
+    std::tuple<int, double, double> best_score{-1, 0.0, 0.0};
+    const std::vector<double> tunings =
+        levels_only ? std::vector<double>{info->tuning}
+                    : std::vector<double>(info->tunings.begin(), info->tunings.end());
+    double level = 0.0;
+    for (std::size_t t = 0; t < tunings.size(); ++t) {
+      // The effort of a search does not change how it detects.
+      if (t == 0 || info->pace != core::MethodPace::kAfterwards) {
+        std::vector<double> maxima;
+        for (const auto& [record, task] : healthy) {
+          CollectMaxima(*info, task, record, asked.healthy_to_s, block, tunings[t], maxima);
+        }
+        level = LevelOfOneADay(maxima, block_s);
+      }
+      int named = 0;
+      std::vector<double> errors;
+      std::vector<double> delays;
+      for (const MethodRecord& record : faulty) {
+        const MethodOutcome outcome = TryMethod(*info, bench, record, tunings[t], level);
+        delays.push_back(outcome.detected ? outcome.delay_samples
+                                          : std::numeric_limits<double>::infinity());
+        if (!outcome.detected) continue;
+        named += (outcome.isolated[2] ? 1 : 0) + (outcome.isolated.back() ? 1 : 0);
+        if (outcome.isolated.back() && std::isfinite(outcome.error)) {
+          errors.push_back(outcome.error);
+        }
+      }
+      const double error = errors.empty() ? 1.0 : core::Quantile(errors, 0.5);
+      const double delay = delays.empty() ? 0.0 : core::Quantile(delays, 0.5);
+      std::array<char, 160> text;
+      std::snprintf(text.data(),
+                    text.size(),
+                    " %g: level %.4g, named %d of %zu, error %.3g %%, delay %g;",
+                    tunings[t],
+                    level,
+                    named,
+                    2 * faulty.size(),
+                    100.0 * error,
+                    delay);
+      best.tried += text.data();
+      const std::tuple<int, double, double> score{named, -error, -delay};
+      if (score > best_score) {
+        best_score = score;
+        best.tuning = tunings[t];
+        best.level = level;
+      }
+    }
+    chosen.push_back(std::move(best));
+  }
+  return chosen;
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,172 @@
+#include "server/notify/dispatcher.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace faultlab::server::notify {
+namespace {
+
+using Outcome = Attempt::Outcome;
+using std::chrono::milliseconds;
+using std::chrono::minutes;
+using std::chrono::seconds;
+
+constexpr int kWorkers = 4;
+constexpr seconds kLookEvery{1};
+constexpr minutes kTidyEvery{10};
+constexpr seconds kRestMax{30};
+constexpr std::chrono::hours kPauseMax{1};
+/// The database was away when the outcome was to be stored.
+constexpr milliseconds kStoreAgain{500};
+
+/// first, 2 first, 4 first .. most
+milliseconds Growing(milliseconds first, std::int64_t times, milliseconds most) {
+  constexpr std::int64_t kDoublings = 20;
+  const std::int64_t factor = std::int64_t{1} << std::clamp<std::int64_t>(times - 1, 0, kDoublings);
+  return std::min(most, first * factor);
+}
+
+}  // namespace
+
+Dispatcher::Dispatcher(Parts parts, NewsOptions options)
+    : parts_(std::move(parts)),
+      options_(std::move(options)),
+      outbox_(parts_.database),
+      webhooks_(parts_.database) {
+  looker_ = std::thread([this] { Look(); });
+  for (int i = 0; i < kWorkers; ++i) workers_.emplace_back([this] { Work(); });
+}
+
+Dispatcher::~Dispatcher() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+  looker_.join();
+  for (std::thread& worker : workers_) worker.join();
+}
+
+void Dispatcher::Look() {
+  MonotonicTime tidied{};
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    lock.unlock();
+    const auto waits = Gather(parts_.database, options_, parts_.service.Now());
+    if (!waits.ok()) Log(waits.error());
+    if (parts_.clock.Monotonic() - tidied >= kTidyEvery) {
+      tidied = parts_.clock.Monotonic();
+      const core::Status tidy = outbox_.Tidy(parts_.service.Now());
+      if (!tidy.ok()) Log(tidy.error());
+    }
+    lock.lock();
+    if (waits.ok() && waits.value()) {
+      ++looks_;
+      wake_.notify_all();
+    }
+    wake_.wait_for(lock, kLookEvery, [this] { return stopping_; });
+  }
+}
+
+void Dispatcher::Work() {
+  std::uint64_t seen = 0;
+  std::unique_lock lock(mutex_);
+  while (true) {
+    wake_.wait(lock, [&] { return stopping_ || looks_ != seen; });
+    seen = looks_;
+    while (!stopping_) {
+      lock.unlock();
+      const auto claimed = Claim();
+      if (!claimed.ok()) Log(claimed.error());
+      if (claimed.ok() && claimed.value()) Store(*claimed.value(), Send(*claimed.value()));
+      lock.lock();
+      if (!claimed.ok() || !claimed.value()) break;
+      busy_.erase(claimed.value()->channel);
+      ++looks_;  // others may have passed over this channel
+      wake_.notify_all();
+    }
+    if (stopping_) return;
+  }
+}
+
+/// One after the other, so that a channel is not claimed twice.
+core::Result<std::optional<Message>> Dispatcher::Claim() {
+  const std::lock_guard claiming(claiming_);
+  std::set<std::string> not_these;
+  {
+    const std::lock_guard lock(mutex_);
+    not_these = busy_;
+    const MonotonicTime now = parts_.clock.Monotonic();
+    for (const auto& [channel, rest] : rests_) {
+      if (rest.until > now) not_these.insert(channel);
+    }
+  }
+  auto claimed = outbox_.Claim(
+      {parts_.service.member(), parts_.service.boot()}, not_these, parts_.service.Now());
+  if (claimed.ok() && claimed.value()) {
+    const std::lock_guard lock(mutex_);
+    busy_.insert(claimed.value()->channel);
+  }
+  return claimed;
+}
+
+Attempt Dispatcher::Send(const Message& message) {
+  const auto hook = HookOf(message.channel);
+  if (!hook) return {Outcome::kNever, "nothing sends to " + message.channel};
+  const auto found = webhooks_.Get(*hook);
+  if (!found.ok()) {
+    const bool gone = found.error().code == core::ErrorCode::kNotFound;
+    return {gone ? Outcome::kNever : Outcome::kNotNow, found.error().message};
+  }
+  Attempt attempt = parts_.hooks.Send(found.value(), message, parts_.clock.Wall());
+  const core::Status noted = webhooks_.Note(*hook, attempt.error, parts_.service.Now());
+  if (!noted.ok()) Log(noted.error());
+  return attempt;
+}
+
+milliseconds Dispatcher::Note(const std::string& channel, const Attempt& attempt) {
+  const std::lock_guard lock(mutex_);
+  if (attempt.outcome != Outcome::kNotNow) {
+    rests_.erase(channel);
+    return milliseconds{0};
+  }
+  Rest& rest = rests_[channel];
+  const milliseconds pause = Growing(seconds(1), ++rest.failures, kRestMax);
+  rest.until = parts_.clock.Monotonic() + pause;
+  return pause;
+}
+
+/// The outcome is stored when the database is there again: the claim lasts as long as this
+/// membership. A server that stops before leaves the message to be sent again.
+void Dispatcher::Store(const Message& message, const Attempt& attempt) {
+  const milliseconds rest = Note(message.channel, attempt);
+  while (true) {
+    const WallTime now = parts_.service.Now();
+    core::Status stored = core::Done{};
+    switch (attempt.outcome) {
+      case Outcome::kTaken:
+        stored = outbox_.Delivered(message, now);
+        break;
+      case Outcome::kNotNow:
+        stored = outbox_.Retry(message, attempt.error, now + rest);
+        break;
+      case Outcome::kRefused:
+        stored = outbox_.Retry(
+            message, attempt.error, now + Growing(seconds(2), message.attempts, kPauseMax));
+        break;
+      case Outcome::kNever:
+        stored = outbox_.GiveUp(message, attempt.error, now);
+        break;
+    }
+    if (stored.ok() || stored.error().code == core::ErrorCode::kStale) return;
+    Log(stored.error());
+    std::unique_lock lock(mutex_);
+    if (wake_.wait_for(lock, kStoreAgain, [this] { return stopping_; })) return;
+  }
+}
+
+void Dispatcher::Log(const core::Error& error) {
+  parts_.log("outbox: " + error.message);
+}
+
+}  // namespace faultlab::server::notify

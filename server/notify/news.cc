@@ -1,0 +1,308 @@
+#include "server/notify/news.h"
+
+#include <soci/soci.h>
+
+#include <algorithm>
+#include <boost/json/object.hpp>
+#include <boost/json/serialize.hpp>
+#include <set>
+
+#include "server/lab/lab_types.h"
+#include "server/notify/outbox.h"
+#include "server/notify/webhooks.h"
+
+namespace faultlab::server::notify {
+namespace {
+
+namespace json = boost::json;
+using soci::into;
+using soci::use;
+using std::chrono::milliseconds;
+using std::chrono::minutes;
+
+constexpr int kEventsOfALook = 500;
+/// How often the time of the last look is stored. A booking that is made so shortly after the time
+/// of its reminder is still recalled.
+constexpr milliseconds kLookStored = minutes(1);
+
+struct Cursor {
+  std::int64_t event_seq = 0;
+  WallTime reminded{};
+};
+
+Cursor LoadCursor(Transaction& tx, bool locked) {
+  Cursor cursor;
+  std::int64_t reminded_ms = 0;
+  std::string query = "SELECT event_seq, reminded_ms FROM outbox_cursor WHERE id = 1";
+  if (locked && tx.engine() == Engine::kPostgresql) query += " FOR UPDATE";
+  tx.sql() << query, into(cursor.event_seq), into(reminded_ms);
+  cursor.reminded = FromMilliseconds(reminded_ms);
+  return cursor;
+}
+
+struct Addressee {
+  std::int64_t account = 0;
+  std::set<Kind> kinds;
+  bool operates = false;  ///< operator or admin
+};
+
+/// Who is to be told.
+class Readers {
+ public:
+  Readers(Transaction& tx, bool mail) : tx_(tx), hooks_(LoadWebhooks(tx)) {
+    if (mail) LoadAddressees();
+  }
+
+  void Tell(Kind kind, std::int64_t account, const json::object& about, WallTime now) {
+    const std::string text = json::serialize(about);
+    for (const Webhook& hook : hooks_) {
+      if (hook.kinds.contains(kind)) Add(HookChannel(hook.id), account, kind, text, now);
+    }
+    for (const Addressee& each : addressees_) {
+      const bool theirs = kind == Kind::kRigQuarantined ? each.operates : each.account == account;
+      if (theirs && each.kinds.contains(kind)) {
+        Add(std::string(kMailChannel), each.account, kind, text, now);
+      }
+    }
+  }
+  void KeepBounds(WallTime now) const {
+    for (const std::string& channel : told_) outbox::KeepBound(tx_, channel, now);
+  }
+
+ private:
+  void Add(const std::string& channel,
+           std::int64_t account,
+           Kind kind,
+           const std::string& about,
+           WallTime now) {
+    outbox::Add(tx_, channel, account, Name(kind), about, now);
+    told_.insert(channel);
+  }
+  void LoadAddressees() {
+    std::int64_t account = 0;
+    std::string kinds;
+    std::string role;
+    soci::statement statement =
+        (tx_.sql().prepare
+             << "SELECT c.account_id, c.kinds, a.role FROM mail_choice c JOIN account a ON a.id = "
+                "c.account_id WHERE c.verified_ms > 0 AND a.disabled = 0",
+         into(account),
+         into(kinds),
+         into(role));
+    statement.execute(false);
+    while (statement.fetch()) {
+      addressees_.push_back({account, ReadKinds(kinds), role == "operator" || role == "admin"});
+    }
+  }
+
+  Transaction& tx_;
+  const std::vector<Webhook> hooks_;
+  std::vector<Addressee> addressees_;
+  std::set<std::string> told_;
+};
+
+/// A message of the lab to one of its users.
+struct Event {
+  std::int64_t seq = 0;
+  std::int64_t account = 0;
+  std::string login;
+  std::string topic;
+  std::string rig;
+  std::string reason;
+  std::int64_t at_ms = 0;
+  std::int64_t session = 0;
+  std::int64_t time_ms = 0;
+  std::int64_t claim_until_ms = 0;
+};
+
+std::vector<Event> EventsAfter(Transaction& tx, std::int64_t seq) {
+  Event row;
+  soci::statement statement =
+      (tx.sql().prepare
+           << "SELECT e.seq, e.user_id, COALESCE(a.login, ''), e.topic, e.rig, e.reason, e.at_ms, "
+              "e.session, e.time_ms, COALESCE(s.claim_until_ms, 0) FROM lab_event e "
+              "LEFT JOIN account a ON a.id = e.user_id LEFT JOIN lab_session s ON s.id = e.session "
+              "WHERE e.seq > :seq ORDER BY e.seq LIMIT :count",
+       into(row.seq),
+       into(row.account),
+       into(row.login),
+       into(row.topic),
+       into(row.rig),
+       into(row.reason),
+       into(row.at_ms),
+       into(row.session),
+       into(row.time_ms),
+       into(row.claim_until_ms),
+       use(seq, "seq"),
+       use(kEventsOfALook, "count"));
+  statement.execute(false);
+  std::vector<Event> out;
+  while (statement.fetch()) out.push_back(row);
+  return out;
+}
+
+void Tell(Readers& readers, const Event& event, WallTime now) {
+  json::object about{{"login", event.login}, {"rig", event.rig}};
+  if (event.topic == "offer" || event.topic == "due") {
+    about["cause"] = event.topic == "offer" ? "queue" : "booking";
+    about["session"] = event.session;
+    about["until"] = Stamp(FromMilliseconds(event.claim_until_ms));
+    readers.Tell(Kind::kYourTurn, event.account, about, now);
+  } else if (event.topic == "moved" || event.topic == "unfulfilled" || event.topic == "freed") {
+    about["change"] = event.topic;
+    about["start"] = Stamp(FromMilliseconds(event.time_ms));
+    about["reason"] = event.reason;
+    readers.Tell(Kind::kBookingChanged, event.account, about, now);
+  }
+}
+
+struct Quarantine {
+  std::int64_t id = 0;
+  std::string kind;
+  std::string rig;
+  std::string text;
+  std::int64_t at_ms = 0;
+};
+
+std::vector<Quarantine> AlarmsNotTold(Transaction& tx) {
+  Quarantine row;
+  soci::statement statement =
+      (tx.sql().prepare << "SELECT id, kind, subject, text, at_ms FROM alarm WHERE told = 0 "
+                           "ORDER BY id",
+       into(row.id),
+       into(row.kind),
+       into(row.rig),
+       into(row.text),
+       into(row.at_ms));
+  statement.execute(false);
+  std::vector<Quarantine> out;
+  while (statement.fetch()) out.push_back(row);
+  return out;
+}
+
+void TellAlarms(Transaction& tx, Readers& readers, WallTime now) {
+  for (const Quarantine& alarm : AlarmsNotTold(tx)) {
+    tx.sql() << "UPDATE alarm SET told = 1 WHERE id = :id", use(alarm.id, "id");
+    if (alarm.kind != "quarantined" && alarm.kind != "check_failed") continue;
+    readers.Tell(Kind::kRigQuarantined,
+                 0,
+                 {{"rig", alarm.rig},
+                  {"cause", alarm.kind},
+                  {"text", alarm.text},
+                  {"at", Stamp(FromMilliseconds(alarm.at_ms))}},
+                 now);
+  }
+}
+
+struct Soon {
+  std::int64_t booking = 0;
+  std::int64_t account = 0;
+  std::string login;
+  std::string rig_class;
+  std::string rig;
+  std::int64_t start_ms = 0;
+  std::int64_t end_ms = 0;
+};
+
+/// Bookings that begin in (from, to].
+std::vector<Soon> BookingsBetween(Transaction& tx, WallTime from, WallTime to) {
+  Soon row;
+  const std::int64_t from_ms = ToMilliseconds(from);
+  const std::int64_t to_ms = ToMilliseconds(to);
+  const auto booked = static_cast<int>(lab::BookingState::kBooked);
+  soci::statement statement =
+      (tx.sql().prepare
+           << "SELECT b.id, b.user_id, COALESCE(a.login, ''), b.rig_class, b.rig, b.start_ms, "
+              "b.end_ms FROM lab_booking b LEFT JOIN account a ON a.id = b.user_id WHERE b.state = "
+              ":booked AND b.start_ms > :from AND b.start_ms <= :to ORDER BY b.start_ms, b.id",
+       into(row.booking),
+       into(row.account),
+       into(row.login),
+       into(row.rig_class),
+       into(row.rig),
+       into(row.start_ms),
+       into(row.end_ms),
+       use(booked, "booked"),
+       use(from_ms, "from"),
+       use(to_ms, "to"));
+  statement.execute(false);
+  std::vector<Soon> out;
+  while (statement.fetch()) out.push_back(row);
+  return out;
+}
+
+/// Between the last look and now the clock has passed `lead` before the start of these.
+std::vector<Soon> Reminded(Transaction& tx, const Cursor& cursor, minutes lead, WallTime now) {
+  if (cursor.reminded == WallTime{} || cursor.reminded >= now) return {};
+  return BookingsBetween(tx, std::max(cursor.reminded + lead, now), now + lead);
+}
+
+/// The clock was set: from here it counts again.
+bool IsAhead(const Cursor& cursor, WallTime now) {
+  return cursor.reminded > now + kLookStored;
+}
+
+struct Look {
+  bool news = false;
+  bool waits = false;
+};
+
+Look LookFor(Transaction& tx, const NewsOptions& options, WallTime now) {
+  const Cursor cursor = LoadCursor(tx, /*locked=*/false);
+  const std::int64_t now_ms = ToMilliseconds(now);
+  int events = 0;
+  int alarms = 0;
+  int waiting = 0;
+  tx.sql() << "SELECT COUNT(*) FROM (SELECT 1 AS one FROM lab_event WHERE seq > :seq LIMIT 1) AS e",
+      into(events), use(cursor.event_seq, "seq");
+  tx.sql() << "SELECT COUNT(*) FROM alarm WHERE told = 0", into(alarms);
+  tx.sql() << "SELECT COUNT(*) FROM (SELECT 1 AS one FROM outbox WHERE state = 'waiting' AND "
+              "next_ms <= :now LIMIT 1) AS o",
+      into(waiting), use(now_ms, "now");
+  const bool stale = now - cursor.reminded > kLookStored || IsAhead(cursor, now);
+  const bool soon = std::ranges::any_of(
+      options.reminders, [&](minutes lead) { return !Reminded(tx, cursor, lead, now).empty(); });
+  return {events + alarms > 0 || stale || soon, waiting > 0};
+}
+
+}  // namespace
+
+core::Result<bool> Gather(Database& database, const NewsOptions& options, WallTime now) {
+  const auto look = database.Read(
+      [&](Transaction& tx) -> core::Result<Look> { return LookFor(tx, options, now); });
+  if (!look.ok()) return look.error();
+  if (!look.value().news) return look.value().waits;
+  return database.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<bool> {
+    Cursor cursor = LoadCursor(tx, /*locked=*/true);
+    Readers readers(tx, options.mail);
+    for (const Event& event : EventsAfter(tx, cursor.event_seq)) {
+      cursor.event_seq = event.seq;
+      const bool old = FromMilliseconds(event.at_ms) + Outbox::kAgeMax < now;
+      if (!old) Tell(readers, event, now);
+    }
+    TellAlarms(tx, readers, now);
+    std::set<std::int64_t> told;  // after a pause of all servers one booking may be due twice
+    for (const minutes lead : options.reminders) {
+      for (const Soon& booking : Reminded(tx, cursor, lead, now)) {
+        if (!told.insert(booking.booking).second) continue;
+        readers.Tell(Kind::kBookingReminder,
+                     booking.account,
+                     {{"login", booking.login},
+                      {"booking", booking.booking},
+                      {"rig_class", booking.rig_class},
+                      {"rig", booking.rig},
+                      {"start", Stamp(FromMilliseconds(booking.start_ms))},
+                      {"end", Stamp(FromMilliseconds(booking.end_ms))}},
+                     now);
+      }
+    }
+    readers.KeepBounds(now);
+    if (cursor.reminded < now || IsAhead(cursor, now)) cursor.reminded = now;
+    const std::int64_t reminded_ms = ToMilliseconds(cursor.reminded);
+    tx.sql() << "UPDATE outbox_cursor SET event_seq = :seq, reminded_ms = :reminded WHERE id = 1",
+        use(cursor.event_seq, "seq"), use(reminded_ms, "reminded");
+    return true;
+  });
+}
+
+}  // namespace faultlab::server::notify

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/types/component.h"
+#include "server/plots/figure.h"
+
+namespace faultlab::server {
+
+/// What one run of a sweep switched, and what was found of it.
+struct SweepRun {
+  std::optional<core::Component> component{};  ///< that was switched; absent: a healthy run
+  double value = 0.0;                          ///< to which it was switched
+  std::vector<core::Component> named{};        ///< that fit: one, or several that look alike
+  bool unknown = false;                        ///< a change was seen that no component explains
+  std::optional<double> found{};    ///< value of the best candidate; absent: only bounded
+  std::optional<double> delay_s{};  ///< from the change to the alarm
+};
+
+/// A row for each fault of the sweep, a column for each of `components`, for "unknown" and
+/// "nothing", and the mean delay of the alarm and error of the value where the right component is
+/// named. The darker a cell, the larger the share of the row's runs; what is named among n
+/// components counts 1/n. With more than kSweepRowsMax faults a row is a component.
+Figure MakeSweepFigure(std::span<const SweepRun> runs,
+                       std::span<const core::Component> components,
+                       const std::string& subtitle,
+                       const std::string& footer);
+
+inline constexpr std::size_t kSweepRowsMax = 30;
+
+}  // namespace faultlab::server

@@ -1,0 +1,51 @@
+#include "server/report/sentences.h"
+
+#include <regex>
+#include <utility>
+
+namespace faultlab::server {
+namespace {
+
+using Form = std::pair<const char*, std::string ReportWords::*>;
+
+template <std::size_t N>
+std::string Said(const ReportWords& words, const std::string& text, const Form (&forms)[N]) {
+  for (const auto& [form, said] : forms) {
+    std::smatch found;
+    if (!std::regex_search(text, found, std::regex(form))) continue;
+    return Fill(words.*said, {found[1].str(), found[2].str()});
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string QuestionIn(const ReportWords& words, const std::string& question) {
+  static const Form kForms[] = {
+      {R"(^(\S+) outside its band\?$)", &ReportWords::outside},
+      {R"(^(\S+) and (\S+) in opposite directions\?$)", &ReportWords::opposite},
+      {R"(^(\S+) and (\S+) in the same direction\?$)", &ReportWords::same_way}};
+  return Said(words, question, kForms);
+}
+
+std::string ReasonIn(const ReportWords& words, const std::string& reason) {
+  static const Form kForms[] = {
+      {"^too few samples after the alarm$", &ReportWords::too_early},
+      {"^something has changed; what, is being worked out$", &ReportWords::worked_out},
+      {R"(^no single component explains the record: beside (\S+) also (.+)$)",
+       &ReportWords::beside},
+      {"^no single component explains the record$", &ReportWords::no_single},
+      {"^two components have changed together", &ReportWords::two}};
+  return Said(words, reason, kForms);
+}
+
+std::string NamesIn(const ReportWords& words, const std::string& names) {
+  constexpr std::string_view kOr = " or ";
+  std::string out = names;
+  for (std::size_t at = out.find(kOr); at != std::string::npos; at = out.find(kOr, at + 1)) {
+    out.replace(at, kOr.size(), " " + words.or_word + " ");
+  }
+  return out;
+}
+
+}  // namespace faultlab::server

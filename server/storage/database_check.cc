@@ -1,0 +1,130 @@
+#include "server/storage/database_check.h"
+
+#include <soci/soci.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "server/storage/blob_store.h"
+#include "server/storage/chunk_codec.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Error;
+using core::ErrorCode;
+using soci::into;
+using soci::use;
+
+constexpr std::int64_t kLast = std::numeric_limits<std::int64_t>::max();
+
+struct Chunks {
+  std::int64_t samples = 0;           ///< of the chunks that can be read
+  std::vector<std::int64_t> damaged;  ///< first index of each of the others
+  std::string what;                   ///< of the first one
+};
+
+Chunks ReadChunks(Transaction& tx, const std::string& run_id) {
+  Chunks out;
+  blob_store::ForEach(
+      tx, RecordingBlobs(run_id), 0, kLast, [&](std::int64_t first, const Bytes& bytes) {
+        const auto chunk = DecodeChunk(bytes);
+        if (chunk.ok() && chunk.value().front().index == first) {
+          out.samples += static_cast<std::int64_t>(chunk.value().size());
+          return true;
+        }
+        if (out.what.empty()) {
+          out.what = chunk.ok() ? "a chunk is at the wrong place" : chunk.error().message;
+        }
+        out.damaged.push_back(first);
+        return true;
+      });
+  return out;
+}
+
+/// Empty: it is whole. A run that goes on may grow while it is read.
+std::string DamageOf(Transaction& tx, const std::string& run_id) {
+  std::int64_t samples = 0;
+  std::string state;
+  tx.sql() << "SELECT samples, state FROM recording WHERE id = :id", into(samples), into(state),
+      use(run_id, "id");
+  if (!tx.sql().got_data()) return "";
+  const Chunks chunks = ReadChunks(tx, run_id);
+  if (!chunks.what.empty()) return chunks.what;
+  const bool grows = state == Name(RunState::kRunning) && chunks.samples > samples;
+  if (chunks.samples == samples || grows) return "";
+  return std::to_string(chunks.samples) + " of its " + std::to_string(samples) +
+         " samples are there";
+}
+
+}  // namespace
+
+core::Result<std::vector<DamagedRecording>> FindDamagedRecordings(Database& database) {
+  constexpr int kPage = 200;
+  std::vector<DamagedRecording> damaged;
+  std::string after;
+  for (std::string before = "-"; before != after;) {
+    before = after;
+    // In pages: nobody waits long for what a transaction holds.
+    const core::Status page = database.Read([&](Transaction& tx) -> core::Status {
+      const soci::rowset<std::string> rows =
+          (tx.sql().prepare << "SELECT id FROM recording WHERE id > :after ORDER BY id LIMIT :page",
+           use(before, "after"),
+           use(kPage, "page"));
+      const std::vector<std::string> ids(rows.begin(), rows.end());
+      for (const std::string& id : ids) {
+        std::string what = DamageOf(tx, id);
+        if (!what.empty()) damaged.push_back({id, std::move(what)});
+        after = id;
+      }
+      return core::Done{};
+    });
+    if (!page.ok()) return page.error();
+  }
+  return damaged;
+}
+
+core::Status CheckDatabase(Database& database) {
+  const core::Status sound = database.Check();
+  if (!sound.ok()) return sound;
+  const auto damaged = FindDamagedRecordings(database);
+  if (!damaged.ok()) return damaged.error();
+  if (damaged.value().empty()) return core::Done{};
+  constexpr std::size_t kNamed = 5;
+  std::string text = "damaged recordings: " + std::to_string(damaged.value().size());
+  for (std::size_t i = 0; i < std::min(kNamed, damaged.value().size()); ++i) {
+    text += "; " + damaged.value()[i].id + ": " + damaged.value()[i].what;
+  }
+  return Error{ErrorCode::kUnavailable,
+               text +
+                   ". Restore a backup, or stop the server and run `faultlab admin check "
+                   "--cut-damage`, which deletes what cannot be read of them",
+               ""};
+}
+
+core::Result<std::int64_t> CutDamage(
+    Database& database,
+    const std::string& run_id,
+    const std::function<RecordedEvent(std::int64_t index, std::int64_t samples)>& gap) {
+  return database.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<std::int64_t> {
+    std::int64_t samples = 0;
+    tx.sql() << "SELECT samples FROM recording WHERE id = :id", into(samples), use(run_id, "id");
+    if (!tx.sql().got_data()) return Error{ErrorCode::kNotFound, "no such recording", ""};
+    const Chunks chunks = ReadChunks(tx, run_id);
+    const std::string owner = RecordingBlobs(run_id);
+    for (const std::int64_t first : chunks.damaged) {
+      tx.sql() << "DELETE FROM blob_store WHERE owner = :owner AND seq = :seq", use(owner, "owner"),
+          use(first, "seq");
+    }
+    const std::int64_t lost = std::max<std::int64_t>(samples - chunks.samples, 0);
+    tx.sql() << "UPDATE recording SET samples = :samples WHERE id = :id",
+        use(chunks.samples, "samples"), use(run_id, "id");
+    const std::int64_t from = chunks.damaged.empty() ? 0 : chunks.damaged.front();
+    AddRecordingEvent(tx, run_id, gap(from, lost));
+    return lost;
+  });
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,84 @@
+#include <gtest/gtest.h>
+
+#include <boost/json/parse.hpp>
+#include <string>
+
+#include "tests/server/cli/child_program.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+class CliMethods : public ChildProgram {};
+
+TEST_F(CliMethods, ComparesMethodsOnSimulatedRuns) {
+  const Finished run =
+      Run("methods --method ls --method rls-reset --method parity --trials 1 --hours 0.05 --json "
+          "--markdown table.md --plots figures");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json::value answer = json::parse(run.out);
+  ASSERT_EQ(answer.at("methods").as_array().size(), 3U);
+  const json::value& rls = answer.at("methods").at(1);
+  EXPECT_EQ(rls.at("method"), "rls-reset");
+  EXPECT_EQ(rls.at("records"), 18);
+  EXPECT_GE(rls.at("detected").as_int64(), 15);
+  EXPECT_EQ(rls.at("faults").as_array().size(), 18U);
+  EXPECT_EQ(answer.at("methods").at(2).at("error_median"), nullptr) << "parity sizes nothing";
+  EXPECT_NE(Read("table.md").find("| Parity equations (`parity`) |"), std::string::npos);
+  EXPECT_NE(Read("table.md").find("cannot"), std::string::npos);
+  EXPECT_EQ(Read("figures/methods.png").substr(1, 3), "PNG");
+}
+
+TEST_F(CliMethods, TakesRecordingsWithTheirFaults) {
+  ASSERT_EQ(Run("simulate --fault R1=56@10 -o records/a.csv", "mkdir records;").exit_code, 0);
+  ASSERT_EQ(Run("simulate --seed 7 -o records/b.csv").exit_code, 0);
+  const Finished run = Run("methods --method ga --recordings records --json");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json::value answer = json::parse(run.out);
+  const json::value& ga = answer.at("methods").at(0);
+  EXPECT_EQ(answer.at("recordings"), 2);
+  EXPECT_EQ(ga.at("records"), 1);
+  EXPECT_EQ(ga.at("isolated").as_array().back(), 1);
+  EXPECT_EQ(ga.at("false_alarms"), 0);
+}
+
+TEST_F(CliMethods, DiagnosesByAMethodOfChoice) {
+  ASSERT_EQ(Run("simulate --fault R12=2000@10 -o run.csv").exit_code, 0);
+  const Finished text = Run("diagnose run.csv --method rls-reset");
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_EQ(text.out.find("run.csv: rls-reset: alarm at 10.0"), 0U) << text.out;
+  const Finished run = Run("diagnose run.csv --method parity --json");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json::value answer = json::parse(run.out);
+  EXPECT_NEAR(answer.at("detected_at_s").to_number<double>(), 10.0, 0.5);
+  const json::value& last = answer.at("looks").as_array().back();
+  EXPECT_EQ(last.at("isolation"), "given");
+  EXPECT_EQ(last.at("identification"), "cannot");
+  EXPECT_EQ(last.at("answer").at(0).at("value"), nullptr);
+}
+
+TEST_F(CliMethods, RefusesWhatItDoesNotHaveByName) {
+  const Finished unknown = Run("methods --method magic");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_EQ(unknown.err.find("faultlab: --method 'magic': expected one of ls rls"), 0U)
+      << unknown.err;
+  ASSERT_EQ(Run("bench new --structure motor-driver -o other.toml").exit_code, 0);
+  ASSERT_EQ(Run("simulate --bench other.toml --duration 6 -o run.csv").exit_code, 0);
+  const Finished other = Run("diagnose --bench other.toml run.csv --method nn");
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_NE(other.err.find("--method 'nn' was made for another bench"), std::string::npos)
+      << other.err;
+  EXPECT_EQ(Run("methods --recordings nowhere").exit_code, 2);
+}
+
+TEST_F(CliMethods, RunsOnAnotherBench) {
+  ASSERT_EQ(Run("bench new --structure motor-driver -o other.toml").exit_code, 0);
+  const Finished run = Run("methods --bench other.toml --method ls --trials 1 --hours 0 --json");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json::value answer = json::parse(run.out);
+  EXPECT_GT(answer.at("methods").at(0).at("detected").as_int64(), 0);
+}
+
+}  // namespace
+}  // namespace faultlab::server

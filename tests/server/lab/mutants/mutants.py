@@ -1,0 +1,121 @@
+#!/usr/bin/env python3
+"""mutants.py BUILD [NAME ..]: breaks one rule after the other and demands that the rehearsal finds each.
+
+Each *.patch beside this file changes one source file of the scheduler, the service, the bay or the access; its first
+line names the rule of the oracle that must catch it. The patch is applied to a copy, that file alone is compiled
+(without sanitizers) and linked before the libraries of the build folder BUILD, and the judge runs until the rule is
+found broken. A patch that does not apply, does not compile or is not caught fails.
+"""
+import json
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parents[3]
+STEPS = 10_000
+SEEDS = (2, 1, 3, 4, 5, 6)  # of so many steps each, until one catches it
+LONGEST_S = 120
+
+
+class NotCaught(Exception):
+    pass
+
+
+def run(command, **more):
+    done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST_S, **more)
+    if done.returncode != 0:
+        raise NotCaught(f"{command[0]} failed: {(done.stdout + done.stderr)[-1500:]}")
+    return done.stdout
+
+
+def compile_command(build, source, to, output):
+    """The build's own command for this file, without ccache, sanitizers and dependency files."""
+    for entry in json.loads((build / "compile_commands.json").read_text()):
+        if pathlib.Path(entry["directory"], entry["file"]).resolve() == (ROOT / source).resolve():
+            words = shlex.split(entry["command"])
+            break
+    else:
+        raise NotCaught(f"the build has no command for {source}")
+    words = words[next(i for i, word in enumerate(words) if re.search(r"(^|/)(c|g|clang)\+\+", word)):]
+    words = [word for word in words if not word.startswith(("-fsanitize", "-O", "-W", "-g"))]
+    for flag in ("-o", "-MF", "-MT"):
+        if flag in words:
+            at = words.index(flag)
+            del words[at : at + 2]
+    words = [word for word in words if word not in ("-MD", entry["file"])]
+    return [*words, "-O1", str(to), "-o", str(output)]
+
+
+def link_command(build, mutant, output):
+    """The link of the judge, with the changed object before everything else."""
+    commands = run(["ninja", "-C", str(build), "-t", "commands", "lab_rehearsal_judge"]).splitlines()
+    words = [word for word in shlex.split(commands[-1].replace("&&", "")) if word != ":"]
+    words = words[next(i for i, word in enumerate(words) if re.search(r"(^|/)(c|g|clang)\+\+", word)):]
+    at = words.index("-o")
+    words[at + 1] = str(output)
+    first = next(i for i, word in enumerate(words) if word.endswith(".o"))
+    words.insert(first, str(mutant))
+    return words
+
+
+def judge(patch, build):
+    """@returns the finding that catches this mutant"""
+    lines = patch.read_text().splitlines()
+    rule = lines[0].removeprefix("caught by: ")
+    source = next(line for line in lines if line.startswith("+++ b/")).removeprefix("+++ b/").split("\t")[0]
+    with tempfile.TemporaryDirectory() as folder:
+        changed = pathlib.Path(folder, source)
+        changed.parent.mkdir(parents=True)
+        changed.write_text((ROOT / source).read_text())
+        run(["patch", "-p1", "--fuzz=0", "-s", "-i", str(patch)], cwd=folder)
+        mutant, program = pathlib.Path(folder, "mutant.o"), pathlib.Path(folder, "judge")
+        run(compile_command(build, source, changed, mutant), cwd=build)
+        run(link_command(build, mutant, program), cwd=build)
+        others = set()
+        for seed in SEEDS:
+            found = subprocess.run(
+                [program, str(STEPS), str(seed), rule], capture_output=True, text=True, timeout=LONGEST_S
+            )
+            if found.returncode not in (0, 1):
+                raise NotCaught(f"it crashed: {found.stderr[-500:]}")
+            for line in found.stdout.splitlines():
+                broken, _, first = line.split("\t")
+                if broken == rule:
+                    return first
+                others.add(broken)
+    raise NotCaught(f"expected: {rule}; broken: {', '.join(sorted(others)) or 'nothing'}")
+
+
+def main():
+    build = pathlib.Path(sys.argv[1]).resolve()
+    patches = [patch for patch in sorted(HERE.glob("*.patch")) if not sys.argv[2:] or patch.stem in sys.argv[2:]]
+    unchanged = subprocess.run(
+        [build / "tests/server/lab/lab_rehearsal_judge", str(STEPS), str(SEEDS[0])], capture_output=True, text=True
+    )
+    if unchanged.returncode != 0:
+        sys.exit(f"without any patch: {unchanged.stdout}{unchanged.stderr}")
+    failed = 0
+
+    def one(patch):
+        start = time.monotonic()
+        try:
+            return patch.stem, judge(patch, build), None, time.monotonic() - start
+        except Exception as problem:  # any reason is a failure of this mutant, not of the others
+            return patch.stem, None, problem, time.monotonic() - start
+
+    with ThreadPoolExecutor(2) as pool:
+        for name, finding, problem, took_s in pool.map(one, patches):
+            failed += problem is not None
+            print(f"NOT CAUGHT {name}: {problem}" if problem else f"caught {name} in {took_s:.0f} s: {finding}", flush=True)
+    print(f"{len(patches) - failed} of {len(patches)} mutants caught")
+    sys.exit(1 if failed or not patches else 0)
+
+
+main()

@@ -1,0 +1,18 @@
+// Addresses of what the server makes to be saved or shown by itself.
+import { base, id } from "./client";
+
+/** The description that a bench was made from, to start another one from. */
+export const benchFileUrl = (bench: string) => `${base}/benches/${id(bench)}/file`;
+export const exportUrl = (run: string, format: "csv" | "mat" | "json" | "lcm") =>
+  `${base}/runs/${id(run)}/export.${format}`;
+export const estimatesUrl = (run: string) => `${exportUrl(run, "csv")}?content=estimates`;
+const REPORT_LANGUAGES: Record<string, string> = { "sr-Latn": "sr", "sr-Cyrl": "sr-Cyrl" };
+/** The report as PDF, in the language and script of the page. */
+export const reportUrl = (run: string, locale: string) =>
+  `${base}/runs/${id(run)}/report.pdf?language=${REPORT_LANGUAGES[locale] ?? "en"}`;
+export const plotUrl = (run: string, figure: string, scale: 1 | 2) =>
+  `${base}/runs/${id(run)}/plots/${figure}.png?scale=${scale}`;
+/** `align`: what is drawn at 0. */
+export const comparisonUrl = (runs: string[], estimator: string, align: "change" | "start") =>
+  `${base}/comparison.png?runs=${runs.map(id).join(",")}&estimator=${estimator}&align=${align}&scale=2`;
+export const sweepUrl = (batch: string) => `${base}/jobs/batches/${id(batch)}/sweep.png?scale=2`;

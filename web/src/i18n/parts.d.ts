@@ -1,0 +1,10 @@
+// The parts of languages/en.ts that scripts/first_texts.js makes.
+declare module "*/en.ts?first" {
+  export const texts: import("./catalogue").Catalogue;
+}
+declare module "*/en.ts?rest" {
+  export const texts: import("./catalogue").Catalogue;
+}
+declare module "*/en.ts?lessons" {
+  export const texts: import("./catalogue").Catalogue;
+}
