@@ -15,7 +15,7 @@ struct ReplayRigOptions {
   const core::Bench* bench = nullptr;  ///< what was recorded; never null
   std::string id = "replay";
   double speed = 1.0;  ///< as SimulatedRigOptions::speed
-  std::chrono::milliseconds watchdog{500};
+  std::chrono::milliseconds watchdog{30'000};
   std::size_t queue_messages = 4096;
   /// Events of the recording to play beside its samples, in order of their index.
   std::vector<RigEvent> events;

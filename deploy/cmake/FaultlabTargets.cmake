@@ -1,9 +1,12 @@
 # Declares libraries, tests and benchmarks of faultlab: one place for flags and warnings.
 find_program(CCACHE ccache)
 if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  # ccache requires this before it stores objects that use a precompiled header.
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE})
-  set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE})
+  # ccache requires the sloppiness before it stores objects that use a precompiled header. With the base
+  # folder, an object compiled in one checkout serves every other; the debugger then finds sources
+  # relative to the build folder.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros
+    CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE})
+  set(CMAKE_C_COMPILER_LAUNCHER ${CMAKE_CXX_COMPILER_LAUNCHER})
 endif()
 find_program(MOLD mold)
 if(MOLD AND NOT CMAKE_CROSSCOMPILING)  # a cross compiler does not find it
@@ -32,12 +35,45 @@ if(FAULTLAB_SANITIZE)
   add_link_options(-fsanitize=${FAULTLAB_SANITIZE})
 endif()
 
+# faultlab_batches(SOURCES NAME [APART b.cc ..]): replaces the list SOURCES by files that include
+# FAULTLAB_UNITY of them each, because three quarters of a compile are the headers that sources share.
+# Not CMake's own unity build: its files name the sources by absolute paths, which differ between
+# checkouts, so that the compiler cache would serve only one of them.
+function(faultlab_batches sources name)
+  cmake_parse_arguments(ARG "" "" "APART" ${ARGN})
+  list(LENGTH ${sources} length)
+  if(FAULTLAB_UNITY LESS 2 OR length LESS 2)
+    return()
+  endif()
+  set(batches)
+  set(count 0)
+  foreach(source IN LISTS ${sources})
+    get_source_file_property(apart "${source}" SKIP_UNITY_BUILD_INCLUSION)
+    cmake_path(ABSOLUTE_PATH source NORMALIZE OUTPUT_VARIABLE file)
+    cmake_path(RELATIVE_PATH file BASE_DIRECTORY "${CMAKE_SOURCE_DIR}")
+    if(apart STREQUAL ON OR source IN_LIST ARG_APART OR NOT source MATCHES "\\.cc$")
+      list(APPEND batches "${source}")
+      continue()
+    endif()
+    math(EXPR batch "${count} / ${FAULTLAB_UNITY}")
+    string(APPEND text_${batch} "#include \"${file}\"\n")
+    math(EXPR count "${count} + 1")
+  endforeach()
+  if(count GREATER 0)
+    foreach(at RANGE ${batch})
+      set(unity "${CMAKE_CURRENT_BINARY_DIR}/${name}_unity_${at}.cc")
+      file(GENERATE OUTPUT "${unity}" CONTENT "${text_${at}}")
+      list(APPEND batches "${unity}")
+    endforeach()
+  endif()
+  set(${sources} ${batches} PARENT_SCOPE)
+endfunction()
+
 # faultlab_library(NAME SOURCES a.cc .. [APART b.cc ..] [DEPS public..] [PRIVATE_DEPS ..])
-# APART: sources with helpers of the same name as another source's; deploy/tidy reads each of them
-# separately.
+# APART: sources with helpers of the same name as another source's, compiled separately in every build.
 function(faultlab_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;APART;DEPS;PRIVATE_DEPS" ${ARGN})
-  set_source_files_properties(${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  faultlab_batches(ARG_SOURCES ${name} APART ${ARG_APART})
   if(ARG_SOURCES)
     add_library(${name} STATIC ${ARG_SOURCES})
     target_link_libraries(${name} PUBLIC faultlab_flags ${ARG_DEPS} PRIVATE ${ARG_PRIVATE_DEPS})
@@ -61,27 +97,27 @@ function(faultlab_test_headers name)
   set(FAULTLAB_TEST_HEADERS ${name} PARENT_SCOPE)
 endfunction()
 
-# faultlab_test(NAME SOURCES a_test.cc .. DEPS .. [LABELS ..] [TIMEOUT s] [ALONE]): a GoogleTest
-# program, one ctest entry. ALONE: no other test runs at the same time, and a machine that stands
-# still is not a failure (tests/support/real_time.h). Tests with longer time limits start earlier.
+# faultlab_test(NAME SOURCES a_test.cc .. [APART b_test.cc ..] DEPS .. [LABELS ..] [SECONDS s] [ALONE]): a
+# GoogleTest program, one ctest entry. ALONE: no other test runs at the same time. SECONDS: how long it takes
+# about; the longest start first. The label `pure` (all of tests/core) says that it has no thread, socket
+# or process: when it fails, it is not repeated. The time limit is a guard against hanging.
 function(faultlab_test name)
-  cmake_parse_arguments(ARG "ALONE" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "ALONE" "SECONDS" "SOURCES;APART;DEPS;LABELS" ${ARGN})
   find_package(GTest REQUIRED)
+  faultlab_batches(ARG_SOURCES ${name} APART ${ARG_APART})
   add_executable(${name} ${ARG_SOURCES})
   target_compile_options(${name} PRIVATE -fpch-preprocess)
-  set(main GTest::gtest_main)
-  if(ARG_ALONE)
-    set(main real_time GTest::gtest)
-  endif()
-  target_link_libraries(${name} PRIVATE faultlab_flags ${ARG_DEPS} GTest::gmock ${main})
+  target_link_libraries(${name} PRIVATE faultlab_flags test_paths ${ARG_DEPS} GTest::gmock GTest::gtest_main)
   target_precompile_headers(${name} REUSE_FROM ${FAULTLAB_TEST_HEADERS})
-  target_compile_definitions(${name} PRIVATE FAULTLAB_TEST_DATA="${CMAKE_SOURCE_DIR}/tests/data")
   add_test(NAME ${name} COMMAND ${name})
-  if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 300)
+  if(NOT ARG_SECONDS)
+    set(ARG_SECONDS 5)
   endif()
-  set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
-                                           RUN_SERIAL ${ARG_ALONE} COST ${ARG_TIMEOUT})
+  if(CMAKE_CURRENT_SOURCE_DIR MATCHES "/tests/core(/|$)")
+    list(APPEND ARG_LABELS pure)
+  endif()
+  set_tests_properties(${name} PROPERTIES TIMEOUT 1500 LABELS "${ARG_LABELS}"
+                                           RUN_SERIAL ${ARG_ALONE} COST ${ARG_SECONDS})
 endfunction()
 
 # faultlab_bench(NAME SOURCES .. DEPS ..): a Google Benchmark program, built but not run by ctest.

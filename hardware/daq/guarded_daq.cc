@@ -10,6 +10,8 @@
 #include <thread>
 #include <utility>
 
+#include "hardware/daq/patience.h"
+
 namespace faultlab::hardware {
 namespace {
 
@@ -139,9 +141,13 @@ class GuardedDaq final : public Daq {
     desk_->failure = nullptr;
     desk_->call = [answer, call = std::move(call)](Daq& daq) { *answer = call(daq); };
     desk_->changed.notify_all();
-    const bool returned = desk_->changed.wait_until(
-        lock, desk_->since + options_.patience, [this] { return !desk_->busy; });
-    if (!returned) {
+    Patience patience(options_.patience);
+    while (desk_->busy && !patience.over()) {
+      const Steady::time_point from = Steady::now();
+      desk_->changed.wait_until(lock, from + patience.slice(), [this] { return !desk_->busy; });
+      patience.Waited(Steady::now() - from);
+    }
+    if (desk_->busy) {
       desk_->given_up = true;
       ThrowHang();
     }

@@ -8,8 +8,9 @@
 namespace faultlab::hardware {
 
 struct GuardedDaqOptions {
-  /// A driver call that has not returned by then is given up. Well above what a healthy driver
-  /// needs, well below what a motor may suffer.
+  /// A driver call that has not returned by then is given up; time in which this process stood
+  /// still does not count (patience.h). Well above what a healthy driver needs, well below what a
+  /// motor may suffer.
   Nanoseconds patience = std::chrono::milliseconds(250);
   double drive_zero_v = 0.0;  ///< terminal volt of drive 0
   int fifo_priority = 0;      ///< of the thread that calls the driver; 0 = ordinary

@@ -22,8 +22,10 @@ struct SimulatedRigOptions {
   /// Other factors are paced by the clock too, but wait for a slow reader.
   /// 0 = as fast as the reader drains.
   double speed = 1.0;
-  /// Silence of the holder after which the rig goes safe; real time. Ignored for speed 0.
-  std::chrono::milliseconds watchdog{500};
+  /// Silence of the holder after which the run ends; real time. Ignored for speed 0. Long, because
+  /// nothing burns here: a busy machine on which the reader gets no turn for a second is not a
+  /// silent holder.
+  std::chrono::milliseconds watchdog{30'000};
   std::size_t queue_messages = 4096;  ///< bound of the queue between the rig and its reader
   core::AmplifierMode amplifier_mode = core::AmplifierMode::kVoltage;
   std::optional<core::Quadrants> amplifier_quadrants;  ///< none: the profile's

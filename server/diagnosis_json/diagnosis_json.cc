@@ -107,7 +107,7 @@ json::array Episodes(std::span<const core::FaultEpisode> episodes) {
   return out;
 }
 
-json::object Error(const core::Error& error) {
+json::object ErrorJson(const core::Error& error) {
   return {{"check", error.field}, {"message", error.message}};
 }
 
@@ -170,7 +170,7 @@ json::object ToJson(const core::Diagnosis& diagnosis, const core::Bench& bench) 
   out["calibration"] = diagnosis.calibration ? json::value(ToJson(*diagnosis.calibration, bench))
                                              : json::value(nullptr);
   if (diagnosis.calibration_refusal) {
-    out["calibration_refusal"] = Error(*diagnosis.calibration_refusal);
+    out["calibration_refusal"] = ErrorJson(*diagnosis.calibration_refusal);
   }
   json::object estimates;
   for (std::size_t i = 0; i < core::kEstimatorCount; ++i) {

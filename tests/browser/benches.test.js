@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
 import {
   axe,
+  becomes,
   launchBrowser,
   openPage,
   readDownload,
@@ -55,7 +56,7 @@ for (const bench of BENCHES) {
     story("a run from its plan to its verdict, with a slider moved in between", async () => {
       const { page, context, close } = await openPage(browser, server.url);
       await page.getByRole("button", { name: "Run a first experiment" }).waitFor();
-      assert.deepEqual(bare(await texts(page, ".slider label")), bench.sliders);
+      await becomes(async () => bare(await texts(page, ".slider label")), bench.sliders);
       assert.deepEqual(await axe(page), []);
       await page.getByLabel("Duration, s").fill("14");
       await page.locator(`#set-${bench.sliders[0]}`).focus();
@@ -73,12 +74,10 @@ for (const bench of BENCHES) {
       await page
         .locator(`.drawing .faulty[data-part="${component}"]`, { hasText: value })
         .waitFor();
-      assert.deepEqual(await texts(page, ".signals .title"), [
-        "Lens: Uc, V",
-        "Uc, V",
-        "Ia, A",
-        bench.speed,
-      ]);
+      await becomes(
+        () => texts(page, ".signals .title"),
+        ["Lens: Uc, V", "Uc, V", "Ia, A", bench.speed],
+      );
       await page.getByText(bench.window).waitFor();
       await page.getByRole("button", { name: "SIA of Ia: b0, b1, a1" }).waitFor();
       await waitForReview(page);
@@ -124,7 +123,7 @@ for (const bench of BENCHES) {
       await settled(page);
       await page.getByRole("heading", { name: bench.title }).waitFor();
       const rows = page.getByRole("region", { name: /^Components/ }).locator("tbody th");
-      assert.deepEqual(await rows.allInnerTexts(), bench.sliders);
+      await becomes(() => rows.allInnerTexts(), bench.sliders);
       assert.deepEqual(await axe(page), []);
       const waiting = page.waitForEvent("download");
       await page.getByRole("link", { name: "Description (TOML)" }).click();
@@ -153,19 +152,14 @@ describe("a server of three benches", { timeout: SUITE_MS }, () => {
   story("rigs stand under their benches; the plan is that of the chosen rig's", async () => {
     const { page, close } = await openPage(browser, server.url);
     await page.getByRole("heading", { name: BENCHES[1].title }).waitFor();
-    assert.deepEqual(bare(await texts(page, ".slider label")), [
-      "R1",
-      "R9",
-      "R12",
-      "C8",
-      "Ra",
-      "J",
-      "B",
-    ]);
+    await becomes(
+      async () => bare(await texts(page, ".slider label")),
+      ["R1", "R9", "R12", "C8", "Ra", "J", "B"],
+    );
     await page.getByLabel("Duration, s").fill("33");
     await page.locator("form select").first().selectOption("servo-motor-sim-1");
     await page.locator("#set-Ke").waitFor();
-    assert.deepEqual(bare(await texts(page, ".slider label")), BENCHES[0].sliders);
+    await becomes(async () => bare(await texts(page, ".slider label")), BENCHES[0].sliders);
     assert.equal(await page.getByLabel("Duration, s").inputValue(), "20");
     assert.equal(await page.getByLabel("High, V").inputValue(), "2");
     await page.getByRole("button", { name: "Run this experiment" }).click();

@@ -221,6 +221,13 @@ describe("signals", { timeout: SUITE_MS }, () => {
         type,
         touchPoints: points.map(([px, py], id) => ({ x: px, y: py, id })),
       });
+    /** The same at a time of its own, seconds since 1970, however late the page gets it. */
+    const sendAt = (timestamp, type, ...points) =>
+      touch.send("Input.dispatchTouchEvent", {
+        type,
+        timestamp,
+        touchPoints: points.map(([px, py], id) => ({ x: px, y: py, id })),
+      });
     await send("touchStart", [x - 20, y], [x + 20, y]);
     for (let step = 1; step <= 8; step++) {
       await send("touchMove", [x - 20 - 5 * step, y], [x + 20 + 5 * step, y]);
@@ -249,12 +256,11 @@ describe("signals", { timeout: SUITE_MS }, () => {
     await page.waitForFunction(() => scrollY > 20);
     assert.equal(await middleOf(page), moved, "scrolling moves no time");
     await page.evaluate(() => scrollTo(0, 0));
-    await Promise.all([
-      send("touchStart", [x, y]),
-      send("touchEnd"),
-      send("touchStart", [x, y]),
-      send("touchEnd"),
-    ]);
+    const now = Date.now() / 1000;
+    await sendAt(now, "touchStart", [x, y]);
+    await sendAt(now + 0.02, "touchEnd");
+    await sendAt(now + 0.1, "touchStart", [x, y]);
+    await sendAt(now + 0.12, "touchEnd");
     await page.locator('button[aria-pressed="true"]', { hasText: "Whole run" }).waitFor();
     await close();
   });

@@ -11,6 +11,7 @@
 #include "core/signals/random.h"
 #include "hardware/device/frame.h"
 #include "hardware/device/messages.h"
+#include "tests/support/paths.h"
 
 extern "C" {
 #include "firmware/core/frame.h"
@@ -25,7 +26,7 @@ constexpr std::uint32_t kLines = 1u << 16 | 1u << 19 | 1u << 21 | 1u << 6;
 
 const std::string& Document() {
   static const std::string text = [] {
-    std::ifstream in(FAULTLAB_PROTOCOL);
+    std::ifstream in(tests::InSource("hardware/device/PROTOCOL.md"));
     return std::string{(std::istreambuf_iterator<char>(in)), {}};
   }();
   return text;

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "core/types/check.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -48,7 +49,8 @@ std::string TextOf(const std::vector<std::uint8_t>& bytes) {
 }  // namespace
 
 SimulatedDevice::SimulatedDevice(Line line)
-    : line_(line), bench_(std::make_unique<BenchAtPins>(FAULTLAB_FIRMWARE)) {
+    : line_(line),
+      bench_(std::make_unique<BenchAtPins>(tests::InBuild("tests/device/device_firmware.elf"))) {
   if (line_ == Line::kTerminal) {
     peer_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     LAB_CHECK(peer_ >= 0 && grantpt(peer_) == 0 && unlockpt(peer_) == 0);

@@ -12,7 +12,6 @@
 namespace faultlab::hardware {
 namespace {
 
-constexpr Epoch kEpoch{1};
 constexpr RigCommand kClear{.kind = RigCommand::Kind::kClearTrip};
 constexpr Nanoseconds kPatience = std::chrono::milliseconds(20);
 

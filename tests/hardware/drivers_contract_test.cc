@@ -9,6 +9,7 @@
 #include "hardware/rig_machine.h"
 #include "tests/hardware/rig_contract.h"
 #include "tests/hardware/stand_in.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -30,7 +31,7 @@ class PlantClock final : public Clock {
 };
 
 struct Board {
-  const char* library;
+  std::string library;
   std::string config;
   StandInScans scans = StandInScans::kNone;
 };
@@ -89,14 +90,15 @@ std::unique_ptr<Rig> MakeBoard(const Board& board) {
 }
 
 Board Ni(const std::string& keys, const std::string& more = "") {
-  return {STAND_IN_NIDAQMX,
-          std::string("driver = \"nidaqmx\"\n[nidaqmx]\nlibrary = \"") + STAND_IN_NIDAQMX + "\"\n" +
-              keys + more};
+  return {tests::InBuild("tests/hardware/libstand_in_nidaqmx.so"),
+          std::string("driver = \"nidaqmx\"\n[nidaqmx]\nlibrary = \"") +
+              tests::InBuild("tests/hardware/libstand_in_nidaqmx.so") + "\"\n" + keys + more};
 }
 
 Board Comedi(const std::string& keys, StandInScans scans) {
-  return {STAND_IN_COMEDI,
-          std::string("driver = \"comedi\"\n[comedi]\nlibrary = \"") + STAND_IN_COMEDI +
+  return {tests::InBuild("tests/hardware/libstand_in_comedi.so"),
+          std::string("driver = \"comedi\"\n[comedi]\nlibrary = \"") +
+              tests::InBuild("tests/hardware/libstand_in_comedi.so") +
               "\"\nreference = \"diff\"\ncounter = 3\n" + keys,
           scans};
 }

@@ -19,6 +19,7 @@
 #include "tests/hardware/stand_in.h"
 #include "tests/hardware/test_bench.h"
 #include "tests/paper_bench.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -27,22 +28,24 @@ using testing::HasSubstr;
 using testing::StartsWith;
 
 std::string NiConfig(const std::string& method) {
-  return std::string("driver = \"nidaqmx\"\n[nidaqmx]\nlibrary = \"") + STAND_IN_NIDAQMX +
-         "\"\n[encoder]\nmethod = \"" + method + "\"\n";
+  return std::string("driver = \"nidaqmx\"\n[nidaqmx]\nlibrary = \"") +
+         tests::InBuild("tests/hardware/libstand_in_nidaqmx.so") + "\"\n[encoder]\nmethod = \"" +
+         method + "\"\n";
 }
 
 std::string NiWatchdogConfig() {
   return std::string("driver = \"nidaqmx\"\n[nidaqmx]\nwatchdog = \"cRIO1\"\nlibrary = \"") +
-         STAND_IN_NIDAQMX + "\"\n";
+         tests::InBuild("tests/hardware/libstand_in_nidaqmx.so") + "\"\n";
 }
 
 std::string NiQuadratureConfig() {
   return std::string("driver = \"nidaqmx\"\n[nidaqmx]\ncounts = \"quadrature\"\nlibrary = \"") +
-         STAND_IN_NIDAQMX + "\"\n";
+         tests::InBuild("tests/hardware/libstand_in_nidaqmx.so") + "\"\n";
 }
 
 std::string ComediConfig(const std::string& more = "") {
-  return std::string("driver = \"comedi\"\n[comedi]\nlibrary = \"") + STAND_IN_COMEDI +
+  return std::string("driver = \"comedi\"\n[comedi]\nlibrary = \"") +
+         tests::InBuild("tests/hardware/libstand_in_comedi.so") +
          "\"\ncounter = 3\nreference = \"diff\"\n" + more;
 }
 
@@ -56,7 +59,7 @@ BenchFile Parsed(const std::string& text) {
 
 struct Driver {
   const char* name;
-  const char* library;
+  std::string library;
   std::string config;
   bool counts;
   StandInScans scans = StandInScans::kNone;
@@ -222,14 +225,35 @@ TEST_P(RealDriver, IsMadeSafeByTheSupervisorWhenItsAgentIsKilled) {
 INSTANTIATE_TEST_SUITE_P(
     Boards,
     RealDriver,
-    testing::Values(
-        Driver{"NiFrequency", STAND_IN_NIDAQMX, NiConfig("frequency"), false},
-        Driver{"NiCount", STAND_IN_NIDAQMX, NiConfig("count"), true},
-        Driver{"NiWatchdog", STAND_IN_NIDAQMX, NiWatchdogConfig(), false},
-        Driver{"NiQuadrature", STAND_IN_NIDAQMX, NiQuadratureConfig(), true},
-        Driver{"Comedi", STAND_IN_COMEDI, ComediConfig(), true},
-        Driver{"ComediBothWays", STAND_IN_COMEDI, ComediConfig("counts = \"both\"\n"), true},
-        Driver{"ComediClocked", STAND_IN_COMEDI, ComediConfig(), true, StandInScans::kAtOnce}),
+    testing::Values(Driver{"NiFrequency",
+                           tests::InBuild("tests/hardware/libstand_in_nidaqmx.so"),
+                           NiConfig("frequency"),
+                           false},
+                    Driver{"NiCount",
+                           tests::InBuild("tests/hardware/libstand_in_nidaqmx.so"),
+                           NiConfig("count"),
+                           true},
+                    Driver{"NiWatchdog",
+                           tests::InBuild("tests/hardware/libstand_in_nidaqmx.so"),
+                           NiWatchdogConfig(),
+                           false},
+                    Driver{"NiQuadrature",
+                           tests::InBuild("tests/hardware/libstand_in_nidaqmx.so"),
+                           NiQuadratureConfig(),
+                           true},
+                    Driver{"Comedi",
+                           tests::InBuild("tests/hardware/libstand_in_comedi.so"),
+                           ComediConfig(),
+                           true},
+                    Driver{"ComediBothWays",
+                           tests::InBuild("tests/hardware/libstand_in_comedi.so"),
+                           ComediConfig("counts = \"both\"\n"),
+                           true},
+                    Driver{"ComediClocked",
+                           tests::InBuild("tests/hardware/libstand_in_comedi.so"),
+                           ComediConfig(),
+                           true,
+                           StandInScans::kAtOnce}),
     [](const testing::TestParamInfo<Driver>& driver) { return std::string(driver.param.name); });
 
 // ---- counters that know the sense ---------------------------------------------------------------
@@ -259,8 +283,14 @@ TEST_P(DirectedCounter, GivesSpeedWithItsSignAndWrapsBothWays) {
 INSTANTIATE_TEST_SUITE_P(
     Boards,
     DirectedCounter,
-    testing::Values(Driver{"NiQuadrature", STAND_IN_NIDAQMX, NiQuadratureConfig(), true},
-                    Driver{"Comedi", STAND_IN_COMEDI, ComediConfig("counts = \"both\"\n"), true}),
+    testing::Values(Driver{"NiQuadrature",
+                           tests::InBuild("tests/hardware/libstand_in_nidaqmx.so"),
+                           NiQuadratureConfig(),
+                           true},
+                    Driver{"Comedi",
+                           tests::InBuild("tests/hardware/libstand_in_comedi.so"),
+                           ComediConfig("counts = \"both\"\n"),
+                           true}),
     [](const testing::TestParamInfo<Driver>& driver) { return std::string(driver.param.name); });
 
 // ---- conversions that the board clocks ----------------------------------------------------------
@@ -367,9 +397,16 @@ TEST_P(ClockedConversions, AreNotBegunByWhoOnlyMakesTheBenchSafe) {
 INSTANTIATE_TEST_SUITE_P(
     Boards,
     ClockedConversions,
-    testing::Values(
-        Driver{"AtOnce", STAND_IN_COMEDI, ComediConfig(), true, StandInScans::kAtOnce},
-        Driver{"AfterAPeriod", STAND_IN_COMEDI, ComediConfig(), true, StandInScans::kAfterAPeriod}),
+    testing::Values(Driver{"AtOnce",
+                           tests::InBuild("tests/hardware/libstand_in_comedi.so"),
+                           ComediConfig(),
+                           true,
+                           StandInScans::kAtOnce},
+                    Driver{"AfterAPeriod",
+                           tests::InBuild("tests/hardware/libstand_in_comedi.so"),
+                           ComediConfig(),
+                           true,
+                           StandInScans::kAfterAPeriod}),
     [](const testing::TestParamInfo<Driver>& driver) { return std::string(driver.param.name); });
 
 TEST(Supervisor, HandsOnTheStatusOfAnAgentThatEnds) {
@@ -423,8 +460,9 @@ TEST(Supervisor, KillsAnAgentWhenTheSecondLineHangsToo) {
 
 /// The stand-in has analog in, analog out, 24 digital lines and a counter: 0 to 3.
 std::string ComediRefusal(const std::string& keys) {
-  const BenchFile bench = Parsed(std::string("driver = \"comedi\"\n[comedi]\nlibrary = \"") +
-                                 STAND_IN_COMEDI + "\"\n" + keys);
+  const BenchFile bench =
+      Parsed(std::string("driver = \"comedi\"\n[comedi]\nlibrary = \"") +
+             tests::InBuild("tests/hardware/libstand_in_comedi.so") + "\"\n" + keys);
   try {
     OpenDaq(bench);
   } catch (const IoError& error) {

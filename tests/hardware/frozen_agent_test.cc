@@ -23,6 +23,7 @@
 #include "hardware/heartbeat.h"
 #include "hardware/supervisor.h"
 #include "tests/hardware/rig_runs.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -158,7 +159,8 @@ class SupervisedAgent {
 
   static BenchFile Bench() {
     BenchFile bench = ParseBenchFile(std::string("driver = \"nidaqmx\"\n[nidaqmx]\nlibrary = \"") +
-                                         STAND_IN_NIDAQMX + "\"\n[loop]\nlate_ticks_max = 1000\n",
+                                         tests::InBuild("tests/hardware/libstand_in_nidaqmx.so") +
+                                         "\"\n[loop]\nlate_ticks_max = 1000\n",
                                      "bench.toml")
                           .value();
     bench.config.description.id = "bench-1";

@@ -12,7 +12,6 @@ namespace faultlab::hardware {
 namespace {
 
 using std::chrono::milliseconds;
-constexpr Epoch kEpoch{1};
 constexpr Word kTick = 1;  ///< NextTickIn of less than 10 ms
 
 class HeartbeatAlone : public testing::Test {

@@ -9,8 +9,6 @@
 namespace faultlab::hardware {
 namespace {
 
-constexpr Epoch kEpoch{1};
-
 TEST(TimeHistogram, HoldsEachTimeInTheBucketWhoseBoundItDoesNotPass) {
   TimeHistogram histogram;
   EXPECT_EQ(histogram.QuantileBound(0.99), 0.0);

@@ -14,6 +14,7 @@
 #include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/rig_name.h"
 #include "tests/hardware/wire_message.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -147,8 +148,8 @@ TYPED_TEST(EveryMessage, SurvivesRandomChangesAndWhatPassesIsWhole) {
 
 TEST(MessageLayouts, AreThereForEveryTypeOfTheFolder) {
   std::set<std::string> files;
-  for (const auto& entry : std::filesystem::directory_iterator(
-           std::filesystem::path(FAULTLAB_SOURCE_DIR) / "hardware/lcm/types")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(tests::InSource("hardware/lcm/types"))) {
     files.insert(entry.path().stem().string());
   }
   EXPECT_EQ(AsTypes<AllMessages>::Names(), files);
@@ -161,8 +162,8 @@ TEST(MessageLayouts, AreWalkedBeforeEveryDecode) {
   std::set<std::string> callers;
   int files = 0;
   for (const std::string folder : {"hardware", "server"}) {
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(
-             std::filesystem::path(FAULTLAB_SOURCE_DIR) / folder)) {
+    for (const auto& entry :
+         std::filesystem::recursive_directory_iterator(tests::InSource(folder))) {
       const std::string extension = entry.path().extension().string();
       if (extension != ".h" && extension != ".cc") continue;
       ++files;

@@ -15,7 +15,7 @@
 
 namespace faultlab::hardware {
 
-inline constexpr Epoch kEpoch{7};
+inline constexpr Epoch kContractEpoch{7};
 inline constexpr Epoch kOlder{6};
 inline constexpr Epoch kNewer{8};
 
@@ -37,9 +37,9 @@ class RigContract : public testing::TestWithParam<RigUnderContract> {
 
 TEST_P(RigContract, PlaysItsPlanToTheEndAndIsIdleAgain) {
   EXPECT_EQ(rig_->state(), RigState::kIdle);
-  ASSERT_TRUE(rig_->Arm(plan_, kEpoch));
+  ASSERT_TRUE(rig_->Arm(plan_, kContractEpoch));
   EXPECT_EQ(rig_->state(), RigState::kArmed);
-  ASSERT_TRUE(rig_->Start(kEpoch));
+  ASSERT_TRUE(rig_->Start(kContractEpoch));
   const RunLog log = Drain(*rig_);
   ASSERT_EQ(log.samples.size(), static_cast<std::size_t>(kSamples));
   for (int k = 0; k < kSamples; ++k) {
@@ -58,8 +58,8 @@ TEST_P(RigContract, RunsAgainWithTheSameSamples) {
   RunLog first;
   RunLog second;
   for (RunLog* log : {&first, &second}) {
-    ASSERT_TRUE(rig_->Arm(plan_, kEpoch));
-    ASSERT_TRUE(rig_->Start(kEpoch));
+    ASSERT_TRUE(rig_->Arm(plan_, kContractEpoch));
+    ASSERT_TRUE(rig_->Start(kContractEpoch));
     *log = Drain(*rig_);
   }
   ASSERT_EQ(first.samples.size(), second.samples.size());
@@ -69,7 +69,7 @@ TEST_P(RigContract, RunsAgainWithTheSameSamples) {
 }
 
 TEST_P(RigContract, RefusesAnOlderEpochEverywhere) {
-  ASSERT_TRUE(rig_->Arm(plan_, kEpoch));
+  ASSERT_TRUE(rig_->Arm(plan_, kContractEpoch));
   EXPECT_EQ(rig_->Arm(plan_, kOlder).error().code, core::ErrorCode::kStale);
   EXPECT_EQ(rig_->Start(kOlder).error().code, core::ErrorCode::kStale);
   EXPECT_EQ(rig_->Command(kOlder, {}).error().code, core::ErrorCode::kStale);
@@ -77,32 +77,32 @@ TEST_P(RigContract, RefusesAnOlderEpochEverywhere) {
 }
 
 TEST_P(RigContract, AFenceStopsTheRunOfTheOldHolder) {
-  ASSERT_TRUE(rig_->Arm(plan_, kEpoch));
-  ASSERT_TRUE(rig_->Start(kEpoch));
+  ASSERT_TRUE(rig_->Arm(plan_, kContractEpoch));
+  ASSERT_TRUE(rig_->Start(kContractEpoch));
   rig_->Fence(kNewer);
   EXPECT_EQ(rig_->state(), RigState::kIdle);
-  EXPECT_EQ(rig_->Start(kEpoch).error().code, core::ErrorCode::kStale);
+  EXPECT_EQ(rig_->Start(kContractEpoch).error().code, core::ErrorCode::kStale);
   const RunLog log = Drain(*rig_);
   EXPECT_THAT(log.last_text(), testing::AnyOf("the lease was revoked", ""));
   ASSERT_TRUE(rig_->Arm(plan_, kNewer));
 }
 
 TEST_P(RigContract, AFenceThatIsNotNewerChangesNothing) {
-  ASSERT_TRUE(rig_->Arm(plan_, kEpoch));
-  rig_->Fence(kEpoch);
+  ASSERT_TRUE(rig_->Arm(plan_, kContractEpoch));
+  rig_->Fence(kContractEpoch);
   rig_->Fence(kOlder);
   EXPECT_EQ(rig_->state(), RigState::kArmed);
-  EXPECT_TRUE(rig_->Start(kEpoch));
+  EXPECT_TRUE(rig_->Start(kContractEpoch));
   EXPECT_EQ(Drain(*rig_).samples.size(), static_cast<std::size_t>(kSamples));
 }
 
 TEST_P(RigContract, StartsOnlyWhenArmed) {
-  EXPECT_EQ(rig_->Start(kEpoch).error().code, core::ErrorCode::kConflict);
+  EXPECT_EQ(rig_->Start(kContractEpoch).error().code, core::ErrorCode::kConflict);
 }
 
 TEST_P(RigContract, SafeStopEndsTheStreamWithTheReasonOrTheEndOfThePlan) {
-  ASSERT_TRUE(rig_->Arm(plan_, kEpoch));
-  ASSERT_TRUE(rig_->Start(kEpoch));
+  ASSERT_TRUE(rig_->Arm(plan_, kContractEpoch));
+  ASSERT_TRUE(rig_->Start(kContractEpoch));
   rig_->SafeStop("the test says so");
   EXPECT_EQ(rig_->state(), RigState::kIdle);
   const RunLog log = Drain(*rig_);
@@ -115,12 +115,12 @@ TEST_P(RigContract, SafeStopEndsTheStreamWithTheReasonOrTheEndOfThePlan) {
 
 TEST_P(RigContract, SafeStopIsHarmlessInEveryStateAndFromManyThreads) {
   rig_->SafeStop("idle");
-  ASSERT_TRUE(rig_->Arm(plan_, kEpoch));
+  ASSERT_TRUE(rig_->Arm(plan_, kContractEpoch));
   rig_->SafeStop("armed");
   EXPECT_EQ(rig_->state(), RigState::kIdle);
   EXPECT_EQ(Drain(*rig_).samples.size(), 0u);
-  ASSERT_TRUE(rig_->Arm(plan_, kEpoch));
-  ASSERT_TRUE(rig_->Start(kEpoch));
+  ASSERT_TRUE(rig_->Arm(plan_, kContractEpoch));
+  ASSERT_TRUE(rig_->Start(kContractEpoch));
   std::vector<std::thread> stoppers;
   for (int i = 0; i < 4; ++i) {
     stoppers.emplace_back([this] { rig_->SafeStop("one of many"); });
@@ -130,8 +130,8 @@ TEST_P(RigContract, SafeStopIsHarmlessInEveryStateAndFromManyThreads) {
 }
 
 TEST_P(RigContract, ClosingARunningRigStopsIt) {
-  ASSERT_TRUE(rig_->Arm(plan_, kEpoch));
-  ASSERT_TRUE(rig_->Start(kEpoch));
+  ASSERT_TRUE(rig_->Arm(plan_, kContractEpoch));
+  ASSERT_TRUE(rig_->Start(kContractEpoch));
   rig_.reset();
   EXPECT_EQ(rig_, nullptr);
 }
@@ -143,25 +143,25 @@ TEST_P(RigContract, ReadsAsEndedWhenNothingIsArmed) {
 }
 
 TEST_P(RigContract, SelfTestPassesWhenIdle) {
-  const core::Result<SelfTestReport> report = rig_->SelfTest(kEpoch);
+  const core::Result<SelfTestReport> report = rig_->SelfTest(kContractEpoch);
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_TRUE(report.value().ok);
   EXPECT_EQ(rig_->state(), RigState::kIdle);
-  ASSERT_TRUE(rig_->Arm(plan_, kEpoch));
-  EXPECT_EQ(rig_->SelfTest(kEpoch).error().code, core::ErrorCode::kConflict);
+  ASSERT_TRUE(rig_->Arm(plan_, kContractEpoch));
+  EXPECT_EQ(rig_->SelfTest(kContractEpoch).error().code, core::ErrorCode::kConflict);
 }
 
 TEST_P(RigContract, RefusesASelfTestOfAnOlderEpoch) {
-  rig_->Fence(kEpoch);
+  rig_->Fence(kContractEpoch);
   EXPECT_EQ(rig_->SelfTest(kOlder).error().code, core::ErrorCode::kStale);
   ASSERT_TRUE(rig_->SelfTest(kNewer).ok());
-  EXPECT_EQ(rig_->Arm(plan_, kEpoch).error().code, core::ErrorCode::kStale);
+  EXPECT_EQ(rig_->Arm(plan_, kContractEpoch).error().code, core::ErrorCode::kStale);
 }
 
 TEST_P(RigContract, NamesThePartOfAPlanThatItRefuses) {
   RunPlan plan = plan_;
   plan.period_s = 0.0;
-  const core::Status refused = rig_->Arm(plan, kEpoch);
+  const core::Status refused = rig_->Arm(plan, kContractEpoch);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().field, "period_s");
   EXPECT_EQ(rig_->state(), RigState::kIdle);

@@ -17,8 +17,6 @@ namespace {
 
 using core::Component;
 using testing::HasSubstr;
-constexpr Epoch kEpoch{1};
-
 RunPlan PlanWithFaults(int samples) {
   RunPlan plan = SquarePlan(samples);
   plan.faults = {{.component = paper::kR12, .value = 5600.0, .at_s = 0.1},

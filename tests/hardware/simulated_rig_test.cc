@@ -10,6 +10,7 @@
 #include "core/plant/simulate_record.h"
 #include "hardware/bench/benches.h"
 #include "tests/hardware/rig_runs.h"
+#include "tests/hardware/test_bench.h"
 #include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
@@ -18,8 +19,6 @@ namespace {
 constexpr double kConverterStepV = 2.0 * 10.0 / core::kConverterSteps;
 
 using core::Component;
-constexpr Epoch kEpoch{1};
-
 SimulatedRigOptions Fast() {
   SimulatedRigOptions options;
   options.speed = 0.0;

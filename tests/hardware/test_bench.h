@@ -16,6 +16,8 @@
 
 namespace faultlab::hardware {
 
+inline constexpr Epoch kEpoch{1};  ///< of a test that needs only one
+
 /// A wall clock that moves only when the test moves it.
 class ManualClock final : public Clock {
  public:

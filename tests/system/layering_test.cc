@@ -1,3 +1,4 @@
+#include "tests/support/paths.h"
 // Checks the allowed arrows between folders by reading every #include: web -> server -> hardware ->
 // core -> Eigen and std. Inside core and inside server a table lists the allowed includes.
 #include <gmock/gmock.h>
@@ -22,7 +23,7 @@ struct Include {
   std::string target;  ///< as written, without <> or ""
 };
 
-const fs::path kRoot = FAULTLAB_SOURCE_DIR;
+const fs::path kRoot = faultlab::tests::InSource("");
 
 /// Every #include of the sources under `folder` (relative to the repository).
 std::vector<Include> IncludesUnder(const std::string& folder) {

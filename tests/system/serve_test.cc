@@ -16,6 +16,7 @@
 #include "server/csv/file_io.h"
 #include "server/storage/database.h"
 #include "tests/support/json_schema.h"
+#include "tests/support/paths.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/temp_folder.h"
 
@@ -38,7 +39,7 @@ std::string ReadText(const std::string& path) {
 
 class ServeTest : public ::testing::Test {
  protected:
-  ServeTest() : description_(ReadText(FAULTLAB_SOURCE_DIR "/server/api/openapi.json")) {
+  ServeTest() : description_(ReadText(tests::InSource("server/api/openapi.json"))) {
     config_.listen = "127.0.0.1:0";
     config_.data_dir = folder_.File("data");
     config_.sim_speed = 40.0;

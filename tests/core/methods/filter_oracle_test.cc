@@ -17,6 +17,7 @@
 #include "core/methods/parameter_filter.h"
 #include "core/methods/recursive_least_squares.h"
 #include "tests/core/bench_records.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::core {
 namespace {
@@ -134,8 +135,9 @@ class FilterOracle : public testing::Test {
     json << "]}";
     const std::string path = testing::TempDir() + "filter_oracle.json";
     std::ofstream(path) << json.str();
-    const std::string command =
-        std::string("/usr/bin/python3 '") + FAULTLAB_FILTER_ORACLE + "' '" + path + "'";
+    const std::string command = "/usr/bin/python3 '" +
+                                tests::InSource("tests/core/methods/filter_oracle.py") + "' '" +
+                                path + "'";
     const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), &pclose);
     std::string answer;
     std::array<char, 4096> part;

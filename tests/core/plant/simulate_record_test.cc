@@ -10,6 +10,7 @@
 #include "core/plant/converters.h"
 #include "core/signals/prbs.h"
 #include "tests/paper_bench.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::core {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 constexpr int kSamples = 2000;
 
 std::vector<Sample> Load(const std::string& name) {
-  std::ifstream file(std::string(FAULTLAB_TEST_DATA) + "/bench_simulation/" + name + ".csv");
+  std::ifstream file(tests::InSource("tests/data/bench_simulation/" + name + ".csv"));
   std::string line;
   std::getline(file, line);
   std::vector<Sample> record;

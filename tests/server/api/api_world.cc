@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "server/api/iso8601.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::server {
 
@@ -28,7 +29,7 @@ std::string ReadText(const std::string& path) {
 }
 
 ApiTest::ApiTest(std::vector<CameraSettings> cameras)
-    : description_(ReadText(FAULTLAB_SOURCE_DIR "/server/api/openapi.json")) {
+    : description_(ReadText(tests::InSource("server/api/openapi.json"))) {
   config_.listen = "127.0.0.1:0";
   config_.data_dir = folder_.File("data");
   config_.sim_speed = 50.0;

@@ -1,4 +1,5 @@
 #include "server/api/run/before_after.h"
+#include "tests/support/paths.h"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +20,7 @@ std::vector<double> NumbersOf(const json::value& list) {
 
 /// The page is tested with the same list.
 TEST(StretchesAround, FollowsTheRuleThatThePageFollows) {
-  std::ifstream file(FAULTLAB_SOURCE_DIR "/tests/server/api/before_after_cases.json");
+  std::ifstream file(tests::InSource("tests/server/api/before_after_cases.json"));
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   const json::array cases = json::parse(text).as_array();
   ASSERT_GE(cases.size(), 7U);

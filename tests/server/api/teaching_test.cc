@@ -8,6 +8,7 @@
 
 #include "server/api/iso8601.h"
 #include "tests/server/api/api_world.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::server {
 namespace {
@@ -245,7 +246,7 @@ TEST_F(ApiTest, TheExampleClientsSweepAndSaveTheirData) {
   const auto key =
       accounts_->CreateKey(who, "k", {"jobs", "runs:read"}, Now() + std::chrono::hours(1), Now());
   const std::string url = "http://" + application_->address();
-  const std::string examples = FAULTLAB_SOURCE_DIR "/deploy/examples/";
+  const std::string examples = tests::InSource("deploy/examples/");
   const std::string sweep = "cd " + folder_.path().string() + " && python3 " + examples +
                             "client.py --url " + url + " --key " + key.value().secret +
                             " --component R9 --values 27000,56000 > sweep.txt 2> sweep.err";

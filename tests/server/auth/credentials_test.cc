@@ -6,6 +6,7 @@
 #include "server/auth/accounts.h"
 #include "server/auth/audit_log.h"
 #include "server/auth/calendar_links.h"
+#include "tests/server/auth/accounts_fixture.h"
 #include "tests/support/engines.h"
 #include "tests/support/test_database.h"
 
@@ -17,8 +18,6 @@ using std::chrono::hours;
 using testing::HasSubstr;
 using testing::SizeIs;
 
-constexpr WallTime kNow{std::chrono::milliseconds{1'770'000'000'000}};
-const std::string kPassword = "correct horse battery";
 const std::string kHome = "192.0.2.1";
 
 class CredentialsTest : public testing::TestWithParam<Engine> {

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "server/auth/accounts.h"
+#include "tests/server/auth/accounts_fixture.h"
 #include "tests/support/engines.h"
 #include "tests/support/test_database.h"
 
@@ -10,8 +11,6 @@ namespace {
 using core::ErrorCode;
 using testing::SizeIs;
 
-constexpr WallTime kNow{std::chrono::milliseconds{1'770'000'000'000}};
-const std::string kPassword = "correct horse battery";
 const std::string kIssuer = "https://login.example";
 
 class IdentitiesTest : public testing::TestWithParam<Engine> {

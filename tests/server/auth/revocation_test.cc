@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "server/auth/accounts.h"
+#include "tests/server/auth/accounts_fixture.h"
 #include "tests/support/test_database.h"
 
 namespace faultlab::server {
@@ -11,9 +12,6 @@ namespace {
 using What = Revocation::What;
 using testing::IsEmpty;
 using testing::SizeIs;
-
-constexpr WallTime kNow{std::chrono::milliseconds{1'770'000'000'000}};
-const std::string kPassword = "correct horse battery";
 
 class RevocationTest : public testing::Test {
  protected:

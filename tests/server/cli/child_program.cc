@@ -1,4 +1,5 @@
 #include "tests/server/cli/child_program.h"
+#include "tests/support/paths.h"
 
 #include <sys/wait.h>
 
@@ -38,7 +39,7 @@ Finished ChildProgram::Run(const std::string& arguments, const std::string& befo
   const fs::path err = streams_ / "err";
   const bool redirected = arguments.find('>') != std::string::npos;
   const std::string command =
-      "cd '" + folder_.string() + "' && " + before + " '" FAULTLAB_PROGRAM "' " + arguments +
+      "cd '" + folder_.string() + "' && " + before + " '" + tests::Program() + "' " + arguments +
       (redirected ? "" : " >'" + out.string() + "'") + " 2>'" + err.string() + "'";
   const int status = std::system(command.c_str());
   Finished finished;

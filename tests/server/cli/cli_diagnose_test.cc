@@ -7,12 +7,13 @@
 #include <utility>
 
 #include "tests/server/cli/child_program.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::server {
 namespace {
 
 namespace json = boost::json;
-constexpr char kData[] = FAULTLAB_TEST_DATA;
+const std::string kData = tests::InSource("tests/data");
 
 class CliDiagnose : public ChildProgram {
  protected:
@@ -46,11 +47,11 @@ TEST_F(CliDiagnose, NamesComponentValueAndTimeOfASimulatedFault) {
 }
 
 TEST_F(CliDiagnose, AnswersForAnIndependentRecordingOfTheBench) {
-  const json::value fault = Answer(std::string(kData) + "/r1_33ohm.csv.gz --healthy 0.5:4");
+  const json::value fault = Answer(kData + "/r1_33ohm.csv.gz --healthy 0.5:4");
   EXPECT_EQ(fault.at("verdict"), "fault");
   EXPECT_EQ(fault.at("group").at(0), "R1");
   EXPECT_NEAR(fault.at("candidates").at(0).at("value").to_number<double>(), 33.0, 1.0);
-  const json::value healthy = Answer(std::string(kData) + "/nofault.csv.gz --healthy 0.5:4");
+  const json::value healthy = Answer(kData + "/nofault.csv.gz --healthy 0.5:4");
   EXPECT_EQ(healthy.at("verdict"), "nominal");
   EXPECT_TRUE(healthy.at("detected_at_s").is_null());
 }
@@ -79,7 +80,7 @@ TEST_F(CliDiagnose, SaysThatAFileIsOfAnotherBenchThanItIsReadAs) {
 }
 
 TEST_F(CliDiagnose, PrintsTextForAPerson) {
-  const Finished run = Run("diagnose --healthy 0.5:4 " + std::string(kData) + "/r1_33ohm.csv.gz");
+  const Finished run = Run("diagnose --healthy 0.5:4 " + kData + "/r1_33ohm.csv.gz");
   ASSERT_EQ(run.exit_code, 0) << run.err;
   for (const char* part : {"r1_33ohm.csv.gz: fault\n",
                            "component",
@@ -121,7 +122,7 @@ TEST_F(CliDiagnose, GivesEachBadFileItsSentenceAndGoesOnWithTheOthers) {
        "commas\n"}};
   for (const auto& [text, message] : cases) {
     Write("bad.csv", text);
-    const Finished run = Run("diagnose --json bad.csv " + std::string(kData) + "/nofault.csv.gz");
+    const Finished run = Run("diagnose --json bad.csv " + kData + "/nofault.csv.gz");
     EXPECT_EQ(run.exit_code, 2);
     EXPECT_EQ(run.err, message);
     EXPECT_EQ(std::count(run.out.begin(), run.out.end(), '\n'), 1) << "the good file is answered";
@@ -268,7 +269,7 @@ TEST_F(CliDiagnose, WritesNoCalibrationOfAStretchThatHoldsAFault) {
 
 TEST_F(CliDiagnose, ReadsEveryRecordingOfAFolder) {
   ASSERT_EQ(Run("simulate --duration 6 -o runs_a.csv").exit_code, 0);
-  const Finished run = Run("diagnose --json --healthy 0.5:4 " + std::string(kData));
+  const Finished run = Run("diagnose --json --healthy 0.5:4 " + kData);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(std::count(run.out.begin(), run.out.end(), '\n'), 4);
   EXPECT_LT(run.out.find("double.csv.gz"), run.out.find("nofault.csv.gz")) << "by name";
@@ -276,7 +277,7 @@ TEST_F(CliDiagnose, ReadsEveryRecordingOfAFolder) {
 }
 
 TEST_F(CliDiagnose, SaysSoWhenTheAnswerCannotBeWritten) {
-  const Finished run = Run("diagnose " + std::string(kData) + "/nofault.csv.gz > /dev/full");
+  const Finished run = Run("diagnose " + kData + "/nofault.csv.gz > /dev/full");
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_EQ(run.err, "faultlab: cannot write the standard output: No space left on device\n");
 }

@@ -5,12 +5,13 @@
 #include <string>
 
 #include "tests/server/cli/child_program.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::server {
 namespace {
 
 namespace json = boost::json;
-constexpr char kRecording[] = FAULTLAB_TEST_DATA "/r1_33ohm.csv.gz";
+const std::string kRecording = tests::InSource("tests/data/r1_33ohm.csv.gz");
 
 class CliPlot : public ChildProgram {};
 
@@ -25,7 +26,7 @@ int BigEndian(const std::string& bytes, std::size_t at) {
 TEST_F(CliPlot, DrawsEveryFigureOfARecording) {
   for (const std::string figure : {"signals", "swa", "sia", "models"}) {
     const Finished run =
-        Run("plot " + std::string(kRecording) + " --figure " + figure + " -o " + figure + ".png");
+        Run("plot " + kRecording + " --figure " + figure + " -o " + figure + ".png");
     ASSERT_EQ(run.exit_code, 0) << figure << ": " << run.err;
     const std::string png = Read(figure + ".png");
     ASSERT_GT(png.size(), 10'000u);
@@ -57,11 +58,11 @@ TEST_F(CliPlot, MarksTheFaultThatTheFileNames) {
 
 TEST_F(CliPlot, RefusesWhatItCannotDrawAndKeepsTheOldFile) {
   Write("old.png", "old");
-  Finished run = Run("plot " + std::string(kRecording) + " --figure spectrum -o old.png");
+  Finished run = Run("plot " + kRecording + " --figure spectrum -o old.png");
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_EQ(run.err,
             "faultlab: unknown figure 'spectrum', expected one of signals, swa, sia, models\n");
-  run = Run("plot " + std::string(kRecording) + " --scale 5 -o old.png");
+  run = Run("plot " + kRecording + " --scale 5 -o old.png");
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_EQ(run.err, "faultlab: scale must be 1 or 2\n");
   run = Run("plot run-1234 -o old.png");
@@ -69,7 +70,7 @@ TEST_F(CliPlot, RefusesWhatItCannotDrawAndKeepsTheOldFile) {
   EXPECT_EQ(run.err,
             "faultlab: 'run-1234' is no CSV file, and there is no database of runs at "
             "data/faultlab.db; name a file or the folder with --data\n");
-  run = Run("plot " + std::string(kRecording) + " -o old.png", "FAULTLAB_FONT=/none.ttf");
+  run = Run("plot " + kRecording + " -o old.png", "FAULTLAB_FONT=/none.ttf");
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_NE(run.err.find("fonts-dejavu-core"), std::string::npos);
   EXPECT_EQ(Read("old.png"), "old");

@@ -17,6 +17,7 @@
 #include "core/types/check.h"
 #include "server/csv/csv_record.h"
 #include "server/export/mat_file.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::server {
 namespace {
@@ -80,7 +81,7 @@ TEST_F(RecordingExportTest, TheExampleInMatlabReadsVariablesThatAreThere) {
   Spool out({.folder = fs::temp_directory_path()});
   WriteMat(recording_, out);
   const std::string file = std::move(out).TakeMemory();
-  std::ifstream in(FAULTLAB_EXAMPLES "/load_run.m");
+  std::ifstream in(tests::InSource("deploy/examples/load_run.m"));
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   static const std::regex kUsed(R"(run\.([A-Za-z0-9_]+))");
   int used = 0;

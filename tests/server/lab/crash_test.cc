@@ -20,6 +20,7 @@
 #include "server/auth/accounts.h"
 #include "server/lab/lab_store.h"
 #include "server/storage/recording_store.h"
+#include "tests/support/paths.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/temp_folder.h"
 
@@ -42,6 +43,7 @@ class Server {
                           << "\"\n[simulators]\nspeed = 20.0\ncount = 1\n[lab]\nbenches = 1\n";
     std::ofstream(log_, std::ios::trunc).flush();
     const pid_t parent = getpid();
+    const std::string program = tests::Program();
     pid_ = fork();
     if (pid_ == 0) {
       prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -49,7 +51,7 @@ class Server {
       const int out = open(log_.c_str(), O_WRONLY | O_APPEND);
       dup2(out, STDOUT_FILENO);
       dup2(out, STDERR_FILENO);
-      execl(FAULTLAB_PROGRAM, FAULTLAB_PROGRAM, "serve", "--config", config.c_str(), nullptr);
+      execl(program.c_str(), program.c_str(), "serve", "--config", config.c_str(), nullptr);
       _exit(127);
     }
     const std::string listening = "listening on http://127.0.0.1:";

@@ -11,6 +11,7 @@
 #include "server/plots/record_figure.h"
 #include "server/plots/sweep_figure.h"
 #include "tests/paper_rig.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::server {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 using ::testing::HasSubstr;
 
 CsvRecord Recording() {
-  core::Result<CsvRecord> record = ReadCsv(FAULTLAB_TEST_DATA "/r1_33ohm.csv.gz");
+  core::Result<CsvRecord> record = ReadCsv(tests::InSource("tests/data/r1_33ohm.csv.gz"));
   EXPECT_TRUE(record) << record.error().message;
   return std::move(record).value();
 }

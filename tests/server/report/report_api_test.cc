@@ -5,6 +5,7 @@
 #include <boost/json.hpp>
 
 #include "tests/server/report/pdf_reader.h"
+#include "tests/support/paths.h"
 #include "tests/system/contract/contract_world.h"
 
 namespace faultlab::tests {
@@ -151,8 +152,8 @@ TEST_F(ReportApiTest, TheExampleInPythonReadsWhatIsDownloaded) {
   keep("samples.csv", "export.csv");
   keep("estimates.csv", "export.csv?content=estimates");
   const std::string program =
-      "import sys; sys.path.insert(0, '" FAULTLAB_SOURCE_DIR
-      "/deploy/examples')\n"
+      "import sys; sys.path.insert(0, '" + tests::InSource("deploy/examples") +
+      "')\n"
       "import numpy, load_run\n"
       "run = load_run.read_csv('samples.csv')\n"
       "assert len(run['t_s']) == 300 and abs(run['uc_v'].mean() - 2.5) < 0.1\n"

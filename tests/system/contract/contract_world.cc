@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "server/api/iso8601.h"
+#include "tests/support/paths.h"
 
 namespace faultlab::tests {
 namespace {
@@ -41,7 +42,7 @@ std::string Lower(std::string text) {
 }  // namespace
 
 ContractWorld::ContractWorld()
-    : description_(ReadText(FAULTLAB_SOURCE_DIR "/server/api/openapi.json")) {
+    : description_(ReadText(tests::InSource("server/api/openapi.json"))) {
   server::Config config;
   config.listen = "127.0.0.1:0";
   config.data_dir = folder_.File("data");

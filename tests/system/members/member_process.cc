@@ -1,4 +1,5 @@
 #include "tests/system/members/member_process.h"
+#include "tests/support/paths.h"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -26,6 +27,7 @@ MemberProcess::MemberProcess(const std::string& folder,
   std::array<int, 2> ends{};
   if (pipe(ends.data()) != 0) throw std::runtime_error("pipe failed");
   const pid_t parent = getpid();
+  const std::string program = tests::Program();
   process_ = fork();
   if (process_ == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -33,7 +35,7 @@ MemberProcess::MemberProcess(const std::string& folder,
     dup2(ends[1], STDOUT_FILENO);
     dup2(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644), STDERR_FILENO);
     close(ends[0]);
-    execl(FAULTLAB_PROGRAM, FAULTLAB_PROGRAM, "serve", "--config", file.c_str(), nullptr);
+    execl(program.c_str(), program.c_str(), "serve", "--config", file.c_str(), nullptr);
     _exit(127);
   }
   close(ends[1]);

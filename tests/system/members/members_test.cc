@@ -18,6 +18,7 @@
 #include "tests/support/camera_site.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/loopback_listener.h"
+#include "tests/support/paths.h"
 #include "tests/support/postgres_cluster.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/temp_folder.h"
@@ -70,7 +71,7 @@ class MembersTest : public ::testing::Test {
         b_(servers_->b),
         database_(*servers_->database),
         accounts_(database_, GuestAccess::kNever),
-        description_(ReadText(FAULTLAB_SOURCE_DIR "/server/api/openapi.json")) {}
+        description_(ReadText(tests::InSource("server/api/openapi.json"))) {}
 
   /// The headers of a person who has signed in: a cookie and its CSRF token.
   std::string Person(const std::string& login, Role role) {

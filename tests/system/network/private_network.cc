@@ -1,4 +1,5 @@
 // main of the tests that need a network: a network namespace for this process alone.
+#include <gtest/gtest.h>
 #include <sched.h>
 #include <unistd.h>
 
@@ -6,10 +7,10 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "tests/support/real_time.h"
 #include "tests/system/network/network_world.h"
 
 int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
   constexpr int kSkip = 77;
   if (geteuid() != 0 || unshare(CLONE_NEWNET) != 0) {
     std::puts("skipped: a private network namespace needs root (CAP_SYS_ADMIN)");
@@ -21,8 +22,8 @@ int main(int argc, char** argv) {
     return kSkip;
   }
   (void)faultlab::hardware::KeyFolder();  // named before the first fork
-  return faultlab::tests::RunInRealTime(argc, argv, [] {
-    std::error_code ignored;
-    std::filesystem::remove_all(faultlab::hardware::KeyFolder(), ignored);
-  });
+  const int status = RUN_ALL_TESTS();
+  std::error_code ignored;
+  std::filesystem::remove_all(faultlab::hardware::KeyFolder(), ignored);
+  return status;
 }

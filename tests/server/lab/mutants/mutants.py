@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""mutants.py BUILD [NAME ..]: breaks one rule after the other and demands that the rehearsal finds each.
+"""mutants.py BUILD [NAME .. | --every N]: breaks one rule after the other and demands that the rehearsal finds each.
 
 Each *.patch beside this file changes one source file of the scheduler, the service, the bay or the access; its first
 line names the rule of the oracle that must catch it. The patch is applied to a copy, that file alone is compiled
@@ -35,10 +35,18 @@ def run(command, **more):
     return done.stdout
 
 
+def compiles(entry, source):
+    """Whether this command of the build compiles the source, alone or within a file that includes it."""
+    file = pathlib.Path(entry["directory"], entry["file"]).resolve()
+    return file == (ROOT / source).resolve() or (
+        "_unity_" in file.name and f'#include "{source}"' in file.read_text().splitlines()
+    )
+
+
 def compile_command(build, source, to, output):
     """The build's own command for this file, without ccache, sanitizers and dependency files."""
     for entry in json.loads((build / "compile_commands.json").read_text()):
-        if pathlib.Path(entry["directory"], entry["file"]).resolve() == (ROOT / source).resolve():
+        if compiles(entry, source):
             words = shlex.split(entry["command"])
             break
     else:
@@ -62,7 +70,8 @@ def link_command(build, mutant, output):
     words[at + 1] = str(output)
     first = next(i for i, word in enumerate(words) if word.endswith(".o"))
     words.insert(first, str(mutant))
-    return words
+    # The first definition counts: a library's object may hold other sources besides the changed one.
+    return [*words, "-Wl,--allow-multiple-definition"]
 
 
 def judge(patch, build):
@@ -95,7 +104,9 @@ def judge(patch, build):
 
 def main():
     build = pathlib.Path(sys.argv[1]).resolve()
-    patches = [patch for patch in sorted(HERE.glob("*.patch")) if not sys.argv[2:] or patch.stem in sys.argv[2:]]
+    names = sys.argv[2:]
+    every = int(names.pop()) if names[:1] == ["--every"] else 1
+    patches = [patch for patch in sorted(HERE.glob("*.patch")) if every > 1 or not names or patch.stem in names][::every]
     unchanged = subprocess.run(
         [build / "tests/server/lab/lab_rehearsal_judge", str(STEPS), str(SEEDS[0])], capture_output=True, text=True
     )
