@@ -37,6 +37,8 @@ std::vector<Include> IncludesUnder(const std::string& folder) {
     std::ifstream file(entry.path());
     std::string text;
     for (int line = 1; std::getline(file, text); ++line) {
+      const std::size_t first = text.find_first_not_of(" \t");
+      if (first == std::string::npos || text[first] != '#') continue;  // a regex takes long
       std::smatch match;
       if (std::regex_search(text, match, kPattern)) {
         includes.push_back({fs::relative(entry.path(), kRoot).string(), line, match[1].str()});
@@ -48,6 +50,12 @@ std::vector<Include> IncludesUnder(const std::string& folder) {
 
 bool StartsWith(const std::string& text, const std::string& head) {
   return text.compare(0, head.size(), head) == 0;
+}
+
+bool ContainsAny(const std::string& text, const std::vector<std::string>& parts) {
+  return std::any_of(parts.begin(), parts.end(), [&](const std::string& part) {
+    return text.find(part) != std::string::npos;
+  });
 }
 
 std::string Where(const Include& include) {
@@ -368,6 +376,10 @@ TEST(Layering, NothingOfTheProductPointsAtItsTests) {
 TEST(Layering, CoreInvertsNoMatrixDrawsNoUnseededNumberAndPrintsNothing) {
   const std::regex pattern(
       R"(\.inverse\(\)|[^m]::Random\(|std::rand\b|::now\(\)|\bf?(open|printf|puts)\()");
+  const auto suspicious = [](const std::string& code) {  // a regex takes long
+    return ContainsAny(code,
+                       {"inverse(", "::Random(", "rand", "now(", "open(", "printf(", "puts("});
+  };
   int lines = 0;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kRoot / "core")) {
     const std::string extension = entry.path().extension().string();
@@ -379,7 +391,7 @@ TEST(Layering, CoreInvertsNoMatrixDrawsNoUnseededNumberAndPrintsNothing) {
     for (int line = 1; std::getline(file, text); ++line) {
       ++lines;
       const std::string code = text.substr(0, text.find("//"));
-      EXPECT_FALSE(std::regex_search(code, pattern))
+      EXPECT_FALSE(suspicious(code) && std::regex_search(code, pattern))
           << fs::relative(entry.path(), kRoot).string() << ":" << line << ": " << text;
     }
   }
@@ -400,6 +412,8 @@ TEST(Benches, NoConstantOfThePapersStandsOutsideItsDescription) {
   // structure names its parameters.
   static const std::regex kConstant(
       R"re("(R1|R9|R12|C8)"|\b7\.41\b|\b25\.5e-3\b|\b1\.43e-6\b|\b0\.77e-3\b|\b47e-12\b|\b1\.8e-6\b|\b9\.5e-3\b|\b0\.0095\b)re");
+  const std::vector<std::string> kParts = {
+      "\"R", "\"C8", "7.41", "25.5e", "1.43e", "0.77e", "47e-", "1.8e-", "9.5e-", "0.0095"};
   const std::vector<std::string> excepted = {
       "core/paper/", "core/structures/inverting_amplifier/", "server/cli/paper_pictures.cc"};
   std::vector<std::string> found;
@@ -416,7 +430,7 @@ TEST(Benches, NoConstantOfThePapersStandsOutsideItsDescription) {
       int line = 0;
       for (const std::string& code : CodeOf(entry.path())) {
         ++line;
-        if (std::regex_search(code, kConstant)) {
+        if (ContainsAny(code, kParts) && std::regex_search(code, kConstant)) {
           found.push_back(name + ":" + std::to_string(line) + ": " + code);
         }
       }
