@@ -97,12 +97,12 @@ function(faultlab_test_headers name)
   set(FAULTLAB_TEST_HEADERS ${name} PARENT_SCOPE)
 endfunction()
 
-# faultlab_test(NAME SOURCES a_test.cc .. [APART b_test.cc ..] DEPS .. [LABELS ..] [SECONDS s] [ALONE]): a
-# GoogleTest program, one ctest entry. ALONE: no other test runs at the same time. SECONDS: how long it takes
-# about; the longest start first. The label `pure` (all of tests/core) says that it has no thread, socket
+# faultlab_test(NAME SOURCES a_test.cc .. [APART b_test.cc ..] DEPS .. [LABELS ..] [SECONDS s] [REALTIME]): a
+# GoogleTest program, one ctest entry. REALTIME: its processes must keep up with real time, so deploy/test runs
+# it after the others. SECONDS: how long it takes about; the longest start first. The label `pure` (all of tests/core) says that it has no thread, socket
 # or process: when it fails, it is not repeated. The time limit is a guard against hanging.
 function(faultlab_test name)
-  cmake_parse_arguments(ARG "ALONE" "SECONDS" "SOURCES;APART;DEPS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "REALTIME" "SECONDS" "SOURCES;APART;DEPS;LABELS" ${ARGN})
   find_package(GTest REQUIRED)
   faultlab_batches(ARG_SOURCES ${name} APART ${ARG_APART})
   add_executable(${name} ${ARG_SOURCES})
@@ -113,11 +113,13 @@ function(faultlab_test name)
   if(NOT ARG_SECONDS)
     set(ARG_SECONDS 5)
   endif()
+  if(ARG_REALTIME)
+    list(APPEND ARG_LABELS realtime)
+  endif()
   if(CMAKE_CURRENT_SOURCE_DIR MATCHES "/tests/core(/|$)")
     list(APPEND ARG_LABELS pure)
   endif()
-  set_tests_properties(${name} PROPERTIES TIMEOUT 1500 LABELS "${ARG_LABELS}"
-                                           RUN_SERIAL ${ARG_ALONE} COST ${ARG_SECONDS})
+  set_tests_properties(${name} PROPERTIES TIMEOUT 1500 LABELS "${ARG_LABELS}" COST ${ARG_SECONDS})
 endfunction()
 
 # faultlab_bench(NAME SOURCES .. DEPS ..): a Google Benchmark program, built but not run by ctest.

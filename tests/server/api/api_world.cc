@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "server/api/iso8601.h"
+#include "tests/support/await.h"
 #include "tests/support/paths.h"
 
 namespace faultlab::server {
@@ -111,13 +112,11 @@ Course ApiTest::MakeCourse(const std::string& teacher, const std::string& studen
 }
 
 void ApiTest::WaitForBenches(int ready) {
-  for (int i = 0; i < 1000; ++i) {
+  EXPECT_TRUE(tests::Await([&] {
     const json::object classes = Ok(Call({}, "GET", "rig-classes", "rig-classes"));
     const json::array& items = classes.at("items").as_array();
-    if (!items.empty() && items[0].at("ready").as_int64() >= ready) return;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  FAIL() << "the benches never passed their check";
+    return !items.empty() && items[0].at("ready").as_int64() >= ready;
+  })) << "the benches never passed their check";
 }
 
 std::string ApiTest::In(std::chrono::minutes from_now) {

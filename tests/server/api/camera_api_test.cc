@@ -8,6 +8,7 @@
 
 #include "server/storage/picture_store.h"
 #include "tests/server/api/api_world.h"
+#include "tests/support/await.h"
 #include "tests/support/camera_site.h"
 
 namespace faultlab::server {
@@ -51,15 +52,13 @@ class CameraApiTest : protected WithCamera, public ApiTest {
   /// The reasons for which pictures are in the database, once that of the end is there.
   std::set<std::string> WhysAtTheEnd(const std::string& run) {
     PictureStore store(*database_);
-    for (int i = 0; i < 1000; ++i) {
-      std::set<std::string> whys;
+    std::set<std::string> whys;
+    EXPECT_TRUE(tests::Await([&] {
       const auto pictures = store.List(run).value();
       for (const StoredPicture& picture : pictures) whys.insert(picture.why);
-      if (whys.contains("end")) return whys;
-      std::this_thread::sleep_for(milliseconds(10));
-    }
-    ADD_FAILURE() << "no picture of the end";
-    return {};
+      return whys.contains("end");
+    })) << "no picture of the end";
+    return whys;
   }
   static std::string IdOf(const json::object& run) { return std::string(run.at("id").as_string()); }
 };

@@ -4,6 +4,7 @@
 #include <boost/json.hpp>
 #include <thread>
 
+#include "tests/support/await.h"
 #include "tests/system/contract/contract_world.h"
 
 namespace faultlab::tests {
@@ -25,19 +26,19 @@ class BenchJobs : public testing::Test {
   }
   json::object Ended(const std::string& id) {
     json::object job = Job(id);
-    for (int i = 0; i < 6000 && !Over(job); ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-      job = Job(id);
-    }
+    EXPECT_TRUE(tests::Await([&] {
+      if (!Over(job)) job = Job(id);
+      return Over(job);
+    }));
     return job;
   }
   /// The run of a job that is in progress.
   std::string RunOf(const std::string& id) {
     json::object job = Job(id);
-    for (int i = 0; i < 6000 && job.at("run").is_null(); ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      job = Job(id);
-    }
+    EXPECT_TRUE(tests::Await([&] {
+      if (job.at("run").is_null()) job = Job(id);
+      return !job.at("run").is_null();
+    }));
     return job.at("run").is_null() ? "" : std::string(job.at("run").as_string());
   }
   static bool Over(const json::object& job) {
@@ -81,10 +82,10 @@ TEST_F(BenchJobs, WaitBehindPeopleAndAreNoWayToTheRigForTheirOwner) {
   const std::string id = IdOf(Submit("ann", R"({"runs":[{"rig":"bench-1","duration_s":3}]})")[0]);
   // The job gets its ticket before the person asks; nevertheless the person is next.
   json::array tickets;
-  for (int i = 0; i < 2000 && tickets.empty(); ++i) {
+  EXPECT_TRUE(tests::Await([&] {
     tickets = world_.Expect(200, "ann", "GET", "tickets").at("items").as_array();
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+    return !tickets.empty();
+  }));
   ASSERT_EQ(tickets.size(), 1u);
   (void)Ticket("teacher");
   const json::object place = world_.Expect(200, "teacher", "GET", "tickets");

@@ -9,6 +9,7 @@
 #include "hardware/bench/benches.h"
 #include "hardware/simulated/simulated_rig.h"
 #include "tests/server/app/shared_rigs.h"
+#include "tests/support/await.h"
 #include "tests/support/test_database.h"
 
 namespace faultlab::server {
@@ -57,9 +58,7 @@ class ClassOfFarRigs : public testing::Test {
     return std::string(Name(known.status)) + ": " + known.reason;
   }
   void AwaitReady(const std::string& rig) {
-    for (int i = 0; i < 6'000 && ReasonOf(rig) != "ready: "; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    EXPECT_TRUE(tests::Await([&] { return ReasonOf(rig) == "ready: "; }));
     EXPECT_EQ(ReasonOf(rig), "ready: ");
   }
   static std::string BuiltOtherwise(const core::Bench& bench) {
@@ -99,9 +98,7 @@ TEST_F(ClassOfFarRigs, StaysAsItIsWhenAnAgentOfASmallerIdComes) {
   Start();
   AwaitReady("b-far");
   Hear("a-far", Servo());
-  for (int i = 0; i < 6'000 && !shared_->service().state()->rigs.contains("a-far"); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  EXPECT_TRUE(tests::Await([&] { return shared_->service().state()->rigs.contains("a-far"); }));
   EXPECT_EQ(ReasonOf("a-far"), BuiltOtherwise(paper::Bench()));
   EXPECT_EQ(ReasonOf("b-far"), "ready: ");
 }
@@ -137,9 +134,7 @@ TEST(RigsOfBefore, AreWaitedForBeforeTheirSessionsEnd) {
   const auto desk = [&] { return after.service().state()->rigs.at("desk"); };
   EXPECT_EQ(desk().status, lab::RigStatus::kLeased);
   clock.Advance(std::chrono::seconds(6));
-  for (int i = 0; i < 6'000 && desk().status == lab::RigStatus::kLeased; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  EXPECT_TRUE(tests::Await([&] { return desk().status != lab::RigStatus::kLeased; }));
   EXPECT_EQ(desk().status, lab::RigStatus::kOffline);
   EXPECT_EQ(desk().reason, "this server has no such rig now");
   after.Stop();

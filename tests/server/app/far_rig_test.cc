@@ -10,6 +10,7 @@
 #include "server/api/sharing/handlers.h"
 #include "tests/hardware/remote_world.h"
 #include "tests/server/app/shared_rigs.h"
+#include "tests/support/await.h"
 #include "tests/support/test_database.h"
 
 namespace faultlab::server {
@@ -76,13 +77,13 @@ class FarRigTest : public testing::Test {
   /// Waits for the status. @returns the statuses of the rig until then
   std::set<lab::RigStatus> Await(lab::RigStatus wanted, const std::string& reason = "") {
     std::set<lab::RigStatus> seen;
-    for (int i = 0; i < 60'000; ++i) {
+    EXPECT_TRUE(tests::Await([&] {
       const lab::Rig rig = Rig();
-      if (rig.status == wanted && rig.reason.find(reason) != std::string::npos) return seen;
+      if (rig.status == wanted && rig.reason.find(reason) != std::string::npos) return true;
       if (!rig.id.empty()) seen.insert(rig.status);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    ADD_FAILURE() << "the rig is " << Name(Rig().status) << ": " << Rig().reason;
+      return false;
+    })) << "the rig is "
+        << Name(Rig().status) << ": " << Rig().reason;
     return seen;
   }
   core::Result<HttpResponse> Adopt(const std::string& rig) {

@@ -10,6 +10,7 @@
 #include "server/run/run_manager.h"
 #include "tests/paper_rig.h"
 #include "tests/server/app/shared_rigs.h"
+#include "tests/support/scale.h"
 #include "tests/support/test_database.h"
 
 namespace faultlab::server {
@@ -156,7 +157,7 @@ class LeaseRace : public SharedRigsTest {
   std::atomic<std::chrono::microseconds> making_{};
 };
 
-/// The number of rounds of each race, and the seed: larger by hand than in CI.
+/// The number of rounds of each race, and the seed, by hand.
 std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
   const char* text = std::getenv(name);
   return text != nullptr ? std::strtoull(text, nullptr, 10) : otherwise;
@@ -207,7 +208,7 @@ class LeaseRaces : public LeaseRace, public testing::WithParamInterface<Change> 
 };
 
 TEST_P(LeaseRaces, LeaveNoRunOfTheOlderEpochAndLetTheHeirIn) {
-  const std::uint64_t rounds = FromEnvironment("FAULTLAB_RACE_ROUNDS", 70);
+  const std::uint64_t rounds = FromEnvironment("FAULTLAB_RACE_ROUNDS", tests::Proving() ? 70 : 20);
   std::mt19937_64 chance(FromEnvironment("FAULTLAB_RACE_SEED", 1));
   for (std::uint64_t round = 0; round < rounds && !HasFailure(); ++round) {
     SCOPED_TRACE("round " + std::to_string(round));

@@ -19,6 +19,7 @@
 #include "tests/server/lab/crash_day.h"
 #include "tests/server/lab/table_dump.h"
 #include "tests/support/engines.h"
+#include "tests/support/scale.h"
 #include "tests/support/test_database.h"
 
 namespace faultlab::server::lab {
@@ -306,12 +307,13 @@ TEST_P(CrashEverywhere, AKillBeforeOrAfterAnyCommitLosesNothingAndTheDayGoesOnTo
   ASSERT_EQ(outcome_.size(), 19u) << "8 tickets, 5 bookings, 3 rigs, 3 jobs";
   TableDump after_the_one_before;
   int commits = 0;
-  // Making a database of a cluster takes a second: on PostgreSQL only after every fourth commit and
-  // before the next.
-  const bool all = GetParam() == Engine::kSqlite;
+  // Making a database of a cluster takes a second: on PostgreSQL only after every `stride` commits
+  // and before the next.
+  const bool sqlite = GetParam() == Engine::kSqlite;
+  const int stride = tests::Proving() ? (sqlite ? 1 : 4) : (sqlite ? 6 : 24);
   for (int commit = 1;; ++commit) {
     commits = commit;
-    if (all || commit % 4 == 1) {
+    if (stride == 1 || commit % stride == 1) {
       KillAndLiveOn({commit, CommitMoment::kBefore});
       if (done_) break;
       if (commit > 1) {
@@ -319,7 +321,7 @@ TEST_P(CrashEverywhere, AKillBeforeOrAfterAnyCommitLosesNothingAndTheDayGoesOnTo
             << "half of commit " << commit << " is there, or the one before is lost";
       }
     }
-    if (all || commit % 4 == 0) {
+    if (stride == 1 || commit % stride == 0) {
       KillAndLiveOn({commit, CommitMoment::kAfter});
       if (done_) break;
       after_the_one_before = left_;

@@ -20,6 +20,7 @@
 #include "server/auth/accounts.h"
 #include "server/lab/lab_store.h"
 #include "server/storage/recording_store.h"
+#include "tests/support/await.h"
 #include "tests/support/paths.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/temp_folder.h"
@@ -55,15 +56,15 @@ class Server {
       _exit(127);
     }
     const std::string listening = "listening on http://127.0.0.1:";
-    for (int i = 0; i < 1500 && port_ == 0; ++i) {
+    EXPECT_TRUE(tests::Await([&] {
       std::ifstream in(log_);
       std::ostringstream text;
       text << in.rdbuf();
       const std::size_t at = text.str().find(listening);
       if (at != std::string::npos) port_ = std::stoi(text.str().substr(at + listening.size()));
-      if (port_ == 0) std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-    EXPECT_NE(port_, 0) << "the server did not start; see " << log_;
+      return port_ != 0;
+    })) << "the server did not start; see "
+        << log_;
   }
   ~Server() { Kill(); }
   void Kill() {
@@ -114,10 +115,7 @@ class CrashTest : public ::testing::Test {
     return std::string(health.at("status").as_string());
   }
   void WaitForBench() {
-    for (int i = 0; i < 1500 && BenchStatus() != "ready"; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-    EXPECT_EQ(BenchStatus(), "ready");
+    EXPECT_TRUE(tests::Await([&] { return BenchStatus() == "ready"; })) << BenchStatus();
   }
   /// Sends a request and kills the server without waiting for the answer.
   void KillInTheMiddleOf(const std::string& who,
@@ -158,10 +156,10 @@ class CrashTest : public ::testing::Test {
   json::object Accepted(const std::string& who, std::int64_t ticket) {
     const std::string accept = "tickets/" + std::to_string(ticket) + "/accept";
     HttpAnswer answer = Call(who, "POST", accept, "{}");
-    for (int i = 0; i < 1500 && answer.status == 409; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      answer = Call(who, "POST", accept, "{}");
-    }
+    EXPECT_TRUE(tests::Await([&] {
+      if (answer.status == 409) answer = Call(who, "POST", accept, "{}");
+      return answer.status != 409;
+    }));
     return Ok(answer);
   }
   json::array Items(const std::string& who, const std::string& list) {
@@ -195,10 +193,8 @@ TEST_F(CrashTest, WhateverWasAnsweredIsThereAfterTheKill) {
   // During a run: it is marked as interrupted, and its recorded samples are there.
   const json::object run = Ok(Call("ann", "POST", "runs", R"({"rig":"bench-1","duration_s":600})"));
   const std::string run_path = "runs/" + std::string(run.at("id").as_string());
-  for (int i = 0; i < 500; ++i) {
-    if (Ok(Call("ann", "GET", run_path)).at("samples").as_int64() >= 500) break;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
+  EXPECT_TRUE(tests::Await(
+      [&] { return Ok(Call("ann", "GET", run_path)).at("samples").as_int64() >= 500; }));
   const std::int64_t seen = Ok(Call("ann", "GET", run_path)).at("samples").as_int64();
   server_->Kill();
   const json::object cut = [&] {
@@ -215,11 +211,7 @@ TEST_F(CrashTest, WhateverWasAnsweredIsThereAfterTheKill) {
   EXPECT_EQ(Call("ann", "POST", "sessions/" + id + "/end", "{}").status, 204);
   Restart();
   EXPECT_TRUE(Items("ann", "sessions").empty());
-  for (int i = 0; i < 1500; ++i) {
-    if (Items("bob", "tickets")[0].at("state") == "offered") break;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
-  EXPECT_EQ(Items("bob", "tickets")[0].at("state"), "offered");
+  EXPECT_TRUE(tests::Await([&] { return Items("bob", "tickets")[0].at("state") == "offered"; }));
 
   // Booked and cancelled.
   const std::string start = "2099-01-01T00:00:00Z";

@@ -38,7 +38,7 @@ class WaitingBench : public RigDuties {
   void AwaitChecks(std::size_t count) {
     std::unique_lock lock(mutex_);
     EXPECT_TRUE(
-        asked_.wait_for(lock, std::chrono::seconds(20), [&] { return checks_.size() >= count; }));
+        asked_.wait_for(lock, std::chrono::minutes(2), [&] { return checks_.size() >= count; }));
   }
   void PassChecks(LabService& service) {
     std::map<RigId, std::uint64_t> checks;

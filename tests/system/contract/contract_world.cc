@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "server/api/iso8601.h"
+#include "tests/support/await.h"
 #include "tests/support/paths.h"
 
 namespace faultlab::tests {
@@ -139,25 +140,22 @@ std::string ContractWorld::Fill(std::string pattern,
 }
 
 void ContractWorld::WaitForBenches() {
-  for (int i = 0; i < 3000; ++i) {
+  EXPECT_TRUE(Await([&] {
     const HttpAnswer answer = Get(port(), "/api/v1/rig-classes");
     const json::value classes = json::parse(answer.body);
     const json::array& items = classes.at("items").as_array();
-    if (!items.empty() && items[0].at("ready").as_int64() >= 2) return;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  FAIL() << "the benches never passed their checks";
+    return !items.empty() && items[0].at("ready").as_int64() >= 2;
+  })) << "the benches never passed their checks";
 }
 
 json::object ContractWorld::WaitForAlarm() {
-  for (int i = 0; i < 3000; ++i) {
-    const json::object page = Expect(200, "operator", "GET", "alarms");
-    const json::array& items = page.at("items").as_array();
-    if (!items.empty()) return items[0].as_object();
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  ADD_FAILURE() << "no alarm was raised";
-  return {};
+  json::array items;
+  const bool raised = Await([&] {
+    items = Expect(200, "operator", "GET", "alarms").at("items").as_array();
+    return !items.empty();
+  });
+  EXPECT_TRUE(raised) << "no alarm was raised";
+  return raised ? items[0].as_object() : json::object{};
 }
 
 void ContractWorld::WaitForRun(const std::string& id) {
@@ -166,11 +164,7 @@ void ContractWorld::WaitForRun(const std::string& id) {
 
 void ContractWorld::WaitForPicture(const std::string& id) {
   server::PictureStore pictures(*database_);
-  for (int i = 0; i < 1000; ++i) {
-    if (!pictures.List(id).value().empty()) return;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  FAIL() << "no picture was stored";
+  EXPECT_TRUE(Await([&] { return !pictures.List(id).value().empty(); })) << "no picture was stored";
 }
 
 std::string ContractWorld::In(std::chrono::minutes from_now) const {

@@ -142,7 +142,7 @@ class LiveView:
         self.reader = threading.Thread(target=self._read, daemon=True)
         if self.open:
             self.reader.start()
-            self.hello.wait(10)
+            self.hello.wait(120)
 
     def _read(self):
         try:

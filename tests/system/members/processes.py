@@ -9,11 +9,12 @@ import subprocess
 import tempfile
 import time
 
-PATIENCE_S = 60.0
+PATIENCE_S = 120.0
 
 
 def await_true(what, happened, patience_s=PATIENCE_S, every_s=0.02):
-    """The first true value of happened()."""
+    """The first true value of happened(). The patience is a guard against hanging, so never a short one."""
+    patience_s = max(patience_s, PATIENCE_S)
     until = time.monotonic() + patience_s
     while True:
         value = happened()
