@@ -190,6 +190,21 @@ describe("live page", { timeout: SUITE_MS }, () => {
     await close();
   });
 
+  story("a run that ends before its samples came is shown whole", async () => {
+    const { page, close } = await openPage(browser, server.url);
+    await page.routeWebSocket(/\/ws/, (near) => {
+      const far = near.connectToServer();
+      far.onMessage((message) => {
+        if (typeof message === "string") near.send(message); // all but the samples
+      });
+    });
+    await startPaperRun(page);
+    await waitForReview(page);
+    assert.match(await page.locator(".state").innerText(), /00:20\.0/);
+    await waitForDrawings(page, CHART, 1);
+    await close();
+  });
+
   story(
     "a cut link says so, locks the controls but not Stop, and comes back without a gap",
     async () => {

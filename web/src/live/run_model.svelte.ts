@@ -410,10 +410,15 @@ export class RunModel {
     });
   }
 
-  /** The run ended while it was shown: nothing is discarded, and the page changes to review. */
+  /**
+   * The run ended while it was shown: nothing is discarded, and the page changes to review. What the
+   * stream did not bring before its end (it was opened just then, or a gap was open) is loaded.
+   */
   private async finish(state: RunState): Promise<void> {
     // a server that goes away ends the stream too: until it answers, the link is cut
-    await api.run(this.id).catch(() => {});
+    const ended = await api.run(this.id).catch(() => undefined);
+    if (ended && this.slide && this.firstMissing() < ended.samples)
+      await this.loadSamples(this.slide);
     this.state = state;
     clearInterval(this.tick);
     this.faults.cancelInjection();
@@ -428,14 +433,15 @@ export class RunModel {
   private async load(): Promise<void> {
     const slide = this.slide as Slide;
     this.events = this.run?.events ?? [];
-    const frames = api
-      .frames(this.id)
-      .then((answer) => readFrames(answer, (block) => slide.append(block)));
-    await Promise.all([frames, this.loadResults()]);
+    await Promise.all([this.loadSamples(slide), this.loadResults()]);
     this.standStill();
     this.gaps = gapSpans(slide);
     for (const event of this.events) this.faults.apply(event, this.period);
     this.phase = "review";
+  }
+
+  private async loadSamples(slide: Slide): Promise<void> {
+    await readFrames(await api.frames(this.id), (block) => slide.append(block));
   }
 
   private standStill(): void {
