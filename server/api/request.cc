@@ -110,6 +110,18 @@ core::Result<std::optional<std::string>> QueryWord(const HttpRequest& request,
                      {{"member", std::string(name)}, {"words", allowed}}};
 }
 
+core::Result<std::optional<std::string>> QuerySearch(const HttpRequest& request,
+                                                     std::string_view name) {
+  constexpr std::ptrdiff_t kCharactersMax = 100;
+  auto text = request.Query(name);
+  const auto begins = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; };
+  if (!text || std::ranges::count_if(*text, begins) <= kCharactersMax) return text;
+  return core::Error{core::ErrorCode::kInvalid,
+                     "A search has at most 100 characters.",
+                     std::string(name),
+                     "search_long"};
+}
+
 core::Status OnlyQuery(const HttpRequest& request, std::span<const std::string_view> known) {
   std::vector<std::string> given;
   for (const auto& [name, value] : request.QueryAll()) {

@@ -59,6 +59,9 @@ inline core::Result<std::optional<std::string>> QueryWord(
     std::initializer_list<std::string_view> words) {
   return QueryWord(request, name, std::span(words.begin(), words.size()));
 }
+/// A text to search for: at most 100 characters, for each costs every row that is looked at.
+core::Result<std::optional<std::string>> QuerySearch(const HttpRequest& request,
+                                                     std::string_view name);
 /// Refuses query parameters that are not in `known`, by name, any that is given twice, and any that
 /// is not UTF-8.
 core::Status OnlyQuery(const HttpRequest& request, std::span<const std::string_view> known);

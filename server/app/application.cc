@@ -22,6 +22,7 @@
 #include "server/camera/picture_taker.h"
 #include "server/diagnosis_json/calibration_json.h"
 #include "server/disk_ballast.h"
+#include "server/experiment/baseline.h"
 #include "server/lab/lab_id.h"
 #include "server/plots/record_figure.h"
 #include "server/run/rig_bay.h"
@@ -161,7 +162,7 @@ class Application::Impl {
     options.speed = config_.sim_speed;
     const int cores = static_cast<int>(std::thread::hardware_concurrency());
     options.job_places = JobPlaces(Simulators(), config_.sim_speed, std::max(1, cores));
-    options.default_seed = config_.fixture_seed.value_or(1);
+    options.default_seed = config_.fixture_seed;
     options.openapi = EmbeddedOpenApi();
     options.http_counters = [this] { return http_->counters(); };
     options.retention = {config_.keep_guest_days,
@@ -276,12 +277,15 @@ class Application::Impl {
               const WallTime now = clock_.Wall();
               core::Calibration calibration = learnt.calibration;
               calibration.dated = Iso8601(now);
-              const core::Status kept =
-                  calibrations_.Add({learnt.rig,
-                                     learnt.run,
-                                     learnt.bench.id,
-                                     now,
-                                     boost::json::serialize(ToJson(calibration, learnt.bench))});
+              const InputRange input = RangeOf(learnt.uc_v);
+              const core::Status kept = calibrations_.Add(
+                  {learnt.rig,
+                   learnt.run,
+                   learnt.bench.id,
+                   now,
+                   boost::json::serialize(ToJson(calibration, learnt.bench)),
+                   input,
+                   WhyNoBaseline(learnt.owner, input, calibration, learnt.bench)});
               if (!kept.ok()) spdlog::warn("rig {}: {}", learnt.rig, kept.error().message);
             },
             [this](const RunMoment& moment) {

@@ -85,8 +85,10 @@ core::Status Services::JoinLab() {
                                                                   quota_,
                                                                   base_.benches,
                                                                   base_.calibrations,
+                                                                  check_log_,
                                                                   base_.clock,
                                                                   options_.default_seed,
+                                                                  SecretNumber,
                                                                   options_.speed});
   rests_.Start([this](const RunRecord& record) { return IsOurRest(record); },
                [this](const std::string& rig) {

@@ -66,7 +66,7 @@ class Services {
     std::string address;  ///< "host:port", for the other members of this database
     double speed = 1.0;   ///< of replays
     int job_places = 1;   ///< see JobPlaces
-    std::uint64_t default_seed = 1;
+    std::optional<std::uint64_t> default_seed;
     std::string_view openapi;
     std::function<HttpCounters()> http_counters;
     lab::RetentionRules retention;

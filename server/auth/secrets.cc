@@ -40,6 +40,13 @@ std::string NewSecret(std::string_view prefix) {
   return std::string(prefix) + text.data();
 }
 
+std::uint64_t SecretNumber() {
+  StartSodium();
+  std::uint64_t number = 0;
+  randombytes_buf(&number, sizeof number);
+  return number >> 11;
+}
+
 std::string HashSecret(std::string_view secret) {
   StartSodium();
   std::array<unsigned char, kSecretBytes> hash;

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -12,6 +13,8 @@ namespace faultlab::server {
 
 /// prefix + 32 random bytes as base64url: session cookies, API keys, links.
 std::string NewSecret(std::string_view prefix);
+/// Random, below 2^53, so that JSON holds it exactly.
+std::uint64_t SecretNumber();
 /// BLAKE2b-256 as hex: the form in which the database stores a secret.
 std::string HashSecret(std::string_view secret);
 /// Compares in constant time.

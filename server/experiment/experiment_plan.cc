@@ -54,7 +54,7 @@ core::Result<hardware::RunPlan> ResolvePlan(const ExperimentPlan& wanted,
   }
   plan.faults = wanted.faults;
   plan.period_s = wanted.period_s;
-  plan.seed = wanted.seed;
+  plan.seed = wanted.seed.value_or(1);
   return plan;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,7 @@ struct ExperimentPlan {
   bool hidden_faults = false;
   /// Start with what a recent run learnt about the rig, if there is one, instead of learning it.
   bool learn_if_needed = false;
-  std::uint64_t seed = 1;
+  std::optional<std::uint64_t> seed;  ///< of a simulator's noise; none: the server draws one
   std::string recording;  ///< not empty: replay this one; excitation and faults are its own
   std::string name;
 };

@@ -7,6 +7,7 @@
 #include "hardware/bench/benches.h"
 #include "hardware/replay_rig.h"
 #include "server/diagnosis_json/calibration_json.h"
+#include "server/experiment/baseline.h"
 #include "server/experiment/plan_json.h"
 #include "server/json/json_reader.h"
 #include "server/run/refusals.h"
@@ -20,6 +21,8 @@ namespace json = boost::json;
 constexpr double kReplayLongestS = 3600.0;
 /// A motor warms up and cools down within an hour, which changes its resistance and its friction.
 constexpr std::chrono::hours kLearntFor{1};
+/// An older one may fit where the newest one does not.
+constexpr int kBaselinesLookedAt = 10;
 
 /// What happened to the plant in a recording; its replay shows it again.
 std::vector<hardware::RigEvent> EventsOfThePlant(std::span<const RecordedEvent> recorded,
@@ -165,25 +168,58 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
   return run;
 }
 
-/// The plan says which run's calibration it is. Without a fitting one the run learns its own.
-void Experiments::UseWhatWasLearnt(const std::string& rig, RunRequest& run) {
+/// The plan says which run's calibration it is, or why the newest one does not do. Without a
+/// fitting one the run learns its own.
+void Experiments::UseWhatWasLearnt(const Principal& who,
+                                   const hardware::RigDescription& rig,
+                                   RunRequest& run) {
   const core::Bench& bench = *run.diagnosis.bench;
-  const auto newest = parts_.calibrations.List(rig, bench.id, 1);
-  if (!newest.ok() || newest.value().empty()) return;
-  const RigCalibration& stored = newest.value().front();
-  if (parts_.clock.Wall() > stored.at + kLearntFor) return;
-  auto calibration = ParseCalibration(stored.json, "The calibration of " + stored.run, bench);
-  if (!calibration || calibration.value().period_s != run.plan.period_s) return;
-  run.diagnosis.calibration = std::move(calibration).value();
+  const auto newest = parts_.calibrations.List(rig.id, bench.id, kBaselinesLookedAt);
+  if (!newest.ok()) return;
+  const WallTime now = parts_.clock.Wall();
+  const InputRange wanted = RangeOf(run.plan.uc_v);
   json::object shown = json::parse(run.plan_json).as_object();
-  shown["calibration"] =
-      json::object{{"run", stored.run}, {"at", run.diagnosis.calibration->dated}};
+  json::object refused;
+  std::optional<std::vector<lab::CheckRecord>> checks;
+  for (const RigCalibration& stored : newest.value()) {
+    if (now > stored.at + kLearntFor) break;
+    if (!stored.unfit.empty()) continue;
+    auto calibration = ParseCalibration(stored.json, "The calibration of " + stored.run, bench);
+    if (!calibration || calibration.value().period_s != run.plan.period_s) continue;
+    const bool own = stored.owner == who.owner_key() && who.signed_in();
+    json::object about{{"run", stored.run}, {"at", calibration.value().dated}, {"own", own}};
+    const char* why = nullptr;
+    if (!Covers(stored.input, wanted)) {
+      why = "input";
+    } else if (!own) {
+      if (!checks) {
+        auto list = parts_.checks.List(rig.id);
+        checks = list ? std::move(list).value() : std::vector<lab::CheckRecord>{};
+      }
+      if (!IsConfirmed(*checks, stored.at, calibration.value(), bench, rig.delta_s)) {
+        why = "unconfirmed";
+      }
+    }
+    if (why == nullptr) {
+      run.diagnosis.calibration = std::move(calibration).value();
+      shown["calibration"] = std::move(about);
+      refused.clear();
+      break;
+    }
+    if (refused.empty()) {
+      about["reason"] = why;
+      refused = std::move(about);
+    }
+  }
+  if (!refused.empty()) shown["calibration_refused"] = std::move(refused);
   run.plan_json = json::serialize(shown);
 }
 
 core::Result<RunRequest> Experiments::OnRig(const Principal& who,
                                             StartedBy by,
-                                            const ExperimentPlan& plan) {
+                                            const ExperimentPlan& wanted) {
+  ExperimentPlan plan = wanted;
+  if (!plan.seed) plan.seed = parts_.draw_seed();
   const auto length =
       std::chrono::ceil<std::chrono::milliseconds>(std::chrono::duration<double>(plan.duration_s));
   const auto planned = static_cast<std::int64_t>(plan.duration_s / plan.period_s);
@@ -202,7 +238,7 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
   run.plan_json = json::serialize(PlanToJson(plan, about));
   run.diagnosis = core::OptionsOf(*about.bench, plan.period_s);
   run.diagnosis.values = about.any_value ? core::ValuePrior::kNone : core::ValuePrior::kTable2;
-  if (plan.learn_if_needed) UseWhatWasLearnt(about.id, run);
+  if (plan.learn_if_needed) UseWhatWasLearnt(who, about, run);
   run.hold = std::move(hold).value();
   run.place = std::move(place).value();
   return run;

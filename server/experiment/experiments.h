@@ -2,6 +2,8 @@
 
 #include <boost/json/object.hpp>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string_view>
 
 #include "core/types/result.h"
@@ -13,6 +15,7 @@
 #include "server/experiment/rig_access.h"
 #include "server/experiment/storage_quota.h"
 #include "server/experiment/work.h"
+#include "server/lab/check_log.h"
 #include "server/run/run_manager.h"
 #include "server/run/run_places.h"
 #include "server/storage/rig_calibrations.h"
@@ -38,9 +41,14 @@ class Experiments {
     StorageQuota& quota;
     Benches& benches;
     RigCalibrations& calibrations;
+    lab::CheckLog& checks;
     const Clock& clock;
-    std::uint64_t default_seed = 1;  ///< of plans without one
-    double speed = 1.0;              ///< of replays
+    /// Of plans without one, for a lab of tests; none: `draw_seed`.
+    std::optional<std::uint64_t> default_seed;
+    /// A number that nobody can guess, below 2^53: who knows the seed of a run can play it healthy
+    /// and compare, sample by sample.
+    std::function<std::uint64_t()> draw_seed;
+    double speed = 1.0;  ///< of replays
   };
   /// All parts must outlive it.
   explicit Experiments(Parts parts) : parts_(parts) {}
@@ -65,7 +73,7 @@ class Experiments {
   core::Result<const core::Bench*> BenchOf(const boost::json::object& body);
   core::Status TakeFaultSet(const Principal& who, ExperimentPlan& plan);
   core::Result<RunRequest> OnRig(const Principal& who, StartedBy by, const ExperimentPlan& plan);
-  void UseWhatWasLearnt(const std::string& rig, RunRequest& run);
+  void UseWhatWasLearnt(const Principal& who, const hardware::RigDescription& rig, RunRequest& run);
   core::Result<RunRequest> Replay(const Principal& who, StartedBy by, const ExperimentPlan& plan);
   RunKind KindOn(const std::string& rig) const;
   core::Result<std::shared_ptr<void>> PlaceFor(const Principal& who,

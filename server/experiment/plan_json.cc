@@ -158,7 +158,7 @@ json::object ToJson(const core::ExcitationSpec& spec) {
 
 core::Result<ExperimentPlan> ParsePlan(const json::object& object,
                                        const core::Bench& bench,
-                                       std::uint64_t default_seed) {
+                                       std::optional<std::uint64_t> default_seed) {
   ObjectReader in(object, "");
   ExperimentPlan plan;
   plan.bench = &bench;
@@ -167,8 +167,10 @@ core::Result<ExperimentPlan> ParsePlan(const json::object& object,
   plan.rig = in.TextOr("rig", {}, 64);
   plan.name = in.TextOr("name", {}, kNameBytesMax);
   plan.recording = in.TextOr("recording", {}, 64);
-  plan.seed = static_cast<std::uint64_t>(
-      in.IntegerOr("seed", static_cast<std::int64_t>(default_seed), 0, kSeedMax));
+  plan.seed = default_seed;
+  if (object.contains("seed")) {
+    plan.seed = static_cast<std::uint64_t>(in.IntegerOr("seed", 1, 0, kSeedMax));
+  }
   plan.learn_if_needed = in.WordOr("learn", "anew", {"anew", "if_needed"}) == "if_needed";
   const bool replay = !plan.recording.empty();
   for (const char* own :
@@ -271,7 +273,7 @@ json::object PlanToJson(const ExperimentPlan& plan, const hardware::RigDescripti
   }
   out["duration_s"] = plan.duration_s;
   out["excitation"] = ToJson(plan.excitation);
-  out["seed"] = plan.seed;
+  if (plan.seed) out["seed"] = *plan.seed;
   out["faults"] = ToJson(plan.faults);
   return out;
 }
@@ -290,6 +292,20 @@ bool HidesFaults(std::string_view plan_json) {
   const json::object* object = ec ? nullptr : plan.if_object();
   const json::value* hidden = object != nullptr ? object->if_contains("hidden_faults") : nullptr;
   return hidden != nullptr && hidden->is_bool() && hidden->get_bool();
+}
+
+std::string SealedPlan(std::string_view plan_json) {
+  json::object plan = json::parse(plan_json).as_object();
+  plan.erase("faults");
+  plan.erase("seed");
+  plan["sealed"] = true;
+  return json::serialize(plan);
+}
+
+bool IsSealed(std::string_view plan_json) {
+  boost::system::error_code ec;
+  const json::value plan = json::parse(plan_json, ec);
+  return !ec && plan.is_object() && plan.get_object().contains("sealed");
 }
 
 std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json, const core::Bench& bench) {

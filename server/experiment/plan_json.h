@@ -3,6 +3,8 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -17,7 +19,7 @@ namespace faultlab::server {
 /// values that no rig could take; Error.field is a JSON pointer.
 core::Result<ExperimentPlan> ParsePlan(const boost::json::object& object,
                                        const core::Bench& bench,
-                                       std::uint64_t default_seed);
+                                       std::optional<std::uint64_t> default_seed);
 
 /// The plan as it was resolved for `rig`, as the API shows and stores it: every field with its
 /// value.
@@ -37,6 +39,10 @@ boost::json::array ToJson(const std::vector<core::Fault>& faults);
 double SecondsOfPlan(std::string_view plan_json);
 /// Of a stored plan: its faults go to no bus.
 bool HidesFaults(std::string_view plan_json);
+/// A stored plan without what tells its faults: their list, and the seed of the noise, with which
+/// the same run could be played healthy and compared.
+std::string SealedPlan(std::string_view plan_json);
+bool IsSealed(std::string_view plan_json);
 /// The faults of a stored plan; empty when it has none.
 std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json, const core::Bench& bench);
 /// An excitation as plans hold it.

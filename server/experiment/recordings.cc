@@ -1,6 +1,7 @@
 #include "server/experiment/recordings.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/json.hpp>
 #include <utility>
 
@@ -27,6 +28,13 @@ std::string TextOf(const core::Diagnosis& diagnosis,
   object["period_s"] = recording.record.period_s;
   if (!channels.empty()) object["channels"] = json::array(channels.begin(), channels.end());
   return json::serialize(object);
+}
+
+/// What the rig was told to change, and what it confirmed.
+bool TellsAFault(const RecordedEvent& event) {
+  constexpr std::array<std::string_view, 5> kTelling = {
+      "fault_commanded", "relay_confirmed", "refused", "change_waits", "change_dropped"};
+  return std::ranges::find(kTelling, event.kind) != kTelling.end();
 }
 
 std::string WordOf(const core::Diagnosis& diagnosis) {
@@ -85,10 +93,14 @@ core::Result<Recording> Recordings::Load(RunRecord record, std::int64_t from, st
 }
 
 core::Result<std::vector<RecordedEvent>> Recordings::Events(const RunRecord& record) {
-  if (record.state == RunState::kRunning) {
-    if (const auto live = runs_.Find(record.id)) return live->events;
+  core::Result<std::vector<RecordedEvent>> events = std::vector<RecordedEvent>{};
+  const auto live =
+      record.state == RunState::kRunning ? runs_.Find(record.id) : std::optional<RunSnapshot>{};
+  events = live ? live->events : store_.LoadEvents(record.id);
+  if (events && IsSealed(record.plan_json)) {
+    std::erase_if(events.value(), [](const RecordedEvent& event) { return TellsAFault(event); });
   }
-  return store_.LoadEvents(record.id);
+  return events;
 }
 
 core::Result<core::Diagnosis> Recordings::Repair(const Recording& recording, std::string* text) {

@@ -59,7 +59,8 @@ class Recordings {
                                std::int64_t from = 0,
                                std::int64_t to = kSampleIndexMax);
   core::Result<core::DiagnosisOptions> OptionsFor(const RunRecord& record);
-  /// As they are now, for a run that goes on.
+  /// As they are now, for a run that goes on; of a sealed plan (SealedPlan) without those that tell
+  /// its faults.
   core::Result<std::vector<RecordedEvent>> Events(const RunRecord& record);
   /// As JSON: of a run that goes on, its verdict so far. A recording that was cut by a crash is
   /// diagnosed now, and keeps it.

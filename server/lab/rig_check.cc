@@ -28,6 +28,8 @@ constexpr Tolerance kHealthy{0.10, 0.12};  ///< a healthy bench stays inside
 /// A band may be commissioned inside; the smallest relay step, R1 of the paper's bench to 10 ohm,
 /// is outside.
 constexpr Tolerance kCommissioned{0.30, 0.20};
+/// The rig of a calibration is found again inside.
+constexpr Tolerance kSameRig{0.05, 0.06};
 /// Where friction makes more of the estimate than the tolerance: so many standard deviations.
 constexpr double kSpreads = 4.0;
 /// Coulomb friction of the simulated rigs, in standard deviations of the norm's: the middles of
@@ -129,7 +131,17 @@ std::pair<double, double> Moments(const std::vector<RigBand>& bands, double RigB
   return {mean, std::sqrt(square)};
 }
 
-core::Result<RigNorm> SimulatedNorm(const core::Bench& bench, double delta_s) {
+/// The healthy rig that is simulated.
+struct HealthyRig {
+  core::PlantParameters parameters;
+  double gain_factor = 1.0;  ///< of the amplifier
+  double mc_nm = 0.0;        ///< Coulomb friction, expected
+  double mc_sigma_nm = 0.0;
+};
+
+core::Result<RigNorm> SimulatedNorm(const core::Bench& bench,
+                                    const HealthyRig& rig,
+                                    double delta_s) {
   const auto uc_v = core::Generate(bench.excitation, CheckSeconds(bench), bench.period_s);
   if (!uc_v) return uc_v.error();
   LAB_CHECK(!bench.profiles.empty(), bench.name);
@@ -138,13 +150,14 @@ core::Result<RigNorm> SimulatedNorm(const core::Bench& bench, double delta_s) {
   const double breakaway_nm = std::max(profile.friction.ms_nm - profile.friction.mc_nm, 0.0);
   std::vector<RigBand> bands;
   for (std::size_t i = 0; i < kFrictions.size(); ++i) {
-    profile.friction.mc_nm =
-        std::max(bench.norm.mc_nm + kFrictions[i] * bench.norm.mc_sigma_nm, 0.0);
+    profile.friction.mc_nm = std::max(rig.mc_nm + kFrictions[i] * rig.mc_sigma_nm, 0.0);
     profile.friction.ms_nm = profile.friction.mc_nm + breakaway_nm;
     const std::vector<core::Sample> record =
-        core::SimulateRecord(profile, bench.nominal, uc_v.value(), {}, i + 1, bench.period_s);
-    const core::Result<RigBand> band = EstimateOf(record, bench, delta_s);
+        core::SimulateRecord(profile, rig.parameters, uc_v.value(), {}, i + 1, bench.period_s);
+    core::Result<RigBand> band = EstimateOf(record, bench, delta_s);
     if (!band) return band.error();
+    band.value().b0d *= rig.gain_factor;
+    band.value().gain *= rig.gain_factor;
     bands.push_back(band.value());
   }
   RigNorm norm;
@@ -185,7 +198,8 @@ core::Result<RigNorm> NominalNorm(const core::Bench& bench, double delta_s) {
     const std::lock_guard lock(mutex);
     if (const auto found = known.find(key); found != known.end()) return found->second;
   }
-  const core::Result<RigNorm> norm = SimulatedNorm(bench, delta_s);
+  const HealthyRig healthy{bench.nominal, 1.0, bench.norm.mc_nm, bench.norm.mc_sigma_nm};
+  const core::Result<RigNorm> norm = SimulatedNorm(bench, healthy, delta_s);
   const std::lock_guard lock(mutex);
   if (norm) known.insert_or_assign(key, norm.value());
   return norm;
@@ -204,6 +218,17 @@ RigVerdict JudgeCheck(std::span<const core::Sample> samples,
   verdict.text = FirstFailure(verdict.steps);
   verdict.passed = verdict.text.empty();
   return verdict;
+}
+
+bool IsOfCalibration(const RigBand& measured,
+                     const core::Calibration& calibration,
+                     const core::Bench& bench,
+                     double delta_s) {
+  const HealthyRig learnt{
+      calibration.nominal, calibration.gain_factor, calibration.mc_nm, calibration.mc_sigma_nm};
+  const core::Result<RigNorm> norm = SimulatedNorm(bench, learnt, delta_s);
+  return norm && FirstFailure(Compare(measured, norm.value().centre, norm.value().spread, kSameRig))
+                     .empty();
 }
 
 core::Status CheckBand(const RigBand& measured, const RigNorm& norm) {

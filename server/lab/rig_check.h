@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/types/calibration.h"
 #include "core/types/result.h"
 #include "core/types/sample.h"
 #include "hardware/rig.h"
@@ -78,6 +79,13 @@ RigVerdict JudgeCheck(std::span<const core::Sample> samples,
 /// pole (or four standard deviations), so that a bench with a relay stuck in a fault position is
 /// never taken as the norm. The message names what is outside.
 core::Status CheckBand(const RigBand& measured, const RigNorm& norm);
+
+/// Whether the estimate of a check is that of a rig with this calibration, by simulating the check
+/// as NominalNorm does: within 5 % (0.06 of a1d) or four standard deviations. Milliseconds. Pure.
+bool IsOfCalibration(const RigBand& measured,
+                     const core::Calibration& calibration,
+                     const core::Bench& bench,
+                     double delta_s);
 
 /// Walks the relays with read-back, plays the excitation, judges; leaves the rig safe. Blocks as
 /// long as the rig's pace needs. Contract: `rig` is idle and leased with `epoch`.

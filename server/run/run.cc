@@ -484,7 +484,19 @@ void Run::Finish() {
                                              });
   if (services_.calibrated && stored.ok() && diagnosis.calibration && learnt_from_healthy &&
       !request_.diagnosis.calibration && rig.kind != hardware::RigKind::kReplay) {
-    services_.calibrated({rig.id, id_, *request_.diagnosis.bench, *diagnosis.calibration});
+    const std::span<const double> uc_v(request_.plan.uc_v);
+    const auto at = [&](double t_s) {
+      const auto index = static_cast<std::size_t>(std::max(t_s, 0.0) / state_.period_s + 0.5);
+      return std::min(index, uc_v.size());
+    };
+    const std::size_t from = at(request_.diagnosis.healthy_from_s);
+    const std::size_t to = std::max(at(request_.diagnosis.healthy_to_s), from);
+    services_.calibrated({rig.id,
+                          id_,
+                          request_.owner,
+                          uc_v.subspan(from, to - from),
+                          *request_.diagnosis.bench,
+                          *diagnosis.calibration});
   }
   {
     const std::lock_guard lock(mutex_);

@@ -78,6 +78,8 @@ struct RunSnapshot {
 struct LearntRig {
   const std::string& rig;
   const std::string& run;
+  const std::string& owner;      ///< of the run
+  std::span<const double> uc_v;  ///< of the stretch that it was learnt from
   const core::Bench& bench;
   const core::Calibration& calibration;
 };

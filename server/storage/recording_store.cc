@@ -12,6 +12,7 @@
 #include "server/storage/blob_store.h"
 #include "server/storage/chunk_codec.h"
 #include "server/storage/picture_store.h"
+#include "server/storage/text_search.h"
 
 namespace faultlab::server {
 namespace {
@@ -134,16 +135,6 @@ void PutChunk(Transaction& tx,
   const std::int64_t next = samples.back().index + 1;
   tx.sql() << "UPDATE recording SET samples = :samples, next_index = :next WHERE id = :id",
       use(count, "samples"), use(next, "next"), use(run_id, "id");
-}
-
-/// For LIKE .. ESCAPE '!': what contains `text`, whatever the case of its ASCII letters.
-std::string ContainsPattern(const std::string& text) {
-  std::string out = "%";
-  for (const char c : text) {
-    if (c == '%' || c == '_' || c == '!') out.push_back('!');
-    out.push_back(c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c);
-  }
-  return out + "%";
 }
 
 /// "R1": as the name of a component it is not the beginning of another one, "R12".
@@ -586,10 +577,9 @@ core::Result<RunPage> RecordingStore::List(const std::string& cursor,
           "AND owner = 'user:' || e.account_id AND created_ms >= e.since_ms)";
       statement.exchange(use(*filter.course, "course"));
     }
-    const std::string pattern = filter.text ? ContainsPattern(*filter.text) : std::string();
     if (filter.text) {
-      query += " AND " + SearchedText(*filter.text) + " LIKE LOWER(:pattern) ESCAPE '!'";
-      statement.exchange(use(pattern, "pattern"));
+      query += " AND " + ContainsSql(tx, SearchedText(*filter.text), "text");
+      statement.exchange(use(*filter.text, "text"));
     }
     if (filter.rig) {
       query += " AND rig = :rig";

@@ -9,13 +9,23 @@
 
 namespace faultlab::server {
 
+/// How the input moved while a rig was learnt: lowest, highest, rms about its mean; volts.
+struct InputRange {
+  double low_v = 0.0;
+  double high_v = 0.0;
+  double rms_v = 0.0;
+};
+
 /// The calibration of a rig from one run.
 struct RigCalibration {
   std::string rig;
   std::string run;    ///< the run that was calibrated on
   std::string bench;  ///< core::Bench::id
   WallTime at{};
-  std::string json;  ///< ToJson(core::Calibration)
+  std::string json;     ///< ToJson(core::Calibration)
+  InputRange input{};
+  std::string unfit{};  ///< why no later run may start with it; empty: it may
+  std::string owner{};  ///< of the run, when it is read; empty: the run is gone
 };
 
 /// The calibrations of each rig with their dates, which show how its parameters, its delay and its

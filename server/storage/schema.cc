@@ -460,6 +460,22 @@ Migration LabPolicy() {
           .postgres_statements = {}};
 }
 
+/// How the input moved while a calibration was learnt, and why no run may start with it.
+Migration OriginsOfCalibrations() {
+  return {.version = 26,
+          .description = "origins of calibrations",
+          .statements = {"ALTER TABLE rig_calibration ADD COLUMN unfit TEXT NOT NULL DEFAULT "
+                         "'learnt by an earlier program'",
+                         "ALTER TABLE rig_calibration ADD COLUMN low_v DOUBLE PRECISION NOT NULL "
+                         "DEFAULT 0",
+                         "ALTER TABLE rig_calibration ADD COLUMN high_v DOUBLE PRECISION NOT NULL "
+                         "DEFAULT 0",
+                         "ALTER TABLE rig_calibration ADD COLUMN rms_v DOUBLE PRECISION NOT NULL "
+                         "DEFAULT 0"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -487,7 +503,8 @@ const std::vector<Migration>& AllMigrations() {
                                               ReasonsOfMessages(),
                                               FencedJobs(),
                                               Outbox(),
-                                              LabPolicy()};
+                                              LabPolicy(),
+                                              OriginsOfCalibrations()};
   return kAll;
 }
 

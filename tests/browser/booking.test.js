@@ -75,6 +75,7 @@ describe("booking", { timeout: SUITE_MS }, () => {
       });
       const free = mine.page.locator(".card", { hasText: "Next free" }).getByRole("button");
       await free.first().waitFor();
+      const offered = await free.first().innerText();
       await free.nth(1).click();
       const { json } = await world.call(
         other,
@@ -88,6 +89,7 @@ describe("booking", { timeout: SUITE_MS }, () => {
       await mine.page.getByRole("button", { name: "Book", exact: true }).click();
       await mine.page.getByRole("alert").waitFor();
       await mine.page.locator(".taken").first().waitFor(); // and the grid shows the reason
+      while ((await free.first().innerText()) === offered) await mine.page.waitForTimeout(50);
       await free.first().click();
       await mine.page.getByRole("button", { name: "Book", exact: true }).click();
       await mine.page.getByRole("listitem").filter({ hasText: "booked" }).waitFor();

@@ -2,6 +2,7 @@
 // of this.
 import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
+import { makeWorld, pageOf } from "./lab_world.js";
 import { launchBrowser, openPage, SUITE_MS, startServer, story, waitForReview } from "./support.js";
 
 /** Starts a run without a planned fault and waits for its sliders; returns the run's id. */
@@ -82,16 +83,21 @@ describe("while the healthy rig is learnt", { timeout: SUITE_MS }, () => {
   });
 
   story("the next run of the hour starts at once, and says what it starts with", async () => {
-    const { page, close } = await openPage(browser, server.url);
-    const id = await startHealthyRun(page, 4, false);
+    const quick = await startServer({ speed: 4 });
+    const world = await makeWorld(quick);
+    const mika = await world.user("mika", "Mika", "student");
+    await world.run(mika, { duration_s: 8 });
+    const { page, close } = await pageOf(browser, quick, mika, "/");
+    const id = await startHealthyRun(page, 20, false);
     await page
       .locator(".verdict", { hasText: /The healthy rig was learnt in an earlier run, on/ })
       .waitFor();
     assert.match(await page.locator(".verdict .heading").innerText(), /No fault/);
     await waitForReview(page);
-    const run = await (await page.request.get(`${server.url}/api/v1/runs/${id}`)).json();
+    const run = await (await page.request.get(`${quick.url}/api/v1/runs/${id}`)).json();
     assert.ok(run.plan.calibration.run.startsWith("run-"));
     await close();
+    await quick.stop();
   });
 
   story("a spoilt beginning is said, and the rig is learnt again within the run", async () => {

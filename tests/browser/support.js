@@ -79,7 +79,8 @@ export async function startServer({
   const own = temporaryDirectory();
   const config = join(own.path, "faultlab.toml");
   const lcm = bus ? `[lcm]\nurl = "${bus.url}"\nkeys = "${bus.keys}"\n` : "";
-  writeFileSync(config, `[lab]\nbenches = ${benches}\n${lcm}${settings}`);
+  const noise = "[simulators]\nseed = 1\n"; // the same in each run
+  writeFileSync(config, `${noise}[lab]\nbenches = ${benches}\n${lcm}${settings}`);
   const child = spawn(
     binary(),
     [
@@ -287,6 +288,30 @@ export async function settled(page) {
   await page.locator("main h1").first().waitFor({ state: "attached" });
   await page.waitForFunction(
     () => !/^(Loading|Loading the run)$/m.test(document.querySelector("main").innerText),
+  );
+}
+
+/** Waits until `read()` gives something of which `ok` is true; returns it. */
+export async function until(read, ok) {
+  const end = Date.now() + PATIENCE_MS;
+  for (;;) {
+    const found = await read();
+    if (ok(found)) return found;
+    assert.ok(Date.now() < end, `stays ${found}`);
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+}
+
+/** The box of an element that has stopped moving: parts above it may be loaded late. */
+export async function atRest(locator) {
+  let last = "";
+  return until(
+    () => locator.boundingBox(),
+    (box) => {
+      const same = JSON.stringify(box) === last;
+      last = JSON.stringify(box);
+      return same;
+    },
   );
 }
 

@@ -5,8 +5,8 @@
 
 namespace faultlab::tests {
 
-/// Asks again and again until `happened()` is true. @returns false after two minutes: a guard against
-/// hanging, not an expectation.
+/// Asks again and again until `happened()` is true. @returns false after two minutes: a guard
+/// against hanging, not an expectation.
 template <typename Happened>
 [[nodiscard]] bool Await(const Happened& happened) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);

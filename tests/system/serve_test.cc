@@ -43,6 +43,7 @@ class ServeTest : public ::testing::Test {
     config_.listen = "127.0.0.1:0";
     config_.data_dir = folder_.File("data");
     config_.sim_speed = 40.0;
+    config_.fixture_seed = 1;
     Open();
   }
   void Open() {

@@ -17,9 +17,16 @@ describe("a new plan", () => {
       excitation: { kind: "prbs", low_v: 2, high_v: 3, clock_s: 0.04, seed: 1 },
       duration_s: 28,
       faults: [{ component: "R1", value: 220, at_s: 14 }],
-      seed: 1,
       learn: "if_needed",
     });
+  });
+
+  it("fixes the noise only with a seed that somebody chose", () => {
+    both();
+    const plan = new PlanModel();
+    expect(plan.request().seed).toBeUndefined();
+    plan.seed = 7;
+    expect(plan.request().seed).toBe(7);
   });
 
   it("learns the rig anew only when it is told to", () => {
@@ -60,7 +67,6 @@ describe("a new plan", () => {
       excitation: { kind: "multisine", offset_v: 1.5, amplitude_v: 0.5, lines: 20, seed: 1 },
       duration_s: 12,
       faults: [{ component: "Disc", value: 2.2e-5, at_s: 6 }],
-      seed: 1,
       learn: "if_needed",
     });
     expect([plan.fromHz.value, plan.toHz.value]).toEqual([5, 200]);

@@ -44,7 +44,9 @@ core::Result<HttpResponse> ListUsers(PeopleApi& api, const ApiRequest& request) 
   const auto page = PageOf(request.http, {"q", "role", "course"});
   if (!page) return page.error();
   AccountFilter filter;
-  filter.text = request.http.Query("q").value_or("");
+  const auto text = QuerySearch(request.http, "q");
+  if (!text) return text.error();
+  filter.text = text.value().value_or("");
   if (const auto role = request.http.Query("role")) {
     filter.role = ParseRole(*role);
     if (!filter.role) {
@@ -174,9 +176,13 @@ core::Result<HttpResponse> ListAuditLog(PeopleApi& api, const ApiRequest& reques
   if (!from) return from.error();
   const auto to = QueryInstant(request, "to");
   if (!to) return to.error();
-  const AuditFilter filter{.text = request.http.Query("q").value_or(""),
+  const auto text = QuerySearch(request.http, "q");
+  if (!text) return text.error();
+  const auto who = QuerySearch(request.http, "who");
+  if (!who) return who.error();
+  const AuditFilter filter{.text = text.value().value_or(""),
                            .verbs = verbs.value(),
-                           .who = request.http.Query("who").value_or(""),
+                           .who = who.value().value_or(""),
                            .from = from.value(),
                            .to = to.value()};
   auto log = api.accounts.ListAudit(filter, page.value().after, page.value().limit);

@@ -9,6 +9,7 @@
 #include "server/api/run/columns.h"
 #include "server/api/run/file_names.h"
 #include "server/api/run/handlers.h"
+#include "server/api/run/truth.h"
 #include "server/csv/bench_comment.h"
 #include "server/csv/csv_writer.h"
 #include "server/experiment/plan_json.h"
@@ -50,16 +51,18 @@ void FormatCsvOf(const Recording& recording,
 }
 
 core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"content"});
+  const core::Status query = OnlyQuery(request.http, {"content", "truth"});
   if (!query.ok()) return query.error();
   const auto asked = QueryWord(request.http, "content", {"samples", "estimates"});
   if (!asked) return asked.error();
   const std::string content = asked.value().value_or("samples");
-  auto recording = api.recordings.Load(request.run);
+  const auto run = RunForFile(request);
+  if (!run) return run.error();
+  auto recording = api.recordings.Load(run.value());
   if (!recording) return recording.error();
   auto out = api.MakeSpool();
   if (content == "samples") {
-    const auto events = api.recordings.Events(request.run);
+    const auto events = api.recordings.Events(run.value());
     if (!events) return events.error();
     FormatCsvOf(
         recording.value(), events.value(), [&out](std::string_view piece) { out->Append(piece); });
@@ -71,7 +74,9 @@ core::Result<HttpResponse> ExportCsv(RunApi& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
-  auto recording = api.recordings.Load(request.run);
+  const auto run = RunForFile(request);
+  if (!run) return run.error();
+  auto recording = api.recordings.Load(run.value());
   if (!recording) return recording.error();
   const RunRecord& record = recording.value().record;
   const auto events = api.recordings.Events(record);
@@ -107,7 +112,9 @@ core::Result<HttpResponse> ExportJson(RunApi& api, const ApiRequest& request) {
 
 /// What the rig said of the run: samples and its events, without those of the diagnosis.
 core::Result<HttpResponse> ExportLcmLog(RunApi& api, const ApiRequest& request) {
-  auto recording = api.recordings.Load(request.run);
+  const auto run = RunForFile(request);
+  if (!run) return run.error();
+  auto recording = api.recordings.Load(run.value());
   if (!recording) return recording.error();
   const RunRecord& record = recording.value().record;
   const auto events = api.recordings.Events(record);
@@ -131,7 +138,9 @@ core::Result<HttpResponse> ExportLcmLog(RunApi& api, const ApiRequest& request) 
 }
 
 core::Result<HttpResponse> ExportMat(RunApi& api, const ApiRequest& request) {
-  auto recording = api.recordings.Load(request.run);
+  const auto run = RunForFile(request);
+  if (!run) return run.error();
+  auto recording = api.recordings.Load(run.value());
   if (!recording) return recording.error();
   const RunRecord& record = recording.value().record;
   RecordingExport all = EstimatesOf(recording.value());

@@ -2,14 +2,14 @@
 
 #include "server/api/run/file_names.h"
 #include "server/api/run/handlers.h"
+#include "server/api/run/truth.h"
 #include "server/plots/figure_json.h"
 #include "server/plots/render.h"
 
 namespace faultlab::server {
 namespace {
 
-core::Result<Figure> FigureOf(RunApi& api, const ApiRequest& request) {
-  const RunRecord& run = request.run;
+core::Result<Figure> FigureOf(RunApi& api, const ApiRequest& request, const RunRecord& run) {
   const std::string rig = run.rig.empty() ? "" : " · rig " + run.rig;
   return api.recordings.FigureOf(run,
                                  request.http.PathParameter("figure"),
@@ -19,11 +19,13 @@ core::Result<Figure> FigureOf(RunApi& api, const ApiRequest& request) {
 }  // namespace
 
 core::Result<HttpResponse> GetPlot(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"scale"});
+  const core::Status query = OnlyQuery(request.http, {"scale", "truth"});
   if (!query.ok()) return query.error();
   auto scale = QueryInteger(request.http, "scale", 1, 1, 2);
   if (!scale) return scale.error();
-  auto figure = FigureOf(api, request);
+  const auto run = RunForFile(request);
+  if (!run) return run.error();
+  auto figure = FigureOf(api, request, run.value());
   if (!figure) return figure.error();
   RenderOptions options;
   options.scale = static_cast<int>(scale.value());
@@ -39,7 +41,7 @@ core::Result<HttpResponse> GetPlot(RunApi& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> GetFigure(RunApi& api, const ApiRequest& request) {
-  auto figure = FigureOf(api, request);
+  auto figure = FigureOf(api, request, request.run);
   if (!figure) return figure.error();
   return JsonResponse(ToJson(figure.value()));
 }

@@ -13,6 +13,7 @@
 #include "server/api/run/before_after.h"
 #include "server/api/run/file_names.h"
 #include "server/api/run/handlers.h"
+#include "server/api/run/truth.h"
 #include "server/experiment/plan_json.h"
 #include "server/plots/figures.h"
 #include "server/run/run_messages.h"
@@ -134,7 +135,7 @@ std::string CsvSha256(const Recording& recording, std::span<const RecordedEvent>
 }  // namespace
 
 core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"language"});
+  const core::Status query = OnlyQuery(request.http, {"language", "truth"});
   if (!query.ok()) return query.error();
   const auto language = ParseLanguage(request.http.Query("language").value_or("en"));
   if (!language) {
@@ -153,7 +154,9 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
   // First, because it repairs what a crash has cut.
   const auto diagnosis = api.recordings.DiagnosisText(request.run);
   if (!diagnosis) return diagnosis.error();
-  const auto review = api.recordings.ReviewOf(request.run);
+  const auto run = RunForFile(request);
+  if (!run) return run.error();
+  const auto review = api.recordings.ReviewOf(run.value());
   if (!review) return review.error();
   const std::vector<RecordedEvent>& events = review.value().events;
   auto made_by = NameOf(api.accounts, request.run.owner);

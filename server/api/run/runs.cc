@@ -97,7 +97,9 @@ constexpr std::array kVerdicts{Name(core::VerdictKind::kCalibrating),
 core::Result<RunFilter> FilterOf(RunApi& api, const ApiRequest& request) {
   RunFilter filter;
   filter.source = "run";
-  filter.text = request.http.Query("q");
+  auto text = QuerySearch(request.http, "q");
+  if (!text) return text.error();
+  filter.text = std::move(text).value();
   filter.rig = request.http.Query("rig");
   auto verdict = QueryWord(request.http, "verdict", kVerdicts);
   if (!verdict) return verdict.error();

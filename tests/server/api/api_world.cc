@@ -29,11 +29,12 @@ std::string ReadText(const std::string& path) {
   return text.str();
 }
 
-ApiTest::ApiTest(std::vector<CameraSettings> cameras)
+ApiTest::ApiTest(std::vector<CameraSettings> cameras, std::optional<std::uint64_t> fixture_seed)
     : description_(ReadText(tests::InSource("server/api/openapi.json"))) {
   config_.listen = "127.0.0.1:0";
   config_.data_dir = folder_.File("data");
   config_.sim_speed = 50.0;
+  config_.fixture_seed = fixture_seed;
   config_.lab_benches = 2;
   config_.cameras = std::move(cameras);
   auto opened = Application::Open(config_);

@@ -27,7 +27,8 @@ struct Person {
 /// API's description.
 class ApiTest : public ::testing::Test {
  protected:
-  explicit ApiTest(std::vector<CameraSettings> cameras = {});
+  explicit ApiTest(std::vector<CameraSettings> cameras = {},
+                   std::optional<std::uint64_t> fixture_seed = 1);
 
   static WallTime Now() {
     return std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());

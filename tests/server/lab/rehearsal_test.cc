@@ -93,7 +93,8 @@ TEST(Rehearsal, GivesTheSameFiguresForTheSameSeed) {
 }
 
 TEST(Rehearsal, SharesFairlyAndKeepsItsEstimatesInSimulatedWeeks) {
-  const RehearsalReport report = Rehearsed({.steps = 0, .seed = 5, .weeks = tests::Proving() ? 4 : 1});
+  const RehearsalReport report =
+      Rehearsed({.steps = 0, .seed = 5, .weeks = tests::Proving() ? 4 : 1});
   EXPECT_GE(report.jain, 0.95);
   EXPECT_GE(report.days_estimate_held, 0.95);
   EXPECT_GT(report.ours.utilisation, report.fifo_slots.utilisation);

@@ -48,6 +48,7 @@ ContractWorld::ContractWorld()
   config.listen = "127.0.0.1:0";
   config.data_dir = folder_.File("data");
   config.sim_speed = 50.0;
+  config.fixture_seed = 1;
   config.lab_benches = 2;
   config.cameras.push_back({"sim-1", camera_.url()});
   server::oidc::ProviderSettings provider;

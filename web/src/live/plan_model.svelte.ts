@@ -50,6 +50,8 @@ class Choice<T> {
   }
 }
 
+const USUAL_SEED = 1;
+
 /**
  * The experiment that the next press of "run" makes. What nobody has chosen is that of the bench's
  * first experiment; a choice is for one bench, and does not count when a rig of another one is
@@ -58,7 +60,8 @@ class Choice<T> {
 export class PlanModel {
   /** Its id; empty: a simulated one. */
   rig = $state("");
-  seed = $state(1);
+  /** Of the excitation; one that somebody chose is that of a simulator's noise, too. */
+  seed = $state(USUAL_SEED);
   name = $state("");
   /** Otherwise the run starts with what was learnt of its rig in the last hour. */
   learnAnew = $state(false);
@@ -159,7 +162,7 @@ export class PlanModel {
       ...(this.faultSet.value
         ? { fault_set: Number(this.faultSet.value) }
         : { faults: this.faults }),
-      seed: this.seed,
+      ...(this.seed === USUAL_SEED ? {} : { seed: this.seed }),
       ...(this.learnAnew ? {} : { learn: "if_needed" as const }),
       ...(this.name ? { name: this.name } : {}),
     };

@@ -1104,6 +1104,11 @@ export const texts = {
   figure_models: "Models and measurement",
   download: "Download",
   learnt_before: "The healthy rig was learnt in an earlier run, on {time}.",
+  learnt_by_other:
+    "The healthy rig was learnt in another person's run, on {time}; the rig's own check has confirmed it since.",
+  learnt_not_for_input: "Learnt anew: the run of {time} had an input that does not cover this one.",
+  learnt_not_confirmed:
+    "Learnt anew: what another person's run learnt on {time} has not been confirmed by the rig's own check.",
   learnt_where: "See that run",
   learn_again: "Learn the healthy rig again",
   learn_again_how:
@@ -1568,6 +1573,7 @@ export const texts = {
   refused_query_twice: "Give {member} once.",
   refused_query_unknown: "There is no filter {member} here.",
   refused_question_outside: "A probability or a rate of this question is outside its range.",
+  refused_search_long: "A search has at most 100 characters.",
   refused_range_too_long: "Choose at most 62 days.",
   refused_reason_missing: "Give a reason: it is written to the log.",
   refused_recording_damaged:
@@ -1578,6 +1584,7 @@ export const texts = {
   refused_relays_rest:
     "{component} would switch twice within {apart_s} s, but its relays must rest {rest_s} s.",
   refused_replay_has_its_own: "A replay takes this from its recording: {member}.",
+  refused_truth_of_another: "Only the owner of a run gets a file with its hidden faults.",
   refused_report_too_early: "The report is made when the run has ended.",
   refused_rig_not_calibrated: "No run has calibrated {rig} yet. Start one, or leave the rig out.",
   refused_rig_not_ready: "Your rig is not ready yet. It is yours next.",

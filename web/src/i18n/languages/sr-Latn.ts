@@ -1161,6 +1161,11 @@ export const marked: Catalogue = {
   column_for_none: "Bez modela: ni {others} nije nominalno.",
   change_shown: "Prikazana promena",
   learnt_before: "Ispravan uređaj je naučen u ranijem ogledu, {time}.",
+  learnt_by_other:
+    "Ispravan uređaj je naučen u ogledu druge osobe, {time}; provera samog uređaja ga je od tada potvrdila.",
+  learnt_not_for_input: "Uči se iznova: ogled od {time} imao je ulaz koji ne pokriva ovaj.",
+  learnt_not_confirmed:
+    "Uči se iznova: ono što je ogled druge osobe naučio {time} provera samog uređaja nije potvrdila.",
   learnt_where: "Pogledaj taj ogled",
   learn_again: "Ponovo uči ispravan uređaj",
   learn_again_how:
@@ -1613,6 +1618,7 @@ export const marked: Catalogue = {
   refused_query_twice: "Navedite „`{member}`“ jednom.",
   refused_query_unknown: "Ovde nema filtera {member}.",
   refused_question_outside: "Verovatnoća ili učestalost u ovom pitanju je van svog opsega.",
+  refused_search_long: "Pretraga ima najviše 100 znakova.",
   refused_range_too_long: "Izaberite najviše 62 dana.",
   refused_reason_missing: "Navedite razlog: on se upisuje u dnevnik.",
   refused_recording_damaged: "Deo ovog snimka je oštećen. Operater treba da vrati rezervnu kopiju.",
@@ -1623,6 +1629,7 @@ export const marked: Catalogue = {
   refused_relays_rest:
     "{component} bi se prebacilo dvaput za {apart_s} s, a releji moraju da miruju {rest_s} s.",
   refused_replay_has_its_own: "Ponavljanje ovo uzima iz svog snimka: {member}.",
+  refused_truth_of_another: "Samo vlasnik ogleda dobija datoteku sa skrivenim kvarovima.",
   refused_report_too_early: "Izveštaj se pravi kada se ogled završi.",
   refused_rig_not_calibrated:
     "Nijedan ogled još nije kalibrisao {rig}. Pokrenite ga ili izostavite uređaj.",

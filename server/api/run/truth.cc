@@ -1,0 +1,24 @@
+#include "server/api/run/truth.h"
+
+#include "server/api/request.h"
+#include "server/experiment/plan_json.h"
+
+namespace faultlab::server {
+
+core::Result<RunRecord> RunForFile(const ApiRequest& request) {
+  const auto asked = QueryWord(request.http, "truth", {"include"});
+  if (!asked) return asked.error();
+  RunRecord run = request.run;
+  if (!HidesFaults(run.plan_json)) return run;
+  if (!asked.value()) {
+    run.plan_json = SealedPlan(run.plan_json);
+    return run;
+  }
+  if (run.owner == request.who.owner_key()) return run;
+  return core::Error{core::ErrorCode::kForbidden,
+                     "Only the owner of a run gets a file with its hidden faults.",
+                     "truth",
+                     "truth_of_another"};
+}
+
+}  // namespace faultlab::server
