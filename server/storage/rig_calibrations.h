@@ -22,7 +22,7 @@ struct RigCalibration {
   std::string run;    ///< the run that was calibrated on
   std::string bench;  ///< core::Bench::id
   WallTime at{};
-  std::string json;     ///< ToJson(core::Calibration)
+  std::string json;  ///< ToJson(core::Calibration)
   InputRange input{};
   std::string unfit{};  ///< why no later run may start with it; empty: it may
   std::string owner{};  ///< of the run, when it is read; empty: the run is gone
