@@ -486,7 +486,8 @@ void Run::Finish() {
       !request_.diagnosis.calibration && rig.kind != hardware::RigKind::kReplay) {
     const std::span<const double> uc_v(request_.plan.uc_v);
     const auto at = [&](double t_s) {
-      const auto index = static_cast<std::size_t>(std::max(t_s, 0.0) / state_.period_s + 0.5);
+      const auto index =
+          static_cast<std::size_t>(std::lround(std::max(t_s, 0.0) / state_.period_s));
       return std::min(index, uc_v.size());
     };
     const std::size_t from = at(request_.diagnosis.healthy_from_s);
