@@ -52,7 +52,29 @@ std::optional<std::string> CheckNumber(double value, const json::object& schema)
 }  // namespace
 
 ApiDescription::ApiDescription(std::string_view openapi_json)
-    : document_(json::parse(openapi_json).as_object()) {}
+    : document_(json::parse(openapi_json).as_object()) {
+  const auto resolve = [this](json::value& value) {
+    const json::value* ref = value.as_object().if_contains("$ref");
+    if (ref == nullptr) return;
+    // "#/components/responses/NotFound"
+    const std::string_view name(ref->as_string());
+    const std::size_t kind = name.find('/', 2) + 1;
+    const std::size_t last = name.find('/', kind) + 1;
+    const json::object& components = document_.at("components").as_object();
+    const json::value shared =
+        components.at(name.substr(kind, last - kind - 1)).at(name.substr(last));
+    value = shared;
+  };
+  for (auto& path : document_.at("paths").as_object()) {
+    for (auto& member : path.value().as_object()) {
+      json::object& operation = member.value().as_object();
+      for (auto& response : operation.at("responses").as_object()) resolve(response.value());
+      json::value* const parameters = operation.if_contains("parameters");
+      if (parameters == nullptr) continue;
+      for (json::value& parameter : parameters->as_array()) resolve(parameter);
+    }
+  }
+}
 
 std::optional<std::string> ApiDescription::CheckSchema(const json::value& value,
                                                        const json::value& schema_value,

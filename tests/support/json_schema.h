@@ -13,6 +13,7 @@ namespace faultlab::tests {
 /// An unknown keyword is an error too, so that no part of the description remains unchecked.
 class ApiDescription {
  public:
+  /// Responses and parameters that operations share by $ref stand in their place afterwards.
   explicit ApiDescription(std::string_view openapi_json);
 
   /// The error, with the path of the value; nullopt if the value fits.

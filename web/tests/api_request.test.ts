@@ -16,12 +16,11 @@ describe("a request from the form of a route", () => {
   it("puts each value where its parameter stands", () => {
     const filled = { values: { id: "a b/c", scale: "2", figure: "swa" }, body: "" };
     const figure = route("GET", "/api/v1/runs/{id}/plots/{figure}.png");
-    expect(requestOf(description, figure, filled, "http://host").url).toBe(
+    expect(requestOf(figure, filled, "http://host").url).toBe(
       "http://host/api/v1/runs/a%20b%2Fc/plots/swa.png?scale=2",
     );
     const change = route("PATCH", "/api/v1/users/{id}");
     const request = requestOf(
-      description,
       change,
       { values: { id: "7", "If-Match": '"3"' }, body: '{"name":"N"}' },
       "http://host",
@@ -36,7 +35,7 @@ describe("a request from the form of a route", () => {
   });
   it("of a route that takes no body has none", () => {
     const filled = { values: {}, body: "left over" };
-    const request = requestOf(description, route("GET", "/api/v1/rigs"), filled, "http://host");
+    const request = requestOf(route("GET", "/api/v1/rigs"), filled, "http://host");
     expect(request).toEqual({
       method: "GET",
       url: "http://host/api/v1/rigs",
@@ -47,12 +46,7 @@ describe("a request from the form of a route", () => {
   });
   it("names a parameter that is still empty, and the file of an answer that is not text", () => {
     const filled = { values: {}, body: "" };
-    const report = requestOf(
-      description,
-      route("GET", "/api/v1/runs/{id}/report.pdf"),
-      filled,
-      "http://host",
-    );
+    const report = requestOf(route("GET", "/api/v1/runs/{id}/report.pdf"), filled, "http://host");
     expect(report.url).toBe("http://host/api/v1/runs/ID/report.pdf");
     expect(report.file).toBe("report.pdf");
     expect(curlText(report, true)).toContain("--output 'report.pdf'");
@@ -60,7 +54,7 @@ describe("a request from the form of a route", () => {
     expect(pythonText(report, true)).toContain('open("report.pdf", "wb")');
     expect(pythonText(report, true)).toContain("sys.exit(");
     const plot = route("GET", "/api/v1/runs/{id}/plots/{figure}.png");
-    expect(requestOf(description, plot, filled, "").file).toBe("answer.png");
+    expect(requestOf(plot, filled, "").file).toBe("answer.png");
   });
   it("says of which routes keys are refused", () => {
     expect(route("GET", "/api/v1/alarms").operation["x-keys"]).toBe(false);

@@ -26,6 +26,21 @@ class JsonSchemaTest : public ::testing::Test {
   ApiDescription description_{kDescription};
 };
 
+TEST(SharedParts, OfOperationsAreFollowed) {
+  const ApiDescription description(R"({
+   "paths": {"/a": {"get": {"parameters": [{"$ref": "#/components/parameters/Id"}],
+                            "responses": {"404": {"$ref": "#/components/responses/NotFound"}}}}},
+   "components": {
+     "parameters": {"Id": {"name": "id", "in": "path"}},
+     "responses": {"NotFound": {"description": "No such thing.", "content": {"application/json":
+       {"schema": {"type": "integer"}}}}}}})");
+  EXPECT_FALSE(description.CheckAnswer("GET", "/a", 404, "application/json", "1"));
+  EXPECT_TRUE(description.CheckAnswer("GET", "/a", 404, "application/json", "true"));
+  const boost::json::object& get =
+      description.document().at("paths").at("/a").at("get").as_object();
+  EXPECT_EQ(get.at("parameters").at(0).at("name"), "id");
+}
+
 TEST_F(JsonSchemaTest, AcceptsWhatFits) {
   EXPECT_TRUE(Fits(R"({"n":1,"list":[1,2.5,null],"word":"y","kind":2})"));
 }

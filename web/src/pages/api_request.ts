@@ -1,4 +1,4 @@
-import { type Entry, type OpenApi, type Parameter, resolveParameter } from "./openapi";
+import type { Entry, Parameter } from "./openapi";
 
 /** What the form of a route was filled with; values of parameters by their names. */
 export interface Filled {
@@ -20,8 +20,8 @@ export interface ApiRequest {
 /** The variable in which the copied programs look for an API key. */
 export const KEY_VARIABLE = "FAULTLAB_KEY";
 
-export function parametersOf(description: OpenApi, entry: Entry): Parameter[] {
-  return (entry.operation.parameters ?? []).map((each) => resolveParameter(description, each));
+export function parametersOf(entry: Entry): Parameter[] {
+  return entry.operation.parameters ?? [];
 }
 
 /** "application/json", "text/csv"; empty: the route takes no body. */
@@ -39,16 +39,11 @@ export function firstBody(entry: Entry): string {
   return typeof example === "string" ? example : JSON.stringify(example, null, 2);
 }
 
-export function requestOf(
-  description: OpenApi,
-  entry: Entry,
-  filled: Filled,
-  origin: string,
-): ApiRequest {
+export function requestOf(entry: Entry, filled: Filled, origin: string): ApiRequest {
   let path = entry.path;
   const query = new URLSearchParams();
   const headers: Record<string, string> = {};
-  for (const { name, in: where } of parametersOf(description, entry)) {
+  for (const { name, in: where } of parametersOf(entry)) {
     const value = filled.values[name] ?? "";
     if (where === "path")
       path = path.replace(`{${name}}`, value ? encodeURIComponent(value) : name.toUpperCase());

@@ -23,6 +23,11 @@ interface Content {
   example?: unknown;
   examples?: Record<string, { value?: unknown }>;
 }
+export interface Answer {
+  description?: string;
+  $ref?: string;
+  content?: Record<string, Content>;
+}
 export interface Operation {
   summary?: string;
   description?: string;
@@ -30,10 +35,7 @@ export interface Operation {
   operationId?: string;
   parameters?: Parameter[];
   requestBody?: { description?: string; content?: Record<string, Content> };
-  responses?: Record<
-    string,
-    { description?: string; $ref?: string; content?: Record<string, Content> }
-  >;
+  responses?: Record<string, Answer>;
   /** False: an API key, whatever its scopes, is refused. */
   "x-keys"?: boolean;
 }
@@ -42,7 +44,7 @@ export interface OpenApi {
   paths: Record<string, Record<string, Operation>>;
   components?: {
     parameters?: Record<string, Parameter>;
-    responses?: Record<string, { description?: string }>;
+    responses?: Record<string, Answer>;
   };
 }
 
@@ -55,23 +57,25 @@ export interface Entry {
 
 const METHODS = ["get", "post", "put", "patch", "delete"];
 
+/** What operations share by $ref stands in its place. */
 export function entriesOf(description: OpenApi): Entry[] {
+  const { parameters = {}, responses = {} } = description.components ?? {};
+  const shared = <T extends { $ref?: string }>(each: T, all: Record<string, T>): T =>
+    all[each.$ref?.split("/").pop() ?? ""] ?? each;
   return Object.entries(description.paths).flatMap(([path, item]) =>
     METHODS.filter((method) => item[method]).map((method) => {
-      const operation = item[method] as Operation;
+      const own = item[method] as Operation;
+      const operation: Operation = {
+        ...own,
+        parameters: own.parameters?.map((each) => shared(each, parameters)),
+        responses: Object.fromEntries(
+          Object.entries(own.responses ?? {}).map(([code, each]) => [
+            code,
+            shared(each, responses),
+          ]),
+        ),
+      };
       return { method: method.toUpperCase(), path, operation, tag: operation.tags?.[0] ?? "" };
     }),
-  );
-}
-
-export function resolveParameter(description: OpenApi, parameter: Parameter): Parameter {
-  const name = parameter.$ref?.split("/").pop();
-  return (name && description.components?.parameters?.[name]) || parameter;
-}
-
-export function answerText(description: OpenApi, answer: { description?: string; $ref?: string }) {
-  const name = answer.$ref?.split("/").pop();
-  return (
-    (name && description.components?.responses?.[name]?.description) ?? answer.description ?? ""
   );
 }
