@@ -205,6 +205,41 @@ describe("live page", { timeout: SUITE_MS }, () => {
     await close();
   });
 
+  story("a value chosen while the samples are late is switched when they come again", async () => {
+    const { page, close } = await openPage(browser, server.url);
+    await page.addInitScript(() => {
+      // a choice waits longer than the test takes, however busy the machine is
+      const { setTimeout } = globalThis;
+      globalThis.setTimeout = (run, ms) => setTimeout(run, ms === 5000 ? 600_000 : ms);
+    });
+    await page.reload();
+    let late = false;
+    await page.routeWebSocket(/\/ws/, (near) => {
+      const far = near.connectToServer();
+      far.onMessage((message) => {
+        if (!late || typeof message === "string") near.send(message); // answers and pongs still come
+      });
+    });
+    await page.getByLabel("Duration, s").fill("600");
+    await page.locator("#set-R1").focus();
+    await page.keyboard.press("1");
+    await page.getByRole("button", { name: "Run this experiment" }).click();
+    await page.waitForURL(/\/lab\/.+/);
+    await page.locator("#set-R1:not([disabled])").focus();
+    await waitForRunTime(page, 6);
+    late = true;
+    const slider = page.locator(".slider", { has: page.locator("#set-R1") });
+    await page.locator(".slider.locked #set-R1:focus").waitFor();
+    await page.keyboard.press("3");
+    await slider.locator("output", { hasText: "→ 56 Ω" }).waitFor();
+    assert.equal(await page.locator(".slider.locked #set-R1:focus").count(), 1);
+    late = false;
+    await slider.and(page.locator(".confirmed")).locator("output", { hasText: /^56 Ω/ }).waitFor();
+    await page.keyboard.press("Escape");
+    await waitForReview(page);
+    await close();
+  });
+
   story(
     "a cut link says so, locks the controls but not Stop, and comes back without a gap",
     async () => {

@@ -17,7 +17,7 @@ export class Attempts {
 
   /**
    * Runs an action and reloads, also after a refusal, which often means that the page was out of
-   * date.
+   * date. A field that was sent is emptied by the action: after the reload somebody may be typing.
    */
   async act(action: () => Promise<unknown>): Promise<boolean> {
     const done = await this.run(action);

@@ -155,6 +155,11 @@ export class RunModel {
     return this.running && (this.link.ageS ?? 0) > after;
   }
 
+  /** The link is open and its samples are late: what is chosen now can wait for it. */
+  get falters(): boolean {
+    return this.stale && this.faults.canCommand && this.link.phase === "open";
+  }
+
   /** Run time since which the server has not heard the rig; null while it does. */
   get rigSilentFrom(): number | null {
     const last = this.events.findLast((event) => /^rig_(silent|heard)$/.test(event.kind));

@@ -186,7 +186,8 @@ export const texts = {
   simulated_only: "Only simulated rigs can change {components}.",
   locked_not_running: "The run is over.",
   locked_link: "No connection: the controls are locked; Stop still works.",
-  locked_stale: "The newest sample is old: the controls are locked; Stop still works.",
+  locked_stale:
+    "The newest sample is old: a value chosen now waits 5 s for the next one; Stop works at once.",
   locked_not_yours: "You are watching. Only the person who holds the rig can control it.",
   relay: "relay",
   verdict: "Verdict",

@@ -189,7 +189,8 @@ export const marked: Catalogue = {
   simulated_only: "{components} se menjaju samo na simuliranim uređajima.",
   locked_not_running: "Ogled je završen.",
   locked_link: "Nema veze: upravljanje je zaključano, zaustavljanje radi.",
-  locked_stale: "Poslednji odbirak je star: upravljanje je zaključano, zaustavljanje radi.",
+  locked_stale:
+    "Poslednji odbirak je star: vrednost izabrana sada čeka sledeći 5 s; zaustavljanje radi odmah.",
   locked_not_yours: "Vi posmatrate. Uređajem upravlja samo osoba koja ga drži.",
   faults_recorded:
     "Pušta se snimak. Kvarovi su oni iz snimljenog ogleda; ovde se ništa ne može menjati.",
