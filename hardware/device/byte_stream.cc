@@ -24,6 +24,9 @@ std::string Why() {
   return std::strerror(errno);
 }
 
+/// More than the buffers of a line hold of an earlier conversation.
+constexpr std::size_t kFlushedMax = 16 << 20;
+
 /// A descriptor that does not block.
 class DescriptorStream : public ByteStream {
  public:
@@ -54,8 +57,9 @@ class DescriptorStream : public ByteStream {
   }
 
   void Flush() override {
-    std::array<std::uint8_t, 512> old{};
-    while (Read(old) > 0) {
+    std::array<std::uint8_t, 4096> old{};
+    for (std::size_t taken = 0; const std::size_t size = Read(old); taken += size) {
+      if (taken > kFlushedMax) throw IoError(name_ + " is flooded by the device");
     }
   }
 

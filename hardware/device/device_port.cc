@@ -18,6 +18,10 @@ constexpr Nanoseconds kLook = milliseconds(1);
 constexpr Nanoseconds kHelloEvery = milliseconds(100);
 /// Samples of a device that nobody asked for any more.
 constexpr std::size_t kSamplesMax = 4096;
+/// All that a device says in a quarter of a second at 1 kHz, after which it has stopped by itself.
+constexpr std::size_t kLookBytesMax = 16 * 1024;
+/// So many without a pause are no answer to anything.
+constexpr int kFullLooksMax = 8;
 
 const std::string kTcp = "tcp:";
 const std::string kSerialServer = "serial-server:";
@@ -82,6 +86,7 @@ void DevicePort::Disconnect() {
   answer_.reset();
   info_.reset();
   restart_.reset();
+  full_looks_ = 0;
 }
 
 DeviceInfo DevicePort::Connect(Nanoseconds patience) {
@@ -153,10 +158,19 @@ void DevicePort::Poll() {
   if (line_ == nullptr) throw IoError("the line to the device is closed");
   std::array<std::uint8_t, 512> bytes{};
   std::vector<Frame> frames;
-  while (const std::size_t size = line_->Read(bytes)) {
+  std::size_t taken = 0;
+  while (taken < kLookBytesMax) {
+    const std::size_t size = line_->Read(bytes);
+    if (size == 0) break;
     framing_->Take(std::span(bytes).first(size), frames);
+    taken += size;
   }
   for (const Frame& frame : frames) Sort(frame);
+  full_looks_ = taken < kLookBytesMax ? 0 : full_looks_ + 1;
+  if (full_looks_ < kFullLooksMax) return;
+  throw IoError("the device at " + address_.port + " floods its line, more than " +
+                std::to_string(kFullLooksMax * kLookBytesMax / 1024) +
+                " kB without a pause: it does not run the firmware of this bench");
 }
 
 void DevicePort::Sort(const Frame& frame) {

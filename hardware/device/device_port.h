@@ -39,7 +39,8 @@ class DevicePort {
   /// device refuses; AskFor gives the refusal back.
   DeviceAck Ask(DeviceMessage message, const Payload& payload = {});
   DeviceAck AskFor(DeviceMessage message, const Payload& payload = {});
-  /// Takes what has come. Throws IoError when the line is gone.
+  /// Takes what has come, and of a device that floods its line only so much that the interlocks do
+  /// not wait for it. Throws IoError when the line is gone, or when the flood goes on.
   void Poll();
 
   /// Samples that have come, in the order of their arrival.
@@ -68,6 +69,7 @@ class DevicePort {
   std::optional<DeviceInfo> restart_;
   DeviceAck status_;
   std::deque<DeviceSample> samples_;
+  int full_looks_ = 0;  ///< one after the other
   Nanoseconds heard_at_{0};
   Nanoseconds asked_at_{0};
 };

@@ -11,14 +11,24 @@ namespace {
 
 namespace json = boost::json;
 
-json::value TripToJson(const std::optional<hardware::Trip>& trip) {
+std::string TextFor(RigReader who, const hardware::Trip& trip) {
+  if (who == RigReader::kOperator) return trip.text;
+  return "the interlock holds the rig: an operator must clear it";
+}
+
+json::value TripToJson(RigReader who, const std::optional<hardware::Trip>& trip) {
   if (!trip) return nullptr;
-  return json::object{{"name", trip->name},
-                      {"value", trip->value},
-                      {"limit", trip->limit},
-                      {"index", trip->index},
-                      {"t_s", trip->t_s},
-                      {"text", trip->text}};
+  json::object out{{"name", trip->name},
+                   {"value", nullptr},
+                   {"limit", trip->limit},
+                   {"index", nullptr},
+                   {"t_s", nullptr},
+                   {"text", TextFor(who, *trip)}};
+  if (who != RigReader::kOperator) return out;
+  out["value"] = trip->value;
+  out["index"] = trip->index;
+  out["t_s"] = trip->t_s;
+  return out;
 }
 
 json::object AmplifierToJson(const hardware::RigDescription& about) {
@@ -58,9 +68,15 @@ hardware::RigState StateShown(const RigStatus& rig) {
   return lost ? hardware::RigState::kOffline : rig.state;
 }
 
+bool IsInUse(const RigStatus& rig) {
+  using enum hardware::RigState;
+  const bool moves = rig.state == kArmed || rig.state == kRunning || rig.state == kStopping;
+  return rig.leased || moves || (rig.remote && !rig.remote->holder.empty());
+}
+
 /// One sentence when a person should look; null when the rig is well.
-json::value HealthOf(const RigStatus& rig) {
-  if (rig.trip) return json::value(rig.trip->name + ": " + rig.trip->text);
+json::value HealthOf(RigReader who, const RigStatus& rig) {
+  if (rig.trip) return json::value(rig.trip->name + ": " + TextFor(who, *rig.trip));
   if (!rig.remote) return nullptr;
   if (rig.remote->refusal) return json::value(rig.remote->refusal_text);
   if (rig.remote->link == hardware::LinkState::kLost) return "the agent is not heard";
@@ -76,7 +92,7 @@ std::optional<int> CalibrationAgeDays(std::string_view calibration, WallTime now
   return std::chrono::floor<std::chrono::days>(now - *dated).count();
 }
 
-json::object RigToJson(const RigStatus& rig, WallTime now) {
+json::object RigToJson(const RigStatus& rig, WallTime now, RigReader who) {
   const hardware::RigDescription& about = rig.description;
   json::object out{{"id", about.id},
                    {"class", about.rig_class},
@@ -97,13 +113,13 @@ json::object RigToJson(const RigStatus& rig, WallTime now) {
                      {"uc_v_max", about.uc_v_max},
                      {"delta_s", about.delta_s},
                      {"amplifier", AmplifierToJson(about)}}},
-                   {"health", HealthOf(rig)},
-                   {"trip", TripToJson(rig.trip)},
+                   {"health", HealthOf(who, rig)},
+                   {"trip", TripToJson(who, rig.trip)},
                    {"link", nullptr},
                    {"calibration", CalibrationToJson(rig.remote, now)},
                    {"loop", nullptr}};
   if (rig.remote) out["link"] = LinkToJson(*rig.remote);
-  if (rig.loop.lateness.count() > 0) out["loop"] = ToJson(rig.loop);
+  if (who == RigReader::kOperator && rig.loop.lateness.count() > 0) out["loop"] = ToJson(rig.loop);
   return out;
 }
 
@@ -117,6 +133,7 @@ void AddRigMetrics(MetricsText& out, const std::vector<RigStatus>& rigs) {
     out.AddHistogram("faultlab_rig_lateness_seconds", rig.loop.lateness, label);
   });
   each([&](const RigStatus& rig, const std::string& label) {
+    if (IsInUse(rig)) return;
     out.AddHistogram("faultlab_rig_command_seconds", rig.loop.actuation, label);
   });
   each([&](const RigStatus& rig, const std::string& label) {

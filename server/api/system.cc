@@ -116,10 +116,12 @@ core::Result<HttpResponse> Me(SystemApi&, const ApiRequest& request) {
 core::Result<HttpResponse> ListRigs(SystemApi& api, const ApiRequest& request) {
   json::array items;
   std::vector<RigStatus> rigs = api.bay.List();
-  if (Authorize(request.who, Operation::kOperateRig, Ownership::kNone).ok()) {
+  const bool operates = Authorize(request.who, Operation::kOperateRig, Ownership::kNone).ok();
+  const RigReader reader = operates ? RigReader::kOperator : RigReader::kAnybody;
+  if (operates) {
     for (RigStatus& stranger : api.bay.ListStrangers()) rigs.push_back(std::move(stranger));
   }
-  for (const RigStatus& rig : rigs) items.push_back(RigToJson(rig, api.clock.Wall()));
+  for (const RigStatus& rig : rigs) items.push_back(RigToJson(rig, api.clock.Wall(), reader));
   return JsonResponse(json::object{{"items", std::move(items)}});
 }
 

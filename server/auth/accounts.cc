@@ -6,7 +6,9 @@
 
 #include "server/auth/account_rows.h"
 #include "server/auth/credentials.h"
+#include "server/auth/person_name.h"
 #include "server/auth/search_text.h"
+#include "server/storage/erased_login.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server {
@@ -75,9 +77,10 @@ core::Result<std::string> NormalLogin(std::string_view login) {
   });
   const bool plain =
       out.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789._@-") == std::string::npos;
-  if (out.size() < 3 || out.size() > 64 || !plain) {
+  if (out.size() < 3 || out.size() > 64 || !plain || out.starts_with(kErasedLogin)) {
     return Error{ErrorCode::kInvalid,
-                 "a login has 3 to 64 of the letters a-z, 0-9, . _ @ -",
+                 "a login has 3 to 64 of the letters a-z, 0-9, . _ @ - and does not begin with "
+                 "erased-",
                  "login",
                  "login_wrong"};
   }
@@ -85,11 +88,12 @@ core::Result<std::string> NormalLogin(std::string_view login) {
 }
 
 core::Result<Account> Accounts::Create(const std::string& login,
-                                       const std::string& name,
+                                       const std::string& wanted_name,
                                        Role role,
                                        WallTime now) {
   const auto normal = NormalLogin(login);
   if (!normal.ok()) return normal.error();
+  const std::string name = CleanName(wanted_name);
   if (const auto good = CheckName(name); !good.ok()) return good.error();
   if (role == Role::kGuest || role == Role::kService) {
     return Error{ErrorCode::kInvalid,
@@ -116,15 +120,16 @@ core::Result<Account> Accounts::Change(std::int64_t id,
                                        const std::optional<std::string>& name,
                                        std::optional<Role> role,
                                        std::optional<bool> disabled) {
+  const std::string clean = CleanName(name.value_or(""));
   if (name) {
-    if (const auto good = CheckName(*name); !good.ok()) return good.error();
+    if (const auto good = CheckName(clean); !good.ok()) return good.error();
   }
   bool fewer_rights = false;
   const auto write = [&](Transaction& tx) -> core::Result<Account> {
     const auto row = account_rows::Find(tx, "id = :value", id);
     if (!row) return account_rows::NoAccount();
     const Account before = row->ToAccount();
-    const std::string new_name = name.value_or(before.name);
+    const std::string& new_name = name ? clean : before.name;
     const std::string new_role(Name(role.value_or(before.role)));
     const std::int64_t new_disabled = disabled.value_or(before.disabled) ? 1 : 0;
     soci::statement change = (tx.sql().prepare << "UPDATE account SET name = :name, role = :role, "

@@ -327,7 +327,8 @@ class Accounts : public Authenticator {
   std::function<void(const Revocation&)> on_revoked_;
 };
 
-/// 3 to 64 of [a-z0-9._@-] after lowering; kInvalid names the field.
+/// 3 to 64 of [a-z0-9._@-] after lowering, and not that of an erased account; kInvalid names the
+/// field.
 core::Result<std::string> NormalLogin(std::string_view login);
 core::Status CheckPasswordRules(std::string_view password);
 

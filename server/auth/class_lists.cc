@@ -5,6 +5,7 @@
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
 #include "server/auth/course_rows.h"
+#include "server/auth/person_name.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server {
@@ -31,10 +32,26 @@ std::string_view Trimmed(std::string_view text) {
   return text;
 }
 
-std::string_view Field(std::string_view text) {
-  text = Trimmed(text);
-  const bool quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
-  return quoted ? text.substr(1, text.size() - 2) : text;
+/// Takes the first field off a line: all of it when no comma ends it. In quotes, commas belong to
+/// the field and two quotes are one (RFC 4180).
+std::string TakeField(std::string_view& line) {
+  line = Trimmed(line);
+  std::string field;
+  if (line.starts_with('"')) {
+    std::size_t at = 1;
+    for (; at < line.size(); ++at) {
+      const bool quote = line[at] == '"';
+      if (quote && line.substr(at + 1, 1) != "\"") break;
+      field.push_back(line[at]);
+      if (quote) ++at;
+    }
+    line.remove_prefix(std::min(at + 1, line.size()));
+    line.remove_prefix(std::min(line.find(','), line.size()));
+  } else {
+    field = Trimmed(line.substr(0, line.find(',')));
+    line.remove_prefix(std::min(line.find(','), line.size()));
+  }
+  return field;
 }
 
 core::Result<std::vector<CsvLine>> ParseCsv(std::string_view csv) {
@@ -44,7 +61,7 @@ core::Result<std::vector<CsvLine>> ParseCsv(std::string_view csv) {
   std::size_t number = 0;
   while (!csv.empty()) {
     const std::size_t end = std::min(csv.find('\n'), csv.size());
-    const std::string_view line = Trimmed(csv.substr(0, end));
+    std::string_view line = Trimmed(csv.substr(0, end));
     csv.remove_prefix(std::min(end + 1, csv.size()));
     ++number;
     const auto refuse = [&](const std::string& what, std::string reason) {
@@ -55,10 +72,10 @@ core::Result<std::vector<CsvLine>> ParseCsv(std::string_view csv) {
                    {{"line", std::to_string(number)}}};
     };
     if (line.empty()) continue;
-    const std::size_t comma = line.find(',');
-    if (comma == std::string_view::npos) return refuse("expected login,name", "line_without_name");
-    const std::string_view login = Field(line.substr(0, comma));
-    const std::string_view name = Field(line.substr(comma + 1));
+    const std::string login = TakeField(line);
+    if (line.empty()) return refuse("expected login,name", "line_without_name");
+    line = Trimmed(line.substr(1));
+    const std::string name = CleanName(line.starts_with('"') ? TakeField(line) : std::string(line));
     if (number == 1 && login == "login") continue;
     const auto normal = NormalLogin(login);
     if (!normal.ok()) return refuse(normal.error().message, "line_login_wrong");
@@ -67,7 +84,7 @@ core::Result<std::vector<CsvLine>> ParseCsv(std::string_view csv) {
     if (lines.size() == kCsvLinesMax) {
       return Error{ErrorCode::kTooLarge, "5000 lines at most; split the file", "", "list_too_long"};
     }
-    lines.push_back({normal.value(), std::string(name)});
+    lines.push_back({normal.value(), name});
   }
   if (lines.empty())
     return Error{ErrorCode::kInvalid, "no line holds login,name", "", "list_empty"};

@@ -1,6 +1,7 @@
 // Accounts: people authenticated by a sign-in provider.
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
+#include "server/auth/person_name.h"
 
 namespace faultlab::server {
 namespace {
@@ -72,7 +73,8 @@ core::Result<Account> MakeStudent(Transaction& tx,
                                   const std::string& name,
                                   WallTime now) {
   const std::int64_t now_ms = ToMilliseconds(now);
-  const std::string shown = name.empty() || name.size() > kDisplayBytesMax ? login : name;
+  const std::string clean = CleanName(name);
+  const std::string& shown = clean.empty() || clean.size() > kDisplayBytesMax ? login : clean;
   tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
               "version) VALUES (:login, :name, 'student', '', 0, :now, 1)",
       use(login, "login"), use(shown, "name"), use(now_ms, "now");

@@ -20,6 +20,8 @@ using core::Sample;
 
 constexpr std::size_t kColumnsMax = 64;
 constexpr std::size_t kCommentsMax = 1000;
+constexpr std::size_t kCommentBytesMax = 256 << 10;  // a bench's description is one
+constexpr std::size_t kHeaderBytesMax = 64 << 10;
 constexpr std::string_view kWanted =
     "t_s, uc_v, um_v (or ia_a where a bench is diagnosed by it) and any of ua_v, ia_a, n_rpm, "
     "separated by commas";
@@ -70,6 +72,13 @@ class Parser {
         name_, std::max<std::uint32_t>(lines_.number(), 1), column, std::move(reason), message);
   }
 
+  Error NoHeader(std::string_view first_line) const {
+    return Fail("",
+                "csv_no_header",
+                "no header: the first line is '" + Shown(first_line) +
+                    "'; put a line with the columns' names above it, for example t_s,uc_v,um_v");
+  }
+
   /// The next line that is neither blank nor a comment; comments are kept.
   std::optional<std::string_view> NextContent() {
     while (std::optional<std::string_view> line = lines_.Next()) {
@@ -80,7 +89,7 @@ class Parser {
       if (content.front() != '#') {
         return line;
       }
-      if (record_.comments.size() < kCommentsMax) {
+      if (record_.comments.size() < kCommentsMax && content.size() <= kCommentBytesMax) {
         record_.comments.emplace_back(Trim(content.substr(1)));
       }
     }
@@ -94,6 +103,7 @@ class Parser {
                   "csv_empty",
                   "the file is empty, expected a header line with " + std::string(kWanted));
     }
+    if (header->size() > kHeaderBytesMax) return NoHeader(*header);
     separator_ = FindSeparator(Trim(*header));
     std::array<bool, kCsvChannelTable.size()> found{};
     std::string_view rest = *header;
@@ -109,12 +119,7 @@ class Parser {
         return error;
       }
     }
-    if (numbers_alone) {
-      return Fail("",
-                  "csv_no_header",
-                  "no header: the first line is '" + Shown(*header) +
-                      "'; put a line with the columns' names above it, for example t_s,uc_v,um_v");
-    }
+    if (numbers_alone) return NoHeader(*header);
     for (std::size_t i = 0; i < kCsvChannelTable.size(); ++i) {
       if (found[i]) {
         record_.channels.emplace_back(kCsvChannelTable[i].name);

@@ -138,7 +138,9 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
   }
   auto place = PlaceFor(who, by, RunKind::kReplay, samples);
   if (!place) return place.error();
-  auto source = parts_.recordings.Load(std::move(record).value());
+  using enum LongTurn::WhenTaken;
+  auto source = parts_.recordings.Load(
+      std::move(record).value(), 0, kSampleIndexMax, by == StartedBy::kJob ? kWait : kRefuse);
   if (!source) return refusal::At(source.error(), "/recording");
   Recording& recording = source.value();
   if (recording.samples.empty()) {

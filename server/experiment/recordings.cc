@@ -84,12 +84,26 @@ core::Result<core::DiagnosisOptions> Recordings::OptionsFor(const RunRecord& rec
   return OptionsOf(record, *bench.value());
 }
 
-core::Result<Recording> Recordings::Load(RunRecord record, std::int64_t from, std::int64_t to) {
+core::Result<Recording> Recordings::Load(RunRecord record,
+                                         std::int64_t from,
+                                         std::int64_t to,
+                                         LongTurn::WhenTaken when_taken) {
+  const std::int64_t samples = std::min(record.samples, to) - from;
+  auto turn = long_turn_.ForSamples(samples, when_taken);
+  if (!turn) return turn.error();
+  return LoadWith(std::move(record), from, to, std::move(turn).value());
+}
+
+core::Result<Recording> Recordings::LoadWith(RunRecord record,
+                                             std::int64_t from,
+                                             std::int64_t to,
+                                             LongTurn::Hold turn) {
   auto options = OptionsFor(record);
   if (!options) return options.error();
   auto samples = store_.LoadSamples(record.id, from, to);
   if (!samples) return samples.error();
-  return Recording{std::move(record), std::move(options).value(), std::move(samples).value()};
+  return Recording{
+      std::move(record), std::move(options).value(), std::move(samples).value(), std::move(turn)};
 }
 
 core::Result<std::vector<RecordedEvent>> Recordings::Events(const RunRecord& record) {
@@ -153,12 +167,21 @@ core::Result<core::Diagnosis> Recordings::DiagnosisOf(const Recording& recording
 core::Result<Review> Recordings::ReviewOf(RunRecord record) {
   auto recording = Load(std::move(record));
   if (!recording) return recording.error();
-  auto diagnosis = DiagnosisOf(recording.value());
+  return Reviewed(std::move(recording).value());
+}
+
+core::Result<Review> Recordings::ReviewOf(RunRecord record, LongTurn::Hold turn) {
+  auto recording = LoadWith(std::move(record), 0, kSampleIndexMax, std::move(turn));
+  if (!recording) return recording.error();
+  return Reviewed(std::move(recording).value());
+}
+
+core::Result<Review> Recordings::Reviewed(Recording recording) {
+  auto diagnosis = DiagnosisOf(recording);
   if (!diagnosis) return diagnosis.error();
-  auto events = Events(recording.value().record);
+  auto events = Events(recording.record);
   if (!events) return events.error();
-  return Review{
-      std::move(recording).value(), std::move(diagnosis).value(), std::move(events).value()};
+  return Review{std::move(recording), std::move(diagnosis).value(), std::move(events).value()};
 }
 
 core::Result<Figure> Recordings::FigureOf(const RunRecord& record,
@@ -168,14 +191,9 @@ core::Result<Figure> Recordings::FigureOf(const RunRecord& record,
   if (!recording) return recording.error();
   const core::Status fit = CheckFigure(name, recording.value().samples);
   if (!fit.ok()) return fit.error();
-  auto diagnosis = DiagnosisOf(recording.value());
-  if (!diagnosis) return diagnosis.error();
-  auto events = Events(record);
-  if (!events) return events.error();
-  return FigureOf(
-      Review{std::move(recording).value(), std::move(diagnosis).value(), std::move(events).value()},
-      name,
-      footer);
+  auto review = Reviewed(std::move(recording).value());
+  if (!review) return review.error();
+  return FigureOf(review.value(), name, footer);
 }
 
 core::Result<Figure> Recordings::FigureOf(const Review& review,

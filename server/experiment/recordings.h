@@ -13,6 +13,7 @@
 #include "server/auth/accounts.h"
 #include "server/auth/authorization.h"
 #include "server/experiment/benches.h"
+#include "server/experiment/long_turn.h"
 #include "server/plots/figure.h"
 #include "server/run/run_manager.h"
 #include "server/storage/recording_store.h"
@@ -24,6 +25,7 @@ struct Recording {
   RunRecord record;
   core::DiagnosisOptions options;
   std::vector<core::Sample> samples;
+  LongTurn::Hold turn{};  ///< of a long one, as long as it is in memory
 };
 
 /// A recording with its diagnosis, and what happened meanwhile.
@@ -40,7 +42,7 @@ struct Review {
 ///   RecordingStore --record, samples--> Recordings --typed values--> api, jobs
 ///   RunManager ------a live verdict------^
 ///
-/// Thread-safe, stateless.
+/// Thread-safe; nothing is kept but the turn of long recordings.
 class Recordings {
  public:
   /// All must outlive it.
@@ -54,10 +56,14 @@ class Recordings {
   /// The record, if `who` may do `operation` on it.
   core::Result<RunRecord> Find(const Principal& who, const std::string& id, Operation operation);
 
-  /// Samples with index in [from, to).
+  /// Samples with index in [from, to). A long recording is refused while another one is in memory,
+  /// unless the caller may wait.
   core::Result<Recording> Load(RunRecord record,
                                std::int64_t from = 0,
-                               std::int64_t to = kSampleIndexMax);
+                               std::int64_t to = kSampleIndexMax,
+                               LongTurn::WhenTaken when_taken = LongTurn::WhenTaken::kRefuse);
+  /// For what several recordings, or a text, take together.
+  LongTurn& long_turn() { return long_turn_; }
   core::Result<core::DiagnosisOptions> OptionsFor(const RunRecord& record);
   /// As they are now, for a run that goes on; of a sealed plan (SealedPlan) without those that tell
   /// its faults.
@@ -66,6 +72,8 @@ class Recordings {
   /// diagnosed now, and keeps it.
   core::Result<std::string> DiagnosisText(const RunRecord& record);
   core::Result<Review> ReviewOf(RunRecord record);
+  /// The same of one that needs no turn of its own.
+  core::Result<Review> ReviewOf(RunRecord record, LongTurn::Hold turn);
   /// One of kFigureNames, in the words of MakeFigure. `footer` stands below it.
   core::Result<Figure> FigureOf(const RunRecord& record,
                                 const std::string& name,
@@ -85,6 +93,11 @@ class Recordings {
   core::Result<RunRecord> Keep(Upload upload);
 
  private:
+  core::Result<Recording> LoadWith(RunRecord record,
+                                   std::int64_t from,
+                                   std::int64_t to,
+                                   LongTurn::Hold turn);
+  core::Result<Review> Reviewed(Recording recording);
   core::Result<core::Diagnosis> DiagnosisOf(const Recording& recording);
   core::Result<core::Diagnosis> Repair(const Recording& recording, std::string* text);
 
@@ -93,6 +106,7 @@ class Recordings {
   Accounts& accounts_;
   Benches& benches_;
   const Clock& clock_;
+  LongTurn long_turn_;
 };
 
 /// The options that are stored with the record of this bench; of a recording of an older program,

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/lab/audit_names.h"
+#include "server/storage/erased_login.h"
 #include "server/storage/picture_store.h"
 
 namespace faultlab::server::lab {
@@ -211,6 +212,19 @@ std::vector<std::string> RecordingIds(Transaction& tx, const std::string& owner)
   return {rows.begin(), rows.end()};
 }
 
+/// Of accounts of older programs somebody else may have it.
+std::string FreeErasedLogin(Transaction& tx, std::int64_t account_id) {
+  const std::string plain = std::string(kErasedLogin) + std::to_string(account_id);
+  std::string login = plain;
+  for (int next = 2;; ++next) {
+    std::int64_t others = 0;
+    tx.sql() << "SELECT COUNT(*) FROM account WHERE login = :login AND id <> :id", into(others),
+        use(login, "login"), use(account_id, "id");
+    if (others == 0) return login;
+    login = plain + "-" + std::to_string(next);
+  }
+}
+
 }  // namespace
 
 core::Result<std::vector<PersonTable>> PersonData(Database& database, std::int64_t account_id) {
@@ -256,7 +270,7 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
           use(account_id, "id");
     }
     tx.sql() << "DELETE FROM lab_event WHERE user_id = :id", use(account_id, "id");
-    const std::string login = "erased-" + std::to_string(account_id);
+    const std::string login = FreeErasedLogin(tx, account_id);
     RenameInLog(tx, PersonOf(tx, account_id), login);
     tx.sql() << "UPDATE account SET login = :login, name = '', password_hash = '', disabled = 1, "
                 "version = version + 1 WHERE id = :id",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "core/types/check.h"
 #include "server/plots/figure_parts.h"
@@ -61,7 +62,7 @@ Figure MakeComparisonFigure(std::span<const ComparedRecord> records,
   FigureContext context;
   context.footer = footer;
   if (!records.empty()) context.estimated = records.front().estimated;
-  Figure figure = MakeCurvesFigure(curves, family, context);
+  Figure figure = MakeCurvesFigure(std::move(curves), family, context);
   figure.title = "Runs compared";
   if (!records.empty()) {
     figure.subtitle = (family == EstimatorFamily::kSwa ? "SWA " : "SIA ") + records[0].curve.name;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "core/types/check.h"
 #include "server/plots/figure_parts.h"
@@ -87,12 +88,13 @@ void AddSettlingBands(Panel& panel,
   }
 }
 
-Series SeriesOf(const EstimateCurve& curve, int parameter, Ink ink, Dash dash) {
+/// Takes the values from the curve.
+Series TakeSeries(EstimateCurve& curve, int parameter, Ink ink, Dash dash) {
   Series series;
   series.ink = ink;
   series.dash = dash;
   series.x = curve.t_s;
-  series.y = curve.theta[static_cast<std::size_t>(parameter)];
+  series.y = std::move(curve.theta[static_cast<std::size_t>(parameter)]);
   return series;
 }
 
@@ -119,6 +121,12 @@ EstimatorFamily FamilyOf(core::EstimatorId estimator) {
   return shape.integral_samples == 0 ? EstimatorFamily::kSwa : EstimatorFamily::kSia;
 }
 
+std::array<core::EstimatorId, kFamilySize> EstimatorsOf(EstimatorFamily family) {
+  using enum core::EstimatorId;
+  if (family == EstimatorFamily::kSwa) return {kSwa50, kSwa100, kSwa200};
+  return {kSia20x5, kSia100x20, kSia500x20};
+}
+
 EstimateCurve EmptyCurve(core::EstimatorId estimator) {
   const core::EstimatorShape& shape = core::kEstimatorShapes[static_cast<std::size_t>(estimator)];
   EstimateCurve curve;
@@ -142,18 +150,15 @@ void Append(const core::Frame& frame, core::EstimatorId estimator, EstimateCurve
 Figure MakeEstimatesFigure(std::span<const core::Frame> frames,
                            EstimatorFamily family,
                            const FigureContext& context) {
-  const std::size_t first = static_cast<std::size_t>(
-      family == EstimatorFamily::kSwa ? core::EstimatorId::kSwa50 : core::EstimatorId::kSia20x5);
   std::vector<EstimateCurve> curves;
-  for (std::size_t i = 0; i < kFamilySize; ++i) {
-    const auto estimator = static_cast<core::EstimatorId>(first + i);
+  for (const core::EstimatorId estimator : EstimatorsOf(family)) {
     EstimateCurve& curve = curves.emplace_back(EmptyCurve(estimator));
     for (const core::Frame& frame : frames) Append(frame, estimator, curve);
   }
-  return MakeCurvesFigure(curves, family, context);
+  return MakeCurvesFigure(std::move(curves), family, context);
 }
 
-Figure MakeCurvesFigure(std::span<const EstimateCurve> curves,
+Figure MakeCurvesFigure(std::vector<EstimateCurve> curves,
                         EstimatorFamily family,
                         const FigureContext& context) {
   struct Look {
@@ -188,7 +193,7 @@ Figure MakeCurvesFigure(std::span<const EstimateCurve> curves,
     Panel panel;
     panel.y = {names.parameters[at], units[at], std::nullopt};
     for (std::size_t i = 0; i < curves.size(); ++i) {
-      panel.series.push_back(SeriesOf(curves[i], parameter, kLooks[i].ink, kLooks[i].dash));
+      panel.series.push_back(TakeSeries(curves[i], parameter, kLooks[i].ink, kLooks[i].dash));
       if (parameter == kB0) {
         panel.series.back().name = curves[i].name;
       }

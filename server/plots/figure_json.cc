@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "server/plots/thinned.h"
+
 namespace faultlab::server {
 namespace {
 
@@ -90,7 +92,8 @@ json::object ToJson(const Axis& axis) {
   return out;
 }
 
-json::object ToJson(const Series& series) {
+json::object ToJson(const Series& whole, const std::optional<Inset>& inset) {
+  const Series series = Thinned(whole, inset);
   return {{"name", PlainText(series.name)},
           {"ink", Name(series.ink)},
           {"dash", Name(series.dash)},
@@ -103,7 +106,7 @@ json::object ToJson(const Series& series) {
 json::object ToJson(const Panel& panel) {
   json::array series;
   for (const Series& one : panel.series) {
-    series.emplace_back(ToJson(one));
+    series.emplace_back(ToJson(one, panel.inset));
   }
   json::array levels;
   for (const Level& level : panel.levels) {

@@ -9,7 +9,8 @@ namespace faultlab::server {
 /// The figure for the browser:
 /// {"title","subtitle","x":{"label","unit","range"},"panels":[{"title","y",
 /// "weight","series":[{"name","ink","dash","stair","x":[],"y":[]}],"levels":[],"bands":[],
-/// "inset"}],"marks":[{"kind","x","label"}],"matrix"?,"footer"}. Text is plain; NaN is null.
+/// "inset"}],"marks":[{"kind","x","label"}],"matrix"?,"footer"}. Text is plain; NaN is null. Long
+/// series are Thinned().
 boost::json::object ToJson(const Figure& figure);
 
 }  // namespace faultlab::server

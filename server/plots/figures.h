@@ -53,12 +53,14 @@ struct EstimateCurve {
 EstimateCurve EmptyCurve(core::EstimatorId estimator);
 void Append(const core::Frame& frame, core::EstimatorId estimator, EstimateCurve& curve);
 EstimatorFamily FamilyOf(core::EstimatorId estimator);
+/// By the length of their windows.
+std::array<core::EstimatorId, 3> EstimatorsOf(EstimatorFamily family);
 /// The number of pairs of ink and dash for curves.
 inline constexpr std::size_t kEstimateCurvesMax = 6;
 
 /// The same figure for any windows of one family, at most kEstimateCurvesMax. Throws ContractError
 /// for more.
-Figure MakeCurvesFigure(std::span<const EstimateCurve> curves,
+Figure MakeCurvesFigure(std::vector<EstimateCurve> curves,
                         EstimatorFamily family,
                         const FigureContext& context);
 

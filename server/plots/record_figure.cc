@@ -10,13 +10,17 @@
 namespace faultlab::server {
 namespace {
 
-std::vector<core::Frame> Replay(std::span<const core::Sample> samples,
-                                const core::DiagnosisOptions& options) {
-  std::vector<core::Frame> frames;
-  frames.reserve(samples.size());
-  core::ReplayEstimates(
-      samples, options, [&](const core::Frame& frame) { frames.push_back(frame); });
-  return frames;
+/// Of each estimator of the family. Frames are not kept: they would need 500 bytes a sample.
+std::vector<EstimateCurve> CurvesOf(std::span<const core::Sample> samples,
+                                    const core::DiagnosisOptions& options,
+                                    EstimatorFamily family) {
+  const auto estimators = EstimatorsOf(family);
+  std::vector<EstimateCurve> curves;
+  for (const core::EstimatorId estimator : estimators) curves.push_back(EmptyCurve(estimator));
+  core::ReplayEstimates(samples, options, [&](const core::Frame& frame) {
+    for (std::size_t i = 0; i < curves.size(); ++i) Append(frame, estimators[i], curves[i]);
+  });
+  return curves;
 }
 
 void FillContext(const core::Diagnosis& diagnosis, FigureContext& context) {
@@ -79,7 +83,7 @@ core::Result<Figure> MakeFigure(std::string_view name,
   }
   if (name == "swa" || name == "sia") {
     const EstimatorFamily family = name == "swa" ? EstimatorFamily::kSwa : EstimatorFamily::kSia;
-    return MakeEstimatesFigure(Replay(samples, options), family, context);
+    return MakeCurvesFigure(CurvesOf(samples, options, family), family, context);
   }
   const ModelComparison comparison = CompareModels(samples, options, diagnosis);
   if (comparison.t_s.empty()) {

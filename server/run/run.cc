@@ -249,6 +249,7 @@ void Run::ExchangeTasks() {
     std::optional<core::DiagnosisTask> task = pipeline_.TakeTask();
     if (!task) return;
     services_.solver.Submit(std::move(*task), box_);
+    ++solver_tasks_;
     if (real_time_) return;
     // Simulated time stands still meanwhile, so that verdicts fall on the same samples each time;
     // the rig gets a sign of life from its holder.
@@ -506,6 +507,7 @@ void Run::Finish() {
     state_.diagnosis_json = text;
     state_.diagnosis = std::make_shared<const core::Diagnosis>(std::move(diagnosis));
   }
+  services_.counters->solver_tasks += solver_tasks_;
   ++services_.counters->ended[static_cast<std::size_t>(state)];
   const std::string hello = Hello();
   services_.hub.PublishText(id_, verdict_text_, hello);

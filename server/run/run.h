@@ -25,7 +25,7 @@ namespace faultlab::server {
 
 /// Counted by the run threads, read by /metrics.
 struct SharedRunCounters {
-  std::atomic<std::uint64_t> started{0}, samples{0}, overruns{0}, gaps{0};
+  std::atomic<std::uint64_t> started{0}, samples{0}, overruns{0}, gaps{0}, solver_tasks{0};
   std::array<std::atomic<std::uint64_t>, 5> ended{};
 };
 
@@ -126,6 +126,7 @@ class Run : public std::enable_shared_from_this<Run> {
   double told_s_ = -1.0;  ///< of the newest "detected"
   std::optional<core::Component> isolated_;
   std::shared_ptr<SolverBox> box_;
+  std::uint64_t solver_tasks_ = 0;
   std::string failure_;                ///< why the run fails; empty if it does not
   hardware::LoopQuality loop_before_;  ///< of the rig, when the run began
   std::chrono::steady_clock::time_point listened_at_{};  ///< when the link was last looked at

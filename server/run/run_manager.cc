@@ -283,7 +283,7 @@ RunCounters RunManager::counters() const {
   for (std::size_t i = 0; i < impl_->counters_.ended.size(); ++i) {
     out.ended[i] = impl_->counters_.ended[i];
   }
-  out.solver_tasks = impl_->solver_.solved();
+  out.solver_tasks = impl_->counters_.solver_tasks;
   return out;
 }
 

@@ -119,7 +119,7 @@ struct RunCounters {
   std::uint64_t samples = 0;
   std::uint64_t overruns = 0;
   std::uint64_t gaps = 0;
-  std::uint64_t solver_tasks = 0;
+  std::uint64_t solver_tasks = 0;  ///< of runs that have ended: before that it would tell a fault
 };
 
 /// Runs experiments: plan -> rig -> its own drain thread -> pipeline -> viewers and recording.

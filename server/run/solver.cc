@@ -39,11 +39,6 @@ void Solver::Submit(core::DiagnosisTask task, std::shared_ptr<SolverBox> box) {
   changed_.notify_all();
 }
 
-std::uint64_t Solver::solved() const {
-  const std::lock_guard lock(mutex_);
-  return solved_;
-}
-
 void Solver::Loop() {
   std::unique_lock lock(mutex_);
   for (;;) {
@@ -63,7 +58,6 @@ void Solver::Loop() {
     }
     box->Put(std::move(result));
     lock.lock();
-    ++solved_;
   }
 }
 

@@ -38,7 +38,6 @@ class Solver {
   Solver& operator=(const Solver&) = delete;
 
   void Submit(core::DiagnosisTask task, std::shared_ptr<SolverBox> box);
-  std::uint64_t solved() const;
 
  private:
   void Loop();
@@ -46,7 +45,6 @@ class Solver {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::pair<core::DiagnosisTask, std::shared_ptr<SolverBox>>> queue_;
-  std::uint64_t solved_ = 0;
   bool stop_ = false;
   std::thread thread_;
 };

@@ -219,6 +219,20 @@ TEST_F(DeviceRun, EndsWhenTheLineIsNothingButNoise) {
   EXPECT_TRUE(device_.IsSafe());
 }
 
+TEST_F(DeviceRun, EndsWhenTheDeviceFloodsItsLineAndNamesIt) {
+  Nanoseconds flooded_at{0};
+  const RunLog log = RunWith([&] {
+    flooded_at = device_.now();
+    device_.InjectToHost(std::string(8 << 20, 'U'));
+  });
+  EXPECT_EQ(rig_->trip()->name, "device_lost");
+  EXPECT_THAT(log.last_text(), HasSubstr("floods its line"));
+  EXPECT_LT(log.samples.size(), 400u);
+  device_.RunUntil(device_.now() + milliseconds(300));
+  EXPECT_TRUE(device_.IsSafe());
+  EXPECT_LT(Milliseconds(device_.drive_zero_at() - flooded_at), 400.0);
+}
+
 TEST_F(DeviceRun, EndsWhenARelaySticksAndNamesItsLine) {
   // Do1, R1 = 56 ohm, closes by itself.
   const RunLog log = RunWith([&] { device_.StickLines(1u << 1); });

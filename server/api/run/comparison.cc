@@ -6,6 +6,7 @@
 #include "core/diagnosis/diagnose_record.h"
 #include "server/api/run/file_names.h"
 #include "server/api/run/handlers.h"
+#include "server/api/run/truth.h"
 #include "server/experiment/plan_json.h"
 #include "server/experiment/rig_changes.h"
 #include "server/plots/render.h"
@@ -37,14 +38,15 @@ std::optional<double> ChangeOf(const Review& review) {
   return episodes.empty() ? review.diagnosis.verdict.onset_s : episodes.front().verdict.onset_s;
 }
 
+/// Of all runs together.
+constexpr std::int64_t kSamplesMax = 1'000'000;
+
 core::Result<ComparedRecord> Compared(RunApi& api,
-                                      const Principal& who,
-                                      const std::string& id,
+                                      RunRecord run,
+                                      const LongTurn::Hold& turn,
                                       core::EstimatorId estimator,
                                       bool aligned) {
-  auto found = api.recordings.Find(who, id, Operation::kReadRun);
-  if (!found) return found.error();
-  auto review = api.recordings.ReviewOf(std::move(found).value());
+  auto review = api.recordings.ReviewOf(std::move(run), turn);
   if (!review) return review.error();
   Recording& recording = review.value().recording;
   ComparedRecord compared;
@@ -57,6 +59,35 @@ core::Result<ComparedRecord> Compared(RunApi& api,
   });
   compared.samples = std::move(recording.samples);
   return compared;
+}
+
+/// As their files show them.
+core::Result<std::vector<RunRecord>> RunsOf(RunApi& api,
+                                            const ApiRequest& request,
+                                            const std::vector<std::string>& ids) {
+  std::vector<RunRecord> runs;
+  for (const std::string& id : ids) {
+    auto found = api.recordings.Find(request.who, id, Operation::kReadRun);
+    if (!found) return found.error();
+    auto run = RunForFile(request.who, request.http, std::move(found).value());
+    if (!run) return run.error();
+    runs.push_back(std::move(run).value());
+  }
+  return runs;
+}
+
+core::Result<LongTurn::Hold> TurnFor(RunApi& api, const std::vector<RunRecord>& runs) {
+  std::int64_t samples = 0;
+  for (const RunRecord& run : runs) samples += run.samples;
+  if (samples > kSamplesMax) {
+    return core::Error{core::ErrorCode::kInvalid,
+                       "Together these runs have more than " + std::to_string(kSamplesMax) +
+                           " samples; compare fewer of them.",
+                       "runs",
+                       "compared_too_long",
+                       {{"most", std::to_string(kSamplesMax)}}};
+  }
+  return api.recordings.long_turn().ForSamples(samples, LongTurn::WhenTaken::kRefuse);
 }
 
 /// Each run once, as they were named.
@@ -83,7 +114,8 @@ core::Result<std::vector<std::string>> RunsIn(const HttpRequest& request) {
 }  // namespace
 
 core::Result<HttpResponse> GetComparison(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"runs", "estimator", "align", "scale"});
+  const core::Status query =
+      OnlyQuery(request.http, {"runs", "estimator", "align", "scale", "truth"});
   if (!query.ok()) return query.error();
   const auto ids = RunsIn(request.http);
   if (!ids) return ids.error();
@@ -94,9 +126,16 @@ core::Result<HttpResponse> GetComparison(RunApi& api, const ApiRequest& request)
   const auto aligned = QueryWord(request.http, "align", {"change", "start"});
   if (!aligned) return aligned.error();
   const std::string align = aligned.value().value_or("change");
+  auto runs = RunsOf(api, request, ids.value());
+  if (!runs) return runs.error();
+  const RunRecord first = runs.value().front();
+  const auto turn = TurnFor(api, runs.value());
+  if (!turn) return turn.error();
   std::vector<ComparedRecord> records;
-  for (const std::string& id : ids.value()) {
-    auto compared = Compared(api, request.who, id, estimator.value(), align == "change");
+  for (RunRecord& run : runs.value()) {
+    const std::string id = run.id;
+    auto compared =
+        Compared(api, std::move(run), turn.value(), estimator.value(), align == "change");
     if (!compared) return compared.error();
     if (compared.value().samples.size() < 2) {
       return core::Error{core::ErrorCode::kInvalid,
@@ -110,9 +149,7 @@ core::Result<HttpResponse> GetComparison(RunApi& api, const ApiRequest& request)
   for (const std::string& id : ids.value()) footer += " · " + id;
   const std::string others = std::to_string(records.size() - 1);
   const std::string kind = records.size() == 1 ? "signals" : "compared-with-" + others;
-  const auto first = api.store.Get(ids.value().front());
-  if (!first) return first.error();
-  const std::string name = FileNameOf(first.value(), kind, "png");
+  const std::string name = FileNameOf(first, kind, "png");
   const EstimatorFamily family = FamilyOf(estimator.value());
   const Figure figure = MakeComparisonFigure(records, family, align == "change", footer);
   auto png = RenderPng(figure, {.height_px = 1100, .scale = static_cast<int>(scale.value())});

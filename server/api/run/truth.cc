@@ -6,15 +6,18 @@
 namespace faultlab::server {
 
 core::Result<RunRecord> RunForFile(const ApiRequest& request) {
-  const auto asked = QueryWord(request.http, "truth", {"include"});
+  return RunForFile(request.who, request.http, request.run);
+}
+
+core::Result<RunRecord> RunForFile(const Principal& who, const HttpRequest& http, RunRecord run) {
+  const auto asked = QueryWord(http, "truth", {"include"});
   if (!asked) return asked.error();
-  RunRecord run = request.run;
   if (!HidesFaults(run.plan_json)) return run;
   if (!asked.value()) {
     run.plan_json = SealedPlan(run.plan_json);
     return run;
   }
-  if (run.owner == request.who.owner_key()) return run;
+  if (run.owner == who.owner_key()) return run;
   return core::Error{core::ErrorCode::kForbidden,
                      "Only the owner of a run gets a file with its hidden faults.",
                      "truth",

@@ -48,9 +48,17 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   const std::string name = CutText(request.http.Query("name").value_or("upload"), kNameBytesMax);
   const auto bench = BenchOf(api, request.http);
   if (!bench) return bench.error();
+  LongTurn& long_turn = api.recordings.long_turn();
+  auto turn = long_turn.ForText(request.http.body.size());
+  if (!turn) return turn.error();
   std::string unpacked;
   if (gzip) {
-    auto text = Gunzip(request.http.body, name, kTextBytesMax);
+    auto text = Gunzip(request.http.body, name, LongTurn::kShortTextBytesMax);
+    if (!text && text.error().code == core::ErrorCode::kTooLarge) {
+      if (turn.value() == nullptr) turn = long_turn.ForText(kTextBytesMax);
+      if (!turn) return turn.error();
+      text = Gunzip(request.http.body, name, kTextBytesMax);
+    }
     if (!text) return text.error();
     unpacked = std::move(text).value();
   }

@@ -5,6 +5,7 @@
 #include <boost/json.hpp>
 
 #include "server/api/run/file_names.h"
+#include "server/api/run/truth.h"
 #include "server/api/work/handlers.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/experiment/plan_json.h"
@@ -54,7 +55,7 @@ bool MayRead(WorkApi& api, const Principal& who, const lab::Job& job) {
 }  // namespace
 
 core::Result<HttpResponse> GetSweepPlot(WorkApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"scale"});
+  const core::Status query = OnlyQuery(request.http, {"scale", "truth"});
   if (!query.ok()) return query.error();
   const auto scale = QueryInteger(request.http, "scale", 1, 1, 2);
   if (!scale) return scale.error();
@@ -68,15 +69,29 @@ core::Result<HttpResponse> GetSweepPlot(WorkApi& api, const ApiRequest& request)
   std::ranges::reverse(jobs.value());  // as they were requested
   const core::Bench* bench = nullptr;
   std::vector<SweepRun> runs;
+  bool any_hidden = false;
   for (const lab::Job& job : jobs.value()) {
     if (job.state != "finished" || job.run_id.empty()) continue;
-    const auto record = api.store.Get(job.run_id);
-    if (!record) continue;  // deleted since
+    auto stored = api.store.Get(job.run_id);
+    if (!stored) continue;  // deleted since
+    const auto record = RunForFile(request.who, request.http, std::move(stored).value());
+    if (!record) return record.error();
+    if (IsSealed(record.value().plan_json)) {
+      any_hidden = true;
+      continue;
+    }
     const auto own = api.benches.OfRecording(record.value().bench);
     if (!own || (bench != nullptr && own.value() != bench)) continue;
     bench = own.value();
     const auto diagnosis = ParseDiagnosis(record.value().diagnosis_json, *bench);
     if (diagnosis) runs.push_back(RunOf(record.value(), diagnosis.value(), *bench));
+  }
+  if (runs.empty() && any_hidden) {
+    return core::Error{core::ErrorCode::kForbidden,
+                       "The runs of this batch hide their faults; their owner gets the figure with "
+                       "truth=include.",
+                       "truth",
+                       "batch_hidden"};
   }
   if (runs.empty()) {
     return core::Error{core::ErrorCode::kNotFound,

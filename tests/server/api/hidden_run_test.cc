@@ -2,9 +2,15 @@
 #include <gtest/gtest.h>
 
 #include <boost/json.hpp>
+#include <cstring>
+#include <iomanip>
+#include <map>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "tests/server/api/api_world.h"
+#include "tests/support/await.h"
 
 namespace faultlab::server {
 namespace {
@@ -69,6 +75,118 @@ TEST_F(HiddenRunTest, ItsOwnerGetsThemByAskingForTheTruthAndNobodyElse) {
        {"export.csv", "export.json", "export.lcm", "export.mat", "report.pdf"}) {
     EXPECT_EQ(File(mila_, run, file, "?truth=include").status, 403) << file;
   }
+}
+
+/// Numbers that appear nowhere by chance, as text and as the bytes of a double in either order.
+std::vector<std::string> TracesOf(const std::vector<double>& truth) {
+  std::vector<std::string> traces;
+  for (const double value : truth) {
+    traces.push_back(json::serialize(json::value(value)));
+    std::ostringstream plain;
+    plain << std::setprecision(15) << value;
+    traces.push_back(plain.str());
+    std::string bytes(sizeof value, '\0');
+    std::memcpy(bytes.data(), &value, sizeof value);
+    traces.push_back(bytes);
+    traces.emplace_back(bytes.rbegin(), bytes.rend());
+  }
+  return traces;
+}
+
+bool IsFile(const std::string& path) {
+  return path.substr(path.rfind('/')).find('.') != std::string::npos;
+}
+
+TEST_F(HiddenRunTest, NoAnswerOfTheApiTellsItToWhoeverMayNotRead) {
+  const Person bob = Make("bob", Role::kStudent);
+  const Person colleague = Make("ivo", Role::kInstructor);
+  const Person technician = Make("olga", Role::kOperator);
+  const json::object started =
+      Ok(Call(ann_,
+              "POST",
+              "runs",
+              "runs",
+              R"({"rig":"sim-1","duration_s":20,"seed":733913557,"hidden_faults":true,"name":"quiz",
+               "faults":[{"component":"Ra","value":9.8125,"at_s":12.0625}]})"),
+         201);
+  const std::string run(started.at("id").as_string());
+  const std::vector<std::string> traces = TracesOf({733913557.0, 9.8125, 12.0625});
+  const auto target_of = [&](std::string path) {
+    const bool of_run = path.find("/runs/{") != std::string::npos;
+    const bool of_rig = path.find("/rigs/{") != std::string::npos;
+    for (const auto& [parameter, value] :
+         std::map<std::string, std::string>{{"{id}",
+                                             of_run   ? run
+                                             : of_rig ? "sim-1"
+                                                      : "1"},
+                                            {"{figure}", "signals"},
+                                            {"{bench}", "paper"},
+                                            {"{class}", "bench"},
+                                            {"{index}", "0"},
+                                            {"{token}", "1"}}) {
+      const std::size_t at = path.find(parameter);
+      if (at != std::string::npos) path.replace(at, parameter.size(), value);
+    }
+    return path.ends_with("/comparison.png") ? path + "?runs=" + run : path;
+  };
+  int told_to_owner = 0;
+  const auto look = [&] {
+    for (const auto& [path, operations] : description_.document().at("paths").as_object()) {
+      if (!operations.as_object().contains("get")) continue;
+      const std::string target = target_of(path);
+      const auto trace_for = [&](const Person& who) -> std::string {
+        const std::string body =
+            tests::Request(application_->port(), "GET", target, who.headers).body;
+        for (const std::string& trace : traces) {
+          if (body.find(trace) != std::string::npos) return trace;
+        }
+        return {};
+      };
+      for (const Person& who : {Person{}, bob, colleague}) EXPECT_EQ(trace_for(who), "") << target;
+      if (IsFile(target)) {
+        for (const Person& who : {ann_, mila_, technician}) EXPECT_EQ(trace_for(who), "") << target;
+      } else if (!trace_for(ann_).empty()) {
+        ++told_to_owner;
+      }
+    }
+  };
+  look();  // while it goes on
+  application_->runs().Wait(run);
+  told_to_owner = 0;
+  look();
+  EXPECT_GE(told_to_owner, 3) << "the run, its events and the list: the traces are found";
+}
+
+TEST_F(HiddenRunTest, FiguresOfSeveralRunsAreDrawnWithoutIt) {
+  // A drift is seen when it has gone some way: not where it was planned.
+  const std::string run = Run(R"({"rig":"sim-1","duration_s":14,"hidden_faults":true,
+              "faults":[{"component":"R1","value":56,"at_s":6,"kind":"drift","until_s":12}]})");
+  const std::string several = "comparison.png?runs=" + run;
+  const auto drawn = [&](const Person& who, const std::string& target) {
+    return Call(who, "GET", target.substr(0, target.find('?')), target);
+  };
+  const tests::HttpAnswer sealed = drawn(ann_, several);
+  EXPECT_EQ(sealed.status, 200);
+  EXPECT_TRUE(drawn(mila_, several).body == sealed.body);
+  EXPECT_FALSE(drawn(ann_, several + "&truth=include").body == sealed.body)
+      << "drawn from the planned change on, not from the estimated one";
+  EXPECT_EQ(drawn(mila_, several + "&truth=include").status, 403);
+
+  const json::object batch = Ok(
+      Call(ann_, "POST", "jobs", "jobs", R"({"name":"b","runs":[)" + std::string(kHidden) + "]}"),
+      202);
+  const std::string id(batch.at("batch").as_string());
+  EXPECT_TRUE(tests::Await([&] {
+    const json::object jobs = Ok(Call(ann_, "GET", "jobs", "jobs?batch=" + id));
+    return jobs.at("items").at(0).at("state") == "finished";
+  }));
+  const auto sweep = [&](const Person& who, const std::string& query) {
+    return Call(
+        who, "GET", "jobs/batches/{id}/sweep.png", "jobs/batches/" + id + "/sweep.png" + query);
+  };
+  EXPECT_EQ(sweep(ann_, "").status, 403);
+  EXPECT_EQ(sweep(ann_, "?truth=include").status, 200);
+  EXPECT_EQ(sweep(mila_, "?truth=include").status, 403);
 }
 
 TEST_F(HiddenRunTest, FilesOfOtherRunsTellAll) {

@@ -99,6 +99,22 @@ TEST_P(CoursesTest, ACsvEnrolsAllOrNobodyAndNamesTheWrongLine) {
   EXPECT_EQ(accounts_.EnrolCsv(who, course.id, million, kNow).error().code, ErrorCode::kTooLarge);
 }
 
+TEST_P(CoursesTest, NamesOfAClassListAreCleanAndTheirCommasStayInTheirField) {
+  const Account teacher = Person("teacher", Role::kInstructor);
+  const Course course = accounts_.CreateCourse("Signals", teacher.id, kNow).value();
+  const auto enrol = [&](const std::string& line) {
+    return accounts_.EnrolCsv(As(teacher), course.id, line, kNow);
+  };
+  ASSERT_TRUE(
+      enrol("ann,=HYPERLINK(\"x\")\u202E\n\"bob\" , \"Lee, \"\"Bob\"\"\"\ncem,Lee, Cem\n").ok());
+  EXPECT_EQ(accounts_.GetByLogin("ann").value().name, "HYPERLINK(\"x\")");
+  EXPECT_EQ(accounts_.GetByLogin("bob").value().name, "Lee, \"Bob\"");
+  EXPECT_EQ(accounts_.GetByLogin("cem").value().name, "Lee, Cem");
+  EXPECT_EQ(enrol("\"evil9,x,admin\"").error().reason, "line_without_name");
+  EXPECT_EQ(enrol("dan,\u200B").error().reason, "line_name_length");
+  EXPECT_EQ(enrol("erased-7,Dan").error().reason, "line_login_wrong");
+}
+
 TEST_P(CoursesTest, AnAccountThatExistsJoinsACourseByItsOwnConsentOnly) {
   const Account teacher = Person("teacher", Role::kInstructor);
   const Account ann = Person("ann", Role::kStudent);

@@ -108,6 +108,25 @@ TEST_P(PersonDataTest, ErasingTakesThePersonOutOfTheLinesThatNameThem) {
                           Key(vic) + ": from 192.0.2.1"));
 }
 
+TEST_P(PersonDataTest, NobodyHasTheLoginThatAnErasureGives) {
+  const std::int64_t ann = Person("ann", "Ann Lee");
+  const std::int64_t bob = Person("bob", "Bob");
+  const std::string login = "erased-" + std::to_string(ann);
+  EXPECT_EQ(accounts_.Create(login, "Eve", Role::kStudent, kNow).error().reason, "login_wrong");
+  // An older program let somebody have it.
+  ASSERT_TRUE(database_
+                  ->Write(Durability::kPromise,
+                          [&](Transaction& tx) -> core::Status {
+                            tx.sql() << "UPDATE account SET login = :login WHERE id = :id",
+                                soci::use(login, "login"), soci::use(bob, "id");
+                            return core::Done{};
+                          })
+                  .ok());
+  ASSERT_TRUE(ErasePerson(*database_, ann, kNow).ok());
+  EXPECT_EQ(accounts_.Get(ann).value().login, login + "-2");
+  EXPECT_EQ(accounts_.Get(bob).value().login, login);
+}
+
 TEST_P(PersonDataTest, ReplaysThatOthersMadeAreNamedByTheIdAfterwards) {
   const std::int64_t ann = Person("ann", "Ann");
   const std::int64_t vic = Person("vic", "Vic");

@@ -116,7 +116,7 @@ TEST_F(OutageTest, ARecordingGoesOnAndIsWholeAfterwards) {
   // Many more chunks than the queue has places, and events between them.
   Say(*rig, run, 5000);
   rig->Say(EventOf(hardware::RigEventKind::kOverrun, 5300));
-  EXPECT_EQ(Backlogs(), std::vector<std::string>{run});
+  Await([&] { return Backlogs() == std::vector<std::string>{run}; });
   Say(*rig, run, 5000);
   EXPECT_EQ(manager_->Find(run)->state, RunState::kRunning) << log_;
   taken.Return();

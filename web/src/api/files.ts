@@ -15,4 +15,6 @@ export const plotUrl = (run: string, figure: string, scale: 1 | 2) =>
 /** `align`: what is drawn at 0. */
 export const comparisonUrl = (runs: string[], estimator: string, align: "change" | "start") =>
   `${base}/comparison.png?runs=${runs.map(id).join(",")}&estimator=${estimator}&align=${align}&scale=2`;
+/** Of a file of a run with hidden faults: the same with them, for its owner. */
+export const withTruth = (url: string) => `${url}${url.includes("?") ? "&" : "?"}truth=include`;
 export const sweepUrl = (batch: string) => `${base}/jobs/batches/${id(batch)}/sweep.png?scale=2`;
