@@ -173,6 +173,8 @@ class Application::Impl {
                       config_.runs_per_caller_max,
                       std::max(1, Simulators() / 2),
                       config_.replayed_samples_max};
+    // Where time is faster, so are people who wait for their runs.
+    options.places.starts_per_s = std::max(1.0, config_.sim_speed);
     options.storage = {config_.samples_per_account, config_.samples_of_guests, Disk()};
     options.disk_check = [this] { return ballast_.Check(); };
     options.log = [](std::string_view text) { spdlog::warn("{}", text); };

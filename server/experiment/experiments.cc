@@ -113,7 +113,8 @@ core::Result<std::shared_ptr<void>> Experiments::PlaceFor(const Principal& who,
                                                           RunKind kind,
                                                           std::int64_t samples) {
   const std::string caller = by == StartedBy::kJob ? std::string() : who.caller_key();
-  auto place = parts_.places.Take(caller, kind, kind == RunKind::kReplay ? samples : 0);
+  auto place = parts_.places.Take(
+      caller, kind, kind == RunKind::kReplay ? samples : 0, parts_.clock.Monotonic());
   if (!place || kind == RunKind::kLeased) return place;
   const core::Status room = parts_.quota.MakeRoom(who, samples);
   if (!room.ok()) return room.error();

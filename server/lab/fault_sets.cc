@@ -161,16 +161,17 @@ core::Result<FaultSet> FaultSets::Get(std::int64_t id) {
   });
 }
 
-core::Result<std::vector<FaultSet>> FaultSets::List(std::optional<std::int64_t> reader,
+core::Result<std::vector<FaultSet>> FaultSets::List(std::optional<Reader> reader,
                                                     std::int64_t after,
                                                     int limit) {
   using Sets = std::vector<FaultSet>;
   std::string condition = "deleted = 0 AND id > " + std::to_string(after);
   if (reader) {
-    const std::string me = "account_id = " + std::to_string(*reader);
+    const std::string me = "account_id = " + std::to_string(reader->account);
     const std::string courses = "course_id IN (SELECT course_id FROM enrolment WHERE " + me;
-    condition += " AND (" + me + " OR " + courses + " AND teaches = 1) OR (visible = 1 AND " +
-                 courses + ")))";
+    condition += " AND ((visible = 1 AND " + courses + "))";
+    if (reader->makes_sets) condition += " OR " + me + " OR " + courses + " AND teaches = 1)";
+    condition += ")";
   }
   condition += " ORDER BY id LIMIT " + std::to_string(limit);
   return database_.Read([&](Transaction& tx) -> core::Result<Sets> {

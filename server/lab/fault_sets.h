@@ -41,10 +41,14 @@ class FaultSets {
   core::Result<FaultSet> Change(const FaultSet& set, std::int64_t version);
   core::Status Delete(std::int64_t id, std::int64_t version);
   core::Result<FaultSet> Get(std::int64_t id);
-  /// The sets that `reader` wrote, those of the courses that they teach, and the visible ones of
-  /// the courses that they attend; nullopt: all. Without deleted and replaced sets, in order of id,
-  /// after `after`.
-  core::Result<std::vector<FaultSet>> List(std::optional<std::int64_t> reader,
+  struct Reader {
+    std::int64_t account = 0;
+    bool makes_sets = false;  ///< by the role of today
+  };
+  /// The visible sets of the courses that `reader` attends; of who makes sets, also their own and
+  /// those of the courses that they teach; nullopt: all. Without deleted and replaced sets, in
+  /// order of id, after `after`.
+  core::Result<std::vector<FaultSet>> List(std::optional<Reader> reader,
                                            std::int64_t after,
                                            int limit);
   core::Status MarkUsed(std::int64_t id);

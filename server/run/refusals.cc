@@ -120,6 +120,15 @@ Error YourRunsFull(int runs_max) {
           {{"most", std::to_string(runs_max)}}};
 }
 
+Error RunsTooFast(int wait_s) {
+  return {ErrorCode::kTooMany,
+          "You begin runs faster than one may; wait " + std::to_string(wait_s) +
+              " s, or send them together as jobs.",
+          "",
+          "runs_too_fast",
+          {{"seconds", std::to_string(wait_s)}}};
+}
+
 Error YourSimulatorsFull(int simulators_max) {
   return {ErrorCode::kTooMany,
           "You use " + std::to_string(simulators_max) +

@@ -33,6 +33,8 @@ core::Error RestAwaited(const std::string& rig);
 core::Error RunsFull();
 /// This person has as many runs as one person may have.
 core::Error YourRunsFull(int runs_max);
+/// This caller begins runs faster than one may.
+core::Error RunsTooFast(int wait_s);
 core::Error YourSimulatorsFull(int simulators_max);
 core::Error ReplayTooLong(double longest_s);
 /// Recorded samples of one owner.

@@ -6,7 +6,12 @@ namespace faultlab::server {
 
 core::Result<std::shared_ptr<void>> RunPlaces::Take(const std::string& caller,
                                                     RunKind kind,
-                                                    std::int64_t samples) {
+                                                    std::int64_t samples,
+                                                    MonotonicTime now) {
+  if (!caller.empty()) {
+    const core::Status soon = rate_.Take(caller, now);
+    if (!soon.ok()) return soon.error();
+  }
   if (kind == RunKind::kLeased) return std::shared_ptr<void>();
   const int simulators = kind == RunKind::kSimulator ? 1 : 0;
   {

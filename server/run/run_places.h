@@ -8,6 +8,8 @@
 #include <string>
 
 #include "core/types/result.h"
+#include "server/clock.h"
+#include "server/run/start_rate.h"
 
 namespace faultlab::server {
 
@@ -20,19 +22,23 @@ struct RunPlaceLimits {
   int runs_per_caller_max = 8;                    ///< of one caller
   int simulators_per_caller = 2;                  ///< of one caller, so that others have some
   std::int64_t replayed_samples_max = 2'000'000;  ///< of all running replays; they are in memory
+  double starts_burst = 60.0;                     ///< of one caller: StartRate
+  double starts_per_s = 1.0;
 };
 
-/// Limits how many runs each caller may have at the same time. Thread-safe; places may outlive
-/// this.
+/// Limits how many runs each caller may have at the same time, and how fast they may begin them.
+/// Thread-safe; places may outlive this.
 class RunPlaces {
  public:
-  explicit RunPlaces(RunPlaceLimits limits) : limits_(limits) {}
+  explicit RunPlaces(RunPlaceLimits limits)
+      : limits_(limits), rate_(limits.starts_burst, limits.starts_per_s) {}
 
   /// Takes a place; it is given back when the last copy is destroyed. A job has no caller: "".
   /// @param samples  number of samples of a replay
   core::Result<std::shared_ptr<void>> Take(const std::string& caller,
                                            RunKind kind,
-                                           std::int64_t samples);
+                                           std::int64_t samples,
+                                           MonotonicTime now);
   const RunPlaceLimits& limits() const { return limits_; }
 
  private:
@@ -48,6 +54,7 @@ class RunPlaces {
   };
 
   const RunPlaceLimits limits_;
+  StartRate rate_;
   const std::shared_ptr<Taken> taken_ = std::make_shared<Taken>();
 };
 

@@ -220,6 +220,9 @@ core::Result<HttpResponse> DescribeRun(RunApi& api, const ApiRequest& request) {
   }
   const std::string who = request.who.owner_key();
   if (has_star) {
+    // What is stored is the caller's own, and a key that only reads stores nothing.
+    const core::Status writes = Authorize(request.who, Operation::kStartRun, Ownership::kOwn);
+    if (!writes.ok()) return writes.error();
     const core::Status set = api.store.SetStar(request.run.id, who, star);
     if (!set.ok()) return set.error();
   }

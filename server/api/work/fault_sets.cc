@@ -105,9 +105,12 @@ core::Result<HttpResponse> ListFaultSets(WorkApi& api, const ApiRequest& request
   const auto page = PageOf(request.http);
   if (!page) return page.error();
   const bool all = Allowed(request.who.role, Operation::kReadFaultSet, Ownership::kForeign);
-  auto sets = api.fault_sets.List(all ? std::nullopt : std::optional(request.who.user_id),
-                                  page.value().after,
-                                  page.value().limit);
+  std::optional<lab::FaultSets::Reader> reader;
+  if (!all) {
+    const bool makes = Allowed(request.who.role, Operation::kManageFaultSet, Ownership::kOwn);
+    reader = {request.who.user_id, makes};
+  }
+  auto sets = api.fault_sets.List(reader, page.value().after, page.value().limit);
   if (!sets) return sets.error();
   json::array items;
   std::map<std::string, const core::Bench*> benches;

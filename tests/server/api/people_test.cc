@@ -111,6 +111,14 @@ TEST_F(ApiTest, AnAdminMakesPeopleCoursesAndKeysAndTheLogKeepsIt) {
   const Person robot{"Authorization: Bearer " + std::string(key.at("key").as_string()) + "\r\n"};
   EXPECT_EQ(Ok(Call(robot, "GET", "auth/me", "auth/me")).at("role"), "service");
   EXPECT_EQ(Call(robot, "GET", "tickets", "tickets").status, 403) << "no scope lab";
+  const json::object run =
+      Ok(Call(student, "POST", "runs", "runs", R"({"rig":"sim-1","duration_s":2})"), 201);
+  const std::string run_path = "runs/" + std::string(run.at("id").as_string());
+  const auto star = [&](const Person& who) {
+    return Call(who, "PATCH", "runs/{id}", run_path, R"({"starred":true})").status;
+  };
+  EXPECT_EQ(star(robot), 403) << "it only reads";
+  EXPECT_EQ(star(student), 200);
   const std::string key_path = "api-keys/" + std::to_string(key.at("id").as_int64());
   EXPECT_EQ(Call(student, "DELETE", "api-keys/{id}", key_path).status, 204);
   EXPECT_EQ(Call(robot, "GET", "auth/me", "auth/me").status, 401);

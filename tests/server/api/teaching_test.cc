@@ -137,6 +137,29 @@ TEST_F(ApiTest, AFaultSetIsJudgedBeforeAnyRunByWhoeverMayReadIt) {
   EXPECT_TRUE(png.body.starts_with("\x89PNG"));
 }
 
+TEST_F(ApiTest, WhoTeachesNoMoreHasNoHiddenFaultSetsMore) {
+  const Person teacher = Make("teacher", Role::kInstructor);
+  (void)Make("ann", Role::kStudent);
+  const Course course = MakeCourse("teacher", "ann");
+  const std::string hidden = json::serialize(
+      json::object{{"name", "quiz"},
+                   {"course", course.id},
+                   {"visible", false},
+                   {"faults", json::parse(R"([{"component":"R9","value":27000,"at_s":1}])")}});
+  const json::object set = Ok(Call(teacher, "POST", "fault-sets", "fault-sets", hidden), 201);
+  const std::string path = "fault-sets/" + std::to_string(set.at("id").as_int64()) + "/isolability";
+  const auto status_for = [&](const Person& who) {
+    return Call(who, "GET", "fault-sets/{id}/isolability", path).status;
+  };
+  EXPECT_EQ(status_for(teacher), 200);
+  const Account account = accounts_->GetByLogin("teacher").value();
+  ASSERT_TRUE(accounts_->Change(account.id, account.version, {}, Role::kStudent, {}).ok());
+  const Person student = ByPassword("teacher");
+  EXPECT_EQ(status_for(student), 404);
+  const json::object list = Ok(Call(student, "GET", "fault-sets", "fault-sets"));
+  EXPECT_EQ(json::serialize(list).find("quiz"), std::string::npos);
+}
+
 TEST_F(ApiTest, ABatchThatIsRefusedUsesNoFaultSet) {
   const Person teacher = Make("teacher", Role::kInstructor);
   json::object wanted{{"name", "a"},

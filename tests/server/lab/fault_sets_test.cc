@@ -23,7 +23,7 @@ FaultSet Named(const std::string& name, std::int64_t author) {
 
 class FaultSetsTest : public testing::TestWithParam<Engine> {
  protected:
-  std::vector<std::string> NamesFor(std::optional<std::int64_t> reader,
+  std::vector<std::string> NamesFor(std::optional<FaultSets::Reader> reader,
                                     std::int64_t after = 0,
                                     int limit = 50) {
     std::vector<std::string> names;
@@ -55,13 +55,17 @@ TEST_P(FaultSetsTest, TheListHasWhatItsReaderMaySeeByPages) {
       ASSERT_TRUE(sets_.Create(set).ok());
     }
   }
-  EXPECT_THAT(NamesFor(author),
+  const auto makes = [](std::int64_t account) { return FaultSets::Reader{account, true}; };
+  EXPECT_THAT(NamesFor(makes(author)),
               ElementsAre("own hidden", "own shown", "course hidden", "course shown"));
-  EXPECT_THAT(NamesFor(teacher), ElementsAre("course hidden", "course shown"));
-  EXPECT_THAT(NamesFor(ann), ElementsAre("course shown"));
+  EXPECT_THAT(NamesFor(makes(teacher)), ElementsAre("course hidden", "course shown"));
+  EXPECT_THAT(NamesFor(FaultSets::Reader{ann, false}), ElementsAre("course shown"));
+  EXPECT_THAT(NamesFor(FaultSets::Reader{teacher, false}), ElementsAre("course shown"))
+      << "a student today";
+  EXPECT_THAT(NamesFor(FaultSets::Reader{author, false}), ElementsAre());
   EXPECT_THAT(NamesFor(std::nullopt).size(), 4u);
-  const std::int64_t second = sets_.List(author, 0, 2).value()[1].id;
-  EXPECT_THAT(NamesFor(author, second, 1), ElementsAre("course hidden"));
+  const std::int64_t second = sets_.List(makes(author), 0, 2).value()[1].id;
+  EXPECT_THAT(NamesFor(makes(author), second, 1), ElementsAre("course hidden"));
 }
 
 TEST_P(FaultSetsTest, AnAuthorHasFiveHundredAndDeletingMakesRoom) {
@@ -108,7 +112,7 @@ TEST_P(FaultSetsTest, OfUsedSetsThatAreDeletedTheNewestAreKept) {
   EXPECT_TRUE(sets_.Get(last.id).value().used);
   ASSERT_TRUE(sets_.Delete(last.id, last.version).ok());
   EXPECT_EQ(count(), FaultSets::kOfAuthorMax);
-  EXPECT_THAT(NamesFor(1), testing::IsEmpty());
+  EXPECT_THAT(NamesFor(FaultSets::Reader{1, true}), testing::IsEmpty());
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, FaultSetsTest, tests::kBothEngines, tests::EngineName);

@@ -16,7 +16,7 @@ std::string ReasonOf(const core::Result<std::shared_ptr<void>>& place) {
 class RunPlacesTest : public ::testing::Test {
  protected:
   std::string Take(const std::string& caller, RunKind kind, std::int64_t samples = 0) {
-    auto place = places_.Take(caller, kind, samples);
+    auto place = places_.Take(caller, kind, samples, {});
     if (place.ok()) held_.push_back(place.value());
     return ReasonOf(place);
   }

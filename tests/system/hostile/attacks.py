@@ -1,5 +1,6 @@
 """What somebody does who wants the server to fall over. Each attack is a thread that goes on until told to stop."""
 
+import gzip
 import json
 import socket
 import threading
@@ -124,13 +125,10 @@ class HalfUploads(Attack):
 class Ask(Attack):
     """The same request again and again, answered and thrown away."""
 
-    def __init__(self, name, world, method, path, body=None, places=8, more=""):
+    def __init__(self, name, world, method, path, body=b"", places=8, kind="application/json"):
         super().__init__(name, world, places)
-        self.request = self.head(
-            method,
-            path,
-            more + (f"Content-Type: application/json\r\nContent-Length: {len(body)}\r\n" if body else ""),
-        ) + (body or b"")
+        about = f"Content-Type: {kind}\r\nContent-Length: {len(body)}\r\n" if body else ""
+        self.request = self.head(method, path, about) + body
 
     def run(self):
         workers = [threading.Thread(target=super(Ask, self).run, daemon=True) for _ in range(self.places)]
@@ -207,6 +205,7 @@ class Windows(Attack):
 
 def all_attacks(world):
     runs = f"/api/v1/runs/{world.recording}"
+    zeros = gzip.compress(bytes(79 << 20))  # 78 kB
     guess = json.dumps({"login": "admin", "password": "not the password"}).encode()
     return [
         Unread(world, f"{runs}/frames", 40),
@@ -214,6 +213,9 @@ def all_attacks(world):
         HalfUploads("uploads without an end", world, 30),
         Ask("figures", world, "GET", f"{runs}/plots/signals.png", places=12),
         Ask("HEAD of figures", world, "HEAD", f"{runs}/plots/estimates.png", places=12),
+        Ask("reports", world, "GET", f"{runs}/report.pdf", places=8),
+        Ask("packed zeros", world, "POST", "/api/v1/recordings", zeros, places=6, kind="application/gzip"),
+        Ask("searches", world, "GET", f"/api/v1/runs?limit=200&q={'a' * 99}b", places=8),
         Ask("guesses", world, "POST", "/api/v1/auth/login", guess, places=12),
         Ask("lists", world, "GET", "/api/v1/runs?limit=200", places=16),
         Idle("idle connections", world, 1500),

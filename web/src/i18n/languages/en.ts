@@ -1492,7 +1492,8 @@ export const texts = {
   refused_key_lifetime: "A key can be valid for at most 400 days.",
   refused_key_of_other_request: "This key was used for another request before.",
   refused_lab_busy: "Too many requests at once. Try again in a few seconds.",
-  refused_line_login_wrong: "Line {line}: a login has 3 to 64 of the characters a-z, 0-9, . _ @ - and does not begin with erased-",
+  refused_line_login_wrong:
+    "Line {line}: a login has 3 to 64 of the characters a-z, 0-9, . _ @ - and does not begin with erased-",
   refused_line_name_length: "Line {line}: a name has 1 to 200 characters.",
   refused_line_without_name: "Line {line}: a login and a name, separated by a comma, are expected.",
   refused_lines_outside:
@@ -1503,7 +1504,8 @@ export const texts = {
   refused_list_not_utf8: "The list is not UTF-8. Save it as CSV UTF-8.",
   refused_list_too_long: "A list has at most 5000 lines. Split it.",
   refused_login_taken: "This login is taken.",
-  refused_login_wrong: "A login has 3 to 64 of the characters a-z, 0-9, . _ @ - and does not begin with erased-",
+  refused_login_wrong:
+    "A login has 3 to 64 of the characters a-z, 0-9, . _ @ - and does not begin with erased-",
   refused_message_wrong: "The server does not understand this command. Reload the page.",
   refused_method_not_allowed: "This cannot be done here.",
   refused_minutes_outside: "A session lasts at most {most} minutes.",
@@ -1586,9 +1588,14 @@ export const texts = {
   refused_relays_rest:
     "{component} would switch twice within {apart_s} s, but its relays must rest {rest_s} s.",
   refused_replay_has_its_own: "A replay takes this from its recording: {member}.",
-  refused_batch_hidden: "The runs of this batch hide their faults; only their owner gets the figure, with truth=include.",
-  refused_long_recording_waits: "The server works on another long recording; try again in some seconds.",
-  refused_compared_too_long: "Together these runs have more than {most} samples; compare fewer of them.",
+  refused_batch_hidden:
+    "The runs of this batch hide their faults; only their owner gets the figure, with truth=include.",
+  refused_long_recording_waits:
+    "The server works on another long recording; try again in some seconds.",
+  refused_compared_too_long:
+    "Together these runs have more than {most} samples; compare fewer of them.",
+  refused_runs_too_fast:
+    "You begin runs faster than one may; wait {seconds} s, or send them together as jobs.",
   refused_truth_of_another: "Only the owner of a run gets a file with its hidden faults.",
   refused_report_too_early: "The report is made when the run has ended.",
   refused_rig_not_calibrated: "No run has calibrated {rig} yet. Start one, or leave the rig out.",

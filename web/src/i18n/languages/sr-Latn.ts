@@ -1539,7 +1539,8 @@ export const marked: Catalogue = {
   refused_key_lifetime: "Ključ može da važi najviše 400 dana.",
   refused_key_of_other_request: "Ovaj ključ je ranije upotrebljen za drugi zahtev.",
   refused_lab_busy: "Previše zahteva odjednom. Pokušajte za nekoliko sekundi.",
-  refused_line_login_wrong: "Red {line}: korisničko ime ima od 3 do 64 znaka `a-z, 0-9, . _ @ -` i ne počinje sa `erased-`",
+  refused_line_login_wrong:
+    "Red {line}: korisničko ime ima od 3 do 64 znaka `a-z, 0-9, . _ @ -` i ne počinje sa `erased-`",
   refused_line_name_length: "Red {line}: ime ima od 1 do 200 znakova.",
   refused_line_without_name: "Red {line}: očekuju se korisničko ime i ime, odvojeni zarezom.",
   refused_lines_outside:
@@ -1550,7 +1551,8 @@ export const marked: Catalogue = {
   refused_list_not_utf8: "Spisak nije UTF-8. Sačuvajte ga kao CSV UTF-8.",
   refused_list_too_long: "Spisak ima najviše 5000 redova. Podelite ga.",
   refused_login_taken: "Ovo korisničko ime je zauzeto.",
-  refused_login_wrong: "Korisničko ime ima od 3 do 64 znaka `a-z, 0-9, . _ @ -` i ne počinje sa `erased-`",
+  refused_login_wrong:
+    "Korisničko ime ima od 3 do 64 znaka `a-z, 0-9, . _ @ -` i ne počinje sa `erased-`",
   refused_message_wrong: "Server ne razume ovu naredbu. Učitajte stranicu ponovo.",
   refused_method_not_allowed: "Ovo se ovde ne može uraditi.",
   refused_minutes_outside: "Sesija traje najviše {most} minuta.",
@@ -1631,9 +1633,14 @@ export const marked: Catalogue = {
   refused_relays_rest:
     "{component} bi se prebacilo dvaput za {apart_s} s, a releji moraju da miruju {rest_s} s.",
   refused_replay_has_its_own: "Ponavljanje ovo uzima iz svog snimka: {member}.",
-  refused_batch_hidden: "Ogledi ove serije skrivaju kvarove; sliku dobija samo njihov vlasnik, uz truth=include.",
-  refused_long_recording_waits: "Server obrađuje drugi dugačak snimak; pokušajte ponovo za nekoliko sekundi.",
-  refused_compared_too_long: "Ovi ogledi zajedno imaju više od {most} odbiraka; uporedite manje njih.",
+  refused_batch_hidden:
+    "Ogledi ove serije skrivaju kvarove; sliku dobija samo njihov vlasnik, uz truth=include.",
+  refused_long_recording_waits:
+    "Server obrađuje drugi dugačak snimak; pokušajte ponovo za nekoliko sekundi.",
+  refused_compared_too_long:
+    "Ovi ogledi zajedno imaju više od {most} odbiraka; uporedite manje njih.",
+  refused_runs_too_fast:
+    "Počinjete oglede brže nego što je dozvoljeno; sačekajte {seconds} s, ili ih pošaljite zajedno kao poslove.",
   refused_truth_of_another: "Samo vlasnik ogleda dobija datoteku sa skrivenim kvarovima.",
   refused_report_too_early: "Izveštaj se pravi kada se ogled završi.",
   refused_rig_not_calibrated:
