@@ -255,6 +255,14 @@ TEST(CsvReader, RefusesWhatIsNoRecordingAtAll) {
               StartsWith("file.csv:2: column um_v: no row has a number"));
 }
 
+TEST(CsvReader, CopiesNoEndlessFirstLineOrComment) {
+  EXPECT_LT(ErrorOf(std::string(1 << 20, 'x')).size(), 300u);
+  EXPECT_THAT(ErrorOf(std::string(1 << 20, '\0')), StartsWith("file.csv:1: no header"));
+  const auto read = Parse("#" + std::string(1 << 20, 'x') + "\n# short\n" + kThreeRows);
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read.value().comments, std::vector<std::string>{"short"});
+}
+
 TEST(CsvReader, HoldsItsLimits) {
   CsvLimits limits;
   limits.rows_max = 2;
