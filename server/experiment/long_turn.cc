@@ -22,7 +22,8 @@ core::Result<LongTurn::Hold> LongTurn::Take(WhenTaken when_taken) {
   }
   state_->returned.wait(lock, [this] { return !state_->taken; });
   state_->taken = true;
-  return Hold(nullptr, [state = state_](void*) {
+  // Not null, and does not own what it points to: it only carries the deleter.
+  return Hold(state_.get(), [state = state_](void*) {
     {
       const std::lock_guard returning(state->mutex);
       state->taken = false;

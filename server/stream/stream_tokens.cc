@@ -46,7 +46,7 @@ std::string StreamTokens::Issue(StreamGrant grant) {
     KeepBelow((limits_.codes_max + 1) / 2, [](const ViewerOwner& other) { return other.guest(); });
   }
   KeepBelow(limits_.codes_max, [](const ViewerOwner&) { return true; });
-  entries_.emplace(code, Entry{std::move(grant), now + kStreamTokenLife});
+  entries_.emplace(code, Entry{std::move(grant), now + kStreamTokenLife, ++issued_});
   return code;
 }
 
@@ -58,7 +58,7 @@ void StreamTokens::KeepBelow(std::size_t max,
   for (auto it = entries_.begin(); it != entries_.end(); ++it) {
     if (!which(it->second.grant.owner)) continue;
     ++count;
-    if (oldest == entries_.end() || it->second.expires < oldest->second.expires) oldest = it;
+    if (oldest == entries_.end() || it->second.number < oldest->second.number) oldest = it;
   }
   if (count >= max) entries_.erase(oldest);
 }

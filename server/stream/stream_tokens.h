@@ -56,6 +56,7 @@ class StreamTokens {
   struct Entry {
     StreamGrant grant;
     MonotonicTime expires;
+    std::uint64_t number = 0;  ///< in the order of their issue
   };
   void DropExpired(MonotonicTime now);
   /// When these owners have `max` codes, the oldest of them becomes invalid.
@@ -65,6 +66,7 @@ class StreamTokens {
   const std::string issuer_;
   const StreamTokenLimits limits_;
   std::mutex mutex_;
+  std::uint64_t issued_ = 0;
   std::unordered_map<std::string, Entry> entries_;
 };
 
