@@ -1,6 +1,9 @@
 #include "core/methods/method_session.h"
 
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <string>
 
 #include "core/calibration/calibrate.h"
 #include "core/diagnosis/diagnosis_options.h"
@@ -11,6 +14,12 @@ namespace {
 ObservationBuilder BuilderOf(const MethodTask& task) {
   const DiagnosisOptions options = OptionsOf(*task.bench, task.period_s);
   return {task.bench->readings(), task.channels, task.period_s, options.um_rail_v};
+}
+
+std::string SecondsText(double seconds) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.3g s", seconds);
+  return text.data();
 }
 
 }  // namespace
@@ -32,6 +41,13 @@ Result<MethodTask> PrepareMethods(std::span<const Sample> samples, const MethodO
     if (sample.t_s >= options.healthy_from_s && sample.t_s < options.healthy_to_s) {
       healthy.push_back(sample);
     }
+  }
+  if (samples.empty() || samples.back().t_s < options.healthy_to_s) {
+    return Error{ErrorCode::kInvalid,
+                 "the record ends within the healthy stretch, which lasts until " +
+                     SecondsText(options.healthy_to_s) +
+                     ": nothing is left to diagnose; give a longer record or a shorter stretch",
+                 "healthy_to_s"};
   }
   CalibrationOptions calibrate;
   calibrate.bench = options.bench;

@@ -329,6 +329,8 @@ void JobRunner::Do(InProgress& it) {
     Finish(it.job, "failed", work.error().message);
   } else if (const auto* request = std::get_if<DiagnosisRequest>(&work.value())) {
     DoDiagnosis(it.job, *who, *request);
+  } else if (const auto* methods = std::get_if<MethodsRequest>(&work.value())) {
+    DoMethods(it.job, *who, *methods);
   } else {
     DoRun(it, *who, std::get<ExperimentPlan>(std::move(work).value()));
   }
@@ -343,6 +345,21 @@ void JobRunner::DoDiagnosis(const lab::Job& job,
   if (!result.ok()) return Finish(job, "failed", result.error().message);
   const core::Status kept = parts_.jobs.SetResult(job, result.value());
   Finish(job, kept.ok() ? "finished" : "failed", kept.ok() ? "" : kept.error().message);
+}
+
+/// Keeps what each method has said at once: whoever waits sees it come. Cancelled, or claimed by
+/// another server meanwhile, the job is not this server's to end.
+void JobRunner::DoMethods(const lab::Job& job,
+                          const Principal& who,
+                          const MethodsRequest& request) {
+  const core::Result<std::string> result =
+      CompareMethods(parts_.recordings, who, request, [&](const std::string& so_far) {
+        const core::Error leaving{core::ErrorCode::kBusy, "the server stops", ""};
+        return stopping() ? core::Status(leaving) : parts_.jobs.SetResult(job, so_far);
+      });
+  if (result.ok()) return Finish(job, "finished", "");
+  if (stopping()) return Log(parts_.jobs.GiveBack(job));
+  if (result.error().code != core::ErrorCode::kStale) Finish(job, "failed", result.error().message);
 }
 
 void JobRunner::DoRun(InProgress& it, const Principal& who, ExperimentPlan plan) {

@@ -91,6 +91,7 @@ class JobRunner {
   /// The account that owns the job, in its present state. nullopt: deleted or disabled.
   std::optional<Principal> OwnerOf(const lab::Job& job) const;
   void DoDiagnosis(const lab::Job& job, const Principal& who, const DiagnosisRequest& request);
+  void DoMethods(const lab::Job& job, const Principal& who, const MethodsRequest& request);
   void DoRun(InProgress& it, const Principal& who, ExperimentPlan plan);
   void Follow(InProgress& it, const std::string& run);
   void FinishByRun(const InProgress& it);

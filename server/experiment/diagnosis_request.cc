@@ -15,24 +15,17 @@ namespace json = boost::json;
 constexpr double kSecondsMax = 100'000.0;
 constexpr std::size_t kIdBytesMax = 64;
 
+constexpr const char* kRecordingField = "/diagnose/recording";
+
 core::Error OnRecording(core::Error error) {
-  error.field = "/diagnose/recording";
+  error.field = kRecordingField;
   return error;
 }
 
-/// The finished recording, if `who` may read it.
 core::Result<RunRecord> Find(Recordings& recordings,
                              const Principal& who,
                              const DiagnosisRequest& request) {
-  auto record = recordings.Find(who, request.recording, Operation::kReadRun);
-  if (!record) return OnRecording(record.error());
-  if (record.value().state == RunState::kRunning) {
-    return core::Error{core::ErrorCode::kConflict,
-                       "The recording is not finished.",
-                       "/diagnose/recording",
-                       "recording_unfinished"};
-  }
-  return record;
+  return FinishedRecording(recordings, who, request.recording, kRecordingField);
 }
 
 /// The request for a record of this bench: what it leaves out is as usual there.
@@ -63,6 +56,19 @@ core::Result<core::DiagnosisOptions> OptionsOf(const DiagnosisRequest& request,
 }
 
 }  // namespace
+
+core::Result<RunRecord> FinishedRecording(Recordings& recordings,
+                                          const Principal& who,
+                                          const std::string& id,
+                                          const std::string& field) {
+  auto record = recordings.Find(who, id, Operation::kReadRun);
+  core::Error error{
+      core::ErrorCode::kConflict, "The recording is not finished.", field, "recording_unfinished"};
+  if (record && record.value().state != RunState::kRunning) return record;
+  if (!record) error = record.error();
+  error.field = field;
+  return error;
+}
 
 core::Result<DiagnosisRequest> ParseDiagnosisRequest(const json::object& body) {
   ObjectReader in(body, "");

@@ -76,6 +76,11 @@ core::Result<Work> Experiments::ReadWork(const json::object& body) {
     if (!request) return request.error();
     return Work(std::move(request).value());
   }
+  if (body.contains("methods")) {
+    auto request = ParseMethodsRequest(body);
+    if (!request) return request.error();
+    return Work(std::move(request).value());
+  }
   auto plan = Read(body);
   if (!plan) return plan.error();
   return Work(std::move(plan).value());
@@ -84,7 +89,8 @@ core::Result<Work> Experiments::ReadWork(const json::object& body) {
 core::Result<Work> Experiments::ReadWork(std::string_view document) {
   auto body = ParseJsonObject(document);
   if (!body) return body.error();
-  const bool plan = !body.value().contains("diagnose") && !body.value().contains("recording");
+  const bool plan = !body.value().contains("diagnose") && !body.value().contains("methods") &&
+                    !body.value().contains("recording");
   // Programs that knew the paper's bench alone named none.
   if (plan && !body.value().contains("bench")) body.value()["bench"] = hardware::PaperBench().name;
   return ReadWork(body.value());

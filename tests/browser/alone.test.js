@@ -136,6 +136,7 @@ describe("in the lab", { timeout: SUITE_MS }, () => {
         viewport: { width: 390, height: 844 },
       });
       await sessionOf(pera);
+      await world.policy({ offer_s: 10 }); // nobody takes the one below
       const { json: ticket } = await world.call(mika, "POST", "/tickets", {
         rig_class: "bench",
         min_s: 600,
@@ -160,8 +161,9 @@ describe("in the lab", { timeout: SUITE_MS }, () => {
       await world.call(mika, "GET", "/tickets"); // the offer is not taken
       await told(two.page)
         .getByText(/bench-1 was offered to you, and the offer ran out/)
-        .waitFor({ timeout: 60_000 });
+        .waitFor();
       await told(two.page).getByText("You keep your place in the queue").waitFor();
+      await world.policy({ offer_s: 45 });
       await one.close();
       await two.close();
     },

@@ -108,7 +108,8 @@ for (const bench of BENCHES) {
     });
 
     story("the planned fault acts when the plan says, and is found", async () => {
-      const { page, close } = await openPage(browser, server.url);
+      const quick = await startServer({ speed: 8, bench: [descriptions + bench.file] });
+      const { page, close } = await openPage(browser, quick.url);
       await page.getByRole("button", { name: "Run a first experiment" }).click();
       await page.waitForURL(/\/lab\/.+/);
       await waitForReview(page);
@@ -116,6 +117,7 @@ for (const bench of BENCHES) {
       assert.match(await page.locator(".verdict .heading").innerText(), new RegExp(`: ${first} ↑`));
       await page.locator(".list li", { hasText: "confirmed" }).getByText(bench.clock).waitFor();
       await close();
+      await quick.stop();
     });
 
     story("help describes it and gives its description", async () => {

@@ -10,8 +10,8 @@ export async function makeWorld(server) {
   const token = /reset\?token=([\w-]+)/.exec(server.output())?.[1];
   assert.ok(token, `the first start prints a link:\n${server.output()}`);
 
-  async function call(who, method, path, body, type = "application/json") {
-    const headers = who ? { Cookie: who.cookie, "X-CSRF-Token": who.csrf } : {};
+  async function call(who, method, path, body, type = "application/json", more = {}) {
+    const headers = { ...(who ? { Cookie: who.cookie, "X-CSRF-Token": who.csrf } : {}), ...more };
     if (body !== undefined) headers["Content-Type"] = type;
     const answer = await fetch(`${server.url}/api/v1${path}`, {
       method,
@@ -34,6 +34,14 @@ export async function makeWorld(server) {
   return {
     admin,
     call,
+    /** Changes settings of the lab's policy. */
+    async policy(settings) {
+      const { json } = await call(admin, "GET", "/policy");
+      const { version, ...now } = json;
+      await call(admin, "PUT", "/policy", { ...now, ...settings }, undefined, {
+        "If-Match": `"${version}"`,
+      });
+    },
     async user(login, name, role) {
       const { json: user } = await call(admin, "POST", "/users", { login, name, role });
       const { json } = await call(admin, "POST", `/users/${user.id}/reset-link`, {});

@@ -11,6 +11,7 @@ import {
   settled,
   startServer,
   story,
+  waitForReview,
 } from "./support.js";
 
 describe("runs", { timeout: SUITE_MS }, () => {
@@ -197,4 +198,31 @@ describe("runs", { timeout: SUITE_MS }, () => {
       }
     },
   );
+
+  story("all methods are compared on a run, on the same samples", async () => {
+    const { page, close } = await pageOf(browser, server, student, `/runs/${runs[0]}`);
+    await waitForReview(page);
+    await page.getByRole("button", { name: "Methods" }).click();
+    await page.getByRole("button", { name: "Compare all methods on this run" }).click();
+    const row = (name) => page.getByRole("row", { name: new RegExp(`^${name} `) });
+    await row("faultlab").waitFor(); // the last of them
+    assert.match(await row("faultlab").innerText(), /10\.\d+ s\s.*R1 = 100\.\d/s);
+    assert.match(await row("Parity equations").innerText(), /cannot say how large/);
+    await page.getByText("Compare all methods on this run").waitFor();
+    assert.deepEqual(await axe(page), []);
+    await page.getByRole("link", { name: "What they are" }).click();
+    await page.getByRole("heading", { name: "Methods of the literature" }).waitFor();
+    await page.getByText("Unscented Kalman filters, a bank", { exact: true }).waitFor();
+    assert.deepEqual(await axe(page), []);
+    await close();
+
+    const phone = await pageOf(browser, server, student, `/runs/${runs[0]}`, {
+      viewport: { width: 390, height: 800 },
+    });
+    await waitForReview(phone.page);
+    await phone.page.getByRole("button", { name: "Methods" }).click();
+    await phone.page.getByRole("button", { name: "Compare all methods on this run" }).waitFor();
+    assert.ok((await phone.page.evaluate(() => document.documentElement.scrollWidth)) <= 390);
+    await phone.close();
+  });
 });

@@ -29,6 +29,20 @@ double ProgressOf(const Run& run) {
   return whole_s > 0.0 ? std::min(1.0, done_s / whole_s) : 0.0;
 }
 
+/// A diagnosis, or what the methods have said so far.
+void AddResult(json::object result, const lab::Job& job, json::object& out) {
+  const json::value* of = result.if_contains("of");
+  if (of == nullptr) {
+    out["diagnosis"] = std::move(result);
+    return;
+  }
+  if (job.state == "running") {
+    const auto done = static_cast<double>(result.at("methods").as_array().size());
+    out["progress"] = done / of->to_number<double>();
+  }
+  out["methods"] = std::move(result);
+}
+
 json::object JobToJson(WorkApi& api, const lab::Job& job) {
   json::object out{{"id", job.id},
                    {"batch", job.batch},
@@ -39,6 +53,7 @@ json::object JobToJson(WorkApi& api, const lab::Job& job) {
                    {"run", nullptr},
                    {"recording", nullptr},
                    {"diagnosis", nullptr},
+                   {"methods", nullptr},
                    {"error", nullptr},
                    {"progress", job.state == "finished" ? 1.0 : 0.0},
                    {"attempts", job.attempts},
@@ -48,7 +63,7 @@ json::object JobToJson(WorkApi& api, const lab::Job& job) {
   if (!job.run_name.empty()) out["run_name"] = job.run_name;
   if (!job.rig.empty()) out["rig"] = job.rig;
   if (!job.recording.empty()) out["recording"] = job.recording;
-  if (!job.result.empty()) out["diagnosis"] = json::parse(job.result);
+  if (!job.result.empty()) AddResult(json::parse(job.result).as_object(), job, out);
   if (!job.run_id.empty()) out["run"] = job.run_id;
   if (!job.error.empty()) out["error"] = job.error;
   if (job.started_at) out["started_at"] = Iso8601(*job.started_at);
@@ -79,10 +94,14 @@ core::Result<lab::Job> CheckedJob(WorkApi& api,
   auto work = api.experiments.ReadWork(wanted.as_object());
   if (!work) return work.error();
   lab::Job job;
-  if (const auto* diagnosis = std::get_if<DiagnosisRequest>(&work.value())) {
-    const core::Status readable = CheckDiagnosis(api.recordings, who, *diagnosis);
-    if (!readable.ok()) return readable.error();
-    job.recording = diagnosis->recording;
+  if (!std::holds_alternative<ExperimentPlan>(work.value())) {
+    const auto* diagnosis = std::get_if<DiagnosisRequest>(&work.value());
+    const auto* methods = std::get_if<MethodsRequest>(&work.value());
+    const core::Status possible = diagnosis != nullptr
+                                      ? CheckDiagnosis(api.recordings, who, *diagnosis)
+                                      : CheckMethods(api.recordings, who, *methods);
+    if (!possible.ok()) return possible.error();
+    job.recording = diagnosis != nullptr ? diagnosis->recording : methods->recording;
     const json::value* name = wanted.as_object().if_contains("name");
     if (name != nullptr && name->is_string()) job.run_name = name->as_string();
     job.body = json::serialize(wanted);

@@ -98,6 +98,13 @@ TEST(Methods, RefuseARecordThatCannotBeCalibrated) {
   EXPECT_FALSE(PrepareMethods(record, MethodOptionsOf(paper::Bench(), paper::kPeriodS)).ok());
 }
 
+TEST(Methods, RefuseARecordThatEndsWithinTheHealthyStretch) {
+  const auto task =
+      PrepareMethods(BenchRecord({}, 25, 3.0), MethodOptionsOf(paper::Bench(), paper::kPeriodS));
+  ASSERT_FALSE(task.ok());
+  EXPECT_NE(task.error().message.find("lasts until 5 s"), std::string::npos);
+}
+
 TEST(NeuralNetwork, IsOfThePapersBenchAndSaysHowItWasMade) {
   const Network& network = TrainedNetwork();
   EXPECT_TRUE(Fits(*FindMethod("nn"), paper::Bench()));

@@ -173,5 +173,9 @@ export const lab = {
   jobs: (cursor?: string) => page<Job>("/jobs", cursor),
   submitJobs: (name: string, runs: RunRequest[]) =>
     send<{ batch: string; count: number; items: Job[] }>("POST", "/jobs", { name, runs }),
+  job: (id: string) => get<Job>(`/jobs/${at(id)}`),
+  /** All methods on one recording: a job of its own. */
+  compareMethods: (recording: string) =>
+    send<{ items: Job[] }>("POST", "/jobs", { runs: [{ methods: { recording } }] }),
   cancelJob: (id: string) => send<unknown>("DELETE", `/jobs/${at(id)}`),
 };

@@ -45,3 +45,7 @@ export type AuditEntry = Schemas["AuditEntry"];
 export type FaultSet = Schemas["FaultSet"];
 export type Isolability = Schemas["Isolability"];
 export type Job = Schemas["Job"];
+/** What all methods have said of one recording so far. */
+export type MethodsCompared = Schemas["MethodsCompared"];
+export type MethodRun = Schemas["MethodRun"];
+export type MethodName = MethodRun["method"];

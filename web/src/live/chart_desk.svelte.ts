@@ -12,7 +12,7 @@ import { type EstimatorShape, type Family, primaryOf } from "./estimators";
 import { Lens } from "./lens.svelte";
 import type { RunModel } from "./run_model.svelte";
 
-export type Tab = "swa" | "sia" | "models" | "table";
+export type Tab = "swa" | "sia" | "models" | "methods" | "table";
 const GROW_EVERY_MS = 500;
 const AFTER_MARKER = 0.25;
 const DEFAULT_SPAN_S = 20;

@@ -1098,6 +1098,86 @@ export const texts = {
   download_lcm: "LCM log, for lcm-logplayer",
   download_json: "JSON, with plan, events, verdict",
   download_png: "PNG {scale}×, {figure}",
+  method_title_ls: "Least squares, batch",
+  method_text_ls:
+    "Fits the three parameters to each block of a second. Cheap and exact for a fault that stays; it answers only when a block is full, and an abrupt fault spoils the block in which it happens.",
+  method_title_rls: "Recursive least squares, forgetting",
+  method_text_rls:
+    "Updates the fit with each sample and forgets old ones. For faults that grow slowly; after an abrupt one it needs about a second until it names the right component.",
+  method_title_rls_reset: "Recursive least squares, reset",
+  method_text_rls_reset:
+    "The same with a long memory that is emptied when the residuals grow. Good for abrupt faults; a false reset costs it what it had learnt.",
+  method_title_ekf_bank: "Extended Kalman filters, a bank",
+  method_text_ekf_bank:
+    "One filter for each component that may have failed; the one that explains the data best names it. Accurate from the first sample if model and noise are right; close faults (R1 and Ra) are confused.",
+  method_title_ekf_joint: "Extended Kalman filter, all parameters",
+  method_text_ekf_joint:
+    "One filter estimates all components together. It sees every fault at once and spreads it over several components: use it for detection, not for names.",
+  method_title_ukf_bank: "Unscented Kalman filters, a bank",
+  method_text_ukf_bank:
+    "As the bank of extended filters, with the nonlinearity by sigma points. The best of the literature here on large faults, at five times the work.",
+  method_title_ukf_joint: "Unscented Kalman filter, all parameters",
+  method_text_ukf_joint:
+    "All components in one filter, as above: quick to see a fault, weak at naming it, because the data do not tell seven parameters apart.",
+  method_title_agt: "Algebraic derivatives",
+  method_text_agt:
+    "Derivatives by integrals over a short window, then an algebraic solution. Needs no start values; noise decides how short the window may be.",
+  method_title_ga: "Genetic algorithm",
+  method_text_ga:
+    "Searches the value of each component that explains the data after the alarm. Finds almost everything, once, after some time: not for following a value as it changes.",
+  method_title_pso: "Particle swarm",
+  method_text_pso: "As the genetic algorithm, with another search: equal results here.",
+  method_title_woa: "Whale optimisation",
+  method_text_woa:
+    "As the two before it, with a quarter of the evaluations and slightly larger errors of the value.",
+  method_title_nn: "Neural network",
+  method_text_nn:
+    "Trained on simulated faults of the paper's bench. Names what it has seen in training; values of other sizes are far off, and it fits no other bench.",
+  method_title_fuzzy: "Fuzzy rules",
+  method_text_fuzzy:
+    "Rules on how b0, b1 and a1 move. Easy to read and to teach; every other fault is named wrongly, and it has the most false alarms.",
+  method_title_parity: "Parity equations",
+  method_text_parity:
+    "Compares measured and predicted output over a window. Detects at once and with little work; it isolates four of five and cannot say how large a fault is.",
+  method_title_luenberger: "Luenberger observers, a bank",
+  method_text_luenberger:
+    "An observer for each fault at many values. Accurate for faults between its values; needs the most memory and about half a second.",
+  method_title_kalman: "Kalman filters, a bank",
+  method_text_kalman:
+    "The same with gains from the noise. The smallest errors of the value among the observers; faults of the motor that change the speed alone are missed by Um.",
+  method_title_sliding: "Sliding-mode observers, a bank",
+  method_text_sliding:
+    "The same with a switching correction: insensitive to a wrong noise level, and blind to faults that stay within its band.",
+  method_title_signal: "Spectra and wavelet energy",
+  method_text_signal:
+    "Compares the spectrum of the signals with the healthy one; needs no model. It misses a third of the faults and names only what it has a pattern of.",
+  method_title_swa: "SWA and the Jacobian",
+  method_text_swa:
+    "The paper's sliding window algorithm: three samples of delay, little work. Half of the names are right, because a column of the Jacobian holds only near the nominal values.",
+  method_title_sia: "SIA and the decision algorithm",
+  method_text_sia:
+    "The paper's sliding integral algorithm and its tree of decisions. Robust to noise and easy to follow; names what the tree knows, with coarse values.",
+  method_title_faultlab: "faultlab",
+  method_text_faultlab:
+    "The diagnosis of this program: a bank of exact predictions, judged by likelihood, with an interval for the value. It gives several names where the data do not tell them apart.",
+  methods: "Methods",
+  methods_compare: "Compare all methods on this run",
+  methods_about: "What they are",
+  methods_sign_in: "Sign in to compare the methods of the literature on this run.",
+  methods_same_data:
+    "All see the same samples, from {from} on; what comes before is the healthy rig for all.",
+  method: "Method",
+  method_alarm: "Alarm",
+  method_says: "Says at the end",
+  method_known: "Known",
+  method_no_alarm: "no alarm",
+  method_after: "{time} after the alarm",
+  method_cannot_isolate: "cannot tell components apart",
+  method_no_answer: "no answer yet",
+  method_cannot_size: "(cannot say how large)",
+  help_methods: "Methods of the literature",
+  help_methods_text:
+    'The table "Methods" of a run shows what each of them says of it. Here is when to use each, and where it breaks, as measured on 180 simulated faults.',
   download_truth: "with the hidden faults",
   download_so_far: "The run is still going on: this is what has been recorded so far.",
   figure_signals: "Signals",
@@ -1596,6 +1676,7 @@ export const texts = {
     "Together these runs have more than {most} samples; compare fewer of them.",
   refused_runs_too_fast:
     "You begin runs faster than one may; wait {seconds} s, or send them together as jobs.",
+  refused_method_of_other_bench: "The method {method} was made for another bench than {bench}.",
   refused_truth_of_another: "Only the owner of a run gets a file with its hidden faults.",
   refused_report_too_early: "The report is made when the run has ended.",
   refused_rig_not_calibrated: "No run has calibrated {rig} yet. Start one, or leave the rig out.",

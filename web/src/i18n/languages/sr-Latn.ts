@@ -273,6 +273,85 @@ export const marked: Catalogue = {
   download_lcm: "`LCM` dnevnik, za `lcm-logplayer`",
   download_json: "JSON, sa planom, događajima, zaključkom",
   download_png: "PNG {scale}×, {figure}",
+  method_title_ls: "Najmanji kvadrati, po blokovima",
+  method_text_ls:
+    "Prilagođava tri parametra svakom bloku od jedne sekunde. Jeftino i tačno za kvar koji ostaje; odgovara tek kad je blok pun, a nagli kvar kvari blok u kom se desi.",
+  method_title_rls: "Rekurzivni najmanji kvadrati, zaboravljanje",
+  method_text_rls:
+    "Popravlja ocenu svakim odbirkom i zaboravlja stare. Za kvarove koji polako rastu; posle naglog mu treba oko sekunde da navede pravu komponentu.",
+  method_title_rls_reset: "Rekurzivni najmanji kvadrati, sa resetom",
+  method_text_rls_reset:
+    "Isto, sa dugim pamćenjem koje se prazni kad reziduali porastu. Dobro za nagle kvarove; lažni reset ga košta onoga što je naučio.",
+  method_title_ekf_bank: "Prošireni Kalmanovi filtri, banka",
+  method_text_ekf_bank:
+    "Po jedan filtar za svaku komponentu koja je mogla da otkaže; navodi je onaj koji najbolje objašnjava podatke. Tačno od prvog odbirka ako su model i šum dobri; bliske kvarove (R1 i Ra) meša.",
+  method_title_ekf_joint: "Prošireni Kalmanov filtar, svi parametri",
+  method_text_ekf_joint:
+    "Jedan filtar ocenjuje sve komponente zajedno. Vidi svaki kvar odmah, ali ga raspodeli na više komponenti: za otkrivanje, ne za imenovanje.",
+  method_title_ukf_bank: "Unscented Kalmanovi filtri, banka",
+  method_text_ukf_bank:
+    "Kao banka proširenih filtara, a nelinearnost preko sigma tačaka. Ovde najbolja iz literature kod velikih kvarova, uz pet puta više posla.",
+  method_title_ukf_joint: "Unscented Kalmanov filtar, svi parametri",
+  method_text_ukf_joint:
+    "Sve komponente u jednom filtru, kao gore: brzo vidi kvar, slabo ga imenuje, jer podaci ne razlikuju sedam parametara.",
+  method_title_agt: "Algebarski izvodi",
+  method_text_agt:
+    "Izvodi preko integrala u kratkom prozoru, zatim algebarsko rešenje. Ne traži početne vrednosti; šum određuje koliko prozor sme da bude kratak.",
+  method_title_ga: "Genetski algoritam",
+  method_text_ga:
+    "Traži vrednost svake komponente koja objašnjava podatke posle alarma. Nalazi skoro sve, jednom, posle nekog vremena: nije za praćenje vrednosti koja se menja.",
+  method_title_pso: "Roj čestica",
+  method_text_pso: "Kao genetski algoritam, sa drugom pretragom: ovde isti rezultati.",
+  method_title_woa: "Optimizacija kitova",
+  method_text_woa: "Kao prethodna dva, sa četvrtinom proračuna i nešto većim greškama vrednosti.",
+  method_title_nn: "Neuronska mreža",
+  method_text_nn:
+    "Obučena na simuliranim kvarovima makete iz rada. Imenuje ono što je videla u obuci; vrednosti drugih veličina su daleko, i ne odgovara drugoj maketi.",
+  method_title_fuzzy: "Fazi pravila",
+  method_text_fuzzy:
+    "Pravila o kretanju b0, b1 i a1. Lako za čitanje i nastavu; svaki drugi kvar je pogrešno imenovan, i ima najviše lažnih alarma.",
+  method_title_parity: "Jednačine pariteta",
+  method_text_parity:
+    "Poredi izmereni i predviđeni izlaz u prozoru. Otkriva odmah i uz malo posla; izdvaja četiri od pet i ne može reći koliki je kvar.",
+  method_title_luenberger: "Luenbergerovi osmatrači, banka",
+  method_text_luenberger:
+    "Osmatrač za svaki kvar sa više vrednosti. Tačno za kvarove između tih vrednosti; traži najviše memorije i oko pola sekunde.",
+  method_title_kalman: "Kalmanovi filtri, banka",
+  method_text_kalman:
+    "Isto, sa pojačanjima iz šuma. Najmanje greške vrednosti među osmatračima; kvarove motora koji menjaju samo brzinu ne vidi po Um.",
+  method_title_sliding: "Osmatrači sa kliznim režimom, banka",
+  method_text_sliding:
+    "Isto, sa prekidačkom korekcijom: neosetljivo na pogrešan nivo šuma, slepo za kvarove unutar svog opsega.",
+  method_title_signal: "Spektri i energija talasića",
+  method_text_signal:
+    "Poredi spektar signala sa zdravim; ne traži model. Propušta trećinu kvarova i imenuje samo ono za šta ima obrazac.",
+  method_title_swa: "SWA i jakobijan",
+  method_text_swa:
+    "Algoritam kliznog prozora iz rada: kasni tri odbirka, malo posla. Polovina imena je tačna, jer kolona jakobijana važi samo blizu nominalnih vrednosti.",
+  method_title_sia: "SIA i algoritam odlučivanja",
+  method_text_sia:
+    "Algoritam kliznog integrala iz rada i njegovo stablo odluka. Otporno na šum i lako za praćenje; imenuje ono što stablo zna, sa grubim vrednostima.",
+  method_title_faultlab: "faultlab",
+  method_text_faultlab:
+    "Dijagnoza ovog programa: banka tačnih predikcija, ocenjenih verodostojnošću, sa intervalom za vrednost. Daje više imena tamo gde ih podaci ne razlikuju.",
+  methods: "Metode",
+  methods_compare: "Uporedi sve metode na ovom ogledu",
+  methods_about: "Šta su one",
+  methods_sign_in: "Prijavite se da uporedite metode iz literature na ovom ogledu.",
+  methods_same_data:
+    "Sve vide iste odbirke, od {from} nadalje; ono pre toga je zdrav uređaj za sve.",
+  method: "Metoda",
+  method_alarm: "Alarm",
+  method_says: "Kaže na kraju",
+  method_known: "Poznato",
+  method_no_alarm: "bez alarma",
+  method_after: "{time} posle alarma",
+  method_cannot_isolate: "ne razlikuje komponente",
+  method_no_answer: "još bez odgovora",
+  method_cannot_size: "(ne može reći koliko)",
+  help_methods: "Metode iz literature",
+  help_methods_text:
+    'Tabela "Metode" ogleda pokazuje šta svaka od njih kaže. Ovde piše kada koju koristiti i gde ne uspeva, kako je izmereno na 180 simuliranih kvarova.',
   download_truth: "sa skrivenim kvarovima",
   download_so_far: "Ogled još traje: ovo je do sada snimljeno.",
   figure_signals: "Signali",
@@ -1641,6 +1720,7 @@ export const marked: Catalogue = {
     "Ovi ogledi zajedno imaju više od {most} odbiraka; uporedite manje njih.",
   refused_runs_too_fast:
     "Počinjete oglede brže nego što je dozvoljeno; sačekajte {seconds} s, ili ih pošaljite zajedno kao poslove.",
+  refused_method_of_other_bench: "Metoda {method} je napravljena za drugu maketu, ne za {bench}.",
   refused_truth_of_another: "Samo vlasnik ogleda dobija datoteku sa skrivenim kvarovima.",
   refused_report_too_early: "Izveštaj se pravi kada se ogled završi.",
   refused_rig_not_calibrated:

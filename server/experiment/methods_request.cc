@@ -1,0 +1,143 @@
+#include "server/experiment/methods_request.h"
+
+#include <boost/json.hpp>
+
+#include "core/methods/method_session.h"
+#include "server/experiment/diagnosis_request.h"
+#include "server/json/json_reader.h"
+#include "server/methods/method_run_json.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+constexpr double kSecondsMax = 100'000.0;
+constexpr std::size_t kIdBytesMax = 64;
+constexpr std::size_t kNamesMax = 100;
+
+core::Result<const core::MethodInfo*> MethodOf(const json::value& name, std::size_t at) {
+  const std::string field = "/methods/names/" + std::to_string(at);
+  const core::MethodInfo* info =
+      name.is_string() ? core::FindMethod(std::string_view(name.get_string())) : nullptr;
+  if (info != nullptr) return info;
+  std::string known;
+  for (const core::MethodInfo& each : core::AllMethods()) {
+    known.append(known.empty() ? "" : ", ").append(each.name);
+  }
+  return core::Error{core::ErrorCode::kInvalid,
+                     "A method is one of " + known + ".",
+                     field,
+                     "word_unknown",
+                     {{"member", field}, {"words", known}}};
+}
+
+/// Those of the request that are to be tried on this bench.
+core::Result<std::vector<const core::MethodInfo*>> MethodsFor(const MethodsRequest& request,
+                                                              const core::Bench& bench) {
+  std::vector<const core::MethodInfo*> methods = request.methods;
+  for (const core::MethodInfo* each : methods) {
+    if (core::Fits(*each, bench)) continue;
+    return core::Error{core::ErrorCode::kInvalid,
+                       "The method " + std::string(each->name) +
+                           " was made for another bench than " + bench.name + ".",
+                       "/methods/names",
+                       "method_of_other_bench",
+                       {{"method", std::string(each->name)}, {"bench", bench.name}}};
+  }
+  if (!methods.empty()) return methods;
+  for (const core::MethodInfo& each : core::AllMethods()) {
+    if (core::Fits(each, bench)) methods.push_back(&each);
+  }
+  return methods;
+}
+
+core::MethodOptions OptionsOf(const MethodsRequest& request,
+                              const core::Bench& bench,
+                              double period_s) {
+  core::MethodOptions options = core::MethodOptionsOf(bench, period_s);
+  options.channels = request.channels;
+  options.healthy_from_s = request.healthy_from_s.value_or(options.healthy_from_s);
+  options.healthy_to_s = request.healthy_to_s.value_or(options.healthy_to_s);
+  return options;
+}
+
+}  // namespace
+
+core::Result<MethodsRequest> ParseMethodsRequest(const json::object& body) {
+  ObjectReader in(body, "");
+  const json::object* wanted = in.ObjectOrNull("methods");
+  (void)in.TextOr("name", "", kIdBytesMax);
+  if (auto error = in.Finish()) return *error;
+  if (wanted == nullptr) {
+    return core::Error{core::ErrorCode::kInvalid,
+                       "Say on which recording the methods are compared.",
+                       "/methods",
+                       "member_missing",
+                       {{"member", "methods"}}};
+  }
+  ObjectReader settings(*wanted, "/methods");
+  MethodsRequest request;
+  request.recording = settings.Text("recording", kIdBytesMax);
+  request.channels = settings.WordOr("channels", "um", {"um", "all"}) == "all"
+                         ? core::Channels::kAll
+                         : core::Channels::kUmOnly;
+  if (settings.Has("healthy_from_s"))
+    request.healthy_from_s = settings.NumberOr("healthy_from_s", 0.0, 0.0, kSecondsMax);
+  if (settings.Has("healthy_to_s"))
+    request.healthy_to_s = settings.NumberOr("healthy_to_s", 0.0, 0.0, kSecondsMax);
+  const json::array* names = settings.ArrayOrNull("names", kNamesMax);
+  if (auto error = settings.Finish()) return *error;
+  for (std::size_t i = 0; names != nullptr && i < names->size(); ++i) {
+    const auto method = MethodOf((*names)[i], i);
+    if (!method) return method.error();
+    request.methods.push_back(method.value());
+  }
+  return request;
+}
+
+core::Status CheckMethods(Recordings& recordings,
+                          const Principal& who,
+                          const MethodsRequest& request) {
+  const auto record = FinishedRecording(recordings, who, request.recording, "/methods/recording");
+  if (!record) return record.error();
+  const auto stored = recordings.OptionsFor(record.value());
+  if (!stored) return stored.error();
+  const auto methods = MethodsFor(request, *stored.value().bench);
+  return methods.ok() ? core::Status(core::Done{}) : methods.error();
+}
+
+core::Result<std::string> CompareMethods(
+    Recordings& recordings,
+    const Principal& who,
+    const MethodsRequest& request,
+    const std::function<core::Status(const std::string& so_far)>& keep) {
+  auto record = FinishedRecording(recordings, who, request.recording, "/methods/recording");
+  if (!record) return record.error();
+  const auto recording =
+      recordings.Load(std::move(record).value(), 0, kSampleIndexMax, LongTurn::WhenTaken::kWait);
+  if (!recording) return recording.error();
+  const core::Bench& bench = *recording.value().options.bench;
+  const double period_s = recording.value().record.period_s;
+  const auto methods = MethodsFor(request, bench);
+  if (!methods) return methods.error();
+  const core::MethodOptions options = OptionsOf(request, bench, period_s);
+  const auto task = core::PrepareMethods(recording.value().samples, options);
+  if (!task) return task.error();
+  json::object out{{"recording", request.recording},
+                   {"bench", bench.id},
+                   {"samples", recording.value().samples.size()},
+                   {"period_s", period_s},
+                   {"healthy_to_s", options.healthy_to_s},
+                   {"of", methods.value().size()},
+                   {"methods", json::array()}};
+  for (const core::MethodInfo* each : methods.value()) {
+    out["methods"].as_array().push_back(ToJson(
+        core::RunMethod(*each, task.value(), recording.value().samples, options.healthy_to_s)));
+    const core::Status kept = keep(json::serialize(out));
+    if (!kept.ok()) return kept.error();
+  }
+  return json::serialize(out);
+}
+
+}  // namespace faultlab::server
