@@ -16,9 +16,9 @@ ObservationBuilder BuilderOf(const MethodTask& task) {
   return {task.bench->readings(), task.channels, task.period_s, options.um_rail_v};
 }
 
-std::string SecondsText(double seconds) {
+std::string Number(double value) {
   std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), "%.3g s", seconds);
+  std::snprintf(text.data(), text.size(), "%.3g", value);
   return text.data();
 }
 
@@ -43,11 +43,13 @@ Result<MethodTask> PrepareMethods(std::span<const Sample> samples, const MethodO
     }
   }
   if (samples.empty() || samples.back().t_s < options.healthy_to_s) {
+    const std::string until_s = Number(options.healthy_to_s);
     return Error{ErrorCode::kInvalid,
-                 "the record ends within the healthy stretch, which lasts until " +
-                     SecondsText(options.healthy_to_s) +
-                     ": nothing is left to diagnose; give a longer record or a shorter stretch",
-                 "healthy_to_s"};
+                 "the record ends within the healthy stretch, which lasts until " + until_s +
+                     " s: nothing is left to diagnose; give a longer record or a shorter stretch",
+                 "healthy_to_s",
+                 "nothing_left",
+                 {{"until_s", until_s}}};
   }
   CalibrationOptions calibrate;
   calibrate.bench = options.bench;

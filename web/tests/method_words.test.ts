@@ -23,7 +23,7 @@ const run = (...looks: MethodRun["looks"]): MethodRun => ({
 describe("what a method says", () => {
   it("is its last answer, with all that it cannot tell apart", () => {
     expect(answerOf(run(look(0.2, [["R9", 33e3]]), look(6, [["R12", 5600]])), bench)).toBe(
-      "R12 = 5.6 kΩ",
+      "R12\u00a0=\u00a05.6\u00a0kΩ",
     );
     expect(
       answerOf(

@@ -2,6 +2,8 @@ import type { MethodRun } from "../api/lab_types";
 import { t } from "../i18n/i18n.svelte";
 import type { Bench } from "../plant/bench";
 
+const unbroken = (text: string) => text.replaceAll(" ", "\u00a0");
+
 /** "R1 = 100 Ω", "R9 or R12", or why there is none: what the method says at the end. */
 export function answerOf(run: MethodRun, bench: Bench): string {
   const last = run.looks.at(-1);
@@ -9,7 +11,7 @@ export function answerOf(run: MethodRun, bench: Bench): string {
   if (last.isolation === "cannot") return t("method_cannot_isolate");
   if (last.isolation === "not_yet" || last.answer.length === 0) return t("method_no_answer");
   const named = last.answer.map(({ component, value }) =>
-    value === null ? component : `${component} = ${bench.format(component, value)}`,
+    value === null ? component : unbroken(`${component} = ${bench.format(component, value)}`),
   );
   const said = named.join(` ${t("or")} `);
   return last.identification === "cannot" ? `${said} ${t("method_cannot_size")}` : said;

@@ -1109,7 +1109,7 @@ export const texts = {
     "The same with a long memory that is emptied when the residuals grow. Good for abrupt faults; a false reset costs it what it had learnt.",
   method_title_ekf_bank: "Extended Kalman filters, a bank",
   method_text_ekf_bank:
-    "One filter for each component that may have failed; the one that explains the data best names it. Accurate from the first sample if model and noise are right; close faults (R1 and Ra) are confused.",
+    "One filter for each component that may have failed; the one that explains the data best names it. Accurate from the first sample if model and noise are right; resistances in one circuit are confused.",
   method_title_ekf_joint: "Extended Kalman filter, all parameters",
   method_text_ekf_joint:
     "One filter estimates all components together. It sees every fault at once and spreads it over several components: use it for detection, not for names.",
@@ -1153,7 +1153,7 @@ export const texts = {
     "Compares the spectrum of the signals with the healthy one; needs no model. It misses a third of the faults and names only what it has a pattern of.",
   method_title_swa: "SWA and the Jacobian",
   method_text_swa:
-    "The paper's sliding window algorithm: three samples of delay, little work. Half of the names are right, because a column of the Jacobian holds only near the nominal values.",
+    "The paper's sliding window algorithm: an alarm at once, little work. Half of the names are right, because a column of the Jacobian holds only near the nominal values.",
   method_title_sia: "SIA and the decision algorithm",
   method_text_sia:
     "The paper's sliding integral algorithm and its tree of decisions. Robust to noise and easy to follow; names what the tree knows, with coarse values.",
@@ -1677,6 +1677,8 @@ export const texts = {
   refused_runs_too_fast:
     "You begin runs faster than one may; wait {seconds} s, or send them together as jobs.",
   refused_method_of_other_bench: "The method {method} was made for another bench than {bench}.",
+  refused_nothing_left:
+    "The record ends within the healthy stretch, which lasts until {until_s} s: nothing is left to diagnose. Give a longer record or a shorter stretch.",
   refused_truth_of_another: "Only the owner of a run gets a file with its hidden faults.",
   refused_report_too_early: "The report is made when the run has ended.",
   refused_rig_not_calibrated: "No run has calibrated {rig} yet. Start one, or leave the rig out.",

@@ -284,7 +284,7 @@ export const marked: Catalogue = {
     "Isto, sa dugim pamćenjem koje se prazni kad reziduali porastu. Dobro za nagle kvarove; lažni reset ga košta onoga što je naučio.",
   method_title_ekf_bank: "Prošireni Kalmanovi filtri, banka",
   method_text_ekf_bank:
-    "Po jedan filtar za svaku komponentu koja je mogla da otkaže; navodi je onaj koji najbolje objašnjava podatke. Tačno od prvog odbirka ako su model i šum dobri; bliske kvarove (R1 i Ra) meša.",
+    "Po jedan filtar za svaku komponentu koja je mogla da otkaže; navodi je onaj koji najbolje objašnjava podatke. Tačno od prvog odbirka ako su model i šum dobri; otpore u istom kolu meša.",
   method_title_ekf_joint: "Prošireni Kalmanov filtar, svi parametri",
   method_text_ekf_joint:
     "Jedan filtar ocenjuje sve komponente zajedno. Vidi svaki kvar odmah, ali ga raspodeli na više komponenti: za otkrivanje, ne za imenovanje.",
@@ -327,7 +327,7 @@ export const marked: Catalogue = {
     "Poredi spektar signala sa zdravim; ne traži model. Propušta trećinu kvarova i imenuje samo ono za šta ima obrazac.",
   method_title_swa: "SWA i jakobijan",
   method_text_swa:
-    "Algoritam kliznog prozora iz rada: kasni tri odbirka, malo posla. Polovina imena je tačna, jer kolona jakobijana važi samo blizu nominalnih vrednosti.",
+    "Algoritam kliznog prozora iz rada: alarm odmah, malo posla. Polovina imena je tačna, jer kolona jakobijana važi samo blizu nominalnih vrednosti.",
   method_title_sia: "SIA i algoritam odlučivanja",
   method_text_sia:
     "Algoritam kliznog integrala iz rada i njegovo stablo odluka. Otporno na šum i lako za praćenje; imenuje ono što stablo zna, sa grubim vrednostima.",
@@ -1721,6 +1721,8 @@ export const marked: Catalogue = {
   refused_runs_too_fast:
     "Počinjete oglede brže nego što je dozvoljeno; sačekajte {seconds} s, ili ih pošaljite zajedno kao poslove.",
   refused_method_of_other_bench: "Metoda {method} je napravljena za drugu maketu, ne za {bench}.",
+  refused_nothing_left:
+    "Snimak se završava unutar zdravog dela, koji traje do {until_s} s: ništa ne ostaje za dijagnozu. Dajte duži snimak ili kraći deo.",
   refused_truth_of_another: "Samo vlasnik ogleda dobija datoteku sa skrivenim kvarovima.",
   refused_report_too_early: "Izveštaj se pravi kada se ogled završi.",
   refused_rig_not_calibrated:
