@@ -127,7 +127,7 @@ const Arrows kServer = {
     {"notify", {"lab", "storage", "web_client"}},
     {"lab/rehearsal", {"experiment", "lab", "run", "storage"}},
     {"run", {"diagnosis_json", "lab", "storage", "stream"}},
-    {"experiment", {"auth", "diagnosis_json", "json", "lab", "plots", "run", "storage"}},
+    {"experiment", {"auth", "diagnosis_json", "json", "lab", "methods", "plots", "run", "storage"}},
     {"api",
      {"auth",
       "camera",
