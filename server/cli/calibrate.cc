@@ -1,4 +1,5 @@
 #include "server/cli/calibrate.h"
+#include "server/diagnosis_json/channel_ranges.h"
 #include "server/diagnosis_json/channels_text.h"
 
 #include <algorithm>
@@ -46,6 +47,9 @@ int RunCalibrate(const CalibrateOptions& options) {
        NotesOnUnused(record.value().channels, *diagnosis.bench, options.recording)) {
     PrintError("note: " + note);
   }
+  const auto beyond = NotesOnRanges(record.value().samples, *diagnosis.bench, options.recording);
+  if (!beyond) return Fail(beyond.error(), kExitBadInput);
+  for (const std::string& note : beyond.value()) PrintError("note: " + note);
   FollowPeriod(options.flags, record.value().period_s, diagnosis);
   std::vector<core::Sample> stretch;
   std::copy_if(record.value().samples.begin(),

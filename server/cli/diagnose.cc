@@ -17,6 +17,7 @@
 #include "server/cli/methods.h"
 #include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
+#include "server/diagnosis_json/channel_ranges.h"
 #include "server/diagnosis_json/channels_text.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/methods/method_run_json.h"
@@ -212,6 +213,13 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
     for (const std::string& note : NotesOnUnused(record.value().channels, *diagnose.bench, file)) {
       PrintError("note: " + note);
     }
+    const auto beyond = NotesOnRanges(record.value().samples, *diagnose.bench, file);
+    if (!beyond) {
+      PrintError(beyond.error().message);
+      exit_code = kExitBadInput;
+      continue;
+    }
+    for (const std::string& note : beyond.value()) PrintError("note: " + note);
     FollowPeriod(options.flags, record.value().period_s, diagnose);
     if (method != nullptr) {
       const Result<std::string> said =

@@ -13,16 +13,68 @@ struct Alias {
   std::string_view name;  ///< lower case, without blanks and underscores
   std::string_view channel;
 };
-constexpr std::array<Alias, 33> kAliases = {
-    {{"t", "t_s"},         {"time", "t_s"},   {"timestamp", "t_s"},  {"zeit", "t_s"},
-     {"vreme", "t_s"},     {"uc", "uc_v"},    {"u", "uc_v"},         {"ucmd", "uc_v"},
-     {"ucontrol", "uc_v"}, {"input", "uc_v"}, {"um", "um_v"},        {"y", "um_v"},
-     {"umotor", "um_v"},   {"vm", "um_v"},    {"vmotor", "um_v"},    {"output", "um_v"},
-     {"ua", "ua_v"},       {"va", "ua_v"},    {"uamp", "ua_v"},      {"uout", "ua_v"},
-     {"ia", "ia_a"},       {"i", "ia_a"},     {"im", "ia_a"},        {"imotor", "ia_a"},
-     {"current", "ia_a"},  {"n", "n_rpm"},    {"rpm", "n_rpm"},      {"speed", "n_rpm"},
-     {"nout", "n_rpm"},    {"nrpm", "n_rpm"}, {"drehzahl", "n_rpm"}, {"brzina", "n_rpm"},
-     {"delta", "delta_s"}}};
+constexpr std::array<Alias, 60> kAliases = {
+    {{"t", "t_s"},
+     {"time", "t_s"},
+     {"timestamp", "t_s"},
+     {"zeit", "t_s"},
+     {"vreme", "t_s"},
+     {"uc", "uc_v"},
+     {"u", "uc_v"},
+     {"ucmd", "uc_v"},
+     {"ucontrol", "uc_v"},
+     {"input", "uc_v"},
+     {"um", "um_v"},
+     {"umotor", "um_v"},
+     {"vm", "um_v"},
+     {"vmotor", "um_v"},
+     {"output", "um_v"},
+     {"ua", "ua_v"},
+     {"va", "ua_v"},
+     {"uamp", "ua_v"},
+     {"uout", "ua_v"},
+     {"ia", "ia_a"},
+     {"i", "ia_a"},
+     {"im", "ia_a"},
+     {"imotor", "ia_a"},
+     {"current", "ia_a"},
+     {"n", "n_rpm"},
+     {"rpm", "n_rpm"},
+     {"speed", "n_rpm"},
+     {"nout", "n_rpm"},
+     {"nrpm", "n_rpm"},
+     {"drehzahl", "n_rpm"},
+     {"brzina", "n_rpm"},
+     {"delta", "delta_s"},
+     // as people of other languages write them; "voltage" alone could be either
+     {"temps", "t_s"},
+     {"tiempo", "t_s"},
+     {"tempo", "t_s"},
+     {"xvalue", "t_s"},
+     {"sollspannung", "uc_v"},
+     {"stellspannung", "uc_v"},
+     {"steuerspannung", "uc_v"},
+     {"commande", "uc_v"},
+     {"upravljanje", "uc_v"},
+     {"setvoltage", "uc_v"},
+     {"motorsetvoltage", "uc_v"},
+     {"controlvoltage", "uc_v"},
+     {"motorspannung", "um_v"},
+     {"motorvoltage", "um_v"},
+     {"tensionmoteur", "um_v"},
+     {"naponmotora", "um_v"},
+     {"ankerspannung", "ua_v"},
+     {"strom", "ia_a"},
+     {"motorstrom", "ia_a"},
+     {"ankerstrom", "ia_a"},
+     {"motorcurrent", "ia_a"},
+     {"courant", "ia_a"},
+     {"struja", "ia_a"},
+     {"corriente", "ia_a"},
+     {"vitesse", "n_rpm"},
+     {"geschwindigkeit", "n_rpm"},
+     {"velocity", "n_rpm"},
+     {"motorvelocity", "n_rpm"}}};
 
 struct Unit {
   std::string_view name;  ///< lower case
@@ -30,15 +82,41 @@ struct Unit {
   double factor;
 };
 constexpr double kRpmOfRadPerSecond = 30.0 / std::numbers::pi;
-constexpr std::array<Unit, 22> kUnits = {
-    {{"s", "s", 1.0},       {"sec", "s", 1.0},     {"second", "s", 1.0},
-     {"seconds", "s", 1.0}, {"ms", "s", 1e-3},     {"msec", "s", 1e-3},
-     {"us", "s", 1e-6},     {"v", "v", 1.0},       {"volt", "v", 1.0},
-     {"volts", "v", 1.0},   {"mv", "v", 1e-3},     {"a", "a", 1.0},
-     {"amp", "a", 1.0},     {"amps", "a", 1.0},    {"ma", "a", 1e-3},
-     {"rpm", "rpm", 1.0},   {"1/min", "rpm", 1.0}, {"min-1", "rpm", 1.0},
-     {"o/min", "rpm", 1.0}, {"rps", "rpm", 60.0},  {"rad/s", "rpm", kRpmOfRadPerSecond},
-     {"1/s", "rpm", 60.0}}};
+constexpr std::array<Unit, 35> kUnits = {{{"s", "s", 1.0},
+                                          {"sec", "s", 1.0},
+                                          {"second", "s", 1.0},
+                                          {"seconds", "s", 1.0},
+                                          {"ms", "s", 1e-3},
+                                          {"msec", "s", 1e-3},
+                                          {"us", "s", 1e-6},
+                                          {"v", "v", 1.0},
+                                          {"volt", "v", 1.0},
+                                          {"volts", "v", 1.0},
+                                          {"mv", "v", 1e-3},
+                                          {"a", "a", 1.0},
+                                          {"amp", "a", 1.0},
+                                          {"amps", "a", 1.0},
+                                          {"ma", "a", 1e-3},
+                                          {"rpm", "rpm", 1.0},
+                                          {"1/min", "rpm", 1.0},
+                                          {"min-1", "rpm", 1.0},
+                                          {"o/min", "rpm", 1.0},
+                                          {"rps", "rpm", 60.0},
+                                          {"rad/s", "rpm", kRpmOfRadPerSecond},
+                                          {"1/s", "rpm", 60.0},
+                                          {"hz", "rpm", 60.0},
+                                          {"rev/s", "rpm", 60.0},
+                                          {"u/min", "rpm", 1.0},
+                                          {"tr/min", "rpm", 1.0},
+                                          {"ob/min", "rpm", 1.0},
+                                          {"r/min", "rpm", 1.0},
+                                          {"rev/min", "rpm", 1.0},
+                                          {"upm", "rpm", 1.0},
+                                          {"rads-1", "rpm", kRpmOfRadPerSecond},
+                                          {"rad/sec", "rpm", kRpmOfRadPerSecond},
+                                          {"deg/s", "rpm", 1.0 / 6.0},
+                                          {"degs-1", "rpm", 1.0 / 6.0},
+                                          {"\xC2\xB0/s", "rpm", 1.0 / 6.0}}};
 
 std::string Lower(std::string_view text) {
   std::string lower;
@@ -78,6 +156,14 @@ const CsvChannel* FindChannel(std::string_view name) {
   });
 }
 
+/// "rad_s", "rad.s-1", "min^-1" as the table has them.
+std::string NormalUnit(std::string_view unit) {
+  std::string normal = Lower(unit);
+  std::erase_if(normal, [](char c) { return c == ' ' || c == '.' || c == '*' || c == '^'; });
+  std::replace(normal.begin(), normal.end(), '_', '/');
+  return normal;
+}
+
 /// The unit at the end of a channel's plain name: "t_s" -> "s".
 std::string_view OwnUnit(const CsvChannel& channel) {
   return channel.name.substr(channel.name.find('_') + 1);
@@ -111,13 +197,21 @@ std::pair<std::string_view, std::string_view> SplitUnit(std::string_view name) {
 }  // namespace
 
 std::optional<double> UnitFactor(const CsvChannel& channel, std::string_view unit) {
-  const std::string lower = Lower(unit);
+  const std::string normal = NormalUnit(unit);
   for (const Unit& one : kUnits) {
-    if (one.name == lower && one.base == OwnUnit(channel)) {
+    if (one.name == normal && one.base == OwnUnit(channel)) {
       return one.factor;
     }
   }
   return std::nullopt;
+}
+
+std::string_view UnitsOf(const CsvChannel& channel) {
+  const std::string_view base = OwnUnit(channel);
+  return base == "s"     ? "s, ms or us"
+         : base == "a"   ? "A or mA"
+         : base == "rpm" ? "rpm, 1/min, min-1, U/min, tr/min, o/min, rps, Hz, 1/s, rad/s or deg/s"
+                         : "V or mV";
 }
 
 CsvColumn ParseColumnName(std::string_view cell) {
@@ -139,8 +233,10 @@ CsvColumn ParseColumnName(std::string_view cell) {
 
 char FindSeparator(std::string_view header) {
   for (const char separator : {';', '\t', ','}) {
-    if (header.find(separator) != std::string_view::npos) {
-      return separator;
+    bool quoted = false;
+    for (const char c : header) {
+      if (c == '"') quoted = !quoted;
+      if (c == separator && !quoted) return separator;
     }
   }
   return Stripped(header).find(' ') != std::string_view::npos ? ' ' : ',';

@@ -24,7 +24,11 @@ CsvColumn ParseColumnName(std::string_view cell);
 /// Factor of a unit to the channel's own; nothing when the unit does not fit the channel.
 std::optional<double> UnitFactor(const CsvChannel& channel, std::string_view unit);
 
-/// The separator of the cells: ';' or a tab if the line contains one, otherwise ','. A line without
+/// For a message: "V or mV".
+std::string_view UnitsOf(const CsvChannel& channel);
+
+/// The separator of the cells: ';' or a tab if the line contains one outside of quotes, otherwise
+/// ','. A line without
 /// any of them but with blanks between its words is separated by blanks (' ').
 char FindSeparator(std::string_view header);
 

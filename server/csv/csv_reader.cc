@@ -5,6 +5,7 @@
 
 #include "server/csv/csv_channels.h"
 #include "server/csv/csv_header.h"
+#include "server/csv/csv_header_line.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/csv_text.h"
 #include "server/csv/csv_time_base.h"
@@ -53,6 +54,7 @@ class Parser {
     if (std::optional<Error> error = CheckChannels()) {
       return *error;
     }
+    CountFromFirstRow();
     if (std::optional<Error> error = AssignTimeBase(record_, rows_at_, name_)) {
       return *error;
     }
@@ -89,22 +91,67 @@ class Parser {
       if (content.front() != '#') {
         return line;
       }
-      if (record_.comments.size() < kCommentsMax && content.size() <= kCommentBytesMax) {
-        record_.comments.emplace_back(Trim(content.substr(1)));
-      }
+      KeepComment(content);
     }
     return std::nullopt;
   }
 
+  void KeepComment(std::string_view content) {
+    if (record_.comments.size() < kCommentsMax && content.size() <= kCommentBytesMax) {
+      record_.comments.emplace_back(Trim(content.substr(1)));
+    }
+  }
+
+  /// The line of names, wherever it stands; what stands above it is left out, and said.
+  std::optional<std::string_view> TakeHeader() {
+    const HeaderLine header = FindHeaderLine(WithoutMark(text_));
+    separator_ = header.separator;
+    names_a_recording_ = header.whole;
+    if (header.number == 0) {
+      const std::optional<std::string_view> first = NextContent();
+      if (first) separator_ = FindSeparator(*first);
+      return first;
+    }
+    std::uint32_t above = 0;
+    while (std::optional<std::string_view> line = lines_.Next()) {
+      const std::string_view content = Trim(*line);
+      const bool comment = content.starts_with('#');
+      if (lines_.number() == header.number) {
+        if (above > 0) {
+          record_.notes.push_back(std::string(name_) + ": " + std::to_string(above) +
+                                  (above == 1 ? " line" : " lines") +
+                                  " above the names of the columns left out");
+        }
+        return comment ? Trim(content.substr(1)) : *line;
+      }
+      if (comment) KeepComment(content);
+      if (!comment && !content.empty() && !content.starts_with("sep=")) ++above;
+    }
+    return std::nullopt;
+  }
+
+  /// What each cell of the header was taken for.
+  std::string ColumnsTaken(std::string_view header) const {
+    std::string taken;
+    bool more = true;
+    for (const CsvColumn& column : columns_) {
+      const std::string_view name = TakeCell(separator_, header, more);
+      taken += (taken.empty() ? "'" : ", '") + Shown(name) + "' was taken for " +
+               (column.channel != nullptr ? std::string(column.channel->name) : "nothing");
+    }
+    return taken;
+  }
+
   std::optional<Error> ReadHeader() {
-    const std::optional<std::string_view> header = NextContent();
+    const std::optional<std::string_view> header = TakeHeader();
     if (!header) {
       return Fail("",
                   "csv_empty",
                   "the file is empty, expected a header line with " + std::string(kWanted));
     }
     if (header->size() > kHeaderBytesMax) return NoHeader(*header);
-    separator_ = FindSeparator(Trim(*header));
+    const std::string advice = AdviceOnFormat(WithoutMark(text_));
+    if (!advice.empty() && !names_a_recording_) return Fail("", "csv_other_format", advice);
     std::array<bool, kCsvChannelTable.size()> found{};
     std::string_view rest = *header;
     bool numbers_alone = true;
@@ -134,6 +181,7 @@ class Parser {
     const CsvColumn column = ParseColumnName(name);
     columns_.push_back(column);
     if (column.channel == nullptr) {
+      if (name.empty()) return std::nullopt;  // of a separator at the end
       record_.notes.push_back(std::string(name_) + ": column '" + Shown(name) +
                               "' is not known and was ignored");
       return std::nullopt;
@@ -144,7 +192,8 @@ class Parser {
       return Fail(Shown(name),
                   "csv_unit_unknown",
                   "unit '" + Shown(column.unknown_unit) + "' is not known for " +
-                      std::string(canonical) + "; expected " + std::string(UnitsOf(canonical)));
+                      std::string(canonical) + "; expected " +
+                      std::string(UnitsOf(*column.channel)));
     }
     if (found[at]) {
       return Fail(canonical, "csv_column_twice", "appears twice in the header, expected once");
@@ -157,18 +206,10 @@ class Parser {
     return std::nullopt;
   }
 
-  static std::string_view UnitsOf(std::string_view channel) {
-    return channel == "t_s" || channel == "delta_s" ? "s, ms or us"
-           : channel == "ia_a"                      ? "A or mA"
-           : channel == "n_rpm"                     ? "rpm or rad/s"
-                                                    : "V or mV";
-  }
-
   Error MissingColumn(std::string_view missing, std::string_view header) const {
-    return Fail(
-        missing,
-        "csv_column_missing",
-        "missing from the header '" + Shown(header) + "', expected " + std::string(kWanted));
+    std::string message = "missing: " + ColumnsTaken(header) + "; expected " + std::string(kWanted);
+    message += AdviceOnNames(header);
+    return Fail(missing, "csv_column_missing", message);
   }
 
   /// A second line of a header that contains units: "s;V;V".
@@ -231,17 +272,23 @@ class Parser {
     return std::nullopt;
   }
 
-  std::optional<Error> ReadRow(std::string_view rest, Sample& sample) const {
+  std::optional<Error> ReadRow(std::string_view rest, Sample& sample) {
     std::size_t cells = 0;
     for (bool more = true; more; ++cells) {
       const std::string_view cell = TakeCell(separator_, rest, more);
-      if (cells >= columns_.size() || columns_[cells].channel == nullptr) {
+      if (cells >= columns_.size()) {
+        if (cell.empty()) --cells;  // a tail of separators
+        continue;
+      }
+      if (columns_[cells].channel == nullptr) {
         continue;
       }
       if (std::optional<Error> error = ReadCell(columns_[cells], cell, sample)) {
         return error;
       }
     }
+    // What is not read may be missing at the end: a comment that few rows have.
+    while (cells < columns_.size() && columns_[cells].channel == nullptr) ++cells;
     if (cells != columns_.size()) {
       return Fail("",
                   "csv_cells_wrong",
@@ -252,13 +299,24 @@ class Parser {
     return std::nullopt;
   }
 
-  std::optional<Error> ReadCell(const CsvColumn& column,
-                                std::string_view cell,
-                                Sample& sample) const {
+  /// A time of day counts from the first row.
+  void CountFromFirstRow() {
+    if (!by_clock_ || record_.samples.empty()) return;
+    const double first_s = record_.samples.front().t_s;
+    for (Sample& sample : record_.samples) sample.t_s -= first_s;
+    record_.notes.push_back(std::string(name_) +
+                            ": the time of day was read as seconds from the first row on");
+  }
+
+  std::optional<Error> ReadCell(const CsvColumn& column, std::string_view cell, Sample& sample) {
     const CsvChannel& channel = *column.channel;
     double value = core::kAbsent;
-    if (!cell.empty()) {
-      const std::optional<double> number = ParseCell(separator_, cell);
+    if (!IsAbsent(cell)) {
+      std::optional<double> number = ParseCell(separator_, cell);
+      if (!number && &channel == kCsvChannelTable.data()) {
+        number = ParseClock(separator_, cell);
+        by_clock_ = by_clock_ || number;
+      }
       if (!number) {
         return Fail(
             channel.name, "csv_not_a_number", "expected a number, found '" + Shown(cell) + "'");
@@ -323,7 +381,9 @@ class Parser {
   LineCursor lines_;
   char separator_ = ',';
   std::vector<CsvColumn> columns_;
+  bool names_a_recording_ = false;
   bool units_taken_ = false;
+  bool by_clock_ = false;               ///< the time is a time of day
   std::vector<std::uint32_t> rows_at_;  // line of each sample
   CsvRecord record_;
 };

@@ -41,11 +41,19 @@ std::string_view Trim(std::string_view cell);
 std::string Shown(std::string_view cell);
 
 /// Removes the text up to the next separator, and the separator, from `rest`; `more` is false after
-/// the last cell. The separator ' ' stands for any number of blanks.
+/// the last cell. The separator ' ' stands for any number of blanks. In quotes a separator belongs
+/// to the cell (RFC 4180).
 std::string_view TakeCell(char separator, std::string_view& rest, bool& more);
 
 /// A whole cell as a number: finite or NaN, with a decimal comma if the separator is not a comma.
 /// Nothing for a text with thousands separators.
 std::optional<double> ParseCell(char separator, std::string_view cell);
+
+/// A reading that was lost, as programs write it: an empty cell, "NA", "null", "-" ..
+bool IsAbsent(std::string_view cell);
+
+/// Seconds of a time of day, "09:05:00.25", or since 1970 of a date with one,
+/// "2026-05-01T09:05:00.25Z" (its zone is not looked at).
+std::optional<double> ParseClock(char separator, std::string_view cell);
 
 }  // namespace faultlab::server

@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
 import { makeWorld, pageOf } from "./lab_world.js";
 import {
+  atRest,
   axe,
   launchBrowser,
   openPage,
@@ -121,7 +122,7 @@ describe("runs", { timeout: SUITE_MS }, () => {
 
     // a click moves the nearer cursor, here B, to the middle: the fault
     const plot = page.locator(".u-over").first();
-    const box = await plot.boundingBox();
+    const box = await atRest(plot);
     await page.mouse.click(box.x + (box.width * 10) / 22, box.y + box.height / 2);
     await page.waitForFunction(() => {
       const [a, b] = [...document.querySelectorAll(".cursor input")].map((each) =>

@@ -44,7 +44,7 @@ describe("signals", { timeout: SUITE_MS }, () => {
     });
     await waitForReview(opened.page);
     await opened.page.locator(`${PLOT} canvas`).first().waitFor();
-    const box = await opened.page.locator(PLOT).first().boundingBox();
+    const box = await atRest(opened.page.locator(PLOT).first());
     return { ...opened, box, middle: [box.x + box.width / 2, box.y + box.height / 2] };
   }
   const spanOf = async (page) => Number(await page.getByLabel("Time window").inputValue());

@@ -63,6 +63,16 @@ def cases(junit):
     return found
 
 
+def said(output):
+    """What the failed assertions of a program say, or the end of its output."""
+    lines = output.splitlines()
+    found = []
+    for at, line in enumerate(lines):
+        if re.search(r": Failure$|ERROR: |runtime error: ", line):
+            found += lines[at : at + 5]
+    return "\n".join(found or lines[-6:])
+
+
 def report():
     """Prints the findings; returns the exit status that they ask for."""
     found = findings()

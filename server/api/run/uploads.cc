@@ -1,9 +1,12 @@
+#include <algorithm>
 #include <boost/json.hpp>
+#include <iterator>
 
 #include "server/api/run/handlers.h"
 #include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/file_io.h"
+#include "server/diagnosis_json/channel_ranges.h"
 #include "server/diagnosis_json/channels_text.h"
 #include "server/run/refusals.h"
 
@@ -76,6 +79,9 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
       !note.empty()) {
     csv.notes.push_back(std::move(note));
   }
+  auto beyond = NotesOnRanges(csv.samples, *bench.value(), name);
+  if (!beyond) return beyond.error();
+  std::ranges::move(beyond.value(), std::back_inserter(csv.notes));
   const std::size_t size = csv.samples.size();
   const core::Status room = api.quota.MakeRoom(request.who, static_cast<std::int64_t>(size));
   if (!room.ok()) return room.error();

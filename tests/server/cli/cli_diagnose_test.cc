@@ -101,8 +101,9 @@ TEST_F(CliDiagnose, GivesEachBadFileItsSentenceAndGoesOnWithTheOthers) {
   }
   const std::pair<std::string, std::string> cases[] = {
       {"t_s,uc_v,ua_v\n0,2,5\n",
-       "faultlab: bad.csv:1: column um_v: missing from the header 't_s,uc_v,ua_v', expected t_s, "
-       "uc_v, um_v (or ia_a where a bench is diagnosed by it) and any of ua_v, ia_a, n_rpm, "
+       "faultlab: bad.csv:1: column um_v: missing: 't_s' was taken for t_s, 'uc_v' was taken for "
+       "uc_v, 'ua_v' was taken for ua_v; expected t_s, uc_v, um_v (or ia_a where a bench is "
+       "diagnosed by it) and any of ua_v, ia_a, n_rpm, "
        "separated by commas\n"},
       {"t_s,uc_v,um_v\n0,2,5\n0.01,2,x\n",
        "faultlab: bad.csv:3: column um_v: expected a number, found 'x'\n"},

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "server/csv/csv_record.h"
@@ -164,12 +165,107 @@ TEST(CsvReader, SaysWhatToChangeInAHandWrittenFile) {
             "0.1 s; if the time is in milliseconds, name the column t_ms");
   EXPECT_EQ(ErrorOf("t;Uc;Um\n0;2;5\n0,01;2;1.234,5\n"),
             "file.csv:3: column um_v: expected a number, found '1.234,5'");
-  EXPECT_EQ(ErrorOf("t,Uc,Um\n12:00:01,2,5\n"),
-            "file.csv:2: column t_s: expected a number, found '12:00:01'");
+  EXPECT_EQ(ErrorOf("t,Uc,Um\n12:61:01,2,5\n"),
+            "file.csv:2: column t_s: expected a number, found '12:61:01'");
   EXPECT_EQ(ErrorOf("t,Uc,Um,um_v\n"),
             "file.csv:1: column um_v: appears twice in the header, "
             "expected once");
-  EXPECT_THAT(ErrorOf("t,Uc,Um\n0,2,5,\n"), StartsWith("file.csv:2: found 4 cells, expected 3"));
+  EXPECT_THAT(ErrorOf("t,Uc,Um\n0,2,5,7\n"), StartsWith("file.csv:2: found 4 cells, expected 3"));
+}
+
+TEST(CsvReader, FindsTheNamesBelowTitlesInCommentsAndAfterAStatedSeparator) {
+  const std::string rows = "0,2,4,0,0\n0.02,2.5,4.75,0.125,1500\n";
+  ExpectTheTwoRows("Bench 7, morning run\nOperator: N. N.\n\nt,Uc,Um,Ia,n\n" + rows);
+  ExpectTheTwoRows("Time,Set,Terminal,Amps,Turns\nms,V,V,A,rpm\nt_s,uc_v,um_v,ia_a,n_rpm\n" + rows);
+  ExpectTheTwoRows(
+      "Time;Motor set voltage;Motor voltage;Motor current;Speed;\nms;V;V;A;rad/s;\n"
+      "t_s;uc_v;um_v;ia_a;n_rpm;\n0;2;4;0;0;\n0,02;2,5;4,75;0,125;1500;\n");
+  ExpectTheTwoRows("# of bench 7\n# t,Uc,Um,Ia,n\n" + rows);
+  ExpectTheTwoRows("sep=;\nt;Uc;Um;Ia;n\n0;2;4;0;0\n0,02;2,5;4,75;0,125;1500\n");
+  ExpectTheTwoRows("SEP=,\nt,Uc,Um,Ia,n\n" + rows);
+  const auto read = Parse("Bench 7\nOperator: N. N.\nt,Uc,Um\n0,2,4\n0.01,2,4\n");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read.value().notes.front(),
+            "file.csv: 2 lines above the names of the columns left out");
+}
+
+TEST(CsvReader, KeepsSeparatorsWithinQuotes) {
+  ExpectTheTwoRows(
+      "\"t\";\"Uc\";\"Um\";\"Ia\";\"n\";\"note; of whom\"\n"
+      "\"0\";\"2\";\"4\";\"0\";\"0\";\"cold; \"\"very\"\"\"\n"
+      "\"0,02\";\"2,5\";\"4,75\";\"0,125\";\"1500\";\"\"\n");
+  EXPECT_EQ(ErrorOf("\"t, Uc, Um\"\n\"0, 2, 4\"\n"),
+            "file.csv:1: each line is one cell in quotes: take the quotes at its ends away");
+}
+
+TEST(CsvReader, ReadsFilesOfLabViewAndNamesThoseThatItCannot) {
+  ExpectTheTwoRows(
+      "LabVIEW Measurement\t\nWriter_Version\t2\nDecimal_Separator\t,\n***End_of_Header***\t\n\t\n"
+      "Channels\t4\t\nDelta_X\t0,020000\t\n***End_of_Header***\t\t\t\t\t\n"
+      "X_Value\tuc (V)\tum (V)\tia (A)\tn (rpm)\tComment\n"
+      "0,000000\t2\t4\t0\t0\n0,020000\t2,5\t4,75\t0,125\t1500\n");
+  EXPECT_THAT(ErrorOf("LabVIEW Measurement\t\nX_Value\tVoltage_0\n0,0\t2\n"),
+              HasSubstr("this is a LabVIEW measurement file"));
+  EXPECT_THAT(ErrorOf("Record Length,1.0e+01,,  -0.002,   0.020,\nSample Interval,1e-3,,0,0,\n"),
+              HasSubstr("looks like an oscilloscope's export"));
+  EXPECT_THAT(ErrorOf("{\"t\": [0, 1]}\n"), HasSubstr("this is JSON"));
+}
+
+TEST(CsvReader, ReadsTimesOfDayFromTheFirstRowOn) {
+  const auto expect_read = [](const std::string& text) {
+    const auto read = Parse(text);
+    ASSERT_TRUE(read) << read.error().message << "\n" << text;
+    EXPECT_EQ(read.value().samples[0].t_s, 0.0) << text;
+    EXPECT_NEAR(read.value().samples[2].t_s, 0.04, 1e-6) << text;
+    EXPECT_NEAR(read.value().period_s, 0.02, 1e-6) << text;
+  };
+  expect_read("t,Uc,Um\n09:59:59.98,2,4\n10:00:00,3,6\n10:00:00.02,3,6\n");
+  expect_read(
+      "t,Uc,Um\n2026-02-28T23:59:59.98Z,2,4\n2026-03-01T00:00:00Z,3,6\n"
+      "2026-03-01T00:00:00.02Z,3,6\n");
+  expect_read(
+      "t;Uc;Um\n2026-02-28 23:59:59,98;2;4\n2026-03-01 00:00:00;3;6\n"
+      "2026-03-01 00:00:00,02;3;6\n");
+  EXPECT_THAT(ErrorOf("t,Uc,Um\n2026-02-30T00:00:00,2,4\n"), HasSubstr("expected a number"));
+}
+
+TEST(CsvReader, KnowsTheUsualUnitsOfSpeedAndNamesInOtherLanguages) {
+  const auto speed = [](const std::string& name) {
+    const auto read = Parse("t_s,uc_v,um_v," + name + "\n0,2,4,60\n0.01,2,4,60\n");
+    EXPECT_TRUE(read) << name << ": " << (read ? "" : read.error().message);
+    return read ? read.value().samples[0].n_rpm : 0.0;
+  };
+  constexpr double kOfRadians = 60.0 * 30.0 / std::numbers::pi;
+  for (const char* radians : {"n_rad/s", "n (rad_s)", "n [rad.s-1]", "speed_rad_s", "n/rad s^-1"})
+    EXPECT_NEAR(speed(radians), kOfRadians, 1e-9) << radians;
+  for (const char* turns : {"n_rpm", "n [U/min]", "vitesse (tr/min)", "n (min^-1)", "n/1/min"})
+    EXPECT_EQ(speed(turns), 60.0) << turns;
+  EXPECT_NEAR(speed("n_deg/s"), 10.0, 1e-9);
+  EXPECT_EQ(speed("n [Hz]"), 3600.0);
+  const auto german = Parse(
+      "Zeit;Sollspannung;Motorspannung;Strom;Geschwindigkeit\n0;2;4,5;0,2;310\n0,01;3;6;0,3;320\n");
+  ASSERT_TRUE(german) << german.error().message;
+  EXPECT_EQ(german.value().samples[0].um_v, 4.5);
+  EXPECT_EQ(german.value().samples[1].n_rpm, 320.0);
+}
+
+TEST(CsvReader, ARefusalSaysWhatEachColumnWasTakenFor) {
+  EXPECT_THAT(ErrorOf("Time_sec,Voltage_V,Speed_rad_s\n0,3,0\n"),
+              HasSubstr("missing: 'Time_sec' was taken for t_s, 'Voltage_V' was taken for nothing, "
+                        "'Speed_rad_s' was taken for n_rpm; expected t_s, uc_v"));
+  EXPECT_THAT(ErrorOf("t,PWM,SPEED\n0,255,0\n"),
+              HasSubstr("a duty cycle needs the supply: write uc_v = duty x supply"));
+  EXPECT_THAT(ErrorOf("t,u,y\n0,0.4,171.4\n0.02,0.4,171.4\n"),
+              HasSubstr("'y' was taken for nothing"))
+      << "a speed is no voltage";
+}
+
+TEST(CsvReader, TakesLostReadingsAsProgramsWriteThemAndEmptyTails) {
+  const auto read = Parse("t_s,uc_v,um_v,ia_a,\n0,2,4,NA,,\n0.01,2,null,0.1,\n0.02,2,4,-,\n");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_TRUE(std::isnan(read.value().samples[0].ia_a));
+  EXPECT_TRUE(std::isnan(read.value().samples[1].um_v));
+  EXPECT_TRUE(std::isnan(read.value().samples[2].ia_a));
 }
 
 TEST(CsvReader, TakesCurrentInPlaceOfVoltage) {
@@ -185,16 +281,17 @@ TEST(CsvReader, TakesCurrentInPlaceOfVoltage) {
 }
 
 TEST(CsvReader, NamesTheMissingColumn) {
-  EXPECT_EQ(
-      ErrorOf("t_s,uc_v,ua_v\n0,2,5\n"),
-      "file.csv:1: column um_v: missing from the header 't_s,uc_v,ua_v', expected t_s, uc_v, "
-      "um_v (or ia_a where a bench is diagnosed by it) and any of ua_v, ia_a, n_rpm, separated by "
-      "commas");
+  EXPECT_EQ(ErrorOf("t_s,uc_v,ua_v\n0,2,5\n"),
+            "file.csv:1: column um_v: missing: 't_s' was taken for t_s, 'uc_v' was taken for uc_v, "
+            "'ua_v' "
+            "was taken for ua_v; expected t_s, uc_v, um_v (or ia_a where a bench is diagnosed by "
+            "it) and any of ua_v, ia_a, n_rpm, separated by "
+            "commas");
   EXPECT_EQ(ErrorOf("0,2,5\n0.01,2,5\n"),
             "file.csv:1: no header: the first line is '0,2,5'; put a line with the columns' names "
             "above it, for example t_s,uc_v,um_v");
-  EXPECT_THAT(ErrorOf("Bench 3, Monday\nt_s,uc_v,um_v\n0,2,5\n"),
-              StartsWith("file.csv:1: column t_s: missing from the header 'Bench 3, Monday'"));
+  EXPECT_THAT(ErrorOf("Bench 3, Monday\n0,2,5\n"),
+              StartsWith("file.csv:1: column t_s: missing: 'Bench 3' was taken for nothing"));
   EXPECT_THAT(ErrorOf("t_s,uc_v,um_v,uc_v\n"),
               StartsWith("file.csv:1: column uc_v: appears twice"));
 }

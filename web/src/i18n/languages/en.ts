@@ -1522,6 +1522,8 @@ export const texts = {
   refused_csv_no_header: "The first line must name the columns, for example t_s,uc_v,um_v.",
   refused_csv_not_a_number: "Line {line}, column {column}: a number is expected.",
   refused_csv_not_utf8: "The file is not UTF-8. Save it as CSV UTF-8.",
+  refused_csv_other_format:
+    "The file is of another program, or each of its lines is in quotes. Save it as plain CSV with one line of names above the numbers, for example t_s,uc_v,um_v.",
   refused_csv_rows_far_apart:
     "The rows are too far apart in time. If the time is in milliseconds, name its column t_ms.",
   refused_csv_step_wrong: "The time step in line {line} is not a multiple of the sample period.",
@@ -1679,6 +1681,8 @@ export const texts = {
   refused_method_of_other_bench: "The method {method} was made for another bench than {bench}.",
   refused_nothing_left:
     "The record ends within the healthy stretch, which lasts until {until_s} s: nothing is left to diagnose. Give a longer record or a shorter stretch.",
+  refused_value_beyond_range:
+    "{column} of {value} is beyond the range of this bench, {range}. Check the unit in the name of the column, or choose the bench of the recording.",
   refused_truth_of_another: "Only the owner of a run gets a file with its hidden faults.",
   refused_report_too_early: "The report is made when the run has ended.",
   refused_rig_not_calibrated: "No run has calibrated {rig} yet. Start one, or leave the rig out.",

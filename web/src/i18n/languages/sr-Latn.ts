@@ -1566,6 +1566,8 @@ export const marked: Catalogue = {
   refused_csv_no_header: "Prvi red mora da imenuje kolone, na primer `t_s,uc_v,um_v`.",
   refused_csv_not_a_number: "Red {line}, kolona {column}: očekuje se broj.",
   refused_csv_not_utf8: "Datoteka nije UTF-8. Sačuvajte je kao CSV UTF-8.",
+  refused_csv_other_format:
+    "Datoteka je iz drugog programa, ili je svaki njen red pod navodnicima. Sačuvajte je kao običan CSV sa jednim redom imena iznad brojeva, na primer `t_s,uc_v,um_v`.",
   refused_csv_rows_far_apart:
     "Redovi su vremenski previše udaljeni. Ako je vreme u milisekundama, nazovite kolonu `t_ms`.",
   refused_csv_step_wrong: "Vremenski korak u redu {line} nije umnožak perioda odabiranja.",
@@ -1723,6 +1725,8 @@ export const marked: Catalogue = {
   refused_method_of_other_bench: "Metoda {method} je napravljena za drugu maketu, ne za {bench}.",
   refused_nothing_left:
     "Snimak se završava unutar zdravog dela, koji traje do {until_s} s: ništa ne ostaje za dijagnozu. Dajte duži snimak ili kraći deo.",
+  refused_value_beyond_range:
+    "{column} od {value} je izvan opsega ove makete, {range}. Proverite jedinicu u imenu kolone, ili izaberite maketu snimka.",
   refused_truth_of_another: "Samo vlasnik ogleda dobija datoteku sa skrivenim kvarovima.",
   refused_report_too_early: "Izveštaj se pravi kada se ogled završi.",
   refused_rig_not_calibrated:
