@@ -51,6 +51,8 @@ MethodInfo Info(std::string_view name,
                                    [&](const MethodTuning& tuning) { return tuning.name == name; });
   info.tuning = chosen != kMethodTunings.end() ? chosen->tuning : tunings.front();
   info.level = chosen != kMethodTunings.end() ? chosen->level : 0.5;
+  const bool own = chosen != kMethodTunings.end() && chosen->level_all > 0.0;
+  info.level_all = own ? chosen->level_all : info.level;
   return info;
 }
 
@@ -211,7 +213,7 @@ std::vector<MethodInfo> MakeList() {
     if (info.name == "ls" || info.name == "signal") info.pace = MethodPace::kBlocks;
     if (info.group == kSearch) info.pace = MethodPace::kAfterwards;
     if (info.name == "parity") info.identifies = false;
-    if (info.name == "faultlab") info.level = 0.5;  // it has its own levels
+    if (info.name == "faultlab") info.level = info.level_all = 0.5;  // it has its own levels
   }
   return all;
 }

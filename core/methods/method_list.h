@@ -26,12 +26,17 @@ struct MethodInfo {
   std::span<const double> tunings;  ///< that the rule chose from
   double tuning = 0.0;              ///< chosen
   double level = 0.0;               ///< of the statistic: one false alarm a day
+  double level_all = 0.0;           ///< the same where it also reads what Channels::kAll adds
   MethodPace pace = MethodPace::kEverySample;
   bool isolates = true;
   bool identifies = true;
   /// What the paper says of it, in other words; empty where Table 21 has no row of it.
   std::string_view paper;
   std::unique_ptr<Method> (*make)(const MethodTask& task) = nullptr;
+
+  double LevelFor(Channels channels) const {
+    return channels == Channels::kAll ? level_all : level;
+  }
 };
 
 /// In the order of Table 21, then those of the introduction, then ours.

@@ -34,7 +34,7 @@ class MethodSession {
   /// `tuning` and `level` of the method in place of info's.
   MethodSession(const MethodInfo& info, MethodTask task, double tuning, double level);
   MethodSession(const MethodInfo& info, const MethodTask& task)
-      : MethodSession(info, task, info.tuning, info.level) {}
+      : MethodSession(info, task, info.tuning, info.LevelFor(task.channels)) {}
 
   /// True when this sample raises the alarm.
   bool Push(const Sample& sample);

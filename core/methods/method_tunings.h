@@ -10,7 +10,8 @@ namespace faultlab::core {
 struct MethodTuning {
   std::string_view name;
   double tuning;
-  double level;  ///< one false alarm a day, at 100 samples a second
+  double level;            ///< one false alarm a day, at 100 samples a second
+  double level_all = 0.0;  ///< the same with all channels, of a method that reads them; 0: level
 };
 
 inline constexpr std::array kMethodTunings = {
@@ -22,7 +23,7 @@ inline constexpr std::array kMethodTunings = {
     MethodTuning{"woa", 100, 1.9469},          MethodTuning{"nn", 3, -0.0397085},
     MethodTuning{"fuzzy", 20, 33.0192},        MethodTuning{"parity", 50, 43.4924},
     MethodTuning{"luenberger", 0.95, 117.638}, MethodTuning{"kalman", 0.5, 131.575},
-    MethodTuning{"sliding", 2, 137.913},       MethodTuning{"signal", 64, 104.282},
+    MethodTuning{"sliding", 2, 137.913},       MethodTuning{"signal", 64, 104.282, 168.695},
     MethodTuning{"swa", 50, 6.72406},          MethodTuning{"sia", 100, 15.256},
 };
 

@@ -1,5 +1,7 @@
 #include "server/cli/methods.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <boost/json/parse.hpp>
@@ -14,6 +16,7 @@
 #include "server/csv/csv_record.h"
 #include "server/csv/fault_text.h"
 #include "server/csv/file_io.h"
+#include "server/diagnosis_json/channels_text.h"
 #include "server/methods/method_report.h"
 #include "server/methods/method_study.h"
 
@@ -27,6 +30,7 @@ using core::ErrorCode;
 using core::Result;
 
 constexpr std::size_t kManifestBytesMax = std::size_t{4} << 20;
+constexpr std::size_t kMarkdownBytesMax = std::size_t{4} << 20;
 
 /// The injected faults by file, of a manifest.json beside the recordings:
 ///   {"recordings": [{"file": "..", "faults": [{"component": "R1", "value": 10, "at_s": 10}]}]}
@@ -103,7 +107,13 @@ Result<std::vector<MethodRecord>> ReadRecordings(const std::string& folder,
 
 core::Status Write(const MethodsCommandOptions& options, const MethodStudy& study) {
   if (!options.markdown.empty()) {
-    const core::Status written = WriteFile(options.markdown, ToMarkdown(study));
+    std::string text = MarkdownTitle();
+    if (options.append) {
+      Result<std::string> before = ReadFile(options.markdown, kMarkdownBytesMax);
+      if (!before) return before.error();
+      text = std::move(before).value() + "\n";
+    }
+    const core::Status written = WriteFile(options.markdown, text + ToMarkdown(study));
     if (!written) return written;
   }
   if (options.plots_dir.empty() || study.faults.empty()) return core::Done{};
@@ -151,6 +161,14 @@ int RunMethods(const MethodsCommandOptions& options) {
   if (!bench) return Fail(bench.error(), kExitBadInput);
   MethodStudyOptions study_options;
   study_options.bench = bench.value();
+  if (!options.channels.empty()) {
+    const auto channels = ParseChannels(options.channels, *bench.value());
+    if (!channels) {
+      return Fail({channels.error().code, "--" + channels.error().message, "channels"},
+                  kExitBadInput);
+    }
+    study_options.channels = channels.value();
+  }
   study_options.methods = options.methods;
   study_options.trials = options.trials;
   study_options.healthy_hours = options.hours;
@@ -164,9 +182,10 @@ int RunMethods(const MethodsCommandOptions& options) {
                 kExitBadInput);
   }
   if (options.tune) return PrintTunings(study_options);
-  const auto progress = [shown = -1](double done) mutable {
+  const auto progress = [shown = -1, watched = isatty(STDERR_FILENO) != 0](double done) mutable {
+    if (!watched) return true;
     const int percent = static_cast<int>(100.0 * done);
-    if (percent / 5 != shown / 5 || shown < 0) std::fprintf(stderr, "%d %%\n", percent);
+    if (percent != shown) std::fprintf(stderr, "\r%3d %%%s", percent, percent == 100 ? "\n" : "");
     shown = percent;
     return true;
   };

@@ -12,6 +12,7 @@ namespace faultlab::server {
 struct MethodsCommandOptions {
   std::string bench;                 ///< FILE.toml; empty: the paper's
   std::vector<std::string> methods;  ///< names; empty: all
+  std::string channels;              ///< "um", "all"; empty: as the bench's estimators
   std::string recordings;            ///< folder; empty: simulated runs
   int trials = 10;                   ///< simulated records of each fault
   double hours = 6.0;                ///< healthy, simulated, of each method
@@ -19,6 +20,7 @@ struct MethodsCommandOptions {
   bool tune = false;
   bool json = false;
   std::string markdown;   ///< FILE.md, "" = none
+  bool append = false;    ///< behind what is in FILE.md
   std::string plots_dir;  ///< methods.png there; empty: none
 };
 

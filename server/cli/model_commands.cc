@@ -90,6 +90,8 @@ class ModelCommands {
                                    chosen);
     AddBench(methods, methods_.bench);
     methods.add_option("--method", methods_.methods, "NAME, repeatable; without it all");
+    methods.add_option(
+        "--channels", methods_.channels, "um or all; default um, where the estimators use it");
     methods.add_option("--recordings",
                        methods_.recordings,
                        "Folder of recordings, with their faults in comments or in manifest.json; "
@@ -102,6 +104,7 @@ class ModelCommands {
     methods.add_flag("--tune", methods_.tune, "Finds tunings and alarm levels on other seeds");
     methods.add_flag("--json", methods_.json, "One JSON object");
     methods.add_option("--markdown", methods_.markdown, "FILE.md: Table 21 with figures");
+    methods.add_flag("--append", methods_.append, "Keeps what FILE.md has, and adds this table");
     methods.add_option("--plots", methods_.plots_dir, "Folder for methods.png");
     methods.footer(
         "Examples:\n"

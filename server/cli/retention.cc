@@ -23,7 +23,8 @@ json::object ToJson(const lab::RetentionReport& report, bool dry_run) {
   return {{"dry_run", dry_run},
           {"items", std::move(items)},
           {"news", report.news},
-          {"stale_links_and_sign_ins", report.stale}};
+          {"stale_links_and_sign_ins", report.stale},
+          {"unnamed_benches", report.benches}};
 }
 
 std::string ToText(const lab::RetentionReport& report, bool dry_run) {
@@ -34,7 +35,8 @@ std::string ToText(const lab::RetentionReport& report, bool dry_run) {
   }
   return out + (dry_run ? "would delete " : "deleted ") + std::to_string(report.items.size()) +
          " recordings and jobs, " + std::to_string(report.news) + " news, " +
-         std::to_string(report.stale) + " links and sign-ins\n";
+         std::to_string(report.stale) + " links and sign-ins, " + std::to_string(report.benches) +
+         " benches that nothing names\n";
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "server/experiment/benches.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "core/types/check.h"
@@ -10,6 +11,13 @@ namespace faultlab::server {
 
 using core::Error;
 using core::ErrorCode;
+
+namespace {
+
+/// Far shorter than a bench that nothing names is kept.
+constexpr auto kRenewed = std::chrono::hours(24);
+
+}  // namespace
 
 Benches::Benches(Database& database, std::vector<const core::Bench*> own)
     : store_(database), own_(std::move(own)) {
@@ -84,12 +92,15 @@ core::Status Benches::NameOlderRecordings(WallTime now) {
 core::Status Benches::Keep(const core::Bench& bench, WallTime now) {
   {
     const std::lock_guard lock(mutex_);
-    if (stored_.contains(bench.id)) return core::Done{};
+    const auto known = stored_.find(bench.id);
+    if (known != stored_.end() && now - known->second < kRenewed && now >= known->second) {
+      return core::Done{};
+    }
   }
   const core::Status stored = store_.Add(bench.id, bench.text, now);
   if (!stored.ok()) return stored;
   const std::lock_guard lock(mutex_);
-  stored_.insert(bench.id);
+  stored_[bench.id] = now;
   return core::Done{};
 }
 

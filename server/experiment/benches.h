@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <map>
 #include <mutex>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -39,7 +38,7 @@ class Benches {
   /// start of a server.
   core::Status NameOlderRecordings(WallTime now);
 
-  /// Stores the description, once; before a recording names it.
+  /// Stores the description, again once a day; before a recording names it.
   core::Status Keep(const core::Bench& bench, WallTime now);
   /// Stores what rigs are built like.
   /// @returns those that were another bench before
@@ -52,7 +51,7 @@ class Benches {
   BenchStore store_;
   const std::vector<const core::Bench*> own_;
   std::mutex mutex_;
-  std::set<std::string, std::less<>> stored_;  ///< ids of which the database is known to have
+  std::map<std::string, WallTime> stored_;  ///< by id, when the database was last given it
 };
 
 }  // namespace faultlab::server

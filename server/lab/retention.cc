@@ -17,6 +17,12 @@ using soci::use;
 constexpr int kTurnMax = 10'000;
 /// Longer than what is shown of it, 30 days.
 constexpr auto kUseKept = std::chrono::hours(24 * 40);
+/// Benches that nothing names, as of agents that were tried once. Who is about to name one has
+/// renewed it within a day (Benches::Keep).
+constexpr int kUnnamedBenchDays = 40;
+constexpr const char* kUnnamedBench =
+    "bench WHERE since_ms < :before AND id NOT IN (SELECT bench FROM rig_bench) "
+    "AND id NOT IN (SELECT bench FROM recording) AND id NOT IN (SELECT bench FROM rig_calibration)";
 
 /// Excludes recordings that are still needed.
 constexpr const char* kNotInUse =
@@ -139,13 +145,16 @@ core::Result<RetentionReport> Retain(Database& database,
       report.stale = Sweep(tx, "one_time_link WHERE expires_ms < :before", before_ms, remove) +
                      Sweep(tx, "sign_in WHERE expires_ms < :before", before_ms, remove);
     }
+    report.benches = Sweep(tx, kUnnamedBench, Before(now, kUnnamedBenchDays), remove);
     if (remove) rig_use::Forget(tx, now - kUseKept);
-    const bool any = !report.items.empty() || report.news > 0 || report.stale > 0;
+    const bool any =
+        !report.items.empty() || report.news > 0 || report.stale > 0 || report.benches > 0;
     if (remove && any) {
       const std::int64_t now_ms = ToMilliseconds(now);
       const std::string detail = std::to_string(report.items.size()) + " recordings and jobs, " +
                                  std::to_string(report.news) + " news, " +
-                                 std::to_string(report.stale) + " links and sign-ins";
+                                 std::to_string(report.stale) + " links and sign-ins, " +
+                                 std::to_string(report.benches) + " benches that nothing names";
       tx.sql() << "INSERT INTO audit_log (at_ms, actor, verb, object, detail) "
                   "VALUES (:at, 'system', 'retention', 'database', :detail)",
           use(now_ms, "at"), use(detail, "detail");

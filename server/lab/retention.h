@@ -29,8 +29,9 @@ struct Expired {
 
 struct RetentionReport {
   std::vector<Expired> items;
-  std::int64_t news = 0;   ///< lines told
-  std::int64_t stale = 0;  ///< links, sign-ins
+  std::int64_t news = 0;     ///< lines told
+  std::int64_t stale = 0;    ///< links, sign-ins
+  std::int64_t benches = 0;  ///< descriptions that no rig, recording or calibration names
 };
 
 /// Finds what has been kept long enough, oldest first, at most 10 000 things at a time. With

@@ -33,15 +33,19 @@ std::string Percent(double ratio) {
   return std::isfinite(ratio) ? Format("%.2g %%", 100.0 * ratio) : std::string("-");
 }
 
-/// Median with its 95 % interval by order statistics.
+/// 95 %, of a median, by order statistics.
+Interval MedianInterval(const std::vector<double>& values) {
+  const double half = 0.98 / std::sqrt(static_cast<double>(values.size()));
+  return {core::Quantile(values, std::max(0.0, 0.5 - half)),
+          core::Quantile(values, std::min(1.0, 0.5 + half))};
+}
+
 std::string Error(const MethodRow& row) {
   if (!row.info->identifies) return "cannot";
   if (row.errors.empty()) return "-";
-  const double n = static_cast<double>(row.errors.size());
-  const double half = 0.98 / std::sqrt(n);
-  return Percent(core::Quantile(row.errors, 0.5)) + " (" +
-         Percent(core::Quantile(row.errors, std::max(0.0, 0.5 - half))) + " - " +
-         Percent(core::Quantile(row.errors, std::min(1.0, 0.5 + half))) + ")";
+  const Interval interval = MedianInterval(row.errors);
+  return Percent(core::Quantile(row.errors, 0.5)) + " (" + Percent(interval.low) + " - " +
+         Percent(interval.high) + ")";
 }
 
 std::string Delay(const MethodRow& row) {
@@ -89,6 +93,101 @@ std::string FaultName(const core::FaultSize& fault) {
          PlainText(ValueText(fault.value, core::Unit(fault.component)));
 }
 
+json::value OrNull(double value) {
+  return std::isfinite(value) ? json::value(value) : json::value(nullptr);
+}
+
+json::array ToJson(const Interval& interval, double scale) {
+  return {interval.low * scale, interval.high * scale};
+}
+
+const char* ChannelsText(const MethodStudy& study) {
+  const core::Channels channels = TaskOptions(study.options, study.period_s).channels;
+  return channels == core::Channels::kAll ? "all" : "um";
+}
+
+/// What the method said at the end of this record.
+json::object ToJson(const MethodOutcome& outcome) {
+  const core::MethodFinding& finding = outcome.finding;
+  json::value fault;
+  if (outcome.fault) {
+    fault = json::object{{"component", core::Name(outcome.fault->component)},
+                         {"value", outcome.fault->value},
+                         {"at_s", outcome.fault->at_s}};
+  }
+  const core::MethodInfo& info = *core::FindMethod(outcome.method);
+  json::array cannot;
+  if (!outcome.refused.empty()) cannot.emplace_back("calibrate: " + outcome.refused);
+  if (!info.isolates) cannot.emplace_back("isolate");
+  if (!info.identifies) cannot.emplace_back("identify");
+  json::value component;
+  json::value value;
+  if (finding.isolation == core::Answer::kGiven && finding.named > 0) {
+    component = core::Name(finding.candidates.front().component);
+    if (finding.identification == core::Answer::kGiven) {
+      value = OrNull(finding.candidates.front().value);
+    }
+  }
+  return {{"method", outcome.method},
+          {"file", outcome.record},
+          {"fault", std::move(fault)},
+          {"detected_at_s", outcome.alarmed_at_s ? json::value(*outcome.alarmed_at_s) : nullptr},
+          {"component", std::move(component)},
+          {"value", std::move(value)},
+          {"cannot", std::move(cannot)}};
+}
+
+json::object ToJson(const MethodRow& row, const MethodStudy& study) {
+  const core::MethodInfo& info = *row.info;
+  json::object intervals = {
+      {"detected", ToJson(core::WilsonInterval(row.detected, row.faulty), 1.0)},
+      {"isolated", ToJson(core::WilsonInterval(row.isolated.back(), row.faulty), 1.0)}};
+  json::value false_alarms;
+  if (row.watched_days > 0.0) {
+    false_alarms = row.false_alarms / row.watched_days;
+    intervals["false_alarms_per_day"] =
+        ToJson(core::PoissonInterval(row.false_alarms), 1.0 / row.watched_days);
+  }
+  if (!row.errors.empty()) {
+    intervals["error_median_percent"] = ToJson(MedianInterval(row.errors), 100.0);
+  }
+  json::array isolated_after;
+  for (const int count : row.isolated) isolated_after.emplace_back(count);
+  json::array by_fault;
+  for (std::size_t f = 0; f < row.isolated_of.size(); ++f) {
+    by_fault.emplace_back(json::object{{"component", core::Name(study.faults[f].component)},
+                                       {"value", study.faults[f].value},
+                                       {"detected", row.detected_of[f]},
+                                       {"delay_samples_median", OrNull(row.delay_of[f])},
+                                       {"isolated", row.isolated_of[f]},
+                                       {"error_median_percent", OrNull(100.0 * row.error_of[f])}});
+  }
+  const bool runs = row.fits;
+  return {{"method", info.name},
+          {"title", info.title},
+          {"group", info.group},
+          {"fits", row.fits},
+          {"real_time", runs ? json::value(row.in_time(study.period_s)) : nullptr},
+          {"delay_samples_median", OrNull(core::Quantile(row.delays, 0.5))},
+          {"false_alarms_per_day", std::move(false_alarms)},
+          {"false_alarms", row.false_alarms},
+          {"watched_days", row.watched_days},
+          {"of", row.faulty},
+          {"refused", row.refused},
+          {"detected", row.detected},
+          {"isolated", info.isolates ? json::value(row.isolated.back()) : nullptr},
+          {"isolated_after", std::move(isolated_after)},
+          {"error_median_percent", OrNull(100.0 * core::Quantile(row.errors, 0.5))},
+          {"ns_per_sample", OrNull(1000.0 * core::Quantile(row.sample_us, 0.5))},
+          {"ms_per_diagnosis", OrNull(core::Quantile(row.diagnosis_ms, 0.5))},
+          {"memory_bytes", row.bytes > 0 ? json::value(row.bytes) : nullptr},
+          {"interval_95", std::move(intervals)},
+          {"tuned", info.tuned},
+          {"tuning", info.tuning},
+          {"level", info.LevelFor(TaskOptions(study.options, study.period_s).channels)},
+          {"faults", std::move(by_fault)}};
+}
+
 }  // namespace
 
 std::string ToText(const MethodStudy& study) {
@@ -119,8 +218,15 @@ std::string ToText(const MethodStudy& study) {
   return text;
 }
 
+std::string MarkdownTitle() {
+  return "# The methods of Table 21, measured\n\nWritten by `faultlab methods --markdown`; how, "
+         "and "
+         "what the figures say about the paper's words:\n[methods/README.md](methods/README.md). "
+         "Shares with Wilson's 95 % interval, false alarms with Poisson's, medians by order "
+         "statistics.\n\n";
+}
+
 std::string ToMarkdown(const MethodStudy& study) {
-  std::string out;
   const std::string source =
       study.faults.empty()
           ? Format("%d given recordings", study.recordings)
@@ -129,12 +235,8 @@ std::string ToMarkdown(const MethodStudy& study) {
                    study.options.trials,
                    static_cast<unsigned long long>(study.options.seed),
                    study.options.healthy_hours);
-  out +=
-      "# The methods of Table 21, measured\n\nWritten by `faultlab methods --markdown`; how, and "
-      "what the figures say about the paper's words:\n[methods/README.md](methods/README.md). "
-      "Shares with Wilson's 95 % interval, false alarms with Poisson's, medians by order "
-      "statistics.\n\n";
-  out += "## " + study.options.bench->name + ": " + source + "\n\n";
+  std::string out = "## " + study.options.bench->name + ", channels " + ChannelsText(study) + ": " +
+                    source + "\n\n";
   out +=
       "| method | the paper's Table 21, in other words | real time | detected | delay, median / "
       "95 % (samples) | false alarms a day | isolated at the end | isolated 0.2, 0.5, 1, 5 s after "
@@ -180,68 +282,22 @@ std::string ToMarkdown(const MethodStudy& study) {
 }
 
 json::object ToJson(const MethodStudy& study) {
-  const auto number = [](double value) {
-    return std::isfinite(value) ? json::value(value) : json::value(nullptr);
-  };
-  const auto interval = [](const Interval& of, double scale) {
-    return json::array{of.low * scale, of.high * scale};
-  };
-  json::array rows;
-  for (const MethodRow& row : study.rows) {
-    json::object out = {
-        {"method", row.info->name},
-        {"title", row.info->title},
-        {"group", row.info->group},
-        {"fits", row.fits},
-        {"tuned", row.info->tuned},
-        {"tuning", row.info->tuning},
-        {"level", row.info->level},
-        {"isolates", row.info->isolates},
-        {"identifies", row.info->identifies},
-        {"records", row.faulty},
-        {"refused", row.refused},
-        {"detected", row.detected},
-        {"detected_95", interval(core::WilsonInterval(row.detected, row.faulty), 1.0)},
-        {"delay_median", number(core::Quantile(row.delays, 0.5))},
-        {"delay_95", number(core::Quantile(row.delays, 0.95))},
-        {"false_alarms", row.false_alarms},
-        {"watched_days", row.watched_days}};
-    if (row.watched_days > 0.0) {
-      out["false_alarms_per_day"] = row.false_alarms / row.watched_days;
-      out["false_alarms_per_day_95"] =
-          interval(core::PoissonInterval(row.false_alarms), 1.0 / row.watched_days);
-    }
-    json::array isolated;
-    for (const int count : row.isolated) isolated.emplace_back(count);
-    out["isolated"] = std::move(isolated);
-    out["error_median"] = number(core::Quantile(row.errors, 0.5));
-    out["error_95"] = number(core::Quantile(row.errors, 0.95));
-    out["sample_us"] = number(core::Quantile(row.sample_us, 0.5));
-    out["diagnosis_ms"] = number(core::Quantile(row.diagnosis_ms, 0.5));
-    out["bytes"] = row.bytes;
-    out["real_time"] = row.in_time(study.period_s);
-    json::array by_fault;
-    for (std::size_t f = 0; f < row.isolated_of.size(); ++f) {
-      by_fault.emplace_back(json::object{{"component", core::Name(study.faults[f].component)},
-                                         {"value", study.faults[f].value},
-                                         {"detected", row.detected_of[f]},
-                                         {"delay_median", number(row.delay_of[f])},
-                                         {"isolated", row.isolated_of[f]},
-                                         {"error_median", number(row.error_of[f])}});
-    }
-    out["faults"] = std::move(by_fault);
-    rows.emplace_back(std::move(out));
-  }
+  json::array records;
+  for (const MethodOutcome& outcome : study.outcomes) records.emplace_back(ToJson(outcome));
+  json::array methods;
+  for (const MethodRow& row : study.rows) methods.emplace_back(ToJson(row, study));
   json::array after;
   for (const double after_s : core::kLookAfterS) after.emplace_back(after_s);
   return {{"bench", study.options.bench->name},
+          {"channels", ChannelsText(study)},
           {"trials", study.options.trials},
           {"healthy_hours", study.options.healthy_hours},
           {"seed", study.options.seed},
           {"recordings", study.recordings},
           {"period_s", study.period_s},
           {"isolated_after_s", std::move(after)},
-          {"methods", std::move(rows)}};
+          {"records", std::move(records)},
+          {"methods", std::move(methods)}};
 }
 
 Figure MakeMethodFigure(const MethodStudy& study) {

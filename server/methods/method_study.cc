@@ -38,13 +38,14 @@ double HealthyTo(const core::Bench& bench) {
   return core::MethodOptionsOf(bench, bench.period_s).healthy_to_s;
 }
 
-std::vector<Component> SameKind(const core::Bench& bench, const core::FaultSize& fault) {
+std::vector<Component> SameKind(const MethodStudyOptions& asked, const core::FaultSize& fault) {
+  const core::Bench& bench = *asked.bench;
   core::IsolabilityOptions options;
   options.bench = &bench;
   const core::BenchProfile& profile = bench.profiles.front();
   options.rig = {bench.nominal, 1.0, profile.delta_s, profile.friction.mc_nm};
   options.noise = core::NoiseOf(profile, bench.nominal.gear_ratio);
-  options.channels = core::MethodOptionsOf(bench, bench.period_s).channels;
+  options.channels = TaskOptions(asked, bench.period_s).channels;
   options.period_s = bench.period_s;
   constexpr int kInputs = 300;
   const auto input = core::Generate(bench.excitation, kInputs * bench.period_s, bench.period_s);
@@ -74,7 +75,7 @@ double ErrorOf(const core::MethodFinding& finding, const core::Fault& fault) {
 }
 
 void Count(const MethodOutcome& outcome, bool faulty, MethodRow& row) {
-  if (outcome.refused) {
+  if (!outcome.refused.empty()) {
     ++row.refused;
     return;
   }
@@ -159,6 +160,12 @@ void CollectMaxima(const MethodInfo& info,
 
 }  // namespace
 
+core::MethodOptions TaskOptions(const MethodStudyOptions& options, double period_s) {
+  core::MethodOptions task = core::MethodOptionsOf(*options.bench, period_s);
+  if (options.channels) task.channels = *options.channels;
+  return task;
+}
+
 MethodRecord SimulateMethodRecord(const core::Bench& bench,
                                   const core::FaultSize* fault,
                                   std::uint64_t seed,
@@ -183,16 +190,18 @@ MethodRecord SimulateMethodRecord(const core::Bench& bench,
 }
 
 MethodOutcome TryMethod(const MethodInfo& info,
-                        const core::Bench& bench,
+                        const core::MethodOptions& options,
                         const MethodRecord& record,
                         double tuning,
                         double level) {
   using Clock = std::chrono::steady_clock;
-  const core::MethodOptions options = core::MethodOptionsOf(bench, record.period_s);
   MethodOutcome outcome;
+  outcome.method = info.name;
+  outcome.record = record.name;
+  if (!record.faults.empty()) outcome.fault = record.faults.front();
   const core::Result<core::MethodTask> task = core::PrepareMethods(record.samples, options);
   if (!task) {
-    outcome.refused = true;
+    outcome.refused = task.error().message;
     return outcome;
   }
   core::MethodSession session(info, task.value(), tuning, level);
@@ -215,6 +224,7 @@ MethodOutcome TryMethod(const MethodInfo& info,
     ++pushed;
     if (sample.t_s < fault_s) outcome.watched_s += record.period_s;
     if (alarm) {
+      outcome.alarmed_at_s = sample.t_s;
       if (sample.t_s < fault_s) {
         outcome.false_alarm = true;
         return outcome;
@@ -240,11 +250,13 @@ MethodOutcome TryMethod(const MethodInfo& info,
   while (looked++ < core::kLookAfterS.size()) outcome.isolated.push_back(false);
   look();
   outcome.error = ErrorOf(finding, record.faults.front());
+  outcome.finding = std::move(finding);
   return outcome;
 }
 
 MethodStudy StudyMethods(const MethodStudyOptions& options, const Progress& progress) {
   const core::Bench& bench = *options.bench;
+  const core::MethodOptions given = TaskOptions(options, bench.period_s);
   MethodStudy study = EmptyStudy(options);
   study.faults = core::FaultsOf(bench);
   const std::size_t faults = study.faults.size();
@@ -256,20 +268,22 @@ MethodStudy StudyMethods(const MethodStudyOptions& options, const Progress& prog
       static_cast<double>(faults * static_cast<std::size_t>(options.trials) + healthy_records);
   double done = 0.0;
   for (std::size_t f = 0; f < faults; ++f) {
-    const std::vector<Component> same_kind = SameKind(bench, study.faults[f]);
+    const std::vector<Component> same_kind = SameKind(options, study.faults[f]);
     std::vector<MethodRow> of_fault = EmptyStudy(options).rows;
     for (int trial = 0; trial < options.trials; ++trial) {
       const std::uint64_t seed = options.seed + 1000 * f + static_cast<std::uint64_t>(trial);
       MethodRecord record = SimulateMethodRecord(
           bench, &study.faults[f], seed, core::SpanOf(kRecordSamples, bench.period_s));
       record.same_kind = same_kind;
+      record.name = "seed " + std::to_string(seed);
       for (std::size_t m = 0; m < study.rows.size(); ++m) {
         MethodRow& row = study.rows[m];
         if (!row.fits) continue;
-        const MethodOutcome outcome =
-            TryMethod(*row.info, bench, record, row.info->tuning, row.info->level);
+        MethodOutcome outcome = TryMethod(
+            *row.info, given, record, row.info->tuning, row.info->LevelFor(given.channels));
         Count(outcome, true, row);
         Count(outcome, true, of_fault[m]);
+        study.outcomes.push_back(std::move(outcome));
       }
       if (!progress(++done / all)) return study;
     }
@@ -285,7 +299,8 @@ MethodStudy StudyMethods(const MethodStudyOptions& options, const Progress& prog
         SimulateMethodRecord(bench, nullptr, options.seed + 100'000 + h, HealthySamples(bench));
     for (MethodRow& row : study.rows) {
       if (!row.fits) continue;
-      Count(TryMethod(*row.info, bench, record, row.info->tuning, row.info->level), false, row);
+      const double level = row.info->LevelFor(given.channels);
+      Count(TryMethod(*row.info, given, record, row.info->tuning, level), false, row);
     }
     if (!progress(++done / all)) return study;
   }
@@ -302,13 +317,15 @@ MethodStudy StudyRecordings(const MethodStudyOptions& options,
     MethodRecord record = given;
     if (!record.faults.empty()) {
       record.same_kind =
-          SameKind(*options.bench, {record.faults.front().component, record.faults.front().value});
+          SameKind(options, {record.faults.front().component, record.faults.front().value});
     }
+    const core::MethodOptions task = TaskOptions(options, record.period_s);
     for (MethodRow& row : study.rows) {
       if (!row.fits) continue;
-      Count(TryMethod(*row.info, *options.bench, record, row.info->tuning, row.info->level),
-            !record.faults.empty(),
-            row);
+      const double level = row.info->LevelFor(task.channels);
+      MethodOutcome outcome = TryMethod(*row.info, task, record, row.info->tuning, level);
+      Count(outcome, !record.faults.empty(), row);
+      study.outcomes.push_back(std::move(outcome));
     }
     if (!progress(++done / static_cast<double>(records.size()))) break;
   }
@@ -317,7 +334,7 @@ MethodStudy StudyRecordings(const MethodStudyOptions& options,
 
 std::vector<ChosenTuning> TuneMethods(const MethodStudyOptions& options, bool levels_only) {
   const core::Bench& bench = *options.bench;
-  const core::MethodOptions asked = core::MethodOptionsOf(bench, bench.period_s);
+  const core::MethodOptions asked = TaskOptions(options, bench.period_s);
   constexpr std::size_t kHealthyRecords = 120;
   constexpr std::size_t kBlocks = 5;
   const auto block = static_cast<std::size_t>(
@@ -335,7 +352,7 @@ std::vector<ChosenTuning> TuneMethods(const MethodStudyOptions& options, bool le
     constexpr std::uint64_t kTrials = 2;
     const std::vector<core::FaultSize> faults = core::FaultsOf(bench);
     for (std::size_t f = 0; f < faults.size(); ++f) {
-      const std::vector<Component> same_kind = SameKind(bench, faults[f]);
+      const std::vector<Component> same_kind = SameKind(options, faults[f]);
       for (std::uint64_t trial = 0; trial < kTrials; ++trial) {
         faulty.push_back(SimulateMethodRecord(bench,
                                               &faults[f],
@@ -368,7 +385,7 @@ std::vector<ChosenTuning> TuneMethods(const MethodStudyOptions& options, bool le
       std::vector<double> errors;
       std::vector<double> delays;
       for (const MethodRecord& record : faulty) {
-        const MethodOutcome outcome = TryMethod(*info, bench, record, tunings[t], level);
+        const MethodOutcome outcome = TryMethod(*info, asked, record, tunings[t], level);
         delays.push_back(outcome.detected ? outcome.delay_samples
                                           : std::numeric_limits<double>::infinity());
         if (!outcome.detected) continue;

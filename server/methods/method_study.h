@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,7 +28,13 @@ struct MethodRecord {
 
 /// What one method did with one record.
 struct MethodOutcome {
-  bool refused = false;      ///< no calibration
+  std::string_view method;
+  std::string record;                  ///< MethodRecord::name
+  std::optional<core::Fault> fault{};  ///< of the record
+  std::optional<double> alarmed_at_s;  ///< the first alarm, false or not
+  core::MethodFinding finding;         ///< of the end; empty without a true alarm
+
+  std::string refused{};     ///< why there is no calibration; empty: there is one
   bool false_alarm = false;  ///< before the fault, or without one
   bool detected = false;
   double delay_samples = 0.0;
@@ -41,11 +48,12 @@ struct MethodOutcome {
 
 /// How thoroughly: the counts are of seeds.
 struct MethodStudyOptions {
-  const core::Bench* bench = nullptr;  ///< never null
-  std::vector<std::string> methods;    ///< names; empty: all
-  int trials = 10;                     ///< records of each fault
-  double healthy_hours = 6.0;          ///< of each method, for its false alarms
-  std::uint64_t seed = 1000;           ///< of the first; the tuning used kTuningSeed
+  const core::Bench* bench = nullptr;        ///< never null
+  std::optional<core::Channels> channels{};  ///< nullopt: those that the bench's estimators use
+  std::vector<std::string> methods;          ///< names; empty: all
+  int trials = 10;                           ///< records of each fault
+  double healthy_hours = 6.0;                ///< of each method, for its false alarms
+  std::uint64_t seed = 1000;                 ///< of the first; the tuning used kTuningSeed
 };
 
 inline constexpr std::uint64_t kTuningSeed = 500'000;
@@ -82,8 +90,13 @@ struct MethodStudy {
   std::vector<core::FaultSize> faults;  ///< empty for given recordings
   int recordings = 0;                   ///< given ones
   double period_s = 0.01;
+  std::vector<MethodOutcome>
+      outcomes;  ///< of each record and method, without healthy simulated ones
   std::vector<MethodRow> rows;
 };
+
+/// What the methods of a study are given for a record of this period.
+core::MethodOptions TaskOptions(const MethodStudyOptions& options, double period_s);
 
 /// Hears of work done, 0..1; false stops the study.
 using Progress = std::function<bool(double)>;
@@ -95,9 +108,9 @@ MethodRecord SimulateMethodRecord(const core::Bench& bench,
                                   std::uint64_t seed,
                                   std::size_t samples);
 
-/// One method over one record.
+/// One method over one record; the period of `options` is that of the record.
 MethodOutcome TryMethod(const core::MethodInfo& info,
-                        const core::Bench& bench,
+                        const core::MethodOptions& options,
                         const MethodRecord& record,
                         double tuning,
                         double level);

@@ -23,7 +23,7 @@ core::Status BenchStore::Add(const std::string& id, const std::string& text, Wal
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     const std::int64_t now_ms = ToMilliseconds(now);
     tx.sql() << "INSERT INTO bench (id, text, since_ms) VALUES (:id, :text, :since) "
-                "ON CONFLICT (id) DO NOTHING",
+                "ON CONFLICT (id) DO UPDATE SET since_ms = excluded.since_ms",
         use(id, "id"), use(text, "text"), use(now_ms, "since");
     return Done{};
   });
@@ -62,9 +62,10 @@ core::Result<std::vector<std::string>> BenchStore::TextsOfRigs() {
   return database_.Read([&](Transaction& tx) -> core::Result<Texts> {
     Texts texts;
     std::string text;
-    soci::statement query = (tx.sql().prepare << "SELECT text FROM bench WHERE id IN (SELECT bench "
-                                                 "FROM rig_bench) ORDER BY since_ms DESC, id",
-                             into(text));
+    soci::statement query =
+        (tx.sql().prepare << "SELECT b.text FROM rig_bench r JOIN bench b ON b.id = r.bench "
+                             "GROUP BY b.id, b.text ORDER BY MIN(r.rig)",
+         into(text));
     query.execute();
     while (query.fetch()) texts.push_back(text);
     return texts;

@@ -15,7 +15,8 @@ class BenchStore {
  public:
   explicit BenchStore(Database& database) : database_(database) {}
 
-  /// Nothing happens when the id is stored already: an id stands for one text.
+  /// An id stands for one text: of one that is stored already, only the time is renewed. Benches
+  /// that nothing names are kept for days after it (server/lab/retention.h).
   core::Status Add(const std::string& id, const std::string& text, WallTime now);
   /// Empty when there is none.
   core::Result<std::string> Text(const std::string& id);
@@ -25,7 +26,7 @@ class BenchStore {
   core::Result<std::vector<std::string>> PutRigs(const std::map<std::string, std::string>& rigs);
   /// Of the bench of a rig; empty when no member has stored one.
   core::Result<std::string> TextOfRig(const std::string& rig);
-  /// Of the benches of all rigs, each once, the newest first.
+  /// Of the benches of all rigs, each once, in the order of their rigs.
   core::Result<std::vector<std::string>> TextsOfRigs();
 
   /// Gives recordings and calibrations of programs that named no bench this one.

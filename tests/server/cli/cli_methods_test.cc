@@ -21,13 +21,42 @@ TEST_F(CliMethods, ComparesMethodsOnSimulatedRuns) {
   ASSERT_EQ(answer.at("methods").as_array().size(), 3U);
   const json::value& rls = answer.at("methods").at(1);
   EXPECT_EQ(rls.at("method"), "rls-reset");
-  EXPECT_EQ(rls.at("records"), 18);
+  EXPECT_EQ(rls.at("of"), 18);
   EXPECT_GE(rls.at("detected").as_int64(), 15);
   EXPECT_EQ(rls.at("faults").as_array().size(), 18U);
-  EXPECT_EQ(answer.at("methods").at(2).at("error_median"), nullptr) << "parity sizes nothing";
+  EXPECT_EQ(answer.at("methods").at(2).at("error_median_percent"), nullptr)
+      << "parity sizes nothing";
+  const auto& records = answer.at("records").as_array();
+  ASSERT_EQ(records.size(), 3U * 18U);
+  EXPECT_EQ(records.at(1).at("method"), "rls-reset");
+  EXPECT_EQ(records.at(1).at("fault").at("component"), "R1");
+  EXPECT_EQ(records.at(1).at("component"), "R1");
+  EXPECT_NEAR(records.at(1).at("value").to_number<double>(), 10.0, 1.0);
+  EXPECT_GE(records.at(1).at("detected_at_s").to_number<double>(),
+            records.at(1).at("fault").at("at_s").to_number<double>());
+  EXPECT_EQ(records.at(2).at("value"), nullptr);
+  EXPECT_EQ(records.at(2).at("cannot"), (json::array{"identify"}));
   EXPECT_NE(Read("table.md").find("| Parity equations (`parity`) |"), std::string::npos);
   EXPECT_NE(Read("table.md").find("cannot"), std::string::npos);
   EXPECT_EQ(Read("figures/methods.png").substr(1, 3), "PNG");
+}
+
+TEST_F(CliMethods, MeasuresByAllChannelsBehindTheTableByUm) {
+  const std::string common = "methods --method signal --trials 1 --hours 0 --markdown table.md ";
+  ASSERT_EQ(Run(common + "--channels um").exit_code, 0);
+  const Finished run = Run(common + "--channels all --append --json");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.err, "") << "progress is for terminals";
+  const json::value answer = json::parse(run.out);
+  EXPECT_EQ(answer.at("channels"), "all");
+  EXPECT_NE(answer.at("methods").at(0).at("level"), 104.282) << "two channels, another level";
+  const std::string table = Read("table.md");
+  EXPECT_EQ(table.find("# The methods"), 0U);
+  EXPECT_EQ(table.find("# The methods", 1), std::string::npos) << "one title";
+  EXPECT_LT(table.find("channels um: 18 faults"), table.find("channels all: 18 faults"));
+  const Finished wrong = Run("methods --channels speed");
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_EQ(wrong.err.find("faultlab: --channels 'speed'"), 0U) << wrong.err;
 }
 
 TEST_F(CliMethods, TakesRecordingsWithTheirFaults) {
@@ -38,8 +67,10 @@ TEST_F(CliMethods, TakesRecordingsWithTheirFaults) {
   const json::value answer = json::parse(run.out);
   const json::value& ga = answer.at("methods").at(0);
   EXPECT_EQ(answer.at("recordings"), 2);
-  EXPECT_EQ(ga.at("records"), 1);
-  EXPECT_EQ(ga.at("isolated").as_array().back(), 1);
+  EXPECT_EQ(ga.at("of"), 1);
+  EXPECT_EQ(ga.at("isolated"), 1);
+  EXPECT_EQ(answer.at("records").at(0).at("file"), "a.csv");
+  EXPECT_EQ(answer.at("records").at(1).at("fault"), nullptr);
   EXPECT_EQ(ga.at("false_alarms"), 0);
 }
 

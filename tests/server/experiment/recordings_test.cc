@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <soci/soci.h>
+
 #include <boost/json.hpp>
+#include <chrono>
 #include <string>
 
 #include "server/diagnosis_json/diagnosis_json.h"
@@ -179,6 +182,19 @@ TEST_F(RecordingsTest, AnUploadKeepsItsSamplesAndOptions) {
   EXPECT_EQ(record.verdict, "fault");
   EXPECT_FALSE(record.options_json.empty());
   EXPECT_NE(record.diagnosis_json.find("\"channels\":[\"uc_v\",\"um_v\"]"), std::string::npos);
+}
+
+TEST_F(RecordingsTest, ABenchIsRenewedEveryDaySoThatNoMemberThinksItForgotten) {
+  BenchStore store(*database_);
+  const auto erase = [&](Transaction& tx) -> core::Status {
+    tx.sql() << "DELETE FROM bench";
+    return core::Done{};
+  };
+  const WallTime first = clock_.Wall();
+  ASSERT_TRUE(benches_.Keep(paper::Bench(), first).ok());
+  ASSERT_TRUE(database_->Write(Durability::kPromise, erase).ok());
+  ASSERT_TRUE(benches_.Keep(paper::Bench(), first + std::chrono::hours(24)).ok());
+  EXPECT_EQ(store.Text(paper::Bench().id).value(), paper::Bench().text);
 }
 
 }  // namespace

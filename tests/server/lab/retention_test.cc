@@ -7,8 +7,10 @@
 #include "server/auth/accounts.h"
 #include "server/lab/job_store.h"
 #include "server/lab/members.h"
+#include "server/storage/bench_store.h"
 #include "server/storage/picture_store.h"
 #include "server/storage/recording_store.h"
+#include "server/storage/rig_calibrations.h"
 #include "tests/support/engines.h"
 #include "tests/support/test_database.h"
 
@@ -40,11 +42,13 @@ class RetentionTest : public testing::TestWithParam<Engine> {
               const std::string& owner,
               int days_ago,
               const std::string& plan = "{}",
-              RunState state = RunState::kFinished) {
+              RunState state = RunState::kFinished,
+              const std::string& bench = "") {
     RunRecord record;
     record.id = id;
     record.owner = owner;
     record.source = "run";
+    record.bench = bench;
     record.plan_json = plan;
     record.created_at = DaysAgo(days_ago);
     ASSERT_TRUE(store_.Begin(record).ok());
@@ -155,6 +159,30 @@ TEST_P(RetentionTest, ZeroDaysMeanForEver) {
   Record("old", "guest", 10'000);
   MakeJob("old", "{}", 9000);
   EXPECT_THAT(Retained(true), IsEmpty());
+}
+
+TEST_P(RetentionTest, BenchesThatNothingNamesGoAndTheOthersStay) {
+  BenchStore benches(*database_);
+  RigCalibrations calibrations(*database_);
+  for (const char* id : {"of a rig", "of a run", "learnt", "tried once", "renewed"}) {
+    ASSERT_TRUE(benches.Add(id, "text", DaysAgo(41)).ok());
+  }
+  ASSERT_TRUE(benches.PutRigs({{"bench-1", "of a rig"}}).ok());
+  Record("run", "user:1", 41, "{}", RunState::kFinished, "of a run");
+  RigCalibration calibration;
+  calibration.rig = "bench-1";
+  calibration.run = "x";
+  calibration.bench = "learnt";
+  ASSERT_TRUE(calibrations.Add(calibration).ok());
+  ASSERT_TRUE(benches.Add("renewed", "text", DaysAgo(39)).ok());
+  EXPECT_EQ(Retain(*database_, rules_, kToday, /*remove=*/false).value().benches, 1);
+  EXPECT_EQ(benches.Text("tried once").value(), "text") << "a dry run deletes nothing";
+  EXPECT_EQ(Retain(*database_, rules_, kToday, /*remove=*/true).value().benches, 1);
+  EXPECT_EQ(benches.Text("tried once").value(), "");
+  for (const char* id : {"of a rig", "of a run", "learnt", "renewed"}) {
+    EXPECT_EQ(benches.Text(id).value(), "text") << id;
+  }
+  EXPECT_EQ(Retain(*database_, rules_, kToday, /*remove=*/true).value().benches, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, RetentionTest, tests::kBothEngines, tests::EngineName);

@@ -52,6 +52,49 @@ TEST_F(Queue, OffersTheRigInTheOrderOfAskingAndTellsPlaces) {
   EXPECT_THAT(Told(kBob), Contains("offer"));
 }
 
+/// One rig, Ann on it, and a booking so long after her that Bob's offer, his least time and the
+/// check fit between, or miss it by `short_by`.
+struct Gap {
+  WallTime starts_at;
+  Booking booking;
+};
+
+class QueueBeforeABooking : public Queue {
+ protected:
+  Gap MakeGap(Milliseconds short_by) {
+    AddReadyRigs(1);
+    const Policy& policy = lab_.policy();
+    const WallTime free_at = Start(kAnn).hard_end + policy.cleaning;
+    const WallTime booked_at = free_at + policy.offer + kLeast + policy.cleaning - short_by;
+    return {free_at, Book(kTeacher, booked_at - now_, minutes(30))};
+  }
+  static WallTime OnTheGrid(WallTime time) {
+    constexpr Milliseconds kGrid{10'000};
+    const auto beyond = time.time_since_epoch() % kGrid;
+    return beyond == Milliseconds{0} ? time : time + kGrid - beyond;
+  }
+
+  static constexpr Milliseconds kLeast = minutes(10);
+};
+
+TEST_F(QueueBeforeABooking, AGapThatFitsToTheMillisecondIsPromised) {
+  const Gap gap = MakeGap(Milliseconds{0});
+  EXPECT_EQ(Ask(kBob, kLeast).expected, OnTheGrid(gap.starts_at));
+}
+
+TEST_F(QueueBeforeABooking, AGapThatIsAMillisecondShortIsNot) {
+  const Gap gap = MakeGap(Milliseconds{1});
+  EXPECT_EQ(Ask(kBob, kLeast).expected, OnTheGrid(gap.booking.during.end + lab_.policy().cleaning));
+}
+
+TEST_F(QueueBeforeABooking, TheNextBeginsWhenThePersonAheadAndTheCheckAreDone) {
+  const Gap gap = MakeGap(Milliseconds{0});
+  Ask(kBob, kLeast, minutes(30));
+  const WallTime after = gap.booking.during.end + lab_.policy().cleaning;
+  EXPECT_EQ(Ask(kCem, kLeast).expected, OnTheGrid(after))
+      << "Bob may want more than what the gap holds; nobody is promised its rest";
+}
+
 TEST_F(Queue, AnOfferRunsOutComesBackOnceAndIsThenDropped) {
   AddReadyRigs(1);
   const Ticket ticket = Ask(kAnn);
