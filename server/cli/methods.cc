@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "hardware/bench/benches.h"
 #include "server/cli/console.h"
@@ -32,11 +34,32 @@ using core::Result;
 constexpr std::size_t kManifestBytesMax = std::size_t{4} << 20;
 constexpr std::size_t kMarkdownBytesMax = std::size_t{4} << 20;
 
+/// One of {"component": "R1", "value": 10, "at_s": 10}; none for a part that the bench does not
+/// list.
+std::optional<core::Fault> FaultOf(const json::value& entry, const core::Bench& bench) {
+  boost::system::error_code ignored;
+  const json::value* component = entry.find_pointer("/component", ignored);
+  const json::value* value = entry.find_pointer("/value", ignored);
+  const json::value* at_s = entry.find_pointer("/at_s", ignored);
+  const bool complete = component != nullptr && component->is_string() && value != nullptr &&
+                        value->is_number() && at_s != nullptr && at_s->is_number();
+  if (!complete) return std::nullopt;
+  const auto found = bench.Find(std::string_view(component->get_string()));
+  if (!found) return std::nullopt;
+  core::Fault fault;
+  fault.component = *found;
+  fault.value = value->to_number<double>();
+  fault.at_s = at_s->to_number<double>();
+  return fault;
+}
+
 /// The injected faults by file, of a manifest.json beside the recordings:
 ///   {"recordings": [{"file": "..", "faults": [{"component": "R1", "value": 10, "at_s": 10}]}]}
-std::map<std::string, std::vector<core::Fault>> FaultsInManifest(const fs::path& folder,
-                                                                 const core::Bench& bench) {
-  std::map<std::string, std::vector<core::Fault>> faults;
+/// None for a file with a fault that this bench cannot have.
+using FaultsByFile = std::map<std::string, std::optional<std::vector<core::Fault>>>;
+
+FaultsByFile FaultsInManifest(const fs::path& folder, const core::Bench& bench) {
+  FaultsByFile faults;
   const Result<std::string> text = ReadFile((folder / "manifest.json").string(), kManifestBytesMax);
   if (!text) return faults;
   boost::system::error_code error;
@@ -50,21 +73,15 @@ std::map<std::string, std::vector<core::Fault>> FaultsInManifest(const fs::path&
     if (file == nullptr || !file->is_string() || injected == nullptr || !injected->is_array()) {
       continue;
     }
-    std::vector<core::Fault>& of_file = faults[std::string(file->get_string())];
+    std::optional<std::vector<core::Fault>>& of_file =
+        faults.try_emplace(std::string(file->get_string()), std::in_place).first->second;
     for (const json::value& each : injected->get_array()) {
-      const json::value* component = each.find_pointer("/component", ignored);
-      const json::value* value = each.find_pointer("/value", ignored);
-      const json::value* at_s = each.find_pointer("/at_s", ignored);
-      if (component == nullptr || !component->is_string() || value == nullptr || at_s == nullptr) {
-        continue;
+      const std::optional<core::Fault> fault = FaultOf(each, bench);
+      if (!fault) {
+        of_file.reset();
+        break;
       }
-      const auto found = bench.Find(std::string_view(component->get_string()));
-      if (!found || !value->is_number() || !at_s->is_number()) continue;
-      core::Fault fault;
-      fault.component = *found;
-      fault.value = value->to_number<double>();
-      fault.at_s = at_s->to_number<double>();
-      of_file.push_back(fault);
+      of_file->push_back(*fault);
     }
   }
   return faults;
@@ -97,7 +114,10 @@ Result<std::vector<MethodRecord>> ReadRecordings(const std::string& folder,
     record.period_s = read.value().period_s;
     record.faults = FaultsInComments(read.value().comments, bench);
     const auto noted = manifest.find(record.name);
-    if (record.faults.empty() && noted != manifest.end()) record.faults = noted->second;
+    if (record.faults.empty() && noted != manifest.end()) {
+      if (!noted->second) continue;  // it is not healthy, and no method could be right
+      record.faults = *noted->second;
+    }
     // Methods of the literature know abrupt faults, one at a time.
     if (record.faults.size() > 1) continue;
     records.push_back(std::move(record));
