@@ -22,7 +22,9 @@ inline constexpr double kPulseTimeoutS = 0.01;
 struct BenchChannel {
   bool exists = false;
   double noise = 0.0;  ///< standard deviation of one reading, in the channel's unit
-  double min = 0.0;    ///< of its converter; a reading at the end is only a bound
+  /// Standard deviation of what it reads at zero, in the channel's unit; 0: it has no such error.
+  double zero_sd = 0.0;
+  double min = 0.0;  ///< of its converter; a reading at the end is only a bound
   double max = 0.0;
   double v_per_unit = 1.0;  ///< volts at the converter's terminal for one unit
   double offset_v = 0.0;    ///< at the terminal, of 0

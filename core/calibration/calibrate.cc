@@ -49,10 +49,11 @@ std::optional<double> MeasuredDelta(std::span<const Sample> samples, double peri
 // assumed to agree too: the tolerances are scaled by the factor that makes the stretch most likely.
 constexpr std::array<double, 3> kToleranceScales = {1.0, 0.3, 0.1};
 
+/// Of the `n` coordinates of the rig, then of the zeros of its channels, in units of their own.
 GaussianPrior DataSheetPrior(const ParameterOffsets& tolerance, double scale, int n) {
   GaussianPrior prior;
-  prior.mean = Eigen::VectorXd::Zero(n);
-  prior.information = Eigen::MatrixXd::Zero(n, n);
+  prior.mean = Eigen::VectorXd::Zero(n + kOutputCount);
+  prior.information = Eigen::MatrixXd::Identity(n + kOutputCount, n + kOutputCount);
   for (int i = 0; i < n; ++i) {
     // Mc and delta are no parts with a tolerance; La has its own.
     const double sd = tolerance[static_cast<std::size_t>(i)] *
@@ -93,7 +94,7 @@ ToleranceChoice ChooseTolerance(const Bench& bench,
   std::size_t likeliest = 0;
   const auto n = static_cast<int>(widest.point.size());
   for (std::size_t i = 0; i < fits.size(); ++i) {
-    const GaussianPrior prior = DataSheetPrior(tolerance, kToleranceScales[i], n);
+    const GaussianPrior prior = DataSheetPrior(tolerance, kToleranceScales[i], n - kOutputCount);
     fits[i] = i == 0 ? widest : FitRig(bench, base, noise, period_s, stretch, prior, widest.point);
     evidence[i] = Evidence(fits[i], prior);
     if (evidence[i] < evidence[likeliest]) likeliest = i;
@@ -166,6 +167,43 @@ RigParameters WithGainInItsPart(const RigParameters& rig) {
   return moved;
 }
 
+// The upper left n x n of a matrix, row by row.
+std::vector<double> FirstRows(const Eigen::MatrixXd& of, int n) {
+  const Eigen::MatrixXd part = of.topLeftCorner(n, n);
+  return {part.data(), part.data() + part.size()};
+}
+
+// What the channels that were learnt from read at zero.
+void AddZeros(const Bench& bench,
+              unsigned mask,
+              const RigParameters& rig,
+              const Eigen::MatrixXd& covariance,
+              std::vector<CalibratedQuantity>& quantities) {
+  struct Zero {
+    const char* name;
+    const char* unit;
+    const BenchChannel& channel;
+    double per_unit;  ///< of Observation::y
+  };
+  const std::array<Zero, kOutputCount> zeros = {
+      {{"um0", "V", bench.um, 1.0},
+       {"ia0", "A", bench.ia, 1.0},
+       {"n0", "rpm", bench.n, RadPerSecondOfRpm(bench.nominal.gear_ratio)}}};
+  for (std::size_t c = 0; c < zeros.size(); ++c) {
+    const Zero& zero = zeros[c];
+    if (((mask >> c) & 1U) == 0U || zero.channel.zero_sd <= 0.0) continue;
+    const auto at = covariance.rows() - kOutputCount + static_cast<Eigen::Index>(c);
+    const double share = std::sqrt(std::max(0.0, covariance(at, at)));
+    quantities.push_back({zero.name,
+                          zero.unit,
+                          rig.zeros[c] / zero.per_unit,
+                          share * zero.channel.zero_sd,
+                          0.0,
+                          zero.channel.zero_sd,
+                          share < 0.5});
+  }
+}
+
 }  // namespace
 
 double McUnitOf(const Bench& bench) {
@@ -230,12 +268,13 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
   const double data_sheet_cost = best.prior_cost;
   // Without a voltage the data tell the parameters up to a common factor: they may agree with the
   // data sheet by chance, and say nothing of its tolerances.
-  ToleranceChoice choice{best, Eigen::MatrixXd::Zero(coordinates, coordinates)};
+  ToleranceChoice choice{best,
+                         Eigen::MatrixXd::Zero(best.covariance.rows(), best.covariance.cols())};
   if (calibration.used_um) {
     choice = ChooseTolerance(*options.bench, tolerance, base, noise, period_s, stretch, best);
   }
   best = choice.fit;
-  const RigParameters rig = WithGainInItsPart(WithOffsets(base, best.point, period_s));
+  const RigParameters rig = WithGainInItsPart(RigAt(*options.bench, base, best.point, period_s));
 
   calibration.nominal = rig.plant;
   calibration.gain_factor = rig.gain_factor;
@@ -248,11 +287,12 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
   calibration.n_noise_rpm = noise.w_rad_s / RadPerSecondOfRpm(options.data_sheet.gear_ratio);
   calibration.friction_noise_nm = noise.friction_nm;
   calibration.friction_tau_s = noise.friction_tau_s;
-  calibration.covariance.assign(best.covariance.data(),
-                                best.covariance.data() + best.covariance.size());
-  calibration.tolerance_covariance.assign(
-      choice.tolerance_covariance.data(),
-      choice.tolerance_covariance.data() + choice.tolerance_covariance.size());
+  calibration.um_zero_v = rig.zeros[0];
+  calibration.ia_zero_a = rig.zeros[1];
+  calibration.n_zero_rpm = rig.zeros[2] / RadPerSecondOfRpm(options.data_sheet.gear_ratio);
+  // The zeros are known from here on; what they leave unknown of the others is in their covariance.
+  calibration.covariance = FirstRows(best.covariance, coordinates);
+  calibration.tolerance_covariance = FirstRows(choice.tolerance_covariance, coordinates);
   calibration.part_tolerance = tolerance[0] * choice.tolerance_scale;
   for (int i = 0; i < coordinates; ++i) {
     const auto at = static_cast<std::size_t>(i);
@@ -278,6 +318,11 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     quantity.from_data = sigma < 0.5 * used;
     calibration.quantities.push_back(quantity);
   }
+  AddZeros(*options.bench,
+           mask,
+           rig,
+           best.covariance + choice.tolerance_covariance,
+           calibration.quantities);
   calibration.mc_sigma_nm = calibration.quantities[static_cast<std::size_t>(Coordinate::kMc)].sigma;
 
   if (std::optional<Error> refusal = CheckAfter(*options.bench,
@@ -287,6 +332,7 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
                                                 stretch,
                                                 data_sheet_cost,
                                                 calibration.quantities,
+                                                static_cast<std::size_t>(coordinates),
                                                 calibration.checks)) {
     return *refusal;
   }

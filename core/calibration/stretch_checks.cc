@@ -19,8 +19,8 @@ constexpr double kSwitchesMin = 8;
 // Readings at the rail are only bounds. With more than a tenth of them too little is left to fit.
 constexpr double kClippedShareMax = 0.1;
 constexpr double kMissingShareMax = 0.2;
-// The prior cost is chi-square with at most 8 degrees of freedom when the rig is within the
-// tolerances of its data sheet: 40 is exceeded with probability 3e-6.
+// The prior cost is chi-square with at most 11 degrees of freedom when the rig is within the
+// tolerances of its data sheet: 40 is exceeded with probability 4e-5.
 constexpr double kPriorCostMax = 40.0;
 // In use the channel moves by about a quarter of its range. Noise above this share of the range
 // hides every fault of interest.
@@ -65,17 +65,27 @@ const char* Remedy(std::string_view check) {
   return "choose a stretch without a fault, after the rig has warmed up";
 }
 
+constexpr const char* kZeroRemedy =
+    "adjust its zero, or give zero_sd of this channel in the description of the bench";
+
+/// "ia0 = 0.1 A, where 0.005 A is usual"
+std::string ZeroText(const CalibratedQuantity& zero) {
+  return zero.name + Text(" = %.3g ", zero.value) + zero.unit +
+         Text(", where %.2g ", zero.prior_sigma) + zero.unit + " is usual";
+}
+
 std::optional<Error> Judge(std::vector<CalibrationCheck>& checks,
                            const char* name,
                            std::string sentence,
                            double value,
                            double limit,
-                           bool passed) {
+                           bool passed,
+                           const char* remedy = nullptr) {
   checks.push_back({name, sentence, value, limit, passed});
   if (passed) return std::nullopt;
   return Error{ErrorCode::kInvalid,
                std::string("not calibrated, check '") + name + "' failed: " + std::move(sentence) +
-                   "; " + Remedy(name),
+                   "; " + (remedy != nullptr ? remedy : Remedy(name)),
                name};
 }
 
@@ -147,6 +157,7 @@ std::optional<Error> CheckAfter(const Bench& bench,
                                 std::span<const Observation> stretch,
                                 double prior_cost,
                                 const std::vector<CalibratedQuantity>& quantities,
+                                std::size_t coordinates,
                                 std::vector<CalibrationCheck>& checks) {
   const KeyChannel key = KeyChannelOf(bench);
   const double left = key.bit == 1U ? noise.um_v : noise.ia_a;
@@ -171,15 +182,21 @@ std::optional<Error> CheckAfter(const Bench& bench,
       farthest = &q;
     }
   }
+  const bool zero = farthest != nullptr && farthest >= quantities.data() + coordinates;
+  std::string sentence =
+      Text("distance from the data sheet %.1f, at most %.0f; farthest ", prior_cost, kPriorCostMax);
+  if (zero) {
+    sentence += "is the zero of a channel, " + ZeroText(*farthest);
+  } else {
+    sentence += farthest != nullptr ? farthest->name : "none";
+  }
   if (auto refusal = Judge(checks,
                            "tolerance",
-                           Text("distance from the data sheet %.1f, at most %.0f; farthest ",
-                                prior_cost,
-                                kPriorCostMax) +
-                               (farthest != nullptr ? farthest->name : std::string("none")),
+                           std::move(sentence),
                            prior_cost,
                            kPriorCostMax,
-                           prior_cost <= kPriorCostMax)) {
+                           prior_cost <= kPriorCostMax,
+                           zero ? kZeroRemedy : nullptr)) {
     return refusal;
   }
 
@@ -191,7 +208,7 @@ std::optional<Error> CheckAfter(const Bench& bench,
   constexpr double kStep = 1e-4;
   const std::size_t block = (stretch.size() + kBlocks - 1) / kBlocks * kOutputCount;
   double worst = 0.0;
-  for (std::size_t i = 0; i < quantities.size(); ++i) {
+  for (std::size_t i = 0; i < coordinates; ++i) {
     ParameterOffsets q{};
     q[i] = kStep;
     RunInnovations(

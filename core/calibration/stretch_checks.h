@@ -21,6 +21,8 @@ std::optional<Error> CheckBefore(const Bench& bench,
 
 /// The checks of the fitted model: plausible parameters and noise, the same rig from the first to
 /// the last sample (stationarity), white innovations.
+/// @param quantities   the rig's coordinates, in their order, then what channels read at zero
+/// @param coordinates  how many the former are
 std::optional<Error> CheckAfter(const Bench& bench,
                                 const RigParameters& rig,
                                 const NoiseLevel& noise,
@@ -28,6 +30,7 @@ std::optional<Error> CheckAfter(const Bench& bench,
                                 std::span<const Observation> stretch,
                                 double prior_cost,
                                 const std::vector<CalibratedQuantity>& quantities,
+                                std::size_t coordinates,
                                 std::vector<CalibrationCheck>& checks);
 
 }  // namespace faultlab::core

@@ -132,7 +132,7 @@ Explained ExplainFrom(const Bench& bench,
     }
   }
   for (int round = 0; round < kNoiseRounds; ++round) {
-    const RigParameters rig = WithOffsets(found.base, found.fit.point, period_s);
+    const RigParameters rig = RigAt(bench, found.base, found.fit.point, period_s);
     FitNoise(bench, rig, period_s, stretch, mask, noise);
     found.fit = FitRig(bench, found.base, noise, period_s, stretch, prior, found.fit.point);
   }
@@ -143,6 +143,24 @@ Explained ExplainFrom(const Bench& bench,
 
 }  // namespace
 
+std::array<double, kOutputCount> ZeroUnitsOf(const Bench& bench) {
+  return {bench.um.zero_sd,
+          bench.ia.zero_sd,
+          bench.n.zero_sd * RadPerSecondOfRpm(bench.nominal.gear_ratio)};
+}
+
+RigParameters RigAt(const Bench& bench,
+                    const RigParameters& base,
+                    const Eigen::VectorXd& point,
+                    double period_s) {
+  RigParameters rig = WithOffsets(base, point.head(point.size() - kOutputCount), period_s);
+  const std::array<double, kOutputCount> units = ZeroUnitsOf(bench);
+  for (std::size_t c = 0; c < kOutputCount; ++c) {
+    rig.zeros[c] = units[c] * point.tail<kOutputCount>()(static_cast<Eigen::Index>(c));
+  }
+  return rig;
+}
+
 MapFit FitRig(const Bench& bench,
               const RigParameters& base,
               const NoiseLevel& noise,
@@ -152,7 +170,7 @@ MapFit FitRig(const Bench& bench,
               const Eigen::VectorXd& start) {
   const StretchModels models{stretch, [&](const Eigen::VectorXd& q, std::size_t) {
                                return MakePredictionModel(
-                                   WithOffsets(base, q, period_s), noise, period_s);
+                                   RigAt(bench, base, q, period_s), noise, period_s);
                              }};
   MapFitOptions options;
   options.follow_noise = bench.fits_follow_noise;

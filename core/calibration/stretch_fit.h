@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <span>
 
@@ -10,6 +11,16 @@
 #include "core/filter/rig_parameters.h"
 
 namespace faultlab::core {
+
+/// How far the zeros of um (V), ia (A) and w (rad/s) may be off: the units of the last three
+/// coordinates of a fit.
+std::array<double, kOutputCount> ZeroUnitsOf(const Bench& bench);
+
+/// The rig at a point of a fit: the coordinates of WithOffsets, then the zeros of the channels.
+RigParameters RigAt(const Bench& bench,
+                    const RigParameters& base,
+                    const Eigen::VectorXd& point,
+                    double period_s);
 
 /// The most likely rig for a stretch whose noise is known.
 /// @param base   what the coordinates are offsets of

@@ -53,8 +53,12 @@ Verdict NominalVerdict(std::string reason) {
 
 namespace {
 
-ObservationBuilder MakeBuilder(const DiagnosisOptions& options) {
-  return {options.bench->readings(), options.channels, options.period_s, options.um_rail_v};
+ObservationBuilder MakeBuilder(const DiagnosisOptions& options, const Calibration* calibration) {
+  return {options.bench->readings(),
+          options.channels,
+          options.period_s,
+          options.um_rail_v,
+          calibration != nullptr ? ZerosOf(*calibration) : ReadingZeros{}};
 }
 
 }  // namespace
@@ -65,7 +69,7 @@ struct Pipeline::State {
   explicit State(DiagnosisOptions o)
       : options(std::move(o)),
         bank(BankOptions(options)),
-        builder(MakeBuilder(options)),
+        builder(MakeBuilder(options, options.calibration ? &*options.calibration : nullptr)),
         record(options.period_s) {
     if (options.calibration) {
       calibration = std::make_shared<const Calibration>(*options.calibration);
@@ -141,7 +145,7 @@ struct Pipeline::State {
     // The detector starts on the end of the healthy stretch and judges only what follows.
     const std::vector<Sample> missed = std::move(backlog);
     backlog.clear();
-    builder = MakeBuilder(options);
+    builder = MakeBuilder(options, calibration.get());
     for (const Sample& sample : missed) Watch(sample);
   }
 

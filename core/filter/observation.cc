@@ -19,10 +19,12 @@ unsigned ChannelsOf(const ReadingRules& rules, Channels channels) {
 ObservationBuilder::ObservationBuilder(const ReadingRules& rules,
                                        Channels channels,
                                        double period_s,
-                                       double um_rail_v)
+                                       double um_rail_v,
+                                       const ReadingZeros& zeros)
     : rules_(rules),
       channels_(ChannelsOf(rules, channels)),
       rad_per_s_of_rpm_(RadPerSecondOfRpm(rules.gear_ratio)),
+      zeros_(zeros),
       intake_(period_s, rules.has_um ? um_rail_v : std::numeric_limits<double>::infinity()) {}
 
 bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
@@ -40,6 +42,7 @@ bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
         (c != 1 || rules_.ia.Holds(y)) && (c != 2 || std::abs(y) >= rules_.speed_floor_rad_s);
     if (((channels_ >> c) & 1U) != 0U && std::isfinite(y) && read) {
       out.mask = static_cast<std::uint8_t>(out.mask | (1U << c));
+      y -= zeros_[static_cast<std::size_t>(c)];
     } else {
       y = 0.0;
     }
@@ -55,8 +58,9 @@ std::vector<Observation> MakeObservations(std::span<const Sample> samples,
                                           const ReadingRules& rules,
                                           Channels channels,
                                           double period_s,
-                                          double um_rail_v) {
-  ObservationBuilder builder(rules, channels, period_s, um_rail_v);
+                                          double um_rail_v,
+                                          const ReadingZeros& zeros) {
+  ObservationBuilder builder(rules, channels, period_s, um_rail_v, zeros);
   std::vector<Observation> observations;
   observations.reserve(samples.size());
   Observation next;

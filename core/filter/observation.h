@@ -32,12 +32,17 @@ constexpr double RoundingVariance(double w_rad_s, double step_s) {
 
 /// Turns samples into observations one by one, by the rule of SampleIntake: repeated and late
 /// samples are dropped; a missing sample or a missing input restarts the state.
+/// What channels read at zero: um (V), ia (A), w (rad/s, motor shaft).
+using ReadingZeros = std::array<double, kOutputCount>;
+
 class ObservationBuilder {
  public:
+  /// @param zeros  taken out of the readings
   ObservationBuilder(const ReadingRules& rules,
                      Channels channels,
                      double period_s,
-                     double um_rail_v);
+                     double um_rail_v,
+                     const ReadingZeros& zeros = {});
 
   /// False: the sample contains nothing to use.
   bool Push(const Sample& sample, Observation& out);
@@ -46,6 +51,7 @@ class ObservationBuilder {
   ReadingRules rules_;
   unsigned channels_;  ///< bit c: channel c is used
   double rad_per_s_of_rpm_;
+  ReadingZeros zeros_;
   SampleIntake intake_;
   double last_u_ = 0.0;
   bool has_last_ = false;
@@ -55,6 +61,7 @@ std::vector<Observation> MakeObservations(std::span<const Sample> samples,
                                           const ReadingRules& rules,
                                           Channels channels,
                                           double period_s,
-                                          double um_rail_v);
+                                          double um_rail_v,
+                                          const ReadingZeros& zeros = {});
 
 }  // namespace faultlab::core

@@ -59,6 +59,12 @@ RigParameters ParametersOf(const Calibration& calibration) {
           calibration.lag_factor};
 }
 
+std::array<double, 3> ZerosOf(const Calibration& calibration) {
+  return {calibration.um_zero_v,
+          calibration.ia_zero_a,
+          calibration.n_zero_rpm * RadPerSecondOfRpm(calibration.nominal.gear_ratio)};
+}
+
 double PassageNoise(double mc_nm, double j_kg_m2, double period_s) {
   constexpr double kShare = 0.3;
   return kShare * mc_nm / j_kg_m2 * period_s;

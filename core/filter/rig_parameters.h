@@ -18,6 +18,9 @@ struct RigParameters {
   int gain_part = -1;        ///< the parameter that alone is the gain, as Component's; -1: several
   double j_factor = 1.0;     ///< what WithOffsets has made of J
   double lag_factor = 1.0;   ///< of the amplifier's lag_s
+  /// What the channels read at zero, while it is being learnt; then it is taken out of the
+  /// readings.
+  std::array<double, 3> zeros{};
 
   double gain() const { return gain_factor * plant.gain(); }
 };
@@ -74,6 +77,8 @@ constexpr double RadPerSecondOfRpm(double gear_ratio) {
 int GainPartOf(const PlantParameters& plant);
 RigParameters ParametersOf(const Calibration& calibration);
 NoiseLevel NoiseOf(const Calibration& calibration);
+/// What is to be taken out of um (V), ia (A) and w (rad/s) of the rig.
+std::array<double, 3> ZerosOf(const Calibration& calibration);
 /// The noise that detection must allow for. A few seconds hold only some nine independent values of
 /// the slow friction noise (its rms may be 40 % too low), but some hundreds of a reading's noise (3
 /// %).

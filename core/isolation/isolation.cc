@@ -119,7 +119,8 @@ class Isolation {
                                        task.options.bench->readings(),
                                        task.options.channels,
                                        task.options.period_s,
-                                       task.options.um_rail_v)) {
+                                       task.options.um_rail_v,
+                                       ZerosOf(*task.calibration))) {
     nominal_.rig = ParametersOf(*task.calibration);
     nominal_.noise = NoiseOf(*task.calibration);
     nominal_.calibration = PriorOf(*task.calibration);

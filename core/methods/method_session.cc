@@ -13,7 +13,11 @@ namespace {
 
 ObservationBuilder BuilderOf(const MethodTask& task) {
   const DiagnosisOptions options = OptionsOf(*task.bench, task.period_s);
-  return {task.bench->readings(), task.channels, task.period_s, options.um_rail_v};
+  return {task.bench->readings(),
+          task.channels,
+          task.period_s,
+          options.um_rail_v,
+          ZerosOf(task.calibration)};
 }
 
 std::string Number(double value) {
@@ -62,8 +66,12 @@ Result<MethodTask> PrepareMethods(std::span<const Sample> samples, const MethodO
   MethodTask task;
   task.bench = options.bench;
   task.calibration = std::move(calibration).value();
-  task.healthy = MakeObservations(
-      healthy, options.bench->readings(), options.channels, options.period_s, calibrate.um_rail_v);
+  task.healthy = MakeObservations(healthy,
+                                  options.bench->readings(),
+                                  options.channels,
+                                  options.period_s,
+                                  calibrate.um_rail_v,
+                                  ZerosOf(task.calibration));
   task.channels = options.channels;
   task.period_s = options.period_s;
   task.seed = options.seed;

@@ -65,6 +65,10 @@ struct Calibration {
   double um_noise_v = 0.0;  ///< standard deviation of one reading
   double ia_noise_a = 0.0;
   double n_noise_rpm = 0.0;
+  /// What the channels read at zero; taken out of every reading before it is used.
+  double um_zero_v = 0.0;
+  double ia_zero_a = 0.0;
+  double n_zero_rpm = 0.0;
   double friction_noise_nm = 0.0;  ///< rms of the slow part of the friction torque
   double friction_tau_s = 0.5;     ///< its correlation time (Ornstein-Uhlenbeck)
 

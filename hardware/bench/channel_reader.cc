@@ -29,7 +29,10 @@ void ReadEnds(TomlTable& table, double largest, std::vector<double>& ends) {
   }
 }
 
-void ReadAnalog(TomlTable& channels, const char* name, core::BenchChannel& channel) {
+void ReadAnalog(TomlTable& channels,
+                const char* name,
+                double zero_per_noise,
+                core::BenchChannel& channel) {
   TomlTable& table = channels.Sub(name);
   if (!channels.Has(name)) return;
   channel.exists = true;
@@ -43,6 +46,8 @@ void ReadAnalog(TomlTable& channels, const char* name, core::BenchChannel& chann
   channel.noise = kNoiseShare * (ends[1] - ends[0]);
   table.Number("noise", channel.noise, 0.0, 1e6);
   channel.noise = std::max(channel.noise, kNoiseShareMin * (ends[1] - ends[0]));
+  channel.zero_sd = zero_per_noise * channel.noise;
+  table.Number("zero_sd", channel.zero_sd, 0.0, ends[1] - ends[0]);
   channel.v_per_unit = kConverterV / std::max(std::abs(ends[0]), std::abs(ends[1]));
   ReadScale(table, channel);
 }
@@ -62,6 +67,7 @@ void ReadSpeed(TomlTable& channels, Bench& bench) {
       .exists = true, .noise = 1.0, .min = -kRpmMax, .max = kRpmMax, .step_s = bench.n.step_s};
   table.Number("noise", bench.n.noise, 0.0, 1e6);
   bench.n.noise = std::max(bench.n.noise, kNoiseMin);
+  table.Number("zero_sd", bench.n.zero_sd, 0.0, kRpmMax);
   std::vector<double> ends = {bench.n.min, bench.n.max};
   ReadEnds(table, kRpmMax, ends);
   bench.n.min = ends[0];
@@ -74,9 +80,12 @@ void ReadSpeed(TomlTable& channels, Bench& bench) {
 void ReadChannels(TomlTable& root, Bench& bench) {
   TomlTable& channels = root.Sub("channel");
   ReadScale(channels.Sub("uc"), bench.uc);
-  ReadAnalog(channels, "um", bench.um);
-  ReadAnalog(channels, "ua", bench.ua);
-  ReadAnalog(channels, "ia", bench.ia);
+  // When nothing is said. A current is measured by a small voltage, whose zero drifts.
+  constexpr double kVoltageZeroPerNoise = 2.0;
+  constexpr double kCurrentZeroPerNoise = 5.0;
+  ReadAnalog(channels, "um", kVoltageZeroPerNoise, bench.um);
+  ReadAnalog(channels, "ua", kVoltageZeroPerNoise, bench.ua);
+  ReadAnalog(channels, "ia", kCurrentZeroPerNoise, bench.ia);
   ReadSpeed(channels, bench);
   const bool by_current = bench.structure->estimated == core::EstimatedChannel::kIa;
   if (!(by_current ? bench.ia : bench.um).exists) {

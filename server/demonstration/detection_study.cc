@@ -124,8 +124,11 @@ core::Result<DetectionStudy> DetectionStudies::Study(const core::Bench& bench,
       (learnt.used_um ? 1U : 0U) | (learnt.used_ia ? 2U : 0U) | (learnt.used_n ? 4U : 0U);
   Watch watch(
       bench, learnt, core::MakeThresholds(false_alarms_per_day, 1.0 / bench.period_s, mask), mask);
-  core::ObservationBuilder builder(
-      bench.readings(), core::Channels::kAll, bench.period_s, usual.um_rail_v);
+  core::ObservationBuilder builder(bench.readings(),
+                                   core::Channels::kAll,
+                                   bench.period_s,
+                                   usual.um_rail_v,
+                                   core::ZerosOf(learnt));
 
   DetectionStudy study;
   study.block_samples = kBlock;

@@ -50,6 +50,15 @@ constexpr std::array<Field, 13> kFields = {
      {"friction_tau_s", &Calibration::friction_tau_s, 1e-6},
      {"part_tolerance", &Calibration::part_tolerance, 0.0}}};
 
+/// Numbers that older documents lack: 0 then.
+struct LaterField {
+  std::string_view name;
+  double Calibration::*member;
+};
+constexpr std::array<LaterField, 3> kZeros = {{{"um_zero_v", &Calibration::um_zero_v},
+                                               {"ia_zero_a", &Calibration::ia_zero_a},
+                                               {"n_zero_rpm", &Calibration::n_zero_rpm}}};
+
 struct Threshold {
   std::string_view name;
   double core::DetectionThresholds::*member;
@@ -150,6 +159,9 @@ json::object ToJson(const Calibration& calibration, const core::Bench& bench) {
   for (const Field& field : kFields) {
     out[field.name] = Number(calibration.*field.member);
   }
+  for (const LaterField& zero : kZeros) {
+    out[zero.name] = Number(calibration.*zero.member);
+  }
   if (calibration.covariance.size() == kRowsMax * kRowsMax) {
     out["lag_factor"] = Number(calibration.lag_factor);
   }
@@ -191,6 +203,9 @@ Result<Calibration> CalibrationFromJson(const json::value& value,
   out.used_n = reader.Flag("used_n");
   for (const Field& field : kFields) {
     out.*field.member = reader.Number(field.name, field.least);
+  }
+  for (const LaterField& zero : kZeros) {
+    if (object->contains(zero.name)) out.*zero.member = reader.Number(zero.name, -1e300);
   }
   if (object->contains("lag_factor")) {
     out.lag_factor = reader.Number("lag_factor", 1e-6);

@@ -176,7 +176,8 @@ class LaneFilter {
   }
 
   [[gnu::always_inline]] Lane Innovation(int channel, const Observation& now) const {
-    Lane y = Lane{} + now.y[static_cast<std::size_t>(channel)];
+    const auto c = static_cast<std::size_t>(channel);
+    Lane y = now.y[c] - model_.zeros[c];
     if (channel == 0) y = y - model_.um_u * Limited(now.u);
     return y - Reading(channel, model_, x_);
   }
@@ -228,7 +229,8 @@ class LaneFilter {
     Mask no_news = none;
     if (now.clipped != 0) {
       const double rail = now.clipped;
-      const Lane predicted = Reading(0, model_, x_) + model_.um_u * Limited(now.u);
+      const Lane predicted =
+          Reading(0, model_, x_) + model_.um_u * Limited(now.u) + model_.zeros[0];
       no_news = predicted * rail >= zero + now.y[0] * rail;
       no_news_ += no_news ? zero + 1.0 : zero;
     }
