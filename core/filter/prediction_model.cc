@@ -196,6 +196,7 @@ PredictionModel MakePredictionModel(const RigParameters& rig,
   m.c(2, 2) = 1.0;
   m.d = Eigen::Vector3d(k * direct, 0.0, 0.0);
   m.zeros = rig.zeros;
+  m.scales = rig.scales;
   m.mc_nm = rig.mc_nm;
   m.torque_variance = noise.friction_nm * noise.friction_nm;
   m.torque_step_variance =

@@ -21,7 +21,8 @@ namespace faultlab::core {
 ///   J w' = KT i - B w - s (Mc + d)
 ///   y = (Uout - Rs i, i, w), read delta after the edge of u
 /// From sample to sample (T - delta under the old input, delta under the new one):
-///   x+ = phi x + g_prev u_prev + g u + g_torque s Mc + (0, 0, 0, e),   y = c x + d u + zeros
+///   x+ = phi x + g_prev u_prev + g u + g_torque s Mc + (0, 0, 0, e),   scales y - zeros = c x + d
+///   u
 /// s = sign of w (MeanDirection); u is what the supply lets through. Exact for piecewise constant
 /// inputs while s is constant.
 /// Source: paper Eq. (1)-(3); sampling by the matrix exponential, K. J. Astrom, B. Wittenmark,
@@ -33,8 +34,9 @@ struct PredictionModel {
   Eigen::Vector4d g_torque;                  ///< per Nm
   Eigen::Matrix<double, kOutputCount, 4> c;  ///< rows um (V), ia (A), w (rad/s)
   Eigen::Vector3d d;                         ///< the same per V of the input
-  /// What readings show at zero; 0 unless it is being learnt (RunInnovations alone asks for it).
+  /// Of sensors that are being learnt or suspected. RunInnovations alone asks for them.
   std::array<double, kOutputCount> zeros{};
+  std::array<double, kOutputCount> scales{1.0, 1.0, 1.0};
   /// Speed at the edge of the input: edge_w x + edge_w_u u_prev, and edge_w_torque per Nm.
   Eigen::Vector4d edge_w = Eigen::Vector4d::Zero();
   double edge_w_u = 0.0;

@@ -21,6 +21,8 @@ struct RigParameters {
   /// What the channels read at zero, while it is being learnt; then it is taken out of the
   /// readings.
   std::array<double, 3> zeros{};
+  /// Of readings: what one says too little of its quantity. 1 unless a sensor is suspected.
+  std::array<double, 3> scales{1.0, 1.0, 1.0};
 
   double gain() const { return gain_factor * plant.gain(); }
 };

@@ -10,6 +10,7 @@
 #include "core/isolation/lack_of_fit.h"
 #include "core/isolation/onset.h"
 #include "core/isolation/ranked_hypotheses.h"
+#include "core/isolation/sensor_hypotheses.h"
 #include "core/isolation/speed_rounding.h"
 #include "core/isolation/verdict_text.h"
 #include "core/types/check.h"
@@ -52,6 +53,10 @@ constexpr std::size_t kHistoryGap = 50;
 // History that is searched for the onset.
 constexpr std::size_t kOnsetHistory = 120;
 constexpr std::size_t kAllAlong = 10;
+// A sensor is named when no component comes within this of it, in cost; it is tried where it may
+// come within the second of the best component.
+constexpr double kSensorLead = 9.0;
+constexpr double kSensorWorthCost = 300.0;
 
 template <int n>
 GaussianPrior PriorOf(const double* numbers) {
@@ -108,6 +113,7 @@ struct Explanation {
   RankedHypotheses set;
   LackOfFit lack_of_fit;
   FaultShape shape = FaultShape::kAbrupt;
+  std::optional<SensorFit> sensor{};  ///< explains the stretch better than any component
   double gain = 0.0;  ///< of cost, compared with the same stretch without a new fault
 };
 
@@ -210,14 +216,26 @@ class Isolation {
 
   Explanation ExplainFrom(const FitContext& context) const {
     Explanation explanation = Explain(context);
-    explanation.gain = FitNullHypothesis(explanation.context).cost - explanation.set.best().cost;
+    const double cost = explanation.sensor ? explanation.sensor->cost : explanation.set.best().cost;
+    explanation.gain = FitNullHypothesis(explanation.context).cost - cost;
     return explanation;
+  }
+
+  std::optional<SensorFit> SensorBetterThan(const HypothesisFit& best,
+                                            const FitContext& context) const {
+    if (!task_.reference.empty()) return std::nullopt;
+    std::optional<SensorFit> sensor = BestSensor(context, best.cost + kSensorWorthCost);
+    const bool better =
+        sensor && sensor->cost + kSensorLead < best.cost && FitsNoise(sensor->chi2, sensor->count);
+    return better ? sensor : std::nullopt;
   }
 
   // Tries one value for the whole stretch; then one value for its newest part; then a slope.
   Explanation Explain(const FitContext& context) const {
     Explanation whole{context, Fit(context, FitPolicy::kFitAll), {}, FaultShape::kAbrupt};
     whole.lack_of_fit = TestLackOfFit(context, whole.set.best());
+    whole.sensor = SensorBetterThan(whole.set.best(), context);
+    if (whole.sensor) return whole;
     if (whole.lack_of_fit.adequate) SizeWithAll(whole);
     const std::size_t n = context.stretch.size();
     if (whole.lack_of_fit.adequate || n < Span(kLateMin)) return whole;
@@ -287,6 +305,13 @@ class Isolation {
     if (second) result.present = task_.reference;
     result.present.push_back(verdict.candidates.front());
 
+    if (explanation.sensor) {
+      verdict.kind = VerdictKind::kUnknownFault;
+      verdict.group.clear();
+      verdict.sensor = explanation.sensor->change;
+      verdict.reason = SensorSentence(*verdict.sensor);
+      return;
+    }
     if (!explanation.lack_of_fit.adequate && !held_) {
       verdict.kind = VerdictKind::kUnknownFault;
       verdict.group.clear();

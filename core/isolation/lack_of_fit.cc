@@ -21,11 +21,15 @@ constexpr int kCountForJudgement = 60;
 
 }  // namespace
 
+bool FitsNoise(double chi2, int count) {
+  const double n = std::max(1, count);
+  return chi2 / n <= kScoreMargin + kScoreSigmas * std::sqrt(2.0 / n);
+}
+
 LackOfFit TestScore(const HypothesisFit& fit) {
   LackOfFit judged;
-  const double n = std::max(1, fit.count);
-  judged.score = fit.chi2 / n;
-  judged.adequate = judged.score <= kScoreMargin + kScoreSigmas * std::sqrt(2.0 / n);
+  judged.score = fit.chi2 / std::max(1, fit.count);
+  judged.adequate = FitsNoise(fit.chi2, fit.count);
   return judged;
 }
 

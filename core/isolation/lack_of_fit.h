@@ -15,9 +15,11 @@ struct LackOfFit {
   std::string moved;          ///< coordinates that the relaxed fit moved, as text
 };
 
+/// chi2 / n <= 1.35 + 5 sqrt(2/n)
+bool FitsNoise(double chi2, int count);
 /// Tests the score; if that is adequate, also the gain of relaxed coordinates.
 LackOfFit TestLackOfFit(const FitContext& context, const HypothesisFit& fit);
-/// Adequate if chi2 / n <= 1.35 + 5 sqrt(2/n). Used alone for a drift, and for a value that is
+/// Adequate if FitsNoise. Used alone for a drift, and for a value that is
 /// fitted again to a longer stretch.
 LackOfFit TestScore(const HypothesisFit& fit);
 /// Relaxes the prior of all coordinates around a fit. Not adequate: a gain above 45 (chi-square

@@ -38,6 +38,27 @@ std::string FaultSentence(const Verdict& verdict) {
   return sentence;
 }
 
+std::string SensorSentence(const SensorChange& change) {
+  std::array<char, 160> text{};
+  if (change.gain) {
+    std::snprintf(text.data(),
+                  text.size(),
+                  "%s reads %.4g times what it should: its sensor, no component",
+                  change.channel.c_str(),
+                  change.value);
+    return text.data();
+  }
+  const char* unit = change.channel == "um" ? "V" : change.channel == "ia" ? "A" : "rpm";
+  std::snprintf(text.data(),
+                text.size(),
+                "%s reads %.3g %s too %s: its sensor, no component",
+                change.channel.c_str(),
+                std::abs(change.value),
+                unit,
+                change.value > 0.0 ? "much" : "little");
+  return text.data();
+}
+
 std::string ChannelsOf(const Calibration& calibration) {
   std::string first = calibration.used_um ? "um" : "";
   const auto add = [&first](bool used, const char* name, const char* between) {

@@ -13,6 +13,9 @@ std::string ValueText(const Candidate& candidate);
 /// One sentence about a fault verdict, for a person: the candidates of its group with their values.
 std::string FaultSentence(const Verdict& verdict);
 
+/// "ia reads 0.03 A too much: its sensor, no component"
+std::string SensorSentence(const SensorChange& change);
+
 /// The channels that a rig was calibrated with: "um", "um and ia", "um, ia and n".
 std::string ChannelsOf(const Calibration& calibration);
 

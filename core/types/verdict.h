@@ -63,6 +63,14 @@ struct Detection {
   std::string detector;           ///< which test of the bank raised it
 };
 
+/// A sensor that reads otherwise than before, though the rig has not changed.
+struct SensorChange {
+  std::string channel;  ///< "um", "ia", "n"
+  bool gain = false;    ///< false: its zero has moved
+  double value = 0.0;   ///< by so much (V, A, rpm); of a gain: times so much
+  double sigma = 0.0;   ///< standard error of value
+};
+
 struct Verdict {
   VerdictKind kind = VerdictKind::kCalibrating;
   std::optional<double> detected_at_s;  ///< time of the sample at which the alarm was raised
@@ -71,11 +79,12 @@ struct Verdict {
   /// The alarms after that one that belong to the same fault: its value has changed further. The
   /// candidates are what is known since the newest.
   std::vector<Detection> further;
-  std::vector<Component> group;       ///< cannot be separated by a sensor; one entry = isolated
-  std::vector<Candidate> candidates;  ///< best first
-  std::vector<PathStep> path;         ///< the paper's decision algorithm, in the order taken
-  bool settled = false;               ///< false until the window after the fault is full
-  std::string reason;                 ///< one sentence for a person
+  std::vector<Component> group;        ///< cannot be separated by a sensor; one entry = isolated
+  std::vector<Candidate> candidates;   ///< best first
+  std::optional<SensorChange> sensor;  ///< of kUnknownFault: what explains it, and is no component
+  std::vector<PathStep> path;          ///< the paper's decision algorithm, in the order taken
+  bool settled = false;                ///< false until the window after the fault is full
+  std::string reason;                  ///< one sentence for a person
 };
 
 /// All alarms of the fault, in time order.

@@ -128,6 +128,12 @@ json::object ToJson(const core::Verdict& verdict) {
                    {"settled", verdict.settled},
                    {"reason", verdict.reason}};
   if (!verdict.further.empty()) out["further"] = Detections(verdict.further);
+  if (verdict.sensor) {
+    out["sensor"] = json::object{{"channel", verdict.sensor->channel},
+                                 {"change", verdict.sensor->gain ? "gain" : "zero"},
+                                 {"value", Number(verdict.sensor->value)},
+                                 {"sigma", Number(verdict.sensor->sigma)}};
+  }
   return out;
 }
 

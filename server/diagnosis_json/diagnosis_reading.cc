@@ -98,6 +98,13 @@ core::Verdict ReadVerdict(const core::Bench& bench,
       out.further.push_back(ReadDetection(one, error));
     }
   }
+  if (object.contains("sensor")) {
+    DocumentReader sensor(reader.Object("sensor"), "sensor/", error);
+    out.sensor = core::SensorChange{sensor.Text("channel"),
+                                    sensor.Text("change") == "gain",
+                                    sensor.NumberOrNull("value").value_or(core::kAbsent),
+                                    sensor.NumberOrNull("sigma").value_or(core::kAbsent)};
+  }
   out.settled = reader.Flag("settled");
   out.reason = reader.Text("reason");
   return out;

@@ -177,7 +177,7 @@ class LaneFilter {
 
   [[gnu::always_inline]] Lane Innovation(int channel, const Observation& now) const {
     const auto c = static_cast<std::size_t>(channel);
-    Lane y = now.y[c] - model_.zeros[c];
+    Lane y = model_.scales[c] * now.y[c] - model_.zeros[c];
     if (channel == 0) y = y - model_.um_u * Limited(now.u);
     return y - Reading(channel, model_, x_);
   }
@@ -229,9 +229,9 @@ class LaneFilter {
     Mask no_news = none;
     if (now.clipped != 0) {
       const double rail = now.clipped;
-      const Lane predicted =
-          Reading(0, model_, x_) + model_.um_u * Limited(now.u) + model_.zeros[0];
-      no_news = predicted * rail >= zero + now.y[0] * rail;
+      const Lane predicted = Reading(0, model_, x_) + model_.um_u * Limited(now.u);
+      const Lane reading = model_.scales[0] * now.y[0] - model_.zeros[0];
+      no_news = predicted * rail >= zero + reading * rail;
       no_news_ += no_news ? zero + 1.0 : zero;
     }
     // The held gains are for other channels: the covariance recursion continues from its last

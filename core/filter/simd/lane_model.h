@@ -77,7 +77,7 @@ struct LaneModel {
   Lane um_z, um_i, um_u;  ///< um = um_z z + um_i i + um_u u; the other readings are states
   Lane step_variance, torque_variance, passage_variance;
   std::array<Lane, kOutputCount> reading_variance;
-  std::array<Lane, kOutputCount> zeros;  ///< what readings show at zero
+  std::array<Lane, kOutputCount> zeros, scales;  ///< of readings
   Lane sign_per_speed;  ///< without friction that holds the motor: s = w times this, within +-1
   Lane u_min, u_max;
   Lane start_z, start_i, start_w;  ///< variances before the first reading
@@ -120,6 +120,7 @@ struct LaneModel {
     for (std::size_t c = 0; c < kOutputCount; ++c) {
       SetLane(reading_variance[c], lane, m.reading_variance[c]);
       SetLane(zeros[c], lane, m.zeros[c]);
+      SetLane(scales[c], lane, m.scales[c]);
     }
     SetLane(sign_per_speed, lane, m.holds() ? 0.0 : 1.0 / m.creep_rad_s);
     SetLane(u_min, lane, m.u_min);

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <optional>
+
+#include "core/isolation/fit_context.h"
+#include "core/types/verdict.h"
+
+namespace faultlab::core {
+
+/// The hypothesis that one sensor alone has changed since the stretch began.
+struct SensorFit {
+  SensorChange change;
+  double cost = 0.0;  ///< as HypothesisFit::cost
+  double chi2 = 0.0;
+  int count = 0;
+};
+
+/// The likeliest change of one sensor: the zero or the gain of um, ia or n, fitted together with
+/// the calibration's coordinates, as the components are. All are tried with the coordinates held
+/// first (the innovations are linear in a zero and in a gain, so that is exact); the two best are
+/// fitted. None where the stretch has readings of one channel only: there a gain of the sensor
+/// looks like one of the amplifier. None either when no change with the coordinates held comes
+/// below `worth_cost`. Cost: seven filters side by side, and at most two MAP fits.
+std::optional<SensorFit> BestSensor(const FitContext& context, double worth_cost);
+
+}  // namespace faultlab::core
