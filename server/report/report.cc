@@ -247,7 +247,8 @@ class Writer {
         return Fill(words_.verdict_fault,
                     {Joined(NamedBy(verdict), words_.or_word) + Arrow(verdict)});
       case core::VerdictKind::kUnknownFault:
-        return words_.verdict_unknown;
+        return verdict.sensor ? Fill(words_.verdict_sensor, {verdict.sensor->channel})
+                              : words_.verdict_unknown;
       case core::VerdictKind::kNominal:
         return words_.verdict_nominal;
       case core::VerdictKind::kNotExcited:

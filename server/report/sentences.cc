@@ -35,6 +35,9 @@ std::string ReasonIn(const ReportWords& words, const std::string& reason) {
       {R"(^no single component explains the record: beside (\S+) also (.+)$)",
        &ReportWords::beside},
       {"^no single component explains the record$", &ReportWords::no_single},
+      {R"(^(\w+) reads (\S+) times what it should: its sensor)", &ReportWords::sensor_gain},
+      {R"(^(\w+) reads (\S+ \w+) too much: its sensor)", &ReportWords::sensor_high},
+      {R"(^(\w+) reads (\S+ \w+) too little: its sensor)", &ReportWords::sensor_low},
       {"^two components have changed together", &ReportWords::two}};
   return Said(words, reason, kForms);
 }

@@ -26,7 +26,9 @@ json::object FindingOf(const json::object& verdict) {
                    {"ended_at_s", MemberOr(verdict, "ended_at_s", nullptr)},
                    {"group", group},
                    {"candidates", std::move(named)}};
-  if (verdict.contains("further")) out["further"] = verdict.at("further");
+  for (const char* optional : {"further", "sensor"}) {
+    if (verdict.contains(optional)) out[optional] = verdict.at(optional);
+  }
   return out;
 }
 

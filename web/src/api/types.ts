@@ -53,7 +53,7 @@ export type Finding = Pick<
   Diagnosis,
   "verdict" | "detected_at_s" | "onset_s" | "group" | "candidates"
 > &
-  Partial<Pick<Diagnosis, "settled" | "reason" | "path" | "further">> & {
+  Partial<Pick<Diagnosis, "settled" | "reason" | "path" | "further" | "sensor">> & {
     ended_at_s?: number | null;
   };
 

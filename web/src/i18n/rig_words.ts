@@ -47,6 +47,18 @@ const FORMS: [RegExp, Key][] = [
   ],
   [/^no single component explains the record$/, "verdict_no_single"],
   [/^two components have changed together/, "verdict_two"],
+  [
+    /^(?<channel>\w+) reads (?<value>[\d.e+-]+) times what it should: its sensor/,
+    "verdict_sensor_gain",
+  ],
+  [
+    /^(?<channel>\w+) reads (?<value>[\d.e+-]+) (?<unit>\w+) too much: its sensor/,
+    "verdict_sensor_high",
+  ],
+  [
+    /^(?<channel>\w+) reads (?<value>[\d.e+-]+) (?<unit>\w+) too little: its sensor/,
+    "verdict_sensor_low",
+  ],
   [/^its account is gone or disabled$/, "job_no_account"],
   [/^its run ended as (?<state>\w+)$/, "job_run_ended"],
   [/^its run was stopped$/, "job_run_stopped"],

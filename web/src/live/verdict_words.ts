@@ -7,6 +7,7 @@ import type { RunModel } from "./run_model.svelte";
 
 /** "Fault: R1 ↑", "Fault: R9 or R12", "No fault". */
 export function verdictWords(finding: Finding, bench: Bench | undefined): string {
+  if (finding.sensor) return t("verdict_sensor", { channel: finding.sensor.channel });
   if (finding.verdict !== "fault") return word("verdict", finding.verdict);
   const named = namedBy(finding, bench);
   if (named.length === 0) return t("fault");

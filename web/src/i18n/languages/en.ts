@@ -1334,6 +1334,13 @@ export const texts = {
   verdict_too_early: "Too few samples since the change.",
   verdict_fits_nominal: "What follows the alarm fits the healthy rig.",
   verdict_no_single: "No single component explains the record.",
+  verdict_sensor: "Sensor of {channel}",
+  verdict_sensor_gain:
+    "{channel} reads {value} times what it should. No component explains this: look at its sensor.",
+  verdict_sensor_high:
+    "{channel} reads {value} {unit} too much. No component explains this: look at its sensor.",
+  verdict_sensor_low:
+    "{channel} reads {value} {unit} too little. No component explains this: look at its sensor.",
   verdict_beside: "No single component explains the record: {one} and also {other}.",
   verdict_two: "Two components have changed together.",
   job_no_account: "The account of this job is gone or disabled.",

@@ -1376,6 +1376,13 @@ export const marked: Catalogue = {
   verdict_too_early: "Premalo odbiraka od promene.",
   verdict_fits_nominal: "Ono što sledi posle uzbune odgovara ispravnom uređaju.",
   verdict_no_single: "Nijedna komponenta sama ne objašnjava snimak.",
+  verdict_sensor: "Senzor za {channel}",
+  verdict_sensor_gain:
+    "{channel} pokazuje {value} puta prave vrednosti. Nijedna komponenta to ne objašnjava: pogledajte senzor.",
+  verdict_sensor_high:
+    "{channel} pokazuje {value} {unit} previše. Nijedna komponenta to ne objašnjava: pogledajte senzor.",
+  verdict_sensor_low:
+    "{channel} pokazuje {value} {unit} premalo. Nijedna komponenta to ne objašnjava: pogledajte senzor.",
   verdict_beside: "Nijedna komponenta sama ne objašnjava snimak: {one} i još {other}.",
   verdict_two: "Dve komponente su se promenile zajedno.",
   job_no_account: "Nalog ovog posla više ne postoji ili je onemogućen.",

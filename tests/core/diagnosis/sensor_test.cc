@@ -1,0 +1,97 @@
+// Sensors that read otherwise than they should, on rigs whose parts are right.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+
+#include "core/calibration/calibrate.h"
+#include "core/diagnosis/diagnose_record.h"
+#include "tests/core/bench_records.h"
+#include "tests/core/diagnosis/verdicts.h"
+#include "tests/paper_bench.h"
+#include "tests/paper_rig.h"
+
+namespace faultlab::core {
+namespace {
+
+using Change = std::function<void(Sample&)>;
+
+std::vector<Sample> RecordWith(const Change& change, double from_s, std::uint64_t seed) {
+  std::vector<Sample> record = BenchRecord({}, seed);
+  for (Sample& sample : record) {
+    if (sample.t_s >= from_s) change(sample);
+  }
+  return record;
+}
+
+struct SensorStep {
+  const char* channel;
+  bool gain;
+  double value;
+  Change change;
+};
+
+const SensorStep kSteps[] = {
+    {"ia", false, 0.03, [](Sample& s) { s.ia_a += 0.03; }},
+    {"ia", true, 1.1, [](Sample& s) { s.ia_a *= 1.1; }},
+    {"n", false, 15.0, [](Sample& s) { s.n_rpm += 15.0; }},
+    {"n", true, 1.05, [](Sample& s) { s.n_rpm *= 1.05; }},
+    {"n", true, 0.97, [](Sample& s) { s.n_rpm *= 0.97; }},
+    {"um", false, 0.2, [](Sample& s) { s.um_v += 0.2; }},
+    {"um", true, 0.95, [](Sample& s) { s.um_v *= 0.95; }},
+};
+
+TEST(Sensors, AChangeOfOneIsNamedAsItsOwnAndNotAsAComponent) {
+  for (const SensorStep& step : kSteps) {
+    const Verdict verdict =
+        DiagnoseRecord(RecordWith(step.change, 10.0, 71), FreeValues(Channels::kAll)).verdict;
+    SCOPED_TRACE(std::string(step.channel) + (step.gain ? " gain: " : " zero: ") + verdict.reason);
+    EXPECT_EQ(verdict.kind, VerdictKind::kUnknownFault);
+    EXPECT_TRUE(verdict.group.empty());
+    ASSERT_TRUE(verdict.sensor);
+    EXPECT_EQ(verdict.sensor->channel, step.channel);
+    EXPECT_EQ(verdict.sensor->gain, step.gain);
+    EXPECT_NEAR(verdict.sensor->value, step.value, 4.0 * verdict.sensor->sigma);
+    EXPECT_LT(verdict.sensor->sigma, 0.1 * std::abs(step.value));
+    EXPECT_NE(verdict.reason.find(std::string(step.channel) + " reads "), std::string::npos);
+  }
+}
+
+TEST(Sensors, WithUmAloneAGainOfUmIsOneOfTheAmplifier) {
+  const Verdict verdict = DiagnoseRecord(RecordWith([](Sample& s) { s.um_v *= 0.9; }, 10.0, 72),
+                                         FreeValues(Channels::kUmOnly))
+                              .verdict;
+  EXPECT_EQ(verdict.kind, VerdictKind::kFault) << verdict.reason;
+  EXPECT_FALSE(verdict.sensor);
+}
+
+TEST(Sensors, WhatIsOffAllTheTimeIsLearntAndTakenOutOfTheReadings) {
+  const Change off = [](Sample& s) {
+    s.um_v -= 0.03;
+    s.ia_a += 5e-3;
+  };
+  std::vector<Sample> record = BenchRecord({AbruptFault(paper::kR12, 5.6e3)}, 73);
+  for (Sample& sample : record) off(sample);
+  const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(Channels::kAll));
+  const Calibration& learnt = diagnosis.calibration;
+  EXPECT_NEAR(learnt.ia_zero_a, 5e-3, 1e-3);
+  EXPECT_NEAR(learnt.um_zero_v, -0.03, 0.015);
+  EXPECT_EQ(learnt.n_zero_rpm, 0.0) << "an encoder has no such error";
+  EXPECT_NEAR(learnt.nominal.b_nm_per_rad_s, paper::Plant().b_nm_per_rad_s, 0.2 * 1.8e-6);
+  EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kFault) << diagnosis.verdict.reason;
+  EXPECT_NEAR(ValueOf(diagnosis.verdict, paper::kR12), 5.6e3, 56.0) << diagnosis.verdict.reason;
+}
+
+TEST(Sensors, WhatIsFartherOffThanTheDescriptionAllowsIsRefusedByName) {
+  std::vector<Sample> record = Between(BenchRecord({}, 74, 6.0), 0.5, 5.0);
+  for (Sample& sample : record) sample.ia_a += 0.1;
+  const Result<Calibration> refused = Calibrate(record, paper::ToCalibrate());
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().field, "tolerance");
+  EXPECT_NE(refused.error().message.find("the zero of a channel, ia0 = 0."), std::string::npos)
+      << refused.error().message;
+  EXPECT_NE(refused.error().message.find("adjust its zero"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace faultlab::core
