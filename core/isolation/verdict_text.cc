@@ -49,13 +49,10 @@ std::string SensorSentence(const SensorChange& change) {
     return text.data();
   }
   const char* unit = change.channel == "um" ? "V" : change.channel == "ia" ? "A" : "rpm";
-  std::snprintf(text.data(),
-                text.size(),
-                "%s reads %.3g %s too %s: its sensor, no component",
-                change.channel.c_str(),
-                std::abs(change.value),
-                unit,
-                change.value > 0.0 ? "much" : "little");
+  const char* format = change.value > 0.0 ? "%s reads %.3g %s too much: its sensor, no component"
+                                          : "%s reads %.3g %s too little: its sensor, no component";
+  std::snprintf(
+      text.data(), text.size(), format, change.channel.c_str(), std::abs(change.value), unit);
   return text.data();
 }
 

@@ -51,7 +51,7 @@ ReportWords English() {
       .verdict_fault = "Fault: {0}",
       .or_word = "or",
       .verdict_unknown = "Unknown fault",
-      .verdict_sensor = "Sensor of {}",
+      .verdict_sensor = "Sensor of {0}",
       .verdict_nominal = "No fault",
       .verdict_not_excited = "The input is not rich enough for an answer",
       .verdict_none = "No verdict",
@@ -96,10 +96,10 @@ ReportWords English() {
       .worked_out = "Something had changed; what, was still being worked out.",
       .no_single = "No single component explains the recording.",
       .sensor_gain =
-          "{} reads {} times what it should. No component explains this: look at its "
+          "{0} reads {1} times what it should. No component explains this: look at its "
           "sensor.",
-      .sensor_high = "{} reads {} too much. No component explains this: look at its sensor.",
-      .sensor_low = "{} reads {} too little. No component explains this: look at its sensor.",
+      .sensor_high = "{0} reads {1} too much. No component explains this: look at its sensor.",
+      .sensor_low = "{0} reads {1} too little. No component explains this: look at its sensor.",
       .beside = "No single component explains the recording: {0} and also {1}.",
       .two = "Two components have changed together.",
       .before_after = "Estimates before and after each change",
@@ -177,7 +177,7 @@ ReportWords Serbian(std::string (*in)(std::string_view)) {
       .verdict_fault = in("Kvar: {0}"),
       .or_word = in("ili"),
       .verdict_unknown = in("Nepoznat kvar"),
-      .verdict_sensor = in("Senzor za {}"),
+      .verdict_sensor = in("Senzor za {0}"),
       .verdict_nominal = in("Bez kvara"),
       .verdict_not_excited = in("Pobuda nije dovoljno bogata za odgovor"),
       .verdict_none = in("Nema zaključka"),
@@ -219,11 +219,12 @@ ReportWords Serbian(std::string (*in)(std::string_view)) {
       .too_early = in("Premalo odbiraka od promene."),
       .worked_out = in("Nešto se promenilo; šta, još se utvrđivalo."),
       .no_single = in("Nijedna komponenta sama ne objašnjava snimak."),
-      .sensor_gain = in("{} pokazuje {} puta prave vrednosti. Nijedna komponenta to ne objašnjava: "
-                        "pogledajte senzor."),
-      .sensor_high = in("{} pokazuje {} previše. Nijedna komponenta to ne objašnjava: pogledajte "
+      .sensor_gain =
+          in("{0} pokazuje {1} puta prave vrednosti. Nijedna komponenta to ne objašnjava: "
+             "pogledajte senzor."),
+      .sensor_high = in("{0} pokazuje {1} previše. Nijedna komponenta to ne objašnjava: pogledajte "
                         "senzor."),
-      .sensor_low = in("{} pokazuje {} premalo. Nijedna komponenta to ne objašnjava: pogledajte "
+      .sensor_low = in("{0} pokazuje {1} premalo. Nijedna komponenta to ne objašnjava: pogledajte "
                        "senzor."),
       .beside = in("Nijedna komponenta sama ne objašnjava snimak: {0} i još {1}."),
       .two = in("Dve komponente su se promenile zajedno."),

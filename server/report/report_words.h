@@ -60,7 +60,7 @@ struct ReportWords {
   std::string verdict_fault;  ///< "Fault: {0}"
   std::string or_word;
   std::string verdict_unknown;
-  std::string verdict_sensor;
+  std::string verdict_sensor;  ///< "{0}": a channel
   std::string verdict_nominal;
   std::string verdict_not_excited;
   std::string verdict_none;
@@ -103,7 +103,7 @@ struct ReportWords {
   std::string too_early;  ///< reasons of a verdict
   std::string worked_out;
   std::string no_single;
-  std::string sensor_gain;
+  std::string sensor_gain;  ///< "{0}": a channel; "{1}": by how much
   std::string sensor_high;
   std::string sensor_low;
   std::string beside;  ///< "{0}", "{1}": components

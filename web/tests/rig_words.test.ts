@@ -41,6 +41,12 @@ describe("what rigs and the lab write", () => {
     expect(rigWords("no single component explains the record: beside R1 also Ra")).toContain(
       "R1 and also Ra",
     );
+    expect(rigWords("ia reads 0.03 A too much: its sensor, no component")).toBe(
+      "ia reads 0.03 A too much. No component explains this: look at its sensor.",
+    );
+    expect(rigWords("n reads 1.05 times what it should: its sensor, no component")).toContain(
+      "1.05 times",
+    );
     expect(rigWords("not calibrated, check 'noise' failed: 1 V; look")).toContain("first seconds");
     expect(detectorWords("glr_25")).toBe("the GLR test over 25 samples");
     expect(detectorWords("other")).toBe("other");

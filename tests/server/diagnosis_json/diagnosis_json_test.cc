@@ -82,6 +82,18 @@ TEST(DiagnosisJson, AFurtherDetectionWithoutATimeIsRefused) {
   EXPECT_FALSE(ParseDiagnosis(json::serialize(stored), paper::Bench()).ok());
 }
 
+TEST(DiagnosisJson, AChangedSensorComesBack) {
+  core::Diagnosis diagnosis = ChangedThreeTimes();
+  EXPECT_FALSE(Written(diagnosis).contains("sensor"));
+  diagnosis.verdict.sensor = core::SensorChange{"n", true, 1.05, 0.001};
+  const core::Diagnosis read = ReadBack(Written(diagnosis));
+  ASSERT_TRUE(read.verdict.sensor);
+  EXPECT_EQ(read.verdict.sensor->channel, "n");
+  EXPECT_TRUE(read.verdict.sensor->gain);
+  EXPECT_EQ(read.verdict.sensor->value, 1.05);
+  EXPECT_EQ(read.verdict.sensor->sigma, 0.001);
+}
+
 TEST(DiagnosisText, TellsEveryDetectionOfAFault) {
   const std::string text = ToText(ChangedThreeTimes(), "run.csv");
   EXPECT_NE(text.find("  detected    at 8.02 s, began at about 7.99 s (residual)\n"

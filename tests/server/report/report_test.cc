@@ -237,6 +237,11 @@ TEST(Report, SaysTheSentencesOfTheDiagnosisInItsLanguage) {
             "Nijedna komponenta sama ne objašnjava snimak: R1 i još J.");
   EXPECT_EQ(ReasonIn(serbian, "no single component explains the record"),
             "Nijedna komponenta sama ne objašnjava snimak.");
+  EXPECT_EQ(ReasonIn(serbian, "ia reads 0.03 A too much: its sensor, no component"),
+            "ia pokazuje 0.03 A previše. Nijedna komponenta to ne objašnjava: pogledajte senzor.");
+  EXPECT_EQ(ReasonIn(WordsOf(Language::kEnglish),
+                     "n reads 1.05 times what it should: its sensor, no component"),
+            "n reads 1.05 times what it should. No component explains this: look at its sensor.");
   EXPECT_EQ(ReasonIn(serbian, "of a later version"), "of a later version");
   EXPECT_EQ(QuestionIn(serbian, "b1/a1 and a1 in the same direction?"),
             "Da li su se b1/a1 i a1 pomerili u istom smeru?");
