@@ -280,7 +280,7 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
   calibration.gain_factor = rig.gain_factor;
   calibration.lag_factor = rig.lag_factor;
   calibration.delta_s = rig.delta_s;
-  calibration.mc_nm = rig.mc_nm;
+  calibration.mc_nm = std::max(0.0, rig.mc_nm);
   calibration.mc_unit_nm = rig.mc_unit_nm;
   calibration.um_noise_v = noise.um_v;
   calibration.ia_noise_a = noise.ia_a;

@@ -25,6 +25,10 @@ constexpr double kPriorCostMax = 40.0;
 // In use the channel moves by about a quarter of its range. Noise above this share of the range
 // hides every fault of interest.
 constexpr double kNoiseShareMax = 0.025;
+// More than this many times the stated noise is told.
+constexpr double kNoiseTold = 5.0;
+// A friction torque below zero by more standard errors than this is none.
+constexpr double kFrictionSigmas = 3.0;
 // Largest of blocks x directions squared normal scores (4 x 8): 1e-6 on a healthy rig, with a
 // margin for model errors.
 constexpr double kStationarityMax = 45.0;
@@ -36,6 +40,41 @@ std::string Text(const char* format, double a, double b = 0.0) {
   std::array<char, 256> text{};
   std::snprintf(text.data(), text.size(), format, a, b);
   return text.data();
+}
+
+/// Of a channel that is used: how its noise compares with what the description states. A channel
+/// that is not the key one may be left out by an amplifier that gives way, and nothing else says
+/// so.
+void SayWhatIsLeft(const Bench& bench,
+                   const NoiseLevel& noise,
+                   std::span<const Observation> stretch,
+                   std::vector<CalibrationCheck>& checks) {
+  unsigned mask = 0;
+  for (const Observation& o : stretch) mask |= o.mask;
+  struct Channel {
+    const char* name;
+    const char* unit;
+    double left;
+    double stated;
+  };
+  const double per_rpm = RadPerSecondOfRpm(bench.nominal.gear_ratio);
+  const std::array<Channel, kOutputCount> channels = {
+      {{"um", "V", noise.um_v, bench.um.noise},
+       {"ia", "A", noise.ia_a, bench.ia.noise},
+       {"n", "rpm", noise.w_rad_s / per_rpm, bench.n.noise}}};
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const Channel& channel = channels[c];
+    const double most = kNoiseTold * channel.stated;
+    if (((mask >> c) & 1U) == 0U || channel.left <= most) continue;
+    checks.push_back(
+        {std::string("noise of ") + channel.name,
+         Text("%.3g ", channel.left) + channel.unit +
+             Text(" is left, %.0f times the %.3g ", channel.left / channel.stated, channel.stated) +
+             channel.unit + " that the description states",
+         channel.left,
+         most,
+         true});
+  }
 }
 
 /// The channel from which the structure is estimated.
@@ -59,6 +98,7 @@ const char* Remedy(std::string_view check) {
   if (check == "saturation") return "use a smaller input or a wider converter range";
   if (check == "noise")
     return "look for a fault inside the stretch, then at its wire, its shield and its unit";
+  if (check == "friction") return "look for an offset of uc or of a sensor";
   if (check == "tolerance") {
     return "choose a stretch without a fault, or correct the rig's data sheet";
   }
@@ -159,17 +199,31 @@ std::optional<Error> CheckAfter(const Bench& bench,
                                 const std::vector<CalibratedQuantity>& quantities,
                                 std::size_t coordinates,
                                 std::vector<CalibrationCheck>& checks) {
+  const double mc_sigma_nm = quantities[static_cast<std::size_t>(Coordinate::kMc)].sigma;
   const KeyChannel key = KeyChannelOf(bench);
   const double left = key.bit == 1U ? noise.um_v : noise.ia_a;
   const double left_max = kNoiseShareMax * key.range;
   if (auto refusal =
           Judge(checks,
                 "noise",
-                std::string("what the model leaves of ") + key.name + Text(" is %.3f ", left) +
-                    key.unit + Text(", at most %.2f ", left_max) + key.unit + " may be left",
+                std::string("what the model leaves of ") + key.name + Text(" is %.3g ", left) +
+                    key.unit + Text(", at most %.3g ", left_max) + key.unit + " may be left",
                 left,
                 left_max,
                 left <= left_max)) {
+    return refusal;
+  }
+  SayWhatIsLeft(bench, noise, stretch, checks);
+  // A drive that begins late, or a zero that nobody learnt, looks like friction that pushes.
+  const double mc_least_nm = -kFrictionSigmas * mc_sigma_nm;
+  if (auto refusal = Judge(checks,
+                           "friction",
+                           Text("the friction torque comes out as %.3g Nm, at least %.3g Nm may",
+                                rig.mc_nm,
+                                mc_least_nm),
+                           rig.mc_nm,
+                           mc_least_nm,
+                           rig.mc_nm >= mc_least_nm)) {
     return refusal;
   }
   const CalibratedQuantity* farthest = nullptr;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,32 @@ TEST(Calibrate, RecoversARigThatIsOffItsDataSheetFromAllChannels) {
   EXPECT_NEAR(c.ia_noise_a, 0.001, 0.0002);
   EXPECT_NEAR(c.n_noise_rpm, 0.5, 0.1);
   for (const CalibratedQuantity& quantity : c.quantities) EXPECT_GT(quantity.sigma, 0.0);
+}
+
+TEST(Calibrate, RefusesFrictionThatPushes) {
+  PrbsSpec spec;
+  std::vector<double> uc = MakePrbs(spec, 600, 0.01);
+  auto record = Between(
+      SimulateRecord(paper::Hardware(), paper::Plant(), uc, {}, 53, paper::kPeriodS), 0.5, 5.0);
+  for (Sample& sample : record) sample.uc_v -= 0.3;  // what was written is not what was driven
+  const Result<Calibration> refused = Calibrate(record, paper::ToCalibrate());
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().field, "friction") << refused.error().message;
+  EXPECT_NE(refused.error().message.find("offset of uc"), std::string::npos);
+}
+
+TEST(Calibrate, TellsOfEveryChannelWhatIsLeftOfIt) {
+  auto record = Between(BenchRecord({}, 54, 6.0), 0.5, 5.0);
+  Random random(9);
+  for (Sample& sample : record) sample.ia_a += 0.01 * random.Normal();
+  const Result<Calibration> result = Calibrate(record, paper::ToCalibrate());
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  const auto& checks = result.value().checks;
+  const auto told = std::find_if(
+      checks.begin(), checks.end(), [](const auto& check) { return check.name == "noise of ia"; });
+  ASSERT_NE(told, checks.end());
+  EXPECT_EQ(told->sentence.find("0.01"), 0U) << told->sentence;
+  EXPECT_NE(told->sentence.find(" times the 0.001 A"), std::string::npos) << told->sentence;
 }
 
 TEST(Calibrate, FindsDeltaOfBothProfiles) {
