@@ -24,6 +24,9 @@ constexpr double kPublishedDeltaTolerance = 3.5;
 constexpr double kMeasuredDeltaSigmaS = 0.1e-3;
 // The unit of the coordinate Mc is half of its tolerance.
 constexpr double kMcTolerance = 2.0;
+// Fall of the cost that is worth the zeros of the channels (chi-square with at most three degrees
+// of freedom: 1 in 1000 above 16).
+constexpr double kZeroGain = 16.0;
 // Tolerance of a coordinate that is there and must not move.
 constexpr double kHeld = 1e-6;
 
@@ -50,10 +53,10 @@ std::optional<double> MeasuredDelta(std::span<const Sample> samples, double peri
 constexpr std::array<double, 3> kToleranceScales = {1.0, 0.3, 0.1};
 
 /// Of the `n` coordinates of the rig, then of the zeros of its channels, in units of their own.
-GaussianPrior DataSheetPrior(const ParameterOffsets& tolerance, double scale, int n) {
+GaussianPrior DataSheetPrior(const ParameterOffsets& tolerance, double scale, int n, int zeros) {
   GaussianPrior prior;
-  prior.mean = Eigen::VectorXd::Zero(n + kOutputCount);
-  prior.information = Eigen::MatrixXd::Identity(n + kOutputCount, n + kOutputCount);
+  prior.mean = Eigen::VectorXd::Zero(n + zeros);
+  prior.information = Eigen::MatrixXd::Identity(n + zeros, n + zeros);
   for (int i = 0; i < n; ++i) {
     // Mc and delta are no parts with a tolerance; La has its own.
     const double sd = tolerance[static_cast<std::size_t>(i)] *
@@ -82,20 +85,19 @@ struct ToleranceChoice {
 };
 
 // @param widest  the fit under kToleranceScales[0].
-ToleranceChoice ChooseTolerance(const Bench& bench,
+ToleranceChoice ChooseTolerance(const HealthyStretch& stretch,
                                 const ParameterOffsets& tolerance,
                                 const RigParameters& base,
                                 const NoiseLevel& noise,
-                                double period_s,
-                                std::span<const Observation> stretch,
                                 const MapFit& widest) {
   std::array<MapFit, kToleranceScales.size()> fits;
   std::array<double, kToleranceScales.size()> evidence{};
   std::size_t likeliest = 0;
   const auto n = static_cast<int>(widest.point.size());
+  const auto zeros = static_cast<int>(stretch.zeros.size());
   for (std::size_t i = 0; i < fits.size(); ++i) {
-    const GaussianPrior prior = DataSheetPrior(tolerance, kToleranceScales[i], n - kOutputCount);
-    fits[i] = i == 0 ? widest : FitRig(bench, base, noise, period_s, stretch, prior, widest.point);
+    const GaussianPrior prior = DataSheetPrior(tolerance, kToleranceScales[i], n - zeros, zeros);
+    fits[i] = i == 0 ? widest : FitRig(stretch, base, noise, prior, widest.point);
     evidence[i] = Evidence(fits[i], prior);
     if (evidence[i] < evidence[likeliest]) likeliest = i;
   }
@@ -174,34 +176,60 @@ std::vector<double> FirstRows(const Eigen::MatrixXd& of, int n) {
 }
 
 // What the channels that were learnt from read at zero.
-void AddZeros(const Bench& bench,
-              unsigned mask,
+void AddZeros(const HealthyStretch& stretch,
               const RigParameters& rig,
               const Eigen::MatrixXd& covariance,
               std::vector<CalibratedQuantity>& quantities) {
-  struct Zero {
+  struct Channel {
     const char* name;
     const char* unit;
-    const BenchChannel& channel;
     double per_unit;  ///< of Observation::y
   };
-  const std::array<Zero, kOutputCount> zeros = {
-      {{"um0", "V", bench.um, 1.0},
-       {"ia0", "A", bench.ia, 1.0},
-       {"n0", "rpm", bench.n, RadPerSecondOfRpm(bench.nominal.gear_ratio)}}};
-  for (std::size_t c = 0; c < zeros.size(); ++c) {
-    const Zero& zero = zeros[c];
-    if (((mask >> c) & 1U) == 0U || zero.channel.zero_sd <= 0.0) continue;
-    const auto at = covariance.rows() - kOutputCount + static_cast<Eigen::Index>(c);
+  const std::array<Channel, kOutputCount> channels = {
+      {{"um0", "V", 1.0},
+       {"ia0", "A", 1.0},
+       {"n0", "rpm", RadPerSecondOfRpm(stretch.bench->nominal.gear_ratio)}}};
+  Eigen::Index at = covariance.rows() - static_cast<Eigen::Index>(stretch.zeros.size());
+  for (const ZeroCoordinate& zero : stretch.zeros) {
+    const Channel& channel = channels[zero.channel];
     const double share = std::sqrt(std::max(0.0, covariance(at, at)));
-    quantities.push_back({zero.name,
-                          zero.unit,
-                          rig.zeros[c] / zero.per_unit,
-                          share * zero.channel.zero_sd,
+    const double sd = zero.unit / channel.per_unit;
+    quantities.push_back({channel.name,
+                          channel.unit,
+                          rig.zeros[zero.channel] / channel.per_unit,
+                          share * sd,
                           0.0,
-                          zero.channel.zero_sd,
+                          sd,
                           share < 0.5});
+    ++at;
   }
+}
+
+// A stretch that tells that some channels do not read 0 at zero.
+struct WithZeros {
+  HealthyStretch stretch;
+  Explained explained;
+};
+
+// Zeros are learnt where they explain the stretch much better: on a rig whose channels are right
+// they would only cost certainty.
+std::optional<WithZeros> LearnZeros(const HealthyStretch& without,
+                                    const RigParameters& data_sheet,
+                                    const ParameterOffsets& tolerance,
+                                    std::optional<double> measured_delta_s,
+                                    const Explained& explained) {
+  HealthyStretch stretch = without;
+  stretch.zeros = ZerosToLearn(*stretch.bench, stretch.mask);
+  if (stretch.zeros.empty()) return std::nullopt;
+  const auto n = static_cast<int>(explained.fit.point.size());
+  const auto zeros = static_cast<int>(stretch.zeros.size());
+  const GaussianPrior prior = DataSheetPrior(tolerance, 1.0, n, zeros);
+  Eigen::VectorXd start = Eigen::VectorXd::Zero(n + zeros);
+  start.head(n) = explained.fit.point;
+  const MapFit tried = FitRig(stretch, explained.base, explained.noise, prior, start);
+  if (!(tried.cost() + kZeroGain < explained.fit.cost())) return std::nullopt;
+  Explained better = ExplainStretch(stretch, data_sheet, prior, measured_delta_s);
+  return WithZeros{std::move(stretch), std::move(better)};
 }
 
 }  // namespace
@@ -234,7 +262,7 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     tolerance[static_cast<std::size_t>(Coordinate::kDelta)] =
         kMeasuredDeltaSigmaS / (kDeltaUnitPeriods * period_s);
   }
-  const std::vector<Observation> stretch = MakeObservations(
+  const std::vector<Observation> observations = MakeObservations(
       samples, options.bench->readings(), options.channels, period_s, options.um_rail_v);
   Calibration calibration;
   calibration.period_s = period_s;
@@ -242,26 +270,27 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     calibration.from_s = samples.front().t_s;
     calibration.to_s = samples.back().t_s + period_s;
   }
-  if (std::optional<Error> refusal = CheckBefore(*options.bench, stretch, calibration.checks))
+  if (std::optional<Error> refusal = CheckBefore(*options.bench, observations, calibration.checks))
     return *refusal;
-  calibration.samples = static_cast<int>(stretch.size());
+  calibration.samples = static_cast<int>(observations.size());
 
   unsigned mask = 0;
-  for (const Observation& o : stretch) mask |= o.mask;
+  for (const Observation& o : observations) mask |= o.mask;
   calibration.used_um = (mask & 1U) != 0U;
   calibration.used_ia = (mask & 2U) != 0U;
   calibration.used_n = (mask & 4U) != 0U;
 
   const int coordinates = CoordinateCountOf(norm);
-  const GaussianPrior prior = DataSheetPrior(tolerance, 1.0, coordinates);
-  const Explained explained =
-      ExplainStretch(*options.bench,
-                     {options.data_sheet, 1.0, 0.0, norm.mc_nm, McUnitOf(*options.bench)},
-                     period_s,
-                     stretch,
-                     mask,
-                     prior,
-                     measured_delta_s);
+  HealthyStretch stretch{options.bench, period_s, observations, mask, {}};
+  const RigParameters data_sheet{
+      options.data_sheet, 1.0, 0.0, norm.mc_nm, McUnitOf(*options.bench)};
+  Explained explained = ExplainStretch(
+      stretch, data_sheet, DataSheetPrior(tolerance, 1.0, coordinates, 0), measured_delta_s);
+  if (std::optional<WithZeros> with =
+          LearnZeros(stretch, data_sheet, tolerance, measured_delta_s, explained)) {
+    stretch = std::move(with->stretch);
+    explained = std::move(with->explained);
+  }
   const RigParameters& base = explained.base;
   const NoiseLevel& noise = explained.noise;
   MapFit best = explained.fit;
@@ -271,10 +300,10 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
   ToleranceChoice choice{best,
                          Eigen::MatrixXd::Zero(best.covariance.rows(), best.covariance.cols())};
   if (calibration.used_um) {
-    choice = ChooseTolerance(*options.bench, tolerance, base, noise, period_s, stretch, best);
+    choice = ChooseTolerance(stretch, tolerance, base, noise, best);
   }
   best = choice.fit;
-  const RigParameters rig = WithGainInItsPart(RigAt(*options.bench, base, best.point, period_s));
+  const RigParameters rig = WithGainInItsPart(RigAt(stretch, base, best.point));
 
   calibration.nominal = rig.plant;
   calibration.gain_factor = rig.gain_factor;
@@ -318,18 +347,14 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     quantity.from_data = sigma < 0.5 * used;
     calibration.quantities.push_back(quantity);
   }
-  AddZeros(*options.bench,
-           mask,
-           rig,
-           best.covariance + choice.tolerance_covariance,
-           calibration.quantities);
+  AddZeros(stretch, rig, best.covariance + choice.tolerance_covariance, calibration.quantities);
   calibration.mc_sigma_nm = calibration.quantities[static_cast<std::size_t>(Coordinate::kMc)].sigma;
 
   if (std::optional<Error> refusal = CheckAfter(*options.bench,
                                                 rig,
                                                 noise,
                                                 period_s,
-                                                stretch,
+                                                observations,
                                                 data_sheet_cost,
                                                 calibration.quantities,
                                                 static_cast<std::size_t>(coordinates),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <vector>
 
@@ -69,14 +70,11 @@ double FrictionPriorCost(const Bench& bench, const NoiseLevel& level) {
 }
 
 // Maximum likelihood of the noise levels at fixed parameters: coordinate search in logarithms.
-void FitNoise(const Bench& bench,
-              const RigParameters& rig,
-              double period_s,
-              std::span<const Observation> stretch,
-              unsigned mask,
-              NoiseLevel& noise) {
+void FitNoise(const HealthyStretch& stretch, const RigParameters& rig, NoiseLevel& noise) {
+  const Bench& bench = *stretch.bench;
   const auto cost = [&](const NoiseLevel& level) {
-    return RunInnovations(MakePredictionModel(rig, level, period_s), stretch).cost() +
+    return RunInnovations(MakePredictionModel(rig, level, stretch.period_s), stretch.samples)
+               .cost() +
            FrictionPriorCost(bench, level);
   };
   const std::array<double, kOutputCount> floor = {
@@ -88,7 +86,7 @@ void FitNoise(const Bench& bench,
     for (int pass = 0; pass < 4; ++pass) {
       bool improved = false;
       for (std::size_t c = 0; c <= kOutputCount; ++c) {
-        if (c < kOutputCount && (mask & (1U << c)) == 0U) continue;
+        if (c < kOutputCount && (stretch.mask & (1U << c)) == 0U) continue;
         for (double move : {factor, 1.0 / factor}) {
           for (int repeat = 0; repeat < 8; ++repeat) {
             NoiseLevel tried = noise;
@@ -108,23 +106,21 @@ void FitNoise(const Bench& bench,
   }
 }
 
-Explained ExplainFrom(const Bench& bench,
+Explained ExplainFrom(const HealthyStretch& stretch,
                       const RigParameters& data_sheet,
                       NoiseLevel noise,
-                      double period_s,
-                      std::span<const Observation> stretch,
-                      unsigned mask,
                       const GaussianPrior& prior,
                       std::optional<double> measured_delta_s) {
+  const double period_s = stretch.period_s;
   Explained found;
   bool have = false;
-  for (const DeltaStart& start : DeltaStartsOf(bench, period_s, measured_delta_s)) {
+  for (const DeltaStart& start : DeltaStartsOf(*stretch.bench, period_s, measured_delta_s)) {
     RigParameters started = data_sheet;
     started.delta_s = start.expected_s;
     Eigen::VectorXd point = Eigen::VectorXd::Zero(prior.mean.size());
     point(static_cast<int>(Coordinate::kDelta)) =
         (start.first_s - start.expected_s) / (kDeltaUnitPeriods * period_s);
-    MapFit fit = FitRig(bench, started, noise, period_s, stretch, prior, point);
+    MapFit fit = FitRig(stretch, started, noise, prior, point);
     if (!have || fit.cost() < found.fit.cost()) {
       have = true;
       found.fit = fit;
@@ -132,75 +128,75 @@ Explained ExplainFrom(const Bench& bench,
     }
   }
   for (int round = 0; round < kNoiseRounds; ++round) {
-    const RigParameters rig = RigAt(bench, found.base, found.fit.point, period_s);
-    FitNoise(bench, rig, period_s, stretch, mask, noise);
-    found.fit = FitRig(bench, found.base, noise, period_s, stretch, prior, found.fit.point);
+    const RigParameters rig = RigAt(stretch, found.base, found.fit.point);
+    FitNoise(stretch, rig, noise);
+    found.fit = FitRig(stretch, found.base, noise, prior, found.fit.point);
   }
   found.noise = noise;
-  found.cost = found.fit.cost() + FrictionPriorCost(bench, noise);
+  found.cost = found.fit.cost() + FrictionPriorCost(*stretch.bench, noise);
   return found;
 }
 
 }  // namespace
 
-std::array<double, kOutputCount> ZeroUnitsOf(const Bench& bench) {
-  return {bench.um.zero_sd,
-          bench.ia.zero_sd,
-          bench.n.zero_sd * RadPerSecondOfRpm(bench.nominal.gear_ratio)};
+std::vector<ZeroCoordinate> ZerosToLearn(const Bench& bench, unsigned mask) {
+  const std::array<double, kOutputCount> units = {
+      bench.um.zero_sd,
+      bench.ia.zero_sd,
+      bench.n.zero_sd * RadPerSecondOfRpm(bench.nominal.gear_ratio)};
+  std::vector<ZeroCoordinate> zeros;
+  if (std::popcount(mask) < 2) return zeros;
+  for (std::size_t c = 0; c < units.size(); ++c) {
+    if (((mask >> c) & 1U) != 0U && units[c] > 0.0) zeros.push_back({c, units[c]});
+  }
+  return zeros;
 }
 
-RigParameters RigAt(const Bench& bench,
+RigParameters RigAt(const HealthyStretch& stretch,
                     const RigParameters& base,
-                    const Eigen::VectorXd& point,
-                    double period_s) {
-  RigParameters rig = WithOffsets(base, point.head(point.size() - kOutputCount), period_s);
-  const std::array<double, kOutputCount> units = ZeroUnitsOf(bench);
-  for (std::size_t c = 0; c < kOutputCount; ++c) {
-    rig.zeros[c] = units[c] * point.tail<kOutputCount>()(static_cast<Eigen::Index>(c));
+                    const Eigen::VectorXd& point) {
+  const Eigen::Index n = point.size() - static_cast<Eigen::Index>(stretch.zeros.size());
+  RigParameters rig = WithOffsets(base, point.head(n), stretch.period_s);
+  for (std::size_t i = 0; i < stretch.zeros.size(); ++i) {
+    const ZeroCoordinate& zero = stretch.zeros[i];
+    rig.zeros[zero.channel] = zero.unit * point(n + static_cast<Eigen::Index>(i));
   }
   return rig;
 }
 
-MapFit FitRig(const Bench& bench,
+MapFit FitRig(const HealthyStretch& stretch,
               const RigParameters& base,
               const NoiseLevel& noise,
-              double period_s,
-              std::span<const Observation> stretch,
               const GaussianPrior& prior,
               const Eigen::VectorXd& start) {
-  const StretchModels models{stretch, [&](const Eigen::VectorXd& q, std::size_t) {
+  const StretchModels models{stretch.samples, [&](const Eigen::VectorXd& q, std::size_t) {
                                return MakePredictionModel(
-                                   RigAt(bench, base, q, period_s), noise, period_s);
+                                   RigAt(stretch, base, q), noise, stretch.period_s);
                              }};
   MapFitOptions options;
-  options.follow_noise = bench.fits_follow_noise;
+  options.follow_noise = stretch.bench->fits_follow_noise;
   return FitMap(models, prior, start, options);
 }
 
 // Readings that are much noisier than the description says look like friction in the first fits,
 // which may lead astray: then it begins again with noisy readings, which look like nothing else.
-Explained ExplainStretch(const Bench& bench,
+Explained ExplainStretch(const HealthyStretch& stretch,
                          const RigParameters& data_sheet,
-                         double period_s,
-                         std::span<const Observation> stretch,
-                         unsigned mask,
                          const GaussianPrior& prior,
                          std::optional<double> measured_delta_s) {
-  const NoiseLevel described = NoiseOf(bench);
-  Explained first =
-      ExplainFrom(bench, data_sheet, described, period_s, stretch, mask, prior, measured_delta_s);
+  const NoiseLevel described = NoiseOf(*stretch.bench);
+  Explained first = ExplainFrom(stretch, data_sheet, described, prior, measured_delta_s);
   bool more = first.noise.friction_nm > kMoreNoise * described.friction_nm;
   NoiseLevel noisy = described;
   for (std::size_t c = 0; c < kOutputCount; ++c) {
-    if ((mask & (1U << c)) == 0U) continue;
+    if ((stretch.mask & (1U << c)) == 0U) continue;
     double& start = *NoiseOfChannel(noisy, c);
     const double found = *NoiseOfChannel(first.noise, c);
     more = more || found > kMoreNoise * start;
     start = std::max(kNoisyReadings * start, found);
   }
-  if (!bench.fits_follow_noise || !more) return first;
-  Explained second =
-      ExplainFrom(bench, data_sheet, noisy, period_s, stretch, mask, prior, measured_delta_s);
+  if (!stretch.bench->fits_follow_noise || !more) return first;
+  Explained second = ExplainFrom(stretch, data_sheet, noisy, prior, measured_delta_s);
   return second.cost < first.cost ? second : first;
 }
 

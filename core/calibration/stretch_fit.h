@@ -1,9 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <cstddef>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "core/bench/bench.h"
 #include "core/filter/map_fit.h"
@@ -12,24 +13,36 @@
 
 namespace faultlab::core {
 
-/// How far the zeros of um (V), ia (A) and w (rad/s) may be off: the units of the last three
-/// coordinates of a fit.
-std::array<double, kOutputCount> ZeroUnitsOf(const Bench& bench);
+/// The zero of a channel as a coordinate of a fit.
+struct ZeroCoordinate {
+  std::size_t channel = 0;  ///< of Observation::y
+  double unit = 0.0;        ///< how far it may be off, one standard deviation: V, A, rad/s
+};
 
-/// The rig at a point of a fit: the coordinates of WithOffsets, then the zeros of the channels.
-RigParameters RigAt(const Bench& bench,
+/// A stretch without a fault, and what is learnt from it.
+struct HealthyStretch {
+  const Bench* bench = nullptr;  ///< never null
+  double period_s = 0.01;
+  std::span<const Observation> samples;
+  unsigned mask = 0;  ///< bit c: there are readings of channel c
+  std::vector<ZeroCoordinate> zeros;
+};
+
+/// The zeros that the readings of a stretch can tell. Of one channel alone none: its zero looks
+/// like friction.
+std::vector<ZeroCoordinate> ZerosToLearn(const Bench& bench, unsigned mask);
+
+/// The rig at a point of a fit: the coordinates of WithOffsets, then those of stretch.zeros.
+RigParameters RigAt(const HealthyStretch& stretch,
                     const RigParameters& base,
-                    const Eigen::VectorXd& point,
-                    double period_s);
+                    const Eigen::VectorXd& point);
 
 /// The most likely rig for a stretch whose noise is known.
 /// @param base   what the coordinates are offsets of
 /// @param start  the coordinates with which the search begins
-MapFit FitRig(const Bench& bench,
+MapFit FitRig(const HealthyStretch& stretch,
               const RigParameters& base,
               const NoiseLevel& noise,
-              double period_s,
-              std::span<const Observation> stretch,
               const GaussianPrior& prior,
               const Eigen::VectorXd& start);
 
@@ -43,13 +56,9 @@ struct Explained {
 
 /// Fits the rig, from several delays, and the noise in turn.
 /// @param data_sheet  the rig without offsets; its delta is not used
-/// @param mask        bit c: the stretch has readings of channel c
 /// @param measured_delta_s  what the rig says of its delta; none: the description's is expected
-Explained ExplainStretch(const Bench& bench,
+Explained ExplainStretch(const HealthyStretch& stretch,
                          const RigParameters& data_sheet,
-                         double period_s,
-                         std::span<const Observation> stretch,
-                         unsigned mask,
                          const GaussianPrior& prior,
                          std::optional<double> measured_delta_s);
 

@@ -22,8 +22,10 @@ namespace {
 /// the faulty one first: computed by the isolability analysis from the model of a healthy rig.
 std::vector<Component> Indistinguishable(const FaultSize& fault, bool um_only) {
   IsolabilityOptions options;
-  options.rig.mc_nm = paper::Hardware().friction.mc_nm;
-  options.rig.delta_s = paper::Hardware().delta_s;
+  const BenchProfile& profile = paper::Hardware();
+  options.bench = &paper::Bench();
+  options.rig = {paper::Plant(), 1.0, profile.delta_s, profile.friction.mc_nm};
+  options.noise = NoiseOf(profile, paper::Plant().gear_ratio);
   options.channels = um_only ? Channels::kUmOnly : Channels::kAll;
   options.uc_v = MakePrbs(PrbsSpec{}, 300, paper::kPeriodS);
   options.faults = {fault};

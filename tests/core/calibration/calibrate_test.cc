@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/signals/random.h"
 #include "tests/core/bench_records.h"
 #include "tests/paper_rig.h"
 

@@ -73,7 +73,8 @@ TEST(Sensors, WhatIsOffAllTheTimeIsLearntAndTakenOutOfTheReadings) {
   std::vector<Sample> record = BenchRecord({AbruptFault(paper::kR12, 5.6e3)}, 73);
   for (Sample& sample : record) off(sample);
   const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(Channels::kAll));
-  const Calibration& learnt = diagnosis.calibration;
+  ASSERT_TRUE(diagnosis.calibration);
+  const Calibration& learnt = *diagnosis.calibration;
   EXPECT_NEAR(learnt.ia_zero_a, 5e-3, 1e-3);
   EXPECT_NEAR(learnt.um_zero_v, -0.03, 0.015);
   EXPECT_EQ(learnt.n_zero_rpm, 0.0) << "an encoder has no such error";
