@@ -1272,6 +1272,8 @@ export const texts = {
   check_length: "The healthy beginning was too short. Start with a longer one.",
   check_excitation:
     "The input changed too little to learn the rig. Use one that switches, such as a PRBS.",
+  check_friction:
+    "The friction torque comes out below zero, which no motor has. Check whether uc or a sensor is off at zero.",
   check_noise:
     "The readings of the first seconds do not fit a healthy rig. Check whether a fault was set then, and then the wiring of the sensor, its shield and its unit.",
   check_stationarity:

@@ -1330,6 +1330,8 @@ export const marked: Catalogue = {
   check_length: "Ispravan početak je prekratak. Produžite ga.",
   check_excitation:
     "Ulaz se premalo menjao da bi se uređaj naučio. Uzmite onaj koji se prebacuje, kao PRBS.",
+  check_friction:
+    "Moment trenja ispada manji od nule, što nijedan motor nema. Proverite da li uc ili neki senzor ne pokazuje nulu.",
   check_noise:
     "Očitavanja prvih sekundi ne odgovaraju ispravnom uređaju. Proverite da li je tada bio zadat kvar, a zatim vod senzora, njegov oklop i jedinicu.",
   check_stationarity:
