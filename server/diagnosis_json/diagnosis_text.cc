@@ -192,6 +192,7 @@ std::string ToText(const core::Diagnosis& diagnosis, const std::string& name) {
   for (char& letter : kind) {
     letter = letter == '_' ? ' ' : letter;
   }
+  if (verdict.sensor) kind = "sensor of " + verdict.sensor->channel;
   out << name << ": " << kind << '\n';
   AppendVerdict(out, verdict);
   if (diagnosis.episodes.size() > 1) {
