@@ -1,6 +1,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "core/calibration/stretch_checks.h"
 #include "core/calibration/stretch_fit.h"
 #include "core/detection/detection_thresholds.h"
+#include "core/filter/impulses.h"
 #include "core/filter/map_fit.h"
 #include "core/filter/observation.h"
 
@@ -24,6 +26,9 @@ constexpr double kPublishedDeltaTolerance = 3.5;
 constexpr double kMeasuredDeltaSigmaS = 0.1e-3;
 // The unit of the coordinate Mc is half of its tolerance.
 constexpr double kMcTolerance = 2.0;
+// Readings that stand alone are looked for again once the fit is rid of the first.
+constexpr int kImpulseRounds = 3;
+constexpr std::size_t kImpulsesMin = 2;
 // Fall of the cost that is worth the zeros of the channels (chi-square with at most three degrees
 // of freedom: 1 in 1000 above 16).
 constexpr double kZeroGain = 16.0;
@@ -205,6 +210,24 @@ void AddZeros(const HealthyStretch& stretch,
   }
 }
 
+double ShareOfReadings(std::size_t impulses, std::span<const Observation> stretch) {
+  int readings = 0;
+  for (const Observation& o : stretch) readings += std::popcount(o.mask);
+  const double all = static_cast<double>(impulses) + readings;
+  return all > 0.0 ? static_cast<double>(impulses) / all : 0.0;
+}
+
+void SayImpulses(std::size_t impulses, double share, std::vector<CalibrationCheck>& checks) {
+  if (impulses == 0) return;
+  std::array<char, 120> text{};
+  std::snprintf(text.data(),
+                text.size(),
+                "%zu readings stand alone, far from their neighbours (%.2g %%), and are left out",
+                impulses,
+                100.0 * share);
+  checks.push_back({"impulses", text.data(), share, 0.05, true});
+}
+
 // A stretch that tells that some channels do not read 0 at zero.
 struct WithZeros {
   HealthyStretch stretch;
@@ -262,7 +285,7 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     tolerance[static_cast<std::size_t>(Coordinate::kDelta)] =
         kMeasuredDeltaSigmaS / (kDeltaUnitPeriods * period_s);
   }
-  const std::vector<Observation> observations = MakeObservations(
+  std::vector<Observation> observations = MakeObservations(
       samples, options.bench->readings(), options.channels, period_s, options.um_rail_v);
   Calibration calibration;
   calibration.period_s = period_s;
@@ -286,6 +309,19 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
       options.data_sheet, 1.0, 0.0, norm.mc_nm, McUnitOf(*options.bench)};
   Explained explained = ExplainStretch(
       stretch, data_sheet, DataSheetPrior(tolerance, 1.0, coordinates, 0), measured_delta_s);
+  std::size_t impulses = 0;
+  for (int round = 0; round < kImpulseRounds; ++round) {
+    const RigParameters found = RigAt(stretch, explained.base, explained.fit.point);
+    const std::size_t more =
+        LeaveOutImpulses(MakePredictionModel(found, explained.noise, period_s), observations);
+    // One may be chance, and then the stretch stays as it is.
+    if (more == 0 || (round == 0 && more < kImpulsesMin)) break;
+    impulses += more;
+    explained = ExplainStretch(
+        stretch, data_sheet, DataSheetPrior(tolerance, 1.0, coordinates, 0), measured_delta_s);
+  }
+  calibration.impulse_share = ShareOfReadings(impulses, observations);
+  SayImpulses(impulses, calibration.impulse_share, calibration.checks);
   if (std::optional<WithZeros> with =
           LearnZeros(stretch, data_sheet, tolerance, measured_delta_s, explained)) {
     stretch = std::move(with->stretch);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/filter/impulses.h"
 #include "core/types/time_span.h"
 
 namespace faultlab::core {
@@ -71,6 +72,14 @@ constexpr double kCusumCost = std::numbers::ln2;
 // If |z| of the sample that raises the alarm exceeds this, that sample is itself faulty.
 constexpr double kSharp = 5.0;
 
+// Log likelihood ratios of a sample with a reading that is far off, and of one without: such
+// samples are one in a hundred on a healthy rig with impulses, and more than every other one after
+// a fault that is seen at once. Four in a row pass the level.
+constexpr double kOddGain = 4.6;
+constexpr double kOddCost = 1.5;
+constexpr double kOddLevel = 17.0;
+constexpr int kOddSamples = 4;
+
 }  // namespace
 
 Detector::Detector(const Bench& bench,
@@ -81,8 +90,10 @@ Detector::Detector(const Bench& bench,
                    const DetectionThresholds& thresholds,
                    int reference_samples,
                    const NoiseScale& noise_scale,
-                   double speed_step_s)
+                   double speed_step_s,
+                   bool impulses)
     : speed_step_s_(speed_step_s),
+      impulses_(impulses),
       recursion_(models_[0].model),
       finding_samples_max_(
           static_cast<int>(std::lround(kFindingTimeConstants * noise.friction_tau_s / period_s))),
@@ -113,6 +124,7 @@ void Detector::Restart(const Observation& observation) {
   recursion_.Restart();
   finding_samples_ = finding_samples_max_;
   cusum_ = 0.0;
+  odd_ = 0.0;
   cusum_age_ = 0;
   std::fill(ring_.begin(), ring_.end(), Cell{});
   filled_ = 0;
@@ -184,6 +196,22 @@ void Detector::Whiten(const Observation& o,
   }
 }
 
+unsigned Detector::FarOff(const Observation& o, const ChannelGains& gains, unsigned use) const {
+  const PredictionModel& m = models_[0].model;
+  const double u = m.Limited(o.u);
+  FrictionStep friction = models_[0].friction;
+  const Eigen::Vector4d x =
+      o.restart ? models_[0].x : Step(m, models_[0].x, m.Limited(o.u_prev), u, friction);
+  unsigned far = 0;
+  for (std::size_t c = 0; c < kOutputCount; ++c) {
+    if (((use >> c) & 1U) == 0U) continue;
+    const auto row = static_cast<Eigen::Index>(c);
+    const double e = o.y[c] - m.c.row(row).dot(x) - m.d(row) * u;
+    if (std::abs(e) * gains.inverse_sd[c] * noise_scale_.Weight(c) > kImpulseGate) far |= 1U << c;
+  }
+  return far;
+}
+
 std::optional<Alarm> Detector::Push(const Observation& o) {
   if (o.restart) Restart(o);
   unsigned use = o.mask;
@@ -198,6 +226,11 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   std::array<std::array<double, kOutputCount>, kDirections + 1> z;
   const bool coarse = speed_step_s_ > 0.0 && (use & 4U) != 0U;
   const ChannelGains& gains = Gains(use, PassageVariance(o));
+  if (impulses_) {
+    const unsigned far = FarOff(o, gains, use);
+    use &= ~far;
+    odd_ = std::max(0.0, odd_ + (far != 0U ? kOddGain : -kOddCost));
+  }
   if (coarse) {
     Whiten(o, WithRounding(gains, o.y[2]), z, use);
   } else {
@@ -265,7 +298,9 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   statistics_ = {largest, cusum, glr_short, glr_long, glr_slow};
 
   Alarm alarm;
-  if (largest > thresholds_.residual) {
+  if (odd_ > kOddLevel) {
+    alarm = {"residual", odd_, kOddLevel, 0, true};
+  } else if (!impulses_ && largest > thresholds_.residual) {
     alarm = {"residual", largest, thresholds_.residual, 0, true};
   } else if (cusum > thresholds_.cusum) {
     alarm = {"cusum", cusum, thresholds_.cusum, 0, largest > kSharp};
@@ -278,7 +313,7 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   } else {
     return std::nullopt;
   }
-  alarm.samples_ago = OnsetSamplesAgo();
+  alarm.samples_ago = odd_ > kOddLevel ? kOddSamples - 1 : OnsetSamplesAgo();
   if (alarm.detector[0] == 'c') alarm.samples_ago = std::max(alarm.samples_ago, cusum_age_ - 1);
   return alarm;
 }

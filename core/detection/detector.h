@@ -48,6 +48,9 @@ class Detector {
   /// @param noise_scale  what is known of the noise; this detector continues the estimate
   /// @param speed_step_s  BenchChannel::step_s where the reference has a fault: its motor may turn
   ///        faster than the one whose noise was calibrated, and its speed is rounded more coarsely
+  /// @param impulses  single readings are off at times (Calibration::impulse_share): they correct
+  /// no
+  ///        state and raise no alarm; about four in a row do, by a CUSUM of how often it happens
   Detector(const Bench& bench,
            const RigParameters& reference,
            const NoiseLevel& noise,
@@ -56,7 +59,8 @@ class Detector {
            const DetectionThresholds& thresholds,
            int reference_samples,
            const NoiseScale& noise_scale,
-           double speed_step_s = 0.0);
+           double speed_step_s = 0.0,
+           bool impulses = false);
 
   std::optional<Alarm> Push(const Observation& observation);
   Detector(const Detector&) = delete;
@@ -104,11 +108,15 @@ class Detector {
               const ChannelGains& gains,
               std::array<std::array<double, kOutputCount>, kDirections + 1>& z,
               unsigned use);
+  /// The channels whose reading is far from the reference's prediction.
+  unsigned FarOff(const Observation& observation, const ChannelGains& gains, unsigned use) const;
   int OnsetSamplesAgo() const;
 
   std::array<Model, kDirections + 1> models_;
   bool limited_ = false;  ///< the supply of some model ends
   double speed_step_s_;
+  bool impulses_;
+  double odd_ = 0.0;  ///< CUSUM of samples with a reading that is far off
   ChannelGains settled_;
   /// In use while the state is still uncertain after a start or a gap; later `settled_` is used.
   RiccatiRecursion recursion_;

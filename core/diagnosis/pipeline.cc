@@ -167,7 +167,8 @@ struct Pipeline::State {
                      calibration->thresholds,
                      samples,
                      *noise_scale,
-                     faults.empty() ? 0.0 : options.bench->n.step_s);
+                     faults.empty() ? 0.0 : options.bench->n.step_s,
+                     calibration->impulse_share > 0.0);
     detector_fresh = true;
     watched = faults;
   }

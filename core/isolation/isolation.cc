@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "core/filter/impulses.h"
 #include "core/isolation/friction_hold.h"
 #include "core/isolation/lack_of_fit.h"
 #include "core/isolation/onset.h"
@@ -142,6 +143,7 @@ class Isolation {
         std::max(std::min(task.fit_from, n), n - std::min(n, Span(kReadingsMax) / channels));
     nominal_.stretch = std::span<const Observation>(observations_).subspan(from);
     since_fault_ = std::span<const Observation>(observations_).subspan(std::min(task.fit_from, n));
+    if (task.calibration->impulse_share > 0.0) LeaveOutAllImpulses(std::min(task.fit_from, n));
     UpdateFromHistory(std::min(task.fit_from, n));
     AllowForRounding();
   }
@@ -188,6 +190,20 @@ class Isolation {
 
  private:
   std::size_t Span(std::size_t samples) const { return SpanOf(samples, task_.options.period_s); }
+
+  // Before the fault by the calibrated rig; after it by the component that comes nearest, which no
+  // single reading decides.
+  void LeaveOutAllImpulses(std::size_t fit_from) {
+    const std::span<Observation> all(observations_);
+    if (task_.reference.empty()) {
+      LeaveOutImpulses(nominal_.ModelOf(nominal_.rig), all.first(fit_from));
+    }
+    if (nominal_.stretch.size() < 2) return;
+    const HypothesisFit nearest = Fit(nominal_, FitPolicy::kStopLosers).best();
+    const RigParameters rig = WithOffsets(nominal_.rig, nearest.nuisance, nominal_.period_s);
+    LeaveOutImpulses(nominal_.ModelOf(WithComponent(rig, nearest.component, nearest.value)),
+                     all.subspan(fit_from));
+  }
 
   // The noise that the calibration has found includes the rounding of the healthy motor's speed.
   void AllowForRounding() {

@@ -69,6 +69,9 @@ struct Calibration {
   double um_zero_v = 0.0;
   double ia_zero_a = 0.0;
   double n_zero_rpm = 0.0;
+  /// Share of the readings that stood alone, far from their prediction, and were left out. Above 0
+  /// single readings raise no alarm.
+  double impulse_share = 0.0;
   double friction_noise_nm = 0.0;  ///< rms of the slow part of the friction torque
   double friction_tau_s = 0.5;     ///< its correlation time (Ornstein-Uhlenbeck)
 

@@ -55,7 +55,8 @@ struct LaterField {
   std::string_view name;
   double Calibration::*member;
 };
-constexpr std::array<LaterField, 3> kZeros = {{{"um_zero_v", &Calibration::um_zero_v},
+constexpr std::array<LaterField, 4> kLater = {{{"impulse_share", &Calibration::impulse_share},
+                                               {"um_zero_v", &Calibration::um_zero_v},
                                                {"ia_zero_a", &Calibration::ia_zero_a},
                                                {"n_zero_rpm", &Calibration::n_zero_rpm}}};
 
@@ -159,8 +160,8 @@ json::object ToJson(const Calibration& calibration, const core::Bench& bench) {
   for (const Field& field : kFields) {
     out[field.name] = Number(calibration.*field.member);
   }
-  for (const LaterField& zero : kZeros) {
-    out[zero.name] = Number(calibration.*zero.member);
+  for (const LaterField& field : kLater) {
+    out[field.name] = Number(calibration.*field.member);
   }
   if (calibration.covariance.size() == kRowsMax * kRowsMax) {
     out["lag_factor"] = Number(calibration.lag_factor);
@@ -204,8 +205,8 @@ Result<Calibration> CalibrationFromJson(const json::value& value,
   for (const Field& field : kFields) {
     out.*field.member = reader.Number(field.name, field.least);
   }
-  for (const LaterField& zero : kZeros) {
-    if (object->contains(zero.name)) out.*zero.member = reader.Number(zero.name, -1e300);
+  for (const LaterField& field : kLater) {
+    if (object->contains(field.name)) out.*field.member = reader.Number(field.name, -1e300);
   }
   if (object->contains("lag_factor")) {
     out.lag_factor = reader.Number("lag_factor", 1e-6);

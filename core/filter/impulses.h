@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "core/filter/observation.h"
+#include "core/filter/prediction_model.h"
+
+namespace faultlab::core {
+
+/// A reading farther from its prediction than this many robust standard deviations, while its
+/// neighbours are not, is an impulse: a contact, a switched relay beside the wire. Of a thousand
+/// normal readings 0.0006 are as far.
+inline constexpr double kImpulseGate = 5.0;
+
+/// Takes the impulses out of `stretch`: clears their bits in `mask`. The scale is that of the
+/// innovations themselves, by their median, so that impulses do not hide behind the noise that they
+/// have made. Nothing is taken out where more than a twentieth would be: then the model is wrong.
+/// @returns how many readings were taken out
+std::size_t LeaveOutImpulses(const PredictionModel& model, std::span<Observation> stretch);
+
+}  // namespace faultlab::core

@@ -1,0 +1,80 @@
+// Readings that are off one at a time: a contact, a relay that switches beside the wire.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/diagnosis/diagnose_record.h"
+#include "core/signals/random.h"
+#include "tests/core/bench_records.h"
+#include "tests/core/diagnosis/verdicts.h"
+#include "tests/paper_bench.h"
+
+namespace faultlab::core {
+namespace {
+
+constexpr double kSizeV = 2.0;
+
+/// Every reading of um is off by up to kSizeV with this probability.
+std::vector<Sample> WithImpulses(std::vector<Sample> record, double share, std::uint64_t seed) {
+  Random random(seed);
+  for (Sample& sample : record) {
+    if (random.Uniform(0.0, 1.0) >= share) continue;
+    const double off = random.Uniform(0.3, 1.0) * kSizeV;
+    sample.um_v += random.Uniform(0.0, 1.0) < 0.5 ? off : -off;
+  }
+  return record;
+}
+
+class Impulses : public testing::TestWithParam<Channels> {};
+
+TEST_P(Impulses, OfAHealthyRigRaiseNoAlarm) {
+  for (std::uint64_t seed = 81; seed < 85; ++seed) {
+    const auto record = WithImpulses(BenchRecord({}, seed), 0.01, seed);
+    const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(GetParam()));
+    ASSERT_TRUE(diagnosis.calibration) << diagnosis.verdict.reason;
+    EXPECT_GT(diagnosis.calibration->impulse_share, 0.0);
+    EXPECT_LT(diagnosis.calibration->um_noise_v, 0.018) << "impulses are no noise";
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
+    EXPECT_FALSE(diagnosis.verdict.detected_at_s);
+  }
+}
+
+TEST_P(Impulses, HideNoFault) {
+  const std::pair<Component, double> faults[] = {
+      {paper::kR12, 5.6e3}, {paper::kR1, 56.0}, {paper::kC8, 10e-6}, {paper::kRa, 74.1}};
+  std::uint64_t seed = 91;
+  for (const auto& [component, value] : faults) {
+    const auto record =
+        WithImpulses(BenchRecord({AbruptFault(component, value)}, ++seed), 0.01, seed);
+    const Verdict verdict = DiagnoseRecord(record, FreeValues(GetParam())).verdict;
+    SCOPED_TRACE(std::string(Name(component)) + ": " + verdict.reason);
+    EXPECT_EQ(verdict.kind, VerdictKind::kFault);
+    EXPECT_TRUE(Names(verdict, component));
+    EXPECT_NEAR(ValueOf(verdict, component), value, 0.12 * value);
+    ASSERT_TRUE(verdict.detected_at_s);
+    EXPECT_GE(*verdict.detected_at_s, 10.0);
+    EXPECT_LE(*verdict.detected_at_s, 10.5);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Channels, Impulses, testing::Values(Channels::kUmOnly, Channels::kAll));
+
+TEST(ImpulsesOfARecord, AreNotFoundWhereThereAreNone) {
+  for (std::uint64_t seed = 101; seed < 111; ++seed) {
+    const Diagnosis diagnosis =
+        DiagnoseRecord(BenchRecord({}, seed, 6.0), FreeValues(Channels::kAll));
+    ASSERT_TRUE(diagnosis.calibration);
+    EXPECT_EQ(diagnosis.calibration->impulse_share, 0.0);
+  }
+}
+
+TEST(ImpulsesOfARecord, ThatAreEverywhereAreRefusedInASentence) {
+  const auto record = WithImpulses(BenchRecord({}, 111, 8.0), 0.3, 111);
+  const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(Channels::kUmOnly));
+  EXPECT_FALSE(diagnosis.calibration);
+  EXPECT_NE(diagnosis.verdict.reason.find("not calibrated, check '"), std::string::npos)
+      << diagnosis.verdict.reason;
+}
+
+}  // namespace
+}  // namespace faultlab::core
