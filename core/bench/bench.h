@@ -59,6 +59,7 @@ struct BenchNorm {
   double mc_sigma_nm = 0.2e-3;         ///< in Nm
   double friction_noise_nm = 0.02e-3;  ///< rms of the slow part of the friction torque
   double friction_tau_s = 0.5;         ///< its correlation time
+  double warming = 0.10;               ///< how far Ra may move during a run; 0: not at all
 };
 
 /// The description of one class of benches. A plain value; hardware/bench/benches.h keeps the

@@ -103,6 +103,8 @@ struct Pipeline::State {
   double alarm_t_s = 0.0;
   std::string alarm_detector;
   FaultEpisodes episodes;
+  bool warms_up = false;   // it has been found to
+  bool held_back = false;  // the newest alarm is not published yet
 
   // ---- verdicts
   void Publish(Verdict next) {
@@ -205,12 +207,10 @@ struct Pipeline::State {
     noise_scale = detector->noise_scale();
     detector.reset();
     phase = Phase::kAlarmed;
-    Verdict next;
-    next.kind = VerdictKind::kFault;
-    next.detected_at_s = alarm_t_s;
-    next.onset_s = record.onset_t_s();
-    next.detector = alarm_detector;
-    next.reason = "something has changed; what, is being worked out";
+    // The next step of a rig that warms up is told only if it turns out to be something else.
+    held_back = warms_up && reference.empty() && alarm_detector.starts_with("glr");
+    if (held_back) return;
+    Verdict next = AlarmVerdict();
     episodes.Open(next);
     Publish(std::move(next));
   }
@@ -244,8 +244,12 @@ struct Pipeline::State {
       if (result.gain > kWithdrawGain &&
           record.since_alarm() < SpanOf(kWithdrawAfter, options.period_s))
         return;
-      ReturnToNominal(next);
+      ReturnToNominal(next, result.warmed ? result.shift : std::vector<double>{});
       return;
+    }
+    if (held_back) {
+      held_back = false;
+      episodes.Open(AlarmVerdict());
     }
     episodes.Update(next, result.shape, alarm_t_s);
     const bool watchable = next.settled && next.kind == VerdictKind::kFault &&
@@ -256,12 +260,26 @@ struct Pipeline::State {
     Publish(std::move(next));
   }
 
-  void ReturnToNominal(const Verdict& last) {
-    episodes.Withdraw();
+  /// @param shift  where a rig that has warmed up is now
+  void ReturnToNominal(const Verdict& last, const std::vector<double>& shift) {
+    if (!held_back) episodes.Withdraw();
+    held_back = false;
+    warms_up = warms_up || !shift.empty();
     record.Close();
     phase = Phase::kWatching;
-    StartWatching({}, {}, calibration->samples);
+    StartWatching({}, shift, calibration->samples);
     Publish(NominalVerdict(last.reason));
+  }
+
+  /// Of an alarm of which nothing else is known yet.
+  Verdict AlarmVerdict() const {
+    Verdict next;
+    next.kind = VerdictKind::kFault;
+    next.detected_at_s = alarm_t_s;
+    next.onset_s = record.onset_t_s();
+    next.detector = alarm_detector;
+    next.reason = "something has changed; what, is being worked out";
+    return next;
   }
 
   // ---- views

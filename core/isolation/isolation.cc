@@ -14,6 +14,7 @@
 #include "core/isolation/sensor_hypotheses.h"
 #include "core/isolation/speed_rounding.h"
 #include "core/isolation/verdict_text.h"
+#include "core/isolation/warming.h"
 #include "core/types/check.h"
 #include "core/types/time_span.h"
 
@@ -114,6 +115,7 @@ struct Explanation {
   RankedHypotheses set;
   LackOfFit lack_of_fit;
   FaultShape shape = FaultShape::kAbrupt;
+  HypothesisFit null{};               ///< the same stretch without a new fault
   std::optional<SensorFit> sensor{};  ///< explains the stretch better than any component
   double gain = 0.0;  ///< of cost, compared with the same stretch without a new fault
 };
@@ -149,20 +151,41 @@ class Isolation {
   }
 
   IsolationResult Run() {
-    IsolationResult result;
-    result.id = task_.id;
-    Verdict& verdict = result.verdict;
-    verdict.detected_at_s = task_.alarm_t_s;
-    verdict.detector = task_.detector;
-    verdict.settled = task_.settled;
     if (nominal_.stretch.size() < 2) {
+      IsolationResult result = Empty();
       result.returned_to_nominal = true;
-      verdict.kind = VerdictKind::kNominal;
-      verdict.settled = false;
-      verdict.reason = "too few samples after the alarm";
+      result.verdict.kind = VerdictKind::kNominal;
+      result.verdict.settled = false;
+      result.verdict.reason = "too few samples after the alarm";
       return result;
     }
-    FitContext on_top = nominal_;
+    IsolationResult result = Conclude(nominal_);
+    if (result.returned_to_nominal || !MayBeWarming(*task_.options.bench, result.verdict)) {
+      return result;
+    }
+    IsolationResult warm = Conclude(Warmed());
+    const bool better = result.verdict.kind == VerdictKind::kUnknownFault &&
+                        warm.verdict.kind == VerdictKind::kFault;
+    if (!warm.returned_to_nominal) return better ? warm : result;
+    warm.warmed = true;
+    warm.verdict.reason = WarmingSentence(Eigen::Map<const Eigen::VectorXd>(
+        warm.shift.data(), static_cast<Eigen::Index>(warm.shift.size())));
+    return warm;
+  }
+
+ private:
+  IsolationResult Empty() const {
+    IsolationResult result;
+    result.id = task_.id;
+    result.verdict.detected_at_s = task_.alarm_t_s;
+    result.verdict.detector = task_.detector;
+    result.verdict.settled = task_.settled;
+    return result;
+  }
+
+  IsolationResult Conclude(const FitContext& nominal) {
+    IsolationResult result = Empty();
+    FitContext on_top = nominal;
     for (const Candidate& fault : task_.reference) {
       on_top.rig = WithComponent(on_top.rig, fault.component, fault.value);
     }
@@ -171,7 +194,7 @@ class Isolation {
       changeable_.clear();
       for (const Candidate& fault : task_.reference) changeable_.push_back(fault.component);
     }
-    Explanation explanation = ExplainFrom(nominal_);
+    Explanation explanation = ExplainFrom(nominal);
     bool second = false;
     if (!task_.reference.empty() && !held_ && explanation.gain >= kFaultGain) {
       Explanation added = ExplainFrom(on_top);
@@ -188,7 +211,29 @@ class Isolation {
     return result;
   }
 
- private:
+  // The rig as it may be after it has warmed up since it was learnt, and as the record before the
+  // alarm shows it.
+  FitContext Warmed() const {
+    constexpr double kLongS = 600.0;
+    const BenchNorm& norm = task_.options.bench->norm;
+    const double since_s = task_.alarm_t_s - task_.calibration->to_s;
+    FitContext warm = nominal_;
+    warm.calibration = PriorOf(*task_.calibration);
+    Widen(norm, since_s >= 0.0 ? since_s : kLongS, warm.calibration);
+    const std::size_t fit_from = std::min(task_.fit_from, observations_.size());
+    if (!HistoryTells(fit_from)) return warm;
+    UpdatePosterior(std::span<const Observation>(observations_).first(fit_from - Span(kHistoryGap)),
+                    warm);
+    const double fitted_s =
+        static_cast<double>(warm.stretch.size() + Span(kHistoryGap)) * task_.options.period_s;
+    Widen(norm, fitted_s, warm.calibration);
+    return warm;
+  }
+
+  bool HistoryTells(std::size_t fit_from) const {
+    return task_.reference.empty() && fit_from >= Span(kHistoryMin) + Span(kHistoryGap);
+  }
+
   std::size_t Span(std::size_t samples) const { return SpanOf(samples, task_.options.period_s); }
 
   // Before the fault by the calibrated rig; after it by the component that comes nearest, which no
@@ -215,7 +260,7 @@ class Isolation {
 
   // The record before the alarm is healthy too, and longer than the calibration's stretch at times.
   void UpdateFromHistory(std::size_t fit_from) {
-    if (!task_.reference.empty() || fit_from < Span(kHistoryMin) + Span(kHistoryGap)) return;
+    if (!HistoryTells(fit_from)) return;
     UpdatePosterior(std::span<const Observation>(observations_).first(fit_from - Span(kHistoryGap)),
                     nominal_);
   }
@@ -233,7 +278,8 @@ class Isolation {
   Explanation ExplainFrom(const FitContext& context) const {
     Explanation explanation = Explain(context);
     const double cost = explanation.sensor ? explanation.sensor->cost : explanation.set.best().cost;
-    explanation.gain = FitNullHypothesis(explanation.context).cost - cost;
+    explanation.null = FitNullHypothesis(explanation.context);
+    explanation.gain = explanation.null.cost - cost;
     return explanation;
   }
 
@@ -306,6 +352,8 @@ class Isolation {
     result.shape = explanation.shape;
     if (explanation.gain < kFaultGain) {
       result.returned_to_nominal = true;
+      const Eigen::VectorXd& moved = explanation.null.nuisance;
+      result.shift.assign(moved.data(), moved.data() + moved.size());
       verdict.kind = VerdictKind::kNominal;
       verdict.reason = "what follows the alarm fits the nominal rig";
       return;

@@ -252,6 +252,7 @@ void ReadNorm(TomlTable& table, double stall_nm, bool sees_lag, core::BenchNorm&
   norm.friction_noise_nm = std::max(kFrictionNoiseShare * norm.mc_nm, kFrictionMinNm);
   table.Number("mc_sigma_nm", norm.mc_sigma_nm, 1e-9, 1e3);
   table.Number("friction_noise_nm", norm.friction_noise_nm, 1e-9, 1e3);
+  table.Number("warming", norm.warming, 0.0, 1.0);
   table.Number("friction_tau_s", norm.friction_tau_s, 1e-3, 1e3);
 }
 

@@ -1,0 +1,58 @@
+#include "core/isolation/warming.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace faultlab::core {
+namespace {
+
+constexpr double kRaPerRootSecond = 0.003;
+
+struct Walk {
+  Coordinate coordinate;
+  double share;  ///< of the walk of Ra
+};
+constexpr std::array<Walk, 3> kWalks = {
+    {{Coordinate::kRa, 1.0}, {Coordinate::kKe, 0.4}, {Coordinate::kB, 3.3}}};
+
+}  // namespace
+
+void Widen(const BenchNorm& norm, double seconds, GaussianPrior& prior) {
+  const double ra = std::min(kRaPerRootSecond * std::sqrt(std::max(0.0, seconds)), norm.warming);
+  const Eigen::Index n = prior.mean.size();
+  Eigen::MatrixXd information = prior.information;
+  information.diagonal().array() += 1e-9;
+  Eigen::MatrixXd covariance = information.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  for (const Walk& walk : kWalks) {
+    const auto at = static_cast<Eigen::Index>(walk.coordinate);
+    covariance(at, at) += walk.share * walk.share * ra * ra;
+  }
+  prior.information = covariance.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+}
+
+bool MayBeWarming(const Bench& bench, const Verdict& verdict) {
+  if (bench.norm.warming <= 0.0 || verdict.sensor || verdict.candidates.empty()) return false;
+  if (verdict.kind == VerdictKind::kUnknownFault) return true;
+  if (verdict.kind != VerdictKind::kFault) return false;
+  const Candidate& best = verdict.candidates.front();
+  const double moved = std::abs(std::log(best.value / bench.nominal.Get(best.component)));
+  const int parameter = best.component.info().parameter;
+  const auto within = [&](double share) { return moved < share * bench.norm.warming; };
+  return (parameter == kRa && within(1.0)) || (parameter == kKe && within(0.4)) ||
+         (parameter == kB && within(3.3));
+}
+
+std::string WarmingSentence(const Eigen::VectorXd& shift) {
+  std::array<char, 96> text{};
+  const double ra = std::expm1(shift(static_cast<Eigen::Index>(Coordinate::kRa)));
+  std::snprintf(text.data(),
+                text.size(),
+                "Ra has moved by %+.1f %%, as that of a rig that warms up does",
+                100.0 * ra);
+  return text.data();
+}
+
+}  // namespace faultlab::core
