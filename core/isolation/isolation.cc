@@ -160,7 +160,8 @@ class Isolation {
       return result;
     }
     IsolationResult result = Conclude(nominal_);
-    if (result.returned_to_nominal || !MayBeWarming(*task_.options.bench, result.verdict)) {
+    if (result.returned_to_nominal ||
+        !MayBeWarming(*task_.options.bench, result.verdict, result.moved)) {
       return result;
     }
     IsolationResult warm = Conclude(Warmed());
@@ -382,6 +383,7 @@ class Isolation {
       verdict.reason = "no single component explains the record";
       LackOfFit lack_of_fit = explanation.lack_of_fit;
       if (!lack_of_fit.relaxed) TestRelaxed(explanation.context, best, lack_of_fit);
+      result.moved = lack_of_fit.moved;
       if (!lack_of_fit.moved.empty()) {
         verdict.reason +=
             ": beside " + std::string(Name(best.component)) + " also " + lack_of_fit.moved;

@@ -33,14 +33,16 @@ void Widen(const BenchNorm& norm, double seconds, GaussianPrior& prior) {
   prior.information = covariance.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
 }
 
-bool MayBeWarming(const Bench& bench, const Verdict& verdict) {
+bool MayBeWarming(const Bench& bench, const Verdict& verdict, std::string_view moved) {
   if (bench.norm.warming <= 0.0 || verdict.sensor || verdict.candidates.empty()) return false;
-  if (verdict.kind == VerdictKind::kUnknownFault) return true;
+  if (verdict.kind == VerdictKind::kUnknownFault) {
+    return moved.find("Ra") != moved.npos || moved.find("the motor constant") != moved.npos;
+  }
   if (verdict.kind != VerdictKind::kFault) return false;
   const Candidate& best = verdict.candidates.front();
-  const double moved = std::abs(std::log(best.value / bench.nominal.Get(best.component)));
+  const double change = std::abs(std::log(best.value / bench.nominal.Get(best.component)));
   const int parameter = best.component.info().parameter;
-  const auto within = [&](double share) { return moved < share * bench.norm.warming; };
+  const auto within = [&](double share) { return change < share * bench.norm.warming; };
   return (parameter == kRa && within(1.0)) || (parameter == kKe && within(0.4)) ||
          (parameter == kB && within(3.3));
 }

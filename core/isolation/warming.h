@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "core/bench/bench.h"
 #include "core/filter/map_fit.h"
@@ -19,8 +20,9 @@ namespace faultlab::core {
 void Widen(const BenchNorm& norm, double seconds, GaussianPrior& prior);
 
 /// Whether warming could be behind this verdict: a small change of Ra, Ke or B, or something that
-/// no component explains.
-bool MayBeWarming(const Bench& bench, const Verdict& verdict);
+/// no component explains and that moves one of them.
+/// @param moved  LackOfFit::moved
+bool MayBeWarming(const Bench& bench, const Verdict& verdict, std::string_view moved);
 
 /// "Ra has moved by +1.7 %, as that of a rig that warms up does"
 std::string WarmingSentence(const Eigen::VectorXd& shift);

@@ -357,8 +357,9 @@ class Writer {
       label = words_.detected_again;
     }
     Earlier(paper);
-    const bool explained =
-        verdict.kind == core::VerdictKind::kFault || verdict.kind == core::VerdictKind::kNominal;
+    const bool usual = verdict.reason.find("warms up") == std::string::npos;
+    const bool explained = verdict.kind == core::VerdictKind::kFault ||
+                           (verdict.kind == core::VerdictKind::kNominal && usual);
     if (!explained && !verdict.reason.empty()) paper.Paragraph(ReasonIn(words_, verdict.reason));
     const bool concluded = verdict.kind == core::VerdictKind::kFault ||
                            verdict.kind == core::VerdictKind::kUnknownFault;

@@ -106,6 +106,7 @@ struct ReportWords {
   std::string sensor_gain;  ///< "{0}": a channel; "{1}": by how much
   std::string sensor_high;
   std::string sensor_low;
+  std::string warmed;  ///< "{0}": by how many percent
   std::string beside;  ///< "{0}", "{1}": components
   std::string two;
 

@@ -48,6 +48,10 @@ const FORMS: [RegExp, Key][] = [
   [/^no single component explains the record$/, "verdict_no_single"],
   [/^two components have changed together/, "verdict_two"],
   [
+    /^Ra has moved by (?<percent>[-+\d.]+) %, as that of a rig that warms up does$/,
+    "verdict_warmed",
+  ],
+  [
     /^(?<channel>\w+) reads (?<value>[\d.e+-]+) times what it should: its sensor/,
     "verdict_sensor_gain",
   ],

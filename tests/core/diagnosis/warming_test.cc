@@ -1,0 +1,63 @@
+// A winding whose resistance rises while the motor works, and faults that begin meanwhile.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/diagnosis/diagnose_record.h"
+#include "tests/core/bench_records.h"
+#include "tests/core/diagnosis/verdicts.h"
+#include "tests/paper_bench.h"
+
+namespace faultlab::core {
+namespace {
+
+Fault Ramp(double ra_factor, double from_s, double to_s) {
+  Fault fault = AbruptFault(paper::kRa, ra_factor * paper::Plant().ra_ohm, from_s);
+  fault.kind = FaultKind::kDrift;
+  fault.until_s = to_s;
+  return fault;
+}
+
+Verdict VerdictOf(const std::vector<Fault>& faults, std::uint64_t seed) {
+  return DiagnoseRecord(BenchRecord(faults, seed), FreeValues(Channels::kAll)).verdict;
+}
+
+TEST(Warming, IsNoFault) {
+  for (std::uint64_t seed = 121; seed < 126; ++seed) {
+    const Verdict verdict = VerdictOf({Ramp(1.02, 0.0, 20.0)}, seed);
+    EXPECT_EQ(verdict.kind, VerdictKind::kNominal) << verdict.reason;
+    EXPECT_FALSE(verdict.detected_at_s);
+  }
+}
+
+TEST(Warming, IsSaidWhenItHasBeenSeen) {
+  const Verdict verdict = VerdictOf({Ramp(1.03, 0.0, 20.0)}, 131);
+  EXPECT_EQ(verdict.kind, VerdictKind::kNominal);
+  EXPECT_EQ(verdict.reason.find("Ra has moved by +"), 0U) << verdict.reason;
+}
+
+TEST(Warming, HidesNoFaultThatBeginsMeanwhile) {
+  const std::pair<Component, double> faults[] = {
+      {paper::kR12, 5.6e3}, {paper::kR1, 56.0}, {paper::kJ, 2e-6}};
+  std::uint64_t seed = 141;
+  for (const auto& [component, value] : faults) {
+    const Verdict verdict =
+        VerdictOf({Ramp(1.02, 0.0, 20.0), AbruptFault(component, value)}, ++seed);
+    SCOPED_TRACE(std::string(Name(component)) + ": " + verdict.reason);
+    EXPECT_EQ(verdict.kind, VerdictKind::kFault);
+    EXPECT_TRUE(Names(verdict, component));
+    EXPECT_NEAR(ValueOf(verdict, component), value, 0.03 * value);
+  }
+}
+
+TEST(Warming, IsNotWhatComesAtOnceOrTooFast) {
+  const double ra = paper::Plant().ra_ohm;
+  for (const Fault& fault : {AbruptFault(paper::kRa, 1.05 * ra), Ramp(1.5, 10.0, 20.0)}) {
+    const Verdict verdict = VerdictOf({fault}, 151);
+    EXPECT_EQ(verdict.kind, VerdictKind::kFault) << verdict.reason;
+    EXPECT_TRUE(Names(verdict, paper::kRa)) << verdict.reason;
+  }
+}
+
+}  // namespace
+}  // namespace faultlab::core
