@@ -312,8 +312,8 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
   std::size_t impulses = 0;
   for (int round = 0; round < kImpulseRounds; ++round) {
     const RigParameters found = RigAt(stretch, explained.base, explained.fit.point);
-    const std::size_t more =
-        LeaveOutImpulses(MakePredictionModel(found, explained.noise, period_s), observations);
+    const std::size_t more = LeaveOutImpulses(
+        MakePredictionModel(found, explained.noise, period_s), observations, ManyImpulses::kNone);
     // One may be chance, and then the stretch stays as it is.
     if (more == 0 || (round == 0 && more < kImpulsesMin)) break;
     impulses += more;

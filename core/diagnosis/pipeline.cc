@@ -103,8 +103,9 @@ struct Pipeline::State {
   double alarm_t_s = 0.0;
   std::string alarm_detector;
   FaultEpisodes episodes;
-  bool warms_up = false;   // it has been found to
-  bool held_back = false;  // the newest alarm is not published yet
+  bool warms_up = false;      // it has been found to
+  bool impulse_seen = false;  // one reading has raised an alarm, and nothing was behind it
+  bool held_back = false;     // the newest alarm is not published yet
 
   // ---- verdicts
   void Publish(Verdict next) {
@@ -170,7 +171,7 @@ struct Pipeline::State {
                      samples,
                      *noise_scale,
                      faults.empty() ? 0.0 : options.bench->n.step_s,
-                     calibration->impulse_share > 0.0);
+                     calibration->impulse_share > 0.0 || impulse_seen);
     detector_fresh = true;
     watched = faults;
   }
@@ -265,6 +266,7 @@ struct Pipeline::State {
     if (!held_back) episodes.Withdraw();
     held_back = false;
     warms_up = warms_up || !shift.empty();
+    impulse_seen = impulse_seen || (shift.empty() && alarm_detector == "residual");
     record.Close();
     phase = Phase::kWatching;
     StartWatching({}, shift, calibration->samples);

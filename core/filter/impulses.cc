@@ -13,13 +13,15 @@ namespace {
 // Of normal values: their standard deviation over the median of their magnitudes.
 constexpr double kPerMedian = 1.4826;
 constexpr double kShareMax = 0.05;
+constexpr double kFarthestShare = 0.02;
 
 }  // namespace
 
-std::size_t LeaveOutImpulses(const PredictionModel& model, std::span<Observation> stretch) {
+std::size_t LeaveOutImpulses(const PredictionModel& model,
+                             std::span<Observation> stretch,
+                             ManyImpulses many) {
   InnovationTrace trace;
   RunInnovations(model, stretch, &trace);
-  std::size_t readings = 0;
   std::size_t found = 0;
   std::array<double, kOutputCount> gate{};
   for (std::size_t c = 0; c < kOutputCount; ++c) {
@@ -29,16 +31,19 @@ std::size_t LeaveOutImpulses(const PredictionModel& model, std::span<Observation
       sizes.push_back(std::abs(trace.whitened[k * kOutputCount + c]));
     }
     if (sizes.empty()) continue;
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    gate[c] = kImpulseGate * kPerMedian * *middle;
-    readings += sizes.size();
-    found += static_cast<std::size_t>(
-        std::count_if(sizes.begin(), sizes.end(), [&](double size) { return size > gate[c]; }));
+    std::sort(sizes.begin(), sizes.end());
+    gate[c] = kImpulseGate * kPerMedian * sizes[sizes.size() / 2];
+    const auto most = static_cast<std::size_t>(kShareMax * static_cast<double>(sizes.size()));
+    if (sizes[sizes.size() - 1 - most] > gate[c]) {
+      if (many == ManyImpulses::kNone) return 0;
+      const auto farthest =
+          static_cast<std::size_t>(kFarthestShare * static_cast<double>(sizes.size()));
+      gate[c] = sizes[sizes.size() - 1 - farthest];
+    }
+    found += static_cast<std::size_t>(sizes.end() -
+                                      std::upper_bound(sizes.begin(), sizes.end(), gate[c]));
   }
-  if (found == 0 || static_cast<double>(found) > kShareMax * static_cast<double>(readings)) {
-    return 0;
-  }
+  if (found == 0) return 0;
   for (std::size_t k = 0; k < stretch.size(); ++k) {
     Observation& o = stretch[k];
     for (std::size_t c = 0; c < kOutputCount; ++c) {

@@ -13,10 +13,16 @@ namespace faultlab::core {
 /// normal readings 0.0006 are as far.
 inline constexpr double kImpulseGate = 5.0;
 
+/// What to do where more than a twentieth of a channel's readings would be taken out: the model is
+/// wrong, and nothing is; or it is only near, and the farthest fiftieth is.
+enum class ManyImpulses { kNone, kFarthest };
+
 /// Takes the impulses out of `stretch`: clears their bits in `mask`. The scale is that of the
 /// innovations themselves, by their median, so that impulses do not hide behind the noise that they
-/// have made. Nothing is taken out where more than a twentieth would be: then the model is wrong.
+/// have made.
 /// @returns how many readings were taken out
-std::size_t LeaveOutImpulses(const PredictionModel& model, std::span<Observation> stretch);
+std::size_t LeaveOutImpulses(const PredictionModel& model,
+                             std::span<Observation> stretch,
+                             ManyImpulses many);
 
 }  // namespace faultlab::core

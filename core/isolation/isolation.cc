@@ -160,14 +160,17 @@ class Isolation {
       return result;
     }
     IsolationResult result = Conclude(nominal_);
-    if (result.returned_to_nominal ||
-        !MayBeWarming(*task_.options.bench, result.verdict, result.moved)) {
-      return result;
+    if (result.verdict.kind == VerdictKind::kUnknownFault && !result.verdict.sensor) {
+      result = WithoutRareImpulses(std::move(result));
     }
+    if (!MayBeWarming(result)) return result;
     IsolationResult warm = Conclude(Warmed());
-    const bool better = result.verdict.kind == VerdictKind::kUnknownFault &&
-                        warm.verdict.kind == VerdictKind::kFault;
-    if (!warm.returned_to_nominal) return better ? warm : result;
+    if (!warm.returned_to_nominal) {
+      const bool explains_more = warm.verdict.kind == VerdictKind::kFault &&
+                                 (result.verdict.kind == VerdictKind::kUnknownFault ||
+                                  warm.present.size() < result.present.size());
+      return explains_more ? warm : result;
+    }
     warm.warmed = true;
     warm.verdict.reason = WarmingSentence(Eigen::Map<const Eigen::VectorXd>(
         warm.shift.data(), static_cast<Eigen::Index>(warm.shift.size())));
@@ -212,6 +215,36 @@ class Isolation {
     return result;
   }
 
+  // Impulses may be so rare that the healthy stretch had none.
+  IsolationResult WithoutRareImpulses(IsolationResult unknown) {
+    if (task_.calibration->impulse_share > 0.0) return unknown;
+    const std::vector<Observation> before = observations_;
+    if (LeaveOutSinceFault(std::min(task_.fit_from, observations_.size()), ManyImpulses::kNone) >
+        0) {
+      IsolationResult without = Conclude(nominal_);
+      if (without.verdict.kind == VerdictKind::kFault) return without;
+    }
+    std::copy(before.begin(), before.end(), observations_.begin());
+    return unknown;
+  }
+
+  // A small change of Ra, Ke or B among the faults, or something that no component explains and
+  // that moves one of them.
+  bool MayBeWarming(const IsolationResult& result) const {
+    const Bench& bench = *task_.options.bench;
+    if (bench.norm.warming <= 0.0 || result.returned_to_nominal || result.verdict.sensor) {
+      return false;
+    }
+    if (result.verdict.kind == VerdictKind::kUnknownFault &&
+        (result.moved.find("Ra") != std::string::npos ||
+         result.moved.find("the motor constant") != std::string::npos)) {
+      return true;
+    }
+    return std::any_of(result.present.begin(), result.present.end(), [&](const Candidate& each) {
+      return IsWithinWarming(bench, each);
+    });
+  }
+
   // The rig as it may be after it has warmed up since it was learnt, and as the record before the
   // alarm shows it.
   FitContext Warmed() const {
@@ -242,13 +275,27 @@ class Isolation {
   void LeaveOutAllImpulses(std::size_t fit_from) {
     const std::span<Observation> all(observations_);
     if (task_.reference.empty()) {
-      LeaveOutImpulses(nominal_.ModelOf(nominal_.rig), all.first(fit_from));
+      LeaveOutImpulses(nominal_.ModelOf(nominal_.rig), all.first(fit_from), ManyImpulses::kNone);
     }
     if (nominal_.stretch.size() < 2) return;
-    const HypothesisFit nearest = Fit(nominal_, FitPolicy::kStopLosers).best();
-    const RigParameters rig = WithOffsets(nominal_.rig, nearest.nuisance, nominal_.period_s);
-    LeaveOutImpulses(nominal_.ModelOf(WithComponent(rig, nearest.component, nearest.value)),
-                     all.subspan(fit_from));
+    LeaveOutSinceFault(fit_from, ManyImpulses::kFarthest);
+  }
+
+  // What is left out decides what comes nearest, and the other way round.
+  std::size_t LeaveOutSinceFault(std::size_t fit_from, ManyImpulses many) {
+    constexpr int kRounds = 4;
+    std::size_t all = 0;
+    for (int round = 0; round < kRounds; ++round) {
+      const HypothesisFit nearest = Fit(nominal_, FitPolicy::kStopLosers).best();
+      const RigParameters rig = WithOffsets(nominal_.rig, nearest.nuisance, nominal_.period_s);
+      const std::size_t more =
+          LeaveOutImpulses(nominal_.ModelOf(WithComponent(rig, nearest.component, nearest.value)),
+                           std::span<Observation>(observations_).subspan(fit_from),
+                           many);
+      if (more == 0) break;
+      all += more;
+    }
+    return all;
   }
 
   // The noise that the calibration has found includes the rounding of the healthy motor's speed.

@@ -13,10 +13,11 @@ constexpr double kRaPerRootSecond = 0.003;
 
 struct Walk {
   Coordinate coordinate;
+  MotorParameter parameter;
   double share;  ///< of the walk of Ra
 };
 constexpr std::array<Walk, 3> kWalks = {
-    {{Coordinate::kRa, 1.0}, {Coordinate::kKe, 0.4}, {Coordinate::kB, 3.3}}};
+    {{Coordinate::kRa, kRa, 1.0}, {Coordinate::kKe, kKe, 0.4}, {Coordinate::kB, kB, 3.3}}};
 
 }  // namespace
 
@@ -33,18 +34,13 @@ void Widen(const BenchNorm& norm, double seconds, GaussianPrior& prior) {
   prior.information = covariance.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
 }
 
-bool MayBeWarming(const Bench& bench, const Verdict& verdict, std::string_view moved) {
-  if (bench.norm.warming <= 0.0 || verdict.sensor || verdict.candidates.empty()) return false;
-  if (verdict.kind == VerdictKind::kUnknownFault) {
-    return moved.find("Ra") != moved.npos || moved.find("the motor constant") != moved.npos;
-  }
-  if (verdict.kind != VerdictKind::kFault) return false;
-  const Candidate& best = verdict.candidates.front();
-  const double change = std::abs(std::log(best.value / bench.nominal.Get(best.component)));
-  const int parameter = best.component.info().parameter;
-  const auto within = [&](double share) { return change < share * bench.norm.warming; };
-  return (parameter == kRa && within(1.0)) || (parameter == kKe && within(0.4)) ||
-         (parameter == kB && within(3.3));
+bool IsWithinWarming(const Bench& bench, const Candidate& candidate) {
+  const double change =
+      std::abs(std::log(candidate.value / bench.nominal.Get(candidate.component)));
+  const int parameter = candidate.component.info().parameter;
+  return std::any_of(kWalks.begin(), kWalks.end(), [&](const Walk& walk) {
+    return walk.parameter == parameter && change < walk.share * bench.norm.warming;
+  });
 }
 
 std::string WarmingSentence(const Eigen::VectorXd& shift) {

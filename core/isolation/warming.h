@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 
 #include "core/bench/bench.h"
 #include "core/filter/map_fit.h"
@@ -19,10 +18,8 @@ namespace faultlab::core {
 /// Adds to `prior` what may have happened in so many seconds.
 void Widen(const BenchNorm& norm, double seconds, GaussianPrior& prior);
 
-/// Whether warming could be behind this verdict: a small change of Ra, Ke or B, or something that
-/// no component explains and that moves one of them.
-/// @param moved  LackOfFit::moved
-bool MayBeWarming(const Bench& bench, const Verdict& verdict, std::string_view moved);
+/// Whether so small a change of a component is as far as the rig may move: of Ra, Ke or B alone.
+bool IsWithinWarming(const Bench& bench, const Candidate& candidate);
 
 /// "Ra has moved by +1.7 %, as that of a rig that warms up does"
 std::string WarmingSentence(const Eigen::VectorXd& shift);

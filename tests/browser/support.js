@@ -40,6 +40,7 @@ function binary() {
 }
 
 const servers = new Set();
+const browsers = new Set();
 const pages = new Set();
 
 /** A test that, on failure, also prints what its pages showed and what the server logged. */
@@ -48,7 +49,8 @@ export function story(name, body) {
     try {
       await body(context);
     } catch (error) {
-      for (const page of pages) {
+      const contexts = [...browsers].flatMap((browser) => browser.contexts());
+      for (const page of contexts.flatMap((each) => each.pages())) {
         const text = await page.innerText("body", { timeout: 2000 }).catch(() => "(no answer)");
         error.message += `\n--- ${page.url()}\n${text.slice(0, 1500)}`;
       }
@@ -237,13 +239,16 @@ export async function startWire(url) {
   };
 }
 
-export function launchBrowser() {
-  return chromium.launch({
+export async function launchBrowser() {
+  const browser = await chromium.launch({
     executablePath: "/usr/bin/chromium",
     headless: true,
     args: FLAGS,
     timeout: PATIENCE_MS,
   });
+  browsers.add(browser);
+  browser.on("disconnected", () => browsers.delete(browser));
+  return browser;
 }
 
 /** A new page. `allow` matches console errors that the test causes on purpose. */
