@@ -28,7 +28,7 @@ constexpr double kMeasuredDeltaSigmaS = 0.1e-3;
 constexpr double kMcTolerance = 2.0;
 // Readings that stand alone are looked for again once the fit is rid of the first.
 constexpr int kImpulseRounds = 3;
-constexpr std::size_t kImpulsesMin = 2;
+constexpr double kFirstGate = 8.0;
 // Fall of the cost that is worth the zeros of the channels (chi-square with at most three degrees
 // of freedom: 1 in 1000 above 16).
 constexpr double kZeroGain = 16.0;
@@ -312,10 +312,11 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
   std::size_t impulses = 0;
   for (int round = 0; round < kImpulseRounds; ++round) {
     const RigParameters found = RigAt(stretch, explained.base, explained.fit.point);
-    const std::size_t more = LeaveOutImpulses(
-        MakePredictionModel(found, explained.noise, period_s), observations, ManyImpulses::kNone);
-    // One may be chance, and then the stretch stays as it is.
-    if (more == 0 || (round == 0 && more < kImpulsesMin)) break;
+    // The first must be so far off that no model error is behind them; then the nearer ones go too.
+    const ImpulseRule rule{.gate = round == 0 ? kFirstGate : kImpulseGate};
+    const std::size_t more =
+        LeaveOutImpulses(MakePredictionModel(found, explained.noise, period_s), observations, rule);
+    if (more == 0) break;
     impulses += more;
     explained = ExplainStretch(
         stretch, data_sheet, DataSheetPrior(tolerance, 1.0, coordinates, 0), measured_delta_s);

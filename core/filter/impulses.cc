@@ -12,14 +12,13 @@ namespace {
 
 // Of normal values: their standard deviation over the median of their magnitudes.
 constexpr double kPerMedian = 1.4826;
-constexpr double kShareMax = 0.05;
 constexpr double kFarthestShare = 0.02;
 
 }  // namespace
 
 std::size_t LeaveOutImpulses(const PredictionModel& model,
                              std::span<Observation> stretch,
-                             ManyImpulses many) {
+                             const ImpulseRule& rule) {
   InnovationTrace trace;
   RunInnovations(model, stretch, &trace);
   std::size_t found = 0;
@@ -32,10 +31,10 @@ std::size_t LeaveOutImpulses(const PredictionModel& model,
     }
     if (sizes.empty()) continue;
     std::sort(sizes.begin(), sizes.end());
-    gate[c] = kImpulseGate * kPerMedian * sizes[sizes.size() / 2];
-    const auto most = static_cast<std::size_t>(kShareMax * static_cast<double>(sizes.size()));
+    gate[c] = rule.gate * kPerMedian * sizes[sizes.size() / 2];
+    const auto most = static_cast<std::size_t>(rule.share_max * static_cast<double>(sizes.size()));
     if (sizes[sizes.size() - 1 - most] > gate[c]) {
-      if (many == ManyImpulses::kNone) return 0;
+      if (!rule.or_the_farthest) return 0;
       const auto farthest =
           static_cast<std::size_t>(kFarthestShare * static_cast<double>(sizes.size()));
       gate[c] = sizes[sizes.size() - 1 - farthest];

@@ -13,9 +13,13 @@ namespace faultlab::core {
 /// normal readings 0.0006 are as far.
 inline constexpr double kImpulseGate = 5.0;
 
-/// What to do where more than a twentieth of a channel's readings would be taken out: the model is
-/// wrong, and nothing is; or it is only near, and the farthest fiftieth is.
-enum class ManyImpulses { kNone, kFarthest };
+/// Which readings are taken out.
+struct ImpulseRule {
+  double gate = kImpulseGate;  ///< robust standard deviations
+  double share_max = 0.05;     ///< of the readings of a channel; where it would be more, the model
+  /// is wrong and nothing is taken out, or it is only near and the farthest fiftieth is.
+  bool or_the_farthest = false;
+};
 
 /// Takes the impulses out of `stretch`: clears their bits in `mask`. The scale is that of the
 /// innovations themselves, by their median, so that impulses do not hide behind the noise that they
@@ -23,6 +27,6 @@ enum class ManyImpulses { kNone, kFarthest };
 /// @returns how many readings were taken out
 std::size_t LeaveOutImpulses(const PredictionModel& model,
                              std::span<Observation> stretch,
-                             ManyImpulses many);
+                             const ImpulseRule& rule = {});
 
 }  // namespace faultlab::core

@@ -219,8 +219,9 @@ class Isolation {
   IsolationResult WithoutRareImpulses(IsolationResult unknown) {
     if (task_.calibration->impulse_share > 0.0) return unknown;
     const std::vector<Observation> before = observations_;
-    if (LeaveOutSinceFault(std::min(task_.fit_from, observations_.size()), ManyImpulses::kNone) >
-        0) {
+    // So far that nothing else can be behind them, and so few.
+    constexpr ImpulseRule kRare{.gate = 12.0, .share_max = 0.02};
+    if (LeaveOutSinceFault(std::min(task_.fit_from, observations_.size()), kRare) > 0) {
       IsolationResult without = Conclude(nominal_);
       if (without.verdict.kind == VerdictKind::kFault) return without;
     }
@@ -232,7 +233,9 @@ class Isolation {
   // that moves one of them.
   bool MayBeWarming(const IsolationResult& result) const {
     const Bench& bench = *task_.options.bench;
-    if (bench.norm.warming <= 0.0 || result.returned_to_nominal || result.verdict.sensor) {
+    // What comes at once is no warming.
+    const bool slow = task_.detector.starts_with("glr");
+    if (!slow || bench.norm.warming <= 0.0 || result.returned_to_nominal || result.verdict.sensor) {
       return false;
     }
     if (result.verdict.kind == VerdictKind::kUnknownFault &&
@@ -275,14 +278,14 @@ class Isolation {
   void LeaveOutAllImpulses(std::size_t fit_from) {
     const std::span<Observation> all(observations_);
     if (task_.reference.empty()) {
-      LeaveOutImpulses(nominal_.ModelOf(nominal_.rig), all.first(fit_from), ManyImpulses::kNone);
+      LeaveOutImpulses(nominal_.ModelOf(nominal_.rig), all.first(fit_from));
     }
     if (nominal_.stretch.size() < 2) return;
-    LeaveOutSinceFault(fit_from, ManyImpulses::kFarthest);
+    LeaveOutSinceFault(fit_from, {.or_the_farthest = true});
   }
 
   // What is left out decides what comes nearest, and the other way round.
-  std::size_t LeaveOutSinceFault(std::size_t fit_from, ManyImpulses many) {
+  std::size_t LeaveOutSinceFault(std::size_t fit_from, const ImpulseRule& rule) {
     constexpr int kRounds = 4;
     std::size_t all = 0;
     for (int round = 0; round < kRounds; ++round) {
@@ -291,7 +294,7 @@ class Isolation {
       const std::size_t more =
           LeaveOutImpulses(nominal_.ModelOf(WithComponent(rig, nearest.component, nearest.value)),
                            std::span<Observation>(observations_).subspan(fit_from),
-                           many);
+                           rule);
       if (more == 0) break;
       all += more;
     }

@@ -48,7 +48,7 @@ std::string WarmingSentence(const Eigen::VectorXd& shift) {
   const double ra = std::expm1(shift(static_cast<Eigen::Index>(Coordinate::kRa)));
   std::snprintf(text.data(),
                 text.size(),
-                "Ra has moved by %+.1f %%, as that of a rig that warms up does",
+                "the winding has moved by %+.1f %%, as that of a rig that warms up does",
                 100.0 * ra);
   return text.data();
 }

@@ -11,9 +11,9 @@ namespace faultlab::core {
 
 /// How a healthy rig moves while it warms up: random walks of the winding's resistance (0.3 % in
 /// one second, 3 % in 100 s), of the motor constant (0.4 times as far) and of the viscous friction
-/// (3.3 times), until Ra has moved by BenchNorm::warming. Slow against a fault, which comes at
-/// once. Source of the figures: copper changes by 0.4 % per kelvin; a motor at work warms by some
-/// kelvin a minute.
+/// (3.3 times), until the winding has moved by BenchNorm::warming. Slow against a fault, which
+/// comes at once. Source of the figures: copper changes by 0.4 % per kelvin; a motor at work warms
+/// by some kelvin a minute.
 ///
 /// Adds to `prior` what may have happened in so many seconds.
 void Widen(const BenchNorm& norm, double seconds, GaussianPrior& prior);
@@ -21,7 +21,7 @@ void Widen(const BenchNorm& norm, double seconds, GaussianPrior& prior);
 /// Whether so small a change of a component is as far as the rig may move: of Ra, Ke or B alone.
 bool IsWithinWarming(const Bench& bench, const Candidate& candidate);
 
-/// "Ra has moved by +1.7 %, as that of a rig that warms up does"
+/// "the winding has moved by +1.7 %, as that of a rig that warms up does"
 std::string WarmingSentence(const Eigen::VectorXd& shift);
 
 }  // namespace faultlab::core

@@ -100,7 +100,8 @@ ReportWords English() {
           "sensor.",
       .sensor_high = "{0} reads {1} too much. No component explains this: look at its sensor.",
       .sensor_low = "{0} reads {1} too little. No component explains this: look at its sensor.",
-      .warmed = "Ra has moved by {0} %, as that of a rig that warms up does.",
+      .warmed =
+          "The resistance of the winding has moved by {0} %, as that of a rig that warms up does.",
       .beside = "No single component explains the recording: {0} and also {1}.",
       .two = "Two components have changed together.",
       .before_after = "Estimates before and after each change",
@@ -227,7 +228,7 @@ ReportWords Serbian(std::string (*in)(std::string_view)) {
                         "senzor."),
       .sensor_low = in("{0} pokazuje {1} premalo. Nijedna komponenta to ne objašnjava: pogledajte "
                        "senzor."),
-      .warmed = in("Ra se promenio za {0} %, kao kod postrojenja koje se zagreva."),
+      .warmed = in("Otpor namotaja se promenio za {0} %, kao kod postrojenja koje se zagreva."),
       .beside = in("Nijedna komponenta sama ne objašnjava snimak: {0} i još {1}."),
       .two = in("Dve komponente su se promenile zajedno."),
       .before_after = in("Procene pre i posle svake promene"),

@@ -33,7 +33,7 @@ TEST(Warming, IsNoFault) {
 TEST(Warming, IsSaidWhenItHasBeenSeen) {
   const Verdict verdict = VerdictOf({Ramp(1.03, 0.0, 20.0)}, 131);
   EXPECT_EQ(verdict.kind, VerdictKind::kNominal);
-  EXPECT_EQ(verdict.reason.find("Ra has moved by +"), 0U) << verdict.reason;
+  EXPECT_EQ(verdict.reason.find("the winding has moved by +"), 0U) << verdict.reason;
 }
 
 TEST(Warming, HidesNoFaultThatBeginsMeanwhile) {

@@ -48,7 +48,7 @@ const FORMS: [RegExp, Key][] = [
   [/^no single component explains the record$/, "verdict_no_single"],
   [/^two components have changed together/, "verdict_two"],
   [
-    /^Ra has moved by (?<percent>[-+\d.]+) %, as that of a rig that warms up does$/,
+    /^the winding has moved by (?<percent>[-+\d.]+) %, as that of a rig that warms up does$/,
     "verdict_warmed",
   ],
   [

@@ -1378,7 +1378,7 @@ export const marked: Catalogue = {
   verdict_too_early: "Premalo odbiraka od promene.",
   verdict_fits_nominal: "Ono što sledi posle uzbune odgovara ispravnom uređaju.",
   verdict_no_single: "Nijedna komponenta sama ne objašnjava snimak.",
-  verdict_warmed: "Ra se promenio za {percent} %, kao kod postrojenja koje se zagreva.",
+  verdict_warmed: "Otpor namotaja se promenio za {percent} %, kao kod postrojenja koje se zagreva.",
   verdict_sensor: "Senzor za {channel}",
   verdict_sensor_gain:
     "{channel} pokazuje {value} puta prave vrednosti. Nijedna komponenta to ne objašnjava: pogledajte senzor.",
