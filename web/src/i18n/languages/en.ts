@@ -1336,7 +1336,8 @@ export const texts = {
   verdict_too_early: "Too few samples since the change.",
   verdict_fits_nominal: "What follows the alarm fits the healthy rig.",
   verdict_no_single: "No single component explains the record.",
-  verdict_warmed: "The resistance of the winding has moved by {percent} %, as that of a rig that warms up does.",
+  verdict_warmed:
+    "The resistance of the winding has moved by {percent} %, as that of a rig that warms up does.",
   verdict_sensor: "Sensor of {channel}",
   verdict_sensor_gain:
     "{channel} reads {value} times what it should. No component explains this: look at its sensor.",
