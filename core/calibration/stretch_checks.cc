@@ -42,9 +42,8 @@ std::string Text(const char* format, double a, double b = 0.0) {
   return text.data();
 }
 
-/// Of a channel that is used: how its noise compares with what the description states. A channel
-/// that is not the key one may be left out by an amplifier that gives way, and nothing else says
-/// so.
+/// Tells of every channel whose noise is far above what the description states: an amplifier whose
+/// supply gives way spoils um while ia still fits, and no other check sees it.
 void SayWhatIsLeft(const Bench& bench,
                    const NoiseLevel& noise,
                    std::span<const Observation> stretch,
@@ -214,7 +213,7 @@ std::optional<Error> CheckAfter(const Bench& bench,
     return refusal;
   }
   SayWhatIsLeft(bench, noise, stretch, checks);
-  // A drive that begins late, or a zero that nobody learnt, looks like friction that pushes.
+  // A drive with a dead zone, or a sensor that is off at zero, looks like friction below zero.
   const double mc_least_nm = -kFrictionSigmas * mc_sigma_nm;
   if (auto refusal = Judge(checks,
                            "friction",

@@ -48,9 +48,9 @@ class Detector {
   /// @param noise_scale  what is known of the noise; this detector continues the estimate
   /// @param speed_step_s  BenchChannel::step_s where the reference has a fault: its motor may turn
   ///        faster than the one whose noise was calibrated, and its speed is rounded more coarsely
-  /// @param impulses  single readings are off at times (Calibration::impulse_share): they correct
-  /// no
-  ///        state and raise no alarm; about four in a row do, by a CUSUM of how often it happens
+  /// @param impulses  single readings are far off at times (Calibration::impulse_share): one
+  /// corrects
+  ///        no state and raises no alarm; about four in a row raise it
   Detector(const Bench& bench,
            const RigParameters& reference,
            const NoiseLevel& noise,

@@ -8,16 +8,16 @@
 
 namespace faultlab::core {
 
-/// A reading farther from its prediction than this many robust standard deviations, while its
-/// neighbours are not, is an impulse: a contact, a switched relay beside the wire. Of a thousand
-/// normal readings 0.0006 are as far.
+/// A single reading that is farther from its prediction than this many robust standard deviations
+/// is an impulse: a bad contact, a relay that switches beside the wire. Of a million normal
+/// readings 0.6 are as far.
 inline constexpr double kImpulseGate = 5.0;
 
-/// Which readings are taken out.
+/// Which readings are taken out. Where that would be more than `share_max` of a channel, the model
+/// is wrong: then nothing is taken out, or, with `or_the_farthest`, the farthest 2 % alone.
 struct ImpulseRule {
   double gate = kImpulseGate;  ///< robust standard deviations
-  double share_max = 0.05;     ///< of the readings of a channel; where it would be more, the model
-  /// is wrong and nothing is taken out, or it is only near and the farthest fiftieth is.
+  double share_max = 0.05;
   bool or_the_farthest = false;
 };
 

@@ -59,7 +59,7 @@ struct MapFitOptions {
 /// iterations ran out, when the fit was given up, and when no step of a standard error or more
 /// lowered the cost; `point` is the best one tried. A direction that neither data nor prior
 /// determine keeps its start, with a variance of 1e9. A start whose cost is not finite is returned
-/// as it is: look at cost(). Contract: prior and start have the same n, 1 <= n <= 11
+/// as it is: look at cost(). Contract: prior and start have the same n, 1 <= n <= 15
 /// (ContractError). Source: K. Levenberg, Quart. Appl. Math. 2 (1944); D. W. Marquardt, J. SIAM 11
 /// (1963); MAP: H. L. Van Trees, Detection, Estimation, and Modulation Theory I (1968),
 /// section 2.4.

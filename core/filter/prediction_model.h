@@ -21,8 +21,8 @@ namespace faultlab::core {
 ///   J w' = KT i - B w - s (Mc + d)
 ///   y = (Uout - Rs i, i, w), read delta after the edge of u
 /// From sample to sample (T - delta under the old input, delta under the new one):
-///   x+ = phi x + g_prev u_prev + g u + g_torque s Mc + (0, 0, 0, e),   scales y - zeros = c x + d
-///   u
+///   x+ = phi x + g_prev u_prev + g u + g_torque s Mc + (0, 0, 0, e)
+///   scales y - zeros = c x + d u
 /// s = sign of w (MeanDirection); u is what the supply lets through. Exact for piecewise constant
 /// inputs while s is constant.
 /// Source: paper Eq. (1)-(3); sampling by the matrix exponential, K. J. Astrom, B. Wittenmark,

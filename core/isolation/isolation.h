@@ -51,8 +51,10 @@ struct IsolationResult {
   std::string moved;  ///< LackOfFit::moved of a record that no component explains
   /// The faults that the model must carry from here on to predict the record (one, or two).
   std::vector<Candidate> present;
-  std::vector<double> shift;  ///< change of the calibration's coordinates in that fit (8, or none)
-  double gain = 0.0;          ///< cost without a fault minus cost with it, in -2 log probability
+  /// Change of the calibration's coordinates in that fit, or in the one without a fault (8, or
+  /// none).
+  std::vector<double> shift;
+  double gain = 0.0;  ///< cost without a fault minus cost with it, in -2 log probability
 };
 
 /// Which component has failed, by how much, and since when: a pure function of the task; any

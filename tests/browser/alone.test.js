@@ -209,7 +209,7 @@ describe("in the lab", { timeout: SUITE_MS }, () => {
 
   story("a role is not changed by one arrow key", async () => {
     const one = await pageOf(browser, server, world.admin, "/admin");
-    const role = one.page.getByLabel("Role mika");
+    const role = one.page.getByLabel("Role mika", { exact: true });
     await role.selectOption("instructor");
     const dialog = one.page.getByRole("dialog");
     await dialog.getByText("Mika Mikic then has the rights of this role: instructor.").waitFor();

@@ -24,6 +24,12 @@ class Limits : public LabFixture {
     job.min = job.want = length;
     return job;
   }
+  /// At noon again, in a new lab with so many ready rigs.
+  void Anew(int rigs) {
+    lab_ = Scheduler();
+    now_ = kNoon;
+    AddReadyRigs(rigs);
+  }
   void Allow(const std::function<void(PolicySettings&)>& change) {
     PolicySettings settings = lab_.policy();
     change(settings);
@@ -139,9 +145,7 @@ TEST_F(Limits, WarningsBeginFiveMinutesBeforeTheEndWhichIsToTheMillisecond) {
 
 TEST_F(Limits, ASessionGoesOnWhenMoreThanAMinuteAndTheCheckFitBeforeABooking) {
   for (const bool fits : {false, true}) {
-    lab_ = Scheduler();
-    now_ = kNoon;
-    AddReadyRigs(1);
+    Anew(1);
     const Session session = Start(kAnn);
     const WallTime tight = session.hard_end + minutes(1) + lab_.policy().cleaning;
     Book(kBob, tight + (fits ? kOne : Milliseconds{0}) - now_, minutes(30));
@@ -164,9 +168,7 @@ TEST_F(Limits, ASessionEndsForAnOutageThatBeginsAMinuteAndTheCheckBehindIt) {
 
 TEST_F(Limits, WhoNeedsMoreThanTheGapBeforeABookingDoesNotEndTheSessionBeforeIt) {
   for (const bool fits : {false, true}) {
-    lab_ = Scheduler();
-    now_ = kNoon;
-    AddReadyRigs(1);
+    Anew(1);
     const Session session = Start(kAnn);
     const WallTime now = session.hard_end - minutes(5);
     // The rig would be free for the least time of Bob and its check from now on.
@@ -269,9 +271,7 @@ TEST_F(Limits, ABookingWithoutARigFallsAtItsEnd) {
 
 TEST_F(Limits, ADueBookingTakesAnotherRigIfItAndTheCheckFitBeforeTheNextCommitment) {
   for (const bool fits : {false, true}) {
-    lab_ = Scheduler();
-    now_ = kNoon;
-    AddReadyRigs(2);
+    Anew(2);
     const Booking booking = Book(kAnn, hours(1), minutes(30));
     const RigId other = booking.rig == "bench-1" ? "bench-2" : "bench-1";
     const WallTime needed = booking.during.end + lab_.policy().cleaning;
@@ -287,9 +287,7 @@ TEST_F(Limits, ADueBookingTakesAnotherRigIfItAndTheCheckFitBeforeTheNextCommitme
 
 TEST_F(Limits, ASessionBecomesTheBookingIfItsRigIsFreeUntilTheBookingsEnd) {
   for (const bool fits : {false, true}) {
-    lab_ = Scheduler();
-    now_ = kNoon;
-    AddReadyRigs(1);
+    Anew(1);
     const Session session = Start(kAnn, minutes(30));
     const Booking own = Book(kAnn, minutes(30) + lab_.policy().cleaning + minutes(1), minutes(30));
     const WallTime needed = own.during.end + lab_.policy().cleaning;
@@ -311,9 +309,7 @@ TEST_F(Limits, ASessionBecomesTheBookingIfItsRigIsFreeUntilTheBookingsEnd) {
 
 TEST_F(Limits, AClockThatJumpedBeyondABookingCancelsIt) {
   for (const bool over : {false, true}) {
-    lab_ = Scheduler();
-    now_ = kNoon;
-    AddReadyRigs(1);
+    Anew(1);
     const Booking booking = Book(kAnn, hours(1), minutes(30));
     const WallTime now = booking.during.end - (over ? Milliseconds{0} : kOne);
     lab_.ClockJumped(now - now_, now);
@@ -357,9 +353,7 @@ TEST_F(Limits, AnOutageIsNotOverAndNotTooFar) {
 
 TEST_F(Limits, AnOutageShortensASessionWhoseCheckItWouldTouch) {
   for (const bool touches : {false, true}) {
-    lab_ = Scheduler();
-    now_ = kNoon;
-    AddReadyRigs(1);
+    Anew(1);
     const Session session = Start(kAnn);
     const WallTime checked = session.hard_end + lab_.policy().cleaning;
     const WallTime start = checked - (touches ? kOne : Milliseconds{0});
