@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "core/calibration/calibrate.h"
+#include "core/calibration/self_check.h"
 #include "core/calibration/stretch_checks.h"
 #include "core/calibration/stretch_fit.h"
+#include "core/calibration/visible_changes.h"
 #include "core/detection/detection_thresholds.h"
 #include "core/filter/impulses.h"
 #include "core/filter/map_fit.h"
@@ -228,6 +230,28 @@ void SayImpulses(std::size_t impulses, double share, std::vector<CalibrationChec
   checks.push_back({"impulses", text.data(), share, 0.05, true});
 }
 
+CalibrationCheck SelfCheckSentence(const SelfCheck& check) {
+  std::array<char, 256> text{};
+  const double shown = 3.0 * kDayS / check.judged_s;  // no event in T: fewer than 3 / T
+  if (check.raised > 1.0) {
+    std::snprintf(text.data(),
+                  text.size(),
+                  "the model leaves more than noise: alarm levels are up to %.1f times those of "
+                  "noise alone, so that "
+                  "half of the stretch raises none in the other half",
+                  check.raised);
+  } else {
+    std::snprintf(
+        text.data(),
+        text.size(),
+        "half of the stretch raises no alarm in the other half: in %.3g s that shows fewer "
+        "than %.2g a day; the stated rate is that of noise alone",
+        check.judged_s,
+        shown);
+  }
+  return {"own stretch", text.data(), check.raised, 1.0, true};
+}
+
 // A stretch that tells that some channels do not read 0 at zero.
 struct WithZeros {
   HealthyStretch stretch;
@@ -275,7 +299,13 @@ ParameterOffsets TolerancesOf(const Bench& bench) {
           norm.lag};
 }
 
-Result<Calibration> Calibrate(std::span<const Sample> samples, const CalibrationOptions& options) {
+namespace {
+
+enum class Impulses { kLeftOut, kKept };
+
+Result<Calibration> CalibrateWith(std::span<const Sample> samples,
+                                  const CalibrationOptions& options,
+                                  Impulses impulses) {
   LAB_CHECK(options.bench != nullptr);
   const BenchNorm& norm = options.bench->norm;
   ParameterOffsets tolerance = TolerancesOf(*options.bench);
@@ -309,20 +339,21 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
       options.data_sheet, 1.0, 0.0, norm.mc_nm, McUnitOf(*options.bench)};
   Explained explained = ExplainStretch(
       stretch, data_sheet, DataSheetPrior(tolerance, 1.0, coordinates, 0), measured_delta_s);
-  std::size_t impulses = 0;
-  for (int round = 0; round < kImpulseRounds; ++round) {
+  const std::vector<Observation> as_read = observations;
+  std::size_t left_out = 0;
+  for (int round = 0; impulses == Impulses::kLeftOut && round < kImpulseRounds; ++round) {
     const RigParameters found = RigAt(stretch, explained.base, explained.fit.point);
     // The first must be so far off that no model error is behind them; then the nearer ones go too.
     const ImpulseRule rule{.gate = round == 0 ? kFirstGate : kImpulseGate};
     const std::size_t more =
         LeaveOutImpulses(MakePredictionModel(found, explained.noise, period_s), observations, rule);
     if (more == 0) break;
-    impulses += more;
+    left_out += more;
     explained = ExplainStretch(
         stretch, data_sheet, DataSheetPrior(tolerance, 1.0, coordinates, 0), measured_delta_s);
   }
-  calibration.impulse_share = ShareOfReadings(impulses, observations);
-  SayImpulses(impulses, calibration.impulse_share, calibration.checks);
+  calibration.impulse_share = ShareOfReadings(left_out, observations);
+  SayImpulses(left_out, calibration.impulse_share, calibration.checks);
   if (std::optional<WithZeros> with =
           LearnZeros(stretch, data_sheet, tolerance, measured_delta_s, explained)) {
     stretch = std::move(with->stretch);
@@ -399,7 +430,33 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
     return *refusal;
   }
   calibration.thresholds = MakeThresholds(options.false_alarms_per_day, 1.0 / period_s, mask);
+  const std::optional<SelfCheck> check =
+      CheckBySelf(calibration,
+                  stretch,
+                  as_read,
+                  base,
+                  best.point,
+                  noise,
+                  DataSheetPrior(tolerance, choice.tolerance_scale, coordinates, 0));
+  if (check) {
+    // What the model leaves has been taken for impulses.
+    if (check->rows && impulses == Impulses::kLeftOut)
+      return CalibrateWith(samples, options, Impulses::kKept);
+    calibration.thresholds = check->thresholds;
+    calibration.checks.push_back(SelfCheckSentence(*check));
+  }
+  const std::string visible =
+      VisibleChanges(stretch, RigAt(stretch, base, best.point), noise, calibration.thresholds);
+  if (!visible.empty())
+    calibration.checks.push_back(
+        {"visible", "an alarm follows a change of " + visible, 0.0, 0.0, true});
   return calibration;
+}
+
+}  // namespace
+
+Result<Calibration> Calibrate(std::span<const Sample> samples, const CalibrationOptions& options) {
+  return CalibrateWith(samples, options, Impulses::kLeftOut);
 }
 
 }  // namespace faultlab::core

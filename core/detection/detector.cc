@@ -295,7 +295,7 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   glr_slow /=
       (1.0 + slow_weight_ * slow_weight_ / (slow_weight_square_ * reference_samples_)) * inflation;
   const double cusum = cusum_ / inflation;
-  statistics_ = {largest, cusum, glr_short, glr_long, glr_slow};
+  statistics_ = {largest, cusum, glr_short, glr_long, glr_slow, odd_ / kOddLevel};
 
   Alarm alarm;
   if (odd_ > kOddLevel) {

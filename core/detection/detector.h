@@ -73,6 +73,7 @@ class Detector {
     double glr_short = 0.0;
     double glr_long = 0.0;
     double glr_slow = 0.0;
+    double far_off = 0.0;  ///< of readings that are far off in a row; above 1 it is an alarm
   };
   const Statistics& statistics() const { return statistics_; }
   const NoiseScale& noise_scale() const { return noise_scale_; }

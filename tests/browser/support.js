@@ -331,8 +331,9 @@ export async function becomes(read, expected, words) {
   }
 }
 
-/** Violations that axe finds, as short lines. */
+/** Violations that axe finds on a page that has its heading, as short lines. */
 export async function axe(page) {
+  await page.locator("h1").first().waitFor({ state: "attached" });
   await page.evaluate(axeSource);
   const result = await page.evaluate(() => globalThis.axe.run(document));
   assert.ok(result.passes.length > 10, "axe must have looked at a real page");

@@ -1,0 +1,134 @@
+#include "core/calibration/visible_changes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <vector>
+
+#include "core/detection/detector.h"
+#include "core/filter/innovation_filter.h"
+#include "core/types/time_span.h"
+
+namespace faultlab::core {
+namespace {
+
+constexpr double kStep = 1e-4;
+// Of the windows, so many hold more information: the next such window comes soon.
+constexpr double kBestShare = 0.1;
+// A change by more than this factor, e^q, is not told: the linear response says nothing of it.
+constexpr double kLargest = 1.0;
+
+struct Window {
+  std::size_t samples = 0;
+  double level = 0.0;
+};
+
+/// s^2 of a sample, summed from the beginning.
+std::vector<double> Information(const HealthyStretch& stretch,
+                                const InnovationTrace& base,
+                                const InnovationTrace& moved) {
+  std::vector<double> sums(stretch.samples.size() + 1);
+  for (std::size_t k = 0; k < stretch.samples.size(); ++k) {
+    double squares = 0.0;
+    for (std::size_t c = 0; c < kOutputCount; ++c) {
+      const std::size_t at = k * kOutputCount + c;
+      const double s = (moved.whitened[at] - base.whitened[at]) / kStep;
+      squares += s * s;
+    }
+    sums[k + 1] = sums[k] + squares;
+  }
+  return sums;
+}
+
+double SmallestChange(const std::vector<double>& sums, const Window& window) {
+  const std::size_t samples = sums.size() - 1;
+  if (samples < window.samples) return std::numeric_limits<double>::infinity();
+  std::vector<double> windows;
+  for (std::size_t k = window.samples; k <= samples; ++k) {
+    windows.push_back(sums[k] - sums[k - window.samples]);
+  }
+  const auto best =
+      windows.begin() +
+      static_cast<std::ptrdiff_t>((1.0 - kBestShare) * static_cast<double>(windows.size() - 1));
+  std::nth_element(windows.begin(), best, windows.end());
+  const double used = 1.0 + static_cast<double>(window.samples) / static_cast<double>(samples);
+  return *best > 0.0 ? std::sqrt(window.level * used / *best)
+                     : std::numeric_limits<double>::infinity();
+}
+
+/// The coordinate that a component of the bench changes; -1: none by itself.
+int CoordinateOf(const Bench& bench, const ComponentInfo& part) {
+  switch (part.parameter) {
+    case kSeries:
+      return static_cast<int>(Coordinate::kSeries);
+    case kRa:
+      return static_cast<int>(Coordinate::kRa);
+    case kKe:
+      return static_cast<int>(Coordinate::kKe);
+    case kJ:
+      return static_cast<int>(Coordinate::kJ);
+    case kB:
+      return static_cast<int>(Coordinate::kB);
+    default:
+      break;
+  }
+  const int own = part.parameter - kMotorParameters;
+  if (own < 0) return -1;
+  const PlantParameters& plant = bench.nominal;
+  return bench.structure->slope(plant.amplifier, own).gain != 0.0
+             ? static_cast<int>(Coordinate::kGain)
+             : -1;
+}
+
+}  // namespace
+
+std::string VisibleChanges(const HealthyStretch& stretch,
+                           const RigParameters& rig,
+                           const NoiseLevel& noise,
+                           const DetectionThresholds& thresholds) {
+  const double period_s = stretch.period_s;
+  // A sum that forgets over n samples weighs as much as a window of 2 n.
+  const std::array<Window, 3> windows = {
+      {{SpanOf(Detector::kShort, period_s), thresholds.glr_short},
+       {SpanOf(Detector::kLong, period_s), thresholds.glr_long},
+       {2 * SpanOf(Detector::kSlow, period_s), thresholds.glr_slow}}};
+  InnovationTrace base;
+  RunInnovations(MakePredictionModel(rig, noise, period_s), stretch.samples, &base);
+  std::string told;
+  std::array<bool, kCoordinateMax> done{};
+  for (const ComponentInfo& part : stretch.bench->parts) {
+    const int coordinate = CoordinateOf(*stretch.bench, part);
+    if (coordinate < 0 || done[static_cast<std::size_t>(coordinate)]) continue;
+    done[static_cast<std::size_t>(coordinate)] = true;
+    ParameterOffsets q{};
+    q[static_cast<std::size_t>(coordinate)] = kStep;
+    InnovationTrace moved;
+    RunInnovations(MakePredictionModel(WithOffsets(rig, q, period_s), noise, period_s),
+                   stretch.samples,
+                   &moved);
+    const std::vector<double> sums = Information(stretch, base, moved);
+    double least = std::numeric_limits<double>::infinity();
+    for (const Window& window : windows) least = std::min(least, SmallestChange(sums, window));
+    if (!std::isfinite(least)) continue;
+    const bool gain = coordinate == static_cast<int>(Coordinate::kGain);
+    std::array<char, 64> text{};
+    if (least <= kLargest) {
+      std::snprintf(text.data(),
+                    text.size(),
+                    "%s from %.2g %%",
+                    gain ? "k" : part.symbol.c_str(),
+                    100.0 * std::expm1(least));
+    } else {
+      std::snprintf(text.data(),
+                    text.size(),
+                    "%s only when it more than doubles",
+                    gain ? "k" : part.symbol.c_str());
+    }
+    told += (told.empty() ? "" : ", ") + std::string(text.data());
+  }
+  return told;
+}
+
+}  // namespace faultlab::core

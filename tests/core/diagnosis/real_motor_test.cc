@@ -1,0 +1,194 @@
+// Motors that are not quite the model: what a calibration says of itself, and what follows from it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "core/calibration/calibrate.h"
+#include "core/detection/detection_thresholds.h"
+#include "core/diagnosis/diagnose_record.h"
+#include "core/diagnosis/pipeline.h"
+#include "tests/core/diagnosis/real_motors.h"
+#include "tests/core/diagnosis/verdicts.h"
+
+namespace faultlab::core {
+namespace {
+
+constexpr double kLearnS = 20.0;
+constexpr double kWatchS = 40.0;
+
+using Samples = std::vector<Sample>;
+
+Setting SettingOf(const std::string& name) {
+  for (const Setting& setting : Settings()) {
+    if (setting.name == name) return setting;
+  }
+  throw std::invalid_argument(name);
+}
+
+Rig WithPhysics(Rig rig, const std::string& kind) {
+  for (const PhysicsKind& each : KindsFor(rig)) {
+    if (each.name == kind) {
+      rig.physics = each.physics;
+      return rig;
+    }
+  }
+  throw std::invalid_argument(kind);
+}
+
+Samples Before(const Samples& record, double t_s) {
+  Samples part;
+  std::copy_if(record.begin(), record.end(), std::back_inserter(part), [&](const Sample& sample) {
+    return sample.t_s >= 0.5 && sample.t_s < t_s - 1e-9;
+  });
+  return part;
+}
+
+Samples From(const Samples& record, double t_s) {
+  Samples part;
+  std::copy_if(record.begin(), record.end(), std::back_inserter(part), [&](const Sample& sample) {
+    return sample.t_s >= t_s - 1e-9;
+  });
+  return part;
+}
+
+Result<Calibration> Learn(const Bench& bench, const Samples& stretch) {
+  CalibrationOptions options;
+  options.bench = &bench;
+  options.data_sheet = bench.nominal;
+  options.period_s = bench.period_s;
+  options.um_rail_v = bench.um.exists ? bench.um.max : options.um_rail_v;
+  return Calibrate(stretch, options);
+}
+
+DetectionThresholds NoiseAlone(const Calibration& calibration) {
+  const unsigned mask = (calibration.used_um ? 1U : 0U) | (calibration.used_ia ? 2U : 0U) |
+                        (calibration.used_n ? 4U : 0U);
+  return MakeThresholds(
+      calibration.thresholds.false_alarms_per_day, 1.0 / calibration.period_s, mask);
+}
+
+DiagnosisOptions With(const Bench& bench, const Calibration& calibration) {
+  DiagnosisOptions options = OptionsOf(bench);
+  options.calibration = calibration;
+  return options;
+}
+
+const CalibrationCheck* Find(const Calibration& calibration, const std::string& name) {
+  const auto found = std::find_if(calibration.checks.begin(),
+                                  calibration.checks.end(),
+                                  [&](const auto& check) { return check.name == name; });
+  return found != calibration.checks.end() ? &*found : nullptr;
+}
+
+TEST(RealMotor, IdealOneKeepsTheLevelsOfNoiseAlone) {
+  for (const Setting& setting : Settings()) {
+    for (unsigned seed = 1; seed < 5; ++seed) {
+      const Samples record = RecordFor(setting.rig, setting.rig, 1e9, kLearnS, seed);
+      const Result<Calibration> learnt = Learn(*setting.bench, Before(record, kLearnS));
+      ASSERT_TRUE(learnt.ok()) << learnt.error().message;
+      const Calibration& c = learnt.value();
+      EXPECT_EQ(c.thresholds.glr_long, NoiseAlone(c).glr_long) << setting.name << ' ' << seed;
+      EXPECT_EQ(c.thresholds.residual, NoiseAlone(c).residual) << setting.name << ' ' << seed;
+      const CalibrationCheck* own = Find(c, "own stretch");
+      ASSERT_NE(own, nullptr);
+      EXPECT_NE(own->sentence.find("raises no alarm"), std::string::npos) << own->sentence;
+    }
+  }
+}
+
+TEST(RealMotor, RaisesNoAlarmWhileItIsHealthyAndFaultsAreStillNamed) {
+  int with_noise_alone = 0;
+  unsigned seed = 20;
+  for (const auto& [name, kind] : {std::pair{"gear", "brush V"},
+                                   {"gear", "brush R"},
+                                   {"gear", "sag"},
+                                   {"gear+um", "brush w"},
+                                   {"paper", "brush R"},
+                                   {"paper", "sag"}}) {
+    SCOPED_TRACE(std::string(name) + ", " + kind);
+    const Setting setting = SettingOf(name);
+    const Rig rig = WithPhysics(setting.rig, kind);
+    const Samples record = RecordFor(rig, rig, 1e9, kLearnS + kWatchS, ++seed, 5);
+    const Result<Calibration> learnt = Learn(*setting.bench, Before(record, kLearnS));
+    ASSERT_TRUE(learnt.ok()) << learnt.error().message;
+    Calibration c = learnt.value();
+    EXPECT_GT(c.thresholds.glr_long, NoiseAlone(c).glr_long);
+    const DiagnosisOptions options = With(*setting.bench, c);
+    EXPECT_EQ(AlarmsRaised(Before(record, kLearnS), options), 0) << "on what it has learnt from";
+    EXPECT_EQ(AlarmsRaised(From(record, kLearnS), options), 0);
+
+    Rig faulty = rig;
+    faulty.ra *= 1.5;
+    const Samples later = RecordFor(rig, faulty, kLearnS, kLearnS + 10.0, seed, 5);
+    const Verdict verdict = DiagnoseRecord(From(later, kLearnS - 3.0), options).verdict;
+    EXPECT_EQ(verdict.kind, VerdictKind::kFault) << verdict.reason;
+    EXPECT_TRUE(Names(verdict, setting.bench->Find("Ra").value())) << verdict.reason;
+    EXPECT_GE(verdict.detected_at_s.value_or(0.0), kLearnS - 1e-9);
+
+    c.thresholds = NoiseAlone(c);
+    with_noise_alone += AlarmsRaised(From(record, kLearnS), With(*setting.bench, c));
+  }
+  EXPECT_GT(with_noise_alone, 5) << "these motors are not quite the model";
+}
+
+TEST(RealMotor, SupplyThatGivesWayIsNotTakenForImpulses) {
+  // After each step of the input some readings are far off, one after the other.
+  const Setting setting = SettingOf("gear+um");
+  const Rig rig = WithPhysics(setting.rig, "sag");
+  const Samples record = RecordFor(rig, rig, 1e9, kLearnS + kWatchS, 32, 5);
+  const Result<Calibration> learnt = Learn(*setting.bench, Before(record, kLearnS));
+  ASSERT_TRUE(learnt.ok()) << learnt.error().message;
+  EXPECT_EQ(learnt.value().impulse_share, 0.0);
+  EXPECT_EQ(Find(learnt.value(), "impulses"), nullptr);
+  EXPECT_EQ(AlarmsRaised(From(record, kLearnS), With(*setting.bench, learnt.value())), 0);
+}
+
+TEST(RealMotor, HalfWithoutStepsJudgesNothing) {
+  const Setting setting = SettingOf("gear");
+  Rig still = setting.rig;
+  still.high_v = still.low_v;
+  const double first_quarter_s = 0.25 * kLearnS;
+  const Samples record = RecordFor(setting.rig, still, first_quarter_s, kLearnS, 41);
+  const Result<Calibration> learnt = Learn(*setting.bench, Before(record, kLearnS));
+  ASSERT_TRUE(learnt.ok()) << learnt.error().message;
+  EXPECT_EQ(Find(learnt.value(), "own stretch"), nullptr);
+  EXPECT_EQ(learnt.value().thresholds.glr_long, NoiseAlone(learnt.value()).glr_long);
+}
+
+// "an alarm follows a change of Ra from 2 %, Ke from 0.92 %, .."
+double VisiblePercent(const Calibration& calibration, const std::string& symbol) {
+  const CalibrationCheck* check = Find(calibration, "visible");
+  if (check == nullptr) return 0.0;
+  const std::size_t at = check->sentence.find(" " + symbol + " from ");
+  if (at == std::string::npos) return 0.0;
+  return std::stod(check->sentence.substr(at + symbol.size() + 7));
+}
+
+TEST(RealMotor, SmallestChangeThatIsStatedIsSeenAndAThirdOfItIsNot) {
+  for (const auto& [name, kind] :
+       {std::pair{"gear", "ideal"}, {"gear", "brush R"}, {"paper", "all"}}) {
+    SCOPED_TRACE(std::string(name) + ", " + kind);
+    const Setting setting = SettingOf(name);
+    const Rig rig = WithPhysics(setting.rig, kind);
+    const Result<Calibration> learnt =
+        Learn(*setting.bench, Before(RecordFor(rig, rig, 1e9, kLearnS, 51), kLearnS));
+    ASSERT_TRUE(learnt.ok()) << learnt.error().message;
+    const DiagnosisOptions options = With(*setting.bench, learnt.value());
+    for (const auto& [symbol, value] : {std::pair{"Ra", &Rig::ra}, {"J", &Rig::j}}) {
+      const double percent = VisiblePercent(learnt.value(), symbol);
+      ASSERT_GT(percent, 0.0) << Find(learnt.value(), "visible")->sentence;
+      for (const double share : {1.5, 0.33}) {
+        Rig faulty = rig;
+        faulty.*value *= 1.0 + share * 0.01 * percent;
+        const Samples later = RecordFor(rig, faulty, kLearnS, kLearnS + 20.0, 52);
+        EXPECT_EQ(AlarmsRaised(From(later, kLearnS - 3.0), options) > 0, share > 1.0)
+            << share << " of " << symbol << " from " << percent << " %";
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace faultlab::core
