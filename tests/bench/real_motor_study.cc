@@ -93,6 +93,7 @@ void Run(const Setting& setting, const PhysicsKind& kind, int levels, unsigned s
                 : v.kind == VerdictKind::kFault ? group.c_str()
                                                 : "unknown");
     if (seen) std::printf(" %.2f", *v.detected_at_s - kLearnS);
+    if (std::getenv("WHY") && !named) std::printf(" %s", v.reason.c_str());
     if (named) {
       const Candidate& c = v.candidates.front();
       const ComponentInfo& info = v.group[0].info();
