@@ -60,6 +60,9 @@ struct BenchNorm {
   double friction_noise_nm = 0.02e-3;  ///< rms of the slow part of the friction torque
   double friction_tau_s = 0.5;         ///< its correlation time
   double warming = 0.10;               ///< how far Ra may move during a run; 0: not at all
+  /// Motors of this kind have brushes, air and supplies that the model lacks: stated errors cover
+  /// what these may do. False: the model is all that there is.
+  bool missing_physics = true;
 };
 
 /// The description of one class of benches. A plain value; hardware/bench/benches.h keeps the

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/calibration/calibrate.h"
+#include "core/calibration/missing_physics.h"
 #include "core/calibration/self_check.h"
 #include "core/calibration/stretch_checks.h"
 #include "core/calibration/stretch_fit.h"
@@ -428,6 +429,14 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
                                                 static_cast<std::size_t>(coordinates),
                                                 calibration.checks)) {
     return *refusal;
+  }
+  if (norm.missing_physics && !options.model_is_exact) {
+    const Eigen::MatrixXd missing = MissingPhysics(stretch, base, best, noise);
+    calibration.model_covariance = FirstRows(missing, coordinates);
+    for (int i = 0; i < coordinates; ++i) {
+      double& sigma = calibration.quantities[static_cast<std::size_t>(i)].sigma;
+      sigma = std::hypot(sigma, SigmaOf(rig, i, std::sqrt(missing(i, i)), period_s));
+    }
   }
   calibration.thresholds = MakeThresholds(options.false_alarms_per_day, 1.0 / period_s, mask);
   const std::optional<SelfCheck> check =

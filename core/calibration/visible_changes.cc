@@ -58,30 +58,6 @@ double SmallestChange(const std::vector<double>& sums, const Window& window) {
                      : std::numeric_limits<double>::infinity();
 }
 
-/// The coordinate that a component of the bench changes; -1: none by itself.
-int CoordinateOf(const Bench& bench, const ComponentInfo& part) {
-  switch (part.parameter) {
-    case kSeries:
-      return static_cast<int>(Coordinate::kSeries);
-    case kRa:
-      return static_cast<int>(Coordinate::kRa);
-    case kKe:
-      return static_cast<int>(Coordinate::kKe);
-    case kJ:
-      return static_cast<int>(Coordinate::kJ);
-    case kB:
-      return static_cast<int>(Coordinate::kB);
-    default:
-      break;
-  }
-  const int own = part.parameter - kMotorParameters;
-  if (own < 0) return -1;
-  const PlantParameters& plant = bench.nominal;
-  return bench.structure->slope(plant.amplifier, own).gain != 0.0
-             ? static_cast<int>(Coordinate::kGain)
-             : -1;
-}
-
 }  // namespace
 
 std::string VisibleChanges(const HealthyStretch& stretch,
@@ -99,7 +75,7 @@ std::string VisibleChanges(const HealthyStretch& stretch,
   std::string told;
   std::array<bool, kCoordinateMax> done{};
   for (const ComponentInfo& part : stretch.bench->parts) {
-    const int coordinate = CoordinateOf(*stretch.bench, part);
+    const int coordinate = CoordinateOf(part, rig.plant);
     if (coordinate < 0 || done[static_cast<std::size_t>(coordinate)]) continue;
     done[static_cast<std::size_t>(coordinate)] = true;
     ParameterOffsets q{};

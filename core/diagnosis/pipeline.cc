@@ -126,6 +126,7 @@ struct Pipeline::State {
     task.options.period_s = options.period_s;
     task.options.false_alarms_per_day = options.false_alarms_per_day;
     task.options.um_rail_v = options.um_rail_v;
+    task.options.model_is_exact = options.model_is_exact;
     return task;
   }
 

@@ -37,6 +37,26 @@ RigParameters WithOffsets(const RigParameters& base,
   return WithOffsets(base, offsets, period_s);
 }
 
+int CoordinateOf(const ComponentInfo& part, const PlantParameters& plant) {
+  switch (part.parameter) {
+    case kSeries:
+      return static_cast<int>(Coordinate::kSeries);
+    case kRa:
+      return static_cast<int>(Coordinate::kRa);
+    case kKe:
+      return static_cast<int>(Coordinate::kKe);
+    case kJ:
+      return static_cast<int>(Coordinate::kJ);
+    case kB:
+      return static_cast<int>(Coordinate::kB);
+    default:
+      break;
+  }
+  const int own = part.parameter - kMotorParameters;
+  const bool has_a_say = own >= 0 && plant.structure->slope(plant.amplifier, own).gain != 0.0;
+  return has_a_say ? static_cast<int>(Coordinate::kGain) : -1;
+}
+
 int GainPartOf(const PlantParameters& plant) {
   const Structure& structure = *plant.structure;
   int part = -1;

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "core/types/calibration.h"
+#include "core/types/component.h"
 #include "core/types/plant_parameters.h"
 
 namespace faultlab::core {
@@ -74,6 +75,10 @@ RigParameters WithOffsets(const RigParameters& base,
 constexpr double RadPerSecondOfRpm(double gear_ratio) {
   return 2.0 * 3.14159265358979323846 / 60.0 * gear_ratio;
 }
+
+/// The coordinate that a component changes by itself: that of its parameter of the motor, or kGain
+/// for a part of the amplifier that has a say in the gain; -1: none.
+int CoordinateOf(const ComponentInfo& part, const PlantParameters& plant);
 
 /// RigParameters::gain_part.
 int GainPartOf(const PlantParameters& plant);

@@ -15,6 +15,7 @@ struct FitContext {
   NoiseLevel noise;
   GaussianPrior calibration;             ///< of the coordinates around `rig`
   Eigen::MatrixXd tolerance_covariance;  ///< as Calibration::tolerance_covariance, or empty
+  Eigen::MatrixXd model_covariance;      ///< as Calibration::model_covariance, or empty
   double part_tolerance = 0.0;           ///< relative, one standard deviation of one resistor
   std::span<const Observation> stretch;
   double period_s = 0.01;

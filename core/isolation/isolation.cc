@@ -83,10 +83,11 @@ GaussianPrior PriorOf(const Calibration& calibration) {
   return PriorOf<kCoordinateCount>(covariance.data());
 }
 
-Eigen::MatrixXd ToleranceCovarianceOf(const Calibration& calibration) {
-  if (calibration.tolerance_covariance.size() != calibration.covariance.size()) return {};
-  const auto n = std::lround(std::sqrt(static_cast<double>(calibration.covariance.size())));
-  return Eigen::Map<const Eigen::MatrixXd>(calibration.tolerance_covariance.data(), n, n);
+// Empty unless it is of all coordinates.
+Eigen::MatrixXd SquareOf(const std::vector<double>& numbers, const Calibration& calibration) {
+  if (numbers.size() != calibration.covariance.size()) return {};
+  const auto n = std::lround(std::sqrt(static_cast<double>(numbers.size())));
+  return Eigen::Map<const Eigen::MatrixXd>(numbers.data(), n, n);
 }
 
 Candidate ToCandidate(const HypothesisFit& fit, double best_score) {
@@ -133,7 +134,9 @@ class Isolation {
     nominal_.rig = ParametersOf(*task.calibration);
     nominal_.noise = NoiseOf(*task.calibration);
     nominal_.calibration = PriorOf(*task.calibration);
-    nominal_.tolerance_covariance = ToleranceCovarianceOf(*task.calibration);
+    nominal_.tolerance_covariance =
+        SquareOf(task.calibration->tolerance_covariance, *task.calibration);
+    nominal_.model_covariance = SquareOf(task.calibration->model_covariance, *task.calibration);
     nominal_.part_tolerance = task.calibration->part_tolerance;
     nominal_.period_s = task.options.period_s;
     nominal_.follow_noise = task.options.bench->fits_follow_noise;

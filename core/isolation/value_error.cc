@@ -88,11 +88,16 @@ double LogSigma(const FitContext& context,
                 double value) {
   double variance =
       std::max(0.0, fit.covariance(row, row)) + PartVariance(context, component, value);
+  // d log(value) / d(mean of the prior)
+  const Eigen::VectorXd slope =
+      context.calibration.information * fit.covariance.col(row).tail(context.coordinates());
   if (context.tolerance_covariance.size() > 0) {
-    // d log(value) / d(mean of the prior)
-    const Eigen::VectorXd slope =
-        context.calibration.information * fit.covariance.col(row).tail(context.coordinates());
     variance += std::max(0.0, slope.dot(context.tolerance_covariance * slope));
+  }
+  if (context.model_covariance.size() > 0) {
+    variance += std::max(0.0, slope.dot(context.model_covariance * slope));
+    const int own = CoordinateOf(component.info(), context.rig.plant);
+    if (own >= 0) variance += context.model_covariance(own, own);
   }
   return std::sqrt(variance);
 }

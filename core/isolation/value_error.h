@@ -6,11 +6,13 @@
 
 namespace faultlab::core {
 
-/// Standard error of log(value): the root of the sum of three variances,
+/// Standard error of log(value): the root of the sum of four variances,
 ///   error of the fit           (J'J + information)^-1 at `row`
 ///   error of tolerance scale   l' tolerance_covariance l,  l = d log(value) / d(prior mean)
 ///   resistors of the gain      a measured offset of the gain belongs to one of them; if that is
 ///                              the faulty resistor, the offset has gone with it
+///   missing physics            l' model_covariance l, and that of the component's own coordinate:
+///                              it moves what is measured as it has moved the calibration
 /// @param fit  of row + 1 or more logarithms of values, and of the eight coordinates at its end
 /// @param value  SI unit of `component`
 double LogSigma(const FitContext& context,

@@ -84,6 +84,9 @@ struct Calibration {
   /// empty: none). `covariance` is that of the likeliest scale alone; estimates use it, stated
   /// errors use the sum of both.
   std::vector<double> tolerance_covariance;
+  /// What physics that the model lacks may have done to the coordinates (same shape; empty: nothing
+  /// is known). Part of stated errors alone, and of every value that is measured with the rig.
+  std::vector<double> model_covariance;
   /// Standard deviation of one resistor of the amplifier from its data sheet, as far as the stretch
   /// shows: nothing tells which of them causes an offset of the gain.
   double part_tolerance = 0.05;

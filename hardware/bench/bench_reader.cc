@@ -253,6 +253,7 @@ void ReadNorm(TomlTable& table, double stall_nm, bool sees_lag, core::BenchNorm&
   table.Number("mc_sigma_nm", norm.mc_sigma_nm, 1e-9, 1e3);
   table.Number("friction_noise_nm", norm.friction_noise_nm, 1e-9, 1e3);
   table.Number("warming", norm.warming, 0.0, 1.0);
+  table.Flag("missing_physics", norm.missing_physics);
   table.Number("friction_tau_s", norm.friction_tau_s, 1e-3, 1e3);
 }
 
@@ -309,6 +310,7 @@ void Read(TomlTable& root, Bench& bench) {
   const double stall_nm = ReadOperatingRange(root, bench);
   constexpr double kLagSeenPeriods = 0.02;
   const bool sees_lag = bench.nominal.response().lag_s > kLagSeenPeriods * bench.period_s;
+  bench.norm.missing_physics = bench.fits_follow_noise;
   ReadNorm(root.Sub("norm"), stall_nm, sees_lag, bench.norm);
   const auto input = core::Generate(bench.excitation, kUsualRunS, bench.period_s);
   double peak_v = 0.0;

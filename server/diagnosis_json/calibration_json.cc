@@ -118,6 +118,9 @@ void ReadLists(const json::object& object, std::optional<Error>& error, Calibrat
   }
   ReadMatrix(reader, "covariance", 0.0, out.covariance);
   ReadMatrix(reader, "covariance_doubt", -1.0, out.tolerance_covariance);
+  if (object.contains("covariance_model")) {
+    ReadMatrix(reader, "covariance_model", -1.0, out.model_covariance);
+  }
 }
 
 json::array ListOf(const std::vector<double>& numbers) {
@@ -172,6 +175,9 @@ json::object ToJson(const Calibration& calibration, const core::Bench& bench) {
   out["thresholds"] = std::move(thresholds);
   out["covariance"] = ListOf(calibration.covariance);
   out["covariance_doubt"] = ListOf(calibration.tolerance_covariance);
+  if (!calibration.model_covariance.empty()) {
+    out["covariance_model"] = ListOf(calibration.model_covariance);
+  }
   return out;
 }
 

@@ -247,6 +247,7 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
   run.plan_json = json::serialize(PlanToJson(plan, about));
   run.diagnosis = core::OptionsOf(*about.bench, plan.period_s);
   run.diagnosis.values = about.any_value ? core::ValuePrior::kNone : core::ValuePrior::kTable2;
+  run.diagnosis.model_is_exact = about.any_value;  // a simulator
   if (plan.learn_if_needed) UseWhatWasLearnt(who, about, run);
   run.hold = std::move(hold).value();
   run.place = std::move(place).value();

@@ -53,13 +53,17 @@ Samples From(const Samples& record, double t_s) {
   return part;
 }
 
-Result<Calibration> Learn(const Bench& bench, const Samples& stretch) {
+CalibrationOptions ToLearn(const Bench& bench) {
   CalibrationOptions options;
   options.bench = &bench;
   options.data_sheet = bench.nominal;
   options.period_s = bench.period_s;
   options.um_rail_v = bench.um.exists ? bench.um.max : options.um_rail_v;
-  return Calibrate(stretch, options);
+  return options;
+}
+
+Result<Calibration> Learn(const Bench& bench, const Samples& stretch) {
+  return Calibrate(stretch, ToLearn(bench));
 }
 
 DetectionThresholds NoiseAlone(const Calibration& calibration) {
@@ -155,6 +159,94 @@ TEST(RealMotor, HalfWithoutStepsJudgesNothing) {
   ASSERT_TRUE(learnt.ok()) << learnt.error().message;
   EXPECT_EQ(Find(learnt.value(), "own stretch"), nullptr);
   EXPECT_EQ(learnt.value().thresholds.glr_long, NoiseAlone(learnt.value()).glr_long);
+}
+
+double SigmasOff(const Calibration& calibration, const char* name, double truth) {
+  for (const CalibratedQuantity& q : calibration.quantities) {
+    if (q.name == name) return std::abs(q.value - truth) / q.sigma;
+  }
+  return 1e9;
+}
+
+double ShareOf(const Calibration& calibration, const char* name) {
+  for (const CalibratedQuantity& q : calibration.quantities) {
+    if (q.name == name) return q.sigma / q.value;
+  }
+  return 1e9;
+}
+
+/// How many of some stated values are within two of their errors.
+struct Coverage {
+  int within = 0;
+  int all = 0;
+  void Add(double sigmas) {
+    within += sigmas <= 2.0;
+    ++all;
+  }
+};
+
+TEST(RealMotor, StatedErrorsCoverWhatTheModelLacks) {
+  unsigned seed = 60;
+  Coverage stated;
+  Coverage by_noise_alone;
+  for (const char* name : {"gear", "gear+um"}) {
+    for (const char* kind : {"brush w", "brush V", "brush R", "sag", "tacho", "fan"}) {
+      SCOPED_TRACE(std::string(name) + ", " + kind);
+      const Setting setting = SettingOf(name);
+      const Rig rig = WithPhysics(setting.rig, kind);
+      Rig faulty = rig;
+      faulty.ra *= 1.5;
+      const Samples record = RecordFor(rig, faulty, kLearnS, kLearnS + 10.0, ++seed);
+      const Result<Calibration> learnt = Learn(*setting.bench, Before(record, kLearnS));
+      ASSERT_TRUE(learnt.ok()) << learnt.error().message;
+      Calibration c = learnt.value();
+      stated.Add(SigmasOff(c, "Ra", rig.ra));
+      stated.Add(SigmasOff(c, "Ke", rig.ke));
+      stated.Add(SigmasOff(c, "J", rig.j));
+      const auto fault = [&] {
+        const Verdict verdict =
+            DiagnoseRecord(From(record, kLearnS - 3.0), With(*setting.bench, c)).verdict;
+        if (verdict.candidates.empty()) return 1e9;
+        const Candidate& best = verdict.candidates.front();
+        return std::abs(best.value - faulty.ra) / best.sigma;
+      };
+      stated.Add(fault());
+      c.model_covariance.clear();
+      by_noise_alone.Add(fault());
+    }
+  }
+  EXPECT_GE(stated.within, 0.9 * stated.all) << stated.all;
+  EXPECT_LE(by_noise_alone.within, 0.6 * by_noise_alone.all) << by_noise_alone.all;
+}
+
+TEST(RealMotor, IdealMotorPaysLittleForIt) {
+  for (const char* name : {"gear", "gear+um"}) {
+    const Setting setting = SettingOf(name);
+    CalibrationOptions options = ToLearn(*setting.bench);
+    const Samples record = RecordFor(setting.rig, setting.rig, 1e9, kLearnS, 71, 5);
+    const Calibration with = Calibrate(Before(record, kLearnS), options).value();
+    options.model_is_exact = true;
+    const Calibration without = Calibrate(Before(record, kLearnS), options).value();
+    for (const char* quantity : {"Ra", "Ke", "J"}) {
+      EXPECT_LT(ShareOf(with, quantity), 2.0 * ShareOf(without, quantity) + 0.002)
+          << name << ' ' << quantity;
+    }
+  }
+}
+
+TEST(RealMotor, SimulatorsHaveNoMissingPhysics) {
+  const Setting setting = SettingOf("gear");
+  const Samples record = RecordFor(setting.rig, setting.rig, 1e9, kLearnS, 81);
+  DiagnosisOptions options = OptionsOf(*setting.bench);
+  options.model_is_exact = true;
+  const Diagnosis exact = DiagnoseRecord(record, options);
+  ASSERT_TRUE(exact.calibration.has_value());
+  EXPECT_TRUE(exact.calibration->model_covariance.empty());
+  options.model_is_exact = false;
+  const Diagnosis real = DiagnoseRecord(record, options);
+  ASSERT_TRUE(real.calibration.has_value());
+  EXPECT_LT(ShareOf(*exact.calibration, "Ra"), ShareOf(*real.calibration, "Ra"));
+  EXPECT_EQ(exact.verdict.kind, VerdictKind::kNominal);
 }
 
 // "an alarm follows a change of Ra from 2 %, Ke from 0.92 %, .."

@@ -34,6 +34,18 @@ TEST(ValueError, GrowsByTheToleranceCovarianceAlongTheSlope) {
       LogSigma(fault.context, MadeFit(fault.context), 0, paper::kRa, 9.0), std::sqrt(17e-4), 1e-9);
 }
 
+TEST(ValueError, GrowsByWhatTheModelLacksAlongTheSlopeAndAtItsOwnCoordinate) {
+  FaultStretch fault({}, 141);
+  fault.context.model_covariance = Eigen::MatrixXd::Zero(kCoordinateCount, kCoordinateCount);
+  const auto ra = static_cast<Eigen::Index>(Coordinate::kRa);
+  fault.context.model_covariance(0, 0) = 4e-4;
+  fault.context.model_covariance(ra, ra) = 9e-4;
+  const MapFit fit = MadeFit(fault.context);
+  // 1e-4 + 2^2 4e-4, and 9e-4 of Ra alone
+  EXPECT_NEAR(LogSigma(fault.context, fit, 0, paper::kRa, 9.0), std::sqrt(26e-4), 1e-9);
+  EXPECT_NEAR(LogSigma(fault.context, fit, 0, paper::kJ, 2e-6), std::sqrt(17e-4), 1e-9);
+}
+
 TEST(ValueError, CountsTheOtherResistorsOfTheGainForR9AndR12Alone) {
   FaultStretch fault({}, 141);
   fault.context.part_tolerance = 0.01;
