@@ -13,8 +13,8 @@ namespace faultlab::server {
 /// {"version","dated","from_s","to_s","samples","period_s","used_um","used_ia","used_n","delta_s",
 /// "gain_factor","nominal":{"R1":..},"constants":{"Ke":..},"mc_nm",..,"quantities":[..],
 /// "checks":[..],"thresholds":{..},"covariance":[64 numbers],
-/// "covariance_doubt":[64 numbers],"covariance_model":[..]}: everything that CalibrationFromJson needs to restore the same
-/// calibration, except the last digit.
+/// "covariance_doubt":[64 numbers],"covariance_model":[..]}: everything that CalibrationFromJson
+/// needs to restore the same calibration, except the last digit.
 boost::json::object ToJson(const core::Calibration& calibration, const core::Bench& bench);
 
 /// Reads the output of ToJson, or an object that contains it as "calibration" (the output of
