@@ -1,17 +1,21 @@
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "core/calibration/calibrate.h"
+#include "core/calibration/channel_zeros.h"
+#include "core/calibration/coordinate_quantities.h"
+#include "core/calibration/data_sheet.h"
 #include "core/calibration/missing_physics.h"
 #include "core/calibration/self_check.h"
 #include "core/calibration/stretch_checks.h"
 #include "core/calibration/stretch_fit.h"
+#include "core/calibration/usual_suspects.h"
 #include "core/calibration/visible_changes.h"
 #include "core/detection/detection_thresholds.h"
 #include "core/filter/impulses.h"
@@ -21,22 +25,12 @@
 namespace faultlab::core {
 namespace {
 
-// Of delta, in units of a tenth of the period. The published bench: nearly flat over the period.
-constexpr double kDeltaTolerance = 1.0;
-constexpr double kPublishedDeltaTolerance = 3.5;
 // A measured delta is believed within this, seconds: it tells when the calls were made, not what
 // the converters and their wires add.
 constexpr double kMeasuredDeltaSigmaS = 0.1e-3;
-// The unit of the coordinate Mc is half of its tolerance.
-constexpr double kMcTolerance = 2.0;
 // Readings that stand alone are looked for again once the fit is rid of the first.
 constexpr int kImpulseRounds = 3;
 constexpr double kFirstGate = 8.0;
-// Fall of the cost that is worth the zeros of the channels (chi-square with at most three degrees
-// of freedom: 1 in 1000 above 16).
-constexpr double kZeroGain = 16.0;
-// Tolerance of a coordinate that is there and must not move.
-constexpr double kHeld = 1e-6;
 
 int CoordinateCountOf(const BenchNorm& norm) {
   if (norm.lag > 0.0) return kCoordinateMax;
@@ -56,116 +50,6 @@ std::optional<double> MeasuredDelta(std::span<const Sample> samples, double peri
   return sum_s / static_cast<double>(measured);
 }
 
-// If a rig agrees with its data sheet in every quantity that can be estimated, the others are
-// assumed to agree too: the tolerances are scaled by the factor that makes the stretch most likely.
-constexpr std::array<double, 3> kToleranceScales = {1.0, 0.3, 0.1};
-
-/// Of the `n` coordinates of the rig, then of the zeros of its channels, in units of their own.
-GaussianPrior DataSheetPrior(const ParameterOffsets& tolerance, double scale, int n, int zeros) {
-  GaussianPrior prior;
-  prior.mean = Eigen::VectorXd::Zero(n + zeros);
-  prior.information = Eigen::MatrixXd::Identity(n + zeros, n + zeros);
-  for (int i = 0; i < n; ++i) {
-    // Mc and delta are no parts with a tolerance; La has its own.
-    const double sd = tolerance[static_cast<std::size_t>(i)] *
-                      (i >= static_cast<int>(Coordinate::kMc) ? 1.0 : scale);
-    prior.information(i, i) = 1.0 / (sd * sd);
-  }
-  return prior;
-}
-
-// -2 log of the evidence (the probability of the stretch under a prior) by Laplace's approximation,
-// up to a constant.
-double Evidence(const MapFit& fit, const GaussianPrior& prior) {
-  const Eigen::MatrixXd posterior = fit.information + prior.information;
-  double log_det = posterior.ldlt().vectorD().cwiseMax(1e-12).array().log().sum();
-  for (Eigen::Index i = 0; i < prior.information.rows(); ++i) {
-    log_det -= std::log(prior.information(i, i));
-  }
-  return fit.cost() + log_det;
-}
-
-// The fit under the most likely tolerance, and the covariance that the other tolerances add.
-struct ToleranceChoice {
-  MapFit fit;
-  Eigen::MatrixXd tolerance_covariance;
-  double tolerance_scale = 1.0;  ///< root mean square over the scales, by their probability
-};
-
-// @param widest  the fit under kToleranceScales[0].
-ToleranceChoice ChooseTolerance(const HealthyStretch& stretch,
-                                const ParameterOffsets& tolerance,
-                                const RigParameters& base,
-                                const NoiseLevel& noise,
-                                const MapFit& widest) {
-  std::array<MapFit, kToleranceScales.size()> fits;
-  std::array<double, kToleranceScales.size()> evidence{};
-  std::size_t likeliest = 0;
-  const auto n = static_cast<int>(widest.point.size());
-  const auto zeros = static_cast<int>(stretch.zeros.size());
-  for (std::size_t i = 0; i < fits.size(); ++i) {
-    const GaussianPrior prior = DataSheetPrior(tolerance, kToleranceScales[i], n - zeros, zeros);
-    fits[i] = i == 0 ? widest : FitRig(stretch, base, noise, prior, widest.point);
-    evidence[i] = Evidence(fits[i], prior);
-    if (evidence[i] < evidence[likeliest]) likeliest = i;
-  }
-  ToleranceChoice choice;
-  choice.fit = fits[likeliest];
-  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(n, n);
-  double total = 0.0;
-  double scale_square = 0.0;
-  for (std::size_t i = 0; i < fits.size(); ++i) {
-    const double weight = std::exp(-0.5 * (evidence[i] - evidence[likeliest]));
-    const Eigen::VectorXd off = fits[i].point - choice.fit.point;
-    spread += weight * (fits[i].covariance + off * off.transpose());
-    scale_square += weight * kToleranceScales[i] * kToleranceScales[i];
-    total += weight;
-  }
-  choice.tolerance_covariance = spread / total - choice.fit.covariance;
-  choice.tolerance_scale = std::sqrt(scale_square / total);
-  return choice;
-}
-
-// The second is the structure's own name of the series resistor.
-constexpr std::array<const char*, kCoordinateMax> kNames = {
-    "k", "", "Ra", "J", "B", "Ke", "Mc", "delta", "La", "lag"};
-constexpr std::array<const char*, kCoordinateMax> kUnits = {
-    "V/V", "ohm", "ohm", "kg m^2", "Nm/(rad/s)", "V/(rad/s)", "Nm", "s", "henry", "s"};
-
-double ValueOf(const RigParameters& rig, int coordinate) {
-  switch (static_cast<Coordinate>(coordinate)) {
-    case Coordinate::kGain:
-      return rig.gain();
-    case Coordinate::kSeries:
-      return rig.plant.series_ohm;
-    case Coordinate::kRa:
-      return rig.plant.ra_ohm;
-    case Coordinate::kJ:
-      return rig.plant.j_kg_m2;
-    case Coordinate::kB:
-      return rig.plant.b_nm_per_rad_s;
-    case Coordinate::kKe:
-      return rig.plant.ke_v_per_rad_s;
-    case Coordinate::kMc:
-      return rig.mc_nm;
-    case Coordinate::kDelta:
-      return rig.delta_s;
-    case Coordinate::kLa:
-      return rig.plant.la_henry;
-    case Coordinate::kLag:
-      return rig.lag_factor * rig.plant.response().lag_s;
-  }
-  return 0.0;
-}
-
-double SigmaOf(const RigParameters& rig, int coordinate, double sigma, double period_s) {
-  if (coordinate == static_cast<int>(Coordinate::kMc)) return sigma * rig.mc_unit_nm;
-  if (coordinate == static_cast<int>(Coordinate::kDelta)) {
-    return sigma * kDeltaUnitPeriods * period_s;
-  }
-  return ValueOf(rig, coordinate) * sigma;
-}
-
 // Where one part alone is the gain, what the gain is off the data sheet is off that part: a fault
 // that replaces the part replaces the offset too.
 RigParameters WithGainInItsPart(const RigParameters& rig) {
@@ -181,36 +65,6 @@ RigParameters WithGainInItsPart(const RigParameters& rig) {
 std::vector<double> FirstRows(const Eigen::MatrixXd& of, int n) {
   const Eigen::MatrixXd part = of.topLeftCorner(n, n);
   return {part.data(), part.data() + part.size()};
-}
-
-// What the channels that were learnt from read at zero.
-void AddZeros(const HealthyStretch& stretch,
-              const RigParameters& rig,
-              const Eigen::MatrixXd& covariance,
-              std::vector<CalibratedQuantity>& quantities) {
-  struct Channel {
-    const char* name;
-    const char* unit;
-    double per_unit;  ///< of Observation::y
-  };
-  const std::array<Channel, kOutputCount> channels = {
-      {{"um0", "V", 1.0},
-       {"ia0", "A", 1.0},
-       {"n0", "rpm", RadPerSecondOfRpm(stretch.bench->nominal.gear_ratio)}}};
-  Eigen::Index at = covariance.rows() - static_cast<Eigen::Index>(stretch.zeros.size());
-  for (const ZeroCoordinate& zero : stretch.zeros) {
-    const Channel& channel = channels[zero.channel];
-    const double share = std::sqrt(std::max(0.0, covariance(at, at)));
-    const double sd = zero.unit / channel.per_unit;
-    quantities.push_back({channel.name,
-                          channel.unit,
-                          rig.zeros[zero.channel] / channel.per_unit,
-                          share * sd,
-                          0.0,
-                          sd,
-                          share < 0.5});
-    ++at;
-  }
 }
 
 double ShareOfReadings(std::size_t impulses, std::span<const Observation> stretch) {
@@ -252,55 +106,6 @@ CalibrationCheck SelfCheckSentence(const SelfCheck& check) {
   }
   return {"own stretch", text.data(), check.raised, 1.0, true};
 }
-
-// A stretch that tells that some channels do not read 0 at zero.
-struct WithZeros {
-  HealthyStretch stretch;
-  Explained explained;
-};
-
-// Zeros are learnt where they explain the stretch much better: on a rig whose channels are right
-// they would only cost certainty.
-std::optional<WithZeros> LearnZeros(const HealthyStretch& without,
-                                    const RigParameters& data_sheet,
-                                    const ParameterOffsets& tolerance,
-                                    std::optional<double> measured_delta_s,
-                                    const Explained& explained) {
-  HealthyStretch stretch = without;
-  stretch.zeros = ZerosToLearn(*stretch.bench, stretch.mask);
-  if (stretch.zeros.empty()) return std::nullopt;
-  const auto n = static_cast<int>(explained.fit.point.size());
-  const auto zeros = static_cast<int>(stretch.zeros.size());
-  const GaussianPrior prior = DataSheetPrior(tolerance, 1.0, n, zeros);
-  Eigen::VectorXd start = Eigen::VectorXd::Zero(n + zeros);
-  start.head(n) = explained.fit.point;
-  const MapFit tried = FitRig(stretch, explained.base, explained.noise, prior, start);
-  if (!(tried.cost() + kZeroGain < explained.fit.cost())) return std::nullopt;
-  Explained better = ExplainStretch(stretch, data_sheet, prior, measured_delta_s);
-  return WithZeros{std::move(stretch), std::move(better)};
-}
-
-}  // namespace
-
-double McUnitOf(const Bench& bench) {
-  return bench.norm.mc_sigma_nm / kMcTolerance;
-}
-
-ParameterOffsets TolerancesOf(const Bench& bench) {
-  const BenchNorm& norm = bench.norm;
-  return {norm.gain,
-          norm.series,
-          norm.ra,
-          norm.j,
-          norm.b,
-          norm.ke,
-          kMcTolerance,
-          bench.fits_follow_noise ? kDeltaTolerance : kPublishedDeltaTolerance,
-          norm.lag > 0.0 ? std::max(norm.la, kHeld) : norm.la,
-          norm.lag};
-}
-
-namespace {
 
 enum class Impulses { kLeftOut, kKept };
 
@@ -395,10 +200,8 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
   for (int i = 0; i < coordinates; ++i) {
     const auto at = static_cast<std::size_t>(i);
     CalibratedQuantity quantity;
-    quantity.name = i == static_cast<int>(Coordinate::kSeries)
-                        ? std::string(options.data_sheet.structure->parameters[kSeries].symbol)
-                        : kNames[at];
-    quantity.unit = kUnits[at];
+    quantity.name = SymbolOf(options.data_sheet, i);
+    quantity.unit = UnitOf(i);
     quantity.value = ValueOf(rig, i);
     const double sigma = std::sqrt(std::max(0.0, best.covariance(i, i)) +
                                    std::max(0.0, choice.tolerance_covariance(i, i)));
@@ -462,10 +265,36 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
   return calibration;
 }
 
+/// The checks that a wrong unit fails.
+bool SpeaksOfTheFit(const Error& refusal) {
+  constexpr std::array<std::string_view, 6> kOfTheFit = {
+      "excitation", "noise", "friction", "tolerance", "stationarity", "residual"};
+  return std::find(kOfTheFit.begin(), kOfTheFit.end(), refusal.field) != kOfTheFit.end();
+}
+
+std::optional<std::string> SuspectOf(std::span<const Sample> samples,
+                                     const CalibrationOptions& options,
+                                     const Result<Calibration>& calibration) {
+  if (calibration.ok() || !SpeaksOfTheFit(calibration.error())) return std::nullopt;
+  return UsualSuspect(samples, options, [&](std::span<const Sample> mended) {
+    return CalibrateWith(mended, options, Impulses::kLeftOut);
+  });
+}
+
 }  // namespace
 
 Result<Calibration> Calibrate(std::span<const Sample> samples, const CalibrationOptions& options) {
-  return CalibrateWith(samples, options, Impulses::kLeftOut);
+  Result<Calibration> calibration = CalibrateWith(samples, options, Impulses::kLeftOut);
+  const std::optional<std::string> wrong = SuspectOf(samples, options, calibration);
+  if (!wrong) return calibration;
+  Error error = calibration.error();
+  error.message += "; " + *wrong;
+  return error;
+}
+
+std::optional<std::string> WhatIsWrong(std::span<const Sample> samples,
+                                       const CalibrationOptions& options) {
+  return SuspectOf(samples, options, CalibrateWith(samples, options, Impulses::kLeftOut));
 }
 
 }  // namespace faultlab::core

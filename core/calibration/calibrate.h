@@ -1,6 +1,8 @@
 #pragma once
 
+#include <optional>
 #include <span>
+#include <string>
 
 #include "core/bench/bench.h"
 #include "core/filter/rig_parameters.h"
@@ -38,6 +40,12 @@ ParameterOffsets TolerancesOf(const Bench& bench);
 /// noise too large.
 /// Source: maximum a posteriori estimation in the innovation form, L. Ljung, System Identification,
 /// 2nd ed. (1999), sections 7.4 and 7.5; symbols: core/README.md.
+/// A refusal because the stretch does not fit ends with what is wrong with the record, where that
+/// can be told (usual_suspects.h); finding out takes up to twenty times as long.
 Result<Calibration> Calibrate(std::span<const Sample> samples, const CalibrationOptions& options);
+/// What is wrong with a record that does not fit its bench; nothing if that cannot be told, or if
+/// it fits.
+std::optional<std::string> WhatIsWrong(std::span<const Sample> samples,
+                                       const CalibrationOptions& options);
 
 }  // namespace faultlab::core

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/filter/innovation_filter.h"
+#include "core/numerics/statistics.h"
 
 namespace faultlab::core {
 namespace {
@@ -16,6 +17,8 @@ namespace {
 constexpr double kSamplesMin = 150;
 // Each switch of the input gives one piece of information about gain and time constant.
 constexpr double kSwitchesMin = 8;
+// Below it a switch is the noise of whoever wrote the record.
+constexpr double kSwingMin = 0.05;
 // Readings at the rail are only bounds. With more than a tenth of them too little is left to fit.
 constexpr double kClippedShareMax = 0.1;
 constexpr double kMissingShareMax = 0.2;
@@ -27,6 +30,8 @@ constexpr double kPriorCostMax = 40.0;
 constexpr double kNoiseShareMax = 0.025;
 // More than this many times the stated noise is told.
 constexpr double kNoiseTold = 5.0;
+// Of the variation of a channel whose noise is told: more is left only where nothing is explained.
+constexpr double kUnexplainedMax = 0.6;
 // A friction torque below zero by more standard errors than this is none.
 constexpr double kFrictionSigmas = 3.0;
 // Largest of blocks x directions squared normal scores (4 x 8): 1e-6 on a healthy rig, with a
@@ -40,40 +45,6 @@ std::string Text(const char* format, double a, double b = 0.0) {
   std::array<char, 256> text{};
   std::snprintf(text.data(), text.size(), format, a, b);
   return text.data();
-}
-
-/// Tells of every channel whose noise is far above what the description states: an amplifier whose
-/// supply gives way spoils um while ia still fits, and no other check sees it.
-void SayWhatIsLeft(const Bench& bench,
-                   const NoiseLevel& noise,
-                   std::span<const Observation> stretch,
-                   std::vector<CalibrationCheck>& checks) {
-  unsigned mask = 0;
-  for (const Observation& o : stretch) mask |= o.mask;
-  struct Channel {
-    const char* name;
-    const char* unit;
-    double left;
-    double stated;
-  };
-  const double per_rpm = RadPerSecondOfRpm(bench.nominal.gear_ratio);
-  const std::array<Channel, kOutputCount> channels = {
-      {{"um", "V", noise.um_v, bench.um.noise},
-       {"ia", "A", noise.ia_a, bench.ia.noise},
-       {"n", "rpm", noise.w_rad_s / per_rpm, bench.n.noise}}};
-  for (std::size_t c = 0; c < channels.size(); ++c) {
-    const Channel& channel = channels[c];
-    const double most = kNoiseTold * channel.stated;
-    if (((mask >> c) & 1U) == 0U || channel.left <= most) continue;
-    checks.push_back(
-        {std::string("noise of ") + channel.name,
-         Text("%.3g ", channel.left) + channel.unit +
-             Text(" is left, %.0f times the %.3g ", channel.left / channel.stated, channel.stated) +
-             channel.unit + " that the description states",
-         channel.left,
-         most,
-         true});
-  }
 }
 
 /// The channel from which the structure is estimated.
@@ -128,6 +99,62 @@ std::optional<Error> Judge(std::vector<CalibrationCheck>& checks,
                name};
 }
 
+/// How much the readings of a channel vary, one standard deviation.
+double VariationOf(std::span<const Observation> stretch, std::size_t channel) {
+  std::vector<double> readings;
+  for (const Observation& o : stretch) {
+    if (((o.mask >> channel) & 1) != 0) readings.push_back(o.y[channel]);
+  }
+  return StandardDeviation(readings);
+}
+
+/// Tells of every channel whose noise is far above what the description states: an amplifier whose
+/// supply gives way spoils um while ia still fits, and no other check sees it. Refuses a channel of
+/// which the model explains next to nothing: it would be taken for noise.
+std::optional<Error> JudgeWhatIsLeft(const Bench& bench,
+                                     const NoiseLevel& noise,
+                                     std::span<const Observation> stretch,
+                                     std::vector<CalibrationCheck>& checks) {
+  unsigned mask = 0;
+  for (const Observation& o : stretch) mask |= o.mask;
+  struct Channel {
+    const char* name;
+    const char* unit;
+    double left;
+    double stated;
+  };
+  const double per_rpm = RadPerSecondOfRpm(bench.nominal.gear_ratio);
+  const std::array<Channel, kOutputCount> channels = {
+      {{"um", "V", noise.um_v, bench.um.noise},
+       {"ia", "A", noise.ia_a, bench.ia.noise},
+       {"n", "rpm", noise.w_rad_s / per_rpm, bench.n.noise}}};
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const Channel& channel = channels[c];
+    const double most = kNoiseTold * channel.stated;
+    if (((mask >> c) & 1U) == 0U || channel.left <= most) continue;
+    checks.push_back(
+        {std::string("noise of ") + channel.name,
+         Text("%.3g ", channel.left) + channel.unit +
+             Text(" is left, %.0f times the %.3g ", channel.left / channel.stated, channel.stated) +
+             channel.unit + " that the description states",
+         channel.left,
+         most,
+         true});
+    const double varies = VariationOf(stretch, c) / (c == 2 ? per_rpm : 1.0);
+    const double explained_max = kUnexplainedMax * varies;
+    if (channel.left <= explained_max) continue;
+    return Judge(checks,
+                 "noise",
+                 std::string("what the model leaves of ") + channel.name +
+                     Text(" is %.3g ", channel.left) + channel.unit +
+                     Text(", and it varies by no more than %.3g ", varies) + channel.unit,
+                 channel.left,
+                 explained_max,
+                 false);
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<Error> CheckBefore(const Bench& bench,
@@ -174,8 +201,16 @@ std::optional<Error> CheckBefore(const Bench& bench,
           Text("the input switches %.0f times, at least %.0f are needed", switches, kSwitchesMin),
           switches,
           kSwitchesMin,
-          switches >= kSwitchesMin && swing > 0.05)) {
+          switches >= kSwitchesMin)) {
     return refusal;
+  }
+  if (swing <= kSwingMin) {
+    return Judge(checks,
+                 "excitation",
+                 Text("the input moves by %.2g V, at least %.2g V are needed", swing, kSwingMin),
+                 swing,
+                 kSwingMin,
+                 false);
   }
   const double share = clipped / n;
   return Judge(
@@ -212,7 +247,7 @@ std::optional<Error> CheckAfter(const Bench& bench,
                 left <= left_max)) {
     return refusal;
   }
-  SayWhatIsLeft(bench, noise, stretch, checks);
+  if (auto refusal = JudgeWhatIsLeft(bench, noise, stretch, checks)) return refusal;
   // A drive with a dead zone, or a sensor that is off at zero, looks like friction below zero.
   const double mc_least_nm = -kFrictionSigmas * mc_sigma_nm;
   if (auto refusal = Judge(checks,

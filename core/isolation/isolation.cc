@@ -59,6 +59,9 @@ constexpr std::size_t kAllAlong = 10;
 // come within the second of the best component.
 constexpr double kSensorLead = 9.0;
 constexpr double kSensorWorthCost = 300.0;
+// Residuals of twice the noise may be noise that has grown, as that of hum which beats with the
+// rate.
+constexpr double kNominalScoreMax = 4.0;
 
 template <int n>
 GaussianPrior PriorOf(const double* numbers) {
@@ -226,7 +229,9 @@ class Isolation {
     constexpr ImpulseRule kRare{.gate = 12.0, .share_max = 0.02};
     if (LeaveOutSinceFault(std::min(task_.fit_from, observations_.size()), kRare) > 0) {
       IsolationResult without = Conclude(nominal_);
-      if (without.verdict.kind == VerdictKind::kFault) return without;
+      const bool explained =
+          without.verdict.kind == VerdictKind::kFault || without.returned_to_nominal;
+      if (explained) return without;
     }
     std::copy(before.begin(), before.end(), observations_.begin());
     return unknown;
@@ -404,7 +409,9 @@ class Isolation {
     const double score = best.chi2 / std::max(1, best.count);
     result.gain = explanation.gain;
     result.shape = explanation.shape;
-    if (explanation.gain < kFaultGain) {
+    // What no listed component explains is nominal only if the nominal rig does, about.
+    const HypothesisFit& null = explanation.null;
+    if (explanation.gain < kFaultGain && null.chi2 <= kNominalScoreMax * null.count) {
       result.returned_to_nominal = true;
       const Eigen::VectorXd& moved = explanation.null.nuisance;
       result.shift.assign(moved.data(), moved.data() + moved.size());

@@ -50,6 +50,17 @@ inline Interval PoissonInterval(int count) {
   return {count == 0 ? 0.0 : solve(count - 1, 0.975), solve(count, 0.025)};
 }
 
+/// Of a population; 0 if there are none.
+inline double StandardDeviation(const std::vector<double>& values) {
+  if (values.empty()) return 0.0;
+  const auto n = static_cast<double>(values.size());
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  double squares = 0.0;
+  for (const double value : values) squares += (value - sum / n) * (value - sum / n);
+  return std::sqrt(squares / n);
+}
+
 /// The share-quantile of the values; NaN if there are none. Entries of undetected faults may be
 /// infinite.
 inline double Quantile(std::vector<double> values, double share) {

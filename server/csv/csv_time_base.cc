@@ -139,6 +139,15 @@ std::optional<Error> AssignTimeBase(CsvRecord& record,
     const std::int64_t before = samples[row - 1].index;
     const double index = std::round(place);
     if (std::abs(place - index) > kGridTolerance || index <= static_cast<double>(before)) {
+      if (std::abs(step - record.period_s) <= kStepTolerance * record.period_s) {
+        return fail(row,
+                    "csv_steps_uneven",
+                    "the steps add up to " + Seconds(samples[row].t_s - start) + ", at " +
+                        Seconds(record.period_s) + " a row " +
+                        Seconds(record.period_s * static_cast<double>(before + 1)) +
+                        " are expected, and the sum may be off by 0.45 of a row: the rows are not "
+                        "evenly spaced, bring them to one period first");
+      }
       return fail(row,
                   "csv_step_wrong",
                   "step of " + Seconds(step) + ", expected " + Seconds(record.period_s) +

@@ -51,6 +51,16 @@ describe("what rigs and the lab write", () => {
       "1.05 times",
     );
     expect(rigWords("not calibrated, check 'noise' failed: 1 V; look")).toContain("first seconds");
+    expect(
+      rigWords(
+        "not calibrated, check 'noise' failed: 1 V; look; it fits when n is multiplied by 9.549: is its unit rad/s?",
+      ),
+    ).toMatch(/unit\. It fits when n is multiplied by 9\.549: is its unit rad\/s\?$/);
+    expect(
+      rigWords(
+        "not calibrated, check 'tolerance' failed: 1; correct it; it fits with the other sign of ia",
+      ),
+    ).toMatch(/It fits with the other sign of ia\.$/);
     expect(detectorWords("glr_25")).toBe("the GLR test over 25 samples");
     expect(detectorWords("other")).toBe("other");
   });

@@ -342,6 +342,17 @@ TEST(CsvReader, RefusesARowThatIsOnNoTick) {
               HasSubstr("more rows missing than present"));
 }
 
+TEST(CsvReader, SaysOfUnevenRowsThatTheirStepsAddUpToAnotherTime) {
+  std::string text = "t_s,uc_v,um_v\n";
+  double t = 0.0;
+  for (int k = 0; k < 40; ++k) {
+    text += std::to_string(t) + ",2,5\n";
+    t += k < 20 ? 0.0295 : 0.032;  // each step alone is within what is read
+  }
+  EXPECT_THAT(ErrorOf(text), HasSubstr("the steps add up to 0.4"));
+  EXPECT_THAT(ErrorOf(text), HasSubstr("bring them to one period first"));
+}
+
 TEST(CsvReader, RefusesWhatIsNoRecordingAtAll) {
   EXPECT_THAT(ErrorOf(""), StartsWith("file.csv:1: the file is empty"));
   EXPECT_THAT(ErrorOf("# only words\n"), StartsWith("file.csv:1: the file is empty"));

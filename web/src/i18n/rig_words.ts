@@ -46,6 +46,10 @@ const FORMS: [RegExp, Key][] = [
     "verdict_beside",
   ],
   [/^no single component explains the record$/, "verdict_no_single"],
+  [
+    /^the record is not of the calibrated rig from its beginning on; (?<rest>it fits .+)$/,
+    "verdict_not_this_rig",
+  ],
   [/^two components have changed together/, "verdict_two"],
   [
     /^the winding has moved by (?<percent>[-+\d.]+) %, as that of a rig that warms up does$/,
@@ -63,6 +67,22 @@ const FORMS: [RegExp, Key][] = [
     /^(?<channel>\w+) reads (?<value>[\d.e+-]+) (?<unit>\w+) too little: its sensor/,
     "verdict_sensor_low",
   ],
+  [
+    /^it fits when (?<channel>\w+) is multiplied by (?<factor>[\d.e+-]+): is its unit (?<unit>.+)\?$/,
+    "suspect_unit",
+  ],
+  [
+    /^it fits when (?<channel>\w+) is multiplied by (?<factor>[\d.e+-]+): is it read on the other side of the gear\?$/,
+    "suspect_gear",
+  ],
+  [
+    /^it fits when (?<channel>\w+) is multiplied by (?<factor>[\d.e+-]+): is it in rad\/s, on the other side of the gear\?$/,
+    "suspect_gear_rad",
+  ],
+  [/^it fits when (?<channel>\w+) is multiplied by (?<factor>[\d.e+-]+)$/, "suspect_factor"],
+  [/^it fits with the other sign of (?<channel>\w+)$/, "suspect_sign"],
+  [/^it fits when the readings are moved one row up/, "suspect_row_up"],
+  [/^it fits when the readings are moved one row down$/, "suspect_row_down"],
   [/^its account is gone or disabled$/, "job_no_account"],
   [/^its run ended as (?<state>\w+)$/, "job_run_ended"],
   [/^its run was stopped$/, "job_run_stopped"],
@@ -95,7 +115,10 @@ function said(name: string, value: string): string | number {
 
 export function rigWords(text: string): string {
   const check = /check '([a-z_]+)' failed/.exec(text)?.[1];
-  if (check && i18n.has(`check_${check}`)) return t(`check_${check}` as Key);
+  if (check && i18n.has(`check_${check}`)) {
+    const suspect = /; (it fits .+)$/.exec(text)?.[1];
+    return t(`check_${check}` as Key) + (suspect ? ` ${rigWords(suspect)}` : "");
+  }
   const [, trip, what = ""] = /^(?:Interlock: )?([a-z_]+): (.*)$/s.exec(text) ?? [];
   if (trip && i18n.has(`trip_${trip}`)) return tripWords(trip, what);
   for (const [form, key] of FORMS) {

@@ -1286,6 +1286,16 @@ export const texts = {
     "The rig is farther from its data sheet than its tolerances allow. Either a fault was set in the first seconds, or the data sheet is wrong.",
   check_residual:
     "The first seconds differ among themselves. Choose a part without a fault, after the rig has warmed up.",
+  verdict_not_this_rig: "The record is not of the calibrated rig from its beginning on. {rest}",
+  suspect_unit: "It fits when {channel} is multiplied by {factor}: is its unit {unit}?",
+  suspect_gear:
+    "It fits when {channel} is multiplied by {factor}: is it read on the other side of the gear?",
+  suspect_gear_rad:
+    "It fits when {channel} is multiplied by {factor}: is it in rad/s, on the other side of the gear?",
+  suspect_factor: "It fits when {channel} is multiplied by {factor}.",
+  suspect_sign: "It fits with the other sign of {channel}.",
+  suspect_row_up: "It fits when the readings are moved one row up: they come one period late.",
+  suspect_row_down: "It fits when the readings are moved one row down: they come one period early.",
   not_excited_explained: "The input varies too little, so no estimates are shown.",
   calibrating_explained: "The thresholds are computed from the healthy beginning of the run.",
   group_explained:
@@ -1537,6 +1547,8 @@ export const texts = {
     "The file is of another program, or each of its lines is in quotes. Save it as plain CSV with one line of names above the numbers, for example t_s,uc_v,um_v.",
   refused_csv_rows_far_apart:
     "The rows are too far apart in time. If the time is in milliseconds, name its column t_ms.",
+  refused_csv_steps_uneven:
+    "The rows are not evenly spaced: up to line {line} their steps add up to another time than at one sample period. Bring them to one period first.",
   refused_csv_step_wrong: "The time step in line {line} is not a multiple of the sample period.",
   refused_csv_time_back: "The time in line {line} does not rise.",
   refused_csv_time_jumps: "More rows are missing before line {line} than there are.",

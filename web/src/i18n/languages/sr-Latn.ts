@@ -1327,6 +1327,17 @@ export const marked: Catalogue = {
   audit_sign_out: "odjavio se",
   audit_take_over: "preuzeo sesiju na {object}",
   audit_use_reset_link: "postavio lozinku linkom",
+  verdict_not_this_rig: "Zapis od samog početka nije sa kalibrisanog uređaja. {rest}",
+  suspect_unit: "Slaže se kada se {channel} pomnoži sa {factor}: da li je jedinica {unit}?",
+  suspect_gear:
+    "Slaže se kada se {channel} pomnoži sa {factor}: da li se čita s druge strane reduktora?",
+  suspect_gear_rad:
+    "Slaže se kada se {channel} pomnoži sa {factor}: da li je u rad/s, s druge strane reduktora?",
+  suspect_factor: "Slaže se kada se {channel} pomnoži sa {factor}.",
+  suspect_sign: "Slaže se kada {channel} ima obrnut znak.",
+  suspect_row_up: "Slaže se kada se očitavanja pomere za jedan red naviše: kasne za jednu periodu.",
+  suspect_row_down:
+    "Slaže se kada se očitavanja pomere za jedan red naniže: rana su za jednu periodu.",
   check_length: "Ispravan početak je prekratak. Produžite ga.",
   check_excitation:
     "Ulaz se premalo menjao da bi se uređaj naučio. Uzmite onaj koji se prebacuje, kao PRBS.",
@@ -1580,6 +1591,8 @@ export const marked: Catalogue = {
     "Datoteka je iz drugog programa, ili je svaki njen red pod navodnicima. Sačuvajte je kao običan CSV sa jednim redom imena iznad brojeva, na primer `t_s,uc_v,um_v`.",
   refused_csv_rows_far_apart:
     "Redovi su vremenski previše udaljeni. Ako je vreme u milisekundama, nazovite kolonu `t_ms`.",
+  refused_csv_steps_uneven:
+    "Redovi nisu ravnomerno raspoređeni: do reda {line} zbir koraka nije onaj koji daje jedna perioda odabiranja. Svedite ih prvo na jednu periodu.",
   refused_csv_step_wrong: "Vremenski korak u redu {line} nije umnožak perioda odabiranja.",
   refused_csv_time_back: "Vreme u redu {line} ne raste.",
   refused_csv_time_jumps: "Pre reda {line} nedostaje više redova nego što ih ima.",

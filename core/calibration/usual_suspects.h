@@ -1,0 +1,27 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "core/calibration/calibrate.h"
+#include "core/types/calibration.h"
+#include "core/types/result.h"
+#include "core/types/sample.h"
+
+namespace faultlab::core {
+
+/// Why a stretch does not fit its bench, when it is the record and not the rig: tries what people's
+/// records have had wrong (a unit, the ratio of the gear, a sign, readings one row late) and names
+/// what makes the stretch pass all checks: "it fits when n is multiplied by 9.549: is its unit
+/// rad/s?". Where several do, the rig that is nearest to its data sheet decides.
+/// @param calibrate  judges a changed stretch, of the same options
+/// Nothing: none of them is behind it. Cost: some twenty calibrations of at most 15 s of the
+/// record.
+std::optional<std::string> UsualSuspect(
+    std::span<const Sample> samples,
+    const CalibrationOptions& options,
+    const std::function<Result<Calibration>(std::span<const Sample>)>& calibrate);
+
+}  // namespace faultlab::core
