@@ -22,6 +22,7 @@ namespace {
 // small fault, and more data is needed first.
 constexpr double kWithdrawGain = 8.0;
 constexpr std::size_t kWithdrawAfter = 500;
+constexpr const char* kBeingWorkedOut = "something has changed; what, is being worked out";
 // Samples kept until the calibration is finished; more than any machine needs for a fit.
 constexpr std::size_t kBacklogMax = 3000;
 // Samples at the end of the healthy stretch during which the detector settles.
@@ -281,7 +282,7 @@ struct Pipeline::State {
     next.detected_at_s = alarm_t_s;
     next.onset_s = record.onset_t_s();
     next.detector = alarm_detector;
-    next.reason = "something has changed; what, is being worked out";
+    next.reason = kBeingWorkedOut;
     return next;
   }
 
@@ -421,6 +422,13 @@ Diagnosis Pipeline::Finish() {
     IsolationTask last = s.MakeIsolation();
     last.settled = true;
     Accept(Isolate(last));
+  }
+  if (s.verdict.reason == kBeingWorkedOut) {
+    Verdict last = s.verdict;
+    last.kind = VerdictKind::kUnknownFault;
+    last.reason = "something has changed just before the end: too little follows to say what";
+    s.episodes.Update(last, FaultShape::kAbrupt, s.alarm_t_s);
+    s.Publish(std::move(last));
   }
   return s.View();
 }

@@ -122,6 +122,7 @@ struct Explanation {
   HypothesisFit null{};               ///< the same stretch without a new fault
   std::optional<SensorFit> sensor{};  ///< explains the stretch better than any component
   double gain = 0.0;  ///< of cost, compared with the same stretch without a new fault
+  double rate = 0.0;  ///< of a drift that goes on: SI units of the component a second
 };
 
 class Isolation {
@@ -351,6 +352,14 @@ class Isolation {
     return better ? sensor : std::nullopt;
   }
 
+  // 0 where it is not far beyond its error.
+  double RateOf(const FitContext& slope, const DriftFit& moving) const {
+    constexpr double kSigmas = 4.0;
+    const double change = moving.fit.value - moving.first_value;
+    if (std::abs(change) < kSigmas * moving.fit.value * moving.fit.log_sigma) return 0.0;
+    return change / (static_cast<double>(slope.stretch.size()) * task_.options.period_s);
+  }
+
   // Tries one value for the whole stretch; then one value for its newest part; then a slope.
   Explanation Explain(const FitContext& context) const {
     Explanation whole{context, Fit(context, FitPolicy::kFitAll), {}, FaultShape::kAbrupt};
@@ -364,15 +373,25 @@ class Isolation {
       const FitContext late = Newest(context, Span(kLateSamples));
       Explanation newest{late, Fit(late, FitPolicy::kStopLosers), {}, FaultShape::kDrift};
       newest.lack_of_fit = TestLackOfFit(late, newest.set.best());
-      if (newest.lack_of_fit.adequate) return newest;
+      if (newest.lack_of_fit.adequate) {
+        const FitContext slope = Newest(context, Span(kDriftSamples));
+        newest.rate = RateOf(slope, FitDrift(slope, newest.set.best()));
+        return newest;
+      }
     }
     const FitContext slope = Newest(context, Span(kDriftSamples));
     Explanation drift{slope, Fit(slope, FitPolicy::kStopLosers), {}, FaultShape::kDrift};
     std::vector<HypothesisFit>& fits = drift.set.fits;
     const double constant_cost = drift.set.best().cost;
+    double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < std::min(kDriftHypotheses, fits.size()); ++i) {
       if (fits[i].cost - constant_cost > kDriftWorthCost) break;
-      fits[i] = FitDrift(slope, fits[i]).fit;
+      const DriftFit moving = FitDrift(slope, fits[i]);
+      fits[i] = moving.fit;
+      if (moving.fit.cost < least) {
+        least = moving.fit.cost;
+        drift.rate = RateOf(slope, moving);
+      }
     }
     std::sort(fits.begin(), fits.end(), LikelierFirst);
     drift.lack_of_fit = TestScore(fits.front());
@@ -444,15 +463,17 @@ class Isolation {
       LackOfFit lack_of_fit = explanation.lack_of_fit;
       if (!lack_of_fit.relaxed) TestRelaxed(explanation.context, best, lack_of_fit);
       result.moved = lack_of_fit.moved;
-      if (!lack_of_fit.moved.empty()) {
+      if (!lack_of_fit.beside.empty()) {
         verdict.reason +=
-            ": beside " + std::string(Name(best.component)) + " also " + lack_of_fit.moved;
+            ": beside " + std::string(Name(best.component)) + " also " + lack_of_fit.beside;
       }
       return;
     }
     verdict.kind = VerdictKind::kFault;
     verdict.reason = FaultSentence(verdict);
-    if (explanation.shape == FaultShape::kDrift) verdict.reason += " and moving";
+    if (explanation.shape == FaultShape::kDrift) {
+      verdict.reason += RateText(best.component, explanation.rate);
+    }
     if (held_) verdict.reason += "; the motor hardly turns, so that nothing more can be told";
     if (second) verdict.reason += ", on top of " + ValueText(task_.reference.front());
     if (set.off_list && explanation.shape == FaultShape::kAbrupt) {

@@ -49,11 +49,17 @@ void TestRelaxed(const FitContext& context, const HypothesisFit& fit, LackOfFit&
   if (fit.count < kCountForJudgement) return;
   const RelaxedFit relaxed = FitRelaxed(context, fit);
   judged.relaxed_gain = fit.cost - relaxed.cost;
+  const int own =
+      fit.component.exists() ? CoordinateOf(fit.component.info(), context.rig.plant) : -1;
   for (int i = 0; i < relaxed.point.size(); ++i) {
     const double share = std::abs(relaxed.point(i));
     if (share < kSigmas * relaxed.sigma(i) || share < kShareMin) continue;
-    if (!judged.moved.empty()) judged.moved += ", ";
-    judged.moved += labels[static_cast<std::size_t>(i)];
+    const auto add = [&](std::string& list) {
+      if (!list.empty()) list += ", ";
+      list += labels[static_cast<std::size_t>(i)];
+    };
+    add(judged.moved);
+    if (i != own) add(judged.beside);
   }
   const bool structural = judged.relaxed_gain > kRelaxedGainMax && !judged.moved.empty();
   judged.adequate = judged.adequate && !structural;

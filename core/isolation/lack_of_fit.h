@@ -13,6 +13,7 @@ struct LackOfFit {
   bool relaxed = false;       ///< TestRelaxed has run; the members below are valid
   double relaxed_gain = 0.0;  ///< cost of the fit minus cost of the relaxed fit
   std::string moved;          ///< coordinates that the relaxed fit moved, as text
+  std::string beside;         ///< of these, those that are not the component's own
 };
 
 /// chi2 / n <= 1.35 + 5 sqrt(2/n)

@@ -24,6 +24,14 @@ std::string ValueText(const Candidate& candidate) {
   return text.data();
 }
 
+std::string RateText(Component component, double rate) {
+  if (rate == 0.0) return " after it has moved";
+  std::array<char, 96> text{};
+  const std::string unit(Unit(component));
+  std::snprintf(text.data(), text.size(), ", and moves by %+.3g %s a second", rate, unit.c_str());
+  return text.data();
+}
+
 std::string FaultSentence(const Verdict& verdict) {
   std::string sentence;
   for (Component component : verdict.group) {

@@ -13,6 +13,10 @@ std::string ValueText(const Candidate& candidate);
 /// One sentence about a fault verdict, for a person: the candidates of its group with their values.
 std::string FaultSentence(const Verdict& verdict);
 
+/// What a sentence about a drift ends with: ", and moves by +400 ohm a second"; of one that has
+/// ended, whose rate is 0: " after it has moved".
+std::string RateText(Component component, double rate);
+
 /// "ia reads 0.03 A too much: its sensor, no component"
 std::string SensorSentence(const SensorChange& change);
 

@@ -146,5 +146,26 @@ TEST(Calibrate, RefusesByNamingTheCheck) {
   EXPECT_EQ(refusal(Between(BenchRecord({}, 59, 6.0, other), 0.5, 5.0)), "tolerance");
 }
 
+TEST(Calibrate, SaysWhatChangesInsideTheStretch) {
+  const auto refusal = [](const Fault& fault) {
+    const Result<Calibration> result =
+        Calibrate(Between(BenchRecord({fault}, 71, 40.0), 0.5, 40.0), paper::ToCalibrate());
+    return result.ok() ? std::string("accepted") : result.error().message;
+  };
+  Fault warming = AbruptFault(paper::kRa, 1.03 * paper::Plant().ra_ohm, 0.0);
+  warming.kind = FaultKind::kDrift;
+  warming.until_s = 40.0;
+  const std::string warms = refusal(warming);
+  EXPECT_NE(warms.find("Ra changes by +2."), std::string::npos) << warms;
+  EXPECT_NE(warms.find("as a winding that warms up does"), std::string::npos) << warms;
+  EXPECT_NE(warms.find("until it is warm"), std::string::npos) << warms;
+  // A step is none, though it is as small, nor is another part.
+  const std::string step = refusal(AbruptFault(paper::kRa, 1.03 * paper::Plant().ra_ohm, 20.0));
+  EXPECT_NE(step.find("Ra changes by +"), std::string::npos) << step;
+  EXPECT_EQ(step.find("warms up"), std::string::npos) << step;
+  const std::string other = refusal(AbruptFault(paper::kJ, 1.1 * paper::Plant().j_kg_m2, 20.0));
+  EXPECT_NE(other.find("J changes by +"), std::string::npos) << other;
+}
+
 }  // namespace
 }  // namespace faultlab::core

@@ -25,7 +25,7 @@ std::string RefusalOf(std::vector<Sample> record, const std::function<void(Sampl
 }
 
 std::vector<Sample> Healthy() {
-  return Between(BenchRecord({}, 61, 12.0), 0.5, 12.0);
+  return Between(BenchRecord({}, 61, 6.0), 0.5, 6.0);
 }
 
 TEST(UsualSuspects, NameWhatMakesTheStretchFit) {
@@ -67,7 +67,7 @@ TEST(UsualSuspects, NameReadingsThatComeARowLate) {
 
 TEST(UsualSuspects, AreNotBehindAFaultInsideTheStretch) {
   const auto record =
-      Between(BenchRecord({AbruptFault(paper::kR12, 5.6e3, 5.0)}, 62, 12.0), 0.5, 12.0);
+      Between(BenchRecord({AbruptFault(paper::kR12, 5.6e3, 3.0)}, 62, 6.0), 0.5, 6.0);
   const std::string refusal = RefusalOf(record, [](Sample&) {});
   EXPECT_NE(refusal, "");
   EXPECT_EQ(refusal.find("it fits"), std::string::npos) << refusal;

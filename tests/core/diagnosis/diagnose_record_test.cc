@@ -125,7 +125,33 @@ TEST(DiagnoseRecord, FollowsADrift) {
     EXPECT_NEAR(ValueOf(diagnosis.verdict, paper::kR9), 18e3, 400.0);
     EXPECT_LT(*diagnosis.verdict.detected_at_s, 7.0);
     EXPECT_EQ(diagnosis.episodes.size(), 1U);
+    EXPECT_EQ(diagnosis.verdict.reason.find("a second"), std::string::npos)
+        << "it has ended: " << diagnosis.verdict.reason;
   }
+}
+
+TEST(DiagnoseRecord, StatesTheRateOfADriftThatGoesOn) {
+  Fault drift = AbruptFault(paper::kR9, 18e3, 6.0);
+  drift.kind = FaultKind::kDrift;
+  drift.until_s = 26.0;  // the record ends at 20 s
+  const std::string reason =
+      DiagnoseRecord(BenchRecord({drift}, 13), FreeValues(Channels::kAll)).verdict.reason;
+  const std::string begin = "and moves by +";
+  const std::size_t at = reason.find(begin);
+  ASSERT_NE(at, std::string::npos) << reason;
+  EXPECT_NEAR(std::stod(reason.substr(at + begin.size())), 400.0, 100.0) << reason;
+  EXPECT_NE(reason.find("ohm a second"), std::string::npos) << reason;
+}
+
+TEST(DiagnoseRecord, SaysThatTooLittleFollowsAChangeAtTheVeryEnd) {
+  auto record = BenchRecord({AbruptFault(paper::kR1, 100.0)}, 14);
+  record.erase(record.begin() + 1001, record.end());  // the fault begins at 10 s
+  const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(Channels::kAll));
+  EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kUnknownFault);
+  EXPECT_NE(diagnosis.verdict.reason.find("too little follows"), std::string::npos)
+      << diagnosis.verdict.reason;
+  ASSERT_EQ(diagnosis.episodes.size(), 1U);
+  EXPECT_EQ(diagnosis.episodes.front().verdict.reason, diagnosis.verdict.reason);
 }
 
 TEST(DiagnoseRecord, CallsADoubleFaultUnknown) {

@@ -39,6 +39,9 @@ TEST(LackOfFit, NamesTheSecondComponentThatRelaxingMoves) {
   TestRelaxed(fault.context, fit, judged);
   EXPECT_FALSE(judged.adequate);
   EXPECT_NE(judged.moved.find("Ra"), std::string::npos) << judged.moved;
+  EXPECT_NE(judged.beside.find("Ra"), std::string::npos) << judged.beside;
+  EXPECT_EQ(judged.beside.find("the gain"), std::string::npos)
+      << "R9 is the gain: " << judged.beside;
 }
 
 TEST(LackOfFit, IsNotJudgedByRelaxingFewReadings) {

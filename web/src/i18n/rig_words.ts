@@ -40,6 +40,10 @@ const FORMS: [RegExp, Key][] = [
   [/^a1d is (?<value>-?[\d.]+), its norm (?<norm>-?[\d.]+)$/, "said_pole_off"],
   [/^too few samples after the alarm$/, "verdict_too_early"],
   [/^something has changed; what, is being worked out$/, "being_worked_out"],
+  [
+    /^something has changed just before the end: too little follows to say what$/,
+    "verdict_too_late",
+  ],
   [/^what follows the alarm fits the nominal rig$/, "verdict_fits_nominal"],
   [
     /^no single component explains the record: beside (?<one>\w+) also (?<other>.+)$/,

@@ -1286,6 +1286,7 @@ export const texts = {
     "The rig is farther from its data sheet than its tolerances allow. Either a fault was set in the first seconds, or the data sheet is wrong.",
   check_residual:
     "The first seconds differ among themselves. Choose a part without a fault, after the rig has warmed up.",
+  verdict_too_late: "Something has changed just before the end. Too little follows to say what.",
   verdict_not_this_rig: "The record is not of the calibrated rig from its beginning on. {rest}",
   suspect_unit: "It fits when {channel} is multiplied by {factor}: is its unit {unit}?",
   suspect_gear:
