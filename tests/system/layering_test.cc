@@ -76,7 +76,7 @@ const Arrows kCore = {
     {"plant", {"types", "numerics", "bench", "signals"}},
     {"detection", {"types", "bench", "filter"}},
     {"isolability", {"types", "bench", "numerics", "filter"}},
-    {"calibration", {"types", "bench", "filter", "detection"}},
+    {"calibration", {"types", "numerics", "bench", "filter", "detection"}},
     {"isolation", {"types", "bench", "numerics", "filter"}},
     {"paper", {"types", "structures", "bench", "numerics", "estimators", "plant"}},
     {"diagnosis",
