@@ -85,28 +85,6 @@ void SayImpulses(std::size_t impulses, double share, std::vector<CalibrationChec
   checks.push_back({"impulses", text.data(), share, 0.05, true});
 }
 
-CalibrationCheck SelfCheckSentence(const SelfCheck& check) {
-  std::array<char, 256> text{};
-  const double shown = 3.0 * kDayS / check.judged_s;  // no event in T: fewer than 3 / T
-  if (check.raised > 1.0) {
-    std::snprintf(text.data(),
-                  text.size(),
-                  "the model leaves more than noise: alarm levels are up to %.1f times those of "
-                  "noise alone, so that "
-                  "half of the stretch raises none in the other half",
-                  check.raised);
-  } else {
-    std::snprintf(
-        text.data(),
-        text.size(),
-        "half of the stretch raises no alarm in the other half: in %.3g s that shows fewer "
-        "than %.2g a day; the stated rate is that of noise alone",
-        check.judged_s,
-        shown);
-  }
-  return {"own stretch", text.data(), check.raised, 1.0, true};
-}
-
 enum class Impulses { kLeftOut, kKept };
 
 Result<Calibration> CalibrateWith(std::span<const Sample> samples,
@@ -255,7 +233,7 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
     if (check->rows && impulses == Impulses::kLeftOut)
       return CalibrateWith(samples, options, Impulses::kKept);
     calibration.thresholds = check->thresholds;
-    calibration.checks.push_back(SelfCheckSentence(*check));
+    calibration.checks.push_back(CheckOf(*check));
   }
   const std::string visible =
       VisibleChanges(stretch, RigAt(stretch, base, best.point), noise, calibration.thresholds);

@@ -10,7 +10,7 @@ namespace faultlab::core {
 /// x n], n without the zeros of the channels. No error that follows from noise covers it, and no
 /// record shows it where the input has two levels only.
 ///   G = -(S'S + prior)^-1 S'c,   r = c + S G,   I = r'r + 1,   h = r'z / I
-///   covariance = sum over the terms of min(1, h^2 + 1 / I) G G'
+///   covariance = sum over the terms of min(1, 4 h^2 + 1 / I) G G'
 /// c: what one typical term does to the whitened innovations z; S: their sensitivities to the
 /// coordinates. Terms: drop, resistance and speed dependence of the
 /// brushes, an output that gives way, air, friction that falls with the speed.

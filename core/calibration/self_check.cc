@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <vector>
 
@@ -20,6 +21,7 @@ constexpr std::size_t kQuarterMin = 75;
 constexpr int kHalfSwitchesMin = 8;
 // Nothing is raised while all statistics stay below this share of their levels.
 constexpr double kNear = 0.65;
+constexpr double kDayS = 86'400.0;
 constexpr std::size_t kBlock = 100;  // samples at 100 Hz of which the largest statistics are taken
 constexpr std::size_t kBlocksMin = 4;
 
@@ -165,10 +167,31 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
     raised[i] = std::max(levels[i], GumbelLevel(maxima.of_blocks, i, kSlopes[i], nats));
   }
   check.thresholds = near ? WithLevels(noise_alone, raised) : noise_alone;
-  for (std::size_t i = 2; near && i < kStatistics; ++i) {
+  for (std::size_t i = 0; near && i < kStatistics; ++i) {
     check.raised = std::max(check.raised, raised[i] / levels[i]);
   }
   return check;
+}
+
+CalibrationCheck CheckOf(const SelfCheck& check) {
+  std::array<char, 256> text{};
+  const double shown = 3.0 * kDayS / check.judged_s;  // no event in T: fewer than 3 / T
+  if (check.raised > 1.0) {
+    std::snprintf(text.data(),
+                  text.size(),
+                  "the model leaves more than noise: alarm levels are up to %.1f times those of "
+                  "noise alone, so that half of the stretch raises no alarm in the other half",
+                  check.raised);
+  } else {
+    std::snprintf(
+        text.data(),
+        text.size(),
+        "half of the stretch raises no alarm in the other half: in %.3g s that shows fewer "
+        "than %.2g a day; the stated rate is that of noise alone",
+        check.judged_s,
+        shown);
+  }
+  return {"own stretch", text.data(), check.raised, 1.0, true};
 }
 
 }  // namespace faultlab::core

@@ -8,13 +8,11 @@
 
 namespace faultlab::core {
 
-inline constexpr double kDayS = 86'400.0;
-
 /// What a healthy stretch says of its own calibration: no motor is quite the model.
 struct SelfCheck {
   /// For the stated rate of false alarms. As given where the model is the motor; raised where not.
   DetectionThresholds thresholds;
-  double raised = 1.0;  ///< the largest factor by which the level of a GLR has been raised
+  double raised = 1.0;  ///< the largest factor by which a level has been raised
   /// Readings far off come in rows: they are what the model leaves, no impulses.
   bool rows = false;
   double judged_s = 0.0;  ///< how long was judged by what had been learnt from the rest
@@ -41,5 +39,8 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
                                      const Eigen::VectorXd& point,
                                      const NoiseLevel& noise,
                                      const GaussianPrior& prior);
+
+/// What a person is told of it.
+CalibrationCheck CheckOf(const SelfCheck& check);
 
 }  // namespace faultlab::core

@@ -48,9 +48,8 @@ class Detector {
   /// @param noise_scale  what is known of the noise; this detector continues the estimate
   /// @param speed_step_s  BenchChannel::step_s where the reference has a fault: its motor may turn
   ///        faster than the one whose noise was calibrated, and its speed is rounded more coarsely
-  /// @param impulses  single readings are far off at times (Calibration::impulse_share): one
-  /// corrects
-  ///        no state and raises no alarm; about four in a row raise it
+  /// @param impulses  single readings are far off at times (Calibration::impulse_share): one of
+  ///        them corrects no state and raises no alarm, about four in a row do
   Detector(const Bench& bench,
            const RigParameters& reference,
            const NoiseLevel& noise,

@@ -44,22 +44,18 @@ constexpr double kHealthyS = 5.0;
 
 void NameWhatIsWrong(std::span<const Sample> samples,
                      const DiagnosisOptions& options,
-                     Verdict& verdict) {
+                     Diagnosis& diagnosis) {
+  Verdict& verdict = diagnosis.verdict;
   if (!options.calibration || verdict.kind != VerdictKind::kUnknownFault || verdict.sensor) return;
   const double from_s = std::max(samples.front().t_s, options.healthy_from_s);
   if (verdict.detected_at_s.value_or(from_s) > from_s + kBeginningS) return;
-  CalibrationOptions calibrate;
-  calibrate.bench = options.bench;
-  calibrate.data_sheet = options.nominal;
-  calibrate.channels = options.channels;
-  calibrate.period_s = options.period_s;
-  calibrate.um_rail_v = options.um_rail_v;
   const auto end = std::find_if(samples.begin(), samples.end(), [&](const Sample& sample) {
     return sample.t_s > from_s + kHealthyS;
   });
   const auto stretch = samples.first(static_cast<std::size_t>(end - samples.begin()));
-  if (const std::optional<std::string> wrong = WhatIsWrong(stretch, calibrate)) {
+  if (const std::optional<std::string> wrong = WhatIsWrong(stretch, CalibrationOf(options))) {
     verdict.reason = "the record is not of the calibrated rig from its beginning on; " + *wrong;
+    if (!diagnosis.episodes.empty()) diagnosis.episodes.back().verdict.reason = verdict.reason;
   }
 }
 
@@ -86,7 +82,7 @@ Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions
                  tail)});
     }
   }
-  if (!samples.empty()) NameWhatIsWrong(samples, options, diagnosis.verdict);
+  if (!samples.empty()) NameWhatIsWrong(samples, options, diagnosis);
   return diagnosis;
 }
 

@@ -19,6 +19,16 @@ CalibrationResult RunCalibration(const CalibrationTask& task) {
 
 }  // namespace
 
+CalibrationOptions CalibrationOf(const DiagnosisOptions& options) {
+  return {.bench = options.bench,
+          .data_sheet = options.nominal,
+          .channels = options.channels,
+          .period_s = options.period_s,
+          .false_alarms_per_day = options.false_alarms_per_day,
+          .um_rail_v = options.um_rail_v,
+          .model_is_exact = options.model_is_exact};
+}
+
 DiagnosisResult RunTask(const DiagnosisTask& task) {
   if (const auto* calibration = std::get_if<CalibrationTask>(&task)) {
     return RunCalibration(*calibration);

@@ -7,12 +7,16 @@
 #include <vector>
 
 #include "core/calibration/calibrate.h"
+#include "core/diagnosis/diagnosis_options.h"
 #include "core/isolation/isolation.h"
 #include "core/types/calibration.h"
 #include "core/types/result.h"
 #include "core/types/sample.h"
 
 namespace faultlab::core {
+
+/// The calibration that a diagnosis with these options makes.
+CalibrationOptions CalibrationOf(const DiagnosisOptions& options);
 
 /// Estimates the parameters of the rig from the fault-free stretch of a run.
 struct CalibrationTask {

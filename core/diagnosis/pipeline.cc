@@ -121,13 +121,7 @@ struct Pipeline::State {
     CalibrationTask task;
     task.id = next_id++;
     task.samples = learning;
-    task.options.bench = options.bench;
-    task.options.data_sheet = options.nominal;
-    task.options.channels = options.channels;
-    task.options.period_s = options.period_s;
-    task.options.false_alarms_per_day = options.false_alarms_per_day;
-    task.options.um_rail_v = options.um_rail_v;
-    task.options.model_is_exact = options.model_is_exact;
+    task.options = CalibrationOf(options);
     return task;
   }
 

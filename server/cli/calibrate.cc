@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/calibration/calibrate.h"
+#include "core/diagnosis/diagnosis_task.h"
 #include "hardware/bench/benches.h"
 #include "server/api/iso8601.h"
 #include "server/cli/calibration_file.h"
@@ -59,12 +60,7 @@ int RunCalibrate(const CalibrateOptions& options) {
                  return sample.t_s >= diagnosis.healthy_from_s &&
                         sample.t_s < diagnosis.healthy_to_s;
                });
-  core::CalibrationOptions calibrate;
-  calibrate.bench = diagnosis.bench;
-  calibrate.um_rail_v = diagnosis.um_rail_v;
-  calibrate.data_sheet = diagnosis.nominal;
-  calibrate.channels = diagnosis.channels;
-  calibrate.period_s = diagnosis.period_s;
+  core::CalibrationOptions calibrate = core::CalibrationOf(diagnosis);
   calibrate.false_alarms_per_day = options.false_alarms_per_day;
   core::Result<core::Calibration> calibration = core::Calibrate(stretch, calibrate);
   if (!calibration) {

@@ -30,7 +30,11 @@ Verdict VerdictOf(const std::function<void(Sample&)>& spoil) {
   for (Sample& sample : record) spoil(sample);
   DiagnosisOptions diagnosis = OptionsOf(*gear.bench);
   diagnosis.calibration = learnt.value();
-  return DiagnoseRecord(record, diagnosis).verdict;
+  const Diagnosis said = DiagnoseRecord(record, diagnosis);
+  if (!said.episodes.empty()) {
+    EXPECT_EQ(said.episodes.back().verdict.reason, said.verdict.reason);
+  }
+  return said.verdict;
 }
 
 TEST(WrongRecord, IsNamedAsTheRecordAndNotAsAFault) {
