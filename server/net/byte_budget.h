@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -7,7 +8,8 @@
 namespace faultlab::server {
 
 /// Limits how many bytes of all connections together may wait in memory for a peer: bodies that are
-/// not completely read, answers that are not completely sent. For use by one thread.
+/// not completely read, answers that are not completely sent. For use by one thread; only held()
+/// may be called by others.
 class ByteBudget {
  public:
   explicit ByteBudget(std::size_t bytes_max) : bytes_max_(bytes_max) {}
@@ -53,7 +55,7 @@ class ByteBudget {
 
  private:
   const std::size_t bytes_max_;
-  std::size_t held_ = 0;
+  std::atomic<std::size_t> held_{0};
 };
 
 }  // namespace faultlab::server

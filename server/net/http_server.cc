@@ -248,6 +248,7 @@ HttpCounters HttpServer::Impl::counters() const {
     out.pool_waiting += pool->waiting();
   }
   out.bytes_refused = host_.counters.bytes_refused;
+  out.bytes_waiting = host_.waiting_bytes.held();
   out.passed_on = host_.counters.passed_on;
   out.peers_silent = host_.counters.peers_silent;
   out.tunnels_open = host_.counters.tunnels;

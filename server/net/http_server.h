@@ -78,6 +78,7 @@ struct HttpCounters {
   std::uint64_t pool_refused = 0;   ///< requests
   std::uint64_t pool_waiting = 0;   ///< in all pools
   std::uint64_t bytes_refused = 0;  ///< refused because too many bytes waited
+  std::uint64_t bytes_waiting = 0;  ///< bodies not completely read, answers not completely sent
   std::uint64_t passed_on = 0;      ///< requests passed on to other servers
   std::uint64_t peers_silent = 0;   ///< those of them that got no answer
   std::uint64_t tunnels_open = 0;   ///< WebSockets that end at another server
