@@ -1,11 +1,13 @@
 #include "server/api/request.h"
 
 #include <algorithm>
+#include <array>
 #include <boost/json.hpp>
 #include <charconv>
 #include <utility>
 #include <vector>
 
+#include "core/types/number_text.h"
 #include "server/net/websocket.h"
 
 namespace faultlab::server {
@@ -25,6 +27,26 @@ std::string SecondsToWait(const Error& error) {
   return "2";
 }
 
+/// With as few digits as distinguish the value from its neighbours.
+std::string Shown(double value) {
+  std::array<char, 32> text;
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
+Error NumberOutside(std::string_view name,
+                    std::string_view kind,
+                    const std::string& lowest,
+                    const std::string& highest) {
+  const std::string member(name);
+  return {ErrorCode::kInvalid,
+          "'" + member + "' must be a " + std::string(kind) + " from " + lowest + " to " + highest +
+              ".",
+          member,
+          "number_outside",
+          {{"member", member}, {"lowest", lowest}, {"highest", highest}}};
+}
+
 }  // namespace
 
 core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
@@ -39,14 +61,18 @@ core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
   if (error == std::errc() && end == text->data() + text->size() && value >= lo && value <= hi) {
     return value;
   }
-  return core::Error{core::ErrorCode::kInvalid,
-                     "'" + std::string(name) + "' must be a whole number from " +
-                         std::to_string(lo) + " to " + std::to_string(hi) + ".",
-                     std::string(name),
-                     "number_outside",
-                     {{"member", std::string(name)},
-                      {"lowest", std::to_string(lo)},
-                      {"highest", std::to_string(hi)}}};
+  return NumberOutside(name, "whole number", std::to_string(lo), std::to_string(hi));
+}
+
+core::Result<double> QueryNumber(
+    const HttpRequest& request, std::string_view name, double fallback, double lo, double hi) {
+  const auto text = request.Query(name);
+  if (!text) return fallback;
+  const std::optional<double> value = core::ParseNumber(*text);
+  if (!value || *value < lo || *value > hi) {
+    return NumberOutside(name, "number", Shown(lo), Shown(hi));
+  }
+  return *value;
 }
 
 ViewerOwner ViewerOwnerOf(const Principal& who) {

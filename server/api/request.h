@@ -49,6 +49,9 @@ core::Result<std::int64_t> QueryInteger(const HttpRequest& request,
                                         std::int64_t fallback,
                                         std::int64_t lo,
                                         std::int64_t hi);
+/// A number as a query parameter.
+core::Result<double> QueryNumber(
+    const HttpRequest& request, std::string_view name, double fallback, double lo, double hi);
 /// A query parameter that is one of `words`; none where it is absent.
 core::Result<std::optional<std::string>> QueryWord(const HttpRequest& request,
                                                    std::string_view name,

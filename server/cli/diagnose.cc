@@ -1,11 +1,8 @@
 #include "server/cli/diagnose.h"
 
 #include <algorithm>
-#include <array>
 #include <boost/json/array.hpp>
 #include <boost/json/serialize.hpp>
-#include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <utility>
 
@@ -17,6 +14,7 @@
 #include "server/cli/methods.h"
 #include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
+#include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/channel_ranges.h"
 #include "server/diagnosis_json/channels_text.h"
 #include "server/diagnosis_json/diagnosis_json.h"
@@ -131,24 +129,6 @@ void FollowPeriod(const DiagnosisFlags& flags, double period_s, core::DiagnosisO
   }
 }
 
-core::Status CheckCalibration(const core::DiagnosisOptions& options, double period_s) {
-  constexpr double kSamePeriod = 1e-3;
-  if (!options.calibration ||
-      std::abs(options.calibration->period_s - period_s) <= kSamePeriod * period_s) {
-    return core::Done{};
-  }
-  const auto milliseconds = [](double seconds) {
-    std::array<char, 40> text;
-    const int size = std::snprintf(text.data(), text.size(), "%.6g ms", 1e3 * seconds);
-    return std::string(text.data(), static_cast<std::size_t>(size));
-  };
-  return Error{ErrorCode::kInvalid,
-               "the record has a period of " + milliseconds(period_s) +
-                   ", the calibration is for " + milliseconds(options.calibration->period_s) +
-                   "; calibrate at the record's period",
-               "calibration"};
-}
-
 namespace {
 
 /// One method of the literature on one record.
@@ -198,7 +178,7 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
       exit_code = Fail(record.error(), kExitBadInput);
       continue;
     }
-    if (const core::Status fits = CheckCalibration(parsed.value(), record.value().period_s);
+    if (const core::Status fits = CheckPeriod(parsed.value().calibration, record.value().period_s);
         !fits) {
       PrintError(file + ": " + fits.error().message);
       exit_code = kExitBadInput;

@@ -33,9 +33,6 @@ core::Result<core::DiagnosisOptions> ParseFlags(const DiagnosisFlags& flags,
 /// name one.
 void FollowPeriod(const DiagnosisFlags& flags, double period_s, core::DiagnosisOptions& options);
 
-/// kInvalid when a stored calibration does not fit a record of this period.
-core::Status CheckCalibration(const core::DiagnosisOptions& options, double period_s);
-
 /// Diagnoses each file, in order, and prints the result: text, or one JSON object per line. A file
 /// that cannot be read is reported on stderr, and the other files are still diagnosed.
 /// @returns kExitOk, whatever the verdicts are; kExitBadInput when a file or flag was refused

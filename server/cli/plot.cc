@@ -6,6 +6,7 @@
 #include "server/cli/console.h"
 #include "server/cli/figure_file.h"
 #include "server/cli/recording_source.h"
+#include "server/diagnosis_json/calibration_json.h"
 #include "server/plots/record_figure.h"
 
 namespace faultlab::server {
@@ -31,7 +32,7 @@ int RunPlot(const PlotOptions& options) {
       options.recording, source.value().bench_named, options.flags.bench, *source.value().bench);
   core::DiagnosisOptions diagnose = parsed.value();
   diagnose.period_s = source.value().period_s;
-  if (const core::Status fits = CheckCalibration(diagnose, diagnose.period_s); !fits) {
+  if (const core::Status fits = CheckPeriod(diagnose.calibration, diagnose.period_s); !fits) {
     return Fail(fits.error(), kExitBadInput);
   }
   FigureContext context;

@@ -5,6 +5,7 @@
 #include <boost/json/array.hpp>
 #include <boost/json/parse.hpp>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <utility>
@@ -247,6 +248,26 @@ Result<Calibration> ParseCalibration(std::string_view text,
                  "internal"};
   }
   return CalibrationFromJson(value, name, bench);
+}
+
+core::Status CheckPeriod(const std::optional<core::Calibration>& calibration, double period_s) {
+  constexpr double kSamePeriod = 1e-3;
+  if (!calibration || std::abs(calibration->period_s - period_s) <= kSamePeriod * period_s) {
+    return core::Done{};
+  }
+  const auto milliseconds = [](double seconds) {
+    std::array<char, 40> text;
+    const int size = std::snprintf(text.data(), text.size(), "%.6g", 1e3 * seconds);
+    return std::string(text.data(), static_cast<std::size_t>(size));
+  };
+  const std::string its = milliseconds(calibration->period_s);
+  const std::string wanted = milliseconds(period_s);
+  return Error{ErrorCode::kInvalid,
+               "the record has a period of " + wanted + " ms, the calibration is for " + its +
+                   " ms; calibrate at the record's period",
+               "calibration",
+               "calibration_of_other_period",
+               {{"its", its}, {"wanted", wanted}}};
 }
 
 }  // namespace faultlab::server

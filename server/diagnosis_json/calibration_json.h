@@ -2,6 +2,7 @@
 
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
+#include <optional>
 #include <string_view>
 
 #include "core/bench/bench.h"
@@ -28,5 +29,8 @@ core::Result<core::Calibration> CalibrationFromJson(const boost::json::value& va
 core::Result<core::Calibration> ParseCalibration(std::string_view text,
                                                  std::string_view name,
                                                  const core::Bench& bench);
+
+/// kInvalid, field "calibration", when there is one and it is not for this period.
+core::Status CheckPeriod(const std::optional<core::Calibration>& calibration, double period_s);
 
 }  // namespace faultlab::server

@@ -6,6 +6,7 @@
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/json/json_reader.h"
 #include "server/plots/record_figure.h"
+#include "server/run/refusals.h"
 
 namespace faultlab::server {
 namespace {
@@ -47,28 +48,12 @@ core::Result<core::DiagnosisOptions> OptionsOf(const DiagnosisRequest& request,
   options.false_alarms_per_day = request.false_alarms_per_day;
   options.motor_faults = request.motor_faults;
   if (options.healthy_to_s <= options.healthy_from_s) {
-    return core::Error{core::ErrorCode::kInvalid,
-                       "The healthy stretch ends after it begins.",
-                       "/diagnose/healthy_to_s",
-                       "stretch_backwards"};
+    return refusal::StretchBackwards("/diagnose/healthy_to_s");
   }
   return options;
 }
 
 }  // namespace
-
-core::Result<RunRecord> FinishedRecording(Recordings& recordings,
-                                          const Principal& who,
-                                          const std::string& id,
-                                          const std::string& field) {
-  auto record = recordings.Find(who, id, Operation::kReadRun);
-  core::Error error{
-      core::ErrorCode::kConflict, "The recording is not finished.", field, "recording_unfinished"};
-  if (record && record.value().state != RunState::kRunning) return record;
-  if (!record) error = record.error();
-  error.field = field;
-  return error;
-}
 
 core::Result<DiagnosisRequest> ParseDiagnosisRequest(const json::object& body) {
   ObjectReader in(body, "");

@@ -23,11 +23,6 @@ struct DiagnosisRequest {
   bool motor_faults = true;
 };
 
-/// The recording, if `who` may read it and it has ended. Errors name `field`.
-core::Result<RunRecord> FinishedRecording(Recordings& recordings,
-                                          const Principal& who,
-                                          const std::string& id,
-                                          const std::string& field);
 /// Errors name the field.
 core::Result<DiagnosisRequest> ParseDiagnosisRequest(const boost::json::object& body);
 /// May `who` read the recording? Refusals are those of reading it.

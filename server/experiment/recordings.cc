@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/diagnosis/diagnose_record.h"
+#include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/diagnosis_json/options_json.h"
 #include "server/experiment/plan_json.h"
@@ -76,6 +77,19 @@ core::Result<RunRecord> Recordings::Find(const Principal& who,
   const core::Status allowed = Authorize(who, operation, whose.value());
   if (!allowed.ok()) return allowed.error();
   return record;
+}
+
+core::Result<RunRecord> FinishedRecording(Recordings& recordings,
+                                          const Principal& who,
+                                          const std::string& id,
+                                          const std::string& field) {
+  auto record = recordings.Find(who, id, Operation::kReadRun);
+  core::Error error{
+      core::ErrorCode::kConflict, "The recording is not finished.", field, "recording_unfinished"};
+  if (record && record.value().state != RunState::kRunning) return record;
+  if (!record) error = record.error();
+  error.field = field;
+  return error;
 }
 
 core::Result<core::DiagnosisOptions> Recordings::OptionsFor(const RunRecord& record) {
@@ -214,21 +228,47 @@ core::Result<Figure> Recordings::FigureOf(const Review& review,
       name, recording.samples, recording.options, review.diagnosis, std::move(context));
 }
 
-core::Result<RunRecord> Recordings::Keep(Upload upload) {
+core::Result<core::Calibration> Recordings::CalibrationOf(const Principal& who,
+                                                          const std::string& id,
+                                                          const core::Bench& bench) {
+  constexpr const char* kField = "calibration";
+  const auto record = FinishedRecording(*this, who, id, kField);
+  if (!record) return record.error();
+  if (record.value().bench != bench.id) {
+    return core::Error{core::ErrorCode::kInvalid,
+                       "The recording '" + id + "' was made on another bench than '" + bench.name +
+                           "': take the calibration of one of the same bench.",
+                       kField,
+                       "calibration_of_other_bench",
+                       {{"bench", bench.name}}};
+  }
+  const auto text = DiagnosisText(record.value());
+  if (!text) return text.error();
+  auto calibration = ParseCalibration(text.value(), "the calibration of " + id, bench);
+  if (calibration) return calibration;
+  return core::Error{
+      core::ErrorCode::kInvalid,
+      "The recording '" + id + "' has no calibration: it was not rich enough, or too short.",
+      kField,
+      "calibration_missing"};
+}
+
+core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
   Recording recording;
-  recording.options = core::OptionsOf(*upload.bench, upload.period_s);
+  recording.options = std::move(upload.options);
   recording.samples = std::move(upload.samples);
-  const core::Diagnosis diagnosis = core::DiagnoseRecord(recording.samples, recording.options);
+  core::Diagnosis diagnosis = core::DiagnoseRecord(recording.samples, recording.options);
   RunRecord& record = recording.record;
   record.id = NewId("rec");
   record.name = upload.name;
   record.owner = upload.owner;
   record.source = "upload";
-  record.bench = upload.bench->id;
-  record.period_s = upload.period_s;
+  const core::Bench& bench = *recording.options.bench;
+  record.bench = bench.id;
+  record.period_s = recording.options.period_s;
   record.options_json = OptionsText(recording.options);
   record.created_at = clock_.Wall();
-  const core::Status described = benches_.Keep(*upload.bench, record.created_at);
+  const core::Status described = benches_.Keep(bench, record.created_at);
   if (!described.ok()) return described.error();
   core::Status stored = store_.Begin(record);
   for (std::size_t at = 0; stored.ok() && at < recording.samples.size(); at += kSamplesPerChunk) {
@@ -251,7 +291,7 @@ core::Result<RunRecord> Recordings::Keep(Upload upload) {
     return stored.error();
   }
   record.samples = static_cast<std::int64_t>(recording.samples.size());
-  return record;
+  return Kept{std::move(record), std::move(diagnosis.verdict)};
 }
 
 }  // namespace faultlab::server

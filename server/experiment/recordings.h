@@ -85,12 +85,20 @@ class Recordings {
   struct Upload {
     std::string name;
     std::string owner;
-    const core::Bench* bench = nullptr;  ///< on which it was measured; never null
+    core::DiagnosisOptions options;  ///< of its bench and its period
     std::vector<std::string> channels;
-    double period_s = 0.0;
     std::vector<core::Sample> samples;
   };
-  core::Result<RunRecord> Keep(Upload upload);
+  struct Kept {
+    RunRecord record;
+    core::Verdict verdict;
+  };
+  core::Result<Kept> Keep(Upload upload);
+  /// What a recording of this bench that has ended learnt, or was judged by. Errors name the field
+  /// "calibration".
+  core::Result<core::Calibration> CalibrationOf(const Principal& who,
+                                                const std::string& id,
+                                                const core::Bench& bench);
 
  private:
   core::Result<Recording> LoadWith(RunRecord record,
@@ -109,6 +117,11 @@ class Recordings {
   LongTurn long_turn_;
 };
 
+/// The recording, if `who` may read it and it has ended. Errors name `field`.
+core::Result<RunRecord> FinishedRecording(Recordings& recordings,
+                                          const Principal& who,
+                                          const std::string& id,
+                                          const std::string& field);
 /// The options that are stored with the record of this bench; of a recording of an older program,
 /// what that program used.
 core::Result<core::DiagnosisOptions> OptionsOf(const RunRecord& record, const core::Bench& bench);

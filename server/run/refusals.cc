@@ -294,6 +294,13 @@ Error EmptyRecording() {
   return {ErrorCode::kInvalid, "The recording is empty.", "/recording", "empty_recording"};
 }
 
+Error StretchBackwards(std::string field) {
+  return {ErrorCode::kInvalid,
+          "The healthy stretch must end after it begins.",
+          std::move(field),
+          "stretch_backwards"};
+}
+
 Error At(Error error, std::string field) {
   error.field = std::move(field);
   return error;

@@ -67,6 +67,8 @@ core::Error VoltageOutside(const std::string& rig, double lowest_v, double highe
 core::Error NoFaultSet();
 core::Error FaultSetOfOtherBench(const std::string& its, const core::Bench& wanted);
 core::Error EmptyRecording();
+/// The stretch that is taken as fault-free ends before it begins.
+core::Error StretchBackwards(std::string field);
 
 /// The refusal for a part of a request: its field becomes `field`.
 core::Error At(core::Error error, std::string field);

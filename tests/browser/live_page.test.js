@@ -1,6 +1,10 @@
 import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
 import {
+  axe,
+  becomes,
+  confirmIn,
+  finishedPaperRun,
   launchBrowser,
   openPage,
   readDownload,
@@ -284,10 +288,20 @@ describe("live page", { timeout: SUITE_MS }, () => {
       mimeType: "text/csv",
       buffer: Buffer.from(csv.join("\n")),
     });
-    await page
-      .locator("li", { hasText: "bench.csv" })
-      .getByRole("button", { name: "Play" })
-      .click();
+    const result = page.getByRole("status").filter({ hasText: "bench.csv" });
+    await result.getByText("R1 = 100").waitFor();
+    await result.getByText("Read: t_s, uc_v, um_v.").waitFor();
+    const shown = page.locator("li", { hasText: "bench.csv" });
+    await shown.getByText("Fault: R1 ↑ 100").waitFor();
+    const titles = () => page.locator(".signals .chart:not(.glass) .title").allInnerTexts();
+
+    await result.getByRole("link", { name: "Open" }).click();
+    await page.waitForURL(/\/runs\/rec.+/);
+    await page.locator(".heading", { hasText: "Fault: R1 ↑" }).waitFor();
+    await becomes(titles, ["Uc, Um, V"], "no chart without a signal");
+    await page.goBack();
+
+    await shown.getByRole("button", { name: "Play" }).click();
     await page.waitForURL(/\/lab\/.+/);
     await page.getByText(/^A recording is being played/).waitFor();
     assert.equal(
@@ -296,7 +310,6 @@ describe("live page", { timeout: SUITE_MS }, () => {
       "nothing that looks as if it could be set",
     );
     await waitForRunTime(page, 1);
-    const titles = () => page.locator(".signals .chart:not(.glass) .title").allInnerTexts();
     assert.deepEqual(await titles(), ["Uc, Um, V"], "no chart without a signal");
     await waitForReview(page);
     assert.deepEqual(await titles(), ["Uc, Um, V"]);
@@ -312,6 +325,35 @@ describe("live page", { timeout: SUITE_MS }, () => {
       buffer: Buffer.from("t_s,uc_v\n0,2\n0.01,3\n"),
     });
     await page.getByRole("alert").filter({ hasText: "um_v" }).waitFor();
+    await page.getByText("'uc_v' was taken for uc_v; expected").waitFor();
+    await close();
+  });
+
+  story("an upload is diagnosed again from another stretch, found and deleted", async () => {
+    const { run, guest } = await finishedPaperRun(browser, server);
+    const { page, close } = await openPage(browser, server.url, { storageState: guest });
+    const file = await page.request.get(`${server.url}/api/v1/runs/${run}/export.csv`);
+    const csv = await file.body();
+    await page.setInputFiles('input[type="file"]', {
+      name: "again.csv",
+      mimeType: "text/csv",
+      buffer: csv,
+    });
+    const result = page.getByRole("status").filter({ hasText: "again.csv" });
+    await result.getByText("R1 = 100").waitFor();
+    await page.getByText("How it is diagnosed").click();
+    await page.getByLabel("Healthy from").fill("1");
+    await page.getByLabel("to", { exact: true }).fill("1.5");
+    await result.getByRole("button", { name: "Diagnose again" }).click();
+    await result.getByText("50 samples, at least").waitFor();
+    assert.deepEqual(await axe(page), []);
+
+    await page.getByRole("link", { name: "All uploads" }).click();
+    const rows = page.locator("tbody tr").filter({ hasText: "again.csv" });
+    await becomes(() => rows.count(), 1, "the first one was replaced");
+    await rows.getByRole("button", { name: "Delete" }).click();
+    await confirmIn(page);
+    await rows.waitFor({ state: "detached" });
     await close();
   });
 

@@ -454,6 +454,70 @@ TEST_F(ServeTest, TakesACsvAndReplaysItThroughTheLiveView) {
       1u);
 }
 
+TEST_F(ServeTest, AnUploadIsDiagnosedAsAskedAndListedAmongTheUploads) {
+  const std::string run = Finished(kPaper);
+  const std::string csv = CallRun("GET", "/export.csv", run).body;
+  const auto upload = [&](const std::string& how, const std::string& body) {
+    return Call(
+        "POST", "/api/v1/recordings", "/api/v1/recordings?name=mine" + how, body, "text/csv");
+  };
+  const json::object usual = Object(upload("", csv));
+  EXPECT_EQ(usual.at("verdict"), "fault");
+  EXPECT_TRUE(usual.at("reason").as_string().starts_with("R1 = ")) << usual.at("reason");
+
+  const json::object late = Object(upload("&healthy_from_s=12&healthy_to_s=19", csv));
+  const auto stretch = [&](const json::object& record) {
+    const std::string id(record.at("id").as_string());
+    const json::object found = Object(CallRun("GET", "/diagnosis", id));
+    return found.at("calibration").at("from_s").to_number<double>();
+  };
+  EXPECT_EQ(stretch(late), 12.0) << "it is learnt after the fault";
+  const json::object shorter = Object(upload("&healthy_from_s=2&healthy_to_s=2.2", csv));
+  EXPECT_EQ(shorter.at("verdict"), "not_excited");
+  EXPECT_NE(shorter.at("reason").as_string().find("samples, at least"), std::string::npos)
+      << shorter.at("reason");
+
+  const std::string from(usual.at("id").as_string());
+  const json::object by_another = Object(upload("&calibration=" + from, csv));
+  EXPECT_EQ(by_another.at("verdict"), "fault");
+  const auto reason = [&](const std::string& how) {
+    const HttpAnswer answer = upload(how, csv);
+    EXPECT_EQ(answer.status, 400) << answer.body;
+    return std::string(Object(answer).at("reason").as_string());
+  };
+  const std::string without(shorter.at("id").as_string());
+  EXPECT_EQ(reason("&calibration=" + without), "calibration_missing");
+  EXPECT_EQ(reason("&healthy_from_s=5&healthy_to_s=4"), "stretch_backwards");
+  EXPECT_EQ(reason("&healthy_to_s=soon"), "number_outside");
+  EXPECT_EQ(upload("&calibration=nobody", csv).status, 404);
+  EXPECT_EQ(upload("&healthy=1:2", csv).status, 400);
+
+  const auto listed = [&](const std::string& query) {
+    return Object(Call("GET", "/api/v1/runs", "/api/v1/runs" + query))
+        .at("items")
+        .as_array()
+        .size();
+  };
+  EXPECT_EQ(listed("?source=upload"), 4u) << "what was refused left nothing";
+  EXPECT_EQ(listed(""), 1u);
+}
+
+TEST_F(ServeTest, ACalibrationIsForItsBenchAndItsPeriodAlone) {
+  const auto upload = [&](const std::string& how, const std::string& body) {
+    return Object(
+        Call("POST", "/api/v1/recordings", "/api/v1/recordings?name=mine" + how, body, "text/csv"));
+  };
+  const std::string csv = CallRun("GET", "/export.csv", Finished(kPaper)).body;
+  const std::string from(upload("", csv).at("id").as_string());
+  std::string slow = "t_s,uc_v,um_v\n";
+  for (int i = 0; i < 400; ++i) {
+    slow += std::to_string(0.02 * i) + (i % 3 == 0 ? ",3,6\n" : ",2,5\n");
+  }
+  const json::object refused = upload("&calibration=" + from, slow);
+  EXPECT_EQ(refused.at("reason"), "calibration_of_other_period");
+  EXPECT_EQ(refused.at("field"), "calibration");
+}
+
 TEST_F(ServeTest, TakesACompressedCsv) {
   const std::string csv = CallRun("GET", "/export.csv", Finished(kPaper)).body;
   const auto upload = [&](const std::string& body) {
@@ -463,6 +527,9 @@ TEST_F(ServeTest, TakesACompressedCsv) {
   const HttpAnswer whole = upload(packed);
   ASSERT_EQ(whole.status, 201) << whole.body;
   EXPECT_EQ(Object(whole).at("samples"), 2000);
+  const HttpAnswer unnamed =
+      Call("POST", "/api/v1/recordings", "/api/v1/recordings", packed, "text/csv");
+  EXPECT_EQ(unnamed.status, 201) << "its first bytes say that it is compressed: " << unnamed.body;
   EXPECT_EQ(upload(packed.substr(0, packed.size() / 2)).status, 400);
   EXPECT_EQ(upload(csv).status, 400);
   EXPECT_EQ(upload(Gzip(std::string(100 << 20, '0'))).status, 413) << "of a small body";

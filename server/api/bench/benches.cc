@@ -1,8 +1,6 @@
 // What the benches are, and the models that their parts give: for everybody, the same for all.
 #include <algorithm>
-#include <array>
 #include <boost/json.hpp>
-#include <charconv>
 #include <string>
 #include <utility>
 
@@ -20,39 +18,6 @@ constexpr const char* kMinute = "public, max-age=60";
 constexpr const char* kForEver = "public, max-age=31536000, immutable";
 /// Farther from nominal the parameters of the model leave what a number can hold.
 constexpr double kFactorMax = 1e9;
-
-/// With as few digits as distinguish the value from its neighbours.
-std::string Shown(double value) {
-  std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
-
-struct NumberRule {
-  double fallback;
-  double lo;
-  double hi;
-};
-
-core::Result<double> QueryNumber(const HttpRequest& request,
-                                 std::string_view name,
-                                 const NumberRule& rule) {
-  const auto text = request.Query(name);
-  if (!text) return rule.fallback;
-  double value = 0.0;
-  const char* end = text->data() + text->size();
-  const auto [parsed_to, error] = std::from_chars(text->data(), end, value);
-  if (error != std::errc{} || parsed_to != end || !(value >= rule.lo && value <= rule.hi)) {
-    return core::Error{
-        core::ErrorCode::kInvalid,
-        "'" + std::string(name) + "' must be a number from " + Shown(rule.lo) + " to " +
-            Shown(rule.hi) + ".",
-        std::string(name),
-        "number_outside",
-        {{"member", std::string(name)}, {"lowest", Shown(rule.lo)}, {"highest", Shown(rule.hi)}}};
-  }
-  return value;
-}
 
 /// The nominal plant, or with the component that the query changes.
 core::Result<core::PlantParameters> QueryPlant(const HttpRequest& request,
@@ -72,7 +37,7 @@ core::Result<core::PlantParameters> QueryPlant(const HttpRequest& request,
   }
   const double nominal = plant.Get(*component);
   const auto value =
-      QueryNumber(request, "value", {nominal, nominal / kFactorMax, nominal * kFactorMax});
+      QueryNumber(request, "value", nominal, nominal / kFactorMax, nominal * kFactorMax);
   if (!value) return value.error();
   plant.Set(*component, value.value());
   return plant;
@@ -146,10 +111,10 @@ core::Result<HttpResponse> GetBenchModel(Benches& benches, const ApiRequest& req
   const core::Bench& bench = *asked.value().bench;
   const auto plant = QueryPlant(request.http, bench);
   if (!plant) return plant.error();
-  const auto period_s = QueryNumber(request.http, "period_s", {bench.period_s, 1e-3, 1.0});
+  const auto period_s = QueryNumber(request.http, "period_s", bench.period_s, 1e-3, 1.0);
   if (!period_s) return period_s.error();
   const auto delta_s = QueryNumber(
-      request.http, "delta_s", {std::min(bench.delta_s, period_s.value()), 0.0, period_s.value()});
+      request.http, "delta_s", std::min(bench.delta_s, period_s.value()), 0.0, period_s.value());
   if (!delta_s) return delta_s.error();
   HttpResponse response =
       JsonResponse(ModelToJson(plant.value(), period_s.value(), delta_s.value()));

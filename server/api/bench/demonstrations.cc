@@ -1,9 +1,7 @@
 // Recordings to learn from, and what the estimators and the detection bank make of them.
 #include "server/api/bench/demonstrations.h"
 
-#include <array>
 #include <boost/json.hpp>
-#include <charconv>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -42,13 +40,6 @@ core::Result<Asked> AskedOf(DemonstrationApi& api, const ApiRequest& request) {
   return Asked{bench.value(), std::move(changes).value()};
 }
 
-/// With as few digits as distinguish the value from its neighbours.
-std::string Shown(double value) {
-  std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
-}
-
 /// One of two words, the first by default.
 core::Result<bool> QuerySecond(const HttpRequest& http,
                                const std::string& name,
@@ -62,26 +53,6 @@ core::Result<bool> QuerySecond(const HttpRequest& http,
                      name,
                      "word_unknown",
                      {{"member", name}, {"words", words}}};
-}
-
-core::Result<double> QueryNumber(
-    const HttpRequest& http, std::string_view name, double fallback, double lo, double hi) {
-  const auto text = http.Query(name);
-  if (!text) return fallback;
-  double value = 0.0;
-  const char* end = text->data() + text->size();
-  const auto [parsed_to, error] = std::from_chars(text->data(), end, value);
-  if (error != std::errc{} || parsed_to != end || !(value >= lo && value <= hi)) {
-    const std::string member(name);
-    const std::string lowest = Shown(lo);
-    const std::string highest = Shown(hi);
-    return core::Error{core::ErrorCode::kInvalid,
-                       "'" + member + "' must be a number from " + lowest + " to " + highest + ".",
-                       member,
-                       "number_outside",
-                       {{"member", member}, {"lowest", lowest}, {"highest", highest}}};
-  }
-  return value;
 }
 
 json::value Rounded(double value) {

@@ -96,7 +96,9 @@ constexpr std::array kVerdicts{Name(core::VerdictKind::kCalibrating),
 /// One's own runs; everybody's for whoever may read them; with ?course= those of its students.
 core::Result<RunFilter> FilterOf(RunApi& api, const ApiRequest& request) {
   RunFilter filter;
-  filter.source = "run";
+  const auto source = QueryWord(request.http, "source", {"run", "upload"});
+  if (!source) return source.error();
+  filter.source = source.value().value_or("run");
   auto text = QuerySearch(request.http, "q");
   if (!text) return text.error();
   filter.text = std::move(text).value();
@@ -137,8 +139,8 @@ core::Result<HttpResponse> CreateRun(RunApi& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
-  const core::Status query =
-      OnlyQuery(request.http, {"cursor", "limit", "course", "q", "rig", "verdict", "starred"});
+  const core::Status query = OnlyQuery(
+      request.http, {"cursor", "limit", "course", "q", "rig", "source", "verdict", "starred"});
   if (!query.ok()) return query.error();
   auto limit = PageLimit(request.http);
   if (!limit) return limit.error();

@@ -6,6 +6,7 @@
 #include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/file_io.h"
+#include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/channel_ranges.h"
 #include "server/diagnosis_json/channels_text.h"
 #include "server/run/refusals.h"
@@ -18,6 +19,8 @@ namespace json = boost::json;
 constexpr std::size_t kRowsMax = 1'000'000;
 /// Of the text, after decompression: a run of 600 s at 1 kHz is 54 MB.
 constexpr std::size_t kTextBytesMax = 80 << 20;
+/// Of a record that this server takes.
+constexpr double kSecondsMax = 1e9;
 
 template <typename Items>
 json::array Texts(const Items& items) {
@@ -35,14 +38,46 @@ core::Result<const core::Bench*> BenchOf(RunApi& api, const HttpRequest& request
   return bench;
 }
 
+/// As usual on the bench, but for what the query names: the healthy stretch, or another recording
+/// whose calibration is taken.
+core::Result<core::DiagnosisOptions> OptionsOf(RunApi& api,
+                                               const ApiRequest& request,
+                                               const core::Bench& bench,
+                                               double period_s) {
+  core::DiagnosisOptions options = core::OptionsOf(bench, period_s);
+  const auto from_s = QueryNumber(
+      request.http, "healthy_from_s", options.healthy_from_s, -kSecondsMax, kSecondsMax);
+  if (!from_s) return from_s.error();
+  const auto to_s =
+      QueryNumber(request.http, "healthy_to_s", options.healthy_to_s, -kSecondsMax, kSecondsMax);
+  if (!to_s) return to_s.error();
+  if (to_s.value() <= from_s.value()) return refusal::StretchBackwards("healthy_to_s");
+  options.healthy_from_s = from_s.value();
+  options.healthy_to_s = to_s.value();
+  if (const auto id = request.http.Query("calibration")) {
+    auto calibration = api.recordings.CalibrationOf(request.who, *id, bench);
+    if (!calibration) return calibration.error();
+    options.calibration = std::move(calibration).value();
+    const core::Status fits = CheckPeriod(options.calibration, period_s);
+    if (!fits.ok()) return fits.error();
+  }
+  return options;
+}
+
+/// Is the body compressed? Its first bytes say so too, whatever its type.
+bool IsGzip(const HttpRequest& request) {
+  return request.Header("Content-Type").starts_with("application/gzip") ||
+         request.body.starts_with("\x1f\x8b");
+}
+
 }  // namespace
 
 core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& request) {
-  const core::Status query = OnlyQuery(request.http, {"name", "bench"});
+  const core::Status query =
+      OnlyQuery(request.http, {"name", "bench", "healthy_from_s", "healthy_to_s", "calibration"});
   if (!query.ok()) return query.error();
-  const std::string_view type = request.http.Header("Content-Type");
-  const bool gzip = type.starts_with("application/gzip");
-  if (!gzip && !type.starts_with("text/csv")) {
+  const bool gzip = IsGzip(request.http);
+  if (!gzip && !request.http.Header("Content-Type").starts_with("text/csv")) {
     return Problem(415,
                    "unsupported_media_type",
                    "Unsupported media type",
@@ -82,17 +117,18 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   auto beyond = NotesOnRanges(csv.samples, *bench.value(), name);
   if (!beyond) return beyond.error();
   std::ranges::move(beyond.value(), std::back_inserter(csv.notes));
+  auto options = OptionsOf(api, request, *bench.value(), csv.period_s);
+  if (!options) return options.error();
   const std::size_t size = csv.samples.size();
   const core::Status room = api.quota.MakeRoom(request.who, static_cast<std::int64_t>(size));
   if (!room.ok()) return room.error();
   const auto kept = api.recordings.Keep({name,
                                          request.who.owner_key(),
-                                         bench.value(),
+                                         std::move(options).value(),
                                          csv.channels,
-                                         csv.period_s,
                                          std::move(csv.samples)});
   if (!kept) return kept.error();
-  const RunRecord& record = kept.value();
+  const RunRecord& record = kept.value().record;
   HttpResponse response = JsonResponse(json::object{{"id", record.id},
                                                     {"name", record.name},
                                                     {"bench", record.bench},
@@ -102,6 +138,7 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
                                                     {"notes", Texts(csv.notes)},
                                                     {"missing_samples", csv.missing_samples},
                                                     {"verdict", record.verdict},
+                                                    {"reason", kept.value().verdict.reason},
                                                     {"created_at", Iso8601(record.created_at)}},
                                        201);
   response.headers.emplace_back("Location", "/api/v1/runs/" + record.id);

@@ -187,13 +187,13 @@ TEST_F(RecordingsTest, AnUploadKeepsItsSamplesAndOptions) {
   Recordings::Upload upload;
   upload.name = "mine";
   upload.owner = "user:1";
-  upload.bench = &paper::Bench();
+  upload.options = paper::Options();
   upload.channels = {"uc_v", "um_v"};
-  upload.period_s = 0.01;
   upload.samples = store_->LoadSamples(run.id).value();
   const auto kept = recordings_.Keep(std::move(upload));
   ASSERT_TRUE(kept.ok()) << kept.error().message;
-  const RunRecord record = store_->Get(kept.value().id).value();
+  EXPECT_EQ(kept.value().verdict.kind, core::VerdictKind::kFault);
+  const RunRecord record = store_->Get(kept.value().record.id).value();
   EXPECT_EQ(record.samples, 2000);
   EXPECT_EQ(record.verdict, "fault");
   EXPECT_FALSE(record.options_json.empty());

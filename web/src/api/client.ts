@@ -145,9 +145,21 @@ export const id = encodeURIComponent;
 export interface RunFilter {
   q?: string;
   rig?: string;
+  /** Experiments, unless it says otherwise. */
+  source?: "upload" | "";
   verdict?: string;
   starred?: boolean;
   course?: number;
+}
+
+/** How a record is diagnosed: by default as usual on its bench, from its own healthy stretch. */
+export interface UploadSettings {
+  name: string;
+  bench?: string;
+  healthy_from_s?: number;
+  healthy_to_s?: number;
+  /** The id of a run or recording whose calibration is taken. */
+  calibration?: string;
 }
 
 export const api = {
@@ -193,10 +205,12 @@ export const api = {
     request(`/runs/${id(run)}/frames?from=${from}`, { signal }),
 
   usage: () => get<Schemas["Usage"]>("/usage"),
-  recordings: async () => (await get<Page<Recording>>("/recordings")).items,
-  uploadRecording: async (csv: Blob, name: string, bench: string | undefined) => {
-    const of = bench ? `&bench=${id(bench)}` : "";
-    const response = await request(`/recordings?name=${id(name)}${of}`, {
+  uploadRecording: async (csv: Blob, how: UploadSettings) => {
+    const query = new URLSearchParams();
+    for (const [name, value] of Object.entries(how)) {
+      if (value !== undefined && value !== "") query.set(name, String(value));
+    }
+    const response = await request(`/recordings?${query}`, {
       method: "POST",
       body: csv,
       headers: { "Content-Type": csv.type },

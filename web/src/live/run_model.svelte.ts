@@ -18,6 +18,7 @@ import { Slide } from "../stream/slide";
 import { Countdown } from "./countdown";
 import { type Story, tellStory } from "./episodes";
 import { FaultCommands, type Injection } from "./fault_commands.svelte";
+import { isRecorded } from "./recorded";
 import { SIGNALS } from "./signals";
 import { gapSpans } from "./statistics";
 
@@ -87,7 +88,7 @@ export class RunModel {
   private readonly recorded = $derived.by(() => {
     const { slide } = this;
     const told = this.phase === "review" ? this.elapsed : Math.min(this.elapsed, TOLD_S);
-    if (!this.run?.plan?.recording || !slide || told === 0) return null;
+    if (!this.run || !isRecorded(this.run) || !slide || told === 0) return null;
     const [from, to] = slide.range(0, told);
     const has = (name: ChannelName) =>
       slide.columns[SIGNALS[name].channel]?.subarray(from, to).some(Number.isFinite);

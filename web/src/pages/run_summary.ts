@@ -4,6 +4,7 @@ import { significant } from "../i18n/numbers";
 import { word } from "../i18n/words";
 import { type Story, tellStory } from "../live/episodes";
 import { namedBy } from "../live/paper_path";
+import { isRecorded } from "../live/recorded";
 import { verdictWords } from "../live/verdict_words";
 import type { Bench } from "../plant/bench";
 import { kindWords, planWords } from "./plan_words";
@@ -36,8 +37,9 @@ export function happenedWords(run: Run, bench: Bench | undefined): string {
       `${bench.change(component, value)} @ ${significant(Number(atS.toFixed(2)), 6)} s`,
   );
   if (changes.length > TOLD_MAX) told.splice(1, 0, "…");
-  const first = run.plan?.recording ? t("a_recording") : kindWords(run.plan?.excitation ?? {});
-  const nothing = run.plan?.recording ? [] : [t("no_fault")];
+  const recorded = isRecorded(run);
+  const first = recorded ? t("a_recording") : kindWords(run.plan?.excitation ?? {});
+  const nothing = recorded ? [] : [t("no_fault")];
   return [first, ...(told.length > 0 ? told : nothing)].join(", ");
 }
 

@@ -86,10 +86,19 @@ export const texts = {
   rig_cleaning: "being checked",
   rig_quarantined: "quarantined",
   rig_maintenance: "maintenance",
-  recordings: "Replay a recording",
+  recordings: "Your own recording",
   recordings_what:
-    "A CSV file from your own bench is shown as if it happened now. It needs {needed}; {more} help if you have them.",
+    "A CSV file from your own bench is diagnosed, and can be played as if it happened now. It needs {needed}; {more} help if you have them.",
   choose_csv: "Choose a CSV file or drop it here (.csv, .csv.gz)",
+  upload_settings: "How it is diagnosed",
+  upload_learnt_from: "The healthy rig is known from",
+  upload_own_stretch: "a stretch of the file itself",
+  upload_healthy_from: "Healthy from",
+  upload_healthy_to: "to",
+  upload_columns: "Read: {columns}.",
+  upload_open: "Open",
+  upload_again: "Diagnose again with these settings",
+  all_uploads: "All uploads",
   uploading: "Uploading",
   play: "Play",
   recent_runs: "Recent runs",
@@ -1201,6 +1210,9 @@ export const texts = {
   note: "Note",
   run_link: "Address of this run, for people who may see it",
   search_runs: "Search",
+  runs_of_kind: "Kind",
+  experiments: "Experiments",
+  uploads: "Uploads",
   all: "all",
   starred_only: "starred only",
   compare_unaligned: "No fault was found in {runs}; its time counts from the start of the run.",
@@ -1441,6 +1453,12 @@ export const texts = {
     "This run ends before the healthy rig is learnt, so nothing can be changed in it. Plan a longer one.",
   refused_not_nominal:
     "{component} is not nominal. Set all parts to nominal, then learn the rig again.",
+  refused_calibration_missing:
+    "That recording has no calibration: it was too short, or its input was not rich enough.",
+  refused_calibration_of_other_bench:
+    "That recording was made on another bench than {bench}; choose one of the same bench.",
+  refused_calibration_of_other_period:
+    "The file has a step of {wanted} ms, the chosen calibration is for {its} ms.",
   refused_change_planned:
     "The plan changes {component} at {at_s} s, while the rig would be learnt. Learn it again after that.",
   refused_learns_once: "A replay or a run with hidden faults learns its rig only once.",

@@ -83,10 +83,19 @@ export const marked: Catalogue = {
   rig_cleaning: "proverava se",
   rig_quarantined: "u karantinu",
   rig_maintenance: "na održavanju",
-  recordings: "Pusti snimak",
+  recordings: "Vaš snimak",
   recordings_what:
-    "CSV datoteka sa vašeg stola prikazuje se kao da se dešava sada. Potrebni su {needed}; {more} pomažu ako ih imate.",
+    "CSV datoteka sa vašeg stola se dijagnostikuje i može da se pusti kao da se dešava sada. Potrebni su {needed}; {more} pomažu ako ih imate.",
   choose_csv: "Izaberite CSV datoteku ili je prevucite ovde (`.csv`, `.csv.gz`)",
+  upload_settings: "Kako se dijagnostikuje",
+  upload_learnt_from: "Ispravan sto se uči iz",
+  upload_own_stretch: "dela same datoteke",
+  upload_healthy_from: "Ispravan od",
+  upload_healthy_to: "do",
+  upload_columns: "Pročitano: {columns}.",
+  upload_open: "Otvori",
+  upload_again: "Dijagnostikuj ponovo s ovim podešavanjima",
+  all_uploads: "Svi poslati snimci",
   uploading: "Slanje",
   play: "Pusti",
   recent_runs: "Poslednji ogledi",
@@ -1259,6 +1268,9 @@ export const marked: Catalogue = {
   note: "Beleška",
   run_link: "Adresa ovog ogleda, za one koji smeju da ga vide",
   search_runs: "Pretraga",
+  runs_of_kind: "Vrsta",
+  experiments: "Ogledi",
+  uploads: "Poslati snimci",
   all: "sve",
   starred_only: "samo sa zvezdicom",
   compare_unaligned: "U {runs} nije nađen kvar; tu se vreme broji od početka ogleda.",
@@ -1482,6 +1494,12 @@ export const marked: Catalogue = {
     "Ovaj ogled se završava pre nego što se nauči ispravan uređaj, pa se u njemu ništa ne može menjati: planirajte duži.",
   refused_not_nominal:
     "{component} nije nominalno: vratite sve delove na nominalno, pa ponovo učite uređaj.",
+  refused_calibration_missing:
+    "Taj snimak nema kalibraciju: bio je prekratak ili pobuda nije bila dovoljno bogata.",
+  refused_calibration_of_other_bench:
+    "Taj snimak je sa drugog stola, a ne sa stola {bench}; izaberite snimak sa istog stola.",
+  refused_calibration_of_other_period:
+    "Korak datoteke je {wanted} ms, a izabrana kalibracija važi za {its} ms.",
   refused_change_planned:
     "Plan menja {component} u {at_s} s, dok bi se uređaj učio; učite ga ponovo posle toga.",
   refused_learns_once:
