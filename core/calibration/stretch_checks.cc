@@ -46,17 +46,24 @@ std::string Text(const char* format, double a, double b = 0.0) {
   return text.data();
 }
 
-/// The channel from which the structure is estimated.
-struct KeyChannel {
-  const char* name;
-  const char* unit;
-  unsigned bit;
+/// What the model leaves of the channel from which the structure is estimated, and the end of its
+/// range, in the channel's unit.
+struct KeyNoise {
+  double left;
   double range;
 };
 
-KeyChannel KeyChannelOf(const Bench& bench) {
-  if (bench.structure->estimated == EstimatedChannel::kIa) return {"ia", "A", 2U, bench.ia.max};
-  return {"um", "V", 1U, bench.um.max};
+KeyNoise KeyNoiseOf(const Bench& bench, const NoiseLevel& noise) {
+  switch (bench.structure->estimated) {
+    case EstimatedChannel::kUm:
+      return {noise.um_v, bench.um.max};
+    case EstimatedChannel::kIa:
+      return {noise.ia_a, bench.ia.max};
+    case EstimatedChannel::kSpeed:
+      break;
+  }
+  const double rpm = 1.0 / RadPerSecondOfRpm(bench.nominal.gear_ratio);
+  return {rpm * noise.w_rad_s, std::min(bench.n.max, rpm * bench.usual_speed_rad_s)};
 }
 
 /// What a person can do about a check that failed.
@@ -186,7 +193,7 @@ std::string ChangeSentence(const std::vector<CalibratedQuantity>& quantities,
 std::optional<Error> CheckBefore(const Bench& bench,
                                  std::span<const Observation> stretch,
                                  std::vector<CalibrationCheck>& checks) {
-  const KeyChannel key = KeyChannelOf(bench);
+  const EstimatedChannelInfo& key = InfoOf(bench.structure->estimated);
   const double n = static_cast<double>(stretch.size());
   int switches = 0;
   int clipped = 0;
@@ -198,7 +205,7 @@ std::optional<Error> CheckBefore(const Bench& bench,
     low = std::min(low, o.u);
     high = std::max(high, o.u);
     clipped += o.clipped != 0;
-    read += (o.mask & key.bit) != 0U;
+    read += ((o.mask >> key.row) & 1) != 0;
   }
   const double swing = high - low;
   for (const Observation& o : stretch) switches += std::abs(o.u - o.u_prev) > 0.05 * swing;
@@ -214,7 +221,7 @@ std::optional<Error> CheckBefore(const Bench& bench,
   if (auto refusal =
           Judge(checks,
                 "missing",
-                Text("%.0f %% of the ", 100.0 * missing) + key.name +
+                Text("%.0f %% of the ", 100.0 * missing) + std::string(key.name) +
                     Text(" readings are missing, at most %.0f %% may be", 100.0 * kMissingShareMax),
                 missing,
                 kMissingShareMax,
@@ -260,14 +267,15 @@ std::optional<Error> CheckAfter(const Bench& bench,
                                 std::size_t coordinates,
                                 std::vector<CalibrationCheck>& checks) {
   const double mc_sigma_nm = quantities[static_cast<std::size_t>(Coordinate::kMc)].sigma;
-  const KeyChannel key = KeyChannelOf(bench);
-  const double left = key.bit == 1U ? noise.um_v : noise.ia_a;
-  const double left_max = kNoiseShareMax * key.range;
+  const EstimatedChannelInfo& key = InfoOf(bench.structure->estimated);
+  const auto [left, range] = KeyNoiseOf(bench, noise);
+  const double left_max = kNoiseShareMax * range;
   if (auto refusal =
           Judge(checks,
                 "noise",
-                std::string("what the model leaves of ") + key.name + Text(" is %.3g ", left) +
-                    key.unit + Text(", at most %.3g ", left_max) + key.unit + " may be left",
+                "what the model leaves of " + std::string(key.name) + Text(" is %.3g ", left) +
+                    std::string(key.unit) + Text(", at most %.3g ", left_max) +
+                    std::string(key.unit) + " may be left",
                 left,
                 left_max,
                 left <= left_max)) {

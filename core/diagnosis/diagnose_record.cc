@@ -27,10 +27,10 @@ double FitOf(const Calibration& calibration,
   std::vector<double> y;
   for (const Sample& sample : samples) {
     uc.push_back(sample.uc_v);
-    y.push_back(ReadingOf(sample, channel));
+    y.push_back(ReadingOf(sample, channel) / ReadingPerOutput(plant));
   }
   return FitSampled(MakeSampledModel(plant, calibration.period_s, calibration.delta_s),
-                    SampledModel::RowOf(channel),
+                    InfoOf(channel).row,
                     calibration.mc_nm,
                     uc,
                     y)
@@ -68,9 +68,8 @@ Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions
     while (std::optional<DiagnosisTask> task = pipeline.TakeTask()) pipeline.Accept(RunTask(*task));
   }
   Diagnosis diagnosis = pipeline.Finish();
-  const bool by_ia = options.bench->structure->estimated == EstimatedChannel::kIa;
-  const auto uses_it = [&](const Calibration& by) { return by_ia ? by.used_ia : by.used_um; };
-  if (diagnosis.calibration && uses_it(*diagnosis.calibration) && samples.size() > 1) {
+  if (diagnosis.calibration && samples.size() > 1 &&
+      diagnosis.calibration->Uses(options.bench->structure->estimated)) {
     const auto fitted = static_cast<std::size_t>(std::lround(kFitSeconds / options.period_s));
     const auto tail = samples.last(std::min(fitted, samples.size()));
     diagnosis.fit_percent.push_back({"nominal", FitOf(*diagnosis.calibration, {}, tail)});

@@ -51,11 +51,14 @@ inline DiagnosisOptions OptionsOf(const Bench& bench) {
 inline EstimatorBankOptions BankOptions(const DiagnosisOptions& options) {
   LAB_CHECK(options.bench != nullptr);
   const Bench& bench = *options.bench;
-  const bool ia = bench.structure->estimated == EstimatedChannel::kIa;
+  const EstimatedChannel channel = bench.structure->estimated;
+  const double rail = channel == EstimatedChannel::kUm   ? options.um_rail_v
+                      : channel == EstimatedChannel::kIa ? bench.ia.max
+                                                         : bench.n.max;
   return {.period_s = options.period_s,
           .delta_s = std::min(bench.delta_s, options.period_s),
-          .channel = bench.structure->estimated,
-          .rail = ia ? bench.ia.max : options.um_rail_v};
+          .channel = channel,
+          .rail = rail};
 }
 
 }  // namespace faultlab::core

@@ -149,11 +149,6 @@ struct Pipeline::State {
   }
 
   // ---- watching
-  unsigned Mask() const {
-    return (calibration->used_um ? 1U : 0U) | (calibration->used_ia ? 2U : 0U) |
-           (calibration->used_n ? 4U : 0U);
-  }
-
   void StartWatching(const std::vector<Candidate>& faults,
                      const std::vector<double>& shift,
                      int samples) {
@@ -162,7 +157,7 @@ struct Pipeline::State {
                      ReferenceRig(*calibration, faults, shift, options.period_s),
                      DetectionNoiseOf(*calibration),
                      options.period_s,
-                     Mask(),
+                     calibration->mask(),
                      calibration->thresholds,
                      samples,
                      *noise_scale,

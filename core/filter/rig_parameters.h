@@ -71,11 +71,6 @@ RigParameters WithOffsets(const RigParameters& base,
                           const Eigen::Ref<const Eigen::VectorXd>& q,
                           double period_s);
 
-/// rad/s of the motor shaft for one rpm behind the gear.
-constexpr double RadPerSecondOfRpm(double gear_ratio) {
-  return 2.0 * 3.14159265358979323846 / 60.0 * gear_ratio;
-}
-
 /// The coordinate that a component changes by itself: that of its parameter of the motor, or kGain
 /// for a part of the amplifier that has a say in the gain; -1: none.
 int CoordinateOf(const ComponentInfo& part, const PlantParameters& plant);

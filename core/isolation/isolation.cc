@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -145,9 +146,7 @@ class Isolation {
     nominal_.period_s = task.options.period_s;
     nominal_.follow_noise = task.options.bench->fits_follow_noise;
     const std::size_t n = observations_.size();
-    const std::size_t channels = (task.calibration->used_um ? 1U : 0U) +
-                                 (task.calibration->used_ia ? 1U : 0U) +
-                                 (task.calibration->used_n ? 1U : 0U);
+    const auto channels = static_cast<std::size_t>(std::popcount(task.calibration->mask()));
     const std::size_t from =
         std::max(std::min(task.fit_from, n), n - std::min(n, Span(kReadingsMax) / channels));
     nominal_.stretch = std::span<const Observation>(observations_).subspan(from);

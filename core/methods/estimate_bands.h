@@ -24,7 +24,7 @@ inline VariantSpec FirstOrderSpec(const MethodTask& task,
   spec.window_samples = static_cast<int>(std::lround(window));
   spec.integral_samples = integral;
   spec.affine = affine;
-  spec.noise_sigma_v = task.noise();
+  spec.noise_sigma_v = task.noise() * ReadingPerOutput(task.bench->nominal);
   spec.period_s = task.period_s;
   spec.channel = task.bench->structure->estimated;
   if (integral > 0) {
@@ -44,13 +44,13 @@ class EstimateBands {
   EstimateBands(const MethodTask& task, const VariantSpec& spec) : estimator_(Made(spec)) {
     // The estimator takes samples; of the healthy stretch only observations were kept.
     Sample sample;
+    const double unit = ReadingPerOutput(task.bench->nominal);
     double count = 0.0;
     Values squares{};
     for (const Observation& o : task.healthy) {
       sample.t_s = static_cast<double>(sample.index) * task.period_s;
       sample.uc_v = o.u;
-      sample.um_v = task.channel() == 0 && task.Has(o) ? o.y[0] : kAbsent;
-      sample.ia_a = task.channel() == 1 && task.Has(o) ? o.y[1] : kAbsent;
+      ReadingOf(sample, spec.channel) = task.Has(o) ? unit * task.Reading(o) : kAbsent;
       Push(sample);
       ++sample.index;
       if (!usable()) continue;

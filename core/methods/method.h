@@ -31,13 +31,19 @@ struct MethodTask {
   std::uint64_t seed = 1;  ///< of methods that draw numbers
 
   /// Place of the fitted channel in Observation::y.
-  int channel() const { return bench->structure->estimated == EstimatedChannel::kIa ? 1 : 0; }
+  int channel() const { return InfoOf(bench->structure->estimated).row; }
   bool Has(const Observation& o) const {
     return ((o.mask >> channel()) & 1U) != 0U && o.clipped == 0;
   }
   double Reading(const Observation& o) const { return o.y[static_cast<std::size_t>(channel())]; }
-  /// Standard deviation of one reading of the fitted channel (V or A).
-  double noise() const { return channel() == 1 ? calibration.ia_noise_a : calibration.um_noise_v; }
+  /// Standard deviation of one reading of the fitted channel (V, A or rad/s).
+  double noise() const {
+    const std::array<double, 3> noises = {
+        calibration.um_noise_v,
+        calibration.ia_noise_a,
+        calibration.n_noise_rpm * RadPerSecondOfRpm(calibration.nominal.gear_ratio)};
+    return noises[static_cast<std::size_t>(channel())];
+  }
 };
 
 enum class Answer {

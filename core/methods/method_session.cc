@@ -35,7 +35,7 @@ MethodOptions MethodOptionsOf(const Bench& bench, double period_s) {
   options.period_s = period_s;
   options.healthy_from_s = usual.healthy_from_s;
   options.healthy_to_s = usual.healthy_to_s;
-  if (bench.structure->estimated == EstimatedChannel::kIa) options.channels = Channels::kAll;
+  if (bench.structure->estimated != EstimatedChannel::kUm) options.channels = Channels::kAll;
   return options;
 }
 

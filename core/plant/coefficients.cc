@@ -6,6 +6,11 @@
 
 namespace faultlab::core {
 
+double ReadingPerOutput(const PlantParameters& p) {
+  const bool speed = p.structure->estimated == EstimatedChannel::kSpeed;
+  return speed ? 1.0 / RadPerSecondOfRpm(p.gear_ratio) : 1.0;
+}
+
 ContinuousCoefficients MakeContinuous(const PlantParameters& p) {
   const double ke_kt = p.ke_v_per_rad_s * p.kt_nm_per_a;
   const double d = p.b_nm_per_rad_s * (p.ra_ohm + p.series_ohm) + ke_kt;
@@ -15,16 +20,27 @@ ContinuousCoefficients MakeContinuous(const PlantParameters& p) {
   ContinuousCoefficients c;
   c.a12 = p.j_kg_m2 * (p.ra_ohm + p.series_ohm) / d;
   c.a1 = c.a12 + response.lag_s;
-  if (p.structure->estimated == EstimatedChannel::kIa) {
-    c.b0 = k * p.b_nm_per_rad_s / d;
-    c.b1 = k * (p.j_kg_m2 + response.lead_s() * p.b_nm_per_rad_s) / d;
-    c.b02 = -p.ke_v_per_rad_s / d;
-    return c;
+  switch (p.structure->estimated) {
+    case EstimatedChannel::kUm: {
+      const double n = p.b_nm_per_rad_s * p.ra_ohm + ke_kt;
+      c.b0 = k * n / d;
+      c.b1 = k * (p.j_kg_m2 * p.ra_ohm + response.lead_s() * n) / d;
+      c.b02 = p.series_ohm * p.ke_v_per_rad_s / d;
+      break;
+    }
+    case EstimatedChannel::kIa:
+      c.b0 = k * p.b_nm_per_rad_s / d;
+      c.b1 = k * (p.j_kg_m2 + response.lead_s() * p.b_nm_per_rad_s) / d;
+      c.b02 = -p.ke_v_per_rad_s / d;
+      break;
+    case EstimatedChannel::kSpeed: {
+      const double rpm = ReadingPerOutput(p);
+      c.b0 = rpm * k * p.kt_nm_per_a / d;
+      c.b1 = rpm * k * response.lead_s() * p.kt_nm_per_a / d;
+      c.b02 = rpm * (p.ra_ohm + p.series_ohm) / d;
+      break;
+    }
   }
-  const double n = p.b_nm_per_rad_s * p.ra_ohm + ke_kt;
-  c.b0 = k * n / d;
-  c.b1 = k * (p.j_kg_m2 * p.ra_ohm + response.lead_s() * n) / d;
-  c.b02 = p.series_ohm * p.ke_v_per_rad_s / d;
   return c;
 }
 
@@ -53,38 +69,15 @@ std::optional<ContinuousCoefficients> MakeContinuous(const DiscreteCoefficients&
 
 namespace {
 
-/// The terms of the coefficients.
-struct Parts {
-  double ra, r, b, j, ke, kt, d;
-  double q;  ///< b0 = k q / d
-  double p;  ///< b1 = k (p + lead q) / d
-  AmplifierResponse response;
-};
-
-Parts PartsOf(const PlantParameters& plant) {
-  Parts s{};
-  s.ra = plant.ra_ohm;
-  s.r = plant.ra_ohm + plant.series_ohm;
-  s.b = plant.b_nm_per_rad_s;
-  s.j = plant.j_kg_m2;
-  s.ke = plant.ke_v_per_rad_s;
-  s.kt = plant.kt_nm_per_a;
-  s.d = s.b * s.r + s.ke * s.kt;
-  const bool current = plant.structure->estimated == EstimatedChannel::kIa;
-  s.q = current ? s.b : s.b * s.ra + s.ke * s.kt;
-  s.p = current ? s.j : s.j * s.ra;
-  s.response = plant.response();
-  return s;
-}
-
-/// d(d, q, p, J R)/d(a motor parameter).
-struct MotorSlope {
+/// b0 = k q / d, b1 = k (p + lead q) / d, a12 = J R / d, and R = Ra + Rs; what a parameter changes
+/// of d, q, p and J R.
+struct Terms {
   double d = 0.0;
   double q = 0.0;
   double p = 0.0;
   double jr = 0.0;
 
-  void Add(double factor, const MotorSlope& other) {
+  void Add(double factor, const Terms& other) {
     d += factor * other.d;
     q += factor * other.q;
     p += factor * other.p;
@@ -92,33 +85,78 @@ struct MotorSlope {
   }
 };
 
-MotorSlope SlopeOf(const Parts& s, bool current, int parameter) {
+/// Of d and J R, which all channels share.
+Terms PoleSlopeOf(const PlantParameters& plant, int parameter) {
+  const double r = plant.ra_ohm + plant.series_ohm;
   switch (parameter) {
     case kSeries:
-      return {s.b, 0.0, 0.0, s.j};
     case kRa:
-      return {s.b, current ? 0.0 : s.b, current ? 0.0 : s.j, s.j};
+      return {.d = plant.b_nm_per_rad_s, .jr = plant.j_kg_m2};
     case kKe:
-      return {s.kt, current ? 0.0 : s.kt, 0.0, 0.0};
+      return {.d = plant.kt_nm_per_a};
     case kKt:
-      return {s.ke, current ? 0.0 : s.ke, 0.0, 0.0};
+      return {.d = plant.ke_v_per_rad_s};
     case kJ:
-      return {0.0, 0.0, current ? 1.0 : s.ra, s.r};
+      return {.jr = r};
     case kB:
-      return {s.r, current ? 1.0 : s.ra, 0.0, 0.0};
+      return {.d = r};
     default:
       return {};
   }
+}
+
+/// Adds those of q and p, which depend on the channel.
+Terms SlopeOf(const PlantParameters& plant, int parameter) {
+  Terms slope = PoleSlopeOf(plant, parameter);
+  switch (plant.structure->estimated) {
+    case EstimatedChannel::kUm:  // q = B Ra + Ke KT, p = J Ra
+      if (parameter == kRa) slope.q = plant.b_nm_per_rad_s;
+      if (parameter == kRa) slope.p = plant.j_kg_m2;
+      if (parameter == kKe) slope.q = plant.kt_nm_per_a;
+      if (parameter == kKt) slope.q = plant.ke_v_per_rad_s;
+      if (parameter == kJ) slope.p = plant.ra_ohm;
+      if (parameter == kB) slope.q = plant.ra_ohm;
+      break;
+    case EstimatedChannel::kIa:  // q = B, p = J
+      if (parameter == kJ) slope.p = 1.0;
+      if (parameter == kB) slope.q = 1.0;
+      break;
+    case EstimatedChannel::kSpeed:  // q = KT in rpm, p = 0
+      if (parameter == kKt) slope.q = ReadingPerOutput(plant);
+      break;
+  }
+  return slope;
+}
+
+Terms TermsOf(const PlantParameters& plant) {
+  const double r = plant.ra_ohm + plant.series_ohm;
+  const double ke_kt = plant.ke_v_per_rad_s * plant.kt_nm_per_a;
+  const double b = plant.b_nm_per_rad_s;
+  Terms t{.d = b * r + ke_kt, .jr = plant.j_kg_m2 * r};
+  switch (plant.structure->estimated) {
+    case EstimatedChannel::kUm:
+      t.q = b * plant.ra_ohm + ke_kt;
+      t.p = plant.j_kg_m2 * plant.ra_ohm;
+      break;
+    case EstimatedChannel::kIa:
+      t.q = b;
+      t.p = plant.j_kg_m2;
+      break;
+    case EstimatedChannel::kSpeed:
+      t.q = ReadingPerOutput(plant) * plant.kt_nm_per_a;
+      break;
+  }
+  return t;
 }
 
 }  // namespace
 
 CoefficientJacobian ContinuousJacobian(const PlantParameters& plant,
                                        std::span<const Component> components) {
-  const Parts s = PartsOf(plant);
-  const bool current = plant.structure->estimated == EstimatedChannel::kIa;
-  const double k = s.response.gain;
-  const double lead = s.response.lead_s();
+  const Terms s = TermsOf(plant);
+  const AmplifierResponse response = plant.response();
+  const double k = response.gain;
+  const double lead = response.lead_s();
   const double b1 = s.p + lead * s.q;  // b1 = k b1 / d
   CoefficientJacobian jacobian(3, static_cast<Eigen::Index>(components.size()));
   Eigen::Index column = 0;
@@ -126,11 +164,11 @@ CoefficientJacobian ContinuousJacobian(const PlantParameters& plant,
     const ComponentInfo& info = component.info();
     const int parameter = info.parameter;
     if (parameter < kMotorParameters) {
-      MotorSlope m = SlopeOf(s, current, parameter);
-      if (info.coupled >= 0) m.Add(info.coupled_ratio, SlopeOf(s, current, info.coupled));
+      Terms m = SlopeOf(plant, parameter);
+      if (info.coupled >= 0) m.Add(info.coupled_ratio, SlopeOf(plant, info.coupled));
       jacobian.col(column++) << k * (m.q * s.d - s.q * m.d) / (s.d * s.d),
           k * ((m.p + lead * m.q) * s.d - b1 * m.d) / (s.d * s.d),
-          (m.jr * s.d - s.j * s.r * m.d) / (s.d * s.d);
+          (m.jr * s.d - s.jr * m.d) / (s.d * s.d);
     } else {
       const ResponseSlope a = plant.structure->slope(plant.amplifier, parameter - kMotorParameters);
       jacobian.col(column++) << a.gain * s.q / s.d, a.gain * b1 / s.d + k * a.lead_s * s.q / s.d,

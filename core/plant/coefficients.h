@@ -14,8 +14,9 @@ namespace faultlab::core {
 ///   D = B (Ra+Rs) + Ke KT,  a12 = J (Ra+Rs)/D,  a1 = a12 + lag
 ///   um:  N = B Ra + Ke KT,  b0 = k N/D,  b1 = k (J Ra + lead N)/D,  b02 = Rs Ke/D
 ///   ia:                     b0 = k B/D,  b1 = k (J + lead B)/D,     b02 = -Ke/D
+///   n:                      b0 = k KT/D, b1 = k lead KT/D,          b02 = (Ra+Rs)/D, times rpm
 struct ContinuousCoefficients {
-  double b0 = 0.0;   ///< V/V; of ia: A/V
+  double b0 = 0.0;   ///< V/V; of ia: A/V, of n: rpm/V
   double b1 = 0.0;   ///< s
   double a1 = 0.0;   ///< s
   double b02 = 0.0;  ///< V/Nm
@@ -28,6 +29,10 @@ struct DiscreteCoefficients {
   double b1d = 0.0;
   double a1d = 0.0;
 };
+
+/// From an output of SampledModel, in SI units, to the unit of the channel that is estimated: 1, or
+/// from rad/s of the motor shaft to rpm behind the gear.
+double ReadingPerOutput(const PlantParameters& parameters);
 
 /// Eq. (4), (5). Contract: all parameters positive.
 ContinuousCoefficients MakeContinuous(const PlantParameters& parameters);

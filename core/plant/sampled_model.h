@@ -21,10 +21,6 @@ struct SampledModel {
   Eigen::Vector3d d_u;  ///< rows um, ia, w
   Eigen::Vector3d d_m;
 
-  /// The row of a channel.
-  static constexpr int RowOf(EstimatedChannel channel) {
-    return channel == EstimatedChannel::kIa ? 1 : 0;
-  }
   /// State at rest under a constant input: (I - phi) x = gamma_u u + gamma_m Mc.
   Eigen::Vector3d SteadyState(double uc_v, double mc_nm) const;
 };

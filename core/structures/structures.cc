@@ -8,8 +8,8 @@
 namespace faultlab::core {
 
 std::span<const Structure* const> Structures() {
-  static constexpr std::array<const Structure*, 2> kStructures = {&kInvertingAmplifier,
-                                                                  &kMotorDriver};
+  static constexpr std::array<const Structure*, 3> kStructures = {
+      &kInvertingAmplifier, &kMotorDriver, &kMotorBySpeed};
   return kStructures;
 }
 

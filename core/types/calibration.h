@@ -52,6 +52,12 @@ struct Calibration {
   bool used_ia = false;
   bool used_n = false;
 
+  /// Bit c: channel c of um, ia and n was used.
+  unsigned mask() const { return (used_um ? 1U : 0U) | (used_ia ? 2U : 0U) | (used_n ? 4U : 0U); }
+  bool Uses(EstimatedChannel channel) const {
+    return ((mask() >> static_cast<unsigned>(channel)) & 1U) != 0U;
+  }
+
   /// The rig's own parameters: the data sheet corrected by the data. R9, R12 and C8 keep the data
   /// sheet's values; the offset of the amplifier's gain is in gain_factor.
   PlantParameters nominal;

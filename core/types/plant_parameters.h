@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <numbers>
 
 #include "core/types/component.h"
 #include "core/types/structure.h"
@@ -49,5 +50,10 @@ struct PlantParameters {
 
   friend bool operator==(const PlantParameters&, const PlantParameters&) = default;
 };
+
+/// rad/s of the motor shaft for one rpm behind the gear.
+constexpr double RadPerSecondOfRpm(double gear_ratio) {
+  return 2.0 * std::numbers::pi / 60.0 * gear_ratio;
+}
 
 }  // namespace faultlab::core

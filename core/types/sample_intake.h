@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "core/types/estimated_channel.h"
 #include "core/types/sample.h"
-#include "core/types/structure.h"
 
 namespace faultlab::core {
 
@@ -77,11 +77,6 @@ class SampleIntake {
   std::int64_t index_ = 0;
   double t_s_ = 0.0;
 };
-
-/// The reading of a channel in a sample.
-inline double ReadingOf(const Sample& sample, EstimatedChannel channel) {
-  return channel == EstimatedChannel::kIa ? sample.ia_a : sample.um_v;
-}
 
 /// Hands a sample to an estimator with Push(u, y), PushUnusable() and Skip(missing).
 template <typename Estimator>

@@ -45,7 +45,7 @@ inline constexpr int kAmplifierParametersMax = 8;
 using AmplifierValues = std::array<double, kAmplifierParametersMax>;
 
 /// The channel whose first-order model the estimators fit: the one that contains all parameters.
-enum class EstimatedChannel { kUm, kIa };
+enum class EstimatedChannel { kUm, kIa, kSpeed };
 
 /// One kind of bench. All kinds share one motor and differ in the circuit that drives it:
 ///   Uout = response(amplifier) Uc

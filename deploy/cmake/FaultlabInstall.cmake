@@ -14,7 +14,7 @@ function(faultlab_install component package target unit)
     file(WRITE \"\${unit}\" \"\${text}\")
     file(INSTALL DESTINATION \"\${CMAKE_INSTALL_PREFIX}/lib/systemd/system\" TYPE FILE FILES \"\${unit}\")
     " COMPONENT ${component})
-  install(FILES benches/paper.toml benches/servo-motor.toml benches/gear-motor.toml
+  install(FILES benches/paper.toml benches/servo-motor.toml benches/gear-motor.toml benches/speed-motor.toml
     DESTINATION "${CMAKE_INSTALL_DATADIR}/${package}/benches" COMPONENT ${component})
   # The folders of the source, so that the documents find each other.
   install(FILES LICENSE SECURITY.md DESTINATION "${doc}" COMPONENT ${component})

@@ -87,11 +87,22 @@ void ReadChannels(TomlTable& root, Bench& bench) {
   ReadAnalog(channels, "ua", kVoltageZeroPerNoise, bench.ua);
   ReadAnalog(channels, "ia", kCurrentZeroPerNoise, bench.ia);
   ReadSpeed(channels, bench);
-  const bool by_current = bench.structure->estimated == core::EstimatedChannel::kIa;
-  if (!(by_current ? bench.ia : bench.um).exists) {
-    root.Refuse("channel",
-                std::string("must have ") + (by_current ? "ia" : "um") + ": the structure " +
-                    std::string(bench.structure->name) + " is estimated by it");
+  const core::EstimatedChannel estimated = bench.structure->estimated;
+  const bool measured = estimated == core::EstimatedChannel::kUm   ? bench.um.exists
+                        : estimated == core::EstimatedChannel::kIa ? bench.ia.exists
+                                                                   : bench.n.exists;
+  if (!measured) {
+    const bool speed_alone = bench.n.exists && !bench.um.exists && !bench.ia.exists;
+    root.Refuse(
+        "channel",
+        "must have " + std::string(core::InfoOf(estimated).name) + ": the structure " +
+            std::string(bench.structure->name) + " is estimated by it" +
+            (speed_alone ? "; where the speed alone is measured, it is motor-by-speed" : ""));
+  }
+  if (estimated == core::EstimatedChannel::kSpeed && bench.n.counted) {
+    channels.Refuse("n",
+                    "must not be counted: a speed that is the mean of a period is no reading of "
+                    "one moment, and nothing else is measured");
   }
 }
 

@@ -1,5 +1,4 @@
 #include "server/cli/calibrate.h"
-#include "server/diagnosis_json/channel_ranges.h"
 #include "server/diagnosis_json/channels_text.h"
 
 #include <algorithm>
@@ -44,13 +43,10 @@ int RunCalibrate(const CalibrateOptions& options) {
                  options.flags.bench,
                  *bench.value());
   core::DiagnosisOptions diagnosis = std::move(parsed).value();
-  for (const std::string& note :
-       NotesOnUnused(record.value().channels, *diagnosis.bench, options.recording)) {
-    PrintError("note: " + note);
-  }
-  const auto beyond = NotesOnRanges(record.value().samples, *diagnosis.bench, options.recording);
-  if (!beyond) return Fail(beyond.error(), kExitBadInput);
-  for (const std::string& note : beyond.value()) PrintError("note: " + note);
+  const auto notes = NotesOnRecord(
+      record.value().channels, record.value().samples, *diagnosis.bench, options.recording);
+  if (!notes) return Fail(notes.error(), kExitBadInput);
+  for (const std::string& note : notes.value()) PrintError("note: " + note);
   FollowPeriod(options.flags, record.value().period_s, diagnosis);
   std::vector<core::Sample> stretch;
   std::copy_if(record.value().samples.begin(),

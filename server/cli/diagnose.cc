@@ -15,7 +15,6 @@
 #include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
 #include "server/diagnosis_json/calibration_json.h"
-#include "server/diagnosis_json/channel_ranges.h"
 #include "server/diagnosis_json/channels_text.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/methods/method_run_json.h"
@@ -190,16 +189,14 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
     NoteOtherBench(
         file, BenchInComments(record.value().comments), options.flags.bench, *bench.value());
     core::DiagnosisOptions diagnose = parsed.value();
-    for (const std::string& note : NotesOnUnused(record.value().channels, *diagnose.bench, file)) {
-      PrintError("note: " + note);
-    }
-    const auto beyond = NotesOnRanges(record.value().samples, *diagnose.bench, file);
-    if (!beyond) {
-      PrintError(beyond.error().message);
+    const auto notes =
+        NotesOnRecord(record.value().channels, record.value().samples, *diagnose.bench, file);
+    if (!notes) {
+      PrintError(notes.error().message);
       exit_code = kExitBadInput;
       continue;
     }
-    for (const std::string& note : beyond.value()) PrintError("note: " + note);
+    for (const std::string& note : notes.value()) PrintError("note: " + note);
     FollowPeriod(options.flags, record.value().period_s, diagnose);
     if (method != nullptr) {
       const Result<std::string> said =

@@ -134,7 +134,9 @@ class ModelCommands {
         "  faultlab diagnose --bench mine.toml run.csv");
     CLI::App& fresh = AddCommand(
         bench, "new", "A commented description to start from", new_, &RunBenchNew, chosen);
-    fresh.add_option("--structure", new_.structure, "inverting-amplifier or motor-driver")
+    fresh
+        .add_option(
+            "--structure", new_.structure, "inverting-amplifier, motor-driver or motor-by-speed")
         ->capture_default_str();
     fresh.add_option("-o,--output", new_.output, "FILE.toml, - = stdout")->capture_default_str();
   }

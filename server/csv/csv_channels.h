@@ -11,7 +11,7 @@ namespace faultlab::server {
 struct CsvChannel {
   std::string_view name;
   double core::Sample::*member;
-  bool required;  ///< the file must have it; ia_a may replace um_v
+  bool required;  ///< the file must have it; ia_a or n_rpm may replace um_v
   bool finite;    ///< every row must have a number in it
 };
 
@@ -26,8 +26,15 @@ inline constexpr std::array<CsvChannel, 7> kCsvChannelTable = {{
     {"delta_s", &core::Sample::delta_s, false, false},
 }};
 
-/// The measurement that a recording must have: um, or ia on benches without um.
+inline constexpr std::size_t kCommandChannel = 1;
+/// A recording must have one of these measurements: um, ia on benches without um, n on benches with
+/// neither.
 inline constexpr std::size_t kUmChannel = 2;
-inline constexpr std::size_t kIaChannel = 4;
+inline constexpr std::array<std::size_t, 3> kMeasurements = {kUmChannel, 4, 5};
+
+/// @param has  of a place in the table: is the channel there?
+constexpr bool HasMeasurement(auto has) {
+  return has(kMeasurements[0]) || has(kMeasurements[1]) || has(kMeasurements[2]);
+}
 
 }  // namespace faultlab::server

@@ -9,72 +9,80 @@
 namespace faultlab::server {
 namespace {
 
+/// Of a name that could be the command or what the motor gets.
+constexpr std::string_view kVoltage = "uc_v or um_v";
+
 struct Alias {
   std::string_view name;  ///< lower case, without blanks and underscores
   std::string_view channel;
 };
-constexpr std::array<Alias, 60> kAliases = {
-    {{"t", "t_s"},
-     {"time", "t_s"},
-     {"timestamp", "t_s"},
-     {"zeit", "t_s"},
-     {"vreme", "t_s"},
-     {"uc", "uc_v"},
-     {"u", "uc_v"},
-     {"ucmd", "uc_v"},
-     {"ucontrol", "uc_v"},
-     {"input", "uc_v"},
-     {"um", "um_v"},
-     {"umotor", "um_v"},
-     {"vm", "um_v"},
-     {"vmotor", "um_v"},
-     {"output", "um_v"},
-     {"ua", "ua_v"},
-     {"va", "ua_v"},
-     {"uamp", "ua_v"},
-     {"uout", "ua_v"},
-     {"ia", "ia_a"},
-     {"i", "ia_a"},
-     {"im", "ia_a"},
-     {"imotor", "ia_a"},
-     {"current", "ia_a"},
-     {"n", "n_rpm"},
-     {"rpm", "n_rpm"},
-     {"speed", "n_rpm"},
-     {"nout", "n_rpm"},
-     {"nrpm", "n_rpm"},
-     {"drehzahl", "n_rpm"},
-     {"brzina", "n_rpm"},
-     {"delta", "delta_s"},
-     // as people of other languages write them; "voltage" alone could be either
-     {"temps", "t_s"},
-     {"tiempo", "t_s"},
-     {"tempo", "t_s"},
-     {"xvalue", "t_s"},
-     {"sollspannung", "uc_v"},
-     {"stellspannung", "uc_v"},
-     {"steuerspannung", "uc_v"},
-     {"commande", "uc_v"},
-     {"upravljanje", "uc_v"},
-     {"setvoltage", "uc_v"},
-     {"motorsetvoltage", "uc_v"},
-     {"controlvoltage", "uc_v"},
-     {"motorspannung", "um_v"},
-     {"motorvoltage", "um_v"},
-     {"tensionmoteur", "um_v"},
-     {"naponmotora", "um_v"},
-     {"ankerspannung", "ua_v"},
-     {"strom", "ia_a"},
-     {"motorstrom", "ia_a"},
-     {"ankerstrom", "ia_a"},
-     {"motorcurrent", "ia_a"},
-     {"courant", "ia_a"},
-     {"struja", "ia_a"},
-     {"corriente", "ia_a"},
-     {"vitesse", "n_rpm"},
-     {"geschwindigkeit", "n_rpm"},
-     {"velocity", "n_rpm"},
-     {"motorvelocity", "n_rpm"}}};
+constexpr std::array<Alias, 66> kAliases = {{{"t", "t_s"},
+                                             {"time", "t_s"},
+                                             {"timestamp", "t_s"},
+                                             {"zeit", "t_s"},
+                                             {"vreme", "t_s"},
+                                             {"uc", "uc_v"},
+                                             {"u", "uc_v"},
+                                             {"ucmd", "uc_v"},
+                                             {"ucontrol", "uc_v"},
+                                             {"input", "uc_v"},
+                                             {"um", "um_v"},
+                                             {"umotor", "um_v"},
+                                             {"vm", "um_v"},
+                                             {"vmotor", "um_v"},
+                                             {"output", "um_v"},
+                                             {"ua", "ua_v"},
+                                             {"va", "ua_v"},
+                                             {"uamp", "ua_v"},
+                                             {"uout", "ua_v"},
+                                             {"ia", "ia_a"},
+                                             {"i", "ia_a"},
+                                             {"im", "ia_a"},
+                                             {"imotor", "ia_a"},
+                                             {"current", "ia_a"},
+                                             {"n", "n_rpm"},
+                                             {"rpm", "n_rpm"},
+                                             {"speed", "n_rpm"},
+                                             {"nout", "n_rpm"},
+                                             {"nrpm", "n_rpm"},
+                                             {"drehzahl", "n_rpm"},
+                                             {"brzina", "n_rpm"},
+                                             {"delta", "delta_s"},
+                                             // as people of other languages write them
+                                             {"temps", "t_s"},
+                                             {"tiempo", "t_s"},
+                                             {"tempo", "t_s"},
+                                             {"xvalue", "t_s"},
+                                             {"sollspannung", "uc_v"},
+                                             {"stellspannung", "uc_v"},
+                                             {"steuerspannung", "uc_v"},
+                                             {"commande", "uc_v"},
+                                             {"upravljanje", "uc_v"},
+                                             {"setvoltage", "uc_v"},
+                                             {"motorsetvoltage", "uc_v"},
+                                             {"controlvoltage", "uc_v"},
+                                             {"motorspannung", "um_v"},
+                                             {"motorvoltage", "um_v"},
+                                             {"tensionmoteur", "um_v"},
+                                             {"naponmotora", "um_v"},
+                                             {"ankerspannung", "ua_v"},
+                                             {"strom", "ia_a"},
+                                             {"motorstrom", "ia_a"},
+                                             {"ankerstrom", "ia_a"},
+                                             {"motorcurrent", "ia_a"},
+                                             {"courant", "ia_a"},
+                                             {"struja", "ia_a"},
+                                             {"corriente", "ia_a"},
+                                             {"vitesse", "n_rpm"},
+                                             {"geschwindigkeit", "n_rpm"},
+                                             {"velocity", "n_rpm"},
+                                             {"motorvelocity", "n_rpm"},
+                                             {"voltage", kVoltage},
+                                             {"volts", kVoltage},
+                                             {"spannung", kVoltage},
+                                             {"tension", kVoltage},
+                                             {"voltaje", kVoltage},
+                                             {"napon", kVoltage}}};
 
 struct Unit {
   std::string_view name;  ///< lower case
@@ -143,17 +151,28 @@ std::string_view Stripped(std::string_view text) {
   return text;
 }
 
-const CsvChannel* FindChannel(std::string_view name) {
+/// The channel, and whether the name fits another one too.
+struct Named {
+  const CsvChannel* channel = nullptr;
+  bool either = false;
+};
+
+Named FindName(std::string_view name) {
   std::string bare(name);
   std::erase_if(bare, [](char c) { return c == ' ' || c == '_' || c == '.'; });
   const auto alias = std::find_if(
       kAliases.begin(), kAliases.end(), [&](const Alias& one) { return one.name == bare; });
-  if (alias == kAliases.end()) {
-    return nullptr;
-  }
-  return std::find_if(kCsvChannelTable.begin(), kCsvChannelTable.end(), [&](const CsvChannel& one) {
-    return one.name == alias->channel;
-  });
+  if (alias == kAliases.end()) return {};
+  const bool either = alias->channel == kVoltage;
+  const std::string_view channel = either ? "uc_v" : alias->channel;
+  return {std::find_if(kCsvChannelTable.begin(),
+                       kCsvChannelTable.end(),
+                       [&](const CsvChannel& one) { return one.name == channel; }),
+          either};
+}
+
+const CsvChannel* FindChannel(std::string_view name) {
+  return FindName(name).channel;
 }
 
 /// "rad_s", "rad.s-1", "min^-1" as the table has them.
@@ -218,7 +237,9 @@ CsvColumn ParseColumnName(std::string_view cell) {
   CsvColumn column;
   const std::string lower = Lower(cell);
   const auto [name, unit] = SplitUnit(Stripped(lower));
-  column.channel = FindChannel(name);
+  const Named named = FindName(name);
+  column.channel = named.channel;
+  column.either = named.either;
   if (column.channel == nullptr || unit.empty()) {
     return column;
   }

@@ -13,6 +13,7 @@ struct CsvColumn {
   const CsvChannel* channel = nullptr;  ///< nullptr: not a column of a recording
   double factor = 1.0;                  ///< from the file's unit to the channel's
   bool has_unit = false;                ///< the name contains the unit
+  bool either = false;                  ///< "voltage": uc_v, unless it is the motor's
   std::string unknown_unit;             ///< of a known channel; empty if the unit fits
 };
 

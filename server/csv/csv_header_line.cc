@@ -14,7 +14,6 @@ namespace {
 constexpr std::uint32_t kLinesMax = 60;
 constexpr std::size_t kLineBytesMax = 64 << 10;
 constexpr std::size_t kTimeChannel = 0;
-constexpr std::size_t kCommandChannel = 1;
 
 bool BeginsWith(std::string_view text, std::string_view lower_case) {
   return text.size() >= lower_case.size() &&
@@ -35,11 +34,11 @@ Names WhatItNames(std::string_view line, char separator) {
   std::array<bool, kCsvChannelTable.size()> named{};
   for (bool more = true; more;) {
     const CsvColumn column = ParseColumnName(TakeCell(separator, line, more));
-    if (column.channel == nullptr || !column.unknown_unit.empty()) continue;
+    if (column.channel == nullptr || column.either || !column.unknown_unit.empty()) continue;
     named[static_cast<std::size_t>(column.channel - kCsvChannelTable.data())] = true;
   }
   if (!named[kTimeChannel]) return Names::kNoTime;
-  const bool measured = named[kUmChannel] || named[kIaChannel];
+  const bool measured = HasMeasurement([&](std::size_t at) { return named[at]; });
   return named[kCommandChannel] && measured ? Names::kRecording : Names::kTime;
 }
 

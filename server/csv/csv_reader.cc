@@ -2,6 +2,8 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "server/csv/csv_channels.h"
 #include "server/csv/csv_header.h"
@@ -24,7 +26,8 @@ constexpr std::size_t kCommentsMax = 1000;
 constexpr std::size_t kCommentBytesMax = 256 << 10;  // a bench's description is one
 constexpr std::size_t kHeaderBytesMax = 64 << 10;
 constexpr std::string_view kWanted =
-    "t_s, uc_v, um_v (or ia_a where a bench is diagnosed by it) and any of ua_v, ia_a, n_rpm, "
+    "t_s, uc_v, um_v (or ia_a, or n_rpm, where a bench is diagnosed by it) and any of ua_v, ia_a, "
+    "n_rpm, "
     "separated by commas";
 
 class Parser {
@@ -167,10 +170,12 @@ class Parser {
       }
     }
     if (numbers_alone) return NoHeader(*header);
+    if (std::optional<Error> error = TakeVoltage(found)) return error;
     for (std::size_t i = 0; i < kCsvChannelTable.size(); ++i) {
       if (found[i]) {
         record_.channels.emplace_back(kCsvChannelTable[i].name);
-      } else if (kCsvChannelTable[i].required && !(i == kUmChannel && found[kIaChannel])) {
+      } else if (kCsvChannelTable[i].required &&
+                 !(i == kUmChannel && HasMeasurement([&](std::size_t at) { return found[at]; }))) {
         return MissingColumn(kCsvChannelTable[i].name, *header);
       }
     }
@@ -180,6 +185,11 @@ class Parser {
   std::optional<Error> AddColumn(std::string_view name, auto& found) {
     const CsvColumn column = ParseColumnName(name);
     columns_.push_back(column);
+    if (column.either) {
+      voltages_.push_back({columns_.size() - 1, Shown(name)});
+      columns_.back().channel = nullptr;
+      return std::nullopt;
+    }
     if (column.channel == nullptr) {
       if (name.empty()) return std::nullopt;  // of a separator at the end
       record_.notes.push_back(std::string(name_) + ": column '" + Shown(name) +
@@ -188,13 +198,7 @@ class Parser {
     }
     const std::string_view canonical = column.channel->name;
     const auto at = static_cast<std::size_t>(column.channel - kCsvChannelTable.data());
-    if (!column.unknown_unit.empty()) {
-      return Fail(Shown(name),
-                  "csv_unit_unknown",
-                  "unit '" + Shown(column.unknown_unit) + "' is not known for " +
-                      std::string(canonical) + "; expected " +
-                      std::string(UnitsOf(*column.channel)));
-    }
+    if (!column.unknown_unit.empty()) return UnknownUnit(column, Shown(name));
     if (found[at]) {
       return Fail(canonical, "csv_column_twice", "appears twice in the header, expected once");
     }
@@ -204,6 +208,31 @@ class Parser {
                               std::string(canonical));
     }
     return std::nullopt;
+  }
+
+  /// "Voltage" and speed alone: the voltage is the command. Otherwise nobody knows which it is.
+  std::optional<Error> TakeVoltage(auto& found) {
+    const bool alone = voltages_.size() == 1 && !found[kCommandChannel] && !found[kUmChannel];
+    for (const auto& [at, name] : voltages_) {
+      CsvColumn& column = columns_[at];
+      if (alone) {
+        column.channel = &kCsvChannelTable[kCommandChannel];
+        found[kCommandChannel] = true;
+        if (!column.unknown_unit.empty()) return UnknownUnit(column, name);
+      }
+      record_.notes.push_back(
+          std::string(name_) + ": column '" + name +
+          (alone ? "' was read as uc_v" : "' could be uc_v or um_v and was ignored: say which"));
+    }
+    return std::nullopt;
+  }
+
+  Error UnknownUnit(const CsvColumn& column, const std::string& name) const {
+    return Fail(name,
+                "csv_unit_unknown",
+                "unit '" + Shown(column.unknown_unit) + "' is not known for " +
+                    std::string(column.channel->name) + "; expected " +
+                    std::string(UnitsOf(*column.channel)));
   }
 
   Error MissingColumn(std::string_view missing, std::string_view header) const {
@@ -358,7 +387,8 @@ class Parser {
           ++lost;
         }
       }
-      const bool stands_in = channel == &kCsvChannelTable[kUmChannel] && HasNumber(kIaChannel);
+      const bool stands_in = channel == &kCsvChannelTable[kUmChannel] &&
+                             HasMeasurement([&](std::size_t at) { return HasNumber(at); });
       if (lost == record_.samples.size() && channel->required && !stands_in) {
         return CsvError(name_,
                         first_line,
@@ -382,6 +412,8 @@ class Parser {
   char separator_ = ',';
   std::vector<CsvColumn> columns_;
   bool names_a_recording_ = false;
+  /// Places and names of columns that could be uc or um.
+  std::vector<std::pair<std::size_t, std::string>> voltages_;
   bool units_taken_ = false;
   bool by_clock_ = false;               ///< the time is a time of day
   std::vector<std::uint32_t> rows_at_;  // line of each sample

@@ -44,8 +44,10 @@ void FormatCsv(std::span<const core::Sample> samples,
     });
   };
   for (const CsvChannel& channel : kCsvChannelTable) {
-    const bool needed = channel.required && (&channel != &kCsvChannelTable[kUmChannel] ||
-                                             !is_measured(kCsvChannelTable[kIaChannel]));
+    const bool stands_in =
+        HasMeasurement([&](std::size_t at) { return is_measured(kCsvChannelTable[at]); });
+    const bool needed =
+        channel.required && (&channel != &kCsvChannelTable[kUmChannel] || !stands_in);
     if (needed || is_measured(channel)) channels.push_back(&channel);
   }
   constexpr std::size_t kPieceBytes = 16 << 10;

@@ -120,8 +120,7 @@ core::Result<DetectionStudy> DetectionStudies::Study(const core::Bench& bench,
   const auto calibration = CalibrationOf(bench, samples);
   if (!calibration) return calibration.error();
   const core::Calibration& learnt = *calibration.value();
-  const unsigned mask =
-      (learnt.used_um ? 1U : 0U) | (learnt.used_ia ? 2U : 0U) | (learnt.used_n ? 4U : 0U);
+  const unsigned mask = learnt.mask();
   Watch watch(
       bench, learnt, core::MakeThresholds(false_alarms_per_day, 1.0 / bench.period_s, mask), mask);
   core::ObservationBuilder builder(bench.readings(),

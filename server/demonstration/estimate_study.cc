@@ -50,19 +50,16 @@ Moments MomentsOf(std::span<const double> values) {
   return {sum, std::sqrt(square / (count - 1.0))};
 }
 
-double& Estimated(core::Sample& sample, core::EstimatedChannel channel) {
-  return channel == core::EstimatedChannel::kIa ? sample.ia_a : sample.um_v;
-}
-
 /// @returns the rms of the noise that was added
 double AddNoise(Demonstration& played, core::EstimatedChannel channel, double percent) {
   std::vector<double> healthy;
   for (std::size_t i = kStartUp; i < played.fault_at; ++i) {
-    healthy.push_back(Estimated(played.samples[i], channel));
+    healthy.push_back(core::ReadingOf(played.samples[i], channel));
   }
   const double rms = percent / 100.0 * MomentsOf(healthy).deviation;
   core::Random random(kNoiseSeed);
-  for (core::Sample& sample : played.samples) Estimated(sample, channel) += rms * random.Normal();
+  for (core::Sample& sample : played.samples)
+    core::ReadingOf(sample, channel) += rms * random.Normal();
   return rms;
 }
 

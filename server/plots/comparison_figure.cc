@@ -25,17 +25,20 @@ void Shift(std::vector<double>& x, double by_s) {
 
 Panel SignalPanel(std::span<const ComparedRecord> records) {
   Panel panel;
-  const auto is_ia = [](const ComparedRecord& record) {
-    return record.estimated == core::EstimatedChannel::kIa;
-  };
-  const bool ia = std::ranges::all_of(records, is_ia);
-  const bool um = std::ranges::none_of(records, is_ia);
-  panel.y = {ia ? "I_{a}" : um ? "U_{m}" : "U_{m}, I_{a}", ia ? "A" : um ? "V" : "V, A", {}};
+  panel.y = {"", "", {}};
+  for (const core::EstimatedChannelInfo& channel : core::kEstimatedChannels) {
+    const auto is_of = [&](const ComparedRecord& record) {
+      return &core::InfoOf(record.estimated) == &channel;
+    };
+    if (!records.empty() && std::ranges::none_of(records, is_of)) continue;
+    if (records.empty() && channel.row != 0) continue;
+    panel.y.label += (panel.y.label.empty() ? "" : ", ") + std::string(channel.symbol);
+    panel.y.unit += (panel.y.unit.empty() ? "" : ", ") + std::string(channel.unit);
+  }
   for (std::size_t i = 0; i < records.size(); ++i) {
     const ComparedRecord& record = records[i];
-    Series series = MakeChannelSeries(record.samples,
-                                      is_ia(record) ? &core::Sample::ia_a : &core::Sample::um_v,
-                                      kRunLooks[i].ink);
+    Series series =
+        MakeChannelSeries(record.samples, core::InfoOf(record.estimated).reading, kRunLooks[i].ink);
     series.dash = kRunLooks[i].dash;
     series.width = 1.0;
     series.name = record.name;

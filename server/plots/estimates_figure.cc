@@ -183,10 +183,11 @@ Figure MakeCurvesFigure(std::vector<EstimateCurve> curves,
     const std::vector<double>& t_s = curves.front().t_s;
     figure.x.range = {t_s.front(), t_s.back() + PeriodOf(t_s)};
   }
-  const bool ia = context.estimated == core::EstimatedChannel::kIa;
-  const char* const gain = ia ? "A/V" : "V/V";
-  const std::array<const char*, kFamilySize> units = {
-      gain, swa ? gain : (ia ? "A·s/V" : "s"), swa ? (ia ? "A/A" : "V/V") : "s"};
+  const std::string unit(core::InfoOf(context.estimated).unit);
+  const std::string gain = unit + "/V";
+  const std::string lead = unit == "V" ? "s" : unit + "·s/V";
+  const std::array<std::string, kFamilySize> units = {
+      gain, swa ? gain : lead, swa ? unit + "/" + unit : "s"};
   const std::vector<double> changes = ChangeTimes(context);
   for (int parameter = 0; parameter < kFamilySize; ++parameter) {
     const auto at = static_cast<std::size_t>(parameter);

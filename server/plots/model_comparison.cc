@@ -139,13 +139,16 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
     const core::PlantParameters plant = core::WithMeasuredGain(
         with_fault(core::WithMeasuredLag(calibration.nominal, calibration.lag_factor)),
         calibration.gain_factor);
-    add("faultlab",
-        "faultlab",
-        core::FitSampled(core::MakeSampledModel(plant, options.period_s, delta_s),
-                         core::SampledModel::RowOf(comparison.channel),
-                         calibration.mc_nm,
-                         stretch.uc_v,
-                         stretch.y));
+    const double unit = core::ReadingPerOutput(plant);
+    std::vector<double> output;
+    for (const double reading : stretch.y) output.push_back(reading / unit);
+    core::ModelFit fit = core::FitSampled(core::MakeSampledModel(plant, options.period_s, delta_s),
+                                          core::InfoOf(comparison.channel).row,
+                                          calibration.mc_nm,
+                                          stretch.uc_v,
+                                          output);
+    for (double& value : fit.simulated) value *= unit;
+    add("faultlab", "faultlab", std::move(fit));
   }
   return comparison;
 }

@@ -66,9 +66,9 @@ Figure MakeModelsFigure(const ModelComparison& comparison,
   const std::vector<double> t = cut(comparison.t_s);
 
   Panel output;
-  const bool current = comparison.channel == core::EstimatedChannel::kIa;
-  const char* unit = current ? "A" : "V";
-  output.y = {current ? "I_{a}" : "U_{m}", unit, std::nullopt};
+  const core::EstimatedChannelInfo& channel = core::InfoOf(comparison.channel);
+  const std::string unit(channel.unit);
+  output.y = {std::string(channel.symbol), unit, std::nullopt};
   output.weight = 2.0;
   Panel residual;
   residual.y = {"Residual", unit, std::nullopt};

@@ -33,4 +33,13 @@ constexpr Structure kMotorDriver = {
     .estimated = EstimatedChannel::kIa,
 };
 
+constexpr Structure kMotorBySpeed = {
+    .name = "motor-by-speed",
+    .title = "Driver of known gain and DC motor, of which the speed alone is measured",
+    .parameters = kParameters,
+    .response = Response,
+    .slope = Slope,
+    .estimated = EstimatedChannel::kSpeed,
+};
+
 }  // namespace faultlab::core

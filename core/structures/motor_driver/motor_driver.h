@@ -11,4 +11,10 @@ namespace faultlab::core {
 /// and n. ia distinguishes k, Ra, J and B; n alone does not separate k from Ke, nor J from Ra.
 extern const Structure kMotorDriver;
 
+/// The same, of which the speed alone is measured:
+///   n = k KT / (J (Ra+Rs) s + B (Ra+Rs) + Ke KT) Uc, in rpm behind the gear
+/// The record tells a gain, a time constant and the friction; values of parts carry the tolerances
+/// of the data sheet.
+extern const Structure kMotorBySpeed;
+
 }  // namespace faultlab::core

@@ -151,7 +151,7 @@ json::object BenchToJson(const core::Bench& bench) {
   for (const Component component : bench.components()) {
     components.push_back(ComponentToJson(bench, component));
   }
-  const bool ia = bench.structure->estimated == core::EstimatedChannel::kIa;
+  const core::EstimatedChannelInfo& estimated = core::InfoOf(bench.structure->estimated);
   return {{"id", bench.id},
           {"name", bench.name},
           {"title", bench.title},
@@ -166,7 +166,7 @@ json::object BenchToJson(const core::Bench& bench) {
             {"ua", ChannelToJson(bench.ua)},
             {"ia", ChannelToJson(bench.ia)},
             {"n", ChannelToJson(bench.n)}}},
-          {"estimated", {{"channel", ia ? "ia" : "um"}, {"unit", ia ? "A" : "V"}}},
+          {"estimated", {{"channel", estimated.name}, {"unit", estimated.unit}}},
           {"estimate_ranges", RangesToJson(bench)},
           {"parameters", ParametersToJson(bench)},
           {"healthy", {{"from_s", pipeline.healthy_from_s}, {"to_s", pipeline.healthy_to_s}}},

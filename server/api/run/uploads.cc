@@ -7,7 +7,6 @@
 #include "server/csv/csv_record.h"
 #include "server/csv/file_io.h"
 #include "server/diagnosis_json/calibration_json.h"
-#include "server/diagnosis_json/channel_ranges.h"
 #include "server/diagnosis_json/channels_text.h"
 #include "server/run/refusals.h"
 
@@ -107,16 +106,13 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   if (!parsed) return parsed.error();
   CsvRecord csv = std::move(parsed).value();
 
-  for (std::string& note : NotesOnUnused(csv.channels, *bench.value(), name)) {
-    csv.notes.push_back(std::move(note));
-  }
+  auto notes = NotesOnRecord(csv.channels, csv.samples, *bench.value(), name);
+  if (!notes) return notes.error();
+  std::ranges::move(notes.value(), std::back_inserter(csv.notes));
   if (std::string note = NoteOnOtherBench(name, BenchInComments(csv.comments), *bench.value());
       !note.empty()) {
     csv.notes.push_back(std::move(note));
   }
-  auto beyond = NotesOnRanges(csv.samples, *bench.value(), name);
-  if (!beyond) return beyond.error();
-  std::ranges::move(beyond.value(), std::back_inserter(csv.notes));
   auto options = OptionsOf(api, request, *bench.value(), csv.period_s);
   if (!options) return options.error();
   const std::size_t size = csv.samples.size();

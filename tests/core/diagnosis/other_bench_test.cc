@@ -1,12 +1,16 @@
-// The diagnosis of a bench other than the paper's: another structure, other scales, 500 Hz, and no
-// measured voltage.
+// The diagnosis of benches other than the paper's: another structure, other scales, 500 Hz, no
+// measured voltage; an encoder alone.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "core/diagnosis/diagnose_record.h"
+#include "core/plant/coefficients.h"
 #include "core/plant/simulate_record.h"
+#include "core/signals/excitation.h"
 #include "core/signals/prbs.h"
 #include "hardware/bench/benches.h"
 #include "tests/core/diagnosis/verdicts.h"
@@ -83,6 +87,59 @@ TEST(ServoMotor, IsNominalWithoutAFault) {
     EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
     EXPECT_FALSE(diagnosis.calibration->used_um);
   }
+}
+
+/// Voltage and speed alone tell a gain, a time constant and the friction: parts that move one of
+/// them alike are a group.
+class SpeedMotor : public testing::Test {
+ protected:
+  Diagnosis Diagnose(const char* symbol, double factor, std::uint64_t seed) const {
+    std::vector<Fault> faults;
+    if (symbol != nullptr) {
+      const Component component = bench_.Find(symbol).value();
+      faults.push_back({component, factor * bench_.nominal.Get(component), 10.0});
+    }
+    const std::vector<double> uc = Generate(bench_.excitation, 20.0, bench_.period_s).value();
+    return DiagnoseRecord(
+        SimulateRecord(bench_.profiles.front(), bench_.nominal, uc, faults, seed, bench_.period_s),
+        OptionsOf(bench_));
+  }
+  const Bench& bench_ = *hardware::LoadBench("speed-motor").value();
+};
+
+TEST_F(SpeedMotor, IsNominalWithoutAFault) {
+  for (const std::uint64_t seed : {221U, 222U, 223U}) {
+    const Diagnosis diagnosis = Diagnose(nullptr, 1.0, seed);
+    ASSERT_FALSE(diagnosis.calibration_refusal.has_value())
+        << diagnosis.calibration_refusal->message;
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
+    EXPECT_EQ(diagnosis.calibration->mask(), 4U);
+    ASSERT_FALSE(diagnosis.fit_percent.empty());
+    EXPECT_GT(diagnosis.fit_percent.front().percent, 80.0);
+  }
+}
+
+TEST_F(SpeedMotor, NamesAGroupThatHoldsTheFault) {
+  const std::pair<const char*, double> changes[] = {
+      {"Ke", 0.8}, {"k", 0.8}, {"J", 2.0}, {"Ra", 2.0}, {"B", 3.0}};
+  for (const auto& [symbol, factor] : changes) {
+    const Diagnosis diagnosis = Diagnose(symbol, factor, 231U);
+    const Verdict& verdict = diagnosis.verdict;
+    ASSERT_EQ(verdict.kind, VerdictKind::kFault) << symbol << ": " << verdict.reason;
+    const Component component = bench_.Find(symbol).value();
+    EXPECT_NE(std::ranges::find(verdict.group, component), verdict.group.end())
+        << symbol << ": " << verdict.reason;
+  }
+}
+
+TEST_F(SpeedMotor, TheEstimatorsGiveItsGainAndItsTimeConstant) {
+  const Diagnosis diagnosis = Diagnose("Ke", 0.8, 241U);
+  PlantParameters faulty = bench_.nominal;
+  faulty.Set(bench_.Find("Ke").value(), 0.8 * faulty.ke_v_per_rad_s);
+  const ContinuousCoefficients expected = MakeContinuous(faulty);
+  const Estimate<3>& sia = diagnosis.estimates[static_cast<std::size_t>(EstimatorId::kSia500x20)];
+  EXPECT_NEAR(sia.theta[0], expected.b0, 0.05 * expected.b0) << "rpm/V";
+  EXPECT_NEAR(sia.theta[2], expected.a1, 0.15 * expected.a1) << "s";
 }
 
 }  // namespace

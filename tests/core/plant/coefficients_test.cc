@@ -2,9 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
+#include "core/plant/sampled_model.h"
 #include "core/signals/random.h"
+#include "core/types/estimated_channel.h"
+#include "hardware/bench/benches.h"
 #include "tests/paper_bench.h"
 
 namespace faultlab::core {
@@ -97,21 +103,49 @@ TEST(CoefficientJacobian, HasTheKnownValuesAtNominal) {
   }
 }
 
-TEST(CoefficientJacobian, EqualsCentralDifferencesAtRandomPlants) {
+/// One bench for each channel that can be estimated: um, ia, n.
+class EachChannel : public testing::TestWithParam<const char*> {
+ protected:
+  const Bench& bench_ = *hardware::LoadBench(GetParam()).value();
+};
+INSTANTIATE_TEST_SUITE_P(Benches,
+                         EachChannel,
+                         testing::Values("paper", "servo-motor", "speed-motor"),
+                         [](const auto& test) {
+                           const Bench& bench = *hardware::LoadBench(test.param).value();
+                           return std::string(InfoOf(bench.structure->estimated).name);
+                         });
+
+TEST_P(EachChannel, SettlesWhereTheExactModelDoes) {
+  constexpr double kUc = 2.5;
+  constexpr double kMc = 1e-4;
+  const PlantParameters& plant = bench_.nominal;
+  const SampledModel exact = MakeSampledModel(plant, kPeriodS, 0.5 * kPeriodS);
+  const Eigen::Vector3d at_rest = exact.SteadyState(kUc, kMc);
+  const int row = InfoOf(plant.structure->estimated).row;
+  const double output = exact.c.row(row).dot(at_rest) + exact.d_u(row) * kUc + exact.d_m(row) * kMc;
+  const ContinuousCoefficients c = MakeContinuous(plant);
+  const double expected = ReadingPerOutput(plant) * output;
+  EXPECT_NEAR(c.b0 * kUc - c.b02 * kMc, expected, 1e-6 * std::abs(expected));
+}
+
+TEST_P(EachChannel, JacobianEqualsCentralDifferencesAtRandomPlants) {
   Random random(11);
   constexpr double kStep = 1e-5;  // truncation 1e-10, rounding 1e-11 of the values
+  const std::vector<Component> parts = bench_.components();
   for (int i = 0; i < 50; ++i) {
-    PlantParameters parameters = paper::Plant();
-    for (const Component component : paper::Parts()) {
+    PlantParameters parameters = bench_.nominal;
+    for (const Component component : parts) {
       parameters.Set(component, parameters.Get(component) * std::exp(random.Uniform(-1.0, 1.0)));
+      if (component.info().symbol != "C8") continue;
+      // so that it has an effect
+      parameters.Set(component, 1e-6 * std::exp(random.Uniform(-1.0, 1.0)));
     }
-    parameters.Set(paper::kC8,
-                   1e-6 * std::exp(random.Uniform(-1.0, 1.0)));  // so that C8 has an effect
     const double delta_s = random.Uniform(0.0, kPeriodS);
-    const CoefficientJacobian continuous = ContinuousJacobian(parameters, paper::Parts());
-    const CoefficientJacobian discrete =
-        DiscreteJacobian(parameters, paper::Parts(), kPeriodS, delta_s);
-    for (const Component component : paper::Parts()) {
+    const CoefficientJacobian continuous = ContinuousJacobian(parameters, parts);
+    const CoefficientJacobian discrete = DiscreteJacobian(parameters, parts, kPeriodS, delta_s);
+    for (std::size_t place = 0; place < parts.size(); ++place) {
+      const Component component = parts[place];
       const double value = parameters.Get(component);
       PlantParameters up = parameters;
       PlantParameters down = parameters;
@@ -128,10 +162,10 @@ TEST(CoefficientJacobian, EqualsCentralDifferencesAtRandomPlants) {
                                   du.b0d - dd.b0d,
                                   du.b1d - dd.b1d,
                                   du.a1d - dd.a1d};
-      const double scale[6] = {cu.b0, cu.b1, cu.a1, 1.0, 1.0, 1.0};
+      const double scale[6] = {cu.b0, std::max(cu.b1, cu.b0 * cu.a1), cu.a1, cu.b0, cu.b0, 1.0};
       for (int row = 0; row < 6; ++row) {
-        const double found =
-            row < 3 ? continuous(row, Index(component)) : discrete(row - 3, Index(component));
+        const double found = row < 3 ? continuous(row, static_cast<Eigen::Index>(place))
+                                     : discrete(row - 3, static_cast<Eigen::Index>(place));
         EXPECT_NEAR(found * value, expected[row] / twice * value, 1e-8 * scale[row])
             << Name(component) << " " << row;
       }

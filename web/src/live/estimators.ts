@@ -59,7 +59,7 @@ export function windowS(estimator: EstimatorShape, period: number): number {
 }
 
 /** The unit of a parameter of the model from uc to a channel of the unit `channel`. */
-export function parameterUnit(parameter: string, channel: "V" | "A"): string {
+export function parameterUnit(parameter: string, channel: "V" | "A" | "rpm"): string {
   switch (parameter) {
     case "a1":
       return "s";

@@ -1554,6 +1554,8 @@ export const texts = {
   refused_control_not_offered: "The control of this rig is not offered to you.",
   refused_course_of_set_fixed: "A fault set stays in its course.",
   refused_csv_cells_wrong: "Line {line} does not have as many cells as the header.",
+  refused_csv_channel_needed:
+    "The column {column} is missing: the bench {bench} is diagnosed by it.",
   refused_csv_column_missing: "The column {column} is missing.",
   refused_csv_column_twice: "The column {column} appears twice.",
   refused_csv_column_without_numbers: "The column {column} has no number.",

@@ -1599,6 +1599,8 @@ export const marked: Catalogue = {
   refused_control_not_offered: "Upravljanje ovim uređajem vam nije ponuđeno.",
   refused_course_of_set_fixed: "Skup kvarova ostaje u svom kursu.",
   refused_csv_cells_wrong: "Red {line} nema onoliko polja koliko zaglavlje.",
+  refused_csv_channel_needed:
+    "Nedostaje kolona {column}: po njoj se dijagnostikuje sto {bench}.",
   refused_csv_column_missing: "Nedostaje kolona {column}.",
   refused_csv_column_twice: "Kolona {column} se pojavljuje dvaput.",
   refused_csv_column_without_numbers: "Kolona {column} nema nijedan broj.",

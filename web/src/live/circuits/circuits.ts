@@ -9,16 +9,19 @@ interface Circuit {
 
 const MOTOR = ["Ra", "La", "Ke", "KT", "J", "B"];
 
+const DRIVER: Circuit = {
+  places: ["k", "Rs", ...MOTOR],
+  load: () => import("./MotorDriver.svelte"),
+};
+
 /** One drawing for each structure of the server's `core/structures`, by its name. */
 const CIRCUITS: Partial<Record<string, Circuit>> = {
   "inverting-amplifier": {
     places: ["R9", "R10", "R5", "C8", "R12", "R14", "R15", "R1", ...MOTOR],
     load: () => import("./InvertingAmplifier.svelte"),
   },
-  "motor-driver": {
-    places: ["k", "Rs", ...MOTOR],
-    load: () => import("./MotorDriver.svelte"),
-  },
+  "motor-driver": DRIVER,
+  "motor-by-speed": DRIVER,
 };
 
 /** Of a structure that this page does not know: blocks without places. */
