@@ -21,6 +21,14 @@ std::string Digits(double value, int digits) {
   return {text.data(), end.ptr};
 }
 
+/// Of the first channel that was used.
+std::string NoiseText(const core::Calibration& calibration) {
+  constexpr double kMilli = 1e3;
+  if (calibration.used_um) return Digits(kMilli * calibration.um_noise_v, 3) + " mV";
+  if (calibration.used_ia) return Digits(kMilli * calibration.ia_noise_a, 3) + " mA";
+  return Digits(calibration.n_noise_rpm, 3) + " rpm";
+}
+
 std::string Seconds(double value) {
   std::array<char, 40> text;
   constexpr int kDecimals = 2;
@@ -126,10 +134,8 @@ void AppendCalibration(std::ostringstream& out, const core::Diagnosis& diagnosis
       << Seconds(calibration.from_s) << " to " << Seconds(calibration.to_s) << ": delay "
       << Digits(kMilli * calibration.delta_s, 3) << " ms, Mc "
       << Digits(kMilli * calibration.mc_nm, 3) << " +- "
-      << Digits(kMilli * calibration.mc_sigma_nm, 1) << " mNm, noise "
-      << (calibration.used_um ? Digits(kMilli * calibration.um_noise_v, 3) + " mV, "
-                              : Digits(kMilli * calibration.ia_noise_a, 3) + " mA, ")
-      << Digits(calibration.thresholds.false_alarms_per_day, 3) << " false alarm a day\n";
+      << Digits(kMilli * calibration.mc_sigma_nm, 1) << " mNm, noise " << NoiseText(calibration)
+      << ", " << Digits(calibration.thresholds.false_alarms_per_day, 3) << " false alarm a day\n";
 }
 
 void AppendFits(std::ostringstream& out, const std::vector<core::FitPercent>& fits) {

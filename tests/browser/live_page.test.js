@@ -342,10 +342,10 @@ describe("live page", { timeout: SUITE_MS }, () => {
     const result = page.getByRole("status").filter({ hasText: "again.csv" });
     await result.getByText("R1 = 100").waitFor();
     await page.getByText("How it is diagnosed").click();
-    await page.getByLabel("Healthy from").fill("1");
-    await page.getByLabel("to", { exact: true }).fill("1.5");
+    await page.getByLabel("Healthy from, s").fill("1");
+    await page.getByLabel("to, s", { exact: true }).fill("1.5");
     await result.getByRole("button", { name: "Diagnose again" }).click();
-    await result.getByText("50 samples, at least").waitFor();
+    await result.getByText("The healthy beginning was too short").waitFor();
     assert.deepEqual(await axe(page), []);
 
     await page.getByRole("link", { name: "All uploads" }).click();

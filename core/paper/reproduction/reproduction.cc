@@ -115,7 +115,7 @@ double TrueModelFit(const Bench& bench,
   const SampledModel model =
       MakeSampledModel(TruthOf(bench, fault), bench.period_s, profile.delta_s);
   return FitSampled(model,
-                    SampledModel::RowOf(EstimatedChannel::kUm),
+                    InfoOf(EstimatedChannel::kUm).row,
                     profile.friction.mc_nm,
                     ControlVoltages(stretch),
                     MotorVoltages(stretch))

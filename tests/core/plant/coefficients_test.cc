@@ -162,7 +162,8 @@ TEST_P(EachChannel, JacobianEqualsCentralDifferencesAtRandomPlants) {
                                   du.b0d - dd.b0d,
                                   du.b1d - dd.b1d,
                                   du.a1d - dd.a1d};
-      const double scale[6] = {cu.b0, std::max(cu.b1, cu.b0 * cu.a1), cu.a1, cu.b0, cu.b0, 1.0};
+      const double at_once = std::max(cu.b0, cu.b1 / cu.a1);
+      const double scale[6] = {cu.b0, cu.a1 * at_once, cu.a1, at_once, at_once, 1.0};
       for (int row = 0; row < 6; ++row) {
         const double found = row < 3 ? continuous(row, static_cast<Eigen::Index>(place))
                                      : discrete(row - 3, static_cast<Eigen::Index>(place));

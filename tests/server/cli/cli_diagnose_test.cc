@@ -102,9 +102,17 @@ TEST_F(CliDiagnose, GivesEachBadFileItsSentenceAndGoesOnWithTheOthers) {
   const std::pair<std::string, std::string> cases[] = {
       {"t_s,uc_v,ua_v\n0,2,5\n",
        "faultlab: bad.csv:1: column um_v: missing: 't_s' was taken for t_s, 'uc_v' was taken for "
-       "uc_v, 'ua_v' was taken for ua_v; expected t_s, uc_v, um_v (or ia_a where a bench is "
+       "uc_v, 'ua_v' was taken for ua_v; expected t_s, uc_v, um_v (or ia_a, or n_rpm, where a "
+       "bench is "
        "diagnosed by it) and any of ua_v, ia_a, n_rpm, "
        "separated by commas\n"},
+      {"t,Voltage_V,Speed_rad_s\n0,2,5\n0.01,2,6\n",
+       "faultlab: note: bad.csv: column 't' was read as t_s\n"
+       "faultlab: note: bad.csv: column 'Speed_rad_s' was read as n_rpm\n"
+       "faultlab: note: bad.csv: column 'Voltage_V' was read as uc_v\n"
+       "faultlab: bad.csv: column um_v: missing: the bench paper is diagnosed by um; with voltage "
+       "and speed alone, describe a bench of the structure motor-by-speed (the shipped speed-motor "
+       "is one): its gain, its time constant and its friction can be told\n"},
       {"t_s,uc_v,um_v\n0,2,5\n0.01,2,x\n",
        "faultlab: bad.csv:3: column um_v: expected a number, found 'x'\n"},
       {"t_s,uc_v,um_v\n0,2,5\n0.01,NaN,5\n",
@@ -119,7 +127,8 @@ TEST_F(CliDiagnose, GivesEachBadFileItsSentenceAndGoesOnWithTheOthers) {
        "0.01 s as in most of the file\n"},
       {"",
        "faultlab: bad.csv:1: the file is empty, expected a header line with t_s, uc_v, um_v "
-       "(or ia_a where a bench is diagnosed by it) and any of ua_v, ia_a, n_rpm, separated by "
+       "(or ia_a, or n_rpm, where a bench is diagnosed by it) and any of ua_v, ia_a, n_rpm, "
+       "separated by "
        "commas\n"}};
   for (const auto& [text, message] : cases) {
     Write("bad.csv", text);

@@ -250,8 +250,8 @@ TEST(CsvReader, KnowsTheUsualUnitsOfSpeedAndNamesInOtherLanguages) {
 }
 
 TEST(CsvReader, ARefusalSaysWhatEachColumnWasTakenFor) {
-  EXPECT_THAT(ErrorOf("Time_sec,Voltage_V,Speed_rad_s\n0,3,0\n"),
-              HasSubstr("missing: 'Time_sec' was taken for t_s, 'Voltage_V' was taken for nothing, "
+  EXPECT_THAT(ErrorOf("Time_sec,Volume_l,Speed_rad_s\n0,3,0\n"),
+              HasSubstr("missing: 'Time_sec' was taken for t_s, 'Volume_l' was taken for nothing, "
                         "'Speed_rad_s' was taken for n_rpm; expected t_s, uc_v"));
   EXPECT_THAT(ErrorOf("t,PWM,SPEED\n0,255,0\n"),
               HasSubstr("a duty cycle needs the supply: write uc_v = duty x supply"));
@@ -280,11 +280,33 @@ TEST(CsvReader, TakesCurrentInPlaceOfVoltage) {
             "file.csv:2: column um_v: no row has a number, expected the measured voltage");
 }
 
+TEST(CsvReader, VoltageAndSpeedAloneAreACommandAndItsAnswer) {
+  for (const char* voltage : {"Voltage_V", "Spannung [V]", "napon", "Tension (mV)", "volts"}) {
+    const auto record =
+        Parse(std::string("Time_sec;") + voltage + ";Speed_rad_s\n0;3;1\n0.01;4;2\n");
+    ASSERT_TRUE(record) << voltage << ": " << record.error().message;
+    const double milli =
+        std::string_view(voltage).find("mV") == std::string_view::npos ? 1.0 : 1e-3;
+    EXPECT_DOUBLE_EQ(record.value().samples[1].uc_v, 4.0 * milli) << voltage;
+    EXPECT_EQ(record.value().channels, (std::vector<std::string>{"t_s", "uc_v", "n_rpm"}));
+    EXPECT_THAT(
+        record.value().notes,
+        testing::Contains(HasSubstr(std::string("column '") + voltage + "' was read as uc_v")));
+  }
+  const auto known = Parse("t_s,uc_v,um_v,voltage\n0,2,5,1\n0.01,2,5,1\n");
+  ASSERT_TRUE(known) << known.error().message;
+  EXPECT_THAT(known.value().notes,
+              testing::Contains(HasSubstr("could be uc_v or um_v and was ignored")));
+  EXPECT_THAT(ErrorOf("t,voltage,volts,n\n0,1,1,1\n"), HasSubstr("column uc_v: missing"));
+  EXPECT_THAT(ErrorOf("t,voltage [lb],n\n0,1,1\n"), HasSubstr("unit 'lb' is not known for uc_v"));
+}
+
 TEST(CsvReader, NamesTheMissingColumn) {
   EXPECT_EQ(ErrorOf("t_s,uc_v,ua_v\n0,2,5\n"),
             "file.csv:1: column um_v: missing: 't_s' was taken for t_s, 'uc_v' was taken for uc_v, "
             "'ua_v' "
-            "was taken for ua_v; expected t_s, uc_v, um_v (or ia_a where a bench is diagnosed by "
+            "was taken for ua_v; expected t_s, uc_v, um_v (or ia_a, or n_rpm, where a bench is "
+            "diagnosed by "
             "it) and any of ua_v, ia_a, n_rpm, separated by "
             "commas");
   EXPECT_EQ(ErrorOf("0,2,5\n0.01,2,5\n"),
