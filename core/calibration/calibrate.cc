@@ -272,6 +272,10 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
   return error;
 }
 
+bool Fits(std::span<const Sample> samples, const CalibrationOptions& options) {
+  return CalibrateWith(samples, options, Impulses::kLeftOut).ok();
+}
+
 std::optional<std::string> WhatIsWrong(std::span<const Sample> samples,
                                        const CalibrationOptions& options) {
   return SuspectOf(samples, options, CalibrateWith(samples, options, Impulses::kLeftOut));

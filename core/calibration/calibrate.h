@@ -43,6 +43,8 @@ ParameterOffsets TolerancesOf(const Bench& bench);
 /// A refusal because the stretch does not fit ends with what is wrong with the record, where that
 /// can be told (usual_suspects.h); finding out takes up to twenty times as long.
 Result<Calibration> Calibrate(std::span<const Sample> samples, const CalibrationOptions& options);
+/// Does the stretch pass all checks? Without a look for what is wrong if it does not.
+bool Fits(std::span<const Sample> samples, const CalibrationOptions& options);
 /// What is wrong with a record that does not fit its bench; nothing if that cannot be told, or if
 /// it fits.
 std::optional<std::string> WhatIsWrong(std::span<const Sample> samples,

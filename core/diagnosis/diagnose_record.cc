@@ -1,10 +1,14 @@
 #include "core/diagnosis/diagnose_record.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
+#include <string_view>
 #include <vector>
 
 #include "core/calibration/calibrate.h"
+#include "core/calibration/step_response.h"
 #include "core/diagnosis/pipeline.h"
 #include "core/plant/measured_gain.h"
 #include "core/plant/model_fit.h"
@@ -59,6 +63,18 @@ void NameWhatIsWrong(std::span<const Sample> samples,
   }
 }
 
+/// A record of a step or two teaches no rig, but tells how its motor answers.
+void TellStepResponse(std::span<const Sample> samples,
+                      const DiagnosisOptions& options,
+                      Diagnosis& diagnosis) {
+  if (!diagnosis.calibration_refusal) return;
+  const std::string& check = diagnosis.calibration_refusal->field;
+  if (check != "excitation" && check != "length") return;
+  if (const auto text = StepResponseText(samples, options.period_s)) {
+    diagnosis.verdict.reason += "; " + *text;
+  }
+}
+
 }  // namespace
 
 Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions& options) {
@@ -82,7 +98,35 @@ Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions
     }
   }
   if (!samples.empty()) NameWhatIsWrong(samples, options, diagnosis);
+  TellStepResponse(samples, options, diagnosis);
   return diagnosis;
+}
+
+void SuggestBench(std::span<const Sample> samples,
+                  const DiagnosisOptions& options,
+                  std::span<const Bench* const> others,
+                  Diagnosis& diagnosis) {
+  constexpr std::size_t kTriedMax = 10;
+  constexpr std::array<std::string_view, 4> kDoesNotFit = {
+      "noise", "friction", "tolerance", "stationarity"};
+  if (!diagnosis.calibration_refusal ||
+      std::ranges::find(kDoesNotFit, diagnosis.calibration_refusal->field) == kDoesNotFit.end() ||
+      diagnosis.verdict.reason.find("; it fits ") != std::string::npos) {
+    return;
+  }
+  std::vector<Sample> stretch;
+  std::ranges::copy_if(samples, std::back_inserter(stretch), [&](const Sample& sample) {
+    return sample.t_s >= options.healthy_from_s && sample.t_s < options.healthy_to_s;
+  });
+  std::size_t tried = 0;
+  for (const Bench* bench : others) {
+    if (bench->id == options.bench->id) continue;
+    if (++tried > kTriedMax) return;
+    const DiagnosisOptions there = OptionsOf(*bench, options.period_s);
+    if (!Fits(stretch, CalibrationOf(there))) continue;
+    diagnosis.verdict.reason += "; it fits the bench " + bench->name + ": was it measured there?";
+    return;
+  }
 }
 
 void ReplayEstimates(std::span<const Sample> samples,

@@ -14,6 +14,13 @@ namespace faultlab::core {
 /// thread.
 Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions& options);
 
+/// Where the healthy stretch does not fit its bench: says in the reason which of `others` it fits,
+/// if it fits one. Cost: a calibration for each, at most ten of them.
+void SuggestBench(std::span<const Sample> samples,
+                  const DiagnosisOptions& options,
+                  std::span<const Bench* const> others,
+                  Diagnosis& diagnosis);
+
 /// The estimates of a record, in order, once per sample: bit-equal to those of a live run with
 /// these options.
 void ReplayEstimates(std::span<const Sample> samples,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/filter/speed_response.h"
 #include "core/isolation/profile_cost.h"
 #include "core/isolation/value_error.h"
 #include "core/types/time_span.h"
@@ -102,6 +103,20 @@ HypothesisFit FitNuisance(const FitContext& context, const Component* component,
   return h;
 }
 
+/// @param fit  of the logarithm of the value and of the coordinates
+SpeedResponse ResponseWith(const FitContext& context, const MapFit& fit, Component component) {
+  const Eigen::Index n = context.coordinates();
+  Eigen::MatrixXd covariance = fit.covariance;
+  if (context.model_covariance.rows() == n) {
+    covariance.bottomRightCorner(n, n) += context.model_covariance;
+  }
+  const auto rig_at = [&](const Eigen::VectorXd& q) {
+    return WithComponent(
+        WithOffsets(context.rig, q.tail(n), context.period_s), component, std::exp(q(0)));
+  };
+  return SpeedResponseOf(rig_at, fit.point, covariance);
+}
+
 }  // namespace
 
 double MagnitudePrior(const PlantParameters& plant, Component component, double value) {
@@ -134,6 +149,9 @@ void RefineComponent(const FitContext& context, HypothesisFit& h, double give_up
   const MapFit fit = FitMap(models, prior, prior.mean, options);
   h.value = std::clamp(std::exp(fit.point(0)), range.low, range.high);
   h.log_sigma = LogSigma(context, fit, 0, h.component, h.value);
+  if (context.rig.plant.structure->estimated == EstimatedChannel::kSpeed) {
+    h.response = ResponseWith(context, fit, h.component);
+  }
   if (h.component.info().kind == PartKind::kCapacitor && context.part_tolerance > 0.0) {
     h.log_sigma =
         std::hypot(h.log_sigma, CapacitorLogSigma(context, h.component, prior, fit.point));

@@ -2,8 +2,10 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 
 #include "core/isolation/fit_context.h"
+#include "core/types/speed_response.h"
 
 namespace faultlab::core {
 
@@ -24,6 +26,7 @@ struct HypothesisFit {
   double cost = 0.0;
   double magnitude_cost = 0.0;  ///< MagnitudePrior: weak, it decides only where the data do not
   Eigen::VectorXd nuisance;     ///< [8] the coordinates of this fit
+  std::optional<SpeedResponse> response{};  ///< of the rig with the fault, if the speed is all
 
   double rank_cost() const { return cost + magnitude_cost; }
 };

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/filter/impulses.h"
+#include "core/filter/speed_response.h"
 #include "core/isolation/friction_hold.h"
 #include "core/isolation/lack_of_fit.h"
 #include "core/isolation/onset.h"
@@ -470,6 +471,9 @@ class Isolation {
     }
     verdict.kind = VerdictKind::kFault;
     verdict.reason = FaultSentence(verdict);
+    if (best.response && !second) {
+      verdict.response = ResponseChange{SpeedResponseOf(*task_.calibration), *best.response};
+    }
     if (explanation.shape == FaultShape::kDrift) {
       verdict.reason += RateText(best.component, explanation.rate);
     }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/types/component.h"
+#include "core/types/speed_response.h"
 
 namespace faultlab::core {
 
@@ -71,6 +72,12 @@ struct SensorChange {
   double sigma = 0.0;   ///< standard error of value
 };
 
+/// What a fault has made of the response of a motor of which voltage and speed alone are known.
+struct ResponseChange {
+  SpeedResponse before;
+  SpeedResponse after;
+};
+
 struct Verdict {
   VerdictKind kind = VerdictKind::kCalibrating;
   std::optional<double> detected_at_s;  ///< time of the sample at which the alarm was raised
@@ -82,9 +89,10 @@ struct Verdict {
   std::vector<Component> group;        ///< cannot be separated by a sensor; one entry = isolated
   std::vector<Candidate> candidates;   ///< best first
   std::optional<SensorChange> sensor;  ///< of kUnknownFault: what explains it, and is no component
-  std::vector<PathStep> path;          ///< the paper's decision algorithm, in the order taken
-  bool settled = false;                ///< false until the window after the fault is full
-  std::string reason;                  ///< one sentence for a person
+  std::optional<ResponseChange> response;  ///< of kFault, where the speed alone is measured
+  std::vector<PathStep> path;              ///< the paper's decision algorithm, in the order taken
+  bool settled = false;                    ///< false until the window after the fault is full
+  std::string reason;                      ///< one sentence for a person
 };
 
 /// All alarms of the fault, in time order.

@@ -78,6 +78,16 @@ core::Result<const core::Bench*> LoadBench(const std::string& path) {
   return KeepBench(text.value(), path);
 }
 
+std::vector<const core::Bench*> LoadShippedBenches() {
+  std::vector<const core::Bench*> benches;
+  for (const ShippedBench& shipped : ShippedBenches()) {
+    const auto bench = LoadBench(std::string(shipped.name));
+    LAB_CHECK(bench.ok(), bench.ok() ? "" : bench.error().message);
+    benches.push_back(bench.value());
+  }
+  return benches;
+}
+
 core::Result<const core::BenchProfile*> FindProfile(const core::Bench& bench,
                                                     std::string_view name) {
   if (name.empty()) return &bench.profiles.front();

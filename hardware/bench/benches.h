@@ -2,6 +2,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/bench/bench.h"
 #include "core/types/result.h"
@@ -25,6 +26,8 @@ inline constexpr std::size_t kBenchesMax = 1000;
 core::Result<const core::Bench*> KeepBench(std::string_view text, std::string_view name);
 /// Of a file, or of a shipped bench by its name ("servo-motor"); empty is PaperBench().
 core::Result<const core::Bench*> LoadBench(const std::string& path);
+/// All that ship with faultlab, the paper's first.
+std::vector<const core::Bench*> LoadShippedBenches();
 /// The kept bench with this Bench::id; nullptr when none has it.
 const core::Bench* FindKeptBench(std::string_view id);
 

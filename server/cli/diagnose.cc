@@ -210,6 +210,7 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
       continue;
     }
     core::Diagnosis diagnosis = core::DiagnoseRecord(record.value().samples, diagnose);
+    core::SuggestBench(record.value().samples, diagnose, hardware::LoadShippedBenches(), diagnosis);
     AddModelFits(record.value().samples, diagnose, diagnosis);
     const std::string text =
         options.json

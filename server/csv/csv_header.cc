@@ -12,11 +12,14 @@ namespace {
 /// Of a name that could be the command or what the motor gets.
 constexpr std::string_view kVoltage = "uc_v or um_v";
 
+/// Of a speed that is in rad/s where no unit is named.
+constexpr std::string_view kAngular = "n_rpm of rad/s";
+
 struct Alias {
   std::string_view name;  ///< lower case, without blanks and underscores
   std::string_view channel;
 };
-constexpr std::array<Alias, 66> kAliases = {{{"t", "t_s"},
+constexpr std::array<Alias, 70> kAliases = {{{"t", "t_s"},
                                              {"time", "t_s"},
                                              {"timestamp", "t_s"},
                                              {"zeit", "t_s"},
@@ -77,6 +80,10 @@ constexpr std::array<Alias, 66> kAliases = {{{"t", "t_s"},
                                              {"geschwindigkeit", "n_rpm"},
                                              {"velocity", "n_rpm"},
                                              {"motorvelocity", "n_rpm"},
+                                             {"motorspeed", "n_rpm"},
+                                             {"omega", kAngular},
+                                             {"angularvelocity", kAngular},
+                                             {"angularspeed", kAngular},
                                              {"voltage", kVoltage},
                                              {"volts", kVoltage},
                                              {"spannung", kVoltage},
@@ -155,6 +162,7 @@ std::string_view Stripped(std::string_view text) {
 struct Named {
   const CsvChannel* channel = nullptr;
   bool either = false;
+  bool angular = false;
 };
 
 Named FindName(std::string_view name) {
@@ -164,11 +172,13 @@ Named FindName(std::string_view name) {
       kAliases.begin(), kAliases.end(), [&](const Alias& one) { return one.name == bare; });
   if (alias == kAliases.end()) return {};
   const bool either = alias->channel == kVoltage;
-  const std::string_view channel = either ? "uc_v" : alias->channel;
+  const bool angular = alias->channel == kAngular;
+  const std::string_view channel = either ? "uc_v" : angular ? "n_rpm" : alias->channel;
   return {std::find_if(kCsvChannelTable.begin(),
                        kCsvChannelTable.end(),
                        [&](const CsvChannel& one) { return one.name == channel; }),
-          either};
+          either,
+          angular};
 }
 
 const CsvChannel* FindChannel(std::string_view name) {
@@ -240,6 +250,7 @@ CsvColumn ParseColumnName(std::string_view cell) {
   const Named named = FindName(name);
   column.channel = named.channel;
   column.either = named.either;
+  if (named.angular) column.factor = kRpmOfRadPerSecond;
   if (column.channel == nullptr || unit.empty()) {
     return column;
   }

@@ -253,7 +253,7 @@ class Parser {
       if (cells == columns_.size()) {
         return false;
       }
-      factors[cells] = 1.0;
+      factors[cells] = columns_[cells].factor;
       if (columns_[cells].channel != nullptr) {
         const std::optional<double> factor = UnitFactor(*columns_[cells].channel, unit);
         if (!factor) {

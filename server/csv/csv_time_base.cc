@@ -80,6 +80,24 @@ double RefinePeriod(std::span<const core::Sample> samples, double median) {
                                                                                       : refined;
 }
 
+/// Steps from one gap to the next, if all are the same but for one: lost rows do not come at a
+/// beat, times that were rounded do. 0: there is no beat.
+std::size_t BeatOf(std::span<const std::size_t> gap_rows) {
+  constexpr std::size_t kGapsMin = 8;
+  constexpr std::size_t kBeatMax = 20;  // a logger that stops now and then has a longer one
+  constexpr double kShare = 0.95;
+  if (gap_rows.size() < kGapsMin) return 0;
+  std::vector<std::size_t> apart;
+  for (std::size_t i = 1; i < gap_rows.size(); ++i) apart.push_back(gap_rows[i] - gap_rows[i - 1]);
+  const auto middle = apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2);
+  std::nth_element(apart.begin(), middle, apart.end());
+  const std::size_t beat = *middle;
+  const auto on_beat = std::ranges::count_if(
+      apart, [&](std::size_t rows) { return rows + 1 >= beat && rows <= beat + 1; });
+  const bool regular = static_cast<double>(on_beat) >= kShare * static_cast<double>(apart.size());
+  return regular && beat > 1 && beat <= kBeatMax ? beat : 0;
+}
+
 }  // namespace
 
 Error CsvError(std::string_view name,
@@ -132,7 +150,7 @@ std::optional<Error> AssignTimeBase(CsvRecord& record,
   }
   record.period_s = RefinePeriod(samples, median);
   const double start = samples.front().t_s;
-  std::size_t gaps = 0;
+  std::vector<std::size_t> gap_rows;
   for (std::size_t row = 1; row < samples.size(); ++row) {
     const double place = (samples[row].t_s - start) / record.period_s;
     const double step = samples[row].t_s - samples[row - 1].t_s;
@@ -161,15 +179,26 @@ std::optional<Error> AssignTimeBase(CsvRecord& record,
     }
     samples[row].index = static_cast<std::int64_t>(index);
     const std::int64_t missing = samples[row].index - before - 1;
-    if (missing > 0 && ++gaps <= kGapNotesMax) {
+    if (missing > 0) gap_rows.push_back(row);
+    if (missing > 0 && gap_rows.size() <= kGapNotesMax) {
       record.notes.push_back(std::string(name) + ":" + std::to_string(line_of[row]) + ": " +
                              std::to_string(missing) + " rows missing before this line");
     }
     record.missing_samples += missing;
   }
-  if (gaps > kGapNotesMax) {
-    record.notes.push_back(std::string(name) + ": " + std::to_string(gaps) + " gaps in all, " +
-                           std::to_string(record.missing_samples) + " rows missing");
+  if (const std::size_t beat = BeatOf(gap_rows); beat > 0) {
+    const double mean_s = (samples.back().t_s - start) / static_cast<double>(samples.size() - 1);
+    return fail(gap_rows[1],
+                "csv_gaps_at_a_beat",
+                "about every " + std::to_string(beat) +
+                    " rows a step is longer: lost rows do not come at a beat. If the times are "
+                    "rounded, write them with more digits; rows of even spacing are " +
+                    Seconds(mean_s) + " apart");
+  }
+  if (gap_rows.size() > kGapNotesMax) {
+    record.notes.push_back(std::string(name) + ": " + std::to_string(gap_rows.size()) +
+                           " gaps in all, " + std::to_string(record.missing_samples) +
+                           " rows missing");
   }
   return std::nullopt;
 }

@@ -117,6 +117,15 @@ json::value Number(double value) {
   return std::isfinite(value) ? json::value(value) : json::value(nullptr);
 }
 
+json::object ToJson(const core::SpeedResponse& response) {
+  const auto measured = [](const core::Measured& number) {
+    return json::object{{"value", Number(number.value)}, {"sigma", Number(number.sigma)}};
+  };
+  return {{"gain_rpm_per_v", measured(response.gain)},
+          {"time_constant_s", measured(response.time_constant)},
+          {"friction_rpm", measured(response.friction)}};
+}
+
 json::object ToJson(const core::Verdict& verdict) {
   json::object out{{"verdict", core::Name(verdict.kind)},
                    {"detected_at_s", Number(verdict.detected_at_s)},
@@ -133,6 +142,10 @@ json::object ToJson(const core::Verdict& verdict) {
                                  {"change", verdict.sensor->gain ? "gain" : "zero"},
                                  {"value", Number(verdict.sensor->value)},
                                  {"sigma", Number(verdict.sensor->sigma)}};
+  }
+  if (verdict.response) {
+    out["response"] = json::object{{"before", ToJson(verdict.response->before)},
+                                   {"after", ToJson(verdict.response->after)}};
   }
   return out;
 }

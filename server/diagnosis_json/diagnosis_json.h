@@ -18,6 +18,8 @@ namespace faultlab::server {
 /// The only place that converts a diagnosis to JSON, for the command line, HTTP and the live
 /// stream. A number that does not exist (NaN, infinity, nothing) is null.
 
+/// {"gain_rpm_per_v": {"value","sigma"}, "time_constant_s": .., "friction_rpm": ..}
+boost::json::object ToJson(const core::SpeedResponse& response);
 /// {"verdict","detected_at_s","onset_s","detector","group":[..],"candidates":[{"component","value",
 /// "sigma","unit","bound","score","margin"}],"path":[{"question","answer","value","threshold",
 /// "leads_to"}],"settled","reason","further"?:[{"detected_at_s","onset_s","detector"}]}; "further"

@@ -72,6 +72,16 @@ core::Detection ReadDetection(const json::value& value, std::optional<Error>& er
       reader.Number("detected_at_s", 0.0), reader.NumberOrNull("onset_s"), reader.Text("detector")};
 }
 
+core::SpeedResponse ReadResponse(const json::object& object, std::optional<core::Error>& error) {
+  DocumentReader reader(object, "response/", error);
+  const auto measured = [&](std::string_view member) {
+    DocumentReader number(reader.Object(member), "response/", error);
+    return core::Measured{number.NumberOrNull("value").value_or(core::kAbsent),
+                          number.NumberOrNull("sigma").value_or(core::kAbsent)};
+  };
+  return {measured("gain_rpm_per_v"), measured("time_constant_s"), measured("friction_rpm")};
+}
+
 core::Verdict ReadVerdict(const core::Bench& bench,
                           const json::object& object,
                           std::optional<Error>& error) {
@@ -104,6 +114,11 @@ core::Verdict ReadVerdict(const core::Bench& bench,
                                     sensor.Text("change") == "gain",
                                     sensor.NumberOrNull("value").value_or(core::kAbsent),
                                     sensor.NumberOrNull("sigma").value_or(core::kAbsent)};
+  }
+  if (object.contains("response")) {
+    DocumentReader change(reader.Object("response"), "response/", error);
+    out.response = core::ResponseChange{ReadResponse(change.Object("before"), error),
+                                        ReadResponse(change.Object("after"), error)};
   }
   out.settled = reader.Flag("settled");
   out.reason = reader.Text("reason");

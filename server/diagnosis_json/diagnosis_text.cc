@@ -4,6 +4,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "core/filter/speed_response.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 
 namespace faultlab::server {
@@ -83,6 +84,17 @@ void AppendDetections(std::ostringstream& out, const core::Verdict& verdict) {
   }
 }
 
+/// "gain 54.31 +- 0.12 rpm/V, time constant 63.4 +- 0.5 ms, friction 14.2 +- 0.6 rpm"
+std::string ResponseText(const core::SpeedResponse& response) {
+  constexpr double kMilli = 1e3;
+  const auto with_error = [](const core::Measured& number, double factor) {
+    return Digits(factor * number.value, 4) + " +- " + Digits(factor * number.sigma, 2);
+  };
+  return "gain " + with_error(response.gain, 1.0) + " rpm/V, time constant " +
+         with_error(response.time_constant, kMilli) + " ms, friction " +
+         with_error(response.friction, 1.0) + " rpm";
+}
+
 void AppendVerdict(std::ostringstream& out, const core::Verdict& verdict) {
   AppendDetections(out, verdict);
   if (verdict.kind == core::VerdictKind::kFault) {
@@ -101,6 +113,10 @@ void AppendVerdict(std::ostringstream& out, const core::Verdict& verdict) {
           << Digits(runner_up->margin, 3) << " worse (best "
           << Digits(verdict.candidates[0].score, 3) << ", 1 explains all)\n";
     }
+  }
+  if (verdict.response) {
+    out << Label("before") << ResponseText(verdict.response->before) << '\n';
+    out << Label("after") << ResponseText(verdict.response->after) << '\n';
   }
   if (!verdict.reason.empty()) {
     out << Label("reason") << verdict.reason << '\n';
@@ -170,6 +186,9 @@ std::string ToText(const core::Calibration& calibration, const std::string& name
           << Digits(kPercent * (quantity.value / quantity.prior_value - 1.0), 2) << " % off)";
     }
     out << '\n';
+  }
+  if (calibration.nominal.structure->estimated == core::EstimatedChannel::kSpeed) {
+    out << Label("response") << ResponseText(core::SpeedResponseOf(calibration)) << '\n';
   }
   constexpr double kMilli = 1e3;
   std::string noise;

@@ -258,6 +258,9 @@ core::Result<Recordings::Kept> Recordings::Keep(Upload upload) {
   recording.options = std::move(upload.options);
   recording.samples = std::move(upload.samples);
   core::Diagnosis diagnosis = core::DiagnoseRecord(recording.samples, recording.options);
+  if (const auto others = benches_.List()) {
+    core::SuggestBench(recording.samples, recording.options, others.value(), diagnosis);
+  }
   RunRecord& record = recording.record;
   record.id = NewId("rec");
   record.name = upload.name;

@@ -1,6 +1,13 @@
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
-import { timeLeft } from "../src/lab/times";
-import { addDays, dayStart, NOTHING_KNOWN, weekSlots, weekSpan } from "../src/lab/week";
+import { localTime, span, timeLeft } from "../src/lab/times";
+import {
+  addDays,
+  dayStart,
+  hasOwnAtNight,
+  NOTHING_KNOWN,
+  weekSlots,
+  weekSpan,
+} from "../src/lab/week";
 
 const zone = process.env.TZ;
 const slotsPerDay = 34;
@@ -95,6 +102,36 @@ describe("week of slots", () => {
     expect(slot?.state).toBe("free");
     expect(slot?.outages).toBe("bench-1: brushes");
     expect(day?.find((each) => each.start.toISOString() === end)?.outages).toBe("");
+  });
+
+  it("shows the night where it is asked for", () => {
+    const monday = dayStart(new Date(2026, 10, 23));
+    const days = weekSlots(monday, NOTHING_KNOWN, new Date(0), true);
+    expect(days[0]?.length).toBe(48);
+    expect(days[0]?.[0]?.start.getHours()).toBe(0);
+  });
+
+  it("knows that a booking of one's own is at night", () => {
+    const monday = dayStart(new Date(2026, 10, 23));
+    const busy = (kind: "mine" | "booking", day: number, from: number, to: number) => {
+      const at = (hour: number) => new Date(addDays(monday, day).setHours(hour)).toISOString();
+      return { ...NOTHING_KNOWN, busy: [{ kind, rig: "bench-1", start: at(from), end: at(to) }] };
+    };
+    expect(hasOwnAtNight(monday, busy("mine", 2, 3, 4))).toBe(true);
+    expect(hasOwnAtNight(monday, busy("mine", 2, 6, 8))).toBe(true);
+    expect(hasOwnAtNight(monday, busy("mine", 2, 7, 8))).toBe(false);
+    expect(hasOwnAtNight(monday, busy("mine", 9, 3, 4))).toBe(false);
+    expect(hasOwnAtNight(monday, busy("booking", 2, 3, 4))).toBe(false);
+  });
+
+  it("tells the two times of the hour apart that a clock change repeats", () => {
+    const [first, second] = ["2026-10-25T00:30:00Z", "2026-10-25T01:30:00Z"];
+    expect(localTime(first)).not.toBe(localTime(second));
+    expect(localTime(first)).toMatch(/02:30 (CEST|GMT\+2)/);
+    expect(localTime(second)).toMatch(/02:30 (CET|GMT\+1)/);
+    expect(span(first, second)).toMatch(/02:30.*02:30/);
+    expect(localTime("2026-10-25T03:30:00Z")).not.toMatch(/GMT|CET/);
+    expect(localTime("2026-11-25T01:30:00Z")).not.toMatch(/GMT|CET/);
   });
 
   it("counts down to zero and no further", () => {

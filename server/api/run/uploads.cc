@@ -82,7 +82,8 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
                    "Unsupported media type",
                    "Send the recording as Content-Type: text/csv, or application/gzip.");
   }
-  const std::string name = CutText(request.http.Query("name").value_or("upload"), kNameBytesMax);
+  const std::string asked = request.http.Query("name").value_or("upload");
+  const std::string name = CutText(asked, kNameBytesMax);
   const auto bench = BenchOf(api, request.http);
   if (!bench) return bench.error();
   LongTurn& long_turn = api.recordings.long_turn();
@@ -105,6 +106,9 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   auto parsed = ParseCsv(gzip ? std::string_view(unpacked) : request.http.body, name, limits);
   if (!parsed) return parsed.error();
   CsvRecord csv = std::move(parsed).value();
+  if (name != asked) {
+    csv.notes.push_back("the name was cut to " + std::to_string(kNameBytesMax) + " bytes");
+  }
 
   auto notes = NotesOnRecord(csv.channels, csv.samples, *bench.value(), name);
   if (!notes) return notes.error();

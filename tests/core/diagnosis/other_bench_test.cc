@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -130,6 +133,108 @@ TEST_F(SpeedMotor, NamesAGroupThatHoldsTheFault) {
     EXPECT_NE(std::ranges::find(verdict.group, component), verdict.group.end())
         << symbol << ": " << verdict.reason;
   }
+}
+
+TEST_F(SpeedMotor, ARecordOfAnotherBenchSaysOfWhich) {
+  const Bench& gear = *hardware::LoadBench("gear-motor").value();
+  const Bench& paper = hardware::PaperBench();
+  const std::vector<double> uc = Generate(gear.excitation, 20.0, gear.period_s).value();
+  const std::vector<Sample> record =
+      SimulateRecord(gear.profiles.front(), gear.nominal, uc, {}, 271U, gear.period_s);
+  const DiagnosisOptions options = OptionsOf(Servo(), gear.period_s);
+  Diagnosis diagnosis = DiagnoseRecord(record, options);
+  ASSERT_TRUE(diagnosis.calibration_refusal) << diagnosis.verdict.reason;
+  const std::vector<const Bench*> others = {&Servo(), &paper, &gear};
+  SuggestBench(record, options, others, diagnosis);
+  EXPECT_NE(diagnosis.verdict.reason.find("it fits the bench gear-motor: was it measured there?"),
+            std::string::npos)
+      << diagnosis.verdict.reason;
+
+  Diagnosis alone = DiagnoseRecord(record, options);
+  const std::string before = alone.verdict.reason;
+  SuggestBench(record, options, std::span(others).first(2), alone);
+  EXPECT_EQ(alone.verdict.reason, before) << "none fits";
+}
+
+/// Gain and time constant that the sentence about a record of `uc` states, with their errors.
+std::vector<double> StatedResponse(const Bench& bench, std::span<const double> uc) {
+  const std::vector<Sample> record =
+      SimulateRecord(bench.profiles.front(), bench.nominal, uc, {}, 261U, bench.period_s);
+  const std::string reason = DiagnoseRecord(record, OptionsOf(bench)).verdict.reason;
+  std::vector<double> numbers(4);
+  const std::size_t at = reason.find("step response: ");
+  EXPECT_NE(at, std::string::npos) << reason;
+  if (at == std::string::npos) return numbers;
+  double level = 0.0;
+  const char* text = reason.c_str() + at;
+  const int read = std::sscanf(text,
+                               "step response: gain %lf +- %lf rpm/V, time constant %lf +- %lf ms",
+                               &numbers[0],
+                               &numbers[1],
+                               &numbers[2],
+                               &numbers[3]);
+  if (read == 4) return numbers;
+  EXPECT_EQ(std::sscanf(text,
+                        "step response: it settles at %lf +- %lf rpm under %lf V, time constant "
+                        "%lf +- %lf ms",
+                        &numbers[0],
+                        &numbers[1],
+                        &level,
+                        &numbers[2],
+                        &numbers[3]),
+            5)
+      << reason;
+  return numbers;
+}
+
+TEST_F(SpeedMotor, ARecordOfOneStepTellsGainAndTimeConstant) {
+  const ContinuousCoefficients truth = MakeContinuous(bench_.nominal);
+  std::vector<double> uc(1000, 2.0);
+  std::fill(uc.begin() + 500, uc.end(), 4.0);
+  const std::vector<double> two = StatedResponse(bench_, uc);
+  EXPECT_NEAR(two[0], truth.b0, std::max(4.0 * two[1], 0.01 * truth.b0));
+  EXPECT_NEAR(two[2], 1e3 * truth.a12, std::max(4.0 * two[3], 0.08e3 * truth.a12));
+
+  const std::vector<double> one = StatedResponse(bench_, std::vector<double>(100, 4.0));
+  const double settles = 4.0 * truth.b0 - truth.b02 * bench_.profiles.front().friction.mc_nm;
+  EXPECT_NEAR(one[0], settles, std::max(4.0 * one[1], 0.01 * settles));
+  EXPECT_NEAR(one[2], 1e3 * truth.a12, std::max(4.0 * one[3], 0.08e3 * truth.a12));
+}
+
+TEST_F(SpeedMotor, ARecordInWhichNothingMovesHasNoStepResponse) {
+  const std::vector<double> nothing(600, 0.0);
+  const std::vector<Sample> still =
+      SimulateRecord(bench_.profiles.front(), bench_.nominal, nothing, {}, 262U, bench_.period_s);
+  const Diagnosis diagnosis = DiagnoseRecord(still, OptionsOf(bench_));
+  EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNotExcited);
+  EXPECT_EQ(diagnosis.verdict.reason.find("step response"), std::string::npos)
+      << diagnosis.verdict.reason;
+}
+
+TEST_F(SpeedMotor, SaysItsResponseWithErrorsThatHold) {
+  const auto expect = [](const SpeedResponse& found, const PlantParameters& plant, double mc_nm) {
+    const ContinuousCoefficients truth = MakeContinuous(plant);
+    const std::pair<Measured, double> pairs[] = {{found.gain, truth.b0},
+                                                 {found.time_constant, truth.a12},
+                                                 {found.friction, truth.b02 * mc_nm}};
+    for (const auto& [measured, expected] : pairs) {
+      EXPECT_NEAR(measured.value, expected, 4.0 * measured.sigma) << expected;
+      EXPECT_LT(measured.sigma, 0.12 * expected) << "no tolerance of the data sheet";
+    }
+    EXPECT_LT(found.gain.sigma, 0.02 * truth.b0);
+  };
+  for (const std::uint64_t seed : {251U, 252U, 253U}) {
+    const Diagnosis diagnosis = Diagnose("Ke", 0.8, seed);
+    ASSERT_TRUE(diagnosis.verdict.response) << diagnosis.verdict.reason;
+    const double mc_nm = bench_.profiles.front().friction.mc_nm;
+    expect(diagnosis.verdict.response->before, bench_.nominal, mc_nm);
+    PlantParameters faulty = bench_.nominal;
+    faulty.Set(bench_.Find("Ke").value(), 0.8 * faulty.ke_v_per_rad_s);
+    expect(diagnosis.verdict.response->after, faulty, mc_nm);
+  }
+  EXPECT_FALSE(DiagnoseRecord(Record({{Servo().Find("J").value(), 1e-5, kFaultAtS}}, 254U),
+                              OptionsOf(Servo()))
+                   .verdict.response);
 }
 
 TEST_F(SpeedMotor, TheEstimatorsGiveItsGainAndItsTimeConstant) {

@@ -1,10 +1,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <string>
 
+#include "core/signals/random.h"
 #include "server/csv/csv_record.h"
 
 namespace faultlab::server {
@@ -280,6 +283,22 @@ TEST(CsvReader, TakesCurrentInPlaceOfVoltage) {
             "file.csv:2: column um_v: no row has a number, expected the measured voltage");
 }
 
+TEST(CsvReader, AnAngularVelocityIsInRadiansUnlessItsUnitSaysOtherwise) {
+  const auto speed = [](const std::string& header) {
+    const auto record = Parse(header + "\n0;3;10\n0.01;4;10\n");
+    EXPECT_TRUE(record) << header << ": " << record.error().message;
+    return record ? record.value().samples[0].n_rpm : 0.0;
+  };
+  const double rpm = 300.0 / std::numbers::pi;
+  EXPECT_DOUBLE_EQ(speed("t;u;omega"), rpm);
+  EXPECT_DOUBLE_EQ(speed("t;u;Angular_Velocity [rad/s]"), rpm);
+  EXPECT_DOUBLE_EQ(speed("t;u;omega_rad_s"), rpm);
+  EXPECT_DOUBLE_EQ(speed("t;u;omega\ns;V;rad/s"), rpm);
+  EXPECT_DOUBLE_EQ(speed("t;u;omega (rpm)"), 10.0);
+  EXPECT_DOUBLE_EQ(speed("t;u;omega\ns;V;rpm"), 10.0);
+  EXPECT_DOUBLE_EQ(speed("Timestamp(ms);u;Motor_Speed(RPM)"), 10.0);
+}
+
 TEST(CsvReader, VoltageAndSpeedAloneAreACommandAndItsAnswer) {
   for (const char* voltage : {"Voltage_V", "Spannung [V]", "napon", "Tension (mV)", "volts"}) {
     const auto record =
@@ -299,6 +318,32 @@ TEST(CsvReader, VoltageAndSpeedAloneAreACommandAndItsAnswer) {
               testing::Contains(HasSubstr("could be uc_v or um_v and was ignored")));
   EXPECT_THAT(ErrorOf("t,voltage,volts,n\n0,1,1,1\n"), HasSubstr("column uc_v: missing"));
   EXPECT_THAT(ErrorOf("t,voltage [lb],n\n0,1,1\n"), HasSubstr("unit 'lb' is not known for uc_v"));
+}
+
+/// Rows `period_s` apart, written with two decimals, but for those that `lost` leaves out.
+std::string RowsApart(double period_s, auto lost) {
+  std::string text = "t_s,uc_v,um_v\n";
+  for (int row = 0; row < 400; ++row) {
+    if (lost(row)) continue;
+    std::array<char, 40> line{};
+    std::snprintf(line.data(), line.size(), "%.2f,2,5\n", period_s * row);
+    text += line.data();
+  }
+  return text;
+}
+
+TEST(CsvReader, LostRowsDoNotComeAtABeat) {
+  const auto none = [](int) { return false; };
+  for (const double period_s : {0.0125, 0.015, 0.011, 0.0105}) {
+    EXPECT_THAT(ErrorOf(RowsApart(period_s, none)), HasSubstr("lost rows do not come at a beat"))
+        << period_s;
+  }
+  EXPECT_THAT(ErrorOf(RowsApart(0.0125, none)), HasSubstr("rows of even spacing are 0.0125"));
+  core::Random random(7);
+  const auto by_chance = [&](int) { return random.Uniform(0.0, 1.0) < 0.25; };
+  EXPECT_TRUE(Parse(RowsApart(0.01, by_chance))) << "rows that were lost by chance";
+  const auto now_and_then = [](int row) { return row % 50 == 49; };
+  EXPECT_TRUE(Parse(RowsApart(0.01, now_and_then))) << "a logger that writes its file meanwhile";
 }
 
 TEST(CsvReader, NamesTheMissingColumn) {

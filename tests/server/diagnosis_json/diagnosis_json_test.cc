@@ -84,6 +84,15 @@ TEST(DiagnosisJson, AFurtherDetectionWithoutATimeIsRefused) {
 
 TEST(DiagnosisJson, AChangedSensorComesBack) {
   core::Diagnosis diagnosis = ChangedThreeTimes();
+  EXPECT_FALSE(Written(diagnosis).contains("response"));
+  diagnosis.verdict.response = core::ResponseChange{
+      {{54.0, 0.1}, {0.06, 1e-3}, {14.0, 0.5}}, {{71.0, core::kAbsent}, {0.1, 2e-3}, {20.0, 1.0}}};
+  const core::Diagnosis with_response = Read(Written(diagnosis));
+  ASSERT_TRUE(with_response.verdict.response);
+  EXPECT_EQ(with_response.verdict.response->before.time_constant.sigma, 1e-3);
+  EXPECT_EQ(with_response.verdict.response->after.gain.value, 71.0);
+  EXPECT_TRUE(std::isnan(with_response.verdict.response->after.gain.sigma));
+  EXPECT_EQ(with_response.verdict.response->after.friction.sigma, 1.0);
   EXPECT_FALSE(Written(diagnosis).contains("sensor"));
   diagnosis.verdict.sensor = core::SensorChange{"n", true, 1.05, 0.001};
   const core::Diagnosis read = ReadBack(Written(diagnosis));

@@ -84,9 +84,18 @@ const FORMS: [RegExp, Key][] = [
     "suspect_gear_rad",
   ],
   [/^it fits when (?<channel>\w+) is multiplied by (?<factor>[\d.e+-]+)$/, "suspect_factor"],
+  [/^it fits the bench (?<bench>[a-z\d-]+): was it measured there\?$/, "suspect_bench"],
   [/^it fits with the other sign of (?<channel>\w+)$/, "suspect_sign"],
   [/^it fits when the readings are moved one row up/, "suspect_row_up"],
   [/^it fits when the readings are moved one row down$/, "suspect_row_down"],
+  [
+    /^step response: gain (?<gain>[\d.e+-]+) \+- (?<error>[\d.e+-]+) rpm\/V, time constant (?<time>[\d.e+-]+) \+- (?<time_error>[\d.e+-]+) ms$/,
+    "step_response",
+  ],
+  [
+    /^step response: it settles at (?<speed>[\d.e+-]+) \+- (?<error>[\d.e+-]+) rpm under (?<level>[\d.e+-]+) V, time constant (?<time>[\d.e+-]+) \+- (?<time_error>[\d.e+-]+) ms$/,
+    "step_response_settles",
+  ],
   [/^its account is gone or disabled$/, "job_no_account"],
   [/^its run ended as (?<state>\w+)$/, "job_run_ended"],
   [/^its run was stopped$/, "job_run_stopped"],
@@ -120,8 +129,8 @@ function said(name: string, value: string): string | number {
 export function rigWords(text: string): string {
   const check = /check '([a-z_]+)' failed/.exec(text)?.[1];
   if (check && i18n.has(`check_${check}`)) {
-    const suspect = /; (it fits .+)$/.exec(text)?.[1];
-    return t(`check_${check}` as Key) + (suspect ? ` ${rigWords(suspect)}` : "");
+    const more = /; ((?:it fits|step response:) .+)$/.exec(text)?.[1];
+    return t(`check_${check}` as Key) + (more ? ` ${rigWords(more)}` : "");
   }
   const [, trip, what = ""] = /^(?:Interlock: )?([a-z_]+): (.*)$/s.exec(text) ?? [];
   if (trip && i18n.has(`trip_${trip}`)) return tripWords(trip, what);

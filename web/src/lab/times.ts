@@ -10,14 +10,28 @@ const MOMENT: Intl.DateTimeFormatOptions = {
 };
 const asDate = (moment: string | Date) => (typeof moment === "string" ? new Date(moment) : moment);
 
-/** "Mon 23 Nov, 14:30", in the language of the page and the user's own time zone. */
+const HOUR_MS = 3_600_000;
+/** The clock shows this time twice: in the hour that is repeated when summer time ends. */
+function isDoubled(date: Date): boolean {
+  const shown = (of: Date) => [of.getDate(), of.getHours(), of.getMinutes()].join();
+  return [-HOUR_MS, HOUR_MS].some((away) => shown(new Date(+date + away)) === shown(date));
+}
+
+/**
+ * "Mon 23 Nov, 14:30", in the language of the page and the user's own time zone; with the zone where
+ * the clock shows a time twice.
+ */
 export function localTime(moment: string | Date): string {
-  return asDate(moment).toLocaleString(i18n.dates, MOMENT);
+  const date = asDate(moment);
+  const zone = isDoubled(date) ? ({ timeZoneName: "short" } as const) : {};
+  return date.toLocaleString(i18n.dates, { ...MOMENT, ...zone });
 }
 
 /** "Mon 23 Nov, 14:30 – 15:00": the day appears only once if both times are on it. */
 export function span(start: string | Date, end: string | Date): string {
-  return new Intl.DateTimeFormat(i18n.dates, MOMENT).formatRange(asDate(start), asDate(end));
+  const [from, to] = [asDate(start), asDate(end)];
+  if (isDoubled(from) || isDoubled(to)) return `${localTime(from)} – ${localTime(to)}`;
+  return new Intl.DateTimeFormat(i18n.dates, MOMENT).formatRange(from, to);
 }
 
 /** "1:05:09" or "4:59" until `iso`; "0:00" after it. */

@@ -31,11 +31,25 @@ export function weekSpan(start: Date): Span {
 
 export const NOTHING_KNOWN: Availability = { busy: [], next_free: [], slots: [] };
 
+/** Is a booking of one's own, in the week from `start`, before FIRST_HOUR of a day? */
+export function hasOwnAtNight(start: Date, availability: Availability): boolean {
+  const mine = availability.busy.filter(({ kind }) => kind === "mine");
+  return Array.from({ length: DAYS }, (_, day) => addDays(start, day)).some((date) => {
+    const morning = new Date(date.getFullYear(), date.getMonth(), date.getDate(), FIRST_HOUR);
+    return mine.some((span) => Date.parse(span.start) < +morning && +date < Date.parse(span.end));
+  });
+}
+
 /**
- * Seven days from `start` as columns of slots between FIRST_HOUR and LAST_HOUR, local time. A slot is
- * `free` where a session that begins with it has a rig for all of its time.
+ * Seven days from `start` as columns of slots between FIRST_HOUR, or midnight, and LAST_HOUR, local
+ * time. A slot is `free` where a session that begins with it has a rig for all of its time.
  */
-export function weekSlots(start: Date, availability: Availability, now: Date): Slot[][] {
+export function weekSlots(
+  start: Date,
+  availability: Availability,
+  now: Date,
+  night = false,
+): Slot[][] {
   const busy: Busy[] = availability.busy.map((span) => ({
     kind: span.kind,
     what: `${span.rig}: ${span.reason ?? ""}`,
@@ -46,7 +60,11 @@ export function weekSlots(start: Date, availability: Availability, now: Date): S
   return Array.from({ length: DAYS }, (_, day) => {
     const date = addDays(start, day);
     const slots: Slot[] = [];
-    for (let minute = FIRST_HOUR * 60; minute < LAST_HOUR * 60; minute += SLOT_MINUTES) {
+    for (
+      let minute = night ? 0 : FIRST_HOUR * 60;
+      minute < LAST_HOUR * 60;
+      minute += SLOT_MINUTES
+    ) {
       const at = (minutes: number) =>
         new Date(date.getFullYear(), date.getMonth(), date.getDate(), 0, minutes);
       const [from, to] = [at(minute), at(minute + SLOT_MINUTES)];

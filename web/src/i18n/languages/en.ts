@@ -205,6 +205,13 @@ export const texts = {
   verdict_not_excited: "Input varies too little",
   verdict_calibrating: "Learning the healthy rig",
   verdict_none: "No verdict",
+  step_response:
+    "Its step response: gain {gain} ± {error} rpm/V, time constant {time} ± {time_error} ms.",
+  step_response_settles:
+    "Its step response: it settles at {speed} ± {error} rpm under {level} V, time constant {time} ± {time_error} ms.",
+  response_gain: "gain",
+  response_time: "time constant",
+  response_friction: "friction takes",
   detected: "detected",
   settling: "settling, {seconds} s left",
   rig_silent: "The rig has not answered since {time}. Its samples arrive when it is back.",
@@ -698,6 +705,7 @@ export const texts = {
   role_operator: "operator",
   role_admin: "administrator",
   role_service: "program",
+  show_night: "Also the night",
   week_grid: "Week of slots",
   slot_free: "free",
   slot_short: "too short",
@@ -1306,6 +1314,7 @@ export const texts = {
   suspect_gear_rad:
     "It fits when {channel} is multiplied by {factor}: is it in rad/s, on the other side of the gear?",
   suspect_factor: "It fits when {channel} is multiplied by {factor}.",
+  suspect_bench: "It fits the bench {bench}: was it measured there?",
   suspect_sign: "It fits with the other sign of {channel}.",
   suspect_row_up: "It fits when the readings are moved one row up: they come one period late.",
   suspect_row_down: "It fits when the readings are moved one row down: they come one period early.",
@@ -1560,6 +1569,8 @@ export const texts = {
   refused_csv_column_twice: "The column {column} appears twice.",
   refused_csv_column_without_numbers: "The column {column} has no number.",
   refused_csv_columns_full: "The file has too many columns.",
+  refused_csv_gaps_at_a_beat:
+    "Longer steps come at a beat (line {line}), as in times that were rounded: write them with more digits.",
   refused_csv_empty: "The file is empty.",
   refused_csv_no_header: "The first line must name the columns, for example t_s,uc_v,um_v.",
   refused_csv_not_a_number: "Line {line}, column {column}: a number is expected.",

@@ -216,6 +216,13 @@ export const marked: Catalogue = {
   verdict_not_excited: "Pobuda se premalo menja",
   verdict_calibrating: "Uči se ispravan uređaj",
   verdict_none: "Nema zaključka",
+  step_response:
+    "Njegov odskočni odziv: pojačanje {gain} ± {error} rpm/V, vremenska konstanta {time} ± {time_error} ms.",
+  step_response_settles:
+    "Njegov odskočni odziv: ustaljuje se na {speed} ± {error} rpm pod {level} V, vremenska konstanta {time} ± {time_error} ms.",
+  response_gain: "pojačanje",
+  response_time: "vremenska konstanta",
+  response_friction: "trenje odnosi",
   nominal_is: "nominalno {value}",
   group_explained:
     "Nijedan senzor ih ne razlikuje: svaka od vrednosti jednako dobro objašnjava snimak.",
@@ -808,6 +815,7 @@ export const marked: Catalogue = {
   wait_in_line: "Stani u red",
   place_kept: "Zadržavate mesto u redu; gubite ga kada istekne i druga ponuda.",
   dismiss: "Zatvori",
+  show_night: "I noć",
   week_grid: "Termini u nedelji",
   time: "Vreme",
   slot_free: "slobodno",
@@ -1348,6 +1356,7 @@ export const marked: Catalogue = {
   suspect_gear_rad:
     "Slaže se kada se {channel} pomnoži sa {factor}: da li je u rad/s, s druge strane reduktora?",
   suspect_factor: "Slaže se kada se {channel} pomnoži sa {factor}.",
+  suspect_bench: "Slaže se sa stolom {bench}: da li je tamo mereno?",
   suspect_sign: "Slaže se kada {channel} ima obrnut znak.",
   suspect_row_up: "Slaže se kada se očitavanja pomere za jedan red naviše: kasne za jednu periodu.",
   suspect_row_down:
@@ -1604,6 +1613,8 @@ export const marked: Catalogue = {
   refused_csv_column_twice: "Kolona {column} se pojavljuje dvaput.",
   refused_csv_column_without_numbers: "Kolona {column} nema nijedan broj.",
   refused_csv_columns_full: "Datoteka ima previše kolona.",
+  refused_csv_gaps_at_a_beat:
+    "Duži koraci dolaze u pravilnom ritmu (red {line}), kao kod zaokruženih vremena: zapišite ih sa više cifara.",
   refused_csv_empty: "Datoteka je prazna.",
   refused_csv_no_header: "Prvi red mora da imenuje kolone, na primer `t_s,uc_v,um_v`.",
   refused_csv_not_a_number: "Red {line}, kolona {column}: očekuje se broj.",

@@ -1,0 +1,174 @@
+#include "core/calibration/step_response.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <vector>
+
+#include "core/types/check.h"
+
+namespace faultlab::core {
+namespace {
+
+// A motor turns when its speed is above this share of the largest.
+constexpr double kTurns = 0.05;
+constexpr std::size_t kRowsMin = 20;
+// Of the variation of n; less is no response of first order.
+constexpr double kExplainedMin = 0.9;
+// Time constants are searched from a share of the period to a share of the record.
+constexpr double kShortest = 0.3;
+constexpr double kLongest = 0.5;
+constexpr int kScanPoints = 60;
+constexpr int kHalvings = 40;
+
+struct Record {
+  std::vector<double> uc_v;
+  std::vector<double> n_rpm;
+  std::vector<double> periods;  ///< to the next row: more than 1 where rows are missing
+  bool steps = false;           ///< uc has more than one level
+};
+
+/// From the row on at which the motor turns, without rows that lack a reading.
+Record TurningPart(std::span<const Sample> samples) {
+  double most = 0.0;
+  for (const Sample& sample : samples) {
+    if (std::isfinite(sample.n_rpm)) most = std::max(most, std::abs(sample.n_rpm));
+  }
+  Record record;
+  std::int64_t last = 0;
+  for (const Sample& sample : samples) {
+    if (!std::isfinite(sample.n_rpm) || !std::isfinite(sample.uc_v)) continue;
+    if (record.n_rpm.empty() && std::abs(sample.n_rpm) <= kTurns * most) continue;
+    if (!record.uc_v.empty()) record.periods.push_back(static_cast<double>(sample.index - last));
+    last = sample.index;
+    record.uc_v.push_back(sample.uc_v);
+    record.n_rpm.push_back(sample.n_rpm);
+  }
+  if (record.uc_v.empty()) return record;
+  record.periods.push_back(1.0);
+  const auto [low, high] = std::ranges::minmax(record.uc_v);
+  record.steps = high - low > kTurns * std::max(std::abs(high), std::abs(low));
+  return record;
+}
+
+struct Fit {
+  Eigen::MatrixXd regressors;  ///< a constant, the decay of the start, and uc behind the lag
+  Eigen::VectorXd theta;
+  Eigen::VectorXd left;
+};
+
+Fit FitAt(const Record& record, double periods) {
+  const auto rows = static_cast<Eigen::Index>(record.n_rpm.size());
+  Fit fit;
+  fit.regressors.resize(rows, record.steps ? 3 : 2);
+  double lagged = record.uc_v.front();
+  double decay = 1.0;
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    fit.regressors(k, 0) = 1.0;
+    fit.regressors(k, 1) = decay;
+    if (record.steps) fit.regressors(k, 2) = lagged;
+    // What is read at k follows the inputs before it: the edge at k acts from here on.
+    const double kept = std::exp(-record.periods[static_cast<std::size_t>(k)] / periods);
+    lagged = kept * lagged + (1.0 - kept) * record.uc_v[static_cast<std::size_t>(k)];
+    decay *= kept;
+  }
+  const Eigen::Map<const Eigen::VectorXd> n(record.n_rpm.data(), rows);
+  fit.theta = fit.regressors.colPivHouseholderQr().solve(n);
+  fit.left = n - fit.regressors * fit.theta;
+  return fit;
+}
+
+double CostAt(const Record& record, double log_periods) {
+  return FitAt(record, std::exp(log_periods)).left.squaredNorm();
+}
+
+/// The logarithm of the time constant in periods: the best of a scan, then golden sections.
+double BestTimeConstant(const Record& record) {
+  const double low = std::log(kShortest);
+  const double high = std::log(std::max(1.0, kLongest * static_cast<double>(record.n_rpm.size())));
+  const double step = (high - low) / kScanPoints;
+  double best = low;
+  for (int i = 1; i <= kScanPoints; ++i) {
+    const double at = low + step * i;
+    if (CostAt(record, at) < CostAt(record, best)) best = at;
+  }
+  constexpr double kGolden = 0.6180339887498949;
+  double a = best - step;
+  double b = best + step;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double left = b - kGolden * (b - a);
+    const double right = a + kGolden * (b - a);
+    (CostAt(record, left) < CostAt(record, right) ? b : a) =
+        CostAt(record, left) < CostAt(record, right) ? right : left;
+  }
+  return 0.5 * (a + b);
+}
+
+/// By how much the variance of a mean of correlated residuals is more than that of white ones.
+double CorrelationFactor(const Eigen::VectorXd& left) {
+  const Eigen::Index n = left.size();
+  const double all = left.squaredNorm();
+  if (!(all > 0.0)) return 1.0;
+  const double next = left.head(n - 1).dot(left.tail(n - 1));
+  const double correlation = std::clamp(next / all, 0.0, 0.99);
+  return (1.0 + correlation) / (1.0 - correlation);
+}
+
+}  // namespace
+
+std::optional<std::string> StepResponseText(std::span<const Sample> samples, double period_s) {
+  LAB_CHECK(period_s > 0.0, period_s);
+  const Record record = TurningPart(samples);
+  if (record.n_rpm.size() < kRowsMin) return std::nullopt;
+  const double log_periods = BestTimeConstant(record);
+  const Fit fit = FitAt(record, std::exp(log_periods));
+  const auto rows = static_cast<Eigen::Index>(record.n_rpm.size());
+  const Eigen::Map<const Eigen::VectorXd> n(record.n_rpm.data(), rows);
+  const double variation = (n.array() - n.mean()).matrix().squaredNorm();
+  if (!(fit.left.squaredNorm() < (1.0 - kExplainedMin) * variation)) return std::nullopt;
+
+  // The slope by the time constant, beside those by the linear parameters.
+  constexpr double kStep = 1e-4;
+  Eigen::MatrixXd slopes(rows, fit.regressors.cols() + 1);
+  slopes.leftCols(fit.regressors.cols()) = fit.regressors;
+  slopes.rightCols(1) = (FitAt(record, std::exp(log_periods + kStep)).regressors -
+                         FitAt(record, std::exp(log_periods - kStep)).regressors) *
+                        fit.theta / (2.0 * kStep);
+  const double freedom = static_cast<double>(rows - slopes.cols());
+  const double variance = fit.left.squaredNorm() / freedom * CorrelationFactor(fit.left);
+  const Eigen::MatrixXd information = slopes.transpose() * slopes;
+  const Eigen::VectorXd sigma =
+      (variance * information.completeOrthogonalDecomposition().pseudoInverse())
+          .diagonal()
+          .cwiseMax(0.0)
+          .cwiseSqrt();
+  const double time_ms = 1e3 * period_s * std::exp(log_periods);
+  const double time_sigma_ms = time_ms * sigma(sigma.size() - 1);
+  if (!(time_sigma_ms < time_ms)) return std::nullopt;
+  std::array<char, 160> text{};
+  if (record.steps) {
+    std::snprintf(text.data(),
+                  text.size(),
+                  "step response: gain %.4g +- %.2g rpm/V, time constant %.4g +- %.2g ms",
+                  fit.theta(2),
+                  sigma(2),
+                  time_ms,
+                  time_sigma_ms);
+  } else {
+    std::snprintf(text.data(),
+                  text.size(),
+                  "step response: it settles at %.4g +- %.2g rpm under %.4g V, time constant %.4g "
+                  "+- %.2g ms",
+                  fit.theta(0),
+                  sigma(0),
+                  record.uc_v.back(),
+                  time_ms,
+                  time_sigma_ms);
+  }
+  return text.data();
+}
+
+}  // namespace faultlab::core
