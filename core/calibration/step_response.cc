@@ -60,7 +60,8 @@ struct Fit {
   Eigen::VectorXd left;
 };
 
-Fit FitAt(const Record& record, double periods) {
+/// @param share  of a period from the edge of uc to the reading
+Fit FitAt(const Record& record, double periods, double share) {
   const auto rows = static_cast<Eigen::Index>(record.n_rpm.size());
   Fit fit;
   fit.regressors.resize(rows, record.steps ? 3 : 2);
@@ -69,10 +70,11 @@ Fit FitAt(const Record& record, double periods) {
   for (Eigen::Index k = 0; k < rows; ++k) {
     fit.regressors(k, 0) = 1.0;
     fit.regressors(k, 1) = decay;
-    if (record.steps) fit.regressors(k, 2) = lagged;
-    // What is read at k follows the inputs before it: the edge at k acts from here on.
+    const double input = record.uc_v[static_cast<std::size_t>(k)];
+    const double until_read = std::exp(-share / periods);
+    if (record.steps) fit.regressors(k, 2) = until_read * lagged + (1.0 - until_read) * input;
     const double kept = std::exp(-record.periods[static_cast<std::size_t>(k)] / periods);
-    lagged = kept * lagged + (1.0 - kept) * record.uc_v[static_cast<std::size_t>(k)];
+    lagged = kept * lagged + (1.0 - kept) * input;
     decay *= kept;
   }
   const Eigen::Map<const Eigen::VectorXd> n(record.n_rpm.data(), rows);
@@ -81,19 +83,19 @@ Fit FitAt(const Record& record, double periods) {
   return fit;
 }
 
-double CostAt(const Record& record, double log_periods) {
-  return FitAt(record, std::exp(log_periods)).left.squaredNorm();
+double CostAt(const Record& record, double log_periods, double share) {
+  return FitAt(record, std::exp(log_periods), share).left.squaredNorm();
 }
 
 /// The logarithm of the time constant in periods: the best of a scan, then golden sections.
-double BestTimeConstant(const Record& record) {
+double BestTimeConstant(const Record& record, double share) {
   const double low = std::log(kShortest);
   const double high = std::log(std::max(1.0, kLongest * static_cast<double>(record.n_rpm.size())));
   const double step = (high - low) / kScanPoints;
   double best = low;
   for (int i = 1; i <= kScanPoints; ++i) {
     const double at = low + step * i;
-    if (CostAt(record, at) < CostAt(record, best)) best = at;
+    if (CostAt(record, at, share) < CostAt(record, best, share)) best = at;
   }
   constexpr double kGolden = 0.6180339887498949;
   double a = best - step;
@@ -101,8 +103,8 @@ double BestTimeConstant(const Record& record) {
   for (int i = 0; i < kHalvings; ++i) {
     const double left = b - kGolden * (b - a);
     const double right = a + kGolden * (b - a);
-    (CostAt(record, left) < CostAt(record, right) ? b : a) =
-        CostAt(record, left) < CostAt(record, right) ? right : left;
+    const bool lower = CostAt(record, left, share) < CostAt(record, right, share);
+    (lower ? b : a) = lower ? right : left;
   }
   return 0.5 * (a + b);
 }
@@ -119,12 +121,15 @@ double CorrelationFactor(const Eigen::VectorXd& left) {
 
 }  // namespace
 
-std::optional<std::string> StepResponseText(std::span<const Sample> samples, double period_s) {
-  LAB_CHECK(period_s > 0.0, period_s);
+std::optional<std::string> StepResponseText(std::span<const Sample> samples,
+                                            double period_s,
+                                            double delta_s) {
+  LAB_CHECK(period_s > 0.0 && delta_s >= 0.0, period_s, delta_s);
+  const double share = std::min(1.0, delta_s / period_s);
   const Record record = TurningPart(samples);
   if (record.n_rpm.size() < kRowsMin) return std::nullopt;
-  const double log_periods = BestTimeConstant(record);
-  const Fit fit = FitAt(record, std::exp(log_periods));
+  const double log_periods = BestTimeConstant(record, share);
+  const Fit fit = FitAt(record, std::exp(log_periods), share);
   const auto rows = static_cast<Eigen::Index>(record.n_rpm.size());
   const Eigen::Map<const Eigen::VectorXd> n(record.n_rpm.data(), rows);
   const double variation = (n.array() - n.mean()).matrix().squaredNorm();
@@ -134,8 +139,8 @@ std::optional<std::string> StepResponseText(std::span<const Sample> samples, dou
   constexpr double kStep = 1e-4;
   Eigen::MatrixXd slopes(rows, fit.regressors.cols() + 1);
   slopes.leftCols(fit.regressors.cols()) = fit.regressors;
-  slopes.rightCols(1) = (FitAt(record, std::exp(log_periods + kStep)).regressors -
-                         FitAt(record, std::exp(log_periods - kStep)).regressors) *
+  slopes.rightCols(1) = (FitAt(record, std::exp(log_periods + kStep), share).regressors -
+                         FitAt(record, std::exp(log_periods - kStep), share).regressors) *
                         fit.theta / (2.0 * kStep);
   const double freedom = static_cast<double>(rows - slopes.cols());
   const double variance = fit.left.squaredNorm() / freedom * CorrelationFactor(fit.left);

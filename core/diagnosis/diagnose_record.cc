@@ -70,7 +70,7 @@ void TellStepResponse(std::span<const Sample> samples,
   if (!diagnosis.calibration_refusal) return;
   const std::string& check = diagnosis.calibration_refusal->field;
   if (check != "excitation" && check != "length") return;
-  if (const auto text = StepResponseText(samples, options.period_s)) {
+  if (const auto text = StepResponseText(samples, options.period_s, options.bench->delta_s)) {
     diagnosis.verdict.reason += "; " + *text;
   }
 }

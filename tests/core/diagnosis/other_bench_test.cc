@@ -193,12 +193,12 @@ TEST_F(SpeedMotor, ARecordOfOneStepTellsGainAndTimeConstant) {
   std::fill(uc.begin() + 500, uc.end(), 4.0);
   const std::vector<double> two = StatedResponse(bench_, uc);
   EXPECT_NEAR(two[0], truth.b0, std::max(4.0 * two[1], 0.01 * truth.b0));
-  EXPECT_NEAR(two[2], 1e3 * truth.a12, std::max(4.0 * two[3], 0.08e3 * truth.a12));
+  EXPECT_NEAR(two[2], 1e3 * truth.a12, std::max(4.0 * two[3], 0.04e3 * truth.a12));
 
   const std::vector<double> one = StatedResponse(bench_, std::vector<double>(100, 4.0));
   const double settles = 4.0 * truth.b0 - truth.b02 * bench_.profiles.front().friction.mc_nm;
   EXPECT_NEAR(one[0], settles, std::max(4.0 * one[1], 0.01 * settles));
-  EXPECT_NEAR(one[2], 1e3 * truth.a12, std::max(4.0 * one[3], 0.08e3 * truth.a12));
+  EXPECT_NEAR(one[2], 1e3 * truth.a12, std::max(4.0 * one[3], 0.04e3 * truth.a12));
 }
 
 TEST_F(SpeedMotor, ARecordInWhichNothingMovesHasNoStepResponse) {
@@ -219,9 +219,10 @@ TEST_F(SpeedMotor, SaysItsResponseWithErrorsThatHold) {
                                                  {found.friction, truth.b02 * mc_nm}};
     for (const auto& [measured, expected] : pairs) {
       EXPECT_NEAR(measured.value, expected, 4.0 * measured.sigma) << expected;
-      EXPECT_LT(measured.sigma, 0.12 * expected) << "no tolerance of the data sheet";
+      EXPECT_LT(measured.sigma, 0.3 * expected);
     }
-    EXPECT_LT(found.gain.sigma, 0.02 * truth.b0);
+    EXPECT_LT(found.gain.sigma, 0.04 * truth.b0) << "of what the model lacks";
+    EXPECT_LT(found.time_constant.sigma, 0.08 * truth.a12);
   };
   for (const std::uint64_t seed : {251U, 252U, 253U}) {
     const Diagnosis diagnosis = Diagnose("Ke", 0.8, seed);

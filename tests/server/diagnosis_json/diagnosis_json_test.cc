@@ -87,7 +87,7 @@ TEST(DiagnosisJson, AChangedSensorComesBack) {
   EXPECT_FALSE(Written(diagnosis).contains("response"));
   diagnosis.verdict.response = core::ResponseChange{
       {{54.0, 0.1}, {0.06, 1e-3}, {14.0, 0.5}}, {{71.0, core::kAbsent}, {0.1, 2e-3}, {20.0, 1.0}}};
-  const core::Diagnosis with_response = Read(Written(diagnosis));
+  const core::Diagnosis with_response = ReadBack(Written(diagnosis));
   ASSERT_TRUE(with_response.verdict.response);
   EXPECT_EQ(with_response.verdict.response->before.time_constant.sigma, 1e-3);
   EXPECT_EQ(with_response.verdict.response->after.gain.value, 71.0);
