@@ -7,6 +7,7 @@
 #include "server/cli/bench_new.h"
 #include "server/cli/bench_option.h"
 #include "server/cli/commands.h"
+#include "server/cli/control.h"
 #include "server/cli/isolability.h"
 #include "server/cli/methods.h"
 #include "server/cli/reproduce.h"
@@ -21,6 +22,7 @@ class ModelCommands {
     AddIsolability(app, chosen);
     AddMethods(app, chosen);
     AddBenches(app, chosen);
+    AddControl(app, chosen);
   }
 
  private:
@@ -113,6 +115,32 @@ class ModelCommands {
         "  faultlab methods --recordings records --markdown table.md --plots figures");
   }
 
+  void AddControl(CLI::App& app, std::function<int()>& chosen) {
+    CLI::App& control = AddCommand(app,
+                                   "control",
+                                   "Keeps the speed of a simulated rig although a part fails",
+                                   control_,
+                                   &RunControlCommand,
+                                   chosen);
+    AddBench(control, control_.bench);
+    control.add_option("--fault", control_.faults, "COMPONENT=VALUE@SECONDS, repeatable");
+    control.add_option("--reference", control_.reference, "LOW:HIGH in rad/s of the motor shaft")
+        ->capture_default_str();
+    control.add_option("--hold", control_.hold_s, "Seconds at one speed")->capture_default_str();
+    control.add_option("--controller", control_.controller, "nominal, compensated or robust")
+        ->capture_default_str();
+    control.add_option("--duration", control_.duration_s, "Seconds")->capture_default_str();
+    control.add_option("--seed", control_.seed, "Noise")->capture_default_str();
+    control.add_flag("--json", control_.json, "One JSON object");
+    control.add_option("--markdown", control_.markdown, "FILE.md: all faults of the bench");
+    control.footer(
+        "The first seconds learn the healthy rig under the bench's usual input.\n\n"
+        "Examples:\n"
+        "  faultlab control --fault R1=100@10\n"
+        "  faultlab control --fault R1=100@10 --controller nominal --json\n"
+        "  faultlab control --markdown control.md");
+  }
+
   void AddBenches(CLI::App& app, std::function<int()>& chosen) {
     CLI::App& bench = *app.add_subcommand("bench", "Describes a bench, and says what it can tell");
     bench.require_subcommand(1);
@@ -141,6 +169,7 @@ class ModelCommands {
     fresh.add_option("-o,--output", new_.output, "FILE.toml, - = stdout")->capture_default_str();
   }
 
+  ControlCommandOptions control_;
   BenchCheckOptions check_;
   BenchNewOptions new_;
   ReproduceOptions reproduce_;

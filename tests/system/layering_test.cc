@@ -89,6 +89,7 @@ const Arrows kCore = {
       "calibration",
       "isolation",
       "paper"}},
+    {"control", {"types", "bench", "signals", "plant", "filter", "isolation", "diagnosis"}},
     {"methods",
      {"types",
       "bench",

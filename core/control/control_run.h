@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/bench/bench.h"
+#include "core/control/tolerant_drive.h"
+#include "core/types/fault.h"
+#include "core/types/result.h"
+#include "core/types/sample.h"
+
+namespace faultlab::core {
+
+/// Speed control of a simulated rig: first the bench's usual input, from which the pipeline learns
+/// the healthy rig, then a reference that steps between two speeds.
+struct ControlPlan {
+  const Bench* bench = nullptr;  ///< never null; measures n
+  std::vector<Fault> faults;
+  ToleranceOptions options;
+  double low_rad_s = 150.0;
+  double high_rad_s = 170.0;
+  double hold_s = 2.0;  ///< at one speed
+  double duration_s = 30.0;
+  std::uint64_t seed = 1;
+};
+
+/// How well the reference was kept from the first fault on (without one: from 4.5 s after the control
+/// began) to the end; of the true speed.
+struct ControlQuality {
+  double late_iae_rad = 0.0;         ///< of the IAE what comes later than two holds
+  double iae_rad = 0.0;              ///< integral of |reference - speed|
+  double overshoot_percent = 0.0;    ///< beyond a step, of its height; the largest
+  std::optional<double> settling_s;  ///< until 5 % of the last step's height are never left again
+  double steady_error_rad_s = 0.0;   ///< mean over the last quarter of each hold, the largest
+};
+
+struct ControlRecord {
+  std::vector<Sample> samples;
+  std::vector<double> reference_rad_s;  ///< NaN while the rig is learnt
+  std::vector<double> speed_rad_s;      ///< true, at the end of each period
+  double control_from_s = 0.0;
+  std::optional<double> compensated_at_s;
+  bool accommodated = false;     ///< the reference can be reached with what is known of the rig
+  double reachable_rad_s = 0.0;  ///< the highest speed that can
+  Verdict verdict;
+  ControlQuality quality;
+};
+
+/// Refuses (kInvalid, `field`) a bench without n, a reference beyond what the healthy rig reaches,
+/// and a rig that could not be learnt. Drives the plant, the converters and the pipeline that
+/// simulators and diagnoses use.
+Result<ControlRecord> RunControl(const ControlPlan& plan);
+
+}  // namespace faultlab::core

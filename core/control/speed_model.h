@@ -1,0 +1,29 @@
+#pragma once
+
+#include "core/filter/rig_parameters.h"
+
+namespace faultlab::core {
+
+/// One-state model of the speed of a rig, rad/s of the motor shaft, sampled once a period:
+///   w(k+1) = kept w(k) + (1 - kept) (gain u(k) - friction)
+/// Of a rig that turns forward. La is neglected; the amplifier's lag counts to the time constant.
+struct SpeedModel {
+  double kept = 0.0;      ///< exp(-T / time constant)
+  double gain = 1.0;      ///< rad/s per volt of uc, > 0
+  double friction = 0.0;  ///< rad/s that Coulomb friction takes
+
+  double Next(double w_rad_s, double u_v) const {
+    return kept * w_rad_s + (1.0 - kept) * (gain * u_v - friction);
+  }
+  /// The input that leads from one speed to the next.
+  double InputFor(double w_rad_s, double next_rad_s) const {
+    return ((next_rad_s - kept * w_rad_s) / (1.0 - kept) + friction) / gain;
+  }
+  /// Where it settles.
+  double Settled(double u_v) const { return gain * u_v - friction; }
+};
+
+/// Contract: period_s > 0, a rig of positive parameters.
+SpeedModel SpeedModelOf(const RigParameters& rig, double period_s);
+
+}  // namespace faultlab::core

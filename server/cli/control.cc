@@ -1,0 +1,180 @@
+#include "server/cli/control.h"
+
+#include <array>
+#include <boost/json/object.hpp>
+#include <boost/json/serialize.hpp>
+#include <cstdio>
+#include <optional>
+#include <utility>
+
+#include "core/control/control_run.h"
+#include "core/isolability/isolability.h"
+#include "core/types/number_text.h"
+#include "hardware/bench/benches.h"
+#include "server/cli/console.h"
+#include "server/csv/fault_text.h"
+#include "server/csv/file_io.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using core::Error;
+using core::ErrorCode;
+using core::Result;
+
+constexpr std::array<std::pair<std::string_view, core::ControlKind>, 3> kControllers = {
+    {{"nominal", core::ControlKind::kNominal},
+     {"compensated", core::ControlKind::kCompensated},
+     {"robust", core::ControlKind::kRobust}}};
+
+Error Refused(std::string message, std::string field) {
+  return {ErrorCode::kInvalid, std::move(message), std::move(field), "internal"};
+}
+
+std::optional<core::ControlKind> KindOf(std::string_view name) {
+  for (const auto& [known, kind] : kControllers) {
+    if (known == name) return kind;
+  }
+  return std::nullopt;
+}
+
+Result<core::ControlPlan> MakePlan(const ControlCommandOptions& options) {
+  const Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
+  if (!bench) return bench.error();
+  core::ControlPlan plan;
+  plan.bench = bench.value();
+  plan.hold_s = options.hold_s;
+  plan.duration_s = options.duration_s;
+  plan.seed = options.seed;
+  const auto kind = KindOf(options.controller);
+  if (!kind) {
+    return Refused(
+        "--controller '" + options.controller + "': expected nominal, compensated or robust",
+        "controller");
+  }
+  plan.options.kind = *kind;
+  const std::size_t colon = options.reference.find(':');
+  const auto low = core::ParseNumber(options.reference.substr(0, colon));
+  const auto high =
+      colon == std::string::npos ? low : core::ParseNumber(options.reference.substr(colon + 1));
+  if (!low || !high) {
+    return Refused(
+        "--reference '" + options.reference + "': expected LOW:HIGH in rad/s, for example 150:170",
+        "reference");
+  }
+  plan.low_rad_s = *low;
+  plan.high_rad_s = *high;
+  for (const std::string& text : options.faults) {
+    auto fault = ParseFault(text, *plan.bench);
+    if (!fault) return fault.error();
+    plan.faults.push_back(std::move(fault).value());
+  }
+  return plan;
+}
+
+std::string Short(double value, int digits) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
+  return text.data();
+}
+
+json::value OrNull(const std::optional<double>& value) {
+  return value ? json::value(*value) : json::value(nullptr);
+}
+
+std::string JsonOf(const core::ControlRecord& record) {
+  const core::ControlQuality& quality = record.quality;
+  return json::serialize(json::object{{"iae", quality.iae_rad},
+                                      {"late_iae", quality.late_iae_rad},
+                                      {"overshoot_percent", quality.overshoot_percent},
+                                      {"settling_s", OrNull(quality.settling_s)},
+                                      {"steady_error_rad_s", quality.steady_error_rad_s},
+                                      {"compensated_at_s", OrNull(record.compensated_at_s)},
+                                      {"accommodated", record.accommodated},
+                                      {"reachable_rad_s", record.reachable_rad_s}}) +
+         "\n";
+}
+
+std::string TextOf(const core::ControlRecord& record) {
+  const core::ControlQuality& quality = record.quality;
+  std::string out = "  IAE           " + Short(quality.iae_rad, 3) + " rad, of it " +
+                    Short(quality.late_iae_rad, 3) + " later than two holds\n";
+  out += "  overshoot     " + Short(quality.overshoot_percent, 3) + " %\n";
+  out += "  settling      " +
+         (quality.settling_s ? Short(*quality.settling_s, 3) + " s" : "not within the run") + "\n";
+  out += "  steady error  " + Short(quality.steady_error_rad_s, 3) + " rad/s\n";
+  if (record.compensated_at_s) {
+    out += "  compensated   from " + Short(*record.compensated_at_s, 5) + " s\n";
+  }
+  out += "  verdict       " + std::string(core::Name(record.verdict.kind)) +
+         (record.verdict.reason.empty() ? "" : ": " + record.verdict.reason) + "\n";
+  if (!record.accommodated) {
+    out += "  refused       the rig reaches " + Short(record.reachable_rad_s, 4) +
+           " rad/s with this fault: lower the reference\n";
+  }
+  return out;
+}
+
+std::string CellOf(const core::ControlRecord& record) {
+  const core::ControlQuality& quality = record.quality;
+  return Short(quality.iae_rad, 3) + " / " + Short(quality.late_iae_rad, 3) + " / " +
+         Short(quality.overshoot_percent, 2) + " / " +
+         (quality.settling_s ? Short(1e3 * *quality.settling_s, 3) : "never") + " / " +
+         Short(quality.steady_error_rad_s, 2);
+}
+
+/// One row for the healthy rig and for every value that the bench offers of every component.
+Result<std::string> TableOf(core::ControlPlan plan) {
+  std::string table =
+      "# Control that tolerates the fault\n\n"
+      "Written by `faultlab control --markdown`: a simulated rig of the bench " +
+      plan.bench->name + ", the reference " + Short(plan.low_rad_s, 4) + " and " +
+      Short(plan.high_rad_s, 4) + " rad/s in turn, the fault at 10 s of " +
+      Short(plan.duration_s, 3) +
+      " s. From the fault on: IAE (rad) / of it later than two holds / overshoot (%) / settling "
+      "after the last step (ms) / steady error (rad/s).\n\n"
+      "| fault | nominal | compensated | robust | compensated from (s) | reaches (rad/s) |\n"
+      "|---|---|---|---|---|---|\n";
+  std::vector<std::vector<core::Fault>> cases = {{}};
+  for (const core::FaultSize& fault : core::FaultsOf(*plan.bench)) {
+    cases.push_back({{fault.component, fault.value, 10.0}});
+  }
+  for (const std::vector<core::Fault>& faults : cases) {
+    plan.faults = faults;
+    std::string row =
+        "| " + (faults.empty() ? std::string("none") : FormatFault(faults.front())) + " ";
+    std::string rest;
+    for (const auto& [name, kind] : kControllers) {
+      plan.options.kind = kind;
+      const auto record = core::RunControl(plan);
+      if (!record) return record.error();
+      row += "| " + CellOf(record.value()) + " ";
+      if (kind != core::ControlKind::kCompensated) continue;
+      const auto& at_s = record.value().compensated_at_s;
+      rest = "| " + (at_s ? Short(*at_s, 5) : std::string("-")) + " | " +
+             Short(record.value().reachable_rad_s, 4) +
+             (record.value().accommodated ? " |\n" : ", refused |\n");
+    }
+    table += row + rest;
+  }
+  return table;
+}
+
+}  // namespace
+
+int RunControlCommand(const ControlCommandOptions& options) {
+  Result<core::ControlPlan> plan = MakePlan(options);
+  if (!plan) return Fail(plan.error(), kExitBadInput);
+  if (!options.markdown.empty()) {
+    const auto table = TableOf(std::move(plan).value());
+    if (!table) return Fail(table.error(), kExitBadInput);
+    const core::Status written = WriteFile(options.markdown, table.value());
+    return written ? kExitOk : Fail(written.error(), kExitFailure);
+  }
+  const auto record = core::RunControl(plan.value());
+  if (!record) return Fail(record.error(), kExitBadInput);
+  return Print(options.json ? JsonOf(record.value()) : TextOf(record.value()));
+}
+
+}  // namespace faultlab::server

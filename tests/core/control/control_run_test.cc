@@ -1,0 +1,122 @@
+// Speed control in closed loop with the shipping pipeline, on the shipping plant.
+#include "core/control/control_run.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "core/isolability/isolability.h"
+#include "core/signals/random.h"
+#include "tests/paper_bench.h"
+
+namespace faultlab::core {
+namespace {
+
+ControlRecord Drive(const std::vector<Fault>& faults,
+                    ControlKind kind,
+                    std::uint64_t seed = 1,
+                    double duration_s = 24.0) {
+  ControlPlan plan;
+  plan.bench = &paper::Bench();
+  plan.faults = faults;
+  plan.options.kind = kind;
+  plan.seed = seed;
+  plan.duration_s = duration_s;
+  auto record = RunControl(plan);
+  EXPECT_TRUE(record.ok()) << (record.ok() ? "" : record.error().message);
+  return record.ok() ? std::move(record).value() : ControlRecord{};
+}
+
+Fault At10(const char* symbol, double value) {
+  return {paper::Bench().Find(symbol).value(), value, 10.0};
+}
+
+TEST(ControlRun, KeepsTheSpeedOfAHealthyRig) {
+  const ControlRecord record = Drive({}, ControlKind::kCompensated);
+  EXPECT_LT(record.quality.steady_error_rad_s, 0.5);
+  EXPECT_LT(record.quality.overshoot_percent, 15.0);
+  ASSERT_TRUE(record.quality.settling_s);
+  EXPECT_LT(*record.quality.settling_s, 0.5);
+  EXPECT_FALSE(record.compensated_at_s);
+  EXPECT_TRUE(record.accommodated);
+}
+
+TEST(ControlRun, ACompensatedFaultIsHardlySeen) {
+  const double healthy = Drive({}, ControlKind::kCompensated).quality.iae_rad;
+  for (const auto& fault : {At10("R1", 56.0), At10("R12", 5600.0), At10("Ra", 74.1)}) {
+    const ControlRecord nominal = Drive({fault}, ControlKind::kNominal);
+    const ControlRecord compensated = Drive({fault}, ControlKind::kCompensated);
+    const std::string name(Name(fault.component));
+    ASSERT_TRUE(compensated.compensated_at_s) << name;
+    EXPECT_LT(compensated.quality.iae_rad, nominal.quality.iae_rad) << name;
+    EXPECT_TRUE(compensated.accommodated) << name;
+    EXPECT_GT(healthy, 0.0);
+  }
+}
+
+TEST(ControlRun, TwoHoldsAfterAFaultTheRigIsAsGoodAsNew) {
+  const double healthy = Drive({}, ControlKind::kCompensated).quality.late_iae_rad;
+  int accommodated = 0;
+  for (const FaultSize& fault : FaultsOf(paper::Bench())) {
+    const std::string name = std::string(Name(fault.component)) + " " + std::to_string(fault.value);
+    const ControlRecord record =
+        Drive({{fault.component, fault.value, 10.0}}, ControlKind::kCompensated);
+    ASSERT_TRUE(record.compensated_at_s) << name;
+    if (!record.accommodated) continue;
+    ++accommodated;
+    // A hundred times the inertia takes the drive to its end at every step; 47 uF wants a lead.
+    const bool hard = fault.value == 143e-6 || fault.value == 47e-6;
+    EXPECT_LE(record.quality.late_iae_rad, (hard ? 3.5 : 1.2) * healthy) << name;
+    EXPECT_LT(record.quality.overshoot_percent, 15.0) << name;
+  }
+  EXPECT_EQ(accommodated, 16) << "all but R12 = 2 kohm and B x 100";
+}
+
+TEST(ControlRun, AFaultThatCannotBeAccommodatedIsRefusedWithTheSpeedThatCan) {
+  const ControlRecord record = Drive({At10("R12", 2000.0)}, ControlKind::kCompensated);
+  EXPECT_FALSE(record.accommodated);
+  EXPECT_NEAR(record.reachable_rad_s, 149.0, 6.0);
+}
+
+TEST(ControlRun, NothingLeavesTheEnvelope) {
+  const Bench& bench = paper::Bench();
+  Random random(5);
+  const std::vector<Component> parts = bench.components();
+  for (int i = 0; i < 12; ++i) {
+    const auto which =
+        static_cast<std::size_t>(random.Uniform(0.0, 0.999) * static_cast<double>(parts.size()));
+    const Component component = parts[which];
+    const double value = bench.nominal.Get(component) * std::exp(random.Uniform(-2.5, 2.5));
+    const ControlRecord record = Drive(
+        {{component, value, random.Uniform(7.0, 12.0)}}, ControlKind::kCompensated, 100U + i, 16.0);
+    double before = record.samples.front().uc_v;
+    for (const Sample& sample : record.samples) {
+      EXPECT_GE(sample.uc_v, bench.limits.uc_v_min - 1e-3);
+      EXPECT_LE(sample.uc_v, bench.limits.uc_v_max + 1e-3);
+      if (sample.t_s > record.control_from_s) {
+        EXPECT_LE(std::abs(sample.uc_v - before),
+                  bench.limits.slew_v_per_s * bench.period_s + 1e-3);
+      }
+      before = sample.uc_v;
+    }
+    for (const double speed : record.speed_rad_s) ASSERT_TRUE(std::isfinite(speed));
+  }
+}
+
+TEST(ControlRun, RefusesWhatNoRigCanDo) {
+  ControlPlan plan;
+  plan.bench = &paper::Bench();
+  plan.high_rad_s = 2000.0;
+  const auto too_fast = RunControl(plan);
+  ASSERT_FALSE(too_fast.ok());
+  EXPECT_EQ(too_fast.error().field, "reference");
+  plan.high_rad_s = 170.0;
+  plan.duration_s = 3.0;
+  EXPECT_EQ(RunControl(plan).error().field, "duration_s");
+}
+
+}  // namespace
+}  // namespace faultlab::core

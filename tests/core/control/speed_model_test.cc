@@ -1,0 +1,121 @@
+#include "core/control/speed_model.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/control/speed_controller.h"
+#include "core/control/virtual_actuator.h"
+#include "core/filter/rig_parameters.h"
+#include "core/plant/sampled_model.h"
+#include "core/signals/random.h"
+#include "hardware/bench/benches.h"
+
+namespace faultlab::core {
+namespace {
+
+constexpr double kPeriodS = 0.01;
+
+RigParameters RigOf(const Bench& bench) {
+  return {bench.nominal, 1.0, bench.delta_s, bench.norm.mc_nm, 1e-4};
+}
+
+TEST(SpeedModel, IsTheExactModelButForTheInductance) {
+  for (const char* name : {"paper", "gear-motor", "speed-motor"}) {
+    const Bench& bench = *hardware::LoadBench(name).value();
+    const RigParameters rig = RigOf(bench);
+    const SpeedModel model = SpeedModelOf(rig, kPeriodS);
+    const SampledModel exact = MakeSampledModel(rig.plant, kPeriodS, 0.0);
+    Eigen::Vector3d x = exact.SteadyState(2.0, rig.mc_nm);
+    EXPECT_NEAR(model.Settled(2.0), x(2), 1e-6 * x(2)) << name;
+    double w = x(2);
+    for (int k = 0; k < 5; ++k) {
+      x = exact.phi * x + exact.gamma_u * 3.0 + exact.gamma_m * rig.mc_nm;
+      w = model.Next(w, 3.0);
+    }
+    EXPECT_NEAR(w, x(2), 0.02 * x(2)) << name;
+    EXPECT_NEAR(model.InputFor(w, model.Next(w, 2.7)), 2.7, 1e-9) << name;
+  }
+}
+
+TEST(VirtualActuator, MakesAFaultyRigMoveAsTheHealthyOne) {
+  const SpeedModel healthy{.kept = 0.6, .gain = 60.0, .friction = 5.0};
+  const SpeedModel faulty{.kept = 0.8, .gain = 40.0, .friction = 9.0};
+  VirtualActuator actuator(healthy);
+  EXPECT_EQ(actuator.RigInput(2.5, 100.0), 2.5) << "without a fault";
+  actuator.Reconfigure(faulty);
+  double w = 100.0;
+  for (const double v : {2.5, 3.0, 2.0, 2.8}) {
+    const double u = actuator.RigInput(v, w);
+    EXPECT_NEAR(actuator.ControllerInput(u, w), v, 1e-9);
+    EXPECT_NEAR(faulty.Next(w, u), healthy.Next(w, v), 1e-9);
+    w = faulty.Next(w, u);
+  }
+  actuator.Reconfigure(std::nullopt);
+  EXPECT_EQ(actuator.RigInput(2.5, w), 2.5) << "withdrawn";
+}
+
+/// The largest distance from the reference in the last fifth of a run of PI, actuator and a rig of
+/// which the diagnosis is off.
+double LateError(const SpeedModel& healthy, const SpeedModel& rig, const SpeedModel& diagnosed) {
+  constexpr double kReference = 150.0;
+  constexpr int kTicks = 3000;
+  SpeedController controller(healthy, kPeriodS, 0.54);
+  VirtualActuator actuator(healthy);
+  actuator.Reconfigure(diagnosed);
+  double w = 100.0;
+  double late = 0.0;
+  for (int k = 0; k < kTicks; ++k) {
+    const double v = controller.Step(kReference, w);
+    const double wanted = actuator.RigInput(v, w);
+    const double given = std::clamp(wanted, 0.0, 10.0);
+    if (given != wanted) controller.Applied(actuator.ControllerInput(given, w));
+    w = std::max(0.0, rig.Next(w, given));
+    if (k > kTicks * 4 / 5) late = std::max(late, std::abs(kReference - w));
+  }
+  return late;
+}
+
+TEST(VirtualActuator, IsStableThoughTheDiagnosisIsOffByTwoFifths) {
+  const SpeedModel healthy{.kept = 0.57, .gain = 48.0, .friction = 12.0};
+  Random random(17);
+  int reachable = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double slower = std::exp(random.Uniform(-1.5, 2.5));
+    const SpeedModel rig{.kept = std::pow(healthy.kept, 1.0 / slower),
+                         .gain = healthy.gain * std::exp(random.Uniform(-1.2, 0.7)),
+                         .friction = healthy.friction * std::exp(random.Uniform(-1.0, 1.0))};
+    if (rig.Settled(10.0) < 160.0) continue;
+    ++reachable;
+    const auto off = [&] { return random.Uniform(0.6, 1.4); };
+    const SpeedModel diagnosed{.kept = std::pow(rig.kept, 1.0 / off()),
+                               .gain = rig.gain * off(),
+                               .friction = rig.friction * off()};
+    EXPECT_LT(LateError(healthy, rig, diagnosed), 1.0)
+        << "gain " << rig.gain << " as " << diagnosed.gain << ", kept " << rig.kept << " as "
+        << diagnosed.kept;
+  }
+  EXPECT_GT(reachable, 700);
+}
+
+TEST(SpeedController, DoesNotWindUpWhileTheDriveIsAtItsEnd) {
+  const SpeedModel plant{.kept = 0.6, .gain = 60.0, .friction = 0.0};
+  SpeedController controller(plant, kPeriodS, 0.27);
+  double w = 0.0;
+  const auto run = [&](double reference, int ticks) {
+    for (int k = 0; k < ticks; ++k) {
+      const double v = controller.Step(reference, w);
+      const double given = std::clamp(v, 0.0, 5.0);
+      if (given != v) controller.Applied(given);
+      w = plant.Next(w, given);
+    }
+  };
+  run(400.0, 500);  // 300 is all that it can
+  EXPECT_NEAR(w, 300.0, 1e-6);
+  run(150.0, 40);
+  EXPECT_NEAR(w, 150.0, 2.0) << "it turns back at once";
+}
+
+}  // namespace
+}  // namespace faultlab::core
