@@ -25,8 +25,8 @@ struct ControlPlan {
   std::uint64_t seed = 1;
 };
 
-/// How well the reference was kept from the first fault on (without one: from 4.5 s after the control
-/// began) to the end; of the true speed.
+/// How well the reference was kept from the first fault on (without one: from 4.5 s after the
+/// control began) to the end; of the true speed.
 struct ControlQuality {
   double late_iae_rad = 0.0;         ///< of the IAE what comes later than two holds
   double iae_rad = 0.0;              ///< integral of |reference - speed|
