@@ -16,13 +16,15 @@ namespace {
 // A motor turns when its speed is above this share of the largest.
 constexpr double kTurns = 0.05;
 constexpr std::size_t kRowsMin = 20;
+// A step is over long before; a record of a million rows costs no more than this many.
+constexpr std::size_t kRowsMax = 10'000;
 // Of the variation of n; less is no response of first order.
 constexpr double kExplainedMin = 0.9;
 // Time constants are searched from a share of the period to a share of the record.
 constexpr double kShortest = 0.3;
 constexpr double kLongest = 0.5;
 constexpr int kScanPoints = 60;
-constexpr int kHalvings = 40;
+constexpr int kSections = 20;  // to a thousandth of a scan's step
 
 struct Record {
   std::vector<double> uc_v;
@@ -42,6 +44,7 @@ Record TurningPart(std::span<const Sample> samples) {
   for (const Sample& sample : samples) {
     if (!std::isfinite(sample.n_rpm) || !std::isfinite(sample.uc_v)) continue;
     if (record.n_rpm.empty() && std::abs(sample.n_rpm) <= kTurns * most) continue;
+    if (record.n_rpm.size() == kRowsMax) break;
     if (!record.uc_v.empty()) record.periods.push_back(static_cast<double>(sample.index - last));
     last = sample.index;
     record.uc_v.push_back(sample.uc_v);
@@ -93,14 +96,18 @@ double BestTimeConstant(const Record& record, double share) {
   const double high = std::log(std::max(1.0, kLongest * static_cast<double>(record.n_rpm.size())));
   const double step = (high - low) / kScanPoints;
   double best = low;
+  double least = CostAt(record, best, share);
   for (int i = 1; i <= kScanPoints; ++i) {
     const double at = low + step * i;
-    if (CostAt(record, at, share) < CostAt(record, best, share)) best = at;
+    const double cost = CostAt(record, at, share);
+    if (cost >= least) continue;
+    best = at;
+    least = cost;
   }
   constexpr double kGolden = 0.6180339887498949;
   double a = best - step;
   double b = best + step;
-  for (int i = 0; i < kHalvings; ++i) {
+  for (int i = 0; i < kSections; ++i) {
     const double left = b - kGolden * (b - a);
     const double right = a + kGolden * (b - a);
     const bool lower = CostAt(record, left, share) < CostAt(record, right, share);

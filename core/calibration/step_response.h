@@ -14,6 +14,7 @@ namespace faultlab::core {
 /// ..". Fits n = gain uc + constant, behind one time constant, to the whole record; errors allow
 /// for the correlation of what is left. Nothing where n is not measured, does not move, or is not
 /// of first order.
+/// Cost: 100 fits of at most 10 000 rows.
 /// @param delta_s  from the edge of uc to the reading, as the bench has it
 std::optional<std::string> StepResponseText(std::span<const Sample> samples,
                                             double period_s,

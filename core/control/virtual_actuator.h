@@ -11,12 +11,14 @@ namespace faultlab::core {
 ///   kept' w + (1 - kept') (gain' u - friction') = kept w + (1 - kept) (gain v - friction)
 /// so that the controller meets the healthy rig again. Without a fault u = v.
 ///
-/// Stability: with a diagnosis that is off by factors g of the gain and t of (1 - kept'), the loop
-/// that remains is w+ = kept w + (1 - kept) m gain v + (kept - kept_)(..), m = g t. The healthy
-/// loop w+ = kept w + (1 - kept) gain v under PI control has a gain margin well above 2 for
-/// `faster` < 1; errors within the stated interval of the value move m by less, and the integral
-/// takes up what is constant (small gain: the loop of the error contracts while |m - 1| times the
-/// complementary sensitivity's peak, which is 1 for a PI that cancels the pole, stays below 1).
+/// Stability, a sketch: let the rig be (kept', gain'), the diagnosis (kept_d, gain_d), and
+/// m = (1 - kept') gain' / ((1 - kept_d) gain_d). Then
+///   w+ = Next(w, v) + e,   e = (m - 1) (Next(w, v) - kept_d w) + (kept' - kept_d) w + constant
+/// The healthy PI loop, whose integral cancels the pole, answers e with a gain of at most
+/// 1 / (1 - kept) at any frequency and 0 at low ones: by the small gain theorem it stays stable
+/// while |m - 1| (1 - kept_d) + |kept' - kept_d| < 1 - kept, and the constant is taken up. That is
+/// sufficient, not necessary: 1 000 random rigs with values off by up to 40 % are stable
+/// (speed_model_test).
 ///
 /// Source: J. Lunze, T. Steffen, Control reconfiguration after actuator failures using disturbance
 /// decoupling methods, IEEE Trans. Automatic Control 51 (2006), pp. 1590-1601.
