@@ -46,6 +46,13 @@ inline DiagnosisOptions OptionsOf(const Bench& bench) {
   return OptionsOf(bench, bench.period_s);
 }
 
+/// The usual healthy stretch of a record whose clock shows `first_s` in its first row: it counts
+/// from there.
+inline void CountFrom(double first_s, DiagnosisOptions& options) {
+  options.healthy_from_s += first_s;
+  options.healthy_to_s += first_s;
+}
+
 /// The estimators of a diagnosis with these options. Their estimates depend on the samples alone,
 /// so a recording pushed through such a bank gives the live run's estimates to the last bit.
 inline EstimatorBankOptions BankOptions(const DiagnosisOptions& options) {

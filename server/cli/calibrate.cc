@@ -47,7 +47,7 @@ int RunCalibrate(const CalibrateOptions& options) {
       record.value().channels, record.value().samples, *diagnosis.bench, options.recording);
   if (!notes) return Fail(notes.error(), kExitBadInput);
   for (const std::string& note : notes.value()) PrintError("note: " + note);
-  FollowPeriod(options.flags, record.value().period_s, diagnosis);
+  FollowRecord(options.flags, record.value().samples, record.value().period_s, diagnosis);
   std::vector<core::Sample> stretch;
   std::copy_if(record.value().samples.begin(),
                record.value().samples.end(),

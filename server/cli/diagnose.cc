@@ -121,11 +121,16 @@ Result<core::DiagnosisOptions> ParseFlags(const DiagnosisFlags& flags, const cor
   return options;
 }
 
-void FollowPeriod(const DiagnosisFlags& flags, double period_s, core::DiagnosisOptions& options) {
+void FollowRecord(const DiagnosisFlags& flags,
+                  std::span<const core::Sample> samples,
+                  double period_s,
+                  core::DiagnosisOptions& options) {
   options.period_s = period_s;
-  if (flags.healthy.empty()) {
-    options.healthy_to_s = core::OptionsOf(*options.bench, period_s).healthy_to_s;
-  }
+  if (!flags.healthy.empty()) return;
+  const core::DiagnosisOptions usual = core::OptionsOf(*options.bench, period_s);
+  options.healthy_from_s = usual.healthy_from_s;
+  options.healthy_to_s = usual.healthy_to_s;
+  if (!samples.empty()) core::CountFrom(samples.front().t_s, options);
 }
 
 namespace {
@@ -197,7 +202,7 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
       continue;
     }
     for (const std::string& note : notes.value()) PrintError("note: " + note);
-    FollowPeriod(options.flags, record.value().period_s, diagnose);
+    FollowRecord(options.flags, record.value().samples, record.value().period_s, diagnose);
     if (method != nullptr) {
       const Result<std::string> said =
           DiagnoseByMethod(*method, file, record.value(), diagnose, options.json);

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/diagnosis/diagnosis.h"
 #include "core/diagnosis/diagnosis_options.h"
 #include "core/types/result.h"
+#include "core/types/sample.h"
 
 namespace faultlab::server {
 
@@ -29,9 +31,12 @@ struct DiagnoseCommandOptions {
 core::Result<core::DiagnosisOptions> ParseFlags(const DiagnosisFlags& flags,
                                                 const core::Bench& bench);
 
-/// Takes the period of the record, and the stretch that is usual at that period unless the flags
-/// name one.
-void FollowPeriod(const DiagnosisFlags& flags, double period_s, core::DiagnosisOptions& options);
+/// Takes the period of the record, and the stretch that is usual at that period, counted from its
+/// first row, unless the flags name one.
+void FollowRecord(const DiagnosisFlags& flags,
+                  std::span<const core::Sample> samples,
+                  double period_s,
+                  core::DiagnosisOptions& options);
 
 /// Diagnoses each file, in order, and prints the result: text, or one JSON object per line. A file
 /// that cannot be read is reported on stderr, and the other files are still diagnosed.

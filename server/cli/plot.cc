@@ -31,7 +31,7 @@ int RunPlot(const PlotOptions& options) {
   NoteOtherBench(
       options.recording, source.value().bench_named, options.flags.bench, *source.value().bench);
   core::DiagnosisOptions diagnose = parsed.value();
-  diagnose.period_s = source.value().period_s;
+  FollowRecord(options.flags, source.value().samples, source.value().period_s, diagnose);
   if (const core::Status fits = CheckPeriod(diagnose.calibration, diagnose.period_s); !fits) {
     return Fail(fits.error(), kExitBadInput);
   }

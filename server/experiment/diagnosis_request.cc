@@ -32,7 +32,8 @@ core::Result<RunRecord> Find(Recordings& recordings,
 /// The request for a record of this bench: what it leaves out is as usual there.
 core::Result<core::DiagnosisOptions> OptionsOf(const DiagnosisRequest& request,
                                                const core::Bench& bench,
-                                               double period_s) {
+                                               double period_s,
+                                               double first_s) {
   if (request.channels == core::Channels::kUmOnly && !bench.um.exists) {
     return core::Error{core::ErrorCode::kInvalid,
                        "The bench " + bench.name + " does not measure um; use all channels.",
@@ -41,6 +42,7 @@ core::Result<core::DiagnosisOptions> OptionsOf(const DiagnosisRequest& request,
                        {{"bench", bench.name}}};
   }
   core::DiagnosisOptions options = core::OptionsOf(bench, period_s);
+  core::CountFrom(first_s, options);
   options.channels = request.channels;
   options.values = request.values;
   options.healthy_from_s = request.healthy_from_s.value_or(options.healthy_from_s);
@@ -94,7 +96,7 @@ core::Status CheckDiagnosis(Recordings& recordings,
   if (!record) return record.error();
   const auto stored = recordings.OptionsFor(record.value());
   if (!stored) return OnRecording(stored.error());
-  const auto options = OptionsOf(request, *stored.value().bench, record.value().period_s);
+  const auto options = OptionsOf(request, *stored.value().bench, record.value().period_s, 0.0);
   return options.ok() ? core::Status(core::Done{}) : options.error();
 }
 
@@ -108,7 +110,10 @@ core::Result<std::string> Diagnose(Recordings& recordings,
   if (!recording) return OnRecording(recording.error());
   const std::vector<core::Sample>& samples = recording.value().samples;
   const core::Bench& bench = *recording.value().options.bench;
-  const auto options = OptionsOf(request, bench, recording.value().record.period_s);
+  const auto options = OptionsOf(request,
+                                 bench,
+                                 recording.value().record.period_s,
+                                 samples.empty() ? 0.0 : samples.front().t_s);
   if (!options) return options.error();
   core::Diagnosis diagnosis = core::DiagnoseRecord(samples, options.value());
   AddModelFits(samples, options.value(), diagnosis);

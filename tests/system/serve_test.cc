@@ -502,6 +502,25 @@ TEST_F(ServeTest, AnUploadIsDiagnosedAsAskedAndListedAmongTheUploads) {
   EXPECT_EQ(listed(""), 1u);
 }
 
+TEST_F(ServeTest, TheUsualStretchOfAnUploadCountsFromItsFirstRow) {
+  const std::string csv = CallRun("GET", "/export.csv", Finished(kPaper)).body;
+  std::istringstream lines(csv);
+  std::string late;
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t comma = line.find(',');
+    const bool row = !line.empty() && std::isdigit(static_cast<unsigned char>(line.front())) != 0;
+    late +=
+        row ? std::to_string(std::stod(line.substr(0, comma)) + 40.0) + line.substr(comma) : line;
+    late += '\n';
+  }
+  const json::object recording =
+      Object(Call("POST", "/api/v1/recordings", "/api/v1/recordings", late, "text/csv"));
+  EXPECT_EQ(recording.at("verdict"), "fault") << recording.at("reason");
+  const std::string id(recording.at("id").as_string());
+  const json::object found = Object(CallRun("GET", "/diagnosis", id));
+  EXPECT_NEAR(found.at("detected_at_s").to_number<double>(), 50.0, 0.2) << "by its own clock";
+}
+
 TEST_F(ServeTest, ACalibrationIsForItsBenchAndItsPeriodAlone) {
   const auto upload = [&](const std::string& how, const std::string& body) {
     return Object(

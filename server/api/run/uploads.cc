@@ -42,8 +42,10 @@ core::Result<const core::Bench*> BenchOf(RunApi& api, const HttpRequest& request
 core::Result<core::DiagnosisOptions> OptionsOf(RunApi& api,
                                                const ApiRequest& request,
                                                const core::Bench& bench,
-                                               double period_s) {
+                                               double period_s,
+                                               double first_s) {
   core::DiagnosisOptions options = core::OptionsOf(bench, period_s);
+  core::CountFrom(first_s, options);
   const auto from_s = QueryNumber(
       request.http, "healthy_from_s", options.healthy_from_s, -kSecondsMax, kSecondsMax);
   if (!from_s) return from_s.error();
@@ -117,7 +119,7 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
       !note.empty()) {
     csv.notes.push_back(std::move(note));
   }
-  auto options = OptionsOf(api, request, *bench.value(), csv.period_s);
+  auto options = OptionsOf(api, request, *bench.value(), csv.period_s, csv.samples.front().t_s);
   if (!options) return options.error();
   const std::size_t size = csv.samples.size();
   const core::Status room = api.quota.MakeRoom(request.who, static_cast<std::int64_t>(size));

@@ -94,6 +94,18 @@ TEST_F(CliDiagnose, PrintsTextForAPerson) {
   }
 }
 
+TEST_F(CliDiagnose, AClockThatBeganEarlierChangesNothingButTheTimes) {
+  ASSERT_EQ(Run("simulate --fault R1=100@10 -o run.csv").exit_code, 0);
+  Run("",
+      "awk -F, -v OFS=, '/^#/{next} !h{h=1;print;next} {$1=sprintf(\"%.2f\",$1+40);print}' "
+      "run.csv > late.csv;");
+  const Finished late = Run("diagnose late.csv");
+  EXPECT_NE(late.out.find("component   R1"), std::string::npos) << late.out << late.err;
+  EXPECT_NE(late.out.find("at 50.0"), std::string::npos) << late.out;
+  EXPECT_EQ(Run("calibrate late.csv -o rig.json").exit_code, 0);
+  EXPECT_EQ(Run("plot late.csv --figure sia -o late.png").exit_code, 0);
+}
+
 TEST_F(CliDiagnose, GivesEachBadFileItsSentenceAndGoesOnWithTheOthers) {
   std::string two_bases = "t_s,uc_v,um_v\n";
   for (int k = 0; k < 100; ++k) {
