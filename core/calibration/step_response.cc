@@ -20,6 +20,8 @@ constexpr std::size_t kRowsMin = 20;
 constexpr std::size_t kRowsMax = 10'000;
 // Of the variation of n; less is no response of first order.
 constexpr double kExplainedMin = 0.9;
+// Of the square of n; less is rounding.
+constexpr double kMovesMin = 1e-9;
 // Time constants are searched from a share of the period to a share of the record.
 constexpr double kShortest = 0.3;
 constexpr double kLongest = 0.5;
@@ -140,6 +142,8 @@ std::optional<std::string> StepResponseText(std::span<const Sample> samples,
   const auto rows = static_cast<Eigen::Index>(record.n_rpm.size());
   const Eigen::Map<const Eigen::VectorXd> n(record.n_rpm.data(), rows);
   const double variation = (n.array() - n.mean()).matrix().squaredNorm();
+  // A counter that stands still reads the same number again and again.
+  if (!(variation > kMovesMin * n.squaredNorm())) return std::nullopt;
   if (!(fit.left.squaredNorm() < (1.0 - kExplainedMin) * variation)) return std::nullopt;
 
   // The slope by the time constant, beside those by the linear parameters.

@@ -205,10 +205,17 @@ TEST_F(SpeedMotor, ARecordInWhichNothingMovesHasNoStepResponse) {
   const std::vector<double> nothing(600, 0.0);
   const std::vector<Sample> still =
       SimulateRecord(bench_.profiles.front(), bench_.nominal, nothing, {}, 262U, bench_.period_s);
-  const Diagnosis diagnosis = DiagnoseRecord(still, OptionsOf(bench_));
-  EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNotExcited);
-  EXPECT_EQ(diagnosis.verdict.reason.find("step response"), std::string::npos)
-      << diagnosis.verdict.reason;
+  std::vector<Sample> stuck = still;
+  for (Sample& sample : stuck) {
+    sample.uc_v = sample.t_s < 2.0 ? 0.0 : 1.8;
+    sample.n_rpm = 1.2396694214876032;  // a counter that was never set to zero
+  }
+  for (const std::vector<Sample>& record : {still, stuck}) {
+    const Diagnosis diagnosis = DiagnoseRecord(record, OptionsOf(bench_));
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNotExcited);
+    EXPECT_EQ(diagnosis.verdict.reason.find("step response"), std::string::npos)
+        << diagnosis.verdict.reason;
+  }
 }
 
 TEST_F(SpeedMotor, SaysItsResponseWithErrorsThatHold) {
