@@ -22,6 +22,9 @@ namespace {
 constexpr double kAfterLearningS = 0.5;
 // Without a fault the quality is judged from here on.
 constexpr double kRunInS = 4.5;
+// A hold is judged by its last quarter.
+constexpr int kHoldPeriodsMin = 8;
+constexpr double kSecondsMax = 3600.0;
 constexpr double kSettledShare = 0.05;
 constexpr double kSteadyShare = 0.25;
 
@@ -29,18 +32,39 @@ Error Refuse(std::string message, std::string field) {
   return {ErrorCode::kInvalid, std::move(message), std::move(field), "internal"};
 }
 
-double ReferenceAt(const ControlPlan& plan, double control_s) {
-  const auto hold = static_cast<long>(std::floor(control_s / plan.hold_s));
-  return hold % 2 == 0 ? plan.low_rad_s : plan.high_rad_s;
+std::size_t TicksOf(const ControlPlan& plan, double seconds) {
+  return static_cast<std::size_t>(std::lround(seconds / plan.bench->period_s));
+}
+
+/// @param tick  since the control began
+double ReferenceAt(const ControlPlan& plan, std::size_t tick) {
+  return tick / TicksOf(plan, plan.hold_s) % 2 == 0 ? plan.low_rad_s : plan.high_rad_s;
+}
+
+Status Check(const ControlPlan& plan) {
+  const Bench& bench = *plan.bench;
+  if (!bench.n.exists) return Refuse("the bench " + bench.name + " does not measure n", "bench");
+  if (!(plan.low_rad_s > 0.0) || !(plan.high_rad_s > 0.0)) {
+    return Refuse("a reference is two speeds above 0", "reference");
+  }
+  if (!(plan.hold_s >= kHoldPeriodsMin * bench.period_s && plan.hold_s <= kSecondsMax)) {
+    return Refuse("a speed is held for at least " + std::to_string(kHoldPeriodsMin) +
+                      " periods of the bench, and for at most an hour",
+                  "hold_s");
+  }
+  if (!(plan.duration_s > 0.0 && plan.duration_s <= kSecondsMax)) {
+    return Refuse("a run lasts an hour at most", "duration_s");
+  }
+  return Done{};
 }
 
 ControlQuality QualityOf(const ControlPlan& plan, const ControlRecord& record, double from_s) {
   const double period_s = plan.bench->period_s;
   const double height = std::abs(plan.high_rad_s - plan.low_rad_s);
   ControlQuality quality;
-  const auto begin = static_cast<std::size_t>(std::lround(from_s / period_s));
-  const auto hold = static_cast<std::size_t>(std::lround(plan.hold_s / period_s));
-  const auto control = static_cast<std::size_t>(std::lround(record.control_from_s / period_s));
+  const std::size_t begin = TicksOf(plan, from_s);
+  const std::size_t hold = TicksOf(plan, plan.hold_s);
+  const std::size_t control = TicksOf(plan, record.control_from_s);
   std::size_t last_out = 0;
   double steady_sum = 0.0;
   std::size_t steady = 0;
@@ -81,16 +105,13 @@ ControlQuality QualityOf(const ControlPlan& plan, const ControlRecord& record, d
 
 Result<ControlRecord> RunControl(const ControlPlan& plan) {
   LAB_CHECK(plan.bench != nullptr);
+  if (const Status checked = Check(plan); !checked) return checked.error();
   const Bench& bench = *plan.bench;
-  if (!bench.n.exists) return Refuse("the bench " + bench.name + " does not measure n", "bench");
-  if (!(plan.hold_s > 0.0) || !(plan.low_rad_s > 0.0) || !(plan.high_rad_s > 0.0)) {
-    return Refuse("a reference is two speeds above 0, and how long each is held", "reference");
-  }
   const DiagnosisOptions options = OptionsOf(bench);
   const double control_from_s = options.healthy_to_s + kAfterLearningS;
   const auto learning = Generate(bench.excitation, control_from_s, bench.period_s);
   if (!learning) return learning.error();
-  const auto ticks = static_cast<std::size_t>(std::lround(plan.duration_s / bench.period_s));
+  const std::size_t ticks = TicksOf(plan, plan.duration_s);
   if (ticks <= learning.value().size()) {
     return Refuse("the run ends before the rig is learnt", "duration_s");
   }
@@ -128,7 +149,7 @@ Result<ControlRecord> RunControl(const ControlPlan& plan) {
         }
         heard = pipeline.verdict_version();
       }
-      reference = ReferenceAt(plan, sample.t_s - control_from_s);
+      reference = ReferenceAt(plan, k - learning.value().size());
       u = drive->Tick(reference, record.samples.back().n_rpm * rad_per_s);
     }
     sample.uc_v = Convert(u, profile.converters.range_v);

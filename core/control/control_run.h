@@ -28,8 +28,8 @@ struct ControlPlan {
 /// How well the reference was kept from the first fault on (without one: from 4.5 s after the
 /// control began) to the end; of the true speed.
 struct ControlQuality {
-  double late_iae_rad = 0.0;         ///< of the IAE what comes later than two holds
   double iae_rad = 0.0;              ///< integral of |reference - speed|
+  double late_iae_rad = 0.0;         ///< of it what comes later than two holds
   double overshoot_percent = 0.0;    ///< beyond a step, of its height; the largest
   std::optional<double> settling_s;  ///< until 5 % of the last step's height are never left again
   double steady_error_rad_s = 0.0;   ///< mean over the last quarter of each hold, the largest
@@ -47,9 +47,9 @@ struct ControlRecord {
   ControlQuality quality;
 };
 
-/// Refuses (kInvalid, `field`) a bench without n, a reference beyond what the healthy rig reaches,
-/// and a rig that could not be learnt. Drives the plant, the converters and the pipeline that
-/// simulators and diagnoses use.
+/// Refuses (kInvalid, `field`) a bench without n, a hold of less than 8 periods, more than an hour,
+/// a reference beyond what the healthy rig reaches, and a rig that could not be learnt. Drives the
+/// plant, the converters and the pipeline that simulators and diagnoses use.
 Result<ControlRecord> RunControl(const ControlPlan& plan);
 
 }  // namespace faultlab::core

@@ -8,14 +8,21 @@ namespace {
 
 /// Gain (rpm/V), time constant (s) and friction (rpm).
 Eigen::Vector3d NumbersOf(const RigParameters& rig) {
-  const PlantParameters& p = rig.plant;
-  const double r = p.ra_ohm + p.series_ohm;
-  const double d = p.b_nm_per_rad_s * r + p.ke_v_per_rad_s * p.kt_nm_per_a;
-  const double rpm = 1.0 / RadPerSecondOfRpm(p.gear_ratio);
-  return {rpm * rig.gain() * p.kt_nm_per_a / d, p.j_kg_m2 * r / d, rpm * r * rig.mc_nm / d};
+  const SpeedNumbers numbers = SpeedNumbersOf(rig);
+  const double rpm = 1.0 / RadPerSecondOfRpm(rig.plant.gear_ratio);
+  return {rpm * numbers.gain, numbers.time_constant_s, rpm * numbers.friction};
 }
 
 }  // namespace
+
+SpeedNumbers SpeedNumbersOf(const RigParameters& rig) {
+  const PlantParameters& p = rig.plant;
+  const double r = p.ra_ohm + p.series_ohm;
+  const double d = p.b_nm_per_rad_s * r + p.ke_v_per_rad_s * p.kt_nm_per_a;
+  return {.gain = rig.gain() * p.kt_nm_per_a / d,
+          .time_constant_s = p.j_kg_m2 * r / d + rig.lag_factor * p.response().lag_s,
+          .friction = r * rig.mc_nm / d};
+}
 
 SpeedResponse SpeedResponseOf(const std::function<RigParameters(const Eigen::VectorXd&)>& rig_at,
                               const Eigen::VectorXd& point,

@@ -116,6 +116,15 @@ TEST(ControlRun, RefusesWhatNoRigCanDo) {
   plan.high_rad_s = 170.0;
   plan.duration_s = 3.0;
   EXPECT_EQ(RunControl(plan).error().field, "duration_s");
+  plan.duration_s = 1e12;
+  EXPECT_EQ(RunControl(plan).error().field, "duration_s");
+  plan.duration_s = 20.0;
+  for (const double hold_s : {0.0, 0.001, -1.0, 1e12, std::nan("")}) {
+    plan.hold_s = hold_s;
+    EXPECT_EQ(RunControl(plan).error().field, "hold_s") << hold_s;
+  }
+  plan.hold_s = 0.08;
+  EXPECT_TRUE(RunControl(plan).ok());
 }
 
 }  // namespace
