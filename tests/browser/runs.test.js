@@ -3,7 +3,6 @@ import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
 import { makeWorld, pageOf } from "./lab_world.js";
 import {
-  atRest,
   axe,
   launchBrowser,
   openPage,
@@ -122,8 +121,8 @@ describe("runs", { timeout: SUITE_MS }, () => {
 
     // a click moves the nearer cursor, here B, to the middle: the fault
     const plot = page.locator(".u-over").first();
-    const box = await atRest(plot);
-    await page.mouse.click(box.x + (box.width * 10) / 22, box.y + box.height / 2);
+    const box = await plot.boundingBox();
+    await plot.click({ position: { x: (box.width * 10) / 22, y: box.height / 2 } });
     await page.waitForFunction(() => {
       const [a, b] = [...document.querySelectorAll(".cursor input")].map((each) =>
         Number(each.value.replace("−", "-")),

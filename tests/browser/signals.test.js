@@ -43,9 +43,9 @@ describe("signals", { timeout: SUITE_MS }, () => {
       ...options,
     });
     await waitForReview(opened.page);
-    await opened.page.locator(`${PLOT} canvas`).first().waitFor();
-    const box = await atRest(opened.page.locator(PLOT).first());
-    return { ...opened, box, middle: [box.x + box.width / 2, box.y + box.height / 2] };
+    const area = opened.page.locator(`${PLOT} .u-over`).first();
+    await area.waitFor();
+    return { ...opened, area };
   }
   const spanOf = async (page) => Number(await page.getByLabel("Time window").inputValue());
   const middleOf = async (page) =>
@@ -60,8 +60,8 @@ describe("signals", { timeout: SUITE_MS }, () => {
     Number(await page.getByLabel(`Time of cursor ${name}`).inputValue());
 
   story("the wheel scrolls the page, with Ctrl it zooms, a double click shows all", async () => {
-    const { page, middle, close } = await openRun();
-    await page.mouse.move(...middle);
+    const { page, area, close } = await openRun();
+    await area.hover();
     await page.mouse.wheel(0, 120);
     await page.waitForFunction(() => scrollY > 50);
     await page.getByText(/Hold Ctrl/).waitFor();
@@ -86,35 +86,51 @@ describe("signals", { timeout: SUITE_MS }, () => {
         ) > before,
       zoomed,
     );
-    await page.mouse.dblclick(...middle);
+    await area.dblclick();
     await page.locator('button[aria-pressed="true"]', { hasText: "Whole run" }).waitFor();
     assert.equal(await spanOf(page), 20);
     await close();
   });
 
   story("cursors by mouse; statistics and fit are those of the recording", async () => {
-    const { page, box, close } = await openRun();
+    const { page, area, close } = await openRun();
     await page.keyboard.press("c");
     await page.getByLabel("Time of cursor A").waitFor();
-    const at = (share) => [box.x + 46 + share * (box.width - 54), box.y + 60];
-    const placed = await atRest(page.locator(PLOT).first()); // the panel moved the charts
-    const [dx, dy] = [placed.x - box.x, placed.y - box.y];
-    const click = ([x, y]) => page.mouse.click(x + dx, y + dy);
+    const places = () =>
+      page
+        .locator(".signals .plot")
+        .evaluateAll((plots) =>
+          plots.map((plot) => Object.values(plot.getBoundingClientRect().toJSON())),
+        );
+    await area.hover();
+    await page.locator(".legend.under").first().waitFor();
+    const pointed = await places();
+    await page.mouse.move(0, 0);
+    await page.locator(".legend.under").first().waitFor({ state: "detached" });
+    assert.deepEqual(pointed, await places(), "pointing at a chart moves none");
+
+    const at = async (share) => {
+      const { width, height } = await area.boundingBox();
+      return { position: { x: share * width, y: height / 2 } };
+    };
     const near = (cursor, wanted) =>
       until(
         () => timeOf(page, cursor),
         (time) => Math.abs(time - wanted) < 0.6,
       );
-    await click(at(0.25));
+    const drag = async (from, to) => {
+      await area.hover(await at(from));
+      await page.mouse.down();
+      const { x, y, width, height } = await area.boundingBox();
+      await page.mouse.move(x + to * width, y + height / 2, { steps: 5 });
+      await page.mouse.up();
+    };
+    await area.click(await at(0.25));
     const a = await near("A", 5);
-    await click(at(0.75));
+    await area.click(await at(0.75));
     const b = await near("B", 15);
     // a cursor is dragged
-    const [x, y] = at(0.25);
-    await page.mouse.move(x + dx, y + dy);
-    await page.mouse.down();
-    await page.mouse.move(x + dx + 60, y + dy, { steps: 5 });
-    await page.mouse.up();
+    await drag(0.25, 0.55);
     await until(
       () => timeOf(page, "A"),
       (time) => time > a + 2,
@@ -122,12 +138,9 @@ describe("signals", { timeout: SUITE_MS }, () => {
     assert.equal(await timeOf(page, "B"), b);
     assert.equal(await spanOf(page), 20, "and nothing was zoomed");
     // dragging elsewhere selects
-    await page.mouse.move(...at(0.5).map((v, i) => v + [dx, dy][i]));
-    await page.mouse.down();
-    await page.mouse.move(...at(0.6).map((v, i) => v + [dx, dy][i]), { steps: 5 });
-    await page.mouse.up();
-    await near("A", 10);
-    await near("B", 12);
+    await drag(0.35, 0.65);
+    await near("A", 7);
+    await near("B", 13);
 
     await page.getByLabel("Time of cursor A").fill("2");
     await page.getByLabel("Time of cursor B").fill("9.5");
@@ -223,8 +236,9 @@ describe("signals", { timeout: SUITE_MS }, () => {
   });
 
   story("fingers: one moves, two zoom, up and down scrolls, a double tap shows all", async () => {
-    const { page, context, middle, close } = await openRun({ hasTouch: true });
-    const [x, y] = middle;
+    const { page, context, area, close } = await openRun({ hasTouch: true });
+    const box = await atRest(area);
+    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
     const touch = await context.newCDPSession(page);
     const send = (type, ...points) =>
       touch.send("Input.dispatchTouchEvent", {
