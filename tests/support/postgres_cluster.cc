@@ -66,7 +66,7 @@ PostgresCluster& PostgresCluster::Instance() {
 }
 
 PostgresCluster::PostgresCluster() {
-  std::string pattern = "/tmp/faultlab-pg-XXXXXX";
+  std::string pattern = std::filesystem::temp_directory_path() / "faultlab-pg-XXXXXX";
   if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
   folder_ = pattern;
   const passwd* user = ServerUser();

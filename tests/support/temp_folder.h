@@ -8,11 +8,11 @@
 
 namespace faultlab::tests {
 
-/// A folder under /tmp that is removed with the object.
+/// A folder of its own under TMPDIR (/tmp) that is removed with the object.
 class TempFolder {
  public:
   TempFolder() {
-    std::string pattern = "/tmp/faultlab-test-XXXXXX";
+    std::string pattern = std::filesystem::temp_directory_path() / "faultlab-test-XXXXXX";
     if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
     path_ = pattern;
   }

@@ -4,12 +4,14 @@
 #include <atomic>
 #include <cstdlib>
 #include <random>
+#include <stdexcept>
 #include <thread>
 
 #include "hardware/simulated/simulated_rig.h"
 #include "server/run/run_manager.h"
 #include "tests/paper_rig.h"
 #include "tests/server/app/shared_rigs.h"
+#include "tests/support/await.h"
 #include "tests/support/scale.h"
 #include "tests/support/test_database.h"
 
@@ -17,6 +19,7 @@ namespace faultlab::server {
 namespace {
 
 using core::ErrorCode;
+using tests::Await;
 
 class SharedRigsTest : public testing::Test {
  protected:
@@ -86,7 +89,7 @@ TEST_F(SharedRigsTest, ARigThatIsNotHeardYetHasNotFailedItsCheck) {
       });
   ASSERT_TRUE(claimed.ok());
   const auto rig = [&] { return shared_->service().state()->rigs.at("far-1"); };
-  while (rig().status == lab::RigStatus::kCleaning) std::this_thread::yield();
+  ASSERT_TRUE(Await([&] { return rig().status != lab::RigStatus::kCleaning; }));
   EXPECT_EQ(rig().status, lab::RigStatus::kOffline) << rig().reason;
 }
 
@@ -104,7 +107,7 @@ class LeaseRace : public SharedRigsTest {
       while (std::chrono::steady_clock::now() < until) std::this_thread::yield();
       return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
     });
-    while (Status() != lab::RigStatus::kReady) std::this_thread::yield();
+    if (!Await([this] { return Status() == lab::RigStatus::kReady; })) throw std::runtime_error("the rig is not ready");
   }
   lab::RigStatus Status() {
     const auto state = shared_->service().state();
