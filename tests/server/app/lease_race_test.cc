@@ -107,7 +107,8 @@ class LeaseRace : public SharedRigsTest {
       while (std::chrono::steady_clock::now() < until) std::this_thread::yield();
       return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
     });
-    if (!Await([this] { return Status() == lab::RigStatus::kReady; })) throw std::runtime_error("the rig is not ready");
+    if (!Await([this] { return Status() == lab::RigStatus::kReady; }))
+      throw std::runtime_error("the rig is not ready");
   }
   lab::RigStatus Status() {
     const auto state = shared_->service().state();

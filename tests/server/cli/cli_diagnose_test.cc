@@ -57,22 +57,23 @@ TEST_F(CliDiagnose, AnswersForAnIndependentRecordingOfTheBench) {
 }
 
 TEST_F(CliDiagnose, SaysThatAFileIsOfAnotherBenchThanItIsReadAs) {
-  ASSERT_EQ(Run("simulate --bench servo-motor --duration 3 -o servo.csv").exit_code, 0);
-  ASSERT_EQ(Run("simulate --duration 3 -o paper.csv").exit_code, 0);
+  ASSERT_EQ(Run("simulate --bench servo-motor --duration 1 -o servo.csv").exit_code, 0);
+  ASSERT_EQ(Run("simulate --duration 1 -o paper.csv").exit_code, 0);
   const std::string note =
       "note: servo.csv is of bench servo-motor, it is read as paper: give --bench\n";
   for (const std::string command : {"diagnose", "calibrate -o c.json", "plot -o p.png", "study"}) {
     EXPECT_NE(Run(command + " servo.csv").err.find(note), std::string::npos) << command;
     EXPECT_EQ(Run(command + " paper.csv").err.find("is of bench"), std::string::npos) << command;
   }
-  ASSERT_EQ(Run("simulate --bench servo-motor --duration 12 -o servo.csv").exit_code, 0);
-  const Finished as_it_is = Run("diagnose --bench servo-motor servo.csv");
+  ASSERT_EQ(Run("simulate --bench servo-motor --duration 12 -o long.csv").exit_code, 0);
+  const Finished as_it_is = Run("diagnose --bench servo-motor long.csv");
   EXPECT_EQ(as_it_is.exit_code, 0);
   EXPECT_EQ(as_it_is.err.find("is of bench"), std::string::npos) << as_it_is.err;
   ASSERT_EQ(Run("bench new --structure motor-driver -o mine.toml").exit_code, 0);
   ASSERT_EQ(Run("simulate --bench mine.toml --duration 12 -o mine.csv").exit_code, 0);
   std::string text = Read("mine.toml");
   EXPECT_EQ(Run("diagnose --bench mine.toml mine.csv").err, "");
+  ASSERT_EQ(Run("simulate --bench mine.toml --duration 1 -o mine.csv").exit_code, 0);
   Write("mine.toml", text.replace(text.find("\nJ = "), 5, "\nJ = 1"));
   const Finished changed = Run("diagnose --bench mine.toml mine.csv");
   EXPECT_NE(changed.err.find("was described otherwise"), std::string::npos) << changed.err;
