@@ -11,6 +11,8 @@ namespace {
 constexpr double kTimedPulses = 200.0;
 // .. or, of an encoder that is too coarse for that, above this share of the usual speed.
 constexpr double kSlowShare = 0.3;
+// A mean whose middle is the edge itself is taken to be of a moment beside it.
+constexpr double kEdgeShare = 0.02;
 
 }  // namespace
 
@@ -34,10 +36,21 @@ const BenchProfile* Bench::FindProfile(std::string_view profile) const {
   return nullptr;
 }
 
+bool Bench::reads_means() const {
+  return n.counted && structure->estimated == EstimatedChannel::kSpeed;
+}
+
+double Bench::ReadingDelay(double sampled_s, double period) const {
+  if (!reads_means()) return sampled_s;
+  const double middle_s = sampled_s + (follows_row_before() ? 0.5 : -0.5) * period;
+  return std::clamp(middle_s, kEdgeShare * period, (1.0 - kEdgeShare) * period);
+}
+
 ReadingRules Bench::readings() const {
   return {.has_um = um.exists,
           .has_ia = ia.exists,
           .has_n = estimates_use_n(),
+          .of_row_before = follows_row_before(),
           .ia = ia.Inside(),
           .speed_floor_rad_s = SpeedFloor(),
           .gear_ratio = nominal.gear_ratio};

@@ -31,8 +31,8 @@ struct BenchChannel {
   /// n: the reading at speed w is rounded to steps of w^2 times this, s: an encoder's pulse periods
   /// are counted by a timer. 0: no coarser than `noise` at any speed.
   double step_s = 0.0;
-  /// n: pulses counted over the period. The reading is a mean, not the speed at the sample: it is
-  /// shown and recorded, but nothing is estimated from it.
+  /// n: pulses counted from one reading to the next. It is the mean speed of that time. Beside
+  /// other channels it is shown and recorded, but nothing is estimated from it.
   bool counted = false;
 
   /// Readings that are values. The last code of a converter of 12 bit or more is outside.
@@ -110,8 +110,17 @@ struct Bench {
   /// Motor shaft, rad/s: where the motor passes through rest, a slower speed is not read well, as
   /// it is timed by few pulses or none. 0 where it turns one way, or where pulses are not timed.
   double SpeedFloor() const;
-  /// n is the speed at the sample, which estimates may use.
-  bool estimates_use_n() const { return n.exists && !n.counted; }
+  /// The speed is all that is measured, and each reading of it is a mean.
+  bool reads_means() const;
+  /// A mean over a period is as good as the speed at its middle (off by (T/tau)^2 / 24 of a
+  /// transient, 0.1 % at 70 ms, and by delta^2 / 2T of a change of slope), which the input of the
+  /// row before has set where a reading comes soon after the edge of its own.
+  bool follows_row_before() const { return reads_means() && delta_s < 0.5 * period_s; }
+  /// From the edge of the input that a reading follows to the moment that it is of, s.
+  /// @param sampled_s  from the edge of the row's own input to the reading
+  double ReadingDelay(double sampled_s, double period) const;
+  /// n may be used by estimates.
+  bool estimates_use_n() const { return n.exists && (!n.counted || reads_means()); }
   ReadingRules readings() const;
 };
 

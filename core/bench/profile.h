@@ -53,8 +53,9 @@ struct Converters {
   bool has_ua = true;
   bool has_ia = true;
   bool has_n = true;
-  double range_v = 10.0;             ///< converters of uc, um and ua read -range .. range, 16 bit
-  double ia_v_per_a = 1.0;           ///< scales ia to its converter
+  bool counts = false;      ///< n is of pulses counted over a period, else of the time between two
+  double range_v = 10.0;    ///< converters of uc, um and ua read -range .. range, 16 bit
+  double ia_v_per_a = 1.0;  ///< scales ia to its converter
   int pulses_per_revolution = 1000;  ///< of the encoder, on the motor shaft
 };
 

@@ -38,7 +38,9 @@ int CoordinateCountOf(const BenchNorm& norm) {
 }
 
 // The mean of the measured deltas; none unless most samples carry one.
-std::optional<double> MeasuredDelta(std::span<const Sample> samples, double period_s) {
+std::optional<double> MeasuredDelta(std::span<const Sample> samples,
+                                    const Bench& bench,
+                                    double period_s) {
   double sum_s = 0.0;
   std::size_t measured = 0;
   for (const Sample& sample : samples) {
@@ -47,7 +49,7 @@ std::optional<double> MeasuredDelta(std::span<const Sample> samples, double peri
     ++measured;
   }
   if (measured == 0 || 2 * measured < samples.size()) return std::nullopt;
-  return sum_s / static_cast<double>(measured);
+  return bench.ReadingDelay(sum_s / static_cast<double>(measured), period_s);
 }
 
 // Where one part alone is the gain, what the gain is off the data sheet is off that part: a fault
@@ -94,7 +96,7 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
   const BenchNorm& norm = options.bench->norm;
   ParameterOffsets tolerance = TolerancesOf(*options.bench);
   const double period_s = options.period_s;
-  const std::optional<double> measured_delta_s = MeasuredDelta(samples, period_s);
+  const std::optional<double> measured_delta_s = MeasuredDelta(samples, *options.bench, period_s);
   if (measured_delta_s) {
     tolerance[static_cast<std::size_t>(Coordinate::kDelta)] =
         kMeasuredDeltaSigmaS / (kDeltaUnitPeriods * period_s);

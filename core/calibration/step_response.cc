@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <utility>
 #include <vector>
 
 #include "core/types/check.h"
@@ -36,20 +37,24 @@ struct Record {
 };
 
 /// From the row on at which the motor turns, without rows that lack a reading.
-Record TurningPart(std::span<const Sample> samples) {
+/// @param of_row_before  ReadingRules::of_row_before
+Record TurningPart(std::span<const Sample> samples, bool of_row_before) {
   double most = 0.0;
   for (const Sample& sample : samples) {
     if (std::isfinite(sample.n_rpm)) most = std::max(most, std::abs(sample.n_rpm));
   }
   Record record;
   std::int64_t last = 0;
+  double before_v = kAbsent;
   for (const Sample& sample : samples) {
-    if (!std::isfinite(sample.n_rpm) || !std::isfinite(sample.uc_v)) continue;
+    const double row_before_v = std::exchange(before_v, sample.uc_v);
+    const double uc_v = of_row_before ? row_before_v : sample.uc_v;
+    if (!std::isfinite(sample.n_rpm) || !std::isfinite(uc_v)) continue;
     if (record.n_rpm.empty() && std::abs(sample.n_rpm) <= kTurns * most) continue;
     if (record.n_rpm.size() == kRowsMax) break;
     if (!record.uc_v.empty()) record.periods.push_back(static_cast<double>(sample.index - last));
     last = sample.index;
-    record.uc_v.push_back(sample.uc_v);
+    record.uc_v.push_back(uc_v);
     record.n_rpm.push_back(sample.n_rpm);
   }
   if (record.uc_v.empty()) return record;
@@ -131,11 +136,11 @@ double CorrelationFactor(const Eigen::VectorXd& left) {
 }  // namespace
 
 std::optional<std::string> StepResponseText(std::span<const Sample> samples,
-                                            double period_s,
-                                            double delta_s) {
-  LAB_CHECK(period_s > 0.0 && delta_s >= 0.0, period_s, delta_s);
-  const double share = std::min(1.0, delta_s / period_s);
-  const Record record = TurningPart(samples);
+                                            const Bench& bench,
+                                            double period_s) {
+  LAB_CHECK(period_s > 0.0 && bench.delta_s >= 0.0, period_s, bench.delta_s);
+  const double share = std::min(1.0, bench.ReadingDelay(bench.delta_s, period_s) / period_s);
+  const Record record = TurningPart(samples, bench.follows_row_before());
   if (record.n_rpm.size() < kRowsMin) return std::nullopt;
   const double log_periods = BestTimeConstant(record, share);
   const Fit fit = FitAt(record, std::exp(log_periods), share);

@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 
+#include "core/bench/bench.h"
 #include "core/types/sample.h"
 
 namespace faultlab::core {
@@ -15,9 +16,8 @@ namespace faultlab::core {
 /// for the correlation of what is left. Nothing where n is not measured, does not move, or is not
 /// of first order.
 /// Cost: 100 fits of at most 10 000 rows.
-/// @param delta_s  from the edge of uc to the reading, as the bench has it
 std::optional<std::string> StepResponseText(std::span<const Sample> samples,
-                                            double period_s,
-                                            double delta_s);
+                                            const Bench& bench,
+                                            double period_s);
 
 }  // namespace faultlab::core

@@ -28,6 +28,8 @@ constexpr double kPriorCostMax = 40.0;
 // In use the channel moves by about a quarter of its range. Noise above this share of the range
 // hides every fault of interest.
 constexpr double kNoiseShareMax = 0.025;
+// Of a counted speed as many times its own noise, if that is more: an encoder of few pulses.
+constexpr double kCountingMax = 1.5;
 // More than this many times the stated noise is told.
 constexpr double kNoiseTold = 5.0;
 // Of the variation of a channel whose noise is told: more is left only where nothing is explained.
@@ -269,7 +271,8 @@ std::optional<Error> CheckAfter(const Bench& bench,
   const double mc_sigma_nm = quantities[static_cast<std::size_t>(Coordinate::kMc)].sigma;
   const EstimatedChannelInfo& key = InfoOf(bench.structure->estimated);
   const auto [left, range] = KeyNoiseOf(bench, noise);
-  const double left_max = kNoiseShareMax * range;
+  const double counting = bench.reads_means() ? kCountingMax * bench.n.noise : 0.0;
+  const double left_max = std::max(kNoiseShareMax * range, counting);
   if (auto refusal =
           Judge(checks,
                 "noise",

@@ -43,7 +43,8 @@ std::vector<DeltaStart> DeltaStartsOf(const Bench& bench,
     return {{within_s, within_s}};
   }
   std::vector<DeltaStart> starts;
-  const double described_s = std::min(bench.delta_s, kDeltaStartShares.front() * period_s);
+  const double described_s =
+      std::min(bench.ReadingDelay(bench.delta_s, period_s), kDeltaStartShares.front() * period_s);
   if (bench.fits_follow_noise) starts.push_back({described_s, described_s});
   for (const double share : kDeltaStartShares) {
     const double first_s = share * period_s;

@@ -75,11 +75,22 @@ std::vector<Suspect> SuspectsOf(const Bench& bench) {
     all.push_back(
         {channel, -1.0, 0, std::string("it fits with the other sign of ") + channel->name});
   }
+  // Of a count the description says which uc it follows.
+  all.push_back(
+      {nullptr,
+       1.0,
+       1,
+       bench.reads_means() && !bench.follows_row_before()
+           ? "it fits when delta_s is below half a period: is uc put out before the "
+             "pulses are read?"
+           : "it fits when the readings are moved one row up, to the uc that they follow"});
   all.push_back({nullptr,
                  1.0,
-                 1,
-                 "it fits when the readings are moved one row up, to the uc that they follow"});
-  all.push_back({nullptr, 1.0, -1, "it fits when the readings are moved one row down"});
+                 -1,
+                 bench.follows_row_before()
+                     ? "it fits when delta_s is above half a period: are the pulses read before uc "
+                       "is put out?"
+                     : "it fits when the readings are moved one row down"});
   return all;
 }
 

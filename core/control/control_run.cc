@@ -120,6 +120,7 @@ Result<ControlRecord> RunControl(const ControlPlan& plan) {
   Plant plant(bench.nominal, profile, StreamSeed(plan.seed, 0));
   MeasurementNoise noise(profile.noise, StreamSeed(plan.seed, 1));
   FaultSchedule schedule(plan.faults, bench.nominal);
+  PulseCounter counter(profile.converters.pulses_per_revolution, bench.nominal.gear_ratio);
   Pipeline pipeline(options);
   std::optional<TolerantDrive> drive;
   const double rad_per_s = RadPerSecondOfRpm(bench.nominal.gear_ratio);
@@ -157,6 +158,9 @@ Result<ControlRecord> RunControl(const ControlPlan& plan) {
     plant.SetInput(sample.uc_v);
     plant.Advance(profile.delta_s);
     Acquire(plant.outputs(), profile.converters, bench.nominal.gear_ratio, noise, sample);
+    if (profile.converters.counts) {
+      sample.n_rpm = counter.Rpm(plant.outputs().angle_rad, bench.period_s);
+    }
     plant.Advance(bench.period_s - profile.delta_s);
     record.samples.push_back(sample);
     record.reference_rad_s.push_back(reference);

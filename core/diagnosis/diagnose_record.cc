@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/calibration/calibrate.h"
@@ -21,6 +22,7 @@ namespace {
 constexpr double kFitSeconds = 10.0;
 
 double FitOf(const Calibration& calibration,
+             const Bench& bench,
              std::span<const Candidate> faults,
              std::span<const Sample> samples) {
   PlantParameters plant = WithMeasuredLag(calibration.nominal, calibration.lag_factor);
@@ -29,8 +31,10 @@ double FitOf(const Calibration& calibration,
   const EstimatedChannel channel = plant.structure->estimated;
   std::vector<double> uc;
   std::vector<double> y;
+  double before_v = samples.empty() ? 0.0 : samples.front().uc_v;
   for (const Sample& sample : samples) {
-    uc.push_back(sample.uc_v);
+    const double row_before_v = std::exchange(before_v, sample.uc_v);
+    uc.push_back(bench.follows_row_before() ? row_before_v : sample.uc_v);
     y.push_back(ReadingOf(sample, channel) / ReadingPerOutput(plant));
   }
   return FitSampled(MakeSampledModel(plant, calibration.period_s, calibration.delta_s),
@@ -70,7 +74,7 @@ void TellStepResponse(std::span<const Sample> samples,
   if (!diagnosis.calibration_refusal) return;
   const std::string& check = diagnosis.calibration_refusal->field;
   if (check != "excitation" && check != "length") return;
-  if (const auto text = StepResponseText(samples, options.period_s, options.bench->delta_s)) {
+  if (const auto text = StepResponseText(samples, *options.bench, options.period_s)) {
     diagnosis.verdict.reason += "; " + *text;
   }
 }
@@ -88,11 +92,13 @@ Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions
       diagnosis.calibration->Uses(options.bench->structure->estimated)) {
     const auto fitted = static_cast<std::size_t>(std::lround(kFitSeconds / options.period_s));
     const auto tail = samples.last(std::min(fitted, samples.size()));
-    diagnosis.fit_percent.push_back({"nominal", FitOf(*diagnosis.calibration, {}, tail)});
+    diagnosis.fit_percent.push_back(
+        {"nominal", FitOf(*diagnosis.calibration, *options.bench, {}, tail)});
     if (diagnosis.verdict.kind == VerdictKind::kFault && !diagnosis.verdict.candidates.empty()) {
       diagnosis.fit_percent.push_back(
           {"isolated",
            FitOf(*diagnosis.calibration,
+                 *options.bench,
                  std::span<const Candidate>(&diagnosis.verdict.candidates.front(), 1),
                  tail)});
     }

@@ -62,10 +62,12 @@ inline EstimatorBankOptions BankOptions(const DiagnosisOptions& options) {
   const double rail = channel == EstimatedChannel::kUm   ? options.um_rail_v
                       : channel == EstimatedChannel::kIa ? bench.ia.max
                                                          : bench.n.max;
-  return {.period_s = options.period_s,
-          .delta_s = std::min(bench.delta_s, options.period_s),
-          .channel = channel,
-          .rail = rail};
+  return {
+      .period_s = options.period_s,
+      .of_row_before = bench.follows_row_before(),
+      .delta_s = bench.ReadingDelay(std::min(bench.delta_s, options.period_s), options.period_s),
+      .channel = channel,
+      .rail = rail};
 }
 
 }  // namespace faultlab::core

@@ -1,5 +1,7 @@
 #include "core/estimators/estimator_bank.h"
 
+#include <utility>
+
 #include "core/estimators/first_order_windows.h"
 #include "core/estimators/sia.h"
 #include "core/estimators/swa.h"
@@ -79,7 +81,14 @@ EstimatorBank& EstimatorBank::operator=(EstimatorBank&&) noexcept = default;
 
 void EstimatorBank::Push(const Sample& sample, std::array<Estimate<3>, kEstimatorCount>& out) {
   const SampleStep step = windows_->intake.Classify(sample);
-  Feed(step, sample, *windows_, options_.channel);
+  if (options_.of_row_before && step.use != SampleUse::kIgnore) {
+    Sample moved = sample;
+    const double before_v = std::exchange(uc_before_v_, sample.uc_v);
+    moved.uc_v = step.missing > 0 ? kAbsent : before_v;
+    Feed(step, moved, *windows_, options_.channel);
+  } else {
+    Feed(step, sample, *windows_, options_.channel);
+  }
   out = windows_->least_squares.estimates();
 }
 

@@ -15,7 +15,8 @@ namespace faultlab::core {
 struct EstimatorBankOptions {
   double period_s = 0.01;
   SiaMode sia_mode = SiaMode::kExact;
-  double delta_s = 5e-3;  ///< DAC edge to ADC sample, [0, period_s]; used by SiaMode::kExact
+  bool of_row_before = false;  ///< ReadingRules::of_row_before
+  double delta_s = 5e-3;       ///< DAC edge to ADC sample, [0, period_s]; used by SiaMode::kExact
   EstimatedChannel channel = EstimatedChannel::kUm;  ///< y of the models below
   double rail = kConverterRail_v;  ///< of its converter; readings at the rail are not used
 };
@@ -45,6 +46,7 @@ class EstimatorBank {
 
   EstimatorBankOptions options_;
   std::unique_ptr<Windows> windows_;
+  double uc_before_v_ = kAbsent;
 };
 
 }  // namespace faultlab::core

@@ -32,15 +32,17 @@ bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
   const SampleStep step = intake_.Classify(sample);
   if (step.use == SampleUse::kIgnore) return false;
   out.restart = !has_last_ || step.missing > 0;
-  out.u_prev = out.restart ? sample.uc_v : last_u_;
-  out.u = sample.uc_v;
+  // After a gap nothing is known of the row before, nor when the pulses were counted.
+  const bool unknown = rules_.of_row_before && out.restart;
+  out.u_prev = out.restart ? sample.uc_v : used_u_;
+  out.u = rules_.of_row_before && !out.restart ? last_u_ : sample.uc_v;
   out.y = {sample.um_v, sample.ia_a, sample.n_rpm * rad_per_s_of_rpm_};
   out.mask = 0;
   for (int c = 0; c < kOutputCount; ++c) {
     double& y = out.y[static_cast<std::size_t>(c)];
     const bool read =
         (c != 1 || rules_.ia.Holds(y)) && (c != 2 || std::abs(y) >= rules_.speed_floor_rad_s);
-    if (((channels_ >> c) & 1U) != 0U && std::isfinite(y) && read) {
+    if (((channels_ >> c) & 1U) != 0U && std::isfinite(y) && read && !unknown) {
       out.mask = static_cast<std::uint8_t>(out.mask | (1U << c));
       y -= zeros_[static_cast<std::size_t>(c)];
     } else {
@@ -50,6 +52,7 @@ bool ObservationBuilder::Push(const Sample& sample, Observation& out) {
   out.clipped = 0;
   if (step.use == SampleUse::kClipped) out.clipped = out.y[0] > 0.0 ? 1 : -1;
   last_u_ = sample.uc_v;
+  used_u_ = out.u;
   has_last_ = true;
   return true;
 }

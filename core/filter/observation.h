@@ -53,7 +53,8 @@ class ObservationBuilder {
   double rad_per_s_of_rpm_;
   ReadingZeros zeros_;
   SampleIntake intake_;
-  double last_u_ = 0.0;
+  double last_u_ = 0.0;  ///< of the last row
+  double used_u_ = 0.0;  ///< of its observation
   bool has_last_ = false;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "core/bench/bench.h"
 
@@ -58,6 +59,13 @@ double GearRpm(double omega_rad_s, double gear_ratio) {
   return omega_rad_s * kRpmPerRadPerS / gear_ratio;
 }
 
+double PulseCounter::Rpm(double angle_rad, double gate_s) {
+  const std::int64_t now = EncoderPulses(angle_rad, per_revolution_);
+  const std::optional<std::int64_t> before = std::exchange(before_, now);
+  if (!before) return kAbsent;
+  return SpeedFromPulseCountRpm(now - *before, gate_s, per_revolution_, gear_ratio_);
+}
+
 double MotorRadPerS(double gear_rpm, double gear_ratio) {
   return gear_rpm * gear_ratio / kRpmPerRadPerS;
 }
@@ -74,7 +82,7 @@ void Acquire(const PlantOutputs& outputs,
     sample.ia_a =
         Convert(noise.ia_a(outputs.ia_a) * converters.ia_v_per_a, range_v) / converters.ia_v_per_a;
   }
-  if (converters.has_n) {
+  if (converters.has_n && !converters.counts) {
     sample.n_rpm = noise.n_rpm(
         SpeedFromPulsePeriodRpm(outputs.omega_rad_s, converters.pulses_per_revolution, gear_ratio));
   }

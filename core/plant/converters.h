@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "core/bench/profile.h"
 #include "core/plant/plant.h"
@@ -32,6 +33,21 @@ double SpeedFromPulseCountRpm(std::int64_t pulses,
                               int per_revolution,
                               double gear_ratio);
 
+/// The speed of an encoder whose pulses are counted from one reading to the next.
+class PulseCounter {
+ public:
+  PulseCounter(int per_revolution, double gear_ratio)
+      : per_revolution_(per_revolution), gear_ratio_(gear_ratio) {}
+
+  /// The mean speed behind the gear since the last reading; absent at the first.
+  double Rpm(double angle_rad, double gate_s);
+
+ private:
+  int per_revolution_;
+  double gear_ratio_;
+  std::optional<std::int64_t> before_;
+};
+
 /// rad/s at the motor shaft <-> rpm behind the gear.
 double GearRpm(double omega_rad_s, double gear_ratio);
 double MotorRadPerS(double gear_rpm, double gear_ratio);
@@ -54,7 +70,7 @@ class MeasurementNoise {
 };
 
 /// The acquisition of the plant's outputs: noise, then converters and encoder. Fills those of um,
-/// ua, ia, n of `sample` that the bench has.
+/// ua, ia, n of `sample` that the bench has; n where its pulses are timed (Converters::counts).
 void Acquire(const PlantOutputs& outputs,
              const Converters& converters,
              double gear_ratio,

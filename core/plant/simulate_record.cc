@@ -16,6 +16,7 @@ std::vector<Sample> SimulateRecord(const BenchProfile& profile,
   LAB_CHECK(profile.delta_s > 0.0 && profile.delta_s < period_s, profile.delta_s, period_s);
   Plant plant(parameters, profile, StreamSeed(seed, 0));
   MeasurementNoise noise(profile.noise, StreamSeed(seed, 1));
+  PulseCounter counter(profile.converters.pulses_per_revolution, parameters.gear_ratio);
   FaultSchedule schedule({faults.begin(), faults.end()}, parameters);
 
   std::vector<Sample> record(uc_v.size());
@@ -28,6 +29,9 @@ std::vector<Sample> SimulateRecord(const BenchProfile& profile,
     plant.SetInput(sample.uc_v);
     plant.Advance(profile.delta_s);
     Acquire(plant.outputs(), profile.converters, parameters.gear_ratio, noise, sample);
+    if (profile.converters.counts) {
+      sample.n_rpm = counter.Rpm(plant.outputs().angle_rad, period_s);
+    }
     plant.Advance(period_s - profile.delta_s);
   }
   return record;

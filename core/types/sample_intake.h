@@ -39,6 +39,7 @@ struct ReadingRules {
   bool has_um = false;
   bool has_ia = false;
   bool has_n = false;
+  bool of_row_before = false;      ///< readings follow the input of the row before
   ReadingRange ia;                 ///< A; outside is no reading
   double speed_floor_rad_s = 0.0;  ///< motor shaft; a slower speed is no reading
   double gear_ratio = 1.0;         ///< motor shaft : the shaft whose speed n is

@@ -63,6 +63,7 @@ void ReadSpeed(TomlTable& channels, Bench& bench) {
   }
   if (!channels.Has("n")) return;
   constexpr double kNoiseMin = 1e-6;
+  constexpr double kSecondsPerMinute = 60.0;
   bench.n = {
       .exists = true, .noise = 1.0, .min = -kRpmMax, .max = kRpmMax, .step_s = bench.n.step_s};
   table.Number("noise", bench.n.noise, 0.0, 1e6);
@@ -73,6 +74,12 @@ void ReadSpeed(TomlTable& channels, Bench& bench) {
   bench.n.min = ends[0];
   bench.n.max = ends[1];
   table.Flag("counted", bench.n.counted);
+  if (!bench.n.counted) return;
+  // A count is off by the parts of a pulse at either end, whatever the speed.
+  bench.n.step_s = 0.0;
+  const double step_rpm =
+      kSecondsPerMinute / (bench.pulses_per_revolution * bench.nominal.gear_ratio * bench.period_s);
+  bench.n.noise = std::max(bench.n.noise, step_rpm / std::sqrt(6.0));
 }
 
 }  // namespace
@@ -98,11 +105,6 @@ void ReadChannels(TomlTable& root, Bench& bench) {
         "must have " + std::string(core::InfoOf(estimated).name) + ": the structure " +
             std::string(bench.structure->name) + " is estimated by it" +
             (speed_alone ? "; where the speed alone is measured, it is motor-by-speed" : ""));
-  }
-  if (estimated == core::EstimatedChannel::kSpeed && bench.n.counted) {
-    channels.Refuse("n",
-                    "must not be counted: a speed that is the mean of a period is no reading of "
-                    "one moment, and nothing else is measured");
   }
 }
 

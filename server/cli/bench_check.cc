@@ -131,10 +131,11 @@ std::optional<std::string> TurnsBack(const hardware::RunForecast& forecast) {
   return std::nullopt;
 }
 
-/// A speed from the times of an encoder's pulses is the mean of the last interval.
+/// A speed from the times of an encoder's pulses is the mean of the last interval; one from their
+/// count is known to the parts of a pulse at either end.
 std::optional<std::string> SlowPulses(const Bench& bench, const hardware::RunForecast& forecast) {
   constexpr double kEnough = 50.0;
-  if (bench.n.step_s <= 0.0) return std::nullopt;
+  if (bench.n.step_s <= 0.0 && !bench.reads_means()) return std::nullopt;
   for (const hardware::SignalForecast& signal : forecast.signals) {
     if (signal.name != "n" || !signal.in_use) continue;
     // Half of the fastest where the motor passes through rest, else the middle.
@@ -143,7 +144,12 @@ std::optional<std::string> SlowPulses(const Bench& bench, const hardware::RunFor
     const double rpm = bench.reverses() ? 0.5 * fastest : middle;
     const double pulses = rpm / 60.0 * bench.nominal.gear_ratio * bench.pulses_per_revolution;
     if (pulses * bench.period_s >= kEnough) return std::nullopt;
-    return Format("n: %.3g pulses of the encoder in a period at ", pulses * bench.period_s) +
+    const std::string few =
+        Format("n: %.3g pulses of the encoder in a period at ", pulses * bench.period_s);
+    if (bench.reads_means()) {
+      return few + Format("%.4g rpm: a count is off by up to one, which hides small faults", rpm);
+    }
+    return few +
            Format("%.4g rpm: the speed is the mean of the last interval, which the models do not ",
                   rpm) +
            Format("know; with fewer than %g faults may be called unknown and values be off",

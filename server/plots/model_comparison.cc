@@ -28,6 +28,7 @@ struct Stretch {
 /// without a gap and without a lost reading; of several such pieces the last.
 Stretch FindStretch(std::span<const core::Sample> samples,
                     core::EstimatedChannel channel,
+                    bool of_row_before,
                     double from_s,
                     double period_s) {
   std::size_t begin = 0;
@@ -55,7 +56,7 @@ Stretch FindStretch(std::span<const core::Sample> samples,
   Stretch stretch;
   for (std::size_t k = best_begin; k < best_end; ++k) {
     stretch.t_s.push_back(samples[k].t_s);
-    stretch.uc_v.push_back(samples[k].uc_v);
+    stretch.uc_v.push_back(samples[of_row_before && k > best_begin ? k - 1 : k].uc_v);
     stretch.y.push_back(core::ReadingOf(samples[k], channel));
   }
   return stretch;
@@ -79,7 +80,8 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
   const core::Verdict& verdict = diagnosis.verdict;
   const double middle = 0.5 * (samples.front().t_s + samples.back().t_s);
   const double from_s = core::NewestChange(diagnosis).value_or(middle);
-  Stretch stretch = FindStretch(samples, comparison.channel, from_s, options.period_s);
+  Stretch stretch = FindStretch(
+      samples, comparison.channel, options.bench->follows_row_before(), from_s, options.period_s);
   comparison.t_s = stretch.t_s;
   comparison.y = stretch.y;
   if (stretch.t_s.empty()) {
@@ -88,9 +90,11 @@ ModelComparison CompareModels(std::span<const core::Sample> samples,
   const auto add = [&](const std::string& key, const std::string& name, core::ModelFit fit) {
     comparison.models.push_back({key, name, fit.fit_percent, std::move(fit.simulated)});
   };
-  const double delta_s = diagnosis.calibration
-                             ? diagnosis.calibration->delta_s
-                             : std::min(options.bench->delta_s, kDeltaShareMax * options.period_s);
+  const double delta_s =
+      diagnosis.calibration
+          ? diagnosis.calibration->delta_s
+          : std::min(options.bench->ReadingDelay(options.bench->delta_s, options.period_s),
+                     kDeltaShareMax * options.period_s);
   const auto estimate = [&](core::EstimatorId id) -> const core::Estimate<3>& {
     return diagnosis.estimates[static_cast<std::size_t>(id)];
   };

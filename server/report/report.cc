@@ -323,6 +323,24 @@ class Writer {
     }
   }
 
+  /// How the motor answers, where the speed alone tells of it.
+  void Response(Paper& paper, const core::ResponseChange& response) const {
+    const auto fact = [&](const std::string& name,
+                          const core::Measured core::SpeedResponse::*number,
+                          double factor,
+                          std::string_view unit) {
+      const auto text = [&](const core::SpeedResponse& one) {
+        const core::Measured& measured = one.*number;
+        return Local(
+            Raised(ValueWithErrorText(factor * measured.value, factor * measured.sigma, unit, 4)));
+      };
+      paper.Fact(name, Fill(words_.response_is, {text(response.after), text(response.before)}));
+    };
+    fact(words_.response_gain, &core::SpeedResponse::gain, 1.0, "rpm/V");
+    fact(words_.response_time, &core::SpeedResponse::time_constant, kMilli, "ms");
+    fact(words_.response_friction, &core::SpeedResponse::friction, 1.0, "rpm");
+  }
+
   void Verdict(Paper& paper) const {
     const core::Verdict& verdict = report_.diagnosis.verdict;
     paper.Heading(words_.verdict);
@@ -344,6 +362,7 @@ class Writer {
         paper.Fact(words_.certainty,
                    Fill(words_.explains, {Digits(verdict.candidates.front().score, 3)}));
       }
+      if (verdict.response) Response(paper, *verdict.response);
       if (runner_up != verdict.candidates.end()) {
         paper.Fact(words_.runner_up,
                    Fill(words_.runner_up_is,

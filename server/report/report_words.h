@@ -79,6 +79,10 @@ struct ReportWords {
   std::string group;
   std::string explains;  ///< "residual {0} times what noise alone leaves (1: explains all)"
   std::string certainty;
+  std::string response_gain;  ///< of a bench that is diagnosed by its speed, as the two below
+  std::string response_time;
+  std::string response_friction;
+  std::string response_is;  ///< "{0}, before {1}"
   std::string runner_up;
   std::string runner_up_is;  ///< "{0}: residual {1} times that of the best"
 

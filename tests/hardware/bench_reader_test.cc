@@ -47,6 +47,27 @@ TEST(BenchReader, ACountedSpeedIsMeasuredButNotEstimatedFrom) {
   EXPECT_TRUE(PaperBench().readings().has_n);
 }
 
+TEST(BenchReader, ACountedSpeedAloneIsTheMeanOfAPeriodAndItsNoiseThatOfTheCounting) {
+  const core::Bench& timed = *LoadBench("speed-motor").value();
+  const auto counted =
+      ReadBench(Changed(timed.text, "[channel.n]\n", "[channel.n]\ncounted = true\n"), "mine.toml");
+  ASSERT_TRUE(counted.ok()) << counted.error().message;
+  const core::Bench& bench = counted.value();
+  EXPECT_TRUE(bench.readings().has_n);
+  EXPECT_FALSE(bench.readings().of_row_before) << "read 1 ms before the next edge";
+  EXPECT_NEAR(bench.ReadingDelay(bench.delta_s, bench.period_s), 0.004, 1e-12);
+  EXPECT_EQ(bench.n.step_s, 0.0);
+  const double pulse_rpm = 60.0 / (44 * 34 * 0.01);
+  EXPECT_NEAR(bench.n.noise, pulse_rpm / std::sqrt(6.0), 1e-9);
+
+  const auto early = ReadBench(Changed(bench.text, "delta_s = 0.009", "delta_s = 0.001"), "a.toml");
+  ASSERT_TRUE(early.ok()) << early.error().message;
+  EXPECT_TRUE(early.value().readings().of_row_before);
+  EXPECT_NEAR(early.value().ReadingDelay(0.001, 0.01), 0.006, 1e-12);
+  EXPECT_FALSE(timed.readings().of_row_before);
+  EXPECT_EQ(timed.ReadingDelay(0.009, 0.01), 0.009);
+}
+
 TEST(BenchReader, GivesABenchOfTheOtherStructure) {
   const auto kept = LoadBench("servo-motor");
   ASSERT_TRUE(kept.ok()) << kept.error().message;

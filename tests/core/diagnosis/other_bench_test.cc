@@ -15,6 +15,7 @@
 #include "core/plant/simulate_record.h"
 #include "core/signals/excitation.h"
 #include "core/signals/prbs.h"
+#include "hardware/bench/bench_reader.h"
 #include "hardware/bench/benches.h"
 #include "tests/core/diagnosis/verdicts.h"
 
@@ -94,7 +95,55 @@ TEST(ServoMotor, IsNominalWithoutAFault) {
 
 /// Voltage and speed alone tell a gain, a time constant and the friction: parts that move one of
 /// them alike are a group.
-class SpeedMotor : public testing::Test {
+/// Its pulses are timed; or counted until shortly after the edge of the row's own input, or until
+/// shortly before the next; or there are few of them.
+enum class Encoder { kTimed, kCountedEarly, kCountedLate, kCoarse };
+
+const Bench& SpeedBench(Encoder encoder) {
+  const Bench& shipped = *hardware::LoadBench("speed-motor").value();
+  const auto counted = [&shipped](const std::string& delta_s, const std::string& pulses) {
+    std::string text = shipped.text;
+    const auto change = [&text](std::string_view from, const std::string& to) {
+      text.replace(text.find(from), from.size(), to);
+    };
+    change("[channel.n]\n", "[channel.n]\ncounted = true\n");
+    change("delta_s = 0.009", "delta_s = " + delta_s);
+    change("pulses_per_revolution = 44", "pulses_per_revolution = " + pulses);
+    return hardware::ReadBench(text, "counted.toml").value();
+  };
+  static const Bench kEarly = counted("0.0005", "44");
+  static const Bench kLate = counted("0.009", "44");
+  static const Bench kCoarse = counted("0.0005", "12");
+  switch (encoder) {
+    case Encoder::kTimed:
+      return shipped;
+    case Encoder::kCountedEarly:
+      return kEarly;
+    case Encoder::kCountedLate:
+      return kLate;
+    case Encoder::kCoarse:
+      break;
+  }
+  return kCoarse;
+}
+
+/// 20 s with Ke at 0.8 from 10 s on.
+std::vector<Sample> WeakMagnet(const Bench& bench, std::uint64_t seed) {
+  const Component magnet = bench.Find("Ke").value();
+  const std::vector<Fault> faults = {{magnet, 0.8 * bench.nominal.Get(magnet), 10.0}};
+  const std::vector<double> uc = Generate(bench.excitation, 20.0, bench.period_s).value();
+  return SimulateRecord(bench.profiles.front(), bench.nominal, uc, faults, seed, bench.period_s);
+}
+
+void ExpectWeakMagnet(const Bench& bench, const std::vector<Sample>& record) {
+  const Verdict verdict = DiagnoseRecord(record, OptionsOf(bench)).verdict;
+  const Component magnet = bench.Find("Ke").value();
+  ASSERT_EQ(verdict.kind, VerdictKind::kFault) << verdict.reason;
+  EXPECT_NE(std::ranges::find(verdict.group, magnet), verdict.group.end()) << verdict.reason;
+  EXPECT_NEAR(*verdict.detected_at_s, 10.0, 0.3);
+}
+
+class SpeedMotor : public testing::TestWithParam<Encoder> {
  protected:
   Diagnosis Diagnose(const char* symbol, double factor, std::uint64_t seed) const {
     std::vector<Fault> faults;
@@ -107,10 +156,10 @@ class SpeedMotor : public testing::Test {
         SimulateRecord(bench_.profiles.front(), bench_.nominal, uc, faults, seed, bench_.period_s),
         OptionsOf(bench_));
   }
-  const Bench& bench_ = *hardware::LoadBench("speed-motor").value();
+  const Bench& bench_ = SpeedBench(GetParam());
 };
 
-TEST_F(SpeedMotor, IsNominalWithoutAFault) {
+TEST_P(SpeedMotor, IsNominalWithoutAFault) {
   for (const std::uint64_t seed : {221U, 222U, 223U}) {
     const Diagnosis diagnosis = Diagnose(nullptr, 1.0, seed);
     ASSERT_FALSE(diagnosis.calibration_refusal.has_value())
@@ -122,7 +171,7 @@ TEST_F(SpeedMotor, IsNominalWithoutAFault) {
   }
 }
 
-TEST_F(SpeedMotor, NamesAGroupThatHoldsTheFault) {
+TEST_P(SpeedMotor, NamesAGroupThatHoldsTheFault) {
   const std::pair<const char*, double> changes[] = {
       {"Ke", 0.8}, {"k", 0.8}, {"J", 2.0}, {"Ra", 2.0}, {"B", 3.0}};
   for (const auto& [symbol, factor] : changes) {
@@ -135,7 +184,7 @@ TEST_F(SpeedMotor, NamesAGroupThatHoldsTheFault) {
   }
 }
 
-TEST_F(SpeedMotor, ARecordOfAnotherBenchSaysOfWhich) {
+TEST(OtherBench, ARecordOfAnotherBenchSaysOfWhich) {
   const Bench& gear = *hardware::LoadBench("gear-motor").value();
   const Bench& paper = hardware::PaperBench();
   const std::vector<double> uc = Generate(gear.excitation, 20.0, gear.period_s).value();
@@ -187,7 +236,7 @@ std::vector<double> StatedResponse(const Bench& bench, std::span<const double> u
   return numbers;
 }
 
-TEST_F(SpeedMotor, ARecordOfOneStepTellsGainAndTimeConstant) {
+TEST_P(SpeedMotor, ARecordOfOneStepTellsGainAndTimeConstant) {
   const ContinuousCoefficients truth = MakeContinuous(bench_.nominal);
   std::vector<double> uc(1000, 2.0);
   std::fill(uc.begin() + 500, uc.end(), 4.0);
@@ -201,7 +250,7 @@ TEST_F(SpeedMotor, ARecordOfOneStepTellsGainAndTimeConstant) {
   EXPECT_NEAR(one[2], 1e3 * truth.a12, std::max(4.0 * one[3], 0.04e3 * truth.a12));
 }
 
-TEST_F(SpeedMotor, ARecordInWhichNothingMovesHasNoStepResponse) {
+TEST_P(SpeedMotor, ARecordInWhichNothingMovesHasNoStepResponse) {
   const std::vector<double> nothing(600, 0.0);
   const std::vector<Sample> still =
       SimulateRecord(bench_.profiles.front(), bench_.nominal, nothing, {}, 262U, bench_.period_s);
@@ -218,7 +267,7 @@ TEST_F(SpeedMotor, ARecordInWhichNothingMovesHasNoStepResponse) {
   }
 }
 
-TEST_F(SpeedMotor, SaysItsResponseWithErrorsThatHold) {
+TEST_P(SpeedMotor, SaysItsResponseWithErrorsThatHold) {
   const auto expect = [](const SpeedResponse& found, const PlantParameters& plant, double mc_nm) {
     const ContinuousCoefficients truth = MakeContinuous(plant);
     const std::pair<Measured, double> pairs[] = {{found.gain, truth.b0},
@@ -245,7 +294,7 @@ TEST_F(SpeedMotor, SaysItsResponseWithErrorsThatHold) {
                    .verdict.response);
 }
 
-TEST_F(SpeedMotor, TheEstimatorsGiveItsGainAndItsTimeConstant) {
+TEST_P(SpeedMotor, TheEstimatorsGiveItsGainAndItsTimeConstant) {
   const Diagnosis diagnosis = Diagnose("Ke", 0.8, 241U);
   PlantParameters faulty = bench_.nominal;
   faulty.Set(bench_.Find("Ke").value(), 0.8 * faulty.ke_v_per_rad_s);
@@ -256,6 +305,40 @@ TEST_F(SpeedMotor, TheEstimatorsGiveItsGainAndItsTimeConstant) {
   const double gain = expected.b0 - expected.b02 * bench_.norm.mc_nm / 3.0;
   EXPECT_NEAR(sia.theta[0], gain, 0.02 * gain) << "rpm/V";
   EXPECT_NEAR(sia.theta[2], expected.a1, 0.15 * expected.a1) << "s";
+}
+
+INSTANTIATE_TEST_SUITE_P(Encoders,
+                         SpeedMotor,
+                         testing::Values(Encoder::kTimed,
+                                         Encoder::kCountedEarly,
+                                         Encoder::kCountedLate));
+
+/// A row that was lost, and the reading after it, change nothing.
+TEST(CountedSpeed, IsReadAcrossLostRows) {
+  const Bench& bench = SpeedBench(Encoder::kCountedEarly);
+  std::vector<Sample> record = WeakMagnet(bench, 291U);
+  for (std::size_t k = 0; k + 1 < record.size(); k += 97) record[k + 1].n_rpm *= 1.5;
+  std::erase_if(record, [](const Sample& sample) { return sample.index % 97 == 0; });
+  ExpectWeakMagnet(bench, record);
+}
+
+TEST(CountedSpeed, OfFewPulsesIsCoarseButTellsAFault) {
+  const Bench& bench = SpeedBench(Encoder::kCoarse);
+  ExpectWeakMagnet(bench, WeakMagnet(bench, 292U));
+}
+
+TEST(CountedSpeed, ThatIsPairedWithTheWrongInputIsSaid) {
+  const Bench& early = SpeedBench(Encoder::kCountedEarly);
+  const Bench& late = SpeedBench(Encoder::kCountedLate);
+  const auto reason = [](const Bench& made, const Bench& read) {
+    return DiagnoseRecord(WeakMagnet(made, 293U), OptionsOf(read)).verdict.reason;
+  };
+  EXPECT_NE(reason(early, late).find("it fits when delta_s is below half a period"),
+            std::string::npos)
+      << reason(early, late);
+  EXPECT_NE(reason(late, early).find("it fits when delta_s is above half a period"),
+            std::string::npos)
+      << reason(late, early);
 }
 
 }  // namespace

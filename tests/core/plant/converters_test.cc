@@ -39,6 +39,15 @@ TEST(Encoder, CountsAThousandPulsesForATurn) {
   EXPECT_EQ(EncoderPulses(-1e-6, kPulses), -1);
 }
 
+TEST(PulseCounter, GivesTheMeanOfWhatPassedSinceTheLastReading) {
+  PulseCounter counter(kPulses, kGear);
+  EXPECT_TRUE(std::isnan(counter.Rpm(3.0, 0.01)));
+  const double turn = 2.0 * std::numbers::pi;
+  EXPECT_NEAR(counter.Rpm(3.0 + 0.25 * turn, 0.01), 60.0 * 25.0 / kGear, 1.01 * 6.0 / kGear);
+  EXPECT_EQ(counter.Rpm(3.0 + 0.25 * turn, 0.01), 0.0);
+  EXPECT_LT(counter.Rpm(3.0, 0.01), 0.0);
+}
+
 TEST(Encoder, PulsePeriodReadsSpeedBehindTheGearWithinOneTick) {
   for (const double rpm : {-600.0, 60.0, 300.0, 600.0, 1000.0}) {
     // One tick of 25 ns in a pulse of 60 / (1000 * 3.8 * rpm) s.

@@ -144,6 +144,21 @@ TEST(Report, NamesAllOfAGroupInTheOrderOfTheBench) {
   EXPECT_THAT(text, HasSubstr(Squeezed("R1 = 40.7 ± 1.0 Ω, residual 1828 times as large")));
 }
 
+TEST(Report, OfABenchWithoutAVoltageSaysHowItsMotorAnswers) {
+  RunReport report = Sample();
+  report.diagnosis.verdict.response =
+      core::ResponseChange{{{58.2, 1.3}, {70.7e-3, 3.7e-3}, {11.5, 2.1}},
+                           {{72.61, 0.14}, {112.4e-3, 0.9e-3}, {14.3, 2.2}}};
+  const std::string text = PdfReader(Pdf(report)).Text();
+  for (const char* said : {"Gain 72.61 ± 0.14 rpm/V, before 58.2 ± 1.3 rpm/V",
+                           "Time constant 112.4 ± 0.9 ms, before 71 ± 4 ms",
+                           "Friction takes 14 ± 2 rpm, before 12 ± 2 rpm"}) {
+    EXPECT_THAT(text, HasSubstr(Squeezed(said)));
+  }
+  EXPECT_THAT(PdfReader(Pdf(report, Language::kSerbian)).Text(),
+              HasSubstr(Squeezed("Pojačanje 72,61 ± 0,14 rpm/V, pre toga 58,2 ± 1,3 rpm/V")));
+}
+
 TEST(Report, TellsEachChangeOfAFaultAndTheOnesBefore) {
   RunReport report = Sample();
   core::Verdict& verdict = report.diagnosis.verdict;

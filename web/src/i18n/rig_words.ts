@@ -87,6 +87,8 @@ const FORMS: [RegExp, Key][] = [
   [/^it fits the bench (?<bench>[a-z\d-]+): was it measured there\?$/, "suspect_bench"],
   [/^it fits with the other sign of (?<channel>\w+)$/, "suspect_sign"],
   [/^it fits when the readings are moved one row up/, "suspect_row_up"],
+  [/^it fits when delta_s is below half a period/, "suspect_delta_below"],
+  [/^it fits when delta_s is above half a period/, "suspect_delta_above"],
   [/^it fits when the readings are moved one row down$/, "suspect_row_down"],
   [
     /^step response: gain (?<gain>[\d.e+-]+) \+- (?<error>[\d.e+-]+) rpm\/V, time constant (?<time>[\d.e+-]+) \+- (?<time_error>[\d.e+-]+) ms$/,

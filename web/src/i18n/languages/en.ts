@@ -1317,6 +1317,10 @@ export const texts = {
   suspect_bench: "It fits the bench {bench}: was it measured there?",
   suspect_sign: "It fits with the other sign of {channel}.",
   suspect_row_up: "It fits when the readings are moved one row up: they come one period late.",
+  suspect_delta_below:
+    "It fits when the bench's delta_s is below half a period: is uc put out before the pulses are read?",
+  suspect_delta_above:
+    "It fits when the bench's delta_s is above half a period: are the pulses read before uc is put out?",
   suspect_row_down: "It fits when the readings are moved one row down: they come one period early.",
   not_excited_explained: "The input varies too little, so no estimates are shown.",
   calibrating_explained: "The thresholds are computed from the healthy beginning of the run.",

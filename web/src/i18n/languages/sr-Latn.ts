@@ -1359,6 +1359,10 @@ export const marked: Catalogue = {
   suspect_bench: "Slaže se sa stolom {bench}: da li je tamo mereno?",
   suspect_sign: "Slaže se kada {channel} ima obrnut znak.",
   suspect_row_up: "Slaže se kada se očitavanja pomere za jedan red naviše: kasne za jednu periodu.",
+  suspect_delta_below:
+    "Slaže se kada je delta_s stola ispod pola periode: da li se uc šalje pre čitanja impulsa?",
+  suspect_delta_above:
+    "Slaže se kada je delta_s stola iznad pola periode: da li se impulsi čitaju pre slanja uc?",
   suspect_row_down:
     "Slaže se kada se očitavanja pomere za jedan red naniže: rana su za jednu periodu.",
   check_length: "Ispravan početak je prekratak. Produžite ga.",
