@@ -49,7 +49,8 @@ BenchConfig SimulatedBenchConfig(const SimulatedRigOptions& options) {
   description.amplifier_quadrants = QuadrantsOf(options);
   if (options.amplifier_quadrants == core::Quadrants::kFour && config.limits.uc_v_min >= 0.0)
     config.limits.uc_v_min = -config.limits.uc_v_max;
-  if (options.gated_speed || profile.converters.counts) config.scaling.speed = SpeedMethod::kGatedCount;
+  if (options.gated_speed || profile.converters.counts)
+    config.scaling.speed = SpeedMethod::kGatedCount;
   config.timing = {.gap = Nanoseconds(0), .settle = Nanoseconds(0)};  // ideal contacts
   return config;
 }
