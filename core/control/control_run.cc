@@ -101,6 +101,21 @@ ControlQuality QualityOf(const ControlPlan& plan, const ControlRecord& record, d
   return quality;
 }
 
+Verdict VerdictOf(const Fault& fault) {
+  Verdict verdict;
+  verdict.kind = VerdictKind::kFault;
+  verdict.settled = true;
+  verdict.group = {fault.component};
+  verdict.candidates = {{.component = fault.component, .value = fault.value}};
+  return verdict;
+}
+
+/// The alarm alone.
+Verdict WithoutName(Verdict verdict) {
+  if (verdict.kind == VerdictKind::kFault) verdict.kind = VerdictKind::kUnknownFault;
+  return verdict;
+}
+
 }  // namespace
 
 Result<ControlRecord> RunControl(const ControlPlan& plan) {
@@ -128,6 +143,7 @@ Result<ControlRecord> RunControl(const ControlPlan& plan) {
   ControlRecord record;
   record.control_from_s = control_from_s;
   std::uint64_t heard = 0;
+  bool told = false;
   for (std::size_t k = 0; k < ticks; ++k) {
     Sample sample;
     sample.index = static_cast<std::int64_t>(k);
@@ -167,11 +183,16 @@ Result<ControlRecord> RunControl(const ControlPlan& plan) {
     record.speed_rad_s.push_back(plant.outputs().omega_rad_s);
     pipeline.Push(sample);
     while (std::optional<DiagnosisTask> task = pipeline.TakeTask()) pipeline.Accept(RunTask(*task));
-    if (drive && pipeline.verdict_version() != heard) {
-      heard = pipeline.verdict_version();
-      drive->Heard(pipeline.verdict());
-      if (drive->compensates() && !record.compensated_at_s) record.compensated_at_s = sample.t_s;
-    }
+    if (!drive) continue;
+    if (drive->gave_up() && !record.gave_up_at_s) record.gave_up_at_s = sample.t_s;
+    const bool tell = plan.told && !told && sample.t_s >= plan.told->at_s;
+    if (!tell && (told || pipeline.verdict_version() == heard)) continue;
+    heard = pipeline.verdict_version();
+    told = tell;
+    drive->Heard(tell        ? VerdictOf(*plan.told)
+                 : plan.told ? WithoutName(pipeline.verdict())
+                             : pipeline.verdict());
+    if (drive->compensates() && !record.compensated_at_s) record.compensated_at_s = sample.t_s;
   }
   record.verdict = pipeline.verdict();
   record.reachable_rad_s = drive->reachable_rad_s();

@@ -17,6 +17,9 @@ namespace faultlab::core {
 struct ControlPlan {
   const Bench* bench = nullptr;  ///< never null; measures n
   std::vector<Fault> faults;
+  /// What the control is told from `at_s` on, instead of what the pipeline finds: a diagnosis that
+  /// may be wrong.
+  std::optional<Fault> told{};
   ToleranceOptions options;
   double low_rad_s = 150.0;
   double high_rad_s = 170.0;
@@ -41,6 +44,7 @@ struct ControlRecord {
   std::vector<double> speed_rad_s;      ///< true, at the end of each period
   double control_from_s = 0.0;
   std::optional<double> compensated_at_s;
+  std::optional<double> gave_up_at_s;  ///< the speed refuted the diagnosis
   bool accommodated = false;     ///< the reference can be reached with what is known of the rig
   double reachable_rad_s = 0.0;  ///< the highest speed that can
   Verdict verdict;

@@ -70,6 +70,11 @@ Result<core::ControlPlan> MakePlan(const ControlCommandOptions& options) {
     if (!fault) return fault.error();
     plan.faults.push_back(std::move(fault).value());
   }
+  if (!options.told.empty()) {
+    auto told = ParseFault(options.told, *plan.bench);
+    if (!told) return told.error();
+    plan.told = std::move(told).value();
+  }
   return plan;
 }
 
@@ -91,6 +96,7 @@ std::string JsonOf(const core::ControlRecord& record) {
                                       {"settling_s", OrNull(quality.settling_s)},
                                       {"steady_error_rad_s", quality.steady_error_rad_s},
                                       {"compensated_at_s", OrNull(record.compensated_at_s)},
+                                      {"gave_up_at_s", OrNull(record.gave_up_at_s)},
                                       {"accommodated", record.accommodated},
                                       {"reachable_rad_s", record.reachable_rad_s}}) +
          "\n";
@@ -106,6 +112,10 @@ std::string TextOf(const core::ControlRecord& record) {
   out += "  steady error  " + Short(quality.steady_error_rad_s, 3) + " rad/s\n";
   if (record.compensated_at_s) {
     out += "  compensated   from " + Short(*record.compensated_at_s, 5) + " s\n";
+  }
+  if (record.gave_up_at_s) {
+    out += "  given up      at " + Short(*record.gave_up_at_s, 5) +
+           " s: the speed refutes the diagnosis\n";
   }
   out += "  verdict       " + std::string(core::Name(record.verdict.kind)) +
          (record.verdict.reason.empty() ? "" : ": " + record.verdict.reason) + "\n";

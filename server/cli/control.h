@@ -9,6 +9,7 @@ namespace faultlab::server {
 struct ControlCommandOptions {
   std::string bench;                  ///< FILE.toml; empty: the paper's
   std::vector<std::string> faults;    ///< see ParseFault
+  std::string told;                   ///< a fault that the control is told of; empty: the diagnosis
   std::string reference = "150:170";  ///< LOW:HIGH, rad/s of the motor shaft, in turn
   std::string controller = "compensated";
   double hold_s = 2.0;

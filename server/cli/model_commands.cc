@@ -124,6 +124,9 @@ class ModelCommands {
                                    chosen);
     AddBench(control, control_.bench);
     control.add_option("--fault", control_.faults, "COMPONENT=VALUE@SECONDS, repeatable");
+    control.add_option("--told",
+                       control_.told,
+                       "COMPONENT=VALUE@SECONDS: the control hears this instead of the diagnosis");
     control.add_option("--reference", control_.reference, "LOW:HIGH in rad/s of the motor shaft")
         ->capture_default_str();
     control.add_option("--hold", control_.hold_s, "Seconds at one speed")->capture_default_str();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/control/compensation_check.h"
 #include "core/control/speed_controller.h"
 #include "core/control/virtual_actuator.h"
 #include "core/filter/rig_parameters.h"
@@ -97,6 +98,30 @@ TEST(VirtualActuator, IsStableThoughTheDiagnosisIsOffByTwoFifths) {
         << diagnosed.kept;
   }
   EXPECT_GT(reachable, 700);
+}
+
+TEST(CompensationCheck, RefutesAWrongDiagnosisAndKeepsARightOne) {
+  const SpeedModel healthy{.kept = 0.87, .gain = 100.0, .friction = 20.0};
+  const SpeedModel faulty{.kept = 0.91, .gain = 70.0, .friction = 25.0};
+  const SpeedModel wrong{.kept = 0.87, .gain = 170.0, .friction = 20.0};
+  constexpr double kNoise = 0.5;
+  const auto pushes_until = [&](const SpeedModel& rig, const SpeedModel& believed) {
+    Random random(3);
+    double w = 150.0;
+    CompensationCheck check(healthy, believed, w, kNoise, 0.0);
+    for (int k = 0; k < 10'000; ++k) {
+      const double u = (k / 200) % 2 == 0 ? 2.5 : 2.7;
+      w = rig.Next(w, u);
+      const double reading = k % 7 == 0 ? std::nan("") : w + kNoise * random.Normal();
+      if (check.Push(reading, u)) return k;
+    }
+    return -1;
+  };
+  EXPECT_EQ(pushes_until(faulty, faulty), -1);
+  EXPECT_GE(pushes_until(healthy, faulty), 0) << "the part is whole again";
+  EXPECT_LT(pushes_until(healthy, faulty), 20);
+  EXPECT_GE(pushes_until(faulty, wrong), 0);
+  EXPECT_LT(pushes_until(faulty, wrong), 20);
 }
 
 TEST(SpeedController, DoesNotWindUpWhileTheDriveIsAtItsEnd) {
