@@ -86,12 +86,15 @@ class DeviceAndHost : public testing::Test {
     supervisor_ = fork();
     if (supervisor_ == 0) _exit(RunSupervisor());
     device_.RunInRealTime();
-    EXPECT_TRUE(WaitFor([this] { return device_.drive_v() > 1.0; })) << "it drives";
-    EXPECT_TRUE(WaitFor([this] { return agent() > 0; }));
+  }
+  /// No test goes on without an agent: kill(0, ..) would stop this program and whoever runs it.
+  void SetUp() override {
+    ASSERT_TRUE(WaitFor([this] { return device_.drive_v() > 1.0; })) << "no drive: " << said();
+    ASSERT_TRUE(WaitFor([this] { return agent() > 0; })) << "no agent: " << said();
   }
   ~DeviceAndHost() override {
     if (supervisor_ > 0) {
-      kill(agent(), SIGKILL);
+      if (agent() > 0) kill(agent(), SIGKILL);
       kill(supervisor_, SIGKILL);
       waitpid(supervisor_, nullptr, 0);
     }

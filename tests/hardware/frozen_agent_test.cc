@@ -16,6 +16,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <thread>
 
@@ -74,7 +75,7 @@ class SupervisedAgent {
   }
   ~SupervisedAgent() {
     if (supervisor_ > 0) {
-      kill(agent(), SIGKILL);
+      if (Number("agent") > 0) kill(agent(), SIGKILL);
       kill(supervisor_, SIGKILL);
       waitpid(supervisor_, nullptr, 0);
     }
@@ -82,7 +83,12 @@ class SupervisedAgent {
   }
 
   pid_t supervisor() const { return supervisor_; }
-  pid_t agent() const { return static_cast<pid_t>(Number("agent")); }
+  /// Throws when there is none: kill(0, ..) would stop this program and whoever runs it.
+  pid_t agent() const {
+    const auto pid = static_cast<pid_t>(Number("agent"));
+    if (pid <= 0) throw std::runtime_error("there is no agent: " + said());
+    return pid;
+  }
   /// The board's output; nothing while it is being written.
   std::optional<double> drive_v() const {
     double volt = 0.0;
