@@ -4,6 +4,8 @@
 #include <fcntl.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <pthread.h>
+#include <sched.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -22,6 +24,8 @@ namespace faultlab::hardware {
 namespace {
 
 constexpr std::uint64_t kSliceCycles = 8000;  ///< 500 us
+/// A device does not wait until the host's programs let it run.
+constexpr int kPriority = 60;
 /// After it was held up, real time goes on from here.
 constexpr std::chrono::milliseconds kCatchUpMax(20);
 
@@ -109,6 +113,8 @@ void SimulatedDevice::Run(std::uint64_t cycle) {
 
 void SimulatedDevice::RunInRealTime() {
   real_time_ = std::thread([this] {
+    const sched_param parameters{.sched_priority = kPriority};
+    (void)pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
     auto before = std::chrono::steady_clock::now();
     while (!ending_) {
       std::this_thread::sleep_for(std::chrono::microseconds(500));
