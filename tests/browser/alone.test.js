@@ -272,7 +272,7 @@ describe("when the link is cut or the server restarts", { timeout: SUITE_MS }, (
       await page.getByText("reconnecting").waitFor();
       await page.getByRole("button", { name: "Stop" }).click();
       const notice = page.getByRole("alert").filter({ hasText: "Stop waits and is sent" });
-      await notice.waitFor({ timeout: 1000 });
+      await notice.waitFor();
       assert.match(await notice.innerText(), /limits and interlocks protect it/);
       const state = async () =>
         (await (await fetch(`${server.url}/api/v1/runs/${run}`)).json()).state;

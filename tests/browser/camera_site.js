@@ -30,6 +30,7 @@ export async function startCamera(browser) {
     response.end(pictures[camera.asked++ % pictures.length]);
   });
   await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+  server.unref(); // a story that fails leaves it open, and its file must end
   camera.url = `http://127.0.0.1:${server.address().port}/snapshot`;
   camera.close = () => {
     server.closeAllConnections();

@@ -219,6 +219,7 @@ export async function startWire(url) {
     }
   });
   await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+  server.unref(); // a story that fails leaves it open, and its file must end
   return {
     url: `http://127.0.0.1:${server.address().port}`,
     cut() {
