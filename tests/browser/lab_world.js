@@ -87,9 +87,7 @@ export async function makeWorld(server) {
 
 /** A page on which `who` is signed in. */
 export async function pageOf(browser, server, who, path, options = {}) {
-  const opened = await openPage(browser, `${server.url}/help`, options);
   const [name, value] = who.cookie.split("=");
-  await opened.context.addCookies([{ name, value, url: server.url }]);
-  await opened.page.goto(server.url + path);
-  return opened;
+  const storageState = { cookies: [{ name, value, url: server.url }] };
+  return openPage(browser, server.url + path, { ...options, storageState });
 }

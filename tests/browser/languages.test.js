@@ -139,9 +139,7 @@ describe("languages", { timeout: SUITE_MS }, () => {
     await server?.stop();
   });
 
-  const speak = (context, locale) =>
-    context.addInitScript((tag) => localStorage.setItem("faultlab.locale", tag), locale);
-
+  const speaking = (locale) => ({ stored: { "faultlab.locale": locale } });
   story("a further language is one file, and no page keeps a word of English", async () => {
     const front = await pageWith("en-XA.ts", PSEUDO, server);
     const { json: benches } = await world.call(people.mika, "GET", "/benches");
@@ -181,9 +179,11 @@ describe("languages", { timeout: SUITE_MS }, () => {
     };
     const visit = async (who, paths) => {
       for (const path of paths) {
-        const opened = await pageOf(browser, front, who, path, { locale: "en", allow: /40\d|429/ });
-        await speak(opened.context, "en-XA");
-        await opened.page.goto(front.url + path);
+        const opened = await pageOf(browser, front, who, path, {
+          locale: "en",
+          allow: /40\d|429/,
+          ...speaking("en-XA"),
+        });
         await look(opened.page, path);
         await opened.close();
       }
@@ -204,17 +204,16 @@ describe("languages", { timeout: SUITE_MS }, () => {
     await visit(people.mila, ["/teach"]);
     await visit(people.admin, ["/admin"]);
 
-    const live = await pageOf(browser, front, people.mika, "/help");
-    await speak(live.context, "en-XA");
-    await live.page.goto(front.url);
+    const live = await pageOf(browser, front, people.mika, "/", speaking("en-XA"));
     await live.page.getByRole("button", { name: "Run the paper's experiment" }).click();
     await live.page.waitForURL(/\/lab\/.+/);
     await look(live.page, "live");
     await live.close();
 
-    const guest = await openPage(browser, front.url, { allow: /401/ });
-    await speak(guest.context, "en-XA");
-    await guest.page.goto(`${front.url}/signin`);
+    const guest = await openPage(browser, `${front.url}/signin`, {
+      allow: /401/,
+      ...speaking("en-XA"),
+    });
     await guest.page.getByLabel("Login").fill("mika");
     await guest.page.getByLabel("Password").fill("wrong wrong wrong");
     await guest.page.locator("main button.primary").click();
@@ -226,9 +225,8 @@ describe("languages", { timeout: SUITE_MS }, () => {
   });
 
   story("Serbian has decimal commas everywhere and understands them", async () => {
-    const opened = await pageOf(browser, server, people.mika, "/help");
+    const opened = await pageOf(browser, server, people.mika, `/runs/${run}`, speaking("sr-Latn"));
     const { page } = opened;
-    await speak(opened.context, "sr-Latn");
     const pointed = async () =>
       (await page.evaluate(textsOfPage)).filter((text) =>
         /\d\.\d/.test(
@@ -238,7 +236,6 @@ describe("languages", { timeout: SUITE_MS }, () => {
           ),
         ),
       );
-    await page.goto(`${server.url}/runs/${run}`);
     await page.getByText("PREGLED", { exact: true }).waitFor();
     await page.getByText(/Kvar/).first().waitFor();
     await page.waitForTimeout(500);

@@ -10,6 +10,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { it } from "node:test";
 import { isDeepStrictEqual } from "node:util";
+import { giveBack, takeContext } from "./contexts.js";
 
 const require = createRequire(new URL("../../web/package.json", import.meta.url));
 const { chromium } = require("playwright-core");
@@ -252,20 +253,41 @@ export async function launchBrowser() {
   return browser;
 }
 
-/** A new page. `allow` matches console errors that the test causes on purpose. */
-export async function openPage(browser, url, { allow = /^$/, ...options } = {}) {
-  const context = await browser.newContext({
-    viewport: { width: 1440, height: 900 },
-    reducedMotion: "reduce",
-    acceptDownloads: true,
-    ...options,
-  });
+/**
+ * A new page. `allow` matches console errors that the test causes on purpose, `storageState` is that
+ * of another context, `stored` what the page finds in its localStorage.
+ */
+export async function openPage(
+  browser,
+  url,
+  {
+    allow = /^$/,
+    viewport = { width: 1440, height: 900 },
+    colorScheme = "light",
+    reducedMotion = "reduce",
+    storageState = {},
+    stored,
+    ...kind
+  } = {},
+) {
+  const { origin } = new URL(url);
+  const context = await takeContext(browser, { acceptDownloads: true, ...kind });
   const page = await context.newPage();
+  await page.setViewportSize(viewport);
+  await page.emulateMedia({ colorScheme, reducedMotion });
+  await context.addCookies(storageState.cookies ?? []);
+  const items = storageState.origins?.find((each) => each.origin === origin)?.localStorage ?? [];
+  for (const [name, value] of Object.entries(stored ?? {})) items.push({ name, value });
+  if (items.length > 0) {
+    await page.addInitScript((each) => {
+      if (localStorage.length > 0) return;
+      for (const { name, value } of each) localStorage.setItem(name, value);
+    }, items);
+  }
   page.setDefaultTimeout(PATIENCE_MS);
   page.setDefaultNavigationTimeout(PATIENCE_MS);
   pages.add(page);
   const complaints = [];
-  const origin = new URL(url).origin;
   page.on("console", (message) => {
     if (message.type() === "error" && !allow.test(message.text())) complaints.push(message.text());
   });
@@ -283,7 +305,7 @@ export async function openPage(browser, url, { allow = /^$/, ...options } = {}) 
     complaints,
     async close() {
       pages.delete(page);
-      await context.close();
+      await giveBack(context, origin);
       assert.deepEqual(complaints, []);
     },
   };
