@@ -11,6 +11,7 @@
 #include "core/calibration/channel_zeros.h"
 #include "core/calibration/coordinate_quantities.h"
 #include "core/calibration/data_sheet.h"
+#include "core/calibration/find_hum.h"
 #include "core/calibration/missing_physics.h"
 #include "core/calibration/self_check.h"
 #include "core/calibration/stretch_checks.h"
@@ -18,6 +19,7 @@
 #include "core/calibration/usual_suspects.h"
 #include "core/calibration/visible_changes.h"
 #include "core/detection/detection_thresholds.h"
+#include "core/filter/hum_tracker.h"
 #include "core/filter/impulses.h"
 #include "core/filter/map_fit.h"
 #include "core/filter/observation.h"
@@ -28,6 +30,8 @@ namespace {
 // A measured delta is believed within this, seconds: it tells when the calls were made, not what
 // the converters and their wires add.
 constexpr double kMeasuredDeltaSigmaS = 0.1e-3;
+// The second time by the rig that the first has shown.
+constexpr int kHumRounds = 2;
 // Readings that stand alone are looked for again once the fit is rid of the first.
 constexpr int kImpulseRounds = 3;
 constexpr double kFirstGate = 8.0;
@@ -87,6 +91,36 @@ void SayImpulses(std::size_t impulses, double share, std::vector<CalibrationChec
   checks.push_back({"impulses", text.data(), share, 0.05, true});
 }
 
+void SayHum(const Hum& hum, const Calibration& calibration, std::vector<CalibrationCheck>& checks) {
+  if (!hum.any()) return;
+  std::array<char, 120> text{};
+  const double um_mv = 1e3 * hum.um.amplitude();
+  const double ia_ma = 1e3 * hum.ia.amplitude();
+  if (calibration.used_um && calibration.used_ia) {
+    std::snprintf(text.data(),
+                  text.size(),
+                  "hum of %.2f Hz, %.2g mV of um and %.2g mA of ia, is taken out",
+                  hum.frequency_hz,
+                  um_mv,
+                  ia_ma);
+  } else {
+    std::snprintf(text.data(),
+                  text.size(),
+                  "hum of %.2f Hz, %.2g %s, is taken out",
+                  hum.frequency_hz,
+                  calibration.used_um ? um_mv : ia_ma,
+                  calibration.used_um ? "mV of um" : "mA of ia");
+  }
+  checks.push_back({"hum", text.data(), hum.frequency_hz, 0.0, true});
+}
+
+std::vector<Sample> WithoutHum(std::span<const Sample> samples, const Hum& hum) {
+  std::vector<Sample> clean;
+  clean.reserve(samples.size());
+  for (const Sample& sample : samples) clean.push_back(WithoutHum(sample, hum));
+  return clean;
+}
+
 enum class Impulses { kLeftOut, kKept };
 
 Result<Calibration> CalibrateWith(std::span<const Sample> samples,
@@ -101,8 +135,13 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
     tolerance[static_cast<std::size_t>(Coordinate::kDelta)] =
         kMeasuredDeltaSigmaS / (kDeltaUnitPeriods * period_s);
   }
-  std::vector<Observation> observations = MakeObservations(
-      samples, options.bench->readings(), options.channels, period_s, options.um_rail_v);
+  std::vector<double> t_s;
+  const auto observe = [&](std::span<const Sample> from) {
+    t_s.clear();
+    return MakeObservations(
+        from, options.bench->readings(), options.channels, period_s, options.um_rail_v, {}, &t_s);
+  };
+  std::vector<Observation> observations = observe(samples);
   Calibration calibration;
   calibration.period_s = period_s;
   if (!samples.empty()) {
@@ -125,6 +164,19 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
       options.data_sheet, 1.0, 0.0, norm.mc_nm, McUnitOf(*options.bench)};
   Explained explained = ExplainStretch(
       stretch, data_sheet, DataSheetPrior(tolerance, 1.0, coordinates, 0), measured_delta_s);
+  const std::vector<Observation> with_hum = observations;
+  for (int round = 0; round < kHumRounds; ++round) {
+    const RigParameters found = RigAt(stretch, explained.base, explained.fit.point);
+    const Hum hum =
+        FindHum(MakePredictionModel(found, explained.noise, period_s), with_hum, t_s, period_s);
+    if (!hum.any()) break;
+    calibration.hum = hum;
+    observations = observe(WithoutHum(samples, hum));
+    stretch.samples = observations;
+    explained = ExplainStretch(
+        stretch, data_sheet, DataSheetPrior(tolerance, 1.0, coordinates, 0), measured_delta_s);
+  }
+  SayHum(calibration.hum, calibration, calibration.checks);
   const std::vector<Observation> as_read = observations;
   std::size_t left_out = 0;
   for (int round = 0; impulses == Impulses::kLeftOut && round < kImpulseRounds; ++round) {

@@ -236,6 +236,8 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   } else {
     Whiten(o, gains, z, use);
   }
+  whitened_ = z[0];
+  inverse_sd_ = gains.inverse_sd;
 
   double largest = 0.0;
   double step = 0.0;
@@ -316,6 +318,17 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
   alarm.samples_ago = odd_ > kOddLevel ? kOddSamples - 1 : OnsetSamplesAgo();
   if (alarm.detector[0] == 'c') alarm.samples_ago = std::max(alarm.samples_ago, cusum_age_ - 1);
   return alarm;
+}
+
+std::array<double, kOutputCount> Detector::BoundedInnovations() const {
+  constexpr double kBound = 4.0;
+  std::array<double, kOutputCount> e{};
+  for (std::size_t c = 0; c < kOutputCount; ++c) {
+    if (inverse_sd_[c] <= 0.0) continue;
+    const double most = kBound / settled_.inverse_sd[c];
+    e[c] = std::clamp(whitened_[c] / inverse_sd_[c], -most, most);
+  }
+  return e;
 }
 
 int Detector::OnsetSamplesAgo() const {

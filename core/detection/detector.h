@@ -75,6 +75,9 @@ class Detector {
     double far_off = 0.0;  ///< of readings that are far off in a row; above 1 it is an alarm
   };
   const Statistics& statistics() const { return statistics_; }
+  /// Reading minus prediction of um (V), ia (A) and w (rad/s) in the newest sample, bounded to four
+  /// standard deviations of a settled filter; 0 where nothing was read.
+  std::array<double, kOutputCount> BoundedInnovations() const;
   const NoiseScale& noise_scale() const { return noise_scale_; }
 
   /// Gain, series resistor, capacitor or Ke, Ra, J, B, Ra and J far off, Mc. A component that the
@@ -132,6 +135,8 @@ class Detector {
   double inflation_short_;
   double inflation_long_;
   double reference_samples_;
+  std::array<double, kOutputCount> whitened_{};    ///< of the reference, newest
+  std::array<double, kOutputCount> inverse_sd_{};  ///< by which they were
   double cusum_ = 0.0;
   int cusum_age_ = 0;
   Statistics statistics_;

@@ -12,6 +12,7 @@
 #include "core/diagnosis/fault_episodes.h"
 #include "core/diagnosis/paper_view.h"
 #include "core/estimators/estimator_bank.h"
+#include "core/filter/hum_tracker.h"
 #include "core/filter/observation.h"
 #include "core/isolation/fit_context.h"
 
@@ -73,7 +74,7 @@ struct Pipeline::State {
         builder(MakeBuilder(options, options.calibration ? &*options.calibration : nullptr)),
         record(options.period_s) {
     if (options.calibration) {
-      calibration = std::make_shared<const Calibration>(*options.calibration);
+      calibration = std::make_shared<const Calibration>(WithHumAsNoise(*options.calibration));
       phase = Phase::kWatching;
       StartWatching({}, {}, calibration->samples);
       SetNominal();
@@ -94,6 +95,7 @@ struct Pipeline::State {
   std::vector<Sample> backlog;  // since the end of the healthy stretch, until calibrated
   AlarmRecord record;
   std::optional<Detector> detector;
+  std::optional<HumTracker> hum;          // once it is calibrated
   std::optional<NoiseScale> noise_scale;  // outlives the detectors that learn it
   bool detector_fresh = false;
   std::optional<DiagnosisTask> pending;
@@ -145,6 +147,8 @@ struct Pipeline::State {
     const std::vector<Sample> missed = std::move(backlog);
     backlog.clear();
     builder = MakeBuilder(options, calibration.get());
+    if (calibration->hum.any())
+      hum.emplace(calibration->hum, NoiseOf(*calibration), options.period_s);
     for (const Sample& sample : missed) Watch(sample);
   }
 
@@ -167,7 +171,8 @@ struct Pipeline::State {
     watched = faults;
   }
 
-  void Watch(const Sample& sample) {
+  void Watch(const Sample& as_read) {
+    const Sample sample = hum ? hum->Clean(as_read) : as_read;
     Observation observation;
     if (!builder.Push(sample, observation)) return;
     if (phase == Phase::kAlarmed) {
@@ -181,6 +186,10 @@ struct Pipeline::State {
       if (const std::optional<Alarm> alarm = detector->Push(observation)) {
         OnAlarm(*alarm, sample);
         return;
+      }
+      if (hum) {
+        const auto [um_v, ia_a, w_rad_s] = detector->BoundedInnovations();
+        hum->Learn(sample.t_s, um_v, ia_a);
       }
     }
     if (phase == Phase::kAlarmed && record.FitIsDue()) {

@@ -62,13 +62,16 @@ std::vector<Observation> MakeObservations(std::span<const Sample> samples,
                                           Channels channels,
                                           double period_s,
                                           double um_rail_v,
-                                          const ReadingZeros& zeros) {
+                                          const ReadingZeros& zeros,
+                                          std::vector<double>* t_s) {
   ObservationBuilder builder(rules, channels, period_s, um_rail_v, zeros);
   std::vector<Observation> observations;
   observations.reserve(samples.size());
   Observation next;
   for (const Sample& sample : samples) {
-    if (builder.Push(sample, next)) observations.push_back(next);
+    if (!builder.Push(sample, next)) continue;
+    observations.push_back(next);
+    if (t_s != nullptr) t_s->push_back(sample.t_s);
   }
   return observations;
 }

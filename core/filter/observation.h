@@ -58,11 +58,13 @@ class ObservationBuilder {
   bool has_last_ = false;
 };
 
+/// @param t_s  gets the run time of each observation
 std::vector<Observation> MakeObservations(std::span<const Sample> samples,
                                           const ReadingRules& rules,
                                           Channels channels,
                                           double period_s,
                                           double um_rail_v,
-                                          const ReadingZeros& zeros = {});
+                                          const ReadingZeros& zeros = {},
+                                          std::vector<double>* t_s = nullptr);
 
 }  // namespace faultlab::core

@@ -99,6 +99,14 @@ NoiseLevel NoiseOf(const Calibration& calibration) {
           PassageNoise(calibration.mc_nm, calibration.nominal.j_kg_m2, calibration.period_s)};
 }
 
+Calibration WithHumAsNoise(const Calibration& calibration) {
+  Calibration other = calibration;
+  other.um_noise_v = std::hypot(calibration.um_noise_v, calibration.hum.um.rms());
+  other.ia_noise_a = std::hypot(calibration.ia_noise_a, calibration.hum.ia.rms());
+  other.hum = {};
+  return other;
+}
+
 NoiseLevel DetectionNoiseOf(const Calibration& calibration) {
   constexpr double kReadingAllowance = 1.03;
   constexpr double kFrictionAllowance = 1.4;

@@ -81,6 +81,9 @@ RigParameters ParametersOf(const Calibration& calibration);
 NoiseLevel NoiseOf(const Calibration& calibration);
 /// What is to be taken out of um (V), ia (A) and w (rad/s) of the rig.
 std::array<double, 3> ZerosOf(const Calibration& calibration);
+/// For readings of which nobody takes the hum out, as those of another run: it is part of the
+/// noise.
+Calibration WithHumAsNoise(const Calibration& calibration);
 /// The noise that detection must allow for. A few seconds hold only some nine independent values of
 /// the slow friction noise (its rms may be 40 % too low), but some hundreds of a reading's noise (3
 /// %).

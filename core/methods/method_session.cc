@@ -65,7 +65,7 @@ Result<MethodTask> PrepareMethods(std::span<const Sample> samples, const MethodO
   if (!calibration) return calibration.error();
   MethodTask task;
   task.bench = options.bench;
-  task.calibration = std::move(calibration).value();
+  task.calibration = WithHumAsNoise(calibration.value());
   task.healthy = MakeObservations(healthy,
                                   options.bench->readings(),
                                   options.channels,

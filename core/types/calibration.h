@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "core/types/hum.h"
 #include "core/types/plant_parameters.h"
 
 namespace faultlab::core {
@@ -75,6 +76,9 @@ struct Calibration {
   double um_zero_v = 0.0;
   double ia_zero_a = 0.0;
   double n_zero_rpm = 0.0;
+  /// Of the stretch; taken out of the readings of the same run alone, for its phase is of that run.
+  /// The noise above is without it.
+  Hum hum;
   /// Share of the readings that stood alone, far from their prediction, and were left out. Above 0
   /// single readings raise no alarm.
   double impulse_share = 0.0;
