@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <string>
 
@@ -152,7 +153,10 @@ class Isolation {
         std::max(std::min(task.fit_from, n), n - std::min(n, Span(kReadingsMax) / channels));
     nominal_.stretch = std::span<const Observation>(observations_).subspan(from);
     since_fault_ = std::span<const Observation>(observations_).subspan(std::min(task.fit_from, n));
-    if (task.calibration->impulse_share > 0.0) LeaveOutAllImpulses(std::min(task.fit_from, n));
+    if (task.calibration->impulse_share > 0.0) {
+      in_newest_ = ImpulseRule{};
+      LeaveOutAllImpulses(std::min(task.fit_from, n));
+    }
     UpdateFromHistory(std::min(task.fit_from, n));
     AllowForRounding();
   }
@@ -228,13 +232,18 @@ class Isolation {
     const std::vector<Observation> before = observations_;
     // So far that nothing else can be behind them, and so few.
     constexpr ImpulseRule kRare{.gate = 12.0, .share_max = 0.02};
-    if (LeaveOutSinceFault(std::min(task_.fit_from, observations_.size()), kRare) > 0) {
+    in_newest_ = kRare;
+    const std::size_t of_all =
+        LeaveOutSinceFault(std::min(task_.fit_from, observations_.size()), kRare);
+    (void)Newest(nominal_, Span(kLateSamples));
+    if (of_all > 0 || left_out_of_newest_ > 0) {
       IsolationResult without = Conclude(nominal_);
       const bool explained =
           without.verdict.kind == VerdictKind::kFault || without.returned_to_nominal;
       if (explained) return without;
     }
     std::copy(before.begin(), before.end(), observations_.begin());
+    in_newest_.reset();
     return unknown;
   }
 
@@ -293,17 +302,22 @@ class Isolation {
     LeaveOutSinceFault(fit_from, {.or_the_farthest = true});
   }
 
-  // What is left out decides what comes nearest, and the other way round.
   std::size_t LeaveOutSinceFault(std::size_t fit_from, const ImpulseRule& rule) {
+    return LeaveOut(nominal_, std::span<Observation>(observations_).subspan(fit_from), rule);
+  }
+
+  // What is left out decides what comes nearest, and the other way round.
+  // @param context  of a stretch that shares its readings with `readings`
+  std::size_t LeaveOut(const FitContext& context,
+                       std::span<Observation> readings,
+                       const ImpulseRule& rule) const {
     constexpr int kRounds = 4;
     std::size_t all = 0;
     for (int round = 0; round < kRounds; ++round) {
-      const HypothesisFit nearest = Fit(nominal_, FitPolicy::kStopLosers).best();
-      const RigParameters rig = WithOffsets(nominal_.rig, nearest.nuisance, nominal_.period_s);
-      const std::size_t more =
-          LeaveOutImpulses(nominal_.ModelOf(WithComponent(rig, nearest.component, nearest.value)),
-                           std::span<Observation>(observations_).subspan(fit_from),
-                           rule);
+      const HypothesisFit nearest = Fit(context, FitPolicy::kStopLosers).best();
+      const RigParameters rig = WithOffsets(context.rig, nearest.nuisance, context.period_s);
+      const std::size_t more = LeaveOutImpulses(
+          context.ModelOf(WithComponent(rig, nearest.component, nearest.value)), readings, rule);
       if (more == 0) break;
       all += more;
     }
@@ -329,13 +343,19 @@ class Isolation {
     return RankHypotheses(context, changeable_, task_.options.values, policy);
   }
 
-  static FitContext Newest(const FitContext& context, std::size_t samples) {
+  // Of a record that moves, no component comes near the whole: there, impulses hide behind what it
+  // leaves. In the newest part they stand out again.
+  FitContext Newest(const FitContext& context, std::size_t samples) {
     FitContext late = context;
     late.stretch = context.stretch.last(std::min(samples, context.stretch.size()));
+    if (!in_newest_) return late;
+    std::vector<Observation>& part = newest_.emplace_back(late.stretch.begin(), late.stretch.end());
+    late.stretch = part;
+    left_out_of_newest_ += LeaveOut(late, part, *in_newest_);
     return late;
   }
 
-  Explanation ExplainFrom(const FitContext& context) const {
+  Explanation ExplainFrom(const FitContext& context) {
     Explanation explanation = Explain(context);
     const double cost = explanation.sensor ? explanation.sensor->cost : explanation.set.best().cost;
     explanation.null = FitNullHypothesis(explanation.context);
@@ -361,7 +381,7 @@ class Isolation {
   }
 
   // Tries one value for the whole stretch; then one value for its newest part; then a slope.
-  Explanation Explain(const FitContext& context) const {
+  Explanation Explain(const FitContext& context) {
     Explanation whole{context, Fit(context, FitPolicy::kFitAll), {}, FaultShape::kAbrupt};
     whole.lack_of_fit = TestLackOfFit(context, whole.set.best());
     whole.sensor = SensorBetterThan(whole.set.best(), context);
@@ -524,6 +544,9 @@ class Isolation {
 
   const IsolationTask& task_;
   std::vector<Observation> observations_;
+  std::optional<ImpulseRule> in_newest_;         ///< what is left out of a newest part
+  std::deque<std::vector<Observation>> newest_;  ///< such parts
+  std::size_t left_out_of_newest_ = 0;           ///< readings
   FitContext nominal_;
   std::span<const Observation> since_fault_;
   std::vector<Component> changeable_ = Changeable(task_.options);

@@ -60,6 +60,23 @@ TEST_P(Impulses, HideNoFault) {
   }
 }
 
+TEST_P(Impulses, HideNoDrift) {
+  for (std::uint64_t seed = 96; seed < 100; ++seed) {
+    Fault drift = AbruptFault(paper::kR9, 18e3, 5.0);
+    drift.kind = FaultKind::kDrift;
+    drift.until_s = seed % 2 == 0 ? 17.0 : 26.0;  // the record ends at 20 s
+    const double last = drift.until_s < 20.0 ? drift.value : 10e3 + 8e3 * 15.0 / 21.0;
+    const auto record = WithImpulses(BenchRecord({drift}, seed), 0.004, seed);
+    DiagnosisOptions options = FreeValues(GetParam());
+    options.healthy_to_s = 4.0;
+    const Verdict verdict = DiagnoseRecord(record, options).verdict;
+    SCOPED_TRACE(std::to_string(seed) + ": " + verdict.reason);
+    EXPECT_EQ(verdict.kind, VerdictKind::kFault);
+    EXPECT_TRUE(Names(verdict, paper::kR9));
+    EXPECT_NEAR(ValueOf(verdict, paper::kR9), last, 0.03 * last);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Channels, Impulses, testing::Values(Channels::kUmOnly, Channels::kAll));
 
 TEST(ImpulsesOfARecord, AreNotFoundWhereThereAreNone) {
