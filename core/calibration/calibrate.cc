@@ -99,14 +99,14 @@ void SayHum(const Hum& hum, const Calibration& calibration, std::vector<Calibrat
   if (calibration.used_um && calibration.used_ia) {
     std::snprintf(text.data(),
                   text.size(),
-                  "hum of %.2f Hz, %.2g mV of um and %.2g mA of ia, is taken out",
+                  "hum of %.2f Hz, %.1f mV of um and %.1f mA of ia, is taken out",
                   hum.frequency_hz,
                   um_mv,
                   ia_ma);
   } else {
     std::snprintf(text.data(),
                   text.size(),
-                  "hum of %.2f Hz, %.2g %s, is taken out",
+                  "hum of %.2f Hz, %.1f %s, is taken out",
                   hum.frequency_hz,
                   calibration.used_um ? um_mv : ia_ma,
                   calibration.used_um ? "mV of um" : "mA of ia");

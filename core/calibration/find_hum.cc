@@ -22,8 +22,8 @@ constexpr double kMainsOffHz = 0.5;
 // A stretch of seconds tells frequencies apart by some tenths of a hertz; then as finely as it can.
 constexpr double kScanHz = 0.02;
 constexpr double kRefineHz = 0.001;
-// What a frequency explains, in chi-square: by chance the best of the scan has 25 in a thousand
-// stretches of white noise.
+// What a frequency explains, in chi-square. In white noise the best of the scan explained at most
+// 31 in 3000 simulated stretches of 450 samples.
 constexpr double kGainMin = 45.0;
 // Slower than this after sampling, hum is a drift, of which other parts of the model know more.
 constexpr double kAliasMinHz = 2.0;

@@ -85,6 +85,19 @@ TEST_P(Humming, IsNotFoundWhereThereIsNone) {
   }
 }
 
+TEST_P(Humming, IsSaidInPlainNumbers) {
+  const auto record = WithHum(BenchRecord({}, 128), {.hz = 60.1, .um_v = 0.5, .ia_a = 0.05});
+  const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(GetParam()));
+  ASSERT_TRUE(diagnosis.calibration);
+  std::string said;
+  for (const CalibrationCheck& check : diagnosis.calibration->checks) {
+    if (check.name == "hum") said = check.sentence;
+  }
+  EXPECT_EQ(said.rfind("hum of 60.1", 0), 0u) << said;
+  EXPECT_NE(said.find(" mV of um"), std::string::npos) << said;
+  EXPECT_EQ(said.find("e+"), std::string::npos) << said;
+}
+
 // The phase of one run says nothing of that of another.
 TEST_P(Humming, IsNoiseToTheCalibrationOfAnotherRun) {
   const DiagnosisOptions options = FreeValues(GetParam());
