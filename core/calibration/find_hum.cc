@@ -28,7 +28,6 @@ constexpr double kGainMin = 45.0;
 // Slower than this after sampling, hum is a drift, of which other parts of the model know more.
 constexpr double kAliasMinHz = 2.0;
 constexpr double kClip = 4.0;
-constexpr double kPerMedian = 1.4826;
 // How large hum is; what a short stretch does not tell of it stays within.
 constexpr std::array<double, kHumChannels> kUsual = {0.05, 0.005};
 
@@ -42,15 +41,9 @@ Eigen::VectorXd Clipped(const InnovationTrace& trace, std::span<const Observatio
   Eigen::VectorXd z = Eigen::Map<const Eigen::VectorXd>(
       trace.whitened.data(), static_cast<Eigen::Index>(trace.whitened.size()));
   for (std::size_t c = 0; c < kOutputCount; ++c) {
-    std::vector<double> sizes;
-    for (std::size_t k = 0; k < stretch.size(); ++k) {
-      if (((stretch[k].mask >> c) & 1U) != 0U)
-        sizes.push_back(std::abs(trace.whitened[k * kOutputCount + c]));
-    }
+    const std::vector<double> sizes = SortedMagnitudes(trace, stretch, c);
     if (sizes.empty()) continue;
-    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-    std::nth_element(sizes.begin(), middle, sizes.end());
-    const double most = kClip * kPerMedian * *middle;
+    const double most = kClip * RobustSigma(sizes);
     for (std::size_t k = 0; k < stretch.size(); ++k) {
       double& each = z(static_cast<Eigen::Index>(k * kOutputCount + c));
       each = std::clamp(each, -most, most);

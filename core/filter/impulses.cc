@@ -10,8 +10,6 @@
 namespace faultlab::core {
 namespace {
 
-// Of normal values: their standard deviation over the median of their magnitudes.
-constexpr double kPerMedian = 1.4826;
 constexpr double kFarthestShare = 0.02;
 
 }  // namespace
@@ -24,14 +22,9 @@ std::size_t LeaveOutImpulses(const PredictionModel& model,
   std::size_t found = 0;
   std::array<double, kOutputCount> gate{};
   for (std::size_t c = 0; c < kOutputCount; ++c) {
-    std::vector<double> sizes;
-    for (std::size_t k = 0; k < stretch.size(); ++k) {
-      if (((stretch[k].mask >> c) & 1U) == 0U) continue;
-      sizes.push_back(std::abs(trace.whitened[k * kOutputCount + c]));
-    }
+    const std::vector<double> sizes = SortedMagnitudes(trace, stretch, c);
     if (sizes.empty()) continue;
-    std::sort(sizes.begin(), sizes.end());
-    gate[c] = rule.gate * kPerMedian * sizes[sizes.size() / 2];
+    gate[c] = rule.gate * RobustSigma(sizes);
     const auto most = static_cast<std::size_t>(rule.share_max * static_cast<double>(sizes.size()));
     if (sizes[sizes.size() - 1 - most] > gate[c]) {
       if (!rule.or_the_farthest) return 0;

@@ -95,4 +95,21 @@ InnovationSummary RunInnovations(const PredictionModel& model,
   return RunInnovations(ModelPath(&only, 1), stretch, trace);
 }
 
+std::vector<double> SortedMagnitudes(const InnovationTrace& trace,
+                                     std::span<const Observation> stretch,
+                                     std::size_t channel) {
+  std::vector<double> sizes;
+  for (std::size_t k = 0; k < stretch.size(); ++k) {
+    if (((stretch[k].mask >> channel) & 1U) == 0U) continue;
+    sizes.push_back(std::abs(trace.whitened[k * kOutputCount + channel]));
+  }
+  std::sort(sizes.begin(), sizes.end());
+  return sizes;
+}
+
+double RobustSigma(std::span<const double> sorted_magnitudes) {
+  constexpr double kPerMedian = 1.4826;
+  return kPerMedian * sorted_magnitudes[sorted_magnitudes.size() / 2];
+}
+
 }  // namespace faultlab::core

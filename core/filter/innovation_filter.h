@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
+#include <vector>
 
 #include "core/filter/innovations.h"
 
@@ -42,5 +44,13 @@ void RunInnovations(std::span<const ModelPath> paths,
 void RunWithMcResponse(std::span<const ModelPath> paths,
                        std::span<const Observation> stretch,
                        std::span<InnovationSummary> sums);
+
+/// |whitened innovation| of one channel's readings, smallest first.
+std::vector<double> SortedMagnitudes(const InnovationTrace& trace,
+                                     std::span<const Observation> stretch,
+                                     std::size_t channel);
+/// Their standard deviation as their median tells it, which impulses do not move: of normal values.
+/// Contract: not empty.
+double RobustSigma(std::span<const double> sorted_magnitudes);
 
 }  // namespace faultlab::core

@@ -1,20 +1,17 @@
 #include "core/isolation/isolation.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <deque>
 #include <limits>
 #include <string>
 
-#include "core/filter/impulses.h"
 #include "core/filter/speed_response.h"
+#include "core/isolation/clean_readings.h"
+#include "core/isolation/explanation.h"
 #include "core/isolation/friction_hold.h"
 #include "core/isolation/lack_of_fit.h"
+#include "core/isolation/nominal_context.h"
 #include "core/isolation/onset.h"
-#include "core/isolation/ranked_hypotheses.h"
-#include "core/isolation/sensor_hypotheses.h"
 #include "core/isolation/speed_rounding.h"
 #include "core/isolation/verdict_text.h"
 #include "core/isolation/warming.h"
@@ -26,11 +23,6 @@ namespace {
 
 // Counts of samples are for 100 Hz; faster records use more samples for the same time (SpanOf).
 
-// Gain in -2 log p over "nothing changed" that a fault needs; it includes the choice among all
-// faults.
-constexpr double kFaultGain = 14.0;
-// Hypotheses within this cost of the best one are not excluded: three standard deviations.
-constexpr double kNotExcludedCost = 9.0;
 // Squared distance of whitened predictions per sample, below which an hour of data would not
 // distinguish two hypotheses (3.6e5 samples x 2e-5 = 7).
 constexpr double kSamePrediction = 2e-5;
@@ -38,63 +30,12 @@ constexpr double kSamePrediction = 2e-5;
 constexpr double kSecondFaultCost = 20.0;
 // Less than this share is the error of the first one's value, of the calibration or of the model.
 constexpr double kSecondFaultShare = 0.03;
-// Readings that are fitted at most (the newest): enough for every target, and it bounds the time.
-constexpr std::size_t kReadingsMax = 1200;
-// Number of hypotheses whose values are estimated again from all readings since the fault, after
-// the newest readings have decided which component it is.
-constexpr std::size_t kSizedMax = 2;
-// When one value does not explain the stretch, its newest part may still follow one value, or a
-// slope.
-constexpr std::size_t kLateSamples = 200;
-constexpr std::size_t kDriftSamples = 100;
-constexpr std::size_t kLateMin = 60;
-constexpr std::size_t kDriftHypotheses = 3;
-// A component is not tried as a drift if its best constant value costs this much more than the best
-// component's.
-constexpr double kDriftWorthCost = 3000.0;
-// History that updates the prior: long enough, and ending well before the fault may have begun.
-constexpr std::size_t kHistoryMin = 100;
-constexpr std::size_t kHistoryGap = 50;
 // History that is searched for the onset.
 constexpr std::size_t kOnsetHistory = 120;
 constexpr std::size_t kAllAlong = 10;
-// A sensor is named when no component comes within this of it, in cost; it is tried where it may
-// come within the second of the best component.
-constexpr double kSensorLead = 9.0;
-constexpr double kSensorWorthCost = 300.0;
 // Residuals of twice the noise may be noise that has grown, as that of hum which beats with the
 // rate.
 constexpr double kNominalScoreMax = 4.0;
-
-template <int n>
-GaussianPrior PriorOf(const double* numbers) {
-  using Square = Eigen::Matrix<double, n, n>;
-  const Eigen::Map<const Square> covariance(numbers);
-  const Square regular = covariance + 1e-12 * Square::Identity();
-  GaussianPrior prior;
-  prior.mean = Eigen::VectorXd::Zero(n);
-  prior.information = regular.ldlt().solve(Square::Identity());
-  return prior;
-}
-
-GaussianPrior PriorOf(const Calibration& calibration) {
-  const std::vector<double>& covariance = calibration.covariance;
-  if (covariance.size() == kCoordinateMax * kCoordinateMax) {
-    return PriorOf<kCoordinateMax>(covariance.data());
-  }
-  if (covariance.size() == kCoordinateCountWithLa * kCoordinateCountWithLa) {
-    return PriorOf<kCoordinateCountWithLa>(covariance.data());
-  }
-  LAB_CHECK(covariance.size() == kCoordinateCount * kCoordinateCount, covariance.size());
-  return PriorOf<kCoordinateCount>(covariance.data());
-}
-
-// Empty unless it is of all coordinates.
-Eigen::MatrixXd SquareOf(const std::vector<double>& numbers, const Calibration& calibration) {
-  if (numbers.size() != calibration.covariance.size()) return {};
-  const auto n = std::lround(std::sqrt(static_cast<double>(numbers.size())));
-  return Eigen::Map<const Eigen::MatrixXd>(numbers.data(), n, n);
-}
 
 Candidate ToCandidate(const HypothesisFit& fit, double best_score) {
   Candidate candidate;
@@ -116,48 +57,18 @@ std::vector<Component> Changeable(const IsolationOptions& options) {
   return components;
 }
 
-// One answer about the stretch after the alarm.
-struct Explanation {
-  FitContext context;
-  RankedHypotheses set;
-  LackOfFit lack_of_fit;
-  FaultShape shape = FaultShape::kAbrupt;
-  HypothesisFit null{};               ///< the same stretch without a new fault
-  std::optional<SensorFit> sensor{};  ///< explains the stretch better than any component
-  double gain = 0.0;  ///< of cost, compared with the same stretch without a new fault
-  double rate = 0.0;  ///< of a drift that goes on: SI units of the component a second
-};
-
 class Isolation {
  public:
   explicit Isolation(const IsolationTask& task)
       : task_(task),
-        observations_(MakeObservations(task.samples,
-                                       task.options.bench->readings(),
-                                       task.options.channels,
-                                       task.options.period_s,
-                                       task.options.um_rail_v,
-                                       ZerosOf(*task.calibration))) {
-    nominal_.rig = ParametersOf(*task.calibration);
-    nominal_.noise = NoiseOf(*task.calibration);
-    nominal_.calibration = PriorOf(*task.calibration);
-    nominal_.tolerance_covariance =
-        SquareOf(task.calibration->tolerance_covariance, *task.calibration);
-    nominal_.model_covariance = SquareOf(task.calibration->model_covariance, *task.calibration);
-    nominal_.part_tolerance = task.calibration->part_tolerance;
-    nominal_.period_s = task.options.period_s;
-    nominal_.follow_noise = task.options.bench->fits_follow_noise;
-    const std::size_t n = observations_.size();
-    const auto channels = static_cast<std::size_t>(std::popcount(task.calibration->mask()));
-    const std::size_t from =
-        std::max(std::min(task.fit_from, n), n - std::min(n, Span(kReadingsMax) / channels));
-    nominal_.stretch = std::span<const Observation>(observations_).subspan(from);
-    since_fault_ = std::span<const Observation>(observations_).subspan(std::min(task.fit_from, n));
-    if (task.calibration->impulse_share > 0.0) {
-      in_newest_ = ImpulseRule{};
-      LeaveOutAllImpulses(std::min(task.fit_from, n));
-    }
-    UpdateFromHistory(std::min(task.fit_from, n));
+        changeable_(Changeable(task.options)),
+        readings_(task, changeable_),
+        nominal_(NominalContext(task)) {
+    nominal_.stretch = readings_.stretch();
+    readings_.LeaveOutKnown(nominal_);
+    // The record before the alarm is healthy too, and longer than the calibration's stretch at
+    // times.
+    if (!readings_.history().empty()) UpdatePosterior(readings_.history(), nominal_);
     AllowForRounding();
   }
 
@@ -209,10 +120,10 @@ class Isolation {
       changeable_.clear();
       for (const Candidate& fault : task_.reference) changeable_.push_back(fault.component);
     }
-    Explanation explanation = ExplainFrom(nominal);
+    Explanation explanation = Explain(nominal, changeable_, task_, readings_);
     bool second = false;
     if (!task_.reference.empty() && !held_ && explanation.gain >= kFaultGain) {
-      Explanation added = ExplainFrom(on_top);
+      Explanation added = Explain(on_top, changeable_, task_, readings_);
       const HypothesisFit& another = added.set.best();
       const double share =
           std::abs(std::log(another.value / on_top.rig.plant.Get(another.component)));
@@ -226,24 +137,14 @@ class Isolation {
     return result;
   }
 
-  // Impulses may be so rare that the healthy stretch had none.
   IsolationResult WithoutRareImpulses(IsolationResult unknown) {
-    if (task_.calibration->impulse_share > 0.0) return unknown;
-    const std::vector<Observation> before = observations_;
-    // So far that nothing else can be behind them, and so few.
-    constexpr ImpulseRule kRare{.gate = 12.0, .share_max = 0.02};
-    in_newest_ = kRare;
-    const std::size_t of_all =
-        LeaveOutSinceFault(std::min(task_.fit_from, observations_.size()), kRare);
-    (void)Newest(nominal_, Span(kLateSamples));
-    if (of_all > 0 || left_out_of_newest_ > 0) {
+    if (readings_.LeaveOutRare(nominal_)) {
       IsolationResult without = Conclude(nominal_);
       const bool explained =
           without.verdict.kind == VerdictKind::kFault || without.returned_to_nominal;
       if (explained) return without;
     }
-    std::copy(before.begin(), before.end(), observations_.begin());
-    in_newest_.reset();
+    readings_.PutBack();
     return unknown;
   }
 
@@ -275,54 +176,15 @@ class Isolation {
     FitContext warm = nominal_;
     warm.calibration = PriorOf(*task_.calibration);
     Widen(norm, since_s >= 0.0 ? since_s : kLongS, warm.calibration);
-    const std::size_t fit_from = std::min(task_.fit_from, observations_.size());
-    if (!HistoryTells(fit_from)) return warm;
-    UpdatePosterior(std::span<const Observation>(observations_).first(fit_from - Span(kHistoryGap)),
-                    warm);
+    if (readings_.history().empty()) return warm;
+    UpdatePosterior(readings_.history(), warm);
     const double fitted_s =
         static_cast<double>(warm.stretch.size() + Span(kHistoryGap)) * task_.options.period_s;
     Widen(norm, fitted_s, warm.calibration);
     return warm;
   }
 
-  bool HistoryTells(std::size_t fit_from) const {
-    return task_.reference.empty() && fit_from >= Span(kHistoryMin) + Span(kHistoryGap);
-  }
-
   std::size_t Span(std::size_t samples) const { return SpanOf(samples, task_.options.period_s); }
-
-  // Before the fault by the calibrated rig; after it by the component that comes nearest, which no
-  // single reading decides.
-  void LeaveOutAllImpulses(std::size_t fit_from) {
-    const std::span<Observation> all(observations_);
-    if (task_.reference.empty()) {
-      LeaveOutImpulses(nominal_.ModelOf(nominal_.rig), all.first(fit_from));
-    }
-    if (nominal_.stretch.size() < 2) return;
-    LeaveOutSinceFault(fit_from, {.or_the_farthest = true});
-  }
-
-  std::size_t LeaveOutSinceFault(std::size_t fit_from, const ImpulseRule& rule) {
-    return LeaveOut(nominal_, std::span<Observation>(observations_).subspan(fit_from), rule);
-  }
-
-  // What is left out decides what comes nearest, and the other way round.
-  // @param context  of a stretch that shares its readings with `readings`
-  std::size_t LeaveOut(const FitContext& context,
-                       std::span<Observation> readings,
-                       const ImpulseRule& rule) const {
-    constexpr int kRounds = 4;
-    std::size_t all = 0;
-    for (int round = 0; round < kRounds; ++round) {
-      const HypothesisFit nearest = Fit(context, FitPolicy::kStopLosers).best();
-      const RigParameters rig = WithOffsets(context.rig, nearest.nuisance, context.period_s);
-      const std::size_t more = LeaveOutImpulses(
-          context.ModelOf(WithComponent(rig, nearest.component, nearest.value)), readings, rule);
-      if (more == 0) break;
-      all += more;
-    }
-    return all;
-  }
 
   // The noise that the calibration has found includes the rounding of the healthy motor's speed.
   void AllowForRounding() {
@@ -330,115 +192,6 @@ class Isolation {
     if (step_s <= 0.0) return;
     const double more = AddedRounding(nominal_.ModelOf(nominal_.rig), step_s, nominal_.stretch);
     nominal_.noise.w_rad_s = std::sqrt(nominal_.noise.w_rad_s * nominal_.noise.w_rad_s + more);
-  }
-
-  // The record before the alarm is healthy too, and longer than the calibration's stretch at times.
-  void UpdateFromHistory(std::size_t fit_from) {
-    if (!HistoryTells(fit_from)) return;
-    UpdatePosterior(std::span<const Observation>(observations_).first(fit_from - Span(kHistoryGap)),
-                    nominal_);
-  }
-
-  RankedHypotheses Fit(const FitContext& context, FitPolicy policy) const {
-    return RankHypotheses(context, changeable_, task_.options.values, policy);
-  }
-
-  // Of a record that moves, no component comes near the whole: there, impulses hide behind what it
-  // leaves. In the newest part they stand out again.
-  FitContext Newest(const FitContext& context, std::size_t samples) {
-    FitContext late = context;
-    late.stretch = context.stretch.last(std::min(samples, context.stretch.size()));
-    if (!in_newest_) return late;
-    std::vector<Observation>& part = newest_.emplace_back(late.stretch.begin(), late.stretch.end());
-    late.stretch = part;
-    left_out_of_newest_ += LeaveOut(late, part, *in_newest_);
-    return late;
-  }
-
-  Explanation ExplainFrom(const FitContext& context) {
-    Explanation explanation = Explain(context);
-    const double cost = explanation.sensor ? explanation.sensor->cost : explanation.set.best().cost;
-    explanation.null = FitNullHypothesis(explanation.context);
-    explanation.gain = explanation.null.cost - cost;
-    return explanation;
-  }
-
-  std::optional<SensorFit> SensorBetterThan(const HypothesisFit& best,
-                                            const FitContext& context) const {
-    if (!task_.reference.empty()) return std::nullopt;
-    std::optional<SensorFit> sensor = BestSensor(context, best.cost + kSensorWorthCost);
-    const bool better =
-        sensor && sensor->cost + kSensorLead < best.cost && FitsNoise(sensor->chi2, sensor->count);
-    return better ? sensor : std::nullopt;
-  }
-
-  // 0 where it is not far beyond its error.
-  double RateOf(const FitContext& slope, const DriftFit& moving) const {
-    constexpr double kSigmas = 4.0;
-    const double change = moving.fit.value - moving.first_value;
-    if (std::abs(change) < kSigmas * moving.fit.value * moving.fit.log_sigma) return 0.0;
-    return change / (static_cast<double>(slope.stretch.size()) * task_.options.period_s);
-  }
-
-  // Tries one value for the whole stretch; then one value for its newest part; then a slope.
-  Explanation Explain(const FitContext& context) {
-    Explanation whole{context, Fit(context, FitPolicy::kFitAll), {}, FaultShape::kAbrupt};
-    whole.lack_of_fit = TestLackOfFit(context, whole.set.best());
-    whole.sensor = SensorBetterThan(whole.set.best(), context);
-    if (whole.sensor) return whole;
-    if (whole.lack_of_fit.adequate) SizeWithAll(whole);
-    const std::size_t n = context.stretch.size();
-    if (whole.lack_of_fit.adequate || n < Span(kLateMin)) return whole;
-    if (n > Span(kLateSamples)) {
-      const FitContext late = Newest(context, Span(kLateSamples));
-      Explanation newest{late, Fit(late, FitPolicy::kStopLosers), {}, FaultShape::kDrift};
-      newest.lack_of_fit = TestLackOfFit(late, newest.set.best());
-      if (newest.lack_of_fit.adequate) {
-        const FitContext slope = Newest(context, Span(kDriftSamples));
-        newest.rate = RateOf(slope, FitDrift(slope, newest.set.best()));
-        return newest;
-      }
-    }
-    const FitContext slope = Newest(context, Span(kDriftSamples));
-    Explanation drift{slope, Fit(slope, FitPolicy::kStopLosers), {}, FaultShape::kDrift};
-    std::vector<HypothesisFit>& fits = drift.set.fits;
-    const double constant_cost = drift.set.best().cost;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < std::min(kDriftHypotheses, fits.size()); ++i) {
-      if (fits[i].cost - constant_cost > kDriftWorthCost) break;
-      const DriftFit moving = FitDrift(slope, fits[i]);
-      fits[i] = moving.fit;
-      if (moving.fit.cost < least) {
-        least = moving.fit.cost;
-        drift.rate = RateOf(slope, moving);
-      }
-    }
-    std::sort(fits.begin(), fits.end(), LikelierFirst);
-    drift.lack_of_fit = TestScore(fits.front());
-    if (drift.lack_of_fit.adequate && constant_cost - fits.front().cost > kFaultGain) return drift;
-    return whole;
-  }
-
-  // Estimates value and standard error of the best hypotheses from every reading since the fault;
-  // their order is already decided.
-  void SizeWithAll(Explanation& whole) const {
-    if (!task_.settled || task_.options.values != ValuePrior::kNone ||
-        since_fault_.size() <= whole.context.stretch.size()) {
-      return;
-    }
-    FitContext all = whole.context;
-    all.stretch = since_fault_;
-    std::vector<HypothesisFit>& fits = whole.set.fits;
-    const double best_cost = fits.front().cost;
-    for (std::size_t i = 0; i < std::min(kSizedMax, fits.size()); ++i) {
-      if (fits[i].cost - best_cost > kNotExcludedCost || fits[i].bound != 0) continue;
-      HypothesisFit sized = fits[i];
-      RefineComponent(all, sized);
-      if (!TestScore(sized).adequate || sized.bound != 0) continue;
-      fits[i].value = sized.value;
-      fits[i].log_sigma = sized.log_sigma;
-      fits[i].nuisance = sized.nuisance;
-    }
   }
 
   void FillVerdict(const Explanation& explanation, bool second, IsolationResult& result) const {
@@ -519,7 +272,7 @@ class Isolation {
   }
 
   Onset FindOnset(const Explanation& explanation) const {
-    const std::size_t alarm = std::min(task_.alarm_at, observations_.size() - 1);
+    const std::size_t alarm = std::min(task_.alarm_at, readings_.all().size() - 1);
     const std::size_t begin = alarm - std::min(alarm, Span(kOnsetHistory));
     RigParameters before = nominal_.rig;
     for (const Candidate& fault : task_.reference) {
@@ -536,20 +289,16 @@ class Isolation {
                               nominal_.noise,
                               nominal_.period_s,
                               best.component.info().kind == PartKind::kCapacitor,
-                              std::span<const Observation>(observations_).subspan(begin),
+                              readings_.all().subspan(begin),
                               alarm - begin);
     return {task_.samples[std::min(onset, task_.samples.size() - 1)].t_s,
             onset - begin <= Span(kAllAlong)};
   }
 
   const IsolationTask& task_;
-  std::vector<Observation> observations_;
-  std::optional<ImpulseRule> in_newest_;         ///< what is left out of a newest part
-  std::deque<std::vector<Observation>> newest_;  ///< such parts
-  std::size_t left_out_of_newest_ = 0;           ///< readings
+  std::vector<Component> changeable_;
+  CleanReadings readings_;
   FitContext nominal_;
-  std::span<const Observation> since_fault_;
-  std::vector<Component> changeable_ = Changeable(task_.options);
   /// The faults that are known already hold the motor near rest (HardlyTurns): only their own
   /// values are told from then on.
   bool held_ = false;

@@ -1,44 +1,15 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "core/isolation/isolation_options.h"
-#include "core/types/calibration.h"
-#include "core/types/sample.h"
+#include "core/isolation/fault_shape.h"
+#include "core/isolation/isolation_task.h"
 #include "core/types/verdict.h"
 
 namespace faultlab::core {
-
-/// How the winning parameter moves inside the fitted stretch.
-enum class FaultShape { kAbrupt, kDrift };
-
-/// When the fault began, estimated from the record around the alarm.
-struct Onset {
-  double t_s = 0.0;
-  bool all_along = false;  ///< the fault covers the whole history
-};
-
-/// The task of fitting all hypotheses to the record around an alarm. A self-contained value: move
-/// it to any thread and call Isolate.
-struct IsolationTask {
-  std::uint64_t id = 0;         ///< copied to IsolationResult
-  std::vector<Sample> samples;  ///< before and after the alarm
-  std::size_t alarm_at = 0;     ///< first sample of `samples` at or after the alarm
-  std::size_t fit_from = 0;     ///< first sample that certainly belongs to the fault
-  std::shared_ptr<const Calibration> calibration;  ///< never null
-  IsolationOptions options;
-  std::vector<Candidate> reference;  ///< faults present before this alarm (empty: nominal)
-  double alarm_t_s = 0.0;
-  /// The onset, when the samples around it have been dropped; without it the onset is searched for.
-  std::optional<Onset> onset;
-  std::string detector;
-  bool settled = false;  ///< last task of this alarm's schedule
-};
 
 struct IsolationResult {
   std::uint64_t id = 0;

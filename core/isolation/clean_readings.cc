@@ -1,0 +1,104 @@
+#include "core/isolation/clean_readings.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "core/isolation/ranked_hypotheses.h"
+#include "core/types/time_span.h"
+
+namespace faultlab::core {
+namespace {
+
+// Readings that are fitted at most (the newest): enough for every target, and it bounds the time.
+constexpr std::size_t kReadingsMax = 1200;
+// History that updates the prior: long enough, and ending well before the fault may have begun.
+constexpr std::size_t kHistoryMin = 100;
+// So far that nothing else can be behind them, and so few.
+constexpr ImpulseRule kRare{.gate = 12.0, .share_max = 0.02};
+
+}  // namespace
+
+CleanReadings::CleanReadings(const IsolationTask& task, const std::vector<Component>& components)
+    : task_(task),
+      components_(components),
+      readings_(MakeObservations(task.samples,
+                                 task.options.bench->readings(),
+                                 task.options.channels,
+                                 task.options.period_s,
+                                 task.options.um_rail_v,
+                                 ZerosOf(*task.calibration))),
+      fit_from_(std::min(task.fit_from, readings_.size())) {
+  if (task.calibration->impulse_share > 0.0) in_newest_ = ImpulseRule{};
+}
+
+std::span<const Observation> CleanReadings::stretch() const {
+  const std::size_t n = readings_.size();
+  const auto channels = static_cast<std::size_t>(std::popcount(task_.calibration->mask()));
+  const std::size_t most = SpanOf(kReadingsMax, task_.options.period_s) / channels;
+  return all().subspan(std::max(fit_from_, n - std::min(n, most)));
+}
+
+std::span<const Observation> CleanReadings::history() const {
+  const std::size_t gap = SpanOf(kHistoryGap, task_.options.period_s);
+  const bool tells =
+      task_.reference.empty() && fit_from_ >= SpanOf(kHistoryMin, task_.options.period_s) + gap;
+  return all().first(tells ? fit_from_ - gap : 0);
+}
+
+void CleanReadings::LeaveOutKnown(const FitContext& nominal) {
+  if (task_.calibration->impulse_share <= 0.0) return;
+  const std::span<Observation> all(readings_);
+  if (task_.reference.empty()) {
+    LeaveOutImpulses(nominal.ModelOf(nominal.rig), all.first(fit_from_));
+  }
+  if (nominal.stretch.size() < 2) return;
+  LeaveOut(nominal, all.subspan(fit_from_), {.or_the_farthest = true});
+}
+
+bool CleanReadings::LeaveOutRare(const FitContext& nominal) {
+  if (task_.calibration->impulse_share > 0.0) return false;
+  before_rare_ = readings_;
+  in_newest_ = kRare;
+  const std::size_t of_all =
+      LeaveOut(nominal, std::span<Observation>(readings_).subspan(fit_from_), kRare);
+  (void)Newest(nominal, SpanOf(kLateSamples, task_.options.period_s));
+  return of_all > 0 || left_out_of_newest_ > 0;
+}
+
+void CleanReadings::PutBack() {
+  if (before_rare_.empty()) return;
+  std::copy(before_rare_.begin(), before_rare_.end(), readings_.begin());
+  in_newest_.reset();
+}
+
+// What is left out decides what comes nearest, and the other way round.
+// @param context  of a stretch that shares its readings with `readings`
+std::size_t CleanReadings::LeaveOut(const FitContext& context,
+                                    std::span<Observation> readings,
+                                    const ImpulseRule& rule) const {
+  constexpr int kRounds = 4;
+  std::size_t all = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    const RankedHypotheses ranked =
+        RankHypotheses(context, components_, task_.options.values, FitPolicy::kStopLosers);
+    const HypothesisFit& nearest = ranked.best();
+    const RigParameters rig = WithOffsets(context.rig, nearest.nuisance, context.period_s);
+    const std::size_t more = LeaveOutImpulses(
+        context.ModelOf(WithComponent(rig, nearest.component, nearest.value)), readings, rule);
+    if (more == 0) break;
+    all += more;
+  }
+  return all;
+}
+
+FitContext CleanReadings::Newest(const FitContext& context, std::size_t samples) {
+  FitContext late = context;
+  late.stretch = context.stretch.last(std::min(samples, context.stretch.size()));
+  if (!in_newest_) return late;
+  std::vector<Observation>& part = newest_.emplace_back(late.stretch.begin(), late.stretch.end());
+  late.stretch = part;
+  left_out_of_newest_ += LeaveOut(late, part, *in_newest_);
+  return late;
+}
+
+}  // namespace faultlab::core

@@ -1,0 +1,140 @@
+#include "core/isolation/explanation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/types/time_span.h"
+
+namespace faultlab::core {
+namespace {
+
+// Number of hypotheses whose values are estimated again from all readings since the fault, after
+// the newest readings have decided which component it is.
+constexpr std::size_t kSizedMax = 2;
+// The newest part may follow a slope.
+constexpr std::size_t kDriftSamples = 100;
+constexpr std::size_t kLateMin = 60;
+constexpr std::size_t kDriftHypotheses = 3;
+// A component is not tried as a drift if its best constant value costs this much more than the best
+// component's.
+constexpr double kDriftWorthCost = 3000.0;
+// A sensor is named when no component comes within this of it, in cost; it is tried where it may
+// come within the second of the best component.
+constexpr double kSensorLead = 9.0;
+constexpr double kSensorWorthCost = 300.0;
+
+class Search {
+ public:
+  Search(const std::vector<Component>& components,
+         const IsolationTask& task,
+         CleanReadings& readings)
+      : components_(components), task_(task), readings_(readings) {}
+
+  Explanation Run(const FitContext& context) {
+    Explanation explanation = BestOf(context);
+    const double cost = explanation.sensor ? explanation.sensor->cost : explanation.set.best().cost;
+    explanation.null = FitNullHypothesis(explanation.context);
+    explanation.gain = explanation.null.cost - cost;
+    return explanation;
+  }
+
+ private:
+  std::size_t Span(std::size_t samples) const { return SpanOf(samples, task_.options.period_s); }
+
+  RankedHypotheses Fit(const FitContext& context, FitPolicy policy) const {
+    return RankHypotheses(context, components_, task_.options.values, policy);
+  }
+
+  std::optional<SensorFit> SensorBetterThan(const HypothesisFit& best,
+                                            const FitContext& context) const {
+    if (!task_.reference.empty()) return std::nullopt;
+    std::optional<SensorFit> sensor = BestSensor(context, best.cost + kSensorWorthCost);
+    const bool better =
+        sensor && sensor->cost + kSensorLead < best.cost && FitsNoise(sensor->chi2, sensor->count);
+    return better ? sensor : std::nullopt;
+  }
+
+  // 0 where it is not far beyond its error.
+  double RateOf(const FitContext& slope, const DriftFit& moving) const {
+    constexpr double kSigmas = 4.0;
+    const double change = moving.fit.value - moving.first_value;
+    if (std::abs(change) < kSigmas * moving.fit.value * moving.fit.log_sigma) return 0.0;
+    return change / (static_cast<double>(slope.stretch.size()) * task_.options.period_s);
+  }
+
+  Explanation BestOf(const FitContext& context) {
+    Explanation whole{context, Fit(context, FitPolicy::kFitAll), {}, FaultShape::kAbrupt};
+    whole.lack_of_fit = TestLackOfFit(context, whole.set.best());
+    whole.sensor = SensorBetterThan(whole.set.best(), context);
+    if (whole.sensor) return whole;
+    if (whole.lack_of_fit.adequate) SizeWithAll(whole);
+    const std::size_t n = context.stretch.size();
+    if (whole.lack_of_fit.adequate || n < Span(kLateMin)) return whole;
+    if (n > Span(kLateSamples)) {
+      const FitContext late = readings_.Newest(context, Span(kLateSamples));
+      Explanation newest{late, Fit(late, FitPolicy::kStopLosers), {}, FaultShape::kDrift};
+      newest.lack_of_fit = TestLackOfFit(late, newest.set.best());
+      if (newest.lack_of_fit.adequate) {
+        const FitContext slope = readings_.Newest(context, Span(kDriftSamples));
+        newest.rate = RateOf(slope, FitDrift(slope, newest.set.best()));
+        return newest;
+      }
+    }
+    const FitContext slope = readings_.Newest(context, Span(kDriftSamples));
+    Explanation drift{slope, Fit(slope, FitPolicy::kStopLosers), {}, FaultShape::kDrift};
+    std::vector<HypothesisFit>& fits = drift.set.fits;
+    const double constant_cost = drift.set.best().cost;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < std::min(kDriftHypotheses, fits.size()); ++i) {
+      if (fits[i].cost - constant_cost > kDriftWorthCost) break;
+      const DriftFit moving = FitDrift(slope, fits[i]);
+      fits[i] = moving.fit;
+      if (moving.fit.cost < least) {
+        least = moving.fit.cost;
+        drift.rate = RateOf(slope, moving);
+      }
+    }
+    std::sort(fits.begin(), fits.end(), LikelierFirst);
+    drift.lack_of_fit = TestScore(fits.front());
+    if (drift.lack_of_fit.adequate && constant_cost - fits.front().cost > kFaultGain) return drift;
+    return whole;
+  }
+
+  // Estimates value and standard error of the best hypotheses from every reading since the fault;
+  // their order is already decided.
+  void SizeWithAll(Explanation& whole) const {
+    if (!task_.settled || task_.options.values != ValuePrior::kNone ||
+        readings_.since_fault().size() <= whole.context.stretch.size()) {
+      return;
+    }
+    FitContext all = whole.context;
+    all.stretch = readings_.since_fault();
+    std::vector<HypothesisFit>& fits = whole.set.fits;
+    const double best_cost = fits.front().cost;
+    for (std::size_t i = 0; i < std::min(kSizedMax, fits.size()); ++i) {
+      if (fits[i].cost - best_cost > kNotExcludedCost || fits[i].bound != 0) continue;
+      HypothesisFit sized = fits[i];
+      RefineComponent(all, sized);
+      if (!TestScore(sized).adequate || sized.bound != 0) continue;
+      fits[i].value = sized.value;
+      fits[i].log_sigma = sized.log_sigma;
+      fits[i].nuisance = sized.nuisance;
+    }
+  }
+
+  const std::vector<Component>& components_;
+  const IsolationTask& task_;
+  CleanReadings& readings_;
+};
+
+}  // namespace
+
+Explanation Explain(const FitContext& context,
+                    const std::vector<Component>& components,
+                    const IsolationTask& task,
+                    CleanReadings& readings) {
+  return Search(components, task, readings).Run(context);
+}
+
+}  // namespace faultlab::core
