@@ -13,6 +13,8 @@ Services::Services(const Base& base, Options options)
       options_(std::move(options)),
       jobs_(base.database),
       fault_sets_(base.database),
+      assignments_(base.database),
+      trials_(base.database),
       answers_(base.database),
       bands_(base.database),
       check_log_(base.database),
@@ -90,6 +92,14 @@ core::Status Services::JoinLab() {
                                                                   options_.default_seed,
                                                                   SecretNumber,
                                                                   options_.speed});
+  trial_desk_ = std::make_unique<course::TrialDesk>(course::TrialDesk::Parts{assignments_,
+                                                                             trials_,
+                                                                             *experiments_,
+                                                                             recordings_,
+                                                                             base_.store,
+                                                                             base_.benches,
+                                                                             base_.clock,
+                                                                             options_.log});
   rests_.Start([this](const RunRecord& record) { return IsOurRest(record); },
                [this](const std::string& rig) {
                  const core::Status ended = service_->Do(
@@ -216,6 +226,16 @@ void Services::BuildApi(Router& router) {
                                                 base_.benches,
                                                 audit_,
                                                 base_.clock});
+  course_api_ = std::make_unique<CourseApi>(CourseApi{assignments_,
+                                                      trials_,
+                                                      *trial_desk_,
+                                                      fault_sets_,
+                                                      fault_set_access_,
+                                                      *experiments_,
+                                                      base_.accounts,
+                                                      base_.benches,
+                                                      audit_,
+                                                      base_.clock});
   demonstration_api_ = std::make_unique<DemonstrationApi>(base_.benches);
   whereabouts_ = std::make_unique<Whereabouts>(*service_, base_.clock);
   gate_ = std::make_unique<Gate>(Gate::Parts{
@@ -230,6 +250,7 @@ void Services::BuildApi(Router& router) {
   gate_->AddRoutes(router, RoutesOf(*operate_api_));
   gate_->AddRoutes(router, RoutesOf(*notify_api_));
   gate_->AddRoutes(router, RoutesOf(*work_api_));
+  gate_->AddRoutes(router, RoutesOf(*course_api_));
 }
 
 }  // namespace faultlab::server

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/api/bench/demonstrations.h"
+#include "server/api/course/handlers.h"
 #include "server/api/gate.h"
 #include "server/api/notify/handlers.h"
 #include "server/api/operate/handlers.h"
@@ -108,6 +109,8 @@ class Services {
   Doorbell job_bell_;
   lab::JobStore jobs_;
   lab::FaultSets fault_sets_;
+  course::Assignments assignments_;
+  course::Trials trials_;
   lab::RememberedAnswers answers_;
   lab::RigBands bands_;
   lab::CheckLog check_log_;
@@ -127,6 +130,7 @@ class Services {
   std::unique_ptr<lab::LabService> service_;
   std::unique_ptr<RigAccess> rig_access_;
   std::unique_ptr<Experiments> experiments_;
+  std::unique_ptr<course::TrialDesk> trial_desk_;
   std::unique_ptr<Whereabouts> whereabouts_;
   std::unique_ptr<Gate> gate_;
   std::unique_ptr<SystemApi> system_api_;
@@ -139,6 +143,7 @@ class Services {
   std::unique_ptr<OperateApi> operate_api_;
   std::unique_ptr<NotifyApi> notify_api_;
   std::unique_ptr<WorkApi> work_api_;
+  std::unique_ptr<CourseApi> course_api_;
   std::unique_ptr<DemonstrationApi> demonstration_api_;
   std::unique_ptr<JobRunner> job_runner_;
   std::unique_ptr<RigWatch> rig_watch_;

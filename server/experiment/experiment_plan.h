@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,8 @@
 #include "hardware/run_plan.h"
 
 namespace faultlab::server {
+
+class SealedWitness;
 
 inline constexpr double kRunSecondsMin = 1.0;
 inline constexpr double kRunSecondsMax = 600.0;
@@ -35,6 +38,9 @@ struct ExperimentPlan {
   /// Start with what a recent run learnt about the rig, if there is one, instead of learning it.
   bool learn_if_needed = false;
   std::optional<std::uint64_t> seed;  ///< of a simulator's noise; none: the server draws one
+  /// The trial whose run this is; 0: none. With `witness`: see SealedWitness.
+  std::int64_t trial = 0;
+  std::shared_ptr<SealedWitness> witness{};
   std::string recording;  ///< not empty: replay this one; excitation and faults are its own
   std::string name;
 };

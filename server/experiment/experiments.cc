@@ -38,6 +38,15 @@ std::vector<hardware::RigEvent> EventsOfThePlant(std::span<const RecordedEvent> 
   return out;
 }
 
+/// A run that learns nothing has no diagnosis: neither now nor when it is read again.
+void Seal(const ExperimentPlan& plan, RunRequest& run) {
+  constexpr double kNeverS = 1e9;
+  run.witness = plan.witness;
+  run.hidden_faults = true;
+  run.plan_json = SealedPlan(run.plan_json, plan.trial);
+  run.diagnosis.healthy_from_s = run.diagnosis.healthy_to_s = kNeverS;
+}
+
 }  // namespace
 
 /// Texts that are not there are empty; what is no text is refused when the plan is read.
@@ -102,6 +111,7 @@ core::Status Experiments::TakeFaultSet(const Principal& who, ExperimentPlan& pla
   if (!set) {
     return refusal::NoFaultSet();
   }
+  if (!set.value().pool_json.empty()) return refusal::SetToDrawFrom();
   if (set.value().bench != plan.bench->name) {
     return refusal::FaultSetOfOtherBench(set.value().bench, *plan.bench);
   }
@@ -139,6 +149,7 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
                                              const ExperimentPlan& plan) {
   auto record = parts_.recordings.Find(who, plan.recording, Operation::kReadRun);
   if (!record) return refusal::At(record.error(), "/recording");
+  if (IsSealed(record.value().plan_json)) return refusal::At(refusal::RunSealed(), "/recording");
   const std::int64_t samples = record.value().samples;
   if (static_cast<double>(samples) * record.value().period_s > kReplayLongestS) {
     return refusal::ReplayTooLong(kReplayLongestS);
@@ -249,6 +260,7 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
   run.diagnosis.values = about.any_value ? core::ValuePrior::kNone : core::ValuePrior::kTable2;
   run.diagnosis.model_is_exact = about.any_value;  // a simulator
   if (plan.learn_if_needed) UseWhatWasLearnt(who, about, run);
+  if (plan.witness) Seal(plan, run);
   run.hold = std::move(hold).value();
   run.place = std::move(place).value();
   return run;

@@ -302,6 +302,22 @@ std::string SealedPlan(std::string_view plan_json) {
   return json::serialize(plan);
 }
 
+std::string SealedPlan(std::string_view plan_json, std::int64_t trial) {
+  json::object plan = json::parse(SealedPlan(plan_json)).as_object();
+  plan["hidden_faults"] = true;
+  plan["trial"] = trial;
+  return json::serialize(plan);
+}
+
+std::string OpenedPlan(std::string_view plan_json, std::string_view truth) {
+  json::object plan = json::parse(plan_json).as_object();
+  plan.erase("sealed");
+  plan.erase("hidden_faults");
+  const json::value opened = json::parse(truth);
+  for (const auto& [name, value] : opened.as_object()) plan[name] = value;
+  return json::serialize(plan);
+}
+
 bool IsSealed(std::string_view plan_json) {
   boost::system::error_code ec;
   const json::value plan = json::parse(plan_json, ec);

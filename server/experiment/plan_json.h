@@ -42,6 +42,11 @@ bool HidesFaults(std::string_view plan_json);
 /// A stored plan without what tells its faults: their list, and the seed of the noise, with which
 /// the same run could be played healthy and compared.
 std::string SealedPlan(std::string_view plan_json);
+/// The same, stored as that of the run of a trial.
+std::string SealedPlan(std::string_view plan_json, std::int64_t trial);
+/// Such a stored plan with its faults and its seed again.
+/// @param truth  {"faults": [..], "seed": N}
+std::string OpenedPlan(std::string_view plan_json, std::string_view truth);
 bool IsSealed(std::string_view plan_json);
 /// The faults of a stored plan; empty when it has none.
 std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json, const core::Bench& bench);

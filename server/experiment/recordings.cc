@@ -12,6 +12,7 @@
 #include "server/experiment/plan_json.h"
 #include "server/experiment/rig_changes.h"
 #include "server/plots/record_figure.h"
+#include "server/run/refusals.h"
 #include "server/storage/ids.h"
 
 namespace faultlab::server {
@@ -86,6 +87,11 @@ core::Result<RunRecord> FinishedRecording(Recordings& recordings,
   auto record = recordings.Find(who, id, Operation::kReadRun);
   core::Error error{
       core::ErrorCode::kConflict, "The recording is not finished.", field, "recording_unfinished"};
+  if (record && IsSealed(record.value().plan_json)) {
+    error = refusal::RunSealed();
+    error.field = field;
+    return error;
+  }
   if (record && record.value().state != RunState::kRunning) return record;
   if (!record) error = record.error();
   error.field = field;

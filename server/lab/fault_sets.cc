@@ -16,7 +16,8 @@ using soci::into;
 using soci::use;
 
 constexpr const char* kColumns =
-    "id, course_id, account_id, name, bench, version, visible, faults, used, replaces, created_ms";
+    "id, course_id, account_id, name, bench, version, visible, faults, pool, used, replaces, "
+    "created_ms";
 
 struct Row {
   FaultSet set;
@@ -61,6 +62,7 @@ void ForEachRow(Transaction& tx, const std::string& condition, const Each& each)
        into(row.set.version),
        into(row.visible),
        into(row.set.faults_json),
+       into(row.set.pool_json),
        into(row.used),
        into(row.set.replaces),
        into(row.created_ms));
@@ -83,12 +85,12 @@ FaultSet Insert(Transaction& tx, const FaultSet& set) {
   // The newest id may be another server's set.
   tx.sql()
       << "INSERT INTO fault_set (course_id, account_id, name, bench, version, visible, faults, "
-         "used, deleted, replaces, created_ms) VALUES (:course, :author, :name, :bench, "
+         "pool, used, deleted, replaces, created_ms) VALUES (:course, :author, :name, :bench, "
          ":version, :visible, "
-         ":faults, 0, 0, :replaces, :created) RETURNING id",
+         ":faults, :pool, 0, 0, :replaces, :created) RETURNING id",
       into(out.id), use(set.course_id, "course"), use(set.author, "author"), use(set.name, "name"),
       use(set.bench, "bench"), use(set.version, "version"), use(visible, "visible"),
-      use(set.faults_json, "faults"), use(set.replaces, "replaces"), use(created_ms, "created");
+      use(set.faults_json, "faults"), use(set.pool_json, "pool"), use(set.replaces, "replaces"), use(created_ms, "created");
   return out;
 }
 
@@ -131,9 +133,9 @@ core::Result<FaultSet> FaultSets::Change(const FaultSet& set, std::int64_t versi
     const std::int64_t visible = set.visible ? 1 : 0;
     tx.sql() << "UPDATE fault_set SET name = :name, bench = :bench, visible = :visible, faults = "
                 ":faults, "
-                "version = :version WHERE id = :id",
+                "pool = :pool, version = :version WHERE id = :id",
         use(next.name, "name"), use(next.bench, "bench"), use(visible, "visible"),
-        use(next.faults_json, "faults"), use(next.version, "version"), use(next.id, "id");
+        use(next.faults_json, "faults"), use(next.pool_json, "pool"), use(next.version, "version"), use(next.id, "id");
     return *Find(tx, set.id);
   });
 }

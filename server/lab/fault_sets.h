@@ -22,6 +22,9 @@ struct FaultSet {
   std::int64_t version = 1;
   bool visible = true;      ///< to the students of the course
   std::string faults_json;  ///< array as in POST runs, validated by the caller
+  /// What blind trials are drawn from (course::FaultPool); then `faults_json` stands for it, and no
+  /// run plays the set. Empty: a schedule.
+  std::string pool_json;
   bool used = false;
   std::int64_t replaces = 0;
   WallTime created_at{};

@@ -50,6 +50,13 @@ constexpr std::array kPlaces = {
     Place{"recording_star", "recording_id", "who = :owner"},
     Place{"job", "id, name, state, body, result, error, created_ms, ended_ms", "owner = :owner"},
     Place{"fault_set", "id, course_id, name, faults, created_ms", "account_id = :id"},
+    Place{"assignment", "id, course_id, name, opens_ms, due_ms", "account_id = :id"},
+    // What is not released stays sealed in the export of its student too.
+    Place{"trial",
+          "id, assignment_id, state, run, commitment, created_ms, answered_ms, answer, "
+          "CASE WHEN released_ms > 0 THEN truth ELSE '' END AS truth, "
+          "CASE WHEN released_ms > 0 THEN grade ELSE '' END AS grade",
+          "account_id = :id"},
     Place{"remembered_answer", "idempotency_key, status, body, at_ms", "owner = :owner"},
     Place{"lab_ticket", "id, rig_class, created_ms, state", "user_id = :id"},
     Place{"lab_booking", "id, rig_class, rig, start_ms, end_ms, state, note", "user_id = :id"},
@@ -256,7 +263,8 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
       tx.sql() << std::string("DELETE FROM ") + table + " WHERE owner = :owner",
           use(owner, "owner");
     }
-    for (const char* table : {"sign_in",
+    for (const char* table : {"trial",
+                              "sign_in",
                               "known_device",
                               "external_identity",
                               "api_key",

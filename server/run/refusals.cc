@@ -221,6 +221,21 @@ Error LearnsOnce() {
           "learns_once"};
 }
 
+Error RunSealed() {
+  return {ErrorCode::kConflict,
+          "This is the run of a blind trial: until its truth is released it is neither changed, "
+          "diagnosed, replayed nor deleted by the lab.",
+          "",
+          "run_sealed"};
+}
+
+Error SetToDrawFrom() {
+  return {ErrorCode::kInvalid,
+          "Blind trials are drawn from this fault set: give it to an assignment.",
+          "/fault_set",
+          "set_to_draw_from"};
+}
+
 Error NoComponent(const core::Bench& bench, std::string_view symbol) {
   std::string known;
   for (const core::Component each : bench.components()) {

@@ -53,6 +53,10 @@ core::Error NotNominal(const std::string& component);
 core::Error ChangePlanned(const std::string& component, double at_s);
 /// Learning anew: a replay, or a run with hidden faults.
 core::Error LearnsOnce();
+/// The run of a trial whose truth is not released.
+core::Error RunSealed();
+/// A fault set from which blind trials are drawn, which no run plays.
+core::Error SetToDrawFrom();
 /// @param symbol  that `bench` does not have
 core::Error NoComponent(const core::Bench& bench, std::string_view symbol);
 /// The rig is of another bench than what is asked of it.

@@ -47,11 +47,12 @@ std::string DiagnosisText(const core::Diagnosis& diagnosis,
 }
 
 /// End of the stretch in which changes wait. A replay refuses all changes itself.
-std::optional<double> LearningEnd(const core::DiagnosisOptions& pipeline,
+std::optional<double> LearningEnd(const RunRequest& request,
                                   core::Learning learning,
                                   const hardware::RigDescription& rig) {
-  const bool waits = learning == core::Learning::kStretch && rig.kind != hardware::RigKind::kReplay;
-  return waits ? std::optional(pipeline.healthy_to_s) : std::nullopt;
+  const bool waits = learning == core::Learning::kStretch && !request.witness &&
+                     rig.kind != hardware::RigKind::kReplay;
+  return waits ? std::optional(request.diagnosis.healthy_to_s) : std::nullopt;
 }
 
 }  // namespace
@@ -72,7 +73,7 @@ Run::Run(RunServices services, RunRequest request, RunRecord record, CommandHand
       nominal_positions_(NominalPositions(*request_.diagnosis.bench, request_.diagnosis.nominal)),
       positions_(nominal_positions_),
       learning_(pipeline_.learning()),
-      waiting_(LearningEnd(request_.diagnosis, learning_, rig_->description())) {
+      waiting_(LearningEnd(request_, learning_, rig_->description())) {
   state_.id = record.id;
   state_.name = record.name;
   state_.owner = record.owner;
@@ -133,7 +134,7 @@ std::string Run::Hello() {
                        positions_,
                        events,
                        verdict_text_,
-                       learning_ == core::Learning::kStretch
+                       learning_ == core::Learning::kStretch && !request_.witness
                            ? std::optional(request_.diagnosis.healthy_to_s)
                            : std::nullopt,
                        waiting_.values(),
@@ -311,11 +312,16 @@ void Run::FollowVerdict() {
 }
 
 void Run::OnRigEvent(const hardware::RigEvent& event) {
+  if (request_.witness && event.component.exists()) {
+    request_.witness->OnEvent(event, state_.period_s);
+    return;
+  }
   Follow(positions_, event, nominal_positions_);
   NoteFaulty();
   if (event.kind == hardware::RigEventKind::kTrip) {
     services_.log("run " + id_ + ": interlock of rig " + rig_->description().id + ": " +
                   event.text);
+    tripped_ = true;
     if (failure_.empty()) failure_ = "Interlock: " + event.text;
   } else if (event.kind == hardware::RigEventKind::kFinished) {
     finished_ = true;
@@ -451,7 +457,7 @@ void Run::Finish() {
   PublishReadout();
   if (auto result = box_->Take()) pipeline_.Accept(std::move(*result));
   box_.reset();
-  core::Diagnosis diagnosis = pipeline_.Finish();
+  core::Diagnosis diagnosis = request_.witness ? pipeline_.Snapshot() : pipeline_.Finish();
   FollowVerdict();
   verdict_text_ = VerdictText(diagnosis.verdict);
 
@@ -460,9 +466,12 @@ void Run::Finish() {
   const core::Status recorded = services_.recorder.Drain(id_, {EndState(), ended_at});
   const bool left = !recorded.ok() && recorded.error().reason == kDatabaseAway;
   if (!recorded.ok() && !left) Fail(recorded.error().message);
-  if (!left) Complete(diagnosis);
+  if (!left && !request_.witness) Complete(diagnosis);
   RunState state = EndState();
   const std::int64_t samples = Snapshot().samples;
+  if (request_.witness) {
+    request_.witness->OnEnd(state, tripped_, static_cast<double>(samples) * state_.period_s);
+  }
   const std::string text = DiagnosisText(diagnosis, request_.diagnosis, samples);
   if (learnt_again_ && !left) StoreOptions();
   const core::Status stored =

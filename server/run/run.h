@@ -128,6 +128,7 @@ class Run : public std::enable_shared_from_this<Run> {
   std::shared_ptr<SolverBox> box_;
   std::uint64_t solver_tasks_ = 0;
   std::string failure_;                ///< why the run fails; empty if it does not
+  bool tripped_ = false;               ///< an interlock acted
   hardware::LoopQuality loop_before_;  ///< of the rig, when the run began
   std::chrono::steady_clock::time_point listened_at_{};  ///< when the link was last looked at
   std::optional<double> silent_s_;  ///< so long the rig has not been heard; nothing: it is heard

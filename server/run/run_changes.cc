@@ -27,6 +27,7 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
   using Kind = hardware::RigCommand::Kind;
   const std::lock_guard lock(control_mutex_);
   if (!rig_is_ours_) return refusal::RunEnded();
+  if (request_.witness) return refusal::RunSealed();
   // A waiting change does not reach the rig, which would check the epoch, so the check is made
   // here.
   if (epoch != epoch_ || request_.hold.revoked()) return refusal::StaleEpoch();
@@ -49,6 +50,7 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
 core::Result<Accepted> Run::LearnAgain() {
   const std::lock_guard lock(control_mutex_);
   if (!rig_is_ours_) return refusal::RunEnded();
+  if (request_.witness) return refusal::RunSealed();
   if (request_.hold.revoked()) return refusal::StaleEpoch();
   const bool replay = rig_->description().kind == hardware::RigKind::kReplay;
   if (replay || request_.hidden_faults) return refusal::LearnsOnce();

@@ -39,16 +39,30 @@ class RunTap {
                                              hardware::Epoch epoch) = 0;
 };
 
+/// Keeps what tells the faults of a sealed run: its stored plan lacks them, its events of
+/// components go here and nowhere else, it has no diagnosis and takes no command. Called on the
+/// run's thread.
+class SealedWitness {
+ public:
+  virtual ~SealedWitness() = default;
+  virtual void OnEvent(const hardware::RigEvent& event, double period_s) = 0;
+  /// Before the end is stored, so that a run with a stored end has its witness's account.
+  /// @param tripped  an interlock of the rig ended it
+  /// @param length_s  that was recorded
+  virtual void OnEnd(RunState state, bool tripped, double length_s) = 0;
+};
+
 /// One experiment, validated and resolved.
 struct RunRequest {
   std::string name;
   std::string owner;      ///< Principal::owner_key()
   std::string plan_json;  ///< the resolved plan as the API shows it, one JSON object
   hardware::RunPlan plan;
-  RigHold hold;                      ///< of the rig on which it runs
-  bool hidden_faults = false;        ///< true: nothing is sent to the tap
-  core::DiagnosisOptions diagnosis;  ///< stored with the run; the period is the plan's
-  std::shared_ptr<void> place{};     ///< of RunPlaces; released when the run has ended
+  RigHold hold;                              ///< of the rig on which it runs
+  bool hidden_faults = false;                ///< true: nothing is sent to the tap
+  core::DiagnosisOptions diagnosis;          ///< stored with the run; the period is the plan's
+  std::shared_ptr<void> place{};             ///< of RunPlaces; released when the run has ended
+  std::shared_ptr<SealedWitness> witness{};  ///< not null: the run is sealed
 };
 
 /// What is known of a running run.

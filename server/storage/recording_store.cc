@@ -30,6 +30,9 @@ constexpr const char* kColumns =
     "id, name, owner, rig, source, server_id, epoch, bench, period_s, plan_json, options_json, "
     "state, created_ms, ended_ms, samples, diagnosis_json, verdict, kept_run, note ";
 
+Error NotEnded() {
+  return {ErrorCode::kConflict, "the run has not ended yet", "", "run_not_ended"};
+}
 Error NotFound() {
   return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
 }
@@ -367,15 +370,30 @@ core::Status RecordingStore::ReplaceOptions(const std::string& run_id,
   });
 }
 
+core::Status RecordingStore::Unseal(const std::string& run_id,
+                                    const std::string& plan_json,
+                                    const std::string& options_json,
+                                    std::span<const RecordedEvent> events) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const auto progress = LockRun(tx, run_id);
+    if (!progress) return NotFound();
+    if (progress->state == Name(RunState::kRunning)) return NotEnded();
+    tx.sql() << "UPDATE recording SET plan_json = :plan, options_json = :options, "
+                "diagnosis_json = '', verdict = '' WHERE id = :id",
+        use(plan_json, "plan"), use(options_json, "options"), use(run_id, "id");
+    tx.sql() << "DELETE FROM recording_event WHERE recording_id = :id", use(run_id, "id");
+    for (const RecordedEvent& event : events) AddRecordingEvent(tx, run_id, event);
+    return Done{};
+  });
+}
+
 core::Status RecordingStore::ReplaceDiagnosis(const std::string& run_id,
                                               const std::string& diagnosis_json,
                                               const std::string& verdict) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     const auto progress = LockRun(tx, run_id);
     if (!progress) return NotFound();
-    if (progress->state == Name(RunState::kRunning)) {
-      return Error{ErrorCode::kConflict, "the run has not ended yet", "", "run_not_ended"};
-    }
+    if (progress->state == Name(RunState::kRunning)) return NotEnded();
     tx.sql() << "UPDATE recording SET diagnosis_json = :json, verdict = :verdict WHERE id = :id",
         use(diagnosis_json, "json"), use(verdict, "verdict"), use(run_id, "id");
     return Done{};

@@ -122,6 +122,12 @@ class RecordingStore {
   core::Status ReplaceDiagnosis(const std::string& run_id,
                                 const std::string& diagnosis_json,
                                 const std::string& verdict);
+  /// Opens a sealed recording: plan, options and events are replaced, its diagnosis is forgotten.
+  /// Refuses a running run (kConflict).
+  core::Status Unseal(const std::string& run_id,
+                      const std::string& plan_json,
+                      const std::string& options_json,
+                      std::span<const RecordedEvent> events);
   /// Interrupted runs whose rest may still be in their rigs. Until EndRest they are not deleted.
   core::Result<std::vector<RunRecord>> AwaitingRest();
   /// Appends to such a run, as AppendChunk does to a running one. Refuses every other (kConflict).

@@ -476,6 +476,32 @@ Migration OriginsOfCalibrations() {
           .postgres_statements = {}};
 }
 
+/// Assignments of courses and the blind trials of their students; 0 is a time that has not come.
+Migration BlindTrials() {
+  return {.version = 27,
+          .description = "blind trials",
+          .statements = {"ALTER TABLE fault_set ADD COLUMN pool TEXT NOT NULL DEFAULT ''",
+                         "CREATE TABLE assignment (id $ID, course_id BIGINT NOT NULL, "
+                         "account_id BIGINT NOT NULL, fault_set_id BIGINT NOT NULL, "
+                         "name TEXT NOT NULL, bench TEXT NOT NULL, pool TEXT NOT NULL, "
+                         "plan TEXT NOT NULL, rubric TEXT NOT NULL, opens_ms BIGINT NOT NULL, "
+                         "due_ms BIGINT NOT NULL, attempts BIGINT NOT NULL, "
+                         "reveal_at_once BIGINT NOT NULL, secret TEXT NOT NULL, "
+                         "created_ms BIGINT NOT NULL, deleted BIGINT NOT NULL)",
+                         "CREATE INDEX assignment_by_course ON assignment (course_id, id)",
+                         "CREATE TABLE trial (id $ID, assignment_id BIGINT NOT NULL, "
+                         "account_id BIGINT NOT NULL, state TEXT NOT NULL, item BIGINT NOT NULL, "
+                         "run TEXT NOT NULL, commitment TEXT NOT NULL, nonce TEXT NOT NULL, "
+                         "truth TEXT NOT NULL, events TEXT NOT NULL, created_ms BIGINT NOT NULL, "
+                         "ended_ms BIGINT NOT NULL, answer TEXT NOT NULL, "
+                         "answered_ms BIGINT NOT NULL, grade TEXT NOT NULL, "
+                         "released_ms BIGINT NOT NULL, why TEXT NOT NULL)",
+                         "CREATE INDEX trial_by_person ON trial (assignment_id, account_id, id)",
+                         "CREATE INDEX trial_by_account ON trial (account_id, id)"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -504,7 +530,8 @@ const std::vector<Migration>& AllMigrations() {
                                               FencedJobs(),
                                               Outbox(),
                                               LabPolicy(),
-                                              OriginsOfCalibrations()};
+                                              OriginsOfCalibrations(),
+                                              BlindTrials()};
   return kAll;
 }
 

@@ -259,6 +259,7 @@ core::Result<HttpResponse> LearnAgain(RunApi& api, const ApiRequest& request) {
 }
 
 core::Result<HttpResponse> DeleteRun(RunApi& api, const ApiRequest& request) {
+  if (IsSealed(request.run.plan_json)) return refusal::RunSealed();
   const core::Status deleted = api.store.Delete(request.run.id);
   if (!deleted.ok() && deleted.error().reason == "run_not_ended" &&
       WaitsForItsEnd(api, request.run.id)) {

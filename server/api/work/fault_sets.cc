@@ -3,6 +3,7 @@
 #include <map>
 
 #include "server/api/work/handlers.h"
+#include "server/course/fault_pool.h"
 #include "server/experiment/plan_json.h"
 #include "server/json/json_reader.h"
 #include "server/run/refusals.h"
@@ -27,6 +28,7 @@ json::object SetToJson(const FaultSet& set, const core::Bench* bench) {
                    {"created_at", Iso8601(set.created_at)}};
   if (set.course_id != 0) out["course"] = set.course_id;
   if (set.replaces != 0) out["replaces"] = set.replaces;
+  if (!set.pool_json.empty()) out["pool"] = json::parse(set.pool_json);
   return out;
 }
 
@@ -51,7 +53,20 @@ core::Result<const core::Bench*> PresentBench(WorkApi& api, const std::string& i
   return now;
 }
 
-/// Reads name, visible, faults into `set`; faults are checked as those of a run are.
+/// Of a set to draw from: faults that stand for it, and students do not see it.
+core::Status ReadPool(WorkApi& api, const json::object& body, FaultSet& set) {
+  const auto bench = PresentBench(api, set.bench);
+  if (!bench) return bench.error();
+  set.bench = bench.value()->name;
+  const auto pool = course::ParsePool(body, *bench.value());
+  if (!pool) return pool.error();
+  set.pool_json = json::serialize(ToJson(pool.value()));
+  set.faults_json = json::serialize(ToJson(course::Representatives(pool.value())));
+  set.visible = false;
+  return core::Done{};
+}
+
+/// Reads name, visible, and faults or a pool, into `set`; faults are checked as those of a run are.
 core::Status ReadSet(WorkApi& api, const ApiRequest& request, FaultSet& set) {
   ObjectReader in(request.body, "");
   set.name = in.Text("name", 200);
@@ -59,7 +74,13 @@ core::Status ReadSet(WorkApi& api, const ApiRequest& request, FaultSet& set) {
   if (in.Has("bench")) set.bench = in.Text("bench", 64);
   if (in.Has("course")) set.course_id = in.Integer("course", 1, INT64_MAX);
   const json::array* faults = in.ArrayOrNull("faults", kRunFaultsMax);
+  const json::object* pool = in.ObjectOrNull("pool");
+  if (faults != nullptr && pool != nullptr) {
+    in.Refuse("pool", "faults_or_pool", "Give faults or a pool to draw from, not both.");
+  }
   if (auto error = in.Finish()) return *error;
+  if (pool != nullptr) return ReadPool(api, *pool, set);
+  set.pool_json.clear();
   if (faults == nullptr || faults->empty()) {
     return core::Error{
         core::ErrorCode::kInvalid, "Give at least one fault.", "/faults", "no_faults"};

@@ -1,0 +1,274 @@
+// assignments: what a course's students are to diagnose, and until when.
+#include <algorithm>
+#include <boost/json.hpp>
+#include <cmath>
+#include <utility>
+
+#include "core/isolability/isolability.h"
+#include "server/api/course/handlers.h"
+#include "server/auth/secrets.h"
+#include "server/course/fault_pool.h"
+#include "server/course/grade.h"
+#include "server/diagnosis_json/isolability_question.h"
+#include "server/json/json_reader.h"
+#include "server/json/plain_numbers.h"
+#include "server/run/refusals.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+using core::Error;
+using core::ErrorCode;
+using course::Assignment;
+
+constexpr std::int64_t kAttemptsMax = 50;
+/// What must follow the last onset, so that something can be seen.
+constexpr double kSeenAfterS = 1.0;
+constexpr int kWindowMax = 200;
+
+json::object AssignmentToJson(const SeenAssignment& seen) {
+  const Assignment& of = seen.assignment;
+  json::object out{{"id", of.id},
+                   {"course", of.course},
+                   {"name", of.name},
+                   {"bench", of.bench},
+                   {"fault_set", nullptr},
+                   {"pool", nullptr},
+                   {"plan", json::parse(of.plan_json)},
+                   {"rubric", json::parse(of.rubric_json)},
+                   {"opens", Iso8601(of.opens)},
+                   {"due", Iso8601(of.due)},
+                   {"attempts", of.attempts},
+                   {"reveal", of.reveal_at_once ? "answer" : "due"},
+                   {"teaches", seen.whose != Ownership::kCourse},
+                   {"created_at", Iso8601(of.created_at)}};
+  // What faults may come is the teacher's to know.
+  if (seen.whose == Ownership::kCourse) return out;
+  out["fault_set"] = of.fault_set;
+  out["pool"] = json::parse(of.pool_json);
+  return out;
+}
+
+core::Result<Ownership> WhoseCourse(CourseApi& api,
+                                    const Principal& who,
+                                    std::int64_t course,
+                                    bool* member) {
+  auto teaches = api.accounts.Teaches(who.user_id, course);
+  if (!teaches) return teaches.error();
+  auto attends = api.accounts.Attends(who.user_id, course);
+  if (!attends) return attends.error();
+  *member = teaches.value() || attends.value();
+  return teaches.value()   ? Ownership::kOwn
+         : attends.value() ? Ownership::kCourse
+                           : Ownership::kForeign;
+}
+
+/// A stretch of the fault as long as every trial has it, where it begins last.
+core::Status CheckSolvable(const core::Bench& bench,
+                           const ExperimentPlan& plan,
+                           const course::FaultPool& pool) {
+  IsolabilityQuestion question;
+  question.bench = &bench;
+  question.excitation = plan.excitation;
+  question.channels = "all";
+  double latest_s = 0.0;
+  for (const course::PoolItem& item : pool.items) latest_s = std::max(latest_s, item.onset_to_s);
+  const double left_s = plan.duration_s - latest_s;
+  question.window_samples =
+      std::clamp(static_cast<int>(std::lround(left_s / bench.period_s)), 10, kWindowMax);
+  for (const core::Fault& fault : course::Representatives(pool)) {
+    question.faults.push_back({fault.component, fault.value});
+  }
+  const auto options = ToOptions(question);
+  if (!options) return options.error();
+  const auto judged = core::AnalyseIsolability(options.value());
+  if (!judged) return judged.error();
+  for (const core::FaultIsolability& each : judged.value().faults) {
+    if (each.visible) continue;
+    const std::string symbol(core::Name(each.fault.component));
+    const std::string value = WithPlainNumbers(json::serialize(json::value(each.fault.value)));
+    return Error{ErrorCode::kInvalid,
+                 "Nobody can see " + symbol + " = " + value +
+                     " in this experiment: change the fault, or what is played.",
+                 "/fault_set",
+                 "fault_not_visible",
+                 {{"component", symbol}, {"value", value}}};
+  }
+  return core::Done{};
+}
+
+/// The part of a run's plan that an assignment decides, as it is kept.
+core::Result<json::object> ReadPlan(const json::object* wanted, const std::string& bench) {
+  json::object plan{{"bench", bench}};
+  if (wanted == nullptr) return plan;
+  for (const auto& [name, value] : *wanted) {
+    if (name != "duration_s" && name != "period_s" && name != "excitation") {
+      return Error{ErrorCode::kInvalid,
+                   "unknown member '" + std::string(name) + "'",
+                   "/plan/" + std::string(name),
+                   "member_unknown",
+                   {{"member", std::string(name)}}};
+    }
+    plan[name] = value;
+  }
+  return plan;
+}
+
+core::Status ReadTimes(CourseApi& api, ObjectReader& in, Assignment& assignment) {
+  const std::string due = in.Text("due", 40);
+  const std::string opens = in.TextOr("opens", "", 40);
+  if (in.error()) return *in.error();
+  const auto due_at = ParseIso8601(due, "/due");
+  if (!due_at) return due_at.error();
+  assignment.due = due_at.value();
+  assignment.opens = assignment.created_at;
+  if (!opens.empty()) {
+    const auto opens_at = ParseIso8601(opens, "/opens");
+    if (!opens_at) return opens_at.error();
+    assignment.opens = opens_at.value();
+  }
+  if (assignment.due <= std::max(assignment.opens, api.clock.Wall())) {
+    return Error{ErrorCode::kInvalid,
+                 "The due time must lie ahead, and after the assignment opens.",
+                 "/due",
+                 "due_not_ahead"};
+  }
+  return core::Done{};
+}
+
+/// Bench, pool and plan, if the caller may use the set and a trial with them can be solved.
+core::Status TakeSet(CourseApi& api,
+                     const ApiRequest& request,
+                     const json::object* wanted,
+                     Assignment& assignment) {
+  const auto set =
+      api.fault_set_access.Find(request.who, assignment.fault_set, Operation::kManageFaultSet);
+  if (!set) return refusal::At(refusal::NoFaultSet(), "/fault_set");
+  if (set.value().pool_json.empty()) {
+    return Error{ErrorCode::kInvalid,
+                 "This set plays all its faults in every run: give it a pool to draw from.",
+                 "/fault_set",
+                 "set_without_pool"};
+  }
+  const auto bench = api.benches.Find(set.value().bench);
+  if (!bench) return refusal::At(bench.error(), "/fault_set");
+  assignment.bench = bench.value()->name;
+  assignment.pool_json = set.value().pool_json;
+  const auto pool = course::ParsePool(assignment.pool_json, *bench.value());
+  if (!pool) return pool.error();
+  auto body = ReadPlan(wanted, assignment.bench);
+  if (!body) return body.error();
+  const auto plan = api.experiments.Read(body.value());
+  if (!plan) return refusal::In(plan.error(), "/plan");
+  if (course::LastsUntil(pool.value()) + kSeenAfterS > plan.value().duration_s) {
+    return Error{ErrorCode::kInvalid,
+                 "The run must go on for a second after the last fault of the set.",
+                 "/plan/duration_s",
+                 "fault_outside_run"};
+  }
+  body.value()["duration_s"] = plan.value().duration_s;
+  assignment.plan_json = json::serialize(body.value());
+  return CheckSolvable(*bench.value(), plan.value(), pool.value());
+}
+
+}  // namespace
+
+core::Result<SeenAssignment> AssignmentFor(CourseApi& api, const Principal& who, std::int64_t id) {
+  auto assignment = api.assignments.Get(id);
+  if (!assignment) return assignment.error();
+  SeenAssignment seen;
+  const auto whose = WhoseCourse(api, who, assignment.value().course, &seen.member);
+  if (!whose) return whose.error();
+  const core::Status allowed = Authorize(who, Operation::kReadCourse, whose.value());
+  if (!allowed.ok()) return allowed.error();
+  seen.assignment = std::move(assignment).value();
+  seen.whose = whose.value();
+  return seen;
+}
+
+core::Result<HttpResponse> ListAssignments(CourseApi& api, const ApiRequest& request) {
+  const auto page = PageOf(request.http);
+  if (!page) return page.error();
+  const bool all = Allowed(request.who.role, Operation::kReadCourse, Ownership::kForeign);
+  const auto mine = all ? std::nullopt : std::optional(request.who.user_id);
+  auto list = api.assignments.List(mine, page.value().after, page.value().limit);
+  if (!list) return list.error();
+  json::array items;
+  std::int64_t last = 0;
+  for (Assignment& each : list.value()) {
+    SeenAssignment seen;
+    const auto whose = WhoseCourse(api, request.who, each.course, &seen.member);
+    if (!whose) return whose.error();
+    last = each.id;
+    seen.whose = whose.value();
+    seen.assignment = std::move(each);
+    items.push_back(AssignmentToJson(seen));
+  }
+  return page.value().Answer(std::move(items), last);
+}
+
+core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  Assignment assignment;
+  assignment.author = request.who.user_id;
+  assignment.created_at = api.clock.Wall();
+  assignment.course = in.Integer("course", 1, INT64_MAX);
+  assignment.fault_set = in.Integer("fault_set", 1, INT64_MAX);
+  assignment.name = in.Text("name", kNameBytesMax);
+  assignment.attempts = static_cast<int>(in.IntegerOr("attempts", 1, 1, kAttemptsMax));
+  assignment.reveal_at_once = in.WordOr("reveal", "due", {"due", "answer"}) == "answer";
+  const json::object* rubric = in.ObjectOrNull("rubric");
+  const json::object* plan = in.ObjectOrNull("plan");
+  const core::Status times = ReadTimes(api, in, assignment);
+  if (auto error = in.Finish()) return *error;
+  if (!times.ok()) return times.error();
+  const auto graded = course::ParseRubric(rubric != nullptr ? *rubric : json::object{});
+  if (!graded) return graded.error();
+  assignment.rubric_json = json::serialize(ToJson(graded.value()));
+  bool member = false;
+  const auto whose = WhoseCourse(api, request.who, assignment.course, &member);
+  if (!whose) return whose.error();
+  if (!Authorize(request.who, Operation::kManageCourse, whose.value()).ok()) {
+    return Error{ErrorCode::kInvalid, "You teach no such course.", "/course", "no_course"};
+  }
+  const core::Status taken = TakeSet(api, request, plan, assignment);
+  if (!taken.ok()) return taken.error();
+  assignment.secret = NewSecret("");
+  auto made = api.assignments.Create(std::move(assignment));
+  if (!made) return made.error();
+  const core::Status used = api.fault_sets.MarkUsed(made.value().fault_set);
+  if (!used.ok()) return used.error();
+  api.audit.Add(request.who,
+                "create_assignment",
+                "assignment:" + std::to_string(made.value().id),
+                made.value().name);
+  return JsonResponse(AssignmentToJson({std::move(made).value(), Ownership::kOwn, member}), 201);
+}
+
+core::Result<HttpResponse> GetAssignment(CourseApi& api, const ApiRequest& request) {
+  const auto id = PathNumber(request);
+  if (!id) return id.error();
+  const auto seen = AssignmentFor(api, request.who, id.value());
+  if (!seen) return seen.error();
+  return JsonResponse(AssignmentToJson(seen.value()));
+}
+
+core::Result<HttpResponse> DeleteAssignment(CourseApi& api, const ApiRequest& request) {
+  const auto id = PathNumber(request);
+  if (!id) return id.error();
+  const auto seen = AssignmentFor(api, request.who, id.value());
+  if (!seen) return seen.error();
+  const core::Status allowed = Authorize(request.who, Operation::kManageCourse, seen.value().whose);
+  if (!allowed.ok()) return allowed.error();
+  const core::Status done = api.assignments.Delete(id.value());
+  if (!done.ok()) return done.error();
+  api.audit.Add(request.who,
+                "delete_assignment",
+                "assignment:" + std::to_string(id.value()),
+                seen.value().assignment.name);
+  return NoContent();
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,52 @@
+#pragma once
+
+#include "server/api/gate.h"
+#include "server/auth/accounts.h"
+#include "server/auth/audit_log.h"
+#include "server/course/assignments.h"
+#include "server/course/trial_desk.h"
+#include "server/course/trials.h"
+#include "server/experiment/experiments.h"
+#include "server/experiment/fault_set_access.h"
+#include "server/lab/fault_sets.h"
+
+// Assignments of a course and the blind trials of its students.
+namespace faultlab::server {
+
+struct CourseApi {
+  course::Assignments& assignments;
+  course::Trials& trials;
+  course::TrialDesk& desk;
+  lab::FaultSets& fault_sets;
+  FaultSetAccess& fault_set_access;
+  Experiments& experiments;
+  Accounts& accounts;
+  Benches& benches;
+  AuditLog& audit;
+  const Clock& clock;
+};
+
+std::vector<ApiRoute> RoutesOf(CourseApi& api);
+
+/// The assignment, if the caller teaches, attends or runs its course; kOwn: teaches.
+struct SeenAssignment {
+  course::Assignment assignment;
+  Ownership whose = Ownership::kForeign;
+  bool member = false;  ///< teaches or attends
+};
+core::Result<SeenAssignment> AssignmentFor(CourseApi& api, const Principal& who, std::int64_t id);
+
+// assignments.cc
+core::Result<HttpResponse> ListAssignments(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> GetAssignment(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> DeleteAssignment(CourseApi& api, const ApiRequest& request);
+
+// trials.cc
+core::Result<HttpResponse> ListTrials(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> StartTrial(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> GetTrial(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& request);
+
+}  // namespace faultlab::server

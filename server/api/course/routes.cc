@@ -1,0 +1,24 @@
+#include "server/api/course/handlers.h"
+
+namespace faultlab::server {
+
+std::vector<ApiRoute> RoutesOf(CourseApi& api) {
+  using enum HttpMethod;
+  using enum Operation;
+  using enum Guard;
+  using enum Cost;
+  const auto on = [&api](auto handler) { return On(api, handler); };
+  return {
+      {kGet, "/api/v1/assignments", kReadCourse, kRole, on(ListAssignments)},
+      {kPost, "/api/v1/assignments", kManageCourse, kRole, on(CreateAssignment), kJsonOnce, kHeavy},
+      {kGet, "/api/v1/assignments/{id}", kReadCourse, kRole, on(GetAssignment)},
+      {kDelete, "/api/v1/assignments/{id}", kManageCourse, kRole, on(DeleteAssignment)},
+      {kGet, "/api/v1/assignments/{id}/trials", kReadCourse, kRole, on(ListTrials)},
+      {kPost, "/api/v1/assignments/{id}/trials", kStartRun, kRole, on(StartTrial), kEmptyOnce},
+      {kGet, "/api/v1/assignments/{id}/grades.csv", kManageCourse, kRole, on(ExportGrades)},
+      {kGet, "/api/v1/trials/{id}", kReadCourse, kRole, on(GetTrial)},
+      {kPost, "/api/v1/trials/{id}/answer", kStartRun, kRole, on(AnswerTrial), kJsonOnce, kHeavy},
+  };
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,220 @@
+// trials: blind runs, their answers and grades.
+#include <boost/json.hpp>
+#include <map>
+#include <utility>
+
+#include "server/api/course/handlers.h"
+#include "server/course/answer.h"
+#include "server/json/plain_numbers.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+using core::Error;
+using core::ErrorCode;
+using course::Assignment;
+using course::Trial;
+using course::TrialState;
+
+constexpr int kTrialsMax = 100'000;  ///< in a file of grades
+
+std::string NumberText(double value) {
+  return WithPlainNumbers(json::serialize(json::value(value)));
+}
+
+std::string Quoted(const std::string& field) {
+  std::string out = "\"";
+  for (const char c : field) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
+
+/// The one place that decides what leaves the server of a trial: of its truth nothing, and of its
+/// grade nothing, before both are released.
+json::object TrialToJson(const Trial& trial) {
+  json::object out{{"id", trial.id},
+                   {"assignment", trial.assignment},
+                   {"account", trial.account},
+                   {"state", Name(trial.state)},
+                   {"run", nullptr},
+                   {"commitment", trial.commitment},
+                   {"created_at", Iso8601(trial.created_at)},
+                   {"ended_at", TimeOrNull(trial.ended_at)},
+                   {"answered_at", TimeOrNull(trial.answered_at)},
+                   {"released_at", TimeOrNull(trial.released_at)},
+                   {"answer", nullptr},
+                   {"grade", nullptr},
+                   {"truth", nullptr},
+                   {"nonce", nullptr},
+                   {"void", nullptr}};
+  if (!trial.run.empty()) out["run"] = trial.run;
+  if (!trial.answer.empty()) out["answer"] = json::parse(trial.answer);
+  if (!trial.why.empty()) out["void"] = trial.why;
+  if (!trial.released_at) return out;
+  if (!trial.grade.empty()) out["grade"] = json::parse(trial.grade);
+  out["truth"] = trial.truth;
+  out["nonce"] = trial.nonce;
+  return out;
+}
+
+struct SeenTrial {
+  Trial trial;
+  Assignment assignment;
+  bool own = false;
+};
+
+/// Of the path's {id}, if it is the caller's own or of a course that they teach or run.
+core::Result<SeenTrial> TrialFor(CourseApi& api, const ApiRequest& request) {
+  const auto id = PathNumber(request);
+  if (!id) return id.error();
+  auto trial = api.trials.Get(id.value());
+  if (!trial) return trial.error();
+  auto seen = AssignmentFor(api, request.who, trial.value().assignment);
+  if (!seen) return seen.error();
+  const bool own = trial.value().account == request.who.user_id;
+  if (!own && seen.value().whose == Ownership::kCourse) {
+    return Error{ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
+  }
+  const Assignment& of = seen.value().assignment;
+  auto now = api.desk.Look(of, std::move(trial).value());
+  if (!now) return now.error();
+  return SeenTrial{std::move(now).value(), of, own};
+}
+
+/// All that the caller may see of an assignment, as they are now.
+core::Result<std::vector<Trial>> TrialsOf(CourseApi& api,
+                                          const ApiRequest& request,
+                                          const SeenAssignment& seen,
+                                          std::int64_t after,
+                                          int limit) {
+  const bool all = seen.whose != Ownership::kCourse;
+  auto list = api.trials.Of(
+      seen.assignment.id, all ? std::nullopt : std::optional(request.who.user_id), after, limit);
+  if (!list) return list;
+  for (Trial& each : list.value()) {
+    auto now = api.desk.Look(seen.assignment, std::move(each));
+    if (!now) return now.error();
+    each = std::move(now).value();
+  }
+  return list;
+}
+
+}  // namespace
+
+core::Result<HttpResponse> ListTrials(CourseApi& api, const ApiRequest& request) {
+  const auto page = PageOf(request.http);
+  if (!page) return page.error();
+  const auto id = PathNumber(request);
+  if (!id) return id.error();
+  const auto seen = AssignmentFor(api, request.who, id.value());
+  if (!seen) return seen.error();
+  const auto list = TrialsOf(api, request, seen.value(), page.value().after, page.value().limit);
+  if (!list) return list.error();
+  json::array items;
+  for (const Trial& each : list.value()) items.push_back(TrialToJson(each));
+  return page.value().Answer(std::move(items), list.value().empty() ? 0 : list.value().back().id);
+}
+
+core::Result<HttpResponse> StartTrial(CourseApi& api, const ApiRequest& request) {
+  const auto id = PathNumber(request);
+  if (!id) return id.error();
+  const auto seen = AssignmentFor(api, request.who, id.value());
+  if (!seen) return seen.error();
+  if (!seen.value().member) {
+    return Error{
+        ErrorCode::kForbidden, "Only members of the course begin a trial.", "", "not_in_course"};
+  }
+  const auto begun = api.desk.Start(request.who, seen.value().assignment);
+  if (!begun) return begun.error();
+  return JsonResponse(TrialToJson(begun.value()), 201);
+}
+
+core::Result<HttpResponse> GetTrial(CourseApi& api, const ApiRequest& request) {
+  const auto seen = TrialFor(api, request);
+  if (!seen) return seen.error();
+  return JsonResponse(TrialToJson(seen.value().trial));
+}
+
+core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request) {
+  const auto seen = TrialFor(api, request);
+  if (!seen) return seen.error();
+  if (!seen.value().own) {
+    return Error{
+        ErrorCode::kForbidden, "Only whoever began a trial answers it.", "", "trial_of_another"};
+  }
+  const auto bench = api.benches.Find(seen.value().assignment.bench);
+  if (!bench) return bench.error();
+  const auto answer = course::ParseAnswer(request.body, *bench.value());
+  if (!answer) return answer.error();
+  const auto taken =
+      api.desk.TakeAnswer(seen.value().assignment, seen.value().trial, answer.value());
+  if (!taken) return taken.error();
+  return JsonResponse(TrialToJson(taken.value()));
+}
+
+/// One line for each trial, in order.
+core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& request) {
+  const auto id = PathNumber(request);
+  if (!id) return id.error();
+  const auto seen = AssignmentFor(api, request.who, id.value());
+  if (!seen) return seen.error();
+  const core::Status allowed = Authorize(request.who, Operation::kManageCourse, seen.value().whose);
+  if (!allowed.ok()) return allowed.error();
+  const auto list = TrialsOf(api, request, seen.value(), 0, kTrialsMax);
+  if (!list) return list.error();
+  const auto members = api.accounts.Members(seen.value().assignment.course);
+  if (!members) return members.error();
+  std::map<std::int64_t, const Account*> people;
+  for (const Account& each : members.value()) people[each.id] = &each;
+  std::string text =
+      "login,name,trial,state,started_at,answered_at,component,value,confidence,truth,points\r\n";
+  for (const Trial& trial : list.value()) {
+    const auto person = people.find(trial.account);
+    const json::object shown = TrialToJson(trial);
+    const json::object* answer = shown.at("answer").if_object();
+    const auto of_answer = [&](const char* name) -> std::string {
+      const json::value* value = answer != nullptr ? answer->if_contains(name) : nullptr;
+      if (value == nullptr || value->is_null()) return "";
+      if (value->is_string()) return std::string(value->get_string());
+      return NumberText(value->to_number<double>());
+    };
+    std::string component = of_answer("component");
+    if (answer != nullptr && component.empty()) component = "healthy";
+    std::string truth, points;
+    if (trial.released_at) {
+      const json::value parsed = json::parse(trial.truth);
+      const json::array& faults = parsed.at("faults").as_array();
+      truth = faults.empty() ? "healthy"
+                             : std::string(faults.front().at("component").as_string()) + " = " +
+                                   NumberText(faults.front().at("value").to_number<double>());
+    }
+    if (const json::object* grade = shown.at("grade").if_object()) {
+      points = NumberText(grade->at("points").to_number<double>());
+    }
+    const bool known = person != people.end();
+    for (const std::string& field :
+         {known ? person->second->login : std::string(),
+          known ? person->second->name : std::string(),
+          std::to_string(trial.id),
+          std::string(Name(trial.state)),
+          Iso8601(trial.created_at),
+          trial.answered_at ? Iso8601(*trial.answered_at) : std::string(),
+          component,
+          of_answer("value"),
+          of_answer("confidence"),
+          truth}) {
+      text += Quoted(field) + ",";
+    }
+    text += points + "\r\n";
+  }
+  HttpResponse response;
+  response.content_type = "text/csv; charset=utf-8";
+  response.body = std::move(text);
+  response.headers.emplace_back(
+      "Content-Disposition",
+      ContentDisposition("attachment", seen.value().assignment.name + "-grades.csv"));
+  return response;
+}
+
+}  // namespace faultlab::server

@@ -1,0 +1,119 @@
+#include "server/course/assignments.h"
+
+#include <soci/soci.h>
+
+#include "server/storage/turns.h"
+
+namespace faultlab::server::course {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+using soci::into;
+using soci::use;
+
+constexpr const char* kColumns =
+    "id, course_id, account_id, fault_set_id, name, bench, pool, plan, rubric, opens_ms, due_ms, "
+    "attempts, reveal_at_once, secret, created_ms";
+
+Error NoAssignment() {
+  return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
+}
+
+std::vector<Assignment> Select(Transaction& tx, const std::string& condition) {
+  Assignment row;
+  std::int64_t opens_ms = 0, due_ms = 0, created_ms = 0, at_once = 0;
+  soci::statement statement = (tx.sql().prepare << std::string("SELECT ") + kColumns +
+                                                       " FROM assignment WHERE " + condition,
+                               into(row.id),
+                               into(row.course),
+                               into(row.author),
+                               into(row.fault_set),
+                               into(row.name),
+                               into(row.bench),
+                               into(row.pool_json),
+                               into(row.plan_json),
+                               into(row.rubric_json),
+                               into(opens_ms),
+                               into(due_ms),
+                               into(row.attempts),
+                               into(at_once),
+                               into(row.secret),
+                               into(created_ms));
+  statement.execute(false);
+  std::vector<Assignment> out;
+  while (statement.fetch()) {
+    row.opens = FromMilliseconds(opens_ms);
+    row.due = FromMilliseconds(due_ms);
+    row.created_at = FromMilliseconds(created_ms);
+    row.reveal_at_once = at_once != 0;
+    out.push_back(row);
+  }
+  return out;
+}
+
+}  // namespace
+
+core::Result<Assignment> Assignments::Create(Assignment assignment) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Assignment> {
+    TakeTurn(tx, "assignments of " + std::to_string(assignment.course));
+    std::int64_t kept = 0;
+    tx.sql() << "SELECT COUNT(*) FROM assignment WHERE course_id = :course AND deleted = 0",
+        into(kept), use(assignment.course, "course");
+    if (kept >= kOfCourseMax) {
+      const std::string most = std::to_string(kOfCourseMax);
+      return Error{ErrorCode::kConflict,
+                   "The course has " + most + " assignments, as many as it may have.",
+                   "",
+                   "assignments_full",
+                   {{"most", most}}};
+    }
+    const std::int64_t opens_ms = ToMilliseconds(assignment.opens);
+    const std::int64_t due_ms = ToMilliseconds(assignment.due);
+    const std::int64_t created_ms = ToMilliseconds(assignment.created_at);
+    const std::int64_t at_once = assignment.reveal_at_once ? 1 : 0;
+    tx.sql() << "INSERT INTO assignment (course_id, account_id, fault_set_id, name, bench, pool, "
+                "plan, rubric, opens_ms, due_ms, attempts, reveal_at_once, secret, created_ms, "
+                "deleted) VALUES (:course, :author, :set, :name, :bench, :pool, :plan, :rubric, "
+                ":opens, :due, :attempts, :at_once, :secret, :created, 0) RETURNING id",
+        into(assignment.id), use(assignment.course, "course"), use(assignment.author, "author"),
+        use(assignment.fault_set, "set"), use(assignment.name, "name"),
+        use(assignment.bench, "bench"), use(assignment.pool_json, "pool"),
+        use(assignment.plan_json, "plan"), use(assignment.rubric_json, "rubric"),
+        use(opens_ms, "opens"), use(due_ms, "due"), use(assignment.attempts, "attempts"),
+        use(at_once, "at_once"), use(assignment.secret, "secret"), use(created_ms, "created");
+    return assignment;
+  });
+}
+
+core::Result<Assignment> Assignments::Get(std::int64_t id) {
+  return database_.Read([&](Transaction& tx) -> core::Result<Assignment> {
+    std::vector<Assignment> found = Select(tx, "id = " + std::to_string(id));
+    if (found.empty()) return NoAssignment();
+    return std::move(found.front());
+  });
+}
+
+core::Result<std::vector<Assignment>> Assignments::List(std::optional<std::int64_t> account,
+                                                        std::int64_t after,
+                                                        int limit) {
+  std::string condition = "deleted = 0 AND id > " + std::to_string(after);
+  if (account) {
+    condition += " AND course_id IN (SELECT course_id FROM enrolment WHERE account_id = " +
+                 std::to_string(*account) + ")";
+  }
+  condition += " ORDER BY id LIMIT " + std::to_string(limit);
+  return database_.Read([&](Transaction& tx) -> core::Result<std::vector<Assignment>> {
+    return Select(tx, condition);
+  });
+}
+
+core::Status Assignments::Delete(std::int64_t id) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "UPDATE assignment SET deleted = 1 WHERE id = :id", use(id, "id");
+    return Done{};
+  });
+}
+
+}  // namespace faultlab::server::course

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/types/result.h"
+#include "server/storage/database.h"
+#include "server/wall_time.h"
+
+namespace faultlab::server::course {
+
+/// A task of a course: blind trials with faults drawn from a pool. It keeps its own copy of the
+/// pool, so that whatever becomes of the fault set, all its trials are drawn alike. Immutable.
+struct Assignment {
+  std::int64_t id = 0;
+  std::int64_t course = 0;
+  std::int64_t author = 0;
+  std::int64_t fault_set = 0;
+  std::string name;
+  std::string bench;        ///< core::Bench::name
+  std::string pool_json;    ///< FaultPool
+  std::string plan_json;    ///< of POST runs, without faults: what every trial plays
+  std::string rubric_json;  ///< Rubric
+  WallTime opens{};
+  WallTime due{};
+  int attempts = 1;             ///< of a student
+  bool reveal_at_once = false;  ///< the truth with the grade; otherwise when it is due
+  std::string secret;           ///< of its draws; leaves the server by no way
+  WallTime created_at{};
+};
+
+/// Thread-safe, stateless.
+class Assignments {
+ public:
+  explicit Assignments(Database& database) : database_(database) {}
+
+  static constexpr int kOfCourseMax = 200;
+
+  /// kConflict "assignments_full" when the course has kOfCourseMax.
+  core::Result<Assignment> Create(Assignment assignment);
+  core::Result<Assignment> Get(std::int64_t id);
+  /// Of the courses that this account attends or teaches; nullopt: all. In order of id.
+  core::Result<std::vector<Assignment>> List(std::optional<std::int64_t> account,
+                                             std::int64_t after,
+                                             int limit);
+  /// It is no longer listed; its trials stay.
+  core::Status Delete(std::int64_t id);
+
+ private:
+  Database& database_;
+};
+
+}  // namespace faultlab::server::course

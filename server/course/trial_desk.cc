@@ -1,0 +1,221 @@
+#include "server/course/trial_desk.h"
+
+#include <algorithm>
+#include <boost/json.hpp>
+#include <chrono>
+#include <utility>
+
+#include "core/diagnosis/diagnose_record.h"
+#include "server/auth/secrets.h"
+#include "server/course/commitment.h"
+#include "server/course/fault_pool.h"
+#include "server/course/trial_witness.h"
+#include "server/diagnosis_json/options_json.h"
+#include "server/experiment/plan_json.h"
+#include "server/json/json_reader.h"
+
+namespace faultlab::server::course {
+namespace {
+
+namespace json = boost::json;
+
+using core::Error;
+using core::ErrorCode;
+
+/// A run on a simulator begins at once or never.
+constexpr std::chrono::minutes kBeginsWithin{2};
+
+Error Refused(const char* reason, const char* message) {
+  return {ErrorCode::kConflict, message, "", reason};
+}
+
+/// Of this trial of this person, and of nobody else's.
+std::uint64_t SeedOf(const std::string& secret, std::int64_t account, std::size_t former) {
+  const std::string hash =
+      CommitmentOf(secret, std::to_string(account) + "/" + std::to_string(former));
+  return std::stoull(hash.substr(0, 16), nullptr, 16);
+}
+
+std::vector<core::Fault> FaultsOf(const Trial& trial, const core::Bench& bench) {
+  return FaultsOfPlan(trial.truth, bench);  // a part of a plan, with the same members
+}
+
+/// As the run would have been diagnosed if it had not been sealed.
+core::DiagnosisOptions Opened(core::DiagnosisOptions options) {
+  const core::DiagnosisOptions usual = core::OptionsOf(*options.bench, options.period_s);
+  options.healthy_from_s = usual.healthy_from_s;
+  options.healthy_to_s = usual.healthy_to_s;
+  return options;
+}
+
+std::vector<RecordedEvent> WithEvents(std::vector<RecordedEvent> events, const std::string& kept) {
+  const json::value parsed = json::parse(kept);
+  for (const json::value& each : parsed.as_array()) {
+    events.push_back({each.at("index").to_number<std::int64_t>(),
+                      std::string(each.at("kind").as_string()),
+                      std::string(each.at("json").as_string())});
+  }
+  std::stable_sort(
+      events.begin(), events.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
+  return events;
+}
+
+}  // namespace
+
+core::Result<const core::Bench*> TrialDesk::BenchOf(const Assignment& assignment) {
+  return parts_.benches.Find(assignment.bench);
+}
+
+core::Result<Trial> TrialDesk::Start(const Principal& who, const Assignment& assignment) {
+  const WallTime now = parts_.clock.Wall();
+  if (now < assignment.opens) {
+    return Refused("assignment_not_open", "The assignment is not open yet.");
+  }
+  if (now >= assignment.due) {
+    return Refused("assignment_closed", "The assignment was due; no new trial begins.");
+  }
+  const auto bench = BenchOf(assignment);
+  if (!bench) return bench.error();
+  const auto pool = ParsePool(assignment.pool_json, *bench.value());
+  if (!pool) return pool.error();
+  const auto body = ParseJsonObject(assignment.plan_json);
+  if (!body) return body.error();
+  auto plan = parts_.experiments.Read(body.value());
+  if (!plan) return plan.error();
+  // Of a former one whose server died the attempt is there again.
+  auto mine = parts_.trials.Of(assignment.id, who.user_id, 0, assignment.attempts + 1000);
+  if (!mine) return mine.error();
+  for (Trial& each : mine.value()) {
+    const auto looked = Look(assignment, std::move(each));
+    if (!looked) return looked.error();
+  }
+  std::vector<core::Fault> faults;
+  const auto draw = [&](const std::vector<Trial>& former, Trial& trial) {
+    std::vector<int> had;
+    for (const Trial& each : former) had.push_back(each.item);
+    faults =
+        Draw(pool.value(), had, SeedOf(assignment.secret, who.user_id, former.size()), &trial.item);
+    plan.value().seed = SecretNumber();
+    trial.truth =
+        json::serialize(json::object{{"faults", server::ToJson(faults)}, {"seed", *plan.value().seed}});
+    Commitment commitment = CommitTo(trial.truth);
+    trial.nonce = std::move(commitment.nonce);
+    trial.commitment = std::move(commitment.hash);
+  };
+  auto trial = parts_.trials.Add(assignment.id, who.user_id, assignment.attempts, now, draw);
+  if (!trial) return trial.error();
+  const std::int64_t id = trial.value().id;
+  plan.value().name = assignment.name;
+  plan.value().faults = faults;
+  plan.value().trial = id;
+  plan.value().witness = MakeWitness(parts_.trials, id, faults, parts_.clock, parts_.log);
+  const auto run = parts_.experiments.Start(who, StartedBy::kPerson, std::move(plan).value());
+  if (!run) {
+    const core::Status returned = parts_.trials.Void(id, "not_begun", parts_.clock.Wall());
+    if (!returned.ok()) parts_.log("trial " + std::to_string(id) + ": " + returned.error().message);
+    return run.error();
+  }
+  const core::Status began = parts_.trials.Began(id, run.value().id);
+  if (!began.ok()) return began.error();
+  return parts_.trials.Get(id);
+}
+
+core::Result<Trial> TrialDesk::Look(const Assignment& assignment, Trial trial) {
+  const WallTime now = parts_.clock.Wall();
+  const char* lost = nullptr;
+  if (trial.state == TrialState::kDrawn && trial.run.empty() &&
+      now > trial.created_at + kBeginsWithin) {
+    lost = "not_begun";
+  }
+  if (trial.state == TrialState::kRunning) {
+    const auto record = parts_.store.Get(trial.run);
+    if (!record && record.error().code != ErrorCode::kNotFound) return record.error();
+    // Its witness has spoken before its end was stored.
+    if (!record || record.value().state != RunState::kRunning) lost = "interrupted";
+    auto again = parts_.trials.Get(trial.id);
+    if (!again) return again;
+    trial = std::move(again).value();
+    if (trial.state != TrialState::kRunning) lost = nullptr;
+  }
+  if (lost != nullptr) {
+    const core::Status done = parts_.trials.Void(trial.id, lost, now);
+    if (!done.ok() && done.error().code != ErrorCode::kConflict) return done.error();
+    return parts_.trials.Get(trial.id);
+  }
+  const bool ended = trial.state == TrialState::kOpen || trial.state == TrialState::kAnswered;
+  const bool due =
+      now >= assignment.due || (assignment.reveal_at_once && trial.state == TrialState::kAnswered);
+  if (!ended || !due || trial.released_at) return trial;
+  const core::Status released = Release(assignment, trial);
+  if (!released.ok()) return released.error();
+  return parts_.trials.Get(trial.id);
+}
+
+core::Result<Grade> TrialDesk::GradeOf(const Assignment& assignment,
+                                       const Trial& trial,
+                                       const Answer& answer) {
+  const auto bench = BenchOf(assignment);
+  if (!bench) return bench.error();
+  const auto rubric = ParseRubric(assignment.rubric_json);
+  if (!rubric) return rubric.error();
+  auto record = parts_.store.Get(trial.run);
+  if (!record) return record.error();
+  const auto recording = parts_.recordings.Load(
+      std::move(record).value(), 0, kSampleIndexMax, LongTurn::WhenTaken::kWait);
+  if (!recording) return recording.error();
+  const core::Diagnosis diagnosis =
+      core::DiagnoseRecord(recording.value().samples, Opened(recording.value().options));
+  return GradeAnswer(answer, FaultsOf(trial, *bench.value()), diagnosis, rubric.value());
+}
+
+core::Result<Trial> TrialDesk::TakeAnswer(const Assignment& assignment,
+                                          const Trial& trial,
+                                          const Answer& answer) {
+  const Error runs = Refused("trial_runs", "The run goes on: wait for its end, or stop it.");
+  if (trial.state == TrialState::kDrawn || trial.state == TrialState::kRunning) return runs;
+  if (parts_.clock.Wall() >= assignment.due) {
+    return Refused("answer_late", "The assignment was due before this answer came.");
+  }
+  if (trial.state == TrialState::kOpen) {
+    const auto record = parts_.store.Get(trial.run);
+    if (!record) return record.error();
+    if (record.value().state == RunState::kRunning) return runs;  // its end is being stored
+    const auto grade = GradeOf(assignment, trial, answer);
+    if (!grade) return grade.error();
+    const core::Status kept = parts_.trials.Answer(trial.id,
+                                                   json::serialize(ToJson(answer)),
+                                                   json::serialize(ToJson(grade.value())),
+                                                   parts_.clock.Wall());
+    if (!kept.ok()) return kept.error();
+    auto answered = parts_.trials.Get(trial.id);
+    if (!answered) return answered;
+    return Look(assignment, std::move(answered).value());
+  }
+  return Refused("trial_changed", "The trial is in another state by now: load it again.");
+}
+
+/// Again after a crash between its two steps: the second time there is nothing to open.
+core::Status TrialDesk::Release(const Assignment& assignment, const Trial& trial) {
+  const auto bench = BenchOf(assignment);
+  if (!bench) return bench.error();
+  const auto record = parts_.store.Get(trial.run);
+  if (!record && record.error().code != ErrorCode::kNotFound) return record.error();
+  if (record && record.value().state == RunState::kRunning) return core::Done{};  // in a moment
+  if (record && IsSealed(record.value().plan_json)) {
+    const auto options = parts_.recordings.OptionsFor(record.value());
+    if (!options) return options.error();
+    auto events = parts_.store.LoadEvents(trial.run);
+    if (!events) return events.error();
+    const core::Status opened =
+        parts_.store.Unseal(trial.run,
+                            OpenedPlan(record.value().plan_json, trial.truth),
+                            OptionsText(Opened(options.value())),
+                            WithEvents(std::move(events).value(), trial.events));
+    if (!opened.ok()) return opened;
+  }
+  const core::Status released = parts_.trials.Release(trial.id, parts_.clock.Wall());
+  if (!released.ok() && released.error().code != ErrorCode::kConflict) return released;
+  return core::Done{};
+}
+
+}  // namespace faultlab::server::course

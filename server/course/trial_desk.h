@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "core/types/result.h"
+#include "server/auth/principal.h"
+#include "server/clock.h"
+#include "server/course/answer.h"
+#include "server/course/assignments.h"
+#include "server/course/grade.h"
+#include "server/course/trials.h"
+#include "server/experiment/benches.h"
+#include "server/experiment/experiments.h"
+#include "server/experiment/recordings.h"
+#include "server/storage/recording_store.h"
+
+namespace faultlab::server::course {
+
+/// Blind trials from their draw to their release.
+///
+///   Assignment --Draw--> truth, commitment --sealed plan--> Experiments --run--> the student
+///                          |                                   | SealedWitness: what relays
+///                          confirmed v                                   v
+///                        Trials <----------- drawn = confirmed, or void
+///   Answer --recording, DiagnoseRecord, GradeAnswer--> Trials --released--> plan, events,
+///   diagnosis
+///                                                                           of the run are opened
+///
+/// Nothing of the truth is where a student's request could read it: the run itself lacks it until
+/// it is released. Thread-safe.
+class TrialDesk {
+ public:
+  struct Parts {
+    Assignments& assignments;
+    Trials& trials;
+    Experiments& experiments;
+    Recordings& recordings;
+    RecordingStore& store;
+    Benches& benches;
+    const Clock& clock;
+    std::function<void(std::string_view)> log;
+  };
+  /// All parts must outlive it; the clock also every run that it has begun.
+  explicit TrialDesk(Parts parts) : parts_(parts) {}
+
+  /// Draws a trial and begins its run on a simulator. kConflict: "assignment_closed",
+  /// "assignment_not_open", those of Trials::Add, and those of Experiments::Start, after which the
+  /// attempt is there again.
+  core::Result<Trial> Start(const Principal& who, const Assignment& assignment);
+  /// As it is now: one whose server died is void, one that is due is released.
+  core::Result<Trial> Look(const Assignment& assignment, Trial trial);
+  /// Grades and keeps the first answer. kConflict "answer_late" after the due time, "trial_changed"
+  /// when there is one already, "trial_runs" before the end of the run.
+  core::Result<Trial> TakeAnswer(const Assignment& assignment,
+                                 const Trial& trial,
+                                 const Answer& answer);
+  /// Once more from the recording.
+  core::Result<Grade> GradeOf(const Assignment& assignment,
+                              const Trial& trial,
+                              const Answer& answer);
+
+ private:
+  core::Status Release(const Assignment& assignment, const Trial& trial);
+  core::Result<const core::Bench*> BenchOf(const Assignment& assignment);
+
+  Parts parts_;
+};
+
+}  // namespace faultlab::server::course

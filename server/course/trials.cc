@@ -1,0 +1,224 @@
+#include "server/course/trials.h"
+
+#include <soci/soci.h>
+
+#include <algorithm>
+#include <array>
+
+#include "core/types/check.h"
+#include "server/storage/turns.h"
+
+namespace faultlab::server::course {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+using soci::into;
+using soci::use;
+
+constexpr std::array<std::string_view, 5> kStates = {
+    "drawn", "running", "open", "answered", "void"};
+
+constexpr const char* kColumns =
+    "id, assignment_id, account_id, state, item, run, commitment, nonce, truth, events, "
+    "created_ms, ended_ms, answer, answered_ms, grade, released_ms, why";
+
+TrialState StateOf(const std::string& name) {
+  const auto* const found = std::ranges::find(kStates, name);
+  LAB_CHECK(found != kStates.end());
+  return static_cast<TrialState>(found - kStates.begin());
+}
+
+/// 0 stands for "not yet".
+std::optional<WallTime> TimeOf(std::int64_t ms) {
+  return ms == 0 ? std::nullopt : std::optional(FromMilliseconds(ms));
+}
+
+std::vector<Trial> Select(Transaction& tx, const std::string& condition) {
+  Trial row;
+  std::string state;
+  std::int64_t created_ms = 0, ended_ms = 0, answered_ms = 0, released_ms = 0;
+  soci::statement statement =
+      (tx.sql().prepare << std::string("SELECT ") + kColumns + " FROM trial WHERE " + condition,
+       into(row.id),
+       into(row.assignment),
+       into(row.account),
+       into(state),
+       into(row.item),
+       into(row.run),
+       into(row.commitment),
+       into(row.nonce),
+       into(row.truth),
+       into(row.events),
+       into(created_ms),
+       into(ended_ms),
+       into(row.answer),
+       into(answered_ms),
+       into(row.grade),
+       into(released_ms),
+       into(row.why));
+  statement.execute(false);
+  std::vector<Trial> out;
+  while (statement.fetch()) {
+    row.state = StateOf(state);
+    row.created_at = FromMilliseconds(created_ms);
+    row.ended_at = TimeOf(ended_ms);
+    row.answered_at = TimeOf(answered_ms);
+    row.released_at = TimeOf(released_ms);
+    out.push_back(row);
+  }
+  return out;
+}
+
+std::string OfPerson(std::int64_t assignment, std::int64_t account) {
+  return "assignment_id = " + std::to_string(assignment) +
+         " AND account_id = " + std::to_string(account);
+}
+
+}  // namespace
+
+std::string_view Name(TrialState state) {
+  return kStates[static_cast<std::size_t>(state)];
+}
+
+core::Result<Trial> Trials::Add(
+    std::int64_t assignment,
+    std::int64_t account,
+    int attempts,
+    WallTime now,
+    const std::function<void(const std::vector<Trial>&, Trial&)>& draw) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Trial> {
+    TakeTurn(tx, "trials of " + std::to_string(account));
+    const std::vector<Trial> former = Select(tx, OfPerson(assignment, account) + " ORDER BY id");
+    int counted = 0;
+    for (const Trial& each : former) {
+      if (each.state == TrialState::kVoid) continue;
+      ++counted;
+      if (each.state == TrialState::kAnswered) continue;
+      return Error{ErrorCode::kConflict,
+                   "You have a trial of this assignment that is not answered yet: answer it first.",
+                   "",
+                   "trial_open",
+                   {{"trial", std::to_string(each.id)}}};
+    }
+    if (counted >= attempts) {
+      return Error{
+          ErrorCode::kConflict,
+          "You have used all " + std::to_string(attempts) + " attempts of this assignment.",
+          "",
+          "attempts_used",
+          {{"attempts", std::to_string(attempts)}}};
+    }
+    Trial trial;
+    trial.assignment = assignment;
+    trial.account = account;
+    trial.created_at = now;
+    draw(former, trial);
+    const std::int64_t created_ms = ToMilliseconds(now);
+    tx.sql() << "INSERT INTO trial (assignment_id, account_id, state, item, run, commitment, "
+                "nonce, truth, events, created_ms, ended_ms, answer, answered_ms, grade, "
+                "released_ms, why) VALUES (:assignment, :account, 'drawn', :item, '', :commitment, "
+                ":nonce, :truth, '[]', :created, 0, '', 0, '', 0, '') RETURNING id",
+        into(trial.id), use(assignment, "assignment"), use(account, "account"),
+        use(trial.item, "item"), use(trial.commitment, "commitment"), use(trial.nonce, "nonce"),
+        use(trial.truth, "truth"), use(created_ms, "created");
+    return trial;
+  });
+}
+
+/// @param from   states in which it may be, in SQL
+/// @param set    what is set, with :now and the names of `texts`
+core::Status Trials::Move(std::int64_t id,
+                          const std::string& from,
+                          const std::string& set,
+                          const std::vector<std::pair<std::string, std::string>>& texts,
+                          WallTime now) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const std::string which = "id = " + std::to_string(id) + " AND state IN (" + from + ")";
+    if (Select(tx, which).empty()) {
+      return Error{ErrorCode::kConflict,
+                   "The trial is in another state by now: load it again.",
+                   "",
+                   "trial_changed"};
+    }
+    const std::string now_ms = std::to_string(ToMilliseconds(now));
+    std::string text = set;
+    for (std::size_t at = text.find(":now"); at != std::string::npos; at = text.find(":now")) {
+      text.replace(at, 4, now_ms);
+    }
+    soci::statement update(tx.sql());
+    for (const auto& [name, value] : texts) update.exchange(use(value, name));
+    update.alloc();
+    update.prepare("UPDATE trial SET " + text + " WHERE " + which);
+    update.define_and_bind();
+    update.execute(true);
+    if (update.get_affected_rows() == 1) return Done{};
+    return Error{ErrorCode::kConflict,
+                 "The trial is in another state by now: load it again.",
+                 "",
+                 "trial_changed"};
+  });
+}
+
+core::Status Trials::Began(std::int64_t id, const std::string& run) {
+  return Move(id,
+              "'drawn', 'open', 'void'",
+              "run = :run, state = CASE WHEN state = 'drawn' THEN 'running' ELSE state END",
+              {{"run", run}},
+              {});
+}
+
+core::Status Trials::Ended(std::int64_t id, const std::string& events, WallTime now) {
+  return Move(id,
+              "'drawn', 'running'",
+              "state = 'open', events = :events, ended_ms = :now",
+              {{"events", events}},
+              now);
+}
+
+core::Status Trials::Answer(std::int64_t id,
+                            const std::string& answer,
+                            const std::string& grade,
+                            WallTime now) {
+  return Move(id,
+              "'open'",
+              "state = 'answered', answer = :answer, grade = :grade, answered_ms = :now",
+              {{"answer", answer}, {"grade", grade}},
+              now);
+}
+
+core::Status Trials::Release(std::int64_t id, WallTime now) {
+  return Move(id, "'open', 'answered'", "released_ms = :now", {}, now);
+}
+
+core::Status Trials::Void(std::int64_t id, const std::string& why, WallTime now) {
+  return Move(id,
+              "'drawn', 'running', 'open'",
+              "state = 'void', why = :why, ended_ms = :now",
+              {{"why", why}},
+              now);
+}
+
+core::Result<Trial> Trials::Get(std::int64_t id) {
+  return database_.Read([&](Transaction& tx) -> core::Result<Trial> {
+    std::vector<Trial> found = Select(tx, "id = " + std::to_string(id));
+    if (found.empty()) {
+      return Error{ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
+    }
+    return std::move(found.front());
+  });
+}
+
+core::Result<std::vector<Trial>> Trials::Of(std::int64_t assignment,
+                                            std::optional<std::int64_t> account,
+                                            std::int64_t after,
+                                            int limit) {
+  std::string condition =
+      account ? OfPerson(assignment, *account) : "assignment_id = " + std::to_string(assignment);
+  condition += " AND id > " + std::to_string(after) + " ORDER BY id LIMIT " + std::to_string(limit);
+  return database_.Read(
+      [&](Transaction& tx) -> core::Result<std::vector<Trial>> { return Select(tx, condition); });
+}
+
+}  // namespace faultlab::server::course

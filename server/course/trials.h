@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/types/result.h"
+#include "server/storage/database.h"
+#include "server/wall_time.h"
+
+namespace faultlab::server::course {
+
+enum class TrialState {
+  kDrawn,     ///< the truth is drawn, the run has not begun
+  kRunning,   ///< its run goes on
+  kOpen,      ///< the run has ended; an answer is awaited
+  kAnswered,  ///< answered and graded
+  kVoid,      ///< something went wrong that is not the student's: the attempt is returned
+};
+/// "drawn", "running", "open", "answered", "void"
+std::string_view Name(TrialState state);
+
+/// One attempt of one student. `truth`, `nonce`, `events` and `grade` leave the server when
+/// `released` is set, and not before.
+struct Trial {
+  std::int64_t id = 0;
+  std::int64_t assignment = 0;
+  std::int64_t account = 0;
+  TrialState state = TrialState::kDrawn;
+  int item = -1;           ///< of the pool; -1: healthy
+  std::string run;         ///< empty until it has begun
+  std::string commitment;  ///< Commitment::hash
+  std::string nonce;
+  std::string truth;   ///< {"faults": [..], "seed": N}
+  std::string events;  ///< [{"index", "kind", "json"}]: what the rig confirmed, see RecordedEvent
+  WallTime created_at{};
+  std::optional<WallTime> ended_at;
+  std::string answer;  ///< Answer as JSON; empty: none yet
+  std::optional<WallTime> answered_at;
+  std::string grade;  ///< Grade as JSON
+  std::optional<WallTime> released_at;
+  std::string why;  ///< of a void one: a word of the contract
+};
+
+/// Thread-safe, stateless. A transition from another state than the one it needs is kConflict.
+class Trials {
+ public:
+  explicit Trials(Database& database) : database_(database) {}
+
+  /// A new trial in the state kDrawn. `draw` fills item, truth, nonce and commitment, and knows the
+  /// person's former ones, void ones included. kConflict "trial_open" while one is not answered,
+  /// "attempts_used" when as many as `attempts` count.
+  core::Result<Trial> Add(std::int64_t assignment,
+                          std::int64_t account,
+                          int attempts,
+                          WallTime now,
+                          const std::function<void(const std::vector<Trial>&, Trial&)>& draw);
+  core::Status Began(std::int64_t id, const std::string& run);
+  core::Status Ended(std::int64_t id, const std::string& events, WallTime now);
+  core::Status Answer(std::int64_t id,
+                      const std::string& answer,
+                      const std::string& grade,
+                      WallTime now);
+  core::Status Release(std::int64_t id, WallTime now);
+  /// Of one that is not answered.
+  core::Status Void(std::int64_t id, const std::string& why, WallTime now);
+
+  core::Result<Trial> Get(std::int64_t id);
+  /// Of all persons, or of one; in order of id.
+  core::Result<std::vector<Trial>> Of(std::int64_t assignment,
+                                      std::optional<std::int64_t> account,
+                                      std::int64_t after,
+                                      int limit);
+
+ private:
+  core::Status Move(std::int64_t id,
+                    const std::string& from,
+                    const std::string& set,
+                    const std::vector<std::pair<std::string, std::string>>& texts,
+                    WallTime now);
+
+  Database& database_;
+};
+
+}  // namespace faultlab::server::course

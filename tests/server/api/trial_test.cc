@@ -1,0 +1,419 @@
+// Blind trials over HTTP, and what leaves the server of a sealed one.
+#include <gtest/gtest.h>
+#include <soci/soci.h>
+
+#include <boost/json.hpp>
+#include <cstring>
+#include <iomanip>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "server/course/commitment.h"
+#include "tests/server/api/api_world.h"
+#include "tests/support/await.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+constexpr const char* kRa = R"({"items":[{"component":"Ra","values":[9.8125],"onset_from_s":8.25}],
+                                "healthy_share":0})";
+
+class TrialTest : public ApiTest {
+ protected:
+  TrialTest() {
+    ann_ = Make("ann", Role::kStudent);
+    mila_ = Make("mila", Role::kInstructor);
+    course_ = MakeCourse("mila", "ann").id;
+  }
+
+  std::int64_t MakeSet(const std::string& pool) {
+    const json::object set = Ok(
+        Call(mila_,
+             "POST",
+             "fault-sets",
+             "fault-sets",
+             R"({"name":"pool","course":)" + std::to_string(course_) + R"(,"pool":)" + pool + "}"),
+        201);
+    return set.at("id").as_int64();
+  }
+  tests::HttpAnswer TryAssignment(std::int64_t set, const std::string& more) {
+    return Call(mila_,
+                "POST",
+                "assignments",
+                "assignments",
+                R"({"name":"Exercise","course":)" + std::to_string(course_) + R"(,"fault_set":)" +
+                    std::to_string(set) + R"(,"due":")" + In(std::chrono::minutes(60)) + "\"" +
+                    more + "}");
+  }
+  std::int64_t Assign(const std::string& pool, const std::string& more) {
+    return Ok(TryAssignment(MakeSet(pool), more), 201).at("id").as_int64();
+  }
+  tests::HttpAnswer TryStart(const Person& who, std::int64_t assignment) {
+    return Call(who,
+                "POST",
+                "assignments/{id}/trials",
+                "assignments/" + std::to_string(assignment) + "/trials",
+                "{}");
+  }
+  /// Begun, and its run over.
+  json::object Play(std::int64_t assignment) {
+    const json::object trial = Ok(TryStart(ann_, assignment), 201);
+    application_->runs().Wait(std::string(trial.at("run").as_string()));
+    return trial;
+  }
+  json::object Trial(const Person& who, std::int64_t id) {
+    return Ok(Call(who, "GET", "trials/{id}", "trials/" + std::to_string(id)));
+  }
+  tests::HttpAnswer Answer(const Person& who, std::int64_t id, const std::string& answer) {
+    return Call(
+        who, "POST", "trials/{id}/answer", "trials/" + std::to_string(id) + "/answer", answer);
+  }
+  static std::string ReasonOf(const tests::HttpAnswer& answer) {
+    const json::value parsed = json::parse(answer.body);
+    const json::value* reason = parsed.as_object().if_contains("reason");
+    return reason != nullptr ? std::string(reason->as_string()) : "";
+  }
+  void MakeDue(std::int64_t assignment) {
+    const core::Status done =
+        database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+          tx.sql() << "UPDATE assignment SET due_ms = 1 WHERE id = " + std::to_string(assignment);
+          return core::Done{};
+        });
+    ASSERT_TRUE(done.ok()) << done.error().message;
+  }
+
+  Person ann_;
+  Person mila_;
+  std::int64_t course_ = 0;
+};
+
+constexpr const char* kAtOnce = R"(,"reveal":"answer","attempts":2,"plan":{"duration_s":14})";
+constexpr const char* kRight =
+    R"({"component":"Ra","value":9.8,"unit":"ohm","confidence":0.9,"at_s":8.2,"text":"ia falls"})";
+
+TEST_F(TrialTest, IsDrawnPlayedAnsweredGradedAndOpened) {
+  const std::int64_t assignment = Assign(kRa, kAtOnce);
+  const json::object begun = Play(assignment);
+  const std::int64_t id = begun.at("id").as_int64();
+  const std::string run(begun.at("run").as_string());
+  const json::object open = Trial(ann_, id);
+  EXPECT_EQ(open.at("state"), "open");
+  EXPECT_TRUE(open.at("truth").is_null());
+  EXPECT_EQ(ReasonOf(TryStart(ann_, assignment)), "trial_open");
+
+  const json::object answered = Ok(Answer(ann_, id, kRight));
+  EXPECT_EQ(answered.at("state"), "answered");
+  EXPECT_EQ(answered.at("commitment"), begun.at("commitment"));
+  const std::string truth(answered.at("truth").as_string());
+  EXPECT_EQ(course::CommitmentOf(std::string(answered.at("nonce").as_string()), truth),
+            std::string(begun.at("commitment").as_string()));
+  const json::object& grade = answered.at("grade").as_object();
+  EXPECT_EQ(grade.at("right"), true);
+  EXPECT_NEAR(grade.at("points").to_number<double>(), 99.9, 0.05) << "0.1 for its confidence";
+  EXPECT_GT(grade.at("bound").to_number<double>(), 0.0);
+  EXPECT_LT(grade.at("bound").to_number<double>(), 0.05);
+
+  // The run is now as any other: plan, events and the lab's own diagnosis.
+  const json::object opened = Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run));
+  EXPECT_FALSE(opened.at("plan").as_object().contains("sealed"));
+  EXPECT_EQ(opened.at("plan").at("faults").at(0).at("component"), "Ra");
+  EXPECT_EQ(opened.at("plan").at("trial"), id);
+  std::vector<std::string> kinds;
+  std::int64_t before = 0;
+  for (const json::value& event : opened.at("events").as_array()) {
+    kinds.emplace_back(event.at("kind").as_string());
+    EXPECT_GE(event.at("index").to_number<std::int64_t>(), before);
+    before = event.at("index").to_number<std::int64_t>();
+  }
+  EXPECT_EQ(
+      kinds,
+      (std::vector<std::string>{"started", "fault_commanded", "relay_confirmed", "finished"}));
+  const json::object diagnosis =
+      Ok(Call(ann_, "GET", "runs/{id}/diagnosis", "runs/" + run + "/diagnosis"));
+  EXPECT_EQ(diagnosis.at("verdict"), "fault");
+  EXPECT_EQ(diagnosis.at("candidates").at(0).at("component"), "Ra");
+
+  EXPECT_EQ(ReasonOf(Answer(ann_, id, kRight)), "trial_changed");
+  Play(assignment);
+  EXPECT_EQ(ReasonOf(TryStart(ann_, assignment)), "trial_open");
+}
+
+TEST_F(TrialTest, IsReleasedWhenItIsDueWhateverWasAnswered) {
+  const std::int64_t assignment = Assign(kRa, R"(,"attempts":2,"plan":{"duration_s":14})");
+  const std::int64_t one = Play(assignment).at("id").as_int64();
+  const json::object answered = Ok(Answer(ann_, one, R"({"component":null,"confidence":1})"));
+  EXPECT_TRUE(answered.at("grade").is_null()) << "a grade tells the truth";
+  EXPECT_TRUE(answered.at("truth").is_null());
+  const std::int64_t two = Play(assignment).at("id").as_int64();
+  MakeDue(assignment);
+  EXPECT_EQ(ReasonOf(Answer(ann_, two, kRight)), "answer_late");
+  EXPECT_EQ(ReasonOf(TryStart(ann_, assignment)), "assignment_closed");
+  EXPECT_EQ(Trial(ann_, one).at("grade").at("points").to_number<double>(), 0.0);
+  EXPECT_EQ(Trial(ann_, two).at("state"), "open") << "never answered";
+  EXPECT_FALSE(Trial(ann_, two).at("truth").is_null());
+  const tests::HttpAnswer csv = Call(mila_,
+                                     "GET",
+                                     "assignments/{id}/grades.csv",
+                                     "assignments/" + std::to_string(assignment) + "/grades.csv");
+  EXPECT_NE(csv.body.find("\"healthy\",\"\",\"1\",\"Ra = 9.8125\",0"), std::string::npos)
+      << csv.body;
+}
+
+TEST_F(TrialTest, IsGradedTheSameASecondTime) {
+  const std::int64_t assignment = Assign(kRa, kAtOnce);
+  const std::int64_t id = Play(assignment).at("id").as_int64();
+  const json::value first = Ok(Answer(ann_, id, kRight)).at("grade");
+  // As a second grading would find it: the answer is taken back behind the server's back.
+  const core::Status undone =
+      database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+        tx.sql() << "UPDATE trial SET state = 'open', answer = '', grade = '', answered_ms = 0";
+        return core::Done{};
+      });
+  ASSERT_TRUE(undone.ok());
+  EXPECT_EQ(json::serialize(Ok(Answer(ann_, id, kRight)).at("grade")), json::serialize(first));
+}
+
+TEST_F(TrialTest, IsSeenByItsStudentAndTheTeachersOfItsCourse) {
+  const std::int64_t assignment = Assign(kRa, kAtOnce);
+  const std::int64_t id = Play(assignment).at("id").as_int64();
+  const Person bob = Make("bob", Role::kStudent);
+  const Person ivo = Make("ivo", Role::kInstructor);
+  const Person mate = Make("eva", Role::kStudent);
+  ASSERT_TRUE(accounts_->Enrol(course_, accounts_->GetByLogin("eva").value().id, false).ok());
+  const auto status = [&](const Person& who) {
+    return Call(who, "GET", "trials/{id}", "trials/" + std::to_string(id)).status;
+  };
+  EXPECT_EQ(status(ann_), 200);
+  EXPECT_EQ(status(mila_), 200);
+  EXPECT_EQ(status(bob), 404);
+  EXPECT_EQ(status(mate), 404) << "of the same course";
+  EXPECT_EQ(status(ivo), 404) << "teaches another";
+  EXPECT_EQ(status({}), 401);
+  EXPECT_EQ(TryStart(bob, assignment).status, 404);
+  EXPECT_EQ(Answer(mila_, id, kRight).status, 403) << "not in their name";
+  const std::string list = "assignments/" + std::to_string(assignment) + "/trials";
+  EXPECT_EQ(Ok(Call(mate, "GET", "assignments/{id}/trials", list)).at("items").as_array().size(),
+            0U);
+  EXPECT_EQ(Ok(Call(mila_, "GET", "assignments/{id}/trials", list)).at("items").as_array().size(),
+            1U);
+  const json::object seen =
+      Ok(Call(ann_, "GET", "assignments/{id}", "assignments/" + std::to_string(assignment)));
+  EXPECT_TRUE(seen.at("pool").is_null()) << "what may come is the teacher's to know";
+  EXPECT_EQ(Ok(Call(ann_, "GET", "fault-sets", "fault-sets")).at("items").as_array().size(), 0U);
+}
+
+TEST_F(TrialTest, CannotBeMadeOfWhatNobodyCanSolve) {
+  const auto reason = [&](const std::string& pool, const std::string& more) {
+    return ReasonOf(TryAssignment(MakeSet(pool), more));
+  };
+  const std::string plan = R"(,"plan":{"duration_s":14})";
+  EXPECT_EQ(
+      reason(R"({"items":[{"component":"J","values":[0.00000143001],"onset_from_s":8}]})", plan),
+      "fault_not_visible");
+  EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":9})"), "fault_outside_run");
+  EXPECT_EQ(reason(kRa, R"(,"plan":{"seed":1})"), "member_unknown");
+  EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":14},"rubric":{"value":-1})"), "number_outside");
+  EXPECT_EQ(ReasonOf(Call(mila_,
+                          "POST",
+                          "assignments",
+                          "assignments",
+                          R"({"name":"E","course":1,"fault_set":)" + std::to_string(MakeSet(kRa)) +
+                              R"(,"due":"2020-01-01T00:00:00Z"})")),
+            "due_not_ahead");
+  const json::object plain =
+      Ok(Call(mila_,
+              "POST",
+              "fault-sets",
+              "fault-sets",
+              R"({"name":"s","faults":[{"component":"R1","value":56,"at_s":8}]})"),
+         201);
+  EXPECT_EQ(ReasonOf(TryAssignment(plain.at("id").as_int64(), plan)), "set_without_pool");
+  const std::int64_t pool = MakeSet(kRa);
+  EXPECT_EQ(ReasonOf(Call(mila_,
+                          "POST",
+                          "runs",
+                          "runs",
+                          R"({"rig":"sim-1","fault_set":)" + std::to_string(pool) + "}")),
+            "set_to_draw_from");
+}
+
+TEST_F(TrialTest, OutlivesItsFaultSet) {
+  const std::int64_t set = MakeSet(kRa);
+  const std::int64_t assignment = Ok(TryAssignment(set, kAtOnce), 201).at("id").as_int64();
+  const tests::HttpAnswer gone = Call(mila_,
+                                      "DELETE",
+                                      "fault-sets/{id}",
+                                      "fault-sets/" + std::to_string(set),
+                                      {},
+                                      "If-Match: \"1\"\r\n");
+  EXPECT_EQ(gone.status, 204) << gone.body;
+  const std::int64_t id = Play(assignment).at("id").as_int64();
+  EXPECT_EQ(Ok(Answer(ann_, id, kRight)).at("grade").at("right"), true);
+}
+
+TEST_F(TrialTest, GivesTheAttemptBackWhenItsServerDied) {
+  const std::int64_t assignment = Assign(kRa, R"(,"plan":{"duration_s":14})");
+  const json::object begun = Play(assignment);
+  const auto set = [&](const std::string& what) {
+    const core::Status done =
+        database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+          tx.sql() << what;
+          return core::Done{};
+        });
+    EXPECT_TRUE(done.ok());
+  };
+  // Between the draw and the begin of its run; then in the middle of the run.
+  set("UPDATE trial SET state = 'drawn', run = '', ended_ms = 0");
+  EXPECT_EQ(Trial(ann_, begun.at("id").as_int64()).at("state"), "drawn") << "it may still begin";
+  set("UPDATE trial SET created_ms = created_ms - 130000");
+  EXPECT_EQ(Trial(ann_, begun.at("id").as_int64()).at("void"), "not_begun");
+  const json::object second = Play(assignment);
+  set("UPDATE trial SET state = 'running', ended_ms = 0 WHERE id = " +
+      std::to_string(second.at("id").as_int64()));
+  set("UPDATE recording SET state = 'interrupted' WHERE id = '" +
+      std::string(second.at("run").as_string()) + "'");
+  const json::object third = Play(assignment);
+  EXPECT_EQ(Trial(ann_, second.at("id").as_int64()).at("void"), "interrupted");
+  EXPECT_TRUE(Trial(ann_, second.at("id").as_int64()).at("truth").is_null());
+  EXPECT_EQ(Trial(ann_, third.at("id").as_int64()).at("state"), "open");
+}
+
+TEST_F(TrialTest, ItsRunIsNotChangedDiagnosedReplayedOrDeleted) {
+  const std::int64_t assignment = Assign(kRa, R"(,"plan":{"duration_s":14})");
+  const std::string run(Play(assignment).at("run").as_string());
+  EXPECT_EQ(ReasonOf(Call(ann_, "DELETE", "runs/{id}", "runs/" + run)), "run_sealed");
+  EXPECT_EQ(ReasonOf(Call(ann_, "POST", "runs", "runs", R"({"recording":")" + run + "\"}")),
+            "run_sealed");
+  EXPECT_EQ(ReasonOf(Call(ann_,
+                          "POST",
+                          "jobs",
+                          "jobs",
+                          R"({"name":"d","runs":[{"diagnose":{"recording":")" + run + "\"}}]}")),
+            "run_sealed");
+  const json::object diagnosis =
+      Ok(Call(ann_, "GET", "runs/{id}/diagnosis", "runs/" + run + "/diagnosis"));
+  EXPECT_EQ(diagnosis.at("verdict"), "calibrating");
+  EXPECT_TRUE(diagnosis.at("candidates").as_array().empty());
+}
+
+/// Numbers that appear nowhere by chance, as text and as the bytes of a double in either order.
+std::vector<std::string> TracesOf(const std::vector<double>& truth) {
+  std::vector<std::string> traces = {"fault_commanded", "relay_confirmed"};
+  for (const double value : truth) {
+    traces.push_back(json::serialize(json::value(value)));
+    std::ostringstream plain;
+    plain << std::setprecision(15) << value;
+    traces.push_back(plain.str());
+    std::string bytes(sizeof value, '\0');
+    std::memcpy(bytes.data(), &value, sizeof value);
+    traces.push_back(bytes);
+    traces.emplace_back(bytes.rbegin(), bytes.rend());
+  }
+  return traces;
+}
+
+/// Every answer that the API gives anybody, and every byte of the live stream, the student's own
+/// included, while it is sealed.
+class SealedTrialTest : public TrialTest {
+ protected:
+  SealedTrialTest() : assignment_(Assign(kRa, R"(,"plan":{"duration_s":24})")) {}
+
+  std::string TargetOf(std::string path, const std::string& figure) const {
+    const auto put = [&path](const std::string& what, const std::string& value) {
+      const std::size_t at = path.find(what);
+      if (at != std::string::npos) path.replace(at, what.size(), value);
+    };
+    const bool of_run = path.find("/runs/{") != std::string::npos;
+    const bool of_rig = path.find("/rigs/{") != std::string::npos;
+    put("{id}", of_run ? run_ : of_rig ? "sim-1" : "1");
+    put("{figure}", figure);
+    put("{bench}", "paper");
+    put("{class}", "bench");
+    put("{index}", "0");
+    put("{token}", "1");
+    return path.ends_with("/comparison.png") ? path + "?runs=" + run_ : path;
+  }
+  static void Search(const std::string& body,
+                     const std::vector<std::string>& traces,
+                     const std::string& where) {
+    for (const std::string& trace : traces) {
+      EXPECT_EQ(body.find(trace), std::string::npos) << where << " has " << trace;
+    }
+  }
+  void SearchAll(const std::vector<Person>& people, const std::vector<std::string>& traces) {
+    for (const auto& [path, operations] : description_.document().at("paths").as_object()) {
+      if (!operations.as_object().contains("get") || path.ends_with("openapi.json")) continue;
+      for (const char* figure : {"signals", "estimates"}) {
+        const std::string target = TargetOf(path, figure);
+        for (const Person& who : people) {
+          Search(tests::Request(application_->port(), "GET", target, who.headers).body,
+                 traces,
+                 target);
+        }
+        if (TargetOf(path, "x") == target) break;
+      }
+    }
+  }
+  /// All that the student's page is sent until the run ends.
+  std::string Stream() {
+    const json::object token = Ok(
+        Call(ann_, "POST", "runs/{id}/stream-token", "runs/" + run_ + "/stream-token", "{}"), 201);
+    tests::WebSocketClient page(application_->port(),
+                                "/ws?code=" + std::string(token.at("code").as_string()));
+    EXPECT_EQ(page.status(), 101);
+    const std::string hello = page.ReadTextWith("\"hello\"").value_or("{}");
+    const json::object told = json::parse(hello).as_object();
+    EXPECT_TRUE(page.SendText(json::serialize(json::object{{"type", "command"},
+                                                           {"id", 1},
+                                                           {"epoch", told.at("epoch")},
+                                                           {"action", "set"},
+                                                           {"component", "R1"},
+                                                           {"value", 56}})));
+    std::string all = hello;
+    while (const auto frame = page.Read()) {
+      all += frame->payload + "\n";
+      if (frame->payload.find(R"("type":"end")") != std::string::npos) break;
+    }
+    return all;
+  }
+
+  const std::int64_t assignment_;
+  std::string run_;
+};
+
+TEST_F(SealedTrialTest, NoByteTellsItBeforeItsRelease) {
+  const json::object begun = Ok(TryStart(ann_, assignment_), 201);
+  const std::int64_t id = begun.at("id").as_int64();
+  run_ = begun.at("run").as_string();
+  std::string truth;
+  const core::Status read = database_->Read([&](Transaction& tx) -> core::Status {
+    tx.sql() << "SELECT truth FROM trial WHERE id = " + std::to_string(id), soci::into(truth);
+    return core::Done{};
+  });
+  ASSERT_TRUE(read.ok());
+  const json::value parsed = json::parse(truth);
+  const double seed = parsed.at("seed").to_number<double>();
+  const Person olga = Make("olga", Role::kOperator);
+  const std::vector<std::string> traces = TracesOf({seed, 9.8125});
+  const std::vector<std::string> drawn = TracesOf({seed});
+  // Operators and teachers see the pool: of them only what was drawn is hidden.
+  SearchAll({Person{}, ann_}, traces);  // while it goes on
+  const std::string stream = Stream();
+  EXPECT_GT(stream.size(), 1000U);
+  EXPECT_NE(stream.find("run_sealed"), std::string::npos) << "a change could find it out";
+  Search(stream, traces, "the live stream");
+  application_->runs().Wait(run_);
+  SearchAll({Person{}, ann_}, traces);
+  SearchAll({olga, mila_}, drawn);
+  ASSERT_EQ(Answer(ann_, id, kRight).status, 200);
+  SearchAll({ann_, olga, mila_}, drawn);
+  MakeDue(assignment_);
+  EXPECT_NE(json::serialize(Trial(ann_, id)).find("9.8125"), std::string::npos)
+      << "and afterwards it does";
+}
+
+}  // namespace
+}  // namespace faultlab::server
