@@ -5,6 +5,7 @@
 #include <boost/json.hpp>
 #include <cstring>
 #include <iomanip>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -319,7 +320,7 @@ std::vector<std::string> TracesOf(const std::vector<double>& truth) {
 /// included, while it is sealed.
 class SealedTrialTest : public TrialTest {
  protected:
-  SealedTrialTest() : assignment_(Assign(kRa, R"(,"plan":{"duration_s":24})")) {}
+  SealedTrialTest() : assignment_(Assign(kRa, R"(,"plan":{"duration_s":600})")) {}
 
   std::string TargetOf(std::string path, const std::string& figure) const {
     const auto put = [&path](const std::string& what, const std::string& value) {
@@ -343,43 +344,46 @@ class SealedTrialTest : public TrialTest {
       EXPECT_EQ(body.find(trace), std::string::npos) << where << " has " << trace;
     }
   }
-  void SearchAll(const std::vector<Person>& people, const std::vector<std::string>& traces) {
+  /// @param files  also pictures, exports and the report
+  void SearchAll(const std::vector<Person>& people,
+                 const std::vector<std::string>& traces,
+                 bool files) {
     for (const auto& [path, operations] : description_.document().at("paths").as_object()) {
       if (!operations.as_object().contains("get") || path.ends_with("openapi.json")) continue;
-      for (const char* figure : {"signals", "estimates"}) {
-        const std::string target = TargetOf(path, figure);
-        for (const Person& who : people) {
-          Search(tests::Request(application_->port(), "GET", target, who.headers).body,
-                 traces,
-                 target);
-        }
-        if (TargetOf(path, "x") == target) break;
+      const bool is_file = path.substr(path.rfind('/')).find('.') != std::string_view::npos;
+      if (is_file && !files) continue;
+      const std::string target = TargetOf(path, "signals");
+      for (const Person& who : people) {
+        Search(
+            tests::Request(application_->port(), "GET", target, who.headers).body, traces, target);
       }
     }
   }
-  /// All that the student's page is sent until the run ends.
-  std::string Stream() {
+  /// The page of the student, which tries to change a component.
+  std::unique_ptr<tests::WebSocketClient> Watch() {
     const json::object token = Ok(
         Call(ann_, "POST", "runs/{id}/stream-token", "runs/" + run_ + "/stream-token", "{}"), 201);
-    tests::WebSocketClient page(application_->port(),
-                                "/ws?code=" + std::string(token.at("code").as_string()));
-    EXPECT_EQ(page.status(), 101);
-    const std::string hello = page.ReadTextWith("\"hello\"").value_or("{}");
-    const json::object told = json::parse(hello).as_object();
-    EXPECT_TRUE(page.SendText(json::serialize(json::object{{"type", "command"},
-                                                           {"id", 1},
-                                                           {"epoch", told.at("epoch")},
-                                                           {"action", "set"},
-                                                           {"component", "R1"},
-                                                           {"value", 56}})));
-    std::string all = hello;
+    auto page = std::make_unique<tests::WebSocketClient>(
+        application_->port(), "/ws?code=" + std::string(token.at("code").as_string()));
+    EXPECT_EQ(page->status(), 101);
+    stream_ = page->ReadTextWith("\"hello\"").value_or("{}");
+    const json::value hello = json::parse(stream_);
+    EXPECT_TRUE(page->SendText(json::serialize(json::object{{"type", "command"},
+                                                            {"id", 1},
+                                                            {"epoch", hello.at("epoch")},
+                                                            {"action", "set"},
+                                                            {"component", "R1"},
+                                                            {"value", 56}})));
+    return page;
+  }
+  void ReadToItsEnd(tests::WebSocketClient& page) {
     while (const auto frame = page.Read()) {
-      all += frame->payload + "\n";
-      if (frame->payload.find(R"("type":"end")") != std::string::npos) break;
+      stream_ += frame->payload + "\n";
+      if (frame->payload.find(R"("type":"end")") != std::string::npos) return;
     }
-    return all;
   }
 
+  std::string stream_;
   const std::int64_t assignment_;
   std::string run_;
 };
@@ -400,16 +404,21 @@ TEST_F(SealedTrialTest, NoByteTellsItBeforeItsRelease) {
   const std::vector<std::string> traces = TracesOf({seed, 9.8125});
   const std::vector<std::string> drawn = TracesOf({seed});
   // Operators and teachers see the pool: of them only what was drawn is hidden.
-  SearchAll({Person{}, ann_}, traces);  // while it goes on
-  const std::string stream = Stream();
-  EXPECT_GT(stream.size(), 1000U);
-  EXPECT_NE(stream.find("run_sealed"), std::string::npos) << "a change could find it out";
-  Search(stream, traces, "the live stream");
+  const auto page = Watch();
+  SearchAll({Person{}, ann_}, traces, false);  // while it goes on
+  EXPECT_TRUE(tests::Await([&] {
+    return Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run_)).at("samples").as_int64() > 1000;
+  })) << "the fault has begun";
+  EXPECT_EQ(Call(ann_, "POST", "runs/{id}/stop", "runs/" + run_ + "/stop", "{}").status, 202);
+  ReadToItsEnd(*page);
+  EXPECT_GT(stream_.size(), 1000U);
+  EXPECT_NE(stream_.find("run_sealed"), std::string::npos) << "a change could find it out";
+  Search(stream_, traces, "the live stream");
   application_->runs().Wait(run_);
-  SearchAll({Person{}, ann_}, traces);
-  SearchAll({olga, mila_}, drawn);
+  SearchAll({Person{}, ann_}, traces, true);
+  SearchAll({olga, mila_}, drawn, false);
   ASSERT_EQ(Answer(ann_, id, kRight).status, 200);
-  SearchAll({ann_, olga, mila_}, drawn);
+  SearchAll({ann_, olga, mila_}, drawn, false);
   MakeDue(assignment_);
   EXPECT_NE(json::serialize(Trial(ann_, id)).find("9.8125"), std::string::npos)
       << "and afterwards it does";
