@@ -7,7 +7,7 @@ namespace faultlab::server {
 
 /// What the audit log tells of. A test of the page holds that every verb is in this list and has
 /// its sentence.
-inline constexpr std::array<std::string_view, 43> kAuditVerbs{
+inline constexpr std::array<std::string_view, 45> kAuditVerbs{
     "accept_invitation",
     "acknowledge",
     "add_identity",
@@ -19,6 +19,7 @@ inline constexpr std::array<std::string_view, 43> kAuditVerbs{
     "clear_trip",
     "commission",
     "course_end",
+    "create_assignment",
     "create_calendar_link",
     "create_course",
     "create_fault_set",
@@ -26,6 +27,7 @@ inline constexpr std::array<std::string_view, 43> kAuditVerbs{
     "create_user",
     "create_webhook",
     "decline_invitation",
+    "delete_assignment",
     "delete_fault_set",
     "delete_run",
     "delete_webhook",

@@ -103,16 +103,14 @@ core::Status CheckSolvable(const core::Bench& bench,
 core::Result<json::object> ReadPlan(const json::object* wanted, const std::string& bench) {
   json::object plan{{"bench", bench}};
   if (wanted == nullptr) return plan;
-  for (const auto& [name, value] : *wanted) {
-    if (name != "duration_s" && name != "period_s" && name != "excitation") {
-      return Error{ErrorCode::kInvalid,
-                   "unknown member '" + std::string(name) + "'",
-                   "/plan/" + std::string(name),
-                   "member_unknown",
-                   {{"member", std::string(name)}}};
-    }
-    plan[name] = value;
-  }
+  ObjectReader in(*wanted, "/plan");
+  const auto keep = [&](const char* name) {
+    if (in.Has(name)) plan[name] = wanted->at(name);
+  };
+  keep("duration_s");
+  keep("period_s");
+  keep("excitation");
+  if (auto error = in.Finish()) return *error;
   return plan;
 }
 

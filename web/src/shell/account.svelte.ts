@@ -1,3 +1,4 @@
+import { tick } from "svelte";
 import { api, onUnauthorized, useCsrfToken } from "../api/client";
 import type { Me, Role } from "../api/types";
 
@@ -19,6 +20,8 @@ class Account {
   loaded = $state(false);
   /** The sign-in ended while the page was open: by a time limit, or from elsewhere. */
   expired = $state(false);
+  /** The person is signing out. */
+  leaving = $state(false);
 
   constructor() {
     onUnauthorized(() => {
@@ -56,9 +59,19 @@ class Account {
     if (!this.me.csrf_token) await this.load();
   }
 
+  /**
+   * The lab's feed ends first: the server ends it with the sign-in, and a feed that was still there
+   * would connect again, without one.
+   */
   async signOut(): Promise<void> {
-    await api.logout();
-    this.take({ role: "guest", name: "guest" });
+    this.leaving = true;
+    await tick();
+    try {
+      await api.logout();
+      this.take({ role: "guest", name: "guest" });
+    } finally {
+      this.leaving = false;
+    }
   }
 
   private take(me: Me): void {

@@ -1259,6 +1259,8 @@ export const texts = {
   audit_course_end: "set the end of the course {object}",
   audit_create_calendar_link: "made a calendar address",
   audit_create_course: "made the course {object}",
+  audit_create_assignment: "made the assignment {detail}",
+  audit_delete_assignment: "deleted the assignment {detail}",
   audit_create_fault_set: "made the fault set {object}",
   audit_create_key: "made the API key {object}",
   audit_create_user: "made the user {object}",
@@ -1474,6 +1476,31 @@ export const texts = {
     "The file has a step of {wanted} ms, the chosen calibration is for {its} ms.",
   refused_change_planned:
     "The plan changes {component} at {at_s} s, while the rig would be learnt. Learn it again after that.",
+  refused_run_sealed:
+    "This is the run of a blind trial. Until its truth is released it is neither changed, diagnosed, replayed nor deleted.",
+  refused_set_to_draw_from: "Blind trials are drawn from this fault set: give it to an assignment.",
+  refused_pool_range_backwards: "The upper limit lies below the lower one.",
+  refused_onset_too_early:
+    "A fault begins after the bench has learnt its healthy rig, at {lowest} s.",
+  refused_faults_or_pool: "Give faults or a pool to draw from, not both.",
+  refused_unit_wrong: "The value of {component} is given in {unit}.",
+  refused_rubric_empty: "At least one part must count.",
+  refused_assignments_full: "The course has {most} assignments, as many as it may have.",
+  refused_trial_open:
+    "You have a trial of this assignment that is not answered yet. Answer it first.",
+  refused_attempts_used: "You have used all {attempts} attempts of this assignment.",
+  refused_trial_changed:
+    "The trial has changed meanwhile, perhaps in another window. Load the page again.",
+  refused_trial_runs: "The run goes on. Wait for its end, or stop it.",
+  refused_answer_late: "The assignment was due before this answer came.",
+  refused_assignment_not_open: "The assignment is not open yet.",
+  refused_assignment_closed: "The assignment was due; no new trial begins.",
+  refused_due_not_ahead: "The due time must lie ahead, and after the assignment opens.",
+  refused_set_without_pool: "This set plays all its faults in every run. Choose one to draw from.",
+  refused_fault_not_visible:
+    "Nobody can see {component} = {value} in this experiment. Change the fault, or what is played.",
+  refused_not_in_course: "Only members of the course begin a trial.",
+  refused_trial_of_another: "Only whoever began a trial answers it.",
   refused_learns_once: "A replay or a run with hidden faults learns its rig only once.",
   refused_value_not_positive: "{component} must be greater than 0 and at most 10¹² in its SI unit.",
   refused_component_not_switchable: "{rig} cannot change {component}.",

@@ -1317,6 +1317,8 @@ export const marked: Catalogue = {
   audit_course_end: "odredio kraj kursa {object}",
   audit_create_calendar_link: "napravio adresu kalendara",
   audit_create_course: "napravio kurs {object}",
+  audit_create_assignment: "napravio vežbu {detail}",
+  audit_delete_assignment: "obrisao vežbu {detail}",
   audit_create_fault_set: "napravio skup kvarova {object}",
   audit_create_key: "napravio API ključ {object}",
   audit_create_user: "napravio korisnika {object}",
@@ -1515,6 +1517,31 @@ export const marked: Catalogue = {
     "Korak datoteke je {wanted} ms, a izabrana kalibracija važi za {its} ms.",
   refused_change_planned:
     "Plan menja {component} u {at_s} s, dok bi se uređaj učio; učite ga ponovo posle toga.",
+  refused_run_sealed:
+    "Ovo je eksperiment slepog zadatka. Dok se istina ne objavi, ne menja se, ne dijagnostikuje, ne ponavlja i ne briše.",
+  refused_set_to_draw_from: "Iz ovog skupa kvarova izvlače se slepi zadaci: dodelite ga vežbi.",
+  refused_pool_range_backwards: "Gornja granica je ispod donje.",
+  refused_onset_too_early: "Kvar počinje kada je stalak naučio ispravno stanje, u {lowest} s.",
+  refused_faults_or_pool: "Navedite kvarove ili skup iz kojeg se izvlači, ne oboje.",
+  refused_unit_wrong: "Vrednost za {component} daje se u jedinici {unit}.",
+  refused_rubric_empty: "Bar jedan deo mora da se boduje.",
+  refused_assignments_full: "Kurs ima {most} vežbi, najviše što može da ima.",
+  refused_trial_open:
+    "Imate zadatak ove vežbe na koji još niste odgovorili. Najpre odgovorite na njega.",
+  refused_attempts_used: "Iskoristili ste sve pokušaje ove vežbe ({attempts}).",
+  refused_trial_changed:
+    "Zadatak se u međuvremenu promenio, možda u drugom prozoru. Učitajte stranicu ponovo.",
+  refused_trial_runs: "Eksperiment još traje. Sačekajte kraj ili ga zaustavite.",
+  refused_answer_late: "Rok vežbe je istekao pre nego što je odgovor stigao.",
+  refused_assignment_not_open: "Vežba još nije otvorena.",
+  refused_assignment_closed: "Rok vežbe je istekao; novi zadatak ne počinje.",
+  refused_due_not_ahead: "Rok mora da bude u budućnosti i posle otvaranja vežbe.",
+  refused_set_without_pool:
+    "Ovaj skup u svakom eksperimentu ima sve svoje kvarove. Izaberite skup iz kojeg se izvlači.",
+  refused_fault_not_visible:
+    "U ovom eksperimentu niko ne može da vidi {component} = {value}. Promenite kvar ili pobudu.",
+  refused_not_in_course: "Zadatak počinju samo članovi kursa.",
+  refused_trial_of_another: "Na zadatak odgovara samo onaj ko ga je počeo.",
   refused_learns_once:
     "Ponavljanje snimka i ogled sa skrivenim kvarovima uče svoj uređaj samo jednom.",
   refused_value_not_positive: "{component} mora biti veće od 0, u jedinici `SI`.",
