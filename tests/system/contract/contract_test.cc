@@ -49,6 +49,7 @@ class Contract {
   void Rigs();
   void Sessions();
   void JobsAndFaultSets();
+  void Trials();
   void Mistakes();
   void Report();
 
@@ -480,6 +481,46 @@ void Contract::JobsAndFaultSets() {
   }
 }
 
+/// A teacher tries an assignment before the students do.
+void Contract::Trials() {
+  const json::object course =
+      world_.Expect(201, "teacher", "POST", "courses", {}, R"({"name":"Trials"})");
+  const json::object set = world_.Expect(
+      201,
+      "teacher",
+      "POST",
+      "fault-sets",
+      {},
+      R"({"name":"pool","pool":{"items":[{"component":"R9","low":15000,"high":33000,"onset_from_s":8}]}})");
+  const auto assignment = [&](const std::string& more) {
+    return R"({"name":"E","course":)" + Id(course) + R"(,"fault_set":)" + Id(set) +
+           R"(,"due":"2099-01-01T00:00:00Z","reveal":"answer","plan":{"duration_s":12})" + more +
+           "}";
+  };
+  const Values made{
+      {"id", Id(world_.Expect(201, "teacher", "POST", "assignments", {}, assignment("")))}};
+  const Values other{
+      {"id", Id(world_.Expect(201, "teacher", "POST", "assignments", {}, assignment("")))}};
+  world_.Expect(404, "bob", "GET", "assignments/{id}", made);
+  world_.Expect(204, "teacher", "DELETE", "assignments/{id}", other);
+  const json::object trial =
+      world_.Expect(201, "teacher", "POST", "assignments/{id}/trials", made, "{}");
+  world_.Expect(409, "teacher", "POST", "assignments/{id}/trials", made, "{}");
+  const Values trial_id{{"id", Id(trial)}};
+  world_.WaitForRun(std::string(trial.at("run").as_string()));
+  const std::string answer = R"({"component":"R9","value":22000,"unit":"ohm","confidence":0.5})";
+  world_.Expect(200, "teacher", "GET", "trials/{id}", trial_id);
+  world_.Expect(200, "teacher", "POST", "trials/{id}/answer", trial_id, answer);
+  world_.Expect(409, "teacher", "POST", "trials/{id}/answer", trial_id, answer);
+  for (const char* part : {"", "/trials", "/grades.csv"}) {
+    const std::string pattern = "assignments/{id}" + std::string(part);
+    world_.Expect(200, "teacher", "GET", pattern, made);
+    Remember("/api/v1/" + pattern, made, "teacher");
+  }
+  Remember("/api/v1/trials/{id}", trial_id, "teacher");
+  Remember("/api/v1/trials/{id}/answer", trial_id, "teacher");
+}
+
 void Contract::WrongIds(const std::string& method, const std::string& pattern) {
   const Known& known = KnownOf(pattern);
   for (const auto& [name, right] : known.ids) {
@@ -638,6 +679,7 @@ TEST(Contract, EveryOperationKeepsItsDescriptionInGoodAndInBadUse) {
   contract.People();
   contract.Rigs();
   contract.JobsAndFaultSets();
+  contract.Trials();
   contract.Sessions();
   contract.Mistakes();
   contract.Report();
