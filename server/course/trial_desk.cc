@@ -96,8 +96,8 @@ core::Result<Trial> TrialDesk::Start(const Principal& who, const Assignment& ass
     faults =
         Draw(pool.value(), had, SeedOf(assignment.secret, who.user_id, former.size()), &trial.item);
     plan.value().seed = SecretNumber();
-    trial.truth =
-        json::serialize(json::object{{"faults", server::ToJson(faults)}, {"seed", *plan.value().seed}});
+    trial.truth = json::serialize(
+        json::object{{"faults", server::ToJson(faults)}, {"seed", *plan.value().seed}});
     Commitment commitment = CommitTo(trial.truth);
     trial.nonce = std::move(commitment.nonce);
     trial.commitment = std::move(commitment.hash);

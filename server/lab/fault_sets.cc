@@ -90,7 +90,8 @@ FaultSet Insert(Transaction& tx, const FaultSet& set) {
          ":faults, :pool, 0, 0, :replaces, :created) RETURNING id",
       into(out.id), use(set.course_id, "course"), use(set.author, "author"), use(set.name, "name"),
       use(set.bench, "bench"), use(set.version, "version"), use(visible, "visible"),
-      use(set.faults_json, "faults"), use(set.pool_json, "pool"), use(set.replaces, "replaces"), use(created_ms, "created");
+      use(set.faults_json, "faults"), use(set.pool_json, "pool"), use(set.replaces, "replaces"),
+      use(created_ms, "created");
   return out;
 }
 
@@ -135,7 +136,8 @@ core::Result<FaultSet> FaultSets::Change(const FaultSet& set, std::int64_t versi
                 ":faults, "
                 "pool = :pool, version = :version WHERE id = :id",
         use(next.name, "name"), use(next.bench, "bench"), use(visible, "visible"),
-        use(next.faults_json, "faults"), use(next.pool_json, "pool"), use(next.version, "version"), use(next.id, "id");
+        use(next.faults_json, "faults"), use(next.pool_json, "pool"), use(next.version, "version"),
+        use(next.id, "id");
     return *Find(tx, set.id);
   });
 }

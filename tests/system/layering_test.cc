@@ -315,7 +315,8 @@ TEST(Layering, LibrariesStayInTheirFolders) {
       {"opencv2/", {"server/plots/"}},
       {"curl/", {"server/web_client/web_client.cc"}},
       {"openssl/", {"server/net/hop.cc", "server/net/websocket.cc", "server/oidc/"}},
-      {"soci/", {"server/storage/", "server/auth/", "server/course/", "server/lab/", "server/notify/"}},
+      {"soci/",
+       {"server/storage/", "server/auth/", "server/course/", "server/lab/", "server/notify/"}},
       {"spdlog/", {"server/app/"}},
       {"toml++/", {"hardware/config/toml_table.cc"}},
   };

@@ -19,7 +19,8 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr const char* kRa = R"({"items":[{"component":"Ra","values":[9.8124738261],"onset_from_s":8.25}],
+constexpr const char* kRa =
+    R"({"items":[{"component":"Ra","values":[9.8124738261],"onset_from_s":8.25}],
                                 "healthy_share":0})";
 
 class TrialTest : public ApiTest {
