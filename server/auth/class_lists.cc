@@ -1,11 +1,10 @@
-// Accounts: class lists as CSV.
-#include <algorithm>
+// Accounts: class lists.
 #include <utility>
 
 #include "server/auth/account_rows.h"
 #include "server/auth/accounts.h"
+#include "server/auth/class_list_text.h"
 #include "server/auth/course_rows.h"
-#include "server/auth/person_name.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server {
@@ -17,80 +16,6 @@ using core::ErrorCode;
 using soci::into;
 using soci::use;
 
-constexpr std::size_t kCsvLinesMax = 5000;
-
-struct CsvLine {
-  std::string login;
-  std::string name;
-};
-
-std::string_view Trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r')) {
-    text.remove_suffix(1);
-  }
-  return text;
-}
-
-/// Takes the first field off a line: all of it when no comma ends it. In quotes, commas belong to
-/// the field and two quotes are one (RFC 4180).
-std::string TakeField(std::string_view& line) {
-  line = Trimmed(line);
-  std::string field;
-  if (line.starts_with('"')) {
-    std::size_t at = 1;
-    for (; at < line.size(); ++at) {
-      const bool quote = line[at] == '"';
-      if (quote && line.substr(at + 1, 1) != "\"") break;
-      field.push_back(line[at]);
-      if (quote) ++at;
-    }
-    line.remove_prefix(std::min(at + 1, line.size()));
-    line.remove_prefix(std::min(line.find(','), line.size()));
-  } else {
-    field = Trimmed(line.substr(0, line.find(',')));
-    line.remove_prefix(std::min(line.find(','), line.size()));
-  }
-  return field;
-}
-
-core::Result<std::vector<CsvLine>> ParseCsv(std::string_view csv) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (csv.starts_with(kByteOrderMark)) csv.remove_prefix(kByteOrderMark.size());
-  std::vector<CsvLine> lines;
-  std::size_t number = 0;
-  while (!csv.empty()) {
-    const std::size_t end = std::min(csv.find('\n'), csv.size());
-    std::string_view line = Trimmed(csv.substr(0, end));
-    csv.remove_prefix(std::min(end + 1, csv.size()));
-    ++number;
-    const auto refuse = [&](const std::string& what, std::string reason) {
-      return Error{ErrorCode::kInvalid,
-                   "line " + std::to_string(number) + ": " + what,
-                   "",
-                   std::move(reason),
-                   {{"line", std::to_string(number)}}};
-    };
-    if (line.empty()) continue;
-    const std::string login = TakeField(line);
-    if (line.empty()) return refuse("expected login,name", "line_without_name");
-    line = Trimmed(line.substr(1));
-    const std::string name = CleanName(line.starts_with('"') ? TakeField(line) : std::string(line));
-    if (number == 1 && login == "login") continue;
-    const auto normal = NormalLogin(login);
-    if (!normal.ok()) return refuse(normal.error().message, "line_login_wrong");
-    if (name.empty() || name.size() > 200)
-      return refuse("a name has 1 to 200 bytes", "line_name_length");
-    if (lines.size() == kCsvLinesMax) {
-      return Error{ErrorCode::kTooLarge, "5000 lines at most; split the file", "", "list_too_long"};
-    }
-    lines.push_back({normal.value(), name});
-  }
-  if (lines.empty())
-    return Error{ErrorCode::kInvalid, "no line holds login,name", "", "list_empty"};
-  return lines;
-}
-
 std::optional<std::int64_t> AccountOf(Transaction& tx, const std::string& login) {
   std::int64_t id = 0;
   tx.sql() << "SELECT id FROM account WHERE login = :login", into(id), use(login, "login");
@@ -99,7 +24,10 @@ std::optional<std::int64_t> AccountOf(Transaction& tx, const std::string& login)
 }
 
 /// `maker`: 0 if an admin makes it.
-std::int64_t AddStudent(Transaction& tx, const CsvLine& line, std::int64_t maker, WallTime now) {
+std::int64_t AddStudent(Transaction& tx,
+                        const ClassListLine& line,
+                        std::int64_t maker,
+                        WallTime now) {
   const std::int64_t now_ms = ToMilliseconds(now);
   tx.sql() << "INSERT INTO account (login, name, role, password_hash, disabled, created_ms, "
               "version, made_by) VALUES (:login, :name, 'student', '', 0, :now, 1, :maker)",
@@ -159,7 +87,7 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
                                            std::int64_t course_id,
                                            std::string_view csv,
                                            WallTime now) {
-  const auto lines = ParseCsv(csv);
+  const auto lines = ParseClassList(csv);
   if (!lines.ok()) return lines.error();
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Enrolment> {
     if (!course_rows::Exists(tx, course_id)) return course_rows::NoCourse();
@@ -167,7 +95,7 @@ core::Result<Enrolment> Accounts::EnrolCsv(const Principal& who,
     const std::int64_t maker = who.role == Role::kAdmin ? 0 : who.user_id;
     if (maker != 0) TakeTurn(tx, "accounts made by " + std::to_string(maker));
     Enrolment out;
-    for (const CsvLine& line : lines.value()) {
+    for (const ClassListLine& line : lines.value()) {
       std::optional<std::int64_t> known = AccountOf(tx, line.login);
       if (known && course_rows::IsMember(tx, course_id, *known)) {
         ++out.members_already;

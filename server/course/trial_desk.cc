@@ -142,7 +142,7 @@ core::Result<Trial> TrialDesk::Look(const Assignment& assignment, Trial trial) {
     if (!done.ok() && done.error().code != ErrorCode::kConflict) return done.error();
     return parts_.trials.Get(trial.id);
   }
-  const bool ended = trial.state == TrialState::kOpen || trial.state == TrialState::kAnswered;
+  const bool ended = trial.state != TrialState::kDrawn && trial.state != TrialState::kRunning;
   const bool due =
       now >= assignment.due || (assignment.reveal_at_once && trial.state == TrialState::kAnswered);
   if (!ended || !due || trial.released_at) return trial;

@@ -189,7 +189,7 @@ core::Status Trials::Answer(std::int64_t id,
 }
 
 core::Status Trials::Release(std::int64_t id, WallTime now) {
-  return Move(id, "'open', 'answered'", "released_ms = :now", {}, now);
+  return Move(id, "'open', 'answered', 'void'", "released_ms = :now", {}, now);
 }
 
 core::Status Trials::Void(std::int64_t id, const std::string& why, WallTime now) {

@@ -77,6 +77,7 @@ describe("every page", { timeout: SUITE_MS }, () => {
     ["student", "/my"],
     ["student", "/book"],
     ["student", "/jobs"],
+    ["student", "/tasks"],
     ["student", "/account"],
     ["teacher", "/teach"],
     ["admin", "/admin"],

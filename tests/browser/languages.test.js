@@ -195,6 +195,7 @@ describe("languages", { timeout: SUITE_MS }, () => {
       "/runs",
       "/my",
       "/jobs",
+      "/tasks",
       "/account",
       "/status",
       "/learn",

@@ -28,12 +28,13 @@ constexpr std::int64_t kAttemptsMax = 50;
 constexpr double kSeenAfterS = 1.0;
 constexpr int kWindowMax = 200;
 
-json::object AssignmentToJson(const SeenAssignment& seen) {
+json::object AssignmentToJson(CourseApi& api, const SeenAssignment& seen) {
   const Assignment& of = seen.assignment;
+  const auto bench = api.benches.Find(of.bench);
   json::object out{{"id", of.id},
                    {"course", of.course},
                    {"name", of.name},
-                   {"bench", of.bench},
+                   {"bench", bench.ok() ? bench.value()->id : of.bench},
                    {"fault_set", nullptr},
                    {"pool", nullptr},
                    {"plan", json::parse(of.plan_json)},
@@ -202,7 +203,7 @@ core::Result<HttpResponse> ListAssignments(CourseApi& api, const ApiRequest& req
     last = each.id;
     seen.whose = whose.value();
     seen.assignment = std::move(each);
-    items.push_back(AssignmentToJson(seen));
+    items.push_back(AssignmentToJson(api, seen));
   }
   return page.value().Answer(std::move(items), last);
 }
@@ -242,7 +243,7 @@ core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& re
                 "create_assignment",
                 "assignment:" + std::to_string(made.value().id),
                 made.value().name);
-  return JsonResponse(AssignmentToJson({std::move(made).value(), Ownership::kOwn, member}), 201);
+  return JsonResponse(AssignmentToJson(api, {std::move(made).value(), Ownership::kOwn, member}), 201);
 }
 
 core::Result<HttpResponse> GetAssignment(CourseApi& api, const ApiRequest& request) {
@@ -250,7 +251,7 @@ core::Result<HttpResponse> GetAssignment(CourseApi& api, const ApiRequest& reque
   if (!id) return id.error();
   const auto seen = AssignmentFor(api, request.who, id.value());
   if (!seen) return seen.error();
-  return JsonResponse(AssignmentToJson(seen.value()));
+  return JsonResponse(AssignmentToJson(api, seen.value()));
 }
 
 core::Result<HttpResponse> DeleteAssignment(CourseApi& api, const ApiRequest& request) {

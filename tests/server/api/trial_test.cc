@@ -281,6 +281,12 @@ TEST_F(TrialTest, GivesTheAttemptBackWhenItsServerDied) {
   EXPECT_EQ(Trial(ann_, second.at("id").as_int64()).at("void"), "interrupted");
   EXPECT_TRUE(Trial(ann_, second.at("id").as_int64()).at("truth").is_null());
   EXPECT_EQ(Trial(ann_, third.at("id").as_int64()).at("state"), "open");
+  MakeDue(assignment);
+  EXPECT_FALSE(Trial(ann_, second.at("id").as_int64()).at("truth").is_null());
+  EXPECT_EQ(
+      Call(ann_, "DELETE", "runs/{id}", "runs/" + std::string(second.at("run").as_string())).status,
+      204)
+      << "nothing is kept from its owner for ever";
 }
 
 TEST_F(TrialTest, ItsRunIsNotChangedDiagnosedReplayedOrDeleted) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <soci/soci.h>
 
+#include "server/auth/class_list_text.h"
 #include "tests/server/auth/accounts_fixture.h"
 
 namespace faultlab::server {
@@ -113,6 +114,36 @@ TEST_P(CoursesTest, NamesOfAClassListAreCleanAndTheirCommasStayInTheirField) {
   EXPECT_EQ(enrol("\"evil9,x,admin\"").error().reason, "line_without_name");
   EXPECT_EQ(enrol("dan,\u200B").error().reason, "line_name_length");
   EXPECT_EQ(enrol("erased-7,Dan").error().reason, "line_login_wrong");
+}
+
+std::vector<std::string> ReadList(std::string_view text) {
+  const auto lines = ParseClassList(text);
+  if (!lines) return {lines.error().reason, lines.error().message.substr(0, 7)};
+  std::vector<std::string> out;
+  for (const ClassListLine& line : lines.value()) out.push_back(line.login + "=" + line.name);
+  return out;
+}
+
+TEST(ClassListText, IsReadAsSpreadsheetsWriteIt) {
+  using testing::ElementsAre;
+  EXPECT_THAT(ReadList("ann;Jovanović, Ana\r\nbob;Bob\r\n"),
+              ElementsAre("ann=Jovanović, Ana", "bob=Bob"));
+  EXPECT_THAT(ReadList("ann,Lee; Ann\n"), ElementsAre("ann=Lee; Ann"));
+  EXPECT_THAT(ReadList("ann\tAnn Lee\n"), ElementsAre("ann=Ann Lee"));
+  EXPECT_THAT(ReadList("sep=;\r\nann;Ann, A.\r\n"), ElementsAre("ann=Ann, A."));
+  EXPECT_THAT(ReadList("\"ann\";\"Lee; \"\"Ann\"\"\"\n"), ElementsAre("ann=Lee; \"Ann\""));
+  EXPECT_THAT(ReadList("Index;Name;Mail;Login\n7;Ann Lee;a@b.rs;ann\n8;Bob;;bob\n"),
+              ElementsAre("ann=Ann Lee", "bob=Bob"));
+  EXPECT_THAT(ReadList("\xEF\xBB\xBFLogin,Name\nann,Ann\n"), ElementsAre("ann=Ann"));
+}
+
+TEST(ClassListText, NamesTheLineThatIsWrong) {
+  using testing::ElementsAre;
+  EXPECT_THAT(ReadList("ann;Ann\nann;Anna\n"), ElementsAre("line_login_twice", "line 2:"));
+  EXPECT_THAT(ReadList("ann;Ann\nANN;Ann\nbob;Bob\n"), ElementsAre("ann=Ann", "bob=Bob"));
+  EXPECT_THAT(ReadList("name;login\nAnn;ann\nBob\n"), ElementsAre("line_without_name", "line 3:"));
+  EXPECT_THAT(ReadList("\n\n"), ElementsAre("list_empty", "no line"));
+  EXPECT_THAT(ReadList("login;name\n"), ElementsAre("list_empty", "no line"));
 }
 
 TEST_P(CoursesTest, AnAccountThatExistsJoinsACourseByItsOwnConsentOnly) {

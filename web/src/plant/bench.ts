@@ -114,7 +114,8 @@ export class Bench {
     return this.about.healthy.to_s;
   }
 
-  private unit(component: Component): string {
+  /** SI, as its description names it. */
+  unit(component: Component): string {
     return this.part(component)?.unit ?? "";
   }
 

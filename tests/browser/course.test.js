@@ -1,0 +1,80 @@
+// A blind exercise: a teacher gives it to a course, a student answers, both see what came of it.
+import assert from "node:assert/strict";
+import { after, before, describe } from "node:test";
+import { makeWorld, pageOf } from "./lab_world.js";
+import { axe, launchBrowser, SUITE_MS, startServer, story, waitForReview } from "./support.js";
+
+describe("course", { timeout: SUITE_MS }, () => {
+  let server;
+  let browser;
+  let world;
+  let teacher;
+  let ann;
+
+  before(async () => {
+    server = await startServer({ speed: 20 });
+    browser = await launchBrowser();
+    world = await makeWorld(server);
+    teacher = await world.user("teacher", "A Teacher", "instructor");
+    ann = await world.user("ann", "Ann Student", "student");
+    const course = await world.course(teacher, "Diagnosis", [ann]);
+    await world.join(ann, course);
+  });
+  after(async () => {
+    await browser?.close();
+    await server?.stop();
+  });
+
+  story("a teacher makes an exercise, a student diagnoses blind, both see the grade", async () => {
+    const desk = await pageOf(browser, server, teacher, "/teach");
+    const form = desk.page.getByRole("form", { name: "New exercise" });
+    await form.getByLabel("Name").fill("Exercise 1");
+    await form.getByRole("button", { name: "Give it to the course" }).click();
+    await form.getByText("Choose at least one component.").waitFor();
+    await form.getByRole("checkbox", { name: /^R1 / }).check();
+    await form.getByLabel("Without a fault, %").fill("0");
+    await form.getByLabel("Truth and grade").selectOption("answer");
+    await form.getByRole("button", { name: "Give it to the course" }).click();
+    await form.getByText("Exercise 1 is given to the course.").waitFor();
+    assert.deepEqual(await axe(desk.page), []);
+
+    const { page, close } = await pageOf(browser, server, ann, "/tasks");
+    await page.getByText("0 of 3 attempts used").waitFor();
+    assert.deepEqual(await axe(page), []);
+    await page.getByRole("button", { name: "Begin, Exercise 1" }).click();
+    const card = page.getByRole("region", { name: "Exercise 1" });
+    await waitForReview(page);
+    await card.getByText("What has failed in this run").waitFor();
+    assert.equal(await page.getByRole("heading", { name: "Diagnosis" }).count(), 0);
+    const shown = await page.getByRole("main").innerText();
+    assert.doesNotMatch(shown, /R1 →|verdict/i, "nothing tells the fault");
+
+    await card.getByRole("button", { name: "Answer" }).click();
+    await card.getByText("Choose a component and give its value").waitFor();
+    await card.getByLabel("Component", { exact: true }).selectOption("R1");
+    await card.getByLabel("Value, Ω").fill("47");
+    await card.getByLabel("Why").fill("b0 has fallen");
+    await page.reload();
+    await waitForReview(page);
+    assert.equal(await card.getByLabel("Value, Ω").inputValue(), "47", "the draft is kept");
+    assert.deepEqual(await axe(page), []);
+    await card.getByRole("button", { name: "Answer" }).click();
+    await page.getByRole("dialog").getByRole("button", { name: "Answer: R1 → 47 Ω" }).click();
+    await card.getByText("of 100 points", { exact: true }).waitFor();
+    // The run is open now: the lab's own verdict stands beside the grade.
+    await page.locator(".heading").getByText(/R1/).waitFor();
+    await card.getByText("How the truth is sealed").click();
+    await card.getByText(/printf '%s%s'/).waitFor();
+    assert.deepEqual(await axe(page), []);
+    await card.getByRole("link", { name: "All exercises" }).click();
+    await page.getByText("1 of 3 attempts used").waitFor();
+    await page.getByText(/of 100 points/).waitFor();
+    await close();
+
+    await desk.page.getByRole("button", { name: "Results, Exercise 1" }).click();
+    const row = desk.page.getByRole("row", { name: /Ann Student|ann/ });
+    await row.getByText("R1 → 47 Ω").waitFor();
+    assert.deepEqual(await axe(desk.page), []);
+    await desk.close();
+  });
+});

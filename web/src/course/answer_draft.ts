@@ -1,0 +1,50 @@
+import type { Answer } from "../api/course_client";
+
+/** What somebody has typed of an answer, kept in this browser until it is given. */
+export interface AnswerDraft {
+  /** "": not chosen yet; "healthy": no fault. */
+  component: string;
+  value?: number;
+  atS?: number;
+  /** Percent. */
+  confidence: number;
+  text: string;
+}
+
+export const HEALTHY = "healthy";
+const keyOf = (trial: number) => `faultlab.trial.${trial}`;
+
+export function readDraft(trial: number): AnswerDraft {
+  const empty: AnswerDraft = { component: "", confidence: 80, text: "" };
+  try {
+    return { ...empty, ...JSON.parse(localStorage.getItem(keyOf(trial)) ?? "{}") };
+  } catch {
+    return empty;
+  }
+}
+
+export function keepDraft(trial: number, draft: AnswerDraft): void {
+  try {
+    localStorage.setItem(keyOf(trial), JSON.stringify(draft));
+  } catch {
+    // a browser that keeps nothing: the page still has it
+  }
+}
+
+export function dropDraft(trial: number): void {
+  try {
+    localStorage.removeItem(keyOf(trial));
+  } catch {
+    // nothing was kept
+  }
+}
+
+/** As the server takes it; null while something is missing. @param unit SI, of the component */
+export function answerOf(draft: AnswerDraft, unit: string): Answer | null {
+  const { component, value, atS } = draft;
+  const rest = { confidence: draft.confidence / 100, text: draft.text };
+  if (component === HEALTHY) return { component: null, ...rest };
+  if (!component || value === undefined || !(value > 0)) return null;
+  const at = atS === undefined || !Number.isFinite(atS) ? {} : { at_s: atS };
+  return { component, value, unit, ...at, ...rest };
+}

@@ -1,0 +1,30 @@
+import type { FaultPool } from "../api/course_client";
+
+export interface PoolTimes {
+  fromS: number;
+  toS: number;
+  healthyShare: number;
+}
+
+/** One item for each part: every value it can have is as likely as another, and so is every part. */
+export function poolOf(
+  parts: { component: string; values: number[] }[],
+  { fromS, toS, healthyShare }: PoolTimes,
+): FaultPool {
+  const items = parts.map(({ component, values }) => ({
+    component,
+    values,
+    onset_from_s: fromS,
+    onset_to_s: toS,
+  }));
+  return { items, healthy_share: healthyShare };
+}
+
+const two = (value: number) => String(value).padStart(2, "0");
+const DAYS = 7;
+
+/** A week from now at midnight, as `<input type="datetime-local">` has it, in the user's own zone. */
+export function duePreset(now: Date): string {
+  const day = new Date(now.getFullYear(), now.getMonth(), now.getDate() + DAYS);
+  return `${day.getFullYear()}-${two(day.getMonth() + 1)}-${two(day.getDate())}T23:59`;
+}
