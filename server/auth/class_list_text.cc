@@ -15,7 +15,7 @@ using core::Error;
 using core::ErrorCode;
 
 constexpr std::size_t kLinesMax = 5000;
-constexpr std::size_t kNameBytesMax = 200;
+constexpr std::size_t kListedNameBytesMax = 200;
 constexpr std::string_view kSeparators = ",;\t";
 
 std::string_view Trimmed(std::string_view text) {
@@ -145,7 +145,7 @@ class ClassList {
   core::Status Add(const std::string& login, std::string name) {
     const auto normal = NormalLogin(login);
     if (!normal.ok()) return Refusal(normal.error().message, "line_login_wrong");
-    if (name.empty() || name.size() > kNameBytesMax) {
+    if (name.empty() || name.size() > kListedNameBytesMax) {
       return Refusal("a name has 1 to 200 bytes", "line_name_length");
     }
     const auto [before, is_new] = names_.emplace(normal.value(), name);

@@ -1057,6 +1057,7 @@ export const texts = {
   circuit: "Circuit",
   circuit_also: "Not in the drawing:",
   circuit_fixed: "Grey parts have no faults here.",
+  circuit_sealed: "Drawn with nominal values: what has changed is sealed.",
   circuit_nominal: "All parts nominal.",
   circuit_moves: "{component} = {value} changes {terms}.",
   decision_path: "Decision path of the paper",

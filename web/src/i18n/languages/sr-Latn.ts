@@ -206,6 +206,7 @@ export const marked: Catalogue = {
   circuit: "Kolo",
   circuit_also: "Nije na crtežu:",
   circuit_fixed: "Sivi delovi ovde nemaju kvarove.",
+  circuit_sealed: "Nacrtano s nominalnim vrednostima: šta se promenilo, zapečaćeno je.",
   circuit_nominal: "Svi delovi su nominalni.",
   circuit_moves: "{component} = {value} menja {terms}.",
   relay: "relej",
