@@ -243,7 +243,8 @@ core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& re
                 "create_assignment",
                 "assignment:" + std::to_string(made.value().id),
                 made.value().name);
-  return JsonResponse(AssignmentToJson(api, {std::move(made).value(), Ownership::kOwn, member}), 201);
+  return JsonResponse(AssignmentToJson(api, {std::move(made).value(), Ownership::kOwn, member}),
+                      201);
 }
 
 core::Result<HttpResponse> GetAssignment(CourseApi& api, const ApiRequest& request) {
