@@ -206,7 +206,12 @@ void JobRunner::AskForBenches(const Rigs& rigs) {
     } else {
       asked = request.error();
     }
-    if (asked.ok()) continue;
+    if (asked.ok()) {
+      // It may have been cancelled since the list was read, when it had no place to be taken from.
+      const auto now = parts_.jobs.Get(job.id);
+      if (now.ok() && now.value().ended_at) Drop(job.id);
+      continue;
+    }
     const core::ErrorCode code = asked.error().code;
     if (code == core::ErrorCode::kBusy || code == core::ErrorCode::kUnavailable) {
       PutOff(job.id);

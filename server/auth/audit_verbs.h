@@ -7,11 +7,13 @@ namespace faultlab::server {
 
 /// What the audit log tells of. A test of the page holds that every verb is in this list and has
 /// its sentence.
-inline constexpr std::array<std::string_view, 45> kAuditVerbs{
+inline constexpr std::array<std::string_view, 48> kAuditVerbs{
     "accept_invitation",
     "acknowledge",
     "add_identity",
     "adopt",
+    "award_points",
+    "change_assignment",
     "change_fault_set",
     "change_password",
     "change_policy",
@@ -35,6 +37,7 @@ inline constexpr std::array<std::string_view, 45> kAuditVerbs{
     "end_session",
     "enrol",
     "erase_account",
+    "extend_assignment",
     "invite",
     "outage",
     "quarantine",

@@ -2,6 +2,8 @@
 
 #include <soci/soci.h>
 
+#include <algorithm>
+
 #include "server/storage/turns.h"
 
 namespace faultlab::server::course {
@@ -15,10 +17,22 @@ using soci::use;
 
 constexpr const char* kColumns =
     "id, course_id, account_id, fault_set_id, name, bench, pool, plan, rubric, opens_ms, due_ms, "
-    "attempts, reveal_at_once, secret, created_ms";
+    "attempts, reveal_at_once, secret, created_ms, version";
 
 Error NoAssignment() {
   return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
+}
+
+void ReadExtensions(Transaction& tx, Assignment& of) {
+  std::int64_t account = 0, due_ms = 0;
+  soci::statement statement =
+      (tx.sql().prepare << "SELECT account_id, due_ms FROM assignment_extension WHERE "
+                           "assignment_id = :id",
+       into(account),
+       into(due_ms),
+       use(of.id, "id"));
+  statement.execute(false);
+  while (statement.fetch()) of.extensions[account] = FromMilliseconds(due_ms);
 }
 
 std::vector<Assignment> Select(Transaction& tx, const std::string& condition) {
@@ -40,7 +54,8 @@ std::vector<Assignment> Select(Transaction& tx, const std::string& condition) {
                                into(row.attempts),
                                into(at_once),
                                into(row.secret),
-                               into(created_ms));
+                               into(created_ms),
+                               into(row.version));
   statement.execute(false);
   std::vector<Assignment> out;
   while (statement.fetch()) {
@@ -50,10 +65,22 @@ std::vector<Assignment> Select(Transaction& tx, const std::string& condition) {
     row.reveal_at_once = at_once != 0;
     out.push_back(row);
   }
+  for (Assignment& each : out) ReadExtensions(tx, each);
   return out;
 }
 
+std::optional<Assignment> Find(Transaction& tx, std::int64_t id) {
+  std::vector<Assignment> found = Select(tx, "id = " + std::to_string(id));
+  if (found.empty()) return std::nullopt;
+  return std::move(found.front());
+}
+
 }  // namespace
+
+WallTime Assignment::DueFor(std::int64_t account) const {
+  const auto longer = extensions.find(account);
+  return longer == extensions.end() ? due : std::max(due, longer->second);
+}
 
 core::Result<Assignment> Assignments::Create(Assignment assignment) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Assignment> {
@@ -89,9 +116,9 @@ core::Result<Assignment> Assignments::Create(Assignment assignment) {
 
 core::Result<Assignment> Assignments::Get(std::int64_t id) {
   return database_.Read([&](Transaction& tx) -> core::Result<Assignment> {
-    std::vector<Assignment> found = Select(tx, "id = " + std::to_string(id));
-    if (found.empty()) return NoAssignment();
-    return std::move(found.front());
+    auto found = Find(tx, id);
+    if (!found) return NoAssignment();
+    return std::move(*found);
   });
 }
 
@@ -106,6 +133,44 @@ core::Result<std::vector<Assignment>> Assignments::List(std::optional<std::int64
   condition += " ORDER BY id LIMIT " + std::to_string(limit);
   return database_.Read([&](Transaction& tx) -> core::Result<std::vector<Assignment>> {
     return Select(tx, condition);
+  });
+}
+
+core::Result<Assignment> Assignments::Change(const Assignment& assignment, std::int64_t version) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Assignment> {
+    TakeTurn(tx, "assignment " + std::to_string(assignment.id));
+    const auto before = Find(tx, assignment.id);
+    if (!before) return NoAssignment();
+    if (before->version != version) {
+      return Error{ErrorCode::kStale,
+                   "The assignment has changed; look at it again.",
+                   "",
+                   "assignment_changed"};
+    }
+    const std::int64_t opens_ms = ToMilliseconds(assignment.opens);
+    const std::int64_t due_ms = ToMilliseconds(assignment.due);
+    const std::int64_t at_once = assignment.reveal_at_once ? 1 : 0;
+    tx.sql() << "UPDATE assignment SET name = :name, opens_ms = :opens, due_ms = :due, "
+                "attempts = :attempts, reveal_at_once = :at_once, version = version + 1 "
+                "WHERE id = :id",
+        use(assignment.name, "name"), use(opens_ms, "opens"), use(due_ms, "due"),
+        use(assignment.attempts, "attempts"), use(at_once, "at_once"), use(assignment.id, "id");
+    return *Find(tx, assignment.id);
+  });
+}
+
+core::Status Assignments::Extend(std::int64_t id,
+                                 std::int64_t account,
+                                 std::optional<WallTime> due) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "DELETE FROM assignment_extension WHERE assignment_id = :id AND account_id = :who",
+        use(id, "id"), use(account, "who");
+    if (!due) return Done{};
+    const std::int64_t due_ms = ToMilliseconds(*due);
+    tx.sql() << "INSERT INTO assignment_extension (assignment_id, account_id, due_ms) VALUES "
+                "(:id, :who, :due)",
+        use(id, "id"), use(account, "who"), use(due_ms, "due");
+    return Done{};
   });
 }
 

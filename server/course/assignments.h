@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,7 +13,8 @@
 namespace faultlab::server::course {
 
 /// A task of a course: blind trials with faults drawn from a pool. It keeps its own copy of the
-/// pool, so that whatever becomes of the fault set, all its trials are drawn alike. Immutable.
+/// pool, so that whatever becomes of the fault set, all its trials are drawn alike. Name, times,
+/// attempts and release may change, what is drawn and played may not.
 struct Assignment {
   std::int64_t id = 0;
   std::int64_t course = 0;
@@ -29,6 +31,11 @@ struct Assignment {
   bool reveal_at_once = false;  ///< the truth with the grade; otherwise when it is due
   std::string secret;           ///< of its draws; leaves the server by no way
   WallTime created_at{};
+  std::int64_t version = 1;
+  std::map<std::int64_t, WallTime> extensions;  ///< by account: due for them, later than for others
+
+  /// When it is due for this person.
+  WallTime DueFor(std::int64_t account) const;
 };
 
 /// Thread-safe, stateless.
@@ -45,6 +52,10 @@ class Assignments {
   core::Result<std::vector<Assignment>> List(std::optional<std::int64_t> account,
                                              std::int64_t after,
                                              int limit);
+  /// Name, times, attempts and release. kStale when `version` is not the stored one.
+  core::Result<Assignment> Change(const Assignment& assignment, std::int64_t version);
+  /// nullopt: as for the others.
+  core::Status Extend(std::int64_t id, std::int64_t account, std::optional<WallTime> due);
   /// It is no longer listed; its trials stay.
   core::Status Delete(std::int64_t id);
 

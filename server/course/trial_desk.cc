@@ -71,7 +71,7 @@ core::Result<Trial> TrialDesk::Start(const Principal& who, const Assignment& ass
   if (now < assignment.opens) {
     return Refused("assignment_not_open", "The assignment is not open yet.");
   }
-  if (now >= assignment.due) {
+  if (now >= assignment.DueFor(who.user_id)) {
     return Refused("assignment_closed", "The assignment was due; no new trial begins.");
   }
   const auto bench = BenchOf(assignment);
@@ -143,8 +143,8 @@ core::Result<Trial> TrialDesk::Look(const Assignment& assignment, Trial trial) {
     return parts_.trials.Get(trial.id);
   }
   const bool ended = trial.state != TrialState::kDrawn && trial.state != TrialState::kRunning;
-  const bool due =
-      now >= assignment.due || (assignment.reveal_at_once && trial.state == TrialState::kAnswered);
+  const bool due = now >= assignment.DueFor(trial.account) ||
+                   (assignment.reveal_at_once && trial.state == TrialState::kAnswered);
   if (!ended || !due || trial.released_at) return trial;
   const core::Status released = Release(assignment, trial);
   if (!released.ok()) return released.error();
@@ -173,7 +173,8 @@ core::Result<Trial> TrialDesk::TakeAnswer(const Assignment& assignment,
                                           const Answer& answer) {
   const Error runs = Refused("trial_runs", "The run goes on: wait for its end, or stop it.");
   if (trial.state == TrialState::kDrawn || trial.state == TrialState::kRunning) return runs;
-  if (parts_.clock.Wall() >= assignment.due) {
+  // Whoever has seen the truth answers no more, also when the due time is moved afterwards.
+  if (trial.released_at || parts_.clock.Wall() >= assignment.DueFor(trial.account)) {
     return Refused("answer_late", "The assignment was due before this answer came.");
   }
   if (trial.state == TrialState::kOpen) {

@@ -22,7 +22,7 @@ constexpr std::array<std::string_view, 5> kStates = {
 
 constexpr const char* kColumns =
     "id, assignment_id, account_id, state, item, run, commitment, nonce, truth, events, "
-    "created_ms, ended_ms, answer, answered_ms, grade, released_ms, why";
+    "created_ms, ended_ms, answer, answered_ms, grade, awarded, released_ms, why";
 
 TrialState StateOf(const std::string& name) {
   const auto* const found = std::ranges::find(kStates, name);
@@ -56,6 +56,7 @@ std::vector<Trial> Select(Transaction& tx, const std::string& condition) {
        into(row.answer),
        into(answered_ms),
        into(row.grade),
+       into(row.awarded),
        into(released_ms),
        into(row.why));
   statement.execute(false);
@@ -190,6 +191,14 @@ core::Status Trials::Answer(std::int64_t id,
 
 core::Status Trials::Release(std::int64_t id, WallTime now) {
   return Move(id, "'open', 'answered', 'void'", "released_ms = :now", {}, now);
+}
+
+core::Status Trials::Award(std::int64_t id, const std::string& awarded) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "UPDATE trial SET awarded = :awarded WHERE id = :id AND released_ms > 0",
+        use(awarded, "awarded"), use(id, "id");
+    return Done{};
+  });
 }
 
 core::Status Trials::Void(std::int64_t id, const std::string& why, WallTime now) {

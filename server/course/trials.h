@@ -40,7 +40,8 @@ struct Trial {
   std::optional<WallTime> ended_at;
   std::string answer;  ///< Answer as JSON; empty: none yet
   std::optional<WallTime> answered_at;
-  std::string grade;  ///< Grade as JSON
+  std::string grade;    ///< Grade as JSON
+  std::string awarded;  ///< {"points", "reason", "by"} by a teacher, in place of it; empty: none
   std::optional<WallTime> released_at;
   std::string why;  ///< of a void one: a word of the contract
 };
@@ -65,6 +66,8 @@ class Trials {
                       const std::string& grade,
                       WallTime now);
   core::Status Release(std::int64_t id, WallTime now);
+  /// A teacher's points for one that is released; empty: the grade counts again.
+  core::Status Award(std::int64_t id, const std::string& awarded);
   /// Of one that is not answered.
   core::Status Void(std::int64_t id, const std::string& why, WallTime now);
 

@@ -502,6 +502,19 @@ Migration BlindTrials() {
           .postgres_statements = {}};
 }
 
+/// Assignments that change, longer times for single students, and points given by a teacher.
+Migration ChangedAssignments() {
+  return {.version = 28,
+          .description = "changes of assignments",
+          .statements = {"ALTER TABLE assignment ADD COLUMN version BIGINT NOT NULL DEFAULT 1",
+                         "CREATE TABLE assignment_extension (assignment_id BIGINT NOT NULL, "
+                         "account_id BIGINT NOT NULL, due_ms BIGINT NOT NULL, "
+                         "PRIMARY KEY (assignment_id, account_id))",
+                         "ALTER TABLE trial ADD COLUMN awarded TEXT NOT NULL DEFAULT ''"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -531,7 +544,8 @@ const std::vector<Migration>& AllMigrations() {
                                               Outbox(),
                                               LabPolicy(),
                                               OriginsOfCalibrations(),
-                                              BlindTrials()};
+                                              BlindTrials(),
+                                              ChangedAssignments()};
   return kAll;
 }
 

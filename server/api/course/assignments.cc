@@ -28,7 +28,7 @@ constexpr std::int64_t kAttemptsMax = 50;
 constexpr double kSeenAfterS = 1.0;
 constexpr int kWindowMax = 200;
 
-json::object AssignmentToJson(CourseApi& api, const SeenAssignment& seen) {
+json::object AssignmentToJson(CourseApi& api, const Principal& who, const SeenAssignment& seen) {
   const Assignment& of = seen.assignment;
   const auto bench = api.benches.Find(of.bench);
   json::object out{{"id", of.id},
@@ -41,6 +41,9 @@ json::object AssignmentToJson(CourseApi& api, const SeenAssignment& seen) {
                    {"rubric", json::parse(of.rubric_json)},
                    {"opens", Iso8601(of.opens)},
                    {"due", Iso8601(of.due)},
+                   {"your_due", Iso8601(of.DueFor(who.user_id))},
+                   {"version", of.version},
+                   {"extensions", nullptr},
                    {"attempts", of.attempts},
                    {"reveal", of.reveal_at_once ? "answer" : "due"},
                    {"teaches", seen.whose != Ownership::kCourse},
@@ -49,7 +52,21 @@ json::object AssignmentToJson(CourseApi& api, const SeenAssignment& seen) {
   if (seen.whose == Ownership::kCourse) return out;
   out["fault_set"] = of.fault_set;
   out["pool"] = json::parse(of.pool_json);
+  json::array extensions;
+  for (const auto& [account, due] : of.extensions) {
+    extensions.push_back(json::object{{"account", account}, {"due", Iso8601(due)}});
+  }
+  out["extensions"] = std::move(extensions);
   return out;
+}
+
+HttpResponse AssignmentResponse(CourseApi& api,
+                                const ApiRequest& request,
+                                const SeenAssignment& seen,
+                                int status = 200) {
+  HttpResponse response = JsonResponse(AssignmentToJson(api, request.who, seen), status);
+  response.headers.emplace_back("ETag", "\"" + std::to_string(seen.assignment.version) + "\"");
+  return response;
 }
 
 core::Result<Ownership> WhoseCourse(CourseApi& api,
@@ -115,26 +132,33 @@ core::Result<json::object> ReadPlan(const json::object* wanted, const std::strin
   return plan;
 }
 
-core::Status ReadTimes(CourseApi& api, ObjectReader& in, Assignment& assignment) {
-  const std::string due = in.Text("due", 40);
-  const std::string opens = in.TextOr("opens", "", 40);
-  if (in.error()) return *in.error();
-  const auto due_at = ParseIso8601(due, "/due");
-  if (!due_at) return due_at.error();
-  assignment.due = due_at.value();
-  assignment.opens = assignment.created_at;
-  if (!opens.empty()) {
-    const auto opens_at = ParseIso8601(opens, "/opens");
-    if (!opens_at) return opens_at.error();
-    assignment.opens = opens_at.value();
-  }
-  if (assignment.due <= std::max(assignment.opens, api.clock.Wall())) {
-    return Error{ErrorCode::kInvalid,
-                 "The due time must lie ahead, and after the assignment opens.",
-                 "/due",
-                 "due_not_ahead"};
-  }
+core::Status ReadTime(ObjectReader& in, const char* name, WallTime& time) {
+  constexpr std::size_t kTimeBytesMax = 40;
+  const std::string text = in.TextOr(name, "", kTimeBytesMax);
+  if (text.empty()) return core::Done{};
+  const auto read = ParseIso8601(text, std::string("/") + name);
+  if (!read) return read.error();
+  time = read.value();
   return core::Done{};
+}
+
+/// What may change later: name, times, attempts, release. What is absent stays.
+core::Status ReadTerms(ObjectReader& in, Assignment& assignment) {
+  if (in.Has("name")) assignment.name = in.Text("name", kNameBytesMax);
+  assignment.attempts =
+      static_cast<int>(in.IntegerOr("attempts", assignment.attempts, 1, kAttemptsMax));
+  const std::string_view before = assignment.reveal_at_once ? "answer" : "due";
+  assignment.reveal_at_once = in.WordOr("reveal", before, {"due", "answer"}) == "answer";
+  if (const core::Status opens = ReadTime(in, "opens", assignment.opens); !opens.ok()) return opens;
+  return ReadTime(in, "due", assignment.due);
+}
+
+core::Status CheckTimes(const Assignment& assignment, WallTime earliest_due) {
+  if (assignment.due > std::max(assignment.opens, earliest_due)) return core::Done{};
+  return Error{ErrorCode::kInvalid,
+               "The due time must lie ahead, and after the assignment opens.",
+               "/due",
+               "due_not_ahead"};
 }
 
 /// Bench, pool and plan, if the caller may use the set and a trial with them can be solved.
@@ -203,7 +227,7 @@ core::Result<HttpResponse> ListAssignments(CourseApi& api, const ApiRequest& req
     last = each.id;
     seen.whose = whose.value();
     seen.assignment = std::move(each);
-    items.push_back(AssignmentToJson(api, seen));
+    items.push_back(AssignmentToJson(api, request.who, seen));
   }
   return page.value().Answer(std::move(items), last);
 }
@@ -213,15 +237,17 @@ core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& re
   Assignment assignment;
   assignment.author = request.who.user_id;
   assignment.created_at = api.clock.Wall();
+  assignment.opens = assignment.created_at;
   assignment.course = in.Integer("course", 1, INT64_MAX);
   assignment.fault_set = in.Integer("fault_set", 1, INT64_MAX);
-  assignment.name = in.Text("name", kNameBytesMax);
-  assignment.attempts = static_cast<int>(in.IntegerOr("attempts", 1, 1, kAttemptsMax));
-  assignment.reveal_at_once = in.WordOr("reveal", "due", {"due", "answer"}) == "answer";
+  (void)in.Text("name", kNameBytesMax);
+  (void)in.Text("due", kNameBytesMax);
+  const core::Status terms = ReadTerms(in, assignment);
   const json::object* rubric = in.ObjectOrNull("rubric");
   const json::object* plan = in.ObjectOrNull("plan");
-  const core::Status times = ReadTimes(api, in, assignment);
   if (auto error = in.Finish()) return *error;
+  if (!terms.ok()) return terms.error();
+  const core::Status times = CheckTimes(assignment, api.clock.Wall());
   if (!times.ok()) return times.error();
   const auto graded = course::ParseRubric(rubric != nullptr ? *rubric : json::object{});
   if (!graded) return graded.error();
@@ -243,8 +269,8 @@ core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& re
                 "create_assignment",
                 "assignment:" + std::to_string(made.value().id),
                 made.value().name);
-  return JsonResponse(AssignmentToJson(api, {std::move(made).value(), Ownership::kOwn, member}),
-                      201);
+  return JsonResponse(
+      AssignmentToJson(api, request.who, {std::move(made).value(), Ownership::kOwn, member}), 201);
 }
 
 core::Result<HttpResponse> GetAssignment(CourseApi& api, const ApiRequest& request) {
@@ -252,22 +278,99 @@ core::Result<HttpResponse> GetAssignment(CourseApi& api, const ApiRequest& reque
   if (!id) return id.error();
   const auto seen = AssignmentFor(api, request.who, id.value());
   if (!seen) return seen.error();
-  return JsonResponse(AssignmentToJson(api, seen.value()));
+  return AssignmentResponse(api, request, seen.value());
+}
+
+namespace {
+
+/// The assignment of the path's {id}, if the caller teaches its course.
+core::Result<SeenAssignment> Managed(CourseApi& api, const ApiRequest& request) {
+  const auto id = PathNumber(request);
+  if (!id) return id.error();
+  auto seen = AssignmentFor(api, request.who, id.value());
+  if (!seen) return seen;
+  const core::Status allowed = Authorize(request.who, Operation::kManageCourse, seen.value().whose);
+  if (!allowed.ok()) return allowed.error();
+  return seen;
+}
+
+void Audit(CourseApi& api,
+           const ApiRequest& request,
+           const std::string& verb,
+           const Assignment& of,
+           const std::string& more = {}) {
+  api.audit.Add(request.who, verb, "assignment:" + std::to_string(of.id), of.name + more);
+}
+
+core::Result<HttpResponse> Extended(CourseApi& api,
+                                    const ApiRequest& request,
+                                    const std::optional<WallTime>& due) {
+  auto seen = Managed(api, request);
+  if (!seen) return seen.error();
+  const auto account = PathNumber(request, "user");
+  if (!account) return account.error();
+  const std::int64_t id = seen.value().assignment.id;
+  Principal student;
+  student.user_id = account.value();
+  bool member = false;
+  const auto whose = WhoseCourse(api, student, seen.value().assignment.course, &member);
+  if (!whose) return whose.error();
+  if (!member) {
+    return Error{ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
+  }
+  const core::Status done = api.assignments.Extend(id, account.value(), due);
+  if (!done.ok()) return done.error();
+  Audit(api,
+        request,
+        "extend_assignment",
+        seen.value().assignment,
+        ": user:" + std::to_string(account.value()) + (due ? " " + Iso8601(*due) : ""));
+  auto now = AssignmentFor(api, request.who, id);
+  if (!now) return now.error();
+  return AssignmentResponse(api, request, now.value());
+}
+
+}  // namespace
+
+core::Result<HttpResponse> ChangeAssignment(CourseApi& api, const ApiRequest& request) {
+  const auto version = RequiredVersion(request);
+  if (!version) return version.error();
+  auto seen = Managed(api, request);
+  if (!seen) return seen.error();
+  ObjectReader in(request.body, "");
+  const core::Status terms = ReadTerms(in, seen.value().assignment);
+  if (auto error = in.Finish()) return *error;
+  if (!terms.ok()) return terms.error();
+  // It may end at once.
+  const core::Status times = CheckTimes(seen.value().assignment, WallTime{});
+  if (!times.ok()) return times.error();
+  auto changed = api.assignments.Change(seen.value().assignment, version.value());
+  if (!changed) return changed.error();
+  Audit(api, request, "change_assignment", changed.value());
+  seen.value().assignment = std::move(changed).value();
+  return AssignmentResponse(api, request, seen.value());
+}
+
+core::Result<HttpResponse> ExtendAssignment(CourseApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  (void)in.Text("due", kNameBytesMax);
+  WallTime due{};
+  const core::Status read = ReadTime(in, "due", due);
+  if (auto error = in.Finish()) return *error;
+  if (!read.ok()) return read.error();
+  return Extended(api, request, due);
+}
+
+core::Result<HttpResponse> EndExtension(CourseApi& api, const ApiRequest& request) {
+  return Extended(api, request, std::nullopt);
 }
 
 core::Result<HttpResponse> DeleteAssignment(CourseApi& api, const ApiRequest& request) {
-  const auto id = PathNumber(request);
-  if (!id) return id.error();
-  const auto seen = AssignmentFor(api, request.who, id.value());
+  const auto seen = Managed(api, request);
   if (!seen) return seen.error();
-  const core::Status allowed = Authorize(request.who, Operation::kManageCourse, seen.value().whose);
-  if (!allowed.ok()) return allowed.error();
-  const core::Status done = api.assignments.Delete(id.value());
+  const core::Status done = api.assignments.Delete(seen.value().assignment.id);
   if (!done.ok()) return done.error();
-  api.audit.Add(request.who,
-                "delete_assignment",
-                "assignment:" + std::to_string(id.value()),
-                seen.value().assignment.name);
+  Audit(api, request, "delete_assignment", seen.value().assignment);
   return NoContent();
 }
 

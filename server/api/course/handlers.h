@@ -40,6 +40,9 @@ core::Result<SeenAssignment> AssignmentFor(CourseApi& api, const Principal& who,
 core::Result<HttpResponse> ListAssignments(CourseApi& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& request);
 core::Result<HttpResponse> GetAssignment(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> ChangeAssignment(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> ExtendAssignment(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> EndExtension(CourseApi& api, const ApiRequest& request);
 core::Result<HttpResponse> DeleteAssignment(CourseApi& api, const ApiRequest& request);
 
 // trials.cc
@@ -47,6 +50,9 @@ core::Result<HttpResponse> ListTrials(CourseApi& api, const ApiRequest& request)
 core::Result<HttpResponse> StartTrial(CourseApi& api, const ApiRequest& request);
 core::Result<HttpResponse> GetTrial(CourseApi& api, const ApiRequest& request);
 core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> AwardPoints(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> TakeAwardBack(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> GetStatistics(CourseApi& api, const ApiRequest& request);
 core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& request);
 
 }  // namespace faultlab::server

@@ -5,6 +5,8 @@
 
 #include "server/api/course/handlers.h"
 #include "server/course/answer.h"
+#include "server/course/statistics.h"
+#include "server/json/json_reader.h"
 #include "server/json/plain_numbers.h"
 
 namespace faultlab::server {
@@ -45,6 +47,8 @@ json::object TrialToJson(const Trial& trial) {
                    {"released_at", TimeOrNull(trial.released_at)},
                    {"answer", nullptr},
                    {"grade", nullptr},
+                   {"awarded", nullptr},
+                   {"points", nullptr},
                    {"truth", nullptr},
                    {"nonce", nullptr},
                    {"void", nullptr}};
@@ -53,6 +57,8 @@ json::object TrialToJson(const Trial& trial) {
   if (!trial.why.empty()) out["void"] = trial.why;
   if (!trial.released_at) return out;
   if (!trial.grade.empty()) out["grade"] = json::parse(trial.grade);
+  if (!trial.awarded.empty()) out["awarded"] = json::parse(trial.awarded);
+  if (const auto points = course::PointsOf(trial)) out["points"] = *points;
   out["truth"] = trial.truth;
   out["nonce"] = trial.nonce;
   return out;
@@ -153,14 +159,81 @@ core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request
   return JsonResponse(TrialToJson(taken.value()));
 }
 
-/// One line for each trial, in order.
-core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& request) {
+namespace {
+
+core::Result<SeenAssignment> Taught(CourseApi& api, const ApiRequest& request) {
   const auto id = PathNumber(request);
   if (!id) return id.error();
-  const auto seen = AssignmentFor(api, request.who, id.value());
-  if (!seen) return seen.error();
+  auto seen = AssignmentFor(api, request.who, id.value());
+  if (!seen) return seen;
   const core::Status allowed = Authorize(request.who, Operation::kManageCourse, seen.value().whose);
   if (!allowed.ok()) return allowed.error();
+  return seen;
+}
+
+/// @param awarded  as it is kept; empty: the grade counts again
+core::Result<HttpResponse> Awarded(CourseApi& api,
+                                   const ApiRequest& request,
+                                   const std::string& awarded) {
+  const auto seen = TrialFor(api, request);
+  if (!seen) return seen.error();
+  const Trial& trial = seen.value().trial;
+  const auto whose = AssignmentFor(api, request.who, trial.assignment);
+  if (!whose) return whose.error();
+  const core::Status allowed =
+      Authorize(request.who, Operation::kManageCourse, whose.value().whose);
+  if (!allowed.ok()) return allowed.error();
+  if (!trial.released_at) {
+    return Error{ErrorCode::kConflict,
+                 "Points are given when the truth is released: before, they would tell of it.",
+                 "",
+                 "trial_not_released"};
+  }
+  const core::Status done = api.trials.Award(trial.id, awarded);
+  if (!done.ok()) return done.error();
+  api.audit.Add(request.who,
+                "award_points",
+                "trial:" + std::to_string(trial.id),
+                awarded.empty() ? "the grade" : awarded);
+  const auto now = api.trials.Get(trial.id);
+  if (!now) return now.error();
+  return JsonResponse(TrialToJson(now.value()));
+}
+
+}  // namespace
+
+core::Result<HttpResponse> AwardPoints(CourseApi& api, const ApiRequest& request) {
+  constexpr double kPointsMax = 100.0;
+  constexpr std::size_t kReasonBytesMax = 1000;
+  ObjectReader in(request.body, "");
+  const double points = in.Number("points", 0.0, kPointsMax);
+  const std::string reason = in.Text("reason", kReasonBytesMax);
+  if (reason.empty()) {
+    in.Refuse("reason", "member_missing", "Say why.", {{"member", "reason"}});
+  }
+  if (auto error = in.Finish()) return *error;
+  return Awarded(api,
+                 request,
+                 json::serialize(json::object{
+                     {"points", points}, {"reason", reason}, {"by", request.who.name}}));
+}
+
+core::Result<HttpResponse> TakeAwardBack(CourseApi& api, const ApiRequest& request) {
+  return Awarded(api, request, "");
+}
+
+core::Result<HttpResponse> GetStatistics(CourseApi& api, const ApiRequest& request) {
+  const auto seen = Taught(api, request);
+  if (!seen) return seen.error();
+  const auto list = TrialsOf(api, request, seen.value(), 0, kTrialsMax);
+  if (!list) return list.error();
+  return JsonResponse(ToJson(course::StatisticsOf(list.value())));
+}
+
+/// One line for each trial, in order.
+core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& request) {
+  const auto seen = Taught(api, request);
+  if (!seen) return seen.error();
   const auto list = TrialsOf(api, request, seen.value(), 0, kTrialsMax);
   if (!list) return list.error();
   const auto members = api.accounts.Members(seen.value().assignment.course);
@@ -168,7 +241,8 @@ core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& reques
   std::map<std::int64_t, const Account*> people;
   for (const Account& each : members.value()) people[each.id] = &each;
   std::string text =
-      "login,name,trial,state,started_at,answered_at,component,value,confidence,truth,points\r\n";
+      "login,name,trial,state,started_at,answered_at,component,value,confidence,truth,points,"
+      "awarded_because\r\n";
   for (const Trial& trial : list.value()) {
     const auto person = people.find(trial.account);
     const json::object shown = TrialToJson(trial);
@@ -189,8 +263,12 @@ core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& reques
                              : std::string(faults.front().at("component").as_string()) + " = " +
                                    NumberText(faults.front().at("value").to_number<double>());
     }
-    if (const json::object* grade = shown.at("grade").if_object()) {
-      points = NumberText(grade->at("points").to_number<double>());
+    if (const json::value& of = shown.at("points"); of.is_number()) {
+      points = NumberText(of.to_number<double>());
+    }
+    std::string because;
+    if (const json::object* awarded = shown.at("awarded").if_object()) {
+      because = std::string(awarded->at("reason").as_string());
     }
     const bool known = person != people.end();
     for (const std::string& field :
@@ -206,7 +284,7 @@ core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& reques
           truth}) {
       text += Quoted(field) + ",";
     }
-    text += points + "\r\n";
+    text += points + "," + Quoted(because) + "\r\n";
   }
   HttpResponse response;
   response.content_type = "text/csv; charset=utf-8";

@@ -2,17 +2,21 @@
 #include <gtest/gtest.h>
 #include <soci/soci.h>
 
+#include <array>
 #include <boost/json.hpp>
 #include <cstring>
 #include <iomanip>
 #include <memory>
+#include <set>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "server/course/commitment.h"
 #include "tests/server/api/api_world.h"
 #include "tests/support/await.h"
+#include "tests/support/scale.h"
 
 namespace faultlab::server {
 namespace {
@@ -162,6 +166,83 @@ TEST_F(TrialTest, IsReleasedWhenItIsDueWhateverWasAnswered) {
                                      "assignments/" + std::to_string(assignment) + "/grades.csv");
   EXPECT_NE(csv.body.find("\"healthy\",\"\",\"1\",\"Ra = 9.8124738261\",0"), std::string::npos)
       << csv.body;
+}
+
+TEST_F(TrialTest, OneStudentHasMoreTimeAndWhoHasSeenTheTruthAnswersNoMore) {
+  const std::int64_t assignment = Assign(kRa, R"(,"plan":{"duration_s":14})");
+  const std::string path = "assignments/" + std::to_string(assignment);
+  const std::int64_t id = Play(assignment).at("id").as_int64();
+  const std::string person = std::to_string(accounts_->GetByLogin("ann").value().id);
+  const auto change = [&](const std::string& body, int version) {
+    return Call(mila_,
+                "PATCH",
+                "assignments/{id}",
+                path,
+                body,
+                "If-Match: \"" + std::to_string(version) + "\"\r\n");
+  };
+  const json::object extended = Ok(Call(mila_,
+                                        "PUT",
+                                        "assignments/{id}/extensions/{user}",
+                                        path + "/extensions/" + person,
+                                        R"({"due":")" + In(std::chrono::minutes(120)) + "\"}"));
+  EXPECT_EQ(extended.at("extensions").as_array().size(), 1U);
+  const std::string past =
+      R"({"opens":"2020-01-01T00:00:00Z","due":"2020-01-02T00:00:00Z","name":"Renamed"})";
+  EXPECT_EQ(Ok(change(past, 1)).at("version"), 2);
+  EXPECT_EQ(ReasonOf(change(past, 1)), "assignment_changed");
+  EXPECT_EQ(ReasonOf(change(R"({"due":"2019-01-01T00:00:00Z"})", 2)), "due_not_ahead");
+  EXPECT_EQ(ReasonOf(change(R"({"plan":{}})", 2)), "member_unknown");
+  const json::object hers = Ok(Call(ann_, "GET", "assignments/{id}", path));
+  EXPECT_EQ(hers.at("name"), "Renamed");
+  EXPECT_NE(hers.at("your_due"), hers.at("due"));
+  EXPECT_TRUE(hers.at("extensions").is_null()) << "of others";
+  EXPECT_TRUE(Trial(ann_, id).at("truth").is_null()) << "not due for her";
+  const tests::HttpAnswer ended =
+      Call(mila_, "DELETE", "assignments/{id}/extensions/{user}", path + "/extensions/" + person);
+  EXPECT_EQ(ended.status, 200) << ended.body;
+  EXPECT_FALSE(Trial(ann_, id).at("truth").is_null());
+  EXPECT_EQ(Ok(change(R"({"due":")" + In(std::chrono::minutes(60)) + "\"}", 2)).at("version"), 3);
+  EXPECT_EQ(ReasonOf(Answer(ann_, id, kRight)), "answer_late") << "she has read the truth";
+  EXPECT_EQ(Call(mila_,
+                 "PUT",
+                 "assignments/{id}/extensions/{user}",
+                 path + "/extensions/99",
+                 R"({"due":"2099-01-01T00:00:00Z"})")
+                .status,
+            404);
+}
+
+TEST_F(TrialTest, ATeachersPointsCountWithTheirReason) {
+  const std::int64_t assignment = Assign(kRa, R"(,"plan":{"duration_s":14})");
+  const std::int64_t id = Play(assignment).at("id").as_int64();
+  const std::string path = "trials/" + std::to_string(id) + "/points";
+  const auto award = [&](const Person& who, const std::string& body) {
+    return Call(who, "PUT", "trials/{id}/points", path, body);
+  };
+  const std::string good = R"({"points":80,"reason":"the chart, \"misleading\""})";
+  Ok(Answer(ann_, id, R"({"component":"R1","value":56,"unit":"ohm","confidence":0.5})"));
+  EXPECT_EQ(ReasonOf(award(mila_, good)), "trial_not_released");
+  MakeDue(assignment);
+  const double graded = Trial(ann_, id).at("points").to_number<double>();
+  EXPECT_LT(graded, 50.0);
+  EXPECT_EQ(award(ann_, good).status, 403);
+  EXPECT_EQ(ReasonOf(award(mila_, R"({"points":80,"reason":""})")), "member_missing");
+  EXPECT_EQ(ReasonOf(award(mila_, R"({"points":101,"reason":"x"})")), "number_outside");
+  EXPECT_EQ(Ok(award(mila_, good)).at("points").to_number<double>(), 80.0);
+  EXPECT_EQ(Trial(ann_, id).at("awarded").at("by"), "mila");
+  const std::string of = "assignments/" + std::to_string(assignment);
+  const std::string csv =
+      Call(mila_, "GET", "assignments/{id}/grades.csv", of + "/grades.csv").body;
+  EXPECT_NE(csv.find(R"(,80,"the chart, ""misleading""")"), std::string::npos) << csv;
+  const json::object statistics =
+      Ok(Call(mila_, "GET", "assignments/{id}/statistics", of + "/statistics"));
+  EXPECT_EQ(statistics.at("faults").at(0).at("component"), "Ra");
+  EXPECT_EQ(statistics.at("faults").at(0).at("answers").at(0).at("component"), "R1");
+  EXPECT_EQ(statistics.at("points").to_number<double>(), 80.0);
+  EXPECT_EQ(Call(ann_, "GET", "assignments/{id}/statistics", of + "/statistics").status, 403);
+  EXPECT_EQ(Ok(Call(mila_, "DELETE", "trials/{id}/points", path)).at("points").to_number<double>(),
+            graded);
 }
 
 TEST_F(TrialTest, IsGradedTheSameASecondTime) {
@@ -321,6 +402,90 @@ std::vector<std::string> TracesOf(const std::vector<double>& truth) {
     traces.emplace_back(bytes.rbegin(), bytes.rend());
   }
   return traces;
+}
+
+constexpr const char* kPool = R"({"healthy_share":0.2,"items":[
+  {"component":"R1","values":[10,56,100],"onset_from_s":8,"onset_to_s":10},
+  {"component":"Ra","low":9,"high":30,"onset_from_s":8,"onset_to_s":10},
+  {"component":"J","low":4e-6,"high":2e-5,"onset_from_s":8,"onset_to_s":10},
+  {"component":"C8","values":[1e-6,1e-5],"onset_from_s":8,"onset_to_s":10}]})";
+
+/// Students who guess, each in their own way.
+class ClassTest : public TrialTest {
+ protected:
+  struct Student {
+    Person who;
+    std::int64_t trial = 0;
+    std::string answer;
+    std::string commitment;
+    std::string grade;
+  };
+
+  void Play(std::int64_t assignment, Student& student) {
+    json::object begun;
+    // A lab that is full says so, and has a place in a moment.
+    EXPECT_TRUE(tests::Await([&] {
+      const tests::HttpAnswer answer = TryStart(student.who, assignment);
+      if (answer.status == 201) begun = json::parse(answer.body).as_object();
+      EXPECT_TRUE(answer.status == 201 || answer.status == 409 || answer.status == 429)
+          << answer.body;
+      return answer.status == 201;
+    }));
+    if (begun.empty()) return;
+    student.trial = begun.at("id").as_int64();
+    student.commitment = begun.at("commitment").as_string();
+    application_->runs().Wait(std::string(begun.at("run").as_string()));
+    student.grade = GradeFor(student);
+  }
+  std::string GradeFor(const Student& student) {
+    const json::object answered = Ok(Answer(student.who, student.trial, student.answer));
+    if (!answered.contains("grade")) return "";
+    EXPECT_EQ(course::CommitmentOf(std::string(answered.at("nonce").as_string()),
+                                   std::string(answered.at("truth").as_string())),
+              student.commitment);
+    return json::serialize(answered.at("grade"));
+  }
+};
+
+TEST_F(ClassTest, AllFinishAndASecondGradingGivesTheSame) {
+  const std::int64_t assignment = Assign(kPool, kAtOnce);
+  const std::size_t count = tests::Proving() ? 250 : 8;
+  std::vector<Student> students(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string login = "s" + std::to_string(i);
+    students[i].who = Make(login, Role::kStudent);
+    ASSERT_TRUE(accounts_->Enrol(course_, accounts_->GetByLogin(login).value().id, false).ok());
+    constexpr std::array kSaid = {R"("component":"R1","value":50,"unit":"ohm")",
+                                  R"("component":"Ra","value":12,"unit":"ohm")",
+                                  R"("component":null)"};
+    students[i].answer = "{" + std::string(kSaid[i % kSaid.size()]) + R"(,"confidence":0.)" +
+                         std::to_string(1 + i % 9) + "}";
+  }
+  std::vector<std::thread> threads;
+  constexpr std::size_t kAtATime = 4;
+  for (std::size_t first = 0; first < kAtATime; ++first) {
+    threads.emplace_back([&, first] {
+      for (std::size_t i = first; i < count; i += kAtATime) Play(assignment, students[i]);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  std::set<std::string> commitments;
+  for (const Student& student : students) commitments.insert(student.commitment);
+  EXPECT_EQ(commitments.size(), count);
+  const core::Status undone =
+      database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+        tx.sql() << "UPDATE trial SET state = 'open', answer = '', grade = '', answered_ms = 0, "
+                    "released_ms = 0";
+        return core::Done{};
+      });
+  ASSERT_TRUE(undone.ok());
+  for (const Student& student : students) EXPECT_EQ(GradeFor(student), student.grade);
+  const json::object statistics =
+      Ok(Call(mila_,
+              "GET",
+              "assignments/{id}/statistics",
+              "assignments/" + std::to_string(assignment) + "/statistics"));
+  EXPECT_EQ(statistics.at("answered"), static_cast<std::int64_t>(count));
 }
 
 /// Every answer that the API gives anybody, and every byte of the live stream, the student's own

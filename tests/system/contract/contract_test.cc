@@ -502,6 +502,8 @@ void Contract::Trials() {
   const Values other{
       {"id", Id(world_.Expect(201, "teacher", "POST", "assignments", {}, assignment("")))}};
   world_.Expect(404, "bob", "GET", "assignments/{id}", made);
+  world_.Expect(
+      200, "teacher", "PATCH", "assignments/{id}", other, R"({"attempts":2})", IfMatch(1));
   world_.Expect(204, "teacher", "DELETE", "assignments/{id}", other);
   const json::object trial =
       world_.Expect(201, "teacher", "POST", "assignments/{id}/trials", made, "{}");
@@ -512,7 +514,17 @@ void Contract::Trials() {
   world_.Expect(200, "teacher", "GET", "trials/{id}", trial_id);
   world_.Expect(200, "teacher", "POST", "trials/{id}/answer", trial_id, answer);
   world_.Expect(409, "teacher", "POST", "trials/{id}/answer", trial_id, answer);
-  for (const char* part : {"", "/trials", "/grades.csv"}) {
+  const Values extension{{"id", Id(world_.Expect(200, "teacher", "GET", "assignments/{id}", made))},
+                         {"user", std::to_string(trial.at("account").as_int64())}};
+  const std::string more = "assignments/{id}/extensions/{user}";
+  world_.Expect(200, "teacher", "PUT", more, extension, R"({"due":"2099-02-01T00:00:00Z"})");
+  world_.Expect(200, "teacher", "DELETE", more, extension);
+  Remember("/api/v1/" + more, extension, "teacher");
+  world_.Expect(
+      200, "teacher", "PUT", "trials/{id}/points", trial_id, R"({"points":1,"reason":"x"})");
+  world_.Expect(200, "teacher", "DELETE", "trials/{id}/points", trial_id);
+  Remember("/api/v1/trials/{id}/points", trial_id, "teacher");
+  for (const char* part : {"", "/trials", "/grades.csv", "/statistics"}) {
     const std::string pattern = "assignments/{id}" + std::string(part);
     world_.Expect(200, "teacher", "GET", pattern, made);
     Remember("/api/v1/" + pattern, made, "teacher");

@@ -10,6 +10,7 @@ export type AssignmentRequest = Schemas["AssignmentRequest"];
 export type Trial = Schemas["Trial"];
 export type Answer = Schemas["Answer"];
 export type Grade = Schemas["Grade"];
+export type AssignmentStatistics = Schemas["AssignmentStatistics"];
 /** `Trial.truth`, read. */
 export interface Truth {
   faults: Schemas["Fault"][];
@@ -26,6 +27,17 @@ export const course = {
   makePool: (set: { name: string; course: number; bench: string; pool: FaultPool }) =>
     send<FaultSet>("POST", "/fault-sets", set),
   assign: (request: AssignmentRequest) => send<Assignment>("POST", "/assignments", request),
+  /** Refused when somebody else has changed it since. */
+  change: ({ id, version }: Assignment, change: Schemas["AssignmentChange"]) =>
+    send<Assignment>("PATCH", `/assignments/${id}`, change, { "If-Match": `"${version}"` }),
+  extend: (id: number, account: number, due: string) =>
+    send<Assignment>("PUT", `/assignments/${id}/extensions/${account}`, { due }),
+  endExtension: (id: number, account: number) =>
+    send<Assignment>("DELETE", `/assignments/${id}/extensions/${account}`),
+  statistics: (id: number) => get<AssignmentStatistics>(`/assignments/${id}/statistics`),
+  award: (trial: number, points: number, reason: string) =>
+    send<Trial>("PUT", `/trials/${trial}/points`, { points, reason }),
+  takeAwardBack: (trial: number) => send<Trial>("DELETE", `/trials/${trial}/points`),
   remove: (id: number) => send<unknown>("DELETE", `/assignments/${id}`),
   gradesAddress: (id: number) => `/api/v1/assignments/${id}/grades.csv`,
   trials: (assignment: number) => items<Trial>(`/assignments/${assignment}/trials`),

@@ -23,8 +23,13 @@ export function poolOf(
 const two = (value: number) => String(value).padStart(2, "0");
 const DAYS = 7;
 
-/** A week from now at midnight, as `<input type="datetime-local">` has it, in the user's own zone. */
+/** As `<input type="datetime-local">` has it, in the user's own zone. */
+export function localInput(time: Date): string {
+  const day = `${time.getFullYear()}-${two(time.getMonth() + 1)}-${two(time.getDate())}`;
+  return `${day}T${two(time.getHours())}:${two(time.getMinutes())}`;
+}
+
+/** A week from now, at the end of the day. */
 export function duePreset(now: Date): string {
-  const day = new Date(now.getFullYear(), now.getMonth(), now.getDate() + DAYS);
-  return `${day.getFullYear()}-${two(day.getMonth() + 1)}-${two(day.getDate())}T23:59`;
+  return localInput(new Date(now.getFullYear(), now.getMonth(), now.getDate() + DAYS, 23, 59));
 }

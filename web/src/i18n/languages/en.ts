@@ -1339,6 +1339,20 @@ export const texts = {
   results_none: "Nobody has begun yet.",
   results_missing: "Not begun: {names}",
   points: "Points",
+  trial_awarded: "{name} gave these points in place of {points}: {reason}",
+  award: "Give points",
+  award_reason: "Why",
+  award_back: "As it was graded",
+  extend_whom: "More time for",
+  extend_end: "As for the others",
+  fault_none: "none",
+  fault_table:
+    "What was said of each fault ({students} students, {answered} answers): rows are what was true, columns what was answered.",
+  fault_right: "right",
+  fault_discrimination: "discrimination",
+  audit_award_points: "gave points for a trial: {detail}",
+  audit_change_assignment: "changed the assignment {detail}",
+  audit_extend_assignment: "gave one student more time for {detail}",
   audit_create_assignment: "made the assignment {detail}",
   audit_delete_assignment: "deleted the assignment {detail}",
   audit_create_fault_set: "made the fault set {object}",
@@ -1556,6 +1570,9 @@ export const texts = {
     "The file has a step of {wanted} ms, the chosen calibration is for {its} ms.",
   refused_change_planned:
     "The plan changes {component} at {at_s} s, while the rig would be learnt. Learn it again after that.",
+  refused_assignment_changed: "The assignment has changed meanwhile. Load the page again.",
+  refused_trial_not_released:
+    "Points are given when the truth is released: before, they would tell of it.",
   refused_run_sealed:
     "This is the run of a blind trial. Until its truth is released it is neither changed, diagnosed, replayed nor deleted.",
   refused_set_to_draw_from: "Blind trials are drawn from this fault set: give it to an assignment.",
