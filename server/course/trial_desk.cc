@@ -111,7 +111,7 @@ core::Result<Trial> TrialDesk::Start(const Principal& who, const Assignment& ass
   plan.value().witness = MakeWitness(parts_.trials, id, faults, parts_.clock, parts_.log);
   const auto run = parts_.experiments.Start(who, StartedBy::kPerson, std::move(plan).value());
   if (!run) {
-    const core::Status returned = parts_.trials.Void(id, "not_begun", parts_.clock.Wall());
+    const core::Status returned = parts_.trials.Forget(id);
     if (!returned.ok()) parts_.log("trial " + std::to_string(id) + ": " + returned.error().message);
     return run.error();
   }

@@ -162,6 +162,13 @@ core::Status Trials::Move(std::int64_t id,
   });
 }
 
+core::Status Trials::Forget(std::int64_t id) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "DELETE FROM trial WHERE id = :id AND state = 'drawn'", use(id, "id");
+    return Done{};
+  });
+}
+
 core::Status Trials::Began(std::int64_t id, const std::string& run) {
   return Move(id,
               "'drawn', 'open', 'void'",

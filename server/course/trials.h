@@ -59,6 +59,8 @@ class Trials {
                           int attempts,
                           WallTime now,
                           const std::function<void(const std::vector<Trial>&, Trial&)>& draw);
+  /// Of one whose run could not begin: as if it had not been drawn.
+  core::Status Forget(std::int64_t id);
   core::Status Began(std::int64_t id, const std::string& run);
   core::Status Ended(std::int64_t id, const std::string& events, WallTime now);
   core::Status Answer(std::int64_t id,

@@ -83,7 +83,9 @@ describe("course", { timeout: SUITE_MS }, () => {
     await award.getByLabel("Why").fill("well argued");
     await award.getByRole("button", { name: "Save" }).click();
     await row.getByText("95.0*").waitFor();
-    await desk.page.getByRole("combobox", { name: "More time for" }).selectOption({ label: "Ann Student" });
+    await desk.page
+      .getByRole("combobox", { name: "More time for" })
+      .selectOption({ label: "Ann Student" });
     const more = desk.page.getByRole("form", { name: /^More time for/ });
     await more.getByLabel(/^Due/).fill("2040-05-06T07:08");
     await more.getByRole("button", { name: "Save" }).click();

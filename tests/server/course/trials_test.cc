@@ -68,6 +68,17 @@ TEST_F(TrialsTest, GoFromTheDrawToTheRelease) {
   EXPECT_EQ(trial.released_at, kNow);
 }
 
+TEST_F(TrialsTest, OfARunThatCouldNotBeginNothingStays) {
+  const std::int64_t id = Add().value().id;
+  ASSERT_TRUE(trials_.Forget(id).ok());
+  EXPECT_FALSE(trials_.Get(id).ok());
+  const std::int64_t next = Add().value().id;
+  EXPECT_EQ(former_, 0U);
+  ASSERT_TRUE(trials_.Began(next, "run-1").ok());
+  ASSERT_TRUE(trials_.Forget(next).ok());
+  EXPECT_EQ(StateOf(next), TrialState::kRunning) << "of one that has begun everything does";
+}
+
 TEST_F(TrialsTest, ARunMayEndBeforeItsBeginIsStored) {
   const std::int64_t id = Add().value().id;
   ASSERT_TRUE(trials_.Ended(id, "[]", kNow).ok());

@@ -503,6 +503,9 @@ export const texts = {
   help_learn: "Learn how it works",
   help_learn_text:
     "A guided exercise of three minutes, and pages on the estimators, their windows, ambiguity and detection, with examples that you can move.",
+  help_exercises: "Exercises of a course",
+  help_exercises_text:
+    "Under Exercises stand the blind trials of your courses: a run with a fault that nobody sees, or with none. Watch the signals and estimates, and when the run has ended say what failed, its value, and how sure you are. Points go to finding that something failed, to the component, to a value as near as the record can tell it, and to an honest confidence. The truth is fixed before the run and shown with the grade.",
   help_run: "Running an experiment",
   picture_healthy: "The rig is learnt while it is healthy.",
   picture_breaks: "After {time} s a part changes; until then {change}.",

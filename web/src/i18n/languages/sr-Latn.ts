@@ -635,6 +635,9 @@ export const marked: Catalogue = {
   help_learn: "Naučite kako radi",
   help_learn_text:
     "Vođena vežba od tri minuta i stranice o estimatorima, njihovim prozorima, nerazlučivosti i otkrivanju, sa primerima koje možete pomerati.",
+  help_exercises: "Vežbe kursa",
+  help_exercises_text:
+    "Pod Vežbe su slepi zadaci vaših kurseva: eksperiment s kvarom koji niko ne vidi, ili bez njega. Posmatrajte signale i ocene parametara, a kada se eksperiment završi recite šta je otkazalo, kolika je vrednost i koliko ste sigurni. Poeni se dobijaju za otkrivanje da je nešto otkazalo, za komponentu, za vrednost onoliko blizu koliko snimak može da pokaže i za iskrenu sigurnost. Istina je utvrđena pre eksperimenta i prikazuje se uz ocenu.",
   help_run: "Izvođenje ogleda",
   picture_healthy: "Uči se ispravan uređaj.",
   picture_breaks: "Posle {time} s menja se deo; dotle je {change}.",
