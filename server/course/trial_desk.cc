@@ -173,26 +173,26 @@ core::Result<Trial> TrialDesk::TakeAnswer(const Assignment& assignment,
                                           const Answer& answer) {
   const Error runs = Refused("trial_runs", "The run goes on: wait for its end, or stop it.");
   if (trial.state == TrialState::kDrawn || trial.state == TrialState::kRunning) return runs;
+  if (trial.state != TrialState::kOpen) {
+    return Refused("trial_changed", "The trial is in another state by now: load it again.");
+  }
   // Whoever has seen the truth answers no more, also when the due time is moved afterwards.
   if (trial.released_at || parts_.clock.Wall() >= assignment.DueFor(trial.account)) {
     return Refused("answer_late", "The assignment was due before this answer came.");
   }
-  if (trial.state == TrialState::kOpen) {
-    const auto record = parts_.store.Get(trial.run);
-    if (!record) return record.error();
-    if (record.value().state == RunState::kRunning) return runs;  // its end is being stored
-    const auto grade = GradeOf(assignment, trial, answer);
-    if (!grade) return grade.error();
-    const core::Status kept = parts_.trials.Answer(trial.id,
-                                                   json::serialize(ToJson(answer)),
-                                                   json::serialize(ToJson(grade.value())),
-                                                   parts_.clock.Wall());
-    if (!kept.ok()) return kept.error();
-    auto answered = parts_.trials.Get(trial.id);
-    if (!answered) return answered;
-    return Look(assignment, std::move(answered).value());
-  }
-  return Refused("trial_changed", "The trial is in another state by now: load it again.");
+  const auto record = parts_.store.Get(trial.run);
+  if (!record) return record.error();
+  if (record.value().state == RunState::kRunning) return runs;  // its end is being stored
+  const auto grade = GradeOf(assignment, trial, answer);
+  if (!grade) return grade.error();
+  const core::Status kept = parts_.trials.Answer(trial.id,
+                                                 json::serialize(ToJson(answer)),
+                                                 json::serialize(ToJson(grade.value())),
+                                                 parts_.clock.Wall());
+  if (!kept.ok()) return kept.error();
+  auto answered = parts_.trials.Get(trial.id);
+  if (!answered) return answered;
+  return Look(assignment, std::move(answered).value());
 }
 
 /// Again after a crash between its two steps: the second time there is nothing to open.

@@ -136,7 +136,8 @@ core::Status Trials::Move(std::int64_t id,
                           const std::vector<std::pair<std::string, std::string>>& texts,
                           WallTime now) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-    const std::string which = "id = " + std::to_string(id) + " AND state IN (" + from + ")";
+    const std::string which =
+        "id = " + std::to_string(id) + " AND released_ms = 0 AND state IN (" + from + ")";
     if (Select(tx, which).empty()) {
       return Error{ErrorCode::kConflict,
                    "The trial is in another state by now: load it again.",

@@ -211,6 +211,16 @@ core::Result<SeenAssignment> AssignmentFor(CourseApi& api, const Principal& who,
   return seen;
 }
 
+core::Result<SeenAssignment> ManagedAssignment(CourseApi& api, const ApiRequest& request) {
+  const auto id = PathNumber(request);
+  if (!id) return id.error();
+  auto seen = AssignmentFor(api, request.who, id.value());
+  if (!seen) return seen;
+  const core::Status allowed = Authorize(request.who, Operation::kManageCourse, seen.value().whose);
+  if (!allowed.ok()) return allowed.error();
+  return seen;
+}
+
 core::Result<HttpResponse> ListAssignments(CourseApi& api, const ApiRequest& request) {
   const auto page = PageOf(request.http);
   if (!page) return page.error();
@@ -283,17 +293,6 @@ core::Result<HttpResponse> GetAssignment(CourseApi& api, const ApiRequest& reque
 
 namespace {
 
-/// The assignment of the path's {id}, if the caller teaches its course.
-core::Result<SeenAssignment> Managed(CourseApi& api, const ApiRequest& request) {
-  const auto id = PathNumber(request);
-  if (!id) return id.error();
-  auto seen = AssignmentFor(api, request.who, id.value());
-  if (!seen) return seen;
-  const core::Status allowed = Authorize(request.who, Operation::kManageCourse, seen.value().whose);
-  if (!allowed.ok()) return allowed.error();
-  return seen;
-}
-
 void Audit(CourseApi& api,
            const ApiRequest& request,
            const std::string& verb,
@@ -305,7 +304,7 @@ void Audit(CourseApi& api,
 core::Result<HttpResponse> Extended(CourseApi& api,
                                     const ApiRequest& request,
                                     const std::optional<WallTime>& due) {
-  auto seen = Managed(api, request);
+  auto seen = ManagedAssignment(api, request);
   if (!seen) return seen.error();
   const auto account = PathNumber(request, "user");
   if (!account) return account.error();
@@ -335,7 +334,7 @@ core::Result<HttpResponse> Extended(CourseApi& api,
 core::Result<HttpResponse> ChangeAssignment(CourseApi& api, const ApiRequest& request) {
   const auto version = RequiredVersion(request);
   if (!version) return version.error();
-  auto seen = Managed(api, request);
+  auto seen = ManagedAssignment(api, request);
   if (!seen) return seen.error();
   ObjectReader in(request.body, "");
   const core::Status terms = ReadTerms(in, seen.value().assignment);
@@ -366,7 +365,7 @@ core::Result<HttpResponse> EndExtension(CourseApi& api, const ApiRequest& reques
 }
 
 core::Result<HttpResponse> DeleteAssignment(CourseApi& api, const ApiRequest& request) {
-  const auto seen = Managed(api, request);
+  const auto seen = ManagedAssignment(api, request);
   if (!seen) return seen.error();
   const core::Status done = api.assignments.Delete(seen.value().assignment.id);
   if (!done.ok()) return done.error();

@@ -35,6 +35,8 @@ struct SeenAssignment {
   bool member = false;  ///< teaches or attends
 };
 core::Result<SeenAssignment> AssignmentFor(CourseApi& api, const Principal& who, std::int64_t id);
+/// That of the path's {id}, if the caller teaches its course.
+core::Result<SeenAssignment> ManagedAssignment(CourseApi& api, const ApiRequest& request);
 
 // assignments.cc
 core::Result<HttpResponse> ListAssignments(CourseApi& api, const ApiRequest& request);

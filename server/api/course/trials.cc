@@ -161,16 +161,6 @@ core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request
 
 namespace {
 
-core::Result<SeenAssignment> Taught(CourseApi& api, const ApiRequest& request) {
-  const auto id = PathNumber(request);
-  if (!id) return id.error();
-  auto seen = AssignmentFor(api, request.who, id.value());
-  if (!seen) return seen;
-  const core::Status allowed = Authorize(request.who, Operation::kManageCourse, seen.value().whose);
-  if (!allowed.ok()) return allowed.error();
-  return seen;
-}
-
 /// @param awarded  as it is kept; empty: the grade counts again
 core::Result<HttpResponse> Awarded(CourseApi& api,
                                    const ApiRequest& request,
@@ -223,7 +213,7 @@ core::Result<HttpResponse> TakeAwardBack(CourseApi& api, const ApiRequest& reque
 }
 
 core::Result<HttpResponse> GetStatistics(CourseApi& api, const ApiRequest& request) {
-  const auto seen = Taught(api, request);
+  const auto seen = ManagedAssignment(api, request);
   if (!seen) return seen.error();
   const auto list = TrialsOf(api, request, seen.value(), 0, kTrialsMax);
   if (!list) return list.error();
@@ -232,7 +222,7 @@ core::Result<HttpResponse> GetStatistics(CourseApi& api, const ApiRequest& reque
 
 /// One line for each trial, in order.
 core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& request) {
-  const auto seen = Taught(api, request);
+  const auto seen = ManagedAssignment(api, request);
   if (!seen) return seen.error();
   const auto list = TrialsOf(api, request, seen.value(), 0, kTrialsMax);
   if (!list) return list.error();

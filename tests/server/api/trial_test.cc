@@ -252,7 +252,8 @@ TEST_F(TrialTest, IsGradedTheSameASecondTime) {
   // As a second grading would find it: the answer is taken back behind the server's back.
   const core::Status undone =
       database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-        tx.sql() << "UPDATE trial SET state = 'open', answer = '', grade = '', answered_ms = 0";
+        tx.sql() << "UPDATE trial SET state = 'open', answer = '', grade = '', answered_ms = 0, "
+                    "released_ms = 0";
         return core::Done{};
       });
   ASSERT_TRUE(undone.ok());
@@ -452,7 +453,7 @@ TEST_F(ClassTest, AllFinishAndASecondGradingGivesTheSame) {
   const std::size_t count = tests::Proving() ? 250 : 8;
   std::vector<Student> students(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const std::string login = "s" + std::to_string(i);
+    const std::string login = "student" + std::to_string(i);
     students[i].who = Make(login, Role::kStudent);
     ASSERT_TRUE(accounts_->Enrol(course_, accounts_->GetByLogin(login).value().id, false).ok());
     constexpr std::array kSaid = {R"("component":"R1","value":50,"unit":"ohm")",

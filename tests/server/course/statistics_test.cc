@@ -8,7 +8,7 @@
 namespace faultlab::server::course {
 namespace {
 
-constexpr WallTime kNow{std::chrono::milliseconds(1'700'000'000'000)};
+constexpr WallTime kReleased{std::chrono::milliseconds(1'700'000'000'000)};
 
 /// @param truth   "" of a healthy rig
 /// @param answer  "" healthy; "-": none
@@ -16,7 +16,7 @@ Trial Of(std::int64_t person, const std::string& truth, const std::string& answe
   Trial trial;
   trial.account = person;
   trial.state = answer == "-" ? TrialState::kOpen : TrialState::kAnswered;
-  trial.released_at = kNow;
+  trial.released_at = kReleased;
   trial.truth = truth.empty() ? R"({"faults":[],"seed":1})"
                               : R"({"faults":[{"component":")" + truth + R"("}],"seed":1})";
   if (answer == "-") return trial;

@@ -68,6 +68,13 @@ TEST_F(TrialsTest, GoFromTheDrawToTheRelease) {
   EXPECT_EQ(trial.released_at, kNow);
 }
 
+TEST_F(TrialsTest, TakeNoAnswerAfterTheRelease) {
+  const std::int64_t id = Add().value().id;
+  ASSERT_TRUE(trials_.Ended(id, "[]", kNow).ok());
+  ASSERT_TRUE(trials_.Release(id, kNow).ok());
+  EXPECT_EQ(ReasonOf(trials_.Answer(id, "{}", "{}", kNow)), "trial_changed");
+}
+
 TEST_F(TrialsTest, OfARunThatCouldNotBeginNothingStays) {
   const std::int64_t id = Add().value().id;
   ASSERT_TRUE(trials_.Forget(id).ok());

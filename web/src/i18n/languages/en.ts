@@ -1350,7 +1350,7 @@ export const texts = {
   extend_end: "As for the others",
   fault_none: "none",
   fault_table:
-    "What was said of each fault ({students} students, {answered} answers): rows are what was true, columns what was answered.",
+    "What was said of each fault (students: {students}, answers: {answered}): rows are what was true, columns what was answered.",
   fault_right: "right",
   fault_discrimination: "discrimination",
   audit_award_points: "gave points for a trial: {detail}",
