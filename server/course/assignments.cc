@@ -17,7 +17,7 @@ using soci::use;
 
 constexpr const char* kColumns =
     "id, course_id, account_id, fault_set_id, name, bench, pool, plan, rubric, opens_ms, due_ms, "
-    "attempts, reveal_at_once, secret, created_ms, version";
+    "attempts, reveal_at_once, secret, created_ms, version, on_bench";
 
 Error NoAssignment() {
   return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
@@ -37,7 +37,7 @@ void ReadExtensions(Transaction& tx, Assignment& of) {
 
 std::vector<Assignment> Select(Transaction& tx, const std::string& condition) {
   Assignment row;
-  std::int64_t opens_ms = 0, due_ms = 0, created_ms = 0, at_once = 0;
+  std::int64_t opens_ms = 0, due_ms = 0, created_ms = 0, at_once = 0, on_bench = 0;
   soci::statement statement = (tx.sql().prepare << std::string("SELECT ") + kColumns +
                                                        " FROM assignment WHERE " + condition,
                                into(row.id),
@@ -55,7 +55,8 @@ std::vector<Assignment> Select(Transaction& tx, const std::string& condition) {
                                into(at_once),
                                into(row.secret),
                                into(created_ms),
-                               into(row.version));
+                               into(row.version),
+                               into(on_bench));
   statement.execute(false);
   std::vector<Assignment> out;
   while (statement.fetch()) {
@@ -63,6 +64,7 @@ std::vector<Assignment> Select(Transaction& tx, const std::string& condition) {
     row.due = FromMilliseconds(due_ms);
     row.created_at = FromMilliseconds(created_ms);
     row.reveal_at_once = at_once != 0;
+    row.on_bench = on_bench != 0;
     out.push_back(row);
   }
   for (Assignment& each : out) ReadExtensions(tx, each);
@@ -100,16 +102,19 @@ core::Result<Assignment> Assignments::Create(Assignment assignment) {
     const std::int64_t due_ms = ToMilliseconds(assignment.due);
     const std::int64_t created_ms = ToMilliseconds(assignment.created_at);
     const std::int64_t at_once = assignment.reveal_at_once ? 1 : 0;
+    const std::int64_t on_bench = assignment.on_bench ? 1 : 0;
     tx.sql() << "INSERT INTO assignment (course_id, account_id, fault_set_id, name, bench, pool, "
                 "plan, rubric, opens_ms, due_ms, attempts, reveal_at_once, secret, created_ms, "
-                "deleted) VALUES (:course, :author, :set, :name, :bench, :pool, :plan, :rubric, "
-                ":opens, :due, :attempts, :at_once, :secret, :created, 0) RETURNING id",
+                "on_bench, deleted) VALUES (:course, :author, :set, :name, :bench, :pool, :plan, "
+                ":rubric, "
+                ":opens, :due, :attempts, :at_once, :secret, :created, :on_bench, 0) RETURNING id",
         into(assignment.id), use(assignment.course, "course"), use(assignment.author, "author"),
         use(assignment.fault_set, "set"), use(assignment.name, "name"),
         use(assignment.bench, "bench"), use(assignment.pool_json, "pool"),
         use(assignment.plan_json, "plan"), use(assignment.rubric_json, "rubric"),
         use(opens_ms, "opens"), use(due_ms, "due"), use(assignment.attempts, "attempts"),
-        use(at_once, "at_once"), use(assignment.secret, "secret"), use(created_ms, "created");
+        use(at_once, "at_once"), use(assignment.secret, "secret"), use(created_ms, "created"),
+        use(on_bench, "on_bench");
     return assignment;
   });
 }

@@ -28,6 +28,7 @@ struct Assignment {
   WallTime opens{};
   WallTime due{};
   int attempts = 1;             ///< of a student
+  bool on_bench = false;        ///< on a rig of its class, in a session; otherwise on a simulator
   bool reveal_at_once = false;  ///< the truth with the grade; otherwise when it is due
   std::string secret;           ///< of its draws; leaves the server by no way
   WallTime created_at{};

@@ -66,7 +66,9 @@ core::Result<const core::Bench*> TrialDesk::BenchOf(const Assignment& assignment
   return parts_.benches.Find(assignment.bench);
 }
 
-core::Result<Trial> TrialDesk::Start(const Principal& who, const Assignment& assignment) {
+core::Result<Trial> TrialDesk::Start(const Principal& who,
+                                     const Assignment& assignment,
+                                     const std::string& rig) {
   const WallTime now = parts_.clock.Wall();
   if (now < assignment.opens) {
     return Refused("assignment_not_open", "The assignment is not open yet.");
@@ -78,8 +80,14 @@ core::Result<Trial> TrialDesk::Start(const Principal& who, const Assignment& ass
   if (!bench) return bench.error();
   const auto pool = ParsePool(assignment.pool_json, *bench.value());
   if (!pool) return pool.error();
-  const auto body = ParseJsonObject(assignment.plan_json);
+  auto body = ParseJsonObject(assignment.plan_json);
   if (!body) return body.error();
+  if (assignment.on_bench != !parts_.experiments.IsForPractice(rig)) {
+    return assignment.on_bench
+               ? Refused("trial_needs_bench", "This assignment is played on a bench: name its rig.")
+               : Refused("trial_needs_simulator", "This assignment is played on a simulator.");
+  }
+  if (!rig.empty()) body.value()["rig"] = rig;
   auto plan = parts_.experiments.Read(body.value());
   if (!plan) return plan.error();
   // Of a former one whose server died the attempt is there again.
@@ -113,6 +121,11 @@ core::Result<Trial> TrialDesk::Start(const Principal& who, const Assignment& ass
   if (!run) {
     const core::Status returned = parts_.trials.Forget(id);
     if (!returned.ok()) parts_.log("trial " + std::to_string(id) + ": " + returned.error().message);
+    // Why the rig does not play a fault would tell which one was drawn.
+    if (run.error().field.starts_with("/faults")) {
+      parts_.log("assignment " + std::to_string(assignment.id) + ": " + run.error().message);
+      return Refused("trial_not_playable", "This rig cannot play the assignment: tell a teacher.");
+    }
     return run.error();
   }
   const core::Status began = parts_.trials.Began(id, run.value().id);

@@ -46,10 +46,13 @@ class TrialDesk {
   /// All parts must outlive it; the clock also every run that it has begun.
   explicit TrialDesk(Parts parts) : parts_(parts) {}
 
-  /// Draws a trial and begins its run on a simulator. kConflict: "assignment_closed",
+  /// Draws a trial and begins its run: on a simulator, or on `rig`, on which the person has a
+  /// session, where the assignment is for benches. kConflict: "assignment_closed",
   /// "assignment_not_open", those of Trials::Add, and those of Experiments::Start, after which the
   /// attempt is there again.
-  core::Result<Trial> Start(const Principal& who, const Assignment& assignment);
+  core::Result<Trial> Start(const Principal& who,
+                            const Assignment& assignment,
+                            const std::string& rig);
   /// As it is now: one whose server died is void, one that is due is released.
   core::Result<Trial> Look(const Assignment& assignment, Trial trial);
   /// Grades and keeps the first answer. kConflict "answer_late" after the due time, "trial_changed"

@@ -53,6 +53,8 @@ class Experiments {
   /// All parts must outlive it.
   explicit Experiments(Parts parts) : parts_(parts) {}
 
+  /// Whether this rig ("": any) is a simulator, which needs no session.
+  bool IsForPractice(const std::string& rig) const { return KindOn(rig) == RunKind::kSimulator; }
   /// The body of POST runs: a plan for the bench of its rig, or the one that it names, or the usual
   /// one.
   core::Result<ExperimentPlan> Read(const boost::json::object& body);

@@ -515,6 +515,15 @@ Migration ChangedAssignments() {
           .postgres_statements = {}};
 }
 
+/// Assignments whose trials run on the lab's benches.
+Migration TrialsOnBenches() {
+  return {.version = 29,
+          .description = "trials on benches",
+          .statements = {"ALTER TABLE assignment ADD COLUMN on_bench BIGINT NOT NULL DEFAULT 0"},
+          .sqlite_statements = {},
+          .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -545,7 +554,8 @@ const std::vector<Migration>& AllMigrations() {
                                               LabPolicy(),
                                               OriginsOfCalibrations(),
                                               BlindTrials(),
-                                              ChangedAssignments()};
+                                              ChangedAssignments(),
+                                              TrialsOnBenches()};
   return kAll;
 }
 

@@ -45,6 +45,7 @@ json::object AssignmentToJson(CourseApi& api, const Principal& who, const SeenAs
                    {"version", of.version},
                    {"extensions", nullptr},
                    {"attempts", of.attempts},
+                   {"on", of.on_bench ? "bench" : "simulator"},
                    {"reveal", of.reveal_at_once ? "answer" : "due"},
                    {"teaches", seen.whose != Ownership::kCourse},
                    {"created_at", Iso8601(of.created_at)}};
@@ -117,6 +118,27 @@ core::Status CheckSolvable(const core::Bench& bench,
   return core::Done{};
 }
 
+/// Whether relays can switch all that may be drawn.
+core::Status CheckForBenches(const course::FaultPool& pool) {
+  constexpr double kSame = 1e-9;
+  for (const course::PoolItem& item : pool.items) {
+    const auto connects = [&](double value) {
+      return std::ranges::any_of(item.component.info().positions, [&](const auto& position) {
+        return std::abs(position.value - value) <= kSame * value;
+      });
+    };
+    const bool all = !item.values.empty() && std::ranges::all_of(item.values, connects);
+    if (all && core::IsSwitched(item.component)) continue;
+    const std::string symbol(core::Name(item.component));
+    return Error{ErrorCode::kInvalid,
+                 "On a bench, " + symbol + " has only the values that relays connect: list these.",
+                 "/fault_set",
+                 "pool_not_of_relays",
+                 {{"component", symbol}}};
+  }
+  return core::Done{};
+}
+
 /// The part of a run's plan that an assignment decides, as it is kept.
 core::Result<json::object> ReadPlan(const json::object* wanted, const std::string& bench) {
   json::object plan{{"bench", bench}};
@@ -181,6 +203,10 @@ core::Status TakeSet(CourseApi& api,
   assignment.pool_json = set.value().pool_json;
   const auto pool = course::ParsePool(assignment.pool_json, *bench.value());
   if (!pool) return pool.error();
+  if (assignment.on_bench) {
+    const core::Status switched = CheckForBenches(pool.value());
+    if (!switched.ok()) return switched;
+  }
   auto body = ReadPlan(wanted, assignment.bench);
   if (!body) return body.error();
   const auto plan = api.experiments.Read(body.value());
@@ -252,6 +278,7 @@ core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& re
   assignment.fault_set = in.Integer("fault_set", 1, INT64_MAX);
   (void)in.Text("name", kNameBytesMax);
   (void)in.Text("due", kNameBytesMax);
+  assignment.on_bench = in.WordOr("on", "simulator", {"simulator", "bench"}) == "bench";
   const core::Status terms = ReadTerms(in, assignment);
   const json::object* rubric = in.ObjectOrNull("rubric");
   const json::object* plan = in.ObjectOrNull("plan");

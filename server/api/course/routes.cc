@@ -7,6 +7,7 @@ std::vector<ApiRoute> RoutesOf(CourseApi& api) {
   using enum Operation;
   using enum Guard;
   using enum Cost;
+  using enum LivesAt;
   const auto on = [&api](auto handler) { return On(api, handler); };
   return {
       {kGet, "/api/v1/assignments", kReadCourse, kRole, on(ListAssignments)},
@@ -26,7 +27,14 @@ std::vector<ApiRoute> RoutesOf(CourseApi& api) {
        on(EndExtension)},
       {kDelete, "/api/v1/assignments/{id}", kManageCourse, kRole, on(DeleteAssignment)},
       {kGet, "/api/v1/assignments/{id}/trials", kReadCourse, kRole, on(ListTrials)},
-      {kPost, "/api/v1/assignments/{id}/trials", kStartRun, kRole, on(StartTrial), kEmptyOnce},
+      {kPost,
+       "/api/v1/assignments/{id}/trials",
+       kStartRun,
+       kRole,
+       on(StartTrial),
+       kJsonOnce,
+       kQuick,
+       kBodysRig},
       {kGet, "/api/v1/assignments/{id}/grades.csv", kManageCourse, kRole, on(ExportGrades)},
       {kGet, "/api/v1/assignments/{id}/statistics", kManageCourse, kRole, on(GetStatistics)},
       {kPut, "/api/v1/trials/{id}/points", kManageCourse, kRole, on(AwardPoints), kJson},

@@ -131,7 +131,10 @@ core::Result<HttpResponse> StartTrial(CourseApi& api, const ApiRequest& request)
     return Error{
         ErrorCode::kForbidden, "Only members of the course begin a trial.", "", "not_in_course"};
   }
-  const auto begun = api.desk.Start(request.who, seen.value().assignment);
+  ObjectReader in(request.body, "");
+  const std::string rig = in.TextOr("rig", "", kNameBytesMax);
+  if (auto error = in.Finish()) return *error;
+  const auto begun = api.desk.Start(request.who, seen.value().assignment, rig);
   if (!begun) return begun.error();
   return JsonResponse(TrialToJson(begun.value()), 201);
 }

@@ -158,7 +158,9 @@ core::Result<HttpResponse> ListRuns(RunApi& api, const ApiRequest& request) {
   json::array items;
   for (const RunRecord& record : page.value().items) {
     json::object item = RecordToJson(record);
-    item["changes"] = ChangesToJson(changes.value().at(record.id));
+    // What a far rig has told after a crash is kept with the run.
+    const bool sealed = IsSealed(record.plan_json);
+    item["changes"] = sealed ? json::array{} : ChangesToJson(changes.value().at(record.id));
     item["findings"] = FindingsToJson(record.diagnosis_json);
     item["starred"] = starred.value().contains(record.id);
     if (record.state == RunState::kRunning) {

@@ -405,6 +405,66 @@ std::vector<std::string> TracesOf(const std::vector<double>& truth) {
   return traces;
 }
 
+/// A bench of the lab, in the hands of the student.
+class BenchTrialTest : public TrialTest {
+ protected:
+  std::string TakeBench() {
+    WaitForBenches(2);
+    const json::object asked =
+        Ok(Call(ann_, "POST", "tickets", "tickets", R"({"rig_class":"bench","min_s":600})"), 201);
+    const std::string accept =
+        "tickets/" + std::to_string(asked.at("ticket").at("id").as_int64()) + "/accept";
+    const json::object session = Ok(Call(ann_, "POST", "tickets/{id}/accept", accept, "{}"));
+    return std::string(session.at("rig").as_string());
+  }
+  tests::HttpAnswer TryStartOn(std::int64_t assignment, const std::string& rig) {
+    return Call(ann_,
+                "POST",
+                "assignments/{id}/trials",
+                "assignments/" + std::to_string(assignment) + "/trials",
+                R"({"rig":")" + rig + "\"}");
+  }
+};
+
+TEST_F(BenchTrialTest, IsPlayedInASessionAndItsTruthIsWhatTheRelaysSay) {
+  constexpr const char* kRelays =
+      R"({"healthy_share":0,"items":[{"component":"R1","values":[56],"onset_from_s":8}]})";
+  const std::string on_bench = std::string(R"(,"on":"bench")") + kAtOnce;
+  EXPECT_EQ(ReasonOf(TryAssignment(MakeSet(kRa), on_bench)), "pool_not_of_relays");
+  EXPECT_EQ(ReasonOf(TryAssignment(
+                MakeSet(R"({"items":[{"component":"R1","low":40,"high":60,"onset_from_s":8}]})"),
+                on_bench)),
+            "pool_not_of_relays");
+  const std::int64_t assignment =
+      Ok(TryAssignment(MakeSet(kRelays), on_bench), 201).at("id").as_int64();
+  EXPECT_EQ(ReasonOf(TryStart(ann_, assignment)), "trial_needs_bench");
+  EXPECT_EQ(ReasonOf(TryStartOn(assignment, "sim-1")), "trial_needs_bench");
+  EXPECT_EQ(ReasonOf(TryStartOn(assignment, "bench-1")), "rig_needs_session");
+  EXPECT_EQ(ReasonOf(TryStartOn(Assign(kRa, kAtOnce), "bench-1")), "trial_needs_simulator");
+  const std::string rig = TakeBench();
+  const json::object begun = Ok(TryStartOn(assignment, rig), 201);
+  const std::string run(begun.at("run").as_string());
+  const std::int64_t id = begun.at("id").as_int64();
+  const json::object meanwhile = Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run));
+  EXPECT_EQ(meanwhile.at("rig").as_string(), rig);
+  application_->runs().Wait(run);
+  for (const char* target : {"rigs", "runs", "events"}) {
+    const std::string told =
+        tests::Request(application_->port(), "GET", "/api/v1/" + std::string(target), ann_.headers)
+            .body;
+    EXPECT_EQ(told.find("R1"), std::string::npos) << target << told;
+  }
+  const json::object answered =
+      Ok(Answer(ann_, id, R"({"component":"R1","value":56,"unit":"ohm","confidence":1})"));
+  EXPECT_EQ(answered.at("points").to_number<double>(), 100.0);
+  const json::object opened = Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run));
+  bool confirmed = false;
+  for (const json::value& event : opened.at("events").as_array()) {
+    confirmed = confirmed || event.at("kind") == "relay_confirmed";
+  }
+  EXPECT_TRUE(confirmed);
+}
+
 constexpr const char* kPool = R"({"healthy_share":0.2,"items":[
   {"component":"R1","values":[10,56,100],"onset_from_s":8,"onset_to_s":10},
   {"component":"Ra","low":9,"high":30,"onset_from_s":8,"onset_to_s":10},

@@ -1265,7 +1265,7 @@ export const texts = {
   audit_create_course: "made the course {object}",
   tasks: "Exercises",
   tasks_about:
-    "Blind exercises of your courses: a run on a simulator with a fault that nobody sees, or with none. Find out what has failed, and by how much.",
+    "Blind exercises of your courses: a run with a fault that nobody sees, or with none. Find out what has failed, and by how much.",
   tasks_none: "Your courses have no exercise now.",
   tasks_attempts: "{used} of {most} attempts used",
   tasks_opens: "opens {time}",
@@ -1319,7 +1319,7 @@ export const texts = {
   assignments_none: "No exercise yet.",
   assignment_new: "New exercise",
   assignment_about:
-    "Each student gets runs of their own on a simulator, each with one of these faults, drawn by chance, or with none. Nobody sees which, neither you nor they, until it is released.",
+    "Each student gets runs of their own, each with one of these faults, drawn by chance, or with none. Nobody sees which, neither you nor they, until it is released.",
   assignment_no_course: "Make a course first, and enrol its students.",
   assignment_faults: "Faults that may come",
   assignment_all: "All or none",
@@ -1353,6 +1353,10 @@ export const texts = {
     "What was said of each fault (students: {students}, answers: {answered}): rows are what was true, columns what was answered.",
   fault_right: "right",
   fault_discrimination: "discrimination",
+  on_simulator: "on a simulator",
+  on_bench: "on a bench",
+  assignment_on: "Played",
+  tasks_take_bench: "Take a bench first",
   audit_award_points: "gave points for a trial: {detail}",
   audit_change_assignment: "changed the assignment {detail}",
   audit_extend_assignment: "gave one student more time for {detail}",
@@ -1576,6 +1580,10 @@ export const texts = {
   refused_assignment_changed: "The assignment has changed meanwhile. Load the page again.",
   refused_trial_not_released:
     "Points are given when the truth is released: before, they would tell of it.",
+  refused_trial_needs_bench: "This exercise is played on a bench: take one first, then begin.",
+  refused_trial_needs_simulator: "This exercise is played on a simulator.",
+  refused_trial_not_playable: "This rig cannot play the exercise. Tell your teacher.",
+  refused_pool_not_of_relays: "On a bench, {component} has only the values that relays connect.",
   refused_run_sealed:
     "This is the run of a blind trial. Until its truth is released it is neither changed, diagnosed, replayed nor deleted.",
   refused_set_to_draw_from: "Blind trials are drawn from this fault set: give it to an assignment.",
