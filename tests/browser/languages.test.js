@@ -173,7 +173,6 @@ describe("languages", { timeout: SUITE_MS }, () => {
     const found = {};
     const look = async (page, name) => {
       await settled(page);
-      await page.waitForTimeout(300); // parts that are loaded late
       const left = english(await page.evaluate(textsOfPage));
       if (left.length > 0) found[name] = [...new Set(left)];
     };
@@ -239,13 +238,12 @@ describe("languages", { timeout: SUITE_MS }, () => {
       );
     await page.getByText("PREGLED", { exact: true }).waitFor();
     await page.getByText(/Kvar/).first().waitFor();
-    await page.waitForTimeout(500);
+    await settled(page);
     assert.match(await page.innerText("main"), /\d,\d/);
     assert.deepEqual(await pointed(), [], "the page of a run");
     for (const path of ["/", "/runs", "/help", `/compare?runs=${run},${other}`]) {
       await page.goto(server.url + path);
       await settled(page);
-      await page.waitForTimeout(300);
       assert.deepEqual(await pointed(), [], path);
     }
     await page.goto(server.url);

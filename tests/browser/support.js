@@ -315,7 +315,9 @@ export async function openPage(
 export async function settled(page) {
   await page.locator("main h1").first().waitFor({ state: "attached" });
   await page.waitForFunction(
-    () => !/^(Loading|Loading the run)$/m.test(document.querySelector("main").innerText),
+    () =>
+      document.documentElement.dataset.busy === "0" &&
+      !/^(Loading|Loading the run)$/m.test(document.querySelector("main").innerText),
   );
 }
 

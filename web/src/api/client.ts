@@ -1,5 +1,6 @@
 import { i18n, t } from "../i18n/i18n.svelte";
 import { placeWords, refusalWords } from "../i18n/words";
+import { busyDuring } from "../shell/busy";
 import { answered, connection } from "../shell/connection.svelte";
 import type {
   Diagnosis,
@@ -82,7 +83,7 @@ async function patiently(path: string, init: RequestInit): Promise<Response> {
 export async function request(path: string, init: RequestInit = {}): Promise<Response> {
   const headers = new Headers(init.headers);
   if (csrfToken && init.method && init.method !== "GET") headers.set("X-CSRF-Token", csrfToken);
-  const response = await patiently(path, { ...init, headers });
+  const response = await busyDuring(patiently(path, { ...init, headers }));
   if (response.ok) return response;
   if (response.status === 401) unauthorized();
   const text = await response.text();
@@ -96,7 +97,11 @@ export async function request(path: string, init: RequestInit = {}): Promise<Res
   throw new ApiError(response.status, problem);
 }
 
-export async function get<T>(path: string, signal?: AbortSignal): Promise<T> {
+/** With what it says read: until then the page is busy. */
+export const get = <T>(path: string, signal?: AbortSignal): Promise<T> =>
+  busyDuring(read<T>(path, signal));
+
+async function read<T>(path: string, signal?: AbortSignal): Promise<T> {
   for (let tries = 1; ; tries++) {
     const response = await request(path, { signal });
     try {
@@ -107,6 +112,19 @@ export async function get<T>(path: string, signal?: AbortSignal): Promise<T> {
       await connection.again(); // the answer broke off
     }
   }
+}
+
+/** All pages of a list. @param path  without a query */
+export async function getAll<T>(path: string): Promise<T[]> {
+  const found: T[] = [];
+  let cursor = "";
+  do {
+    const from = cursor && `&cursor=${encodeURIComponent(cursor)}`;
+    const next = await get<Page<T>>(`${path}?limit=200${from}`);
+    found.push(...next.items);
+    cursor = next.next_cursor ?? "";
+  } while (cursor);
+  return found;
 }
 
 export async function send<T>(

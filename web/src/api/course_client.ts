@@ -1,7 +1,7 @@
 import { account } from "../shell/account.svelte";
-import { get, send } from "./client";
+import { get, getAll, send } from "./client";
 import type { FaultSet } from "./lab_types";
-import type { Page, Schemas } from "./types";
+import type { Schemas } from "./types";
 
 /** Blind exercises: their pools of faults, trials, answers and grades. */
 export type FaultPool = Schemas["FaultPool"];
@@ -19,10 +19,8 @@ export interface Truth {
 
 export const isMine = (trial: Trial) => account.me.owner === `user:${trial.account}`;
 
-const items = async <T>(path: string) => (await get<Page<T>>(`${path}?limit=200`)).items;
-
 export const course = {
-  assignments: () => items<Assignment>("/assignments"),
+  assignments: () => getAll<Assignment>("/assignments"),
   assignment: (id: number) => get<Assignment>(`/assignments/${id}`),
   makePool: (set: { name: string; course: number; bench: string; pool: FaultPool }) =>
     send<FaultSet>("POST", "/fault-sets", set),
@@ -40,7 +38,7 @@ export const course = {
   takeAwardBack: (trial: number) => send<Trial>("DELETE", `/trials/${trial}/points`),
   remove: (id: number) => send<unknown>("DELETE", `/assignments/${id}`),
   gradesAddress: (id: number) => `/api/v1/assignments/${id}/grades.csv`,
-  trials: (assignment: number) => items<Trial>(`/assignments/${assignment}/trials`),
+  trials: (assignment: number) => getAll<Trial>(`/assignments/${assignment}/trials`),
   /** @param rig  the bench of one's session, for an exercise on benches */
   begin: (assignment: number, rig?: string) =>
     send<Trial>("POST", `/assignments/${assignment}/trials`, rig ? { rig } : {}),

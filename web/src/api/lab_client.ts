@@ -1,4 +1,4 @@
-import { api, get, send, sendText } from "./client";
+import { api, get, getAll, send, sendText } from "./client";
 import type {
   ApiKey,
   Availability,
@@ -26,17 +26,6 @@ import type { Page, RunRequest, Schemas } from "./types";
 type Id = string | number;
 const at = (id: Id) => encodeURIComponent(String(id));
 const items = async <T>(path: string) => (await get<Page<T>>(path)).items;
-/** All pages of a list. */
-const all = async <T>(path: string) => {
-  const found: T[] = [];
-  let cursor = "";
-  do {
-    const next = await get<Page<T>>(`${path}?limit=200${cursor && `&cursor=${at(cursor)}`}`);
-    found.push(...next.items);
-    cursor = next.next_cursor ?? "";
-  } while (cursor);
-  return found;
-};
 const page = <T>(path: string, cursor?: string) =>
   get<Page<T>>(`${path}?limit=50${cursor ? `&cursor=${at(cursor)}` : ""}`);
 /** The conditions under which a fault set is judged. */
@@ -106,7 +95,7 @@ export const lab = {
   events: (since: number) =>
     get<{ items: LabEvent[]; next: number }>(`/events?since=${since}&limit=100`),
 
-  faultSets: () => all<FaultSet>("/fault-sets"),
+  faultSets: () => getAll<FaultSet>("/fault-sets"),
   saveFaultSet: (set: Pick<FaultSet, "name" | "visible" | "faults"> & Partial<FaultSet>) =>
     set.id === undefined
       ? send<FaultSet>("POST", "/fault-sets", set)
@@ -144,7 +133,7 @@ export const lab = {
   takeOver: (id: Id, reason: string) =>
     send<Session>("POST", `/sessions/${at(id)}/take-over`, { reason }),
 
-  courses: () => all<Course>("/courses"),
+  courses: () => getAll<Course>("/courses"),
   createCourse: (name: string) => send<Course>("POST", "/courses", { name }),
   /** `ends` in ISO 8601; empty: open end. */
   setCourseEnd: (course: number, ends: string) =>

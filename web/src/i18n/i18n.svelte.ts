@@ -1,5 +1,6 @@
 import { untrack } from "svelte";
 import { build } from "../shell/build.svelte";
+import { busyDuring } from "../shell/busy";
 import type { Catalogue, Key, Text } from "./catalogue";
 import { texts as first } from "./languages/en.ts?first";
 
@@ -108,7 +109,7 @@ export const i18n = new I18n();
 
 /** Loads a part of the page together with the texts that it needs. */
 export async function late<T>(load: () => Promise<T>, texts?: Later): Promise<T> {
-  const [part] = await Promise.all([build.part(load), i18n.loadAll(texts)]);
+  const [part] = await busyDuring(Promise.all([build.part(load), i18n.loadAll(texts)]));
   return part;
 }
 

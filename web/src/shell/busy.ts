@@ -1,0 +1,20 @@
+/**
+ * How many parts and answers of the page are on their way, as `data-busy` of the document: whoever
+ * reads the page by a program knows by it when all is there.
+ */
+let waiting = 0;
+
+function tell(change: number): void {
+  waiting += change;
+  if (typeof document !== "undefined") document.documentElement.dataset.busy = String(waiting);
+}
+
+export async function busyDuring<T>(work: Promise<T>): Promise<T> {
+  tell(1);
+  try {
+    return await work;
+  } finally {
+    // What has come is drawn before the page says that all is there.
+    setTimeout(() => tell(-1));
+  }
+}
