@@ -1357,6 +1357,10 @@ export const texts = {
   on_bench: "on a bench",
   assignment_on: "Played",
   tasks_take_bench: "Take a bench first",
+  assignment_rubric: "How answers are graded",
+  assignment_rubric_text:
+    "Weights, relative to their sum. A value within the error given here, or within three times what the record can tell (Cramér–Rao bound), gets all of its points; one that is 50 % off gets none.",
+  assignment_within: "Full points within, %",
   audit_award_points: "gave points for a trial: {detail}",
   audit_change_assignment: "changed the assignment {detail}",
   audit_extend_assignment: "gave one student more time for {detail}",

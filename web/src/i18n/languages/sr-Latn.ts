@@ -1416,6 +1416,10 @@ export const marked: Catalogue = {
   on_bench: "na stalku",
   assignment_on: "Izvodi se",
   tasks_take_bench: "Najpre uzmite stalak",
+  assignment_rubric: "Kako se odgovori ocenjuju",
+  assignment_rubric_text:
+    "Težine, u odnosu na njihov zbir. Vrednost unutar ovde date greške, ili unutar trostruke granice koju snimak dopušta (Kramer–Rao), dobija sve poene; ona koja odstupa 50 % ne dobija nijedan.",
+  assignment_within: "Svi poeni do, %",
   audit_award_points: "dao poene za zadatak: {detail}",
   audit_change_assignment: "promenio vežbu {detail}",
   audit_extend_assignment: "dao jednom studentu više vremena za {detail}",
