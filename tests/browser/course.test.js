@@ -95,6 +95,11 @@ describe("course", { timeout: SUITE_MS }, () => {
     await terms.getByLabel("Name").fill("Exercise A");
     await terms.getByRole("button", { name: "Save" }).click();
     await desk.page.getByText("Exercise A", { exact: true }).waitFor();
+    await desk.page.getByRole("button", { name: "Copy Exercise A" }).click();
+    const copy = desk.page.getByRole("form", { name: "Copy Exercise A" });
+    await copy.getByLabel("Name").fill("Exercise B");
+    await copy.getByRole("button", { name: "Give it to the course" }).click();
+    await desk.page.getByText("Exercise B", { exact: true }).waitFor();
     assert.deepEqual(await axe(desk.page), []);
 
     const again = await pageOf(browser, server, ann, "/tasks");
@@ -103,5 +108,29 @@ describe("course", { timeout: SUITE_MS }, () => {
     await again.page.getByText(/A Teacher gave these points in place of .*: well argued/).waitFor();
     await again.close();
     await desk.close();
+  });
+
+  story("on a phone the answer is one press away", async () => {
+    const { json: list } = await world.call(ann, "GET", "/assignments");
+    const { json: trial } = await world.call(
+      ann,
+      "POST",
+      `/assignments/${list.items[0].id}/trials`,
+      {},
+    );
+    const { page, close } = await pageOf(browser, server, ann, `/runs/${trial.run}`, {
+      viewport: { width: 390, height: 844 },
+      hasTouch: true,
+    });
+    await waitForReview(page);
+    const card = page.getByRole("region", { name: list.items[0].name });
+    await page.getByRole("button", { name: "To the exercise" }).click();
+    await until(
+      () => card.getByRole("combobox").boundingBox(),
+      (box) => box && box.y > 0 && box.y + box.height < 844,
+    );
+    assert.equal(await page.getByRole("button", { name: "Next run" }).count(), 0);
+    assert.deepEqual(await axe(page), []);
+    await close();
   });
 });

@@ -42,6 +42,13 @@ describe("a new exercise", () => {
       healthy_share: 0.2,
     });
   });
+  it("may have faults that come slowly, or come and go", () => {
+    const times = { fromS: 8, toS: 8, healthyShare: 0, kind: "drift", lastsS: 4 } as const;
+    expect(poolOf([{ component: "R1", values: [56] }], times).items[0]).toMatchObject({
+      kind: "drift",
+      lasts_s: 4,
+    });
+  });
   it("is due in a week, over the end of a month", () => {
     expect(duePreset(new Date(2026, 1, 25, 15))).toBe("2026-03-04T23:59");
   });

@@ -1,21 +1,27 @@
 import type { FaultPool } from "../api/course_client";
+import type { FaultKind } from "../api/types";
 
 export interface PoolTimes {
   fromS: number;
   toS: number;
   healthyShare: number;
+  /** Abrupt where absent. */
+  kind?: FaultKind;
+  /** Of a drift or an intermittent fault. */
+  lastsS?: number;
 }
 
 /** One item for each part: every value it can have is as likely as another, and so is every part. */
 export function poolOf(
   parts: { component: string; values: number[] }[],
-  { fromS, toS, healthyShare }: PoolTimes,
+  { fromS, toS, healthyShare, kind, lastsS }: PoolTimes,
 ): FaultPool {
   const items = parts.map(({ component, values }) => ({
     component,
     values,
     onset_from_s: fromS,
     onset_to_s: toS,
+    ...(kind === undefined ? {} : { kind, lasts_s: lastsS }),
   }));
   return { items, healthy_share: healthyShare };
 }

@@ -1361,6 +1361,8 @@ export const texts = {
   assignment_rubric_text:
     "Weights, relative to their sum. A value within the error given here, or within three times what the record can tell (Cramér–Rao bound), gets all of its points; one that is 50 % off gets none.",
   assignment_within: "Full points within, %",
+  trial_to_card: "To the exercise",
+  assignment_lasts: "It lasts, s",
   audit_award_points: "gave points for a trial: {detail}",
   audit_change_assignment: "changed the assignment {detail}",
   audit_extend_assignment: "gave one student more time for {detail}",

@@ -1420,6 +1420,8 @@ export const marked: Catalogue = {
   assignment_rubric_text:
     "Težine, u odnosu na njihov zbir. Vrednost unutar ovde date greške, ili unutar trostruke granice koju snimak dopušta (Kramer–Rao), dobija sve poene; ona koja odstupa 50 % ne dobija nijedan.",
   assignment_within: "Svi poeni do, %",
+  trial_to_card: "Do vežbe",
+  assignment_lasts: "Traje, s",
   audit_award_points: "dao poene za zadatak: {detail}",
   audit_change_assignment: "promenio vežbu {detail}",
   audit_extend_assignment: "dao jednom studentu više vremena za {detail}",
