@@ -2,7 +2,15 @@
 import assert from "node:assert/strict";
 import { after, before, describe } from "node:test";
 import { makeWorld, pageOf } from "./lab_world.js";
-import { axe, launchBrowser, SUITE_MS, startServer, story, waitForReview } from "./support.js";
+import {
+  axe,
+  launchBrowser,
+  SUITE_MS,
+  startServer,
+  story,
+  until,
+  waitForReview,
+} from "./support.js";
 
 describe("course", { timeout: SUITE_MS }, () => {
   let server;
