@@ -11,7 +11,7 @@
 namespace faultlab::server::course {
 namespace {
 
-/// How long after its onset a rig may take to confirm a fault.
+/// How long a rig may take to confirm a fault.
 constexpr double kConfirmedWithinS = 1.0;
 constexpr double kSameValue = 1e-6;
 
@@ -61,14 +61,16 @@ class Witness final : public SealedWitness {
     }
     return std::ranges::all_of(drawn_, [&](const core::Fault& fault) {
       // A run that was stopped before has nothing to confirm.
-      return length_s < fault.at_s + kConfirmedWithinS || IsConfirmed(fault);
+      const bool drifts = fault.kind == core::FaultKind::kDrift;
+      const double done_s = drifts ? fault.until_s : fault.at_s;
+      return length_s < done_s + kConfirmedWithinS || IsConfirmed(fault);
     });
   }
 
   bool IsConfirmed(const core::Fault& fault) const {
     return std::ranges::any_of(events_, [&](const hardware::RigEvent& event) {
       if (event.kind != hardware::RigEventKind::kRelayConfirmed) return false;
-      // A drift is confirmed step by step.
+      // A drift is confirmed when it has come to its end.
       return event.component == fault.component &&
              (fault.kind == core::FaultKind::kDrift ||
               std::abs(event.value - fault.value) <= kSameValue * fault.value);

@@ -324,6 +324,20 @@ TEST_F(TrialTest, CannotBeMadeOfWhatNobodyCanSolve) {
             "set_to_draw_from");
 }
 
+TEST_F(TrialTest, OfADriftIsPlayedToItsEnd) {
+  const std::int64_t assignment =
+      Assign(R"({"healthy_share":0,"items":[{"component":"R1","values":[56],"onset_from_s":8,
+                 "kind":"drift","lasts_s":3}]})",
+             kAtOnce);
+  const json::object trial = Play(assignment);
+  EXPECT_EQ(Trial(ann_, trial.at("id").as_int64()).at("state"), "open");
+  const json::object answered =
+      Ok(Answer(ann_,
+                trial.at("id").as_int64(),
+                R"({"component":"R1","value":56,"unit":"ohm","confidence":1})"));
+  EXPECT_EQ(answered.at("points").to_number<double>(), 100.0);
+}
+
 TEST_F(TrialTest, OutlivesItsFaultSet) {
   const std::int64_t set = MakeSet(kRa);
   const std::int64_t assignment = Ok(TryAssignment(set, kAtOnce), 201).at("id").as_int64();

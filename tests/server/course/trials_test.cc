@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "hardware/rig.h"
@@ -122,10 +123,12 @@ class WitnessTest : public TrialsTest {
   std::string EndWith(const std::vector<hardware::RigEvent>& events,
                       RunState state,
                       double length_s,
-                      bool tripped = false) {
+                      bool tripped = false,
+                      std::optional<core::Fault> drawn = std::nullopt) {
     const std::int64_t id = Add(100).value().id;
-    const auto witness = MakeWitness(
-        trials_, id, {{r1_, 60.0, 8.0, core::FaultKind::kAbrupt, 0.0}}, clock_, [](auto) {});
+    const core::Fault fault =
+        drawn.value_or(core::Fault{r1_, 60.0, 8.0, core::FaultKind::kAbrupt, 0.0});
+    const auto witness = MakeWitness(trials_, id, {fault}, clock_, [](auto) {});
     for (const hardware::RigEvent& event : events) witness->OnEvent(event, 0.01);
     witness->OnEnd(state, tripped, length_s);
     const Trial trial = trials_.Get(id).value();
@@ -150,6 +153,14 @@ TEST_F(WitnessTest, TakesWhatTheRelaysSayForTheTruth) {
       EndWith(
           {{hardware::RigEventKind::kRefused, 800, r1_, 60.0, "no"}}, RunState::kFinished, 20.0),
       "relay_mismatch");
+}
+
+TEST_F(WitnessTest, ADriftIsConfirmedAtItsEnd) {
+  const core::Fault drift{r1_, 60.0, 8.0, core::FaultKind::kDrift, 12.0};
+  EXPECT_EQ(EndWith({}, RunState::kStopped, 10.0, false, drift), "stands")
+      << "whoever stops in the midst of it has used the attempt";
+  EXPECT_EQ(EndWith({}, RunState::kFinished, 14.0, false, drift), "relay_mismatch");
+  EXPECT_EQ(EndWith({Confirmed(r1_, 59.9)}, RunState::kFinished, 14.0, false, drift), "stands");
 }
 
 TEST_F(WitnessTest, GivesTheAttemptBackOnlyWhenTheRigFailed) {
