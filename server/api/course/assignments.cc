@@ -209,8 +209,11 @@ core::Status TakeSet(CourseApi& api,
   }
   auto body = ReadPlan(wanted, assignment.bench);
   if (!body) return body.error();
-  const auto plan = api.experiments.Read(body.value());
+  auto plan = api.experiments.Read(body.value());
   if (!plan) return refusal::In(plan.error(), "/plan");
+  // What no simulator plays, no student could begin.
+  const core::Status played = api.experiments.Check(request.who, plan.value());
+  if (!played.ok()) return refusal::In(played.error(), "/plan");
   if (course::LastsUntil(pool.value()) + kSeenAfterS > plan.value().duration_s) {
     return Error{ErrorCode::kInvalid,
                  "The run must go on for a second after the last fault of the set.",

@@ -299,6 +299,7 @@ TEST_F(TrialTest, CannotBeMadeOfWhatNobodyCanSolve) {
       "fault_not_visible");
   EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":9})"), "fault_outside_run");
   EXPECT_EQ(reason(kRa, R"(,"plan":{"seed":1})"), "member_unknown");
+  EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":14,"period_s":0.1})"), "clock_too_short");
   EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":14},"rubric":{"value":-1})"), "number_outside");
   EXPECT_EQ(ReasonOf(Call(mila_,
                           "POST",
