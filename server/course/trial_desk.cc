@@ -82,7 +82,8 @@ core::Result<Trial> TrialDesk::Start(const Principal& who,
   if (!pool) return pool.error();
   auto body = ParseJsonObject(assignment.plan_json);
   if (!body) return body.error();
-  if (assignment.on_bench != !parts_.experiments.IsForPractice(rig)) {
+  const bool on_bench = !parts_.experiments.IsForPractice(rig);
+  if (assignment.on_bench != on_bench) {
     return assignment.on_bench
                ? Refused("trial_needs_bench", "This assignment is played on a bench: name its rig.")
                : Refused("trial_needs_simulator", "This assignment is played on a simulator.");
@@ -136,8 +137,10 @@ core::Result<Trial> TrialDesk::Start(const Principal& who,
 core::Result<Trial> TrialDesk::Look(const Assignment& assignment, Trial trial) {
   const WallTime now = parts_.clock.Wall();
   const char* lost = nullptr;
-  if (trial.state == TrialState::kDrawn && trial.run.empty() &&
-      now > trial.created_at + kBeginsWithin) {
+  // Also when its run has ended, and the database was away when it began: nobody could answer it.
+  const bool without_run =
+      trial.run.empty() && (trial.state == TrialState::kDrawn || trial.state == TrialState::kOpen);
+  if (without_run && now > trial.created_at + kBeginsWithin) {
     lost = "not_begun";
   }
   if (trial.state == TrialState::kRunning) {

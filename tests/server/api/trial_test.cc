@@ -369,6 +369,9 @@ TEST_F(TrialTest, GivesTheAttemptBackWhenItsServerDied) {
   EXPECT_EQ(Trial(ann_, begun.at("id").as_int64()).at("state"), "drawn") << "it may still begin";
   set("UPDATE trial SET created_ms = created_ms - 130000");
   EXPECT_EQ(Trial(ann_, begun.at("id").as_int64()).at("void"), "not_begun");
+  // Its begin was not stored, and it ran to its end.
+  set("UPDATE trial SET state = 'open', why = '', run = '', ended_ms = 1");
+  EXPECT_EQ(Trial(ann_, begun.at("id").as_int64()).at("void"), "not_begun");
   const json::object second = Play(assignment);
   set("UPDATE trial SET state = 'running', ended_ms = 0 WHERE id = " +
       std::to_string(second.at("id").as_int64()));
