@@ -12,6 +12,7 @@
 #include "hardware/delta_watch.h"
 #include "hardware/fault_desk.h"
 #include "hardware/self_test.h"
+#include "hardware/speed_loop.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -38,15 +39,14 @@ class BenchMachine final : public RigMachine {
                std::unique_ptr<Daq> daq,
                SimulatorPort* port,
                std::shared_ptr<Clock> wall)
-      : config_(std::move(config)),
+      : config_(Completed(std::move(config))),
         daq_(std::move(daq)),
         port_(port),
         wall_(std::move(wall)),
         relays_(*daq_, config_.wiring, config_.timing),
         interlocks_(config_.limits),
-        desk_(config_.description, config_.limits.relay_rest_s, relays_, port) {
-    config_.description.uc_v_min = config_.limits.uc_v_min;
-    config_.description.uc_v_max = config_.limits.uc_v_max;
+        desk_(config_.description, config_.limits.relay_rest_s, relays_, port),
+        speed_loop_(config_.description, config_.limits) {
     LAB_CHECK(relays_.duration() < Delta(), config_.description.delta_s);
   }
 
@@ -59,9 +59,13 @@ class BenchMachine final : public RigMachine {
                          .message = "the period must be longer than the time from DAC to ADC",
                          .field = "period_s"};
     }
+    if (auto good = speed_loop_.Check(plan); !good) return good;
     return desk_.Check(plan);
   }
-  core::Status Check(const RigCommand& command) const override { return desk_.Check(command); }
+  core::Status Check(const RigCommand& command) const override {
+    if (command.kind == RigCommand::Kind::kControl) return speed_loop_.Check(command);
+    return desk_.Check(command);
+  }
 
   void Prepare(const RunPlan& plan) override {
     daq_->Prepare();
@@ -77,6 +81,7 @@ class BenchMachine final : public RigMachine {
     plan_ = plan;
     period_ = Nanoseconds(std::llround(plan.period_s * 1e9));
     desk_.Begin(plan);
+    speed_loop_.Begin(plan);
     phase_ = Phase::kDrive;
     index_ = 0;
     before_s_ = -plan.period_s;
@@ -87,6 +92,7 @@ class BenchMachine final : public RigMachine {
                                   std::span<const RigCommand> commands,
                                   std::vector<RigMessage>& out) override {
     desk_.Accept(commands, index_, out);
+    speed_loop_.Accept(commands);
     try {
       switch (phase_) {
         case Phase::kDrive:
@@ -129,6 +135,13 @@ class BenchMachine final : public RigMachine {
  private:
   enum class Phase { kDrive, kRelays, kRead };
 
+  static BenchConfig Completed(BenchConfig config) {
+    config.description.uc_v_min = config.limits.uc_v_min;
+    config.description.uc_v_max = config.limits.uc_v_max;
+    config.description.controls_speed = config.description.has_n;
+    return config;
+  }
+
   Nanoseconds Delta() const { return Nanoseconds(std::llround(config_.description.delta_s * 1e9)); }
   Nanoseconds TickStart() const { return index_ * period_; }
 
@@ -166,6 +179,7 @@ class BenchMachine final : public RigMachine {
   RelayBoard relays_;
   Interlocks interlocks_;
   FaultDesk desk_;
+  SpeedLoop speed_loop_;
   std::optional<Trip> trip_;
   Nanoseconds motor_off_since_{0};
 
@@ -187,8 +201,9 @@ std::optional<Nanoseconds> BenchMachine::Drive(const StepTime& time, std::vector
   const double nominal_s = static_cast<double>(index_) * plan_.period_s;
   t_s_ =
       time.actual == time.planned ? nominal_s : std::chrono::duration<double>(time.actual).count();
-  const double terminal_v =
-      config_.scaling.uc.ToTerminal(plan_.uc_v[static_cast<std::size_t>(index_)]);
+  const double wanted_v =
+      speed_loop_.Input(index_, plan_.uc_v[static_cast<std::size_t>(index_)], out);
+  const double terminal_v = config_.scaling.uc.ToTerminal(wanted_v);
   const Nanoseconds before = time.Now();
   uc_v_ = config_.scaling.uc.ToUnit(daq_->WriteDrive(terminal_v));
   drive_at_ = Middle(before, time.Now());
@@ -243,6 +258,7 @@ std::optional<Nanoseconds> BenchMachine::Read(const StepTime& time, std::vector<
   }
   if (auto strays = delta_watch_->Push(sample)) out.emplace_back(*std::move(strays));
   out.emplace_back(sample);
+  speed_loop_.Heard(sample);
 
   trip_ = interlocks_.Check(sample, sample.t_s - before_s_);
   if (trip_) return std::nullopt;

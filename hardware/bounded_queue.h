@@ -37,6 +37,16 @@ class BoundedQueue {
     return true;
   }
 
+  /// Waits until the reader has taken everything and has come back for more, until `deadline`.
+  /// `give_up` is asked at each wake-up (see Wake).
+  bool WaitUntilRead(std::chrono::steady_clock::time_point deadline,
+                     const std::function<bool()>& give_up) {
+    std::unique_lock lock(mutex_);
+    const auto read = [this] { return closed_ || (items_.empty() && reader_waits_); };
+    room_.wait_until(lock, deadline, [&] { return read() || give_up(); });
+    return read();
+  }
+
   /// For the few last words of a writer, which must not be lost: ignores the bound.
   void PushLast(T&& item) {
     const std::lock_guard lock(mutex_);
@@ -54,7 +64,10 @@ class BoundedQueue {
   bool TakeAll(std::vector<T>& out, std::chrono::milliseconds patience) {
     std::unique_lock lock(mutex_);
     if (items_.empty() && !closed_) {
+      reader_waits_ = true;
+      room_.notify_all();
       filled_.wait_for(lock, patience, [this] { return !items_.empty() || closed_; });
+      reader_waits_ = false;
     }
     if (out.empty()) {
       out.swap(items_);
@@ -92,6 +105,7 @@ class BoundedQueue {
   std::condition_variable room_;
   std::vector<T> items_;
   bool closed_ = true;
+  bool reader_waits_ = false;
 };
 
 }  // namespace faultlab::hardware

@@ -53,6 +53,7 @@ core::Status FaultDesk::CheckValue(core::Component component,
 }
 
 core::Status FaultDesk::Check(const RigCommand& command) const {
+  if (command.kind == RigCommand::Kind::kControl) return NoSpeedControl(description_.id);
   if (command.kind != RigCommand::Kind::kSetComponent) return core::Done{};
   return CheckValue(command.component, command.value, "value");
 }
@@ -121,6 +122,7 @@ void FaultDesk::Accept(std::span<const RigCommand> commands,
                        std::int64_t index,
                        std::vector<RigMessage>& out) {
   for (const RigCommand& command : commands) {
+    if (command.kind == RigCommand::Kind::kControl) continue;
     if (command.kind == RigCommand::Kind::kAllNominal) {
       for (const core::Component component : description_.bench->components()) {
         Want(component, NominalOf(component), true);

@@ -95,6 +95,7 @@ core::Status PacedRig::Arm(RunPlan plan, Epoch epoch) {
   stop_reason_.reset();
   safe_after_.reset();
   stop_asked_ = false;
+  in_step_ = options_.wait_for_reader && plan.control.has_value();
   period_ = Nanoseconds(std::llround(plan.period_s * 1e9));
   planned_ = shift_ = Nanoseconds(0);
   next_index_ = 0;
@@ -149,8 +150,9 @@ core::Status PacedRig::Command(Epoch epoch, const RigCommand& command) {
       }
       return core::Done{};
     }
-    if (command.kind == RigCommand::Kind::kSetComponent || state_ == RigState::kRunning ||
-        state_ == RigState::kStopping) {
+    const bool of_a_run = command.kind == RigCommand::Kind::kSetComponent ||
+                          command.kind == RigCommand::Kind::kControl;
+    if (of_a_run || state_ == RigState::kRunning || state_ == RigState::kStopping) {
       return Conflict("the rig is " + std::string(Name(state_)) +
                       ": components are set while it runs");
     }
@@ -312,24 +314,29 @@ PacedRig::Stop PacedRig::FindStop() const {
   return {"", now};
 }
 
+std::chrono::steady_clock::time_point PacedRig::ReaderDeadline() const {
+  constexpr auto kForever = std::chrono::hours(24 * 365);
+  return std::chrono::steady_clock::now() +
+         (options_.watchdog.count() == 0 ? Nanoseconds(kForever) : options_.watchdog);
+}
+
 /// @returns no reason, or why the messages could not be handed on.
 PacedRig::Stop PacedRig::Deliver(std::vector<RigMessage>& messages) {
+  const auto stops = [this] { return stop_asked_.load(); };
   for (RigMessage& message : messages) {
     if (queue_.TryPush(std::move(message))) continue;
     // NOLINTBEGIN(bugprone-use-after-move): a message that is not taken is not moved from
     if (!options_.wait_for_reader) {
       return {"queue full: nobody reads the samples", options_.wall->Now()};
     }
-    constexpr auto kForever = std::chrono::hours(24 * 365);
-    const auto deadline =
-        std::chrono::steady_clock::now() +
-        (options_.watchdog.count() == 0 ? Nanoseconds(kForever) : options_.watchdog);
-    if (queue_.PushUntil(std::move(message), deadline, [this] { return stop_asked_.load(); })) {
-      continue;
-    }
+    if (queue_.PushUntil(std::move(message), ReaderDeadline(), stops)) continue;
     if (!stop_asked_) return StopOfSilence();
     queue_.PushLast(std::move(message));
     // NOLINTEND(bugprone-use-after-move)
+  }
+  if (in_step_ && !messages.empty() && !queue_.WaitUntilRead(ReaderDeadline(), stops) &&
+      !stop_asked_) {
+    return StopOfSilence();
   }
   return {};
 }

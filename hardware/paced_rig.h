@@ -23,7 +23,8 @@ struct PacedRigOptions {
   std::shared_ptr<Clock> wall;         ///< time of the watchdog
   std::shared_ptr<LoopRunner> runner;  ///< where the loop runs
   std::size_t queue_messages = 4096;
-  /// A full queue makes the loop wait (simulators) instead of failing the run.
+  /// A full queue makes the loop wait (simulators) instead of failing the run. Under speed control
+  /// it waits for the reader at each sample, whose orders then come at the same samples each time.
   bool wait_for_reader = false;
   Nanoseconds watchdog = std::chrono::milliseconds(500);  ///< 0 = none
   int consecutive_overruns_max = 5;  ///< the run stops at this many late ticks in a row
@@ -76,6 +77,7 @@ class PacedRig final : public Rig, private LoopTask {
   void CountTick(const Wake& wake, std::vector<RigMessage>& out);
   void CountActuation(const std::vector<RigMessage>& said);
   Stop Deliver(std::vector<RigMessage>& messages);
+  std::chrono::steady_clock::time_point ReaderDeadline() const;
   Stop FindStop() const;
   void Finish(Stop stop, bool finished);
   void NoteSafe(Nanoseconds cause_at);
@@ -100,6 +102,7 @@ class PacedRig final : public Rig, private LoopTask {
   std::optional<Trip> trip_;
   LoopQuality quality_;
   Nanoseconds period_{0};
+  bool in_step_ = false;  ///< with the reader, a sample after another
 
   std::atomic<std::int64_t> heard_at_ns_{0};
   std::atomic<int> readers_{0};

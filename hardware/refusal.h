@@ -29,4 +29,12 @@ inline core::Error Invalid(std::string message,
           std::move(parameters)};
 }
 
+/// Of a rig that plays a plan and cannot close a loop.
+inline core::Error NoSpeedControl(const std::string& rig) {
+  return Invalid("rig " + rig + " plays a plan: it cannot control its speed",
+                 "control",
+                 "no_speed_control",
+                 {{"rig", rig}});
+}
+
 }  // namespace faultlab::hardware

@@ -27,7 +27,7 @@ class ReplayMachine final : public RigMachine {
   const RigDescription& description() const override { return description_; }
 
   core::Status Check(const RunPlan& plan) const override {
-    if (!plan.uc_v.empty() || !plan.faults.empty()) {
+    if (!plan.uc_v.empty() || !plan.faults.empty() || plan.control) {
       return core::Error{.code = core::ErrorCode::kInvalid,
                          .message = "a recording brings its own excitation and faults",
                          .field = plan.uc_v.empty() ? "faults" : "uc_v"};

@@ -42,6 +42,12 @@ std::string_view Name(RigEventKind kind) {
       return "fault_commanded";
     case RigEventKind::kRelayConfirmed:
       return "relay_confirmed";
+    case RigEventKind::kControlBegan:
+      return "control_began";
+    case RigEventKind::kCompensated:
+      return "compensated";
+    case RigEventKind::kCompensationEnded:
+      return "compensation_ended";
     case RigEventKind::kRefused:
       return "refused";
     case RigEventKind::kTrip:
@@ -58,6 +64,27 @@ std::string_view Name(RigEventKind kind) {
       return "stopped";
   }
   return "?";
+}
+
+std::optional<RigEventKind> ParseRigEventKind(std::string_view name) {
+  for (int i = 0; i <= static_cast<int>(RigEventKind::kStopped); ++i) {
+    const auto kind = static_cast<RigEventKind>(i);
+    if (Name(kind) == name) return kind;
+  }
+  return std::nullopt;
+}
+
+bool NamesComponent(RigEventKind kind) {
+  switch (kind) {
+    case RigEventKind::kFaultCommanded:
+    case RigEventKind::kRelayConfirmed:
+    case RigEventKind::kCompensated:
+    case RigEventKind::kCompensationEnded:
+    case RigEventKind::kRefused:
+      return true;
+    default:
+      return false;
+  }
 }
 
 core::Status Rig::Resume(const std::string&) {

@@ -42,7 +42,8 @@ struct RigDescription {
   /// Component values the rig accepts. Relay boards take the positions of the bench alone; a
   /// simulator takes any positive value of any component.
   bool any_value = false;
-  bool motor_faults = false;  ///< Ra, J, B can be changed (simulators)
+  bool motor_faults = false;    ///< Ra, J, B can be changed (simulators)
+  bool controls_speed = false;  ///< it takes plans with SpeedControlPlan
   double uc_v_min = 0.0;
   double uc_v_max = 0.0;
   double delta_s = 0.0;  ///< DAC edge of uc(k) to ADC sample um(k)
@@ -70,15 +71,18 @@ struct Trip {
 
 enum class RigEventKind {
   kStarted,
-  kFaultCommanded,  ///< accepted; acts at `index`
-  kRelayConfirmed,  ///< read back from the board (or the plant of a simulator)
-  kRefused,         ///< with the reason in `text`
-  kTrip,            ///< an interlock acted; `text` names it, `value` is what it saw
-  kOverrun,         ///< a tick came late by `value` seconds
-  kDeltaStrays,     ///< for a second delta was `value` seconds, which is not the described one
-  kGap,             ///< samples [index, index + value) were lost on the way
-  kFinished,        ///< the plan was played to its end
-  kStopped,         ///< safe stop before the end; `text` says why
+  kFaultCommanded,     ///< accepted; acts at `index`
+  kRelayConfirmed,     ///< read back from the board (or the plant of a simulator)
+  kControlBegan,       ///< the rig keeps its speed from here on
+  kCompensated,        ///< the drive makes up for the fault that the order names
+  kCompensationEnded,  ///< not any more; `text` says why
+  kRefused,            ///< with the reason in `text`
+  kTrip,               ///< an interlock acted; `text` names it, `value` is what it saw
+  kOverrun,            ///< a tick came late by `value` seconds
+  kDeltaStrays,        ///< for a second delta was `value` seconds, which is not the described one
+  kGap,                ///< samples [index, index + value) were lost on the way
+  kFinished,           ///< the plan was played to its end
+  kStopped,            ///< safe stop before the end; `text` says why
 };
 
 struct RigEvent {
@@ -95,19 +99,24 @@ struct RigEvent {
 /// Text of a kFaultCommanded that a Command caused, not the plan.
 inline constexpr std::string_view kLiveText = "live";
 
-/// "started", "fault_commanded", "relay_confirmed", "refused", "trip", "overrun", "delta_strays",
-/// "gap",
-/// "finished", "stopped": the words of the stream and of recordings.
+/// "started", "fault_commanded", "relay_confirmed", "control_began", "compensated",
+/// "compensation_ended", "refused", "trip", "overrun", "delta_strays", "gap", "finished",
+/// "stopped": the words of the stream and of recordings.
 std::string_view Name(RigEventKind kind);
+
+std::optional<RigEventKind> ParseRigEventKind(std::string_view name);
+/// Whether events of this kind are about a component.
+bool NamesComponent(RigEventKind kind);
 
 /// What a rig says, in order: samples and events share one stream.
 using RigMessage = std::variant<core::Sample, RigEvent>;
 
 struct RigCommand {
-  enum class Kind { kSetComponent, kAllNominal, kClearTrip };
+  enum class Kind { kSetComponent, kAllNominal, kClearTrip, kControl };
   Kind kind = Kind::kAllNominal;
   core::Component component{};
   double value = 0.0;
+  std::optional<core::ControlOrder> control{};  ///< of kControl, which needs a plan of control
 };
 
 struct SelfTestPosition {

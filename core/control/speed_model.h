@@ -1,7 +1,5 @@
 #pragma once
 
-#include "core/filter/rig_parameters.h"
-
 namespace faultlab::core {
 
 /// One-state model of the speed of a rig, rad/s of the motor shaft, sampled once a period:
@@ -22,8 +20,5 @@ struct SpeedModel {
   /// Where it settles.
   double Settled(double u_v) const { return gain * u_v - friction; }
 };
-
-/// Contract: period_s > 0, a rig of positive parameters.
-SpeedModel SpeedModelOf(const RigParameters& rig, double period_s);
 
 }  // namespace faultlab::core

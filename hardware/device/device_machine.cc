@@ -12,6 +12,7 @@
 #include "hardware/device/device_check.h"
 #include "hardware/device/encoder_speed.h"
 #include "hardware/fault_desk.h"
+#include "hardware/refusal.h"
 #include "hardware/relay_board.h"
 #include "hardware/rig_limits.h"
 #include "hardware/self_test.h"
@@ -80,6 +81,7 @@ class DeviceMachine final : public RigMachine {
   core::Status Check(const RunPlan& plan) const override {
     if (auto good = CheckExcitation(plan, config_.limits); !good) return good;
     if (auto good = CheckPlanOf(info_, config_, plan); !good) return good;
+    if (plan.control) return NoSpeedControl(config_.description.id);
     return desk_.Check(plan);
   }
   core::Status Check(const RigCommand& command) const override { return desk_.Check(command); }

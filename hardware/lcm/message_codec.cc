@@ -1,27 +1,6 @@
 #include "hardware/lcm/message_codec.h"
 
-#include <array>
-
 namespace faultlab::hardware {
-namespace {
-
-constexpr std::array kEventKinds = {RigEventKind::kStarted,
-                                    RigEventKind::kFaultCommanded,
-                                    RigEventKind::kRelayConfirmed,
-                                    RigEventKind::kRefused,
-                                    RigEventKind::kTrip,
-                                    RigEventKind::kOverrun,
-                                    RigEventKind::kDeltaStrays,
-                                    RigEventKind::kGap,
-                                    RigEventKind::kFinished,
-                                    RigEventKind::kStopped};
-
-bool NamesComponent(RigEventKind kind) {
-  return kind == RigEventKind::kFaultCommanded || kind == RigEventKind::kRelayConfirmed ||
-         kind == RigEventKind::kRefused;
-}
-
-}  // namespace
 
 void Encode(const core::Sample& sample, faultlab_msgs::sample_t& out) {
   out.index = sample.index;
@@ -82,13 +61,10 @@ std::optional<RigEvent> Decode(const faultlab_msgs::event_t& in, const core::Ben
     if (!component) return std::nullopt;
     event.component = *component;
   }
-  for (const RigEventKind kind : kEventKinds) {
-    if (Name(kind) == in.kind) {
-      event.kind = kind;
-      return event;
-    }
-  }
-  return std::nullopt;
+  const std::optional<RigEventKind> kind = ParseRigEventKind(in.kind);
+  if (!kind) return std::nullopt;
+  event.kind = *kind;
+  return event;
 }
 
 }  // namespace faultlab::hardware

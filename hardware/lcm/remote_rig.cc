@@ -8,6 +8,7 @@
 #include "hardware/lcm/channels.h"
 #include "hardware/lcm/holder_name.h"
 #include "hardware/lcm/rig_codec.h"
+#include "hardware/refusal.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -197,6 +198,7 @@ core::Status RemoteRig::Upload(const RunPlan& plan, Epoch epoch, std::int64_t& r
 }
 
 core::Status RemoteRig::Arm(RunPlan plan, Epoch epoch) {
+  if (plan.control) return NoSpeedControl(id_);
   const std::lock_guard control(control_mutex_);
   {
     const std::lock_guard lock(mutex_);
@@ -269,6 +271,7 @@ core::Status RemoteRig::Start(Epoch epoch) {
 }
 
 core::Status RemoteRig::Command(Epoch epoch, const RigCommand& command) {
+  if (command.kind == RigCommand::Kind::kControl) return NoSpeedControl(id_);
   const bool clears = command.kind == RigCommand::Kind::kClearTrip;
   const bool sets = command.kind == RigCommand::Kind::kSetComponent;
   bool lease = false;

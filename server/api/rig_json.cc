@@ -109,6 +109,7 @@ json::object RigToJson(const RigStatus& rig, WallTime now, RigReader who) {
                      {"n", about.has_n},
                      {"any_value", about.any_value},
                      {"motor_faults", about.motor_faults},
+                     {"controls_speed", about.controls_speed},
                      {"uc_v_min", about.uc_v_min},
                      {"uc_v_max", about.uc_v_max},
                      {"delta_s", about.delta_s},

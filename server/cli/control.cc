@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/control/control_run.h"
+#include "core/control/closed_loop/control_run.h"
 #include "core/isolability/isolability.h"
 #include "core/types/number_text.h"
 #include "hardware/bench/benches.h"
@@ -23,18 +23,19 @@ using core::Error;
 using core::ErrorCode;
 using core::Result;
 
-constexpr std::array<std::pair<std::string_view, core::ControlKind>, 3> kControllers = {
-    {{"nominal", core::ControlKind::kNominal},
-     {"compensated", core::ControlKind::kCompensated},
-     {"robust", core::ControlKind::kRobust}}};
+constexpr std::array kControllers = {
+    core::ControlKind::kNominal, core::ControlKind::kCompensated, core::ControlKind::kRobust};
+using Shape = core::SpeedReference::Shape;
+constexpr std::array kShapes = {Shape::kSteps, Shape::kRamp, Shape::kPrbs};
 
 Error Refused(std::string message, std::string field) {
   return {ErrorCode::kInvalid, std::move(message), std::move(field), "internal"};
 }
 
-std::optional<core::ControlKind> KindOf(std::string_view name) {
-  for (const auto& [known, kind] : kControllers) {
-    if (known == name) return kind;
+template <typename Kinds>
+auto Named(const Kinds& kinds, std::string_view name) -> std::optional<typename Kinds::value_type> {
+  for (const auto kind : kinds) {
+    if (core::Name(kind) == name) return kind;
   }
   return std::nullopt;
 }
@@ -44,16 +45,21 @@ Result<core::ControlPlan> MakePlan(const ControlCommandOptions& options) {
   if (!bench) return bench.error();
   core::ControlPlan plan;
   plan.bench = bench.value();
-  plan.hold_s = options.hold_s;
+  plan.reference.hold_s = options.hold_s;
   plan.duration_s = options.duration_s;
   plan.seed = options.seed;
-  const auto kind = KindOf(options.controller);
+  const auto kind = Named(kControllers, options.controller);
   if (!kind) {
     return Refused(
         "--controller '" + options.controller + "': expected nominal, compensated or robust",
         "controller");
   }
   plan.options.kind = *kind;
+  const auto shape = Named(kShapes, options.shape);
+  if (!shape) {
+    return Refused("--shape '" + options.shape + "': expected steps, ramp or prbs", "shape");
+  }
+  plan.reference.shape = *shape;
   const std::size_t colon = options.reference.find(':');
   const auto low = core::ParseNumber(options.reference.substr(0, colon));
   const auto high =
@@ -63,8 +69,8 @@ Result<core::ControlPlan> MakePlan(const ControlCommandOptions& options) {
         "--reference '" + options.reference + "': expected LOW:HIGH in rad/s, for example 150:170",
         "reference");
   }
-  plan.low_rad_s = *low;
-  plan.high_rad_s = *high;
+  plan.reference.low_rad_s = *low;
+  plan.reference.high_rad_s = *high;
   for (const std::string& text : options.faults) {
     auto fault = ParseFault(text, *plan.bench);
     if (!fault) return fault.error();
@@ -139,8 +145,8 @@ Result<std::string> TableOf(core::ControlPlan plan) {
   std::string table =
       "# Control that tolerates the fault\n\n"
       "Written by `faultlab control --markdown`: a simulated rig of the bench " +
-      plan.bench->name + ", the reference " + Short(plan.low_rad_s, 4) + " and " +
-      Short(plan.high_rad_s, 4) + " rad/s in turn, the fault at 10 s of " +
+      plan.bench->name + ", the reference " + Short(plan.reference.low_rad_s, 4) + " and " +
+      Short(plan.reference.high_rad_s, 4) + " rad/s in turn, the fault at 10 s of " +
       Short(plan.duration_s, 3) +
       " s. From the fault on: IAE (rad) / of it later than two holds / overshoot (%) / settling "
       "after the last step (ms) / steady error (rad/s).\n\n"
@@ -155,7 +161,7 @@ Result<std::string> TableOf(core::ControlPlan plan) {
     std::string row =
         "| " + (faults.empty() ? std::string("none") : FormatFault(faults.front())) + " ";
     std::string rest;
-    for (const auto& [name, kind] : kControllers) {
+    for (const core::ControlKind kind : kControllers) {
       plan.options.kind = kind;
       const auto record = core::RunControl(plan);
       if (!record) return record.error();

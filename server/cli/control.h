@@ -11,6 +11,7 @@ struct ControlCommandOptions {
   std::vector<std::string> faults;    ///< see ParseFault
   std::string told;                   ///< a fault that the control is told of; empty: the diagnosis
   std::string reference = "150:170";  ///< LOW:HIGH, rad/s of the motor shaft, in turn
+  std::string shape = "steps";        ///< or ramp, prbs: see core::SpeedReference
   std::string controller = "compensated";
   double hold_s = 2.0;
   double duration_s = 30.0;

@@ -129,7 +129,10 @@ class ModelCommands {
                        "COMPONENT=VALUE@SECONDS: the control hears this instead of the diagnosis");
     control.add_option("--reference", control_.reference, "LOW:HIGH in rad/s of the motor shaft")
         ->capture_default_str();
-    control.add_option("--hold", control_.hold_s, "Seconds at one speed")->capture_default_str();
+    control.add_option("--shape", control_.shape, "steps, ramp or prbs: how it goes between them")
+        ->capture_default_str();
+    control.add_option("--hold", control_.hold_s, "Seconds at one speed, or of one ramp")
+        ->capture_default_str();
     control.add_option("--controller", control_.controller, "nominal, compensated or robust")
         ->capture_default_str();
     control.add_option("--duration", control_.duration_s, "Seconds")->capture_default_str();

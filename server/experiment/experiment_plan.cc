@@ -3,6 +3,7 @@
 #include <utility>
 #include <variant>
 
+#include "core/control/closed_loop/orders.h"
 #include "server/run/refusals.h"
 #include "server/run/switchable.h"
 
@@ -51,6 +52,12 @@ core::Result<hardware::RunPlan> ResolvePlan(const ExperimentPlan& wanted,
     const core::Status ok = CheckSwitchable(rig, fault.component, fault.value);
     if (ok.ok()) continue;
     return refusal::At(ok.error(), "/faults/" + std::to_string(i) + "/" + ok.error().field);
+  }
+  if (wanted.control) {
+    if (!rig.controls_speed) return refusal::NoSpeedControl(rig.id);
+    const double reachable = core::DescribedDrive(*rig.bench, wanted.period_s).reachable_rad_s();
+    if (wanted.control->reference.highest() > reachable) return refusal::SpeedOutOfReach(reachable);
+    plan.control = {.reference = wanted.control->reference, .options = wanted.control->options};
   }
   plan.faults = wanted.faults;
   plan.period_s = wanted.period_s;

@@ -24,6 +24,11 @@ inline constexpr std::int64_t kRunSamplesMax = 600'000;  // 600 s at 1 kHz
 inline constexpr std::size_t kRunFaultsMax = 64;
 inline constexpr std::size_t kNameBytesMax = 200;
 
+struct WantedControl {
+  core::SpeedReference reference;
+  core::ToleranceOptions options;
+};
+
 /// What somebody wants to run: the usual experiment of the bench, unless they say otherwise.
 struct ExperimentPlan {
   const core::Bench* bench = nullptr;  ///< that the plan was written for; never null
@@ -32,7 +37,8 @@ struct ExperimentPlan {
   double period_s = 0.01;
   double duration_s = 20.0;
   std::vector<core::Fault> faults;
-  std::int64_t fault_set = 0;  ///< not 0: take the faults of this set
+  std::optional<WantedControl> control{};  ///< the speed is kept once the rig is learnt
+  std::int64_t fault_set = 0;              ///< not 0: take the faults of this set
   /// Samples, estimates and events go to no bus. Always so for a set that students do not see.
   bool hidden_faults = false;
   /// Start with what a recent run learnt about the rig, if there is one, instead of learning it.

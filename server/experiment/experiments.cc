@@ -2,8 +2,10 @@
 
 #include <boost/json.hpp>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
+#include "core/control/closed_loop/orders.h"
 #include "hardware/bench/benches.h"
 #include "hardware/replay_rig.h"
 #include "server/diagnosis_json/calibration_json.h"
@@ -32,10 +34,28 @@ std::vector<hardware::RigEvent> EventsOfThePlant(std::span<const RecordedEvent> 
     auto event = ToRigEvent(each, bench);
     const bool of_the_plant = event && (event->kind == hardware::RigEventKind::kFaultCommanded ||
                                         event->kind == hardware::RigEventKind::kRelayConfirmed ||
+                                        event->kind == hardware::RigEventKind::kControlBegan ||
+                                        event->kind == hardware::RigEventKind::kCompensated ||
+                                        event->kind == hardware::RigEventKind::kCompensationEnded ||
                                         event->kind == hardware::RigEventKind::kGap);
     if (of_the_plant) out.push_back(std::move(*event));
   }
   return out;
+}
+
+/// The speed control begins when the rig is learnt. Refuses a run that ends before it.
+core::Status PlaceControl(RunRequest& run) {
+  if (!run.plan.control) return core::Done{};
+  const double learnt_s = run.diagnosis.calibration ? 0.0 : run.diagnosis.healthy_to_s;
+  const double from_s = learnt_s + core::kControlAfterLearningS;
+  run.plan.control->from = std::llround(from_s / run.plan.period_s);
+  if (run.plan.control->from >= static_cast<std::int64_t>(run.plan.uc_v.size())) {
+    return refusal::At(refusal::RunTooShort(), "/duration_s");
+  }
+  json::object shown = json::parse(run.plan_json).as_object();
+  shown["control"].as_object()["from_s"] = from_s;
+  run.plan_json = json::serialize(shown);
+  return core::Done{};
 }
 
 /// A run that learns nothing has no diagnosis: neither now nor when it is read again.
@@ -260,6 +280,8 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
   run.diagnosis.values = about.any_value ? core::ValuePrior::kNone : core::ValuePrior::kTable2;
   run.diagnosis.model_is_exact = about.any_value;  // a simulator
   if (plan.learn_if_needed) UseWhatWasLearnt(who, about, run);
+  const core::Status placed = PlaceControl(run);
+  if (!placed.ok()) return placed.error();
   if (plan.witness) Seal(plan, run);
   run.hold = std::move(hold).value();
   run.place = std::move(place).value();

@@ -6,6 +6,7 @@
 
 #include "core/types/component_bounds.h"
 #include "server/experiment/benches.h"
+#include "server/experiment/control_json.h"
 #include "server/json/json_reader.h"
 #include "server/run/refusals.h"
 
@@ -174,7 +175,7 @@ core::Result<ExperimentPlan> ParsePlan(const json::object& object,
   plan.learn_if_needed = in.WordOr("learn", "anew", {"anew", "if_needed"}) == "if_needed";
   const bool replay = !plan.recording.empty();
   for (const char* own :
-       {"learn", "bench", "rig", "excitation", "faults", "duration_s", "period_s"}) {
+       {"learn", "bench", "rig", "excitation", "control", "faults", "duration_s", "period_s"}) {
     if (replay && in.Has(own)) {
       in.Refuse(own,
                 "replay_has_its_own",
@@ -205,6 +206,14 @@ core::Result<ExperimentPlan> ParsePlan(const json::object& object,
     if (length_s < kRunSecondsMin || length_s > kRunSecondsMax) {
       in.Refuse(
           Refusal("/excitation/uc_v", "voltages_length", "The list must last from 1 s to 600 s."));
+    }
+  }
+  if (const json::object* wanted = in.ObjectOrNull("control")) {
+    auto control = ParseControl(*wanted, bench, plan.period_s);
+    if (control) {
+      plan.control = std::move(control).value();
+    } else {
+      in.Refuse(control.error());
     }
   }
   if (in.Has("fault_set")) {
@@ -273,6 +282,7 @@ json::object PlanToJson(const ExperimentPlan& plan, const hardware::RigDescripti
   }
   out["duration_s"] = plan.duration_s;
   out["excitation"] = ToJson(plan.excitation);
+  if (plan.control) out["control"] = ToJson(*plan.control);
   if (plan.seed) out["seed"] = *plan.seed;
   out["faults"] = ToJson(plan.faults);
   return out;

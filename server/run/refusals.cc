@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <utility>
 
 namespace faultlab::server::refusal {
@@ -216,7 +217,8 @@ Error ChangePlanned(const std::string& component, double at_s) {
 
 Error LearnsOnce() {
   return {ErrorCode::kConflict,
-          "A replay, and a run whose faults are hidden, learns its rig only once.",
+          "A replay, a run whose faults are hidden and one under speed control learn the rig only "
+          "once.",
           "",
           "learns_once"};
 }
@@ -299,6 +301,22 @@ Error VoltageOutside(const std::string& rig, double lowest_v, double highest_v) 
           "/excitation",
           "voltage_outside",
           {{"rig", rig}, {"lowest_v", Text(lowest_v)}, {"highest_v", Text(highest_v)}}};
+}
+
+Error NoSpeedControl(const std::string& rig) {
+  return {ErrorCode::kInvalid,
+          "Rig '" + rig + "' plays a plan: it cannot control its speed.",
+          "/control",
+          "no_speed_control",
+          {{"rig", rig}}};
+}
+
+Error SpeedOutOfReach(double reachable_rad_s) {
+  return {ErrorCode::kInvalid,
+          "This bench reaches " + Text(std::floor(reachable_rad_s)) + " rad/s.",
+          "/control/reference/high_rad_s",
+          "speed_out_of_reach",
+          {{"reachable_rad_s", Text(std::floor(reachable_rad_s))}}};
 }
 
 Error NoFaultSet() {

@@ -51,7 +51,7 @@ core::Error RunTooShort();
 core::Error NotNominal(const std::string& component);
 /// Learning anew: the plan changes a component in the stretch.
 core::Error ChangePlanned(const std::string& component, double at_s);
-/// Learning anew: a replay, or a run with hidden faults.
+/// Learning anew: a replay, a run with hidden faults, or under speed control.
 core::Error LearnsOnce();
 /// The run of a trial whose truth is not released.
 core::Error RunSealed();
@@ -68,6 +68,9 @@ core::Error NotSwitchable(const std::string& rig, core::Component component);
 /// @param values  the values that its relays can connect: "1, 10, 56, 100"
 core::Error NotOfTheRelays(core::Component component, const std::string& values);
 core::Error VoltageOutside(const std::string& rig, double lowest_v, double highest_v);
+/// Its machine closes no loop.
+core::Error NoSpeedControl(const std::string& rig);
+core::Error SpeedOutOfReach(double reachable_rad_s);
 core::Error NoFaultSet();
 core::Error FaultSetOfOtherBench(const std::string& its, const core::Bench& wanted);
 core::Error EmptyRecording();

@@ -242,6 +242,7 @@ void Run::OnSample(const core::Sample& sample) {
   if (static_cast<int>(unsaved_samples_.size()) >= samples_per_chunk_) FlushRecording(false);
   if (pipeline_.verdict_version() != verdict_seen_) FollowVerdict();
   if (pipeline_.learning() != learning_) FollowLearning();
+  if (request_.plan.control) FollowControl();
 }
 
 void Run::ExchangeTasks() {

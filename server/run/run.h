@@ -78,6 +78,8 @@ class Run : public std::enable_shared_from_this<Run> {
   bool Leaving() const;
   void FollowVerdict();
   void FollowLearning();
+  void FollowControl();
+  void Order(const hardware::RigCommand& command);
   void NoteFaulty();
   void RestartLearning(double next_t_s);
   void ReleaseChanges();
@@ -121,6 +123,7 @@ class Run : public std::enable_shared_from_this<Run> {
   MonotonicTime last_save_{};
   std::uint64_t verdict_seen_ = 0;
   std::uint64_t verdict_sent_ = 0;
+  std::uint64_t ordered_ = 0;  ///< the verdict that the rig's speed control has
   MonotonicTime verdict_sent_at_{};
   std::optional<double> detected_at_s_;
   double told_s_ = -1.0;  ///< of the newest "detected"

@@ -53,7 +53,7 @@ core::Result<Accepted> Run::LearnAgain() {
   if (request_.witness) return refusal::RunSealed();
   if (request_.hold.revoked()) return refusal::StaleEpoch();
   const bool replay = rig_->description().kind == hardware::RigKind::kReplay;
-  if (replay || request_.hidden_faults) return refusal::LearnsOnce();
+  if (replay || request_.hidden_faults || request_.plan.control) return refusal::LearnsOnce();
   {
     const std::lock_guard state(mutex_);
     if (!faulty_.empty()) return refusal::NotNominal(faulty_);

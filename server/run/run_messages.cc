@@ -12,12 +12,8 @@ namespace faultlab::server {
 namespace {
 
 namespace json = boost::json;
+using hardware::NamesComponent;
 using hardware::RigEventKind;
-
-bool NamesComponent(RigEventKind kind) {
-  return kind == RigEventKind::kFaultCommanded || kind == RigEventKind::kRelayConfirmed ||
-         kind == RigEventKind::kRefused;
-}
 
 bool HasValue(RigEventKind kind) {
   return NamesComponent(kind) || kind == RigEventKind::kTrip || kind == RigEventKind::kOverrun ||
@@ -47,14 +43,6 @@ json::array Numbers(const std::array<double, N>& values) {
 }
 
 }  // namespace
-
-std::optional<RigEventKind> ParseRigEventKind(std::string_view name) {
-  for (int i = 0; i <= static_cast<int>(RigEventKind::kStopped); ++i) {
-    const auto kind = static_cast<RigEventKind>(i);
-    if (hardware::Name(kind) == name) return kind;
-  }
-  return std::nullopt;
-}
 
 RecordedEvent MakeEvent(const hardware::RigEvent& event,
                         double period_s,
@@ -123,7 +111,7 @@ RecordedEvent MakeRestEvent(std::int64_t index, std::int64_t samples, double per
 
 std::optional<hardware::RigEvent> ToRigEvent(const RecordedEvent& recorded,
                                              const core::Bench& bench) {
-  const auto kind = ParseRigEventKind(recorded.kind);
+  const auto kind = hardware::ParseRigEventKind(recorded.kind);
   if (!kind) return std::nullopt;
   boost::system::error_code ec;
   const json::value parsed = json::parse(recorded.json, ec);

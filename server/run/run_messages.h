@@ -16,9 +16,6 @@
 
 namespace faultlab::server {
 
-/// Inverse of the name in the contract: "started", "fault_commanded", "relay_confirmed", ..
-std::optional<hardware::RigEventKind> ParseRigEventKind(std::string_view name);
-
 /// {"type":"event","kind","index","t_s","component"?,"value"?,"text"?,"loop"?}
 /// @param loop  of the whole run, with its last event; may be null
 RecordedEvent MakeEvent(const hardware::RigEvent& event,

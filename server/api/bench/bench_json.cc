@@ -9,6 +9,7 @@
 
 #include "core/diagnosis/diagnosis_options.h"
 #include "core/plant/coefficients.h"
+#include "server/experiment/control_json.h"
 #include "server/experiment/plan_json.h"
 
 namespace faultlab::server {
@@ -171,6 +172,7 @@ json::object BenchToJson(const core::Bench& bench) {
           {"parameters", ParametersToJson(bench)},
           {"healthy", {{"from_s", pipeline.healthy_from_s}, {"to_s", pipeline.healthy_to_s}}},
           {"run", {{"min_s", kRunSecondsMin}, {"max_s", kRunSecondsMax}}},
+          {"control", ControlOf(bench)},
           {"components", std::move(components)},
           {"published", PublishedToJson(bench)}};
 }

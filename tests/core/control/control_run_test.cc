@@ -1,5 +1,5 @@
 // Speed control in closed loop with the shipping pipeline, on the shipping plant.
-#include "core/control/control_run.h"
+#include "core/control/closed_loop/control_run.h"
 
 #include <gtest/gtest.h>
 
@@ -170,21 +170,21 @@ TEST(ControlRun, ARightDiagnosisIsKept) {
 TEST(ControlRun, RefusesWhatNoRigCanDo) {
   ControlPlan plan;
   plan.bench = &paper::Bench();
-  plan.high_rad_s = 2000.0;
+  plan.reference.high_rad_s = 2000.0;
   const auto too_fast = RunControl(plan);
   ASSERT_FALSE(too_fast.ok());
   EXPECT_EQ(too_fast.error().field, "reference");
-  plan.high_rad_s = 170.0;
+  plan.reference.high_rad_s = 170.0;
   plan.duration_s = 3.0;
   EXPECT_EQ(RunControl(plan).error().field, "duration_s");
   plan.duration_s = 1e12;
   EXPECT_EQ(RunControl(plan).error().field, "duration_s");
   plan.duration_s = 20.0;
   for (const double hold_s : {0.0, 0.001, -1.0, 1e12, std::nan("")}) {
-    plan.hold_s = hold_s;
+    plan.reference.hold_s = hold_s;
     EXPECT_EQ(RunControl(plan).error().field, "hold_s") << hold_s;
   }
-  plan.hold_s = 0.08;
+  plan.reference.hold_s = 0.08;
   EXPECT_TRUE(RunControl(plan).ok());
 }
 

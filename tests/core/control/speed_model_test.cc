@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/control/closed_loop/orders.h"
 #include "core/control/compensation_check.h"
 #include "core/control/speed_controller.h"
 #include "core/control/virtual_actuator.h"

@@ -5,15 +5,18 @@
 #include <vector>
 
 #include "core/bench/bench.h"
+#include "core/control/control_quality.h"
+#include "core/control/speed_reference.h"
 #include "core/control/tolerant_drive.h"
 #include "core/types/fault.h"
 #include "core/types/result.h"
 #include "core/types/sample.h"
+#include "core/types/verdict.h"
 
 namespace faultlab::core {
 
 /// Speed control of a simulated rig: first the bench's usual input, from which the pipeline learns
-/// the healthy rig, then a reference that steps between two speeds.
+/// the healthy rig, then the reference.
 struct ControlPlan {
   const Bench* bench = nullptr;  ///< never null; measures n
   std::vector<Fault> faults;
@@ -21,21 +24,9 @@ struct ControlPlan {
   /// may be wrong.
   std::optional<Fault> told{};
   ToleranceOptions options;
-  double low_rad_s = 150.0;
-  double high_rad_s = 170.0;
-  double hold_s = 2.0;  ///< at one speed
+  SpeedReference reference;
   double duration_s = 30.0;
   std::uint64_t seed = 1;
-};
-
-/// How well the reference was kept from the first fault on (without one: from 4.5 s after the
-/// control began) to the end; of the true speed.
-struct ControlQuality {
-  double iae_rad = 0.0;              ///< integral of |reference - speed|
-  double late_iae_rad = 0.0;         ///< of it what comes later than two holds
-  double overshoot_percent = 0.0;    ///< beyond a step, of its height; the largest
-  std::optional<double> settling_s;  ///< until 5 % of the last step's height are never left again
-  double steady_error_rad_s = 0.0;   ///< mean over the last quarter of each hold, the largest
 };
 
 struct ControlRecord {
@@ -48,12 +39,13 @@ struct ControlRecord {
   bool accommodated = false;     ///< the reference can be reached with what is known of the rig
   double reachable_rad_s = 0.0;  ///< the highest speed that can
   Verdict verdict;
+  /// From the first fault on (without one: from 4.5 s after the control began); of the true speed.
   ControlQuality quality;
 };
 
-/// Refuses (kInvalid, `field`) a bench without n, a hold of less than 8 periods, more than an hour,
-/// a reference beyond what the healthy rig reaches, and a rig that could not be learnt. Drives the
-/// plant, the converters and the pipeline that simulators and diagnoses use.
+/// Refuses (kInvalid, `field`) a bench without n, a reference that Validate refuses, more than an
+/// hour, a reference beyond what the healthy rig reaches, and a rig that could not be learnt.
+/// Drives the plant, the converters and the pipeline that simulators and diagnoses use.
 Result<ControlRecord> RunControl(const ControlPlan& plan);
 
 }  // namespace faultlab::core

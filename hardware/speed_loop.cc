@@ -1,0 +1,77 @@
+#include "hardware/speed_loop.h"
+
+#include <utility>
+
+#include "core/bench/bench.h"
+#include "core/types/plant_parameters.h"
+#include "hardware/refusal.h"
+
+namespace faultlab::hardware {
+
+SpeedLoop::SpeedLoop(RigDescription description, RigLimits limits)
+    : description_(std::move(description)), limits_(limits) {}
+
+core::Status SpeedLoop::Check(const RunPlan& plan) const {
+  if (!plan.control) return core::Done{};
+  if (!description_.controls_speed) return NoSpeedControl(description_.id);
+  const core::Status good = core::Validate(plan.control->reference, plan.period_s);
+  if (good.ok()) return good;
+  return Invalid(
+      good.error().message, "control/reference/" + good.error().field, good.error().reason);
+}
+
+core::Status SpeedLoop::Check(const RigCommand& command) const {
+  if (!plan_ || !command.control) return NoSpeedControl(description_.id);
+  return core::Validate(*command.control);
+}
+
+void SpeedLoop::Begin(const RunPlan& plan) {
+  plan_ = plan.control;
+  period_s_ = plan.period_s;
+  order_.reset();
+  order_is_new_ = false;
+  drive_.reset();
+  told_.reset();
+  newest_ = {};
+  reference_.reset();
+  if (plan_) reference_.emplace(plan_->reference, period_s_);
+}
+
+void SpeedLoop::Accept(std::span<const RigCommand> commands) {
+  for (const RigCommand& command : commands) {
+    if (command.kind != RigCommand::Kind::kControl) continue;
+    order_ = command.control;
+    order_is_new_ = true;
+  }
+}
+
+double SpeedLoop::Input(std::int64_t index, double planned_v, std::vector<RigMessage>& out) {
+  if (!plan_ || !order_ || index < plan_->from || index == 0) return planned_v;
+  if (!drive_) {
+    drive_.emplace(limits_, *order_, period_s_, plan_->options, newest_.uc_v);
+    out.emplace_back(RigEvent{.kind = RigEventKind::kControlBegan, .index = index, .text = ""});
+  }
+  if (order_is_new_) drive_->Heard(*order_);
+  order_is_new_ = false;
+  const double rad_per_s = core::RadPerSecondOfRpm(description_.bench->nominal.gear_ratio);
+  const double input_v = drive_->Tick(reference_->At(static_cast<std::size_t>(index - plan_->from)),
+                                      newest_.n_rpm * rad_per_s);
+  Tell(index, out);
+  return input_v;
+}
+
+/// What has changed in what is compensated.
+void SpeedLoop::Tell(std::int64_t index, std::vector<RigMessage>& out) {
+  const std::optional<core::BelievedFault>& now = drive_->believed();
+  const bool same = now.has_value() == told_.has_value() &&
+                    (!now || (now->component == told_->component && now->value == told_->value));
+  if (same) return;
+  const RigEventKind kind = now ? RigEventKind::kCompensated : RigEventKind::kCompensationEnded;
+  const core::BelievedFault& of = now ? *now : *told_;
+  const char* why = now ? "" : drive_->gave_up() ? "the speed refutes the diagnosis" : "withdrawn";
+  out.emplace_back(RigEvent{
+      .kind = kind, .index = index, .component = of.component, .value = of.value, .text = why});
+  told_ = now;
+}
+
+}  // namespace faultlab::hardware

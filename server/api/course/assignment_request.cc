@@ -1,0 +1,170 @@
+// assignment_request: what a request says of an assignment, and whether it can be given to a class.
+#include "server/api/course/assignment_request.h"
+
+#include <algorithm>
+#include <boost/json.hpp>
+#include <cmath>
+#include <utility>
+
+#include "core/isolability/isolability.h"
+#include "server/course/fault_pool.h"
+#include "server/diagnosis_json/isolability_question.h"
+#include "server/json/plain_numbers.h"
+#include "server/run/refusals.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+
+using core::Error;
+using core::ErrorCode;
+using course::Assignment;
+
+constexpr std::int64_t kAttemptsMax = 50;
+/// What must follow the last onset, so that something can be seen.
+constexpr double kSeenAfterS = 1.0;
+constexpr int kWindowMax = 200;
+
+/// A stretch of the fault as long as every trial has it, where it begins last.
+core::Status CheckSolvable(const core::Bench& bench,
+                           const ExperimentPlan& plan,
+                           const course::FaultPool& pool) {
+  IsolabilityQuestion question;
+  question.bench = &bench;
+  question.excitation = plan.excitation;
+  question.channels = "all";
+  double latest_s = 0.0;
+  for (const course::PoolItem& item : pool.items) latest_s = std::max(latest_s, item.onset_to_s);
+  const double left_s = plan.duration_s - latest_s;
+  question.window_samples =
+      std::clamp(static_cast<int>(std::lround(left_s / bench.period_s)), 10, kWindowMax);
+  for (const core::Fault& fault : course::Representatives(pool)) {
+    question.faults.push_back({fault.component, fault.value});
+  }
+  const auto options = ToOptions(question);
+  if (!options) return options.error();
+  const auto judged = core::AnalyseIsolability(options.value());
+  if (!judged) return judged.error();
+  for (const core::FaultIsolability& each : judged.value().faults) {
+    if (each.visible) continue;
+    const std::string symbol(core::Name(each.fault.component));
+    const std::string value = WithPlainNumbers(json::serialize(json::value(each.fault.value)));
+    return Error{ErrorCode::kInvalid,
+                 "Nobody can see " + symbol + " = " + value +
+                     " in this experiment: change the fault, or what is played.",
+                 "/fault_set",
+                 "fault_not_visible",
+                 {{"component", symbol}, {"value", value}}};
+  }
+  return core::Done{};
+}
+
+/// Whether relays can switch all that may be drawn.
+core::Status CheckForBenches(const course::FaultPool& pool) {
+  constexpr double kSame = 1e-9;
+  for (const course::PoolItem& item : pool.items) {
+    const auto connects = [&](double value) {
+      return std::ranges::any_of(item.component.info().positions, [&](const auto& position) {
+        return std::abs(position.value - value) <= kSame * value;
+      });
+    };
+    const bool all = !item.values.empty() && std::ranges::all_of(item.values, connects);
+    if (all && core::IsSwitched(item.component)) continue;
+    const std::string symbol(core::Name(item.component));
+    return Error{ErrorCode::kInvalid,
+                 "On a bench, " + symbol + " has only the values that relays connect: list these.",
+                 "/fault_set",
+                 "pool_not_of_relays",
+                 {{"component", symbol}}};
+  }
+  return core::Done{};
+}
+
+/// The part of a run's plan that an assignment decides, as it is kept.
+core::Result<json::object> ReadPlan(const json::object* wanted, const std::string& bench) {
+  json::object plan{{"bench", bench}};
+  if (wanted == nullptr) return plan;
+  ObjectReader in(*wanted, "/plan");
+  const auto keep = [&](const char* name) {
+    if (in.Has(name)) plan[name] = wanted->at(name);
+  };
+  keep("duration_s");
+  keep("period_s");
+  keep("excitation");
+  if (auto error = in.Finish()) return *error;
+  return plan;
+}
+
+}  // namespace
+
+core::Status ReadTime(ObjectReader& in, const char* name, WallTime& time) {
+  constexpr std::size_t kTimeBytesMax = 40;
+  const std::string text = in.TextOr(name, "", kTimeBytesMax);
+  if (text.empty()) return core::Done{};
+  const auto read = ParseIso8601(text, std::string("/") + name);
+  if (!read) return read.error();
+  time = read.value();
+  return core::Done{};
+}
+
+core::Status ReadTerms(ObjectReader& in, Assignment& assignment) {
+  if (in.Has("name")) assignment.name = in.Text("name", kNameBytesMax);
+  assignment.attempts =
+      static_cast<int>(in.IntegerOr("attempts", assignment.attempts, 1, kAttemptsMax));
+  const std::string_view before = assignment.reveal_at_once ? "answer" : "due";
+  assignment.reveal_at_once = in.WordOr("reveal", before, {"due", "answer"}) == "answer";
+  if (const core::Status opens = ReadTime(in, "opens", assignment.opens); !opens.ok()) return opens;
+  return ReadTime(in, "due", assignment.due);
+}
+
+core::Status CheckTimes(const Assignment& assignment, WallTime earliest_due) {
+  if (assignment.due > std::max(assignment.opens, earliest_due)) return core::Done{};
+  return Error{ErrorCode::kInvalid,
+               "The due time must lie ahead, and after the assignment opens.",
+               "/due",
+               "due_not_ahead"};
+}
+
+core::Status TakeSet(CourseApi& api,
+                     const ApiRequest& request,
+                     const json::object* wanted,
+                     Assignment& assignment) {
+  const auto set =
+      api.fault_set_access.Find(request.who, assignment.fault_set, Operation::kManageFaultSet);
+  if (!set) return refusal::At(refusal::NoFaultSet(), "/fault_set");
+  if (set.value().pool_json.empty()) {
+    return Error{ErrorCode::kInvalid,
+                 "This set plays all its faults in every run: give it a pool to draw from.",
+                 "/fault_set",
+                 "set_without_pool"};
+  }
+  const auto bench = api.benches.Find(set.value().bench);
+  if (!bench) return refusal::At(bench.error(), "/fault_set");
+  assignment.bench = bench.value()->name;
+  assignment.pool_json = set.value().pool_json;
+  const auto pool = course::ParsePool(assignment.pool_json, *bench.value());
+  if (!pool) return pool.error();
+  if (assignment.on_bench) {
+    const core::Status switched = CheckForBenches(pool.value());
+    if (!switched.ok()) return switched;
+  }
+  auto body = ReadPlan(wanted, assignment.bench);
+  if (!body) return body.error();
+  auto plan = api.experiments.Read(body.value());
+  if (!plan) return refusal::In(plan.error(), "/plan");
+  // What no simulator plays, no student could begin.
+  const core::Status played = api.experiments.Check(request.who, plan.value());
+  if (!played.ok()) return refusal::In(played.error(), "/plan");
+  if (course::LastsUntil(pool.value()) + kSeenAfterS > plan.value().duration_s) {
+    return Error{ErrorCode::kInvalid,
+                 "The run must go on for a second after the last fault of the set.",
+                 "/plan/duration_s",
+                 "fault_outside_run"};
+  }
+  body.value()["duration_s"] = plan.value().duration_s;
+  assignment.plan_json = json::serialize(body.value());
+  return CheckSolvable(*bench.value(), plan.value(), pool.value());
+}
+
+}  // namespace faultlab::server

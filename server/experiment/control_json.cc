@@ -1,0 +1,101 @@
+#include "server/experiment/control_json.h"
+
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "core/control/closed_loop/orders.h"
+#include "server/json/json_reader.h"
+#include "server/run/refusals.h"
+
+namespace faultlab::server {
+namespace {
+
+namespace json = boost::json;
+using Shape = core::SpeedReference::Shape;
+
+constexpr double kSpeedMaxRadS = 1e5;
+constexpr double kDitherMaxV = 1.0;
+// Of the speed that the bench reaches: well below what a weak amplifier leaves.
+constexpr double kLowShare = 0.33;
+constexpr double kHighShare = 0.375;
+
+double TwoDigits(double value) {
+  if (!(value > 0.0) || !std::isfinite(value)) return 0.0;
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
+  return std::round(value / unit) * unit;
+}
+
+Shape ShapeOf(std::string_view name) {
+  for (const Shape shape : {Shape::kSteps, Shape::kRamp, Shape::kPrbs}) {
+    if (core::Name(shape) == name) return shape;
+  }
+  return Shape::kSteps;
+}
+
+core::ControlKind KindOf(std::string_view name) {
+  using enum core::ControlKind;
+  for (const core::ControlKind kind : {kNominal, kCompensated, kRobust}) {
+    if (core::Name(kind) == name) return kind;
+  }
+  return kCompensated;
+}
+
+}  // namespace
+
+core::SpeedReference UsualReference(const core::Bench& bench) {
+  const double reachable = core::DescribedDrive(bench, bench.period_s).reachable_rad_s();
+  core::SpeedReference reference;
+  reference.low_rad_s = TwoDigits(kLowShare * reachable);
+  reference.high_rad_s = TwoDigits(kHighShare * reachable);
+  return reference;
+}
+
+core::Result<WantedControl> ParseControl(const json::object& object,
+                                         const core::Bench& bench,
+                                         double period_s) {
+  ObjectReader in(object, "/control");
+  WantedControl control;
+  control.reference = UsualReference(bench);
+  control.options.kind =
+      KindOf(in.WordOr("controller", "compensated", {"nominal", "compensated", "robust"}));
+  control.options.dither_v = in.NumberOr("dither_v", control.options.dither_v, 0.0, kDitherMaxV);
+  if (const json::object* wanted = in.ObjectOrNull("reference")) {
+    ObjectReader of(*wanted, "/control/reference");
+    core::SpeedReference& reference = control.reference;
+    reference.shape = ShapeOf(of.WordOr("shape", "steps", {"steps", "ramp", "prbs"}));
+    reference.low_rad_s = of.NumberOr("low_rad_s", reference.low_rad_s, 0.0, kSpeedMaxRadS);
+    reference.high_rad_s = of.NumberOr("high_rad_s", reference.high_rad_s, 0.0, kSpeedMaxRadS);
+    reference.hold_s = of.NumberOr("hold_s", reference.hold_s, 0.0, kRunSecondsMax);
+    if (auto error = of.Finish()) return *error;
+  }
+  if (auto error = in.Finish()) return *error;
+  const core::Status possible = core::Validate(control.reference, period_s);
+  if (!possible.ok()) {
+    return refusal::At(possible.error(), "/control/reference/" + possible.error().field);
+  }
+  return control;
+}
+
+json::object ToJson(const WantedControl& control) {
+  const core::SpeedReference& reference = control.reference;
+  return {{"reference",
+           {{"shape", core::Name(reference.shape)},
+            {"low_rad_s", reference.low_rad_s},
+            {"high_rad_s", reference.high_rad_s},
+            {"hold_s", reference.hold_s}}},
+          {"controller", core::Name(control.options.kind)},
+          {"dither_v", control.options.dither_v}};
+}
+
+json::value ControlOf(const core::Bench& bench) {
+  const double reachable = core::DescribedDrive(bench, bench.period_s).reachable_rad_s();
+  if (!bench.n.exists || !(reachable > 0.0) || !std::isfinite(reachable)) return nullptr;
+  const core::SpeedReference usual = UsualReference(bench);
+  return json::object{{"reachable_rad_s", reachable},
+                      {"low_rad_s", usual.low_rad_s},
+                      {"high_rad_s", usual.high_rad_s},
+                      {"hold_s", usual.hold_s}};
+}
+
+}  // namespace faultlab::server

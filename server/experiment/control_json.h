@@ -1,0 +1,26 @@
+#pragma once
+
+#include <boost/json/object.hpp>
+#include <boost/json/value.hpp>
+
+#include "core/bench/bench.h"
+#include "core/types/result.h"
+#include "server/experiment/experiment_plan.h"
+
+// The speed control of a plan, as JSON.
+namespace faultlab::server {
+
+/// What a plan leaves out: two speeds that the bench reaches with most of its faults, in steps.
+core::SpeedReference UsualReference(const core::Bench& bench);
+
+/// Refuses by JSON pointer: "/control/reference/hold_s".
+core::Result<WantedControl> ParseControl(const boost::json::object& object,
+                                         const core::Bench& bench,
+                                         double period_s);
+boost::json::object ToJson(const WantedControl& control);
+
+/// For who plans: {"reachable_rad_s", "low_rad_s", "high_rad_s", "hold_s"}; null of a bench that
+/// does not measure its speed.
+boost::json::value ControlOf(const core::Bench& bench);
+
+}  // namespace faultlab::server
