@@ -1,5 +1,6 @@
 #include "hardware/speed_loop.h"
 
+#include <cmath>
 #include <utility>
 
 #include "core/bench/bench.h"
@@ -7,6 +8,11 @@
 #include "hardware/refusal.h"
 
 namespace faultlab::hardware {
+namespace {
+
+constexpr double kNewsShare = 0.05;
+
+}  // namespace
 
 SpeedLoop::SpeedLoop(RigDescription description, RigLimits limits)
     : description_(std::move(description)), limits_(limits) {}
@@ -63,8 +69,10 @@ double SpeedLoop::Input(std::int64_t index, double planned_v, std::vector<RigMes
 /// What has changed in what is compensated.
 void SpeedLoop::Tell(std::int64_t index, std::vector<RigMessage>& out) {
   const std::optional<core::BelievedFault>& now = drive_->believed();
+  // A value that is refined is no news.
   const bool same = now.has_value() == told_.has_value() &&
-                    (!now || (now->component == told_->component && now->value == told_->value));
+                    (!now || (now->component == told_->component &&
+                              std::abs(now->value - told_->value) < kNewsShare * told_->value));
   if (same) return;
   const RigEventKind kind = now ? RigEventKind::kCompensated : RigEventKind::kCompensationEnded;
   const core::BelievedFault& of = now ? *now : *told_;

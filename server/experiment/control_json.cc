@@ -1,8 +1,9 @@
 #include "server/experiment/control_json.h"
 
-#include <array>
+#include <boost/json/parse.hpp>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "core/control/closed_loop/orders.h"
 #include "server/json/json_reader.h"
@@ -86,6 +87,30 @@ json::object ToJson(const WantedControl& control) {
             {"hold_s", reference.hold_s}}},
           {"controller", core::Name(control.options.kind)},
           {"dither_v", control.options.dither_v}};
+}
+
+std::optional<PlannedControl> ControlOfPlan(std::string_view plan_json,
+                                            const core::Bench& bench,
+                                            double period_s) {
+  boost::system::error_code ec;
+  const json::value plan = json::parse(plan_json, ec);
+  const json::object* object = ec ? nullptr : plan.if_object();
+  const json::value* control = object != nullptr ? object->if_contains("control") : nullptr;
+  if (control == nullptr || !control->is_object()) return std::nullopt;
+  json::object as_wanted = control->get_object();
+  PlannedControl planned;
+  if (const json::value* from = as_wanted.if_contains("from_s"); from != nullptr) {
+    planned.from_s = from->is_number() ? from->to_number<double>() : 0.0;
+  }
+  if (const json::value* profile = as_wanted.if_contains("profile"); profile != nullptr) {
+    if (profile->is_string()) planned.profile = std::string(profile->get_string());
+  }
+  as_wanted.erase("from_s");
+  as_wanted.erase("profile");
+  auto wanted = ParseControl(as_wanted, bench, period_s);
+  if (!wanted) return std::nullopt;
+  planned.wanted = std::move(wanted).value();
+  return planned;
 }
 
 json::value ControlOf(const core::Bench& bench) {

@@ -3,6 +3,10 @@
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
 
+#include <optional>
+#include <string>
+#include <string_view>
+
 #include "core/bench/bench.h"
 #include "core/types/result.h"
 #include "server/experiment/experiment_plan.h"
@@ -18,6 +22,18 @@ core::Result<WantedControl> ParseControl(const boost::json::object& object,
                                          const core::Bench& bench,
                                          double period_s);
 boost::json::object ToJson(const WantedControl& control);
+
+/// Of a stored plan.
+struct PlannedControl {
+  WantedControl wanted;
+  double from_s = 0.0;  ///< the reference begins
+  /// BenchProfile of the simulator that played it; empty: a rig that is none.
+  std::string profile;
+};
+/// Nothing of a plan without speed control.
+std::optional<PlannedControl> ControlOfPlan(std::string_view plan_json,
+                                            const core::Bench& bench,
+                                            double period_s);
 
 /// For who plans: {"reachable_rad_s", "low_rad_s", "high_rad_s", "hold_s"}; null of a bench that
 /// does not measure its speed.

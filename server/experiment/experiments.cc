@@ -44,16 +44,18 @@ std::vector<hardware::RigEvent> EventsOfThePlant(std::span<const RecordedEvent> 
 }
 
 /// The speed control begins when the rig is learnt. Refuses a run that ends before it.
-core::Status PlaceControl(RunRequest& run) {
+core::Status PlaceControl(const hardware::RigDescription& rig, RunRequest& run) {
   if (!run.plan.control) return core::Done{};
   const double learnt_s = run.diagnosis.calibration ? 0.0 : run.diagnosis.healthy_to_s;
   const double from_s = learnt_s + core::kControlAfterLearningS;
   run.plan.control->from = std::llround(from_s / run.plan.period_s);
   if (run.plan.control->from >= static_cast<std::int64_t>(run.plan.uc_v.size())) {
-    return refusal::At(refusal::RunTooShort(), "/duration_s");
+    return refusal::ControlAfterEnd(from_s);
   }
   json::object shown = json::parse(run.plan_json).as_object();
-  shown["control"].as_object()["from_s"] = from_s;
+  json::object& control = shown["control"].as_object();
+  control["from_s"] = from_s;
+  if (!rig.profile.empty()) control["profile"] = rig.profile;
   run.plan_json = json::serialize(shown);
   return core::Done{};
 }
@@ -280,7 +282,7 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
   run.diagnosis.values = about.any_value ? core::ValuePrior::kNone : core::ValuePrior::kTable2;
   run.diagnosis.model_is_exact = about.any_value;  // a simulator
   if (plan.learn_if_needed) UseWhatWasLearnt(who, about, run);
-  const core::Status placed = PlaceControl(run);
+  const core::Status placed = PlaceControl(about, run);
   if (!placed.ok()) return placed.error();
   if (plan.witness) Seal(plan, run);
   run.hold = std::move(hold).value();

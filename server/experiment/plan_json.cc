@@ -24,6 +24,15 @@ core::Error Refusal(std::string field, std::string reason, std::string message) 
   return {core::ErrorCode::kInvalid, std::move(message), std::move(field), std::move(reason)};
 }
 
+/// Of a stored plan; null where it has none, or is damaged.
+json::value MemberOf(std::string_view plan_json, std::string_view name) {
+  boost::system::error_code ec;
+  const json::value plan = json::parse(plan_json, ec);
+  const json::object* object = ec ? nullptr : plan.if_object();
+  const json::value* member = object != nullptr ? object->if_contains(name) : nullptr;
+  return member != nullptr ? *member : json::value(nullptr);
+}
+
 /// The bench's usual excitation where it is of this kind: what a plan leaves out is taken from it.
 template <typename Spec>
 Spec UsualOr(const core::ExcitationSpec& usual) {
@@ -289,19 +298,19 @@ json::object PlanToJson(const ExperimentPlan& plan, const hardware::RigDescripti
 }
 
 double SecondsOfPlan(std::string_view plan_json) {
-  boost::system::error_code ec;
-  const json::value plan = json::parse(plan_json, ec);
-  const json::object* object = ec ? nullptr : plan.if_object();
-  const json::value* seconds = object != nullptr ? object->if_contains("duration_s") : nullptr;
-  return seconds != nullptr && seconds->is_number() ? seconds->to_number<double>() : 0.0;
+  const json::value seconds = MemberOf(plan_json, "duration_s");
+  return seconds.is_number() ? seconds.to_number<double>() : 0.0;
+}
+
+std::optional<std::uint64_t> SeedOfPlan(std::string_view plan_json) {
+  const json::value seed = MemberOf(plan_json, "seed");
+  if (!seed.is_number()) return std::nullopt;
+  return seed.to_number<std::uint64_t>();
 }
 
 bool HidesFaults(std::string_view plan_json) {
-  boost::system::error_code ec;
-  const json::value plan = json::parse(plan_json, ec);
-  const json::object* object = ec ? nullptr : plan.if_object();
-  const json::value* hidden = object != nullptr ? object->if_contains("hidden_faults") : nullptr;
-  return hidden != nullptr && hidden->is_bool() && hidden->get_bool();
+  const json::value hidden = MemberOf(plan_json, "hidden_faults");
+  return hidden.is_bool() && hidden.get_bool();
 }
 
 std::string SealedPlan(std::string_view plan_json) {
@@ -329,18 +338,13 @@ std::string OpenedPlan(std::string_view plan_json, std::string_view truth) {
 }
 
 bool IsSealed(std::string_view plan_json) {
-  boost::system::error_code ec;
-  const json::value plan = json::parse(plan_json, ec);
-  return !ec && plan.is_object() && plan.get_object().contains("sealed");
+  return !MemberOf(plan_json, "sealed").is_null();
 }
 
 std::vector<core::Fault> FaultsOfPlan(std::string_view plan_json, const core::Bench& bench) {
-  boost::system::error_code ec;
-  const json::value plan = json::parse(plan_json, ec);
-  const json::object* object = ec ? nullptr : plan.if_object();
-  const json::value* list = object != nullptr ? object->if_contains("faults") : nullptr;
-  if (list == nullptr || !list->is_array()) return {};
-  auto faults = ParseFaults(list->get_array(), bench, kRunSecondsMax);
+  const json::value list = MemberOf(plan_json, "faults");
+  if (!list.is_array()) return {};
+  auto faults = ParseFaults(list.get_array(), bench, kRunSecondsMax);
   return faults ? std::move(faults).value() : std::vector<core::Fault>{};
 }
 

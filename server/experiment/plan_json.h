@@ -37,6 +37,8 @@ boost::json::array ToJson(const std::vector<core::Fault>& faults);
 
 /// How long a stored plan lasts; 0 for a replay.
 double SecondsOfPlan(std::string_view plan_json);
+/// Of a simulator's noise; nothing where a stored plan tells none.
+std::optional<std::uint64_t> SeedOfPlan(std::string_view plan_json);
 /// Of a stored plan: its faults go to no bus.
 bool HidesFaults(std::string_view plan_json);
 /// A stored plan without what tells its faults: their list, and the seed of the noise, with which

@@ -311,6 +311,14 @@ Error NoSpeedControl(const std::string& rig) {
           {{"rig", rig}}};
 }
 
+Error ControlAfterEnd(double from_s) {
+  return {ErrorCode::kInvalid,
+          "The speed is kept from " + Text(from_s) + " s on: plan a longer run.",
+          "/duration_s",
+          "control_after_end",
+          {{"from_s", Text(from_s)}}};
+}
+
 Error SpeedOutOfReach(double reachable_rad_s) {
   return {ErrorCode::kInvalid,
           "This bench reaches " + Text(std::floor(reachable_rad_s)) + " rad/s.",

@@ -70,6 +70,8 @@ core::Error NotOfTheRelays(core::Component component, const std::string& values)
 core::Error VoltageOutside(const std::string& rig, double lowest_v, double highest_v);
 /// Its machine closes no loop.
 core::Error NoSpeedControl(const std::string& rig);
+/// The run ends before its rig can be learnt and controlled.
+core::Error ControlAfterEnd(double from_s);
 core::Error SpeedOutOfReach(double reachable_rad_s);
 core::Error NoFaultSet();
 core::Error FaultSetOfOtherBench(const std::string& its, const core::Bench& wanted);

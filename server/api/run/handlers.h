@@ -75,6 +75,9 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request);
 core::Result<HttpResponse> GetPlot(RunApi& api, const ApiRequest& request);
 core::Result<HttpResponse> GetFigure(RunApi& api, const ApiRequest& request);
 
+// control.cc
+core::Result<HttpResponse> GetControl(RunApi& api, const ApiRequest& request);
+
 // comparison.cc
 core::Result<HttpResponse> GetComparison(RunApi& api, const ApiRequest& request);
 

@@ -57,6 +57,7 @@ std::vector<ApiRoute> RoutesOf(RunApi& api) {
       {kGet, "/api/v1/runs/{id}/export.json", kReadRun, kRun, on(ExportJson), kNoBody, kTransfer},
       {kGet, "/api/v1/runs/{id}/report.pdf", kReadRun, kRun, on(GetReport), kNoBody, kTransfer},
       {kGet, "/api/v1/runs/{id}/plots/{figure}.png", kReadRun, kRun, on(GetPlot), kNoBody, kHeavy},
+      {kGet, "/api/v1/runs/{id}/control", kReadRun, kRun, on(GetControl), kNoBody, kHeavy},
       {kGet, "/api/v1/runs/{id}/figures/{figure}", kReadRun, kRun, on(GetFigure), kNoBody, kHeavy},
       {kGet,
        "/api/v1/runs/{id}/camera",

@@ -126,7 +126,7 @@ void Contract::Experiments() {
       "POST",
       "runs",
       {},
-      R"({"duration_s":8,"name":"contract","faults":[{"component":"R1","value":100,"at_s":6}]})");
+      R"({"duration_s":8,"name":"contract","control":{},"faults":[{"component":"R1","value":100,"at_s":6}]})");
   const Values id{{"id", Id(run)}, {"figure", "swa"}};
   world_.Expect(201, "ann", "POST", "runs/{id}/stream-token", id);
   world_.WaitForRun(Id(run));
@@ -136,6 +136,7 @@ void Contract::Experiments() {
                            "/samples",
                            "/estimates?estimator=swa_100",
                            "/diagnosis",
+                           "/control?without=include",
                            "/export.csv",
                            "/export.csv?content=estimates",
                            "/report.pdf?language=sr",

@@ -85,6 +85,8 @@ const FORMS: [RegExp, Key][] = [
   ],
   [/^it fits when (?<channel>\w+) is multiplied by (?<factor>[\d.e+-]+)$/, "suspect_factor"],
   [/^it fits the bench (?<bench>[a-z\d-]+): was it measured there\?$/, "suspect_bench"],
+  [/^the speed refutes the diagnosis$/, "compensation_refuted"],
+  [/^withdrawn$/, "compensation_withdrawn"],
   [/^it fits with the other sign of (?<channel>\w+)$/, "suspect_sign"],
   [/^it fits when the readings are moved one row up/, "suspect_row_up"],
   [/^it fits when delta_s is below half a period/, "suspect_delta_below"],

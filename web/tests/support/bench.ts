@@ -48,6 +48,7 @@ export const ABOUT: About = {
   ),
   healthy: { from_s: 1, to_s: 7 },
   run: { min_s: 2, max_s: 300 },
+  control: { reachable_rad_s: 400, low_rad_s: 130, high_rad_s: 150, hold_s: 2 },
   components: [
     {
       symbol: "R1",
@@ -126,6 +127,7 @@ export const DRIVER: About = {
   ),
   healthy: { from_s: 0.5, to_s: 3 },
   run: { min_s: 1, max_s: 600 },
+  control: null,
   components: [
     {
       symbol: "Disc",
@@ -190,6 +192,7 @@ export function rigOf(id: string, motorFaults: boolean, about: About = ABOUT): R
       n: about.channels.n.exists,
       any_value: true,
       motor_faults: motorFaults,
+      controls_speed: about.channels.n.exists,
       uc_v_min: 0,
       uc_v_max: 5,
       delta_s: 0.004,

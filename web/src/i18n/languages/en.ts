@@ -1098,6 +1098,11 @@ export const texts = {
   event_started: "started",
   event_fault_commanded: "commanded",
   event_relay_confirmed: "confirmed",
+  event_control_began: "speed control begins",
+  event_compensated: "compensated",
+  event_compensation_ended: "compensation ends",
+  compensation_refuted: "the speed refutes the diagnosis",
+  compensation_withdrawn: "the diagnosis was withdrawn",
   event_refused: "refused",
   event_change_waits: "waits",
   event_change_dropped: "cancelled before it was sent",
@@ -1566,6 +1571,7 @@ export const texts = {
   refused_rest_awaited:
     "The end of the last run is still being read from its rig. Try again in a few minutes.",
   refused_turn_is_over: "Your session on {rig} is over.",
+  refused_run_without_control: "This run was played without speed control.",
   refused_runs_full: "As many runs are in progress as this server allows. Try again soon.",
   refused_run_ended: "The run has ended.",
   refused_stale_epoch: "Somebody else controls this rig now. Reload the page.",
@@ -1648,6 +1654,8 @@ export const texts = {
   refused_keys_full: "You have {most} API keys, the most that an account may have. Revoke some.",
   refused_courses_full:
     "You teach {most} courses, the most that one person may teach. An administrator can remove you from old ones.",
+  refused_control_reference:
+    "A reference is two speeds above 0, each held for at least 8 periods and at most an hour.",
   refused_course_full:
     "A course has at most {most} members and invitations. Make another course for the others.",
   refused_accounts_full:
@@ -1704,6 +1712,7 @@ export const texts = {
   refused_commands_full: "Too many commands wait. Try again in a second.",
   refused_component_and_value: "Give a component together with its value.",
   refused_conflict: "This does not fit what has happened meanwhile. Reload the page.",
+  refused_control_after_end: "The speed is kept from {from_s} s on: plan a longer run.",
   refused_control_is_yours: "You control this rig already.",
   refused_control_not_offered: "The control of this rig is not offered to you.",
   refused_course_of_set_fixed: "A fault set stays in its course.",
@@ -1826,6 +1835,7 @@ export const texts = {
   refused_no_webhook: "There is no such webhook.",
   refused_webhook_url_wrong:
     "The address of a webhook is https://.. without a password. http://.. is possible only in the local network, where the server's settings allow it.",
+  refused_no_speed_control: "Rig {rig} plays a plan: it cannot control its speed.",
   refused_no_ticket: "You are not in this queue, or your wait has ended.",
   refused_not_a_member: "This person is not in the course.",
   refused_not_adoptable: "Only a rig with an agent of its own can be adopted.",
@@ -1905,6 +1915,7 @@ export const texts = {
   refused_sign_in_first: "Sign in first.",
   refused_sign_in_wrong: "The login or the password is wrong.",
   refused_sign_ins_full: "Too many people are signing in at once. Try again in a few seconds.",
+  refused_speed_out_of_reach: "This bench reaches {reachable_rad_s} rad/s.",
   refused_stale: "This has changed meanwhile. Look at it again.",
   refused_start_past: "The start is in the past.",
   refused_step_outside_run: "The step must be within the run.",

@@ -255,6 +255,11 @@ export const marked: Catalogue = {
   event_started: "početak",
   event_fault_commanded: "zadato",
   event_relay_confirmed: "potvrđeno",
+  event_control_began: "počinje upravljanje brzinom",
+  event_compensated: "kompenzovano",
+  event_compensation_ended: "kraj kompenzacije",
+  compensation_refuted: "brzina pobija dijagnozu",
+  compensation_withdrawn: "dijagnoza je povučena",
   event_refused: "odbijeno",
   event_change_waits: "čeka",
   event_change_dropped: "opozvano pre slanja",
@@ -1608,6 +1613,7 @@ export const marked: Catalogue = {
   refused_rest_awaited:
     "Kraj poslednjeg ogleda se još čita sa uređaja. Pokušajte za nekoliko minuta.",
   refused_turn_is_over: "Vaša sesija na uređaju {rig} je završena.",
+  refused_run_without_control: "Ovaj ogled je izveden bez upravljanja brzinom.",
   refused_runs_full: "U toku je onoliko ogleda koliko ovaj server dopušta.",
   refused_run_ended: "Ogled je završen.",
   refused_stale_epoch: "Upravljanje uređajem je prešlo u druge ruke; učitajte stranicu ponovo.",
@@ -1692,6 +1698,8 @@ export const marked: Catalogue = {
   refused_keys_full: "Imate {most} API ključeva, koliko nalog sme; opozovite neke.",
   refused_courses_full:
     "Držite {most} kurseva, koliko jedna osoba sme; administrator vas može ukloniti iz starih.",
+  refused_control_reference:
+    "Zadaju se dve brzine veće od 0, svaka se drži bar 8 perioda i najviše jedan sat.",
   refused_course_full: "Kurs ima najviše {most} članova i poziva; za ostale napravite drugi kurs.",
   refused_accounts_full:
     "Spiskovi jednog nastavnika prave najviše {most} naloga; administrator može obrisati stare.",
@@ -1749,6 +1757,7 @@ export const marked: Catalogue = {
   refused_component_and_value: "Navedite komponentu zajedno sa njenom vrednošću.",
   refused_conflict:
     "Ovo se ne slaže sa onim što se u međuvremenu desilo. Učitajte stranicu ponovo.",
+  refused_control_after_end: "Brzina se održava od {from_s} s: planirajte duži ogled.",
   refused_control_is_yours: "Već upravljate ovim uređajem.",
   refused_control_not_offered: "Upravljanje ovim uređajem vam nije ponuđeno.",
   refused_course_of_set_fixed: "Skup kvarova ostaje u svom kursu.",
@@ -1872,6 +1881,7 @@ export const marked: Catalogue = {
   refused_no_webhook: "Nema takvog vebhuka.",
   refused_webhook_url_wrong:
     "Adresa vebhuka je https://.. bez lozinke. http://.. je moguće samo u lokalnoj mreži, gde to dozvoljavaju podešavanja servera.",
+  refused_no_speed_control: "Uređaj {rig} izvodi plan: ne može da upravlja svojom brzinom.",
   refused_no_ticket: "Niste u ovom redu ili je vaše čekanje završeno.",
   refused_not_a_member: "Ova osoba nije u kursu.",
   refused_not_adoptable: "Preuzeti se može samo uređaj sa sopstvenim agentom.",
@@ -1950,6 +1960,7 @@ export const marked: Catalogue = {
   refused_sign_in_first: "Prvo se prijavite.",
   refused_sign_in_wrong: "Korisničko ime ili lozinka nisu ispravni.",
   refused_sign_ins_full: "Previše prijava odjednom. Pokušajte za nekoliko sekundi.",
+  refused_speed_out_of_reach: "Ovaj sto dostiže {reachable_rad_s} rad/s.",
   refused_stale: "Ovo se u međuvremenu promenilo. Pogledajte ponovo.",
   refused_start_past: "Početak je u prošlosti.",
   refused_step_outside_run: "Skok mora biti u toku ogleda.",
