@@ -42,9 +42,8 @@ class BoundedQueue {
   bool WaitUntilRead(std::chrono::steady_clock::time_point deadline,
                      const std::function<bool()>& give_up) {
     std::unique_lock lock(mutex_);
-    const auto read = [this] { return closed_ || (items_.empty() && reader_waits_); };
-    room_.wait_until(lock, deadline, [&] { return read() || give_up(); });
-    return read();
+    room_.wait_until(lock, deadline, [&] { return closed_ || caught_up_ || give_up(); });
+    return closed_ || caught_up_;
   }
 
   /// For the few last words of a writer, which must not be lost: ignores the bound.
@@ -64,10 +63,9 @@ class BoundedQueue {
   bool TakeAll(std::vector<T>& out, std::chrono::milliseconds patience) {
     std::unique_lock lock(mutex_);
     if (items_.empty() && !closed_) {
-      reader_waits_ = true;
+      caught_up_ = true;
       room_.notify_all();
       filled_.wait_for(lock, patience, [this] { return !items_.empty() || closed_; });
-      reader_waits_ = false;
     }
     if (out.empty()) {
       out.swap(items_);
@@ -96,6 +94,7 @@ class BoundedQueue {
  private:
   void Add(T&& item) {
     items_.push_back(std::move(item));
+    caught_up_ = false;
     filled_.notify_one();
   }
 
@@ -105,7 +104,7 @@ class BoundedQueue {
   std::condition_variable room_;
   std::vector<T> items_;
   bool closed_ = true;
-  bool reader_waits_ = false;
+  bool caught_up_ = false;  ///< the reader has come for more since the newest item
 };
 
 }  // namespace faultlab::hardware

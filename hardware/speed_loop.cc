@@ -11,6 +11,7 @@ namespace faultlab::hardware {
 namespace {
 
 constexpr double kNewsShare = 0.05;
+constexpr double kDitherMaxV = 1.0;
 
 }  // namespace
 
@@ -20,6 +21,14 @@ SpeedLoop::SpeedLoop(RigDescription description, RigLimits limits)
 core::Status SpeedLoop::Check(const RunPlan& plan) const {
   if (!plan.control) return core::Done{};
   if (!description_.controls_speed) return NoSpeedControl(description_.id);
+  const auto samples = static_cast<std::int64_t>(plan.uc_v.size());
+  const double dither_v = plan.control->options.dither_v;
+  if (plan.control->from < 0 || plan.control->from > samples ||
+      !(dither_v >= 0.0 && dither_v <= kDitherMaxV)) {
+    return Invalid("a control begins within its run, with a dither of at most 1 V",
+                   "control",
+                   "control_reference");
+  }
   const core::Status good = core::Validate(plan.control->reference, plan.period_s);
   if (good.ok()) return good;
   return Invalid(

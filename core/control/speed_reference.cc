@@ -27,6 +27,14 @@ std::string_view Name(SpeedReference::Shape shape) {
   return "steps";
 }
 
+std::optional<SpeedReference::Shape> ParseReferenceShape(std::string_view name) {
+  using enum SpeedReference::Shape;
+  for (const SpeedReference::Shape shape : {kSteps, kRamp, kPrbs}) {
+    if (Name(shape) == name) return shape;
+  }
+  return std::nullopt;
+}
+
 Status Validate(const SpeedReference& reference, double period_s) {
   const auto refuse = [](std::string message, std::string field) {
     return Error{ErrorCode::kInvalid, std::move(message), std::move(field), "control_reference"};

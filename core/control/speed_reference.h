@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct SpeedReference {
 
 /// "steps", "ramp", "prbs".
 std::string_view Name(SpeedReference::Shape shape);
+std::optional<SpeedReference::Shape> ParseReferenceShape(std::string_view name);
 
 /// Refuses (kInvalid): "low_rad_s" and "high_rad_s" not above 0, "hold_s" below 8 periods or above
 /// an hour.

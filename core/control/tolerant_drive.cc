@@ -34,6 +34,14 @@ std::string_view Name(ControlKind kind) {
   return "compensated";
 }
 
+std::optional<ControlKind> ParseControlKind(std::string_view name) {
+  using enum ControlKind;
+  for (const ControlKind kind : {kNominal, kCompensated, kRobust}) {
+    if (Name(kind) == name) return kind;
+  }
+  return std::nullopt;
+}
+
 TolerantDrive::TolerantDrive(const BenchLimits& limits,
                              const ControlOrder& order,
                              double period_s,
@@ -54,6 +62,7 @@ TolerantDrive::TolerantDrive(const BenchLimits& limits,
 }
 
 double TolerantDrive::Limited(double u) const {
+  if (!std::isfinite(u)) u = last_u_;  // of an order that is no rig's
   const DriveModel& rig = known();
   const double peak_v = kPeakShare * limits_.current_peak_a * rig.resistance_ohm;
   const double back_v = rig.ke_v_per_rad_s * speed_rad_s_;

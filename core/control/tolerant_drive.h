@@ -20,6 +20,7 @@ enum class ControlKind {
 };
 
 std::string_view Name(ControlKind kind);
+std::optional<ControlKind> ParseControlKind(std::string_view name);
 
 struct ToleranceOptions {
   ControlKind kind = ControlKind::kCompensated;

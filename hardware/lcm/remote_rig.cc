@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "hardware/lcm/channels.h"
+#include "hardware/lcm/control_codec.h"
 #include "hardware/lcm/holder_name.h"
 #include "hardware/lcm/rig_codec.h"
-#include "hardware/refusal.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -186,6 +186,8 @@ core::Status RemoteRig::Upload(const RunPlan& plan, Epoch epoch, std::int64_t& r
     arm.seed = static_cast<std::int64_t>(plan.seed);
     for (const core::Fault& fault : plan.faults) arm.faults.push_back(ToMessage(fault));
     arm.fault_count = static_cast<std::int32_t>(arm.faults.size());
+    if (plan.control) arm.references.push_back(ToMessage(*plan.control));
+    arm.reference_count = static_cast<std::int32_t>(arm.references.size());
     const core::Result<AgentLine::Reply> reply = Ask(std::move(arm));
     if (!reply) return reply.error();
     if (reply.value().missing_count == 0) {
@@ -198,7 +200,6 @@ core::Status RemoteRig::Upload(const RunPlan& plan, Epoch epoch, std::int64_t& r
 }
 
 core::Status RemoteRig::Arm(RunPlan plan, Epoch epoch) {
-  if (plan.control) return NoSpeedControl(id_);
   const std::lock_guard control(control_mutex_);
   {
     const std::lock_guard lock(mutex_);
@@ -271,23 +272,26 @@ core::Status RemoteRig::Start(Epoch epoch) {
 }
 
 core::Status RemoteRig::Command(Epoch epoch, const RigCommand& command) {
-  if (command.kind == RigCommand::Kind::kControl) return NoSpeedControl(id_);
   const bool clears = command.kind == RigCommand::Kind::kClearTrip;
   const bool sets = command.kind == RigCommand::Kind::kSetComponent;
+  const bool orders = command.kind == RigCommand::Kind::kControl;
   bool lease = false;
   {
     const std::lock_guard lock(mutex_);
     if (auto fresh = line_.Check(epoch); !fresh) return fresh;
     holder_word_at_ = now_();
-    lease = run_state_ == RigState::kIdle && !sets;
+    lease = run_state_ == RigState::kIdle && !sets && !orders;
   }
   if (lease) {
     const std::lock_guard control(control_mutex_);
     if (auto leased = Lease(epoch); !leased) return leased;
   }
-  AgentLine::Message message = line_.NewCommand(sets ? "set" : clears ? "clear" : "nominal", epoch);
+  const char* action = sets ? "set" : orders ? "control" : clears ? "clear" : "nominal";
+  AgentLine::Message message = line_.NewCommand(action, epoch);
   if (sets) message.component = core::Name(command.component);
   message.value = command.value;
+  if (command.control) message.orders.push_back(ToMessage(*command.control));
+  message.order_count = static_cast<std::int32_t>(message.orders.size());
   const core::Result<AgentLine::Reply> reply = Ask(std::move(message));
   if (!reply) return reply.error();
   const std::lock_guard lock(mutex_);

@@ -10,6 +10,7 @@
 #include "faultlab_msgs/rig_announce_t.hpp"
 #include "faultlab_msgs/rig_bench_t.hpp"
 #include "hardware/lcm/channels.h"
+#include "hardware/lcm/control_codec.h"
 #include "hardware/lcm/holder_name.h"
 #include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/rig_name.h"
@@ -234,6 +235,8 @@ void RigAgent::Obey(const Command& command, Reply& reply) {
               .message = "no component " + command.component,
               .field = "component"});
     }
+  } else if (action == "control") {
+    Order(command, reply);
   } else if (action == "stop") {
     rig_.SafeStop(command.text);
   } else if (action == "self_test") {
@@ -299,6 +302,16 @@ void RigAgent::Arm(const Command& command, Reply& reply) {
     }
     plan.faults.push_back(*fault);
   }
+  for (const faultlab_msgs::rig_reference_t& said : command.references) {
+    plan.control = FromMessage(said);
+    if (!plan.control) {
+      Refuse(reply,
+             {.code = core::ErrorCode::kInvalid,
+              .message = "no such speed control: " + said.shape + ", " + said.controller,
+              .field = "control"});
+      return;
+    }
+  }
   const core::Status armed = rig_.Arm(std::move(plan), epoch());
   Tell(reply, armed);
   if (!armed) return;
@@ -306,6 +319,21 @@ void RigAgent::Arm(const Command& command, Reply& reply) {
   ++run_;
   ring_.Begin();
   streamed_seq_ = 0;
+}
+
+void RigAgent::Order(const Command& command, Reply& reply) {
+  RigCommand order{.kind = RigCommand::Kind::kControl};
+  if (!command.orders.empty()) {
+    order.control = FromMessage(command.orders.front(), *rig_.description().bench);
+  }
+  if (order.control) {
+    Tell(reply, rig_.Command(epoch(), order));
+  } else {
+    Refuse(reply,
+           {.code = core::ErrorCode::kInvalid,
+            .message = "no order, or one of a component that the bench does not have",
+            .field = "control"});
+  }
 }
 
 void RigAgent::SelfTest(Reply& reply) {

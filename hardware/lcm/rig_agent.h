@@ -87,6 +87,7 @@ class RigAgent {
   void TakePlan(const Command& command, Reply& reply);
   void Arm(const Command& command, Reply& reply);
   void Refill(std::int64_t from, std::int64_t to);
+  void Order(const Command& command, Reply& reply);
   void SelfTest(Reply& reply);
   void Send(Reply reply);
   void Log(const RigEvent& event) const;

@@ -25,19 +25,9 @@ using core::Result;
 
 constexpr std::array kControllers = {
     core::ControlKind::kNominal, core::ControlKind::kCompensated, core::ControlKind::kRobust};
-using Shape = core::SpeedReference::Shape;
-constexpr std::array kShapes = {Shape::kSteps, Shape::kRamp, Shape::kPrbs};
 
 Error Refused(std::string message, std::string field) {
   return {ErrorCode::kInvalid, std::move(message), std::move(field), "internal"};
-}
-
-template <typename Kinds>
-auto Named(const Kinds& kinds, std::string_view name) -> std::optional<typename Kinds::value_type> {
-  for (const auto kind : kinds) {
-    if (core::Name(kind) == name) return kind;
-  }
-  return std::nullopt;
 }
 
 Result<core::ControlPlan> MakePlan(const ControlCommandOptions& options) {
@@ -48,14 +38,14 @@ Result<core::ControlPlan> MakePlan(const ControlCommandOptions& options) {
   plan.reference.hold_s = options.hold_s;
   plan.duration_s = options.duration_s;
   plan.seed = options.seed;
-  const auto kind = Named(kControllers, options.controller);
+  const auto kind = core::ParseControlKind(options.controller);
   if (!kind) {
     return Refused(
         "--controller '" + options.controller + "': expected nominal, compensated or robust",
         "controller");
   }
   plan.options.kind = *kind;
-  const auto shape = Named(kShapes, options.shape);
+  const auto shape = core::ParseReferenceShape(options.shape);
   if (!shape) {
     return Refused("--shape '" + options.shape + "': expected steps, ramp or prbs", "shape");
   }

@@ -1,5 +1,6 @@
 #include "server/experiment/control_json.h"
 
+#include <algorithm>
 #include <boost/json/parse.hpp>
 #include <cmath>
 #include <string>
@@ -13,7 +14,6 @@ namespace faultlab::server {
 namespace {
 
 namespace json = boost::json;
-using Shape = core::SpeedReference::Shape;
 
 constexpr double kSpeedMaxRadS = 1e5;
 constexpr double kDitherMaxV = 1.0;
@@ -25,21 +25,6 @@ double TwoDigits(double value) {
   if (!(value > 0.0) || !std::isfinite(value)) return 0.0;
   const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
   return std::round(value / unit) * unit;
-}
-
-Shape ShapeOf(std::string_view name) {
-  for (const Shape shape : {Shape::kSteps, Shape::kRamp, Shape::kPrbs}) {
-    if (core::Name(shape) == name) return shape;
-  }
-  return Shape::kSteps;
-}
-
-core::ControlKind KindOf(std::string_view name) {
-  using enum core::ControlKind;
-  for (const core::ControlKind kind : {kNominal, kCompensated, kRobust}) {
-    if (core::Name(kind) == name) return kind;
-  }
-  return kCompensated;
 }
 
 }  // namespace
@@ -58,13 +43,14 @@ core::Result<WantedControl> ParseControl(const json::object& object,
   ObjectReader in(object, "/control");
   WantedControl control;
   control.reference = UsualReference(bench);
-  control.options.kind =
-      KindOf(in.WordOr("controller", "compensated", {"nominal", "compensated", "robust"}));
+  control.options.kind = *core::ParseControlKind(
+      in.WordOr("controller", "compensated", {"nominal", "compensated", "robust"}));
   control.options.dither_v = in.NumberOr("dither_v", control.options.dither_v, 0.0, kDitherMaxV);
   if (const json::object* wanted = in.ObjectOrNull("reference")) {
     ObjectReader of(*wanted, "/control/reference");
     core::SpeedReference& reference = control.reference;
-    reference.shape = ShapeOf(of.WordOr("shape", "steps", {"steps", "ramp", "prbs"}));
+    reference.shape =
+        *core::ParseReferenceShape(of.WordOr("shape", "steps", {"steps", "ramp", "prbs"}));
     reference.low_rad_s = of.NumberOr("low_rad_s", reference.low_rad_s, 0.0, kSpeedMaxRadS);
     reference.high_rad_s = of.NumberOr("high_rad_s", reference.high_rad_s, 0.0, kSpeedMaxRadS);
     reference.hold_s = of.NumberOr("hold_s", reference.hold_s, 0.0, kRunSecondsMax);
@@ -111,6 +97,29 @@ std::optional<PlannedControl> ControlOfPlan(std::string_view plan_json,
   if (!wanted) return std::nullopt;
   planned.wanted = std::move(wanted).value();
   return planned;
+}
+
+ReferenceCorners CornersOf(const PlannedControl& planned,
+                           const core::Bench& bench,
+                           double period_s,
+                           double duration_s) {
+  const core::SpeedReference& reference = planned.wanted.reference;
+  const core::ReferencePlayer player(reference, period_s);
+  const double rad_per_s = core::RadPerSecondOfRpm(bench.nominal.gear_ratio);
+  const auto from = static_cast<std::size_t>(std::lround(planned.from_s / period_s));
+  const auto end = static_cast<std::size_t>(std::lround(duration_s / period_s));
+  const bool ramp = reference.shape == core::SpeedReference::Shape::kRamp;
+  ReferenceCorners corners;
+  const auto corner = [&](std::size_t sample, std::size_t tick) {
+    corners.t_s.push_back(static_cast<double>(sample) * period_s);
+    corners.n_rpm.push_back(player.At(tick) / rad_per_s);
+  };
+  for (std::size_t k = from; k < end; k += player.hold_ticks()) {
+    const std::size_t next = std::min(k + player.hold_ticks(), end);
+    corner(k, k - from);
+    corner(next, ramp ? next - from : k - from);
+  }
+  return corners;
 }
 
 json::value ControlOf(const core::Bench& bench) {

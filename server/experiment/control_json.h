@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/bench/bench.h"
 #include "core/types/result.h"
@@ -34,6 +35,16 @@ struct PlannedControl {
 std::optional<PlannedControl> ControlOfPlan(std::string_view plan_json,
                                             const core::Bench& bench,
                                             double period_s);
+
+/// The corners of a planned reference, from its beginning to the end of the plan.
+struct ReferenceCorners {
+  std::vector<double> t_s;
+  std::vector<double> n_rpm;  ///< in the unit of n: behind the gear
+};
+ReferenceCorners CornersOf(const PlannedControl& planned,
+                           const core::Bench& bench,
+                           double period_s,
+                           double duration_s);
 
 /// For who plans: {"reachable_rad_s", "low_rad_s", "high_rad_s", "hold_s"}; null of a bench that
 /// does not measure its speed.

@@ -9,6 +9,7 @@
 #include "server/diagnosis_json/calibration_json.h"
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/diagnosis_json/options_json.h"
+#include "server/experiment/control_json.h"
 #include "server/experiment/plan_json.h"
 #include "server/experiment/rig_changes.h"
 #include "server/plots/record_figure.h"
@@ -225,6 +226,12 @@ core::Result<Figure> Recordings::FigureOf(const Review& review,
   context.name = record.name.empty() ? record.id : record.name;
   context.footer = footer;
   const core::Bench& bench = *recording.options.bench;
+  if (const auto planned = ControlOfPlan(record.plan_json, bench, record.period_s)) {
+    ReferenceCorners corners =
+        CornersOf(*planned, bench, record.period_s, SecondsOfPlan(record.plan_json));
+    context.reference_t_s = std::move(corners.t_s);
+    context.reference_n_rpm = std::move(corners.n_rpm);
+  }
   context.faults = FaultsOfPlan(record.plan_json, bench);
   if (!HidesFaults(record.plan_json)) {
     context.faults =

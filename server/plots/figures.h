@@ -26,6 +26,9 @@ struct FigureContext {
   /// calibration of the rig, or from the paper's nominal values.
   std::optional<std::array<double, 3>> nominal_swa;
   std::optional<std::array<double, 3>> nominal_sia;
+  /// Corners of the speed that the rig was to have, in the unit of n; empty without speed control.
+  std::vector<double> reference_t_s{};
+  std::vector<double> reference_n_rpm{};
   core::EstimatedChannel estimated = core::EstimatedChannel::kUm;  ///< of which the estimates are
 };
 

@@ -37,6 +37,18 @@ Panel MakeInputPanel(std::span<const core::Sample> samples) {
   return panel;
 }
 
+/// The speed that the rig was to have.
+Series ReferenceOf(const FigureContext& context) {
+  Series series;
+  series.name = "reference";
+  series.ink = Ink::kGrey;
+  series.dash = Dash::kDashed;
+  series.width = kLineWidth;
+  series.x = context.reference_t_s;
+  series.y = context.reference_n_rpm;
+  return series;
+}
+
 }  // namespace
 
 Figure MakeSignalsFigure(std::span<const core::Sample> samples, const FigureContext& context) {
@@ -73,6 +85,10 @@ Figure MakeSignalsFigure(std::span<const core::Sample> samples, const FigureCont
     if (HoldsNumbers(series)) {
       series.width = kLineWidth;
       Panel panel = MakePanel(one.label, one.unit, 0.9);
+      if (one.channel == &core::Sample::n_rpm && !context.reference_t_s.empty()) {
+        series.name = "measured";
+        panel.series.push_back(ReferenceOf(context));
+      }
       panel.series.push_back(std::move(series));
       figure.panels.push_back(std::move(panel));
     }

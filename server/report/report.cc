@@ -209,8 +209,36 @@ class Writer {
                      Digits(kMilli * report_.period_s, 6),
                      Digits(static_cast<double>(report_.samples) * report_.period_s, 6)}));
     paper.Fact(words_.excitation, report_.excitation);
+    if (report_.control) Control(*report_.control, paper);
     paper.Fact(words_.replay_of, report_.replay_of);
     Calibration(paper);
+  }
+
+  void Control(const ReportControl& control, Paper& paper) const {
+    const std::string& shape = control.shape == "ramp"   ? words_.control_ramp
+                               : control.shape == "prbs" ? words_.control_prbs
+                                                         : words_.control_steps;
+    paper.Fact(words_.control,
+               Fill(shape,
+                    {Digits(control.low_rad_s, 6),
+                     Digits(control.high_rad_s, 6),
+                     Digits(control.hold_s, 6),
+                     Digits(control.from_s, 6)}));
+    std::string made_up;
+    for (const ReportControl::MadeUp& each : control.made_up) {
+      made_up += made_up.empty() ? "" : "; ";
+      made_up += Fill(
+          words_.control_since,
+          {std::string(core::Name(each.component)) + " = " + ValueOf(each.component, each.value),
+           Fixed(each.t_s, 2)});
+    }
+    paper.Fact(words_.control_made_up, made_up);
+    paper.Fact(words_.control_deviation,
+               control.judged ? Fill(words_.control_judged,
+                                     {Digits(control.judged->iae_rad, 3),
+                                      Digits(control.judged->steady_error_rad_s, 3),
+                                      Fixed(control.judged->from_s, 2)})
+                              : words_.control_never);
   }
 
   void Calibration(Paper& paper) const {

@@ -49,6 +49,27 @@ struct ReportChange {
 };
 
 /// Everything that a report says. Whoever fills it leaves out what its reader may not see.
+/// Of a run that kept its speed.
+struct ReportControl {
+  std::string shape;  ///< "steps", "ramp", "prbs"
+  double low_rad_s = 0.0;
+  double high_rad_s = 0.0;
+  double hold_s = 0.0;
+  double from_s = 0.0;
+  struct MadeUp {
+    double t_s = 0.0;
+    core::Component component{};
+    double value = 0.0;
+  };
+  std::vector<MadeUp> made_up;
+  struct Judged {
+    double from_s = 0.0;
+    double iae_rad = 0.0;
+    double steady_error_rad_s = 0.0;
+  };
+  std::optional<Judged> judged;  ///< nothing: the speed was never kept
+};
+
 struct RunReport {
   std::string id;
   std::string name;
@@ -61,7 +82,8 @@ struct RunReport {
   std::int64_t samples = 0;
   double period_s = 0.0;
   std::string excitation;  ///< "prbs: low_v 2, high_v 3"; empty: not known
-  std::string replay_of;   ///< id of the recording; empty: none
+  std::optional<ReportControl> control{};
+  std::string replay_of;  ///< id of the recording; empty: none
   std::vector<ReportFault> faults;
 
   core::Diagnosis diagnosis;

@@ -9,6 +9,7 @@
 #include "hardware/bench/benches.h"
 #include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/sealed_message.h"
+#include "tests/hardware/control_orders.h"
 #include "tests/hardware/lcm_datagrams.h"
 #include "tests/hardware/remote_world.h"
 #include "tests/hardware/rig_runs.h"
@@ -71,6 +72,45 @@ TEST(RemoteRig, RunsAsIfItWereHere) {
   ASSERT_EQ(log.Of(RigEventKind::kRelayConfirmed).size(), 1u);
   EXPECT_EQ(log.Of(RigEventKind::kRelayConfirmed)[0].index, 200);
   EXPECT_EQ(server.rig().state(), RigState::kIdle);
+}
+
+TEST(RemoteRig, KeepsItsSpeedByOrdersFromHere) {
+  LossyBus bus(kStorm, 12);
+  AgentThread agent(bus, 1.0, RidesThrough(60));
+  ServerThread server(bus, 1.0, "a");
+  server.WaitUntilHeard();
+  EXPECT_TRUE(server.rig().description().controls_speed);
+  RunPlan plan = ControlledPlan();
+  plan.uc_v.resize(400);
+  ASSERT_TRUE(server.rig().Arm(plan, kEpoch).ok());
+  ASSERT_TRUE(server.rig().Start(kEpoch).ok());
+  core::ControlOrder with_fault = Order();
+  with_fault.alarmed = with_fault.named = true;
+  with_fault.believed = core::BelievedFault{paper::kR1, 56.0, with_fault.healthy};
+  std::vector<std::future<core::Status>> taken;
+  const RunLog log = Drain(server.rig(), [&](const core::Sample& sample) {
+    if (sample.index != 120 && sample.index != 200) return;
+    const core::ControlOrder order = sample.index == 120 ? Order() : with_fault;
+    taken.push_back(std::async(std::launch::async, [&server, order] {
+      return server.rig().Command(kEpoch, Ordered(order));
+    }));
+  });
+  for (auto& each : taken) EXPECT_TRUE(each.get().ok());
+  EXPECT_EQ(log.events.back().kind, RigEventKind::kFinished);
+  const auto began = log.Of(RigEventKind::kControlBegan);
+  ASSERT_EQ(began.size(), 1U);
+  EXPECT_GT(began[0].index, 120);
+  const auto made_up = log.Of(RigEventKind::kCompensated);
+  ASSERT_EQ(made_up.size(), 1U);
+  EXPECT_EQ(made_up[0].component, paper::kR1);
+  EXPECT_EQ(made_up[0].value, 56.0);
+
+  core::ControlOrder impossible = Order();
+  impossible.healthy.gain = 0.0;
+  ASSERT_TRUE(server.rig().Arm(plan, kEpoch).ok());
+  ASSERT_TRUE(server.rig().Start(kEpoch).ok());
+  EXPECT_FALSE(server.rig().Command(kEpoch, Ordered(impossible)).ok());
+  server.rig().SafeStop("enough");
 }
 
 TEST(RemoteRig, LosesNothingInAStorm) {

@@ -9,44 +9,13 @@
 
 #include "core/types/plant_parameters.h"
 #include "hardware/simulated/simulated_rig.h"
+#include "tests/hardware/control_orders.h"
 #include "tests/hardware/rig_runs.h"
 #include "tests/hardware/test_bench.h"
 #include "tests/paper_bench.h"
 
 namespace faultlab::hardware {
 namespace {
-
-constexpr std::int64_t kFrom = 100;
-constexpr int kSamples = 1000;
-
-/// About the paper's bench; `gain` is of its speed, rad/s per volt.
-core::ControlOrder Order(double gain = 95.0) {
-  core::ControlOrder order;
-  order.healthy.speed = {.kept = 0.87, .gain = gain, .friction = 20.0};
-  order.healthy.gain = 2.4;
-  order.healthy.resistance_ohm = 8.4;
-  order.healthy.ke_v_per_rad_s = 0.0245;
-  order.healthy.input_max_v = 5.0;
-  order.healthy.sustained_rad_s = 1000.0;
-  order.noise_rad_s = 0.5;
-  order.delta_s = 0.0095;
-  return order;
-}
-
-RigCommand Command(const core::ControlOrder& order) {
-  RigCommand command{.kind = RigCommand::Kind::kControl};
-  command.control = order;
-  return command;
-}
-
-RunPlan Plan() {
-  RunPlan plan = SquarePlan(kSamples);
-  plan.control =
-      SpeedControlPlan{.reference = {.low_rad_s = 150.0, .high_rad_s = 170.0, .hold_s = 2.0},
-                       .options = {},
-                       .from = kFrom};
-  return plan;
-}
 
 std::unique_ptr<Rig> MakeRig() {
   SimulatedRigOptions options;
@@ -63,16 +32,16 @@ RunLog Played(Rig& rig,
   return Drain(rig, [&](const core::Sample& sample) {
     const auto order = orders.find(sample.index);
     if (order == orders.end()) return;
-    const core::Status taken = rig.Command(kEpoch, Command(order->second));
+    const core::Status taken = rig.Command(kEpoch, Ordered(order->second));
     EXPECT_TRUE(taken.ok()) << (taken.ok() ? "" : taken.error().message);
   });
 }
 
 TEST(SpeedLoop, KeepsTheSpeedFromItsOrderOnAndStaysInsideTheEnvelope) {
   const auto rig = MakeRig();
-  const RunPlan plan = Plan();
+  const RunPlan plan = ControlledPlan();
   const RunLog log = Played(*rig, plan, {{300, Order()}});
-  ASSERT_EQ(log.samples.size(), static_cast<std::size_t>(kSamples));
+  ASSERT_EQ(log.samples.size(), static_cast<std::size_t>(kControlledSamples));
   const auto began = log.Of(RigEventKind::kControlBegan);
   ASSERT_EQ(began.size(), 1U);
   EXPECT_EQ(began[0].index, 301) << "the next sample after the order";
@@ -84,7 +53,7 @@ TEST(SpeedLoop, KeepsTheSpeedFromItsOrderOnAndStaysInsideTheEnvelope) {
   const double rad_per_s = core::RadPerSecondOfRpm(bench.nominal.gear_ratio);
   for (std::size_t k = 450; k < log.samples.size(); ++k) {
     const core::Sample& sample = log.samples[k];
-    const std::size_t tick = k - static_cast<std::size_t>(kFrom);
+    const std::size_t tick = k - static_cast<std::size_t>(kControlFrom);
     EXPECT_LE(std::abs(sample.uc_v - log.samples[k - 1].uc_v),
               bench.limits.slew_v_per_s * plan.period_s + 1e-3);
     EXPECT_GE(sample.uc_v, bench.limits.uc_v_min - 1e-3);
@@ -97,8 +66,8 @@ TEST(SpeedLoop, KeepsTheSpeedFromItsOrderOnAndStaysInsideTheEnvelope) {
 TEST(SpeedLoop, GivesTheSameRunAgain) {
   const auto first = MakeRig();
   const auto second = MakeRig();
-  const RunLog one = Played(*first, Plan(), {{300, Order()}, {500, Order(80.0)}});
-  const RunLog two = Played(*second, Plan(), {{300, Order()}, {500, Order(80.0)}});
+  const RunLog one = Played(*first, ControlledPlan(), {{300, Order()}, {500, Order(80.0)}});
+  const RunLog two = Played(*second, ControlledPlan(), {{300, Order()}, {500, Order(80.0)}});
   ASSERT_EQ(one.samples.size(), two.samples.size());
   for (std::size_t k = 0; k < one.samples.size(); ++k) {
     ASSERT_EQ(one.samples[k].uc_v, two.samples[k].uc_v) << k;
@@ -108,7 +77,7 @@ TEST(SpeedLoop, GivesTheSameRunAgain) {
 
 TEST(SpeedLoop, WithoutAnOrderThePlanIsPlayed) {
   const auto rig = MakeRig();
-  const RunPlan plan = Plan();
+  const RunPlan plan = ControlledPlan();
   const RunLog log = Played(*rig, plan, {});
   EXPECT_TRUE(log.Of(RigEventKind::kControlBegan).empty());
   for (std::size_t k = 0; k < plan.uc_v.size(); ++k) {
@@ -125,8 +94,9 @@ TEST(SpeedLoop, TellsWhatItMakesUpForAndWhyItEnds) {
   const auto rig = MakeRig();
   // The rig is healthy: the speed refutes this diagnosis, and an order that repeats it says nothing
   // new.
-  const RunLog log =
-      Played(*rig, Plan(), {{200, Order()}, {400, with_fault}, {700, with_fault}, {800, Order()}});
+  const RunLog log = Played(*rig,
+                            ControlledPlan(),
+                            {{200, Order()}, {400, with_fault}, {700, with_fault}, {800, Order()}});
   const auto made_up = log.Of(RigEventKind::kCompensated);
   ASSERT_EQ(made_up.size(), 1U);
   EXPECT_EQ(made_up[0].index, 401);
@@ -141,22 +111,22 @@ TEST(SpeedLoop, TellsWhatItMakesUpForAndWhyItEnds) {
 
 TEST(SpeedLoop, RefusesWhatIsNotOfThisRunOrNoRig) {
   const auto rig = MakeRig();
-  EXPECT_FALSE(rig->Command(kEpoch, Command(Order())).ok()) << "it does not run";
+  EXPECT_FALSE(rig->Command(kEpoch, Ordered(Order())).ok()) << "it does not run";
   ASSERT_TRUE(rig->Arm(SquarePlan(50), kEpoch).ok());
   ASSERT_TRUE(rig->Start(kEpoch).ok());
-  EXPECT_EQ(rig->Command(kEpoch, Command(Order())).error().reason, "no_speed_control");
+  EXPECT_EQ(rig->Command(kEpoch, Ordered(Order())).error().reason, "no_speed_control");
   rig->SafeStop("enough");
   (void)Drain(*rig);
 
-  ASSERT_TRUE(rig->Arm(Plan(), kEpoch).ok());
+  ASSERT_TRUE(rig->Arm(ControlledPlan(), kEpoch).ok());
   ASSERT_TRUE(rig->Start(kEpoch).ok());
   for (const double gain : {0.0, -95.0, std::nan(""), HUGE_VAL}) {
-    EXPECT_FALSE(rig->Command(kEpoch, Command(Order(gain))).ok()) << gain;
+    EXPECT_FALSE(rig->Command(kEpoch, Ordered(Order(gain))).ok()) << gain;
   }
   rig->SafeStop("enough");
   (void)Drain(*rig);
 
-  RunPlan plan = Plan();
+  RunPlan plan = ControlledPlan();
   plan.control->reference.hold_s = 0.01;
   EXPECT_EQ(rig->Arm(plan, kEpoch).error().field, "control/reference/hold_s");
 }

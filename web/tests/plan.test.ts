@@ -36,6 +36,24 @@ describe("a new plan", () => {
     expect(plan.request().learn).toBeUndefined();
   });
 
+  it("keeps a speed only where the rig can, with the bench's own reference", () => {
+    both();
+    const plan = new PlanModel();
+    expect(plan.request().control).toBeUndefined();
+    plan.shape.value = "ramp";
+    plan.highSpeed.value = 180;
+    const control = plan.request().control;
+    expect(control).toEqual({
+      reference: { shape: "ramp", low_rad_s: 130, high_rad_s: 180, hold_s: 2 },
+      controller: "compensated",
+    });
+    const next = PlanModel.after({ bench: ABOUT.id, plan: { control: { ...control } } });
+    expect(next.request().control).toEqual(control);
+    plan.rig = "drv-1"; // its bench measures no speed
+    plan.shape.value = "steps";
+    expect(plan.request().control).toBeUndefined();
+  });
+
   it("asks for nothing before the bench is known, and then keeps what is chosen", () => {
     know([]);
     const plan = new PlanModel();

@@ -14,6 +14,7 @@
 #include "server/api/run/file_names.h"
 #include "server/api/run/handlers.h"
 #include "server/api/run/truth.h"
+#include "server/experiment/control_account.h"
 #include "server/experiment/plan_json.h"
 #include "server/plots/figures.h"
 #include "server/run/run_messages.h"
@@ -118,6 +119,26 @@ std::vector<ReportFault> FaultsOf(std::span<const RecordedEvent> events,
   return faults;
 }
 
+ReportControl ControlOf(const ControlAccount& account, const Recording& recording) {
+  const core::SpeedReference& reference = account.planned.wanted.reference;
+  ReportControl control{.shape = std::string(core::Name(reference.shape)),
+                        .low_rad_s = reference.low_rad_s,
+                        .high_rad_s = reference.high_rad_s,
+                        .hold_s = reference.hold_s,
+                        .from_s = account.planned.from_s,
+                        .made_up = {},
+                        .judged = {}};
+  for (const Compensation& each : account.compensations) {
+    control.made_up.push_back({each.t_s, each.component, each.value});
+  }
+  if (const auto quality = QualityOf(account, recording.samples)) {
+    control.judged = {static_cast<double>(account.judged_from) * account.period_s,
+                      quality->iae_rad,
+                      quality->steady_error_rad_s};
+  }
+  return control;
+}
+
 std::string CsvSha256(const Recording& recording, std::span<const RecordedEvent> events) {
   crypto_hash_sha256_state state;
   crypto_hash_sha256_init(&state);
@@ -177,6 +198,8 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
   report.samples = static_cast<std::int64_t>(recording.samples.size());
   report.period_s = record.period_s;
   report.excitation = ExcitationText(plan);
+  if (const auto account = AccountOf(review.value()))
+    report.control = ControlOf(*account, recording);
   report.replay_of = TextIn(plan, "recording");
   report.faults = FaultsOf(events, *report.bench, record.period_s);
   report.diagnosis = review.value().diagnosis;

@@ -8,6 +8,7 @@
 #include "core/control/closed_loop/orders.h"
 #include "core/control/compensation_check.h"
 #include "core/control/speed_controller.h"
+#include "core/control/tolerant_drive.h"
 #include "core/control/virtual_actuator.h"
 #include "core/filter/rig_parameters.h"
 #include "core/plant/sampled_model.h"
@@ -123,6 +124,45 @@ TEST(CompensationCheck, RefutesAWrongDiagnosisAndKeepsARightOne) {
   EXPECT_LT(pushes_until(healthy, faulty), 20);
   EXPECT_GE(pushes_until(faulty, wrong), 0);
   EXPECT_LT(pushes_until(faulty, wrong), 20);
+}
+
+/// Whoever sends orders over a bus may send anything that Validate takes.
+TEST(TolerantDrive, StaysInsideTheEnvelopeWhateverItIsTold) {
+  const BenchLimits limits = hardware::LoadBench("paper").value()->limits;
+  Random random(23);
+  const auto any = [&] { return std::pow(10.0, random.Uniform(-300.0, 300.0)); };
+  const auto model = [&] {
+    return DriveModel{
+        .speed = {.kept = random.Uniform(0.0, 1.0) > 0.5 ? 1.0 - 1e-16 : random.Uniform(0.0, 1.0),
+                  .gain = any(),
+                  .friction = random.Uniform(-1.0, 1.0) * any()},
+        .gain = any(),
+        .resistance_ohm = any(),
+        .ke_v_per_rad_s = any(),
+        .input_max_v = any(),
+        .sustained_rad_s = any(),
+        .lag_share = random.Uniform(0.0, 1.0)};
+  };
+  int taken = 0;
+  for (int i = 0; i < 2000; ++i) {
+    ControlOrder order{.healthy = model(), .noise_rad_s = any(), .delta_s = any()};
+    order.alarmed = random.Uniform(0.0, 1.0) > 0.5;
+    order.believed = BelievedFault{{}, any(), model()};
+    if (!Validate(order).ok()) continue;
+    ++taken;
+    TolerantDrive drive(limits, order, kPeriodS, {}, 2.5);
+    double before_v = 2.5;
+    for (int k = 0; k < 20; ++k) {
+      if (k == 10) drive.Heard(order);
+      const double reading = k % 5 == 0 ? std::nan("") : random.Uniform(-1.0, 1.0) * any();
+      const double input_v = drive.Tick(150.0, reading);
+      ASSERT_GE(input_v, limits.uc_v_min) << i;
+      ASSERT_LE(input_v, limits.uc_v_max) << i;
+      ASSERT_LE(std::abs(input_v - before_v), limits.slew_v_per_s * kPeriodS * (1.0 + 1e-9)) << i;
+      before_v = input_v;
+    }
+  }
+  EXPECT_GT(taken, 1000);
 }
 
 TEST(SpeedController, DoesNotWindUpWhileTheDriveIsAtItsEnd) {

@@ -59,6 +59,16 @@ TEST_F(ControlApiTest, ARunKeepsItsSpeedAlthoughAPartFails) {
   EXPECT_EQ(corners.front().to_number<double>(), 5.5);
   EXPECT_EQ(corners.back().to_number<double>(), 16.0);
   EXPECT_TRUE(ControlOf(id, "").at("without").is_null());
+
+  const json::object figure =
+      Ok(Call({}, "GET", "runs/{id}/figures/{figure}", "runs/" + id + "/figures/signals"));
+  bool drawn = false;
+  for (const json::value& panel : figure.at("panels").as_array()) {
+    for (const json::value& series : panel.at("series").as_array()) {
+      drawn = drawn || series.at("name") == "reference";
+    }
+  }
+  EXPECT_TRUE(drawn) << "the speed that it was to have";
 }
 
 /// "Without" is the run itself, as long as nothing has been compensated.

@@ -159,6 +159,26 @@ TEST(Report, OfABenchWithoutAVoltageSaysHowItsMotorAnswers) {
               HasSubstr(Squeezed("Pojačanje 72,61 ± 0,14 rpm/V, pre toga 58,2 ± 1,3 rpm/V")));
 }
 
+TEST(Report, TellsHowASpeedWasKept) {
+  RunReport report = Sample();
+  report.control = ReportControl{.shape = "steps",
+                                 .low_rad_s = 150.0,
+                                 .high_rad_s = 170.0,
+                                 .hold_s = 2.0,
+                                 .from_s = 5.5,
+                                 .made_up = {{9.27, Part("R1"), 56.1}},
+                                 .judged = ReportControl::Judged{9.0, 5.424, 0.0861}};
+  const std::string text = PdfReader(Pdf(report)).Text();
+  for (const char* said : {"steps between 150 and 170 rad/s, each held for 2 s, from 5.5 s on",
+                           "R1 = 56.10 Ω since 9.27 s",
+                           "integral 5.42 rad, steady 0.0861 rad/s, from 9.00 s on"}) {
+    EXPECT_THAT(text, HasSubstr(Squeezed(said)));
+  }
+  report.control->judged.reset();
+  EXPECT_THAT(PdfReader(Pdf(report, Language::kSerbian)).Text(),
+              HasSubstr(Squeezed("brzina nije održavana")));
+}
+
 TEST(Report, TellsEachChangeOfAFaultAndTheOnesBefore) {
   RunReport report = Sample();
   core::Verdict& verdict = report.diagnosis.verdict;

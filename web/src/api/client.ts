@@ -10,6 +10,7 @@ import type {
   Recording,
   Rig,
   Run,
+  RunControl,
   RunRequest,
   Schemas,
 } from "./types";
@@ -217,6 +218,8 @@ export const api = {
   streamToken: (run: string) =>
     send<{ code: string; expires_in_s: number }>("POST", `/runs/${id(run)}/stream-token`),
   diagnosis: (run: string) => get<Diagnosis>(`/runs/${id(run)}/diagnosis`),
+  control: (run: string, without: boolean) =>
+    get<RunControl>(`/runs/${id(run)}/control${without ? "?without=include" : ""}`),
   figure: <T>(run: string, figure: string) => get<T>(`/runs/${id(run)}/figures/${figure}`),
   /** The binary frames of a recorded run, each preceded by its length (see stream/frame). */
   frames: (run: string, from = 0, signal?: AbortSignal) =>

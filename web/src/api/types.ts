@@ -22,6 +22,12 @@ export type Excitation = Schemas["Excitation"];
 export type RunRequest = Schemas["RunRequest"];
 export type RunPlan = Schemas["Plan"];
 
+export type SpeedControl = Schemas["SpeedControl"];
+export type ReferenceShape = NonNullable<Schemas["SpeedReference"]["shape"]>;
+export type Controller = NonNullable<SpeedControl["controller"]>;
+export type RunControl = Schemas["RunControl"];
+export type ControlQuality = Schemas["ControlQuality"];
+
 export type Run = Schemas["Run"];
 export type RunState = Run["state"];
 export type RunEvent = Omit<Schemas["Event"], "type">;

@@ -9,7 +9,16 @@ export interface TraceStyle {
 }
 
 export interface Marker {
-  kind: "fault" | "detected" | "isolated" | "planned" | "cursorA" | "cursorB" | "trip" | "stopped";
+  kind:
+    | "fault"
+    | "detected"
+    | "isolated"
+    | "compensated"
+    | "planned"
+    | "cursorA"
+    | "cursorB"
+    | "trip"
+    | "stopped";
   timeS: number;
   label: string;
 }
@@ -20,6 +29,12 @@ export interface Segment {
   from: number;
   toS: number;
   to: number;
+}
+
+/** A line that is no trace: what a signal should be, or would have been. */
+export interface Curve extends TraceStyle {
+  timesS: ArrayLike<number>;
+  values: ArrayLike<number>;
 }
 
 /** The decoration behind and over the traces. */
@@ -41,6 +56,8 @@ export interface Decoration {
   lens?: [number, number] | null;
   /** Lines fitted to the traces. */
   fits?: Segment[];
+  /** Lines behind the traces. */
+  curves?: Curve[];
 }
 
 export interface ChartColors {

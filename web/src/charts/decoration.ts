@@ -1,4 +1,4 @@
-import type { ChartColors, Decoration, Marker, Segment } from "./chart_port";
+import type { ChartColors, Curve, Decoration, Marker, Segment } from "./chart_port";
 import { colorOf } from "./marker_colors";
 
 /** Position of a chart's plotting area on the canvas, in device pixels. */
@@ -23,6 +23,7 @@ const SYMBOL: Record<Marker["kind"], string> = {
   planned: "▽",
   detected: "◆",
   isolated: "●",
+  compensated: "✚",
   trip: "✖",
   stopped: "■",
   cursorA: "A",
@@ -33,6 +34,7 @@ const DASH: Record<Marker["kind"], number[]> = {
   planned: [2, 4],
   detected: [5, 3],
   isolated: [1, 3],
+  compensated: [6, 2],
   trip: [],
   stopped: [],
   cursorA: [],
@@ -64,7 +66,33 @@ export function drawBehind(
     const y = Math.round(area.y(level)) + 0.5;
     line(context, area.left, y, area.left + area.width, y);
   }
+  for (const curve of decoration.curves ?? []) drawCurve(context, area, curve);
   context.restore();
+}
+
+function drawCurve(context: Context, area: Area, curve: Curve): void {
+  const { timesS, values } = curve;
+  context.strokeStyle = curve.color;
+  context.lineWidth = area.ratio;
+  context.setLineDash((curve.dash ?? []).map((length) => length * area.ratio));
+  context.beginPath();
+  let drawing = false;
+  for (let at = 0; at < timesS.length; at++) {
+    const value = values[at] as number;
+    // One corner beyond each edge, so that the line reaches it.
+    const next = area.x(timesS[at + 1] ?? (timesS[at] as number));
+    const before = area.x(timesS[at - 1] ?? (timesS[at] as number));
+    const away = next < area.left || before > area.left + area.width;
+    if (away || !Number.isFinite(value)) {
+      drawing = false;
+      continue;
+    }
+    const x = area.x(timesS[at] as number);
+    if (drawing) context.lineTo(x, area.y(value));
+    else context.moveTo(x, area.y(value));
+    drawing = true;
+  }
+  context.stroke();
 }
 
 /**

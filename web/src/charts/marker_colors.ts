@@ -10,6 +10,7 @@ export function colorOf(kind: Marker["kind"], colors: MarkerColors): string {
       return colors.fault;
     case "detected":
     case "isolated":
+    case "compensated":
       return colors.detect;
     default:
       return colors.text;

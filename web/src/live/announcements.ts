@@ -48,6 +48,10 @@ export function announcementOf(
     }
     case "returned":
       return t("say_returned", { time });
+    case "compensated":
+      return t("say_compensated", { component, value, time });
+    case "compensation_ended":
+      return t("say_compensation_ended", { component, reason: eventWords(event) });
     case "trip":
       return t("say_trip", { reason: eventWords(event) });
     default:

@@ -6,6 +6,7 @@ import type { Viewport } from "../charts/viewport.svelte";
 import { t } from "../i18n/i18n.svelte";
 import { announcer } from "../shell/announcer.svelte";
 import type { Slide } from "../stream/slide";
+import { ControlAccount } from "./control_account.svelte";
 import { type CursorName, Cursors } from "./cursors.svelte";
 import { type Change, changeTimes, type Story } from "./episodes";
 import { type EstimatorShape, type Family, primaryOf } from "./estimators";
@@ -38,6 +39,8 @@ export class ChartDesk {
   /** Run time under the pointer. */
   hover = $state<number | null>(null);
   readonly cursors: Cursors;
+  /** Of a run under speed control. */
+  readonly control: ControlAccount;
   readonly lens: Lens;
   /** The chart that the pointer is on or was last on. */
   pointed: HTMLElement | null = null;
@@ -64,6 +67,7 @@ export class ChartDesk {
     readonly loop: RenderLoop,
   ) {
     this.cursors = new Cursors(slide);
+    this.control = new ControlAccount(model.id);
     this.lens = new Lens(view, slide);
   }
 
@@ -263,6 +267,9 @@ export class ChartDesk {
         markers.push({ kind: "isolated", timeS, label: t("mark_isolated") });
       } else if (event.kind === "returned") {
         markers.push({ kind: "isolated", timeS, label: t("mark_returned") });
+      } else if (event.kind === "compensated" || event.kind === "compensation_ended") {
+        const key = event.kind === "compensated" ? "event_compensated" : "event_compensation_ended";
+        markers.push({ kind: "compensated", timeS, label: t(key) });
       } else if (event.kind === "trip") {
         markers.push({ kind: "trip", timeS, label: t("mark_trip") });
       } else if (event.kind === "stopped") {

@@ -1,4 +1,15 @@
-import type { Component, Excitation, Fault, FaultKind, Rig, Run, RunRequest } from "../api/types";
+import type {
+  Component,
+  Controller,
+  Excitation,
+  Fault,
+  FaultKind,
+  ReferenceShape,
+  Rig,
+  Run,
+  RunRequest,
+  SpeedControl,
+} from "../api/types";
 import type { Bench } from "../plant/bench";
 import { type ExcitationKind, kindOf, levelsOf } from "../plant/excitation";
 import { benches } from "../shell/benches.svelte";
@@ -76,6 +87,12 @@ export class PlanModel {
   readonly fromHz = this.choice((first) => first.fromHz, 0);
   readonly toHz = this.choice((first) => first.toHz, 0);
   readonly lines = this.choice(() => 20, 20);
+  /** How the speed is to go; empty: no speed control. */
+  readonly shape = this.choice<ReferenceShape | "">(() => "", "");
+  readonly controller = this.choice<Controller>(() => "compensated", "compensated");
+  readonly lowSpeed = this.usualControl("low_rad_s");
+  readonly highSpeed = this.usualControl("high_rad_s");
+  readonly holdS = this.usualControl("hold_s");
   /** Id of a saved fault set; the sliders are not used then. */
   readonly faultSet = this.choice(() => "", "");
 
@@ -93,6 +110,14 @@ export class PlanModel {
       plan.atS.value = fault.at_s ?? 0;
       plan.kind.value = fault.kind ?? "abrupt";
       if (fault.until_s) plan.untilS.value = fault.until_s;
+    }
+    const { reference, controller } = run?.plan.control ?? {};
+    if (reference) {
+      plan.shape.value = reference.shape ?? "steps";
+      if (controller) plan.controller.value = controller;
+      if (reference.low_rad_s) plan.lowSpeed.value = reference.low_rad_s;
+      if (reference.high_rad_s) plan.highSpeed.value = reference.high_rad_s;
+      if (reference.hold_s) plan.holdS.value = reference.hold_s;
     }
     return plan;
   }
@@ -154,10 +179,17 @@ export class PlanModel {
     return !this.faultSet.value && this.faulty.length > 0 && this.atS.value < this.learningS;
   }
 
+  /** What the rig of this plan can be asked to keep; null: it controls no speed. */
+  get speedRange(): { reachable_rad_s: number } | null {
+    return this.target?.capabilities.controls_speed ? (this.bench?.about.control ?? null) : null;
+  }
+
   request(): RunRequest {
+    const control = this.controlRequest();
     return {
       ...(this.rig ? { rig: this.rig } : { bench: this.bench?.id }),
       excitation: this.excitationRequest(),
+      ...(control ? { control } : {}),
       duration_s: this.durationS.value,
       ...(this.faultSet.value
         ? { fault_set: Number(this.faultSet.value) }
@@ -173,6 +205,28 @@ export class PlanModel {
     const named = rigs.find(this.rig);
     if (named) return benches.find(named.bench);
     return this.benchId === null ? benches.first : benches.find(this.benchId);
+  }
+
+  private usualControl(name: "low_rad_s" | "high_rad_s" | "hold_s"): Choice<number> {
+    return new Choice(
+      () => this.bench,
+      (bench) => bench.about.control?.[name] ?? 0,
+      0,
+    );
+  }
+
+  private controlRequest(): SpeedControl | null {
+    const shape = this.shape.value;
+    if (!shape || !this.speedRange) return null;
+    return {
+      reference: {
+        shape,
+        low_rad_s: this.lowSpeed.value,
+        high_rad_s: this.highSpeed.value,
+        hold_s: this.holdS.value,
+      },
+      controller: this.controller.value,
+    };
   }
 
   private choice<T>(own: (first: ReturnType<typeof firstOn>) => T, none: T): Choice<T> {

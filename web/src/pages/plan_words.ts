@@ -12,9 +12,8 @@ export function planWords(plan: RunPlan | undefined, bench: Bench | undefined): 
     ({ component, value, at_s }) =>
       `${bench?.change(component, value) ?? component} @ ${significant(at_s ?? 0, 6)} s`,
   );
-  return [kindWords(plan.excitation ?? {}), ...(faults.length > 0 ? faults : [t("no_fault")])].join(
-    ", ",
-  );
+  const what = plan.control ? t("speed_control") : kindWords(plan.excitation ?? {});
+  return [what, ...(faults.length > 0 ? faults : [t("no_fault")])].join(", ");
 }
 
 /** "PRBS" */

@@ -1,0 +1,121 @@
+#include "server/experiment/control_account.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/control/closed_loop/control_replay.h"
+#include "server/experiment/plan_json.h"
+#include "server/experiment/rig_changes.h"
+#include "server/run/run_messages.h"
+
+namespace faultlab::server {
+namespace {
+
+using hardware::RigEvent;
+using hardware::RigEventKind;
+
+constexpr double kRunInS = 4.5;
+
+/// What the rig's events say of the drive.
+void Follow(std::span<const RecordedEvent> events,
+            const core::Bench& bench,
+            ControlAccount& account) {
+  const auto ends = [&](const RigEvent& event) {
+    if (account.compensations.empty() || account.compensations.back().until_s) return;
+    account.compensations.back().until_s = static_cast<double>(event.index) * account.period_s;
+  };
+  for (const RecordedEvent& recorded : events) {
+    const auto event = ToRigEvent(recorded, bench);
+    if (!event) continue;
+    if (event->kind == RigEventKind::kControlBegan && !account.began) {
+      account.began = static_cast<std::size_t>(event->index);
+    } else if (event->kind == RigEventKind::kCompensationEnded) {
+      ends(*event);
+      if (!account.compensations.empty()) account.compensations.back().ended = event->text;
+    } else if (event->kind == RigEventKind::kCompensated) {
+      ends(*event);
+      account.compensations.push_back({.t_s = static_cast<double>(event->index) * account.period_s,
+                                       .component = event->component,
+                                       .value = event->value,
+                                       .until_s = {},
+                                       .ended = {}});
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<ControlAccount> AccountOf(const Review& review) {
+  const core::DiagnosisOptions& options = review.recording.options;
+  const std::vector<core::Sample>& samples = review.recording.samples;
+  auto planned = ControlOfPlan(review.recording.record.plan_json, *options.bench, options.period_s);
+  if (!planned) return std::nullopt;
+  ControlAccount account{.planned = *std::move(planned), .period_s = options.period_s};
+  account.rad_per_s = core::RadPerSecondOfRpm(options.bench->nominal.gear_ratio);
+  account.size = samples.empty() ? 0 : static_cast<std::size_t>(samples.back().index + 1);
+  Follow(review.events, *options.bench, account);
+  const auto sample_at = [&](double t_s) {
+    return static_cast<std::size_t>(std::lround(std::max(t_s, 0.0) / options.period_s));
+  };
+  account.reference_from = sample_at(account.planned.from_s);
+  const core::ReferencePlayer player(account.planned.wanted.reference, options.period_s);
+  account.reference_rad_s.assign(account.size, std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t k = account.reference_from; k < account.size; ++k) {
+    account.reference_rad_s[k] = player.At(k - account.reference_from);
+  }
+  const std::vector<RigChange> changes = ChangesOf(review.events, *options.bench, options.period_s);
+  const double from_s = changes.empty() ? account.planned.from_s + kRunInS : changes.front().t_s;
+  account.judged_from =
+      std::max({sample_at(from_s), account.reference_from, account.began.value_or(0)});
+  return account;
+}
+
+std::optional<core::ControlQuality> QualityOf(const ControlAccount& account,
+                                              std::span<const core::Sample> samples) {
+  if (!account.began || account.judged_from >= account.size) return std::nullopt;
+  std::vector<double> speed_rad_s(account.size, std::numeric_limits<double>::quiet_NaN());
+  for (const core::Sample& sample : samples) {
+    const auto index = static_cast<std::size_t>(sample.index);
+    if (index < speed_rad_s.size()) speed_rad_s[index] = sample.n_rpm * account.rad_per_s;
+  }
+  return core::QualityOf(account.planned.wanted.reference,
+                         {.reference_rad_s = account.reference_rad_s,
+                          .speed_rad_s = speed_rad_s,
+                          .control_from = account.reference_from,
+                          .from = account.judged_from,
+                          .period_s = account.period_s});
+}
+
+std::optional<std::vector<core::Sample>> WithoutDiagnosis(const ControlAccount& account,
+                                                          const Review& review) {
+  const Recording& recording = review.recording;
+  const std::string& plan = recording.record.plan_json;
+  const core::Bench& bench = *recording.options.bench;
+  const core::BenchProfile* profile = bench.FindProfile(account.planned.profile);
+  const auto& calibration = review.diagnosis.calibration;
+  const auto seed = SeedOfPlan(plan);
+  const bool whole = account.size == recording.samples.size();
+  if (profile == nullptr || !calibration || !seed || !whole || HidesFaults(plan) ||
+      !account.began || *account.began == 0 || *account.began < account.reference_from) {
+    return std::nullopt;
+  }
+  core::ControlledRecord record;
+  record.bench = &bench;
+  record.profile = profile;
+  std::vector<double> uc_v;
+  for (const core::Sample& sample : recording.samples) uc_v.push_back(sample.uc_v);
+  record.uc_v = uc_v;
+  record.began = *account.began;
+  record.reference_from = account.reference_from;
+  record.reference = account.planned.wanted.reference;
+  record.faults =
+      FaultsToShow(ChangesOf(review.events, bench, account.period_s), FaultsOfPlan(plan, bench));
+  record.calibration = *calibration;
+  record.period_s = account.period_s;
+  record.seed = *seed;
+  return core::WithoutCompensation(record);
+}
+
+}  // namespace faultlab::server
