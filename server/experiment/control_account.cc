@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/control/closed_loop/control_replay.h"
+#include "core/control/closed_loop/orders.h"
 #include "server/experiment/plan_json.h"
 #include "server/experiment/rig_changes.h"
 #include "server/run/run_messages.h"
@@ -59,6 +60,12 @@ std::optional<ControlAccount> AccountOf(const Review& review) {
   const auto sample_at = [&](double t_s) {
     return static_cast<std::size_t>(std::lround(std::max(t_s, 0.0) / options.period_s));
   };
+  if (const auto& calibration = review.diagnosis.calibration) {
+    const core::ControlOrder order =
+        core::OrderOf(*options.bench, *calibration, review.diagnosis.verdict, options.period_s);
+    account.reachable_rad_s =
+        (order.believed ? order.believed->rig : order.healthy).reachable_rad_s();
+  }
   account.reference_from = sample_at(account.planned.from_s);
   const core::ReferencePlayer player(account.planned.wanted.reference, options.period_s);
   account.reference_rad_s.assign(account.size, std::numeric_limits<double>::quiet_NaN());

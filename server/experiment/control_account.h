@@ -32,6 +32,8 @@ struct ControlAccount {
   std::vector<double> reference_rad_s{};  ///< of each sample; NaN before it begins
   double rad_per_s = 1.0;                 ///< of the motor shaft, for 1 rpm of n
   std::vector<Compensation> compensations{};
+  /// The highest speed that the rig, as the diagnosis has it, settles at; nothing: not learnt.
+  std::optional<double> reachable_rad_s{};
 };
 
 /// Nothing of a run that was played without speed control.

@@ -30,7 +30,7 @@ describe("speed control", { timeout: SUITE_MS }, () => {
     await form.getByLabel("Speed control").selectOption("steps");
     assert.equal(await form.getByLabel("Low speed, rad/s").inputValue(), "150");
     await form.getByLabel("High speed, rad/s").fill("5000");
-    await form.getByText(/at most \d{3}/).waitFor();
+    await form.locator("input:invalid").waitFor();
     await form.getByLabel("High speed, rad/s").fill("175");
     await page.locator("#set-R1").focus();
     await page.keyboard.press("3"); // 56 ohm
@@ -38,7 +38,7 @@ describe("speed control", { timeout: SUITE_MS }, () => {
     await form.getByRole("button", { name: "Run this experiment" }).click();
     await page.waitForURL(/\/lab\/.+/);
 
-    const card = page.locator(".card", { hasText: "Speed control" }).first();
+    const card = page.locator(".right .card", { hasText: "Speed control" });
     await card.getByText(/it keeps its speed|has kept its speed/).waitFor();
     await waitForReview(page);
     await card.getByText(/The rig has kept its speed since 5\.5\d s\./).waitFor();

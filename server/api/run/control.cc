@@ -89,9 +89,14 @@ core::Result<HttpResponse> GetControl(RunApi& api, const ApiRequest& request) {
                    {"controller", core::Name(account->planned.wanted.options.kind)},
                    {"reference", ReferenceToJson(*account, review.value().recording)},
                    {"compensations", CompensationsToJson(*account)},
+                   {"reachable_rad_s", OrNull(account->reachable_rad_s)},
+                   {"accommodated", nullptr},
                    {"quality", QualityToJson(*account, review.value().recording.samples)},
                    {"without", nullptr}};
   if (account->began) out["began_s"] = static_cast<double>(*account->began) * account->period_s;
+  if (account->reachable_rad_s) {
+    out["accommodated"] = account->planned.wanted.reference.highest() <= *account->reachable_rad_s;
+  }
   const bool ended = request.run.state != RunState::kRunning;
   if (without.value() && ended) out["without"] = WithoutToJson(*account, review.value());
   return JsonResponse(out);

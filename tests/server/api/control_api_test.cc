@@ -46,6 +46,7 @@ TEST_F(ControlApiTest, ARunKeepsItsSpeedAlthoughAPartFails) {
   EXPECT_NEAR(made_up[0].at("value").to_number<double>(), 56.0, 0.5);
   EXPECT_LT(made_up[0].at("t_s").to_number<double>(), 10.0);
   EXPECT_TRUE(made_up[0].at("until_s").is_null());
+  EXPECT_EQ(control.at("accommodated"), true);
 
   const json::object& without = control.at("without").as_object();
   const double with_iae = control.at("quality").at("iae_rad").to_number<double>();
@@ -69,6 +70,14 @@ TEST_F(ControlApiTest, ARunKeepsItsSpeedAlthoughAPartFails) {
     }
   }
   EXPECT_TRUE(drawn) << "the speed that it was to have";
+}
+
+TEST_F(ControlApiTest, WhatCannotBeMadeUpForIsSaidWithTheSpeedThatCanBeReached) {
+  const std::string id =
+      Played(R"("control":{},"faults":[{"component":"R12","value":2000,"at_s":9}])");
+  const json::object control = ControlOf(id);
+  EXPECT_EQ(control.at("accommodated"), false);
+  EXPECT_NEAR(control.at("reachable_rad_s").to_number<double>(), 149.0, 6.0);
 }
 
 /// "Without" is the run itself, as long as nothing has been compensated.

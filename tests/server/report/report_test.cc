@@ -170,7 +170,7 @@ TEST(Report, TellsHowASpeedWasKept) {
                                  .judged = ReportControl::Judged{9.0, 5.424, 0.0861}};
   const std::string text = PdfReader(Pdf(report)).Text();
   for (const char* said : {"steps between 150 and 170 rad/s, each held for 2 s, from 5.5 s on",
-                           "R1 = 56.10 Ω since 9.27 s",
+                           "R1 = 56.1 Ω since 9.27 s",
                            "integral 5.42 rad, steady 0.0861 rad/s, from 9.00 s on"}) {
     EXPECT_THAT(text, HasSubstr(Squeezed(said)));
   }

@@ -8,9 +8,9 @@ export class ControlAccount {
 
   constructor(private readonly run: string) {}
 
-  /** At the beginning the reference alone, at the end all there is. */
-  async load(ended: boolean): Promise<void> {
-    const wanted = ended ? "all" : "reference";
+  /** Again with each piece of `news`; at the end with the run beside it. */
+  async load(ended: boolean, news: number): Promise<void> {
+    const wanted = ended ? "all" : `${news}`;
     if (this.asked === wanted) return;
     this.asked = wanted;
     try {
