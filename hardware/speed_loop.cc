@@ -13,6 +13,12 @@ namespace {
 constexpr double kNewsShare = 0.05;
 constexpr double kDitherMaxV = 1.0;
 
+bool AreSame(const std::optional<core::BelievedFault>& a,
+             const std::optional<core::BelievedFault>& b) {
+  if (!a || !b) return a.has_value() == b.has_value();
+  return a->component == b->component && std::abs(a->value - b->value) < kNewsShare * b->value;
+}
+
 }  // namespace
 
 SpeedLoop::SpeedLoop(RigDescription description, RigLimits limits)
@@ -47,6 +53,7 @@ void SpeedLoop::Begin(const RunPlan& plan) {
   order_is_new_ = false;
   drive_.reset();
   told_.reset();
+  refuted_.reset();
   newest_ = {};
   reference_.reset();
   if (plan_) reference_.emplace(plan_->reference, period_s_);
@@ -75,20 +82,26 @@ double SpeedLoop::Input(std::int64_t index, double planned_v, std::vector<RigMes
   return input_v;
 }
 
-/// What has changed in what is compensated.
+/// What has changed in what is compensated. A value that is refined is no news.
 void SpeedLoop::Tell(std::int64_t index, std::vector<RigMessage>& out) {
+  const auto tell = [&](RigEventKind kind, const core::BelievedFault& of, const char* why) {
+    out.emplace_back(RigEvent{
+        .kind = kind, .index = index, .component = of.component, .value = of.value, .text = why});
+  };
   const std::optional<core::BelievedFault>& now = drive_->believed();
-  // A value that is refined is no news.
-  const bool same = now.has_value() == told_.has_value() &&
-                    (!now || (now->component == told_->component &&
-                              std::abs(now->value - told_->value) < kNewsShare * told_->value));
-  if (same) return;
-  const RigEventKind kind = now ? RigEventKind::kCompensated : RigEventKind::kCompensationEnded;
-  const core::BelievedFault& of = now ? *now : *told_;
-  const char* why = now ? "" : drive_->gave_up() ? "the speed refutes the diagnosis" : "withdrawn";
-  out.emplace_back(RigEvent{
-      .kind = kind, .index = index, .component = of.component, .value = of.value, .text = why});
+  const std::optional<core::BelievedFault>& refuted = drive_->refuted();
+  if (now && !AreSame(now, told_)) {
+    tell(RigEventKind::kCompensated, *now, "");
+  } else if (!now && drive_->gave_up() && !AreSame(refuted, refuted_)) {
+    // Also of one that was never made up for: what was read since the alarm refutes it.
+    tell(RigEventKind::kCompensationEnded, *refuted, "the speed refutes the diagnosis");
+  } else if (!now && told_) {
+    tell(RigEventKind::kCompensationEnded, *told_, "withdrawn");
+  } else {
+    return;
+  }
   told_ = now;
+  refuted_ = refuted;
 }
 
 }  // namespace faultlab::hardware

@@ -41,7 +41,8 @@ class SpeedLoop {
   bool order_is_new_ = false;
   std::optional<core::TolerantDrive> drive_;
   core::Sample newest_;
-  std::optional<core::BelievedFault> told_;  ///< the compensation that was told last
+  std::optional<core::BelievedFault> told_;     ///< the compensation that was told last
+  std::optional<core::BelievedFault> refuted_;  ///< the refuted diagnosis that was told last
 };
 
 }  // namespace faultlab::hardware

@@ -289,8 +289,8 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
     calibration.thresholds = check->thresholds;
     calibration.checks.push_back(CheckOf(*check));
   }
-  const std::string visible =
-      VisibleChanges(stretch, RigAt(stretch, base, best.point), noise, calibration.thresholds);
+  const std::string visible = TextOf(
+      VisibleChanges(stretch, RigAt(stretch, base, best.point), noise, calibration.thresholds));
   if (!visible.empty())
     calibration.checks.push_back(
         {"visible", "an alarm follows a change of " + visible, 0.0, 0.0, true});

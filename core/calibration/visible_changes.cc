@@ -60,10 +60,10 @@ double SmallestChange(const std::vector<double>& sums, const Window& window) {
 
 }  // namespace
 
-std::string VisibleChanges(const HealthyStretch& stretch,
-                           const RigParameters& rig,
-                           const NoiseLevel& noise,
-                           const DetectionThresholds& thresholds) {
+std::vector<VisibleChange> VisibleChanges(const HealthyStretch& stretch,
+                                          const RigParameters& rig,
+                                          const NoiseLevel& noise,
+                                          const DetectionThresholds& thresholds) {
   const double period_s = stretch.period_s;
   // A sum that forgets over n samples weighs as much as a window of 2 n.
   const std::array<Window, 3> windows = {
@@ -72,7 +72,7 @@ std::string VisibleChanges(const HealthyStretch& stretch,
        {2 * SpanOf(Detector::kSlow, period_s), thresholds.glr_slow}}};
   InnovationTrace base;
   RunInnovations(MakePredictionModel(rig, noise, period_s), stretch.samples, &base);
-  std::string told;
+  std::vector<VisibleChange> told;
   std::array<bool, kCoordinateMax> done{};
   for (const ComponentInfo& part : stretch.bench->parts) {
     const int coordinate = CoordinateOf(part, rig.plant);
@@ -89,22 +89,43 @@ std::string VisibleChanges(const HealthyStretch& stretch,
     for (const Window& window : windows) least = std::min(least, SmallestChange(sums, window));
     if (!std::isfinite(least)) continue;
     const bool gain = coordinate == static_cast<int>(Coordinate::kGain);
+    told.push_back(
+        {gain ? "k" : part.symbol,
+         least <= kLargest ? std::expm1(least) : std::numeric_limits<double>::infinity()});
+  }
+  return told;
+}
+
+std::string TextOf(std::span<const VisibleChange> changes) {
+  std::string told;
+  for (const VisibleChange& change : changes) {
     std::array<char, 64> text{};
-    if (least <= kLargest) {
-      std::snprintf(text.data(),
-                    text.size(),
-                    "%s from %.2g %%",
-                    gain ? "k" : part.symbol.c_str(),
-                    100.0 * std::expm1(least));
+    if (std::isfinite(change.share)) {
+      std::snprintf(
+          text.data(), text.size(), "%s from %.2g %%", change.symbol.c_str(), 100.0 * change.share);
     } else {
-      std::snprintf(text.data(),
-                    text.size(),
-                    "%s only when it more than doubles",
-                    gain ? "k" : part.symbol.c_str());
+      std::snprintf(
+          text.data(), text.size(), "%s only when it more than doubles", change.symbol.c_str());
     }
     told += (told.empty() ? "" : ", ") + std::string(text.data());
   }
   return told;
+}
+
+std::vector<VisibleChange> VisibleUnder(const Bench& bench,
+                                        const Calibration& calibration,
+                                        std::span<const Sample> samples,
+                                        Channels channels,
+                                        double um_rail_v) {
+  const std::vector<Observation> observations = MakeObservations(
+      samples, bench.readings(), channels, calibration.period_s, um_rail_v, ZerosOf(calibration));
+  HealthyStretch stretch;
+  stretch.bench = &bench;
+  stretch.period_s = calibration.period_s;
+  stretch.samples = observations;
+  stretch.mask = calibration.mask();
+  return VisibleChanges(
+      stretch, ParametersOf(calibration), NoiseOf(calibration), calibration.thresholds);
 }
 
 }  // namespace faultlab::core

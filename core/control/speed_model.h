@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 namespace faultlab::core {
 
 /// One-state model of the speed of a rig, rad/s of the motor shaft, sampled once a period:
@@ -17,6 +19,8 @@ struct SpeedModel {
   double InputFor(double w_rad_s, double next_rad_s) const {
     return ((next_rad_s - kept * w_rad_s) / (1.0 - kept) + friction) / gain;
   }
+  /// Standard deviation of the speed under an input that is two ticks up and two down by 1 V.
+  double RipplePerVolt() const { return gain * (1.0 - kept) / std::sqrt(1.0 + kept * kept); }
   /// Where it settles.
   double Settled(double u_v) const { return gain * u_v - friction; }
 };

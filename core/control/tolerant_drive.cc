@@ -15,6 +15,8 @@ constexpr double kRobustFaster = 0.35;
 constexpr double kSameShare = 0.2;
 // Of the peak current that the motor stands, for what the model of it lacks.
 constexpr double kPeakShare = 0.9;
+// Of a fault that makes the amplifier's lag a larger share, one state tells too little beforehand.
+constexpr double kTriedLagShare = 0.2;
 
 SpeedController ControllerOf(const SpeedModel& plant, double period_s, ControlKind kind) {
   return {plant, period_s, kind == ControlKind::kRobust ? kRobustFaster : kFaster};
@@ -80,6 +82,7 @@ double TolerantDrive::Tick(double reference_rad_s, double speed_rad_s) {
     refuted_ = believed_;
     Believe(std::nullopt);
   }
+  if (alarmed_) Remember(speed_rad_s, mean_u_v);
   const double v =
       controller_.Step(std::min(reference_rad_s, known().sustained_rad_s), speed_rad_s_);
   const double wanted = actuator_.RigInput(v, speed_rad_s_);
@@ -95,8 +98,30 @@ double TolerantDrive::Tick(double reference_rad_s, double speed_rad_s) {
 
 void TolerantDrive::Heard(const ControlOrder& order) {
   if (options_.kind != ControlKind::kCompensated) return;
+  if (!order.alarmed) read_ = 0;
+  alarmed_ = order.alarmed;
   Believe(order.believed && !Refuted(*order.believed) ? order.believed : std::nullopt);
   dithering_ = order.alarmed && !compensates() && !(order.named && gave_up());
+}
+
+void TolerantDrive::Remember(double speed_rad_s, double mean_u_v) {
+  since_alarm_[read_++ % kTrialTicks] = {speed_rad_s, mean_u_v};
+}
+
+std::optional<CompensationCheck> TolerantDrive::Tried(const BelievedFault& fault) const {
+  const std::size_t first = read_ > kTrialTicks ? read_ - kTrialTicks : 0;
+  const bool tries = read_ > first && fault.rig.lag_share <= kTriedLagShare;
+  const double from_rad_s = tries ? since_alarm_[first % kTrialTicks].speed_rad_s : speed_rad_s_;
+  CompensationCheck check(healthy_.speed,
+                          fault.rig.speed,
+                          std::isfinite(from_rad_s) ? from_rad_s : speed_rad_s_,
+                          noise_rad_s_,
+                          fault.rig.lag_share);
+  for (std::size_t k = first + 1; tries && k < read_; ++k) {
+    const Reading& reading = since_alarm_[k % kTrialTicks];
+    if (check.Push(reading.speed_rad_s, reading.mean_u_v)) return std::nullopt;
+  }
+  return check;
 }
 
 bool TolerantDrive::Refuted(const BelievedFault& fault) const {
@@ -105,15 +130,14 @@ bool TolerantDrive::Refuted(const BelievedFault& fault) const {
 }
 
 void TolerantDrive::Believe(const std::optional<BelievedFault>& fault) {
-  believed_ = fault;
   check_.reset();
-  std::optional<SpeedModel> faulty;
+  believed_.reset();
   if (fault) {
-    faulty = fault->rig.speed;
-    check_.emplace(healthy_.speed, *faulty, speed_rad_s_, noise_rad_s_, fault->rig.lag_share);
+    check_ = Tried(*fault);
+    (check_ ? believed_ : refuted_) = fault;
   }
   // Bumpless: the controller goes on from the input that the rig has now.
-  actuator_.Reconfigure(faulty);
+  actuator_.Reconfigure(believed_ ? std::optional(believed_->rig.speed) : std::nullopt);
   controller_.Applied(actuator_.ControllerInput(given_v_, speed_rad_s_));
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -37,6 +39,9 @@ struct ToleranceOptions {
 /// measures n, orders that Validate takes.
 class TolerantDrive {
  public:
+  /// So many readings since an alarm are kept to try a diagnosis on.
+  static constexpr std::size_t kTrialTicks = 50;
+
   /// @param input_v  the rig's input now: the control goes on from it
   TolerantDrive(const BenchLimits& limits,
                 const ControlOrder& order,
@@ -56,8 +61,9 @@ class TolerantDrive {
   bool compensates() const { return actuator_.compensates(); }
   /// What is compensated.
   const std::optional<BelievedFault>& believed() const { return believed_; }
-  /// The newest diagnosis was refuted.
+  /// The newest diagnosis was refuted: this one.
   bool gave_up() const { return refuted_.has_value() && !compensates(); }
+  const std::optional<BelievedFault>& refuted() const { return refuted_; }
   /// Of the last tick: is the verdict being waited for?
   bool dithers() const { return dithering_; }
   /// The highest speed that the rig, as it is known now, can settle at and stands for ever; rad/s.
@@ -65,6 +71,9 @@ class TolerantDrive {
 
  private:
   void Believe(const std::optional<BelievedFault>& fault);
+  /// What was read since the alarm, held against a diagnosis before it acts.
+  std::optional<CompensationCheck> Tried(const BelievedFault& fault) const;
+  void Remember(double speed_rad_s, double mean_u_v);
   /// Of the same part, and of about the same value, as the one that was refuted.
   bool Refuted(const BelievedFault& fault) const;
   double Limited(double u) const;
@@ -81,6 +90,13 @@ class TolerantDrive {
   std::optional<CompensationCheck> check_;
   std::optional<BelievedFault> believed_;
   std::optional<BelievedFault> refuted_;
+  struct Reading {
+    double speed_rad_s;
+    double mean_u_v;
+  };
+  std::array<Reading, kTrialTicks> since_alarm_{};  ///< the newest; [read_ % kTrialTicks] is next
+  std::size_t read_ = 0;
+  bool alarmed_ = false;
   double speed_rad_s_ = 0.0;
   double last_u_;
   double before_last_u_;

@@ -94,6 +94,7 @@ std::string JsonOf(const core::ControlRecord& record) {
                                       {"compensated_at_s", OrNull(record.compensated_at_s)},
                                       {"gave_up_at_s", OrNull(record.gave_up_at_s)},
                                       {"accommodated", record.accommodated},
+                                      {"dither_rad_s", record.dither_rad_s},
                                       {"reachable_rad_s", record.reachable_rad_s}}) +
          "\n";
 }
@@ -107,6 +108,8 @@ std::string TextOf(const core::ControlRecord& record) {
          (quality.settling_s ? Short(*quality.settling_s, 3) + " s" : "not within the run") + "\n";
   out += "  steady error  " + Short(quality.steady_error_rad_s, 3) + " rad/s\n";
   if (record.compensated_at_s) {
+    out += "  dither        " + Short(record.dither_rad_s, 2) +
+           " rad/s rms between the alarm and the compensation\n";
     out += "  compensated   from " + Short(*record.compensated_at_s, 5) + " s\n";
   }
   if (record.gave_up_at_s) {

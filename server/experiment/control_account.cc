@@ -33,8 +33,13 @@ void Follow(std::span<const RecordedEvent> events,
     if (event->kind == RigEventKind::kControlBegan && !account.began) {
       account.began = static_cast<std::size_t>(event->index);
     } else if (event->kind == RigEventKind::kCompensationEnded) {
+      // One that was refuted before it was made up for has none to end.
+      if (account.compensations.empty() || account.compensations.back().until_s ||
+          account.compensations.back().component != event->component) {
+        continue;
+      }
       ends(*event);
-      if (!account.compensations.empty()) account.compensations.back().ended = event->text;
+      account.compensations.back().ended = event->text;
     } else if (event->kind == RigEventKind::kCompensated) {
       ends(*event);
       account.compensations.push_back({.t_s = static_cast<double>(event->index) * account.period_s,
@@ -44,6 +49,20 @@ void Follow(std::span<const RecordedEvent> events,
                                        .ended = {}});
     }
   }
+}
+
+/// At most half a minute of it: more tells nothing new.
+std::span<const core::Sample> Between(std::span<const core::Sample> samples,
+                                      std::size_t from,
+                                      std::size_t to) {
+  constexpr std::size_t kMost = 3000;
+  const auto at = [&](std::size_t index) {
+    const auto found = std::ranges::lower_bound(
+        samples, static_cast<std::int64_t>(index), {}, &core::Sample::index);
+    return static_cast<std::size_t>(found - samples.begin());
+  };
+  const std::size_t first = at(from);
+  return samples.subspan(first, std::min(kMost, std::max(at(to), first) - first));
 }
 
 }  // namespace
@@ -65,6 +84,8 @@ std::optional<ControlAccount> AccountOf(const Review& review) {
         core::OrderOf(*options.bench, *calibration, review.diagnosis.verdict, options.period_s);
     account.reachable_rad_s =
         (order.believed ? order.believed->rig : order.healthy).reachable_rad_s();
+    account.dither_rad_s =
+        account.planned.wanted.options.dither_v * order.healthy.speed.RipplePerVolt();
   }
   account.reference_from = sample_at(account.planned.from_s);
   const core::ReferencePlayer player(account.planned.wanted.reference, options.period_s);
@@ -76,6 +97,15 @@ std::optional<ControlAccount> AccountOf(const Review& review) {
   const double from_s = changes.empty() ? account.planned.from_s + kRunInS : changes.front().t_s;
   account.judged_from =
       std::max({sample_at(from_s), account.reference_from, account.began.value_or(0)});
+  if (account.began && review.diagnosis.calibration) {
+    const std::size_t healthy_to =
+        changes.empty() ? account.size : std::min(account.size, sample_at(changes.front().t_s));
+    account.visible = core::VisibleUnder(*options.bench,
+                                         *review.diagnosis.calibration,
+                                         Between(samples, *account.began, healthy_to),
+                                         options.channels,
+                                         options.um_rail_v);
+  }
   return account;
 }
 

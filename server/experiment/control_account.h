@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/calibration/visible_changes.h"
 #include "core/control/control_quality.h"
 #include "server/experiment/control_json.h"
 #include "server/experiment/recordings.h"
@@ -34,6 +35,10 @@ struct ControlAccount {
   std::vector<Compensation> compensations{};
   /// The highest speed that the rig, as the diagnosis has it, settles at; nothing: not learnt.
   std::optional<double> reachable_rad_s{};
+  /// Standard deviation that the dither after an alarm makes of the speed.
+  std::optional<double> dither_rad_s{};
+  /// What would raise an alarm under this reference, of the healthy rig; empty: too short to tell.
+  std::vector<core::VisibleChange> visible{};
 };
 
 /// Nothing of a run that was played without speed control.

@@ -109,6 +109,24 @@ TEST(SpeedLoop, TellsWhatItMakesUpForAndWhyItEnds) {
   EXPECT_EQ(ended[0].text, "the speed refutes the diagnosis");
 }
 
+TEST(SpeedLoop, TriesADiagnosisOnWhatWasReadSinceTheAlarm) {
+  core::ControlOrder alarm = Order();
+  alarm.alarmed = true;
+  core::ControlOrder wrong = alarm;
+  wrong.named = true;
+  core::DriveModel weaker = wrong.healthy;
+  weaker.speed.gain = 60.0;
+  wrong.believed = core::BelievedFault{paper::kR1, 56.0, weaker};
+  const auto rig = MakeRig();
+  const RunLog log =
+      Played(*rig, ControlledPlan(), {{200, Order()}, {375, alarm}, {400, wrong}, {700, wrong}});
+  EXPECT_TRUE(log.Of(RigEventKind::kCompensated).empty());
+  const auto ended = log.Of(RigEventKind::kCompensationEnded);
+  ASSERT_EQ(ended.size(), 1U);
+  EXPECT_EQ(ended[0].index, 401);
+  EXPECT_EQ(ended[0].text, "the speed refutes the diagnosis");
+}
+
 TEST(SpeedLoop, RefusesWhatIsNotOfThisRunOrNoRig) {
   const auto rig = MakeRig();
   EXPECT_FALSE(rig->Command(kEpoch, Ordered(Order())).ok()) << "it does not run";

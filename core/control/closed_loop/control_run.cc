@@ -89,11 +89,10 @@ Result<ControlRecord> RunControl(const ControlPlan& plan) {
       if (!drive) {
         const auto calibration = pipeline.calibration();
         if (!calibration) return Refuse(pipeline.verdict().reason, "bench");
-        drive.emplace(bench.limits,
-                      OrderOf(bench, *calibration, {}, bench.period_s),
-                      bench.period_s,
-                      plan.options,
-                      record.samples.back().uc_v);
+        const ControlOrder order = OrderOf(bench, *calibration, {}, bench.period_s);
+        record.dither_rad_s = plan.options.dither_v * order.healthy.speed.RipplePerVolt();
+        drive.emplace(
+            bench.limits, order, bench.period_s, plan.options, record.samples.back().uc_v);
         const double highest = plan.reference.highest();
         if (highest > drive->reachable_rad_s()) {
           return Refuse("the healthy rig reaches " + std::to_string(drive->reachable_rad_s()) +

@@ -38,6 +38,7 @@ struct ControlRecord {
   std::optional<double> gave_up_at_s;  ///< the speed refuted the diagnosis
   bool accommodated = false;     ///< the reference can be reached with what is known of the rig
   double reachable_rad_s = 0.0;  ///< the highest speed that can
+  double dither_rad_s = 0.0;     ///< standard deviation that the dither makes of a healthy speed
   Verdict verdict;
   /// From the first fault on (without one: from 4.5 s after the control began); of the true speed.
   ControlQuality quality;

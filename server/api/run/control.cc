@@ -56,6 +56,17 @@ json::array CompensationsToJson(const ControlAccount& account) {
   return out;
 }
 
+json::array VisibleToJson(std::span<const core::VisibleChange> changes) {
+  json::array out;
+  for (const core::VisibleChange& change : changes) {
+    const bool seen = std::isfinite(change.share);
+    out.push_back(json::object{
+        {"component", change.symbol},
+        {"from_percent", seen ? json::value(100.0 * change.share) : json::value(nullptr)}});
+  }
+  return out;
+}
+
 json::value WithoutToJson(const ControlAccount& account, const Review& review) {
   const auto without = WithoutDiagnosis(account, review);
   if (!without) return nullptr;
@@ -91,6 +102,8 @@ core::Result<HttpResponse> GetControl(RunApi& api, const ApiRequest& request) {
                    {"compensations", CompensationsToJson(*account)},
                    {"reachable_rad_s", OrNull(account->reachable_rad_s)},
                    {"accommodated", nullptr},
+                   {"dither_rad_s", OrNull(account->dither_rad_s)},
+                   {"visible", VisibleToJson(account->visible)},
                    {"quality", QualityToJson(*account, review.value().recording.samples)},
                    {"without", nullptr}};
   if (account->began) out["began_s"] = static_cast<double>(*account->began) * account->period_s;

@@ -42,6 +42,19 @@ TEST(SpeedModel, IsTheExactModelButForTheInductance) {
   }
 }
 
+TEST(SpeedModel, SaysWhatADitherCosts) {
+  const SpeedModel model{.kept = 0.6, .gain = 60.0, .friction = 5.0};
+  double w = model.Settled(2.5);
+  const double mean = w;
+  double squares = 0.0;
+  constexpr int kTicks = 4000;
+  for (int k = 0; k < 2 * kTicks; ++k) {
+    w = model.Next(w, 2.5 + ((k / 2) % 2 == 0 ? 0.1 : -0.1));
+    if (k >= kTicks) squares += (w - mean) * (w - mean);
+  }
+  EXPECT_NEAR(std::sqrt(squares / kTicks), 0.1 * model.RipplePerVolt(), 1e-6);
+}
+
 TEST(VirtualActuator, MakesAFaultyRigMoveAsTheHealthyOne) {
   const SpeedModel healthy{.kept = 0.6, .gain = 60.0, .friction = 5.0};
   const SpeedModel faulty{.kept = 0.8, .gain = 40.0, .friction = 9.0};

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <boost/json.hpp>
+#include <map>
 #include <string>
 
 #include "tests/server/api/api_world.h"
@@ -47,6 +48,17 @@ TEST_F(ControlApiTest, ARunKeepsItsSpeedAlthoughAPartFails) {
   EXPECT_LT(made_up[0].at("t_s").to_number<double>(), 10.0);
   EXPECT_TRUE(made_up[0].at("until_s").is_null());
   EXPECT_EQ(control.at("accommodated"), true);
+  EXPECT_NEAR(control.at("dither_rad_s").to_number<double>(), 4.0, 1.0);
+  // A speed that is kept tells the gain, and little of the motor.
+  std::map<std::string, double> visible;
+  for (const json::value& each : control.at("visible").as_array()) {
+    const json::value& percent = each.at("from_percent");
+    visible[std::string(each.at("component").as_string())] =
+        percent.is_null() ? 1e9 : percent.to_number<double>();
+  }
+  ASSERT_TRUE(visible.contains("k") && visible.contains("Ra")) << control;
+  EXPECT_LT(visible["k"], 5.0);
+  EXPECT_GT(visible["Ra"], 5.0 * visible["k"]);
 
   const json::object& without = control.at("without").as_object();
   const double with_iae = control.at("quality").at("iae_rad").to_number<double>();
