@@ -12,6 +12,8 @@ namespace {
 namespace json = boost::json;
 
 constexpr double kWeightMax = 1000.0;
+constexpr double kLateHoursMax = 24.0 * 60.0;
+constexpr double kHoursADay = 24.0;
 constexpr double kBounds = 3.0;  // three standard errors
 
 const core::Candidate* CandidateOf(const core::Diagnosis& diagnosis, core::Component component) {
@@ -49,6 +51,9 @@ core::Result<Rubric> ParseRubric(const json::object& body) {
   rubric.confidence = in.NumberOr("confidence", rubric.confidence, 0.0, kWeightMax);
   rubric.full_within = in.NumberOr("full_within", rubric.full_within, 0.0, 1.0);
   rubric.none_beyond = in.NumberOr("none_beyond", rubric.none_beyond, 0.01, 10.0);
+  rubric.late_h = in.NumberOr("late_h", rubric.late_h, 0.0, kLateHoursMax);
+  rubric.late_percent_a_day =
+      in.NumberOr("late_percent_a_day", rubric.late_percent_a_day, 0.0, 100.0);
   if (rubric.none_beyond <= rubric.full_within) {
     in.Refuse("none_beyond", "pool_range_backwards", "'none_beyond' must lie above 'full_within'.");
   }
@@ -71,13 +76,16 @@ json::object ToJson(const Rubric& rubric) {
           {"value", rubric.value},
           {"confidence", rubric.confidence},
           {"full_within", rubric.full_within},
-          {"none_beyond", rubric.none_beyond}};
+          {"none_beyond", rubric.none_beyond},
+          {"late_h", rubric.late_h},
+          {"late_percent_a_day", rubric.late_percent_a_day}};
 }
 
 Grade GradeAnswer(const Answer& answer,
                   std::span<const core::Fault> truth,
                   const core::Diagnosis& diagnosis,
-                  const Rubric& rubric) {
+                  const Rubric& rubric,
+                  double late_h) {
   Grade grade;
   grade.tolerance = rubric.full_within;
   if (truth.empty()) {
@@ -107,7 +115,10 @@ Grade GradeAnswer(const Answer& answer,
   const double weights = rubric.detection + rubric.isolation + rubric.value + rubric.confidence;
   const double sum = rubric.detection * grade.detection + rubric.isolation * grade.isolation +
                      rubric.value * grade.value + rubric.confidence * grade.confidence;
-  grade.points = std::round(1000.0 * sum / weights) / 10.0;
+  const double days = std::ceil(std::max(0.0, late_h) / kHoursADay);
+  grade.late_percent = std::min(100.0, days * rubric.late_percent_a_day);
+  const double kept = 1.0 - grade.late_percent / 100.0;
+  grade.points = std::round(1000.0 * kept * sum / weights) / 10.0;
   return grade;
 }
 
@@ -119,7 +130,8 @@ json::object ToJson(const Grade& grade) {
           {"confidence", grade.confidence},
           {"right", grade.right},
           {"bound", grade.bound},
-          {"tolerance", grade.tolerance}};
+          {"tolerance", grade.tolerance},
+          {"late_percent", grade.late_percent}};
 }
 
 }  // namespace faultlab::server::course

@@ -12,12 +12,14 @@ namespace faultlab::server::course {
 
 /// How an answer becomes points. The four weights count relative to their sum.
 struct Rubric {
-  double detection = 20.0;    ///< healthy or not
-  double isolation = 40.0;    ///< which component
-  double value = 30.0;        ///< how far its value is off
-  double confidence = 10.0;   ///< how well the stated confidence fits
-  double full_within = 0.05;  ///< relative error that is as good as none
-  double none_beyond = 0.5;   ///< relative error that is as good as no value
+  double detection = 20.0;          ///< healthy or not
+  double isolation = 40.0;          ///< which component
+  double value = 30.0;              ///< how far its value is off
+  double confidence = 10.0;         ///< how well the stated confidence fits
+  double full_within = 0.05;        ///< relative error that is as good as none
+  double none_beyond = 0.5;         ///< relative error that is as good as no value
+  double late_h = 0.0;              ///< so long after it was due an answer is taken still
+  double late_percent_a_day = 0.0;  ///< of its points, lost for each day that has begun
 };
 core::Result<Rubric> ParseRubric(const boost::json::object& body);
 core::Result<Rubric> ParseRubric(std::string_view document);
@@ -30,9 +32,10 @@ struct Grade {
   double isolation = 0.0;
   double value = 0.0;
   double confidence = 0.0;
-  bool right = false;      ///< the component, or a healthy rig
-  double bound = 0.0;      ///< relative standard error of the value that this record allows
-  double tolerance = 0.0;  ///< relative error that got all of `value`
+  bool right = false;         ///< the component, or a healthy rig
+  double bound = 0.0;         ///< relative standard error of the value that this record allows
+  double tolerance = 0.0;     ///< relative error that got all of `value`
+  double late_percent = 0.0;  ///< taken off `points`
 };
 
 /// A function of its arguments to the bit: graded again, an answer gets the same.
@@ -45,10 +48,12 @@ struct Grade {
 ///   Source: G. W. Brier, Monthly Weather Review 78 (1950).
 /// @param truth      none, or one fault
 /// @param diagnosis  the lab's own, of the whole record
+/// @param late_h     hours after it was due; 0: in time
 Grade GradeAnswer(const Answer& answer,
                   std::span<const core::Fault> truth,
                   const core::Diagnosis& diagnosis,
-                  const Rubric& rubric);
+                  const Rubric& rubric,
+                  double late_h = 0.0);
 boost::json::object ToJson(const Grade& grade);
 
 }  // namespace faultlab::server::course

@@ -62,6 +62,12 @@ std::vector<RecordedEvent> WithEvents(std::vector<RecordedEvent> events, const s
 
 }  // namespace
 
+WallTime TrialDesk::ClosesFor(const Assignment& assignment, std::int64_t account) {
+  const auto rubric = ParseRubric(assignment.rubric_json);
+  const std::chrono::duration<double, std::ratio<3600>> late(rubric ? rubric.value().late_h : 0.0);
+  return assignment.DueFor(account) + std::chrono::round<WallTime::duration>(late);
+}
+
 core::Result<const core::Bench*> TrialDesk::BenchOf(const Assignment& assignment) {
   return parts_.benches.Find(assignment.bench);
 }
@@ -73,7 +79,7 @@ core::Result<Trial> TrialDesk::Start(const Principal& who,
   if (now < assignment.opens) {
     return Refused("assignment_not_open", "The assignment is not open yet.");
   }
-  if (now >= assignment.DueFor(who.user_id)) {
+  if (now >= ClosesFor(assignment, who.user_id)) {
     return Refused("assignment_closed", "The assignment was due; no new trial begins.");
   }
   const auto bench = BenchOf(assignment);
@@ -159,7 +165,7 @@ core::Result<Trial> TrialDesk::Look(const Assignment& assignment, Trial trial) {
     return parts_.trials.Get(trial.id);
   }
   const bool ended = trial.state != TrialState::kDrawn && trial.state != TrialState::kRunning;
-  const bool due = now >= assignment.DueFor(trial.account) ||
+  const bool due = now >= ClosesFor(assignment, trial.account) ||
                    (assignment.reveal_at_once && trial.state == TrialState::kAnswered);
   if (!ended || !due || trial.released_at) return trial;
   const core::Status released = Release(assignment, trial);
@@ -181,7 +187,10 @@ core::Result<Grade> TrialDesk::GradeOf(const Assignment& assignment,
   if (!recording) return recording.error();
   const core::Diagnosis diagnosis =
       core::DiagnoseRecord(recording.value().samples, Opened(recording.value().options));
-  return GradeAnswer(answer, FaultsOf(trial, *bench.value()), diagnosis, rubric.value());
+  const std::chrono::duration<double, std::ratio<3600>> late =
+      trial.answered_at.value_or(parts_.clock.Wall()) - assignment.DueFor(trial.account);
+  return GradeAnswer(
+      answer, FaultsOf(trial, *bench.value()), diagnosis, rubric.value(), late.count());
 }
 
 core::Result<Trial> TrialDesk::TakeAnswer(const Assignment& assignment,
@@ -193,18 +202,19 @@ core::Result<Trial> TrialDesk::TakeAnswer(const Assignment& assignment,
     return Refused("trial_changed", "The trial is in another state by now: load it again.");
   }
   // Whoever has seen the truth answers no more, also when the due time is moved afterwards.
-  if (trial.released_at || parts_.clock.Wall() >= assignment.DueFor(trial.account)) {
+  const WallTime now = parts_.clock.Wall();
+  if (trial.released_at || now >= ClosesFor(assignment, trial.account)) {
     return Refused("answer_late", "The assignment was due before this answer came.");
   }
   const auto record = parts_.store.Get(trial.run);
   if (!record) return record.error();
   if (record.value().state == RunState::kRunning) return runs;  // its end is being stored
-  const auto grade = GradeOf(assignment, trial, answer);
+  Trial given = trial;
+  given.answered_at = now;
+  const auto grade = GradeOf(assignment, given, answer);
   if (!grade) return grade.error();
-  const core::Status kept = parts_.trials.Answer(trial.id,
-                                                 json::serialize(ToJson(answer)),
-                                                 json::serialize(ToJson(grade.value())),
-                                                 parts_.clock.Wall());
+  const core::Status kept = parts_.trials.Answer(
+      trial.id, json::serialize(ToJson(answer)), json::serialize(ToJson(grade.value())), now);
   if (!kept.ok()) return kept.error();
   auto answered = parts_.trials.Get(trial.id);
   if (!answered) return answered;

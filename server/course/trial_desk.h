@@ -46,6 +46,10 @@ class TrialDesk {
   /// All parts must outlive it; the clock also every run that it has begun.
   explicit TrialDesk(Parts parts) : parts_(parts) {}
 
+  /// From when on no trial of this person begins and no answer is taken: when it was due, and what
+  /// the rubric allows beyond.
+  static WallTime ClosesFor(const Assignment& assignment, std::int64_t account);
+
   /// Draws a trial and begins its run: on a simulator, or on `rig`, on which the person has a
   /// session, where the assignment is for benches. kConflict: "assignment_closed",
   /// "assignment_not_open", those of Trials::Add, and those of Experiments::Start, after which the
@@ -53,14 +57,14 @@ class TrialDesk {
   core::Result<Trial> Start(const Principal& who,
                             const Assignment& assignment,
                             const std::string& rig);
-  /// As it is now: one whose server died is void, one that is due is released.
+  /// As it is now: one whose server died is void, one that is closed is released.
   core::Result<Trial> Look(const Assignment& assignment, Trial trial);
-  /// Grades and keeps the first answer. kConflict "answer_late" after the due time, "trial_changed"
-  /// when there is one already, "trial_runs" before the end of the run.
+  /// Grades and keeps the first answer. kConflict "answer_late" after it was closed,
+  /// "trial_changed" when there is one already, "trial_runs" before the end of the run.
   core::Result<Trial> TakeAnswer(const Assignment& assignment,
                                  const Trial& trial,
                                  const Answer& answer);
-  /// Once more from the recording.
+  /// Once more from the recording; one that is not answered as if it were now.
   core::Result<Grade> GradeOf(const Assignment& assignment,
                               const Trial& trial,
                               const Answer& answer);

@@ -8,6 +8,7 @@
 #include "core/control/closed_loop/orders.h"
 #include "hardware/bench/benches.h"
 #include "hardware/replay_rig.h"
+#include "hardware/rig_limits.h"
 #include "server/diagnosis_json/calibration_json.h"
 #include "server/experiment/baseline.h"
 #include "server/experiment/plan_json.h"
@@ -319,7 +320,10 @@ core::Status Experiments::Check(const Principal& who, ExperimentPlan& plan) {
   if (!rig) return rig.error();
   const auto resolved = ResolvePlan(plan, rig.value().description);
   if (!resolved) return resolved.error();
-  return core::Done{};
+  // What the rig would say when it is armed; one that differs from its class may say more.
+  const core::Status played =
+      hardware::CheckExcitation(resolved.value(), rig.value().description.bench->limits);
+  return played.ok() ? played : refusal::At(played.error(), "/excitation");
 }
 
 }  // namespace faultlab::server

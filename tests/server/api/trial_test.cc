@@ -82,10 +82,11 @@ class TrialTest : public ApiTest {
     const json::value* reason = parsed.as_object().if_contains("reason");
     return reason != nullptr ? std::string(reason->as_string()) : "";
   }
-  void MakeDue(std::int64_t assignment) {
+  void MakeDue(std::int64_t assignment, const std::string& due_ms = "1") {
     const core::Status done =
         database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
-          tx.sql() << "UPDATE assignment SET due_ms = 1 WHERE id = " + std::to_string(assignment);
+          tx.sql() << "UPDATE assignment SET due_ms = " + due_ms +
+                          " WHERE id = " + std::to_string(assignment);
           return core::Done{};
         });
     ASSERT_TRUE(done.ok()) << done.error().message;
@@ -166,6 +167,30 @@ TEST_F(TrialTest, IsReleasedWhenItIsDueWhateverWasAnswered) {
                                      "assignments/" + std::to_string(assignment) + "/grades.csv");
   EXPECT_NE(csv.body.find("\"healthy\",\"\",\"1\",\"Ra = 9.8124738261\",0"), std::string::npos)
       << csv.body;
+}
+
+TEST_F(TrialTest, IsTakenLateForFewerPointsAndReleasedWhenThatIsOver) {
+  const std::int64_t assignment = Assign(
+      kRa,
+      R"(,"attempts":2,"plan":{"duration_s":14},"rubric":{"late_h":48,"late_percent_a_day":25})");
+  const std::string path = "assignments/" + std::to_string(assignment);
+  const std::int64_t one = Play(assignment).at("id").as_int64();
+  const auto hours_ago = [](int hours) {
+    return std::to_string((Now() - std::chrono::hours(hours)).time_since_epoch().count());
+  };
+  MakeDue(assignment, hours_ago(30));  // a day and a quarter
+  const json::object shown = Ok(Call(ann_, "GET", "assignments/{id}", path));
+  EXPECT_LT(shown.at("your_due"), shown.at("your_close"));
+  EXPECT_TRUE(Trial(ann_, one).at("truth").is_null()) << "it is due and not over";
+  EXPECT_TRUE(Ok(Answer(ann_, one, kRight)).at("grade").is_null());
+  const std::int64_t two = Play(assignment).at("id").as_int64();
+  MakeDue(assignment, hours_ago(49));
+  EXPECT_EQ(ReasonOf(Answer(ann_, two, kRight)), "answer_late");
+  EXPECT_EQ(ReasonOf(TryStart(ann_, assignment)), "assignment_closed");
+  const json::object grade = Trial(ann_, one).at("grade").as_object();
+  EXPECT_EQ(grade.at("late_percent").to_number<double>(), 50.0) << "graded when it was given";
+  EXPECT_NEAR(grade.at("points").to_number<double>(), 49.95, 0.06);
+  EXPECT_FALSE(Trial(ann_, two).at("truth").is_null());
 }
 
 TEST_F(TrialTest, OneStudentHasMoreTimeAndWhoHasSeenTheTruthAnswersNoMore) {
@@ -300,7 +325,9 @@ TEST_F(TrialTest, CannotBeMadeOfWhatNobodyCanSolve) {
   EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":9})"), "fault_outside_run");
   EXPECT_EQ(reason(kRa, R"(,"plan":{"seed":1})"), "member_unknown");
   EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":14,"period_s":0.1})"), "clock_too_short");
+  EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":14,"period_s":0.001})"), "voltage_steps");
   EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":14},"rubric":{"value":-1})"), "number_outside");
+  EXPECT_EQ(reason(kRa, R"(,"plan":{"duration_s":14},"rubric":{"late_h":-1})"), "number_outside");
   EXPECT_EQ(ReasonOf(Call(mila_,
                           "POST",
                           "assignments",

@@ -51,6 +51,22 @@ TEST(Grade, GivesAllForTheComponentAndItsValue) {
   EXPECT_NEAR(Of(Says("R1", 60.0)).bound, 0.01, 1e-12);
 }
 
+TEST(Grade, TakesPointsOffForEachDayThatALateAnswerHasBegun) {
+  Rubric rubric;
+  rubric.late_percent_a_day = 30.0;
+  const auto late = [&](double hours) {
+    return GradeAnswer(
+        Says("R1", 60.0), std::vector<core::Fault>{kFault}, Diagnosed(), rubric, hours);
+  };
+  EXPECT_DOUBLE_EQ(late(-3.0).points, 100.0) << "in time";
+  EXPECT_DOUBLE_EQ(late(0.0).points, 100.0);
+  EXPECT_DOUBLE_EQ(late(0.1).points, 70.0);
+  EXPECT_DOUBLE_EQ(late(24.0).points, 70.0);
+  EXPECT_DOUBLE_EQ(late(24.1).points, 40.0);
+  EXPECT_DOUBLE_EQ(late(24.1).late_percent, 60.0);
+  EXPECT_DOUBLE_EQ(late(1000.0).points, 0.0);
+}
+
 TEST(Grade, GivesLessForAWorseValueAndNothingForAUselessOne) {
   const double good = Of(Says("R1", 64.0)).value;
   const double poor = Of(Says("R1", 80.0)).value;

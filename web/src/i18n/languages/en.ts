@@ -1400,6 +1400,10 @@ export const texts = {
   assignment_rubric: "How answers are graded",
   assignment_rubric_text:
     "Weights, relative to their sum. A value within the error given here, or within three times what the record can tell (Cramér–Rao bound), gets all of its points; one that is 50 % off gets none.",
+  assignment_late_days: "Days taken late",
+  assignment_late_percent: "Points off per day, %",
+  assignment_late_until: ", late until {time} for {percent} % less a day",
+  trial_late: "{percent} % of the points are off: the answer came late.",
   assignment_within: "Full points within, %",
   trial_to_card: "To the exercise",
   assignment_lasts: "It lasts, s",

@@ -1459,6 +1459,10 @@ export const marked: Catalogue = {
   assignment_rubric: "Kako se odgovori ocenjuju",
   assignment_rubric_text:
     "Težine, u odnosu na njihov zbir. Vrednost unutar ovde date greške, ili unutar trostruke granice koju snimak dopušta (Kramer–Rao), dobija sve poene; ona koja odstupa 50 % ne dobija nijedan.",
+  assignment_late_days: "Dana za kasne odgovore",
+  assignment_late_percent: "Oduzeto po danu, %",
+  assignment_late_until: ", kasno do {time} uz {percent} % manje po danu",
+  trial_late: "Oduzeto je {percent} % poena: odgovor je zakasnio.",
   assignment_within: "Svi poeni do, %",
   trial_to_card: "Do vežbe",
   assignment_lasts: "Traje, s",
