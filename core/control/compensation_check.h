@@ -15,13 +15,12 @@ class CompensationCheck {
  public:
   /// @param speed_rad_s  newest reading
   /// @param noise_rad_s  standard deviation of a reading
-  /// @param lag_share    of the believed model's time constant, what the amplifier's lag makes of
-  ///                     it: two states then, of which one is modelled
-  CompensationCheck(const SpeedModel& healthy,
-                    const SpeedModel& believed,
+  /// @param input_v      the rig's input so far, as if it had been constant
+  CompensationCheck(const LaggedModel& healthy,
+                    const LaggedModel& believed,
                     double speed_rad_s,
-                    double noise_rad_s,
-                    double lag_share);
+                    double input_v,
+                    double noise_rad_s);
 
   /// @param speed_rad_s  the next reading, a period later; not finite: there was none
   /// @param u_v  mean input since the last
@@ -29,12 +28,19 @@ class CompensationCheck {
   bool Push(double speed_rad_s, double u_v);
 
  private:
-  SpeedModel healthy_;
-  SpeedModel believed_;
-  double healthy_rad_s_;
-  double believed_rad_s_;
+  struct Racer {
+    LaggedModel model;
+    double input_v;  ///< behind the lag
+    double speed_rad_s;
+
+    double LagShare() const;
+    void Begin(double reading_rad_s, double u_v);
+    void Predict(double u_v);
+  };
+  Racer healthy_;
+  Racer believed_;
   double noise_rad_s_;
-  double model_share_;
+  bool begun_ = false;
   double sum_ = 0.0;
 };
 

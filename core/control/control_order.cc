@@ -13,7 +13,9 @@ bool IsPossible(const DriveModel& model) {
          std::isfinite(speed.friction) && model.gain > 0.0 && std::isfinite(model.gain) &&
          model.resistance_ohm > 0.0 && std::isfinite(model.resistance_ohm) &&
          std::isfinite(model.ke_v_per_rad_s) && std::isfinite(model.input_max_v) &&
-         model.sustained_rad_s >= 0.0 && model.lag_share >= 0.0 && model.lag_share <= 1.0;
+         model.sustained_rad_s >= 0.0 && model.motor_kept >= 0.0 && model.motor_kept < 1.0 &&
+         model.lag_kept >= 0.0 && model.lag_kept < 1.0 && model.direct >= 0.0 &&
+         model.direct <= 1.0;
 }
 
 }  // namespace

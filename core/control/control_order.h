@@ -16,7 +16,9 @@ struct DriveModel {
   double ke_v_per_rad_s = 0.0;   ///< voltage of the turning motor
   double input_max_v = 0.0;      ///< highest uc that range and supply allow
   double sustained_rad_s = 0.0;  ///< highest speed at which the winding stays cool enough
-  double lag_share = 0.0;        ///< what the amplifier's lag makes of the time constant, 0 to 1
+  double motor_kept = 0.0;       ///< as speed.kept, of the motor alone, without the amplifier's lag
+  double lag_kept = 0.0;         ///< exp(-T / lag)
+  double direct = 1.0;           ///< share of the amplifier's gain that acts at once
 
   /// The highest speed that it can settle at and stands for ever, rad/s.
   double reachable_rad_s() const;

@@ -25,4 +25,12 @@ struct SpeedModel {
   double Settled(double u_v) const { return gain * u_v - friction; }
 };
 
+/// Two states: the motor, and before it the amplifier, v(k+1) = lag_kept v(k) + (1 - lag_kept)
+/// u(k), which hands on direct u + (1 - direct) v.
+struct LaggedModel {
+  SpeedModel motor;       ///< without the lag
+  double lag_kept = 0.0;  ///< exp(-T / lag)
+  double direct = 1.0;    ///< share of the gain that acts at once
+};
+
 }  // namespace faultlab::core

@@ -15,11 +15,15 @@ constexpr double kRobustFaster = 0.35;
 constexpr double kSameShare = 0.2;
 // Of the peak current that the motor stands, for what the model of it lacks.
 constexpr double kPeakShare = 0.9;
-// Of a fault that makes the amplifier's lag a larger share, one state tells too little beforehand.
-constexpr double kTriedLagShare = 0.2;
 
 SpeedController ControllerOf(const SpeedModel& plant, double period_s, ControlKind kind) {
   return {plant, period_s, kind == ControlKind::kRobust ? kRobustFaster : kFaster};
+}
+
+LaggedModel LaggedOf(const DriveModel& model) {
+  SpeedModel motor = model.speed;
+  motor.kept = model.motor_kept;
+  return {motor, model.lag_kept, model.direct};
 }
 
 }  // namespace
@@ -110,14 +114,14 @@ void TolerantDrive::Remember(double speed_rad_s, double mean_u_v) {
 
 std::optional<CompensationCheck> TolerantDrive::Tried(const BelievedFault& fault) const {
   const std::size_t first = read_ > kTrialTicks ? read_ - kTrialTicks : 0;
-  const bool tries = read_ > first && fault.rig.lag_share <= kTriedLagShare;
-  const double from_rad_s = tries ? since_alarm_[first % kTrialTicks].speed_rad_s : speed_rad_s_;
-  CompensationCheck check(healthy_.speed,
-                          fault.rig.speed,
-                          std::isfinite(from_rad_s) ? from_rad_s : speed_rad_s_,
-                          noise_rad_s_,
-                          fault.rig.lag_share);
-  for (std::size_t k = first + 1; tries && k < read_; ++k) {
+  const Reading start =
+      read_ > first ? since_alarm_[first % kTrialTicks] : Reading{speed_rad_s_, last_u_};
+  CompensationCheck check(LaggedOf(healthy_),
+                          LaggedOf(fault.rig),
+                          std::isfinite(start.speed_rad_s) ? start.speed_rad_s : speed_rad_s_,
+                          start.mean_u_v,
+                          noise_rad_s_);
+  for (std::size_t k = first + 1; k < read_; ++k) {
     const Reading& reading = since_alarm_[k % kTrialTicks];
     if (check.Push(reading.speed_rad_s, reading.mean_u_v)) return std::nullopt;
   }

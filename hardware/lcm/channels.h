@@ -8,7 +8,7 @@ namespace faultlab::hardware {
 /// What a message must say, so that agent and server understand each other. 2: epochs are the
 /// server's. 3: messages are sealed. 4: rigs describe their bench.
 /// 5: samples carry their delta.
-inline constexpr std::int32_t kProtocol = 6;
+inline constexpr std::int32_t kProtocol = 7;
 
 /// The channels of the bus.
 inline const std::string kAnnounceChannel = "FAULTLAB.ANNOUNCE";

@@ -13,7 +13,9 @@ faultlab_msgs::rig_drive_t Encoded(const core::DriveModel& model) {
   out.ke_v_per_rad_s = model.ke_v_per_rad_s;
   out.input_max_v = model.input_max_v;
   out.sustained_rad_s = model.sustained_rad_s;
-  out.lag_share = model.lag_share;
+  out.motor_kept = model.motor_kept;
+  out.lag_kept = model.lag_kept;
+  out.direct = model.direct;
   return out;
 }
 
@@ -24,7 +26,9 @@ core::DriveModel Decoded(const faultlab_msgs::rig_drive_t& in) {
           .ke_v_per_rad_s = in.ke_v_per_rad_s,
           .input_max_v = in.input_max_v,
           .sustained_rad_s = in.sustained_rad_s,
-          .lag_share = in.lag_share};
+          .motor_kept = in.motor_kept,
+          .lag_kept = in.lag_kept,
+          .direct = in.direct};
 }
 
 }  // namespace

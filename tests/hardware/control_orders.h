@@ -19,6 +19,7 @@ inline core::ControlOrder Order(double gain = 95.0) {
   order.healthy.ke_v_per_rad_s = 0.0245;
   order.healthy.input_max_v = 5.0;
   order.healthy.sustained_rad_s = 1000.0;
+  order.healthy.motor_kept = order.healthy.speed.kept;
   order.noise_rad_s = 0.5;
   order.delta_s = 0.0095;
   return order;

@@ -32,7 +32,10 @@ DriveModel ModelOf(const Bench& bench,
       kContinuousShare * bench.limits.current_continuous_a * motor.kt_nm_per_a - rig.mc_nm;
   model.sustained_rad_s = std::max(0.0, torque_nm / motor.b_nm_per_rad_s);
   const double lag_periods = rig.lag_factor * motor.response().lag_s / period_s;
-  model.lag_share = std::clamp(-std::log(model.speed.kept) * lag_periods, 0.0, 1.0);
+  const double periods = -1.0 / std::log(model.speed.kept);  // of the time constant
+  model.motor_kept = lag_periods < periods ? std::exp(-1.0 / (periods - lag_periods)) : 0.0;
+  model.direct = std::clamp(motor.response().direct, 0.0, 1.0);
+  model.lag_kept = lag_periods > 0.0 ? std::exp(-1.0 / lag_periods) : 0.0;
   return model;
 }
 

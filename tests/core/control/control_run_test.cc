@@ -127,8 +127,9 @@ TEST(ControlRun, ASpeedThatOverheatsTheMotorIsNotFollowed) {
   EXPECT_NEAR(record.reachable_rad_s, torque_nm / 180e-6, 0.1 * torque_nm / 180e-6);
 }
 
-/// Told of another part than the one that failed, the control gives the diagnosis up: 2.6 times the
-/// error of one that is told nothing at most, in what passes until then. (Without giving up: 58.)
+/// Told of another part than the one that failed, the control does not believe it, by what was read
+/// since the alarm, or gives it up: 1.5 times the error of one that is told nothing in 54 of
+/// 60, 2.3 times at worst, in what passes until then. (Without: 58.)
 TEST(ControlRun, AWrongDiagnosisIsGivenUp) {
   const std::vector<FaultSize> all = FaultsOf(paper::Bench());
   Random random(11);
@@ -137,6 +138,7 @@ TEST(ControlRun, AWrongDiagnosisIsGivenUp) {
                                         static_cast<double>(all.size()))];
   };
   int given_up = 0;
+  int worse = 0;
   for (int i = 0; i < kWrongDiagnoses; ++i) {
     const FaultSize truth = any();
     FaultSize told = any();
@@ -153,10 +155,12 @@ TEST(ControlRun, AWrongDiagnosisIsGivenUp) {
     const std::string name = std::string(Name(truth.component)) + " " +
                              std::to_string(truth.value) + ", told " +
                              std::string(Name(told.component)) + " " + std::to_string(told.value);
-    EXPECT_LE(record.quality.iae_rad, 3.0 * without) << name;
+    EXPECT_LE(record.quality.iae_rad, 2.4 * without) << name;
+    if (record.quality.iae_rad > 1.5 * without) ++worse;
     if (record.gave_up_at_s) ++given_up;
   }
-  EXPECT_GT(given_up, kWrongDiagnoses / 2);
+  EXPECT_LE(worse, 6) << "of those of more than 1.5 times";
+  EXPECT_GT(given_up, 0) << "the trial does not find all";
 }
 
 TEST(ControlRun, ARightDiagnosisIsKept) {

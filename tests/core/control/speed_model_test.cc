@@ -123,7 +123,7 @@ TEST(CompensationCheck, RefutesAWrongDiagnosisAndKeepsARightOne) {
   const auto pushes_until = [&](const SpeedModel& rig, const SpeedModel& believed) {
     Random random(3);
     double w = 150.0;
-    CompensationCheck check(healthy, believed, w, kNoise, 0.0);
+    CompensationCheck check({healthy, 0.0}, {believed, 0.0}, w, 2.5, kNoise);
     for (int k = 0; k < 10'000; ++k) {
       const double u = (k / 200) % 2 == 0 ? 2.5 : 2.7;
       w = rig.Next(w, u);
@@ -154,7 +154,9 @@ TEST(TolerantDrive, StaysInsideTheEnvelopeWhateverItIsTold) {
         .ke_v_per_rad_s = any(),
         .input_max_v = any(),
         .sustained_rad_s = any(),
-        .lag_share = random.Uniform(0.0, 1.0)};
+        .motor_kept = random.Uniform(0.0, 1.0),
+        .lag_kept = random.Uniform(0.0, 1.0),
+        .direct = random.Uniform(0.0, 1.0)};
   };
   int taken = 0;
   for (int i = 0; i < 2000; ++i) {

@@ -180,7 +180,7 @@ TEST_F(TrialTest, IsTakenLateForFewerPointsAndReleasedWhenThatIsOver) {
   };
   MakeDue(assignment, hours_ago(30));  // a day and a quarter
   const json::object shown = Ok(Call(ann_, "GET", "assignments/{id}", path));
-  EXPECT_LT(shown.at("your_due"), shown.at("your_close"));
+  EXPECT_LT(shown.at("your_due").as_string(), shown.at("your_close").as_string());
   EXPECT_TRUE(Trial(ann_, one).at("truth").is_null()) << "it is due and not over";
   EXPECT_TRUE(Ok(Answer(ann_, one, kRight)).at("grade").is_null());
   const std::int64_t two = Play(assignment).at("id").as_int64();
