@@ -11,8 +11,6 @@ namespace {
 constexpr double kDrawn = 0.3;
 // What the model leaves of a speed: the inductance, friction's slow part, the value's own error.
 constexpr double kModelShare = 0.02;
-// A lag that keeps less has nothing to remember.
-constexpr double kLagKept = 0.02;
 // A diagnosis must leave less than half of what no diagnosis leaves, or next to nothing.
 constexpr double kLeftMax = 0.3;
 constexpr double kNothing = 0.25;
@@ -21,22 +19,17 @@ constexpr double kRefuted = 20.0;
 
 }  // namespace
 
-double CompensationCheck::Racer::LagShare() const {
-  const double kept = model.lag_kept;
-  return kept > kLagKept ? (1.0 - model.direct) * (1.0 - kept) / -std::log(kept) : 0.0;
-}
-
 /// What the lag held before the first reading is not known: a switched capacitor is empty.
 void CompensationCheck::Racer::Begin(double reading_rad_s, double u_v) {
-  const double mean_v = model.motor.InputFor(speed_rad_s, reading_rad_s);
-  if (LagShare() > 0.0) input_v = u_v + (mean_v - u_v) / LagShare();
+  const double share = model.LagShare();
+  if (share == 0.0) return;
+  const double handed_v = model.motor.InputFor(speed_rad_s, reading_rad_s);
+  lag_v = u_v + (handed_v - u_v) / share;
 }
 
 void CompensationCheck::Racer::Predict(double u_v) {
-  // The motor gets the mean of what the lag lets through in a period.
-  const double mean_v = u_v + LagShare() * (input_v - u_v);
-  input_v = model.lag_kept * input_v + (1.0 - model.lag_kept) * u_v;
-  speed_rad_s = model.motor.Next(speed_rad_s, mean_v);
+  speed_rad_s = model.motor.Next(speed_rad_s, model.Handed(u_v, lag_v));
+  lag_v = model.LagNext(lag_v, u_v);
 }
 
 CompensationCheck::CompensationCheck(const LaggedModel& healthy,

@@ -27,13 +27,15 @@ class CompensationCheck {
   /// @returns true from then on when the diagnosis is refuted
   bool Push(double speed_rad_s, double u_v);
 
+  /// The state of the believed amplifier's lag, V of input, at the newest reading.
+  double lag_v() const { return believed_.lag_v; }
+
  private:
   struct Racer {
     LaggedModel model;
-    double input_v;  ///< behind the lag
+    double lag_v;
     double speed_rad_s;
 
-    double LagShare() const;
     void Begin(double reading_rad_s, double u_v);
     void Predict(double u_v);
   };

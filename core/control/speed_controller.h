@@ -9,7 +9,7 @@ namespace faultlab::core {
 class SpeedController {
  public:
   /// The integral cancels the pole of the plant; the closed loop is `faster` times as fast as the
-  /// plant. Well below the period's limit: faster (1 - kept) is small against 1.
+  /// plant, slower where that is too fast for its period.
   SpeedController(const SpeedModel& plant, double period_s, double faster);
 
   /// The input that the controller asks for; until Applied is called it counts as applied.

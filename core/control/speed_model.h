@@ -31,6 +31,23 @@ struct LaggedModel {
   SpeedModel motor;       ///< without the lag
   double lag_kept = 0.0;  ///< exp(-T / lag)
   double direct = 1.0;    ///< share of the gain that acts at once
+
+  /// Of what the motor gets in a period, so much is of the lag's state at its beginning.
+  double LagShare() const {
+    // A lag that keeps less has nothing to remember.
+    constexpr double kNothing = 0.02;
+    return lag_kept > kNothing ? (1.0 - direct) * (1.0 - lag_kept) / -std::log(lag_kept) : 0.0;
+  }
+  /// What the motor gets in the mean of a period.
+  double Handed(double u_v, double lag_v) const { return u_v + LagShare() * (lag_v - u_v); }
+  /// The input under which the motor gets this. Contract: direct > 0.
+  double InputFor(double handed_v, double lag_v) const {
+    return (handed_v - LagShare() * lag_v) / (1.0 - LagShare());
+  }
+  /// The state of the lag a period later.
+  double LagNext(double lag_v, double u_v) const {
+    return lag_kept * lag_v + (1.0 - lag_kept) * u_v;
+  }
 };
 
 }  // namespace faultlab::core

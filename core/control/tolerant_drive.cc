@@ -89,9 +89,10 @@ double TolerantDrive::Tick(double reference_rad_s, double speed_rad_s) {
   if (alarmed_) Remember(speed_rad_s, mean_u_v);
   const double v =
       controller_.Step(std::min(reference_rad_s, known().sustained_rad_s), speed_rad_s_);
-  const double wanted = actuator_.RigInput(v, speed_rad_s_);
+  const double wanted = actuator_.RigInput(v, speed_rad_s_, LagV());
   given_v_ = Limited(std::min(wanted, known().input_max_v));
-  if (given_v_ != wanted) controller_.Applied(actuator_.ControllerInput(given_v_, speed_rad_s_));
+  if (given_v_ != wanted)
+    controller_.Applied(actuator_.ControllerInput(given_v_, speed_rad_s_, LagV()));
   // Two ticks up, two down: its mean is zero, and the controller does not answer it at once.
   const double dither =
       dithering_ ? ((ticks_ / 2) % 2 == 0 ? options_.dither_v : -options_.dither_v) : 0.0;
@@ -128,6 +129,10 @@ std::optional<CompensationCheck> TolerantDrive::Tried(const BelievedFault& fault
   return check;
 }
 
+double TolerantDrive::LagV() const {
+  return check_ ? check_->lag_v() : last_u_;
+}
+
 bool TolerantDrive::Refuted(const BelievedFault& fault) const {
   return refuted_ && refuted_->component == fault.component &&
          std::abs(fault.value - refuted_->value) < kSameShare * refuted_->value;
@@ -141,8 +146,12 @@ void TolerantDrive::Believe(const std::optional<BelievedFault>& fault) {
     (check_ ? believed_ : refuted_) = fault;
   }
   // Bumpless: the controller goes on from the input that the rig has now.
-  actuator_.Reconfigure(believed_ ? std::optional(believed_->rig.speed) : std::nullopt);
-  controller_.Applied(actuator_.ControllerInput(given_v_, speed_rad_s_));
+  if (believed_) {
+    actuator_.Reconfigure(LaggedOf(believed_->rig));
+  } else {
+    actuator_.Withdraw();
+  }
+  controller_.Applied(actuator_.ControllerInput(given_v_, speed_rad_s_, LagV()));
 }
 
 }  // namespace faultlab::core

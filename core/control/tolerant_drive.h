@@ -77,6 +77,7 @@ class TolerantDrive {
   /// Of the same part, and of about the same value, as the one that was refuted.
   bool Refuted(const BelievedFault& fault) const;
   double Limited(double u) const;
+  double LagV() const;
   const DriveModel& known() const { return believed_ ? believed_->rig : healthy_; }
 
   BenchLimits limits_;

@@ -62,9 +62,24 @@ describe("lab", { timeout: SUITE_MS }, () => {
       await added.getByText("no password yet").waitFor();
       await added.getByRole("combobox", { name: "Role teacher" }).waitFor();
       assert.deepEqual(await axe(page), []);
+      // What the page still loads comes first: after the sign-out it would be refused.
+      const asked = [];
+      page.on("request", (request) => asked.push(new URL(request.url()).pathname));
+      let release;
+      const held = new Promise((resolve) => {
+        release = resolve;
+      });
+      await page.route("**/api/v1/api-keys*", (route) => held.then(() => route.continue()));
       await page.getByRole("link", { name: "admin" }).click();
       await page.getByRole("button", { name: "Sign out" }).click();
+      release();
       await page.getByRole("link", { name: "Sign in" }).waitFor();
+      assert.ok(asked.includes("/api/v1/calendar-link"), asked.join());
+      assert.ok(
+        asked.indexOf("/api/v1/auth/logout") > asked.indexOf("/api/v1/calendar-link"),
+        asked.join(),
+      );
+      await page.unroute("**/api/v1/api-keys*");
 
       await setPassword(page, link);
       await signIn(page, "teacher");

@@ -70,8 +70,8 @@ TEST(ControlRun, TwoHoldsAfterAFaultTheRigIsAsGoodAsNew) {
     ASSERT_TRUE(record.compensated_at_s) << name;
     if (!record.accommodated) continue;
     ++accommodated;
-    // A hundred times the inertia takes the drive to its end at every step; 47 uF wants a lead.
-    const bool hard = fault.value == 143e-6 || fault.value == 47e-6;
+    // A hundred times the inertia takes the drive to its end at every step.
+    const bool hard = fault.value == 143e-6;
     EXPECT_LE(record.quality.late_iae_rad, (hard ? 3.5 : 1.2) * healthy) << name;
     EXPECT_LT(record.quality.overshoot_percent, 15.0) << name;
   }

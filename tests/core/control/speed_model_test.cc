@@ -59,17 +59,35 @@ TEST(VirtualActuator, MakesAFaultyRigMoveAsTheHealthyOne) {
   const SpeedModel healthy{.kept = 0.6, .gain = 60.0, .friction = 5.0};
   const SpeedModel faulty{.kept = 0.8, .gain = 40.0, .friction = 9.0};
   VirtualActuator actuator(healthy);
-  EXPECT_EQ(actuator.RigInput(2.5, 100.0), 2.5) << "without a fault";
-  actuator.Reconfigure(faulty);
+  EXPECT_EQ(actuator.RigInput(2.5, 100.0, 0.0), 2.5) << "without a fault";
+  actuator.Reconfigure(LaggedModel{.motor = faulty});
   double w = 100.0;
   for (const double v : {2.5, 3.0, 2.0, 2.8}) {
-    const double u = actuator.RigInput(v, w);
-    EXPECT_NEAR(actuator.ControllerInput(u, w), v, 1e-9);
+    const double u = actuator.RigInput(v, w, 0.0);
+    EXPECT_NEAR(actuator.ControllerInput(u, w, 0.0), v, 1e-9);
     EXPECT_NEAR(faulty.Next(w, u), healthy.Next(w, v), 1e-9);
     w = faulty.Next(w, u);
   }
-  actuator.Reconfigure(std::nullopt);
-  EXPECT_EQ(actuator.RigInput(2.5, w), 2.5) << "withdrawn";
+  actuator.Withdraw();
+  EXPECT_EQ(actuator.RigInput(2.5, w, 0.0), 2.5) << "withdrawn";
+}
+
+TEST(VirtualActuator, MakesUpForAnAmplifiersLag) {
+  const SpeedModel healthy{.kept = 0.6, .gain = 60.0, .friction = 5.0};
+  const LaggedModel slow{
+      .motor = {.kept = 0.6, .gain = 40.0, .friction = 5.0}, .lag_kept = 0.95, .direct = 0.08};
+  VirtualActuator actuator(healthy);
+  actuator.Reconfigure(slow);
+  double w = 100.0;
+  double lag_v = 2.0;
+  for (const double v : {2.5, 2.6, 2.4, 2.5}) {
+    const double u = actuator.RigInput(v, w, lag_v);
+    EXPECT_NEAR(actuator.ControllerInput(u, w, lag_v), v, 1e-9);
+    const double next = slow.motor.Next(w, slow.Handed(u, lag_v));
+    EXPECT_NEAR(next, healthy.Next(w, v), 1e-9);
+    lag_v = slow.LagNext(lag_v, u);
+    w = next;
+  }
 }
 
 /// The largest distance from the reference in the last fifth of a run of PI, actuator and a rig of
@@ -79,14 +97,14 @@ double LateError(const SpeedModel& healthy, const SpeedModel& rig, const SpeedMo
   constexpr int kTicks = 3000;
   SpeedController controller(healthy, kPeriodS, 0.54);
   VirtualActuator actuator(healthy);
-  actuator.Reconfigure(diagnosed);
+  actuator.Reconfigure(LaggedModel{.motor = diagnosed});
   double w = 100.0;
   double late = 0.0;
   for (int k = 0; k < kTicks; ++k) {
     const double v = controller.Step(kReference, w);
-    const double wanted = actuator.RigInput(v, w);
+    const double wanted = actuator.RigInput(v, w, 0.0);
     const double given = std::clamp(wanted, 0.0, 10.0);
-    if (given != wanted) controller.Applied(actuator.ControllerInput(given, w));
+    if (given != wanted) controller.Applied(actuator.ControllerInput(given, w, 0.0));
     w = std::max(0.0, rig.Next(w, given));
     if (k > kTicks * 4 / 5) late = std::max(late, std::abs(kReference - w));
   }
@@ -178,6 +196,21 @@ TEST(TolerantDrive, StaysInsideTheEnvelopeWhateverItIsTold) {
     }
   }
   EXPECT_GT(taken, 1000);
+}
+
+TEST(SpeedController, IsStableAtAPeriodInWhichThePlantSettles) {
+  for (const double kept : {1e-6, 0.004, 0.1, 0.5, 0.9}) {
+    const SpeedModel plant{.kept = kept, .gain = 60.0, .friction = 5.0};
+    SpeedController controller(plant, 0.1, 0.54);
+    double w = 100.0;
+    double reading = w;  // of the period before: it is read right after the edge
+    for (int k = 0; k < 400; ++k) {
+      const double v = controller.Step(150.0, reading);
+      reading = w;
+      w = plant.Next(w, v);
+    }
+    EXPECT_NEAR(w, 150.0, 0.1) << kept;
+  }
 }
 
 TEST(SpeedController, DoesNotWindUpWhileTheDriveIsAtItsEnd) {

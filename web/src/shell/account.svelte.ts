@@ -1,6 +1,7 @@
 import { tick } from "svelte";
 import { api, onUnauthorized, useCsrfToken } from "../api/client";
 import type { Me, Role } from "../api/types";
+import { quiet } from "./busy";
 
 const RANK: Record<Role, number> = {
   guest: 0,
@@ -10,6 +11,9 @@ const RANK: Record<Role, number> = {
   operator: 3,
   admin: 4,
 };
+
+/** Nobody waits longer for a sign-out. */
+const QUIET_MS = 10_000;
 
 /**
  * The user of the page. The server decides what the user may do; this only hides what is not
@@ -61,11 +65,13 @@ class Account {
 
   /**
    * The lab's feed ends first: the server ends it with the sign-in, and a feed that was still there
-   * would connect again, without one.
+   * would connect again, without one. What the page is loading comes before that, too: afterwards
+   * it would be refused.
    */
   async signOut(): Promise<void> {
     this.leaving = true;
     await tick();
+    await quiet(QUIET_MS);
     try {
       await api.logout();
       this.take({ role: "guest", name: "guest" });
