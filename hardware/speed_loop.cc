@@ -11,7 +11,6 @@ namespace faultlab::hardware {
 namespace {
 
 constexpr double kNewsShare = 0.05;
-constexpr double kDitherMaxV = 1.0;
 
 bool AreSame(const std::optional<core::BelievedFault>& a,
              const std::optional<core::BelievedFault>& b) {
@@ -30,7 +29,7 @@ core::Status SpeedLoop::Check(const RunPlan& plan) const {
   const auto samples = static_cast<std::int64_t>(plan.uc_v.size());
   const double dither_v = plan.control->options.dither_v;
   if (plan.control->from < 0 || plan.control->from > samples ||
-      !(dither_v >= 0.0 && dither_v <= kDitherMaxV)) {
+      !(dither_v >= 0.0 && dither_v <= core::ToleranceOptions::kDitherMaxV)) {
     return Invalid("a control begins within its run, with a dither of at most 1 V",
                    "control",
                    "control_reference");

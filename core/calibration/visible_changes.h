@@ -14,7 +14,7 @@ namespace faultlab::core {
 
 struct VisibleChange {
   std::string symbol;  ///< of the component; "k" for all parts of an amplifier's gain
-  double share = 0.0;  ///< of its value; above 1: only when it more than doubles
+  double share = 0.0;  ///< of its value; infinite: only when it more than doubles
 };
 
 /// The smallest lasting change that raises an alarm under an input like that of the stretch, of

@@ -11,7 +11,7 @@ namespace {
 constexpr double kDrawn = 0.3;
 // What the model leaves of a speed: the inductance, friction's slow part, the value's own error.
 constexpr double kModelShare = 0.02;
-// A diagnosis must leave less than half of what no diagnosis leaves, or next to nothing.
+// A diagnosis must leave less than this share of what no diagnosis leaves, or next to nothing.
 constexpr double kLeftMax = 0.3;
 constexpr double kNothing = 0.25;
 // Well beyond chance: what one state lacks at a switch-over must not do it.

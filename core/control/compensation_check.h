@@ -6,7 +6,7 @@ namespace faultlab::core {
 
 /// Whether a rig moves as a diagnosis has it. The healthy model and that of the diagnosis predict
 /// the speed from the same inputs, each drawn slowly to the readings; the CUSUM of the log
-/// likelihood ratio of their errors tells when the diagnosis leaves more than half of what is left
+/// likelihood ratio of their errors tells when the diagnosis leaves more than 0.3 of what is left
 /// without one.
 /// Source: E. S. Page, Continuous inspection schemes, Biometrika 41 (1954), pp. 100-115; choosing
 /// by what the data refute: M. G. Safonov, T.-C. Tsao, The unfalsified control concept and

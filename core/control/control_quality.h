@@ -8,6 +8,9 @@
 
 namespace faultlab::core {
 
+/// Without a fault a control is judged from so long after its beginning on.
+inline constexpr double kControlRunInS = 4.5;
+
 /// How well a reference was kept. The last three are of references that hold a speed: 0 and nothing
 /// of a ramp.
 struct ControlQuality {

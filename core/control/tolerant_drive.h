@@ -25,6 +25,8 @@ std::string_view Name(ControlKind kind);
 std::optional<ControlKind> ParseControlKind(std::string_view name);
 
 struct ToleranceOptions {
+  static constexpr double kDitherMaxV = 1.0;
+
   ControlKind kind = ControlKind::kCompensated;
   /// Added to the rig's input, in turn, after an alarm and until the verdict is sure: a constant
   /// speed tells next to nothing.

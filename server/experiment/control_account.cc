@@ -17,8 +17,6 @@ namespace {
 using hardware::RigEvent;
 using hardware::RigEventKind;
 
-constexpr double kRunInS = 4.5;
-
 /// What the rig's events say of the drive.
 void Follow(std::span<const RecordedEvent> events,
             const core::Bench& bench,
@@ -94,7 +92,8 @@ std::optional<ControlAccount> AccountOf(const Review& review) {
     account.reference_rad_s[k] = player.At(k - account.reference_from);
   }
   const std::vector<RigChange> changes = ChangesOf(review.events, *options.bench, options.period_s);
-  const double from_s = changes.empty() ? account.planned.from_s + kRunInS : changes.front().t_s;
+  const double from_s =
+      changes.empty() ? account.planned.from_s + core::kControlRunInS : changes.front().t_s;
   account.judged_from =
       std::max({sample_at(from_s), account.reference_from, account.began.value_or(0)});
   if (account.began && review.diagnosis.calibration) {

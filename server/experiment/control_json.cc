@@ -16,7 +16,6 @@ namespace {
 namespace json = boost::json;
 
 constexpr double kSpeedMaxRadS = 1e5;
-constexpr double kDitherMaxV = 1.0;
 // Of the speed that the bench reaches: well below what a weak amplifier leaves.
 constexpr double kLowShare = 0.33;
 constexpr double kHighShare = 0.375;
@@ -45,7 +44,8 @@ core::Result<WantedControl> ParseControl(const json::object& object,
   control.reference = UsualReference(bench);
   control.options.kind = *core::ParseControlKind(
       in.WordOr("controller", "compensated", {"nominal", "compensated", "robust"}));
-  control.options.dither_v = in.NumberOr("dither_v", control.options.dither_v, 0.0, kDitherMaxV);
+  control.options.dither_v =
+      in.NumberOr("dither_v", control.options.dither_v, 0.0, core::ToleranceOptions::kDitherMaxV);
   if (const json::object* wanted = in.ObjectOrNull("reference")) {
     ObjectReader of(*wanted, "/control/reference");
     core::SpeedReference& reference = control.reference;

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <functional>
 #include <future>
 
 #include "faultlab_msgs/rig_bench_t.hpp"
@@ -81,22 +83,32 @@ TEST(RemoteRig, KeepsItsSpeedByOrdersFromHere) {
   server.WaitUntilHeard();
   EXPECT_TRUE(server.rig().description().controls_speed);
   RunPlan plan = ControlledPlan();
-  plan.uc_v.resize(400);
+  plan.uc_v.resize(60'000, 2.0);  // it is stopped when all is told
+  plan.control->reference.high_rad_s = plan.control->reference.low_rad_s;
   ASSERT_TRUE(server.rig().Arm(plan, kEpoch).ok());
   ASSERT_TRUE(server.rig().Start(kEpoch).ok());
   core::ControlOrder with_fault = Order();
   with_fault.alarmed = with_fault.named = true;
   with_fault.believed = core::BelievedFault{paper::kR1, 56.0, with_fault.healthy};
-  std::vector<std::future<core::Status>> taken;
+  // One after the other, each 100 samples after the one before was taken: the speed has settled.
+  const std::vector<std::function<void()>> steps = {
+      [&] { EXPECT_TRUE(server.rig().Command(kEpoch, Ordered(Order())).ok()); },
+      [&] { EXPECT_TRUE(server.rig().Command(kEpoch, Ordered(with_fault)).ok()); },
+      [&] { server.rig().SafeStop("enough"); }};
+  std::atomic<std::size_t> done{0};
+  std::vector<std::future<void>> asked;
+  std::int64_t next_at = 120;
   const RunLog log = Drain(server.rig(), [&](const core::Sample& sample) {
-    if (sample.index != 120 && sample.index != 200) return;
-    const core::ControlOrder order = sample.index == 120 ? Order() : with_fault;
-    taken.push_back(std::async(std::launch::async, [&server, order] {
-      return server.rig().Command(kEpoch, Ordered(order));
-    }));
+    if (done < asked.size() || asked.size() == steps.size()) {
+      next_at = sample.index + 100;
+    } else if (sample.index >= next_at) {
+      asked.push_back(std::async(std::launch::async, [&, step = steps[asked.size()]] {
+        step();
+        ++done;
+      }));
+    }
   });
-  for (auto& each : taken) EXPECT_TRUE(each.get().ok());
-  EXPECT_EQ(log.events.back().kind, RigEventKind::kFinished);
+  EXPECT_EQ(log.events.back().kind, RigEventKind::kStopped);
   const auto began = log.Of(RigEventKind::kControlBegan);
   ASSERT_EQ(began.size(), 1U);
   EXPECT_GT(began[0].index, 120);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
 #include <string>
 #include <utility>
 
@@ -17,8 +16,6 @@
 namespace faultlab::core {
 namespace {
 
-// Without a fault the quality is judged from here on.
-constexpr double kRunInS = 4.5;
 constexpr double kSecondsMax = 3600.0;
 
 Error Refuse(std::string message, std::string field) {
@@ -125,7 +122,7 @@ Result<ControlRecord> RunControl(const ControlPlan& plan) {
   record.verdict = pipeline.verdict();
   record.reachable_rad_s = drive->reachable_rad_s();
   record.accommodated = record.reachable_rad_s >= plan.reference.highest();
-  double from_s = control_from_s + kRunInS;
+  double from_s = control_from_s + kControlRunInS;
   if (!plan.faults.empty()) {
     from_s = std::max(control_from_s, std::ranges::min(plan.faults, {}, &Fault::at_s).at_s);
   }

@@ -9,8 +9,8 @@ export class ControlAccount {
   constructor(private readonly run: string) {}
 
   /** Again with each piece of `news`; at the end with the run beside it. */
-  async load(ended: boolean, news: number): Promise<void> {
-    const wanted = ended ? "all" : `${news}`;
+  async load(ended: boolean, news: string): Promise<void> {
+    const wanted = ended ? "all" : news;
     if (this.asked === wanted) return;
     this.asked = wanted;
     try {
