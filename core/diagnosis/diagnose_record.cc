@@ -81,13 +81,20 @@ void TellStepResponse(std::span<const Sample> samples,
 
 }  // namespace
 
-Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions& options) {
+Diagnosis DiagnoseRecord(
+    std::span<const Sample> samples,
+    const DiagnosisOptions& options,
+    const std::function<void(const Verdict& verdict, std::int64_t index)>& told) {
   Pipeline pipeline(options);
+  std::uint64_t seen = pipeline.verdict_version();
   for (const Sample& sample : samples) {
     pipeline.Push(sample);
     while (std::optional<DiagnosisTask> task = pipeline.TakeTask()) pipeline.Accept(RunTask(*task));
+    const std::uint64_t newest = pipeline.verdict_version();
+    if (told && newest != std::exchange(seen, newest)) told(pipeline.verdict(), sample.index);
   }
   Diagnosis diagnosis = pipeline.Finish();
+  if (told && !samples.empty()) told(diagnosis.verdict, samples.back().index);
   if (diagnosis.calibration && samples.size() > 1 &&
       diagnosis.calibration->Uses(options.bench->structure->estimated)) {
     const auto fitted = static_cast<std::size_t>(std::lround(kFitSeconds / options.period_s));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <span>
 
@@ -12,7 +13,12 @@ namespace faultlab::core {
 
 /// Diagnoses a whole record with the pipeline of a live run; its tasks are run at once, on this
 /// thread.
-Diagnosis DiagnoseRecord(std::span<const Sample> samples, const DiagnosisOptions& options);
+/// @param told  may be empty; gets each new verdict with the index of the sample that led to it,
+///              and the last one once more
+Diagnosis DiagnoseRecord(
+    std::span<const Sample> samples,
+    const DiagnosisOptions& options,
+    const std::function<void(const Verdict& verdict, std::int64_t index)>& told = {});
 
 /// Where the healthy stretch does not fit its bench: says in the reason which of `others` it fits,
 /// if it fits one. Cost: a calibration for each, at most ten of them.

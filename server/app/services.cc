@@ -92,12 +92,19 @@ core::Status Services::JoinLab() {
                                                                   options_.default_seed,
                                                                   SecretNumber,
                                                                   options_.speed});
+  const auto ended_by_user = [&database = base_.database](lab::SessionId session) {
+    const auto reason = database.Read([&](Transaction& tx) -> core::Result<lab::EndReason> {
+      return lab::lab_store::EndReasonOf(tx, session);
+    });
+    return reason.ok() && reason.value() == lab::EndReason::kEnded;
+  };
   trial_desk_ = std::make_unique<course::TrialDesk>(course::TrialDesk::Parts{assignments_,
                                                                              trials_,
                                                                              *experiments_,
                                                                              recordings_,
                                                                              base_.store,
                                                                              base_.benches,
+                                                                             ended_by_user,
                                                                              base_.clock,
                                                                              options_.log});
   rests_.Start([this](const RunRecord& record) { return IsOurRest(record); },

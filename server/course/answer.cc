@@ -34,6 +34,33 @@ void ReadValue(ObjectReader& in, Answer& answer) {
   if (in.Has("at_s")) answer.at_s = in.Number("at_s", 0.0, kRunSecondsMax);
 }
 
+std::vector<Evidence> ReadEvidence(ObjectReader& in) {
+  std::vector<Evidence> evidence;
+  const json::array* all = in.ArrayOrNull("evidence", kEvidenceMax);
+  if (all == nullptr) return evidence;
+  for (const json::value& each : *all) {
+    const std::string pointer = in.Pointer("evidence") + "/" + std::to_string(evidence.size());
+    const json::object* object = each.if_object();
+    if (object == nullptr) {
+      in.Refuse({core::ErrorCode::kInvalid,
+                 "Evidence is {\"from_s\", \"to_s\"}.",
+                 pointer,
+                 "member_missing",
+                 {{"member", "from_s"}}});
+      return evidence;
+    }
+    ObjectReader span(*object, pointer);
+    const double from_s = span.Number("from_s", 0.0, kRunSecondsMax);
+    const double to_s = span.Number("to_s", 0.0, kRunSecondsMax);
+    if (to_s < from_s) {
+      span.Refuse("to_s", "pool_range_backwards", "'to_s' must not lie below 'from_s'.");
+    }
+    if (auto error = span.Finish()) in.Refuse(*std::move(error));
+    evidence.push_back({from_s, to_s});
+  }
+  return evidence;
+}
+
 }  // namespace
 
 core::Result<Answer> ParseAnswer(const json::object& body, const core::Bench& bench) {
@@ -60,7 +87,8 @@ core::Result<Answer> ParseAnswer(const json::object& body, const core::Bench& be
     }
   }
   answer.confidence = in.Number("confidence", 0.0, 1.0);
-  answer.text = in.TextOr("text", "", kTextBytesMax);
+  answer.text = in.ProseOr("text", "", kTextBytesMax);
+  answer.evidence = ReadEvidence(in);
   if (auto error = in.Finish()) return *error;
   return answer;
 }
@@ -74,6 +102,13 @@ core::Result<Answer> ParseAnswer(std::string_view document, const core::Bench& b
 json::object ToJson(const Answer& answer) {
   json::object out{
       {"component", nullptr}, {"confidence", answer.confidence}, {"text", answer.text}};
+  if (!answer.evidence.empty()) {
+    json::array evidence;
+    for (const Evidence& each : answer.evidence) {
+      evidence.push_back(json::object{{"from_s", each.from_s}, {"to_s", each.to_s}});
+    }
+    out["evidence"] = std::move(evidence);
+  }
   if (!answer.component) return out;
   out["component"] = core::Name(*answer.component);
   out["value"] = answer.value;

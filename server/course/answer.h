@@ -4,11 +4,19 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/bench/bench.h"
 #include "core/types/result.h"
 
 namespace faultlab::server::course {
+
+/// A stretch of the record that shows what the answer says.
+struct Evidence {
+  double from_s = 0.0;
+  double to_s = 0.0;  ///< >= from_s
+};
+inline constexpr std::size_t kEvidenceMax = 8;
 
 /// What a student says about a trial.
 struct Answer {
@@ -18,10 +26,12 @@ struct Answer {
   std::optional<double> at_s;                ///< when the fault began
   double confidence = 1.0;                   ///< that the component is right, [0, 1]
   std::string text;                          ///< why
+  std::vector<Evidence> evidence;            ///< at most kEvidenceMax; it gives no points
 };
 
-/// {"component": "R1" | null, "value", "unit", "value_error", "at_s", "confidence", "text"}; a
-/// value has the SI unit of its component, and says so. Errors name the field.
+/// {"component": "R1" | null, "value", "unit", "value_error", "at_s", "confidence", "text",
+/// "evidence": [{"from_s", "to_s"}]}; a value has the SI unit of its component, and says so. Errors
+/// name the field.
 core::Result<Answer> ParseAnswer(const boost::json::object& body, const core::Bench& bench);
 core::Result<Answer> ParseAnswer(std::string_view document, const core::Bench& bench);
 boost::json::object ToJson(const Answer& answer);

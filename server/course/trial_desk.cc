@@ -3,16 +3,19 @@
 #include <algorithm>
 #include <boost/json.hpp>
 #include <chrono>
+#include <iterator>
 #include <utility>
 
 #include "core/diagnosis/diagnose_record.h"
 #include "server/auth/secrets.h"
 #include "server/course/commitment.h"
 #include "server/course/fault_pool.h"
+#include "server/course/kept_events.h"
 #include "server/course/trial_witness.h"
 #include "server/diagnosis_json/options_json.h"
 #include "server/experiment/plan_json.h"
 #include "server/json/json_reader.h"
+#include "server/run/verdict_teller.h"
 
 namespace faultlab::server::course {
 namespace {
@@ -49,12 +52,7 @@ core::DiagnosisOptions Opened(core::DiagnosisOptions options) {
 }
 
 std::vector<RecordedEvent> WithEvents(std::vector<RecordedEvent> events, const std::string& kept) {
-  const json::value parsed = json::parse(kept);
-  for (const json::value& each : parsed.as_array()) {
-    events.push_back({each.at("index").to_number<std::int64_t>(),
-                      std::string(each.at("kind").as_string()),
-                      std::string(each.at("json").as_string())});
-  }
+  std::ranges::move(ParseEvents(kept), std::back_inserter(events));
   std::stable_sort(
       events.begin(), events.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
   return events;
@@ -123,7 +121,8 @@ core::Result<Trial> TrialDesk::Start(const Principal& who,
   plan.value().name = assignment.name;
   plan.value().faults = faults;
   plan.value().trial = id;
-  plan.value().witness = MakeWitness(parts_.trials, id, faults, parts_.clock, parts_.log);
+  plan.value().witness =
+      MakeWitness(parts_.trials, id, faults, parts_.ended_by_user, parts_.clock, parts_.log);
   const auto run = parts_.experiments.Start(who, StartedBy::kPerson, std::move(plan).value());
   if (!run) {
     const core::Status returned = parts_.trials.Forget(id);
@@ -173,20 +172,28 @@ core::Result<Trial> TrialDesk::Look(const Assignment& assignment, Trial trial) {
   return parts_.trials.Get(trial.id);
 }
 
+core::Result<TrialDesk::Seen> TrialDesk::See(RunRecord record) {
+  const auto recording =
+      parts_.recordings.Load(std::move(record), 0, kSampleIndexMax, LongTurn::WhenTaken::kWait);
+  if (!recording) return recording.error();
+  const core::DiagnosisOptions options = Opened(recording.value().options);
+  Seen seen;
+  VerdictTeller teller(options.period_s);
+  seen.diagnosis = core::DiagnoseRecord(
+      recording.value().samples, options, [&](const core::Verdict& verdict, std::int64_t index) {
+        std::ranges::move(teller.Hear(verdict, index), std::back_inserter(seen.events));
+      });
+  return seen;
+}
+
 core::Result<Grade> TrialDesk::GradeOf(const Assignment& assignment,
                                        const Trial& trial,
-                                       const Answer& answer) {
+                                       const Answer& answer,
+                                       const core::Diagnosis& diagnosis) {
   const auto bench = BenchOf(assignment);
   if (!bench) return bench.error();
   const auto rubric = ParseRubric(assignment.rubric_json);
   if (!rubric) return rubric.error();
-  auto record = parts_.store.Get(trial.run);
-  if (!record) return record.error();
-  const auto recording = parts_.recordings.Load(
-      std::move(record).value(), 0, kSampleIndexMax, LongTurn::WhenTaken::kWait);
-  if (!recording) return recording.error();
-  const core::Diagnosis diagnosis =
-      core::DiagnoseRecord(recording.value().samples, Opened(recording.value().options));
   const std::chrono::duration<double, std::ratio<3600>> late =
       trial.answered_at.value_or(parts_.clock.Wall()) - assignment.DueFor(trial.account);
   return GradeAnswer(
@@ -206,15 +213,21 @@ core::Result<Trial> TrialDesk::TakeAnswer(const Assignment& assignment,
   if (trial.released_at || now >= ClosesFor(assignment, trial.account)) {
     return Refused("answer_late", "The assignment was due before this answer came.");
   }
-  const auto record = parts_.store.Get(trial.run);
+  auto record = parts_.store.Get(trial.run);
   if (!record) return record.error();
   if (record.value().state == RunState::kRunning) return runs;  // its end is being stored
+  const auto seen = See(std::move(record).value());
+  if (!seen) return seen.error();
   Trial given = trial;
   given.answered_at = now;
-  const auto grade = GradeOf(assignment, given, answer);
+  const auto grade = GradeOf(assignment, given, answer, seen.value().diagnosis);
   if (!grade) return grade.error();
-  const core::Status kept = parts_.trials.Answer(
-      trial.id, json::serialize(ToJson(answer)), json::serialize(ToJson(grade.value())), now);
+  const core::Status kept =
+      parts_.trials.Answer(trial.id,
+                           json::serialize(ToJson(answer)),
+                           json::serialize(ToJson(grade.value())),
+                           EventsText(WithEvents(seen.value().events, trial.events)),
+                           now);
   if (!kept.ok()) return kept.error();
   auto answered = parts_.trials.Get(trial.id);
   if (!answered) return answered;
@@ -233,6 +246,11 @@ core::Status TrialDesk::Release(const Assignment& assignment, const Trial& trial
     if (!options) return options.error();
     auto events = parts_.store.LoadEvents(trial.run);
     if (!events) return events.error();
+    if (trial.answer.empty()) {  // what the lab saw is kept with an answer
+      auto seen = See(record.value());
+      if (!seen) return seen.error();
+      std::ranges::move(seen.value().events, std::back_inserter(events.value()));
+    }
     const core::Status opened =
         parts_.store.Unseal(trial.run,
                             OpenedPlan(record.value().plan_json, trial.truth),

@@ -4,7 +4,9 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "core/diagnosis/diagnosis.h"
 #include "core/types/result.h"
 #include "server/auth/principal.h"
 #include "server/clock.h"
@@ -40,6 +42,7 @@ class TrialDesk {
     Recordings& recordings;
     RecordingStore& store;
     Benches& benches;
+    std::function<bool(lab::SessionId)> ended_by_user;  ///< of MakeWitness
     const Clock& clock;
     std::function<void(std::string_view)> log;
   };
@@ -64,12 +67,18 @@ class TrialDesk {
   core::Result<Trial> TakeAnswer(const Assignment& assignment,
                                  const Trial& trial,
                                  const Answer& answer);
-  /// Once more from the recording; one that is not answered as if it were now.
-  core::Result<Grade> GradeOf(const Assignment& assignment,
-                              const Trial& trial,
-                              const Answer& answer);
 
  private:
+  /// The lab's own diagnosis of a run that was sealed, and its events.
+  struct Seen {
+    core::Diagnosis diagnosis;
+    std::vector<RecordedEvent> events;
+  };
+  core::Result<Seen> See(RunRecord record);
+  core::Result<Grade> GradeOf(const Assignment& assignment,
+                              const Trial& trial,
+                              const Answer& answer,
+                              const core::Diagnosis& diagnosis);
   core::Status Release(const Assignment& assignment, const Trial& trial);
   core::Result<const core::Bench*> BenchOf(const Assignment& assignment);
 

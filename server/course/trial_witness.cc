@@ -1,11 +1,11 @@
 #include "server/course/trial_witness.h"
 
 #include <algorithm>
-#include <boost/json.hpp>
 #include <cmath>
 #include <string>
 #include <utility>
 
+#include "server/course/kept_events.h"
 #include "server/run/run_messages.h"
 
 namespace faultlab::server::course {
@@ -20,30 +20,25 @@ class Witness final : public SealedWitness {
   Witness(Trials trials,
           std::int64_t trial,
           std::vector<core::Fault> drawn,
+          std::function<bool(lab::SessionId)> ended_by_user,
           const Clock& clock,
           std::function<void(std::string_view)> log)
       : trials_(trials),
         trial_(trial),
         drawn_(std::move(drawn)),
+        ended_by_user_(std::move(ended_by_user)),
         clock_(clock),
         log_(std::move(log)) {}
 
   void OnEvent(const hardware::RigEvent& event, double period_s) override {
     events_.push_back(event);
-    const RecordedEvent recorded = MakeEvent(event, period_s);
-    kept_.push_back(boost::json::object{
-        {"index", recorded.index}, {"kind", recorded.kind}, {"json", recorded.json}});
+    kept_.push_back(MakeEvent(event, period_s));
   }
 
-  void OnEnd(RunState state, bool tripped, double length_s) override {
-    const bool stands =
-        state == RunState::kFinished || state == RunState::kStopped || (tripped && length_s > 0.0);
-    const char* why = !stands                          ? "rig_failed"
-                      : ConfirmsWhatWasDrawn(length_s) ? ""
-                                                       : "relay_mismatch";
-    const core::Status done =
-        *why == '\0' ? trials_.Ended(trial_, boost::json::serialize(kept_), clock_.Wall())
-                     : trials_.Void(trial_, why, clock_.Wall());
+  void OnEnd(const SealedEnd& end) override {
+    const std::string why = WhyVoid(end);
+    const core::Status done = why.empty() ? trials_.Ended(trial_, EventsText(kept_), clock_.Wall())
+                                          : trials_.Void(trial_, why, clock_.Wall());
     if (!done.ok()) {
       log_("trial " + std::to_string(trial_) +
            ": its end is not stored, so it will be void: " + done.error().message);
@@ -51,6 +46,16 @@ class Witness final : public SealedWitness {
   }
 
  private:
+  std::string WhyVoid(const SealedEnd& end) const {
+    const bool stopped = end.state == RunState::kStopped;
+    const bool stands =
+        stopped || end.state == RunState::kFinished || (end.tripped && end.length_s > 0.0);
+    if (!stands) return "rig_failed";
+    if (!ConfirmsWhatWasDrawn(end.length_s)) return "relay_mismatch";
+    if (!stopped || end.by_person) return "";
+    if (end.revoked == lab::SessionId{}) return "interrupted";
+    return ended_by_user_(end.revoked) ? "" : "session_ended";
+  }
   bool ConfirmsWhatWasDrawn(double length_s) const {
     const auto drawn = [this](core::Component component) {
       return std::ranges::any_of(
@@ -80,10 +85,11 @@ class Witness final : public SealedWitness {
   Trials trials_;  ///< its own: the run may outlive whoever began it
   const std::int64_t trial_;
   const std::vector<core::Fault> drawn_;
+  const std::function<bool(lab::SessionId)> ended_by_user_;
   const Clock& clock_;
   const std::function<void(std::string_view)> log_;
   std::vector<hardware::RigEvent> events_;
-  boost::json::array kept_;
+  std::vector<RecordedEvent> kept_;
 };
 
 }  // namespace
@@ -91,9 +97,11 @@ class Witness final : public SealedWitness {
 std::shared_ptr<SealedWitness> MakeWitness(Trials trials,
                                            std::int64_t trial,
                                            std::vector<core::Fault> drawn,
+                                           std::function<bool(lab::SessionId)> ended_by_user,
                                            const Clock& clock,
                                            std::function<void(std::string_view)> log) {
-  return std::make_shared<Witness>(trials, trial, std::move(drawn), clock, std::move(log));
+  return std::make_shared<Witness>(
+      trials, trial, std::move(drawn), std::move(ended_by_user), clock, std::move(log));
 }
 
 }  // namespace faultlab::server::course

@@ -14,10 +14,14 @@
 namespace faultlab::server::course {
 
 /// Stores what the rig confirmed of a trial when its run ends, or voids the trial: when the rig
-/// failed ("rig_failed"), or when its relays did not do what was drawn ("relay_mismatch").
+/// failed ("rig_failed"), when its relays did not do what was drawn ("relay_mismatch"), and when
+/// the run was cut by the server ("interrupted") or by the end of a session that its student did
+/// not end ("session_ended"). Whoever stops the run or ends the session has used the attempt.
+/// @param ended_by_user  whether this session was; false when that is not known
 std::shared_ptr<SealedWitness> MakeWitness(Trials trials,
                                            std::int64_t trial,
                                            std::vector<core::Fault> drawn,
+                                           std::function<bool(lab::SessionId)> ended_by_user,
                                            const Clock& clock,
                                            std::function<void(std::string_view)> log);
 

@@ -189,11 +189,13 @@ core::Status Trials::Ended(std::int64_t id, const std::string& events, WallTime 
 core::Status Trials::Answer(std::int64_t id,
                             const std::string& answer,
                             const std::string& grade,
+                            const std::string& events,
                             WallTime now) {
   return Move(id,
               "'open'",
-              "state = 'answered', answer = :answer, grade = :grade, answered_ms = :now",
-              {{"answer", answer}, {"grade", grade}},
+              "state = 'answered', answer = :answer, grade = :grade, events = :events, "
+              "answered_ms = :now",
+              {{"answer", answer}, {"grade", grade}, {"events", events}},
               now);
 }
 

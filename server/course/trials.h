@@ -35,7 +35,7 @@ struct Trial {
   std::string commitment;  ///< Commitment::hash
   std::string nonce;
   std::string truth;   ///< {"faults": [..], "seed": N}
-  std::string events;  ///< [{"index", "kind", "json"}]: what the rig confirmed, see RecordedEvent
+  std::string events;  ///< EventsText: what the rig confirmed; once answered, what the lab saw too
   WallTime created_at{};
   std::optional<WallTime> ended_at;
   std::string answer;  ///< Answer as JSON; empty: none yet
@@ -66,6 +66,7 @@ class Trials {
   core::Status Answer(std::int64_t id,
                       const std::string& answer,
                       const std::string& grade,
+                      const std::string& events,
                       WallTime now);
   core::Status Release(std::int64_t id, WallTime now);
   /// A teacher's points for one that is released; empty: the grade counts again.

@@ -19,10 +19,10 @@ std::string Format(double value) {
   return {text.data(), static_cast<std::size_t>(size)};
 }
 
-bool HasControlCharacter(std::string_view text) {
+bool HasControlCharacter(std::string_view text, std::string_view allowed) {
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7F) return true;
+    if ((byte < 0x20 || byte == 0x7F) && allowed.find(c) == std::string_view::npos) return true;
   }
   return false;
 }
@@ -178,10 +178,23 @@ std::string ObjectReader::Text(std::string_view name, std::size_t bytes_max) {
 std::string ObjectReader::TextOr(std::string_view name,
                                  std::string fallback,
                                  std::size_t bytes_max) {
+  return ReadText(name, std::move(fallback), bytes_max, "");
+}
+
+std::string ObjectReader::ProseOr(std::string_view name,
+                                  std::string fallback,
+                                  std::size_t bytes_max) {
+  return ReadText(name, std::move(fallback), bytes_max, "\n\r\t");
+}
+
+std::string ObjectReader::ReadText(std::string_view name,
+                                   std::string fallback,
+                                   std::size_t bytes_max,
+                                   std::string_view allowed) {
   const json::value* value = Find(name);
   if (value == nullptr) return fallback;
   if (value->is_string() && value->get_string().size() <= bytes_max &&
-      !HasControlCharacter(value->get_string())) {
+      !HasControlCharacter(value->get_string(), allowed)) {
     return std::string(value->get_string());
   }
   const std::string member(name);

@@ -41,6 +41,8 @@ class ObjectReader {
   /// UTF-8 without control characters, at most `bytes_max` bytes.
   std::string Text(std::string_view name, std::size_t bytes_max);
   std::string TextOr(std::string_view name, std::string fallback, std::size_t bytes_max);
+  /// The same with line breaks and tabs.
+  std::string ProseOr(std::string_view name, std::string fallback, std::size_t bytes_max);
   /// One of the words; a refusal lists them. Returns the first word on failure.
   std::string_view WordOr(std::string_view name,
                           std::string_view fallback,
@@ -63,6 +65,10 @@ class ObjectReader {
 
  private:
   const boost::json::value* Find(std::string_view name);
+  std::string ReadText(std::string_view name,
+                       std::string fallback,
+                       std::size_t bytes_max,
+                       std::string_view allowed);
   void RefuseKind(std::string_view name, const std::string& expected);
 
   const boost::json::object& object_;

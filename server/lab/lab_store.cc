@@ -347,6 +347,13 @@ void Save(Transaction& tx, const Changes& changes, std::int64_t version) {
       use(version, "version"), use(changes.next_id, "next");
 }
 
+EndReason EndReasonOf(Transaction& tx, SessionId session) {
+  const std::int64_t id = Number(session);
+  int reason = 0;
+  tx.sql() << "SELECT end_reason FROM lab_session WHERE id = :id", into(reason), use(id, "id");
+  return static_cast<EndReason>(reason);
+}
+
 void AddEvents(Transaction& tx, const std::vector<LabEvent>& events) {
   for (const LabEvent& event : events) {
     const std::int64_t user = Number(event.user);

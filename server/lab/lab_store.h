@@ -101,6 +101,8 @@ LabState Load(Transaction& tx);
 void Save(Transaction& tx, const Changes& changes, std::int64_t version);
 void AddEvents(Transaction& tx, const std::vector<LabEvent>& events);
 std::vector<LabEvent> EventsSince(Transaction& tx, UserId user, std::int64_t since, int limit);
+/// Why this session has ended; kNone while it goes on, and when it is not known.
+EndReason EndReasonOf(Transaction& tx, SessionId session);
 /// The newest sequence number of a user, 0 when there is none.
 std::int64_t NewestEvent(Transaction& tx, UserId user);
 

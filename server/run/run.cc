@@ -72,6 +72,7 @@ Run::Run(RunServices services, RunRequest request, RunRecord record, CommandHand
       box_(std::make_shared<SolverBox>()),
       nominal_positions_(NominalPositions(*request_.diagnosis.bench, request_.diagnosis.nominal)),
       positions_(nominal_positions_),
+      teller_(record.period_s),
       learning_(pipeline_.learning()),
       waiting_(LearningEnd(request_, learning_, rig_->description())) {
   state_.id = record.id;
@@ -108,6 +109,7 @@ core::Status Run::Start() {
 void Run::Stop(std::string_view reason) {
   const std::lock_guard lock(control_mutex_);
   if (!rig_is_ours_) return;
+  stopped_by_person_ = reason == kStoppedByPerson;
   stopped_by_us_ = true;
   rig_->SafeStop(reason);
 }
@@ -273,7 +275,6 @@ void Run::FollowVerdict() {
   const core::Verdict& verdict = pipeline_.verdict();
   if (pipeline_.verdict_version() != verdict_seen_) {
     verdict_seen_ = pipeline_.verdict_version();
-    const double period_s = state_.period_s;
     const std::int64_t now = last_frame_ ? last_frame_->sample.index : 0;
     verdict_text_ = VerdictText(verdict);
     auto diagnosis = std::make_shared<const core::Diagnosis>(pipeline_.Snapshot());
@@ -283,25 +284,10 @@ void Run::FollowVerdict() {
       state_.diagnosis_json = verdict_text_;
       state_.diagnosis = std::move(diagnosis);
     }
-    // A later alarm may turn out to belong to an earlier one, which was told already.
-    const bool newer = verdict.detected_at_s && *verdict.detected_at_s > told_s_;
-    if (newer) {
-      told_s_ = *verdict.detected_at_s;
-      const auto index = static_cast<std::int64_t>(std::llround(*verdict.detected_at_s / period_s));
-      AddEvent(MakeDiagnosisEvent("detected", index, period_s, nullptr, verdict.detector));
-      if (IsPresent(now)) TellMoment(now, "detection");
-      isolated_.reset();
-    }
-    if (detected_at_s_ && !verdict.detected_at_s && verdict.kind == core::VerdictKind::kNominal) {
-      AddEvent(MakeDiagnosisEvent("returned", now, period_s, nullptr, "back to nominal"));
-      isolated_.reset();
-    }
-    detected_at_s_ = verdict.detected_at_s;
-    if (verdict.kind == core::VerdictKind::kFault && !verdict.candidates.empty() &&
-        isolated_ != verdict.candidates.front().component) {
-      isolated_ = verdict.candidates.front().component;
-      AddEvent(MakeDiagnosisEvent(
-          "isolated", now, period_s, &verdict.candidates.front(), verdict.reason));
+    for (RecordedEvent& event : teller_.Hear(verdict, now)) {
+      const bool detected = event.kind == "detected";
+      AddEvent(std::move(event));
+      if (detected && IsPresent(now)) TellMoment(now, "detection");
     }
   }
   const MonotonicTime now = services_.clock.Monotonic();
@@ -328,6 +314,7 @@ void Run::OnRigEvent(const hardware::RigEvent& event) {
     finished_ = true;
   } else if (event.kind == hardware::RigEventKind::kStopped && request_.hold.revoked()) {
     stopped_by_us_ = true;  // the bay stopped it, at the end of the session
+    revoked_ = request_.hold.lease().session;
   } else if (event.kind == hardware::RigEventKind::kStopped && !stopped_by_us_ &&
              failure_.empty()) {
     failure_ = event.text;
@@ -471,7 +458,11 @@ void Run::Finish() {
   RunState state = EndState();
   const std::int64_t samples = Snapshot().samples;
   if (request_.witness) {
-    request_.witness->OnEnd(state, tripped_, static_cast<double>(samples) * state_.period_s);
+    request_.witness->OnEnd({.state = state,
+                             .tripped = tripped_,
+                             .by_person = stopped_by_person_,
+                             .revoked = revoked_,
+                             .length_s = static_cast<double>(samples) * state_.period_s});
   }
   const std::string text = DiagnosisText(diagnosis, request_.diagnosis, samples);
   if (learnt_again_ && !left) StoreOptions();

@@ -17,6 +17,7 @@
 #include "server/run/run_manager.h"
 #include "server/run/run_messages.h"
 #include "server/run/solver.h"
+#include "server/run/verdict_teller.h"
 #include "server/run/waiting_changes.h"
 #include "server/run/worker.h"
 #include "server/stream/stream_hub.h"
@@ -125,13 +126,11 @@ class Run : public std::enable_shared_from_this<Run> {
   std::uint64_t verdict_sent_ = 0;
   std::uint64_t ordered_ = 0;  ///< the verdict that the rig's speed control has
   MonotonicTime verdict_sent_at_{};
-  std::optional<double> detected_at_s_;
-  double told_s_ = -1.0;  ///< of the newest "detected"
-  std::optional<core::Component> isolated_;
   std::shared_ptr<SolverBox> box_;
   std::uint64_t solver_tasks_ = 0;
   std::string failure_;                ///< why the run fails; empty if it does not
   bool tripped_ = false;               ///< an interlock acted
+  lab::SessionId revoked_{};           ///< the session whose end stopped it
   hardware::LoopQuality loop_before_;  ///< of the rig, when the run began
   std::chrono::steady_clock::time_point listened_at_{};  ///< when the link was last looked at
   std::optional<double> silent_s_;  ///< so long the rig has not been heard; nothing: it is heard
@@ -140,6 +139,7 @@ class Run : public std::enable_shared_from_this<Run> {
   const Positions nominal_positions_;
   Positions positions_;
   std::string verdict_text_;
+  VerdictTeller teller_;
   core::Learning learning_;
   bool release_due_ = false;  ///< the stretch is over: waiting changes may act
 
@@ -154,6 +154,7 @@ class Run : public std::enable_shared_from_this<Run> {
   std::mutex control_mutex_;  ///< held while a command, stop or release goes to the rig
   bool rig_is_ours_ = true;   ///< guarded by it; after LetGo another lease may have the rig
   std::atomic<bool> stopped_by_us_{false};
+  std::atomic<bool> stopped_by_person_{false};
   std::atomic<bool> ended_{false};
   std::thread thread_;
 };

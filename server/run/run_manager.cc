@@ -172,7 +172,7 @@ core::Result<Accepted> RunManager::Impl::Obey(const std::string& id,
   }
   if (message.action == ViewerAction::kStop) {
     if (message.epoch != run->epoch()) return refusal::StaleEpoch();
-    run->Stop("stopped by a person");
+    run->Stop(kStoppedByPerson);
     return Accepted{};
   }
   if (!in_force_()) return refusal::OutOfTouch();

@@ -39,6 +39,18 @@ class RunTap {
                                              hardware::Epoch epoch) = 0;
 };
 
+/// The reason of a stop that a person asked for; all others are the lab's.
+inline constexpr std::string_view kStoppedByPerson = "stopped by a person";
+
+/// How a sealed run has ended.
+struct SealedEnd {
+  RunState state{};
+  bool tripped = false;      ///< an interlock of the rig ended it
+  bool by_person = false;    ///< somebody stopped it
+  lab::SessionId revoked{};  ///< the session whose end stopped it; 0: none
+  double length_s = 0.0;     ///< that was recorded
+};
+
 /// Keeps what tells the faults of a sealed run: its stored plan lacks them, its events of
 /// components go here and nowhere else, it has no diagnosis and takes no command. Called on the
 /// run's thread.
@@ -47,9 +59,7 @@ class SealedWitness {
   virtual ~SealedWitness() = default;
   virtual void OnEvent(const hardware::RigEvent& event, double period_s) = 0;
   /// Before the end is stored, so that a run with a stored end has its witness's account.
-  /// @param tripped  an interlock of the rig ended it
-  /// @param length_s  that was recorded
-  virtual void OnEnd(RunState state, bool tripped, double length_s) = 0;
+  virtual void OnEnd(const SealedEnd& end) = 0;
 };
 
 /// One experiment, validated and resolved.

@@ -61,16 +61,25 @@ describe("course", { timeout: SUITE_MS }, () => {
     await card.getByText("Choose a component and give its value").waitFor();
     await card.getByRole("combobox").selectOption("R1");
     await card.getByLabel("Value, Ω").fill("47");
-    await card.getByLabel("Why").fill("b0 has fallen");
+    await card.getByLabel("Why").fill("b0 has fallen,\na1 has not");
+    await card.getByRole("button", { name: "Choose a stretch on the charts" }).click();
+    await page.getByLabel("Time of cursor A, s").fill("8");
+    await page.getByLabel("Time of cursor B, s").fill("9.5");
+    await card.getByRole("button", { name: "Mark the stretch between the cursors" }).click();
+    await card.getByRole("button", { name: "Remove, 8.00–9.50 s" }).waitFor();
     await page.reload();
     await waitForReview(page);
     assert.equal(await card.getByLabel("Value, Ω").inputValue(), "47", "the draft is kept");
+    await card.getByRole("button", { name: "Show it on the charts, 8.00–9.50 s" }).click();
     assert.deepEqual(await axe(page), []);
     await card.getByRole("button", { name: "Answer" }).click();
     await page.getByRole("dialog").getByRole("button", { name: "Answer: R1 → 47 Ω" }).click();
     await card.getByText(/of 100 points/).waitFor();
     // The run is open now: the lab's own verdict stands beside the grade.
     await page.locator(".heading").getByText(/R1/).waitFor();
+    await card.getByText(/own diagnosis noticed it at .*It named R1 at/).waitFor();
+    await card.getByText(/a1 has not/).waitFor();
+    await card.getByRole("button", { name: "Show it on the charts, 8.00–9.50 s" }).waitFor();
     await card.getByText("How the truth is sealed").click();
     await card.getByText(/printf '%s%s'/).waitFor();
     assert.deepEqual(await axe(page), []);

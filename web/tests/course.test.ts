@@ -1,8 +1,14 @@
 import { describe, expect, it } from "vitest";
-import { answerOf } from "../src/course/answer_draft";
+import { type AnswerDraft, answerOf } from "../src/course/answer_draft";
 import { duePreset, poolOf } from "../src/course/pool";
 
-const draft = { component: "R1", value: 56, confidence: 70, text: "why" };
+const draft: AnswerDraft = {
+  component: "R1",
+  value: 56,
+  confidence: 70,
+  text: "why",
+  evidence: [[8.2, 9]],
+};
 
 describe("the answer of a trial", () => {
   it("has the value in the unit of the component", () => {
@@ -12,6 +18,7 @@ describe("the answer of a trial", () => {
       unit: "ohm",
       confidence: 0.7,
       text: "why",
+      evidence: [{ from_s: 8.2, to_s: 9 }],
     });
     expect(answerOf({ ...draft, atS: 8.2 }, "ohm")).toMatchObject({ at_s: 8.2 });
   });
@@ -20,6 +27,7 @@ describe("the answer of a trial", () => {
       component: null,
       confidence: 0.7,
       text: "why",
+      evidence: [{ from_s: 8.2, to_s: 9 }],
     });
   });
   it("is none while something is missing", () => {

@@ -244,7 +244,7 @@ core::Result<HttpResponse> StopRun(RunApi& api, const ApiRequest& request) {
   if (request.run.state != RunState::kRunning || WaitsForItsEnd(api, request.run.id)) {
     return refusal::RunEnded();
   }
-  const core::Status stopped = api.runs.Stop(request.run.id, "stopped by a person");
+  const core::Status stopped = api.runs.Stop(request.run.id, kStoppedByPerson);
   if (!stopped.ok() && stopped.error().code == core::ErrorCode::kNotFound) {
     return refusal::RunEnded();
   }

@@ -137,7 +137,9 @@ TEST_F(TrialTest, IsDrawnPlayedAnsweredGradedAndOpened) {
   }
   EXPECT_EQ(
       kinds,
-      (std::vector<std::string>{"started", "fault_commanded", "relay_confirmed", "finished"}));
+      (std::vector<std::string>{
+          "started", "fault_commanded", "relay_confirmed", "detected", "isolated", "finished"}))
+      << "what the lab would have told live is there too";
   const json::object diagnosis =
       Ok(Call(ann_, "GET", "runs/{id}/diagnosis", "runs/" + run + "/diagnosis"));
   EXPECT_EQ(diagnosis.at("verdict"), "fault");
@@ -167,6 +169,26 @@ TEST_F(TrialTest, IsReleasedWhenItIsDueWhateverWasAnswered) {
                                      "assignments/" + std::to_string(assignment) + "/grades.csv");
   EXPECT_NE(csv.body.find("\"healthy\",\"\",\"1\",\"Ra = 9.8124738261\",0"), std::string::npos)
       << csv.body;
+}
+
+TEST_F(TrialTest, AnAnswerSaysWhyInLinesAndMarksWhatShowsIt) {
+  const std::int64_t assignment = Assign(kRa, kAtOnce);
+  const std::int64_t id = Play(assignment).at("id").as_int64();
+  const auto with = [](const std::string& evidence) {
+    return R"({"component":"Ra","value":9.8,"unit":"ohm","confidence":0.9,"text":"ia falls,\nn too",)"
+           R"("evidence":)" +
+           evidence + "}";
+  };
+  EXPECT_EQ(ReasonOf(Answer(ann_, id, with(R"([{"from_s":9,"to_s":8}])"))), "pool_range_backwards");
+  EXPECT_EQ(ReasonOf(Answer(ann_, id, with(R"([{"from_s":9}])"))), "member_missing");
+  EXPECT_EQ(ReasonOf(Answer(ann_, id, with("[5]"))), "member_missing");
+  EXPECT_EQ(ReasonOf(Answer(ann_, id, with(R"([{"from_s":9,"to_s":1e9}])"))), "number_outside");
+  const json::object answered =
+      Ok(Answer(ann_, id, with(R"([{"from_s":8.2,"to_s":9},{"from_s":12,"to_s":12}])")));
+  const json::object& answer = answered.at("answer").as_object();
+  EXPECT_EQ(answer.at("text"), "ia falls,\nn too");
+  EXPECT_EQ(answer.at("evidence").as_array().size(), 2U);
+  EXPECT_EQ(answer.at("evidence").at(0).at("to_s").to_number<double>(), 9.0);
 }
 
 TEST_F(TrialTest, IsTakenLateForFewerPointsAndReleasedWhenThatIsOver) {
@@ -508,6 +530,32 @@ TEST_F(BenchTrialTest, IsPlayedInASessionAndItsTruthIsWhatTheRelaysSay) {
     confirmed = confirmed || event.at("kind") == "relay_confirmed";
   }
   EXPECT_TRUE(confirmed);
+}
+
+TEST_F(BenchTrialTest, ASessionThatTheLabEndsGivesTheAttemptBack) {
+  constexpr const char* kRelays =
+      R"({"healthy_share":0,"items":[{"component":"R1","values":[56],"onset_from_s":8}]})";
+  const std::int64_t assignment =
+      Assign(kRelays, R"(,"on":"bench","attempts":2,"plan":{"duration_s":600})");
+  const Person olga = Make("olga", Role::kOperator);
+  const auto cut_by = [&](const Person& who) {
+    const std::string rig = TakeBench();
+    const json::object begun = Ok(TryStartOn(assignment, rig), 201);
+    const std::string run(begun.at("run").as_string());
+    EXPECT_TRUE(tests::Await([&] {
+      return Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run)).at("samples").as_int64() > 0;
+    }));
+    const json::object sessions = Ok(Call(ann_, "GET", "sessions", "sessions"));
+    const std::string session =
+        "sessions/" + std::to_string(sessions.at("items").at(0).at("id").as_int64()) + "/end";
+    EXPECT_EQ(Call(who, "POST", "sessions/{id}/end", session, "{}").status, 200);
+    application_->runs().Wait(run);
+    return Trial(ann_, begun.at("id").as_int64());
+  };
+  EXPECT_EQ(cut_by(olga).at("void"), "session_ended");
+  const json::object own = cut_by(ann_);
+  EXPECT_TRUE(own.at("void").is_null());
+  EXPECT_EQ(own.at("state"), "open") << "whoever does not like a fault cannot draw another one";
 }
 
 constexpr const char* kPool = R"({"healthy_share":0.2,"items":[

@@ -51,13 +51,15 @@ class TrialsTest : public ::testing::Test {
 TEST_F(TrialsTest, GoFromTheDrawToTheRelease) {
   const std::int64_t id = Add().value().id;
   EXPECT_EQ(StateOf(id), TrialState::kDrawn);
-  EXPECT_EQ(ReasonOf(trials_.Answer(id, "{}", "{}", kNow)), "trial_changed");
+  EXPECT_EQ(ReasonOf(trials_.Answer(id, "{}", "{}", "[]", kNow)), "trial_changed");
   ASSERT_TRUE(trials_.Began(id, "run-1").ok());
   EXPECT_EQ(StateOf(id), TrialState::kRunning);
   ASSERT_TRUE(trials_.Ended(id, R"(["it's"])", kNow).ok());
   EXPECT_EQ(ReasonOf(trials_.Ended(id, "[]", kNow)), "trial_changed");
-  ASSERT_TRUE(trials_.Answer(id, R"({"text":"a ':now' in words"})", R"({"points":5})", kNow).ok());
-  EXPECT_EQ(ReasonOf(trials_.Answer(id, "{}", "{}", kNow)), "trial_changed") << "the first counts";
+  ASSERT_TRUE(
+      trials_.Answer(id, R"({"text":"a ':now' in words"})", R"({"points":5})", "[]", kNow).ok());
+  EXPECT_EQ(ReasonOf(trials_.Answer(id, "{}", "{}", "[]", kNow)), "trial_changed")
+      << "the first counts";
   EXPECT_EQ(ReasonOf(trials_.Void(id, "rig_failed", kNow)), "trial_changed");
   ASSERT_TRUE(trials_.Release(id, kNow).ok());
   const Trial trial = trials_.Get(id).value();
@@ -73,7 +75,7 @@ TEST_F(TrialsTest, TakeNoAnswerAfterTheRelease) {
   const std::int64_t id = Add().value().id;
   ASSERT_TRUE(trials_.Ended(id, "[]", kNow).ok());
   ASSERT_TRUE(trials_.Release(id, kNow).ok());
-  EXPECT_EQ(ReasonOf(trials_.Answer(id, "{}", "{}", kNow)), "trial_changed");
+  EXPECT_EQ(ReasonOf(trials_.Answer(id, "{}", "{}", "[]", kNow)), "trial_changed");
 }
 
 TEST_F(TrialsTest, OfARunThatCouldNotBeginNothingStays) {
@@ -104,7 +106,7 @@ TEST_F(TrialsTest, AreOneAtATimeAndAsManyAsAttempts) {
     ASSERT_TRUE(next.ok()) << next.error().message;
     EXPECT_EQ(former_, static_cast<std::size_t>(n + 1)) << "a void one is not drawn again";
     ASSERT_TRUE(trials_.Ended(next.value().id, "[]", kNow).ok());
-    ASSERT_TRUE(trials_.Answer(next.value().id, "{}", "{}", kNow).ok());
+    ASSERT_TRUE(trials_.Answer(next.value().id, "{}", "{}", "[]", kNow).ok());
   }
   EXPECT_EQ(Add(2).error().reason, "attempts_used");
   EXPECT_EQ(trials_.Of(5, 7, 0, 10).value().size(), 3U);
@@ -114,6 +116,8 @@ TEST_F(TrialsTest, AreOneAtATimeAndAsManyAsAttempts) {
 
 class WitnessTest : public TrialsTest {
  protected:
+  static constexpr lab::SessionId kEndedByUser{5};
+
   const core::Component r1_ = *paper::Bench().Find("R1");
 
   hardware::RigEvent Confirmed(core::Component component, double value) const {
@@ -128,12 +132,22 @@ class WitnessTest : public TrialsTest {
     const std::int64_t id = Add(100).value().id;
     const core::Fault fault =
         drawn.value_or(core::Fault{r1_, 60.0, 8.0, core::FaultKind::kAbrupt, 0.0});
-    const auto witness = MakeWitness(trials_, id, {fault}, clock_, [](auto) {});
+    return EndWith(events,
+                   id,
+                   fault,
+                   {.state = state, .tripped = tripped, .by_person = true, .length_s = length_s});
+  }
+  std::string EndWith(const std::vector<hardware::RigEvent>& events,
+                      std::int64_t id,
+                      const core::Fault& fault,
+                      const SealedEnd& end) {
+    const auto by_user = [](lab::SessionId session) { return session == kEndedByUser; };
+    const auto witness = MakeWitness(trials_, id, {fault}, by_user, clock_, [](auto) {});
     for (const hardware::RigEvent& event : events) witness->OnEvent(event, 0.01);
-    witness->OnEnd(state, tripped, length_s);
+    witness->OnEnd(end);
     const Trial trial = trials_.Get(id).value();
     if (trial.state == TrialState::kOpen) {
-      EXPECT_TRUE(trials_.Answer(id, "{}", "{}", kNow).ok());
+      EXPECT_TRUE(trials_.Answer(id, "{}", "{}", "[]", kNow).ok());
       return "stands";
     }
     return trial.why;
@@ -168,6 +182,20 @@ TEST_F(WitnessTest, GivesTheAttemptBackOnlyWhenTheRigFailed) {
   EXPECT_EQ(EndWith({Confirmed(r1_, 60.0)}, RunState::kFailed, 12.0, true), "stands")
       << "an interlock acted, as it does with this fault";
   EXPECT_EQ(EndWith({Confirmed(r1_, 60.0)}, RunState::kFailed, 12.0), "rig_failed");
+}
+
+TEST_F(WitnessTest, GivesTheAttemptBackWhenTheLabCutTheRun) {
+  const core::Fault fault{r1_, 60.0, 8.0, core::FaultKind::kAbrupt, 0.0};
+  const auto cut = [&](lab::SessionId session) {
+    return EndWith({},
+                   Add(100).value().id,
+                   fault,
+                   {.state = RunState::kStopped, .revoked = session, .length_s = 5.0});
+  };
+  EXPECT_EQ(cut({}), "interrupted") << "the server stops";
+  EXPECT_EQ(cut(lab::SessionId{6}), "session_ended");
+  EXPECT_EQ(cut(kEndedByUser), "stands")
+      << "or whoever does not like a fault would end the session";
 }
 
 TEST_F(TrialsTest, AnAssignmentKeepsItsOwnPool) {

@@ -88,7 +88,7 @@ class RunFixture : public ::testing::Test {
   }
   /// The rig under the next lease of its epoch; an empty hold if the bay refuses it.
   RigHold Hold(const std::string& rig) {
-    auto hold = bay_.Acquire({.rig = rig, .epoch = ++epoch_});
+    auto hold = bay_.Acquire({.rig = rig, .session = lab::SessionId{7}, .epoch = ++epoch_});
     return hold ? std::move(hold).value() : RigHold{};
   }
   /// A run on a rig that returns the messages given by the test.

@@ -1,11 +1,15 @@
 // A run whose faults are known to its witness alone.
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "server/net/http_server.h"
+#include "server/net/router.h"
 #include "tests/server/run/run_fixture.h"
+#include "tests/support/raw_client.h"
 
 namespace faultlab::tests {
 namespace {
@@ -15,19 +19,27 @@ class Witness final : public SealedWitness {
   void OnEvent(const hardware::RigEvent& event, double /*period_s*/) override {
     events.push_back(event);
   }
-  void OnEnd(RunState state, bool tripped_now, double length) override {
-    end = state;
-    tripped = tripped_now;
-    length_s = length;
-  }
+  void OnEnd(const SealedEnd& how) override { end = how; }
   std::vector<hardware::RigEvent> events;
-  RunState end = RunState::kRunning;
-  bool tripped = false;
-  double length_s = 0.0;
+  SealedEnd end{};
 };
 
 class SealedRunTest : public RunFixture {
  protected:
+  SealedRunTest() {
+    HttpServerOptions http;
+    http.listen = "127.0.0.1:0";
+    server_ = std::make_unique<HttpServer>(
+        http, router_, [this](const HttpRequest& request) -> UpgradeDecision {
+          const std::string run = request.Query("run").value_or("");
+          return [this, run](UpgradedSocket socket) {
+            hub_->Adopt(std::move(socket), run, {.caller = "user:1", .account_id = 1}, true);
+          };
+        });
+    EXPECT_TRUE(server_->Start().ok());
+  }
+  ~SealedRunTest() override { server_->Stop(); }
+
   /// Everything of a run that people are shown or that is stored, without its id.
   std::string Told(const std::string& id) {
     const RunRecord record = store_->Get(id).value();
@@ -52,6 +64,10 @@ class SealedRunTest : public RunFixture {
     request.witness = witness;
     const auto started = manager_->Start(std::move(request));
     EXPECT_TRUE(started.ok());
+    const std::string id = started.value().id;
+    tests::WebSocketClient page(server_->port(), "/ws?run=" + id);
+    frames_ = page.ReadTextWith("\"hello\"").value_or("");
+    EXPECT_FALSE(frames_.empty());
     for (std::int64_t k = 0; k < 300; ++k) {
       for (const hardware::RigEvent& event : hidden) {
         if (event.index == k) rig->Say(event);
@@ -60,9 +76,20 @@ class SealedRunTest : public RunFixture {
     }
     rig->Say(hardware::RigEvent{hardware::RigEventKind::kFinished, 300, {}, 0.0, ""});
     rig->End();
-    manager_->Wait(started.value().id);
-    return Told(started.value().id);
+    manager_->Wait(id);
+    while (const auto frame = page.Read()) {
+      frames_ += frame->payload + "\n";
+      if (frame->payload.find(R"("type":"end")") != std::string::npos) break;
+    }
+    for (std::size_t at = 0; (at = frames_.find(id)) != std::string::npos;) {
+      frames_.replace(at, id.size(), "RUN");
+    }
+    return Told(id);
   }
+
+  Router router_;
+  std::unique_ptr<HttpServer> server_;
+  std::string frames_;  ///< every byte that the page of its student got, but for the run's name
 };
 
 TEST_F(SealedRunTest, IdenticalSamplesUnderTwoTruthsAreToldAlike) {
@@ -72,14 +99,17 @@ TEST_F(SealedRunTest, IdenticalSamplesUnderTwoTruthsAreToldAlike) {
   const std::string first = Played(
       {{kFaultCommanded, 101, paper::kR1, 56.0, ""}, {kRelayConfirmed, 103, paper::kR1, 56.0, ""}},
       one);
+  const std::string frames = frames_;
   const std::string second = Played({{kRefused, 207, paper::kRa, 9.0, "no relay has it"}}, two);
   EXPECT_EQ(first, second);
+  EXPECT_GT(frames.size(), 300U * 4U) << "samples are among them";
+  EXPECT_TRUE(frames == frames_) << frames.size() << " and " << frames_.size() << " bytes";
   EXPECT_EQ(first.find("fault_commanded"), std::string::npos);
   ASSERT_EQ(one->events.size(), 2U);
   EXPECT_EQ(one->events[1].index, 103);
   EXPECT_EQ(two->events.size(), 1U);
-  EXPECT_EQ(one->end, RunState::kFinished);
-  EXPECT_DOUBLE_EQ(one->length_s, 3.0);
+  EXPECT_EQ(one->end.state, RunState::kFinished);
+  EXPECT_DOUBLE_EQ(one->end.length_s, 3.0);
 }
 
 TEST_F(SealedRunTest, TakesNoCommandAndLearnsNothing) {
@@ -102,6 +132,32 @@ TEST_F(SealedRunTest, TakesNoCommandAndLearnsNothing) {
   EXPECT_EQ(moments(), (std::vector<std::string>{"end@1199"})) << "no picture at the fault";
   EXPECT_FALSE(Happened(id, "fault_commanded"));
   ASSERT_EQ(witness->events.size(), 2U);
+}
+
+TEST_F(SealedRunTest, TellsItsWitnessWhoStoppedIt) {
+  const auto stopped = [this](const std::function<void(const std::string&)>& stop) {
+    const auto witness = std::make_shared<Witness>();
+    RunRequest request = Paper(600.0);
+    request.hold = {};
+    request.hold = Hold("sim-1");
+    request.witness = witness;
+    const auto started = manager_->Start(std::move(request));
+    EXPECT_TRUE(started.ok()) << started.error().message;
+    stop(started.value().id);
+    manager_->Wait(started.value().id);
+    EXPECT_EQ(witness->end.state, RunState::kStopped);
+    return witness->end;
+  };
+  const SealedEnd by_person =
+      stopped([this](const auto& id) { EXPECT_TRUE(manager_->Stop(id, kStoppedByPerson).ok()); });
+  EXPECT_TRUE(by_person.by_person);
+  const SealedEnd by_server =
+      stopped([this](const auto& id) { EXPECT_TRUE(manager_->Stop(id, "the server stops").ok()); });
+  EXPECT_FALSE(by_server.by_person);
+  EXPECT_EQ(by_server.revoked, lab::SessionId{});
+  const SealedEnd by_lab = stopped([this](const auto&) { bay_.Fence("sim-1", ++epoch_); });
+  EXPECT_FALSE(by_lab.by_person);
+  EXPECT_EQ(by_lab.revoked, lab::SessionId{7});
 }
 
 }  // namespace

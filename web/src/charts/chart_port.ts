@@ -52,6 +52,8 @@ export interface Decoration {
   labels: boolean;
   /** The span between the cursors. */
   selection?: [number, number] | null;
+  /** Spans that somebody has marked. */
+  evidence?: [number, number][];
   /** The span that a lens shows. */
   lens?: [number, number] | null;
   /** Lines fitted to the traces. */

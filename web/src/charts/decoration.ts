@@ -15,6 +15,8 @@ export interface Area {
 
 /** Height of the lane for markers above a plot, CSS pixels. */
 export const LANE = 15;
+/** Of the bar over a marked span, CSS pixels. */
+const CAP = 4;
 
 type Context = CanvasRenderingContext2D;
 
@@ -51,6 +53,7 @@ export function drawBehind(
   clip(context, area);
   for (const span of decoration.settling) fillSpan(context, area, span, colors.settle);
   if (decoration.selection) fillSpan(context, area, decoration.selection, colors.select);
+  for (const span of decoration.evidence ?? []) capSpan(context, area, span, colors);
   if (decoration.lens) frameSpan(context, area, decoration.lens, colors);
   for (const gap of decoration.gaps) hatchSpan(context, area, gap, colors.gap);
   if (decoration.band) {
@@ -269,6 +272,18 @@ function frameSpan(
     area.x(span[1]) - from,
     area.height - area.ratio,
   );
+}
+
+/** A bar along the top, with a line down at either end. */
+function capSpan(context: Context, area: Area, span: [number, number], colors: ChartColors): void {
+  fillSpan(context, area, span, colors.select);
+  const [from, to] = [area.x(span[0]), area.x(span[1])];
+  context.fillStyle = colors.text;
+  context.fillRect(from, area.top, Math.max(to - from, area.ratio), CAP * area.ratio);
+  context.strokeStyle = colors.text;
+  context.lineWidth = area.ratio;
+  context.setLineDash([2 * area.ratio, 2 * area.ratio]);
+  for (const x of [from, to]) line(context, x, area.top, x, area.top + area.height);
 }
 
 function hatchSpan(context: Context, area: Area, span: [number, number], color: string): void {

@@ -9,13 +9,18 @@ export interface AnswerDraft {
   /** Percent. */
   confidence: number;
   text: string;
+  /** [from, to] in run time, seconds. */
+  evidence: [number, number][];
 }
+
+/** As many as the server takes. */
+export const EVIDENCE_MAX = 8;
 
 export const HEALTHY = "healthy";
 const keyOf = (trial: number) => `faultlab.trial.${trial}`;
 
 export function readDraft(trial: number): AnswerDraft {
-  const empty: AnswerDraft = { component: "", confidence: 80, text: "" };
+  const empty: AnswerDraft = { component: "", confidence: 80, text: "", evidence: [] };
   try {
     return { ...empty, ...JSON.parse(localStorage.getItem(keyOf(trial)) ?? "{}") };
   } catch {
@@ -42,7 +47,8 @@ export function dropDraft(trial: number): void {
 /** As the server takes it; null while something is missing. @param unit SI, of the component */
 export function answerOf(draft: AnswerDraft, unit: string): Answer | null {
   const { component, value, atS } = draft;
-  const rest = { confidence: draft.confidence / 100, text: draft.text };
+  const evidence = draft.evidence.map(([from_s, to_s]) => ({ from_s, to_s }));
+  const rest = { confidence: draft.confidence / 100, text: draft.text, evidence };
   if (component === HEALTHY) return { component: null, ...rest };
   if (!component || value === undefined || !(value > 0)) return null;
   const at = atS === undefined || !Number.isFinite(atS) ? {} : { at_s: atS };

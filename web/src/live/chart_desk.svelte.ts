@@ -39,6 +39,8 @@ export class ChartDesk {
   /** Run time under the pointer. */
   hover = $state<number | null>(null);
   readonly cursors: Cursors;
+  /** Spans that the answer of a blind trial points at. */
+  evidence = $state.raw<[number, number][]>([]);
   /** Of a run under speed control. */
   readonly control: ControlAccount;
   readonly lens: Lens;
