@@ -4,6 +4,7 @@
 #include <boost/json.hpp>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <random>
 #include <string>
 
@@ -167,6 +168,24 @@ std::vector<core::Fault> Representatives(const FaultPool& pool) {
     faults.push_back(FaultOf(item, value, std::midpoint(item.onset_from_s, item.onset_to_s)));
   }
   return faults;
+}
+
+std::vector<core::Fault> HardestToSee(const FaultPool& pool, const core::PlantParameters& nominal) {
+  std::vector<core::Fault> out;
+  for (const PoolItem& item : pool.items) {
+    const double healthy = nominal.Get(item.component);
+    const std::vector<double> values =
+        item.values.empty() ? std::vector<double>{item.low, item.high} : item.values;
+    std::optional<double> below;
+    std::optional<double> above;
+    for (const double value : values) {
+      if (value <= healthy) below = std::max(below.value_or(value), value);
+      if (value > healthy) above = std::min(above.value_or(value), value);
+    }
+    if (below) out.push_back(FaultOf(item, *below, item.onset_from_s));
+    if (above) out.push_back(FaultOf(item, *above, item.onset_from_s));
+  }
+  return out;
 }
 
 double LastsUntil(const FaultPool& pool) {

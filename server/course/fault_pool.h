@@ -7,6 +7,7 @@
 
 #include "core/bench/bench.h"
 #include "core/types/fault.h"
+#include "core/types/plant_parameters.h"
 #include "core/types/result.h"
 
 namespace faultlab::server::course {
@@ -42,6 +43,9 @@ boost::json::object ToJson(const FaultPool& pool);
 /// A fault of each item that stands for it: of a range the geometric mean, of a list its middle
 /// value; it begins in the middle of its window.
 std::vector<core::Fault> Representatives(const FaultPool& pool);
+/// Of each item the values nearest to nominal on either side, by their logarithm: what can be seen
+/// of them, can be seen of all.
+std::vector<core::Fault> HardestToSee(const FaultPool& pool, const core::PlantParameters& nominal);
 /// When the last of its faults is over; a run must be longer.
 double LastsUntil(const FaultPool& pool);
 

@@ -40,6 +40,10 @@ describe("course", { timeout: SUITE_MS }, () => {
     await form.getByRole("button", { name: "Give it to the course" }).click();
     await form.getByText("Choose at least one component.").waitFor();
     await form.getByRole("checkbox", { name: /^R1 / }).check();
+    await form.getByText("Each of these faults can be seen and told from all others.").waitFor();
+    await form.getByRole("checkbox", { name: /^R9 / }).check();
+    await form.getByRole("row", { name: /^R9 .* R12$/ }).waitFor();
+    await form.getByRole("checkbox", { name: /^R9 / }).uncheck();
     await form.getByLabel("Without a fault, %").fill("0");
     await form.getByLabel("Truth and grade").selectOption("answer");
     await form.getByRole("button", { name: "Give it to the course" }).click();

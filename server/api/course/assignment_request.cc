@@ -26,10 +26,11 @@ constexpr std::int64_t kAttemptsMax = 50;
 constexpr double kSeenAfterS = 1.0;
 constexpr int kWindowMax = 200;
 
-/// A stretch of the fault as long as every trial has it, where it begins last.
-core::Status CheckSolvable(const core::Bench& bench,
-                           const ExperimentPlan& plan,
-                           const course::FaultPool& pool) {
+/// By a stretch of the fault as long as every trial has it, where it begins last.
+core::Result<core::Isolability> Judge(const core::Bench& bench,
+                                      const ExperimentPlan& plan,
+                                      const course::FaultPool& pool,
+                                      const std::vector<core::Fault>& faults) {
   IsolabilityQuestion question;
   question.bench = &bench;
   question.excitation = plan.excitation;
@@ -39,12 +40,18 @@ core::Status CheckSolvable(const core::Bench& bench,
   const double left_s = plan.duration_s - latest_s;
   question.window_samples =
       std::clamp(static_cast<int>(std::lround(left_s / bench.period_s)), 10, kWindowMax);
-  for (const core::Fault& fault : course::Representatives(pool)) {
+  for (const core::Fault& fault : faults) {
     question.faults.push_back({fault.component, fault.value});
   }
   const auto options = ToOptions(question);
   if (!options) return options.error();
-  const auto judged = core::AnalyseIsolability(options.value());
+  return core::AnalyseIsolability(options.value());
+}
+
+core::Status CheckSolvable(const core::Bench& bench,
+                           const ExperimentPlan& plan,
+                           const course::FaultPool& pool) {
+  const auto judged = Judge(bench, plan, pool, course::Representatives(pool));
   if (!judged) return judged.error();
   for (const core::FaultIsolability& each : judged.value().faults) {
     if (each.visible) continue;
@@ -94,6 +101,34 @@ core::Result<json::object> ReadPlan(const json::object* wanted, const std::strin
   keep("excitation");
   if (auto error = in.Finish()) return *error;
   return plan;
+}
+
+/// A plan as the assignment keeps it, and as it is played.
+struct PlayedPlan {
+  json::object kept;
+  ExperimentPlan plan;
+};
+
+core::Result<PlayedPlan> ReadPlayedPlan(CourseApi& api,
+                                        const ApiRequest& request,
+                                        const json::object* wanted,
+                                        const std::string& bench,
+                                        const course::FaultPool& pool) {
+  auto body = ReadPlan(wanted, bench);
+  if (!body) return body.error();
+  auto plan = api.experiments.Read(body.value());
+  if (!plan) return refusal::In(plan.error(), "/plan");
+  // What no simulator plays, no student could begin.
+  const core::Status played = api.experiments.Check(request.who, plan.value());
+  if (!played.ok()) return refusal::In(played.error(), "/plan");
+  if (course::LastsUntil(pool) + kSeenAfterS > plan.value().duration_s) {
+    return Error{ErrorCode::kInvalid,
+                 "The run must go on for a second after the last fault of the set.",
+                 "/plan/duration_s",
+                 "fault_outside_run"};
+  }
+  body.value()["duration_s"] = plan.value().duration_s;
+  return PlayedPlan{std::move(body).value(), std::move(plan).value()};
 }
 
 }  // namespace
@@ -149,22 +184,27 @@ core::Status TakeSet(CourseApi& api,
     const core::Status switched = CheckForBenches(pool.value());
     if (!switched.ok()) return switched;
   }
-  auto body = ReadPlan(wanted, assignment.bench);
-  if (!body) return body.error();
-  auto plan = api.experiments.Read(body.value());
-  if (!plan) return refusal::In(plan.error(), "/plan");
-  // What no simulator plays, no student could begin.
-  const core::Status played = api.experiments.Check(request.who, plan.value());
-  if (!played.ok()) return refusal::In(played.error(), "/plan");
-  if (course::LastsUntil(pool.value()) + kSeenAfterS > plan.value().duration_s) {
-    return Error{ErrorCode::kInvalid,
-                 "The run must go on for a second after the last fault of the set.",
-                 "/plan/duration_s",
-                 "fault_outside_run"};
-  }
-  body.value()["duration_s"] = plan.value().duration_s;
-  assignment.plan_json = json::serialize(body.value());
-  return CheckSolvable(*bench.value(), plan.value(), pool.value());
+  const auto played = ReadPlayedPlan(api, request, wanted, assignment.bench, pool.value());
+  if (!played) return played.error();
+  assignment.plan_json = json::serialize(played.value().kept);
+  return CheckSolvable(*bench.value(), played.value().plan, pool.value());
+}
+
+core::Result<core::Isolability> JudgePool(CourseApi& api,
+                                          const ApiRequest& request,
+                                          const std::string& bench_name,
+                                          const json::object& pool,
+                                          const json::object* wanted) {
+  const auto bench = api.benches.Find(bench_name);
+  if (!bench) return refusal::At(bench.error(), "/bench");
+  const auto read = course::ParsePool(pool, *bench.value());
+  if (!read) return read.error();
+  const auto played = ReadPlayedPlan(api, request, wanted, bench.value()->name, read.value());
+  if (!played) return played.error();
+  return Judge(*bench.value(),
+               played.value().plan,
+               read.value(),
+               course::HardestToSee(read.value(), bench.value()->nominal));
 }
 
 }  // namespace faultlab::server

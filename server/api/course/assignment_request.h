@@ -2,6 +2,7 @@
 
 #include <boost/json/object.hpp>
 
+#include "core/isolability/isolability.h"
 #include "server/api/course/handlers.h"
 #include "server/json/json_reader.h"
 
@@ -23,5 +24,13 @@ core::Status TakeSet(CourseApi& api,
                      const ApiRequest& request,
                      const boost::json::object* wanted,
                      course::Assignment& assignment);
+
+/// Which faults of a pool can be seen in what is played, and told apart: of each item those that
+/// are nearest to nominal. Refuses what TakeSet would refuse of its bench, pool and plan.
+core::Result<core::Isolability> JudgePool(CourseApi& api,
+                                          const ApiRequest& request,
+                                          const std::string& bench,
+                                          const boost::json::object& pool,
+                                          const boost::json::object* wanted);
 
 }  // namespace faultlab::server

@@ -6,6 +6,7 @@
 #include "server/api/course/handlers.h"
 #include "server/auth/secrets.h"
 #include "server/course/grade.h"
+#include "server/diagnosis_json/isolability_json.h"
 #include "server/json/json_reader.h"
 
 namespace faultlab::server {
@@ -160,6 +161,18 @@ core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& re
                 made.value().name);
   return JsonResponse(
       AssignmentToJson(api, request.who, {std::move(made).value(), Ownership::kOwn, member}), 201);
+}
+
+core::Result<HttpResponse> PreviewAssignment(CourseApi& api, const ApiRequest& request) {
+  ObjectReader in(request.body, "");
+  const std::string bench = in.Text("bench", kNameBytesMax);
+  const json::object* pool = in.ObjectOrNull("pool");
+  const json::object* plan = in.ObjectOrNull("plan");
+  if (auto error = in.Finish()) return *error;
+  const auto judged =
+      JudgePool(api, request, bench, pool != nullptr ? *pool : json::object{}, plan);
+  if (!judged) return judged.error();
+  return JsonResponse(ToJson(judged.value()));
 }
 
 core::Result<HttpResponse> GetAssignment(CourseApi& api, const ApiRequest& request) {

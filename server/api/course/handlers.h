@@ -41,6 +41,7 @@ core::Result<SeenAssignment> ManagedAssignment(CourseApi& api, const ApiRequest&
 // assignments.cc
 core::Result<HttpResponse> ListAssignments(CourseApi& api, const ApiRequest& request);
 core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> PreviewAssignment(CourseApi& api, const ApiRequest& request);
 core::Result<HttpResponse> GetAssignment(CourseApi& api, const ApiRequest& request);
 core::Result<HttpResponse> ChangeAssignment(CourseApi& api, const ApiRequest& request);
 core::Result<HttpResponse> ExtendAssignment(CourseApi& api, const ApiRequest& request);

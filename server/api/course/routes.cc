@@ -13,6 +13,13 @@ std::vector<ApiRoute> RoutesOf(CourseApi& api) {
   return {
       {kGet, "/api/v1/assignments", kReadCourse, kRole, on(ListAssignments)},
       {kPost, "/api/v1/assignments", kManageCourse, kRole, on(CreateAssignment), kJsonOnce, kHeavy},
+      {kPost,
+       "/api/v1/assignments/preview",
+       kManageCourse,
+       kRole,
+       on(PreviewAssignment),
+       kJson,
+       kHeavy},
       {kGet, "/api/v1/assignments/{id}", kReadCourse, kRole, on(GetAssignment)},
       {kPatch, "/api/v1/assignments/{id}", kManageCourse, kRole, on(ChangeAssignment), kJson},
       {kPut,

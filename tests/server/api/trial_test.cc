@@ -374,6 +374,28 @@ TEST_F(TrialTest, CannotBeMadeOfWhatNobodyCanSolve) {
             "set_to_draw_from");
 }
 
+TEST_F(TrialTest, APreviewTellsTheTeacherWhatCanBeSeenOfIt) {
+  const auto preview = [&](const Person& who, const std::string& items, const char* plan) {
+    return Call(who,
+                "POST",
+                "assignments/preview",
+                "assignments/preview",
+                R"({"bench":"paper","pool":{"items":[)" + items + R"(]},"plan":)" + plan + "}");
+  };
+  const char* plan = R"({"duration_s":14})";
+  const std::string nearly =
+      R"({"component":"R1","values":[1.00001,56],"onset_from_s":8},{"component":"R9","values":[22000],"onset_from_s":8})";
+  const json::object judged = Ok(preview(mila_, nearly, plan));
+  const json::array& faults = judged.at("faults").as_array();
+  ASSERT_EQ(faults.size(), 2U);
+  EXPECT_EQ(faults[0].at("visible"), false) << "the nearest to nominal of R1";
+  EXPECT_EQ(faults[1].at("visible"), true);
+  EXPECT_EQ(faults[1].at("group").as_array().size(), 2U) << "R12 looks the same";
+  EXPECT_EQ(ReasonOf(preview(mila_, nearly, R"({"duration_s":9})")), "fault_outside_run");
+  EXPECT_EQ(ReasonOf(preview(mila_, "", plan)), "no_faults");
+  EXPECT_EQ(preview(ann_, nearly, plan).status, 403);
+}
+
 TEST_F(TrialTest, OfADriftIsPlayedToItsEnd) {
   const std::int64_t assignment =
       Assign(R"({"healthy_share":0,"items":[{"component":"R1","values":[56],"onset_from_s":8,

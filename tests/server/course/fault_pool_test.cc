@@ -55,6 +55,20 @@ TEST(FaultPool, RefusesByName) {
             "/pool/items/0/odd member_unknown");
 }
 
+TEST(FaultPool, TheHardestToSeeLieNearestToNominal) {
+  const FaultPool pool = PoolOf(R"({"items":[
+    {"component":"R1","values":[0.2,0.5,10,100],"onset_from_s":8},
+    {"component":"Ra","low":9,"high":20,"onset_from_s":8},
+    {"component":"J","low":1e-7,"high":1e-4,"onset_from_s":8}]})");
+  std::vector<std::pair<std::string, double>> hardest;
+  for (const core::Fault& fault : HardestToSee(pool, paper::Bench().nominal)) {
+    hardest.emplace_back(core::Name(fault.component), fault.value);
+  }
+  EXPECT_EQ(hardest,
+            (std::vector<std::pair<std::string, double>>{
+                {"R1", 0.5}, {"R1", 10.0}, {"Ra", 9.0}, {"J", 1e-7}, {"J", 1e-4}}));
+}
+
 TEST(FaultPool, IsReadAgainAsItWasWritten) {
   const FaultPool pool = PoolOf(kThree);
   const std::string text = json::serialize(ToJson(pool));

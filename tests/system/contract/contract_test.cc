@@ -498,6 +498,10 @@ void Contract::Trials() {
            R"(,"due":"2099-01-01T00:00:00Z","reveal":"answer","plan":{"duration_s":12})" + more +
            "}";
   };
+  const char* preview =
+      R"({"bench":"paper","pool":{"items":[{"component":"R9","low":15000,"high":33000,"onset_from_s":8}]}})";
+  world_.Expect(200, "teacher", "POST", "assignments/preview", {}, preview);
+  world_.Expect(403, "bob", "POST", "assignments/preview", {}, preview);
   const Values made{
       {"id", Id(world_.Expect(201, "teacher", "POST", "assignments", {}, assignment("")))}};
   const Values other{

@@ -1,12 +1,17 @@
 import { account } from "../shell/account.svelte";
 import { get, getAll, send } from "./client";
-import type { FaultSet } from "./lab_types";
+import type { FaultSet, Isolability } from "./lab_types";
 import type { Schemas } from "./types";
 
 /** Blind exercises: their pools of faults, trials, answers and grades. */
 export type FaultPool = Schemas["FaultPool"];
 export type Assignment = Schemas["Assignment"];
 export type AssignmentRequest = Schemas["AssignmentRequest"];
+export interface AssignmentPreview {
+  bench: string;
+  pool: FaultPool;
+  plan: Schemas["AssignmentPlan"];
+}
 export type Trial = Schemas["Trial"];
 export type Answer = Schemas["Answer"];
 export type Grade = Schemas["Grade"];
@@ -24,6 +29,9 @@ export const course = {
   assignment: (id: number) => get<Assignment>(`/assignments/${id}`),
   makePool: (set: { name: string; course: number; bench: string; pool: FaultPool }) =>
     send<FaultSet>("POST", "/fault-sets", set),
+  /** Nothing is kept. */
+  preview: (request: AssignmentPreview) =>
+    send<Isolability>("POST", "/assignments/preview", request),
   assign: (request: AssignmentRequest) => send<Assignment>("POST", "/assignments", request),
   /** Refused when somebody else has changed it since. */
   change: ({ id, version }: Assignment, change: Schemas["AssignmentChange"]) =>

@@ -1319,6 +1319,18 @@ export const texts = {
   trial_since: "Since when, s (optional)",
   trial_confidence: "How sure you are of the component",
   trial_why: "Why (optional)",
+  preview: "What students can see of it",
+  preview_fine: "Each of these faults can be seen and told from all others.",
+  preview_unseen: {
+    one: "{count} fault cannot be seen in this run.",
+    other: "{count} faults cannot be seen in this run.",
+  },
+  preview_alike: {
+    one: "{count} fault looks like that of another component; both count as right.",
+    other: "{count} faults look like those of other components; each of them counts as right.",
+  },
+  preview_what:
+    "Of each component the smallest faults, with all that is measured and the shortest time that remains after the fault.",
   trial_because: "Why",
   evidence: "What shows it",
   evidence_choose: "Choose a stretch on the charts",

@@ -1378,6 +1378,20 @@ export const marked: Catalogue = {
   trial_since: "Od kada, s (neobavezno)",
   trial_confidence: "Koliko ste sigurni u komponentu",
   trial_why: "Zašto (neobavezno)",
+  preview: "Šta studenti mogu da vide",
+  preview_fine: "Svaki od ovih kvarova se vidi i razlikuje od svih ostalih.",
+  preview_unseen: {
+    one: "{count} kvar se u ovom eksperimentu ne vidi.",
+    few: "{count} kvara se u ovom eksperimentu ne vide.",
+    other: "{count} kvarova se u ovom eksperimentu ne vidi.",
+  },
+  preview_alike: {
+    one: "{count} kvar liči na kvar druge komponente; oba odgovora su tačna.",
+    few: "{count} kvara liče na kvarove drugih komponenti; svaki od tih odgovora je tačan.",
+    other: "{count} kvarova liči na kvarove drugih komponenti; svaki od tih odgovora je tačan.",
+  },
+  preview_what:
+    "Od svake komponente najmanji kvarovi, sa svim što se meri i najkraćim vremenom koje ostaje posle kvara.",
   trial_because: "Zašto",
   evidence: "Šta to pokazuje",
   evidence_choose: "Izaberite deo na graficima",
