@@ -17,7 +17,7 @@ using soci::use;
 
 constexpr const char* kColumns =
     "id, course_id, account_id, fault_set_id, name, bench, pool, plan, rubric, opens_ms, due_ms, "
-    "attempts, reveal_at_once, secret, created_ms, version, on_bench";
+    "attempts, reveal_at_once, secret, created_ms, version, on_bench, rubric_version";
 
 Error NoAssignment() {
   return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
@@ -56,7 +56,8 @@ std::vector<Assignment> Select(Transaction& tx, const std::string& condition) {
                                into(row.secret),
                                into(created_ms),
                                into(row.version),
-                               into(on_bench));
+                               into(on_bench),
+                               into(row.rubric_version));
   statement.execute(false);
   std::vector<Assignment> out;
   while (statement.fetch()) {
@@ -155,11 +156,15 @@ core::Result<Assignment> Assignments::Change(const Assignment& assignment, std::
     const std::int64_t opens_ms = ToMilliseconds(assignment.opens);
     const std::int64_t due_ms = ToMilliseconds(assignment.due);
     const std::int64_t at_once = assignment.reveal_at_once ? 1 : 0;
+    const std::int64_t rubric_version =
+        before->rubric_version + (before->rubric_json == assignment.rubric_json ? 0 : 1);
     tx.sql() << "UPDATE assignment SET name = :name, opens_ms = :opens, due_ms = :due, "
-                "attempts = :attempts, reveal_at_once = :at_once, version = version + 1 "
-                "WHERE id = :id",
+                "attempts = :attempts, reveal_at_once = :at_once, version = version + 1, "
+                "rubric = :rubric, rubric_version = :rubric_version WHERE id = :id",
         use(assignment.name, "name"), use(opens_ms, "opens"), use(due_ms, "due"),
-        use(assignment.attempts, "attempts"), use(at_once, "at_once"), use(assignment.id, "id");
+        use(assignment.attempts, "attempts"), use(at_once, "at_once"),
+        use(assignment.rubric_json, "rubric"), use(rubric_version, "rubric_version"),
+        use(assignment.id, "id");
     return *Find(tx, assignment.id);
   });
 }

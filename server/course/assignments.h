@@ -14,17 +14,18 @@ namespace faultlab::server::course {
 
 /// A task of a course: blind trials with faults drawn from a pool. It keeps its own copy of the
 /// pool, so that whatever becomes of the fault set, all its trials are drawn alike. Name, times,
-/// attempts and release may change, what is drawn and played may not.
+/// attempts, release and rubric may change, what is drawn and played may not.
 struct Assignment {
   std::int64_t id = 0;
   std::int64_t course = 0;
   std::int64_t author = 0;
   std::int64_t fault_set = 0;
   std::string name;
-  std::string bench;        ///< core::Bench::name
-  std::string pool_json;    ///< FaultPool
-  std::string plan_json;    ///< of POST runs, without faults: what every trial plays
-  std::string rubric_json;  ///< Rubric
+  std::string bench;                ///< core::Bench::name
+  std::string pool_json;            ///< FaultPool
+  std::string plan_json;            ///< of POST runs, without faults: what every trial plays
+  std::string rubric_json;          ///< Rubric
+  std::int64_t rubric_version = 1;  ///< rises when it changes: what it graded is graded again
   WallTime opens{};
   WallTime due{};
   int attempts = 1;             ///< of a student
@@ -53,7 +54,7 @@ class Assignments {
   core::Result<std::vector<Assignment>> List(std::optional<std::int64_t> account,
                                              std::int64_t after,
                                              int limit);
-  /// Name, times, attempts and release. kStale when `version` is not the stored one.
+  /// Name, times, attempts, release and rubric. kStale when `version` is not the stored one.
   core::Result<Assignment> Change(const Assignment& assignment, std::int64_t version);
   /// nullopt: as for the others.
   core::Status Extend(std::int64_t id, std::int64_t account, std::optional<WallTime> due);

@@ -163,6 +163,13 @@ core::Result<Trial> TrialDesk::Look(const Assignment& assignment, Trial trial) {
     if (!done.ok() && done.error().code != ErrorCode::kConflict) return done.error();
     return parts_.trials.Get(trial.id);
   }
+  if (trial.state == TrialState::kAnswered && trial.graded_by < assignment.rubric_version) {
+    const core::Status graded = GradeAgain(assignment, trial);
+    if (!graded.ok()) return graded.error();
+    auto again = parts_.trials.Get(trial.id);
+    if (!again) return again;
+    trial = std::move(again).value();
+  }
   const bool ended = trial.state != TrialState::kDrawn && trial.state != TrialState::kRunning;
   const bool due = now >= ClosesFor(assignment, trial.account) ||
                    (assignment.reveal_at_once && trial.state == TrialState::kAnswered);
@@ -200,6 +207,25 @@ core::Result<Grade> TrialDesk::GradeOf(const Assignment& assignment,
       answer, FaultsOf(trial, *bench.value()), diagnosis, rubric.value(), late.count());
 }
 
+/// Of a recording that its owner has deleted, the grade stays.
+core::Status TrialDesk::GradeAgain(const Assignment& assignment, const Trial& trial) {
+  std::string grade = trial.grade;
+  auto record = parts_.store.Get(trial.run);
+  if (!record && record.error().code != ErrorCode::kNotFound) return record.error();
+  if (record) {
+    const auto bench = BenchOf(assignment);
+    if (!bench) return bench.error();
+    const auto answer = ParseAnswer(trial.answer, *bench.value());
+    if (!answer) return answer.error();
+    const auto seen = See(std::move(record).value());
+    if (!seen) return seen.error();
+    const auto graded = GradeOf(assignment, trial, answer.value(), seen.value().diagnosis);
+    if (!graded) return graded.error();
+    grade = json::serialize(ToJson(graded.value()));
+  }
+  return parts_.trials.GradeAgain(trial.id, grade, assignment.rubric_version);
+}
+
 core::Result<Trial> TrialDesk::TakeAnswer(const Assignment& assignment,
                                           const Trial& trial,
                                           const Answer& answer) {
@@ -226,6 +252,7 @@ core::Result<Trial> TrialDesk::TakeAnswer(const Assignment& assignment,
       parts_.trials.Answer(trial.id,
                            json::serialize(ToJson(answer)),
                            json::serialize(ToJson(grade.value())),
+                           assignment.rubric_version,
                            EventsText(WithEvents(seen.value().events, trial.events)),
                            now);
   if (!kept.ok()) return kept.error();

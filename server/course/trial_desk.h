@@ -60,7 +60,8 @@ class TrialDesk {
   core::Result<Trial> Start(const Principal& who,
                             const Assignment& assignment,
                             const std::string& rig);
-  /// As it is now: one whose server died is void, one that is closed is released.
+  /// As it is now: one whose server died is void, one that is closed is released, and one whose
+  /// rubric has changed is graded again.
   core::Result<Trial> Look(const Assignment& assignment, Trial trial);
   /// Grades and keeps the first answer. kConflict "answer_late" after it was closed,
   /// "trial_changed" when there is one already, "trial_runs" before the end of the run.
@@ -79,6 +80,7 @@ class TrialDesk {
                               const Trial& trial,
                               const Answer& answer,
                               const core::Diagnosis& diagnosis);
+  core::Status GradeAgain(const Assignment& assignment, const Trial& trial);
   core::Status Release(const Assignment& assignment, const Trial& trial);
   core::Result<const core::Bench*> BenchOf(const Assignment& assignment);
 

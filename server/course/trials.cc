@@ -22,7 +22,7 @@ constexpr std::array<std::string_view, 5> kStates = {
 
 constexpr const char* kColumns =
     "id, assignment_id, account_id, state, item, run, commitment, nonce, truth, events, "
-    "created_ms, ended_ms, answer, answered_ms, grade, awarded, released_ms, why";
+    "created_ms, ended_ms, answer, answered_ms, grade, awarded, released_ms, why, graded_by";
 
 TrialState StateOf(const std::string& name) {
   const auto* const found = std::ranges::find(kStates, name);
@@ -58,7 +58,8 @@ std::vector<Trial> Select(Transaction& tx, const std::string& condition) {
        into(row.grade),
        into(row.awarded),
        into(released_ms),
-       into(row.why));
+       into(row.why),
+       into(row.graded_by));
   statement.execute(false);
   std::vector<Trial> out;
   while (statement.fetch()) {
@@ -189,14 +190,24 @@ core::Status Trials::Ended(std::int64_t id, const std::string& events, WallTime 
 core::Status Trials::Answer(std::int64_t id,
                             const std::string& answer,
                             const std::string& grade,
+                            std::int64_t graded_by,
                             const std::string& events,
                             WallTime now) {
   return Move(id,
               "'open'",
-              "state = 'answered', answer = :answer, grade = :grade, events = :events, "
-              "answered_ms = :now",
+              "state = 'answered', answer = :answer, grade = :grade, graded_by = " +
+                  std::to_string(graded_by) + ", events = :events, answered_ms = :now",
               {{"answer", answer}, {"grade", grade}, {"events", events}},
               now);
+}
+
+core::Status Trials::GradeAgain(std::int64_t id, const std::string& grade, std::int64_t graded_by) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    tx.sql() << "UPDATE trial SET grade = :grade, graded_by = :by WHERE id = :id AND state = "
+                "'answered' AND graded_by < :newest",
+        use(grade, "grade"), use(graded_by, "by"), use(id, "id"), use(graded_by, "newest");
+    return Done{};
+  });
 }
 
 core::Status Trials::Release(std::int64_t id, WallTime now) {

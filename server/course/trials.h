@@ -40,7 +40,8 @@ struct Trial {
   std::optional<WallTime> ended_at;
   std::string answer;  ///< Answer as JSON; empty: none yet
   std::optional<WallTime> answered_at;
-  std::string grade;    ///< Grade as JSON
+  std::string grade;           ///< Grade as JSON
+  std::int64_t graded_by = 1;  ///< Assignment::rubric_version
   std::string awarded;  ///< {"points", "reason", "by"} by a teacher, in place of it; empty: none
   std::optional<WallTime> released_at;
   std::string why;  ///< of a void one: a word of the contract
@@ -66,8 +67,11 @@ class Trials {
   core::Status Answer(std::int64_t id,
                       const std::string& answer,
                       const std::string& grade,
+                      std::int64_t graded_by,
                       const std::string& events,
                       WallTime now);
+  /// By a rubric that is newer than that of the grade it has; otherwise nothing changes.
+  core::Status GradeAgain(std::int64_t id, const std::string& grade, std::int64_t graded_by);
   core::Status Release(std::int64_t id, WallTime now);
   /// A teacher's points for one that is released; empty: the grade counts again.
   core::Status Award(std::int64_t id, const std::string& awarded);

@@ -524,6 +524,17 @@ Migration TrialsOnBenches() {
           .postgres_statements = {}};
 }
 
+/// Rubrics that change: answers are graded again by the newest one.
+Migration ChangedRubrics() {
+  return {
+      .version = 30,
+      .description = "changes of rubrics",
+      .statements = {"ALTER TABLE assignment ADD COLUMN rubric_version BIGINT NOT NULL DEFAULT 1",
+                     "ALTER TABLE trial ADD COLUMN graded_by BIGINT NOT NULL DEFAULT 1"},
+      .sqlite_statements = {},
+      .postgres_statements = {}};
+}
+
 }  // namespace
 
 const std::vector<Migration>& AllMigrations() {
@@ -555,7 +566,8 @@ const std::vector<Migration>& AllMigrations() {
                                               OriginsOfCalibrations(),
                                               BlindTrials(),
                                               ChangedAssignments(),
-                                              TrialsOnBenches()};
+                                              TrialsOnBenches(),
+                                              ChangedRubrics()};
   return kAll;
 }
 

@@ -114,6 +114,8 @@ describe("course", { timeout: SUITE_MS }, () => {
     await desk.page.getByRole("button", { name: "Edit Exercise 1" }).click();
     const terms = desk.page.getByRole("form", { name: "Edit Exercise 1" });
     await terms.getByLabel("Name").fill("Exercise A");
+    await terms.getByText("How answers are graded").click();
+    await terms.getByLabel("Value", { exact: true }).fill("0");
     await terms.getByRole("button", { name: "Save" }).click();
     await desk.page.getByText("Exercise A", { exact: true }).waitFor();
     await desk.page.getByRole("button", { name: "Copy Exercise A" }).click();
@@ -121,6 +123,18 @@ describe("course", { timeout: SUITE_MS }, () => {
     await copy.getByLabel("Name").fill("Exercise B");
     await copy.getByRole("button", { name: "Give it to the course" }).click();
     await desk.page.getByText("Exercise B", { exact: true }).waitFor();
+    await form.getByLabel("Name").fill("Exercise C");
+    await form.getByLabel("Faults", { exact: true }).selectOption({ label: "Exercise 1" });
+    await form.getByText("Each of these faults can be seen and told from all others.").waitFor();
+    await form.getByRole("button", { name: "Give it to the course" }).click();
+    await form.getByText("Exercise C is given to the course.").waitFor();
+    const keep = desk.page.getByRole("button", { name: "Save as a file, Exercise 1" });
+    const [file] = await Promise.all([desk.page.waitForEvent("download"), keep.click()]);
+    await desk.page.getByLabel("Take a set from a file (.json)").setInputFiles(await file.path());
+    await until(
+      () => keep.count(),
+      (count) => count === 2,
+    );
     assert.deepEqual(await axe(desk.page), []);
 
     const again = await pageOf(browser, server, ann, "/tasks");

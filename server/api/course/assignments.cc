@@ -230,8 +230,14 @@ core::Result<HttpResponse> ChangeAssignment(CourseApi& api, const ApiRequest& re
   if (!seen) return seen.error();
   ObjectReader in(request.body, "");
   const core::Status terms = ReadTerms(in, seen.value().assignment);
+  const json::object* rubric = in.ObjectOrNull("rubric");
   if (auto error = in.Finish()) return *error;
   if (!terms.ok()) return terms.error();
+  if (rubric != nullptr) {
+    const auto graded = course::ParseRubric(*rubric);
+    if (!graded) return graded.error();
+    seen.value().assignment.rubric_json = json::serialize(ToJson(graded.value()));
+  }
   // It may end at once.
   const core::Status times = CheckTimes(seen.value().assignment, WallTime{});
   if (!times.ok()) return times.error();

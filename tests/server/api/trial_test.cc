@@ -292,6 +292,35 @@ TEST_F(TrialTest, ATeachersPointsCountWithTheirReason) {
             graded);
 }
 
+TEST_F(TrialTest, AnswersAreGradedAgainByARubricThatHasChanged) {
+  const std::int64_t assignment = Assign(kRa, kAtOnce);
+  const std::int64_t id = Play(assignment).at("id").as_int64();
+  Ok(Answer(ann_, id, R"({"component":"R1","value":56,"unit":"ohm","confidence":1})"));
+  const double before = Trial(ann_, id).at("points").to_number<double>();
+  const std::string path = "assignments/" + std::to_string(assignment);
+  const auto change = [&](const std::string& rubric, int version) {
+    return Call(mila_,
+                "PATCH",
+                "assignments/{id}",
+                path,
+                R"({"rubric":)" + rubric + "}",
+                "If-Match: \"" + std::to_string(version) + "\"\r\n");
+  };
+  EXPECT_EQ(ReasonOf(change(R"({"isolation":-1})", 1)), "number_outside");
+  const json::object shown =
+      Ok(change(R"({"detection":100,"isolation":0,"value":0,"confidence":0})", 1));
+  EXPECT_EQ(shown.at("rubric").at("isolation").to_number<double>(), 0.0);
+  EXPECT_LT(before, 50.0);
+  EXPECT_EQ(Trial(ann_, id).at("points").to_number<double>(), 100.0) << "something had failed";
+  Ok(change("{}", 2));
+  EXPECT_EQ(Trial(ann_, id).at("points").to_number<double>(), before) << "as usual";
+  // A recording that is gone keeps the grade it has.
+  const std::string run(Trial(ann_, id).at("run").as_string());
+  ASSERT_EQ(Call(ann_, "DELETE", "runs/{id}", "runs/" + run).status, 204);
+  Ok(change(R"({"detection":100,"isolation":0,"value":0,"confidence":0})", 3));
+  EXPECT_EQ(Trial(ann_, id).at("points").to_number<double>(), before);
+}
+
 TEST_F(TrialTest, IsGradedTheSameASecondTime) {
   const std::int64_t assignment = Assign(kRa, kAtOnce);
   const std::int64_t id = Play(assignment).at("id").as_int64();

@@ -1,6 +1,6 @@
 import { account } from "../shell/account.svelte";
 import { get, getAll, send } from "./client";
-import type { FaultSet, Isolability } from "./lab_types";
+import type { Isolability } from "./lab_types";
 import type { Schemas } from "./types";
 
 /** Blind exercises: their pools of faults, trials, answers and grades. */
@@ -14,6 +14,7 @@ export interface AssignmentPreview {
 }
 export type Trial = Schemas["Trial"];
 export type Answer = Schemas["Answer"];
+export type Rubric = Schemas["Rubric"];
 export type Grade = Schemas["Grade"];
 export type AssignmentStatistics = Schemas["AssignmentStatistics"];
 /** `Trial.truth`, read. */
@@ -27,8 +28,6 @@ export const isMine = (trial: Trial) => account.me.owner === `user:${trial.accou
 export const course = {
   assignments: () => getAll<Assignment>("/assignments"),
   assignment: (id: number) => get<Assignment>(`/assignments/${id}`),
-  makePool: (set: { name: string; course: number; bench: string; pool: FaultPool }) =>
-    send<FaultSet>("POST", "/fault-sets", set),
   /** Nothing is kept. */
   preview: (request: AssignmentPreview) =>
     send<Isolability>("POST", "/assignments/preview", request),

@@ -1,3 +1,4 @@
+import type { SetFile } from "../lab/set_file";
 import { api, get, getAll, send, sendText } from "./client";
 import type {
   ApiKey,
@@ -105,6 +106,7 @@ export const lab = {
           { name: set.name, visible: set.visible, faults: set.faults },
           ifMatch(set.version ?? 1),
         ),
+  makeFaultSet: (set: SetFile & { course?: number }) => send<FaultSet>("POST", "/fault-sets", set),
   deleteFaultSet: (set: FaultSet) =>
     send<unknown>("DELETE", `/fault-sets/${at(set.id)}`, undefined, ifMatch(set.version)),
 

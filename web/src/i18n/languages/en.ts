@@ -1331,6 +1331,11 @@ export const texts = {
   },
   preview_what:
     "Of each component the smallest faults, with all that is measured and the shortest time that remains after the fault.",
+  set_keep: "Save as a file",
+  set_read: "Take a set from a file (.json)",
+  set_unreadable: "{name} is no fault set that this page has saved.",
+  assignment_from_set: "Faults",
+  assignment_chosen_below: "chosen below",
   trial_because: "Why",
   evidence: "What shows it",
   evidence_choose: "Choose a stretch on the charts",

@@ -1392,6 +1392,11 @@ export const marked: Catalogue = {
   },
   preview_what:
     "Od svake komponente najmanji kvarovi, sa svim što se meri i najkraćim vremenom koje ostaje posle kvara.",
+  set_keep: "Sačuvaj kao datoteku",
+  set_read: "Uzmi skup iz datoteke (.json)",
+  set_unreadable: "{name} nije skup kvarova koji je ova stranica sačuvala.",
+  assignment_from_set: "Kvarovi",
+  assignment_chosen_below: "izabrani ispod",
   trial_because: "Zašto",
   evidence: "Šta to pokazuje",
   evidence_choose: "Izaberite deo na graficima",

@@ -1,0 +1,51 @@
+import type { Rubric } from "../api/course_client";
+
+/** A rubric as people write it: weights, percent, days. */
+export interface RubricDraft {
+  detection: number | undefined;
+  isolation: number | undefined;
+  value: number | undefined;
+  confidence: number | undefined;
+  /** How near a value must be for all its points, percent. */
+  within: number | undefined;
+  /** In which a late answer is taken, and what each costs, percent. */
+  lateDays: number | undefined;
+  latePercent: number | undefined;
+}
+
+export const USUAL: Rubric = {
+  detection: 20,
+  isolation: 40,
+  value: 30,
+  confidence: 10,
+  full_within: 0.05,
+};
+
+const HOURS = 24;
+const USUAL_LATE_PERCENT = 20;
+const percent = (share: number) => Number((100 * share).toPrecision(6));
+
+export function rubricDraft(rubric: Rubric): RubricDraft {
+  const { detection, isolation, value, confidence, full_within, late_h, late_percent_a_day } = {
+    ...USUAL,
+    ...rubric,
+  };
+  return {
+    detection,
+    isolation,
+    value,
+    confidence,
+    within: percent(full_within ?? 0),
+    lateDays: (late_h ?? 0) / HOURS,
+    latePercent: late_h ? (late_percent_a_day ?? 0) : USUAL_LATE_PERCENT,
+  };
+}
+
+export function rubricOf({ within, lateDays, latePercent, ...weights }: RubricDraft): Rubric {
+  return {
+    ...weights,
+    full_within: (within ?? 0) / 100,
+    late_h: HOURS * (lateDays ?? 0),
+    late_percent_a_day: lateDays ? (latePercent ?? 0) : 0,
+  };
+}
