@@ -15,6 +15,7 @@ Services::Services(const Base& base, Options options)
       fault_sets_(base.database),
       assignments_(base.database),
       trials_(base.database),
+      groups_(base.database),
       answers_(base.database),
       bands_(base.database),
       check_log_(base.database),
@@ -92,6 +93,10 @@ core::Status Services::JoinLab() {
                                                                   options_.default_seed,
                                                                   SecretNumber,
                                                                   options_.speed});
+  recordings_.ShareTrials([this](std::int64_t trial, std::int64_t account) {
+    const auto is_of = trials_.IsOf(trial, account);
+    return is_of.ok() && is_of.value();
+  });
   const auto ended_by_user = [&database = base_.database](lab::SessionId session) {
     const auto reason = database.Read([&](Transaction& tx) -> core::Result<lab::EndReason> {
       return lab::lab_store::EndReasonOf(tx, session);
@@ -235,6 +240,7 @@ void Services::BuildApi(Router& router) {
                                                 base_.clock});
   course_api_ = std::make_unique<CourseApi>(CourseApi{assignments_,
                                                       trials_,
+                                                      groups_,
                                                       *trial_desk_,
                                                       fault_sets_,
                                                       fault_set_access_,

@@ -111,6 +111,7 @@ class Services {
   lab::FaultSets fault_sets_;
   course::Assignments assignments_;
   course::Trials trials_;
+  course::Groups groups_;
   lab::RememberedAnswers answers_;
   lab::RigBands bands_;
   lab::CheckLog check_log_;

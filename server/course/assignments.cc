@@ -17,7 +17,7 @@ using soci::use;
 
 constexpr const char* kColumns =
     "id, course_id, account_id, fault_set_id, name, bench, pool, plan, rubric, opens_ms, due_ms, "
-    "attempts, reveal_at_once, secret, created_ms, version, on_bench, rubric_version";
+    "attempts, reveal_at_once, secret, created_ms, version, on_bench, rubric_version, group_max";
 
 Error NoAssignment() {
   return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
@@ -57,7 +57,8 @@ std::vector<Assignment> Select(Transaction& tx, const std::string& condition) {
                                into(created_ms),
                                into(row.version),
                                into(on_bench),
-                               into(row.rubric_version));
+                               into(row.rubric_version),
+                               into(row.group_max));
   statement.execute(false);
   std::vector<Assignment> out;
   while (statement.fetch()) {
@@ -106,16 +107,18 @@ core::Result<Assignment> Assignments::Create(Assignment assignment) {
     const std::int64_t on_bench = assignment.on_bench ? 1 : 0;
     tx.sql() << "INSERT INTO assignment (course_id, account_id, fault_set_id, name, bench, pool, "
                 "plan, rubric, opens_ms, due_ms, attempts, reveal_at_once, secret, created_ms, "
-                "on_bench, deleted) VALUES (:course, :author, :set, :name, :bench, :pool, :plan, "
+                "on_bench, group_max, deleted) VALUES (:course, :author, :set, :name, :bench, "
+                ":pool, :plan, "
                 ":rubric, "
-                ":opens, :due, :attempts, :at_once, :secret, :created, :on_bench, 0) RETURNING id",
+                ":opens, :due, :attempts, :at_once, :secret, :created, :on_bench, :group_max, 0) "
+                "RETURNING id",
         into(assignment.id), use(assignment.course, "course"), use(assignment.author, "author"),
         use(assignment.fault_set, "set"), use(assignment.name, "name"),
         use(assignment.bench, "bench"), use(assignment.pool_json, "pool"),
         use(assignment.plan_json, "plan"), use(assignment.rubric_json, "rubric"),
         use(opens_ms, "opens"), use(due_ms, "due"), use(assignment.attempts, "attempts"),
         use(at_once, "at_once"), use(assignment.secret, "secret"), use(created_ms, "created"),
-        use(on_bench, "on_bench");
+        use(on_bench, "on_bench"), use(assignment.group_max, "group_max");
     return assignment;
   });
 }

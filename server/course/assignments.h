@@ -28,7 +28,8 @@ struct Assignment {
   std::int64_t rubric_version = 1;  ///< rises when it changes: what it graded is graded again
   WallTime opens{};
   WallTime due{};
-  int attempts = 1;             ///< of a student
+  int attempts = 1;             ///< of a student, or of a group
+  int group_max = 1;            ///< members of a group, up to kGroupMax; 1: there are none
   bool on_bench = false;        ///< on a rig of its class, in a session; otherwise on a simulator
   bool reveal_at_once = false;  ///< the truth with the grade; otherwise when it is due
   std::string secret;           ///< of its draws; leaves the server by no way

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "core/types/check.h"
+#include "server/course/groups.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server::course {
@@ -73,11 +74,6 @@ std::vector<Trial> Select(Transaction& tx, const std::string& condition) {
   return out;
 }
 
-std::string OfPerson(std::int64_t assignment, std::int64_t account) {
-  return "assignment_id = " + std::to_string(assignment) +
-         " AND account_id = " + std::to_string(account);
-}
-
 }  // namespace
 
 std::string_view Name(TrialState state) {
@@ -91,8 +87,8 @@ core::Result<Trial> Trials::Add(
     WallTime now,
     const std::function<void(const std::vector<Trial>&, Trial&)>& draw) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Trial> {
-    TakeTurn(tx, "trials of " + std::to_string(account));
-    const std::vector<Trial> former = Select(tx, OfPerson(assignment, account) + " ORDER BY id");
+    TakeTurn(tx, "trials of assignment " + std::to_string(assignment));
+    const std::vector<Trial> former = Select(tx, WithMates(assignment, account) + " ORDER BY id");
     int counted = 0;
     for (const Trial& each : former) {
       if (each.state == TrialState::kVoid) continue;
@@ -240,12 +236,22 @@ core::Result<Trial> Trials::Get(std::int64_t id) {
   });
 }
 
+core::Result<bool> Trials::IsOf(std::int64_t id, std::int64_t account) {
+  const auto trial = Get(id);
+  if (!trial) return trial.error();
+  return database_.Read([&](Transaction& tx) -> core::Result<bool> {
+    return !Select(tx,
+                   WithMates(trial.value().assignment, account) + " AND id = " + std::to_string(id))
+                .empty();
+  });
+}
+
 core::Result<std::vector<Trial>> Trials::Of(std::int64_t assignment,
                                             std::optional<std::int64_t> account,
                                             std::int64_t after,
                                             int limit) {
   std::string condition =
-      account ? OfPerson(assignment, *account) : "assignment_id = " + std::to_string(assignment);
+      account ? WithMates(assignment, *account) : "assignment_id = " + std::to_string(assignment);
   condition += " AND id > " + std::to_string(after) + " ORDER BY id LIMIT " + std::to_string(limit);
   return database_.Read(
       [&](Transaction& tx) -> core::Result<std::vector<Trial>> { return Select(tx, condition); });

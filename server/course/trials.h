@@ -79,7 +79,9 @@ class Trials {
   core::Status Void(std::int64_t id, const std::string& why, WallTime now);
 
   core::Result<Trial> Get(std::int64_t id);
-  /// Of all persons, or of one; in order of id.
+  /// Whether this person, or somebody in the same group, has begun it.
+  core::Result<bool> IsOf(std::int64_t id, std::int64_t account);
+  /// Of all persons, or of one and their group; in order of id.
   core::Result<std::vector<Trial>> Of(std::int64_t assignment,
                                       std::optional<std::int64_t> account,
                                       std::int64_t after,

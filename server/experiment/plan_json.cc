@@ -313,6 +313,11 @@ bool HidesFaults(std::string_view plan_json) {
   return hidden.is_bool() && hidden.get_bool();
 }
 
+std::int64_t TrialOf(std::string_view plan_json) {
+  const json::value trial = MemberOf(plan_json, "trial");
+  return trial.is_number() ? trial.to_number<std::int64_t>() : 0;
+}
+
 std::string SealedPlan(std::string_view plan_json) {
   json::object plan = json::parse(plan_json).as_object();
   plan.erase("faults");

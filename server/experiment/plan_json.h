@@ -44,6 +44,8 @@ bool HidesFaults(std::string_view plan_json);
 /// A stored plan without what tells its faults: their list, and the seed of the noise, with which
 /// the same run could be played healthy and compared.
 std::string SealedPlan(std::string_view plan_json);
+/// The trial whose run this is the plan of; 0: none.
+std::int64_t TrialOf(std::string_view plan_json);
 /// The same, stored as that of the run of a trial.
 std::string SealedPlan(std::string_view plan_json, std::int64_t trial);
 /// Such a stored plan with its faults and its seed again.

@@ -77,7 +77,12 @@ core::Result<RunRecord> Recordings::Find(const Principal& who,
   const auto whose = accounts_.RelationTo(who, record.value().owner, record.value().created_at);
   if (!whose) return whose.error();
   const core::Status allowed = Authorize(who, operation, whose.value());
-  if (!allowed.ok()) return allowed.error();
+  if (allowed.ok()) return record;
+  const std::int64_t trial = TrialOf(record.value().plan_json);
+  const bool shared = trial != 0 && operation == Operation::kReadRun && who.user_id != 0 &&
+                      is_of_ && is_of_(trial, who.user_id) &&
+                      Authorize(who, operation, Ownership::kOwn).ok();
+  if (!shared) return allowed.error();
   return record;
 }
 

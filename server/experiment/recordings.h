@@ -53,6 +53,11 @@ class Recordings {
              const Clock& clock)
       : store_(store), runs_(runs), accounts_(accounts), benches_(benches), clock_(clock) {}
 
+  /// Who answers a trial together with its run's owner reads this run like them.
+  void ShareTrials(std::function<bool(std::int64_t trial, std::int64_t account)> is_of) {
+    is_of_ = std::move(is_of);
+  }
+
   /// The record, if `who` may do `operation` on it.
   core::Result<RunRecord> Find(const Principal& who, const std::string& id, Operation operation);
 
@@ -114,6 +119,7 @@ class Recordings {
   Accounts& accounts_;
   Benches& benches_;
   const Clock& clock_;
+  std::function<bool(std::int64_t trial, std::int64_t account)> is_of_;
   LongTurn long_turn_;
 };
 

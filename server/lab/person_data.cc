@@ -58,6 +58,7 @@ constexpr std::array kPlaces = {
           "CASE WHEN released_ms > 0 THEN grade ELSE '' END AS grade, awarded",
           "account_id = :id"},
     Place{"assignment_extension", "assignment_id, due_ms", "account_id = :id"},
+    Place{"assignment_mate", "assignment_id, group_id", "account_id = :id"},
     Place{"remembered_answer", "idempotency_key, status, body, at_ms", "owner = :owner"},
     Place{"lab_ticket", "id, rig_class, created_ms, state", "user_id = :id"},
     Place{"lab_booking", "id, rig_class, rig, start_ms, end_ms, state, note", "user_id = :id"},
@@ -266,6 +267,7 @@ core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime n
     }
     for (const char* table : {"trial",
                               "assignment_extension",
+                              "assignment_mate",
                               "sign_in",
                               "known_device",
                               "external_identity",

@@ -524,13 +524,23 @@ Migration TrialsOnBenches() {
           .postgres_statements = {}};
 }
 
-/// Rubrics that change: answers are graded again by the newest one.
-Migration ChangedRubrics() {
+/// Rubrics that change, by the newest of which answers are graded again, and students who share
+/// their trials.
+Migration RubricsAndGroups() {
   return {
       .version = 30,
-      .description = "changes of rubrics",
+      .description = "changes of rubrics, groups",
       .statements = {"ALTER TABLE assignment ADD COLUMN rubric_version BIGINT NOT NULL DEFAULT 1",
-                     "ALTER TABLE trial ADD COLUMN graded_by BIGINT NOT NULL DEFAULT 1"},
+                     "ALTER TABLE trial ADD COLUMN graded_by BIGINT NOT NULL DEFAULT 1",
+                     "ALTER TABLE assignment ADD COLUMN group_max BIGINT NOT NULL DEFAULT 1",
+                     "CREATE TABLE assignment_group (id $ID, assignment_id BIGINT NOT NULL, "
+                     "code TEXT NOT NULL)",
+                     "CREATE UNIQUE INDEX assignment_group_by_code ON assignment_group "
+                     "(assignment_id, code)",
+                     "CREATE TABLE assignment_mate (assignment_id BIGINT NOT NULL, "
+                     "account_id BIGINT NOT NULL, group_id BIGINT NOT NULL, "
+                     "PRIMARY KEY (assignment_id, account_id))",
+                     "CREATE INDEX assignment_mate_by_group ON assignment_mate (group_id)"},
       .sqlite_statements = {},
       .postgres_statements = {}};
 }
@@ -567,7 +577,7 @@ const std::vector<Migration>& AllMigrations() {
                                               BlindTrials(),
                                               ChangedAssignments(),
                                               TrialsOnBenches(),
-                                              ChangedRubrics()};
+                                              RubricsAndGroups()};
   return kAll;
 }
 

@@ -36,10 +36,16 @@ json::object AssignmentToJson(CourseApi& api, const Principal& who, const SeenAs
                    {"version", of.version},
                    {"extensions", nullptr},
                    {"attempts", of.attempts},
+                   {"group_max", of.group_max},
+                   {"group", nullptr},
                    {"on", of.on_bench ? "bench" : "simulator"},
                    {"reveal", of.reveal_at_once ? "answer" : "due"},
                    {"teaches", seen.whose != Ownership::kCourse},
                    {"created_at", Iso8601(of.created_at)}};
+  if (of.group_max > 1) {
+    const auto group = api.groups.Of(of.id, who.user_id);
+    if (group && group.value()) out["group"] = ToJson(api, *group.value());
+  }
   // What faults may come is the teacher's to know.
   if (seen.whose == Ownership::kCourse) return out;
   out["fault_set"] = of.fault_set;
@@ -132,6 +138,7 @@ core::Result<HttpResponse> CreateAssignment(CourseApi& api, const ApiRequest& re
   (void)in.Text("name", kNameBytesMax);
   (void)in.Text("due", kNameBytesMax);
   assignment.on_bench = in.WordOr("on", "simulator", {"simulator", "bench"}) == "bench";
+  assignment.group_max = static_cast<int>(in.IntegerOr("group_max", 1, 1, course::kGroupMax));
   const core::Status terms = ReadTerms(in, assignment);
   const json::object* rubric = in.ObjectOrNull("rubric");
   const json::object* plan = in.ObjectOrNull("plan");

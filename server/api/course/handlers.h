@@ -4,6 +4,7 @@
 #include "server/auth/accounts.h"
 #include "server/auth/audit_log.h"
 #include "server/course/assignments.h"
+#include "server/course/groups.h"
 #include "server/course/trial_desk.h"
 #include "server/course/trials.h"
 #include "server/experiment/experiments.h"
@@ -16,6 +17,7 @@ namespace faultlab::server {
 struct CourseApi {
   course::Assignments& assignments;
   course::Trials& trials;
+  course::Groups& groups;
   course::TrialDesk& desk;
   lab::FaultSets& fault_sets;
   FaultSetAccess& fault_set_access;
@@ -34,6 +36,7 @@ struct SeenAssignment {
   Ownership whose = Ownership::kForeign;
   bool member = false;  ///< teaches or attends
 };
+boost::json::object ToJson(CourseApi& api, const course::Group& group);
 core::Result<SeenAssignment> AssignmentFor(CourseApi& api, const Principal& who, std::int64_t id);
 /// That of the path's {id}, if the caller teaches its course.
 core::Result<SeenAssignment> ManagedAssignment(CourseApi& api, const ApiRequest& request);
@@ -47,6 +50,10 @@ core::Result<HttpResponse> ChangeAssignment(CourseApi& api, const ApiRequest& re
 core::Result<HttpResponse> ExtendAssignment(CourseApi& api, const ApiRequest& request);
 core::Result<HttpResponse> EndExtension(CourseApi& api, const ApiRequest& request);
 core::Result<HttpResponse> DeleteAssignment(CourseApi& api, const ApiRequest& request);
+
+// groups.cc
+core::Result<HttpResponse> EnterGroup(CourseApi& api, const ApiRequest& request);
+core::Result<HttpResponse> LeaveGroup(CourseApi& api, const ApiRequest& request);
 
 // trials.cc
 core::Result<HttpResponse> ListTrials(CourseApi& api, const ApiRequest& request);

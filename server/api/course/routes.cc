@@ -22,6 +22,8 @@ std::vector<ApiRoute> RoutesOf(CourseApi& api) {
        kHeavy},
       {kGet, "/api/v1/assignments/{id}", kReadCourse, kRole, on(GetAssignment)},
       {kPatch, "/api/v1/assignments/{id}", kManageCourse, kRole, on(ChangeAssignment), kJson},
+      {kPost, "/api/v1/assignments/{id}/group", kReadCourse, kRole, on(EnterGroup), kJson},
+      {kDelete, "/api/v1/assignments/{id}/group", kReadCourse, kRole, on(LeaveGroup)},
       {kPut,
        "/api/v1/assignments/{id}/extensions/{user}",
        kManageCourse,

@@ -1,7 +1,9 @@
 // trials: blind runs, their answers and grades.
+#include <algorithm>
 #include <boost/json.hpp>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "server/api/course/handlers.h"
 #include "server/course/answer.h"
@@ -34,10 +36,13 @@ std::string Quoted(const std::string& field) {
 
 /// The one place that decides what leaves the server of a trial: of its truth nothing, and of its
 /// grade nothing, before both are released.
-json::object TrialToJson(const Trial& trial) {
+/// @param members  who share it, or nobody: it is of one person
+json::object TrialToJson(const Trial& trial, std::vector<std::int64_t> members = {}) {
+  if (members.empty()) members.push_back(trial.account);
   json::object out{{"id", trial.id},
                    {"assignment", trial.assignment},
                    {"account", trial.account},
+                   {"members", json::array(members.begin(), members.end())},
                    {"state", Name(trial.state)},
                    {"run", nullptr},
                    {"commitment", trial.commitment},
@@ -67,8 +72,17 @@ json::object TrialToJson(const Trial& trial) {
 struct SeenTrial {
   Trial trial;
   Assignment assignment;
+  std::vector<std::int64_t> members;
   bool own = false;
 };
+
+/// Who share this trial: one person, or a group.
+core::Result<std::vector<std::int64_t>> MembersOf(CourseApi& api, const Trial& trial) {
+  const auto group = api.groups.Of(trial.assignment, trial.account);
+  if (!group) return group.error();
+  if (!group.value()) return std::vector<std::int64_t>{trial.account};
+  return group.value()->members;
+}
 
 /// Of the path's {id}, if it is the caller's own or of a course that they teach or run.
 core::Result<SeenTrial> TrialFor(CourseApi& api, const ApiRequest& request) {
@@ -78,14 +92,23 @@ core::Result<SeenTrial> TrialFor(CourseApi& api, const ApiRequest& request) {
   if (!trial) return trial.error();
   auto seen = AssignmentFor(api, request.who, trial.value().assignment);
   if (!seen) return seen.error();
-  const bool own = trial.value().account == request.who.user_id;
+  auto members = MembersOf(api, trial.value());
+  if (!members) return members.error();
+  const bool own = std::ranges::find(members.value(), request.who.user_id) != members.value().end();
   if (!own && seen.value().whose == Ownership::kCourse) {
     return Error{ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
   }
   const Assignment& of = seen.value().assignment;
   auto now = api.desk.Look(of, std::move(trial).value());
   if (!now) return now.error();
-  return SeenTrial{std::move(now).value(), of, own};
+  return SeenTrial{std::move(now).value(), of, std::move(members).value(), own};
+}
+
+std::vector<std::int64_t> MembersIn(const std::map<std::int64_t, course::Group>& groups,
+                                    const Trial& trial) {
+  const auto group = groups.find(trial.account);
+  if (group == groups.end()) return {trial.account};
+  return group->second.members;
 }
 
 /// All that the caller may see of an assignment, as they are now.
@@ -117,8 +140,12 @@ core::Result<HttpResponse> ListTrials(CourseApi& api, const ApiRequest& request)
   if (!seen) return seen.error();
   const auto list = TrialsOf(api, request, seen.value(), page.value().after, page.value().limit);
   if (!list) return list.error();
+  const auto groups = api.groups.All(seen.value().assignment.id);
+  if (!groups) return groups.error();
   json::array items;
-  for (const Trial& each : list.value()) items.push_back(TrialToJson(each));
+  for (const Trial& each : list.value()) {
+    items.push_back(TrialToJson(each, MembersIn(groups.value(), each)));
+  }
   return page.value().Answer(std::move(items), list.value().empty() ? 0 : list.value().back().id);
 }
 
@@ -136,13 +163,15 @@ core::Result<HttpResponse> StartTrial(CourseApi& api, const ApiRequest& request)
   if (auto error = in.Finish()) return *error;
   const auto begun = api.desk.Start(request.who, seen.value().assignment, rig);
   if (!begun) return begun.error();
-  return JsonResponse(TrialToJson(begun.value()), 201);
+  auto members = MembersOf(api, begun.value());
+  if (!members) return members.error();
+  return JsonResponse(TrialToJson(begun.value(), std::move(members).value()), 201);
 }
 
 core::Result<HttpResponse> GetTrial(CourseApi& api, const ApiRequest& request) {
   const auto seen = TrialFor(api, request);
   if (!seen) return seen.error();
-  return JsonResponse(TrialToJson(seen.value().trial));
+  return JsonResponse(TrialToJson(seen.value().trial, seen.value().members));
 }
 
 core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request) {
@@ -159,7 +188,7 @@ core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request
   const auto taken =
       api.desk.TakeAnswer(seen.value().assignment, seen.value().trial, answer.value());
   if (!taken) return taken.error();
-  return JsonResponse(TrialToJson(taken.value()));
+  return JsonResponse(TrialToJson(taken.value(), seen.value().members));
 }
 
 namespace {
@@ -190,7 +219,7 @@ core::Result<HttpResponse> Awarded(CourseApi& api,
                 awarded.empty() ? "the grade" : awarded);
   const auto now = api.trials.Get(trial.id);
   if (!now) return now.error();
-  return JsonResponse(TrialToJson(now.value()));
+  return JsonResponse(TrialToJson(now.value(), seen.value().members));
 }
 
 }  // namespace
@@ -223,7 +252,7 @@ core::Result<HttpResponse> GetStatistics(CourseApi& api, const ApiRequest& reque
   return JsonResponse(ToJson(course::StatisticsOf(list.value())));
 }
 
-/// One line for each trial, in order.
+/// One line for each trial and each person who shares it, in order.
 core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& request) {
   const auto seen = ManagedAssignment(api, request);
   if (!seen) return seen.error();
@@ -231,13 +260,14 @@ core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& reques
   if (!list) return list.error();
   const auto members = api.accounts.Members(seen.value().assignment.course);
   if (!members) return members.error();
+  const auto groups = api.groups.All(seen.value().assignment.id);
+  if (!groups) return groups.error();
   std::map<std::int64_t, const Account*> people;
   for (const Account& each : members.value()) people[each.id] = &each;
   std::string text =
       "login,name,trial,state,started_at,answered_at,component,value,confidence,truth,points,"
       "awarded_because\r\n";
   for (const Trial& trial : list.value()) {
-    const auto person = people.find(trial.account);
     const json::object shown = TrialToJson(trial);
     const json::object* answer = shown.at("answer").if_object();
     const auto of_answer = [&](const char* name) -> std::string {
@@ -263,21 +293,24 @@ core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& reques
     if (const json::object* awarded = shown.at("awarded").if_object()) {
       because = std::string(awarded->at("reason").as_string());
     }
-    const bool known = person != people.end();
-    for (const std::string& field :
-         {known ? person->second->login : std::string(),
-          known ? person->second->name : std::string(),
-          std::to_string(trial.id),
-          std::string(Name(trial.state)),
-          Iso8601(trial.created_at),
-          trial.answered_at ? Iso8601(*trial.answered_at) : std::string(),
-          component,
-          of_answer("value"),
-          of_answer("confidence"),
-          truth}) {
-      text += Quoted(field) + ",";
+    for (const std::int64_t member : MembersIn(groups.value(), trial)) {
+      const auto person = people.find(member);
+      const bool known = person != people.end();
+      for (const std::string& field :
+           {known ? person->second->login : std::string(),
+            known ? person->second->name : std::string(),
+            std::to_string(trial.id),
+            std::string(Name(trial.state)),
+            Iso8601(trial.created_at),
+            trial.answered_at ? Iso8601(*trial.answered_at) : std::string(),
+            component,
+            of_answer("value"),
+            of_answer("confidence"),
+            truth}) {
+        text += Quoted(field) + ",";
+      }
+      text += points + "," + Quoted(because) + "\r\n";
     }
-    text += points + "," + Quoted(because) + "\r\n";
   }
   HttpResponse response;
   response.content_type = "text/csv; charset=utf-8";

@@ -292,6 +292,81 @@ TEST_F(TrialTest, ATeachersPointsCountWithTheirReason) {
             graded);
 }
 
+TEST_F(TrialTest, AGroupSharesAttemptsTrialsAnswersAndPoints) {
+  const std::int64_t assignment =
+      Assign(kRa, R"(,"attempts":1,"group_max":2,"plan":{"duration_s":14})");
+  const std::string path = "assignments/" + std::to_string(assignment);
+  const auto join = [&](std::string_view login) {
+    const Person who = Make(std::string(login), Role::kStudent);
+    const auto account = accounts_->GetByLogin(std::string(login)).value().id;
+    EXPECT_TRUE(accounts_->Enrol(course_, account, false).ok());
+    return who;
+  };
+  const Person eva = join("eva");
+  const Person ivan = join("ivan");
+  const Person late = join("late");
+  const auto enter = [&](const Person& who, const std::string& body) {
+    return Call(who, "POST", "assignments/{id}/group", path + "/group", body);
+  };
+  const std::string code(Ok(enter(ann_, "{}")).at("code").as_string());
+  EXPECT_EQ(ReasonOf(enter(ann_, "{}")), "in_group");
+  EXPECT_EQ(ReasonOf(enter(eva, R"({"code":"XXXXXX"})")), "group_unknown");
+  const std::string as_typed = code.substr(0, 3) + " " + code.substr(3);
+  EXPECT_EQ(Ok(enter(eva, R"({"code":")" + as_typed + "\"}")).at("members").as_array().size(), 2U);
+  EXPECT_EQ(ReasonOf(enter(ivan, R"({"code":")" + code + "\"}")), "group_full");
+  EXPECT_EQ(Ok(Call(eva, "GET", "assignments/{id}", path)).at("group").at("code").as_string(),
+            code);
+  EXPECT_TRUE(Ok(Call(ivan, "GET", "assignments/{id}", path)).at("group").is_null());
+
+  const json::object trial = Play(assignment);
+  const std::int64_t id = trial.at("id").as_int64();
+  const std::string run(trial.at("run").as_string());
+  EXPECT_EQ(trial.at("members").as_array().size(), 2U);
+  EXPECT_EQ(ReasonOf(TryStart(eva, assignment)), "trial_open") << "one trial of both";
+  EXPECT_EQ(ReasonOf(Call(eva, "DELETE", "assignments/{id}/group", path + "/group")),
+            "group_begun");
+  EXPECT_EQ(Call(eva, "GET", "runs/{id}", "runs/" + run).status, 200);
+  EXPECT_EQ(Call(eva, "GET", "runs/{id}/events", "runs/" + run).status, 200);
+  EXPECT_EQ(Call(eva, "DELETE", "runs/{id}", "runs/" + run).status, 404) << "it is not hers";
+  EXPECT_EQ(Call(ivan, "GET", "runs/{id}", "runs/" + run).status, 404);
+  EXPECT_EQ(Trial(eva, id).at("state"), "open");
+  EXPECT_EQ(Call(ivan, "GET", "trials/{id}", "trials/" + std::to_string(id)).status, 404);
+  EXPECT_EQ(ReasonOf(enter(late, R"({"code":")" + code + "\"}")), "group_full");
+
+  EXPECT_EQ(Ok(Answer(eva, id, kRight)).at("state"), "answered");
+  EXPECT_EQ(ReasonOf(Answer(ann_, id, kRight)), "trial_changed");
+  EXPECT_EQ(ReasonOf(TryStart(eva, assignment)), "attempts_used");
+  MakeDue(assignment);
+  EXPECT_GT(Trial(eva, id).at("points").to_number<double>(), 90.0);
+  const std::string csv =
+      Call(mila_, "GET", "assignments/{id}/grades.csv", path + "/grades.csv").body;
+  EXPECT_NE(csv.find("\"ann\""), std::string::npos) << csv;
+  EXPECT_NE(csv.find("\"eva\""), std::string::npos) << "a line for each of them";
+  EXPECT_EQ(csv.find("\"ivan\""), std::string::npos);
+}
+
+TEST_F(TrialTest, AGroupThatHasBegunTakesNobody) {
+  const std::int64_t assignment = Assign(kRa, R"(,"group_max":3,"plan":{"duration_s":14})");
+  const std::string path = "assignments/" + std::to_string(assignment) + "/group";
+  const auto enter = [&](const Person& who, const std::string& body) {
+    return Call(who, "POST", "assignments/{id}/group", path, body);
+  };
+  const std::string code(Ok(enter(ann_, "{}")).at("code").as_string());
+  Play(assignment);
+  const Person eva = Make("eva", Role::kStudent);
+  ASSERT_TRUE(accounts_->Enrol(course_, accounts_->GetByLogin("eva").value().id, false).ok());
+  EXPECT_EQ(ReasonOf(enter(eva, R"({"code":")" + code + "\"}")), "group_begun");
+  Ok(TryStart(eva, assignment), 201);
+  EXPECT_EQ(ReasonOf(enter(eva, "{}")), "group_begun") << "she works alone already";
+  const std::int64_t alone = Assign(kRa, R"(,"plan":{"duration_s":14})");
+  EXPECT_EQ(ReasonOf(Call(eva,
+                          "POST",
+                          "assignments/{id}/group",
+                          "assignments/" + std::to_string(alone) + "/group",
+                          "{}")),
+            "groups_none");
+}
+
 TEST_F(TrialTest, AnswersAreGradedAgainByARubricThatHasChanged) {
   const std::int64_t assignment = Assign(kRa, kAtOnce);
   const std::int64_t id = Play(assignment).at("id").as_int64();

@@ -507,6 +507,17 @@ void Contract::Trials() {
   const Values other{
       {"id", Id(world_.Expect(201, "teacher", "POST", "assignments", {}, assignment("")))}};
   world_.Expect(404, "bob", "GET", "assignments/{id}", made);
+  const Values shared{
+      {"id",
+       Id(world_.Expect(
+           201, "teacher", "POST", "assignments", {}, assignment(R"(,"group_max":2)")))}};
+  world_.Expect(409, "teacher", "POST", "assignments/{id}/group", made, "{}");
+  world_.Expect(200, "teacher", "POST", "assignments/{id}/group", shared, "{}");
+  world_.Expect(409, "teacher", "POST", "assignments/{id}/group", shared, "{}");
+  world_.Expect(204, "teacher", "DELETE", "assignments/{id}/group", shared);
+  world_.Expect(
+      400, "teacher", "POST", "assignments/{id}/group", shared, R"({"code":"no such code"})");
+  Remember("/api/v1/assignments/{id}/group", shared, "teacher");
   world_.Expect(
       200, "teacher", "PATCH", "assignments/{id}", other, R"({"attempts":2})", IfMatch(1));
   world_.Expect(204, "teacher", "DELETE", "assignments/{id}", other);

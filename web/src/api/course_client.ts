@@ -23,7 +23,9 @@ export interface Truth {
   seed: number;
 }
 
-export const isMine = (trial: Trial) => account.me.owner === `user:${trial.account}`;
+/** Of one's own, or of one's group. */
+export const isMine = (trial: Trial) =>
+  trial.members.some((each) => account.me.owner === `user:${each}`);
 
 export const course = {
   assignments: () => getAll<Assignment>("/assignments"),
@@ -39,6 +41,10 @@ export const course = {
     send<Assignment>("PUT", `/assignments/${id}/extensions/${account}`, { due }),
   endExtension: (id: number, account: number) =>
     send<Assignment>("DELETE", `/assignments/${id}/extensions/${account}`),
+  /** Forms a group, or joins that of a code. */
+  enterGroup: (id: number, code: string) =>
+    send<unknown>("POST", `/assignments/${id}/group`, code ? { code } : {}),
+  leaveGroup: (id: number) => send<unknown>("DELETE", `/assignments/${id}/group`),
   statistics: (id: number) => get<AssignmentStatistics>(`/assignments/${id}/statistics`),
   award: (trial: number, points: number, reason: string) =>
     send<Trial>("PUT", `/trials/${trial}/points`, { points, reason }),

@@ -1336,6 +1336,15 @@ export const texts = {
   set_unreadable: "{name} is no fault set that this page has saved.",
   assignment_from_set: "Faults",
   assignment_chosen_below: "chosen below",
+  group: "Group",
+  group_of: "Your group: {names}. Its code is {code}; attempts, answers and points are shared.",
+  group_alone:
+    "You may work in a group of up to {most}: form one and pass on its code, or join with the code of another.",
+  group_form: "Form a group",
+  group_code: "Code of a group",
+  group_join: "Join",
+  group_leave: "Leave the group",
+  assignment_groups: "In groups of up to",
   trial_because: "Why",
   evidence: "What shows it",
   evidence_choose: "Choose a stretch on the charts",
@@ -1674,6 +1683,11 @@ export const texts = {
   refused_assignments_full: "The course has {most} assignments, as many as it may have.",
   refused_trial_open:
     "You have a trial of this assignment that is not answered yet. Answer it first.",
+  refused_group_begun: "Somebody of the group has begun: groups cannot change any more.",
+  refused_group_full: "The group is full: it may have {most}.",
+  refused_group_unknown: "No group of this exercise has this code.",
+  refused_groups_none: "Everybody works on this exercise alone.",
+  refused_in_group: "You are in a group. Leave it first.",
   refused_attempts_used: "You have used all {attempts} attempts of this assignment.",
   refused_trial_changed:
     "The trial has changed meanwhile, perhaps in another window. Load the page again.",

@@ -1397,6 +1397,15 @@ export const marked: Catalogue = {
   set_unreadable: "{name} nije skup kvarova koji je ova stranica sačuvala.",
   assignment_from_set: "Kvarovi",
   assignment_chosen_below: "izabrani ispod",
+  group: "Grupa",
+  group_of: "Vaša grupa: {names}. Njen kod je {code}; pokušaji, odgovori i poeni su zajednički.",
+  group_alone:
+    "Možete raditi u grupi, najviše {most}: napravite je i prosledite kod, ili se pridružite kodom druge.",
+  group_form: "Napravi grupu",
+  group_code: "Kod grupe",
+  group_join: "Pridruži se",
+  group_leave: "Napusti grupu",
+  assignment_groups: "U grupama do",
   trial_because: "Zašto",
   evidence: "Šta to pokazuje",
   evidence_choose: "Izaberite deo na graficima",
@@ -1716,6 +1725,11 @@ export const marked: Catalogue = {
   refused_assignments_full: "Kurs ima {most} vežbi, najviše što može da ima.",
   refused_trial_open:
     "Imate zadatak ove vežbe na koji još niste odgovorili. Najpre odgovorite na njega.",
+  refused_group_begun: "Neko iz grupe je već počeo: grupe se više ne menjaju.",
+  refused_group_full: "Grupa je puna: može imati najviše {most} člana.",
+  refused_group_unknown: "Nijedna grupa ove vežbe nema taj kod.",
+  refused_groups_none: "Na ovoj vežbi svako radi sam.",
+  refused_in_group: "Već ste u grupi. Prvo je napustite.",
   refused_attempts_used: "Iskoristili ste sve pokušaje ove vežbe ({attempts}).",
   refused_trial_changed:
     "Zadatak se u međuvremenu promenio, možda u drugom prozoru. Učitajte stranicu ponovo.",

@@ -1,0 +1,193 @@
+#include "server/course/groups.h"
+
+#include <soci/soci.h>
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+#include "server/auth/secrets.h"
+#include "server/storage/turns.h"
+
+namespace faultlab::server::course {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+using soci::into;
+using soci::use;
+
+// Without those that look alike.
+constexpr std::string_view kLetters = "ABCDEFGHJKMNPQRSTUVWXYZ23456789";
+constexpr int kCodeLength = 6;
+
+std::string NewCode() {
+  std::string code;
+  std::uint64_t number = SecretNumber();
+  for (int i = 0; i < kCodeLength; ++i) {
+    code += kLetters[number % kLetters.size()];
+    number /= kLetters.size();
+  }
+  return code;
+}
+
+std::string AsWritten(const std::string& code) {
+  std::string out;
+  for (const char c : code) {
+    if (c != ' ') out += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  }
+  return out;
+}
+
+Group Read(Transaction& tx, std::int64_t id) {
+  Group group;
+  group.id = id;
+  std::int64_t account = 0;
+  tx.sql() << "SELECT code FROM assignment_group WHERE id = :id", into(group.code), use(id, "id");
+  soci::statement statement =
+      (tx.sql().prepare << "SELECT account_id FROM assignment_mate WHERE group_id = :id ORDER BY 1",
+       into(account),
+       use(id, "id"));
+  statement.execute(false);
+  while (statement.fetch()) group.members.push_back(account);
+  return group;
+}
+
+std::optional<Group> Find(Transaction& tx, std::int64_t assignment, std::int64_t account) {
+  std::int64_t id = 0;
+  tx.sql()
+      << "SELECT group_id FROM assignment_mate WHERE assignment_id = :of AND account_id = :who",
+      into(id), use(assignment, "of"), use(account, "who");
+  if (!tx.sql().got_data()) return std::nullopt;
+  return Read(tx, id);
+}
+
+/// Whether this person, or somebody in the same group, has begun a trial.
+bool HasBegun(Transaction& tx, std::int64_t assignment, std::int64_t account) {
+  std::int64_t trials = 0;
+  tx.sql() << "SELECT COUNT(*) FROM trial WHERE " + WithMates(assignment, account), into(trials);
+  return trials > 0;
+}
+
+Error Begun() {
+  return {
+      ErrorCode::kConflict, "A trial was begun: groups cannot change any more.", "", "group_begun"};
+}
+
+/// Whoever is in a group already, or has begun, cannot be in another one.
+core::Status MayEnter(Transaction& tx, std::int64_t assignment, std::int64_t account) {
+  if (Find(tx, assignment, account)) {
+    return Error{ErrorCode::kConflict, "You are in a group: leave it first.", "", "in_group"};
+  }
+  if (HasBegun(tx, assignment, account)) return Begun();
+  return Done{};
+}
+
+void Enter(Transaction& tx, std::int64_t assignment, std::int64_t account, std::int64_t group) {
+  tx.sql() << "INSERT INTO assignment_mate (assignment_id, account_id, group_id) VALUES (:of, "
+              ":who, :group)",
+      use(assignment, "of"), use(account, "who"), use(group, "group");
+}
+
+void TakeTurnOf(Transaction& tx, std::int64_t assignment) {
+  TakeTurn(tx, "trials of assignment " + std::to_string(assignment));
+}
+
+}  // namespace
+
+std::string WithMates(std::int64_t assignment, std::int64_t account) {
+  const std::string of = std::to_string(assignment);
+  const std::string who = std::to_string(account);
+  return "assignment_id = " + of + " AND (account_id = " + who +
+         " OR account_id IN (SELECT mate.account_id FROM assignment_mate mate JOIN "
+         "assignment_mate me ON me.group_id = mate.group_id WHERE me.assignment_id = " +
+         of + " AND me.account_id = " + who + "))";
+}
+
+core::Result<std::optional<Group>> Groups::Of(std::int64_t assignment, std::int64_t account) {
+  return database_.Read([&](Transaction& tx) -> core::Result<std::optional<Group>> {
+    return Find(tx, assignment, account);
+  });
+}
+
+core::Result<std::map<std::int64_t, Group>> Groups::All(std::int64_t assignment) {
+  return database_.Read([&](Transaction& tx) -> core::Result<std::map<std::int64_t, Group>> {
+    std::vector<std::int64_t> ids;
+    std::int64_t id = 0;
+    {
+      soci::statement statement =
+          (tx.sql().prepare << "SELECT id FROM assignment_group WHERE assignment_id = :of",
+           into(id),
+           use(assignment, "of"));
+      statement.execute(false);
+      while (statement.fetch()) ids.push_back(id);
+    }
+    std::map<std::int64_t, Group> by_member;
+    for (const std::int64_t each : ids) {
+      const Group group = Read(tx, each);
+      for (const std::int64_t member : group.members) by_member.emplace(member, group);
+    }
+    return by_member;
+  });
+}
+
+core::Result<Group> Groups::Form(std::int64_t assignment, std::int64_t account) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Group> {
+    TakeTurnOf(tx, assignment);
+    const core::Status may = MayEnter(tx, assignment, account);
+    if (!may.ok()) return may.error();
+    const std::string code = NewCode();
+    std::int64_t id = 0;
+    tx.sql() << "INSERT INTO assignment_group (assignment_id, code) VALUES (:of, :code) RETURNING "
+                "id",
+        into(id), use(assignment, "of"), use(code, "code");
+    Enter(tx, assignment, account, id);
+    return Read(tx, id);
+  });
+}
+
+core::Result<Group> Groups::Join(std::int64_t assignment,
+                                 std::int64_t account,
+                                 const std::string& code,
+                                 int most) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Group> {
+    TakeTurnOf(tx, assignment);
+    const core::Status may = MayEnter(tx, assignment, account);
+    if (!may.ok()) return may.error();
+    const std::string wanted = AsWritten(code);
+    std::int64_t id = 0;
+    tx.sql() << "SELECT id FROM assignment_group WHERE assignment_id = :of AND code = :code",
+        into(id), use(assignment, "of"), use(wanted, "code");
+    if (!tx.sql().got_data()) {
+      return Error{ErrorCode::kInvalid,
+                   "No group of this assignment has this code.",
+                   "/code",
+                   "group_unknown"};
+    }
+    const Group group = Read(tx, id);
+    if (group.members.size() >= static_cast<std::size_t>(most)) {
+      return Error{ErrorCode::kConflict,
+                   "The group is full: it may have " + std::to_string(most) + ".",
+                   "",
+                   "group_full",
+                   {{"most", std::to_string(most)}}};
+    }
+    if (!group.members.empty() && HasBegun(tx, assignment, group.members.front())) return Begun();
+    Enter(tx, assignment, account, id);
+    return Read(tx, id);
+  });
+}
+
+core::Status Groups::Leave(std::int64_t assignment, std::int64_t account) {
+  return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    TakeTurnOf(tx, assignment);
+    if (!Find(tx, assignment, account)) return Done{};
+    if (HasBegun(tx, assignment, account)) return Begun();
+    tx.sql() << "DELETE FROM assignment_mate WHERE assignment_id = :of AND account_id = :who",
+        use(assignment, "of"), use(account, "who");
+    return Done{};
+  });
+}
+
+}  // namespace faultlab::server::course
