@@ -18,6 +18,8 @@ describe("course", { timeout: SUITE_MS }, () => {
   let world;
   let teacher;
   let ann;
+  let bo;
+  let course;
 
   before(async () => {
     server = await startServer({ speed: 20 });
@@ -25,8 +27,10 @@ describe("course", { timeout: SUITE_MS }, () => {
     world = await makeWorld(server);
     teacher = await world.user("teacher", "A Teacher", "instructor");
     ann = await world.user("ann", "Ann Student", "student");
-    const course = await world.course(teacher, "Diagnosis", [ann]);
+    bo = await world.user("bo", "Bo Student", "student");
+    course = await world.course(teacher, "Diagnosis", [ann, bo]);
     await world.join(ann, course);
+    await world.join(bo, course);
   });
   after(async () => {
     await browser?.close();
@@ -167,5 +171,53 @@ describe("course", { timeout: SUITE_MS }, () => {
     assert.equal(await page.getByRole("button", { name: "Next run" }).count(), 0);
     assert.deepEqual(await axe(page), []);
     await close();
+  });
+
+  story("two students share an exercise", async () => {
+    const { json: set } = await world.call(teacher, "POST", "/fault-sets", {
+      name: "shared",
+      course: course.id,
+      bench: "paper",
+      pool: { items: [{ component: "R1", values: [56], onset_from_s: 8 }], healthy_share: 0 },
+    });
+    await world.call(teacher, "POST", "/assignments", {
+      course: course.id,
+      fault_set: set.id,
+      name: "Together",
+      due: "2040-01-01T00:00:00Z",
+      group_max: 2,
+      plan: { duration_s: 12 },
+    });
+    const one = await pageOf(browser, server, ann, "/tasks");
+    const hers = one.page.getByRole("group", { name: "Group, Together" });
+    await hers.getByRole("button", { name: "Form a group" }).click();
+    const told = await hers.getByText(/Its code is/).innerText();
+    const [, code] = /code is (\w+)/.exec(told);
+    const two = await pageOf(browser, server, bo, "/tasks");
+    const his = two.page.getByRole("group", { name: "Group, Together" });
+    await his.getByLabel("Code of a group").fill("wrong");
+    await his.getByRole("button", { name: "Join" }).click();
+    await his.getByText("No group of this exercise has this code.").waitFor();
+    await his.getByLabel("Code of a group").fill(code.toLowerCase());
+    await his.getByRole("button", { name: "Join" }).click();
+    await his.getByText(/Your group: Ann Student, Bo Student/).waitFor();
+    assert.deepEqual(await axe(two.page), []);
+    await one.page.getByRole("button", { name: "Begin, Together" }).click();
+    await waitForReview(one.page);
+    await two.page.reload();
+    await two.page.getByRole("link", { name: "Go on" }).click();
+    await waitForReview(two.page);
+    const card = two.page.getByRole("region", { name: "Together" });
+    await card.getByRole("combobox").selectOption("healthy");
+    await card.getByRole("button", { name: "Answer" }).click();
+    await two.page
+      .getByRole("dialog")
+      .getByRole("button", { name: /^Answer/ })
+      .click();
+    await card.getByText(/Your answer was received/).waitFor();
+    await one.page.reload();
+    await one.page.getByText(/Your answer was received/).waitFor();
+    await one.close();
+    await two.close();
   });
 });

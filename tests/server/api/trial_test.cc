@@ -326,7 +326,7 @@ TEST_F(TrialTest, AGroupSharesAttemptsTrialsAnswersAndPoints) {
   EXPECT_EQ(ReasonOf(Call(eva, "DELETE", "assignments/{id}/group", path + "/group")),
             "group_begun");
   EXPECT_EQ(Call(eva, "GET", "runs/{id}", "runs/" + run).status, 200);
-  EXPECT_EQ(Call(eva, "GET", "runs/{id}/events", "runs/" + run).status, 200);
+  EXPECT_EQ(Call(eva, "GET", "runs/{id}/events", "runs/" + run + "/events").status, 200);
   EXPECT_EQ(Call(eva, "DELETE", "runs/{id}", "runs/" + run).status, 404) << "it is not hers";
   EXPECT_EQ(Call(ivan, "GET", "runs/{id}", "runs/" + run).status, 404);
   EXPECT_EQ(Trial(eva, id).at("state"), "open");
