@@ -51,10 +51,11 @@ core::DiagnosisOptions Opened(core::DiagnosisOptions options) {
   return options;
 }
 
-std::vector<RecordedEvent> WithEvents(std::vector<RecordedEvent> events, const std::string& kept) {
-  std::ranges::move(ParseEvents(kept), std::back_inserter(events));
-  std::stable_sort(
-      events.begin(), events.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
+/// Those of one sample stay in their order: what the rig did, then what the lab saw of it.
+std::vector<RecordedEvent> InOrder(std::vector<RecordedEvent> events,
+                                   std::vector<RecordedEvent> more) {
+  std::ranges::move(more, std::back_inserter(events));
+  std::ranges::stable_sort(events, {}, &RecordedEvent::index);
   return events;
 }
 
@@ -253,7 +254,7 @@ core::Result<Trial> TrialDesk::TakeAnswer(const Assignment& assignment,
                            json::serialize(ToJson(answer)),
                            json::serialize(ToJson(grade.value())),
                            assignment.rubric_version,
-                           EventsText(WithEvents(seen.value().events, trial.events)),
+                           EventsText(InOrder(ParseEvents(trial.events), seen.value().events)),
                            now);
   if (!kept.ok()) return kept.error();
   auto answered = parts_.trials.Get(trial.id);
@@ -273,16 +274,17 @@ core::Status TrialDesk::Release(const Assignment& assignment, const Trial& trial
     if (!options) return options.error();
     auto events = parts_.store.LoadEvents(trial.run);
     if (!events) return events.error();
+    events = InOrder(std::move(events).value(), ParseEvents(trial.events));
     if (trial.answer.empty()) {  // what the lab saw is kept with an answer
       auto seen = See(record.value());
       if (!seen) return seen.error();
-      std::ranges::move(seen.value().events, std::back_inserter(events.value()));
+      events = InOrder(std::move(events).value(), std::move(seen.value().events));
     }
     const core::Status opened =
         parts_.store.Unseal(trial.run,
                             OpenedPlan(record.value().plan_json, trial.truth),
                             OptionsText(Opened(options.value())),
-                            WithEvents(std::move(events).value(), trial.events));
+                            events.value());
     if (!opened.ok()) return opened;
   }
   const core::Status released = parts_.trials.Release(trial.id, parts_.clock.Wall());

@@ -106,8 +106,7 @@ void Run::RestartLearning(double next_t_s) {
   waiting_.Restart(options.healthy_to_s);
   pipeline_.LearnAgain(next_t_s);
   learning_ = pipeline_.learning();
-  detected_at_s_.reset();
-  isolated_.reset();
+  teller_.Restart();
   const std::int64_t now = last_frame_ ? last_frame_->sample.index + 1 : 0;
   AddEvent(MakeLearningEvent(now, options.healthy_to_s, state_.period_s));
 }

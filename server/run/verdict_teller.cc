@@ -29,4 +29,9 @@ std::vector<RecordedEvent> VerdictTeller::Hear(const core::Verdict& verdict, std
   return told;
 }
 
+void VerdictTeller::Restart() {
+  detected_at_s_.reset();
+  isolated_.reset();
+}
+
 }  // namespace faultlab::server

@@ -18,6 +18,8 @@ class VerdictTeller {
   /// What is new in this verdict, in order.
   /// @param now  index of the newest sample
   std::vector<RecordedEvent> Hear(const core::Verdict& verdict, std::int64_t now);
+  /// The diagnosis begins anew: there is nothing to return from.
+  void Restart();
 
  private:
   const double period_s_;

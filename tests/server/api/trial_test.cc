@@ -495,7 +495,7 @@ TEST_F(TrialTest, APreviewTellsTheTeacherWhatCanBeSeenOfIt) {
   EXPECT_EQ(faults[0].at("visible"), false) << "the nearest to nominal of R1";
   EXPECT_EQ(faults[1].at("visible"), true);
   EXPECT_EQ(faults[1].at("group").as_array().size(), 2U) << "R12 looks the same";
-  EXPECT_EQ(ReasonOf(preview(mila_, nearly, R"({"duration_s":9})")), "fault_outside_run");
+  EXPECT_EQ(ReasonOf(preview(mila_, nearly, R"({"duration_s":8.5})")), "fault_outside_run");
   EXPECT_EQ(ReasonOf(preview(mila_, "", plan)), "no_faults");
   EXPECT_EQ(preview(ann_, nearly, plan).status, 403);
 }
@@ -674,7 +674,7 @@ TEST_F(BenchTrialTest, ASessionThatTheLabEndsGivesTheAttemptBack) {
     const json::object sessions = Ok(Call(ann_, "GET", "sessions", "sessions"));
     const std::string session =
         "sessions/" + std::to_string(sessions.at("items").at(0).at("id").as_int64()) + "/end";
-    EXPECT_EQ(Call(who, "POST", "sessions/{id}/end", session, "{}").status, 200);
+    EXPECT_EQ(Call(who, "POST", "sessions/{id}/end", session, "{}").status, 204);
     application_->runs().Wait(run);
     return Trial(ann_, begun.at("id").as_int64());
   };

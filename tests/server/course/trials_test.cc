@@ -57,7 +57,9 @@ TEST_F(TrialsTest, GoFromTheDrawToTheRelease) {
   ASSERT_TRUE(trials_.Ended(id, R"(["it's"])", kNow).ok());
   EXPECT_EQ(ReasonOf(trials_.Ended(id, "[]", kNow)), "trial_changed");
   ASSERT_TRUE(
-      trials_.Answer(id, R"({"text":"a ':now' in words"})", R"({"points":5})", 1, "[]", kNow).ok());
+      trials_
+          .Answer(id, R"({"text":"a ':now' in words"})", R"({"points":5})", 1, R"(["it's"])", kNow)
+          .ok());
   EXPECT_EQ(ReasonOf(trials_.Answer(id, "{}", "{}", 1, "[]", kNow)), "trial_changed")
       << "the first counts";
   EXPECT_EQ(ReasonOf(trials_.Void(id, "rig_failed", kNow)), "trial_changed");

@@ -1,6 +1,7 @@
 // A run whose faults are known to its witness alone.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -68,7 +69,9 @@ class SealedRunTest : public RunFixture {
     tests::WebSocketClient page(server_->port(), "/ws?run=" + id);
     frames_ = page.ReadTextWith("\"hello\"").value_or("");
     EXPECT_FALSE(frames_.empty());
-    for (std::int64_t k = 0; k < 300; ++k) {
+    rig->Say(SampleAt(0));
+    frames_ += page.ReadTextWith("\"readout\"").value_or("");  // the only one: the clock stands
+    for (std::int64_t k = 1; k < 300; ++k) {
       for (const hardware::RigEvent& event : hidden) {
         if (event.index == k) rig->Say(event);
       }
@@ -103,7 +106,12 @@ TEST_F(SealedRunTest, IdenticalSamplesUnderTwoTruthsAreToldAlike) {
   const std::string second = Played({{kRefused, 207, paper::kRa, 9.0, "no relay has it"}}, two);
   EXPECT_EQ(first, second);
   EXPECT_GT(frames.size(), 300U * 4U) << "samples are among them";
-  EXPECT_TRUE(frames == frames_) << frames.size() << " and " << frames_.size() << " bytes";
+  const std::size_t differs = std::ranges::mismatch(frames, frames_).in1 - frames.begin();
+  EXPECT_TRUE(frames == frames_) << "from byte " << differs << " of " << frames.size() << ": "
+                                 << frames.substr(differs - std::min<std::size_t>(differs, 60), 120)
+                                 << " and "
+                                 << frames_.substr(differs - std::min<std::size_t>(differs, 60),
+                                                   120);
   EXPECT_EQ(first.find("fault_commanded"), std::string::npos);
   ASSERT_EQ(one->events.size(), 2U);
   EXPECT_EQ(one->events[1].index, 103);

@@ -139,7 +139,7 @@ INSTANTIATE_TEST_SUITE_P(Engines, DatabaseOnBoth, tests::kBothEngines, tests::En
 TEST(SqliteDatabase, SaysThatTheDiskIsFullAndKeepsEverythingBefore) {
   tests::TempFolder folder;
   auto database =
-      Database::Open({.location = folder.File("small.db"), .bytes_max = 600 << 10}).value();
+      Database::Open({.location = folder.File("small.db"), .bytes_max = 800 << 10}).value();
   std::int64_t stored = 0;
   Status status = Done{};
   while (status.ok() && stored < 1000) {
