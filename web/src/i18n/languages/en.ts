@@ -1347,10 +1347,10 @@ export const texts = {
   assignment_groups: "In groups of up to",
   trial_because: "Why",
   evidence: "What shows it",
-  evidence_choose: "Choose a stretch on the charts",
+  evidence_choose: "Choose on the charts",
   evidence_how:
     "Drag over a chart, or set the cursors A and B: keys A and B, arrows, or the fields above the charts.",
-  evidence_add: "Mark the stretch between the cursors",
+  evidence_add: "Mark from A to B",
   trial_not_seen: "The lab's own diagnosis did not notice it in this run.",
   trial_noticed: "The lab's own diagnosis noticed it at {time} s.",
   trial_named: "It named {component} at {time} s.",

@@ -1408,10 +1408,10 @@ export const marked: Catalogue = {
   assignment_groups: "U grupama do",
   trial_because: "Zašto",
   evidence: "Šta to pokazuje",
-  evidence_choose: "Izaberite deo na graficima",
+  evidence_choose: "Izaberite na graficima",
   evidence_how:
     "Prevucite preko grafika, ili postavite kursore A i B: tasterima A i B, strelicama, ili u poljima iznad grafika.",
-  evidence_add: "Označite deo između kursora",
+  evidence_add: "Označite od A do B",
   trial_not_seen: "Dijagnoza laboratorije ga u ovom eksperimentu nije primetila.",
   trial_noticed: "Dijagnoza laboratorije ga je primetila na {time} s.",
   trial_named: "Imenovala je {component} na {time} s.",
