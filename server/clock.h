@@ -28,6 +28,9 @@ class SystemClock : public Clock {
   }
 };
 
+/// Of this machine.
+inline const SystemClock kSystemClock;
+
 /// Stands still until a test moves it.
 class ManualClock : public Clock {
  public:

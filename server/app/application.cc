@@ -83,10 +83,12 @@ class Application::Impl {
   Impl(const Config& config,
        std::vector<LocalBench> local_benches,
        FolderLock lock,
-       std::unique_ptr<Database> database)
+       std::unique_ptr<Database> database,
+       const Clock& clock)
       : config_(config),
         local_benches_(std::move(local_benches)),
         lock_(std::move(lock)),
+        clock_(clock),
         database_(std::move(database)),
         store_(*database_),
         calibrations_(*database_),
@@ -333,7 +335,7 @@ class Application::Impl {
   const std::vector<LocalBench> local_benches_;
   const FolderLock lock_;
   bool stopped_ = false;
-  SystemClock clock_;
+  const Clock& clock_;
   std::unique_ptr<Database> database_;
   RecordingStore store_;
   RigCalibrations calibrations_;
@@ -354,7 +356,8 @@ class Application::Impl {
   std::unique_ptr<HttpServer> http_;
 };
 
-core::Result<std::unique_ptr<Application>> Application::Open(const Config& config) {
+core::Result<std::unique_ptr<Application>> Application::Open(const Config& config,
+                                                             const Clock& clock) {
   auto benches = LoadLocalBenches(config);
   if (!benches) return benches.error();
   const core::Status folder =
@@ -372,8 +375,11 @@ core::Result<std::unique_ptr<Application>> Application::Open(const Config& confi
     const core::Status sound = CheckDatabase(*database.value());
     if (!sound.ok()) return sound.error();
   }
-  auto impl = std::make_unique<Impl>(
-      config, std::move(benches).value(), std::move(lock).value(), std::move(database).value());
+  auto impl = std::make_unique<Impl>(config,
+                                     std::move(benches).value(),
+                                     std::move(lock).value(),
+                                     std::move(database).value(),
+                                     clock);
   const core::Status started = impl->Start();
   if (!started.ok()) return started.error();
   return std::unique_ptr<Application>(new Application(std::move(impl)));

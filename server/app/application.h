@@ -17,7 +17,9 @@ namespace faultlab::server {
 class Application {
  public:
   /// Opens the database, marks what a crash cut off, builds the rigs, starts to listen.
-  static core::Result<std::unique_ptr<Application>> Open(const Config& config);
+  /// @param clock  must outlive it
+  static core::Result<std::unique_ptr<Application>> Open(const Config& config,
+                                                         const Clock& clock = kSystemClock);
   ~Application();  ///< Stop()
   Application(const Application&) = delete;
   Application& operator=(const Application&) = delete;

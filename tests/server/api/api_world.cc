@@ -29,19 +29,26 @@ std::string ReadText(const std::string& path) {
   return text.str();
 }
 
-ApiTest::ApiTest(std::vector<CameraSettings> cameras, std::optional<std::uint64_t> fixture_seed)
-    : description_(ReadText(tests::InSource("server/api/openapi.json"))) {
+ApiTest::ApiTest(std::vector<CameraSettings> cameras,
+                 std::optional<std::uint64_t> fixture_seed,
+                 const Clock& clock)
+    : description_(ReadText(tests::InSource("server/api/openapi.json"))), clock_(clock) {
   config_.listen = "127.0.0.1:0";
   config_.data_dir = folder_.File("data");
   config_.sim_speed = 50.0;
   config_.fixture_seed = fixture_seed;
   config_.lab_benches = 2;
   config_.cameras = std::move(cameras);
-  auto opened = Application::Open(config_);
-  EXPECT_TRUE(opened.ok()) << opened.error().message;
-  application_ = std::move(opened).value();
+  Restart();
   database_ = Database::Open({.location = config_.data_dir + "/faultlab.db"}).value();
   accounts_ = std::make_unique<Accounts>(*database_, GuestAccess::kNever);
+}
+
+void ApiTest::Restart() {
+  application_.reset();
+  auto opened = Application::Open(config_, clock_);
+  EXPECT_TRUE(opened.ok()) << opened.error().message;
+  application_ = std::move(opened).value();
 }
 
 HttpAnswer ApiTest::Call(const Person& who,
@@ -99,7 +106,11 @@ Person ApiTest::Make(const std::string& login, Role role) {
   EXPECT_TRUE(account.ok());
   const auto link = accounts_->CreateLink(account.value().id, Now());
   EXPECT_TRUE(accounts_->UseLink(link.value(), kPassword, Now()).ok());
-  const auto in = accounts_->SignIn({login, kPassword, "127.0.0.1", ""}, Now()).signed_in;
+  return SignIn(login, Now());
+}
+
+Person ApiTest::SignIn(const std::string& login, WallTime now) {
+  const auto in = accounts_->SignIn({login, kPassword, "127.0.0.1", ""}, now).signed_in;
   EXPECT_TRUE(in.ok());
   return {"Cookie: faultlab_session=" + in.value().cookie_secret +
           "\r\nX-CSRF-Token: " + in.value().principal.csrf_token + "\r\n"};

@@ -28,7 +28,8 @@ struct Person {
 class ApiTest : public ::testing::Test {
  protected:
   explicit ApiTest(std::vector<CameraSettings> cameras = {},
-                   std::optional<std::uint64_t> fixture_seed = 1);
+                   std::optional<std::uint64_t> fixture_seed = 1,
+                   const Clock& clock = kSystemClock);
 
   static WallTime Now() {
     return std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
@@ -44,6 +45,10 @@ class ApiTest : public ::testing::Test {
 
   Person ByPassword(const std::string& login);
   Person Admin();
+  /// Of an account that Make made, for tests whose time passes: a sign-in does not last for ever.
+  Person SignIn(const std::string& login, WallTime now);
+  /// The server stops as it does for SIGTERM, and starts again.
+  void Restart();
   /// An account with a cookie, made without HTTP, for tests of other things than signing in.
   Person Make(const std::string& login, Role role);
   /// A course taught by one and attended by the other, both given by login.
@@ -56,6 +61,7 @@ class ApiTest : public ::testing::Test {
   tests::TempFolder folder_;
   tests::ApiDescription description_;
   Config config_;
+  const Clock& clock_;
   std::unique_ptr<Application> application_;
   std::unique_ptr<Database> database_;
   std::unique_ptr<Accounts> accounts_;

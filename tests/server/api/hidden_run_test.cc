@@ -2,14 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <boost/json.hpp>
-#include <cstring>
-#include <iomanip>
-#include <map>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "tests/server/api/api_world.h"
+#include "tests/server/api/secret_search.h"
 #include "tests/support/await.h"
 
 namespace faultlab::server {
@@ -77,26 +74,6 @@ TEST_F(HiddenRunTest, ItsOwnerGetsThemByAskingForTheTruthAndNobodyElse) {
   }
 }
 
-/// Numbers that appear nowhere by chance, as text and as the bytes of a double in either order.
-std::vector<std::string> TracesOf(const std::vector<double>& truth) {
-  std::vector<std::string> traces;
-  for (const double value : truth) {
-    traces.push_back(json::serialize(json::value(value)));
-    std::ostringstream plain;
-    plain << std::setprecision(15) << value;
-    traces.push_back(plain.str());
-    std::string bytes(sizeof value, '\0');
-    std::memcpy(bytes.data(), &value, sizeof value);
-    traces.push_back(bytes);
-    traces.emplace_back(bytes.rbegin(), bytes.rend());
-  }
-  return traces;
-}
-
-bool IsFile(const std::string& path) {
-  return path.substr(path.rfind('/')).find('.') != std::string::npos;
-}
-
 TEST_F(HiddenRunTest, NoAnswerOfTheApiTellsItToWhoeverMayNotRead) {
   const Person bob = Make("bob", Role::kStudent);
   const Person colleague = Make("ivo", Role::kInstructor);
@@ -111,29 +88,11 @@ TEST_F(HiddenRunTest, NoAnswerOfTheApiTellsItToWhoeverMayNotRead) {
          201);
   const std::string run(started.at("id").as_string());
   const std::vector<std::string> traces = TracesOf({733913557.0, 9.8125, 12.0625});
-  const auto target_of = [&](std::string path) {
-    const bool of_run = path.find("/runs/{") != std::string::npos;
-    const bool of_rig = path.find("/rigs/{") != std::string::npos;
-    for (const auto& [parameter, value] :
-         std::map<std::string, std::string>{{"{id}",
-                                             of_run   ? run
-                                             : of_rig ? "sim-1"
-                                                      : "1"},
-                                            {"{figure}", "signals"},
-                                            {"{bench}", "paper"},
-                                            {"{class}", "bench"},
-                                            {"{index}", "0"},
-                                            {"{token}", "1"}}) {
-      const std::size_t at = path.find(parameter);
-      if (at != std::string::npos) path.replace(at, parameter.size(), value);
-    }
-    return path.ends_with("/comparison.png") ? path + "?runs=" + run : path;
-  };
   int told_to_owner = 0;
   const auto look = [&] {
     for (const auto& [path, operations] : description_.document().at("paths").as_object()) {
       if (!operations.as_object().contains("get")) continue;
-      const std::string target = target_of(path);
+      const std::string target = TargetOf(path, run);
       const auto trace_for = [&](const Person& who) -> std::string {
         const std::string body =
             tests::Request(application_->port(), "GET", target, who.headers).body;
