@@ -12,6 +12,10 @@
 
 namespace faultlab::server::course {
 
+/// Member of Assignment::plan_json: true where each student chooses the excitation; the plan's own
+/// is that of whoever chooses none.
+inline constexpr const char* kFreeExcitation = "free_excitation";
+
 /// A task of a course: blind trials with faults drawn from a pool. It keeps its own copy of the
 /// pool, so that whatever becomes of the fault set, all its trials are drawn alike. Name, times,
 /// attempts, release and rubric may change, what is drawn and played may not.

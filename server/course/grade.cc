@@ -13,6 +13,7 @@ namespace json = boost::json;
 
 constexpr double kWeightMax = 1000.0;
 constexpr double kLateHoursMax = 24.0 * 60.0;
+constexpr double kLimitMinutesMax = 24.0 * 60.0;
 constexpr double kHoursADay = 24.0;
 constexpr double kBounds = 3.0;  // three standard errors
 
@@ -54,6 +55,8 @@ core::Result<Rubric> ParseRubric(const json::object& body) {
   rubric.late_h = in.NumberOr("late_h", rubric.late_h, 0.0, kLateHoursMax);
   rubric.late_percent_a_day =
       in.NumberOr("late_percent_a_day", rubric.late_percent_a_day, 0.0, 100.0);
+  rubric.time_limit_min =
+      in.NumberOr("time_limit_min", rubric.time_limit_min, 0.0, kLimitMinutesMax);
   if (rubric.none_beyond <= rubric.full_within) {
     in.Refuse("none_beyond", "pool_range_backwards", "'none_beyond' must lie above 'full_within'.");
   }
@@ -78,7 +81,8 @@ json::object ToJson(const Rubric& rubric) {
           {"full_within", rubric.full_within},
           {"none_beyond", rubric.none_beyond},
           {"late_h", rubric.late_h},
-          {"late_percent_a_day", rubric.late_percent_a_day}};
+          {"late_percent_a_day", rubric.late_percent_a_day},
+          {"time_limit_min", rubric.time_limit_min}};
 }
 
 Grade GradeAnswer(const Answer& answer,

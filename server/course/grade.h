@@ -20,6 +20,7 @@ struct Rubric {
   double none_beyond = 0.5;         ///< relative error that is as good as no value
   double late_h = 0.0;              ///< so long after it was due an answer is taken still
   double late_percent_a_day = 0.0;  ///< of its points, lost for each day that has begun
+  double time_limit_min = 0.0;      ///< an answer is taken so long after its trial began; 0: always
 };
 core::Result<Rubric> ParseRubric(const boost::json::object& body);
 core::Result<Rubric> ParseRubric(std::string_view document);

@@ -59,6 +59,14 @@ std::vector<RecordedEvent> InOrder(std::vector<RecordedEvent> events,
   return events;
 }
 
+std::optional<std::chrono::milliseconds> LimitOf(const Assignment& assignment) {
+  const auto rubric = ParseRubric(assignment.rubric_json);
+  const std::chrono::duration<double, std::ratio<60>> limit(rubric ? rubric.value().time_limit_min
+                                                                   : 0.0);
+  if (limit.count() <= 0.0) return std::nullopt;
+  return std::chrono::round<std::chrono::milliseconds>(limit);
+}
+
 }  // namespace
 
 WallTime TrialDesk::ClosesFor(const Assignment& assignment, std::int64_t account) {
@@ -67,13 +75,20 @@ WallTime TrialDesk::ClosesFor(const Assignment& assignment, std::int64_t account
   return assignment.DueFor(account) + std::chrono::round<WallTime::duration>(late);
 }
 
+WallTime TrialDesk::AnswerBy(const Assignment& assignment, const Trial& trial) {
+  const WallTime closes = ClosesFor(assignment, trial.account);
+  const auto limit = LimitOf(assignment);
+  return limit ? std::min(closes, trial.created_at + *limit) : closes;
+}
+
 core::Result<const core::Bench*> TrialDesk::BenchOf(const Assignment& assignment) {
   return parts_.benches.Find(assignment.bench);
 }
 
 core::Result<Trial> TrialDesk::Start(const Principal& who,
                                      const Assignment& assignment,
-                                     const std::string& rig) {
+                                     const std::string& rig,
+                                     const json::object* excitation) {
   const WallTime now = parts_.clock.Wall();
   if (now < assignment.opens) {
     return Refused("assignment_not_open", "The assignment is not open yet.");
@@ -94,6 +109,11 @@ core::Result<Trial> TrialDesk::Start(const Principal& who,
                : Refused("trial_needs_simulator", "This assignment is played on a simulator.");
   }
   if (!rig.empty()) body.value()["rig"] = rig;
+  const bool is_free = body.value().erase(kFreeExcitation) != 0;
+  if (excitation != nullptr && !is_free) {
+    return Refused("excitation_fixed", "In this assignment everybody plays the same voltages.");
+  }
+  if (excitation != nullptr) body.value()["excitation"] = *excitation;
   auto plan = parts_.experiments.Read(body.value());
   if (!plan) return plan.error();
   // Of a former one whose server died the attempt is there again.
@@ -116,7 +136,8 @@ core::Result<Trial> TrialDesk::Start(const Principal& who,
     trial.nonce = std::move(commitment.nonce);
     trial.commitment = std::move(commitment.hash);
   };
-  auto trial = parts_.trials.Add(assignment.id, who.user_id, assignment.attempts, now, draw);
+  auto trial = parts_.trials.Add(
+      assignment.id, who.user_id, assignment.attempts, now, LimitOf(assignment), draw);
   if (!trial) return trial.error();
   const std::int64_t id = trial.value().id;
   plan.value().name = assignment.name;
@@ -237,8 +258,8 @@ core::Result<Trial> TrialDesk::TakeAnswer(const Assignment& assignment,
   }
   // Whoever has seen the truth answers no more, also when the due time is moved afterwards.
   const WallTime now = parts_.clock.Wall();
-  if (trial.released_at || now >= ClosesFor(assignment, trial.account)) {
-    return Refused("answer_late", "The assignment was due before this answer came.");
+  if (trial.released_at || now >= AnswerBy(assignment, trial)) {
+    return Refused("answer_late", "The time for this answer is over.");
   }
   auto record = parts_.store.Get(trial.run);
   if (!record) return record.error();

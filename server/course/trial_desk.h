@@ -1,5 +1,6 @@
 #pragma once
 
+#include <boost/json/object.hpp>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -52,14 +53,19 @@ class TrialDesk {
   /// From when on no trial of this person begins and no answer is taken: when it was due, and what
   /// the rubric allows beyond.
   static WallTime ClosesFor(const Assignment& assignment, std::int64_t account);
+  /// Until when this trial can be answered: then, or when its time is over.
+  static WallTime AnswerBy(const Assignment& assignment, const Trial& trial);
 
   /// Draws a trial and begins its run: on a simulator, or on `rig`, on which the person has a
   /// session, where the assignment is for benches. kConflict: "assignment_closed",
   /// "assignment_not_open", those of Trials::Add, and those of Experiments::Start, after which the
   /// attempt is there again.
+  /// @param excitation  of a plan, as the student wants it; null: that of the assignment.
+  ///    kConflict "excitation_fixed" where all play the same
   core::Result<Trial> Start(const Principal& who,
                             const Assignment& assignment,
-                            const std::string& rig);
+                            const std::string& rig,
+                            const boost::json::object* excitation);
   /// As it is now: one whose server died is void, one that is closed is released, and one whose
   /// rubric has changed is graded again.
   core::Result<Trial> Look(const Assignment& assignment, Trial trial);

@@ -85,6 +85,7 @@ core::Result<Trial> Trials::Add(
     std::int64_t account,
     int attempts,
     WallTime now,
+    std::optional<std::chrono::milliseconds> limit,
     const std::function<void(const std::vector<Trial>&, Trial&)>& draw) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Trial> {
     TakeTurn(tx, "trials of assignment " + std::to_string(assignment));
@@ -94,6 +95,7 @@ core::Result<Trial> Trials::Add(
       if (each.state == TrialState::kVoid) continue;
       ++counted;
       if (each.state == TrialState::kAnswered) continue;
+      if (each.state == TrialState::kOpen && limit && now >= each.created_at + *limit) continue;
       return Error{ErrorCode::kConflict,
                    "You have a trial of this assignment that is not answered yet: answer it first.",
                    "",
@@ -233,6 +235,23 @@ core::Result<Trial> Trials::Get(std::int64_t id) {
       return Error{ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
     }
     return std::move(found.front());
+  });
+}
+
+core::Result<std::map<std::int64_t, bool>> Trials::Begun(std::int64_t assignment) {
+  return database_.Read([&](Transaction& tx) -> core::Result<std::map<std::int64_t, bool>> {
+    std::int64_t account = 0, answered = 0;
+    soci::statement statement =
+        (tx.sql().prepare << "SELECT account_id, COUNT(CASE WHEN state = 'answered' THEN 1 END) "
+                             "FROM trial WHERE assignment_id = :of AND state <> 'void' GROUP BY "
+                             "account_id",
+         into(account),
+         into(answered),
+         use(assignment, "of"));
+    statement.execute(false);
+    std::map<std::int64_t, bool> begun;
+    while (statement.fetch()) begun[account] = answered > 0;
+    return begun;
   });
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -53,12 +55,14 @@ class Trials {
   explicit Trials(Database& database) : database_(database) {}
 
   /// A new trial in the state kDrawn. `draw` fills item, truth, nonce and commitment, and knows the
-  /// person's former ones, void ones included. kConflict "trial_open" while one is not answered,
-  /// "attempts_used" when as many as `attempts` count.
+  /// person's former ones, void ones included. kConflict "trial_open" while one is not answered and
+  /// can be, "attempts_used" when as many as `attempts` count.
+  /// @param limit  so long after its begin a trial can be answered
   core::Result<Trial> Add(std::int64_t assignment,
                           std::int64_t account,
                           int attempts,
                           WallTime now,
+                          std::optional<std::chrono::milliseconds> limit,
                           const std::function<void(const std::vector<Trial>&, Trial&)>& draw);
   /// Of one whose run could not begin: as if it had not been drawn.
   core::Status Forget(std::int64_t id);
@@ -86,6 +90,9 @@ class Trials {
                                       std::optional<std::int64_t> account,
                                       std::int64_t after,
                                       int limit);
+
+  /// Who has begun a trial that counts, and whether they have answered one.
+  core::Result<std::map<std::int64_t, bool>> Begun(std::int64_t assignment);
 
  private:
   core::Status Move(std::int64_t id,

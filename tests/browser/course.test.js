@@ -69,6 +69,7 @@ describe("course", { timeout: SUITE_MS }, () => {
     await card.getByText("Choose a component and give its value").waitFor();
     await card.getByRole("combobox").selectOption("R1");
     await card.getByLabel("Value, Ω").fill("47");
+    await card.getByLabel("Its standard error, Ω (optional)").fill("2");
     await card.getByLabel("Why").fill("b0 has fallen,\na1 has not");
     await card.getByRole("button", { name: "Choose on the charts" }).click();
     await page.getByLabel("Time of cursor A, s").fill("8");
@@ -87,6 +88,7 @@ describe("course", { timeout: SUITE_MS }, () => {
     await page.locator(".heading").getByText(/R1/).waitFor();
     await card.getByText(/own diagnosis noticed it at .*It named R1 at/).waitFor();
     await card.getByText(/a1 has not/).waitFor();
+    await card.getByText(/R1 → 47 Ω ± 2 Ω, 80 %/).waitFor();
     await card.getByRole("button", { name: "Show it on the charts, 8.00–9.50 s" }).waitFor();
     await card.getByText("How the truth is sealed").click();
     await card.getByText(/printf '%s%s'/).waitFor();
@@ -142,6 +144,11 @@ describe("course", { timeout: SUITE_MS }, () => {
     );
     assert.deepEqual(await axe(desk.page), []);
 
+    await desk.page
+      .getByText(/1 of 2 have answered, 1 have begun/)
+      .first()
+      .waitFor();
+
     const again = await pageOf(browser, server, ann, "/tasks");
     await again.page.getByText(/due Sun 6 May, 07:08/).waitFor();
     await again.page.getByRole("link", { name: /\d\d:\d\d$/ }).click();
@@ -187,7 +194,8 @@ describe("course", { timeout: SUITE_MS }, () => {
       name: "Together",
       due: "2040-01-01T00:00:00Z",
       group_max: 2,
-      plan: { duration_s: 12 },
+      plan: { duration_s: 12, free_excitation: true },
+      rubric: { time_limit_min: 25 },
     });
     const one = await pageOf(browser, server, ann, "/tasks");
     const hers = one.page.getByRole("group", { name: "Group, Together" });
@@ -203,8 +211,12 @@ describe("course", { timeout: SUITE_MS }, () => {
     await his.getByRole("button", { name: "Join" }).click();
     await his.getByText(/Your group: Ann Student, Bob Student/).waitFor();
     assert.deepEqual(await axe(two.page), []);
+    const item = one.page.getByRole("listitem").filter({ hasText: "Together" }).first();
+    await item.getByText("Excitation", { exact: true }).click();
+    await item.getByRole("combobox", { name: "Excitation" }).selectOption("multisine");
     await one.page.getByRole("button", { name: "Begin, Together" }).click();
     await waitForReview(one.page);
+    await one.page.getByText(/Answer by .*:/).waitFor();
     await two.page.reload();
     await two.page.getByRole("link", { name: "Go on" }).click();
     await waitForReview(two.page);

@@ -99,6 +99,7 @@ core::Result<json::object> ReadPlan(const json::object* wanted, const std::strin
   keep("duration_s");
   keep("period_s");
   keep("excitation");
+  if (in.BooleanOr(course::kFreeExcitation, false)) plan[course::kFreeExcitation] = true;
   if (auto error = in.Finish()) return *error;
   return plan;
 }
@@ -116,7 +117,9 @@ core::Result<PlayedPlan> ReadPlayedPlan(CourseApi& api,
                                         const course::FaultPool& pool) {
   auto body = ReadPlan(wanted, bench);
   if (!body) return body.error();
-  auto plan = api.experiments.Read(body.value());
+  json::object usual = body.value();
+  usual.erase(course::kFreeExcitation);
+  auto plan = api.experiments.Read(usual);
   if (!plan) return refusal::In(plan.error(), "/plan");
   // What no simulator plays, no student could begin.
   const core::Status played = api.experiments.Check(request.who, plan.value());

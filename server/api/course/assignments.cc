@@ -1,5 +1,6 @@
 // assignments: what a course's students are to diagnose, and until when.
 #include <boost/json.hpp>
+#include <map>
 #include <utility>
 
 #include "server/api/course/assignment_request.h"
@@ -18,6 +19,32 @@ using core::Error;
 using core::ErrorCode;
 using course::Assignment;
 
+/// How many students of the course have begun, and have answered.
+core::Result<json::object> ProgressOf(CourseApi& api, const Assignment& of) {
+  const auto members = api.accounts.Members(of.course);
+  if (!members) return members.error();
+  const auto begun = api.trials.Begun(of.id);
+  if (!begun) return begun.error();
+  const auto groups = api.groups.All(of.id);
+  if (!groups) return groups.error();
+  std::map<std::int64_t, bool> each = begun.value();
+  for (const auto& [account, answered] : begun.value()) {
+    const auto group = groups.value().find(account);
+    if (group == groups.value().end()) continue;
+    for (const std::int64_t mate : group->second.members) each[mate] = each[mate] || answered;
+  }
+  json::object out{{"students", 0}, {"begun", 0}, {"answered", 0}};
+  for (const Account& member : members.value()) {
+    if (member.role != Role::kStudent) continue;
+    out["students"] = out["students"].as_int64() + 1;
+    const auto found = each.find(member.id);
+    if (found == each.end()) continue;
+    out["begun"] = out["begun"].as_int64() + 1;
+    if (found->second) out["answered"] = out["answered"].as_int64() + 1;
+  }
+  return out;
+}
+
 json::object AssignmentToJson(CourseApi& api, const Principal& who, const SeenAssignment& seen) {
   const Assignment& of = seen.assignment;
   const auto bench = api.benches.Find(of.bench);
@@ -35,6 +62,7 @@ json::object AssignmentToJson(CourseApi& api, const Principal& who, const SeenAs
                    {"your_close", Iso8601(course::TrialDesk::ClosesFor(of, who.user_id))},
                    {"version", of.version},
                    {"extensions", nullptr},
+                   {"progress", nullptr},
                    {"attempts", of.attempts},
                    {"group_max", of.group_max},
                    {"group", nullptr},
@@ -55,6 +83,7 @@ json::object AssignmentToJson(CourseApi& api, const Principal& who, const SeenAs
     extensions.push_back(json::object{{"account", account}, {"due", Iso8601(due)}});
   }
   out["extensions"] = std::move(extensions);
+  if (auto progress = ProgressOf(api, of)) out["progress"] = std::move(progress).value();
   return out;
 }
 

@@ -37,7 +37,9 @@ std::string Quoted(const std::string& field) {
 /// The one place that decides what leaves the server of a trial: of its truth nothing, and of its
 /// grade nothing, before both are released.
 /// @param members  who share it, or nobody: it is of one person
-json::object TrialToJson(const Trial& trial, std::vector<std::int64_t> members = {}) {
+json::object TrialToJson(const Assignment& of,
+                         const Trial& trial,
+                         std::vector<std::int64_t> members = {}) {
   if (members.empty()) members.push_back(trial.account);
   json::object out{{"id", trial.id},
                    {"assignment", trial.assignment},
@@ -47,6 +49,7 @@ json::object TrialToJson(const Trial& trial, std::vector<std::int64_t> members =
                    {"run", nullptr},
                    {"commitment", trial.commitment},
                    {"created_at", Iso8601(trial.created_at)},
+                   {"answer_by", Iso8601(course::TrialDesk::AnswerBy(of, trial))},
                    {"ended_at", TimeOrNull(trial.ended_at)},
                    {"answered_at", TimeOrNull(trial.answered_at)},
                    {"released_at", TimeOrNull(trial.released_at)},
@@ -144,7 +147,7 @@ core::Result<HttpResponse> ListTrials(CourseApi& api, const ApiRequest& request)
   if (!groups) return groups.error();
   json::array items;
   for (const Trial& each : list.value()) {
-    items.push_back(TrialToJson(each, MembersIn(groups.value(), each)));
+    items.push_back(TrialToJson(seen.value().assignment, each, MembersIn(groups.value(), each)));
   }
   return page.value().Answer(std::move(items), list.value().empty() ? 0 : list.value().back().id);
 }
@@ -160,18 +163,21 @@ core::Result<HttpResponse> StartTrial(CourseApi& api, const ApiRequest& request)
   }
   ObjectReader in(request.body, "");
   const std::string rig = in.TextOr("rig", "", kNameBytesMax);
+  const json::object* excitation = in.ObjectOrNull("excitation");
   if (auto error = in.Finish()) return *error;
-  const auto begun = api.desk.Start(request.who, seen.value().assignment, rig);
+  const auto begun = api.desk.Start(request.who, seen.value().assignment, rig, excitation);
   if (!begun) return begun.error();
   auto members = MembersOf(api, begun.value());
   if (!members) return members.error();
-  return JsonResponse(TrialToJson(begun.value(), std::move(members).value()), 201);
+  return JsonResponse(
+      TrialToJson(seen.value().assignment, begun.value(), std::move(members).value()), 201);
 }
 
 core::Result<HttpResponse> GetTrial(CourseApi& api, const ApiRequest& request) {
   const auto seen = TrialFor(api, request);
   if (!seen) return seen.error();
-  return JsonResponse(TrialToJson(seen.value().trial, seen.value().members));
+  return JsonResponse(
+      TrialToJson(seen.value().assignment, seen.value().trial, seen.value().members));
 }
 
 core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request) {
@@ -188,7 +194,7 @@ core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request
   const auto taken =
       api.desk.TakeAnswer(seen.value().assignment, seen.value().trial, answer.value());
   if (!taken) return taken.error();
-  return JsonResponse(TrialToJson(taken.value(), seen.value().members));
+  return JsonResponse(TrialToJson(seen.value().assignment, taken.value(), seen.value().members));
 }
 
 namespace {
@@ -219,7 +225,7 @@ core::Result<HttpResponse> Awarded(CourseApi& api,
                 awarded.empty() ? "the grade" : awarded);
   const auto now = api.trials.Get(trial.id);
   if (!now) return now.error();
-  return JsonResponse(TrialToJson(now.value(), seen.value().members));
+  return JsonResponse(TrialToJson(seen.value().assignment, now.value(), seen.value().members));
 }
 
 }  // namespace
@@ -268,7 +274,7 @@ core::Result<HttpResponse> ExportGrades(CourseApi& api, const ApiRequest& reques
       "login,name,trial,state,started_at,answered_at,component,value,confidence,truth,points,"
       "awarded_because\r\n";
   for (const Trial& trial : list.value()) {
-    const json::object shown = TrialToJson(trial);
+    const json::object shown = TrialToJson(seen.value().assignment, trial);
     const json::object* answer = shown.at("answer").if_object();
     const auto of_answer = [&](const char* name) -> std::string {
       const json::value* value = answer != nullptr ? answer->if_contains(name) : nullptr;

@@ -198,6 +198,58 @@ TEST_F(TrialTest, ATeachersPointsCountWithTheirReason) {
             graded);
 }
 
+TEST_F(TrialTest, EachStudentChoosesTheExcitationWhereTheAssignmentSaysSo) {
+  const auto start = [&](std::int64_t assignment, const std::string& body) {
+    return Call(ann_,
+                "POST",
+                "assignments/{id}/trials",
+                "assignments/" + std::to_string(assignment) + "/trials",
+                body);
+  };
+  const std::string step = R"({"excitation":{"kind":"step","low_v":2,"high_v":3,"at_s":1}})";
+  EXPECT_EQ(ReasonOf(start(Assign(kRa, kAtOnce), step)), "excitation_fixed");
+  const std::int64_t assignment =
+      Assign(kRa, R"(,"attempts":2,"plan":{"duration_s":14,"free_excitation":true})");
+  const json::object shown =
+      Ok(Call(ann_, "GET", "assignments/{id}", "assignments/" + std::to_string(assignment)));
+  EXPECT_EQ(shown.at("plan").at("free_excitation"), true);
+  const tests::HttpAnswer wrong = start(assignment, R"({"excitation":{"kind":"noise"}})");
+  EXPECT_EQ(wrong.status, 400) << wrong.body;
+  const json::object begun = Ok(start(assignment, step), 201);
+  const std::string run(begun.at("run").as_string());
+  EXPECT_EQ(
+      Ok(Call(ann_, "GET", "runs/{id}", "runs/" + run)).at("plan").at("excitation").at("kind"),
+      "step");
+  application_->runs().Wait(run);
+  EXPECT_EQ(Ok(Answer(ann_, begun.at("id").as_int64(), kRight)).at("state"), "answered");
+  Ok(start(assignment, "{}"), 201);
+}
+
+TEST_F(TrialTest, IsAnsweredWithinItsTime) {
+  const std::int64_t assignment =
+      Assign(kRa, R"(,"attempts":2,"plan":{"duration_s":14},"rubric":{"time_limit_min":25})");
+  const std::int64_t one = Play(assignment).at("id").as_int64();
+  const json::object open = Trial(ann_, one);
+  EXPECT_LT(open.at("answer_by").as_string(),
+            Ok(Call(ann_, "GET", "assignments/{id}", "assignments/" + std::to_string(assignment)))
+                .at("your_close")
+                .as_string());
+  const core::Status earlier =
+      database_->Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+        tx.sql() << "UPDATE trial SET created_ms = created_ms - 25 * 60000";
+        return core::Done{};
+      });
+  ASSERT_TRUE(earlier.ok());
+  EXPECT_EQ(ReasonOf(Answer(ann_, one, kRight)), "answer_late");
+  EXPECT_TRUE(Trial(ann_, one).at("truth").is_null()) << "others go on until it is due";
+  const std::int64_t two = Play(assignment).at("id").as_int64();
+  EXPECT_EQ(Ok(Answer(ann_, two, kRight)).at("state"), "answered");
+  EXPECT_EQ(ReasonOf(TryStart(ann_, assignment)), "attempts_used") << "the first one counts";
+  const json::object seen =
+      Ok(Call(mila_, "GET", "assignments/{id}", "assignments/" + std::to_string(assignment)));
+  EXPECT_EQ(json::serialize(seen.at("progress")), R"({"students":1,"begun":1,"answered":1})");
+}
+
 TEST_F(TrialTest, AGroupSharesAttemptsTrialsAnswersAndPoints) {
   const std::int64_t assignment =
       Assign(kRa, R"(,"attempts":1,"group_max":2,"plan":{"duration_s":14})");

@@ -29,12 +29,15 @@ class TrialsTest : public ::testing::Test {
       : database_(std::move(Database::Open({.location = folder_.File("test.db")})).value()),
         trials_(*database_) {}
 
-  core::Result<Trial> Add(int attempts = 1) {
-    return trials_.Add(5, 7, attempts, kNow, [this](const std::vector<Trial>& former, Trial& of) {
-      former_ = former.size();
-      of.truth = "{}";
-      of.item = 2;
-    });
+  core::Result<Trial> Add(int attempts = 1,
+                          WallTime now = kNow,
+                          std::optional<std::chrono::milliseconds> limit = std::nullopt) {
+    return trials_.Add(
+        5, 7, attempts, now, limit, [this](const std::vector<Trial>& former, Trial& of) {
+          former_ = former.size();
+          of.truth = "{}";
+          of.item = 2;
+        });
   }
   TrialState StateOf(std::int64_t id) { return trials_.Get(id).value().state; }
   static std::string ReasonOf(const core::Status& status) {
@@ -114,6 +117,16 @@ TEST_F(TrialsTest, AreOneAtATimeAndAsManyAsAttempts) {
   EXPECT_EQ(trials_.Of(5, 7, 0, 10).value().size(), 3U);
   EXPECT_EQ(trials_.Of(5, 8, 0, 10).value().size(), 0U);
   EXPECT_EQ(trials_.Of(5, std::nullopt, one, 1).value().size(), 1U);
+}
+
+TEST_F(TrialsTest, OneWhoseTimeIsOverCountsAndIsInNobodysWay) {
+  constexpr std::chrono::minutes kLimit{25};
+  const std::int64_t id = Add(2, kNow, kLimit).value().id;
+  ASSERT_TRUE(trials_.Ended(id, "[]", kNow).ok());
+  const WallTime last = kNow + kLimit - std::chrono::milliseconds(1);
+  EXPECT_EQ(Add(2, last, kLimit).error().reason, "trial_open");
+  EXPECT_EQ(Add(1, kNow + kLimit, kLimit).error().reason, "attempts_used");
+  EXPECT_TRUE(Add(2, kNow + kLimit, kLimit).ok());
 }
 
 class WitnessTest : public TrialsTest {

@@ -52,9 +52,8 @@ export const course = {
   remove: (id: number) => send<unknown>("DELETE", `/assignments/${id}`),
   gradesAddress: (id: number) => `/api/v1/assignments/${id}/grades.csv`,
   trials: (assignment: number) => getAll<Trial>(`/assignments/${assignment}/trials`),
-  /** @param rig  the bench of one's session, for an exercise on benches */
-  begin: (assignment: number, rig?: string) =>
-    send<Trial>("POST", `/assignments/${assignment}/trials`, rig ? { rig } : {}),
+  begin: (assignment: number, request: Schemas["TrialRequest"]) =>
+    send<Trial>("POST", `/assignments/${assignment}/trials`, request),
   trial: (id: number) => get<Trial>(`/trials/${id}`),
   answer: (id: number, answer: Answer) => send<Trial>("POST", `/trials/${id}/answer`, answer),
 };

@@ -5,6 +5,8 @@ export interface AnswerDraft {
   /** "": not chosen yet; "healthy": no fault. */
   component: string;
   value?: number;
+  /** One standard deviation, in the unit of the value. */
+  valueError?: number;
   atS?: number;
   /** Percent. */
   confidence: number;
@@ -52,5 +54,7 @@ export function answerOf(draft: AnswerDraft, unit: string): Answer | null {
   if (component === HEALTHY) return { component: null, ...rest };
   if (!component || value === undefined || !(value > 0)) return null;
   const at = atS === undefined || !Number.isFinite(atS) ? {} : { at_s: atS };
-  return { component, value, unit, ...at, ...rest };
+  const { valueError } = draft;
+  const error = valueError === undefined || !(valueError >= 0) ? {} : { value_error: valueError };
+  return { component, value, unit, ...error, ...at, ...rest };
 }

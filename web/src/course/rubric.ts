@@ -11,6 +11,8 @@ export interface RubricDraft {
   /** In which a late answer is taken, and what each costs, percent. */
   lateDays: number | undefined;
   latePercent: number | undefined;
+  /** Minutes from the begin of a trial to its answer; 0: until the exercise closes. */
+  limitMin: number | undefined;
 }
 
 export const USUAL: Rubric = {
@@ -26,7 +28,16 @@ const USUAL_LATE_PERCENT = 20;
 const percent = (share: number) => Number((100 * share).toPrecision(6));
 
 export function rubricDraft(rubric: Rubric): RubricDraft {
-  const { detection, isolation, value, confidence, full_within, late_h, late_percent_a_day } = {
+  const {
+    detection,
+    isolation,
+    value,
+    confidence,
+    full_within,
+    late_h,
+    late_percent_a_day,
+    time_limit_min,
+  } = {
     ...USUAL,
     ...rubric,
   };
@@ -37,15 +48,23 @@ export function rubricDraft(rubric: Rubric): RubricDraft {
     confidence,
     within: percent(full_within ?? 0),
     lateDays: (late_h ?? 0) / HOURS,
+    limitMin: time_limit_min ?? 0,
     latePercent: late_h ? (late_percent_a_day ?? 0) : USUAL_LATE_PERCENT,
   };
 }
 
-export function rubricOf({ within, lateDays, latePercent, ...weights }: RubricDraft): Rubric {
+export function rubricOf({
+  within,
+  lateDays,
+  latePercent,
+  limitMin,
+  ...weights
+}: RubricDraft): Rubric {
   return {
     ...weights,
     full_within: (within ?? 0) / 100,
     late_h: HOURS * (lateDays ?? 0),
     late_percent_a_day: lateDays ? (latePercent ?? 0) : 0,
+    time_limit_min: limitMin ?? 0,
   };
 }

@@ -237,7 +237,7 @@ export class PlanModel {
     );
   }
 
-  private excitationRequest(): Excitation {
+  excitationRequest(): Excitation {
     const offset_v = (this.lowV.value + this.highV.value) / 2;
     const amplitude_v = (this.highV.value - this.lowV.value) / 2;
     const { seed } = this;
