@@ -17,14 +17,18 @@ function isDoubled(date: Date): boolean {
   return [-HOUR_MS, HOUR_MS].some((away) => shown(new Date(+date + away)) === shown(date));
 }
 
+/** So far away the day alone does not tell the year. */
+const FAR_MS = 300 * 24 * HOUR_MS;
+
 /**
  * "Mon 23 Nov, 14:30", in the language of the page and the user's own time zone; with the zone where
- * the clock shows a time twice.
+ * the clock shows a time twice, and with the year where it is far away.
  */
 export function localTime(moment: string | Date): string {
   const date = asDate(moment);
   const zone = isDoubled(date) ? ({ timeZoneName: "short" } as const) : {};
-  return date.toLocaleString(i18n.dates, { ...MOMENT, ...zone });
+  const year = Math.abs(+date - Date.now()) > FAR_MS ? ({ year: "numeric" } as const) : {};
+  return date.toLocaleString(i18n.dates, { ...MOMENT, ...year, ...zone });
 }
 
 /** "Mon 23 Nov, 14:30 – 15:00": the day appears only once if both times are on it. */
