@@ -45,6 +45,9 @@ describe("course", { timeout: SUITE_MS }, () => {
     await form.getByText("Choose at least one component.").waitFor();
     await form.getByRole("checkbox", { name: /^R1 / }).check();
     await form.getByText("Each of these faults can be seen and told from all others.").waitFor();
+    await form.getByText("1.43·10⁻⁸ kg·m², 1.43·10⁻⁵ kg·m², 1.43·10⁻⁴ kg·m²").waitFor();
+    await form.getByRole("checkbox", { name: "only the published values" }).check();
+    await form.getByText("1.43·10⁻⁸ kg·m², 1.43·10⁻⁴ kg·m²", { exact: true }).waitFor();
     await form.getByRole("checkbox", { name: /^R9 / }).check();
     await form.getByRole("row", { name: /^R9 .* R12$/ }).waitFor();
     await form.getByRole("checkbox", { name: /^R9 / }).uncheck();

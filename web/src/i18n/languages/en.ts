@@ -1354,6 +1354,7 @@ export const texts = {
   refused_excitation_fixed: "In this exercise everybody plays the same voltage.",
   results_attempt: "Attempt {number}",
   results_best: "Best",
+  assignment_published: "only the published values",
   trial_because: "Why",
   evidence: "What shows it",
   evidence_choose: "Choose on the charts",

@@ -1415,6 +1415,7 @@ export const marked: Catalogue = {
   refused_excitation_fixed: "U ovoj vežbi svi imaju isti napon.",
   results_attempt: "Pokušaj {number}",
   results_best: "Najbolje",
+  assignment_published: "samo objavljene vrednosti",
   trial_because: "Zašto",
   evidence: "Šta to pokazuje",
   evidence_choose: "Izaberite na graficima",
