@@ -113,19 +113,22 @@ core::Result<std::optional<Group>> Groups::Of(std::int64_t assignment, std::int6
 
 core::Result<std::map<std::int64_t, Group>> Groups::All(std::int64_t assignment) {
   return database_.Read([&](Transaction& tx) -> core::Result<std::map<std::int64_t, Group>> {
-    std::vector<std::int64_t> ids;
-    std::int64_t id = 0;
-    {
-      soci::statement statement =
-          (tx.sql().prepare << "SELECT id FROM assignment_group WHERE assignment_id = :of",
-           into(id),
-           use(assignment, "of"));
-      statement.execute(false);
-      while (statement.fetch()) ids.push_back(id);
-    }
+    std::map<std::int64_t, Group> groups;
+    Group row;
+    std::int64_t account = 0;
+    soci::statement statement =
+        (tx.sql().prepare << "SELECT g.id, g.code, m.account_id FROM assignment_group g JOIN "
+                             "assignment_mate m ON m.group_id = g.id WHERE g.assignment_id = :of "
+                             "ORDER BY m.account_id",
+         into(row.id),
+         into(row.code),
+         into(account),
+         use(assignment, "of"));
+    statement.execute(false);
+    while (statement.fetch())
+      groups.try_emplace(row.id, row).first->second.members.push_back(account);
     std::map<std::int64_t, Group> by_member;
-    for (const std::int64_t each : ids) {
-      const Group group = Read(tx, each);
+    for (const auto& [id, group] : groups) {
       for (const std::int64_t member : group.members) by_member.emplace(member, group);
     }
     return by_member;
