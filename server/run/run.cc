@@ -109,7 +109,7 @@ core::Status Run::Start() {
 void Run::Stop(std::string_view reason) {
   const std::lock_guard lock(control_mutex_);
   if (!rig_is_ours_) return;
-  stopped_by_person_ = reason == kStoppedByPerson;
+  if (!stopped_by_us_) stopped_by_person_ = reason == kStoppedByPerson;  // the first one counts
   stopped_by_us_ = true;
   rig_->SafeStop(reason);
 }

@@ -143,11 +143,11 @@ TEST_F(SealedRunTest, TakesNoCommandAndLearnsNothing) {
 }
 
 TEST_F(SealedRunTest, TellsItsWitnessWhoStoppedIt) {
-  const auto stopped = [this](const std::function<void(const std::string&)>& stop) {
+  // A rig that plays until it is stopped: no stop comes too late.
+  const auto stopped = [this](RigHold hold, const std::function<void(const std::string&)>& stop) {
     const auto witness = std::make_shared<Witness>();
-    RunRequest request = Paper(600.0);
-    request.hold = {};
-    request.hold = Hold("sim-1");
+    RunRequest request = Scripted(std::make_shared<FakeRig>());
+    request.hold = std::move(hold);
     request.witness = witness;
     const auto started = manager_->Start(std::move(request));
     EXPECT_TRUE(started.ok()) << started.error().message;
@@ -156,14 +156,21 @@ TEST_F(SealedRunTest, TellsItsWitnessWhoStoppedIt) {
     EXPECT_EQ(witness->end.state, RunState::kStopped);
     return witness->end;
   };
-  const SealedEnd by_person =
-      stopped([this](const auto& id) { EXPECT_TRUE(manager_->Stop(id, kStoppedByPerson).ok()); });
+  const SealedEnd by_person = stopped(RigHold(std::make_shared<FakeRig>()), [this](const auto& id) {
+    EXPECT_TRUE(manager_->Stop(id, kStoppedByPerson).ok());
+  });
   EXPECT_TRUE(by_person.by_person);
-  const SealedEnd by_server =
-      stopped([this](const auto& id) { EXPECT_TRUE(manager_->Stop(id, "the server stops").ok()); });
+  const SealedEnd by_server = stopped(RigHold(std::make_shared<FakeRig>()), [this](const auto& id) {
+    EXPECT_TRUE(manager_->Stop(id, "the server stops").ok());
+  });
   EXPECT_FALSE(by_server.by_person);
   EXPECT_EQ(by_server.revoked, lab::SessionId{});
-  const SealedEnd by_lab = stopped([this](const auto&) { bay_.Fence("sim-1", ++epoch_); });
+  const auto rig = std::make_shared<FakeRig>();
+  bay_.AddResident(rig, "bench");
+  const SealedEnd by_lab = stopped(Hold("fake-1"), [&](const auto&) {
+    bay_.Fence("fake-1", ++epoch_);
+    rig->SafeStop("the lease was revoked");  // as a rig does when it is fenced
+  });
   EXPECT_FALSE(by_lab.by_person);
   EXPECT_EQ(by_lab.revoked, lab::SessionId{7});
 }

@@ -1,4 +1,3 @@
-import type { SetFile } from "../lab/set_file";
 import { api, get, getAll, send, sendText } from "./client";
 import type {
   ApiKey,
@@ -17,6 +16,7 @@ import type {
   Provider,
   RigHealth,
   Session,
+  SetFile,
   Span,
   StoredCalibration,
   Ticket,

@@ -49,3 +49,7 @@ export type Job = Schemas["Job"];
 export type MethodsCompared = Schemas["MethodsCompared"];
 export type MethodRun = Schemas["MethodRun"];
 export type MethodName = MethodRun["method"];
+
+/** What another course or laboratory needs of a fault set. */
+export type SetFile = Pick<FaultSet, "name" | "bench"> &
+  Partial<Pick<FaultSet, "visible" | "faults" | "pool">>;

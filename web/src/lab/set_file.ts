@@ -1,8 +1,4 @@
-import type { FaultSet } from "../api/lab_types";
-
-/** What another course or laboratory needs of a fault set. */
-export type SetFile = Pick<FaultSet, "name" | "bench"> &
-  Partial<Pick<FaultSet, "visible" | "faults" | "pool">>;
+import type { FaultSet, SetFile } from "../api/lab_types";
 
 /** Of one with a pool the faults are made from the pool. */
 export function setFile({ name, bench, visible, faults, pool }: FaultSet): SetFile {
