@@ -161,7 +161,9 @@ class Accounts : public Authenticator {
   static constexpr int kMembersMax = 5000;         ///< of a course, invitations included
   static constexpr int kAccountsMadeMax = 10'000;  ///< by one teacher's class lists
 
-  Accounts(Database& database, GuestAccess guests);
+  Accounts(Database& database,
+           GuestAccess guests,
+           PasswordCost password_cost = PasswordCost::kInteractive);
 
   /// Sets a function that is called by the thread that ended the rights, after the commit; it must
   /// not block for long. To be set before the first request. It is called only for changes by this

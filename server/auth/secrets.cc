@@ -91,21 +91,25 @@ class PasswordHasher::Turn {
   bool taken_ = false;
 };
 
-PasswordHasher::PasswordHasher(int parallel_max, std::chrono::milliseconds patience)
-    : parallel_max_(parallel_max), patience_(patience) {
+PasswordHasher::PasswordHasher(PasswordCost cost,
+                               int parallel_max,
+                               std::chrono::milliseconds patience)
+    : cost_(cost), parallel_max_(parallel_max), patience_(patience) {
   StartSodium();
 }
 
 core::Result<std::string> PasswordHasher::Hash(std::string_view password) {
   const Turn turn(*this);
   if (!turn.taken()) return Busy();
+  const bool least = cost_ == PasswordCost::kLeast;
   std::array<char, crypto_pwhash_STRBYTES> text;
-  const int failed = crypto_pwhash_str_alg(text.data(),
-                                           password.data(),
-                                           password.size(),
-                                           crypto_pwhash_OPSLIMIT_INTERACTIVE,
-                                           crypto_pwhash_MEMLIMIT_INTERACTIVE,
-                                           crypto_pwhash_ALG_ARGON2ID13);
+  const int failed =
+      crypto_pwhash_str_alg(text.data(),
+                            password.data(),
+                            password.size(),
+                            least ? crypto_pwhash_OPSLIMIT_MIN : crypto_pwhash_OPSLIMIT_INTERACTIVE,
+                            least ? crypto_pwhash_MEMLIMIT_MIN : crypto_pwhash_MEMLIMIT_INTERACTIVE,
+                            crypto_pwhash_ALG_ARGON2ID13);
   if (failed != 0) return Busy();  // it can fail only for lack of memory
   return std::string(text.data());
 }

@@ -20,12 +20,18 @@ std::string HashSecret(std::string_view secret);
 /// Compares in constant time.
 bool SameSecret(std::string_view a, std::string_view b);
 
-/// argon2id (libsodium, interactive limits: 64 MiB, about 100 ms), at most `parallel_max` at once;
+enum class PasswordCost {
+  kInteractive,  ///< libsodium's limits for a sign-in: 64 MiB, about 100 ms
+  kLeast,        ///< 8 KiB, one pass: what is hashed so can be guessed; for tests
+};
+
+/// argon2id (libsodium), at most `parallel_max` at once;
 /// a caller that cannot start within `patience` gets kBusy. Blocks its caller: never on a network
 /// thread.
 class PasswordHasher {
  public:
-  explicit PasswordHasher(int parallel_max = 2,
+  explicit PasswordHasher(PasswordCost cost = PasswordCost::kInteractive,
+                          int parallel_max = 2,
                           std::chrono::milliseconds patience = std::chrono::seconds(5));
 
   core::Result<std::string> Hash(std::string_view password);
@@ -34,6 +40,7 @@ class PasswordHasher {
 
  private:
   class Turn;
+  const PasswordCost cost_;
   const int parallel_max_;
   const std::chrono::milliseconds patience_;
   std::mutex mutex_;

@@ -54,7 +54,8 @@ std::set<std::string> SplitScopes(const std::string& text) {
 
 }  // namespace
 
-Accounts::Accounts(Database& database, GuestAccess guests) : database_(database), guests_(guests) {}
+Accounts::Accounts(Database& database, GuestAccess guests, PasswordCost password_cost)
+    : database_(database), guests_(guests), hasher_(password_cost) {}
 
 core::Result<Principal> Accounts::Authenticate(const RequestCredentials& credentials,
                                                WallTime now) {

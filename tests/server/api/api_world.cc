@@ -41,7 +41,7 @@ ApiTest::ApiTest(std::vector<CameraSettings> cameras,
   config_.cameras = std::move(cameras);
   Restart();
   database_ = Database::Open({.location = config_.data_dir + "/faultlab.db"}).value();
-  accounts_ = std::make_unique<Accounts>(*database_, GuestAccess::kNever);
+  accounts_ = std::make_unique<Accounts>(*database_, GuestAccess::kNever, PasswordCost::kLeast);
 }
 
 void ApiTest::Restart() {

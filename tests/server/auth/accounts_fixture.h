@@ -47,7 +47,7 @@ class AccountsTest : public testing::TestWithParam<Engine> {
     return credentials;
   }
   tests::TestDatabase database_{GetParam()};
-  Accounts accounts_{*database_, GuestAccess::kLoopback};
+  Accounts accounts_{*database_, GuestAccess::kLoopback, PasswordCost::kLeast};
   std::string cookie_;
 };
 

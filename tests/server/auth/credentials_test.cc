@@ -91,7 +91,7 @@ class CredentialsTest : public testing::TestWithParam<Engine> {
     return count;
   }
   tests::TestDatabase database_{GetParam()};
-  Accounts accounts_{*database_, GuestAccess::kNever};
+  Accounts accounts_{*database_, GuestAccess::kNever, PasswordCost::kLeast};
   CalendarLinks calendars_{*database_};
   Account ann_;
 };

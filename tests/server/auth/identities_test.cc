@@ -26,7 +26,7 @@ class IdentitiesTest : public testing::TestWithParam<Engine> {
     return in.ok() ? "" : in.error().reason;
   }
   tests::TestDatabase database_{GetParam()};
-  Accounts accounts_{*database_, GuestAccess::kNever};
+  Accounts accounts_{*database_, GuestAccess::kNever, PasswordCost::kLeast};
   int states_ = 0;
 };
 

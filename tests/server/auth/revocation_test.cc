@@ -25,7 +25,7 @@ class RevocationTest : public testing::Test {
     return accounts_.SignIn({"ann", kPassword, "192.0.2.1", ""}, kNow).signed_in.value().principal;
   }
   tests::TestDatabase database_{Engine::kSqlite};
-  Accounts accounts_{*database_, GuestAccess::kNever};
+  Accounts accounts_{*database_, GuestAccess::kNever, PasswordCost::kLeast};
   Account ann_;
   std::vector<Revocation> told_;
 };

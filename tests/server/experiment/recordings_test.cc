@@ -47,7 +47,7 @@ class RecordingsTest : public tests::RunFixture {
     return nullptr;
   }
 
-  Accounts accounts_{*database_, GuestAccess::kEverywhere};
+  Accounts accounts_{*database_, GuestAccess::kEverywhere, PasswordCost::kLeast};
   Benches benches_{*database_, {&paper::Bench()}};
   Recordings recordings_{*store_, *manager_, accounts_, benches_, clock_};
 };

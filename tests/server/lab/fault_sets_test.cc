@@ -36,7 +36,7 @@ class FaultSetsTest : public testing::TestWithParam<Engine> {
 };
 
 TEST_P(FaultSetsTest, TheListHasWhatItsReaderMaySeeByPages) {
-  Accounts accounts(*database_, GuestAccess::kNever);
+  Accounts accounts(*database_, GuestAccess::kNever, PasswordCost::kLeast);
   const WallTime now{};
   const auto person = [&](const char* login, Role role) {
     return accounts.Create(login, login, role, now).value().id;

@@ -65,7 +65,7 @@ class PersonDataTest : public testing::TestWithParam<Engine> {
     return {};
   }
   tests::TestDatabase database_{GetParam()};
-  Accounts accounts_{*database_, GuestAccess::kNever};
+  Accounts accounts_{*database_, GuestAccess::kNever, PasswordCost::kLeast};
   RecordingStore store_{*database_};
   int recordings_ = 0;
 };

@@ -62,7 +62,8 @@ ContractWorld::ContractWorld()
   if (!opened.ok()) throw std::runtime_error(opened.error().message);
   application_ = std::move(opened).value();
   database_ = server::Database::Open({.location = config.data_dir + "/faultlab.db"}).value();
-  accounts_ = std::make_unique<Accounts>(*database_, server::GuestAccess::kNever);
+  accounts_ = std::make_unique<Accounts>(
+      *database_, server::GuestAccess::kNever, server::PasswordCost::kLeast);
   headers_["guest"] = "";
   MakePerson("ann", Role::kStudent);
   MakePerson("bob", Role::kStudent);

@@ -70,7 +70,7 @@ class MembersTest : public ::testing::Test {
       : a_(servers_->a),
         b_(servers_->b),
         database_(*servers_->database),
-        accounts_(database_, GuestAccess::kNever),
+        accounts_(database_, GuestAccess::kNever, PasswordCost::kLeast),
         description_(ReadText(tests::InSource("server/api/openapi.json"))) {}
 
   /// The headers of a person who has signed in: a cookie and its CSRF token.

@@ -1,0 +1,269 @@
+// A program, not a benchmark: what a laboratory adds to a record of the published bench, two kinds
+// at a time and at two strengths. Prints how often a healthy rig raises an alarm, and how many
+// faults are seen, named and how exactly sized.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/diagnosis/diagnose_record.h"
+#include "tests/core/diagnosis/motor_rig.h"
+#include "tests/paper_rig.h"
+
+namespace faultlab::core {
+namespace {
+
+constexpr double kFaultS = 10.0;
+constexpr double kDurationS = 20.0;
+constexpr double kTau = 2.0 * std::numbers::pi;
+
+struct Nuisances {
+  double tolerance = 0.0;     // of every part, uniformly
+  double warming = 0.0;       // of Ra, a second
+  double cogging_nm = 0.0;    // twelve times a revolution
+  double jitter_s = 0.0;      // of the output's edge, standard deviation
+  double hum_um_v = 0.0;      // amplitude
+  double hum_ia_a = 0.0;      // amplitude
+  double impulse_rate = 0.0;  // of the samples of um
+  double impulse_v = 0.0;
+  double count_rpm = 0.0;  // one step of the encoder's count
+  double um_zero_v = 0.0, ia_zero_a = 0.0;
+  double n_gain = 0.0;
+};
+
+struct Kind {
+  const char* name;
+  void (*add)(Nuisances&, double strength);
+};
+constexpr Kind kKinds[] = {
+    {"tolerance", [](Nuisances& n, double s) { n.tolerance = 0.03 * s; }},
+    {"warming", [](Nuisances& n, double s) { n.warming = 0.001 * s; }},
+    {"cogging", [](Nuisances& n, double s) { n.cogging_nm = 0.05e-3 * s; }},
+    {"jitter", [](Nuisances& n, double s) { n.jitter_s = 30e-6 * s; }},
+    {"hum", [](Nuisances& n, double s) { n.hum_um_v = 0.045 * s, n.hum_ia_a = 0.005 * s; }},
+    {"impulses", [](Nuisances& n, double s) { n.impulse_rate = 0.003 * s, n.impulse_v = 2.0; }},
+    {"encoder", [](Nuisances& n, double s) { n.count_rpm = 1.579 * s; }},
+    {"offset",
+     [](Nuisances& n, double s) {
+       n.um_zero_v = 0.03 * s, n.ia_zero_a = 0.004 * s, n.n_gain = 0.005 * s;
+     }},
+};
+
+struct FaultKind {
+  const char* name;
+  const char* symbols;  // any of them is right
+  void (*apply)(Rig&);
+  double (*value)(const Rig&);  // 0: not compared
+};
+constexpr FaultKind kFaults[] = {
+    {"healthy", "", [](Rig&) {}, [](const Rig&) { return 0.0; }},
+    {"R1=10", "R1", [](Rig& r) { r.rs += 9.0; }, [](const Rig& r) { return r.rs; }},
+    {"k x0.7", "R12 R9", [](Rig& r) { r.k *= 0.7; }, [](const Rig&) { return 0.0; }},
+    {"Ra x2", "Ra", [](Rig& r) { r.ra *= 2.0; }, [](const Rig& r) { return r.ra; }},
+    {"Ra x1.3", "Ra", [](Rig& r) { r.ra *= 1.3; }, [](const Rig& r) { return r.ra; }},
+    {"J x2", "J", [](Rig& r) { r.j *= 2.0; }, [](const Rig& r) { return r.j; }},
+    {"J x0.6", "J", [](Rig& r) { r.j *= 0.6; }, [](const Rig& r) { return r.j; }},
+    {"B x10", "B", [](Rig& r) { r.b *= 10.0; }, [](const Rig& r) { return r.b; }},
+};
+
+Rig PaperRig(const Nuisances& nuisances, std::mt19937& random) {
+  Rig rig = {.period_s = 0.01,
+             .delta_s = 0.0095,
+             .k = 2.42,
+             .rs = 1.0,
+             .ra = 7.41,
+             .la = 0.77e-3,
+             .ke = 0.0255,
+             .kt = 0.0255,
+             .j = 1.43e-6,
+             .b = 1.8e-6,
+             .mc = 0.4e-3,
+             .supply_min_v = -30.0,
+             .supply_max_v = 30.0,
+             .low_v = 2.0,
+             .high_v = 3.0,
+             .clock = 1,
+             .ia_noise = 0.001,
+             .ia_max = 5.0,
+             .n_noise = 0.5,
+             .has_um = true,
+             .friction_noise_nm = 0.02e-3,
+             .gear = 3.8,
+             .physics = {}};
+  std::uniform_real_distribution<double> off(1.0 - nuisances.tolerance, 1.0 + nuisances.tolerance);
+  for (double Rig::*part : {&Rig::k, &Rig::rs, &Rig::ra, &Rig::ke, &Rig::j, &Rig::b, &Rig::mc}) {
+    rig.*part *= off(random);
+  }
+  rig.kt = rig.ke;
+  rig.physics.warming_per_s = nuisances.warming;
+  rig.physics.cogging_nm = nuisances.cogging_nm;
+  return rig;
+}
+
+std::vector<Sample> RecordOf(const FaultKind& fault,
+                             const Nuisances& nuisances,
+                             unsigned seed,
+                             double* value) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::bernoulli_distribution coin;
+  std::bernoulli_distribution impulse(nuisances.impulse_rate);
+  const Rig rig = PaperRig(nuisances, random);
+  Rig faulty = rig;
+  fault.apply(faulty);
+  *value = fault.value(faulty);
+  Motor motor(rig);
+  const double hum_hz = 50.0 + 0.05 * normal(random);
+  const double hum_phase = kTau * normal(random);
+  std::vector<Sample> record;
+  double before = rig.low_v;
+  for (int k = 0; k * rig.period_s < kDurationS; ++k) {
+    const double t_s = k * rig.period_s;
+    if (t_s >= kFaultS - 1e-9) motor.rig = faulty;
+    const double uc = coin(random) ? rig.high_v : rig.low_v;
+    const double kept = std::exp(-rig.period_s / kFrictionTauS);
+    motor.drag_nm = kept * motor.drag_nm +
+                    std::sqrt(1.0 - kept * kept) * rig.friction_noise_nm * normal(random);
+    const double late_s = std::clamp(nuisances.jitter_s * normal(random), -0.4e-3, 0.4e-3);
+    motor.Run(before, 0.4e-3 + late_s);  // the edge lies about 0.4 ms behind the clock
+    motor.Run(uc, rig.delta_s - late_s);
+    Sample sample;
+    sample.index = k;
+    sample.t_s = t_s;
+    sample.uc_v = uc;
+    const double hum = hum_phase + kTau * hum_hz * t_s;
+    sample.um_v = motor.output_v(uc) - motor.rig.rs * motor.i + 0.015 * normal(random) +
+                  nuisances.um_zero_v + nuisances.hum_um_v * std::sin(hum);
+    if (impulse(random)) sample.um_v += coin(random) ? nuisances.impulse_v : -nuisances.impulse_v;
+    sample.ia_a = motor.i + rig.ia_noise * normal(random) + nuisances.ia_zero_a +
+                  nuisances.hum_ia_a * std::sin(hum + 0.7);
+    const double n = motor.w * 30.0 / std::numbers::pi / rig.gear * (1.0 + nuisances.n_gain) +
+                     rig.n_noise * normal(random);
+    sample.n_rpm =
+        nuisances.count_rpm > 0.0 ? nuisances.count_rpm * std::round(n / nuisances.count_rpm) : n;
+    record.push_back(sample);
+    before = uc;
+    motor.Run(uc, rig.period_s - rig.delta_s - 0.4e-3);
+  }
+  return record;
+}
+
+struct Totals {
+  int healthy = 0, alarms = 0, faults = 0, seen = 0, named = 0, wrong = 0, early = 0, covered = 0,
+      valued = 0;
+  std::vector<double> errors;
+};
+
+std::string Described(const Verdict& verdict) {
+  std::string text(Name(verdict.kind));
+  for (const Component member : verdict.group) text += " " + std::string(Name(member));
+  return text + ": " + verdict.reason.substr(0, 150);
+}
+
+void Diagnose(const FaultKind& fault,
+              const std::vector<Sample>& record,
+              double value,
+              Channels channels,
+              const std::string& what,
+              Totals& totals) {
+  DiagnosisOptions options = paper::Options();
+  options.channels = channels;
+  const Diagnosis diagnosis = DiagnoseRecord(record, options);
+  const Verdict& verdict = diagnosis.verdict;
+  const bool refused = diagnosis.calibration_refusal.has_value();
+  const bool healthy = fault.symbols[0] == '\0';
+  const bool early = verdict.detected_at_s && *verdict.detected_at_s < kFaultS - 1e-9;
+  bool named = verdict.kind == VerdictKind::kFault && !early;
+  for (const Component member : verdict.group) {
+    named &= std::strstr(fault.symbols, Name(member).data()) != nullptr;
+  }
+  std::string missed;
+  if (healthy) {
+    ++totals.healthy;
+    const bool alarm = verdict.kind != VerdictKind::kNominal || !diagnosis.episodes.empty();
+    totals.alarms += alarm;
+    if (alarm || refused) missed = "ALARM";
+  } else {
+    ++totals.faults;
+    totals.seen += verdict.detected_at_s.has_value() && !early;
+    totals.early += early;
+    totals.named += named;
+    totals.wrong += verdict.kind == VerdictKind::kFault && !named;
+    if (!named) missed = "MISSED";
+    if (named && value > 0.0) {
+      const Candidate& c = verdict.candidates.front();
+      totals.errors.push_back(std::abs(c.value / value - 1.0));
+      ++totals.valued;
+      totals.covered += std::abs(c.value - value) <= 1.96 * c.sigma;
+    }
+  }
+  if (missed.empty()) return;
+  std::printf("%s %s %s: %s\n",
+              missed.c_str(),
+              what.c_str(),
+              channels == Channels::kAll ? "all" : "um",
+              Described(verdict).c_str());
+  if (refused) std::printf("   refused: %s\n", diagnosis.calibration_refusal->message.c_str());
+}
+
+void Print(const char* channels, double strength, Totals& totals) {
+  std::sort(totals.errors.begin(), totals.errors.end());
+  const auto share = [&](double p) {
+    return totals.errors.empty() ? 0.0
+                                 : 100.0 * totals.errors[static_cast<std::size_t>(
+                                               p * static_cast<double>(totals.errors.size() - 1))];
+  };
+  std::printf(
+      "%s x%.1f: alarms %d of %d; faults %d: seen %d, named %d, wrong %d, alarms before %d; error "
+      "%.2f %% median, %.2f %% in 95 %%; %d of %d within the stated 95 %%\n",
+      channels,
+      strength,
+      totals.alarms,
+      totals.healthy,
+      totals.faults,
+      totals.seen,
+      totals.named,
+      totals.wrong,
+      totals.early,
+      share(0.5),
+      share(0.95),
+      totals.covered,
+      totals.valued);
+}
+
+}  // namespace
+}  // namespace faultlab::core
+
+// nuisance_study [SEED [STRENGTH..]]
+int main(int argc, char** argv) {
+  using namespace faultlab::core;
+  unsigned seed = argc > 1 ? static_cast<unsigned>(std::atoi(argv[1])) : 1;
+  std::vector<double> strengths;
+  for (int k = 2; k < argc; ++k) strengths.push_back(std::atof(argv[k]));
+  if (strengths.empty()) strengths = {1.0, 2.0};
+  for (const double strength : strengths) {
+    Totals by_um, by_all;
+    for (const Kind& one : kKinds) {
+      for (const Kind& other : kKinds) {
+        if (&other < &one) continue;  // with itself: that kind alone
+        Nuisances nuisances;
+        one.add(nuisances, strength);
+        other.add(nuisances, strength);
+        for (const FaultKind& fault : kFaults) {
+          double value = 0.0;
+          const std::vector<Sample> record = RecordOf(fault, nuisances, ++seed, &value);
+          const std::string what = std::string(one.name) + "+" + other.name + " " + fault.name +
+                                   " " + std::to_string(seed);
+          Diagnose(fault, record, value, Channels::kUmOnly, what, by_um);
+          Diagnose(fault, record, value, Channels::kAll, what, by_all);
+        }
+      }
+    }
+    Print("um", strength, by_um);
+    Print("all", strength, by_all);
+  }
+}
