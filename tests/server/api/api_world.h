@@ -49,6 +49,11 @@ class ApiTest : public ::testing::Test {
   Person SignIn(const std::string& login, WallTime now);
   /// The server stops as it does for SIGTERM, and starts again.
   void Restart();
+  /// A run of 600 s then outlasts whatever keeps the machine busy meanwhile.
+  void PlayAtSpeed(double speed) {
+    config_.sim_speed = speed;
+    Restart();
+  }
   /// An account with a cookie, made without HTTP, for tests of other things than signing in.
   Person Make(const std::string& login, Role role);
   /// A course taught by one and attended by the other, both given by login.

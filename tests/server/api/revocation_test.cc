@@ -12,6 +12,8 @@ namespace json = boost::json;
 
 class RevocationTest : public ApiTest {
  protected:
+  RevocationTest() { PlayAtSpeed(1.0); }
+
   /// A person's viewer of their own run, by which they may send commands.
   std::unique_ptr<tests::WebSocketClient> Watch(const Person& who) {
     if (run_.empty()) {

@@ -68,6 +68,7 @@ class SealedTrialTest : public TrialTest {
 };
 
 TEST_F(SealedTrialTest, NoByteTellsItBeforeItsRelease) {
+  PlayAtSpeed(4.0);
   const json::object begun = Ok(TryStart(ann_, assignment_), 201);
   const std::int64_t id = begun.at("id").as_int64();
   run_ = begun.at("run").as_string();
