@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "core/calibration/data_sheet.h"
@@ -29,7 +30,10 @@ std::optional<WithZeros> LearnZeros(const HealthyStretch& without,
   Eigen::VectorXd start = Eigen::VectorXd::Zero(n + zeros);
   start.head(n) = explained.fit.point;
   const MapFit tried = FitRig(stretch, explained.base, explained.noise, prior, start);
-  if (!(tried.cost() + kZeroGain < explained.fit.cost())) return std::nullopt;
+  // One channel alone hardly tells its zero from friction; but there is no friction below zero.
+  const double mc_nm = RigAt(without, explained.base, explained.fit.point).mc_nm;
+  const double gain = std::popcount(stretch.mask) == 1 && mc_nm < 0.0 ? 0.0 : kZeroGain;
+  if (!(tried.cost() + gain < explained.fit.cost())) return std::nullopt;
   Explained better = ExplainStretch(stretch, data_sheet, prior, measured_delta_s);
   return WithZeros{std::move(stretch), std::move(better)};
 }

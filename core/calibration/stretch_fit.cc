@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <vector>
 
@@ -146,7 +145,6 @@ std::vector<ZeroCoordinate> ZerosToLearn(const Bench& bench, unsigned mask) {
       bench.ia.zero_sd,
       bench.n.zero_sd * RadPerSecondOfRpm(bench.nominal.gear_ratio)};
   std::vector<ZeroCoordinate> zeros;
-  if (std::popcount(mask) < 2) return zeros;
   for (std::size_t c = 0; c < units.size(); ++c) {
     if (((mask >> c) & 1U) != 0U && units[c] > 0.0) zeros.push_back({c, units[c]});
   }

@@ -28,8 +28,7 @@ struct HealthyStretch {
   std::vector<ZeroCoordinate> zeros;
 };
 
-/// The zeros that the readings of a stretch can tell. Of one channel alone none: its zero looks
-/// like friction.
+/// The zeros that a stretch with readings of these channels may have.
 std::vector<ZeroCoordinate> ZerosToLearn(const Bench& bench, unsigned mask);
 
 /// The rig at a point of a fit: the coordinates of WithOffsets, then those of stretch.zeros.

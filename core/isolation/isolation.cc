@@ -148,8 +148,8 @@ class Isolation {
     return unknown;
   }
 
-  // A small change of Ra, Ke or B among the faults, or something that no component explains and
-  // that moves one of them.
+  // A small change of Ra, Ke or B among the faults or what cannot be told from them, or something
+  // that no component explains and that moves one of them.
   bool MayBeWarming(const IsolationResult& result) const {
     const Bench& bench = *task_.options.bench;
     // What comes at once is no warming.
@@ -162,9 +162,14 @@ class Isolation {
          result.moved.find("the motor constant") != std::string::npos)) {
       return true;
     }
-    return std::any_of(result.present.begin(), result.present.end(), [&](const Candidate& each) {
-      return IsWithinWarming(bench, each);
-    });
+    const auto within = [&](const Candidate& each) { return IsWithinWarming(bench, each); };
+    const std::vector<Component>& group = result.verdict.group;
+    const auto& candidates = result.verdict.candidates;
+    return std::any_of(result.present.begin(), result.present.end(), within) ||
+           std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& each) {
+             return within(each) &&
+                    std::find(group.begin(), group.end(), each.component) != group.end();
+           });
   }
 
   // The rig as it may be after it has warmed up since it was learnt, and as the record before the

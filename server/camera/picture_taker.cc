@@ -1,9 +1,16 @@
 #include "server/camera/picture_taker.h"
 
+#include <algorithm>
 #include <exception>
 #include <utility>
 
 namespace faultlab::server {
+namespace {
+
+// How soon a camera that is to be asked again is.
+constexpr std::chrono::milliseconds kLookAgain{100};
+
+}  // namespace
 
 PictureTaker::PictureTaker(Parts parts) : parts_(std::move(parts)), thread_([this] { Loop(); }) {}
 
@@ -16,7 +23,7 @@ void PictureTaker::Note(PictureMoment moment) {
   {
     const std::lock_guard lock(mutex_);
     if (stop_ || queue_.size() >= kWaitingMax) return;
-    queue_.push_back({std::move(moment), parts_.clock.Monotonic()});
+    queue_.push_back({std::move(moment), parts_.clock.Monotonic(), 0, {}});
   }
   changed_.notify_all();
 }
@@ -36,24 +43,41 @@ void PictureTaker::Loop() {
   for (;;) {
     changed_.wait(lock, [this] { return stop_ || !queue_.empty(); });
     if (stop_) return;
-    const Noted noted = std::move(queue_.front());
-    queue_.pop_front();
+    const auto due = Due();
+    if (due == queue_.end()) {
+      changed_.wait_for(lock, kLookAgain);
+      continue;
+    }
+    Noted noted = std::move(*due);
+    queue_.erase(due);
     lock.unlock();
+    bool again = false;
     try {
-      Take(noted);
+      again = Take(noted);
     } catch (const std::exception& error) {
       parts_.log("picture of run " + noted.moment.run + ": " + error.what());
     }
     lock.lock();
+    if (!again || stop_) continue;
+    noted.due = parts_.clock.Monotonic() + std::chrono::seconds(1 << noted.tries);
+    ++noted.tries;
+    queue_.push_back(std::move(noted));
   }
 }
 
-void PictureTaker::Take(const Noted& noted) {
+std::deque<PictureTaker::Noted>::iterator PictureTaker::Due() {
+  const MonotonicTime now = parts_.clock.Monotonic();
+  return std::find_if(
+      queue_.begin(), queue_.end(), [now](const Noted& each) { return each.due <= now; });
+}
+
+bool PictureTaker::Take(const Noted& noted) {
   const PictureMoment& moment = noted.moment;
   const auto room = parts_.store.HasRoom(moment.run, moment.why);
-  if (!room.ok() || !room.value() || !parts_.disk.Check().ok()) return;
-  const auto picture = parts_.desk.Look(moment.rig, noted.at);
-  if (!picture.ok() || !parts_.still_shown(moment)) return;  // the desk logs a failing camera
+  if (!room.ok() || !room.value() || !parts_.disk.Check().ok()) return false;
+  const auto picture = parts_.desk.Look(moment.rig, noted.at);  // it logs a failing camera
+  if (!parts_.still_shown(moment)) return false;
+  if (!picture.ok()) return moment.why == "end" && noted.tries + 1 < kEndTries;
   StoredPicture row;
   row.sample = moment.sample;
   row.why = moment.why;
@@ -62,6 +86,7 @@ void PictureTaker::Take(const Noted& noted) {
   const bool expected = stored.ok() || stored.error().code == core::ErrorCode::kConflict ||
                         stored.error().code == core::ErrorCode::kNotFound;
   if (!expected) parts_.log("picture of run " + moment.run + ": " + stored.error().message);
+  return false;
 }
 
 }  // namespace faultlab::server

@@ -25,12 +25,14 @@ struct PictureMoment {
 };
 
 /// Takes pictures at moments of runs and stores them with the recordings, on a thread of its own: a
-/// run never waits for a camera. A picture that fails, comes too late or has no room is left out.
+/// run never waits for a camera. A picture that fails, comes too late or has no room is left out;
+/// that of the end, when nothing moves any more, is asked for again for half a minute.
 ///
 ///   runs --Note--> queue --> CameraDesk::Look --> PictureStore::Add
 class PictureTaker {
  public:
   static constexpr std::size_t kWaitingMax = 64;
+  static constexpr int kEndTries = 6;  ///< after 1, 2, 4, 8 and 16 s
 
   struct Parts {
     CameraDesk& desk;
@@ -56,9 +58,13 @@ class PictureTaker {
   struct Noted {
     PictureMoment moment;
     MonotonicTime at{};
+    int tries = 0;
+    MonotonicTime due{};
   };
   void Loop();
-  void Take(const Noted& noted);
+  std::deque<Noted>::iterator Due();
+  /// Whether the camera gave nothing and is to be asked again.
+  bool Take(const Noted& noted);
 
   const Parts parts_;
   std::mutex mutex_;

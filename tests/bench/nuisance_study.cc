@@ -100,6 +100,7 @@ Rig PaperRig(const Nuisances& nuisances, std::mt19937& random) {
   }
   rig.kt = rig.ke;
   rig.physics.warming_per_s = nuisances.warming;
+  rig.physics.magnet = 0.1;  // it is heavier than the winding
   rig.physics.cogging_nm = nuisances.cogging_nm;
   return rig;
 }

@@ -30,7 +30,8 @@ struct Physics {
   double tachometer_ripple = 0.0;    // share of n, once a revolution
   double n_zero_rpm = 0.0;
   double ia_zero_a = 0.0;
-  double warming_per_s = 0.0;  // Ra rises by this share; Ke falls by half of it
+  double warming_per_s = 0.0;  // Ra rises by this share; ..
+  double magnet = 0.5;         // .. Ke falls by so much of it
 };
 
 // A rig as it is, not as its data sheet says.
@@ -72,7 +73,7 @@ class Motor {
       const double held = std::max(rig.mc, rig.breakaway_nm) + drag_nm;
       const double warmth = 1.0 + p.warming_per_s * t_s;
       const double magnet =
-          (1.0 - 0.5 * p.warming_per_s * t_s) * (1.0 + p.ripple * std::cos(6.0 * angle));
+          (1.0 - p.magnet * p.warming_per_s * t_s) * (1.0 + p.ripple * std::cos(6.0 * angle));
       const double cogging = p.cogging_nm * std::sin(12.0 * angle);
       const bool stands = std::abs(w) < 0.05 && std::abs(rig.kt * i) <= held;
       if (stands) w = 0.0;

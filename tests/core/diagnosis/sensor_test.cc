@@ -94,5 +94,21 @@ TEST(Sensors, WhatIsFartherOffThanTheDescriptionAllowsIsRefusedByName) {
   EXPECT_NE(refused.error().message.find("adjust its zero"), std::string::npos);
 }
 
+// Alone, um hardly tells its zero from friction: but friction is not below 0.
+TEST(ZeroOfTheVoltage, IsLearntFromItAlone) {
+  std::uint64_t seed = 171;
+  for (const double zero_v : {0.06, 0.1}) {
+    std::vector<Sample> record = BenchRecord({AbruptFault(paper::kRa, 14.8)}, ++seed);
+    for (Sample& sample : record) sample.um_v += zero_v;
+    const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(Channels::kUmOnly));
+    SCOPED_TRACE(std::to_string(zero_v) + " V: " + diagnosis.verdict.reason);
+    ASSERT_TRUE(diagnosis.calibration);
+    EXPECT_NEAR(diagnosis.calibration->um_zero_v, zero_v, 0.04);
+    EXPECT_TRUE(Names(diagnosis.verdict, paper::kRa));
+    EXPECT_NEAR(ValueOf(diagnosis.verdict, paper::kRa), 14.8, 0.05 * 14.8);
+    EXPECT_GE(*diagnosis.verdict.detected_at_s, 10.0);
+  }
+}
+
 }  // namespace
 }  // namespace faultlab::core

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/diagnosis/diagnose_record.h"
+#include "core/diagnosis/pipeline.h"
 #include "tests/core/bench_records.h"
 #include "tests/core/diagnosis/verdicts.h"
 #include "tests/paper_bench.h"
@@ -34,6 +35,22 @@ TEST(Warming, IsSaidWhenItHasBeenSeen) {
   const Verdict verdict = VerdictOf({Ramp(1.03, 0.0, 20.0)}, 131);
   EXPECT_EQ(verdict.kind, VerdictKind::kNominal);
   EXPECT_EQ(verdict.reason.find("the winding has moved by +"), 0U) << verdict.reason;
+}
+
+TEST(Warming, IsAtNoTimeSaidToBeAPart) {
+  for (std::uint64_t seed = 161; seed < 167; ++seed) {
+    Pipeline pipeline(FreeValues(Channels::kAll));
+    bool alarm = false;
+    for (const Sample& sample : BenchRecord({Ramp(1.02, 0.0, 20.0)}, seed)) {
+      pipeline.Push(sample);
+      while (auto task = pipeline.TakeTask()) pipeline.Accept(RunTask(*task));
+      const Verdict& verdict = pipeline.verdict();
+      alarm |= verdict.kind == VerdictKind::kFault;
+      EXPECT_TRUE(verdict.group.empty()) << seed << ": " << verdict.reason;
+      if (!verdict.group.empty()) break;
+    }
+    EXPECT_TRUE(alarm) << "else nothing was tried";
+  }
 }
 
 TEST(Warming, HidesNoFaultThatBeginsMeanwhile) {

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "server/storage/recording_store.h"
+#include "tests/support/await.h"
 #include "tests/support/camera_site.h"
 #include "tests/support/test_database.h"
 
@@ -38,7 +39,7 @@ class PictureTakerTest : public testing::Test {
   }
   /// "why@sample", once the camera was asked `asked` times and the taker has stopped.
   std::vector<std::string> Stored(PictureTaker& taker, int asked) {
-    site_.WaitForAsked(asked);
+    EXPECT_TRUE(tests::Await([&] { return site_.asked() >= asked; }));
     taker.Stop();
     std::vector<std::string> out;
     const auto pictures = store_.List("run-1").value();
@@ -46,6 +47,14 @@ class PictureTakerTest : public testing::Test {
       out.push_back(each.why + "@" + std::to_string(each.sample));
     }
     return out;
+  }
+
+  /// Lets time pass until the camera was asked so often.
+  bool AskedAgain(int asked) {
+    return tests::Await([&] {
+      clock_.Advance(std::chrono::seconds(1));
+      return site_.asked() >= asked;
+    });
   }
 
   CameraSite site_;
@@ -75,6 +84,39 @@ TEST_F(PictureTakerTest, APictureOfARigThatHasGoneToAnotherRunIsNotStored) {
   still_shown_ = false;
   site_.Open();
   EXPECT_THAT(Stored(taker, 1), IsEmpty());
+}
+
+TEST_F(PictureTakerTest, ThePictureOfTheEndIsAskedForAgain) {
+  site_.Answers("no picture");
+  PictureTaker taker(Parts());
+  taker.Note({"run-1", "bench-1", 1000, "end"});
+  EXPECT_TRUE(AskedAgain(2));
+  site_.Answers("");
+  EXPECT_TRUE(AskedAgain(3));
+  EXPECT_THAT(Stored(taker, 3), ElementsAre("end@1000"));
+}
+
+TEST_F(PictureTakerTest, ACameraThatStaysSilentIsLeftAlone) {
+  site_.Answers("no picture");
+  PictureTaker taker(Parts());
+  taker.Note({"run-1", "bench-1", 1000, "end"});
+  EXPECT_TRUE(AskedAgain(PictureTaker::kEndTries));
+  clock_.Advance(std::chrono::hours(1));
+  site_.Answers("");
+  taker.Note({"run-1", "bench-1", 1001, "end"});
+  EXPECT_TRUE(AskedAgain(PictureTaker::kEndTries + 1));
+  EXPECT_THAT(Stored(taker, PictureTaker::kEndTries + 1), ElementsAre("end@1001"));
+}
+
+TEST_F(PictureTakerTest, APictureOfAMomentIsNotTakenLater) {
+  site_.Answers("no picture");
+  PictureTaker taker(Parts());
+  taker.Note({"run-1", "bench-1", 1000, "fault"});
+  site_.WaitForAsked(1);
+  site_.Answers("");
+  taker.Note({"run-1", "bench-1", 1001, "end"});
+  EXPECT_TRUE(AskedAgain(2));
+  EXPECT_THAT(Stored(taker, 2), ElementsAre("end@1001"));
 }
 
 TEST_F(PictureTakerTest, ARecordingThatWasDeletedMeanwhileGetsNoPicture) {
