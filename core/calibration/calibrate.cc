@@ -164,32 +164,46 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
       options.data_sheet, 1.0, 0.0, norm.mc_nm, McUnitOf(*options.bench)};
   Explained explained = ExplainStretch(
       stretch, data_sheet, DataSheetPrior(tolerance, 1.0, coordinates, 0), measured_delta_s);
-  const std::vector<Observation> with_hum = observations;
-  for (int round = 0; round < kHumRounds; ++round) {
-    const RigParameters found = RigAt(stretch, explained.base, explained.fit.point);
-    const Hum hum =
-        FindHum(MakePredictionModel(found, explained.noise, period_s), with_hum, t_s, period_s);
-    if (!hum.any()) break;
-    calibration.hum = hum;
-    observations = observe(WithoutHum(samples, hum));
-    stretch.samples = observations;
+  const auto explain = [&] {
     explained = ExplainStretch(
         stretch, data_sheet, DataSheetPrior(tolerance, 1.0, coordinates, 0), measured_delta_s);
+  };
+  const auto model = [&] {
+    const RigParameters found = RigAt(stretch, explained.base, explained.fit.point);
+    return MakePredictionModel(found, explained.noise, period_s);
+  };
+  const auto take_out_hum = [&](const std::vector<Observation> with_hum) {
+    for (int round = 0; round < kHumRounds; ++round) {
+      const Hum hum = FindHum(model(), with_hum, t_s, period_s);
+      if (!hum.any()) break;
+      calibration.hum = hum;
+      observations = observe(WithoutHum(samples, hum));
+      stretch.samples = observations;
+      explain();
+    }
+  };
+  std::vector<Observation> as_read;
+  std::size_t left_out = 0;
+  const auto leave_out_impulses = [&] {
+    as_read = observations;
+    left_out = 0;
+    for (int round = 0; impulses == Impulses::kLeftOut && round < kImpulseRounds; ++round) {
+      // The first must be so far off that no model error is behind them; then nearer ones go too.
+      const ImpulseRule rule{.gate = round == 0 ? kFirstGate : kImpulseGate};
+      const std::size_t more = LeaveOutImpulses(model(), observations, rule);
+      if (more == 0) break;
+      left_out += more;
+      explain();
+    }
+  };
+  take_out_hum(observations);
+  leave_out_impulses();
+  if (left_out > 0 && !calibration.hum.any()) {
+    // A few impulses may have hidden it.
+    take_out_hum(observations);
+    if (calibration.hum.any()) leave_out_impulses();
   }
   SayHum(calibration.hum, calibration, calibration.checks);
-  const std::vector<Observation> as_read = observations;
-  std::size_t left_out = 0;
-  for (int round = 0; impulses == Impulses::kLeftOut && round < kImpulseRounds; ++round) {
-    const RigParameters found = RigAt(stretch, explained.base, explained.fit.point);
-    // The first must be so far off that no model error is behind them; then the nearer ones go too.
-    const ImpulseRule rule{.gate = round == 0 ? kFirstGate : kImpulseGate};
-    const std::size_t more =
-        LeaveOutImpulses(MakePredictionModel(found, explained.noise, period_s), observations, rule);
-    if (more == 0) break;
-    left_out += more;
-    explained = ExplainStretch(
-        stretch, data_sheet, DataSheetPrior(tolerance, 1.0, coordinates, 0), measured_delta_s);
-  }
   calibration.impulse_share = ShareOfReadings(left_out, observations);
   SayImpulses(left_out, calibration.impulse_share, calibration.checks);
   if (std::optional<WithZeros> with =

@@ -116,6 +116,16 @@ std::array<std::vector<Observation>, 2> HalvesOf(std::span<const Observation> st
   return halves;
 }
 
+/// A filter that begins takes any reading.
+void BeginWithoutImpulses(std::span<const Observation> without, std::span<Observation> as_read) {
+  constexpr std::size_t kBeginning = 10;
+  std::size_t since = kBeginning;
+  for (std::size_t k = 0; k < as_read.size(); ++k) {
+    since = as_read[k].restart ? 0 : since + 1;
+    if (since < kBeginning) as_read[k].mask = without[k].mask;
+  }
+}
+
 }  // namespace
 
 std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
@@ -129,7 +139,8 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
   if (stretch.samples.size() / kQuarters < kQuarterMin) return std::nullopt;
   const ReadingZeros zeros = RigAt(stretch, base, point).zeros;
   const std::array<std::vector<Observation>, 2> halves = HalvesOf(stretch.samples, zeros);
-  const std::array<std::vector<Observation>, 2> judged = HalvesOf(as_read, zeros);
+  std::array<std::vector<Observation>, 2> judged = HalvesOf(as_read, zeros);
+  for (std::size_t i = 0; i < halves.size(); ++i) BeginWithoutImpulses(halves[i], judged[i]);
   if (!IsExcited(halves[0]) || !IsExcited(halves[1])) return std::nullopt;
 
   const DetectionThresholds& noise_alone = calibration.thresholds;

@@ -23,6 +23,8 @@ namespace {
 // small fault, and more data is needed first.
 constexpr double kWithdrawGain = 8.0;
 constexpr std::size_t kWithdrawAfter = 500;
+// The detector of small changes, which have been going on for a while when it raises an alarm.
+constexpr const char* kOfSeconds = "glr_500";
 constexpr const char* kBeingWorkedOut = "something has changed; what, is being worked out";
 // Samples kept until the calibration is finished; more than any machine needs for a fit.
 constexpr std::size_t kBacklogMax = 3000;
@@ -98,6 +100,7 @@ struct Pipeline::State {
   std::optional<HumTracker> hum;          // once it is calibrated
   std::optional<NoiseScale> noise_scale;  // outlives the detectors that learn it
   bool detector_fresh = false;
+  bool only_sharp = false;  // an alarm is worked out meanwhile, of which little may be behind
   std::optional<DiagnosisTask> pending;
   std::uint64_t next_id = 1;
   std::uint64_t oldest_valid_id = 1;
@@ -168,6 +171,7 @@ struct Pipeline::State {
                      faults.empty() ? 0.0 : options.bench->n.step_s,
                      calibration->impulse_share > 0.0 || impulse_seen);
     detector_fresh = true;
+    only_sharp = false;
     watched = faults;
   }
 
@@ -183,11 +187,12 @@ struct Pipeline::State {
     if (detector) {
       if (detector_fresh) observation.restart = true;
       detector_fresh = false;
-      if (const std::optional<Alarm> alarm = detector->Push(observation)) {
+      const std::optional<Alarm> alarm = detector->Push(observation);
+      if (alarm && (!only_sharp || TakesThePlace(*alarm))) {
         OnAlarm(*alarm, sample);
         return;
       }
-      if (hum) {
+      if (hum && !only_sharp) {
         const auto [um_v, ia_a, w_rad_s] = detector->BoundedInnovations();
         hum->Learn(sample.t_s, um_v, ia_a);
       }
@@ -198,6 +203,15 @@ struct Pipeline::State {
     }
   }
 
+  /// A reading that is far off by itself, while an alarm of accumulated evidence is worked out: of
+  /// seconds, in which a rig may have warmed up; of less, where it is much farther off than what
+  /// raised that alarm can have been.
+  bool TakesThePlace(const Alarm& alarm) const {
+    constexpr double kMuchFarther = 2.0;
+    return alarm.sharp &&
+           (alarm_detector == kOfSeconds || alarm.statistic > kMuchFarther * alarm.threshold);
+  }
+
   void OnAlarm(const Alarm& alarm, const Sample& sample) {
     record.Open(alarm, phase == Phase::kAlarmed);
     alarm_t_s = sample.t_s;
@@ -205,8 +219,15 @@ struct Pipeline::State {
     oldest_valid_id = next_id;
     reference = watched;
     pending.reset();
-    noise_scale = detector->noise_scale();
-    detector.reset();
+    if (only_sharp) {
+      // What was being worked out was not this: a warming winding, say, a moment before a fault.
+      if (!held_back && verdict.group.empty()) episodes.Withdraw();
+      only_sharp = false;
+    } else {
+      noise_scale = detector->noise_scale();
+      only_sharp = alarm_detector.starts_with("glr");
+    }
+    if (!only_sharp) detector.reset();
     phase = Phase::kAlarmed;
     // The next step of a rig that warms up is told only if it turns out to be something else.
     held_back = warms_up && reference.empty() && alarm_detector.starts_with("glr");
@@ -257,6 +278,9 @@ struct Pipeline::State {
                            result.shape == FaultShape::kAbrupt && !result.present.empty();
     if (watchable) {
       StartWatching(result.present, result.shift, static_cast<int>(record.since_alarm()));
+    } else if (next.settled && only_sharp) {
+      detector.reset();
+      only_sharp = false;
     }
     Publish(std::move(next));
   }

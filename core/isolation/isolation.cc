@@ -30,6 +30,8 @@ constexpr double kSamePrediction = 2e-5;
 constexpr double kSecondFaultCost = 20.0;
 // Less than this share is the error of the first one's value, of the calibration or of the model.
 constexpr double kSecondFaultShare = 0.03;
+// Gain of a fault that the detector of small changes has just noticed.
+constexpr double kHardlyVisible = 100.0;
 // History that is searched for the onset.
 constexpr std::size_t kOnsetHistory = 120;
 constexpr std::size_t kAllAlong = 10;
@@ -148,8 +150,8 @@ class Isolation {
     return unknown;
   }
 
-  // A small change of Ra, Ke or B among the faults or what cannot be told from them, or something
-  // that no component explains and that moves one of them.
+  // A small change of Ra, Ke or B among the faults or what cannot be told from them, a hardly
+  // visible one of another component, or something that no component explains.
   bool MayBeWarming(const IsolationResult& result) const {
     const Bench& bench = *task_.options.bench;
     // What comes at once is no warming.
@@ -157,9 +159,7 @@ class Isolation {
     if (!slow || bench.norm.warming <= 0.0 || result.returned_to_nominal || result.verdict.sensor) {
       return false;
     }
-    if (result.verdict.kind == VerdictKind::kUnknownFault &&
-        (result.moved.find("Ra") != std::string::npos ||
-         result.moved.find("the motor constant") != std::string::npos)) {
+    if (result.verdict.kind == VerdictKind::kUnknownFault || result.gain < kHardlyVisible) {
       return true;
     }
     const auto within = [&](const Candidate& each) { return IsWithinWarming(bench, each); };
@@ -177,9 +177,12 @@ class Isolation {
   FitContext Warmed() const {
     constexpr double kLongS = 600.0;
     const BenchNorm& norm = task_.options.bench->norm;
-    const double since_s = task_.alarm_t_s - task_.calibration->to_s;
+    const Calibration& learnt = *task_.calibration;
+    const double since_s = task_.alarm_t_s < learnt.to_s
+                               ? -1.0
+                               : task_.alarm_t_s - 0.5 * (learnt.from_s + learnt.to_s);
     FitContext warm = nominal_;
-    warm.calibration = PriorOf(*task_.calibration);
+    warm.calibration = PriorOf(learnt);
     Widen(norm, since_s >= 0.0 ? since_s : kLongS, warm.calibration);
     if (readings_.history().empty()) return warm;
     UpdatePosterior(readings_.history(), warm);
@@ -240,7 +243,6 @@ class Isolation {
       verdict.reason = "no single component explains the record";
       LackOfFit lack_of_fit = explanation.lack_of_fit;
       if (!lack_of_fit.relaxed) TestRelaxed(explanation.context, best, lack_of_fit);
-      result.moved = lack_of_fit.moved;
       if (!lack_of_fit.beside.empty()) {
         verdict.reason +=
             ": beside " + std::string(Name(best.component)) + " also " + lack_of_fit.beside;

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/isolation/fault_shape.h"
@@ -19,7 +18,6 @@ struct IsolationResult {
   bool returned_to_nominal = false;  ///< the record after the alarm is explained without a fault
   /// It is so because the rig has warmed up: it is healthy with its coordinates moved by `shift`.
   bool warmed = false;
-  std::string moved;  ///< LackOfFit::moved of a record that no component explains
   /// The faults that the model must carry from here on to predict the record (one, or two).
   std::vector<Candidate> present;
   /// Change of the calibration's coordinates in that fit, or in the one without a fault (8, or

@@ -77,6 +77,20 @@ TEST_P(Humming, HidesNoFaultAndMovesNoValue) {
   }
 }
 
+TEST_P(Humming, IsFoundBehindAnImpulse) {
+  for (std::uint64_t seed = 121; seed < 124; ++seed) {
+    const Mains mains{.hz = 50.06, .phase = static_cast<double>(seed)};
+    std::vector<Sample> record = WithHum(BenchRecord({}, seed), mains);
+    record[215].um_v += 2.5;
+    const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(GetParam()));
+    ASSERT_TRUE(diagnosis.calibration) << diagnosis.verdict.reason;
+    EXPECT_TRUE(diagnosis.calibration->hum.any());
+    EXPECT_GT(diagnosis.calibration->impulse_share, 0.0);
+    EXPECT_LT(diagnosis.calibration->um_noise_v, 0.0165);
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
+  }
+}
+
 TEST_P(Humming, IsNotFoundWhereThereIsNone) {
   for (std::uint64_t seed = 121; seed < 127; ++seed) {
     const Diagnosis diagnosis = DiagnoseRecord(BenchRecord({}, seed), FreeValues(GetParam()));

@@ -1,6 +1,7 @@
 // Readings that are off one at a time: a contact, a relay that switches beside the wire.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 #include "core/diagnosis/diagnose_record.h"
@@ -36,6 +37,22 @@ TEST_P(Impulses, OfAHealthyRigRaiseNoAlarm) {
     EXPECT_LT(diagnosis.calibration->um_noise_v, 0.018) << "impulses are no noise";
     EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
     EXPECT_FALSE(diagnosis.verdict.detected_at_s);
+  }
+}
+
+// A filter that begins takes any reading: the self-check begins anew in each quarter of the
+// stretch.
+TEST_P(Impulses, MayComeWhereTheSelfCheckBegins) {
+  std::uint64_t seed = 85;
+  for (const double t_s : {0.5, 1.63, 2.75, 3.88}) {
+    std::vector<Sample> record = BenchRecord({}, ++seed);
+    for (const double off_s : {t_s, 4.5}) {
+      record[static_cast<std::size_t>(std::lround(off_s / paper::kPeriodS))].um_v += kSizeV;
+    }
+    const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(GetParam()));
+    ASSERT_TRUE(diagnosis.calibration) << t_s << ": " << diagnosis.verdict.reason;
+    EXPECT_LT(diagnosis.calibration->um_noise_v, 0.018) << t_s;
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << t_s;
   }
 }
 

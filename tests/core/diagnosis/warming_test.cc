@@ -53,6 +53,33 @@ TEST(Warming, IsAtNoTimeSaidToBeAPart) {
   }
 }
 
+TEST(Warming, DelaysNoFaultThatBeginsWhileItsAlarmIsWorkedOut) {
+  for (std::uint64_t seed = 181; seed < 184; ++seed) {
+    Pipeline warm(FreeValues(Channels::kAll));
+    double at_s = 0.0;
+    for (const Sample& sample : BenchRecord({Ramp(1.02, 0.0, 20.0)}, seed)) {
+      warm.Push(sample);
+      while (auto task = warm.TakeTask()) warm.Accept(RunTask(*task));
+      if (warm.verdict().kind != VerdictKind::kFault) continue;
+      at_s = sample.t_s + 0.3;
+      break;
+    }
+    ASSERT_GT(at_s, 0.3) << "else nothing was tried";
+    Pipeline pipeline(FreeValues(Channels::kAll));
+    const Fault fault = AbruptFault(paper::kR12, 5.6e3, at_s);
+    for (const Sample& sample : BenchRecord({Ramp(1.02, 0.0, 20.0), fault}, seed)) {
+      if (sample.t_s > at_s + 1.05) break;
+      pipeline.Push(sample);
+      while (auto task = pipeline.TakeTask()) pipeline.Accept(RunTask(*task));
+    }
+    const Verdict& verdict = pipeline.verdict();
+    EXPECT_EQ(verdict.kind, VerdictKind::kFault) << seed << ": " << verdict.reason;
+    EXPECT_TRUE(Names(verdict, paper::kR12)) << seed << ": " << verdict.reason;
+    EXPECT_NEAR(*verdict.detected_at_s, at_s, 0.015) << seed;
+    EXPECT_EQ(pipeline.Snapshot().episodes.size(), 1U) << "what it took the place of was no fault";
+  }
+}
+
 TEST(Warming, HidesNoFaultThatBeginsMeanwhile) {
   const std::pair<Component, double> faults[] = {
       {paper::kR12, 5.6e3}, {paper::kR1, 56.0}, {paper::kJ, 2e-6}};

@@ -64,7 +64,7 @@ class CameraApiTest : protected WithCamera, public ApiTest {
 };
 
 TEST_F(CameraApiTest, WhoMaySeeARunSeesItsBenchWhileItGoesOn) {
-  PlayAtSpeed(1.0);
+  PlayAtSpeed(4.0);
   const Person ann = Make("ann", Role::kStudent);
   const Person bob = Make("bob", Role::kStudent);
   const Person teacher = Make("teacher", Role::kInstructor);
@@ -97,7 +97,7 @@ TEST_F(CameraApiTest, WhoMaySeeARunSeesItsBenchWhileItGoesOn) {
 }
 
 TEST_F(CameraApiTest, ARunWithoutCameraSaysSo) {
-  PlayAtSpeed(1.0);
+  PlayAtSpeed(4.0);
   const Person ann = Make("ann", Role::kStudent);
   const json::object run = Start(ann, R"({"rig":"sim-2","duration_s":600})");
   EXPECT_FALSE(run.at("camera").as_bool());

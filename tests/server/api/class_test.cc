@@ -272,7 +272,7 @@ TEST_F(WeekTest, EndsWithAGradeForEveryAnswerAndTheSameASecondTime) {
 }
 
 TEST_F(WeekTest, AServerThatStopsGivesTheAttemptBack) {
-  PlayAtSpeed(1.0);
+  PlayAtSpeed(4.0);
   const std::int64_t assignment = Assign(kPool, R"(,"plan":{"duration_s":600})");
   const json::object begun = Ok(TryStart(ann_, assignment), 201);
   const std::string run(begun.at("run").as_string());

@@ -12,7 +12,7 @@ namespace json = boost::json;
 
 class RevocationTest : public ApiTest {
  protected:
-  RevocationTest() { PlayAtSpeed(1.0); }
+  RevocationTest() { PlayAtSpeed(4.0); }
 
   /// A person's viewer of their own run, by which they may send commands.
   std::unique_ptr<tests::WebSocketClient> Watch(const Person& who) {

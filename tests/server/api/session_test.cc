@@ -15,7 +15,7 @@ namespace json = boost::json;
 using tests::HttpAnswer;
 
 TEST_F(ApiTest, AStudentQueuesWorksHandsOverAndEnds) {
-  PlayAtSpeed(1.0);
+  PlayAtSpeed(4.0);
   const Person ann = Make("ann", Role::kStudent);
   const Person bob = Make("bob", Role::kStudent);
   const Person cem = Make("cem", Role::kStudent);

@@ -601,7 +601,7 @@ TEST_F(BenchTrialTest, IsPlayedInASessionAndItsTruthIsWhatTheRelaysSay) {
 }
 
 TEST_F(BenchTrialTest, ASessionThatTheLabEndsGivesTheAttemptBack) {
-  PlayAtSpeed(1.0);
+  PlayAtSpeed(4.0);
   constexpr const char* kRelays =
       R"({"healthy_share":0,"items":[{"component":"R1","values":[56],"onset_from_s":8}]})";
   const std::int64_t assignment =
