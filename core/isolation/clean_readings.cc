@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/filter/find_hum.h"
+#include "core/filter/hum_tracker.h"
 #include "core/isolation/ranked_hypotheses.h"
 #include "core/types/time_span.h"
 
@@ -16,6 +18,9 @@ constexpr std::size_t kHistoryMin = 100;
 // So far that nothing else can be behind them, and so few.
 constexpr ImpulseRule kRare{.gate = 12.0, .share_max = 0.02};
 
+// What is left of a hum that is known to be there must explain so much, in chi-square.
+constexpr double kLeftHumGain = 16.0;
+
 }  // namespace
 
 CleanReadings::CleanReadings(const IsolationTask& task, const std::vector<Component>& components)
@@ -26,7 +31,8 @@ CleanReadings::CleanReadings(const IsolationTask& task, const std::vector<Compon
                                  task.options.channels,
                                  task.options.period_s,
                                  task.options.um_rail_v,
-                                 ZerosOf(*task.calibration))),
+                                 ZerosOf(*task.calibration),
+                                 &t_s_)),
       fit_from_(std::min(task.fit_from, readings_.size())) {
   if (task.calibration->impulse_share > 0.0) in_newest_ = ImpulseRule{};
 }
@@ -57,7 +63,7 @@ void CleanReadings::LeaveOutKnown(const FitContext& nominal) {
 
 bool CleanReadings::LeaveOutRare(const FitContext& nominal) {
   if (task_.calibration->impulse_share > 0.0) return false;
-  before_rare_ = readings_;
+  before_ = readings_;
   in_newest_ = kRare;
   const std::size_t of_all =
       LeaveOut(nominal, std::span<Observation>(readings_).subspan(fit_from_), kRare);
@@ -65,9 +71,29 @@ bool CleanReadings::LeaveOutRare(const FitContext& nominal) {
   return of_all > 0 || left_out_of_newest_ > 0;
 }
 
+bool CleanReadings::TakeOutHum(const FitContext& nominal) {
+  if (!task_.calibration->hum.any()) return false;
+  const Hum left = FindHum(Nearest(nominal),
+                           since_fault(),
+                           std::span<const double>(t_s_).subspan(fit_from_),
+                           task_.options.period_s,
+                           kLeftHumGain);
+  if (!left.any()) return false;
+  before_ = readings_;
+  for (std::size_t k = fit_from_; k < readings_.size(); ++k) {
+    Sample minus_hum;
+    minus_hum.t_s = t_s_[k];
+    minus_hum.um_v = minus_hum.ia_a = 0.0;
+    minus_hum = WithoutHum(minus_hum, left);
+    readings_[k].y[0] += minus_hum.um_v;
+    readings_[k].y[1] += minus_hum.ia_a;
+  }
+  return true;
+}
+
 void CleanReadings::PutBack() {
-  if (before_rare_.empty()) return;
-  std::copy(before_rare_.begin(), before_rare_.end(), readings_.begin());
+  if (before_.empty()) return;
+  std::copy(before_.begin(), before_.end(), readings_.begin());
   in_newest_.reset();
 }
 
@@ -79,16 +105,19 @@ std::size_t CleanReadings::LeaveOut(const FitContext& context,
   constexpr int kRounds = 4;
   std::size_t all = 0;
   for (int round = 0; round < kRounds; ++round) {
-    const RankedHypotheses ranked =
-        RankHypotheses(context, components_, task_.options.values, FitPolicy::kStopLosers);
-    const HypothesisFit& nearest = ranked.best();
-    const RigParameters rig = WithOffsets(context.rig, nearest.nuisance, context.period_s);
-    const std::size_t more = LeaveOutImpulses(
-        context.ModelOf(WithComponent(rig, nearest.component, nearest.value)), readings, rule);
+    const std::size_t more = LeaveOutImpulses(Nearest(context), readings, rule);
     if (more == 0) break;
     all += more;
   }
   return all;
+}
+
+PredictionModel CleanReadings::Nearest(const FitContext& context) const {
+  const RankedHypotheses ranked =
+      RankHypotheses(context, components_, task_.options.values, FitPolicy::kStopLosers);
+  const HypothesisFit& nearest = ranked.best();
+  const RigParameters rig = WithOffsets(context.rig, nearest.nuisance, context.period_s);
+  return context.ModelOf(WithComponent(rig, nearest.component, nearest.value));
 }
 
 FitContext CleanReadings::Newest(const FitContext& context, std::size_t samples) {

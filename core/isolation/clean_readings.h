@@ -45,7 +45,11 @@ class CleanReadings {
   /// nothing else can be behind it.
   /// @returns whether there was any
   bool LeaveOutRare(const FitContext& nominal);
-  /// Undoes LeaveOutRare, if it has run.
+  /// Takes out the hum that is left since the fault under the component that comes nearest: nobody
+  /// could follow it from then on.
+  /// @returns whether there was any
+  bool TakeOutHum(const FitContext& nominal);
+  /// Undoes LeaveOutRare or TakeOutHum, whichever has run last.
   void PutBack();
 
   /// `context` with its newest readings alone. Of a record that moves, no component comes near the
@@ -56,15 +60,18 @@ class CleanReadings {
   std::size_t LeaveOut(const FitContext& context,
                        std::span<Observation> readings,
                        const ImpulseRule& rule) const;
+  /// The rig with the component that comes nearest.
+  PredictionModel Nearest(const FitContext& context) const;
 
   const IsolationTask& task_;
   const std::vector<Component>& components_;
+  std::vector<double> t_s_;  ///< of readings_
   std::vector<Observation> readings_;
   std::size_t fit_from_ = 0;
   std::optional<ImpulseRule> in_newest_;         ///< what is left out of a newest part
   std::deque<std::vector<Observation>> newest_;  ///< such parts
   std::size_t left_out_of_newest_ = 0;
-  std::vector<Observation> before_rare_;
+  std::vector<Observation> before_;
 };
 
 }  // namespace faultlab::core

@@ -85,7 +85,7 @@ class Isolation {
     }
     IsolationResult result = Conclude(nominal_);
     if (result.verdict.kind == VerdictKind::kUnknownFault && !result.verdict.sensor) {
-      result = WithoutRareImpulses(std::move(result));
+      result = WithoutOddReadings(std::move(result));
     }
     if (!MayBeWarming(result)) return result;
     IsolationResult warm = Conclude(Warmed());
@@ -139,14 +139,17 @@ class Isolation {
     return result;
   }
 
-  IsolationResult WithoutRareImpulses(IsolationResult unknown) {
-    if (readings_.LeaveOutRare(nominal_)) {
-      IsolationResult without = Conclude(nominal_);
-      const bool explained =
-          without.verdict.kind == VerdictKind::kFault || without.returned_to_nominal;
-      if (explained) return without;
+  // Rare impulses, or hum that nobody could follow.
+  IsolationResult WithoutOddReadings(IsolationResult unknown) {
+    for (const auto take_out : {&CleanReadings::LeaveOutRare, &CleanReadings::TakeOutHum}) {
+      if ((readings_.*take_out)(nominal_)) {
+        IsolationResult without = Conclude(nominal_);
+        const bool explained =
+            without.verdict.kind == VerdictKind::kFault || without.returned_to_nominal;
+        if (explained) return without;
+      }
+      readings_.PutBack();
     }
-    readings_.PutBack();
     return unknown;
   }
 

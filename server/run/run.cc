@@ -233,6 +233,7 @@ void Run::OnSample(const core::Sample& sample) {
   if (learn_again_) RestartLearning(sample.t_s);
   next_index_ = sample.index + 1;
   const core::Frame& frame = pipeline_.Push(sample);
+  if (!last_frame_) last_readout_ = {};  // of the first sample at once, however long it took
   last_frame_ = frame;
   const std::int64_t expected = rows_first_ + static_cast<std::int64_t>(rows_.size());
   if (!rows_.empty() && sample.index != expected) FlushRows();

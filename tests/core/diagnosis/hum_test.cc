@@ -77,6 +77,26 @@ TEST_P(Humming, HidesNoFaultAndMovesNoValue) {
   }
 }
 
+// Strong, and so near half the rate that seconds of it hardly tell its frequency: after the fault
+// nobody can follow it.
+TEST_P(Humming, ThatIsNotFollowedHidesNoFault) {
+  std::uint64_t seed = 131;
+  for (const double hz : {49.97, 50.03, 50.04}) {
+    const Mains mains{
+        .hz = hz, .um_v = 0.09, .ia_a = 0.01, .phase = static_cast<double>(seed), .wander_hz = 0.0};
+    for (const auto& [component, value] :
+         {std::pair{paper::kRa, 9.6}, std::pair{paper::kR1, 10.0}, std::pair{paper::kJ, 8.6e-7}}) {
+      const auto record = WithHum(BenchRecord({AbruptFault(component, value)}, ++seed), mains);
+      const Verdict verdict = DiagnoseRecord(record, FreeValues(GetParam())).verdict;
+      SCOPED_TRACE(std::to_string(hz) + " Hz, " + std::string(Name(component)) + ": " +
+                   verdict.reason);
+      EXPECT_EQ(verdict.kind, VerdictKind::kFault);
+      EXPECT_TRUE(Names(verdict, component));
+      EXPECT_NEAR(ValueOf(verdict, component), value, 0.08 * value);
+    }
+  }
+}
+
 TEST_P(Humming, IsFoundBehindAnImpulse) {
   for (std::uint64_t seed = 121; seed < 124; ++seed) {
     const Mains mains{.hz = 50.06, .phase = static_cast<double>(seed)};

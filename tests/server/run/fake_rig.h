@@ -44,6 +44,11 @@ class FakeRig : public hardware::Rig {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return commands_.size() >= count; });
   }
+  /// Waits until the rig has been read so often without having said anything.
+  void AwaitSilentReads(int count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return silent_reads_ >= count; });
+  }
   hardware::Epoch fence() const {
     const std::lock_guard lock(mutex_);
     return epoch_;
@@ -93,6 +98,10 @@ class FakeRig : public hardware::Rig {
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, patience, [this] { return !messages_.empty() || ended_ || broken_; });
     if (std::exchange(broken_, false)) throw core::ContractError("the rig's code is broken");
+    if (messages_.empty()) {
+      ++silent_reads_;
+      changed_.notify_all();
+    }
     out.insert(out.end(), messages_.begin(), messages_.end());
     messages_.clear();
     return ended_ ? hardware::ReadStatus::kEnded : hardware::ReadStatus::kMore;
@@ -125,6 +134,7 @@ class FakeRig : public hardware::Rig {
   std::vector<hardware::RigCommand> commands_;
   hardware::Epoch epoch_{};
   std::optional<std::chrono::nanoseconds> silence_;
+  int silent_reads_ = 0;
   bool ended_ = false;
   bool broken_ = false;
 };

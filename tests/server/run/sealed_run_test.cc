@@ -69,6 +69,7 @@ class SealedRunTest : public RunFixture {
     tests::WebSocketClient page(server_->port(), "/ws?run=" + id);
     frames_ = page.ReadTextWith("\"hello\"").value_or("");
     EXPECT_FALSE(frames_.empty());
+    rig->AwaitSilentReads(2);  // a rig may take its time before it says anything
     rig->Say(SampleAt(0));
     frames_ += page.ReadTextWith("\"readout\"").value_or("");  // the only one: the clock stands
     for (std::int64_t k = 1; k < 300; ++k) {

@@ -1,4 +1,4 @@
-#include "core/calibration/find_hum.h"
+#include "core/filter/find_hum.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -22,9 +22,6 @@ constexpr double kMainsOffHz = 0.5;
 // A stretch of seconds tells frequencies apart by some tenths of a hertz; then as finely as it can.
 constexpr double kScanHz = 0.02;
 constexpr double kRefineHz = 0.001;
-// What a frequency explains, in chi-square. In white noise the best of the scan explained at most
-// 31 in 3000 simulated stretches of 450 samples.
-constexpr double kGainMin = 45.0;
 // Slower than this after sampling, hum is a drift, of which other parts of the model know more.
 constexpr double kAliasMinHz = 2.0;
 constexpr double kClip = 4.0;
@@ -134,7 +131,8 @@ class Search {
 Hum FindHum(const PredictionModel& model,
             std::span<const Observation> stretch,
             std::span<const double> t_s,
-            double period_s) {
+            double period_s,
+            double gain_min) {
   LAB_CHECK(stretch.size() == t_s.size(), stretch.size(), t_s.size());
   const bool read = std::any_of(stretch.begin(), stretch.end(), [](const Observation& o) {
     return (o.mask & ((1U << kHumChannels) - 1U)) != 0U;
@@ -142,7 +140,7 @@ Hum FindHum(const PredictionModel& model,
   if (!read) return {};
   const Search search(model, stretch, t_s);
   double best_hz = 0.0;
-  double best = kGainMin;
+  double best = gain_min;
   const auto scan = [&](double from_hz, double to_hz, double step_hz) {
     const auto steps = static_cast<int>(std::lround((to_hz - from_hz) / step_hz));
     for (int i = 0; i <= steps; ++i) {
@@ -161,7 +159,7 @@ Hum FindHum(const PredictionModel& model,
   scan(best_hz - kScanHz, best_hz + kScanHz, kRefineHz);
   double gain = 0.0;
   const Hum hum = search.At(best_hz, gain);
-  return gain > kGainMin ? hum : Hum{};
+  return gain > gain_min ? hum : Hum{};
 }
 
 }  // namespace faultlab::core
