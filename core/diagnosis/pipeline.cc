@@ -100,7 +100,9 @@ struct Pipeline::State {
   std::optional<HumTracker> hum;          // once it is calibrated
   std::optional<NoiseScale> noise_scale;  // outlives the detectors that learn it
   bool detector_fresh = false;
-  bool only_sharp = false;  // an alarm is worked out meanwhile, of which little may be behind
+  // While an alarm of accumulated evidence is worked out: only what is far off by itself is
+  // another.
+  bool only_sharp = false;
   std::optional<DiagnosisTask> pending;
   std::uint64_t next_id = 1;
   std::uint64_t oldest_valid_id = 1;

@@ -162,7 +162,10 @@ class Isolation {
     if (!slow || bench.norm.warming <= 0.0 || result.returned_to_nominal || result.verdict.sensor) {
       return false;
     }
-    if (result.verdict.kind == VerdictKind::kUnknownFault || result.gain < kHardlyVisible) {
+    // um alone does not show it; there only a part that is named may be one.
+    const bool shows = task_.calibration->used_ia || task_.calibration->used_n;
+    if (shows &&
+        (result.verdict.kind == VerdictKind::kUnknownFault || result.gain < kHardlyVisible)) {
       return true;
     }
     const auto within = [&](const Candidate& each) { return IsWithinWarming(bench, each); };

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/diagnosis/diagnose_record.h"
-#include "tests/core/diagnosis/motor_rig.h"
+#include "tests/core/diagnosis/real_motors.h"
 #include "tests/paper_rig.h"
 
 namespace faultlab::core {
@@ -71,29 +71,14 @@ constexpr FaultKind kFaults[] = {
 };
 
 Rig PaperRig(const Nuisances& nuisances, std::mt19937& random) {
-  Rig rig = {.period_s = 0.01,
-             .delta_s = 0.0095,
-             .k = 2.42,
-             .rs = 1.0,
-             .ra = 7.41,
-             .la = 0.77e-3,
-             .ke = 0.0255,
-             .kt = 0.0255,
-             .j = 1.43e-6,
-             .b = 1.8e-6,
-             .mc = 0.4e-3,
-             .supply_min_v = -30.0,
-             .supply_max_v = 30.0,
-             .low_v = 2.0,
-             .high_v = 3.0,
-             .clock = 1,
-             .ia_noise = 0.001,
-             .ia_max = 5.0,
-             .n_noise = 0.5,
-             .has_um = true,
-             .friction_noise_nm = 0.02e-3,
-             .gear = 3.8,
-             .physics = {}};
+  Rig rig = Settings().back().rig;
+  rig.ra = 7.41;
+  rig.ke = 0.0255;
+  rig.j = 1.43e-6;
+  rig.b = 1.8e-6;
+  rig.mc = 0.4e-3;
+  rig.low_v = 2.0;
+  rig.high_v = 3.0;
   std::uniform_real_distribution<double> off(1.0 - nuisances.tolerance, 1.0 + nuisances.tolerance);
   for (double Rig::*part : {&Rig::k, &Rig::rs, &Rig::ra, &Rig::ke, &Rig::j, &Rig::b, &Rig::mc}) {
     rig.*part *= off(random);
