@@ -92,6 +92,10 @@ CameraSettings ReadCamera(hardware::TomlTable& in, const std::vector<CameraSetti
   in.Text("snapshot", out.snapshot);
   const core::Status address = CameraDesk::CheckAddress(out.snapshot);
   if (!address.ok()) in.Refuse("snapshot", address.error().message);
+  double timeout_s = std::chrono::duration<double>(out.timeout).count();
+  in.Number("timeout_s", timeout_s, 0.5, 10.0);
+  out.timeout =
+      std::chrono::round<std::chrono::milliseconds>(std::chrono::duration<double>(timeout_s));
   return out;
 }
 

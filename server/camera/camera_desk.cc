@@ -14,11 +14,11 @@ using Outcome = core::Result<SharedPicture>;
 
 constexpr int kOk = 200;
 
-WebClientOptions ClientOptions(const CameraDesk::Limits& limits) {
+WebClientOptions ClientOptions(std::chrono::milliseconds timeout, std::size_t bytes_max) {
   return {.insecure_local = true,
-          .connect_deadline = limits.deadline,
-          .deadline = limits.deadline,
-          .bytes_max = limits.bytes_max};
+          .connect_deadline = timeout,
+          .deadline = timeout,
+          .bytes_max = bytes_max};
 }
 
 Error NoPicture(std::string why) {
@@ -28,11 +28,18 @@ Error NoPicture(std::string why) {
 }  // namespace
 
 struct CameraDesk::Camera {
-  std::string rig;
-  std::string url;
+  Camera(const CameraSettings& settings, const Limits& limits)
+      : rig(settings.rig),
+        url(settings.snapshot),
+        client(ClientOptions(settings.timeout, limits.bytes_max)) {}
+
+  const std::string rig;
+  const std::string url;
+  const WebClient client;
   std::mutex mutex;
   std::condition_variable answered;
   bool asking = false;
+  MonotonicTime asked_at{};      ///< the newest request
   SharedPicture picture;         ///< the newest; null before the first
   std::optional<Error> failure;  ///< of the last request; empty when it succeeded
   MonotonicTime failed_at{};
@@ -48,19 +55,16 @@ CameraDesk::CameraDesk(const std::vector<CameraSettings>& cameras,
                        const Clock& clock,
                        Limits limits,
                        std::function<void(std::string_view)> log)
-    : clock_(clock), limits_(limits), client_(ClientOptions(limits)), log_(std::move(log)) {
+    : clock_(clock), limits_(limits), log_(std::move(log)) {
   for (const CameraSettings& settings : cameras) {
-    auto camera = std::make_unique<Camera>();
-    camera->rig = settings.rig;
-    camera->url = settings.snapshot;
-    cameras_[settings.rig] = std::move(camera);
+    cameras_[settings.rig] = std::make_unique<Camera>(settings, limits_);
   }
 }
 
 CameraDesk::~CameraDesk() = default;
 
 core::Status CameraDesk::CheckAddress(const std::string& url) {
-  if (WebClient(ClientOptions({})).CheckUrl(url).ok()) return core::Done{};
+  if (WebClient({.insecure_local = true}).CheckUrl(url).ok()) return core::Done{};
   return Error{ErrorCode::kInvalid,
                "must be the address of a picture: http://.. on this machine or in the local "
                "network (127.0.0.1, 10.0.0.7, [fd00::7], camera.local), or https://.., without a "
@@ -82,15 +86,17 @@ core::Result<SharedPicture> CameraDesk::Look(std::string_view rig, MonotonicTime
     if (newest && newest->asked >= after && now - newest->arrived < limits_.shared_for) {
       return newest;
     }
-    if (camera.failure && now - camera.failed_at < limits_.pause) return *camera.failure;
+    const bool failed = camera.failure && camera.asked_at >= after;
+    if (failed && now - camera.failed_at < limits_.pause) return *camera.failure;
     if (!camera.asking) break;
     camera.answered.wait(lock, [&camera] { return !camera.asking; });
   }
   camera.asking = true;
+  camera.asked_at = clock_.Monotonic();
   lock.unlock();
   Outcome fetched = NoPicture("The request for a picture failed.");
   try {
-    fetched = Fetch(camera.url);
+    fetched = Fetch(camera);
   } catch (const std::exception&) {
     // No memory for a picture: the same as no picture.
   }
@@ -109,10 +115,10 @@ core::Result<SharedPicture> CameraDesk::Look(std::string_view rig, MonotonicTime
   return fetched;
 }
 
-core::Result<SharedPicture> CameraDesk::Fetch(const std::string& url) const {
+core::Result<SharedPicture> CameraDesk::Fetch(const Camera& camera) const {
   auto picture = std::make_shared<CameraPicture>();
   picture->asked = clock_.Monotonic();
-  auto answer = client_.Ask({url, {}});
+  auto answer = camera.client.Ask({camera.url, {}});
   picture->arrived = clock_.Monotonic();
   if (!answer.ok()) {
     const bool large = answer.error().code == ErrorCode::kTooLarge;

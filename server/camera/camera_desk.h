@@ -27,7 +27,6 @@ class CameraDesk {
   struct Limits {
     std::chrono::milliseconds shared_for{300};  ///< how long a picture is given to others, too
     std::chrono::milliseconds pause{1'000};     ///< before a camera that failed is asked again
-    std::chrono::milliseconds deadline{2'000};  ///< of one request
     std::size_t bytes_max = 2 << 20;            ///< of one picture
   };
   /// @param log  gets a line when a camera begins to fail and when it works again; may be empty
@@ -40,8 +39,9 @@ class CameraDesk {
   CameraDesk& operator=(const CameraDesk&) = delete;
 
   bool Has(std::string_view rig) const { return cameras_.contains(rig); }
-  /// The picture of this rig's camera, asked for not before `after`. Blocks for up to
-  /// Limits::deadline, or twice that if somebody else's request is under way: on pool threads only.
+  /// The picture of this rig's camera, asked for not before `after`: a failure from before it does
+  /// not count either. Blocks for up to the camera's timeout, or twice that if somebody else's
+  /// request is under way: on pool threads only.
   /// kNotFound: the rig has no camera. kUnavailable: the camera gave no picture.
   core::Result<SharedPicture> Look(std::string_view rig,
                                    MonotonicTime after = MonotonicTime::min());
@@ -51,12 +51,11 @@ class CameraDesk {
 
  private:
   struct Camera;
-  core::Result<SharedPicture> Fetch(const std::string& url) const;
+  core::Result<SharedPicture> Fetch(const Camera& camera) const;
   void Tell(const Camera& camera, const core::Result<SharedPicture>& fetched) const;
 
   const Clock& clock_;
   const Limits limits_;
-  const WebClient client_;
   const std::function<void(std::string_view)> log_;
   std::map<std::string, std::unique_ptr<Camera>, std::less<>> cameras_;  ///< by rig; fixed
 };

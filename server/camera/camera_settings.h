@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <string>
 
 namespace faultlab::server {
@@ -9,6 +10,7 @@ namespace faultlab::server {
 struct CameraSettings {
   std::string rig;       ///< RigDescription::id
   std::string snapshot;  ///< address of its newest picture; see CameraDesk::CheckAddress
+  std::chrono::milliseconds timeout{2'000};  ///< of one request
 };
 
 }  // namespace faultlab::server

@@ -28,7 +28,7 @@ describe("camera of a bench", { timeout: SUITE_MS }, () => {
     browser = await launchBrowser();
     camera = await startCamera(browser);
     server = await startServer({
-      settings: `[[camera]]\nrig = "sim-1"\nsnapshot = "${camera.url}"\n`,
+      settings: `[[camera]]\nrig = "sim-1"\nsnapshot = "${camera.url}"\ntimeout_s = 10\n`,
     });
   });
   after(async () => {

@@ -37,6 +37,7 @@ snapshot = "http://127.0.0.1:8081/snapshot"
 [[camera]]
 rig = "bench-2"
 snapshot = "https://cameras.example.org/2.jpg"
+timeout_s = 7.5
 [[oidc]]
 id = "uni"
 label = "Univerzitet"
@@ -75,6 +76,8 @@ insecure_loopback = true
   EXPECT_EQ(config.cameras[0].rig, "bench-1");
   EXPECT_EQ(config.cameras[0].snapshot, "http://127.0.0.1:8081/snapshot");
   EXPECT_EQ(config.cameras[1].snapshot, "https://cameras.example.org/2.jpg");
+  EXPECT_EQ(config.cameras[0].timeout, std::chrono::milliseconds(2000));
+  EXPECT_EQ(config.cameras[1].timeout, std::chrono::milliseconds(7500));
   ASSERT_EQ(config.providers.size(), 2u);
   const oidc::ProviderSettings& uni = config.providers[0];
   EXPECT_EQ(uni.id, "uni");
@@ -124,6 +127,8 @@ TEST(Config, NamesFileLineAndSetting) {
       {"[[camera]]\nsnapshot = \"http://127.0.0.1/\"\n", "f.toml:1: camera.rig is missing"},
       {"[[camera]]\nrig = \"a\"\nsnapshot = \"http://example.org/\"\n",
        "f.toml:3: camera.snapshot must be the address of a picture"},
+      {"[[camera]]\nrig = \"a\"\nsnapshot = \"http://[::1]/\"\ntimeout_s = 11\n",
+       "f.toml:4: camera.timeout_s must be"},
       {"[[camera]]\nrig = \"a\"\nsnapshot = \"http://[::1]/\"\n"
        "[[camera]]\nrig = \"a\"\nsnapshot = \"http://[::1]/\"\n",
        "f.toml:5: camera.rig has another camera already"},

@@ -19,8 +19,8 @@ using tests::CameraSite;
 
 class CameraDeskTest : public testing::Test {
  protected:
-  CameraDesk Desk(CameraDesk::Limits limits = {}) {
-    return {{{"bench-1", site_.url()}, {"bench-2", other_.url()}},
+  CameraDesk Desk(CameraDesk::Limits limits = {}, milliseconds timeout = milliseconds(2000)) {
+    return {{{"bench-1", site_.url(), timeout}, {"bench-2", other_.url()}},
             clock_,
             limits,
             [this](std::string_view line) {
@@ -89,15 +89,27 @@ TEST_F(CameraDeskTest, AllWhoLookWhileACameraIsAskedGetItsAnswer) {
 }
 
 TEST_F(CameraDeskTest, ASilentCameraIsGivenUpAndNotAskedAgainAtOnce) {
-  CameraDesk desk = Desk({.deadline = milliseconds(1000)});
+  CameraDesk desk = Desk({}, milliseconds(1000));
   site_.Close();
   EXPECT_THAT(Failure(desk), HasSubstr("does not answer"));
   EXPECT_THAT(Failure(desk), HasSubstr("does not answer"));
   EXPECT_EQ(site_.asked(), 1) << "nobody waits for it a second time";
   site_.Open();
-  clock_.Advance(milliseconds(2000));
-  EXPECT_TRUE(desk.Look("bench-1").ok());
+  clock_.Advance(milliseconds(10));
+  EXPECT_EQ(Failure(desk), "The camera does not answer.");
+  EXPECT_TRUE(desk.Look("bench-1", clock_.Monotonic()).ok()) << "a moment is asked for at once";
   EXPECT_THAT(log_, ElementsAre(HasSubstr("does not answer"), HasSubstr("works again")));
+}
+
+TEST_F(CameraDeskTest, ACameraThatFailedIsAskedAgainAfterAPause) {
+  CameraDesk desk = Desk();
+  site_.Answers("no picture");
+  EXPECT_NE(Failure(desk), "a picture");
+  site_.Answers("");
+  clock_.Advance(milliseconds(999));
+  EXPECT_NE(Failure(desk), "a picture");
+  clock_.Advance(milliseconds(1));
+  EXPECT_EQ(Failure(desk), "a picture");
 }
 
 TEST_F(CameraDeskTest, WhatIsNoPictureIsRefused) {
