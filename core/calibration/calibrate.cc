@@ -1,14 +1,13 @@
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <string_view>
 #include <vector>
 
 #include "core/calibration/calibrate.h"
 #include "core/calibration/channel_zeros.h"
+#include "core/calibration/clean_stretch.h"
 #include "core/calibration/coordinate_quantities.h"
 #include "core/calibration/data_sheet.h"
 #include "core/calibration/missing_physics.h"
@@ -18,9 +17,6 @@
 #include "core/calibration/usual_suspects.h"
 #include "core/calibration/visible_changes.h"
 #include "core/detection/detection_thresholds.h"
-#include "core/filter/find_hum.h"
-#include "core/filter/hum_tracker.h"
-#include "core/filter/impulses.h"
 #include "core/filter/map_fit.h"
 #include "core/filter/observation.h"
 
@@ -30,11 +26,6 @@ namespace {
 // A measured delta is believed within this, seconds: it tells when the calls were made, not what
 // the converters and their wires add.
 constexpr double kMeasuredDeltaSigmaS = 0.1e-3;
-// The second time by the rig that the first has shown.
-constexpr int kHumRounds = 2;
-// Readings that stand alone are looked for again once the fit is rid of the first.
-constexpr int kImpulseRounds = 3;
-constexpr double kFirstGate = 8.0;
 
 int CoordinateCountOf(const BenchNorm& norm) {
   if (norm.lag > 0.0) return kCoordinateMax;
@@ -73,56 +64,6 @@ std::vector<double> FirstRows(const Eigen::MatrixXd& of, int n) {
   return {part.data(), part.data() + part.size()};
 }
 
-double ShareOfReadings(std::size_t impulses, std::span<const Observation> stretch) {
-  int readings = 0;
-  for (const Observation& o : stretch) readings += std::popcount(o.mask);
-  const double all = static_cast<double>(impulses) + readings;
-  return all > 0.0 ? static_cast<double>(impulses) / all : 0.0;
-}
-
-void SayImpulses(std::size_t impulses, double share, std::vector<CalibrationCheck>& checks) {
-  if (impulses == 0) return;
-  std::array<char, 120> text{};
-  std::snprintf(text.data(),
-                text.size(),
-                "%zu readings stand alone, far from their neighbours (%.2g %%), and are left out",
-                impulses,
-                100.0 * share);
-  checks.push_back({"impulses", text.data(), share, 0.05, true});
-}
-
-void SayHum(const Hum& hum, const Calibration& calibration, std::vector<CalibrationCheck>& checks) {
-  if (!hum.any()) return;
-  std::array<char, 120> text{};
-  const double um_mv = 1e3 * hum.um.amplitude();
-  const double ia_ma = 1e3 * hum.ia.amplitude();
-  if (calibration.used_um && calibration.used_ia) {
-    std::snprintf(text.data(),
-                  text.size(),
-                  "hum of %.2f Hz, %.1f mV of um and %.1f mA of ia, is taken out",
-                  hum.frequency_hz,
-                  um_mv,
-                  ia_ma);
-  } else {
-    std::snprintf(text.data(),
-                  text.size(),
-                  "hum of %.2f Hz, %.1f %s, is taken out",
-                  hum.frequency_hz,
-                  calibration.used_um ? um_mv : ia_ma,
-                  calibration.used_um ? "mV of um" : "mA of ia");
-  }
-  checks.push_back({"hum", text.data(), hum.frequency_hz, 0.0, true});
-}
-
-std::vector<Sample> WithoutHum(std::span<const Sample> samples, const Hum& hum) {
-  std::vector<Sample> clean;
-  clean.reserve(samples.size());
-  for (const Sample& sample : samples) clean.push_back(WithoutHum(sample, hum));
-  return clean;
-}
-
-enum class Impulses { kLeftOut, kKept };
-
 Result<Calibration> CalibrateWith(std::span<const Sample> samples,
                                   const CalibrationOptions& options,
                                   Impulses impulses) {
@@ -135,77 +76,36 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
     tolerance[static_cast<std::size_t>(Coordinate::kDelta)] =
         kMeasuredDeltaSigmaS / (kDeltaUnitPeriods * period_s);
   }
-  std::vector<double> t_s;
-  const auto observe = [&](std::span<const Sample> from) {
-    t_s.clear();
-    return MakeObservations(
-        from, options.bench->readings(), options.channels, period_s, options.um_rail_v, {}, &t_s);
-  };
-  std::vector<Observation> observations = observe(samples);
+  const std::vector<Observation> as_read = ReadingsOf(samples, options).observations;
   Calibration calibration;
   calibration.period_s = period_s;
   if (!samples.empty()) {
     calibration.from_s = samples.front().t_s;
     calibration.to_s = samples.back().t_s + period_s;
   }
-  if (std::optional<Error> refusal = CheckBefore(*options.bench, observations, calibration.checks))
+  if (std::optional<Error> refusal = CheckBefore(*options.bench, as_read, calibration.checks))
     return *refusal;
-  calibration.samples = static_cast<int>(observations.size());
+  calibration.samples = static_cast<int>(as_read.size());
 
   unsigned mask = 0;
-  for (const Observation& o : observations) mask |= o.mask;
+  for (const Observation& o : as_read) mask |= o.mask;
   calibration.used_um = (mask & 1U) != 0U;
   calibration.used_ia = (mask & 2U) != 0U;
   calibration.used_n = (mask & 4U) != 0U;
 
   const int coordinates = CoordinateCountOf(norm);
-  HealthyStretch stretch{options.bench, period_s, observations, mask, {}};
   const RigParameters data_sheet{
       options.data_sheet, 1.0, 0.0, norm.mc_nm, McUnitOf(*options.bench)};
-  Explained explained = ExplainStretch(
-      stretch, data_sheet, DataSheetPrior(tolerance, 1.0, coordinates, 0), measured_delta_s);
-  const auto explain = [&] {
-    explained = ExplainStretch(
-        stretch, data_sheet, DataSheetPrior(tolerance, 1.0, coordinates, 0), measured_delta_s);
-  };
-  const auto model = [&] {
-    const RigParameters found = RigAt(stretch, explained.base, explained.fit.point);
-    return MakePredictionModel(found, explained.noise, period_s);
-  };
-  const auto take_out_hum = [&](const std::vector<Observation> with_hum) {
-    for (int round = 0; round < kHumRounds; ++round) {
-      const Hum hum = FindHum(model(), with_hum, t_s, period_s);
-      if (!hum.any()) break;
-      calibration.hum = hum;
-      observations = observe(WithoutHum(samples, hum));
-      stretch.samples = observations;
-      explain();
-    }
-  };
-  std::vector<Observation> as_read;
-  std::size_t left_out = 0;
-  const auto leave_out_impulses = [&] {
-    as_read = observations;
-    left_out = 0;
-    for (int round = 0; impulses == Impulses::kLeftOut && round < kImpulseRounds; ++round) {
-      // The first must be so far off that no model error is behind them; then nearer ones go too.
-      const ImpulseRule rule{.gate = round == 0 ? kFirstGate : kImpulseGate};
-      const std::size_t more = LeaveOutImpulses(model(), observations, rule);
-      if (more == 0) break;
-      left_out += more;
-      explain();
-    }
-  };
-  take_out_hum(observations);
-  leave_out_impulses();
-  if (left_out > 0 && !calibration.hum.any()) {
-    // A few impulses may have hidden it.
-    take_out_hum(observations);
-    if (calibration.hum.any()) leave_out_impulses();
-  }
-  SayHum(calibration.hum, calibration, calibration.checks);
-  calibration.impulse_share = ShareOfReadings(left_out, observations);
-  SayImpulses(left_out, calibration.impulse_share, calibration.checks);
+  CleanStretch clean(samples,
+                     options,
+                     mask,
+                     data_sheet,
+                     DataSheetPrior(tolerance, 1.0, coordinates, 0),
+                     measured_delta_s);
+  clean.TakeOut(impulses);
+  clean.Tell(calibration);
+  HealthyStretch stretch = clean.stretch();
+  Explained explained = clean.explained();
   if (std::optional<WithZeros> with =
           LearnZeros(stretch, data_sheet, tolerance, measured_delta_s, explained)) {
     stretch = std::move(with->stretch);
@@ -272,7 +172,7 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
                                                 rig,
                                                 noise,
                                                 period_s,
-                                                observations,
+                                                stretch.samples,
                                                 data_sheet_cost,
                                                 calibration.quantities,
                                                 static_cast<std::size_t>(coordinates),
@@ -291,7 +191,7 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
   const std::optional<SelfCheck> check =
       CheckBySelf(calibration,
                   stretch,
-                  as_read,
+                  clean.with_impulses(),
                   base,
                   best.point,
                   noise,

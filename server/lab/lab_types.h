@@ -136,7 +136,8 @@ enum class EndReason : std::uint8_t {
   kNoShow,       ///< booking not claimed in the grace time
   kOfferMissed,  ///< offer not accepted in time
   kRigFailed,
-  kOperator
+  kOperator,
+  kBooking  ///< the user's own booking begins on another rig
 };
 std::string_view Name(EndReason reason);
 

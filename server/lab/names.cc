@@ -54,8 +54,15 @@ std::string_view Name(SessionState state) {
 }
 
 std::string_view Name(EndReason reason) {
-  static constexpr std::array<std::string_view, 8> kNames = {
-      "", "ended", "expired", "idle", "no_show", "offer_missed", "rig_failed", "operator"};
+  static constexpr std::array<std::string_view, 9> kNames = {"",
+                                                             "ended",
+                                                             "expired",
+                                                             "idle",
+                                                             "no_show",
+                                                             "offer_missed",
+                                                             "rig_failed",
+                                                             "operator",
+                                                             "booking_elsewhere"};
   return Pick(kNames, reason);
 }
 

@@ -288,7 +288,7 @@ bool Scheduler::EndForBooking(Booking& booking, Session& own, WallTime now) {
   const WallTime end = std::max(own.hard_end, booking.during.end);
   const bool free = NextCommitmentBut(own.rig, own.hard_end, booking.id) >= end + policy_.cleaning;
   if (!free) {
-    Close(own, EndReason::kEnded, "your booking begins on another rig", now);
+    Close(own, EndReason::kBooking, "your booking begins on another rig", now);
     return true;
   }
   own.hard_end = end;

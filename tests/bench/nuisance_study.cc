@@ -1,6 +1,6 @@
-// A program, not a benchmark: what a laboratory adds to a record of the published bench, two kinds
-// at a time and at two strengths. Prints how often a healthy rig raises an alarm, and how many
-// faults are seen, named and how exactly sized.
+// A program, not a benchmark: what a laboratory adds to a record, two kinds at a time and at two
+// strengths, on the published bench or on one with a gear motor. Prints how often a healthy rig
+// raises an alarm, and how many faults are seen, named and how exactly sized.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -19,6 +19,7 @@ namespace {
 
 constexpr double kFaultS = 10.0;
 constexpr double kDurationS = 20.0;
+constexpr double kSpeedSpikeRpm = 30.0;  // an impulse where nothing else is read
 constexpr double kTau = 2.0 * std::numbers::pi;
 
 struct Nuisances {
@@ -37,19 +38,24 @@ struct Nuisances {
 
 struct Kind {
   const char* name;
-  void (*add)(Nuisances&, double strength);
+  void (*add)(Nuisances&, const Rig&, double strength);
 };
 constexpr Kind kKinds[] = {
-    {"tolerance", [](Nuisances& n, double s) { n.tolerance = 0.03 * s; }},
-    {"warming", [](Nuisances& n, double s) { n.warming = 0.001 * s; }},
-    {"cogging", [](Nuisances& n, double s) { n.cogging_nm = 0.05e-3 * s; }},
-    {"jitter", [](Nuisances& n, double s) { n.jitter_s = 30e-6 * s; }},
-    {"hum", [](Nuisances& n, double s) { n.hum_um_v = 0.045 * s, n.hum_ia_a = 0.005 * s; }},
-    {"impulses", [](Nuisances& n, double s) { n.impulse_rate = 0.003 * s, n.impulse_v = 2.0; }},
-    {"encoder", [](Nuisances& n, double s) { n.count_rpm = 1.579 * s; }},
+    {"tolerance", [](Nuisances& n, const Rig&, double s) { n.tolerance = 0.03 * s; }},
+    {"warming", [](Nuisances& n, const Rig&, double s) { n.warming = 0.001 * s; }},
+    {"cogging", [](Nuisances& n, const Rig&, double s) { n.cogging_nm = 0.05e-3 * s; }},
+    {"jitter", [](Nuisances& n, const Rig&, double s) { n.jitter_s = 30e-6 * s; }},
+    {"hum",
+     [](Nuisances& n, const Rig& r, double s) {
+       n.hum_um_v = 0.045 * s, n.hum_ia_a = 5.0 * std::min(r.ia_noise, 0.005) * s;
+     }},
+    {"impulses",
+     [](Nuisances& n, const Rig&, double s) { n.impulse_rate = 0.003 * s, n.impulse_v = 2.0; }},
+    {"encoder", [](Nuisances& n, const Rig& r, double s) { n.count_rpm = 6.0 / r.gear * s; }},
     {"offset",
-     [](Nuisances& n, double s) {
-       n.um_zero_v = 0.03 * s, n.ia_zero_a = 0.004 * s, n.n_gain = 0.005 * s;
+     [](Nuisances& n, const Rig& r, double s) {
+       n.um_zero_v = 0.03 * s, n.ia_zero_a = 4.0 * std::min(r.ia_noise, 0.005) * s;
+       n.n_gain = 0.005 * s;
      }},
 };
 
@@ -59,10 +65,16 @@ struct FaultKind {
   void (*apply)(Rig&);
   double (*value)(const Rig&);  // 0: not compared
 };
-constexpr FaultKind kFaults[] = {
-    {"healthy", "", [](Rig&) {}, [](const Rig&) { return 0.0; }},
+const std::vector<FaultKind> kPaperFaults = {
     {"R1=10", "R1", [](Rig& r) { r.rs += 9.0; }, [](const Rig& r) { return r.rs; }},
     {"k x0.7", "R12 R9", [](Rig& r) { r.k *= 0.7; }, [](const Rig&) { return 0.0; }},
+};
+const std::vector<FaultKind> kGearFaults = {
+    {"k x0.7", "k", [](Rig& r) { r.k *= 0.7; }, [](const Rig& r) { return r.k; }},
+    {"Ke x0.7", "Ke", [](Rig& r) { r.ke *= 0.7, r.kt *= 0.7; }, [](const Rig& r) { return r.ke; }},
+};
+const std::vector<FaultKind> kMotorFaults = {
+    {"healthy", "", [](Rig&) {}, [](const Rig&) { return 0.0; }},
     {"Ra x2", "Ra", [](Rig& r) { r.ra *= 2.0; }, [](const Rig& r) { return r.ra; }},
     {"Ra x1.3", "Ra", [](Rig& r) { r.ra *= 1.3; }, [](const Rig& r) { return r.ra; }},
     {"J x2", "J", [](Rig& r) { r.j *= 2.0; }, [](const Rig& r) { return r.j; }},
@@ -70,15 +82,48 @@ constexpr FaultKind kFaults[] = {
     {"B x10", "B", [](Rig& r) { r.b *= 10.0; }, [](const Rig& r) { return r.b; }},
 };
 
-Rig PaperRig(const Nuisances& nuisances, std::mt19937& random) {
-  Rig rig = Settings().back().rig;
-  rig.ra = 7.41;
-  rig.ke = 0.0255;
-  rig.j = 1.43e-6;
-  rig.b = 1.8e-6;
-  rig.mc = 0.4e-3;
-  rig.low_v = 2.0;
-  rig.high_v = 3.0;
+struct Studied {
+  const char* name;
+  const Bench* bench;
+  Rig rig;
+  std::vector<FaultKind> faults;
+  std::vector<Channels> channels;
+};
+
+std::vector<FaultKind> WithMotorFaults(std::vector<FaultKind> faults) {
+  faults.insert(faults.begin(), kMotorFaults.begin(), kMotorFaults.end());
+  return faults;
+}
+
+std::vector<Studied> AllStudied() {
+  const std::vector<Setting> settings = Settings();
+  Rig paper = settings.back().rig;
+  paper.ra = 7.41;
+  paper.ke = paper.kt = 0.0255;
+  paper.j = 1.43e-6;
+  paper.b = 1.8e-6;
+  paper.mc = 0.4e-3;
+  paper.low_v = 2.0;
+  paper.high_v = 3.0;
+  paper.clock = 1;
+  Rig gear = settings.front().rig;
+  gear.clock = 5;
+  Rig gear_um = gear;
+  gear_um.has_um = true;
+  static const Bench speed_motor = *hardware::LoadBench("speed-motor").value();
+  const std::vector<FaultKind> by_gear = WithMotorFaults(kGearFaults);
+  return {{"paper",
+           &paper::Bench(),
+           paper,
+           WithMotorFaults(kPaperFaults),
+           {Channels::kUmOnly, Channels::kAll}},
+          {"gear", &GearMotor(false), gear, by_gear, {Channels::kAll}},
+          {"gear+um", &GearMotor(true), gear_um, by_gear, {Channels::kAll}},
+          {"speed", &speed_motor, gear, by_gear, {Channels::kAll}}};
+}
+
+Rig RigOf(const Studied& studied, const Nuisances& nuisances, std::mt19937& random) {
+  Rig rig = studied.rig;
   std::uniform_real_distribution<double> off(1.0 - nuisances.tolerance, 1.0 + nuisances.tolerance);
   for (double Rig::*part : {&Rig::k, &Rig::rs, &Rig::ra, &Rig::ke, &Rig::j, &Rig::b, &Rig::mc}) {
     rig.*part *= off(random);
@@ -90,7 +135,8 @@ Rig PaperRig(const Nuisances& nuisances, std::mt19937& random) {
   return rig;
 }
 
-std::vector<Sample> RecordOf(const FaultKind& fault,
+std::vector<Sample> RecordOf(const Studied& studied,
+                             const FaultKind& fault,
                              const Nuisances& nuisances,
                              unsigned seed,
                              double* value) {
@@ -98,7 +144,7 @@ std::vector<Sample> RecordOf(const FaultKind& fault,
   std::normal_distribution<double> normal;
   std::bernoulli_distribution coin;
   std::bernoulli_distribution impulse(nuisances.impulse_rate);
-  const Rig rig = PaperRig(nuisances, random);
+  const Rig rig = RigOf(studied, nuisances, random);
   Rig faulty = rig;
   fault.apply(faulty);
   *value = fault.value(faulty);
@@ -106,11 +152,11 @@ std::vector<Sample> RecordOf(const FaultKind& fault,
   const double hum_hz = 50.0 + 0.05 * normal(random);
   const double hum_phase = kTau * normal(random);
   std::vector<Sample> record;
-  double before = rig.low_v;
+  double before = rig.low_v, uc = rig.low_v;
   for (int k = 0; k * rig.period_s < kDurationS; ++k) {
     const double t_s = k * rig.period_s;
     if (t_s >= kFaultS - 1e-9) motor.rig = faulty;
-    const double uc = coin(random) ? rig.high_v : rig.low_v;
+    if (k % rig.clock == 0) uc = coin(random) ? rig.high_v : rig.low_v;
     const double kept = std::exp(-rig.period_s / kFrictionTauS);
     motor.drag_nm = kept * motor.drag_nm +
                     std::sqrt(1.0 - kept * kept) * rig.friction_noise_nm * normal(random);
@@ -124,11 +170,16 @@ std::vector<Sample> RecordOf(const FaultKind& fault,
     const double hum = hum_phase + kTau * hum_hz * t_s;
     sample.um_v = motor.output_v(uc) - motor.rig.rs * motor.i + 0.015 * normal(random) +
                   nuisances.um_zero_v + nuisances.hum_um_v * std::sin(hum);
-    if (impulse(random)) sample.um_v += coin(random) ? nuisances.impulse_v : -nuisances.impulse_v;
+    const bool spiked = impulse(random);
+    const double spike = spiked ? (coin(random) ? 1.0 : -1.0) : 0.0;
+    sample.um_v += spike * nuisances.impulse_v;
     sample.ia_a = motor.i + rig.ia_noise * normal(random) + nuisances.ia_zero_a +
                   nuisances.hum_ia_a * std::sin(hum + 0.7);
-    const double n = motor.w * 30.0 / std::numbers::pi / rig.gear * (1.0 + nuisances.n_gain) +
-                     rig.n_noise * normal(random);
+    if (!rig.has_um) sample.um_v = 0.0, sample.ia_a += spike;
+    const bool speed_alone = !studied.bench->um.exists && !studied.bench->ia.exists;
+    double n = motor.w * 30.0 / std::numbers::pi / rig.gear * (1.0 + nuisances.n_gain) +
+               rig.n_noise * normal(random);
+    if (speed_alone) n += spike * kSpeedSpikeRpm;
     sample.n_rpm =
         nuisances.count_rpm > 0.0 ? nuisances.count_rpm * std::round(n / nuisances.count_rpm) : n;
     record.push_back(sample);
@@ -150,13 +201,14 @@ std::string Described(const Verdict& verdict) {
   return text + ": " + verdict.reason.substr(0, 150);
 }
 
-void Diagnose(const FaultKind& fault,
+void Diagnose(const Studied& studied,
+              const FaultKind& fault,
               const std::vector<Sample>& record,
               double value,
               Channels channels,
               const std::string& what,
               Totals& totals) {
-  DiagnosisOptions options = paper::Options();
+  DiagnosisOptions options = OptionsOf(*studied.bench);
   options.channels = channels;
   const Diagnosis diagnosis = DiagnoseRecord(record, options);
   const Verdict& verdict = diagnosis.verdict;
@@ -221,35 +273,46 @@ void Print(const char* channels, double strength, Totals& totals) {
       totals.valued);
 }
 
-}  // namespace
-}  // namespace faultlab::core
-
-// nuisance_study [SEED [STRENGTH..]]
-int main(int argc, char** argv) {
-  using namespace faultlab::core;
-  unsigned seed = argc > 1 ? static_cast<unsigned>(std::atoi(argv[1])) : 1;
-  std::vector<double> strengths;
-  for (int k = 2; k < argc; ++k) strengths.push_back(std::atof(argv[k]));
-  if (strengths.empty()) strengths = {1.0, 2.0};
-  for (const double strength : strengths) {
-    Totals by_um, by_all;
-    for (const Kind& one : kKinds) {
-      for (const Kind& other : kKinds) {
-        if (&other < &one) continue;  // with itself: that kind alone
-        Nuisances nuisances;
-        one.add(nuisances, strength);
-        other.add(nuisances, strength);
-        for (const FaultKind& fault : kFaults) {
-          double value = 0.0;
-          const std::vector<Sample> record = RecordOf(fault, nuisances, ++seed, &value);
-          const std::string what = std::string(one.name) + "+" + other.name + " " + fault.name +
-                                   " " + std::to_string(seed);
-          Diagnose(fault, record, value, Channels::kUmOnly, what, by_um);
-          Diagnose(fault, record, value, Channels::kAll, what, by_all);
+void Study(const Studied& studied, double strength, unsigned& seed) {
+  std::vector<Totals> totals(studied.channels.size());
+  for (const Kind& one : kKinds) {
+    for (const Kind& other : kKinds) {
+      if (&other < &one) continue;  // with itself: that kind alone
+      Nuisances nuisances;
+      one.add(nuisances, studied.rig, strength);
+      other.add(nuisances, studied.rig, strength);
+      for (const FaultKind& fault : studied.faults) {
+        double value = 0.0;
+        const std::vector<Sample> record = RecordOf(studied, fault, nuisances, ++seed, &value);
+        const std::string what = std::string(one.name) + "+" + other.name + " " + fault.name + " " +
+                                 std::to_string(seed);
+        for (std::size_t k = 0; k < totals.size(); ++k) {
+          Diagnose(studied, fault, record, value, studied.channels[k], what, totals[k]);
         }
       }
     }
-    Print("um", strength, by_um);
-    Print("all", strength, by_all);
   }
+  for (std::size_t k = 0; k < totals.size(); ++k) {
+    Print(studied.channels[k] == Channels::kAll ? "all" : "um", strength, totals[k]);
+  }
+}
+
+}  // namespace
+}  // namespace faultlab::core
+
+// nuisance_study [BENCH [SEED [STRENGTH..]]]
+int main(int argc, char** argv) {
+  using namespace faultlab::core;
+  const std::string bench = argc > 1 ? argv[1] : "paper";
+  unsigned seed = argc > 2 ? static_cast<unsigned>(std::atoi(argv[2])) : 1;
+  std::vector<double> strengths;
+  for (int k = 3; k < argc; ++k) strengths.push_back(std::atof(argv[k]));
+  if (strengths.empty()) strengths = {1.0, 2.0};
+  for (const Studied& studied : AllStudied()) {
+    if (studied.name != bench) continue;
+    for (const double strength : strengths) Study(studied, strength, seed);
+    return 0;
+  }
+  std::fprintf(stderr, "nuisance_study: no bench %s: paper, gear, gear+um, speed\n", bench.c_str());
+  return 2;
 }

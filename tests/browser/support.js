@@ -332,10 +332,13 @@ export async function until(read, ok) {
   }
 }
 
-/** The box of an element that has stopped moving: parts above it may be loaded late. */
+/**
+ * The box of an element that has stopped moving: parts above it may be loaded late. What is there has been painted:
+ * before that a finger meets the page of the frame before, which may let it zoom or scroll.
+ */
 export async function atRest(locator) {
   let last = "";
-  return until(
+  const box = await until(
     () => locator.boundingBox(),
     (box) => {
       const same = JSON.stringify(box) === last;
@@ -343,6 +346,10 @@ export async function atRest(locator) {
       return same;
     },
   );
+  await locator.evaluate(
+    () => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))),
+  );
+  return box;
 }
 
 /** Waits until `read()` gives what is expected; says how they differ if that never comes. */

@@ -60,12 +60,13 @@ json::object BookingToJson(const lab::Booking& booking) {
 
 /// The recording of what a person has lost: the newest of the session that has ended.
 std::optional<std::string> RunBefore(SharingApi& api, const lab::LabEvent& event) {
-  constexpr std::array<std::string_view, 7> kLosses = {"taken_over",
+  constexpr std::array<std::string_view, 8> kLosses = {"taken_over",
                                                        "handed_over",
                                                        "idle_ended",
                                                        "expired",
                                                        "operator",
                                                        "rig_failed",
+                                                       "booking_elsewhere",
                                                        "interrupted"};
   const bool loss = std::find(kLosses.begin(), kLosses.end(), event.topic) != kLosses.end();
   if (!loss || event.rig.empty()) return std::nullopt;

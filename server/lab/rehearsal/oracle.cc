@@ -41,8 +41,14 @@ bool Oracle::RigsExcused(const std::string& rig_class, WorldTime at) const {
 }
 
 void Oracle::Told(const std::vector<LabEvent>& messages, WorldTime at) {
-  static const std::set<std::string> kEnds = {
-      "ended", "expired", "idle_ended", "no_show", "offer_missed", "rig_failed", "operator"};
+  static const std::set<std::string> kEnds = {"ended",
+                                              "expired",
+                                              "idle_ended",
+                                              "no_show",
+                                              "offer_missed",
+                                              "rig_failed",
+                                              "operator",
+                                              "booking_elsewhere"};
   for (const LabEvent& message : messages) {
     const auto known = known_.find(message.session);
     if (message.topic == "idle") {  // the question
@@ -339,9 +345,10 @@ void Oracle::JudgeGone(SessionId id, Known& known, const Published& now, const M
              Text(id) + " fell though its rig is " + std::string(Name(status)) + ": " +
                  end_texts_[id]);
     }
-  } else if (topic == "ended" || topic == "operator") {
-    const bool asked = asked_to_end_.contains(id) || asked_to_leave_.contains(last.ticket) ||
-                       asked_to_cancel_.contains(last.booking);
+  } else if (topic == "ended" || topic == "operator" || topic == "booking_elsewhere") {
+    const bool asked = topic != "booking_elsewhere" &&
+                       (asked_to_end_.contains(id) || asked_to_leave_.contains(last.ticket) ||
+                        asked_to_cancel_.contains(last.booking));
     const bool due = IsDue(now, last.user, last.rig_class, moment.lab) ||
                      IsDue(now, offered_[id], last.rig_class, moment.lab) ||
                      IsDue(now, took_over_[id], last.rig_class, moment.lab);
@@ -352,7 +359,8 @@ void Oracle::JudgeGone(SessionId id, Known& known, const Published& now, const M
   } else if (person && !(excused && !was_active)) {
     Broken("told", Text(id) + " is gone and its user was not told");
   }
-  const bool surely = topic == "ended" || topic == "expired" || topic == "idle_ended";
+  const bool surely = topic == "ended" || topic == "expired" || topic == "idle_ended" ||
+                      topic == "booking_elsewhere";
   if (was_active && last.kind != TicketKind::kPractice) {
     Charge(known, moment.at, surely && !known.troubled && !excused);
   }

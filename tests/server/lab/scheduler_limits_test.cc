@@ -307,6 +307,29 @@ TEST_F(Limits, ASessionBecomesTheBookingIfItsRigIsFreeUntilTheBookingsEnd) {
   }
 }
 
+TEST_F(Limits, ASessionWhoseRigIsNotFreeForTheBookingMakesWayAndIsNotItsUsersToEnd) {
+  Anew(2);
+  const Session session = Start(kAnn, minutes(30));
+  const Booking own = Book(kAnn, hours(1), minutes(30));
+  Outage(session.rig, own.during.end, own.during.end + hours(1));
+  LabState state = lab_.state();
+  state.sessions.at(session.id).hard_end = own.during.start + minutes(1);
+  Scheduler lab(lab_.policy(), state);
+  lab.Tick(own.during.start);
+  EXPECT_EQ(lab.state().bookings.at(own.id).state, BookingState::kHeld);
+  EXPECT_NE(lab.state().bookings.at(own.id).rig, session.rig);
+  const Changes changes = lab.TakeChanges();
+  const auto gone = std::find_if(changes.sessions.begin(),
+                                 changes.sessions.end(),
+                                 [&](const Session& each) { return each.id == session.id; });
+  ASSERT_NE(gone, changes.sessions.end());
+  EXPECT_EQ(gone->end_reason, EndReason::kBooking);
+  const std::vector<Notice> told = lab.TakeNotices();
+  EXPECT_TRUE(std::any_of(told.begin(), told.end(), [&](const Notice& notice) {
+    return notice.session == session.id && notice.topic == "booking_elsewhere";
+  }));
+}
+
 TEST_F(Limits, AClockThatJumpedBeyondABookingCancelsIt) {
   for (const bool over : {false, true}) {
     Anew(1);

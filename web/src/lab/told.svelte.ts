@@ -9,6 +9,7 @@ const TOPICS = new Set([
   "expired",
   "operator",
   "rig_failed",
+  "booking_elsewhere",
   "shortened",
   "interrupted",
   "no_show",

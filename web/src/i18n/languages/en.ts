@@ -725,6 +725,8 @@ export const texts = {
     "The server has restarted and cut your run on {rig}. What was recorded is kept; you still hold the rig.",
   news_ended: "Your session has ended.",
   news_expired: "Your session on {rig} has ended: its time is over.",
+  news_booking_elsewhere:
+    "Your session on {rig} has ended: your booking begins, and it has another rig.",
   news_no_show: "Your booking of {rig} was not claimed in time and went to the queue.",
   news_offer_missed: "{rig} was offered to you, and the offer ran out.",
   news_rig_failed: "{rig} is out of service. Your session has ended and is not charged.",

@@ -924,6 +924,8 @@ export const marked: Catalogue = {
     "Server se ponovo pokrenuo i prekinuo vaš ogled na {rig}. Snimljeno je sačuvano; uređaj je i dalje vaš.",
   news_ended: "Vaša sesija je završena.",
   news_expired: "Vaša sesija na {rig} je završena: vreme je isteklo.",
+  news_booking_elsewhere:
+    "Vaša sesija na {rig} je završena: počinje vaše zakazivanje, na drugom uređaju.",
   news_no_show: "Zakazani uređaj {rig} niste preuzeli na vreme i pripao je redu.",
   news_offer_missed: "{rig} vam je bio ponuđen, ali je ponuda istekla.",
   news_rig_failed: "{rig} je van upotrebe. Vaša sesija je završena i ne računa se.",

@@ -1,0 +1,238 @@
+#include "core/diagnosis/rig_watch.h"
+
+#include <utility>
+
+#include "core/diagnosis/paper_view.h"
+#include "core/filter/rig_parameters.h"
+#include "core/isolation/fit_context.h"
+
+namespace faultlab::core {
+namespace {
+
+// An alarm is withdrawn when no fault explains it. If a fault explains it a little, it may be a
+// small fault, and more data is needed first.
+constexpr double kWithdrawGain = 8.0;
+constexpr std::size_t kWithdrawAfter = 500;
+// The detector of small changes, which have been going on for a while when it raises an alarm.
+constexpr const char* kOfSeconds = "glr_500";
+constexpr const char* kBeingWorkedOut = "something has changed; what, is being worked out";
+
+// The calibrated rig with `faults`, its coordinates moved by `shift` (all of them, or none).
+RigParameters ReferenceRig(const Calibration& calibration,
+                           const std::vector<Candidate>& faults,
+                           const std::vector<double>& shift,
+                           double period_s) {
+  RigParameters rig = ParametersOf(calibration);
+  if (!shift.empty()) {
+    const auto n = static_cast<Eigen::Index>(shift.size());
+    rig = WithOffsets(rig, Eigen::Map<const Eigen::VectorXd>(shift.data(), n), period_s);
+  }
+  for (const Candidate& fault : faults) rig = WithComponent(rig, fault.component, fault.value);
+  return rig;
+}
+
+Verdict NominalVerdict(std::string reason) {
+  Verdict verdict;
+  verdict.kind = VerdictKind::kNominal;
+  verdict.settled = true;
+  verdict.reason = std::move(reason);
+  return verdict;
+}
+
+}  // namespace
+
+RigWatch::RigWatch(const DiagnosisOptions& options,
+                   std::shared_ptr<const Calibration> calibration,
+                   std::uint64_t next_id)
+    : options_(options),
+      calibration_(std::move(calibration)),
+      builder_(options.bench->readings(),
+               options.channels,
+               options.period_s,
+               options.um_rail_v,
+               ZerosOf(*calibration_)),
+      record_(options.period_s),
+      noise_scale_(calibration_->samples),
+      next_id_(next_id),
+      oldest_valid_id_(next_id) {
+  if (calibration_->hum.any())
+    hum_.emplace(calibration_->hum, NoiseOf(*calibration_), options.period_s);
+  WatchFor({}, {}, calibration_->samples);
+  Publish(NominalVerdict("the record fits the calibrated rig"));
+}
+
+void RigWatch::Publish(Verdict next) {
+  verdict_ = std::move(next);
+  ++version_;
+}
+
+std::optional<IsolationTask> RigWatch::TakeTask() {
+  return std::exchange(pending_, std::nullopt);
+}
+
+void RigWatch::WatchFor(const std::vector<Candidate>& faults,
+                        const std::vector<double>& shift,
+                        int samples) {
+  detector_.emplace(*options_.bench,
+                    ReferenceRig(*calibration_, faults, shift, options_.period_s),
+                    DetectionNoiseOf(*calibration_),
+                    options_.period_s,
+                    calibration_->mask(),
+                    calibration_->thresholds,
+                    samples,
+                    noise_scale_,
+                    faults.empty() ? 0.0 : options_.bench->n.step_s,
+                    calibration_->impulse_share > 0.0 || impulse_seen_);
+  detector_fresh_ = true;
+  only_sharp_ = false;
+  watched_ = faults;
+}
+
+void RigWatch::Push(const Sample& as_read) {
+  const Sample sample = hum_ ? hum_->Clean(as_read) : as_read;
+  Observation observation;
+  if (!builder_.Push(sample, observation)) return;
+  if (alarmed_) {
+    record_.Append(sample);
+  } else {
+    record_.Remember(sample);
+  }
+  if (detector_) {
+    if (detector_fresh_) observation.restart = true;
+    detector_fresh_ = false;
+    const std::optional<Alarm> alarm = detector_->Push(observation);
+    if (alarm && (!only_sharp_ || TakesThePlace(*alarm))) {
+      OnAlarm(*alarm, sample);
+      return;
+    }
+    if (hum_ && !only_sharp_) {
+      const auto [um_v, ia_a, w_rad_s] = detector_->BoundedInnovations();
+      hum_->Learn(sample.t_s, um_v, ia_a);
+    }
+  }
+  if (alarmed_ && record_.FitIsDue()) {
+    pending_ = MakeTask();
+    record_.ScheduleNextFit();
+  }
+}
+
+/// A reading that is far off by itself, while an alarm of accumulated evidence is worked out: of
+/// seconds, in which a rig may have warmed up; of less, where it is much farther off than what
+/// raised that alarm can have been.
+bool RigWatch::TakesThePlace(const Alarm& alarm) const {
+  constexpr double kMuchFarther = 2.0;
+  return alarm.sharp &&
+         (alarm_detector_ == kOfSeconds || alarm.statistic > kMuchFarther * alarm.threshold);
+}
+
+void RigWatch::OnAlarm(const Alarm& alarm, const Sample& sample) {
+  record_.Open(alarm, alarmed_);
+  alarm_t_s_ = sample.t_s;
+  alarm_detector_ = alarm.detector;
+  oldest_valid_id_ = next_id_;
+  reference_ = watched_;
+  pending_.reset();
+  if (only_sharp_) {
+    // What was being worked out was not this: a warming winding, say, a moment before a fault.
+    if (!held_back_ && verdict_.group.empty()) episodes_.Withdraw();
+    only_sharp_ = false;
+  } else {
+    noise_scale_ = detector_->noise_scale();
+    only_sharp_ = alarm_detector_.starts_with("glr");
+  }
+  if (!only_sharp_) detector_.reset();
+  alarmed_ = true;
+  // The next step of a rig that warms up is told only if it turns out to be something else.
+  held_back_ = warms_up_ && reference_.empty() && alarm_detector_.starts_with("glr");
+  if (held_back_) return;
+  Verdict next = AlarmVerdict();
+  episodes_.Open(next);
+  Publish(std::move(next));
+}
+
+IsolationTask RigWatch::MakeTask() {
+  IsolationTask task;
+  record_.Fill(task);
+  task.id = next_id_++;
+  task.calibration = calibration_;
+  task.options = {options_.bench,
+                  options_.channels,
+                  options_.values,
+                  options_.motor_faults,
+                  options_.period_s,
+                  options_.um_rail_v};
+  task.reference = reference_;
+  task.alarm_t_s = alarm_t_s_;
+  task.detector = alarm_detector_;
+  return task;
+}
+
+void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
+  if (result.id < oldest_valid_id_ || !alarmed_) return;
+  Verdict next = std::move(result.verdict);
+  if (result.onset) record_.SetOnset(*result.onset);
+  if (!next.onset_s) next.onset_s = record_.onset_t_s();
+  next.path = PaperMethodsAt(*options_.bench, frame, *calibration_).path;
+  if (result.returned_to_nominal) {
+    // Do not withdraw a small fault before the window has filled.
+    if (!next.settled) return;
+    if (result.gain > kWithdrawGain &&
+        record_.since_alarm() < SpanOf(kWithdrawAfter, options_.period_s))
+      return;
+    ReturnToNominal(next, result.warmed ? result.shift : std::vector<double>{});
+    return;
+  }
+  if (held_back_) {
+    held_back_ = false;
+    episodes_.Open(AlarmVerdict());
+  }
+  episodes_.Update(next, result.shape, alarm_t_s_);
+  const bool watchable = next.settled && next.kind == VerdictKind::kFault &&
+                         result.shape == FaultShape::kAbrupt && !result.present.empty();
+  if (watchable) {
+    WatchFor(result.present, result.shift, static_cast<int>(record_.since_alarm()));
+  } else if (next.settled && only_sharp_) {
+    detector_.reset();
+    only_sharp_ = false;
+  }
+  Publish(std::move(next));
+}
+
+/// @param shift  where a rig that has warmed up is now
+void RigWatch::ReturnToNominal(const Verdict& last, const std::vector<double>& shift) {
+  if (!held_back_) episodes_.Withdraw();
+  held_back_ = false;
+  warms_up_ = warms_up_ || !shift.empty();
+  impulse_seen_ = impulse_seen_ || (shift.empty() && alarm_detector_ == "residual");
+  record_.Close();
+  alarmed_ = false;
+  WatchFor({}, shift, calibration_->samples);
+  Publish(NominalVerdict(last.reason));
+}
+
+/// Of an alarm of which nothing else is known yet.
+Verdict RigWatch::AlarmVerdict() const {
+  Verdict next;
+  next.kind = VerdictKind::kFault;
+  next.detected_at_s = alarm_t_s_;
+  next.onset_s = record_.onset_t_s();
+  next.detector = alarm_detector_;
+  next.reason = kBeingWorkedOut;
+  return next;
+}
+
+void RigWatch::Finish(const Frame& frame) {
+  if (alarmed_ && record_.since_alarm() > 0) {
+    IsolationTask last = MakeTask();
+    last.settled = true;
+    Accept(Isolate(last), frame);
+  }
+  if (verdict_.reason != kBeingWorkedOut) return;
+  Verdict last = verdict_;
+  last.kind = VerdictKind::kUnknownFault;
+  last.reason = "something has changed just before the end: too little follows to say what";
+  episodes_.Update(last, FaultShape::kAbrupt, alarm_t_s_);
+  Publish(std::move(last));
+}
+
+}  // namespace faultlab::core

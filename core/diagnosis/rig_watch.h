@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/detection/detector.h"
+#include "core/diagnosis/alarm_record.h"
+#include "core/diagnosis/diagnosis.h"
+#include "core/diagnosis/diagnosis_options.h"
+#include "core/diagnosis/fault_episodes.h"
+#include "core/filter/hum_tracker.h"
+#include "core/filter/observation.h"
+#include "core/isolation/isolation.h"
+#include "core/types/calibration.h"
+#include "core/types/frame.h"
+#include "core/types/sample.h"
+#include "core/types/verdict.h"
+
+namespace faultlab::core {
+
+/// Watches a calibrated rig: detects a change, has it worked out, and says what is known of it.
+///
+///   Sample --Push--> Detector --alarm--> TakeTask --IsolationTask--> Isolate (any thread)
+///                       ^                                               |
+///                       +---- reference model ---- Accept <-------------+--> verdict()
+class RigWatch {
+ public:
+  /// @param options  outlive this object
+  /// @param calibration  never null; hum in it has the phase that it has in this run
+  /// @param next_id  of the first task
+  RigWatch(const DiagnosisOptions& options,
+           std::shared_ptr<const Calibration> calibration,
+           std::uint64_t next_id);
+
+  void Push(const Sample& sample);
+  /// What is to be worked out, if there is anything; a newer one replaces one not yet taken.
+  std::optional<IsolationTask> TakeTask();
+  /// Results of alarms that are no longer open have no effect.
+  /// @param frame  the newest, of which the paper's path is told
+  void Accept(IsolationResult&& result, const Frame& frame);
+  /// No sample follows: answers what is open with all data.
+  void Finish(const Frame& frame);
+
+  const Verdict& verdict() const { return verdict_; }
+  /// From 1; increases whenever verdict() changes.
+  std::uint64_t verdict_version() const { return version_; }
+  const std::vector<FaultEpisode>& episodes() const { return episodes_.list(); }
+  std::uint64_t next_id() const { return next_id_; }
+
+ private:
+  void Publish(Verdict next);
+  /// The model carries `faults`, its coordinates are moved by `shift` (all of them, or none).
+  void WatchFor(const std::vector<Candidate>& faults,
+                const std::vector<double>& shift,
+                int samples);
+  bool TakesThePlace(const Alarm& alarm) const;
+  void OnAlarm(const Alarm& alarm, const Sample& sample);
+  IsolationTask MakeTask();
+  void ReturnToNominal(const Verdict& last, const std::vector<double>& shift);
+  Verdict AlarmVerdict() const;
+
+  const DiagnosisOptions& options_;
+  const std::shared_ptr<const Calibration> calibration_;
+  ObservationBuilder builder_;
+  AlarmRecord record_;
+  std::optional<Detector> detector_;
+  std::optional<HumTracker> hum_;
+  NoiseScale noise_scale_;  // outlives the detectors that learn it
+  bool detector_fresh_ = false;
+  bool alarmed_ = false;
+  // While an alarm of accumulated evidence is worked out: only what is far off by itself is
+  // another.
+  bool only_sharp_ = false;
+  std::optional<IsolationTask> pending_;
+  std::uint64_t next_id_;
+  std::uint64_t oldest_valid_id_;
+  std::vector<Candidate> reference_;  // faults carried by the model before the present alarm
+  std::vector<Candidate> watched_;    // faults carried by the detector's model
+  double alarm_t_s_ = 0.0;
+  std::string alarm_detector_;
+  FaultEpisodes episodes_;
+  bool warms_up_ = false;      // it has been found to
+  bool impulse_seen_ = false;  // one reading has raised an alarm, and nothing was behind it
+  bool held_back_ = false;     // the newest alarm is not published yet
+  Verdict verdict_;
+  std::uint64_t version_ = 0;
+};
+
+}  // namespace faultlab::core
