@@ -32,6 +32,8 @@ constexpr double kSecondFaultCost = 20.0;
 constexpr double kSecondFaultShare = 0.03;
 // Gain of a fault that the detector of small changes has just noticed.
 constexpr double kHardlyVisible = 100.0;
+// Four standard deviations.
+constexpr double kStrained = 16.0;
 // History that is searched for the onset.
 constexpr std::size_t kOnsetHistory = 120;
 constexpr std::size_t kAllAlong = 10;
@@ -83,18 +85,23 @@ class Isolation {
       result.verdict.reason = "too few samples after the alarm";
       return result;
     }
-    IsolationResult result = Conclude(nominal_);
-    if (result.verdict.kind == VerdictKind::kUnknownFault && !result.verdict.sensor) {
-      result = WithoutOddReadings(std::move(result));
+    Conclusion cold = Conclude(nominal_);
+    if (cold.result.verdict.kind == VerdictKind::kUnknownFault && !cold.result.verdict.sensor) {
+      cold = WithoutOddReadings(std::move(cold));
     }
-    if (!MayBeWarming(result)) return result;
-    IsolationResult warm = Conclude(Warmed());
+    IsolationResult& result = cold.result;
+    const bool maybe_healthy = MayBeWarming(result);
+    if (!maybe_healthy && !IsStrained(cold)) return result;
+    Conclusion warmed = Conclude(Warmed());
+    IsolationResult& warm = warmed.result;
     if (!warm.returned_to_nominal) {
       const bool explains_more = warm.verdict.kind == VerdictKind::kFault &&
                                  (result.verdict.kind == VerdictKind::kUnknownFault ||
-                                  warm.present.size() < result.present.size());
+                                  warm.present.size() < result.present.size() ||
+                                  (BySpeedAlone() && warmed.cost + kFaultGain < cold.cost));
       return explains_more ? warm : result;
     }
+    if (!maybe_healthy) return result;
     warm.warmed = true;
     warm.verdict.reason = WarmingSentence(Eigen::Map<const Eigen::VectorXd>(
         warm.shift.data(), static_cast<Eigen::Index>(warm.shift.size())));
@@ -111,7 +118,13 @@ class Isolation {
     return result;
   }
 
-  IsolationResult Conclude(const FitContext& nominal) {
+  struct Conclusion {
+    IsolationResult result;
+    double cost = 0.0;    // of the best fit
+    double strain = 0.0;  // what it pays of that because the coordinates are off their prior
+  };
+
+  Conclusion Conclude(const FitContext& nominal) {
     IsolationResult result = Empty();
     FitContext on_top = nominal;
     for (const Candidate& fault : task_.reference) {
@@ -136,21 +149,33 @@ class Isolation {
       }
     }
     FillVerdict(explanation, second, result);
-    return result;
+    const HypothesisFit& best = explanation.set.best();
+    const GaussianPrior& prior = explanation.context.calibration;
+    const Eigen::VectorXd off = best.nuisance - prior.mean;
+    return {std::move(result), best.cost, off.dot(prior.information * off)};
   }
 
   // Rare impulses, or hum that nobody could follow.
-  IsolationResult WithoutOddReadings(IsolationResult unknown) {
+  Conclusion WithoutOddReadings(Conclusion unknown) {
     for (const auto take_out : {&CleanReadings::LeaveOutRare, &CleanReadings::TakeOutHum}) {
       if ((readings_.*take_out)(nominal_)) {
-        IsolationResult without = Conclude(nominal_);
-        const bool explained =
-            without.verdict.kind == VerdictKind::kFault || without.returned_to_nominal;
+        Conclusion without = Conclude(nominal_);
+        const bool explained = without.result.verdict.kind == VerdictKind::kFault ||
+                               without.result.returned_to_nominal;
         if (explained) return without;
       }
       readings_.PutBack();
     }
     return unknown;
+  }
+
+  bool BySpeedAlone() const { return !task_.calibration->used_um && !task_.calibration->used_ia; }
+
+  // By the speed alone, a fault that needs a rig far off what was learnt may be another one of a
+  // rig that has warmed up.
+  bool IsStrained(const Conclusion& cold) const {
+    return BySpeedAlone() && task_.options.bench->norm.warming > 0.0 && cold.strain > kStrained &&
+           cold.result.verdict.kind == VerdictKind::kFault;
   }
 
   // A small change of Ra, Ke or B among the faults or what cannot be told from them, a hardly
@@ -168,7 +193,14 @@ class Isolation {
         (result.verdict.kind == VerdictKind::kUnknownFault || result.gain < kHardlyVisible)) {
       return true;
     }
-    const auto within = [&](const Candidate& each) { return IsWithinWarming(bench, each); };
+    const PlantParameters& healthy = nominal_.rig.plant;
+    // The speed alone hardly tells Ra, J and Ke apart.
+    const bool by_speed = BySpeedAlone();
+    const auto within = [&](const Candidate& each) {
+      const double change = std::abs(std::log(each.value / healthy.Get(each.component)));
+      return IsWithinWarming(bench.norm, healthy, each) ||
+             (by_speed && change < bench.norm.warming);
+    };
     const std::vector<Component>& group = result.verdict.group;
     const auto& candidates = result.verdict.candidates;
     return std::any_of(result.present.begin(), result.present.end(), within) ||

@@ -34,12 +34,13 @@ void Widen(const BenchNorm& norm, double seconds, GaussianPrior& prior) {
   prior.information = covariance.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
 }
 
-bool IsWithinWarming(const Bench& bench, const Candidate& candidate) {
-  const double change =
-      std::abs(std::log(candidate.value / bench.nominal.Get(candidate.component)));
+bool IsWithinWarming(const BenchNorm& norm,
+                     const PlantParameters& healthy,
+                     const Candidate& candidate) {
+  const double change = std::abs(std::log(candidate.value / healthy.Get(candidate.component)));
   const int parameter = candidate.component.info().parameter;
   return std::any_of(kWalks.begin(), kWalks.end(), [&](const Walk& walk) {
-    return walk.parameter == parameter && change < walk.share * bench.norm.warming;
+    return walk.parameter == parameter && change < walk.share * norm.warming;
   });
 }
 

@@ -18,8 +18,11 @@ namespace faultlab::core {
 /// Adds to `prior` what may have happened in so many seconds.
 void Widen(const BenchNorm& norm, double seconds, GaussianPrior& prior);
 
-/// Whether so small a change of a component is as far as the rig may move: of Ra, Ke or B alone.
-bool IsWithinWarming(const Bench& bench, const Candidate& candidate);
+/// Whether a change of Ra, Ke or B alone is as small as warming may make it.
+/// @param healthy  the rig as it was learnt
+bool IsWithinWarming(const BenchNorm& norm,
+                     const PlantParameters& healthy,
+                     const Candidate& candidate);
 
 /// "the winding has moved by +1.7 %, as that of a rig that warms up does"
 std::string WarmingSentence(const Eigen::VectorXd& shift);
