@@ -143,7 +143,7 @@ void RigWatch::OnAlarm(const Alarm& alarm, const Sample& sample) {
   if (!only_sharp_) detector_.reset();
   alarmed_ = true;
   // The next step of a rig that warms up is told only if it turns out to be something else.
-  held_back_ = warms_up_ && reference_.empty() && alarm_detector_.starts_with("glr");
+  held_back_ = warms_up_ && alarm_detector_.starts_with("glr");
   if (held_back_) return;
   Verdict next = AlarmVerdict();
   episodes_.Open(next);
@@ -173,6 +173,10 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
   if (result.onset) record_.SetOnset(*result.onset);
   if (!next.onset_s) next.onset_s = record_.onset_t_s();
   next.path = PaperMethodsAt(*options_.bench, frame, *calibration_).path;
+  if (held_back_ && !(result.returned_to_nominal && reference_.empty())) {
+    held_back_ = false;
+    episodes_.Open(AlarmVerdict());
+  }
   if (result.returned_to_nominal) {
     // Do not withdraw a small fault before the window has filled.
     if (!next.settled) return;
@@ -181,10 +185,6 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
       return;
     ReturnToNominal(next, result.warmed ? result.shift : std::vector<double>{});
     return;
-  }
-  if (held_back_) {
-    held_back_ = false;
-    episodes_.Open(AlarmVerdict());
   }
   episodes_.Update(next, result.shape, alarm_t_s_);
   const bool watchable = next.settled && next.kind == VerdictKind::kFault &&

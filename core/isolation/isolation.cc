@@ -91,14 +91,17 @@ class Isolation {
     }
     IsolationResult& result = cold.result;
     const bool maybe_healthy = MayBeWarming(result);
-    if (!maybe_healthy && !IsStrained(cold)) return result;
+    const bool heals = NamesAnotherInstead(result);
+    if (!maybe_healthy && !heals && !IsStrained(cold)) return result;
     Conclusion warmed = Conclude(Warmed());
     IsolationResult& warm = warmed.result;
     if (!warm.returned_to_nominal) {
-      const bool explains_more = warm.verdict.kind == VerdictKind::kFault &&
-                                 (result.verdict.kind == VerdictKind::kUnknownFault ||
-                                  warm.present.size() < result.present.size() ||
-                                  (BySpeedAlone() && warmed.cost + kFaultGain < cold.cost));
+      const bool explains_more =
+          warm.verdict.kind == VerdictKind::kFault &&
+          (result.verdict.kind == VerdictKind::kUnknownFault ||
+           warm.present.size() < result.present.size() ||
+           (BySpeedAlone() && warmed.cost + kFaultGain < cold.cost) ||
+           (heals && !NamesAnotherInstead(warm) && warmed.cost < cold.cost + kFaultGain));
       return explains_more ? warm : result;
     }
     if (!maybe_healthy) return result;
@@ -169,7 +172,19 @@ class Isolation {
     return unknown;
   }
 
+  // What comes at once is no warming.
+  bool IsSlow() const { return task_.detector.starts_with("glr"); }
+
   bool BySpeedAlone() const { return !task_.calibration->used_um && !task_.calibration->used_ia; }
+
+  // No part heals while another fails: the fault that was known is more likely on a rig that has
+  // warmed up meanwhile.
+  bool NamesAnotherInstead(const IsolationResult& result) const {
+    const std::vector<Component>& group = result.verdict.group;
+    return IsSlow() && task_.options.bench->norm.warming > 0.0 && task_.reference.size() == 1 &&
+           result.verdict.kind == VerdictKind::kFault && result.present.size() == 1 &&
+           std::find(group.begin(), group.end(), task_.reference.front().component) == group.end();
+  }
 
   // By the speed alone, a fault that needs a rig far off what was learnt may be another one of a
   // rig that has warmed up.
@@ -182,9 +197,8 @@ class Isolation {
   // visible one of another component, or something that no component explains.
   bool MayBeWarming(const IsolationResult& result) const {
     const Bench& bench = *task_.options.bench;
-    // What comes at once is no warming.
-    const bool slow = task_.detector.starts_with("glr");
-    if (!slow || bench.norm.warming <= 0.0 || result.returned_to_nominal || result.verdict.sensor) {
+    if (!IsSlow() || bench.norm.warming <= 0.0 || result.returned_to_nominal ||
+        result.verdict.sensor) {
       return false;
     }
     // um alone does not show it; there only a part that is named may be one.

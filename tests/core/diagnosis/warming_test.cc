@@ -5,7 +5,9 @@
 
 #include "core/diagnosis/diagnose_record.h"
 #include "core/diagnosis/pipeline.h"
+#include "hardware/bench/benches.h"
 #include "tests/core/bench_records.h"
+#include "tests/core/diagnosis/real_motors.h"
 #include "tests/core/diagnosis/verdicts.h"
 #include "tests/paper_bench.h"
 
@@ -100,6 +102,41 @@ TEST(Warming, IsNotWhatComesAtOnceOrTooFast) {
     const Verdict verdict = VerdictOf({fault}, 151);
     EXPECT_EQ(verdict.kind, VerdictKind::kFault) << verdict.reason;
     EXPECT_TRUE(Names(verdict, paper::kRa)) << verdict.reason;
+  }
+}
+
+// A gear motor of which the speed alone is read: it hardly tells Ra, J and Ke apart.
+class WarmingSpeedMotor : public testing::Test {
+ protected:
+  WarmingSpeedMotor() : bench_(*hardware::LoadBench("speed-motor").value()) {
+    rig_.clock = 5;
+    rig_.physics = {.warming_per_s = 0.002, .magnet = 0.1};
+  }
+
+  Diagnosis Diagnose(const Rig& faulty, unsigned seed) const {
+    return DiagnoseRecord(RecordFor(rig_, faulty, 10.0, 20.0, seed), OptionsOf(bench_));
+  }
+
+  const Bench& bench_;
+  Rig rig_ = Settings().front().rig;
+};
+
+TEST_F(WarmingSpeedMotor, IsHealthy) {
+  for (unsigned seed = 201; seed < 213; ++seed) {
+    const Diagnosis diagnosis = Diagnose(rig_, seed);
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal)
+        << seed << ": " << diagnosis.verdict.reason;
+    EXPECT_TRUE(diagnosis.episodes.empty()) << seed;
+  }
+}
+
+TEST_F(WarmingSpeedMotor, HasItsFaultNamed) {
+  Rig faulty = rig_;
+  faulty.k *= 0.7;
+  for (unsigned seed = 221; seed < 233; ++seed) {
+    const Verdict verdict = Diagnose(faulty, seed).verdict;
+    EXPECT_EQ(verdict.kind, VerdictKind::kFault) << seed << ": " << verdict.reason;
+    EXPECT_TRUE(Names(verdict, bench_.Find("k").value())) << seed << ": " << verdict.reason;
   }
 }
 
