@@ -34,6 +34,19 @@ const focused = (page) =>
     return activeElement === document.body ? "BODY" : (activeElement?.tagName ?? "none");
   });
 /** Waits until the keyboard has a place. */
+/** Requests that wait on their way to the server, until they are let go. */
+async function holdRequests(page, url) {
+  const held = [];
+  let open = false;
+  await page.route(url, (route) => (open ? route.continue() : held.push(route)));
+  return {
+    async letGo() {
+      open = true;
+      assert.ok(held.length > 0, "else nothing was held");
+      await Promise.all(held.map((route) => route.continue()));
+    },
+  };
+}
 const hasFocus = (page) => page.waitForFunction(() => document.activeElement !== document.body);
 
 describe("in the lab", { timeout: SUITE_MS }, () => {
@@ -265,10 +278,12 @@ describe("when the link is cut or the server restarts", { timeout: SUITE_MS }, (
     async () => {
       const wire = await startWire(server.url);
       const { page, close } = await openPage(browser, wire.url, { allow: CUT });
+      const parts = await holdRequests(page, /\/gestures-/); // a part that is still on its way
       const run = await startPaperRun(page);
       await hasFocus(page);
       await waitForRunTime(page, 1);
       wire.cut();
+      await parts.letGo();
       await page.getByText("reconnecting").waitFor();
       await page.getByRole("button", { name: "Stop" }).click();
       const notice = page.getByRole("alert").filter({ hasText: "Stop waits and is sent" });
@@ -282,6 +297,7 @@ describe("when the link is cut or the server restarts", { timeout: SUITE_MS }, (
       await page.locator(".chip", { hasText: /^by hand$/ }).waitFor();
       assert.notEqual(await focused(page), "BODY");
       assert.equal(await notice.count(), 0);
+      await page.locator('.signals .plot[style*="pan-y"]').first().waitFor(); // fingers work, too
       await close();
       wire.close();
     },

@@ -45,6 +45,8 @@ describe("signals", { timeout: SUITE_MS }, () => {
     await waitForReview(opened.page);
     const area = opened.page.locator(`${PLOT} .u-over`).first();
     await area.waitFor();
+    // What wheel and fingers do is loaded after the charts.
+    await opened.page.locator(`${PLOT}[style*="pan-y"]`).first().waitFor();
     return { ...opened, area };
   }
   const spanOf = async (page) => Number(await page.getByLabel("Time window").inputValue());

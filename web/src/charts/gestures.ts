@@ -169,9 +169,11 @@ export function attachGestures(host: HTMLElement, actions: GestureActions): () =
   for (const [kind, listener, options] of listeners) {
     host.addEventListener(kind, listener as EventListener, options);
   }
+  host.style.touchAction = "pan-y";
   return () => {
     for (const [kind, listener, options] of listeners) {
       host.removeEventListener(kind, listener as EventListener, options);
     }
+    host.style.touchAction = "";
   };
 }

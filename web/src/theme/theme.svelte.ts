@@ -1,4 +1,5 @@
 import { flushSync } from "svelte";
+import { build } from "../shell/build.svelte";
 import { dark, light, type Tokens } from "./tokens";
 
 export type ThemeChoice = "auto" | "light" | "dark";
@@ -36,7 +37,7 @@ class Theme {
     const forced = matchMedia("(forced-colors: active)");
     const follow = () => {
       this.forced = forced.matches;
-      if (this.forced) void import("./forced.css");
+      if (this.forced) void build.part(() => import("./forced.css"));
     };
     follow();
     forced.addEventListener("change", follow);
