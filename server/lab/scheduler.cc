@@ -238,9 +238,8 @@ void Scheduler::Close(Session& session,
     } else if (reason == EndReason::kNoShow) {
       b.state = BookingState::kNoShow;
     } else if (failed) {
-      b.state = BookingState::kBooked;
+      b.state = BookingState::kBooked;  // the next tick plans another rig, if this one is out
       b.session = {};
-      b.rig.clear();  // the next tick plans another rig
     } else {
       b.state = BookingState::kCancelled;
     }

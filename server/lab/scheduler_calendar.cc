@@ -19,6 +19,14 @@ bool Live(const Booking& booking) {
          booking.state == BookingState::kClaimed;
 }
 
+/// An outage of the rig in this time; null if there is none.
+const Outage* OutageIn(const LabState& state, const RigId& rig, const Interval& during) {
+  for (const auto& [id, outage] : state.outages) {
+    if (outage.rig == rig && outage.during.Overlaps(during)) return &outage;
+  }
+  return nullptr;
+}
+
 Error Invalid(const char* message, const char* field, const char* reason) {
   return {ErrorCode::kInvalid, message, field, reason};
 }
@@ -204,11 +212,14 @@ void Scheduler::ReplanBookings(const std::string& rig_class, WallTime horizon, W
   for (auto& [id, booking] : state_.bookings) {
     if (booking.state != BookingState::kBooked || booking.rig_class != rig_class) continue;
     if (booking.during.start > horizon || booking.during.end <= now) continue;
-    const Rig* rig = FindRig(booking.rig);
-    if (rig != nullptr && Promising(state_, *rig, now)) continue;
-    const std::string reason = rig == nullptr ? "rig_gone" : "rig_out";
-    const std::string why = rig == nullptr ? "" : rig->reason;
     const Interval rest{std::max(booking.during.start, now), booking.during.end};
+    const Rig* rig = FindRig(booking.rig);
+    const Outage* outage = OutageIn(state_, booking.rig, rest);
+    if (rig != nullptr && outage == nullptr && Promising(state_, *rig, now)) continue;
+    const std::string reason = rig == nullptr      ? "rig_gone"
+                               : outage != nullptr ? "outage"
+                                                   : "rig_out";
+    const std::string why = rig == nullptr ? "" : outage != nullptr ? outage->reason : rig->reason;
     const Rig* other = FindFreeRig(state_, rig_class, rest, now, policy_, "", id);
     if (other != nullptr) {
       booking.rig = other->id;

@@ -236,7 +236,17 @@ void Diagnose(const Studied& studied,
       const Candidate& c = verdict.candidates.front();
       totals.errors.push_back(std::abs(c.value / value - 1.0));
       ++totals.valued;
-      totals.covered += std::abs(c.value - value) <= 1.96 * c.sigma;
+      const double off = (c.value - value) / c.sigma;
+      totals.covered += std::abs(off) <= 1.96;
+      if (std::abs(off) > 1.96) {
+        std::printf("OUTSIDE %s %s: %.4g +- %.2g, is %.4g: %.1f sigma\n",
+                    what.c_str(),
+                    channels == Channels::kAll ? "all" : "um",
+                    c.value,
+                    c.sigma,
+                    value,
+                    off);
+      }
     }
   }
   if (missed.empty()) return;

@@ -193,6 +193,42 @@ TEST_F(Rigs, BookingsOfADeadRigMoveToAnEqualOne) {
   EXPECT_THAT(Told(kAnn), Contains("moved"));
 }
 
+TEST_F(Rigs, WhoseHeldRigIsLostIsToldWhyTheBookingMoved) {
+  AddReadyRigs(3);
+  const Booking booking = Book(kAnn, minutes(10), minutes(30));
+  Pass(minutes(10));
+  const auto rig = [&] { return lab_.state().bookings.at(booking.id).rig; };
+  const auto moved = [&](const std::string& from) {
+    EXPECT_EQ(lab_.state().bookings.at(booking.id).state, BookingState::kHeld);
+    EXPECT_NE(rig(), from);
+    const std::vector<Notice> told = lab_.TakeNotices();
+    const auto found = std::ranges::find(told, "moved", &Notice::topic);
+    return found == told.end() ? "nothing" : found->reason + ": " + found->why;
+  };
+  std::string before = rig();
+  ASSERT_TRUE(lab_.RigOffline(before, "its server does not answer", now_).ok());
+  EXPECT_EQ(moved(before), "rig_out: its server does not answer");
+  before = rig();
+  ASSERT_TRUE(lab_.Quarantine(before, "smoke", now_).ok());
+  EXPECT_EQ(moved(before), "rig_out: smoke");
+}
+
+TEST_F(Rigs, WhoseHeldRigIsNeededByAnOutageIsToldThatTheBookingMovedForIt) {
+  AddReadyRigs(2);
+  const Booking booking = Book(kAnn, minutes(10), minutes(30));
+  Pass(minutes(10));
+  const std::string before = lab_.state().bookings.at(booking.id).rig;
+  ASSERT_TRUE(lab_.AddOutage(before, {now_ + minutes(2), now_ + hours(1)}, "brushes", now_).ok());
+  Pass(minutes(2));
+  const Booking& after = lab_.state().bookings.at(booking.id);
+  EXPECT_EQ(after.state, BookingState::kHeld);
+  EXPECT_NE(after.rig, before);
+  const std::vector<Notice> told = lab_.TakeNotices();
+  const auto found = std::ranges::find(told, "moved", &Notice::topic);
+  ASSERT_NE(found, told.end());
+  EXPECT_EQ(found->reason + ": " + found->why, "outage: brushes");
+}
+
 TEST_F(Rigs, ABookingWithoutAnyRigFallsUnchargedAtItsStartAndSaysWhy) {
   AddReadyRigs(1);
   const Booking booking = Book(kAnn, minutes(10), minutes(30));
