@@ -24,6 +24,8 @@ struct BenchChannel {
   double noise = 0.0;  ///< standard deviation of one reading, in the channel's unit
   /// Standard deviation of what it reads at zero, in the channel's unit; 0: it has no such error.
   double zero_sd = 0.0;
+  /// Standard deviation of its scale, a share: no record shows it, so stated errors cover it.
+  double gain_sd = 0.0;
   double min = 0.0;  ///< of its converter; a reading at the end is only a bound
   double max = 0.0;
   double v_per_unit = 1.0;  ///< volts at the converter's terminal for one unit

@@ -110,6 +110,15 @@ std::vector<Observation> WithTerm(int term,
   return moved;
 }
 
+/// The stretch as it would be read by a channel whose scale is off: of um, ia or n.
+std::vector<Observation> WithScale(std::size_t channel,
+                                   double factor,
+                                   std::span<const Observation> stretch) {
+  std::vector<Observation> scaled(stretch.begin(), stretch.end());
+  for (Observation& o : scaled) o.y[channel] *= factor;
+  return scaled;
+}
+
 Eigen::VectorXd Whitened(const PredictionModel& model, std::span<const Observation> stretch) {
   InnovationTrace trace;
   RunInnovations(model, stretch, &trace);
@@ -137,9 +146,15 @@ Eigen::MatrixXd MissingPhysics(const HealthyStretch& stretch,
   const PredictionModel model = modelled(fit.point);
   const Eigen::VectorXd z = Whitened(model, samples);
   const std::vector<Eigen::Vector4d> states = MotionOf(model, samples);
-  Eigen::MatrixXd terms(z.size(), kTerms);
+  const std::array<double, 3> scales = {
+      stretch.bench->um.gain_sd, stretch.bench->ia.gain_sd, stretch.bench->n.gain_sd};
+  Eigen::MatrixXd terms(z.size(), kTerms + static_cast<int>(scales.size()));
   for (int term = 0; term < kTerms; ++term) {
     terms.col(term) = Whitened(model, WithTerm(term, rig, model, states, samples)) - z;
+  }
+  for (std::size_t c = 0; c < scales.size(); ++c) {
+    terms.col(kTerms + static_cast<int>(c)) =
+        Whitened(model, WithScale(c, 1.0 + scales[c], samples)) - z;
   }
   const Eigen::Index all = fit.point.size();
   Eigen::MatrixXd sensitivities(z.size(), all);
@@ -155,7 +170,7 @@ Eigen::MatrixXd MissingPhysics(const HealthyStretch& stretch,
                                      .solve(sensitivities.transpose() * terms);
   const Eigen::MatrixXd left = terms + sensitivities * shift;
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(all, all);
-  for (int term = 0; term < kTerms; ++term) {
+  for (Eigen::Index term = 0; term < terms.cols(); ++term) {
     const double information = left.col(term).squaredNorm() + 1.0;
     const double size = left.col(term).dot(z) / information;
     covariance += std::min(1.0, kHidden * size * size + 1.0 / information) * shift.col(term) *

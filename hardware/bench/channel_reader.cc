@@ -15,6 +15,9 @@ using core::Bench;
 
 /// Converters of boards that are sold read and write -10 to 10 V.
 constexpr double kConverterV = 10.0;
+/// Of dividers and shunts with parts of 1 %, when nothing is said; an encoder has none.
+constexpr double kAnalogGainSd = 0.005;
+constexpr double kGainSdMax = 0.2;
 
 void ReadScale(TomlTable& table, core::BenchChannel& channel) {
   table.Number("v_per_unit", channel.v_per_unit, -1e6, 1e6);
@@ -48,6 +51,8 @@ void ReadAnalog(TomlTable& channels,
   channel.noise = std::max(channel.noise, kNoiseShareMin * (ends[1] - ends[0]));
   channel.zero_sd = zero_per_noise * channel.noise;
   table.Number("zero_sd", channel.zero_sd, 0.0, ends[1] - ends[0]);
+  channel.gain_sd = kAnalogGainSd;
+  table.Number("gain_sd", channel.gain_sd, 0.0, kGainSdMax);
   channel.v_per_unit = kConverterV / std::max(std::abs(ends[0]), std::abs(ends[1]));
   ReadScale(table, channel);
 }
@@ -69,6 +74,7 @@ void ReadSpeed(TomlTable& channels, Bench& bench) {
   table.Number("noise", bench.n.noise, 0.0, 1e6);
   bench.n.noise = std::max(bench.n.noise, kNoiseMin);
   table.Number("zero_sd", bench.n.zero_sd, 0.0, kRpmMax);
+  table.Number("gain_sd", bench.n.gain_sd, 0.0, kGainSdMax);
   std::vector<double> ends = {bench.n.min, bench.n.max};
   ReadEnds(table, kRpmMax, ends);
   bench.n.min = ends[0];

@@ -206,6 +206,19 @@ TEST(BenchReader, SeesUnitsOfADataSheet) {
               HasSubstr("plant.La gives the winding a time constant of 103 s"));
 }
 
+TEST(BenchReader, ScalesOfWhatIsDividedOrShuntedMayBeOffAndThatOfACountMayNot) {
+  const core::Bench& gear = *LoadBench("gear-motor").value();
+  EXPECT_EQ(gear.ia.gain_sd, 0.005);
+  EXPECT_EQ(gear.n.gain_sd, 0.0);
+  const auto said = ReadBench(
+      Changed(gear.text, "[channel.n]\n", "[channel.n]\ngain_sd = 0.01  # a tachometer\n"),
+      "a.toml");
+  ASSERT_TRUE(said.ok()) << said.error().message;
+  EXPECT_EQ(said.value().n.gain_sd, 0.01);
+  EXPECT_THAT(RefusalOf(gear.text, "[channel.n]\n", "[channel.n]\ngain_sd = 2.0\n"),
+              HasSubstr("channel.n.gain_sd must be"));
+}
+
 TEST(BenchReader, NamesNoLineOfWhatTheFileDoesNotHave) {
   EXPECT_THAT(RefusalOf(PaperBench().text, "[bench]", "[bunch]"),
               StartsWith("mine.toml: bench.name must be of a-z"));

@@ -219,10 +219,41 @@ TEST(RealMotor, StatedErrorsCoverWhatTheModelLacks) {
   EXPECT_LE(by_noise_alone.within, 0.6 * by_noise_alone.all) << by_noise_alone.all;
 }
 
+Bench WithExactScales(Bench bench) {
+  bench.um.gain_sd = bench.ia.gain_sd = 0.0;
+  return bench;
+}
+
+TEST(RealMotor, StatedErrorsCoverAScaleThatIsOff) {
+  const Setting setting = SettingOf("gear+um");
+  const Bench exact = WithExactScales(*setting.bench);
+  const Rig& rig = setting.rig;
+  Coverage stated;
+  Coverage by_exact_scales;
+  unsigned seed = 80;
+  for (double Sample::*channel : {&Sample::um_v, &Sample::ia_a}) {
+    for (const double factor : {0.993, 1.007}) {
+      Samples record = RecordFor(rig, rig, 1e9, kLearnS, ++seed, 5);
+      for (Sample& sample : record) sample.*channel *= factor;
+      for (const auto& [bench, coverage] :
+           {std::pair{setting.bench, &stated}, {&exact, &by_exact_scales}}) {
+        const Result<Calibration> learnt = Learn(*bench, Before(record, kLearnS));
+        ASSERT_TRUE(learnt.ok()) << learnt.error().message;
+        coverage->Add(SigmasOff(learnt.value(), "Ra", rig.ra));
+        coverage->Add(SigmasOff(learnt.value(), "Ke", rig.ke));
+        coverage->Add(SigmasOff(learnt.value(), "J", rig.j));
+      }
+    }
+  }
+  EXPECT_GE(stated.within, 0.9 * stated.all) << stated.all;
+  EXPECT_LE(by_exact_scales.within, 0.6 * by_exact_scales.all) << by_exact_scales.all;
+}
+
 TEST(RealMotor, IdealMotorPaysLittleForIt) {
   for (const char* name : {"gear", "gear+um"}) {
     const Setting setting = SettingOf(name);
-    CalibrationOptions options = ToLearn(*setting.bench);
+    const Bench exact = WithExactScales(*setting.bench);
+    CalibrationOptions options = ToLearn(exact);
     const Samples record = RecordFor(setting.rig, setting.rig, 1e9, kLearnS, 71, 5);
     const Calibration with = Calibrate(Before(record, kLearnS), options).value();
     options.model_is_exact = true;
