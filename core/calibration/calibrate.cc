@@ -179,7 +179,10 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
                                                 calibration.checks)) {
     return *refusal;
   }
-  if (norm.missing_physics && !options.model_is_exact) {
+  const bool lacks = options.model == ModelScope::kAsDescribed
+                         ? norm.missing_physics
+                         : options.model == ModelScope::kBuiltRig;
+  if (lacks) {
     const Eigen::MatrixXd missing = MissingPhysics(stretch, base, best, noise);
     calibration.model_covariance = FirstRows(missing, coordinates);
     for (int i = 0; i < coordinates; ++i) {
@@ -222,7 +225,7 @@ std::optional<std::string> SuspectOf(std::span<const Sample> samples,
                                      const CalibrationOptions& options,
                                      const Result<Calibration>& calibration) {
   // A simulator writes its own record: nothing is wrong with that.
-  const bool tried = !calibration.ok() && !options.model_is_exact;
+  const bool tried = !calibration.ok() && options.model != ModelScope::kSimulator;
   if (!tried || !SpeaksOfTheFit(calibration.error())) return std::nullopt;
   return UsualSuspect(samples, options, [&](std::span<const Sample> mended) {
     return CalibrateWith(mended, options, Impulses::kLeftOut);

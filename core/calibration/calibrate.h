@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/bench/bench.h"
+#include "core/calibration/model_scope.h"
 #include "core/filter/rig_parameters.h"
 #include "core/types/calibration.h"
 #include "core/types/plant_parameters.h"
@@ -19,8 +20,8 @@ struct CalibrationOptions {
   Channels channels = Channels::kAll;
   double period_s = 0.01;
   double false_alarms_per_day = 1.0;
-  double um_rail_v = 10.0;      ///< converter range; a reading at its end is only a bound
-  bool model_is_exact = false;  ///< as DiagnosisOptions::model_is_exact
+  double um_rail_v = 10.0;  ///< converter range; a reading at its end is only a bound
+  ModelScope model = ModelScope::kAsDescribed;
 };
 
 /// Unit of the coordinate Mc (RigParameters::mc_unit_nm) on rigs of this bench.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "core/calibration/model_scope.h"
 #include "core/estimators/estimator_bank.h"
 #include "core/isolation/isolation_options.h"
 #include "core/types/calibration.h"
@@ -25,8 +26,8 @@ struct DiagnosisOptions {
   bool motor_faults = true;  ///< can Ra, J, B change on this rig?
   double period_s = 0.01;
   double false_alarms_per_day = 1.0;
-  double um_rail_v = 10.0;      ///< converter range; a reading at its end is only a bound
-  bool model_is_exact = false;  ///< a simulator's motor has no physics that the model lacks
+  double um_rail_v = 10.0;  ///< converter range; a reading at its end is only a bound
+  ModelScope model = ModelScope::kAsDescribed;
 };
 
 /// The options that follow from the description of a bench, for samples of this period.

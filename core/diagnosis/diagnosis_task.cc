@@ -26,7 +26,7 @@ CalibrationOptions CalibrationOf(const DiagnosisOptions& options) {
           .period_s = options.period_s,
           .false_alarms_per_day = options.false_alarms_per_day,
           .um_rail_v = options.um_rail_v,
-          .model_is_exact = options.model_is_exact};
+          .model = options.model};
 }
 
 DiagnosisResult RunTask(const DiagnosisTask& task) {

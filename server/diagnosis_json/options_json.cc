@@ -40,7 +40,8 @@ std::string OptionsText(const core::DiagnosisOptions& options) {
   out["period_s"] = options.period_s;
   out["false_alarms_per_day"] = options.false_alarms_per_day;
   out["um_rail_v"] = options.um_rail_v;
-  out["model_is_exact"] = options.model_is_exact;
+  out["model_is_exact"] = options.model == core::ModelScope::kSimulator;
+  out["built_rig"] = options.model == core::ModelScope::kBuiltRig;
   return json::serialize(out);
 }
 
@@ -62,10 +63,13 @@ core::Result<core::DiagnosisOptions> ParseOptions(std::string_view text, const c
   options.period_s = reader.Number("period_s", kPeriodMin);
   options.false_alarms_per_day = reader.Number("false_alarms_per_day", kRateMin);
   options.um_rail_v = reader.Number("um_rail_v", 0.0);
-  // Options from before it was known do not contain it.
+  // Options from before they were known do not contain them.
   const json::object* object = value.if_object();
-  options.model_is_exact =
-      object != nullptr && object->contains("model_is_exact") && reader.Flag("model_is_exact");
+  const auto said = [&](const char* flag) {
+    return object != nullptr && object->contains(flag) && reader.Flag(flag);
+  };
+  if (said("model_is_exact")) options.model = core::ModelScope::kSimulator;
+  if (said("built_rig")) options.model = core::ModelScope::kBuiltRig;
   if (error) return *error;
   if (!value.at("calibration").is_null()) {
     auto calibration = CalibrationFromJson(value.at("calibration"), "stored options", bench);

@@ -281,7 +281,8 @@ core::Result<RunRequest> Experiments::OnRig(const Principal& who,
   run.plan_json = json::serialize(PlanToJson(plan, about));
   run.diagnosis = core::OptionsOf(*about.bench, plan.period_s);
   run.diagnosis.values = about.any_value ? core::ValuePrior::kNone : core::ValuePrior::kTable2;
-  run.diagnosis.model_is_exact = about.any_value;  // a simulator
+  run.diagnosis.model =
+      about.any_value ? core::ModelScope::kSimulator : core::ModelScope::kBuiltRig;
   if (plan.learn_if_needed) UseWhatWasLearnt(who, about, run);
   const core::Status placed = PlaceControl(about, run);
   if (!placed.ok()) return placed.error();

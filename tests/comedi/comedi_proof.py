@@ -177,6 +177,7 @@ class Proof:
         check(diagnosis["verdict"] == "fault", f"{diagnosis['verdict']}: {diagnosis['reason']}")
         first = diagnosis["candidates"][0]
         check(first["component"] == "R1" and 45 < first["value"] < 67, f"{first}")
+        check(diagnosis["calibration"].get("covariance_model"), "a built rig keeps the errors of noise alone")
         check_relays_nominal(self.machine.board())
         loop = about["loop"]
         said(

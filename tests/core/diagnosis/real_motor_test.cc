@@ -256,7 +256,7 @@ TEST(RealMotor, IdealMotorPaysLittleForIt) {
     CalibrationOptions options = ToLearn(exact);
     const Samples record = RecordFor(setting.rig, setting.rig, 1e9, kLearnS, 71, 5);
     const Calibration with = Calibrate(Before(record, kLearnS), options).value();
-    options.model_is_exact = true;
+    options.model = ModelScope::kSimulator;
     const Calibration without = Calibrate(Before(record, kLearnS), options).value();
     for (const char* quantity : {"Ra", "Ke", "J"}) {
       EXPECT_LT(ShareOf(with, quantity), 2.0 * ShareOf(without, quantity) + 0.002)
@@ -269,15 +269,28 @@ TEST(RealMotor, SimulatorsHaveNoMissingPhysics) {
   const Setting setting = SettingOf("gear");
   const Samples record = RecordFor(setting.rig, setting.rig, 1e9, kLearnS, 81);
   DiagnosisOptions options = OptionsOf(*setting.bench);
-  options.model_is_exact = true;
+  options.model = ModelScope::kSimulator;
   const Diagnosis exact = DiagnoseRecord(record, options);
   ASSERT_TRUE(exact.calibration.has_value());
   EXPECT_TRUE(exact.calibration->model_covariance.empty());
-  options.model_is_exact = false;
+  options.model = ModelScope::kAsDescribed;
   const Diagnosis real = DiagnoseRecord(record, options);
   ASSERT_TRUE(real.calibration.has_value());
   EXPECT_LT(ShareOf(*exact.calibration, "Ra"), ShareOf(*real.calibration, "Ra"));
   EXPECT_EQ(exact.verdict.kind, VerdictKind::kNominal);
+}
+
+TEST(RealMotor, BuiltRigHasMissingPhysicsWhateverItsDescriptionSays) {
+  const Setting setting = SettingOf("paper");
+  const Samples record = RecordFor(setting.rig, setting.rig, 1e9, kLearnS, 83);
+  DiagnosisOptions options = OptionsOf(paper::Bench());
+  options.model = ModelScope::kBuiltRig;
+  const Diagnosis built = DiagnoseRecord(record, options);
+  options.model = ModelScope::kAsDescribed;
+  const Diagnosis described = DiagnoseRecord(record, options);
+  ASSERT_TRUE(built.calibration && described.calibration);
+  EXPECT_TRUE(described.calibration->model_covariance.empty());
+  EXPECT_GT(ShareOf(*built.calibration, "Ra"), ShareOf(*described.calibration, "Ra"));
 }
 
 // "an alarm follows a change of Ra from 2 %, Ke from 0.92 %, .."

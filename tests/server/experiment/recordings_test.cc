@@ -66,7 +66,7 @@ TEST_F(RecordingsTest, OptionsComeBackFromTheirText) {
   options.period_s = 0.005;
   options.false_alarms_per_day = 0.3;
   options.um_rail_v = 9.99;
-  options.model_is_exact = true;
+  options.model = core::ModelScope::kSimulator;
   options.calibration->model_covariance.assign(options.calibration->covariance.size(), 1e-4);
   const auto back = ParseOptions(OptionsText(options), paper::Bench());
   ASSERT_TRUE(back.ok()) << back.error().message;
@@ -82,7 +82,10 @@ TEST_F(RecordingsTest, OptionsComeBackFromTheirText) {
   EXPECT_EQ(back.value().um_rail_v, options.um_rail_v);
   ASSERT_TRUE(back.value().calibration);
   EXPECT_DOUBLE_EQ(back.value().calibration->delta_s, options.calibration->delta_s);
-  EXPECT_TRUE(back.value().model_is_exact);
+  EXPECT_EQ(back.value().model, core::ModelScope::kSimulator);
+  options.model = core::ModelScope::kBuiltRig;
+  EXPECT_EQ(ParseOptions(OptionsText(options), paper::Bench()).value().model,
+            core::ModelScope::kBuiltRig);
   EXPECT_EQ(back.value().calibration->model_covariance, options.calibration->model_covariance);
 }
 
@@ -91,10 +94,11 @@ TEST_F(RecordingsTest, OptionsFromBeforeMissingPhysicsWasKnownAreRead) {
   options.calibration = Learnt();
   json::object old = json::parse(OptionsText(options)).as_object();
   old.erase("model_is_exact");
+  old.erase("built_rig");
   old.at("calibration").as_object().erase("covariance_model");
   const auto back = ParseOptions(json::serialize(old), paper::Bench());
   ASSERT_TRUE(back.ok()) << back.error().message;
-  EXPECT_FALSE(back.value().model_is_exact);
+  EXPECT_EQ(back.value().model, core::ModelScope::kAsDescribed);
   EXPECT_TRUE(back.value().calibration->model_covariance.empty());
 }
 
