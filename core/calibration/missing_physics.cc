@@ -148,11 +148,12 @@ Eigen::MatrixXd MissingPhysics(const HealthyStretch& stretch,
   const std::vector<Eigen::Vector4d> states = MotionOf(model, samples);
   const std::array<double, 3> scales = {
       stretch.bench->um.gain_sd, stretch.bench->ia.gain_sd, stretch.bench->n.gain_sd};
-  Eigen::MatrixXd terms(z.size(), kTerms + static_cast<int>(scales.size()));
+  Eigen::MatrixXd terms = Eigen::MatrixXd::Zero(z.size(), kTerms + static_cast<int>(scales.size()));
   for (int term = 0; term < kTerms; ++term) {
     terms.col(term) = Whitened(model, WithTerm(term, rig, model, states, samples)) - z;
   }
   for (std::size_t c = 0; c < scales.size(); ++c) {
+    if (scales[c] == 0.0) continue;
     terms.col(kTerms + static_cast<int>(c)) =
         Whitened(model, WithScale(c, 1.0 + scales[c], samples)) - z;
   }
