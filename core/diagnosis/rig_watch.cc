@@ -13,6 +13,7 @@ namespace {
 // small fault, and more data is needed first.
 constexpr double kWithdrawGain = 8.0;
 constexpr std::size_t kWithdrawAfter = 500;
+constexpr std::size_t kImpulseAfter = 50;
 // The detector of small changes, which have been going on for a while when it raises an alarm.
 constexpr const char* kOfSeconds = "glr_500";
 constexpr const char* kBeingWorkedOut = "something has changed; what, is being worked out";
@@ -82,7 +83,7 @@ void RigWatch::WatchFor(const std::vector<Candidate>& faults,
                     samples,
                     noise_scale_,
                     faults.empty() ? 0.0 : options_.bench->n.step_s,
-                    calibration_->impulse_share > 0.0 || impulse_seen_);
+                    KnowsImpulses());
   detector_fresh_ = true;
   only_sharp_ = false;
   watched_ = faults;
@@ -131,6 +132,7 @@ void RigWatch::OnAlarm(const Alarm& alarm, const Sample& sample) {
   alarm_detector_ = alarm.detector;
   oldest_valid_id_ = next_id_;
   reference_ = watched_;
+  one_reading_ = alarm_detector_ == "residual" && reference_.empty() && !KnowsImpulses();
   pending_.reset();
   if (only_sharp_) {
     // What was being worked out was not this: a warming winding, say, a moment before a fault.
@@ -177,12 +179,9 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
     held_back_ = false;
     episodes_.Open(AlarmVerdict());
   }
+  if (next.settled && result.impulse) impulse_seen_ = true;
   if (result.returned_to_nominal) {
-    // Do not withdraw a small fault before the window has filled.
-    if (!next.settled) return;
-    if (result.gain > kWithdrawGain &&
-        record_.since_alarm() < SpanOf(kWithdrawAfter, options_.period_s))
-      return;
+    if (!MayBeWithdrawn(next.settled, result.gain)) return;
     ReturnToNominal(next, result.warmed ? result.shift : std::vector<double>{});
     return;
   }
@@ -198,12 +197,28 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
   Publish(std::move(next));
 }
 
+/// A small fault is not withdrawn before the window has filled. One reading that was far off is no
+/// small fault: what hides behind it is found again by what it accumulates.
+/// @param gain  of the best fault over the nominal rig, which explains the record
+bool RigWatch::MayBeWithdrawn(bool settled, double gain) const {
+  const auto passed = [&](std::size_t samples) {
+    return record_.since_alarm() >= SpanOf(samples, options_.period_s);
+  };
+  const bool hardly = gain <= kWithdrawGain;
+  if (one_reading_) return settled || (hardly && passed(kImpulseAfter));
+  return settled && (hardly || passed(kWithdrawAfter));
+}
+
+bool RigWatch::KnowsImpulses() const {
+  return calibration_->impulse_share > 0.0 || impulse_seen_;
+}
+
 /// @param shift  where a rig that has warmed up is now
 void RigWatch::ReturnToNominal(const Verdict& last, const std::vector<double>& shift) {
   if (!held_back_) episodes_.Withdraw();
   held_back_ = false;
   warms_up_ = warms_up_ || !shift.empty();
-  impulse_seen_ = impulse_seen_ || (shift.empty() && alarm_detector_ == "residual");
+  impulse_seen_ = impulse_seen_ || (shift.empty() && one_reading_);
   record_.Close();
   alarmed_ = false;
   WatchFor({}, shift, calibration_->samples);

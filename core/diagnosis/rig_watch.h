@@ -59,6 +59,8 @@ class RigWatch {
   bool TakesThePlace(const Alarm& alarm) const;
   void OnAlarm(const Alarm& alarm, const Sample& sample);
   IsolationTask MakeTask();
+  bool MayBeWithdrawn(bool settled, double gain) const;
+  bool KnowsImpulses() const;
   void ReturnToNominal(const Verdict& last, const std::vector<double>& shift);
   Verdict AlarmVerdict() const;
 
@@ -82,6 +84,8 @@ class RigWatch {
   double alarm_t_s_ = 0.0;
   std::string alarm_detector_;
   FaultEpisodes episodes_;
+  // The alarm is of a detector that knows no impulses, on a rig without a fault that may have gone.
+  bool one_reading_ = false;
   bool warms_up_ = false;      // it has been found to
   bool impulse_seen_ = false;  // one reading has raised an alarm, and nothing was behind it
   bool held_back_ = false;     // the newest alarm is not published yet

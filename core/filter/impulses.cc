@@ -25,7 +25,8 @@ std::size_t LeaveOutImpulses(const PredictionModel& model,
     const std::vector<double> sizes = SortedMagnitudes(trace, stretch, c);
     if (sizes.empty()) continue;
     gate[c] = rule.gate * RobustSigma(sizes);
-    const auto most = static_cast<std::size_t>(rule.share_max * static_cast<double>(sizes.size()));
+    const auto most = std::max<std::size_t>(
+        1, static_cast<std::size_t>(rule.share_max * static_cast<double>(sizes.size())));
     if (sizes[sizes.size() - 1 - most] > gate[c]) {
       if (!rule.or_the_farthest) return 0;
       const auto farthest =

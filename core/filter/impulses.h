@@ -13,8 +13,9 @@ namespace faultlab::core {
 /// readings 0.6 are as far.
 inline constexpr double kImpulseGate = 5.0;
 
-/// Which readings are taken out. Where that would be more than `share_max` of a channel, the model
-/// is wrong: then nothing is taken out, or, with `or_the_farthest`, the farthest 2 % alone.
+/// Which readings are taken out. Where that would be more than `share_max` of a channel (and more
+/// than one), the model is wrong: then nothing is taken out, or, with `or_the_farthest`, the
+/// farthest 2 % alone.
 struct ImpulseRule {
   double gate = kImpulseGate;  ///< robust standard deviations
   double share_max = 0.05;

@@ -91,6 +91,10 @@ bool CleanReadings::TakeOutHum(const FitContext& nominal) {
   return true;
 }
 
+bool CleanReadings::HasLeftOut(std::size_t at) const {
+  return at < before_.size() && readings_[at].mask != before_[at].mask;
+}
+
 void CleanReadings::PutBack() {
   if (before_.empty()) return;
   std::copy(before_.begin(), before_.end(), readings_.begin());

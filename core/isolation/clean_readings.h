@@ -49,6 +49,8 @@ class CleanReadings {
   /// could follow it from then on.
   /// @returns whether there was any
   bool TakeOutHum(const FitContext& nominal);
+  /// @returns whether LeaveOutRare has left out a reading of this sample
+  bool HasLeftOut(std::size_t at) const;
   /// Undoes LeaveOutRare or TakeOutHum, whichever has run last.
   void PutBack();
 

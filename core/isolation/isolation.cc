@@ -77,6 +77,13 @@ class Isolation {
   }
 
   IsolationResult Run() {
+    IsolationResult result = Concluded();
+    result.impulse = AlarmLeftOut();
+    return result;
+  }
+
+ private:
+  IsolationResult Concluded() {
     if (nominal_.stretch.size() < 2) {
       IsolationResult result = Empty();
       result.returned_to_nominal = true;
@@ -92,7 +99,7 @@ class Isolation {
     IsolationResult& result = cold.result;
     const bool maybe_healthy = MayBeWarming(result);
     const bool heals = NamesAnotherInstead(result);
-    if (!maybe_healthy && !heals && !IsStrained(cold)) return result;
+    if (!maybe_healthy && !heals && !IsStrained(cold) && !IsUnexplained(result)) return result;
     Conclusion warmed = Conclude(Warmed());
     IsolationResult& warm = warmed.result;
     if (!warm.returned_to_nominal) {
@@ -111,7 +118,6 @@ class Isolation {
     return warm;
   }
 
- private:
   IsolationResult Empty() const {
     IsolationResult result;
     result.id = task_.id;
@@ -172,8 +178,11 @@ class Isolation {
     return unknown;
   }
 
-  // What comes at once is no warming.
-  bool IsSlow() const { return task_.detector.starts_with("glr"); }
+  // What comes at once is no warming. What is left when the reading that has raised the alarm is
+  // left out did not come at once.
+  bool IsSlow() const { return task_.detector.starts_with("glr") || AlarmLeftOut(); }
+
+  bool AlarmLeftOut() const { return readings_.HasLeftOut(task_.alarm_at); }
 
   bool BySpeedAlone() const { return !task_.calibration->used_um && !task_.calibration->used_ia; }
 
@@ -191,6 +200,12 @@ class Isolation {
   bool IsStrained(const Conclusion& cold) const {
     return BySpeedAlone() && task_.options.bench->norm.warming > 0.0 && cold.strain > kStrained &&
            cold.result.verdict.kind == VerdictKind::kFault;
+  }
+
+  // A fault of a rig that has warmed up since it was learnt may be explained by nothing else.
+  bool IsUnexplained(const IsolationResult& result) const {
+    return task_.options.bench->norm.warming > 0.0 && !result.verdict.sensor &&
+           result.verdict.kind == VerdictKind::kUnknownFault;
   }
 
   // A small change of Ra, Ke or B among the faults or what cannot be told from them, a hardly

@@ -16,6 +16,8 @@ struct IsolationResult {
   FaultShape shape = FaultShape::kAbrupt;
   std::optional<Onset> onset;        ///< of an abrupt fault
   bool returned_to_nominal = false;  ///< the record after the alarm is explained without a fault
+  /// The reading that has raised the alarm was left out: nothing but an impulse is that far off.
+  bool impulse = false;
   /// It is so because the rig has warmed up: it is healthy with its coordinates moved by `shift`.
   bool warmed = false;
   /// The faults that the model must carry from here on to predict the record (one, or two).

@@ -198,6 +198,7 @@ struct Totals {
 std::string Described(const Verdict& verdict) {
   std::string text(Name(verdict.kind));
   for (const Component member : verdict.group) text += " " + std::string(Name(member));
+  if (verdict.detected_at_s) text += " at " + std::to_string(*verdict.detected_at_s) + " s";
   return text + ": " + verdict.reason.substr(0, 150);
 }
 

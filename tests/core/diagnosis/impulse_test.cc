@@ -94,6 +94,41 @@ TEST_P(Impulses, HideNoDrift) {
   }
 }
 
+/// Of um, at `t_s`, in a record whose healthy stretch had none.
+std::vector<Sample> WithImpulseAt(std::vector<Sample> record, double t_s) {
+  record[static_cast<std::size_t>(std::lround(t_s / paper::kPeriodS))].um_v += kSizeV;
+  return record;
+}
+
+// The alarm that the first one raises is over before the fault begins: the fault has its own time.
+TEST_P(Impulses, AreForgottenAfterHalfASecond) {
+  for (std::uint64_t seed = 121; seed < 129; ++seed) {
+    const auto record = WithImpulseAt(BenchRecord({AbruptFault(paper::kRa, 9.6, 10.0)}, seed), 9.3);
+    const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(GetParam()));
+    const Verdict& verdict = diagnosis.verdict;
+    SCOPED_TRACE(std::to_string(seed) + ": " + verdict.reason);
+    EXPECT_TRUE(Names(verdict, paper::kRa));
+    ASSERT_TRUE(verdict.detected_at_s);
+    EXPECT_GE(*verdict.detected_at_s, 10.0);
+    EXPECT_EQ(diagnosis.episodes.size(), 1U);
+  }
+}
+
+// What the end of a fault raises is no impulse: the next fault is still seen in its first sample.
+TEST_P(Impulses, AreNotWhatTheEndOfAFaultRaises) {
+  Fault first = AbruptFault(paper::kR1, 56.0, 8.0);
+  first.kind = FaultKind::kIntermittent;
+  first.until_s = 11.0;
+  for (std::uint64_t seed = 171; seed < 175; ++seed) {
+    const auto record = BenchRecord({first, AbruptFault(paper::kR1, 56.0, 17.0)}, seed);
+    const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(GetParam()));
+    SCOPED_TRACE(std::to_string(seed) + ": " + diagnosis.verdict.reason);
+    ASSERT_EQ(diagnosis.episodes.size(), 2U);
+    ASSERT_TRUE(diagnosis.verdict.detected_at_s);
+    EXPECT_NEAR(*diagnosis.verdict.detected_at_s, 17.0, 0.011);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Channels, Impulses, testing::Values(Channels::kUmOnly, Channels::kAll));
 
 TEST(ImpulsesOfARecord, AreNotFoundWhereThereAreNone) {
