@@ -105,7 +105,7 @@ class Isolation {
     if (!warm.returned_to_nominal) {
       const bool explains_more =
           warm.verdict.kind == VerdictKind::kFault &&
-          (result.verdict.kind == VerdictKind::kUnknownFault ||
+          ((result.verdict.kind == VerdictKind::kUnknownFault && warmed.strain < kStrained) ||
            warm.present.size() < result.present.size() ||
            (BySpeedAlone() && warmed.cost + kFaultGain < cold.cost) ||
            (heals && !NamesAnotherInstead(warm) && warmed.cost < cold.cost + kFaultGain));
