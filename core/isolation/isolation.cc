@@ -99,13 +99,13 @@ class Isolation {
     IsolationResult& result = cold.result;
     const bool maybe_healthy = MayBeWarming(result);
     const bool heals = NamesAnotherInstead(result);
-    if (!maybe_healthy && !heals && !IsStrained(cold) && !IsUnexplained(result)) return result;
+    if (!maybe_healthy && !heals && !IsStrained(cold)) return result;
     Conclusion warmed = Conclude(Warmed());
     IsolationResult& warm = warmed.result;
     if (!warm.returned_to_nominal) {
       const bool explains_more =
           warm.verdict.kind == VerdictKind::kFault &&
-          ((result.verdict.kind == VerdictKind::kUnknownFault && warmed.strain < kStrained) ||
+          (result.verdict.kind == VerdictKind::kUnknownFault ||
            warm.present.size() < result.present.size() ||
            (BySpeedAlone() && warmed.cost + kFaultGain < cold.cost) ||
            (heals && !NamesAnotherInstead(warm) && warmed.cost < cold.cost + kFaultGain));
@@ -200,12 +200,6 @@ class Isolation {
   bool IsStrained(const Conclusion& cold) const {
     return BySpeedAlone() && task_.options.bench->norm.warming > 0.0 && cold.strain > kStrained &&
            cold.result.verdict.kind == VerdictKind::kFault;
-  }
-
-  // A fault of a rig that has warmed up since it was learnt may be explained by nothing else.
-  bool IsUnexplained(const IsolationResult& result) const {
-    return task_.options.bench->norm.warming > 0.0 && !result.verdict.sensor &&
-           result.verdict.kind == VerdictKind::kUnknownFault;
   }
 
   // A small change of Ra, Ke or B among the faults or what cannot be told from them, a hardly
