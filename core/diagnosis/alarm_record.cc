@@ -63,6 +63,10 @@ void AlarmRecord::Close() {
   segment_.clear();
 }
 
+bool AlarmRecord::HasBeenFitted() const {
+  return since_alarm_ >= Span(kFitAt.front());
+}
+
 void AlarmRecord::ScheduleNextFit() {
   const auto later = std::find_if(
       kFitAt.begin(), kFitAt.end(), [&](std::size_t at) { return Span(at) > since_alarm_; });

@@ -31,6 +31,8 @@ class AlarmRecord {
   /// True at the samples after the alarm at which the hypotheses are to be fitted.
   bool FitIsDue() const { return since_alarm_ >= next_fit_; }
   void ScheduleNextFit();
+  /// As many samples have followed the alarm as the first fit needs.
+  bool HasBeenFitted() const;
 
   /// Drops samples that are too old, and fills samples, alarm_at, fit_from and settled; also onset,
   /// once the onset lies before the samples.

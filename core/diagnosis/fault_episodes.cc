@@ -34,6 +34,13 @@ void FaultEpisodes::Withdraw() {
   open_ = false;
 }
 
+const Verdict& FaultEpisodes::Resume() {
+  Withdraw();
+  list_.back().ended_at_s.reset();
+  open_ = true;
+  return list_.back().verdict;
+}
+
 void FaultEpisodes::Update(Verdict& next, FaultShape shape, double alarm_t_s) {
   if (ContinuesTheOneBefore(next, alarm_t_s)) {
     list_.pop_back();

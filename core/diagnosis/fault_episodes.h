@@ -16,6 +16,9 @@ class FaultEpisodes {
   /// Removes what the newest alarm has begun, because it was withdrawn: an episode, or a further
   /// change of the episode before it, which then ends at that alarm.
   void Withdraw();
+  /// The same, but nothing is known of that alarm: the episode before it goes on.
+  /// @returns its verdict
+  const Verdict& Resume();
 
   /// `next` is the verdict about the newest episode. If it names a component of the episode that
   /// this alarm has ended, both are one episode: the value has changed further, or the first fit

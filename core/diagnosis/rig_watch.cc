@@ -237,6 +237,16 @@ Verdict RigWatch::AlarmVerdict() const {
 }
 
 void RigWatch::Finish(const Frame& frame) {
+  const std::string too_late =
+      "something has changed just before the end: too little follows to say what";
+  if (alarmed_ && !reference_.empty() && !record_.HasBeenFitted()) {
+    // A known fault stays known.
+    if (held_back_) return;
+    Verdict known = episodes_.Resume();
+    known.reason += "; " + too_late;
+    Publish(std::move(known));
+    return;
+  }
   if (alarmed_ && record_.since_alarm() > 0) {
     IsolationTask last = MakeTask();
     last.settled = true;
@@ -245,7 +255,7 @@ void RigWatch::Finish(const Frame& frame) {
   if (verdict_.reason != kBeingWorkedOut) return;
   Verdict last = verdict_;
   last.kind = VerdictKind::kUnknownFault;
-  last.reason = "something has changed just before the end: too little follows to say what";
+  last.reason = too_late;
   episodes_.Update(last, FaultShape::kAbrupt, alarm_t_s_);
   Publish(std::move(last));
 }

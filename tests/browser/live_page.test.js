@@ -194,17 +194,19 @@ describe("live page", { timeout: SUITE_MS }, () => {
     await close();
   });
 
-  story("a run that ends before its samples came is shown whole", async () => {
+  story("a run that ends before its samples and switches came is shown whole", async () => {
     const { page, close } = await openPage(browser, server.url);
     await page.routeWebSocket(/\/ws/, (near) => {
       const far = near.connectToServer();
       far.onMessage((message) => {
-        if (typeof message === "string") near.send(message); // all but the samples
+        const switched = /"(relay_confirmed|fault_commanded)"/.test(message);
+        if (typeof message === "string" && !switched) near.send(message); // nor any samples
       });
     });
     await startPaperRun(page);
     await waitForReview(page);
     assert.match(await page.locator(".state").innerText(), /00:20\.0/);
+    await page.getByText("R1 = 100 Ω (relay Do0)").waitFor();
     await waitForDrawings(page, CHART, 1);
     await close();
   });

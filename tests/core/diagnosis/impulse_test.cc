@@ -114,6 +114,27 @@ TEST_P(Impulses, AreForgottenAfterHalfASecond) {
   }
 }
 
+// However little follows the last one.
+TEST_P(Impulses, JustBeforeTheEndTakeNoFaultBack) {
+  const std::pair<Component, double> faults[] = {
+      {paper::kR12, 5.6e3}, {paper::kR1, 56.0}, {paper::kRa, 15.0}, {paper::kJ, 1.43e-5}};
+  std::uint64_t seed = 151;
+  for (const auto& [component, value] : faults) {
+    for (const double left_s : {0.35, 0.2, 0.12, 0.06, 0.03, 0.01}) {
+      const auto without = BenchRecord({AbruptFault(component, value)}, ++seed);
+      const auto record = WithImpulseAt(without, 20.0 - left_s);
+      const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(GetParam()));
+      const Verdict& verdict = diagnosis.verdict;
+      SCOPED_TRACE(std::string(Name(component)) + ": " + verdict.reason);
+      EXPECT_EQ(verdict.kind, VerdictKind::kFault);
+      EXPECT_TRUE(Names(verdict, component));
+      ASSERT_TRUE(verdict.detected_at_s);
+      EXPECT_LT(*verdict.detected_at_s, 10.5);
+      EXPECT_EQ(diagnosis.episodes.size(), 1U);
+    }
+  }
+}
+
 // What the end of a fault raises is no impulse: the next fault is still seen in its first sample.
 TEST_P(Impulses, AreNotWhatTheEndOfAFaultRaises) {
   Fault first = AbruptFault(paper::kR1, 56.0, 8.0);

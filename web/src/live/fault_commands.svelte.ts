@@ -74,6 +74,13 @@ export class FaultCommands {
     this.waiting = waitingAfter(this.waiting, event);
   }
 
+  /** The run is over: what its events say, however late the stream was opened. */
+  review(events: readonly RunEvent[], period: number): void {
+    this.settings = {};
+    this.waiting = {};
+    for (const event of events) this.apply(event, period);
+  }
+
   set(component: Component, value: number): void {
     if (this.command("set", component, value)) {
       this.settings = asked(this.bench, this.settings, component, value);

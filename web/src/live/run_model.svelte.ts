@@ -431,6 +431,7 @@ export class RunModel {
     this.refresh();
     this.standStill();
     await this.loadResults();
+    if (this.run?.events) this.faults.review(this.run.events, this.period);
     this.phase = "review";
     announcer.say("end", t("say_finished"));
   }
@@ -442,7 +443,7 @@ export class RunModel {
     await Promise.all([this.loadSamples(slide), this.loadResults()]);
     this.standStill();
     this.gaps = gapSpans(slide);
-    for (const event of this.events) this.faults.apply(event, this.period);
+    this.faults.review(this.events, this.period);
     this.phase = "review";
   }
 
