@@ -1,4 +1,5 @@
 #include "server/auth/authorization.h"
+#include "server/storage/not_yours.h"
 
 #include <algorithm>
 #include <array>
@@ -123,7 +124,7 @@ core::Status Authorize(const Principal& principal, Operation operation, Ownershi
   }
   const bool of_others = ownership == Ownership::kCourse || ownership == Ownership::kForeign;
   if (of_others && !Allowed(principal.role, rule.seen_by, ownership)) {
-    return Error{ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
+    return NotYours();
   }
   return Error{
       ErrorCode::kForbidden,

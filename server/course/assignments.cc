@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "server/storage/not_yours.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server::course {
@@ -18,10 +19,6 @@ using soci::use;
 constexpr const char* kColumns =
     "id, course_id, account_id, fault_set_id, name, bench, pool, plan, rubric, opens_ms, due_ms, "
     "attempts, reveal_at_once, secret, created_ms, version, on_bench, rubric_version, group_max";
-
-Error NoAssignment() {
-  return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
-}
 
 void ReadExtensions(Transaction& tx, Assignment& of) {
   std::int64_t account = 0, due_ms = 0;
@@ -126,7 +123,7 @@ core::Result<Assignment> Assignments::Create(Assignment assignment) {
 core::Result<Assignment> Assignments::Get(std::int64_t id) {
   return database_.Read([&](Transaction& tx) -> core::Result<Assignment> {
     auto found = Find(tx, id);
-    if (!found) return NoAssignment();
+    if (!found) return NotYours();
     return std::move(*found);
   });
 }
@@ -149,7 +146,7 @@ core::Result<Assignment> Assignments::Change(const Assignment& assignment, std::
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Assignment> {
     TakeTurn(tx, "assignment " + std::to_string(assignment.id));
     const auto before = Find(tx, assignment.id);
-    if (!before) return NoAssignment();
+    if (!before) return NotYours();
     if (before->version != version) {
       return Error{ErrorCode::kStale,
                    "The assignment has changed; look at it again.",

@@ -7,6 +7,7 @@
 
 #include "core/types/check.h"
 #include "server/course/groups.h"
+#include "server/storage/not_yours.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server::course {
@@ -232,7 +233,7 @@ core::Result<Trial> Trials::Get(std::int64_t id) {
   return database_.Read([&](Transaction& tx) -> core::Result<Trial> {
     std::vector<Trial> found = Select(tx, "id = " + std::to_string(id));
     if (found.empty()) {
-      return Error{ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
+      return NotYours();
     }
     return std::move(found.front());
   });

@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "server/storage/not_yours.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server::lab {
@@ -33,9 +34,6 @@ struct Row {
   }
 };
 
-Error NoSet() {
-  return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
-}
 Error Full() {
   const std::string most = std::to_string(FaultSets::kOfAuthorMax);
   return {ErrorCode::kConflict,
@@ -122,7 +120,7 @@ core::Result<FaultSet> FaultSets::Change(const FaultSet& set, std::int64_t versi
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<FaultSet> {
     TakeTurn(tx, "fault set " + std::to_string(set.id));
     const auto before = Find(tx, set.id);
-    if (!before) return NoSet();
+    if (!before) return NotYours();
     if (before->version != version) return Changed();
     FaultSet next = set;
     next.version = version + 1;
@@ -146,7 +144,7 @@ core::Status FaultSets::Delete(std::int64_t id, std::int64_t version) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     TakeTurn(tx, "fault set " + std::to_string(id));
     const auto before = Find(tx, id);
-    if (!before) return NoSet();
+    if (!before) return NotYours();
     if (before->version != version) return Changed();
     if (before->used) {
       Retire(tx, *before);
@@ -160,7 +158,7 @@ core::Status FaultSets::Delete(std::int64_t id, std::int64_t version) {
 core::Result<FaultSet> FaultSets::Get(std::int64_t id) {
   return database_.Read([&](Transaction& tx) -> core::Result<FaultSet> {
     const auto found = Find(tx, id);
-    if (!found) return NoSet();
+    if (!found) return NotYours();
     return *found;
   });
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "server/storage/not_yours.h"
 #include "server/storage/turns.h"
 
 namespace faultlab::server::lab {
@@ -111,10 +112,6 @@ void DropOldIdle(Transaction& tx, const std::string& owner) {
               "('cancelled', 'failed') AND run_id = '' ORDER BY ended_ms DESC, id DESC "
               "LIMIT 1000000 OFFSET :kept)",
       use(owner, "owner"), use(kept, "kept");
-}
-
-Error NoJob() {
-  return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
 }
 
 /// "(:x0, :x1)", and the values bound to it.
@@ -283,7 +280,7 @@ core::Status JobStore::Add(const std::vector<Job>& jobs) {
 core::Result<Job> JobStore::Get(const std::string& id) {
   return database_.Read([&](Transaction& tx) -> core::Result<Job> {
     const auto job = FindJob(tx, id);
-    if (!job) return NoJob();
+    if (!job) return NotYours();
     return *job;
   });
 }
@@ -445,7 +442,7 @@ core::Result<Job> JobStore::Cancel(const std::string& id, WallTime now) {
          use(id, "id"));
     change.execute(true);
     const auto job = FindJob(tx, id);
-    if (!job) return NoJob();
+    if (!job) return NotYours();
     if (change.get_affected_rows() == 1) return *job;
     return Error{ErrorCode::kConflict, "the job has ended already", "", "job_ended"};
   });

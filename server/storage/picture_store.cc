@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/storage/blob_store.h"
+#include "server/storage/not_yours.h"
 #include "server/storage/recording_store.h"
 
 namespace faultlab::server {
@@ -20,10 +21,6 @@ using soci::use;
 
 std::string BlobOwner(const std::string& run) {
   return "pictures:" + run;
-}
-
-Error NoSuchPicture() {
-  return {ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
 }
 
 int CountOf(Transaction& tx, const std::string& run) {
@@ -52,7 +49,7 @@ core::Status PictureStore::Add(const std::string& run,
                                StoredPicture picture,
                                std::string_view bytes) {
   return database_.Write(Durability::kTelemetry, [&](Transaction& tx) -> core::Status {
-    if (!LockRecording(tx, run)) return NoSuchPicture();
+    if (!LockRecording(tx, run)) return NotYours();
     int same = 0;
     tx.sql() << "SELECT COUNT(*) FROM recording_picture WHERE recording_id = :id AND "
                 "sample_index = :sample AND why = :why",
@@ -100,7 +97,7 @@ core::Result<std::vector<StoredPicture>> PictureStore::List(const std::string& r
 core::Result<std::string> PictureStore::Load(const std::string& run, int index) {
   return database_.Read([&](Transaction& tx) -> core::Result<std::string> {
     const std::optional<Bytes> bytes = blob_store::Get(tx, BlobOwner(run), index);
-    if (!bytes) return NoSuchPicture();
+    if (!bytes) return NotYours();
     return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
   });
 }

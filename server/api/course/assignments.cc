@@ -9,6 +9,7 @@
 #include "server/course/grade.h"
 #include "server/diagnosis_json/isolability_json.h"
 #include "server/json/json_reader.h"
+#include "server/storage/not_yours.h"
 
 namespace faultlab::server {
 namespace {
@@ -243,7 +244,7 @@ core::Result<HttpResponse> Extended(CourseApi& api,
   const auto whose = WhoseCourse(api, student, seen.value().assignment.course, &member);
   if (!whose) return whose.error();
   if (!member) {
-    return Error{ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
+    return NotYours();
   }
   const core::Status done = api.assignments.Extend(id, account.value(), due);
   if (!done.ok()) return done.error();

@@ -10,6 +10,7 @@
 #include "server/course/statistics.h"
 #include "server/json/json_reader.h"
 #include "server/json/plain_numbers.h"
+#include "server/storage/not_yours.h"
 
 namespace faultlab::server {
 namespace {
@@ -99,7 +100,7 @@ core::Result<SeenTrial> TrialFor(CourseApi& api, const ApiRequest& request) {
   if (!members) return members.error();
   const bool own = std::ranges::find(members.value(), request.who.user_id) != members.value().end();
   if (!own && seen.value().whose == Ownership::kCourse) {
-    return Error{ErrorCode::kNotFound, "no such thing, or not yours to see", "", "not_yours"};
+    return NotYours();
   }
   const Assignment& of = seen.value().assignment;
   auto now = api.desk.Look(of, std::move(trial).value());
