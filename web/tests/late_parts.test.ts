@@ -6,11 +6,14 @@ it("a part that is loaded late is asked for again when the link was cut", () => 
     import: "default",
     eager: true,
   }) as Record<string, string>;
-  const lost = Object.entries(files).flatMap(([path, source]) =>
-    [...source.matchAll(/(?:void|await|return|=|\{) ?import\([^)]*\)/g)].map(
-      ([found]) => `${path}: ${found} is for build.part`,
-    ),
-  );
+  const tables = /(App\.svelte|i18n\.svelte\.ts|\.d\.ts)$/; // what they list, they load by build.part
+  const lost = Object.entries(files)
+    .filter(([path]) => !tables.test(path))
+    .flatMap(([path, source]) =>
+      [...source.matchAll(/(late|part)?(\(\(\) =>)?\s*(typeof )?\bimport\([^)]*\)/g)]
+        .filter(([, by, , type]) => !by && !type)
+        .map(([found]) => `${path}: ${found} is for build.part`),
+    );
   expect(Object.keys(files).length).toBeGreaterThan(100);
   expect(lost).toEqual([]);
 });
