@@ -16,10 +16,10 @@ struct IsolationResult {
   FaultShape shape = FaultShape::kAbrupt;
   std::optional<Onset> onset;        ///< of an abrupt fault
   bool returned_to_nominal = false;  ///< the record after the alarm is explained without a fault
-  /// The reading that has raised the alarm was left out: nothing but an impulse is that far off.
-  bool impulse = false;
   /// It is so because the rig has warmed up: it is healthy with its coordinates moved by `shift`.
   bool warmed = false;
+  /// The reading that has raised the alarm was left out: nothing but an impulse is that far off.
+  bool impulse = false;
   /// The faults that the model must carry from here on to predict the record (one, or two).
   std::vector<Candidate> present;
   /// Change of the calibration's coordinates in that fit, or in the one without a fault (8, or

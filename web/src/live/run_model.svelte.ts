@@ -431,7 +431,7 @@ export class RunModel {
     this.refresh();
     this.standStill();
     await this.loadResults();
-    if (this.run?.events) this.faults.review(this.run.events, this.period);
+    if (ended?.events) this.faults.review(ended.events, this.period);
     this.phase = "review";
     announcer.say("end", t("say_finished"));
   }
