@@ -26,16 +26,30 @@ namespace {
 // A measured delta is believed within this, seconds: it tells when the calls were made, not what
 // the converters and their wires add.
 constexpr double kMeasuredDeltaSigmaS = 0.1e-3;
+// Where a stretch with small steps does not tell delta, it is expected as described within this,
+// seconds; more is told of a rig while it runs (hardware/delta_watch.h).
+constexpr double kDescribedDeltaSigmaS = 0.2e-3;
 
 int CoordinateCountOf(const BenchNorm& norm) {
   if (norm.lag > 0.0) return kCoordinateMax;
   return norm.la > 0.0 ? kCoordinateCountWithLa : kCoordinateCount;
 }
 
+// What delta is before anything is fitted, and within what.
+struct ExpectedDelta {
+  double delta_s;
+  double sigma_s;
+};
+
+ExpectedDelta DescribedDelta(const CalibrationOptions& options) {
+  return {options.bench->ReadingDelay(options.bench->delta_s, options.period_s),
+          kDescribedDeltaSigmaS};
+}
+
 // The mean of the measured deltas; none unless most samples carry one.
-std::optional<double> MeasuredDelta(std::span<const Sample> samples,
-                                    const Bench& bench,
-                                    double period_s) {
+std::optional<ExpectedDelta> MeasuredDelta(std::span<const Sample> samples,
+                                           const CalibrationOptions& options) {
+  const double period_s = options.period_s;
   double sum_s = 0.0;
   std::size_t measured = 0;
   for (const Sample& sample : samples) {
@@ -44,7 +58,8 @@ std::optional<double> MeasuredDelta(std::span<const Sample> samples,
     ++measured;
   }
   if (measured == 0 || 2 * measured < samples.size()) return std::nullopt;
-  return bench.ReadingDelay(sum_s / static_cast<double>(measured), period_s);
+  const double mean_s = sum_s / static_cast<double>(measured);
+  return ExpectedDelta{options.bench->ReadingDelay(mean_s, period_s), kMeasuredDeltaSigmaS};
 }
 
 // Where one part alone is the gain, what the gain is off the data sheet is off that part: a fault
@@ -64,17 +79,27 @@ std::vector<double> FirstRows(const Eigen::MatrixXd& of, int n) {
   return {part.data(), part.data() + part.size()};
 }
 
+// True where the fit, in which delta was free, does not tell it, or has gone to an end of the
+// period, where nothing depends on it.
+bool DeltaIsUntold(const MapFit& fit, double period_s) {
+  constexpr auto kDelta = static_cast<Eigen::Index>(Coordinate::kDelta);
+  const double sigma_s = std::sqrt(fit.covariance(kDelta, kDelta)) * kDeltaUnitPeriods * period_s;
+  return sigma_s > kDescribedDeltaSigmaS;
+}
+
+// @param expected  none: what the bench expects of a record that says nothing of it
 Result<Calibration> CalibrateWith(std::span<const Sample> samples,
                                   const CalibrationOptions& options,
-                                  Impulses impulses) {
-  LAB_CHECK(options.bench != nullptr);
+                                  Impulses impulses,
+                                  const std::optional<ExpectedDelta>& expected) {
   const BenchNorm& norm = options.bench->norm;
   ParameterOffsets tolerance = TolerancesOf(*options.bench);
   const double period_s = options.period_s;
-  const std::optional<double> measured_delta_s = MeasuredDelta(samples, *options.bench, period_s);
-  if (measured_delta_s) {
+  std::optional<double> expected_delta_s;
+  if (expected) {
+    expected_delta_s = expected->delta_s;
     tolerance[static_cast<std::size_t>(Coordinate::kDelta)] =
-        kMeasuredDeltaSigmaS / (kDeltaUnitPeriods * period_s);
+        expected->sigma_s / (kDeltaUnitPeriods * period_s);
   }
   const std::vector<Observation> as_read = ReadingsOf(samples, options).observations;
   Calibration calibration;
@@ -101,13 +126,18 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
                      mask,
                      data_sheet,
                      DataSheetPrior(tolerance, 1.0, coordinates, 0),
-                     measured_delta_s);
+                     expected_delta_s);
+  const bool delta_is_free = !expected && !options.bench->fits_follow_noise;
+  // By um alone J and Ra are no surer than delta.
+  const bool by_um_alone = !calibration.used_ia && !calibration.used_n;
+  if (delta_is_free && !by_um_alone && DeltaIsUntold(clean.explained().fit, period_s))
+    return CalibrateWith(samples, options, impulses, DescribedDelta(options));
   clean.TakeOut(impulses);
   clean.Tell(calibration);
   HealthyStretch stretch = clean.stretch();
   Explained explained = clean.explained();
   if (std::optional<WithZeros> with =
-          LearnZeros(stretch, data_sheet, tolerance, measured_delta_s, explained)) {
+          LearnZeros(stretch, data_sheet, tolerance, expected_delta_s, explained)) {
     stretch = std::move(with->stretch);
     explained = std::move(with->explained);
   }
@@ -154,8 +184,7 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
     quantity.sigma = SigmaOf(rig, i, sigma, period_s);
     quantity.prior_value = ValueOf(base, i);
     const double own = tolerance[at];
-    const bool published = !options.bench->fits_follow_noise;
-    if (published && !measured_delta_s && i == static_cast<int>(Coordinate::kDelta)) {
+    if (delta_is_free && i == static_cast<int>(Coordinate::kDelta)) {
       quantity.prior_value = 0.5 * period_s;
     }
     quantity.prior_sigma = SigmaOf(base, i, own, period_s);
@@ -202,7 +231,7 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
   if (check) {
     // What the model leaves has been taken for impulses.
     if (check->rows && impulses == Impulses::kLeftOut)
-      return CalibrateWith(samples, options, Impulses::kKept);
+      return CalibrateWith(samples, options, Impulses::kKept, expected);
     calibration.thresholds = check->thresholds;
     calibration.checks.push_back(CheckOf(*check));
   }
@@ -212,6 +241,11 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
     calibration.checks.push_back(
         {"visible", "an alarm follows a change of " + visible, 0.0, 0.0, true});
   return calibration;
+}
+
+Result<Calibration> Learn(std::span<const Sample> samples, const CalibrationOptions& options) {
+  LAB_CHECK(options.bench != nullptr);
+  return CalibrateWith(samples, options, Impulses::kLeftOut, MeasuredDelta(samples, options));
 }
 
 /// The checks that a wrong unit fails.
@@ -227,15 +261,14 @@ std::optional<std::string> SuspectOf(std::span<const Sample> samples,
   // A simulator writes its own record: nothing is wrong with that.
   const bool tried = !calibration.ok() && options.model != ModelScope::kSimulator;
   if (!tried || !SpeaksOfTheFit(calibration.error())) return std::nullopt;
-  return UsualSuspect(samples, options, [&](std::span<const Sample> mended) {
-    return CalibrateWith(mended, options, Impulses::kLeftOut);
-  });
+  return UsualSuspect(
+      samples, options, [&](std::span<const Sample> mended) { return Learn(mended, options); });
 }
 
 }  // namespace
 
 Result<Calibration> Calibrate(std::span<const Sample> samples, const CalibrationOptions& options) {
-  Result<Calibration> calibration = CalibrateWith(samples, options, Impulses::kLeftOut);
+  Result<Calibration> calibration = Learn(samples, options);
   const std::optional<std::string> wrong = SuspectOf(samples, options, calibration);
   if (!wrong) return calibration;
   Error error = calibration.error();
@@ -244,12 +277,12 @@ Result<Calibration> Calibrate(std::span<const Sample> samples, const Calibration
 }
 
 bool Fits(std::span<const Sample> samples, const CalibrationOptions& options) {
-  return CalibrateWith(samples, options, Impulses::kLeftOut).ok();
+  return Learn(samples, options).ok();
 }
 
 std::optional<std::string> WhatIsWrong(std::span<const Sample> samples,
                                        const CalibrationOptions& options) {
-  return SuspectOf(samples, options, CalibrateWith(samples, options, Impulses::kLeftOut));
+  return SuspectOf(samples, options, Learn(samples, options));
 }
 
 }  // namespace faultlab::core

@@ -19,7 +19,7 @@ constexpr double kZeroGain = 16.0;
 std::optional<WithZeros> LearnZeros(const HealthyStretch& without,
                                     const RigParameters& data_sheet,
                                     const ParameterOffsets& tolerance,
-                                    std::optional<double> measured_delta_s,
+                                    std::optional<double> expected_delta_s,
                                     const Explained& explained) {
   HealthyStretch stretch = without;
   stretch.zeros = ZerosToLearn(*stretch.bench, stretch.mask);
@@ -34,7 +34,7 @@ std::optional<WithZeros> LearnZeros(const HealthyStretch& without,
   const double mc_nm = RigAt(without, explained.base, explained.fit.point).mc_nm;
   const double gain = std::popcount(stretch.mask) == 1 && mc_nm < 0.0 ? 0.0 : kZeroGain;
   if (!(tried.cost() + gain < explained.fit.cost())) return std::nullopt;
-  Explained better = ExplainStretch(stretch, data_sheet, prior, measured_delta_s);
+  Explained better = ExplainStretch(stretch, data_sheet, prior, expected_delta_s);
   return WithZeros{std::move(stretch), std::move(better)};
 }
 

@@ -21,7 +21,7 @@ struct WithZeros {
 std::optional<WithZeros> LearnZeros(const HealthyStretch& without,
                                     const RigParameters& data_sheet,
                                     const ParameterOffsets& tolerance,
-                                    std::optional<double> measured_delta_s,
+                                    std::optional<double> expected_delta_s,
                                     const Explained& explained);
 
 /// Adds what the channels that were learnt from read at zero.

@@ -86,12 +86,12 @@ CleanStretch::CleanStretch(std::span<const Sample> samples,
                            unsigned mask,
                            const RigParameters& data_sheet,
                            GaussianPrior prior,
-                           std::optional<double> measured_delta_s)
+                           std::optional<double> expected_delta_s)
     : samples_(samples),
       options_(options),
       data_sheet_(data_sheet),
       prior_(std::move(prior)),
-      measured_delta_s_(measured_delta_s),
+      expected_delta_s_(expected_delta_s),
       readings_(ReadingsOf(samples, options)),
       with_impulses_(readings_.observations),
       stretch_{options.bench, options.period_s, readings_.observations, mask, {}} {
@@ -116,7 +116,7 @@ void CleanStretch::Tell(Calibration& calibration) const {
 }
 
 void CleanStretch::Explain() {
-  explained_ = ExplainStretch(stretch_, data_sheet_, prior_, measured_delta_s_);
+  explained_ = ExplainStretch(stretch_, data_sheet_, prior_, expected_delta_s_);
 }
 
 PredictionModel CleanStretch::Model() const {

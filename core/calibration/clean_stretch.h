@@ -33,13 +33,13 @@ class CleanStretch {
   /// Explains the stretch as it is read.
   /// @param samples, options  outlive this object
   /// @param mask  bit c: there are readings of channel c
-  /// @param measured_delta_s  as ExplainStretch
+  /// @param expected_delta_s  as ExplainStretch
   CleanStretch(std::span<const Sample> samples,
                const CalibrationOptions& options,
                unsigned mask,
                const RigParameters& data_sheet,
                GaussianPrior prior,
-               std::optional<double> measured_delta_s);
+               std::optional<double> expected_delta_s);
   CleanStretch(const CleanStretch&) = delete;
   CleanStretch& operator=(const CleanStretch&) = delete;
 
@@ -63,7 +63,7 @@ class CleanStretch {
   const CalibrationOptions& options_;
   const RigParameters data_sheet_;
   const GaussianPrior prior_;
-  const std::optional<double> measured_delta_s_;
+  const std::optional<double> expected_delta_s_;
   Readings readings_;
   std::vector<Observation> with_impulses_;
   HealthyStretch stretch_;

@@ -36,9 +36,9 @@ struct DeltaStart {
 
 std::vector<DeltaStart> DeltaStartsOf(const Bench& bench,
                                       double period_s,
-                                      std::optional<double> measured_s) {
-  if (measured_s) {
-    const double within_s = std::min(*measured_s, kDeltaStartShares.front() * period_s);
+                                      std::optional<double> expected_s) {
+  if (expected_s) {
+    const double within_s = std::min(*expected_s, kDeltaStartShares.front() * period_s);
     return {{within_s, within_s}};
   }
   std::vector<DeltaStart> starts;
@@ -110,11 +110,11 @@ Explained ExplainFrom(const HealthyStretch& stretch,
                       const RigParameters& data_sheet,
                       NoiseLevel noise,
                       const GaussianPrior& prior,
-                      std::optional<double> measured_delta_s) {
+                      std::optional<double> expected_delta_s) {
   const double period_s = stretch.period_s;
   Explained found;
   bool have = false;
-  for (const DeltaStart& start : DeltaStartsOf(*stretch.bench, period_s, measured_delta_s)) {
+  for (const DeltaStart& start : DeltaStartsOf(*stretch.bench, period_s, expected_delta_s)) {
     RigParameters started = data_sheet;
     started.delta_s = start.expected_s;
     Eigen::VectorXd point = Eigen::VectorXd::Zero(prior.mean.size());
@@ -182,9 +182,9 @@ MapFit FitRig(const HealthyStretch& stretch,
 Explained ExplainStretch(const HealthyStretch& stretch,
                          const RigParameters& data_sheet,
                          const GaussianPrior& prior,
-                         std::optional<double> measured_delta_s) {
+                         std::optional<double> expected_delta_s) {
   const NoiseLevel described = NoiseOf(*stretch.bench);
-  Explained first = ExplainFrom(stretch, data_sheet, described, prior, measured_delta_s);
+  Explained first = ExplainFrom(stretch, data_sheet, described, prior, expected_delta_s);
   bool more = first.noise.friction_nm > kMoreNoise * described.friction_nm;
   NoiseLevel noisy = described;
   for (std::size_t c = 0; c < kOutputCount; ++c) {
@@ -195,7 +195,7 @@ Explained ExplainStretch(const HealthyStretch& stretch,
     start = std::max(kNoisyReadings * start, found);
   }
   if (!stretch.bench->fits_follow_noise || !more) return first;
-  Explained second = ExplainFrom(stretch, data_sheet, noisy, prior, measured_delta_s);
+  Explained second = ExplainFrom(stretch, data_sheet, noisy, prior, expected_delta_s);
   return second.cost < first.cost ? second : first;
 }
 

@@ -55,10 +55,10 @@ struct Explained {
 
 /// Fits the rig, from several delays, and the noise in turn.
 /// @param data_sheet  the rig without offsets; its delta is not used
-/// @param measured_delta_s  what the rig says of its delta; none: the description's is expected
+/// @param expected_delta_s  none: what the bench expects
 Explained ExplainStretch(const HealthyStretch& stretch,
                          const RigParameters& data_sheet,
                          const GaussianPrior& prior,
-                         std::optional<double> measured_delta_s);
+                         std::optional<double> expected_delta_s);
 
 }  // namespace faultlab::core

@@ -21,6 +21,11 @@ constexpr ImpulseRule kRare{.gate = 12.0, .share_max = 0.02};
 // What is left of a hum that is known to be there must explain so much, in chi-square.
 constexpr double kLeftHumGain = 16.0;
 
+PredictionModel ModelWith(const FitContext& context, const HypothesisFit& fit) {
+  const RigParameters rig = WithOffsets(context.rig, fit.nuisance, context.period_s);
+  return context.ModelOf(WithComponent(rig, fit.component, fit.value));
+}
+
 }  // namespace
 
 CleanReadings::CleanReadings(const IsolationTask& task, const std::vector<Component>& components)
@@ -61,13 +66,16 @@ void CleanReadings::LeaveOutKnown(const FitContext& nominal) {
   LeaveOut(nominal, all.subspan(fit_from_), {.or_the_farthest = true});
 }
 
-bool CleanReadings::LeaveOutRare(const FitContext& nominal) {
+bool CleanReadings::LeaveOutRare(const FitContext& nominal,
+                                 const HypothesisFit* nearest,
+                                 const HypothesisFit* newest) {
   if (task_.calibration->impulse_share > 0.0) return false;
   before_ = readings_;
   in_newest_ = kRare;
   const std::size_t of_all =
-      LeaveOut(nominal, std::span<Observation>(readings_).subspan(fit_from_), kRare);
-  (void)Newest(nominal, SpanOf(kLateSamples, task_.options.period_s));
+      LeaveOut(nominal, std::span<Observation>(readings_).subspan(fit_from_), kRare, nearest);
+  if (of_all > 0) newest = nullptr;
+  (void)Newest(nominal, SpanOf(kLateSamples, task_.options.period_s), newest);
   return of_all > 0 || left_out_of_newest_ > 0;
 }
 
@@ -105,11 +113,14 @@ void CleanReadings::PutBack() {
 // @param context  of a stretch that shares its readings with `readings`
 std::size_t CleanReadings::LeaveOut(const FitContext& context,
                                     std::span<Observation> readings,
-                                    const ImpulseRule& rule) const {
+                                    const ImpulseRule& rule,
+                                    const HypothesisFit* nearest) const {
   constexpr int kRounds = 4;
   std::size_t all = 0;
   for (int round = 0; round < kRounds; ++round) {
-    const std::size_t more = LeaveOutImpulses(Nearest(context), readings, rule);
+    const bool known = round == 0 && nearest != nullptr;
+    const PredictionModel model = known ? ModelWith(context, *nearest) : Nearest(context);
+    const std::size_t more = LeaveOutImpulses(model, readings, rule);
     if (more == 0) break;
     all += more;
   }
@@ -119,18 +130,18 @@ std::size_t CleanReadings::LeaveOut(const FitContext& context,
 PredictionModel CleanReadings::Nearest(const FitContext& context) const {
   const RankedHypotheses ranked =
       RankHypotheses(context, components_, task_.options.values, FitPolicy::kStopLosers);
-  const HypothesisFit& nearest = ranked.best();
-  const RigParameters rig = WithOffsets(context.rig, nearest.nuisance, context.period_s);
-  return context.ModelOf(WithComponent(rig, nearest.component, nearest.value));
+  return ModelWith(context, ranked.best());
 }
 
-FitContext CleanReadings::Newest(const FitContext& context, std::size_t samples) {
+FitContext CleanReadings::Newest(const FitContext& context,
+                                 std::size_t samples,
+                                 const HypothesisFit* nearest) {
   FitContext late = context;
   late.stretch = context.stretch.last(std::min(samples, context.stretch.size()));
   if (!in_newest_) return late;
   std::vector<Observation>& part = newest_.emplace_back(late.stretch.begin(), late.stretch.end());
   late.stretch = part;
-  left_out_of_newest_ += LeaveOut(late, part, *in_newest_);
+  left_out_of_newest_ += LeaveOut(late, part, *in_newest_, nearest);
   return late;
 }
 

@@ -9,6 +9,7 @@
 #include "core/filter/impulses.h"
 #include "core/filter/observation.h"
 #include "core/isolation/fit_context.h"
+#include "core/isolation/hypothesis.h"
 #include "core/isolation/isolation_task.h"
 
 namespace faultlab::core {
@@ -43,8 +44,12 @@ class CleanReadings {
   void LeaveOutKnown(const FitContext& nominal);
   /// Impulses may be so rare that the healthy stretch had none: leaves out what is so far that
   /// nothing else can be behind it.
+  /// @param nearest  what comes nearest to stretch(), if that is known already
+  /// @param newest   the same of the newest kLateSamples
   /// @returns whether there was any
-  bool LeaveOutRare(const FitContext& nominal);
+  bool LeaveOutRare(const FitContext& nominal,
+                    const HypothesisFit* nearest,
+                    const HypothesisFit* newest);
   /// Takes out the hum that is left since the fault under the component that comes nearest: nobody
   /// could follow it from then on.
   /// @returns whether there was any
@@ -56,12 +61,16 @@ class CleanReadings {
 
   /// `context` with its newest readings alone. Of a record that moves, no component comes near the
   /// whole: there, impulses hide behind what it leaves. In the newest part they stand out again.
-  FitContext Newest(const FitContext& context, std::size_t samples);
+  /// @param nearest  to them, if that is known already
+  FitContext Newest(const FitContext& context,
+                    std::size_t samples,
+                    const HypothesisFit* nearest = nullptr);
 
  private:
   std::size_t LeaveOut(const FitContext& context,
                        std::span<Observation> readings,
-                       const ImpulseRule& rule) const;
+                       const ImpulseRule& rule,
+                       const HypothesisFit* nearest = nullptr) const;
   /// The rig with the component that comes nearest.
   PredictionModel Nearest(const FitContext& context) const;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/types/time_span.h"
 
@@ -12,8 +13,13 @@ namespace {
 // Number of hypotheses whose values are estimated again from all readings since the fault, after
 // the newest readings have decided which component it is.
 constexpr std::size_t kSizedMax = 2;
-// The newest part may follow a slope.
-constexpr std::size_t kDriftSamples = 100;
+// The newest part may follow a slope; a steep one is a slope for a shorter time.
+struct Slope {
+  std::size_t samples;
+  std::size_t block;  ///< as FitDrift
+};
+constexpr Slope kGentle{100, kDriftBlock};
+constexpr Slope kSteep{40, 2};
 constexpr std::size_t kLateMin = 60;
 constexpr std::size_t kDriftHypotheses = 3;
 // A component is not tried as a drift if its best constant value costs this much more than the best
@@ -31,15 +37,22 @@ class Search {
          CleanReadings& readings)
       : components_(components), task_(task), readings_(readings) {}
 
-  Explanation Run(const FitContext& context) {
-    Explanation explanation = BestOf(context);
+  Explanation Run(const FitContext& context) { return WithGain(BestOf(context)); }
+
+  std::optional<Explanation> RunSteep(const FitContext& context, Component component) const {
+    std::optional<Explanation> drift = Moving(context, kSteep);
+    if (!drift || drift->set.best().component != component) return std::nullopt;
+    return WithGain(std::move(*drift));
+  }
+
+ private:
+  static Explanation WithGain(Explanation explanation) {
     const double cost = explanation.sensor ? explanation.sensor->cost : explanation.set.best().cost;
     explanation.null = FitNullHypothesis(explanation.context);
     explanation.gain = explanation.null.cost - cost;
     return explanation;
   }
 
- private:
   std::size_t Span(std::size_t samples) const { return SpanOf(samples, task_.options.period_s); }
 
   RankedHypotheses Fit(const FitContext& context, FitPolicy policy) const {
@@ -76,19 +89,26 @@ class Search {
       Explanation newest{late, Fit(late, FitPolicy::kStopLosers), {}, FaultShape::kDrift};
       newest.lack_of_fit = TestLackOfFit(late, newest.set.best());
       if (newest.lack_of_fit.adequate) {
-        const FitContext slope = readings_.Newest(context, Span(kDriftSamples));
+        const FitContext slope = readings_.Newest(context, Span(kGentle.samples));
         newest.rate = RateOf(slope, FitDrift(slope, newest.set.best()));
         return newest;
       }
+      whole.of_newest = newest.set.best();
     }
-    const FitContext slope = readings_.Newest(context, Span(kDriftSamples));
+    std::optional<Explanation> drift = Moving(context, kGentle);
+    return drift ? std::move(*drift) : std::move(whole);
+  }
+
+  // The newest part with a value that moves, if that explains it.
+  std::optional<Explanation> Moving(const FitContext& context, const Slope& shape) const {
+    const FitContext slope = readings_.Newest(context, Span(shape.samples));
     Explanation drift{slope, Fit(slope, FitPolicy::kStopLosers), {}, FaultShape::kDrift};
     std::vector<HypothesisFit>& fits = drift.set.fits;
     const double constant_cost = drift.set.best().cost;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < std::min(kDriftHypotheses, fits.size()); ++i) {
       if (fits[i].cost - constant_cost > kDriftWorthCost) break;
-      const DriftFit moving = FitDrift(slope, fits[i]);
+      const DriftFit moving = FitDrift(slope, fits[i], shape.block);
       fits[i] = moving.fit;
       if (moving.fit.cost < least) {
         least = moving.fit.cost;
@@ -97,8 +117,11 @@ class Search {
     }
     std::sort(fits.begin(), fits.end(), LikelierFirst);
     drift.lack_of_fit = TestScore(fits.front());
-    if (drift.lack_of_fit.adequate && constant_cost - fits.front().cost > kFaultGain) return drift;
-    return whole;
+    const bool moves = constant_cost - fits.front().cost > kFaultGain;
+    // At the end of a steep one it stands still.
+    const bool may_stand = shape.samples < kGentle.samples;
+    if (!drift.lack_of_fit.adequate || !(moves || may_stand)) return std::nullopt;
+    return drift;
   }
 
   // Estimates value and standard error of the best hypotheses from every reading since the fault;
@@ -135,6 +158,14 @@ Explanation Explain(const FitContext& context,
                     const IsolationTask& task,
                     CleanReadings& readings) {
   return Search(components, task, readings).Run(context);
+}
+
+std::optional<Explanation> ExplainSteep(const FitContext& context,
+                                        const std::vector<Component>& components,
+                                        const IsolationTask& task,
+                                        CleanReadings& readings,
+                                        Component component) {
+  return Search(components, task, readings).RunSteep(context, component);
 }
 
 }  // namespace faultlab::core

@@ -29,6 +29,7 @@ struct Explanation {
   std::optional<SensorFit> sensor{};  ///< explains the stretch better than any component
   double gain = 0.0;  ///< of cost, compared with the same stretch without a new fault
   double rate = 0.0;  ///< of a drift that goes on: SI units of the component a second
+  std::optional<HypothesisFit> of_newest{};  ///< what came nearest to the newest kLateSamples
 };
 
 /// Tries one value for the whole stretch; then one value for its newest part; then a slope.
@@ -37,5 +38,13 @@ Explanation Explain(const FitContext& context,
                     const std::vector<Component>& components,
                     const IsolationTask& task,
                     CleanReadings& readings);
+
+/// Tries a slope for 0.4 s, or one value at its end. So little is explained by many a value: that
+/// of `component`, which comes nearest to the whole stretch, must explain it best.
+std::optional<Explanation> ExplainSteep(const FitContext& context,
+                                        const std::vector<Component>& components,
+                                        const IsolationTask& task,
+                                        CleanReadings& readings,
+                                        Component component);
 
 }  // namespace faultlab::core

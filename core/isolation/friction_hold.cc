@@ -14,9 +14,8 @@ constexpr double kBreakawayShare = 2.5;
 bool HardlyTurns(const RigParameters& rig, std::span<const Observation> stretch) {
   if (stretch.empty()) return false;
   const auto [least, most] = std::ranges::minmax(stretch, {}, &Observation::u);
-  if (!(least.u < 0.0 && most.u > 0.0)) return false;
   const PlantParameters& plant = rig.plant;
-  const double drive_v = std::abs(rig.gain()) * std::max(-least.u, most.u);
+  const double drive_v = std::abs(rig.gain()) * std::max(std::abs(least.u), std::abs(most.u));
   const double torque_nm = plant.kt_nm_per_a * drive_v / (plant.ra_ohm + plant.series_ohm);
   return torque_nm < kBreakawayShare * rig.mc_nm;
 }

@@ -7,8 +7,8 @@
 
 namespace faultlab::core {
 
-/// True where friction holds a motor near rest that is driven both ways: the largest input of the
-/// stretch gives the standing motor less than 2.5 times the torque of its Coulomb friction.
+/// True where friction holds a motor near rest: the largest input of the stretch gives the standing
+/// motor less than 2.5 times the torque of its Coulomb friction.
 /// Break-away and Stribeck friction, which the models do not have, then decide when it turns.
 bool HardlyTurns(const RigParameters& rig, std::span<const Observation> stretch);
 

@@ -20,9 +20,6 @@ constexpr double kBoundCost = 9.0;
 constexpr double kClosedCost = 60.0;
 // Number of bisections between the value and the end of its range.
 constexpr int kBoundHalvings = 12;
-// A drifting value is held constant for this many samples (SpanOf); the filter does not resolve
-// finer steps.
-constexpr std::size_t kDriftBlock = 10;
 // A slope lies near the constant value that was fitted; a fit that needs more steps is not a slope.
 constexpr int kDriftIterations = 6;
 // Standard deviation of the relaxed prior of a coordinate: a factor of e either way.
@@ -161,17 +158,17 @@ void RefineComponent(const FitContext& context, HypothesisFit& h, double give_up
   h.magnitude_cost = MagnitudePrior(context.rig.plant, h.component, h.value);
 }
 
-DriftFit FitDrift(const FitContext& context, const HypothesisFit& from) {
+DriftFit FitDrift(const FitContext& context, const HypothesisFit& from, std::size_t block) {
   const std::size_t n = context.stretch.size();
-  const std::size_t block_samples = SpanOf(kDriftBlock, context.period_s);
+  const std::size_t block_samples = SpanOf(block, context.period_s);
   const std::size_t blocks = (n + block_samples - 1) / block_samples;
   StretchModels models{
-      context.stretch, [&](const Eigen::VectorXd& q, std::size_t block) {
+      context.stretch, [&](const Eigen::VectorXd& q, std::size_t at) {
         const RigParameters rig =
             WithOffsets(context.rig, q.tail(context.coordinates()), context.period_s);
         const double first = std::exp(q(0));
         const double last = std::exp(q(1));
-        const double share = (static_cast<double>(block) + 0.5) / static_cast<double>(blocks);
+        const double share = (static_cast<double>(at) + 0.5) / static_cast<double>(blocks);
         return context.ModelOf(WithComponent(rig, from.component, first + (last - first) * share));
       }};
   models.from.resize(blocks);

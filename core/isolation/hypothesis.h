@@ -54,13 +54,18 @@ void RefineComponent(const FitContext& context,
 /// The same for one given value (a relay position): no scan, and log_sigma is 0.
 HypothesisFit FitComponentAt(const FitContext& context, Component component, double value);
 
-/// A value that changes linearly through the stretch, in steps of ten samples.
+/// Samples (SpanOf) for which a drifting value is held constant. A slow one shows no finer steps.
+inline constexpr std::size_t kDriftBlock = 10;
+
+/// A value that changes linearly through the stretch, in steps of a block.
 struct DriftFit {
   double first_value = 0.0;  ///< at the beginning of the stretch, SI unit
   HypothesisFit fit;         ///< fit.value: at the end of the stretch
 };
 /// @param from  a fitted hypothesis, whose value is the start for both ends
-DriftFit FitDrift(const FitContext& context, const HypothesisFit& from);
+DriftFit FitDrift(const FitContext& context,
+                  const HypothesisFit& from,
+                  std::size_t block = kDriftBlock);
 
 /// The best fit when the prior of all coordinates is relaxed (to a factor of e) around a
 /// hypothesis. If this lowers the cost much, the hypothesis does not explain everything.

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "core/filter/speed_response.h"
 #include "core/isolation/clean_readings.h"
@@ -95,6 +97,7 @@ class Isolation {
     Conclusion cold = Conclude(nominal_);
     if (cold.result.verdict.kind == VerdictKind::kUnknownFault && !cold.result.verdict.sensor) {
       cold = WithoutOddReadings(std::move(cold));
+      if (!cold.explanation.lack_of_fit.adequate) cold = Steep(std::move(cold));
     }
     IsolationResult& result = cold.result;
     const bool maybe_healthy = MayBeWarming(result);
@@ -129,12 +132,13 @@ class Isolation {
 
   struct Conclusion {
     IsolationResult result;
+    Explanation explanation;
+    bool second = false;  // beside the faults that were known
     double cost = 0.0;    // of the best fit
     double strain = 0.0;  // what it pays of that because the coordinates are off their prior
   };
 
   Conclusion Conclude(const FitContext& nominal) {
-    IsolationResult result = Empty();
     FitContext on_top = nominal;
     for (const Candidate& fault : task_.reference) {
       on_top.rig = WithComponent(on_top.rig, fault.component, fault.value);
@@ -157,25 +161,51 @@ class Isolation {
         second = true;
       }
     }
+    return Told(std::move(explanation), second);
+  }
+
+  Conclusion Told(Explanation explanation, bool second) const {
+    IsolationResult result = Empty();
     FillVerdict(explanation, second, result);
     const HypothesisFit& best = explanation.set.best();
     const GaussianPrior& prior = explanation.context.calibration;
     const Eigen::VectorXd off = best.nuisance - prior.mean;
-    return {std::move(result), best.cost, off.dot(prior.information * off)};
+    const double cost = best.cost;
+    const double strain = off.dot(prior.information * off);
+    return {std::move(result), std::move(explanation), second, cost, strain};
+  }
+
+  // A drift that is too steep for the newest second.
+  Conclusion Steep(Conclusion unknown) {
+    const Explanation& whole = unknown.explanation;
+    const Component nearest = whole.set.best().component;
+    std::optional<Explanation> steep =
+        ExplainSteep(whole.context, changeable_, task_, readings_, nearest);
+    return steep ? Told(std::move(*steep), unknown.second) : std::move(unknown);
   }
 
   // Rare impulses, or hum that nobody could follow.
   Conclusion WithoutOddReadings(Conclusion unknown) {
-    for (const auto take_out : {&CleanReadings::LeaveOutRare, &CleanReadings::TakeOutHum}) {
-      if ((readings_.*take_out)(nominal_)) {
-        Conclusion without = Conclude(nominal_);
-        const bool explained = without.result.verdict.kind == VerdictKind::kFault ||
-                               without.result.returned_to_nominal;
-        if (explained) return without;
-      }
-      readings_.PutBack();
+    const Explanation& found = unknown.explanation;
+    const bool known = !unknown.second;
+    const HypothesisFit* nearest = known ? &found.set.best() : nullptr;
+    const HypothesisFit* newest = known && found.of_newest ? &*found.of_newest : nullptr;
+    if (readings_.LeaveOutRare(nominal_, nearest, newest)) {
+      if (std::optional<Conclusion> without = Explained()) return std::move(*without);
     }
+    readings_.PutBack();
+    if (readings_.TakeOutHum(nominal_)) {
+      if (std::optional<Conclusion> without = Explained()) return std::move(*without);
+    }
+    readings_.PutBack();
     return unknown;
+  }
+
+  std::optional<Conclusion> Explained() {
+    Conclusion conclusion = Conclude(nominal_);
+    const IsolationResult& result = conclusion.result;
+    const bool explained = result.verdict.kind == VerdictKind::kFault || result.returned_to_nominal;
+    return explained ? std::optional(std::move(conclusion)) : std::nullopt;
   }
 
   // What comes at once is no warming. What is left when the reading that has raised the alarm is

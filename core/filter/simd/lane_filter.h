@@ -89,7 +89,7 @@ class LaneFilter {
       if (sum.count_of[c] == 0) continue;
       sum.log_det += kSaturates && passages_.any[lane]
                          ? passages_.log_s[c][lane]
-                         : sum.count_of[c] * std::log(GetLane(s_[c], lane));
+                         : sum.count_of[c] * std::log(GetLane(UsualS(c), lane));
     }
     sum.mc_cross = GetLane(mc_cross_, lane);
     sum.mc_square = GetLane(mc_square_, lane);
@@ -219,7 +219,7 @@ class LaneFilter {
     const Mask none = zero < zero;
     if (!starts) {
       if (kSaturates && holds_) {
-        passages_.Begin(passes_, s_, no_news_);
+        passages_.Begin(passes_, {UsualS(0), UsualS(1), UsualS(2)}, no_news_);
         passed_ = passed_ | passes_;
         quiet_ = passed_ ? zero : quiet_;
       }
@@ -259,7 +259,14 @@ class LaneFilter {
       const Lane next = moved ? zero : quiet_ + 1.0;
       quiet_ = waits ? quiet_ : next;
     }
+    after_gap_ = after_gap_ & Not(Settled());
     held_ = All(Settled());
+  }
+
+  // The S of nearly all readings so far. Just after a gap it is that from before.
+  Lane UsualS(std::size_t c) const {
+    const Mask before = after_gap_ & (Lane{} < s_before_gap_[c]) & (s_before_gap_[c] < s_[c]);
+    return before ? s_before_gap_[c] : s_[c];
   }
 
   // Gain and S from the covariance, for the lanes in `mask`. Returns the lanes whose S has changed.
@@ -285,6 +292,10 @@ class LaneFilter {
   void Start(const Observation& now) {
     const LaneModel<Lane>& m = model_;
     const Lane zero{};
+    if (started_) {
+      for (std::size_t c = 0; c < kOutputCount; ++c) s_before_gap_[c] = UsualS(c);
+      after_gap_ = zero == zero;
+    }
     const Lane one = zero + 1.0;
     const auto u = Limited(now.u);
     Lane mc = m.mc;
@@ -336,6 +347,8 @@ class LaneFilter {
   unsigned mask_ = 0;
   // Used only while the covariance changes.
   std::array<Lane, kOutputCount> s_{};
+  std::array<Lane, kOutputCount> s_before_gap_{};
+  Mask after_gap_{};  // not settled since the last gap
   LaneCovariance<Lane> p_{};
   Lane quiet_{};    // samples since an S last changed
   Lane no_news_{};  // readings of um that were only bounds

@@ -26,10 +26,17 @@ TEST(HardlyTurns, WhereFrictionTakesMuchOfTheDriveOfBothDirections) {
   EXPECT_FALSE(HardlyTurns(RigOf(plant, 0.39 * torque_nm), both));
 }
 
-TEST(HardlyTurns, NeverWhereTheInputHasOneSign) {
-  const std::array<Observation, 2> one = {Observation{.u = 0.0}, Observation{.u = 2.0}};
-  EXPECT_FALSE(HardlyTurns(RigOf(paper::Plant(), 1.0), one));
-  EXPECT_FALSE(HardlyTurns(RigOf(paper::Plant(), 1.0), {}));
+TEST(HardlyTurns, WhereItIsDrivenOneWay) {
+  const PlantParameters plant = paper::Plant();
+  const std::array<Observation, 2> one = {Observation{.u = 1.0}, Observation{.u = 2.0}};
+  const std::array<Observation, 2> back = {Observation{.u = -2.0}, Observation{.u = -1.0}};
+  const double torque_nm =
+      plant.kt_nm_per_a * plant.gain() * 2.0 / (plant.ra_ohm + plant.series_ohm);
+  for (const auto& drive : {one, back}) {
+    EXPECT_TRUE(HardlyTurns(RigOf(plant, 0.41 * torque_nm), drive));
+    EXPECT_FALSE(HardlyTurns(RigOf(plant, 0.39 * torque_nm), drive));
+  }
+  EXPECT_FALSE(HardlyTurns(RigOf(plant, 1.0), {}));
 }
 
 }  // namespace
