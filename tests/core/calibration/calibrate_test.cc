@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/signals/excitation.h"
 #include "core/signals/random.h"
 #include "tests/core/bench_records.h"
 #include "tests/paper_rig.h"
@@ -119,6 +120,33 @@ TEST(Calibrate, SaysWhatTheChannelsCannotSee) {
   }
 }
 
+TEST(Calibrate, TakesAStretchWhoseLastSampleFollowsAGap) {
+  std::vector<Sample> stretch = Between(BenchRecord({}, 60, 6.0), 0.5, 5.0);
+  const Result<Calibration> whole = Calibrate(stretch, paper::ToCalibrate());
+  stretch.erase(stretch.end() - 2);
+  const Result<Calibration> gap = Calibrate(stretch, paper::ToCalibrate());
+  ASSERT_TRUE(whole.ok() && gap.ok()) << gap.error().message;
+  EXPECT_NEAR(gap.value().um_noise_v, whole.value().um_noise_v, 0.02 * whole.value().um_noise_v);
+  EXPECT_NEAR(gap.value().nominal.j_kg_m2, whole.value().nominal.j_kg_m2, 2e-9);
+}
+
+// Small steps tell J only together with delta, which then is as described.
+TEST(Calibrate, ExpectsTheDescribedDeltaWhereASweepDoesNotTellIt) {
+  const ChirpSpec chirp{.offset_v = 2.4, .amplitude_v = 0.8, .from_hz = 0.2, .to_hz = 8.0};
+  const std::vector<double> uc = MakeChirp(chirp, 2000, paper::kPeriodS);
+  for (std::uint64_t seed = 61; seed < 67; ++seed) {
+    const Result<Calibration> result = Calibrate(
+        Between(SimulateRecord(paper::Hardware(), paper::Plant(), uc, {}, seed, paper::kPeriodS),
+                0.5,
+                5.0),
+        paper::ToCalibrate());
+    ASSERT_TRUE(result.ok()) << result.error().message;
+    EXPECT_NEAR(result.value().delta_s, paper::Bench().delta_s, 0.4e-3) << seed;
+    const double j = paper::Plant().j_kg_m2;
+    EXPECT_NEAR(result.value().nominal.j_kg_m2, j, 0.02 * j) << seed;
+  }
+}
+
 TEST(Calibrate, RefusesByNamingTheCheck) {
   const auto refusal = [](const std::vector<Sample>& samples) {
     const Result<Calibration> result = Calibrate(samples, paper::ToCalibrate());
@@ -133,6 +161,13 @@ TEST(Calibrate, RefusesByNamingTheCheck) {
           0.5,
           5.0)),
       "excitation");
+  std::vector<double> ramp(600);
+  for (std::size_t k = 0; k < ramp.size(); ++k) ramp[k] = 2.0 + 0.002 * static_cast<double>(k);
+  EXPECT_EQ(refusal(Between(
+                SimulateRecord(paper::Hardware(), paper::Plant(), ramp, {}, 55, paper::kPeriodS),
+                0.5,
+                5.0)),
+            "excitation");
   std::vector<Sample> silent = Between(BenchRecord({}, 56, 6.0), 0.5, 5.0);
   for (std::size_t k = 0; k < silent.size(); k += 2) silent[k].um_v = kAbsent;
   EXPECT_EQ(refusal(silent), "missing");

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
+#include <string>
 
 #include "core/diagnosis/pipeline.h"
 #include "tests/core/bench_records.h"
@@ -141,6 +143,40 @@ TEST(DiagnoseRecord, StatesTheRateOfADriftThatGoesOn) {
   ASSERT_NE(at, std::string::npos) << reason;
   EXPECT_NEAR(std::stod(reason.substr(at + begin.size())), 400.0, 100.0) << reason;
   EXPECT_NE(reason.find("ohm a second"), std::string::npos) << reason;
+}
+
+// A hundred times as much within 5 s, and the record ends a moment after that.
+TEST(DiagnoseRecord, NamesASteepDriftWhileItMovesAndAtItsEnd) {
+  Fault drift = AbruptFault(paper::kB, 1.8e-4, 10.0);
+  drift.kind = FaultKind::kDrift;
+  drift.until_s = 15.0;
+  for (const std::size_t samples : {1300, 1400, 1540}) {
+    auto record = BenchRecord({drift}, 15);
+    record.resize(samples);
+    const Verdict verdict = DiagnoseRecord(record, FreeValues(Channels::kAll)).verdict;
+    SCOPED_TRACE(verdict.reason);
+    ASSERT_EQ(verdict.kind, VerdictKind::kFault);
+    EXPECT_TRUE(Names(verdict, paper::kB));
+    const double now = std::min(1.8e-4, 1.8e-6 + 3.564e-5 * (record.back().t_s - 10.0));
+    EXPECT_NEAR(ValueOf(verdict, paper::kB), now, 0.03 * now);
+    const std::string begin = "and moves by +";
+    const std::size_t at = verdict.reason.find(begin);
+    ASSERT_EQ(at != std::string::npos, samples < 1500);
+    if (samples > 1500) continue;
+    EXPECT_NEAR(std::stod(verdict.reason.substr(at + begin.size())), 3.564e-5, 1e-6);
+  }
+}
+
+TEST(DiagnoseRecord, LosesNoFaultWithTheSampleBeforeTheLast) {
+  std::uint64_t seed = 81;
+  for (const PaperFault& fault : AllPaperFaults()) {
+    auto record = BenchRecord({AbruptFault(fault.component, fault.value)}, ++seed);
+    record.erase(record.end() - 2);
+    const Verdict verdict = DiagnoseRecord(record, FreeValues(Channels::kAll)).verdict;
+    SCOPED_TRACE(std::string(Name(fault.component)) + ": " + verdict.reason);
+    EXPECT_EQ(verdict.kind, VerdictKind::kFault);
+    EXPECT_TRUE(Names(verdict, fault.component));
+  }
 }
 
 TEST(DiagnoseRecord, SaysThatTooLittleFollowsAChangeAtTheVeryEnd) {

@@ -341,5 +341,36 @@ TEST(CountedSpeed, ThatIsPairedWithTheWrongInputIsSaid) {
       << reason(late, early);
 }
 
+// Twenty times its resistance: static friction, which the model does not have, decides when the
+// motor turns.
+TEST(GearMotor, NamesTheWindingOfAMotorThatFrictionHoldsAndNothingOnTopOfIt) {
+  const Bench& bench = *hardware::LoadBench("gear-motor").value();
+  const Component ra = *bench.Find("Ra");
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    PrbsSpec prbs;
+    prbs.low_v = 1.3;
+    prbs.high_v = 2.8;
+    prbs.clock_s = 0.03;
+    prbs.seed = seed;
+    Fault open;
+    open.component = ra;
+    open.value = 60.0;
+    open.at_s = kFaultAtS;
+    const std::vector<Sample> record = SimulateRecord(bench.profiles.front(),
+                                                      bench.nominal,
+                                                      MakePrbs(prbs, 1600, bench.period_s),
+                                                      {&open, 1},
+                                                      seed,
+                                                      bench.period_s);
+    const Verdict verdict = DiagnoseRecord(record, OptionsOf(bench)).verdict;
+    SCOPED_TRACE(verdict.reason);
+    EXPECT_EQ(verdict.kind, VerdictKind::kFault);
+    ASSERT_EQ(verdict.group.size(), 1U);
+    EXPECT_EQ(verdict.group.front(), ra);
+    EXPECT_NEAR(ValueOf(verdict, ra), 60.0, 6.0);
+    EXPECT_NE(verdict.reason.find("the motor hardly turns"), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace faultlab::core

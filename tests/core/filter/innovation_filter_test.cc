@@ -249,6 +249,25 @@ TEST(LaneProducts, AreTheProductsOfSlopesAndPoint) {
   }
 }
 
+// S is large for some samples after a gap; that of nearly all readings is the settled one.
+TEST(InnovationFilter, CountsTheSettledVarianceWhereTheRecordEndsJustAfterAGap) {
+  auto record = BenchRecord({}, 46, 6.0);
+  const PredictionModel model = MakePredictionModel(BenchRig(), BenchNoise(), 0.01);
+  const auto log_det_of = [&](std::size_t samples_after_gap) {
+    auto with_gap = record;
+    with_gap.erase(with_gap.end() - static_cast<std::ptrdiff_t>(samples_after_gap) - 1);
+    const auto stretch =
+        MakeObservations(with_gap, paper::Bench().readings(), Channels::kAll, 0.01, 10.0);
+    EXPECT_TRUE(stretch[stretch.size() - samples_after_gap].restart);
+    return RunInnovations(model, stretch).log_det;
+  };
+  const double settled = log_det_of(200);
+  for (const std::size_t after : {1, 2, 5}) EXPECT_NEAR(log_det_of(after), settled, 0.5) << after;
+  // A channel that was silent until the gap has no settled one.
+  for (std::size_t k = 0; k + 2 < record.size(); ++k) record[k].n_rpm = kAbsent;
+  EXPECT_TRUE(std::isfinite(log_det_of(1)));
+}
+
 TEST(InnovationFilter, TellsTheResponseToMcOfAMotorThatTurnsOneWay) {
   const auto record = BenchRecord({}, 45, 6.0);
   const auto stretch = MakeObservations(std::span<const Sample>(record).subspan(100),
