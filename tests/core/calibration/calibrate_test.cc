@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "core/signals/excitation.h"
 #include "core/signals/random.h"
 #include "tests/core/bench_records.h"
 #include "tests/paper_rig.h"
@@ -128,23 +127,6 @@ TEST(Calibrate, TakesAStretchWhoseLastSampleFollowsAGap) {
   ASSERT_TRUE(whole.ok() && gap.ok()) << gap.error().message;
   EXPECT_NEAR(gap.value().um_noise_v, whole.value().um_noise_v, 0.02 * whole.value().um_noise_v);
   EXPECT_NEAR(gap.value().nominal.j_kg_m2, whole.value().nominal.j_kg_m2, 2e-9);
-}
-
-// Small steps tell J only together with delta, which then is as described.
-TEST(Calibrate, ExpectsTheDescribedDeltaWhereASweepDoesNotTellIt) {
-  const ChirpSpec chirp{.offset_v = 2.4, .amplitude_v = 0.8, .from_hz = 0.2, .to_hz = 8.0};
-  const std::vector<double> uc = MakeChirp(chirp, 2000, paper::kPeriodS);
-  for (std::uint64_t seed = 61; seed < 67; ++seed) {
-    const Result<Calibration> result = Calibrate(
-        Between(SimulateRecord(paper::Hardware(), paper::Plant(), uc, {}, seed, paper::kPeriodS),
-                0.5,
-                5.0),
-        paper::ToCalibrate());
-    ASSERT_TRUE(result.ok()) << result.error().message;
-    EXPECT_NEAR(result.value().delta_s, paper::Bench().delta_s, 0.4e-3) << seed;
-    const double j = paper::Plant().j_kg_m2;
-    EXPECT_NEAR(result.value().nominal.j_kg_m2, j, 0.02 * j) << seed;
-  }
 }
 
 TEST(Calibrate, RefusesByNamingTheCheck) {
