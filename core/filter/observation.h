@@ -30,11 +30,11 @@ constexpr double RoundingVariance(double w_rad_s, double step_s) {
   return step * step / 12.0;
 }
 
-/// Turns samples into observations one by one, by the rule of SampleIntake: repeated and late
-/// samples are dropped; a missing sample or a missing input restarts the state.
 /// What channels read at zero: um (V), ia (A), w (rad/s, motor shaft).
 using ReadingZeros = std::array<double, kOutputCount>;
 
+/// Turns samples into observations one by one, by the rule of SampleIntake: repeated and late
+/// samples are dropped; a missing sample or a missing input restarts the state.
 class ObservationBuilder {
  public:
   /// @param zeros  taken out of the readings

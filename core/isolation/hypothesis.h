@@ -62,7 +62,8 @@ struct DriftFit {
   double first_value = 0.0;  ///< at the beginning of the stretch, SI unit
   HypothesisFit fit;         ///< fit.value: at the end of the stretch
 };
-/// @param from  a fitted hypothesis, whose value is the start for both ends
+/// @param from   a fitted hypothesis, whose value is the start for both ends
+/// @param block  samples (SpanOf)
 DriftFit FitDrift(const FitContext& context,
                   const HypothesisFit& from,
                   std::size_t block = kDriftBlock);
