@@ -107,7 +107,7 @@ class Isolation {
     IsolationResult& warm = warmed.result;
     if (!warm.returned_to_nominal) {
       const bool explains_more =
-          warm.verdict.kind == VerdictKind::kFault &&
+          warm.verdict.kind == VerdictKind::kFault && !result.verdict.sensor &&
           (result.verdict.kind == VerdictKind::kUnknownFault ||
            warm.present.size() < result.present.size() ||
            (BySpeedAlone() && warmed.cost + kFaultGain < cold.cost) ||
@@ -236,10 +236,9 @@ class Isolation {
   // visible one of another component, or something that no component explains.
   bool MayBeWarming(const IsolationResult& result) const {
     const Bench& bench = *task_.options.bench;
-    if (!IsSlow() || bench.norm.warming <= 0.0 || result.returned_to_nominal ||
-        result.verdict.sensor) {
-      return false;
-    }
+    if (!IsSlow() || bench.norm.warming <= 0.0 || result.returned_to_nominal) return false;
+    // A magnet that warms up reads like a sensor that is off a little.
+    if (result.verdict.sensor) return true;
     // um alone does not show it; there only a part that is named may be one.
     const bool shows = task_.calibration->used_ia || task_.calibration->used_n;
     if (shows &&

@@ -41,12 +41,18 @@ function binary() {
 }
 
 const servers = new Set();
+/** Servers and agents that run. */
+const running = new Set();
 const browsers = new Set();
 const pages = new Set();
 
-/** A test that, on failure, also prints what its pages showed and what the server logged. */
+/**
+ * A test that, on failure, also prints what its pages showed and what the server logged, and ends the
+ * servers and agents that it has started, or its file would not end.
+ */
 export function story(name, body) {
   it(name, async (context) => {
+    const before = new Set(running);
     try {
       await body(context);
     } catch (error) {
@@ -57,6 +63,7 @@ export function story(name, body) {
       }
       for (const server of servers)
         error.message += `\n--- server\n${server.output().slice(-1500)}`;
+      for (const each of running) if (!before.has(each)) await each.stop("SIGKILL");
       throw error;
     } finally {
       for (const page of pages) await page.context().close();
@@ -120,12 +127,14 @@ export async function startServer({
     output: () => output,
     async stop(signal = "SIGTERM") {
       servers.delete(server);
+      running.delete(server);
       child.kill(signal);
       await ended;
       own.remove();
     },
   };
   servers.add(server);
+  running.add(server);
   return server;
 }
 
@@ -181,14 +190,17 @@ export async function startAgent({ id, epoch }) {
     child.stderr.on("data", read);
     child.on("exit", (code) => reject(new Error(`agent ended with ${code}:\n${output}`)));
   });
-  return {
+  const agent = {
     bus,
-    async stop() {
-      child.kill("SIGTERM");
+    async stop(signal = "SIGTERM") {
+      running.delete(agent);
+      child.kill(signal);
       await ended;
       own.remove();
     },
   };
+  running.add(agent);
+  return agent;
 }
 
 /** A connection to the server that can be cut: all open connections break, new ones are refused. */
