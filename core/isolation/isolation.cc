@@ -232,8 +232,8 @@ class Isolation {
            cold.result.verdict.kind == VerdictKind::kFault;
   }
 
-  // A small change of Ra, Ke or B among the faults or what cannot be told from them, a hardly
-  // visible one of another component, or something that no component explains.
+  // A small change (the component that comes nearest to a warming need not be one that warms up),
+  // a hardly visible one, or something that no component explains.
   bool MayBeWarming(const IsolationResult& result) const {
     const Bench& bench = *task_.options.bench;
     if (!IsSlow() || bench.norm.warming <= 0.0 || result.returned_to_nominal) return false;
@@ -246,12 +246,9 @@ class Isolation {
       return true;
     }
     const PlantParameters& healthy = nominal_.rig.plant;
-    // The speed alone hardly tells Ra, J and Ke apart.
-    const bool by_speed = BySpeedAlone();
     const auto within = [&](const Candidate& each) {
       const double change = std::abs(std::log(each.value / healthy.Get(each.component)));
-      return IsWithinWarming(bench.norm, healthy, each) ||
-             (by_speed && change < bench.norm.warming);
+      return IsWithinWarming(bench.norm, healthy, each) || (shows && change < bench.norm.warming);
     };
     const std::vector<Component>& group = result.verdict.group;
     const auto& candidates = result.verdict.candidates;

@@ -105,6 +105,22 @@ TEST(Warming, IsNotWhatComesAtOnceOrTooFast) {
   }
 }
 
+// The magnet warms up too, by a tenth: J comes nearest to both together.
+TEST(Warming, OfWindingAndMagnetIsNoOtherPart) {
+  Rig rig = Settings().back().rig;
+  rig.low_v = 2.0;
+  rig.high_v = 3.0;
+  rig.clock = 5;
+  rig.physics = {.warming_per_s = 0.001, .magnet = 0.1};
+  for (unsigned seed = 20; seed < 29; ++seed) {
+    const Diagnosis diagnosis =
+        DiagnoseRecord(RecordFor(rig, rig, 10.0, 20.0, seed), paper::Options());
+    EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal)
+        << seed << ": " << diagnosis.verdict.reason;
+    EXPECT_TRUE(diagnosis.episodes.empty()) << seed;
+  }
+}
+
 // A gear motor of which the speed alone is read: it hardly tells Ra, J and Ke apart.
 class WarmingSpeedMotor : public testing::Test {
  protected:
