@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "core/calibration/switches.h"
 #include "core/detection/detector.h"
 #include "core/types/check.h"
 #include "core/types/time_span.h"
@@ -52,20 +53,22 @@ DetectionThresholds WithLevels(DetectionThresholds t, const Statistics& levels) 
 struct Maxima {
   std::vector<Statistics> of_blocks;
   bool rows = false;  ///< SelfCheck::rows
+  Statistics of_block{};
+  std::size_t in_block = 0;
 };
 
-void Judge(Detector& detector, std::span<const Observation> half, std::size_t block, Maxima& out) {
-  Statistics most{};
-  std::size_t in_block = 0;
-  for (const Observation& o : half) {
+void Judge(Detector& detector, std::span<const Observation> part, std::size_t block, Maxima& out) {
+  for (const Observation& o : part) {
     (void)detector.Push(o);
     const Statistics now = StatisticsOf(detector.statistics());
-    for (std::size_t i = 0; i < kStatistics; ++i) most[i] = std::max(most[i], now[i]);
+    for (std::size_t i = 0; i < kStatistics; ++i) {
+      out.of_block[i] = std::max(out.of_block[i], now[i]);
+    }
     out.rows = out.rows || detector.statistics().far_off > 1.0;
-    if (++in_block < block) continue;
-    out.of_blocks.push_back(most);
-    most = {};
-    in_block = 0;
+    if (++out.in_block < block) continue;
+    out.of_blocks.push_back(out.of_block);
+    out.of_block = {};
+    out.in_block = 0;
   }
 }
 
@@ -88,18 +91,6 @@ double GumbelLevel(const std::vector<Statistics>& maxima,
       std::sqrt(6.0 * variance) / std::numbers::pi * (1.0 + 1.0 / std::sqrt(count));
   const double used = std::max(slope_min, slope);
   return mean + used * (nats - std::numbers::egamma);
-}
-
-bool IsExcited(std::span<const Observation> half) {
-  double low = half.front().u;
-  double high = low;
-  for (const Observation& o : half) {
-    low = std::min(low, o.u);
-    high = std::max(high, o.u);
-  }
-  int switches = 0;
-  for (const Observation& o : half) switches += std::abs(o.u - o.u_prev) > 0.05 * (high - low);
-  return switches >= kHalfSwitchesMin;
 }
 
 /// Quarters in turn, without the zeros of their channels.
@@ -141,7 +132,9 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
   const std::array<std::vector<Observation>, 2> halves = HalvesOf(stretch.samples, zeros);
   std::array<std::vector<Observation>, 2> judged = HalvesOf(as_read, zeros);
   for (std::size_t i = 0; i < halves.size(); ++i) BeginWithoutImpulses(halves[i], judged[i]);
-  if (!IsExcited(halves[0]) || !IsExcited(halves[1])) return std::nullopt;
+  for (const auto& half : halves) {
+    if (SwitchesOf(half) < kHalfSwitchesMin) return std::nullopt;
+  }
 
   const DetectionThresholds& noise_alone = calibration.thresholds;
   const std::size_t block = SpanOf(kBlock, calibration.period_s);
@@ -150,17 +143,26 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
     const HealthyStretch learnt{stretch.bench, stretch.period_s, halves[i], stretch.mask, {}};
     const MapFit fit = FitRig(learnt, base, noise, prior, point.head(prior.mean.size()));
     const auto readings = static_cast<int>(halves[i].size());
-    Detector detector(*stretch.bench,
-                      RigAt(learnt, base, fit.point),
-                      DetectionNoiseOf(calibration),
-                      calibration.period_s,
-                      stretch.mask,
-                      noise_alone,
-                      readings,
-                      NoiseScale(readings),
-                      0.0,
-                      calibration.impulse_share > 0.0);
-    Judge(detector, judged[1 - i], block, maxima);
+    const RigParameters rig = RigAt(learnt, base, fit.point);
+    NoiseScale noise_scale(readings);
+    maxima.of_block = {};
+    maxima.in_block = 0;
+    const std::span<const Observation> other(judged[1 - i]);
+    const std::size_t quarter = other.size() / 2;
+    for (const auto part : {other.first(quarter), other.last(quarter)}) {
+      Detector detector(*stretch.bench,
+                        rig,
+                        DetectionNoiseOf(calibration),
+                        calibration.period_s,
+                        stretch.mask,
+                        noise_alone,
+                        readings,
+                        noise_scale,
+                        0.0,
+                        calibration.impulse_share > 0.0);
+      Judge(detector, part, block, maxima);
+      noise_scale = detector.noise_scale();
+    }
   }
   if (maxima.of_blocks.size() < kBlocksMin) return std::nullopt;
 

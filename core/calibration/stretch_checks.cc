@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/calibration/stationarity.h"
+#include "core/calibration/switches.h"
 #include "core/numerics/statistics.h"
 
 namespace faultlab::core {
@@ -163,22 +164,6 @@ std::optional<Error> JudgeWhatIsLeft(const Bench& bench,
   return std::nullopt;
 }
 
-/// How often the input moves at once by more than a twentieth of its swing, or, of one that moves
-/// smoothly, how often it has moved as far as its swing.
-int SwitchesOf(std::span<const Observation> stretch, double swing) {
-  const double least = 0.05 * swing;
-  int steps = 0;
-  double way = 0.0;
-  double from = stretch.empty() ? 0.0 : stretch.front().u;
-  for (const Observation& o : stretch) {
-    steps += std::abs(o.u - o.u_prev) > least;
-    if (std::abs(o.u - from) <= least) continue;
-    way += std::abs(o.u - from);
-    from = o.u;
-  }
-  return std::max(steps, swing > 0.0 ? static_cast<int>(way / swing) : 0);
-}
-
 constexpr const char* kWarmingRemedy =
     "let the motor run until it is warm, or choose a shorter stretch";
 
@@ -225,7 +210,7 @@ std::optional<Error> CheckBefore(const Bench& bench,
     read += ((o.mask >> key.row) & 1) != 0;
   }
   const double swing = high - low;
-  const int switches = SwitchesOf(stretch, swing);
+  const int switches = SwitchesOf(stretch);
   if (auto refusal = Judge(checks,
                            "length",
                            Text("%.0f samples, at least %.0f are needed", n, kSamplesMin),

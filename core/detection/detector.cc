@@ -79,6 +79,9 @@ constexpr double kOddGain = 4.6;
 constexpr double kOddCost = 1.5;
 constexpr double kOddLevel = 17.0;
 constexpr int kOddSamples = 4;
+// Until the state is found again after a gap, samples at 100 Hz. It begins far from where it is,
+// which looks like a change that all gaps share.
+constexpr std::size_t kLost = 10;
 
 }  // namespace
 
@@ -99,6 +102,7 @@ Detector::Detector(const Bench& bench,
           static_cast<int>(std::lround(kFindingTimeConstants * noise.friction_tau_s / period_s))),
       short_samples_(static_cast<int>(SpanOf(kShort, period_s))),
       long_samples_(static_cast<int>(SpanOf(kLong, period_s))),
+      lost_samples_(static_cast<int>(SpanOf(kLost, period_s))),
       passage_samples_(std::min(finding_samples_max_ - 1, short_samples_)),
       forget_(1.0 - 1.0 / static_cast<double>(SpanOf(kSlow, period_s))),
       thresholds_(thresholds),
@@ -124,18 +128,9 @@ void Detector::Restart(const Observation& observation) {
   recursion_.Restart();
   finding_samples_ = finding_samples_max_;
   cusum_ = 0.0;
-  odd_ = 0.0;
   cusum_age_ = 0;
-  std::fill(ring_.begin(), ring_.end(), Cell{});
-  filled_ = 0;
-  short_cross_.fill(0.0);
-  short_square_.fill(0.0);
-  long_cross_.fill(0.0);
-  long_square_.fill(0.0);
-  slow_cross_.fill(0.0);
-  slow_square_.fill(0.0);
-  slow_weight_ = 0.0;
-  slow_weight_square_ = 0.0;
+  odd_ = 0.0;
+  lost_ = filled_ > 0 ? lost_samples_ : 0;
 }
 
 double Detector::PassageVariance(const Observation& o) const {
@@ -249,12 +244,14 @@ std::optional<Alarm> Detector::Push(const Observation& o) {
     noise_scale_.Push(c, z[0][c]);
     largest = std::max(largest, std::abs(r));
     step += kCusumSlope * r * r - kCusumCost;
+    if (lost_ > 0) continue;
     for (std::size_t j = 0; j < kDirections; ++j) {
       const double s = r - z[j + 1][c] * weight;
       cell.cross[j] += static_cast<float>(s * r);
       cell.square[j] += static_cast<float>(s * s);
     }
   }
+  lost_ = std::max(0, lost_ - 1);
   cusum_ = std::max(0.0, cusum_ + step);
   cusum_age_ = cusum_ > 0.0 ? cusum_age_ + 1 : 0;
 

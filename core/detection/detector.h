@@ -35,11 +35,11 @@ struct Alarm {
 /// A reference that was estimated from n samples is itself uncertain: GLR levels rise by 1 + W/n. z
 /// is scaled to the noise of the healthy record (noise_scale.h).
 /// No answer: a sample without readings, or with um at a rail that the prediction lies beyond, adds
-/// nothing to any statistic; after a restart all of them begin at zero.
-/// Cost: about 0.3 us a sample with all channels; no allocation after construction.
-/// Source: CUSUM: E. S. Page, Biometrika 41 (1954); GLR: A. S. Willsky, H. L. Jones, IEEE Trans.
-/// Autom. Control 21 (1976); both: M. Basseville, I. V. Nikiforov, Detection of Abrupt Changes
-/// (1993), sections 2.2, 2.4 and 7.2.
+/// nothing to any statistic. After a gap the state is unknown and readings say little until it is
+/// found again; what they said before the gap still counts. Cost: about 0.3 us a sample with all
+/// channels; no allocation after construction. Source: CUSUM: E. S. Page, Biometrika 41 (1954);
+/// GLR: A. S. Willsky, H. L. Jones, IEEE Trans. Autom. Control 21 (1976); both: M. Basseville, I.
+/// V. Nikiforov, Detection of Abrupt Changes (1993), sections 2.2, 2.4 and 7.2.
 class Detector {
  public:
   /// @param bench  the bench whose components give the directions
@@ -124,10 +124,12 @@ class Detector {
   /// In use while the state is still uncertain after a start or a gap; later `settled_` is used.
   RiccatiRecursion recursion_;
   ChannelGains finding_;
+  int lost_ = 0;  // of these, so many are to come
   int finding_samples_ = 0;
   int finding_samples_max_;
   int short_samples_;
   int long_samples_;
+  int lost_samples_;     ///< until the state is found again after a gap
   int passage_samples_;  ///< for which gains are found again after a passage through rest
   double forget_;
   DetectionThresholds thresholds_;
