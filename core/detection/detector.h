@@ -35,8 +35,8 @@ struct Alarm {
 /// A reference that was estimated from n samples is itself uncertain: GLR levels rise by 1 + W/n. z
 /// is scaled to the noise of the healthy record (noise_scale.h).
 /// No answer: a sample without readings, or with um at a rail that the prediction lies beyond, adds
-/// nothing to any statistic. After a gap the CUSUM begins at zero; the GLRs keep what they have, and
-/// go on when the state has been found again.
+/// nothing to any statistic. After a gap the CUSUM begins at zero; the GLRs keep what they have,
+/// and go on when the state has been found again.
 /// Cost: about 0.3 us a sample with all channels; no allocation after construction.
 /// Source: CUSUM: E. S. Page, Biometrika 41 (1954); GLR: A. S. Willsky, H. L. Jones, IEEE Trans.
 /// Autom. Control 21 (1976); both: M. Basseville, I. V. Nikiforov, Detection of Abrupt Changes
