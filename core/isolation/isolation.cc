@@ -175,13 +175,22 @@ class Isolation {
     return {std::move(result), std::move(explanation), second, cost, strain};
   }
 
-  // A drift that is too steep for the newest second.
+  // A drift that is too steep for the newest second: what one value leaves of the whole stretch is
+  // far more than noise, and the newest value is another. (Coulomb friction looks like B, and in
+  // 0.4 s nothing tells them apart.)
   Conclusion Steep(Conclusion unknown) {
+    constexpr double kScoreMin = 4.0;
+    constexpr double kSigmas = 5.0;
     const Explanation& whole = unknown.explanation;
-    const Component nearest = whole.set.best().component;
+    const HypothesisFit& nearest = whole.set.best();
+    if (nearest.chi2 < kScoreMin * nearest.count) return unknown;
     std::optional<Explanation> steep =
-        ExplainSteep(whole.context, changeable_, task_, readings_, nearest);
-    return steep ? Told(std::move(*steep), unknown.second) : std::move(unknown);
+        ExplainSteep(whole.context, changeable_, task_, readings_, nearest.component);
+    if (!steep) return unknown;
+    const HypothesisFit& last = steep->set.best();
+    const double way = std::abs(std::log(last.value / nearest.value));
+    if (last.bound != 0 || way < kSigmas * last.log_sigma) return unknown;
+    return Told(std::move(*steep), unknown.second);
   }
 
   // Rare impulses, or hum that nobody could follow.

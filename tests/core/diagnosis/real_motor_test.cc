@@ -137,6 +137,21 @@ TEST(RealMotor, RaisesNoAlarmWhileItIsHealthyAndFaultsAreStillNamed) {
   EXPECT_GT(with_noise_alone, 5) << "these motors are not quite the model";
 }
 
+TEST(RealMotor, CoulombFrictionThatDoublesIsNoListedPart) {
+  Rig rig = SettingOf("paper").rig;
+  rig.low_v = 2.0;
+  rig.high_v = 3.0;
+  rig.clock = 1;
+  rig.mc = 0.35e-3;
+  Rig faulty = rig;
+  faulty.mc = 0.7e-3;
+  for (unsigned seed = 51; seed < 57; ++seed) {
+    const Verdict verdict =
+        DiagnoseRecord(RecordFor(rig, faulty, 10.0, 20.0, seed), paper::Options()).verdict;
+    EXPECT_EQ(verdict.kind, VerdictKind::kUnknownFault) << seed << ": " << verdict.reason;
+  }
+}
+
 TEST(RealMotor, SupplyThatGivesWayIsNotTakenForImpulses) {
   // After each step of the input some readings are far off, one after the other.
   const Setting setting = SettingOf("gear+um");
