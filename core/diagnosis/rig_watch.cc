@@ -140,12 +140,12 @@ void RigWatch::OnAlarm(const Alarm& alarm, const Sample& sample) {
     only_sharp_ = false;
   } else {
     noise_scale_ = detector_->noise_scale();
-    only_sharp_ = alarm_detector_.starts_with("glr");
+    only_sharp_ = SeesSmallChanges(alarm_detector_);
   }
   if (!only_sharp_) detector_.reset();
   alarmed_ = true;
   // The next step of a rig that warms up is told only if it turns out to be something else.
-  held_back_ = warms_up_ && alarm_detector_.starts_with("glr");
+  held_back_ = warms_up_ && SeesSmallChanges(alarm_detector_);
   if (held_back_) return;
   Verdict next = AlarmVerdict();
   episodes_.Open(next);

@@ -17,9 +17,10 @@ constexpr std::size_t kSizedMax = 2;
 struct Slope {
   std::size_t samples;
   std::size_t block;  ///< as FitDrift
+  bool may_stand;     ///< the value need not move any more: a steep one has mostly ended
 };
-constexpr Slope kGentle{100, kDriftBlock};
-constexpr Slope kSteep{40, 2};
+constexpr Slope kGentle{100, kDriftBlock, false};
+constexpr Slope kSteep{40, 2, true};
 constexpr std::size_t kLateMin = 60;
 constexpr std::size_t kDriftHypotheses = 3;
 // A component is not tried as a drift if its best constant value costs this much more than the best
@@ -118,9 +119,7 @@ class Search {
     std::sort(fits.begin(), fits.end(), LikelierFirst);
     drift.lack_of_fit = TestScore(fits.front());
     const bool moves = constant_cost - fits.front().cost > kFaultGain;
-    // At the end of a steep one it stands still.
-    const bool may_stand = shape.samples < kGentle.samples;
-    if (!drift.lack_of_fit.adequate || !(moves || may_stand)) return std::nullopt;
+    if (!drift.lack_of_fit.adequate || !(moves || shape.may_stand)) return std::nullopt;
     return drift;
   }
 

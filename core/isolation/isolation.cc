@@ -2,20 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
-#include <string>
 #include <utility>
 
-#include "core/filter/speed_response.h"
 #include "core/isolation/clean_readings.h"
+#include "core/isolation/conclusion.h"
 #include "core/isolation/explanation.h"
 #include "core/isolation/friction_hold.h"
-#include "core/isolation/lack_of_fit.h"
 #include "core/isolation/nominal_context.h"
-#include "core/isolation/onset.h"
 #include "core/isolation/speed_rounding.h"
-#include "core/isolation/verdict_text.h"
 #include "core/isolation/warming.h"
 #include "core/types/check.h"
 #include "core/types/time_span.h"
@@ -25,9 +20,6 @@ namespace {
 
 // Counts of samples are for 100 Hz; faster records use more samples for the same time (SpanOf).
 
-// Squared distance of whitened predictions per sample, below which an hour of data would not
-// distinguish two hypotheses (3.6e5 samples x 2e-5 = 7).
-constexpr double kSamePrediction = 2e-5;
 // Penalty for the extra parameter of a fault on top of another one.
 constexpr double kSecondFaultCost = 20.0;
 // Less than this share is the error of the first one's value, of the calibration or of the model.
@@ -36,24 +28,6 @@ constexpr double kSecondFaultShare = 0.03;
 constexpr double kHardlyVisible = 100.0;
 // Four standard deviations.
 constexpr double kStrained = 16.0;
-// History that is searched for the onset.
-constexpr std::size_t kOnsetHistory = 120;
-constexpr std::size_t kAllAlong = 10;
-// Residuals of twice the noise may be noise that has grown, as that of hum which beats with the
-// rate.
-constexpr double kNominalScoreMax = 4.0;
-
-Candidate ToCandidate(const HypothesisFit& fit, double best_score) {
-  Candidate candidate;
-  candidate.component = fit.component;
-  candidate.value = fit.value;
-  candidate.bound = fit.bound;
-  candidate.sigma =
-      fit.bound != 0 ? std::numeric_limits<double>::quiet_NaN() : fit.value * fit.log_sigma;
-  candidate.score = fit.chi2 / std::max(1, fit.count);
-  candidate.margin = candidate.score - best_score;
-  return candidate;
-}
 
 std::vector<Component> Changeable(const IsolationOptions& options) {
   std::vector<Component> components;
@@ -87,7 +61,7 @@ class Isolation {
  private:
   IsolationResult Concluded() {
     if (nominal_.stretch.size() < 2) {
-      IsolationResult result = Empty();
+      IsolationResult result = Unanswered(task_);
       result.returned_to_nominal = true;
       result.verdict.kind = VerdictKind::kNominal;
       result.verdict.settled = false;
@@ -121,23 +95,6 @@ class Isolation {
     return warm;
   }
 
-  IsolationResult Empty() const {
-    IsolationResult result;
-    result.id = task_.id;
-    result.verdict.detected_at_s = task_.alarm_t_s;
-    result.verdict.detector = task_.detector;
-    result.verdict.settled = task_.settled;
-    return result;
-  }
-
-  struct Conclusion {
-    IsolationResult result;
-    Explanation explanation;
-    bool second = false;  // beside the faults that were known
-    double cost = 0.0;    // of the best fit
-    double strain = 0.0;  // what it pays of that because the coordinates are off their prior
-  };
-
   Conclusion Conclude(const FitContext& nominal) {
     FitContext on_top = nominal;
     for (const Candidate& fault : task_.reference) {
@@ -161,19 +118,10 @@ class Isolation {
         second = true;
       }
     }
-    return Told(std::move(explanation), second);
+    return Told(std::move(explanation), second, About());
   }
 
-  Conclusion Told(Explanation explanation, bool second) const {
-    IsolationResult result = Empty();
-    FillVerdict(explanation, second, result);
-    const HypothesisFit& best = explanation.set.best();
-    const GaussianPrior& prior = explanation.context.calibration;
-    const Eigen::VectorXd off = best.nuisance - prior.mean;
-    const double cost = best.cost;
-    const double strain = off.dot(prior.information * off);
-    return {std::move(result), std::move(explanation), second, cost, strain};
-  }
+  ToldAbout About() const { return {task_, nominal_, readings_, held_}; }
 
   // A drift that is too steep for the newest second: what one value leaves of the whole stretch is
   // far more than noise, and the newest value is another. (Coulomb friction looks like B, and in
@@ -190,7 +138,7 @@ class Isolation {
     const HypothesisFit& last = steep->set.best();
     const double way = std::abs(std::log(last.value / nearest.value));
     if (last.bound != 0 || way < kSigmas * last.log_sigma) return unknown;
-    return Told(std::move(*steep), unknown.second);
+    return Told(std::move(*steep), unknown.second, About());
   }
 
   // Rare impulses, or hum that nobody could follow.
@@ -219,7 +167,7 @@ class Isolation {
 
   // What comes at once is no warming. What is left when the reading that has raised the alarm is
   // left out did not come at once.
-  bool IsSlow() const { return task_.detector.starts_with("glr") || AlarmLeftOut(); }
+  bool IsSlow() const { return SeesSmallChanges(task_.detector) || AlarmLeftOut(); }
 
   bool AlarmLeftOut() const { return readings_.HasLeftOut(task_.alarm_at); }
 
@@ -296,106 +244,6 @@ class Isolation {
     if (step_s <= 0.0) return;
     const double more = AddedRounding(nominal_.ModelOf(nominal_.rig), step_s, nominal_.stretch);
     nominal_.noise.w_rad_s = std::sqrt(nominal_.noise.w_rad_s * nominal_.noise.w_rad_s + more);
-  }
-
-  void FillVerdict(const Explanation& explanation, bool second, IsolationResult& result) const {
-    Verdict& verdict = result.verdict;
-    const RankedHypotheses& set = explanation.set;
-    const HypothesisFit& best = set.best();
-    const double score = best.chi2 / std::max(1, best.count);
-    result.gain = explanation.gain;
-    result.shape = explanation.shape;
-    // What no listed component explains is nominal only if the nominal rig does, about.
-    const HypothesisFit& null = explanation.null;
-    if (explanation.gain < kFaultGain && null.chi2 <= kNominalScoreMax * null.count) {
-      result.returned_to_nominal = true;
-      const Eigen::VectorXd& moved = explanation.null.nuisance;
-      result.shift.assign(moved.data(), moved.data() + moved.size());
-      verdict.kind = VerdictKind::kNominal;
-      verdict.reason = "what follows the alarm fits the nominal rig";
-      return;
-    }
-    for (const HypothesisFit& fit : set.fits) {
-      verdict.candidates.push_back(ToCandidate(fit, score));
-      const bool close = fit.rank_cost() - best.rank_cost() < kNotExcludedCost;
-      const bool same = task_.options.values == ValuePrior::kNone && fit.cost - best.cost < 1e3 &&
-                        PredictionDistance(explanation.context, best, fit) < kSamePrediction;
-      if (&fit == &best || close || same) verdict.group.push_back(fit.component);
-    }
-    result.shift.assign(best.nuisance.data(), best.nuisance.data() + best.nuisance.size());
-    if (second) result.present = task_.reference;
-    result.present.push_back(verdict.candidates.front());
-
-    if (explanation.sensor) {
-      verdict.kind = VerdictKind::kUnknownFault;
-      verdict.group.clear();
-      verdict.sensor = explanation.sensor->change;
-      verdict.reason = SensorSentence(*verdict.sensor);
-      return;
-    }
-    if (!explanation.lack_of_fit.adequate && !held_) {
-      verdict.kind = VerdictKind::kUnknownFault;
-      verdict.group.clear();
-      verdict.reason = "no single component explains the record";
-      LackOfFit lack_of_fit = explanation.lack_of_fit;
-      if (!lack_of_fit.relaxed) TestRelaxed(explanation.context, best, lack_of_fit);
-      if (!lack_of_fit.beside.empty()) {
-        verdict.reason +=
-            ": beside " + std::string(Name(best.component)) + " also " + lack_of_fit.beside;
-      }
-      return;
-    }
-    verdict.kind = VerdictKind::kFault;
-    verdict.reason = FaultSentence(verdict);
-    if (best.response && !second) {
-      verdict.response = ResponseChange{SpeedResponseOf(*task_.calibration), *best.response};
-    }
-    if (explanation.shape == FaultShape::kDrift) {
-      verdict.reason += RateText(best.component, explanation.rate);
-    }
-    if (held_) verdict.reason += "; the motor hardly turns, so that nothing more can be told";
-    if (second) verdict.reason += ", on top of " + ValueText(task_.reference.front());
-    if (set.off_list && explanation.shape == FaultShape::kAbrupt) {
-      verdict.reason += "; no relay position has this value";
-    }
-    if (!task_.calibration->used_ia || !task_.calibration->used_n) {
-      verdict.reason +=
-          "; with " + ChannelsOf(*task_.calibration) + " alone a double fault cannot be excluded";
-    }
-    if (explanation.shape != FaultShape::kAbrupt) return;
-    result.onset = task_.onset ? *task_.onset : FindOnset(explanation);
-    verdict.onset_s = result.onset->t_s;
-    if (second && result.onset->all_along) {
-      // The fault covers the whole history, so it began together with the other one.
-      verdict.kind = VerdictKind::kUnknownFault;
-      verdict.reason = "two components have changed together: " + FaultSentence(verdict) + " and " +
-                       ValueText(task_.reference.front());
-      verdict.group.clear();
-    }
-  }
-
-  Onset FindOnset(const Explanation& explanation) const {
-    const std::size_t alarm = std::min(task_.alarm_at, readings_.all().size() - 1);
-    const std::size_t begin = alarm - std::min(alarm, Span(kOnsetHistory));
-    RigParameters before = nominal_.rig;
-    for (const Candidate& fault : task_.reference) {
-      before = WithComponent(before, fault.component, fault.value);
-    }
-    const HypothesisFit& best = explanation.set.best();
-    const RigParameters after =
-        WithComponent(WithOffsets(explanation.context.rig, best.nuisance, nominal_.period_s),
-                      best.component,
-                      best.value);
-    const std::size_t onset =
-        begin + EstimateOnset(before,
-                              after,
-                              nominal_.noise,
-                              nominal_.period_s,
-                              best.component.info().kind == PartKind::kCapacitor,
-                              readings_.all().subspan(begin),
-                              alarm - begin);
-    return {task_.samples[std::min(onset, task_.samples.size() - 1)].t_s,
-            onset - begin <= Span(kAllAlong)};
   }
 
   const IsolationTask& task_;

@@ -64,6 +64,12 @@ struct Detection {
   std::string detector;           ///< which test of the bank raised it
 };
 
+/// Whether a detector of the bank (its name) waits for small changes: those of a GLR. The others
+/// see what comes at once.
+constexpr bool SeesSmallChanges(std::string_view detector) {
+  return detector.starts_with("glr");
+}
+
 /// A sensor that reads otherwise than before, though the rig has not changed.
 struct SensorChange {
   std::string channel;  ///< "um", "ia", "n"

@@ -1,0 +1,204 @@
+#include "core/isolation/conclusion.h"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "core/filter/speed_response.h"
+#include "core/isolation/lack_of_fit.h"
+#include "core/isolation/onset.h"
+#include "core/isolation/verdict_text.h"
+#include "core/types/time_span.h"
+
+namespace faultlab::core {
+namespace {
+
+// Squared distance of whitened predictions per sample, below which an hour of data would not
+// distinguish two hypotheses (3.6e5 samples x 2e-5 = 7).
+constexpr double kSamePrediction = 2e-5;
+
+// History that is searched for the onset.
+constexpr std::size_t kOnsetHistory = 120;
+constexpr std::size_t kAllAlong = 10;
+
+// Residuals of twice the noise may be noise that has grown, as that of hum which beats with the
+// rate.
+constexpr double kNominalScoreMax = 4.0;
+
+Candidate ToCandidate(const HypothesisFit& fit, double best_score) {
+  Candidate candidate;
+  candidate.component = fit.component;
+  candidate.value = fit.value;
+  candidate.bound = fit.bound;
+  candidate.sigma =
+      fit.bound != 0 ? std::numeric_limits<double>::quiet_NaN() : fit.value * fit.log_sigma;
+  candidate.score = fit.chi2 / std::max(1, fit.count);
+  candidate.margin = candidate.score - best_score;
+  return candidate;
+}
+
+class Telling {
+ public:
+  Telling(const Explanation& explanation, bool second, const ToldAbout& about)
+      : explanation_(explanation),
+        best_(explanation.set.best()),
+        second_(second),
+        about_(about),
+        task_(about.task) {}
+
+  IsolationResult Run() const {
+    IsolationResult result = Unanswered(task_);
+    result.gain = explanation_.gain;
+    result.shape = explanation_.shape;
+    if (IsNominal()) {
+      TellNominal(result);
+      return result;
+    }
+    Rank(result);
+    Verdict& verdict = result.verdict;
+    if (explanation_.sensor) {
+      verdict.sensor = explanation_.sensor->change;
+      TellUnknown(SensorSentence(*verdict.sensor), verdict);
+    } else if (!explanation_.lack_of_fit.adequate && !about_.held) {
+      TellUnknown(Unexplained(), verdict);
+    } else {
+      TellFault(result);
+    }
+    return result;
+  }
+
+ private:
+  // What no listed component explains is nominal only if the nominal rig does, about.
+  bool IsNominal() const {
+    const HypothesisFit& null = explanation_.null;
+    return explanation_.gain < kFaultGain && null.chi2 <= kNominalScoreMax * null.count;
+  }
+
+  void TellNominal(IsolationResult& result) const {
+    result.returned_to_nominal = true;
+    SetShift(explanation_.null, result);
+    result.verdict.kind = VerdictKind::kNominal;
+    result.verdict.reason = "what follows the alarm fits the nominal rig";
+  }
+
+  static void SetShift(const HypothesisFit& fit, IsolationResult& result) {
+    result.shift.assign(fit.nuisance.data(), fit.nuisance.data() + fit.nuisance.size());
+  }
+
+  // Candidates, and those of them that nothing tells apart from the best.
+  void Rank(IsolationResult& result) const {
+    Verdict& verdict = result.verdict;
+    const double score = best_.chi2 / std::max(1, best_.count);
+    for (const HypothesisFit& fit : explanation_.set.fits) {
+      verdict.candidates.push_back(ToCandidate(fit, score));
+      const bool close = fit.rank_cost() - best_.rank_cost() < kNotExcludedCost;
+      const bool same = task_.options.values == ValuePrior::kNone && fit.cost - best_.cost < 1e3 &&
+                        PredictionDistance(explanation_.context, best_, fit) < kSamePrediction;
+      if (&fit == &best_ || close || same) verdict.group.push_back(fit.component);
+    }
+    SetShift(best_, result);
+    if (second_) result.present = task_.reference;
+    result.present.push_back(verdict.candidates.front());
+  }
+
+  static void TellUnknown(std::string reason, Verdict& verdict) {
+    verdict.kind = VerdictKind::kUnknownFault;
+    verdict.group.clear();
+    verdict.reason = std::move(reason);
+  }
+
+  std::string Unexplained() const {
+    LackOfFit lack_of_fit = explanation_.lack_of_fit;
+    if (!lack_of_fit.relaxed) TestRelaxed(explanation_.context, best_, lack_of_fit);
+    std::string reason = "no single component explains the record";
+    if (lack_of_fit.beside.empty()) return reason;
+    return reason + ": beside " + std::string(Name(best_.component)) + " also " +
+           lack_of_fit.beside;
+  }
+
+  std::string ReasonOfFault(const Verdict& verdict) const {
+    const bool abrupt = explanation_.shape == FaultShape::kAbrupt;
+    std::string reason = FaultSentence(verdict);
+    if (!abrupt) reason += RateText(best_.component, explanation_.rate);
+    if (about_.held) reason += "; the motor hardly turns, so that nothing more can be told";
+    if (second_) reason += ", on top of " + ValueText(task_.reference.front());
+    if (explanation_.set.off_list && abrupt) reason += "; no relay position has this value";
+    if (!task_.calibration->used_ia || !task_.calibration->used_n) {
+      reason +=
+          "; with " + ChannelsOf(*task_.calibration) + " alone a double fault cannot be excluded";
+    }
+    return reason;
+  }
+
+  void TellFault(IsolationResult& result) const {
+    Verdict& verdict = result.verdict;
+    verdict.kind = VerdictKind::kFault;
+    verdict.reason = ReasonOfFault(verdict);
+    if (best_.response && !second_) {
+      verdict.response = ResponseChange{SpeedResponseOf(*task_.calibration), *best_.response};
+    }
+    if (explanation_.shape != FaultShape::kAbrupt) return;
+    result.onset = task_.onset ? *task_.onset : FindOnset();
+    verdict.onset_s = result.onset->t_s;
+    if (!second_ || !result.onset->all_along) return;
+    // The fault covers the whole history, so it began together with the other one.
+    TellUnknown("two components have changed together: " + FaultSentence(verdict) + " and " +
+                    ValueText(task_.reference.front()),
+                verdict);
+  }
+
+  std::size_t Span(std::size_t samples) const { return SpanOf(samples, task_.options.period_s); }
+
+  Onset FindOnset() const {
+    const std::size_t alarm = std::min(task_.alarm_at, about_.readings.all().size() - 1);
+    const std::size_t begin = alarm - std::min(alarm, Span(kOnsetHistory));
+    RigParameters before = about_.nominal.rig;
+    for (const Candidate& fault : task_.reference) {
+      before = WithComponent(before, fault.component, fault.value);
+    }
+    const RigParameters after = WithComponent(
+        WithOffsets(explanation_.context.rig, best_.nuisance, about_.nominal.period_s),
+        best_.component,
+        best_.value);
+    const std::size_t onset =
+        begin + EstimateOnset(before,
+                              after,
+                              about_.nominal.noise,
+                              about_.nominal.period_s,
+                              best_.component.info().kind == PartKind::kCapacitor,
+                              about_.readings.all().subspan(begin),
+                              alarm - begin);
+    return {task_.samples[std::min(onset, task_.samples.size() - 1)].t_s,
+            onset - begin <= Span(kAllAlong)};
+  }
+
+  const Explanation& explanation_;
+  const HypothesisFit& best_;
+  const bool second_;
+  const ToldAbout& about_;
+  const IsolationTask& task_;
+};
+
+}  // namespace
+
+IsolationResult Unanswered(const IsolationTask& task) {
+  IsolationResult result;
+  result.id = task.id;
+  result.verdict.detected_at_s = task.alarm_t_s;
+  result.verdict.detector = task.detector;
+  result.verdict.settled = task.settled;
+  return result;
+}
+
+Conclusion Told(Explanation explanation, bool second, const ToldAbout& about) {
+  IsolationResult result = Telling(explanation, second, about).Run();
+  const HypothesisFit& best = explanation.set.best();
+  const GaussianPrior& prior = explanation.context.calibration;
+  const Eigen::VectorXd off = best.nuisance - prior.mean;
+  const double cost = best.cost;
+  const double strain = off.dot(prior.information * off);
+  return {std::move(result), std::move(explanation), second, cost, strain};
+}
+
+}  // namespace faultlab::core
