@@ -16,6 +16,10 @@ constexpr std::size_t kWithdrawAfter = 500;
 constexpr std::size_t kImpulseAfter = 50;
 // The detector of small changes, which have been going on for a while when it raises an alarm.
 constexpr const char* kOfSeconds = "glr_500";
+constexpr const char* kTooLate =
+    "something has changed just before the end: too little follows to say what";
+constexpr const char* kEndsTooSoon =
+    "something may have changed a little: the record ends too soon after the alarm to tell";
 constexpr const char* kBeingWorkedOut = "something has changed; what, is being worked out";
 
 // The calibrated rig with `faults`, its coordinates moved by `shift` (all of them, or none).
@@ -26,7 +30,7 @@ RigParameters ReferenceRig(const Calibration& calibration,
   RigParameters rig = ParametersOf(calibration);
   if (!shift.empty()) {
     const auto n = static_cast<Eigen::Index>(shift.size());
-    rig = WithOffsets(rig, Eigen::Map<const Eigen::VectorXd>(shift.data(), n), period_s);
+    rig = Moved(rig, Eigen::Map<const Eigen::VectorXd>(shift.data(), n), period_s);
   }
   for (const Candidate& fault : faults) rig = WithComponent(rig, fault.component, fault.value);
   return rig;
@@ -237,13 +241,11 @@ Verdict RigWatch::AlarmVerdict() const {
 }
 
 void RigWatch::Finish(const Frame& frame) {
-  const std::string too_late =
-      "something has changed just before the end: too little follows to say what";
   if (alarmed_ && !reference_.empty() && !record_.HasBeenFitted()) {
     // A known fault stays known.
     if (held_back_) return;
     Verdict known = episodes_.Resume();
-    known.reason += "; " + too_late;
+    known.reason += std::string("; ") + kTooLate;
     Publish(std::move(known));
     return;
   }
@@ -255,7 +257,7 @@ void RigWatch::Finish(const Frame& frame) {
   if (verdict_.reason != kBeingWorkedOut) return;
   Verdict last = verdict_;
   last.kind = VerdictKind::kUnknownFault;
-  last.reason = too_late;
+  last.reason = record_.HasBeenFitted() ? kEndsTooSoon : kTooLate;
   episodes_.Update(last, FaultShape::kAbrupt, alarm_t_s_);
   Publish(std::move(last));
 }

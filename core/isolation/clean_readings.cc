@@ -22,7 +22,7 @@ constexpr ImpulseRule kRare{.gate = 12.0, .share_max = 0.02};
 constexpr double kLeftHumGain = 16.0;
 
 PredictionModel ModelWith(const FitContext& context, const HypothesisFit& fit) {
-  const RigParameters rig = WithOffsets(context.rig, fit.nuisance, context.period_s);
+  const RigParameters rig = context.RigAt(fit.nuisance);
   return context.ModelOf(WithComponent(rig, fit.component, fit.value));
 }
 

@@ -18,6 +18,8 @@ namespace {
 // distinguish two hypotheses (3.6e5 samples x 2e-5 = 7).
 constexpr double kSamePrediction = 2e-5;
 
+// Gain that a fault needs to go on: it is known, so nothing is chosen.
+constexpr double kKnownFaultGain = 6.0;
 // History that is searched for the onset.
 constexpr std::size_t kOnsetHistory = 120;
 constexpr std::size_t kAllAlong = 10;
@@ -72,7 +74,15 @@ class Telling {
   // What no listed component explains is nominal only if the nominal rig does, about.
   bool IsNominal() const {
     const HypothesisFit& null = explanation_.null;
-    return explanation_.gain < kFaultGain && null.chi2 <= kNominalScoreMax * null.count;
+    const double gain_min = IsKnown(best_.component) ? kKnownFaultGain : kFaultGain;
+    return explanation_.gain < gain_min && null.chi2 <= kNominalScoreMax * null.count;
+  }
+
+  bool IsKnown(Component component) const {
+    const std::vector<Candidate>& known = task_.reference;
+    return std::any_of(known.begin(), known.end(), [&](const Candidate& each) {
+      return each.component == component;
+    });
   }
 
   void TellNominal(IsolationResult& result) const {
@@ -157,10 +167,8 @@ class Telling {
     for (const Candidate& fault : task_.reference) {
       before = WithComponent(before, fault.component, fault.value);
     }
-    const RigParameters after = WithComponent(
-        WithOffsets(explanation_.context.rig, best_.nuisance, about_.nominal.period_s),
-        best_.component,
-        best_.value);
+    const RigParameters after =
+        WithComponent(explanation_.context.RigAt(best_.nuisance), best_.component, best_.value);
     const std::size_t onset =
         begin + EstimateOnset(before,
                               after,

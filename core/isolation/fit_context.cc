@@ -15,6 +15,15 @@ constexpr double kHealthyPriorCost = 31.0;
 
 }  // namespace
 
+RigParameters Moved(const RigParameters& base,
+                    const Eigen::Ref<const Eigen::VectorXd>& q,
+                    double period_s) {
+  RigParameters moved = WithOffsets(base, q, period_s);
+  const double more_b = q(static_cast<Eigen::Index>(Coordinate::kB));
+  if (more_b > 0.0) moved.plant.b_nm_per_rad_s = base.plant.b_nm_per_rad_s * (1.0 + more_b);
+  return moved;
+}
+
 RigParameters WithComponent(const RigParameters& rig, Component component, double value) {
   RigParameters changed = rig;
   changed.plant.Set(component, value);
@@ -25,10 +34,9 @@ RigParameters WithComponent(const RigParameters& rig, Component component, doubl
 }
 
 void UpdatePosterior(std::span<const Observation> stretch, FitContext& context) {
-  const StretchModels models{
-      stretch, [&](const Eigen::VectorXd& q, std::size_t) {
-        return context.ModelOf(WithOffsets(context.rig, q, context.period_s));
-      }};
+  const StretchModels models{stretch, [&](const Eigen::VectorXd& q, std::size_t) {
+                               return context.ModelOf(context.RigAt(q));
+                             }};
   const GaussianPrior before = context.calibration;
   const MapFit fit = FitMap(models, before, before.mean, context.FitOptions());
   const double n = std::max(1, fit.innovations.count);

@@ -9,6 +9,13 @@
 
 namespace faultlab::core {
 
+/// `base` moved by the coordinates `q`, as WithOffsets; but where B grows, it is 1 + q times as
+/// large. What a record tells of a small B is how much torque it takes, so that its error is one of
+/// B and not of its logarithm: of a B that is known within a half, four times as much is far off.
+RigParameters Moved(const RigParameters& base,
+                    const Eigen::Ref<const Eigen::VectorXd>& q,
+                    double period_s);
+
 /// The data that all hypotheses about one stretch share.
 struct FitContext {
   RigParameters rig;  ///< calibrated, with the faults that are already known
@@ -21,6 +28,10 @@ struct FitContext {
   double period_s = 0.01;
   bool follow_noise = false;  ///< MapFitOptions::follow_noise
 
+  /// `rig` moved by `q`.
+  RigParameters RigAt(const Eigen::Ref<const Eigen::VectorXd>& q) const {
+    return Moved(rig, q, period_s);
+  }
   Eigen::Index coordinates() const { return calibration.mean.size(); }
   MapFitOptions FitOptions() const {
     MapFitOptions options;

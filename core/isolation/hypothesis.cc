@@ -28,7 +28,7 @@ constexpr double kFreeSd = 1.0;
 // Tests whether the cost is flat towards one end of the range; if so, the value is only a bound.
 void FindBound(const FitContext& context, HypothesisFit& h) {
   FitContext moved = context;
-  moved.rig = WithOffsets(context.rig, h.nuisance, context.period_s);
+  moved.rig = context.RigAt(h.nuisance);
   ProfileCost quick(moved);
   const ValueRange range = RangeOf(h.component);
   const double low = std::log(range.low);
@@ -87,7 +87,7 @@ void Adopt(const FitContext& context, const MapFit& fit, HypothesisFit& h) {
 HypothesisFit FitNuisance(const FitContext& context, const Component* component, double value) {
   const StretchModels models{
       context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
-        const RigParameters rig = WithOffsets(context.rig, q, context.period_s);
+        const RigParameters rig = context.RigAt(q);
         return context.ModelOf(component != nullptr ? WithComponent(rig, *component, value) : rig);
       }};
   HypothesisFit h;
@@ -108,8 +108,7 @@ SpeedResponse ResponseWith(const FitContext& context, const MapFit& fit, Compone
     covariance.bottomRightCorner(n, n) += context.model_covariance;
   }
   const auto rig_at = [&](const Eigen::VectorXd& q) {
-    return WithComponent(
-        WithOffsets(context.rig, q.tail(n), context.period_s), component, std::exp(q(0)));
+    return WithComponent(context.RigAt(q.tail(n)), component, std::exp(q(0)));
   };
   return SpeedResponseOf(rig_at, fit.point, covariance);
 }
@@ -137,8 +136,7 @@ void RefineComponent(const FitContext& context, HypothesisFit& h, double give_up
   const GaussianPrior prior = WithValues(context.calibration, 1, std::log(h.value));
   const StretchModels models{
       context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
-        const RigParameters rig =
-            WithOffsets(context.rig, q.tail(context.coordinates()), context.period_s);
+        const RigParameters rig = context.RigAt(q.tail(context.coordinates()));
         return context.ModelOf(WithComponent(rig, h.component, std::exp(q(0))));
       }};
   MapFitOptions options = context.FitOptions();
@@ -164,8 +162,7 @@ DriftFit FitDrift(const FitContext& context, const HypothesisFit& from, std::siz
   const std::size_t blocks = (n + block_samples - 1) / block_samples;
   StretchModels models{
       context.stretch, [&](const Eigen::VectorXd& q, std::size_t at) {
-        const RigParameters rig =
-            WithOffsets(context.rig, q.tail(context.coordinates()), context.period_s);
+        const RigParameters rig = context.RigAt(q.tail(context.coordinates()));
         const double first = std::exp(q(0));
         const double last = std::exp(q(1));
         const double share = (static_cast<double>(at) + 0.5) / static_cast<double>(blocks);
@@ -216,8 +213,7 @@ double PredictionDistance(const FitContext& context,
                           const HypothesisFit& a,
                           const HypothesisFit& b) {
   const auto model_of = [&](const HypothesisFit& h) {
-    return context.ModelOf(WithComponent(
-        WithOffsets(context.rig, h.nuisance, context.period_s), h.component, h.value));
+    return context.ModelOf(WithComponent(context.RigAt(h.nuisance), h.component, h.value));
   };
   const std::array<PredictionModel, 2> models = {model_of(a), model_of(b)};
   const std::array<ModelSegment, 2> segments = {{{0, &models[0]}, {0, &models[1]}}};

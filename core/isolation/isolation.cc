@@ -123,22 +123,37 @@ class Isolation {
 
   ToldAbout About() const { return {task_, nominal_, readings_, held_}; }
 
-  // A drift that is too steep for the newest second: what one value leaves of the whole stretch is
-  // far more than noise, and the newest value is another. (Coulomb friction looks like B, and in
-  // 0.4 s nothing tells them apart.)
+  // A drift that is too steep for the newest second: what one value leaves is far more than noise,
+  // and the newest value is another. (Coulomb friction looks like B, and in 0.4 s nothing tells
+  // them apart.) Of a long stretch that moves, the component that comes nearest to the newest part
+  // counts.
   Conclusion Steep(Conclusion unknown) {
-    constexpr double kScoreMin = 4.0;
-    constexpr double kSigmas = 5.0;
     const Explanation& whole = unknown.explanation;
-    const HypothesisFit& nearest = whole.set.best();
-    if (nearest.chi2 < kScoreMin * nearest.count) return unknown;
+    for (const HypothesisFit* nearest :
+         {&whole.set.best(), whole.of_newest ? &*whole.of_newest : nullptr}) {
+      if (nearest == nullptr) continue;
+      if (std::optional<Explanation> steep = SteepFrom(whole.context, *nearest)) {
+        return Told(std::move(*steep), unknown.second, About());
+      }
+    }
+    return unknown;
+  }
+
+  std::optional<Explanation> SteepFrom(const FitContext& context, const HypothesisFit& nearest) {
+    constexpr double kScoreMin = 4.0;
+    constexpr double kMovedCost = 25.0;  // five standard deviations
+    if (nearest.chi2 < kScoreMin * nearest.count) return std::nullopt;
     std::optional<Explanation> steep =
-        ExplainSteep(whole.context, changeable_, task_, readings_, nearest.component);
-    if (!steep) return unknown;
-    const HypothesisFit& last = steep->set.best();
-    const double way = std::abs(std::log(last.value / nearest.value));
-    if (last.bound != 0 || way < kSigmas * last.log_sigma) return unknown;
-    return Told(std::move(*steep), unknown.second, About());
+        ExplainSteep(context, changeable_, task_, readings_, nearest.component);
+    if (!steep || steep->set.best().bound != 0) return std::nullopt;
+    const double healthy = context.rig.plant.Get(nearest.component);
+    const double last = steep->set.best().value;
+    if ((nearest.value > healthy) != (last > healthy)) return std::nullopt;
+    FitContext still = steep->context;
+    still.rig = WithComponent(still.rig, nearest.component, nearest.value);
+    const double moved = FitNullHypothesis(still).cost - steep->set.best().cost;
+    if (moved < kMovedCost) return std::nullopt;
+    return steep;
   }
 
   // Rare impulses, or hum that nobody could follow.
@@ -182,6 +197,18 @@ class Isolation {
            std::find(group.begin(), group.end(), task_.reference.front().component) == group.end();
   }
 
+  // The fault that was known is still there, perhaps grown: more than warming does.
+  bool KeepsItsFault(const IsolationResult& result) const {
+    if (result.verdict.kind != VerdictKind::kFault) return false;
+    const auto known = [&](const Candidate& each) {
+      return std::any_of(task_.reference.begin(), task_.reference.end(), [&](const Candidate& one) {
+        return one.component == each.component &&
+               !IsWithinWarming(task_.options.bench->norm, nominal_.rig.plant, each);
+      });
+    };
+    return std::all_of(result.present.begin(), result.present.end(), known);
+  }
+
   // By the speed alone, a fault that needs a rig far off what was learnt may be another one of a
   // rig that has warmed up.
   bool IsStrained(const Conclusion& cold) const {
@@ -194,6 +221,7 @@ class Isolation {
   bool MayBeWarming(const IsolationResult& result) const {
     const Bench& bench = *task_.options.bench;
     if (!IsSlow() || bench.norm.warming <= 0.0 || result.returned_to_nominal) return false;
+    if (KeepsItsFault(result)) return false;
     // A magnet that warms up reads like a sensor that is off a little.
     if (result.verdict.sensor) return true;
     // um alone does not show it; there only a part that is named may be one.

@@ -100,8 +100,7 @@ SensorFit FitTrial(const FitContext& context, const Trial& trial) {
   prior.information(0, 0) = 1.0 / (kPriorSd * kPriorSd);
   prior.information.bottomRightCorner(n, n) = context.calibration.information;
   const StretchModels models{context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
-                               const RigParameters rig =
-                                   WithOffsets(context.rig, q.tail(n), context.period_s);
+                               const RigParameters rig = context.RigAt(q.tail(n));
                                return context.ModelOf(Changed(rig, trial, q(0)));
                              }};
   Eigen::VectorXd start = prior.mean;

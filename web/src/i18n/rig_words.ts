@@ -44,6 +44,10 @@ const FORMS: [RegExp, Key][] = [
     /^something has changed just before the end: too little follows to say what$/,
     "verdict_too_late",
   ],
+  [
+    /^something may have changed a little: the record ends too soon after the alarm to tell$/,
+    "verdict_ends_too_soon",
+  ],
   [/^what follows the alarm fits the nominal rig$/, "verdict_fits_nominal"],
   [
     /^no single component explains the record: beside (?<one>\w+) also (?<other>.+)$/,

@@ -1508,6 +1508,8 @@ export const texts = {
   check_residual:
     "The first seconds differ among themselves. Choose a part without a fault, after the rig has warmed up.",
   verdict_too_late: "Something has changed just before the end. Too little follows to say what.",
+  verdict_ends_too_soon:
+    "Something may have changed a little. The record ends too soon after the alarm to tell.",
   verdict_not_this_rig: "The record is not of the calibrated rig from its beginning on. {rest}",
   suspect_unit: "It fits when {channel} is multiplied by {factor}: is its unit {unit}?",
   suspect_gear:

@@ -1553,6 +1553,8 @@ export const marked: Catalogue = {
   audit_use_reset_link: "postavio lozinku linkom",
   verdict_too_late:
     "Nešto se promenilo pred sam kraj. Posle toga je premalo podataka da se kaže šta.",
+  verdict_ends_too_soon:
+    "Možda se nešto malo promenilo. Snimak se završava prerano posle uzbune da bi se to reklo.",
   verdict_not_this_rig: "Zapis od samog početka nije sa kalibrisanog uređaja. {rest}",
   suspect_unit: "Slaže se kada se {channel} pomnoži sa {factor}: da li je jedinica {unit}?",
   suspect_gear:
