@@ -88,7 +88,7 @@ class Isolation {
            (heals && !NamesAnotherInstead(warm) && warmed.cost < cold.cost + kFaultGain));
       return explains_more ? warm : result;
     }
-    if (!maybe_healthy) return result;
+    if (!maybe_healthy || KeepsItsFault(result)) return result;
     warm.warmed = true;
     warm.verdict.reason = WarmingSentence(Eigen::Map<const Eigen::VectorXd>(
         warm.shift.data(), static_cast<Eigen::Index>(warm.shift.size())));
@@ -197,7 +197,7 @@ class Isolation {
            std::find(group.begin(), group.end(), task_.reference.front().component) == group.end();
   }
 
-  // The fault that was known is still there, perhaps grown: more than warming does.
+  // The fault that was known is still there: more than warming does.
   bool KeepsItsFault(const IsolationResult& result) const {
     if (result.verdict.kind != VerdictKind::kFault) return false;
     const auto known = [&](const Candidate& each) {
@@ -221,7 +221,6 @@ class Isolation {
   bool MayBeWarming(const IsolationResult& result) const {
     const Bench& bench = *task_.options.bench;
     if (!IsSlow() || bench.norm.warming <= 0.0 || result.returned_to_nominal) return false;
-    if (KeepsItsFault(result)) return false;
     // A magnet that warms up reads like a sensor that is off a little.
     if (result.verdict.sensor) return true;
     // um alone does not show it; there only a part that is named may be one.
