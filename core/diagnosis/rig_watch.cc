@@ -22,18 +22,14 @@ constexpr const char* kEndsTooSoon =
     "something may have changed a little: the record ends too soon after the alarm to tell";
 constexpr const char* kBeingWorkedOut = "something has changed; what, is being worked out";
 
-// The calibrated rig with `faults`, its coordinates moved by `shift` (all of them, or none).
-RigParameters ReferenceRig(const Calibration& calibration,
-                           const std::vector<Candidate>& faults,
-                           const std::vector<double>& shift,
-                           double period_s) {
-  RigParameters rig = ParametersOf(calibration);
-  if (!shift.empty()) {
-    const auto n = static_cast<Eigen::Index>(shift.size());
-    rig = Moved(rig, Eigen::Map<const Eigen::VectorXd>(shift.data(), n), period_s);
-  }
-  for (const Candidate& fault : faults) rig = WithComponent(rig, fault.component, fault.value);
-  return rig;
+// The calibrated rig, its coordinates moved by `shift` (all of them, or none).
+RigParameters MovedRig(const Calibration& calibration,
+                       const std::vector<double>& shift,
+                       double period_s) {
+  const RigParameters rig = ParametersOf(calibration);
+  if (shift.empty()) return rig;
+  const auto n = static_cast<Eigen::Index>(shift.size());
+  return Moved(rig, Eigen::Map<const Eigen::VectorXd>(shift.data(), n), period_s);
 }
 
 Verdict NominalVerdict(std::string reason) {
@@ -62,7 +58,7 @@ RigWatch::RigWatch(const DiagnosisOptions& options,
       oldest_valid_id_(next_id) {
   if (calibration_->hum.any())
     hum_.emplace(calibration_->hum, NoiseOf(*calibration_), options.period_s);
-  WatchFor({}, {}, calibration_->samples);
+  WatchHealthy({});
   Publish(NominalVerdict("the record fits the calibrated rig"));
 }
 
@@ -75,11 +71,24 @@ std::optional<IsolationTask> RigWatch::TakeTask() {
   return std::exchange(pending_, std::nullopt);
 }
 
-void RigWatch::WatchFor(const std::vector<Candidate>& faults,
-                        const std::vector<double>& shift,
-                        int samples) {
+void RigWatch::WatchHealthy(const std::vector<double>& shift) {
+  Watch(MovedRig(*calibration_, shift, options_.period_s), {}, calibration_->samples);
+}
+
+void RigWatch::WatchFaulty(const IsolationResult& answer, int samples) {
+  RigParameters rig = MovedRig(*calibration_, answer.shift, options_.period_s);
+  rig.direct_factor = answer.direct_factor;
+  for (const Candidate& fault : answer.present) {
+    rig = WithComponent(rig, fault.component, fault.value);
+  }
+  Watch(rig, answer.present, samples);
+}
+
+void RigWatch::Watch(const RigParameters& reference,
+                     const std::vector<Candidate>& faults,
+                     int samples) {
   detector_.emplace(*options_.bench,
-                    ReferenceRig(*calibration_, faults, shift, options_.period_s),
+                    reference,
                     DetectionNoiseOf(*calibration_),
                     options_.period_s,
                     calibration_->mask(),
@@ -193,7 +202,7 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
   const bool watchable = next.settled && next.kind == VerdictKind::kFault &&
                          result.shape == FaultShape::kAbrupt && !result.present.empty();
   if (watchable) {
-    WatchFor(result.present, result.shift, static_cast<int>(record_.since_alarm()));
+    WatchFaulty(result, static_cast<int>(record_.since_alarm()));
   } else if (next.settled && only_sharp_) {
     detector_.reset();
     only_sharp_ = false;
@@ -225,7 +234,7 @@ void RigWatch::ReturnToNominal(const Verdict& last, const std::vector<double>& s
   impulse_seen_ = impulse_seen_ || (shift.empty() && one_reading_);
   record_.Close();
   alarmed_ = false;
-  WatchFor({}, shift, calibration_->samples);
+  WatchHealthy(shift);
   Publish(NominalVerdict(last.reason));
 }
 

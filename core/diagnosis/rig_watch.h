@@ -52,10 +52,11 @@ class RigWatch {
 
  private:
   void Publish(Verdict next);
-  /// The model carries `faults`, its coordinates are moved by `shift` (all of them, or none).
-  void WatchFor(const std::vector<Candidate>& faults,
-                const std::vector<double>& shift,
-                int samples);
+  /// The rig is as it was learnt, its coordinates moved by `shift` (all of them, or none).
+  void WatchHealthy(const std::vector<double>& shift);
+  /// It has the faults that the answer names.
+  void WatchFaulty(const IsolationResult& answer, int samples);
+  void Watch(const RigParameters& reference, const std::vector<Candidate>& faults, int samples);
   bool TakesThePlace(const Alarm& alarm) const;
   void OnAlarm(const Alarm& alarm, const Sample& sample);
   IsolationTask MakeTask();

@@ -139,7 +139,7 @@ PredictionModel MakePredictionModel(const RigParameters& rig,
   LAB_CHECK(rig.delta_s > 0.0 && rig.delta_s < period_s, rig.delta_s, period_s);
   const AmplifierResponse response = p.response();
   const double pole = std::max(rig.lag_factor * response.lag_s, kFastestPoleS);
-  const double direct = response.direct;
+  const double direct = std::min(1.0, rig.direct_factor * response.direct);
   const double k = rig.gain_factor * response.gain;
 
   const Lanes2 both{1.0, 1.0};

@@ -19,6 +19,7 @@ struct RigParameters {
   int gain_part = -1;        ///< the parameter that alone is the gain, as Component's; -1: several
   double j_factor = 1.0;     ///< what WithOffsets has made of J
   double lag_factor = 1.0;   ///< of the amplifier's lag_s
+  double direct_factor = 1.0;  ///< of the share of its gain that acts at once
   /// What the channels read at zero, while it is being learnt; then it is taken out of the
   /// readings.
   std::array<double, 3> zeros{};

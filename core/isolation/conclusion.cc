@@ -1,6 +1,7 @@
 #include "core/isolation/conclusion.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
@@ -92,8 +93,12 @@ class Telling {
     result.verdict.reason = "what follows the alarm fits the nominal rig";
   }
 
-  static void SetShift(const HypothesisFit& fit, IsolationResult& result) {
-    result.shift.assign(fit.nuisance.data(), fit.nuisance.data() + fit.nuisance.size());
+  void SetShift(const HypothesisFit& fit, IsolationResult& result) const {
+    const FitContext& context = explanation_.context;
+    result.shift.assign(fit.nuisance.data(), fit.nuisance.data() + context.calibrated());
+    if (context.direct_is_free) {
+      result.direct_factor = std::exp(fit.nuisance(context.calibrated()));
+    }
   }
 
   // Candidates, and those of them that nothing tells apart from the best.

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace faultlab::core {
 namespace {
@@ -22,6 +23,33 @@ RigParameters Moved(const RigParameters& base,
   const double more_b = q(static_cast<Eigen::Index>(Coordinate::kB));
   if (more_b > 0.0) moved.plant.b_nm_per_rad_s = base.plant.b_nm_per_rad_s * (1.0 + more_b);
   return moved;
+}
+
+RigParameters FitContext::RigAt(const RigParameters& base,
+                                const Eigen::Ref<const Eigen::VectorXd>& q) const {
+  RigParameters moved = Moved(base, q.head(calibrated()), period_s);
+  if (direct_is_free) moved.direct_factor *= std::exp(q(calibrated()));
+  return moved;
+}
+
+FitContext WithFreeDirect(const FitContext& context) {
+  const Eigen::Index n = context.coordinates();
+  const auto with_one_more = [&](const Eigen::MatrixXd& square) {
+    if (square.size() == 0) return square;
+    Eigen::MatrixXd larger = Eigen::MatrixXd::Zero(n + 1, n + 1);
+    larger.topLeftCorner(n, n) = square;
+    return larger;
+  };
+  // It is a ratio of two resistances.
+  const double sd = std::numbers::sqrt2 * context.part_tolerance;
+  FitContext free = context;
+  free.direct_is_free = true;
+  free.calibration.mean.conservativeResizeLike(Eigen::VectorXd::Zero(n + 1));
+  free.calibration.information = with_one_more(context.calibration.information);
+  free.calibration.information(n, n) = 1.0 / (sd * sd);
+  free.tolerance_covariance = with_one_more(context.tolerance_covariance);
+  free.model_covariance = with_one_more(context.model_covariance);
+  return free;
 }
 
 RigParameters WithComponent(const RigParameters& rig, Component component, double value) {

@@ -24,15 +24,18 @@ struct FitContext {
   Eigen::MatrixXd tolerance_covariance;  ///< as Calibration::tolerance_covariance, or empty
   Eigen::MatrixXd model_covariance;      ///< as Calibration::model_covariance, or empty
   double part_tolerance = 0.0;           ///< relative, one standard deviation of one resistor
+  /// The share of the amplifier's gain that acts at once is a coordinate, the last: its logarithm.
+  bool direct_is_free = false;
   std::span<const Observation> stretch;
   double period_s = 0.01;
   bool follow_noise = false;  ///< MapFitOptions::follow_noise
 
-  /// `rig` moved by `q`.
-  RigParameters RigAt(const Eigen::Ref<const Eigen::VectorXd>& q) const {
-    return Moved(rig, q, period_s);
-  }
   Eigen::Index coordinates() const { return calibration.mean.size(); }
+  /// Those of the calibration.
+  Eigen::Index calibrated() const { return coordinates() - (direct_is_free ? 1 : 0); }
+  /// `base`, or `rig`, moved by all coordinates.
+  RigParameters RigAt(const RigParameters& base, const Eigen::Ref<const Eigen::VectorXd>& q) const;
+  RigParameters RigAt(const Eigen::Ref<const Eigen::VectorXd>& q) const { return RigAt(rig, q); }
   MapFitOptions FitOptions() const {
     MapFitOptions options;
     options.follow_noise = follow_noise;
@@ -52,6 +55,11 @@ struct FitContext {
 /// the gain with it, and a capacitor that of the lag.
 /// @param value  SI unit of the component, > 0
 RigParameters WithComponent(const RigParameters& rig, Component component, double value);
+
+/// `context` with the share of the amplifier's gain that acts at once as one more coordinate: only
+/// a large capacitor shows it, so that no calibration has, and its resistors are known to their
+/// tolerance.
+FitContext WithFreeDirect(const FitContext& context);
 
 /// Adds the information of one more healthy stretch to the prior of the coordinates:
 ///   information <- information + J'J,   mean <- the MAP point of the stretch

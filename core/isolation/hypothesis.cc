@@ -199,13 +199,13 @@ RelaxedFit FitRelaxed(const FitContext& context, const HypothesisFit& from) {
   prior.information(mc, mc) = 1.0 / (10.0 * 10.0);
   const RigParameters around = WithComponent(context.rig, from.component, from.value);
   const StretchModels models{context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
-                               return context.ModelOf(WithOffsets(around, q, context.period_s));
+                               return context.ModelOf(context.RigAt(around, q));
                              }};
   const MapFit fit = FitMap(models, prior, from.nuisance, context.FitOptions());
   RelaxedFit free;
   free.cost = fit.innovations.cost();
-  free.point = fit.point;
-  free.sigma = fit.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  free.point = fit.point.head(context.calibrated());
+  free.sigma = fit.covariance.diagonal().head(context.calibrated()).cwiseMax(0.0).cwiseSqrt();
   return free;
 }
 

@@ -73,6 +73,7 @@ class Isolation {
       cold = WithoutOddReadings(std::move(cold));
       if (!cold.explanation.lack_of_fit.adequate) cold = Steep(std::move(cold));
     }
+    cold = WithAnotherLead(std::move(cold));
     IsolationResult& result = cold.result;
     const bool maybe_healthy = MayBeWarming(result);
     const bool heals = NamesAnotherInstead(result);
@@ -171,6 +172,26 @@ class Isolation {
     }
     readings_.PutBack();
     return unknown;
+  }
+
+  // A capacitor, and something beside it that may be no more than the resistors around it: nothing
+  // has shown before what they are off.
+  Conclusion WithAnotherLead(Conclusion found) {
+    const Verdict& verdict = found.result.verdict;
+    const bool unexplained = verdict.kind == VerdictKind::kUnknownFault && !verdict.sensor;
+    const auto is_capacitor = [](Component component) {
+      return component.info().kind == PartKind::kCapacitor;
+    };
+    const bool known =
+        std::any_of(task_.reference.begin(), task_.reference.end(), [&](const Candidate& each) {
+          return is_capacitor(each.component);
+        });
+    const bool in_play = known || is_capacitor(found.explanation.set.best().component);
+    if (!(unexplained || found.second) || !in_play || nominal_.part_tolerance <= 0.0) return found;
+    Conclusion another = Conclude(WithFreeDirect(nominal_));
+    const bool alone = another.result.verdict.kind == VerdictKind::kFault && !another.second &&
+                       is_capacitor(another.explanation.set.best().component);
+    return alone ? std::move(another) : std::move(found);
   }
 
   std::optional<Conclusion> Explained() {

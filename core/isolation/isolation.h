@@ -25,6 +25,8 @@ struct IsolationResult {
   /// Change of the calibration's coordinates in that fit, or in the one without a fault (8, or
   /// none).
   std::vector<double> shift;
+  /// The same of the share of the amplifier's gain that acts at once: a factor.
+  double direct_factor = 1.0;
   double gain = 0.0;  ///< cost without a fault minus cost with it, in -2 log probability
 };
 

@@ -71,7 +71,7 @@ double CapacitorLogSigma(const FitContext& context,
   off.gain_factor *= nominal.gain() / off.plant.gain();
   const StretchModels models{
       context.stretch, [&](const Eigen::VectorXd& q, std::size_t) {
-        const RigParameters rig = Moved(off, q.tail(context.coordinates()), context.period_s);
+        const RigParameters rig = context.RigAt(off, q.tail(context.coordinates()));
         return context.ModelOf(WithComponent(rig, capacitor, std::exp(q(0))));
       }};
   MapFitOptions options = context.FitOptions();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <random>
 #include <string>
 
 #include "core/diagnosis/pipeline.h"
@@ -176,6 +177,35 @@ TEST(DiagnoseRecord, LosesNoFaultWithTheSampleBeforeTheLast) {
     SCOPED_TRACE(std::string(Name(fault.component)) + ": " + verdict.reason);
     EXPECT_EQ(verdict.kind, VerdictKind::kFault);
     EXPECT_TRUE(Names(verdict, fault.component));
+  }
+}
+
+// The resistors around C8 decide how much of a step passes it at once; a healthy rig does not show
+// it.
+TEST(DiagnoseRecord, NamesALargeCapacitorAloneOnARigWhosePartsAreOff) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> off(0.96, 1.04);
+  for (unsigned seed = 1; seed < 21; ++seed) {
+    PlantParameters rig = paper::Plant();
+    for (int part = 0; part < rig.structure->parameter_count(); ++part) {
+      rig.Set(part, rig.Get(part) * off(random));
+    }
+    rig.kt_nm_per_a = rig.ke_v_per_rad_s;
+    const PrbsSpec wide{.low_v = 1.3, .high_v = 3.9, .seed = seed};
+    const double value = seed % 2 == 0 ? 10e-6 : 47e-6;
+    const std::vector<Sample> record =
+        SimulateRecord(paper::Hardware(),
+                       rig,
+                       MakePrbs(wide, 2000, paper::kPeriodS),
+                       std::vector<Fault>{AbruptFault(paper::kC8, value)},
+                       seed,
+                       paper::kPeriodS);
+    const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(Channels::kAll));
+    const Verdict& verdict = diagnosis.verdict;
+    SCOPED_TRACE(std::to_string(seed) + ": " + verdict.reason);
+    EXPECT_EQ(verdict.kind, VerdictKind::kFault);
+    EXPECT_TRUE(Names(verdict, paper::kC8));
+    EXPECT_EQ(diagnosis.episodes.size(), 1U);
   }
 }
 

@@ -4,15 +4,23 @@ import { wordsOf } from "../i18n/words";
  * data.
  */
 export class Attempts {
-  failure = $state("");
   busy = $state(false);
   loaded = $state(false);
+  /** Of the last action; it stays said while the data are fetched again. */
+  private refused = $state("");
+  /** Why the data are not here, or not the newest. */
+  private unanswered = $state("");
 
   /** @param load  fetches what the page shows */
   constructor(private readonly load: () => Promise<unknown> = async () => {}) {}
 
+  get failure(): string {
+    return this.refused || this.unanswered;
+  }
+
   async start(): Promise<void> {
-    this.loaded = await this.run(this.load);
+    this.refused = "";
+    this.loaded = await this.fetch();
   }
 
   /**
@@ -21,21 +29,44 @@ export class Attempts {
    */
   async act(action: () => Promise<unknown>): Promise<boolean> {
     const done = await this.run(action);
-    const refusal = this.failure;
-    await this.run(this.load);
-    if (!done) this.failure = refusal;
+    await this.fetch();
     return done;
   }
 
   async run(action: () => Promise<unknown>): Promise<boolean> {
+    this.refused = await this.trouble(action);
+    return this.refused === "";
+  }
+
+  /**
+   * Starts, and fetches again from then on, also when an answer has failed to come.
+   * @param wanted  whether it may now
+   * @returns ends it
+   */
+  keepFresh(everyMs: number, wanted: () => boolean = () => true): () => void {
+    void this.start();
+    const timer = setInterval(() => {
+      if (!this.busy && wanted()) void this.again();
+    }, everyMs);
+    return () => clearInterval(timer);
+  }
+
+  private async again(): Promise<void> {
+    if (await this.fetch()) this.loaded = true;
+  }
+
+  private async fetch(): Promise<boolean> {
+    this.unanswered = await this.trouble(this.load);
+    return this.unanswered === "";
+  }
+
+  private async trouble(action: () => Promise<unknown>): Promise<string> {
     this.busy = true;
     try {
       await action();
-      this.failure = "";
-      return true;
+      return "";
     } catch (error) {
-      this.failure = wordsOf(error);
-      return false;
+      return wordsOf(error);
     } finally {
       this.busy = false;
     }

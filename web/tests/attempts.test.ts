@@ -1,0 +1,62 @@
+import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { Attempts } from "../src/lab/attempts.svelte";
+
+const EVERY_MS = 5000;
+let answers: (Error | null)[] = [];
+const asked = vi.fn(async () => {
+  const answer = answers.shift();
+  if (answer) throw answer;
+});
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  asked.mockClear();
+});
+afterEach(() => {
+  vi.useRealTimers();
+});
+
+it("fetches again when an answer has failed to come", async () => {
+  answers = [new Error("no answer")];
+  const desk = new Attempts(asked);
+  const end = desk.keepFresh(EVERY_MS);
+  await vi.advanceTimersByTimeAsync(0);
+  expect([desk.failure !== "", desk.loaded]).toEqual([true, false]);
+  await vi.advanceTimersByTimeAsync(EVERY_MS);
+  expect([desk.failure, desk.loaded]).toEqual(["", true]);
+  answers = [new Error("no answer")];
+  await vi.advanceTimersByTimeAsync(EVERY_MS);
+  expect([desk.failure !== "", desk.loaded], "what was loaded stays").toEqual([true, true]);
+  end();
+  await vi.advanceTimersByTimeAsync(EVERY_MS);
+  expect(asked).toHaveBeenCalledTimes(3);
+});
+
+it("says a refusal until the next action, however often it fetches", async () => {
+  answers = [];
+  const desk = new Attempts(asked);
+  const end = desk.keepFresh(EVERY_MS);
+  await vi.advanceTimersByTimeAsync(0);
+  expect(await desk.act(() => Promise.reject(new Error("refused")))).toBe(false);
+  const said = desk.failure;
+  expect(said).not.toBe("");
+  await vi.advanceTimersByTimeAsync(3 * EVERY_MS);
+  expect(asked).toHaveBeenCalledTimes(5);
+  expect(desk.failure).toBe(said);
+  expect(await desk.act(async () => {})).toBe(true);
+  expect(desk.failure).toBe("");
+  end();
+});
+
+it("waits while it may not", async () => {
+  answers = [];
+  let turned = true;
+  const desk = new Attempts(asked);
+  const end = desk.keepFresh(EVERY_MS, () => !turned);
+  await vi.advanceTimersByTimeAsync(2 * EVERY_MS);
+  expect(asked).toHaveBeenCalledTimes(1);
+  turned = false;
+  await vi.advanceTimersByTimeAsync(EVERY_MS);
+  expect(asked).toHaveBeenCalledTimes(2);
+  end();
+});
