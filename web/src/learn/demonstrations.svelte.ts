@@ -1,5 +1,6 @@
 import { get } from "../api/client";
 import type { Component, Schemas } from "../api/types";
+import { wordsOf } from "../i18n/words";
 import type { Bench } from "../plant/bench";
 
 export type Signals = Schemas["Demonstration"];
@@ -59,7 +60,7 @@ export class Study<T> {
       this.failure = "";
     } catch (error) {
       if (asking.signal.aborted) return;
-      this.failure = error instanceof Error ? error.message : String(error);
+      this.failure = wordsOf(error);
     }
   }
 }

@@ -1,5 +1,6 @@
 import { api } from "../api/client";
 import type { Rig } from "../api/types";
+import { wordsOf } from "../i18n/words";
 import type { Bench } from "../plant/bench";
 import { benches } from "./benches.svelte";
 
@@ -37,7 +38,7 @@ export class Rigs {
       this.failure = "";
       this.loaded = true;
     } catch (error) {
-      this.failure = error instanceof Error ? error.message : String(error);
+      this.failure = wordsOf(error);
     }
   }
 
