@@ -73,7 +73,7 @@ class Isolation {
       cold = WithoutOddReadings(std::move(cold));
       if (!cold.explanation.lack_of_fit.adequate) cold = Steep(std::move(cold));
     }
-    cold = WithAnotherLead(std::move(cold));
+    cold = CapacitorAlone(std::move(cold));
     IsolationResult& result = cold.result;
     const bool maybe_healthy = MayBeWarming(result);
     const bool heals = NamesAnotherInstead(result);
@@ -176,7 +176,7 @@ class Isolation {
 
   // A capacitor, and something beside it that may be no more than the resistors around it: nothing
   // has shown before what they are off.
-  Conclusion WithAnotherLead(Conclusion found) {
+  Conclusion CapacitorAlone(Conclusion found) {
     const Verdict& verdict = found.result.verdict;
     const bool unexplained = verdict.kind == VerdictKind::kUnknownFault && !verdict.sensor;
     const auto is_capacitor = [](Component component) {

@@ -209,6 +209,25 @@ TEST(DiagnoseRecord, NamesALargeCapacitorAloneOnARigWhosePartsAreOff) {
   }
 }
 
+TEST(DiagnoseRecord, SeesWhatFailsBesideALargeCapacitor) {
+  const Fault capacitor = AbruptFault(paper::kC8, 10e-6);
+  for (const PaperFault& other : {PaperFault{paper::kR1, 10.0, 0.03}, {paper::kJ, 4e-6, 0.03}}) {
+    const auto at = [&](double at_s) {
+      return DiagnoseRecord(
+                 BenchRecord({capacitor, AbruptFault(other.component, other.value, at_s)}, 85),
+                 FreeValues(Channels::kAll))
+          .verdict;
+    };
+    const Verdict together = at(10.0);
+    EXPECT_EQ(together.kind, VerdictKind::kUnknownFault) << together.reason;
+    const Verdict later = at(15.0);
+    EXPECT_EQ(later.kind, VerdictKind::kFault) << later.reason;
+    EXPECT_TRUE(Names(later, other.component)) << later.reason;
+    EXPECT_NE(later.reason.find("on top of C8"), std::string::npos) << later.reason;
+    EXPECT_NEAR(ValueOf(later, other.component), other.value, other.tolerance * other.value);
+  }
+}
+
 TEST(DiagnoseRecord, SaysThatTooLittleFollowsAChangeAtTheVeryEnd) {
   auto record = BenchRecord({AbruptFault(paper::kR1, 100.0)}, 14);
   record.erase(record.begin() + 1001, record.end());  // the fault begins at 10 s
