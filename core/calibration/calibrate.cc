@@ -11,6 +11,7 @@
 #include "core/calibration/coordinate_quantities.h"
 #include "core/calibration/data_sheet.h"
 #include "core/calibration/missing_physics.h"
+#include "core/calibration/reading_steps.h"
 #include "core/calibration/self_check.h"
 #include "core/calibration/stretch_checks.h"
 #include "core/calibration/stretch_fit.h"
@@ -208,6 +209,7 @@ Result<Calibration> CalibrateWith(std::span<const Sample> samples,
                                                 calibration.checks)) {
     return *refusal;
   }
+  SaySteps(samples, calibration);
   const bool lacks = options.model == ModelScope::kAsDescribed
                          ? norm.missing_physics
                          : options.model == ModelScope::kBuiltRig;

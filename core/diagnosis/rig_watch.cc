@@ -81,15 +81,20 @@ void RigWatch::WatchFaulty(const IsolationResult& answer, int samples) {
   for (const Candidate& fault : answer.present) {
     rig = WithComponent(rig, fault.component, fault.value);
   }
-  Watch(rig, answer.present, samples);
+  Watch(rig, answer.present, samples, answer.noise_factor);
 }
 
 void RigWatch::Watch(const RigParameters& reference,
                      const std::vector<Candidate>& faults,
-                     int samples) {
+                     int samples,
+                     double noise_factor) {
+  NoiseLevel noise = DetectionNoiseOf(*calibration_);
+  for (double NoiseLevel::*of : {&NoiseLevel::um_v, &NoiseLevel::ia_a, &NoiseLevel::w_rad_s}) {
+    noise.*of *= noise_factor;
+  }
   detector_.emplace(*options_.bench,
                     reference,
-                    DetectionNoiseOf(*calibration_),
+                    noise,
                     options_.period_s,
                     calibration_->mask(),
                     calibration_->thresholds,
@@ -211,12 +216,14 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
 }
 
 /// A small fault is not withdrawn before the window has filled. One reading that was far off is no
-/// small fault: what hides behind it is found again by what it accumulates.
+/// small fault: what hides behind it is found again by what it accumulates; so is what a known
+/// fault leaves that is gone.
 /// @param gain  of the best fault over the nominal rig, which explains the record
 bool RigWatch::MayBeWithdrawn(bool settled, double gain) const {
   const auto passed = [&](std::size_t samples) {
     return record_.since_alarm() >= SpanOf(samples, options_.period_s);
   };
+  if (!reference_.empty()) return settled;
   const bool hardly = gain <= kWithdrawGain;
   if (one_reading_) return settled || (hardly && passed(kImpulseAfter));
   return settled && (hardly || passed(kWithdrawAfter));

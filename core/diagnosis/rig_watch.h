@@ -56,7 +56,10 @@ class RigWatch {
   void WatchHealthy(const std::vector<double>& shift);
   /// It has the faults that the answer names.
   void WatchFaulty(const IsolationResult& answer, int samples);
-  void Watch(const RigParameters& reference, const std::vector<Candidate>& faults, int samples);
+  void Watch(const RigParameters& reference,
+             const std::vector<Candidate>& faults,
+             int samples,
+             double noise_factor = 1.0);
   bool TakesThePlace(const Alarm& alarm) const;
   void OnAlarm(const Alarm& alarm, const Sample& sample);
   IsolationTask MakeTask();

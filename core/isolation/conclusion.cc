@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/filter/speed_response.h"
+#include "core/isolation/friction_hold.h"
 #include "core/isolation/lack_of_fit.h"
 #include "core/isolation/onset.h"
 #include "core/isolation/verdict_text.h"
@@ -21,6 +22,14 @@ constexpr double kSamePrediction = 2e-5;
 
 // Gain that a fault needs to go on: it is known, so nothing is chosen.
 constexpr double kKnownFaultGain = 6.0;
+// Friction near rest is more than Coulomb's: a component that brings a motor there is told although
+// it leaves up to so many times the noise, if it leaves so much less than the nominal rig does.
+// What leaves hardly more is as likely.
+constexpr double kHeldScoreMax = 6.0;
+constexpr double kStandsOut = 20.0;
+constexpr double kHeldAlike = 1.1;
+// Then as many times the noise are noise to the detector, in standard deviations.
+constexpr double kHeldNoise = 2.0;
 // History that is searched for the onset.
 constexpr std::size_t kOnsetHistory = 120;
 constexpr std::size_t kAllAlong = 10;
@@ -48,7 +57,8 @@ class Telling {
         best_(explanation.set.best()),
         second_(second),
         about_(about),
-        task_(about.task) {}
+        task_(about.task),
+        held_(about.held || BringsToRest()) {}
 
   IsolationResult Run() const {
     IsolationResult result = Unanswered(task_);
@@ -63,7 +73,7 @@ class Telling {
     if (explanation_.sensor) {
       verdict.sensor = explanation_.sensor->change;
       TellUnknown(SensorSentence(*verdict.sensor), verdict);
-    } else if (!explanation_.lack_of_fit.adequate && !about_.held) {
+    } else if (!explanation_.lack_of_fit.adequate && !held_) {
       TellUnknown(Unexplained(), verdict);
     } else {
       TellFault(result);
@@ -75,15 +85,37 @@ class Telling {
   // What no listed component explains is nominal only if the nominal rig does, about.
   bool IsNominal() const {
     const HypothesisFit& null = explanation_.null;
-    const double gain_min = IsKnown(best_.component) ? kKnownFaultGain : kFaultGain;
-    return explanation_.gain < gain_min && null.chi2 <= kNominalScoreMax * null.count;
+    const bool goes_on = GoesOn();
+    const bool little = explanation_.gain < (goes_on ? kKnownFaultGain : kFaultGain) ||
+                        (!task_.reference.empty() && !second_ && !goes_on && IsHardlyOff());
+    return little && null.chi2 <= kNominalScoreMax * null.count;
   }
 
-  bool IsKnown(Component component) const {
+  double HealthyValue() const { return about_.nominal.rig.plant.Get(best_.component); }
+
+  // A fault that was known is still there: nearer to what it was than to a healthy part.
+  bool GoesOn() const {
     const std::vector<Candidate>& known = task_.reference;
     return std::any_of(known.begin(), known.end(), [&](const Candidate& each) {
-      return each.component == component;
+      return each.component == best_.component &&
+             std::abs(std::log(best_.value / each.value)) <
+                 std::abs(std::log(best_.value / HealthyValue()));
     });
+  }
+
+  // The fault that was known is gone, and what is left is an error of it.
+  bool IsHardlyOff() const {
+    const double off = std::log(best_.value / HealthyValue());
+    if (best_.bound != 0) return (best_.bound == '<') == (off > 0.0);
+    return std::abs(off) < std::max(kErrorShare, best_.log_sigma);
+  }
+
+  bool BringsToRest() const {
+    const FitContext& context = explanation_.context;
+    const RigParameters rig =
+        WithComponent(context.RigAt(best_.nuisance), best_.component, best_.value);
+    return best_.chi2 < kHeldScoreMax * best_.count &&
+           kStandsOut * best_.chi2 < explanation_.null.chi2 && HardlyTurns(rig, context.stretch);
   }
 
   void TellNominal(IsolationResult& result) const {
@@ -110,7 +142,8 @@ class Telling {
       const bool close = fit.rank_cost() - best_.rank_cost() < kNotExcludedCost;
       const bool same = task_.options.values == ValuePrior::kNone && fit.cost - best_.cost < 1e3 &&
                         PredictionDistance(explanation_.context, best_, fit) < kSamePrediction;
-      if (&fit == &best_ || close || same) verdict.group.push_back(fit.component);
+      const bool alike = held_ && fit.chi2 < kHeldAlike * best_.chi2;
+      if (&fit == &best_ || close || same || alike) verdict.group.push_back(fit.component);
     }
     SetShift(best_, result);
     if (second_) result.present = task_.reference;
@@ -136,7 +169,8 @@ class Telling {
     const bool abrupt = explanation_.shape == FaultShape::kAbrupt;
     std::string reason = FaultSentence(verdict);
     if (!abrupt) reason += RateText(best_.component, explanation_.rate);
-    if (about_.held) reason += "; the motor hardly turns, so that nothing more can be told";
+    if (about_.held || !explanation_.lack_of_fit.adequate)
+      reason += "; the motor hardly turns, so that nothing more can be told";
     if (second_) reason += ", on top of " + ValueText(task_.reference.front());
     if (explanation_.set.off_list && abrupt) reason += "; no relay position has this value";
     if (!task_.calibration->used_ia || !task_.calibration->used_n) {
@@ -150,6 +184,8 @@ class Telling {
     Verdict& verdict = result.verdict;
     verdict.kind = VerdictKind::kFault;
     verdict.reason = ReasonOfFault(verdict);
+    if (held_)
+      result.noise_factor = kHeldNoise * std::sqrt(std::max(1.0, verdict.candidates.front().score));
     if (best_.response && !second_) {
       verdict.response = ResponseChange{SpeedResponseOf(*task_.calibration), *best_.response};
     }
@@ -191,6 +227,7 @@ class Telling {
   const bool second_;
   const ToldAbout& about_;
   const IsolationTask& task_;
+  const bool held_;
 };
 
 }  // namespace

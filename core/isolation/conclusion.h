@@ -8,6 +8,9 @@
 
 namespace faultlab::core {
 
+/// Less than this share is the error of a known fault's value, of the calibration or of the model.
+inline constexpr double kErrorShare = 0.03;
+
 /// An explanation and what it says: the verdict, its sentence, and since when.
 struct Conclusion {
   IsolationResult result;

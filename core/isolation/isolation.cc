@@ -22,8 +22,6 @@ namespace {
 
 // Penalty for the extra parameter of a fault on top of another one.
 constexpr double kSecondFaultCost = 20.0;
-// Less than this share is the error of the first one's value, of the calibration or of the model.
-constexpr double kSecondFaultShare = 0.03;
 // Gain of a fault that the detector of small changes has just noticed.
 constexpr double kHardlyVisible = 100.0;
 // Four standard deviations.
@@ -102,10 +100,6 @@ class Isolation {
       on_top.rig = WithComponent(on_top.rig, fault.component, fault.value);
     }
     held_ = !task_.reference.empty() && HardlyTurns(on_top.rig, on_top.stretch);
-    if (held_) {
-      changeable_.clear();
-      for (const Candidate& fault : task_.reference) changeable_.push_back(fault.component);
-    }
     Explanation explanation = Explain(nominal, changeable_, task_, readings_);
     bool second = false;
     if (!task_.reference.empty() && !held_ && explanation.gain >= kFaultGain) {
@@ -113,8 +107,7 @@ class Isolation {
       const HypothesisFit& another = added.set.best();
       const double share =
           std::abs(std::log(another.value / on_top.rig.plant.Get(another.component)));
-      if (share > kSecondFaultShare &&
-          another.cost + kSecondFaultCost < explanation.set.best().cost) {
+      if (share > kErrorShare && another.cost + kSecondFaultCost < explanation.set.best().cost) {
         explanation = std::move(added);
         second = true;
       }
@@ -298,8 +291,8 @@ class Isolation {
   std::vector<Component> changeable_;
   CleanReadings readings_;
   FitContext nominal_;
-  /// The faults that are known already hold the motor near rest (HardlyTurns): only their own
-  /// values are told from then on.
+  /// The faults that are known already hold the motor near rest (HardlyTurns): nothing on top of
+  /// them is told from then on.
   bool held_ = false;
 };
 

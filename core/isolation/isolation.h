@@ -27,6 +27,9 @@ struct IsolationResult {
   std::vector<double> shift;
   /// The same of the share of the amplifier's gain that acts at once: a factor.
   double direct_factor = 1.0;
+  /// Of a fault that brings the motor to rest, where friction is not as modelled: how many times
+  /// the noise is to be expected from then on.
+  double noise_factor = 1.0;
   double gain = 0.0;  ///< cost without a fault minus cost with it, in -2 log probability
 };
 

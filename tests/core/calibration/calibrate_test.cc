@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -60,6 +61,24 @@ TEST(Calibrate, TellsOfEveryChannelWhatIsLeftOfIt) {
   ASSERT_NE(told, checks.end());
   EXPECT_EQ(told->sentence.find("0.01"), 0U) << told->sentence;
   EXPECT_NE(told->sentence.find(" times the 0.001 A"), std::string::npos) << told->sentence;
+}
+
+TEST(Calibrate, SaysOfWhichChannelTheReadingsComeInSteps) {
+  const auto steps_of = [](const std::vector<Sample>& record) {
+    const Result<Calibration> result = Calibrate(record, paper::ToCalibrate());
+    EXPECT_TRUE(result.ok());
+    std::string said;
+    for (const CalibrationCheck& check : result.value().checks) {
+      if (check.name.starts_with("steps of ")) said += check.sentence;
+    }
+    return said;
+  };
+  auto record = Between(BenchRecord({}, 54, 6.0), 0.5, 5.0);
+  EXPECT_EQ(steps_of(record), "");
+  for (Sample& sample : record) sample.n_rpm = 3.0 * std::round(sample.n_rpm / 3.0);
+  EXPECT_EQ(steps_of(record).find("n comes in steps of 3 rpm: "), 0U) << steps_of(record);
+  record[100].n_rpm += 1.0;  // then they do not
+  EXPECT_EQ(steps_of(record), "");
 }
 
 TEST(Calibrate, FindsDeltaOfBothProfiles) {
