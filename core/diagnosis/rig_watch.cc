@@ -182,6 +182,7 @@ IsolationTask RigWatch::MakeTask() {
                   options_.period_s,
                   options_.um_rail_v};
   task.reference = reference_;
+  task.alike = alike_;
   task.alarm_t_s = alarm_t_s_;
   task.detector = alarm_detector_;
   return task;
@@ -207,6 +208,7 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
   const bool watchable = next.settled && next.kind == VerdictKind::kFault &&
                          result.shape == FaultShape::kAbrupt && !result.present.empty();
   if (watchable) {
+    alike_ = next.group;
     WatchFaulty(result, static_cast<int>(record_.since_alarm()));
   } else if (next.settled && only_sharp_) {
     detector_.reset();

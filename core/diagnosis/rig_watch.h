@@ -85,6 +85,7 @@ class RigWatch {
   std::uint64_t oldest_valid_id_;
   std::vector<Candidate> reference_;  // faults carried by the model before the present alarm
   std::vector<Candidate> watched_;    // faults carried by the detector's model
+  std::vector<Component> alike_;      // what nothing told apart from the last of them
   double alarm_t_s_ = 0.0;
   std::string alarm_detector_;
   FaultEpisodes episodes_;

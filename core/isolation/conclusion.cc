@@ -52,10 +52,10 @@ Candidate ToCandidate(const HypothesisFit& fit, double best_score) {
 
 class Telling {
  public:
-  Telling(const Explanation& explanation, bool second, const ToldAbout& about)
+  Telling(const Explanation& explanation, std::size_t beneath, const ToldAbout& about)
       : explanation_(explanation),
         best_(explanation.set.best()),
-        second_(second),
+        beneath_(beneath),
         about_(about),
         task_(about.task),
         held_(about.held || BringsToRest()) {}
@@ -87,7 +87,7 @@ class Telling {
     const HypothesisFit& null = explanation_.null;
     const bool goes_on = GoesOn();
     const bool little = explanation_.gain < (goes_on ? kKnownFaultGain : kFaultGain) ||
-                        (!task_.reference.empty() && !second_ && !goes_on && IsHardlyOff());
+                        (!task_.reference.empty() && beneath_ == 0 && !goes_on && IsHardlyOff());
     return little && null.chi2 <= kNominalScoreMax * null.count;
   }
 
@@ -146,7 +146,8 @@ class Telling {
       if (&fit == &best_ || close || same || alike) verdict.group.push_back(fit.component);
     }
     SetShift(best_, result);
-    if (second_) result.present = task_.reference;
+    const auto known = task_.reference.begin();
+    result.present.assign(known, known + static_cast<std::ptrdiff_t>(beneath_));
     result.present.push_back(verdict.candidates.front());
   }
 
@@ -171,7 +172,9 @@ class Telling {
     if (!abrupt) reason += RateText(best_.component, explanation_.rate);
     if (about_.held || !explanation_.lack_of_fit.adequate)
       reason += "; the motor hardly turns, so that nothing more can be told";
-    if (second_) reason += ", on top of " + ValueText(task_.reference.front());
+    for (std::size_t k = 0; k < beneath_; ++k) {
+      reason += (k == 0 ? ", on top of " : " and ") + ValueText(task_.reference[k]);
+    }
     if (explanation_.set.off_list && abrupt) reason += "; no relay position has this value";
     if (!task_.calibration->used_ia || !task_.calibration->used_n) {
       reason +=
@@ -186,13 +189,13 @@ class Telling {
     verdict.reason = ReasonOfFault(verdict);
     if (held_)
       result.noise_factor = kHeldNoise * std::sqrt(std::max(1.0, verdict.candidates.front().score));
-    if (best_.response && !second_) {
+    if (best_.response && beneath_ == 0) {
       verdict.response = ResponseChange{SpeedResponseOf(*task_.calibration), *best_.response};
     }
     if (explanation_.shape != FaultShape::kAbrupt) return;
     result.onset = task_.onset ? *task_.onset : FindOnset();
     verdict.onset_s = result.onset->t_s;
-    if (!second_ || !result.onset->all_along) return;
+    if (beneath_ == 0 || !result.onset->all_along || GoesOn()) return;
     // The fault covers the whole history, so it began together with the other one.
     TellUnknown("two components have changed together: " + FaultSentence(verdict) + " and " +
                     ValueText(task_.reference.front()),
@@ -224,7 +227,7 @@ class Telling {
 
   const Explanation& explanation_;
   const HypothesisFit& best_;
-  const bool second_;
+  const std::size_t beneath_;
   const ToldAbout& about_;
   const IsolationTask& task_;
   const bool held_;
@@ -241,14 +244,14 @@ IsolationResult Unanswered(const IsolationTask& task) {
   return result;
 }
 
-Conclusion Told(Explanation explanation, bool second, const ToldAbout& about) {
-  IsolationResult result = Telling(explanation, second, about).Run();
+Conclusion Told(Explanation explanation, std::size_t beneath, const ToldAbout& about) {
+  IsolationResult result = Telling(explanation, beneath, about).Run();
   const HypothesisFit& best = explanation.set.best();
   const GaussianPrior& prior = explanation.context.calibration;
   const Eigen::VectorXd off = best.nuisance - prior.mean;
   const double cost = best.cost;
   const double strain = off.dot(prior.information * off);
-  return {std::move(result), std::move(explanation), second, cost, strain};
+  return {std::move(result), std::move(explanation), beneath, cost, strain};
 }
 
 }  // namespace faultlab::core

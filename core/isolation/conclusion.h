@@ -15,9 +15,9 @@ inline constexpr double kErrorShare = 0.03;
 struct Conclusion {
   IsolationResult result;
   Explanation explanation;
-  bool second = false;  ///< beside the faults that were known
-  double cost = 0.0;    ///< of the best fit
-  double strain = 0.0;  ///< what it pays of that because the coordinates are off their prior
+  std::size_t beneath = 0;  ///< so many of the faults that were known it is on top of
+  double cost = 0.0;        ///< of the best fit
+  double strain = 0.0;      ///< what it pays of that because the coordinates are off their prior
 };
 
 /// What an explanation is told about.
@@ -32,7 +32,8 @@ struct ToldAbout {
 /// The answer of a task before anything is said.
 IsolationResult Unanswered(const IsolationTask& task);
 
-/// @param second  `explanation` is of a fault beside those that were known
-Conclusion Told(Explanation explanation, bool second, const ToldAbout& about);
+/// @param beneath  of the faults that were known, those that `explanation` is on top of: the first
+/// so many
+Conclusion Told(Explanation explanation, std::size_t beneath, const ToldAbout& about);
 
 }  // namespace faultlab::core

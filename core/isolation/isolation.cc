@@ -1,5 +1,6 @@
 #include "core/isolation/isolation.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -33,6 +34,23 @@ std::vector<Component> Changeable(const IsolationOptions& options) {
     if (IsSwitched(component) || options.motor_faults) components.push_back(component);
   }
   return components;
+}
+
+// The part that has taken the place of a healthy one is known as its fault was measured.
+void LoosenBy(const Candidate& fault, FitContext& context) {
+  const int own = CoordinateOf(fault.component.info(), context.rig.plant);
+  if (own < 0 || fault.bound != 0) return;
+  GaussianPrior& prior = context.calibration;
+  const Eigen::Index n = prior.mean.size();
+  const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(n, n);
+  Eigen::MatrixXd information = prior.information;
+  information.diagonal().array() += 1e-9;
+  Eigen::MatrixXd covariance = information.ldlt().solve(unit);
+  covariance.row(own).setZero();
+  covariance.col(own).setZero();
+  covariance(own, own) = std::pow(fault.sigma / fault.value, 2);
+  prior.information = covariance.ldlt().solve(unit);
+  prior.mean(own) = 0.0;
 }
 
 class Isolation {
@@ -95,24 +113,43 @@ class Isolation {
   }
 
   Conclusion Conclude(const FitContext& nominal) {
-    FitContext on_top = nominal;
-    for (const Candidate& fault : task_.reference) {
-      on_top.rig = WithComponent(on_top.rig, fault.component, fault.value);
+    const std::size_t known = task_.reference.size();
+    held_ = known > 0 && HardlyTurns(OnTop(nominal, known).rig, nominal.stretch);
+    if (held_) {
+      changeable_ = task_.alike;
+      for (const Candidate& fault : task_.reference) {
+        if (std::find(changeable_.begin(), changeable_.end(), fault.component) ==
+            changeable_.end()) {
+          changeable_.push_back(fault.component);
+        }
+      }
     }
-    held_ = !task_.reference.empty() && HardlyTurns(on_top.rig, on_top.stretch);
     Explanation explanation = Explain(nominal, changeable_, task_, readings_);
-    bool second = false;
-    if (!task_.reference.empty() && !held_ && explanation.gain >= kFaultGain) {
+    std::size_t beneath = 0;
+    // The last one that is known may go on, on top of the others, and another may have come.
+    for (std::size_t k = 1; k <= known && !held_ && explanation.gain >= kFaultGain; ++k) {
+      const FitContext on_top = OnTop(nominal, k);
       Explanation added = Explain(on_top, changeable_, task_, readings_);
       const HypothesisFit& another = added.set.best();
       const double share =
           std::abs(std::log(another.value / on_top.rig.plant.Get(another.component)));
       if (share > kErrorShare && another.cost + kSecondFaultCost < explanation.set.best().cost) {
         explanation = std::move(added);
-        second = true;
+        beneath = k;
       }
     }
-    return Told(std::move(explanation), second, About());
+    return Told(std::move(explanation), beneath, About());
+  }
+
+  // The rig with the first so many of the faults that are known.
+  FitContext OnTop(const FitContext& nominal, std::size_t known) const {
+    FitContext on_top = nominal;
+    for (std::size_t k = 0; k < known; ++k) {
+      const Candidate& fault = task_.reference[k];
+      on_top.rig = WithComponent(on_top.rig, fault.component, fault.value);
+      LoosenBy(fault, on_top);
+    }
+    return on_top;
   }
 
   ToldAbout About() const { return {task_, nominal_, readings_, held_}; }
@@ -127,7 +164,7 @@ class Isolation {
          {&whole.set.best(), whole.of_newest ? &*whole.of_newest : nullptr}) {
       if (nearest == nullptr) continue;
       if (std::optional<Explanation> steep = SteepFrom(whole.context, *nearest)) {
-        return Told(std::move(*steep), unknown.second, About());
+        return Told(std::move(*steep), unknown.beneath, About());
       }
     }
     return unknown;
@@ -153,7 +190,7 @@ class Isolation {
   // Rare impulses, or hum that nobody could follow.
   Conclusion WithoutOddReadings(Conclusion unknown) {
     const Explanation& found = unknown.explanation;
-    const bool known = !unknown.second;
+    const bool known = unknown.beneath == 0;
     const HypothesisFit* nearest = known ? &found.set.best() : nullptr;
     const HypothesisFit* newest = known && found.of_newest ? &*found.of_newest : nullptr;
     if (readings_.LeaveOutRare(nominal_, nearest, newest)) {
@@ -180,9 +217,10 @@ class Isolation {
           return is_capacitor(each.component);
         });
     const bool in_play = known || is_capacitor(found.explanation.set.best().component);
-    if (!(unexplained || found.second) || !in_play || nominal_.part_tolerance <= 0.0) return found;
+    if (!(unexplained || found.beneath > 0) || !in_play || nominal_.part_tolerance <= 0.0)
+      return found;
     Conclusion another = Conclude(WithFreeDirect(nominal_));
-    const bool alone = another.result.verdict.kind == VerdictKind::kFault && !another.second &&
+    const bool alone = another.result.verdict.kind == VerdictKind::kFault && another.beneath == 0 &&
                        is_capacitor(another.explanation.set.best().component);
     return alone ? std::move(another) : std::move(found);
   }
@@ -291,8 +329,8 @@ class Isolation {
   std::vector<Component> changeable_;
   CleanReadings readings_;
   FitContext nominal_;
-  /// The faults that are known already hold the motor near rest (HardlyTurns): nothing on top of
-  /// them is told from then on.
+  /// The faults that are known already hold the motor near rest (HardlyTurns): from then on only
+  /// they are told, and what nothing told apart from them.
   bool held_ = false;
 };
 

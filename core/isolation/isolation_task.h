@@ -30,6 +30,8 @@ struct IsolationTask {
   std::shared_ptr<const Calibration> calibration;  ///< never null
   IsolationOptions options;
   std::vector<Candidate> reference;  ///< faults present before this alarm (empty: nominal)
+  /// What nothing told apart from the last of them.
+  std::vector<Component> alike;
   double alarm_t_s = 0.0;
   /// The onset, when the samples around it have been dropped; without it the onset is searched for.
   std::optional<Onset> onset;

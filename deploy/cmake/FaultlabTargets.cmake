@@ -32,6 +32,9 @@ if(FAULTLAB_SANITIZE)
       add_compile_options(-fno-sanitize=function)  # clang 14 cannot compile it in coroutines
     endif()
   endif()
+  if(FAULTLAB_SANITIZE MATCHES thread)
+    add_compile_options(-Wno-tsan)  # Boost.Asio's headers use atomic_thread_fence
+  endif()
   add_link_options(-fsanitize=${FAULTLAB_SANITIZE})
 endif()
 
