@@ -88,6 +88,7 @@ void RigWatch::Watch(const RigParameters& reference,
                      const std::vector<Candidate>& faults,
                      int samples,
                      double noise_factor) {
+  learns_noise_ = noise_factor == 1.0;
   NoiseLevel noise = DetectionNoiseOf(*calibration_);
   for (double NoiseLevel::*of : {&NoiseLevel::um_v, &NoiseLevel::ia_a, &NoiseLevel::w_rad_s}) {
     noise.*of *= noise_factor;
@@ -157,7 +158,7 @@ void RigWatch::OnAlarm(const Alarm& alarm, const Sample& sample) {
     if (!held_back_ && verdict_.group.empty()) episodes_.Withdraw();
     only_sharp_ = false;
   } else {
-    noise_scale_ = detector_->noise_scale();
+    if (learns_noise_) noise_scale_ = detector_->noise_scale();
     only_sharp_ = SeesSmallChanges(alarm_detector_);
   }
   if (!only_sharp_) detector_.reset();

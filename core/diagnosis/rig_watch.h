@@ -74,7 +74,8 @@ class RigWatch {
   AlarmRecord record_;
   std::optional<Detector> detector_;
   std::optional<HumTracker> hum_;
-  NoiseScale noise_scale_;  // outlives the detectors that learn it
+  NoiseScale noise_scale_;    // outlives the detectors that learn it
+  bool learns_noise_ = true;  // its noise is the calibration's
   bool detector_fresh_ = false;
   bool alarmed_ = false;
   // While an alarm of accumulated evidence is worked out: only what is far off by itself is
