@@ -58,7 +58,7 @@ RigWatch::RigWatch(const DiagnosisOptions& options,
       oldest_valid_id_(next_id) {
   if (calibration_->hum.any())
     hum_.emplace(calibration_->hum, NoiseOf(*calibration_), options.period_s);
-  WatchHealthy({});
+  Watch({}, calibration_->samples);
   Publish(NominalVerdict("the record fits the calibrated rig"));
 }
 
@@ -71,27 +71,15 @@ std::optional<IsolationTask> RigWatch::TakeTask() {
   return std::exchange(pending_, std::nullopt);
 }
 
-void RigWatch::WatchHealthy(const std::vector<double>& shift) {
-  Watch(MovedRig(*calibration_, shift, options_.period_s), {}, calibration_->samples);
-}
-
-void RigWatch::WatchFaulty(const IsolationResult& answer, int samples) {
-  RigParameters rig = MovedRig(*calibration_, answer.shift, options_.period_s);
-  rig.direct_factor = answer.direct_factor;
-  for (const Candidate& fault : answer.present) {
-    rig = WithComponent(rig, fault.component, fault.value);
+void RigWatch::Watch(KnownRig rig, int samples) {
+  RigParameters reference = MovedRig(*calibration_, rig.shift, options_.period_s);
+  reference.direct_factor = rig.direct_factor;
+  for (const Candidate& fault : rig.faults) {
+    reference = WithComponent(reference, fault.component, fault.value);
   }
-  Watch(rig, answer.present, samples, answer.noise_factor);
-}
-
-void RigWatch::Watch(const RigParameters& reference,
-                     const std::vector<Candidate>& faults,
-                     int samples,
-                     double noise_factor) {
-  learns_noise_ = noise_factor == 1.0;
   NoiseLevel noise = DetectionNoiseOf(*calibration_);
   for (double NoiseLevel::*of : {&NoiseLevel::um_v, &NoiseLevel::ia_a, &NoiseLevel::w_rad_s}) {
-    noise.*of *= noise_factor;
+    noise.*of *= rig.noise_factor;
   }
   detector_.emplace(*options_.bench,
                     reference,
@@ -101,11 +89,11 @@ void RigWatch::Watch(const RigParameters& reference,
                     calibration_->thresholds,
                     samples,
                     noise_scale_,
-                    faults.empty() ? 0.0 : options_.bench->n.step_s,
+                    rig.faults.empty() ? 0.0 : options_.bench->n.step_s,
                     KnowsImpulses());
   detector_fresh_ = true;
   only_sharp_ = false;
-  watched_ = faults;
+  watched_ = std::move(rig);
 }
 
 void RigWatch::Push(const Sample& as_read) {
@@ -151,14 +139,14 @@ void RigWatch::OnAlarm(const Alarm& alarm, const Sample& sample) {
   alarm_detector_ = alarm.detector;
   oldest_valid_id_ = next_id_;
   reference_ = watched_;
-  one_reading_ = alarm_detector_ == "residual" && reference_.empty() && !KnowsImpulses();
+  one_reading_ = alarm_detector_ == "residual" && reference_.faults.empty() && !KnowsImpulses();
   pending_.reset();
   if (only_sharp_) {
     // What was being worked out was not this: a warming winding, say, a moment before a fault.
     if (!held_back_ && verdict_.group.empty()) episodes_.Withdraw();
     only_sharp_ = false;
   } else {
-    if (learns_noise_) noise_scale_ = detector_->noise_scale();
+    if (watched_.noise_factor == 1.0) noise_scale_ = detector_->noise_scale();
     only_sharp_ = SeesSmallChanges(alarm_detector_);
   }
   if (!only_sharp_) detector_.reset();
@@ -182,8 +170,8 @@ IsolationTask RigWatch::MakeTask() {
                   options_.motor_faults,
                   options_.period_s,
                   options_.um_rail_v};
-  task.reference = reference_;
-  task.alike = alike_;
+  task.reference = reference_.faults;
+  task.alike = reference_.alike;
   task.alarm_t_s = alarm_t_s_;
   task.detector = alarm_detector_;
   return task;
@@ -195,7 +183,7 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
   if (result.onset) record_.SetOnset(*result.onset);
   if (!next.onset_s) next.onset_s = record_.onset_t_s();
   next.path = PaperMethodsAt(*options_.bench, frame, *calibration_).path;
-  if (held_back_ && !(result.returned_to_nominal && reference_.empty())) {
+  if (held_back_ && !(result.returned_to_nominal && reference_.faults.empty())) {
     held_back_ = false;
     episodes_.Open(AlarmVerdict());
   }
@@ -209,8 +197,8 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
   const bool watchable = next.settled && next.kind == VerdictKind::kFault &&
                          result.shape == FaultShape::kAbrupt && !result.present.empty();
   if (watchable) {
-    alike_ = next.group;
-    WatchFaulty(result, static_cast<int>(record_.since_alarm()));
+    Watch({result.shift, result.direct_factor, result.present, next.group, result.noise_factor},
+          static_cast<int>(record_.since_alarm()));
   } else if (next.settled && only_sharp_) {
     detector_.reset();
     only_sharp_ = false;
@@ -226,7 +214,7 @@ bool RigWatch::MayBeWithdrawn(bool settled, double gain) const {
   const auto passed = [&](std::size_t samples) {
     return record_.since_alarm() >= SpanOf(samples, options_.period_s);
   };
-  if (!reference_.empty()) return settled;
+  if (!reference_.faults.empty()) return settled;
   const bool hardly = gain <= kWithdrawGain;
   if (one_reading_) return settled || (hardly && passed(kImpulseAfter));
   return settled && (hardly || passed(kWithdrawAfter));
@@ -244,7 +232,9 @@ void RigWatch::ReturnToNominal(const Verdict& last, const std::vector<double>& s
   impulse_seen_ = impulse_seen_ || (shift.empty() && one_reading_);
   record_.Close();
   alarmed_ = false;
-  WatchHealthy(shift);
+  KnownRig healthy;
+  healthy.shift = shift;
+  Watch(std::move(healthy), calibration_->samples);
   Publish(NominalVerdict(last.reason));
 }
 
@@ -260,7 +250,7 @@ Verdict RigWatch::AlarmVerdict() const {
 }
 
 void RigWatch::Finish(const Frame& frame) {
-  if (alarmed_ && !reference_.empty() && !record_.HasBeenFitted()) {
+  if (alarmed_ && !reference_.faults.empty() && !record_.HasBeenFitted()) {
     // A known fault stays known.
     if (held_back_) return;
     Verdict known = episodes_.Resume();

@@ -49,17 +49,22 @@ class RigWatch {
   std::uint64_t verdict_version() const { return version_; }
   const std::vector<FaultEpisode>& episodes() const { return episodes_.list(); }
   std::uint64_t next_id() const { return next_id_; }
+  /// Of the rig's noise, learnt where the calibration's is to be expected.
+  const NoiseScale& noise_scale() const { return noise_scale_; }
 
  private:
+  // A rig as far as it is known.
+  struct KnownRig {
+    std::vector<double> shift;  // of the calibration's coordinates: all of them, or none
+    double direct_factor = 1.0;
+    std::vector<Candidate> faults;
+    std::vector<Component> alike;  // what nothing told apart from the last of them
+    double noise_factor = 1.0;     // how many times the calibration's noise is to be expected
+  };
+
   void Publish(Verdict next);
-  /// The rig is as it was learnt, its coordinates moved by `shift` (all of them, or none).
-  void WatchHealthy(const std::vector<double>& shift);
-  /// It has the faults that the answer names.
-  void WatchFaulty(const IsolationResult& answer, int samples);
-  void Watch(const RigParameters& reference,
-             const std::vector<Candidate>& faults,
-             int samples,
-             double noise_factor = 1.0);
+  /// @param samples  after which it is known so
+  void Watch(KnownRig rig, int samples);
   bool TakesThePlace(const Alarm& alarm) const;
   void OnAlarm(const Alarm& alarm, const Sample& sample);
   IsolationTask MakeTask();
@@ -74,8 +79,7 @@ class RigWatch {
   AlarmRecord record_;
   std::optional<Detector> detector_;
   std::optional<HumTracker> hum_;
-  NoiseScale noise_scale_;    // outlives the detectors that learn it
-  bool learns_noise_ = true;  // its noise is the calibration's
+  NoiseScale noise_scale_;  // outlives the detectors that learn it
   bool detector_fresh_ = false;
   bool alarmed_ = false;
   // While an alarm of accumulated evidence is worked out: only what is far off by itself is
@@ -84,9 +88,8 @@ class RigWatch {
   std::optional<IsolationTask> pending_;
   std::uint64_t next_id_;
   std::uint64_t oldest_valid_id_;
-  std::vector<Candidate> reference_;  // faults carried by the model before the present alarm
-  std::vector<Candidate> watched_;    // faults carried by the detector's model
-  std::vector<Component> alike_;      // what nothing told apart from the last of them
+  KnownRig watched_;    // carried by the detector's model
+  KnownRig reference_;  // carried by it before the present alarm
   double alarm_t_s_ = 0.0;
   std::string alarm_detector_;
   FaultEpisodes episodes_;
