@@ -36,7 +36,7 @@ std::vector<Sample> Creeping(const Bench& bench,
 
 TEST(Creeping, ThatHasJustEndedIsNamed) {
   const Bench& servo = *hardware::LoadBench("servo-motor").value();
-  for (unsigned seed = 1; seed < 21; ++seed) {
+  for (unsigned seed = 1; seed < 9; ++seed) {
     const PrbsSpec input{.low_v = 1.8, .high_v = 2.7, .clock_s = 0.008, .seed = seed};
     const Verdict verdict =
         DiagnoseRecord(Creeping(servo, input, "k", 2.0, 13.5, 19.2), OptionsOf(servo)).verdict;
@@ -49,7 +49,7 @@ TEST(Creeping, ThatHasJustEndedIsNamed) {
 // it has been found to have changed.
 TEST(Creeping, OfAFaultThatIsKnownIsNoWarming) {
   const Bench& speed = *hardware::LoadBench("speed-motor").value();
-  for (unsigned seed = 1; seed < 41; ++seed) {
+  for (unsigned seed = 1; seed < 17; ++seed) {
     const PrbsSpec input{.low_v = 2.0, .high_v = 3.9, .clock_s = 0.06, .seed = seed};
     const Verdict verdict =
         DiagnoseRecord(Creeping(speed, input, "B", 3e-6, 11.26, 14.3), OptionsOf(speed)).verdict;
