@@ -12,6 +12,9 @@ namespace {
 // last of them.
 constexpr std::array<std::size_t, 6> kFitAt = {25, 50, 100, 200, 500, 1000};
 constexpr std::size_t kFitEvery = 500;
+// What is not told yet is fitted at all multiples of kFitSoon, until as many samples as this.
+constexpr std::size_t kFitSoon = 100;
+constexpr std::size_t kFitSoonUntil = 1000;
 // A fit of at least this many samples counts as settled: the paper's SWA window.
 constexpr std::size_t kSettledAfter = 100;
 // History kept before an alarm, and data kept after it.
@@ -71,6 +74,11 @@ void AlarmRecord::ScheduleNextFit() {
   const auto later = std::find_if(
       kFitAt.begin(), kFitAt.end(), [&](std::size_t at) { return Span(at) > since_alarm_; });
   next_fit_ = later != kFitAt.end() ? Span(*later) : since_alarm_ + Span(kFitEvery);
+}
+
+void AlarmRecord::FitSoon() {
+  if (since_alarm_ >= Span(kFitSoonUntil)) return;
+  next_fit_ = std::min(next_fit_, (since_alarm_ / Span(kFitSoon) + 1) * Span(kFitSoon));
 }
 
 void AlarmRecord::Fill(IsolationTask& task) {

@@ -31,6 +31,9 @@ class AlarmRecord {
   /// True at the samples after the alarm at which the hypotheses are to be fitted.
   bool FitIsDue() const { return since_alarm_ >= next_fit_; }
   void ScheduleNextFit();
+  /// Some seconds long, what could not be told is tried again sooner: a part that moves comes to
+  /// rest.
+  void FitSoon();
   /// As many samples have followed the alarm as the first fit needs.
   bool HasBeenFitted() const;
 

@@ -6,13 +6,17 @@
 namespace faultlab::core {
 namespace {
 
-void ContinueFrom(const Verdict& first, Verdict& next) {
-  const std::vector<Detection> now = DetectionsOf(next);
+void TakeDetection(const Verdict& first, Verdict& next) {
   next.further = first.further;
-  next.further.insert(next.further.end(), now.begin(), now.end());
   next.detected_at_s = first.detected_at_s;
   next.onset_s = first.onset_s;
   next.detector = first.detector;
+}
+
+void ContinueFrom(const Verdict& first, Verdict& next) {
+  const std::vector<Detection> now = DetectionsOf(next);
+  TakeDetection(first, next);
+  next.further.insert(next.further.end(), now.begin(), now.end());
 }
 
 }  // namespace
@@ -50,6 +54,12 @@ void FaultEpisodes::Update(Verdict& next, FaultShape shape, double alarm_t_s) {
   if (continued_) ContinueFrom(continued_->verdict, next);
   list_.back().verdict = next;
   list_.back().shape = shape;
+}
+
+void FaultEpisodes::GoOn(Verdict& next) {
+  TakeDetection(list_.back().verdict, next);
+  list_.back().verdict = next;
+  list_.back().shape = FaultShape::kDrift;
 }
 
 bool FaultEpisodes::ContinuesTheOneBefore(const Verdict& next, double alarm_t_s) const {

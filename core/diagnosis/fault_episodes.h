@@ -25,6 +25,9 @@ class FaultEpisodes {
   /// was too early. Then `next` takes the detection and the onset of the first episode, and
   /// its own become the newest of `further`.
   void Update(Verdict& next, FaultShape shape, double alarm_t_s);
+  /// The fault of the open episode moves, and `next` says where it is: the detection and the onset
+  /// stay.
+  void GoOn(Verdict& next);
 
   const std::vector<FaultEpisode>& list() const { return list_; }
 

@@ -1,5 +1,6 @@
 #include "core/diagnosis/rig_watch.h"
 
+#include <cstdlib>
 #include <utility>
 
 #include "core/diagnosis/paper_view.h"
@@ -14,6 +15,8 @@ namespace {
 constexpr double kWithdrawGain = 8.0;
 constexpr std::size_t kWithdrawAfter = 500;
 constexpr std::size_t kImpulseAfter = 50;
+// A part that has been found with another value so many times in one direction moves.
+constexpr int kStepsOfADrift = 2;
 // The detector of small changes, which have been going on for a while when it raises an alarm.
 constexpr const char* kOfSeconds = "glr_500";
 constexpr const char* kTooLate =
@@ -143,7 +146,13 @@ void RigWatch::OnAlarm(const Alarm& alarm, const Sample& sample) {
   pending_.reset();
   if (only_sharp_) {
     // What was being worked out was not this: a warming winding, say, a moment before a fault.
-    if (!held_back_ && verdict_.group.empty()) episodes_.Withdraw();
+    if (!held_back_ && verdict_.group.empty()) {
+      if (reference_.faults.empty()) {
+        episodes_.Withdraw();
+      } else {
+        episodes_.Resume();
+      }
+    }
     only_sharp_ = false;
   } else {
     if (watched_.noise_factor == 1.0) noise_scale_ = detector_->noise_scale();
@@ -151,8 +160,9 @@ void RigWatch::OnAlarm(const Alarm& alarm, const Sample& sample) {
   }
   if (!only_sharp_) detector_.reset();
   alarmed_ = true;
-  // The next step of a rig that warms up is told only if it turns out to be something else.
-  held_back_ = warms_up_ && SeesSmallChanges(alarm_detector_);
+  // The next step of a rig that warms up, or of a fault that moves, is told only if it turns out to
+  // be something else.
+  held_back_ = reference_.has_moved || (warms_up_ && SeesSmallChanges(alarm_detector_));
   if (held_back_) return;
   Verdict next = AlarmVerdict();
   episodes_.Open(next);
@@ -172,6 +182,7 @@ IsolationTask RigWatch::MakeTask() {
                   options_.um_rail_v};
   task.reference = reference_.faults;
   task.alike = reference_.alike;
+  task.has_moved = reference_.has_moved;
   task.alarm_t_s = alarm_t_s_;
   task.detector = alarm_detector_;
   return task;
@@ -183,27 +194,55 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
   if (result.onset) record_.SetOnset(*result.onset);
   if (!next.onset_s) next.onset_s = record_.onset_t_s();
   next.path = PaperMethodsAt(*options_.bench, frame, *calibration_).path;
-  if (held_back_ && !(result.returned_to_nominal && reference_.faults.empty())) {
+  if (next.settled && result.impulse) impulse_seen_ = true;
+  if (result.returned_to_nominal && !MayBeWithdrawn(next.settled, result.gain)) return;
+  const bool moves_on = MovesOn(result, next);
+  if (held_back_ && moves_on && !next.settled) return;
+  if (held_back_ && !moves_on && !(result.returned_to_nominal && reference_.faults.empty())) {
     held_back_ = false;
     episodes_.Open(AlarmVerdict());
   }
-  if (next.settled && result.impulse) impulse_seen_ = true;
   if (result.returned_to_nominal) {
-    if (!MayBeWithdrawn(next.settled, result.gain)) return;
     ReturnToNominal(next, result.warmed ? result.shift : std::vector<double>{});
     return;
   }
-  episodes_.Update(next, result.shape, alarm_t_s_);
-  const bool watchable = next.settled && next.kind == VerdictKind::kFault &&
-                         result.shape == FaultShape::kAbrupt && !result.present.empty();
+  held_back_ ? episodes_.GoOn(next) : episodes_.Update(next, result.shape, alarm_t_s_);
+  const bool watchable =
+      next.settled && next.kind == VerdictKind::kFault && !result.moves && !result.present.empty();
   if (watchable) {
-    Watch({result.shift, result.direct_factor, result.present, next.group, result.noise_factor},
-          static_cast<int>(record_.since_alarm()));
-  } else if (next.settled && only_sharp_) {
-    detector_.reset();
+    const int steps = StepsTo(result.present);
+    const bool has_moved = result.shape == FaultShape::kDrift || std::abs(steps) >= kStepsOfADrift;
+    Watch({result.shift,
+           result.direct_factor,
+           result.present,
+           next.group,
+           steps,
+           has_moved,
+           result.noise_factor},
+          static_cast<int>(result.samples));
+  } else if (next.settled) {
+    if (only_sharp_) detector_.reset();
     only_sharp_ = false;
+    record_.FitSoon();
   }
   Publish(std::move(next));
+}
+
+int RigWatch::StepsTo(const std::vector<Candidate>& present) const {
+  const std::vector<Candidate>& known = reference_.faults;
+  if (present.size() != known.size() || present.back().component != known.back().component) {
+    return 0;
+  }
+  const int step = present.back().value > known.back().value ? 1 : -1;
+  return reference_.steps * step > 0 ? reference_.steps + step : step;
+}
+
+/// The fault that was known, and had moved, has moved further: no other has come.
+bool RigWatch::MovesOn(const IsolationResult& result, const Verdict& next) const {
+  const std::vector<Candidate>& known = reference_.faults;
+  return reference_.has_moved && next.kind == VerdictKind::kFault &&
+         result.present.size() == known.size() &&
+         result.present.back().component == known.back().component;
 }
 
 /// A small fault is not withdrawn before the window has filled. One reading that was far off is no

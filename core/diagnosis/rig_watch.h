@@ -59,7 +59,11 @@ class RigWatch {
     double direct_factor = 1.0;
     std::vector<Candidate> faults;
     std::vector<Component> alike;  // what nothing told apart from the last of them
-    double noise_factor = 1.0;     // how many times the calibration's noise is to be expected
+    // How often the last of them has been found with another value, without another alarm's being
+    // told apart: upwards (> 0) or downwards; counted anew when it turns around.
+    int steps = 0;
+    bool has_moved = false;     // the last of them, and may again
+    double noise_factor = 1.0;  // how many times the calibration's noise is to be expected
   };
 
   void Publish(Verdict next);
@@ -68,6 +72,9 @@ class RigWatch {
   bool TakesThePlace(const Alarm& alarm) const;
   void OnAlarm(const Alarm& alarm, const Sample& sample);
   IsolationTask MakeTask();
+  /// KnownRig::steps after that answer.
+  int StepsTo(const std::vector<Candidate>& present) const;
+  bool MovesOn(const IsolationResult& result, const Verdict& next) const;
   bool MayBeWithdrawn(bool settled, double gain) const;
   bool KnowsImpulses() const;
   void ReturnToNominal(const Verdict& last, const std::vector<double>& shift);

@@ -28,6 +28,8 @@ constexpr double kKnownFaultGain = 6.0;
 constexpr double kHeldScoreMax = 6.0;
 constexpr double kStandsOut = 20.0;
 constexpr double kHeldAlike = 1.1;
+// A motor that was there, and of which this much is left, is there no more.
+constexpr double kHeldLost = 30.0;
 // Then as many times the noise are noise to the detector, in standard deviations.
 constexpr double kHeldNoise = 2.0;
 // History that is searched for the onset.
@@ -58,12 +60,13 @@ class Telling {
         beneath_(beneath),
         about_(about),
         task_(about.task),
-        held_(about.held || BringsToRest()) {}
+        held_((about.held && StillFits()) || BringsToRest()),
+        shape_(MovesFurther() ? FaultShape::kDrift : explanation.shape) {}
 
   IsolationResult Run() const {
     IsolationResult result = Unanswered(task_);
     result.gain = explanation_.gain;
-    result.shape = explanation_.shape;
+    result.shape = shape_;
     if (IsNominal()) {
       TellNominal(result);
       return result;
@@ -103,12 +106,20 @@ class Telling {
     });
   }
 
+  bool MovesFurther() const {
+    const std::vector<Candidate>& known = task_.reference;
+    return task_.has_moved && best_.component == known.back().component &&
+           beneath_ + 1 == known.size();
+  }
+
   // The fault that was known is gone, and what is left is an error of it.
   bool IsHardlyOff() const {
     const double off = std::log(best_.value / HealthyValue());
     if (best_.bound != 0) return (best_.bound == '<') == (off > 0.0);
     return std::abs(off) < std::max(kErrorShare, best_.log_sigma);
   }
+
+  bool StillFits() const { return best_.chi2 < kHeldLost * best_.count; }
 
   bool BringsToRest() const {
     const FitContext& context = explanation_.context;
@@ -149,6 +160,9 @@ class Telling {
     const auto known = task_.reference.begin();
     result.present.assign(known, known + static_cast<std::ptrdiff_t>(beneath_));
     result.present.push_back(verdict.candidates.front());
+    result.samples = explanation_.shape == FaultShape::kAbrupt
+                         ? about_.readings.since_fault().size()
+                         : explanation_.context.stretch.size();
   }
 
   static void TellUnknown(std::string reason, Verdict& verdict) {
@@ -167,7 +181,7 @@ class Telling {
   }
 
   std::string ReasonOfFault(const Verdict& verdict) const {
-    const bool abrupt = explanation_.shape == FaultShape::kAbrupt;
+    const bool abrupt = shape_ == FaultShape::kAbrupt;
     std::string reason = FaultSentence(verdict);
     if (!abrupt) reason += RateText(best_.component, explanation_.rate);
     if (about_.held || !explanation_.lack_of_fit.adequate)
@@ -192,7 +206,10 @@ class Telling {
     if (best_.response && beneath_ == 0) {
       verdict.response = ResponseChange{SpeedResponseOf(*task_.calibration), *best_.response};
     }
-    if (explanation_.shape != FaultShape::kAbrupt) return;
+    if (shape_ == FaultShape::kDrift) {
+      result.moves = explanation_.rate != 0.0;
+      return;
+    }
     result.onset = task_.onset ? *task_.onset : FindOnset();
     verdict.onset_s = result.onset->t_s;
     if (beneath_ == 0 || !result.onset->all_along || GoesOn()) return;
@@ -231,6 +248,7 @@ class Telling {
   const ToldAbout& about_;
   const IsolationTask& task_;
   const bool held_;
+  const FaultShape shape_;
 };
 
 }  // namespace

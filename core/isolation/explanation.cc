@@ -23,6 +23,8 @@ constexpr Slope kGentle{100, kDriftBlock, false};
 constexpr Slope kSteep{40, 2, true};
 constexpr std::size_t kLateMin = 60;
 constexpr std::size_t kDriftHypotheses = 3;
+// What a slope gains over one value where it is told: four standard deviations.
+constexpr double kMovesGain = 16.0;
 // A component is not tried as a drift if its best constant value costs this much more than the best
 // component's.
 constexpr double kDriftWorthCost = 3000.0;
@@ -69,12 +71,17 @@ class Search {
     return better ? sensor : std::nullopt;
   }
 
-  // 0 where it is not far beyond its error.
   double RateOf(const FitContext& slope, const DriftFit& moving) const {
+    const double change = moving.fit.value - moving.first_value;
+    return change / (static_cast<double>(slope.stretch.size()) * task_.options.period_s);
+  }
+
+  // 0 where it is not far beyond the error of the value. (That of a change is smaller.)
+  double CertainRate(const FitContext& slope, const DriftFit& moving) const {
     constexpr double kSigmas = 4.0;
     const double change = moving.fit.value - moving.first_value;
     if (std::abs(change) < kSigmas * moving.fit.value * moving.fit.log_sigma) return 0.0;
-    return change / (static_cast<double>(slope.stretch.size()) * task_.options.period_s);
+    return RateOf(slope, moving);
   }
 
   Explanation BestOf(const FitContext& context) {
@@ -91,7 +98,7 @@ class Search {
       newest.lack_of_fit = TestLackOfFit(late, newest.set.best());
       if (newest.lack_of_fit.adequate) {
         const FitContext slope = readings_.Newest(context, Span(kGentle.samples));
-        newest.rate = RateOf(slope, FitDrift(slope, newest.set.best()));
+        newest.rate = CertainRate(slope, FitDrift(slope, newest.set.best()));
         return newest;
       }
       whole.of_newest = newest.set.best();
@@ -110,10 +117,11 @@ class Search {
     for (std::size_t i = 0; i < std::min(kDriftHypotheses, fits.size()); ++i) {
       if (fits[i].cost - constant_cost > kDriftWorthCost) break;
       const DriftFit moving = FitDrift(slope, fits[i], shape.block);
+      const bool moves = fits[i].cost - moving.fit.cost > kMovesGain;
       fits[i] = moving.fit;
       if (moving.fit.cost < least) {
         least = moving.fit.cost;
-        drift.rate = RateOf(slope, moving);
+        drift.rate = moves ? RateOf(slope, moving) : 0.0;
       }
     }
     std::sort(fits.begin(), fits.end(), LikelierFirst);

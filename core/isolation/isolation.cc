@@ -157,17 +157,27 @@ class Isolation {
   // A drift that is too steep for the newest second: what one value leaves is far more than noise,
   // and the newest value is another. (Coulomb friction looks like B, and in 0.4 s nothing tells
   // them apart.) Of a long stretch that moves, the component that comes nearest to the newest part
-  // counts.
+  // counts; so does what is known to have moved.
   Conclusion Steep(Conclusion unknown) {
     const Explanation& whole = unknown.explanation;
     for (const HypothesisFit* nearest :
-         {&whole.set.best(), whole.of_newest ? &*whole.of_newest : nullptr}) {
+         {&whole.set.best(), whole.of_newest ? &*whole.of_newest : nullptr, Moved(whole)}) {
       if (nearest == nullptr) continue;
       if (std::optional<Explanation> steep = SteepFrom(whole.context, *nearest)) {
         return Told(std::move(*steep), unknown.beneath, About());
       }
     }
     return unknown;
+  }
+
+  // Of the component that had moved before.
+  const HypothesisFit* Moved(const Explanation& whole) const {
+    if (!task_.has_moved) return nullptr;
+    const std::vector<HypothesisFit>& fits = whole.set.fits;
+    const auto at = std::find_if(fits.begin(), fits.end(), [&](const HypothesisFit& each) {
+      return each.component == task_.reference.back().component;
+    });
+    return at != fits.end() ? &*at : nullptr;
   }
 
   std::optional<Explanation> SteepFrom(const FitContext& context, const HypothesisFit& nearest) {

@@ -14,6 +14,7 @@ struct IsolationResult {
   std::uint64_t id = 0;
   Verdict verdict;
   FaultShape shape = FaultShape::kAbrupt;
+  bool moves = false;                ///< a drift that goes on
   std::optional<Onset> onset;        ///< of an abrupt fault
   bool returned_to_nominal = false;  ///< the record after the alarm is explained without a fault
   /// It is so because the rig has warmed up: it is healthy with its coordinates moved by `shift`.
@@ -22,6 +23,8 @@ struct IsolationResult {
   bool impulse = false;
   /// The faults that the model must carry from here on to predict the record (one, or two).
   std::vector<Candidate> present;
+  /// From which they were estimated.
+  std::size_t samples = 0;
   /// Change of the calibration's coordinates in that fit, or in the one without a fault (8, or
   /// none).
   std::vector<double> shift;

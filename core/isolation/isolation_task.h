@@ -32,6 +32,8 @@ struct IsolationTask {
   std::vector<Candidate> reference;  ///< faults present before this alarm (empty: nominal)
   /// What nothing told apart from the last of them.
   std::vector<Component> alike;
+  /// The last of them is a drift that had come to rest.
+  bool has_moved = false;
   double alarm_t_s = 0.0;
   /// The onset, when the samples around it have been dropped; without it the onset is searched for.
   std::optional<Onset> onset;

@@ -96,8 +96,13 @@ void RigBay::OnRelease(std::function<void(const lab::Lease&)> told) {
 }
 
 void RigBay::LookAround() const {
-  if (!finder_) return;
-  std::vector<Found> found = finder_();
+  Finder finder;
+  {
+    const std::lock_guard lock(mutex_);
+    finder = finder_;
+  }
+  if (!finder) return;
+  std::vector<Found> found = finder();
   const std::lock_guard lock(mutex_);
   for (Found& rig : found) {
     const auto known = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) {

@@ -296,8 +296,8 @@ export async function openPage(
       for (const { name, value } of each) localStorage.setItem(name, value);
     }, items);
   }
-  page.setDefaultTimeout(PATIENCE_MS);
-  page.setDefaultNavigationTimeout(PATIENCE_MS);
+  context.setDefaultTimeout(PATIENCE_MS); // of requests by context.request too
+  context.setDefaultNavigationTimeout(PATIENCE_MS);
   pages.add(page);
   const complaints = [];
   page.on("console", (message) => {

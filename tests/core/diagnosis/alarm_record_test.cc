@@ -45,7 +45,8 @@ TEST(AlarmRecord, FitsASharpAlarmFromItsOwnSample) {
   EXPECT_EQ(task.alarm_at, 99U);
 }
 
-TEST(AlarmRecord, IsDueForFitsEverLessOften) {
+// When fits are due; `untold`: after each the answer is that nothing can be told yet.
+std::vector<int> DueFits(bool untold) {
   AlarmRecord record = AlarmAfter(700, 0, true);
   std::vector<int> due;
   for (int k = 1; k <= 2100; ++k) {
@@ -53,8 +54,19 @@ TEST(AlarmRecord, IsDueForFitsEverLessOften) {
     if (!record.FitIsDue()) continue;
     due.push_back(k);
     record.ScheduleNextFit();
+    if (untold && k >= 100) record.FitSoon();
   }
-  EXPECT_EQ(due, (std::vector<int>{25, 50, 100, 200, 500, 1000, 1500, 2000}));
+  return due;
+}
+
+TEST(AlarmRecord, IsDueForFitsEverLessOften) {
+  EXPECT_EQ(DueFits(false), (std::vector<int>{25, 50, 100, 200, 500, 1000, 1500, 2000}));
+}
+
+TEST(AlarmRecord, IsDueEverySecondOfTenWhileNothingCanBeTold) {
+  EXPECT_EQ(
+      DueFits(true),
+      (std::vector<int>{25, 50, 100, 200, 300, 400, 500, 600, 700, 800, 900, 1000, 1500, 2000}));
 }
 
 TEST(AlarmRecord, RemembersTheOnsetThatHasLeftTheSamples) {

@@ -92,6 +92,22 @@ TEST(FaultEpisodes, AWithdrawnFurtherChangeEndsTheFaultAndLeavesItsValue) {
   EXPECT_TRUE(episodes.list()[0].verdict.further.empty());
 }
 
+TEST(FaultEpisodes, AFaultThatMovesHasOneDetection) {
+  FaultEpisodes episodes;
+  episodes.Open(FaultAt(8.0));
+  Verdict named = FaultAt(8.0, {paper::kR12});
+  episodes.Update(named, FaultShape::kAbrupt, 8.0);
+  Verdict farther = FaultAt(14.0, {paper::kR12});
+  farther.reason = "where it is now";
+  episodes.GoOn(farther);
+  EXPECT_EQ(farther.detected_at_s, 8.0);
+  EXPECT_TRUE(farther.further.empty());
+  ASSERT_EQ(episodes.list().size(), 1U);
+  EXPECT_EQ(episodes.list()[0].verdict.reason, "where it is now");
+  EXPECT_EQ(episodes.list()[0].shape, FaultShape::kDrift);
+  EXPECT_FALSE(episodes.list()[0].ended_at_s);
+}
+
 TEST(FaultEpisodes, AWithdrawnAlarmLeavesNothing) {
   FaultEpisodes episodes;
   episodes.Open(FaultAt(10.0));
