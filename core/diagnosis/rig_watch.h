@@ -26,6 +26,10 @@ namespace faultlab::core {
 ///   Sample --Push--> Detector --alarm--> TakeTask --IsolationTask--> Isolate (any thread)
 ///                       ^                                               |
 ///                       +---- reference model ---- Accept <-------------+--> verdict()
+///
+/// A fault is watched as soon as it is known and stands: the detector's model carries it. One that
+/// has come as a drift, or has been found with a third value in one direction, moves: its further
+/// alarms are not told, only where it is.
 class RigWatch {
  public:
   /// @param options  outlive this object
