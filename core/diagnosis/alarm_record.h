@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -34,6 +35,9 @@ class AlarmRecord {
   /// Some seconds long, what could not be told is tried again sooner: a part that moves comes to
   /// rest.
   void FitSoon();
+  /// What follows the estimated onset is not explained: it may be too early, and only what follows
+  /// the alarm is certainly the fault's.
+  void FitFromAlarm() { fit_from_ = std::max(fit_from_, alarm_at_); }
   /// As many samples have followed the alarm as the first fit needs.
   bool HasBeenFitted() const;
 

@@ -206,6 +206,9 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
     ReturnToNominal(next, result.warmed ? result.shift : std::vector<double>{});
     return;
   }
+  if (next.kind != VerdictKind::kFault || result.shape == FaultShape::kDrift) {
+    record_.FitFromAlarm();
+  }
   held_back_ ? episodes_.GoOn(next) : episodes_.Update(next, result.shape, alarm_t_s_);
   const bool watchable =
       next.settled && next.kind == VerdictKind::kFault && !result.moves && !result.present.empty();

@@ -45,6 +45,15 @@ TEST(AlarmRecord, FitsASharpAlarmFromItsOwnSample) {
   EXPECT_EQ(task.alarm_at, 99U);
 }
 
+TEST(AlarmRecord, FitsFromTheAlarmWhereTheOnsetWasNotIt) {
+  AlarmRecord record = AlarmAfter(100, 7, false);
+  record.FitFromAlarm();
+  IsolationTask task;
+  record.Fill(task);
+  EXPECT_EQ(task.fit_from, 99U);
+  EXPECT_DOUBLE_EQ(record.onset_t_s(), 0.92) << "which stays the detector's estimate";
+}
+
 // When fits are due; `untold`: after each the answer is that nothing can be told yet.
 std::vector<int> DueFits(bool untold) {
   AlarmRecord record = AlarmAfter(700, 0, true);
