@@ -161,8 +161,8 @@ void RigWatch::OnAlarm(const Alarm& alarm, const Sample& sample) {
   if (!only_sharp_) detector_.reset();
   alarmed_ = true;
   // The next step of a rig that warms up, or of a fault that moves, is told only if it turns out to
-  // be something else.
-  held_back_ = reference_.has_moved || (warms_up_ && SeesSmallChanges(alarm_detector_));
+  // be something else; so is the next small change after one that has come to nothing.
+  held_back_ = reference_.has_moved || (doubts_small_ && SeesSmallChanges(alarm_detector_));
   if (held_back_) return;
   Verdict next = AlarmVerdict();
   episodes_.Open(next);
@@ -270,7 +270,8 @@ bool RigWatch::KnowsImpulses() const {
 void RigWatch::ReturnToNominal(const Verdict& last, const std::vector<double>& shift) {
   if (!held_back_) episodes_.Withdraw();
   held_back_ = false;
-  warms_up_ = warms_up_ || !shift.empty();
+  const bool nothing = reference_.faults.empty() && SeesSmallChanges(alarm_detector_);
+  doubts_small_ = doubts_small_ || !shift.empty() || nothing;
   impulse_seen_ = impulse_seen_ || (shift.empty() && one_reading_);
   record_.Close();
   alarmed_ = false;

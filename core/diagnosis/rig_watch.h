@@ -106,7 +106,8 @@ class RigWatch {
   FaultEpisodes episodes_;
   // The alarm is of a detector that knows no impulses, on a rig without a fault that may have gone.
   bool one_reading_ = false;
-  bool warms_up_ = false;      // it has been found to
+  // It has been found to warm up, or a small change has come to nothing.
+  bool doubts_small_ = false;
   bool impulse_seen_ = false;  // one reading has raised an alarm, and nothing was behind it
   bool held_back_ = false;     // the newest alarm is not published yet
   Verdict verdict_;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/diagnosis/diagnose_record.h"
+#include "core/diagnosis/pipeline.h"
 #include "core/plant/simulate_record.h"
 #include "core/signals/prbs.h"
 #include "hardware/bench/benches.h"
@@ -14,18 +15,17 @@
 namespace faultlab::core {
 namespace {
 
-constexpr double kDurationS = 20.0;
-
 std::vector<Sample> Creeping(const Bench& bench,
                              const PrbsSpec& input,
                              const char* symbol,
                              double value,
                              double from_s,
-                             double to_s) {
+                             double to_s,
+                             double duration_s = 20.0) {
   Fault fault = AbruptFault(bench.Find(symbol).value(), value, from_s);
   fault.kind = FaultKind::kDrift;
   fault.until_s = to_s;
-  const auto samples = static_cast<int>(std::lround(kDurationS / bench.period_s));
+  const auto samples = static_cast<int>(std::lround(duration_s / bench.period_s));
   return SimulateRecord(bench.profiles.front(),
                         bench.nominal,
                         MakePrbs(input, samples, bench.period_s),
@@ -56,6 +56,26 @@ TEST(Creeping, OfAFaultThatIsKnownIsNoWarming) {
     EXPECT_EQ(verdict.kind, VerdictKind::kFault) << seed << ": " << verdict.reason;
     EXPECT_TRUE(Names(verdict, speed.Find("B").value())) << seed << ": " << verdict.reason;
   }
+}
+
+// By the speed alone half as much B again may be a healthy rig, but the detector sees it change.
+TEST(Creeping, ThatComesToNothingIsToldOnce) {
+  const Bench& speed = *hardware::LoadBench("speed-motor").value();
+  const PrbsSpec input{.low_v = 0.9, .high_v = 3.3, .clock_s = 0.05, .seed = 4};
+  const double more = 1.6 * speed.nominal.Get(speed.Find("B").value());
+  Pipeline pipeline(OptionsOf(speed));
+  int told = 0;
+  bool open = false;
+  int tasks = 0;
+  for (const Sample& sample : Creeping(speed, input, "B", more, 10.0, 30.0, 50.0)) {
+    pipeline.Push(sample);
+    for (; auto task = pipeline.TakeTask(); ++tasks) pipeline.Accept(RunTask(*task));
+    const bool now = pipeline.verdict().kind == VerdictKind::kFault;
+    told += now && !open ? 1 : 0;
+    open = now;
+  }
+  EXPECT_GT(tasks, 20) << "it raises alarms";
+  EXPECT_EQ(told, 1);
 }
 
 }  // namespace
