@@ -52,6 +52,38 @@ function finding(component: string, atS: number, more: Partial<Finding> = {}): F
 }
 const tell = (sources: Sources) => tellStory(sources, bench, PERIOD);
 
+describe("a part that drifts", () => {
+  const drift = [
+    event("fault_commanded", 10, { component: "R1", value: 10 }),
+    event("detected", 10.5),
+    isolated("R1", 10.5),
+    confirmed("R1", 10, 20),
+    event("fault_commanded", 35, { component: "R1", value: 2 }),
+    confirmed("R1", 2, 35),
+    event("detected", 35),
+    event("returned", 36),
+  ];
+
+  it("is one episode, which its detection belongs to although the rig reports its end", () => {
+    const story = tell({ events: drift, findings: [finding("R1", 10.5, { ended_at_s: 35 })] });
+    expect(story.episodes).toHaveLength(1);
+    expect(story.episodes[0]?.changes.map((each) => [each.value, each.atS])).toEqual([
+      [10, 20],
+      [2, 35],
+    ]);
+    expect(story.episodes[0]?.detections.map((each) => [each.atS, each.of])).toEqual([
+      [10.5, "first"],
+      [35, "return"],
+    ]);
+    expect(story.episodes[0]?.finding?.group).toEqual(["R1"]);
+  });
+
+  it("is another one than what was detected before it began to", () => {
+    const story = tell({ events: [event("detected", 8), ...drift.slice(0, 1), ...drift.slice(3)] });
+    expect(story.episodes.map((each) => each.changes.length)).toEqual([0, 2]);
+  });
+});
+
 describe("an uploaded record, of which no rig has reported anything", () => {
   it("has the further changes of a fault, and their times", () => {
     const further = [{ detected_at_s: 14.03, onset_s: 14, detector: "residual" }];

@@ -110,6 +110,8 @@ class Teller {
   readonly episodes: Episode[] = [];
   readonly changes: Change[] = [];
   private readonly values = new Map<Component, number>();
+  /** Commanded and not yet confirmed: a drift is confirmed when it has come to its end. */
+  private readonly commandedS = new Map<Component, number>();
 
   constructor(
     private readonly bench: Bench,
@@ -120,6 +122,9 @@ class Teller {
     const atS = event.index * this.periodS;
     const { component, value } = event;
     switch (event.kind) {
+      case "fault_commanded":
+        if (component && !this.commandedS.has(component)) this.commandedS.set(component, atS);
+        break;
       case "relay_confirmed":
         if (component && typeof value === "number") this.change(component, value, atS);
         break;
@@ -179,6 +184,8 @@ class Teller {
   }
 
   private change(component: Component, value: number, atS: number): void {
+    const sinceS = this.commandedS.get(component) ?? atS;
+    this.commandedS.delete(component);
     const before = this.values.get(component) ?? this.bench.nominal(component);
     const others = this.faulty().filter((name) => name !== component);
     this.values.set(component, value);
@@ -189,16 +196,17 @@ class Teller {
     const open = this.episodes.findLast(
       (each) => each.endedS === null && each.changes.at(-1)?.component === component,
     );
-    const episode = open ?? this.undetectedBy(atS) ?? this.add(atS);
+    const episode = open ?? this.unreported(sinceS, atS) ?? this.add(atS);
     episode.changes.push(change);
     if (nominal) episode.endedS = atS;
   }
 
-  /** A detection a sample before the rig's report belongs to the same change. */
-  private undetectedBy(atS: number): Episode | undefined {
+  /** A detection a sample before the rig's report, or while a part drifts, belongs to that change. */
+  private unreported(sinceS: number, atS: number): Episode | undefined {
     const last = this.episodes.at(-1);
     const fresh = last && last.endedS === null && last.changes.length === 0;
-    return fresh && Math.abs(last.onsetS - atS) <= 2 * this.periodS ? last : undefined;
+    const about = 2 * this.periodS;
+    return fresh && last.onsetS >= sinceS - about && last.onsetS <= atS + about ? last : undefined;
   }
 
   private detect(atS: number): void {
