@@ -32,11 +32,11 @@ class AlarmRecord {
   /// True at the samples after the alarm at which the hypotheses are to be fitted.
   bool FitIsDue() const { return since_alarm_ >= next_fit_; }
   void ScheduleNextFit();
-  /// Some seconds long, what could not be told is tried again sooner: a part that moves comes to
-  /// rest.
+  /// Nothing can be told yet. In the first ten seconds the next fit is then due within a second: a
+  /// part that moves may have come to rest.
   void FitSoon();
-  /// What follows the estimated onset is not explained: it may be too early, and only what follows
-  /// the alarm is certainly the fault's.
+  /// Nothing explains the samples from the estimated onset on, which may be too early. Those from
+  /// the alarm on certainly belong to the fault.
   void FitFromAlarm() { fit_from_ = std::max(fit_from_, alarm_at_); }
   /// As many samples have followed the alarm as the first fit needs.
   bool HasBeenFitted() const;

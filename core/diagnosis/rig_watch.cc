@@ -1,5 +1,6 @@
 #include "core/diagnosis/rig_watch.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <utility>
 
@@ -15,7 +16,7 @@ namespace {
 constexpr double kWithdrawGain = 8.0;
 constexpr std::size_t kWithdrawAfter = 500;
 constexpr std::size_t kImpulseAfter = 50;
-// A part that has been found with another value so many times in one direction moves.
+// A part that so many alarms in a row have found farther in the same direction moves.
 constexpr int kStepsOfADrift = 2;
 // The detector of small changes, which have been going on for a while when it raises an alarm.
 constexpr const char* kOfSeconds = "glr_500";
@@ -210,8 +211,8 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
     record_.FitFromAlarm();
   }
   held_back_ ? episodes_.GoOn(next) : episodes_.Update(next, result.shape, alarm_t_s_);
-  const bool watchable =
-      next.settled && next.kind == VerdictKind::kFault && !result.moves && !result.present.empty();
+  const bool watchable = next.settled && next.kind == VerdictKind::kFault && !result.moves &&
+                         !result.present.empty() && IsBornOut(result, next);
   if (watchable) {
     const int steps = StepsTo(result.present);
     const bool has_moved = result.shape == FaultShape::kDrift || std::abs(steps) >= kStepsOfADrift;
@@ -229,6 +230,16 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
     record_.FitSoon();
   }
   Publish(std::move(next));
+}
+
+/// While a part moves, two that are hard to tell apart may change places from one answer to the
+/// next. An answer that no longer names what the one before has named waits for the one after it.
+bool RigWatch::IsBornOut(const IsolationResult& result, const Verdict& next) const {
+  const std::vector<Component>& before = verdict_.group;
+  if (result.shape == FaultShape::kAbrupt) return true;
+  return std::all_of(before.begin(), before.end(), [&](Component each) {
+    return std::find(next.group.begin(), next.group.end(), each) != next.group.end();
+  });
 }
 
 int RigWatch::StepsTo(const std::vector<Candidate>& present) const {

@@ -63,8 +63,7 @@ class RigWatch {
     double direct_factor = 1.0;
     std::vector<Candidate> faults;
     std::vector<Component> alike;  // what nothing told apart from the last of them
-    // How often the last of them has been found with another value, without another alarm's being
-    // told apart: upwards (> 0) or downwards; counted anew when it turns around.
+    // So many alarms in a row have found the last of them farther up (> 0) or farther down (< 0).
     int steps = 0;
     bool has_moved = false;     // the last of them, and may again
     double noise_factor = 1.0;  // how many times the calibration's noise is to be expected
@@ -76,6 +75,7 @@ class RigWatch {
   bool TakesThePlace(const Alarm& alarm) const;
   void OnAlarm(const Alarm& alarm, const Sample& sample);
   IsolationTask MakeTask();
+  bool IsBornOut(const IsolationResult& result, const Verdict& next) const;
   /// KnownRig::steps after that answer.
   int StepsTo(const std::vector<Candidate>& present) const;
   bool MovesOn(const IsolationResult& result, const Verdict& next) const;

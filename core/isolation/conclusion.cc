@@ -28,10 +28,10 @@ constexpr double kKnownFaultGain = 6.0;
 constexpr double kHeldScoreMax = 6.0;
 constexpr double kStandsOut = 20.0;
 constexpr double kHeldAlike = 1.1;
-// A motor that was there, and of which this much is left, is there no more.
-constexpr double kHeldLost = 30.0;
 // Then as many times the noise are noise to the detector, in standard deviations.
 constexpr double kHeldNoise = 2.0;
+// Where more than so many times the noise is left, the motor is no longer at rest.
+constexpr double kHeldLost = 30.0;
 // History that is searched for the onset.
 constexpr std::size_t kOnsetHistory = 120;
 constexpr std::size_t kAllAlong = 10;
