@@ -22,13 +22,7 @@ constexpr double kSamePrediction = 2e-5;
 
 // Gain that a fault needs to go on: it is known, so nothing is chosen.
 constexpr double kKnownFaultGain = 6.0;
-// Friction near rest is more than Coulomb's: a component that brings a motor there is told although
-// it leaves up to so many times the noise, if it leaves so much less than the nominal rig does.
-// What leaves hardly more is as likely.
-constexpr double kHeldScoreMax = 6.0;
-constexpr double kStandsOut = 20.0;
-constexpr double kHeldAlike = 1.1;
-// Then as many times the noise are noise to the detector, in standard deviations.
+// Near rest as many times the noise are noise to the detector, in standard deviations.
 constexpr double kHeldNoise = 2.0;
 // Where more than so many times the noise is left, the motor is no longer at rest.
 constexpr double kHeldLost = 30.0;
@@ -60,7 +54,7 @@ class Telling {
         beneath_(beneath),
         about_(about),
         task_(about.task),
-        held_((about.held && StillFits()) || BringsToRest()),
+        held_((about.held && StillFits()) || BringsToRest(explanation.context, best_)),
         shape_(MovesFurther() ? FaultShape::kDrift : explanation.shape) {}
 
   IsolationResult Run() const {
@@ -121,14 +115,6 @@ class Telling {
 
   bool StillFits() const { return best_.chi2 < kHeldLost * best_.count; }
 
-  bool BringsToRest() const {
-    const FitContext& context = explanation_.context;
-    const RigParameters rig =
-        WithComponent(context.RigAt(best_.nuisance), best_.component, best_.value);
-    return best_.chi2 < kHeldScoreMax * best_.count &&
-           kStandsOut * best_.chi2 < explanation_.null.chi2 && HardlyTurns(rig, context.stretch);
-  }
-
   void TellNominal(IsolationResult& result) const {
     result.returned_to_nominal = true;
     SetShift(explanation_.null, result);
@@ -153,7 +139,7 @@ class Telling {
       const bool close = fit.rank_cost() - best_.rank_cost() < kNotExcludedCost;
       const bool same = task_.options.values == ValuePrior::kNone && fit.cost - best_.cost < 1e3 &&
                         PredictionDistance(explanation_.context, best_, fit) < kSamePrediction;
-      const bool alike = held_ && fit.chi2 < kHeldAlike * best_.chi2;
+      const bool alike = held_ && IsAlikeNearRest(best_, fit, about_.held);
       if (&fit == &best_ || close || same || alike) verdict.group.push_back(fit.component);
     }
     SetShift(best_, result);

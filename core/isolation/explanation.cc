@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/isolation/friction_hold.h"
 #include "core/types/time_span.h"
 
 namespace faultlab::core {
@@ -99,6 +100,9 @@ class Search {
       if (newest.lack_of_fit.adequate) {
         const FitContext slope = readings_.Newest(context, Span(kGentle.samples));
         newest.rate = CertainRate(slope, FitDrift(slope, newest.set.best()));
+        return newest;
+      }
+      if (!BringsToRest(context, whole.set.best()) && BringsToRest(late, newest.set.best())) {
         return newest;
       }
       whole.of_newest = newest.set.best();

@@ -124,11 +124,12 @@ TEST_P(Sequences, OfOneFaultAtATimeAreFollowed) {
   for (unsigned seed = 1; seed <= 6; ++seed) ExpectFollowed(bench, seed, 1);
 }
 
-// (Not by the speed alone: what brings a motor to rest slowly is not told there.)
 TEST(SlowFaults, InSequencesAreFollowed) {
   const Bench& gear = *hardware::LoadBench("gear-motor").value();
   for (unsigned seed = 1; seed <= 6; ++seed) ExpectFollowed(gear, seed, 1, true);
   ExpectFollowed(*hardware::LoadBench("servo-motor").value(), 1, 1, true);
+  const Bench& speed = *hardware::LoadBench("speed-motor").value();
+  for (unsigned seed = 1; seed <= 6; ++seed) ExpectFollowed(speed, seed, 1, true);
 }
 
 // A part that goes on moving is one fault: a few alarms, then where it is, and no alarm any more.

@@ -39,5 +39,22 @@ TEST(HardlyTurns, WhereItIsDrivenOneWay) {
   EXPECT_FALSE(HardlyTurns(RigOf(plant, 1.0), {}));
 }
 
+TEST(IsAlikeNearRest, WhatLeavesHardlyMoreOfWhatIsNoNoise) {
+  const auto leaving = [](double score) {
+    HypothesisFit fit;
+    fit.count = 200;
+    fit.chi2 = score * fit.count;
+    return fit;
+  };
+  for (const double noise : {0.3, 1.0}) {
+    EXPECT_TRUE(IsAlikeNearRest(leaving(noise), leaving(1.19), false));
+    EXPECT_FALSE(IsAlikeNearRest(leaving(noise), leaving(1.21), false));
+  }
+  EXPECT_TRUE(IsAlikeNearRest(leaving(3.0), leaving(4.19), false));
+  EXPECT_FALSE(IsAlikeNearRest(leaving(3.0), leaving(4.21), false));
+  EXPECT_TRUE(IsAlikeNearRest(leaving(3.0), leaving(5.9), true));
+  EXPECT_FALSE(IsAlikeNearRest(leaving(3.0), leaving(6.1), true));
+}
+
 }  // namespace
 }  // namespace faultlab::core
