@@ -1,6 +1,5 @@
 #include "core/diagnosis/rig_watch.h"
 
-#include <algorithm>
 #include <cstdlib>
 #include <utility>
 
@@ -143,6 +142,7 @@ void RigWatch::OnAlarm(const Alarm& alarm, const Sample& sample) {
   alarm_detector_ = alarm.detector;
   oldest_valid_id_ = next_id_;
   reference_ = watched_;
+  found_turning_.clear();
   one_reading_ = alarm_detector_ == "residual" && reference_.faults.empty() && !KnowsImpulses();
   pending_.reset();
   if (only_sharp_) {
@@ -184,6 +184,7 @@ IsolationTask RigWatch::MakeTask() {
   task.reference = reference_.faults;
   task.alike = reference_.alike;
   task.has_moved = reference_.has_moved;
+  task.found_turning = found_turning_;
   task.alarm_t_s = alarm_t_s_;
   task.detector = alarm_detector_;
   return task;
@@ -210,9 +211,10 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
   if (next.kind != VerdictKind::kFault || result.shape == FaultShape::kDrift) {
     record_.FitFromAlarm();
   }
+  if (found_turning_.empty() ? result.adequate : result.moves) found_turning_ = next.group;
   held_back_ ? episodes_.GoOn(next) : episodes_.Update(next, result.shape, alarm_t_s_);
-  const bool watchable = next.settled && next.kind == VerdictKind::kFault && !result.moves &&
-                         !result.present.empty() && IsBornOut(result, next);
+  const bool watchable =
+      next.settled && next.kind == VerdictKind::kFault && !result.moves && !result.present.empty();
   if (watchable) {
     const int steps = StepsTo(result.present);
     const bool has_moved = result.shape == FaultShape::kDrift || std::abs(steps) >= kStepsOfADrift;
@@ -230,16 +232,6 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
     record_.FitSoon();
   }
   Publish(std::move(next));
-}
-
-/// While a part moves, two that are hard to tell apart may change places from one answer to the
-/// next. An answer that no longer names what the one before has named waits for the one after it.
-bool RigWatch::IsBornOut(const IsolationResult& result, const Verdict& next) const {
-  const std::vector<Component>& before = verdict_.group;
-  if (result.shape == FaultShape::kAbrupt) return true;
-  return std::all_of(before.begin(), before.end(), [&](Component each) {
-    return std::find(next.group.begin(), next.group.end(), each) != next.group.end();
-  });
 }
 
 int RigWatch::StepsTo(const std::vector<Candidate>& present) const {

@@ -75,7 +75,6 @@ class RigWatch {
   bool TakesThePlace(const Alarm& alarm) const;
   void OnAlarm(const Alarm& alarm, const Sample& sample);
   IsolationTask MakeTask();
-  bool IsBornOut(const IsolationResult& result, const Verdict& next) const;
   /// KnownRig::steps after that answer.
   int StepsTo(const std::vector<Candidate>& present) const;
   bool MovesOn(const IsolationResult& result, const Verdict& next) const;
@@ -103,6 +102,7 @@ class RigWatch {
   KnownRig reference_;  // carried by it before the present alarm
   double alarm_t_s_ = 0.0;
   std::string alarm_detector_;
+  std::vector<Component> found_turning_;  // as in IsolationTask, of the present alarm
   FaultEpisodes episodes_;
   // The alarm is of a detector that knows no impulses, on a rig without a fault that may have gone.
   bool one_reading_ = false;

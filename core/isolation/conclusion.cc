@@ -46,6 +46,18 @@ Candidate ToCandidate(const HypothesisFit& fit, double best_score) {
   return candidate;
 }
 
+// While the motor turned, more told the components apart than friction lets see near rest.
+void PreferWhatWasFound(const IsolationTask& task, Explanation& explanation) {
+  std::vector<HypothesisFit>& fits = explanation.set.fits;
+  const HypothesisFit best = fits.front();
+  if (task.WasFoundTurning(best.component) || !BringsToRest(explanation.context, best)) return;
+  const auto found = std::find_if(fits.begin(), fits.end(), [&](const HypothesisFit& fit) {
+    return task.WasFoundTurning(fit.component) && IsAlikeNearRest(best, fit, true) &&
+           BringsToRest(explanation.context, fit);
+  });
+  if (found != fits.end()) std::rotate(fits.begin(), found, found + 1);
+}
+
 class Telling {
  public:
   Telling(const Explanation& explanation, std::size_t beneath, const ToldAbout& about)
@@ -54,7 +66,8 @@ class Telling {
         beneath_(beneath),
         about_(about),
         task_(about.task),
-        held_((about.held && StillFits()) || BringsToRest(explanation.context, best_)),
+        held_((about.held && StillFits()) ||
+              (task_.WasFoundTurning(best_.component) && BringsToRest(explanation.context, best_))),
         shape_(MovesFurther() ? FaultShape::kDrift : explanation.shape) {}
 
   IsolationResult Run() const {
@@ -140,7 +153,11 @@ class Telling {
       const bool same = task_.options.values == ValuePrior::kNone && fit.cost - best_.cost < 1e3 &&
                         PredictionDistance(explanation_.context, best_, fit) < kSamePrediction;
       const bool alike = held_ && IsAlikeNearRest(best_, fit, about_.held);
-      if (&fit == &best_ || close || same || alike) verdict.group.push_back(fit.component);
+      const bool excluded =
+          held_ && !task_.WasFoundTurning(fit.component) && task_.WasFoundTurning(best_.component);
+      if (&fit == &best_ || ((close || same || alike) && !excluded)) {
+        verdict.group.push_back(fit.component);
+      }
     }
     SetShift(best_, result);
     const auto known = task_.reference.begin();
@@ -186,6 +203,7 @@ class Telling {
   void TellFault(IsolationResult& result) const {
     Verdict& verdict = result.verdict;
     verdict.kind = VerdictKind::kFault;
+    result.adequate = explanation_.lack_of_fit.adequate;
     verdict.reason = ReasonOfFault(verdict);
     if (held_)
       result.noise_factor = kHeldNoise * std::sqrt(std::max(1.0, verdict.candidates.front().score));
@@ -249,6 +267,7 @@ IsolationResult Unanswered(const IsolationTask& task) {
 }
 
 Conclusion Told(Explanation explanation, std::size_t beneath, const ToldAbout& about) {
+  PreferWhatWasFound(about.task, explanation);
   IsolationResult result = Telling(explanation, beneath, about).Run();
   const HypothesisFit& best = explanation.set.best();
   const GaussianPrior& prior = explanation.context.calibration;

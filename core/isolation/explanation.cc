@@ -85,11 +85,21 @@ class Search {
     return RateOf(slope, moving);
   }
 
+  // A motor at rest that is told to be what it was not while it turned: its stretch begins too
+  // early, or shows too little.
+  void TestAgainstFound(Explanation& told) const {
+    const HypothesisFit& best = told.set.best();
+    if (!task_.WasFoundTurning(best.component) && BringsToRest(told.context, best)) {
+      told.lack_of_fit.adequate = false;
+    }
+  }
+
   Explanation BestOf(const FitContext& context) {
     Explanation whole{context, Fit(context, FitPolicy::kFitAll), {}, FaultShape::kAbrupt};
     whole.lack_of_fit = TestLackOfFit(context, whole.set.best());
     whole.sensor = SensorBetterThan(whole.set.best(), context);
     if (whole.sensor) return whole;
+    TestAgainstFound(whole);
     if (whole.lack_of_fit.adequate) SizeWithAll(whole);
     const std::size_t n = context.stretch.size();
     if (whole.lack_of_fit.adequate || n < Span(kLateMin)) return whole;
@@ -97,6 +107,7 @@ class Search {
       const FitContext late = readings_.Newest(context, Span(kLateSamples));
       Explanation newest{late, Fit(late, FitPolicy::kStopLosers), {}, FaultShape::kDrift};
       newest.lack_of_fit = TestLackOfFit(late, newest.set.best());
+      TestAgainstFound(newest);
       if (newest.lack_of_fit.adequate) {
         const FitContext slope = readings_.Newest(context, Span(kGentle.samples));
         newest.rate = CertainRate(slope, FitDrift(slope, newest.set.best()));
@@ -130,6 +141,7 @@ class Search {
     }
     std::sort(fits.begin(), fits.end(), LikelierFirst);
     drift.lack_of_fit = TestScore(fits.front());
+    TestAgainstFound(drift);
     const bool moves = constant_cost - fits.front().cost > kFaultGain;
     if (!drift.lack_of_fit.adequate || !(moves || shape.may_stand)) return std::nullopt;
     return drift;

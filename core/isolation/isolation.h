@@ -14,6 +14,7 @@ struct IsolationResult {
   std::uint64_t id = 0;
   Verdict verdict;
   FaultShape shape = FaultShape::kAbrupt;
+  bool adequate = false;             ///< a fault that leaves no more than noise
   bool moves = false;                ///< a drift that goes on
   std::optional<Onset> onset;        ///< of an abrupt fault
   bool returned_to_nominal = false;  ///< the record after the alarm is explained without a fault

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -34,6 +35,13 @@ struct IsolationTask {
   std::vector<Component> alike;
   /// The last of them is a drift that had come to rest.
   bool has_moved = false;
+  /// What this alarm's fault was found to be while the motor still turned: while it moved, or the
+  /// first that left no more than noise. Empty: nothing yet.
+  std::vector<Component> found_turning;
+  bool WasFoundTurning(Component component) const {
+    return found_turning.empty() ||
+           std::find(found_turning.begin(), found_turning.end(), component) != found_turning.end();
+  }
   double alarm_t_s = 0.0;
   /// The onset, when the samples around it have been dropped; without it the onset is searched for.
   std::optional<Onset> onset;
