@@ -50,9 +50,9 @@ Candidate ToCandidate(const HypothesisFit& fit, double best_score) {
 void PreferWhatWasFound(const IsolationTask& task, Explanation& explanation) {
   std::vector<HypothesisFit>& fits = explanation.set.fits;
   const HypothesisFit best = fits.front();
-  if (task.WasFoundTurning(best.component) || !BringsToRest(explanation.context, best)) return;
+  if (task.AgreesWithFound(best.component) || !BringsToRest(explanation.context, best)) return;
   const auto found = std::find_if(fits.begin(), fits.end(), [&](const HypothesisFit& fit) {
-    return task.WasFoundTurning(fit.component) && IsAlikeNearRest(best, fit, true) &&
+    return task.AgreesWithFound(fit.component) && IsAlikeNearRest(best, fit, true) &&
            BringsToRest(explanation.context, fit);
   });
   if (found != fits.end()) std::rotate(fits.begin(), found, found + 1);
@@ -67,7 +67,7 @@ class Telling {
         about_(about),
         task_(about.task),
         held_((about.held && StillFits()) ||
-              (task_.WasFoundTurning(best_.component) && BringsToRest(explanation.context, best_))),
+              (task_.AgreesWithFound(best_.component) && BringsToRest(explanation.context, best_))),
         shape_(MovesFurther() ? FaultShape::kDrift : explanation.shape) {}
 
   IsolationResult Run() const {
@@ -154,7 +154,7 @@ class Telling {
                         PredictionDistance(explanation_.context, best_, fit) < kSamePrediction;
       const bool alike = held_ && IsAlikeNearRest(best_, fit, about_.held);
       const bool excluded =
-          held_ && !task_.WasFoundTurning(fit.component) && task_.WasFoundTurning(best_.component);
+          held_ && !task_.AgreesWithFound(fit.component) && task_.AgreesWithFound(best_.component);
       if (&fit == &best_ || ((close || same || alike) && !excluded)) {
         verdict.group.push_back(fit.component);
       }

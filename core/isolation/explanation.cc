@@ -89,7 +89,7 @@ class Search {
   // early, or shows too little.
   void TestAgainstFound(Explanation& told) const {
     const HypothesisFit& best = told.set.best();
-    if (!task_.WasFoundTurning(best.component) && BringsToRest(told.context, best)) {
+    if (!task_.AgreesWithFound(best.component) && BringsToRest(told.context, best)) {
       told.lack_of_fit.adequate = false;
     }
   }

@@ -11,9 +11,11 @@ namespace {
 // Break-away friction is at most about twice Coulomb friction, of which Mc is an estimate.
 constexpr double kBreakawayShare = 2.5;
 
+// Of BringsToRest: in noise, and less than what the nominal rig leaves.
 constexpr double kScoreMax = 6.0;
 constexpr double kStandsOut = 20.0;
-// What a component leaves, and the part of it that is no noise.
+// Of IsAlikeNearRest: ratios of all that is left, of the part of it that is no noise, and of all
+// that is left once the motor is at rest.
 constexpr double kAlike = 1.2;
 constexpr double kAlikeUnexplained = 1.6;
 constexpr double kAlikeOnceAtRest = 2.0;

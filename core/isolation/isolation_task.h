@@ -38,7 +38,8 @@ struct IsolationTask {
   /// What this alarm's fault was found to be while the motor still turned: while it moved, or the
   /// first that left no more than noise. Empty: nothing yet.
   std::vector<Component> found_turning;
-  bool WasFoundTurning(Component component) const {
+  /// True where it is one of them, or nothing was found yet.
+  bool AgreesWithFound(Component component) const {
     return found_turning.empty() ||
            std::find(found_turning.begin(), found_turning.end(), component) != found_turning.end();
   }
