@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/isolation/isolation.h"
+#include "core/isolation/fault_shape.h"
 #include "core/paper/paper_methods.h"
 #include "core/types/calibration.h"
 #include "core/types/frame.h"

@@ -95,7 +95,7 @@ void RigWatch::Watch(KnownRig rig, int samples) {
                     rig.faults.empty() ? 0.0 : options_.bench->n.step_s,
                     KnowsImpulses());
   detector_fresh_ = true;
-  only_sharp_ = false;
+  if (alarm_) alarm_->only_sharp = false;
   watched_ = std::move(rig);
 }
 
@@ -103,7 +103,7 @@ void RigWatch::Push(const Sample& as_read) {
   const Sample sample = hum_ ? hum_->Clean(as_read) : as_read;
   Observation observation;
   if (!builder_.Push(sample, observation)) return;
-  if (alarmed_) {
+  if (alarm_) {
     record_.Append(sample);
   } else {
     record_.Remember(sample);
@@ -112,16 +112,17 @@ void RigWatch::Push(const Sample& as_read) {
     if (detector_fresh_) observation.restart = true;
     detector_fresh_ = false;
     const std::optional<Alarm> alarm = detector_->Push(observation);
-    if (alarm && (!only_sharp_ || TakesThePlace(*alarm))) {
+    const bool only_sharp = alarm_ && alarm_->only_sharp;
+    if (alarm && (!only_sharp || TakesThePlace(*alarm))) {
       OnAlarm(*alarm, sample);
       return;
     }
-    if (hum_ && !only_sharp_) {
+    if (hum_ && !only_sharp) {
       const auto [um_v, ia_a, w_rad_s] = detector_->BoundedInnovations();
       hum_->Learn(sample.t_s, um_v, ia_a);
     }
   }
-  if (alarmed_ && record_.FitIsDue()) {
+  if (alarm_ && record_.FitIsDue()) {
     pending_ = MakeTask();
     record_.ScheduleNextFit();
   }
@@ -133,41 +134,39 @@ void RigWatch::Push(const Sample& as_read) {
 bool RigWatch::TakesThePlace(const Alarm& alarm) const {
   constexpr double kMuchFarther = 2.0;
   return alarm.sharp &&
-         (alarm_detector_ == kOfSeconds || alarm.statistic > kMuchFarther * alarm.threshold);
+         (alarm_->detector == kOfSeconds || alarm.statistic > kMuchFarther * alarm.threshold);
 }
 
 void RigWatch::OnAlarm(const Alarm& alarm, const Sample& sample) {
-  record_.Open(alarm, alarmed_);
-  alarm_t_s_ = sample.t_s;
-  alarm_detector_ = alarm.detector;
-  oldest_valid_id_ = next_id_;
-  reference_ = watched_;
-  found_turning_.clear();
-  one_reading_ = alarm_detector_ == "residual" && reference_.faults.empty() && !KnowsImpulses();
+  record_.Open(alarm, alarm_.has_value());
   pending_.reset();
-  if (only_sharp_) {
+  oldest_valid_id_ = next_id_;
+  OpenAlarm next{watched_, sample.t_s, alarm.detector};
+  const bool healthy = watched_.faults.empty();
+  const bool small = SeesSmallChanges(alarm.detector);
+  next.one_reading = next.detector == "residual" && healthy && !KnowsImpulses();
+  // The next step of a rig that warms up, or of a fault that moves, is told only if it turns out to
+  // be something else; so is the next small change after one that has come to nothing.
+  next.held_back = watched_.has_moved || (doubts_small_ && small);
+  if (alarm_ && alarm_->only_sharp) {
     // What was being worked out was not this: a warming winding, say, a moment before a fault.
-    if (!held_back_ && verdict_.group.empty()) {
-      if (reference_.faults.empty()) {
+    if (!alarm_->held_back && verdict_.group.empty()) {
+      if (healthy) {
         episodes_.Withdraw();
       } else {
         episodes_.Resume();
       }
     }
-    only_sharp_ = false;
   } else {
     if (watched_.noise_factor == 1.0) noise_scale_ = detector_->noise_scale();
-    only_sharp_ = SeesSmallChanges(alarm_detector_);
+    next.only_sharp = small;
   }
-  if (!only_sharp_) detector_.reset();
-  alarmed_ = true;
-  // The next step of a rig that warms up, or of a fault that moves, is told only if it turns out to
-  // be something else; so is the next small change after one that has come to nothing.
-  held_back_ = reference_.has_moved || (doubts_small_ && SeesSmallChanges(alarm_detector_));
-  if (held_back_) return;
-  Verdict next = AlarmVerdict();
-  episodes_.Open(next);
-  Publish(std::move(next));
+  if (!next.only_sharp) detector_.reset();
+  alarm_ = std::move(next);
+  if (alarm_->held_back) return;
+  Verdict verdict = AlarmVerdict();
+  episodes_.Open(verdict);
+  Publish(std::move(verdict));
 }
 
 IsolationTask RigWatch::MakeTask() {
@@ -181,28 +180,28 @@ IsolationTask RigWatch::MakeTask() {
                   options_.motor_faults,
                   options_.period_s,
                   options_.um_rail_v};
-  task.reference = reference_.faults;
-  task.alike = reference_.alike;
-  task.has_moved = reference_.has_moved;
-  task.found_turning = found_turning_;
-  task.alarm_t_s = alarm_t_s_;
-  task.detector = alarm_detector_;
+  task.reference = alarm_->before.faults;
+  task.alike = alarm_->before.alike;
+  task.has_moved = alarm_->before.has_moved;
+  task.found_turning = alarm_->found_turning;
+  task.alarm_t_s = alarm_->t_s;
+  task.detector = alarm_->detector;
   return task;
 }
 
 void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
-  if (result.id < oldest_valid_id_ || !alarmed_) return;
+  if (result.id < oldest_valid_id_ || !alarm_) return;
   Verdict next = std::move(result.verdict);
   if (result.onset) record_.SetOnset(*result.onset);
   if (!next.onset_s) next.onset_s = record_.onset_t_s();
   next.path = PaperMethodsAt(*options_.bench, frame, *calibration_).path;
   if (next.settled && result.impulse) impulse_seen_ = true;
   if (result.returned_to_nominal && !MayBeWithdrawn(next.settled, result.gain)) return;
-  const bool moves_on = MovesOn(result, next);
-  if (held_back_ && moves_on && !next.settled) return;
-  if (held_back_ && !moves_on && !(result.returned_to_nominal && reference_.faults.empty())) {
-    held_back_ = false;
-    episodes_.Open(AlarmVerdict());
+  if (alarm_->held_back) {
+    if (result.moved_on && !next.settled) return;
+    const bool nothing = result.returned_to_nominal && alarm_->before.faults.empty();
+    alarm_->held_back = result.moved_on || nothing;
+    if (!alarm_->held_back) episodes_.Open(AlarmVerdict());
   }
   if (result.returned_to_nominal) {
     ReturnToNominal(next, result.warmed ? result.shift : std::vector<double>{});
@@ -211,44 +210,42 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
   if (next.kind != VerdictKind::kFault || result.shape == FaultShape::kDrift) {
     record_.FitFromAlarm();
   }
-  if (found_turning_.empty() ? result.adequate : result.moves) found_turning_ = next.group;
-  held_back_ ? episodes_.GoOn(next) : episodes_.Update(next, result.shape, alarm_t_s_);
-  const bool watchable =
-      next.settled && next.kind == VerdictKind::kFault && !result.moves && !result.present.empty();
-  if (watchable) {
-    const int steps = StepsTo(result.present);
-    const bool has_moved = result.shape == FaultShape::kDrift || std::abs(steps) >= kStepsOfADrift;
-    Watch({result.shift,
-           result.direct_factor,
-           result.present,
-           next.group,
-           steps,
-           has_moved,
-           result.noise_factor},
-          static_cast<int>(result.samples));
-  } else if (next.settled) {
-    if (only_sharp_) detector_.reset();
-    only_sharp_ = false;
-    record_.FitSoon();
+  if (alarm_->found_turning.empty() ? result.adequate : result.moves) {
+    alarm_->found_turning = next.group;
   }
+  alarm_->held_back ? episodes_.GoOn(next) : episodes_.Update(next, result.shape, alarm_->t_s);
+  if (next.settled) WatchOn(result, next);
   Publish(std::move(next));
 }
 
+/// With what is known now; nothing is watched where what has changed is unknown or moves.
+void RigWatch::WatchOn(const IsolationResult& result, const Verdict& next) {
+  if (next.kind != VerdictKind::kFault || result.moves || result.present.empty()) {
+    if (alarm_->only_sharp) detector_.reset();
+    alarm_->only_sharp = false;
+    record_.FitSoon();
+    return;
+  }
+  const int steps = StepsTo(result.present);
+  const bool has_moved = result.shape == FaultShape::kDrift || std::abs(steps) >= kStepsOfADrift;
+  Watch({result.shift,
+         result.direct_factor,
+         result.present,
+         next.group,
+         steps,
+         has_moved,
+         result.noise_factor},
+        static_cast<int>(result.samples));
+}
+
 int RigWatch::StepsTo(const std::vector<Candidate>& present) const {
-  const std::vector<Candidate>& known = reference_.faults;
+  const KnownRig& before = alarm_->before;
+  const std::vector<Candidate>& known = before.faults;
   if (present.size() != known.size() || present.back().component != known.back().component) {
     return 0;
   }
   const int step = present.back().value > known.back().value ? 1 : -1;
-  return reference_.steps * step > 0 ? reference_.steps + step : step;
-}
-
-/// The fault that was known, and had moved, has moved further: no other has come.
-bool RigWatch::MovesOn(const IsolationResult& result, const Verdict& next) const {
-  const std::vector<Candidate>& known = reference_.faults;
-  return reference_.has_moved && next.kind == VerdictKind::kFault &&
-         result.present.size() == known.size() &&
-         result.present.back().component == known.back().component;
+  return before.steps * step > 0 ? before.steps + step : step;
 }
 
 /// A small fault is not withdrawn before the window has filled. One reading that was far off is no
@@ -259,9 +256,9 @@ bool RigWatch::MayBeWithdrawn(bool settled, double gain) const {
   const auto passed = [&](std::size_t samples) {
     return record_.since_alarm() >= SpanOf(samples, options_.period_s);
   };
-  if (!reference_.faults.empty()) return settled;
+  if (!alarm_->before.faults.empty()) return settled;
   const bool hardly = gain <= kWithdrawGain;
-  if (one_reading_) return settled || (hardly && passed(kImpulseAfter));
+  if (alarm_->one_reading) return settled || (hardly && passed(kImpulseAfter));
   return settled && (hardly || passed(kWithdrawAfter));
 }
 
@@ -271,13 +268,12 @@ bool RigWatch::KnowsImpulses() const {
 
 /// @param shift  where a rig that has warmed up is now
 void RigWatch::ReturnToNominal(const Verdict& last, const std::vector<double>& shift) {
-  if (!held_back_) episodes_.Withdraw();
-  held_back_ = false;
-  const bool nothing = reference_.faults.empty() && SeesSmallChanges(alarm_detector_);
+  if (!alarm_->held_back) episodes_.Withdraw();
+  const bool nothing = alarm_->before.faults.empty() && SeesSmallChanges(alarm_->detector);
   doubts_small_ = doubts_small_ || !shift.empty() || nothing;
-  impulse_seen_ = impulse_seen_ || (shift.empty() && one_reading_);
+  impulse_seen_ = impulse_seen_ || (shift.empty() && alarm_->one_reading);
   record_.Close();
-  alarmed_ = false;
+  alarm_.reset();
   KnownRig healthy;
   healthy.shift = shift;
   Watch(std::move(healthy), calibration_->samples);
@@ -288,23 +284,23 @@ void RigWatch::ReturnToNominal(const Verdict& last, const std::vector<double>& s
 Verdict RigWatch::AlarmVerdict() const {
   Verdict next;
   next.kind = VerdictKind::kFault;
-  next.detected_at_s = alarm_t_s_;
+  next.detected_at_s = alarm_->t_s;
   next.onset_s = record_.onset_t_s();
-  next.detector = alarm_detector_;
+  next.detector = alarm_->detector;
   next.reason = kBeingWorkedOut;
   return next;
 }
 
 void RigWatch::Finish(const Frame& frame) {
-  if (alarmed_ && !reference_.faults.empty() && !record_.HasBeenFitted()) {
+  if (alarm_ && !alarm_->before.faults.empty() && !record_.HasBeenFitted()) {
     // A known fault stays known.
-    if (held_back_) return;
+    if (alarm_->held_back) return;
     Verdict known = episodes_.Resume();
     known.reason += std::string("; ") + kTooLate;
     Publish(std::move(known));
     return;
   }
-  if (alarmed_ && record_.since_alarm() > 0) {
+  if (alarm_ && record_.since_alarm() > 0) {
     IsolationTask last = MakeTask();
     last.settled = true;
     Accept(Isolate(last), frame);
@@ -313,7 +309,7 @@ void RigWatch::Finish(const Frame& frame) {
   Verdict last = verdict_;
   last.kind = VerdictKind::kUnknownFault;
   last.reason = record_.HasBeenFitted() ? kEndsTooSoon : kTooLate;
-  episodes_.Update(last, FaultShape::kAbrupt, alarm_t_s_);
+  episodes_.Update(last, FaultShape::kAbrupt, alarm_->t_s);
   Publish(std::move(last));
 }
 

@@ -69,6 +69,19 @@ class RigWatch {
     double noise_factor = 1.0;  // how many times the calibration's noise is to be expected
   };
 
+  // The newest alarm, until it is withdrawn.
+  struct OpenAlarm {
+    KnownRig before;  // carried by the detector's model when it was raised
+    double t_s;
+    std::string detector;
+    std::vector<Component> found_turning = {};  // as in IsolationTask
+    // Of a detector that knows no impulses, on a rig without a fault that may have gone.
+    bool one_reading = false;
+    bool held_back = false;  // not published yet
+    // Of accumulated evidence, and being worked out: only what is far off by itself is another.
+    bool only_sharp = false;
+  };
+
   void Publish(Verdict next);
   /// @param samples  after which it is known so
   void Watch(KnownRig rig, int samples);
@@ -77,7 +90,7 @@ class RigWatch {
   IsolationTask MakeTask();
   /// KnownRig::steps after that answer.
   int StepsTo(const std::vector<Candidate>& present) const;
-  bool MovesOn(const IsolationResult& result, const Verdict& next) const;
+  void WatchOn(const IsolationResult& result, const Verdict& next);
   bool MayBeWithdrawn(bool settled, double gain) const;
   bool KnowsImpulses() const;
   void ReturnToNominal(const Verdict& last, const std::vector<double>& shift);
@@ -91,25 +104,15 @@ class RigWatch {
   std::optional<HumTracker> hum_;
   NoiseScale noise_scale_;  // outlives the detectors that learn it
   bool detector_fresh_ = false;
-  bool alarmed_ = false;
-  // While an alarm of accumulated evidence is worked out: only what is far off by itself is
-  // another.
-  bool only_sharp_ = false;
   std::optional<IsolationTask> pending_;
   std::uint64_t next_id_;
   std::uint64_t oldest_valid_id_;
-  KnownRig watched_;    // carried by the detector's model
-  KnownRig reference_;  // carried by it before the present alarm
-  double alarm_t_s_ = 0.0;
-  std::string alarm_detector_;
-  std::vector<Component> found_turning_;  // as in IsolationTask, of the present alarm
+  KnownRig watched_;  // carried by the detector's model
+  std::optional<OpenAlarm> alarm_;
   FaultEpisodes episodes_;
-  // The alarm is of a detector that knows no impulses, on a rig without a fault that may have gone.
-  bool one_reading_ = false;
   // It has been found to warm up, or a small change has come to nothing.
   bool doubts_small_ = false;
   bool impulse_seen_ = false;  // one reading has raised an alarm, and nothing was behind it
-  bool held_back_ = false;     // the newest alarm is not published yet
   Verdict verdict_;
   std::uint64_t version_ = 0;
 };

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/filter/simd/lane_products.h"
-#include "core/filter/simd/lane_run.h"
+#include "core/filter/simd/wide_lanes.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {
@@ -25,8 +24,8 @@ bool SomeModelSaturates(std::span<const ModelPath> paths) {
   });
 }
 
-template <bool kMcResponse>
-void RunAll(std::span<const ModelPath> paths,
+void RunAll(bool mc_response,
+            std::span<const ModelPath> paths,
             std::span<const Observation> stretch,
             std::span<InnovationSummary> sums,
             InnovationTable* table) {
@@ -41,7 +40,7 @@ void RunAll(std::span<const ModelPath> paths,
   }
   if (paths.size() == 1) {
     if (table != nullptr) run.table = table->data();
-    RunLanes<double, kMcResponse>(run);
+    RunAlone(run, mc_response);
     return;
   }
   for (std::size_t from = 0; from < paths.size(); from += kPathsTogether) {
@@ -49,7 +48,7 @@ void RunAll(std::span<const ModelPath> paths,
     run.paths = paths.subspan(from, n);
     run.sums = sums.subspan(from, n);
     if (table != nullptr) run.table = table->data() + from;
-    if (!RunWideLanes(run, kMcResponse)) RunLanes<Lanes2, kMcResponse>(run);
+    RunTogether(run, mc_response);
   }
 }
 
@@ -59,13 +58,13 @@ void RunInnovations(std::span<const ModelPath> paths,
                     std::span<const Observation> stretch,
                     std::span<InnovationSummary> sums,
                     InnovationTable* table) {
-  RunAll<false>(paths, stretch, sums, table);
+  RunAll(false, paths, stretch, sums, table);
 }
 
 void RunWithMcResponse(std::span<const ModelPath> paths,
                        std::span<const Observation> stretch,
                        std::span<InnovationSummary> sums) {
-  RunAll<true>(paths, stretch, sums, nullptr);
+  RunAll(true, paths, stretch, sums, nullptr);
 }
 
 InnovationSummary RunInnovations(ModelPath path,

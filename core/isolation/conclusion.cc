@@ -68,7 +68,8 @@ class Telling {
         task_(about.task),
         held_((about.held && StillFits()) ||
               (task_.AgreesWithFound(best_.component) && BringsToRest(explanation.context, best_))),
-        shape_(MovesFurther() ? FaultShape::kDrift : explanation.shape) {}
+        moved_on_(HasMovedOn()),
+        shape_(moved_on_ ? FaultShape::kDrift : explanation.shape) {}
 
   IsolationResult Run() const {
     IsolationResult result = Unanswered(task_);
@@ -113,7 +114,7 @@ class Telling {
     });
   }
 
-  bool MovesFurther() const {
+  bool HasMovedOn() const {
     const std::vector<Candidate>& known = task_.reference;
     return task_.has_moved && best_.component == known.back().component &&
            beneath_ + 1 == known.size();
@@ -204,6 +205,7 @@ class Telling {
     Verdict& verdict = result.verdict;
     verdict.kind = VerdictKind::kFault;
     result.adequate = explanation_.lack_of_fit.adequate;
+    result.moved_on = moved_on_;
     verdict.reason = ReasonOfFault(verdict);
     if (held_)
       result.noise_factor = kHeldNoise * std::sqrt(std::max(1.0, verdict.candidates.front().score));
@@ -252,6 +254,7 @@ class Telling {
   const ToldAbout& about_;
   const IsolationTask& task_;
   const bool held_;
+  const bool moved_on_;
   const FaultShape shape_;
 };
 

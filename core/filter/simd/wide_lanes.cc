@@ -12,7 +12,7 @@
 
 // Headers included above are compiled for any x86-64. Whatever templates of the headers below are
 // instantiated in this file, and with whatever lanes, is AVX2: what other processors run too
-// belongs into another file (sum_products.cc). The code below is instantiated in this file only,
+// belongs into another file (narrow_lanes.cc). The code below is instantiated in this file only,
 // which is compiled for AVX2 (not for fused multiply-add, which would change the bits), and is
 // called only on processors that have AVX2.
 #include <algorithm>

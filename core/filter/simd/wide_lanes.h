@@ -27,6 +27,12 @@ struct LaneRun {
 /// are the same.
 bool RunWideLanes(const LaneRun& run, bool mc_response);
 
+/// RunLanes of one path.
+void RunAlone(const LaneRun& run, bool mc_response);
+
+/// RunLanes with the widest registers of the processor.
+void RunTogether(const LaneRun& run, bool mc_response);
+
 /// Columns of the tables whose products are summed, padding included: enough for a bench whose
 /// amplifier's lag is held, and for any.
 inline constexpr std::size_t kProductColumns = 12;
