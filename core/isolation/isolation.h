@@ -16,7 +16,7 @@ struct IsolationResult {
   FaultShape shape = FaultShape::kAbrupt;
   bool adequate = false;             ///< a fault that leaves no more than noise
   bool moves = false;                ///< a drift that goes on
-  bool moved_on = false;             ///< the known fault that had moved, not another
+  bool moved_on = false;             ///< that fault is the known one, which had moved before
   std::optional<Onset> onset;        ///< of an abrupt fault
   bool returned_to_nominal = false;  ///< the record after the alarm is explained without a fault
   /// It is so because the rig has warmed up: it is healthy with its coordinates moved by `shift`.

@@ -65,13 +65,16 @@ TEST(Creeping, OfAFaultThatIsKnownIsNoWarming) {
 void ExpectNamedAtRest(const char* name, const char* symbol, double share, double count_rpm) {
   const Bench& bench = *hardware::LoadBench(name).value();
   const Component part = bench.Find(symbol).value();
-  MultisineSpec input;
-  input.offset_v = 0.4 * bench.limits.uc_v_max;
-  input.amplitude_v = 0.16 * bench.limits.uc_v_max;
-  input.lines = 20;
+  const double full_v = bench.limits.uc_v_max;
+  MultisineSpec sines;
+  sines.offset_v = 0.4 * full_v;
+  sines.amplitude_v = 0.16 * full_v;
+  sines.lines = 20;
+  PrbsSpec prbs{.low_v = 0.24 * full_v, .high_v = 0.56 * full_v, .clock_s = 0.05};
   for (unsigned seed = 1; seed < 9; ++seed) {
     SCOPED_TRACE(std::string(name) + ' ' + symbol + ", seed " + std::to_string(seed));
-    input.seed = seed;
+    sines.seed = prbs.seed = seed;
+    const ExcitationSpec input = seed % 4 < 2 ? ExcitationSpec(sines) : ExcitationSpec(prbs);
     const double to_s = seed % 2 == 0 ? 12.01 : 14.0 + 0.3 * seed;
     std::vector<Sample> record =
         Creeping(bench, input, seed, symbol, share * bench.nominal.Get(part), 12.0, to_s);
