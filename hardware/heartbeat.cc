@@ -8,7 +8,6 @@
 namespace faultlab::hardware {
 namespace {
 
-constexpr Nanoseconds kSilenceMax = std::chrono::milliseconds(300);
 constexpr Nanoseconds kStep = std::chrono::milliseconds(10);
 constexpr Word kNow = 1;
 constexpr std::int64_t kStepsMax = kCallForHelp - 1 - kNow;
@@ -19,8 +18,8 @@ Word NextTickIn(Nanoseconds time) {
   return static_cast<Word>(kNow + std::clamp<std::int64_t>(time / kStep, 0, kStepsMax));
 }
 
-Nanoseconds SilenceAllowed(Word word) {
-  return kSilenceMax + (word - kNow) * kStep;
+Nanoseconds SilenceAllowed(Word word, Nanoseconds silence_max) {
+  return silence_max + (word - kNow) * kStep;
 }
 
 Heartbeat::Heartbeat(SendWord send, std::shared_ptr<Clock> clock, Options options)

@@ -18,8 +18,10 @@ inline constexpr Word kMotorOff = 0;
 inline constexpr Word kCallForHelp = 255;
 /// The loop's next tick is due in `time`: 0 to 2.5 s, in steps of 10 ms.
 Word NextTickIn(Nanoseconds time);
-/// After NextTickIn(time): time (rounded down) + 300 ms.
-Nanoseconds SilenceAllowed(Word word);
+/// How late a word may be before its sender is taken for dead.
+inline constexpr Nanoseconds kSilenceMax = std::chrono::milliseconds(300);
+/// After NextTickIn(time): time (rounded down) + silence_max.
+Nanoseconds SilenceAllowed(Word word, Nanoseconds silence_max = kSilenceMax);
 
 /// Says a word, from any thread; never waits: a word that finds no room is lost.
 using SendWord = std::function<void(Word)>;

@@ -167,7 +167,7 @@ class SecondLine {
       if (word == kMotorOff) {
         deadline_.reset();
       } else {
-        deadline_ = heard_at_ + SilenceAllowed(word);
+        deadline_ = heard_at_ + SilenceAllowed(word, options_.silence_max);
       }
     }
     return true;
@@ -178,7 +178,7 @@ class SecondLine {
     // Once: whoever is late each time must still act.
     if (now - *deadline_ > kLateMax && !extended_) {
       extended_ = true;
-      deadline_ = now + SilenceAllowed(NextTickIn(Nanoseconds(0)));
+      deadline_ = now + options_.silence_max;
       return;
     }
     Kill("the agent drives and has fallen silent: it is killed");

@@ -16,10 +16,10 @@ namespace faultlab::hardware {
 ///                                                  is killed, and make_safe tries once more
 ///
 /// Silence counts only while the child drives (heartbeat.h): one that starts, tests itself or is
-/// idle has drive 0, and nobody is helped by its death. 300 ms of it are no slow tick any more,
+/// idle has drive 0, and nobody is helped by its death. silence_max of it is no slow tick any more,
 /// whatever the reason: a machine too busy to run the loop does not control the motor either.
 /// When this process itself could not look in time (stopped with the child, a suspended or
-/// overloaded machine), the child gets another 300 ms to speak.
+/// overloaded machine), the child gets another silence_max to speak.
 /// A child that does not die at once hangs in the kernel: make_safe runs beside it.
 ///
 /// `make_safe` runs in a process of its own and is killed after `patience`: the driver that hung
@@ -32,6 +32,9 @@ namespace faultlab::hardware {
 /// Call before any thread is started.
 struct SupervisorOptions {
   std::chrono::milliseconds patience{5000};
+  /// Of a child that drives, beyond the tick that it announced. As it is on a rig; longer where a
+  /// child must live although the machine is taken away from it.
+  Nanoseconds silence_max = kSilenceMax;
   /// SCHED_FIFO for this process and make_safe, so that a busy machine does not delay them; 0 or no
   /// right to it: ordinary.
   int fifo_priority = 0;
