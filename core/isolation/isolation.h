@@ -43,8 +43,7 @@ struct IsolationResult {
 /// calibration's eight coordinates as nuisances.
 /// No answer: fewer than two samples after the alarm, or a gain below 14, is `returned_to_nominal`;
 /// a record that no single component explains is kUnknownFault.
-/// CPU time (Release, isolation_bench): 3 ms in the median; at worst 15 ms when one component
-/// explains the record, 27 ms when none does or the fault moves.
+/// CPU time: 3 ms in the median (core/README.md).
 /// Source: M. Basseville, I. V. Nikiforov, Detection of Abrupt Changes (1993), sections 2.4
 /// and 8.3.
 IsolationResult Isolate(const IsolationTask& task);

@@ -33,7 +33,6 @@ const focused = (page) =>
     const { activeElement } = document;
     return activeElement === document.body ? "BODY" : (activeElement?.tagName ?? "none");
   });
-/** Waits until the keyboard has a place. */
 /** Requests that wait on their way to the server, until they are let go. */
 async function holdRequests(page, url) {
   const held = [];
@@ -47,6 +46,7 @@ async function holdRequests(page, url) {
     },
   };
 }
+/** Waits until the keyboard has a place. */
 const hasFocus = (page) => page.waitForFunction(() => document.activeElement !== document.body);
 
 describe("in the lab", { timeout: SUITE_MS }, () => {
@@ -278,7 +278,8 @@ describe("when the link is cut or the server restarts", { timeout: SUITE_MS }, (
     async () => {
       const wire = await startWire(server.url);
       const { page, close } = await openPage(browser, wire.url, { allow: CUT });
-      const parts = await holdRequests(page, /\/gestures-/); // a part that is still on its way
+      // Parts that are still on their way; what tells that the link is cut is none.
+      const parts = await holdRequests(page, /\/(gestures|RunNotices|LinkChip|ConnectionNotice)-/);
       const run = await startPaperRun(page);
       await hasFocus(page);
       await waitForRunTime(page, 1);

@@ -247,6 +247,21 @@ TEST(DiagnoseRecord, CallsADoubleFaultUnknown) {
   EXPECT_TRUE(diagnosis.verdict.group.empty());
 }
 
+TEST(DiagnoseRecord, OfTwoThatFailTogetherUmAloneDoesNotTellWhich) {
+  const std::vector<Fault> faults = {AbruptFault(paper::kRa, 4.0), AbruptFault(paper::kB, 2e-5)};
+  int pairs = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const Verdict verdict =
+        DiagnoseRecord(BenchRecord(faults, seed), FreeValues(Channels::kUmOnly)).verdict;
+    SCOPED_TRACE(std::to_string(seed) + ": " + verdict.reason);
+    EXPECT_EQ(verdict.kind, VerdictKind::kUnknownFault);
+    if (!verdict.reason.starts_with("two components have changed together")) continue;
+    ++pairs;
+    EXPECT_TRUE(verdict.reason.ends_with("with um alone another pair cannot be excluded"));
+  }
+  EXPECT_GT(pairs, 0);
+}
+
 TEST(DiagnoseRecord, SeesTheReturnToNominal) {
   Fault spell = AbruptFault(paper::kR1, 10.0, 8.0);
   spell.kind = FaultKind::kIntermittent;
