@@ -184,6 +184,7 @@ IsolationTask RigWatch::MakeTask() {
   task.alike = alarm_->before.alike;
   task.has_moved = alarm_->before.has_moved;
   task.found_turning = alarm_->found_turning;
+  task.alike_at_rest = alarm_->alike_at_rest;
   task.alarm_t_s = alarm_->t_s;
   task.detector = alarm_->detector;
   return task;
@@ -210,12 +211,23 @@ void RigWatch::Accept(IsolationResult&& result, const Frame& frame) {
   if (next.kind != VerdictKind::kFault || result.shape == FaultShape::kDrift) {
     record_.FitFromAlarm();
   }
-  if (alarm_->found_turning.empty() ? result.adequate : result.moves) {
-    alarm_->found_turning = next.group;
-  }
+  Remember(result, next);
   alarm_->held_back ? episodes_.GoOn(next) : episodes_.Update(next, result.shape, alarm_->t_s);
   if (next.settled) WatchOn(result, next);
   Publish(std::move(next));
+}
+
+/// What the answer has found, for the next ones, which may see less.
+void RigWatch::Remember(const IsolationResult& result, const Verdict& next) {
+  if (alarm_->found_turning.empty() ? result.adequate : result.moves) {
+    alarm_->found_turning = next.group;
+    alarm_->found_moving = result.moves;
+  }
+  // The beginning of a drift may look like another part that has failed at once.
+  if (next.kind == VerdictKind::kUnknownFault && !alarm_->found_moving) {
+    alarm_->found_turning.clear();
+  }
+  if (result.noise_factor > 1.0) alarm_->alike_at_rest = next.group;
 }
 
 /// With what is known now; nothing is watched where what has changed is unknown or moves.

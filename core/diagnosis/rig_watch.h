@@ -74,7 +74,10 @@ class RigWatch {
     KnownRig before;  // carried by the detector's model when it was raised
     double t_s;
     std::string detector;
-    std::vector<Component> found_turning = {};  // as in IsolationTask
+    // As in IsolationTask.
+    std::vector<Component> found_turning = {};
+    std::vector<Component> alike_at_rest = {};
+    bool found_moving = false;  // found_turning is of a fault that moved
     // Of a detector that knows no impulses, on a rig without a fault that may have gone.
     bool one_reading = false;
     bool held_back = false;  // not published yet
@@ -90,6 +93,7 @@ class RigWatch {
   IsolationTask MakeTask();
   /// KnownRig::steps after that answer.
   int StepsTo(const std::vector<Candidate>& present) const;
+  void Remember(const IsolationResult& result, const Verdict& next);
   void WatchOn(const IsolationResult& result, const Verdict& next);
   bool MayBeWithdrawn(bool settled, double gain) const;
   bool KnowsImpulses() const;

@@ -127,6 +127,11 @@ class Telling {
     return std::abs(off) < std::max(kErrorShare, best_.log_sigma);
   }
 
+  bool WasAlike(const HypothesisFit& fit) const {
+    const std::vector<Component>& alike = task_.alike_at_rest;
+    return std::find(alike.begin(), alike.end(), fit.component) != alike.end();
+  }
+
   bool StillFits() const { return best_.chi2 < kHeldLost * best_.count; }
 
   void TellNominal(IsolationResult& result) const {
@@ -153,7 +158,7 @@ class Telling {
       const bool close = fit.rank_cost() - best_.rank_cost() < kNotExcludedCost;
       const bool same = task_.options.values == ValuePrior::kNone && fit.cost - best_.cost < 1e3 &&
                         PredictionDistance(explanation_.context, best_, fit) < kSamePrediction;
-      const bool alike = held_ && IsAlikeNearRest(best_, fit, about_.held);
+      const bool alike = held_ && (WasAlike(fit) || IsAlikeNearRest(best_, fit, about_.held));
       const bool excluded =
           held_ && !task_.AgreesWithFound(fit.component) && task_.AgreesWithFound(best_.component);
       if (&fit == &best_ || ((close || same || alike) && !excluded)) {
