@@ -38,7 +38,8 @@ struct IsolationTask {
   /// What this alarm's fault was found to be while the motor still turned: while it moved, or the
   /// first that left no more than noise. Empty: nothing yet.
   std::vector<Component> found_turning;
-  /// What nothing told apart in this alarm's newest answer at rest: nor does a longer rest.
+  /// What nothing told apart in this alarm's newest answer of a motor at rest. A longer rest does
+  /// not tell it apart either.
   std::vector<Component> alike_at_rest;
   /// True where it is one of them, or nothing was found yet.
   bool AgreesWithFound(Component component) const {
