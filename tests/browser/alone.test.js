@@ -304,6 +304,49 @@ describe("when the link is cut or the server restarts", { timeout: SUITE_MS }, (
     },
   );
 
+  for (const viewport of [
+    { width: 1366, height: 768 },
+    { width: 1000, height: 700 },
+    { width: 360, height: 740 },
+  ]) {
+    story(`nothing that comes unasked moves Stop, ${viewport.width} wide`, async () => {
+      const wire = await startWire(server.url);
+      const { page, close } = await openPage(browser, wire.url, { viewport, allow: CUT });
+      const answer = await fetch(`${server.url}/api/v1/runs`, {
+        method: "POST",
+        headers: { "Content-Type": "application/json" },
+        body: JSON.stringify({
+          duration_s: 600,
+          name: "a long name that a student has given to a run",
+          faults: [{ component: "R9", value: 200, at_s: 15 }],
+        }),
+      });
+      const run = await answer.json();
+      assert.equal(answer.status, 201, JSON.stringify(run));
+      await page.goto(`${wire.url}/lab/${run.id}`);
+      const stop = page.getByRole("button", { name: "Stop" });
+      await waitForRunTime(page, 1);
+      const before = await stop.boundingBox();
+      await page.locator(".chip.countdown").waitFor();
+      assert.deepEqual(await stop.boundingBox(), before, "a countdown moves it");
+      wire.cut();
+      const away = page.getByRole("alert").getByText("The server does not answer");
+      await away.waitFor();
+      assert.deepEqual(await stop.boundingBox(), before, "a notice moves it");
+      const seen = await away.evaluate((notice) => {
+        const { left, top, height } = notice.getBoundingClientRect();
+        return notice === document.elementFromPoint(left + 20, top + height / 2);
+      });
+      assert.ok(seen, "the notice is in sight, under nothing");
+      wire.mend();
+      await away.waitFor({ state: "detached" });
+      await stop.click();
+      await waitForReview(page);
+      await close();
+      wire.close();
+    });
+  }
+
   story("two tabs agree on a stop, and both say why", async () => {
     const { page, context, close } = await openPage(browser, server.url);
     await startPaperRun(page);
