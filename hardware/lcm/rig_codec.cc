@@ -3,6 +3,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "core/types/utf8.h"
 #include "hardware/lcm/channels.h"
 #include "hardware/lcm/message_codec.h"
 #include "hardware/lcm/rig_name.h"
@@ -65,7 +66,7 @@ std::optional<faultlab_msgs::rig_announce_t> ReadAnnouncement(std::span<const st
                                   &said->state,
                                   &said->trip,
                                   &said->holder}) {
-    if (!IsUtf8(*text) || text->size() > kAnnouncedTextMax) return std::nullopt;
+    if (!core::IsUtf8(*text) || text->size() > kAnnouncedTextMax) return std::nullopt;
   }
   // A driver's own words: not worth losing the rig for.
   said->trip_text = ShownText(said->trip_text);

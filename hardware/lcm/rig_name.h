@@ -8,9 +8,6 @@ namespace faultlab::hardware {
 /// Rig names go into file names and channels: 1..40 of a-z A-Z 0-9 _ -.
 bool IsRigName(const std::string& name);
 
-/// Whether a text is well-formed UTF-8 (RFC 3629), as JSON wants it.
-bool IsUtf8(std::string_view text);
-
 /// A text from elsewhere as lists and files may have it: "(not UTF-8)" when it is not, cut between
 /// two characters when it is longer than `bytes_max`.
 std::string ShownText(const std::string& text, std::size_t bytes_max = 500);

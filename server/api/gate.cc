@@ -5,10 +5,10 @@
 #include <utility>
 #include <variant>
 
+#include "core/types/utf8.h"
 #include "server/address_key.h"
 #include "server/auth/secrets.h"
 #include "server/json/json_reader.h"
-#include "server/net/websocket.h"
 
 namespace faultlab::server {
 namespace {
@@ -124,7 +124,7 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
                                        const HttpRequest& http,
                                        const Principal& who) {
   for (const auto& [name, value] : http.path_parameters) {
-    if (!websocket::IsValidUtf8(value)) {
+    if (!core::IsUtf8(value)) {
       return Error{ErrorCode::kNotFound, "There is nothing at this address.", "", "nothing_here"};
     }
   }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/types/number_text.h"
-#include "server/net/websocket.h"
+#include "core/types/utf8.h"
 
 namespace faultlab::server {
 namespace {
@@ -83,16 +83,6 @@ ViewerOwner ViewerOwnerOf(const Principal& who) {
           .role = std::string(Name(who.role))};
 }
 
-std::string CutText(std::string text, std::size_t bytes_max) {
-  if (text.size() <= bytes_max) return text;
-  const auto continues = [&](std::size_t at) {
-    return (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U;
-  };
-  while (bytes_max > 0 && continues(bytes_max)) --bytes_max;
-  text.resize(bytes_max);
-  return text;
-}
-
 core::Result<int> PageLimit(const HttpRequest& request) {
   auto limit = QueryInteger(request, "limit", kPageDefault, 1, kPageMax);
   if (!limit) return limit.error();
@@ -151,7 +141,7 @@ core::Result<std::optional<std::string>> QuerySearch(const HttpRequest& request,
 core::Status OnlyQuery(const HttpRequest& request, std::span<const std::string_view> known) {
   std::vector<std::string> given;
   for (const auto& [name, value] : request.QueryAll()) {
-    if (!websocket::IsValidUtf8(name) || !websocket::IsValidUtf8(value)) {
+    if (!core::IsUtf8(name) || !core::IsUtf8(value)) {
       return core::Error{
           core::ErrorCode::kInvalid, "A query parameter is not UTF-8.", "", "not_utf8"};
     }

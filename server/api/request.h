@@ -72,8 +72,6 @@ inline core::Status OnlyQuery(const HttpRequest& request,
                               std::initializer_list<std::string_view> known) {
   return OnlyQuery(request, std::span(known.begin(), known.size()));
 }
-/// At most `bytes_max` bytes, cut between characters.
-std::string CutText(std::string text, std::size_t bytes_max);
 /// The number in the path's {id}; kNotFound when it is none.
 core::Result<std::int64_t> PathNumber(const ApiRequest& request, std::string_view name = "id");
 /// The version in If-Match: "3". kInvalid with field If-Match when it is missing.

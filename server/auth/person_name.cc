@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <array>
 
+#include "core/types/utf8.h"
+
 namespace faultlab::server {
 namespace {
-
-/// Bytes of the first character.
-std::size_t SizeOfFirst(std::string_view utf8) {
-  const auto lead = static_cast<unsigned char>(utf8.front());
-  const std::size_t size = lead < 0xC0 ? 1 : lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : 4;
-  return std::min(size, utf8.size());
-}
 
 /// Of equal length they are in the order of their code points.
 bool IsInvisible(std::string_view character) {
@@ -38,7 +33,7 @@ bool IsInvisible(std::string_view character) {
 std::string CleanName(std::string_view utf8) {
   std::string name;
   while (!utf8.empty()) {
-    const std::string_view character = utf8.substr(0, SizeOfFirst(utf8));
+    const std::string_view character = utf8.substr(0, core::FirstCharacter(utf8).bytes);
     utf8.remove_prefix(character.size());
     if (character == "\t") {
       name.push_back(' ');

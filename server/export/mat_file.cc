@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/types/check.h"
+#include "core/types/utf8.h"
 
 namespace faultlab::server {
 namespace {
@@ -77,15 +78,11 @@ std::string ArrayHead(std::string_view name,
 
 std::vector<std::uint16_t> ToUtf16(std::string_view text) {
   std::vector<std::uint16_t> out;
-  for (std::size_t i = 0; i < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[i]);
-    const std::size_t length = lead < 0x80 ? 1 : lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : 4;
-    std::uint32_t code = length == 1 ? lead : lead & (0xFFU >> (length + 1));
-    for (std::size_t k = 1; k < length && i + k < text.size(); ++k) {
-      code = (code << 6) | (static_cast<unsigned char>(text[i + k]) & 0x3FU);
-    }
-    out.push_back(code > 0xFFFF ? std::uint16_t{'?'} : static_cast<std::uint16_t>(code));
-    i += length;
+  while (!text.empty()) {
+    const core::Utf8Character first = core::FirstCharacter(text);
+    out.push_back(first.code > 0xFFFF ? std::uint16_t{'?'}
+                                      : static_cast<std::uint16_t>(first.code));
+    text.remove_prefix(first.bytes);
   }
   return out;
 }

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "core/types/check.h"
-#include "server/net/websocket.h"
+#include "core/types/utf8.h"
 
 namespace faultlab::server {
 namespace {
@@ -137,7 +137,7 @@ std::optional<std::string> PercentDecode(std::string_view text, bool plus_is_spa
 void AppendJsonString(std::string& out, std::string_view text) {
   constexpr std::string_view kHex = "0123456789abcdef";
   out.push_back('"');
-  const bool foreign = !websocket::IsValidUtf8(text);
+  const bool foreign = !core::IsUtf8(text);
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
     if (c == '"' || c == '\\') {

@@ -66,31 +66,6 @@ std::string EncodeClose(CloseCode code, std::string_view reason) {
   return EncodeFrame(Opcode::kClose, payload);
 }
 
-bool IsValidUtf8(std::string_view text) {
-  for (std::size_t i = 0; i < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[i]);
-    if (lead < 0x80) {
-      ++i;
-      continue;
-    }
-    const int more = lead >= 0xF0 ? 3 : lead >= 0xE0 ? 2 : lead >= 0xC0 ? 1 : -1;
-    if (more < 0 || lead > 0xF4 || i + static_cast<std::size_t>(more) >= text.size()) return false;
-    std::uint32_t point = lead & (0x3FU >> more);
-    for (int j = 1; j <= more; ++j) {
-      const auto next = static_cast<unsigned char>(text[i + static_cast<std::size_t>(j)]);
-      if ((next & 0xC0) != 0x80) return false;
-      point = (point << 6) | (next & 0x3FU);
-    }
-    constexpr std::array<std::uint32_t, 4> kSmallest = {0, 0x80, 0x800, 0x10000};
-    const bool surrogate = point >= 0xD800 && point <= 0xDFFF;
-    if (point < kSmallest[static_cast<std::size_t>(more)] || point > 0x10FFFF || surrogate) {
-      return false;
-    }
-    i += static_cast<std::size_t>(more) + 1;
-  }
-  return true;
-}
-
 void FrameReader::Append(std::string_view bytes) {
   if (error_) return;
   if (consumed_ > 0) {

@@ -38,7 +38,6 @@ bool IsValidKey(std::string_view key);
 /// A complete unmasked server frame, FIN set.
 std::string EncodeFrame(Opcode opcode, std::string_view payload);
 std::string EncodeClose(CloseCode code, std::string_view reason);
-bool IsValidUtf8(std::string_view text);
 
 /// Splits a client's byte stream into messages. Client frames must be masked; fragments are joined;
 /// control frames may come between fragments. Holds at most `message_bytes_max` bytes.

@@ -10,6 +10,8 @@
 #include <cstdlib>
 #include <map>
 
+#include "core/types/utf8.h"
+
 namespace faultlab::server {
 namespace {
 
@@ -50,27 +52,6 @@ std::vector<Piece> SplitScripts(std::string_view text) {
     text.remove_prefix(end + 1);
   }
   return pieces;
-}
-
-/// Next code point of UTF-8; a broken byte gives U+FFFD and counts as one byte.
-char32_t TakeCodePoint(std::string_view& text) {
-  constexpr char32_t kBroken = 0xFFFD;
-  const auto lead = static_cast<unsigned char>(text.front());
-  const int length = lead < 0x80         ? 1
-                     : (lead >> 5) == 6  ? 2
-                     : (lead >> 4) == 14 ? 3
-                     : (lead >> 3) == 30 ? 4
-                                         : 0;
-  if (length == 0 || text.size() < static_cast<std::size_t>(length)) {
-    text.remove_prefix(1);
-    return kBroken;
-  }
-  char32_t code = length == 1 ? lead : lead & (0xFFU >> (length + 1));
-  for (int i = 1; i < length; ++i) {
-    code = (code << 6) | (static_cast<unsigned char>(text[static_cast<std::size_t>(i)]) & 0x3FU);
-  }
-  text.remove_prefix(static_cast<std::size_t>(length));
-  return code;
 }
 
 struct Glyph {
@@ -123,7 +104,9 @@ class FreeTypeFace final : public Typeface {
                                             : 0.0;
       std::string_view rest = piece.text;
       while (!rest.empty()) {
-        const Glyph& glyph = Load(TakeCodePoint(rest), size);
+        const core::Utf8Character first = core::FirstCharacter(rest);
+        rest.remove_prefix(first.bytes);
+        const Glyph& glyph = Load(first.code, size);
         place(glyph,
               static_cast<int>((pen + kFixedPoint / 2) / kFixedPoint),
               static_cast<int>(std::lround(rise)));

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "core/types/utf8.h"
 #include "server/net/http.h"
 #include "server/stream/hub_loop.h"
 
@@ -68,7 +69,7 @@ void HubLoop::OnMessage(Viewer& viewer, const websocket::FrameReader::Message& m
 }
 
 void HubLoop::OnText(Viewer& viewer, const std::string& text) {
-  if (!websocket::IsValidUtf8(text)) {
+  if (!core::IsUtf8(text)) {
     Reject(viewer, CloseCode::kInvalidText, "the text is not UTF-8", "not UTF-8");
     return;
   }

@@ -1,5 +1,6 @@
 // Messages from an agent to a server under the right key: the harness seals them. Records of kind 1
 // byte, piece body.
+#include "core/types/utf8.h"
 #include "faultlab_msgs/rig_announce_t.hpp"
 #include "faultlab_msgs/rig_reply_t.hpp"
 #include "faultlab_msgs/rig_stream_t.hpp"
@@ -20,9 +21,10 @@ void Check(const RemoteRig& rig) {
                                   &info.holder,
                                   &info.calibration,
                                   &info.refusal_text}) {
-    Require(IsUtf8(*text) && text->size() < 500);
+    Require(faultlab::core::IsUtf8(*text) && text->size() < 500);
   }
-  if (info.trip) Require(IsUtf8(info.trip->name) && IsUtf8(info.trip->text));
+  if (info.trip)
+    Require(faultlab::core::IsUtf8(info.trip->name) && faultlab::core::IsUtf8(info.trip->text));
 }
 
 }  // namespace

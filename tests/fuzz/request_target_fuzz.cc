@@ -1,6 +1,7 @@
 // Target, headers and names of a request after the HTTP parser: routes, percent decoding, queries,
 // cookies, hosts.
 //   piece target, piece Cookie, piece Host, piece Origin
+#include "core/types/utf8.h"
 #include "server/net/http.h"
 #include "server/net/listen_address.h"
 #include "server/net/router.h"
@@ -66,7 +67,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   (void)OriginAllowed(request.Header("Origin"), host);
   (void)ParseListenAddress(host);
   (void)websocket::IsValidKey(host);
-  (void)websocket::IsValidUtf8(request.target);
+  (void)faultlab::core::IsUtf8(request.target);
   std::string json;
   AppendJsonString(json, request.target);
   Require(json.size() >= 2 && json.front() == '"' && json.back() == '"');

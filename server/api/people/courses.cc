@@ -2,9 +2,9 @@
 #include <boost/json.hpp>
 #include <utility>
 
+#include "core/types/utf8.h"
 #include "server/api/people/handlers.h"
 #include "server/json/json_reader.h"
-#include "server/net/websocket.h"
 
 namespace faultlab::server {
 namespace {
@@ -135,7 +135,7 @@ core::Result<HttpResponse> ListMembers(PeopleApi& api, const ApiRequest& request
 core::Result<HttpResponse> EnrolMembers(PeopleApi& api, const ApiRequest& request) {
   auto course = TaughtCourse(api, request);
   if (!course) return course.error();
-  if (!websocket::IsValidUtf8(request.http.body)) {
+  if (!core::IsUtf8(request.http.body)) {
     return core::Error{core::ErrorCode::kInvalid,
                        "The list is not UTF-8; save it again as CSV UTF-8.",
                        "",

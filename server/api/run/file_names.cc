@@ -2,6 +2,7 @@
 
 #include <boost/json.hpp>
 
+#include "core/types/utf8.h"
 #include "server/api/iso8601.h"
 #include "server/api/request.h"
 #include "server/experiment/plan_json.h"
@@ -60,7 +61,7 @@ std::string FileNameOf(WallTime at,
                        std::string_view extension) {
   const std::string iso = Iso8601(at);  // 2026-11-21T01:02:03.456Z
   std::string name = iso.substr(0, 10) + "_" + iso.substr(11, 2) + iso.substr(14, 2);
-  const std::string tidied = Tidied(CutText(std::string(what), kNameBytesInFile));
+  const std::string tidied = Tidied(std::string(core::CutUtf8(what, kNameBytesInFile)));
   if (!tidied.empty()) name.append("_").append(tidied);
   return name.append("_").append(kind).append(".").append(extension);
 }

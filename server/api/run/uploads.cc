@@ -2,6 +2,7 @@
 #include <boost/json.hpp>
 #include <iterator>
 
+#include "core/types/utf8.h"
 #include "server/api/run/handlers.h"
 #include "server/csv/bench_comment.h"
 #include "server/csv/csv_record.h"
@@ -85,7 +86,7 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
                    "Send the recording as Content-Type: text/csv, or application/gzip.");
   }
   const std::string asked = request.http.Query("name").value_or("upload");
-  const std::string name = CutText(asked, kNameBytesMax);
+  const std::string name(core::CutUtf8(asked, kNameBytesMax));
   const auto bench = BenchOf(api, request.http);
   if (!bench) return bench.error();
   LongTurn& long_turn = api.recordings.long_turn();

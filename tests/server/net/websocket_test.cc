@@ -105,14 +105,5 @@ TEST(FrameReader, JudgesAHugeLengthBeforeItArrives) {
   EXPECT_EQ(reader.error(), CloseCode::kTooBig);
 }
 
-TEST(Utf8, AcceptsTextAndRefusesTricks) {
-  EXPECT_TRUE(IsValidUtf8("R1 = 100 Ω, школа 🙂"));
-  EXPECT_FALSE(IsValidUtf8("\xc3\x28"));          // bad continuation
-  EXPECT_FALSE(IsValidUtf8("\xc0\xaf"));          // overlong
-  EXPECT_FALSE(IsValidUtf8("\xed\xa0\x80"));      // surrogate
-  EXPECT_FALSE(IsValidUtf8("\xf4\x90\x80\x80"));  // beyond U+10FFFF
-  EXPECT_FALSE(IsValidUtf8("\xe2\x82"));          // cut
-}
-
 }  // namespace
 }  // namespace faultlab::server::websocket
