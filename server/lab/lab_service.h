@@ -122,6 +122,8 @@ class LabService {
   Policy policy() const;
 
  private:
+  static constexpr const char* kMemberField = "server_id";
+
   using Input = std::function<void(Scheduler&, WallTime)>;
   /// The first turn of this process takes its place; later turns keep it.
   enum class Entry : std::uint8_t { kJoins, kStays };

@@ -8,10 +8,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <mutex>
 #include <utility>
 
+#include "core/types/utf8.h"
 #include "server/plots/typeface.h"
 
 namespace faultlab::server {
@@ -47,42 +47,24 @@ constexpr Grey kRule{0.78};
 /// Valid UTF-8 without control characters: cairo stops at anything else.
 std::string Clean(std::string_view text) {
   std::string out;
-  for (std::size_t i = 0; i < text.size();) {
-    const auto lead = static_cast<unsigned char>(text[i]);
-    const std::size_t length = lead < 0x80                    ? 1
-                               : lead >= 0xC2 && lead <= 0xDF ? 2
-                               : (lead >> 4) == 14            ? 3
-                               : lead >= 0xF0 && lead <= 0xF4 ? 4
-                                                              : 0;
-    std::uint32_t code = length < 2 ? lead : lead & (0xFFU >> (length + 1));
-    bool good = length > 0 && i + length <= text.size();
-    for (std::size_t k = 1; good && k < length; ++k) {
-      const auto next = static_cast<unsigned char>(text[i + k]);
-      good = (next & 0xC0U) == 0x80U;
-      code = (code << 6) | (next & 0x3FU);
-    }
-    const bool shortest = length < 3 || code >= (length == 3 ? 0x800U : 0x10000U);
-    good = good && shortest && code <= 0x10FFFF && (code < 0xD800 || code > 0xDFFF);
-    if (!good) {
+  while (!text.empty()) {
+    const core::Utf8Character first = core::FirstCharacter(text);
+    const bool control = first.code < 0x20 || (first.code >= 0x7F && first.code < 0xA0);
+    if (!first.valid) {
       out += "\uFFFD";
-      ++i;
-      continue;
-    }
-    if (code < 0x20 || (code >= 0x7F && code < 0xA0)) {
+    } else if (control) {
       out += ' ';
     } else {
-      out += text.substr(i, length);
+      out += text.substr(0, first.bytes);
     }
-    i += length;
+    text.remove_prefix(first.bytes);
   }
   return out;
 }
 
 /// The end of the character that begins at `at`.
 std::size_t NextCharacter(std::string_view text, std::size_t at) {
-  ++at;
-  while (at < text.size() && (static_cast<unsigned char>(text[at]) & 0xC0U) == 0x80U) ++at;
-  return at;
+  return at + core::FirstCharacter(text.substr(at)).bytes;
 }
 
 /// The fonts exist until the process ends: cairo keeps what it has measured of them.

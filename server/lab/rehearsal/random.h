@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <random>
 
 #include "server/lab/lab_types.h"
@@ -30,5 +31,14 @@ class Random {
  private:
   std::mt19937_64 engine_;
 };
+
+/// One of the keys; a default one of an empty map.
+template <typename Map>
+typename Map::key_type AnyKey(Random& random, const Map& map) {
+  if (map.empty()) return {};
+  auto entry = map.begin();
+  std::advance(entry, random.Below(static_cast<std::int64_t>(map.size())));
+  return entry->first;
+}
 
 }  // namespace faultlab::server::lab

@@ -74,16 +74,26 @@ def link_command(build, mutant, output):
     return [*words, "-Wl,--allow-multiple-definition"]
 
 
+def change(patch, folder):
+    """Applies the patch to a copy in the folder.
+
+    @returns the source file's path in the tree
+    """
+    lines = patch.read_text().splitlines()
+    source = next(line for line in lines if line.startswith("+++ b/")).removeprefix("+++ b/").split("\t")[0]
+    changed = pathlib.Path(folder, source)
+    changed.parent.mkdir(parents=True)
+    changed.write_text((ROOT / source).read_text())
+    run(["patch", "-p1", "--fuzz=0", "-s", "-i", str(patch)], cwd=folder)
+    return source
+
+
 def judge(patch, build):
     """@returns the finding that catches this mutant"""
-    lines = patch.read_text().splitlines()
-    rule = lines[0].removeprefix("caught by: ")
-    source = next(line for line in lines if line.startswith("+++ b/")).removeprefix("+++ b/").split("\t")[0]
+    rule = patch.read_text().splitlines()[0].removeprefix("caught by: ")
     with tempfile.TemporaryDirectory() as folder:
+        source = change(patch, folder)
         changed = pathlib.Path(folder, source)
-        changed.parent.mkdir(parents=True)
-        changed.write_text((ROOT / source).read_text())
-        run(["patch", "-p1", "--fuzz=0", "-s", "-i", str(patch)], cwd=folder)
         mutant, program = pathlib.Path(folder, "mutant.o"), pathlib.Path(folder, "judge")
         run(compile_command(build, source, changed, mutant), cwd=build)
         run(link_command(build, mutant, program), cwd=build)
@@ -106,7 +116,14 @@ def main():
     build = pathlib.Path(sys.argv[1]).resolve()
     names = sys.argv[2:]
     every = int(names.pop()) if names[:1] == ["--every"] else 1
-    patches = [patch for patch in sorted(HERE.glob("*.patch")) if every > 1 or not names or patch.stem in names][::every]
+    patches = [patch for patch in sorted(HERE.glob("*.patch")) if every > 1 or not names or patch.stem in names]
+    for patch in patches:  # those, too, that are not in the sample
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                change(patch, folder)
+            except NotCaught as problem:
+                sys.exit(f"{patch.name} does not apply: {problem}")
+    patches = patches[::every]
     unchanged = subprocess.run(
         [build / "tests/server/lab/lab_rehearsal_judge", str(STEPS), str(SEEDS[0])], capture_output=True, text=True
     )

@@ -1,0 +1,74 @@
+#include <algorithm>
+#include <string>
+
+#include "server/report/path_outcome.h"
+#include "server/report/report_section.h"
+#include "server/report/sentences.h"
+
+namespace faultlab::server {
+namespace {
+
+constexpr std::size_t kStepsShown = 6;
+
+class PathSection : ReportSection {
+ public:
+  PathSection(const RunReport& report, const ReportWords& words) : ReportSection(report, words) {}
+
+  void Write(Paper& paper) const {
+    const core::Verdict& verdict = report_.diagnosis.verdict;
+    if (verdict.path.empty() && report_.bench->published.source.empty()) return;
+    paper.Heading(words_.path);
+    if (verdict.path.empty()) {
+      paper.Paragraph(words_.path_none);
+      return;
+    }
+    for (std::size_t i = 0; i < std::min(verdict.path.size(), kStepsShown); ++i) {
+      const core::PathStep& step = verdict.path[i];
+      std::string text = std::to_string(i + 1) + ". " +
+                         Fill(words_.step,
+                              {QuestionIn(words_, step.question),
+                               step.answer ? words_.yes : words_.no,
+                               Number(step.value),
+                               Number(step.threshold)});
+      if (!step.leads_to.empty()) text += Fill(words_.leads_to, {NamesIn(words_, step.leads_to)});
+      paper.Paragraph(text);
+    }
+    Outcome(paper);
+  }
+
+ private:
+  void Outcome(Paper& paper) const {
+    const core::Verdict& verdict = report_.diagnosis.verdict;
+    std::string end = Joined(PathEnd(verdict.path, *report_.bench), words_.or_word);
+    const PathOutcome outcome = ComparePath(verdict, *report_.bench);
+    if (outcome == PathOutcome::kNothing) {
+      if (!end.empty()) paper.Paragraph(Fill(words_.path_alone, {end}));
+      return;
+    }
+    if (end.empty()) end = "–";
+    if (outcome == PathOutcome::kAgrees) {
+      paper.Paragraph(Fill(words_.path_agrees, {end}));
+      return;
+    }
+    if (outcome == PathOutcome::kUnknown) {
+      paper.Paragraph(Fill(words_.why_unknown, {end}), Paper::Tone::kStrong);
+      return;
+    }
+    std::string why = words_.why_window;
+    if (outcome == PathOutcome::kSettling) why = words_.why_settling;
+    if (outcome == PathOutcome::kClose) {
+      const auto step = std::ranges::find_if(verdict.path, IsClose);
+      why = Fill(words_.why_close, {QuestionIn(words_, step->question)});
+    }
+    const std::string said = Joined(NamedBy(verdict), words_.or_word);
+    paper.Paragraph(Fill(words_.path_differs, {end, said}) + " " + why, Paper::Tone::kStrong);
+  }
+};
+
+}  // namespace
+
+void WritePath(const RunReport& report, const ReportWords& words, Paper& paper) {
+  PathSection(report, words).Write(paper);
+}
+
+}  // namespace faultlab::server
