@@ -27,7 +27,7 @@ class MatFile {
                  std::size_t columns);
   void AddColumn(std::string_view name, std::span<const double> values);
   void AddScalar(std::string_view name, double value);
-  /// UTF-8; code points above U+FFFF become '?'.
+  /// UTF-8; code points above U+FFFF become '?', bytes that are none U+FFFD.
   void AddText(std::string_view name, std::string_view text);
 
   /// Reserves an array whose numbers are written later. @returns the offset of the first one in the

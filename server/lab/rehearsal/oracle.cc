@@ -1,4 +1,4 @@
-// Rigs and what they accept.
+// What is told and shown, and what rigs accept.
 #include "server/lab/rehearsal/oracle.h"
 
 #include <algorithm>
