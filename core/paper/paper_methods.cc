@@ -106,12 +106,16 @@ class Decisions {
     const bool b0_out = std::abs(change(0)) > band(0);
     const bool b1_out = std::abs(change(1)) > band(1);
     const bool a1_out = std::abs(change(2)) > band(2);
-    if (!Ask("a1 outside its band?", a1_out, change(2), band(2), a1_out ? "b0" : "gain")) {
-      const auto gain = Changing(kGain);
-      if (Ask("b0 outside its band?", b0_out, change(0), band(0), b0_out ? Words(gain) : "b1")) {
-        out_.named = gain;
+    if (!Ask("a1 outside its band?", a1_out, change(2), band(2), "b0")) {
+      if (b0_out) {
+        AskFor("b0 outside its band?", true, change(0), band(0), Changing(kGain));
+        return;
+      }
+      Ask("b0 outside its band?", false, change(0), band(0), "b1");
+      if (b1_out) {
+        AskFor("b1 outside its band?", true, change(1), band(1), {});
       } else {
-        Ask("b1 outside its band?", b1_out, change(1), band(1), b1_out ? Words({}) : "nominal");
+        Ask("b1 outside its band?", false, change(1), band(1), "nominal");
       }
       return;
     }
@@ -120,28 +124,32 @@ class Decisions {
     const auto lag = Changing(kLag);
     const auto ra = Changing(kRa);
     const auto j = Changing(kJ);
-    if (Ask("b0 outside its band?",
-            b0_out,
-            change(0),
-            band(0),
-            Words(b0_out ? Both(series, friction) : Both(Both(lag, ra), j)))) {
+    if (AskFor("b0 outside its band?",
+               b0_out,
+               change(0),
+               band(0),
+               b0_out ? Both(series, friction) : Both(Both(lag, ra), j))) {
       const bool against = change(0) * change(2) < 0.0;
-      out_.named = against ? series : friction;
-      Ask("a1 and b0 in opposite directions?", against, change(2), 0.0, Words(out_.named));
+      AskFor("a1 and b0 in opposite directions?",
+             against,
+             change(2),
+             0.0,
+             against ? series : friction);
       return;
     }
     const double ratio = estimate(1) / estimate(2) - nominal(1) / nominal(2);
     const double ratio_band =
         (band(1) + std::abs(nominal(1) / nominal(2)) * band(2)) / std::abs(estimate(2));
     const bool ratio_out = std::abs(ratio) > ratio_band;
-    const auto of_ratio = ratio_out ? Both(lag, ra) : j;
-    if (!Ask("b1/a1 outside its band?", ratio_out, ratio, ratio_band, Words(of_ratio))) {
-      out_.named = j;
+    if (!AskFor("b1/a1 outside its band?",
+                ratio_out,
+                ratio,
+                ratio_band,
+                ratio_out ? Both(lag, ra) : j)) {
       return;
     }
     const bool along = ratio * change(2) > 0.0;
-    out_.named = along ? ra : lag;
-    Ask("b1/a1 and a1 in the same direction?", along, ratio, 0.0, Words(out_.named));
+    AskFor("b1/a1 and a1 in the same direction?", along, ratio, 0.0, along ? ra : lag);
   }
 
  private:
@@ -149,7 +157,15 @@ class Decisions {
 
   bool Ask(
       std::string question, bool answer, double value, double threshold, std::string leads_to) {
-    out_.path.push_back({std::move(question), answer, value, threshold, std::move(leads_to)});
+    out_.path.push_back({std::move(question), answer, value, threshold, std::move(leads_to), {}});
+    return answer;
+  }
+
+  /// A question after which these components alone are possible.
+  bool AskFor(
+      std::string question, bool answer, double value, double threshold, Components components) {
+    Ask(std::move(question), answer, value, threshold, Words(components));
+    out_.path.back().components = std::move(components);
     return answer;
   }
 
@@ -210,6 +226,7 @@ PaperMethods RunPaperMethods(const Bench& bench,
   const bool published = !bench.published.source.empty();
   if (published && bench.structure == &kInvertingAmplifier) {
     Decisions(bench, out).Decide(at_nominal, at_estimate, half);
+    out.named = out.path.back().components;
   }
 
   const std::vector<Component> components = bench.components();

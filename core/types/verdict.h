@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -54,7 +55,8 @@ struct PathStep {
   bool answer = false;
   double value = 0.0;      ///< the number that decided
   double threshold = 0.0;  ///< the number that it was compared with
-  std::string leads_to;    ///< next test or the component named
+  std::string leads_to;    ///< the next test, "b0", or its components, "nominal", "no component"
+  std::vector<Component> components;  ///< that alone are possible after the answer; empty: unsaid
 };
 
 /// One alarm, and the change that raised it.
@@ -100,6 +102,17 @@ struct Verdict {
   bool settled = false;                    ///< false until the window after the fault is full
   std::string reason;                      ///< one sentence for a person
 };
+
+/// The components of the verdict in the order of the bench: those that no sensor tells apart,
+/// otherwise the best one.
+inline std::vector<Component> NamedBy(const Verdict& verdict) {
+  std::vector<Component> named = verdict.group;
+  if (named.empty() && !verdict.candidates.empty()) {
+    named.push_back(verdict.candidates.front().component);
+  }
+  std::sort(named.begin(), named.end(), ByIndex{});
+  return named;
+}
 
 /// All alarms of the fault, in time order.
 inline std::vector<Detection> DetectionsOf(const Verdict& verdict) {

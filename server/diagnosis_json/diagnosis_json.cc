@@ -6,6 +6,7 @@
 #include <span>
 #include <string_view>
 
+#include "core/paper/path_outcome.h"
 #include "server/diagnosis_json/calibration_json.h"
 
 namespace faultlab::server {
@@ -61,7 +62,9 @@ json::array Path(std::span<const core::PathStep> path) {
                                   {"answer", step.answer},
                                   {"value", server::Number(step.value)},
                                   {"threshold", server::Number(step.threshold)},
-                                  {"leads_to", step.leads_to}});
+                                  {"leads_to", step.leads_to},
+                                  {"components", Names(step.components)},
+                                  {"close", core::IsClose(step)}});
   }
   return out;
 }
@@ -136,6 +139,10 @@ json::object ToJson(const core::Verdict& verdict) {
                    {"path", Path(verdict.path)},
                    {"settled", verdict.settled},
                    {"reason", verdict.reason}};
+  if (const core::PathOutcome outcome = core::ComparePath(verdict);
+      outcome != core::PathOutcome::kNothing) {
+    out["path_outcome"] = core::Name(outcome);
+  }
   if (!verdict.further.empty()) out["further"] = Detections(verdict.further);
   if (verdict.sensor) {
     out["sensor"] = json::object{{"channel", verdict.sensor->channel},

@@ -22,8 +22,9 @@ namespace faultlab::server {
 boost::json::object ToJson(const core::SpeedResponse& response);
 /// {"verdict","detected_at_s","onset_s","detector","group":[..],"candidates":[{"component","value",
 /// "sigma","unit","bound","score","margin"}],"path":[{"question","answer","value","threshold",
-/// "leads_to"}],"settled","reason","further"?:[{"detected_at_s","onset_s","detector"}]}; "further"
-/// are the alarms of the same fault after the first: the candidates are since the newest.
+/// "leads_to","components":[..],"close"}],"path_outcome"?,"settled","reason",
+/// "further"?:[{"detected_at_s","onset_s","detector"}]}; "further" are the alarms of the same fault
+/// after the first: the candidates are since the newest.
 boost::json::object ToJson(const core::Verdict& verdict);
 
 /// The verdict's members, then "calibration" (null when refused), "calibration_refusal"?,

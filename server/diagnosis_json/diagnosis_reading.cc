@@ -55,7 +55,20 @@ core::Candidate ReadCandidate(const core::Bench& bench,
   return out;
 }
 
-core::PathStep ReadStep(const json::value& value, std::optional<Error>& error) {
+/// "R9, R10 or R12", as paths named components before they had a member for them.
+std::vector<core::Component> ComponentsIn(const core::Bench& bench, std::string_view words) {
+  std::vector<core::Component> out;
+  while (!words.empty()) {
+    const std::size_t end = std::min(words.find_first_of(", "), words.size());
+    if (const auto component = bench.Find(words.substr(0, end))) out.push_back(*component);
+    words.remove_prefix(std::min(end + 1, words.size()));
+  }
+  return out;
+}
+
+core::PathStep ReadStep(const core::Bench& bench,
+                        const json::value& value,
+                        std::optional<Error>& error) {
   DocumentReader reader(EntryOf(value), "path/", error);
   core::PathStep out;
   out.question = reader.Text("question");
@@ -63,6 +76,9 @@ core::PathStep ReadStep(const json::value& value, std::optional<Error>& error) {
   out.value = reader.NumberOrNull("value").value_or(core::kAbsent);
   out.threshold = reader.NumberOrNull("threshold").value_or(core::kAbsent);
   out.leads_to = reader.Text("leads_to");
+  out.components = EntryOf(value).contains("components")
+                       ? ReadNames(bench, reader.Array("components"), error)
+                       : ComponentsIn(bench, out.leads_to);
   return out;
 }
 
@@ -102,7 +118,9 @@ core::Verdict ReadVerdict(const core::Bench& bench,
   for (const json::value& one : reader.Array("candidates")) {
     out.candidates.push_back(ReadCandidate(bench, one, error));
   }
-  for (const json::value& one : reader.Array("path")) out.path.push_back(ReadStep(one, error));
+  for (const json::value& one : reader.Array("path")) {
+    out.path.push_back(ReadStep(bench, one, error));
+  }
   if (object.contains("further")) {
     for (const json::value& one : reader.Array("further")) {
       out.further.push_back(ReadDetection(one, error));

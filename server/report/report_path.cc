@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <string>
 
-#include "server/report/path_outcome.h"
+#include "core/paper/path_outcome.h"
 #include "server/report/report_section.h"
 #include "server/report/sentences.h"
 
@@ -30,17 +30,25 @@ class PathSection : ReportSection {
                                step.answer ? words_.yes : words_.no,
                                Number(step.value),
                                Number(step.threshold)});
-      if (!step.leads_to.empty()) text += Fill(words_.leads_to, {NamesIn(words_, step.leads_to)});
+      if (!step.leads_to.empty()) text += Fill(words_.leads_to, {LeadsTo(step)});
       paper.Paragraph(text);
     }
     Outcome(paper);
   }
 
  private:
+  std::string LeadsTo(const core::PathStep& step) const {
+    if (!step.components.empty()) return Joined(step.components, words_.or_word);
+    if (step.leads_to == "nominal") return words_.nominal;
+    return step.leads_to == "no component" ? words_.no_component : step.leads_to;
+  }
+
   void Outcome(Paper& paper) const {
+    using core::PathOutcome;
     const core::Verdict& verdict = report_.diagnosis.verdict;
-    std::string end = Joined(PathEnd(verdict.path, *report_.bench), words_.or_word);
-    const PathOutcome outcome = ComparePath(verdict, *report_.bench);
+    std::string end =
+        verdict.path.empty() ? "" : Joined(verdict.path.back().components, words_.or_word);
+    const PathOutcome outcome = core::ComparePath(verdict);
     if (outcome == PathOutcome::kNothing) {
       if (!end.empty()) paper.Paragraph(Fill(words_.path_alone, {end}));
       return;
@@ -57,10 +65,10 @@ class PathSection : ReportSection {
     std::string why = words_.why_window;
     if (outcome == PathOutcome::kSettling) why = words_.why_settling;
     if (outcome == PathOutcome::kClose) {
-      const auto step = std::ranges::find_if(verdict.path, IsClose);
+      const auto step = std::ranges::find_if(verdict.path, core::IsClose);
       why = Fill(words_.why_close, {QuestionIn(words_, step->question)});
     }
-    const std::string said = Joined(NamedBy(verdict), words_.or_word);
+    const std::string said = Joined(core::NamedBy(verdict), words_.or_word);
     paper.Paragraph(Fill(words_.path_differs, {end, said}) + " " + why, Paper::Tone::kStrong);
   }
 };

@@ -108,11 +108,11 @@ std::string ReportSection::WithError(double value, double sigma, std::string_vie
   return Local(Raised(ValueWithErrorText(value, sigma, unit, kDigitsOfValues)));
 }
 
-std::string Joined(const std::vector<std::string>& names, std::string_view word) {
+std::string Joined(std::span<const core::Component> components, std::string_view word) {
   std::string out;
-  for (const std::string& name : names) {
+  for (const core::Component component : components) {
     if (!out.empty()) out.append(" ").append(word).append(" ");
-    out += name;
+    out += core::Name(component);
   }
   return out;
 }

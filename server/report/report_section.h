@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,7 +42,7 @@ class ReportSection {
 };
 
 /// "R1 or B"
-std::string Joined(const std::vector<std::string>& names, std::string_view word);
+std::string Joined(std::span<const core::Component> components, std::string_view word);
 
 /// "2026-11-21T01:02:03.456Z" -> "2026-11-21 01:02:03 UTC"
 std::string Readable(const std::string& iso);

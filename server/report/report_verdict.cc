@@ -2,7 +2,6 @@
 #include <string>
 #include <vector>
 
-#include "server/report/path_outcome.h"
 #include "server/report/report_section.h"
 #include "server/report/sentences.h"
 
@@ -21,16 +20,16 @@ class VerdictSection : ReportSection {
     paper.Heading(words_.verdict);
     paper.Paragraph(VerdictText(verdict), Paper::Tone::kStrong);
     if (verdict.kind == core::VerdictKind::kFault) {
-      const std::vector<std::string> named = NamedBy(verdict);
-      const auto name_of = [](const core::Candidate& one) {
-        return std::string(core::Name(one.component));
-      };
-      for (const std::string& name : named) {
-        const auto found = std::ranges::find(verdict.candidates, name, name_of);
-        if (found != verdict.candidates.end()) paper.Fact(name, Sized(*found));
+      const std::vector<core::Component> named = core::NamedBy(verdict);
+      for (const core::Component component : named) {
+        const auto found =
+            std::ranges::find(verdict.candidates, component, &core::Candidate::component);
+        if (found != verdict.candidates.end()) {
+          paper.Fact(std::string(core::Name(component)), Sized(*found));
+        }
       }
       const auto runner_up = std::ranges::find_if(verdict.candidates, [&](const auto& one) {
-        return std::ranges::find(named, name_of(one)) == named.end();
+        return std::ranges::find(named, one.component) == named.end();
       });
       if (named.size() > 1) paper.Paragraph(words_.group);
       if (!verdict.candidates.empty()) {
@@ -65,7 +64,7 @@ class VerdictSection : ReportSection {
     switch (verdict.kind) {
       case core::VerdictKind::kFault:
         return Fill(words_.verdict_fault,
-                    {Joined(NamedBy(verdict), words_.or_word) + Arrow(verdict)});
+                    {Joined(core::NamedBy(verdict), words_.or_word) + Arrow(verdict)});
       case core::VerdictKind::kUnknownFault:
         return verdict.sensor ? Fill(words_.verdict_sensor, {verdict.sensor->channel})
                               : words_.verdict_unknown;
@@ -81,7 +80,7 @@ class VerdictSection : ReportSection {
 
   /// Of one component: whether its value is larger or smaller than the nominal one.
   static const char* Arrow(const core::Verdict& verdict) {
-    if (verdict.candidates.empty() || NamedBy(verdict).size() != 1) return "";
+    if (verdict.candidates.empty() || core::NamedBy(verdict).size() != 1) return "";
     const core::Candidate& best = verdict.candidates.front();
     return best.value >= best.component.info().nominal ? " ↑" : " ↓";
   }

@@ -59,6 +59,7 @@ ReportWords English() {
       .verdict = "Verdict",
       .verdict_fault = "Fault: {0}",
       .or_word = "or",
+      .no_component = "no component",
       .verdict_unknown = "Unknown fault",
       .verdict_sensor = "Sensor of {0}",
       .verdict_nominal = "No fault",
@@ -106,6 +107,9 @@ ReportWords English() {
       .opposite = "Have {0} and {1} moved in opposite directions?",
       .same_way = "Have {0} and {1} moved in the same direction?",
       .too_early = "Too few samples since the change.",
+      .too_late = "Something has changed just before the end. Too little follows to say what.",
+      .ends_too_soon =
+          "Something may have changed a little. The record ends too soon after the alarm to tell.",
       .worked_out = "Something had changed; what, was still being worked out.",
       .no_single = "No single component explains the recording.",
       .sensor_gain =
@@ -200,6 +204,7 @@ ReportWords Serbian(std::string (*in)(std::string_view)) {
       .verdict = in("Zaključak"),
       .verdict_fault = in("Kvar: {0}"),
       .or_word = in("ili"),
+      .no_component = in("nijedna komponenta"),
       .verdict_unknown = in("Nepoznat kvar"),
       .verdict_sensor = in("Senzor za {0}"),
       .verdict_nominal = in("Bez kvara"),
@@ -245,6 +250,10 @@ ReportWords Serbian(std::string (*in)(std::string_view)) {
       .opposite = in("Da li su se {0} i {1} pomerili u suprotnim smerovima?"),
       .same_way = in("Da li su se {0} i {1} pomerili u istom smeru?"),
       .too_early = in("Premalo odbiraka od promene."),
+      .too_late =
+          in("Nešto se promenilo pred sam kraj. Posle toga je premalo podataka da se kaže šta."),
+      .ends_too_soon = in("Možda se nešto malo promenilo. Snimak se završava prerano posle uzbune "
+                          "da bi se to reklo."),
       .worked_out = in("Nešto se promenilo; šta, još se utvrđivalo."),
       .no_single = in("Nijedna komponenta sama ne objašnjava snimak."),
       .sensor_gain =

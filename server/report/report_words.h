@@ -68,6 +68,7 @@ struct ReportWords {
   std::string verdict;
   std::string verdict_fault;  ///< "Fault: {0}"
   std::string or_word;
+  std::string no_component;
   std::string verdict_unknown;
   std::string verdict_sensor;  ///< "{0}": a channel
   std::string verdict_nominal;
@@ -114,6 +115,8 @@ struct ReportWords {
   std::string same_way;
 
   std::string too_early;  ///< reasons of a verdict
+  std::string too_late;
+  std::string ends_too_soon;
   std::string worked_out;
   std::string no_single;
   std::string sensor_gain;  ///< "{0}": a channel; "{1}": by how much

@@ -31,6 +31,8 @@ std::string QuestionIn(const ReportWords& words, const std::string& question) {
 std::string ReasonIn(const ReportWords& words, const std::string& reason) {
   static const Form kForms[] = {
       {"^too few samples after the alarm$", &ReportWords::too_early},
+      {"^something has changed just before the end: ", &ReportWords::too_late},
+      {"^something may have changed a little: ", &ReportWords::ends_too_soon},
       {"^something has changed; what, is being worked out$", &ReportWords::worked_out},
       {R"(^no single component explains the record: beside (\S+) also (.+)$)",
        &ReportWords::beside},
@@ -42,15 +44,6 @@ std::string ReasonIn(const ReportWords& words, const std::string& reason) {
        &ReportWords::warmed},
       {"^two components have changed together", &ReportWords::two}};
   return Said(words, reason, kForms);
-}
-
-std::string NamesIn(const ReportWords& words, const std::string& names) {
-  constexpr std::string_view kOr = " or ";
-  std::string out = names;
-  for (std::size_t at = out.find(kOr); at != std::string::npos; at = out.find(kOr, at + 1)) {
-    out.replace(at, kOr.size(), " " + words.or_word + " ");
-  }
-  return out;
 }
 
 }  // namespace faultlab::server

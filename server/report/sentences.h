@@ -10,7 +10,5 @@ namespace faultlab::server {
 /// page (web/src/i18n/rig_words); what is not known here stays as it is.
 std::string QuestionIn(const ReportWords& words, const std::string& question);
 std::string ReasonIn(const ReportWords& words, const std::string& reason);
-/// "R1 or B"
-std::string NamesIn(const ReportWords& words, const std::string& names);
 
 }  // namespace faultlab::server

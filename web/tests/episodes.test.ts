@@ -12,7 +12,6 @@ import {
   type Sources,
   tellStory,
 } from "../src/live/episodes";
-import { disagreement, pathEnd } from "../src/live/paper_path";
 import { isolatedWords, verdictWords } from "../src/live/verdict_words";
 import { bench } from "./support/bench";
 
@@ -232,48 +231,6 @@ describe("the table of before and after", () => {
     expect(spanAround(18, [10, 18, 25], 30)).toEqual({ fromS: 10, atS: 18, toS: 25 });
     expect(spanAround(10, [10], 30)).toEqual({ fromS: 0, atS: 10, toS: 30 });
     expect(spanAround(null, [], 30)).toEqual({ fromS: 0, atS: null, toS: 30 });
-  });
-});
-
-describe("the paper's path", () => {
-  const path = [
-    {
-      question: "a1 outside its band?",
-      answer: true,
-      value: -0.0073,
-      threshold: 0.0059,
-      leads_to: "b0",
-    },
-    {
-      question: "a1 and b0 in opposite directions?",
-      answer: false,
-      value: -0.0073,
-      threshold: 0,
-      leads_to: "J",
-    },
-  ];
-  it("ends in the components that it names", () => {
-    expect(pathEnd(path, bench)).toEqual(["J"]);
-    expect(pathEnd([{ question: "", answer: true, leads_to: "R9, R1 or R12" }], bench)).toEqual([
-      "R1",
-      "R12",
-    ]);
-    expect(pathEnd([{ question: "", answer: true, leads_to: "nominal" }], bench)).toEqual([]);
-  });
-  it("disagrees with a verdict that does not contain its end, for a reason of the data", () => {
-    const said = finding("R12", 10, { group: ["R12", "R1"], path });
-    expect(disagreement(said, bench)).toEqual({ why: "close", step: path[0] });
-    expect(disagreement({ ...said, settled: false }, bench)).toEqual({ why: "settling" });
-    const clear = [{ ...path[0], value: -0.09 }, path[1]] as typeof path;
-    expect(disagreement({ ...said, path: clear }, bench)).toEqual({ why: "window" });
-    expect(disagreement({ ...said, verdict: "unknown_fault", group: [] }, bench)).toEqual({
-      why: "unknown",
-    });
-  });
-  it("agrees when one of the group is its end", () => {
-    expect(disagreement(finding("J", 10, { group: ["R12", "J"], path }), bench)).toBe(null);
-    expect(disagreement(finding("J", 10), bench)).toBe(null);
-    expect(disagreement(null, bench)).toBe(null);
   });
 });
 

@@ -29,10 +29,9 @@ SweepRun RunOf(const RunRecord& record,
   const core::Verdict& verdict =
       diagnosis.episodes.empty() ? diagnosis.verdict : diagnosis.episodes.front().verdict;
   if (verdict.kind == core::VerdictKind::kFault) {
-    run.named = verdict.group;
-    if (!verdict.candidates.empty()) {
-      if (run.named.empty()) run.named.push_back(verdict.candidates.front().component);
-      if (verdict.candidates.front().bound == 0) run.found = verdict.candidates.front().value;
+    run.named = core::NamedBy(verdict);
+    if (!verdict.candidates.empty() && verdict.candidates.front().bound == 0) {
+      run.found = verdict.candidates.front().value;
     }
   }
   run.unknown = verdict.kind == core::VerdictKind::kUnknownFault;

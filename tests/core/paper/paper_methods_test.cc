@@ -90,7 +90,8 @@ TEST(PaperMethods, DecisionPathEndsAtEachOfThePapersFaults) {
     const PaperMethods methods = AtFault(component, value);
     EXPECT_NE(std::find(methods.named.begin(), methods.named.end(), component), methods.named.end())
         << Name(component) << " = " << value;
-    EXPECT_GE(methods.path.size(), 2U);
+    ASSERT_GE(methods.path.size(), 2U);
+    EXPECT_EQ(methods.path.back().components, methods.named);
   }
   const PlantParameters nominal = paper::Plant();
   const ContinuousTheta theta = FirstOrderTheta(nominal);

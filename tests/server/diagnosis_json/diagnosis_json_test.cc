@@ -82,6 +82,31 @@ TEST(DiagnosisJson, AFurtherDetectionWithoutATimeIsRefused) {
   EXPECT_FALSE(ParseDiagnosis(json::serialize(stored), paper::Bench()).ok());
 }
 
+TEST(DiagnosisJson, ThePathNamesItsComponentsAndHowItsEndCompares) {
+  core::Diagnosis diagnosis = ChangedThreeTimes();
+  EXPECT_FALSE(Written(diagnosis).contains("path_outcome")) << "there is no path";
+  diagnosis.verdict.path = {
+      {"a1 outside its band?", false, 0.01, 0.02, "b0", {}},
+      {"b0 outside its band?", true, 0.03, 0.01, "R9 or R12", {paper::kR9, paper::kR12}}};
+  json::object written = Written(diagnosis);
+  EXPECT_EQ(written.at("path_outcome"), "window");
+  EXPECT_EQ(written.at("path").at(0).at("close"), false) << "a factor of two is not close";
+  EXPECT_EQ(written.at("path").at(1).at("components"), (json::array{"R9", "R12"}));
+  const auto ends = [](const core::Diagnosis& read) { return read.verdict.path.back().components; };
+  EXPECT_EQ(ends(ReadBack(written)), (std::vector{paper::kR9, paper::kR12}));
+
+  // As it was stored before a step had members for them.
+  written.erase("path_outcome");
+  for (json::value& step : written.at("path").as_array()) {
+    step.as_object().erase("components");
+    step.as_object().erase("close");
+  }
+  written.at("path").at(1).as_object()["leads_to"] = "C8, Ra or J";
+  EXPECT_EQ(ends(ReadBack(written)), (std::vector{paper::kC8, paper::kRa, paper::kJ}));
+  written.at("path").at(1).as_object()["leads_to"] = "no component";
+  EXPECT_TRUE(ends(ReadBack(written)).empty());
+}
+
 TEST(DiagnosisJson, AChangedSensorComesBack) {
   core::Diagnosis diagnosis = ChangedThreeTimes();
   EXPECT_FALSE(Written(diagnosis).contains("response"));

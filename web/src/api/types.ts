@@ -34,11 +34,10 @@ export type RunEvent = Omit<Schemas["Event"], "type">;
 export type EventKind = RunEvent["kind"];
 
 /** The object of `faultlab diagnose --json`, with the decision path. */
-export type Diagnosis = Omit<Schemas["Diagnosis"], "path" | "calibration" | "fit_percent"> & {
+export type Diagnosis = Omit<Schemas["Diagnosis"], "calibration" | "fit_percent"> & {
   detector?: string;
   settled?: boolean;
   reason?: string;
-  path?: PathStep[];
   calibration?: { delta_s?: number | null } | null;
   fit_percent?: Record<string, number | null>;
   /** What was found of each stretch in which the rig was not nominal; not of a run that goes on. */
@@ -46,20 +45,16 @@ export type Diagnosis = Omit<Schemas["Diagnosis"], "path" | "calibration" | "fit
 };
 export type VerdictKind = Diagnosis["verdict"];
 /** One question of the decision path, with the number that decided it. */
-export interface PathStep {
-  question: string;
-  answer: boolean;
-  value?: number | null;
-  threshold?: number | null;
-  leads_to?: string;
-}
+export type PathStep = Schemas["PathStep"];
 export type Candidate = Schemas["Candidate"];
 /** What the server says of one stretch in which the rig is not nominal. */
 export type Finding = Pick<
   Diagnosis,
   "verdict" | "detected_at_s" | "onset_s" | "group" | "candidates"
 > &
-  Partial<Pick<Diagnosis, "settled" | "reason" | "path" | "further" | "sensor">> & {
+  Partial<
+    Pick<Diagnosis, "settled" | "reason" | "path" | "path_outcome" | "further" | "sensor">
+  > & {
     ended_at_s?: number | null;
   };
 

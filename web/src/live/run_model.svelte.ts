@@ -503,8 +503,9 @@ export class RunModel {
     const slide = this.slide;
     if (!slide) return;
     const at = now();
-    // Timers slept: what arrived meanwhile is read after this tick, so its age is not judged yet.
-    if (at - this.tickedAt > SLEPT_S) this.lastBlockAt = at;
+    // While timers sleep nothing is read either: that time is nobody's silence. What was old stays old.
+    const sleptS = at - this.tickedAt;
+    if (sleptS > SLEPT_S) this.lastBlockAt = Math.min(at, this.lastBlockAt + sleptS);
     this.tickedAt = at;
     this.elapsed = slide.end * this.period;
     const ageS = this.phase === "live" ? at - this.lastBlockAt : null;

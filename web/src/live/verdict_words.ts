@@ -2,8 +2,21 @@ import type { Candidate, Component, Diagnosis, Finding } from "../api/types";
 import { t } from "../i18n/i18n.svelte";
 import { word } from "../i18n/words";
 import type { Bench } from "../plant/bench";
-import { namedBy } from "./paper_path";
 import type { RunModel } from "./run_model.svelte";
+
+/**
+ * The components of the verdict: those that no sensor tells apart, in the order of the bench,
+ * otherwise the best one.
+ */
+export function namedBy(
+  finding: Pick<Finding, "group" | "candidates">,
+  bench: Bench | undefined,
+): Component[] {
+  const best = finding.candidates?.[0]?.component;
+  if (!finding.group?.length) return best ? [best] : [];
+  const place = (name: Component) => bench?.symbols.indexOf(name) ?? 0;
+  return [...finding.group].sort((a, b) => place(a) - place(b));
+}
 
 /** "Fault: R1 ↑", "Fault: R9 or R12", "No fault". */
 export function verdictWords(finding: Finding, bench: Bench | undefined): string {

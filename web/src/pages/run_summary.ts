@@ -3,10 +3,9 @@ import { t } from "../i18n/i18n.svelte";
 import { significant } from "../i18n/numbers";
 import { word } from "../i18n/words";
 import { type Story, tellStory } from "../live/episodes";
-import { namedBy } from "../live/paper_path";
 import { kindWords, planWords } from "../live/plan_words";
 import { isRecorded } from "../live/recorded";
-import { verdictWords } from "../live/verdict_words";
+import { namedBy, verdictWords } from "../live/verdict_words";
 import type { Bench } from "../plant/bench";
 
 const TOLD_MAX = 3;

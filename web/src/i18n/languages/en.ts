@@ -1113,6 +1113,8 @@ export const texts = {
     "The path ends at {end}, but the verdict is {said}. The step “{question}” was close: {value}, limit {limit}.",
   path_differs_window:
     "The path ends at {end}, but the verdict is {said}: the path uses one window and does not know which faults look alike.",
+  path_nominal: "nominal",
+  path_no_component: "no component",
   path_outside: "Is {a} outside its band?",
   path_opposite: "Have {a} and {b} moved in opposite directions?",
   path_same: "Have {a} and {b} moved in the same direction?",

@@ -1299,6 +1299,8 @@ export const marked: Catalogue = {
     "Put se završava kod {end}, a zaključak je {said}. Korak „{question}“ bio je tesan: {value}, granica {limit}.",
   path_differs_window:
     "Put se završava kod {end}, a zaključak je {said}: put koristi jedan prozor i ne zna koji kvarovi liče jedan na drugi.",
+  path_nominal: "nominalno",
+  path_no_component: "nijedna komponenta",
   path_outside: "Da li je {a} van svog opsega?",
   path_opposite: "Da li su se {a} i {b} pomerili u suprotnim smerovima?",
   path_same: "Da li su se {a} i {b} pomerili u istom smeru?",
