@@ -7,12 +7,12 @@
 #include <map>
 #include <numeric>
 
-#include "core/calibration/bench_noise.h"
 #include "core/isolability/isolability.h"
 #include "core/plant/simulate_record.h"
 #include "core/signals/excitation.h"
 #include "core/signals/random.h"
 #include "core/types/time_span.h"
+#include "server/methods/same_kind.h"
 
 namespace faultlab::server {
 namespace {
@@ -36,24 +36,6 @@ core::ExcitationSpec WithSeed(core::ExcitationSpec spec, std::uint64_t seed) {
 
 double HealthyTo(const core::Bench& bench) {
   return core::MethodOptionsOf(bench, bench.period_s).healthy_to_s;
-}
-
-std::vector<Component> SameKind(const MethodStudyOptions& asked, const core::FaultSize& fault) {
-  const core::Bench& bench = *asked.bench;
-  core::IsolabilityOptions options;
-  options.bench = &bench;
-  const core::BenchProfile& profile = bench.profiles.front();
-  options.rig = {bench.nominal, 1.0, profile.delta_s, profile.friction.mc_nm};
-  options.noise = core::NoiseOf(profile, bench.nominal.gear_ratio);
-  options.channels = TaskOptions(asked, bench.period_s).channels;
-  options.period_s = bench.period_s;
-  constexpr int kInputs = 300;
-  const auto input = core::Generate(bench.excitation, kInputs * bench.period_s, bench.period_s);
-  if (!input) return {fault.component};
-  options.uc_v = input.value();
-  options.faults = {fault};
-  const auto judged = core::AnalyseIsolability(options);
-  return judged ? judged.value().faults.front().group : std::vector{fault.component};
 }
 
 bool Names(const core::MethodFinding& finding, const std::vector<Component>& same_kind) {
@@ -266,15 +248,15 @@ MethodStudy StudyMethods(const MethodStudyOptions& options, const Progress& prog
       static_cast<std::size_t>(std::ceil(options.healthy_hours * 3600.0 / healthy_s));
   const double all =
       static_cast<double>(faults * static_cast<std::size_t>(options.trials) + healthy_records);
+  const auto same_kinds = SameKinds(bench, given.channels, study.faults);
   double done = 0.0;
   for (std::size_t f = 0; f < faults; ++f) {
-    const std::vector<Component> same_kind = SameKind(options, study.faults[f]);
     std::vector<MethodRow> of_fault = EmptyStudy(options).rows;
     for (int trial = 0; trial < options.trials; ++trial) {
       const std::uint64_t seed = options.seed + 1000 * f + static_cast<std::uint64_t>(trial);
       MethodRecord record = SimulateMethodRecord(
           bench, &study.faults[f], seed, core::SpanOf(kRecordSamples, bench.period_s));
-      record.same_kind = same_kind;
+      record.same_kind = same_kinds[f];
       record.name = "seed " + std::to_string(seed);
       for (std::size_t m = 0; m < study.rows.size(); ++m) {
         MethodRow& row = study.rows[m];
@@ -312,13 +294,18 @@ MethodStudy StudyRecordings(const MethodStudyOptions& options,
                             const Progress& progress) {
   MethodStudy study = EmptyStudy(options);
   study.recordings = static_cast<int>(records.size());
+  std::vector<core::FaultSize> faults;
+  for (const MethodRecord& record : records) {
+    if (record.faults.empty()) continue;
+    faults.push_back({record.faults.front().component, record.faults.front().value});
+  }
+  const core::Bench& bench = *options.bench;
+  const auto same_kinds = SameKinds(bench, TaskOptions(options, bench.period_s).channels, faults);
+  auto same_kind = same_kinds.begin();
   double done = 0.0;
   for (const MethodRecord& given : records) {
     MethodRecord record = given;
-    if (!record.faults.empty()) {
-      record.same_kind =
-          SameKind(options, {record.faults.front().component, record.faults.front().value});
-    }
+    if (!record.faults.empty()) record.same_kind = *same_kind++;
     const core::MethodOptions task = TaskOptions(options, record.period_s);
     for (MethodRow& row : study.rows) {
       if (!row.fits) continue;
@@ -351,14 +338,14 @@ std::vector<ChosenTuning> TuneMethods(const MethodStudyOptions& options, bool le
   if (!levels_only) {
     constexpr std::uint64_t kTrials = 2;
     const std::vector<core::FaultSize> faults = core::FaultsOf(bench);
+    const auto same_kinds = SameKinds(bench, asked.channels, faults);
     for (std::size_t f = 0; f < faults.size(); ++f) {
-      const std::vector<Component> same_kind = SameKind(options, faults[f]);
       for (std::uint64_t trial = 0; trial < kTrials; ++trial) {
         faulty.push_back(SimulateMethodRecord(bench,
                                               &faults[f],
                                               kTuningSeed + 10'000 + 100 * f + trial,
                                               core::SpanOf(kRecordSamples, bench.period_s)));
-        faulty.back().same_kind = same_kind;
+        faulty.back().same_kind = same_kinds[f];
       }
     }
   }
