@@ -503,7 +503,8 @@ export class RunModel {
     const slide = this.slide;
     if (!slide) return;
     const at = now();
-    // While timers sleep nothing is read either: that time is nobody's silence. What was old stays old.
+    // While the page's timers sleep it reads nothing: that time does not count as the rig's silence,
+    // and samples that were late before are still late.
     const sleptS = at - this.tickedAt;
     if (sleptS > SLEPT_S) this.lastBlockAt = Math.min(at, this.lastBlockAt + sleptS);
     this.tickedAt = at;
