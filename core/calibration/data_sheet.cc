@@ -1,10 +1,10 @@
 #include "core/calibration/data_sheet.h"
 
-#include <Eigen/Cholesky>
 #include <array>
 #include <cmath>
 
 #include "core/calibration/calibrate.h"
+#include "core/numerics/linear_systems.h"
 
 namespace faultlab::core {
 namespace {
@@ -21,8 +21,7 @@ constexpr std::array<double, 3> kToleranceScales = {1.0, 0.3, 0.1};
 // -2 log of the evidence (the probability of the stretch under a prior) by Laplace's approximation,
 // up to a constant.
 double Evidence(const MapFit& fit, const GaussianPrior& prior) {
-  const Eigen::MatrixXd posterior = fit.information + prior.information;
-  double log_det = posterior.ldlt().vectorD().cwiseMax(1e-12).array().log().sum();
+  double log_det = LogDeterminant(fit.information + prior.information);
   for (Eigen::Index i = 0; i < prior.information.rows(); ++i) {
     log_det -= std::log(prior.information(i, i));
   }

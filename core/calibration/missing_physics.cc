@@ -1,10 +1,11 @@
 #include "core/calibration/missing_physics.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
+
+#include "core/numerics/linear_systems.h"
 
 namespace faultlab::core {
 namespace {
@@ -164,11 +165,10 @@ Eigen::MatrixXd MissingPhysics(const HealthyStretch& stretch,
     moved(q) += kDifference;
     sensitivities.col(q) = (Whitened(modelled(moved), samples) - z) / kDifference;
   }
-  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(all, all);
-  const Eigen::MatrixXd prior = fit.covariance.ldlt().solve(identity) - fit.information;
-  const Eigen::MatrixXd shift = -(sensitivities.transpose() * sensitivities + prior)
-                                     .ldlt()
-                                     .solve(sensitivities.transpose() * terms);
+  const Eigen::MatrixXd prior = InverseOfSymmetric(fit.covariance) - fit.information;
+  const Eigen::MatrixXd right = sensitivities.transpose() * terms;
+  const Eigen::MatrixXd shift =
+      -SolveSymmetric(sensitivities.transpose() * sensitivities + prior, right);
   const Eigen::MatrixXd left = terms + sensitivities * shift;
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(all, all);
   for (Eigen::Index term = 0; term < terms.cols(); ++term) {

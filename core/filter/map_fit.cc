@@ -1,10 +1,10 @@
 #include "core/filter/map_fit.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "core/filter/simd/lane_products.h"
+#include "core/numerics/linear_systems.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {
@@ -128,7 +128,7 @@ MapFit FitMap(const StretchModels& models,
       Eigen::MatrixXd damped = curvature;
       damped.diagonal() += damping * curvature.diagonal();
       damped.diagonal().array() += 1e-9 * (1.0 + curvature.diagonal().maxCoeff() * 1e-9);
-      Eigen::VectorXd step = damped.ldlt().solve(-gradient);
+      Eigen::VectorXd step = -SolveSymmetric(damped, gradient);
       const double longest = step.cwiseAbs().maxCoeff();
       if (!(longest < 1e6)) break;
       given_up = attempt == 0 && fit.cost() + kReach * gradient.dot(step) > options.give_up_above;
@@ -160,9 +160,7 @@ MapFit FitMap(const StretchModels& models,
     }
   }
   fit.information = here.information;
-  Eigen::MatrixXd curvature = fit.information + prior.information;
-  curvature.diagonal().array() += 1e-9;
-  fit.covariance = curvature.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  fit.covariance = CovarianceOf(fit.information + prior.information);
   return fit;
 }
 

@@ -1,6 +1,5 @@
 #include "core/isolability/expected_error.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <array>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include "core/filter/prediction_model.h"
 #include "core/isolability/fault_records.h"
 #include "core/isolability/isolability.h"
+#include "core/numerics/linear_systems.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {
@@ -152,8 +152,8 @@ class FaultInformation {
     Eigen::MatrixXd information = seen.transpose() * seen;
     information.diagonal() += prior_;
     if (!(information(0, 0) > 0.0)) return kNone;
-    const Eigen::LDLT<Eigen::MatrixXd> solved(information);
-    const Eigen::VectorXd row = solved.solve(Eigen::VectorXd::Unit(information.rows(), 0));
+    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(information.rows(), 0);
+    const Eigen::VectorXd row = SolveSymmetric(information, unit);
     double variance = row(0);
     if (offsets_.size() > 0) {
       const Eigen::VectorXd gains = unlearned_.topRows(rows).transpose() * (seen * row);

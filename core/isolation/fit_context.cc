@@ -1,9 +1,10 @@
 #include "core/isolation/fit_context.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "core/numerics/linear_systems.h"
 
 namespace faultlab::core {
 namespace {
@@ -76,7 +77,7 @@ void UpdatePosterior(std::span<const Observation> stretch, FitContext& context) 
   context.calibration = {fit.point, before.information + fit.information};
   if (context.tolerance_covariance.size() == 0) return;
   // This matrix maps an error of the old mean to the error that it causes in the new mean.
-  const Eigen::MatrixXd kept = context.calibration.information.ldlt().solve(before.information);
+  const Eigen::MatrixXd kept = SolveSymmetric(context.calibration.information, before.information);
   const Eigen::MatrixXd carried = kept * context.tolerance_covariance * kept.transpose();
   context.tolerance_covariance = carried;
 }

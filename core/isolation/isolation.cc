@@ -1,6 +1,5 @@
 #include "core/isolation/isolation.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -13,6 +12,7 @@
 #include "core/isolation/nominal_context.h"
 #include "core/isolation/speed_rounding.h"
 #include "core/isolation/warming.h"
+#include "core/numerics/linear_systems.h"
 #include "core/types/check.h"
 #include "core/types/time_span.h"
 
@@ -41,15 +41,11 @@ void LoosenBy(const Candidate& fault, FitContext& context) {
   const int own = CoordinateOf(fault.component.info(), context.rig.plant);
   if (own < 0 || fault.bound != 0) return;
   GaussianPrior& prior = context.calibration;
-  const Eigen::Index n = prior.mean.size();
-  const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(n, n);
-  Eigen::MatrixXd information = prior.information;
-  information.diagonal().array() += 1e-9;
-  Eigen::MatrixXd covariance = information.ldlt().solve(unit);
+  Eigen::MatrixXd covariance = CovarianceOf(prior.information);
   covariance.row(own).setZero();
   covariance.col(own).setZero();
   covariance(own, own) = std::pow(fault.sigma / fault.value, 2);
-  prior.information = covariance.ldlt().solve(unit);
+  prior.information = InverseOfSymmetric(covariance);
   prior.mean(own) = 0.0;
 }
 

@@ -1,18 +1,16 @@
 #include "core/isolation/profile_cost.h"
 
-#include <Eigen/Cholesky>
 #include <array>
 #include <cmath>
 #include <limits>
+
+#include "core/numerics/linear_systems.h"
 
 namespace faultlab::core {
 namespace {
 
 double McVariance(const FitContext& context) {
-  Eigen::MatrixXd information = context.calibration.information;
-  information.diagonal().array() += 1e-9;
-  const Eigen::MatrixXd covariance =
-      information.ldlt().solve(Eigen::MatrixXd::Identity(information.rows(), information.rows()));
+  const Eigen::MatrixXd covariance = CovarianceOf(context.calibration.information);
   const auto mc = static_cast<Eigen::Index>(Coordinate::kMc);
   return covariance(mc, mc) * context.rig.mc_unit_nm * context.rig.mc_unit_nm;
 }

@@ -1,10 +1,11 @@
 #include "core/isolation/warming.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+
+#include "core/numerics/linear_systems.h"
 
 namespace faultlab::core {
 namespace {
@@ -23,15 +24,12 @@ constexpr std::array<Walk, 3> kWalks = {
 
 void Widen(const BenchNorm& norm, double seconds, GaussianPrior& prior) {
   const double ra = std::min(kRaPerRootSecond * std::sqrt(std::max(0.0, seconds)), norm.warming);
-  const Eigen::Index n = prior.mean.size();
-  Eigen::MatrixXd information = prior.information;
-  information.diagonal().array() += 1e-9;
-  Eigen::MatrixXd covariance = information.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  Eigen::MatrixXd covariance = CovarianceOf(prior.information);
   for (const Walk& walk : kWalks) {
     const auto at = static_cast<Eigen::Index>(walk.coordinate);
     covariance(at, at) += walk.share * walk.share * ra * ra;
   }
-  prior.information = covariance.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  prior.information = InverseOfSymmetric(covariance);
 }
 
 bool IsWithinWarming(const BenchNorm& norm,

@@ -8,13 +8,12 @@
 // Detection: d' S^-1 d of (b0, b1, a1), as recursive least squares. Tuning: M.
 // Source: M. Mboup, C. Join, M. Fliess, Numerical Algorithms 50 (2009), 439-467: the first order
 // algebraic estimator is the slope of the least-squares line.
-#include <Eigen/LU>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "core/methods/method_list.h"
-#include "core/methods/recursive_least_squares.h"
-#include "core/methods/regression.h"
+#include "core/methods/recursive_fit.h"
 
 namespace faultlab::core {
 namespace {
@@ -72,64 +71,26 @@ class AlgebraicDerivatives : public Method {
  public:
   explicit AlgebraicDerivatives(const MethodTask& task)
       : task_(task),
-        equation_(Window(task), task.period_s),
-        map_(task_, std::make_unique<DerivativeEquation>(Window(task), task.period_s)),
-        rls_(map_.healthy(), Doubt(), kLambda) {
-    const std::size_t settle = task.healthy.size() / 3;
-    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-    double count = 0.0;
-    double errors = 0.0;
-    for (std::size_t k = 0; k < task.healthy.size(); ++k) {
-      double error = 0.0;
-      if (!Update(task.healthy[k], error) || k < settle) continue;
-      const Eigen::Vector3d off = (rls_.theta() - map_.healthy()).head<3>();
-      count += 1.0;
-      mean_ += (off - mean_) / count;
-      squares += off * off.transpose();
-      errors += error * error;
-    }
-    error_variance_ = std::max(errors / std::max(count, 1.0), 1e-12);
-    const Eigen::Matrix3d spread =
-        2.0 * (squares / std::max(count, 1.0) - mean_ * mean_.transpose());
-    healthy_information_ = spread.fullPivLu().solve(Eigen::Matrix3d::Identity());
-  }
+        fit_(task_,
+             [this] {
+               const auto window = static_cast<std::size_t>(std::lround(task_.tuning));
+               return std::make_unique<DerivativeEquation>(window, task_.period_s);
+             },
+             {.lambda = 0.99, .settle = task.healthy.size() / 3, .memory = kAllOfIt}) {}
 
   void Push(const Sample&, const Observation& o) override {
-    double error = 0.0;
-    if (!Update(o, error)) return;
-    const Eigen::Vector3d off = (rls_.theta() - map_.healthy()).head<3>() - mean_;
-    statistic_ = off.dot(healthy_information_ * off);
+    if (fit_.Push(o)) statistic_ = fit_.Distance();
   }
   double statistic() const override { return statistic_; }
-  void OnAlarm() override { rls_.Reset(Doubt()); }
-  MethodFinding Diagnose() override {
-    const EquationMatrix information =
-        rls_.p().fullPivLu().solve(EquationMatrix::Identity()) / error_variance_;
-    return map_.Match(rls_.theta(), WithoutConstant(information));
-  }
-  std::size_t bytes() const override { return sizeof *this + equation_.bytes(); }
+  void OnAlarm() override { fit_.Doubt(); }
+  MethodFinding Diagnose() override { return fit_.Match(); }
+  std::size_t bytes() const override { return sizeof *this + fit_.bytes(); }
 
  private:
-  static constexpr double kLambda = 0.99;
-  static std::size_t Window(const MethodTask& task) {
-    return static_cast<std::size_t>(std::lround(task.tuning));
-  }
-  static EquationMatrix Doubt() { return 1e3 * EquationMatrix::Identity(); }
-  bool Update(const Observation& o, double& error) {
-    EquationRow row;
-    if (o.restart || !task_.Has(o)) equation_.Restart();
-    if (!task_.Has(o) || !equation_.Push(o.u, task_.Reading(o), row)) return false;
-    error = rls_.Push(row);
-    return true;
-  }
+  static constexpr double kAllOfIt = std::numeric_limits<double>::max();
 
   MethodTask task_;
-  DerivativeEquation equation_;
-  CoefficientMap map_;
-  RecursiveLeastSquares rls_;
-  Eigen::Vector3d mean_ = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d healthy_information_ = Eigen::Matrix3d::Identity();
-  double error_variance_ = 1.0;
+  RecursiveFit fit_;
   double statistic_ = 0.0;
 };
 

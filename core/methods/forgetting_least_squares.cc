@@ -9,13 +9,13 @@
 // Tuning: lambda.
 // Source: L. Ljung, System Identification, 2nd ed. (1999), section 11.2; reset by a test of the
 // error's variance: F. Gustafsson, Adaptive Filtering and Change Detection (2000), chapter 5.
-#include <Eigen/LU>
 #include <array>
-#include <cmath>
+#include <memory>
+#include <numeric>
+#include <optional>
 
 #include "core/methods/method_list.h"
-#include "core/methods/recursive_least_squares.h"
-#include "core/methods/regression.h"
+#include "core/methods/recursive_fit.h"
 
 namespace faultlab::core {
 namespace {
@@ -27,76 +27,34 @@ class ForgettingLeastSquares : public Method {
   ForgettingLeastSquares(const MethodTask& task, Form form)
       : task_(task),
         form_(form),
-        map_(task_, std::make_unique<DiscreteEquation>()),
-        rls_(map_.healthy(), Doubt(), task.tuning) {
-    // The first part of the stretch settles the recursion, the rest measures it.
-    const std::size_t settle = task.healthy.size() / 4;
-    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-    double count = 0.0;
-    double errors = 0.0;
-    for (std::size_t k = 0; k < task.healthy.size(); ++k) {
-      double error = 0.0;
-      if (!Update(task.healthy[k], error) || k < settle) continue;
-      const Eigen::Vector3d off = (rls_.theta() - map_.healthy()).head<3>();
-      count += 1.0;
-      mean_ += (off - mean_) / count;
-      squares += off * off.transpose();
-      errors += error * error;
-    }
-    error_variance_ = std::max(errors / std::max(count, 1.0), 1e-12);
-    const double memory = 2.0 / (1.0 - task.tuning);
-    const Eigen::Matrix3d covariance = squares / std::max(count, 1.0) - mean_ * mean_.transpose();
-    const Eigen::Matrix3d spread = covariance * (1.0 + memory / std::max(count, memory));
-    Eigen::FullPivLU<Eigen::Matrix3d> lu(spread);
-    healthy_information_ = lu.solve(Eigen::Matrix3d::Identity());
-  }
+        fit_(task_,
+             [] { return std::make_unique<DiscreteEquation>(); },
+             {.lambda = task.tuning,
+              .settle = task.healthy.size() / 4,
+              .memory = 2.0 / (1.0 - task.tuning)}) {}
 
   void Push(const Sample&, const Observation& o) override {
-    double error = 0.0;
-    if (!Update(o, error)) return;
+    const std::optional<double> error = fit_.Push(o);
+    if (!error) return;
     if (form_ == Form::kForgetting) {
-      const Eigen::Vector3d off = (rls_.theta() - map_.healthy()).head<3>() - mean_;
-      statistic_ = off.dot(healthy_information_ * off);
+      statistic_ = fit_.Distance();
       return;
     }
-    squares_[at_] = error * error / error_variance_;
+    squares_[at_] = *error * *error / fit_.error_variance();
     at_ = (at_ + 1) % squares_.size();
-    double sum = 0.0;
-    for (const double square : squares_) sum += square;
-    statistic_ = sum;
+    statistic_ = std::accumulate(squares_.begin(), squares_.end(), 0.0);
   }
   double statistic() const override { return statistic_; }
   void OnAlarm() override {
-    if (form_ == Form::kReset) rls_.Reset(Doubt());
+    if (form_ == Form::kReset) fit_.Doubt();
   }
-  MethodFinding Diagnose() override {
-    const EquationMatrix information =
-        rls_.p().fullPivLu().solve(EquationMatrix::Identity()) / error_variance_;
-    return map_.Match(rls_.theta(), WithoutConstant(information));
-  }
-  std::size_t bytes() const override { return sizeof *this; }
+  MethodFinding Diagnose() override { return fit_.Match(); }
+  std::size_t bytes() const override { return sizeof *this + fit_.bytes(); }
 
  private:
-  static EquationMatrix Doubt() {
-    constexpr double kDoubt = 1e3;  // far above any coefficient's square
-    return kDoubt * EquationMatrix::Identity();
-  }
-  bool Update(const Observation& o, double& error) {
-    EquationRow row;
-    if (o.restart || !task_.Has(o)) equation_.Restart();
-    if (!task_.Has(o) || !equation_.Push(o.u, task_.Reading(o), row)) return false;
-    error = rls_.Push(row);
-    return true;
-  }
-
   MethodTask task_;
   Form form_;
-  DiscreteEquation equation_;
-  CoefficientMap map_;
-  RecursiveLeastSquares rls_;
-  Eigen::Vector3d mean_ = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d healthy_information_ = Eigen::Matrix3d::Identity();
-  double error_variance_ = 1.0;
+  RecursiveFit fit_;
   std::array<double, 8> squares_{};
   std::size_t at_ = 0;
   double statistic_ = 0.0;

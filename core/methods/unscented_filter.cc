@@ -1,9 +1,9 @@
 // The unscented Kalman filter on state and parameters; see parameter_filter.h.
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <cmath>
 
 #include "core/methods/parameter_filter.h"
+#include "core/numerics/linear_systems.h"
 
 namespace faultlab::core {
 namespace {
@@ -17,12 +17,7 @@ double WeightOf(Eigen::Index point, Eigen::Index n) {
 
 Eigen::MatrixXd UnscentedFilter::Points() const {
   const Eigen::Index n = x_.size();
-  // A square root by L D L': it exists when rounding has made P singular, too.
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(p_);
-  const Eigen::VectorXd d = ldlt.vectorD().cwiseMax(0.0).cwiseSqrt();
-  Eigen::MatrixXd root = ldlt.matrixL();
-  root = ldlt.transpositionsP().transpose() * (root * d.asDiagonal()).eval();
-  root *= std::sqrt(static_cast<double>(n) + kKappa);
+  const Eigen::MatrixXd root = std::sqrt(static_cast<double>(n) + kKappa) * SquareRootOf(p_);
   Eigen::MatrixXd points(n, 2 * n + 1);
   points.col(0) = x_;
   for (Eigen::Index i = 0; i < n; ++i) {

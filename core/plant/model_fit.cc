@@ -1,10 +1,10 @@
 #include "core/plant/model_fit.h"
 
-#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "core/numerics/linear_systems.h"
 #include "core/types/check.h"
 
 namespace faultlab::core {
@@ -27,10 +27,7 @@ ModelFit FitInitialStates(std::vector<double> forced,
     fit.simulated.assign(measured.size(), kNotANumber);
     return fit;
   }
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr;
-  qr.setThreshold(kRankTolerance);
-  qr.compute(columns);
-  simulated += columns * qr.solve(target - simulated);
+  simulated += columns * LeastSquares(columns, target - simulated, kRankTolerance);
   fit.simulated = std::move(forced);
   fit.fit_percent = CompareFit(measured, fit.simulated);
   return fit;
