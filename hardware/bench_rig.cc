@@ -10,7 +10,7 @@
 #include "core/plant/fault_schedule.h"
 #include "core/types/check.h"
 #include "hardware/delta_watch.h"
-#include "hardware/fault_desk.h"
+#include "hardware/fault_injector.h"
 #include "hardware/self_test.h"
 #include "hardware/speed_loop.h"
 
@@ -45,7 +45,7 @@ class BenchMachine final : public RigMachine {
         wall_(std::move(wall)),
         relays_(*daq_, config_.wiring, config_.timing),
         interlocks_(config_.limits),
-        desk_(config_.description, config_.limits.relay_rest_s, relays_, port),
+        injector_(config_.description, config_.limits.relay_rest_s, relays_, port),
         speed_loop_(config_.description, config_.limits) {
     LAB_CHECK(relays_.duration() < Delta(), config_.description.delta_s);
   }
@@ -60,11 +60,11 @@ class BenchMachine final : public RigMachine {
                          .field = "period_s"};
     }
     if (auto good = speed_loop_.Check(plan); !good) return good;
-    return desk_.Check(plan);
+    return injector_.Check(plan);
   }
   core::Status Check(const RigCommand& command) const override {
     if (command.kind == RigCommand::Kind::kControl) return speed_loop_.Check(command);
-    return desk_.Check(command);
+    return injector_.Check(command);
   }
 
   void Prepare(const RunPlan& plan) override {
@@ -80,7 +80,7 @@ class BenchMachine final : public RigMachine {
     if (const std::string unsafe = MakeSafe(); !unsafe.empty()) throw IoError(unsafe);
     plan_ = plan;
     period_ = Nanoseconds(std::llround(plan.period_s * 1e9));
-    desk_.Begin(plan);
+    injector_.Begin(plan);
     speed_loop_.Begin(plan);
     phase_ = Phase::kDrive;
     index_ = 0;
@@ -91,7 +91,7 @@ class BenchMachine final : public RigMachine {
   std::optional<Nanoseconds> Step(const StepTime& time,
                                   std::span<const RigCommand> commands,
                                   std::vector<RigMessage>& out) override {
-    desk_.Accept(commands, index_, out);
+    injector_.Accept(commands, index_, out);
     speed_loop_.Accept(commands);
     try {
       switch (phase_) {
@@ -178,7 +178,7 @@ class BenchMachine final : public RigMachine {
   const std::shared_ptr<Clock> wall_;
   RelayBoard relays_;
   Interlocks interlocks_;
-  FaultDesk desk_;
+  FaultInjector injector_;
   SpeedLoop speed_loop_;
   std::optional<Trip> trip_;
   Nanoseconds motor_off_since_{0};
@@ -213,7 +213,7 @@ std::optional<Nanoseconds> BenchMachine::Drive(const StepTime& time, std::vector
     pulses_ = daq_->ReadPulseCount();
     pulses_at_ = time.actual;
   }
-  desk_.Act(index_, nominal_s, out);
+  injector_.Act(index_, nominal_s, out);
   return Relays(time.planned, out);
 }
 
@@ -234,7 +234,7 @@ std::optional<Nanoseconds> BenchMachine::Relays(Nanoseconds now, std::vector<Rig
       return now + stage.wait;
     }
   }
-  desk_.Confirm(index_, out);
+  injector_.Confirm(index_, out);
   phase_ = Phase::kRead;
   return TickStart() + Delta();
 }

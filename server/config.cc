@@ -4,7 +4,7 @@
 #include <cstdlib>
 
 #include "hardware/config/toml_table.h"
-#include "server/camera/camera_desk.h"
+#include "server/camera/camera_reader.h"
 
 namespace faultlab::server {
 namespace {
@@ -90,7 +90,7 @@ CameraSettings ReadCamera(hardware::TomlTable& in, const std::vector<CameraSetti
     if (other.rig == out.rig) in.Refuse("rig", "has another camera already");
   }
   in.Text("snapshot", out.snapshot);
-  const core::Status address = CameraDesk::CheckAddress(out.snapshot);
+  const core::Status address = CameraReader::CheckAddress(out.snapshot);
   if (!address.ok()) in.Refuse("snapshot", address.error().message);
   double timeout_s = std::chrono::duration<double>(out.timeout).count();
   in.Number("timeout_s", timeout_s, 0.5, 10.0);

@@ -59,7 +59,7 @@ struct Config {
   std::string lcm_url;   ///< live tap and remote rigs; empty: neither
   std::string lcm_keys;  ///< folder of ID.key files; empty: the default of the rig finder
 
-  // How many days things are kept; 0 = for ever. See server/lab/retention.h.
+  // How many days things are kept; 0 = for ever. See server/privacy/retention.h.
   int keep_guest_days = 30;
   int keep_student_days = 365;
   int keep_job_days = 90;

@@ -18,8 +18,8 @@ namespace {
 using Steady = std::chrono::steady_clock;
 
 /// What the caller and the driver's thread share; the thread may outlive the Daq.
-struct Desk {
-  explicit Desk(std::unique_ptr<Daq> the_driver) : driver(std::move(the_driver)) {}
+struct CallSlot {
+  explicit CallSlot(std::unique_ptr<Daq> the_driver) : driver(std::move(the_driver)) {}
 
   const std::unique_ptr<Daq> driver;
   std::mutex mutex;
@@ -33,36 +33,36 @@ struct Desk {
   std::exception_ptr failure;
 };
 
-void Serve(const std::shared_ptr<Desk>& desk, double drive_zero_v, int fifo_priority) {
+void Serve(const std::shared_ptr<CallSlot>& slot, double drive_zero_v, int fifo_priority) {
   if (fifo_priority > 0) {
     const sched_param parameters{.sched_priority = fifo_priority};
     (void)pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
   }
-  std::unique_lock lock(desk->mutex);
+  std::unique_lock lock(slot->mutex);
   while (true) {
-    desk->changed.wait(lock, [&] { return desk->end || desk->call; });
-    if (!desk->call) return;
-    const std::function<void(Daq&)> call = std::exchange(desk->call, nullptr);
+    slot->changed.wait(lock, [&] { return slot->end || slot->call; });
+    if (!slot->call) return;
+    const std::function<void(Daq&)> call = std::exchange(slot->call, nullptr);
     lock.unlock();
     std::exception_ptr failure;
     try {
-      call(*desk->driver);
+      call(*slot->driver);
     } catch (...) {
       failure = std::current_exception();
     }
     lock.lock();
-    if (desk->given_up) {
+    if (slot->given_up) {
       lock.unlock();
       try {
-        desk->driver->WriteDrive(drive_zero_v);
+        slot->driver->WriteDrive(drive_zero_v);
       } catch (const std::exception&) {
         // The next MakeSafe, which an operator's clearing of the trip begins with, will tell.
       }
       lock.lock();
     }
-    desk->failure = failure;
-    desk->busy = desk->given_up = false;
-    desk->changed.notify_all();
+    slot->failure = failure;
+    slot->busy = slot->given_up = false;
+    slot->changed.notify_all();
   }
 }
 
@@ -71,18 +71,18 @@ class GuardedDaq final : public Daq {
   GuardedDaq(std::unique_ptr<Daq> driver, GuardedDaqOptions options)
       : options_(options),
         has_watchdog_(driver->has_watchdog()),
-        desk_(std::make_shared<Desk>(std::move(driver))),
-        thread_([desk = desk_, options] {
-          Serve(desk, options.drive_zero_v, options.fifo_priority);
+        slot_(std::make_shared<CallSlot>(std::move(driver))),
+        thread_([slot = slot_, options] {
+          Serve(slot, options.drive_zero_v, options.fifo_priority);
         }) {}
 
   ~GuardedDaq() override {
     bool hung = false;
     {
-      const std::lock_guard lock(desk_->mutex);
-      desk_->end = true;
-      hung = desk_->busy;
-      desk_->changed.notify_all();
+      const std::lock_guard lock(slot_->mutex);
+      slot_->end = true;
+      hung = slot_->busy;
+      slot_->changed.notify_all();
     }
     if (hung) {
       thread_.detach();
@@ -133,31 +133,31 @@ class GuardedDaq final : public Daq {
   Answer Call(const char* name, std::function<Answer(Daq&)> call) {
     // The answer outlives a caller that has given up.
     const auto answer = std::make_shared<Answer>();
-    std::unique_lock lock(desk_->mutex);
-    if (desk_->busy) ThrowHang();
-    desk_->busy = true;
-    desk_->name = name;
-    desk_->since = Steady::now();
-    desk_->failure = nullptr;
-    desk_->call = [answer, call = std::move(call)](Daq& daq) { *answer = call(daq); };
-    desk_->changed.notify_all();
+    std::unique_lock lock(slot_->mutex);
+    if (slot_->busy) ThrowHang();
+    slot_->busy = true;
+    slot_->name = name;
+    slot_->since = Steady::now();
+    slot_->failure = nullptr;
+    slot_->call = [answer, call = std::move(call)](Daq& daq) { *answer = call(daq); };
+    slot_->changed.notify_all();
     Patience patience(options_.patience);
-    while (desk_->busy && !patience.over()) {
+    while (slot_->busy && !patience.over()) {
       const Steady::time_point from = Steady::now();
-      desk_->changed.wait_until(lock, from + patience.slice(), [this] { return !desk_->busy; });
+      slot_->changed.wait_until(lock, from + patience.slice(), [this] { return !slot_->busy; });
       patience.Waited(Steady::now() - from);
     }
-    if (desk_->busy) {
-      desk_->given_up = true;
+    if (slot_->busy) {
+      slot_->given_up = true;
       ThrowHang();
     }
-    if (desk_->failure) std::rethrow_exception(std::exchange(desk_->failure, nullptr));
+    if (slot_->failure) std::rethrow_exception(std::exchange(slot_->failure, nullptr));
     return *answer;
   }
 
   [[noreturn]] void ThrowHang() const {
-    const std::chrono::duration<double> waited = Steady::now() - desk_->since;
-    throw DriverHang(std::string("the driver call ") + desk_->name +
+    const std::chrono::duration<double> waited = Steady::now() - slot_->since;
+    throw DriverHang(std::string("the driver call ") + slot_->name +
                          " does not return; the board keeps what it put out last",
                      waited.count(),
                      std::chrono::duration<double>(options_.patience).count());
@@ -165,7 +165,7 @@ class GuardedDaq final : public Daq {
 
   const GuardedDaqOptions options_;
   const bool has_watchdog_;
-  const std::shared_ptr<Desk> desk_;
+  const std::shared_ptr<CallSlot> slot_;
   std::thread thread_;
 };
 

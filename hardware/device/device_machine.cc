@@ -11,7 +11,7 @@
 #include "core/types/check.h"
 #include "hardware/device/device_check.h"
 #include "hardware/device/encoder_speed.h"
-#include "hardware/fault_desk.h"
+#include "hardware/fault_injector.h"
 #include "hardware/refusal.h"
 #include "hardware/relay_board.h"
 #include "hardware/rig_limits.h"
@@ -68,7 +68,7 @@ class DeviceMachine final : public RigMachine {
         port_(std::move(address), clock_),
         relays_(lines_, config_.wiring, config_.timing),
         interlocks_(config_.limits),
-        desk_(config_.description, config_.limits.relay_rest_s, relays_, nullptr),
+        injector_(config_.description, config_.limits.relay_rest_s, relays_, nullptr),
         speed_(config_.scaling) {
     config_.description.uc_v_min = config_.limits.uc_v_min;
     config_.description.uc_v_max = config_.limits.uc_v_max;
@@ -82,9 +82,9 @@ class DeviceMachine final : public RigMachine {
     if (auto good = CheckExcitation(plan, config_.limits); !good) return good;
     if (auto good = CheckPlanOf(info_, config_, plan); !good) return good;
     if (plan.control) return NoSpeedControl(config_.description.id);
-    return desk_.Check(plan);
+    return injector_.Check(plan);
   }
-  core::Status Check(const RigCommand& command) const override { return desk_.Check(command); }
+  core::Status Check(const RigCommand& command) const override { return injector_.Check(command); }
 
   void Prepare(const RunPlan& plan) override;
   std::optional<Nanoseconds> Step(const StepTime& time,
@@ -96,7 +96,7 @@ class DeviceMachine final : public RigMachine {
   void ClearTrip() override { trip_.reset(); }
 
  private:
-  /// What the fault desk has asked for at a sample that has not come yet.
+  /// What the fault injector has asked for at a sample that has not come yet.
   struct Switching {
     std::int64_t index = 0;
     std::optional<std::uint32_t> lines;
@@ -141,7 +141,7 @@ class DeviceMachine final : public RigMachine {
   PlannedLines lines_;
   RelayBoard relays_;
   Interlocks interlocks_;
-  FaultDesk desk_;
+  FaultInjector injector_;
   EncoderSpeed speed_;
   std::uint32_t nominal_ = 0;
   std::optional<Trip> trip_;
@@ -151,7 +151,7 @@ class DeviceMachine final : public RigMachine {
   std::vector<std::int16_t> codes_;
   bool begun_ = false;
   std::int64_t lead_ = 0;                       ///< samples
-  std::int64_t planned_ = 0;                    ///< samples for which the fault desk was asked
+  std::int64_t planned_ = 0;                    ///< samples for which the fault injector was asked
   std::int64_t done_ = 0;                       ///< samples that were delivered
   std::int64_t sent_ = 0;                       ///< values of the plan
   std::map<std::int64_t, DeviceSample> early_;  ///< samples behind one that is missing
@@ -179,7 +179,7 @@ void DeviceMachine::Prepare(const RunPlan& plan) {
   while (sent_ < std::min<std::int64_t>(samples(), info_.plan_values)) SendData();
   (void)port_.TakeRestart();
   (void)port_.TakeSamples();
-  desk_.Begin(plan);
+  injector_.Begin(plan);
   speed_.StartRun();
   early_.clear();
   switchings_.clear();
@@ -203,7 +203,7 @@ void DeviceMachine::Begin() {
 std::optional<Nanoseconds> DeviceMachine::Step(const StepTime& time,
                                                std::span<const RigCommand> commands,
                                                std::vector<RigMessage>& out) {
-  desk_.Accept(commands, planned_, out);
+  injector_.Accept(commands, planned_, out);
   try {
     if (!begun_) Begin();
     port_.Poll();
@@ -274,14 +274,14 @@ void DeviceMachine::SendData() {
 void DeviceMachine::PlanRelaysUntil(std::int64_t end) {
   for (; planned_ < end; ++planned_) {
     Switching switching{.index = planned_, .lines = {}, .commanded = {}, .confirmed = {}};
-    desk_.Act(planned_, static_cast<double>(planned_) * plan_.period_s, switching.commanded);
+    injector_.Act(planned_, static_cast<double>(planned_) * plan_.period_s, switching.commanded);
     if (relays_.busy()) {
       while (relays_.busy()) (void)relays_.Advance();
       switching.lines = lines_.ReadRelayLines();
       port_.Ask(DeviceMessage::kRelay,
                 RelayPayload(static_cast<std::uint32_t>(planned_), *switching.lines));
     }
-    desk_.Confirm(planned_, switching.confirmed);
+    injector_.Confirm(planned_, switching.confirmed);
     if (!switching.commanded.empty()) switchings_.push_back(std::move(switching));
   }
 }

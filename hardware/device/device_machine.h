@@ -28,7 +28,7 @@ struct DeviceTiming {
   Nanoseconds connect = std::chrono::seconds(3);
 };
 
-/// A bench whose device keeps the clock (PROTOCOL.md). Limits, interlocks, fault desk and relay
+/// A bench whose device keeps the clock (PROTOCOL.md). Limits, interlocks, fault injector and relay
 /// positions are those of every bench; the device puts out the plan, switches relays on the sample
 /// that it is told, reads at t_k + delta, and makes itself safe when it hears nothing.
 ///

@@ -138,7 +138,7 @@ RemoteRigInfo RemoteRig::info() const {
   return info;
 }
 
-core::Result<AgentLine::Reply> RemoteRig::Ask(AgentLine::Message message) {
+core::Result<AgentClient::Reply> RemoteRig::Ask(AgentClient::Message message) {
   {
     const std::lock_guard lock(mutex_);
     if (Link() == LinkState::kLost) {
@@ -172,7 +172,7 @@ core::Status RemoteRig::Upload(const RunPlan& plan, Epoch epoch, std::int64_t& r
   for (int round = 0; round < kUploadRounds; ++round) {
     int burst = 0;
     for (const std::int64_t from : missing) {
-      AgentLine::Message chunk = line_.NewCommand("plan", epoch);
+      AgentClient::Message chunk = line_.NewCommand("plan", epoch);
       chunk.from = from;
       const std::int64_t to = std::min<std::int64_t>(from + kPlanChunkSamples, size);
       chunk.uc_v.assign(plan.uc_v.begin() + from, plan.uc_v.begin() + to);
@@ -180,7 +180,7 @@ core::Status RemoteRig::Upload(const RunPlan& plan, Epoch epoch, std::int64_t& r
       line_.Tell(std::move(chunk));
       if (++burst % kUploadBurst == 0) std::this_thread::yield();
     }
-    AgentLine::Message arm = line_.NewCommand("arm", epoch);
+    AgentClient::Message arm = line_.NewCommand("arm", epoch);
     arm.to = size;
     arm.period_s = plan.period_s;
     arm.seed = static_cast<std::int64_t>(plan.seed);
@@ -188,7 +188,7 @@ core::Status RemoteRig::Upload(const RunPlan& plan, Epoch epoch, std::int64_t& r
     arm.fault_count = static_cast<std::int32_t>(arm.faults.size());
     if (plan.control) arm.references.push_back(ToMessage(*plan.control));
     arm.reference_count = static_cast<std::int32_t>(arm.references.size());
-    const core::Result<AgentLine::Reply> reply = Ask(std::move(arm));
+    const core::Result<AgentClient::Reply> reply = Ask(std::move(arm));
     if (!reply) return reply.error();
     if (reply.value().missing_count == 0) {
       run = reply.value().run;
@@ -263,7 +263,7 @@ core::Status RemoteRig::Start(Epoch epoch) {
     holder_word_at_ = now_();
     run_state_ = RigState::kRunning;  // its first words may come before the answer
   }
-  const core::Result<AgentLine::Reply> reply = Ask(line_.NewCommand("start", epoch));
+  const core::Result<AgentClient::Reply> reply = Ask(line_.NewCommand("start", epoch));
   if (reply) return core::Done{};
   const std::lock_guard lock(mutex_);
   // Without an answer the rig may be running: its watchdog or our stream will tell.
@@ -287,12 +287,12 @@ core::Status RemoteRig::Command(Epoch epoch, const RigCommand& command) {
     if (auto leased = Lease(epoch); !leased) return leased;
   }
   const char* action = sets ? "set" : orders ? "control" : clears ? "clear" : "nominal";
-  AgentLine::Message message = line_.NewCommand(action, epoch);
+  AgentClient::Message message = line_.NewCommand(action, epoch);
   if (sets) message.component = core::Name(command.component);
   message.value = command.value;
   if (command.control) message.orders.push_back(ToMessage(*command.control));
   message.order_count = static_cast<std::int32_t>(message.orders.size());
-  const core::Result<AgentLine::Reply> reply = Ask(std::move(message));
+  const core::Result<AgentClient::Reply> reply = Ask(std::move(message));
   if (!reply) return reply.error();
   const std::lock_guard lock(mutex_);
   if (clears && announced_ && run_state_ == RigState::kIdle) {
@@ -336,7 +336,7 @@ void RemoteRig::SafeStop(std::string_view reason) {
   }
   const std::optional<Epoch> epoch = line_.leased();
   if (!epoch) return;
-  AgentLine::Message message = line_.NewCommand("stop", *epoch);
+  AgentClient::Message message = line_.NewCommand("stop", *epoch);
   message.text = std::string(reason);
   // A rig that cannot be reached stops by its own watchdog; its last words come with the refill.
   if (!Ask(std::move(message))) return;
@@ -355,7 +355,7 @@ core::Result<SelfTestReport> RemoteRig::SelfTest(Epoch epoch) {
     holder_word_at_ = now_();
   }
   if (auto leased = Lease(epoch); !leased) return leased.error();
-  const core::Result<AgentLine::Reply> reply = Ask(line_.NewCommand("self_test", epoch));
+  const core::Result<AgentClient::Reply> reply = Ask(line_.NewCommand("self_test", epoch));
   if (!reply) return reply.error();
   SelfTestReport report;
   report.ok = reply.value().ok != 0;

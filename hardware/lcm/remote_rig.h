@@ -13,11 +13,11 @@
 #include "faultlab_msgs/rig_announce_t.hpp"
 #include "hardware/bounded_queue.h"
 #include "hardware/clock.h"
-#include "hardware/lcm/agent_line.h"
+#include "hardware/lcm/agent_client.h"
 #include "hardware/lcm/message_bus.h"
+#include "hardware/lcm/reorder_buffer.h"
 #include "hardware/lcm/rig_finder.h"
 #include "hardware/lcm/rig_key.h"
-#include "hardware/lcm/run_assembly.h"
 #include "hardware/rig.h"
 
 namespace faultlab::hardware {
@@ -38,7 +38,7 @@ struct RemoteRigSettings {
 ///
 ///   Arm -> "lease" of its epoch -> "plan".. -> "arm"                  each asked until answered
 ///   Fence -> "lease" of the new epoch, by Poll until it is answered: ends the older run there
-///   stream -> RunAssembly -> queue -> Read;  hole -> "refill" until it is closed
+///   stream -> ReorderBuffer -> queue -> Read;  hole -> "refill" until it is closed
 ///
 /// The first use makes the rig ours: the lease is kept between runs, until this object ends or the
 /// agent gives the rig to somebody else.
@@ -92,7 +92,7 @@ class RemoteRig final : public Rig {
  private:
   core::Status Lease(Epoch epoch);
   core::Status Upload(const RunPlan& plan, Epoch epoch, std::int64_t& run);
-  core::Result<AgentLine::Reply> Ask(AgentLine::Message message);
+  core::Result<AgentClient::Reply> Ask(AgentClient::Message message);
   LinkState Link() const;
   std::optional<RigRefusal> Refusal() const;
   void TakeDescription(const faultlab_msgs::rig_announce_t& said);
@@ -105,7 +105,7 @@ class RemoteRig final : public Rig {
   const std::string stream_channel_;
   const RemoteRigSettings settings_;
   const std::function<Nanoseconds()> now_;
-  AgentLine line_;
+  AgentClient line_;
 
   std::mutex control_mutex_;  ///< one Arm, Start or self-test at a time; taken before mutex_
   mutable std::mutex mutex_;  ///< taken before the line's own
@@ -123,7 +123,7 @@ class RemoteRig final : public Rig {
   Nanoseconds alive_sent_at_{-1};
 
   RigState run_state_ = RigState::kIdle;
-  RunAssembly assembly_;
+  ReorderBuffer assembly_;
   Nanoseconds refill_asked_at_{-1};
   BoundedQueue<RigMessage> queue_;
 };

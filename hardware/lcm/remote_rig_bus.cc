@@ -177,8 +177,8 @@ void RemoteRig::Poll() {
   if (running && !assembly_.whole() &&
       (refill_asked_at_.count() < 0 || now - refill_asked_at_ >= kRefillEvery)) {
     refill_asked_at_ = now;
-    for (const RunAssembly::Hole& hole : assembly_.Holes(kHolesAtOnce)) {
-      AgentLine::Message message = line_.NewCommand("refill");
+    for (const ReorderBuffer::Hole& hole : assembly_.Holes(kHolesAtOnce)) {
+      AgentClient::Message message = line_.NewCommand("refill");
       message.from = hole.from;
       message.to = hole.to;
       line_.Tell(std::move(message));

@@ -84,16 +84,16 @@ void RigAgent::OnCommand(MessageBus::Bytes bytes) {
   const std::int64_t received_ns = unix_ns_();
   Command command;
   switch (gate_.Check(bytes, command)) {
-    case CommandGate::Verdict::kForged:
+    case CommandAuthenticator::Verdict::kForged:
       ++counts_.forged;
       return;
-    case CommandGate::Verdict::kReplayed:
+    case CommandAuthenticator::Verdict::kReplayed:
       ++counts_.replayed;
       return;
-    case CommandGate::Verdict::kRepeated:
+    case CommandAuthenticator::Verdict::kRepeated:
       Send(*gate_.Remembered(command));
       return;
-    case CommandGate::Verdict::kNew:
+    case CommandAuthenticator::Verdict::kNew:
       break;
   }
   Reply reply = Answer(command, received_ns);

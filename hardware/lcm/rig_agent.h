@@ -10,11 +10,11 @@
 #include "faultlab_msgs/rig_command_t.hpp"
 #include "faultlab_msgs/rig_reply_t.hpp"
 #include "hardware/clock.h"
-#include "hardware/lcm/command_gate.h"
+#include "hardware/lcm/command_authenticator.h"
 #include "hardware/lcm/epoch_file.h"
 #include "hardware/lcm/message_bus.h"
+#include "hardware/lcm/retransmit_buffer.h"
 #include "hardware/lcm/rig_key.h"
-#include "hardware/lcm/run_ring.h"
 #include "hardware/rig.h"
 
 namespace faultlab::hardware {
@@ -46,8 +46,8 @@ struct RigAgentCounts {
 
 /// The bench's side of a remote rig: obeys the lease holder, streams the run, keeps it in a ring.
 ///
-///   command -> CommandGate (key, boot, counter) -> lease and epoch? -> rig -> reply
-///   rig.Read -> RunRing -> stream;  "refill" -> stream from the ring
+///   command -> CommandAuthenticator (key, boot, counter) -> lease and epoch? -> rig -> reply
+///   rig.Read -> RetransmitBuffer -> stream;  "refill" -> stream from the ring
 ///
 /// The agent makes no epochs. It takes the lease of a higher epoch than the highest it has seen,
 /// and that one again from the lab that had it; a lower one never, not after a restart either
@@ -111,11 +111,11 @@ class RigAgent {
   std::string holder_;  ///< of the lease of epoch(); empty = nobody
   Nanoseconds lease_until_{0};
   Nanoseconds heard_at_{0};
-  CommandGate gate_;
+  CommandAuthenticator gate_;
 
   std::map<std::int64_t, std::vector<double>> plan_chunks_;
   std::int64_t run_ = 0;
-  RunRing ring_;
+  RetransmitBuffer ring_;
   std::int64_t streamed_seq_ = 0;  ///< the first of the run that was not streamed yet
   std::int64_t announce_seq_ = 0;
   Nanoseconds announced_at_{-1};

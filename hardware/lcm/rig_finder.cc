@@ -18,7 +18,7 @@
 #include "hardware/lcm/rig_key.h"
 #include "hardware/lcm/rig_name.h"
 #include "hardware/lcm/sealed_message.h"
-#include "hardware/lcm/unkeyed_names.h"
+#include "hardware/lcm/unproven_rigs.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -76,7 +76,7 @@ class Finder final : public RigFinder {
     std::vector<RemoteRigInfo> list;
     const Nanoseconds now = clock_->Now();
     const std::lock_guard lock(mutex_);
-    for (const UnkeyedNames::Name& heard : unkeyed_.List(now)) {
+    for (const UnprovenRigs::Name& heard : unkeyed_.List(now)) {
       RemoteRigInfo info;
       info.description.id = heard.name;
       info.description.kind = RigKind::kRemote;
@@ -177,7 +177,7 @@ class Finder final : public RigFinder {
   const std::shared_ptr<Clock> clock_ = MakeSteadyClock();
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<RemoteRig>> rigs_;  ///< as many as there are keys
-  UnkeyedNames unkeyed_;
+  UnprovenRigs unkeyed_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

@@ -138,7 +138,7 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
   if (!body) return body.error();
   const ApiRequest request{http, who, body.value(), run};
   const std::string caller = AsksWho(route) ? who.caller_key() : std::string();
-  if (auto elsewhere = parts_.whereabouts.AnsweredElsewhere(route.lives_at, request)) {
+  if (auto elsewhere = parts_.routing.AnsweredElsewhere(route.lives_at, request)) {
     elsewhere->caller = caller;
     if (!http.from_peer) return RouteAnswer(std::move(*elsewhere));
     // The servers' views differ for a moment: nobody passes on what was passed on.
@@ -150,7 +150,7 @@ core::Result<RouteAnswer> Gate::Answer(const ApiRoute& route,
   if (route.lives_at != LivesAt::kEveryMember || http.from_peer) {
     return RouteAnswer(std::move(answer).value());
   }
-  RouteAnswer joined = parts_.whereabouts.JoinedWithOthers(std::move(answer).value());
+  RouteAnswer joined = parts_.routing.JoinedWithOthers(std::move(answer).value());
   if (auto* ask = std::get_if<AskPeers>(&joined)) ask->caller = caller;
   return joined;
 }
@@ -166,7 +166,7 @@ core::Result<HttpResponse> Gate::Remembered(const ApiRoute& route, const ApiRequ
                  "Idempotency-Key",
                  "idempotency_key_wrong"};
   }
-  lab::RememberedAnswers& answers = parts_.answers;
+  IdempotencyStore& answers = parts_.answers;
   const std::string owner = request.who.owner_key();
   const std::string hash =
       HashSecret(std::string(Name(request.http.method)) + " " + std::string(request.http.target) +
@@ -217,7 +217,7 @@ UpgradeDecision Gate::DecideUpgrade(const HttpRequest& request) {
   }
   const auto code = request.Query("code");
   if (code && !request.from_peer) {
-    if (auto member = parts_.whereabouts.MemberOfCode(*code)) return std::move(*member);
+    if (auto member = parts_.routing.MemberOfCode(*code)) return std::move(*member);
   }
   auto grant = code ? parts_.tokens.Redeem(*code) : std::nullopt;
   if (!grant) {

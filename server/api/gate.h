@@ -6,13 +6,13 @@
 
 #include "core/types/result.h"
 #include "server/api/request.h"
-#include "server/api/transfer_slots.h"
-#include "server/api/whereabouts.h"
+#include "server/api/request_routing.h"
+#include "server/api/transfer_quota.h"
 #include "server/auth/authenticator.h"
 #include "server/auth/authorization.h"
 #include "server/clock.h"
 #include "server/experiment/recordings.h"
-#include "server/lab/remembered_answers.h"
+#include "server/idempotency/idempotency_store.h"
 #include "server/net/http_server.h"
 #include "server/net/router.h"
 #include "server/stream/stream_hub.h"
@@ -83,8 +83,8 @@ class Gate {
   struct Parts {
     Authenticator& authenticator;
     Recordings& recordings;
-    lab::RememberedAnswers& answers;
-    Whereabouts& whereabouts;
+    IdempotencyStore& answers;
+    RequestRouting& routing;
     StreamTokens& tokens;
     StreamHub& hub;
     const Clock& clock;
@@ -111,7 +111,7 @@ class Gate {
   core::Result<HttpResponse> Remembered(const ApiRoute& route, const ApiRequest& request);
 
   Parts parts_;
-  TransferSlots transfers_{2, 4};
+  TransferQuota transfers_{2, 4};
 };
 
 }  // namespace faultlab::server

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/api/metrics_text.h"
-#include "server/run/rig_bay.h"
+#include "server/run/rig_pool.h"
 #include "server/wall_time.h"
 
 namespace faultlab::server {

@@ -4,8 +4,8 @@
 #include <map>
 
 #include "server/api/metrics_text.h"
+#include "server/api/request_routing.h"
 #include "server/api/rig_json.h"
-#include "server/api/whereabouts.h"
 #include "server/experiment/rig_access.h"
 
 namespace faultlab::server {
@@ -70,7 +70,7 @@ core::Result<HttpResponse> Metrics(SystemApi& api, const ApiRequest&) {
   out.Add("faultlab_samples_total", "counter", runs.samples);
   out.Add("faultlab_rig_overruns_total", "counter", runs.overruns);
   out.Add("faultlab_rig_gaps_total", "counter", runs.gaps);
-  AddRigMetrics(out, api.bay.List());
+  AddRigMetrics(out, api.rig_pool.List());
   out.Add("faultlab_isolation_tasks_total", "counter", runs.solver_tasks);
   {
     const auto state = api.service.state();
@@ -115,11 +115,11 @@ core::Result<HttpResponse> Me(SystemApi&, const ApiRequest& request) {
 
 core::Result<HttpResponse> ListRigs(SystemApi& api, const ApiRequest& request) {
   json::array items;
-  std::vector<RigStatus> rigs = api.bay.List();
+  std::vector<RigStatus> rigs = api.rig_pool.List();
   const bool operates = Authorize(request.who, Operation::kOperateRig, Ownership::kNone).ok();
   const RigReader reader = operates ? RigReader::kOperator : RigReader::kAnybody;
   if (operates) {
-    for (RigStatus& stranger : api.bay.ListStrangers()) rigs.push_back(std::move(stranger));
+    for (RigStatus& stranger : api.rig_pool.ListUnprovenRigs()) rigs.push_back(std::move(stranger));
   }
   for (const RigStatus& rig : rigs) items.push_back(RigToJson(rig, api.clock.Wall(), reader));
   return JsonResponse(json::object{{"items", std::move(items)}});
@@ -131,11 +131,11 @@ core::Result<HttpResponse> ListRigCalibrations(SystemApi& api, const ApiRequest&
   const auto limit = PageLimit(request.http);
   if (!limit) return limit.error();
   const std::string& rig = request.http.PathParameter("id");
-  if (!IsKnown(api.service, api.bay, rig)) {
+  if (!IsKnown(api.service, api.rig_pool, rig)) {
     return core::Error{
         core::ErrorCode::kNotFound, "There is no rig '" + rig + "'.", "", "no_rig", {{"rig", rig}}};
   }
-  const auto bench = BenchOfRig(api.bay, api.benches, rig);
+  const auto bench = BenchOfRig(api.rig_pool, api.benches, rig);
   if (!bench) return bench.error();
   const auto rows = api.calibrations.List(rig, bench.value()->id, limit.value());
   if (!rows) return rows.error();

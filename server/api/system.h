@@ -5,7 +5,7 @@
 
 #include "server/api/gate.h"
 #include "server/lab/lab_service.h"
-#include "server/run/rig_bay.h"
+#include "server/run/rig_pool.h"
 #include "server/run/run_manager.h"
 #include "server/storage/rig_calibrations.h"
 
@@ -14,7 +14,7 @@ namespace faultlab::server {
 
 struct SystemApi {
   RunManager& runs;
-  RigBay& bay;
+  RigPool& rig_pool;
   StreamHub& hub;
   RigCalibrations& calibrations;
   Benches& benches;

@@ -18,14 +18,14 @@
 #include "server/app/services.h"
 #include "server/app/static_files.h"
 #include "server/auth/accounts.h"
-#include "server/camera/camera_desk.h"
+#include "server/camera/camera_reader.h"
 #include "server/camera/picture_taker.h"
 #include "server/diagnosis_json/calibration_json.h"
 #include "server/disk_ballast.h"
 #include "server/experiment/baseline.h"
 #include "server/lab/lab_id.h"
 #include "server/plots/record_figure.h"
-#include "server/run/rig_bay.h"
+#include "server/run/rig_pool.h"
 #include "server/storage/database.h"
 #include "server/storage/database_check.h"
 #include "server/storage/folder_lock.h"
@@ -104,7 +104,7 @@ class Application::Impl {
         runs_(RunOptions(config), store_, hub_, clock_, [](std::string_view text) {
           spdlog::warn("{}", text);
         }) {
-    AddLocalRigs(bay_, config, local_benches_);
+    AddLocalRigs(rig_pool_, config, local_benches_);
     http_ = std::make_unique<HttpServer>(
         NetOptions(config), router_, [this](const HttpRequest& request) {
           return services_->DecideUpgrade(request);
@@ -114,7 +114,7 @@ class Application::Impl {
   /// The address is bound before stored data is changed: a server that cannot serve must not mark,
   /// end or recover anything that another server may be using.
   core::Status Start() {
-    const core::Status cameras = CheckCameraRigs(config_, bay_);
+    const core::Status cameras = CheckCameraRigs(config_, rig_pool_);
     if (!cameras.ok()) return cameras;
     const core::Status bound = http_->Bind();
     if (!bound.ok()) return bound;
@@ -132,7 +132,7 @@ class Application::Impl {
     if (!streaming.ok()) return streaming;
     auto secret = lab::HopSecret(*database_);
     if (!secret) return secret.error();
-    http_->SetHopSeal(HopSeal(secret.value(), config_.server_id));
+    http_->SetHopSeal(ForwardingSeal(secret.value(), config_.server_id));
     const core::Status serving = OpenServices();
     if (!serving.ok()) return serving;
     const core::Status listening = http_->Start();
@@ -196,7 +196,7 @@ class Application::Impl {
                                     store_,
                                     calibrations_,
                                     benches_,
-                                    bay_,
+                                    rig_pool_,
                                     hub_,
                                     tokens_,
                                     accounts_,
@@ -241,15 +241,15 @@ class Application::Impl {
     auto finder = hardware::OpenRigFinder(options);
     if (!finder) return finder.error();
     finder_ = std::move(finder).value();
-    bay_.SetFinder([this] {
-      std::vector<RigBay::Found> found;
+    rig_pool_.SetFinder([this] {
+      std::vector<RigPool::Found> found;
       for (const hardware::RemoteRigInfo& info : finder_->List()) {
         found.push_back(
             {StatusOf(info), [this, id = info.description.id] { return finder_->Find(id); }});
       }
       return found;
     });
-    bay_.SetStrangers([this] {
+    rig_pool_.SetUnprovenRigs([this] {
       std::vector<RigStatus> strangers;
       for (const hardware::RemoteRigInfo& info : finder_->Unkeyed()) {
         strangers.push_back(StatusOf(info));
@@ -341,13 +341,13 @@ class Application::Impl {
   RigCalibrations calibrations_;
   Benches benches_;
   std::unique_ptr<hardware::RigFinder> finder_;
-  RigBay bay_;
+  RigPool rig_pool_;
   std::unique_ptr<RunTap> tap_;
   StreamHub hub_;
   StreamTokens tokens_;
   DiskBallast ballast_;
   Accounts accounts_;
-  CameraDesk cameras_;
+  CameraReader cameras_;
   PictureStore pictures_;
   PictureTaker picture_taker_;
   RunManager runs_;

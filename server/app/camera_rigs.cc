@@ -4,9 +4,9 @@
 
 namespace faultlab::server {
 
-core::Status CheckCameraRigs(const Config& config, const RigBay& bay) {
+core::Status CheckCameraRigs(const Config& config, const RigPool& rig_pool) {
   for (const CameraSettings& camera : config.cameras) {
-    if (bay.Find(camera.rig).ok()) continue;
+    if (rig_pool.Find(camera.rig).ok()) continue;
     std::string why = "this server has no rig '" + camera.rig + "'";
     if (!config.lcm_url.empty()) {
       const std::string keys = hardware::KeyDirectory(config.lcm_keys);

@@ -7,7 +7,7 @@ namespace faultlab::server {
 
 DailyRetention::DailyRetention(Database& database,
                                const Clock& clock,
-                               lab::RetentionRules rules,
+                               RetentionRules rules,
                                std::function<void(std::string_view)> log)
     : database_(database), clock_(clock), rules_(rules), log_(std::move(log)) {
   thread_ = std::thread([this] {
@@ -30,7 +30,7 @@ DailyRetention::~DailyRetention() {
 }
 
 void DailyRetention::Retain() {
-  const auto kept = lab::Retain(database_, rules_, clock_.Wall(), /*remove=*/true);
+  const auto kept = Retain(database_, rules_, clock_.Wall(), /*remove=*/true);
   if (!kept.ok()) {
     log_("retention: " + kept.error().message);
   } else if (!kept.value().items.empty()) {

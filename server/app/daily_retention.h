@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "server/clock.h"
-#include "server/lab/retention.h"
+#include "server/privacy/retention.h"
 
 namespace faultlab::server {
 
@@ -18,7 +18,7 @@ class DailyRetention {
   /// Database and clock must outlive this object.
   DailyRetention(Database& database,
                  const Clock& clock,
-                 lab::RetentionRules rules,
+                 RetentionRules rules,
                  std::function<void(std::string_view)> log);
   ~DailyRetention();
   DailyRetention(const DailyRetention&) = delete;
@@ -29,7 +29,7 @@ class DailyRetention {
 
   Database& database_;
   const Clock& clock_;
-  const lab::RetentionRules rules_;
+  const RetentionRules rules_;
   const std::function<void(std::string_view)> log_;
   std::mutex mutex_;
   std::condition_variable wake_;

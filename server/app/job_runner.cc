@@ -164,8 +164,7 @@ JobRunner::Rigs JobRunner::RigsNow() const {
   return rigs;
 }
 
-core::Result<lab::TicketRequest> JobRunner::TicketFor(const lab::Job& job,
-                                                      const lab::LabState& state) {
+core::Result<lab::TicketRequest> JobRunner::TicketFor(const Job& job, const lab::LabState& state) {
   const auto work = parts_.experiments.ReadWork(std::string_view(job.body));
   if (!work) return work.error();
   const auto& plan = std::get<ExperimentPlan>(work.value());  // a diagnosis names no rig
@@ -193,7 +192,7 @@ void JobRunner::AskForBenches(const Rigs& rigs) {
     retry_ = true;
     return;
   }
-  for (const lab::Job& job : waiting.value()) {
+  for (const Job& job : waiting.value()) {
     if (HasTicket(*state, job.id) || SessionOf(*state, job.id) != nullptr) continue;
     if (IsPutOff(job.id)) continue;
     const auto request = TicketFor(job, *state);
@@ -258,7 +257,7 @@ void JobRunner::BeginOnBenches() {
 
 void JobRunner::BeginInPlaces(const Rigs& rigs) {
   while (true) {
-    lab::JobsLeftOut left_out{rigs.not_without, {}};
+    JobsLeftOut left_out{rigs.not_without, {}};
     {
       const std::lock_guard lock(mutex_);
       const auto taken =
@@ -277,7 +276,7 @@ void JobRunner::BeginInPlaces(const Rigs& rigs) {
   }
 }
 
-void JobRunner::Begin(lab::Job job, std::string bench) {
+void JobRunner::Begin(Job job, std::string bench) {
   const std::lock_guard lock(mutex_);
   InProgress& it = in_progress_.emplace_back();
   it.job = std::move(job);
@@ -303,7 +302,7 @@ void JobRunner::PutOff(const std::string& job) {
   put_off_[job] = steady_clock::now() + kNextTry;
 }
 
-void JobRunner::Finish(const lab::Job& job, const std::string& state, const std::string& error) {
+void JobRunner::Finish(const Job& job, const std::string& state, const std::string& error) {
   const core::Status stored = parts_.jobs.Finish(job, state, error, parts_.clock.Wall());
   // A claim that is over has been told to the job's owner already.
   if (!stored.ok() && stored.error().code != core::ErrorCode::kStale) Log(stored);
@@ -314,7 +313,7 @@ void JobRunner::Drop(const std::string& job) {
       [&](lab::Scheduler& scheduler, WallTime now) { return scheduler.DropJob(job, now); }));
 }
 
-std::optional<Principal> JobRunner::OwnerOf(const lab::Job& job) const {
+std::optional<Principal> JobRunner::OwnerOf(const Job& job) const {
   const auto account = parts_.accounts.Get(job.account_id);
   if (!account.ok() || account.value().disabled) return std::nullopt;
   Principal who;
@@ -343,9 +342,7 @@ void JobRunner::Do(InProgress& it) {
   if (!it.bench.empty() && !stopping() && !IsPutOff(it.job.id)) Drop(it.job.id);
 }
 
-void JobRunner::DoDiagnosis(const lab::Job& job,
-                            const Principal& who,
-                            const DiagnosisRequest& request) {
+void JobRunner::DoDiagnosis(const Job& job, const Principal& who, const DiagnosisRequest& request) {
   const core::Result<std::string> result = Diagnose(parts_.recordings, who, request);
   if (!result.ok()) return Finish(job, "failed", result.error().message);
   const core::Status kept = parts_.jobs.SetResult(job, result.value());
@@ -354,9 +351,7 @@ void JobRunner::DoDiagnosis(const lab::Job& job,
 
 /// Keeps what each method has said at once: whoever waits sees it come. Cancelled, or claimed by
 /// another server meanwhile, the job is not this server's to end.
-void JobRunner::DoMethods(const lab::Job& job,
-                          const Principal& who,
-                          const MethodsRequest& request) {
+void JobRunner::DoMethods(const Job& job, const Principal& who, const MethodsRequest& request) {
   const core::Result<std::string> result =
       CompareMethods(parts_.recordings, who, request, [&](const std::string& so_far) {
         const core::Error leaving{core::ErrorCode::kBusy, "the server stops", ""};

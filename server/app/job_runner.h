@@ -14,7 +14,7 @@
 #include "server/app/doorbell.h"
 #include "server/experiment/experiments.h"
 #include "server/experiment/work.h"
-#include "server/lab/job_store.h"
+#include "server/jobs/job_store.h"
 
 namespace faultlab::server {
 
@@ -31,7 +31,7 @@ namespace faultlab::server {
 class JobRunner {
  public:
   struct Parts {
-    lab::JobStore& jobs;
+    JobStore& jobs;
     lab::LabService& service;
     Accounts& accounts;
     Experiments& experiments;
@@ -57,7 +57,7 @@ class JobRunner {
   using Steady = std::chrono::steady_clock::time_point;
   /// A job that this server has claimed.
   struct InProgress {
-    lab::Job job;
+    Job job;
     std::string bench;  ///< of the job's session; empty: the job takes a place
     std::string run;
     bool over = false;  ///< its run is to be stopped
@@ -79,23 +79,23 @@ class JobRunner {
   void StopLost();
   Rigs RigsNow() const;
   void AskForBenches(const Rigs& rigs);
-  core::Result<lab::TicketRequest> TicketFor(const lab::Job& job, const lab::LabState& state);
+  core::Result<lab::TicketRequest> TicketFor(const Job& job, const lab::LabState& state);
   void BeginOnBenches();
   void BeginInPlaces(const Rigs& rigs);
-  void Begin(lab::Job job, std::string bench);
+  void Begin(Job job, std::string bench);
   bool IsPutOff(const std::string& job) const;
   void PutOff(const std::string& job);
 
   // On the thread of the job.
   void Do(InProgress& it);
   /// The account that owns the job, in its present state. nullopt: deleted or disabled.
-  std::optional<Principal> OwnerOf(const lab::Job& job) const;
-  void DoDiagnosis(const lab::Job& job, const Principal& who, const DiagnosisRequest& request);
-  void DoMethods(const lab::Job& job, const Principal& who, const MethodsRequest& request);
+  std::optional<Principal> OwnerOf(const Job& job) const;
+  void DoDiagnosis(const Job& job, const Principal& who, const DiagnosisRequest& request);
+  void DoMethods(const Job& job, const Principal& who, const MethodsRequest& request);
   void DoRun(InProgress& it, const Principal& who, ExperimentPlan plan);
   void Follow(InProgress& it, const std::string& run);
   void FinishByRun(const InProgress& it);
-  void Finish(const lab::Job& job, const std::string& state, const std::string& error);
+  void Finish(const Job& job, const std::string& state, const std::string& error);
   void Drop(const std::string& job);
   bool stopping() const;
   template <typename T>

@@ -30,7 +30,7 @@ hardware::SimulatedRigOptions OptionsOf(const Config& config, const LocalBench& 
 
 /// Rigs in real time share a few threads, however many there are; at other speeds each waits for
 /// its reader on a thread of its own.
-void AddSimulators(RigBay& bay,
+void AddSimulators(RigPool& rig_pool,
                    const Config& config,
                    const LocalBench& local,
                    const std::string& kind) {
@@ -45,13 +45,13 @@ void AddSimulators(RigBay& bay,
     options.rig_class = local.bench->rig_class + "-sim";
     const hardware::RigDescription description = hardware::MakeSimulatedRig(options)->description();
     const std::string profile = description.profile;
-    bay.Add(description, profile, [options] {
+    rig_pool.Add(description, profile, [options] {
       return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));
     });
   }
 }
 
-void AddStandIns(RigBay& bay,
+void AddStandIns(RigPool& rig_pool,
                  const Config& config,
                  const LocalBench& local,
                  const std::string& kind) {
@@ -63,7 +63,7 @@ void AddStandIns(RigBay& bay,
     options.kind = hardware::RigKind::kBench;
     std::shared_ptr<hardware::Rig> rig = hardware::MakeSimulatedRig(options);
     const std::string profile = rig->description().profile;
-    bay.AddResident(std::move(rig), profile);
+    rig_pool.AddResident(std::move(rig), profile);
   }
 }
 
@@ -92,11 +92,11 @@ core::Result<std::vector<LocalBench>> LoadLocalBenches(const Config& config) {
   return benches;
 }
 
-void AddLocalRigs(RigBay& bay, const Config& config, const std::vector<LocalBench>& benches) {
+void AddLocalRigs(RigPool& rig_pool, const Config& config, const std::vector<LocalBench>& benches) {
   for (const LocalBench& local : benches) {
     const std::string prefix = &local == &benches.front() ? "" : local.bench->name + "-";
-    AddSimulators(bay, config, local, prefix + "sim-");
-    AddStandIns(bay, config, local, prefix + "bench-");
+    AddSimulators(rig_pool, config, local, prefix + "sim-");
+    AddStandIns(rig_pool, config, local, prefix + "bench-");
   }
 }
 

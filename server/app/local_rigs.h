@@ -5,7 +5,7 @@
 #include "core/bench/bench.h"
 #include "core/types/result.h"
 #include "server/config.h"
-#include "server/run/rig_bay.h"
+#include "server/run/rig_pool.h"
 
 namespace faultlab::server {
 
@@ -19,9 +19,9 @@ struct LocalBench {
 /// be read, two benches of one name, and a simulator that a bench does not describe.
 core::Result<std::vector<LocalBench>> LoadLocalBenches(const Config& config);
 
-/// Puts the simulated rigs into the bay: "sim-1", .. of the usual bench, "NAME-sim-1", .. of the
-/// others; and those that stand for real ones, used by one person at a time: "bench-1", ..,
+/// Puts the simulated rigs into the pool: "sim-1", .. of the usual bench, "NAME-sim-1", .. of
+/// the others; and those that stand for real ones, used by one person at a time: "bench-1", ..,
 /// "NAME-bench-1", ...
-void AddLocalRigs(RigBay& bay, const Config& config, const std::vector<LocalBench>& benches);
+void AddLocalRigs(RigPool& rig_pool, const Config& config, const std::vector<LocalBench>& benches);
 
 }  // namespace faultlab::server

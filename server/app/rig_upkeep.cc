@@ -106,13 +106,13 @@ lab::CheckStep StepOf(const hardware::ContactFinding& finding) {
 
 }  // namespace
 
-RigUpkeep::RigUpkeep(RigBay& bay,
+RigUpkeep::RigUpkeep(RigPool& rig_pool,
                      lab::RigBands& bands,
                      lab::CheckLog& check_log,
                      Benches& benches,
                      const Clock& clock,
                      std::function<void(std::string_view)> log)
-    : bay_(bay),
+    : rig_pool_(rig_pool),
       bands_(bands),
       check_log_(check_log),
       benches_(benches),
@@ -156,7 +156,7 @@ std::optional<RigContacts> RigUpkeep::ContactsOf(const std::string& rig) const {
 }
 
 void RigUpkeep::Fence(const lab::RigId& rig, std::uint64_t epoch) {
-  bay_.Fence(rig, epoch);
+  rig_pool_.Fence(rig, epoch);
 }
 
 void RigUpkeep::StartCleaning(const lab::Lease& lease) {
@@ -170,7 +170,7 @@ void RigUpkeep::StartCleaning(const lab::Lease& lease) {
 }
 
 bool RigUpkeep::RunInProgress(const lab::RigId& rig) {
-  return bay_.Holds(rig);
+  return rig_pool_.Holds(rig);
 }
 
 bool RigUpkeep::WaitForStop(milliseconds patience) {
@@ -237,7 +237,7 @@ void RigUpkeep::FollowRigs() {
     bool describe = false;  ///< the lab does not know the rig, or has another description of it
   };
   std::vector<Change> changes;
-  std::vector<RigStatus> rigs = bay_.List();
+  std::vector<RigStatus> rigs = rig_pool_.List();
   FollowBenches(rigs);
   const auto state = service_->state();
   const std::vector<lab::RigId> gone = FindGone(*state, rigs);
@@ -336,10 +336,10 @@ lab::RigVerdict RigUpkeep::Check(const lab::Lease& lease, std::string& kind) {
   kind = KindOf({});
   try {
     // After a start, a far rig is heard within a second or two.
-    while (!bay_.Find(lease.rig).ok() && clock_.Monotonic() < heard_from_) {
+    while (!rig_pool_.Find(lease.rig).ok() && clock_.Monotonic() < heard_from_) {
       if (WaitForStop(kFollow)) break;
     }
-    auto hold = bay_.Acquire(lease, kRigPatience);
+    auto hold = rig_pool_.Acquire(lease, kRigPatience);
     if (!hold.ok()) return NotBegun(hold.error());
     const std::set<CheckExtra> extras = TakeExtras(lease.rig);
     kind = KindOf(extras);
@@ -351,7 +351,7 @@ lab::RigVerdict RigUpkeep::Check(const lab::Lease& lease, std::string& kind) {
 
 /// The check by the rig's own band. When an operator commissions the rig, the check determines the
 /// band.
-lab::RigVerdict RigUpkeep::CheckHeld(RigHold& hold, const std::set<CheckExtra>& extras) {
+lab::RigVerdict RigUpkeep::CheckHeld(RigHandle& hold, const std::set<CheckExtra>& extras) {
   const std::string& id = hold.lease().rig;
   if (extras.contains(CheckExtra::kClearTrip)) {
     hardware::RigCommand clear;
@@ -415,7 +415,7 @@ void RigUpkeep::LogCheck(const std::string& rig,
 }
 
 /// Of a rig with relays alone; the parts of a simulator have no wires.
-lab::RigVerdict RigUpkeep::CheckContactsOf(RigHold& hold) {
+lab::RigVerdict RigUpkeep::CheckContactsOf(RigHandle& hold) {
   if (hold.rig().description().any_value) return {true, "", std::nullopt};
   const auto report = hardware::CheckContacts(hold.rig(), hold.epoch());
   if (!report.ok()) return lab::VerdictOf(report.error());

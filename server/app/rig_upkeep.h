@@ -19,19 +19,19 @@
 #include "server/lab/lab_service.h"
 #include "server/lab/rig_bands.h"
 #include "server/lab/rig_check.h"
-#include "server/run/rig_bay.h"
+#include "server/run/rig_pool.h"
 
 namespace faultlab::server {
 
 /// Manages the rigs of this server: tells the lab which ones exist and whether they answer, fences
 /// them when the lab requires it, checks them between users.
 ///
-///   RigBay --rigs come and go--> RigUpkeep --> LabService
-///   LabService --Fence, StartCleaning--> RigUpkeep --> RigBay, the check --verdict--> LabService
+///   RigPool --rigs come and go--> RigUpkeep --> LabService
+///   LabService --Fence, StartCleaning--> RigUpkeep --> RigPool, the check --verdict--> LabService
 class RigUpkeep : public lab::RigDuties {
  public:
   /// All must outlive it.
-  RigUpkeep(RigBay& bay,
+  RigUpkeep(RigPool& rig_pool,
             lab::RigBands& bands,
             lab::CheckLog& check_log,
             Benches& benches,
@@ -61,14 +61,14 @@ class RigUpkeep : public lab::RigDuties {
   void FollowBenches(const std::vector<RigStatus>& rigs);
   void CheckLoop();
   lab::RigVerdict Check(const lab::Lease& lease, std::string& kind);
-  lab::RigVerdict CheckHeld(RigHold& hold, const std::set<CheckExtra>& extras);
-  lab::RigVerdict CheckContactsOf(RigHold& hold);
+  lab::RigVerdict CheckHeld(RigHandle& hold, const std::set<CheckExtra>& extras);
+  lab::RigVerdict CheckContactsOf(RigHandle& hold);
   std::set<CheckExtra> TakeExtras(const std::string& rig);
   void TellVerdict(const lab::Lease& lease, const lab::RigVerdict& verdict);
   void LogCheck(const std::string& rig, const std::string& kind, const lab::RigVerdict& verdict);
   bool WaitForStop(std::chrono::milliseconds patience);
 
-  RigBay& bay_;
+  RigPool& rig_pool_;
   lab::RigBands& bands_;
   lab::CheckLog& check_log_;
   Benches& benches_;

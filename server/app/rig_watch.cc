@@ -25,7 +25,7 @@ bool HasReason(AlarmKind kind) {
 }  // namespace
 
 RigWatch::RigWatch(Parts parts) : parts_(std::move(parts)) {
-  parts_.bay.SetTally(tally_);
+  parts_.rig_pool.SetTally(tally_);
   thread_ = std::thread([this] {
     std::unique_lock lock(mutex_);
     do {
@@ -43,7 +43,7 @@ RigWatch::~RigWatch() {
   }
   wake_.notify_all();
   thread_.join();
-  parts_.bay.SetTally(nullptr);
+  parts_.rig_pool.SetTally(nullptr);
   Store(tally_->Take());
 }
 
@@ -57,7 +57,7 @@ bool RigWatch::Leads() const {
 void RigWatch::Look() {
   Store(tally_->Take());
   const auto state = parts_.service.state();
-  const Causes causes = Find(*state, parts_.bay.List());
+  const Causes causes = Find(*state, parts_.rig_pool.List());
   const auto open = parts_.alarms.Open();
   if (!open.ok()) return;  // the database is away, which /readyz tells
   std::set<Cause> raised;

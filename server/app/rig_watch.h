@@ -16,7 +16,7 @@
 #include "server/lab/alarms.h"
 #include "server/lab/lab_service.h"
 #include "server/lab/relay_wear.h"
-#include "server/run/rig_bay.h"
+#include "server/run/rig_pool.h"
 #include "server/run/rig_tally.h"
 
 namespace faultlab::server {
@@ -24,7 +24,7 @@ namespace faultlab::server {
 /// Keeps what operators must know of the rigs: stores how often relays have closed, and raises and
 /// ends alarms.
 ///
-///   RigBay --TalliedRig--> RigTally --+
+///   RigPool --TalliedRig--> RigTally --+
 ///   LabState, RigStatus, free disk ---+--> RigWatch, every 2 s --> Alarms, RelayWear
 ///
 /// Simulators that anybody may use raise no alarms. Of servers that share a database, each looks
@@ -33,7 +33,7 @@ class RigWatch {
  public:
   struct Parts {
     lab::LabService& service;
-    RigBay& bay;
+    RigPool& rig_pool;
     lab::Alarms& alarms;
     lab::RelayWear& wear;
     DiskReserve disk;

@@ -31,7 +31,7 @@ Services::Services(const Base& base, Options options)
       webhooks_(base.database),
       hook_sender_(options_.webhooks_insecure_local, options_.webhooks_ca_file),
       rests_(base.store, base.clock, options_.find_far_rig, options_.log),
-      upkeep_(base.bay, bands_, check_log_, base.benches, base.clock, options_.log) {}
+      upkeep_(base.rig_pool, bands_, check_log_, base.benches, base.clock, options_.log) {}
 
 core::Result<std::unique_ptr<Services>> Services::Open(const Base& base,
                                                        Options options,
@@ -55,7 +55,7 @@ void Services::Stop() {
   dispatcher_.reset();
   rests_.Stop();
   upkeep_.Stop();
-  base_.bay.SetGate({});
+  base_.rig_pool.SetGate({});
 }
 
 core::Status Services::JoinLab() {
@@ -76,11 +76,11 @@ core::Status Services::JoinLab() {
   if (!reaped.ok()) return reaped.error();
   const core::Status whole = base_.runs.StoreBacklogs();
   if (!whole.ok()) return whole;
-  rig_access_ = std::make_unique<RigAccess>(*service_, base_.bay, options_.log);
+  rig_access_ = std::make_unique<RigAccess>(*service_, base_.rig_pool, options_.log);
   experiments_ = std::make_unique<Experiments>(Experiments::Parts{base_.runs,
                                                                   base_.store,
                                                                   recordings_,
-                                                                  base_.bay,
+                                                                  base_.rig_pool,
                                                                   *rig_access_,
                                                                   fault_set_access_,
                                                                   fault_sets_,
@@ -103,26 +103,26 @@ core::Status Services::JoinLab() {
     });
     return reason.ok() && reason.value() == lab::EndReason::kEnded;
   };
-  trial_desk_ = std::make_unique<course::TrialDesk>(course::TrialDesk::Parts{assignments_,
-                                                                             trials_,
-                                                                             *experiments_,
-                                                                             recordings_,
-                                                                             base_.store,
-                                                                             base_.benches,
-                                                                             ended_by_user,
-                                                                             base_.clock,
-                                                                             options_.log});
-  rests_.Start([this](const RunRecord& record) { return IsOurRest(record); },
+  blind_trials_ = std::make_unique<course::BlindTrials>(course::BlindTrials::Parts{assignments_,
+                                                                                 trials_,
+                                                                                 *experiments_,
+                                                                                 recordings_,
+                                                                                 base_.store,
+                                                                                 base_.benches,
+                                                                                 ended_by_user,
+                                                                                 base_.clock,
+                                                                                 options_.log});
+  rests_.Start([this](const RunRecord& record) { return IsOursToRecover(record); },
                [this](const std::string& rig) {
                  const core::Status ended = service_->Do(
                      [&](lab::Scheduler& lab, WallTime now) { return lab.RenewLease(rig, now); });
                  if (!ended.ok()) options_.log("rig " + rig + ": " + ended.error().message);
                });
-  base_.bay.SetGate([this](const std::string& rig, std::chrono::milliseconds patience) {
+  base_.rig_pool.SetGate([this](const std::string& rig, std::chrono::milliseconds patience) {
     return rests_.Await(rig, patience);
   });
   rig_watch_ = std::make_unique<RigWatch>(RigWatch::Parts{*service_,
-                                                          base_.bay,
+                                                          base_.rig_pool,
                                                           alarms_,
                                                           relay_wear_,
                                                           options_.storage.disk,
@@ -154,7 +154,7 @@ core::Status Services::JoinLab() {
 
 /// The rig's member reads; while the rig is nobody's, the one that recorded. That one may never
 /// come back: after a while each ends what nobody has read.
-bool Services::IsOurRest(const RunRecord& record) const {
+bool Services::IsOursToRecover(const RunRecord& record) const {
   constexpr auto kLeftToItsMember = std::chrono::minutes(10);
   if (const auto member = service_->MemberOf(record.rig)) return member->id == service_->member();
   if (record.server_id == service_->member()) return true;
@@ -167,7 +167,7 @@ void Services::BuildApi(Router& router) {
     return writes.ok() && options_.disk_check ? options_.disk_check() : writes;
   };
   system_api_ = std::make_unique<SystemApi>(SystemApi{base_.runs,
-                                                      base_.bay,
+                                                      base_.rig_pool,
                                                       base_.hub,
                                                       base_.calibrations,
                                                       base_.benches,
@@ -201,7 +201,7 @@ void Services::BuildApi(Router& router) {
   sharing_api_ = std::make_unique<SharingApi>(SharingApi{
       *service_,
       base_.accounts,
-      base_.bay,
+      base_.rig_pool,
       base_.runs,
       base_.store,
       calendar_links_,
@@ -215,7 +215,7 @@ void Services::BuildApi(Router& router) {
   sharing_api_->feed = feed_.get();
   operate_api_ = std::make_unique<OperateApi>(OperateApi{*service_,
                                                          base_.accounts,
-                                                         base_.bay,
+                                                         base_.rig_pool,
                                                          check_log_,
                                                          relay_wear_,
                                                          alarms_,
@@ -231,7 +231,7 @@ void Services::BuildApi(Router& router) {
                                                 jobs_,
                                                 *service_,
                                                 base_.accounts,
-                                                base_.bay,
+                                                base_.rig_pool,
                                                 base_.runs,
                                                 base_.store,
                                                 base_.calibrations,
@@ -241,7 +241,7 @@ void Services::BuildApi(Router& router) {
   course_api_ = std::make_unique<CourseApi>(CourseApi{assignments_,
                                                       trials_,
                                                       groups_,
-                                                      *trial_desk_,
+                                                      *blind_trials_,
                                                       fault_sets_,
                                                       fault_set_access_,
                                                       *experiments_,
@@ -250,7 +250,7 @@ void Services::BuildApi(Router& router) {
                                                       audit_,
                                                       base_.clock});
   demonstration_api_ = std::make_unique<DemonstrationApi>(base_.benches);
-  whereabouts_ = std::make_unique<Whereabouts>(*service_, base_.clock);
+  whereabouts_ = std::make_unique<RequestRouting>(*service_, base_.clock);
   gate_ = std::make_unique<Gate>(Gate::Parts{
       base_.accounts, recordings_, answers_, *whereabouts_, base_.tokens, base_.hub, base_.clock});
   gate_->AddRoutes(router, RoutesOf(*system_api_));

@@ -21,17 +21,17 @@
 #include "server/app/daily_retention.h"
 #include "server/app/doorbell.h"
 #include "server/app/job_runner.h"
-#include "server/app/rest_upkeep.h"
+#include "server/app/recovery_service.h"
 #include "server/app/rig_upkeep.h"
 #include "server/app/rig_watch.h"
 #include "server/app/viewer_watch.h"
 #include "server/auth/audit_log.h"
 #include "server/auth/calendar_links.h"
 #include "server/experiment/experiments.h"
+#include "server/fault_sets/fault_sets.h"
+#include "server/jobs/job_store.h"
 #include "server/lab/alarms.h"
 #include "server/lab/check_log.h"
-#include "server/lab/fault_sets.h"
-#include "server/lab/job_store.h"
 #include "server/lab/lab_service.h"
 #include "server/lab/relay_wear.h"
 #include "server/lab/rig_bands.h"
@@ -53,12 +53,12 @@ class Services {
     RecordingStore& store;
     RigCalibrations& calibrations;
     Benches& benches;
-    RigBay& bay;
+    RigPool& rig_pool;
     StreamHub& hub;
     StreamTokens& tokens;
     Accounts& accounts;
     RunManager& runs;
-    CameraDesk& cameras;
+    CameraReader& cameras;
     PictureStore& pictures;
     const Clock& clock;
   };
@@ -70,8 +70,8 @@ class Services {
     std::optional<std::uint64_t> default_seed;
     std::string_view openapi;
     std::function<HttpCounters()> http_counters;
-    lab::RetentionRules retention;
-    RunPlaceLimits places;
+    RetentionRules retention;
+    RunQuotaLimits places;
     StorageLimits storage;
     std::vector<oidc::ProviderSettings> providers;
     std::string public_url;
@@ -79,7 +79,7 @@ class Services {
     notify::NewsOptions news;
     bool webhooks_insecure_local = false;
     std::string webhooks_ca_file;
-    RestUpkeep::FindRig find_far_rig;          ///< null for a rig that is not heard
+    RecoveryService::FindRig find_far_rig;     ///< null for a rig that is not heard
     std::function<core::Status()> disk_check;  ///< whether the disk is not full, for /readyz
     std::function<void(std::string_view)> log;
   };
@@ -101,18 +101,18 @@ class Services {
  private:
   Services(const Base& base, Options options);
   core::Status JoinLab();
-  bool IsOurRest(const RunRecord& record) const;
+  bool IsOursToRecover(const RunRecord& record) const;
   void BuildApi(Router& router);
 
   const Base base_;
   const Options options_;
   Doorbell job_bell_;
-  lab::JobStore jobs_;
-  lab::FaultSets fault_sets_;
+  JobStore jobs_;
+  FaultSets fault_sets_;
   course::Assignments assignments_;
   course::Trials trials_;
   course::Groups groups_;
-  lab::RememberedAnswers answers_;
+  IdempotencyStore answers_;
   lab::RigBands bands_;
   lab::CheckLog check_log_;
   lab::RelayWear relay_wear_;
@@ -121,18 +121,18 @@ class Services {
   AuditLog audit_;
   FaultSetAccess fault_set_access_;
   Recordings recordings_;
-  RunPlaces places_;
+  RunQuota places_;
   StorageQuota quota_;
   DatabaseHealth health_;
   notify::Webhooks webhooks_;
   notify::HookSender hook_sender_;
-  RestUpkeep rests_;
+  RecoveryService rests_;
   RigUpkeep upkeep_;
   std::unique_ptr<lab::LabService> service_;
   std::unique_ptr<RigAccess> rig_access_;
   std::unique_ptr<Experiments> experiments_;
-  std::unique_ptr<course::TrialDesk> trial_desk_;
-  std::unique_ptr<Whereabouts> whereabouts_;
+  std::unique_ptr<course::BlindTrials> blind_trials_;
+  std::unique_ptr<RequestRouting> whereabouts_;
   std::unique_ptr<Gate> gate_;
   std::unique_ptr<SystemApi> system_api_;
   std::unique_ptr<RunApi> run_api_;

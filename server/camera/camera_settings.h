@@ -9,7 +9,7 @@ namespace faultlab::server {
 /// cannot announce one, or its agent could send this server to any address.
 struct CameraSettings {
   std::string rig;       ///< RigDescription::id
-  std::string snapshot;  ///< address of its newest picture; see CameraDesk::CheckAddress
+  std::string snapshot;  ///< address of its newest picture; see CameraReader::CheckAddress
   std::chrono::milliseconds timeout{2'000};  ///< of one request
 };
 

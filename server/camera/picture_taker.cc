@@ -19,7 +19,7 @@ PictureTaker::~PictureTaker() {
 }
 
 void PictureTaker::Note(PictureMoment moment) {
-  if (!parts_.desk.Has(moment.rig)) return;
+  if (!parts_.cameras.Has(moment.rig)) return;
   {
     const std::lock_guard lock(mutex_);
     if (stop_ || queue_.size() >= kWaitingMax) return;
@@ -75,7 +75,7 @@ bool PictureTaker::Take(const Noted& noted) {
   const PictureMoment& moment = noted.moment;
   const auto room = parts_.store.HasRoom(moment.run, moment.why);
   if (!room.ok() || !room.value() || !parts_.disk.Check().ok()) return false;
-  const auto picture = parts_.desk.Look(moment.rig, noted.at);  // it logs a failing camera
+  const auto picture = parts_.cameras.Look(moment.rig, noted.at);  // it logs a failing camera
   if (!parts_.still_shown(moment)) return false;
   if (!picture.ok()) return moment.why == "end" && noted.tries + 1 < kEndTries;
   StoredPicture row;

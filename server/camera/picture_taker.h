@@ -9,7 +9,7 @@
 #include <string_view>
 #include <thread>
 
-#include "server/camera/camera_desk.h"
+#include "server/camera/camera_reader.h"
 #include "server/clock.h"
 #include "server/disk_reserve.h"
 #include "server/storage/picture_store.h"
@@ -28,14 +28,14 @@ struct PictureMoment {
 /// run never waits for a camera. A picture that fails, comes too late or has no room is left out;
 /// that of the end, when nothing moves any more, is asked for again for half a minute.
 ///
-///   runs --Note--> queue --> CameraDesk::Look --> PictureStore::Add
+///   runs --Note--> queue --> CameraReader::Look --> PictureStore::Add
 class PictureTaker {
  public:
   static constexpr std::size_t kWaitingMax = 64;
   static constexpr int kEndTries = 6;  ///< after 1, 2, 4, 8 and 16 s
 
   struct Parts {
-    CameraDesk& desk;
+    CameraReader& cameras;
     PictureStore& store;
     const Clock& clock;
     DiskReserve disk;

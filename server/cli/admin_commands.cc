@@ -73,7 +73,7 @@ class AdminCommands {
     AddTarget(command, retention_.target);
     command.add_flag("--dry-run", retention_.dry_run, "Only shows what would go");
     command.add_flag("--json", retention_.json, "One JSON object");
-    lab::RetentionRules& rules = retention_.rules;
+    RetentionRules& rules = retention_.rules;
     command.add_option("--guest-days", rules.guest_days, "Recordings of guests; 0 = for ever");
     command.add_option("--student-days", rules.student_days, "Recordings, after the last course");
     command.add_option("--job-days", rules.job_days, "Jobs and the recordings of their runs");

@@ -10,7 +10,7 @@
 #include "server/cli/console.h"
 #include "server/csv/csv_writer.h"
 #include "server/csv/file_io.h"
-#include "server/lab/person_data.h"
+#include "server/privacy/person_data.h"
 #include "server/storage/picture_store.h"
 #include "server/storage/recording_store.h"
 
@@ -24,9 +24,9 @@ int FailWith(const core::Error& error) {
   return Fail(error, ExitCodeOf(error));
 }
 
-json::object ToJson(const std::vector<lab::PersonTable>& tables) {
+json::object ToJson(const std::vector<PersonTable>& tables) {
   json::object out;
-  for (const lab::PersonTable& table : tables) {
+  for (const PersonTable& table : tables) {
     json::array rows;
     for (const std::vector<std::string>& row : table.rows) {
       json::object one;
@@ -54,12 +54,12 @@ core::Status WritePictures(Database& database, const std::string& run, const fs:
 }
 
 core::Status WriteAll(Database& database, std::int64_t account_id, const fs::path& folder) {
-  const auto tables = lab::PersonData(database, account_id);
+  const auto tables = PersonData(database, account_id);
   if (!tables) return tables.error();
   const core::Status written =
       WriteFile((folder / "person.json").string(), json::serialize(ToJson(tables.value())) + "\n");
   if (!written.ok()) return written;
-  const auto recordings = lab::RecordingsOf(database, account_id);
+  const auto recordings = RecordingsOf(database, account_id);
   if (!recordings) return recordings.error();
   RecordingStore store(database);
   for (const std::string& id : recordings.value()) {
@@ -113,7 +113,7 @@ int RunPersonErase(const PersonOptions& options) {
     return kExitBadInput;
   }
   const auto now = std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
-  const core::Status erased = lab::ErasePerson(*database.value(), account.value().id, now);
+  const core::Status erased = ErasePerson(*database.value(), account.value().id, now);
   if (!erased.ok()) return FailWith(erased.error());
   return Print(account.value().login + " is erased\n");
 }

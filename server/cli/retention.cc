@@ -11,9 +11,9 @@ namespace {
 
 namespace json = boost::json;
 
-json::object ToJson(const lab::RetentionReport& report, bool dry_run) {
+json::object ToJson(const RetentionReport& report, bool dry_run) {
   json::array items;
-  for (const lab::Expired& item : report.items) {
+  for (const Expired& item : report.items) {
     items.push_back(json::object{{"kind", item.kind},
                                  {"id", item.id},
                                  {"owner", item.owner},
@@ -27,9 +27,9 @@ json::object ToJson(const lab::RetentionReport& report, bool dry_run) {
           {"unnamed_benches", report.benches}};
 }
 
-std::string ToText(const lab::RetentionReport& report, bool dry_run) {
+std::string ToText(const RetentionReport& report, bool dry_run) {
   std::string out;
-  for (const lab::Expired& item : report.items) {
+  for (const Expired& item : report.items) {
     out += item.kind + "\t" + item.id + "\t" + item.owner + "\t" + item.rule + "\t" +
            Iso8601(item.created_at) + "\n";
   }
@@ -45,7 +45,7 @@ int RunRetention(const RetentionOptions& options) {
   const auto database = OpenExisting(options.target);
   if (!database) return Fail(database.error(), ExitCodeOf(database.error()));
   const auto now = std::chrono::floor<std::chrono::milliseconds>(std::chrono::system_clock::now());
-  const auto report = lab::Retain(*database.value(), options.rules, now, !options.dry_run);
+  const auto report = Retain(*database.value(), options.rules, now, !options.dry_run);
   if (!report) return Fail(report.error(), ExitCodeOf(report.error()));
   return Print(options.json ? json::serialize(ToJson(report.value(), options.dry_run)) + "\n"
                             : ToText(report.value(), options.dry_run));

@@ -1,13 +1,13 @@
 #pragma once
 
 #include "server/cli/admin.h"
-#include "server/lab/retention.h"
+#include "server/privacy/retention.h"
 
 namespace faultlab::server {
 
 struct RetentionOptions {
   AdminTarget target;
-  lab::RetentionRules rules;
+  RetentionRules rules;
   bool dry_run = false;
   bool json = false;
 };

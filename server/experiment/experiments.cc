@@ -88,7 +88,7 @@ core::Result<const core::Bench*> Experiments::BenchOf(const json::object& body) 
     if (asked.empty()) return &parts_.benches.usual();
     return parts_.benches.Find(asked);
   }
-  auto bench = BenchOfRig(parts_.bay, parts_.benches, rig);
+  auto bench = BenchOfRig(parts_.rig_pool, parts_.benches, rig);
   if (!bench || asked.empty()) return bench;
   if (asked != bench.value()->id && asked != bench.value()->name) {
     return refusal::OtherBench(rig, *bench.value(), asked);
@@ -162,7 +162,7 @@ core::Result<std::shared_ptr<void>> Experiments::PlaceFor(const Principal& who,
 
 RunKind Experiments::KindOn(const std::string& rig) const {
   if (rig.empty()) return RunKind::kSimulator;
-  const auto found = parts_.bay.Find(rig);
+  const auto found = parts_.rig_pool.Find(rig);
   // What is not there is refused with its own words by who holds it.
   return found.ok() && !NeedsSession(found.value()) ? RunKind::kSimulator : RunKind::kLeased;
 }
@@ -207,7 +207,7 @@ core::Result<RunRequest> Experiments::Replay(const Principal& who,
   shown["period_s"] = period_s;
   if (run.hidden_faults) shown["hidden_faults"] = true;
   run.plan_json = json::serialize(shown);
-  run.hold = RigHold(std::move(rig));
+  run.hold = RigHandle(std::move(rig));
   return run;
 }
 
@@ -314,8 +314,8 @@ core::Result<RunSnapshot> Experiments::Start(const Principal& who,
 core::Status Experiments::Check(const Principal& who, ExperimentPlan& plan) {
   const core::Status taken = TakeFaultSet(who, plan);
   if (!taken.ok() || !plan.recording.empty()) return taken;
-  const auto rig =
-      plan.rig.empty() ? parts_.bay.FindSimulator(*plan.bench) : parts_.bay.Find(plan.rig);
+  const auto rig = plan.rig.empty() ? parts_.rig_pool.FindSimulator(*plan.bench)
+                                    : parts_.rig_pool.Find(plan.rig);
   // Another server's: that one looks at the plan when it gets the job.
   if (!rig && parts_.rigs.IsKnownElsewhere(plan.rig)) return core::Done{};
   if (!rig) return rig.error();

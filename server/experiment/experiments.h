@@ -17,7 +17,7 @@
 #include "server/experiment/work.h"
 #include "server/lab/check_log.h"
 #include "server/run/run_manager.h"
-#include "server/run/run_places.h"
+#include "server/run/run_quota.h"
 #include "server/storage/rig_calibrations.h"
 
 namespace faultlab::server {
@@ -33,11 +33,11 @@ class Experiments {
     RunManager& runs;
     RecordingStore& store;
     Recordings& recordings;
-    RigBay& bay;
+    RigPool& rig_pool;
     RigAccess& rigs;
     FaultSetAccess& fault_set_access;
-    lab::FaultSets& fault_sets;
-    RunPlaces& places;
+    FaultSets& fault_sets;
+    RunQuota& places;
     StorageQuota& quota;
     Benches& benches;
     RigCalibrations& calibrations;

@@ -2,8 +2,7 @@
 
 namespace faultlab::server {
 
-core::Result<Ownership> FaultSetAccess::OwnershipOf(const Principal& who,
-                                                    const lab::FaultSet& set) {
+core::Result<Ownership> FaultSetAccess::OwnershipOf(const Principal& who, const FaultSet& set) {
   // By the role of today: who makes sets no more has no hidden ones.
   const bool makes_sets = Allowed(who.role, Operation::kManageFaultSet, Ownership::kOwn);
   if (makes_sets && set.author == who.user_id) return Ownership::kOwn;
@@ -18,9 +17,9 @@ core::Result<Ownership> FaultSetAccess::OwnershipOf(const Principal& who,
   return attends.value() && set.visible ? Ownership::kCourse : Ownership::kForeign;
 }
 
-core::Result<lab::FaultSet> FaultSetAccess::Find(const Principal& who,
-                                                 std::int64_t id,
-                                                 Operation operation) {
+core::Result<FaultSet> FaultSetAccess::Find(const Principal& who,
+                                            std::int64_t id,
+                                            Operation operation) {
   auto set = sets_.Get(id);
   if (!set) return set.error();
   auto ownership = OwnershipOf(who, set.value());

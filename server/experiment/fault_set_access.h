@@ -5,7 +5,7 @@
 #include "core/types/result.h"
 #include "server/auth/accounts.h"
 #include "server/auth/authorization.h"
-#include "server/lab/fault_sets.h"
+#include "server/fault_sets/fault_sets.h"
 
 namespace faultlab::server {
 
@@ -13,15 +13,15 @@ namespace faultlab::server {
 class FaultSetAccess {
  public:
   /// Both must outlive it.
-  FaultSetAccess(lab::FaultSets& sets, Accounts& accounts) : sets_(sets), accounts_(accounts) {}
+  FaultSetAccess(FaultSets& sets, Accounts& accounts) : sets_(sets), accounts_(accounts) {}
 
   /// kOwn: its author, or a teacher of its course. kCourse: a student of it, while it is visible.
-  core::Result<Ownership> OwnershipOf(const Principal& who, const lab::FaultSet& set);
+  core::Result<Ownership> OwnershipOf(const Principal& who, const FaultSet& set);
   /// The set, if `who` may do `operation` on it.
-  core::Result<lab::FaultSet> Find(const Principal& who, std::int64_t id, Operation operation);
+  core::Result<FaultSet> Find(const Principal& who, std::int64_t id, Operation operation);
 
  private:
-  lab::FaultSets& sets_;
+  FaultSets& sets_;
   Accounts& accounts_;
 };
 

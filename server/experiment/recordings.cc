@@ -148,7 +148,7 @@ core::Result<core::Diagnosis> Recordings::Repair(const Recording& recording, std
   diagnosis.fit_percent.clear();  // a live run has those of the models alone
   AddModelFits(recording.samples, recording.options, diagnosis);
   *text = TextOf(diagnosis, recording);
-  if (recording.record.AwaitsRest()) return diagnosis;  // of a part that still grows
+  if (recording.record.AwaitsRecovery()) return diagnosis;  // of a part that still grows
   const core::Status kept = store_.ReplaceDiagnosis(recording.record.id, *text, WordOf(diagnosis));
   if (!kept.ok()) return kept.error();
   return diagnosis;

@@ -36,31 +36,31 @@ bool NeedsSession(const RigStatus& rig) {
          rig.description.kind == hardware::RigKind::kRemote;
 }
 
-bool IsKnown(const lab::LabService& service, const RigBay& bay, const std::string& rig) {
-  return service.state()->rigs.contains(rig) || bay.Find(rig).ok();
+bool IsKnown(const lab::LabService& service, const RigPool& rig_pool, const std::string& rig) {
+  return service.state()->rigs.contains(rig) || rig_pool.Find(rig).ok();
 }
 
-core::Result<const core::Bench*> BenchOfRig(const RigBay& bay,
+core::Result<const core::Bench*> BenchOfRig(const RigPool& rig_pool,
                                             Benches& benches,
                                             const std::string& rig) {
-  const auto here = bay.Find(rig);
+  const auto here = rig_pool.Find(rig);
   if (here.ok()) return here.value().description.bench;
   return benches.OfRig(rig);
 }
 
 RigAccess::RigAccess(lab::LabService& service,
-                     RigBay& bay,
+                     RigPool& rig_pool,
                      std::function<void(std::string_view)> log)
-    : service_(service), bay_(bay), log_(std::move(log)) {
-  bay_.OnRelease([this](const lab::Lease& lease) { EndPractice(lease); });
+    : service_(service), rig_pool_(rig_pool), log_(std::move(log)) {
+  rig_pool_.OnRelease([this](const lab::Lease& lease) { EndPractice(lease); });
 }
 
 RigAccess::~RigAccess() {
-  bay_.OnRelease({});
+  rig_pool_.OnRelease({});
 }
 
 bool RigAccess::MayCommand(const Principal& who, const std::string& rig) const {
-  const auto found = bay_.Find(rig);
+  const auto found = rig_pool_.Find(rig);
   if (rig.empty() || !found.ok() || !NeedsSession(found.value())) return true;
   return SessionOf(*service_.state(), who, StartedBy::kPerson, rig) != nullptr;
 }
@@ -72,14 +72,14 @@ bool RigAccess::IsKnownElsewhere(const std::string& rig) const {
 
 /// A rig of the lab of which this server hears the name only, as when its key is gone.
 std::optional<core::Error> RigAccess::RefusalOfStranger(const std::string& rig) const {
-  for (const RigStatus& stranger : bay_.ListStrangers()) {
+  for (const RigStatus& stranger : rig_pool_.ListUnprovenRigs()) {
     const bool named = stranger.description.id == rig && stranger.remote;
     if (named && stranger.remote->refusal) return refusal::RigRefused(rig, *stranger.remote);
   }
   return std::nullopt;
 }
 
-/// The lease by the newest stored state, which the service has fenced the bay with before it
+/// The lease by the newest stored state, which the service has fenced the pool with before it
 /// answers.
 core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
                                              StartedBy by,
@@ -89,13 +89,13 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
   std::vector<lab::RigId> simulators;
   if (rig.empty()) {
     std::vector<lab::RigId> let_go_soon;  // its lease has ended, its run has not let go of it yet
-    for (const RigStatus& each : bay_.List()) {
+    for (const RigStatus& each : rig_pool_.List()) {
       if (NeedsSession(each) || each.description.bench != &bench) continue;
       (each.leased ? let_go_soon : simulators).push_back(each.description.id);
     }
     simulators.insert(simulators.end(), let_go_soon.begin(), let_go_soon.end());
   } else {
-    const auto found = bay_.Find(rig);
+    const auto found = rig_pool_.Find(rig);
     if (!found && service_.state()->rigs.contains(rig)) {
       const auto refused = RefusalOfStranger(rig);
       return refused ? *refused : refusal::RigAway(rig);
@@ -128,14 +128,14 @@ core::Result<lab::Lease> RigAccess::LeaseFor(const Principal& who,
   });
 }
 
-core::Result<RigHold> RigAccess::Hold(const Principal& who,
-                                      StartedBy by,
-                                      const std::string& rig,
-                                      const core::Bench& bench,
-                                      milliseconds length) {
+core::Result<RigHandle> RigAccess::Hold(const Principal& who,
+                                        StartedBy by,
+                                        const std::string& rig,
+                                        const core::Bench& bench,
+                                        milliseconds length) {
   const core::Result<lab::Lease> lease = LeaseFor(who, by, rig, bench, length);
   if (!lease) return lease.error();
-  auto hold = bay_.Acquire(lease.value());
+  auto hold = rig_pool_.Acquire(lease.value());
   if (!hold) EndPractice(lease.value());
   return hold;
 }

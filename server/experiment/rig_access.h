@@ -9,7 +9,7 @@
 #include "server/auth/principal.h"
 #include "server/experiment/benches.h"
 #include "server/lab/lab_service.h"
-#include "server/run/rig_bay.h"
+#include "server/run/rig_pool.h"
 
 namespace faultlab::server {
 
@@ -20,10 +20,10 @@ enum class StartedBy { kPerson, kJob };
 /// makes runs on them as long as one is free.
 bool NeedsSession(const RigStatus& rig);
 /// Some server of the lab has, or had, this rig.
-bool IsKnown(const lab::LabService& service, const RigBay& bay, const std::string& rig);
+bool IsKnown(const lab::LabService& service, const RigPool& rig_pool, const std::string& rig);
 
 /// What a rig of this server or another one is built like.
-core::Result<const core::Bench*> BenchOfRig(const RigBay& bay,
+core::Result<const core::Bench*> BenchOfRig(const RigPool& rig_pool,
                                             Benches& benches,
                                             const std::string& rig);
 
@@ -32,7 +32,7 @@ core::Result<const core::Bench*> BenchOfRig(const RigBay& bay,
 class RigAccess {
  public:
   /// Both must outlive it.
-  RigAccess(lab::LabService& service, RigBay& bay, std::function<void(std::string_view)> log);
+  RigAccess(lab::LabService& service, RigPool& rig_pool, std::function<void(std::string_view)> log);
   ~RigAccess();
   RigAccess(const RigAccess&) = delete;
   RigAccess& operator=(const RigAccess&) = delete;
@@ -40,11 +40,11 @@ class RigAccess {
   /// For a run of at most `length` on `rig` ("": any free simulator of `bench`). kForbidden without
   /// a session, kConflict when the rig hangs on another member, kUnavailable before its first
   /// check, kBusy when no simulator is free.
-  core::Result<RigHold> Hold(const Principal& who,
-                             StartedBy by,
-                             const std::string& rig,
-                             const core::Bench& bench,
-                             std::chrono::milliseconds length);
+  core::Result<RigHandle> Hold(const Principal& who,
+                               StartedBy by,
+                               const std::string& rig,
+                               const core::Bench& bench,
+                               std::chrono::milliseconds length);
   /// May this person command what runs on this rig now? A replay has the rig "".
   bool MayCommand(const Principal& who, const std::string& rig) const;
   /// Another server of the lab has this rig.
@@ -60,7 +60,7 @@ class RigAccess {
   void EndPractice(const lab::Lease& lease);
 
   lab::LabService& service_;
-  RigBay& bay_;
+  RigPool& rig_pool_;
   const std::function<void(std::string_view)> log_;
 };
 

@@ -6,7 +6,7 @@
 #include "core/types/result.h"
 #include "server/auth/principal.h"
 #include "server/disk_reserve.h"
-#include "server/lab/job_store.h"
+#include "server/jobs/job_store.h"
 #include "server/storage/recording_store.h"
 
 namespace faultlab::server {
@@ -21,7 +21,7 @@ struct StorageLimits {
 class StorageQuota {
  public:
   /// The stores must outlive it.
-  StorageQuota(RecordingStore& store, lab::JobStore& jobs, StorageLimits limits)
+  StorageQuota(RecordingStore& store, JobStore& jobs, StorageLimits limits)
       : store_(store), jobs_(jobs), limits_(std::move(limits)) {}
 
   /// May this person record so many samples more? Guests are one owner: their oldest recordings
@@ -41,7 +41,7 @@ class StorageQuota {
   }
 
   RecordingStore& store_;
-  lab::JobStore& jobs_;
+  JobStore& jobs_;
   const StorageLimits limits_;
 };
 

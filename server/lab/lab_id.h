@@ -11,9 +11,9 @@ namespace faultlab::server::lab {
 /// stored in the database. A restored copy of the database is the same lab.
 core::Result<std::string> LabId(Database& database);
 
-/// The key with which the servers of this database seal their requests to each other (net/hop.h):
-/// made once, at random. Somebody who reads the database can forge a client's address with it, and
-/// nothing else.
+/// The key with which the servers of this database seal their requests to each other
+/// (net/forwarding_seal.h): made once, at random. Somebody who reads the database can forge a
+/// client's address with it, and nothing else.
 core::Result<std::string> HopSecret(Database& database);
 
 /// The key with which the servers of this database seal unfinished sign-ins at a provider

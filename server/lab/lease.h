@@ -9,8 +9,8 @@ namespace faultlab::server::lab {
 
 /// The right of one holder to one rig until a given time. Only the scheduler makes it, in the
 /// transaction that activates a session or starts a check. The whole lease is passed to the rig
-/// bay, the rig and its agent. A rig refuses every request with an epoch below the highest that it
-/// knows.
+/// pool, the rig and its agent. A rig refuses every request with an epoch below the highest
+/// that it knows.
 struct Lease {
   RigId rig;
   SessionId session{};      ///< none for a check between users

@@ -15,23 +15,23 @@ class ByteBudget {
   explicit ByteBudget(std::size_t bytes_max) : bytes_max_(bytes_max) {}
 
   /// Bytes taken from the budget; its destructor gives them back.
-  class Hold {
+  class Reservation {
    public:
-    Hold() = default;
-    Hold(ByteBudget& budget, std::size_t bytes) : budget_(&budget), bytes_(bytes) {}
-    Hold(Hold&& other) noexcept
+    Reservation() = default;
+    Reservation(ByteBudget& budget, std::size_t bytes) : budget_(&budget), bytes_(bytes) {}
+    Reservation(Reservation&& other) noexcept
         : budget_(std::exchange(other.budget_, nullptr)), bytes_(std::exchange(other.bytes_, 0)) {}
-    Hold& operator=(Hold&& other) noexcept {
+    Reservation& operator=(Reservation&& other) noexcept {
       std::swap(budget_, other.budget_);
       std::swap(bytes_, other.bytes_);
       return *this;
     }
-    ~Hold() {
+    ~Reservation() {
       if (budget_ != nullptr) budget_->held_ -= bytes_;
     }
     std::size_t bytes() const { return bytes_; }
     /// Adds another hold of the same budget to this one.
-    void Add(Hold&& other) {
+    void Add(Reservation&& other) {
       if (budget_ == nullptr) {
         *this = std::move(other);
         return;
@@ -46,10 +46,10 @@ class ByteBudget {
   };
 
   /// Nothing when the budget has fewer bytes left.
-  std::optional<Hold> Take(std::size_t bytes) {
+  std::optional<Reservation> Take(std::size_t bytes) {
     if (bytes > bytes_max_ - held_) return std::nullopt;
     held_ += bytes;
-    return Hold(*this, bytes);
+    return Reservation(*this, bytes);
   }
   std::size_t held() const { return held_; }
 

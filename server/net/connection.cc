@@ -7,7 +7,7 @@
 #include <variant>
 
 #include "server/address_key.h"
-#include "server/net/admission_desk.h"
+#include "server/net/admission.h"
 #include "server/net/listen_address.h"
 #include "server/net/passing_on.h"
 #include "server/net/refusals.h"

@@ -87,9 +87,9 @@ class Connection {
   boost::beast::flat_buffer buffer_;
   std::optional<Parser> parser_;
   HttpRequest request_;
-  ByteBudget::Hold body_bytes_;     ///< of the current request, as far as it has arrived
-  ByteBudget::Hold answer_bytes_;   ///< until the answer is completely sent
-  std::shared_ptr<void> admitted_;  ///< of the current request
+  ByteBudget::Reservation body_bytes_;    ///< of the current request, as far as it has arrived
+  ByteBudget::Reservation answer_bytes_;  ///< until the answer is completely sent
+  std::shared_ptr<void> admitted_;        ///< of the current request
   std::string peer_address_;
   std::string address_key_;       ///< of the peer
   ClientCounts::Place place_;     ///< of `address_key_`

@@ -40,8 +40,8 @@ Connection* WhoGivesWay(const std::unordered_set<Connection*>& connections,
 
 }  // namespace
 
-std::optional<ByteBudget::Hold> ConnectionHost::TakeBytes(std::size_t bytes,
-                                                          const Connection& asker) {
+std::optional<ByteBudget::Reservation> ConnectionHost::TakeBytes(std::size_t bytes,
+                                                                 const Connection& asker) {
   while (true) {
     if (auto hold = waiting_bytes.Take(bytes)) return hold;
     Connection* const victim = WhoGivesWay(connections, asker, bytes);

@@ -34,7 +34,7 @@ struct ConnectionHost {
   const Router& router;
   std::function<UpgradeDecision(const HttpRequest&)> upgrade;
   bool on_loopback = false;
-  std::optional<HopSeal> seal{};  ///< of the lab's servers; set before the threads start
+  std::optional<ForwardingSeal> seal{};  ///< of the lab's servers; set before the threads start
   Counters counters{};
   ByteBudget waiting_bytes{options.limits.waiting_bytes_max};
   std::unordered_set<Connection*> connections{};
@@ -63,7 +63,7 @@ struct ConnectionHost {
   /// Takes bytes for a body or an answer of `asker`. When the budget is full, connections that wait
   /// for their clients are closed until there is room: those without an account for one with an
   /// account, otherwise those of a caller who holds more. Nothing when no connection may be closed.
-  std::optional<ByteBudget::Hold> TakeBytes(std::size_t bytes, const Connection& asker);
+  std::optional<ByteBudget::Reservation> TakeBytes(std::size_t bytes, const Connection& asker);
 
   std::array<HandlerPool*, 4> Pools() { return {&pool, &heavy, &password, &outside}; }
   HandlerPool& PoolOf(RunsOn runs_on) {

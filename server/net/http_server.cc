@@ -267,7 +267,7 @@ HttpServer::~HttpServer() {
   Stop();
 }
 
-void HttpServer::SetHopSeal(HopSeal seal) {
+void HttpServer::SetHopSeal(ForwardingSeal seal) {
   impl_->host_.seal.emplace(std::move(seal));
 }
 

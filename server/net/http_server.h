@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/types/result.h"
-#include "server/net/hop.h"
+#include "server/net/forwarding_seal.h"
 #include "server/net/http.h"
 #include "server/net/peer_limits.h"
 #include "server/net/pool_limits.h"
@@ -100,7 +100,7 @@ class HttpServer {
 
   /// Sets the seal: hops of the other servers are then trusted, and requests are passed on to them.
   /// To be called before Start(); without it a request with a hop is refused.
-  void SetHopSeal(HopSeal seal);
+  void SetHopSeal(ForwardingSeal seal);
   /// Binds the address; connections may wait from then on. A refusal names the address.
   core::Status Bind();
   /// Starts the threads, which answer requests. Binds first if Bind was not called.

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "server/clock.h"
-#include "server/net/admission_desk.h"
+#include "server/net/admission.h"
 #include "server/net/peer.h"
 #include "server/net/refusals.h"
 

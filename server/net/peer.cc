@@ -11,8 +11,8 @@
 #include <boost/beast/http/string_body.hpp>
 #include <utility>
 
+#include "server/net/forwarding_seal.h"
 #include "server/net/framing_allowance.h"
-#include "server/net/hop.h"
 #include "server/net/listen_address.h"
 
 namespace faultlab::server {

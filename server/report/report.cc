@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "server/plots/render.h"
-#include "server/report/paper.h"
+#include "server/report/pdf_document.h"
 #include "server/report/report_section.h"
 
 namespace faultlab::server {
@@ -22,7 +22,7 @@ class Writer {
  public:
   Writer(const RunReport& report, Language language) : report_(report), words_(WordsOf(language)) {}
 
-  Paper::About About(int pages_total) const {
+  PdfDocument::About About(int pages_total) const {
     return {.title = Title(),
             .author = report_.made_by,
             .creator = "faultlab " + report_.version,
@@ -31,11 +31,11 @@ class Writer {
             .pages_total = pages_total};
   }
 
-  void Text(Paper& paper) const {
+  void Text(PdfDocument& paper) const {
     if (!report_.address.empty()) {
       if (const auto code = MakeQrCode(report_.address)) paper.Code(*code, report_.address);
     }
-    paper.Paragraph(words_.report, Paper::Tone::kQuiet);
+    paper.Paragraph(words_.report, PdfDocument::Tone::kQuiet);
     paper.Title(Title());
     WriteFacts(report_, words_, paper);
     WriteVerdict(report_, words_, paper);
@@ -46,7 +46,7 @@ class Writer {
   }
 
   /// A figure that could not be drawn is a sentence.
-  void Figures(Paper& paper,
+  void Figures(PdfDocument& paper,
                const std::vector<core::Result<Pixels>>& pictures,
                double height_mm) const {
     for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -74,12 +74,12 @@ class Writer {
     return words_.figure_models;
   }
 
-  void Origin(Paper& paper) const {
+  void Origin(PdfDocument& paper) const {
     paper.Heading(words_.origin);
     paper.Fact(words_.program, "faultlab " + report_.version);
     paper.Fact(words_.checksum, report_.csv_sha256);
     paper.Fact(words_.address, report_.address);
-    if (report_.address.empty()) paper.Paragraph(words_.no_address, Paper::Tone::kQuiet);
+    if (report_.address.empty()) paper.Paragraph(words_.no_address, PdfDocument::Tone::kQuiet);
   }
 
   const RunReport& report_;
@@ -92,12 +92,12 @@ double PictureHeight(std::size_t count, int page, double left_mm) {
   constexpr double kLowest = 60.0;
   constexpr double kStep = 2.0;
   for (double height = kHighest; height > kLowest; height -= kStep) {
-    const double each = Paper::PictureMm(height);
+    const double each = PdfDocument::PictureMm(height);
     const auto fits = [&](double room) {
       return static_cast<std::size_t>(std::max(0.0, room / each));
     };
     std::size_t room = fits(left_mm);
-    for (int next = page + 1; next <= kPagesMax; ++next) room += fits(Paper::kHeightMm);
+    for (int next = page + 1; next <= kPagesMax; ++next) room += fits(PdfDocument::kHeightMm);
     if (room >= count) return height;
   }
   return kLowest;
@@ -126,7 +126,7 @@ core::Result<std::string> ReportPdf(const RunReport& report, Language language) 
   const Writer writer(report, language);
   double height_mm = 0.0;
   {
-    auto draft = Paper::Open(writer.About(0));
+    auto draft = PdfDocument::Open(writer.About(0));
     if (!draft) return draft.error();
     writer.Text(*draft.value());
     height_mm =
@@ -136,18 +136,18 @@ core::Result<std::string> ReportPdf(const RunReport& report, Language language) 
   for (const std::string& name : report.figures) {
     auto figure = report.figure(name);
     pictures.push_back(
-        figure ? RenderForPrint(Bare(std::move(figure).value()), Paper::kWidthMm, height_mm)
+        figure ? RenderForPrint(Bare(std::move(figure).value()), PdfDocument::kWidthMm, height_mm)
                : figure.error());
   }
   int pages = 0;
   {
-    auto draft = Paper::Open(writer.About(0));
+    auto draft = PdfDocument::Open(writer.About(0));
     if (!draft) return draft.error();
     writer.Text(*draft.value());
     writer.Figures(*draft.value(), WithoutPixels(pictures), height_mm);
     pages = draft.value()->page();
   }
-  auto paper = Paper::Open(writer.About(pages));
+  auto paper = PdfDocument::Open(writer.About(pages));
   if (!paper) return paper.error();
   writer.Text(*paper.value());
   writer.Figures(*paper.value(), pictures, height_mm);

@@ -14,18 +14,18 @@ class ChangesSection : ReportSection {
   ChangesSection(const RunReport& report, const ReportWords& words)
       : ReportSection(report, words) {}
 
-  void Faults(Paper& paper) const {
+  void Faults(PdfDocument& paper) const {
     if (report_.rig.empty()) return;
     paper.Heading(words_.faults);
     if (report_.faults.empty()) {
       paper.Paragraph(words_.faults_none);
       return;
     }
-    const std::array<Paper::Column, 5> columns = {{{words_.at_time, 22, true},
-                                                   {words_.at_sample, 22, true},
-                                                   {words_.component, 32, false},
-                                                   {words_.value, 50, false},
-                                                   {words_.rig_says, 48, false}}};
+    const std::array<PdfDocument::Column, 5> columns = {{{words_.at_time, 22, true},
+                                                         {words_.at_sample, 22, true},
+                                                         {words_.component, 32, false},
+                                                         {words_.value, 50, false},
+                                                         {words_.rig_says, 48, false}}};
     std::vector<std::vector<std::string>> rows;
     for (const ReportFault& fault : report_.faults) {
       if (rows.size() == kFaultsShown) break;
@@ -46,24 +46,24 @@ class ChangesSection : ReportSection {
     }
   }
 
-  void Estimates(Paper& paper) const {
+  void Estimates(PdfDocument& paper) const {
     if (report_.changes.empty()) return;
     paper.Heading(words_.before_after);
     for (const ReportChange& change : report_.changes) Estimates(paper, change);
-    paper.Paragraph(words_.means, Paper::Tone::kQuiet);
+    paper.Paragraph(words_.means, PdfDocument::Tone::kQuiet);
   }
 
  private:
-  void Estimates(Paper& paper, const ReportChange& change) const {
+  void Estimates(PdfDocument& paper, const ReportChange& change) const {
     const std::string about = About(change);
     if (!about.empty()) paper.Paragraph(about);
     const bool published = !report_.bench->published.source.empty();
-    std::vector<Paper::Column> columns = {{words_.parameter, 20, false},
-                                          {"", 38, false},
-                                          {words_.before, 23, true},
-                                          {words_.after, 23, true},
-                                          {words_.change, 23, true},
-                                          {words_.model, 23, true}};
+    std::vector<PdfDocument::Column> columns = {{words_.parameter, 20, false},
+                                                {"", 38, false},
+                                                {words_.before, 23, true},
+                                                {words_.after, 23, true},
+                                                {words_.change, 23, true},
+                                                {words_.model, 23, true}};
     if (published) columns.push_back({words_.published, 24, true});
     std::vector<std::vector<std::string>> rows;
     for (const ReportEstimates& one : change.estimates) {
@@ -107,11 +107,11 @@ class ChangesSection : ReportSection {
 
 }  // namespace
 
-void WriteFaults(const RunReport& report, const ReportWords& words, Paper& paper) {
+void WriteFaults(const RunReport& report, const ReportWords& words, PdfDocument& paper) {
   ChangesSection(report, words).Faults(paper);
 }
 
-void WriteEstimates(const RunReport& report, const ReportWords& words, Paper& paper) {
+void WriteEstimates(const RunReport& report, const ReportWords& words, PdfDocument& paper) {
   ChangesSection(report, words).Estimates(paper);
 }
 

@@ -9,7 +9,7 @@ class FactsSection : ReportSection {
  public:
   FactsSection(const RunReport& report, const ReportWords& words) : ReportSection(report, words) {}
 
-  void Write(Paper& paper) const {
+  void Write(PdfDocument& paper) const {
     paper.Fact(words_.run, report_.id + ", " + State());
     paper.Fact(words_.made_by, report_.made_by.empty() ? words_.guest : report_.made_by);
     const std::string ended = Readable(report_.ended_at);
@@ -35,7 +35,7 @@ class FactsSection : ReportSection {
     return words_.state_finished;
   }
 
-  void Control(const ReportControl& control, Paper& paper) const {
+  void Control(const ReportControl& control, PdfDocument& paper) const {
     const std::string& shape = control.shape == "ramp"   ? words_.control_ramp
                                : control.shape == "prbs" ? words_.control_prbs
                                                          : words_.control_steps;
@@ -62,7 +62,7 @@ class FactsSection : ReportSection {
                               : words_.control_never);
   }
 
-  void Calibration(Paper& paper) const {
+  void Calibration(PdfDocument& paper) const {
     if (!report_.diagnosis.calibration) {
       paper.Fact(
           words_.calibration,
@@ -91,7 +91,7 @@ class FactsSection : ReportSection {
 
 }  // namespace
 
-void WriteFacts(const RunReport& report, const ReportWords& words, Paper& paper) {
+void WriteFacts(const RunReport& report, const ReportWords& words, PdfDocument& paper) {
   FactsSection(report, words).Write(paper);
 }
 

@@ -14,7 +14,7 @@ class PathSection : ReportSection {
  public:
   PathSection(const RunReport& report, const ReportWords& words) : ReportSection(report, words) {}
 
-  void Write(Paper& paper) const {
+  void Write(PdfDocument& paper) const {
     const core::Verdict& verdict = report_.diagnosis.verdict;
     if (verdict.path.empty() && report_.bench->published.source.empty()) return;
     paper.Heading(words_.path);
@@ -43,7 +43,7 @@ class PathSection : ReportSection {
     return step.leads_to == "no component" ? words_.no_component : step.leads_to;
   }
 
-  void Outcome(Paper& paper) const {
+  void Outcome(PdfDocument& paper) const {
     using core::PathOutcome;
     const core::Verdict& verdict = report_.diagnosis.verdict;
     std::string end =
@@ -59,7 +59,7 @@ class PathSection : ReportSection {
       return;
     }
     if (outcome == PathOutcome::kUnknown) {
-      paper.Paragraph(Fill(words_.why_unknown, {end}), Paper::Tone::kStrong);
+      paper.Paragraph(Fill(words_.why_unknown, {end}), PdfDocument::Tone::kStrong);
       return;
     }
     std::string why = words_.why_window;
@@ -69,13 +69,13 @@ class PathSection : ReportSection {
       why = Fill(words_.why_close, {QuestionIn(words_, step->question)});
     }
     const std::string said = Joined(core::NamedBy(verdict), words_.or_word);
-    paper.Paragraph(Fill(words_.path_differs, {end, said}) + " " + why, Paper::Tone::kStrong);
+    paper.Paragraph(Fill(words_.path_differs, {end, said}) + " " + why, PdfDocument::Tone::kStrong);
   }
 };
 
 }  // namespace
 
-void WritePath(const RunReport& report, const ReportWords& words, Paper& paper) {
+void WritePath(const RunReport& report, const ReportWords& words, PdfDocument& paper) {
   PathSection(report, words).Write(paper);
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/types/component.h"
-#include "server/report/paper.h"
+#include "server/report/pdf_document.h"
 #include "server/report/report.h"
 #include "server/report/report_words.h"
 
@@ -47,13 +47,13 @@ std::string Joined(std::span<const core::Component> components, std::string_view
 /// "2026-11-21T01:02:03.456Z" -> "2026-11-21 01:02:03 UTC"
 std::string Readable(const std::string& iso);
 
-void WriteFacts(const RunReport& report, const ReportWords& words, Paper& paper);
-void WriteVerdict(const RunReport& report, const ReportWords& words, Paper& paper);
+void WriteFacts(const RunReport& report, const ReportWords& words, PdfDocument& paper);
+void WriteVerdict(const RunReport& report, const ReportWords& words, PdfDocument& paper);
 /// The paper's method, and why it ends elsewhere than the verdict.
-void WritePath(const RunReport& report, const ReportWords& words, Paper& paper);
+void WritePath(const RunReport& report, const ReportWords& words, PdfDocument& paper);
 /// The components that were switched.
-void WriteFaults(const RunReport& report, const ReportWords& words, Paper& paper);
+void WriteFaults(const RunReport& report, const ReportWords& words, PdfDocument& paper);
 /// The estimates before and after each change.
-void WriteEstimates(const RunReport& report, const ReportWords& words, Paper& paper);
+void WriteEstimates(const RunReport& report, const ReportWords& words, PdfDocument& paper);
 
 }  // namespace faultlab::server

@@ -15,10 +15,10 @@ class VerdictSection : ReportSection {
   VerdictSection(const RunReport& report, const ReportWords& words)
       : ReportSection(report, words) {}
 
-  void Write(Paper& paper) const {
+  void Write(PdfDocument& paper) const {
     const core::Verdict& verdict = report_.diagnosis.verdict;
     paper.Heading(words_.verdict);
-    paper.Paragraph(VerdictText(verdict), Paper::Tone::kStrong);
+    paper.Paragraph(VerdictText(verdict), PdfDocument::Tone::kStrong);
     if (verdict.kind == core::VerdictKind::kFault) {
       const std::vector<core::Component> named = core::NamedBy(verdict);
       for (const core::Component component : named) {
@@ -122,7 +122,7 @@ class VerdictSection : ReportSection {
   }
 
   /// What was found before the verdict, newest last: the rig may be nominal again.
-  void Earlier(Paper& paper) const {
+  void Earlier(PdfDocument& paper) const {
     const std::vector<core::FaultEpisode>& all = report_.diagnosis.episodes;
     const std::size_t from = all.size() > kEpisodesShown ? all.size() - kEpisodesShown : 0;
     for (std::size_t i = from; i < all.size(); ++i) {
@@ -142,7 +142,7 @@ class VerdictSection : ReportSection {
   }
 
   /// How the motor answers, where the speed alone tells of it.
-  void Response(Paper& paper, const core::ResponseChange& response) const {
+  void Response(PdfDocument& paper, const core::ResponseChange& response) const {
     const auto fact = [&](const std::string& name,
                           const core::Measured core::SpeedResponse::*number,
                           double factor,
@@ -161,7 +161,7 @@ class VerdictSection : ReportSection {
 
 }  // namespace
 
-void WriteVerdict(const RunReport& report, const ReportWords& words, Paper& paper) {
+void WriteVerdict(const RunReport& report, const ReportWords& words, PdfDocument& paper) {
   VerdictSection(report, words).Write(paper);
 }
 

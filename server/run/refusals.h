@@ -28,7 +28,7 @@ core::Error RigRefused(const std::string& rig, const hardware::RemoteRigInfo& wh
 /// The rig does not take the lease: the error of its Arm, with a reason: another lab has it, or
 /// what the rig says is in its message alone.
 core::Error OfLease(const std::string& rig, core::Error error);
-/// The end of the run before is being read from the rig: RunRest.
+/// The end of the run before is being read from the rig: RunRecovery.
 core::Error RestAwaited(const std::string& rig);
 core::Error RunsFull();
 /// This person has as many runs as one person may have.

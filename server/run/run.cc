@@ -157,7 +157,7 @@ void Run::LetGo() {
     const std::lock_guard lock(mutex_);
     state_.on_rig = false;
   }
-  RigHold hold;
+  RigHandle hold;
   {
     const std::lock_guard lock(control_mutex_);
     rig_is_ours_ = false;
@@ -299,7 +299,7 @@ void Run::OnRigEvent(const hardware::RigEvent& event) {
   } else if (event.kind == hardware::RigEventKind::kFinished) {
     finished_ = true;
   } else if (event.kind == hardware::RigEventKind::kStopped && request_.hold.revoked()) {
-    stopped_by_us_ = true;  // the bay stopped it, at the end of the session
+    stopped_by_us_ = true;  // the pool stopped it, at the end of the session
     revoked_ = request_.hold.lease().session;
   } else if (event.kind == hardware::RigEventKind::kStopped && !stopped_by_us_ &&
              failure_.empty()) {

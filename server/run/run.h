@@ -13,13 +13,13 @@
 #include "core/diagnosis/pipeline.h"
 #include "hardware/rig.h"
 #include "server/clock.h"
+#include "server/run/command_worker.h"
+#include "server/run/diagnosis_worker.h"
 #include "server/run/recorder.h"
 #include "server/run/run_manager.h"
 #include "server/run/run_messages.h"
-#include "server/run/solver.h"
 #include "server/run/verdict_teller.h"
 #include "server/run/waiting_changes.h"
-#include "server/run/worker.h"
 #include "server/stream/stream_hub.h"
 
 namespace faultlab::server {
@@ -34,8 +34,8 @@ struct SharedRunCounters {
 struct RunServices {
   RecordingStore& store;
   Recorder& recorder;
-  Solver& solver;
-  Worker& commands;  ///< runs live commands, so that only its thread waits for slow rigs
+  DiagnosisWorker& solver;
+  CommandWorker& commands;  ///< runs live commands, so that only its thread waits for slow rigs
   StreamHub& hub;
   const Clock& clock;
   SharedRunCounters* counters;
@@ -85,7 +85,7 @@ class Run : public std::enable_shared_from_this<Run> {
   void RestartLearning(double next_t_s);
   void ReleaseChanges();
   void ApplyWaitingChanges();  ///< on the thread of the commands, or of the run in simulated time
-  core::Result<Accepted> Hold(const hardware::RigCommand& change);
+  core::Result<Accepted> Defer(const hardware::RigCommand& change);
   void TellChanges();
   void AddEvent(RecordedEvent event);
   void TellMoment(std::int64_t index, std::string_view why) const;

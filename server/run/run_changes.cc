@@ -39,7 +39,7 @@ core::Result<Accepted> Run::Command(hardware::Epoch epoch, const hardware::RigCo
     if (Same(command.value, request_.diagnosis.nominal.Get(command.component))) {
       waiting_.Drop(command.component);
     } else if (!waiting_.open()) {
-      return Hold(command);
+      return Defer(command);
     }
   }
   const core::Status taken = rig_->Command(epoch, command);
@@ -112,14 +112,14 @@ void Run::RestartLearning(double next_t_s) {
 }
 
 /// Called with control_mutex_ held. Refuses at once what the rig would refuse later.
-core::Result<Accepted> Run::Hold(const hardware::RigCommand& change) {
+core::Result<Accepted> Run::Defer(const hardware::RigCommand& change) {
   const double until_s = request_.diagnosis.healthy_to_s;
   const double duration_s =
       static_cast<double>(request_.plan.uc_v.size()) * request_.diagnosis.period_s;
   if (duration_s <= until_s) {
     return refusal::RunTooShort();
   }
-  if (waiting_.Hold(change.component, change.value)) return Accepted{until_s};
+  if (waiting_.Defer(change.component, change.value)) return Accepted{until_s};
   const core::Status taken = rig_->Command(epoch_, change);  // the run ended just now
   if (!taken.ok()) return taken.error();
   return Accepted{};

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "server/diagnosis_json/options_json.h"
+#include "server/run/command_worker.h"
 #include "server/run/refusals.h"
 #include "server/run/run.h"
-#include "server/run/worker.h"
 #include "server/storage/database_error.h"
 #include "server/storage/ids.h"
 
@@ -58,11 +58,11 @@ class RunManager::Impl {
   std::function<bool()> in_force_ = [] { return true; };
   SharedRunCounters counters_;
   Recorder recorder_;
-  Solver solver_;
+  DiagnosisWorker solver_;
   mutable std::mutex mutex_;
   bool closed_ = false;
   std::map<std::string, std::shared_ptr<Run>, std::less<>> runs_;
-  Worker commands_{kCommandsWaitingMax};  ///< destroyed first: it uses the others
+  CommandWorker commands_{kCommandsWaitingMax};  ///< destroyed first: it uses the others
 };
 
 std::shared_ptr<Run> RunManager::Impl::Find(std::string_view id) const {

@@ -16,7 +16,7 @@
 #include "hardware/rig.h"
 #include "hardware/run_plan.h"
 #include "server/clock.h"
-#include "server/run/rig_bay.h"
+#include "server/run/rig_pool.h"
 #include "server/storage/recording_store.h"
 #include "server/stream/stream_hub.h"
 
@@ -68,10 +68,10 @@ struct RunRequest {
   std::string owner;      ///< Principal::owner_key()
   std::string plan_json;  ///< the resolved plan as the API shows it, one JSON object
   hardware::RunPlan plan;
-  RigHold hold;                              ///< of the rig on which it runs
+  RigHandle hold;                            ///< of the rig on which it runs
   bool hidden_faults = false;                ///< true: nothing is sent to the tap
   core::DiagnosisOptions diagnosis;          ///< stored with the run; the period is the plan's
-  std::shared_ptr<void> place{};             ///< of RunPlaces; released when the run has ended
+  std::shared_ptr<void> place{};             ///< of RunQuota; released when the run has ended
   std::shared_ptr<SealedWitness> witness{};  ///< not null: the run is sealed
 };
 

@@ -4,7 +4,7 @@
 
 namespace faultlab::server {
 
-bool WaitingChanges::Hold(core::Component component, double value) {
+bool WaitingChanges::Defer(core::Component component, double value) {
   const std::lock_guard lock(mutex_);
   if (open_) return false;
   values_[component] = value;

@@ -27,10 +27,10 @@ struct ChangeNote {
 /// would disturb the stretch on which the diagnosis of the whole run depends, so it waits for the
 /// end of the stretch; the newest change of a component replaces earlier ones.
 ///
-///   Hold, Drop --> values --Next, after the stretch--> the rig
+///   Defer, Drop --> values --Next, after the stretch--> the rig
 ///                    +--> notes --> events of the run
 ///
-/// Thread-safe. The caller must hold one lock around the choice between Hold and the rig, and
+/// Thread-safe. The caller must hold one lock around the choice between Defer and the rig, and
 /// around Next and the rig.
 class WaitingChanges {
  public:
@@ -42,7 +42,7 @@ class WaitingChanges {
       : until_s_(until_s), open_(!until_s.has_value()) {}
 
   /// True: the change waits. False: send it to the rig now.
-  bool Hold(core::Component component, double value);
+  bool Defer(core::Component component, double value);
   /// The component is set to nominal: its waiting change is dropped.
   void Drop(core::Component component);
   void DropAll();

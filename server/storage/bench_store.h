@@ -16,7 +16,7 @@ class BenchStore {
   explicit BenchStore(Database& database) : database_(database) {}
 
   /// An id stands for one text: of one that is stored already, only the time is renewed. Benches
-  /// that nothing names are kept for days after it (server/lab/retention.h).
+  /// that nothing names are kept for days after it (server/privacy/retention.h).
   core::Status Add(const std::string& id, const std::string& text, WallTime now);
   /// Empty when there is none.
   core::Result<std::string> Text(const std::string& id);

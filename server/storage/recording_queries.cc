@@ -112,7 +112,7 @@ std::optional<Cursor> ParseCursor(const std::string& text) {
 
 }  // namespace
 
-core::Result<std::vector<RunRecord>> RecordingStore::AwaitingRest() {
+core::Result<std::vector<RunRecord>> RecordingStore::AwaitingRecovery() {
   return database_.Read([&](Transaction& tx) -> core::Result<std::vector<RunRecord>> {
     Row row;
     soci::statement statement(tx.sql());

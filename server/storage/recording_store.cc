@@ -36,7 +36,7 @@ struct Progress {
   std::int64_t next_index = 0;
   std::string kept_run;
 
-  bool AwaitsRest() const { return state == Name(RunState::kInterrupted) && !kept_run.empty(); }
+  bool AwaitsRecovery() const { return state == Name(RunState::kInterrupted) && !kept_run.empty(); }
 };
 
 /// Reads the row for an update; on PostgreSQL other writers of this run wait until the commit.
@@ -134,8 +134,8 @@ core::Status RecordingStore::AppendChunk(const std::string& run_id,
   return Append(run_id, RunState::kRunning, samples);
 }
 
-core::Status RecordingStore::AppendRest(const std::string& run_id,
-                                        std::span<const core::Sample> samples) {
+core::Status RecordingStore::AppendRecovered(const std::string& run_id,
+                                             std::span<const core::Sample> samples) {
   if (samples.empty()) return Done{};
   CheckOrder(samples.front().index, samples);
   return Append(run_id, RunState::kInterrupted, samples);
@@ -150,7 +150,7 @@ core::Status RecordingStore::Append(const std::string& run_id,
     const auto progress = LockRun(tx, run_id);
     if (!progress) return NotYours();
     const bool rest = state == RunState::kInterrupted;
-    if (rest ? !progress->AwaitsRest() : progress->state != Name(state)) {
+    if (rest ? !progress->AwaitsRecovery() : progress->state != Name(state)) {
       return Error{ErrorCode::kConflict, "the run has ended: " + progress->state, "", "run_ended"};
     }
     if (first_index < progress->next_index) {
@@ -203,14 +203,14 @@ core::Status RecordingStore::Finish(const std::string& run_id,
   });
 }
 
-core::Status RecordingStore::EndRest(const std::string& run_id,
-                                     RunState state,
-                                     std::span<const RecordedEvent> events) {
+core::Status RecordingStore::EndRecovery(const std::string& run_id,
+                                         RunState state,
+                                         std::span<const RecordedEvent> events) {
   LAB_CHECK(state != RunState::kRunning);
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     const auto progress = LockRun(tx, run_id);
     if (!progress) return NotYours();
-    if (!progress->AwaitsRest()) return Done{};
+    if (!progress->AwaitsRecovery()) return Done{};
     AddEvents(tx, run_id, events, NextEvent(tx, run_id));
     const std::string name(Name(state));
     tx.sql() << "UPDATE recording SET state = :state, kept_run = '', diagnosis_json = '', "
@@ -300,7 +300,7 @@ core::Status RecordingStore::Delete(const std::string& run_id) {
     if (progress->state == Name(RunState::kRunning)) {
       return Error{ErrorCode::kConflict, "stop the run before deleting it", "", "run_not_ended"};
     }
-    if (progress->AwaitsRest()) {
+    if (progress->AwaitsRecovery()) {
       return Error{ErrorCode::kConflict,
                    "The rest of this run is being read from its rig; delete it in a few minutes.",
                    "",

@@ -50,8 +50,8 @@ struct RunRecord {
   std::string note;  ///< free text of its owner
 
   /// Its server died, and its rest has not been read from the rig yet: see
-  /// RecordingStore::AppendRest.
-  bool AwaitsRest() const { return state == RunState::kInterrupted && !kept_run.empty(); }
+  /// RecordingStore::AppendRecovered.
+  bool AwaitsRecovery() const { return state == RunState::kInterrupted && !kept_run.empty(); }
 };
 
 /// One line of a run's event list, in the JSON that viewers get.
@@ -128,16 +128,17 @@ class RecordingStore {
                       const std::string& plan_json,
                       const std::string& options_json,
                       std::span<const RecordedEvent> events);
-  /// Interrupted runs whose rest may still be in their rigs. Until EndRest they are not deleted.
-  core::Result<std::vector<RunRecord>> AwaitingRest();
+  /// Interrupted runs whose rest may still be in their rigs. Until EndRecovery they are not
+  /// deleted.
+  core::Result<std::vector<RunRecord>> AwaitingRecovery();
   /// Appends to such a run, as AppendChunk does to a running one. Refuses every other (kConflict).
-  core::Status AppendRest(const std::string& run_id, std::span<const core::Sample> samples);
+  core::Status AppendRecovered(const std::string& run_id, std::span<const core::Sample> samples);
   /// Nothing more will come. `state` is the end as the rig knows it, kInterrupted if it does not. A
   /// diagnosis of the part that was there before is forgotten. No effect on a run that awaits
   /// nothing.
-  core::Status EndRest(const std::string& run_id,
-                       RunState state,
-                       std::span<const RecordedEvent> events);
+  core::Status EndRecovery(const std::string& run_id,
+                           RunState state,
+                           std::span<const RecordedEvent> events);
 
   /// Appends what a former process recorded and could not store. Samples that are there already are
   /// left out, so that a caller may begin anew. A diagnosis of the part before is forgotten.

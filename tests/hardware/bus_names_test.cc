@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "hardware/lcm/key_ring.h"
-#include "hardware/lcm/unkeyed_names.h"
+#include "hardware/lcm/unproven_rigs.h"
 #include "tests/hardware/remote_world.h"
 
 namespace faultlab::hardware {
@@ -13,19 +13,19 @@ namespace {
 
 using std::chrono::seconds;
 
-TEST(UnkeyedNames, AreBoundedAndTheLongestUnheardLeavesFirst) {
-  UnkeyedNames names;
+TEST(UnprovenRigs, AreBoundedAndTheLongestUnheardLeavesFirst) {
+  UnprovenRigs names;
   names.Hear("true-1", RigRefusal::kNoKey, seconds(0));
   for (int i = 0; i < 63; ++i)
     names.Hear("invented-" + std::to_string(i), RigRefusal::kOtherKey, seconds(1));
   names.Hear("true-1", RigRefusal::kNoKey, seconds(2));
   for (int i = 63; i < 10'500; ++i) {
     names.Hear("invented-" + std::to_string(i), RigRefusal::kOtherKey, seconds(3));
-    ASSERT_LE(names.List(seconds(3)).size(), UnkeyedNames::kNamesMax);
+    ASSERT_LE(names.List(seconds(3)).size(), UnprovenRigs::kNamesMax);
   }
   names.Hear("true-1", RigRefusal::kNoKey, seconds(4));
   const auto list = names.List(seconds(4));
-  EXPECT_EQ(list.size(), UnkeyedNames::kNamesMax);
+  EXPECT_EQ(list.size(), UnprovenRigs::kNamesMax);
   EXPECT_EQ(std::count_if(list.begin(),
                           list.end(),
                           [](const auto& each) {
@@ -35,8 +35,8 @@ TEST(UnkeyedNames, AreBoundedAndTheLongestUnheardLeavesFirst) {
       << "no flood shuts a name out";
 }
 
-TEST(UnkeyedNames, LeaveAfterAMinuteOfSilence) {
-  UnkeyedNames names;
+TEST(UnprovenRigs, LeaveAfterAMinuteOfSilence) {
+  UnprovenRigs names;
   names.Hear("one", RigRefusal::kOtherKey, seconds(0));
   names.Hear("two", RigRefusal::kOtherKey, seconds(30));
   EXPECT_EQ(names.List(seconds(59)).size(), 2u);

@@ -60,7 +60,7 @@ json::object AssignmentToJson(CourseApi& api, const Principal& who, const SeenAs
                    {"opens", Iso8601(of.opens)},
                    {"due", Iso8601(of.due)},
                    {"your_due", Iso8601(of.DueFor(who.user_id))},
-                   {"your_close", Iso8601(course::TrialDesk::ClosesFor(of, who.user_id))},
+                   {"your_close", Iso8601(course::BlindTrials::ClosesFor(of, who.user_id))},
                    {"version", of.version},
                    {"extensions", nullptr},
                    {"progress", nullptr},

@@ -4,12 +4,12 @@
 #include "server/auth/accounts.h"
 #include "server/auth/audit_log.h"
 #include "server/course/assignments.h"
+#include "server/course/blind_trials.h"
 #include "server/course/groups.h"
-#include "server/course/trial_desk.h"
 #include "server/course/trials.h"
 #include "server/experiment/experiments.h"
 #include "server/experiment/fault_set_access.h"
-#include "server/lab/fault_sets.h"
+#include "server/fault_sets/fault_sets.h"
 
 // Assignments of a course and the blind trials of its students.
 namespace faultlab::server {
@@ -18,8 +18,8 @@ struct CourseApi {
   course::Assignments& assignments;
   course::Trials& trials;
   course::Groups& groups;
-  course::TrialDesk& desk;
-  lab::FaultSets& fault_sets;
+  course::BlindTrials& blind_trials;
+  FaultSets& fault_sets;
   FaultSetAccess& fault_set_access;
   Experiments& experiments;
   Accounts& accounts;

@@ -50,7 +50,7 @@ json::object TrialToJson(const Assignment& of,
                    {"run", nullptr},
                    {"commitment", trial.commitment},
                    {"created_at", Iso8601(trial.created_at)},
-                   {"answer_by", Iso8601(course::TrialDesk::AnswerBy(of, trial))},
+                   {"answer_by", Iso8601(course::BlindTrials::AnswerBy(of, trial))},
                    {"ended_at", TimeOrNull(trial.ended_at)},
                    {"answered_at", TimeOrNull(trial.answered_at)},
                    {"released_at", TimeOrNull(trial.released_at)},
@@ -103,7 +103,7 @@ core::Result<SeenTrial> TrialFor(CourseApi& api, const ApiRequest& request) {
     return NotYours();
   }
   const Assignment& of = seen.value().assignment;
-  auto now = api.desk.Look(of, std::move(trial).value());
+  auto now = api.blind_trials.Look(of, std::move(trial).value());
   if (!now) return now.error();
   return SeenTrial{std::move(now).value(), of, std::move(members).value(), own};
 }
@@ -126,7 +126,7 @@ core::Result<std::vector<Trial>> TrialsOf(CourseApi& api,
       seen.assignment.id, all ? std::nullopt : std::optional(request.who.user_id), after, limit);
   if (!list) return list;
   for (Trial& each : list.value()) {
-    auto now = api.desk.Look(seen.assignment, std::move(each));
+    auto now = api.blind_trials.Look(seen.assignment, std::move(each));
     if (!now) return now.error();
     each = std::move(now).value();
   }
@@ -166,7 +166,7 @@ core::Result<HttpResponse> StartTrial(CourseApi& api, const ApiRequest& request)
   const std::string rig = in.TextOr("rig", "", kNameBytesMax);
   const json::object* excitation = in.ObjectOrNull("excitation");
   if (auto error = in.Finish()) return *error;
-  const auto begun = api.desk.Start(request.who, seen.value().assignment, rig, excitation);
+  const auto begun = api.blind_trials.Start(request.who, seen.value().assignment, rig, excitation);
   if (!begun) return begun.error();
   auto members = MembersOf(api, begun.value());
   if (!members) return members.error();
@@ -193,7 +193,7 @@ core::Result<HttpResponse> AnswerTrial(CourseApi& api, const ApiRequest& request
   const auto answer = course::ParseAnswer(request.body, *bench.value());
   if (!answer) return answer.error();
   const auto taken =
-      api.desk.TakeAnswer(seen.value().assignment, seen.value().trial, answer.value());
+      api.blind_trials.TakeAnswer(seen.value().assignment, seen.value().trial, answer.value());
   if (!taken) return taken.error();
   return JsonResponse(TrialToJson(seen.value().assignment, taken.value(), seen.value().members));
 }

@@ -7,7 +7,7 @@
 #include "server/lab/check_log.h"
 #include "server/lab/lab_service.h"
 #include "server/lab/relay_wear.h"
-#include "server/run/rig_bay.h"
+#include "server/run/rig_pool.h"
 
 // What operators look at: the history of rigs, alarms, the queue, the effect of an outage.
 namespace faultlab::server {
@@ -15,7 +15,7 @@ namespace faultlab::server {
 struct OperateApi {
   lab::LabService& service;
   Accounts& accounts;
-  RigBay& bay;
+  RigPool& rig_pool;
   lab::CheckLog& checks;
   lab::RelayWear& wear;
   lab::Alarms& alarms;

@@ -135,7 +135,7 @@ core::Result<HttpResponse> GetRigHistory(OperateApi& api, const ApiRequest& requ
   if (!days) return days.error();
   const auto counts = api.wear.Get(id);
   if (!counts) return counts.error();
-  const auto rig = api.bay.Find(id);  // one of another server may be unknown here
+  const auto rig = api.rig_pool.Find(id);  // one of another server may be unknown here
   return JsonResponse(json::object{
       {"checks", ChecksToJson(checks.value())},
       {"days", DaysToJson(days.value(), until)},
@@ -147,7 +147,7 @@ core::Result<HttpResponse> NoteReplacedRelay(OperateApi& api, const ApiRequest& 
   const std::string& id = request.http.PathParameter("id");
   const auto line = PathNumber(request, "line");
   if (!line) return line.error();
-  const auto rig = api.bay.Find(id);
+  const auto rig = api.rig_pool.Find(id);
   if (!rig.ok()) return rig.error();
   const auto relays = RelaysOf(rig.value().description);
   if (line.value() > 31 || !relays.contains(static_cast<int>(line.value()))) {

@@ -8,7 +8,7 @@
 #include "server/api/gate.h"
 #include "server/auth/accounts.h"
 #include "server/auth/audit_log.h"
-#include "server/camera/camera_desk.h"
+#include "server/camera/camera_reader.h"
 #include "server/experiment/experiments.h"
 #include "server/run/run_manager.h"
 #include "server/storage/picture_store.h"
@@ -26,10 +26,10 @@ struct RunApi {
   StreamTokens& tokens;
   StorageQuota& quota;
   Benches& benches;
-  RunPlaces& places;
+  RunQuota& places;
   AuditLog& audit;
   DiskReserve spool_disk;
-  CameraDesk& cameras;
+  CameraReader& cameras;
   PictureStore& pictures;
   const Clock& clock;
   std::string public_url;  ///< "https://lab.example.org"; empty: not known

@@ -11,7 +11,7 @@
 #include "server/auth/audit_log.h"
 #include "server/auth/calendar_links.h"
 #include "server/lab/lab_service.h"
-#include "server/run/rig_bay.h"
+#include "server/run/rig_pool.h"
 #include "server/run/run_manager.h"
 
 // Rigs as operators see them, and how people share them: queue, bookings, sessions, calendar.
@@ -32,7 +32,7 @@ struct RigContacts {
 struct SharingApi {
   lab::LabService& service;
   Accounts& accounts;
-  RigBay& bay;
+  RigPool& rig_pool;
   RunManager& runs;
   RecordingStore& store;
   CalendarLinks& calendar_links;

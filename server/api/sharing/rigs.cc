@@ -282,7 +282,7 @@ core::Result<HttpResponse> CommissionRig(SharingApi& api, const ApiRequest& requ
 }
 
 core::Result<HttpResponse> ClearTrip(SharingApi& api, const ApiRequest& request) {
-  const auto rig = api.bay.Find(request.http.PathParameter("id"));
+  const auto rig = api.rig_pool.Find(request.http.PathParameter("id"));
   if (!rig) return rig.error();
   if (!rig.value().trip) {
     return core::Error{
@@ -301,7 +301,7 @@ core::Result<HttpResponse> ClearTrip(SharingApi& api, const ApiRequest& request)
 
 /// What the rig has seen is the agent's word, signed with the rig's key.
 core::Result<HttpResponse> AdoptRig(SharingApi& api, const ApiRequest& request) {
-  const auto rig = api.bay.Find(request.http.PathParameter("id"));
+  const auto rig = api.rig_pool.Find(request.http.PathParameter("id"));
   if (!rig) return rig.error();
   const auto& remote = rig.value().remote;
   if (!remote) {

@@ -12,7 +12,7 @@ namespace faultlab::server {
 namespace {
 
 namespace json = boost::json;
-using lab::FaultSet;
+using FaultSet;
 
 /// @param bench  of the set, if a server has it now
 json::object SetToJson(const FaultSet& set, const core::Bench* bench) {
@@ -126,7 +126,7 @@ core::Result<HttpResponse> ListFaultSets(WorkApi& api, const ApiRequest& request
   const auto page = PageOf(request.http);
   if (!page) return page.error();
   const bool all = Allowed(request.who.role, Operation::kReadFaultSet, Ownership::kForeign);
-  std::optional<lab::FaultSets::Reader> reader;
+  std::optional<FaultSets::Reader> reader;
   if (!all) {
     const bool makes = Allowed(request.who.role, Operation::kManageFaultSet, Ownership::kOwn);
     reader = {request.who.user_id, makes};

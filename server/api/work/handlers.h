@@ -6,8 +6,8 @@
 #include "server/auth/accounts.h"
 #include "server/auth/audit_log.h"
 #include "server/experiment/experiments.h"
-#include "server/lab/fault_sets.h"
-#include "server/lab/job_store.h"
+#include "server/fault_sets/fault_sets.h"
+#include "server/jobs/job_store.h"
 #include "server/lab/lab_service.h"
 #include "server/storage/rig_calibrations.h"
 
@@ -17,12 +17,12 @@ namespace faultlab::server {
 struct WorkApi {
   Experiments& experiments;
   Recordings& recordings;
-  lab::FaultSets& fault_sets;
+  FaultSets& fault_sets;
   FaultSetAccess& fault_set_access;
-  lab::JobStore& jobs;
+  JobStore& jobs;
   lab::LabService& service;
   Accounts& accounts;
-  RigBay& bay;
+  RigPool& rig_pool;
   RunManager& runs;
   RecordingStore& store;
   RigCalibrations& calibrations;

@@ -25,7 +25,7 @@ constexpr std::int64_t kWindowMax = 500;  // five seconds of a fault; a second o
 core::Result<core::Calibration> NewestCalibration(WorkApi& api,
                                                   const std::string& rig,
                                                   const core::Bench& bench) {
-  if (!IsKnown(api.service, api.bay, rig)) {
+  if (!IsKnown(api.service, api.rig_pool, rig)) {
     return Error{
         ErrorCode::kInvalid, "There is no rig '" + rig + "'.", "rig", "no_rig", {{"rig", rig}}};
   }
@@ -56,7 +56,7 @@ core::Status SetExcitation(const HttpRequest& request, IsolabilityQuestion& ques
 
 core::Result<IsolabilityQuestion> QuestionOf(WorkApi& api,
                                              const ApiRequest& request,
-                                             const lab::FaultSet& set) {
+                                             const FaultSet& set) {
   const HttpRequest& http = request.http;
   const core::Status query =
       OnlyQuery(http, {"rig", "profile", "excitation", "channels", "window_samples", "um_noise_v"});
@@ -97,7 +97,7 @@ core::Result<IsolabilityQuestion> QuestionOf(WorkApi& api,
 }
 
 struct Answer {
-  lab::FaultSet set;
+  FaultSet set;
   IsolabilityQuestion question;
   core::Isolability isolability;
 };

@@ -30,7 +30,7 @@ double ProgressOf(const Run& run) {
 }
 
 /// A diagnosis, or what the methods have said so far.
-void AddResult(json::object result, const lab::Job& job, json::object& out) {
+void AddResult(json::object result, const Job& job, json::object& out) {
   const json::value* of = result.if_contains("of");
   if (of == nullptr) {
     out["diagnosis"] = std::move(result);
@@ -43,7 +43,7 @@ void AddResult(json::object result, const lab::Job& job, json::object& out) {
   out["methods"] = std::move(result);
 }
 
-json::object JobToJson(WorkApi& api, const lab::Job& job) {
+json::object JobToJson(WorkApi& api, const Job& job) {
   json::object out{{"id", job.id},
                    {"batch", job.batch},
                    {"name", job.name},
@@ -80,10 +80,10 @@ json::object JobToJson(WorkApi& api, const lab::Job& job) {
 
 /// Refuses now what would be refused when the job's turn comes. The body to keep, a fault set
 /// replaced by its faults, and what lists show of it. Adds to `sets` the fault set that it takes.
-core::Result<lab::Job> CheckedJob(WorkApi& api,
-                                  const Principal& who,
-                                  const json::value& wanted,
-                                  std::set<std::int64_t>& sets) {
+core::Result<Job> CheckedJob(WorkApi& api,
+                             const Principal& who,
+                             const json::value& wanted,
+                             std::set<std::int64_t>& sets) {
   if (!wanted.is_object()) {
     return core::Error{core::ErrorCode::kInvalid,
                        "A run is a JSON object.",
@@ -93,7 +93,7 @@ core::Result<lab::Job> CheckedJob(WorkApi& api,
   }
   auto work = api.experiments.ReadWork(wanted.as_object());
   if (!work) return work.error();
-  lab::Job job;
+  Job job;
   if (!std::holds_alternative<ExperimentPlan>(work.value())) {
     const auto* diagnosis = std::get_if<DiagnosisRequest>(&work.value());
     const auto* methods = std::get_if<MethodsRequest>(&work.value());
@@ -122,7 +122,7 @@ core::Result<lab::Job> CheckedJob(WorkApi& api,
   return job;
 }
 
-core::Result<lab::Job> OwnJob(WorkApi& api, const ApiRequest& request) {
+core::Result<Job> OwnJob(WorkApi& api, const ApiRequest& request) {
   auto job = api.jobs.Get(request.http.PathParameter("id"));
   if (!job) return job.error();
   const core::Status allowed =
@@ -143,7 +143,7 @@ core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request) {
   }
   const std::string batch = NewId("batch");
   const WallTime now = api.clock.Wall();
-  std::vector<lab::Job> jobs;
+  std::vector<Job> jobs;
   std::set<std::int64_t> sets;
   for (std::size_t i = 0; i < runs->size(); ++i) {
     auto checked = CheckedJob(api, request.who, (*runs)[i], sets);
@@ -152,7 +152,7 @@ core::Result<HttpResponse> CreateJobs(WorkApi& api, const ApiRequest& request) {
       error.field = "/runs/" + std::to_string(i) + error.field;
       return error;
     }
-    lab::Job job = std::move(checked).value();
+    Job job = std::move(checked).value();
     job.id = NewId("job");
     job.owner = request.who.owner_key();
     job.account_id = request.who.user_id;
@@ -203,10 +203,10 @@ core::Result<HttpResponse> ListJobs(WorkApi& api, const ApiRequest& request) {
                             limit.value());
   if (!jobs) return jobs.error();
   json::array items;
-  for (const lab::Job& job : jobs.value()) items.push_back(JobToJson(api, job));
+  for (const Job& job : jobs.value()) items.push_back(JobToJson(api, job));
   json::object out{{"items", std::move(items)}, {"next_cursor", nullptr}};
   if (jobs.value().size() == static_cast<std::size_t>(limit.value())) {
-    const lab::Job& last = jobs.value().back();
+    const Job& last = jobs.value().back();
     out["next_cursor"] = std::to_string(ToMilliseconds(last.created_at)) + "." + last.id;
   }
   return JsonResponse(out);

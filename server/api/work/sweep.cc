@@ -42,7 +42,7 @@ SweepRun RunOf(const RunRecord& record,
 }
 
 /// Whoever may read a run may see what was found in it.
-bool MayRead(WorkApi& api, const Principal& who, const lab::Job& job) {
+bool MayRead(WorkApi& api, const Principal& who, const Job& job) {
   if (Authorize(who, Operation::kSubmitJob, OwnershipOf(who, job.owner)).ok()) return true;
   if (job.run_id.empty()) return false;
   const auto run = api.store.Get(job.run_id);
@@ -61,7 +61,7 @@ core::Result<HttpResponse> GetSweepPlot(WorkApi& api, const ApiRequest& request)
   const std::string batch = request.http.PathParameter("id");
   auto jobs = api.jobs.List("", batch, 0, "", kRunsMax);
   if (!jobs) return jobs.error();
-  std::erase_if(jobs.value(), [&](const lab::Job& job) { return !MayRead(api, request.who, job); });
+  std::erase_if(jobs.value(), [&](const Job& job) { return !MayRead(api, request.who, job); });
   if (jobs.value().empty()) {
     return core::Error{core::ErrorCode::kNotFound, "There is no such batch.", "", "nothing_here"};
   }
@@ -69,7 +69,7 @@ core::Result<HttpResponse> GetSweepPlot(WorkApi& api, const ApiRequest& request)
   const core::Bench* bench = nullptr;
   std::vector<SweepRun> runs;
   bool any_hidden = false;
-  for (const lab::Job& job : jobs.value()) {
+  for (const Job& job : jobs.value()) {
     if (job.state != "finished" || job.run_id.empty()) continue;
     auto stored = api.store.Get(job.run_id);
     if (!stored) continue;  // deleted since

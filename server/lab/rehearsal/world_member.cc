@@ -46,19 +46,19 @@ WorldMember::WorldMember(Site& site, std::string id, OpenStore open)
 }
 
 void WorldMember::FillBay() {
-  bay_ = std::make_unique<RigBay>();
-  std::vector<RigBay::Found> far;
+  rig_pool_ = std::make_unique<RigPool>();
+  std::vector<RigPool::Found> far;
   for (WorldRig& rig : site_.rigs) {
     rig.description.bench = &AnyBench();
     if (rig.elastic && rig.member == id_) {
       const auto accepted = [this](const RigId& id, std::uint64_t epoch) {
         site_.oracle.Accepted(id, epoch, site_.sender);
       };
-      bay_->Add(rig.description, "bench", [about = rig.description, accepted] {
+      rig_pool_->Add(rig.description, "bench", [about = rig.description, accepted] {
         return std::make_shared<RehearsedRig>(about, std::make_shared<RigBody>(about.id, accepted));
       });
     } else if (rig.member == id_) {
-      bay_->AddResident(std::make_shared<RehearsedRig>(rig.description, rig.body), "bench");
+      rig_pool_->AddResident(std::make_shared<RehearsedRig>(rig.description, rig.body), "bench");
     } else if (rig.member.empty()) {
       const Way way = [this]() -> std::optional<WorldTime> {
         if (site_.random.Chance(site_.calm ? 0.0 : 0.2)) return std::nullopt;
@@ -66,7 +66,7 @@ void WorldMember::FillBay() {
       };
       const auto held =
           std::make_shared<RehearsedRig>(rig.description, rig.body, rig.line, site_.sender, way);
-      RigBay::Found found;
+      RigPool::Found found;
       found.status.description = rig.description;
       found.status.profile = "bench";
       found.status.remote.emplace();
@@ -76,9 +76,9 @@ void WorldMember::FillBay() {
     }
   }
   if (far.empty()) return;
-  bay_->SetFinder([far, this] {
-    std::vector<RigBay::Found> all = far;
-    for (RigBay::Found& each : all) {
+  rig_pool_->SetFinder([far, this] {
+    std::vector<RigPool::Found> all = far;
+    for (RigPool::Found& each : all) {
       const bool running = RigOf(each.status.description.id).body->running();
       each.status.state = running ? hardware::RigState::kRunning : hardware::RigState::kIdle;
       each.status.remote->state = each.status.state;
@@ -118,7 +118,7 @@ bool WorldMember::Start() {
     Die();
     return false;
   }
-  access_ = std::make_unique<RigAccess>(*service_, *bay_, [](std::string_view) {});
+  access_ = std::make_unique<RigAccess>(*service_, *rig_pool_, [](std::string_view) {});
   heard_ = true;
   Show();
   return true;
@@ -137,7 +137,7 @@ void WorldMember::Die() {
   late_.clear();
   old_checks_.clear();
   service_.reset();
-  bay_.reset();
+  rig_pool_.reset();
   faults_.next = NextWrite::kStored;
   frozen_until_ = {};
 }
@@ -212,7 +212,7 @@ void WorldMember::GoOnWithChecks() {
         ++entry;
         continue;
       }
-      auto hold = bay_->Acquire(check.lease, milliseconds(0));
+      auto hold = rig_pool_->Acquire(check.lease, milliseconds(0));
       if (!hold.ok()) {
         const core::ErrorCode code = hold.error().code;
         const Check over = {check.lease, check.asked};
@@ -285,7 +285,7 @@ void WorldMember::RepeatOldCheck() {
 }
 
 bool WorldMember::OlderRunOn(const RigId& rig, std::uint64_t epoch) const {
-  const auto older = [&](const RigHold& hold) {
+  const auto older = [&](const RigHandle& hold) {
     return hold.lease().rig == rig && hold.lease().epoch < epoch;
   };
   return std::any_of(runs_.begin(), runs_.end(), [&](const Run& r) { return older(r.hold); }) ||
@@ -304,7 +304,7 @@ void WorldMember::BeginRun(UserId user, const Session* session, Milliseconds len
   const RigId rig = session == nullptr ? "" : session->rig;
   const StartedBy by = session != nullptr && session->kind == TicketKind::kJob ? StartedBy::kJob
                                                                                : StartedBy::kPerson;
-  std::optional<core::Result<RigHold>> hold;
+  std::optional<core::Result<RigHandle>> hold;
   const auto before = service_->state();
   Guarded([&] { hold = access_->Hold(PrincipalOf(user), by, rig, AnyBench(), length); });
   if (!alive() || !hold) return;
@@ -324,7 +324,7 @@ void WorldMember::BeginRun(UserId user, const Session* session, Milliseconds len
   Hold(std::move(*hold), user, length);
 }
 
-void WorldMember::Hold(core::Result<RigHold> hold, UserId user, Milliseconds length) {
+void WorldMember::Hold(core::Result<RigHandle> hold, UserId user, Milliseconds length) {
   if (!hold.ok()) return;
   site_.sender = {user, id_, site_.now, site_.oracle.answers()};
   Run run{std::move(hold.value()), user, site_.now + length};
@@ -343,7 +343,7 @@ void WorldMember::AcquireLate() {
       late_.push_back(late);
       continue;
     }
-    Hold(bay_->Acquire(late.lease, milliseconds(0)), late.user, seconds(30));
+    Hold(rig_pool_->Acquire(late.lease, milliseconds(0)), late.user, seconds(30));
     if (!alive()) return;
   }
 }
@@ -386,7 +386,7 @@ void WorldMember::CommandRun() {
 
 void WorldMember::TryToCommand(UserId user, const RigId& rig) {
   if (!access_->MayCommand(PrincipalOf(user), rig)) return;
-  const auto found = bay_->Find(rig);
+  const auto found = rig_pool_->Find(rig);
   if (!found.ok() || !NeedsSession(found.value())) return;
   const auto state = service_->state();
   for (const auto& [id, session] : state->sessions) {

@@ -20,7 +20,7 @@
 #include "server/lab/rehearsal/random.h"
 #include "server/lab/rehearsal/rehearsal.h"
 #include "server/lab/rehearsal/rehearsed_rig.h"
-#include "server/run/rig_bay.h"
+#include "server/run/rig_pool.h"
 
 namespace faultlab::server::lab::rehearsal {
 
@@ -108,19 +108,19 @@ class WorldMember : public RigDuties {
   void RepeatOldCheck();
 
   // RigDuties, as RigUpkeep does them.
-  void Fence(const RigId& rig, std::uint64_t epoch) override { bay_->Fence(rig, epoch); }
+  void Fence(const RigId& rig, std::uint64_t epoch) override { rig_pool_->Fence(rig, epoch); }
   void StartCleaning(const Lease& lease) override;
-  bool RunInProgress(const RigId& rig) override { return bay_->Holds(rig); }
+  bool RunInProgress(const RigId& rig) override { return rig_pool_->Holds(rig); }
 
  private:
   struct Check {
     Lease lease;
     WorldTime asked{};
     std::optional<WorldTime> done{};
-    RigHold hold{};
+    RigHandle hold{};
   };
   struct Run {
-    RigHold hold;
+    RigHandle hold;
     UserId user{};
     WorldTime until{};
     std::optional<WorldTime> let_go{};  ///< was revoked, and stops then
@@ -139,7 +139,7 @@ class WorldMember : public RigDuties {
   void GoOnWithChecks();
   void EndCheck(Check& check);
   void GoOnWithRuns();
-  void Hold(core::Result<RigHold> hold, UserId user, Milliseconds length);
+  void Hold(core::Result<RigHandle> hold, UserId user, Milliseconds length);
   void AcquireLate();
   bool OlderRunOn(const RigId& rig, std::uint64_t epoch) const;
   WorldRig& RigOf(const RigId& id);
@@ -152,7 +152,7 @@ class WorldMember : public RigDuties {
   WorldTime frozen_until_{};
   bool was_frozen_ = false;
   bool heard_ = false;
-  std::unique_ptr<RigBay> bay_;
+  std::unique_ptr<RigPool> rig_pool_;
   std::unique_ptr<LabService> service_;
   std::unique_ptr<RigAccess> access_;
   std::list<Check> checks_;

@@ -24,7 +24,7 @@ class ClassOfFarRigs : public testing::Test {
  protected:
   ~ClassOfFarRigs() override {
     if (shared_) shared_->Stop();
-    bay_.SetFinder({});
+    rig_pool_.SetFinder({});
   }
 
   static std::shared_ptr<hardware::Rig> MakeRig(const std::string& id, const core::Bench& bench) {
@@ -37,7 +37,7 @@ class ClassOfFarRigs : public testing::Test {
     return hardware::MakeSimulatedRig(options);
   }
   void Hear(const std::string& id, const core::Bench& bench) {
-    RigBay::Found found;
+    RigPool::Found found;
     const std::shared_ptr<hardware::Rig> rig = MakeRig(id, bench);
     found.status.description = rig->description();
     found.status.description.kind = hardware::RigKind::kRemote;
@@ -47,11 +47,11 @@ class ClassOfFarRigs : public testing::Test {
     heard_.push_back(std::move(found));
   }
   void Start() {
-    bay_.SetFinder([this] {
+    rig_pool_.SetFinder([this] {
       const std::lock_guard lock(mutex_);
       return heard_;
     });
-    shared_ = std::make_unique<tests::SharedRigs>(*database_, bay_, clock_);
+    shared_ = std::make_unique<tests::SharedRigs>(*database_, rig_pool_, clock_);
   }
   std::string ReasonOf(const std::string& rig) {
     const lab::Rig known = shared_->service().state()->rigs.at(rig);
@@ -68,16 +68,16 @@ class ClassOfFarRigs : public testing::Test {
 
   tests::TestDatabase database_{Engine::kSqlite};
   SystemClock clock_;
-  RigBay bay_;
+  RigPool rig_pool_;
   std::mutex mutex_;
-  std::vector<RigBay::Found> heard_;
+  std::vector<RigPool::Found> heard_;
   std::unique_ptr<tests::SharedRigs> shared_;
 };
 
 TEST_F(ClassOfFarRigs, IsBuiltLikeThisServersOwnRigs) {
   Hear("a-far", Servo());
   Hear("b-far", paper::Bench());
-  bay_.AddResident(MakeRig("own", paper::Bench()), "bench");
+  rig_pool_.AddResident(MakeRig("own", paper::Bench()), "bench");
   Start();
   EXPECT_EQ(ReasonOf("a-far"), BuiltOtherwise(paper::Bench()));
   AwaitReady("own");
@@ -109,13 +109,13 @@ TEST(RigsOfBefore, AreWaitedForBeforeTheirSessionsEnd) {
   ManualClock clock;
   constexpr lab::UserId kUser{1};
   {
-    RigBay bay;
+    RigPool rig_pool;
     hardware::SimulatedRigOptions options;
     options.id = "desk";
     options.rig_class = "desks";
     options.kind = hardware::RigKind::kBench;
-    bay.AddResident(hardware::MakeSimulatedRig(options), "bench");
-    tests::SharedRigs before(*database, bay, clock);
+    rig_pool.AddResident(hardware::MakeSimulatedRig(options), "bench");
+    tests::SharedRigs before(*database, rig_pool, clock);
     const std::uint64_t check = before.service().state()->rigs.at("desk").epoch;
     (void)before.service().CleaningDone("desk", check, true, "");  // its check is not the subject
     ASSERT_EQ(before.service().state()->rigs.at("desk").status, lab::RigStatus::kReady);
@@ -129,7 +129,7 @@ TEST(RigsOfBefore, AreWaitedForBeforeTheirSessionsEnd) {
     ASSERT_TRUE(session.ok()) << session.error().message;
     before.Stop();
   }
-  RigBay empty;
+  RigPool empty;
   tests::SharedRigs after(*database, empty, clock);
   const auto desk = [&] { return after.service().state()->rigs.at("desk"); };
   EXPECT_EQ(desk().status, lab::RigStatus::kLeased);

@@ -39,12 +39,12 @@ class FarRigTest : public testing::Test {
  protected:
   ~FarRigTest() override {
     if (shared_) shared_->Stop();
-    bay_.SetFinder({});
+    rig_pool_.SetFinder({});
   }
 
   /// @param epoch  epoch that the rig has had in this lab
   void StartServer(std::uint64_t epoch = 0) {
-    shared_ = std::make_unique<tests::SharedRigs>(*database_, bay_, clock_);
+    shared_ = std::make_unique<tests::SharedRigs>(*database_, rig_pool_, clock_);
     const core::Status known =
         shared_->service().Do([&](lab::Scheduler& scheduler, WallTime now) -> core::Status {
           for (std::uint64_t i = 0; i < epoch; ++i) {
@@ -57,7 +57,7 @@ class FarRigTest : public testing::Test {
         });
     ASSERT_TRUE(known.ok());
     here_.WaitUntilHeard();
-    bay_.SetFinder([this] {
+    rig_pool_.SetFinder([this] {
       ++looks_;
       RigStatus status;
       status.remote = here_.rig().info();
@@ -65,7 +65,8 @@ class FarRigTest : public testing::Test {
       status.state = status.remote->link == hardware::LinkState::kLost
                          ? hardware::RigState::kOffline
                          : status.remote->state;
-      return std::vector<RigBay::Found>{{std::move(status), [this] { return here_.shared_rig(); }}};
+      return std::vector<RigPool::Found>{
+          {std::move(status), [this] { return here_.shared_rig(); }}};
     });
   }
 
@@ -95,7 +96,7 @@ class FarRigTest : public testing::Test {
     who.role = Role::kOperator;
     SharingApi api{shared_->service(),
                    accounts_,
-                   bay_,
+                   rig_pool_,
                    runs_,
                    store_,
                    calendar_links_,
@@ -114,7 +115,7 @@ class FarRigTest : public testing::Test {
 
   tests::TestDatabase database_{Engine::kSqlite};
   ManualClock clock_;
-  RigBay bay_;
+  RigPool rig_pool_;
   RecordingStore store_{*database_};
   StreamHub hub_{{}, clock_};
   StreamTokens tokens_{clock_};

@@ -24,7 +24,7 @@ using tests::Await;
 class SharedRigsTest : public testing::Test {
  protected:
   SharedRigsTest() : database_(Engine::kSqlite) {
-    shared_ = std::make_unique<tests::SharedRigs>(*database_, bay_, clock_);
+    shared_ = std::make_unique<tests::SharedRigs>(*database_, rig_pool_, clock_);
   }
   ~SharedRigsTest() override { shared_->Stop(); }
 
@@ -32,11 +32,11 @@ class SharedRigsTest : public testing::Test {
     hardware::SimulatedRigOptions options;
     options.id = id;
     options.kind = kind;
-    bay_.AddResident(hardware::MakeSimulatedRig(options), "bench");
+    rig_pool_.AddResident(hardware::MakeSimulatedRig(options), "bench");
   }
-  core::Result<RigHold> Hold(const Principal& who,
-                             const std::string& rig,
-                             std::chrono::milliseconds length) {
+  core::Result<RigHandle> Hold(const Principal& who,
+                               const std::string& rig,
+                               std::chrono::milliseconds length) {
     return shared_->access().Hold(who, StartedBy::kPerson, rig, paper::Bench(), length);
   }
   core::Status GuestMayUse(const std::string& rig) {
@@ -47,7 +47,7 @@ class SharedRigsTest : public testing::Test {
   tests::TestDatabase database_;
   SystemClock clock_;
   RecordingStore store_{*database_};
-  RigBay bay_;
+  RigPool rig_pool_;
   StreamHub hub_{{}, clock_};
   RunManager runs_{{}, store_, hub_, clock_, [](std::string_view) {}};
   std::unique_ptr<tests::SharedRigs> shared_;
@@ -73,7 +73,7 @@ TEST_F(SharedRigsTest, ChecksItsRigsSideBySide) {
   while (running < 2 && std::chrono::steady_clock::now() < give_up) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     running = 0;
-    for (const RigStatus& rig : bay_.List()) {
+    for (const RigStatus& rig : rig_pool_.List()) {
       if (rig.state == hardware::RigState::kRunning) ++running;
     }
   }
@@ -102,7 +102,7 @@ class LeaseRace : public SharedRigsTest {
     hardware::SimulatedRigOptions options;
     options.id = "bench-1";
     options.kind = hardware::RigKind::kBench;
-    bay_.Add(hardware::MakeSimulatedRig(options)->description(), "bench", [this, options] {
+    rig_pool_.Add(hardware::MakeSimulatedRig(options)->description(), "bench", [this, options] {
       const auto until = std::chrono::steady_clock::now() + making_.load();
       while (std::chrono::steady_clock::now() < until) std::this_thread::yield();
       return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(options));

@@ -15,17 +15,17 @@ namespace faultlab::tests {
 /// them. Made of the product's own parts, as in app/services.cc.
 class SharedRigs {
  public:
-  SharedRigs(server::Database& database, server::RigBay& bay, const server::Clock& clock)
+  SharedRigs(server::Database& database, server::RigPool& rig_pool, const server::Clock& clock)
       : bands_(database),
         checks_(database),
         benches_(database, {&paper::Bench()}),
-        upkeep_(bay, bands_, checks_, benches_, clock, Silent) {
+        upkeep_(rig_pool, bands_, checks_, benches_, clock, Silent) {
     server::lab::LabServiceOptions options;
     options.member = "local";
     options.alone = true;
     auto service = server::lab::LabService::Open(database, clock, upkeep_, std::move(options));
     service_ = std::move(service).value();
-    access_ = std::make_unique<server::RigAccess>(*service_, bay, Silent);
+    access_ = std::make_unique<server::RigAccess>(*service_, rig_pool, Silent);
     upkeep_.Start(*service_);
   }
   ~SharedRigs() { upkeep_.Stop(); }

@@ -30,7 +30,7 @@ class PictureTakerTest : public testing::Test {
     ASSERT_TRUE(recordings_.Begin(record).ok());
   }
   PictureTaker::Parts Parts() {
-    return {desk_,
+    return {cameras_,
             store_,
             clock_,
             disk_,
@@ -64,7 +64,7 @@ class PictureTakerTest : public testing::Test {
   PictureStore store_{*database_};
   DiskReserve disk_;
   std::atomic<bool> still_shown_{true};
-  CameraDesk desk_{{{"bench-1", site_.url()}}, clock_, {}, {}};
+  CameraReader cameras_{{{"bench-1", site_.url()}}, clock_, {}, {}};
 };
 
 TEST_F(PictureTakerTest, StoresThePictureOfAMomentWithItsRecording) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "server/clock.h"
-#include "server/lab/job_store.h"
+#include "server/jobs/job_store.h"
 #include "server/lab/lab_service.h"
 #include "server/storage/recording_store.h"
 
@@ -101,7 +101,7 @@ class CrashDay {
 
   server::ManualClock clock_;
   Bench bench_;
-  server::lab::JobStore jobs_;
+  JobStore jobs_;
   server::RecordingStore recordings_;
   std::unique_ptr<server::lab::LabService> service_;
   std::function<void(Progress)> note_;

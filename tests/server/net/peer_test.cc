@@ -98,7 +98,7 @@ class PeerTest : public ::testing::Test {
             }).detach();
           };
         });
-    far_->SetHopSeal(HopSeal("secret", "far"));
+    far_->SetHopSeal(ForwardingSeal("secret", "far"));
     EXPECT_TRUE(far_->Start().ok());
     far_address_ = far_->address();
     return far_->port();
@@ -108,7 +108,7 @@ class PeerTest : public ::testing::Test {
         options_, near_router_, [this](const HttpRequest&) -> UpgradeDecision {
           return PeerAddress{"far", far_address_};
         });
-    near_->SetHopSeal(HopSeal("secret", "near"));
+    near_->SetHopSeal(ForwardingSeal("secret", "near"));
     EXPECT_TRUE(near_->Start().ok());
     return near_->port();
   }
@@ -151,26 +151,27 @@ TEST_F(PeerTest, HopsThatNoServerOfTheLabSealedAreRefused) {
   HttpRequest request;
   request.method = HttpMethod::kPost;
   request.target = "/echo";
-  const auto hop = [&](const HopSeal& seal, std::string_view receiver) {
+  const auto hop = [&](const ForwardingSeal& seal, std::string_view receiver) {
     return "X-Faultlab-Hop: " +
            seal.Seal({"127.0.0.1", false}, receiver, request, SystemClock().Wall()) + "\r\n";
   };
   const auto ask = [](int port, const std::string& header) {
     return Request(port, "POST", "/echo", header, "body");
   };
-  const HopSeal stranger("guessed", "near");
+  const ForwardingSeal stranger("guessed", "near");
   for (const int port : {near, far}) {
     const HttpAnswer answer = ask(port, hop(stranger, port == far ? "far" : "near"));
     EXPECT_EQ(answer.status, 403);
     EXPECT_NE(answer.body.find("foreign_hop"), std::string::npos) << answer.body;
   }
-  EXPECT_EQ(ask(far, hop(HopSeal("secret", "near"), "near")).status, 403) << "of another server";
-  EXPECT_EQ(ask(far, hop(HopSeal("secret", "near"), "far")).status, 201);
+  EXPECT_EQ(ask(far, hop(ForwardingSeal("secret", "near"), "near")).status, 403)
+      << "of another server";
+  EXPECT_EQ(ask(far, hop(ForwardingSeal("secret", "near"), "far")).status, 201);
   EXPECT_EQ(near_->counters().passed_on, 0u);
   // A proxy's header cannot repair an invalid hop, and cannot override a valid one.
   EXPECT_EQ(ask(far, hop(stranger, "far") + "X-Forwarded-For: 10.1.1.1\r\n").status, 403);
   const HttpAnswer both =
-      ask(far, hop(HopSeal("secret", "near"), "far") + "X-Forwarded-For: 10.1.1.1\r\n");
+      ask(far, hop(ForwardingSeal("secret", "near"), "far") + "X-Forwarded-For: 10.1.1.1\r\n");
   EXPECT_EQ(both.body.substr(0, 9), "127.0.0.1");
 }
 

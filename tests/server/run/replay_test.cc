@@ -145,7 +145,7 @@ TEST_F(ReplayTest, ShowsTheBitsThatLiveViewersSaw) {
   request.diagnosis = paper::Options();
   request.owner = "guest";
   request.plan = hardware::ReplayPlan(live.record.period_s);
-  request.hold = RigHold(hardware::MakeReplayRig(samples, options));
+  request.hold = RigHandle(hardware::MakeReplayRig(samples, options));
   const Seen replayed = Watch(std::move(request));
   EXPECT_EQ(replayed.record.state, RunState::kFinished) << log_;
 

@@ -345,7 +345,7 @@ TEST_F(RunChangesTest, ARecordingRefusesByItself) {
   RunRequest replay;
   replay.diagnosis = paper::Options();
   replay.plan = hardware::ReplayPlan(0.01);
-  replay.hold = RigHold(hardware::MakeReplayRig(samples, options));
+  replay.hold = RigHandle(hardware::MakeReplayRig(samples, options));
   RunToEnd(std::move(replay));
   ASSERT_TRUE(answer);
   EXPECT_EQ(answer->error().code, core::ErrorCode::kForbidden);
@@ -353,8 +353,8 @@ TEST_F(RunChangesTest, ARecordingRefusesByItself) {
 
 TEST(WaitingChanges, AreToldOnceEachInTheirOrder) {
   WaitingChanges waiting(5.0);
-  EXPECT_TRUE(waiting.Hold(paper::kR1, 10.0));
-  EXPECT_TRUE(waiting.Hold(paper::kR1, 100.0));
+  EXPECT_TRUE(waiting.Defer(paper::kR1, 10.0));
+  EXPECT_TRUE(waiting.Defer(paper::kR1, 100.0));
   waiting.Drop(paper::kC8);  // nothing waits for it
   EXPECT_EQ(waiting.values(), (WaitingChanges::Values{{paper::kR1, 100.0}}));
   waiting.DropAll();
@@ -364,12 +364,12 @@ TEST(WaitingChanges, AreToldOnceEachInTheirOrder) {
   EXPECT_EQ(notes[2].kind, "change_dropped");
   EXPECT_TRUE(waiting.TakeNotes().empty());
   EXPECT_FALSE(waiting.Next());
-  EXPECT_FALSE(waiting.Hold(paper::kR1, 10.0)) << "the stretch is over";
+  EXPECT_FALSE(waiting.Defer(paper::kR1, 10.0)) << "the stretch is over";
 }
 
 TEST(WaitingChanges, HoldNothingWhereNothingIsLearnt) {
   WaitingChanges waiting(std::nullopt);
-  EXPECT_FALSE(waiting.Hold(paper::kR1, 10.0));
+  EXPECT_FALSE(waiting.Defer(paper::kR1, 10.0));
   EXPECT_TRUE(waiting.TakeNotes().empty());
 }
 

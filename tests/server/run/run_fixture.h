@@ -36,7 +36,7 @@ class RunFixture : public ::testing::Test {
     hardware::SimulatedRigOptions simulator;
     simulator.speed = 0.0;
     simulator.queue_messages = 16;  // the rig is never far ahead of its run
-    bay_.Add(hardware::MakeSimulatedRig(simulator)->description(), "bench", [simulator] {
+    rig_pool_.Add(hardware::MakeSimulatedRig(simulator)->description(), "bench", [simulator] {
       return std::shared_ptr<hardware::Rig>(hardware::MakeSimulatedRig(simulator));
     });
     Manage(0.0);
@@ -86,10 +86,10 @@ class RunFixture : public ::testing::Test {
     }
     return request;
   }
-  /// The rig under the next lease of its epoch; an empty hold if the bay refuses it.
-  RigHold Hold(const std::string& rig) {
-    auto hold = bay_.Acquire({.rig = rig, .session = lab::SessionId{7}, .epoch = ++epoch_});
-    return hold ? std::move(hold).value() : RigHold{};
+  /// The rig under the next lease of its epoch; an empty hold if the pool refuses it.
+  RigHandle Hold(const std::string& rig) {
+    auto hold = rig_pool_.Acquire({.rig = rig, .session = lab::SessionId{7}, .epoch = ++epoch_});
+    return hold ? std::move(hold).value() : RigHandle{};
   }
   /// A run on a rig that returns the messages given by the test.
   RunRequest Scripted(const std::shared_ptr<FakeRig>& rig) {
@@ -97,7 +97,7 @@ class RunFixture : public ::testing::Test {
     request.diagnosis = paper::Options();
     request.owner = "guest";
     request.plan.uc_v.assign(1000, 2.0);
-    request.hold = RigHold(rig);
+    request.hold = RigHandle(rig);
     return request;
   }
   static core::Sample SampleAt(std::int64_t index) {
@@ -135,7 +135,7 @@ class RunFixture : public ::testing::Test {
   std::unique_ptr<Database> database_;
   std::unique_ptr<RecordingStore> store_;
   std::unique_ptr<StreamHub> hub_;
-  RigBay bay_;
+  RigPool rig_pool_;
   std::uint64_t epoch_ = 0;
   std::chrono::milliseconds leave_after_{5000};
   std::string log_;

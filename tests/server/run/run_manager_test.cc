@@ -214,13 +214,13 @@ TEST_F(RunManagerTest, ARunWhoseLeaseEndsIsStoppedAndLetsGoBeforeItIsStored) {
   hardware::SimulatedRigOptions options;
   options.id = "bench-1";
   options.kind = hardware::RigKind::kBench;
-  bay_.AddResident(hardware::MakeSimulatedRig(options), "bench");
+  rig_pool_.AddResident(hardware::MakeSimulatedRig(options), "bench");
   Manage(1.0);
   RunRequest request = Paper();
   request.hold = Hold("bench-1");
   const auto started = manager_->Start(std::move(request));
   ASSERT_TRUE(started.ok()) << started.error().message;
-  const RigHold next = Hold("bench-1");  // a newer lease: stops the run and waits for its rig
+  const RigHandle next = Hold("bench-1");  // a newer lease: stops the run and waits for its rig
   EXPECT_EQ(next.epoch(), hardware::Epoch{epoch_}) << "and has it";
   manager_->Wait(started.value().id);
   const RunRecord record = store_->Get(started.value().id).value();
@@ -230,7 +230,7 @@ TEST_F(RunManagerTest, ARunWhoseLeaseEndsIsStoppedAndLetsGoBeforeItIsStored) {
 
 TEST_F(RunManagerTest, ALeaseThatEndsBetweenItsHoldAndTheStartStartsNothing) {
   RunRequest request = Paper(1.0);
-  bay_.Fence("sim-1", ++epoch_);
+  rig_pool_.Fence("sim-1", ++epoch_);
   const auto refused = manager_->Start(std::move(request));
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, core::ErrorCode::kStale);

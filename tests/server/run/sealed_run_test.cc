@@ -145,7 +145,7 @@ TEST_F(SealedRunTest, TakesNoCommandAndLearnsNothing) {
 
 TEST_F(SealedRunTest, TellsItsWitnessWhoStoppedIt) {
   // A rig that plays until it is stopped: no stop comes too late.
-  const auto stopped = [this](RigHold hold, const std::function<void(const std::string&)>& stop) {
+  const auto stopped = [this](RigHandle hold, const std::function<void(const std::string&)>& stop) {
     const auto witness = std::make_shared<Witness>();
     RunRequest request = Scripted(std::make_shared<FakeRig>());
     request.hold = std::move(hold);
@@ -157,19 +157,19 @@ TEST_F(SealedRunTest, TellsItsWitnessWhoStoppedIt) {
     EXPECT_EQ(witness->end.state, RunState::kStopped);
     return witness->end;
   };
-  const SealedEnd by_person = stopped(RigHold(std::make_shared<FakeRig>()), [this](const auto& id) {
-    EXPECT_TRUE(manager_->Stop(id, kStoppedByPerson).ok());
-  });
+  const SealedEnd by_person =
+      stopped(RigHandle(std::make_shared<FakeRig>()),
+              [this](const auto& id) { EXPECT_TRUE(manager_->Stop(id, kStoppedByPerson).ok()); });
   EXPECT_TRUE(by_person.by_person);
-  const SealedEnd by_server = stopped(RigHold(std::make_shared<FakeRig>()), [this](const auto& id) {
-    EXPECT_TRUE(manager_->Stop(id, "the server stops").ok());
-  });
+  const SealedEnd by_server =
+      stopped(RigHandle(std::make_shared<FakeRig>()),
+              [this](const auto& id) { EXPECT_TRUE(manager_->Stop(id, "the server stops").ok()); });
   EXPECT_FALSE(by_server.by_person);
   EXPECT_EQ(by_server.revoked, lab::SessionId{});
   const auto rig = std::make_shared<FakeRig>();
-  bay_.AddResident(rig, "bench");
+  rig_pool_.AddResident(rig, "bench");
   const SealedEnd by_lab = stopped(Hold("fake-1"), [&](const auto&) {
-    bay_.Fence("fake-1", ++epoch_);
+    rig_pool_.Fence("fake-1", ++epoch_);
     rig->SafeStop("the lease was revoked");  // as a rig does when it is fenced
   });
   EXPECT_FALSE(by_lab.by_person);

@@ -303,26 +303,26 @@ TEST_P(RecordingStoreTest, TheRestOfAnInterruptedRunIsAddedAndItsDiagnosisMadeAg
   kept.kept_run = "12/3";
   ASSERT_TRUE(store_.Begin(kept).ok());
   ASSERT_TRUE(store_.AppendChunk("run-a", 0, Samples(0, 100)).ok());
-  EXPECT_EQ(store_.AppendRest("run-a", Samples(100, 10)).error().code, ErrorCode::kConflict);
+  EXPECT_EQ(store_.AppendRecovered("run-a", Samples(100, 10)).error().code, ErrorCode::kConflict);
   const auto interrupt = [&](Transaction& tx) -> core::Status {
     InterruptRun(tx, "run-a", kStart);
     return core::Done{};
   };
   ASSERT_TRUE(database_->Write(Durability::kPromise, interrupt).ok());
   ASSERT_TRUE(store_.ReplaceDiagnosis("run-a", "{}", "nominal").ok());
-  ASSERT_EQ(store_.AwaitingRest().value().size(), 1u);
-  EXPECT_EQ(store_.AwaitingRest().value()[0].kept_run, "12/3");
+  ASSERT_EQ(store_.AwaitingRecovery().value().size(), 1u);
+  EXPECT_EQ(store_.AwaitingRecovery().value()[0].kept_run, "12/3");
   EXPECT_EQ(store_.Delete("run-a").error().reason, "rest_awaited");
-  ASSERT_TRUE(store_.AppendRest("run-a", Samples(100, 10)).ok());
-  ASSERT_TRUE(store_.AppendRest("run-a", Samples(100, 10)).ok()) << "the answer was lost";
+  ASSERT_TRUE(store_.AppendRecovered("run-a", Samples(100, 10)).ok());
+  ASSERT_TRUE(store_.AppendRecovered("run-a", Samples(100, 10)).ok()) << "the answer was lost";
   const std::vector<RecordedEvent> events = {{109, "finished", "{}"}};
-  ASSERT_TRUE(store_.EndRest("run-a", RunState::kFinished, events).ok());
+  ASSERT_TRUE(store_.EndRecovery("run-a", RunState::kFinished, events).ok());
   const RunRecord got = store_.Get("run-a").value();
   EXPECT_EQ(got.state, RunState::kFinished);
   EXPECT_EQ(got.samples, 110);
   EXPECT_EQ(got.diagnosis_json, "");
   EXPECT_EQ(store_.LoadEvents("run-a").value().size(), 1u);
-  EXPECT_THAT(store_.AwaitingRest().value(), IsEmpty());
+  EXPECT_THAT(store_.AwaitingRecovery().value(), IsEmpty());
   EXPECT_TRUE(store_.Delete("run-a").ok());
 }
 

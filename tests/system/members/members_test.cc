@@ -14,7 +14,7 @@
 #include "server/clock.h"
 #include "server/lab/lab_id.h"
 #include "server/lab/members.h"
-#include "server/net/hop.h"
+#include "server/net/forwarding_seal.h"
 #include "tests/support/camera_site.h"
 #include "tests/support/json_schema.h"
 #include "tests/support/loopback_listener.h"
@@ -263,8 +263,8 @@ TEST_F(MembersTest, AHopIsBelievedFromMembersAloneAndGoesNoFurther) {
   const std::string target = "/api/v1/runs/" + run;
   sent.target = target;
   const auto hop = [&](const std::string& secret, const std::string& client) {
-    return "X-Faultlab-Hop: " + HopSeal(secret, "a").Seal({client, false}, "b", sent, Now()) +
-           "\r\n";
+    return "X-Faultlab-Hop: " +
+           ForwardingSeal(secret, "a").Seal({client, false}, "b", sent, Now()) + "\r\n";
   };
   const std::string secret = lab::HopSecret(database_).value();
   EXPECT_EQ(tests::Get(b_.port(), target, hop("guessed", "127.0.0.1")).status, 403);

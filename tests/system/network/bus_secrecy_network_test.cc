@@ -12,7 +12,7 @@
 #include "hardware/lcm/channels.h"
 #include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/sealed_message.h"
-#include "hardware/lcm/unkeyed_names.h"
+#include "hardware/lcm/unproven_rigs.h"
 #include "tests/paper_bench.h"
 #include "tests/system/network/network_world.h"
 #include "tests/system/network/udp_relay.h"
@@ -113,7 +113,7 @@ TEST(BusSecrecy, TenThousandInventedNamesAreBoundedAndShutNoRigOut) {
   }
   const auto rig = WaitFor(*finder, "bright-1");
   EXPECT_GT(most, 1u) << "nobody heard the flood";
-  EXPECT_LE(most, UnkeyedNames::kNamesMax);
+  EXPECT_LE(most, UnprovenRigs::kNamesMax);
   ASSERT_EQ(finder->List().size(), 1u) << "a name is no rig";
   EXPECT_EQ(finder->Find("sim-1"), nullptr);
   for (const RemoteRigInfo& info : finder->Unkeyed()) {

@@ -71,7 +71,7 @@ export class LabDesk {
           this.silent = true;
         },
       });
-      void this.loadRest(true);
+      void this.loadOthers(true);
       this.timer = setInterval(() => {
         this.now = Date.now();
       }, TICK_MS);
@@ -110,11 +110,11 @@ export class LabDesk {
     this.hear(state.news);
     this.silent = false;
     this.loaded = true;
-    void this.loadRest(missed);
+    void this.loadOthers(missed);
   }
 
   /** Loads the data that is not the user's own: the classes and, where asked, the news so far. */
-  private async loadRest(withNews: boolean): Promise<void> {
+  private async loadOthers(withNews: boolean): Promise<void> {
     try {
       this.classes = await lab.rigClasses();
       if (withNews) this.hear(await toldSince(this.newest));

@@ -1,0 +1,316 @@
+#include "server/course/blind_trials.h"
+
+#include <algorithm>
+#include <boost/json.hpp>
+#include <chrono>
+#include <iterator>
+#include <utility>
+
+#include "core/diagnosis/diagnose_record.h"
+#include "server/auth/secrets.h"
+#include "server/course/commitment.h"
+#include "server/course/fault_pool.h"
+#include "server/course/kept_events.h"
+#include "server/course/trial_witness.h"
+#include "server/diagnosis_json/options_json.h"
+#include "server/experiment/plan_json.h"
+#include "server/json/json_reader.h"
+#include "server/run/verdict_teller.h"
+
+namespace faultlab::server::course {
+namespace {
+
+namespace json = boost::json;
+
+using core::Error;
+using core::ErrorCode;
+
+/// A run on a simulator begins at once or never.
+constexpr std::chrono::minutes kBeginsWithin{2};
+
+Error Refused(const char* reason, const char* message) {
+  return {ErrorCode::kConflict, message, "", reason};
+}
+
+/// Of this trial of this person, and of nobody else's.
+std::uint64_t SeedOf(const std::string& secret, std::int64_t account, std::size_t former) {
+  const std::string hash =
+      CommitmentOf(secret, std::to_string(account) + "/" + std::to_string(former));
+  return std::stoull(hash.substr(0, 16), nullptr, 16);
+}
+
+std::vector<core::Fault> FaultsOf(const Trial& trial, const core::Bench& bench) {
+  return FaultsOfPlan(trial.truth, bench);  // a part of a plan, with the same members
+}
+
+/// As the run would have been diagnosed if it had not been sealed.
+core::DiagnosisOptions Opened(core::DiagnosisOptions options) {
+  const core::DiagnosisOptions usual = core::OptionsOf(*options.bench, options.period_s);
+  options.healthy_from_s = usual.healthy_from_s;
+  options.healthy_to_s = usual.healthy_to_s;
+  return options;
+}
+
+/// Those of one sample stay in their order: what the rig did, then what the lab saw of it.
+std::vector<RecordedEvent> InOrder(std::vector<RecordedEvent> events,
+                                   std::vector<RecordedEvent> more) {
+  std::ranges::move(more, std::back_inserter(events));
+  std::ranges::stable_sort(events, {}, &RecordedEvent::index);
+  return events;
+}
+
+std::optional<std::chrono::milliseconds> LimitOf(const Assignment& assignment) {
+  const auto rubric = ParseRubric(assignment.rubric_json);
+  const std::chrono::duration<double, std::ratio<60>> limit(rubric ? rubric.value().time_limit_min
+                                                                   : 0.0);
+  if (limit.count() <= 0.0) return std::nullopt;
+  return std::chrono::round<std::chrono::milliseconds>(limit);
+}
+
+}  // namespace
+
+WallTime BlindTrials::ClosesFor(const Assignment& assignment, std::int64_t account) {
+  const auto rubric = ParseRubric(assignment.rubric_json);
+  const std::chrono::duration<double, std::ratio<3600>> late(rubric ? rubric.value().late_h : 0.0);
+  return assignment.DueFor(account) + std::chrono::round<WallTime::duration>(late);
+}
+
+WallTime BlindTrials::AnswerBy(const Assignment& assignment, const Trial& trial) {
+  const WallTime closes = ClosesFor(assignment, trial.account);
+  const auto limit = LimitOf(assignment);
+  return limit ? std::min(closes, trial.created_at + *limit) : closes;
+}
+
+core::Result<const core::Bench*> BlindTrials::BenchOf(const Assignment& assignment) {
+  return parts_.benches.Find(assignment.bench);
+}
+
+core::Result<Trial> BlindTrials::Start(const Principal& who,
+                                       const Assignment& assignment,
+                                       const std::string& rig,
+                                       const json::object* excitation) {
+  const WallTime now = parts_.clock.Wall();
+  if (now < assignment.opens) {
+    return Refused("assignment_not_open", "The assignment is not open yet.");
+  }
+  if (now >= ClosesFor(assignment, who.user_id)) {
+    return Refused("assignment_closed", "The assignment was due; no new trial begins.");
+  }
+  const auto bench = BenchOf(assignment);
+  if (!bench) return bench.error();
+  const auto pool = ParsePool(assignment.pool_json, *bench.value());
+  if (!pool) return pool.error();
+  auto body = ParseJsonObject(assignment.plan_json);
+  if (!body) return body.error();
+  const bool on_bench = !parts_.experiments.IsForPractice(rig);
+  if (assignment.on_bench != on_bench) {
+    return assignment.on_bench
+               ? Refused("trial_needs_bench", "This assignment is played on a bench: name its rig.")
+               : Refused("trial_needs_simulator", "This assignment is played on a simulator.");
+  }
+  if (!rig.empty()) body.value()["rig"] = rig;
+  const bool is_free = body.value().erase(kFreeExcitation) != 0;
+  if (excitation != nullptr && !is_free) {
+    return Refused("excitation_fixed", "In this assignment everybody plays the same voltages.");
+  }
+  if (excitation != nullptr) body.value()["excitation"] = *excitation;
+  auto plan = parts_.experiments.Read(body.value());
+  if (!plan) return plan.error();
+  // Of a former one whose server died the attempt is there again.
+  auto mine = parts_.trials.Of(assignment.id, who.user_id, 0, assignment.attempts + 1000);
+  if (!mine) return mine.error();
+  for (Trial& each : mine.value()) {
+    const auto looked = Look(assignment, std::move(each));
+    if (!looked) return looked.error();
+  }
+  std::vector<core::Fault> faults;
+  const auto draw = [&](const std::vector<Trial>& former, Trial& trial) {
+    std::vector<int> had;
+    for (const Trial& each : former) had.push_back(each.item);
+    faults =
+        Draw(pool.value(), had, SeedOf(assignment.secret, who.user_id, former.size()), &trial.item);
+    plan.value().seed = SecretNumber();
+    trial.truth = json::serialize(
+        json::object{{"faults", server::ToJson(faults)}, {"seed", *plan.value().seed}});
+    Commitment commitment = CommitTo(trial.truth);
+    trial.nonce = std::move(commitment.nonce);
+    trial.commitment = std::move(commitment.hash);
+  };
+  auto trial = parts_.trials.Add(
+      assignment.id, who.user_id, assignment.attempts, now, LimitOf(assignment), draw);
+  if (!trial) return trial.error();
+  const std::int64_t id = trial.value().id;
+  plan.value().name = assignment.name;
+  plan.value().faults = faults;
+  plan.value().trial = id;
+  plan.value().witness =
+      MakeWitness(parts_.trials, id, faults, parts_.ended_by_user, parts_.clock, parts_.log);
+  const auto run = parts_.experiments.Start(who, StartedBy::kPerson, std::move(plan).value());
+  if (!run) {
+    const core::Status returned = parts_.trials.Forget(id);
+    if (!returned.ok()) parts_.log("trial " + std::to_string(id) + ": " + returned.error().message);
+    // Why the rig does not play a fault would tell which one was drawn.
+    if (run.error().field.starts_with("/faults")) {
+      parts_.log("assignment " + std::to_string(assignment.id) + ": " + run.error().message);
+      return Refused("trial_not_playable", "This rig cannot play the assignment: tell a teacher.");
+    }
+    return run.error();
+  }
+  const core::Status began = parts_.trials.Began(id, run.value().id);
+  if (!began.ok()) return began.error();
+  return parts_.trials.Get(id);
+}
+
+core::Result<Trial> BlindTrials::Look(const Assignment& assignment, Trial trial) {
+  const WallTime now = parts_.clock.Wall();
+  const char* lost = nullptr;
+  // Also when its run has ended, and the database was away when it began: nobody could answer it.
+  const bool without_run =
+      trial.run.empty() && (trial.state == TrialState::kDrawn || trial.state == TrialState::kOpen);
+  if (without_run && now > trial.created_at + kBeginsWithin) {
+    lost = "not_begun";
+  }
+  if (trial.state == TrialState::kRunning) {
+    const auto record = parts_.store.Get(trial.run);
+    if (!record && record.error().code != ErrorCode::kNotFound) return record.error();
+    // Its witness has spoken before its end was stored.
+    if (!record || record.value().state != RunState::kRunning) lost = "interrupted";
+    auto again = parts_.trials.Get(trial.id);
+    if (!again) return again;
+    trial = std::move(again).value();
+    if (trial.state != TrialState::kRunning) lost = nullptr;
+  }
+  if (lost != nullptr) {
+    const core::Status done = parts_.trials.Void(trial.id, lost, now);
+    if (!done.ok() && done.error().code != ErrorCode::kConflict) return done.error();
+    return parts_.trials.Get(trial.id);
+  }
+  if (trial.state == TrialState::kAnswered && trial.graded_by < assignment.rubric_version) {
+    const core::Status graded = GradeAgain(assignment, trial);
+    if (!graded.ok()) return graded.error();
+    auto again = parts_.trials.Get(trial.id);
+    if (!again) return again;
+    trial = std::move(again).value();
+  }
+  const bool ended = trial.state != TrialState::kDrawn && trial.state != TrialState::kRunning;
+  const bool due = now >= ClosesFor(assignment, trial.account) ||
+                   (assignment.reveal_at_once && trial.state == TrialState::kAnswered);
+  if (!ended || !due || trial.released_at) return trial;
+  const core::Status released = Release(assignment, trial);
+  if (!released.ok()) return released.error();
+  return parts_.trials.Get(trial.id);
+}
+
+core::Result<BlindTrials::Seen> BlindTrials::See(RunRecord record) {
+  const auto recording =
+      parts_.recordings.Load(std::move(record), 0, kSampleIndexMax, LongTurn::WhenTaken::kWait);
+  if (!recording) return recording.error();
+  const core::DiagnosisOptions options = Opened(recording.value().options);
+  Seen seen;
+  VerdictTeller teller(options.period_s);
+  seen.diagnosis = core::DiagnoseRecord(
+      recording.value().samples, options, [&](const core::Verdict& verdict, std::int64_t index) {
+        std::ranges::move(teller.Hear(verdict, index), std::back_inserter(seen.events));
+      });
+  return seen;
+}
+
+core::Result<Grade> BlindTrials::GradeOf(const Assignment& assignment,
+                                         const Trial& trial,
+                                         const Answer& answer,
+                                         const core::Diagnosis& diagnosis) {
+  const auto bench = BenchOf(assignment);
+  if (!bench) return bench.error();
+  const auto rubric = ParseRubric(assignment.rubric_json);
+  if (!rubric) return rubric.error();
+  const std::chrono::duration<double, std::ratio<3600>> late =
+      trial.answered_at.value_or(parts_.clock.Wall()) - assignment.DueFor(trial.account);
+  return GradeAnswer(
+      answer, FaultsOf(trial, *bench.value()), diagnosis, rubric.value(), late.count());
+}
+
+/// Of a recording that its owner has deleted, the grade stays.
+core::Status BlindTrials::GradeAgain(const Assignment& assignment, const Trial& trial) {
+  std::string grade = trial.grade;
+  auto record = parts_.store.Get(trial.run);
+  if (!record && record.error().code != ErrorCode::kNotFound) return record.error();
+  if (record) {
+    const auto bench = BenchOf(assignment);
+    if (!bench) return bench.error();
+    const auto answer = ParseAnswer(trial.answer, *bench.value());
+    if (!answer) return answer.error();
+    const auto seen = See(std::move(record).value());
+    if (!seen) return seen.error();
+    const auto graded = GradeOf(assignment, trial, answer.value(), seen.value().diagnosis);
+    if (!graded) return graded.error();
+    grade = json::serialize(ToJson(graded.value()));
+  }
+  return parts_.trials.GradeAgain(trial.id, grade, assignment.rubric_version);
+}
+
+core::Result<Trial> BlindTrials::TakeAnswer(const Assignment& assignment,
+                                            const Trial& trial,
+                                            const Answer& answer) {
+  const Error runs = Refused("trial_runs", "The run goes on: wait for its end, or stop it.");
+  if (trial.state == TrialState::kDrawn || trial.state == TrialState::kRunning) return runs;
+  if (trial.state != TrialState::kOpen) {
+    return Refused("trial_changed", "The trial is in another state by now: load it again.");
+  }
+  // Whoever has seen the truth answers no more, also when the due time is moved afterwards.
+  const WallTime now = parts_.clock.Wall();
+  if (trial.released_at || now >= AnswerBy(assignment, trial)) {
+    return Refused("answer_late", "The time for this answer is over.");
+  }
+  auto record = parts_.store.Get(trial.run);
+  if (!record) return record.error();
+  if (record.value().state == RunState::kRunning) return runs;  // its end is being stored
+  const auto seen = See(std::move(record).value());
+  if (!seen) return seen.error();
+  Trial given = trial;
+  given.answered_at = now;
+  const auto grade = GradeOf(assignment, given, answer, seen.value().diagnosis);
+  if (!grade) return grade.error();
+  const core::Status kept =
+      parts_.trials.Answer(trial.id,
+                           json::serialize(ToJson(answer)),
+                           json::serialize(ToJson(grade.value())),
+                           assignment.rubric_version,
+                           EventsText(InOrder(ParseEvents(trial.events), seen.value().events)),
+                           now);
+  if (!kept.ok()) return kept.error();
+  auto answered = parts_.trials.Get(trial.id);
+  if (!answered) return answered;
+  return Look(assignment, std::move(answered).value());
+}
+
+/// Again after a crash between its two steps: the second time there is nothing to open.
+core::Status BlindTrials::Release(const Assignment& assignment, const Trial& trial) {
+  const auto bench = BenchOf(assignment);
+  if (!bench) return bench.error();
+  const auto record = parts_.store.Get(trial.run);
+  if (!record && record.error().code != ErrorCode::kNotFound) return record.error();
+  if (record && record.value().state == RunState::kRunning) return core::Done{};  // in a moment
+  if (record && IsSealed(record.value().plan_json)) {
+    const auto options = parts_.recordings.OptionsFor(record.value());
+    if (!options) return options.error();
+    auto events = parts_.store.LoadEvents(trial.run);
+    if (!events) return events.error();
+    events = InOrder(std::move(events).value(), ParseEvents(trial.events));
+    if (trial.answer.empty()) {  // what the lab saw is kept with an answer
+      auto seen = See(record.value());
+      if (!seen) return seen.error();
+      events = InOrder(std::move(events).value(), std::move(seen.value().events));
+    }
+    const core::Status opened =
+        parts_.store.Unseal(trial.run,
+                            OpenedPlan(record.value().plan_json, trial.truth),
+                            OptionsText(Opened(options.value())),
+                            events.value());
+    if (!opened.ok()) return opened;
+  }
+  const core::Status released = parts_.trials.Release(trial.id, parts_.clock.Wall());
+  if (!released.ok() && released.error().code != ErrorCode::kConflict) return released;
+  return core::Done{};
+}
+
+}  // namespace faultlab::server::course

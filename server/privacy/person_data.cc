@@ -1,0 +1,298 @@
+#include "server/privacy/person_data.h"
+
+#include <soci/soci.h>
+
+#include <array>
+#include <charconv>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include "server/privacy/audit_names.h"
+#include "server/storage/erased_login.h"
+#include "server/storage/picture_store.h"
+
+namespace faultlab::server {
+namespace {
+
+using core::Done;
+using core::Error;
+using core::ErrorCode;
+using soci::into;
+using soci::use;
+
+/// A table that contains data of a person. `condition` may contain :id, the number of the account,
+/// and :owner, its key "user:7".
+struct Place {
+  const char* table;
+  const char* columns;
+  const char* condition;
+};
+
+/// The audit log comes last, because lines that others wrote are added to it.
+constexpr std::array kPlaces = {
+    Place{"account", "id, login, name, role, disabled, created_ms", "id = :id"},
+    Place{"sign_in", "created_ms, expires_ms, address", "account_id = :id"},
+    Place{"known_device", "created_ms, used_ms", "account_id = :id"},
+    Place{"external_identity", "issuer, subject, created_ms", "account_id = :id"},
+    Place{"api_key", "id, name, scopes, created_ms, expires_ms, revoked", "account_id = :id"},
+    Place{"one_time_link", "expires_ms, used", "account_id = :id"},
+    Place{"calendar_link", "created_ms", "account_id = :id"},
+    Place{"enrolment", "course_id, teaches", "account_id = :id"},
+    Place{"course_invitation", "course_id, invited_by, created_ms", "account_id = :id"},
+    Place{"recording",
+          "id, name, note, rig, source, state, created_ms, ended_ms, samples, period_s, plan_json, "
+          "diagnosis_json",
+          "owner = :owner"},
+    Place{"recording_picture",
+          "recording_id, picture, sample_index, why, content_type, size_bytes",
+          "recording_id IN (SELECT id FROM recording WHERE owner = :owner)"},
+    Place{"recording_star", "recording_id", "who = :owner"},
+    Place{"job", "id, name, state, body, result, error, created_ms, ended_ms", "owner = :owner"},
+    Place{"fault_set", "id, course_id, name, faults, created_ms", "account_id = :id"},
+    Place{"assignment", "id, course_id, name, opens_ms, due_ms", "account_id = :id"},
+    // What is not released stays sealed in the export of its student too.
+    Place{"trial",
+          "id, assignment_id, state, run, commitment, created_ms, answered_ms, answer, "
+          "CASE WHEN released_ms > 0 THEN truth ELSE '' END AS truth, "
+          "CASE WHEN released_ms > 0 THEN grade ELSE '' END AS grade, awarded",
+          "account_id = :id"},
+    Place{"assignment_extension", "assignment_id, due_ms", "account_id = :id"},
+    Place{"assignment_mate", "assignment_id, group_id", "account_id = :id"},
+    Place{"remembered_answer", "idempotency_key, status, body, at_ms", "owner = :owner"},
+    Place{"lab_ticket", "id, rig_class, created_ms, state", "user_id = :id"},
+    Place{"lab_booking", "id, rig_class, rig, start_ms, end_ms, state, note", "user_id = :id"},
+    Place{"lab_session", "id, rig, start_ms, hard_end_ms, state, end_text", "user_id = :id"},
+    Place{"lab_usage", "seconds, at_ms, week, this_week_ms", "user_id = :id"},
+    Place{"lab_event", "at_ms, topic, text, rig, why, reason, time_ms", "user_id = :id"},
+    Place{"mail_choice", "address, language, kinds, asked_ms, verified_ms", "account_id = :id"},
+    Place{"outbox", "channel, kind, about, created_ms, state", "account_id = :id"},
+    Place{"alarm", "kind, subject, acked_ms", "acked_by = :id"},
+    Place{"audit_log", "at_ms, actor, verb, object, detail", "actor = :owner OR object = :owner"},
+};
+
+std::string OwnerKey(std::int64_t account_id) {
+  return "user:" + std::to_string(account_id);
+}
+
+std::string Text(const soci::row& row, std::size_t at) {
+  if (row.get_indicator(at) == soci::i_null) return "";
+  switch (row.get_properties(at).get_data_type()) {
+    case soci::dt_string:
+      return row.get<std::string>(at);
+    case soci::dt_double: {
+      std::array<char, 32> text;
+      const auto end = std::to_chars(text.data(), text.data() + text.size(), row.get<double>(at));
+      return {text.data(), end.ptr};
+    }
+    case soci::dt_integer:
+      return std::to_string(row.get<int>(at));
+    case soci::dt_long_long:
+      return std::to_string(row.get<long long>(at));
+    case soci::dt_unsigned_long_long:
+      return std::to_string(row.get<unsigned long long>(at));
+    default:
+      return "?";
+  }
+}
+
+/// A condition uses one parameter several times, but SOCI binds parameters by place, so the values
+/// are inserted as text.
+std::string Bound(std::string condition, std::int64_t id, const std::string& owner) {
+  const std::string number = std::to_string(id);
+  const std::string quoted = "'" + owner + "'";  // safe to insert: built here from a number
+  for (const auto& [word, by] :
+       {std::pair{std::string(":id"), number}, std::pair{std::string(":owner"), quoted}}) {
+    for (std::size_t at = condition.find(word); at != std::string::npos;
+         at = condition.find(word, at + by.size())) {
+      condition.replace(at, word.size(), by);
+    }
+  }
+  return condition;
+}
+
+PersonTable Read(Transaction& tx, const Place& place, std::int64_t account_id) {
+  PersonTable table{place.table, {}, {}};
+  const std::string query = std::string("SELECT ") + place.columns + " FROM " + place.table +
+                            " WHERE " + Bound(place.condition, account_id, OwnerKey(account_id)) +
+                            " ORDER BY 1";
+  const soci::rowset<soci::row> rows = (tx.sql().prepare << query);
+  for (const soci::row& row : rows) {
+    if (table.columns.empty()) {
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        table.columns.push_back(row.get_properties(i).get_name());
+      }
+    }
+    std::vector<std::string>& texts = table.rows.emplace_back();
+    for (std::size_t i = 0; i < row.size(); ++i) texts.push_back(Text(row, i));
+  }
+  return table;
+}
+
+/// What has to end before the person can be erased.
+core::Status CheckAtRest(Transaction& tx, std::int64_t account_id) {
+  struct Living {
+    const char* what;
+    const char* from;
+  };
+  constexpr std::array kLiving = {
+      Living{"a run in progress", "recording WHERE owner = :owner AND state = 'running'"},
+      Living{"a session", "lab_session WHERE user_id = :id AND state < 2"},
+      Living{"a place in a queue", "lab_ticket WHERE user_id = :id AND state < 2"},
+      Living{"a booking", "lab_booking WHERE user_id = :id AND state = 0"},
+      Living{"a job", "job WHERE owner = :owner AND state IN ('waiting', 'running')"}};
+  for (const Living& living : kLiving) {
+    std::int64_t count = 0;
+    tx.sql() << "SELECT COUNT(*) FROM " + Bound(living.from, account_id, OwnerKey(account_id)),
+        into(count);
+    if (count == 0) continue;
+    return Error{ErrorCode::kConflict,
+                 std::string("this account has ") + living.what + "; end it first",
+                 "",
+                 "internal"};
+  }
+  return Done{};
+}
+
+LoggedPerson PersonOf(Transaction& tx, std::int64_t account_id) {
+  LoggedPerson person{OwnerKey(account_id), ""};
+  tx.sql() << "SELECT login FROM account WHERE id = :id", into(person.login), use(account_id, "id");
+  return person;
+}
+
+/// Lines that others wrote and that name the person, without the other people of a class list.
+void AddLinesOfOthers(Transaction& tx, const LoggedPerson& person, PersonTable& table) {
+  for (AuditLine line : LinesThatName(tx, person)) {
+    if (line.actor == person.owner || line.object == person.owner) continue;
+    if (line.object != person.login) line.detail = person.login;
+    table.columns = {"at_ms", "actor", "verb", "object", "detail"};
+    table.rows.push_back(
+        {std::to_string(line.at_ms), line.actor, line.verb, line.object, line.detail});
+  }
+}
+
+/// The id of the recording that a plan replays.
+std::string ReplayedBy(const std::string& plan_json) {
+  constexpr std::string_view kMember = "\"recording\":\"";
+  const std::size_t at = plan_json.find(kMember);
+  if (at == std::string::npos) return "";
+  const std::size_t begin = at + kMember.size();
+  return plan_json.substr(begin, plan_json.find('"', begin) - begin);
+}
+
+/// A replay by another person is named after the recording, and so are replays of it; from now on
+/// they are named by the recording's id.
+void RenameReplays(Transaction& tx, const std::string& owner) {
+  const std::string prefix = "replay of ";
+  std::map<std::string, std::pair<std::string, std::string>> names;  // by id: old name, new name
+  {
+    const soci::rowset<soci::row> rows =
+        (tx.sql().prepare << "SELECT id, name FROM recording WHERE owner = :owner AND name <> ''",
+         use(owner, "owner"));
+    for (const soci::row& row : rows) {
+      names[row.get<std::string>(0)] = {row.get<std::string>(1), row.get<std::string>(0)};
+    }
+  }
+  std::vector<std::pair<std::string, std::string>> renamed;  // id, name
+  {
+    const soci::rowset<soci::row> rows =
+        (tx.sql().prepare << "SELECT id, name, plan_json FROM recording WHERE owner <> :owner AND "
+                             "name LIKE 'replay of %' ORDER BY created_ms, id",
+         use(owner, "owner"));
+    for (const soci::row& row : rows) {
+      const auto of = names.find(ReplayedBy(row.get<std::string>(2)));
+      const auto name = row.get<std::string>(1);
+      if (of == names.end() || name != prefix + of->second.first) continue;
+      const std::string now = prefix + of->second.second;
+      names[row.get<std::string>(0)] = {name, now};
+      renamed.emplace_back(row.get<std::string>(0), now);
+    }
+  }
+  for (const auto& [id, name] : renamed) {
+    tx.sql() << "UPDATE recording SET name = :name WHERE id = :id", use(name, "name"),
+        use(id, "id");
+  }
+}
+
+std::vector<std::string> RecordingIds(Transaction& tx, const std::string& owner) {
+  const soci::rowset<std::string> rows =
+      (tx.sql().prepare << "SELECT id FROM recording WHERE owner = :owner ORDER BY created_ms",
+       use(owner, "owner"));
+  return {rows.begin(), rows.end()};
+}
+
+/// Of accounts of older programs somebody else may have it.
+std::string FreeErasedLogin(Transaction& tx, std::int64_t account_id) {
+  const std::string plain = std::string(kErasedLogin) + std::to_string(account_id);
+  std::string login = plain;
+  for (int next = 2;; ++next) {
+    std::int64_t others = 0;
+    tx.sql() << "SELECT COUNT(*) FROM account WHERE login = :login AND id <> :id", into(others),
+        use(login, "login"), use(account_id, "id");
+    if (others == 0) return login;
+    login = plain + "-" + std::to_string(next);
+  }
+}
+
+}  // namespace
+
+core::Result<std::vector<PersonTable>> PersonData(Database& database, std::int64_t account_id) {
+  return database.Read([&](Transaction& tx) -> core::Result<std::vector<PersonTable>> {
+    std::vector<PersonTable> tables;
+    for (const Place& place : kPlaces) tables.push_back(Read(tx, place, account_id));
+    AddLinesOfOthers(tx, PersonOf(tx, account_id), tables.back());
+    return tables;
+  });
+}
+
+core::Result<std::vector<std::string>> RecordingsOf(Database& database, std::int64_t account_id) {
+  return database.Read([&](Transaction& tx) -> core::Result<std::vector<std::string>> {
+    return RecordingIds(tx, OwnerKey(account_id));
+  });
+}
+
+core::Status ErasePerson(Database& database, std::int64_t account_id, WallTime now) {
+  return database.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
+    const core::Status at_rest = CheckAtRest(tx, account_id);
+    if (!at_rest.ok()) return at_rest;
+    const std::string owner = OwnerKey(account_id);
+    RenameReplays(tx, owner);
+    const std::string own = "(SELECT id FROM recording WHERE owner = '" + owner + "')";
+    for (const std::string& id : RecordingIds(tx, owner)) EraseRecordingBlobs(tx, id);
+    tx.sql() << "DELETE FROM recording_event WHERE recording_id IN " + own;
+    tx.sql() << "DELETE FROM recording_star WHERE who = :owner", use(owner, "owner");
+    for (const char* table : {"recording", "job", "remembered_answer"}) {
+      tx.sql() << std::string("DELETE FROM ") + table + " WHERE owner = :owner",
+          use(owner, "owner");
+    }
+    for (const char* table : {"trial",
+                              "assignment_extension",
+                              "assignment_mate",
+                              "sign_in",
+                              "known_device",
+                              "external_identity",
+                              "api_key",
+                              "one_time_link",
+                              "calendar_link",
+                              "mail_choice",
+                              "outbox",
+                              "enrolment",
+                              "course_invitation"}) {
+      tx.sql() << std::string("DELETE FROM ") + table + " WHERE account_id = :id",
+          use(account_id, "id");
+    }
+    tx.sql() << "DELETE FROM lab_event WHERE user_id = :id", use(account_id, "id");
+    const std::string login = FreeErasedLogin(tx, account_id);
+    RenameInLog(tx, PersonOf(tx, account_id), login);
+    tx.sql() << "UPDATE account SET login = :login, name = '', password_hash = '', disabled = 1, "
+                "version = version + 1 WHERE id = :id",
+        use(login, "login"), use(account_id, "id");
+    const std::int64_t now_ms = ToMilliseconds(now);
+    tx.sql() << "INSERT INTO audit_log (at_ms, actor, verb, object, detail) "
+                "VALUES (:at, 'system', 'erase_account', :object, '')",
+        use(now_ms, "at"), use(owner, "object");
+    return Done{};
+  });
+}
+
+}  // namespace faultlab::server

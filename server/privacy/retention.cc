@@ -1,0 +1,167 @@
+#include "server/privacy/retention.h"
+
+#include <soci/soci.h>
+
+#include <chrono>
+#include <set>
+
+#include "server/lab/rig_use.h"
+#include "server/storage/picture_store.h"
+
+namespace faultlab::server {
+namespace {
+
+using soci::into;
+using soci::use;
+
+constexpr int kTurnMax = 10'000;
+/// Longer than what is shown of it, 30 days.
+constexpr auto kUseKept = std::chrono::hours(24 * 40);
+/// Benches that nothing names, as of agents that were tried once. Who is about to name one has
+/// renewed it within a day (Benches::Keep).
+constexpr int kUnnamedBenchDays = 40;
+constexpr const char* kUnnamedBench =
+    "bench WHERE since_ms < :before AND id NOT IN (SELECT bench FROM rig_bench) "
+    "AND id NOT IN (SELECT bench FROM recording) AND id NOT IN (SELECT bench FROM rig_calibration)";
+
+/// Excludes recordings that are still needed.
+constexpr const char* kNotInUse =
+    " AND r.state <> 'running' "
+    "AND NOT EXISTS (SELECT 1 FROM job w WHERE w.state IN ('waiting', 'running') "
+    "AND (w.run_id = r.id OR w.body LIKE '%' || r.id || '%')) "
+    "AND NOT EXISTS (SELECT 1 FROM recording p WHERE p.state = 'running' "
+    "AND p.plan_json LIKE '%' || r.id || '%')";
+
+std::int64_t Before(WallTime now, int days) {
+  return ToMilliseconds(now - std::chrono::hours(24) * days);
+}
+
+class Search {
+ public:
+  Search(Transaction& tx, RetentionReport& report) : tx_(tx), report_(report) {}
+
+  /// `query` selects id, owner, created_ms and has the one parameter :before.
+  void Add(const char* kind, const char* rule, const std::string& query, std::int64_t before_ms) {
+    Expired found;
+    std::int64_t created_ms = 0;
+    const int most = kTurnMax - static_cast<int>(report_.items.size());
+    soci::statement statement = (tx_.sql().prepare << query + " ORDER BY 3, 1 LIMIT :most",
+                                 into(found.id),
+                                 into(found.owner),
+                                 into(created_ms),
+                                 use(before_ms, "before"),
+                                 use(most, "most"));
+    statement.execute(false);
+    while (statement.fetch()) {
+      found.kind = kind;
+      found.rule = rule;
+      found.created_at = FromMilliseconds(created_ms);
+      if (seen_.insert(found.id).second) report_.items.push_back(found);
+    }
+  }
+
+ private:
+  Transaction& tx_;
+  RetentionReport& report_;
+  std::set<std::string> seen_;
+};
+
+void Find(Transaction& tx, const RetentionRules& rules, WallTime now, RetentionReport& report) {
+  const std::string recordings = "SELECT r.id, r.owner, r.created_ms FROM recording r WHERE ";
+  Search search(tx, report);
+  if (rules.guest_days > 0) {
+    search.Add("recording",
+               "guest_days",
+               recordings + "r.owner = 'guest' AND r.created_ms < :before" + kNotInUse,
+               Before(now, rules.guest_days));
+  }
+  if (rules.student_days > 0) {
+    // Recordings of students whose courses have all ended, the last one before :before.
+    search.Add("recording",
+               "student_days",
+               recordings +
+                   "r.owner IN (SELECT 'user:' || a.id FROM account a "
+                   "JOIN enrolment e ON e.account_id = a.id JOIN course c ON c.id = e.course_id "
+                   "WHERE a.role = 'student' GROUP BY a.id "
+                   "HAVING MIN(c.ends_ms) > 0 AND MAX(c.ends_ms) < :before)" +
+                   kNotInUse,
+               Before(now, rules.student_days));
+  }
+  if (rules.job_days > 0) {
+    const std::string over =
+        "j.state IN ('finished', 'failed', 'cancelled') AND j.ended_ms < :before";
+    search.Add("recording",
+               "job_days",
+               "SELECT r.id, r.owner, r.created_ms FROM recording r "
+               "JOIN job j ON j.run_id = r.id WHERE " +
+                   over + kNotInUse,
+               Before(now, rules.job_days));
+    search.Add("job",
+               "job_days",
+               "SELECT j.id, j.owner, j.created_ms FROM job j WHERE " + over,
+               Before(now, rules.job_days));
+  }
+}
+
+void Remove(Transaction& tx, const Expired& item) {
+  if (item.kind == "job") {
+    tx.sql() << "DELETE FROM job WHERE id = :id", use(item.id, "id");
+    return;
+  }
+  EraseRecordingBlobs(tx, item.id);
+  tx.sql() << "DELETE FROM recording_event WHERE recording_id = :id", use(item.id, "id");
+  tx.sql() << "DELETE FROM recording WHERE id = :id", use(item.id, "id");
+}
+
+/// Rows that only have an age: counts them, and deletes them if `remove` is set.
+std::int64_t Sweep(Transaction& tx,
+                   const std::string& table_and_condition,
+                   std::int64_t before_ms,
+                   bool remove) {
+  std::int64_t count = 0;
+  tx.sql() << "SELECT COUNT(*) FROM " + table_and_condition, into(count), use(before_ms, "before");
+  if (remove && count > 0) {
+    tx.sql() << "DELETE FROM " + table_and_condition, use(before_ms, "before");
+  }
+  return count;
+}
+
+}  // namespace
+
+core::Result<RetentionReport> Retain(Database& database,
+                                     const RetentionRules& rules,
+                                     WallTime now,
+                                     bool remove) {
+  using Outcome = core::Result<RetentionReport>;
+  const auto body = [&](Transaction& tx) -> Outcome {
+    RetentionReport report;
+    Find(tx, rules, now, report);
+    if (remove) {
+      for (const Expired& item : report.items) Remove(tx, item);
+    }
+    if (rules.news_days > 0) {
+      const std::int64_t before_ms = Before(now, rules.news_days);
+      report.news = Sweep(tx, "lab_event WHERE at_ms < :before", before_ms, remove);
+      report.stale = Sweep(tx, "one_time_link WHERE expires_ms < :before", before_ms, remove) +
+                     Sweep(tx, "sign_in WHERE expires_ms < :before", before_ms, remove);
+    }
+    report.benches = Sweep(tx, kUnnamedBench, Before(now, kUnnamedBenchDays), remove);
+    if (remove) lab::rig_use::Forget(tx, now - kUseKept);
+    const bool any =
+        !report.items.empty() || report.news > 0 || report.stale > 0 || report.benches > 0;
+    if (remove && any) {
+      const std::int64_t now_ms = ToMilliseconds(now);
+      const std::string detail = std::to_string(report.items.size()) + " recordings and jobs, " +
+                                 std::to_string(report.news) + " news, " +
+                                 std::to_string(report.stale) + " links and sign-ins, " +
+                                 std::to_string(report.benches) + " benches that nothing names";
+      tx.sql() << "INSERT INTO audit_log (at_ms, actor, verb, object, detail) "
+                  "VALUES (:at, 'system', 'retention', 'database', :detail)",
+          use(now_ms, "at"), use(detail, "detail");
+    }
+    return report;
+  };
+  return remove ? database.Write(Durability::kPromise, body) : database.Read(body);
+}
+
+}  // namespace faultlab::server

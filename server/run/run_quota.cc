@@ -1,0 +1,50 @@
+#include "server/run/run_quota.h"
+
+#include "server/run/refusals.h"
+
+namespace faultlab::server {
+
+core::Result<std::shared_ptr<void>> RunQuota::Take(const std::string& caller,
+                                                   RunKind kind,
+                                                   std::int64_t samples,
+                                                   MonotonicTime now) {
+  if (!caller.empty()) {
+    const core::Status soon = rate_.Take(caller, now);
+    if (!soon.ok()) return soon.error();
+  }
+  if (kind == RunKind::kLeased) return std::shared_ptr<void>();
+  const int simulators = kind == RunKind::kSimulator ? 1 : 0;
+  {
+    const std::lock_guard lock(taken_->mutex);
+    if (taken_->all.runs >= limits_.runs_max) return refusal::RunsFull();
+    if (taken_->replayed_samples + samples > limits_.replayed_samples_max) {
+      return refusal::RunsFull();
+    }
+    if (!caller.empty()) {
+      const auto found = taken_->of_caller.find(caller);
+      const Count own = found == taken_->of_caller.end() ? Count{} : found->second;
+      if (own.runs >= limits_.runs_per_caller_max) {
+        return refusal::YourRunsFull(limits_.runs_per_caller_max);
+      }
+      if (own.simulators + simulators > limits_.simulators_per_caller) {
+        return refusal::YourSimulatorsFull(limits_.simulators_per_caller);
+      }
+      ++taken_->of_caller[caller].runs;
+      taken_->of_caller[caller].simulators += simulators;
+    }
+    ++taken_->all.runs;
+    taken_->replayed_samples += samples;
+  }
+  // Not null, and does not own what it points to: it only carries the deleter.
+  return std::shared_ptr<void>(taken_.get(), [taken = taken_, caller, simulators, samples](void*) {
+    const std::lock_guard lock(taken->mutex);
+    --taken->all.runs;
+    taken->replayed_samples -= samples;
+    if (caller.empty()) return;
+    const auto own = taken->of_caller.find(caller);
+    own->second.simulators -= simulators;
+    if (--own->second.runs == 0) taken->of_caller.erase(own);
+  });
+}
+
+}  // namespace faultlab::server
