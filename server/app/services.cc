@@ -104,14 +104,14 @@ core::Status Services::JoinLab() {
     return reason.ok() && reason.value() == lab::EndReason::kEnded;
   };
   blind_trials_ = std::make_unique<course::BlindTrials>(course::BlindTrials::Parts{assignments_,
-                                                                                 trials_,
-                                                                                 *experiments_,
-                                                                                 recordings_,
-                                                                                 base_.store,
-                                                                                 base_.benches,
-                                                                                 ended_by_user,
-                                                                                 base_.clock,
-                                                                                 options_.log});
+                                                                                   trials_,
+                                                                                   *experiments_,
+                                                                                   recordings_,
+                                                                                   base_.store,
+                                                                                   base_.benches,
+                                                                                   ended_by_user,
+                                                                                   base_.clock,
+                                                                                   options_.log});
   rests_.Start([this](const RunRecord& record) { return IsOursToRecover(record); },
                [this](const std::string& rig) {
                  const core::Status ended = service_->Do(
