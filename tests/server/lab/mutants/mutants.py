@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """mutants.py BUILD [NAME .. | --every N]: breaks one rule after the other and demands that the rehearsal finds each.
 
-Each *.patch beside this file changes one source file of the scheduler, the service, the bay or the access; its first
+Each *.patch beside this file changes one source file of the scheduler, the service, the pool or the access; its first
 line names the rule of the oracle that must catch it. The patch is applied to a copy, that file alone is compiled
 (without sanitizers) and linked before the libraries of the build folder BUILD, and the judge runs until the rule is
 found broken. A patch that does not apply, does not compile or is not caught fails.
