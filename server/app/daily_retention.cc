@@ -30,7 +30,7 @@ DailyRetention::~DailyRetention() {
 }
 
 void DailyRetention::Retain() {
-  const auto kept = Retain(database_, rules_, clock_.Wall(), /*remove=*/true);
+  const auto kept = server::Retain(database_, rules_, clock_.Wall(), /*remove=*/true);
   if (!kept.ok()) {
     log_("retention: " + kept.error().message);
   } else if (!kept.value().items.empty()) {

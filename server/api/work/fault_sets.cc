@@ -12,7 +12,6 @@ namespace faultlab::server {
 namespace {
 
 namespace json = boost::json;
-using FaultSet;
 
 /// @param bench  of the set, if a server has it now
 json::object SetToJson(const FaultSet& set, const core::Bench* bench) {

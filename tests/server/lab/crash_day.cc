@@ -12,6 +12,7 @@ namespace {
 using namespace server::lab;  // NOLINT: shorter names keep the script readable
 using core::Done;
 using core::Status;
+using server::Job;
 using server::RunRecord;
 using server::RunState;
 using server::WallTime;

@@ -101,7 +101,7 @@ class CrashDay {
 
   server::ManualClock clock_;
   Bench bench_;
-  JobStore jobs_;
+  server::JobStore jobs_;
   server::RecordingStore recordings_;
   std::unique_ptr<server::lab::LabService> service_;
   std::function<void(Progress)> note_;
