@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/types/check.h"
+#include "hardware/refusal.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -50,12 +51,7 @@ LoopQuality PacedRig::loop_quality() const {
 
 core::Status PacedRig::CheckEpoch(Epoch epoch) const {
   if (epoch >= epoch_) return core::Done{};
-  return core::Error{.code = core::ErrorCode::kStale,
-                     .message = "epoch " + std::to_string(static_cast<std::uint64_t>(epoch)) +
-                                " is older than the rig's " +
-                                std::to_string(static_cast<std::uint64_t>(epoch_)) +
-                                ": the lease has gone to somebody else",
-                     .field = "epoch"};
+  return StaleEpoch(static_cast<std::int64_t>(epoch), static_cast<std::int64_t>(epoch_));
 }
 
 core::Status PacedRig::Arm(RunPlan plan, Epoch epoch) {

@@ -12,6 +12,7 @@
 #include "hardware/bounded_queue.h"
 #include "hardware/clock.h"
 #include "hardware/heartbeat.h"
+#include "hardware/holder_silence.h"
 #include "hardware/rig.h"
 #include "hardware/rig_machine.h"
 #include "hardware/run_loop.h"
@@ -26,8 +27,8 @@ struct PacedRigOptions {
   /// A full queue makes the loop wait (simulators) instead of failing the run. Under speed control
   /// it waits for the reader at each sample, whose orders then come at the same samples each time.
   bool wait_for_reader = false;
-  Nanoseconds watchdog = std::chrono::milliseconds(500);  ///< 0 = none
-  int consecutive_overruns_max = 5;  ///< the run stops at this many late ticks in a row
+  Nanoseconds watchdog = kHolderSilence;  ///< 0 = none
+  int consecutive_overruns_max = 5;       ///< the run stops at this many late ticks in a row
   std::shared_ptr<Heartbeat> heartbeat = nullptr;  ///< of a rig with a supervisor; null = none
 };
 

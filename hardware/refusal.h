@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <utility>
@@ -27,6 +28,14 @@ inline core::Error Invalid(std::string message,
           std::move(field),
           std::move(reason),
           std::move(parameters)};
+}
+
+/// The rig has seen `newest`, and refuses every lease with a lower epoch.
+inline core::Error StaleEpoch(std::int64_t epoch, std::int64_t newest) {
+  return {core::ErrorCode::kStale,
+          "epoch " + std::to_string(epoch) + " is older than the rig's " + std::to_string(newest) +
+              ": the lease has gone to somebody else",
+          "epoch"};
 }
 
 /// Of a rig that plays a plan and cannot close a loop.

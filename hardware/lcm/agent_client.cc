@@ -6,6 +6,7 @@
 #include "hardware/lcm/channels.h"
 #include "hardware/lcm/rig_name.h"
 #include "hardware/lcm/sealed_message.h"
+#include "hardware/refusal.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -54,10 +55,7 @@ void AgentClient::SetBoot(std::int64_t boot) {
 /// Call with mutex_ held, as the five below.
 core::Status AgentClient::CheckNumber(std::int64_t epoch) const {
   if (epoch >= fence_) return core::Done{};
-  return core::Error{.code = core::ErrorCode::kStale,
-                     .message = "epoch " + std::to_string(epoch) + " is older than the rig's " +
-                                std::to_string(fence_) + ": the lease has gone to somebody else",
-                     .field = "epoch"};
+  return StaleEpoch(epoch, fence_);
 }
 
 void AgentClient::Owe(std::int64_t epoch) {

@@ -5,6 +5,7 @@
 #include "faultlab_msgs/rig_bench_t.hpp"
 #include "faultlab_msgs/rig_stream_t.hpp"
 #include "hardware/bench/benches.h"
+#include "hardware/holder_silence.h"
 #include "hardware/lcm/remote_rig.h"
 #include "hardware/lcm/rig_codec.h"
 #include "hardware/lcm/sealed_message.h"
@@ -15,7 +16,6 @@ namespace {
 constexpr Nanoseconds kAliveEvery = std::chrono::milliseconds(100);
 /// Between runs: the agent's lease is 5 s long.
 constexpr Nanoseconds kOursEvery = std::chrono::seconds(1);
-constexpr Nanoseconds kHolderSilent = std::chrono::milliseconds(500);
 constexpr Nanoseconds kRefillEvery = std::chrono::milliseconds(100);
 constexpr std::size_t kHolesAtOnce = 32;
 
@@ -187,7 +187,7 @@ void RemoteRig::Poll() {
   const std::optional<Epoch> leased = line_.leased();
   if (!leased) return;
   // A run whose holder is silent is left to the agent's watchdog.
-  const bool wanted = !running || readers_ > 0 || now - holder_word_at_ <= kHolderSilent;
+  const bool wanted = !running || readers_ > 0 || now - holder_word_at_ <= kHolderSilence;
   const Nanoseconds every = running ? kAliveEvery : kOursEvery;
   if (wanted && (alive_sent_at_.count() < 0 || now - alive_sent_at_ >= every)) {
     alive_sent_at_ = now;

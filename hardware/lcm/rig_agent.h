@@ -10,6 +10,7 @@
 #include "faultlab_msgs/rig_command_t.hpp"
 #include "faultlab_msgs/rig_reply_t.hpp"
 #include "hardware/clock.h"
+#include "hardware/holder_silence.h"
 #include "hardware/lcm/command_authenticator.h"
 #include "hardware/lcm/epoch_file.h"
 #include "hardware/lcm/message_bus.h"
@@ -25,7 +26,7 @@ struct RigAgentSettings {
   /// Takes a line for the log: how each run began and ended.
   std::function<void(const std::string&)> say = [](const std::string&) {};
   /// Silence of the lease holder after which a run is stopped.
-  Nanoseconds watchdog = std::chrono::milliseconds(500);
+  Nanoseconds watchdog = kHolderSilence;
   /// Length of a lease; each word of its holder renews it. Longer than the watchdog.
   Nanoseconds lease = std::chrono::seconds(5);
   std::size_t ring_items =

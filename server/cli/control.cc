@@ -14,6 +14,7 @@
 #include "server/cli/console.h"
 #include "server/csv/fault_text.h"
 #include "server/csv/file_io.h"
+#include "server/json/number_or_null.h"
 
 namespace faultlab::server {
 namespace {
@@ -80,19 +81,15 @@ std::string Short(double value, int digits) {
   return text.data();
 }
 
-json::value OrNull(const std::optional<double>& value) {
-  return value ? json::value(*value) : json::value(nullptr);
-}
-
 std::string JsonOf(const core::ControlRecord& record) {
   const core::ControlQuality& quality = record.quality;
   return json::serialize(json::object{{"iae", quality.iae_rad},
                                       {"late_iae", quality.late_iae_rad},
                                       {"overshoot_percent", quality.overshoot_percent},
-                                      {"settling_s", OrNull(quality.settling_s)},
+                                      {"settling_s", NumberOrNull(quality.settling_s)},
                                       {"steady_error_rad_s", quality.steady_error_rad_s},
-                                      {"compensated_at_s", OrNull(record.compensated_at_s)},
-                                      {"gave_up_at_s", OrNull(record.gave_up_at_s)},
+                                      {"compensated_at_s", NumberOrNull(record.compensated_at_s)},
+                                      {"gave_up_at_s", NumberOrNull(record.gave_up_at_s)},
                                       {"accommodated", record.accommodated},
                                       {"dither_rad_s", record.dither_rad_s},
                                       {"reachable_rad_s", record.reachable_rad_s}}) +

@@ -2,21 +2,17 @@
 
 #include <boost/json/array.hpp>
 #include <boost/json/serialize.hpp>
-#include <cmath>
 #include <utility>
 
 #include "hardware/bench/benches.h"
 #include "server/cli/console.h"
 #include "server/cli/paper_pictures.h"
+#include "server/json/number_or_null.h"
 
 namespace faultlab::server {
 namespace {
 
 namespace json = boost::json;
-
-json::value Number(double value) {
-  return std::isfinite(value) ? json::value(value) : json::value(nullptr);
-}
 
 json::value FaultJson(const std::optional<core::TableFault>& fault) {
   if (!fault) {
@@ -28,10 +24,10 @@ json::value FaultJson(const std::optional<core::TableFault>& fault) {
 json::object RowJson(const core::TableRow& row) {
   json::object out = {{"fault", FaultJson(row.fault)},
                       {"name", row.name},
-                      {"paper", Number(row.paper)},
-                      {"ours", Number(row.ours)}};
+                      {"paper", NumberOrNull(row.paper)},
+                      {"ours", NumberOrNull(row.ours)}};
   if (row.truth) {
-    out["truth"] = Number(*row.truth);
+    out["truth"] = NumberOrNull(*row.truth);
   }
   if (!row.erratum.empty()) {
     out["erratum"] = row.erratum;
@@ -49,33 +45,35 @@ json::object ToJson(const core::Reproduction& reproduction) {
     for (const core::TableRow& row : table.rows) {
       rows.emplace_back(RowJson(row));
     }
-    tables.emplace_back(json::object{{"table", table.table},
-                                     {"title", table.title},
-                                     {"unit", table.unit},
-                                     {"profile", table.profile},
-                                     {"settings", table.settings},
-                                     {"rows", std::move(rows)},
-                                     {"mean_relative_error", Number(table.mean_relative_error)},
-                                     {"mean_difference", Number(table.mean_difference)}});
+    tables.emplace_back(
+        json::object{{"table", table.table},
+                     {"title", table.title},
+                     {"unit", table.unit},
+                     {"profile", table.profile},
+                     {"settings", table.settings},
+                     {"rows", std::move(rows)},
+                     {"mean_relative_error", NumberOrNull(table.mean_relative_error)},
+                     {"mean_difference", NumberOrNull(table.mean_difference)}});
   }
   json::array fits;
   for (const core::FitRow& fit : reproduction.fits) {
     fits.emplace_back(json::object{{"fault", FaultJson(fit.fault)},
-                                   {"paper_percent", Number(fit.paper_percent)},
-                                   {"ours_percent", Number(fit.ours_percent)},
-                                   {"truth_percent", Number(fit.truth_percent)}});
+                                   {"paper_percent", NumberOrNull(fit.paper_percent)},
+                                   {"ours_percent", NumberOrNull(fit.ours_percent)},
+                                   {"truth_percent", NumberOrNull(fit.truth_percent)}});
   }
   const core::ReproductionSummary& summary = reproduction.summary;
-  return {{"tables", std::move(tables)},
-          {"fits", std::move(fits)},
-          {"summary",
-           json::object{
-               {"tables_7_8_mean_relative_error", Number(summary.tables_7_8_mean_relative_error)},
-               {"tables_5_6_mean_relative_error", Number(summary.tables_5_6_mean_relative_error)},
-               {"nominal_fit_swa_percent", Number(summary.nominal_fit_swa_percent)},
-               {"nominal_fit_sia_percent", Number(summary.nominal_fit_sia_percent)},
-               {"rows", summary.rows},
-               {"rows_with_erratum", summary.rows_with_erratum}}}};
+  return {
+      {"tables", std::move(tables)},
+      {"fits", std::move(fits)},
+      {"summary",
+       json::object{
+           {"tables_7_8_mean_relative_error", NumberOrNull(summary.tables_7_8_mean_relative_error)},
+           {"tables_5_6_mean_relative_error", NumberOrNull(summary.tables_5_6_mean_relative_error)},
+           {"nominal_fit_swa_percent", NumberOrNull(summary.nominal_fit_swa_percent)},
+           {"nominal_fit_sia_percent", NumberOrNull(summary.nominal_fit_sia_percent)},
+           {"rows", summary.rows},
+           {"rows_with_erratum", summary.rows_with_erratum}}}};
 }
 
 int RunReproduce(const ReproduceOptions& options) {

@@ -15,6 +15,7 @@
 #include "server/diagnosis_json/diagnosis_json.h"
 #include "server/diagnosis_json/plant_json.h"
 #include "server/json/document_reader.h"
+#include "server/json/number_or_null.h"
 
 namespace faultlab::server {
 namespace {
@@ -126,7 +127,7 @@ void ReadLists(const json::object& object, std::optional<Error>& error, Calibrat
 
 json::array ListOf(const std::vector<double>& numbers) {
   json::array list;
-  for (const double number : numbers) list.push_back(Number(number));
+  for (const double number : numbers) list.push_back(NumberOrNull(number));
   return list;
 }
 
@@ -139,23 +140,23 @@ json::object ToJson(const Calibration& learnt, const core::Bench& bench) {
   for (const core::CalibratedQuantity& quantity : calibration.quantities) {
     quantities.emplace_back(json::object{{"name", quantity.name},
                                          {"unit", quantity.unit},
-                                         {"value", Number(quantity.value)},
-                                         {"sigma", Number(quantity.sigma)},
-                                         {"prior_value", Number(quantity.prior_value)},
-                                         {"prior_sigma", Number(quantity.prior_sigma)},
+                                         {"value", NumberOrNull(quantity.value)},
+                                         {"sigma", NumberOrNull(quantity.sigma)},
+                                         {"prior_value", NumberOrNull(quantity.prior_value)},
+                                         {"prior_sigma", NumberOrNull(quantity.prior_sigma)},
                                          {"from_data", quantity.from_data}});
   }
   json::array checks;
   for (const core::CalibrationCheck& check : calibration.checks) {
     checks.emplace_back(json::object{{"name", check.name},
                                      {"sentence", check.sentence},
-                                     {"value", Number(check.value)},
-                                     {"limit", Number(check.limit)},
+                                     {"value", NumberOrNull(check.value)},
+                                     {"limit", NumberOrNull(check.limit)},
                                      {"passed", check.passed}});
   }
   json::object thresholds;
   for (const Threshold& threshold : kThresholds) {
-    thresholds[threshold.name] = Number(calibration.thresholds.*threshold.member);
+    thresholds[threshold.name] = NumberOrNull(calibration.thresholds.*threshold.member);
   }
   json::object out = {{"version", calibration.version},
                       {"dated", calibration.dated},
@@ -164,13 +165,13 @@ json::object ToJson(const Calibration& learnt, const core::Bench& bench) {
                       {"used_ia", calibration.used_ia},
                       {"used_n", calibration.used_n}};
   for (const Field& field : kFields) {
-    out[field.name] = Number(calibration.*field.member);
+    out[field.name] = NumberOrNull(calibration.*field.member);
   }
   for (const LaterField& field : kLater) {
-    out[field.name] = Number(calibration.*field.member);
+    out[field.name] = NumberOrNull(calibration.*field.member);
   }
   if (calibration.covariance.size() == kRowsMax * kRowsMax) {
-    out["lag_factor"] = Number(calibration.lag_factor);
+    out["lag_factor"] = NumberOrNull(calibration.lag_factor);
   }
   AddPlant(calibration.nominal, bench, out);
   out["quantities"] = std::move(quantities);

@@ -1,13 +1,13 @@
 #include "server/diagnosis_json/diagnosis_json.h"
 
 #include <array>
-#include <cmath>
 #include <optional>
 #include <span>
 #include <string_view>
 
 #include "core/paper/path_outcome.h"
 #include "server/diagnosis_json/calibration_json.h"
+#include "server/json/number_or_null.h"
 
 namespace faultlab::server {
 namespace {
@@ -17,14 +17,10 @@ namespace json = boost::json;
 constexpr std::array<std::string_view, 3> kSwaNames = {"b0d", "b1d", "a1d"};
 constexpr std::array<std::string_view, 3> kSiaNames = {"b0", "b1", "a1"};
 
-json::value Number(const std::optional<double>& value) {
-  return value ? server::Number(*value) : json::value(nullptr);
-}
-
 json::array Numbers(std::span<const double> values) {
   json::array out;
   for (const double value : values) {
-    out.push_back(server::Number(value));
+    out.push_back(NumberOrNull(value));
   }
   return out;
 }
@@ -45,12 +41,12 @@ json::array Candidates(std::span<const core::Candidate> candidates) {
   json::array out;
   for (const core::Candidate& candidate : candidates) {
     out.emplace_back(json::object{{"component", core::Name(candidate.component)},
-                                  {"value", server::Number(candidate.value)},
-                                  {"sigma", server::Number(candidate.sigma)},
+                                  {"value", NumberOrNull(candidate.value)},
+                                  {"sigma", NumberOrNull(candidate.sigma)},
                                   {"unit", core::Unit(candidate.component)},
                                   {"bound", Bound(candidate.bound)},
-                                  {"score", server::Number(candidate.score)},
-                                  {"margin", server::Number(candidate.margin)}});
+                                  {"score", NumberOrNull(candidate.score)},
+                                  {"margin", NumberOrNull(candidate.margin)}});
   }
   return out;
 }
@@ -60,8 +56,8 @@ json::array Path(std::span<const core::PathStep> path) {
   for (const core::PathStep& step : path) {
     out.emplace_back(json::object{{"question", step.question},
                                   {"answer", step.answer},
-                                  {"value", server::Number(step.value)},
-                                  {"threshold", server::Number(step.threshold)},
+                                  {"value", NumberOrNull(step.value)},
+                                  {"threshold", NumberOrNull(step.threshold)},
                                   {"leads_to", step.leads_to},
                                   {"components", Names(step.components)},
                                   {"close", core::IsClose(step)}});
@@ -72,8 +68,8 @@ json::array Path(std::span<const core::PathStep> path) {
 json::array Detections(std::span<const core::Detection> detections) {
   json::array out;
   for (const core::Detection& one : detections) {
-    out.emplace_back(json::object{{"detected_at_s", server::Number(one.detected_at_s)},
-                                  {"onset_s", Number(one.onset_s)},
+    out.emplace_back(json::object{{"detected_at_s", NumberOrNull(one.detected_at_s)},
+                                  {"onset_s", NumberOrNull(one.onset_s)},
                                   {"detector", one.detector}});
   }
   return out;
@@ -82,7 +78,7 @@ json::array Detections(std::span<const core::Detection> detections) {
 json::object Theta(const core::ContinuousTheta& theta) {
   json::object out;
   for (std::size_t i = 0; i < theta.size(); ++i) {
-    out[kSiaNames[i]] = server::Number(theta[i]);
+    out[kSiaNames[i]] = NumberOrNull(theta[i]);
   }
   return out;
 }
@@ -92,9 +88,9 @@ json::array Inverse(std::span<const core::InverseSolution> solutions) {
   for (const core::InverseSolution& solution : solutions) {
     const double value = solution.exists ? solution.value : core::kAbsent;
     out.emplace_back(json::object{{"component", core::Name(solution.component)},
-                                  {"value", server::Number(value)},
+                                  {"value", NumberOrNull(value)},
                                   {"unit", core::Unit(solution.component)},
-                                  {"mismatch", server::Number(solution.mismatch)}});
+                                  {"mismatch", NumberOrNull(solution.mismatch)}});
   }
   return out;
 }
@@ -104,7 +100,7 @@ json::array Episodes(std::span<const core::FaultEpisode> episodes) {
   for (const core::FaultEpisode& episode : episodes) {
     json::object one = ToJson(episode.verdict);
     one["shape"] = episode.shape == core::FaultShape::kDrift ? "drift" : "abrupt";
-    one["ended_at_s"] = Number(episode.ended_at_s);
+    one["ended_at_s"] = NumberOrNull(episode.ended_at_s);
     out.push_back(std::move(one));
   }
   return out;
@@ -116,13 +112,10 @@ json::object ErrorJson(const core::Error& error) {
 
 }  // namespace
 
-json::value Number(double value) {
-  return std::isfinite(value) ? json::value(value) : json::value(nullptr);
-}
-
 json::object ToJson(const core::SpeedResponse& response) {
   const auto measured = [](const core::Measured& number) {
-    return json::object{{"value", Number(number.value)}, {"sigma", Number(number.sigma)}};
+    return json::object{{"value", NumberOrNull(number.value)},
+                        {"sigma", NumberOrNull(number.sigma)}};
   };
   return {{"gain_rpm_per_v", measured(response.gain)},
           {"time_constant_s", measured(response.time_constant)},
@@ -131,8 +124,8 @@ json::object ToJson(const core::SpeedResponse& response) {
 
 json::object ToJson(const core::Verdict& verdict) {
   json::object out{{"verdict", core::Name(verdict.kind)},
-                   {"detected_at_s", Number(verdict.detected_at_s)},
-                   {"onset_s", Number(verdict.onset_s)},
+                   {"detected_at_s", NumberOrNull(verdict.detected_at_s)},
+                   {"onset_s", NumberOrNull(verdict.onset_s)},
                    {"detector", verdict.detector},
                    {"group", Names(verdict.group)},
                    {"candidates", Candidates(verdict.candidates)},
@@ -147,8 +140,8 @@ json::object ToJson(const core::Verdict& verdict) {
   if (verdict.sensor) {
     out["sensor"] = json::object{{"channel", verdict.sensor->channel},
                                  {"change", verdict.sensor->gain ? "gain" : "zero"},
-                                 {"value", Number(verdict.sensor->value)},
-                                 {"sigma", Number(verdict.sensor->sigma)}};
+                                 {"value", NumberOrNull(verdict.sensor->value)},
+                                 {"sigma", NumberOrNull(verdict.sensor->sigma)}};
   }
   if (verdict.response) {
     out["response"] = json::object{{"before", ToJson(verdict.response->before)},
@@ -168,7 +161,7 @@ json::object ToJson(core::EstimatorId id, const core::Estimate<3>& estimate) {
   return {{"names", std::move(names)},
           {"theta", Numbers(has_value ? estimate.theta : nothing)},
           {"sigma", Numbers(has_value ? estimate.sigma : nothing)},
-          {"condition", Number(estimate.condition)},
+          {"condition", NumberOrNull(estimate.condition)},
           {"status", core::Name(estimate.status)},
           {"age", estimate.age_samples}};
 }
@@ -176,7 +169,7 @@ json::object ToJson(core::EstimatorId id, const core::Estimate<3>& estimate) {
 json::object ToJson(const core::PaperMethods& paper) {
   json::object full_values;
   for (std::size_t i = 0; i < paper.full_jacobian_values.size(); ++i) {
-    full_values[core::Name(paper.exact[i].component)] = Number(paper.full_jacobian_values[i]);
+    full_values[core::Name(paper.exact[i].component)] = NumberOrNull(paper.full_jacobian_values[i]);
   }
   return {{"nominal", Theta(paper.nominal)},
           {"estimate", Theta(paper.estimate)},
@@ -187,7 +180,7 @@ json::object ToJson(const core::PaperMethods& paper) {
           {"exact", Inverse(paper.exact)},
           {"full_jacobian",
            json::object{{"rank", paper.full_jacobian_rank},
-                        {"condition", Number(paper.full_jacobian_condition)},
+                        {"condition", NumberOrNull(paper.full_jacobian_condition)},
                         {"pseudo_inverse_values", std::move(full_values)}}}};
 }
 
@@ -207,7 +200,7 @@ json::object ToJson(const core::Diagnosis& diagnosis, const core::Bench& bench) 
   out["estimates"] = std::move(estimates);
   json::object fits;
   for (const core::FitPercent& fit : diagnosis.fit_percent) {
-    fits[fit.model] = Number(fit.percent);
+    fits[fit.model] = NumberOrNull(fit.percent);
   }
   out["fit_percent"] = std::move(fits);
   out["paper"] = ToJson(diagnosis.paper);

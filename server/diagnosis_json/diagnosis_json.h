@@ -44,9 +44,6 @@ boost::json::object ToJson(core::EstimatorId id, const core::Estimate<3>& estima
 /// "full_jacobian"}
 boost::json::object ToJson(const core::PaperMethods& paper);
 
-/// The number; null unless it is finite.
-boost::json::value Number(double value);
-
 /// A calibration for people: a table of the rig's own values with their errors.
 std::string ToText(const core::Calibration& calibration, const std::string& name);
 

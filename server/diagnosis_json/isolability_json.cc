@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/diagnosis_json/diagnosis_json.h"
+#include "server/json/number_or_null.h"
 
 namespace faultlab::server {
 namespace {
@@ -32,15 +33,11 @@ json::array Rows(const Matrix& matrix) {
   for (int r = 0; r < matrix.rows(); ++r) {
     json::array row;
     for (int c = 0; c < matrix.cols(); ++c) {
-      row.push_back(Number(matrix(r, c)));
+      row.push_back(NumberOrNull(matrix(r, c)));
     }
     rows.push_back(std::move(row));
   }
   return rows;
-}
-
-json::value NumberOrNull(const std::optional<double>& value) {
-  return value ? Number(*value) : json::value(nullptr);
 }
 
 json::object FaultJson(const core::FaultIsolability& fault) {
@@ -48,13 +45,13 @@ json::object FaultJson(const core::FaultIsolability& fault) {
   for (const core::NearestRival& rival : fault.rival) {
     const core::Component component = rival.component;
     rivals.emplace_back(json::object{{"component", core::Name(component)},
-                                     {"kl", Number(rival.kl_nats)},
-                                     {"value", Number(rival.value)}});
+                                     {"kl", NumberOrNull(rival.kl_nats)},
+                                     {"value", NumberOrNull(rival.value)}});
   }
   return {{"component", core::Name(fault.fault.component)},
           {"value", fault.fault.value},
           {"unit", core::Unit(fault.fault.component)},
-          {"kl_nominal", Number(fault.kl_nominal_nats)},
+          {"kl_nominal", NumberOrNull(fault.kl_nominal_nats)},
           {"visible", fault.visible},
           {"rivals", std::move(rivals)},
           {"group", Names(fault.group)}};
@@ -81,7 +78,7 @@ json::object ToJson(const core::Isolability& isolability) {
                                        {"unit", core::Unit(one.component)},
                                        {"below", NumberOrNull(one.below)},
                                        {"above", NumberOrNull(one.above)},
-                                       {"relative_sigma", Number(one.relative_sigma)}});
+                                       {"relative_sigma", NumberOrNull(one.relative_sigma)}});
   }
   json::array faults;
   for (const core::FaultIsolability& fault : isolability.faults) {
@@ -99,8 +96,8 @@ json::object ToJson(const core::Isolability& isolability) {
           {"smallest", std::move(smallest)},
           {"faults", std::move(faults)},
           {"ambiguous", std::move(ambiguous)},
-          {"kl_visible", Number(isolability.kl_visible_nats)},
-          {"kl_separable", Number(isolability.kl_separable_nats)}};
+          {"kl_visible", NumberOrNull(isolability.kl_visible_nats)},
+          {"kl_separable", NumberOrNull(isolability.kl_separable_nats)}};
 }
 
 std::string ToText(const core::Isolability& isolability) {

@@ -6,6 +6,7 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include "server/json/number_or_null.h"
 #include "server/plots/value_text.h"
 
 namespace faultlab::server {
@@ -93,10 +94,6 @@ std::string FaultName(const core::FaultSize& fault) {
          PlainText(ValueText(fault.value, core::Unit(fault.component)));
 }
 
-json::value OrNull(double value) {
-  return std::isfinite(value) ? json::value(value) : json::value(nullptr);
-}
-
 json::array ToJson(const Interval& interval, double scale) {
   return {interval.low * scale, interval.high * scale};
 }
@@ -125,7 +122,7 @@ json::object ToJson(const MethodOutcome& outcome) {
   if (finding.isolation == core::Answer::kGiven && finding.named > 0) {
     component = core::Name(finding.candidates.front().component);
     if (finding.identification == core::Answer::kGiven) {
-      value = OrNull(finding.candidates.front().value);
+      value = NumberOrNull(finding.candidates.front().value);
     }
   }
   return {{"method", outcome.method},
@@ -155,12 +152,13 @@ json::object ToJson(const MethodRow& row, const MethodStudy& study) {
   for (const int count : row.isolated) isolated_after.emplace_back(count);
   json::array by_fault;
   for (std::size_t f = 0; f < row.isolated_of.size(); ++f) {
-    by_fault.emplace_back(json::object{{"component", core::Name(study.faults[f].component)},
-                                       {"value", study.faults[f].value},
-                                       {"detected", row.detected_of[f]},
-                                       {"delay_samples_median", OrNull(row.delay_of[f])},
-                                       {"isolated", row.isolated_of[f]},
-                                       {"error_median_percent", OrNull(100.0 * row.error_of[f])}});
+    by_fault.emplace_back(
+        json::object{{"component", core::Name(study.faults[f].component)},
+                     {"value", study.faults[f].value},
+                     {"detected", row.detected_of[f]},
+                     {"delay_samples_median", NumberOrNull(row.delay_of[f])},
+                     {"isolated", row.isolated_of[f]},
+                     {"error_median_percent", NumberOrNull(100.0 * row.error_of[f])}});
   }
   const bool runs = row.fits;
   return {{"method", info.name},
@@ -168,7 +166,7 @@ json::object ToJson(const MethodRow& row, const MethodStudy& study) {
           {"group", info.group},
           {"fits", row.fits},
           {"real_time", runs ? json::value(row.in_time(study.period_s)) : nullptr},
-          {"delay_samples_median", OrNull(core::Quantile(row.delays, 0.5))},
+          {"delay_samples_median", NumberOrNull(core::Quantile(row.delays, 0.5))},
           {"false_alarms_per_day", std::move(false_alarms)},
           {"false_alarms", row.false_alarms},
           {"watched_days", row.watched_days},
@@ -177,9 +175,9 @@ json::object ToJson(const MethodRow& row, const MethodStudy& study) {
           {"detected", row.detected},
           {"isolated", info.isolates ? json::value(row.isolated.back()) : nullptr},
           {"isolated_after", std::move(isolated_after)},
-          {"error_median_percent", OrNull(100.0 * core::Quantile(row.errors, 0.5))},
-          {"ns_per_sample", OrNull(1000.0 * core::Quantile(row.sample_us, 0.5))},
-          {"ms_per_diagnosis", OrNull(core::Quantile(row.diagnosis_ms, 0.5))},
+          {"error_median_percent", NumberOrNull(100.0 * core::Quantile(row.errors, 0.5))},
+          {"ns_per_sample", NumberOrNull(1000.0 * core::Quantile(row.sample_us, 0.5))},
+          {"ms_per_diagnosis", NumberOrNull(core::Quantile(row.diagnosis_ms, 0.5))},
           {"memory_bytes", row.bytes > 0 ? json::value(row.bytes) : nullptr},
           {"interval_95", std::move(intervals)},
           {"tuned", info.tuned},

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "server/json/number_or_null.h"
+
 namespace faultlab::server {
 
 namespace json = boost::json;
@@ -16,10 +18,9 @@ json::object ToJson(const core::MethodRun& run) {
     json::array answer;
     for (std::size_t i = 0; i < look.finding.named; ++i) {
       const core::MethodCandidate& named = look.finding.candidates[i];
-      answer.emplace_back(
-          json::object{{"component", core::Name(named.component)},
-                       {"value", std::isfinite(named.value) ? json::value(named.value) : nullptr},
-                       {"unit", core::Unit(named.component)}});
+      answer.emplace_back(json::object{{"component", core::Name(named.component)},
+                                       {"value", NumberOrNull(named.value)},
+                                       {"unit", core::Unit(named.component)}});
     }
     looks.emplace_back(json::object{{"after_s", look.after_s},
                                     {"isolation", core::Name(look.finding.isolation)},

@@ -2,9 +2,9 @@
 
 #include <boost/json/array.hpp>
 #include <boost/json/value.hpp>
-#include <cmath>
 #include <string_view>
 
+#include "server/json/number_or_null.h"
 #include "server/plots/thinned.h"
 
 namespace faultlab::server {
@@ -60,19 +60,11 @@ std::string_view Name(MarkKind kind) {
   return "?";
 }
 
-json::value Number(double value) {
-  return std::isfinite(value) ? json::value(value) : json::value(nullptr);
-}
-
-json::value Number(const std::optional<double>& value) {
-  return value ? Number(*value) : json::value(nullptr);
-}
-
 json::array Numbers(const std::vector<double>& values) {
   json::array out;
   out.reserve(values.size());
   for (const double value : values) {
-    out.push_back(Number(value));
+    out.push_back(NumberOrNull(value));
   }
   return out;
 }
@@ -111,16 +103,16 @@ json::object ToJson(const Panel& panel) {
   json::array levels;
   for (const Level& level : panel.levels) {
     levels.emplace_back(json::object{
-        {"y", Number(level.y)}, {"label", PlainText(level.label)}, {"ink", Name(level.ink)}});
+        {"y", NumberOrNull(level.y)}, {"label", PlainText(level.label)}, {"ink", Name(level.ink)}});
   }
   json::array bands;
   for (const Band& band : panel.bands) {
     bands.emplace_back(json::object{{"name", PlainText(band.name)},
                                     {"ink", Name(band.ink)},
-                                    {"x_from", Number(band.x_from)},
-                                    {"x_to", Number(band.x_to)},
-                                    {"y_from", Number(band.y_from)},
-                                    {"y_to", Number(band.y_to)}});
+                                    {"x_from", NumberOrNull(band.x_from)},
+                                    {"x_to", NumberOrNull(band.x_to)},
+                                    {"y_from", NumberOrNull(band.y_from)},
+                                    {"y_to", NumberOrNull(band.y_to)}});
   }
   json::value inset = nullptr;
   if (panel.inset) {
@@ -154,7 +146,7 @@ json::object ToJson(const Figure& figure) {
   json::array marks;
   for (const Mark& mark : figure.marks) {
     marks.emplace_back(json::object{
-        {"kind", Name(mark.kind)}, {"x", Number(mark.x)}, {"label", PlainText(mark.label)}});
+        {"kind", Name(mark.kind)}, {"x", NumberOrNull(mark.x)}, {"label", PlainText(mark.label)}});
   }
   json::object out = {{"title", PlainText(figure.title)},
                       {"subtitle", PlainText(figure.subtitle)},

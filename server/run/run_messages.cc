@@ -2,10 +2,10 @@
 
 #include <array>
 #include <boost/json.hpp>
-#include <cmath>
 
 #include "core/plant/coefficients.h"
 #include "server/diagnosis_json/diagnosis_json.h"
+#include "server/json/number_or_null.h"
 #include "server/run/loop_json.h"
 
 namespace faultlab::server {
@@ -18,10 +18,6 @@ using hardware::RigEventKind;
 bool HasValue(RigEventKind kind) {
   return NamesComponent(kind) || kind == RigEventKind::kTrip || kind == RigEventKind::kOverrun ||
          kind == RigEventKind::kDeltaStrays || kind == RigEventKind::kGap;
-}
-
-json::value Finite(double value) {
-  return std::isfinite(value) ? json::value(value) : json::value(nullptr);
 }
 
 json::object EventObject(std::string_view kind, std::int64_t index, double period_s) {
@@ -38,7 +34,7 @@ RecordedEvent Recorded(std::string_view kind, std::int64_t index, const json::ob
 template <std::size_t N>
 json::array Numbers(const std::array<double, N>& values) {
   json::array out;
-  for (const double value : values) out.push_back(Finite(value));
+  for (const double value : values) out.push_back(NumberOrNull(value));
   return out;
 }
 
@@ -51,7 +47,7 @@ RecordedEvent MakeEvent(const hardware::RigEvent& event,
   if (NamesComponent(event.kind) && event.component.exists()) {
     object["component"] = core::Name(event.component);
   }
-  if (HasValue(event.kind)) object["value"] = Finite(event.value);
+  if (HasValue(event.kind)) object["value"] = NumberOrNull(event.value);
   if (!event.text.empty()) object["text"] = event.text;
   if (loop != nullptr) object["loop"] = ToJson(*loop);
   return Recorded(hardware::Name(event.kind), event.index, object);
@@ -65,7 +61,7 @@ RecordedEvent MakeDiagnosisEvent(std::string_view kind,
   json::object object = EventObject(kind, index, period_s);
   if (candidate != nullptr) {
     object["component"] = core::Name(candidate->component);
-    object["value"] = Finite(candidate->value);
+    object["value"] = NumberOrNull(candidate->value);
   }
   if (!text.empty()) object["text"] = text;
   return Recorded(kind, index, object);
@@ -74,7 +70,7 @@ RecordedEvent MakeDiagnosisEvent(std::string_view kind,
 RecordedEvent MakeChangeEvent(const ChangeNote& note, std::int64_t index, double period_s) {
   json::object object = EventObject(note.kind, index, period_s);
   object["component"] = core::Name(note.component);
-  object["value"] = Finite(note.value);
+  object["value"] = NumberOrNull(note.value);
   if (!note.text.empty()) object["text"] = note.text;
   if (!note.reason.empty()) object["reason"] = note.reason;
   if (!note.parameters.empty()) {
@@ -90,7 +86,7 @@ RecordedEvent MakeLinkEvent(std::string_view kind,
                             double period_s,
                             std::optional<double> silent_s) {
   json::object object = EventObject(kind, index, period_s);
-  if (silent_s) object["value"] = Finite(*silent_s);
+  if (silent_s) object["value"] = NumberOrNull(*silent_s);
   return Recorded(kind, index, object);
 }
 
@@ -143,7 +139,7 @@ std::string ReadoutText(const core::Frame& frame) {
     entry["name"] = core::kEstimatorShapes[i].name;
     entry["theta"] = known ? json::value(Numbers(estimate.theta)) : json::value(nullptr);
     entry["sigma"] = known ? json::value(Numbers(estimate.sigma)) : json::value(nullptr);
-    entry["condition"] = known ? Finite(estimate.condition) : json::value(nullptr);
+    entry["condition"] = known ? NumberOrNull(estimate.condition) : json::value(nullptr);
     entry["status"] = core::Name(estimate.status);
     entry["age"] = estimate.age_samples;
     estimators.push_back(std::move(entry));

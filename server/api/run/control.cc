@@ -5,6 +5,7 @@
 #include "server/api/run/handlers.h"
 #include "server/experiment/control_account.h"
 #include "server/experiment/plan_json.h"
+#include "server/json/number_or_null.h"
 
 namespace faultlab::server {
 namespace {
@@ -17,10 +18,6 @@ json::value Rounded(double n_rpm) {
   return std::round(n_rpm * kSteps) / kSteps;
 }
 
-json::value OrNull(const std::optional<double>& value) {
-  return value ? json::value(*value) : json::value(nullptr);
-}
-
 json::value QualityToJson(const ControlAccount& account, std::span<const core::Sample> samples) {
   const auto quality = QualityOf(account, samples);
   if (!quality) return nullptr;
@@ -28,7 +25,7 @@ json::value QualityToJson(const ControlAccount& account, std::span<const core::S
                       {"iae_rad", quality->iae_rad},
                       {"late_iae_rad", quality->late_iae_rad},
                       {"overshoot_percent", quality->overshoot_percent},
-                      {"settling_s", OrNull(quality->settling_s)},
+                      {"settling_s", NumberOrNull(quality->settling_s)},
                       {"steady_error_rad_s", quality->steady_error_rad_s}};
 }
 
@@ -50,7 +47,7 @@ json::array CompensationsToJson(const ControlAccount& account) {
         {"t_s", each.t_s},
         {"component", core::Name(each.component)},
         {"value", each.value},
-        {"until_s", OrNull(each.until_s)},
+        {"until_s", NumberOrNull(each.until_s)},
         {"ended", each.ended.empty() ? json::value(nullptr) : json::value(each.ended)}});
   }
   return out;
@@ -100,9 +97,9 @@ core::Result<HttpResponse> GetControl(RunApi& api, const ApiRequest& request) {
                    {"controller", core::Name(account->planned.wanted.options.kind)},
                    {"reference", ReferenceToJson(*account, review.value().recording)},
                    {"compensations", CompensationsToJson(*account)},
-                   {"reachable_rad_s", OrNull(account->reachable_rad_s)},
+                   {"reachable_rad_s", NumberOrNull(account->reachable_rad_s)},
                    {"accommodated", nullptr},
-                   {"dither_rad_s", OrNull(account->dither_rad_s)},
+                   {"dither_rad_s", NumberOrNull(account->dither_rad_s)},
                    {"visible", VisibleToJson(account->visible)},
                    {"quality", QualityToJson(*account, review.value().recording.samples)},
                    {"without", nullptr}};

@@ -1,12 +1,12 @@
 // rig-classes, availability, and what operators do with rigs.
 #include <algorithm>
 #include <boost/json.hpp>
-#include <cmath>
 #include <map>
 
 #include "server/api/rig_json.h"
 #include "server/api/sharing/handlers.h"
 #include "server/json/json_reader.h"
+#include "server/json/number_or_null.h"
 #include "server/lab/timeline.h"
 #include "server/run/refusals.h"
 
@@ -174,10 +174,6 @@ core::Result<HttpResponse> GetAvailability(SharingApi& api, const ApiRequest& re
       {"busy", std::move(busy)}, {"next_free", std::move(next_free)}, {"slots", std::move(slots)}});
 }
 
-json::value Finite(double value) {
-  return std::isfinite(value) ? json::value(value) : json::value(nullptr);
-}
-
 json::object ContactsToJson(const RigContacts& contacts) {
   json::array positions;
   for (const hardware::ContactFinding& finding : contacts.report.positions) {
@@ -185,10 +181,10 @@ json::object ContactsToJson(const RigContacts& contacts) {
                                      {"value", finding.value},
                                      {"line", finding.line},
                                      {"contact", Name(finding.contact)},
-                                     {"um_expected_v", Finite(finding.um_expected_v)},
-                                     {"um_seen_v", Finite(finding.um_seen_v)},
-                                     {"ia_expected_a", Finite(finding.ia_expected_a)},
-                                     {"ia_seen_a", Finite(finding.ia_seen_a)},
+                                     {"um_expected_v", NumberOrNull(finding.um_expected_v)},
+                                     {"um_seen_v", NumberOrNull(finding.um_seen_v)},
+                                     {"ia_expected_a", NumberOrNull(finding.ia_expected_a)},
+                                     {"ia_seen_a", NumberOrNull(finding.ia_seen_a)},
                                      {"text", finding.text}});
   }
   return {{"checked", Iso8601(contacts.checked)},
