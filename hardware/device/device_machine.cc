@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/types/check.h"
+#include "hardware/delta_watch.h"
 #include "hardware/device/device_check.h"
 #include "hardware/device/encoder_speed.h"
 #include "hardware/fault_injector.h"
@@ -31,8 +32,6 @@ constexpr Nanoseconds kSettleSlack = milliseconds(100);
 constexpr Nanoseconds kReconnect = milliseconds(150);
 /// Samples that wait for one before them.
 constexpr std::int64_t kEarlyMax = 1024;
-/// A reading further from delta than this is no reading of this sample.
-constexpr double kDeltaStrayS = 0.2e-3;
 
 std::string Hex(std::uint32_t value) {
   char text[16];
@@ -355,7 +354,8 @@ void DeviceMachine::Deliver(const DeviceSample& raw, std::vector<RigMessage>& ou
   out.emplace_back(sample);
 
   if (!trip_) trip_ = interlocks_.Check(sample, sample.t_s - before_s_);
-  if (std::abs(raw.converted_us * 1e-6 - rig.delta_s) > kDeltaStrayS) {
+  // Farther from delta it is no reading of this sample.
+  if (std::abs(raw.converted_us * 1e-6 - rig.delta_s) > DeltaWatch::kDeltaTolerance) {
     SetTrip(kDeviceFault,
             "the device read " + std::to_string(raw.converted_us) +
                 " us after the drive edge instead of at delta");
