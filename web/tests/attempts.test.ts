@@ -18,15 +18,15 @@ afterEach(() => {
 
 it("fetches again when an answer has failed to come", async () => {
   answers = [new Error("no answer")];
-  const desk = new Attempts(asked);
-  const end = desk.keepFresh(EVERY_MS);
+  const attempts = new Attempts(asked);
+  const end = attempts.keepFresh(EVERY_MS);
   await vi.advanceTimersByTimeAsync(0);
-  expect([desk.failure !== "", desk.loaded]).toEqual([true, false]);
+  expect([attempts.failure !== "", attempts.loaded]).toEqual([true, false]);
   await vi.advanceTimersByTimeAsync(EVERY_MS);
-  expect([desk.failure, desk.loaded]).toEqual(["", true]);
+  expect([attempts.failure, attempts.loaded]).toEqual(["", true]);
   answers = [new Error("no answer")];
   await vi.advanceTimersByTimeAsync(EVERY_MS);
-  expect([desk.failure !== "", desk.loaded], "what was loaded stays").toEqual([true, true]);
+  expect([attempts.failure !== "", attempts.loaded], "what was loaded stays").toEqual([true, true]);
   end();
   await vi.advanceTimersByTimeAsync(EVERY_MS);
   expect(asked).toHaveBeenCalledTimes(3);
@@ -34,25 +34,25 @@ it("fetches again when an answer has failed to come", async () => {
 
 it("says a refusal until the next action, however often it fetches", async () => {
   answers = [];
-  const desk = new Attempts(asked);
-  const end = desk.keepFresh(EVERY_MS);
+  const attempts = new Attempts(asked);
+  const end = attempts.keepFresh(EVERY_MS);
   await vi.advanceTimersByTimeAsync(0);
-  expect(await desk.act(() => Promise.reject(new Error("refused")))).toBe(false);
-  const said = desk.failure;
+  expect(await attempts.act(() => Promise.reject(new Error("refused")))).toBe(false);
+  const said = attempts.failure;
   expect(said).not.toBe("");
   await vi.advanceTimersByTimeAsync(3 * EVERY_MS);
   expect(asked).toHaveBeenCalledTimes(5);
-  expect(desk.failure).toBe(said);
-  expect(await desk.act(async () => {})).toBe(true);
-  expect(desk.failure).toBe("");
+  expect(attempts.failure).toBe(said);
+  expect(await attempts.act(async () => {})).toBe(true);
+  expect(attempts.failure).toBe("");
   end();
 });
 
 it("waits while it may not", async () => {
   answers = [];
   let turned = true;
-  const desk = new Attempts(asked);
-  const end = desk.keepFresh(EVERY_MS, () => !turned);
+  const attempts = new Attempts(asked);
+  const end = attempts.keepFresh(EVERY_MS, () => !turned);
   await vi.advanceTimersByTimeAsync(2 * EVERY_MS);
   expect(asked).toHaveBeenCalledTimes(1);
   turned = false;

@@ -24,7 +24,7 @@ const HINT_MS = 2500;
 const CURSOR_STEPS = 100;
 
 /** The state that the charts of one screen share: view, markers, cursor, selected estimators. */
-export class ChartDesk {
+export class ChartView {
   tab = $state<Tab>("sia");
   /** The estimators of the lower charts, or of those before another tab was opened. */
   family = $state<Family>("sia");

@@ -16,7 +16,7 @@ const EVENTS_PER_PAGE = 100;
 export const ENDS_SOON_MS = 5 * 60_000;
 
 /** The signed-in user's part of the lab: session, place in the queue, bookings, news. */
-export class LabDesk {
+export class MyLab {
   session = $state.raw<Session | null>(null);
   offeredToMe = $state.raw<Session | null>(null);
   tickets = $state.raw<Ticket[]>([]);
@@ -61,7 +61,7 @@ export class LabDesk {
     return session?.state === "active" && Date.parse(session.hard_end) - this.now < ENDS_SOON_MS;
   }
 
-  /** Listens while a component shows the desk; the returned function ends this. */
+  /** Listens while a component shows it; the returned function ends this. */
   open(): () => void {
     if (this.users++ === 0) {
       dismissed.read();
@@ -156,4 +156,4 @@ async function toldSince(since: number): Promise<LabEvent[]> {
   }
 }
 
-export const desk = new LabDesk();
+export const myLab = new MyLab();

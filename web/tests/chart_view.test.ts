@@ -1,18 +1,18 @@
 import { describe, expect, it } from "vitest";
 import type { RenderLoop } from "../src/charts/render_loop";
 import { Viewport } from "../src/charts/viewport.svelte";
-import { ChartDesk } from "../src/live/chart_desk.svelte";
+import { ChartView } from "../src/live/chart_view.svelte";
 import type { RunModel } from "../src/live/run_model.svelte";
 import type { Slide } from "../src/stream/slide";
 
-function deskOf(run: { running: boolean; duration: number; story?: object }): ChartDesk {
+function viewOf(run: { running: boolean; duration: number; story?: object }): ChartView {
   const model = run as unknown as RunModel;
-  return new ChartDesk(model, {} as Slide, new Viewport(0.01), {} as RenderLoop);
+  return new ChartView(model, {} as Slide, new Viewport(0.01), {} as RenderLoop);
 }
 
 describe("a review opens on the fault", () => {
   const reviewOf = (duration: number, onsetS?: number) =>
-    deskOf({
+    viewOf({
       running: false,
       duration,
       story: { episodes: onsetS === undefined ? [] : [{ onsetS }], changes: [], events: [] },
@@ -23,35 +23,35 @@ describe("a review opens on the fault", () => {
     ["a change in the first seconds", reviewOf(600, 2), 600, [0, 20]],
     ["a change in the last seconds", reviewOf(600, 598), 600, [580, 600]],
     ["a long run without a change as a whole", reviewOf(600), 600, [0, 600]],
-  ] as const)("%s", (_, desk, duration, seen) => {
-    desk.openReview();
-    expect(desk.view.range(duration)).toEqual(seen);
+  ] as const)("%s", (_, chartView, duration, seen) => {
+    chartView.openReview();
+    expect(chartView.view.range(duration)).toEqual(seen);
   });
   it("but leaves what somebody has chosen to see", () => {
-    const desk = reviewOf(600, 400);
-    desk.view.setSpan(5);
-    desk.openReview();
-    expect(desk.view.range(600)).toEqual([595, 600]);
+    const chartView = reviewOf(600, 400);
+    chartView.view.setSpan(5);
+    chartView.openReview();
+    expect(chartView.view.range(600)).toEqual([595, 600]);
   });
 });
 
 describe("the button of the whole run", () => {
   it("is pressed in the review of a long recording only when all of it is shown", () => {
-    const desk = deskOf({ running: false, duration: 600 });
-    expect(desk.following).toBe(false);
-    desk.follow();
-    expect(desk.following).toBe(true);
-    expect(desk.view.range(600)).toEqual([0, 600]);
-    desk.view.setSpan(10);
-    expect(desk.following).toBe(false);
+    const chartView = viewOf({ running: false, duration: 600 });
+    expect(chartView.following).toBe(false);
+    chartView.follow();
+    expect(chartView.following).toBe(true);
+    expect(chartView.view.range(600)).toEqual([0, 600]);
+    chartView.view.setSpan(10);
+    expect(chartView.following).toBe(false);
   });
   it("is pressed at once where the first view shows all", () => {
-    expect(deskOf({ running: false, duration: 20 }).following).toBe(true);
+    expect(viewOf({ running: false, duration: 20 }).following).toBe(true);
   });
   it("is that of the newest samples while the run goes on", () => {
-    const desk = deskOf({ running: true, duration: 600 });
-    expect(desk.following).toBe(true);
-    desk.view.pan(-0.5, 100);
-    expect(desk.following).toBe(false);
+    const chartView = viewOf({ running: true, duration: 600 });
+    expect(chartView.following).toBe(true);
+    chartView.view.pan(-0.5, 100);
+    expect(chartView.following).toBe(false);
   });
 });
