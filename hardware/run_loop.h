@@ -16,7 +16,7 @@ class LoopTask {
   virtual std::optional<Nanoseconds> Step(const Wake& wake) noexcept = 0;
 };
 
-/// Where loops run: a thread each, or many simulators on one (RigFarm).
+/// Where loops run: a thread each.
 class LoopRunner {
  public:
   /// Destruction waits for the end of the task.

@@ -10,7 +10,7 @@ namespace faultlab::hardware {
 /// The bench that the options describe: ideal contacts, the profile's delta.
 BenchConfig SimulatedBenchConfig(const SimulatedRigOptions& options);
 
-/// A BenchRig's machine on a SimulatedDaq; for those who bring their own pace (RigFarm, tests).
+/// A BenchRig's machine on a SimulatedDaq; for those who bring their own pace.
 std::unique_ptr<RigMachine> MakeSimulatedMachine(const SimulatedRigOptions& options,
                                                  BenchConfig config,
                                                  std::shared_ptr<const Clock> clock);

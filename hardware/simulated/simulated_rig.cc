@@ -69,16 +69,12 @@ std::unique_ptr<RigMachine> MakeSimulatedMachine(const SimulatedRigOptions& opti
 
 std::unique_ptr<Rig> MakeSimulatedRig(SimulatedRigOptions options) {
   LAB_CHECK(options.speed >= 0.0, options.speed);
-  LAB_CHECK(options.farm == nullptr || options.speed == 1.0, options.speed);
   const double speed = options.speed;
-  const std::shared_ptr<Clock> clock =
-      MakeSimulatedClock(options.farm != nullptr ? 0.0 : speed,
-                         Nanoseconds(std::llround(kGrainShare * BenchOf(options).period_s * 1e9)));
-  std::shared_ptr<LoopRunner> runner = options.farm;
-  if (runner == nullptr) runner = MakeThreadRunner(0);
+  const std::shared_ptr<Clock> clock = MakeSimulatedClock(
+      speed, Nanoseconds(std::llround(kGrainShare * BenchOf(options).period_s * 1e9)));
   PacedRigOptions paced{.clock = clock,
                         .wall = MakeSteadyClock(),
-                        .runner = std::move(runner),
+                        .runner = MakeThreadRunner(0),
                         .queue_messages = options.queue_messages,
                         .wait_for_reader = speed != 1.0,
                         .watchdog = speed > 0.0 ? Nanoseconds(options.watchdog) : Nanoseconds(0)};

@@ -7,7 +7,6 @@
 #include <string>
 
 #include "hardware/rig.h"
-#include "hardware/simulated/rig_farm.h"
 
 namespace faultlab::hardware {
 
@@ -32,8 +31,6 @@ struct SimulatedRigOptions {
   /// Speed as pulses counted over one period (quantum 1.6 rpm, mean over the period) instead of
   /// the frequency of the last pulses.
   bool gated_speed = false;
-  /// Runs in real time on this farm's thread instead of one of its own; `speed` must be 1.
-  std::shared_ptr<RigFarm> farm;
 };
 
 /// A BenchRig whose converters, relay lines and encoder are answered by core's plant. The same

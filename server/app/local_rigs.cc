@@ -11,9 +11,6 @@
 namespace faultlab::server {
 namespace {
 
-/// What one farm thread steps with room to spare: see hardware/README.md.
-constexpr int kRigsPerFarm = 2000;
-
 /// Servers that share a database share the names of its rigs.
 std::string RigName(const Config& config, const std::string& kind, int number) {
   const std::string prefix = config.server_id == Config{}.server_id ? "" : config.server_id + "-";
@@ -28,19 +25,12 @@ hardware::SimulatedRigOptions OptionsOf(const Config& config, const LocalBench& 
   return options;
 }
 
-/// Rigs in real time share a few threads, however many there are; at other speeds each waits for
-/// its reader on a thread of its own.
 void AddSimulators(RigPool& rig_pool,
                    const Config& config,
                    const LocalBench& local,
                    const std::string& kind) {
-  std::shared_ptr<hardware::RigFarm> farm;
   for (int i = 1; i <= local.settings.simulators; ++i) {
-    if (config.sim_speed == 1.0 && i % kRigsPerFarm == 1) {
-      farm = hardware::MakeRigFarm(kRigsPerFarm);
-    }
     hardware::SimulatedRigOptions options = OptionsOf(config, local);
-    options.farm = farm;
     options.id = RigName(config, kind, i);
     options.rig_class = local.bench->rig_class + "-sim";
     const hardware::RigDescription description = hardware::MakeSimulatedRig(options)->description();

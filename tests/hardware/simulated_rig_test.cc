@@ -265,44 +265,6 @@ TEST(SimulatedRig, FourQuadrantsTakeNegativeDriveAndTurnBackwards) {
   EXPECT_LT(log.samples.back().n_rpm, -300.0);
 }
 
-TEST(RigFarm, RunsManyRigsOnOneThreadWithTheSameSamples) {
-  const auto farm = MakeRigFarm(100);
-  std::vector<std::unique_ptr<Rig>> rigs;
-  for (int i = 0; i < 20; ++i) {
-    SimulatedRigOptions options;
-    options.farm = farm;
-    options.watchdog = std::chrono::seconds(60);  // they are read one after the other
-    rigs.push_back(MakeSimulatedRig(options));
-    RunPlan plan = SquarePlan(30);
-    plan.seed = static_cast<std::uint64_t>(i);
-    ASSERT_TRUE(rigs.back()->Arm(plan, kEpoch).ok());
-    ASSERT_TRUE(rigs.back()->Start(kEpoch).ok());
-  }
-  for (int i = 0; i < 20; ++i) {
-    const RunLog log = Drain(*rigs[static_cast<std::size_t>(i)]);
-    EXPECT_EQ(log.events.back().kind, RigEventKind::kFinished);
-    RunPlan plan = SquarePlan(30);
-    plan.seed = static_cast<std::uint64_t>(i);
-    const RunLog alone = RunOf(*MakeSimulatedRig(Fast()), plan);
-    ASSERT_EQ(log.samples.size(), alone.samples.size());
-    for (std::size_t k = 0; k < log.samples.size(); ++k) {
-      EXPECT_EQ(log.samples[k].um_v, alone.samples[k].um_v);
-    }
-  }
-  rigs.clear();
-  EXPECT_EQ(farm->load().tasks, 0u);
-}
-
-TEST(RigFarm, TakesNoMoreThanItsBound) {
-  const auto farm = MakeRigFarm(0);
-  SimulatedRigOptions options;
-  options.farm = farm;
-  const auto rig = MakeSimulatedRig(options);
-  ASSERT_TRUE(rig->Arm(SquarePlan(10), kEpoch).ok());
-  EXPECT_EQ(rig->Start(kEpoch).error().code, core::ErrorCode::kUnavailable);
-  EXPECT_EQ(rig->state(), RigState::kIdle);
-}
-
 TEST(SimulatedRig, RealTimeRunFailsWhenNobodyReads) {
   SimulatedRigOptions options;
   options.speed = 1.0;
