@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "server/diagnosis_json/diagnosis_json.h"
+#include "server/json/number_or_null.h"
 
 namespace faultlab::server {
 namespace {
@@ -39,9 +40,9 @@ std::string Cells(const Spread& spread) {
 }
 
 json::object SpreadJson(const Spread& spread) {
-  return {{"mean", Number(spread.mean)},
-          {"sd", Number(spread.standard_deviation)},
-          {"sigma", Number(spread.reported_sigma)}};
+  return {{"mean", NumberOrNull(spread.mean)},
+          {"sd", NumberOrNull(spread.standard_deviation)},
+          {"sigma", NumberOrNull(spread.reported_sigma)}};
 }
 
 }  // namespace
@@ -98,16 +99,16 @@ json::object StudyJson(const std::vector<WindowStudyRow>& rows, const StudySetti
                      {"order", row.spec.order},
                      {"window", row.spec.window_samples},
                      {"integral", row.spec.integral_samples},
-                     {"transient_s", Number(row.transient_samples * settings.period_s)},
-                     {"settling_s", Number(settling_s)},
-                     {"unexcited_share", Number(row.unexcited_share)},
+                     {"transient_s", NumberOrNull(row.transient_samples * settings.period_s)},
+                     {"settling_s", NumberOrNull(settling_s)},
+                     {"unexcited_share", NumberOrNull(row.unexcited_share)},
                      {"parameters", std::move(parameters)}});
   }
   return {{"file", settings.name},
           {"samples", settings.samples},
           {"period_s", settings.period_s},
           {"from_s", settings.from_s},
-          {"change_s", settings.change_s ? Number(*settings.change_s) : json::value(nullptr)},
+          {"change_s", NumberOrNull(settings.change_s)},
           {"variants", std::move(variants)}};
 }
 
