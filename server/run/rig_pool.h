@@ -76,7 +76,7 @@ class RigPool {
   void AddResident(std::shared_ptr<hardware::Rig> rig, std::string profile);
 
   /// Adds a source of rigs that appear by themselves (agents on a bus). It is asked at each access
-  /// to the rig_pool. A name that this pool already has from elsewhere is not changed.
+  /// to the pool. A name that this pool already has from elsewhere is not changed.
   struct Found {
     RigStatus status;
     Factory make;  ///< always the same rig
