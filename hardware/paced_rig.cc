@@ -7,6 +7,7 @@
 
 #include "core/types/check.h"
 #include "hardware/refusal.h"
+#include "hardware/run_loop.h"
 
 namespace faultlab::hardware {
 namespace {
@@ -23,13 +24,12 @@ double Seconds(Nanoseconds time) {
 
 PacedRig::PacedRig(std::unique_ptr<RigMachine> machine, PacedRigOptions options)
     : machine_(std::move(machine)), options_(std::move(options)), queue_(options_.queue_messages) {
-  LAB_CHECK(machine_ && options_.clock && options_.wall && options_.runner);
+  LAB_CHECK(machine_ && options_.clock && options_.wall);
   LAB_CHECK(options_.queue_messages >= 1);
 }
 
 PacedRig::~PacedRig() {
   SafeStop("the rig was closed");
-  loop_.reset();
 }
 
 RigState PacedRig::state() const {
@@ -45,7 +45,7 @@ std::optional<Trip> PacedRig::trip() const {
 LoopQuality PacedRig::loop_quality() const {
   const std::lock_guard lock(mutex_);
   LoopQuality quality = quality_;
-  quality.fifo = options_.runner->fifo();
+  quality.fifo = fifo_;
   return quality;
 }
 
@@ -68,7 +68,7 @@ core::Status PacedRig::Arm(RunPlan plan, Epoch epoch) {
     if (auto good = machine_->Check(plan); !good) return good;
     epoch_ = epoch;
   }
-  loop_.reset();  // the loop of the run before has ended: its state said so
+  if (loop_.joinable()) loop_.join();  // the loop of the run before has ended: its state said so
   try {
     machine_->Prepare(plan);
   } catch (const std::exception& error) {
@@ -114,7 +114,10 @@ core::Status PacedRig::Start(Epoch epoch) {
   HeardFrom();
   if (options_.heartbeat) options_.heartbeat->Begin();
   try {
-    loop_ = options_.runner->Launch(*this);
+    loop_ = std::jthread([this] {
+      fifo_ = AskForFifo(options_.fifo_priority);
+      RunLoop(*options_.clock, [this](const Wake& wake) { return Step(wake); });
+    });
   } catch (const std::exception& error) {
     if (options_.heartbeat) options_.heartbeat->End();
     const std::lock_guard lock(mutex_);

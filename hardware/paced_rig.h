@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "hardware/bounded_queue.h"
@@ -15,14 +16,14 @@
 #include "hardware/holder_silence.h"
 #include "hardware/rig.h"
 #include "hardware/rig_machine.h"
-#include "hardware/run_loop.h"
 
 namespace faultlab::hardware {
 
 struct PacedRigOptions {
-  std::shared_ptr<Clock> clock;        ///< the run's time
-  std::shared_ptr<Clock> wall;         ///< time of the watchdog
-  std::shared_ptr<LoopRunner> runner;  ///< where the loop runs
+  std::shared_ptr<Clock> clock;  ///< the run's time
+  std::shared_ptr<Clock> wall;   ///< time of the watchdog
+  /// > 0: the loop's thread asks for SCHED_FIFO; loop_quality() says whether it got it.
+  int fifo_priority = 0;
   std::size_t queue_messages = 4096;
   /// A full queue makes the loop wait (simulators) instead of failing the run. Under speed control
   /// it waits for the reader at each sample, whose orders then come at the same samples each time.
@@ -38,7 +39,7 @@ struct PacedRigOptions {
 ///   Arm -> kArmed -> Start -> kRunning -> (end | SafeStop | trip | error) -> kIdle or kTripped
 ///
 /// Whatever ends the loop, the machine is safe before the last message is readable.
-class PacedRig final : public Rig, private LoopTask {
+class PacedRig final : public Rig {
  public:
   PacedRig(std::unique_ptr<RigMachine> machine, PacedRigOptions options);
   ~PacedRig() override;
@@ -62,8 +63,7 @@ class PacedRig final : public Rig, private LoopTask {
   static constexpr std::size_t kCommandsMax = 16;
   static constexpr Nanoseconds kNotAsked{-1};
 
-  Clock& clock() override { return *options_.clock; }
-  std::optional<Nanoseconds> Step(const Wake& wake) noexcept override;
+  std::optional<Nanoseconds> Step(const Wake& wake) noexcept;
 
   /// Why a run ends, and since when that was so; without a reason it goes on.
   struct Stop {
@@ -108,6 +108,7 @@ class PacedRig final : public Rig, private LoopTask {
   std::atomic<std::int64_t> heard_at_ns_{0};
   std::atomic<int> readers_{0};
   std::atomic<bool> stop_asked_{false};
+  std::atomic<bool> fifo_{false};
 
   // Of the loop alone.
   Nanoseconds started_at_{0};
@@ -119,7 +120,7 @@ class PacedRig final : public Rig, private LoopTask {
   std::vector<RigMessage> messages_;
   std::vector<RigCommand> taken_;
 
-  std::unique_ptr<LoopRunner::Handle> loop_;  ///< last: its end needs all of the above
+  std::jthread loop_;  ///< last: its end needs all of the above
 };
 
 }  // namespace faultlab::hardware

@@ -91,7 +91,6 @@ std::unique_ptr<Rig> MakeReplayRig(std::vector<core::Sample> samples, ReplayRigO
   const double speed = options.speed;
   PacedRigOptions paced{.clock = MakeSimulatedClock(speed, Nanoseconds(0)),
                         .wall = MakeSteadyClock(),
-                        .runner = MakeThreadRunner(0),
                         .queue_messages = options.queue_messages,
                         .wait_for_reader = speed != 1.0,
                         .watchdog = speed > 0.0 ? Nanoseconds(options.watchdog) : Nanoseconds(0)};

@@ -1,39 +1,20 @@
 #pragma once
 
-#include <memory>
+#include <functional>
 #include <optional>
 
 #include "hardware/clock.h"
 
 namespace faultlab::hardware {
 
-/// What a paced loop runs: steps at absolute deadlines.
-class LoopTask {
- public:
-  virtual ~LoopTask() = default;
-  virtual Clock& clock() = 0;
-  /// Does what is due. @returns the next deadline on clock(), or nothing when the task is over.
-  virtual std::optional<Nanoseconds> Step(const Wake& wake) noexcept = 0;
-};
+/// Does what is due. @returns the next deadline, or nothing when the loop is over.
+using LoopStep = std::function<std::optional<Nanoseconds>(const Wake& wake)>;
 
-/// Where loops run: a thread each.
-class LoopRunner {
- public:
-  /// Destruction waits for the end of the task.
-  class Handle {
-   public:
-    virtual ~Handle() = default;
-  };
+/// Calls `step` at once, then at each deadline on `clock` that it returned, until the loop is over.
+void RunLoop(Clock& clock, const LoopStep& step);
 
-  virtual ~LoopRunner() = default;
-  /// Steps `task` until it is over. The task must outlive the handle.
-  virtual std::unique_ptr<Handle> Launch(LoopTask& task) = 0;
-  /// True when loops of this runner got the priority asked for.
-  virtual bool fifo() const = 0;
-};
-
-/// One thread per loop. `fifo_priority` > 0 asks for SCHED_FIFO; without the right to it the loop
-/// runs as an ordinary thread and fifo() says so.
-std::shared_ptr<LoopRunner> MakeThreadRunner(int fifo_priority);
+/// Asks for SCHED_FIFO for the calling thread. @returns false when it stays an ordinary one: for
+/// priority 0, and without the right to it.
+bool AskForFifo(int priority);
 
 }  // namespace faultlab::hardware

@@ -367,7 +367,7 @@ std::unique_ptr<Rig> OpenRig(const BenchFile& file, std::shared_ptr<Heartbeat> h
   const bool device = file.driver == BenchFile::Driver::kDevice;
   PacedRigOptions paced{.clock = device ? MakeFollowingClock() : MakeSteadyClock(),
                         .wall = wall,
-                        .runner = MakeThreadRunner(file.fifo_priority)};
+                        .fifo_priority = file.fifo_priority};
   paced.consecutive_overruns_max = file.late_ticks_max;
   paced.heartbeat = std::move(heartbeat);
   return std::make_unique<PacedRig>(OpenMachine(file, wall), std::move(paced));

@@ -6,15 +6,14 @@
 #include "core/types/check.h"
 #include "hardware/bench/benches.h"
 #include "hardware/bench_rig.h"
+#include "hardware/paced_rig.h"
 #include "hardware/simulated/simulated_daq.h"
-#include "hardware/simulated/simulated_machine.h"
 
 namespace faultlab::hardware {
 namespace {
 
 /// Both halves of a tick pass on one wake-up: of the period, the longer half of a usual delta.
 constexpr double kGrainShare = 0.6;
-constexpr int kLateTicksMax = 1000;
 
 const core::Bench& BenchOf(const SimulatedRigOptions& options) {
   return options.bench != nullptr ? *options.bench : PaperBench();
@@ -30,6 +29,18 @@ core::BenchProfile ProfileOf(const SimulatedRigOptions& options) {
 
 core::Quadrants QuadrantsOf(const SimulatedRigOptions& options) {
   return options.amplifier_quadrants.value_or(ProfileOf(options).amplifier.quadrants);
+}
+
+std::unique_ptr<RigMachine> MachineOf(const SimulatedRigOptions& options,
+                                      std::shared_ptr<const Clock> clock) {
+  BenchConfig config = SimulatedBenchConfig(options);
+  core::BenchProfile profile = ProfileOf(options);
+  profile.amplifier.mode = options.amplifier_mode;
+  profile.amplifier.quadrants = QuadrantsOf(options);
+  auto daq = std::make_unique<SimulatedDaq>(
+      BenchOf(options), std::move(profile), config.scaling, config.wiring, std::move(clock));
+  SimulatorPort* port = daq.get();
+  return MakeBenchMachine(std::move(config), std::move(daq), port, nullptr);
 }
 
 }  // namespace
@@ -55,18 +66,6 @@ BenchConfig SimulatedBenchConfig(const SimulatedRigOptions& options) {
   return config;
 }
 
-std::unique_ptr<RigMachine> MakeSimulatedMachine(const SimulatedRigOptions& options,
-                                                 BenchConfig config,
-                                                 std::shared_ptr<const Clock> clock) {
-  core::BenchProfile profile = ProfileOf(options);
-  profile.amplifier.mode = options.amplifier_mode;
-  profile.amplifier.quadrants = QuadrantsOf(options);
-  auto daq = std::make_unique<SimulatedDaq>(
-      BenchOf(options), std::move(profile), config.scaling, config.wiring, std::move(clock));
-  SimulatorPort* port = daq.get();
-  return MakeBenchMachine(std::move(config), std::move(daq), port, nullptr);
-}
-
 std::unique_ptr<Rig> MakeSimulatedRig(SimulatedRigOptions options) {
   LAB_CHECK(options.speed >= 0.0, options.speed);
   const double speed = options.speed;
@@ -74,15 +73,10 @@ std::unique_ptr<Rig> MakeSimulatedRig(SimulatedRigOptions options) {
       speed, Nanoseconds(std::llround(kGrainShare * BenchOf(options).period_s * 1e9)));
   PacedRigOptions paced{.clock = clock,
                         .wall = MakeSteadyClock(),
-                        .runner = MakeThreadRunner(0),
                         .queue_messages = options.queue_messages,
                         .wait_for_reader = speed != 1.0,
                         .watchdog = speed > 0.0 ? Nanoseconds(options.watchdog) : Nanoseconds(0)};
-  // Late ticks of a simulator endanger nothing: a busy server slows its runs down, and counts. One
-  // that stands in for a bench stops as a bench does.
-  if (options.kind == RigKind::kSimulated) paced.consecutive_overruns_max = kLateTicksMax;
-  return std::make_unique<PacedRig>(
-      MakeSimulatedMachine(options, SimulatedBenchConfig(options), clock), std::move(paced));
+  return std::make_unique<PacedRig>(MachineOf(options, clock), std::move(paced));
 }
 
 }  // namespace faultlab::hardware

@@ -10,6 +10,8 @@
 
 namespace faultlab::hardware {
 
+struct BenchConfig;
+
 /// A simulated bench, in real time by default.
 struct SimulatedRigOptions {
   std::string id = "sim-1";
@@ -32,6 +34,9 @@ struct SimulatedRigOptions {
   /// the frequency of the last pulses.
   bool gated_speed = false;
 };
+
+/// The bench that the options describe: ideal contacts, the profile's delta.
+BenchConfig SimulatedBenchConfig(const SimulatedRigOptions& options);
 
 /// A BenchRig whose converters, relay lines and encoder are answered by core's plant. The same
 /// plan, seed and commands (at the same samples) give the same samples, whatever the speed.

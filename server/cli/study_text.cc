@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "server/diagnosis_json/diagnosis_json.h"
 #include "server/json/number_or_null.h"
 
 namespace faultlab::server {

@@ -5,8 +5,10 @@
 #include <cstdio>
 #include <ctime>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/diagnosis/pipeline.h"
@@ -14,6 +16,7 @@
 #include "hardware/lcm/channels.h"
 #include "hardware/lcm/remote_rig.h"
 #include "hardware/lcm/rig_agent.h"
+#include "hardware/run_loop.h"
 #include "hardware/simulated/simulated_rig.h"
 #include "tests/hardware/lossy_bus.h"
 #include "tests/hardware/remote_world.h"
@@ -115,28 +118,23 @@ void PrintLateness(const char* name, const LoopQuality& quality) {
 }
 
 /// Lateness of a bare task at 100 Hz.
-class TickTask final : public LoopTask {
- public:
-  explicit TickTask(int ticks) : left_(ticks) {}
-  Clock& clock() override { return *clock_; }
-  std::optional<Nanoseconds> Step(const Wake& wake) noexcept override {
-    if (next_.count() == 0) {
-      next_ = clock_->Now();
-    } else {
-      quality.lateness.Count(static_cast<double>(wake.lateness.count()) * 1e-9);
-      if (wake.lateness >= std::chrono::milliseconds(10)) ++quality.overruns;
-    }
-    if (left_-- == 0) return std::nullopt;
-    next_ += std::chrono::milliseconds(10);
-    return next_;
-  }
+LoopQuality QualityOfTicks(int ticks, int fifo_priority) {
   LoopQuality quality;
-
- private:
-  const std::shared_ptr<Clock> clock_ = MakeSteadyClock();
-  Nanoseconds next_{0};
-  int left_;
-};
+  const std::shared_ptr<Clock> clock = MakeSteadyClock();
+  Nanoseconds next = clock->Now();
+  std::jthread([&] {
+    quality.fifo = AskForFifo(fifo_priority);
+    RunLoop(*clock, [&, left = ticks, first = true](const Wake& wake) mutable {
+      if (!std::exchange(first, false)) {
+        quality.lateness.Count(static_cast<double>(wake.lateness.count()) * 1e-9);
+        if (wake.lateness >= std::chrono::milliseconds(10)) ++quality.overruns;
+      }
+      next += std::chrono::milliseconds(10);
+      return left-- == 0 ? std::nullopt : std::optional(next);
+    });
+  }).join();
+  return quality;
+}
 
 void LoopLateness(bool loaded) {
   std::atomic<bool> stop{false};
@@ -148,11 +146,8 @@ void LoopLateness(bool loaded) {
     });
   }
   for (const int priority : {0, 50}) {
-    const auto runner = MakeThreadRunner(priority);
-    TickTask task(500);
-    runner->Launch(task).reset();
-    task.quality.fifo = runner->fifo();
-    PrintLateness(loaded ? "loop, all cores busy" : "loop, machine as it is", task.quality);
+    PrintLateness(loaded ? "loop, all cores busy" : "loop, machine as it is",
+                  QualityOfTicks(500, priority));
   }
   stop = true;
   for (std::thread& thread : load) thread.join();

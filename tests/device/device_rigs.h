@@ -24,7 +24,7 @@ inline BenchConfig DeviceBenchConfig() {
 inline std::unique_ptr<PacedRig> MakeLockstepRig(SimulatedDevice& device,
                                                  BenchConfig config = DeviceBenchConfig()) {
   const std::shared_ptr<Clock> clock = device.clock();
-  PacedRigOptions options{.clock = clock, .wall = clock, .runner = MakeThreadRunner(0)};
+  PacedRigOptions options{.clock = clock, .wall = clock};
   options.wait_for_reader = true;
   options.queue_messages = 4;  // the device does not run ahead of the test
   options.watchdog = Nanoseconds(0);

@@ -84,7 +84,6 @@ std::unique_ptr<Rig> MakeBoard(const Board& board) {
                                    control),
       PacedRigOptions{.clock = clock,
                       .wall = MakeSteadyClock(),
-                      .runner = MakeThreadRunner(0),
                       .wait_for_reader = true,
                       .watchdog = Nanoseconds(0)});
 }

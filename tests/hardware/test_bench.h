@@ -10,7 +10,7 @@
 #include "hardware/daq/guarded_daq.h"
 #include "hardware/paced_rig.h"
 #include "hardware/simulated/simulated_daq.h"
-#include "hardware/simulated/simulated_machine.h"
+#include "hardware/simulated/simulated_rig.h"
 #include "tests/hardware/faulty_daq.h"
 #include "tests/paper_bench.h"
 
@@ -87,7 +87,6 @@ struct TestBench {
     rig = std::make_unique<PacedRig>(MakeBenchMachine(config, std::move(driver), nullptr, wall),
                                      PacedRigOptions{.clock = options.clock,
                                                      .wall = wall,
-                                                     .runner = MakeThreadRunner(0),
                                                      .queue_messages = options.queue_messages,
                                                      .wait_for_reader = options.wait_for_reader,
                                                      .watchdog = options.watchdog,
