@@ -1,12 +1,13 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "server/csv/csv_channels.h"
-#include "server/csv/csv_header.h"
+#include "server/csv/csv_columns.h"
 #include "server/csv/csv_header_line.h"
 #include "server/csv/csv_record.h"
 #include "server/csv/csv_text.h"
@@ -21,15 +22,9 @@ using core::ErrorCode;
 using core::Result;
 using core::Sample;
 
-constexpr std::size_t kColumnsMax = 64;
 constexpr std::size_t kCommentsMax = 1000;
 constexpr std::size_t kCommentBytesMax = 256 << 10;  // a bench's description is one
 constexpr std::size_t kHeaderBytesMax = 64 << 10;
-constexpr std::string_view kWanted =
-    "t_s, uc_v, um_v (or ia_a, or n_rpm, where a bench is diagnosed by it) and any of ua_v, ia_a, "
-    "n_rpm, "
-    "separated by commas";
-
 class Parser {
  public:
   Parser(std::string_view text, std::string_view name, const CsvLimits& limits)
@@ -75,13 +70,6 @@ class Parser {
   Error Fail(std::string_view column, std::string reason, const std::string& message) const {
     return CsvError(
         name_, std::max<std::uint32_t>(lines_.number(), 1), column, std::move(reason), message);
-  }
-
-  Error NoHeader(std::string_view first_line) const {
-    return Fail("",
-                "csv_no_header",
-                "no header: the first line is '" + Shown(first_line) +
-                    "'; put a line with the columns' names above it, for example t_s,uc_v,um_v");
   }
 
   /// The next line that is neither blank nor a comment; comments are kept.
@@ -133,139 +121,25 @@ class Parser {
     return std::nullopt;
   }
 
-  /// What each cell of the header was taken for.
-  std::string ColumnsTaken(std::string_view header) const {
-    std::string taken;
-    bool more = true;
-    for (const CsvColumn& column : columns_) {
-      const std::string_view name = TakeCell(separator_, header, more);
-      taken += (taken.empty() ? "'" : ", '") + Shown(name) + "' was taken for " +
-               (column.channel != nullptr ? std::string(column.channel->name) : "nothing");
-    }
-    return taken;
-  }
-
   std::optional<Error> ReadHeader() {
     const std::optional<std::string_view> header = TakeHeader();
     if (!header) {
       return Fail("",
                   "csv_empty",
-                  "the file is empty, expected a header line with " + std::string(kWanted));
+                  "the file is empty, expected a header line with " + std::string(kColumnsWanted));
     }
-    if (header->size() > kHeaderBytesMax) return NoHeader(*header);
+    const NamesLine names{*header, separator_, name_, std::max<std::uint32_t>(lines_.number(), 1)};
+    if (header->size() > kHeaderBytesMax) return NoHeader(names);
     const std::string advice = AdviceOnFormat(WithoutMark(text_));
     if (!advice.empty() && !names_a_recording_) return Fail("", "csv_other_format", advice);
-    std::array<bool, kCsvChannelTable.size()> found{};
-    std::string_view rest = *header;
-    bool numbers_alone = true;
-    for (bool more = true; more;) {
-      const std::string_view name = TakeCell(separator_, rest, more);
-      numbers_alone = numbers_alone && !name.empty() && ParseCell(separator_, name).has_value();
-      if (columns_.size() == kColumnsMax) {
-        return Fail(
-            "", "csv_columns_full", "more than " + std::to_string(kColumnsMax) + " columns");
-      }
-      if (std::optional<Error> error = AddColumn(name, found)) {
-        return error;
-      }
-    }
-    if (numbers_alone) return NoHeader(*header);
-    if (std::optional<Error> error = TakeVoltage(found)) return error;
-    for (std::size_t i = 0; i < kCsvChannelTable.size(); ++i) {
-      if (found[i]) {
-        record_.channels.emplace_back(kCsvChannelTable[i].name);
-      } else if (kCsvChannelTable[i].required &&
-                 !(i == kUmChannel && HasMeasurement([&](std::size_t at) { return found[at]; }))) {
-        return MissingColumn(kCsvChannelTable[i].name, *header);
-      }
-    }
+    Result<CsvColumns> columns = ReadColumns(names);
+    if (!columns) return columns.error();
+    columns_ = std::move(columns.value().cells);
+    record_.channels = std::move(columns.value().channels);
+    std::move(columns.value().notes.begin(),
+              columns.value().notes.end(),
+              std::back_inserter(record_.notes));
     return std::nullopt;
-  }
-
-  std::optional<Error> AddColumn(std::string_view name, auto& found) {
-    const CsvColumn column = ParseColumnName(name);
-    columns_.push_back(column);
-    if (column.either) {
-      voltages_.push_back({columns_.size() - 1, Shown(name)});
-      columns_.back().channel = nullptr;
-      return std::nullopt;
-    }
-    if (column.channel == nullptr) {
-      if (name.empty()) return std::nullopt;  // of a separator at the end
-      record_.notes.push_back(std::string(name_) + ": column '" + Shown(name) +
-                              "' is not known and was ignored");
-      return std::nullopt;
-    }
-    const std::string_view canonical = column.channel->name;
-    const auto at = static_cast<std::size_t>(column.channel - kCsvChannelTable.data());
-    if (!column.unknown_unit.empty()) return UnknownUnit(column, Shown(name));
-    if (found[at]) {
-      return Fail(canonical, "csv_column_twice", "appears twice in the header, expected once");
-    }
-    found[at] = true;
-    if (name != canonical) {
-      record_.notes.push_back(std::string(name_) + ": column '" + Shown(name) + "' was read as " +
-                              std::string(canonical));
-    }
-    return std::nullopt;
-  }
-
-  /// "Voltage" and speed alone: the voltage is the command. Otherwise nobody knows which it is.
-  std::optional<Error> TakeVoltage(auto& found) {
-    const bool alone = voltages_.size() == 1 && !found[kCommandChannel] && !found[kUmChannel];
-    for (const auto& [at, name] : voltages_) {
-      CsvColumn& column = columns_[at];
-      if (alone) {
-        column.channel = &kCsvChannelTable[kCommandChannel];
-        found[kCommandChannel] = true;
-        if (!column.unknown_unit.empty()) return UnknownUnit(column, name);
-      }
-      record_.notes.push_back(
-          std::string(name_) + ": column '" + name +
-          (alone ? "' was read as uc_v" : "' could be uc_v or um_v and was ignored: say which"));
-    }
-    return std::nullopt;
-  }
-
-  Error UnknownUnit(const CsvColumn& column, const std::string& name) const {
-    return Fail(name,
-                "csv_unit_unknown",
-                "unit '" + Shown(column.unknown_unit) + "' is not known for " +
-                    std::string(column.channel->name) + "; expected " +
-                    std::string(UnitsOf(*column.channel)));
-  }
-
-  Error MissingColumn(std::string_view missing, std::string_view header) const {
-    std::string message = "missing: " + ColumnsTaken(header) + "; expected " + std::string(kWanted);
-    message += AdviceOnNames(header);
-    return Fail(missing, "csv_column_missing", message);
-  }
-
-  /// A second line of a header that contains units: "s;V;V".
-  bool TakeUnits(std::string_view rest) {
-    std::array<double, kColumnsMax> factors;
-    std::size_t cells = 0;
-    for (bool more = true; more; ++cells) {
-      std::string_view unit = TakeCell(separator_, rest, more);
-      if (unit.size() > 2 && (unit.front() == '[' || unit.front() == '(')) {
-        unit = unit.substr(1, unit.size() - 2);
-      }
-      if (cells == columns_.size()) {
-        return false;
-      }
-      factors[cells] = columns_[cells].factor;
-      if (columns_[cells].channel != nullptr) {
-        const std::optional<double> factor = UnitFactor(*columns_[cells].channel, unit);
-        if (!factor) {
-          return false;
-        }
-        factors[cells] = *factor;
-      }
-    }
-    for (std::size_t i = 0; i < cells; ++i) {
-      columns_[i].factor = columns_[i].has_unit ? columns_[i].factor : factors[i];
-    }
-    return cells == columns_.size();
   }
 
   std::optional<Error> ReadRows() {
@@ -280,7 +154,7 @@ class Parser {
                      "file_rows_full",
                      {{"most", std::to_string(limits_.rows_max)}}};
       }
-      if (rows_at_.empty() && !units_taken_ && TakeUnits(*line)) {
+      if (rows_at_.empty() && !units_taken_ && TakeUnits(*line, separator_, columns_)) {
         units_taken_ = true;
         continue;
       }
@@ -412,8 +286,6 @@ class Parser {
   char separator_ = ',';
   std::vector<CsvColumn> columns_;
   bool names_a_recording_ = false;
-  /// Places and names of columns that could be uc or um.
-  std::vector<std::pair<std::size_t, std::string>> voltages_;
   bool units_taken_ = false;
   bool by_clock_ = false;               ///< the time is a time of day
   std::vector<std::uint32_t> rows_at_;  // line of each sample
