@@ -36,6 +36,14 @@ class SteadyClock final : public Clock {
   }
 };
 
+class FollowingClock final : public Clock {
+ public:
+  Nanoseconds Now() const override { return MonotonicNow(); }
+  Wake SleepUntil(Nanoseconds deadline) override {
+    return {.wall_lateness = MonotonicSleepUntil(deadline)};
+  }
+};
+
 class SimulatedClock final : public Clock {
  public:
   SimulatedClock(double speed, Nanoseconds grain) : speed_(speed), grain_(grain) {}
@@ -79,6 +87,10 @@ class SimulatedClock final : public Clock {
 
 std::shared_ptr<Clock> MakeSteadyClock() {
   return std::make_shared<SteadyClock>();
+}
+
+std::shared_ptr<Clock> MakeFollowingClock() {
+  return std::make_shared<FollowingClock>();
 }
 
 std::shared_ptr<Clock> MakeSimulatedClock(double speed, Nanoseconds grain) {

@@ -27,6 +27,9 @@ class Clock {
 /// CLOCK_MONOTONIC with clock_nanosleep(TIMER_ABSTIME).
 std::shared_ptr<Clock> MakeSteadyClock();
 
+/// The same for a loop that follows a device: it is never late, since it keeps no time.
+std::shared_ptr<Clock> MakeFollowingClock();
+
 /// Time of a simulator: Now() is exactly the deadline last slept for, so that a run gives the same
 /// numbers however busy the machine is. Real time passes `speed` times slower.
 ///   speed 1: real time.  2: twice as fast.  0: never sleeps.

@@ -1,8 +1,6 @@
 #include "hardware/relay_board.h"
 
-#include <bit>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "core/types/check.h"
@@ -13,12 +11,6 @@ namespace {
 
 /// Two doubles that name the same part; far below the 1 % of any resistor.
 constexpr double kSameValue = 1e-6;
-
-std::string Hex(std::uint32_t value) {
-  char text[16];
-  std::snprintf(text, sizeof text, "0x%08x", value);
-  return text;
-}
 
 }  // namespace
 
@@ -103,9 +95,7 @@ RelayBoard::Stage RelayBoard::Write(std::uint32_t connected, Nanoseconds wait) {
 std::string RelayBoard::ReadbackDifference() {
   const std::uint32_t seen = Connected(lines_.ReadRelayLines());
   if (seen == connected_) return {};
-  return "relay lines " + Hex(connected_) + " were written, " + Hex(seen) +
-         " are read back (first difference: Do" +
-         std::to_string(std::countr_zero(seen ^ connected_)) + ")";
+  return LineDifference(connected_, seen);
 }
 
 bool RelayBoard::Verify(Stage& stage) {

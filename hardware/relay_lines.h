@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 namespace faultlab::hardware {
 
@@ -14,5 +15,10 @@ class RelayLines {
   /// Read back from the port, not from memory.
   virtual std::uint32_t ReadRelayLines() = 0;
 };
+
+/// Of relay lines in messages: "0x0000ffff".
+std::string Hex(std::uint32_t lines);
+/// What a read-back that differs says. Precondition: they differ.
+std::string LineDifference(std::uint32_t written, std::uint32_t read);
 
 }  // namespace faultlab::hardware

@@ -10,12 +10,6 @@
 namespace faultlab::hardware {
 namespace {
 
-std::string Hex(std::uint32_t value) {
-  char text[16];
-  std::snprintf(text, sizeof text, "0x%08x", value);
-  return text;
-}
-
 std::string Milliseconds(double us) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g ms", us * 1e-3);

@@ -1,9 +1,7 @@
 #include "hardware/device/device_machine.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstdio>
 #include <deque>
 #include <map>
 #include <utility>
@@ -32,18 +30,6 @@ constexpr Nanoseconds kSettleSlack = milliseconds(100);
 constexpr Nanoseconds kReconnect = milliseconds(150);
 /// Samples that wait for one before them.
 constexpr std::int64_t kEarlyMax = 1024;
-
-std::string Hex(std::uint32_t value) {
-  char text[16];
-  std::snprintf(text, sizeof text, "0x%08x", value);
-  return text;
-}
-
-std::string LineDifference(std::uint32_t wanted, std::uint32_t seen) {
-  return "relay lines " + Hex(wanted) + " were written, " + Hex(seen) +
-         " are read back (first difference: Do" + std::to_string(std::countr_zero(seen ^ wanted)) +
-         ")";
-}
 
 /// The lines as the relay board sees them while the device switches them later.
 class PlannedLines final : public RelayLines {
@@ -409,19 +395,6 @@ SelfTestReport DeviceMachine::SelfTest() {
   });
 }
 
-class FollowingClock final : public Clock {
- public:
-  Nanoseconds Now() const override { return steady_->Now(); }
-  Wake SleepUntil(Nanoseconds deadline) override {
-    Wake wake = steady_->SleepUntil(deadline);
-    wake.lateness = Nanoseconds(0);
-    return wake;
-  }
-
- private:
-  const std::shared_ptr<Clock> steady_ = MakeSteadyClock();
-};
-
 }  // namespace
 
 std::unique_ptr<RigMachine> MakeDeviceMachine(BenchConfig config,
@@ -430,10 +403,6 @@ std::unique_ptr<RigMachine> MakeDeviceMachine(BenchConfig config,
                                               DeviceTiming timing) {
   return std::make_unique<DeviceMachine>(
       std::move(config), std::move(address), std::move(clock), timing);
-}
-
-std::shared_ptr<Clock> MakeFollowingClock() {
-  return std::make_shared<FollowingClock>();
 }
 
 }  // namespace faultlab::hardware

@@ -46,7 +46,4 @@ std::unique_ptr<RigMachine> MakeDeviceMachine(BenchConfig config,
                                               std::shared_ptr<Clock> clock,
                                               DeviceTiming timing = {});
 
-/// Real time for a loop that follows a device: it is never late, since it keeps no time.
-std::shared_ptr<Clock> MakeFollowingClock();
-
 }  // namespace faultlab::hardware

@@ -1,9 +1,6 @@
 #include "server/report/pdf_document.h"
 
-#include <cairo-ft.h>
 #include <cairo-pdf.h>
-#include <ft2build.h>
-#include FT_FREETYPE_H
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,8 +8,7 @@
 #include <mutex>
 #include <utility>
 
-#include "core/types/utf8.h"
-#include "server/plots/typeface.h"
+#include "server/report/pdf_text.h"
 
 namespace faultlab::server {
 namespace {
@@ -44,69 +40,6 @@ constexpr Grey kInk{0.13};
 constexpr Grey kQuietInk{0.38};
 constexpr Grey kRule{0.78};
 
-/// Valid UTF-8 without control characters: cairo stops at anything else.
-std::string Clean(std::string_view text) {
-  std::string out;
-  while (!text.empty()) {
-    const core::Utf8Character first = core::FirstCharacter(text);
-    const bool control = first.code < 0x20 || (first.code >= 0x7F && first.code < 0xA0);
-    if (!first.valid) {
-      out += "\uFFFD";
-    } else if (control) {
-      out += ' ';
-    } else {
-      out += text.substr(0, first.bytes);
-    }
-    text.remove_prefix(first.bytes);
-  }
-  return out;
-}
-
-/// The end of the character that begins at `at`.
-std::size_t NextCharacter(std::string_view text, std::size_t at) {
-  return at + core::FirstCharacter(text.substr(at)).bytes;
-}
-
-/// The fonts exist until the process ends: cairo keeps what it has measured of them.
-struct Fonts {
-  cairo_font_face_t* plain = nullptr;
-  cairo_font_face_t* strong = nullptr;
-};
-
-std::string StrongOf(std::string path) {
-  const std::size_t at = path.rfind(".ttf");
-  if (at == std::string::npos) return path;
-  path.insert(at, "-Bold");
-  return path;
-}
-
-core::Result<Fonts> LoadFonts() {
-  static Fonts fonts;
-  static FT_Library library = nullptr;
-  const auto unavailable = [](const std::string& what) {
-    return core::Error{core::ErrorCode::kUnavailable,
-                       what +
-                           "; install the package fonts-dejavu-core or set FAULTLAB_FONT to a "
-                           "TrueType file",
-                       "",
-                       "font_missing"};
-  };
-  if (fonts.plain != nullptr) return fonts;
-  if (library == nullptr && FT_Init_FreeType(&library) != 0) {
-    return unavailable("FreeType does not start");
-  }
-  const std::string path = Typeface::Find();
-  FT_Face plain = nullptr;
-  if (path.empty() || FT_New_Face(library, path.c_str(), 0, &plain) != 0) {
-    return unavailable("no font for the report");
-  }
-  FT_Face strong = nullptr;
-  if (FT_New_Face(library, StrongOf(path).c_str(), 0, &strong) != 0) strong = plain;
-  fonts.plain = cairo_ft_font_face_create_for_ft_face(plain, FT_LOAD_NO_HINTING);
-  fonts.strong = cairo_ft_font_face_create_for_ft_face(strong, FT_LOAD_NO_HINTING);
-  return fonts;
-}
-
 std::mutex& OnePaper() {
   static std::mutex mutex;
   return mutex;
@@ -134,7 +67,7 @@ class Tagged {
 
 class CairoPaper final : public PdfDocument {
  public:
-  CairoPaper(About about, Fonts fonts, std::unique_lock<std::mutex> turn)
+  CairoPaper(About about, PdfFonts fonts, std::unique_lock<std::mutex> turn)
       : turn_(std::move(turn)), about_(std::move(about)), fonts_(fonts) {
     surface_ = cairo_pdf_surface_create_for_stream(&Append, &pdf_, kPageWidth, kPageHeight);
     const auto say = [this](cairo_pdf_metadata_t what, const std::string& text) {
@@ -156,7 +89,7 @@ class CairoPaper final : public PdfDocument {
 
   void Title(std::string_view text) override {
     const Tagged tag(cr_, "H1");
-    Wrapped(text, kLeft, TextWidth(), kTitlePt, true, kInk);
+    Wrapped(text, kLeft, ColumnWidth(), kTitlePt, true, kInk);
     y_ += 2.0;
   }
 
@@ -169,7 +102,7 @@ class CairoPaper final : public PdfDocument {
     }
     {
       const Tagged tag(cr_, "H2");
-      Wrapped(text, kLeft, TextWidth(), kHeadingPt, true, kInk);
+      Wrapped(text, kLeft, ColumnWidth(), kHeadingPt, true, kInk);
     }
     Rule(y_ + 0.5);
     y_ += 3.5;
@@ -180,7 +113,7 @@ class CairoPaper final : public PdfDocument {
     const bool quiet = tone == Tone::kQuiet;
     Wrapped(text,
             kLeft,
-            TextWidth(),
+            ColumnWidth(),
             quiet ? kSmallPt : kTextPt,
             tone == Tone::kStrong,
             quiet ? kQuietInk : kInk);
@@ -193,7 +126,7 @@ class CairoPaper final : public PdfDocument {
     Room(kTextPt * kLine);
     const double top = y_;
     Line(Clean(name), kLeft, top, kTextPt, false, kQuietInk);
-    Wrapped(value, kLeft + kFactName, TextWidth() - kFactName, kTextPt, false, kInk);
+    Wrapped(value, kLeft + kFactName, ColumnWidth() - kFactName, kTextPt, false, kInk);
   }
 
   void Table(std::span<const Column> columns,
@@ -297,14 +230,8 @@ class CairoPaper final : public PdfDocument {
     cairo_set_font_size(cr_, size);
   }
 
-  double Width(const std::string& text) {
-    cairo_text_extents_t extents;
-    cairo_text_extents(cr_, text.c_str(), &extents);
-    return extents.x_advance;
-  }
-
   /// Beside the code the lines are shorter.
-  double TextWidth() const { return y_ < code_bottom_ ? kWidth - kCodeSide - 10.0 : kWidth; }
+  double ColumnWidth() const { return y_ < code_bottom_ ? kWidth - kCodeSide - 10.0 : kWidth; }
 
   void Room(double height) {
     if (y_ + height > kBottom) NewPage();
@@ -318,7 +245,7 @@ class CairoPaper final : public PdfDocument {
     const std::string number =
         std::to_string(page_) +
         (about_.pages_total > 0 ? " / " + std::to_string(about_.pages_total) : std::string());
-    cairo_move_to(cr_, kLeft + kWidth - Width(number), kFooterY);
+    cairo_move_to(cr_, kLeft + kWidth - TextWidth(cr_, number), kFooterY);
     cairo_show_text(cr_, number.c_str());
     cairo_show_page(cr_);
   }
@@ -335,7 +262,7 @@ class CairoPaper final : public PdfDocument {
     Set(kRule);
     cairo_set_line_width(cr_, 0.5);
     cairo_move_to(cr_, kLeft, y);
-    cairo_line_to(cr_, kLeft + TextWidth(), y);
+    cairo_line_to(cr_, kLeft + ColumnWidth(), y);
     cairo_stroke(cr_);
   }
 
@@ -353,7 +280,7 @@ class CairoPaper final : public PdfDocument {
     std::size_t at = 0;
     while (at < text.size()) {
       Font(size, strong);
-      const std::size_t end = LineEnd(text, at, width);
+      const std::size_t end = LineEnd(cr_, text, at, width);
       Room(size * kLine);
       std::string line = text.substr(at, end - at);
       while (!line.empty() && line.back() == ' ') line.pop_back();
@@ -365,29 +292,6 @@ class CairoPaper final : public PdfDocument {
     }
   }
 
-  /// Where the line that begins at `at` ends: behind its last whole word; inside a word only when
-  /// it fills the line alone.
-  std::size_t LineEnd(const std::string& text, std::size_t at, double width) {
-    std::size_t fits = at;
-    double used = 0.0;  // advances add up: cairo does not kern
-    while (fits < text.size()) {
-      const std::size_t end = std::min(text.find(' ', fits + 1), text.size());
-      used += Width(text.substr(fits, end - fits));
-      if (used > width) break;
-      fits = end;
-    }
-    if (fits > at) return fits;
-    std::size_t end = NextCharacter(text, at);
-    used = Width(text.substr(at, end - at));
-    while (end < text.size() && text[end] != ' ') {
-      const std::size_t next = NextCharacter(text, end);
-      used += Width(text.substr(end, next - end));
-      if (used > width) break;
-      end = next;
-    }
-    return end;
-  }
-
   void Row(std::span<const Column> columns, const std::vector<std::string>& cells, bool head) {
     const double size = head ? kSmallPt : kTextPt;
     const Tagged tag(cr_, "P");
@@ -396,26 +300,12 @@ class CairoPaper final : public PdfDocument {
       const double width = columns[i].width_mm * kPointsPerMm;
       const double gap = columns[i].number ? 14.0 : 5.0;
       Font(size, false);
-      const std::string text = Shortened(Clean(i < cells.size() ? cells[i] : ""), width - gap);
-      const double shift = columns[i].number ? width - gap - Width(text) : 0.0;
+      const std::string text = Shortened(cr_, Clean(i < cells.size() ? cells[i] : ""), width - gap);
+      const double shift = columns[i].number ? width - gap - TextWidth(cr_, text) : 0.0;
       Line(text, x + shift, y_, size, false, head ? kQuietInk : kInk);
       x += width;
     }
     y_ += size * kLine;
-  }
-
-  std::string Shortened(std::string text, double width) {
-    if (Width(text) <= width) return text;
-    const std::string dots = "…";
-    double used = Width(dots);
-    std::size_t end = 0;
-    while (end < text.size()) {
-      const std::size_t next = NextCharacter(text, end);
-      used += Width(text.substr(end, next - end));
-      if (used > width) break;
-      end = next;
-    }
-    return text.substr(0, end) + dots;
   }
 
   void Paint(const Pixels& pixels, double height) {
@@ -445,7 +335,7 @@ class CairoPaper final : public PdfDocument {
 
   std::unique_lock<std::mutex> turn_;
   About about_;
-  Fonts fonts_;
+  PdfFonts fonts_;
   std::string pdf_;
   cairo_surface_t* surface_ = nullptr;
   cairo_t* cr_ = nullptr;
@@ -459,7 +349,7 @@ class CairoPaper final : public PdfDocument {
 
 core::Result<std::unique_ptr<PdfDocument>> PdfDocument::Open(About about) {
   std::unique_lock<std::mutex> turn(OnePaper());
-  auto fonts = LoadFonts();
+  auto fonts = LoadPdfFonts();
   if (!fonts) return fonts.error();
   return std::unique_ptr<PdfDocument>(
       std::make_unique<CairoPaper>(std::move(about), fonts.value(), std::move(turn)));
