@@ -1,12 +1,10 @@
 #include "server/app/rig_upkeep.h"
 
 #include <algorithm>
-#include <cmath>
-#include <sstream>
-#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "server/app/rig_classes.h"
 #include "server/experiment/rig_access.h"
 #include "server/storage/database_error.h"
 
@@ -22,51 +20,6 @@ constexpr milliseconds kFollow = seconds(1);
 constexpr int kChecksAtOnce = 16;
 /// After the start: agents are heard one after the other, and a session outlives a restart.
 constexpr seconds kHearingTime{5};
-
-/// What rigs of each class are built like: this server's own, else a far one that it has in use
-/// already, whose sessions a newcomer must not end, else the far one of the smallest id.
-std::map<std::string, const core::Bench*> BenchesOfClasses(const std::vector<RigStatus>& rigs,
-                                                           const lab::LabState& state,
-                                                           std::string_view member) {
-  const auto is_new = [&](const RigStatus& rig) {
-    const auto known = state.rigs.find(rig.description.id);
-    return known == state.rigs.end() || known->second.status == lab::RigStatus::kOffline ||
-           known->second.server != member;
-  };
-  std::map<std::string, const RigStatus*> first;
-  for (const RigStatus& rig : rigs) {
-    if (rig.description.rig_class.empty() || rig.description.bench == nullptr) continue;
-    const RigStatus*& best = first[rig.description.rig_class];
-    const auto rank = [&](const RigStatus& each) {
-      return std::tuple(
-          each.remote.has_value(), is_new(each), std::string_view(each.description.id));
-    };
-    if (best == nullptr || rank(rig) < rank(*best)) best = &rig;
-  }
-  std::map<std::string, const core::Bench*> benches;
-  for (const auto& [name, rig] : first) benches[name] = rig->description.bench;
-  return benches;
-}
-
-/// Rigs of a class are interchangeable.
-/// @returns why this far rig cannot be one of its class; empty: it can
-std::string WhyNotOfItsClass(const RigStatus& rig,
-                             const std::map<std::string, const core::Bench*>& benches) {
-  const auto of_class = benches.find(rig.description.rig_class);
-  const bool fits = !rig.remote || of_class == benches.end() || rig.description.bench == nullptr ||
-                    of_class->second->id == rig.description.bench->id;
-  if (fits) return "";
-  return "its class " + rig.description.rig_class + " has rigs built otherwise (" +
-         of_class->second->id + "): give its description another rig_class, or update it";
-}
-
-/// Why nobody can use this rig now, although it is a rig of this server; empty: it can be used.
-std::string WhyOffline(const RigStatus& rig,
-                       const std::map<std::string, const core::Bench*>& benches) {
-  if (rig.remote && rig.remote->refusal) return rig.remote->refusal_text;
-  if (rig.state == hardware::RigState::kOffline) return "the rig does not answer";
-  return WhyNotOfItsClass(rig, benches);
-}
 
 /// If the rig does not answer yet, or the database is away, the rig's health is unknown.
 lab::RigVerdict NotBegun(const core::Error& error) {
@@ -86,22 +39,6 @@ std::string KindOf(const std::set<CheckExtra>& extras) {
   if (extras.contains(CheckExtra::kClearTrip)) return "clear_trip";
   if (extras.contains(CheckExtra::kContacts)) return "self_test";
   return "between_users";
-}
-
-/// What is expected is the limit on both sides: the change is compared as a whole, not this figure.
-lab::CheckStep StepOf(const hardware::ContactFinding& finding) {
-  std::ostringstream subject;
-  subject << core::Name(finding.component) << " = " << finding.value << ", " << finding.line;
-  lab::CheckStep step{.step = "contact",
-                      .subject = subject.str(),
-                      .passed = finding.contact != hardware::Contact::kWrong,
-                      .text = finding.text};
-  if (std::isfinite(finding.um_seen_v)) {
-    step.figure = {finding.um_seen_v, finding.um_expected_v, finding.um_expected_v, "V"};
-  } else if (std::isfinite(finding.ia_seen_a)) {
-    step.figure = {finding.ia_seen_a, finding.ia_expected_a, finding.ia_expected_a, "A"};
-  }
-  return step;
 }
 
 }  // namespace
@@ -241,8 +178,7 @@ void RigUpkeep::FollowRigs() {
   FollowBenches(rigs);
   const auto state = service_->state();
   const std::vector<lab::RigId> gone = FindGone(*state, rigs);
-  const std::map<std::string, const core::Bench*> benches =
-      BenchesOfClasses(rigs, *state, service_->member());
+  const ClassBenches benches = BenchesOfClasses(rigs, *state, service_->member());
   for (RigStatus& rig : rigs) {
     const auto known = state->rigs.find(rig.description.id);
     const bool is_new = known == state->rigs.end();
@@ -424,16 +360,7 @@ lab::RigVerdict RigUpkeep::CheckContactsOf(RigHandle& hold) {
     const std::lock_guard lock(mutex_);
     contacts_.insert_or_assign(hold.lease().rig, RigContacts{clock_.Wall(), contacts});
   }
-  std::string wrong = contacts.nominal;
-  std::vector<lab::CheckStep> steps;
-  if (!contacts.nominal.empty()) steps.push_back({.step = "contact", .text = contacts.nominal});
-  for (const hardware::ContactFinding& finding : contacts.positions) {
-    steps.push_back(StepOf(finding));
-    if (finding.contact != hardware::Contact::kWrong || !wrong.empty()) continue;
-    wrong =
-        std::string(core::Name(finding.component)) + " on " + finding.line + ": " + finding.text;
-  }
-  return {.passed = contacts.ok, .text = wrong, .steps = std::move(steps)};
+  return lab::VerdictOf(contacts);
 }
 
 }  // namespace faultlab::server

@@ -169,6 +169,22 @@ core::Result<RigNorm> SimulatedNorm(const core::Bench& bench,
   return norm;
 }
 
+/// What is expected is the limit on both sides: the change is compared as a whole, not this figure.
+CheckStep StepOfContact(const hardware::ContactFinding& finding) {
+  std::ostringstream subject;
+  subject << core::Name(finding.component) << " = " << finding.value << ", " << finding.line;
+  CheckStep step{.step = "contact",
+                 .subject = subject.str(),
+                 .passed = finding.contact != hardware::Contact::kWrong,
+                 .text = finding.text};
+  if (std::isfinite(finding.um_seen_v)) {
+    step.figure = {finding.um_seen_v, finding.um_expected_v, finding.um_expected_v, "V"};
+  } else if (std::isfinite(finding.ia_seen_a)) {
+    step.figure = {finding.ia_seen_a, finding.ia_expected_a, finding.ia_expected_a, "A"};
+  }
+  return step;
+}
+
 }  // namespace
 
 RigVerdict VerdictOf(const core::Error& error) {
@@ -229,6 +245,19 @@ bool IsOfCalibration(const RigBand& measured,
   const core::Result<RigNorm> norm = SimulatedNorm(bench, learnt, delta_s);
   return norm && FirstFailure(Compare(measured, norm.value().centre, norm.value().spread, kSameRig))
                      .empty();
+}
+
+RigVerdict VerdictOf(const hardware::ContactReport& contacts) {
+  std::string wrong = contacts.nominal;
+  std::vector<CheckStep> steps;
+  if (!contacts.nominal.empty()) steps.push_back({.step = "contact", .text = contacts.nominal});
+  for (const hardware::ContactFinding& finding : contacts.positions) {
+    steps.push_back(StepOfContact(finding));
+    if (finding.contact != hardware::Contact::kWrong || !wrong.empty()) continue;
+    wrong =
+        std::string(core::Name(finding.component)) + " on " + finding.line + ": " + finding.text;
+  }
+  return {.passed = contacts.ok, .text = wrong, .steps = std::move(steps)};
 }
 
 core::Status CheckBand(const RigBand& measured, const RigNorm& norm) {

@@ -8,6 +8,7 @@
 #include "core/types/calibration.h"
 #include "core/types/result.h"
 #include "core/types/sample.h"
+#include "hardware/contact_check.h"
 #include "hardware/rig.h"
 
 namespace faultlab::server::lab {
@@ -65,6 +66,8 @@ struct RigVerdict {
 /// lease's, the check fails with the message that an operator must adopt the rig; if the rig cannot
 /// accept the lease now, the check is put off.
 RigVerdict VerdictOf(const core::Error& error);
+/// Of a check of the contacts: a step for each position.
+RigVerdict VerdictOf(const hardware::ContactReport& contacts);
 
 /// Whether this record of a check is that of a healthy rig: b0d and gain within 10 % of the band's,
 /// a1d within 0.12, or four standard deviations of `norm.spread` where these are more. Too few or

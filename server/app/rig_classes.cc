@@ -1,0 +1,50 @@
+#include "server/app/rig_classes.h"
+
+#include <tuple>
+
+namespace faultlab::server {
+namespace {
+
+/// Rigs of a class are interchangeable.
+/// @returns why this far rig cannot be one of its class; empty: it can
+std::string WhyNotOfItsClass(const RigStatus& rig, const ClassBenches& benches) {
+  const auto of_class = benches.find(rig.description.rig_class);
+  const bool fits = !rig.remote || of_class == benches.end() || rig.description.bench == nullptr ||
+                    of_class->second->id == rig.description.bench->id;
+  if (fits) return "";
+  return "its class " + rig.description.rig_class + " has rigs built otherwise (" +
+         of_class->second->id + "): give its description another rig_class, or update it";
+}
+
+}  // namespace
+
+ClassBenches BenchesOfClasses(const std::vector<RigStatus>& rigs,
+                              const lab::LabState& state,
+                              std::string_view member) {
+  const auto is_new = [&](const RigStatus& rig) {
+    const auto known = state.rigs.find(rig.description.id);
+    return known == state.rigs.end() || known->second.status == lab::RigStatus::kOffline ||
+           known->second.server != member;
+  };
+  std::map<std::string, const RigStatus*> first;
+  for (const RigStatus& rig : rigs) {
+    if (rig.description.rig_class.empty() || rig.description.bench == nullptr) continue;
+    const RigStatus*& best = first[rig.description.rig_class];
+    const auto rank = [&](const RigStatus& each) {
+      return std::tuple(
+          each.remote.has_value(), is_new(each), std::string_view(each.description.id));
+    };
+    if (best == nullptr || rank(rig) < rank(*best)) best = &rig;
+  }
+  ClassBenches benches;
+  for (const auto& [name, rig] : first) benches[name] = rig->description.bench;
+  return benches;
+}
+
+std::string WhyOffline(const RigStatus& rig, const ClassBenches& benches) {
+  if (rig.remote && rig.remote->refusal) return rig.remote->refusal_text;
+  if (rig.state == hardware::RigState::kOffline) return "the rig does not answer";
+  return WhyNotOfItsClass(rig, benches);
+}
+
+}  // namespace faultlab::server
