@@ -30,10 +30,12 @@ describe("Slide", () => {
     slide.append(block(0, 5, identity));
     slide.append(block(20, 5, identity));
     expect(slide.missing).toBe(15);
+    expect(slide.firstMissing).toBe(5);
     expect(slide.value(0, 10)).toBeNaN();
     expect(gapSpans(slide)).toEqual([[0.04, 0.2]]);
     slide.append(block(5, 15, identity));
     expect(slide.missing).toBe(0);
+    expect(slide.firstMissing).toBe(25);
     expect(slide.value(0, 10)).toBe(10);
     expect(gapSpans(slide)).toEqual([]);
   });

@@ -1,7 +1,7 @@
-import { ApiError, api, NoAnswer } from "../api/client";
+import { ApiError, api } from "../api/client";
 import type { Component, Diagnosis, Rig, Run, RunEvent, RunState } from "../api/types";
 import { late, t } from "../i18n/i18n.svelte";
-import { refusalWords, wordsOf } from "../i18n/words";
+import { refusalWords } from "../i18n/words";
 import { type Bench, CHANNEL_NAMES, type ChannelName } from "../plant/bench";
 import { formatSeconds } from "../plant/quantity";
 import { announcer } from "../shell/announcer.svelte";
@@ -19,12 +19,13 @@ import { Countdown } from "./countdown";
 import { type Story, tellStory } from "./episodes";
 import { FaultCommands, type Injection } from "./fault_commands.svelte";
 import { isRecorded } from "./recorded";
+import { SampleAge } from "./sample_age";
 import { SIGNALS } from "./signals";
 import { gapSpans } from "./statistics";
+import { Stopping } from "./stopping.svelte";
 
 const TICK_MS = 200;
 const STALE_AFTER_S = 0.5;
-const SLEPT_S = 1;
 /** And not before so many samples should have come. */
 const STALE_SAMPLES = 5;
 /** 600 s at 1 kHz: more than that no server records. */
@@ -109,8 +110,7 @@ export class RunModel {
   private commands = $state.raw<FaultCommands | null>(null);
   private readonly countdown = new Countdown();
   private socket: RunSocket | null = null;
-  private lastBlockAt = 0;
-  private tickedAt = 0;
+  private age = new SampleAge(0);
   private roundTripS: number | null = null;
   private linkPhase: LinkPhase = "connecting";
   private tick: ReturnType<typeof setInterval> | undefined;
@@ -119,9 +119,12 @@ export class RunModel {
   private brokeOff = 0;
   private heardVerdict: () => void = () => {};
   private closed = false;
-  /** Stop was pressed: "waits" for the link, or is "sent". */
-  stopping = $state<"" | "sent" | "waits">("");
-  stopRefused = $state("");
+  readonly stopping = new Stopping({
+    send: () => api.stopRun(this.id, STOP_ANSWER_MS),
+    sendByStream: () => this.faults.stop(),
+    cut: () => this.link.phase !== "open" || this.stale,
+    running: () => this.running,
+  });
 
   constructor(readonly id: string) {}
 
@@ -219,30 +222,9 @@ export class RunModel {
     this.commands?.cancelInjection();
   }
 
-  /** Sends Stop until the server has it or the run is over. */
   async stop(): Promise<void> {
-    if (this.stopping) return;
     this.faults.cancelInjection();
-    this.stopRefused = "";
-    const cut = this.link.phase !== "open" || this.stale;
-    this.stopping = cut ? "waits" : "sent";
-    while (this.running && !(await this.sendStop())) {
-      this.stopping = "waits";
-      await connection.again();
-    }
-    this.stopping = "";
-  }
-
-  /** False without an answer. */
-  private async sendStop(): Promise<boolean> {
-    try {
-      await api.stopRun(this.id, STOP_ANSWER_MS);
-    } catch (error) {
-      if (error instanceof NoAnswer) return false;
-      const over = error instanceof ApiError && error.status === 409; // it is over already
-      if (!over && !this.faults.stop()) this.stopRefused = wordsOf(error);
-    }
-    return true;
+    await this.stopping.press();
   }
 
   /** Sends the command when the rig's run time reaches `atS`, unless `obstacle` then has a reason. */
@@ -278,8 +260,7 @@ export class RunModel {
   private goLive({ RunSocket, socketAddress }: typeof import("../stream/run_socket")): void {
     if (this.closed) return;
     this.phase = "live";
-    this.lastBlockAt = now();
-    this.tickedAt = this.lastBlockAt;
+    this.age = new SampleAge(now());
     this.tick = setInterval(() => this.refresh(), TICK_MS);
     let first = true;
     this.socket = new RunSocket({
@@ -289,7 +270,7 @@ export class RunModel {
         const { code } = await api.streamToken(this.id);
         return socketAddress(code);
       },
-      nextIndex: () => this.firstMissing(),
+      nextIndex: () => this.slide?.firstMissing ?? 0,
       isFatal: (error) =>
         error instanceof RunOver ||
         (error instanceof ApiError &&
@@ -302,7 +283,7 @@ export class RunModel {
           const at = now();
           this.slide?.append(block);
           if (block.serverTime > 0) this.clock.observe(block.serverTime, at);
-          this.lastBlockAt = at;
+          this.age.heard(at);
           this.refillGap();
         },
         message: (message) => this.onMessage(message),
@@ -326,18 +307,7 @@ export class RunModel {
   private refillGap(): void {
     if (!this.refill || (this.slide?.missing ?? 0) === 0) return;
     this.refill = false;
-    this.socket?.send({ type: "resume", since: this.firstMissing() });
-  }
-
-  /** Index at which to resume: the first missing sample. */
-  private firstMissing(): number {
-    const slide = this.slide;
-    if (!slide) return 0;
-    if (slide.missing === 0) return slide.end;
-    for (let index = slide.first; index < slide.end; index++) {
-      if (slide.isMissing(slide.slot(index))) return index;
-    }
-    return slide.end;
+    this.socket?.send({ type: "resume", since: this.slide?.firstMissing ?? 0 });
   }
 
   private onHello(hello: Hello): void {
@@ -423,7 +393,7 @@ export class RunModel {
   private async finish(state: RunState): Promise<void> {
     // a server that goes away ends the stream too: until it answers, the link is cut
     const ended = await api.run(this.id).catch(() => undefined);
-    if (ended && this.slide && this.firstMissing() < ended.samples)
+    if (ended && this.slide && this.slide.firstMissing < ended.samples)
       await this.loadSamples(this.slide);
     this.state = state;
     clearInterval(this.tick);
@@ -503,13 +473,9 @@ export class RunModel {
     const slide = this.slide;
     if (!slide) return;
     const at = now();
-    // While the page's timers sleep it reads nothing: that time does not count as the rig's silence,
-    // and samples that were late before are still late.
-    const sleptS = at - this.tickedAt;
-    if (sleptS > SLEPT_S) this.lastBlockAt = Math.min(at, this.lastBlockAt + sleptS);
-    this.tickedAt = at;
+    const agedS = this.age.at(at);
     this.elapsed = slide.end * this.period;
-    const ageS = this.phase === "live" ? at - this.lastBlockAt : null;
+    const ageS = this.phase === "live" ? agedS : null;
     this.link = {
       phase: this.linkPhase,
       roundTripS: this.roundTripS,

@@ -44,6 +44,15 @@ export class Slide {
     return Math.max(this.base, this.end - this.window);
   }
 
+  /** Index of the first sample that is not here. */
+  get firstMissing(): number {
+    if (this.missing === 0) return this.end;
+    for (let index = this.first; index < this.end; index++) {
+      if (this.isMissing(this.slot(index))) return index;
+    }
+    return this.end;
+  }
+
   append(block: SampleBlock): void {
     for (let row = 0; row < block.count; row++) this.put(block.firstIndex + row, block, row);
     const from = Math.max(this.base, block.firstIndex) - this.base;
