@@ -1,6 +1,5 @@
 #include "hardware/lcm/rig_agent.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -201,7 +200,7 @@ void RigAgent::Lease(const Command& command, Reply& reply) {
   lease_until_ = heard_at_ + settings_.lease;
   if (goes_on) return;
   holder_ = command.holder;
-  plan_chunks_.clear();
+  plan_.Clear();
   announced_at_ = Nanoseconds(-1);
 }
 
@@ -211,7 +210,7 @@ void RigAgent::Obey(const Command& command, Reply& reply) {
   if (action == "release") {
     EndLease("the lease was given back");
   } else if (action == "plan") {
-    TakePlan(command, reply);
+    Tell(reply, plan_.Take(command));
   } else if (action == "arm") {
     Arm(command, reply);
   } else if (action == "start") {
@@ -249,73 +248,18 @@ void RigAgent::Obey(const Command& command, Reply& reply) {
   }
 }
 
-void RigAgent::TakePlan(const Command& command, Reply& reply) {
-  if (command.from < 0 || command.from >= kPlanSamplesMax ||
-      command.from % kPlanChunkSamples != 0 || command.uc_v.size() > kPlanChunkSamples) {
-    Refuse(reply,
-           {.code = core::ErrorCode::kTooLarge,
-            .message =
-                "not a piece of a plan: at most " + std::to_string(kPlanSamplesMax) + " samples",
-            .field = "uc_v"});
-    return;
-  }
-  plan_chunks_[command.from] = command.uc_v;
-}
-
 void RigAgent::Arm(const Command& command, Reply& reply) {
   StreamRun();  // the last words of the run before
-  RunPlan plan;
-  plan.period_s = command.period_s;
-  plan.seed = static_cast<std::uint64_t>(command.seed);
-  if (command.to < 0 || command.to > kPlanSamplesMax) {
-    Refuse(
-        reply,
-        {.code = core::ErrorCode::kTooLarge, .message = "the plan is too long", .field = "uc_v"});
+  core::Result<RunPlan> plan = plan_.Assemble(command, *rig_.description().bench, reply.missing);
+  reply.missing_count = static_cast<std::int32_t>(reply.missing.size());
+  if (!plan) {
+    Refuse(reply, plan.error());
     return;
   }
-  for (std::int64_t from = 0; from < command.to; from += kPlanChunkSamples) {
-    const auto chunk = plan_chunks_.find(from);
-    const auto size =
-        static_cast<std::size_t>(std::min<std::int64_t>(kPlanChunkSamples, command.to - from));
-    if (chunk == plan_chunks_.end() || chunk->second.size() != size) {
-      if (reply.missing.size() < 64) reply.missing.push_back(from);
-    } else {
-      plan.uc_v.insert(plan.uc_v.end(), chunk->second.begin(), chunk->second.end());
-    }
-  }
-  if (!reply.missing.empty()) {
-    reply.missing_count = static_cast<std::int32_t>(reply.missing.size());
-    Refuse(reply,
-           {.code = core::ErrorCode::kUnavailable,
-            .message = "parts of the plan were lost on the way",
-            .field = "uc_v"});
-    return;
-  }
-  for (const faultlab_msgs::fault_t& said : command.faults) {
-    const std::optional<core::Fault> fault = FromMessage(said, *rig_.description().bench);
-    if (!fault) {
-      Refuse(reply,
-             {.code = core::ErrorCode::kInvalid,
-              .message = "no such fault: " + said.component,
-              .field = "faults"});
-      return;
-    }
-    plan.faults.push_back(*fault);
-  }
-  for (const faultlab_msgs::rig_reference_t& said : command.references) {
-    plan.control = FromMessage(said);
-    if (!plan.control) {
-      Refuse(reply,
-             {.code = core::ErrorCode::kInvalid,
-              .message = "no such speed control: " + said.shape + ", " + said.controller,
-              .field = "control"});
-      return;
-    }
-  }
-  const core::Status armed = rig_.Arm(std::move(plan), epoch());
+  const core::Status armed = rig_.Arm(std::move(plan).value(), epoch());
   Tell(reply, armed);
   if (!armed) return;
-  plan_chunks_.clear();
+  plan_.Clear();
   ++run_;
   ring_.Begin();
   streamed_seq_ = 0;

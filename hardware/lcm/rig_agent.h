@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "hardware/lcm/command_authenticator.h"
 #include "hardware/lcm/epoch_file.h"
 #include "hardware/lcm/message_bus.h"
+#include "hardware/lcm/received_plan.h"
 #include "hardware/lcm/retransmit_buffer.h"
 #include "hardware/lcm/rig_key.h"
 #include "hardware/rig.h"
@@ -85,7 +85,6 @@ class RigAgent {
   Reply Answer(const Command& command, std::int64_t received_ns);
   void Obey(const Command& command, Reply& reply);
   void Lease(const Command& command, Reply& reply);
-  void TakePlan(const Command& command, Reply& reply);
   void Arm(const Command& command, Reply& reply);
   void Refill(std::int64_t from, std::int64_t to);
   void Order(const Command& command, Reply& reply);
@@ -114,7 +113,7 @@ class RigAgent {
   Nanoseconds heard_at_{0};
   CommandAuthenticator gate_;
 
-  std::map<std::int64_t, std::vector<double>> plan_chunks_;
+  ReceivedPlan plan_;
   std::int64_t run_ = 0;
   RetransmitBuffer ring_;
   std::int64_t streamed_seq_ = 0;  ///< the first of the run that was not streamed yet
