@@ -9,7 +9,6 @@ import { benches } from "../shell/benches.svelte";
 import { build } from "../shell/build.svelte";
 import { connection } from "../shell/connection.svelte";
 import { rigs } from "../shell/rigs.svelte";
-import { readFrames } from "../stream/frame_reader";
 import type { LinkPhase } from "../stream/link";
 import type { Hello, Readout, ServerMessage } from "../stream/messages";
 import { PlayoutClock, playoutDelayS } from "../stream/playout_clock";
@@ -37,7 +36,6 @@ const LAG_MAX_S = 0.5;
 const TOLD_S = 5;
 /** The verdict follows the event of an isolation within this time. */
 const VERDICT_WAIT_MS = 1000;
-const STOP_ANSWER_MS = 2000;
 /** How often a run is opened again that broke off while it was loaded. */
 const OPENED_MAX = 3;
 
@@ -119,12 +117,7 @@ export class RunModel {
   private brokeOff = 0;
   private heardVerdict: () => void = () => {};
   private closed = false;
-  readonly stopping = new Stopping({
-    send: () => api.stopRun(this.id, STOP_ANSWER_MS),
-    sendByStream: () => this.faults.stop(),
-    cut: () => this.link.phase !== "open" || this.stale,
-    running: () => this.running,
-  });
+  readonly stopping = new Stopping(this);
 
   constructor(readonly id: string) {}
 
@@ -418,7 +411,11 @@ export class RunModel {
   }
 
   private async loadSamples(slide: Slide): Promise<void> {
-    await readFrames(await api.frames(this.id), (block) => slide.append(block));
+    const [frames, { readFrames }] = await Promise.all([
+      api.frames(this.id),
+      build.part(() => import("../stream/frame_reader")),
+    ]);
+    await readFrames(frames, (block) => slide.append(block));
   }
 
   private standStill(): void {

@@ -1,15 +1,10 @@
-import { ApiError, NoAnswer } from "../api/client";
+import { ApiError, api, NoAnswer } from "../api/client";
 import { wordsOf } from "../i18n/words";
 import { connection } from "../shell/connection.svelte";
+import type { RunModel } from "./run_model.svelte";
 
-interface Stoppable {
-  send(): Promise<unknown>;
-  /** When the request is refused; false when it cannot go that way either. */
-  sendByStream(): boolean;
-  /** Is the link gone, as far as the page can see? */
-  cut(): boolean;
-  running(): boolean;
-}
+/** How long Stop waits for an answer. */
+const ANSWER_MS = 2000;
 
 /** Stop was pressed: it is sent until the server has it or the run is over. */
 export class Stopping {
@@ -17,13 +12,14 @@ export class Stopping {
   state = $state<"" | "sent" | "waits">("");
   refused = $state("");
 
-  constructor(private readonly run: Stoppable) {}
+  constructor(private readonly run: RunModel) {}
 
   async press(): Promise<void> {
     if (this.state) return;
     this.refused = "";
-    this.state = this.run.cut() ? "waits" : "sent";
-    while (this.run.running() && !(await this.send())) {
+    const { run } = this;
+    this.state = run.link.phase !== "open" || run.stale ? "waits" : "sent";
+    while (run.running && !(await this.send())) {
       this.state = "waits";
       await connection.again();
     }
@@ -33,11 +29,11 @@ export class Stopping {
   /** False without an answer. */
   private async send(): Promise<boolean> {
     try {
-      await this.run.send();
+      await api.stopRun(this.run.id, ANSWER_MS);
     } catch (error) {
       if (error instanceof NoAnswer) return false;
       const over = error instanceof ApiError && error.status === 409; // it is over already
-      if (!over && !this.run.sendByStream()) this.refused = wordsOf(error);
+      if (!over && !this.run.faults.stop()) this.refused = wordsOf(error);
     }
     return true;
   }
