@@ -37,6 +37,26 @@ describe("operator", { timeout: SUITE_MS }, () => {
     await server?.stop();
   });
 
+  story("no card pushes down what is pressed below it: they come from the top down", async () => {
+    const { page, close } = await pageOf(browser, server, world.admin, "/help");
+    let arrive;
+    const arrived = new Promise((resolve) => {
+      arrive = resolve;
+    });
+    await page.route(/\/rigs\/[^/]+\/health/, async (route) => {
+      await arrived;
+      await route.continue();
+    });
+    await page.goto(`${server.url}/admin`);
+    await page.getByRole("region", { name: "Rigs now" }).waitFor();
+    const below = page.getByRole("heading", { name: "Sessions now" });
+    assert.equal(await below.isVisible(), false);
+    arrive();
+    await below.waitFor();
+    assert.ok(await rigOf(page, "bench-1").isVisible());
+    await close();
+  });
+
   story("a rig goes into quarantine with a reason, and comes back through a check", async () => {
     const { page, close } = await pageOf(browser, server, world.admin, "/admin");
     const rig = rigOf(page, "bench-1");

@@ -19,9 +19,11 @@ afterEach(() => {
 it("fetches again when an answer has failed to come", async () => {
   answers = [new Error("no answer")];
   const attempts = new Attempts(asked);
+  expect(attempts.awaited).toBe(true);
   const end = attempts.keepFresh(EVERY_MS);
   await vi.advanceTimersByTimeAsync(0);
   expect([attempts.failure !== "", attempts.loaded]).toEqual([true, false]);
+  expect(attempts.awaited, "the failure is shown").toBe(false);
   await vi.advanceTimersByTimeAsync(EVERY_MS);
   expect([attempts.failure, attempts.loaded]).toEqual(["", true]);
   answers = [new Error("no answer")];

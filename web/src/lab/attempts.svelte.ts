@@ -6,6 +6,8 @@ import { wordsOf } from "../i18n/words";
 export class Attempts {
   busy = $state(false);
   loaded = $state(false);
+  /** Neither data nor a failure has come yet. */
+  awaited = $state(true);
   /** Of the last action; it stays said while the data are fetched again. */
   private refused = $state("");
   /** Why the data are not here, or not the newest. */
@@ -21,6 +23,7 @@ export class Attempts {
   async start(): Promise<void> {
     this.refused = "";
     this.loaded = await this.fetch();
+    this.awaited = false;
   }
 
   /**
