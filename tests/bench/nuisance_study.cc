@@ -211,6 +211,7 @@ void Diagnose(const Studied& studied,
               Totals& totals) {
   DiagnosisOptions options = OptionsOf(*studied.bench);
   options.channels = channels;
+  options.model = ModelScope::kBuiltRig;  // as the server takes every rig with relays
   const Diagnosis diagnosis = DiagnoseRecord(record, options);
   const Verdict& verdict = diagnosis.verdict;
   const bool refused = diagnosis.calibration_refusal.has_value();
