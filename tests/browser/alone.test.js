@@ -6,6 +6,7 @@ import { setTimeout as pause } from "node:timers/promises";
 import { makeWorld, pageOf } from "./lab_world.js";
 import {
   axe,
+  holdRequests,
   launchBrowser,
   openPage,
   SUITE_MS,
@@ -33,19 +34,6 @@ const focused = (page) =>
     const { activeElement } = document;
     return activeElement === document.body ? "BODY" : (activeElement?.tagName ?? "none");
   });
-/** Requests that wait on their way to the server, until they are let go. */
-async function holdRequests(page, url) {
-  const held = [];
-  let open = false;
-  await page.route(url, (route) => (open ? route.continue() : held.push(route)));
-  return {
-    async letGo() {
-      open = true;
-      assert.ok(held.length > 0, "else nothing was held");
-      await Promise.all(held.map((route) => route.continue()));
-    },
-  };
-}
 /** Waits until the keyboard has a place. */
 const hasFocus = (page) => page.waitForFunction(() => document.activeElement !== document.body);
 

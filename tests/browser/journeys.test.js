@@ -5,6 +5,7 @@ import { makeWorld, PASSWORD, pageOf } from "./lab_world.js";
 import { difference, inkOf, pagesOf, wordsOf } from "./paper.js";
 import {
   confirmIn,
+  holdRequests,
   launchBrowser,
   openPage,
   readDownload,
@@ -75,6 +76,24 @@ describe("journeys", { timeout: SUITE_MS }, () => {
       assert.ok(inkOf(paper) > 500);
       assert.equal(inkOf(paper, MARGIN_MM), 0);
     }
+    await close();
+  });
+
+  story("nothing that can be pressed moves away: it waits for what stands above it", async () => {
+    const { page, close } = await openPage(browser, `${server.url}/help`);
+    const list = await holdRequests(page, /\/api\/v1\/rigs$/);
+    await page.goto(server.url);
+    await page
+      .getByRole("button", { name: "Run the paper's experiment", disabled: false })
+      .waitFor();
+    assert.ok(await page.getByRole("button", { name: "Run this experiment" }).isDisabled());
+    assert.equal(
+      await page.getByRole("heading", { name: "Your own recording" }).isVisible(),
+      false,
+    );
+    await list.letGo();
+    await page.getByRole("button", { name: "Run this experiment", disabled: false }).waitFor();
+    await page.getByRole("heading", { name: "Your own recording" }).waitFor();
     await close();
   });
 

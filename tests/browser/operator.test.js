@@ -5,6 +5,7 @@ import { makeWorld, pageOf } from "./lab_world.js";
 import {
   axe,
   confirmIn,
+  holdRequests,
   launchBrowser,
   openPage,
   SUITE_MS,
@@ -39,19 +40,12 @@ describe("operator", { timeout: SUITE_MS }, () => {
 
   story("no card pushes down what is pressed below it: they come from the top down", async () => {
     const { page, close } = await pageOf(browser, server, world.admin, "/help");
-    let arrive;
-    const arrived = new Promise((resolve) => {
-      arrive = resolve;
-    });
-    await page.route(/\/rigs\/[^/]+\/health/, async (route) => {
-      await arrived;
-      await route.continue();
-    });
+    const health = await holdRequests(page, /\/rigs\/[^/]+\/health/);
     await page.goto(`${server.url}/admin`);
     await page.getByRole("region", { name: "Rigs now" }).waitFor();
     const below = page.getByRole("heading", { name: "Sessions now" });
     assert.equal(await below.isVisible(), false);
-    arrive();
+    await health.letGo();
     await below.waitFor();
     assert.ok(await rigOf(page, "bench-1").isVisible());
     await close();

@@ -450,3 +450,17 @@ export async function waitForDrawings(page, selector, count) {
 export async function readDownload(download) {
   return readFileSync(await download.path());
 }
+
+/** Requests that wait on their way to the server, until they are let go. */
+export async function holdRequests(page, url) {
+  const held = [];
+  let open = false;
+  await page.route(url, (route) => (open ? route.continue() : held.push(route)));
+  return {
+    async letGo() {
+      open = true;
+      assert.ok(held.length > 0, "else nothing was held");
+      await Promise.all(held.map((route) => route.continue()));
+    },
+  };
+}

@@ -17,6 +17,11 @@ export class Rigs {
   loaded = $state(false);
   private last: Promise<void> | null = null;
 
+  /** Neither the rigs nor a failure has come yet. */
+  get awaited(): boolean {
+    return !this.loaded && !this.failure;
+  }
+
   load(): Promise<void> {
     this.last = this.fetchAll();
     return this.last;
