@@ -50,6 +50,15 @@ it("says a refusal until the next action, however often it fetches", async () =>
   end();
 });
 
+it("holds back what stands below it until the first answer, but not for ever", async () => {
+  const attempts = new Attempts(() => new Promise(() => {}));
+  void attempts.start();
+  await vi.advanceTimersByTimeAsync(9_999);
+  expect(attempts.awaited).toBe(true);
+  await vi.advanceTimersByTimeAsync(1);
+  expect([attempts.awaited, attempts.loaded]).toEqual([false, false]);
+});
+
 it("waits while it may not", async () => {
   answers = [];
   let turned = true;

@@ -1,4 +1,8 @@
 import { wordsOf } from "../i18n/words";
+
+/** What has no answer for so long holds back nothing that stands below it. */
+const AWAITED_MAX_MS = 10_000;
+
 /**
  * Runs actions that may be refused, keeps the refusal for the page to show, and reloads the
  * data.
@@ -6,7 +10,7 @@ import { wordsOf } from "../i18n/words";
 export class Attempts {
   busy = $state(false);
   loaded = $state(false);
-  /** Neither data nor a failure has come yet. */
+  /** Neither data nor a failure has come yet, and that is not unusual. */
   awaited = $state(true);
   /** Of the last action; it stays said while the data are fetched again. */
   private refused = $state("");
@@ -22,6 +26,9 @@ export class Attempts {
 
   async start(): Promise<void> {
     this.refused = "";
+    setTimeout(() => {
+      this.awaited = false;
+    }, AWAITED_MAX_MS);
     this.loaded = await this.fetch();
     this.awaited = false;
   }
