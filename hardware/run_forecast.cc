@@ -140,8 +140,8 @@ double SteepestStep(const Bench& bench, std::span<const double> uc_v) {
 std::optional<RunProblem> TooSteep(const Bench& bench, std::span<const double> uc_v) {
   const double step_v = SteepestStep(bench, uc_v);
   const double may_v = bench.limits.slew_v_per_s * bench.period_s;
-  constexpr double kRounding = 1.0 + 1e-9;
-  if (std::abs(step_v) <= may_v * kRounding) return std::nullopt;
+  constexpr double kMayRounded = 1.0 + 1e-9;
+  if (std::abs(step_v) <= may_v * kMayRounded) return std::nullopt;
   return RunProblem{"slew",
                     "uc steps by " + Text(step_v) + " V within a period of " +
                         Text(1e3 * bench.period_s) + " ms, limits.slew_v_per_s = " +

@@ -57,7 +57,10 @@ struct Maxima {
   std::size_t in_block = 0;
 };
 
-void Judge(Detector& detector, std::span<const Observation> part, std::size_t block, Maxima& out) {
+void KeepMaxima(Detector& detector,
+                std::span<const Observation> part,
+                std::size_t block,
+                Maxima& out) {
   for (const Observation& o : part) {
     (void)detector.Push(o);
     const Statistics now = StatisticsOf(detector.statistics());
@@ -160,7 +163,7 @@ std::optional<SelfCheck> CheckBySelf(const Calibration& calibration,
                         noise_scale,
                         0.0,
                         calibration.impulse_share > 0.0);
-      Judge(detector, part, block, maxima);
+      KeepMaxima(detector, part, block, maxima);
       noise_scale = detector.noise_scale();
     }
   }

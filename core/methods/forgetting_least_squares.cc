@@ -20,11 +20,11 @@
 namespace faultlab::core {
 namespace {
 
-enum class Form { kForgetting, kReset };
+enum class Memory { kForgetting, kReset };
 
 class ForgettingLeastSquares : public Method {
  public:
-  ForgettingLeastSquares(const MethodTask& task, Form form)
+  ForgettingLeastSquares(const MethodTask& task, Memory form)
       : task_(task),
         form_(form),
         fit_(task_,
@@ -36,7 +36,7 @@ class ForgettingLeastSquares : public Method {
   void Push(const Sample&, const Observation& o) override {
     const std::optional<double> error = fit_.Push(o);
     if (!error) return;
-    if (form_ == Form::kForgetting) {
+    if (form_ == Memory::kForgetting) {
       statistic_ = fit_.Distance();
       return;
     }
@@ -46,14 +46,14 @@ class ForgettingLeastSquares : public Method {
   }
   double statistic() const override { return statistic_; }
   void OnAlarm() override {
-    if (form_ == Form::kReset) fit_.Doubt();
+    if (form_ == Memory::kReset) fit_.Doubt();
   }
   MethodFinding Diagnose() override { return fit_.Match(); }
   std::size_t bytes() const override { return sizeof *this + fit_.bytes(); }
 
  private:
   MethodTask task_;
-  Form form_;
+  Memory form_;
   RecursiveFit fit_;
   std::array<double, 8> squares_{};
   std::size_t at_ = 0;
@@ -63,10 +63,10 @@ class ForgettingLeastSquares : public Method {
 }  // namespace
 
 std::unique_ptr<Method> MakeForgettingLeastSquares(const MethodTask& task) {
-  return std::make_unique<ForgettingLeastSquares>(task, Form::kForgetting);
+  return std::make_unique<ForgettingLeastSquares>(task, Memory::kForgetting);
 }
 std::unique_ptr<Method> MakeResettingLeastSquares(const MethodTask& task) {
-  return std::make_unique<ForgettingLeastSquares>(task, Form::kReset);
+  return std::make_unique<ForgettingLeastSquares>(task, Memory::kReset);
 }
 
 }  // namespace faultlab::core

@@ -21,17 +21,18 @@
 namespace faultlab::core {
 namespace {
 
-enum class Form { kSwa, kSia };
+enum class PaperEstimator { kSwa, kSia };
 
 class PaperFramework : public Method {
  public:
-  PaperFramework(const MethodTask& task, Form form)
+  PaperFramework(const MethodTask& task, PaperEstimator form)
       : task_(task),
         form_(form),
-        bands_(
-            task_,
-            FirstOrderSpec(
-                task_, task.tuning, form == Form::kSia ? PaperIntegral(task.tuning) : 0, false)) {}
+        bands_(task_,
+               FirstOrderSpec(task_,
+                              task.tuning,
+                              form == PaperEstimator::kSia ? PaperIntegral(task.tuning) : 0,
+                              false)) {}
 
   void Push(const Sample& sample, const Observation&) override { bands_.Push(sample); }
   double statistic() const override { return bands_.Distance(); }
@@ -42,7 +43,7 @@ class PaperFramework : public Method {
     const ContinuousTheta nominal = FirstOrderTheta(known.nominal, known.gain_factor);
     ContinuousTheta estimate{};
     ContinuousTheta band{};
-    if (form_ == Form::kSwa) {
+    if (form_ == PaperEstimator::kSwa) {
       const std::optional<ContinuousCoefficients> found = Continuous(bands_.theta());
       const std::optional<ContinuousCoefficients> healthy = Continuous(bands_.mean());
       if (!found || !healthy) return finding;
@@ -63,12 +64,12 @@ class PaperFramework : public Method {
           std::find(all.named.begin(), all.named.end(), solution.component) != all.named.end();
       const double value =
           solution.exists ? solution.value : std::numeric_limits<double>::quiet_NaN();
-      const double cost = form_ == Form::kSia ? (named ? 0.0 : 1.0)
-                          : solution.exists   ? solution.mismatch
-                                              : 1.0 + solution.mismatch;
+      const double cost = form_ == PaperEstimator::kSia ? (named ? 0.0 : 1.0)
+                          : solution.exists             ? solution.mismatch
+                                                        : 1.0 + solution.mismatch;
       finding.candidates.push_back({solution.component, value, cost});
     }
-    if (form_ == Form::kSia && all.named.empty()) {
+    if (form_ == PaperEstimator::kSia && all.named.empty()) {
       finding.candidates.clear();
       if (all.path.empty()) return {Answer::kCannot, Answer::kCannot, {}, 0};
     }
@@ -78,7 +79,7 @@ class PaperFramework : public Method {
   }
   std::size_t bytes() const override {
     constexpr double kRow = 4.0;
-    const double integral = form_ == Form::kSia ? PaperIntegral(task_.tuning) : 0.0;
+    const double integral = form_ == PaperEstimator::kSia ? PaperIntegral(task_.tuning) : 0.0;
     return static_cast<std::size_t>((task_.tuning + integral) * kRow) * sizeof(double);
   }
 
@@ -92,17 +93,17 @@ class PaperFramework : public Method {
   }
 
   MethodTask task_;
-  Form form_;
+  PaperEstimator form_;
   EstimateBands bands_;
 };
 
 }  // namespace
 
 std::unique_ptr<Method> MakePaperSwa(const MethodTask& task) {
-  return std::make_unique<PaperFramework>(task, Form::kSwa);
+  return std::make_unique<PaperFramework>(task, PaperEstimator::kSwa);
 }
 std::unique_ptr<Method> MakePaperSia(const MethodTask& task) {
-  return std::make_unique<PaperFramework>(task, Form::kSia);
+  return std::make_unique<PaperFramework>(task, PaperEstimator::kSia);
 }
 
 }  // namespace faultlab::core

@@ -46,7 +46,7 @@ constexpr std::array<std::uint32_t, kPrbsOrderMax + 1> kTaps = {0,
 // A clock time that equals a sample time up to rounding of k * period belongs to that sample.
 constexpr double kClockSlack = 1e-9;
 
-Error Refuse(std::string field, std::string reason, const std::string& message) {
+Error RefusePrbs(std::string field, std::string reason, const std::string& message) {
   return Error{ErrorCode::kInvalid, message, std::move(field), std::move(reason)};
 }
 
@@ -70,17 +70,17 @@ Status Validate(const PrbsSpec& spec, double period_s) {
     std::ostringstream text;
     text << "PRBS order must be " << kPrbsOrderMin << " to " << kPrbsOrderMax << ", not "
          << spec.order << ".";
-    return Refuse("order", "prbs_order_outside", text.str());
+    return RefusePrbs("order", "prbs_order_outside", text.str());
   }
   if (!(std::isfinite(spec.clock_s) && spec.clock_s >= period_s * (1.0 - kClockSlack))) {
-    return Refuse(
+    return RefusePrbs(
         "clock_s", "clock_too_short", "The PRBS clock must be at least one sample period.");
   }
   if (!std::isfinite(spec.low_v)) {
-    return Refuse("low_v", "voltage_not_a_number", "The low level must be a number of volts.");
+    return RefusePrbs("low_v", "voltage_not_a_number", "The low level must be a number of volts.");
   }
   if (!(std::isfinite(spec.high_v) && spec.high_v > spec.low_v)) {
-    return Refuse("high_v", "high_below_low", "The high level must lie above the low level.");
+    return RefusePrbs("high_v", "high_below_low", "The high level must lie above the low level.");
   }
   return Done{};
 }

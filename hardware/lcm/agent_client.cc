@@ -22,7 +22,7 @@ bool SaysLeaseIsGone(const faultlab_msgs::rig_reply_t& reply) {
   return reply.ok == 0 && (reply.field == "holder" || reply.field == "epoch");
 }
 
-std::int64_t Number(Epoch epoch) {
+std::int64_t FenceNumber(Epoch epoch) {
   return static_cast<std::int64_t>(epoch);
 }
 
@@ -85,8 +85,8 @@ void AgentClient::FollowLoss(const Reply& reply) {
 
 bool AgentClient::Fence(Epoch epoch) {
   const std::lock_guard lock(mutex_);
-  if (Number(epoch) <= fence_) return false;
-  fence_ = Number(epoch);
+  if (FenceNumber(epoch) <= fence_) return false;
+  fence_ = FenceNumber(epoch);
   Owe(fence_);
   SayOwed();
   answered_.notify_all();
@@ -95,7 +95,7 @@ bool AgentClient::Fence(Epoch epoch) {
 
 core::Status AgentClient::Check(Epoch epoch) const {
   const std::lock_guard lock(mutex_);
-  return CheckNumber(Number(epoch));
+  return CheckNumber(FenceNumber(epoch));
 }
 
 std::optional<Epoch> AgentClient::leased() const {
@@ -129,7 +129,7 @@ AgentClient::Message AgentClient::NewMessage(const std::string& action, std::int
 
 AgentClient::Message AgentClient::NewCommand(const std::string& action, Epoch epoch) const {
   const std::lock_guard lock(mutex_);
-  return NewMessage(action, Number(epoch));
+  return NewMessage(action, FenceNumber(epoch));
 }
 
 AgentClient::Message AgentClient::NewCommand(const std::string& action) const {
@@ -184,7 +184,7 @@ core::Result<AgentClient::Reply> AgentClient::Ask(Message message) {
 }
 
 core::Status AgentClient::Lease(Epoch epoch) {
-  const std::int64_t number = Number(epoch);
+  const std::int64_t number = FenceNumber(epoch);
   (void)Fence(epoch);
   const core::Result<Reply> reply = Ask(NewCommand("lease", epoch));
   const std::lock_guard lock(mutex_);

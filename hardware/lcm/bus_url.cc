@@ -20,7 +20,7 @@ core::Error Invalid(const std::string& url, const std::string& why) {
           .field = "lcm"};
 }
 
-std::optional<int> Number(std::string_view text, int min, int max) {
+std::optional<int> NumberWithin(std::string_view text, int min, int max) {
   int value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
@@ -51,7 +51,7 @@ core::Result<UdpmUrl> ParseUdpmUrl(const std::string& url) {
     return Invalid(url, group + " is not a multicast address, 224.0.0.0 to 239.255.255.255");
   }
   if (!port.empty()) {
-    const auto number = Number(port, 1, std::numeric_limits<std::uint16_t>::max());
+    const auto number = NumberWithin(port, 1, std::numeric_limits<std::uint16_t>::max());
     if (!number) return Invalid(url, "the port is a number from 1 to 65535");
     parsed.port = static_cast<std::uint16_t>(*number);
   }
@@ -59,11 +59,11 @@ core::Result<UdpmUrl> ParseUdpmUrl(const std::string& url) {
     std::string_view value = TakeUntil(options, '&');
     const std::string name(TakeUntil(value, '='));
     if (name == "ttl") {
-      const auto number = Number(value, 0, 255);
+      const auto number = NumberWithin(value, 0, 255);
       if (!number) return Invalid(url, "ttl is a number from 0 to 255");
       parsed.ttl = *number;
     } else if (name == "recv_buf_size") {
-      const auto number = Number(value, 1, std::numeric_limits<int>::max());
+      const auto number = NumberWithin(value, 1, std::numeric_limits<int>::max());
       if (!number) return Invalid(url, "recv_buf_size is a number of bytes");
       parsed.receive_bytes = *number;
     } else {

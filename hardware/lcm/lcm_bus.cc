@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kQueueMessages = 2048;
 /// Handlers per turn: others on this thread get theirs.
-constexpr int kTurn = 256;
+constexpr int kMessagesATurn = 256;
 
 /// A bus without a network: memq://, file://.
 class LcmBus final : public MessageBus {
@@ -33,7 +33,7 @@ class LcmBus final : public MessageBus {
 
   void Handle(std::chrono::milliseconds patience) override {
     if (lcm_->handleTimeout(static_cast<int>(patience.count())) > 0) {
-      for (int i = 1; i < kTurn && !thrown_ && lcm_->handleTimeout(0) > 0; ++i) {
+      for (int i = 1; i < kMessagesATurn && !thrown_ && lcm_->handleTimeout(0) > 0; ++i) {
       }
     }
     if (thrown_) std::rethrow_exception(std::exchange(thrown_, nullptr));

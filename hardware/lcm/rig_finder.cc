@@ -23,7 +23,7 @@
 namespace faultlab::hardware {
 namespace {
 
-constexpr auto kTurn = std::chrono::milliseconds(5);
+constexpr auto kListenTurn = std::chrono::milliseconds(5);
 
 std::int64_t UnixNs() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -106,7 +106,7 @@ class Finder final : public RigFinder {
  private:
   void Loop() {
     while (!stop_) {
-      bus_->Handle(kTurn);
+      bus_->Handle(kListenTurn);
       const std::lock_guard lock(mutex_);
       for (auto& [id, rig] : rigs_) rig->Poll();
     }

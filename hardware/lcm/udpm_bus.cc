@@ -23,7 +23,7 @@ namespace faultlab::hardware {
 namespace {
 
 /// Datagrams per turn: others on this thread get theirs, also in a flood.
-constexpr int kTurn = 256;
+constexpr int kDatagramsATurn = 256;
 constexpr std::size_t kDatagramBytesMax = 1u << 16;
 
 class UdpSocket {
@@ -96,7 +96,7 @@ class UdpmBus final : public MessageBus {
   void Handle(std::chrono::milliseconds patience) override {
     pollfd wait{.fd = in_.fd(), .events = POLLIN, .revents = 0};
     if (poll(&wait, 1, static_cast<int>(patience.count())) <= 0) return;
-    for (int i = 0; i < kTurn; ++i) {
+    for (int i = 0; i < kDatagramsATurn; ++i) {
       sockaddr_in from{};
       socklen_t from_bytes = sizeof from;
       const ssize_t got = recvfrom(in_.fd(),

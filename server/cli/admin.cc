@@ -11,7 +11,6 @@
 #include "server/auth/accounts.h"
 #include "server/cli/console.h"
 #include "server/csv/file_io.h"
-#include "server/lab/rehearsal/rehearsal.h"
 #include "server/run/run_messages.h"
 #include "server/storage/database.h"
 #include "server/storage/database_check.h"
@@ -354,33 +353,6 @@ int RunCheck(const CheckOptions& options) {
   }
   const Status sound = CheckDatabase(*database.value());
   return sound ? Print("The database is sound\n") : Fail(sound.error(), kExitFailure);
-}
-
-int RunRehearse(const RehearseOptions& options) {
-  constexpr std::int64_t kStepsMax = 1'000'000'000;
-  if (options.steps < 1 || options.steps > kStepsMax || options.weeks < 0) {
-    PrintError("--steps must be 1 to " + std::to_string(kStepsMax) + " and --weeks 0 or more");
-    return kExitBadInput;
-  }
-  const auto rehearsed = lab::Rehearse({.steps = options.steps,
-                                        .seed = options.seed,
-                                        .weeks = options.weeks,
-                                        .database = options.database});
-  if (!rehearsed.ok()) {
-    PrintError(rehearsed.error().message);
-    return kExitFailure;
-  }
-  const lab::RehearsalReport& report = rehearsed.value();
-  const bool held = report.double_allocations == 0 && report.stale_commands_accepted == 0 &&
-                    report.broken_invariants == 0;
-  std::string text = lab::ToJson(report) + "\n";
-  if (!options.json) {
-    text = std::to_string(report.steps) + " steps, " + std::to_string(report.sessions) +
-           " sessions, " + std::to_string(report.crashes) + " crashes: " +
-           (held ? std::string("every rule held") : "broken: " + report.first_broken) + "\n" + text;
-  }
-  const int printed = Print(text);
-  return held ? printed : kExitFailure;
 }
 
 }  // namespace faultlab::server

@@ -42,14 +42,6 @@ struct CheckOptions {
   bool cut_damage = false;  ///< delete what cannot be read of damaged recordings
 };
 
-struct RehearseOptions {
-  std::int64_t steps = 1'000'000;
-  std::uint64_t seed = 1;
-  int weeks = 2;
-  std::string database;  ///< empty: in memory
-  bool json = false;
-};
-
 /// Opens an existing database; never makes a new one by accident.
 core::Result<std::unique_ptr<Database>> OpenExisting(const AdminTarget& target);
 /// kExitBadInput for errors that the caller can correct, kExitFailure for errors of the machine.
@@ -74,8 +66,5 @@ int RunBackup(const BackupOptions& options);
 int RunRestore(const BackupOptions& options);
 /// The engine's own integrity check, and every chunk of every recording.
 int RunCheck(const CheckOptions& options);
-
-/// Runs the real scheduler on a fake clock; kExitFailure when an invariant was broken.
-int RunRehearse(const RehearseOptions& options);
 
 }  // namespace faultlab::server

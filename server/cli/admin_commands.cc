@@ -21,14 +21,13 @@ void AddTarget(CLI::App& command, AdminTarget& target) {
 class AdminCommands {
  public:
   AdminCommands(CLI::App& app, std::function<int()>& chosen) {
-    CLI::App& admin = *app.add_subcommand("admin", "Users, keys, backup, restore, check, rehearse");
+    CLI::App& admin = *app.add_subcommand("admin", "Users, keys, backup, restore, check");
     admin.require_subcommand(1);
     admin.footer(
         "Examples:\n"
         "  faultlab admin users add ana --name \"Ana Petrović\" --role instructor\n"
         "  faultlab admin keys add ana --scope runs:read --scope runs:write --days 30\n"
-        "  faultlab admin backup /var/backups/lab.db        while the server works\n"
-        "  faultlab admin rehearse --steps 1000000 --seed 1 the lab on a fake clock");
+        "  faultlab admin backup /var/backups/lab.db        while the server works");
     AddUsers(admin, chosen);
     AddKeys(admin, chosen);
     CLI::App& backup = AddCommand(
@@ -46,20 +45,6 @@ class AdminCommands {
                    check_.cut_damage,
                    "Delete what cannot be read of damaged recordings, with an event in its place");
     AddRetention(admin, chosen);
-    CLI::App& rehearse = AddCommand(admin,
-                                    "rehearse",
-                                    "The lab against random people, failures and crashes",
-                                    rehearse_,
-                                    &RunRehearse,
-                                    chosen);
-    rehearse.add_option("--steps", rehearse_.steps, "Random inputs")->capture_default_str();
-    rehearse.add_option("--seed", rehearse_.seed, "Same seed, same report")->capture_default_str();
-    rehearse.add_option("--weeks", rehearse_.weeks, "Simulated weeks")->capture_default_str();
-    rehearse.add_option("--database",
-                        rehearse_.database,
-                        "SQLite file or postgresql: location without rigs, filled and emptied; "
-                        "default: in memory");
-    rehearse.add_flag("--json", rehearse_.json, "The report as one JSON object");
   }
 
  private:
@@ -151,7 +136,6 @@ class AdminCommands {
   BackupOptions backup_;
   BackupOptions restore_;
   RetentionOptions retention_;
-  RehearseOptions rehearse_;
 };
 
 }  // namespace

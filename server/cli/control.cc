@@ -31,7 +31,7 @@ Error Refused(std::string message, std::string field) {
   return {ErrorCode::kInvalid, std::move(message), std::move(field), "internal"};
 }
 
-Result<core::ControlPlan> MakePlan(const ControlCommandOptions& options) {
+Result<core::ControlPlan> ControlPlanOf(const ControlCommandOptions& options) {
   const Result<const core::Bench*> bench = hardware::LoadBench(options.bench);
   if (!bench) return bench.error();
   core::ControlPlan plan;
@@ -170,7 +170,7 @@ Result<std::string> TableOf(core::ControlPlan plan) {
 }  // namespace
 
 int RunControlCommand(const ControlCommandOptions& options) {
-  Result<core::ControlPlan> plan = MakePlan(options);
+  Result<core::ControlPlan> plan = ControlPlanOf(options);
   if (!plan) return Fail(plan.error(), kExitBadInput);
   if (!options.markdown.empty()) {
     const auto table = TableOf(std::move(plan).value());

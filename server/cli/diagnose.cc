@@ -28,10 +28,10 @@ using core::Error;
 using core::ErrorCode;
 using core::Result;
 
-json::object JsonOf(const std::string& file,
-                    const CsvRecord& record,
-                    const core::Diagnosis& diagnosis,
-                    const core::Bench& bench) {
+json::object DiagnosisJsonOf(const std::string& file,
+                             const CsvRecord& record,
+                             const core::Diagnosis& diagnosis,
+                             const core::Bench& bench) {
   json::array channels;
   for (const std::string& channel : record.channels) {
     channels.emplace_back(channel);
@@ -219,7 +219,8 @@ int RunDiagnose(const DiagnoseCommandOptions& options) {
     AddModelFits(record.value().samples, diagnose, diagnosis);
     const std::string text =
         options.json
-            ? json::serialize(JsonOf(file, record.value(), diagnosis, *diagnose.bench)) + "\n"
+            ? json::serialize(DiagnosisJsonOf(file, record.value(), diagnosis, *diagnose.bench)) +
+                  "\n"
             : ToText(diagnosis, file);
     if (Print(text) != kExitOk) {
       return kExitFailure;

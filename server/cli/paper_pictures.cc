@@ -23,7 +23,7 @@ using core::TableFault;
 
 constexpr double kFaultSeconds = 10.0;  // the middle of the paper's records
 
-std::string FaultText(const TableFault& fault) {
+std::string FaultLabel(const TableFault& fault) {
   return ComponentLabel(fault.component) + " = " +
          ValueText(fault.value, core::Unit(fault.component));
 }
@@ -56,7 +56,7 @@ class Painter {
       panel.title = title;
       for (const TableFault& fault : faults) {
         OverlayTrace trace;
-        trace.name = FaultText(fault);
+        trace.name = FaultLabel(fault);
         for (const core::Sample& sample : core::PaperRecord(bench_, fault, seed_)) {
           trace.t_s.push_back(sample.t_s);
           trace.um_v.push_back(sample.um_v);

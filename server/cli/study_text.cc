@@ -26,7 +26,7 @@ std::string Cell(double value, int width, int digits = 4) {
   return text.data();
 }
 
-std::string Left(std::string text, std::size_t width) {
+std::string PadRight(std::string text, std::size_t width) {
   text.resize(std::max(text.size(), width), ' ');
   return text;
 }
@@ -55,13 +55,14 @@ std::string StudyText(const std::vector<WindowStudyRow>& rows, const StudySettin
       Cell(settings.period_s, 0) + " s, studied from " + Cell(settings.from_s, 0) + " s on, " +
       (changed ? "change at " + Cell(*settings.change_s, 0) + " s" : std::string("no change")) +
       "\n\n";
-  out += Left("  window", kNameWidth) + Left("", kParameterWidth) + "    before     +-sd  (sigma)";
+  out += PadRight("  window", kNameWidth) + PadRight("", kParameterWidth) +
+         "    before     +-sd  (sigma)";
   out += changed ? "     after     +-sd  (sigma)  settles" : "";
   out += "  not excited\n";
   for (const WindowStudyRow& row : rows) {
     for (std::size_t j = 0; j < row.parameters.size(); ++j) {
-      out += Left(j == 0 ? "  " + row.name : std::string(), kNameWidth) +
-             Left(row.parameters[j], kParameterWidth) + Cells(row.before[j]);
+      out += PadRight(j == 0 ? "  " + row.name : std::string(), kNameWidth) +
+             PadRight(row.parameters[j], kParameterWidth) + Cells(row.before[j]);
       if (changed) {
         out += Cells(row.after[j]);
       }

@@ -16,7 +16,7 @@ using core::ErrorCode;
 using soci::into;
 using soci::use;
 
-constexpr const char* kColumns =
+constexpr const char* kAssignmentColumns =
     "id, course_id, account_id, fault_set_id, name, bench, pool, plan, rubric, opens_ms, due_ms, "
     "attempts, reveal_at_once, secret, created_ms, version, on_bench, rubric_version, group_max";
 
@@ -32,10 +32,10 @@ void ReadExtensions(Transaction& tx, Assignment& of) {
   while (statement.fetch()) of.extensions[account] = FromMilliseconds(due_ms);
 }
 
-std::vector<Assignment> Select(Transaction& tx, const std::string& condition) {
+std::vector<Assignment> SelectAssignments(Transaction& tx, const std::string& condition) {
   Assignment row;
   std::int64_t opens_ms = 0, due_ms = 0, created_ms = 0, at_once = 0, on_bench = 0;
-  soci::statement statement = (tx.sql().prepare << std::string("SELECT ") + kColumns +
+  soci::statement statement = (tx.sql().prepare << std::string("SELECT ") + kAssignmentColumns +
                                                        " FROM assignment WHERE " + condition,
                                into(row.id),
                                into(row.course),
@@ -70,8 +70,8 @@ std::vector<Assignment> Select(Transaction& tx, const std::string& condition) {
   return out;
 }
 
-std::optional<Assignment> Find(Transaction& tx, std::int64_t id) {
-  std::vector<Assignment> found = Select(tx, "id = " + std::to_string(id));
+std::optional<Assignment> FindAssignment(Transaction& tx, std::int64_t id) {
+  std::vector<Assignment> found = SelectAssignments(tx, "id = " + std::to_string(id));
   if (found.empty()) return std::nullopt;
   return std::move(found.front());
 }
@@ -122,7 +122,7 @@ core::Result<Assignment> Assignments::Create(Assignment assignment) {
 
 core::Result<Assignment> Assignments::Get(std::int64_t id) {
   return database_.Read([&](Transaction& tx) -> core::Result<Assignment> {
-    auto found = Find(tx, id);
+    auto found = FindAssignment(tx, id);
     if (!found) return NotYours();
     return std::move(*found);
   });
@@ -138,14 +138,14 @@ core::Result<std::vector<Assignment>> Assignments::List(std::optional<std::int64
   }
   condition += " ORDER BY id LIMIT " + std::to_string(limit);
   return database_.Read([&](Transaction& tx) -> core::Result<std::vector<Assignment>> {
-    return Select(tx, condition);
+    return SelectAssignments(tx, condition);
   });
 }
 
 core::Result<Assignment> Assignments::Change(const Assignment& assignment, std::int64_t version) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Assignment> {
     TakeTurn(tx, "assignment " + std::to_string(assignment.id));
-    const auto before = Find(tx, assignment.id);
+    const auto before = FindAssignment(tx, assignment.id);
     if (!before) return NotYours();
     if (before->version != version) {
       return Error{ErrorCode::kStale,
@@ -165,7 +165,7 @@ core::Result<Assignment> Assignments::Change(const Assignment& assignment, std::
         use(assignment.attempts, "attempts"), use(at_once, "at_once"),
         use(assignment.rubric_json, "rubric"), use(rubric_version, "rubric_version"),
         use(assignment.id, "id");
-    return *Find(tx, assignment.id);
+    return *FindAssignment(tx, assignment.id);
   });
 }
 

@@ -54,7 +54,7 @@ Group Read(Transaction& tx, std::int64_t id) {
   return group;
 }
 
-std::optional<Group> Find(Transaction& tx, std::int64_t assignment, std::int64_t account) {
+std::optional<Group> GroupOf(Transaction& tx, std::int64_t assignment, std::int64_t account) {
   std::int64_t id = 0;
   tx.sql()
       << "SELECT group_id FROM assignment_mate WHERE assignment_id = :of AND account_id = :who",
@@ -77,7 +77,7 @@ Error Begun() {
 
 /// Whoever is in a group already, or has begun, cannot be in another one.
 core::Status MayEnter(Transaction& tx, std::int64_t assignment, std::int64_t account) {
-  if (Find(tx, assignment, account)) {
+  if (GroupOf(tx, assignment, account)) {
     return Error{ErrorCode::kConflict, "You are in a group: leave it first.", "", "in_group"};
   }
   if (HasBegun(tx, assignment, account)) return Begun();
@@ -107,7 +107,7 @@ std::string WithMates(std::int64_t assignment, std::int64_t account) {
 
 core::Result<std::optional<Group>> Groups::Of(std::int64_t assignment, std::int64_t account) {
   return database_.Read([&](Transaction& tx) -> core::Result<std::optional<Group>> {
-    return Find(tx, assignment, account);
+    return GroupOf(tx, assignment, account);
   });
 }
 
@@ -185,7 +185,7 @@ core::Result<Group> Groups::Join(std::int64_t assignment,
 core::Status Groups::Leave(std::int64_t assignment, std::int64_t account) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     TakeTurnOf(tx, assignment);
-    if (!Find(tx, assignment, account)) return Done{};
+    if (!GroupOf(tx, assignment, account)) return Done{};
     if (HasBegun(tx, assignment, account)) return Begun();
     tx.sql() << "DELETE FROM assignment_mate WHERE assignment_id = :of AND account_id = :who",
         use(assignment, "of"), use(account, "who");

@@ -22,7 +22,7 @@ using soci::use;
 constexpr std::array<std::string_view, 5> kStates = {
     "drawn", "running", "open", "answered", "void"};
 
-constexpr const char* kColumns =
+constexpr const char* kTrialColumns =
     "id, assignment_id, account_id, state, item, run, commitment, nonce, truth, events, "
     "created_ms, ended_ms, answer, answered_ms, grade, awarded, released_ms, why, graded_by";
 
@@ -37,31 +37,31 @@ std::optional<WallTime> TimeOf(std::int64_t ms) {
   return ms == 0 ? std::nullopt : std::optional(FromMilliseconds(ms));
 }
 
-std::vector<Trial> Select(Transaction& tx, const std::string& condition) {
+std::vector<Trial> SelectTrials(Transaction& tx, const std::string& condition) {
   Trial row;
   std::string state;
   std::int64_t created_ms = 0, ended_ms = 0, answered_ms = 0, released_ms = 0;
-  soci::statement statement =
-      (tx.sql().prepare << std::string("SELECT ") + kColumns + " FROM trial WHERE " + condition,
-       into(row.id),
-       into(row.assignment),
-       into(row.account),
-       into(state),
-       into(row.item),
-       into(row.run),
-       into(row.commitment),
-       into(row.nonce),
-       into(row.truth),
-       into(row.events),
-       into(created_ms),
-       into(ended_ms),
-       into(row.answer),
-       into(answered_ms),
-       into(row.grade),
-       into(row.awarded),
-       into(released_ms),
-       into(row.why),
-       into(row.graded_by));
+  soci::statement statement = (tx.sql().prepare << std::string("SELECT ") + kTrialColumns +
+                                                       " FROM trial WHERE " + condition,
+                               into(row.id),
+                               into(row.assignment),
+                               into(row.account),
+                               into(state),
+                               into(row.item),
+                               into(row.run),
+                               into(row.commitment),
+                               into(row.nonce),
+                               into(row.truth),
+                               into(row.events),
+                               into(created_ms),
+                               into(ended_ms),
+                               into(row.answer),
+                               into(answered_ms),
+                               into(row.grade),
+                               into(row.awarded),
+                               into(released_ms),
+                               into(row.why),
+                               into(row.graded_by));
   statement.execute(false);
   std::vector<Trial> out;
   while (statement.fetch()) {
@@ -90,7 +90,8 @@ core::Result<Trial> Trials::Add(
     const std::function<void(const std::vector<Trial>&, Trial&)>& draw) {
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Result<Trial> {
     TakeTurn(tx, "trials of assignment " + std::to_string(assignment));
-    const std::vector<Trial> former = Select(tx, WithMates(assignment, account) + " ORDER BY id");
+    const std::vector<Trial> former =
+        SelectTrials(tx, WithMates(assignment, account) + " ORDER BY id");
     int counted = 0;
     for (const Trial& each : former) {
       if (each.state == TrialState::kVoid) continue;
@@ -138,7 +139,7 @@ core::Status Trials::Move(std::int64_t id,
   return database_.Write(Durability::kPromise, [&](Transaction& tx) -> core::Status {
     const std::string which =
         "id = " + std::to_string(id) + " AND released_ms = 0 AND state IN (" + from + ")";
-    if (Select(tx, which).empty()) {
+    if (SelectTrials(tx, which).empty()) {
       return Error{ErrorCode::kConflict,
                    "The trial is in another state by now: load it again.",
                    "",
@@ -231,7 +232,7 @@ core::Status Trials::Void(std::int64_t id, const std::string& why, WallTime now)
 
 core::Result<Trial> Trials::Get(std::int64_t id) {
   return database_.Read([&](Transaction& tx) -> core::Result<Trial> {
-    std::vector<Trial> found = Select(tx, "id = " + std::to_string(id));
+    std::vector<Trial> found = SelectTrials(tx, "id = " + std::to_string(id));
     if (found.empty()) {
       return NotYours();
     }
@@ -260,8 +261,9 @@ core::Result<bool> Trials::IsOf(std::int64_t id, std::int64_t account) {
   const auto trial = Get(id);
   if (!trial) return trial.error();
   return database_.Read([&](Transaction& tx) -> core::Result<bool> {
-    return !Select(tx,
-                   WithMates(trial.value().assignment, account) + " AND id = " + std::to_string(id))
+    return !SelectTrials(
+                tx,
+                WithMates(trial.value().assignment, account) + " AND id = " + std::to_string(id))
                 .empty();
   });
 }
@@ -273,8 +275,9 @@ core::Result<std::vector<Trial>> Trials::Of(std::int64_t assignment,
   std::string condition =
       account ? WithMates(assignment, *account) : "assignment_id = " + std::to_string(assignment);
   condition += " AND id > " + std::to_string(after) + " ORDER BY id LIMIT " + std::to_string(limit);
-  return database_.Read(
-      [&](Transaction& tx) -> core::Result<std::vector<Trial>> { return Select(tx, condition); });
+  return database_.Read([&](Transaction& tx) -> core::Result<std::vector<Trial>> {
+    return SelectTrials(tx, condition);
+  });
 }
 
 }  // namespace faultlab::server::course

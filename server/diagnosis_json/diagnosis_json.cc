@@ -25,14 +25,6 @@ json::array Numbers(std::span<const double> values) {
   return out;
 }
 
-json::array Names(std::span<const core::Component> components) {
-  json::array out;
-  for (const core::Component component : components) {
-    out.emplace_back(core::Name(component));
-  }
-  return out;
-}
-
 json::value Bound(char bound) {
   return bound == 0 ? json::value(nullptr) : json::value(json::string(1, bound));
 }
@@ -59,7 +51,7 @@ json::array Path(std::span<const core::PathStep> path) {
                                   {"value", NumberOrNull(step.value)},
                                   {"threshold", NumberOrNull(step.threshold)},
                                   {"leads_to", step.leads_to},
-                                  {"components", Names(step.components)},
+                                  {"components", ComponentNames(step.components)},
                                   {"close", core::IsClose(step)}});
   }
   return out;
@@ -112,6 +104,14 @@ json::object ErrorJson(const core::Error& error) {
 
 }  // namespace
 
+json::array ComponentNames(std::span<const core::Component> components) {
+  json::array out;
+  for (const core::Component component : components) {
+    out.emplace_back(core::Name(component));
+  }
+  return out;
+}
+
 json::object ToJson(const core::SpeedResponse& response) {
   const auto measured = [](const core::Measured& number) {
     return json::object{{"value", NumberOrNull(number.value)},
@@ -127,7 +127,7 @@ json::object ToJson(const core::Verdict& verdict) {
                    {"detected_at_s", NumberOrNull(verdict.detected_at_s)},
                    {"onset_s", NumberOrNull(verdict.onset_s)},
                    {"detector", verdict.detector},
-                   {"group", Names(verdict.group)},
+                   {"group", ComponentNames(verdict.group)},
                    {"candidates", Candidates(verdict.candidates)},
                    {"path", Path(verdict.path)},
                    {"settled", verdict.settled},
@@ -175,7 +175,7 @@ json::object ToJson(const core::PaperMethods& paper) {
           {"estimate", Theta(paper.estimate)},
           {"band", Theta(paper.band)},
           {"path", Path(paper.path)},
-          {"named", Names(paper.named)},
+          {"named", ComponentNames(paper.named)},
           {"single_column", Inverse(paper.single_column)},
           {"exact", Inverse(paper.exact)},
           {"full_jacobian",

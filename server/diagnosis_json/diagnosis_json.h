@@ -3,11 +3,13 @@
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <boost/json/value.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "core/bench/bench.h"
 #include "core/diagnosis/diagnosis.h"
+#include "core/types/component.h"
 #include "core/types/estimate.h"
 #include "core/types/frame.h"
 #include "core/types/result.h"
@@ -17,6 +19,9 @@ namespace faultlab::server {
 
 /// The only place that converts a diagnosis to JSON, for the command line, HTTP and the live
 /// stream. A number that does not exist (NaN, infinity, nothing) is null.
+
+/// ["R1", ..]
+boost::json::array ComponentNames(std::span<const core::Component> components);
 
 /// {"gain_rpm_per_v": {"value","sigma"}, "time_constant_s": .., "friction_rpm": ..}
 boost::json::object ToJson(const core::SpeedResponse& response);

@@ -19,14 +19,6 @@ namespace json = boost::json;
 constexpr std::size_t kNameWidth = 26;
 constexpr int kValueDigits = 6;  // "33000", not "3.3e+04"
 
-json::array Names(std::span<const core::Component> components) {
-  json::array out;
-  for (const core::Component component : components) {
-    out.emplace_back(core::Name(component));
-  }
-  return out;
-}
-
 template <typename Matrix>
 json::array Rows(const Matrix& matrix) {
   json::array rows;
@@ -54,10 +46,10 @@ json::object FaultJson(const core::FaultIsolability& fault) {
           {"kl_nominal", NumberOrNull(fault.kl_nominal_nats)},
           {"visible", fault.visible},
           {"rivals", std::move(rivals)},
-          {"group", Names(fault.group)}};
+          {"group", ComponentNames(fault.group)}};
 }
 
-std::string Digits(double value, int digits = 3) {
+std::string Significant(double value, int digits = 3) {
   std::array<char, 40> text;
   std::snprintf(text.data(), text.size(), "%.*g", digits, value);
   return text.data();
@@ -86,11 +78,11 @@ json::object ToJson(const core::Isolability& isolability) {
   }
   json::array ambiguous;
   for (const std::vector<core::Component>& group : isolability.ambiguous) {
-    ambiguous.emplace_back(Names(group));
+    ambiguous.emplace_back(ComponentNames(group));
   }
   std::vector<core::Component> components;
   for (const core::SmallestVisible& one : isolability.smallest) components.push_back(one.component);
-  return {{"components", Names(components)},
+  return {{"components", ComponentNames(components)},
           {"fisher", Rows(isolability.fisher)},
           {"overlap", Rows(isolability.overlap)},
           {"smallest", std::move(smallest)},
@@ -104,28 +96,28 @@ std::string ToText(const core::Isolability& isolability) {
   std::string out = Padded("Fault") + Padded("seen") + "can be taken for\n";
   for (const core::FaultIsolability& fault : isolability.faults) {
     const std::string name = std::string(core::Name(fault.fault.component)) + " = " +
-                             Digits(fault.fault.value, kValueDigits) + " " +
+                             Significant(fault.fault.value, kValueDigits) + " " +
                              std::string(core::Unit(fault.fault.component));
     std::string rivals;
     for (std::size_t i = 1; i < fault.group.size(); ++i) {
       rivals += (rivals.empty() ? "" : ", ") + std::string(core::Name(fault.group[i]));
     }
     const std::string seen =
-        (fault.visible ? "yes, " : "no, ") + Digits(fault.kl_nominal_nats) + " nats";
+        (fault.visible ? "yes, " : "no, ") + Significant(fault.kl_nominal_nats) + " nats";
     out += Padded(name) + Padded(seen) + (rivals.empty() ? "nothing else" : rivals) + "\n";
   }
   out += "\n" + Padded("Smallest visible fault") + "below nominal    above nominal    best error\n";
   for (const core::SmallestVisible& one : isolability.smallest) {
     constexpr double kPercent = 100.0;
     const auto value = [](const std::optional<double>& limit) {
-      std::string text = limit ? Digits(*limit, kValueDigits) : "none";
+      std::string text = limit ? Significant(*limit, kValueDigits) : "none";
       text.resize(17, ' ');
       return text;
     };
     out += Padded(std::string(core::Name(one.component)) + " (nominal " +
-                  Digits(one.nominal, kValueDigits) + ")") +
+                  Significant(one.nominal, kValueDigits) + ")") +
            value(one.below) + value(one.above) +
-           (std::isfinite(one.relative_sigma) ? Digits(kPercent * one.relative_sigma) + " %"
+           (std::isfinite(one.relative_sigma) ? Significant(kPercent * one.relative_sigma) + " %"
                                               : "none") +
            "\n";
   }

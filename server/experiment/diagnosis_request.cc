@@ -13,9 +13,6 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr double kSecondsMax = 100'000.0;
-constexpr std::size_t kIdBytesMax = 64;
-
 constexpr const char* kRecordingField = "/diagnose/recording";
 
 core::Error OnRecording(core::Error error) {
@@ -30,10 +27,10 @@ core::Result<RunRecord> Find(Recordings& recordings,
 }
 
 /// The request for a record of this bench: what it leaves out is as usual there.
-core::Result<core::DiagnosisOptions> OptionsOf(const DiagnosisRequest& request,
-                                               const core::Bench& bench,
-                                               double period_s,
-                                               double first_s) {
+core::Result<core::DiagnosisOptions> DiagnosisOptionsOf(const DiagnosisRequest& request,
+                                                        const core::Bench& bench,
+                                                        double period_s,
+                                                        double first_s) {
   if (request.channels == core::Channels::kUmOnly && !bench.um.exists) {
     return core::Error{core::ErrorCode::kInvalid,
                        "The bench " + bench.name + " does not measure um; use all channels.",
@@ -60,7 +57,7 @@ core::Result<core::DiagnosisOptions> OptionsOf(const DiagnosisRequest& request,
 core::Result<DiagnosisRequest> ParseDiagnosisRequest(const json::object& body) {
   ObjectReader in(body, "");
   const json::object* wanted = in.ObjectOrNull("diagnose");
-  (void)in.TextOr("name", "", kIdBytesMax);
+  (void)in.TextOr("name", "", kRecordingIdBytesMax);
   if (auto error = in.Finish()) return *error;
   if (wanted == nullptr) {
     return core::Error{core::ErrorCode::kInvalid,
@@ -71,7 +68,7 @@ core::Result<DiagnosisRequest> ParseDiagnosisRequest(const json::object& body) {
   }
   ObjectReader settings(*wanted, "/diagnose");
   DiagnosisRequest request;
-  request.recording = settings.Text("recording", kIdBytesMax);
+  request.recording = settings.Text("recording", kRecordingIdBytesMax);
   request.values = settings.WordOr("values", "none", {"none", "table2"}) == "table2"
                        ? core::ValuePrior::kTable2
                        : core::ValuePrior::kNone;
@@ -79,7 +76,7 @@ core::Result<DiagnosisRequest> ParseDiagnosisRequest(const json::object& body) {
                          ? core::Channels::kUmOnly
                          : core::Channels::kAll;
   const auto seconds = [&settings](const char* name, std::optional<double>& to) {
-    if (settings.Has(name)) to = settings.NumberOr(name, 0.0, 0.0, kSecondsMax);
+    if (settings.Has(name)) to = settings.NumberOr(name, 0.0, 0.0, kRecordingSecondsMax);
   };
   seconds("healthy_from_s", request.healthy_from_s);
   seconds("healthy_to_s", request.healthy_to_s);
@@ -96,7 +93,8 @@ core::Status CheckDiagnosis(Recordings& recordings,
   if (!record) return record.error();
   const auto stored = recordings.OptionsFor(record.value());
   if (!stored) return OnRecording(stored.error());
-  const auto options = OptionsOf(request, *stored.value().bench, record.value().period_s, 0.0);
+  const auto options =
+      DiagnosisOptionsOf(request, *stored.value().bench, record.value().period_s, 0.0);
   return options.ok() ? core::Status(core::Done{}) : options.error();
 }
 
@@ -110,10 +108,10 @@ core::Result<std::string> Diagnose(Recordings& recordings,
   if (!recording) return OnRecording(recording.error());
   const std::vector<core::Sample>& samples = recording.value().samples;
   const core::Bench& bench = *recording.value().options.bench;
-  const auto options = OptionsOf(request,
-                                 bench,
-                                 recording.value().record.period_s,
-                                 samples.empty() ? 0.0 : samples.front().t_s);
+  const auto options = DiagnosisOptionsOf(request,
+                                          bench,
+                                          recording.value().record.period_s,
+                                          samples.empty() ? 0.0 : samples.front().t_s);
   if (!options) return options.error();
   core::Diagnosis diagnosis = core::DiagnoseRecord(samples, options.value());
   AddModelFits(samples, options.value(), diagnosis);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <boost/json/object.hpp>
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -9,6 +10,10 @@
 #include "server/experiment/recordings.h"
 
 namespace faultlab::server {
+
+/// Bounds of what a request on a stored recording may hold.
+inline constexpr double kRecordingSecondsMax = 100'000.0;
+inline constexpr std::size_t kRecordingIdBytesMax = 64;
 
 /// {"diagnose": {"recording": ID, "values": "none"|"table2", "channels": "all"|"um",
 /// "healthy_from_s", "healthy_to_s", "false_alarms_per_day", "motor_faults"}}: what a job does that

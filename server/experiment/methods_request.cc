@@ -12,8 +12,6 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr double kSecondsMax = 100'000.0;
-constexpr std::size_t kIdBytesMax = 64;
 constexpr std::size_t kNamesMax = 100;
 
 core::Result<const core::MethodInfo*> MethodOf(const json::value& name, std::size_t at) {
@@ -52,9 +50,9 @@ core::Result<std::vector<const core::MethodInfo*>> MethodsFor(const MethodsReque
   return methods;
 }
 
-core::MethodOptions OptionsOf(const MethodsRequest& request,
-                              const core::Bench& bench,
-                              double period_s) {
+core::MethodOptions MethodOptionsFor(const MethodsRequest& request,
+                                     const core::Bench& bench,
+                                     double period_s) {
   core::MethodOptions options = core::MethodOptionsOf(bench, period_s);
   options.channels = request.channels;
   options.healthy_from_s = request.healthy_from_s.value_or(options.healthy_from_s);
@@ -67,7 +65,7 @@ core::MethodOptions OptionsOf(const MethodsRequest& request,
 core::Result<MethodsRequest> ParseMethodsRequest(const json::object& body) {
   ObjectReader in(body, "");
   const json::object* wanted = in.ObjectOrNull("methods");
-  (void)in.TextOr("name", "", kIdBytesMax);
+  (void)in.TextOr("name", "", kRecordingIdBytesMax);
   if (auto error = in.Finish()) return *error;
   if (wanted == nullptr) {
     return core::Error{core::ErrorCode::kInvalid,
@@ -78,14 +76,14 @@ core::Result<MethodsRequest> ParseMethodsRequest(const json::object& body) {
   }
   ObjectReader settings(*wanted, "/methods");
   MethodsRequest request;
-  request.recording = settings.Text("recording", kIdBytesMax);
+  request.recording = settings.Text("recording", kRecordingIdBytesMax);
   request.channels = settings.WordOr("channels", "um", {"um", "all"}) == "all"
                          ? core::Channels::kAll
                          : core::Channels::kUmOnly;
   if (settings.Has("healthy_from_s"))
-    request.healthy_from_s = settings.NumberOr("healthy_from_s", 0.0, 0.0, kSecondsMax);
+    request.healthy_from_s = settings.NumberOr("healthy_from_s", 0.0, 0.0, kRecordingSecondsMax);
   if (settings.Has("healthy_to_s"))
-    request.healthy_to_s = settings.NumberOr("healthy_to_s", 0.0, 0.0, kSecondsMax);
+    request.healthy_to_s = settings.NumberOr("healthy_to_s", 0.0, 0.0, kRecordingSecondsMax);
   const json::array* names = settings.ArrayOrNull("names", kNamesMax);
   if (auto error = settings.Finish()) return *error;
   for (std::size_t i = 0; names != nullptr && i < names->size(); ++i) {
@@ -121,7 +119,7 @@ core::Result<std::string> CompareMethods(
   const double period_s = recording.value().record.period_s;
   const auto methods = MethodsFor(request, bench);
   if (!methods) return methods.error();
-  const core::MethodOptions options = OptionsOf(request, bench, period_s);
+  const core::MethodOptions options = MethodOptionsFor(request, bench, period_s);
   const auto task = core::PrepareMethods(recording.value().samples, options);
   if (!task) return task.error();
   json::object out{{"recording", request.recording},

@@ -19,7 +19,7 @@ constexpr std::array kKinds = {AlarmKind::kQuarantined,
                                AlarmKind::kRelayWorn,
                                AlarmKind::kStorageSmall};
 
-AlarmKind Parse(std::string_view name) {
+AlarmKind KindNamed(std::string_view name) {
   const auto found = std::find_if(
       kKinds.begin(), kKinds.end(), [&](AlarmKind each) { return Name(each) == name; });
   return found == kKinds.end() ? AlarmKind::kQuarantined : *found;
@@ -54,7 +54,7 @@ std::vector<Alarm> Read(Transaction& tx, const std::string& rest) {
   query.execute();
   std::vector<Alarm> alarms;
   while (query.fetch()) {
-    alarm.kind = Parse(kind);
+    alarm.kind = KindNamed(kind);
     alarm.at = FromMilliseconds(at_ms);
     alarm.last = FromMilliseconds(last_ms);
     alarm.ended = TimeOf(ended_ms);

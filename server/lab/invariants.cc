@@ -5,7 +5,7 @@
 namespace faultlab::server::lab {
 namespace {
 
-bool Live(const Session& session) {
+bool IsLive(const Session& session) {
   return session.state != SessionState::kClosed;
 }
 
@@ -13,7 +13,7 @@ std::string CheckSessions(const LabState& state) {
   std::set<RigId> leased;
   std::set<std::pair<UserId, std::string>> holders;
   for (const auto& [id, session] : state.sessions) {
-    if (!Live(session)) continue;
+    if (!IsLive(session)) continue;
     const std::string name = "session " + std::to_string(Number(id));
     const auto rig = state.rigs.find(session.rig);
     if (rig == state.rigs.end()) return name + " has no rig";
@@ -60,7 +60,7 @@ std::string CheckBookings(const LabState& state) {
         booking.state == BookingState::kHeld || booking.state == BookingState::kClaimed;
     if (bound) {
       const auto session = state.sessions.find(booking.session);
-      if (session == state.sessions.end() || !Live(session->second) ||
+      if (session == state.sessions.end() || !IsLive(session->second) ||
           session->second.booking != id) {
         return name + " is bound to no session";
       }

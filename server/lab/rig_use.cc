@@ -14,7 +14,7 @@ using soci::use;
 constexpr Milliseconds kDay = std::chrono::hours(24);
 constexpr std::array kUses = {Use::kPeople, Use::kJobs, Use::kChecks, Use::kIdle, Use::kOut};
 
-Use Parse(std::string_view name) {
+Use UseNamed(std::string_view name) {
   const auto found =
       std::find_if(kUses.begin(), kUses.end(), [&](Use each) { return Name(each) == name; });
   return found == kUses.end() ? Use::kOut : *found;
@@ -43,7 +43,7 @@ std::string NewestUse(Transaction& tx, const std::string& rig) {
   return what;
 }
 
-void Put(Transaction& tx, const std::string& rig, WallTime at, Use what) {
+void PutUse(Transaction& tx, const std::string& rig, WallTime at, Use what) {
   const std::int64_t at_ms = ToMilliseconds(at);
   const std::string name(Name(what));
   tx.sql() << "INSERT INTO rig_use (rig, at_ms, what) VALUES (:rig, :at, :what) "
@@ -93,7 +93,7 @@ Use UseOf(const LabState& state, const Rig& rig) {
 void Note(Transaction& tx, const LabState& state, const std::vector<Rig>& rigs, WallTime now) {
   for (const Rig& rig : rigs) {
     const Use what = UseOf(state, rig);
-    if (NewestUse(tx, rig.id) != Name(what)) Put(tx, rig.id, now, what);
+    if (NewestUse(tx, rig.id) != Name(what)) PutUse(tx, rig.id, now, what);
   }
 }
 
@@ -148,7 +148,7 @@ core::Result<std::vector<Hours>> HoursOf(
          use(rig, "same"),
          use(from_ms, "from"));
     query.execute();
-    while (query.fetch()) found.push_back({FromMilliseconds(at_ms), Parse(what)});
+    while (query.fetch()) found.push_back({FromMilliseconds(at_ms), UseNamed(what)});
     return found;
   });
   if (!lines) return lines.error();

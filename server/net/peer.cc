@@ -23,7 +23,7 @@ namespace beast = boost::beast;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-constexpr std::size_t kReadBytes = 16 << 10;
+constexpr std::size_t kPeerReadBytes = 16 << 10;
 constexpr std::size_t kHeaderBytesMax = 16 << 10;
 /// For a tunnel: data that waits in the kernel is already old when it is read.
 constexpr int kSocketBufferBytes = 64 << 10;
@@ -86,7 +86,7 @@ asio::awaitable<void> Pump(tcp::socket& from,
                            tcp::socket& to,
                            const std::function<void()>& heard,
                            const std::function<void()>& ending) {
-  std::array<char, kReadBytes> buffer;
+  std::array<char, kPeerReadBytes> buffer;
   error_code ec;
   while (true) {
     const std::size_t got = co_await from.async_read_some(
@@ -203,7 +203,7 @@ asio::awaitable<core::Result<HttpResponse>> PeerExchange::ReadAnswer(const core:
       }
     }
     const std::size_t got = co_await socket_->async_read_some(
-        buffer_.prepare(kReadBytes), asio::redirect_error(asio::use_awaitable, ec));
+        buffer_.prepare(kPeerReadBytes), asio::redirect_error(asio::use_awaitable, ec));
     if (ec) co_return silence;
     buffer_.commit(got);
   }

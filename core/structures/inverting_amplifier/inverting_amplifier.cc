@@ -7,7 +7,7 @@ namespace {
 
 enum Part : int { kR5, kR9, kR10, kR12, kR14, kR15, kC8 };
 
-constexpr auto kParameters =
+constexpr auto kInvertingParameters =
     WithMotor<7>({"R1", "ohm", "resistor in series with the motor", PartKind::kResistor},
                  {{
                      {"R5", "ohm", "resistor in series with C8", PartKind::kResistor},
@@ -27,12 +27,12 @@ Values Read(const AmplifierValues& p) {
   return {p[kR5], p[kR9] * p[kR10] / (p[kR9] + p[kR10]), p[kR12] + p[kR14] + p[kR15], p[kC8]};
 }
 
-AmplifierResponse Response(const AmplifierValues& p) {
+AmplifierResponse InvertingResponse(const AmplifierValues& p) {
   const Values v = Read(p);
   return {v.re2 / v.re1, v.r5 / (v.re2 + v.r5), (v.re2 + v.r5) * v.c8};
 }
 
-ResponseSlope Slope(const AmplifierValues& p, int which) {
+ResponseSlope InvertingSlope(const AmplifierValues& p, int which) {
   const Values v = Read(p);
   switch (which) {
     case kR5:
@@ -53,9 +53,9 @@ ResponseSlope Slope(const AmplifierValues& p, int which) {
 constexpr Structure kInvertingAmplifier = {
     .name = "inverting-amplifier",
     .title = "Inverting amplifier, series resistor and DC motor",
-    .parameters = kParameters,
-    .response = Response,
-    .slope = Slope,
+    .parameters = kInvertingParameters,
+    .response = InvertingResponse,
+    .slope = InvertingSlope,
     .estimated = EstimatedChannel::kUm,
 };
 

@@ -5,7 +5,7 @@
 namespace faultlab::core {
 namespace {
 
-constexpr auto kParameters =
+constexpr auto kDriverParameters =
     WithMotor<1>({"Rs", "ohm", "shunt in series with the motor", PartKind::kResistor},
                  {{
                      {"k", "V/V", "gain of the driver"},
@@ -14,11 +14,11 @@ constexpr auto kParameters =
 /// A driver follows its input within a switching period; the models need a lag above zero.
 constexpr double kLagS = 1e-6;
 
-AmplifierResponse Response(const AmplifierValues& p) {
+AmplifierResponse DriverResponse(const AmplifierValues& p) {
   return {p[0], 1.0, kLagS};
 }
 
-ResponseSlope Slope(const AmplifierValues&, int) {
+ResponseSlope DriverSlope(const AmplifierValues&, int) {
   return {1.0, 0.0, 0.0};
 }
 
@@ -27,18 +27,18 @@ ResponseSlope Slope(const AmplifierValues&, int) {
 constexpr Structure kMotorDriver = {
     .name = "motor-driver",
     .title = "Driver of known gain and DC motor",
-    .parameters = kParameters,
-    .response = Response,
-    .slope = Slope,
+    .parameters = kDriverParameters,
+    .response = DriverResponse,
+    .slope = DriverSlope,
     .estimated = EstimatedChannel::kIa,
 };
 
 constexpr Structure kMotorBySpeed = {
     .name = "motor-by-speed",
     .title = "Driver of known gain and DC motor, of which the speed alone is measured",
-    .parameters = kParameters,
-    .response = Response,
-    .slope = Slope,
+    .parameters = kDriverParameters,
+    .response = DriverResponse,
+    .slope = DriverSlope,
     .estimated = EstimatedChannel::kSpeed,
 };
 

@@ -67,22 +67,22 @@ core::Result<HttpResponse> ListBenches(Benches& benches, const ApiRequest& reque
 }
 
 /// The bench of the path, with how long what is said of it stays true.
-struct Asked {
+struct AskedBench {
   const core::Bench* bench = nullptr;
   const char* cache_control = kMinute;
 };
 
-core::Result<Asked> BenchOf(Benches& benches, const ApiRequest& request) {
+core::Result<AskedBench> BenchAsked(Benches& benches, const ApiRequest& request) {
   const std::string& name = request.http.PathParameter("bench");
   const auto bench = benches.Find(name);
   if (!bench) return core::Error{bench.error().code, bench.error().message, ""};
-  return Asked{bench.value(), bench.value()->id == name ? kForEver : kMinute};
+  return AskedBench{bench.value(), bench.value()->id == name ? kForEver : kMinute};
 }
 
 core::Result<HttpResponse> GetBench(Benches& benches, const ApiRequest& request) {
   const core::Status known = OnlyQuery(request.http, {});
   if (!known.ok()) return known.error();
-  const auto asked = BenchOf(benches, request);
+  const auto asked = BenchAsked(benches, request);
   if (!asked) return asked.error();
   HttpResponse response = JsonResponse(BenchToJson(*asked.value().bench));
   response.headers.emplace_back("Cache-Control", asked.value().cache_control);
@@ -92,7 +92,7 @@ core::Result<HttpResponse> GetBench(Benches& benches, const ApiRequest& request)
 core::Result<HttpResponse> GetBenchFile(Benches& benches, const ApiRequest& request) {
   const core::Status known = OnlyQuery(request.http, {});
   if (!known.ok()) return known.error();
-  const auto asked = BenchOf(benches, request);
+  const auto asked = BenchAsked(benches, request);
   if (!asked) return asked.error();
   HttpResponse response;
   response.content_type = "application/toml; charset=utf-8";
@@ -106,7 +106,7 @@ core::Result<HttpResponse> GetBenchFile(Benches& benches, const ApiRequest& requ
 core::Result<HttpResponse> GetBenchModel(Benches& benches, const ApiRequest& request) {
   const core::Status known = OnlyQuery(request.http, {"component", "value", "period_s", "delta_s"});
   if (!known.ok()) return known.error();
-  const auto asked = BenchOf(benches, request);
+  const auto asked = BenchAsked(benches, request);
   if (!asked) return asked.error();
   const core::Bench& bench = *asked.value().bench;
   const auto plant = QueryPlant(request.http, bench);

@@ -24,7 +24,7 @@ constexpr int kDigits = 6;
 /// No parameter's estimates are asked for.
 constexpr std::int64_t kNone = -1;
 /// Samples before and after the changes.
-constexpr std::size_t kShown = 200;
+constexpr std::size_t kSamplesShown = 200;
 
 struct Asked {
   const core::Bench* bench = nullptr;
@@ -55,25 +55,25 @@ core::Result<bool> QuerySecond(const HttpRequest& http,
                      {{"member", name}, {"words", words}}};
 }
 
-json::value Rounded(double value) {
+json::value SixDigits(double value) {
   if (!std::isfinite(value)) return nullptr;
   if (value == 0.0) return 0.0;
   const double scale = std::pow(10.0, kDigits - 1 - std::floor(std::log10(std::abs(value))));
   return std::isfinite(scale) ? std::round(value * scale) / scale : 0.0;
 }
 
-json::value Rounded(const std::optional<double>& value) {
-  return value ? Rounded(*value) : json::value(nullptr);
+json::value SixDigits(const std::optional<double>& value) {
+  return value ? SixDigits(*value) : json::value(nullptr);
 }
 
-json::array Rounded(const std::vector<double>& values) {
+json::array SixDigits(const std::vector<double>& values) {
   json::array out;
   out.reserve(values.size());
-  for (const double value : values) out.push_back(Rounded(value));
+  for (const double value : values) out.push_back(SixDigits(value));
   return out;
 }
 
-HttpResponse Answer(json::object body) {
+HttpResponse CachedAnswer(json::object body) {
   HttpResponse response = JsonResponse(std::move(body));
   response.headers.emplace_back("Cache-Control", kHour);
   return response;
@@ -87,11 +87,11 @@ core::Result<HttpResponse> GetDemonstration(DemonstrationApi& api, const ApiRequ
   const core::Bench& bench = *asked.value().bench;
   const auto played = PlayDemonstration(bench, asked.value().changes, {});
   if (!played) return played.error();
-  const std::size_t first = played.value().fault_at - kShown;
+  const std::size_t first = played.value().fault_at - kSamplesShown;
   const auto column = [&](double core::Sample::*reading) {
     json::array out;
-    for (std::size_t i = first; i < first + 2 * kShown; ++i) {
-      out.push_back(Rounded(played.value().samples[i].*reading));
+    for (std::size_t i = first; i < first + 2 * kSamplesShown; ++i) {
+      out.push_back(SixDigits(played.value().samples[i].*reading));
     }
     return out;
   };
@@ -101,11 +101,12 @@ core::Result<HttpResponse> GetDemonstration(DemonstrationApi& api, const ApiRequ
   if (bench.ua.exists) channels["ua"] = column(&core::Sample::ua_v);
   if (bench.ia.exists) channels["ia"] = column(&core::Sample::ia_a);
   if (bench.n.exists) channels["n"] = column(&core::Sample::n_rpm);
-  return Answer({{"period_s", bench.period_s},
-                 {"first_index", first},
-                 {"fault_at_s", static_cast<double>(played.value().fault_at) * bench.period_s},
-                 {"gain", plant.gain()},
-                 {"channels", std::move(channels)}});
+  return CachedAnswer(
+      {{"period_s", bench.period_s},
+       {"first_index", first},
+       {"fault_at_s", static_cast<double>(played.value().fault_at) * bench.period_s},
+       {"gain", plant.gain()},
+       {"channels", std::move(channels)}});
 }
 
 core::Result<EstimateQuestion> QuestionOf(const ApiRequest& request, Asked asked) {
@@ -131,7 +132,7 @@ core::Result<EstimateQuestion> QuestionOf(const ApiRequest& request, Asked asked
   return question;
 }
 
-core::Result<HttpResponse> GetEstimates(DemonstrationApi& api, const ApiRequest& request) {
+core::Result<HttpResponse> GetEstimateStudy(DemonstrationApi& api, const ApiRequest& request) {
   const core::Status known =
       OnlyQuery(request.http,
                 {"changes", "method", "window", "integral", "rule", "noise_percent", "parameter"});
@@ -148,22 +149,22 @@ core::Result<HttpResponse> GetEstimates(DemonstrationApi& api, const ApiRequest&
   json::array parameters;
   for (const EstimateStudy::Parameter& each : study.value().parameters) {
     parameters.push_back(json::object{{"name", each.name},
-                                      {"nominal", Rounded(each.nominal)},
-                                      {"changed", Rounded(each.changed)},
-                                      {"mean", Rounded(each.mean)},
-                                      {"mean_after", Rounded(each.mean_after)},
-                                      {"deviation", Rounded(each.deviation)},
-                                      {"delay_s", Rounded(each.delay_s)}});
+                                      {"nominal", SixDigits(each.nominal)},
+                                      {"changed", SixDigits(each.changed)},
+                                      {"mean", SixDigits(each.mean)},
+                                      {"mean_after", SixDigits(each.mean_after)},
+                                      {"deviation", SixDigits(each.deviation)},
+                                      {"delay_s", SixDigits(each.delay_s)}});
   }
   const bool none = shown.value() == kNone;
   const auto which = static_cast<std::size_t>(none ? 0 : shown.value());
-  return Answer(
+  return CachedAnswer(
       {{"period_s", bench.period_s},
        {"fault_at_s", study.value().fault_at_s},
-       {"added_noise", Rounded(study.value().added_noise)},
-       {"settle_s", Rounded(study.value().settle_s)},
+       {"added_noise", SixDigits(study.value().added_noise)},
+       {"settle_s", SixDigits(study.value().settle_s)},
        {"parameters", std::move(parameters)},
-       {"estimates", none ? json::array() : Rounded(study.value().parameters[which].estimates)}});
+       {"estimates", none ? json::array() : SixDigits(study.value().parameters[which].estimates)}});
 }
 
 core::Result<HttpResponse> GetDetection(DemonstrationApi& api, const ApiRequest& request) {
@@ -177,14 +178,14 @@ core::Result<HttpResponse> GetDetection(DemonstrationApi& api, const ApiRequest&
   const auto study = api.studies.Study(bench, asked.value().changes, rate.value());
   if (!study) return study.error();
   const DetectionStudy& found = study.value();
-  return Answer({{"period_s", bench.period_s},
-                 {"fault_at_s", found.fault_at_s},
-                 {"watched_from_s", found.watched_from_s},
-                 {"false_alarms_s", Rounded(found.false_alarms_s)},
-                 {"delay_s", Rounded(found.delay_s)},
-                 {"detector", found.detector},
-                 {"block_samples", found.block_samples},
-                 {"level", Rounded(found.level)}});
+  return CachedAnswer({{"period_s", bench.period_s},
+                       {"fault_at_s", found.fault_at_s},
+                       {"watched_from_s", found.watched_from_s},
+                       {"false_alarms_s", SixDigits(found.false_alarms_s)},
+                       {"delay_s", SixDigits(found.delay_s)},
+                       {"detector", found.detector},
+                       {"block_samples", found.block_samples},
+                       {"level", SixDigits(found.level)}});
 }
 
 }  // namespace
@@ -200,7 +201,7 @@ std::vector<ApiRoute> RoutesOf(DemonstrationApi& api) {
   };
   return {
       route("/api/v1/benches/{bench}/demonstration", on(GetDemonstration), kQuick),
-      route("/api/v1/benches/{bench}/demonstration/estimates", on(GetEstimates), kQuick),
+      route("/api/v1/benches/{bench}/demonstration/estimates", on(GetEstimateStudy), kQuick),
       route("/api/v1/benches/{bench}/demonstration/detection", on(GetDetection), kHeavy),
   };
 }

@@ -24,13 +24,13 @@ using course::Assignment;
 constexpr std::int64_t kAttemptsMax = 50;
 /// What must follow the last onset, so that something can be seen.
 constexpr double kSeenAfterS = 1.0;
-constexpr int kWindowMax = 200;
+constexpr int kPoolWindowMax = 200;
 
 /// By a stretch of the fault as long as every trial has it, where it begins last.
-core::Result<core::Isolability> Judge(const core::Bench& bench,
-                                      const ExperimentPlan& plan,
-                                      const course::FaultPool& pool,
-                                      const std::vector<core::Fault>& faults) {
+core::Result<core::Isolability> JudgePool(const core::Bench& bench,
+                                          const ExperimentPlan& plan,
+                                          const course::FaultPool& pool,
+                                          const std::vector<core::Fault>& faults) {
   IsolabilityQuestion question;
   question.bench = &bench;
   question.excitation = plan.excitation;
@@ -39,7 +39,7 @@ core::Result<core::Isolability> Judge(const core::Bench& bench,
   for (const course::PoolItem& item : pool.items) latest_s = std::max(latest_s, item.onset_to_s);
   const double left_s = plan.duration_s - latest_s;
   question.window_samples =
-      std::clamp(static_cast<int>(std::lround(left_s / bench.period_s)), 10, kWindowMax);
+      std::clamp(static_cast<int>(std::lround(left_s / bench.period_s)), 10, kPoolWindowMax);
   for (const core::Fault& fault : faults) {
     question.faults.push_back({fault.component, fault.value});
   }
@@ -51,7 +51,7 @@ core::Result<core::Isolability> Judge(const core::Bench& bench,
 core::Status CheckSolvable(const core::Bench& bench,
                            const ExperimentPlan& plan,
                            const course::FaultPool& pool) {
-  const auto judged = Judge(bench, plan, pool, course::Representatives(pool));
+  const auto judged = JudgePool(bench, plan, pool, course::Representatives(pool));
   if (!judged) return judged.error();
   for (const core::FaultIsolability& each : judged.value().faults) {
     if (each.visible) continue;
@@ -204,10 +204,10 @@ core::Result<core::Isolability> JudgePool(CourseApi& api,
   if (!read) return read.error();
   const auto played = ReadPlayedPlan(api, request, wanted, bench.value()->name, read.value());
   if (!played) return played.error();
-  return Judge(*bench.value(),
-               played.value().plan,
-               read.value(),
-               course::HardestToSee(read.value(), bench.value()->nominal));
+  return JudgePool(*bench.value(),
+                   played.value().plan,
+                   read.value(),
+                   course::HardestToSee(read.value(), bench.value()->nominal));
 }
 
 }  // namespace faultlab::server

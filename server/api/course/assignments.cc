@@ -21,7 +21,7 @@ using core::ErrorCode;
 using course::Assignment;
 
 /// How many students of the course have begun, and have answered.
-core::Result<json::object> ProgressOf(CourseApi& api, const Assignment& of) {
+core::Result<json::object> CourseProgress(CourseApi& api, const Assignment& of) {
   const auto members = api.accounts.Members(of.course);
   if (!members) return members.error();
   const auto begun = api.trials.Begun(of.id);
@@ -84,7 +84,7 @@ json::object AssignmentToJson(CourseApi& api, const Principal& who, const SeenAs
     extensions.push_back(json::object{{"account", account}, {"due", Iso8601(due)}});
   }
   out["extensions"] = std::move(extensions);
-  if (auto progress = ProgressOf(api, of)) out["progress"] = std::move(progress).value();
+  if (auto progress = CourseProgress(api, of)) out["progress"] = std::move(progress).value();
   return out;
 }
 

@@ -66,7 +66,9 @@ core::Result<std::string> CourseName(PeopleApi& api, std::int64_t course) {
   return found.value().empty() ? std::string() : found.value().front().name;
 }
 
-core::Result<HttpResponse> Answer(PeopleApi& api, const ApiRequest& request, bool accept) {
+core::Result<HttpResponse> AnswerInvitation(PeopleApi& api,
+                                            const ApiRequest& request,
+                                            bool accept) {
   auto course = PathNumber(request, "course");
   if (!course) return course.error();
   const core::Status done =
@@ -188,11 +190,11 @@ core::Result<HttpResponse> ListInvitations(PeopleApi& api, const ApiRequest& req
 }
 
 core::Result<HttpResponse> AcceptInvitation(PeopleApi& api, const ApiRequest& request) {
-  return Answer(api, request, /*accept=*/true);
+  return AnswerInvitation(api, request, /*accept=*/true);
 }
 
 core::Result<HttpResponse> DeclineInvitation(PeopleApi& api, const ApiRequest& request) {
-  return Answer(api, request, /*accept=*/false);
+  return AnswerInvitation(api, request, /*accept=*/false);
 }
 
 }  // namespace faultlab::server

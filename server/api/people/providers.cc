@@ -122,10 +122,10 @@ core::Status AddIdentity(ProvidersApi& api,
   return added;
 }
 
-core::Result<HttpResponse> Answer(ProvidersApi& api,
-                                  const ApiRequest& request,
-                                  const oidc::ProviderSettings& provider,
-                                  const oidc::SignInFlow::Arrival& arrival) {
+core::Result<HttpResponse> AnswerArrival(ProvidersApi& api,
+                                         const ApiRequest& request,
+                                         const oidc::ProviderSettings& provider,
+                                         const oidc::SignInFlow::Arrival& arrival) {
   const oidc::Person& person = arrival.person;
   const VouchedPerson vouched{
       person.issuer, person.subject, person.login, person.name, arrival.state.state};
@@ -173,8 +173,9 @@ core::Result<HttpResponse> FinishSignIn(ProvidersApi& api, const ApiRequest& req
     return Refuse(api, request, settings.id, busy, /*adding=*/false);
   }
   const auto arrival = api.flow.Finish(callback);
-  core::Result<HttpResponse> answer = arrival.ok() ? Answer(api, request, settings, arrival.value())
-                                                   : core::Result<HttpResponse>(arrival.error());
+  core::Result<HttpResponse> answer = arrival.ok()
+                                          ? AnswerArrival(api, request, settings, arrival.value())
+                                          : core::Result<HttpResponse>(arrival.error());
   // Only what made the provider work counts against this network.
   if (answer.ok() || answer.error().reason != "oidc_failed") api.callbacks.Forgive(network);
   const bool adding = arrival.ok() && arrival.value().state.add_to != 0;

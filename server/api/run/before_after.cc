@@ -11,8 +11,8 @@
 namespace faultlab::server {
 namespace {
 
-constexpr std::array<core::EstimatorId, 2> kShown = {core::EstimatorId::kSwa100,
-                                                     core::EstimatorId::kSia100x20};
+constexpr std::array<core::EstimatorId, 2> kEstimatorsShown = {core::EstimatorId::kSwa100,
+                                                               core::EstimatorId::kSia100x20};
 constexpr std::array<std::string_view, 3> kNames = {"b0", "b1", "a1"};
 
 const core::EstimatorShape& ShapeOf(core::EstimatorId id) {
@@ -149,8 +149,8 @@ void FillEstimates(const Review& review, std::span<const Around> around, ReportC
   const core::PublishedFault* published =
       alone ? PublishedOf(*review.recording.options.bench, change.component, change.value)
             : nullptr;
-  for (std::size_t i = 0; i < kShown.size(); ++i) {
-    const core::EstimatorShape& shape = ShapeOf(kShown[i]);
+  for (std::size_t i = 0; i < kEstimatorsShown.size(); ++i) {
+    const core::EstimatorShape& shape = ShapeOf(kEstimatorsShown[i]);
     const bool swa = IsSwa(shape);
     ReportEstimates one;
     one.title =
@@ -208,7 +208,7 @@ std::vector<ReportChange> EstimatesAround(const Review& review, std::size_t most
   std::vector<std::vector<Around>> around;
   for (const ReportChange& change : out) {
     std::vector<Around>& of_change = around.emplace_back();
-    for (const core::EstimatorId id : kShown) {
+    for (const core::EstimatorId id : kEstimatorsShown) {
       const Stretches stretches =
           StretchesAround(change.t_s, times, end_s, ShapeOf(id), options.period_s);
       of_change.push_back(
@@ -217,8 +217,8 @@ std::vector<ReportChange> EstimatesAround(const Review& review, std::size_t most
   }
   core::ReplayEstimates(samples, options, [&](const core::Frame& frame) {
     for (std::vector<Around>& of_change : around) {
-      for (std::size_t i = 0; i < kShown.size(); ++i) {
-        const auto& estimate = frame.estimates[static_cast<std::size_t>(kShown[i])];
+      for (std::size_t i = 0; i < kEstimatorsShown.size(); ++i) {
+        const auto& estimate = frame.estimates[static_cast<std::size_t>(kEstimatorsShown[i])];
         of_change[i].before.Add(frame.sample.index, estimate);
         of_change[i].after.Add(frame.sample.index, estimate);
       }

@@ -12,7 +12,7 @@ namespace {
 
 namespace json = boost::json;
 
-json::value Rounded(double n_rpm) {
+json::value Hundredths(double n_rpm) {
   constexpr double kSteps = 100.0;
   if (!std::isfinite(n_rpm)) return nullptr;
   return std::round(n_rpm * kSteps) / kSteps;
@@ -35,7 +35,7 @@ json::object ReferenceToJson(const ControlAccount& account, const Recording& rec
                                              account.period_s,
                                              SecondsOfPlan(recording.record.plan_json));
   json::array n_rpm;
-  for (const double each : corners.n_rpm) n_rpm.push_back(Rounded(each));
+  for (const double each : corners.n_rpm) n_rpm.push_back(Hundredths(each));
   return {{"t_s", json::array(corners.t_s.begin(), corners.t_s.end())},
           {"n_rpm", std::move(n_rpm)}};
 }
@@ -69,7 +69,7 @@ json::value WithoutToJson(const ControlAccount& account, const Review& review) {
   if (!without) return nullptr;
   json::array n_rpm;
   for (std::size_t k = *account.began; k < without->size(); ++k) {
-    n_rpm.push_back(Rounded((*without)[k].n_rpm));
+    n_rpm.push_back(Hundredths((*without)[k].n_rpm));
   }
   return json::object{{"from_s", static_cast<double>(*account.began) * account.period_s},
                       {"n_rpm", std::move(n_rpm)},

@@ -24,7 +24,7 @@ namespace {
 
 namespace json = boost::json;
 
-constexpr std::size_t kChangesShown = 3;
+constexpr std::size_t kChangesInReport = 3;
 
 json::value Parsed(const std::string& text) {
   boost::system::error_code ec;
@@ -208,7 +208,7 @@ core::Result<HttpResponse> GetReport(RunApi& api, const ApiRequest& request) {
     const json::value* refusal = object->if_contains("calibration_refusal");
     if (refusal != nullptr) report.calibration_refusal = TextIn(*refusal, "message");
   }
-  report.changes = EstimatesAround(review.value(), kChangesShown);
+  report.changes = EstimatesAround(review.value(), kChangesInReport);
   report.figures.assign(std::begin(kFigureNames), std::end(kFigureNames));
   report.figure = [&review](const std::string& name) {
     return Recordings::FigureOf(review.value(), name, "");

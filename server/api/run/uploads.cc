@@ -30,7 +30,7 @@ json::array Texts(const Items& items) {
 }
 
 /// On which the recording was measured.
-core::Result<const core::Bench*> BenchOf(RunApi& api, const HttpRequest& request) {
+core::Result<const core::Bench*> BenchOfUpload(RunApi& api, const HttpRequest& request) {
   const auto name = request.Query("bench");
   if (!name) return &api.benches.usual();
   auto bench = api.benches.Find(*name);
@@ -87,7 +87,7 @@ core::Result<HttpResponse> UploadRecording(RunApi& api, const ApiRequest& reques
   }
   const std::string asked = request.http.Query("name").value_or("upload");
   const std::string name(core::CutUtf8(asked, kNameBytesMax));
-  const auto bench = BenchOf(api, request.http);
+  const auto bench = BenchOfUpload(api, request.http);
   if (!bench) return bench.error();
   LongTurn& long_turn = api.recordings.long_turn();
   auto turn = long_turn.ForText(request.http.body.size());

@@ -31,13 +31,13 @@ json::object SetToJson(const FaultSet& set, const core::Bench* bench) {
   return out;
 }
 
-const core::Bench* BenchOf(WorkApi& api, const FaultSet& set) {
+const core::Bench* BenchOfSet(WorkApi& api, const FaultSet& set) {
   const auto bench = api.benches.Find(set.bench);
   return bench.ok() ? bench.value() : nullptr;
 }
 
 HttpResponse SetResponse(WorkApi& api, const FaultSet& set, int status) {
-  HttpResponse response = JsonResponse(SetToJson(set, BenchOf(api, set)), status);
+  HttpResponse response = JsonResponse(SetToJson(set, BenchOfSet(api, set)), status);
   response.headers.emplace_back("ETag", "\"" + std::to_string(set.version) + "\"");
   return response;
 }
@@ -136,7 +136,7 @@ core::Result<HttpResponse> ListFaultSets(WorkApi& api, const ApiRequest& request
   std::map<std::string, const core::Bench*> benches;
   for (const FaultSet& set : sets.value()) {
     const auto [bench, is_new] = benches.try_emplace(set.bench);
-    if (is_new) bench->second = BenchOf(api, set);
+    if (is_new) bench->second = BenchOfSet(api, set);
     items.push_back(SetToJson(set, bench->second));
   }
   return page.value().Answer(std::move(items), sets.value().empty() ? 0 : sets.value().back().id);

@@ -54,9 +54,9 @@ core::Status SetExcitation(const HttpRequest& request, IsolabilityQuestion& ques
   return core::Done{};
 }
 
-core::Result<IsolabilityQuestion> QuestionOf(WorkApi& api,
-                                             const ApiRequest& request,
-                                             const FaultSet& set) {
+core::Result<IsolabilityQuestion> IsolabilityAsked(WorkApi& api,
+                                                   const ApiRequest& request,
+                                                   const FaultSet& set) {
   const HttpRequest& http = request.http;
   const core::Status query =
       OnlyQuery(http, {"rig", "profile", "excitation", "channels", "window_samples", "um_noise_v"});
@@ -102,12 +102,12 @@ struct Answer {
   core::Isolability isolability;
 };
 
-core::Result<Answer> Judge(WorkApi& api, const ApiRequest& request) {
+core::Result<Answer> JudgeQuestion(WorkApi& api, const ApiRequest& request) {
   auto id = PathNumber(request);
   if (!id) return id.error();
   auto set = api.fault_set_access.Find(request.who, id.value(), Operation::kReadFaultSet);
   if (!set) return set.error();
-  auto question = QuestionOf(api, request, set.value());
+  auto question = IsolabilityAsked(api, request, set.value());
   if (!question) return question.error();
   const auto options = ToOptions(question.value());
   if (!options) return options.error();
@@ -120,13 +120,13 @@ core::Result<Answer> Judge(WorkApi& api, const ApiRequest& request) {
 }  // namespace
 
 core::Result<HttpResponse> GetIsolability(WorkApi& api, const ApiRequest& request) {
-  const auto answer = Judge(api, request);
+  const auto answer = JudgeQuestion(api, request);
   if (!answer) return answer.error();
   return JsonResponse(ToJson(answer.value().isolability));
 }
 
 core::Result<HttpResponse> GetIsolabilityPlot(WorkApi& api, const ApiRequest& request) {
-  const auto answer = Judge(api, request);
+  const auto answer = JudgeQuestion(api, request);
   if (!answer) return answer.error();
   const Answer& judged = answer.value();
   const std::string subtitle = judged.set.name + ": " + ToText(judged.question);

@@ -112,11 +112,5 @@ TEST_F(CliAdmin, NeverMakesADatabaseByAccident) {
   EXPECT_EQ(Listing(), "");
 }
 
-TEST_F(CliAdmin, RehearsesTheScheduler) {
-  const Finished run = Run("admin rehearse --steps 2000 --weeks 0 --json");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_EQ(json::parse(run.out).at("double_allocations"), 0);
-}
-
 }  // namespace
 }  // namespace faultlab::server

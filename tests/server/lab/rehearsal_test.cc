@@ -1,4 +1,4 @@
-#include "server/lab/rehearsal/rehearsal.h"
+#include "tests/world/rehearsal.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "server/lab/rehearsal/rehearsal.h"
+#include "tests/world/rehearsal.h"
 
 int main(int count, char** words) {
   namespace lab = faultlab::server::lab;

@@ -53,11 +53,11 @@ def compile_command(build, source, to, output):
         raise NotCaught(f"the build has no command for {source}")
     words = words[next(i for i, word in enumerate(words) if re.search(r"(^|/)(c|g|clang)\+\+", word)):]
     words = [word for word in words if not word.startswith(("-fsanitize", "-O", "-W", "-g"))]
-    for flag in ("-o", "-MF", "-MT"):
+    for flag in ("-o", "-MF", "-MT", "-include"):
         if flag in words:
             at = words.index(flag)
             del words[at : at + 2]
-    words = [word for word in words if word not in ("-MD", entry["file"])]
+    words = [word for word in words if word not in ("-MD", "-fpch-preprocess", entry["file"])]
     return [*words, "-O1", str(to), "-o", str(output)]
 
 

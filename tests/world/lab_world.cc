@@ -1,4 +1,4 @@
-#include "server/lab/rehearsal/lab_world.h"
+#include "tests/world/lab_world.h"
 
 #include <soci/soci.h>
 
@@ -6,7 +6,7 @@
 #include <array>
 
 #include "core/types/check.h"
-#include "server/lab/rehearsal/published_rules.h"
+#include "tests/world/published_rules.h"
 
 namespace faultlab::server::lab::rehearsal {
 namespace {
@@ -50,7 +50,8 @@ LabWorld::LabWorld(std::uint64_t seed,
     : site_(seed,
             report,
             store.databases.empty() ? kind % 2 == 0 : store.databases.size() > 1,
-            kind % 3 == 0) {
+            kind % 3 == 0,
+            kExtendedInWorlds) {
   site_.clock_checked = site_.shared && store.databases.empty();
   MakeRigs();
   MakeMembers(store);
@@ -58,7 +59,7 @@ LabWorld::LabWorld(std::uint64_t seed,
   const auto changed =
       members_.front()->Do([](Scheduler& lab, WallTime now) -> core::Result<PolicySettings> {
         PolicySettings settings = static_cast<const PolicySettings&>(lab.policy());
-        settings.extended_max = kExtended;
+        settings.extended_max = kExtendedInWorlds;
         return lab.ChangePolicy(settings, now);
       });
   LAB_CHECK(changed && changed->ok(), members_.front()->id());

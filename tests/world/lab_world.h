@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "server/lab/rehearsal/memory_store.h"
-#include "server/lab/rehearsal/world_member.h"
 #include "server/storage/database.h"
+#include "tests/world/memory_store.h"
+#include "tests/world/world_member.h"
 
 namespace faultlab::server::lab::rehearsal {
 

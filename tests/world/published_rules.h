@@ -15,8 +15,10 @@ inline constexpr Milliseconds kCleaningLongest{120'000};  ///< longer is a faile
 inline constexpr Milliseconds kIdle{180'000};
 inline constexpr Milliseconds kIdleAnswer{60'000};
 inline constexpr Milliseconds kExtension{600'000};  ///< of one extension, at most
-/// Of all extensions of one session: the admin of each world has set it so low, to reach it often.
-inline constexpr Milliseconds kExtended{300'000};
+/// Of all extensions of one session, by the policy as installed.
+inline constexpr Milliseconds kExtended = std::chrono::hours(4);
+/// The same where the admin of a random world has set it so low, to reach it often.
+inline constexpr Milliseconds kExtendedInWorlds{300'000};
 inline constexpr Milliseconds kExtensionLeast{60'000};  ///< less is not worth one
 inline constexpr Milliseconds kNearEnd{300'000};        ///< first warning, and first extension
 inline constexpr Milliseconds kKeepsPlace{900'000};     ///< whose first estimate is so near

@@ -1,4 +1,4 @@
-#include "server/lab/rehearsal/rehearsal.h"
+#include "tests/world/rehearsal.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "server/lab/rehearsal/lab_world.h"
-#include "server/lab/rehearsal/semester.h"
+#include "tests/world/lab_world.h"
+#include "tests/world/semester.h"
 
 namespace faultlab::server::lab {
 namespace {

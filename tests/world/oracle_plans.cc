@@ -3,8 +3,8 @@
 #include <cmath>
 #include <variant>
 
-#include "server/lab/rehearsal/oracle.h"
-#include "server/lab/rehearsal/published_rules.h"
+#include "tests/world/oracle.h"
+#include "tests/world/published_rules.h"
 
 namespace faultlab::server::lab::rehearsal {
 namespace {

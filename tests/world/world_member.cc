@@ -1,4 +1,4 @@
-#include "server/lab/rehearsal/world_member.h"
+#include "tests/world/world_member.h"
 
 #include <algorithm>
 

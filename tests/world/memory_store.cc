@@ -1,4 +1,4 @@
-#include "server/lab/rehearsal/memory_store.h"
+#include "tests/world/memory_store.h"
 
 #include <algorithm>
 #include <optional>

@@ -15,12 +15,12 @@
 #include "server/clock.h"
 #include "server/experiment/rig_access.h"
 #include "server/lab/lab_service.h"
-#include "server/lab/rehearsal/faulty_store.h"
-#include "server/lab/rehearsal/oracle.h"
-#include "server/lab/rehearsal/random.h"
-#include "server/lab/rehearsal/rehearsal.h"
-#include "server/lab/rehearsal/rehearsed_rig.h"
 #include "server/run/rig_pool.h"
+#include "tests/world/faulty_store.h"
+#include "tests/world/oracle.h"
+#include "tests/world/random.h"
+#include "tests/world/rehearsal.h"
+#include "tests/world/rehearsed_rig.h"
 
 namespace faultlab::server::lab::rehearsal {
 
@@ -53,8 +53,16 @@ struct WorldRig {
 
 /// What all members of a world share.
 struct Site {
-  Site(std::uint64_t seed, RehearsalReport& to, bool is_shared, bool is_calm)
-      : random(seed), report(to), oracle(is_shared), shared(is_shared), calm(is_calm) {}
+  Site(std::uint64_t seed,
+       RehearsalReport& to,
+       bool is_shared,
+       bool is_calm,
+       Milliseconds extended_max)
+      : random(seed),
+        report(to),
+        oracle(is_shared, extended_max),
+        shared(is_shared),
+        calm(is_calm) {}
   WorldTime now{};
   Random random;
   RehearsalReport& report;

@@ -1,4 +1,4 @@
-#include "server/lab/rehearsal/rehearsed_rig.h"
+#include "tests/world/rehearsed_rig.h"
 
 #include <algorithm>
 #include <utility>

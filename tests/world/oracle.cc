@@ -1,10 +1,10 @@
 // What is told and shown, and what rigs accept.
-#include "server/lab/rehearsal/oracle.h"
+#include "tests/world/oracle.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "server/lab/rehearsal/published_rules.h"
+#include "tests/world/published_rules.h"
 
 namespace faultlab::server::lab::rehearsal {
 void Oracle::Broken(const std::string& rule, const std::string& text) {

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "server/lab/rehearsal/rehearsal.h"
+#include "tests/world/rehearsal.h"
 
 namespace faultlab::server::lab::rehearsal {
 

@@ -10,8 +10,8 @@
 
 #include "server/lab/lab_store.h"
 #include "server/lab/lab_types.h"
-#include "server/lab/rehearsal/rehearsed_rig.h"
 #include "server/lab/scheduler.h"
+#include "tests/world/rehearsed_rig.h"
 
 namespace faultlab::server::lab::rehearsal {
 
@@ -47,8 +47,9 @@ class Oracle {
     std::string first;
   };
 
-  /// Whether servers share the store, so that a member's lease is 10 s.
-  explicit Oracle(bool shared) : shared_(shared) {}
+  /// Whether servers share the store, so that a member's lease is 10 s; what the policy allows all
+  /// extensions of one session together.
+  Oracle(bool shared, Milliseconds extended_max) : shared_(shared), extended_max_(extended_max) {}
 
   // Said by the world, because people would know it.
   /// A server, the store or a clock is in trouble until then: deadlines may be missed so long, and
@@ -170,6 +171,7 @@ class Oracle {
   bool HasSession(const Published& now, UserId user, const std::string& rig_class) const;
 
   const bool shared_;
+  const Milliseconds extended_max_;
   std::map<std::string, Findings> findings_;
   std::int64_t sessions_begun_ = 0;
   WorldTime trouble_until_{-1};

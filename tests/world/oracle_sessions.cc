@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/lab/rehearsal/oracle.h"
-#include "server/lab/rehearsal/published_rules.h"
+#include "tests/world/oracle.h"
+#include "tests/world/published_rules.h"
 
 namespace faultlab::server::lab::rehearsal {
 namespace {
@@ -145,7 +145,7 @@ void Oracle::JudgeEnd(Known& known,
   if (session.booking != known.last.booking) known.extended = {};
   if (moved > kSlack && session.booking == known.last.booking) {
     known.extended += moved;
-    if (known.extended > kExtended + kSlack) {
+    if (known.extended > extended_max_ + kSlack) {
       Broken("extension",
              Text(session.id) + " was extended by " + SecondsText(known.extended) + " in all");
     }
@@ -197,7 +197,7 @@ void Oracle::JudgeEnd(Known& known,
            t.second.state == TicketState::kWaiting;
   });
   const bool extendable =
-      near_end && !somebody && known.extended + kExtensionLeast + kSlack < kExtended &&
+      near_end && !somebody && known.extended + kExtensionLeast + kSlack < extended_max_ &&
       (next == WallTime::max() || next > session.hard_end + kCleaning + kExtensionLeast + kSlack);
   if (extendable && known.extendable && !Excused(moment.at)) {
     Broken("extension", Text(session.id) + " is not extended though nobody waits");

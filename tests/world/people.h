@@ -5,9 +5,9 @@
 #include <map>
 #include <vector>
 
-#include "server/lab/rehearsal/random.h"
-#include "server/lab/rehearsal/rehearsal.h"
-#include "server/lab/rehearsal/world_member.h"
+#include "tests/world/random.h"
+#include "tests/world/rehearsal.h"
+#include "tests/world/world_member.h"
 
 namespace faultlab::server::lab::rehearsal {
 

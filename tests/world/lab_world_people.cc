@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <array>
 
-#include "server/lab/rehearsal/lab_world.h"
-#include "server/lab/rehearsal/published_rules.h"
 #include "server/lab/timeline.h"
+#include "tests/world/lab_world.h"
+#include "tests/world/published_rules.h"
 
 namespace faultlab::server::lab::rehearsal {
 namespace {

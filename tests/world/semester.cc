@@ -1,4 +1,4 @@
-#include "server/lab/rehearsal/semester.h"
+#include "tests/world/semester.h"
 
 #include <algorithm>
 #include <memory>
@@ -7,8 +7,8 @@
 #include <variant>
 
 #include "core/types/check.h"
-#include "server/lab/rehearsal/memory_store.h"
-#include "server/lab/rehearsal/people.h"
+#include "tests/world/memory_store.h"
+#include "tests/world/people.h"
 
 namespace faultlab::server::lab::rehearsal {
 namespace {
@@ -27,7 +27,7 @@ constexpr Milliseconds kTolerance = minutes(2);
 class Semester {
  public:
   Semester(int weeks, std::uint64_t seed)
-      : weeks_(weeks), people_(seed), site_(seed, scratch_, false, true) {
+      : weeks_(weeks), people_(seed), site_(seed, scratch_, false, true, kExtended) {
     for (int i = 0; i < kSemesterRigs; ++i) {
       WorldRig rig;
       rig.description.id = "bench-" + std::to_string(i);

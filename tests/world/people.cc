@@ -1,8 +1,8 @@
-#include "server/lab/rehearsal/people.h"
+#include "tests/world/people.h"
 
 #include <array>
 
-#include "server/lab/rehearsal/published_rules.h"
+#include "tests/world/published_rules.h"
 
 namespace faultlab::server::lab::rehearsal {
 namespace {

@@ -1,4 +1,4 @@
-#include "server/lab/rehearsal/faulty_store.h"
+#include "tests/world/faulty_store.h"
 
 #include <string>
 #include <utility>
