@@ -11,6 +11,7 @@
 #include "tests/core/bench_records.h"
 #include "tests/core/diagnosis/verdicts.h"
 #include "tests/paper_bench.h"
+#include "tests/support/scale.h"
 
 namespace faultlab::core {
 namespace {
@@ -185,7 +186,7 @@ TEST(DiagnoseRecord, LosesNoFaultWithTheSampleBeforeTheLast) {
 TEST(DiagnoseRecord, NamesALargeCapacitorAloneOnARigWhosePartsAreOff) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> off(0.96, 1.04);
-  for (unsigned seed = 1; seed < 21; ++seed) {
+  for (const unsigned seed : tests::Seeds(1, 21)) {
     PlantParameters rig = paper::Plant();
     for (int part = 0; part < rig.structure->parameter_count(); ++part) {
       rig.Set(part, rig.Get(part) * off(random));
@@ -250,7 +251,7 @@ TEST(DiagnoseRecord, CallsADoubleFaultUnknown) {
 TEST(DiagnoseRecord, OfTwoThatFailTogetherUmAloneDoesNotTellWhich) {
   const std::vector<Fault> faults = {AbruptFault(paper::kRa, 4.0), AbruptFault(paper::kB, 2e-5)};
   int pairs = 0;
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+  for (const std::uint64_t seed : tests::Seeds(1, 5)) {
     const Verdict verdict =
         DiagnoseRecord(BenchRecord(faults, seed), FreeValues(Channels::kUmOnly)).verdict;
     SCOPED_TRACE(std::to_string(seed) + ": " + verdict.reason);

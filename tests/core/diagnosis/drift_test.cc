@@ -12,6 +12,7 @@
 #include "hardware/bench/benches.h"
 #include "tests/core/bench_records.h"
 #include "tests/core/diagnosis/verdicts.h"
+#include "tests/support/scale.h"
 
 namespace faultlab::core {
 namespace {
@@ -37,7 +38,7 @@ std::vector<Sample> Creeping(const Bench& bench,
 
 TEST(Creeping, ThatHasJustEndedIsNamed) {
   const Bench& servo = *hardware::LoadBench("servo-motor").value();
-  for (unsigned seed = 1; seed < 9; ++seed) {
+  for (const unsigned seed : tests::Seeds(1, 9)) {
     const PrbsSpec input{.low_v = 1.8, .high_v = 2.7, .clock_s = 0.008, .seed = seed};
     const Verdict verdict =
         DiagnoseRecord(Creeping(servo, input, seed, "k", 2.0, 13.5, 19.2), OptionsOf(servo))
@@ -51,7 +52,7 @@ TEST(Creeping, ThatHasJustEndedIsNamed) {
 // it has been found to have changed.
 TEST(Creeping, OfAFaultThatIsKnownIsNoWarming) {
   const Bench& speed = *hardware::LoadBench("speed-motor").value();
-  for (unsigned seed = 1; seed < 17; ++seed) {
+  for (const unsigned seed : tests::Seeds(1, 17)) {
     const PrbsSpec input{.low_v = 2.0, .high_v = 3.9, .clock_s = 0.06, .seed = seed};
     const Verdict verdict =
         DiagnoseRecord(Creeping(speed, input, seed, "B", 3e-6, 11.26, 14.3), OptionsOf(speed))
@@ -96,7 +97,7 @@ void ExpectNamed(const Bench& bench,
 // A motor at rest shows little: friction there hides what it was. What was seen on the way counts.
 void ExpectNamedAtRest(const char* name, const char* symbol, double share, double count_rpm) {
   const Bench& bench = *hardware::LoadBench(name).value();
-  for (unsigned seed = 1; seed < 9; ++seed) {
+  for (const unsigned seed : tests::Seeds(1, 9)) {
     const double to_s = seed % 2 == 0 ? 12.01 : 14.0 + 0.3 * seed;
     const ExcitationSpec input = seed % 4 < 2 ? Sines(bench, seed) : Prbs(bench, seed);
     ExpectNamed(bench, input, seed, symbol, share, to_s, count_rpm);

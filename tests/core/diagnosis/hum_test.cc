@@ -12,6 +12,7 @@
 #include "tests/core/bench_records.h"
 #include "tests/core/diagnosis/verdicts.h"
 #include "tests/paper_bench.h"
+#include "tests/support/scale.h"
 
 namespace faultlab::core {
 namespace {
@@ -98,7 +99,7 @@ TEST_P(Humming, ThatIsNotFollowedHidesNoFault) {
 }
 
 TEST_P(Humming, IsFoundBehindAnImpulse) {
-  for (std::uint64_t seed = 121; seed < 124; ++seed) {
+  for (const std::uint64_t seed : tests::Seeds(121, 124)) {
     const Mains mains{.hz = 50.06, .phase = static_cast<double>(seed)};
     std::vector<Sample> record = WithHum(BenchRecord({}, seed), mains);
     record[215].um_v += 2.5;
@@ -112,7 +113,7 @@ TEST_P(Humming, IsFoundBehindAnImpulse) {
 }
 
 TEST_P(Humming, IsNotFoundWhereThereIsNone) {
-  for (std::uint64_t seed = 121; seed < 127; ++seed) {
+  for (const std::uint64_t seed : tests::Seeds(121, 127)) {
     const Diagnosis diagnosis = DiagnoseRecord(BenchRecord({}, seed), FreeValues(GetParam()));
     ASSERT_TRUE(diagnosis.calibration);
     EXPECT_FALSE(diagnosis.calibration->hum.any()) << diagnosis.calibration->hum.frequency_hz;

@@ -9,6 +9,7 @@
 #include "tests/core/bench_records.h"
 #include "tests/core/diagnosis/verdicts.h"
 #include "tests/paper_bench.h"
+#include "tests/support/scale.h"
 
 namespace faultlab::core {
 namespace {
@@ -29,7 +30,7 @@ std::vector<Sample> WithImpulses(std::vector<Sample> record, double share, std::
 class Impulses : public testing::TestWithParam<Channels> {};
 
 TEST_P(Impulses, OfAHealthyRigRaiseNoAlarm) {
-  for (std::uint64_t seed = 81; seed < 85; ++seed) {
+  for (const std::uint64_t seed : tests::Seeds(81, 85)) {
     const auto record = WithImpulses(BenchRecord({}, seed), 0.01, seed);
     const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(GetParam()));
     ASSERT_TRUE(diagnosis.calibration) << diagnosis.verdict.reason;
@@ -78,7 +79,7 @@ TEST_P(Impulses, HideNoFault) {
 }
 
 TEST_P(Impulses, HideNoDrift) {
-  for (std::uint64_t seed = 96; seed < 100; ++seed) {
+  for (const std::uint64_t seed : tests::Seeds(96, 100)) {
     Fault drift = AbruptFault(paper::kR9, 18e3, 5.0);
     drift.kind = FaultKind::kDrift;
     drift.until_s = seed % 2 == 0 ? 17.0 : 26.0;  // the record ends at 20 s
@@ -102,7 +103,7 @@ std::vector<Sample> WithImpulseAt(std::vector<Sample> record, double t_s) {
 
 // The alarm that the first one raises is over before the fault begins: the fault has its own time.
 TEST_P(Impulses, AreForgottenAfterHalfASecond) {
-  for (std::uint64_t seed = 121; seed < 129; ++seed) {
+  for (const std::uint64_t seed : tests::Seeds(121, 129)) {
     const auto record = WithImpulseAt(BenchRecord({AbruptFault(paper::kRa, 9.6, 10.0)}, seed), 9.3);
     const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(GetParam()));
     const Verdict& verdict = diagnosis.verdict;
@@ -140,7 +141,7 @@ TEST_P(Impulses, AreNotWhatTheEndOfAFaultRaises) {
   Fault first = AbruptFault(paper::kR1, 56.0, 8.0);
   first.kind = FaultKind::kIntermittent;
   first.until_s = 11.0;
-  for (std::uint64_t seed = 171; seed < 175; ++seed) {
+  for (const std::uint64_t seed : tests::Seeds(171, 175)) {
     const auto record = BenchRecord({first, AbruptFault(paper::kR1, 56.0, 17.0)}, seed);
     const Diagnosis diagnosis = DiagnoseRecord(record, FreeValues(GetParam()));
     SCOPED_TRACE(std::to_string(seed) + ": " + diagnosis.verdict.reason);
@@ -153,7 +154,7 @@ TEST_P(Impulses, AreNotWhatTheEndOfAFaultRaises) {
 INSTANTIATE_TEST_SUITE_P(Channels, Impulses, testing::Values(Channels::kUmOnly, Channels::kAll));
 
 TEST(ImpulsesOfARecord, AreNotFoundWhereThereAreNone) {
-  for (std::uint64_t seed = 101; seed < 111; ++seed) {
+  for (const std::uint64_t seed : tests::Seeds(101, 111)) {
     const Diagnosis diagnosis =
         DiagnoseRecord(BenchRecord({}, seed, 6.0), FreeValues(Channels::kAll));
     ASSERT_TRUE(diagnosis.calibration);

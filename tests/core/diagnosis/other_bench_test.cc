@@ -18,6 +18,7 @@
 #include "hardware/bench/bench_reader.h"
 #include "hardware/bench/benches.h"
 #include "tests/core/diagnosis/verdicts.h"
+#include "tests/support/scale.h"
 
 namespace faultlab::core {
 namespace {
@@ -84,7 +85,7 @@ TEST_P(ServoMotor, NamesTheComponentAndItsValueWithinAPercent) {
 }
 
 TEST(ServoMotor, IsNominalWithoutAFault) {
-  for (const std::uint64_t seed : {211U, 212U, 213U}) {
+  for (const std::uint64_t seed : tests::Seeds(211, 214)) {
     const Diagnosis diagnosis = DiagnoseRecord(Record({}, seed), OptionsOf(Servo()));
     ASSERT_FALSE(diagnosis.calibration_refusal.has_value())
         << diagnosis.calibration_refusal->message;
@@ -160,7 +161,7 @@ class SpeedMotor : public testing::TestWithParam<Encoder> {
 };
 
 TEST_P(SpeedMotor, IsNominalWithoutAFault) {
-  for (const std::uint64_t seed : {221U, 222U, 223U}) {
+  for (const std::uint64_t seed : tests::Seeds(221, 224)) {
     const Diagnosis diagnosis = Diagnose(nullptr, 1.0, seed);
     ASSERT_FALSE(diagnosis.calibration_refusal.has_value())
         << diagnosis.calibration_refusal->message;
@@ -280,7 +281,7 @@ TEST_P(SpeedMotor, SaysItsResponseWithErrorsThatHold) {
     EXPECT_LT(found.gain.sigma, 0.04 * truth.b0) << "of what the model lacks";
     EXPECT_LT(found.time_constant.sigma, 0.08 * truth.a12);
   };
-  for (const std::uint64_t seed : {251U, 252U, 253U}) {
+  for (const std::uint64_t seed : tests::Seeds(251, 254)) {
     const Diagnosis diagnosis = Diagnose("Ke", 0.8, seed);
     ASSERT_TRUE(diagnosis.verdict.response) << diagnosis.verdict.reason;
     const double mc_nm = bench_.profiles.front().friction.mc_nm;
@@ -346,7 +347,7 @@ TEST(CountedSpeed, ThatIsPairedWithTheWrongInputIsSaid) {
 TEST(GearMotor, NamesTheWindingOfAMotorThatFrictionHoldsAndNothingOnTopOfIt) {
   const Bench& bench = *hardware::LoadBench("gear-motor").value();
   const Component ra = *bench.Find("Ra");
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+  for (const std::uint64_t seed : tests::Seeds(1, 5)) {
     PrbsSpec prbs;
     prbs.low_v = 1.3;
     prbs.high_v = 2.8;

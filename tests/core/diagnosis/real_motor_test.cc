@@ -11,6 +11,7 @@
 #include "core/diagnosis/pipeline.h"
 #include "tests/core/diagnosis/real_motors.h"
 #include "tests/core/diagnosis/verdicts.h"
+#include "tests/support/scale.h"
 
 namespace faultlab::core {
 namespace {
@@ -88,7 +89,7 @@ const CalibrationCheck* Find(const Calibration& calibration, const std::string& 
 
 TEST(RealMotor, IdealOneKeepsTheLevelsOfNoiseAlone) {
   for (const Setting& setting : Settings()) {
-    for (unsigned seed = 1; seed < 5; ++seed) {
+    for (const unsigned seed : tests::Seeds(1, 5)) {
       const Samples record = RecordFor(setting.rig, setting.rig, 1e9, kLearnS, seed);
       const Result<Calibration> learnt = Learn(*setting.bench, Before(record, kLearnS));
       ASSERT_TRUE(learnt.ok()) << learnt.error().message;
@@ -145,7 +146,7 @@ TEST(RealMotor, CoulombFrictionThatDoublesIsNoListedPart) {
   rig.mc = 0.35e-3;
   Rig faulty = rig;
   faulty.mc = 0.7e-3;
-  for (unsigned seed = 51; seed < 57; ++seed) {
+  for (const unsigned seed : tests::Seeds(51, 57)) {
     const Verdict verdict =
         DiagnoseRecord(RecordFor(rig, faulty, 10.0, 20.0, seed), paper::Options()).verdict;
     EXPECT_EQ(verdict.kind, VerdictKind::kUnknownFault) << seed << ": " << verdict.reason;

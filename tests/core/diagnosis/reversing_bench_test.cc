@@ -1,5 +1,6 @@
 // Benches that are not among the shipped ones and whose motors turn both ways.
 #include "tests/core/diagnosis/unseen_rig.h"
+#include "tests/support/scale.h"
 
 namespace faultlab::core {
 namespace {
@@ -59,7 +60,7 @@ constexpr Rig kBothWaysRig = {0.002,   0.001,   4.04,
                               0.2e-3,  2.8e-3,  2.0 * std::numbers::pi / (250.0 * 0.01)};
 
 TEST(ReversingBench, MotorThatTurnsBothWaysIsNominalWithoutAFault) {
-  for (const unsigned seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
+  for (const unsigned seed : tests::Seeds(1, 7)) {
     const Diagnosis diagnosis =
         Diagnose(BenchOf(kBothWays), Record(kBothWaysRig, kBothWaysRig, seed));
     ASSERT_FALSE(diagnosis.calibration_refusal.has_value())
@@ -80,7 +81,7 @@ TEST(ReversingBench, ASpeedOfAPulseAgoIsNoFault) {
   rig.still_rad_s = 2.0 * std::numbers::pi / (2000.0 * 0.01);
   rig.pulse_rad = 2.0 * std::numbers::pi / 2000.0;
   rig.n_noise = 0.2;
-  for (const unsigned seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
+  for (const unsigned seed : tests::Seeds(1, 7)) {
     const Diagnosis diagnosis = Diagnose(BenchOf(text), Record(rig, rig, seed));
     ASSERT_FALSE(diagnosis.calibration_refusal.has_value())
         << diagnosis.calibration_refusal->message;
@@ -110,7 +111,7 @@ TEST(ReversingBench, CurrentThatLagsBehindAReversalIsNoFault) {
   rig.low_v = -2.5;
   rig.high_v = 2.5;
   rig.clock = 7;
-  for (const unsigned seed : {21U, 22U, 23U, 24U}) {
+  for (const unsigned seed : tests::Seeds(21, 25)) {
     const Diagnosis diagnosis = Diagnose(BenchOf(text), Record(rig, rig, seed));
     ASSERT_FALSE(diagnosis.calibration_refusal.has_value())
         << diagnosis.calibration_refusal->message;

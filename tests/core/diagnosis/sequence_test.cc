@@ -12,6 +12,7 @@
 #include "core/plant/simulate_record.h"
 #include "core/signals/prbs.h"
 #include "hardware/bench/benches.h"
+#include "tests/support/scale.h"
 
 namespace faultlab::core {
 namespace {
@@ -121,15 +122,15 @@ INSTANTIATE_TEST_SUITE_P(Benches, Sequences, testing::Values("gear-motor", "spee
 
 TEST_P(Sequences, OfOneFaultAtATimeAreFollowed) {
   const Bench& bench = *hardware::LoadBench(GetParam()).value();
-  for (unsigned seed = 1; seed <= 6; ++seed) ExpectFollowed(bench, seed, 1);
+  for (const unsigned seed : tests::Seeds(1, 7)) ExpectFollowed(bench, seed, 1);
 }
 
 TEST(SlowFaults, InSequencesAreFollowed) {
   const Bench& gear = *hardware::LoadBench("gear-motor").value();
-  for (unsigned seed = 1; seed <= 6; ++seed) ExpectFollowed(gear, seed, 1, true);
+  for (const unsigned seed : tests::Seeds(1, 7)) ExpectFollowed(gear, seed, 1, true);
   ExpectFollowed(*hardware::LoadBench("servo-motor").value(), 1, 1, true);
   const Bench& speed = *hardware::LoadBench("speed-motor").value();
-  for (unsigned seed = 1; seed <= 6; ++seed) ExpectFollowed(speed, seed, 1, true);
+  for (const unsigned seed : tests::Seeds(1, 7)) ExpectFollowed(speed, seed, 1, true);
 }
 
 // A part that goes on moving is one fault: a few alarms, then where it is, and no alarm any more.
@@ -172,7 +173,7 @@ TEST_P(Sequences, OfValuesOfOneThatMovesAreOneFault) {
 
 TEST(TwoFaults, InSequencesAreFollowed) {
   const Bench& gear = *hardware::LoadBench("gear-motor").value();
-  for (unsigned seed = 1; seed <= 4; ++seed) ExpectFollowed(gear, seed, 2);
+  for (const unsigned seed : tests::Seeds(1, 5)) ExpectFollowed(gear, seed, 2);
   ExpectFollowed(*hardware::LoadBench("servo-motor").value(), 1, 2);
 }
 

@@ -12,6 +12,7 @@
 #include "hardware/bench/benches.h"
 #include "tests/core/bench_records.h"
 #include "tests/core/diagnosis/verdicts.h"
+#include "tests/support/scale.h"
 
 namespace faultlab::core {
 namespace {
@@ -40,7 +41,7 @@ Diagnosis Diagnosed(const Bench& bench, const std::vector<Fault>& faults, unsign
 }
 
 TEST(Sweep, FindsAHealthyRigHealthyWhoseHigherFrequenciesWereNotLearnt) {
-  for (unsigned seed = 1; seed <= 12; ++seed) {
+  for (const unsigned seed : tests::Seeds(1, 13)) {
     const Diagnosis diagnosis = Diagnosed(paper::Bench(), {}, seed);
     EXPECT_FALSE(diagnosis.calibration_refusal.has_value()) << seed;
     EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal)

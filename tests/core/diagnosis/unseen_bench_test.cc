@@ -1,5 +1,6 @@
 // Benches that are not among the shipped ones and whose motors turn one way.
 #include "tests/core/diagnosis/unseen_rig.h"
+#include "tests/support/scale.h"
 
 namespace faultlab::core {
 namespace {
@@ -51,7 +52,7 @@ constexpr Rig kBigRig = {0.005, 0.004, 10.1, 0.0, 0.34, 0.63e-3, 0.068, 0.068, 3
                          23e-3, -48.0, 48.0, 1.0, 2.0,  10,      50e-3, 60.0,  1.0,    false};
 
 TEST(UnseenBench, BigMotorIsNominalWithoutAFault) {
-  for (const unsigned seed : {1U, 2U, 3U, 4U}) {
+  for (const unsigned seed : tests::Seeds(1, 5)) {
     const Diagnosis diagnosis = Diagnose(BenchOf(kBig), Record(kBigRig, kBigRig, seed));
     ASSERT_FALSE(diagnosis.calibration_refusal.has_value());
     EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal) << diagnosis.verdict.reason;
@@ -80,7 +81,7 @@ TEST(UnseenBench, ReadingsNoisierThanDescribedAreNoFriction) {
   std::string text = kBig;
   const std::string noise = "noise = 1.0";
   text.replace(text.find(noise), noise.size(), "noise = 0.1");
-  for (const unsigned seed : {4U, 5U, 6U, 7U}) {
+  for (const unsigned seed : tests::Seeds(4, 8)) {
     const Diagnosis diagnosis = Diagnose(BenchOf(text), Record(kBigRig, kBigRig, seed));
     ASSERT_TRUE(diagnosis.calibration.has_value()) << diagnosis.calibration_refusal->message;
     EXPECT_LT(diagnosis.calibration->friction_noise_nm, 5e-3) << seed;
@@ -121,7 +122,7 @@ TEST(UnseenBench, WithoutAVoltageAFaultIsOffByTheCommonFactorAlone) {
   const Bench& bench = BenchOf(kBig);
   Rig healthy = kBigRig;
   healthy.friction_noise_nm = 2e-3;
-  for (const unsigned seed : {12U, 13U, 14U, 15U}) {
+  for (const unsigned seed : tests::Seeds(12, 16)) {
     Rig faulty = healthy;
     faulty.j = 1.4e-3;
     const Diagnosis diagnosis = Diagnose(bench, Record(healthy, faulty, seed));

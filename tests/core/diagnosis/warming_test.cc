@@ -10,6 +10,7 @@
 #include "tests/core/diagnosis/real_motors.h"
 #include "tests/core/diagnosis/verdicts.h"
 #include "tests/paper_bench.h"
+#include "tests/support/scale.h"
 
 namespace faultlab::core {
 namespace {
@@ -26,7 +27,7 @@ Verdict VerdictOf(const std::vector<Fault>& faults, std::uint64_t seed) {
 }
 
 TEST(Warming, IsNoFault) {
-  for (std::uint64_t seed = 121; seed < 126; ++seed) {
+  for (const std::uint64_t seed : tests::Seeds(121, 126)) {
     const Verdict verdict = VerdictOf({Ramp(1.02, 0.0, 20.0)}, seed);
     EXPECT_EQ(verdict.kind, VerdictKind::kNominal) << verdict.reason;
     EXPECT_FALSE(verdict.detected_at_s);
@@ -40,7 +41,7 @@ TEST(Warming, IsSaidWhenItHasBeenSeen) {
 }
 
 TEST(Warming, IsAtNoTimeSaidToBeAPart) {
-  for (std::uint64_t seed = 161; seed < 167; ++seed) {
+  for (const std::uint64_t seed : tests::Seeds(161, 167)) {
     Pipeline pipeline(FreeValues(Channels::kAll));
     bool alarm = false;
     for (const Sample& sample : BenchRecord({Ramp(1.02, 0.0, 20.0)}, seed)) {
@@ -56,7 +57,7 @@ TEST(Warming, IsAtNoTimeSaidToBeAPart) {
 }
 
 TEST(Warming, DelaysNoFaultThatBeginsWhileItsAlarmIsWorkedOut) {
-  for (std::uint64_t seed = 181; seed < 184; ++seed) {
+  for (const std::uint64_t seed : tests::Seeds(181, 184)) {
     Pipeline warm(FreeValues(Channels::kAll));
     double at_s = 0.0;
     for (const Sample& sample : BenchRecord({Ramp(1.02, 0.0, 20.0)}, seed)) {
@@ -112,7 +113,7 @@ TEST(Warming, OfWindingAndMagnetIsNoOtherPart) {
   rig.high_v = 3.0;
   rig.clock = 5;
   rig.physics = {.warming_per_s = 0.001, .magnet = 0.1};
-  for (unsigned seed = 20; seed < 29; ++seed) {
+  for (const unsigned seed : tests::Seeds(20, 29)) {
     const Diagnosis diagnosis =
         DiagnoseRecord(RecordFor(rig, rig, 10.0, 20.0, seed), paper::Options());
     EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal)
@@ -138,7 +139,7 @@ class WarmingSpeedMotor : public testing::Test {
 };
 
 TEST_F(WarmingSpeedMotor, IsHealthy) {
-  for (unsigned seed = 201; seed < 213; ++seed) {
+  for (const unsigned seed : tests::Seeds(201, 213)) {
     const Diagnosis diagnosis = Diagnose(rig_, seed);
     EXPECT_EQ(diagnosis.verdict.kind, VerdictKind::kNominal)
         << seed << ": " << diagnosis.verdict.reason;
@@ -149,7 +150,7 @@ TEST_F(WarmingSpeedMotor, IsHealthy) {
 TEST_F(WarmingSpeedMotor, HasItsFaultNamed) {
   Rig faulty = rig_;
   faulty.k *= 0.7;
-  for (unsigned seed = 221; seed < 233; ++seed) {
+  for (const unsigned seed : tests::Seeds(221, 233)) {
     const Verdict verdict = Diagnose(faulty, seed).verdict;
     EXPECT_EQ(verdict.kind, VerdictKind::kFault) << seed << ": " << verdict.reason;
     EXPECT_TRUE(Names(verdict, bench_.Find("k").value())) << seed << ": " << verdict.reason;
