@@ -25,6 +25,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   # The compiler collects its garbage less often: 8 % of its time for 70 MB more (of 750).
   add_compile_options(--param=ggc-min-expand=300 --param=ggc-min-heapsize=524288)
 endif()
+file(MAKE_DIRECTORY "${CMAKE_BINARY_DIR}/generated")  # the compiler cache names a folder that is there otherwise
 target_include_directories(faultlab_flags INTERFACE "${CMAKE_SOURCE_DIR}" "${CMAKE_BINARY_DIR}/generated")
 target_link_libraries(faultlab_flags INTERFACE Threads::Threads)
 # All targets get the sanitizers, because a mix of instrumented and plain objects hides errors. (Two files, which
@@ -82,7 +83,7 @@ endfunction()
 # faultlab_headers(NAME HEADERS <a> .. DEPS ..): what the libraries of this folder and below parse once, where sources
 # are compiled in batches (release, ci). The preset dev has no such header: it checks that each source includes what
 # it uses. gcc takes it only for sources of the same -O and -f options; a folder with others calls
-# faultlab_no_headers().
+# faultlab_no_headers(). In <>, also our own: an absolute path would keep the compiler cache from serving other checkouts.
 function(faultlab_headers name)
   cmake_parse_arguments(ARG "" "" "HEADERS;DEPS" ${ARGN})
   set(FAULTLAB_HEADERS "" PARENT_SCOPE)
