@@ -93,13 +93,13 @@ std::string ZeroText(const CalibratedQuantity& zero) {
          Text(", where %.2g ", zero.prior_sigma) + zero.unit + " is usual";
 }
 
-std::optional<Error> AddCheck(std::vector<CalibrationCheck>& checks,
-                              const char* name,
-                              std::string sentence,
-                              double value,
-                              double limit,
-                              bool passed,
-                              const char* remedy = nullptr) {
+std::optional<Error> Judge(std::vector<CalibrationCheck>& checks,
+                           const char* name,
+                           std::string sentence,
+                           double value,
+                           double limit,
+                           bool passed,
+                           const char* remedy = nullptr) {
   checks.push_back({name, sentence, value, limit, passed});
   if (passed) return std::nullopt;
   return Error{ErrorCode::kInvalid,
@@ -152,14 +152,14 @@ std::optional<Error> JudgeWhatIsLeft(const Bench& bench,
     const double varies = VariationOf(stretch, c) / (c == 2 ? per_rpm : 1.0);
     const double explained_max = kUnexplainedMax * varies;
     if (channel.left <= explained_max) continue;
-    return AddCheck(checks,
-                    "noise",
-                    std::string("what the model leaves of ") + channel.name +
-                        Text(" is %.3g ", channel.left) + channel.unit +
-                        Text(", and it varies by no more than %.3g ", varies) + channel.unit,
-                    channel.left,
-                    explained_max,
-                    false);
+    return Judge(checks,
+                 "noise",
+                 std::string("what the model leaves of ") + channel.name +
+                     Text(" is %.3g ", channel.left) + channel.unit +
+                     Text(", and it varies by no more than %.3g ", varies) + channel.unit,
+                 channel.left,
+                 explained_max,
+                 false);
   }
   return std::nullopt;
 }
@@ -211,26 +211,26 @@ std::optional<Error> CheckBefore(const Bench& bench,
   }
   const double swing = high - low;
   const int switches = SwitchesOf(stretch);
-  if (auto refusal = AddCheck(checks,
-                              "length",
-                              Text("%.0f samples, at least %.0f are needed", n, kSamplesMin),
-                              n,
-                              kSamplesMin,
-                              n >= kSamplesMin)) {
+  if (auto refusal = Judge(checks,
+                           "length",
+                           Text("%.0f samples, at least %.0f are needed", n, kSamplesMin),
+                           n,
+                           kSamplesMin,
+                           n >= kSamplesMin)) {
     return refusal;
   }
   const double missing = 1.0 - read / n;
-  if (auto refusal = AddCheck(
-          checks,
-          "missing",
-          Text("%.0f %% of the ", 100.0 * missing) + std::string(key.name) +
-              Text(" readings are missing, at most %.0f %% may be", 100.0 * kMissingShareMax),
-          missing,
-          kMissingShareMax,
-          missing <= kMissingShareMax)) {
+  if (auto refusal =
+          Judge(checks,
+                "missing",
+                Text("%.0f %% of the ", 100.0 * missing) + std::string(key.name) +
+                    Text(" readings are missing, at most %.0f %% may be", 100.0 * kMissingShareMax),
+                missing,
+                kMissingShareMax,
+                missing <= kMissingShareMax)) {
     return refusal;
   }
-  if (auto refusal = AddCheck(
+  if (auto refusal = Judge(
           checks,
           "excitation",
           Text("the input switches %.0f times, at least %.0f are needed", switches, kSwitchesMin),
@@ -240,15 +240,15 @@ std::optional<Error> CheckBefore(const Bench& bench,
     return refusal;
   }
   if (swing <= kSwingMin) {
-    return AddCheck(checks,
-                    "excitation",
-                    Text("the input moves by %.2g V, at least %.2g V are needed", swing, kSwingMin),
-                    swing,
-                    kSwingMin,
-                    false);
+    return Judge(checks,
+                 "excitation",
+                 Text("the input moves by %.2g V, at least %.2g V are needed", swing, kSwingMin),
+                 swing,
+                 kSwingMin,
+                 false);
   }
   const double share = clipped / n;
-  return AddCheck(
+  return Judge(
       checks,
       "saturation",
       Text("um stands at the converter's rail in %.0f %% of the samples, at most %.0f %% may",
@@ -274,27 +274,27 @@ std::optional<Error> CheckAfter(const Bench& bench,
   const double counting = bench.reads_means() ? kCountingMax * bench.n.noise : 0.0;
   const double left_max = std::max(kNoiseShareMax * range, counting);
   if (auto refusal =
-          AddCheck(checks,
-                   "noise",
-                   "what the model leaves of " + std::string(key.name) + Text(" is %.3g ", left) +
-                       std::string(key.unit) + Text(", at most %.3g ", left_max) +
-                       std::string(key.unit) + " may be left",
-                   left,
-                   left_max,
-                   left <= left_max)) {
+          Judge(checks,
+                "noise",
+                "what the model leaves of " + std::string(key.name) + Text(" is %.3g ", left) +
+                    std::string(key.unit) + Text(", at most %.3g ", left_max) +
+                    std::string(key.unit) + " may be left",
+                left,
+                left_max,
+                left <= left_max)) {
     return refusal;
   }
   if (auto refusal = JudgeWhatIsLeft(bench, noise, stretch, checks)) return refusal;
   // A drive with a dead zone, or a sensor that is off at zero, looks like friction below zero.
   const double mc_least_nm = -kFrictionSigmas * mc_sigma_nm;
-  if (auto refusal = AddCheck(checks,
-                              "friction",
-                              Text("the friction torque comes out as %.3g Nm, at least %.3g Nm may",
-                                   rig.mc_nm,
-                                   mc_least_nm),
-                              rig.mc_nm,
-                              mc_least_nm,
-                              rig.mc_nm >= mc_least_nm)) {
+  if (auto refusal = Judge(checks,
+                           "friction",
+                           Text("the friction torque comes out as %.3g Nm, at least %.3g Nm may",
+                                rig.mc_nm,
+                                mc_least_nm),
+                           rig.mc_nm,
+                           mc_least_nm,
+                           rig.mc_nm >= mc_least_nm)) {
     return refusal;
   }
   const CalibratedQuantity* farthest = nullptr;
@@ -315,29 +315,29 @@ std::optional<Error> CheckAfter(const Bench& bench,
   } else {
     sentence += farthest != nullptr ? farthest->name : "none";
   }
-  if (auto refusal = AddCheck(checks,
-                              "tolerance",
-                              std::move(sentence),
-                              prior_cost,
-                              kPriorCostMax,
-                              prior_cost <= kPriorCostMax,
-                              zero ? kZeroRemedy : nullptr)) {
+  if (auto refusal = Judge(checks,
+                           "tolerance",
+                           std::move(sentence),
+                           prior_cost,
+                           kPriorCostMax,
+                           prior_cost <= kPriorCostMax,
+                           zero ? kZeroRemedy : nullptr)) {
     return refusal;
   }
 
   const Stationarity stationarity = StationarityOf(rig, noise, period_s, stretch, coordinates);
   const bool changes = stationarity.score > kStationarityMax;
   const bool warms = changes && IsWarming(bench, stationarity);
-  if (auto refusal = AddCheck(checks,
-                              "stationarity",
-                              ChangeSentence(quantities, stationarity, warms),
-                              stationarity.score,
-                              kStationarityMax,
-                              !changes,
-                              warms ? kWarmingRemedy : nullptr)) {
+  if (auto refusal = Judge(checks,
+                           "stationarity",
+                           ChangeSentence(quantities, stationarity, warms),
+                           stationarity.score,
+                           kStationarityMax,
+                           !changes,
+                           warms ? kWarmingRemedy : nullptr)) {
     return refusal;
   }
-  return AddCheck(
+  return Judge(
       checks,
       "residual",
       Text("a quarter of the stretch has %.2f of the average residual energy, at most %.1f",

@@ -128,8 +128,7 @@ function(faultlab_library name)
 endfunction()
 
 # faultlab_test_headers(NAME): GoogleTest and the headers that it includes, parsed once for all
-# tests of this folder and below, which saves a third of a test's compile time. The product has no
-# such header, so that its files cannot depend on includes of another file.
+# tests of this folder and below, which saves a third of a test's compile time.
 function(faultlab_test_headers name)
   find_package(GTest REQUIRED)
   set(empty "${CMAKE_CURRENT_BINARY_DIR}/${name}.cc")

@@ -7,13 +7,6 @@
 namespace faultlab::server {
 namespace {
 
-constexpr std::string_view kNotBuilt =
-    "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>faultlab</title></head>"
-    "<body><main><h1>faultlab</h1><p>The server runs, but its web page was not built into it."
-    "</p><p>Build it with <code>deploy/build-web</code>, then build the server again."
-    " The API is at <a href=\"/api/v1/openapi.json\">/api/v1/openapi.json</a>.</p></main></body>"
-    "</html>";
-
 std::string_view ContentType(std::string_view path) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kTypes = {{
       {".html", "text/html; charset=utf-8"},
@@ -72,12 +65,6 @@ HttpResponse ServeStatic(const HttpRequest& request, std::span<const EmbeddedFil
   const bool page = !HasExtension(path) && !path.starts_with("/api/");
   const EmbeddedFile* index = FindFile(files, "/index.html");
   if (page && index != nullptr) return Answer(request, *index);
-  if (index == nullptr && path == "/index.html") {
-    HttpResponse response;
-    response.content_type = "text/html; charset=utf-8";
-    response.static_body = kNotBuilt;
-    return response;
-  }
   return Problem(404, "not_found", "Not found", "There is nothing at this address.");
 }
 

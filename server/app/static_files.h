@@ -15,7 +15,7 @@ struct EmbeddedFile {
   std::string_view etag;  ///< quoted
 };
 
-/// The files that the build found in web/dist. Empty when the page was not built.
+/// The files that the build found in web/dist (deploy/build-web).
 std::span<const EmbeddedFile> EmbeddedFiles();
 std::string_view EmbeddedOpenApi();
 

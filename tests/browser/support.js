@@ -24,6 +24,9 @@ const FLAGS = [
   "--disable-background-networking",
   "--disable-component-update",
   "--disable-sync",
+  // A third of a page's processor time: helper threads of its scripts, and a process for each page.
+  "--js-flags=--single-threaded",
+  "--renderer-process-limit=1",
 ];
 // Guards against hanging, not expectations: the same tests run on an old laptop during a build.
 export const PATIENCE_MS = 120_000;

@@ -25,7 +25,7 @@ const sources = import.meta.glob(
 ) as Record<string, string>;
 /** What nobody sees on the page: the start of a program and its command line. */
 const UNSEEN =
-  /\/server\/(cli|app|oidc|web_client)\/|\/server\/lab\/rehearsal\/|\/server\/config|\/server\/net\/(http_server|listen_address|trusted_proxies)|\/server\/storage\/(database|database_check|folder_lock|migrations|postgres_location)\.cc|\/server\/plots\/render|\/hardware\/(config|device|comedi|lcm|bench)\/|\/core\/(estimators|paper|diagnosis|calibration)\/|\/core\/signals\/excitation_text/;
+  /\/server\/(cli|app|oidc|web_client)\/|\/server\/config|\/server\/net\/(http_server|listen_address|trusted_proxies)|\/server\/storage\/(database|database_check|folder_lock|migrations|postgres_location)\.cc|\/server\/plots\/render|\/hardware\/(config|device|comedi|lcm|bench)\/|\/core\/(estimators|paper|diagnosis|calibration)\/|\/core\/signals\/excitation_text/;
 const seen = Object.entries(sources).filter(([path]) => !UNSEEN.test(path));
 const made = seen.flatMap(([path, source]) => errorsOf(path, source));
 const places = (text: Text | undefined) =>
