@@ -11,7 +11,8 @@ namespace {
 std::optional<WallTime> Parse(const std::string& text, const std::string& format) {
   std::istringstream in(text);
   WallTime time;
-  date::from_stream(in, format.c_str(), time);  // not date::parse: std has a from_stream too, from gcc 14 on
+  date::from_stream(
+      in, format.c_str(), time);  // not date::parse: std has a from_stream too, from gcc 14 on
   if (in.fail()) return std::nullopt;
   return time;
 }
