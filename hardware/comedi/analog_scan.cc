@@ -147,13 +147,20 @@ std::vector<lsampl_t> AnalogScan::Fetch(std::size_t values, Steady::time_point d
   if (file < 0) board_.Fail("comedi_fileno");
   std::vector<std::byte> bytes(values * value_bytes_);
   std::size_t here = 0;
+  bool ended = false;
   while (here < bytes.size()) {
     const ssize_t got = read(file, &bytes[here], bytes.size() - here);
     if (got > 0) {
       here += static_cast<std::size_t>(got);
       continue;
     }
-    if (got == 0) throw IoError("the board ended its scan too early");
+    if (got == 0) {
+      // Linux looks for values first and then whether the scan goes on, so that of a scan that ends
+      // in between it says the end before its values: they are there at the next look.
+      if (ended) throw IoError("the board ended its scan too early");
+      ended = true;
+      continue;
+    }
     if (errno == EINTR) continue;
     if (errno != EAGAIN) {
       throw IoError(std::string("reading the scan failed: ") + std::strerror(errno));

@@ -346,6 +346,21 @@ TEST_P(ClockedConversions, ThatDoNotComeAreAnErrorAndTheDriveIsStillWritten) {
   EXPECT_EQ(control_->cancels, 1);
 }
 
+TEST_P(ClockedConversions, AreReadAlsoWhereTheirEndIsSaidBeforeTheirValues) {
+  const std::unique_ptr<Daq> daq = Opened();
+  daq->WriteDrive(2.0);
+  control_->scans_say_end = 1;
+  EXPECT_NO_THROW(daq->ReadAnalog()) << "as Linux may say it: no trip of a healthy motor";
+  daq->WriteDrive(2.0);
+  control_->scans_say_end = 2;
+  try {
+    daq->ReadAnalog();
+    ADD_FAILURE() << "no error";
+  } catch (const IoError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("ended its scan too early"));
+  }
+}
+
 TEST_P(ClockedConversions, ThatCannotBeginAreAnErrorOfTheReadingNotOfTheDrive) {
   const std::unique_ptr<Daq> daq = Opened();
   control_->fail_at = control_->calls + 1;  // after the drive's write

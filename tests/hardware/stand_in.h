@@ -29,6 +29,7 @@ struct StandInControl {
   bool swapped = false;     ///< the encoder's channels: what turns forwards counts backwards
   StandInScans scans = StandInScans::kNone;
   bool scans_silent = false;  ///< commands are taken, and no value comes
+  int scans_say_end = 0;      ///< so often a read says that a scan has ended, before its values
   int commands = 0;           ///< taken
   int cancels = 0;            ///< of commands that were still going on
 };
